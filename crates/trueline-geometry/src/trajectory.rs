@@ -1,0 +1,205 @@
+//! A robot's recorded poses as a function of time \[Yang2025, Eqs. 4–6\].
+//!
+//! Between two recorded samples the rotation turns at a constant body rate ω and the position moves at
+//! a constant velocity v, both from the recorded time difference, never from a nominal period:
+//!
+//! | symbol | code | unit |
+//! |---|---|---|
+//! | ω = Log(R_jᵀ R_{j+1}) / (t_{j+1} − t_j) | [`Segment::body_rate`] | rad/s, tool frame |
+//! | v = (p_{j+1} − p_j) / (t_{j+1} − t_j) | [`Segment::velocity`] | m/s, base frame |
+//! | R(t) = R_j Exp(ω (t − t_j)), p(t) = p_j + v (t − t_j) | [`Segment::pose_at`] | |
+//!
+//! Outside the recording, and inside a gap, there is no pose: the answer is `None`, never a clamp.
+
+use crate::{Pose, se3, so3};
+use nalgebra::Vector3;
+
+/// A gap is a time between samples longer than this many median periods.
+///
+/// Four: EGM at 4 ms may lose one or two datagrams in a row and the motion in between is still linear
+/// to far below a robot's noise; a longer silence is no longer a sampled motion.
+pub const GAP_PERIODS: f64 = 4.0;
+
+/// The motion between two neighbouring samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment {
+    /// Time of the first sample, s.
+    pub start: f64,
+    /// Time between the samples, s.
+    pub duration: f64,
+    /// Pose at the first sample.
+    pub base_from_tool: Pose,
+    /// Body rate ω in the tool frame, rad/s.
+    pub body_rate: Vector3<f64>,
+    /// Velocity v of the tool origin in base, m/s.
+    pub velocity: Vector3<f64>,
+}
+
+impl Segment {
+    fn between(start: f64, from: &Pose, end: f64, to: &Pose) -> Self {
+        let duration = end - start;
+        let turn = so3::log(&(from.rotation.inverse() * to.rotation));
+        Self {
+            start,
+            duration,
+            base_from_tool: *from,
+            body_rate: turn / duration,                                              // Eq. (4)
+            velocity: (to.translation.vector - from.translation.vector) / duration, // Eq. (4)
+        }
+    }
+
+    /// Pose at a time in this segment, s.
+    #[must_use]
+    pub fn pose_at(&self, time: f64) -> Pose {
+        let elapsed = time - self.start;
+        se3::from_parts(
+            self.base_from_tool.rotation * so3::exp(&(self.body_rate * elapsed)), // Eq. (5)
+            self.base_from_tool.translation.vector + self.velocity * elapsed,     // Eq. (5)
+        )
+    }
+}
+
+/// Why a trajectory cannot be built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TrajectoryError {
+    /// Fewer than two samples.
+    TooFewSamples,
+    /// The number of times and of poses differ.
+    LengthsDiffer,
+    /// Time runs backwards, or is not finite, at this sample.
+    TimeRunsBackwards {
+        /// Index of the sample.
+        index: usize,
+    },
+}
+
+/// Sampled poses over time.
+#[derive(Clone, Debug)]
+pub struct Trajectory {
+    times: Vec<f64>,
+    poses: Vec<Pose>,
+    median_period: f64,
+}
+
+impl Trajectory {
+    /// Builds a trajectory from sample times (s, not decreasing) and poses.
+    ///
+    /// Two samples of the same time are allowed; the later one counts from there on.
+    ///
+    /// # Errors
+    /// [`TrajectoryError`] says which sample is at fault.
+    pub fn new(times: Vec<f64>, poses: Vec<Pose>) -> Result<Self, TrajectoryError> {
+        if times.len() != poses.len() {
+            return Err(TrajectoryError::LengthsDiffer);
+        }
+        if times.len() < 2 {
+            return Err(TrajectoryError::TooFewSamples);
+        }
+        if let Some(k) = times.windows(2).position(|w| w[1].is_nan() || w[0].is_nan() || w[1] < w[0]) {
+            return Err(TrajectoryError::TimeRunsBackwards { index: k + 1 });
+        }
+        let median_period = median_positive_step(&times).ok_or(TrajectoryError::TooFewSamples)?;
+        Ok(Self { times, poses, median_period })
+    }
+
+    /// Sample times, s.
+    #[must_use]
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// Sampled poses, `base_from_tool`.
+    #[must_use]
+    pub fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
+    /// Median time between samples, s.
+    #[must_use]
+    pub fn median_period(&self) -> f64 {
+        self.median_period
+    }
+
+    /// Longest time between two samples that is still bridged, s.
+    #[must_use]
+    pub fn gap_limit(&self) -> f64 {
+        GAP_PERIODS * self.median_period
+    }
+
+    /// First and last sample time, s.
+    #[must_use]
+    pub fn span(&self) -> (f64, f64) {
+        (self.times[0], self.times[self.times.len() - 1])
+    }
+
+    /// Index j with t_j ≤ time < t_{j+1}, starting the search at `hint`.
+    ///
+    /// Amortised O(1) when asked for rising times with the last answer as hint; O(log distance) else.
+    #[must_use]
+    pub fn bracket(&self, time: f64, hint: usize) -> Option<usize> {
+        let last = self.times.len() - 1;
+        if !(time >= self.times[0] && time <= self.times[last]) {
+            return None;
+        }
+        let (low, high) = self.gallop(time, hint.min(last));
+        // The last sample at or before `time`; at the very end the segment that ends there.
+        let after = low + self.times[low..high].partition_point(|t| *t <= time);
+        let mut index = (after - 1).min(last - 1);
+        // Only a recording that ends in equal times can leave a segment of no duration here.
+        while index > 0 && self.times[index + 1] <= self.times[index] {
+            index -= 1;
+        }
+        Some(index)
+    }
+
+    /// A range [low, high) of samples that holds the last one at or before `time`.
+    fn gallop(&self, time: f64, hint: usize) -> (usize, usize) {
+        let count = self.times.len();
+        let mut step = 1;
+        if self.times[hint] <= time {
+            let mut low = hint;
+            while low + step < count && self.times[low + step] <= time {
+                low += step;
+                step *= 2;
+            }
+            (low, (low + step).min(count))
+        } else {
+            let mut high = hint;
+            while high >= step && self.times[high - step] > time {
+                high -= step;
+                step *= 2;
+            }
+            (high.saturating_sub(step), high)
+        }
+    }
+
+    /// The segment that begins at sample `index`, or `None` if it bridges a gap or has no duration.
+    #[must_use]
+    pub fn segment(&self, index: usize) -> Option<Segment> {
+        let (start, end) = (*self.times.get(index)?, *self.times.get(index + 1)?);
+        let duration = end - start;
+        (duration > 0.0 && duration <= self.gap_limit())
+            .then(|| Segment::between(start, &self.poses[index], end, &self.poses[index + 1]))
+    }
+
+    /// The segment at `time`, or `None` outside the recording or in a gap.
+    #[must_use]
+    pub fn segment_at(&self, time: f64) -> Option<Segment> {
+        self.segment(self.bracket(time, 0)?)
+    }
+
+    /// Pose at `time` (s), or `None` outside the recording or in a gap.
+    #[must_use]
+    pub fn pose_at(&self, time: f64) -> Option<Pose> {
+        Some(self.segment_at(time)?.pose_at(time))
+    }
+}
+
+fn median_positive_step(times: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
+    if steps.is_empty() {
+        return None;
+    }
+    let middle = steps.len() / 2;
+    Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+}

@@ -1,0 +1,141 @@
+//! Robust losses ρ(s) of the squared whitened residual s = |r|².
+//!
+//! All are ρ(s) ≈ s near zero, so that the cost ½ Σ ρ is the ordinary one for small residuals, and all
+//! scales are in standard deviations. Sources: \[Yang2025, Eq. 16\] (Huber), \[Black1996\] (the others).
+
+/// A robust loss; `scale` is where, in standard deviations, it begins to bend.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loss {
+    /// ρ = s: ordinary least squares.
+    Squared,
+    /// Quadratic up to `scale`, linear beyond: bounded influence, but never none.
+    Huber {
+        /// Where the linear part begins, σ.
+        scale: f64,
+    },
+    /// ρ = c² ln(1 + s/c²).
+    Cauchy {
+        /// c, σ.
+        scale: f64,
+    },
+    /// ρ = s/(1 + s/c²): redescends and saturates at c².
+    GemanMcClure {
+        /// c, σ.
+        scale: f64,
+    },
+    /// Tukey's biweight: no influence at all beyond c, hardly any bending well inside it.
+    Tukey {
+        /// c, σ.
+        scale: f64,
+    },
+}
+
+impl Loss {
+    /// ρ(s).
+    #[must_use]
+    #[inline]
+    pub fn value(&self, squared: f64) -> f64 {
+        match *self {
+            Self::Squared => squared,
+            Self::Huber { scale } => {
+                if squared <= scale * scale {
+                    squared
+                } else {
+                    2.0 * scale * squared.sqrt() - scale * scale
+                }
+            }
+            Self::Cauchy { scale } => {
+                let c2 = scale * scale;
+                c2 * (squared / c2).ln_1p()
+            }
+            Self::GemanMcClure { scale } => squared / (1.0 + squared / (scale * scale)),
+            Self::Tukey { scale } => {
+                let c2 = scale * scale;
+                if squared >= c2 { c2 / 3.0 } else { c2 / 3.0 * (1.0 - (1.0 - squared / c2).powi(3)) }
+            }
+        }
+    }
+
+    /// ρ′(s): the weight of the residual in the re-weighted least squares.
+    #[must_use]
+    #[inline]
+    pub fn weight(&self, squared: f64) -> f64 {
+        match *self {
+            Self::Squared => 1.0,
+            Self::Huber { scale } => {
+                if squared <= scale * scale {
+                    1.0
+                } else {
+                    scale / squared.sqrt()
+                }
+            }
+            Self::Cauchy { scale } => 1.0 / (1.0 + squared / (scale * scale)),
+            Self::GemanMcClure { scale } => (1.0 + squared / (scale * scale)).powi(-2),
+            Self::Tukey { scale } => {
+                let c2 = scale * scale;
+                if squared >= c2 { 0.0 } else { (1.0 - squared / c2).powi(2) }
+            }
+        }
+    }
+
+    /// ρ″(s): how fast the weight falls. It enters the covariance of a robust estimate, not the step.
+    #[must_use]
+    #[inline]
+    pub fn weight_slope(&self, squared: f64) -> f64 {
+        match *self {
+            Self::Squared => 0.0,
+            Self::Huber { scale } => {
+                if squared <= scale * scale {
+                    0.0
+                } else {
+                    -0.5 * scale * squared.powf(-1.5)
+                }
+            }
+            Self::Cauchy { scale } => -(scale * scale) / (scale * scale + squared).powi(2),
+            Self::GemanMcClure { scale } => {
+                let c2 = scale * scale;
+                -2.0 / c2 * (1.0 + squared / c2).powi(-3)
+            }
+            Self::Tukey { scale } => {
+                let c2 = scale * scale;
+                if squared >= c2 { 0.0 } else { -2.0 / c2 * (1.0 - squared / c2) }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [Loss; 5] = [
+        Loss::Squared,
+        Loss::Huber { scale: 1.5 },
+        Loss::Cauchy { scale: 1.5 },
+        Loss::GemanMcClure { scale: 1.5 },
+        Loss::Tukey { scale: 1.5 },
+    ];
+
+    #[test]
+    fn weight_and_slope_are_derivatives() {
+        // Central difference with step h: truncation ~ h² ρ‴ ≤ 1e-8, rounding ~ eps/h = 2e-12.
+        let h = 1e-4;
+        for loss in ALL {
+            for s in [0.01, 0.7, 1.9, 2.6, 9.0] {
+                let slope = (loss.value(s + h) - loss.value(s - h)) / (2.0 * h);
+                assert!((slope - loss.weight(s)).abs() < 1e-7, "{loss:?} at {s}");
+                let bend = (loss.weight(s + h) - loss.weight(s - h)) / (2.0 * h);
+                assert!((bend - loss.weight_slope(s)).abs() < 1e-7, "{loss:?} at {s}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_loss_is_quadratic_near_zero() {
+        for loss in ALL {
+            // ρ(s) = s + O(s²) with a bend of at most 2/c² ≈ 1.
+            assert!((loss.value(1e-6) - 1e-6).abs() < 1e-11, "{loss:?}");
+            assert!((loss.weight(0.0) - 1.0).abs() < 1e-15, "{loss:?}");
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! Levenberg–Marquardt: one joint step over all unknowns, damping scaled by the diagonal of H, controlled
+//! by the gain ratio; a step that does not lower the cost is never taken.
+//!
+//! Differs from Eq. (17) of the paper, which damps by μI: a metre and a radian are then damped alike,
+//! and it needs 16 to 31 iterations where the scaled form needs 5. Source: \[Madsen2004, Alg. 3.16\],
+//! scaling \[Marquardt1963\].
+
+use crate::{LeastSquares, NormalEquations, Termination};
+use nalgebra::{DMatrix, DVector};
+
+/// How to solve.
+#[derive(Clone, Copy, Debug)]
+pub struct SolveOptions {
+    /// Most steps tried, taken or not.
+    pub max_iterations: usize,
+    /// First damping, relative to the diagonal of H.
+    pub initial_damping: f64,
+    /// Ends when a step is shorter than this, in standard deviations of the unknowns.
+    pub step_threshold: f64,
+    /// Ends when the cost falls by less than this part of itself.
+    pub cost_threshold: f64,
+}
+
+impl Default for SolveOptions {
+    fn default() -> Self {
+        Self { max_iterations: 100, initial_damping: 1e-6, step_threshold: 1e-7, cost_threshold: 1e-14 }
+    }
+}
+
+/// Largest damping tried: steps are then 10¹² times shorter than Gauss–Newton's.
+const DAMPING_LIMIT: f64 = 1e12;
+
+/// One try of a step, and the state before it.
+#[derive(Clone, Debug)]
+pub struct Iteration<S> {
+    /// The state that the iteration began from.
+    pub state: S,
+    /// Cost at that state.
+    pub cost: f64,
+    /// Damping used.
+    pub damping: f64,
+    /// Length of the step in standard deviations of the unknowns.
+    pub step: f64,
+    /// Decrease of the cost as a part of the decrease that the linear model promised.
+    pub gain_ratio: f64,
+    /// Whether the step was taken.
+    pub accepted: bool,
+}
+
+/// What happened.
+#[derive(Clone, Debug)]
+pub struct Solution<S> {
+    /// The best state found.
+    pub state: S,
+    /// The equations at that state.
+    pub equations: NormalEquations,
+    /// Why it ended.
+    pub termination: Termination,
+    /// Every step tried.
+    pub iterations: Vec<Iteration<S>>,
+}
+
+/// Why there is no solution at all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolveError {
+    /// Cost, gradient or Hessian is not finite at the start.
+    NotFiniteAtStart,
+    /// The list of fixed unknowns names one that does not exist.
+    NoSuchUnknown {
+        /// Its index.
+        index: usize,
+    },
+}
+
+impl std::fmt::Display for SolveError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NotFiniteAtStart => write!(f, "the cost is not finite at the start"),
+            Self::NoSuchUnknown { index } => write!(f, "there is no unknown number {index} to hold fixed"),
+        }
+    }
+}
+
+impl std::error::Error for SolveError {}
+
+/// Minimises the problem from `start`, leaving the unknowns listed in `fixed` where they are.
+///
+/// # Errors
+/// [`SolveError`] if there is nothing to start from. Not converging is not an error: see
+/// [`Solution::termination`].
+pub fn solve<P: LeastSquares>(
+    problem: &P,
+    start: P::State,
+    fixed: &[usize],
+    options: &SolveOptions,
+) -> Result<Solution<P::State>, SolveError> {
+    let mut equations = NormalEquations::zeros(problem.dimension());
+    if let Some(&index) = fixed.iter().find(|index| **index >= problem.dimension()) {
+        return Err(SolveError::NoSuchUnknown { index });
+    }
+    problem.linearize(&start, &mut equations);
+    if !equations.is_finite() {
+        return Err(SolveError::NotFiniteAtStart);
+    }
+    let mut search = Search { problem, fixed, equations, state: start, iterations: Vec::new() };
+    let termination = search.run(options);
+    Ok(Solution {
+        state: search.state,
+        equations: search.equations,
+        termination,
+        iterations: search.iterations,
+    })
+}
+
+struct Search<'a, P: LeastSquares> {
+    problem: &'a P,
+    fixed: &'a [usize],
+    equations: NormalEquations,
+    state: P::State,
+    iterations: Vec<Iteration<P::State>>,
+}
+
+impl<P: LeastSquares> Search<'_, P> {
+    fn run(&mut self, options: &SolveOptions) -> Termination {
+        let mut damping = options.initial_damping;
+        let mut growth = 2.0;
+        while self.iterations.len() < options.max_iterations {
+            let Some(step) = damped_step(&self.equations, self.fixed, damping) else {
+                damping *= growth;
+                growth *= 2.0;
+                if damping > DAMPING_LIMIT {
+                    return self.stuck(damping);
+                }
+                continue;
+            };
+            let length = whitened_length(&self.equations, &step);
+            let cost = self.equations.cost;
+            let (accepted, gain_ratio, decrease) = self.attempt(&step, damping, length);
+            if accepted {
+                // Madsen's rule: full trust at gain 1, the same damping at gain ½.
+                damping *= (1.0_f64 / 3.0).max(1.0 - (2.0 * gain_ratio - 1.0).powi(3));
+                growth = 2.0;
+                if length < options.step_threshold {
+                    return Termination::StepConverged { step: length, threshold: options.step_threshold };
+                }
+                if decrease <= options.cost_threshold * cost && gain_ratio > 0.1 {
+                    return Termination::CostConverged {
+                        decrease: decrease / cost,
+                        threshold: options.cost_threshold,
+                    };
+                }
+            } else {
+                if length < options.step_threshold {
+                    return Termination::StepConverged { step: length, threshold: options.step_threshold };
+                }
+                damping *= growth;
+                growth *= 2.0;
+                if damping > DAMPING_LIMIT {
+                    return self.stuck(damping);
+                }
+            }
+        }
+        Termination::IterationLimit { iterations: self.iterations.len(), threshold: options.max_iterations }
+    }
+
+    /// Tries a step; takes it and linearises anew if it lowers the cost.
+    fn attempt(&mut self, step: &DVector<f64>, damping: f64, length: f64) -> (bool, f64, f64) {
+        let cost = self.equations.cost;
+        let next = self.problem.retract(&self.state, step);
+        let next_cost = self.problem.cost(&next);
+        let decrease = cost - next_cost;
+        let promised = promised_decrease(&self.equations, step);
+        let gain_ratio = if promised > 0.0 { decrease / promised } else { 0.0 };
+        let accepted = next_cost.is_finite() && decrease >= 0.0 && gain_ratio > 0.0;
+        self.iterations.push(Iteration {
+            state: self.state.clone(),
+            cost,
+            damping,
+            step: length,
+            gain_ratio,
+            accepted,
+        });
+        if accepted {
+            self.state = next;
+            self.equations.clear();
+            self.problem.linearize(&self.state, &mut self.equations);
+        }
+        (accepted, gain_ratio, decrease)
+    }
+
+    fn stuck(&self, damping: f64) -> Termination {
+        let step = damped_step(&self.equations, self.fixed, 0.0)
+            .map_or(f64::INFINITY, |step| whitened_length(&self.equations, &step));
+        Termination::NoFurtherDecrease { damping, threshold: DAMPING_LIMIT, step }
+    }
+}
+
+/// Solves (H + λ diag H) δ = −g over the unknowns that are not fixed; the fixed ones get zero.
+fn damped_step(equations: &NormalEquations, fixed: &[usize], damping: f64) -> Option<DVector<f64>> {
+    let mut matrix: DMatrix<f64> = equations.hessian.clone();
+    let mut right = -equations.gradient.clone();
+    // An unknown that no residual depends on has an empty column; it stays where it is.
+    let floor = matrix.diagonal().max() * 1e-30;
+    for k in 0..right.len() {
+        let held = fixed.contains(&k) || matrix[(k, k)] <= floor;
+        if held {
+            matrix.row_mut(k).fill(0.0);
+            matrix.column_mut(k).fill(0.0);
+            matrix[(k, k)] = 1.0;
+            right[k] = 0.0;
+        } else {
+            matrix[(k, k)] *= 1.0 + damping;
+        }
+    }
+    let scale = matrix.diagonal().map(|d| 1.0 / d.sqrt());
+    let scaled = DMatrix::from_fn(right.len(), right.len(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let step = scaled.cholesky()?.solve(&right.component_mul(&scale)).component_mul(&scale);
+    step.iter().all(|x| x.is_finite()).then_some(step)
+}
+
+/// √(δᵀHδ): how far the step moves the whitened residuals, that is, its length in standard deviations.
+fn whitened_length(equations: &NormalEquations, step: &DVector<f64>) -> f64 {
+    step.dot(&(&equations.hessian * step)).max(0.0).sqrt()
+}
+
+/// Decrease of the cost that the linear model promises: −gᵀδ − ½ δᵀHδ.
+fn promised_decrease(equations: &NormalEquations, step: &DVector<f64>) -> f64 {
+    -equations.gradient.dot(step) - 0.5 * step.dot(&(&equations.hessian * step))
+}

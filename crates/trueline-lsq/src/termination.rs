@@ -1,0 +1,71 @@
+//! Why a solve ended, with the measured value and the threshold it met.
+
+use std::fmt;
+
+/// The end of a solve. All lengths of steps are in standard deviations of the unknowns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Termination {
+    /// The last step was shorter than the threshold.
+    StepConverged {
+        /// Length of the step, σ.
+        step: f64,
+        /// Threshold, σ.
+        threshold: f64,
+    },
+    /// The cost fell by less than the threshold.
+    CostConverged {
+        /// Relative decrease.
+        decrease: f64,
+        /// Threshold.
+        threshold: f64,
+    },
+    /// No step, however short, lowers the cost any more: rounding has the last word.
+    NoFurtherDecrease {
+        /// Damping at the end.
+        damping: f64,
+        /// Largest damping that is tried.
+        threshold: f64,
+        /// Length of the Gauss–Newton step that is left over, σ.
+        step: f64,
+    },
+    /// The iterations ran out.
+    IterationLimit {
+        /// Iterations done.
+        iterations: usize,
+        /// Iterations allowed.
+        threshold: usize,
+    },
+}
+
+impl Termination {
+    /// Whether the state can be taken as the minimum.
+    #[must_use]
+    pub fn is_converged(&self) -> bool {
+        match *self {
+            Self::StepConverged { .. } | Self::CostConverged { .. } => true,
+            // What is left over is far below what the data can tell.
+            Self::NoFurtherDecrease { step, .. } => step < 1e-2,
+            Self::IterationLimit { .. } => false,
+        }
+    }
+}
+
+impl fmt::Display for Termination {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StepConverged { step, threshold } => {
+                write!(f, "converged: last step {step:.1e} sigma, below {threshold:.0e}")
+            }
+            Self::CostConverged { decrease, threshold } => {
+                write!(f, "converged: cost fell by {decrease:.1e} of itself, below {threshold:.0e}")
+            }
+            Self::NoFurtherDecrease { damping, threshold, step } => write!(
+                f,
+                "no further decrease: damping {damping:.0e} passed {threshold:.0e}, step left over {step:.1e} sigma"
+            ),
+            Self::IterationLimit { iterations, threshold } => {
+                write!(f, "not converged: {iterations} of {threshold} iterations used up")
+            }
+        }
+    }
+}
