@@ -1,0 +1,73 @@
+//! Stage 3: point in the camera → point in base, through hand-eye, robot motion and time offset.
+//!
+//! p_E = R_EC p_C + p_EC,  p_B = R_BE(t − t_d) p_E + p_BE(t − t_d)  \[Yang2025, Eq. 3\].
+
+use nalgebra::{Matrix3, Vector3};
+use trueline_geometry::{Pose, Segment, so3};
+
+/// Where the sensor was when one frame was exposed, and how it moved.
+#[derive(Clone, Copy, Debug)]
+pub struct Placement {
+    /// Robot pose at the exposure.
+    pub base_from_tool: Pose,
+    /// Hand-eye transform.
+    pub tool_from_camera: Pose,
+    /// Angular velocity of the tool in base, R_BE ω, rad/s.
+    pub angular_velocity: Vector3<f64>,
+    /// Velocity of the tool origin in base, m/s.
+    pub velocity: Vector3<f64>,
+}
+
+/// Jacobians of p_B for one point fixed in the camera; perturbations as in \[Yang2025, Eq. 18\].
+#[derive(Clone, Copy, Debug)]
+pub struct PlacementJacobian {
+    /// d p_B / d t_d, m/s.
+    pub d_point_d_time_offset: Vector3<f64>,
+    /// d p_B / d δ for R_EC ← Exp(δ) R_EC, m/rad.
+    pub d_point_d_rotation: Matrix3<f64>,
+    /// d p_B / d p_EC: R_BE.
+    pub d_point_d_translation: Matrix3<f64>,
+}
+
+impl Placement {
+    /// The placement at `exposure_time` (s, robot clock), which lies in or next to `segment`.
+    #[must_use]
+    pub fn new(segment: &Segment, exposure_time: f64, tool_from_camera: &Pose) -> Self {
+        let base_from_tool = segment.pose_at(exposure_time);
+        Self {
+            base_from_tool,
+            tool_from_camera: *tool_from_camera,
+            angular_velocity: base_from_tool.rotation * segment.body_rate,
+            velocity: segment.velocity,
+        }
+    }
+
+    /// `base_from_camera`.
+    #[must_use]
+    pub fn base_from_camera(&self) -> Pose {
+        self.base_from_tool * self.tool_from_camera
+    }
+
+    /// A point of the camera frame in base \[Yang2025, Eq. 3\], m.
+    #[must_use]
+    pub fn point_in_base(&self, point_in_camera: &Vector3<f64>) -> Vector3<f64> {
+        let point_in_tool =
+            self.tool_from_camera.rotation * point_in_camera + self.tool_from_camera.translation.vector;
+        self.base_from_tool.rotation * point_in_tool + self.base_from_tool.translation.vector
+    }
+
+    /// Jacobians of [`Placement::point_in_base`] at a point of the camera frame.
+    #[must_use]
+    pub fn jacobian(&self, point_in_camera: &Vector3<f64>) -> PlacementJacobian {
+        let rotated = self.tool_from_camera.rotation * point_in_camera;
+        let lever = self.base_from_tool.rotation * (rotated + self.tool_from_camera.translation.vector);
+        let base_from_tool = self.base_from_tool.rotation.to_rotation_matrix().into_inner();
+        PlacementJacobian {
+            // Differs from Eqs. (7) and (12): d R/d t_d = −R [ω]×, so the rotation part is
+            // −(R ω) × (R p_E) = +[R p_E]× R ω; the lever is the whole p_E, with p_EC.
+            d_point_d_time_offset: lever.cross(&self.angular_velocity) - self.velocity,
+            d_point_d_rotation: -base_from_tool * so3::hat(&rotated), // Eq. (14)
+            d_point_d_translation: base_from_tool,                    // Eq. (15)
+        }
+    }
+}
