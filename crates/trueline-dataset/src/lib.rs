@@ -1,1 +1,21 @@
-//! x
+//! Recorded scans: the dataset folder, foreign formats, units and conventions.
+//!
+//! A [`Recording`] is the only thing calibration ever sees; live, file and simulated data meet there.
+//! This is the one library crate that knows millimetres, milliseconds and degrees: it converts them on the
+//! way in and out. Reading never guesses, drops or clamps: what cannot be used is an [`Error`] with
+//! file, line, column, what was expected and a hint.
+
+pub mod error;
+pub mod features_csv;
+pub mod folder;
+pub mod import;
+pub mod known_toml;
+pub mod recording;
+pub mod robot_csv;
+pub mod sensor_toml;
+pub mod stamp;
+pub mod table;
+pub mod unit;
+
+pub use error::{Error, Problem};
+pub use recording::{Feature, Guess, Measured, Recording, RobotSample, Sensor, Truth};

@@ -43,7 +43,7 @@ impl Segment {
             start,
             duration,
             base_from_tool: *from,
-            body_rate: turn / duration,                                              // Eq. (4)
+            body_rate: turn / duration, // Eq. (4)
             velocity: (to.translation.vector - from.translation.vector) / duration, // Eq. (4)
         }
     }
@@ -95,11 +95,18 @@ impl Trajectory {
         if times.len() < 2 {
             return Err(TrajectoryError::TooFewSamples);
         }
-        if let Some(k) = times.windows(2).position(|w| w[1].is_nan() || w[0].is_nan() || w[1] < w[0]) {
+        if let Some(k) = times
+            .windows(2)
+            .position(|w| w[1].is_nan() || w[0].is_nan() || w[1] < w[0])
+        {
             return Err(TrajectoryError::TimeRunsBackwards { index: k + 1 });
         }
         let median_period = median_positive_step(&times).ok_or(TrajectoryError::TooFewSamples)?;
-        Ok(Self { times, poses, median_period })
+        Ok(Self {
+            times,
+            poses,
+            median_period,
+        })
     }
 
     /// Sample times, s.
@@ -196,7 +203,11 @@ impl Trajectory {
 }
 
 fn median_positive_step(times: &[f64]) -> Option<f64> {
-    let mut steps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
+    let mut steps: Vec<f64> = times
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .filter(|d| *d > 0.0)
+        .collect();
     if steps.is_empty() {
         return None;
     }

@@ -20,10 +20,18 @@ impl LaserSheet {
     #[must_use]
     pub fn from_plane(plane: Plane) -> Self {
         let normal = plane.normal().into_inner();
-        let reference = if normal.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+        let reference = if normal.x.abs() < 0.9 {
+            Vector3::x()
+        } else {
+            Vector3::y()
+        };
         let x = (reference - normal * normal.dot(&reference)).normalize();
         let y = normal.cross(&x);
-        Self { plane, origin: normal * plane.offset(), axes: Matrix3x2::from_columns(&[x, y]) }
+        Self {
+            plane,
+            origin: normal * plane.offset(),
+            axes: Matrix3x2::from_columns(&[x, y]),
+        }
     }
 
     /// The sheet of a profiler, which reports points in its own sheet: frame x along the stripe and z

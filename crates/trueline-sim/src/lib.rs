@@ -1,1 +1,19 @@
-//! x
+//! Simulated scans with known truth.
+//!
+//! A [`Scenario`] says what the cell is, how the robot moves and what disturbs the measurement;
+//! [`simulate`] casts the scan forward: at each exposure the line is met with the laser sheet and the
+//! point projected into the camera. Nothing here inverts a measurement and nothing depends on the
+//! estimator, so that a test against it is not a test of the estimator against itself.
+
+pub mod capture;
+pub mod motion;
+pub mod noise;
+pub mod presets;
+pub mod random_cell;
+pub mod scenario;
+pub mod simulate;
+
+pub use presets::Preset;
+pub use random_cell::random_cell;
+pub use scenario::{Between, Cell, Disturbance, Scan, Scenario, SensorModel, Timing};
+pub use simulate::simulate;

@@ -1,0 +1,235 @@
+//! What can be wrong with a recording, where, and what to do about it.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// A file that cannot be used: where, and why.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}", Location { file, line: *line, column: column.as_deref() })]
+pub struct Error {
+    /// The file.
+    pub file: PathBuf,
+    /// Line, from 1, where the problem has one.
+    pub line: Option<u64>,
+    /// Column by name, where the problem has one.
+    pub column: Option<String>,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+impl Error {
+    /// A problem of a file as a whole.
+    #[must_use]
+    pub fn in_file(file: &Path, problem: Problem) -> Self {
+        Self {
+            file: file.to_owned(),
+            line: None,
+            column: None,
+            problem,
+        }
+    }
+
+    /// A problem at a line of a file.
+    #[must_use]
+    pub fn at_line(file: &Path, line: u64, problem: Problem) -> Self {
+        Self {
+            file: file.to_owned(),
+            line: Some(line),
+            column: None,
+            problem,
+        }
+    }
+
+    /// The same, in a named column.
+    #[must_use]
+    pub fn in_column(mut self, column: &str) -> Self {
+        self.column = Some(column.to_owned());
+        self
+    }
+
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        self.problem.hint()
+    }
+}
+
+struct Location<'a> {
+    file: &'a Path,
+    line: Option<u64>,
+    column: Option<&'a str>,
+}
+
+impl fmt::Display for Location<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, ", line {line}")?;
+        }
+        if let Some(column) = self.column {
+            write!(f, ", column `{column}`")?;
+        }
+        Ok(())
+    }
+}
+
+/// What is wrong with a file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The file is not there.
+    #[error("the file is missing")]
+    Missing,
+    /// The operating system refused.
+    #[error("cannot be read or written: {0}")]
+    Io(std::io::Error),
+    /// Output would land on something that exists.
+    #[error("is there already and would be overwritten")]
+    AlreadyExists,
+    /// No header, or a header without rows.
+    #[error("there are no data rows")]
+    NoRows,
+    /// A header without a needed column.
+    #[error("column `{name}` is missing; the header has: {found}")]
+    MissingColumn {
+        /// The column with its usual unit.
+        name: String,
+        /// The header as found.
+        found: String,
+    },
+    /// A column that means nothing here.
+    #[error("unknown column; known columns: {known}")]
+    UnknownColumn {
+        /// What would be understood.
+        known: String,
+    },
+    /// The same quantity twice.
+    #[error("duplicate column")]
+    DuplicateColumn,
+    /// A length or time without its unit.
+    #[error("the column has no unit in its name; expected for example `{example}`")]
+    NoUnit {
+        /// The name with a unit.
+        example: String,
+    },
+    /// Too many or too few fields.
+    #[error("expected {expected} fields, found {found}")]
+    FieldCount {
+        /// Columns of the header.
+        expected: usize,
+        /// Fields of the row.
+        found: usize,
+    },
+    /// Text where a number should be.
+    #[error("expected a number, found `{text}`")]
+    NotANumber {
+        /// The field.
+        text: String,
+    },
+    /// NaN or infinity.
+    #[error("expected a finite number, found `{text}`")]
+    NotFinite {
+        /// The field.
+        text: String,
+    },
+    /// A negative or fractional number where a count belongs.
+    #[error("expected a whole number of 0 or more, found `{text}`")]
+    NotACount {
+        /// The field.
+        text: String,
+    },
+    /// A standard deviation of zero or less.
+    #[error("expected a standard deviation above zero, found `{text}`")]
+    NotPositive {
+        /// The field.
+        text: String,
+    },
+    /// Stamps that fall.
+    #[error("time runs backwards: {this_s} s after {previous_s} s")]
+    TimeRunsBackwards {
+        /// The stamp before, s.
+        previous_s: f64,
+        /// This stamp, s.
+        this_s: f64,
+    },
+    /// A quaternion whose length is not one.
+    #[error("expected a quaternion of length 1, found length {norm}")]
+    QuaternionNotUnit {
+        /// Its length.
+        norm: f64,
+    },
+    /// A CSV or text file that is broken as such.
+    #[error("not readable as a table: {0}")]
+    Csv(String),
+    /// A TOML file that is broken or has wrong keys.
+    #[error("{0}")]
+    Toml(String),
+    /// A value in a TOML file that cannot be.
+    #[error("`{key}`: expected {expected}, found {found}")]
+    Value {
+        /// The key.
+        key: &'static str,
+        /// What would be right.
+        expected: &'static str,
+        /// What is there.
+        found: String,
+    },
+    /// A text table row of a foreign format with the wrong number of values.
+    #[error("expected {expected} values in a row of {format}, found {found}")]
+    ForeignRow {
+        /// The format.
+        format: &'static str,
+        /// The number of values it has.
+        expected: String,
+        /// The number found.
+        found: usize,
+    },
+    /// Two files of a foreign format that do not fit together.
+    #[error("has {found} rows where {other} has {expected}")]
+    RowsDiffer {
+        /// The other file.
+        other: String,
+        /// Its rows.
+        expected: usize,
+        /// The rows here.
+        found: usize,
+    },
+}
+
+impl Problem {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        let text = match self {
+            Self::Missing => "a dataset folder has sensor.toml, robot.csv and features.csv",
+            Self::Io(_) => "check the path and its permissions",
+            Self::AlreadyExists => "name an empty or new folder",
+            Self::NoRows => "was the recording stopped before it began?",
+            Self::MissingColumn { .. } => "columns are found by name; their order does not matter",
+            Self::UnknownColumn { .. } => {
+                "remove the column or correct its name; nothing is ignored silently"
+            }
+            Self::DuplicateColumn => "keep one of the two; the same quantity in two units counts as two",
+            Self::NoUnit { .. } => {
+                "the name of a column carries its unit, for example _mm, _m, _s, _ms or _ns"
+            }
+            Self::FieldCount { .. } => "is the line cut off, or is a decimal comma used?",
+            Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
+            Self::NotFinite { .. } => "leave out rows without a measurement instead of writing nan",
+            Self::NotACount { .. } => "line and frame are numbered 0, 1, 2, …",
+            Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
+            Self::TimeRunsBackwards { .. } => {
+                "did the clock jump, or were two recordings joined? sort or split the recording"
+            }
+            Self::QuaternionNotUnit { .. } => {
+                "the order is w, x, y, z; is it perhaps x, y, z, w, or Euler angles?"
+            }
+            Self::Csv(_) => "the file should be UTF-8 text with one header line, separated by commas",
+            Self::Toml(_) => "compare with a folder written by `trueline simulate`",
+            Self::Value { .. } => "compare with a folder written by `trueline simulate`",
+            Self::ForeignRow { .. } => "is this the right file for this format?",
+            Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",
+        };
+        text.to_owned()
+    }
+}

@@ -1,0 +1,166 @@
+//! `features.csv`: seam features in pixels, in points or from a profiler.
+
+use crate::error::{Error, Problem};
+use crate::recording::{Feature, Measured, Sensor};
+use crate::stamp;
+use crate::table::{ColumnSpec, Table, optional, required};
+use crate::unit::{MM_PER_M, Quantity};
+use std::io::{Read, Write};
+use std::path::Path;
+
+const TIME: usize = 0;
+const LINE: usize = 1;
+const FRAME: usize = 2;
+/// Where the coordinates begin; their standard deviations follow them.
+const FIRST: usize = 3;
+
+const SHARED: [ColumnSpec; 3] = [
+    required("time", Quantity::Time),
+    optional("line", Quantity::Count),
+    optional("frame", Quantity::Count),
+];
+
+const PIXEL: [ColumnSpec; 4] = [
+    required("u", Quantity::Pixel),
+    required("v", Quantity::Pixel),
+    optional("sigma_u", Quantity::Pixel),
+    optional("sigma_v", Quantity::Pixel),
+];
+
+const PROFILE: [ColumnSpec; 4] = [
+    required("x", Quantity::Length),
+    required("z", Quantity::Length),
+    optional("sigma_x", Quantity::Length),
+    optional("sigma_z", Quantity::Length),
+];
+
+const POINT: [ColumnSpec; 3] = [
+    required("x", Quantity::Length),
+    required("y", Quantity::Length),
+    required("z", Quantity::Length),
+];
+
+fn columns(sensor: &Sensor) -> Vec<ColumnSpec> {
+    let own: &[ColumnSpec] = match sensor {
+        Sensor::CameraLaser { .. } => &PIXEL,
+        Sensor::Profiler => &PROFILE,
+        Sensor::Points { .. } => &POINT,
+    };
+    SHARED.iter().chain(own).copied().collect()
+}
+
+/// Reads the features of a sensor.
+///
+/// # Errors
+/// Anything that is not a clean table of that sensor's columns with rising stamps.
+pub fn read(file: &Path, input: impl Read, sensor: &Sensor) -> Result<Vec<Feature>, Error> {
+    let mut table = Table::open(file, input, &columns(sensor))?;
+    let mut features: Vec<Feature> = Vec::new();
+    while table.next_row()? {
+        let feature = read_row(&table, sensor)?;
+        if let Some(last) = features.last()
+            && feature.stamp_ns < last.stamp_ns
+        {
+            let (previous_s, this_s) = (stamp::seconds(last.stamp_ns), stamp::seconds(feature.stamp_ns));
+            return Err(table.error_in(TIME, Problem::TimeRunsBackwards { previous_s, this_s }));
+        }
+        features.push(feature);
+    }
+    if features.is_empty() {
+        return Err(Error::in_file(file, Problem::NoRows));
+    }
+    Ok(features)
+}
+
+fn read_row<R: Read>(table: &Table<'_, R>, sensor: &Sensor) -> Result<Feature, Error> {
+    let at = |k: usize| table.required_number(FIRST + k);
+    let measured = match sensor {
+        Sensor::CameraLaser { .. } => Measured::Pixel([at(0)?, at(1)?]),
+        Sensor::Profiler => Measured::Profile([at(0)?, at(1)?]),
+        Sensor::Points { .. } => Measured::Point([at(0)?, at(1)?, at(2)?]),
+    };
+    let line = table.count(LINE)?.unwrap_or(0);
+    let line = u32::try_from(line).map_err(|_| {
+        table.error_in(
+            LINE,
+            Problem::NotACount {
+                text: line.to_string(),
+            },
+        )
+    })?;
+    Ok(Feature {
+        stamp_ns: table.stamp_ns(TIME)?,
+        line,
+        frame: table.count(FRAME)?,
+        measured,
+        sigma: read_sigma(table, sensor)?,
+    })
+}
+
+fn read_sigma<R: Read>(table: &Table<'_, R>, sensor: &Sensor) -> Result<Option<[f64; 2]>, Error> {
+    if matches!(sensor, Sensor::Points { .. }) {
+        return Ok(None);
+    }
+    let (first, second) = (FIRST + 2, FIRST + 3);
+    match (table.sigma(first)?, table.sigma(second)?) {
+        (Some(a), Some(b)) => Ok(Some([a, b])),
+        (None, None) => Ok(None),
+        _ => {
+            let suffix = if matches!(sensor, Sensor::Profiler) {
+                "sigma_x and sigma_z"
+            } else {
+                "sigma_u and sigma_v"
+            };
+            Err(table.error(Problem::MissingColumn {
+                name: suffix.to_owned(),
+                found: "only one of the two".to_owned(),
+            }))
+        }
+    }
+}
+
+/// Writes features; the columns follow from the first one.
+///
+/// # Errors
+/// What the writer says.
+pub fn write(mut out: impl Write, features: &[Feature]) -> std::io::Result<()> {
+    let Some(first) = features.first() else {
+        return Ok(());
+    };
+    let several_lines = features.iter().any(|f| f.line != 0);
+    let frames = features.iter().all(|f| f.frame.is_some());
+    let sigmas = features.iter().all(|f| f.sigma.is_some());
+    let (names, sigma_names, scale) = match first.measured {
+        Measured::Pixel(_) => ("u_px,v_px", "sigma_u_px,sigma_v_px", 1.0),
+        Measured::Profile(_) => ("x_mm,z_mm", "sigma_x_mm,sigma_z_mm", MM_PER_M),
+        Measured::Point(_) => ("x_mm,y_mm,z_mm", "", MM_PER_M),
+    };
+    write!(out, "time_s,{names}")?;
+    for (present, name) in [(several_lines, "line"), (frames, "frame"), (sigmas, sigma_names)] {
+        if present {
+            write!(out, ",{name}")?;
+        }
+    }
+    writeln!(out)?;
+    for feature in features {
+        write!(out, "{}", stamp::format_seconds(feature.stamp_ns))?;
+        let numbers: &[f64] = match &feature.measured {
+            Measured::Pixel(p) | Measured::Profile(p) => p,
+            Measured::Point(p) => p,
+        };
+        for number in numbers {
+            write!(out, ",{}", number * scale)?;
+        }
+        if several_lines {
+            write!(out, ",{}", feature.line)?;
+        }
+        if let (true, Some(frame)) = (frames, feature.frame) {
+            write!(out, ",{frame}")?;
+        }
+        if let (true, Some([a, b])) = (sigmas, feature.sigma) {
+            write!(out, ",{},{}", a * scale, b * scale)?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,130 @@
+//! The dataset folder: `sensor.toml`, `robot.csv`, `features.csv` and what may stand beside them.
+
+use crate::error::{Error, Problem};
+use crate::recording::Recording;
+use crate::{features_csv, known_toml, robot_csv, sensor_toml};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::BufWriter;
+use std::path::Path;
+
+/// Reads a dataset folder.
+///
+/// # Errors
+/// The first file, line and column that cannot be used.
+pub fn read(folder: &Path) -> Result<Recording, Error> {
+    let mut inputs = BTreeMap::new();
+    let mut load = |name: &str| load(&folder.join(name), name, &mut inputs);
+    let sensor_text = required(folder, "sensor.toml", &mut load)?;
+    let robot_text = required(folder, "robot.csv", &mut load)?;
+    let features_text = required(folder, "features.csv", &mut load)?;
+    let initial_text = load("initial.toml")?;
+    let truth_text = load("truth.toml")?;
+
+    let path = |name: &str| folder.join(name);
+    let sensor_path = path("sensor.toml");
+    let sensor = sensor_toml::parse(&sensor_path, &utf8(&sensor_path, sensor_text)?)?;
+    let robot = robot_csv::read(&path("robot.csv"), robot_text.as_slice())?;
+    let features = features_csv::read(&path("features.csv"), features_text.as_slice(), &sensor)?;
+    let initial_path = path("initial.toml");
+    let initial = initial_text
+        .map(|text| known_toml::parse_guess(&initial_path, &utf8(&initial_path, text)?))
+        .transpose()?;
+    let truth_path = path("truth.toml");
+    let truth = truth_text
+        .map(|text| known_toml::parse_truth(&truth_path, &utf8(&truth_path, text)?))
+        .transpose()?;
+    Ok(Recording {
+        sensor,
+        robot,
+        features,
+        initial,
+        truth,
+        inputs,
+    })
+}
+
+/// Writes a dataset folder; it may exist, but none of the files may.
+///
+/// # Errors
+/// Files that are there already, or that cannot be written.
+pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
+    for name in [
+        "sensor.toml",
+        "robot.csv",
+        "features.csv",
+        "initial.toml",
+        "truth.toml",
+    ] {
+        let file = folder.join(name);
+        if file.exists() {
+            return Err(Error::in_file(&file, Problem::AlreadyExists));
+        }
+    }
+    fs::create_dir_all(folder).map_err(|e| Error::in_file(folder, Problem::Io(e)))?;
+    write_text(
+        &folder.join("sensor.toml"),
+        &sensor_toml::format(&recording.sensor),
+    )?;
+    write_with(&folder.join("robot.csv"), |out| {
+        robot_csv::write(out, &recording.robot)
+    })?;
+    write_with(&folder.join("features.csv"), |out| {
+        features_csv::write(out, &recording.features)
+    })?;
+    if let Some(guess) = &recording.initial {
+        write_text(&folder.join("initial.toml"), &known_toml::format(guess, &[]))?;
+    }
+    if let Some(truth) = &recording.truth {
+        write_text(
+            &folder.join("truth.toml"),
+            &known_toml::format(&truth.parameters, &truth.lines),
+        )?;
+    }
+    Ok(())
+}
+
+type Loader<'a> = dyn FnMut(&str) -> Result<Option<Vec<u8>>, Error> + 'a;
+
+fn required(folder: &Path, name: &str, load: &mut Loader<'_>) -> Result<Vec<u8>, Error> {
+    load(name)?.ok_or_else(|| Error::in_file(&folder.join(name), Problem::Missing))
+}
+
+/// Reads a file as it is and notes its hash; `None` if it does not exist.
+fn load(file: &Path, name: &str, inputs: &mut BTreeMap<String, String>) -> Result<Option<Vec<u8>>, Error> {
+    let bytes = match fs::read(file) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(Error::in_file(file, Problem::Io(error))),
+    };
+    inputs.insert(name.to_owned(), sha256(&bytes));
+    Ok(Some(bytes))
+}
+
+/// SHA-256 in hexadecimal.
+#[must_use]
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+pub(crate) fn utf8(file: &Path, bytes: Vec<u8>) -> Result<String, Error> {
+    String::from_utf8(bytes)
+        .map_err(|_| Error::in_file(file, Problem::Csv("it is not UTF-8 text".to_owned())))
+}
+
+fn write_text(file: &Path, text: &str) -> Result<(), Error> {
+    fs::write(file, text).map_err(|e| Error::in_file(file, Problem::Io(e)))
+}
+
+fn write_with(
+    file: &Path,
+    body: impl FnOnce(&mut BufWriter<fs::File>) -> std::io::Result<()>,
+) -> Result<(), Error> {
+    let write = || {
+        let mut out = BufWriter::new(fs::File::create(file)?);
+        body(&mut out)?;
+        std::io::Write::flush(&mut out)
+    };
+    write().map_err(|e| Error::in_file(file, Problem::Io(e)))
+}

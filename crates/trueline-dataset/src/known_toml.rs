@@ -1,0 +1,122 @@
+//! `initial.toml` and `truth.toml`: time offset, hand-eye transform and lines, where they are known.
+
+use crate::error::{Error, Problem};
+use crate::recording::{Guess, Truth};
+use crate::robot_csv::unit_quaternion;
+use crate::sensor_toml::parse_toml;
+use crate::unit::MM_PER_M;
+use nalgebra::{UnitVector3, Vector3};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use trueline_geometry::{Line, Pose, se3};
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct KnownFile {
+    time_offset_s: f64,
+    tool_from_camera: PoseTable,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    lines: Vec<LineTable>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PoseTable {
+    translation_mm: [f64; 3],
+    rotation_wxyz: [f64; 4],
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LineTable {
+    point_mm: [f64; 3],
+    direction: [f64; 3],
+}
+
+/// Reads a guess.
+///
+/// # Errors
+/// Broken TOML, unknown keys, numbers that are not finite, a quaternion that is not of length 1.
+pub fn parse_guess(file: &Path, text: &str) -> Result<Guess, Error> {
+    Ok(parse_truth(file, text)?.parameters)
+}
+
+/// Reads the truth of a simulation.
+///
+/// # Errors
+/// As [`parse_guess`].
+pub fn parse_truth(file: &Path, text: &str) -> Result<Truth, Error> {
+    let wire: KnownFile = parse_toml(file, text)?;
+    let at = |problem| Error::in_file(file, problem);
+    if !wire.time_offset_s.is_finite() {
+        return Err(at(not_finite("time_offset_s", &[wire.time_offset_s])));
+    }
+    let pose = pose_from(&wire.tool_from_camera).map_err(at)?;
+    let lines = wire
+        .lines
+        .iter()
+        .map(line_from)
+        .collect::<Result<_, _>>()
+        .map_err(at)?;
+    Ok(Truth {
+        parameters: Guess {
+            time_offset_s: wire.time_offset_s,
+            tool_from_camera: pose,
+        },
+        lines,
+    })
+}
+
+/// The text of a truth or, without lines, of a guess.
+#[must_use]
+pub fn format(parameters: &Guess, lines: &[Line]) -> String {
+    let pose = &parameters.tool_from_camera;
+    let q = pose.rotation.quaternion();
+    let wire = KnownFile {
+        time_offset_s: parameters.time_offset_s,
+        tool_from_camera: PoseTable {
+            translation_mm: (pose.translation.vector * MM_PER_M).into(),
+            rotation_wxyz: [q.w, q.i, q.j, q.k],
+        },
+        lines: lines
+            .iter()
+            .map(|line| LineTable {
+                point_mm: (line.anchor() * MM_PER_M).into(),
+                direction: line.direction().into(),
+            })
+            .collect(),
+    };
+    toml::to_string(&wire).unwrap_or_default()
+}
+
+fn not_finite(key: &'static str, found: &[f64]) -> Problem {
+    Problem::Value {
+        key,
+        expected: "finite numbers",
+        found: format!("{found:?}"),
+    }
+}
+
+fn pose_from(wire: &PoseTable) -> Result<Pose, Problem> {
+    if !wire.translation_mm.iter().all(|x| x.is_finite()) {
+        return Err(not_finite(
+            "tool_from_camera.translation_mm",
+            &wire.translation_mm,
+        ));
+    }
+    let rotation = unit_quaternion(wire.rotation_wxyz)?;
+    Ok(se3::from_parts(
+        rotation,
+        Vector3::from(wire.translation_mm) / MM_PER_M,
+    ))
+}
+
+fn line_from(wire: &LineTable) -> Result<Line, Problem> {
+    let direction = Vector3::from(wire.direction);
+    if !wire.point_mm.iter().all(|x| x.is_finite()) {
+        return Err(not_finite("lines.point_mm", &wire.point_mm));
+    }
+    let unit = UnitVector3::try_new(direction, 1e-6).filter(|u| u.iter().all(|x| x.is_finite()));
+    let unit = unit.ok_or_else(|| not_finite("lines.direction", &wire.direction))?;
+    Ok(Line::new(Vector3::from(wire.point_mm) / MM_PER_M, &unit))
+}

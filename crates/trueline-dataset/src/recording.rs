@@ -1,0 +1,106 @@
+//! What was recorded: the only thing calibration ever sees.
+
+use std::collections::BTreeMap;
+use trueline_geometry::{Line, Plane, Pose};
+use trueline_model::Camera;
+
+/// A recorded scan. Stamps are as recorded, in whole nanoseconds; nothing here is corrected.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// What the sensor is.
+    pub sensor: Sensor,
+    /// Robot poses by rising stamp.
+    pub robot: Vec<RobotSample>,
+    /// Seam features by rising stamp.
+    pub features: Vec<Feature>,
+    /// A first guess, if the recording came with one.
+    pub initial: Option<Guess>,
+    /// The truth, if the recording is simulated.
+    pub truth: Option<Truth>,
+    /// SHA-256 of every file that was read, by name.
+    pub inputs: BTreeMap<String, String>,
+}
+
+/// The sensor and its own calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Sensor {
+    /// A camera and a laser plane: features are pixels.
+    CameraLaser {
+        /// The camera.
+        camera: Camera,
+        /// The sheet in the camera frame.
+        laser_plane_in_camera: Plane,
+    },
+    /// A laser profiler: features are (x, z) in its sheet.
+    Profiler,
+    /// Points in the camera frame; the sheet is fitted to them if it is not given.
+    Points {
+        /// The sheet in the camera frame, if known.
+        laser_plane_in_camera: Option<Plane>,
+    },
+}
+
+impl Sensor {
+    /// The name in `sensor.toml`.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::CameraLaser { .. } => "camera_laser",
+            Self::Profiler => "profiler",
+            Self::Points { .. } => "points",
+        }
+    }
+}
+
+/// One pose of the robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotSample {
+    /// Stamp on arrival, ns.
+    pub stamp_ns: i64,
+    /// `base_from_tool`.
+    pub base_from_tool: Pose,
+}
+
+/// One seam point seen by the sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Feature {
+    /// Stamp on arrival, ns; several features of one image share it.
+    pub stamp_ns: i64,
+    /// Which line it lies on, from 0.
+    pub line: u32,
+    /// Frame counter, where recorded.
+    pub frame: Option<u64>,
+    /// What was measured.
+    pub measured: Measured,
+    /// Standard deviations, in the unit of what was measured (px, or m), where recorded.
+    pub sigma: Option<[f64; 2]>,
+}
+
+/// A measured seam point; which form depends on the sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measured {
+    /// Distorted pixel (u, v).
+    Pixel([f64; 2]),
+    /// Point in the camera frame (x, y, z), m.
+    Point([f64; 3]),
+    /// Point in a profiler's sheet (x along the stripe, z range), m.
+    Profile([f64; 2]),
+}
+
+/// A first guess of what is to be estimated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guess {
+    /// Time offset, s: the image stamped t was exposed at t − offset.
+    pub time_offset_s: f64,
+    /// Hand-eye transform.
+    pub tool_from_camera: Pose,
+}
+
+/// What a simulation knows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Truth {
+    /// Time offset and hand-eye transform.
+    pub parameters: Guess,
+    /// The lines in base.
+    pub lines: Vec<Line>,
+}

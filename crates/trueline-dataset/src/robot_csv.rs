@@ -1,0 +1,96 @@
+//! `robot.csv`: base_from_tool over time.
+
+use crate::error::{Error, Problem};
+use crate::recording::RobotSample;
+use crate::stamp;
+use crate::table::{ColumnSpec, Table, required};
+use crate::unit::{MM_PER_M, Quantity};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::io::{Read, Write};
+use std::path::Path;
+use trueline_geometry::se3;
+
+const TIME: usize = 0;
+const POSITION: [usize; 3] = [1, 2, 3];
+const QUATERNION: [usize; 4] = [4, 5, 6, 7];
+
+const COLUMNS: [ColumnSpec; 8] = [
+    required("time", Quantity::Time),
+    required("x", Quantity::Length),
+    required("y", Quantity::Length),
+    required("z", Quantity::Length),
+    required("qw", Quantity::Plain),
+    required("qx", Quantity::Plain),
+    required("qy", Quantity::Plain),
+    required("qz", Quantity::Plain),
+];
+
+/// A quaternion may be this far from length 1: four printed digits are.
+const NORM_TOLERANCE: f64 = 1e-3;
+
+/// Turns (w, x, y, z) into a rotation, or says how long it is.
+///
+/// # Errors
+/// A length that printing cannot explain.
+pub fn unit_quaternion(wxyz: [f64; 4]) -> Result<UnitQuaternion<f64>, Problem> {
+    let q = Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+    let norm = q.norm();
+    if (norm - 1.0).abs() > NORM_TOLERANCE || !norm.is_finite() {
+        return Err(Problem::QuaternionNotUnit { norm });
+    }
+    Ok(UnitQuaternion::new_normalize(q))
+}
+
+/// Reads the robot's poses.
+///
+/// # Errors
+/// Anything that is not a clean table with rising stamps and unit quaternions.
+pub fn read(file: &Path, input: impl Read) -> Result<Vec<RobotSample>, Error> {
+    let mut table = Table::open(file, input, &COLUMNS)?;
+    let mut samples: Vec<RobotSample> = Vec::new();
+    while table.next_row()? {
+        let stamp_ns = table.stamp_ns(TIME)?;
+        if let Some(last) = samples.last()
+            && stamp_ns < last.stamp_ns
+        {
+            let (previous_s, this_s) = (stamp::seconds(last.stamp_ns), stamp::seconds(stamp_ns));
+            return Err(table.error_in(TIME, Problem::TimeRunsBackwards { previous_s, this_s }));
+        }
+        let mut position = Vector3::zeros();
+        for (value, column) in position.iter_mut().zip(POSITION) {
+            *value = table.required_number(column)?;
+        }
+        let mut wxyz = [0.0; 4];
+        for (value, column) in wxyz.iter_mut().zip(QUATERNION) {
+            *value = table.required_number(column)?;
+        }
+        let rotation = unit_quaternion(wxyz).map_err(|p| table.error_in(QUATERNION[0], p))?;
+        samples.push(RobotSample {
+            stamp_ns,
+            base_from_tool: se3::from_parts(rotation, position),
+        });
+    }
+    if samples.is_empty() {
+        return Err(Error::in_file(file, Problem::NoRows));
+    }
+    Ok(samples)
+}
+
+/// Writes the robot's poses so that reading gives them back to the last nanosecond and 1e-15.
+///
+/// # Errors
+/// What the writer says.
+pub fn write(mut out: impl Write, samples: &[RobotSample]) -> std::io::Result<()> {
+    writeln!(out, "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz")?;
+    for sample in samples {
+        let p = sample.base_from_tool.translation.vector * MM_PER_M;
+        let q = sample.base_from_tool.rotation.quaternion();
+        let time = stamp::format_seconds(sample.stamp_ns);
+        writeln!(
+            out,
+            "{time},{},{},{},{},{},{},{}",
+            p.x, p.y, p.z, q.w, q.i, q.j, q.k
+        )?;
+    }
+    Ok(())
+}

@@ -1,0 +1,105 @@
+//! Time stamps: whole nanoseconds, so that an epoch time of ten digits keeps its last microsecond.
+
+/// Reads a decimal number times a power of ten as whole nanoseconds, exactly: `scale_digits` is 9 for
+/// seconds, 6 for milliseconds, 3 for microseconds, 0 for nanoseconds. Digits below one nanosecond are
+/// rounded half away from zero.
+///
+/// Returns `None` if the text is not a finite decimal number or does not fit.
+#[must_use]
+pub fn parse_nanoseconds(text: &str, scale_digits: usize) -> Option<i64> {
+    let text = text.trim();
+    let (negative, digits) = match text.as_bytes().first()? {
+        b'-' => (true, &text[1..]),
+        b'+' => (false, &text[1..]),
+        _ => (false, text),
+    };
+    if digits.bytes().any(|b| b == b'e' || b == b'E') {
+        return from_scientific(text, scale_digits);
+    }
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    if whole.is_empty() && fraction.is_empty() {
+        return None;
+    }
+    let mut value: i64 = 0;
+    for byte in whole.bytes() {
+        value = value.checked_mul(10)?.checked_add(i64::from(digit(byte)?))?;
+    }
+    let mut fraction = fraction.bytes();
+    for _ in 0..scale_digits {
+        let next = fraction.next().map_or(Some(0), digit)?;
+        value = value.checked_mul(10)?.checked_add(i64::from(next))?;
+    }
+    if let Some(byte) = fraction.next() {
+        value = value.checked_add(i64::from(digit(byte)? >= 5))?;
+    }
+    if !fraction.all(|b| b.is_ascii_digit()) {
+        return None;
+    }
+    Some(if negative { -value } else { value })
+}
+
+fn digit(byte: u8) -> Option<u8> {
+    byte.is_ascii_digit().then(|| byte - b'0')
+}
+
+fn from_scientific(text: &str, scale_digits: usize) -> Option<i64> {
+    let value = text.parse::<f64>().ok()? * 10f64.powi(i32::try_from(scale_digits).ok()?);
+    // 2⁶³ ns is 292 years.
+    (value.is_finite() && value.abs() < 9.2e18).then(|| value.round() as i64)
+}
+
+/// Nanoseconds as seconds.
+#[must_use]
+pub fn seconds(nanoseconds: i64) -> f64 {
+    nanoseconds as f64 * 1e-9
+}
+
+/// Nanoseconds as a decimal text in seconds, exact.
+#[must_use]
+pub fn format_seconds(nanoseconds: i64) -> String {
+    let sign = if nanoseconds < 0 { "-" } else { "" };
+    let magnitude = nanoseconds.unsigned_abs();
+    format!(
+        "{sign}{}.{:09}",
+        magnitude / 1_000_000_000,
+        magnitude % 1_000_000_000
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimal_text_is_read_exactly() {
+        assert_eq!(
+            parse_nanoseconds("1763689200.123456789", 9),
+            Some(1_763_689_200_123_456_789)
+        );
+        assert_eq!(parse_nanoseconds("-0.0304914", 6), Some(-30_491));
+        assert_eq!(parse_nanoseconds("11.8852", 6), Some(11_885_200));
+        assert_eq!(parse_nanoseconds("1.5e-3", 9), Some(1_500_000));
+        assert_eq!(parse_nanoseconds("17", 0), Some(17));
+        assert_eq!(parse_nanoseconds(".5", 9), Some(500_000_000));
+        for bad in [
+            "",
+            ".",
+            "-",
+            "1,5",
+            "nan",
+            "inf",
+            "1.5x",
+            "1.0000000000x",
+            "99999999999999999999",
+        ] {
+            assert_eq!(parse_nanoseconds(bad, 9), None, "{bad}");
+        }
+    }
+
+    #[test]
+    fn writing_and_reading_keep_every_nanosecond() {
+        for ns in [0, 1, -1, 999_999_999, -1_000_000_001, 1_763_689_200_123_456_789] {
+            assert_eq!(parse_nanoseconds(&format_seconds(ns), 9), Some(ns));
+        }
+    }
+}

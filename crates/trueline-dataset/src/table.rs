@@ -1,0 +1,279 @@
+//! CSV tables with named columns and units, read strictly.
+
+use crate::error::{Error, Problem};
+use crate::stamp;
+use crate::unit::Quantity;
+use csv::ByteRecord;
+use std::io::Read;
+use std::path::Path;
+
+/// A column that a table may have.
+#[derive(Clone, Copy, Debug)]
+pub struct ColumnSpec {
+    /// Name without unit.
+    pub name: &'static str,
+    /// What it measures.
+    pub quantity: Quantity,
+    /// Whether the table is useless without it.
+    pub required: bool,
+}
+
+/// A needed column.
+#[must_use]
+pub const fn required(name: &'static str, quantity: Quantity) -> ColumnSpec {
+    ColumnSpec {
+        name,
+        quantity,
+        required: true,
+    }
+}
+
+/// A column that may be left out.
+#[must_use]
+pub const fn optional(name: &'static str, quantity: Quantity) -> ColumnSpec {
+    ColumnSpec {
+        name,
+        quantity,
+        required: false,
+    }
+}
+
+#[derive(Clone, Debug)]
+struct Found {
+    index: usize,
+    header: String,
+    scale: f64,
+}
+
+/// An open table; rows are read one at a time.
+pub struct Table<'a, R: Read> {
+    file: &'a Path,
+    reader: csv::Reader<R>,
+    columns: Vec<Option<Found>>,
+    record: ByteRecord,
+}
+
+impl<'a, R: Read> Table<'a, R> {
+    /// Reads the header and finds each column of `specs` in it.
+    ///
+    /// # Errors
+    /// Unknown, duplicate, missing or unit-less columns.
+    pub fn open(file: &'a Path, input: R, specs: &[ColumnSpec]) -> Result<Self, Error> {
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(true)
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(input);
+        let header = reader.headers().map_err(|e| csv_error(file, &e))?.clone();
+        if header.is_empty() || header.iter().all(str::is_empty) {
+            return Err(Error::in_file(file, Problem::NoRows));
+        }
+        let mut columns: Vec<Option<Found>> = vec![None; specs.len()];
+        for (index, name) in header.iter().enumerate() {
+            let name = name.trim_start_matches('\u{feff}');
+            let (spec, scale) =
+                identify(name, specs).map_err(|p| Error::at_line(file, 1, p).in_column(name))?;
+            if columns[spec].is_some() {
+                return Err(Error::at_line(file, 1, Problem::DuplicateColumn).in_column(name));
+            }
+            columns[spec] = Some(Found {
+                index,
+                header: name.to_owned(),
+                scale,
+            });
+        }
+        for (spec, column) in specs.iter().zip(&columns) {
+            if spec.required && column.is_none() {
+                let name = format!("{}{}", spec.name, spec.quantity.usual_suffix());
+                let found = header.iter().collect::<Vec<_>>().join(", ");
+                return Err(Error::at_line(file, 1, Problem::MissingColumn { name, found }));
+            }
+        }
+        Ok(Self {
+            file,
+            reader,
+            columns,
+            record: ByteRecord::new(),
+        })
+    }
+
+    /// Whether an optional column is there.
+    #[must_use]
+    pub fn has(&self, column: usize) -> bool {
+        self.columns[column].is_some()
+    }
+
+    /// Reads the next row; `false` at the end.
+    ///
+    /// # Errors
+    /// A row that is not text or has too few or too many fields.
+    pub fn next_row(&mut self) -> Result<bool, Error> {
+        if !self
+            .reader
+            .read_byte_record(&mut self.record)
+            .map_err(|e| csv_error(self.file, &e))?
+        {
+            return Ok(false);
+        }
+        let expected = self
+            .reader
+            .byte_headers()
+            .map_err(|e| csv_error(self.file, &e))?
+            .len();
+        if self.record.len() != expected {
+            let problem = Problem::FieldCount {
+                expected,
+                found: self.record.len(),
+            };
+            return Err(Error::at_line(self.file, self.line(), problem));
+        }
+        Ok(true)
+    }
+
+    /// Line of the current row, from 1.
+    #[must_use]
+    pub fn line(&self) -> u64 {
+        self.record.position().map_or(0, csv::Position::line)
+    }
+
+    /// An error at the current row.
+    #[must_use]
+    pub fn error(&self, problem: Problem) -> Error {
+        Error::at_line(self.file, self.line(), problem)
+    }
+
+    /// An error at the current row in a column.
+    #[must_use]
+    pub fn error_in(&self, column: usize, problem: Problem) -> Error {
+        let header = self.columns[column]
+            .as_ref()
+            .map_or("", |found| found.header.as_str());
+        self.error(problem).in_column(header)
+    }
+
+    fn text(&self, column: usize) -> Option<(&str, f64)> {
+        let found = self.columns[column].as_ref()?;
+        let text = std::str::from_utf8(&self.record[found.index]).unwrap_or("\u{fffd}");
+        Some((text, found.scale))
+    }
+
+    /// A number in SI, or `None` if the column is not there.
+    ///
+    /// # Errors
+    /// A field that is no finite number.
+    pub fn number(&self, column: usize) -> Result<Option<f64>, Error> {
+        let Some((text, scale)) = self.text(column) else {
+            return Ok(None);
+        };
+        let value: f64 = text.parse().map_err(|_| {
+            self.error_in(
+                column,
+                Problem::NotANumber {
+                    text: text.to_owned(),
+                },
+            )
+        })?;
+        if !value.is_finite() {
+            return Err(self.error_in(
+                column,
+                Problem::NotFinite {
+                    text: text.to_owned(),
+                },
+            ));
+        }
+        Ok(Some(value * scale))
+    }
+
+    /// A number in a column that is required.
+    ///
+    /// # Errors
+    /// As [`Table::number`].
+    pub fn required_number(&self, column: usize) -> Result<f64, Error> {
+        self.number(column)?
+            .ok_or_else(|| self.error(Problem::NotANumber { text: String::new() }))
+    }
+
+    /// A standard deviation in SI: above zero.
+    ///
+    /// # Errors
+    /// As [`Table::number`], and for zero or less.
+    pub fn sigma(&self, column: usize) -> Result<Option<f64>, Error> {
+        let value = self.number(column)?;
+        match value {
+            Some(v) if v <= 0.0 => {
+                let text = self.text(column).map_or_else(String::new, |(t, _)| t.to_owned());
+                Err(self.error_in(column, Problem::NotPositive { text }))
+            }
+            _ => Ok(value),
+        }
+    }
+
+    /// A stamp in nanoseconds.
+    ///
+    /// # Errors
+    /// A field that is no finite decimal number.
+    pub fn stamp_ns(&self, column: usize) -> Result<i64, Error> {
+        let (text, scale) = self.text(column).unwrap_or(("", 1.0));
+        let digits = (9.0 + scale.log10()).round() as usize;
+        stamp::parse_nanoseconds(text, digits).ok_or_else(|| {
+            let text = text.to_owned();
+            let problem = match text.parse::<f64>() {
+                Ok(x) if !x.is_finite() => Problem::NotFinite { text },
+                _ => Problem::NotANumber { text },
+            };
+            self.error_in(column, problem)
+        })
+    }
+
+    /// A whole number from 0, or `None` if the column is not there.
+    ///
+    /// # Errors
+    /// Anything else.
+    pub fn count(&self, column: usize) -> Result<Option<u64>, Error> {
+        let Some((text, _)) = self.text(column) else {
+            return Ok(None);
+        };
+        let parsed = text.parse::<u64>();
+        parsed.map(Some).map_err(|_| {
+            self.error_in(
+                column,
+                Problem::NotACount {
+                    text: text.to_owned(),
+                },
+            )
+        })
+    }
+}
+
+/// Which column a header names, and the size of its unit.
+fn identify(header: &str, specs: &[ColumnSpec]) -> Result<(usize, f64), Problem> {
+    for (index, spec) in specs.iter().enumerate() {
+        if let Some(suffix) = header.strip_prefix(spec.name)
+            && let Some((_, scale)) = spec.quantity.suffixes().iter().find(|(s, _)| *s == suffix)
+        {
+            return Ok((index, *scale));
+        }
+    }
+    if let Some(spec) = specs.iter().find(|spec| spec.name == header) {
+        return Err(Problem::NoUnit {
+            example: format!("{}{}", spec.name, spec.quantity.usual_suffix()),
+        });
+    }
+    let known: Vec<String> = specs
+        .iter()
+        .map(|s| format!("{}{}", s.name, s.quantity.usual_suffix()))
+        .collect();
+    Err(Problem::UnknownColumn {
+        known: known.join(", "),
+    })
+}
+
+fn csv_error(file: &Path, error: &csv::Error) -> Error {
+    let line = error.position().map(csv::Position::line);
+    Error {
+        file: file.to_owned(),
+        line,
+        column: None,
+        problem: Problem::Csv(error.to_string()),
+    }
+}

@@ -1,0 +1,38 @@
+//! Units at the end of names: `x_mm`, `time_ns`. Inside, everything is metre and second.
+
+/// What a column measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// A time stamp.
+    Time,
+    /// A length.
+    Length,
+    /// Image coordinates.
+    Pixel,
+    /// A number without a unit: a quaternion component.
+    Plain,
+    /// A whole number from 0.
+    Count,
+}
+
+impl Quantity {
+    /// The suffixes that are understood, the usual one first, with their size in SI.
+    #[must_use]
+    pub fn suffixes(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Self::Time => &[("_s", 1.0), ("_ms", 1e-3), ("_us", 1e-6), ("_ns", 1e-9)],
+            Self::Length => &[("_mm", 1e-3), ("_m", 1.0)],
+            Self::Pixel => &[("_px", 1.0)],
+            Self::Plain | Self::Count => &[("", 1.0)],
+        }
+    }
+
+    /// The usual suffix.
+    #[must_use]
+    pub fn usual_suffix(self) -> &'static str {
+        self.suffixes()[0].0
+    }
+}
+
+/// Metres to the millimetres of files.
+pub const MM_PER_M: f64 = 1e3;

@@ -1,0 +1,90 @@
+//! What the sensor sees: the line is met with the sheet, the point projected forward.
+
+use crate::scenario::SensorModel;
+use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+use trueline_dataset::Measured;
+use trueline_geometry::{Line, Pose};
+
+/// The sheet's own axes in the camera frame and the point that the scan aims at.
+pub struct SheetAxes {
+    /// Columns: along the stripe, normal, range.
+    pub camera_from_sheet: Rotation3<f64>,
+    /// Middle of the field of view, on the sheet, m in the camera frame.
+    pub middle: Vector3<f64>,
+    /// Unit normal n in the camera frame.
+    pub normal: Vector3<f64>,
+    /// Offset d of the sheet, m.
+    pub offset: f64,
+}
+
+impl SheetAxes {
+    /// The axes of a sensor.
+    #[must_use]
+    pub fn of(sensor: &SensorModel) -> Self {
+        let (normal, offset, middle) = match sensor {
+            SensorModel::CameraLaser {
+                laser_plane_in_camera: plane,
+                ..
+            }
+            | SensorModel::Points {
+                laser_plane_in_camera: plane,
+                ..
+            } => {
+                let n = plane.normal().into_inner();
+                (n, plane.offset(), Vector3::new(0.0, 0.0, plane.offset() / n.z))
+            }
+            SensorModel::Profiler { range_m, .. } => (
+                Vector3::y(),
+                0.0,
+                Vector3::new(0.0, 0.0, 0.5 * (range_m[0] + range_m[1])),
+            ),
+        };
+        // Away from the camera along the sheet, whichever side the normal is on; the stripe runs across.
+        let range = (Vector3::z() - normal * normal.z).normalize();
+        let across = normal * normal.y.signum();
+        let axes = Matrix3::from_columns(&[across.cross(&range), across, range]);
+        Self {
+            camera_from_sheet: Rotation3::from_matrix_unchecked(axes),
+            middle,
+            normal,
+            offset,
+        }
+    }
+
+    /// The point of the sheet at (along the stripe, range) from the middle, m.
+    #[must_use]
+    pub fn point(&self, stripe_m: f64, range_m: f64) -> Vector3<f64> {
+        self.middle + self.camera_from_sheet * Vector3::new(stripe_m, 0.0, range_m)
+    }
+}
+
+/// The true point of a line on the sheet in the camera frame (m), or `None` if they do not meet.
+#[must_use]
+pub fn point_on_sheet(sheet: &SheetAxes, base_from_camera: &Pose, line: &Line) -> Option<Vector3<f64>> {
+    let camera_from_base = base_from_camera.inverse();
+    let start = (camera_from_base * Point3::from(*line.anchor())).coords;
+    let direction = camera_from_base * line.direction();
+    let toward = sheet.normal.dot(&direction);
+    (toward.abs() > 1e-6).then(|| start + direction * ((sheet.offset - sheet.normal.dot(&start)) / toward))
+}
+
+/// What the sensor reports of a point without noise, or `None` if it is out of view.
+#[must_use]
+pub fn measure(sensor: &SensorModel, point_in_camera: &Vector3<f64>) -> Option<Measured> {
+    match sensor {
+        SensorModel::CameraLaser { camera, .. } => camera
+            .project(point_in_camera)
+            .map(|pixel| Measured::Pixel(pixel.into())),
+        SensorModel::Points { camera, .. } => camera
+            .project(point_in_camera)
+            .map(|_| Measured::Point((*point_in_camera).into())),
+        SensorModel::Profiler {
+            half_width_m,
+            range_m,
+        } => {
+            let (x, z) = (point_in_camera.x, point_in_camera.z);
+            let seen = x.abs() <= *half_width_m && z >= range_m[0] && z <= range_m[1];
+            seen.then_some(Measured::Profile([x, z]))
+        }
+    }
+}
