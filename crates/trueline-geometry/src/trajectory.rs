@@ -77,7 +77,7 @@ pub enum TrajectoryError {
 #[derive(Clone, Debug)]
 pub struct Trajectory {
     times: Vec<f64>,
-    poses: Vec<Pose>,
+    segments: Vec<Segment>,
     median_period: f64,
 }
 
@@ -88,7 +88,7 @@ impl Trajectory {
     ///
     /// # Errors
     /// [`TrajectoryError`] says which sample is at fault.
-    pub fn new(times: Vec<f64>, poses: Vec<Pose>) -> Result<Self, TrajectoryError> {
+    pub fn new(times: Vec<f64>, poses: &[Pose]) -> Result<Self, TrajectoryError> {
         if times.len() != poses.len() {
             return Err(TrajectoryError::LengthsDiffer);
         }
@@ -102,9 +102,13 @@ impl Trajectory {
             return Err(TrajectoryError::TimeRunsBackwards { index: k + 1 });
         }
         let median_period = median_positive_step(&times).ok_or(TrajectoryError::TooFewSamples)?;
+        let pairs = times.windows(2).zip(poses.windows(2));
+        let segments = pairs
+            .map(|(t, p)| Segment::between(t[0], &p[0], t[1], &p[1]))
+            .collect();
         Ok(Self {
             times,
-            poses,
+            segments,
             median_period,
         })
     }
@@ -113,12 +117,6 @@ impl Trajectory {
     #[must_use]
     pub fn times(&self) -> &[f64] {
         &self.times
-    }
-
-    /// Sampled poses, `base_from_tool`.
-    #[must_use]
-    pub fn poses(&self) -> &[Pose] {
-        &self.poses
     }
 
     /// Median time between samples, s.
@@ -182,16 +180,16 @@ impl Trajectory {
 
     /// The segment that begins at sample `index`, or `None` if it bridges a gap or has no duration.
     #[must_use]
-    pub fn segment(&self, index: usize) -> Option<Segment> {
-        let (start, end) = (*self.times.get(index)?, *self.times.get(index + 1)?);
-        let duration = end - start;
-        (duration > 0.0 && duration <= self.gap_limit())
-            .then(|| Segment::between(start, &self.poses[index], end, &self.poses[index + 1]))
+    #[inline]
+    pub fn segment(&self, index: usize) -> Option<&Segment> {
+        self.segments
+            .get(index)
+            .filter(|s| s.duration > 0.0 && s.duration <= self.gap_limit())
     }
 
     /// The segment at `time`, or `None` outside the recording or in a gap.
     #[must_use]
-    pub fn segment_at(&self, time: f64) -> Option<Segment> {
+    pub fn segment_at(&self, time: f64) -> Option<&Segment> {
         self.segment(self.bracket(time, 0)?)
     }
 

@@ -1,0 +1,307 @@
+//! The recipe: a recording in, a calibration out.
+
+use crate::calibration::{Calibration, IterationRecord, StampSummary, Status};
+use crate::config::{Config, Hold};
+use crate::error::Error;
+use crate::noise_levels::NoiseLevels;
+use crate::observability::{self, Observability, RANK_THRESHOLD};
+use crate::observations::{Observations, observe};
+use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
+use crate::problem::{Criterion, LineProblem};
+use crate::residuals::{self, ResidualSummary};
+use crate::{initial, uncertainty};
+use trueline_dataset::{Guess, Recording};
+use trueline_lsq::{Information, Iteration, Loss, Solution, SolveOptions, Termination, solve};
+
+/// Estimates time offset, hand-eye transform and lines from a recording.
+///
+/// `initial` is where to start; without it the start is found from nothing.
+///
+/// # Errors
+/// [`Error`] if there is no estimate at all. A doubtful one is a [`Calibration`] that is not accepted.
+pub fn calibrate(
+    recording: &Recording,
+    initial: Option<&Guess>,
+    config: &Config,
+) -> Result<Calibration, Error> {
+    let observations = observe(recording, config)?;
+    check_overlap(&observations, config)?;
+    let noise = NoiseLevels {
+        robot_sigma_m: config.robot_sigma_m,
+        stamp_sigma_s: config.stamp_sigma_s,
+        factor: 1.0,
+    };
+    let start = match initial {
+        Some(guess) => initial::from_guess(&observations, guess)?,
+        None => initial::from_nothing(&observations, config, &noise)?,
+    };
+    let fixed = held_components(config, initial)?;
+    let fit = refine(&observations, config, noise, &fixed, start)?;
+    let problem = fit.problem(&observations, config);
+    let information =
+        Information::new(&fit.solution.equations.hessian, &fixed, RANK_THRESHOLD).ok_or(Error::NoStart)?;
+    let parameters = fit.solution.state.clone();
+    let uncertainty = uncertainty::assess(&problem, &parameters, &information);
+    let observability = observability::assess(&information, &parameters);
+    let (features, skipped) = residuals::evaluate(&problem, &parameters);
+    let summary = residuals::summarise(&features, skipped);
+    let reasons = reasons_against(&observability, &summary, &fit);
+    Ok(Calibration {
+        status: if reasons.is_empty() {
+            Status::Accepted
+        } else {
+            Status::NotAccepted
+        },
+        warnings: warnings(&summary, &observations),
+        reasons,
+        covariance: uncertainty.covariance,
+        estimated: (0..parameters.dimension()).map(|k| !fixed.contains(&k)).collect(),
+        observability,
+        residuals: summary,
+        features,
+        noise_factor: fit.noise.factor,
+        covariance_model_share: uncertainty.model_share,
+        termination: fit.solution.termination,
+        iterations: fit.iterations,
+        robot_stamps: StampSummary::of_trajectory(&observations.trajectory),
+        image_stamps: StampSummary::of_images(&observations),
+        sheet_fit_rms_m: observations.sheet_fit_rms_m,
+        origin_ns: observations.origin_ns,
+        inputs: recording.inputs.clone(),
+        config: config.clone(),
+        parameters,
+    })
+}
+
+/// A solved problem and how it got there.
+struct Fit {
+    solution: Solution<Parameters>,
+    noise: NoiseLevels,
+    whitened_at: Parameters,
+    iterations: Vec<IterationRecord>,
+}
+
+impl Fit {
+    /// The problem whose solution this is.
+    fn problem<'a>(&self, observations: &'a Observations, config: &Config) -> LineProblem<'a> {
+        let criterion = Criterion {
+            residual: config.residual,
+            loss: config.final_loss(),
+        };
+        LineProblem::new(
+            observations,
+            &observations.list,
+            criterion,
+            &self.noise,
+            &self.whitened_at,
+        )
+    }
+}
+
+/// Most rounds of narrowing: from metres to micrometres at a third each.
+const NARROWING_ROUNDS: usize = 12;
+/// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
+const LEAST_NOISE_FACTOR: f64 = 1e-3;
+
+/// From a start to the optimum over all features: first a redescending loss as wide as the residuals
+/// are, narrowed while they shrink; then the final loss, whitened for the noise that is really there.
+fn refine(
+    observations: &Observations,
+    config: &Config,
+    noise: NoiseLevels,
+    fixed: &[usize],
+    start: Parameters,
+) -> Result<Fit, Error> {
+    let mut fit = Rounds {
+        observations,
+        config,
+        fixed,
+        iterations: Vec::new(),
+    };
+    let mut state = start;
+    let mut last_width = f64::INFINITY;
+    for _ in 0..NARROWING_ROUNDS {
+        // Three times the typical residual keeps the good ones and gives little weight to the wild ones.
+        let coarse = LineProblem::coarse(observations, &observations.list, Loss::Squared, &noise);
+        let width = 3.0 * residuals::noise_factor(&coarse.squared_residuals(&state)).max(1.0);
+        if width > 0.5 * last_width || width <= 3.0 {
+            break;
+        }
+        last_width = width;
+        let options = SolveOptions {
+            max_iterations: 10,
+            cost_threshold: 1e-2,
+            ..SolveOptions::default()
+        };
+        let loss = Loss::GemanMcClure { scale: width };
+        state = fit.round(loss, &noise, state, &options)?.state;
+    }
+    fit.finish(noise, state)
+}
+
+struct Rounds<'a> {
+    observations: &'a Observations,
+    config: &'a Config,
+    fixed: &'a [usize],
+    iterations: Vec<IterationRecord>,
+}
+
+impl Rounds<'_> {
+    fn round(
+        &mut self,
+        loss: Loss,
+        noise: &NoiseLevels,
+        start: Parameters,
+        options: &SolveOptions,
+    ) -> Result<Solution<Parameters>, Error> {
+        let criterion = Criterion {
+            residual: self.config.residual,
+            loss,
+        };
+        let problem = LineProblem::new(
+            self.observations,
+            &self.observations.list,
+            criterion,
+            noise,
+            &start,
+        );
+        let solution = solve(&problem, start, self.fixed, options).map_err(|_| Error::NoStart)?;
+        self.iterations.extend(
+            solution
+                .iterations
+                .iter()
+                .map(|step| record(self.observations, step)),
+        );
+        Ok(solution)
+    }
+
+    /// The final loss; once to learn how large the noise is, once with it.
+    fn finish(mut self, expected: NoiseLevels, start: Parameters) -> Result<Fit, Error> {
+        let loss = self.config.final_loss();
+        let criterion = Criterion {
+            residual: self.config.residual,
+            loss,
+        };
+        let mut noise = expected;
+        let mut state = start;
+        for last in [false, true] {
+            let problem = LineProblem::new(
+                self.observations,
+                &self.observations.list,
+                criterion,
+                &noise,
+                &state,
+            );
+            let larger = residuals::noise_factor(&problem.squared_residuals(&state));
+            noise.factor = (noise.factor * larger).max(LEAST_NOISE_FACTOR);
+            state = initial::with_lines_amid_points(self.observations, state);
+            let whitened_at = state.clone();
+            let solution = self.round(loss, &noise, state, &SolveOptions::default())?;
+            state = solution.state.clone();
+            if last {
+                return Ok(Fit {
+                    solution,
+                    noise,
+                    whitened_at,
+                    iterations: self.iterations,
+                });
+            }
+        }
+        Err(Error::NoStart)
+    }
+}
+
+fn record(observations: &Observations, step: &Iteration<Parameters>) -> IterationRecord {
+    let criterion = Criterion {
+        residual: crate::ResidualKind::PointToLine,
+        loss: Loss::Squared,
+    };
+    let unit = NoiseLevels {
+        robot_sigma_m: 0.0,
+        stamp_sigma_s: 0.0,
+        factor: 1.0,
+    };
+    let problem = LineProblem::new(observations, &observations.list, criterion, &unit, &step.state);
+    let squared = problem.squared_residuals(&step.state);
+    let mean = squared.iter().sum::<f64>() / squared.len().max(1) as f64;
+    IterationRecord {
+        cost: step.cost,
+        rms_m: mean.sqrt() * crate::problem::POINT_TO_LINE_SIGMA_M,
+        parameters: step.state.clone(),
+        accepted: step.accepted,
+    }
+}
+
+fn check_overlap(observations: &Observations, config: &Config) -> Result<(), Error> {
+    let (robot_start_s, robot_end_s) = observations.trajectory.span();
+    let stamps = || observations.list.iter().map(|o| o.stamp_s);
+    let image_start_s = stamps().fold(f64::INFINITY, f64::min);
+    let image_end_s = stamps().fold(f64::NEG_INFINITY, f64::max);
+    let margin = config.offset_search_s;
+    if image_start_s - margin > robot_end_s || image_end_s + margin < robot_start_s {
+        return Err(Error::NoOverlap {
+            robot_start_s,
+            robot_end_s,
+            image_start_s,
+            image_end_s,
+        });
+    }
+    Ok(())
+}
+
+fn held_components(config: &Config, initial: Option<&Guess>) -> Result<Vec<usize>, Error> {
+    let mut fixed = Vec::new();
+    for hold in &config.hold {
+        if initial.is_none() {
+            return Err(Error::NothingToHold { held: hold.name() });
+        }
+        match hold {
+            Hold::TimeOffset => fixed.push(TIME_OFFSET),
+            Hold::HandEye => fixed.extend(ROTATION..LINES),
+        }
+    }
+    Ok(fixed)
+}
+
+/// Residuals this much larger than expected are not noise: something is wrong with the data or the frames.
+const NOISE_FACTOR_LIMIT: f64 = 10.0;
+/// With more outliers than this the majority no longer decides.
+const OUTLIER_LIMIT: f64 = 0.5;
+
+fn reasons_against(observability: &Observability, summary: &ResidualSummary, fit: &Fit) -> Vec<String> {
+    let mut reasons: Vec<String> = observability
+        .unseen
+        .iter()
+        .map(|unseen| {
+            format!(
+                "{} cannot be seen: {}",
+                unseen.group.name().replace('_', " "),
+                unseen.advice
+            )
+        })
+        .collect();
+    let termination: Termination = fit.solution.termination;
+    if !termination.is_converged() {
+        reasons.push(format!("the solver did not converge ({termination})"));
+    }
+    if fit.noise.factor > NOISE_FACTOR_LIMIT {
+        reasons.push(format!(
+            "residuals are {:.0} times larger than noise explains: check units, frames and the laser plane",
+            fit.noise.factor
+        ));
+    }
+    let share = summary.outliers as f64 / summary.used.max(1) as f64;
+    if share > OUTLIER_LIMIT {
+        reasons.push(format!("{:.0} % of the features are outliers", 100.0 * share));
+    }
+    reasons
+}
+
+fn warnings(summary: &ResidualSummary, observations: &Observations) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let skipped: usize = summary.skipped.values().sum();
+    if skipped * 10 > observations.list.len() {
+        warnings.push(format!("{skipped} features could not be used; see skipped"));
+    }
+    warnings
+}

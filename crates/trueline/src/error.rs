@@ -1,0 +1,87 @@
+//! Why there is no calibration at all.
+
+use trueline_geometry::trajectory::TrajectoryError;
+
+/// A recording from which nothing can be estimated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The robot's poses are not a trajectory.
+    #[error("the robot stream cannot be used: {0:?}")]
+    Trajectory(TrajectoryError),
+    /// Too few features for the unknowns.
+    #[error("line {line}: {usable} usable features, at least {needed} are needed")]
+    TooFewFeatures {
+        /// The line.
+        line: u32,
+        /// Features that could be used.
+        usable: usize,
+        /// How many it takes.
+        needed: usize,
+    },
+    /// Lines are not numbered from 0 without a gap.
+    #[error(
+        "line {line} has no feature, though line {highest} has some: lines are numbered from 0 without gaps"
+    )]
+    LineMissing {
+        /// The empty line.
+        line: u32,
+        /// The highest line.
+        highest: u32,
+    },
+    /// Points that do not define a laser plane.
+    #[error("the points do not define a laser plane: they all lie on one line in the camera frame")]
+    SheetUndefined,
+    /// Points that do not lie in a plane.
+    #[error(
+        "the points do not lie in one laser plane: {rms_m} m RMS; use `--residual point-to-line`, or give the plane"
+    )]
+    PointsNotInSheet {
+        /// Root mean square distance from the best plane, m.
+        rms_m: f64,
+    },
+    /// The images and the robot do not overlap in time.
+    #[error(
+        "images and robot do not overlap in time: robot {robot_start_s} to {robot_end_s} s, images {image_start_s} to {image_end_s} s"
+    )]
+    NoOverlap {
+        /// First robot stamp, s.
+        robot_start_s: f64,
+        /// Last robot stamp, s.
+        robot_end_s: f64,
+        /// First image stamp, s.
+        image_start_s: f64,
+        /// Last image stamp, s.
+        image_end_s: f64,
+    },
+    /// Something is held that was never given.
+    #[error("`{held}` is to be held fixed, but there is no initial value for it")]
+    NothingToHold {
+        /// What is held.
+        held: &'static str,
+    },
+    /// No start led to a finite cost.
+    #[error("no start leads to a finite cost: the line runs along the laser sheet, or no feature is usable")]
+    NoStart,
+}
+
+impl Error {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::Trajectory(_) => "robot.csv needs at least two samples of rising time",
+            Self::TooFewFeatures { .. } => "record a longer scan, or check why features were skipped",
+            Self::LineMissing { .. } => "number the lines 0, 1, 2, … in the column `line`",
+            Self::SheetUndefined => {
+                "give the laser plane in sensor.toml, or let the feature sweep the field of view"
+            }
+            Self::PointsNotInSheet { .. } => {
+                "are all points measured by the same laser plane, in the camera frame?"
+            }
+            Self::NoOverlap { .. } => "both streams must be stamped by the same clock, up to the time offset",
+            Self::NothingToHold { .. } => "give it in initial.toml or with --initial",
+            Self::NoStart => "does the laser stripe cross the line, and are the frames of the poses right?",
+        }
+    }
+}

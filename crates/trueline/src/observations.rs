@@ -1,0 +1,185 @@
+//! Recording → observations: every feature lifted onto the laser sheet, with its covariance there.
+
+use crate::config::Config;
+use crate::error::Error;
+use nalgebra::{Matrix2, Vector2, Vector3};
+use std::collections::BTreeMap;
+use trueline_dataset::{Feature, Measured, Recording, Sensor};
+use trueline_geometry::{Trajectory, fit};
+use trueline_model::LaserSheet;
+
+/// One seam point on the sheet.
+#[derive(Clone, Copy, Debug)]
+pub struct Observation {
+    /// Stamp of its image since the start of the recording, s.
+    pub stamp_s: f64,
+    /// Which line.
+    pub line: u32,
+    /// Row of the feature in the recording, from 0.
+    pub row: u32,
+    /// The point in the camera frame, m.
+    pub point_in_camera: Vector3<f64>,
+    /// Covariance of the measurement in the sheet, m²: \[xx, xy, yy\].
+    pub covariance: [f64; 3],
+}
+
+/// Everything the problem is made of.
+#[derive(Clone, Debug)]
+pub struct Observations {
+    /// Robot poses over time since the start of the recording.
+    pub trajectory: Trajectory,
+    /// The laser sheet.
+    pub sheet: LaserSheet,
+    /// The observations by rising stamp.
+    pub list: Vec<Observation>,
+    /// Number of lines.
+    pub line_count: usize,
+    /// Time 0 of `stamp_s` and of the trajectory, ns.
+    pub origin_ns: i64,
+    /// Standard deviation that one pixel of residual stands for; `None` where features are lengths.
+    pub sigma_px: Option<f64>,
+    /// RMS of the points about the sheet that was fitted to them, m; `None` where the sheet was given.
+    pub sheet_fit_rms_m: Option<f64>,
+    /// Features that could not be used, by reason.
+    pub skipped: BTreeMap<&'static str, usize>,
+}
+
+/// Pixels whose ray does not exist or does not meet the sheet.
+pub const SKIP_NO_RAY: &str = "pixel outside the image or the lens model";
+/// Rays that run along the sheet or meet it behind the camera.
+pub const SKIP_NO_SHEET: &str = "ray does not meet the laser sheet";
+
+/// Points further than this (RMS) from a plane were not measured in one laser sheet.
+const SHEET_RMS_LIMIT_M: f64 = 1e-3;
+
+/// Lifts the features of a recording onto the sheet.
+///
+/// # Errors
+/// A robot stream that is no trajectory, points without a sheet, lines without features.
+pub fn observe(recording: &Recording, config: &Config) -> Result<Observations, Error> {
+    let origin_ns = recording.robot.first().map_or(0, |sample| sample.stamp_ns);
+    let times = recording
+        .robot
+        .iter()
+        .map(|s| seconds_since(origin_ns, s.stamp_ns))
+        .collect();
+    let poses: Vec<_> = recording.robot.iter().map(|s| s.base_from_tool).collect();
+    let trajectory = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
+    let (sheet, sheet_fit_rms_m) = sheet_of(recording, config)?;
+    let mut skipped = BTreeMap::new();
+    let mut list = Vec::with_capacity(recording.features.len());
+    for (row, feature) in recording.features.iter().enumerate() {
+        match lift(&recording.sensor, &sheet, feature, config) {
+            Ok((point_in_camera, covariance)) => list.push(Observation {
+                stamp_s: seconds_since(origin_ns, feature.stamp_ns),
+                line: feature.line,
+                row: row as u32,
+                point_in_camera,
+                covariance: [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]],
+            }),
+            Err(reason) => *skipped.entry(reason).or_insert(0) += 1,
+        }
+    }
+    let line_count = count_lines(&list)?;
+    let sigma_px = matches!(recording.sensor, Sensor::CameraLaser { .. }).then_some(config.feature_sigma_px);
+    Ok(Observations {
+        trajectory,
+        sheet,
+        list,
+        line_count,
+        origin_ns,
+        sigma_px,
+        sheet_fit_rms_m,
+        skipped,
+    })
+}
+
+fn seconds_since(origin_ns: i64, stamp_ns: i64) -> f64 {
+    (stamp_ns - origin_ns) as f64 * 1e-9
+}
+
+fn sheet_of(recording: &Recording, config: &Config) -> Result<(LaserSheet, Option<f64>), Error> {
+    match &recording.sensor {
+        Sensor::CameraLaser {
+            laser_plane_in_camera,
+            ..
+        } => Ok((LaserSheet::from_plane(*laser_plane_in_camera), None)),
+        Sensor::Profiler => Ok((LaserSheet::of_profiler(), None)),
+        Sensor::Points {
+            laser_plane_in_camera: Some(plane),
+        } => Ok((LaserSheet::from_plane(*plane), None)),
+        Sensor::Points {
+            laser_plane_in_camera: None,
+        } => fitted_sheet(recording, config),
+    }
+}
+
+fn fitted_sheet(recording: &Recording, config: &Config) -> Result<(LaserSheet, Option<f64>), Error> {
+    let points: Vec<Vector3<f64>> = recording
+        .features
+        .iter()
+        .filter_map(|f| match f.measured {
+            Measured::Point(p) => Some(Vector3::from(p)),
+            _ => None,
+        })
+        .collect();
+    let fit = fit::robust_plane(&points).ok_or(Error::SheetUndefined)?;
+    if fit.extent < 10.0 * config.feature_sigma_m {
+        return Err(Error::SheetUndefined);
+    }
+    if fit.rms > SHEET_RMS_LIMIT_M && config.residual == crate::ResidualKind::Sheet {
+        return Err(Error::PointsNotInSheet { rms_m: fit.rms });
+    }
+    Ok((LaserSheet::from_plane(fit.plane), Some(fit.rms)))
+}
+
+/// The point in the camera frame (m) and its covariance in the sheet (m²), or why there is none.
+fn lift(
+    sensor: &Sensor,
+    sheet: &LaserSheet,
+    feature: &Feature,
+    config: &Config,
+) -> Result<(Vector3<f64>, Matrix2<f64>), &'static str> {
+    let squared = |sigma: [f64; 2]| Matrix2::new(sigma[0].powi(2), 0.0, 0.0, sigma[1].powi(2));
+    let sigma_m = || feature.sigma.unwrap_or([config.feature_sigma_m; 2]);
+    match (feature.measured, sensor) {
+        (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
+            let (ray, d_ray_d_pixel) = camera.ray(&Vector2::from(pixel)).map_err(|_| SKIP_NO_RAY)?;
+            let (point, d_point_d_ray) = sheet.intersect(&ray).ok_or(SKIP_NO_SHEET)?;
+            let d_sheet_d_pixel = sheet.axes().transpose() * d_point_d_ray * d_ray_d_pixel;
+            let sigma = squared(feature.sigma.unwrap_or([config.feature_sigma_px; 2]));
+            Ok((point, d_sheet_d_pixel * sigma * d_sheet_d_pixel.transpose()))
+        }
+        (Measured::Profile([x, z]), _) => Ok((Vector3::new(x, 0.0, z), squared(sigma_m()))),
+        (Measured::Point(point), _) => Ok((Vector3::from(point), squared(sigma_m()))),
+        (Measured::Pixel(_), _) => Err(SKIP_NO_RAY),
+    }
+}
+
+fn count_lines(list: &[Observation]) -> Result<usize, Error> {
+    let Some(highest) = list.iter().map(|o| o.line).max() else {
+        return Err(Error::TooFewFeatures {
+            line: 0,
+            usable: 0,
+            needed: MIN_FEATURES,
+        });
+    };
+    for line in 0..=highest {
+        let usable = list.iter().filter(|o| o.line == line).count();
+        if usable == 0 {
+            return Err(Error::LineMissing { line, highest });
+        }
+        if usable < MIN_FEATURES {
+            return Err(Error::TooFewFeatures {
+                line,
+                usable,
+                needed: MIN_FEATURES,
+            });
+        }
+    }
+    Ok(highest as usize + 1)
+}
+
+/// Fewest features of a line: with two numbers each, four are enough for its own unknowns; ten leave
+/// something to judge them by.
+const MIN_FEATURES: usize = 10;

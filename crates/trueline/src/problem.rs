@@ -1,0 +1,266 @@
+//! Observations → problem: one whitened residual for each observation, with its Jacobian by the chain rule.
+
+use crate::config::ResidualKind;
+use crate::noise_levels::{NoiseLevels, Whitener};
+use crate::observations::{Observation, Observations};
+use crate::parameters::{LINES, Parameters, line_index};
+use nalgebra::{DVector, SMatrix, SVector, Vector2};
+use trueline_lsq::{LeastSquares, Loss, NormalEquations};
+use trueline_model::point_to_line::{self, ResidualJacobian};
+use trueline_model::{Placement, sheet_residual};
+
+/// Unknowns that one observation depends on: 7 of sensor and clock, 4 of its line.
+pub const LOCAL: usize = LINES + 4;
+
+/// Standard deviation that stands for one unit of the point-to-line residual until its spread is known, m.
+pub const POINT_TO_LINE_SIGMA_M: f64 = 5e-5;
+
+/// The least-squares problem of a scan.
+pub struct LineProblem<'a> {
+    /// Trajectory and sheet; the list is in `selected`.
+    pub observations: &'a Observations,
+    /// The observations that take part, by rising stamp, and their whiteners.
+    pub selected: Vec<(Observation, Whitener)>,
+    /// Which residual.
+    pub residual: ResidualKind,
+    /// Robust loss.
+    pub loss: Loss,
+}
+
+/// The part of an observation that cannot be evaluated (outside the recording, in a gap, or the line
+/// along the sheet), in squared standard deviations: as bad as a residual of 1000 σ. A redescending loss
+/// has long saturated there, so that a search gains nothing by pushing features off the recording.
+const UNUSABLE_SQUARED: f64 = 1e6;
+
+/// What is minimised: the residual and its robust loss.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Criterion {
+    /// Which residual.
+    pub residual: ResidualKind,
+    /// Robust loss on the whitened residual.
+    pub loss: Loss,
+}
+
+impl<'a> LineProblem<'a> {
+    /// A problem over `list`, whitened for the noise expected at the parameters `at`.
+    #[must_use]
+    pub fn new(
+        observations: &'a Observations,
+        list: &[Observation],
+        criterion: Criterion,
+        noise: &NoiseLevels,
+        at: &Parameters,
+    ) -> Self {
+        let mut hint = 0;
+        let whitener = |o: &Observation| match criterion.residual {
+            ResidualKind::PointToLine => Whitener::isotropic(POINT_TO_LINE_SIGMA_M * noise.factor),
+            ResidualKind::Sheet => sheet_whitener(observations, o, noise, at, &mut hint),
+        };
+        let whiteners: Vec<Whitener> = list.iter().map(whitener).collect();
+        Self::with_whiteners(observations, list, &whiteners, criterion)
+    }
+
+    /// A problem for a search far from the solution, where speeds across the sheet mean nothing yet:
+    /// whitened for the noise of feature and robot alone.
+    #[must_use]
+    pub fn coarse(
+        observations: &'a Observations,
+        list: &[Observation],
+        loss: Loss,
+        noise: &NoiseLevels,
+    ) -> Self {
+        let whiteners: Vec<Whitener> = list.iter().map(|o| noise.coarse_whitener(o.covariance)).collect();
+        Self::with_whiteners(
+            observations,
+            list,
+            &whiteners,
+            Criterion {
+                residual: ResidualKind::Sheet,
+                loss,
+            },
+        )
+    }
+
+    fn with_whiteners(
+        observations: &'a Observations,
+        list: &[Observation],
+        whiteners: &[Whitener],
+        criterion: Criterion,
+    ) -> Self {
+        let selected = list.iter().copied().zip(whiteners.iter().copied()).collect();
+        Self {
+            observations,
+            selected,
+            residual: criterion.residual,
+            loss: criterion.loss,
+        }
+    }
+
+    /// Squared whitened residuals of all observations that can be evaluated.
+    #[must_use]
+    pub fn squared_residuals(&self, at: &Parameters) -> Vec<f64> {
+        let mut hint = 0;
+        let squared = |(o, whitener): &(Observation, Whitener)| {
+            self.residual(o, at, &mut hint)
+                .map(|r| whitener.apply(&r).norm_squared())
+        };
+        self.selected.iter().filter_map(squared).collect()
+    }
+
+    /// Where the sensor was at the exposure of an observation; `None` outside the recording or in a gap.
+    #[must_use]
+    pub fn placement(&self, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<Placement> {
+        placement(self.observations, o, at, hint)
+    }
+
+    /// Residual of an observation in m, not whitened.
+    #[must_use]
+    pub fn residual(&self, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<Vector2<f64>> {
+        let placement = self.placement(o, at, hint)?;
+        let line = &at.lines[o.line as usize];
+        match self.residual {
+            ResidualKind::PointToLine => Some(point_to_line::residual(&placement, &o.point_in_camera, line)),
+            ResidualKind::Sheet => {
+                sheet_residual::residual(&placement, &self.observations.sheet, &o.point_in_camera, line)
+            }
+        }
+    }
+
+    fn linearized(&self, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<ResidualJacobian> {
+        let placement = self.placement(o, at, hint)?;
+        let line = &at.lines[o.line as usize];
+        match self.residual {
+            ResidualKind::PointToLine => Some(point_to_line::linearize(&placement, &o.point_in_camera, line)),
+            ResidualKind::Sheet => {
+                sheet_residual::linearize(&placement, &self.observations.sheet, &o.point_in_camera, line)
+                    .map(|(jacobian, _)| jacobian)
+            }
+        }
+    }
+
+    /// Whitened residual and Jacobian (2×11: sensor and clock, then the observation's own line).
+    #[must_use]
+    pub fn whitened(
+        &self,
+        (observation, whitener): &(Observation, Whitener),
+        at: &Parameters,
+        hint: &mut usize,
+    ) -> Option<(Vector2<f64>, SMatrix<f64, 2, LOCAL>)> {
+        let parts = self.linearized(observation, at, hint)?;
+        let mut jacobian = SMatrix::<f64, 2, LOCAL>::zeros();
+        jacobian.fixed_columns_mut::<1>(0).copy_from(&parts.d_time_offset);
+        jacobian.fixed_columns_mut::<3>(1).copy_from(&parts.d_rotation);
+        jacobian.fixed_columns_mut::<3>(4).copy_from(&parts.d_translation);
+        jacobian.fixed_columns_mut::<4>(LINES).copy_from(&parts.d_line);
+        let [w11, w21, w22] = whitener.0;
+        let whiten = nalgebra::Matrix2::new(w11, 0.0, w21, w22);
+        Some((whiten * parts.residual, whiten * jacobian))
+    }
+}
+
+/// Where the sensor was at the exposure of an observation; `None` outside the recording or in a gap.
+#[must_use]
+pub fn placement(
+    observations: &Observations,
+    observation: &Observation,
+    at: &Parameters,
+    hint: &mut usize,
+) -> Option<Placement> {
+    let exposure = observation.stamp_s - at.time_offset_s;
+    let index = observations.trajectory.bracket(exposure, *hint)?;
+    *hint = index;
+    let segment = observations.trajectory.segment(index)?;
+    Some(Placement::new(segment, exposure, &at.tool_from_camera))
+}
+
+fn sheet_whitener(
+    observations: &Observations,
+    o: &Observation,
+    noise: &NoiseLevels,
+    at: &Parameters,
+    hint: &mut usize,
+) -> Whitener {
+    let line = &at.lines[o.line as usize];
+    let linearized = placement(observations, o, at, hint).and_then(|placement| {
+        sheet_residual::linearize(&placement, &observations.sheet, &o.point_in_camera, line)
+    });
+    let fine = linearized.and_then(|(jacobian, onto_sheet)| {
+        Whitener::of(&noise.covariance(o.covariance, &onto_sheet, &jacobian.d_time_offset))
+    });
+    fine.unwrap_or_else(|| noise.coarse_whitener(o.covariance))
+}
+
+impl LeastSquares for LineProblem<'_> {
+    type State = Parameters;
+
+    fn dimension(&self) -> usize {
+        line_index(self.observations.line_count)
+    }
+
+    fn retract(&self, state: &Parameters, step: &DVector<f64>) -> Parameters {
+        state.retract(step)
+    }
+
+    fn cost(&self, state: &Parameters) -> f64 {
+        let mut hint = 0;
+        let squared = |(o, whitener): &(Observation, Whitener)| {
+            self.residual(o, state, &mut hint)
+                .map_or(UNUSABLE_SQUARED, |r| whitener.apply(&r).norm_squared())
+        };
+        self.selected
+            .iter()
+            .map(squared)
+            .map(|s| 0.5 * self.loss.value(s))
+            .sum()
+    }
+
+    fn linearize(&self, state: &Parameters, equations: &mut NormalEquations) {
+        let mut hint = 0;
+        let mut sums = vec![LineSums::default(); self.observations.line_count];
+        for pair in &self.selected {
+            match self.whitened(pair, state, &mut hint) {
+                Some((residual, jacobian)) => {
+                    let squared = residual.norm_squared();
+                    let weight = self.loss.weight(squared);
+                    let own = &mut sums[pair.0.line as usize];
+                    own.hessian += jacobian.transpose() * jacobian * weight;
+                    own.gradient += jacobian.transpose() * residual * weight;
+                    equations.cost += 0.5 * self.loss.value(squared);
+                }
+                None => equations.cost += 0.5 * self.loss.value(UNUSABLE_SQUARED),
+            }
+        }
+        for (line, own) in sums.iter().enumerate() {
+            own.add_to(equations, line);
+        }
+    }
+}
+
+/// Sums of one line over its 11 unknowns.
+#[derive(Clone, Default)]
+struct LineSums {
+    hessian: SMatrix<f64, LOCAL, LOCAL>,
+    gradient: SVector<f64, LOCAL>,
+}
+
+impl LineSums {
+    fn add_to(&self, equations: &mut NormalEquations, line: usize) {
+        let place = |k: usize| global_index(k, line);
+        for row in 0..LOCAL {
+            equations.gradient[place(row)] += self.gradient[row];
+            for column in 0..LOCAL {
+                equations.hessian[(place(row), place(column))] += self.hessian[(row, column)];
+            }
+        }
+    }
+}
+
+/// Index among all unknowns of one of the 11 that an observation of `line` depends on.
+#[must_use]
+pub fn global_index(local: usize, line: usize) -> usize {
+    if local < LINES {
+        local
+    } else {
+        line_index(line) + local - LINES
+    }
+}

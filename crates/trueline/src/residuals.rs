@@ -1,0 +1,166 @@
+//! What is left over: every feature's residual, and the figures that sum them up.
+
+use crate::noise_levels::{Whitener, symmetric};
+use crate::observations::Observations;
+use crate::parameters::Parameters;
+use crate::problem::{LineProblem, placement};
+use nalgebra::{Vector2, Vector3};
+use std::collections::BTreeMap;
+
+/// Squared whitened residual (two components) that good data exceed once in a thousand: χ²₂, 99.9 %.
+pub const OUTLIER_SQUARED: f64 = 13.816;
+
+/// The residual of one feature at the solution.
+#[derive(Clone, Copy, Debug)]
+pub struct FeatureResidual {
+    /// Row of the feature in the recording, from 0.
+    pub row: u32,
+    /// Which line.
+    pub line: u32,
+    /// Stamp of its image since the start, s.
+    pub stamp_s: f64,
+    /// The point in base, m.
+    pub point_in_base: Vector3<f64>,
+    /// Offset from the line in base along its two cross axes, m.
+    pub offset_m: Vector2<f64>,
+    /// Measured minus predicted in standard deviations of the feature alone times its sigma, px.
+    pub residual_px: Option<Vector2<f64>>,
+    /// Length of the whitened residual, σ.
+    pub normalised: f64,
+    /// Weight of the robust loss, 0 to 1.
+    pub weight: f64,
+}
+
+impl FeatureResidual {
+    /// Whether good data would hardly ever be that far off.
+    #[must_use]
+    pub fn is_outlier(&self) -> bool {
+        self.normalised.powi(2) > OUTLIER_SQUARED
+    }
+}
+
+/// Why a feature could not be used at the solution.
+pub const SKIP_OUTSIDE: &str = "exposed outside the robot recording";
+/// The robot stream has a gap there.
+pub const SKIP_GAP: &str = "exposed in a gap of the robot stream";
+/// The line has no intersection with the sheet.
+pub const SKIP_ALONG: &str = "line runs along the laser sheet";
+
+/// Residuals of all features that could be used, and the others by reason.
+#[must_use]
+pub fn evaluate(
+    problem: &LineProblem<'_>,
+    at: &Parameters,
+) -> (Vec<FeatureResidual>, BTreeMap<&'static str, usize>) {
+    let observations = problem.observations;
+    let mut skipped = observations.skipped.clone();
+    let mut list = Vec::with_capacity(problem.selected.len());
+    let mut hint = 0;
+    for (o, whitener) in &problem.selected {
+        let Some(placement) = placement(observations, o, at, &mut hint) else {
+            let reason = why_not_placed(observations, o.stamp_s - at.time_offset_s);
+            *skipped.entry(reason).or_insert(0) += 1;
+            continue;
+        };
+        let Some(residual) = problem.residual(o, at, &mut hint) else {
+            *skipped.entry(SKIP_ALONG).or_insert(0) += 1;
+            continue;
+        };
+        let squared = whitener.apply(&residual).norm_squared();
+        let point_in_base = placement.point_in_base(&o.point_in_camera);
+        let in_sheet = trueline_model::sheet_residual::residual(
+            &placement,
+            &observations.sheet,
+            &o.point_in_camera,
+            &at.lines[o.line as usize],
+        );
+        let to_px = |sigma: f64| Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet?) * sigma);
+        list.push(FeatureResidual {
+            row: o.row,
+            line: o.line,
+            stamp_s: o.stamp_s,
+            point_in_base,
+            offset_m: at.lines[o.line as usize].offset_of(&point_in_base),
+            residual_px: observations.sigma_px.and_then(to_px),
+            normalised: squared.sqrt(),
+            weight: problem.loss.weight(squared),
+        });
+    }
+    (list, skipped)
+}
+
+fn why_not_placed(observations: &Observations, exposure_s: f64) -> &'static str {
+    let (start, end) = observations.trajectory.span();
+    if exposure_s < start || exposure_s > end {
+        SKIP_OUTSIDE
+    } else {
+        SKIP_GAP
+    }
+}
+
+/// Figures over the features that are no outliers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResidualSummary {
+    /// Root mean square length of the residual in the image, px.
+    pub rms_px: Option<f64>,
+    /// Root mean square distance from the line in base, m.
+    pub rms_m: f64,
+    /// Features within what noise explains.
+    pub inliers: usize,
+    /// Features beyond it.
+    pub outliers: usize,
+    /// Features that could be evaluated: inliers and outliers.
+    pub used: usize,
+    /// Features that could not, by reason.
+    pub skipped: BTreeMap<&'static str, usize>,
+}
+
+/// Sums up residuals.
+#[must_use]
+pub fn summarise(list: &[FeatureResidual], skipped: BTreeMap<&'static str, usize>) -> ResidualSummary {
+    let good = || list.iter().filter(|r| !r.is_outlier());
+    let inliers = good().count();
+    let mean_square = |sum: f64| (sum / inliers.max(1) as f64).sqrt();
+    let px: Option<f64> = good().map(|r| r.residual_px.map(|p| p.norm_squared())).sum();
+    ResidualSummary {
+        rms_px: px.filter(|_| inliers > 0).map(mean_square),
+        rms_m: mean_square(good().map(|r| r.offset_m.norm_squared()).sum()),
+        inliers,
+        outliers: list.len() - inliers,
+        used: list.len(),
+        skipped,
+    }
+}
+
+/// How much larger the good residuals are than expected: the factor on all standard deviations.
+///
+/// The variance of those below the outlier limit, which moves with it until both agree; the mean of s/2
+/// below the 99.9 % limit of χ²₂ is 0.99310 (1 − 0.001·(1 + 13.816/2)/0.999).
+#[must_use]
+pub fn noise_factor(squared: &[f64]) -> f64 {
+    if squared.is_empty() {
+        return 1.0;
+    }
+    let mut sorted = squared.to_vec();
+    let middle = sorted.len() / 2;
+    // The median of χ²₂ is 2 ln 2.
+    let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let mut variance = median / (2.0 * std::f64::consts::LN_2);
+    for _ in 0..20 {
+        let limit = OUTLIER_SQUARED * variance;
+        let (count, sum) = squared
+            .iter()
+            .filter(|s| **s <= limit)
+            .fold((0_usize, 0.0), |(n, sum), s| (n + 1, sum + s));
+        if count == 0 {
+            break;
+        }
+        let next = 0.5 * sum / count as f64 / 0.99310;
+        let settled = (next - variance).abs() <= 1e-9 * variance;
+        variance = next;
+        if settled {
+            break;
+        }
+    }
+    variance.sqrt()
+}
