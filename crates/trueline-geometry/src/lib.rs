@@ -11,6 +11,7 @@ pub mod fit;
 pub mod line;
 pub mod plane;
 pub mod se3;
+pub mod smooth;
 pub mod so3;
 pub mod trajectory;
 

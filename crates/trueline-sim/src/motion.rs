@@ -44,7 +44,8 @@ impl<'a> Motion<'a> {
         let (scan, timing) = (&self.scenario.scan, &self.scenario.timing);
         let progress = time_s / timing.duration_s - 0.5;
         let seam_point = self.seam.anchor() + self.seam.direction() * (scan.length_m * progress);
-        let [work, travel, spin] = scan.tilts.map(|tilt| tilt.at(time_s));
+        let angle = |axis: usize| scan.attitude_rad[axis] + scan.tilts[axis].at(time_s);
+        let [work, travel, spin] = [0, 1, 2].map(angle);
         let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), work)
             * Rotation3::from_axis_angle(&Vector3::x_axis(), travel)
             * Rotation3::from_axis_angle(&Vector3::z_axis(), spin);

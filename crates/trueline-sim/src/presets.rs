@@ -56,7 +56,8 @@ impl Preset {
         let quick = quick();
         match self {
             Self::Paper => Scenario {
-                scan: scan(0.010, 0.0, 5.0),
+                // The torch swings about its own tip, which changes the sensor's stand-off a little.
+                scan: scan(0.010, 0.0015, 5.0),
                 timing: Timing {
                     duration_s: 60.0,
                     ..quick.timing.clone()
@@ -65,7 +66,7 @@ impl Preset {
             },
             Self::Quick => quick,
             Self::Weak => Scenario {
-                scan: scan(0.005, 0.0, 2.0),
+                scan: scan(0.005, 0.001, 2.0),
                 ..quick
             },
             Self::TwoLines => Scenario {
@@ -124,6 +125,8 @@ fn scan(lateral_m: f64, range_m: f64, tilt_deg: f64) -> Scan {
         length_m: 0.3,
         lateral: sine(lateral_m, 0.47, 0.0),
         range: sine(range_m, 0.31, 1.0),
+        // A torch with a work angle and a little travel angle, mounted by eye.
+        attitude_rad: [10.0_f64.to_radians(), 12.0_f64.to_radians(), 8.0_f64.to_radians()],
         tilts: [
             sine(tilt, 0.23, 0.5),
             sine(tilt, 0.17, 2.0),

@@ -65,8 +65,10 @@ pub struct Scan {
     pub lateral: Sine,
     /// The same along the range: change of stand-off.
     pub range: Sine,
-    /// Work angle (about the line), travel angle (about the stripe) and spin (about the range
-    /// direction): amplitudes in rad.
+    /// Attitude that the sines swing about, rad: work angle (about the line), travel angle (about the
+    /// stripe) and spin (about the range direction). Zero holds the sheet square to the line.
+    pub attitude_rad: [f64; 3],
+    /// Work angle, travel angle and spin over time: amplitudes in rad.
     pub tilts: [Sine; 3],
 }
 

@@ -27,7 +27,7 @@ pub fn calibrate(
     let observations = observe(recording, config)?;
     check_overlap(&observations, config)?;
     let noise = NoiseLevels {
-        robot_sigma_m: config.robot_sigma_m,
+        robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot_noise_m),
         stamp_sigma_s: config.stamp_sigma_s,
         factor: 1.0,
     };
@@ -184,7 +184,9 @@ impl Rounds<'_> {
         };
         let mut noise = expected;
         let mut state = start;
-        for last in [false, true] {
+        // The first round only feeds the noise and the lines' anchors of the second.
+        for (last, step_threshold) in [(false, 1e-2), (true, 1e-6)] {
+            let options = SolveOptions { step_threshold, ..SolveOptions::default() };
             let problem = LineProblem::new(
                 self.observations,
                 &self.observations.list,
@@ -196,7 +198,7 @@ impl Rounds<'_> {
             noise.factor = (noise.factor * larger).max(LEAST_NOISE_FACTOR);
             state = initial::with_lines_amid_points(self.observations, state);
             let whitened_at = state.clone();
-            let solution = self.round(loss, &noise, state, &SolveOptions::default())?;
+            let solution = self.round(loss, &noise, state, &options)?;
             state = solution.state.clone();
             if last {
                 return Ok(Fit {

@@ -56,8 +56,8 @@ pub struct Config {
     pub feature_sigma_px: f64,
     /// The same for sensors that report lengths, m.
     pub feature_sigma_m: f64,
-    /// Expected standard deviation of the robot's position, per axis, m.
-    pub robot_sigma_m: f64,
+    /// Standard deviation of the robot's position, per axis, m; `None` measures it on the recording.
+    pub robot_sigma_m: Option<f64>,
     /// Expected jitter of a stamp, s.
     pub stamp_sigma_s: f64,
     /// The time offset is searched between plus and minus this, s.
@@ -72,7 +72,7 @@ impl Default for Config {
             hold: Vec::new(),
             feature_sigma_px: 0.3,
             feature_sigma_m: 0.02e-3,
-            robot_sigma_m: 0.03e-3,
+            robot_sigma_m: None,
             stamp_sigma_s: 0.1e-3,
             offset_search_s: 1.2,
         }

@@ -7,9 +7,9 @@ use trueline_lsq::Information;
 /// A direction counts as seen if its singular value (whitened Jacobian, columns scaled to length one) is
 /// above this part of the largest.
 ///
-/// Tilting by α moves a singular value of about α/√2: 10⁻³ is a tilt of 0.1°. Robots repeat their attitude
+/// Tilting by α moves a singular value of about α/√2: 10⁻⁴ is a tilt of 0.01°. Robots repeat their attitude
 /// to about 2·10⁻⁵ rad, which alone makes values of that size where there is no tilt at all.
-pub const RANK_THRESHOLD: f64 = 1e-3;
+pub const RANK_THRESHOLD: f64 = 1e-4;
 
 /// A component belongs to the null space if more than this part of its square lies there.
 const SHARE: f64 = 1e-2;

@@ -5,7 +5,7 @@ use crate::error::Error;
 use nalgebra::{Matrix2, Vector2, Vector3};
 use std::collections::BTreeMap;
 use trueline_dataset::{Feature, Measured, Recording, Sensor};
-use trueline_geometry::{Trajectory, fit};
+use trueline_geometry::{Trajectory, fit, smooth};
 use trueline_model::LaserSheet;
 
 /// One seam point on the sheet.
@@ -36,6 +36,10 @@ pub struct Observations {
     pub line_count: usize,
     /// Time 0 of `stamp_s` and of the trajectory, ns.
     pub origin_ns: i64,
+    /// Noise of a recorded robot position, per axis, as measured on the stream, m.
+    pub robot_noise_m: f64,
+    /// Whether the trajectory is a local fit to the recorded poses.
+    pub robot_smoothed: bool,
     /// Standard deviation that one pixel of residual stands for; `None` where features are lengths.
     pub sigma_px: Option<f64>,
     /// RMS of the points about the sheet that was fitted to them, m; `None` where the sheet was given.
@@ -52,6 +56,10 @@ pub const SKIP_NO_SHEET: &str = "ray does not meet the laser sheet";
 /// Points further than this (RMS) from a plane were not measured in one laser sheet.
 const SHEET_RMS_LIMIT_M: f64 = 1e-3;
 
+/// Below this the robot's noise does not matter, and its poses are taken as recorded: a twentieth of what
+/// the feature itself contributes.
+const SMOOTH_ABOVE_M: f64 = 1e-6;
+
 /// Lifts the features of a recording onto the sheet.
 ///
 /// # Errors
@@ -64,7 +72,15 @@ pub fn observe(recording: &Recording, config: &Config) -> Result<Observations, E
         .map(|s| seconds_since(origin_ns, s.stamp_ns))
         .collect();
     let poses: Vec<_> = recording.robot.iter().map(|s| s.base_from_tool).collect();
-    let trajectory = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
+    let recorded = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
+    let robot_noise_m = smooth::position_noise(&poses);
+    let robot_smoothed = config.residual == crate::ResidualKind::Sheet && robot_noise_m > SMOOTH_ABOVE_M;
+    let trajectory = if robot_smoothed {
+        let smoothed = smooth::local_quadratic(recorded.times(), &poses, recorded.gap_limit());
+        Trajectory::new(recorded.times().to_vec(), &smoothed).map_err(Error::Trajectory)?
+    } else {
+        recorded
+    };
     let (sheet, sheet_fit_rms_m) = sheet_of(recording, config)?;
     let mut skipped = BTreeMap::new();
     let mut list = Vec::with_capacity(recording.features.len());
@@ -88,6 +104,8 @@ pub fn observe(recording: &Recording, config: &Config) -> Result<Observations, E
         list,
         line_count,
         origin_ns,
+        robot_noise_m,
+        robot_smoothed,
         sigma_px,
         sheet_fit_rms_m,
         skipped,

@@ -92,7 +92,7 @@ fn blend(scores: &[DVector<f64>], per_weight: f64, size: usize) -> (DMatrix<f64>
     if scores.len() < 30 || per_weight <= 0.0 {
         return (unit, 1.0);
     }
-    let lags = (4.0 * (scores.len() as f64 / 100.0).powf(2.0 / 9.0)).floor() as usize; // [Newey1994]
+    let lags = lag_limit(scores);
     let mut own = DMatrix::zeros(size, size);
     let mut kernel_square_sum = 0.0;
     for lag in 0..=lags {
@@ -117,4 +117,15 @@ fn blend(scores: &[DVector<f64>], per_weight: f64, size: usize) -> (DMatrix<f64>
         1.0
     };
     (own * (1.0 - share) + unit * share, share)
+}
+
+/// How many neighbouring frames are alike: the bandwidth of the Bartlett kernel that is best for a
+/// first-order process with the scores' own correlation \[Andrews1991, Eq. 6.2\].
+fn lag_limit(scores: &[DVector<f64>]) -> usize {
+    let product: f64 = scores.windows(2).map(|w| w[0].dot(&w[1])).sum();
+    let power: f64 = scores.iter().map(DVector::norm_squared).sum();
+    let rho = (product / power).clamp(-0.97, 0.97);
+    let alpha = 4.0 * rho * rho / (1.0 - rho * rho).powi(2);
+    let bandwidth = 1.1447 * (alpha * scores.len() as f64).cbrt();
+    (bandwidth.floor() as usize).min(scores.len() / 10)
 }
