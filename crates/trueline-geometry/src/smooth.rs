@@ -34,6 +34,14 @@ pub fn position_noise(poses: &[Pose]) -> f64 {
     median / 0.674_49 / 70.0_f64.sqrt()
 }
 
+/// Part of a sample's noise that [`local_quadratic`] leaves, for evenly spaced samples:
+/// √(3(3m² + 3m − 1) / ((2m − 1)(2m + 1)(2m + 3))) with m neighbours to either side \[Savitzky1964\].
+#[must_use]
+pub fn noise_left(period_s: f64) -> f64 {
+    let m = (HALF_WINDOW_S / period_s * (1.0 + 1e-9)).floor().max(MIN_SIDE as f64);
+    (3.0 * (3.0 * m * m + 3.0 * m - 1.0) / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0))).sqrt()
+}
+
 /// Replaces each pose by the value there of a quadratic fitted to its neighbours within
 /// [`HALF_WINDOW_S`], never across a gap. Poses with too few neighbours stay as they are.
 #[must_use]

@@ -27,7 +27,7 @@ pub fn calibrate(
     let observations = observe(recording, config)?;
     check_overlap(&observations, config)?;
     let noise = NoiseLevels {
-        robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot_noise_m),
+        robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.trajectory_noise_m),
         stamp_sigma_s: config.stamp_sigma_s,
         factor: 1.0,
     };
@@ -42,7 +42,9 @@ pub fn calibrate(
         Information::new(&fit.solution.equations.hessian, &fixed, RANK_THRESHOLD).ok_or(Error::NoStart)?;
     let parameters = fit.solution.state.clone();
     let uncertainty = uncertainty::assess(&problem, &parameters, &information);
-    let observability = observability::assess(&information, &parameters);
+    let held = fixed.contains(&TIME_OFFSET);
+    let signal = if held { 1.0 } else { problem.time_offset_signal(&parameters) };
+    let observability = observability::assess(&information, &parameters, signal);
     let (features, skipped) = residuals::evaluate(&problem, &parameters);
     let summary = residuals::summarise(&features, skipped);
     let reasons = reasons_against(&observability, &summary, &fit);
@@ -65,6 +67,8 @@ pub fn calibrate(
         iterations: fit.iterations,
         robot_stamps: StampSummary::of_trajectory(&observations.trajectory),
         image_stamps: StampSummary::of_images(&observations),
+        robot_noise_m: observations.robot_noise_m,
+        robot_smoothed: observations.robot_smoothed,
         sheet_fit_rms_m: observations.sheet_fit_rms_m,
         origin_ns: observations.origin_ns,
         inputs: recording.inputs.clone(),

@@ -110,6 +110,10 @@ pub struct Calibration {
     pub robot_stamps: StampSummary,
     /// Image stamps.
     pub image_stamps: StampSummary,
+    /// Noise of a recorded robot position, per axis, as measured on the stream, m.
+    pub robot_noise_m: f64,
+    /// Whether the robot's poses were replaced by a local fit.
+    pub robot_smoothed: bool,
     /// RMS of the points about the sheet that was fitted to them, m.
     pub sheet_fit_rms_m: Option<f64>,
     /// Time 0 of the residuals' stamps, ns.

@@ -14,6 +14,9 @@ pub const RANK_THRESHOLD: f64 = 1e-4;
 /// A component belongs to the null space if more than this part of its square lies there.
 const SHARE: f64 = 1e-2;
 
+/// With less motion than this in its column the time offset is not seen: the rest is noise.
+const SIGNAL_LIMIT: f64 = 0.5;
+
 /// Which unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
@@ -66,14 +69,17 @@ pub struct Observability {
     pub seen_components: Vec<bool>,
 }
 
-/// Names what is not seen.
+/// Names what is not seen; `time_offset_signal` is
+/// [`crate::problem::LineProblem::time_offset_signal`], 1 where the offset is held.
 #[must_use]
-pub fn assess(information: &Information, at: &Parameters) -> Observability {
+pub fn assess(information: &Information, at: &Parameters, time_offset_signal: f64) -> Observability {
     let null = information.null_space();
     let share = |k: usize| null.row(k).norm_squared();
-    let seen_components = (0..null.nrows()).map(|k| share(k) <= SHARE).collect();
+    let mut seen_components: Vec<bool> = (0..null.nrows()).map(|k| share(k) <= SHARE).collect();
+    let only_noise = seen_components[TIME_OFFSET] && time_offset_signal < SIGNAL_LIMIT;
+    seen_components[TIME_OFFSET] &= !only_noise;
     let mut unseen = Vec::new();
-    if share(TIME_OFFSET) > SHARE {
+    if !seen_components[TIME_OFFSET] {
         let advice = "sweep the sensor across the line faster and with changing speed, for example an S-path of \
                       ±10 mm at 0.5 Hz";
         unseen.push(Unseen {
@@ -104,7 +110,7 @@ pub fn assess(information: &Information, at: &Parameters) -> Observability {
         }
     }
     Observability {
-        rank: information.rank(),
+        rank: information.rank() - usize::from(only_noise),
         size: information.size(),
         condition: information.condition(),
         unseen,

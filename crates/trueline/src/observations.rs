@@ -38,6 +38,8 @@ pub struct Observations {
     pub origin_ns: i64,
     /// Noise of a recorded robot position, per axis, as measured on the stream, m.
     pub robot_noise_m: f64,
+    /// What is left of it in the trajectory, m.
+    pub trajectory_noise_m: f64,
     /// Whether the trajectory is a local fit to the recorded poses.
     pub robot_smoothed: bool,
     /// Standard deviation that one pixel of residual stands for; `None` where features are lengths.
@@ -75,6 +77,7 @@ pub fn observe(recording: &Recording, config: &Config) -> Result<Observations, E
     let recorded = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
     let robot_noise_m = smooth::position_noise(&poses);
     let robot_smoothed = config.residual == crate::ResidualKind::Sheet && robot_noise_m > SMOOTH_ABOVE_M;
+    let left = if robot_smoothed { smooth::noise_left(recorded.median_period()) } else { 1.0 };
     let trajectory = if robot_smoothed {
         let smoothed = smooth::local_quadratic(recorded.times(), &poses, recorded.gap_limit());
         Trajectory::new(recorded.times().to_vec(), &smoothed).map_err(Error::Trajectory)?
@@ -105,6 +108,7 @@ pub fn observe(recording: &Recording, config: &Config) -> Result<Observations, E
         line_count,
         origin_ns,
         robot_noise_m,
+        trajectory_noise_m: robot_noise_m * left,
         robot_smoothed,
         sigma_px,
         sheet_fit_rms_m,
