@@ -1,2 +1,32 @@
-//! x
-fn main() {}
+//! The program `trueline`: arguments in, words on stderr, data on stdout.
+//!
+//! Exit code 0: accepted. 1: computed, but not accepted; the reasons are listed. 2: could not run.
+
+mod args;
+mod commands;
+mod failure;
+mod output;
+
+use args::{Arguments, Command};
+use clap::Parser;
+use failure::Failure;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let outcome = match &arguments.command {
+        Command::Demo(args) => commands::demo::run(args),
+        Command::Simulate(args) => commands::simulate::run(args),
+        Command::Import(args) => commands::import::run(args),
+        Command::Calibrate(args) => commands::calibrate::run(args),
+    };
+    match outcome {
+        Ok(code) => code,
+        // Whoever reads our output may stop reading it: that is no failure of ours.
+        Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
+        Err(failure) => {
+            output::words(&failure.to_string());
+            ExitCode::from(2)
+        }
+    }
+}

@@ -43,7 +43,11 @@ pub fn calibrate(
     let parameters = fit.solution.state.clone();
     let uncertainty = uncertainty::assess(&problem, &parameters, &information);
     let held = fixed.contains(&TIME_OFFSET);
-    let signal = if held { 1.0 } else { problem.time_offset_signal(&parameters) };
+    let signal = if held {
+        1.0
+    } else {
+        problem.time_offset_signal(&parameters)
+    };
     let observability = observability::assess(&information, &parameters, signal);
     let (features, skipped) = residuals::evaluate(&problem, &parameters);
     let summary = residuals::summarise(&features, skipped);
@@ -190,7 +194,10 @@ impl Rounds<'_> {
         let mut state = start;
         // The first round only feeds the noise and the lines' anchors of the second.
         for (last, step_threshold) in [(false, 1e-2), (true, 1e-6)] {
-            let options = SolveOptions { step_threshold, ..SolveOptions::default() };
+            let options = SolveOptions {
+                step_threshold,
+                ..SolveOptions::default()
+            };
             let problem = LineProblem::new(
                 self.observations,
                 &self.observations.list,

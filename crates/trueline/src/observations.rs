@@ -77,7 +77,11 @@ pub fn observe(recording: &Recording, config: &Config) -> Result<Observations, E
     let recorded = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
     let robot_noise_m = smooth::position_noise(&poses);
     let robot_smoothed = config.residual == crate::ResidualKind::Sheet && robot_noise_m > SMOOTH_ABOVE_M;
-    let left = if robot_smoothed { smooth::noise_left(recorded.median_period()) } else { 1.0 };
+    let left = if robot_smoothed {
+        smooth::noise_left(recorded.median_period())
+    } else {
+        1.0
+    };
     let trajectory = if robot_smoothed {
         let smoothed = smooth::local_quadratic(recorded.times(), &poses, recorded.gap_limit());
         Trajectory::new(recorded.times().to_vec(), &smoothed).map_err(Error::Trajectory)?

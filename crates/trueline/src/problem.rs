@@ -139,7 +139,10 @@ impl<'a> LineProblem<'a> {
         let (mut crossed, mut own) = (0.0, 0.0);
         let (mut hint, mut later_hint) = (0, 0);
         for (o, whitener) in &self.selected {
-            let later = Observation { stamp_s: o.stamp_s + SIGNAL_LAG_S, ..*o };
+            let later = Observation {
+                stamp_s: o.stamp_s + SIGNAL_LAG_S,
+                ..*o
+            };
             let now = self.linearized(o, at, &mut hint);
             let then = self.linearized(&later, at, &mut later_hint);
             if let (Some(now), Some(then)) = (now, then) {
@@ -148,7 +151,11 @@ impl<'a> LineProblem<'a> {
                 own += whitened.norm_squared();
             }
         }
-        if own > 0.0 { (crossed / own).clamp(0.0, 1.0) } else { 0.0 }
+        if own > 0.0 {
+            (crossed / own).clamp(0.0, 1.0)
+        } else {
+            0.0
+        }
     }
 
     fn linearized(&self, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<ResidualJacobian> {

@@ -1,0 +1,276 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Calibrates a laser vision sensor on a robot against one straight line.
+#[derive(Parser)]
+#[command(
+    version,
+    about,
+    after_help = "Examples:
+  trueline demo
+  trueline simulate --preset quick --out scan
+  trueline calibrate scan --json result.json --report report.html
+
+Exit code: 0 accepted, 1 computed but not accepted (reasons listed), 2 could not run."
+)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Simulate a scan, calibrate it, print the summary and write trueline-demo/report.html
+    Demo(DemoArgs),
+    /// Write a simulated dataset with its truth
+    Simulate(SimulateArgs),
+    /// Turn a foreign recording into a dataset folder
+    Import(ImportArgs),
+    /// Estimate time offset, hand-eye transform and lines from a dataset folder
+    Calibrate(CalibrateArgs),
+}
+
+#[derive(Args)]
+pub struct DemoArgs {
+    /// Seed of the simulated noise
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline simulate --preset paper --out paper-scan
+  trueline simulate --preset quick --random-cell --seed 7 --outliers 0.4 --out wild
+  trueline simulate --preset two-lines --noise-free --out exact")]
+pub struct SimulateArgs {
+    /// Folder to write; it must not hold a dataset yet
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Which scan
+    #[arg(long, value_enum, default_value_t = PresetName::Quick)]
+    pub preset: PresetName,
+    /// Seed of all that is random
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Any hand-eye transform, line and offset (±1 s) instead of the preset's
+    #[arg(long)]
+    pub random_cell: bool,
+    /// No noise at all, and a robot that moves straight between its samples
+    #[arg(long)]
+    pub noise_free: bool,
+    /// Time offset, ms
+    #[arg(long, allow_negative_numbers = true)]
+    pub time_offset_ms: Option<f64>,
+    /// Duration, s
+    #[arg(long)]
+    pub duration_s: Option<f64>,
+    /// Time between robot samples, ms
+    #[arg(long)]
+    pub robot_period_ms: Option<f64>,
+    /// Standard deviation of a feature, px
+    #[arg(long)]
+    pub feature_noise_px: Option<f64>,
+    /// Standard deviation of a feature of a profiler or of points, mm
+    #[arg(long)]
+    pub feature_noise_mm: Option<f64>,
+    /// Standard deviation of the robot's position, mm
+    #[arg(long)]
+    pub robot_noise_mm: Option<f64>,
+    /// Standard deviation of image stamps, ms
+    #[arg(long)]
+    pub stamp_jitter_ms: Option<f64>,
+    /// Drift of the camera clock against the robot's, ppm
+    #[arg(long, allow_negative_numbers = true)]
+    pub clock_drift_ppm: Option<f64>,
+    /// Part of the features that is anywhere in the field of view, 0 to 1
+    #[arg(long)]
+    pub outliers: Option<f64>,
+    /// Part of the frames that is lost, 0 to 1
+    #[arg(long)]
+    pub drops: Option<f64>,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum PresetName {
+    /// The paper's scan: 60 s, ±10 mm, ±5°, 33 Hz, 17.73 ms
+    Paper,
+    /// 20 s, well excited
+    Quick,
+    /// 20 s, hardly any tilt
+    Weak,
+    /// Two lines beside each other
+    TwoLines,
+    /// A laser profiler instead of a camera
+    Profiler,
+    /// S-path without rotation: the translation cannot be seen
+    ConstantAttitude,
+    /// Straight along the line: next to nothing can be seen
+    AlongLine,
+}
+
+#[derive(Args)]
+pub struct ImportArgs {
+    #[command(subcommand)]
+    pub format: ImportFormat,
+}
+
+#[derive(Subcommand)]
+pub enum ImportFormat {
+    /// The text files of the paper's authors: the simulation (egm.txt, cam.txt), or real recordings
+    #[command(after_help = "Examples:
+  trueline import lvs-st-calib data/calib --out authors
+  trueline import lvs-st-calib run1 --robot robot.txt --images images.txt --pixels uv.txt --sensor sensor.toml --out run1-dataset
+
+File names are looked up in SRC. The recording's rows are
+  robot   sec nsec x y z ex ey ez qw qx qy qz ts_us      (mm, degrees)
+  images  sec nsec index ts_ns
+  pixels  u v, or u v of the left, centre and right corner")]
+    LvsStCalib {
+        /// Folder with the files
+        src: PathBuf,
+        /// Folder to write
+        #[arg(long)]
+        out: PathBuf,
+        /// Robot rows of a real recording
+        #[arg(long, requires = "images")]
+        robot: Option<PathBuf>,
+        /// Image rows of a real recording
+        #[arg(long, requires = "pixels")]
+        images: Option<PathBuf>,
+        /// Pixel rows of a real recording
+        #[arg(long, requires = "sensor")]
+        pixels: Option<PathBuf>,
+        /// sensor.toml that belongs to a real recording
+        #[arg(long, requires = "robot")]
+        sensor: Option<PathBuf>,
+    },
+    /// CSV files with other column names
+    #[command(after_help = "Example:
+  trueline import csv logs --robot-map time_s=t,x_mm=X,y_mm=Y,z_mm=Z,qw=w,qx=x,qy=y,qz=z \\
+      --features-map time_ms=stamp,u_px=col,v_px=row --out scan
+
+A mapping is ours=theirs; the unit stands in our name. Without a mapping a file keeps its names.")]
+    Csv {
+        /// Folder with the files
+        src: PathBuf,
+        /// Folder to write
+        #[arg(long)]
+        out: PathBuf,
+        /// Robot poses, looked up in SRC
+        #[arg(long, default_value = "robot.csv")]
+        robot: PathBuf,
+        /// Features, looked up in SRC
+        #[arg(long, default_value = "features.csv")]
+        features: PathBuf,
+        /// Sensor, looked up in SRC
+        #[arg(long, default_value = "sensor.toml")]
+        sensor: PathBuf,
+        /// Columns of the robot file, ours=theirs
+        #[arg(long, value_delimiter = ',')]
+        robot_map: Vec<String>,
+        /// Columns of the feature file, ours=theirs
+        #[arg(long, value_delimiter = ',')]
+        features_map: Vec<String>,
+        /// Character between columns
+        #[arg(long, default_value_t = ',')]
+        delimiter: char,
+    },
+    /// A TUM trajectory (timestamp tx ty tz qx qy qz qw; s, m) as robot poses
+    #[command(after_help = "Example:
+  trueline import tum poses.txt --features features.csv --sensor sensor.toml --out scan")]
+    Tum {
+        /// The trajectory
+        src: PathBuf,
+        /// Folder to write
+        #[arg(long)]
+        out: PathBuf,
+        /// features.csv
+        #[arg(long)]
+        features: PathBuf,
+        /// sensor.toml
+        #[arg(long)]
+        sensor: PathBuf,
+    },
+}
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline calibrate scan
+  trueline calibrate scan --json - --quiet | jq .time_offset_s
+  trueline calibrate scan --initial guess.toml --fix time-offset
+  trueline calibrate scan --residual point-to-line --report paper.html")]
+pub struct CalibrateArgs {
+    /// Dataset folder
+    pub dataset: PathBuf,
+    /// Where to start, instead of the dataset's initial.toml
+    #[arg(long)]
+    pub initial: Option<PathBuf>,
+    /// What is minimised: the point in the laser sheet (default), or the paper's distance from the line
+    #[arg(long, value_enum, default_value_t = ResidualName::Sheet)]
+    pub residual: ResidualName,
+    /// Robust loss; the default is tukey for sheet and huber for point-to-line
+    #[arg(long, value_enum)]
+    pub loss: Option<LossName>,
+    /// Hold at the initial value (may be given twice)
+    #[arg(long, value_enum)]
+    pub fix: Vec<FixName>,
+    /// Expected noise of a feature, px
+    #[arg(long)]
+    pub feature_sigma_px: Option<f64>,
+    /// Expected noise of a feature of a profiler or of points, mm
+    #[arg(long)]
+    pub feature_sigma_mm: Option<f64>,
+    /// Noise of the robot's position, mm; the default measures it
+    #[arg(long)]
+    pub robot_sigma_mm: Option<f64>,
+    /// Expected jitter of a stamp, ms
+    #[arg(long)]
+    pub stamp_sigma_ms: Option<f64>,
+    /// Write the result as JSON; - is stdout
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Write a report that opens in a browser
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum ResidualName {
+    /// Measured point against the line's intersection with the laser sheet: maximum likelihood
+    Sheet,
+    /// Distance of the point from the line in base: the paper's
+    PointToLine,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum LossName {
+    /// Ordinary least squares
+    Squared,
+    /// Linear beyond 3 sigma
+    Huber,
+    /// Logarithmic beyond 3 sigma
+    Cauchy,
+    /// Saturates
+    GemanMcClure,
+    /// Blind beyond 8 sigma
+    Tukey,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum FixName {
+    /// The time offset: the paper's "without temporal calibration" with an initial offset of 0
+    TimeOffset,
+    /// Hand-eye rotation and translation
+    HandEye,
+}

@@ -1,0 +1,121 @@
+//! `trueline calibrate`.
+
+use crate::args::{CalibrateArgs, FixName, LossName, ResidualName};
+use crate::failure::Failure;
+use crate::output;
+use std::path::Path;
+use std::process::ExitCode;
+use trueline::{Calibration, Config, Hold, ResidualKind, Status};
+use trueline_dataset::{Error, Guess, Problem, folder, known_toml};
+use trueline_lsq::Loss;
+use trueline_report::{html, json, summary};
+
+/// Runs the command.
+pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
+    let config = config(args)?;
+    let recording = folder::read(&args.dataset)?;
+    let initial = match &args.initial {
+        Some(file) => Some(read_guess(file)?),
+        None => recording.initial,
+    };
+    let calibration = trueline::calibrate(&recording, initial.as_ref(), &config)?;
+    write_results(args, &calibration)?;
+    Ok(exit_code(&calibration))
+}
+
+/// 0 if accepted, else 1.
+pub fn exit_code(calibration: &Calibration) -> ExitCode {
+    match calibration.status {
+        Status::Accepted => ExitCode::SUCCESS,
+        Status::NotAccepted => ExitCode::from(1),
+    }
+}
+
+fn write_results(args: &CalibrateArgs, calibration: &Calibration) -> Result<(), Failure> {
+    let json_on_stdout = args.json.as_deref() == Some(Path::new("-"));
+    if let Some(file) = &args.json {
+        let text = format!("{:#}", json::result(calibration));
+        if json_on_stdout {
+            output::data(&text)?
+        } else {
+            output::file(file, &text)?
+        }
+    }
+    if let Some(file) = &args.report {
+        output::file(
+            file,
+            &html::render(calibration, &args.dataset.display().to_string()),
+        )?;
+    }
+    if !args.quiet {
+        let text = summary::text(calibration);
+        if json_on_stdout {
+            output::words(&text)
+        } else {
+            output::data(&text)?
+        }
+    }
+    Ok(())
+}
+
+fn config(args: &CalibrateArgs) -> Result<Config, Failure> {
+    let defaults = Config::default();
+    Ok(Config {
+        residual: match args.residual {
+            ResidualName::Sheet => ResidualKind::Sheet,
+            ResidualName::PointToLine => ResidualKind::PointToLine,
+        },
+        loss: args.loss.map(loss),
+        hold: args.fix.iter().map(|fix| hold(*fix)).collect(),
+        feature_sigma_px: positive("--feature-sigma-px", args.feature_sigma_px)?
+            .unwrap_or(defaults.feature_sigma_px),
+        feature_sigma_m: positive("--feature-sigma-mm", args.feature_sigma_mm)?
+            .map_or(defaults.feature_sigma_m, |mm| mm * 1e-3),
+        robot_sigma_m: positive("--robot-sigma-mm", args.robot_sigma_mm)?.map(|mm| mm * 1e-3),
+        stamp_sigma_s: positive("--stamp-sigma-ms", args.stamp_sigma_ms)?
+            .map_or(defaults.stamp_sigma_s, |ms| ms * 1e-3),
+        ..defaults
+    })
+}
+
+fn positive(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
+    match value {
+        Some(x) if !(x > 0.0 && x.is_finite()) => Err(Failure::new(
+            format!("`{option}`: expected a number above zero, found {x}"),
+            "leave it out for the default",
+        )),
+        _ => Ok(value),
+    }
+}
+
+fn loss(name: LossName) -> Loss {
+    match name {
+        LossName::Squared => Loss::Squared,
+        LossName::Huber => Loss::Huber { scale: 3.0 },
+        LossName::Cauchy => Loss::Cauchy { scale: 3.0 },
+        LossName::GemanMcClure => Loss::GemanMcClure { scale: 4.0 },
+        LossName::Tukey => Loss::Tukey { scale: 8.0 },
+    }
+}
+
+fn hold(name: FixName) -> Hold {
+    match name {
+        FixName::TimeOffset => Hold::TimeOffset,
+        FixName::HandEye => Hold::HandEye,
+    }
+}
+
+fn read_guess(file: &Path) -> Result<Guess, Failure> {
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        let missing = error.kind() == std::io::ErrorKind::NotFound;
+        Error::in_file(
+            file,
+            if missing {
+                Problem::Missing
+            } else {
+                Problem::Io(error)
+            },
+        )
+    })?;
+    Ok(known_toml::parse_guess(file, &text)?)
+}

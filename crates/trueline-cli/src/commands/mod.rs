@@ -1,0 +1,6 @@
+//! One command a file.
+
+pub mod calibrate;
+pub mod demo;
+pub mod import;
+pub mod simulate;

@@ -1,0 +1,142 @@
+//! `trueline simulate`.
+
+use crate::args::{PresetName, SimulateArgs};
+use crate::failure::Failure;
+use crate::output;
+use std::process::ExitCode;
+use trueline_dataset::folder;
+use trueline_sim::{Between, Disturbance, Preset, Scenario, Timing, random_cell, simulate};
+
+/// Offsets of random cells lie within this, s.
+const RANDOM_OFFSET_S: f64 = 1.0;
+
+/// Runs the command.
+pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
+    let scenario = scenario(args)?;
+    let recording = simulate(&scenario, args.seed)
+        .ok_or_else(|| Failure::new("the scenario has no line", "choose another preset"))?;
+    if recording.features.is_empty() {
+        return Err(Failure::new(
+            "the sensor never sees the line",
+            "a longer duration or less tilt helps",
+        ));
+    }
+    folder::write(&args.out, &recording)?;
+    if !args.quiet {
+        output::words(&format!(
+            "{}: {} robot poses, {} features, time offset {} ms",
+            args.out.display(),
+            recording.robot.len(),
+            recording.features.len(),
+            scenario.timing.time_offset_s * 1e3,
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The preset of a name.
+pub fn preset(name: PresetName) -> Preset {
+    match name {
+        PresetName::Paper => Preset::Paper,
+        PresetName::Quick => Preset::Quick,
+        PresetName::Weak => Preset::Weak,
+        PresetName::TwoLines => Preset::TwoLines,
+        PresetName::Profiler => Preset::Profiler,
+        PresetName::ConstantAttitude => Preset::ConstantAttitude,
+        PresetName::AlongLine => Preset::AlongLine,
+    }
+}
+
+fn scenario(args: &SimulateArgs) -> Result<Scenario, Failure> {
+    let mut scenario = preset(args.preset).scenario();
+    if args.random_cell {
+        scenario = random_cell(&scenario, args.seed, RANDOM_OFFSET_S);
+    }
+    if args.noise_free {
+        scenario.disturbance = Disturbance::default();
+        scenario.timing.between = Between::Straight;
+    }
+    override_timing(&mut scenario.timing, args)?;
+    override_disturbance(&mut scenario.disturbance, args)?;
+    Ok(scenario)
+}
+
+fn override_timing(timing: &mut Timing, args: &SimulateArgs) -> Result<(), Failure> {
+    let any = f64::NEG_INFINITY;
+    let overrides = [
+        (
+            &mut timing.time_offset_s,
+            args.time_offset_ms,
+            1e-3,
+            "--time-offset-ms",
+            any,
+        ),
+        (&mut timing.duration_s, args.duration_s, 1.0, "--duration-s", 1.0),
+        (
+            &mut timing.robot_period_s,
+            args.robot_period_ms,
+            1e-3,
+            "--robot-period-ms",
+            0.1,
+        ),
+    ];
+    overrides.into_iter().try_for_each(apply)
+}
+
+fn override_disturbance(d: &mut Disturbance, args: &SimulateArgs) -> Result<(), Failure> {
+    let overrides = [
+        (
+            &mut d.feature_noise_px,
+            args.feature_noise_px,
+            1.0,
+            "--feature-noise-px",
+            0.0,
+        ),
+        (
+            &mut d.feature_noise_m,
+            args.feature_noise_mm,
+            1e-3,
+            "--feature-noise-mm",
+            0.0,
+        ),
+        (
+            &mut d.robot_position_noise_m,
+            args.robot_noise_mm,
+            1e-3,
+            "--robot-noise-mm",
+            0.0,
+        ),
+        (
+            &mut d.frame_jitter_s,
+            args.stamp_jitter_ms,
+            1e-3,
+            "--stamp-jitter-ms",
+            0.0,
+        ),
+        (
+            &mut d.clock_drift_ppm,
+            args.clock_drift_ppm,
+            1.0,
+            "--clock-drift-ppm",
+            f64::NEG_INFINITY,
+        ),
+        (&mut d.outlier_fraction, args.outliers, 1.0, "--outliers", 0.0),
+        (&mut d.drop_fraction, args.drops, 1.0, "--drops", 0.0),
+    ];
+    overrides.into_iter().try_for_each(apply)
+}
+
+/// A field, the option that overwrites it, the option's unit in SI, its name and its least value.
+type Override<'a> = (&'a mut f64, Option<f64>, f64, &'static str, f64);
+
+fn apply((field, option, unit, name, least): Override<'_>) -> Result<(), Failure> {
+    let Some(value) = option else { return Ok(()) };
+    if !value.is_finite() || value < least {
+        return Err(Failure::new(
+            format!("`{name}`: expected a number of {least} or more, found {value}"),
+            "see trueline simulate --help",
+        ));
+    }
+    *field = value * unit;
+    Ok(())
+}

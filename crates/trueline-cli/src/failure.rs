@@ -1,0 +1,56 @@
+//! Why a command could not run, and what to do about it.
+
+use std::fmt;
+use std::path::Path;
+
+/// An error as the user reads it: what, and a hint on a line of its own.
+pub enum Failure {
+    /// Something cannot be used.
+    Said {
+        /// What is wrong.
+        message: String,
+        /// What to do about it.
+        hint: String,
+    },
+    /// The reader of our output is gone.
+    BrokenPipe,
+}
+
+impl Failure {
+    /// A failure with a hint.
+    pub fn new(message: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self::Said {
+            message: message.into(),
+            hint: hint.into(),
+        }
+    }
+
+    /// A file that cannot be written.
+    pub fn cannot_write(file: &Path, error: &std::io::Error) -> Self {
+        Self::new(
+            format!("{}: cannot be written: {error}", file.display()),
+            "check the path and its permissions",
+        )
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Said { message, hint } => write!(f, "error: {message}\n\nhint: {hint}"),
+            Self::BrokenPipe => write!(f, "error: broken pipe"),
+        }
+    }
+}
+
+impl From<trueline_dataset::Error> for Failure {
+    fn from(error: trueline_dataset::Error) -> Self {
+        Self::new(error.to_string(), error.hint())
+    }
+}
+
+impl From<trueline::Error> for Failure {
+    fn from(error: trueline::Error) -> Self {
+        Self::new(error.to_string(), error.hint())
+    }
+}

@@ -1,0 +1,205 @@
+//! The result as JSON, schema version 1; the same that Python returns.
+//!
+//! What is not seen is null, never a made-up number; so is the sigma of what was held fixed.
+
+use serde_json::{Map, Value, json};
+use trueline::calibration::StampSummary;
+use trueline::observability::rotation_is_seen;
+use trueline::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use trueline::{Calibration, Status};
+use trueline_dataset::unit::MM_PER_M;
+
+/// Version of the schema below.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The whole result.
+#[must_use]
+pub fn result(c: &Calibration) -> Value {
+    let status = match c.status {
+        Status::Accepted => "accepted",
+        Status::NotAccepted => "not_accepted",
+    };
+    json!({
+        "schema_version": SCHEMA_VERSION,
+        "tool": { "name": "trueline", "version": env!("CARGO_PKG_VERSION") },
+        "status": status,
+        "reasons": c.reasons,
+        "warnings": c.warnings,
+        "time_offset_s": c.is_known(TIME_OFFSET).then_some(c.parameters.time_offset_s),
+        "tool_from_camera": tool_from_camera(c),
+        "lines": (0..c.parameters.lines.len()).map(|k| line(c, k)).collect::<Vec<_>>(),
+        "sigma": sigma(c),
+        "covariance": covariance(c),
+        "observability": observability(c),
+        "residuals": residuals(c),
+        "stamps": {
+            "robot": stamps(&c.robot_stamps),
+            "features": stamps(&c.image_stamps),
+            "robot_noise_mm": c.robot_noise_m * MM_PER_M,
+            "robot_smoothed": c.robot_smoothed,
+        },
+        "termination": c.termination.to_string(),
+        "iterations": iterations(c),
+        "inputs": c.inputs,
+        "options": options(c),
+    })
+}
+
+fn tool_from_camera(c: &Calibration) -> Value {
+    let t = c.parameters.tool_from_camera.translation.vector * MM_PER_M;
+    let translation: Vec<Option<f64>> = (0..3)
+        .map(|k| c.is_known(TRANSLATION + k).then_some(t[k]))
+        .collect();
+    let q = c.parameters.tool_from_camera.rotation.quaternion();
+    json!({
+        "translation_mm": translation,
+        "rotation_wxyz": rotation_is_seen(&c.observability).then_some([q.w, q.i, q.j, q.k]),
+    })
+}
+
+fn line(c: &Calibration, k: usize) -> Value {
+    let line = &c.parameters.lines[k];
+    let first = line_index(k);
+    let direction_seen = c.is_known(first) && c.is_known(first + 1);
+    let seen = direction_seen && c.is_known(first + 2) && c.is_known(first + 3);
+    let pluecker = line.to_pluecker();
+    let direction: [f64; 3] = pluecker.direction.into();
+    let point: [f64; 3] = (line.anchor() * MM_PER_M).into();
+    let moment: [f64; 3] = (pluecker.moment * MM_PER_M).into();
+    let orthonormal = pluecker.to_orthonormal().map(|o| {
+        let w = o.rotation_vector();
+        [w.x, w.y, w.z, o.distance * MM_PER_M]
+    });
+    json!({
+        "label": k.to_string(),
+        "point_mm": seen.then_some(point),
+        "direction": direction_seen.then_some(direction),
+        "pluecker": seen.then(|| json!({ "moment_mm": moment, "direction": direction })),
+        "orthonormal": orthonormal.filter(|_| seen),
+    })
+}
+
+fn sigma(c: &Calibration) -> Value {
+    let three = |first: usize, scale: f64| -> Vec<Option<f64>> {
+        (0..3).map(|k| c.sigma(first + k).map(|s| s * scale)).collect()
+    };
+    json!({
+        "time_offset_s": c.sigma(TIME_OFFSET),
+        "rotation_rad": three(ROTATION, 1.0),
+        "translation_mm": three(TRANSLATION, MM_PER_M),
+    })
+}
+
+/// Names and covariance in the units of the names: lengths in mm, angles in rad, time in s.
+fn covariance(c: &Calibration) -> Value {
+    let names = trueline::parameters::names(c.parameters.lines.len());
+    let scale = |name: &str| if name.ends_with("_m") { MM_PER_M } else { 1.0 };
+    let wire_name = |name: &String| match name.strip_suffix("_m") {
+        Some(stem) => format!("{stem}_mm"),
+        None => name.clone(),
+    };
+    let known: Vec<bool> = (0..names.len()).map(|k| c.sigma(k).is_some()).collect();
+    let row = |i: usize| -> Vec<Option<f64>> {
+        (0..names.len())
+            .map(|j| {
+                (known[i] && known[j]).then(|| c.covariance[(i, j)] * scale(&names[i]) * scale(&names[j]))
+            })
+            .collect()
+    };
+    json!({
+        "order": names.iter().map(wire_name).collect::<Vec<_>>(),
+        "matrix": (0..names.len()).map(row).collect::<Vec<_>>(),
+    })
+}
+
+fn observability(c: &Calibration) -> Value {
+    let o = &c.observability;
+    let unobservable: Vec<Value> = (o.unseen.iter())
+        .map(|u| json!({ "parameter": u.group.name(), "direction": u.direction, "advice": u.advice }))
+        .collect();
+    json!({
+        "rank": o.rank,
+        "size": o.size,
+        "condition": o.condition.is_finite().then_some(o.condition),
+        "threshold": trueline::observability::RANK_THRESHOLD,
+        "unobservable": unobservable,
+    })
+}
+
+fn residuals(c: &Calibration) -> Value {
+    let r = &c.residuals;
+    let outliers: Vec<Value> = c
+        .features
+        .iter()
+        .filter(|f| f.is_outlier())
+        .map(|f| json!({ "row": f.row, "line": f.line, "stamp_ns": stamp_ns(c, f.stamp_s), "sigmas": f.normalised }))
+        .collect();
+    json!({
+        "rms_px": r.rms_px,
+        "rms_mm": r.rms_m * MM_PER_M,
+        "inliers": r.inliers,
+        "outliers": r.outliers,
+        "used": r.used,
+        "skipped": r.skipped,
+        "noise_factor": c.noise_factor,
+        "sheet_fit_rms_mm": c.sheet_fit_rms_m.map(|m| m * MM_PER_M),
+        "outlier_list": outliers,
+    })
+}
+
+fn stamp_ns(c: &Calibration, stamp_s: f64) -> i64 {
+    c.origin_ns + (stamp_s * 1e9).round() as i64
+}
+
+fn stamps(s: &StampSummary) -> Value {
+    json!({
+        "count": s.count,
+        "median_period_s": s.median_period_s,
+        "longest_gap_s": s.longest_gap_s,
+    })
+}
+
+fn iterations(c: &Calibration) -> Vec<Value> {
+    c.iterations
+        .iter()
+        .map(|i| {
+            let t = i.parameters.tool_from_camera.translation.vector * MM_PER_M;
+            let q = i.parameters.tool_from_camera.rotation.quaternion();
+            json!({
+                "cost": i.cost,
+                "rms_mm": i.rms_m * MM_PER_M,
+                "time_offset_s": i.parameters.time_offset_s,
+                "translation_mm": [t.x, t.y, t.z],
+                "rotation_wxyz": [q.w, q.i, q.j, q.k],
+                "lines": i.parameters.lines.iter().map(|l| {
+                    let (p, d) = (l.to_pluecker().nearest_point_to_origin() * MM_PER_M, l.direction());
+                    json!({ "nearest_point_mm": [p.x, p.y, p.z], "direction": [d.x, d.y, d.z] })
+                }).collect::<Vec<_>>(),
+                "accepted": i.accepted,
+            })
+        })
+        .collect()
+}
+
+fn options(c: &Calibration) -> Value {
+    let config = &c.config;
+    let mut options = Map::new();
+    options.insert("residual".into(), json!(config.residual.name()));
+    options.insert("loss".into(), json!(format!("{:?}", config.final_loss())));
+    options.insert(
+        "fix".into(),
+        json!(config.hold.iter().map(|h| h.name()).collect::<Vec<_>>()),
+    );
+    options.insert("feature_sigma_px".into(), json!(config.feature_sigma_px));
+    options.insert(
+        "feature_sigma_mm".into(),
+        json!(config.feature_sigma_m * MM_PER_M),
+    );
+    options.insert(
+        "robot_sigma_mm".into(),
+        json!(config.robot_sigma_m.map(|m| m * MM_PER_M)),
+    );
+    options.insert("stamp_sigma_s".into(), json!(config.stamp_sigma_s));
+    options.insert("offset_search_s".into(), json!(config.offset_search_s));
+    Value::Object(options)
+}

@@ -1,0 +1,37 @@
+//! Numbers as people read them: enough digits to see one sigma, always with ±.
+
+/// Digits after the point that show two digits of `sigma`.
+#[must_use]
+pub fn digits_for(sigma: f64) -> usize {
+    if !(sigma.is_finite() && sigma > 0.0) {
+        return 3;
+    }
+    // Two significant digits of sigma: 0.0123 → 4.
+    let exponent = sigma.log10().floor();
+    (1.0 - exponent).clamp(0.0, 9.0) as usize
+}
+
+/// `value ± sigma unit`; without a sigma, the value alone.
+#[must_use]
+pub fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
+    match sigma {
+        Some(sigma) => {
+            let digits = digits_for(sigma);
+            format!("{value:.digits$} ± {sigma:.digits$} {unit}")
+        }
+        None => format!("{value:.4} {unit} (held)"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_digits_of_sigma_are_shown() {
+        assert_eq!(with_sigma(17.7312, Some(0.0123), "ms"), "17.731 ± 0.012 ms");
+        assert_eq!(with_sigma(-4.0, Some(2.5), "mm"), "-4.0 ± 2.5 mm");
+        assert_eq!(with_sigma(1234.5, Some(150.0), "mm"), "1234 ± 150 mm");
+        assert_eq!(with_sigma(5.0, None, "ms"), "5.0000 ms (held)");
+    }
+}
