@@ -19,10 +19,7 @@ pub enum Failure {
 impl Failure {
     /// A failure with a hint.
     pub fn new(message: impl Into<String>, hint: impl Into<String>) -> Self {
-        Self::Said {
-            message: message.into(),
-            hint: hint.into(),
-        }
+        Self::Said { message: message.into(), hint: hint.into() }
     }
 
     /// A file that cannot be written.

@@ -16,10 +16,7 @@ pub fn data(text: &str) -> Result<(), Failure> {
     match writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush()) {
         Ok(()) => Ok(()),
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(Failure::BrokenPipe),
-        Err(error) => Err(Failure::new(
-            format!("stdout cannot be written: {error}"),
-            "is the disk full?",
-        )),
+        Err(error) => Err(Failure::new(format!("stdout cannot be written: {error}"), "is the disk full?")),
     }
 }
 

@@ -21,23 +21,13 @@ impl Error {
     /// A problem of a file as a whole.
     #[must_use]
     pub fn in_file(file: &Path, problem: Problem) -> Self {
-        Self {
-            file: file.to_owned(),
-            line: None,
-            column: None,
-            problem,
-        }
+        Self { file: file.to_owned(), line: None, column: None, problem }
     }
 
     /// A problem at a line of a file.
     #[must_use]
     pub fn at_line(file: &Path, line: u64, problem: Problem) -> Self {
-        Self {
-            file: file.to_owned(),
-            line: Some(line),
-            column: None,
-            problem,
-        }
+        Self { file: file.to_owned(), line: Some(line), column: None, problem }
     }
 
     /// The same, in a named column.

@@ -14,11 +14,8 @@ const FRAME: usize = 2;
 /// Where the coordinates begin; their standard deviations follow them.
 const FIRST: usize = 3;
 
-const SHARED: [ColumnSpec; 3] = [
-    required("time", Quantity::Time),
-    optional("line", Quantity::Count),
-    optional("frame", Quantity::Count),
-];
+const SHARED: [ColumnSpec; 3] =
+    [required("time", Quantity::Time), optional("line", Quantity::Count), optional("frame", Quantity::Count)];
 
 const PIXEL: [ColumnSpec; 4] = [
     required("u", Quantity::Pixel),
@@ -34,11 +31,8 @@ const PROFILE: [ColumnSpec; 4] = [
     optional("sigma_z", Quantity::Length),
 ];
 
-const POINT: [ColumnSpec; 3] = [
-    required("x", Quantity::Length),
-    required("y", Quantity::Length),
-    required("z", Quantity::Length),
-];
+const POINT: [ColumnSpec; 3] =
+    [required("x", Quantity::Length), required("y", Quantity::Length), required("z", Quantity::Length)];
 
 fn columns(sensor: &Sensor) -> Vec<ColumnSpec> {
     let own: &[ColumnSpec] = match sensor {
@@ -80,14 +74,8 @@ fn read_row<R: Read>(table: &Table<'_, R>, sensor: &Sensor) -> Result<Feature, E
         Sensor::Points { .. } => Measured::Point([at(0)?, at(1)?, at(2)?]),
     };
     let line = table.count(LINE)?.unwrap_or(0);
-    let line = u32::try_from(line).map_err(|_| {
-        table.error_in(
-            LINE,
-            Problem::NotACount {
-                text: line.to_string(),
-            },
-        )
-    })?;
+    let line = u32::try_from(line)
+        .map_err(|_| table.error_in(LINE, Problem::NotACount { text: line.to_string() }))?;
     Ok(Feature {
         stamp_ns: table.stamp_ns(TIME)?,
         line,

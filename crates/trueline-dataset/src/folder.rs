@@ -32,17 +32,9 @@ pub fn read(folder: &Path) -> Result<Recording, Error> {
         .map(|text| known_toml::parse_guess(&initial_path, &utf8(&initial_path, text)?))
         .transpose()?;
     let truth_path = path("truth.toml");
-    let truth = truth_text
-        .map(|text| known_toml::parse_truth(&truth_path, &utf8(&truth_path, text)?))
-        .transpose()?;
-    Ok(Recording {
-        sensor,
-        robot,
-        features,
-        initial,
-        truth,
-        inputs,
-    })
+    let truth =
+        truth_text.map(|text| known_toml::parse_truth(&truth_path, &utf8(&truth_path, text)?)).transpose()?;
+    Ok(Recording { sensor, robot, features, initial, truth, inputs })
 }
 
 /// Writes a dataset folder; it may exist, but none of the files may.
@@ -50,37 +42,21 @@ pub fn read(folder: &Path) -> Result<Recording, Error> {
 /// # Errors
 /// Files that are there already, or that cannot be written.
 pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
-    for name in [
-        "sensor.toml",
-        "robot.csv",
-        "features.csv",
-        "initial.toml",
-        "truth.toml",
-    ] {
+    for name in ["sensor.toml", "robot.csv", "features.csv", "initial.toml", "truth.toml"] {
         let file = folder.join(name);
         if file.exists() {
             return Err(Error::in_file(&file, Problem::AlreadyExists));
         }
     }
     fs::create_dir_all(folder).map_err(|e| Error::in_file(folder, Problem::Io(e)))?;
-    write_text(
-        &folder.join("sensor.toml"),
-        &sensor_toml::format(&recording.sensor),
-    )?;
-    write_with(&folder.join("robot.csv"), |out| {
-        robot_csv::write(out, &recording.robot)
-    })?;
-    write_with(&folder.join("features.csv"), |out| {
-        features_csv::write(out, &recording.features)
-    })?;
+    write_text(&folder.join("sensor.toml"), &sensor_toml::format(&recording.sensor))?;
+    write_with(&folder.join("robot.csv"), |out| robot_csv::write(out, &recording.robot))?;
+    write_with(&folder.join("features.csv"), |out| features_csv::write(out, &recording.features))?;
     if let Some(guess) = &recording.initial {
         write_text(&folder.join("initial.toml"), &known_toml::format(guess, &[]))?;
     }
     if let Some(truth) = &recording.truth {
-        write_text(
-            &folder.join("truth.toml"),
-            &known_toml::format(&truth.parameters, &truth.lines),
-        )?;
+        write_text(&folder.join("truth.toml"), &known_toml::format(&truth.parameters, &truth.lines))?;
     }
     Ok(())
 }

@@ -52,19 +52,8 @@ pub fn parse_truth(file: &Path, text: &str) -> Result<Truth, Error> {
         return Err(at(not_finite("time_offset_s", &[wire.time_offset_s])));
     }
     let pose = pose_from(&wire.tool_from_camera).map_err(at)?;
-    let lines = wire
-        .lines
-        .iter()
-        .map(line_from)
-        .collect::<Result<_, _>>()
-        .map_err(at)?;
-    Ok(Truth {
-        parameters: Guess {
-            time_offset_s: wire.time_offset_s,
-            tool_from_camera: pose,
-        },
-        lines,
-    })
+    let lines = wire.lines.iter().map(line_from).collect::<Result<_, _>>().map_err(at)?;
+    Ok(Truth { parameters: Guess { time_offset_s: wire.time_offset_s, tool_from_camera: pose }, lines })
 }
 
 /// The text of a truth or, without lines, of a guess.
@@ -90,25 +79,15 @@ pub fn format(parameters: &Guess, lines: &[Line]) -> String {
 }
 
 fn not_finite(key: &'static str, found: &[f64]) -> Problem {
-    Problem::Value {
-        key,
-        expected: "finite numbers",
-        found: format!("{found:?}"),
-    }
+    Problem::Value { key, expected: "finite numbers", found: format!("{found:?}") }
 }
 
 fn pose_from(wire: &PoseTable) -> Result<Pose, Problem> {
     if !wire.translation_mm.iter().all(|x| x.is_finite()) {
-        return Err(not_finite(
-            "tool_from_camera.translation_mm",
-            &wire.translation_mm,
-        ));
+        return Err(not_finite("tool_from_camera.translation_mm", &wire.translation_mm));
     }
     let rotation = unit_quaternion(wire.rotation_wxyz)?;
-    Ok(se3::from_parts(
-        rotation,
-        Vector3::from(wire.translation_mm) / MM_PER_M,
-    ))
+    Ok(se3::from_parts(rotation, Vector3::from(wire.translation_mm) / MM_PER_M))
 }
 
 fn line_from(wire: &LineTable) -> Result<Line, Problem> {

@@ -65,10 +65,7 @@ pub fn read(file: &Path, input: impl Read) -> Result<Vec<RobotSample>, Error> {
             *value = table.required_number(column)?;
         }
         let rotation = unit_quaternion(wxyz).map_err(|p| table.error_in(QUATERNION[0], p))?;
-        samples.push(RobotSample {
-            stamp_ns,
-            base_from_tool: se3::from_parts(rotation, position),
-        });
+        samples.push(RobotSample { stamp_ns, base_from_tool: se3::from_parts(rotation, position) });
     }
     if samples.is_empty() {
         return Err(Error::in_file(file, Problem::NoRows));
@@ -86,11 +83,7 @@ pub fn write(mut out: impl Write, samples: &[RobotSample]) -> std::io::Result<()
         let p = sample.base_from_tool.translation.vector * MM_PER_M;
         let q = sample.base_from_tool.rotation.quaternion();
         let time = stamp::format_seconds(sample.stamp_ns);
-        writeln!(
-            out,
-            "{time},{},{},{},{},{},{},{}",
-            p.x, p.y, p.z, q.w, q.i, q.j, q.k
-        )?;
+        writeln!(out, "{time},{},{},{},{},{},{},{}", p.x, p.y, p.z, q.w, q.i, q.j, q.k)?;
     }
     Ok(())
 }

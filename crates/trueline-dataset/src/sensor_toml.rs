@@ -66,10 +66,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Sensor, Error> {
 #[must_use]
 pub fn format(sensor: &Sensor) -> String {
     let wire = match sensor {
-        Sensor::CameraLaser {
-            camera,
-            laser_plane_in_camera,
-        } => SensorFile::CameraLaser {
+        Sensor::CameraLaser { camera, laser_plane_in_camera } => SensorFile::CameraLaser {
             camera: CameraTable {
                 width: camera.size[0],
                 height: camera.size[1],
@@ -82,11 +79,9 @@ pub fn format(sensor: &Sensor) -> String {
             laser_plane: plane_to(laser_plane_in_camera),
         },
         Sensor::Profiler => SensorFile::Profiler {},
-        Sensor::Points {
-            laser_plane_in_camera,
-        } => SensorFile::Points {
-            laser_plane: laser_plane_in_camera.as_ref().map(plane_to),
-        },
+        Sensor::Points { laser_plane_in_camera } => {
+            SensorFile::Points { laser_plane: laser_plane_in_camera.as_ref().map(plane_to) }
+        }
     };
     toml::to_string(&wire).unwrap_or_default()
 }
@@ -97,16 +92,9 @@ pub fn format(sensor: &Sensor) -> String {
 /// Broken TOML, unknown or missing keys.
 pub(crate) fn parse_toml<T: serde::de::DeserializeOwned>(file: &Path, text: &str) -> Result<T, Error> {
     toml::from_str(text).map_err(|error| {
-        let line = error
-            .span()
-            .map(|span| 1 + text[..span.start].matches('\n').count() as u64);
+        let line = error.span().map(|span| 1 + text[..span.start].matches('\n').count() as u64);
         let problem = Problem::Toml(error.message().to_owned());
-        Error {
-            file: file.to_owned(),
-            line,
-            column: None,
-            problem,
-        }
+        Error { file: file.to_owned(), line, column: None, problem }
     })
 }
 
@@ -115,22 +103,14 @@ fn camera_from(wire: &CameraTable) -> Result<Camera, Problem> {
         if value > 0.0 && value.is_finite() {
             Ok(value)
         } else {
-            Err(Problem::Value {
-                key,
-                expected: "a number above zero",
-                found: value.to_string(),
-            })
+            Err(Problem::Value { key, expected: "a number above zero", found: value.to_string() })
         }
     };
     let finite = |key, value: f64| {
         if value.is_finite() {
             Ok(value)
         } else {
-            Err(Problem::Value {
-                key,
-                expected: "a finite number",
-                found: value.to_string(),
-            })
+            Err(Problem::Value { key, expected: "a finite number", found: value.to_string() })
         }
     };
     positive("camera.width", f64::from(wire.width))?;
@@ -164,8 +144,5 @@ fn plane_from(wire: &PlaneTable) -> Result<Plane, Problem> {
 }
 
 fn plane_to(plane: &Plane) -> PlaneTable {
-    PlaneTable {
-        normal: plane.normal().into_inner().into(),
-        offset_mm: plane.offset() * MM_PER_M,
-    }
+    PlaneTable { normal: plane.normal().into_inner().into(), offset_mm: plane.offset() * MM_PER_M }
 }

@@ -59,11 +59,7 @@ pub fn seconds(nanoseconds: i64) -> f64 {
 pub fn format_seconds(nanoseconds: i64) -> String {
     let sign = if nanoseconds < 0 { "-" } else { "" };
     let magnitude = nanoseconds.unsigned_abs();
-    format!(
-        "{sign}{}.{:09}",
-        magnitude / 1_000_000_000,
-        magnitude % 1_000_000_000
-    )
+    format!("{sign}{}.{:09}", magnitude / 1_000_000_000, magnitude % 1_000_000_000)
 }
 
 #[cfg(test)]
@@ -72,26 +68,13 @@ mod tests {
 
     #[test]
     fn decimal_text_is_read_exactly() {
-        assert_eq!(
-            parse_nanoseconds("1763689200.123456789", 9),
-            Some(1_763_689_200_123_456_789)
-        );
+        assert_eq!(parse_nanoseconds("1763689200.123456789", 9), Some(1_763_689_200_123_456_789));
         assert_eq!(parse_nanoseconds("-0.0304914", 6), Some(-30_491));
         assert_eq!(parse_nanoseconds("11.8852", 6), Some(11_885_200));
         assert_eq!(parse_nanoseconds("1.5e-3", 9), Some(1_500_000));
         assert_eq!(parse_nanoseconds("17", 0), Some(17));
         assert_eq!(parse_nanoseconds(".5", 9), Some(500_000_000));
-        for bad in [
-            "",
-            ".",
-            "-",
-            "1,5",
-            "nan",
-            "inf",
-            "1.5x",
-            "1.0000000000x",
-            "99999999999999999999",
-        ] {
+        for bad in ["", ".", "-", "1,5", "nan", "inf", "1.5x", "1.0000000000x", "99999999999999999999"] {
             assert_eq!(parse_nanoseconds(bad, 9), None, "{bad}");
         }
     }

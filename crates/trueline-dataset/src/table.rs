@@ -21,21 +21,13 @@ pub struct ColumnSpec {
 /// A needed column.
 #[must_use]
 pub const fn required(name: &'static str, quantity: Quantity) -> ColumnSpec {
-    ColumnSpec {
-        name,
-        quantity,
-        required: true,
-    }
+    ColumnSpec { name, quantity, required: true }
 }
 
 /// A column that may be left out.
 #[must_use]
 pub const fn optional(name: &'static str, quantity: Quantity) -> ColumnSpec {
-    ColumnSpec {
-        name,
-        quantity,
-        required: false,
-    }
+    ColumnSpec { name, quantity, required: false }
 }
 
 #[derive(Clone, Debug)]
@@ -76,11 +68,7 @@ impl<'a, R: Read> Table<'a, R> {
             if columns[spec].is_some() {
                 return Err(Error::at_line(file, 1, Problem::DuplicateColumn).in_column(name));
             }
-            columns[spec] = Some(Found {
-                index,
-                header: name.to_owned(),
-                scale,
-            });
+            columns[spec] = Some(Found { index, header: name.to_owned(), scale });
         }
         for (spec, column) in specs.iter().zip(&columns) {
             if spec.required && column.is_none() {
@@ -89,12 +77,7 @@ impl<'a, R: Read> Table<'a, R> {
                 return Err(Error::at_line(file, 1, Problem::MissingColumn { name, found }));
             }
         }
-        Ok(Self {
-            file,
-            reader,
-            columns,
-            record: ByteRecord::new(),
-        })
+        Ok(Self { file, reader, columns, record: ByteRecord::new() })
     }
 
     /// Whether an optional column is there.
@@ -108,23 +91,12 @@ impl<'a, R: Read> Table<'a, R> {
     /// # Errors
     /// A row that is not text or has too few or too many fields.
     pub fn next_row(&mut self) -> Result<bool, Error> {
-        if !self
-            .reader
-            .read_byte_record(&mut self.record)
-            .map_err(|e| csv_error(self.file, &e))?
-        {
+        if !self.reader.read_byte_record(&mut self.record).map_err(|e| csv_error(self.file, &e))? {
             return Ok(false);
         }
-        let expected = self
-            .reader
-            .byte_headers()
-            .map_err(|e| csv_error(self.file, &e))?
-            .len();
+        let expected = self.reader.byte_headers().map_err(|e| csv_error(self.file, &e))?.len();
         if self.record.len() != expected {
-            let problem = Problem::FieldCount {
-                expected,
-                found: self.record.len(),
-            };
+            let problem = Problem::FieldCount { expected, found: self.record.len() };
             return Err(Error::at_line(self.file, self.line(), problem));
         }
         Ok(true)
@@ -145,9 +117,7 @@ impl<'a, R: Read> Table<'a, R> {
     /// An error at the current row in a column.
     #[must_use]
     pub fn error_in(&self, column: usize, problem: Problem) -> Error {
-        let header = self.columns[column]
-            .as_ref()
-            .map_or("", |found| found.header.as_str());
+        let header = self.columns[column].as_ref().map_or("", |found| found.header.as_str());
         self.error(problem).in_column(header)
     }
 
@@ -165,21 +135,10 @@ impl<'a, R: Read> Table<'a, R> {
         let Some((text, scale)) = self.text(column) else {
             return Ok(None);
         };
-        let value: f64 = text.parse().map_err(|_| {
-            self.error_in(
-                column,
-                Problem::NotANumber {
-                    text: text.to_owned(),
-                },
-            )
-        })?;
+        let value: f64 =
+            text.parse().map_err(|_| self.error_in(column, Problem::NotANumber { text: text.to_owned() }))?;
         if !value.is_finite() {
-            return Err(self.error_in(
-                column,
-                Problem::NotFinite {
-                    text: text.to_owned(),
-                },
-            ));
+            return Err(self.error_in(column, Problem::NotFinite { text: text.to_owned() }));
         }
         Ok(Some(value * scale))
     }
@@ -189,8 +148,7 @@ impl<'a, R: Read> Table<'a, R> {
     /// # Errors
     /// As [`Table::number`].
     pub fn required_number(&self, column: usize) -> Result<f64, Error> {
-        self.number(column)?
-            .ok_or_else(|| self.error(Problem::NotANumber { text: String::new() }))
+        self.number(column)?.ok_or_else(|| self.error(Problem::NotANumber { text: String::new() }))
     }
 
     /// A standard deviation in SI: above zero.
@@ -234,14 +192,7 @@ impl<'a, R: Read> Table<'a, R> {
             return Ok(None);
         };
         let parsed = text.parse::<u64>();
-        parsed.map(Some).map_err(|_| {
-            self.error_in(
-                column,
-                Problem::NotACount {
-                    text: text.to_owned(),
-                },
-            )
-        })
+        parsed.map(Some).map_err(|_| self.error_in(column, Problem::NotACount { text: text.to_owned() }))
     }
 }
 
@@ -255,25 +206,14 @@ fn identify(header: &str, specs: &[ColumnSpec]) -> Result<(usize, f64), Problem>
         }
     }
     if let Some(spec) = specs.iter().find(|spec| spec.name == header) {
-        return Err(Problem::NoUnit {
-            example: format!("{}{}", spec.name, spec.quantity.usual_suffix()),
-        });
+        return Err(Problem::NoUnit { example: format!("{}{}", spec.name, spec.quantity.usual_suffix()) });
     }
-    let known: Vec<String> = specs
-        .iter()
-        .map(|s| format!("{}{}", s.name, s.quantity.usual_suffix()))
-        .collect();
-    Err(Problem::UnknownColumn {
-        known: known.join(", "),
-    })
+    let known: Vec<String> =
+        specs.iter().map(|s| format!("{}{}", s.name, s.quantity.usual_suffix())).collect();
+    Err(Problem::UnknownColumn { known: known.join(", ") })
 }
 
 fn csv_error(file: &Path, error: &csv::Error) -> Error {
     let line = error.position().map(csv::Position::line);
-    Error {
-        file: file.to_owned(),
-        line,
-        column: None,
-        problem: Problem::Csv(error.to_string()),
-    }
+    Error { file: file.to_owned(), line, column: None, problem: Problem::Csv(error.to_string()) }
 }

@@ -15,12 +15,7 @@ fn principal_axes(points: &[Vector3<f64>], weights: &[f64]) -> Option<PrincipalA
     if !(total > 0.0 && total.is_finite()) {
         return None;
     }
-    let mean = points
-        .iter()
-        .zip(weights)
-        .map(|(p, w)| p * *w)
-        .sum::<Vector3<f64>>()
-        / total;
+    let mean = points.iter().zip(weights).map(|(p, w)| p * *w).sum::<Vector3<f64>>() / total;
     let mut scatter = Matrix3::zeros();
     for (point, weight) in points.iter().zip(weights) {
         let d = point - mean;
@@ -94,11 +89,7 @@ pub fn plane(points: &[Vector3<f64>]) -> Option<PlaneFit> {
     }
     let fit = principal_axes(points, &vec![1.0; points.len()])?;
     let plane = Plane::new(fit.axes[2], fit.axes[2].dot(&fit.mean))?;
-    Some(PlaneFit {
-        plane,
-        rms: fit.spread[2],
-        extent: fit.spread[1],
-    })
+    Some(PlaneFit { plane, rms: fit.spread[2], extent: fit.spread[1] })
 }
 
 /// Plane through points of which some are wild: the orthogonal fit, repeated without the points
@@ -107,17 +98,11 @@ pub fn plane(points: &[Vector3<f64>]) -> Option<PlaneFit> {
 pub fn robust_plane(points: &[Vector3<f64>]) -> Option<PlaneFit> {
     let mut fit = plane(points)?;
     for _ in 0..20 {
-        let mut distances: Vec<f64> = points
-            .iter()
-            .map(|p| fit.plane.signed_distance(p).abs())
-            .collect();
+        let mut distances: Vec<f64> = points.iter().map(|p| fit.plane.signed_distance(p).abs()).collect();
         distances.sort_by(f64::total_cmp);
         let limit = 5.0 * distances[distances.len() / 2].max(1e-12);
-        let near: Vec<_> = points
-            .iter()
-            .filter(|p| fit.plane.signed_distance(p).abs() <= limit)
-            .copied()
-            .collect();
+        let near: Vec<_> =
+            points.iter().filter(|p| fit.plane.signed_distance(p).abs() <= limit).copied().collect();
         let next = plane(&near)?;
         let settled = (next.rms - fit.rms).abs() <= 1e-12 * fit.rms;
         fit = next;

@@ -58,20 +58,14 @@ impl Line {
     pub fn anchored_near(&self, point: &Vector3<f64>) -> Self {
         let direction = self.direction();
         let along = direction.dot(&(point - self.anchor));
-        Self {
-            anchor: self.anchor + direction * along,
-            axes: self.axes,
-        }
+        Self { anchor: self.anchor + direction * along, axes: self.axes }
     }
 
     /// The same line with the opposite direction.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let half_turn_about_u3 = so3::exp(&Vector3::new(0.0, 0.0, std::f64::consts::PI));
-        Self {
-            anchor: self.anchor,
-            axes: self.axes * half_turn_about_u3,
-        }
+        Self { anchor: self.anchor, axes: self.axes * half_turn_about_u3 }
     }
 
     /// Moves the line by (θ₂, θ₃, δ₂, δ₃): turned about u₂ and u₃ through the anchor (rad), shifted
@@ -103,10 +97,7 @@ impl Line {
     #[must_use]
     pub fn to_pluecker(&self) -> PlueckerLine {
         let direction = self.direction();
-        PlueckerLine {
-            moment: self.anchor.cross(&direction),
-            direction,
-        }
+        PlueckerLine { moment: self.anchor.cross(&direction), direction }
     }
 }
 
@@ -129,10 +120,7 @@ impl PlueckerLine {
     /// The line with its anchor at the point nearest to the origin.
     #[must_use]
     pub fn to_line(&self) -> Line {
-        Line::new(
-            self.nearest_point_to_origin(),
-            &UnitVector3::new_normalize(self.direction),
-        )
+        Line::new(self.nearest_point_to_origin(), &UnitVector3::new_normalize(self.direction))
     }
 
     /// The paper's minimal form (U, m), Eq. (8).
@@ -148,10 +136,7 @@ impl PlueckerLine {
         let (u1, u2) = (self.direction, self.moment / m);
         let axes = Matrix3::from_columns(&[u1, u2, u1.cross(&u2)]); // Eq. (8)
         let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
-        Some(OrthonormalLine {
-            rotation,
-            distance: m,
-        })
+        Some(OrthonormalLine { rotation, distance: m })
     }
 }
 

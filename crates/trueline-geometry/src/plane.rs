@@ -23,10 +23,7 @@ impl Plane {
             return None;
         }
         let sign = if offset < 0.0 { -1.0 } else { 1.0 };
-        Some(Self {
-            normal: Unit::new_unchecked(normal * (sign / length)),
-            offset: offset * sign / length,
-        })
+        Some(Self { normal: Unit::new_unchecked(normal * (sign / length)), offset: offset * sign / length })
     }
 
     /// Builds the plane z = a x + b y + c, the form of the paper and of many sensor makers.

@@ -15,10 +15,7 @@ pub fn from_parts(rotation: UnitQuaternion<f64>, translation: Vector3<f64>) -> P
 /// only where the rotation is zero.
 #[must_use]
 pub fn exp(rotation_vector: &Vector3<f64>, rho: &Vector3<f64>) -> Pose {
-    from_parts(
-        so3::exp(rotation_vector),
-        so3::left_jacobian(rotation_vector) * rho,
-    )
+    from_parts(so3::exp(rotation_vector), so3::left_jacobian(rotation_vector) * rho)
 }
 
 /// Logarithm of SE(3): (ω, ρ) with `exp(ω, ρ) = pose`.
@@ -35,17 +32,11 @@ pub fn log(pose: &Pose) -> (Vector3<f64>, Vector3<f64>) {
 /// the rotation and of the translation as everybody reads them.
 #[must_use]
 pub fn retract_decoupled(pose: &Pose, rotation: &Vector3<f64>, translation: &Vector3<f64>) -> Pose {
-    from_parts(
-        so3::exp(rotation) * pose.rotation,
-        pose.translation.vector + translation,
-    )
+    from_parts(so3::exp(rotation) * pose.rotation, pose.translation.vector + translation)
 }
 
 /// The inverse of [`retract_decoupled`]: (δ, δt) that leads from `from` to `to`.
 #[must_use]
 pub fn difference_decoupled(to: &Pose, from: &Pose) -> (Vector3<f64>, Vector3<f64>) {
-    (
-        so3::log(&(to.rotation * from.rotation.inverse())),
-        to.translation.vector - from.translation.vector,
-    )
+    (so3::log(&(to.rotation * from.rotation.inverse())), to.translation.vector - from.translation.vector)
 }

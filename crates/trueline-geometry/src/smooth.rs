@@ -23,11 +23,7 @@ pub fn position_noise(poses: &[Pose]) -> f64 {
         let p = |k: usize| w[k].translation.vector;
         (p(0) + p(4) - (p(1) + p(3)) * 4.0 + p(2) * 6.0).abs()
     };
-    let mut differences: Vec<f64> = poses
-        .windows(5)
-        .map(fourth)
-        .flat_map(|d| [d.x, d.y, d.z])
-        .collect();
+    let mut differences: Vec<f64> = poses.windows(5).map(fourth).flat_map(|d| [d.x, d.y, d.z]).collect();
     if differences.len() < 12 {
         return 0.0;
     }
@@ -41,9 +37,7 @@ pub fn position_noise(poses: &[Pose]) -> f64 {
 /// √(3(3m² + 3m − 1) / ((2m − 1)(2m + 1)(2m + 3))) with m neighbours to either side \[Savitzky1964\].
 #[must_use]
 pub fn noise_left(period_s: f64) -> f64 {
-    let m = (HALF_WINDOW_S / period_s * (1.0 + 1e-9))
-        .floor()
-        .max(MIN_SIDE as f64);
+    let m = (HALF_WINDOW_S / period_s * (1.0 + 1e-9)).floor().max(MIN_SIDE as f64);
     (3.0 * (3.0 * m * m + 3.0 * m - 1.0) / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0))).sqrt()
 }
 
@@ -51,9 +45,7 @@ pub fn noise_left(period_s: f64) -> f64 {
 /// [`HALF_WINDOW_S`], never across a gap. Poses with too few neighbours stay as they are.
 #[must_use]
 pub fn local_quadratic(times: &[f64], poses: &[Pose], gap_limit: f64) -> Vec<Pose> {
-    (0..poses.len())
-        .map(|k| smoothed(times, poses, k, gap_limit))
-        .collect()
+    (0..poses.len()).map(|k| smoothed(times, poses, k, gap_limit)).collect()
 }
 
 fn smoothed(times: &[f64], poses: &[Pose], k: usize, gap_limit: f64) -> Pose {
@@ -74,21 +66,19 @@ fn smoothed(times: &[f64], poses: &[Pose], k: usize, gap_limit: f64) -> Pose {
         return poses[k];
     }
     let window = k - side..=k + side;
-    let shift = constant_of_quadratic(window.clone().map(|i| {
-        (
-            times[i] - times[k],
-            poses[i].translation.vector - poses[k].translation.vector,
-        )
-    }));
+    let shift = constant_of_quadratic(
+        window
+            .clone()
+            .map(|i| (times[i] - times[k], poses[i].translation.vector - poses[k].translation.vector)),
+    );
     let inverse = poses[k].rotation.inverse();
     let turn = constant_of_quadratic(
         window.map(|i| (times[i] - times[k], so3::log(&(inverse * poses[i].rotation)))),
     );
     match (shift, turn) {
-        (Some(shift), Some(turn)) => se3::from_parts(
-            poses[k].rotation * so3::exp(&turn),
-            poses[k].translation.vector + shift,
-        ),
+        (Some(shift), Some(turn)) => {
+            se3::from_parts(poses[k].rotation * so3::exp(&turn), poses[k].translation.vector + shift)
+        }
         _ => poses[k],
     }
 }

@@ -50,11 +50,7 @@ pub fn exp(rotation_vector: &Vector3<f64>) -> UnitQuaternion<f64> {
 pub fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let q = rotation.quaternion();
     // q and −q are the same rotation; the one with w ≥ 0 has the angle of at most half a turn.
-    let (w, v) = if q.w < 0.0 {
-        (-q.w, -q.imag())
-    } else {
-        (q.w, q.imag())
-    };
+    let (w, v) = if q.w < 0.0 { (-q.w, -q.imag()) } else { (q.w, q.imag()) };
     let sine = v.norm();
     if sine < SERIES_ANGLE {
         // 2 atan(s/w)/s = 2/w (1 − (s/w)²/3 + (s/w)⁴/5 − …)
@@ -73,15 +69,9 @@ pub fn left_jacobian(rotation_vector: &Vector3<f64>) -> Matrix3<f64> {
     let angle2 = angle * angle;
     let (a, b) = if angle < 1e-2 {
         // (1 − cos x)/x² and (x − sin x)/x³; the first omitted terms are x⁶/40320 and x⁶/362880.
-        (
-            0.5 - angle2 / 24.0 + angle2 * angle2 / 720.0,
-            1.0 / 6.0 - angle2 / 120.0 + angle2 * angle2 / 5040.0,
-        )
+        (0.5 - angle2 / 24.0 + angle2 * angle2 / 720.0, 1.0 / 6.0 - angle2 / 120.0 + angle2 * angle2 / 5040.0)
     } else {
-        (
-            (1.0 - angle.cos()) / angle2,
-            (angle - angle.sin()) / (angle2 * angle),
-        )
+        ((1.0 - angle.cos()) / angle2, (angle - angle.sin()) / (angle2 * angle))
     };
     let w = hat(rotation_vector);
     Matrix3::identity() + w * a + w * w * b

@@ -95,22 +95,13 @@ impl Trajectory {
         if times.len() < 2 {
             return Err(TrajectoryError::TooFewSamples);
         }
-        if let Some(k) = times
-            .windows(2)
-            .position(|w| w[1].is_nan() || w[0].is_nan() || w[1] < w[0])
-        {
+        if let Some(k) = times.windows(2).position(|w| w[1].is_nan() || w[0].is_nan() || w[1] < w[0]) {
             return Err(TrajectoryError::TimeRunsBackwards { index: k + 1 });
         }
         let median_period = median_positive_step(&times).ok_or(TrajectoryError::TooFewSamples)?;
         let pairs = times.windows(2).zip(poses.windows(2));
-        let segments = pairs
-            .map(|(t, p)| Segment::between(t[0], &p[0], t[1], &p[1]))
-            .collect();
-        Ok(Self {
-            times,
-            segments,
-            median_period,
-        })
+        let segments = pairs.map(|(t, p)| Segment::between(t[0], &p[0], t[1], &p[1])).collect();
+        Ok(Self { times, segments, median_period })
     }
 
     /// Sample times, s.
@@ -182,9 +173,7 @@ impl Trajectory {
     #[must_use]
     #[inline]
     pub fn segment(&self, index: usize) -> Option<&Segment> {
-        self.segments
-            .get(index)
-            .filter(|s| s.duration > 0.0 && s.duration <= self.gap_limit())
+        self.segments.get(index).filter(|s| s.duration > 0.0 && s.duration <= self.gap_limit())
     }
 
     /// The segment at `time`, or `None` outside the recording or in a gap.
@@ -201,11 +190,7 @@ impl Trajectory {
 }
 
 fn median_positive_step(times: &[f64]) -> Option<f64> {
-    let mut steps: Vec<f64> = times
-        .windows(2)
-        .map(|w| w[1] - w[0])
-        .filter(|d| *d > 0.0)
-        .collect();
+    let mut steps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
     if steps.is_empty() {
         return None;
     }

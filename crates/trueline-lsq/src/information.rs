@@ -45,18 +45,9 @@ impl Information {
         let mut order: Vec<usize> = (0..free.len()).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
         let eigenvectors = DMatrix::from_fn(free.len(), free.len(), |i, j| eigen.eigenvectors[(i, order[j])]);
-        let singular_values = DVector::from_iterator(
-            free.len(),
-            order.iter().map(|&k| eigen.eigenvalues[k].max(0.0).sqrt()),
-        );
-        Some(Self {
-            free,
-            dimension,
-            scale,
-            eigenvectors,
-            singular_values,
-            threshold,
-        })
+        let singular_values =
+            DVector::from_iterator(free.len(), order.iter().map(|&k| eigen.eigenvalues[k].max(0.0).sqrt()));
+        Some(Self { free, dimension, scale, eigenvectors, singular_values, threshold })
     }
 
     /// Number of unknowns that are estimated.
@@ -77,21 +68,14 @@ impl Information {
         let Some(&largest) = self.singular_values.iter().next() else {
             return 0;
         };
-        self.singular_values
-            .iter()
-            .filter(|s| **s > self.threshold * largest && **s > 0.0)
-            .count()
+        self.singular_values.iter().filter(|s| **s > self.threshold * largest && **s > 0.0).count()
     }
 
     /// Largest over smallest singular value; infinite for a singular problem.
     #[must_use]
     pub fn condition(&self) -> f64 {
         let n = self.singular_values.len();
-        if n == 0 {
-            1.0
-        } else {
-            self.singular_values[0] / self.singular_values[n - 1]
-        }
+        if n == 0 { 1.0 } else { self.singular_values[0] / self.singular_values[n - 1] }
     }
 
     /// Null directions as unit vectors of the scaled unknowns, one column each; rows are all unknowns,

@@ -51,11 +51,7 @@ impl Loss {
             Self::GemanMcClure { scale } => squared / (1.0 + squared / (scale * scale)),
             Self::Tukey { scale } => {
                 let c2 = scale * scale;
-                if squared >= c2 {
-                    c2 / 3.0
-                } else {
-                    c2 / 3.0 * (1.0 - (1.0 - squared / c2).powi(3))
-                }
+                if squared >= c2 { c2 / 3.0 } else { c2 / 3.0 * (1.0 - (1.0 - squared / c2).powi(3)) }
             }
         }
     }
@@ -77,11 +73,7 @@ impl Loss {
             Self::GemanMcClure { scale } => (1.0 + squared / (scale * scale)).powi(-2),
             Self::Tukey { scale } => {
                 let c2 = scale * scale;
-                if squared >= c2 {
-                    0.0
-                } else {
-                    (1.0 - squared / c2).powi(2)
-                }
+                if squared >= c2 { 0.0 } else { (1.0 - squared / c2).powi(2) }
             }
         }
     }
@@ -106,11 +98,7 @@ impl Loss {
             }
             Self::Tukey { scale } => {
                 let c2 = scale * scale;
-                if squared >= c2 {
-                    0.0
-                } else {
-                    -2.0 / c2 * (1.0 - squared / c2)
-                }
+                if squared >= c2 { 0.0 } else { -2.0 / c2 * (1.0 - squared / c2) }
             }
         }
     }

@@ -19,11 +19,7 @@ impl NormalEquations {
     /// Zeroed equations for `dimension` unknowns.
     #[must_use]
     pub fn zeros(dimension: usize) -> Self {
-        Self {
-            hessian: DMatrix::zeros(dimension, dimension),
-            gradient: DVector::zeros(dimension),
-            cost: 0.0,
-        }
+        Self { hessian: DMatrix::zeros(dimension, dimension), gradient: DVector::zeros(dimension), cost: 0.0 }
     }
 
     /// Sets everything to zero, keeping the memory.

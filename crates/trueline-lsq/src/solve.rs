@@ -23,17 +23,15 @@ pub struct SolveOptions {
 
 impl Default for SolveOptions {
     fn default() -> Self {
-        Self {
-            max_iterations: 100,
-            initial_damping: 1e-6,
-            step_threshold: 1e-7,
-            cost_threshold: 1e-14,
-        }
+        Self { max_iterations: 100, initial_damping: 1e-6, step_threshold: 1e-7, cost_threshold: 1e-14 }
     }
 }
 
 /// Largest damping tried: steps are then 10¹² times shorter than Gauss–Newton's.
 const DAMPING_LIMIT: f64 = 1e12;
+
+/// Damping of the first retry of a step that was not taken.
+const LEAST_RETRY_DAMPING: f64 = 1e-3;
 
 /// One try of a step, and the state before it.
 #[derive(Clone, Debug)]
@@ -107,13 +105,7 @@ pub fn solve<P: LeastSquares>(
     if !equations.is_finite() {
         return Err(SolveError::NotFiniteAtStart);
     }
-    let mut search = Search {
-        problem,
-        fixed,
-        equations,
-        state: start,
-        iterations: Vec::new(),
-    };
+    let mut search = Search { problem, fixed, equations, state: start, iterations: Vec::new() };
     let termination = search.run(options);
     Ok(Solution {
         state: search.state,
@@ -152,10 +144,7 @@ impl<P: LeastSquares> Search<'_, P> {
                 damping *= (1.0_f64 / 3.0).max(1.0 - (2.0 * gain_ratio - 1.0).powi(3));
                 growth = 2.0;
                 if length < options.step_threshold {
-                    return Termination::StepConverged {
-                        step: length,
-                        threshold: options.step_threshold,
-                    };
+                    return Termination::StepConverged { step: length, threshold: options.step_threshold };
                 }
                 if decrease <= options.cost_threshold * cost && gain_ratio > 0.1 {
                     return Termination::CostConverged {
@@ -165,22 +154,17 @@ impl<P: LeastSquares> Search<'_, P> {
                 }
             } else {
                 if length < options.step_threshold {
-                    return Termination::StepConverged {
-                        step: length,
-                        threshold: options.step_threshold,
-                    };
+                    return Termination::StepConverged { step: length, threshold: options.step_threshold };
                 }
-                damping *= growth;
+                // Below this a longer or shorter damping makes no difference to the step.
+                damping = (damping * growth).max(LEAST_RETRY_DAMPING);
                 growth *= 2.0;
                 if damping > DAMPING_LIMIT {
                     return self.stuck(damping);
                 }
             }
         }
-        Termination::IterationLimit {
-            iterations: self.iterations.len(),
-            threshold: options.max_iterations,
-        }
+        Termination::IterationLimit { iterations: self.iterations.len(), threshold: options.max_iterations }
     }
 
     /// Tries a step; takes it and linearises anew if it lowers the cost.
@@ -211,11 +195,7 @@ impl<P: LeastSquares> Search<'_, P> {
     fn stuck(&self, damping: f64) -> Termination {
         let step = damped_step(&self.equations, self.fixed, 0.0)
             .map_or(f64::INFINITY, |step| whitened_length(&self.equations, &step));
-        Termination::NoFurtherDecrease {
-            damping,
-            threshold: DAMPING_LIMIT,
-            step,
-        }
+        Termination::NoFurtherDecrease { damping, threshold: DAMPING_LIMIT, step }
     }
 }
 
@@ -237,13 +217,8 @@ fn damped_step(equations: &NormalEquations, fixed: &[usize], damping: f64) -> Op
         }
     }
     let scale = matrix.diagonal().map(|d| 1.0 / d.sqrt());
-    let scaled = DMatrix::from_fn(right.len(), right.len(), |i, j| {
-        matrix[(i, j)] * scale[i] * scale[j]
-    });
-    let step = scaled
-        .cholesky()?
-        .solve(&right.component_mul(&scale))
-        .component_mul(&scale);
+    let scaled = DMatrix::from_fn(right.len(), right.len(), |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let step = scaled.cholesky()?.solve(&right.component_mul(&scale)).component_mul(&scale);
     step.iter().all(|x| x.is_finite()).then_some(step)
 }
 

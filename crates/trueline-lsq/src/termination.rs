@@ -57,23 +57,13 @@ impl fmt::Display for Termination {
                 write!(f, "converged: last step {step:.1e} sigma, below {threshold:.0e}")
             }
             Self::CostConverged { decrease, threshold } => {
-                write!(
-                    f,
-                    "converged: cost fell by {decrease:.1e} of itself, below {threshold:.0e}"
-                )
+                write!(f, "converged: cost fell by {decrease:.1e} of itself, below {threshold:.0e}")
             }
-            Self::NoFurtherDecrease {
-                damping,
-                threshold,
-                step,
-            } => write!(
+            Self::NoFurtherDecrease { damping, threshold, step } => write!(
                 f,
                 "no further decrease: damping {damping:.0e} passed {threshold:.0e}, step left over {step:.1e} sigma"
             ),
-            Self::IterationLimit {
-                iterations,
-                threshold,
-            } => {
+            Self::IterationLimit { iterations, threshold } => {
                 write!(f, "not converged: {iterations} of {threshold} iterations used up")
             }
         }

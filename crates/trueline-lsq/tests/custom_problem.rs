@@ -14,10 +14,7 @@ impl CircleFit {
         let to_point = point - circle.xy();
         let distance = to_point.norm();
         let unit = to_point / distance;
-        (
-            (distance - circle.z) / self.sigma,
-            Vector3::new(-unit.x, -unit.y, -1.0) / self.sigma,
-        )
+        ((distance - circle.z) / self.sigma, Vector3::new(-unit.x, -unit.y, -1.0) / self.sigma)
     }
 }
 
@@ -33,10 +30,7 @@ impl LeastSquares for CircleFit {
     }
 
     fn cost(&self, state: &Self::State) -> f64 {
-        self.points
-            .iter()
-            .map(|p| 0.5 * self.loss.value(self.residual(state, p).0.powi(2)))
-            .sum()
+        self.points.iter().map(|p| 0.5 * self.loss.value(self.residual(state, p).0.powi(2))).sum()
     }
 
     fn linearize(&self, state: &Self::State, equations: &mut NormalEquations) {
@@ -63,18 +57,8 @@ const TRUTH: Vector3<f64> = Vector3::new(3.0, -1.0, 2.0);
 
 #[test]
 fn exact_points_give_the_exact_circle() {
-    let problem = CircleFit {
-        points: circle_points(50, 6.0),
-        sigma: 0.1,
-        loss: Loss::Squared,
-    };
-    let solution = solve(
-        &problem,
-        Vector3::new(2.0, 0.5, 1.0),
-        &[],
-        &SolveOptions::default(),
-    )
-    .unwrap();
+    let problem = CircleFit { points: circle_points(50, 6.0), sigma: 0.1, loss: Loss::Squared };
+    let solution = solve(&problem, Vector3::new(2.0, 0.5, 1.0), &[], &SolveOptions::default()).unwrap();
     assert!(solution.termination.is_converged(), "{}", solution.termination);
     // Quadratic convergence from a last step below 1e-7 sigma: rounding of numbers of size 3 remains.
     assert!((solution.state - TRUTH).norm() < 1e-12, "{}", solution.state);
@@ -90,11 +74,7 @@ fn gradient_is_the_derivative_of_the_cost_for_every_loss() {
         Loss::GemanMcClure { scale: 1.3 },
         Loss::Tukey { scale: 13.0 },
     ] {
-        let problem = CircleFit {
-            points: circle_points(50, 6.0),
-            sigma: 0.1,
-            loss,
-        };
+        let problem = CircleFit { points: circle_points(50, 6.0), sigma: 0.1, loss };
         // Cost ~1e3; five-point rounding eps·1e3/1e-4 = 2e-9, in units of √H ≈ 50: below 1e-9. Huber's
         // kink may lie inside a stencil and costs h·(change of ρ″) ≈ 1e-5.
         let error = check::gradient_error(&problem, &Vector3::new(2.9, -0.8, 2.1), &steps);
@@ -108,29 +88,17 @@ fn wild_points_do_not_move_a_redescending_fit() {
     for point in points.iter_mut().step_by(4) {
         *point *= 3.0;
     }
-    let problem = CircleFit {
-        points,
-        sigma: 0.1,
-        loss: Loss::GemanMcClure { scale: 1.0 },
-    };
+    let problem = CircleFit { points, sigma: 0.1, loss: Loss::GemanMcClure { scale: 1.0 } };
     let start = TRUTH + Vector3::new(0.05, 0.05, -0.05);
     let solution = solve(&problem, start, &[], &SolveOptions::default()).unwrap();
     // A point 40 σ off keeps the weight (1 + 1600)⁻² and pulls with 40 σ · 4e-7 = 1.6e-5 σ = 1.6e-6; fifteen
     // of them against forty-five good ones stay below that each.
-    assert!(
-        (solution.state - TRUTH).norm() < 5e-4,
-        "{}",
-        solution.state - TRUTH
-    );
+    assert!((solution.state - TRUTH).norm() < 5e-4, "{}", solution.state - TRUTH);
 }
 
 #[test]
 fn fixed_unknowns_stay_and_the_rest_is_solved() {
-    let problem = CircleFit {
-        points: circle_points(50, 6.0),
-        sigma: 0.1,
-        loss: Loss::Squared,
-    };
+    let problem = CircleFit { points: circle_points(50, 6.0), sigma: 0.1, loss: Loss::Squared };
     let start = Vector3::new(2.5, -1.0, 2.0);
     let solution = solve(&problem, start, &[0], &SolveOptions::default()).unwrap();
     assert_eq!(solution.state.x, 2.5);
@@ -144,11 +112,7 @@ fn fixed_unknowns_stay_and_the_rest_is_solved() {
 fn an_unseen_unknown_is_found_and_named() {
     // All points in one direction from the centre: only (x, radius) together are seen, and not apart.
     let points = vec![Vector2::new(5.0, -1.0); 10];
-    let problem = CircleFit {
-        points,
-        sigma: 0.1,
-        loss: Loss::Squared,
-    };
+    let problem = CircleFit { points, sigma: 0.1, loss: Loss::Squared };
     let mut equations = NormalEquations::zeros(3);
     problem.linearize(&TRUTH, &mut equations);
     let information = Information::new(&equations.hessian, &[], 1e-6).unwrap();
@@ -163,16 +127,10 @@ fn an_unseen_unknown_is_found_and_named() {
 
 #[test]
 fn covariance_root_whitens_the_information() {
-    let problem = CircleFit {
-        points: circle_points(50, 2.0),
-        sigma: 0.1,
-        loss: Loss::Squared,
-    };
+    let problem = CircleFit { points: circle_points(50, 2.0), sigma: 0.1, loss: Loss::Squared };
     let mut equations = NormalEquations::zeros(3);
     problem.linearize(&TRUTH, &mut equations);
-    let root = Information::new(&equations.hessian, &[], 1e-9)
-        .unwrap()
-        .covariance_root();
+    let root = Information::new(&equations.hessian, &[], 1e-9).unwrap().covariance_root();
     let whitened = root.transpose() * &equations.hessian * &root;
     // cond(H) ≈ 1e3, so the identity holds to about 1e3 eps.
     assert!((whitened - nalgebra::DMatrix::identity(3, 3)).norm() < 1e-11);

@@ -53,21 +53,13 @@ impl Camera {
         // A pixel reaches half a pixel around its centre.
         let inside = |x: f64, n: u32| x >= -0.5 && x <= f64::from(n) - 0.5;
         if !(inside(pixel.x, width) && inside(pixel.y, height)) {
-            return Err(PixelError::OutsideImage {
-                u: pixel.x,
-                v: pixel.y,
-                width,
-                height,
-            });
+            return Err(PixelError::OutsideImage { u: pixel.x, v: pixel.y, width, height });
         }
         let distorted = (pixel - self.centre).component_div(&self.focal);
-        let (ideal, d_ideal_d_distorted) =
-            self.distortion
-                .undistort(&distorted)
-                .ok_or(PixelError::NotInvertible {
-                    u: pixel.x,
-                    v: pixel.y,
-                })?;
+        let (ideal, d_ideal_d_distorted) = self
+            .distortion
+            .undistort(&distorted)
+            .ok_or(PixelError::NotInvertible { u: pixel.x, v: pixel.y })?;
         let d_ideal_d_pixel = d_ideal_d_distorted * self.inverse_focal();
         let mut d_ray_d_pixel = Matrix3x2::zeros();
         d_ray_d_pixel.fixed_rows_mut::<2>(0).copy_from(&d_ideal_d_pixel);

@@ -32,13 +32,7 @@ impl BrownConrady {
     /// From OpenCV's order \[k₁, k₂, p₁, p₂, k₃\].
     #[must_use]
     pub fn from_opencv(c: [f64; 5]) -> Self {
-        Self {
-            k1: c[0],
-            k2: c[1],
-            p1: c[2],
-            p2: c[3],
-            k3: c[4],
-        }
+        Self { k1: c[0], k2: c[1], p1: c[2], p2: c[3], k3: c[4] }
     }
 
     /// In OpenCV's order \[k₁, k₂, p₁, p₂, k₃\].
@@ -120,10 +114,7 @@ fn first_positive_root(c: [f64; 4]) -> f64 {
     if leading == 0 {
         return f64::INFINITY;
     }
-    let bound = 1.0
-        + c[..leading]
-            .iter()
-            .fold(0.0_f64, |m, x| m.max((x / c[leading]).abs()));
+    let bound = 1.0 + c[..leading].iter().fold(0.0_f64, |m, x| m.max((x / c[leading]).abs()));
     knots.push(bound);
     let mut low = 0.0;
     for high in knots {
@@ -157,11 +148,7 @@ fn turning_points(c: [f64; 4]) -> Vec<f64> {
 fn bisect(value: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     for _ in 0..200 {
         let middle = 0.5 * (low + high);
-        if value(middle) > 0.0 {
-            low = middle
-        } else {
-            high = middle
-        }
+        if value(middle) > 0.0 { low = middle } else { high = middle }
     }
     low
 }

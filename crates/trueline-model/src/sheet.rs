@@ -20,18 +20,10 @@ impl LaserSheet {
     #[must_use]
     pub fn from_plane(plane: Plane) -> Self {
         let normal = plane.normal().into_inner();
-        let reference = if normal.x.abs() < 0.9 {
-            Vector3::x()
-        } else {
-            Vector3::y()
-        };
+        let reference = if normal.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
         let x = (reference - normal * normal.dot(&reference)).normalize();
         let y = normal.cross(&x);
-        Self {
-            plane,
-            origin: normal * plane.offset(),
-            axes: Matrix3x2::from_columns(&[x, y]),
-        }
+        Self { plane, origin: normal * plane.offset(), axes: Matrix3x2::from_columns(&[x, y]) }
     }
 
     /// The sheet of a profiler, which reports points in its own sheet: frame x along the stripe and z
@@ -40,11 +32,7 @@ impl LaserSheet {
     pub fn of_profiler() -> Self {
         // The plane y = 0; its normal is y, and (x, z) are the two measured coordinates.
         let plane = Plane::new(Vector3::y(), 0.0).unwrap_or_else(|| unreachable!("y is not zero"));
-        Self {
-            plane,
-            origin: Vector3::zeros(),
-            axes: Matrix3x2::from_columns(&[Vector3::x(), Vector3::z()]),
-        }
+        Self { plane, origin: Vector3::zeros(), axes: Matrix3x2::from_columns(&[Vector3::x(), Vector3::z()]) }
     }
 
     /// The plane n·p = d in the camera frame.

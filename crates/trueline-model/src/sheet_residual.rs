@@ -33,11 +33,7 @@ fn project(
     point_in_camera: &Vector3<f64>,
     line: &Line,
 ) -> Option<Projection> {
-    let base_from_camera = placement
-        .base_from_camera()
-        .rotation
-        .to_rotation_matrix()
-        .into_inner();
+    let base_from_camera = placement.base_from_camera().rotation.to_rotation_matrix().into_inner();
     let axes = base_from_camera * sheet.axes();
     let normal = base_from_camera * sheet.plane().normal().as_ref();
     let direction = line.direction();

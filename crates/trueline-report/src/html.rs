@@ -27,10 +27,7 @@ pub fn render(c: &Calibration, title: &str) -> String {
         ("{{verdict}}", escape(&summary::verdict(c))),
         ("{{reasons}}", list(c.reasons.iter().chain(&c.warnings))),
         ("{{rows}}", rows(c)),
-        (
-            "{{inputs}}",
-            list(c.inputs.iter().map(|(file, hash)| format!("{file} {hash}"))),
-        ),
+        ("{{inputs}}", list(c.inputs.iter().map(|(file, hash)| format!("{file} {hash}")))),
         ("{{version}}", env!("CARGO_PKG_VERSION").to_owned()),
         ("{{uplot_script}}", UPLOT_SCRIPT.to_owned()),
         ("{{data}}", in_script(&data(c))),
@@ -59,19 +56,13 @@ pub fn render(c: &Calibration, title: &str) -> String {
 
 fn rows(c: &Calibration) -> String {
     let row = |(name, value): (String, String)| {
-        format!(
-            "<tr><th scope=\"row\">{}</th><td>{}</td></tr>",
-            escape(&name),
-            escape(&value)
-        )
+        format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>", escape(&name), escape(&value))
     };
     summary::rows(c).into_iter().map(row).collect()
 }
 
 fn list<S: AsRef<str>>(items: impl Iterator<Item = S>) -> String {
-    items
-        .map(|item| format!("<li>{}</li>", escape(item.as_ref())))
-        .collect()
+    items.map(|item| format!("<li>{}</li>", escape(item.as_ref()))).collect()
 }
 
 /// The series of the plots, and the whole result.
@@ -104,8 +95,5 @@ fn in_script(value: &Value) -> String {
 }
 
 fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

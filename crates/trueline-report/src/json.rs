@@ -47,13 +47,11 @@ pub fn result(c: &Calibration) -> Value {
 
 fn tool_from_camera(c: &Calibration) -> Value {
     let t = c.parameters.tool_from_camera.translation.vector * MM_PER_M;
-    let translation: Vec<Option<f64>> = (0..3)
-        .map(|k| c.is_known(TRANSLATION + k).then_some(t[k]))
-        .collect();
-    let q = c.parameters.tool_from_camera.rotation.quaternion();
+    let translation: Vec<Option<f64>> = (0..3).map(|k| c.is_known(TRANSLATION + k).then_some(t[k])).collect();
+    let q = crate::number::positive_w(&c.parameters.tool_from_camera.rotation);
     json!({
         "translation_mm": translation,
-        "rotation_wxyz": rotation_is_seen(&c.observability).then_some([q.w, q.i, q.j, q.k]),
+        "rotation_wxyz": rotation_is_seen(&c.observability).then_some(q),
     })
 }
 
@@ -164,13 +162,13 @@ fn iterations(c: &Calibration) -> Vec<Value> {
         .iter()
         .map(|i| {
             let t = i.parameters.tool_from_camera.translation.vector * MM_PER_M;
-            let q = i.parameters.tool_from_camera.rotation.quaternion();
+            let q = crate::number::positive_w(&i.parameters.tool_from_camera.rotation);
             json!({
                 "cost": i.cost,
                 "rms_mm": i.rms_m * MM_PER_M,
                 "time_offset_s": i.parameters.time_offset_s,
                 "translation_mm": [t.x, t.y, t.z],
-                "rotation_wxyz": [q.w, q.i, q.j, q.k],
+                "rotation_wxyz": q,
                 "lines": i.parameters.lines.iter().map(|l| {
                     let (p, d) = (l.to_pluecker().nearest_point_to_origin() * MM_PER_M, l.direction());
                     json!({ "nearest_point_mm": [p.x, p.y, p.z], "direction": [d.x, d.y, d.z] })
@@ -186,19 +184,10 @@ fn options(c: &Calibration) -> Value {
     let mut options = Map::new();
     options.insert("residual".into(), json!(config.residual.name()));
     options.insert("loss".into(), json!(format!("{:?}", config.final_loss())));
-    options.insert(
-        "fix".into(),
-        json!(config.hold.iter().map(|h| h.name()).collect::<Vec<_>>()),
-    );
+    options.insert("fix".into(), json!(config.hold.iter().map(|h| h.name()).collect::<Vec<_>>()));
     options.insert("feature_sigma_px".into(), json!(config.feature_sigma_px));
-    options.insert(
-        "feature_sigma_mm".into(),
-        json!(config.feature_sigma_m * MM_PER_M),
-    );
-    options.insert(
-        "robot_sigma_mm".into(),
-        json!(config.robot_sigma_m.map(|m| m * MM_PER_M)),
-    );
+    options.insert("feature_sigma_mm".into(), json!(config.feature_sigma_m * MM_PER_M));
+    options.insert("robot_sigma_mm".into(), json!(config.robot_sigma_m.map(|m| m * MM_PER_M)));
     options.insert("stamp_sigma_s".into(), json!(config.stamp_sigma_s));
     options.insert("offset_search_s".into(), json!(config.offset_search_s));
     Value::Object(options)

@@ -23,6 +23,14 @@ pub fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
     }
 }
 
+/// A rotation as \[w, x, y, z\] with w ≥ 0: of the two quaternions that mean it, always the same one.
+#[must_use]
+pub fn positive_w(rotation: &nalgebra::UnitQuaternion<f64>) -> [f64; 4] {
+    let q = rotation.quaternion();
+    let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
+    [q.w, q.i, q.j, q.k].map(|x| x * sign)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -52,10 +52,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     rows.push(("residual".to_owned(), residual(c)));
     rows.push(("features".to_owned(), features(c)));
     rows.push(("robot stream".to_owned(), robot(c)));
-    rows.push((
-        "solver".to_owned(),
-        format!("{} steps; {}", c.iterations.len(), c.termination),
-    ));
+    rows.push(("solver".to_owned(), format!("{} steps; {}", c.iterations.len(), c.termination)));
     rows
 }
 
@@ -67,11 +64,7 @@ fn time_offset(c: &Calibration) -> String {
     }
     let sigma = c.sigma(TIME_OFFSET).map(|s| s * MS_PER_S);
     let value = c.parameters.time_offset_s * MS_PER_S;
-    let late = if value >= 0.0 {
-        "images late"
-    } else {
-        "images early"
-    };
+    let late = if value >= 0.0 { "images late" } else { "images early" };
     format!("{}  ({late})", with_sigma(value, sigma, "ms"))
 }
 
@@ -87,14 +80,13 @@ fn rotation(c: &Calibration) -> String {
     if !rotation_is_seen(&c.observability) {
         return UNSEEN.to_owned();
     }
-    let q = c.parameters.tool_from_camera.rotation.quaternion();
-    format!("{:.6} {:.6} {:.6} {:.6}", q.w, q.i, q.j, q.k)
+    let [w, x, y, z] = crate::number::positive_w(&c.parameters.tool_from_camera.rotation);
+    format!("{w:.6} {x:.6} {y:.6} {z:.6}")
 }
 
 fn rotation_sigma(c: &Calibration) -> String {
     let axis = |k: usize| {
-        c.sigma(ROTATION + k)
-            .map_or_else(|| "–".to_owned(), |s| format!("± {:.4}°", s.to_degrees()))
+        c.sigma(ROTATION + k).map_or_else(|| "–".to_owned(), |s| format!("± {:.4}°", s.to_degrees()))
     };
     format!("{}  {}  {}  about tool x, y, z", axis(0), axis(1), axis(2))
 }
@@ -106,10 +98,7 @@ fn line(c: &Calibration, k: usize) -> String {
         return UNSEEN.to_owned();
     }
     let (p, d) = (line.anchor() * MM_PER_M, line.direction());
-    format!(
-        "through ({:.2}, {:.2}, {:.2}) mm along ({:.5}, {:.5}, {:.5})",
-        p.x, p.y, p.z, d.x, d.y, d.z
-    )
+    format!("through ({:.2}, {:.2}, {:.2}) mm along ({:.5}, {:.5}, {:.5})", p.x, p.y, p.z, d.x, d.y, d.z)
 }
 
 fn residual(c: &Calibration) -> String {
@@ -130,11 +119,7 @@ fn features(c: &Calibration) -> String {
 }
 
 fn robot(c: &Calibration) -> String {
-    let treated = if c.robot_smoothed {
-        ", taken out by a local fit"
-    } else {
-        ""
-    };
+    let treated = if c.robot_smoothed { ", taken out by a local fit" } else { "" };
     format!(
         "{:.3} ms period, noise {:.4} mm{treated}",
         c.robot_stamps.median_period_s * MS_PER_S,

@@ -22,33 +22,20 @@ impl SheetAxes {
     #[must_use]
     pub fn of(sensor: &SensorModel) -> Self {
         let (normal, offset, middle) = match sensor {
-            SensorModel::CameraLaser {
-                laser_plane_in_camera: plane,
-                ..
-            }
-            | SensorModel::Points {
-                laser_plane_in_camera: plane,
-                ..
-            } => {
+            SensorModel::CameraLaser { laser_plane_in_camera: plane, .. }
+            | SensorModel::Points { laser_plane_in_camera: plane, .. } => {
                 let n = plane.normal().into_inner();
                 (n, plane.offset(), Vector3::new(0.0, 0.0, plane.offset() / n.z))
             }
-            SensorModel::Profiler { range_m, .. } => (
-                Vector3::y(),
-                0.0,
-                Vector3::new(0.0, 0.0, 0.5 * (range_m[0] + range_m[1])),
-            ),
+            SensorModel::Profiler { range_m, .. } => {
+                (Vector3::y(), 0.0, Vector3::new(0.0, 0.0, 0.5 * (range_m[0] + range_m[1])))
+            }
         };
         // Away from the camera along the sheet, whichever side the normal is on; the stripe runs across.
         let range = (Vector3::z() - normal * normal.z).normalize();
         let across = normal * normal.y.signum();
         let axes = Matrix3::from_columns(&[across.cross(&range), across, range]);
-        Self {
-            camera_from_sheet: Rotation3::from_matrix_unchecked(axes),
-            middle,
-            normal,
-            offset,
-        }
+        Self { camera_from_sheet: Rotation3::from_matrix_unchecked(axes), middle, normal, offset }
     }
 
     /// The point of the sheet at (along the stripe, range) from the middle, m.
@@ -72,16 +59,13 @@ pub fn point_on_sheet(sheet: &SheetAxes, base_from_camera: &Pose, line: &Line) -
 #[must_use]
 pub fn measure(sensor: &SensorModel, point_in_camera: &Vector3<f64>) -> Option<Measured> {
     match sensor {
-        SensorModel::CameraLaser { camera, .. } => camera
-            .project(point_in_camera)
-            .map(|pixel| Measured::Pixel(pixel.into())),
-        SensorModel::Points { camera, .. } => camera
-            .project(point_in_camera)
-            .map(|_| Measured::Point((*point_in_camera).into())),
-        SensorModel::Profiler {
-            half_width_m,
-            range_m,
-        } => {
+        SensorModel::CameraLaser { camera, .. } => {
+            camera.project(point_in_camera).map(|pixel| Measured::Pixel(pixel.into()))
+        }
+        SensorModel::Points { camera, .. } => {
+            camera.project(point_in_camera).map(|_| Measured::Point((*point_in_camera).into()))
+        }
+        SensorModel::Profiler { half_width_m, range_m } => {
             let (x, z) = (point_in_camera.x, point_in_camera.z);
             let seen = x.abs() <= *half_width_m && z >= range_m[0] && z <= range_m[1];
             seen.then_some(Measured::Profile([x, z]))

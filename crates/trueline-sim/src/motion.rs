@@ -61,10 +61,7 @@ impl<'a> Motion<'a> {
         let period = self.scenario.timing.robot_period_s;
         let index = (time_s / period).floor();
         let part = time_s / period - index;
-        let (from, to) = (
-            self.on_the_sines(index * period),
-            self.on_the_sines((index + 1.0) * period),
-        );
+        let (from, to) = (self.on_the_sines(index * period), self.on_the_sines((index + 1.0) * period));
         let rotation = from.rotation.slerp(&to.rotation, part);
         let position = from.translation.vector.lerp(&to.translation.vector, part);
         Pose::from_parts(position.into(), rotation)

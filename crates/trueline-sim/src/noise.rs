@@ -70,18 +70,13 @@ impl Noise {
                 self.uniform(0.0, f64::from(camera.size[0]) - 1.0),
                 self.uniform(0.0, f64::from(camera.size[1]) - 1.0),
             ]),
-            SensorModel::Profiler {
-                half_width_m,
-                range_m,
-            } => Measured::Profile([
+            SensorModel::Profiler { half_width_m, range_m } => Measured::Profile([
                 self.uniform(-half_width_m, *half_width_m),
                 self.uniform(range_m[0], range_m[1]),
             ]),
-            SensorModel::Points { .. } => Measured::Point(
-                sheet
-                    .point(self.uniform(-0.03, 0.03), self.uniform(-0.03, 0.03))
-                    .into(),
-            ),
+            SensorModel::Points { .. } => {
+                Measured::Point(sheet.point(self.uniform(-0.03, 0.03), self.uniform(-0.03, 0.03)).into())
+            }
         }
     }
 }

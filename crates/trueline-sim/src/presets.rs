@@ -58,33 +58,15 @@ impl Preset {
             Self::Paper => Scenario {
                 // The torch swings about its own tip, which changes the sensor's stand-off a little.
                 scan: scan(0.010, 0.0015, 5.0),
-                timing: Timing {
-                    duration_s: 60.0,
-                    ..quick.timing.clone()
-                },
+                timing: Timing { duration_s: 60.0, ..quick.timing.clone() },
                 ..quick
             },
             Self::Quick => quick,
-            Self::Weak => Scenario {
-                scan: scan(0.005, 0.001, 2.0),
-                ..quick
-            },
-            Self::TwoLines => Scenario {
-                cell: two_lines(quick.cell),
-                ..quick
-            },
-            Self::Profiler => Scenario {
-                cell: with_profiler(quick.cell),
-                ..quick
-            },
-            Self::ConstantAttitude => Scenario {
-                scan: scan(0.010, 0.010, 0.0),
-                ..quick
-            },
-            Self::AlongLine => Scenario {
-                scan: scan(0.0, 0.0, 0.0),
-                ..quick
-            },
+            Self::Weak => Scenario { scan: scan(0.005, 0.001, 2.0), ..quick },
+            Self::TwoLines => Scenario { cell: two_lines(quick.cell), ..quick },
+            Self::Profiler => Scenario { cell: with_profiler(quick.cell), ..quick },
+            Self::ConstantAttitude => Scenario { scan: scan(0.010, 0.010, 0.0), ..quick },
+            Self::AlongLine => Scenario { scan: scan(0.0, 0.0, 0.0), ..quick },
         }
     }
 }
@@ -115,11 +97,7 @@ fn quick() -> Scenario {
 
 /// An S-scan with frequencies that have no small common multiple, so that nothing repeats exactly.
 fn scan(lateral_m: f64, range_m: f64, tilt_deg: f64) -> Scan {
-    let sine = |amplitude, frequency_hz, phase_rad| Sine {
-        amplitude,
-        frequency_hz,
-        phase_rad,
-    };
+    let sine = |amplitude, frequency_hz, phase_rad| Sine { amplitude, frequency_hz, phase_rad };
     let tilt = tilt_deg.to_radians();
     Scan {
         length_m: 0.3,
@@ -127,11 +105,7 @@ fn scan(lateral_m: f64, range_m: f64, tilt_deg: f64) -> Scan {
         range: sine(range_m, 0.31, 1.0),
         // A torch with a work angle and a little travel angle, mounted by eye.
         attitude_rad: [10.0_f64.to_radians(), 12.0_f64.to_radians(), 8.0_f64.to_radians()],
-        tilts: [
-            sine(tilt, 0.23, 0.5),
-            sine(tilt, 0.17, 2.0),
-            sine(tilt, 0.13, 4.0),
-        ],
+        tilts: [sine(tilt, 0.23, 0.5), sine(tilt, 0.17, 2.0), sine(tilt, 0.13, 4.0)],
     }
 }
 
@@ -142,19 +116,10 @@ fn paper_cell() -> Cell {
         size: [2448, 2000],
         focal: Vector2::new(3598.0, 3597.0),
         centre: Vector2::new(1211.0, 1007.0),
-        distortion: BrownConrady {
-            k1: -0.08,
-            k2: 0.12,
-            p1: 2e-4,
-            p2: -3e-4,
-            k3: 0.0,
-        },
+        distortion: BrownConrady { k1: -0.08, k2: 0.12, p1: 2e-4, p2: -3e-4, k3: 0.0 },
     };
     Cell {
-        sensor: SensorModel::CameraLaser {
-            camera,
-            laser_plane_in_camera: paper_plane(),
-        },
+        sensor: SensorModel::CameraLaser { camera, laser_plane_in_camera: paper_plane() },
         tool_from_camera: mounting(),
         lines: vec![Line::new(
             Vector3::new(1.150, 0.080, 0.120),
@@ -180,16 +145,10 @@ fn two_lines(cell: Cell) -> Cell {
         first.anchor() + Vector3::new(0.0, 0.009, 0.002),
         &UnitVector3::new_normalize(first.direction() + Vector3::new(0.0, 0.01, -0.008)),
     );
-    Cell {
-        lines: vec![first, beside],
-        ..cell
-    }
+    Cell { lines: vec![first, beside], ..cell }
 }
 
 fn with_profiler(cell: Cell) -> Cell {
-    let sensor = SensorModel::Profiler {
-        half_width_m: 0.040,
-        range_m: [0.080, 0.180],
-    };
+    let sensor = SensorModel::Profiler { half_width_m: 0.040, range_m: [0.080, 0.180] };
     Cell { sensor, ..cell }
 }

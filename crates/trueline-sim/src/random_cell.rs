@@ -23,11 +23,7 @@ pub fn random_cell(scenario: &Scenario, seed: u64, offset_s: f64) -> Scenario {
         noise.normal(1.0),
         Vector3::from_fn(|_, _| noise.normal(1.0)),
     ));
-    let centre = scenario
-        .cell
-        .lines
-        .first()
-        .map_or_else(Vector3::zeros, |line| *line.anchor());
+    let centre = scenario.cell.lines.first().map_or_else(Vector3::zeros, |line| *line.anchor());
     let place = Vector3::from_fn(|_, _| noise.uniform(-1.5, 1.5));
     random.cell.lines = (scenario.cell.lines.iter())
         .map(|line| {

@@ -22,30 +22,20 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Option<Recording> {
         robot: robot_samples(scenario, &motion, seed),
         features: features(scenario, &motion, seed),
         initial: None,
-        truth: Some(Truth {
-            parameters,
-            lines: scenario.cell.lines.clone(),
-        }),
+        truth: Some(Truth { parameters, lines: scenario.cell.lines.clone() }),
         inputs: BTreeMap::new(),
     })
 }
 
 fn sensor(model: &SensorModel) -> Sensor {
     match model {
-        SensorModel::CameraLaser {
-            camera,
-            laser_plane_in_camera,
-        } => Sensor::CameraLaser {
-            camera: *camera,
-            laser_plane_in_camera: *laser_plane_in_camera,
-        },
+        SensorModel::CameraLaser { camera, laser_plane_in_camera } => {
+            Sensor::CameraLaser { camera: *camera, laser_plane_in_camera: *laser_plane_in_camera }
+        }
         SensorModel::Profiler { .. } => Sensor::Profiler,
-        SensorModel::Points {
-            laser_plane_in_camera,
-            ..
-        } => Sensor::Points {
-            laser_plane_in_camera: Some(*laser_plane_in_camera),
-        },
+        SensorModel::Points { laser_plane_in_camera, .. } => {
+            Sensor::Points { laser_plane_in_camera: Some(*laser_plane_in_camera) }
+        }
     }
 }
 
@@ -57,10 +47,7 @@ struct Receiver {
 
 impl Receiver {
     fn new(start_ns: i64) -> Self {
-        Self {
-            start_ns,
-            last_ns: i64::MIN,
-        }
+        Self { start_ns, last_ns: i64::MIN }
     }
 
     fn stamp(&mut self, time_s: f64) -> i64 {
@@ -79,10 +66,7 @@ fn robot_samples(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<Rob
             let time_s = k as f64 * timing.robot_period_s;
             let base_from_tool = noise.pose(&motion.base_from_tool(time_s), disturbance);
             let stamp_ns = receiver.stamp(time_s + noise.normal(disturbance.robot_jitter_s));
-            RobotSample {
-                stamp_ns,
-                base_from_tool,
-            }
+            RobotSample { stamp_ns, base_from_tool }
         })
         .collect()
 }
@@ -114,13 +98,7 @@ fn features(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<Feature>
             } else {
                 noise.feature(&seen, &sheet, disturbance)
             };
-            features.push(Feature {
-                stamp_ns,
-                line: line as u32,
-                frame: Some(frame),
-                measured,
-                sigma: None,
-            });
+            features.push(Feature { stamp_ns, line: line as u32, frame: Some(frame), measured, sigma: None });
         }
     }
     features

@@ -2,13 +2,7 @@
 use trueline::*;
 use trueline_sim::*;
 fn mc() {
-    for preset in [
-        Preset::Quick,
-        Preset::TwoLines,
-        Preset::Paper,
-        Preset::Weak,
-        Preset::Profiler,
-    ] {
+    for preset in [Preset::Quick, Preset::TwoLines, Preset::Paper, Preset::Weak, Preset::Profiler] {
         let n = 100;
         let mut z2 = [0.0; 7];
         let mut nees = 0.0;
@@ -105,11 +99,7 @@ fn main() {
             if c.observability.rank < 9 || !cell {
                 println!(
                     "  unseen {:?}",
-                    c.observability
-                        .unseen
-                        .iter()
-                        .map(|u| (u.group.name(), u.direction))
-                        .collect::<Vec<_>>()
+                    c.observability.unseen.iter().map(|u| (u.group.name(), u.direction)).collect::<Vec<_>>()
                 );
             }
             if false {

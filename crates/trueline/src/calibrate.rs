@@ -5,9 +5,9 @@ use crate::config::{Config, Hold};
 use crate::error::Error;
 use crate::noise_levels::NoiseLevels;
 use crate::observability::{self, Observability, RANK_THRESHOLD};
-use crate::observations::{Observations, observe};
+use crate::observations::{Observation, Observations, observe};
 use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
-use crate::problem::{Criterion, LineProblem};
+use crate::problem::{Criterion, LineProblem, safely_placed};
 use crate::residuals::{self, ResidualSummary};
 use crate::{initial, uncertainty};
 use trueline_dataset::{Guess, Recording};
@@ -43,21 +43,13 @@ pub fn calibrate(
     let parameters = fit.solution.state.clone();
     let uncertainty = uncertainty::assess(&problem, &parameters, &information);
     let held = fixed.contains(&TIME_OFFSET);
-    let signal = if held {
-        1.0
-    } else {
-        problem.time_offset_signal(&parameters)
-    };
+    let signal = if held { 1.0 } else { problem.time_offset_signal(&parameters) };
     let observability = observability::assess(&information, &parameters, signal);
     let (features, skipped) = residuals::evaluate(&problem, &parameters);
     let summary = residuals::summarise(&features, skipped);
     let reasons = reasons_against(&observability, &summary, &fit);
     Ok(Calibration {
-        status: if reasons.is_empty() {
-            Status::Accepted
-        } else {
-            Status::NotAccepted
-        },
+        status: if reasons.is_empty() { Status::Accepted } else { Status::NotAccepted },
         warnings: warnings(&summary, &observations),
         reasons,
         covariance: uncertainty.covariance,
@@ -83,6 +75,7 @@ pub fn calibrate(
 
 /// A solved problem and how it got there.
 struct Fit {
+    list: Vec<Observation>,
     solution: Solution<Parameters>,
     noise: NoiseLevels,
     whitened_at: Parameters,
@@ -92,22 +85,17 @@ struct Fit {
 impl Fit {
     /// The problem whose solution this is.
     fn problem<'a>(&self, observations: &'a Observations, config: &Config) -> LineProblem<'a> {
-        let criterion = Criterion {
-            residual: config.residual,
-            loss: config.final_loss(),
-        };
-        LineProblem::new(
-            observations,
-            &observations.list,
-            criterion,
-            &self.noise,
-            &self.whitened_at,
-        )
+        let criterion = Criterion { residual: config.residual, loss: config.final_loss() };
+        LineProblem::new(observations, &self.list, criterion, &self.noise, &self.whitened_at)
     }
 }
 
 /// Most rounds of narrowing: from metres to micrometres at a third each.
 const NARROWING_ROUNDS: usize = 12;
+/// A guess of the time offset may be this far off while the narrowing begins, s.
+const NARROWING_MARGIN_S: f64 = 0.050;
+/// The last rounds move the offset by less than this, s.
+const FINAL_MARGIN_S: f64 = 0.5e-3;
 /// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
 const LEAST_NOISE_FACTOR: f64 = 1e-3;
 
@@ -120,27 +108,19 @@ fn refine(
     fixed: &[usize],
     start: Parameters,
 ) -> Result<Fit, Error> {
-    let mut fit = Rounds {
-        observations,
-        config,
-        fixed,
-        iterations: Vec::new(),
-    };
+    let mut fit = Rounds { observations, config, fixed, list: Vec::new(), iterations: Vec::new() };
     let mut state = start;
     let mut last_width = f64::INFINITY;
     for _ in 0..NARROWING_ROUNDS {
         // Three times the typical residual keeps the good ones and gives little weight to the wild ones.
-        let coarse = LineProblem::coarse(observations, &observations.list, Loss::Squared, &noise);
+        fit.list = safely_placed(observations, state.time_offset_s, NARROWING_MARGIN_S);
+        let coarse = LineProblem::coarse(observations, &fit.list, Loss::Squared, &noise);
         let width = 3.0 * residuals::noise_factor(&coarse.squared_residuals(&state)).max(1.0);
         if width > 0.5 * last_width || width <= 3.0 {
             break;
         }
         last_width = width;
-        let options = SolveOptions {
-            max_iterations: 10,
-            cost_threshold: 1e-2,
-            ..SolveOptions::default()
-        };
+        let options = SolveOptions { max_iterations: 10, cost_threshold: 1e-2, ..SolveOptions::default() };
         let loss = Loss::GemanMcClure { scale: width };
         state = fit.round(loss, &noise, state, &options)?.state;
     }
@@ -151,6 +131,7 @@ struct Rounds<'a> {
     observations: &'a Observations,
     config: &'a Config,
     fixed: &'a [usize],
+    list: Vec<Observation>,
     iterations: Vec<IterationRecord>,
 }
 
@@ -162,49 +143,24 @@ impl Rounds<'_> {
         start: Parameters,
         options: &SolveOptions,
     ) -> Result<Solution<Parameters>, Error> {
-        let criterion = Criterion {
-            residual: self.config.residual,
-            loss,
-        };
-        let problem = LineProblem::new(
-            self.observations,
-            &self.observations.list,
-            criterion,
-            noise,
-            &start,
-        );
+        let criterion = Criterion { residual: self.config.residual, loss };
+        let problem = LineProblem::new(self.observations, &self.list, criterion, noise, &start);
         let solution = solve(&problem, start, self.fixed, options).map_err(|_| Error::NoStart)?;
-        self.iterations.extend(
-            solution
-                .iterations
-                .iter()
-                .map(|step| record(self.observations, step)),
-        );
+        self.iterations.extend(solution.iterations.iter().map(|step| record(self.observations, step)));
         Ok(solution)
     }
 
     /// The final loss; once to learn how large the noise is, once with it.
     fn finish(mut self, expected: NoiseLevels, start: Parameters) -> Result<Fit, Error> {
         let loss = self.config.final_loss();
-        let criterion = Criterion {
-            residual: self.config.residual,
-            loss,
-        };
+        let criterion = Criterion { residual: self.config.residual, loss };
         let mut noise = expected;
         let mut state = start;
         // The first round only feeds the noise and the lines' anchors of the second.
-        for (last, step_threshold) in [(false, 1e-2), (true, 1e-6)] {
-            let options = SolveOptions {
-                step_threshold,
-                ..SolveOptions::default()
-            };
-            let problem = LineProblem::new(
-                self.observations,
-                &self.observations.list,
-                criterion,
-                &noise,
-                &state,
-            );
+        for (last, step_threshold) in [(false, 0.1), (true, 1e-5)] {
+            self.list = safely_placed(self.observations, state.time_offset_s, FINAL_MARGIN_S);
+            let options = SolveOptions { step_threshold, ..SolveOptions::default() };
+            let problem = LineProblem::new(self.observations, &self.list, criterion, &noise, &state);
             let larger = residuals::noise_factor(&problem.squared_residuals(&state));
             noise.factor = (noise.factor * larger).max(LEAST_NOISE_FACTOR);
             state = initial::with_lines_amid_points(self.observations, state);
@@ -213,6 +169,7 @@ impl Rounds<'_> {
             state = solution.state.clone();
             if last {
                 return Ok(Fit {
+                    list: self.list,
                     solution,
                     noise,
                     whitened_at,
@@ -225,15 +182,8 @@ impl Rounds<'_> {
 }
 
 fn record(observations: &Observations, step: &Iteration<Parameters>) -> IterationRecord {
-    let criterion = Criterion {
-        residual: crate::ResidualKind::PointToLine,
-        loss: Loss::Squared,
-    };
-    let unit = NoiseLevels {
-        robot_sigma_m: 0.0,
-        stamp_sigma_s: 0.0,
-        factor: 1.0,
-    };
+    let criterion = Criterion { residual: crate::ResidualKind::PointToLine, loss: Loss::Squared };
+    let unit = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
     let problem = LineProblem::new(observations, &observations.list, criterion, &unit, &step.state);
     let squared = problem.squared_residuals(&step.state);
     let mean = squared.iter().sum::<f64>() / squared.len().max(1) as f64;
@@ -252,12 +202,7 @@ fn check_overlap(observations: &Observations, config: &Config) -> Result<(), Err
     let image_end_s = stamps().fold(f64::NEG_INFINITY, f64::max);
     let margin = config.offset_search_s;
     if image_start_s - margin > robot_end_s || image_end_s + margin < robot_start_s {
-        return Err(Error::NoOverlap {
-            robot_start_s,
-            robot_end_s,
-            image_start_s,
-            image_end_s,
-        });
+        return Err(Error::NoOverlap { robot_start_s, robot_end_s, image_start_s, image_end_s });
     }
     Ok(())
 }
@@ -285,13 +230,7 @@ fn reasons_against(observability: &Observability, summary: &ResidualSummary, fit
     let mut reasons: Vec<String> = observability
         .unseen
         .iter()
-        .map(|unseen| {
-            format!(
-                "{} cannot be seen: {}",
-                unseen.group.name().replace('_', " "),
-                unseen.advice
-            )
-        })
+        .map(|unseen| format!("{} cannot be seen: {}", unseen.group.name().replace('_', " "), unseen.advice))
         .collect();
     let termination: Termination = fit.solution.termination;
     if !termination.is_converged() {

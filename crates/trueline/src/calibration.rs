@@ -49,16 +49,9 @@ impl StampSummary {
         let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
         let longest_gap_s = steps.iter().copied().fold(0.0, f64::max);
         let middle = steps.len() / 2;
-        let median_period_s = if steps.is_empty() {
-            0.0
-        } else {
-            *steps.select_nth_unstable_by(middle, f64::total_cmp).1
-        };
-        Self {
-            count: stamps.len(),
-            median_period_s,
-            longest_gap_s,
-        }
+        let median_period_s =
+            if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 };
+        Self { count: stamps.len(), median_period_s, longest_gap_s }
     }
 
     /// Of a trajectory.

@@ -39,16 +39,7 @@ pub fn lines_for(observations: &Observations, list: &[Observation], guess: &Gues
             points[o.line as usize].push(placement.point_in_base(&o.point_in_camera));
         }
     }
-    points
-        .iter()
-        .map(|points| {
-            if points.len() < 3 {
-                None
-            } else {
-                fit::robust_line(points)
-            }
-        })
-        .collect()
+    points.iter().map(|points| if points.len() < 3 { None } else { fit::robust_line(points) }).collect()
 }
 
 /// The start from a guess of offset and hand-eye.
@@ -57,11 +48,7 @@ pub fn lines_for(observations: &Observations, list: &[Observation], guess: &Gues
 /// [`Error::NoStart`] if no feature can be placed with it.
 pub fn from_guess(observations: &Observations, guess: &Guess) -> Result<Parameters, Error> {
     let lines = lines_for(observations, &observations.list, guess).ok_or(Error::NoStart)?;
-    Ok(Parameters {
-        time_offset_s: guess.time_offset_s,
-        tool_from_camera: guess.tool_from_camera,
-        lines,
-    })
+    Ok(Parameters { time_offset_s: guess.time_offset_s, tool_from_camera: guess.tool_from_camera, lines })
 }
 
 /// The same parameters with each line anchored amid its points and directed as the scan runs along it.
@@ -85,10 +72,7 @@ pub fn with_lines_amid_points(observations: &Observations, mut at: Parameters) -
             continue;
         };
         let amid = line.anchor() + line.direction() * along_m;
-        let votes: f64 = progress
-            .iter()
-            .map(|p| ((p.0 - time_s) * (p.1 - along_m)).signum())
-            .sum();
+        let votes: f64 = progress.iter().map(|p| ((p.0 - time_s) * (p.1 - along_m)).signum()).sum();
         *line = line.anchored_near(&amid);
         if votes < 0.0 {
             *line = line.reversed();
@@ -153,10 +137,7 @@ fn starts(config: &Config) -> Vec<Guess> {
     let with_offset = |time_offset_s: f64| {
         rotations.iter().map(move |rotation| {
             let tool_from_camera: Pose = se3::from_parts(*rotation, Vector3::zeros());
-            Guess {
-                time_offset_s,
-                tool_from_camera,
-            }
+            Guess { time_offset_s, tool_from_camera }
         })
     };
     offsets.flat_map(with_offset).collect()
@@ -185,15 +166,8 @@ fn narrow(
     start: Parameters,
 ) -> Option<Candidate> {
     let problem = LineProblem::coarse(observations, sample, Loss::GemanMcClure { scale }, noise);
-    let options = SolveOptions {
-        max_iterations,
-        initial_damping: 1e-3,
-        step_threshold: 1e-2,
-        cost_threshold: 1e-4,
-    };
+    let options =
+        SolveOptions { max_iterations, initial_damping: 1e-3, step_threshold: 1e-2, cost_threshold: 1e-4 };
     let solution = solve(&problem, start, &[], &options).ok()?;
-    Some(Candidate {
-        cost: solution.equations.cost,
-        parameters: solution.state,
-    })
+    Some(Candidate { cost: solution.equations.cost, parameters: solution.state })
 }

@@ -82,11 +82,7 @@ pub fn assess(information: &Information, at: &Parameters, time_offset_signal: f6
     if !seen_components[TIME_OFFSET] {
         let advice = "sweep the sensor across the line faster and with changing speed, for example an S-path of \
                       ±10 mm at 0.5 Hz";
-        unseen.push(Unseen {
-            group: Group::TimeOffset,
-            direction: None,
-            advice: advice.to_owned(),
-        });
+        unseen.push(Unseen { group: Group::TimeOffset, direction: None, advice: advice.to_owned() });
     }
     for direction in principal_directions(&null, ROTATION) {
         let advice =
@@ -119,11 +115,7 @@ pub fn assess(information: &Information, at: &Parameters, time_offset_signal: f6
 }
 
 fn along(group: Group, direction: &Vector3<f64>, advice: String) -> Unseen {
-    Unseen {
-        group,
-        direction: Some((*direction).into()),
-        advice,
-    }
+    Unseen { group, direction: Some((*direction).into()), advice }
 }
 
 /// Directions of a group of three that carry a good part of the null space, strongest first.
@@ -134,9 +126,7 @@ fn principal_directions(null: &DMatrix<f64>, first: usize) -> Vec<Vector3<f64>> 
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
     let strong = order.into_iter().filter(|&k| eigen.eigenvalues[k] > SHARE);
-    strong
-        .map(|k| with_positive_main(eigen.eigenvectors.column(k).into()))
-        .collect()
+    strong.map(|k| with_positive_main(eigen.eigenvectors.column(k).into())).collect()
 }
 
 /// Where the line would move: its strongest null offset, or turn, in base.
@@ -162,17 +152,12 @@ fn axis_name(direction: &Vector3<f64>) -> String {
     if direction[main].abs() > 0.9 {
         format!("{} axis", ["x", "y", "z"][main])
     } else {
-        format!(
-            "direction ({:.2}, {:.2}, {:.2})",
-            direction.x, direction.y, direction.z
-        )
+        format!("direction ({:.2}, {:.2}, {:.2})", direction.x, direction.y, direction.z)
     }
 }
 
 /// Unused components of a rotation are of no meaning one by one; whether all three are seen.
 #[must_use]
 pub fn rotation_is_seen(observability: &Observability) -> bool {
-    observability.seen_components[ROTATION..ROTATION + 3]
-        .iter()
-        .all(|seen| *seen)
+    observability.seen_components[ROTATION..ROTATION + 3].iter().all(|seen| *seen)
 }

@@ -68,20 +68,12 @@ const SMOOTH_ABOVE_M: f64 = 1e-6;
 /// A robot stream that is no trajectory, points without a sheet, lines without features.
 pub fn observe(recording: &Recording, config: &Config) -> Result<Observations, Error> {
     let origin_ns = recording.robot.first().map_or(0, |sample| sample.stamp_ns);
-    let times = recording
-        .robot
-        .iter()
-        .map(|s| seconds_since(origin_ns, s.stamp_ns))
-        .collect();
+    let times = recording.robot.iter().map(|s| seconds_since(origin_ns, s.stamp_ns)).collect();
     let poses: Vec<_> = recording.robot.iter().map(|s| s.base_from_tool).collect();
     let recorded = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
     let robot_noise_m = smooth::position_noise(&poses);
     let robot_smoothed = config.residual == crate::ResidualKind::Sheet && robot_noise_m > SMOOTH_ABOVE_M;
-    let left = if robot_smoothed {
-        smooth::noise_left(recorded.median_period())
-    } else {
-        1.0
-    };
+    let left = if robot_smoothed { smooth::noise_left(recorded.median_period()) } else { 1.0 };
     let trajectory = if robot_smoothed {
         let smoothed = smooth::local_quadratic(recorded.times(), &poses, recorded.gap_limit());
         Trajectory::new(recorded.times().to_vec(), &smoothed).map_err(Error::Trajectory)?
@@ -126,17 +118,12 @@ fn seconds_since(origin_ns: i64, stamp_ns: i64) -> f64 {
 
 fn sheet_of(recording: &Recording, config: &Config) -> Result<(LaserSheet, Option<f64>), Error> {
     match &recording.sensor {
-        Sensor::CameraLaser {
-            laser_plane_in_camera,
-            ..
-        } => Ok((LaserSheet::from_plane(*laser_plane_in_camera), None)),
+        Sensor::CameraLaser { laser_plane_in_camera, .. } => {
+            Ok((LaserSheet::from_plane(*laser_plane_in_camera), None))
+        }
         Sensor::Profiler => Ok((LaserSheet::of_profiler(), None)),
-        Sensor::Points {
-            laser_plane_in_camera: Some(plane),
-        } => Ok((LaserSheet::from_plane(*plane), None)),
-        Sensor::Points {
-            laser_plane_in_camera: None,
-        } => fitted_sheet(recording, config),
+        Sensor::Points { laser_plane_in_camera: Some(plane) } => Ok((LaserSheet::from_plane(*plane), None)),
+        Sensor::Points { laser_plane_in_camera: None } => fitted_sheet(recording, config),
     }
 }
 
@@ -184,11 +171,7 @@ fn lift(
 
 fn count_lines(list: &[Observation]) -> Result<usize, Error> {
     let Some(highest) = list.iter().map(|o| o.line).max() else {
-        return Err(Error::TooFewFeatures {
-            line: 0,
-            usable: 0,
-            needed: MIN_FEATURES,
-        });
+        return Err(Error::TooFewFeatures { line: 0, usable: 0, needed: MIN_FEATURES });
     };
     for line in 0..=highest {
         let usable = list.iter().filter(|o| o.line == line).count();
@@ -196,11 +179,7 @@ fn count_lines(list: &[Observation]) -> Result<usize, Error> {
             return Err(Error::LineMissing { line, highest });
         }
         if usable < MIN_FEATURES {
-            return Err(Error::TooFewFeatures {
-                line,
-                usable,
-                needed: MIN_FEATURES,
-            });
+            return Err(Error::TooFewFeatures { line, usable, needed: MIN_FEATURES });
         }
     }
     Ok(highest as usize + 1)

@@ -35,6 +35,26 @@ const SIGNAL_LAG_S: f64 = 3.0 * trueline_geometry::smooth::HALF_WINDOW_S;
 /// has long saturated there, so that a search gains nothing by pushing features off the recording.
 const UNUSABLE_SQUARED: f64 = 1e6;
 
+/// The observations whose exposure stays inside the robot's recording, and out of its gaps, for every
+/// time offset within `margin_s` of the one given: a solve that moves no further never loses or gains one.
+#[must_use]
+pub fn safely_placed(observations: &Observations, time_offset_s: f64, margin_s: f64) -> Vec<Observation> {
+    let trajectory = &observations.trajectory;
+    let mut hints = [0; 2];
+    let mut inside = |exposure_s: f64| {
+        let ends = [exposure_s - margin_s, exposure_s + margin_s];
+        let mut brackets = [0; 2];
+        for ((end, hint), bracket) in ends.into_iter().zip(&mut hints).zip(&mut brackets) {
+            let Some(index) = trajectory.bracket(end, *hint) else {
+                return false;
+            };
+            (*hint, *bracket) = (index, index);
+        }
+        (brackets[0]..=brackets[1]).all(|index| trajectory.segment(index).is_some())
+    };
+    observations.list.iter().filter(|o| inside(o.stamp_s - time_offset_s)).copied().collect()
+}
+
 /// What is minimised: the residual and its robust loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Criterion {
@@ -77,10 +97,7 @@ impl<'a> LineProblem<'a> {
             observations,
             list,
             &whiteners,
-            Criterion {
-                residual: ResidualKind::Sheet,
-                loss,
-            },
+            Criterion { residual: ResidualKind::Sheet, loss },
         )
     }
 
@@ -91,12 +108,7 @@ impl<'a> LineProblem<'a> {
         criterion: Criterion,
     ) -> Self {
         let selected = list.iter().copied().zip(whiteners.iter().copied()).collect();
-        Self {
-            observations,
-            selected,
-            residual: criterion.residual,
-            loss: criterion.loss,
-        }
+        Self { observations, selected, residual: criterion.residual, loss: criterion.loss }
     }
 
     /// Squared whitened residuals of all observations that can be evaluated.
@@ -104,8 +116,7 @@ impl<'a> LineProblem<'a> {
     pub fn squared_residuals(&self, at: &Parameters) -> Vec<f64> {
         let mut hint = 0;
         let squared = |(o, whitener): &(Observation, Whitener)| {
-            self.residual(o, at, &mut hint)
-                .map(|r| whitener.apply(&r).norm_squared())
+            self.residual(o, at, &mut hint).map(|r| whitener.apply(&r).norm_squared())
         };
         self.selected.iter().filter_map(squared).collect()
     }
@@ -139,10 +150,7 @@ impl<'a> LineProblem<'a> {
         let (mut crossed, mut own) = (0.0, 0.0);
         let (mut hint, mut later_hint) = (0, 0);
         for (o, whitener) in &self.selected {
-            let later = Observation {
-                stamp_s: o.stamp_s + SIGNAL_LAG_S,
-                ..*o
-            };
+            let later = Observation { stamp_s: o.stamp_s + SIGNAL_LAG_S, ..*o };
             let now = self.linearized(o, at, &mut hint);
             let then = self.linearized(&later, at, &mut later_hint);
             if let (Some(now), Some(then)) = (now, then) {
@@ -151,11 +159,7 @@ impl<'a> LineProblem<'a> {
                 own += whitened.norm_squared();
             }
         }
-        if own > 0.0 {
-            (crossed / own).clamp(0.0, 1.0)
-        } else {
-            0.0
-        }
+        if own > 0.0 { (crossed / own).clamp(0.0, 1.0) } else { 0.0 }
     }
 
     fn linearized(&self, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<ResidualJacobian> {
@@ -236,14 +240,9 @@ impl LeastSquares for LineProblem<'_> {
     fn cost(&self, state: &Parameters) -> f64 {
         let mut hint = 0;
         let squared = |(o, whitener): &(Observation, Whitener)| {
-            self.residual(o, state, &mut hint)
-                .map_or(UNUSABLE_SQUARED, |r| whitener.apply(&r).norm_squared())
+            self.residual(o, state, &mut hint).map_or(UNUSABLE_SQUARED, |r| whitener.apply(&r).norm_squared())
         };
-        self.selected
-            .iter()
-            .map(squared)
-            .map(|s| 0.5 * self.loss.value(s))
-            .sum()
+        self.selected.iter().map(squared).map(|s| 0.5 * self.loss.value(s)).sum()
     }
 
     fn linearize(&self, state: &Parameters, equations: &mut NormalEquations) {
@@ -290,9 +289,5 @@ impl LineSums {
 /// Index among all unknowns of one of the 11 that an observation of `line` depends on.
 #[must_use]
 pub fn global_index(local: usize, line: usize) -> usize {
-    if local < LINES {
-        local
-    } else {
-        line_index(line) + local - LINES
-    }
+    if local < LINES { local } else { line_index(line) + local - LINES }
 }

@@ -7,8 +7,11 @@ use crate::problem::{LineProblem, placement};
 use nalgebra::{Vector2, Vector3};
 use std::collections::BTreeMap;
 
-/// Squared whitened residual (two components) that good data exceed once in a thousand: χ²₂, 99.9 %.
-pub const OUTLIER_SQUARED: f64 = 13.816;
+/// Squared whitened residual (two components) that good data exceed four times in a million: 5 σ.
+pub const OUTLIER_SQUARED: f64 = 25.0;
+
+/// The same for once in a thousand, χ²₂ at 99.9 %: up to here residuals tell how large the noise is.
+const ORDINARY_SQUARED: f64 = 13.816;
 
 /// The residual of one feature at the solution.
 #[derive(Clone, Copy, Debug)]
@@ -56,13 +59,15 @@ pub fn evaluate(
     let mut skipped = observations.skipped.clone();
     let mut list = Vec::with_capacity(problem.selected.len());
     let mut hint = 0;
-    for (o, whitener) in &problem.selected {
-        let Some(placement) = placement(observations, o, at, &mut hint) else {
+    let mut selected = problem.selected.iter().peekable();
+    for o in &observations.list {
+        let Some((_, whitener)) = selected.next_if(|(s, _)| s.row == o.row) else {
             let reason = why_not_placed(observations, o.stamp_s - at.time_offset_s);
             *skipped.entry(reason).or_insert(0) += 1;
             continue;
         };
-        let Some(residual) = problem.residual(o, at, &mut hint) else {
+        let placed = placement(observations, o, at, &mut hint);
+        let Some((placement, residual)) = placed.zip(problem.residual(o, at, &mut hint)) else {
             *skipped.entry(SKIP_ALONG).or_insert(0) += 1;
             continue;
         };
@@ -91,14 +96,13 @@ pub fn evaluate(
 
 fn why_not_placed(observations: &Observations, exposure_s: f64) -> &'static str {
     let (start, end) = observations.trajectory.span();
-    if exposure_s < start || exposure_s > end {
-        SKIP_OUTSIDE
-    } else {
-        SKIP_GAP
-    }
+    if exposure_s < start || exposure_s > end { SKIP_OUTSIDE } else { SKIP_GAP }
 }
 
-/// Figures over the features that are no outliers.
+/// Less weight than this is none: the feature has no say in the estimate.
+const LEAST_WEIGHT: f64 = 1e-2;
+
+/// Figures over the features; the root mean squares over those that carry weight in the estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResidualSummary {
     /// Root mean square length of the residual in the image, px.
@@ -118,13 +122,14 @@ pub struct ResidualSummary {
 /// Sums up residuals.
 #[must_use]
 pub fn summarise(list: &[FeatureResidual], skipped: BTreeMap<&'static str, usize>) -> ResidualSummary {
-    let good = || list.iter().filter(|r| !r.is_outlier());
-    let inliers = good().count();
-    let mean_square = |sum: f64| (sum / inliers.max(1) as f64).sqrt();
-    let px: Option<f64> = good().map(|r| r.residual_px.map(|p| p.norm_squared())).sum();
+    let inliers = list.iter().filter(|r| !r.is_outlier()).count();
+    let carrying = || list.iter().filter(|r| r.weight > LEAST_WEIGHT);
+    let count = carrying().count();
+    let root_mean = |sum: f64| (sum / count.max(1) as f64).sqrt();
+    let px: Option<f64> = carrying().map(|r| r.residual_px.map(|p| p.norm_squared())).sum();
     ResidualSummary {
-        rms_px: px.filter(|_| inliers > 0).map(mean_square),
-        rms_m: mean_square(good().map(|r| r.offset_m.norm_squared()).sum()),
+        rms_px: px.filter(|_| count > 0).map(root_mean),
+        rms_m: root_mean(carrying().map(|r| r.offset_m.norm_squared()).sum()),
         inliers,
         outliers: list.len() - inliers,
         used: list.len(),
@@ -134,7 +139,7 @@ pub fn summarise(list: &[FeatureResidual], skipped: BTreeMap<&'static str, usize
 
 /// How much larger the good residuals are than expected: the factor on all standard deviations.
 ///
-/// The variance of those below the outlier limit, which moves with it until both agree; the mean of s/2
+/// The variance of the ordinary ones, whose limit moves with it until both agree; the mean of s/2
 /// below the 99.9 % limit of χ²₂ is 0.99310 (1 − 0.001·(1 + 13.816/2)/0.999).
 #[must_use]
 pub fn noise_factor(squared: &[f64]) -> f64 {
@@ -147,11 +152,9 @@ pub fn noise_factor(squared: &[f64]) -> f64 {
     let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
     let mut variance = median / (2.0 * std::f64::consts::LN_2);
     for _ in 0..20 {
-        let limit = OUTLIER_SQUARED * variance;
-        let (count, sum) = squared
-            .iter()
-            .filter(|s| **s <= limit)
-            .fold((0_usize, 0.0), |(n, sum), s| (n + 1, sum + s));
+        let limit = ORDINARY_SQUARED * variance;
+        let (count, sum) =
+            squared.iter().filter(|s| **s <= limit).fold((0_usize, 0.0), |(n, sum), s| (n + 1, sum + s));
         if count == 0 {
             break;
         }

@@ -105,17 +105,10 @@ fn blend(scores: &[DVector<f64>], per_weight: f64, size: usize) -> (DMatrix<f64>
         kernel_square_sum += sides * kernel * kernel;
         own += (&product + product.transpose()) * (0.5 * sides * kernel / per_weight);
     }
-    let noise = kernel_square_sum
-        * scores
-            .iter()
-            .map(|s| (s.norm_squared() / per_weight).powi(2))
-            .sum::<f64>();
+    let noise =
+        kernel_square_sum * scores.iter().map(|s| (s.norm_squared() / per_weight).powi(2)).sum::<f64>();
     let distance = (&own - &unit).norm_squared();
-    let share = if distance > 0.0 {
-        (noise / distance).min(1.0)
-    } else {
-        1.0
-    };
+    let share = if distance > 0.0 { (noise / distance).min(1.0) } else { 1.0 };
     (own * (1.0 - share) + unit * share, share)
 }
 

@@ -35,25 +35,14 @@ fn write_results(args: &CalibrateArgs, calibration: &Calibration) -> Result<(), 
     let json_on_stdout = args.json.as_deref() == Some(Path::new("-"));
     if let Some(file) = &args.json {
         let text = format!("{:#}", json::result(calibration));
-        if json_on_stdout {
-            output::data(&text)?
-        } else {
-            output::file(file, &text)?
-        }
+        if json_on_stdout { output::data(&text)? } else { output::file(file, &text)? }
     }
     if let Some(file) = &args.report {
-        output::file(
-            file,
-            &html::render(calibration, &args.dataset.display().to_string()),
-        )?;
+        output::file(file, &html::render(calibration, &args.dataset.display().to_string()))?;
     }
     if !args.quiet {
         let text = summary::text(calibration);
-        if json_on_stdout {
-            output::words(&text)
-        } else {
-            output::data(&text)?
-        }
+        if json_on_stdout { output::words(&text) } else { output::data(&text)? }
     }
     Ok(())
 }
@@ -108,14 +97,7 @@ fn hold(name: FixName) -> Hold {
 fn read_guess(file: &Path) -> Result<Guess, Failure> {
     let text = std::fs::read_to_string(file).map_err(|error| {
         let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(
-            file,
-            if missing {
-                Problem::Missing
-            } else {
-                Problem::Io(error)
-            },
-        )
+        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
     })?;
     Ok(known_toml::parse_guess(file, &text)?)
 }

@@ -23,10 +23,7 @@ pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
     let folder = Path::new(FOLDER);
     std::fs::create_dir_all(folder).map_err(|error| Failure::cannot_write(folder, &error))?;
     let report = folder.join("report.html");
-    output::file(
-        &report,
-        &html::render(&calibration, "Demo: a simulated 20 s scan"),
-    )?;
+    output::file(&report, &html::render(&calibration, "Demo: a simulated 20 s scan"))?;
     if !args.quiet {
         let mut text = String::from("A simulated scan of 20 s, calibrated without any guess.\n\n");
         text.push_str(&summary::text(&calibration));

@@ -13,47 +13,19 @@ use trueline_dataset::{Error, Problem, Recording, Sensor, features_csv, folder, 
 /// Runs the command.
 pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
     let (recording, out) = match &args.format {
-        ImportFormat::LvsStCalib {
-            src,
-            out,
-            robot,
-            images,
-            pixels,
-            sensor,
-        } => (lvs(src, [robot, images, pixels, sensor])?, out),
-        ImportFormat::Csv {
-            src,
-            out,
-            robot,
-            features,
-            sensor,
-            robot_map,
-            features_map,
-            delimiter,
-        } => {
+        ImportFormat::LvsStCalib { src, out, robot, images, pixels, sensor } => {
+            (lvs(src, [robot, images, pixels, sensor])?, out)
+        }
+        ImportFormat::Csv { src, out, robot, features, sensor, robot_map, features_map, delimiter } => {
             let delimiter = u8::try_from(*delimiter).map_err(|_| {
-                Failure::new(
-                    "`--delimiter`: expected one ASCII character",
-                    "for example --delimiter ';'",
-                )
+                Failure::new("`--delimiter`: expected one ASCII character", "for example --delimiter ';'")
             })?;
             let sensor = read_sensor(&src.join(sensor))?;
             let foreign = Foreign { delimiter, sensor };
-            (
-                foreign.read(&src.join(robot), robot_map, &src.join(features), features_map)?,
-                out,
-            )
+            (foreign.read(&src.join(robot), robot_map, &src.join(features), features_map)?, out)
         }
-        ImportFormat::Tum {
-            src,
-            out,
-            features,
-            sensor,
-        } => {
-            let foreign = Foreign {
-                delimiter: b',',
-                sensor: read_sensor(sensor)?,
-            };
+        ImportFormat::Tum { src, out, features, sensor } => {
+            let foreign = Foreign { delimiter: b',', sensor: read_sensor(sensor)? };
             let features = foreign.features(features, &[])?;
             (foreign.recording(tum::read_robot(src)?, features), out)
         }
@@ -72,18 +44,9 @@ pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
 fn lvs(src: &Path, files: [&Option<PathBuf>; 4]) -> Result<Recording, Failure> {
     match files {
         [Some(robot), Some(images), Some(pixels), Some(sensor)] => {
-            let sensor_file = if sensor.exists() {
-                sensor.clone()
-            } else {
-                src.join(sensor)
-            };
+            let sensor_file = if sensor.exists() { sensor.clone() } else { src.join(sensor) };
             let sensor = read_sensor(&sensor_file)?;
-            Ok(lvs_st_calib::read_recording(
-                &src.join(robot),
-                &src.join(images),
-                &src.join(pixels),
-                sensor,
-            )?)
+            Ok(lvs_st_calib::read_recording(&src.join(robot), &src.join(images), &src.join(pixels), sensor)?)
         }
         _ => Ok(lvs_st_calib::read_simulation(src)?),
     }
@@ -92,14 +55,7 @@ fn lvs(src: &Path, files: [&Option<PathBuf>; 4]) -> Result<Recording, Failure> {
 fn read_sensor(file: &Path) -> Result<Sensor, Failure> {
     let text = std::fs::read_to_string(file).map_err(|error| {
         let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(
-            file,
-            if missing {
-                Problem::Missing
-            } else {
-                Problem::Io(error)
-            },
-        )
+        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
     })?;
     Ok(sensor_toml::parse(file, &text)?)
 }
@@ -124,31 +80,16 @@ impl Foreign {
     }
 
     fn features(&self, file: &Path, map: &[String]) -> Result<Vec<trueline_dataset::Feature>, Failure> {
-        Ok(features_csv::read(
-            file,
-            self.table(file, map)?.as_slice(),
-            &self.sensor,
-        )?)
+        Ok(features_csv::read(file, self.table(file, map)?.as_slice(), &self.sensor)?)
     }
 
     /// The file as CSV with our column names.
     fn table(&self, file: &Path, map: &[String]) -> Result<Vec<u8>, Failure> {
-        let mapping = map
-            .iter()
-            .map(|item| parse_mapping(item))
-            .collect::<Result<Vec<_>, _>>()?;
+        let mapping = map.iter().map(|item| parse_mapping(item)).collect::<Result<Vec<_>, _>>()?;
         if mapping.is_empty() {
             return std::fs::read(file).map_err(|error| {
                 let missing = error.kind() == std::io::ErrorKind::NotFound;
-                Error::in_file(
-                    file,
-                    if missing {
-                        Problem::Missing
-                    } else {
-                        Problem::Io(error)
-                    },
-                )
-                .into()
+                Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) }).into()
             });
         }
         let table = rename(file, self.delimiter, &mapping)?;
@@ -180,10 +121,9 @@ impl Foreign {
 
 fn parse_mapping(item: &str) -> Result<ColumnMapping, Failure> {
     match item.split_once('=') {
-        Some((ours, theirs)) if !ours.is_empty() && !theirs.is_empty() => Ok(ColumnMapping {
-            ours: ours.trim().to_owned(),
-            theirs: theirs.trim().to_owned(),
-        }),
+        Some((ours, theirs)) if !ours.is_empty() && !theirs.is_empty() => {
+            Ok(ColumnMapping { ours: ours.trim().to_owned(), theirs: theirs.trim().to_owned() })
+        }
         _ => Err(Failure::new(
             format!("`{item}` is no column mapping"),
             "write ours=theirs, for example x_mm=pos_x",

@@ -16,10 +16,7 @@ pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     let recording = simulate(&scenario, args.seed)
         .ok_or_else(|| Failure::new("the scenario has no line", "choose another preset"))?;
     if recording.features.is_empty() {
-        return Err(Failure::new(
-            "the sensor never sees the line",
-            "a longer duration or less tilt helps",
-        ));
+        return Err(Failure::new("the sensor never sees the line", "a longer duration or less tilt helps"));
     }
     folder::write(&args.out, &recording)?;
     if !args.quiet {
@@ -64,62 +61,20 @@ fn scenario(args: &SimulateArgs) -> Result<Scenario, Failure> {
 fn override_timing(timing: &mut Timing, args: &SimulateArgs) -> Result<(), Failure> {
     let any = f64::NEG_INFINITY;
     let overrides = [
-        (
-            &mut timing.time_offset_s,
-            args.time_offset_ms,
-            1e-3,
-            "--time-offset-ms",
-            any,
-        ),
+        (&mut timing.time_offset_s, args.time_offset_ms, 1e-3, "--time-offset-ms", any),
         (&mut timing.duration_s, args.duration_s, 1.0, "--duration-s", 1.0),
-        (
-            &mut timing.robot_period_s,
-            args.robot_period_ms,
-            1e-3,
-            "--robot-period-ms",
-            0.1,
-        ),
+        (&mut timing.robot_period_s, args.robot_period_ms, 1e-3, "--robot-period-ms", 0.1),
     ];
     overrides.into_iter().try_for_each(apply)
 }
 
 fn override_disturbance(d: &mut Disturbance, args: &SimulateArgs) -> Result<(), Failure> {
     let overrides = [
-        (
-            &mut d.feature_noise_px,
-            args.feature_noise_px,
-            1.0,
-            "--feature-noise-px",
-            0.0,
-        ),
-        (
-            &mut d.feature_noise_m,
-            args.feature_noise_mm,
-            1e-3,
-            "--feature-noise-mm",
-            0.0,
-        ),
-        (
-            &mut d.robot_position_noise_m,
-            args.robot_noise_mm,
-            1e-3,
-            "--robot-noise-mm",
-            0.0,
-        ),
-        (
-            &mut d.frame_jitter_s,
-            args.stamp_jitter_ms,
-            1e-3,
-            "--stamp-jitter-ms",
-            0.0,
-        ),
-        (
-            &mut d.clock_drift_ppm,
-            args.clock_drift_ppm,
-            1.0,
-            "--clock-drift-ppm",
-            f64::NEG_INFINITY,
-        ),
+        (&mut d.feature_noise_px, args.feature_noise_px, 1.0, "--feature-noise-px", 0.0),
+        (&mut d.feature_noise_m, args.feature_noise_mm, 1e-3, "--feature-noise-mm", 0.0),
+        (&mut d.robot_position_noise_m, args.robot_noise_mm, 1e-3, "--robot-noise-mm", 0.0),
+        (&mut d.frame_jitter_s, args.stamp_jitter_ms, 1e-3, "--stamp-jitter-ms", 0.0),
+        (&mut d.clock_drift_ppm, args.clock_drift_ppm, 1.0, "--clock-drift-ppm", f64::NEG_INFINITY),
         (&mut d.outlier_fraction, args.outliers, 1.0, "--outliers", 0.0),
         (&mut d.drop_fraction, args.drops, 1.0, "--drops", 0.0),
     ];

@@ -31,53 +31,28 @@ pub struct RenamedTable {
 pub fn rename(file: &Path, delimiter: u8, mapping: &[ColumnMapping]) -> Result<RenamedTable, Error> {
     let bytes = fs::read(file).map_err(|error| {
         let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(
-            file,
-            if missing {
-                Problem::Missing
-            } else {
-                Problem::Io(error)
-            },
-        )
+        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
     })?;
     let broken = |error: csv::Error| Error::in_file(file, Problem::Csv(error.to_string()));
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(delimiter)
-        .trim(csv::Trim::All)
-        .from_reader(bytes.as_slice());
+    let mut reader =
+        csv::ReaderBuilder::new().delimiter(delimiter).trim(csv::Trim::All).from_reader(bytes.as_slice());
     let header = reader.headers().map_err(broken)?.clone();
     let mut indices = Vec::with_capacity(mapping.len());
     for item in mapping {
-        let index = header
-            .iter()
-            .position(|name| name == item.theirs)
-            .ok_or_else(|| {
-                let found = header.iter().collect::<Vec<_>>().join(", ");
-                Error::at_line(
-                    file,
-                    1,
-                    Problem::MissingColumn {
-                        name: item.theirs.clone(),
-                        found,
-                    },
-                )
-            })?;
+        let index = header.iter().position(|name| name == item.theirs).ok_or_else(|| {
+            let found = header.iter().collect::<Vec<_>>().join(", ");
+            Error::at_line(file, 1, Problem::MissingColumn { name: item.theirs.clone(), found })
+        })?;
         indices.push(index);
     }
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer
-        .write_record(mapping.iter().map(|item| &item.ours))
-        .map_err(broken)?;
+    writer.write_record(mapping.iter().map(|item| &item.ours)).map_err(broken)?;
     for record in reader.records() {
         let record = record.map_err(broken)?;
-        writer
-            .write_record(indices.iter().map(|&k| &record[k]))
-            .map_err(broken)?;
+        writer.write_record(indices.iter().map(|&k| &record[k])).map_err(broken)?;
     }
     let left_out = header.iter().enumerate().filter(|(k, _)| !indices.contains(k));
     let left_out = left_out.map(|(_, name)| name.to_owned()).collect();
-    let csv = writer
-        .into_inner()
-        .map_err(|error| Error::in_file(file, Problem::Io(error.into_error())))?;
+    let csv = writer.into_inner().map_err(|error| Error::in_file(file, Problem::Io(error.into_error())))?;
     Ok(RenamedTable { csv, left_out })
 }

@@ -34,9 +34,7 @@ const MS_DIGITS: usize = 6;
 /// The first file and line that cannot be used.
 pub fn read_simulation(folder: &Path) -> Result<Recording, Error> {
     Ok(Recording {
-        sensor: Sensor::Points {
-            laser_plane_in_camera: None,
-        },
+        sensor: Sensor::Points { laser_plane_in_camera: None },
         robot: simulated_robot(&folder.join("egm.txt"))?,
         features: simulated_features(&folder.join("cam.txt"))?,
         initial: None,
@@ -55,10 +53,7 @@ fn simulated_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {
         let [w1, w2, w3, r1, r2, r3] = rows.numbers::<6>(&row, 1)?;
         let rho = Vector3::new(r1, r2, r3) / MM_PER_M;
         let base_from_tool = se3::exp(&Vector3::new(w1, w2, w3), &rho);
-        samples.push(RobotSample {
-            stamp_ns,
-            base_from_tool,
-        });
+        samples.push(RobotSample { stamp_ns, base_from_tool });
     }
     not_empty(&rows, samples)
 }
@@ -116,14 +111,7 @@ pub fn read_recording(
         })
         .collect();
     let robot = real_robot(robot)?;
-    Ok(Recording {
-        sensor,
-        robot,
-        features,
-        initial: None,
-        truth: None,
-        inputs: BTreeMap::new(),
-    })
+    Ok(Recording { sensor, robot, features, initial: None, truth: None, inputs: BTreeMap::new() })
 }
 
 fn real_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {
@@ -136,10 +124,7 @@ fn real_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {
         let position = Vector3::from(rows.numbers::<3>(&row, 2)?) / MM_PER_M;
         // The Euler angles (fields 5 to 7) say the same as the quaternion, with less precision.
         let rotation = unit_quaternion(rows.numbers::<4>(&row, 8)?).map_err(|p| rows.error(&row, p))?;
-        samples.push(RobotSample {
-            stamp_ns,
-            base_from_tool: se3::from_parts(rotation, position),
-        });
+        samples.push(RobotSample { stamp_ns, base_from_tool: se3::from_parts(rotation, position) });
     }
     not_empty(&rows, samples)
 }
@@ -152,14 +137,8 @@ fn real_images(file: &Path) -> Result<Vec<(i64, u64)>, Error> {
         let stamp_ns = stamp_sec_nsec(&rows, &row)?;
         check_order(&rows, &row, stamps.last().map(|s| s.0), stamp_ns)?;
         let text = row.fields[2];
-        let index = text.parse().map_err(|_| {
-            rows.error(
-                &row,
-                Problem::NotACount {
-                    text: text.to_owned(),
-                },
-            )
-        })?;
+        let index =
+            text.parse().map_err(|_| rows.error(&row, Problem::NotACount { text: text.to_owned() }))?;
         stamps.push((stamp_ns, index));
     }
     not_empty(&rows, stamps)
@@ -179,45 +158,21 @@ fn real_pixels(file: &Path) -> Result<Vec<[f64; 2]>, Error> {
 
 fn stamp_ms(rows: &Rows, row: &Row<'_>) -> Result<i64, Error> {
     let text = row.fields[0];
-    parse_nanoseconds(text, MS_DIGITS).ok_or_else(|| {
-        rows.error(
-            row,
-            Problem::NotANumber {
-                text: text.to_owned(),
-            },
-        )
-    })
+    parse_nanoseconds(text, MS_DIGITS)
+        .ok_or_else(|| rows.error(row, Problem::NotANumber { text: text.to_owned() }))
 }
 
 fn stamp_sec_nsec(rows: &Rows, row: &Row<'_>) -> Result<i64, Error> {
     let parse = |text: &str| {
-        text.parse::<i64>().map_err(|_| {
-            rows.error(
-                row,
-                Problem::NotANumber {
-                    text: text.to_owned(),
-                },
-            )
-        })
+        text.parse::<i64>().map_err(|_| rows.error(row, Problem::NotANumber { text: text.to_owned() }))
     };
     let (seconds, nanoseconds) = (parse(row.fields[0])?, parse(row.fields[1])?);
     seconds
         .checked_mul(1_000_000_000)
         .and_then(|ns| ns.checked_add(nanoseconds))
-        .ok_or_else(|| {
-            rows.error(
-                row,
-                Problem::NotANumber {
-                    text: row.fields[0].to_owned(),
-                },
-            )
-        })
+        .ok_or_else(|| rows.error(row, Problem::NotANumber { text: row.fields[0].to_owned() }))
 }
 
 fn not_empty<T>(rows: &Rows, items: Vec<T>) -> Result<Vec<T>, Error> {
-    if items.is_empty() {
-        Err(rows.file_error(Problem::NoRows))
-    } else {
-        Ok(items)
-    }
+    if items.is_empty() { Err(rows.file_error(Problem::NoRows)) } else { Ok(items) }
 }

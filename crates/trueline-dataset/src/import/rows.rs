@@ -27,29 +27,17 @@ impl Rows {
     pub fn open(file: &Path) -> Result<Self, Error> {
         let bytes = fs::read(file).map_err(|error| {
             let missing = error.kind() == std::io::ErrorKind::NotFound;
-            Error::in_file(
-                file,
-                if missing {
-                    Problem::Missing
-                } else {
-                    Problem::Io(error)
-                },
-            )
+            Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
         })?;
-        Ok(Self {
-            file: file.to_owned(),
-            text: utf8(file, bytes)?,
-        })
+        Ok(Self { file: file.to_owned(), text: utf8(file, bytes)? })
     }
 
     /// The rows.
     pub fn iter(&self) -> impl Iterator<Item = Row<'_>> {
         self.text.lines().enumerate().filter_map(|(index, text)| {
             let text = text.trim();
-            (!text.is_empty() && !text.starts_with('#')).then(|| Row {
-                line: index as u64 + 1,
-                fields: text.split_whitespace().collect(),
-            })
+            (!text.is_empty() && !text.starts_with('#'))
+                .then(|| Row { line: index as u64 + 1, fields: text.split_whitespace().collect() })
         })
     }
 
@@ -73,21 +61,10 @@ impl Rows {
         let mut numbers = [0.0; N];
         for (k, number) in numbers.iter_mut().enumerate() {
             let text = *row.fields.get(first + k).unwrap_or(&"");
-            let value: f64 = text.parse().map_err(|_| {
-                self.error(
-                    row,
-                    Problem::NotANumber {
-                        text: text.to_owned(),
-                    },
-                )
-            })?;
+            let value: f64 =
+                text.parse().map_err(|_| self.error(row, Problem::NotANumber { text: text.to_owned() }))?;
             if !value.is_finite() {
-                return Err(self.error(
-                    row,
-                    Problem::NotFinite {
-                        text: text.to_owned(),
-                    },
-                ));
+                return Err(self.error(row, Problem::NotFinite { text: text.to_owned() }));
             }
             *number = value;
         }
@@ -102,19 +79,8 @@ impl Rows {
         if allowed.contains(&row.fields.len()) {
             return Ok(());
         }
-        let expected = allowed
-            .iter()
-            .map(ToString::to_string)
-            .collect::<Vec<_>>()
-            .join(" or ");
-        Err(self.error(
-            row,
-            Problem::ForeignRow {
-                format,
-                expected,
-                found: row.fields.len(),
-            },
-        ))
+        let expected = allowed.iter().map(ToString::to_string).collect::<Vec<_>>().join(" or ");
+        Err(self.error(row, Problem::ForeignRow { format, expected, found: row.fields.len() }))
     }
 }
 

@@ -21,22 +21,13 @@ pub fn read_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {
     for row in rows.iter() {
         rows.expect_fields(&row, FORMAT, &[8])?;
         let text = row.fields[0];
-        let stamp_ns = parse_nanoseconds(text, 9).ok_or_else(|| {
-            rows.error(
-                &row,
-                Problem::NotANumber {
-                    text: text.to_owned(),
-                },
-            )
-        })?;
+        let stamp_ns = parse_nanoseconds(text, 9)
+            .ok_or_else(|| rows.error(&row, Problem::NotANumber { text: text.to_owned() }))?;
         check_order(&rows, &row, samples.last().map(|s| s.stamp_ns), stamp_ns)?;
         let position = Vector3::from(rows.numbers::<3>(&row, 1)?);
         let [x, y, z, w] = rows.numbers::<4>(&row, 4)?;
         let rotation = unit_quaternion([w, x, y, z]).map_err(|p| rows.error(&row, p))?;
-        samples.push(RobotSample {
-            stamp_ns,
-            base_from_tool: se3::from_parts(rotation, position),
-        });
+        samples.push(RobotSample { stamp_ns, base_from_tool: se3::from_parts(rotation, position) });
     }
     if samples.is_empty() {
         return Err(rows.file_error(Problem::NoRows));
