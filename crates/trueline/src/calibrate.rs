@@ -94,8 +94,8 @@ impl Fit {
 const NARROWING_ROUNDS: usize = 12;
 /// A guess of the time offset may be this far off while the narrowing begins, s.
 const NARROWING_MARGIN_S: f64 = 0.050;
-/// The last rounds move the offset by less than this, s.
-const FINAL_MARGIN_S: f64 = 0.5e-3;
+/// The last rounds hardly move the offset any more, s.
+const FINAL_MARGIN_S: f64 = 10e-6;
 /// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
 const LEAST_NOISE_FACTOR: f64 = 1e-3;
 

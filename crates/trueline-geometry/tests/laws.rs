@@ -1,0 +1,224 @@
+//! Laws of rotations, poses, lines and trajectories, where such code breaks: at zero, tiny, at half a turn.
+
+use nalgebra::{Matrix3, UnitVector3, Vector3, Vector4};
+use proptest::prelude::*;
+use trueline_geometry::{Line, Pose, Trajectory, fit, se3, smooth, so3};
+
+fn direction() -> impl Strategy<Value = UnitVector3<f64>> {
+    (-1.0..1.0_f64, -1.0..1.0_f64, -1.0..1.0_f64)
+        .prop_filter_map("not zero", |(x, y, z)| UnitVector3::try_new(Vector3::new(x, y, z), 0.1))
+}
+
+/// Angles on every branch: zero, far below and about the series' limits, ordinary, near half a turn.
+fn angle() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        Just(0.0),
+        Just(1e-8),
+        Just(4.9e-3),
+        Just(1.02e-2),
+        0.0..3.0_f64,
+        Just(std::f64::consts::PI - 1e-8),
+    ]
+}
+
+fn point(size: f64) -> impl Strategy<Value = Vector3<f64>> {
+    (-size..size, -size..size, -size..size).prop_map(|(x, y, z)| Vector3::new(x, y, z))
+}
+
+/// Exponential of a matrix by its series, 60 terms: exact to rounding for angles up to π.
+fn series(matrix: &Matrix3<f64>) -> Matrix3<f64> {
+    let (mut sum, mut term) = (Matrix3::identity(), Matrix3::identity());
+    for k in 1..60 {
+        term = term * matrix / f64::from(k);
+        sum += term;
+    }
+    sum
+}
+
+proptest! {
+    #[test]
+    fn exp_is_the_matrix_exponential(axis in direction(), angle in angle()) {
+        let w = axis.into_inner() * angle;
+        let rotation = so3::exp(&w).to_rotation_matrix().into_inner();
+        // The series' terms reach π³/6 ≈ 5, so its rounding is a few ten eps.
+        prop_assert!((rotation - series(&so3::hat(&w))).norm() < 1e-13);
+    }
+
+    #[test]
+    fn log_inverts_exp(axis in direction(), angle in angle()) {
+        let w = axis.into_inner() * angle;
+        let back = so3::log(&so3::exp(&w));
+        // Near half a turn w's sign is lost when rounding crosses it; the rotation is the same.
+        let error = (back - w).norm().min((so3::exp(&back).inverse() * so3::exp(&w)).angle());
+        prop_assert!(error < 1e-14 * (1.0 + angle) * 4.0, "{error}");
+    }
+
+    #[test]
+    fn left_jacobian_is_the_derivative_of_exp(axis in direction(), angle in 0.0..2.5_f64, push in point(1.0)) {
+        let w = axis.into_inner() * angle;
+        let h = 1e-5;
+        let plus = so3::exp(&(w + push * h));
+        let minus = so3::exp(&(w - push * h));
+        let numerical = so3::log(&(plus * minus.inverse())) / (2.0 * h);
+        // Central difference: truncation h² ≈ 1e-10, rounding eps/h = 2e-11.
+        prop_assert!((so3::left_jacobian(&w) * push - numerical).norm() < 1e-8);
+    }
+
+    #[test]
+    fn se3_exp_and_log_agree(axis in direction(), angle in 0.0..3.0_f64, rho in point(2.0)) {
+        let w = axis.into_inner() * angle;
+        let (w_back, rho_back) = se3::log(&se3::exp(&w, &rho));
+        prop_assert!((w_back - w).norm() < 1e-13 && (rho_back - rho).norm() < 1e-12);
+    }
+
+    #[test]
+    fn decoupled_retraction_and_difference_agree(
+        axis in direction(), angle in 0.0..3.0_f64, t in point(2.0), d in point(0.5), dt in point(0.1),
+    ) {
+        let pose: Pose = se3::from_parts(so3::exp(&(axis.into_inner() * angle)), t);
+        let (d_back, dt_back) = se3::difference_decoupled(&se3::retract_decoupled(&pose, &d, &dt), &pose);
+        prop_assert!((d_back - d).norm() < 1e-13 && (dt_back - dt).norm() < 1e-14);
+        // Left: the turn is about axes of the outer frame, so a point turned by the pose turns again.
+        let moved = se3::retract_decoupled(&pose, &d, &dt);
+        let expected = so3::exp(&d) * (pose.rotation * Vector3::x());
+        prop_assert!((moved.rotation * Vector3::x() - expected).norm() < 1e-14);
+    }
+
+    #[test]
+    fn line_forms_agree(anchor in point(2.0), along in direction(), probe in point(2.0)) {
+        let line = Line::new(anchor, &along);
+        let pluecker = line.to_pluecker();
+        // The moment is p × v, as in the paper, for every point p of the line.
+        prop_assert!(((anchor + along.into_inner()).cross(&along) - pluecker.moment).norm() < 1e-14);
+        let distance = (probe - anchor).cross(&along).norm();
+        prop_assert!((line.distance(&probe) - distance).abs() < 1e-14);
+        prop_assert!((pluecker.to_line().distance(&probe) - distance).abs() < 1e-13);
+        if let Some(orthonormal) = pluecker.to_orthonormal() {
+            let back = orthonormal.to_pluecker();
+            let error = (back.moment - pluecker.moment).norm() + (back.direction - pluecker.direction).norm();
+            // A line that passes the origin at distance m gets its direction n/|n| from eps/m.
+            prop_assert!(error < 1e-12 / pluecker.moment.norm().min(1.0), "{error}");
+        }
+    }
+
+    #[test]
+    fn line_step_moves_as_named(anchor in point(2.0), along in direction()) {
+        let line = Line::new(anchor, &along);
+        let axes = line.axes();
+        let shifted = line.retract(&Vector4::new(0.0, 0.0, 0.01, -0.02));
+        let expected = anchor + axes.column(1) * 0.01 - axes.column(2) * 0.02;
+        prop_assert!((shifted.anchor() - expected).norm() < 1e-15 * 8.0);
+        // A turn about u₂ tips the direction towards −u₃, about u₃ towards u₂.
+        let turned = line.retract(&Vector4::new(1e-6, 2e-6, 0.0, 0.0));
+        let expected = along.into_inner() - axes.column(2) * 1e-6 + axes.column(1) * 2e-6;
+        prop_assert!((turned.direction() - expected).norm() < 1e-11);
+        prop_assert!((line.reversed().direction() + along.into_inner()).norm() < 1e-14);
+    }
+}
+
+fn turning(times: &[f64]) -> Vec<Pose> {
+    times
+        .iter()
+        .map(|t| se3::exp(&Vector3::new(0.3 * t, -0.2 * t, 0.1), &Vector3::new(*t, 2.0 * t, 0.5)))
+        .collect()
+}
+
+#[test]
+fn interpolation_passes_through_the_samples_and_is_linear_between() {
+    let times = vec![0.0, 0.004, 0.009, 0.012];
+    let poses = turning(&times);
+    let trajectory = Trajectory::new(times.clone(), &poses).unwrap();
+    for (time, pose) in times.iter().zip(&poses).take(3) {
+        let at = trajectory.pose_at(*time).unwrap();
+        assert!((at.to_homogeneous() - pose.to_homogeneous()).norm() < 1e-15);
+    }
+    let segment = trajectory.segment_at(0.006).unwrap();
+    let (a, b) = (segment.pose_at(0.005), segment.pose_at(0.007));
+    let middle = segment.pose_at(0.006);
+    let mean = (a.translation.vector + b.translation.vector) * 0.5;
+    assert!((mean - middle.translation.vector).norm() < 1e-15);
+    // Body rate: R(t + h) = R(t) Exp(ω h), on the right.
+    let turned = middle.rotation * so3::exp(&(segment.body_rate * 0.001));
+    assert!(turned.angle_to(&b.rotation) < 1e-12);
+}
+
+#[test]
+fn outside_the_recording_and_in_a_gap_there_is_no_pose() {
+    let times = vec![0.0, 0.004, 0.008, 0.108, 0.112, 0.116];
+    let trajectory = Trajectory::new(times.clone(), &turning(&times)).unwrap();
+    for outside in [-1e-9, 0.1161, f64::NAN] {
+        assert!(trajectory.pose_at(outside).is_none(), "{outside}");
+    }
+    assert!(trajectory.pose_at(0.05).is_none());
+    assert!(trajectory.pose_at(0.116).is_some());
+}
+
+#[test]
+fn the_bracket_does_not_depend_on_the_hint() {
+    let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.004 + f64::from(k % 7) * 1e-4).collect();
+    let trajectory = Trajectory::new(times.clone(), &turning(&times)).unwrap();
+    for k in 0..400 {
+        let time = f64::from(k) * 1e-3;
+        let expected = times.iter().rposition(|t| *t <= time).filter(|_| time <= times[99]).map(|j| j.min(98));
+        for hint in [0, 1, 17, 50, 98, 99, 1000] {
+            assert_eq!(trajectory.bracket(time, hint), expected, "time {time} hint {hint}");
+        }
+    }
+}
+
+#[test]
+fn equal_stamps_and_falling_stamps() {
+    let times = vec![0.0, 0.004, 0.004, 0.008];
+    let trajectory = Trajectory::new(times.clone(), &turning(&times)).unwrap();
+    assert!(trajectory.pose_at(0.004).is_some());
+    assert!(Trajectory::new(vec![0.0, 0.004, 0.003], &turning(&[0.0, 0.004, 0.003])).is_err());
+    assert!(Trajectory::new(vec![0.0], &turning(&[0.0])).is_err());
+}
+
+#[test]
+fn the_local_fit_keeps_a_quadratic_motion_and_measures_noise() {
+    let times: Vec<f64> = (0..500).map(|k| f64::from(k) * 0.004).collect();
+    let smooth_motion: Vec<Pose> = (times.iter())
+        .map(|t| se3::from_parts(so3::exp(&Vector3::new(0.0, 0.0, 0.1)), Vector3::new(*t, t * t, 1.0)))
+        .collect();
+    let kept = smooth::local_quadratic(&times, &smooth_motion, 0.016);
+    for (a, b) in kept.iter().zip(&smooth_motion) {
+        assert!((a.translation.vector - b.translation.vector).norm() < 1e-13);
+    }
+    // Even noise over ±√3 σ, from a multiplicative generator: standard deviation σ, no correlation.
+    let sigma = 3e-5;
+    let mut state = 1_u64;
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt() * sigma
+    };
+    let noisy: Vec<Pose> = (smooth_motion.iter())
+        .map(|p| {
+            let push = Vector3::from_fn(|_, _| noise());
+            se3::from_parts(p.rotation, p.translation.vector + push)
+        })
+        .collect();
+    let measured = smooth::position_noise(&noisy);
+    // A median of 1500 values, neighbours correlated: 1.25/√(1500/3)·… ≈ 6 %; sums of five are nearly normal.
+    assert!((measured / sigma - 1.0).abs() < 0.2, "{measured}");
+}
+
+#[test]
+fn fits_find_line_and_plane_among_wild_points() {
+    let line = Line::new(Vector3::new(1.0, 2.0, 3.0), &UnitVector3::new_normalize(Vector3::new(1.0, -1.0, 0.5)));
+    let mut points: Vec<Vector3<f64>> =
+        (0..100).map(|k| line.anchor() + line.direction() * (f64::from(k) * 0.01)).collect();
+    for (k, point) in points.iter_mut().enumerate().step_by(3) {
+        *point += Vector3::new(0.2, 0.1 * (k % 5) as f64, -0.3);
+    }
+    let found = fit::robust_line(&points).unwrap();
+    // Exact points among a third of wild ones: re-weighting shrinks the scale until only rounding is left,
+    // or ten rounds are over, each of which halves what is left at least.
+    assert!(found.distance(line.anchor()) < 1e-3, "{}", found.distance(line.anchor()));
+    assert!(fit::line(&[Vector3::zeros()]).is_none());
+    let flat: Vec<Vector3<f64>> = (0..50)
+        .map(|k| Vector3::new(f64::from(k % 7) * 0.01, f64::from(k / 7) * 0.01, 0.13))
+        .collect();
+    let plane = fit::plane(&flat).unwrap();
+    assert!(plane.rms < 1e-15 && (plane.plane.offset() - 0.13).abs() < 1e-15);
+}

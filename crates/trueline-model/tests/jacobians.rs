@@ -1,0 +1,218 @@
+//! Every analytic Jacobian against two oracles that share nothing with it: central differences, and dual
+//! numbers carried through the measurement written out anew in plain arithmetic.
+
+mod dual;
+
+use dual::{Dual, Vec3, rotate_exp};
+use nalgebra::{DMatrix, DVector, Matrix2x3, UnitVector3, Vector2, Vector3, Vector4};
+use proptest::prelude::*;
+use trueline_geometry::{Line, Plane, Pose, Segment, Trajectory, se3, so3};
+use trueline_lsq::check::numerical_jacobian;
+use trueline_model::point_to_line::{self, ResidualJacobian};
+use trueline_model::{BrownConrady, Camera, LaserSheet, Placement, sheet_residual};
+
+/// One measured point with everything around it.
+#[derive(Clone, Debug)]
+struct Case {
+    segment: Segment,
+    exposure: f64,
+    tool_from_camera: Pose,
+    sheet: LaserSheet,
+    point_in_camera: Vector3<f64>,
+    line: Line,
+}
+
+fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
+    (-size..size, -size..size, -size..size).prop_map(|(x, y, z)| Vector3::new(x, y, z))
+}
+
+fn case() -> impl Strategy<Value = Case> {
+    let robot = (vector(3.0), vector(1.5), vector(0.01), vector(0.001), 0.0..0.004_f64);
+    let sensor = (vector(3.0), vector(0.2), -0.02..0.02_f64, -0.02..0.02_f64);
+    let line = (vector(0.4), vector(0.002));
+    (robot, sensor, line).prop_map(|(robot, sensor, (turn, miss))| {
+        let start = se3::from_parts(so3::exp(&robot.0), robot.1);
+        let end = se3::from_parts(start.rotation * so3::exp(&robot.2), robot.1 + robot.3);
+        let trajectory = Trajectory::new(vec![0.0, 0.004], &[start, end]).unwrap();
+        let segment = *trajectory.segment(0).unwrap();
+        let tool_from_camera = se3::from_parts(so3::exp(&sensor.0), sensor.1);
+        let sheet = LaserSheet::from_plane(Plane::from_height(0.036, 2.12, 0.13).unwrap());
+        let point_in_camera = sheet.point(&Vector2::new(sensor.2, 0.05 + sensor.3));
+        let placement = Placement::new(&segment, robot.4, &tool_from_camera);
+        // The line crosses the sheet within 0.4 rad of square to it, and misses the point by up to 2 mm.
+        let normal = placement.base_from_camera() * sheet.plane().normal().into_inner();
+        let direction = UnitVector3::new_normalize(so3::exp(&turn) * normal);
+        let line = Line::new(placement.point_in_base(&point_in_camera) + miss, &direction);
+        Case { segment, exposure: robot.4, tool_from_camera, sheet, point_in_camera, line }
+    })
+}
+
+/// Perturbs (t_d, rotation, translation, line) as the conventions say and measures again.
+fn perturbed(case: &Case, step: &DVector<f64>) -> (Placement, Line) {
+    let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
+    let tool_from_camera = se3::retract_decoupled(&case.tool_from_camera, &three(1), &three(4));
+    let placement = Placement::new(&case.segment, case.exposure - step[0], &tool_from_camera);
+    (placement, case.line.retract(&Vector4::new(step[7], step[8], step[9], step[10])))
+}
+
+fn stacked(j: &ResidualJacobian) -> DMatrix<f64> {
+    let mut all = DMatrix::zeros(2, 11);
+    all.view_mut((0, 0), (2, 1)).copy_from(&j.d_time_offset);
+    all.view_mut((0, 1), (2, 3)).copy_from(&j.d_rotation);
+    all.view_mut((0, 4), (2, 3)).copy_from(&j.d_translation);
+    all.view_mut((0, 7), (2, 4)).copy_from(&j.d_line);
+    all
+}
+
+fn close(analytic: &DMatrix<f64>, oracle: &DMatrix<f64>, tolerance: f64) -> Result<(), TestCaseError> {
+    // Entries reach metres per radian and metres per second: compare with the largest.
+    let scale = 1.0 + oracle.amax();
+    let error = (analytic - oracle).amax() / scale;
+    prop_assert!(error < tolerance, "error {error}\nanalytic {analytic}\noracle {oracle}");
+    Ok(())
+}
+
+/// The residual in the sheet by intersecting line and sheet, written out with dual numbers.
+fn sheet_residual_by_duals(case: &Case, unknown: usize) -> [f64; 2] {
+    let d = |k: usize| Dual { value: 0.0, slope: f64::from(u8::from(k == unknown)) };
+    let base_from_camera = |p: Vec3| dual::base_from_camera(case_arrays(case), p, &d);
+    // Three points of the camera frame span its axes in base.
+    let origin = base_from_camera(dual::constant([0.0; 3]));
+    let axis = |e: [f64; 3]| dual::sub(base_from_camera(dual::constant(e)), origin);
+    let axes = [axis([1.0, 0.0, 0.0]), axis([0.0, 1.0, 0.0]), axis([0.0, 0.0, 1.0])];
+    let (anchor, direction) = perturbed_line(case, &d);
+    // Line in the camera frame, then n·(a + s v) = d.
+    let to_camera = |p: Vec3| axes.map(|e| dual::dot(e, p));
+    let (a, v) = (to_camera(dual::sub(anchor, origin)), to_camera(direction));
+    let n = dual::constant(case.sheet.plane().normal().into_inner().into());
+    let s = (Dual::constant(case.sheet.plane().offset()) - dual::dot(n, a)) / dual::dot(n, v);
+    let hit = dual::add(a, v.map(|x| x * s));
+    let measured = case.sheet.coordinates(&case.point_in_camera);
+    let foot = case.sheet.point(&Vector2::zeros());
+    [0, 1].map(|row| {
+        let e: [f64; 3] = case.sheet.axes().column(row).into_owned().into();
+        let predicted = dual::dot(dual::constant(e), dual::sub(hit, dual::constant(foot.into())));
+        (Dual::constant(measured[row]) - predicted).slope
+    })
+}
+
+fn perturbed_line(case: &Case, d: &dyn Fn(usize) -> Dual) -> (Vec3, Vec3) {
+    let axes = case.line.axes();
+    let column = |k: usize| dual::constant(axes.column(k).into_owned().into());
+    let turn = dual::add(column(1).map(|x| x * d(7)), column(2).map(|x| x * d(8)));
+    let shift = dual::add(column(1).map(|x| x * d(9)), column(2).map(|x| x * d(10)));
+    let anchor = dual::add(dual::constant((*case.line.anchor()).into()), shift);
+    (anchor, rotate_exp(turn, column(0)))
+}
+
+fn case_arrays(case: &Case) -> dual::Chain {
+    let rotation = |p: &Pose| {
+        let m = p.rotation.to_rotation_matrix();
+        [0, 1, 2].map(|r| [0, 1, 2].map(|c| m[(r, c)]))
+    };
+    dual::Chain {
+        robot_rotation: rotation(&case.segment.base_from_tool),
+        robot_position: case.segment.base_from_tool.translation.vector.into(),
+        body_rate: case.segment.body_rate.into(),
+        velocity: case.segment.velocity.into(),
+        elapsed: case.exposure - case.segment.start,
+        hand_eye_rotation: rotation(&case.tool_from_camera),
+        hand_eye_translation: case.tool_from_camera.translation.vector.into(),
+    }
+}
+
+fn point_to_line_by_duals(case: &Case, unknown: usize) -> [f64; 2] {
+    let d = |k: usize| Dual { value: 0.0, slope: f64::from(u8::from(k == unknown)) };
+    let p = dual::base_from_camera(case_arrays(case), dual::constant(case.point_in_camera.into()), &d);
+    let axes = case.line.axes();
+    let (anchor, _) = perturbed_line(case, &d);
+    let column = |k: usize| dual::constant(axes.column(k).into_owned().into());
+    let turn = dual::add(column(1).map(|x| x * d(7)), column(2).map(|x| x * d(8)));
+    [1, 2].map(|k| dual::dot(rotate_exp(turn, column(k)), dual::sub(p, anchor)).slope)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+
+    #[test]
+    fn sheet_residual_jacobian(case in case()) {
+        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let (parts, _) =
+            sheet_residual::linearize(&placement, &case.sheet, &case.point_in_camera, &case.line).unwrap();
+        let analytic = stacked(&parts);
+        let numerical = numerical_jacobian(11, 1e-3, |step| {
+            let (placement, line) = perturbed(&case, step);
+            let r = sheet_residual::residual(&placement, &case.sheet, &case.point_in_camera, &line).unwrap();
+            DVector::from_column_slice(r.as_slice())
+        });
+        // Five-point stencil, h = 1e-3: truncation h⁴/30·f⁽⁵⁾ ≈ 1e-12·(a few), rounding eps/h = 2e-13.
+        close(&analytic, &numerical, 1e-9)?;
+        let by_duals = DMatrix::from_fn(2, 11, |row, k| sheet_residual_by_duals(&case, k)[row]);
+        // Dual numbers are exact to rounding; the line's distance of metres costs two or three digits.
+        close(&analytic, &by_duals, 1e-12)?;
+    }
+
+    #[test]
+    fn point_to_line_jacobian(case in case()) {
+        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let analytic = stacked(&point_to_line::linearize(&placement, &case.point_in_camera, &case.line));
+        let numerical = numerical_jacobian(11, 1e-3, |step| {
+            let (placement, line) = perturbed(&case, step);
+            let r = point_to_line::residual(&placement, &case.point_in_camera, &line);
+            DVector::from_column_slice(r.as_slice())
+        });
+        close(&analytic, &numerical, 1e-9)?;
+        let by_duals = DMatrix::from_fn(2, 11, |row, k| point_to_line_by_duals(&case, k)[row]);
+        close(&analytic, &by_duals, 1e-12)?;
+    }
+
+    #[test]
+    fn noise_in_base_is_carried_into_the_sheet(case in case(), push in vector(1e-3)) {
+        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let (parts, onto_sheet): (_, Matrix2x3<f64>) =
+            sheet_residual::linearize(&placement, &case.sheet, &case.point_in_camera, &case.line).unwrap();
+        let mut pushed = placement;
+        pushed.base_from_tool.translation.vector += push;
+        let r = sheet_residual::residual(&pushed, &case.sheet, &case.point_in_camera, &case.line).unwrap();
+        // A shift of the sensor moves the residual exactly linearly.
+        prop_assert!((r - parts.residual - onto_sheet * push).norm() < 1e-13);
+    }
+
+    #[test]
+    fn residuals_agree_that_a_point_on_the_line_is_on_it(case in case(), along in -0.3..0.3_f64) {
+        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let through = Line::new(
+            placement.point_in_base(&case.point_in_camera) + case.line.direction() * along,
+            &UnitVector3::new_normalize(case.line.direction()),
+        );
+        let sheet = sheet_residual::residual(&placement, &case.sheet, &case.point_in_camera, &through).unwrap();
+        let distance = point_to_line::residual(&placement, &case.point_in_camera, &through);
+        // Coordinates of metres: 1e-15 each, a handful of operations.
+        prop_assert!(sheet.norm() < 1e-13 && distance.norm() < 1e-13);
+    }
+
+    #[test]
+    fn pixel_to_sheet_jacobian(u in 50.0..2400.0_f64, v in 50.0..1950.0_f64) {
+        let camera = Camera {
+            size: [2448, 2000],
+            focal: Vector2::new(3598.0, 3597.0),
+            centre: Vector2::new(1211.0, 1007.0),
+            distortion: BrownConrady { k1: -0.08, k2: 0.12, p1: 2e-4, p2: -3e-4, k3: 0.01 },
+        };
+        let sheet = LaserSheet::from_plane(Plane::from_height(0.036, 2.12, 0.1307).unwrap());
+        let (ray, d_ray) = camera.ray(&Vector2::new(u, v)).unwrap();
+        let (point, d_point) = sheet.intersect(&ray).unwrap();
+        let analytic = d_point * d_ray;
+        let numerical = numerical_jacobian(2, 0.5, |step| {
+            let (ray, _) = camera.ray(&Vector2::new(u + step[0], v + step[1])).unwrap();
+            DVector::from_column_slice(sheet.intersect(&ray).unwrap().0.as_slice())
+        });
+        // Metres per pixel, about 4e-5; the undistortion is converged to 1e-15 of a focal length.
+        let error = (analytic - numerical).amax();
+        prop_assert!(error < 1e-13, "{error}");
+        // And forward again: the point projects onto its pixel, to the inverse's 1e-12 of a focal length.
+        let again = camera.project(&point).unwrap();
+        prop_assert!((again - Vector2::new(u, v)).norm() < 1e-8);
+        prop_assert!(sheet.plane().signed_distance(&point).abs() < 1e-15);
+    }
+}
