@@ -159,7 +159,8 @@ fn the_bracket_does_not_depend_on_the_hint() {
     let trajectory = Trajectory::new(times.clone(), &turning(&times)).unwrap();
     for k in 0..400 {
         let time = f64::from(k) * 1e-3;
-        let expected = times.iter().rposition(|t| *t <= time).filter(|_| time <= times[99]).map(|j| j.min(98));
+        let expected =
+            times.iter().rposition(|t| *t <= time).filter(|_| time <= times[99]).map(|j| j.min(98));
         for hint in [0, 1, 17, 50, 98, 99, 1000] {
             assert_eq!(trajectory.bracket(time, hint), expected, "time {time} hint {hint}");
         }
@@ -205,7 +206,8 @@ fn the_local_fit_keeps_a_quadratic_motion_and_measures_noise() {
 
 #[test]
 fn fits_find_line_and_plane_among_wild_points() {
-    let line = Line::new(Vector3::new(1.0, 2.0, 3.0), &UnitVector3::new_normalize(Vector3::new(1.0, -1.0, 0.5)));
+    let line =
+        Line::new(Vector3::new(1.0, 2.0, 3.0), &UnitVector3::new_normalize(Vector3::new(1.0, -1.0, 0.5)));
     let mut points: Vec<Vector3<f64>> =
         (0..100).map(|k| line.anchor() + line.direction() * (f64::from(k) * 0.01)).collect();
     for (k, point) in points.iter_mut().enumerate().step_by(3) {
@@ -216,9 +218,8 @@ fn fits_find_line_and_plane_among_wild_points() {
     // or ten rounds are over, each of which halves what is left at least.
     assert!(found.distance(line.anchor()) < 1e-3, "{}", found.distance(line.anchor()));
     assert!(fit::line(&[Vector3::zeros()]).is_none());
-    let flat: Vec<Vector3<f64>> = (0..50)
-        .map(|k| Vector3::new(f64::from(k % 7) * 0.01, f64::from(k / 7) * 0.01, 0.13))
-        .collect();
+    let flat: Vec<Vector3<f64>> =
+        (0..50).map(|k| Vector3::new(f64::from(k % 7) * 0.01, f64::from(k / 7) * 0.01, 0.13)).collect();
     let plane = fit::plane(&flat).unwrap();
     assert!(plane.rms < 1e-15 && (plane.plane.offset() - 0.13).abs() < 1e-15);
 }

@@ -61,7 +61,8 @@ fn beyond_the_fold_there_is_an_error_and_no_wrong_ray() {
             assert!((back - ideal).norm() < 1e-9, "{radius} {angle} {back}");
         }
     }
-    let camera = Camera { distortion: lens, size: [6000, 5000], centre: Vector2::new(3000.0, 2500.0), ..camera() };
+    let camera =
+        Camera { distortion: lens, size: [6000, 5000], centre: Vector2::new(3000.0, 2500.0), ..camera() };
     let error = camera.ray(&Vector2::new(5999.0, 2500.0)).unwrap_err();
     assert!(matches!(error, PixelError::NotInvertible { .. }), "{error}");
     // And forward: a point beyond the fold is not drawn onto somebody else's pixel.
@@ -71,12 +72,7 @@ fn beyond_the_fold_there_is_an_error_and_no_wrong_ray() {
 #[test]
 fn the_first_of_several_folds_counts() {
     // 1 + 3k₁s + 5k₂s² + 7k₃s³ = (1 − s)(1 − s/2)(1 − s/3): roots 1, 2 and 3.
-    let lens = BrownConrady {
-        k1: -11.0 / 18.0,
-        k2: 1.0 / 5.0,
-        k3: -1.0 / 42.0,
-        ..BrownConrady::default()
-    };
+    let lens = BrownConrady { k1: -11.0 / 18.0, k2: 1.0 / 5.0, k3: -1.0 / 42.0, ..BrownConrady::default() };
     assert!((lens.invertible_radius_squared() - 1.0).abs() < 1e-12);
     assert_eq!(BrownConrady::default().invertible_radius_squared(), f64::INFINITY);
 }

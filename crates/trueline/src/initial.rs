@@ -23,6 +23,15 @@ const OFFSET_STEP_S: f64 = 0.4;
 const SCALES: [f64; 6] = [1000.0, 300.0, 100.0, 30.0, 10.0, 5.0];
 /// Starts that are followed beyond the first scale.
 const SURVIVORS: usize = 24;
+/// Valleys that are followed to their bottom, on a denser sample: with little tilt a mirrored solution fits
+/// almost as well as the true one.
+const FINALISTS: usize = 4;
+/// Observations of a line that decide between them.
+const FINAL_SAMPLE: usize = 500;
+/// Candidates nearer than this are in one valley.
+const SAME_TURN_RAD: f64 = 0.05;
+/// The same for the time offset, s.
+const SAME_OFFSET_S: f64 = 0.02;
 
 /// The lines that fit the points as they fall with a time offset and a hand-eye transform.
 #[must_use]
@@ -96,7 +105,7 @@ pub fn from_nothing(
     config: &Config,
     noise: &NoiseLevels,
 ) -> Result<Parameters, Error> {
-    let sample = thin(observations);
+    let sample = thin(observations, SAMPLE);
     let mut candidates: Vec<Candidate> = starts(config)
         .iter()
         .filter_map(|guess| {
@@ -111,18 +120,63 @@ pub fn from_nothing(
         .collect();
     candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     candidates.truncate(SURVIVORS);
-    let mut best: Option<Candidate> = None;
-    for candidate in candidates {
-        let followed = SCALES[1..].iter().try_fold(candidate, |candidate, scale| {
+    let followed = candidates.into_iter().filter_map(|candidate| {
+        SCALES[1..].iter().try_fold(candidate, |candidate, scale| {
             narrow(observations, &sample, noise, (*scale, 12), candidate.parameters)
-        });
-        if let Some(found) = followed
-            && best.as_ref().is_none_or(|b| found.cost < b.cost)
-        {
-            best = Some(found);
+        })
+    });
+    let finalists: Vec<Parameters> =
+        different(followed.collect()).into_iter().map(|c| c.parameters).collect();
+    let twins: Vec<Parameters> = finalists.iter().filter_map(|p| twin(observations, &sample, p)).collect();
+    let denser = thin(observations, FINAL_SAMPLE);
+    let finished = finalists.into_iter().chain(twins).filter_map(|start| {
+        let near = narrow(observations, &denser, noise, (SCALES[3], 30), start)?;
+        narrow(observations, &denser, noise, (SCALES[5], 60), near.parameters)
+    });
+    let best = finished.min_by(|a, b| a.cost.total_cmp(&b.cost));
+    best.map(|candidate| candidate.parameters).ok_or(Error::NoStart)
+}
+
+/// The solution that looks alike while the attitude is constant: the sheet leans against the line the
+/// other way. Turned by half a turn about the line in base and about its own normal, the sheet keeps every
+/// offset square to the line and reverses those along it, which a line cannot show. Only tilting tells
+/// the two apart, so with little tilt a search can end in the wrong one.
+fn twin(observations: &Observations, sample: &[Observation], at: &Parameters) -> Option<Parameters> {
+    let half_turn = |axis: &Vector3<f64>| so3::exp(&(axis * std::f64::consts::PI));
+    let middle = &sample[sample.len() / 2];
+    let base_from_tool = placement(observations, middle, at, &mut 0)?.base_from_tool.rotation;
+    let line_in_tool = base_from_tool.inverse() * at.lines.first()?.direction();
+    let rotation = half_turn(&line_in_tool)
+        * at.tool_from_camera.rotation
+        * half_turn(observations.sheet.plane().normal());
+    // The middle of the points stays where it is.
+    let centre = sample.iter().map(|o| o.point_in_camera).sum::<Vector3<f64>>() / sample.len() as f64;
+    let shift = at.tool_from_camera.rotation * centre - rotation * centre;
+    let tool_from_camera = se3::from_parts(rotation, at.tool_from_camera.translation.vector + shift);
+    let guess = Guess { time_offset_s: at.time_offset_s, tool_from_camera };
+    let lines = lines_for(observations, sample, &guess)?;
+    Some(Parameters { time_offset_s: at.time_offset_s, tool_from_camera, lines })
+}
+
+/// The best few candidates of which no two are the same valley.
+fn different(mut candidates: Vec<Candidate>) -> Vec<Candidate> {
+    candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut chosen: Vec<Candidate> = Vec::new();
+    for candidate in candidates {
+        let same = |other: &Candidate| {
+            let turn = other
+                .parameters
+                .tool_from_camera
+                .rotation
+                .angle_to(&candidate.parameters.tool_from_camera.rotation);
+            let offset = (other.parameters.time_offset_s - candidate.parameters.time_offset_s).abs();
+            turn < SAME_TURN_RAD && offset < SAME_OFFSET_S
+        };
+        if chosen.len() < FINALISTS && !chosen.iter().any(same) {
+            chosen.push(candidate);
         }
     }
-    best.map(|candidate| candidate.parameters).ok_or(Error::NoStart)
+    chosen
 }
 
 struct Candidate {
@@ -143,8 +197,8 @@ fn starts(config: &Config) -> Vec<Guess> {
     offsets.flat_map(with_offset).collect()
 }
 
-/// Every n-th observation of each line, so that about [`SAMPLE`] of each are left.
-fn thin(observations: &Observations) -> Vec<Observation> {
+/// Every n-th observation of each line, so that about `wanted` of each are left.
+fn thin(observations: &Observations, wanted: usize) -> Vec<Observation> {
     let mut totals = vec![0_usize; observations.line_count];
     for o in &observations.list {
         totals[o.line as usize] += 1;
@@ -153,7 +207,7 @@ fn thin(observations: &Observations) -> Vec<Observation> {
     let keep = |o: &&Observation| {
         let line = o.line as usize;
         seen[line] += 1;
-        (seen[line] - 1).is_multiple_of(totals[line].div_ceil(SAMPLE))
+        (seen[line] - 1).is_multiple_of(totals[line].div_ceil(wanted))
     };
     observations.list.iter().filter(keep).copied().collect()
 }
