@@ -56,13 +56,15 @@ impl<'a> Motion<'a> {
         Pose::from_parts(origin.into(), rotation) * self.scenario.cell.tool_from_camera.inverse()
     }
 
-    /// Straight between the samples before and after, by spherical interpolation of quaternions.
+    /// Straight and at constant rate between the samples before and after.
     fn between_samples(&self, time_s: f64) -> Pose {
         let period = self.scenario.timing.robot_period_s;
         let index = (time_s / period).floor();
         let part = time_s / period - index;
         let (from, to) = (self.on_the_sines(index * period), self.on_the_sines((index + 1.0) * period));
-        let rotation = from.rotation.slerp(&to.rotation, part);
+        // `slerp` of two attitudes this near to each other returns a quaternion 1e-8 off unit length.
+        let turn = (from.rotation.inverse() * to.rotation).scaled_axis();
+        let rotation = from.rotation * UnitQuaternion::new(turn * part);
         let position = from.translation.vector.lerp(&to.translation.vector, part);
         Pose::from_parts(position.into(), rotation)
     }

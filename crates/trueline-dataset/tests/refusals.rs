@@ -1,0 +1,133 @@
+//! Every bad input has its own message, with file, line, column and a hint.
+
+use std::fs;
+use std::path::Path;
+use trueline_dataset::{Error, folder};
+
+const SENSOR: &str = "kind = \"camera_laser\"\n[camera]\nwidth = 2448\nheight = 2000\nfx = 3598.0\nfy = 3597.0\ncx = 1211.0\ncy = 1007.0\ndistortion = [0.0, 0.0, 0.0, 0.0, 0.0]\n[laser_plane]\nnormal = [0.0, -0.9, 0.4358898943540673]\noffset_mm = 55.0\n";
+const ROBOT: &str = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0.000,1,2,3,1,0,0,0\n0.004,1,2,3,1,0,0,0\n";
+const FEATURES: &str = "time_s,u_px,v_px\n0.001,100,200\n0.002,101,201\n";
+
+fn read_with(name: &str, text: &str) -> Result<trueline_dataset::Recording, Error> {
+    let dir = tempfile::tempdir().unwrap();
+    for (file, good) in [("sensor.toml", SENSOR), ("robot.csv", ROBOT), ("features.csv", FEATURES)] {
+        fs::write(dir.path().join(file), if file == name { text } else { good }).unwrap();
+    }
+    if !["sensor.toml", "robot.csv", "features.csv"].contains(&name) {
+        fs::write(dir.path().join(name), text).unwrap();
+    }
+    folder::read(dir.path())
+}
+
+/// The message without the folder, and whether there is a hint.
+fn refusal(name: &str, text: &str) -> String {
+    let error = read_with(name, text).unwrap_err();
+    assert!(!error.hint().is_empty());
+    let message = error.to_string();
+    message[message.find(name).expect("the message names the file")..].to_owned()
+}
+
+#[test]
+fn the_good_folder_is_read() {
+    let recording = read_with("robot.csv", ROBOT).unwrap();
+    assert_eq!((recording.robot.len(), recording.features.len()), (2, 2));
+    assert_eq!(recording.inputs.len(), 3);
+    // sha256 of the text, as any other program computes it.
+    assert_eq!(recording.inputs["features.csv"], folder::sha256(FEATURES.as_bytes()));
+    assert_eq!(folder::sha256(b""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+}
+
+#[test]
+fn columns() {
+    let header = |h: &str| refusal("robot.csv", &format!("{h}\n0,1,2,3,1,0,0,0\n"));
+    assert_eq!(
+        header("time,x_mm,y_mm,z_mm,qw,qx,qy,qz"),
+        "robot.csv, line 1, column `time`: the column has no unit in its name; expected for example `time_s`"
+    );
+    assert_eq!(
+        header("time_s,x_inch,y_mm,z_mm,qw,qx,qy,qz"),
+        "robot.csv, line 1, column `x_inch`: unknown column; known columns: time_s, x_mm, y_mm, z_mm, qw, qx, qy, qz"
+    );
+    assert_eq!(
+        header("time_s,x_mm,x_m,z_mm,qw,qx,qy,qz"),
+        "robot.csv, line 1, column `x_m`: duplicate column"
+    );
+    assert_eq!(
+        refusal("robot.csv", "time_s,x_mm,y_mm,z_mm,qw,qx,qy\n0,1,2,3,1,0,0\n"),
+        "robot.csv, line 1: column `qz` is missing; the header has: time_s, x_mm, y_mm, z_mm, qw, qx, qy"
+    );
+}
+
+#[test]
+fn numbers() {
+    let row = |r: &str| refusal("robot.csv", &format!("{ROBOT}{r}\n"));
+    assert_eq!(row("0.008,1,2,x,1,0,0,0"), "robot.csv, line 4, column `z_mm`: expected a number, found `x`");
+    assert_eq!(
+        row("0.008,1,nan,3,1,0,0,0"),
+        "robot.csv, line 4, column `y_mm`: expected a finite number, found `nan`"
+    );
+    assert_eq!(
+        row("inf,1,2,3,1,0,0,0"),
+        "robot.csv, line 4, column `time_s`: expected a finite number, found `inf`"
+    );
+    assert_eq!(row("0.008,1,2,3,1,0,0"), "robot.csv, line 4: expected 8 fields, found 7");
+    assert_eq!(
+        row("0.003,1,2,3,1,0,0,0"),
+        "robot.csv, line 4, column `time_s`: time runs backwards: 0.003 s after 0.004 s"
+    );
+    assert_eq!(
+        row("0.008,1,2,3,2,0,0,0"),
+        "robot.csv, line 4, column `qw`: expected a quaternion of length 1, found length 2"
+    );
+    assert_eq!(
+        refusal("features.csv", "time_s,u_px,v_px,frame\n0.001,1,2,-1\n"),
+        "features.csv, line 2, column `frame`: expected a whole number of 0 or more, found `-1`"
+    );
+    assert_eq!(
+        refusal("features.csv", "time_s,u_px,v_px,sigma_u_px,sigma_v_px\n0.001,1,2,0,1\n"),
+        "features.csv, line 2, column `sigma_u_px`: expected a standard deviation above zero, found `0`"
+    );
+}
+
+#[test]
+fn empty_and_missing_files() {
+    assert_eq!(refusal("robot.csv", ""), "robot.csv: there are no data rows");
+    assert_eq!(refusal("features.csv", "time_s,u_px,v_px\n"), "features.csv: there are no data rows");
+    let empty = tempfile::tempdir().unwrap();
+    let message = folder::read(empty.path()).unwrap_err().to_string();
+    assert!(message.ends_with("sensor.toml: the file is missing"), "{message}");
+    assert!(folder::read(Path::new("/nowhere/at/all")).is_err());
+}
+
+#[test]
+fn sensor_files() {
+    let error = |text: &str| refusal("sensor.toml", text);
+    assert!(error("kind = \"radar\"\n").contains("unknown variant `radar`"));
+    assert!(error(&SENSOR.replace("fx = 3598.0\n", "")).contains("missing field `fx`"));
+    assert!(
+        error(&SENSOR.replace("fx = 3598.0", "fx = 0.0"))
+            .contains("`camera.fx`: expected a number above zero")
+    );
+    assert!(error(&SENSOR.replace("[0.0, -0.9", "[0.0, -9.0")).contains("expected a vector of length 1"));
+    assert!(error(&SENSOR.replace("cx =", "c_x =")).contains("unknown field `c_x`"));
+    assert!(error("kind = ").starts_with("sensor.toml, line 1: "));
+}
+
+#[test]
+fn guesses() {
+    let text = "time_offset_s = 0.01\n[tool_from_camera]\ntranslation_mm = [1.0, 2.0, 3.0]\nrotation_wxyz = [0.5, 0.0, 0.0, 0.0]\n";
+    assert_eq!(
+        refusal("initial.toml", text),
+        "initial.toml: expected a quaternion of length 1, found length 0.5"
+    );
+    assert!(refusal("initial.toml", &text.replace("time_offset_s", "offset_s")).contains("unknown field"));
+}
+
+#[test]
+fn nothing_is_overwritten() {
+    let dir = tempfile::tempdir().unwrap();
+    let recording = read_with("robot.csv", ROBOT).unwrap();
+    folder::write(dir.path(), &recording).unwrap();
+    let error = folder::write(dir.path(), &recording).unwrap_err();
+    assert!(error.to_string().ends_with("is there already and would be overwritten"), "{error}");
+}

@@ -1,0 +1,77 @@
+//! Motions that cannot show everything: the rank and the named direction of each (maths of observability).
+
+use trueline::observability::Group;
+use trueline::{Calibration, Config, Status, calibrate};
+use trueline_sim::scenario::Sine;
+use trueline_sim::{Preset, Scenario, simulate};
+
+fn calibrated(scenario: &Scenario) -> Calibration {
+    calibrate(&simulate(scenario, 1).unwrap(), None, &Config::default()).unwrap()
+}
+
+fn groups(calibration: &Calibration) -> Vec<Group> {
+    let mut groups: Vec<Group> = calibration.observability.unseen.iter().map(|u| u.group).collect();
+    groups.dedup();
+    groups
+}
+
+#[test]
+fn along_the_line_nothing_usable_is_seen() {
+    let calibration = calibrated(&Preset::AlongLine.scenario());
+    assert_eq!(calibration.status, Status::NotAccepted);
+    assert!(groups(&calibration).contains(&Group::TimeOffset));
+    assert_eq!(calibration.sigma(0), None);
+    assert!(calibration.observability.rank <= 5, "{}", calibration.observability.rank);
+}
+
+#[test]
+fn constant_attitude_hides_the_translation_and_nothing_else() {
+    let calibration = calibrated(&Preset::ConstantAttitude.scenario());
+    assert_eq!(calibration.status, Status::NotAccepted);
+    assert_eq!(calibration.observability.rank, 8);
+    assert_eq!(groups(&calibration), [Group::Translation, Group::Line]);
+    assert!(calibration.sigma(0).is_some() && calibration.sigma(1).is_some());
+    assert!((4..7).all(|k| calibration.sigma(k).is_none()));
+}
+
+#[test]
+fn rotation_about_one_axis_hides_the_translation_along_it() {
+    let mut scenario = Preset::Quick.scenario();
+    // Spin alone, about the sheet's range axis.
+    scenario.scan.attitude_rad = [0.0, 0.0, 8.0_f64.to_radians()];
+    scenario.scan.tilts[0] = Sine::default();
+    scenario.scan.tilts[1] = Sine::default();
+    let calibration = calibrated(&scenario);
+    assert_eq!(calibration.observability.rank, 10);
+    let unseen: Vec<_> =
+        calibration.observability.unseen.iter().filter(|u| u.group == Group::Translation).collect();
+    assert_eq!(unseen.len(), 1);
+    // The axis in the tool frame: range axis of the sheet through the hand-eye rotation.
+    let sheet = trueline_sim::capture::SheetAxes::of(&scenario.cell.sensor);
+    let range_in_tool =
+        scenario.cell.tool_from_camera.rotation * sheet.camera_from_sheet * nalgebra::Vector3::z();
+    let direction = nalgebra::Vector3::from(unseen[0].direction.unwrap());
+    // The columns are scaled by how strongly each axis is seen, which turns the named direction a little.
+    assert!(direction.dot(&range_in_tool).abs() > 0.9, "{direction} {range_in_tool}");
+}
+
+#[test]
+fn a_seam_held_at_one_image_point_hides_offset_and_rotation() {
+    let mut scenario = Preset::Quick.scenario();
+    scenario.scan.lateral = Sine::default();
+    scenario.scan.range = Sine::default();
+    let calibration = calibrated(&scenario);
+    assert_eq!(calibration.status, Status::NotAccepted);
+    let groups = groups(&calibration);
+    assert!(groups.contains(&Group::Rotation), "{groups:?}");
+    assert!(calibration.observability.rank <= 8, "{}", calibration.observability.rank);
+}
+
+#[test]
+fn advice_is_given_for_everything_unseen() {
+    for preset in [Preset::AlongLine, Preset::ConstantAttitude] {
+        let calibration = calibrated(&preset.scenario());
+        assert!(!calibration.reasons.is_empty());
+        assert!(calibration.observability.unseen.iter().all(|u| u.advice.len() > 20));
+    }
+}
