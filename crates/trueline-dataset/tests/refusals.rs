@@ -1,4 +1,5 @@
 //! Every bad input has its own message, with file, line, column and a hint.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::Path;

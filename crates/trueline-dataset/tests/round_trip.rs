@@ -1,4 +1,5 @@
 //! What is written is read back; units are converted; foreign formats arrive.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use proptest::prelude::*;
 use std::fs;

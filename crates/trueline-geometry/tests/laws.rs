@@ -1,4 +1,5 @@
 //! Laws of rotations, poses, lines and trajectories, where such code breaks: at zero, tiny, at half a turn.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Matrix3, UnitVector3, Vector3, Vector4};
 use proptest::prelude::*;

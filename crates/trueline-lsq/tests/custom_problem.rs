@@ -1,4 +1,5 @@
 //! A stranger can add a problem of his own through the public interface alone: a circle fitted to points.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DVector, Vector2, Vector3};
 use trueline_lsq::{Information, LeastSquares, Loss, NormalEquations, SolveOptions, check, solve};

@@ -1,4 +1,5 @@
 //! Lens distortion against OpenCV, and what happens where it cannot be undone.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Vector2, Vector3};
 use trueline_model::{BrownConrady, Camera, PixelError};

@@ -1,4 +1,5 @@
 //! Motions that cannot show everything: the rank and the named direction of each (maths of observability).
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use trueline::observability::Group;
 use trueline::{Calibration, Config, Status, calibrate};

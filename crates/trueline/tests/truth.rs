@@ -1,4 +1,5 @@
 //! Simulated scans are recovered: exactly without noise, within their sigmas with it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{UnitVector3, Vector3};
 use trueline::{Calibration, Config, ResidualKind, Status, calibrate};

@@ -1,0 +1,125 @@
+//! The program as a user runs it: exit codes, output, files.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn trueline(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn calibrate_json(folder: &Path, arguments: &[&str]) -> (i32, Value) {
+    let mut all = vec!["calibrate"];
+    all.extend(arguments);
+    all.extend(["--json", "-", "--quiet"]);
+    let output = trueline(folder, &all);
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    (code(&output), serde_json::from_slice(&output.stdout).unwrap())
+}
+
+#[test]
+fn demo_writes_its_report() {
+    let dir = tempfile::tempdir().unwrap();
+    let output = trueline(dir.path(), &["demo"]);
+    assert_eq!(code(&output), 0);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("Calibration accepted") && text.contains("ms  (images late)"), "{text}");
+    let report = fs::read_to_string(dir.path().join("trueline-demo/report.html")).unwrap();
+    assert!(report.starts_with("<!doctype html>") && !report.contains("{{"), "unfilled placeholder");
+    // Self-contained: nothing is loaded from anywhere.
+    assert!(!report.contains("src=\"http") && !report.contains("href=\"http"));
+}
+
+#[test]
+fn simulate_and_calibrate_follow_the_schema() {
+    let dir = tempfile::tempdir().unwrap();
+    assert_eq!(
+        code(&trueline(dir.path(), &["simulate", "--preset", "two-lines", "--out", "scan", "--quiet"])),
+        0
+    );
+    let (exit, result) = calibrate_json(dir.path(), &["scan"]);
+    assert_eq!((exit, result["status"].as_str()), (0, Some("accepted")));
+    assert_eq!(result["schema_version"], 1);
+    assert_eq!(result["tool"]["name"], "trueline");
+    assert!((result["time_offset_s"].as_f64().unwrap() - 0.01773).abs() < 1e-3);
+    for (key, length) in [("translation_mm", 3), ("rotation_wxyz", 4)] {
+        assert_eq!(result["tool_from_camera"][key].as_array().unwrap().len(), length);
+    }
+    assert_eq!(result["lines"].as_array().unwrap().len(), 2);
+    assert_eq!(result["lines"][1]["orthonormal"].as_array().unwrap().len(), 4);
+    assert_eq!(result["lines"][0]["pluecker"]["moment_mm"].as_array().unwrap().len(), 3);
+    let order = result["covariance"]["order"].as_array().unwrap();
+    assert_eq!(order.len(), 15);
+    // The covariance and the sigmas say the same, in the units of their names.
+    let index = order.iter().position(|name| name == "translation_x_mm").unwrap();
+    let variance = result["covariance"]["matrix"][index][index].as_f64().unwrap();
+    let sigma = result["sigma"]["translation_mm"][0].as_f64().unwrap();
+    assert!((variance.sqrt() / sigma - 1.0).abs() < 1e-12);
+    assert_eq!(result["observability"]["rank"], 15);
+    assert_eq!(result["inputs"]["robot.csv"].as_str().unwrap().len(), 64);
+    assert!(!result["iterations"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn what_is_not_seen_is_null_and_exits_1() {
+    let dir = tempfile::tempdir().unwrap();
+    let simulate = ["simulate", "--preset", "constant-attitude", "--out", "scan", "--quiet"];
+    assert_eq!(code(&trueline(dir.path(), &simulate)), 0);
+    let (exit, result) = calibrate_json(dir.path(), &["scan"]);
+    assert_eq!((exit, result["status"].as_str()), (1, Some("not_accepted")));
+    assert!(result["tool_from_camera"]["translation_mm"].as_array().unwrap().iter().all(Value::is_null));
+    assert!(result["sigma"]["translation_mm"].as_array().unwrap().iter().all(Value::is_null));
+    assert!(result["time_offset_s"].is_f64());
+    let unobservable = result["observability"]["unobservable"].as_array().unwrap();
+    assert!(unobservable.iter().any(|u| u["parameter"] == "hand_eye_translation"));
+    assert!(!result["reasons"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn a_guess_and_a_hold() {
+    let dir = tempfile::tempdir().unwrap();
+    assert_eq!(code(&trueline(dir.path(), &["simulate", "--out", "scan", "--quiet"])), 0);
+    let truth = fs::read_to_string(dir.path().join("scan/truth.toml")).unwrap();
+    let guess: String = truth.split("[[lines]]").next().unwrap().replace("0.01773", "0.0");
+    fs::write(dir.path().join("guess.toml"), guess).unwrap();
+    let (_, free) = calibrate_json(dir.path(), &["scan", "--initial", "guess.toml"]);
+    assert!(free["iterations"].as_array().unwrap().len() <= 15);
+    assert_eq!(free["iterations"][0]["time_offset_s"], 0.0);
+    let (_, held) = calibrate_json(dir.path(), &["scan", "--initial", "guess.toml", "--fix", "time-offset"]);
+    assert_eq!(held["time_offset_s"], 0.0);
+    assert!(held["sigma"]["time_offset_s"].is_null());
+}
+
+#[test]
+fn bad_input_exits_2_and_writes_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let output =
+        trueline(dir.path(), &["calibrate", "nothing", "--json", "out.json", "--report", "out.html"]);
+    assert_eq!(code(&output), 2);
+    let words = String::from_utf8(output.stderr).unwrap();
+    assert!(words.starts_with("error: nothing/sensor.toml: the file is missing\n\nhint: "), "{words}");
+    assert!(output.stdout.is_empty());
+    assert!(!dir.path().join("out.json").exists() && !dir.path().join("out.html").exists());
+    assert_eq!(code(&trueline(dir.path(), &["calibrate"])), 2);
+    assert_eq!(code(&trueline(dir.path(), &["simulate", "--out", "x", "--duration-s", "nan"])), 2);
+    assert!(!dir.path().join("x").exists());
+    // A dataset is never written over.
+    assert_eq!(code(&trueline(dir.path(), &["simulate", "--out", "scan", "--quiet"])), 0);
+    assert_eq!(code(&trueline(dir.path(), &["simulate", "--out", "scan", "--quiet"])), 2);
+}
+
+#[test]
+fn help_shows_examples() {
+    let dir = tempfile::tempdir().unwrap();
+    for command in [vec!["--help"], vec!["calibrate", "--help"], vec!["import", "csv", "--help"]] {
+        let output = trueline(dir.path(), &command);
+        assert_eq!(code(&output), 0);
+        assert!(String::from_utf8(output.stdout).unwrap().contains("Example"), "{command:?}");
+    }
+}
