@@ -5,7 +5,13 @@
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(name).trim();
   const ink = colour("--ink"), rule = colour("--rule");
-  const axis = (label) => ({ label, stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule } });
+  // As many digits as neighbouring ticks need to differ.
+  const tickText = (_, ticks) => {
+    const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : 1;
+    const places = Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+    return ticks.map((tick) => tick.toFixed(places));
+  };
+  const axis = (label) => ({ label, values: tickText, stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule } });
   const digits = (value) => (value == null ? "–" : value.toPrecision(4));
 
   function plot(id, xLabel, yLabel, columns, series, height) {

@@ -157,7 +157,7 @@ impl Rounds<'_> {
         let mut noise = expected;
         let mut state = start;
         // The first round only feeds the noise and the lines' anchors of the second.
-        for (last, step_threshold) in [(false, 0.1), (true, 1e-7)] {
+        for (last, step_threshold) in [(false, 0.1), (true, 1e-6)] {
             self.list = safely_placed(self.observations, state.time_offset_s, FINAL_MARGIN_S);
             let options = SolveOptions { step_threshold, ..SolveOptions::default() };
             let problem = LineProblem::new(self.observations, &self.list, criterion, &noise, &state);

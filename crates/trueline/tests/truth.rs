@@ -37,7 +37,7 @@ fn exact(mut scenario: Scenario) -> Scenario {
     scenario
 }
 
-/// Without noise the residual at the optimum is zero, so the last step (below 1e-7 of a sigma, which is
+/// Without noise the residual at the optimum is zero, so the last step (below 1e-6 of a sigma, which is
 /// at most 1e-3 of the expected noise) converges quadratically to rounding: stamps of 60 s carry
 /// 60·eps = 1e-14 s, base coordinates of 2 m 4e-16 m; the weakest direction magnifies by its condition 1e3.
 fn assert_exact(scenario: Scenario, initial: Option<Guess>, config: &Config, what: &str) {
