@@ -1,7 +1,7 @@
 //! Simulated scans with known truth.
 //!
 //! A [`Scenario`] says what the cell is, how the robot moves and what disturbs the measurement;
-//! [`simulate`] casts the scan forward: at each exposure the line is met with the laser sheet and the
+//! [`simulate()`] casts the scan forward: at each exposure the line is met with the laser sheet and the
 //! point projected into the camera. Nothing here inverts a measurement and nothing depends on the
 //! estimator, so that a test against it is not a test of the estimator against itself.
 

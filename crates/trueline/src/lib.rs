@@ -4,7 +4,7 @@
 //! Recording ─observations─▶ Observations ─problem─▶ LineProblem ─solve─▶ Solution ─conclude─▶ Calibration
 //! ```
 //!
-//! One call does it all ([`calibrate`]); the steps are public and pure, one file each. Nothing here
+//! One call does it all ([`calibrate()`]); the steps are public and pure, one file each. Nothing here
 //! prints, reads files or starts threads. Source: \[Yang2025\], corrected where `docs/references.md` says.
 
 pub mod calibrate;

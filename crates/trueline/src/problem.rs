@@ -142,7 +142,7 @@ impl<'a> LineProblem<'a> {
 
     /// Part of the time offset's column that is motion rather than noise of the robot's velocity, 0 to 1.
     ///
-    /// The column is compared with itself [`SIGNAL_LAG_S`] later: the motion is still the same there, the
+    /// The column is compared with itself a little later: the motion is still the same there, the
     /// noise of the samples is another. A scan along the line has a column of noise alone, which would
     /// otherwise pass for information.
     #[must_use]
