@@ -54,6 +54,11 @@ fn simulate_and_calibrate_follow_the_schema() {
     assert_eq!(result["lines"].as_array().unwrap().len(), 2);
     assert_eq!(result["lines"][1]["orthonormal"].as_array().unwrap().len(), 4);
     assert_eq!(result["lines"][0]["pluecker"]["moment_mm"].as_array().unwrap().len(), 3);
+    let three = |v: &Value| [0, 1, 2].map(|k| v[k].as_f64().unwrap());
+    let (p, v) = (three(&result["lines"][0]["point_mm"]), three(&result["lines"][0]["direction"]));
+    let moment = three(&result["lines"][0]["pluecker"]["moment_mm"]);
+    // Moment = point × direction, the first component written out; points of a metre, 1e-16 each.
+    assert!((moment[0] - (p[1] * v[2] - p[2] * v[1])).abs() < 1e-9, "{moment:?}");
     let order = result["covariance"]["order"].as_array().unwrap();
     assert_eq!(order.len(), 15);
     // The covariance and the sigmas say the same, in the units of their names.

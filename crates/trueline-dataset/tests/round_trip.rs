@@ -36,6 +36,11 @@ fn features(measured: impl Fn(f64) -> Measured, sigma: Option<[f64; 2]>) -> Vec<
 
 fn assert_same(a: &Recording, b: &Recording) {
     assert_eq!(a.sensor.kind(), b.sensor.kind());
+    if let (Sensor::CameraLaser { camera: x, .. }, Sensor::CameraLaser { camera: y, .. }) =
+        (&a.sensor, &b.sensor)
+    {
+        assert_eq!(x, y);
+    }
     assert_eq!(a.robot.len(), b.robot.len());
     for (x, y) in a.robot.iter().zip(&b.robot) {
         assert_eq!(x.stamp_ns, y.stamp_ns);

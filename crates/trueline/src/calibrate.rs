@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::noise_levels::NoiseLevels;
 use crate::observability::{self, Observability, RANK_THRESHOLD};
 use crate::observations::{Observation, Observations, observe};
-use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
+use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::problem::{Criterion, LineProblem, safely_placed};
 use crate::residuals::{self, ResidualSummary};
 use crate::{initial, uncertainty};
@@ -36,7 +36,10 @@ pub fn calibrate(
         None => initial::from_nothing(&observations, config, &noise)?,
     };
     let fixed = held_components(config, initial)?;
-    let fit = refine(&observations, config, noise, &fixed, start)?;
+    let mut fit = refine(&observations, config, noise, &fixed, start)?;
+    if initial.is_none() {
+        fit = against_twin(fit, &observations, config, noise)?;
+    }
     let problem = fit.problem(&observations, config);
     let information =
         Information::new(&fit.solution.equations.hessian, &fixed, RANK_THRESHOLD).ok_or(Error::NoStart)?;
@@ -44,7 +47,10 @@ pub fn calibrate(
     let uncertainty = uncertainty::assess(&problem, &parameters, &information);
     let held = fixed.contains(&TIME_OFFSET);
     let signal = if held { 1.0 } else { problem.time_offset_signal(&parameters) };
-    let observability = observability::assess(&information, &parameters, signal);
+    let mut observability = observability::assess(&information, &parameters, signal);
+    if fit.has_equal_twin {
+        observability.seen_components[ROTATION..TRANSLATION].fill(false);
+    }
     let (features, skipped) = residuals::evaluate(&problem, &parameters);
     let summary = residuals::summarise(&features, skipped);
     let reasons = reasons_against(&observability, &summary, &fit);
@@ -80,7 +86,36 @@ struct Fit {
     noise: NoiseLevels,
     whitened_at: Parameters,
     iterations: Vec<IterationRecord>,
+    /// Whether the mirrored solution fits as well, so that the rotation found may be the wrong one.
+    has_equal_twin: bool,
 }
+
+/// Difference in twice the log likelihood below which data do not tell two solutions apart: 5 σ.
+const DECISIVE: f64 = 25.0;
+
+/// Follows the mirrored twin of a solution found without a guess; takes it if it fits better.
+fn against_twin(
+    mut fit: Fit,
+    observations: &Observations,
+    config: &Config,
+    noise: NoiseLevels,
+) -> Result<Fit, Error> {
+    let Some(start) = initial::twin(observations, &fit.list, &fit.solution.state) else { return Ok(fit) };
+    let twin = refine(observations, config, noise, &[], start)?;
+    // Two numbers for each feature; −2 log L = 2 n ln f² for noise f times as large as expected.
+    let residuals = 2.0 * fit.list.len() as f64;
+    let advantage = 2.0 * residuals * (twin.noise.factor / fit.noise.factor).ln();
+    if advantage < -DECISIVE {
+        return Ok(twin);
+    }
+    let apart =
+        twin.solution.state.tool_from_camera.rotation.angle_to(&fit.solution.state.tool_from_camera.rotation);
+    fit.has_equal_twin = advantage < DECISIVE && apart > TWIN_TURN_RAD;
+    Ok(fit)
+}
+
+/// Twins nearer than this have met again in one solution.
+const TWIN_TURN_RAD: f64 = 0.02;
 
 impl Fit {
     /// The problem whose solution this is.
@@ -170,6 +205,7 @@ impl Rounds<'_> {
             if last {
                 return Ok(Fit {
                     list: self.list,
+                    has_equal_twin: false,
                     solution,
                     noise,
                     whitened_at,
@@ -227,11 +263,14 @@ const NOISE_FACTOR_LIMIT: f64 = 10.0;
 const OUTLIER_LIMIT: f64 = 0.5;
 
 fn reasons_against(observability: &Observability, summary: &ResidualSummary, fit: &Fit) -> Vec<String> {
-    let mut reasons: Vec<String> = observability
-        .unseen
-        .iter()
-        .map(|unseen| format!("{} cannot be seen: {}", unseen.group.name().replace('_', " "), unseen.advice))
-        .collect();
+    let mut reasons: Vec<String> = observability.unseen.iter().map(|unseen| unseen.advice.clone()).collect();
+    if fit.has_equal_twin {
+        reasons.push(
+            "two mirrored attitudes of the sensor fit equally well: tilt the torch by 10° or more, or give an \
+             initial guess of the hand-eye transform"
+                .to_owned(),
+        );
+    }
     let termination: Termination = fit.solution.termination;
     if !termination.is_converged() {
         reasons.push(format!("the solver did not converge ({termination})"));

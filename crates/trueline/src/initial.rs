@@ -141,7 +141,8 @@ pub fn from_nothing(
 /// other way. Turned by half a turn about the line in base and about its own normal, the sheet keeps every
 /// offset square to the line and reverses those along it, which a line cannot show. Only tilting tells
 /// the two apart, so with little tilt a search can end in the wrong one.
-fn twin(observations: &Observations, sample: &[Observation], at: &Parameters) -> Option<Parameters> {
+#[must_use]
+pub fn twin(observations: &Observations, sample: &[Observation], at: &Parameters) -> Option<Parameters> {
     let half_turn = |axis: &Vector3<f64>| so3::exp(&(axis * std::f64::consts::PI));
     let middle = &sample[sample.len() / 2];
     let base_from_tool = placement(observations, middle, at, &mut 0)?.base_from_tool.rotation;

@@ -50,7 +50,7 @@ pub struct Unseen {
     pub group: Group,
     /// Unit direction: tool axes for the hand-eye, base axes for a line; `None` for the offset.
     pub direction: Option<[f64; 3]>,
-    /// Which motion would show it.
+    /// What is not seen and which motion would show it: a sentence.
     pub advice: String,
 }
 
@@ -80,19 +80,22 @@ pub fn assess(information: &Information, at: &Parameters, time_offset_signal: f6
     seen_components[TIME_OFFSET] &= !only_noise;
     let mut unseen = Vec::new();
     if !seen_components[TIME_OFFSET] {
-        let advice = "sweep the sensor across the line faster and with changing speed, for example an S-path of \
-                      ±10 mm at 0.5 Hz";
+        let advice = "the time offset cannot be seen: sweep the sensor across the line, faster and with changing \
+                      speed, for example an S-path of ±10 mm at 0.5 Hz";
         unseen.push(Unseen { group: Group::TimeOffset, direction: None, advice: advice.to_owned() });
     }
     for direction in principal_directions(&null, ROTATION) {
-        let advice =
-            "let the seam sweep the field of view, along the stripe and in range, while it is scanned";
-        unseen.push(along(Group::Rotation, &direction, advice.to_owned()));
+        let advice = format!(
+            "rotation about the tool's {} cannot be seen: let the seam sweep the field of view, along the stripe \
+             and in range, while it is scanned",
+            axis_name(&direction)
+        );
+        unseen.push(along(Group::Rotation, &direction, advice));
     }
     for direction in principal_directions(&null, TRANSLATION) {
         let advice = format!(
-            "translation along the tool's {} cannot be seen: tilt the torch by 10° or more about a second \
-             axis, one that is not this direction",
+            "translation along the tool's {} cannot be seen: tilt the torch by 10° or more about an axis square \
+             to it",
             axis_name(&direction)
         );
         unseen.push(along(Group::Translation, &direction, advice));
@@ -100,8 +103,9 @@ pub fn assess(information: &Information, at: &Parameters, time_offset_signal: f6
     for (k, line) in at.lines.iter().enumerate() {
         if (line_index(k)..line_index(k + 1)).any(|row| share(row) > SHARE) {
             let direction = line_direction(&null, k, &line.axes());
-            let advice =
-                format!("line {k} is known only together with what else is listed; the same motion cures it");
+            let advice = format!(
+                "line {k} is known only together with what else cannot be seen; the same motion cures it"
+            );
             unseen.push(along(Group::Line, &direction, advice));
         }
     }
@@ -125,6 +129,10 @@ fn principal_directions(null: &DMatrix<f64>, first: usize) -> Vec<Vector3<f64>> 
     let eigen = projector.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    if eigen.eigenvalues.min() > SHARE {
+        // Nothing of the three is seen; then the tool's own axes are as good as any, and easier to read.
+        return vec![Vector3::x(), Vector3::y(), Vector3::z()];
+    }
     let strong = order.into_iter().filter(|&k| eigen.eigenvalues[k] > SHARE);
     strong.map(|k| with_positive_main(eigen.eigenvectors.column(k).into())).collect()
 }

@@ -31,8 +31,30 @@ fn constant_attitude_hides_the_translation_and_nothing_else() {
     assert_eq!(calibration.status, Status::NotAccepted);
     assert_eq!(calibration.observability.rank, 8);
     assert_eq!(groups(&calibration), [Group::Translation, Group::Line]);
-    assert!(calibration.sigma(0).is_some() && calibration.sigma(1).is_some());
+    assert!(calibration.sigma(0).is_some());
     assert!((4..7).all(|k| calibration.sigma(k).is_none()));
+    // Without tilt the mirrored attitude fits as well, so no rotation is claimed without a guess …
+    assert!((1..4).all(|k| calibration.sigma(k).is_none()));
+    assert!(
+        calibration.reasons.iter().any(|reason| reason.contains("mirrored")),
+        "{:?}",
+        calibration.reasons
+    );
+}
+
+#[test]
+fn a_guess_chooses_between_mirrored_attitudes() {
+    let recording = simulate(&Preset::ConstantAttitude.scenario(), 1).unwrap();
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    let calibration = calibrate(&recording, Some(&truth), &Config::default()).unwrap();
+    let turn = trueline_geometry::se3::difference_decoupled(
+        &calibration.parameters.tool_from_camera,
+        &truth.tool_from_camera,
+    )
+    .0;
+    for k in 0..3 {
+        assert!(turn[k].abs() < 4.0 * calibration.sigma(1 + k).unwrap(), "{turn}");
+    }
 }
 
 #[test]
