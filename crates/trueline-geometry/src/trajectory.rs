@@ -73,6 +73,16 @@ pub enum TrajectoryError {
     },
 }
 
+impl std::fmt::Display for TrajectoryError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::TooFewSamples => write!(f, "fewer than two samples of rising time"),
+            Self::LengthsDiffer => write!(f, "there are not as many times as poses"),
+            Self::TimeRunsBackwards { index } => write!(f, "time runs backwards at sample {index}"),
+        }
+    }
+}
+
 /// Sampled poses over time.
 #[derive(Clone, Debug)]
 pub struct Trajectory {

@@ -7,7 +7,7 @@ use trueline_geometry::trajectory::TrajectoryError;
 #[non_exhaustive]
 pub enum Error {
     /// The robot's poses are not a trajectory.
-    #[error("the robot stream cannot be used: {0:?}")]
+    #[error("the robot stream cannot be used: {0}")]
     Trajectory(TrajectoryError),
     /// Too few features for the unknowns.
     #[error("line {line}: {usable} usable features, at least {needed} are needed")]
@@ -70,7 +70,7 @@ impl Error {
     #[must_use]
     pub fn hint(&self) -> &'static str {
         match self {
-            Self::Trajectory(_) => "robot.csv needs at least two samples of rising time",
+            Self::Trajectory(_) => "was robot.csv recorded over the whole scan?",
             Self::TooFewFeatures { .. } => "record a longer scan, or check why features were skipped",
             Self::LineMissing { .. } => "number the lines 0, 1, 2, … in the column `line`",
             Self::SheetUndefined => {
