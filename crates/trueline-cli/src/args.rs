@@ -205,6 +205,8 @@ A mapping is ours=theirs; the unit stands in our name. Without a mapping a file 
 #[command(after_help = "Examples:
   trueline calibrate scan
   trueline calibrate scan --json - --quiet | jq .time_offset_s
+  trueline calibrate scan --require translation=0.1mm,time=0.1ms
+  trueline calibrate scan --initial guess.toml --accept-partial
   trueline calibrate scan --initial guess.toml --fix time-offset
   trueline calibrate scan --residual point-to-line --report paper.html")]
 pub struct CalibrateArgs {
@@ -231,9 +233,24 @@ pub struct CalibrateArgs {
     /// Noise of the robot's position, mm; the default measures it
     #[arg(long)]
     pub robot_sigma_mm: Option<f64>,
-    /// Expected jitter of a stamp, ms
+    /// Expected jitter of an image stamp, ms; the default measures it
     #[arg(long)]
     pub stamp_sigma_ms: Option<f64>,
+    /// Which stamps are believed: those that the scan bears out, those recorded, or those of the clock behind
+    #[arg(long, value_enum, default_value_t = StampsName::Auto)]
+    pub stamps: StampsName,
+    /// Accuracy to reach, or exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg (one sigma, any of them)
+    #[arg(long, value_name = "WHAT=LIMIT,…")]
+    pub require: Option<String>,
+    /// Hold what the scan does not show at the initial guess instead of refusing
+    #[arg(long)]
+    pub accept_partial: bool,
+    /// Speed along the seam at which the error at the torch is predicted, mm/s
+    #[arg(long, default_value_t = 50.0)]
+    pub speed_mm_s: f64,
+    /// Distance of the seam from the sensor there, mm; the default is the scan's own
+    #[arg(long)]
+    pub stand_off_mm: Option<f64>,
     /// Write the result as JSON; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,
@@ -251,6 +268,16 @@ pub enum ResidualName {
     Sheet,
     /// Distance of the point from the line in base: the paper's
     PointToLine,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum StampsName {
+    /// The clock's where they leave clearly less residual
+    Auto,
+    /// As recorded
+    Raw,
+    /// The clock's behind each stream that ticks evenly
+    Regular,
 }
 
 #[derive(Clone, Copy, ValueEnum)]

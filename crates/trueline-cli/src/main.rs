@@ -6,6 +6,7 @@ mod args;
 mod commands;
 mod failure;
 mod output;
+mod requirement;
 
 use args::{Arguments, Command};
 use clap::Parser;

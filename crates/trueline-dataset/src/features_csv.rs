@@ -11,11 +11,16 @@ use std::path::Path;
 const TIME: usize = 0;
 const LINE: usize = 1;
 const FRAME: usize = 2;
+const DEVICE_TIME: usize = 3;
 /// Where the coordinates begin; their standard deviations follow them.
-const FIRST: usize = 3;
+const FIRST: usize = 4;
 
-const SHARED: [ColumnSpec; 3] =
-    [required("time", Quantity::Time), optional("line", Quantity::Count), optional("frame", Quantity::Count)];
+const SHARED: [ColumnSpec; 4] = [
+    required("time", Quantity::Time),
+    optional("line", Quantity::Count),
+    optional("frame", Quantity::Count),
+    optional("device_time", Quantity::Time),
+];
 
 const PIXEL: [ColumnSpec; 4] = [
     required("u", Quantity::Pixel),
@@ -80,6 +85,7 @@ fn read_row<R: Read>(table: &Table<'_, R>, sensor: &Sensor) -> Result<Feature, E
         stamp_ns: table.stamp_ns(TIME)?,
         line,
         frame: table.count(FRAME)?,
+        device_ns: table.optional_stamp_ns(DEVICE_TIME)?,
         measured,
         sigma: read_sigma(table, sensor)?,
     })
@@ -117,6 +123,7 @@ pub fn write(mut out: impl Write, features: &[Feature]) -> std::io::Result<()> {
     };
     let several_lines = features.iter().any(|f| f.line != 0);
     let frames = features.iter().all(|f| f.frame.is_some());
+    let device = features.iter().all(|f| f.device_ns.is_some());
     let sigmas = features.iter().all(|f| f.sigma.is_some());
     let (names, sigma_names, scale) = match first.measured {
         Measured::Pixel(_) => ("u_px,v_px", "sigma_u_px,sigma_v_px", 1.0),
@@ -124,7 +131,9 @@ pub fn write(mut out: impl Write, features: &[Feature]) -> std::io::Result<()> {
         Measured::Point(_) => ("x_mm,y_mm,z_mm", "", MM_PER_M),
     };
     write!(out, "time_s,{names}")?;
-    for (present, name) in [(several_lines, "line"), (frames, "frame"), (sigmas, sigma_names)] {
+    for (present, name) in
+        [(several_lines, "line"), (frames, "frame"), (device, "device_time_s"), (sigmas, sigma_names)]
+    {
         if present {
             write!(out, ",{name}")?;
         }
@@ -144,6 +153,9 @@ pub fn write(mut out: impl Write, features: &[Feature]) -> std::io::Result<()> {
         }
         if let (true, Some(frame)) = (frames, feature.frame) {
             write!(out, ",{frame}")?;
+        }
+        if let (true, Some(device_ns)) = (device, feature.device_ns) {
+            write!(out, ",{}", stamp::format_seconds(device_ns))?;
         }
         if let (true, Some([a, b])) = (sigmas, feature.sigma) {
             write!(out, ",{},{}", a * scale, b * scale)?;

@@ -57,6 +57,8 @@ impl Sensor {
 pub struct RobotSample {
     /// Stamp on arrival, ns.
     pub stamp_ns: i64,
+    /// Stamp of the controller's own clock, ns, where recorded.
+    pub device_ns: Option<i64>,
     /// `base_from_tool`.
     pub base_from_tool: Pose,
 }
@@ -70,6 +72,8 @@ pub struct Feature {
     pub line: u32,
     /// Frame counter, where recorded.
     pub frame: Option<u64>,
+    /// Stamp of the camera's own clock, ns, where recorded.
+    pub device_ns: Option<i64>,
     /// What was measured.
     pub measured: Measured,
     /// Standard deviations, in the unit of what was measured (px, or m), where recorded.

@@ -3,7 +3,7 @@
 use crate::error::{Error, Problem};
 use crate::recording::RobotSample;
 use crate::stamp;
-use crate::table::{ColumnSpec, Table, required};
+use crate::table::{ColumnSpec, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::io::{Read, Write};
@@ -13,8 +13,9 @@ use trueline_geometry::se3;
 const TIME: usize = 0;
 const POSITION: [usize; 3] = [1, 2, 3];
 const QUATERNION: [usize; 4] = [4, 5, 6, 7];
+const DEVICE_TIME: usize = 8;
 
-const COLUMNS: [ColumnSpec; 8] = [
+const COLUMNS: [ColumnSpec; 9] = [
     required("time", Quantity::Time),
     required("x", Quantity::Length),
     required("y", Quantity::Length),
@@ -23,6 +24,7 @@ const COLUMNS: [ColumnSpec; 8] = [
     required("qx", Quantity::Plain),
     required("qy", Quantity::Plain),
     required("qz", Quantity::Plain),
+    optional("device_time", Quantity::Time),
 ];
 
 /// A quaternion may be this far from length 1: four printed digits are.
@@ -65,7 +67,12 @@ pub fn read(file: &Path, input: impl Read) -> Result<Vec<RobotSample>, Error> {
             *value = table.required_number(column)?;
         }
         let rotation = unit_quaternion(wxyz).map_err(|p| table.error_in(QUATERNION[0], p))?;
-        samples.push(RobotSample { stamp_ns, base_from_tool: se3::from_parts(rotation, position) });
+        let device_ns = table.optional_stamp_ns(DEVICE_TIME)?;
+        samples.push(RobotSample {
+            stamp_ns,
+            device_ns,
+            base_from_tool: se3::from_parts(rotation, position),
+        });
     }
     if samples.is_empty() {
         return Err(Error::in_file(file, Problem::NoRows));
@@ -78,12 +85,17 @@ pub fn read(file: &Path, input: impl Read) -> Result<Vec<RobotSample>, Error> {
 /// # Errors
 /// What the writer says.
 pub fn write(mut out: impl Write, samples: &[RobotSample]) -> std::io::Result<()> {
-    writeln!(out, "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz")?;
+    let device = samples.iter().all(|s| s.device_ns.is_some());
+    writeln!(out, "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz{}", if device { ",device_time_s" } else { "" })?;
     for sample in samples {
         let p = sample.base_from_tool.translation.vector * MM_PER_M;
         let q = sample.base_from_tool.rotation.quaternion();
         let time = stamp::format_seconds(sample.stamp_ns);
-        writeln!(out, "{time},{},{},{},{},{},{},{}", p.x, p.y, p.z, q.w, q.i, q.j, q.k)?;
+        write!(out, "{time},{},{},{},{},{},{},{}", p.x, p.y, p.z, q.w, q.i, q.j, q.k)?;
+        if let (true, Some(device_ns)) = (device, sample.device_ns) {
+            write!(out, ",{}", stamp::format_seconds(device_ns))?;
+        }
+        writeln!(out)?;
     }
     Ok(())
 }

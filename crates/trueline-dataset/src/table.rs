@@ -183,6 +183,14 @@ impl<'a, R: Read> Table<'a, R> {
         })
     }
 
+    /// The same, or `None` if the column is not there.
+    ///
+    /// # Errors
+    /// As [`Table::stamp_ns`].
+    pub fn optional_stamp_ns(&self, column: usize) -> Result<Option<i64>, Error> {
+        self.text(column).map(|_| self.stamp_ns(column)).transpose()
+    }
+
     /// A whole number from 0, or `None` if the column is not there.
     ///
     /// # Errors

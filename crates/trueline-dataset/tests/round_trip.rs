@@ -16,6 +16,7 @@ fn robot(count: i64) -> Vec<RobotSample> {
             let p = nalgebra::Vector3::new(1.0 + 1e-3 * k as f64, -2.0, 0.123_456_789_012_345);
             RobotSample {
                 stamp_ns: 1_763_689_200_123_456_789 + 4_032_001 * k,
+                device_ns: Some(77 + 4_032_000 * k),
                 base_from_tool: se3::from_parts(so3::exp(&w), p),
             }
         })
@@ -28,6 +29,7 @@ fn features(measured: impl Fn(f64) -> Measured, sigma: Option<[f64; 2]>) -> Vec<
             stamp_ns: 1_763_689_200_200_000_001 + 30_303_030 * (k / 2),
             line: (k % 2) as u32,
             frame: Some(7 + (k / 2) as u64),
+            device_ns: Some(13 + 30_303_000 * (k / 2)),
             measured: measured(k as f64),
             sigma,
         })

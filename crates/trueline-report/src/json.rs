@@ -2,9 +2,8 @@
 //!
 //! What is not seen is null, never a made-up number; so is the sigma of what was held fixed.
 
+use crate::trust;
 use serde_json::{Map, Value, json};
-use trueline::calibration::StampSummary;
-use trueline::observability::rotation_is_seen;
 use trueline::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use trueline::{Calibration, Status};
 use trueline_dataset::unit::MM_PER_M;
@@ -32,12 +31,9 @@ pub fn result(c: &Calibration) -> Value {
         "covariance": covariance(c),
         "observability": observability(c),
         "residuals": residuals(c),
-        "stamps": {
-            "robot": stamps(&c.robot_stamps),
-            "features": stamps(&c.image_stamps),
-            "robot_noise_mm": c.robot_noise_m * MM_PER_M,
-            "robot_smoothed": c.robot_smoothed,
-        },
+        "stamps": trust::stamps(c),
+        "checks": trust::checks(c),
+        "at_torch": trust::at_torch(c),
         "termination": c.termination.to_string(),
         "iterations": iterations(c),
         "inputs": c.inputs,
@@ -51,7 +47,7 @@ fn tool_from_camera(c: &Calibration) -> Value {
     let q = crate::number::positive_w(&c.parameters.tool_from_camera.rotation);
     json!({
         "translation_mm": translation,
-        "rotation_wxyz": rotation_is_seen(&c.observability).then_some(q),
+        "rotation_wxyz": c.rotation_is_known().then_some(q),
     })
 }
 
@@ -121,6 +117,7 @@ fn observability(c: &Calibration) -> Value {
         "condition": o.condition.is_finite().then_some(o.condition),
         "threshold": trueline::observability::RANK_THRESHOLD,
         "unobservable": unobservable,
+        "held_at_guess": c.held_at_guess,
     })
 }
 
@@ -129,8 +126,9 @@ fn residuals(c: &Calibration) -> Value {
     let outliers: Vec<Value> = c
         .features
         .iter()
-        .filter(|f| f.is_outlier())
-        .map(|f| json!({ "row": f.row, "line": f.line, "stamp_ns": stamp_ns(c, f.stamp_s), "sigmas": f.normalised }))
+        .zip(&c.feature_stamps_ns)
+        .filter(|(f, _)| f.is_outlier())
+        .map(|(f, stamp_ns)| json!({ "row": f.row, "line": f.line, "stamp_ns": stamp_ns, "sigmas": f.normalised }))
         .collect();
     json!({
         "rms_px": r.rms_px,
@@ -142,18 +140,6 @@ fn residuals(c: &Calibration) -> Value {
         "noise_factor": c.noise_factor,
         "sheet_fit_rms_mm": c.sheet_fit_rms_m.map(|m| m * MM_PER_M),
         "outlier_list": outliers,
-    })
-}
-
-fn stamp_ns(c: &Calibration, stamp_s: f64) -> i64 {
-    c.origin_ns + (stamp_s * 1e9).round() as i64
-}
-
-fn stamps(s: &StampSummary) -> Value {
-    json!({
-        "count": s.count,
-        "median_period_s": s.median_period_s,
-        "longest_gap_s": s.longest_gap_s,
     })
 }
 
@@ -189,6 +175,16 @@ fn options(c: &Calibration) -> Value {
     options.insert("feature_sigma_mm".into(), json!(config.feature_sigma_m * MM_PER_M));
     options.insert("robot_sigma_mm".into(), json!(config.robot_sigma_m.map(|m| m * MM_PER_M)));
     options.insert("stamp_sigma_s".into(), json!(config.stamp_sigma_s));
+    options.insert("stamps".into(), json!(config.stamps.name()));
+    options.insert("accept_partial".into(), json!(config.accept_partial));
+    options.insert(
+        "require".into(),
+        json!({
+            "time_offset_s": config.require.time_s,
+            "rotation_rad": config.require.rotation_rad,
+            "translation_mm": config.require.translation_m.map(|m| m * MM_PER_M),
+        }),
+    );
     options.insert("offset_search_s".into(), json!(config.offset_search_s));
     Value::Object(options)
 }

@@ -7,3 +7,4 @@ pub mod html;
 pub mod json;
 pub mod number;
 pub mod summary;
+pub mod trust;

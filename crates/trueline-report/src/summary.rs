@@ -1,10 +1,12 @@
 //! The summary in the terminal: what a welder reads.
 
-use crate::number::with_sigma;
+use crate::number::{digits_for, with_sigma};
 use std::fmt::Write;
-use trueline::observability::rotation_is_seen;
+use trueline::at_torch::AtTorch;
+use trueline::held_out::HeldOut;
 use trueline::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
-use trueline::{Calibration, Status};
+use trueline::sampling::StampReport;
+use trueline::{Calibration, Hold, Status};
 use trueline_dataset::unit::MM_PER_M;
 
 const MS_PER_S: f64 = 1e3;
@@ -51,7 +53,15 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     }
     rows.push(("residual".to_owned(), residual(c)));
     rows.push(("features".to_owned(), features(c)));
+    if let Some(check) = &c.held_out {
+        rows.push(("held-out check".to_owned(), held_out(check)));
+    }
+    if let Some(torch) = &c.at_torch {
+        rows.push(("at the torch".to_owned(), at_torch(torch)));
+    }
+    rows.push(("next best offset".to_owned(), runner_up(c)));
     rows.push(("robot stream".to_owned(), robot(c)));
+    rows.push(("image stream".to_owned(), stream(&c.image_stamps)));
     rows.push(("solver".to_owned(), format!("{} steps; {}", c.iterations.len(), c.termination)));
     rows
 }
@@ -77,7 +87,7 @@ fn translation(c: &Calibration, axis: usize) -> String {
 }
 
 fn rotation(c: &Calibration) -> String {
-    if !rotation_is_seen(&c.observability) {
+    if !c.rotation_is_known() {
         return UNSEEN.to_owned();
     }
     let [w, x, y, z] = crate::number::positive_w(&c.parameters.tool_from_camera.rotation);
@@ -118,11 +128,60 @@ fn features(c: &Calibration) -> String {
     text
 }
 
+fn held_out(check: &HeldOut) -> String {
+    let parts = if check.passes { "passes" } else { "blocks of time" };
+    let disagreement = check.parts.iter().map(|p| p.sigmas.amax()).fold(0.0, f64::max);
+    format!(
+        "{:.4} mm predicted, {:.4} mm fitted; {} {parts} agree to {disagreement:.1} sigma",
+        check.rms_m * MM_PER_M,
+        check.fitted_rms_m * MM_PER_M,
+        check.parts.len()
+    )
+}
+
+fn at_torch(torch: &AtTorch) -> String {
+    let [along, across, height] = torch.sigma_m.map(|m| {
+        let mm = m * MM_PER_M;
+        format!("{mm:.0$} mm", digits_for(mm))
+    });
+    format!(
+        "at {:.0} mm/s and {:.0} mm from the sensor: ± {across} across, {along} along, {height} in height",
+        torch.speed_m_s * MM_PER_M,
+        torch.stand_off_m * MM_PER_M
+    )
+}
+
+fn runner_up(c: &Calibration) -> String {
+    match &c.runner_up {
+        Some(other) => format!(
+            "{:.1} ms, which explains {:.0} % of the features instead of {:.0} %",
+            other.time_offset_s * MS_PER_S,
+            100.0 * other.explains,
+            100.0 * other.best_explains
+        ),
+        None if c.config.hold.contains(&Hold::TimeOffset) => "not looked for: the offset was held".to_owned(),
+        None => format!("none within ± {} s", c.config.offset_search_s),
+    }
+}
+
 fn robot(c: &Calibration) -> String {
     let treated = if c.robot_smoothed { ", taken out by a local fit" } else { "" };
+    format!("{}; position noise {:.4} mm{treated}", stream(&c.robot_stamps), c.robot_noise_m * MM_PER_M)
+}
+
+fn stream(s: &StampReport) -> String {
+    let (Some(period_s), Some(jitter_s)) = (s.period_s, s.jitter_s) else {
+        return format!("{:.3} ms median period, no even tick", s.median_period_s * MS_PER_S);
+    };
+    let silences = match s.silences {
+        0 => String::new(),
+        n => format!(", with {n} longer silences"),
+    };
+    let used = if s.regularised { "stamps regularised" } else { "stamps as recorded" };
     format!(
-        "{:.3} ms period, noise {:.4} mm{treated}",
-        c.robot_stamps.median_period_s * MS_PER_S,
-        c.robot_noise_m * MM_PER_M
+        "{:.4} ms period, jitter {:.3} ms, {} missing{silences}; {used}",
+        period_s * MS_PER_S,
+        jitter_s * MS_PER_S,
+        s.missing.unwrap_or(0)
     )
 }

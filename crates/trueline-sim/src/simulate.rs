@@ -66,7 +66,7 @@ fn robot_samples(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<Rob
             let time_s = k as f64 * timing.robot_period_s;
             let base_from_tool = noise.pose(&motion.base_from_tool(time_s), disturbance);
             let stamp_ns = receiver.stamp(time_s + noise.normal(disturbance.robot_jitter_s));
-            RobotSample { stamp_ns, base_from_tool }
+            RobotSample { stamp_ns, device_ns: None, base_from_tool }
         })
         .collect()
 }
@@ -98,7 +98,14 @@ fn features(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<Feature>
             } else {
                 noise.feature(&seen, &sheet, disturbance)
             };
-            features.push(Feature { stamp_ns, line: line as u32, frame: Some(frame), measured, sigma: None });
+            features.push(Feature {
+                stamp_ns,
+                line: line as u32,
+                frame: Some(frame),
+                device_ns: None,
+                measured,
+                sigma: None,
+            });
         }
     }
     features

@@ -1,238 +1,293 @@
 //! The recipe: a recording in, a calibration out.
 
-use crate::calibration::{Calibration, IterationRecord, StampSummary, Status};
+use crate::alternatives::{RunnerUp, against_twin, other_offset};
+use crate::calibration::{Calibration, Status};
+use crate::clock_check::{ClockCheck, Drift};
 use crate::config::{Config, Hold};
 use crate::error::Error;
+use crate::held_out::{self, Subject};
 use crate::noise_levels::NoiseLevels;
-use crate::observability::{self, Observability, RANK_THRESHOLD};
-use crate::observations::{Observation, Observations, observe};
-use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
-use crate::problem::{Criterion, LineProblem, safely_placed};
-use crate::residuals::{self, ResidualSummary};
-use crate::{initial, uncertainty};
+use crate::observability::{self, Group, Observability, RANK_THRESHOLD};
+use crate::observations::{Observations, observe, origin_ns};
+use crate::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::prior::Prior;
+use crate::refine::{Fit, Terms, polish, refine};
+use crate::residuals;
+use crate::restamp::{Stamped, with_best_stamps};
+use crate::sampling::{Regularised, Sampling};
+use crate::uncertainty::{self, Uncertainty};
+use crate::verdict::{self, Evidence};
+use crate::{at_torch, disruption, initial};
+use nalgebra::SVector;
 use trueline_dataset::{Guess, Recording};
-use trueline_lsq::{Information, Iteration, Loss, Solution, SolveOptions, Termination, solve};
+use trueline_lsq::Information;
 
 /// Estimates time offset, hand-eye transform and lines from a recording.
 ///
-/// `initial` is where to start; without it the start is found from nothing.
+/// `guess` is where to start; without it the start is found from nothing.
 ///
 /// # Errors
 /// [`Error`] if there is no estimate at all. A doubtful one is a [`Calibration`] that is not accepted.
 pub fn calibrate(
     recording: &Recording,
-    initial: Option<&Guess>,
+    guess: Option<&Guess>,
     config: &Config,
 ) -> Result<Calibration, Error> {
-    let observations = observe(recording, config)?;
+    let sampling = Sampling::of(recording, origin_ns(recording));
+    let observations = observe(recording, &sampling, config)?;
     check_overlap(&observations, config)?;
+    let fixed = held_components(config, guess)?;
     let noise = NoiseLevels {
-        robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.trajectory_noise_m),
-        stamp_sigma_s: config.stamp_sigma_s,
+        robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot.noise_m),
+        stamp_sigma_s: sampling.stamp_sigma_s(config, Regularised::default()),
         factor: 1.0,
     };
-    let start = match initial {
-        Some(guess) => initial::from_guess(&observations, guess)?,
-        None => initial::from_nothing(&observations, config, &noise)?,
-    };
-    let fixed = held_components(config, initial)?;
-    let mut fit = refine(&observations, config, noise, &fixed, start)?;
-    if initial.is_none() {
-        fit = against_twin(fit, &observations, config, noise)?;
+    let terms = Terms { config, noise, fixed: &fixed, prior: None };
+    let found = find(&observations, &terms, guess)?;
+    let recorded = Stamped { observations, fit: found.fit, regularised: Regularised::default() };
+    let stamped = with_best_stamps(recording, &sampling, &terms, recorded)?;
+    let noise =
+        NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(config, stamped.regularised), ..terms.noise };
+    let terms = Terms { noise, ..terms };
+    let steady = without_drift(stamped.observations, stamped.fit, &terms)?;
+    let (fit, observability) = show(&steady, &terms, guess, found.equal_twin)?;
+    conclude(&Concluded {
+        recording,
+        sampling: &sampling,
+        regularised: stamped.regularised,
+        terms: &terms,
+        equal_twin: found.equal_twin,
+        runner_up: found.runner_up,
+        steady: &Steady { fit, ..steady },
+        observability,
+    })
+}
+
+/// The optimum, and what else explains the scan.
+struct Found {
+    fit: Fit,
+    equal_twin: bool,
+    runner_up: Option<RunnerUp>,
+}
+
+fn find(observations: &Observations, terms: &Terms<'_>, guess: Option<&Guess>) -> Result<Found, Error> {
+    if let Some(guess) = guess {
+        let fit = refine(observations, terms, initial::from_guess(observations, guess)?)?;
+        // A guess is not overruled; a much better offset is a reason against the result.
+        let runner_up = other_offset(observations, terms, &fit).map(|(_, runner_up)| runner_up);
+        return Ok(Found { fit, equal_twin: false, runner_up });
     }
-    let problem = fit.problem(&observations, config);
-    let information =
-        Information::new(&fit.solution.equations.hessian, &fixed, RANK_THRESHOLD).ok_or(Error::NoStart)?;
-    let parameters = fit.solution.state.clone();
-    let uncertainty = uncertainty::assess(&problem, &parameters, &information);
-    let held = fixed.contains(&TIME_OFFSET);
-    let signal = if held { 1.0 } else { problem.time_offset_signal(&parameters) };
-    let mut observability = observability::assess(&information, &parameters, signal);
-    if fit.has_equal_twin {
+    let start = initial::from_nothing(observations, terms.config, &terms.noise)?;
+    let fit = refine(observations, terms, start)?;
+    let (fit, equal_twin) = against_twin(observations, terms, fit)?;
+    match other_offset(observations, terms, &fit) {
+        Some((other, runner_up)) if runner_up.log_likelihood_lost < 0.0 => {
+            let better = refine(observations, terms, other)?;
+            let runner_up = other_offset(observations, terms, &better).map(|(_, runner_up)| runner_up);
+            Ok(Found { fit: better, equal_twin, runner_up })
+        }
+        other => Ok(Found { fit, equal_twin, runner_up: other.map(|(_, runner_up)| runner_up) }),
+    }
+}
+
+/// A fit whose time offset does not drift.
+struct Steady {
+    observations: Observations,
+    fit: Fit,
+    clock: Option<ClockCheck>,
+    drift: Option<Drift>,
+}
+
+/// Rounds of taking a drift out; a second one is for what the first left.
+const DRIFT_ROUNDS: usize = 4;
+
+/// Takes a significant drift of the image clock out of the stamps.
+fn without_drift(mut observations: Observations, mut fit: Fit, terms: &Terms<'_>) -> Result<Steady, Error> {
+    let mut total_ppm = 0.0;
+    let mut clock = clock_check(&observations, &fit, terms);
+    let mut drift = clock.as_ref().and_then(ClockCheck::drift);
+    for _ in 0..DRIFT_ROUNDS {
+        let Some(found) = drift.filter(verdict::is_significant) else { break };
+        total_ppm += found.ppm;
+        for o in &mut observations.list {
+            // The stamps run fast about the middle, where they are right.
+            o.stamp_s -= found.ppm * 1e-6 * (o.stamp_s - found.about_s);
+        }
+        fit = polish(&observations, terms, fit.parameters().clone())?;
+        clock = clock_check(&observations, &fit, terms);
+        drift = clock.as_ref().and_then(ClockCheck::drift);
+    }
+    let drift = drift.map(|left| Drift { ppm: left.ppm + total_ppm, ..left });
+    Ok(Steady { observations, fit, clock, drift })
+}
+
+fn clock_check(observations: &Observations, fit: &Fit, terms: &Terms<'_>) -> Option<ClockCheck> {
+    if terms.fixed.contains(&TIME_OFFSET) {
+        return None;
+    }
+    let information = Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD)?;
+    let problem = fit.problem(observations, terms.config);
+    let covariance = information.covariance();
+    let real = uncertainty::assess(&problem, fit.parameters(), &information).covariance;
+    let variance = (real[(0, 0)] / covariance[(0, 0)]).max(1.0);
+    variance.is_finite().then(|| ClockCheck::new(&problem, fit.parameters(), covariance, variance))
+}
+
+/// What can be seen; and, where the user accepts it, a fit that holds the rest at the guess.
+fn show(
+    steady: &Steady,
+    terms: &Terms<'_>,
+    guess: Option<&Guess>,
+    equal_twin: bool,
+) -> Result<(Fit, Observability), Error> {
+    let fit = steady.fit.clone();
+    let information = Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD)
+        .ok_or(Error::NoStart)?;
+    let held = terms.fixed.contains(&TIME_OFFSET);
+    let problem = fit.problem(&steady.observations, terms.config);
+    let signal = if held { 1.0 } else { problem.time_offset_signal(fit.parameters()) };
+    let mut observability = observability::assess(&information, fit.parameters(), signal);
+    if equal_twin {
         observability.seen_components[ROTATION..TRANSLATION].fill(false);
     }
+    if observability.unseen.is_empty() || !terms.config.accept_partial {
+        return Ok((fit, observability));
+    }
+    let prior = unseen_at(&observability, guess.ok_or(Error::NoGuessToHold)?);
+    let terms = Terms { prior: Some(&prior), ..*terms };
+    Ok((polish(&steady.observations, &terms, fit.parameters().clone())?, observability))
+}
+
+/// Holds every unseen direction of offset and hand-eye at the guess; the lines follow.
+fn unseen_at(observability: &Observability, guess: &Guess) -> Prior {
+    let mut prior = Prior::at(guess);
+    for unseen in &observability.unseen {
+        match (unseen.group, unseen.direction) {
+            (Group::TimeOffset, _) => prior.hold_time_offset(),
+            (Group::Rotation, Some(direction)) => prior.hold_rotation(&direction),
+            (Group::Translation, Some(direction)) => prior.hold_translation(&direction),
+            _ => {}
+        }
+    }
+    prior
+}
+
+/// All that a calibration is concluded from.
+struct Concluded<'a> {
+    recording: &'a Recording,
+    sampling: &'a Sampling,
+    regularised: Regularised,
+    terms: &'a Terms<'a>,
+    equal_twin: bool,
+    runner_up: Option<RunnerUp>,
+    steady: &'a Steady,
+    observability: Observability,
+}
+
+fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
+    let (config, fit, observations) = (from.terms.config, &from.steady.fit, &from.steady.observations);
+    let parameters = fit.parameters().clone();
+    let problem = fit.problem(observations, config);
+    let information = Information::new(&fit.solution.equations.hessian, from.terms.fixed, RANK_THRESHOLD)
+        .ok_or(Error::NoStart)?;
+    let mut uncertainty = uncertainty::assess(&problem, &parameters, &information);
+    let held_out = held_out::check(&subject(from, &information, &uncertainty), config);
+    uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)] +=
+        from.sampling.phase_sigma_s(from.regularised).powi(2);
     let (features, skipped) = residuals::evaluate(&problem, &parameters);
     let summary = residuals::summarise(&features, skipped);
-    let reasons = reasons_against(&observability, &summary, &fit);
-    Ok(Calibration {
-        status: if reasons.is_empty() { Status::Accepted } else { Status::NotAccepted },
-        warnings: warnings(&summary, &observations),
-        reasons,
-        covariance: uncertainty.covariance,
-        estimated: (0..parameters.dimension()).map(|k| !fixed.contains(&k)).collect(),
-        observability,
+    let disruptions =
+        disruption::find(observations, &features, &parameters, &fit.noise, config.offset_search_s);
+    let held_at_guess = fit.prior.is_some();
+    let all_seen = held_at_guess || from.observability.seen_components[..LINES].iter().all(|seen| *seen);
+    let stamp_of = |f: &residuals::FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
+    let mut calibration = Calibration {
+        status: Status::NotAccepted,
+        reasons: Vec::new(),
+        warnings: Vec::new(),
+        estimated: (0..parameters.dimension()).map(|k| !from.terms.fixed.contains(&k)).collect(),
+        observability: from.observability.clone(),
         residuals: summary,
+        feature_stamps_ns: features.iter().map(stamp_of).collect(),
         features,
         noise_factor: fit.noise.factor,
         covariance_model_share: uncertainty.model_share,
         termination: fit.solution.termination,
-        iterations: fit.iterations,
-        robot_stamps: StampSummary::of_trajectory(&observations.trajectory),
-        image_stamps: StampSummary::of_images(&observations),
-        robot_noise_m: observations.robot_noise_m,
-        robot_smoothed: observations.robot_smoothed,
+        iterations: fit.iterations.clone(),
+        held_at_guess,
+        runner_up: from.runner_up,
+        held_out,
+        at_torch: all_seen
+            .then(|| {
+                at_torch::predict(
+                    observations,
+                    &fit.list,
+                    &parameters,
+                    &uncertainty.covariance,
+                    &config.used_at,
+                )
+            })
+            .flatten(),
+        drift: from.steady.drift,
+        step: from.steady.clock.as_ref().and_then(ClockCheck::step),
+        disruptions,
+        robot_stamps: from.sampling.robot.report(from.regularised.robot),
+        image_stamps: from.sampling.images.report(from.regularised.images),
+        robot_noise_m: observations.robot.recorded_noise_m,
+        robot_smoothed: observations.robot.smoothed,
         sheet_fit_rms_m: observations.sheet_fit_rms_m,
-        origin_ns: observations.origin_ns,
-        inputs: recording.inputs.clone(),
+        inputs: from.recording.inputs.clone(),
         config: config.clone(),
+        covariance: uncertainty.covariance,
         parameters,
-    })
+    };
+    judge(&mut calibration, from.equal_twin, from.recording.features.len());
+    Ok(calibration)
 }
 
-/// A solved problem and how it got there.
-struct Fit {
-    list: Vec<Observation>,
-    solution: Solution<Parameters>,
-    noise: NoiseLevels,
-    whitened_at: Parameters,
-    iterations: Vec<IterationRecord>,
-    /// Whether the mirrored solution fits as well, so that the rotation found may be the wrong one.
-    has_equal_twin: bool,
-}
-
-/// Difference in twice the log likelihood below which data do not tell two solutions apart: 5 σ.
-const DECISIVE: f64 = 25.0;
-
-/// Follows the mirrored twin of a solution found without a guess; takes it if it fits better.
-fn against_twin(
-    mut fit: Fit,
-    observations: &Observations,
-    config: &Config,
-    noise: NoiseLevels,
-) -> Result<Fit, Error> {
-    let Some(start) = initial::twin(observations, &fit.list, &fit.solution.state) else { return Ok(fit) };
-    let twin = refine(observations, config, noise, &[], start)?;
-    // Two numbers for each feature; −2 log L = 2 n ln f² for noise f times as large as expected.
-    let residuals = 2.0 * fit.list.len() as f64;
-    let advantage = 2.0 * residuals * (twin.noise.factor / fit.noise.factor).ln();
-    if advantage < -DECISIVE {
-        return Ok(twin);
-    }
-    let apart =
-        twin.solution.state.tool_from_camera.rotation.angle_to(&fit.solution.state.tool_from_camera.rotation);
-    fit.has_equal_twin = advantage < DECISIVE && apart > TWIN_TURN_RAD;
-    Ok(fit)
-}
-
-/// Twins nearer than this have met again in one solution.
-const TWIN_TURN_RAD: f64 = 0.02;
-
-impl Fit {
-    /// The problem whose solution this is.
-    fn problem<'a>(&self, observations: &'a Observations, config: &Config) -> LineProblem<'a> {
-        let criterion = Criterion { residual: config.residual, loss: config.final_loss() };
-        LineProblem::new(observations, &self.list, criterion, &self.noise, &self.whitened_at)
+fn subject<'a>(from: &'a Concluded<'_>, information: &Information, real: &Uncertainty) -> Subject<'a> {
+    let model = information.covariance();
+    let inflation = |k: usize| {
+        let ratio = real.covariance[(k, k)] / model[(k, k)];
+        if ratio.is_finite() { ratio } else { 1.0 }
+    };
+    Subject {
+        observations: &from.steady.observations,
+        fit: &from.steady.fit,
+        fixed: from.terms.fixed,
+        rank_threshold: RANK_THRESHOLD,
+        inflation: SVector::from_fn(|k, _| inflation(k)),
     }
 }
 
-/// Most rounds of narrowing: from metres to micrometres at a third each.
-const NARROWING_ROUNDS: usize = 12;
-/// A guess of the time offset may be this far off while the narrowing begins, s.
-const NARROWING_MARGIN_S: f64 = 0.050;
-/// The last rounds hardly move the offset any more, s.
-const FINAL_MARGIN_S: f64 = 10e-6;
-/// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
-const LEAST_NOISE_FACTOR: f64 = 1e-3;
-
-/// From a start to the optimum over all features: first a redescending loss as wide as the residuals
-/// are, narrowed while they shrink; then the final loss, whitened for the noise that is really there.
-fn refine(
-    observations: &Observations,
-    config: &Config,
-    noise: NoiseLevels,
-    fixed: &[usize],
-    start: Parameters,
-) -> Result<Fit, Error> {
-    let mut fit = Rounds { observations, config, fixed, list: Vec::new(), iterations: Vec::new() };
-    let mut state = start;
-    let mut last_width = f64::INFINITY;
-    for _ in 0..NARROWING_ROUNDS {
-        // Three times the typical residual keeps the good ones and gives little weight to the wild ones.
-        fit.list = safely_placed(observations, state.time_offset_s, NARROWING_MARGIN_S);
-        let coarse = LineProblem::coarse(observations, &fit.list, Loss::Squared, &noise);
-        let width = 3.0 * residuals::noise_factor(&coarse.squared_residuals(&state)).max(1.0);
-        if width > 0.5 * last_width || width <= 3.0 {
-            break;
-        }
-        last_width = width;
-        let options = SolveOptions { max_iterations: 10, cost_threshold: 1e-2, ..SolveOptions::default() };
-        let loss = Loss::GemanMcClure { scale: width };
-        state = fit.round(loss, &noise, state, &options)?.state;
-    }
-    fit.finish(noise, state)
-}
-
-struct Rounds<'a> {
-    observations: &'a Observations,
-    config: &'a Config,
-    fixed: &'a [usize],
-    list: Vec<Observation>,
-    iterations: Vec<IterationRecord>,
-}
-
-impl Rounds<'_> {
-    fn round(
-        &mut self,
-        loss: Loss,
-        noise: &NoiseLevels,
-        start: Parameters,
-        options: &SolveOptions,
-    ) -> Result<Solution<Parameters>, Error> {
-        let criterion = Criterion { residual: self.config.residual, loss };
-        let problem = LineProblem::new(self.observations, &self.list, criterion, noise, &start);
-        let solution = solve(&problem, start, self.fixed, options).map_err(|_| Error::NoStart)?;
-        self.iterations.extend(solution.iterations.iter().map(|step| record(self.observations, step)));
-        Ok(solution)
-    }
-
-    /// The final loss; once to learn how large the noise is, once with it.
-    fn finish(mut self, expected: NoiseLevels, start: Parameters) -> Result<Fit, Error> {
-        let loss = self.config.final_loss();
-        let criterion = Criterion { residual: self.config.residual, loss };
-        let mut noise = expected;
-        let mut state = start;
-        // The first round only feeds the noise and the lines' anchors of the second.
-        for (last, step_threshold) in [(false, 0.1), (true, 1e-6)] {
-            self.list = safely_placed(self.observations, state.time_offset_s, FINAL_MARGIN_S);
-            let options = SolveOptions { step_threshold, ..SolveOptions::default() };
-            let problem = LineProblem::new(self.observations, &self.list, criterion, &noise, &state);
-            let larger = residuals::noise_factor(&problem.squared_residuals(&state));
-            noise.factor = (noise.factor * larger).max(LEAST_NOISE_FACTOR);
-            state = initial::with_lines_amid_points(self.observations, state);
-            let whitened_at = state.clone();
-            let solution = self.round(loss, &noise, state, &options)?;
-            state = solution.state.clone();
-            if last {
-                return Ok(Fit {
-                    list: self.list,
-                    has_equal_twin: false,
-                    solution,
-                    noise,
-                    whitened_at,
-                    iterations: self.iterations,
-                });
-            }
-        }
-        Err(Error::NoStart)
-    }
-}
-
-fn record(observations: &Observations, step: &Iteration<Parameters>) -> IterationRecord {
-    let criterion = Criterion { residual: crate::ResidualKind::PointToLine, loss: Loss::Squared };
-    let unit = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
-    let problem = LineProblem::new(observations, &observations.list, criterion, &unit, &step.state);
-    let squared = problem.squared_residuals(&step.state);
-    let mean = squared.iter().sum::<f64>() / squared.len().max(1) as f64;
-    IterationRecord {
-        cost: step.cost,
-        rms_m: mean.sqrt() * crate::problem::POINT_TO_LINE_SIGMA_M,
-        parameters: step.state.clone(),
-        accepted: step.accepted,
-    }
+fn judge(calibration: &mut Calibration, equal_twin: bool, features: usize) {
+    let evidence = Evidence {
+        observability: &calibration.observability,
+        held: calibration.held_at_guess,
+        equal_twin,
+        runner_up: calibration.runner_up.as_ref(),
+        time_offset_s: calibration.parameters.time_offset_s,
+        termination: calibration.termination,
+        noise_factor: calibration.noise_factor,
+        residuals: &calibration.residuals,
+        disruptions: &calibration.disruptions,
+        step: calibration.step.as_ref(),
+        drift: calibration.drift.as_ref(),
+        require: &calibration.config.require,
+        sigma: std::array::from_fn(|k| calibration.sigma(k)),
+        held_out: calibration.held_out.as_ref(),
+        stamps: [&calibration.robot_stamps, &calibration.image_stamps],
+        features,
+    };
+    let reasons = verdict::reasons(&evidence);
+    let warnings = verdict::warnings(&evidence);
+    calibration.status = if reasons.is_empty() { Status::Accepted } else { Status::NotAccepted };
+    calibration.reasons = reasons;
+    calibration.warnings = warnings;
 }
 
 fn check_overlap(observations: &Observations, config: &Config) -> Result<(), Error> {
-    let (robot_start_s, robot_end_s) = observations.trajectory.span();
+    let (robot_start_s, robot_end_s) = observations.robot.trajectory.span();
     let stamps = || observations.list.iter().map(|o| o.stamp_s);
     let image_start_s = stamps().fold(f64::INFINITY, f64::min);
     let image_end_s = stamps().fold(f64::NEG_INFINITY, f64::max);
@@ -243,10 +298,10 @@ fn check_overlap(observations: &Observations, config: &Config) -> Result<(), Err
     Ok(())
 }
 
-fn held_components(config: &Config, initial: Option<&Guess>) -> Result<Vec<usize>, Error> {
+fn held_components(config: &Config, guess: Option<&Guess>) -> Result<Vec<usize>, Error> {
     let mut fixed = Vec::new();
     for hold in &config.hold {
-        if initial.is_none() {
+        if guess.is_none() {
             return Err(Error::NothingToHold { held: hold.name() });
         }
         match hold {
@@ -255,44 +310,4 @@ fn held_components(config: &Config, initial: Option<&Guess>) -> Result<Vec<usize
         }
     }
     Ok(fixed)
-}
-
-/// Residuals this much larger than expected are not noise: something is wrong with the data or the frames.
-const NOISE_FACTOR_LIMIT: f64 = 10.0;
-/// With more outliers than this the majority no longer decides.
-const OUTLIER_LIMIT: f64 = 0.5;
-
-fn reasons_against(observability: &Observability, summary: &ResidualSummary, fit: &Fit) -> Vec<String> {
-    let mut reasons: Vec<String> = observability.unseen.iter().map(|unseen| unseen.advice.clone()).collect();
-    if fit.has_equal_twin {
-        reasons.push(
-            "two mirrored attitudes of the sensor fit equally well: tilt the torch by 10° or more, or give an \
-             initial guess of the hand-eye transform"
-                .to_owned(),
-        );
-    }
-    let termination: Termination = fit.solution.termination;
-    if !termination.is_converged() {
-        reasons.push(format!("the solver did not converge ({termination})"));
-    }
-    if fit.noise.factor > NOISE_FACTOR_LIMIT {
-        reasons.push(format!(
-            "residuals are {:.0} times larger than noise explains: check units, frames and the laser plane",
-            fit.noise.factor
-        ));
-    }
-    let share = summary.outliers as f64 / summary.used.max(1) as f64;
-    if share > OUTLIER_LIMIT {
-        reasons.push(format!("{:.0} % of the features are outliers", 100.0 * share));
-    }
-    reasons
-}
-
-fn warnings(summary: &ResidualSummary, observations: &Observations) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let skipped: usize = summary.skipped.values().sum();
-    if skipped * 10 > observations.list.len() {
-        warnings.push(format!("{skipped} features could not be used; see skipped"));
-    }
-    warnings
 }

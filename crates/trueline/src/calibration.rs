@@ -1,12 +1,17 @@
 //! The result: what was estimated, how well, what could not be, and whether it can be accepted.
 
+use crate::Config;
+use crate::alternatives::RunnerUp;
+use crate::at_torch::AtTorch;
+use crate::clock_check::{Drift, Step};
+use crate::disruption::Disruption;
+use crate::held_out::HeldOut;
 use crate::observability::Observability;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameters, ROTATION, TRANSLATION};
 use crate::residuals::{FeatureResidual, ResidualSummary};
-use crate::{Config, Observations};
+use crate::sampling::StampReport;
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
-use trueline_geometry::Trajectory;
 use trueline_lsq::Termination;
 
 /// Whether the result can be used.
@@ -29,44 +34,6 @@ pub struct IterationRecord {
     pub parameters: Parameters,
     /// Whether the step was taken.
     pub accepted: bool,
-}
-
-/// What is known of a stream's stamps.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StampSummary {
-    /// Number of stamps.
-    pub count: usize,
-    /// Median time between stamps, s.
-    pub median_period_s: f64,
-    /// Longest time between stamps, s.
-    pub longest_gap_s: f64,
-}
-
-impl StampSummary {
-    /// Sums up rising stamps, s.
-    #[must_use]
-    pub fn of(stamps: &[f64]) -> Self {
-        let mut steps: Vec<f64> = stamps.windows(2).map(|w| w[1] - w[0]).collect();
-        let longest_gap_s = steps.iter().copied().fold(0.0, f64::max);
-        let middle = steps.len() / 2;
-        let median_period_s =
-            if steps.is_empty() { 0.0 } else { *steps.select_nth_unstable_by(middle, f64::total_cmp).1 };
-        Self { count: stamps.len(), median_period_s, longest_gap_s }
-    }
-
-    /// Of a trajectory.
-    #[must_use]
-    pub fn of_trajectory(trajectory: &Trajectory) -> Self {
-        Self::of(trajectory.times())
-    }
-
-    /// Of the images: features of one image count once.
-    #[must_use]
-    pub fn of_images(observations: &Observations) -> Self {
-        let mut stamps: Vec<f64> = observations.list.iter().map(|o| o.stamp_s).collect();
-        stamps.dedup();
-        Self::of(&stamps)
-    }
 }
 
 /// A finished calibration.
@@ -99,18 +66,32 @@ pub struct Calibration {
     pub termination: Termination,
     /// Every step of the solver on all features.
     pub iterations: Vec<IterationRecord>,
+    /// Unseen directions were held at the initial guess, as the user allowed.
+    pub held_at_guess: bool,
+    /// The next best time offset, if there is another minimum within the searched range.
+    pub runner_up: Option<RunnerUp>,
+    /// The parts of the scan against each other.
+    pub held_out: Option<HeldOut>,
+    /// What it means at the torch; `None` if something of the hand-eye is not seen.
+    pub at_torch: Option<AtTorch>,
+    /// Drift of the time offset; a significant one has been taken out.
+    pub drift: Option<Drift>,
+    /// The most likely step of a clock.
+    pub step: Option<Step>,
+    /// Stretches of the scan that do not belong to the rest.
+    pub disruptions: Vec<Disruption>,
     /// Robot stamps.
-    pub robot_stamps: StampSummary,
+    pub robot_stamps: StampReport,
     /// Image stamps.
-    pub image_stamps: StampSummary,
+    pub image_stamps: StampReport,
     /// Noise of a recorded robot position, per axis, as measured on the stream, m.
     pub robot_noise_m: f64,
     /// Whether the robot's poses were replaced by a local fit.
     pub robot_smoothed: bool,
     /// RMS of the points about the sheet that was fitted to them, m.
     pub sheet_fit_rms_m: Option<f64>,
-    /// Time 0 of the residuals' stamps, ns.
-    pub origin_ns: i64,
+    /// Recorded stamp of each of `features`, ns.
+    pub feature_stamps_ns: Vec<i64>,
     /// SHA-256 of the inputs.
     pub inputs: BTreeMap<String, String>,
     /// The options it was made with.
@@ -128,6 +109,12 @@ impl Calibration {
     /// Whether the value of a component means anything: it was held, or it is seen.
     #[must_use]
     pub fn is_known(&self, component: usize) -> bool {
-        self.observability.seen_components[component]
+        self.held_at_guess || self.observability.seen_components[component]
+    }
+
+    /// Whether the hand-eye rotation means anything; its components one by one are no quaternion.
+    #[must_use]
+    pub fn rotation_is_known(&self) -> bool {
+        (ROTATION..TRANSLATION).all(|k| self.is_known(k))
     }
 }

@@ -43,6 +43,50 @@ impl Hold {
     }
 }
 
+/// Which stamps are believed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stamps {
+    /// Those that the scan bears out: the clock's if they leave clearly less residual.
+    #[default]
+    Auto,
+    /// As recorded.
+    Raw,
+    /// The clock's behind each stream that ticks evenly.
+    Regular,
+}
+
+impl Stamps {
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Raw => "raw",
+            Self::Regular => "regular",
+        }
+    }
+}
+
+/// Standard deviations that a result must reach to be accepted; `None` asks for nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Requirement {
+    /// Of the time offset, s.
+    pub time_s: Option<f64>,
+    /// Of the hand-eye rotation about any axis, rad.
+    pub rotation_rad: Option<f64>,
+    /// Of the hand-eye translation along any axis, m.
+    pub translation_m: Option<f64>,
+}
+
+/// Where a seam point is used: what the calibration means at the torch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Use {
+    /// Speed along the seam, m/s.
+    pub speed_m_s: f64,
+    /// Distance of the seam from the sensor's origin, m; `None` is the scan's own.
+    pub stand_off_m: Option<f64>,
+}
+
 /// How to calibrate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
@@ -58,8 +102,16 @@ pub struct Config {
     pub feature_sigma_m: f64,
     /// Standard deviation of the robot's position, per axis, m; `None` measures it on the recording.
     pub robot_sigma_m: Option<f64>,
-    /// Expected jitter of a stamp, s.
-    pub stamp_sigma_s: f64,
+    /// Expected jitter of an image stamp, s; `None` measures it on the recording.
+    pub stamp_sigma_s: Option<f64>,
+    /// Which stamps are believed.
+    pub stamps: Stamps,
+    /// Whether directions that the scan does not show may be held at the initial guess.
+    pub accept_partial: bool,
+    /// Accuracy that is asked for.
+    pub require: Requirement,
+    /// What the calibration is for.
+    pub used_at: Use,
     /// The time offset is searched between plus and minus this, s.
     pub offset_search_s: f64,
 }
@@ -73,7 +125,11 @@ impl Default for Config {
             feature_sigma_px: 0.3,
             feature_sigma_m: 0.02e-3,
             robot_sigma_m: None,
-            stamp_sigma_s: 0.1e-3,
+            stamp_sigma_s: None,
+            stamps: Stamps::Auto,
+            accept_partial: false,
+            require: Requirement::default(),
+            used_at: Use { speed_m_s: 0.050, stand_off_m: None },
             offset_search_s: 1.2,
         }
     }

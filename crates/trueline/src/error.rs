@@ -60,6 +60,9 @@ pub enum Error {
         /// What is held.
         held: &'static str,
     },
+    /// Partial acceptance needs a guess.
+    #[error("`--accept-partial` holds what the scan does not show at the initial guess, but there is none")]
+    NoGuessToHold,
     /// No start led to a finite cost.
     #[error("no start leads to a finite cost: the line runs along the laser sheet, or no feature is usable")]
     NoStart,
@@ -80,7 +83,7 @@ impl Error {
                 "are all points measured by the same laser plane, in the camera frame?"
             }
             Self::NoOverlap { .. } => "both streams must be stamped by the same clock, up to the time offset",
-            Self::NothingToHold { .. } => "give it in initial.toml or with --initial",
+            Self::NothingToHold { .. } | Self::NoGuessToHold => "give it in initial.toml or with --initial",
             Self::NoStart => "does the laser stripe cross the line, and are the frames of the poses right?",
         }
     }

@@ -8,8 +8,10 @@ use crate::config::Config;
 use crate::error::Error;
 use crate::noise_levels::NoiseLevels;
 use crate::observations::{Observation, Observations};
+use crate::order_statistics::median;
 use crate::parameters::Parameters;
 use crate::problem::{LineProblem, placement};
+use crate::refine::Terms;
 use nalgebra::Vector3;
 use trueline_dataset::Guess;
 use trueline_geometry::{Line, Pose, fit, se3, so3};
@@ -90,12 +92,6 @@ pub fn with_lines_amid_points(observations: &Observations, mut at: Parameters) -
     at
 }
 
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
-}
-
 /// The start from nothing at all.
 ///
 /// # Errors
@@ -157,6 +153,41 @@ pub fn twin(observations: &Observations, sample: &[Observation], at: &Parameters
     let guess = Guess { time_offset_s: at.time_offset_s, tool_from_camera };
     let lines = lines_for(observations, sample, &guess)?;
     Some(Parameters { time_offset_s: at.time_offset_s, tool_from_camera, lines })
+}
+
+/// Distance of the offsets from which another valley is looked for, s.
+const OTHER_STEP_S: f64 = 0.1;
+
+/// The best solution in another valley of the time offset than that of `best`, on a thin sample; `None`
+/// if every start within the searched range falls back into that one.
+#[must_use]
+pub fn other_offset(observations: &Observations, terms: &Terms<'_>, best: &Parameters) -> Option<Parameters> {
+    let sample = thin(observations, SAMPLE);
+    let steps = (terms.config.offset_search_s / OTHER_STEP_S).round() as i32;
+    let offsets = (-steps..=steps).map(|k| f64::from(k) * OTHER_STEP_S);
+    let elsewhere = |at: &Parameters| {
+        (at.time_offset_s - best.time_offset_s).abs() > SAME_OFFSET_S
+            && at.time_offset_s.abs() <= terms.config.offset_search_s + OTHER_STEP_S
+    };
+    let follow = |scales: &[f64], iterations: usize, start: Parameters| {
+        scales.iter().try_fold(Candidate { cost: f64::INFINITY, parameters: start }, |candidate, scale| {
+            narrow(observations, &sample, &terms.noise, (*scale, iterations), candidate.parameters)
+        })
+    };
+    let mut candidates: Vec<Candidate> = offsets
+        .filter_map(|time_offset_s| {
+            let guess = Guess { time_offset_s, tool_from_camera: best.tool_from_camera };
+            let lines = lines_for(observations, &sample, &guess)?;
+            let start = Parameters { time_offset_s, tool_from_camera: best.tool_from_camera, lines };
+            follow(&SCALES[1..3], 8, start)
+        })
+        .filter(|candidate| elsewhere(&candidate.parameters))
+        .collect();
+    candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    candidates.truncate(FINALISTS);
+    let followed = candidates.into_iter().filter_map(|c| follow(&SCALES[3..], 30, c.parameters));
+    let others = followed.filter(|candidate| elsewhere(&candidate.parameters));
+    others.min_by(|a, b| a.cost.total_cmp(&b.cost)).map(|candidate| candidate.parameters)
 }
 
 /// The best few candidates of which no two are the same valley.

@@ -7,22 +7,34 @@
 //! One call does it all ([`calibrate()`]); the steps are public and pure, one file each. Nothing here
 //! prints, reads files or starts threads. Source: \[Yang2025\], corrected where `docs/references.md` says.
 
+pub mod alternatives;
+pub mod at_torch;
 pub mod calibrate;
 pub mod calibration;
+pub mod clock_check;
 pub mod config;
+pub mod disruption;
 pub mod error;
+pub mod held_out;
 pub mod initial;
 pub mod noise_levels;
 pub mod observability;
 pub mod observations;
+pub mod order_statistics;
 pub mod parameters;
+pub mod prior;
 pub mod problem;
+pub mod refine;
 pub mod residuals;
+pub mod restamp;
+pub mod sampling;
+pub mod stream_clock;
 pub mod uncertainty;
+pub mod verdict;
 
 pub use calibrate::calibrate;
 pub use calibration::{Calibration, Status};
-pub use config::{Config, Hold, ResidualKind};
+pub use config::{Config, Hold, Requirement, ResidualKind, Stamps, Use};
 pub use error::Error;
 pub use observations::{Observation, Observations};
 pub use parameters::Parameters;

@@ -163,9 +163,3 @@ fn axis_name(direction: &Vector3<f64>) -> String {
         format!("direction ({:.2}, {:.2}, {:.2})", direction.x, direction.y, direction.z)
     }
 }
-
-/// Unused components of a rotation are of no meaning one by one; whether all three are seen.
-#[must_use]
-pub fn rotation_is_seen(observability: &Observability) -> bool {
-    observability.seen_components[ROTATION..ROTATION + 3].iter().all(|seen| *seen)
-}

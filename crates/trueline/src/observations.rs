@@ -2,10 +2,11 @@
 
 use crate::config::Config;
 use crate::error::Error;
+use crate::sampling::Sampling;
 use nalgebra::{Matrix2, Vector2, Vector3};
 use std::collections::BTreeMap;
 use trueline_dataset::{Feature, Measured, Recording, Sensor};
-use trueline_geometry::{Trajectory, fit, smooth};
+use trueline_geometry::{Pose, Trajectory, fit, smooth};
 use trueline_model::LaserSheet;
 
 /// One seam point on the sheet.
@@ -13,6 +14,8 @@ use trueline_model::LaserSheet;
 pub struct Observation {
     /// Stamp of its image since the start of the recording, s.
     pub stamp_s: f64,
+    /// Index of its image among those with a stamp of their own.
+    pub frame: u32,
     /// Which line.
     pub line: u32,
     /// Row of the feature in the recording, from 0.
@@ -23,25 +26,30 @@ pub struct Observation {
     pub covariance: [f64; 3],
 }
 
+/// How the robot moved, and how well that is known.
+#[derive(Clone, Debug)]
+pub struct RobotMotion {
+    /// Poses over time since the start of the recording.
+    pub trajectory: Trajectory,
+    /// Noise of a recorded position, per axis, as measured on the stream, m.
+    pub recorded_noise_m: f64,
+    /// What is left of it in the trajectory, m.
+    pub noise_m: f64,
+    /// Whether the trajectory is a local fit to the recorded poses.
+    pub smoothed: bool,
+}
+
 /// Everything the problem is made of.
 #[derive(Clone, Debug)]
 pub struct Observations {
-    /// Robot poses over time since the start of the recording.
-    pub trajectory: Trajectory,
+    /// The robot.
+    pub robot: RobotMotion,
     /// The laser sheet.
     pub sheet: LaserSheet,
     /// The observations by rising stamp.
     pub list: Vec<Observation>,
     /// Number of lines.
     pub line_count: usize,
-    /// Time 0 of `stamp_s` and of the trajectory, ns.
-    pub origin_ns: i64,
-    /// Noise of a recorded robot position, per axis, as measured on the stream, m.
-    pub robot_noise_m: f64,
-    /// What is left of it in the trajectory, m.
-    pub trajectory_noise_m: f64,
-    /// Whether the trajectory is a local fit to the recorded poses.
-    pub robot_smoothed: bool,
     /// Standard deviation that one pixel of residual stands for; `None` where features are lengths.
     pub sigma_px: Option<f64>,
     /// RMS of the points about the sheet that was fitted to them, m; `None` where the sheet was given.
@@ -62,31 +70,57 @@ const SHEET_RMS_LIMIT_M: f64 = 1e-3;
 /// the feature itself contributes.
 const SMOOTH_ABOVE_M: f64 = 1e-6;
 
-/// Lifts the features of a recording onto the sheet.
+/// Time 0 of all stamps in seconds: the first robot sample, ns.
+#[must_use]
+pub fn origin_ns(recording: &Recording) -> i64 {
+    recording.robot.first().map_or(0, |sample| sample.stamp_ns)
+}
+
+/// The robot's motion over `times_s`, one for each sample with a stamp of its own.
+///
+/// # Errors
+/// A robot stream that is no trajectory.
+pub fn robot_motion(recording: &Recording, times_s: &[f64], config: &Config) -> Result<RobotMotion, Error> {
+    // Of several samples with one stamp the last counts.
+    let last_of_each = |pair: &[trueline_dataset::RobotSample]| pair[0].stamp_ns != pair[1].stamp_ns;
+    let mut poses: Vec<Pose> = recording
+        .robot
+        .windows(2)
+        .filter(|pair| last_of_each(pair))
+        .map(|pair| pair[0].base_from_tool)
+        .collect();
+    poses.extend(recording.robot.last().map(|sample| sample.base_from_tool));
+    let recorded = Trajectory::new(times_s.to_vec(), &poses).map_err(Error::Trajectory)?;
+    let recorded_noise_m = smooth::position_noise(&poses);
+    if config.residual != crate::ResidualKind::Sheet || recorded_noise_m <= SMOOTH_ABOVE_M {
+        let noise_m = recorded_noise_m;
+        return Ok(RobotMotion { trajectory: recorded, recorded_noise_m, noise_m, smoothed: false });
+    }
+    let smoothed = smooth::local_quadratic(recorded.times(), &poses, recorded.gap_limit());
+    Ok(RobotMotion {
+        noise_m: recorded_noise_m * smooth::noise_left(recorded.median_period()),
+        trajectory: Trajectory::new(times_s.to_vec(), &smoothed).map_err(Error::Trajectory)?,
+        recorded_noise_m,
+        smoothed: true,
+    })
+}
+
+/// Lifts the features of a recording onto the sheet, and takes all stamps as recorded.
 ///
 /// # Errors
 /// A robot stream that is no trajectory, points without a sheet, lines without features.
-pub fn observe(recording: &Recording, config: &Config) -> Result<Observations, Error> {
-    let origin_ns = recording.robot.first().map_or(0, |sample| sample.stamp_ns);
-    let times = recording.robot.iter().map(|s| seconds_since(origin_ns, s.stamp_ns)).collect();
-    let poses: Vec<_> = recording.robot.iter().map(|s| s.base_from_tool).collect();
-    let recorded = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
-    let robot_noise_m = smooth::position_noise(&poses);
-    let robot_smoothed = config.residual == crate::ResidualKind::Sheet && robot_noise_m > SMOOTH_ABOVE_M;
-    let left = if robot_smoothed { smooth::noise_left(recorded.median_period()) } else { 1.0 };
-    let trajectory = if robot_smoothed {
-        let smoothed = smooth::local_quadratic(recorded.times(), &poses, recorded.gap_limit());
-        Trajectory::new(recorded.times().to_vec(), &smoothed).map_err(Error::Trajectory)?
-    } else {
-        recorded
-    };
+pub fn observe(recording: &Recording, sampling: &Sampling, config: &Config) -> Result<Observations, Error> {
+    let robot = robot_motion(recording, &sampling.robot.recorded_s, config)?;
     let (sheet, sheet_fit_rms_m) = sheet_of(recording, config)?;
     let mut skipped = BTreeMap::new();
     let mut list = Vec::with_capacity(recording.features.len());
+    let mut frame = 0;
     for (row, feature) in recording.features.iter().enumerate() {
+        frame += u32::from(row > 0 && recording.features[row - 1].stamp_ns != feature.stamp_ns);
         match lift(&recording.sensor, &sheet, feature, config) {
             Ok((point_in_camera, covariance)) => list.push(Observation {
-                stamp_s: seconds_since(origin_ns, feature.stamp_ns),
+                stamp_s: sampling.images.recorded_s[frame as usize],
+                frame,
                 line: feature.line,
                 row: row as u32,
                 point_in_camera,
@@ -97,23 +131,7 @@ pub fn observe(recording: &Recording, config: &Config) -> Result<Observations, E
     }
     let line_count = count_lines(&list)?;
     let sigma_px = matches!(recording.sensor, Sensor::CameraLaser { .. }).then_some(config.feature_sigma_px);
-    Ok(Observations {
-        trajectory,
-        sheet,
-        list,
-        line_count,
-        origin_ns,
-        robot_noise_m,
-        trajectory_noise_m: robot_noise_m * left,
-        robot_smoothed,
-        sigma_px,
-        sheet_fit_rms_m,
-        skipped,
-    })
-}
-
-fn seconds_since(origin_ns: i64, stamp_ns: i64) -> f64 {
-    (stamp_ns - origin_ns) as f64 * 1e-9
+    Ok(Observations { robot, sheet, list, line_count, sigma_px, sheet_fit_rms_m, skipped })
 }
 
 fn sheet_of(recording: &Recording, config: &Config) -> Result<(LaserSheet, Option<f64>), Error> {

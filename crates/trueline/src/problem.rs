@@ -4,6 +4,7 @@ use crate::config::ResidualKind;
 use crate::noise_levels::{NoiseLevels, Whitener};
 use crate::observations::{Observation, Observations};
 use crate::parameters::{LINES, Parameters, line_index};
+use crate::prior::Prior;
 use nalgebra::{DVector, SMatrix, SVector, Vector2};
 use trueline_lsq::{LeastSquares, Loss, NormalEquations};
 use trueline_model::point_to_line::{self, ResidualJacobian};
@@ -25,6 +26,8 @@ pub struct LineProblem<'a> {
     pub residual: ResidualKind,
     /// Robust loss.
     pub loss: Loss,
+    /// Directions held at a guess.
+    pub prior: Option<Prior>,
 }
 
 /// Beyond the window of the robot's local fit, well below the period of its motion, s.
@@ -39,7 +42,7 @@ const UNUSABLE_SQUARED: f64 = 1e6;
 /// time offset within `margin_s` of the one given: a solve that moves no further never loses or gains one.
 #[must_use]
 pub fn safely_placed(observations: &Observations, time_offset_s: f64, margin_s: f64) -> Vec<Observation> {
-    let trajectory = &observations.trajectory;
+    let trajectory = &observations.robot.trajectory;
     let mut hints = [0; 2];
     let mut inside = |exposure_s: f64| {
         let ends = [exposure_s - margin_s, exposure_s + margin_s];
@@ -108,7 +111,13 @@ impl<'a> LineProblem<'a> {
         criterion: Criterion,
     ) -> Self {
         let selected = list.iter().copied().zip(whiteners.iter().copied()).collect();
-        Self { observations, selected, residual: criterion.residual, loss: criterion.loss }
+        Self { observations, selected, residual: criterion.residual, loss: criterion.loss, prior: None }
+    }
+
+    /// The same problem with directions held at a guess.
+    #[must_use]
+    pub fn with_prior(self, prior: Option<Prior>) -> Self {
+        Self { prior, ..self }
     }
 
     /// Squared whitened residuals of all observations that can be evaluated.
@@ -203,9 +212,9 @@ pub fn placement(
     hint: &mut usize,
 ) -> Option<Placement> {
     let exposure = observation.stamp_s - at.time_offset_s;
-    let index = observations.trajectory.bracket(exposure, *hint)?;
+    let index = observations.robot.trajectory.bracket(exposure, *hint)?;
     *hint = index;
-    let segment = observations.trajectory.segment(index)?;
+    let segment = observations.robot.trajectory.segment(index)?;
     Some(Placement::new(segment, exposure, &at.tool_from_camera))
 }
 
@@ -242,7 +251,8 @@ impl LeastSquares for LineProblem<'_> {
         let squared = |(o, whitener): &(Observation, Whitener)| {
             self.residual(o, state, &mut hint).map_or(UNUSABLE_SQUARED, |r| whitener.apply(&r).norm_squared())
         };
-        self.selected.iter().map(squared).map(|s| 0.5 * self.loss.value(s)).sum()
+        let data: f64 = self.selected.iter().map(squared).map(|s| 0.5 * self.loss.value(s)).sum();
+        data + self.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
     }
 
     fn linearize(&self, state: &Parameters, equations: &mut NormalEquations) {
@@ -263,6 +273,9 @@ impl LeastSquares for LineProblem<'_> {
         }
         for (line, own) in sums.iter().enumerate() {
             own.add_to(equations, line);
+        }
+        if let Some(prior) = &self.prior {
+            prior.add_to(state, equations);
         }
     }
 }

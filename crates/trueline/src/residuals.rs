@@ -20,7 +20,7 @@ pub struct FeatureResidual {
     pub row: u32,
     /// Which line.
     pub line: u32,
-    /// Stamp of its image since the start, s.
+    /// Stamp of its image since the start, as used, s.
     pub stamp_s: f64,
     /// The point in base, m.
     pub point_in_base: Vector3<f64>,
@@ -95,7 +95,7 @@ pub fn evaluate(
 }
 
 fn why_not_placed(observations: &Observations, exposure_s: f64) -> &'static str {
-    let (start, end) = observations.trajectory.span();
+    let (start, end) = observations.robot.trajectory.span();
     if exposure_s < start || exposure_s > end { SKIP_OUTSIDE } else { SKIP_GAP }
 }
 

@@ -1,11 +1,12 @@
 //! `trueline calibrate`.
 
-use crate::args::{CalibrateArgs, FixName, LossName, ResidualName};
+use crate::args::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 use crate::failure::Failure;
 use crate::output;
+use crate::requirement;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline::{Calibration, Config, Hold, ResidualKind, Status};
+use trueline::{Calibration, Config, Hold, ResidualKind, Stamps, Status, Use};
 use trueline_dataset::{Error, Guess, Problem, folder, known_toml};
 use trueline_lsq::Loss;
 use trueline_report::{html, json, summary};
@@ -61,8 +62,18 @@ fn config(args: &CalibrateArgs) -> Result<Config, Failure> {
         feature_sigma_m: positive("--feature-sigma-mm", args.feature_sigma_mm)?
             .map_or(defaults.feature_sigma_m, |mm| mm * 1e-3),
         robot_sigma_m: positive("--robot-sigma-mm", args.robot_sigma_mm)?.map(|mm| mm * 1e-3),
-        stamp_sigma_s: positive("--stamp-sigma-ms", args.stamp_sigma_ms)?
-            .map_or(defaults.stamp_sigma_s, |ms| ms * 1e-3),
+        stamp_sigma_s: positive("--stamp-sigma-ms", args.stamp_sigma_ms)?.map(|ms| ms * 1e-3),
+        stamps: match args.stamps {
+            StampsName::Auto => Stamps::Auto,
+            StampsName::Raw => Stamps::Raw,
+            StampsName::Regular => Stamps::Regular,
+        },
+        accept_partial: args.accept_partial,
+        require: args.require.as_deref().map(requirement::parse).transpose()?.unwrap_or_default(),
+        used_at: Use {
+            speed_m_s: args.speed_mm_s * 1e-3,
+            stand_off_m: positive("--stand-off-mm", args.stand_off_mm)?.map(|mm| mm * 1e-3),
+        },
         ..defaults
     })
 }

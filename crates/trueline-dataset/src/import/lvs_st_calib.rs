@@ -6,7 +6,8 @@
 //!
 //! Real recordings: robot rows `sec nsec x y z ex ey ez qw qx qy qz ts_us` (mm, degrees), image rows
 //! `sec nsec index ts_ns`, pixel rows `u v` or `u v` of the left, centre and right corner. Times are the
-//! receive stamps (`sec nsec`), which is what the paper's time offset refers to.
+//! receive stamps (`sec nsec`), which is what the paper's time offset refers to; the devices' own stamps
+//! (`ts_us`, `ts_ns`) are kept beside them.
 
 use super::rows::{Row, Rows, check_order};
 use crate::error::{Error, Problem};
@@ -27,6 +28,8 @@ const REAL_PIXELS: &str = "the pixel list (u v, or left, centre and right u v)";
 
 /// Milliseconds to nanoseconds: six digits.
 const MS_DIGITS: usize = 6;
+/// Microseconds to nanoseconds: three digits.
+const US_DIGITS: usize = 3;
 
 /// Reads the authors' simulation from a folder with `egm.txt` and `cam.txt`.
 ///
@@ -53,7 +56,7 @@ fn simulated_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {
         let [w1, w2, w3, r1, r2, r3] = rows.numbers::<6>(&row, 1)?;
         let rho = Vector3::new(r1, r2, r3) / MM_PER_M;
         let base_from_tool = se3::exp(&Vector3::new(w1, w2, w3), &rho);
-        samples.push(RobotSample { stamp_ns, base_from_tool });
+        samples.push(RobotSample { stamp_ns, device_ns: None, base_from_tool });
     }
     not_empty(&rows, samples)
 }
@@ -61,7 +64,7 @@ fn simulated_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {
 fn simulated_features(file: &Path) -> Result<Vec<Feature>, Error> {
     let rows = Rows::open(file)?;
     let mut features: Vec<Feature> = Vec::new();
-    for (frame, row) in rows.iter().enumerate() {
+    for row in rows.iter() {
         rows.expect_fields(&row, SIMULATED_SENSOR, &[4, 7, 10, 13])?;
         let stamp_ns = stamp_ms(&rows, &row)?;
         check_order(&rows, &row, features.last().map(|f| f.stamp_ns), stamp_ns)?;
@@ -70,7 +73,8 @@ fn simulated_features(file: &Path) -> Result<Vec<Feature>, Error> {
             features.push(Feature {
                 stamp_ns,
                 line: line as u32,
-                frame: Some(frame as u64),
+                frame: None,
+                device_ns: None,
                 measured: Measured::Point(point),
                 sigma: None,
             });
@@ -102,10 +106,11 @@ pub fn read_recording(
     let features = stamps
         .iter()
         .zip(centres)
-        .map(|(&(stamp_ns, index), pixel)| Feature {
-            stamp_ns,
+        .map(|(image, pixel)| Feature {
+            stamp_ns: image.stamp_ns,
             line: 0,
-            frame: Some(index),
+            frame: Some(image.index),
+            device_ns: Some(image.device_ns),
             measured: Measured::Pixel(pixel),
             sigma: None,
         })
@@ -124,22 +129,34 @@ fn real_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {
         let position = Vector3::from(rows.numbers::<3>(&row, 2)?) / MM_PER_M;
         // The Euler angles (fields 5 to 7) say the same as the quaternion, with less precision.
         let rotation = unit_quaternion(rows.numbers::<4>(&row, 8)?).map_err(|p| rows.error(&row, p))?;
-        samples.push(RobotSample { stamp_ns, base_from_tool: se3::from_parts(rotation, position) });
+        let device_ns = Some(whole_nanoseconds(&rows, &row, 12, US_DIGITS)?);
+        samples.push(RobotSample {
+            stamp_ns,
+            device_ns,
+            base_from_tool: se3::from_parts(rotation, position),
+        });
     }
     not_empty(&rows, samples)
 }
 
-fn real_images(file: &Path) -> Result<Vec<(i64, u64)>, Error> {
+/// One row of the image list.
+struct Image {
+    stamp_ns: i64,
+    index: u64,
+    device_ns: i64,
+}
+
+fn real_images(file: &Path) -> Result<Vec<Image>, Error> {
     let rows = Rows::open(file)?;
-    let mut stamps: Vec<(i64, u64)> = Vec::new();
+    let mut stamps: Vec<Image> = Vec::new();
     for row in rows.iter() {
         rows.expect_fields(&row, REAL_IMAGES, &[4])?;
         let stamp_ns = stamp_sec_nsec(&rows, &row)?;
-        check_order(&rows, &row, stamps.last().map(|s| s.0), stamp_ns)?;
+        check_order(&rows, &row, stamps.last().map(|s| s.stamp_ns), stamp_ns)?;
         let text = row.fields[2];
         let index =
             text.parse().map_err(|_| rows.error(&row, Problem::NotACount { text: text.to_owned() }))?;
-        stamps.push((stamp_ns, index));
+        stamps.push(Image { stamp_ns, index, device_ns: whole_nanoseconds(&rows, &row, 3, 0)? });
     }
     not_empty(&rows, stamps)
 }
@@ -157,8 +174,12 @@ fn real_pixels(file: &Path) -> Result<Vec<[f64; 2]>, Error> {
 }
 
 fn stamp_ms(rows: &Rows, row: &Row<'_>) -> Result<i64, Error> {
-    let text = row.fields[0];
-    parse_nanoseconds(text, MS_DIGITS)
+    whole_nanoseconds(rows, row, 0, MS_DIGITS)
+}
+
+fn whole_nanoseconds(rows: &Rows, row: &Row<'_>, field: usize, digits: usize) -> Result<i64, Error> {
+    let text = row.fields[field];
+    parse_nanoseconds(text, digits)
         .ok_or_else(|| rows.error(row, Problem::NotANumber { text: text.to_owned() }))
 }
 

@@ -27,7 +27,11 @@ pub fn read_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {
         let position = Vector3::from(rows.numbers::<3>(&row, 1)?);
         let [x, y, z, w] = rows.numbers::<4>(&row, 4)?;
         let rotation = unit_quaternion([w, x, y, z]).map_err(|p| rows.error(&row, p))?;
-        samples.push(RobotSample { stamp_ns, base_from_tool: se3::from_parts(rotation, position) });
+        samples.push(RobotSample {
+            stamp_ns,
+            device_ns: None,
+            base_from_tool: se3::from_parts(rotation, position),
+        });
     }
     if samples.is_empty() {
         return Err(rows.file_error(Problem::NoRows));

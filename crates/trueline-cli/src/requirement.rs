@@ -1,0 +1,72 @@
+//! `--require time=0.1ms,translation=0.1mm,rotation=0.05deg`.
+
+use crate::failure::Failure;
+use trueline::Requirement;
+
+/// Units of each quantity and their size in SI.
+const UNITS: [(&str, &[(&str, f64)]); 3] = [
+    ("time", &[("ms", 1e-3), ("us", 1e-6), ("s", 1.0)]),
+    ("translation", &[("mm", 1e-3), ("um", 1e-6), ("m", 1.0)]),
+    ("rotation", &[("deg", std::f64::consts::PI / 180.0), ("mrad", 1e-3), ("rad", 1.0)]),
+];
+
+/// Reads the list.
+pub fn parse(text: &str) -> Result<Requirement, Failure> {
+    let mut limits = [None; 3];
+    for item in text.split(',') {
+        let (name, value) = item.split_once('=').ok_or_else(|| wrong(item, "expected NAME=LIMIT"))?;
+        let quantity = UNITS
+            .iter()
+            .position(|(known, _)| *known == name.trim())
+            .ok_or_else(|| wrong(item, "the name is one of time, translation, rotation"))?;
+        if limits[quantity].is_some() {
+            return Err(wrong(item, "it is given twice"));
+        }
+        limits[quantity] = Some(limit(item, value.trim(), UNITS[quantity].1)?);
+    }
+    let [time_s, translation_m, rotation_rad] = limits;
+    Ok(Requirement { time_s, rotation_rad, translation_m })
+}
+
+fn limit(item: &str, value: &str, units: &[(&str, f64)]) -> Result<f64, Failure> {
+    let known: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
+    let unit = value.trim_start_matches(|c: char| !c.is_ascii_alphabetic() || c == 'e');
+    let number = value.strip_suffix(unit).unwrap_or(value).trim();
+    let scale = units.iter().find(|(name, _)| *name == unit).map(|(_, scale)| *scale);
+    match (number.parse::<f64>(), scale) {
+        (Ok(number), Some(scale)) if number > 0.0 && number.is_finite() => Ok(number * scale),
+        (Ok(_), Some(_)) => Err(wrong(item, "the limit must be above zero")),
+        _ => Err(wrong(item, &format!("expected a number with a unit of {}", known.join(", ")))),
+    }
+}
+
+fn wrong(item: &str, why: &str) -> Failure {
+    Failure::new(
+        format!("`--require`: `{item}`: {why}"),
+        "for example --require time=0.1ms,translation=0.1mm,rotation=0.05deg",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_read_with_their_units() {
+        let Ok(read) = parse("translation=0.1mm, time=50us,rotation=0.05deg") else {
+            unreachable!("it is well formed")
+        };
+        assert_eq!(read.translation_m, Some(0.1 * 1e-3));
+        assert_eq!(read.time_s, Some(50.0 * 1e-6));
+        assert!((read.rotation_rad.unwrap_or(0.0) - 0.05_f64.to_radians()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn anything_else_is_refused() {
+        for bad in
+            ["", "time", "time=0.1", "time=0.1mm", "time=-1ms", "time=1ms,time=2ms", "tilt=1deg", "time=ms"]
+        {
+            assert!(parse(bad).is_err(), "{bad}");
+        }
+    }
+}

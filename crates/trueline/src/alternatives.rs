@@ -1,0 +1,88 @@
+//! Other explanations of the same scan: the mirrored attitude, and time offsets at which a repeating path
+//! falls onto itself.
+
+use crate::error::Error;
+use crate::initial;
+use crate::observations::Observations;
+use crate::parameters::{Parameters, TIME_OFFSET};
+use crate::problem::{Criterion, LineProblem};
+use crate::refine::{Fit, Terms, refine};
+use crate::residuals::OUTLIER_SQUARED;
+use trueline_lsq::{LeastSquares, Loss};
+
+/// Difference in twice the log likelihood below which data do not tell two solutions apart: 5 σ.
+pub const DECISIVE: f64 = 25.0;
+
+/// Twins nearer than this have met again in one solution.
+const TWIN_TURN_RAD: f64 = 0.02;
+
+/// Another valley of the time offset, and how it lost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunnerUp {
+    /// Its bottom, s.
+    pub time_offset_s: f64,
+    /// Part of the features that it explains, to within 5 σ.
+    pub explains: f64,
+    /// The same of the best.
+    pub best_explains: f64,
+    /// Twice the log likelihood that it falls short of the best; negative if it is better.
+    pub log_likelihood_lost: f64,
+}
+
+impl RunnerUp {
+    /// Whether it lost by more than chance can do.
+    #[must_use]
+    pub fn decided(&self) -> bool {
+        self.log_likelihood_lost > DECISIVE
+    }
+}
+
+/// Follows the mirrored twin of a solution found without a guess; takes it if it fits better. The second
+/// value tells whether both fit equally well, so that the rotation found may be the wrong one.
+///
+/// # Errors
+/// As [`refine`].
+pub fn against_twin(observations: &Observations, terms: &Terms<'_>, fit: Fit) -> Result<(Fit, bool), Error> {
+    let Some(start) = initial::twin(observations, &fit.list, fit.parameters()) else {
+        return Ok((fit, false));
+    };
+    let twin = refine(observations, terms, start)?;
+    // Two numbers for each feature; −2 log L = 2 n ln f² for noise f times as large as expected.
+    let advantage = 4.0 * fit.list.len() as f64 * (twin.noise.factor / fit.noise.factor).ln();
+    if advantage < -DECISIVE {
+        return Ok((twin, false));
+    }
+    let rotation = |fit: &Fit| fit.parameters().tool_from_camera.rotation;
+    let apart = rotation(&twin).angle_to(&rotation(&fit));
+    Ok((fit, advantage < DECISIVE && apart > TWIN_TURN_RAD))
+}
+
+/// The best fit at another time offset, and how it compares; `None` if there is no other valley.
+///
+/// Features that it cannot place (outside the recording, in a gap) count as unexplained.
+#[must_use]
+pub fn other_offset(
+    observations: &Observations,
+    terms: &Terms<'_>,
+    fit: &Fit,
+) -> Option<(Parameters, RunnerUp)> {
+    if terms.fixed.contains(&TIME_OFFSET) {
+        return None;
+    }
+    let other = initial::other_offset(observations, terms, fit.parameters())?;
+    let loss = Loss::Tukey { scale: 8.0 };
+    let criterion = Criterion { residual: terms.config.residual, loss };
+    let problem = LineProblem::new(observations, &observations.list, criterion, &fit.noise, &fit.whitened_at);
+    let explains = |at: &Parameters| {
+        let squared = problem.squared_residuals(at);
+        let good = squared.iter().filter(|s| **s <= OUTLIER_SQUARED).count();
+        good as f64 / observations.list.len() as f64
+    };
+    let runner_up = RunnerUp {
+        time_offset_s: other.time_offset_s,
+        explains: explains(&other),
+        best_explains: explains(fit.parameters()),
+        log_likelihood_lost: 2.0 * (problem.cost(&other) - problem.cost(fit.parameters())),
+    };
+    Some((other, runner_up))
+}

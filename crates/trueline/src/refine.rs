@@ -1,0 +1,169 @@
+//! From a start to the optimum over all features.
+
+use crate::calibration::IterationRecord;
+use crate::config::Config;
+use crate::error::Error;
+use crate::initial;
+use crate::noise_levels::NoiseLevels;
+use crate::observations::{Observation, Observations};
+use crate::parameters::Parameters;
+use crate::prior::Prior;
+use crate::problem::{Criterion, LineProblem, safely_placed};
+use crate::residuals;
+use trueline_lsq::{Iteration, Loss, Solution, SolveOptions, solve};
+
+/// What every solve of a calibration shares.
+#[derive(Clone, Copy)]
+pub struct Terms<'a> {
+    /// The user's choices.
+    pub config: &'a Config,
+    /// Expected noise.
+    pub noise: NoiseLevels,
+    /// Components that are held where they start.
+    pub fixed: &'a [usize],
+    /// Directions that are held at a guess.
+    pub prior: Option<&'a Prior>,
+}
+
+/// A solved problem and how it got there.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The observations that took part.
+    pub list: Vec<Observation>,
+    /// The optimum.
+    pub solution: Solution<Parameters>,
+    /// The noise that is really there.
+    pub noise: NoiseLevels,
+    /// Where the residuals were whitened.
+    pub whitened_at: Parameters,
+    /// Directions that were held.
+    pub prior: Option<Prior>,
+    /// Every step on all features.
+    pub iterations: Vec<IterationRecord>,
+}
+
+impl Fit {
+    /// The problem whose solution this is.
+    #[must_use]
+    pub fn problem<'a>(&self, observations: &'a Observations, config: &Config) -> LineProblem<'a> {
+        let criterion = Criterion { residual: config.residual, loss: config.final_loss() };
+        LineProblem::new(observations, &self.list, criterion, &self.noise, &self.whitened_at)
+            .with_prior(self.prior.clone())
+    }
+
+    /// The parameters at the optimum.
+    #[must_use]
+    pub fn parameters(&self) -> &Parameters {
+        &self.solution.state
+    }
+}
+
+/// Most rounds of narrowing: from metres to micrometres at a third each.
+const NARROWING_ROUNDS: usize = 12;
+/// A guess of the time offset may be this far off while the narrowing begins, s.
+const NARROWING_MARGIN_S: f64 = 0.050;
+/// The last rounds hardly move the offset any more, s.
+const FINAL_MARGIN_S: f64 = 10e-6;
+/// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
+const LEAST_NOISE_FACTOR: f64 = 1e-3;
+
+/// First a redescending loss as wide as the residuals are, narrowed while they shrink; then the final
+/// loss, whitened for the noise that is really there.
+///
+/// # Errors
+/// [`Error::NoStart`] if the cost is not finite.
+pub fn refine(observations: &Observations, terms: &Terms<'_>, start: Parameters) -> Result<Fit, Error> {
+    let mut rounds = Rounds { observations, terms, list: Vec::new(), iterations: Vec::new() };
+    let mut state = start;
+    let mut last_width = f64::INFINITY;
+    for _ in 0..NARROWING_ROUNDS {
+        // Three times the typical residual keeps the good ones and gives little weight to the wild ones.
+        rounds.list = safely_placed(observations, state.time_offset_s, NARROWING_MARGIN_S);
+        let coarse = LineProblem::coarse(observations, &rounds.list, Loss::Squared, &terms.noise);
+        let width = 3.0 * residuals::noise_factor(&coarse.squared_residuals(&state)).max(1.0);
+        if width > 0.5 * last_width || width <= 3.0 {
+            break;
+        }
+        last_width = width;
+        let options = SolveOptions { max_iterations: 10, cost_threshold: 1e-2, ..SolveOptions::default() };
+        let loss = Loss::GemanMcClure { scale: width };
+        state = rounds.round(loss, &terms.noise, state, &options)?.state;
+    }
+    rounds.finish(terms.noise, state)
+}
+
+/// The optimum again, from one that is near.
+///
+/// # Errors
+/// As [`refine`].
+pub fn polish(observations: &Observations, terms: &Terms<'_>, near: Parameters) -> Result<Fit, Error> {
+    Rounds { observations, terms, list: Vec::new(), iterations: Vec::new() }.finish(terms.noise, near)
+}
+
+struct Rounds<'a> {
+    observations: &'a Observations,
+    terms: &'a Terms<'a>,
+    list: Vec<Observation>,
+    iterations: Vec<IterationRecord>,
+}
+
+impl Rounds<'_> {
+    fn round(
+        &mut self,
+        loss: Loss,
+        noise: &NoiseLevels,
+        start: Parameters,
+        options: &SolveOptions,
+    ) -> Result<Solution<Parameters>, Error> {
+        let criterion = Criterion { residual: self.terms.config.residual, loss };
+        let problem = LineProblem::new(self.observations, &self.list, criterion, noise, &start)
+            .with_prior(self.terms.prior.cloned());
+        let solution = solve(&problem, start, self.terms.fixed, options).map_err(|_| Error::NoStart)?;
+        self.iterations.extend(solution.iterations.iter().map(|step| record(self.observations, step)));
+        Ok(solution)
+    }
+
+    /// The final loss; once to learn how large the noise is, once with it.
+    fn finish(mut self, expected: NoiseLevels, start: Parameters) -> Result<Fit, Error> {
+        // The first round only feeds the noise and the lines' anchors of the second.
+        let (noise, state) = self.prepare(expected, start);
+        let rough = SolveOptions { step_threshold: 0.1, ..SolveOptions::default() };
+        let state = self.round(self.terms.config.final_loss(), &noise, state, &rough)?.state;
+        let (noise, whitened_at) = self.prepare(noise, state);
+        let fine = SolveOptions { step_threshold: 1e-6, ..SolveOptions::default() };
+        let solution = self.round(self.terms.config.final_loss(), &noise, whitened_at.clone(), &fine)?;
+        Ok(Fit {
+            list: self.list,
+            solution,
+            noise,
+            whitened_at,
+            prior: self.terms.prior.cloned(),
+            iterations: self.iterations,
+        })
+    }
+
+    /// Selects what can be placed, measures the noise there, and moves the lines' anchors amid the points.
+    fn prepare(&mut self, mut noise: NoiseLevels, state: Parameters) -> (NoiseLevels, Parameters) {
+        self.list = safely_placed(self.observations, state.time_offset_s, FINAL_MARGIN_S);
+        let criterion =
+            Criterion { residual: self.terms.config.residual, loss: self.terms.config.final_loss() };
+        let problem = LineProblem::new(self.observations, &self.list, criterion, &noise, &state);
+        let larger = residuals::noise_factor(&problem.squared_residuals(&state));
+        noise.factor = (noise.factor * larger).max(LEAST_NOISE_FACTOR);
+        (noise, initial::with_lines_amid_points(self.observations, state))
+    }
+}
+
+fn record(observations: &Observations, step: &Iteration<Parameters>) -> IterationRecord {
+    let criterion = Criterion { residual: crate::ResidualKind::PointToLine, loss: Loss::Squared };
+    let unit = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
+    let problem = LineProblem::new(observations, &observations.list, criterion, &unit, &step.state);
+    let squared = problem.squared_residuals(&step.state);
+    let mean = squared.iter().sum::<f64>() / squared.len().max(1) as f64;
+    IterationRecord {
+        cost: step.cost,
+        rms_m: mean.sqrt() * crate::problem::POINT_TO_LINE_SIGMA_M,
+        parameters: step.state.clone(),
+        accepted: step.accepted,
+    }
+}

@@ -1,0 +1,78 @@
+//! Which stamps to believe: those recorded, or those of the clock behind them. The data decide.
+
+use crate::config::{Config, Stamps};
+use crate::error::Error;
+use crate::noise_levels::NoiseLevels;
+use crate::observations::{Observations, robot_motion};
+use crate::problem::LineProblem;
+use crate::refine::{Fit, Terms, polish};
+use crate::residuals;
+use crate::sampling::{Regularised, Sampling};
+use trueline_dataset::Recording;
+use trueline_lsq::Loss;
+
+/// A fit, the observations it was made of, and how their stamps were treated.
+pub struct Stamped {
+    /// Observations with the stamps that are used.
+    pub observations: Observations,
+    /// The fit to them.
+    pub fit: Fit,
+    /// Which stamps are the clocks'.
+    pub regularised: Regularised,
+}
+
+/// Twice the log likelihood that the clocks' stamps must gain: 5 σ.
+const DECISIVE: f64 = 25.0;
+
+/// Solves with the stamps of the clocks too, and keeps the better.
+///
+/// # Errors
+/// As [`polish`].
+pub fn with_best_stamps(
+    recording: &Recording,
+    sampling: &Sampling,
+    terms: &Terms<'_>,
+    recorded: Stamped,
+) -> Result<Stamped, Error> {
+    let mut best = recorded;
+    for regularised in sampling.treatments(terms.config) {
+        let observations = treated(recording, sampling, terms.config, &best.observations, regularised)?;
+        let noise =
+            NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(terms.config, regularised), ..terms.noise };
+        let fit = polish(&observations, &Terms { noise, ..*terms }, best.fit.parameters().clone())?;
+        let tried = Stamped { observations, fit, regularised };
+        if terms.config.stamps == Stamps::Regular || advantage(&tried, &best, &terms.noise) > DECISIVE {
+            best = tried;
+        }
+    }
+    Ok(best)
+}
+
+fn treated(
+    recording: &Recording,
+    sampling: &Sampling,
+    config: &Config,
+    observations: &Observations,
+    regularised: Regularised,
+) -> Result<Observations, Error> {
+    let mut treated = observations.clone();
+    if let Some(clock) = sampling.images.clock.as_ref().filter(|_| regularised.images) {
+        for o in &mut treated.list {
+            o.stamp_s = clock.regular_s[o.frame as usize];
+        }
+    }
+    if let Some(clock) = sampling.robot.clock.as_ref().filter(|_| regularised.robot) {
+        treated.robot = robot_motion(recording, &clock.regular_s, config)?;
+    }
+    Ok(treated)
+}
+
+/// Twice the log likelihood of one over the other, by the residuals in the sheet alone: −2 log L = 2 n ln f²
+/// for n features of two numbers and noise f times as large as expected.
+fn advantage(one: &Stamped, other: &Stamped, noise: &NoiseLevels) -> f64 {
+    let factor = |stamped: &Stamped| {
+        let problem = LineProblem::coarse(&stamped.observations, &stamped.fit.list, Loss::Squared, noise);
+        residuals::noise_factor(&problem.squared_residuals(stamped.fit.parameters()))
+    };
+    4.0 * one.fit.list.len() as f64 * (factor(other) / factor(one)).ln()
+}

@@ -1,0 +1,173 @@
+//! When the samples of both streams were taken: as stamped, or as their clocks say.
+
+use crate::config::{Config, ResidualKind, Stamps};
+use crate::order_statistics::median;
+use crate::stream_clock::{self, SILENCE_TICKS, StreamClock, Through, Ticks};
+use trueline_dataset::Recording;
+
+/// The stamps of one stream, one for each sample, rising, without doubles.
+#[derive(Clone, Debug)]
+pub struct Stream {
+    /// As recorded, s since the start of the recording.
+    pub recorded_s: Vec<f64>,
+    /// The clock behind them, if they come from an even tick.
+    pub clock: Option<StreamClock>,
+    /// Samples that repeat the stamp before: several rows of one sample, or a row recorded twice.
+    pub doubles: usize,
+}
+
+/// The stamps of robot and images.
+#[derive(Clone, Debug)]
+pub struct Sampling {
+    /// Robot poses.
+    pub robot: Stream,
+    /// Images: features of one image count once.
+    pub images: Stream,
+}
+
+/// Which streams are taken as their clocks say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Regularised {
+    /// Robot poses.
+    pub robot: bool,
+    /// Images.
+    pub images: bool,
+}
+
+/// What is known of a stream's stamps, and what was done with them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StampReport {
+    /// Number of samples with a stamp of their own.
+    pub count: usize,
+    /// Rows that repeat the stamp of the row before.
+    pub doubles: usize,
+    /// Median time between stamps, s.
+    pub median_period_s: f64,
+    /// Longest time between stamps, s.
+    pub longest_gap_s: f64,
+    /// Time between samples by the clock, s; `None` where the stamps come from no even tick.
+    pub period_s: Option<f64>,
+    /// Standard deviation of the stamps about that clock, s.
+    pub jitter_s: Option<f64>,
+    /// Samples missing between the first and the last.
+    pub missing: Option<usize>,
+    /// Silences of more than four periods.
+    pub silences: usize,
+    /// Rate of the device's clock against the receiver's, ppm; where device stamps are recorded.
+    pub device_drift_ppm: Option<f64>,
+    /// Whether delays are to one side only, so that the clock follows their floor.
+    pub one_sided: bool,
+    /// Steps of the receive clock: when and how high, s.
+    pub steps: Vec<(f64, f64)>,
+    /// Whether the samples were taken as the clock says.
+    pub regularised: bool,
+}
+
+/// Jitter of an image stamp where it cannot be measured, s.
+const UNKNOWN_JITTER_S: f64 = 0.1e-3;
+
+/// Variance of the time of an interpolated pose over that of a sample, between two samples on average:
+/// the mean of u² + (1 − u)² over a bracket.
+const BRACKET_SHARE: f64 = 2.0 / 3.0;
+
+impl Stream {
+    fn new(stamps_ns: &[i64], origin_ns: i64, device_ns: &[Option<i64>], counter: &[Option<u64>]) -> Self {
+        let first_of_each: Vec<usize> =
+            (0..stamps_ns.len()).filter(|&k| k == 0 || stamps_ns[k] != stamps_ns[k - 1]).collect();
+        let seconds = |ns: i64, from: i64| (ns - from) as f64 * 1e-9;
+        let recorded_s: Vec<f64> = first_of_each.iter().map(|&k| seconds(stamps_ns[k], origin_ns)).collect();
+        let device: Option<Vec<i64>> = first_of_each.iter().map(|&k| *device_ns.get(k)?).collect();
+        let device_s: Option<Vec<f64>> =
+            device.map(|device| device.iter().map(|&ns| seconds(ns, device[0])).collect());
+        let counter: Option<Vec<u64>> = first_of_each.iter().map(|&k| *counter.get(k)?).collect();
+        let ticks = match (&device_s, &counter) {
+            (Some(device), _) => Ticks::Device(device),
+            (None, Some(counter)) => Ticks::Counter(counter),
+            (None, None) => Ticks::Counted,
+        };
+        let clock = stream_clock::fit(&recorded_s, ticks);
+        Self { doubles: stamps_ns.len() - recorded_s.len(), recorded_s, clock }
+    }
+
+    /// Standard deviation of a stamp that is used, s.
+    fn jitter_s(&self, regularised: bool) -> Option<f64> {
+        if regularised { Some(0.0) } else { self.clock.as_ref().map(|clock| clock.jitter_s) }
+    }
+
+    fn phase_sigma_s(&self, regularised: bool) -> f64 {
+        self.clock.as_ref().filter(|_| regularised).map_or(0.0, |clock| clock.phase_sigma_s)
+    }
+
+    /// Figures for the report.
+    #[must_use]
+    pub fn report(&self, regularised: bool) -> StampReport {
+        let steps = || self.recorded_s.windows(2).map(|w| w[1] - w[0]);
+        let median_period_s = median(steps()).unwrap_or(0.0);
+        let longest_gap_s = steps().fold(0.0, f64::max);
+        let clock = self.clock.as_ref();
+        let silence_s = SILENCE_TICKS * clock.map_or(median_period_s, |c| c.period_s);
+        StampReport {
+            count: self.recorded_s.len(),
+            doubles: self.doubles,
+            median_period_s,
+            longest_gap_s,
+            period_s: clock.map(|c| c.period_s),
+            jitter_s: clock.map(|c| c.jitter_s),
+            missing: clock.map(|c| stream_clock::missing(&self.recorded_s, c.period_s)),
+            silences: steps().filter(|step| *step > silence_s).count(),
+            device_drift_ppm: clock.and_then(|c| c.device_drift_ppm),
+            one_sided: clock.is_some_and(|c| c.through == Through::LowerHull),
+            steps: clock.map_or_else(Vec::new, |c| c.steps.clone()),
+            regularised,
+        }
+    }
+}
+
+impl Sampling {
+    /// The stamps of a recording and the clocks behind them.
+    #[must_use]
+    pub fn of(recording: &Recording, origin_ns: i64) -> Self {
+        let robot = &recording.robot;
+        let robot_stamps: Vec<i64> = robot.iter().map(|s| s.stamp_ns).collect();
+        let robot_device: Vec<Option<i64>> = robot.iter().map(|s| s.device_ns).collect();
+        let features = &recording.features;
+        let image_stamps: Vec<i64> = features.iter().map(|f| f.stamp_ns).collect();
+        let image_device: Vec<Option<i64>> = features.iter().map(|f| f.device_ns).collect();
+        let counter: Vec<Option<u64>> = features.iter().map(|f| f.frame).collect();
+        Self {
+            robot: Stream::new(&robot_stamps, origin_ns, &robot_device, &[]),
+            images: Stream::new(&image_stamps, origin_ns, &image_device, &counter),
+        }
+    }
+
+    /// Expected jitter of an exposure against the robot's time, s.
+    #[must_use]
+    pub fn stamp_sigma_s(&self, config: &Config, regularised: Regularised) -> f64 {
+        let images = config.stamp_sigma_s.or(self.images.jitter_s(regularised.images));
+        let robot = self.robot.jitter_s(regularised.robot).unwrap_or(0.0);
+        images.unwrap_or(UNKNOWN_JITTER_S).hypot(robot * BRACKET_SHARE.sqrt())
+    }
+
+    /// Standard deviation of what regularising leaves unknown of the time offset, s.
+    #[must_use]
+    pub fn phase_sigma_s(&self, regularised: Regularised) -> f64 {
+        self.robot.phase_sigma_s(regularised.robot).hypot(self.images.phase_sigma_s(regularised.images))
+    }
+
+    /// The treatments worth trying, in this order, each compared with the best before.
+    #[must_use]
+    pub fn treatments(&self, config: &Config) -> Vec<Regularised> {
+        let possible = Regularised { robot: self.robot.clock.is_some(), images: self.images.clock.is_some() };
+        let none = Regularised::default();
+        let mut list = match config.stamps {
+            Stamps::Regular => vec![possible],
+            Stamps::Auto if config.residual == ResidualKind::Sheet => {
+                vec![Regularised { images: possible.images, ..none }, possible]
+            }
+            Stamps::Auto | Stamps::Raw => Vec::new(),
+        };
+        list.retain(|treatment| *treatment != none);
+        list.dedup();
+        list
+    }
+}
