@@ -30,6 +30,9 @@ impl Default for SolveOptions {
 /// Largest damping tried: steps are then 10¹² times shorter than Gauss–Newton's.
 const DAMPING_LIMIT: f64 = 1e12;
 
+/// Rounding of a sum of up to some millions of squares, as a part of it.
+const COST_ROUNDING: f64 = 1e-13;
+
 /// Damping of the first retry of a step that was not taken.
 const LEAST_RETRY_DAMPING: f64 = 1e-3;
 
@@ -138,7 +141,8 @@ impl<P: LeastSquares> Search<'_, P> {
             };
             let length = whitened_length(&self.equations, &step);
             let cost = self.equations.cost;
-            let (accepted, gain_ratio, decrease) = self.attempt(&step, damping, length);
+            let promised = promised_decrease(&self.equations, &step);
+            let (accepted, gain_ratio, decrease) = self.attempt(&step, damping, length, promised);
             if accepted {
                 // Madsen's rule: full trust at gain 1, the same damping at gain ½.
                 damping *= (1.0_f64 / 3.0).max(1.0 - (2.0 * gain_ratio - 1.0).powi(3));
@@ -156,6 +160,13 @@ impl<P: LeastSquares> Search<'_, P> {
                 if length < options.step_threshold {
                     return Termination::StepConverged { step: length, threshold: options.step_threshold };
                 }
+                if promised <= COST_ROUNDING * cost {
+                    // What the step could gain is lost in the rounding of the sum.
+                    return Termination::CostConverged {
+                        decrease: promised / cost,
+                        threshold: COST_ROUNDING,
+                    };
+                }
                 // Below this a longer or shorter damping makes no difference to the step.
                 damping = (damping * growth).max(LEAST_RETRY_DAMPING);
                 growth *= 2.0;
@@ -168,12 +179,11 @@ impl<P: LeastSquares> Search<'_, P> {
     }
 
     /// Tries a step; takes it and linearises anew if it lowers the cost.
-    fn attempt(&mut self, step: &DVector<f64>, damping: f64, length: f64) -> (bool, f64, f64) {
+    fn attempt(&mut self, step: &DVector<f64>, damping: f64, length: f64, promised: f64) -> (bool, f64, f64) {
         let cost = self.equations.cost;
         let next = self.problem.retract(&self.state, step);
         let next_cost = self.problem.cost(&next);
         let decrease = cost - next_cost;
-        let promised = promised_decrease(&self.equations, step);
         let gain_ratio = if promised > 0.0 { decrease / promised } else { 0.0 };
         let accepted = next_cost.is_finite() && decrease >= 0.0 && gain_ratio > 0.0;
         self.iterations.push(Iteration {

@@ -11,7 +11,7 @@ use crate::observability::{self, Group, Observability, RANK_THRESHOLD};
 use crate::observations::{Observations, observe, origin_ns};
 use crate::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::prior::Prior;
-use crate::refine::{Fit, Terms, polish, refine};
+use crate::refine::{Fit, Terms, again, polish, refine};
 use crate::residuals;
 use crate::restamp::{Stamped, with_best_stamps};
 use crate::sampling::{Regularised, Sampling};
@@ -113,11 +113,13 @@ fn without_drift(mut observations: Observations, mut fit: Fit, terms: &Terms<'_>
             // The stamps run fast about the middle, where they are right.
             o.stamp_s -= found.ppm * 1e-6 * (o.stamp_s - found.about_s);
         }
-        fit = polish(&observations, terms, fit.parameters().clone())?;
+        fit = again(&observations, terms, &fit)?;
         clock = clock_check(&observations, &fit, terms);
         drift = clock.as_ref().and_then(ClockCheck::drift);
     }
     let drift = drift.map(|left| Drift { ppm: left.ppm + total_ppm, ..left });
+    let fit = polish(&observations, terms, &fit)?;
+    let clock = clock_check(&observations, &fit, terms);
     Ok(Steady { observations, fit, clock, drift })
 }
 
@@ -155,7 +157,7 @@ fn show(
     }
     let prior = unseen_at(&observability, guess.ok_or(Error::NoGuessToHold)?);
     let terms = Terms { prior: Some(&prior), ..*terms };
-    Ok((polish(&steady.observations, &terms, fit.parameters().clone())?, observability))
+    Ok((polish(&steady.observations, &terms, &fit)?, observability))
 }
 
 /// Holds every unseen direction of offset and hand-eye at the guess; the lines follow.

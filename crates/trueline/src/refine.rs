@@ -64,6 +64,11 @@ const NARROWING_ROUNDS: usize = 12;
 const NARROWING_MARGIN_S: f64 = 0.050;
 /// The last rounds hardly move the offset any more, s.
 const FINAL_MARGIN_S: f64 = 10e-6;
+/// A fit that is only compared, or started from, ends with a step below one σ: as steps shrink by far more
+/// than ten, it is then within a tenth of its optimum.
+const ROUGH: f64 = 1.0;
+/// The reported one, σ.
+const FINE: f64 = 1e-6;
 /// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
 const LEAST_NOISE_FACTOR: f64 = 1e-3;
 
@@ -89,15 +94,27 @@ pub fn refine(observations: &Observations, terms: &Terms<'_>, start: Parameters)
         let loss = Loss::GemanMcClure { scale: width };
         state = rounds.round(loss, &terms.noise, state, &options)?.state;
     }
-    rounds.finish(terms.noise, state)
+    rounds.finish(terms.noise, state, &[ROUGH, ROUGH])
 }
 
-/// The optimum again, from one that is near.
+/// The optimum again, from one that is near; its steps follow those that led there.
 ///
 /// # Errors
 /// As [`refine`].
-pub fn polish(observations: &Observations, terms: &Terms<'_>, near: Parameters) -> Result<Fit, Error> {
-    Rounds { observations, terms, list: Vec::new(), iterations: Vec::new() }.finish(terms.noise, near)
+pub fn again(observations: &Observations, terms: &Terms<'_>, near: &Fit) -> Result<Fit, Error> {
+    let iterations = near.iterations.clone();
+    let rounds = Rounds { observations, terms, list: Vec::new(), iterations };
+    rounds.finish(terms.noise, near.parameters().clone(), &[ROUGH])
+}
+
+/// The same to the last digit.
+///
+/// # Errors
+/// As [`refine`].
+pub fn polish(observations: &Observations, terms: &Terms<'_>, near: &Fit) -> Result<Fit, Error> {
+    let iterations = near.iterations.clone();
+    let rounds = Rounds { observations, terms, list: Vec::new(), iterations };
+    rounds.finish(near.noise, near.parameters().clone(), &[FINE])
 }
 
 struct Rounds<'a> {
@@ -123,18 +140,27 @@ impl Rounds<'_> {
         Ok(solution)
     }
 
-    /// The final loss; once to learn how large the noise is, once with it.
-    fn finish(mut self, expected: NoiseLevels, start: Parameters) -> Result<Fit, Error> {
-        // The first round only feeds the noise and the lines' anchors of the second.
-        let (noise, state) = self.prepare(expected, start);
-        let rough = SolveOptions { step_threshold: 0.1, ..SolveOptions::default() };
-        let state = self.round(self.terms.config.final_loss(), &noise, state, &rough)?.state;
-        let (noise, whitened_at) = self.prepare(noise, state);
-        let fine = SolveOptions { step_threshold: 1e-6, ..SolveOptions::default() };
-        let solution = self.round(self.terms.config.final_loss(), &noise, whitened_at.clone(), &fine)?;
+    /// The final loss to each threshold in turn; every round begins with the noise and the lines' anchors
+    /// that the one before left.
+    fn finish(
+        mut self,
+        expected: NoiseLevels,
+        start: Parameters,
+        step_thresholds: &[f64],
+    ) -> Result<Fit, Error> {
+        let loss = self.terms.config.final_loss();
+        let (mut noise, mut whitened_at) = self.prepare(expected, start);
+        let mut solution = Err(Error::NoStart);
+        for &step_threshold in step_thresholds {
+            if let Ok(Solution { state, .. }) = solution {
+                (noise, whitened_at) = self.prepare(noise, state);
+            }
+            let options = SolveOptions { step_threshold, ..SolveOptions::default() };
+            solution = Ok(self.round(loss, &noise, whitened_at.clone(), &options)?);
+        }
         Ok(Fit {
             list: self.list,
-            solution,
+            solution: solution?,
             noise,
             whitened_at,
             prior: self.terms.prior.cloned(),

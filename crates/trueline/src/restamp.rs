@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::noise_levels::NoiseLevels;
 use crate::observations::{Observations, robot_motion};
 use crate::problem::LineProblem;
-use crate::refine::{Fit, Terms, polish};
+use crate::refine::{Fit, Terms, again};
 use crate::residuals;
 use crate::sampling::{Regularised, Sampling};
 use trueline_dataset::Recording;
@@ -27,7 +27,7 @@ const DECISIVE: f64 = 25.0;
 /// Solves with the stamps of the clocks too, and keeps the better.
 ///
 /// # Errors
-/// As [`polish`].
+/// As [`again`].
 pub fn with_best_stamps(
     recording: &Recording,
     sampling: &Sampling,
@@ -39,7 +39,7 @@ pub fn with_best_stamps(
         let observations = treated(recording, sampling, terms.config, &best.observations, regularised)?;
         let noise =
             NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(terms.config, regularised), ..terms.noise };
-        let fit = polish(&observations, &Terms { noise, ..*terms }, best.fit.parameters().clone())?;
+        let fit = again(&observations, &Terms { noise, ..*terms }, &best.fit)?;
         let tried = Stamped { observations, fit, regularised };
         if terms.config.stamps == Stamps::Regular || advantage(&tried, &best, &terms.noise) > DECISIVE {
             best = tried;
