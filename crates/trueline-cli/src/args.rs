@@ -46,6 +46,7 @@ pub struct DemoArgs {
 #[command(after_help = "Examples:
   trueline simulate --preset paper --out paper-scan
   trueline simulate --preset quick --random-cell --seed 7 --outliers 0.4 --out wild
+  trueline simulate --preset quick --mishap robot-clock-step --out stepped
   trueline simulate --preset two-lines --noise-free --out exact")]
 pub struct SimulateArgs {
     /// Folder to write; it must not hold a dataset yet
@@ -93,6 +94,9 @@ pub struct SimulateArgs {
     /// Part of the frames that is lost, 0 to 1
     #[arg(long)]
     pub drops: Option<f64>,
+    /// Something that goes wrong in the recording
+    #[arg(long, value_enum)]
+    pub mishap: Option<MishapName>,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
@@ -114,6 +118,22 @@ pub enum PresetName {
     ConstantAttitude,
     /// Straight along the line: next to nothing can be seen
     AlongLine,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum MishapName {
+    /// Twenty bad frames in a row, three times
+    Bursts,
+    /// For a quarter of the scan the detector follows a parallel edge 5 mm beside
+    SecondLine,
+    /// The robot stream is silent for 0.4 s, twice
+    RobotGaps,
+    /// Every 50th robot row is recorded twice
+    DuplicateRows,
+    /// The robot's clock is set forward by 80 ms two thirds through
+    RobotClockStep,
+    /// From two thirds on images arrive 45 ms later
+    LateImages,
 }
 
 #[derive(Args)]

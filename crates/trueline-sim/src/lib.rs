@@ -6,6 +6,7 @@
 //! estimator, so that a test against it is not a test of the estimator against itself.
 
 pub mod capture;
+pub mod mishap;
 pub mod motion;
 pub mod noise;
 pub mod presets;
@@ -13,6 +14,7 @@ pub mod random_cell;
 pub mod scenario;
 pub mod simulate;
 
+pub use mishap::Mishap;
 pub use presets::Preset;
 pub use random_cell::random_cell;
 pub use scenario::{Between, Cell, Disturbance, Scan, Scenario, SensorModel, Timing};

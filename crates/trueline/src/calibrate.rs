@@ -108,6 +108,10 @@ fn without_drift(mut observations: Observations, mut fit: Fit, terms: &Terms<'_>
     let mut drift = clock.as_ref().and_then(ClockCheck::drift);
     for _ in 0..DRIFT_ROUNDS {
         let Some(found) = drift.filter(verdict::is_significant) else { break };
+        let step = clock.as_ref().and_then(ClockCheck::step);
+        if step.is_some_and(|step| verdict::is_real_step(&step, Some(&found))) {
+            break;
+        }
         total_ppm += found.ppm;
         for o in &mut observations.list {
             // The stamps run fast about the middle, where they are right.

@@ -26,6 +26,9 @@ const DRIFT_SIGMAS: f64 = 5.0;
 /// Of five parts and seven unknowns the largest reaches 3 σ by chance.
 const HELD_OUT_SIGMAS: f64 = 5.0;
 
+/// Predicting a part from the others costs some percent with a few hundred features; more is disagreement.
+const HELD_OUT_RATIO: f64 = 1.1;
+
 /// What a verdict is made from.
 pub struct Evidence<'a> {
     /// What can be seen.
@@ -120,8 +123,9 @@ fn rival(time_offset_s: f64, other: &RunnerUp) -> String {
     )
 }
 
-/// A drift looks like a step in the middle, only less so.
-fn is_real_step(step: &Step, drift: Option<&Drift>) -> bool {
+/// Whether a step is more than chance, and more than a drift, which looks like a step in the middle.
+#[must_use]
+pub fn is_real_step(step: &Step, drift: Option<&Drift>) -> bool {
     let significance = (step.step_s / step.sigma_s).abs();
     let drift_significance = drift.map_or(0.0, |d| (d.ppm / d.sigma_ppm).abs());
     significance > STEP_SIGMAS && significance > drift_significance
@@ -131,8 +135,8 @@ fn step_reason(disruption: &Disruption) -> Option<String> {
     let [from, to] = disruption.span_s;
     match disruption.cause {
         Cause::ClockStep(step_s) => Some(format!(
-            "from {from:.2} to {to:.2} s the time offset is another, {:+.2} ms later: one of the clocks stepped, \
-             or images were queued there",
+            "from {from:.2} to {to:.2} s the time offset differs by {:+.2} ms: one of the clocks stepped, or images \
+             were queued there",
             step_s * MS_PER_S
         )),
         Cause::OtherLine(_) | Cause::Unknown => None,
@@ -179,7 +183,8 @@ pub fn warnings(e: &Evidence<'_>) -> Vec<String> {
         warnings.push(format!("held at the initial guess: {}", what.join("; ")));
     }
     warnings.extend(e.disruptions.iter().filter_map(stretch_warning));
-    if let Some(drift) = e.drift.filter(|d| is_significant(d)) {
+    let stepped = e.step.is_some_and(|step| is_real_step(step, e.drift));
+    if let Some(drift) = e.drift.filter(|d| is_significant(d) && !stepped) {
         warnings.push(format!(
             "the image clock drifts by {:+.1} ± {:.1} ppm against the robot's; this is taken out, and the time \
              offset holds at {:.1} s",
@@ -222,7 +227,15 @@ fn disagreement(held_out: &HeldOut) -> Option<String> {
     let part = held_out.parts.iter().max_by(|a, b| a.sigmas.amax().total_cmp(&b.sigmas.amax()))?;
     let k = worst(part);
     if part.sigmas[k].abs() <= HELD_OUT_SIGMAS {
-        return None;
+        let ratio = held_out.rms_m / held_out.fitted_rms_m;
+        return (ratio > HELD_OUT_RATIO).then(|| {
+            format!(
+                "the parts of the scan disagree: what the others predict of a part is {:.4} mm off, {ratio:.2} times \
+                 the fitted {:.4} mm; is the edge straight, and did nothing move?",
+                held_out.rms_m * MM_PER_M,
+                held_out.fitted_rms_m * MM_PER_M
+            )
+        });
     }
     let axis = ["x", "y", "z"];
     let (name, moved) = match k {

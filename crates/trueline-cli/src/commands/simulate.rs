@@ -1,11 +1,11 @@
 //! `trueline simulate`.
 
-use crate::args::{PresetName, SimulateArgs};
+use crate::args::{MishapName, PresetName, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
 use trueline_dataset::folder;
-use trueline_sim::{Between, Disturbance, Preset, Scenario, Timing, random_cell, simulate};
+use trueline_sim::{Between, Disturbance, Mishap, Preset, Scenario, Timing, random_cell, simulate};
 
 /// Offsets of random cells lie within this, s.
 const RANDOM_OFFSET_S: f64 = 1.0;
@@ -13,8 +13,12 @@ const RANDOM_OFFSET_S: f64 = 1.0;
 /// Runs the command.
 pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     let scenario = scenario(args)?;
-    let recording = simulate(&scenario, args.seed)
-        .ok_or_else(|| Failure::new("the scenario has no line", "choose another preset"))?;
+    let recording = match args.mishap {
+        Some(name) => mishap(name).simulate(&scenario, args.seed),
+        None => simulate(&scenario, args.seed),
+    };
+    let recording =
+        recording.ok_or_else(|| Failure::new("the scenario has no line", "choose another preset"))?;
     if recording.features.is_empty() {
         return Err(Failure::new("the sensor never sees the line", "a longer duration or less tilt helps"));
     }
@@ -29,6 +33,17 @@ pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
         ));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn mishap(name: MishapName) -> Mishap {
+    match name {
+        MishapName::Bursts => Mishap::Bursts,
+        MishapName::SecondLine => Mishap::SecondLine,
+        MishapName::RobotGaps => Mishap::RobotGaps,
+        MishapName::DuplicateRows => Mishap::DuplicateRows,
+        MishapName::RobotClockStep => Mishap::RobotClockStep,
+        MishapName::LateImages => Mishap::LateImages,
+    }
 }
 
 /// The preset of a name.
