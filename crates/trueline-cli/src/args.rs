@@ -30,6 +30,8 @@ pub enum Command {
     Import(ImportArgs),
     /// Estimate time offset, hand-eye transform and lines from a dataset folder
     Calibrate(CalibrateArgs),
+    /// Find out why a dataset does not calibrate: undoes the usual mistakes in turn
+    Doctor(DoctorArgs),
 }
 
 #[derive(Args)]
@@ -277,6 +279,26 @@ pub struct CalibrateArgs {
     /// Write a report that opens in a browser
     #[arg(long)]
     pub report: Option<PathBuf>,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+#[command(after_help = "Example:
+  trueline doctor scan
+
+Tried: mm and m, quaternion order, inverted poses or rotations, rho read as translation, degrees and radians,
+swapped or mirrored pixels, a mirrored laser plane, the order of the distortion, clocks of different origin, a
+switched tool frame; and against initial.toml: sign of the offset, inverted transform, units, another tool frame.
+
+Exit code: 0 nothing wrong, 1 something was found, or nothing explains the bad fit, 2 could not run.")]
+pub struct DoctorArgs {
+    /// Dataset folder
+    pub dataset: PathBuf,
+    /// Write the diagnosis as JSON; - is stdout
+    #[arg(long)]
+    pub json: Option<PathBuf>,
     /// Print no summary
     #[arg(long)]
     pub quiet: bool,

@@ -20,6 +20,7 @@ fn main() -> ExitCode {
         Command::Simulate(args) => commands::simulate::run(args),
         Command::Import(args) => commands::import::run(args),
         Command::Calibrate(args) => commands::calibrate::run(args),
+        Command::Doctor(args) => commands::doctor::run(args),
     };
     match outcome {
         Ok(code) => code,

@@ -20,6 +20,26 @@ pub fn data(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// A line on a terminal that the next one overwrites.
+pub fn status(text: &str) {
+    let mut out = std::io::stderr().lock();
+    let _ = write!(out, "\r\x1b[2K{text}").and_then(|()| out.flush());
+}
+
+/// JSON into the file that a user named; - is stdout.
+pub fn json(path: &Path, text: &str) -> Result<(), Failure> {
+    if path == Path::new("-") { data(text) } else { file(path, text) }
+}
+
+/// A summary for a person: on stdout, unless JSON goes there.
+pub fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
+    if json == Some(Path::new("-")) {
+        words(text);
+        return Ok(());
+    }
+    data(text)
+}
+
 /// A file that a user named as output.
 pub fn file(path: &Path, text: &str) -> Result<(), Failure> {
     std::fs::write(path, text).map_err(|error| Failure::cannot_write(path, &error))

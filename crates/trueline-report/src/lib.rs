@@ -3,6 +3,7 @@
 //! Formatting only; every number comes from the calibration. Here metres become millimetres, seconds
 //! milliseconds and radians degrees.
 
+pub mod diagnosis;
 pub mod html;
 pub mod json;
 pub mod number;

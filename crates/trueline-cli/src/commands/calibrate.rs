@@ -33,17 +33,14 @@ pub fn exit_code(calibration: &Calibration) -> ExitCode {
 }
 
 fn write_results(args: &CalibrateArgs, calibration: &Calibration) -> Result<(), Failure> {
-    let json_on_stdout = args.json.as_deref() == Some(Path::new("-"));
     if let Some(file) = &args.json {
-        let text = format!("{:#}", json::result(calibration));
-        if json_on_stdout { output::data(&text)? } else { output::file(file, &text)? }
+        output::json(file, &format!("{:#}", json::result(calibration)))?;
     }
     if let Some(file) = &args.report {
         output::file(file, &html::render(calibration, &args.dataset.display().to_string()))?;
     }
     if !args.quiet {
-        let text = summary::text(calibration);
-        if json_on_stdout { output::words(&text) } else { output::data(&text)? }
+        output::summary(args.json.as_deref(), &summary::text(calibration))?;
     }
     Ok(())
 }

@@ -2,5 +2,6 @@
 
 pub mod calibrate;
 pub mod demo;
+pub mod doctor;
 pub mod import;
 pub mod simulate;

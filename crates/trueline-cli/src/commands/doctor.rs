@@ -1,0 +1,32 @@
+//! `trueline doctor`.
+
+use crate::args::DoctorArgs;
+use crate::failure::Failure;
+use crate::output;
+use std::io::IsTerminal;
+use std::process::ExitCode;
+use trueline::{Config, doctor};
+use trueline_dataset::folder;
+use trueline_report::diagnosis;
+
+/// Runs the command.
+pub fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
+    let recording = folder::read(&args.dataset)?;
+    let show = !args.quiet && std::io::stderr().is_terminal();
+    let watch = |name: &str| {
+        if show {
+            output::status(&format!("trying: {name}"));
+        }
+    };
+    let found = doctor::diagnose(&recording, &Config::default(), watch);
+    if show {
+        output::status("");
+    }
+    if let Some(file) = &args.json {
+        output::json(file, &format!("{:#}", diagnosis::json(&found)))?;
+    }
+    if !args.quiet {
+        output::summary(args.json.as_deref(), &diagnosis::text(&found))?;
+    }
+    Ok(if found.findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}

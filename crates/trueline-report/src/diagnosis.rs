@@ -1,0 +1,47 @@
+//! What the doctor found, as words and as JSON.
+
+use serde_json::{Value, json};
+use std::fmt::Write;
+use trueline::doctor::{Diagnosis, Outcome};
+
+/// The diagnosis in a few lines of plain text.
+#[must_use]
+pub fn text(d: &Diagnosis) -> String {
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    if d.findings.is_empty() {
+        let _ = writeln!(out, "Nothing is wrong with the recording's units, frames and orders.");
+    } else {
+        let _ = writeln!(out, "Found:");
+    }
+    for finding in &d.findings {
+        let _ = writeln!(out, "  - {finding}");
+    }
+    let _ = writeln!(out, "\n  {:<40} {}", "as recorded", fit(&d.as_recorded));
+    for reason in &d.as_recorded.said {
+        let _ = writeln!(out, "  {:<40} {reason}", "");
+    }
+    for trial in &d.trials {
+        let _ = writeln!(out, "  {:<40} {}", format!("without: {}", trial.name), fit(&trial.outcome));
+    }
+    out
+}
+
+fn fit(outcome: &Outcome) -> String {
+    match outcome.noise_factor {
+        Some(factor) if outcome.fits() => format!("fits: residuals {factor:.1} times the expected noise"),
+        Some(factor) => format!("does not fit: residuals {factor:.0} times the expected noise"),
+        None => "no result".to_owned(),
+    }
+}
+
+/// The same as JSON.
+#[must_use]
+pub fn json(d: &Diagnosis) -> Value {
+    let outcome = |o: &Outcome| json!({ "fits": o.fits(), "noise_factor": o.noise_factor, "explained": o.explained, "reasons": o.said });
+    json!({
+        "findings": d.findings,
+        "as_recorded": outcome(&d.as_recorded),
+        "without": d.trials.iter().map(|t| json!({ "mistake": t.name, "outcome": outcome(&t.outcome) })).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,239 @@
+//! The usual mistakes in recordings, and what each recording would be without it.
+
+use crate::order_statistics::median;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use trueline_dataset::{Measured, Recording, RobotSample, Sensor};
+use trueline_geometry::{Plane, Pose, se3, so3};
+use trueline_model::BrownConrady;
+
+/// One mistake.
+#[derive(Clone, Copy, Debug)]
+pub struct Mistake {
+    /// Short name.
+    pub name: &'static str,
+    /// What was probably done, and what to do about it.
+    pub says: &'static str,
+    /// The recording without it; `None` where it cannot have been made.
+    pub mend: fn(&Recording) -> Option<Recording>,
+}
+
+/// The mistakes that are tried, the most frequent first.
+pub const MISTAKES: [Mistake; 16] = [
+    Mistake {
+        name: "robot in m, labelled mm",
+        says: "the robot's positions are 1000 times too small: they are metres; name the columns x_m, y_m, z_m",
+        mend: |r| {
+            (reach_m(r) < REACH_M[0])
+                .then(|| with_positions(r, |p| p.base_from_tool.translation.vector * 1e3))
+        },
+    },
+    Mistake {
+        name: "robot in mm, labelled m",
+        says: "the robot's positions are 1000 times too large: they are millimetres; name the columns x_mm, y_mm, z_mm",
+        mend: |r| {
+            (reach_m(r) > REACH_M[1])
+                .then(|| with_positions(r, |p| p.base_from_tool.translation.vector * 1e-3))
+        },
+    },
+    Mistake {
+        name: "quaternion x y z w",
+        says: "the quaternion's columns hold x, y, z, w; their order must be qw, qx, qy, qz",
+        mend: |r| Some(with_rotations(r, |p| reordered(&p.base_from_tool.rotation))),
+    },
+    Mistake {
+        name: "inverted poses",
+        says: "the poses are tool_from_base; invert them to base_from_tool",
+        mend: |r| Some(with_poses(r, |p| p.base_from_tool.inverse())),
+    },
+    Mistake {
+        name: "inverted rotations",
+        says: "the rotations are tool_from_base while the positions are the tool's in base; conjugate the quaternions",
+        mend: |r| Some(with_rotations(r, |p| p.base_from_tool.rotation.inverse())),
+    },
+    Mistake {
+        name: "rho read as translation",
+        says: "the positions are the ρ of an SE(3) logarithm (ω, ρ), not the translation: p = V(ω) ρ",
+        mend: |r| {
+            Some(with_positions(r, |p| {
+                so3::left_jacobian(&so3::log(&p.base_from_tool.rotation))
+                    * p.base_from_tool.translation.vector
+            }))
+        },
+    },
+    Mistake {
+        name: "radians taken for degrees",
+        says: "the attitude turns 57.3 times too little: its angles were radians and were converted as degrees",
+        mend: |r| Some(with_rotations(r, |p| scaled_angles(&p.base_from_tool.rotation, 1f64.to_degrees()))),
+    },
+    Mistake {
+        name: "features in m, labelled mm",
+        says: "the sensor's lengths (points, profile or laser plane) are 1000 times too small: they are metres",
+        mend: |r| if stand_off_m(r)? < STAND_OFF_M[0] { with_sensor_scaled(r, 1e3) } else { None },
+    },
+    Mistake {
+        name: "features in mm, labelled m",
+        says: "the sensor's lengths (points, profile or laser plane) are 1000 times too large: they are millimetres",
+        mend: |r| if stand_off_m(r)? > STAND_OFF_M[1] { with_sensor_scaled(r, 1e-3) } else { None },
+    },
+    Mistake {
+        name: "u and v swapped",
+        says: "u_px and v_px are swapped: u is the column, v the row",
+        mend: |r| with_pixels(r, |[u, v], _| [v, u]),
+    },
+    Mistake {
+        name: "u mirrored",
+        says: "the images are mirrored left to right",
+        mend: |r| with_pixels(r, |[u, v], size| [f64::from(size[0]) - 1.0 - u, v]),
+    },
+    Mistake {
+        name: "v mirrored",
+        says: "v_px counts from the bottom; it must count from the top",
+        mend: |r| with_pixels(r, |[u, v], size| [u, f64::from(size[1]) - 1.0 - v]),
+    },
+    Mistake {
+        name: "laser plane on the other side",
+        says: "the laser plane's normal or offset has the wrong sign in y: its tilt is mirrored",
+        mend: with_plane_mirrored,
+    },
+    Mistake {
+        name: "distortion order",
+        says: "the distortion is k1, k2, k3, p1, p2; the order must be k1, k2, p1, p2, k3",
+        mend: with_distortion_reordered,
+    },
+    Mistake {
+        name: "profile mirrored",
+        says: "the profiler's x runs the other way",
+        mend: with_profile_mirrored,
+    },
+    Mistake {
+        name: "clocks of different origin",
+        says: "robot and images are stamped by clocks that start at different times; stamp both by one clock",
+        mend: with_starts_aligned,
+    },
+];
+
+/// Robots work between these distances from their base, m. A robot 1000 times too small and a sensor 1000 times
+/// too large fit alike; only their size tells which it is.
+const REACH_M: [f64; 2] = [0.02, 20.0];
+/// Laser sensors work between these distances, m.
+const STAND_OFF_M: [f64; 2] = [0.005, 5.0];
+
+/// Typical distance of the tool from the base, m.
+fn reach_m(recording: &Recording) -> f64 {
+    median(recording.robot.iter().map(|s| s.base_from_tool.translation.vector.norm())).unwrap_or(0.0)
+}
+
+/// Typical distance of the seam from the sensor, m: that of the laser plane where pixels are measured.
+fn stand_off_m(recording: &Recording) -> Option<f64> {
+    if let Sensor::CameraLaser { laser_plane_in_camera, .. } = &recording.sensor {
+        return Some(laser_plane_in_camera.offset());
+    }
+    median(recording.features.iter().filter_map(|f| match f.measured {
+        Measured::Point([x, y, z]) => Some(Vector3::new(x, y, z).norm()),
+        Measured::Profile([x, z]) => Some(x.hypot(z)),
+        Measured::Pixel(_) => None,
+    }))
+}
+
+fn with_poses(recording: &Recording, pose: impl Fn(&RobotSample) -> Pose) -> Recording {
+    let mend = |sample: &RobotSample| RobotSample { base_from_tool: pose(sample), ..*sample };
+    Recording { robot: recording.robot.iter().map(mend).collect(), ..recording.clone() }
+}
+
+fn with_positions(recording: &Recording, position: impl Fn(&RobotSample) -> Vector3<f64>) -> Recording {
+    with_poses(recording, |sample| se3::from_parts(sample.base_from_tool.rotation, position(sample)))
+}
+
+fn with_rotations(
+    recording: &Recording,
+    rotation: impl Fn(&RobotSample) -> UnitQuaternion<f64>,
+) -> Recording {
+    with_poses(recording, |sample| {
+        se3::from_parts(rotation(sample), sample.base_from_tool.translation.vector)
+    })
+}
+
+/// What was read as (w, x, y, z) is (x, y, z, w).
+#[must_use]
+pub fn reordered(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    let q = rotation.quaternion();
+    UnitQuaternion::new_normalize(Quaternion::new(q.k, q.w, q.i, q.j))
+}
+
+/// Roll, pitch and yaw times a factor.
+fn scaled_angles(rotation: &UnitQuaternion<f64>, factor: f64) -> UnitQuaternion<f64> {
+    let (roll, pitch, yaw) = rotation.euler_angles();
+    UnitQuaternion::from_euler_angles(roll * factor, pitch * factor, yaw * factor)
+}
+
+fn with_features(recording: &Recording, measured: impl Fn(Measured) -> Measured) -> Recording {
+    let mut mended = recording.clone();
+    for feature in &mut mended.features {
+        feature.measured = measured(feature.measured);
+    }
+    mended
+}
+
+fn with_sensor_scaled(recording: &Recording, factor: f64) -> Option<Recording> {
+    let mut mended = with_features(recording, |measured| match measured {
+        Measured::Pixel(pixel) => Measured::Pixel(pixel),
+        Measured::Point(point) => Measured::Point(point.map(|x| x * factor)),
+        Measured::Profile(point) => Measured::Profile(point.map(|x| x * factor)),
+    });
+    match &mut mended.sensor {
+        Sensor::CameraLaser { laser_plane_in_camera: plane, .. }
+        | Sensor::Points { laser_plane_in_camera: Some(plane) } => {
+            *plane = Plane::new(plane.normal().into_inner(), plane.offset() * factor)?;
+        }
+        Sensor::Profiler | Sensor::Points { laser_plane_in_camera: None } => {}
+    }
+    Some(mended)
+}
+
+fn with_pixels(recording: &Recording, pixel: impl Fn([f64; 2], [u32; 2]) -> [f64; 2]) -> Option<Recording> {
+    let Sensor::CameraLaser { camera, .. } = &recording.sensor else { return None };
+    let size = camera.size;
+    Some(with_features(recording, |measured| match measured {
+        Measured::Pixel(uv) => Measured::Pixel(pixel(uv, size)),
+        other => other,
+    }))
+}
+
+fn with_plane_mirrored(recording: &Recording) -> Option<Recording> {
+    let mut mended = recording.clone();
+    let Sensor::CameraLaser { laser_plane_in_camera: plane, .. } = &mut mended.sensor else { return None };
+    let n = plane.normal();
+    *plane = Plane::new(Vector3::new(n.x, -n.y, n.z), plane.offset())?;
+    Some(mended)
+}
+
+fn with_distortion_reordered(recording: &Recording) -> Option<Recording> {
+    let mut mended = recording.clone();
+    let Sensor::CameraLaser { camera, .. } = &mut mended.sensor else { return None };
+    let BrownConrady { k1, k2, p1, p2, k3 } = camera.distortion;
+    if [p1, p2, k3] == [0.0; 3] {
+        return None;
+    }
+    camera.distortion = BrownConrady { k1, k2, p1: p2, p2: k3, k3: p1 };
+    Some(mended)
+}
+
+fn with_profile_mirrored(recording: &Recording) -> Option<Recording> {
+    matches!(recording.sensor, Sensor::Profiler).then(|| {
+        with_features(recording, |measured| match measured {
+            Measured::Profile([x, z]) => Measured::Profile([-x, z]),
+            other => other,
+        })
+    })
+}
+
+fn with_starts_aligned(recording: &Recording) -> Option<Recording> {
+    let shift_ns = recording.robot.first()?.stamp_ns - recording.features.first()?.stamp_ns;
+    let apart_s = (shift_ns as f64 * 1e-9).abs();
+    let mut mended = recording.clone();
+    for feature in &mut mended.features {
+        feature.stamp_ns += shift_ns;
+    }
+    // Within the searched range the estimate needs no help.
+    (apart_s > 1.0).then_some(mended)
+}
