@@ -134,7 +134,7 @@ fn clock_check(observations: &Observations, fit: &Fit, terms: &Terms<'_>) -> Opt
     let information = Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD)?;
     let problem = fit.problem(observations, terms.config);
     let covariance = information.covariance();
-    let real = uncertainty::assess(&problem, fit.parameters(), &information).covariance;
+    let real = uncertainty::assess(&problem, fit.parameters(), &fit.noise, &information).covariance;
     let variance = (real[(0, 0)] / covariance[(0, 0)]).max(1.0);
     variance.is_finite().then(|| ClockCheck::new(&problem, fit.parameters(), covariance, variance))
 }
@@ -196,7 +196,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let problem = fit.problem(observations, config);
     let information = Information::new(&fit.solution.equations.hessian, from.terms.fixed, RANK_THRESHOLD)
         .ok_or(Error::NoStart)?;
-    let mut uncertainty = uncertainty::assess(&problem, &parameters, &information);
+    let mut uncertainty = uncertainty::assess(&problem, &parameters, &fit.noise, &information);
     let held_out = held_out::check(&subject(from, &information, &uncertainty), config);
     uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)] +=
         from.sampling.phase_sigma_s(from.regularised).powi(2);

@@ -38,6 +38,14 @@ impl Whitener {
         Self([1.0 / sigma, 0.0, 1.0 / sigma])
     }
 
+    /// W.
+    #[must_use]
+    #[inline]
+    pub fn matrix(&self) -> Matrix2<f64> {
+        let [w11, w21, w22] = self.0;
+        Matrix2::new(w11, 0.0, w21, w22)
+    }
+
     /// W r.
     #[must_use]
     #[inline]

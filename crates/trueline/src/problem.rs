@@ -197,9 +197,32 @@ impl<'a> LineProblem<'a> {
         jacobian.fixed_columns_mut::<3>(1).copy_from(&parts.d_rotation);
         jacobian.fixed_columns_mut::<3>(4).copy_from(&parts.d_translation);
         jacobian.fixed_columns_mut::<4>(LINES).copy_from(&parts.d_line);
-        let [w11, w21, w22] = whitener.0;
-        let whiten = nalgebra::Matrix2::new(w11, 0.0, w21, w22);
+        let whiten = whitener.matrix();
         Some((whiten * parts.residual, whiten * jacobian))
+    }
+
+    /// How the errors that all features of an image share move a whitened residual: one column for each axis
+    /// of the robot's position and one for the stamp, per standard deviation (2×4). The point-to-line
+    /// residual has no model of its noise, so nothing is expected of it.
+    #[must_use]
+    pub fn whitened_shared_errors(
+        &self,
+        (o, whitener): &(Observation, Whitener),
+        at: &Parameters,
+        noise: &NoiseLevels,
+        hint: &mut usize,
+    ) -> Option<SMatrix<f64, 2, 4>> {
+        if self.residual == ResidualKind::PointToLine {
+            return None;
+        }
+        let placement = self.placement(o, at, hint)?;
+        let line = &at.lines[o.line as usize];
+        let (jacobian, onto_sheet) =
+            sheet_residual::linearize(&placement, &self.observations.sheet, &o.point_in_camera, line)?;
+        let mut errors = SMatrix::<f64, 2, 4>::zeros();
+        errors.fixed_columns_mut::<3>(0).copy_from(&(onto_sheet * noise.robot_sigma_m));
+        errors.fixed_columns_mut::<1>(3).copy_from(&(jacobian.d_time_offset * noise.stamp_sigma_s));
+        Some(whitener.matrix() * errors * noise.factor)
     }
 }
 

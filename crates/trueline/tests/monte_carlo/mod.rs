@@ -1,6 +1,11 @@
 //! Many simulated scans of many cells: how far off the estimates are, and how far off they say they are.
 //! Shared by the tests and by `examples/monte_carlo.rs`.
-#![allow(dead_code, clippy::unwrap_used, reason = "two programs use a part each; a test fails by panicking")]
+#![allow(
+    dead_code,
+    clippy::unwrap_used,
+    missing_docs,
+    reason = "two programs use a part each; a test fails by panicking"
+)]
 
 use nalgebra::{DVector, SVector};
 use std::time::Instant;
