@@ -102,6 +102,69 @@ fn a_guess_and_a_hold() {
 }
 
 #[test]
+fn a_wanted_accuracy_that_is_not_met_exits_1_with_the_reason() {
+    let dir = tempfile::tempdir().unwrap();
+    assert_eq!(code(&trueline(dir.path(), &["simulate", "--out", "scan", "--quiet"])), 0);
+    let (met, _) =
+        calibrate_json(dir.path(), &["scan", "--require", "time=1ms,translation=2mm,rotation=1deg"]);
+    assert_eq!(met, 0);
+    let (missed, result) = calibrate_json(dir.path(), &["scan", "--require", "translation=0.001mm"]);
+    assert_eq!(missed, 1);
+    let reason = result["reasons"][0].as_str().unwrap();
+    assert!(reason.contains("translation") && reason.contains("0.001 mm"), "{reason}");
+    // The numbers are there all the same.
+    assert!(result["tool_from_camera"]["translation_mm"][0].is_f64());
+    assert_eq!(code(&trueline(dir.path(), &["calibrate", "scan", "--require", "time=1mm"])), 2);
+}
+
+#[test]
+fn accepting_partial_results_holds_the_unseen_at_the_guess_and_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let simulate = ["simulate", "--preset", "constant-attitude", "--out", "scan", "--quiet"];
+    assert_eq!(code(&trueline(dir.path(), &simulate)), 0);
+    let truth = fs::read_to_string(dir.path().join("scan/truth.toml")).unwrap();
+    fs::write(dir.path().join("guess.toml"), truth.split("[[lines]]").next().unwrap()).unwrap();
+    let (exit, result) = calibrate_json(dir.path(), &["scan", "--accept-partial", "--initial", "guess.toml"]);
+    assert_eq!((exit, result["status"].as_str()), (0, Some("accepted")));
+    assert_eq!(result["observability"]["held_at_guess"], true);
+    // Without a guess there is nothing to hold anything at.
+    assert_eq!(code(&trueline(dir.path(), &["calibrate", "scan", "--accept-partial"])), 2);
+}
+
+#[test]
+fn stamps_as_recorded_or_regularised() {
+    let dir = tempfile::tempdir().unwrap();
+    assert_eq!(code(&trueline(dir.path(), &["simulate", "--out", "scan", "--quiet"])), 0);
+    let (_, raw) = calibrate_json(dir.path(), &["scan", "--stamps", "raw"]);
+    let (_, regular) = calibrate_json(dir.path(), &["scan", "--stamps", "regular"]);
+    assert_eq!(raw["stamps"]["features"]["used"], "raw");
+    assert_eq!(regular["stamps"]["features"]["used"], "regular");
+    // The preset's 0.1 ms of jitter is found either way.
+    let jitter_s = raw["stamps"]["features"]["jitter_s"].as_f64().unwrap();
+    assert!((5e-5..2e-4).contains(&jitter_s), "{jitter_s}");
+    assert!(raw["sigma"]["time_offset_s"].as_f64() > regular["sigma"]["time_offset_s"].as_f64());
+}
+
+#[test]
+fn the_doctor_names_the_mistake() {
+    let dir = tempfile::tempdir().unwrap();
+    assert_eq!(code(&trueline(dir.path(), &["simulate", "--out", "scan", "--quiet"])), 0);
+    let healthy = trueline(dir.path(), &["doctor", "scan"]);
+    assert_eq!(code(&healthy), 0);
+    let robot = dir.path().join("scan/robot.csv");
+    let text = fs::read_to_string(&robot).unwrap();
+    fs::write(&robot, text.replacen("x_mm,y_mm,z_mm", "x_m,y_m,z_m", 1)).unwrap();
+    let ill = trueline(dir.path(), &["doctor", "scan"]);
+    assert_eq!(code(&ill), 1);
+    let words = String::from_utf8(ill.stdout).unwrap();
+    assert!(words.contains("they are millimetres"), "{words}");
+    let json = trueline(dir.path(), &["doctor", "scan", "--quiet", "--json", "-"]);
+    let found: Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert!(found["findings"][0].as_str().unwrap().contains("millimetres"));
+    assert_eq!(code(&trueline(dir.path(), &["doctor", "nowhere"])), 2);
+}
+
+#[test]
 fn bad_input_exits_2_and_writes_nothing() {
     let dir = tempfile::tempdir().unwrap();
     let output =

@@ -19,6 +19,7 @@ use crate::uncertainty::{self, Uncertainty};
 use crate::verdict::{self, Evidence};
 use crate::{at_torch, disruption, initial};
 use nalgebra::SVector;
+use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Guess, Recording};
 use trueline_lsq::Information;
 
@@ -286,7 +287,16 @@ fn judge(calibration: &mut Calibration, equal_twin: bool, features: usize) {
         features,
     };
     let reasons = verdict::reasons(&evidence);
-    let warnings = verdict::warnings(&evidence);
+    let mut warnings = verdict::warnings(&evidence);
+    let seen =
+        calibration.held_at_guess || calibration.observability.seen_components[..LINES].iter().all(|s| *s);
+    if let (true, None, Some(wanted)) = (seen, &calibration.at_torch, calibration.config.used_at.stand_off_m)
+    {
+        warnings.push(format!(
+            "no error at the torch is predicted: no point of the laser sheet below the scan is {:.0} mm from the sensor",
+            wanted * MM_PER_M
+        ));
+    }
     calibration.status = if reasons.is_empty() { Status::Accepted } else { Status::NotAccepted };
     calibration.reasons = reasons;
     calibration.warnings = warnings;
