@@ -91,6 +91,9 @@ pub struct Trajectory {
     median_period: f64,
 }
 
+/// Samples that are looked at one by one before searching: robots are sampled up to ten times for each image.
+const STEPS_FORWARD: usize = 12;
+
 impl Trajectory {
     /// Builds a trajectory from sample times (s, not decreasing) and poses.
     ///
@@ -142,10 +145,14 @@ impl Trajectory {
     ///
     /// Amortised O(1) when asked for rising times with the last answer as hint; O(log distance) else.
     #[must_use]
+    #[inline]
     pub fn bracket(&self, time: f64, hint: usize) -> Option<usize> {
         let last = self.times.len() - 1;
         if !(time >= self.times[0] && time <= self.times[last]) {
             return None;
+        }
+        if let Some(index) = self.step_forward(time, hint) {
+            return Some(index);
         }
         let (low, high) = self.gallop(time, hint.min(last));
         // The last sample at or before `time`; at the very end the segment that ends there.
@@ -159,6 +166,15 @@ impl Trajectory {
     }
 
     /// A range [low, high) of samples that holds the last one at or before `time`.
+    /// The bracket among the next few samples, where it is when times are asked for in rising order.
+    #[inline]
+    fn step_forward(&self, time: f64, hint: usize) -> Option<usize> {
+        let ahead = self.times.get(hint..(hint + STEPS_FORWARD).min(self.times.len()))?;
+        let after = ahead.iter().position(|t| *t > time)?;
+        // None if even the first is later.
+        Some(hint + after.checked_sub(1)?)
+    }
+
     fn gallop(&self, time: f64, hint: usize) -> (usize, usize) {
         let count = self.times.len();
         let mut step = 1;

@@ -41,6 +41,12 @@ impl LaserSheet {
         &self.plane
     }
 
+    /// The point of the sheet from which its coordinates count, in the camera frame, m.
+    #[must_use]
+    pub fn origin(&self) -> &Vector3<f64> {
+        &self.origin
+    }
+
     /// The two axes in the sheet as columns, in the camera frame.
     #[must_use]
     pub fn axes(&self) -> &Matrix3x2<f64> {

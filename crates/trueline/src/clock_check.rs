@@ -58,7 +58,7 @@ impl ClockCheck {
     ) -> Self {
         let mut hint = 0;
         let dimension = covariance.nrows();
-        let part = |pair: &(crate::Observation, crate::noise_levels::Whitener)| {
+        let part = |pair: (&crate::Observation, &crate::noise_levels::Whitener)| {
             let (residual, jacobian) = problem.whitened(pair, at, &mut hint)?;
             let weight = problem.loss.weight(residual.norm_squared());
             let column = jacobian.column(0).into_owned() * weight;
@@ -74,7 +74,7 @@ impl ClockCheck {
                 own: local[0],
             })
         };
-        let parts = problem.selected.iter().filter_map(part).collect();
+        let parts = problem.selected().filter_map(part).collect();
         Self { parts, covariance, variance }
     }
 

@@ -103,7 +103,7 @@ fn covariance_of(hessian: &DMatrix<f64>, subject: &Subject<'_>) -> Option<DMatri
     Some(Information::new(hessian, subject.fixed, subject.rank_threshold)?.covariance())
 }
 
-fn problem<'a>(subject: &Subject<'a>, config: &Config, list: &[Observation]) -> LineProblem<'a> {
+fn problem<'a>(subject: &Subject<'a>, config: &Config, list: &'a [Observation]) -> LineProblem<'a> {
     let criterion = Criterion { residual: config.residual, loss: config.final_loss() };
     let fit = subject.fit;
     LineProblem::new(subject.observations, list, criterion, &fit.noise, &fit.whitened_at)
@@ -125,11 +125,11 @@ fn solve_again(
 fn carrying(subject: &Subject<'_>, config: &Config) -> Vec<bool> {
     let problem = problem(subject, config, &subject.fit.list);
     let mut hint = 0;
-    let carries = |(o, whitener): &(Observation, crate::noise_levels::Whitener)| {
+    let carries = |(o, whitener): (&Observation, &crate::noise_levels::Whitener)| {
         let residual = problem.residual(o, subject.fit.parameters(), &mut hint);
         residual.is_some_and(|r| problem.loss.weight(whitener.apply(&r).norm_squared()) > LEAST_WEIGHT)
     };
-    problem.selected.iter().map(carries).collect()
+    problem.selected().map(carries).collect()
 }
 
 fn squared_distances(

@@ -1,11 +1,12 @@
 //! Observations → problem: one whitened residual for each observation, with its Jacobian by the chain rule.
 
 use crate::config::ResidualKind;
+use crate::kernel::{Cost, Equations, Mounting, Scan, Squared, Whitening, sweep};
 use crate::noise_levels::{NoiseLevels, Whitener};
 use crate::observations::{Observation, Observations};
 use crate::parameters::{LINES, Parameters, line_index};
 use crate::prior::Prior;
-use nalgebra::{DVector, SMatrix, SVector, Vector2};
+use nalgebra::{DVector, SMatrix, Vector2};
 use trueline_lsq::{LeastSquares, Loss, NormalEquations};
 use trueline_model::point_to_line::{self, ResidualJacobian};
 use trueline_model::{Placement, sheet_residual};
@@ -18,10 +19,12 @@ pub const POINT_TO_LINE_SIGMA_M: f64 = 5e-5;
 
 /// The least-squares problem of a scan.
 pub struct LineProblem<'a> {
-    /// Trajectory and sheet; the list is in `selected`.
+    /// Trajectory and sheet.
     pub observations: &'a Observations,
-    /// The observations that take part, by rising stamp, and their whiteners.
-    pub selected: Vec<(Observation, Whitener)>,
+    /// The observations that take part, by rising stamp.
+    pub list: &'a [Observation],
+    /// The whitener of each.
+    pub whiteners: Vec<Whitener>,
     /// Which residual.
     pub residual: ResidualKind,
     /// Robust loss.
@@ -36,7 +39,7 @@ const SIGNAL_LAG_S: f64 = 3.0 * trueline_geometry::smooth::HALF_WINDOW_S;
 /// The part of an observation that cannot be evaluated (outside the recording, in a gap, or the line
 /// along the sheet), in squared standard deviations: as bad as a residual of 1000 σ. A redescending loss
 /// has long saturated there, so that a search gains nothing by pushing features off the recording.
-const UNUSABLE_SQUARED: f64 = 1e6;
+pub(crate) const UNUSABLE_SQUARED: f64 = 1e6;
 
 /// The observations whose exposure stays inside the robot's recording, and out of its gaps, for every
 /// time offset within `margin_s` of the one given: a solve that moves no further never loses or gains one.
@@ -72,18 +75,29 @@ impl<'a> LineProblem<'a> {
     #[must_use]
     pub fn new(
         observations: &'a Observations,
-        list: &[Observation],
+        list: &'a [Observation],
         criterion: Criterion,
         noise: &NoiseLevels,
         at: &Parameters,
     ) -> Self {
-        let mut hint = 0;
-        let whitener = |o: &Observation| match criterion.residual {
-            ResidualKind::PointToLine => Whitener::isotropic(POINT_TO_LINE_SIGMA_M * noise.factor),
-            ResidualKind::Sheet => sheet_whitener(observations, o, noise, at, &mut hint),
+        let whiteners = match criterion.residual {
+            ResidualKind::PointToLine => {
+                vec![Whitener::isotropic(POINT_TO_LINE_SIGMA_M * noise.factor); list.len()]
+            }
+            ResidualKind::Sheet => {
+                let mut whitening = Whitening::new(list, noise);
+                sweep(&Scan { observations, list, at, residual: ResidualKind::Sheet }, &mut whitening);
+                whitening.whiteners
+            }
         };
-        let whiteners: Vec<Whitener> = list.iter().map(whitener).collect();
-        Self::with_whiteners(observations, list, &whiteners, criterion)
+        Self {
+            observations,
+            list,
+            whiteners,
+            residual: criterion.residual,
+            loss: criterion.loss,
+            prior: None,
+        }
     }
 
     /// A problem for a search far from the solution, where speeds across the sheet mean nothing yet:
@@ -91,27 +105,12 @@ impl<'a> LineProblem<'a> {
     #[must_use]
     pub fn coarse(
         observations: &'a Observations,
-        list: &[Observation],
+        list: &'a [Observation],
         loss: Loss,
         noise: &NoiseLevels,
     ) -> Self {
-        let whiteners: Vec<Whitener> = list.iter().map(|o| noise.coarse_whitener(o.covariance)).collect();
-        Self::with_whiteners(
-            observations,
-            list,
-            &whiteners,
-            Criterion { residual: ResidualKind::Sheet, loss },
-        )
-    }
-
-    fn with_whiteners(
-        observations: &'a Observations,
-        list: &[Observation],
-        whiteners: &[Whitener],
-        criterion: Criterion,
-    ) -> Self {
-        let selected = list.iter().copied().zip(whiteners.iter().copied()).collect();
-        Self { observations, selected, residual: criterion.residual, loss: criterion.loss, prior: None }
+        let whiteners = list.iter().map(|o| noise.coarse_whitener(o.covariance)).collect();
+        Self { observations, list, whiteners, residual: ResidualKind::Sheet, loss, prior: None }
     }
 
     /// The same problem with directions held at a guess.
@@ -120,14 +119,22 @@ impl<'a> LineProblem<'a> {
         Self { prior, ..self }
     }
 
+    /// The observations that take part, each with its whitener.
+    pub fn selected(&self) -> impl Iterator<Item = (&Observation, &Whitener)> {
+        self.list.iter().zip(&self.whiteners)
+    }
+
+    fn scan<'s>(&'s self, at: &'s Parameters) -> Scan<'s> {
+        Scan { observations: self.observations, list: self.list, at, residual: self.residual }
+    }
+
     /// Squared whitened residuals of all observations that can be evaluated.
     #[must_use]
     pub fn squared_residuals(&self, at: &Parameters) -> Vec<f64> {
-        let mut hint = 0;
-        let squared = |(o, whitener): &(Observation, Whitener)| {
-            self.residual(o, at, &mut hint).map(|r| whitener.apply(&r).norm_squared())
-        };
-        self.selected.iter().filter_map(squared).collect()
+        let mut squared = Squared::new(&self.whiteners);
+        sweep(&self.scan(at), &mut squared);
+        squared.values.retain(|value| !value.is_nan());
+        squared.values
     }
 
     /// Where the sensor was at the exposure of an observation; `None` outside the recording or in a gap.
@@ -158,7 +165,7 @@ impl<'a> LineProblem<'a> {
     pub fn time_offset_signal(&self, at: &Parameters) -> f64 {
         let (mut crossed, mut own) = (0.0, 0.0);
         let (mut hint, mut later_hint) = (0, 0);
-        for (o, whitener) in &self.selected {
+        for (o, whitener) in self.selected() {
             let later = Observation { stamp_s: o.stamp_s + SIGNAL_LAG_S, ..*o };
             let now = self.linearized(o, at, &mut hint);
             let then = self.linearized(&later, at, &mut later_hint);
@@ -187,7 +194,7 @@ impl<'a> LineProblem<'a> {
     #[must_use]
     pub fn whitened(
         &self,
-        (observation, whitener): &(Observation, Whitener),
+        (observation, whitener): (&Observation, &Whitener),
         at: &Parameters,
         hint: &mut usize,
     ) -> Option<(Vector2<f64>, SMatrix<f64, 2, LOCAL>)> {
@@ -207,7 +214,7 @@ impl<'a> LineProblem<'a> {
     #[must_use]
     pub fn whitened_shared_errors(
         &self,
-        (o, whitener): &(Observation, Whitener),
+        (o, whitener): (&Observation, &Whitener),
         at: &Parameters,
         noise: &NoiseLevels,
         hint: &mut usize,
@@ -241,23 +248,6 @@ pub fn placement(
     Some(Placement::new(segment, exposure, &at.tool_from_camera))
 }
 
-fn sheet_whitener(
-    observations: &Observations,
-    o: &Observation,
-    noise: &NoiseLevels,
-    at: &Parameters,
-    hint: &mut usize,
-) -> Whitener {
-    let line = &at.lines[o.line as usize];
-    let linearized = placement(observations, o, at, hint).and_then(|placement| {
-        sheet_residual::linearize(&placement, &observations.sheet, &o.point_in_camera, line)
-    });
-    let fine = linearized.and_then(|(jacobian, onto_sheet)| {
-        Whitener::of(&noise.covariance(o.covariance, &onto_sheet, &jacobian.d_time_offset))
-    });
-    fine.unwrap_or_else(|| noise.coarse_whitener(o.covariance))
-}
-
 impl LeastSquares for LineProblem<'_> {
     type State = Parameters;
 
@@ -270,54 +260,18 @@ impl LeastSquares for LineProblem<'_> {
     }
 
     fn cost(&self, state: &Parameters) -> f64 {
-        let mut hint = 0;
-        let squared = |(o, whitener): &(Observation, Whitener)| {
-            self.residual(o, state, &mut hint).map_or(UNUSABLE_SQUARED, |r| whitener.apply(&r).norm_squared())
-        };
-        let data: f64 = self.selected.iter().map(squared).map(|s| 0.5 * self.loss.value(s)).sum();
-        data + self.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
+        let mut cost = Cost::new(&self.whiteners, self.loss);
+        sweep(&self.scan(state), &mut cost);
+        cost.total() + self.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
     }
 
     fn linearize(&self, state: &Parameters, equations: &mut NormalEquations) {
-        let mut hint = 0;
-        let mut sums = vec![LineSums::default(); self.observations.line_count];
-        for pair in &self.selected {
-            match self.whitened(pair, state, &mut hint) {
-                Some((residual, jacobian)) => {
-                    let squared = residual.norm_squared();
-                    let weight = self.loss.weight(squared);
-                    let own = &mut sums[pair.0.line as usize];
-                    own.hessian += jacobian.transpose() * jacobian * weight;
-                    own.gradient += jacobian.transpose() * residual * weight;
-                    equations.cost += 0.5 * self.loss.value(squared);
-                }
-                None => equations.cost += 0.5 * self.loss.value(UNUSABLE_SQUARED),
-            }
-        }
-        for (line, own) in sums.iter().enumerate() {
-            own.add_to(equations, line);
-        }
+        let mut sums = Equations::new(&self.whiteners, self.loss, self.observations.line_count);
+        sweep(&self.scan(state), &mut sums);
+        let mounting = Mounting::new(&self.observations.sheet, state);
+        sums.add_to(equations, &mounting.sheet_from_tool);
         if let Some(prior) = &self.prior {
             prior.add_to(state, equations);
-        }
-    }
-}
-
-/// Sums of one line over its 11 unknowns.
-#[derive(Clone, Default)]
-struct LineSums {
-    hessian: SMatrix<f64, LOCAL, LOCAL>,
-    gradient: SVector<f64, LOCAL>,
-}
-
-impl LineSums {
-    fn add_to(&self, equations: &mut NormalEquations, line: usize) {
-        let place = |k: usize| global_index(k, line);
-        for row in 0..LOCAL {
-            equations.gradient[place(row)] += self.gradient[row];
-            for column in 0..LOCAL {
-                equations.hessian[(place(row), place(column))] += self.hessian[(row, column)];
-            }
         }
     }
 }

@@ -45,7 +45,7 @@ pub struct Fit {
 impl Fit {
     /// The problem whose solution this is.
     #[must_use]
-    pub fn problem<'a>(&self, observations: &'a Observations, config: &Config) -> LineProblem<'a> {
+    pub fn problem<'a>(&'a self, observations: &'a Observations, config: &Config) -> LineProblem<'a> {
         let criterion = Criterion { residual: config.residual, loss: config.final_loss() };
         LineProblem::new(observations, &self.list, criterion, &self.noise, &self.whitened_at)
             .with_prior(self.prior.clone())

@@ -57,9 +57,9 @@ pub fn evaluate(
 ) -> (Vec<FeatureResidual>, BTreeMap<&'static str, usize>) {
     let observations = problem.observations;
     let mut skipped = observations.skipped.clone();
-    let mut list = Vec::with_capacity(problem.selected.len());
+    let mut list = Vec::with_capacity(problem.list.len());
     let mut hint = 0;
-    let mut selected = problem.selected.iter().peekable();
+    let mut selected = problem.selected().peekable();
     for o in &observations.list {
         let Some((_, whitener)) = selected.next_if(|(s, _)| s.row == o.row) else {
             let reason = why_not_placed(observations, o.stamp_s - at.time_offset_s);

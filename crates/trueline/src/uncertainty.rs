@@ -80,7 +80,7 @@ fn frame_scores(
     let mut shared = SharedErrors::new(size);
     let mut last_stamp = f64::NAN;
     let mut hint = 0;
-    for pair in &problem.selected {
+    for pair in problem.selected() {
         let Some((residual, jacobian)) = problem.whitened(pair, at, &mut hint) else {
             continue;
         };
