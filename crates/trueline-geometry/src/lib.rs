@@ -7,6 +7,7 @@
 //!
 //! No input or output, no serialisation, no other units: those live at the edges.
 
+pub mod curve;
 pub mod fit;
 pub mod line;
 pub mod plane;

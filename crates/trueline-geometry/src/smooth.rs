@@ -5,39 +5,64 @@
 //! than it is. A local quadratic over a short window \[Savitzky1964\] keeps position, velocity and
 //! acceleration of the motion and averages the noise.
 
+use crate::curve::lagrange_weights;
 use crate::{Pose, se3, so3};
 use nalgebra::{Matrix3, Vector3};
 
 /// Half the window, s: 20 ms keeps a motion of 5 Hz to 0.05 % of its amplitude.
 pub const HALF_WINDOW_S: f64 = 0.020;
-/// Fewest samples to either side, for slow streams.
+/// Fewest samples to either side: slower streams stay as they are, for a longer window would bend the motion.
 const MIN_SIDE: usize = 2;
 
-/// Standard deviation of the positions per axis (m) about a locally cubic motion: median of the absolute
-/// fourth differences, whose noise is √70 times that of a sample.
+/// Neighbours to either side from which a sample is predicted.
+const PREDICTORS: usize = 4;
+
+/// Standard deviation of the positions per axis (m) about a smooth motion: how far each sample is off the polynomial
+/// through its four neighbours to either side, in units of what that is for samples with noise 1; the median of it.
 ///
-/// Zero for fewer than eight samples. Samples should be evenly spaced; jitter shows up as noise, as it should.
+/// For even spacing these are the eighth differences: a swing of 1 Hz and 50 mm sampled at 20 Hz passes for 1 µm of
+/// noise. Zero if fewer than twelve numbers can be had. Jitter of the stamps shows up as noise, as it should.
 #[must_use]
-pub fn position_noise(poses: &[Pose]) -> f64 {
-    let fourth = |w: &[Pose]| {
-        let p = |k: usize| w[k].translation.vector;
-        (p(0) + p(4) - (p(1) + p(3)) * 4.0 + p(2) * 6.0).abs()
-    };
-    let mut differences: Vec<f64> = poses.windows(5).map(fourth).flat_map(|d| [d.x, d.y, d.z]).collect();
-    if differences.len() < 12 {
+pub fn position_noise(times: &[f64], poses: &[Pose], gap_limit: f64) -> f64 {
+    let mut errors: Vec<f64> = Vec::with_capacity(3 * poses.len());
+    let width = 2 * PREDICTORS + 1;
+    for (t, p) in times.windows(width).zip(poses.windows(width)) {
+        if t.windows(2).all(|pair| pair[1] > pair[0] && pair[1] - pair[0] <= gap_limit) {
+            errors.extend(prediction_error(t, p).iter());
+        }
+    }
+    if errors.len() < 12 {
         return 0.0;
     }
-    let middle = differences.len() / 2;
-    let median = *differences.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let middle = errors.len() / 2;
+    let median = *errors.select_nth_unstable_by(middle, f64::total_cmp).1;
     // The median of |N(0, 1)| is 0.67449.
-    median / 0.674_49 / 70.0_f64.sqrt()
+    median / 0.674_49
+}
+
+/// |measured − predicted| of the middle sample, per axis, over the standard deviation that noise 1 gives it.
+fn prediction_error(times: &[f64], poses: &[Pose]) -> Vector3<f64> {
+    let mut nodes = [0.0; 2 * PREDICTORS];
+    nodes[..PREDICTORS].copy_from_slice(&times[..PREDICTORS]);
+    nodes[PREDICTORS..].copy_from_slice(&times[PREDICTORS + 1..]);
+    let mut weights = [0.0; 2 * PREDICTORS];
+    lagrange_weights(&nodes, times[PREDICTORS], &mut weights);
+    let middle = poses[PREDICTORS].translation.vector;
+    let others = poses[..PREDICTORS].iter().chain(&poses[PREDICTORS + 1..]);
+    let predicted: Vector3<f64> =
+        others.zip(weights).map(|(pose, weight)| (pose.translation.vector - middle) * weight).sum();
+    let gain = (1.0 + weights.iter().map(|w| w * w).sum::<f64>()).sqrt();
+    predicted.abs() / gain
 }
 
 /// Part of a sample's noise that [`local_quadratic`] leaves, for evenly spaced samples:
 /// √(3(3m² + 3m − 1) / ((2m − 1)(2m + 1)(2m + 3))) with m neighbours to either side \[Savitzky1964\].
 #[must_use]
 pub fn noise_left(period_s: f64) -> f64 {
-    let m = (HALF_WINDOW_S / period_s * (1.0 + 1e-9)).floor().max(MIN_SIDE as f64);
+    let m = (HALF_WINDOW_S / period_s * (1.0 + 1e-9)).floor();
+    if m < MIN_SIDE as f64 {
+        return 1.0;
+    }
     (3.0 * (3.0 * m * m + 3.0 * m - 1.0) / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0))).sqrt()
 }
 
@@ -49,16 +74,16 @@ pub fn local_quadratic(times: &[f64], poses: &[Pose], gap_limit: f64) -> Vec<Pos
 }
 
 fn smoothed(times: &[f64], poses: &[Pose], k: usize, gap_limit: f64) -> Pose {
-    let reaches = |from: usize, to: usize, side: usize| {
+    let reaches = |from: usize, to: usize| {
         (times[to] - times[from]).abs() <= gap_limit
-            && (side <= MIN_SIDE || (times[to] - times[k]).abs() <= HALF_WINDOW_S)
+            && (times[to] - times[k]).abs() <= HALF_WINDOW_S * (1.0 + 1e-9)
     };
     let mut side = 0;
     // The same number of neighbours on both sides, so that a cubic motion is kept too.
     while side < k
         && k + side + 1 < poses.len()
-        && reaches(k - side, k - side - 1, side + 1)
-        && reaches(k + side, k + side + 1, side + 1)
+        && reaches(k - side, k - side - 1)
+        && reaches(k + side, k + side + 1)
     {
         side += 1;
     }

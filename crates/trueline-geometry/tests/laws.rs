@@ -200,9 +200,44 @@ fn the_local_fit_keeps_a_quadratic_motion_and_measures_noise() {
             se3::from_parts(p.rotation, p.translation.vector + push)
         })
         .collect();
-    let measured = smooth::position_noise(&noisy);
-    // A median of 1500 values, neighbours correlated: 1.25/√(1500/3)·… ≈ 6 %; sums of five are nearly normal.
+    let measured = smooth::position_noise(&times, &noisy, 0.016);
+    // A median of 1500 values, neighbours correlated: 1.25/√(1500/3)·… ≈ 6 %; sums of nine are nearly normal.
     assert!((measured / sigma - 1.0).abs() < 0.2, "{measured}");
+    // The same if nine of ten rows are lost at random: a motion of 1 s² is still a parabola.
+    let kept: Vec<usize> = (0..500).filter(|k| (k * 7919) % 10 == 0 || (k * 104_729) % 17 < 2).collect();
+    let (few_times, few): (Vec<f64>, Vec<Pose>) = kept.iter().map(|k| (times[*k], noisy[*k])).unzip();
+    let measured = smooth::position_noise(&few_times, &few, 1.0);
+    assert!((measured / sigma - 1.0).abs() < 0.5, "{measured}");
+}
+
+#[test]
+fn the_curve_between_slow_samples_is_the_motion() {
+    let (amplitude, rate) = (0.05, 2.0 * std::f64::consts::PI);
+    let motion = |t: f64| {
+        let wave = (rate * t).sin();
+        se3::from_parts(
+            so3::exp(&(Vector3::new(0.3, -0.2, 0.1) * wave)),
+            Vector3::new(0.1 * t, amplitude * wave, 0.0),
+        )
+    };
+    // 20 Hz, with one gap of half a second.
+    let times: Vec<f64> = (0..60).map(|k| f64::from(k) * 0.05).filter(|t| !(1.02..1.48).contains(t)).collect();
+    let poses: Vec<Pose> = times.iter().map(|t| motion(*t)).collect();
+    let (dense_times, dense) = trueline_geometry::curve::densified(&times, &poses, 0.2, 0.004);
+    // Six nodes: 5/1024 T⁶ x⁽⁶⁾ with x⁽⁶⁾ = amplitude · rate⁶; near ends and gap four nodes or fewer on one side, where
+    // it is some times 1/24 T⁴ x⁽⁴⁾.
+    let bound = |amplitude: f64| 5.0 / 1024.0 * 0.05_f64.powi(6) * amplitude * rate.powi(6);
+    let near_edge = |t: f64| [0.0, 1.0, 1.5, 2.95].iter().any(|edge| (t - edge).abs() < 0.11);
+    let coarse = |amplitude: f64| 0.5 * 0.05_f64.powi(4) * amplitude * rate.powi(4);
+    for (t, pose) in dense_times.iter().zip(&dense) {
+        let (turn, shift) = se3::difference_decoupled(pose, &motion(*t));
+        let limit = |amplitude: f64| 1e-13 + if near_edge(*t) { coarse(amplitude) } else { bound(amplitude) };
+        assert!(shift.norm() < limit(amplitude), "{t} {}", shift.norm());
+        // The turns are about one axis and so add like numbers: 0.374 rad.
+        assert!(turn.norm() < limit(0.375), "{t} {}", turn.norm());
+    }
+    assert!(dense_times.windows(2).all(|w| w[1] - w[0] < 0.004 + 1e-9 || w[1] - w[0] > 0.4));
+    assert!(times.iter().all(|t| dense_times.contains(t)));
 }
 
 #[test]

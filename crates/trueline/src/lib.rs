@@ -17,6 +17,7 @@ pub mod disruption;
 pub mod doctor;
 pub mod error;
 pub mod held_out;
+pub mod held_poses;
 pub mod initial;
 mod kernel;
 pub mod mistakes;

@@ -1,0 +1,78 @@
+//! Poses that are reported more often than they change.
+//!
+//! A stream of 4 ms whose controller has a new pose every 12 ms repeats each three times. Taken as recorded the robot
+//! would stand and jump, and its poses would be late by half the difference; only the first of each is news.
+
+use trueline_geometry::Pose;
+
+/// Which samples are news.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Updates {
+    /// Indices of the samples to keep, rising.
+    pub kept: Vec<usize>,
+    /// How many are left out.
+    pub repeated: usize,
+}
+
+/// A pose that stays the same for longer than this is a robot at rest, s.
+const REST_S: f64 = 0.15;
+/// Part of the samples in motion that must be repetitions before any is left out: a robot that turns around stands
+/// still for a sample or two as well.
+const LEAST_SHARE: f64 = 0.25;
+
+/// Finds the samples that are news.
+#[must_use]
+pub fn updates(times_s: &[f64], poses: &[Pose]) -> Updates {
+    let mut kept = Vec::with_capacity(poses.len());
+    let (mut repeated, mut moving) = (0, 0);
+    let mut start = 0;
+    for end in 1..=poses.len() {
+        if end < poses.len() && poses[end] == poses[start] {
+            continue;
+        }
+        if times_s[end - 1] - times_s[start] > REST_S {
+            kept.extend(start..end);
+        } else {
+            kept.push(start);
+            repeated += end - start - 1;
+            moving += end - start;
+        }
+        start = end;
+    }
+    if (repeated as f64) < LEAST_SHARE * moving as f64 {
+        return Updates { kept: (0..poses.len()).collect(), repeated: 0 };
+    }
+    Updates { kept, repeated }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{UnitQuaternion, Vector3};
+    use trueline_geometry::se3;
+
+    fn stream(x: impl Fn(usize) -> f64) -> (Vec<f64>, Vec<Pose>) {
+        let at = |k| se3::from_parts(UnitQuaternion::identity(), Vector3::new(x(k), 0.0, 0.0));
+        ((0..300).map(|k| f64::from(k) * 0.004).collect(), (0..300).map(at).collect())
+    }
+
+    #[test]
+    fn the_first_of_each_three_is_news() {
+        let (times, poses) = stream(|k| (k / 3) as f64);
+        let found = updates(&times, &poses);
+        assert_eq!(found.kept, (0..300).step_by(3).collect::<Vec<_>>());
+        assert_eq!(found.repeated, 200);
+    }
+
+    #[test]
+    fn a_moving_robot_and_one_that_rests_keep_all() {
+        let (times, poses) = stream(|k| k as f64);
+        assert_eq!(updates(&times, &poses).repeated, 0);
+        let (times, poses) = stream(|k| k.clamp(100, 200) as f64);
+        assert_eq!(updates(&times, &poses).kept.len(), 300);
+        // At rest before and after, and slow in between.
+        let (times, poses) = stream(|k| (k.clamp(100, 200) / 2) as f64);
+        let found = updates(&times, &poses);
+        assert!((45..=52).contains(&found.repeated), "{}", found.repeated);
+    }
+}
