@@ -221,7 +221,8 @@ fn the_curve_between_slow_samples_is_the_motion() {
         )
     };
     // 20 Hz, with one gap of half a second.
-    let times: Vec<f64> = (0..60).map(|k| f64::from(k) * 0.05).filter(|t| !(1.02..1.48).contains(t)).collect();
+    let times: Vec<f64> =
+        (0..60).map(|k| f64::from(k) * 0.05).filter(|t| !(1.02..1.48).contains(t)).collect();
     let poses: Vec<Pose> = times.iter().map(|t| motion(*t)).collect();
     let (dense_times, dense) = trueline_geometry::curve::densified(&times, &poses, 0.2, 0.004);
     // Six nodes: 5/1024 T⁶ x⁽⁶⁾ with x⁽⁶⁾ = amplitude · rate⁶; near ends and gap four nodes or fewer on one side, where

@@ -12,9 +12,9 @@ pub struct Information {
     free: Vec<usize>,
     dimension: usize,
     scale: DVector<f64>,
-    eigenvectors: DMatrix<f64>,
     singular_values: DVector<f64>,
-    threshold: f64,
+    root: DMatrix<f64>,
+    null: DMatrix<f64>,
 }
 
 impl Information {
@@ -47,7 +47,38 @@ impl Information {
         let eigenvectors = DMatrix::from_fn(free.len(), free.len(), |i, j| eigen.eigenvectors[(i, order[j])]);
         let singular_values =
             DVector::from_iterator(free.len(), order.iter().map(|&k| eigen.eigenvalues[k].max(0.0).sqrt()));
-        Some(Self { free, dimension, scale, eigenvectors, singular_values, threshold })
+        let largest = singular_values.iter().next().copied().unwrap_or(0.0);
+        let rank = singular_values.iter().filter(|s| **s > threshold * largest && **s > 0.0).count();
+        let mut root = DMatrix::zeros(dimension, rank);
+        let mut null = DMatrix::zeros(dimension, free.len() - rank);
+        for (row, &unknown) in free.iter().enumerate() {
+            for column in 0..rank {
+                root[(unknown, column)] = eigenvectors[(row, column)] * scale[row] / singular_values[column];
+            }
+            for column in rank..free.len() {
+                null[(unknown, column - rank)] = eigenvectors[(row, column)];
+            }
+        }
+        Some(Self { free, dimension, scale, singular_values, root, null })
+    }
+
+    /// The same where only some directions count as seen: the columns of `kept` (orthonormal, in the coordinates of
+    /// [`Information::covariance_root`]); what is square to them becomes null directions.
+    #[must_use]
+    pub fn keeping(&self, kept: &DMatrix<f64>) -> Self {
+        let unscaled = DVector::from_iterator(
+            self.dimension,
+            (0..self.dimension).map(|k| {
+                self.free.iter().position(|free| *free == k).map_or(0.0, |row| 1.0 / self.scale[row])
+            }),
+        );
+        let dropped = orthogonal_complement(kept);
+        let steps = &self.root * &dropped;
+        let mut null = self.null.clone().resize_horizontally(self.null.ncols() + steps.ncols(), 0.0);
+        for (k, step) in steps.column_iter().enumerate() {
+            null.set_column(self.null.ncols() + k, &step.component_mul(&unscaled).normalize());
+        }
+        Self { root: &self.root * kept, null: null.qr().q(), ..self.clone() }
     }
 
     /// Number of unknowns that are estimated.
@@ -65,10 +96,7 @@ impl Information {
     /// Number of directions that are seen.
     #[must_use]
     pub fn rank(&self) -> usize {
-        let Some(&largest) = self.singular_values.iter().next() else {
-            return 0;
-        };
-        self.singular_values.iter().filter(|s| **s > self.threshold * largest && **s > 0.0).count()
+        self.root.ncols()
     }
 
     /// Largest over smallest singular value; infinite for a singular problem.
@@ -81,36 +109,30 @@ impl Information {
     /// Null directions as unit vectors of the scaled unknowns, one column each; rows are all unknowns,
     /// fixed ones zero.
     #[must_use]
-    pub fn null_space(&self) -> DMatrix<f64> {
-        let (rank, count) = (self.rank(), self.free.len());
-        let mut null = DMatrix::zeros(self.dimension, count - rank);
-        for (column, k) in (rank..count).enumerate() {
-            for (row, &unknown) in self.free.iter().enumerate() {
-                null[(unknown, column)] = self.eigenvectors[(row, k)];
-            }
-        }
-        null
+    pub fn null_space(&self) -> &DMatrix<f64> {
+        &self.null
     }
 
     /// Covariance on the seen directions (pseudo-inverse of H); zero for fixed unknowns.
     #[must_use]
     pub fn covariance(&self) -> DMatrix<f64> {
-        let root = self.covariance_root();
-        &root * root.transpose()
+        &self.root * self.root.transpose()
     }
 
     /// A root C½ of [`Information::covariance`], one column for each seen direction: C = C½ C½ᵀ and
     /// C½ᵀ H C½ = I.
     #[must_use]
-    pub fn covariance_root(&self) -> DMatrix<f64> {
-        let rank = self.rank();
-        let mut root = DMatrix::zeros(self.dimension, rank);
-        for column in 0..rank {
-            for (row, &unknown) in self.free.iter().enumerate() {
-                root[(unknown, column)] =
-                    self.eigenvectors[(row, column)] * self.scale[row] / self.singular_values[column];
-            }
-        }
-        root
+    pub fn covariance_root(&self) -> &DMatrix<f64> {
+        &self.root
     }
+}
+
+/// Orthonormal columns square to the orthonormal columns given.
+fn orthogonal_complement(columns: &DMatrix<f64>) -> DMatrix<f64> {
+    let (size, count) = columns.shape();
+    let projector = DMatrix::identity(size, size) - columns * columns.transpose();
+    let eigen = projector.symmetric_eigen();
+    let mut order: Vec<usize> = (0..size).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    DMatrix::from_fn(size, size - count, |i, j| eigen.eigenvectors[(i, order[j])])
 }

@@ -131,8 +131,9 @@ fn covariance_root_whitens_the_information() {
     let problem = CircleFit { points: circle_points(50, 2.0), sigma: 0.1, loss: Loss::Squared };
     let mut equations = NormalEquations::zeros(3);
     problem.linearize(&TRUTH, &mut equations);
-    let root = Information::new(&equations.hessian, &[], 1e-9).unwrap().covariance_root();
-    let whitened = root.transpose() * &equations.hessian * &root;
+    let information = Information::new(&equations.hessian, &[], 1e-9).unwrap();
+    let root = information.covariance_root();
+    let whitened = root.transpose() * &equations.hessian * root;
     // cond(H) ≈ 1e3, so the identity holds to about 1e3 eps.
     assert!((whitened - nalgebra::DMatrix::identity(3, 3)).norm() < 1e-11);
 }

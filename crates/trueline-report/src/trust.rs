@@ -84,6 +84,7 @@ fn held_out(check: &HeldOut) -> Value {
 
 fn disruption(d: &Disruption) -> Value {
     let (cause, amount) = match d.cause {
+        Cause::RobotStoodStill => ("robot_stood_still", json!({})),
         Cause::ClockStep(step_s) => ("clock_step", json!({ "step_s": step_s })),
         Cause::OtherLine(beside_m) => ("other_line", json!({ "beside_mm": beside_m * MM_PER_M })),
         Cause::Unknown => ("unknown", Value::Null),

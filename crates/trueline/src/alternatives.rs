@@ -37,25 +37,47 @@ impl RunnerUp {
     }
 }
 
-/// Follows the mirrored twin of a solution found without a guess; takes it if it fits better. The second
-/// value tells whether both fit equally well, so that the rotation found may be the wrong one.
+/// How the mirrored attitude compares with the one found.
+pub enum Twin {
+    /// It does not exist, is the same, or fits worse.
+    Worse,
+    /// It fits as well: the scan does not tell which is right.
+    Equal(Parameters),
+    /// It fits better.
+    Better(Box<Fit>),
+}
+
+/// Follows the mirrored twin of a solution.
 ///
 /// # Errors
 /// As [`refine`].
-pub fn against_twin(observations: &Observations, terms: &Terms<'_>, fit: Fit) -> Result<(Fit, bool), Error> {
+pub fn twin_of(observations: &Observations, terms: &Terms<'_>, fit: &Fit) -> Result<Twin, Error> {
     let Some(start) = initial::twin(observations, &fit.list, fit.parameters()) else {
-        return Ok((fit, false));
+        return Ok(Twin::Worse);
     };
     let twin = refine(observations, terms, start)?;
     // Two numbers for each feature; −2 log L = 2 n ln f² for noise f times as large as expected.
     let advantage = 4.0 * fit.list.len() as f64 * (twin.noise.factor / fit.noise.factor).ln();
-    if advantage < -DECISIVE {
-        return Ok((twin, false));
-    }
     let rotation = |fit: &Fit| fit.parameters().tool_from_camera.rotation;
-    let apart = rotation(&twin).angle_to(&rotation(&fit));
-    Ok((fit, advantage < DECISIVE && apart > TWIN_TURN_RAD))
+    let apart = rotation(&twin).angle_to(&rotation(fit));
+    Ok(if advantage < -DECISIVE {
+        Twin::Better(Box::new(twin))
+    } else if advantage < DECISIVE && apart > TWIN_TURN_RAD {
+        Twin::Equal(twin.parameters().clone())
+    } else {
+        Twin::Worse
+    })
 }
+
+/// Twice the negative log likelihood of all features, those that are outliers or cannot be placed counting as such.
+#[must_use]
+pub fn misfit(observations: &Observations, terms: &Terms<'_>, at: &Parameters) -> f64 {
+    let criterion = Criterion { residual: terms.config.residual, loss: OUTLIERS };
+    2.0 * LineProblem::new(observations, &observations.list, criterion, &terms.noise, at).cost(at)
+}
+
+/// A loss for which everything beyond 8 σ is an outlier.
+const OUTLIERS: Loss = Loss::Tukey { scale: 8.0 };
 
 /// The best fit at another time offset, and how it compares; `None` if there is no other valley.
 ///
@@ -70,8 +92,7 @@ pub fn other_offset(
         return None;
     }
     let other = initial::other_offset(observations, terms, fit.parameters())?;
-    let loss = Loss::Tukey { scale: 8.0 };
-    let criterion = Criterion { residual: terms.config.residual, loss };
+    let criterion = Criterion { residual: terms.config.residual, loss: OUTLIERS };
     let problem = LineProblem::new(observations, &observations.list, criterion, &fit.noise, &fit.whitened_at);
     let explains = |at: &Parameters| {
         let squared = problem.squared_residuals(at);

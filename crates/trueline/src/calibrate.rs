@@ -1,23 +1,24 @@
 //! The recipe: a recording in, a calibration out.
 
-use crate::alternatives::{RunnerUp, against_twin, other_offset};
+use crate::alternatives::RunnerUp;
 use crate::calibration::{Calibration, Status};
-use crate::clock_check::{ClockCheck, Drift};
 use crate::config::{Config, Hold};
 use crate::error::Error;
 use crate::held_out::{self, Subject};
 use crate::noise_levels::NoiseLevels;
 use crate::observability::{self, Group, Observability, RANK_THRESHOLD};
 use crate::observations::{Observations, observe, origin_ns};
-use crate::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::prior::Prior;
-use crate::refine::{Fit, Terms, again, polish, refine};
+use crate::refine::{Fit, Terms, polish};
 use crate::residuals;
 use crate::restamp::{Stamped, with_best_stamps};
 use crate::sampling::{Regularised, Sampling};
+use crate::signal::Signal;
+use crate::steady::{Steady, steadied};
 use crate::uncertainty::{self, Uncertainty};
 use crate::verdict::{self, Evidence};
-use crate::{at_torch, disruption, initial};
+use crate::{at_torch, disruption, optimum};
 use nalgebra::SVector;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Guess, Recording};
@@ -44,14 +45,14 @@ pub fn calibrate(
         factor: 1.0,
     };
     let terms = Terms { config, noise, fixed: &fixed, prior: None };
-    let found = find(&observations, &terms, guess)?;
+    let found = optimum::find(&observations, &terms, guess)?;
     let recorded = Stamped { observations, fit: found.fit, regularised: Regularised::default() };
     let stamped = with_best_stamps(recording, &sampling, &terms, recorded)?;
     let noise =
         NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(config, stamped.regularised), ..terms.noise };
     let terms = Terms { noise, ..terms };
-    let steady = without_drift(stamped.observations, stamped.fit, &terms)?;
-    let (fit, observability) = show(&steady, &terms, guess, found.equal_twin)?;
+    let steady = steadied(stamped.observations, stamped.fit, &terms)?;
+    let Shown { fit, information, observability } = show(&steady, &terms, guess, found.equal_twin)?;
     conclude(&Concluded {
         recording,
         sampling: &sampling,
@@ -59,111 +60,50 @@ pub fn calibrate(
         terms: &terms,
         equal_twin: found.equal_twin,
         runner_up: found.runner_up,
+        better: found.better,
         steady: &Steady { fit, ..steady },
+        information,
         observability,
     })
 }
 
-/// The optimum, and what else explains the scan.
-struct Found {
-    fit: Fit,
-    equal_twin: bool,
-    runner_up: Option<RunnerUp>,
-}
-
-fn find(observations: &Observations, terms: &Terms<'_>, guess: Option<&Guess>) -> Result<Found, Error> {
-    if let Some(guess) = guess {
-        let fit = refine(observations, terms, initial::from_guess(observations, guess)?)?;
-        // A guess is not overruled; a much better offset is a reason against the result.
-        let runner_up = other_offset(observations, terms, &fit).map(|(_, runner_up)| runner_up);
-        return Ok(Found { fit, equal_twin: false, runner_up });
-    }
-    let start = initial::from_nothing(observations, terms.config, &terms.noise)?;
-    let fit = refine(observations, terms, start)?;
-    let (fit, equal_twin) = against_twin(observations, terms, fit)?;
-    match other_offset(observations, terms, &fit) {
-        Some((other, runner_up)) if runner_up.log_likelihood_lost < 0.0 => {
-            let better = refine(observations, terms, other)?;
-            let runner_up = other_offset(observations, terms, &better).map(|(_, runner_up)| runner_up);
-            Ok(Found { fit: better, equal_twin, runner_up })
-        }
-        other => Ok(Found { fit, equal_twin, runner_up: other.map(|(_, runner_up)| runner_up) }),
-    }
-}
-
-/// A fit whose time offset does not drift.
-struct Steady {
-    observations: Observations,
-    fit: Fit,
-    clock: Option<ClockCheck>,
-    drift: Option<Drift>,
-}
-
-/// Rounds of taking a drift out; a second one is for what the first left.
-const DRIFT_ROUNDS: usize = 4;
-
-/// Takes a significant drift of the image clock out of the stamps.
-fn without_drift(mut observations: Observations, mut fit: Fit, terms: &Terms<'_>) -> Result<Steady, Error> {
-    let mut total_ppm = 0.0;
-    let mut clock = clock_check(&observations, &fit, terms);
-    let mut drift = clock.as_ref().and_then(ClockCheck::drift);
-    for _ in 0..DRIFT_ROUNDS {
-        let Some(found) = drift.filter(verdict::is_significant) else { break };
-        let step = clock.as_ref().and_then(ClockCheck::step);
-        if step.is_some_and(|step| verdict::is_real_step(&step, Some(&found))) {
-            break;
-        }
-        total_ppm += found.ppm;
-        for o in &mut observations.list {
-            // The stamps run fast about the middle, where they are right.
-            o.stamp_s -= found.ppm * 1e-6 * (o.stamp_s - found.about_s);
-        }
-        fit = again(&observations, terms, &fit)?;
-        clock = clock_check(&observations, &fit, terms);
-        drift = clock.as_ref().and_then(ClockCheck::drift);
-    }
-    let drift = drift.map(|left| Drift { ppm: left.ppm + total_ppm, ..left });
-    let fit = polish(&observations, terms, &fit)?;
-    let clock = clock_check(&observations, &fit, terms);
-    Ok(Steady { observations, fit, clock, drift })
-}
-
-fn clock_check(observations: &Observations, fit: &Fit, terms: &Terms<'_>) -> Option<ClockCheck> {
-    if terms.fixed.contains(&TIME_OFFSET) {
-        return None;
-    }
-    let information = Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD)?;
-    let problem = fit.problem(observations, terms.config);
-    let covariance = information.covariance();
-    let real = uncertainty::assess(&problem, fit.parameters(), &fit.noise, &information).covariance;
-    let variance = (real[(0, 0)] / covariance[(0, 0)]).max(1.0);
-    variance.is_finite().then(|| ClockCheck::new(&problem, fit.parameters(), covariance, variance))
-}
-
 /// What can be seen; and, where the user accepts it, a fit that holds the rest at the guess.
-fn show(
-    steady: &Steady,
-    terms: &Terms<'_>,
-    guess: Option<&Guess>,
-    equal_twin: bool,
-) -> Result<(Fit, Observability), Error> {
+fn show(steady: &Steady, terms: &Terms<'_>, guess: Option<&Guess>, equal_twin: bool) -> Result<Shown, Error> {
     let fit = steady.fit.clone();
-    let information = Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD)
-        .ok_or(Error::NoStart)?;
-    let held = terms.fixed.contains(&TIME_OFFSET);
     let problem = fit.problem(&steady.observations, terms.config);
-    let signal = if held { 1.0 } else { problem.time_offset_signal(fit.parameters()) };
-    let mut observability = observability::assess(&information, fit.parameters(), signal);
+    let signal = Signal::of(&problem, fit.parameters());
+    let spectrum = |fit: &Fit| {
+        Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD).ok_or(Error::NoStart)
+    };
+    let information = signal.shown_by(&spectrum(&fit)?);
+    let mut observability = observability::assess(&information, fit.parameters());
     if equal_twin {
         observability.seen_components[ROTATION..TRANSLATION].fill(false);
     }
+    drop(problem);
     if observability.unseen.is_empty() || !terms.config.accept_partial {
-        return Ok((fit, observability));
+        return Ok(Shown { fit, information, observability });
     }
     let prior = unseen_at(&observability, guess.ok_or(Error::NoGuessToHold)?);
-    let terms = Terms { prior: Some(&prior), ..*terms };
-    Ok((polish(&steady.observations, &terms, &fit)?, observability))
+    let held = polish(&steady.observations, &Terms { prior: Some(&prior), ..*terms }, &fit)?;
+    let held_information = spectrum(&held)?;
+    let (before, after) = (information.covariance(), held_information.covariance());
+    for k in 0..LINES {
+        // What is known only because something else is held is not known.
+        observability.seen_components[k] &= after[(k, k)] > HELD_SHARE * before[(k, k)];
+    }
+    Ok(Shown { fit: held, information: held_information, observability })
 }
+
+/// A fit, what is known from it and what can be seen.
+struct Shown {
+    fit: Fit,
+    information: Information,
+    observability: Observability,
+}
+
+/// A component whose variance falls below this part when others are held owes its precision to them.
+const HELD_SHARE: f64 = 0.1;
 
 /// Holds every unseen direction of offset and hand-eye at the guess; the lines follow.
 fn unseen_at(observability: &Observability, guess: &Guess) -> Prior {
@@ -187,7 +127,9 @@ struct Concluded<'a> {
     terms: &'a Terms<'a>,
     equal_twin: bool,
     runner_up: Option<RunnerUp>,
+    better: Option<Parameters>,
     steady: &'a Steady,
+    information: Information,
     observability: Observability,
 }
 
@@ -195,10 +137,8 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let (config, fit, observations) = (from.terms.config, &from.steady.fit, &from.steady.observations);
     let parameters = fit.parameters().clone();
     let problem = fit.problem(observations, config);
-    let information = Information::new(&fit.solution.equations.hessian, from.terms.fixed, RANK_THRESHOLD)
-        .ok_or(Error::NoStart)?;
-    let mut uncertainty = uncertainty::assess(&problem, &parameters, &fit.noise, &information);
-    let held_out = held_out::check(&subject(from, &information, &uncertainty), config);
+    let mut uncertainty = uncertainty::assess(&problem, &parameters, &fit.noise, &from.information);
+    let held_out = held_out::check(&subject(from, &uncertainty), config);
     uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)] +=
         from.sampling.phase_sigma_s(from.regularised).powi(2);
     let (features, skipped) = residuals::evaluate(&problem, &parameters);
@@ -206,7 +146,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let disruptions =
         disruption::find(observations, &features, &parameters, &fit.noise, config.offset_search_s);
     let held_at_guess = fit.prior.is_some();
-    let all_seen = held_at_guess || from.observability.seen_components[..LINES].iter().all(|seen| *seen);
+    let all_seen = from.observability.seen_components[..LINES].iter().all(|seen| *seen);
     let stamp_of = |f: &residuals::FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     let mut calibration = Calibration {
         status: Status::NotAccepted,
@@ -236,24 +176,26 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
             })
             .flatten(),
         drift: from.steady.drift,
-        step: from.steady.clock.as_ref().and_then(ClockCheck::step),
+        step: from.steady.step,
+        stepped: from.steady.stepped,
         disruptions,
         robot_stamps: from.sampling.robot.report(from.regularised.robot),
         image_stamps: from.sampling.images.report(from.regularised.images),
         robot_noise_m: observations.robot.recorded_noise_m,
         robot_smoothed: observations.robot.smoothed,
         sheet_fit_rms_m: observations.sheet_fit_rms_m,
+        origin_ns: origin_ns(from.recording),
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
         covariance: uncertainty.covariance,
         parameters,
     };
-    judge(&mut calibration, from.equal_twin, from.recording.features.len());
+    judge(&mut calibration, from);
     Ok(calibration)
 }
 
-fn subject<'a>(from: &'a Concluded<'_>, information: &Information, real: &Uncertainty) -> Subject<'a> {
-    let model = information.covariance();
+fn subject<'a>(from: &'a Concluded<'_>, real: &Uncertainty) -> Subject<'a> {
+    let model = from.information.covariance();
     let inflation = |k: usize| {
         let ratio = real.covariance[(k, k)] / model[(k, k)];
         if ratio.is_finite() { ratio } else { 1.0 }
@@ -263,28 +205,33 @@ fn subject<'a>(from: &'a Concluded<'_>, information: &Information, real: &Uncert
         fit: &from.steady.fit,
         fixed: from.terms.fixed,
         rank_threshold: RANK_THRESHOLD,
+        seen: &from.observability.seen_components,
         inflation: SVector::from_fn(|k, _| inflation(k)),
     }
 }
 
-fn judge(calibration: &mut Calibration, equal_twin: bool, features: usize) {
+fn judge(calibration: &mut Calibration, from: &Concluded<'_>) {
     let evidence = Evidence {
         observability: &calibration.observability,
         held: calibration.held_at_guess,
-        equal_twin,
+        equal_twin: from.equal_twin,
         runner_up: calibration.runner_up.as_ref(),
+        better: from.better.as_ref(),
         time_offset_s: calibration.parameters.time_offset_s,
         termination: calibration.termination,
         noise_factor: calibration.noise_factor,
         residuals: &calibration.residuals,
         disruptions: &calibration.disruptions,
-        step: calibration.step.as_ref(),
+        stepped: calibration.stepped.as_ref(),
         drift: calibration.drift.as_ref(),
         require: &calibration.config.require,
         sigma: std::array::from_fn(|k| calibration.sigma(k)),
         held_out: calibration.held_out.as_ref(),
         stamps: [&calibration.robot_stamps, &calibration.image_stamps],
-        features,
+        features: from.recording.features.len(),
+        origin_s: calibration.origin_ns as f64 * 1e-9,
+        repeated_poses: from.steady.observations.robot.repeated,
+        robot_rows: from.recording.robot.len(),
     };
     let reasons = verdict::reasons(&evidence);
     let mut warnings = verdict::warnings(&evidence);

@@ -76,8 +76,10 @@ pub struct Calibration {
     pub at_torch: Option<AtTorch>,
     /// Drift of the time offset; a significant one has been taken out.
     pub drift: Option<Drift>,
-    /// The most likely step of a clock.
+    /// The most likely step of a clock, be it chance.
     pub step: Option<Step>,
+    /// A step that a clock has made.
+    pub stepped: Option<Step>,
     /// Stretches of the scan that do not belong to the rest.
     pub disruptions: Vec<Disruption>,
     /// Robot stamps.
@@ -92,6 +94,8 @@ pub struct Calibration {
     pub sheet_fit_rms_m: Option<f64>,
     /// Recorded stamp of each of `features`, ns.
     pub feature_stamps_ns: Vec<i64>,
+    /// Recorded stamp of time 0 of all stamps in seconds: the first robot sample, ns.
+    pub origin_ns: i64,
     /// SHA-256 of the inputs.
     pub inputs: BTreeMap<String, String>,
     /// The options it was made with.

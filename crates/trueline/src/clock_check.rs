@@ -101,12 +101,31 @@ impl ClockCheck {
         Some(Drift { ppm: rate * 1e6, sigma_ppm: variance.sqrt() * 1e6, about_s })
     }
 
+    /// How much larger than from noise alone the standard deviations are.
+    #[must_use]
+    pub fn inflation(&self) -> f64 {
+        self.variance.sqrt()
+    }
+
     /// The most significant step; `None` if nothing can be said.
     #[must_use]
     pub fn step(&self) -> Option<Step> {
+        let significance = |step: &Step| (step.step_s / step.sigma_s).abs();
+        self.steps().into_iter().max_by(|a, b| significance(a).total_cmp(&significance(b)))
+    }
+
+    /// The step at a stamp; `None` if nothing can be said.
+    #[must_use]
+    pub fn step_at(&self, at_s: f64) -> Option<Step> {
+        let off = |step: &Step| (step.at_s - at_s).abs();
+        self.steps().into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+
+    /// The step at each frame that has enough of the scan to either side.
+    fn steps(&self) -> Vec<Step> {
         let total: f64 = self.parts.iter().map(|p| p.own).sum();
         let mut after = (DVector::zeros(self.covariance.nrows()), 0.0, 0.0);
-        let mut best: Option<(Step, f64)> = None;
+        let mut steps = Vec::new();
         for (k, part) in self.parts.iter().enumerate().rev() {
             after.0 += &part.with_others;
             after.1 += part.gradient;
@@ -116,12 +135,10 @@ impl ClockCheck {
             if !first_of_frame || !(LEAST_SIDE..=1.0 - LEAST_SIDE).contains(&share) {
                 continue;
             }
-            let Some((step_s, variance)) = self.estimate(&after.0, after.1, after.2) else { continue };
-            let significance = step_s * step_s / variance;
-            if best.as_ref().is_none_or(|(_, most)| significance > *most) {
-                best = Some((Step { at_s: part.stamp_s, step_s, sigma_s: variance.sqrt() }, significance));
+            if let Some((step_s, variance)) = self.estimate(&after.0, after.1, after.2) {
+                steps.push(Step { at_s: part.stamp_s, step_s, sigma_s: variance.sqrt() });
             }
         }
-        best.map(|(step, _)| step)
+        steps
     }
 }

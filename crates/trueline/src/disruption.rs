@@ -15,6 +15,8 @@ use trueline_lsq::{Loss, SolveOptions, solve};
 pub enum Cause {
     /// Another time offset: it is later by so much, s.
     ClockStep(f64),
+    /// The recorded pose does not change at all.
+    RobotStoodStill,
     /// Another line, so far beside, m.
     OtherLine(f64),
     /// Neither.
@@ -97,10 +99,24 @@ fn explain(
     noise: &NoiseLevels,
     offset_search_s: f64,
 ) -> Cause {
+    if stood_still(observations, list, at) {
+        return Cause::RobotStoodStill;
+    }
     if let Some(step_s) = other_offset(observations, list, at, noise, offset_search_s) {
         return Cause::ClockStep(step_s);
     }
     other_line(observations, list, at, noise).map_or(Cause::Unknown, Cause::OtherLine)
+}
+
+/// Whether the robot's stream repeats one pose over nearly all of the stretch.
+fn stood_still(observations: &Observations, list: &[Observation], at: &Parameters) -> bool {
+    let mut hint = 0;
+    let still = list.iter().filter(|o| {
+        let moving = placement(observations, o, at, &mut hint)
+            .is_some_and(|p| p.velocity.norm() > 1e-9 || p.angular_velocity.norm() > 1e-9);
+        !moving
+    });
+    still.count() * 10 > list.len() * 9
 }
 
 /// The change of the time offset that makes the stretch fit, all else held.

@@ -53,6 +53,8 @@ pub struct Subject<'a> {
     pub fixed: &'a [usize],
     /// Threshold of the rank.
     pub rank_threshold: f64,
+    /// For each component, whether its value means anything.
+    pub seen: &'a [bool],
     /// How much larger variances are than H⁻¹ says, for each sensor unknown.
     pub inflation: SVector<f64, LINES>,
 }
@@ -79,7 +81,11 @@ pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
         let wider = covariance_of(&hessian, subject).map(|wide| wide - &covariance);
         let sigmas = SVector::from_fn(|k, _| {
             let variance = wider.as_ref().map_or(0.0, |w| w[(k, k)]) * subject.inflation[k];
-            if variance > 1e-6 * covariance[(k, k)] { moved[k] / variance.sqrt() } else { 0.0 }
+            if subject.seen[k] && variance > 1e-6 * covariance[(k, k)] {
+                moved[k] / variance.sqrt()
+            } else {
+                0.0
+            }
         });
         sum += own.iter().sum::<f64>();
         fitted_sum += fitted.iter().sum::<f64>();

@@ -14,9 +14,6 @@ pub const RANK_THRESHOLD: f64 = 1e-4;
 /// A component belongs to the null space if more than this part of its square lies there.
 const SHARE: f64 = 1e-2;
 
-/// With less motion than this in its column the time offset is not seen: the rest is noise.
-const SIGNAL_LIMIT: f64 = 0.5;
-
 /// Which unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
@@ -69,15 +66,12 @@ pub struct Observability {
     pub seen_components: Vec<bool>,
 }
 
-/// Names what is not seen; `time_offset_signal` is
-/// [`crate::problem::LineProblem::time_offset_signal`], 1 where the offset is held.
+/// Names what is not seen.
 #[must_use]
-pub fn assess(information: &Information, at: &Parameters, time_offset_signal: f64) -> Observability {
+pub fn assess(information: &Information, at: &Parameters) -> Observability {
     let null = information.null_space();
     let share = |k: usize| null.row(k).norm_squared();
-    let mut seen_components: Vec<bool> = (0..null.nrows()).map(|k| share(k) <= SHARE).collect();
-    let only_noise = seen_components[TIME_OFFSET] && time_offset_signal < SIGNAL_LIMIT;
-    seen_components[TIME_OFFSET] &= !only_noise;
+    let seen_components: Vec<bool> = (0..null.nrows()).map(|k| share(k) <= SHARE).collect();
     let mut unseen = Vec::new();
     if !seen_components[TIME_OFFSET] {
         let advice = "the time offset cannot be seen: sweep the sensor across the line, faster and with changing \
@@ -110,7 +104,7 @@ pub fn assess(information: &Information, at: &Parameters, time_offset_signal: f6
         }
     }
     Observability {
-        rank: information.rank() - usize::from(only_noise),
+        rank: information.rank(),
         size: information.size(),
         condition: information.condition(),
         unseen,

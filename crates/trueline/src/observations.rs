@@ -32,6 +32,8 @@ pub struct Observation {
 pub struct RobotMotion {
     /// Poses over time since the start of the recording.
     pub trajectory: Trajectory,
+    /// Median time between the samples, s.
+    pub period_s: f64,
     /// Noise of a recorded position, per axis, as measured on the stream, m.
     pub recorded_noise_m: f64,
     /// What is left of it in the trajectory, m.
@@ -100,6 +102,7 @@ pub fn robot_motion(recording: &Recording, times_s: &[f64], config: &Config) -> 
     let gap_limit_s = recorded.gap_limit();
     let recorded_noise_m = smooth::position_noise(recorded.times(), &poses, gap_limit_s);
     let mut motion = RobotMotion {
+        period_s: recorded.median_period(),
         trajectory: recorded,
         recorded_noise_m,
         noise_m: recorded_noise_m,

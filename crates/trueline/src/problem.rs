@@ -33,9 +33,6 @@ pub struct LineProblem<'a> {
     pub prior: Option<Prior>,
 }
 
-/// Beyond the window of the robot's local fit, well below the period of its motion, s.
-const SIGNAL_LAG_S: f64 = 3.0 * trueline_geometry::smooth::HALF_WINDOW_S;
-
 /// The part of an observation that cannot be evaluated (outside the recording, in a gap, or the line
 /// along the sheet), in squared standard deviations: as bad as a residual of 1000 σ. A redescending loss
 /// has long saturated there, so that a search gains nothing by pushing features off the recording.
@@ -154,28 +151,6 @@ impl<'a> LineProblem<'a> {
                 sheet_residual::residual(&placement, &self.observations.sheet, &o.point_in_camera, line)
             }
         }
-    }
-
-    /// Part of the time offset's column that is motion rather than noise of the robot's velocity, 0 to 1.
-    ///
-    /// The column is compared with itself a little later: the motion is still the same there, the
-    /// noise of the samples is another. A scan along the line has a column of noise alone, which would
-    /// otherwise pass for information.
-    #[must_use]
-    pub fn time_offset_signal(&self, at: &Parameters) -> f64 {
-        let (mut crossed, mut own) = (0.0, 0.0);
-        let (mut hint, mut later_hint) = (0, 0);
-        for (o, whitener) in self.selected() {
-            let later = Observation { stamp_s: o.stamp_s + SIGNAL_LAG_S, ..*o };
-            let now = self.linearized(o, at, &mut hint);
-            let then = self.linearized(&later, at, &mut later_hint);
-            if let (Some(now), Some(then)) = (now, then) {
-                let whitened = whitener.apply(&now.d_time_offset);
-                crossed += whitened.dot(&whitener.apply(&then.d_time_offset));
-                own += whitened.norm_squared();
-            }
-        }
-        if own > 0.0 { (crossed / own).clamp(0.0, 1.0) } else { 0.0 }
     }
 
     fn linearized(&self, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<ResidualJacobian> {

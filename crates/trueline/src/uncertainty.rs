@@ -51,7 +51,7 @@ pub fn assess(
     information: &Information,
 ) -> Uncertainty {
     let root = information.covariance_root();
-    let scores = frame_scores(problem, at, noise, &root);
+    let scores = frame_scores(problem, at, noise, root);
     let moments = &scores.moments;
     // An M-estimator's covariance is H⁻¹ times E[w²s/2] E[w] / E[w + s w′]² [Huber2009, ch. 7].
     let unknowns = information.rank() as f64;
@@ -61,7 +61,7 @@ pub fn assess(
     let variance_factor = per_weight / (bend * bend);
     let (middle, model_share) = blend(&scores, per_weight);
     Uncertainty {
-        covariance: &root * middle * root.transpose() * variance_factor,
+        covariance: root * middle * root.transpose() * variance_factor,
         variance_factor,
         model_share,
     }

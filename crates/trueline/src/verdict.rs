@@ -6,23 +6,25 @@ use crate::config::Requirement;
 use crate::disruption::{Cause, Disruption};
 use crate::held_out::HeldOut;
 use crate::observability::Observability;
-use crate::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
-use crate::residuals::ResidualSummary;
+use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::residuals::{ResidualSummary, SKIP_OUTSIDE};
 use crate::sampling::StampReport;
+use crate::steady::is_significant;
 use trueline_lsq::Termination;
 
 const MM_PER_M: f64 = 1e3;
 const MS_PER_S: f64 = 1e3;
 
 /// Residuals this much larger than expected are not noise: something is wrong with the data or the frames.
-const NOISE_FACTOR_LIMIT: f64 = 10.0;
+const NOISE_FACTOR_LIMIT: f64 = 3.0;
+/// Beyond these the noise is another than was expected, and the user should know.
+const NOISE_FACTOR_USUAL: [f64; 2] = [0.4, 1.2];
+/// A result that can place fewer of the features than this is of another scan.
+const LEAST_USED: f64 = 0.5;
+/// With more robot rows that repeat a stamp the stamps are too coarse to tell when a pose was.
+const COARSE_STAMPS: f64 = 0.1;
 /// With more outliers than this the majority no longer decides.
 const OUTLIER_LIMIT: f64 = 0.5;
-/// Of several thousand possible steps of a clock the largest reaches 4 σ by chance; the variance is known
-/// to some 20 %.
-const STEP_SIGMAS: f64 = 7.0;
-/// A drift is one hypothesis, not thousands.
-const DRIFT_SIGMAS: f64 = 5.0;
 /// Of five parts and seven unknowns the largest reaches 3 σ by chance.
 const HELD_OUT_SIGMAS: f64 = 5.0;
 
@@ -39,6 +41,8 @@ pub struct Evidence<'a> {
     pub equal_twin: bool,
     /// The second-best time offset.
     pub runner_up: Option<&'a RunnerUp>,
+    /// A better optimum than the guess led to.
+    pub better: Option<&'a Parameters>,
     /// The best time offset, s.
     pub time_offset_s: f64,
     /// Why the solver ended.
@@ -49,8 +53,8 @@ pub struct Evidence<'a> {
     pub residuals: &'a ResidualSummary,
     /// Stretches that do not belong.
     pub disruptions: &'a [Disruption],
-    /// A step of a clock.
-    pub step: Option<&'a Step>,
+    /// A step that a clock has made.
+    pub stepped: Option<&'a Step>,
     /// Drift of the offset.
     pub drift: Option<&'a Drift>,
     /// What was asked for.
@@ -63,6 +67,19 @@ pub struct Evidence<'a> {
     pub stamps: [&'a StampReport; 2],
     /// Number of features in the recording.
     pub features: usize,
+    /// Recorded stamp of time 0, s: stamps in messages are those of the files.
+    pub origin_s: f64,
+    /// Robot samples that only repeat the pose before, and were left out.
+    pub repeated_poses: usize,
+    /// Rows of the robot stream.
+    pub robot_rows: usize,
+}
+
+impl Evidence<'_> {
+    /// A time as it stands in the files, s.
+    fn stamp_s(&self, since_start_s: f64) -> f64 {
+        self.origin_s + since_start_s
+    }
 }
 
 /// Why the result cannot be accepted; empty if it can.
@@ -79,32 +96,62 @@ pub fn reasons(e: &Evidence<'_>) -> Vec<String> {
                 .to_owned(),
         );
     }
+    if let Some(better) = e.better {
+        reasons.push(format!(
+            "from this guess the solve ends where the scan fits worse than with a time offset of {:.1} ms and another \
+             hand-eye transform: leave the guess out, or correct it",
+            better.time_offset_s * MS_PER_S
+        ));
+    }
     reasons.extend(e.runner_up.filter(|other| !other.decided()).map(|other| rival(e.time_offset_s, other)));
     if !e.termination.is_converged() {
         reasons.push(format!("the solver did not converge ({})", e.termination));
     }
     if e.noise_factor > NOISE_FACTOR_LIMIT {
         reasons.push(format!(
-            "residuals are {:.0} times larger than noise explains: check units, frames and the laser plane \
-             (`trueline doctor` tries the usual mistakes)",
+            "residuals are {:.1} times larger than noise explains: wrong units, frames or laser plane, another line, more \
+             than half of the features outliers, or stamps that do not tell when (`trueline doctor` tries the usual \
+             mistakes); if the sensor is that noisy, say so with --feature-sigma-px or --feature-sigma-mm",
             e.noise_factor
+        ));
+    }
+    reasons.extend(too_few_used(e));
+    let [robot, _] = e.stamps;
+    if robot.doubles as f64 > COARSE_STAMPS * e.robot_rows as f64 {
+        reasons.push(format!(
+            "{} of {} robot rows repeat the stamp of the row before: these stamps are too coarse to tell when a pose was; \
+             record the controller's own time in device_time_s, or stamp with a finer clock",
+            robot.doubles, e.robot_rows
         ));
     }
     let share = e.residuals.outliers as f64 / e.residuals.used.max(1) as f64;
     if share > OUTLIER_LIMIT {
         reasons.push(format!("{:.0} % of the features are outliers", 100.0 * share));
     }
-    reasons.extend(e.disruptions.iter().filter_map(step_reason));
-    reasons.extend(e.step.filter(|s| is_real_step(s, e.drift)).map(|step| {
+    reasons.extend(e.disruptions.iter().filter_map(|disruption| step_reason(e, disruption)));
+    reasons.extend(e.stepped.map(|step| {
         format!(
-            "one of the clocks stepped at {:.3} s: the time offset changes there by {:+.3} ± {:.3} ms",
-            step.at_s,
+            "one of the clocks stepped at about {:.3} s: the time offset changes there by {:+.3} ± {:.3} ms",
+            e.stamp_s(step.at_s),
             step.step_s * MS_PER_S,
             step.sigma_s * MS_PER_S
         )
     }));
     reasons.extend(unmet(e));
     reasons
+}
+
+fn too_few_used(e: &Evidence<'_>) -> Option<String> {
+    if e.residuals.used as f64 >= LEAST_USED * e.features as f64 {
+        return None;
+    }
+    let (reason, count) = e.residuals.skipped.iter().max_by_key(|(_, count)| **count)?;
+    let hint =
+        if *reason == SKIP_OUTSIDE { "; do both streams cover the scan, stamped by one clock?" } else { "" };
+    Some(format!(
+        "only {} of {} features could be used; {count}: {reason}{hint}",
+        e.residuals.used, e.features
+    ))
 }
 
 fn rival(time_offset_s: f64, other: &RunnerUp) -> String {
@@ -123,21 +170,17 @@ fn rival(time_offset_s: f64, other: &RunnerUp) -> String {
     )
 }
 
-/// Whether a step is more than chance, and more than a drift, which looks like a step in the middle.
-#[must_use]
-pub fn is_real_step(step: &Step, drift: Option<&Drift>) -> bool {
-    let significance = (step.step_s / step.sigma_s).abs();
-    let drift_significance = drift.map_or(0.0, |d| (d.ppm / d.sigma_ppm).abs());
-    significance > STEP_SIGMAS && significance > drift_significance
-}
-
-fn step_reason(disruption: &Disruption) -> Option<String> {
-    let [from, to] = disruption.span_s;
+fn step_reason(e: &Evidence<'_>, disruption: &Disruption) -> Option<String> {
+    let [from, to] = disruption.span_s.map(|s| e.stamp_s(s));
     match disruption.cause {
         Cause::ClockStep(step_s) => Some(format!(
             "from {from:.2} to {to:.2} s the time offset differs by {:+.2} ms: one of the clocks stepped, or images \
              were queued there",
             step_s * MS_PER_S
+        )),
+        Cause::RobotStoodStill => Some(format!(
+            "from {from:.2} to {to:.2} s the recorded pose does not change while the seam moves in the images: the robot \
+             stream froze; cut the recording there"
         )),
         Cause::OtherLine(_) | Cause::Unknown => None,
     }
@@ -156,14 +199,14 @@ fn unmet(e: &Evidence<'_>) -> Vec<String> {
         match sigmas.map(|s| s.into_iter().fold(0.0, f64::max)) {
             Some(worst) if worst <= limit => {}
             Some(worst) => reasons.push(format!(
-                "{name}: ± {:.4} {unit} is more than the required {} {unit}: scan longer, or with more tilt and \
+                "{name}: ± {} {unit} is more than the required {} {unit}: scan longer, or with more tilt and \
                  more change of stand-off",
-                worst * scale,
-                limit * scale
+                Significant(worst * scale),
+                Significant(limit * scale)
             )),
             None => reasons.push(format!(
                 "{name}: an accuracy of {} {unit} is required, but it cannot be seen in this scan",
-                limit * scale
+                Significant(limit * scale)
             )),
         }
     }
@@ -182,37 +225,72 @@ pub fn warnings(e: &Evidence<'_>) -> Vec<String> {
         let what: Vec<&str> = e.observability.unseen.iter().map(|u| u.advice.as_str()).collect();
         warnings.push(format!("held at the initial guess: {}", what.join("; ")));
     }
-    warnings.extend(e.disruptions.iter().filter_map(stretch_warning));
-    let stepped = e.step.is_some_and(|step| is_real_step(step, e.drift));
-    if let Some(drift) = e.drift.filter(|d| is_significant(d) && !stepped) {
+    warnings.extend(e.disruptions.iter().filter_map(|disruption| stretch_warning(e, disruption)));
+    warnings.extend(unusual_noise(e.noise_factor));
+    if let Some(drift) = e.drift.filter(|d| is_significant(d) && e.stepped.is_none()) {
         warnings.push(format!(
             "the image clock drifts by {:+.1} ± {:.1} ppm against the robot's; this is taken out, and the time \
              offset holds at {:.1} s",
-            drift.ppm, drift.sigma_ppm, drift.about_s
+            drift.ppm,
+            drift.sigma_ppm,
+            e.stamp_s(drift.about_s)
+        ));
+    }
+    if e.repeated_poses > 0 {
+        warnings.push(format!(
+            "{} of {} robot rows only repeat the pose before: the controller has news less often than it is asked; the \
+             first of each is used",
+            e.repeated_poses, e.robot_rows
         ));
     }
     for (name, stamps) in ["robot", "image"].iter().zip(e.stamps) {
         if stamps.doubles > 0 && *name == "robot" {
             warnings.push(format!("{} robot rows repeat the stamp of the row before", stamps.doubles));
         }
-        warnings.extend(stamps.steps.iter().map(|(at_s, step_s)| {
-            format!("the {name} stamps step by {:+.2} ms at {at_s:.3} s", step_s * MS_PER_S)
-        }));
+        warnings.extend(stamp_steps(e, name, stamps));
     }
-    warnings.extend(e.held_out.and_then(disagreement));
+    warnings.extend(e.held_out.and_then(|held_out| disagreement(e, held_out)));
     warnings
 }
 
-/// Whether a drift is more than chance.
-#[must_use]
-pub fn is_significant(drift: &Drift) -> bool {
-    drift.ppm.abs() > DRIFT_SIGMAS * drift.sigma_ppm
+fn unusual_noise(factor: f64) -> Option<String> {
+    let [least, most] = NOISE_FACTOR_USUAL;
+    if factor > NOISE_FACTOR_LIMIT || (least..=most).contains(&factor) {
+        return None;
+    }
+    Some(format!(
+        "residuals are {factor:.2} times the expected noise; the ± are scaled by it. Either the stated noise is wrong \
+         (--feature-sigma-px, --feature-sigma-mm), or something is left that is no noise: the sensor's own calibration, a \
+         bent line, a robot that is off its path"
+    ))
 }
 
-fn stretch_warning(disruption: &Disruption) -> Option<String> {
-    let ([from, to], n) = (disruption.span_s, disruption.features);
+/// Most steps of a stream's stamps that are listed.
+const MOST_STEPS: usize = 3;
+
+/// A step of a clock shows in its stream only up to whole periods.
+fn stamp_steps(e: &Evidence<'_>, name: &str, stamps: &StampReport) -> Option<String> {
+    let list: Vec<String> = stamps
+        .steps
+        .iter()
+        .take(MOST_STEPS)
+        .map(|(at_s, step_s)| format!("{:+.2} ms at {:.3} s", step_s * MS_PER_S, e.stamp_s(*at_s)))
+        .collect();
+    let more = stamps.steps.len().saturating_sub(MOST_STEPS);
+    let more = if more > 0 { format!(" and {more} times more") } else { String::new() };
+    let period_ms = stamps.period_s.unwrap_or(stamps.median_period_s) * MS_PER_S;
+    (!list.is_empty()).then(|| {
+        format!(
+            "the {name} stamps step by {}{more} (known up to whole periods of {period_ms:.2} ms)",
+            list.join(", ")
+        )
+    })
+}
+
+fn stretch_warning(e: &Evidence<'_>, disruption: &Disruption) -> Option<String> {
+    let ([from, to], n) = (disruption.span_s.map(|s| e.stamp_s(s)), disruption.features);
     match disruption.cause {
-        Cause::ClockStep(_) => None,
+        Cause::ClockStep(_) | Cause::RobotStoodStill => None,
         Cause::OtherLine(beside_m) => Some(format!(
             "from {from:.2} to {to:.2} s nearly all {n} features lie on another line, {:.2} mm beside: the detector \
              followed something else; they are not used",
@@ -222,7 +300,7 @@ fn stretch_warning(disruption: &Disruption) -> Option<String> {
     }
 }
 
-fn disagreement(held_out: &HeldOut) -> Option<String> {
+fn disagreement(e: &Evidence<'_>, held_out: &HeldOut) -> Option<String> {
     let worst = |part: &crate::held_out::Part| part.sigmas.iamax();
     let part = held_out.parts.iter().max_by(|a, b| a.sigmas.amax().total_cmp(&b.sigmas.amax()))?;
     let k = worst(part);
@@ -252,8 +330,20 @@ fn disagreement(held_out: &HeldOut) -> Option<String> {
     Some(format!(
         "the parts of the scan disagree: without {:.2} to {:.2} s {name} moves by {moved}, {:.1} times what noise \
          explains",
-        part.span_s[0],
-        part.span_s[1],
+        e.stamp_s(part.span_s[0]),
+        e.stamp_s(part.span_s[1]),
         part.sigmas[k].abs()
     ))
+}
+
+/// A number with three significant digits, however small.
+struct Significant(f64);
+
+impl std::fmt::Display for Significant {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = (2.0 - self.0.abs().log10().floor()).clamp(0.0, 12.0) as usize;
+        let text = format!("{:.digits$}", self.0);
+        let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        f.write_str(short)
+    }
 }

@@ -1,0 +1,145 @@
+//! One time offset for the whole scan: a drift is taken out of the stamps, a step of a clock is found out.
+//!
+//! Either makes residuals that look like anything but noise, and so makes itself seem uncertain. So a hypothesis is
+//! judged by what it leaves: it is taken out, the scan is fitted again, and its size is compared with the sigma that the
+//! clean residuals give.
+
+use crate::alternatives::misfit;
+use crate::clock_check::{ClockCheck, Drift, Step};
+use crate::error::Error;
+use crate::observability::RANK_THRESHOLD;
+use crate::observations::Observations;
+use crate::parameters::TIME_OFFSET;
+use crate::refine::{Fit, Terms, again, polish};
+use crate::uncertainty;
+use trueline_lsq::Information;
+
+/// A fit whose time offset does not drift.
+pub struct Steady {
+    /// The observations, their stamps freed of a drift.
+    pub observations: Observations,
+    /// The fit.
+    pub fit: Fit,
+    /// The drift, whether it was taken out or is none.
+    pub drift: Option<Drift>,
+    /// The largest step that the clocks may have made.
+    pub step: Option<Step>,
+    /// A step that they have made; it is not taken out.
+    pub stepped: Option<Step>,
+}
+
+/// A drift is one hypothesis.
+const DRIFT_SIGMAS: f64 = 5.0;
+/// Of several thousand possible steps of a clock the largest reaches 4 σ by chance; the variance is known
+/// to some 20 %.
+const STEP_SIGMAS: f64 = 7.0;
+/// Rounds of taking out: each is for what the linear estimate before left.
+const ROUNDS: usize = 5;
+
+/// Whether a drift is more than chance.
+#[must_use]
+pub fn is_significant(drift: &Drift) -> bool {
+    drift.ppm.abs() > DRIFT_SIGMAS * drift.sigma_ppm
+}
+
+/// Takes a significant drift of the image clock out of the stamps, unless a step explains the scan better.
+///
+/// # Errors
+/// As [`polish`].
+pub fn steadied(observations: Observations, fit: Fit, terms: &Terms<'_>) -> Result<Steady, Error> {
+    let clock = clock_check(&observations, &fit, terms);
+    let drift = clock.as_ref().and_then(ClockCheck::drift);
+    let step = clock.as_ref().and_then(ClockCheck::step);
+    let likely_drift = drift.is_some_and(|d| d.ppm.abs() > DRIFT_SIGMAS * d.sigma_ppm / inflation(&clock));
+    let likely_step = step.is_some_and(|s| s.step_s.abs() > STEP_SIGMAS * s.sigma_s / inflation(&clock));
+    let without_drift = if likely_drift { drift_out(&observations, &fit, terms)? } else { None };
+    let without_step = if likely_step { step_out(&observations, &fit, terms)? } else { None };
+    let stepped =
+        without_step.filter(|step| without_drift.as_ref().is_none_or(|drift| step.misfit < drift.misfit));
+    let (observations, fit, drift) = match without_drift.filter(|_| stepped.is_none()) {
+        Some(without) => (without.observations, without.fit, Some(without.drift)),
+        None => (observations, fit, drift),
+    };
+    let fit = polish(&observations, terms, &fit)?;
+    Ok(Steady { observations, fit, drift, step, stepped: stepped.map(|s| s.step) })
+}
+
+/// How much larger than from noise alone the standard deviations of a check are.
+fn inflation(clock: &Option<ClockCheck>) -> f64 {
+    clock.as_ref().map_or(1.0, ClockCheck::inflation)
+}
+
+fn clock_check(observations: &Observations, fit: &Fit, terms: &Terms<'_>) -> Option<ClockCheck> {
+    if terms.fixed.contains(&TIME_OFFSET) {
+        return None;
+    }
+    let information = Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD)?;
+    let problem = fit.problem(observations, terms.config);
+    let covariance = information.covariance();
+    let real = uncertainty::assess(&problem, fit.parameters(), &fit.noise, &information).covariance;
+    let variance = (real[(0, 0)] / covariance[(0, 0)]).max(1.0);
+    variance.is_finite().then(|| ClockCheck::new(&problem, fit.parameters(), covariance, variance))
+}
+
+struct WithoutDrift {
+    observations: Observations,
+    fit: Fit,
+    drift: Drift,
+    misfit: f64,
+}
+
+/// The scan without its drift, if what is left says that there was one.
+fn drift_out(
+    observations: &Observations,
+    fit: &Fit,
+    terms: &Terms<'_>,
+) -> Result<Option<WithoutDrift>, Error> {
+    let (mut observations, mut fit) = (observations.clone(), fit.clone());
+    let mut total_ppm = 0.0;
+    let mut left = clock_check(&observations, &fit, terms).and_then(|clock| clock.drift());
+    for _ in 0..ROUNDS {
+        let Some(found) = left.filter(|d| d.ppm.abs() > 0.1 * d.sigma_ppm) else { break };
+        total_ppm += found.ppm;
+        for o in &mut observations.list {
+            // The stamps run fast about the middle, where they are right.
+            o.stamp_s -= found.ppm * 1e-6 * (o.stamp_s - found.about_s);
+        }
+        fit = again(&observations, terms, &fit)?;
+        left = clock_check(&observations, &fit, terms).and_then(|clock| clock.drift());
+    }
+    let drift = left.map(|left| Drift { ppm: left.ppm + total_ppm, ..left });
+    Ok(drift.filter(is_significant).map(|drift| {
+        let misfit = misfit(&observations, terms, fit.parameters());
+        WithoutDrift { observations, fit, drift, misfit }
+    }))
+}
+
+struct WithoutStep {
+    step: Step,
+    misfit: f64,
+}
+
+/// The step that, taken out, leaves residuals that say that there was one.
+fn step_out(observations: &Observations, fit: &Fit, terms: &Terms<'_>) -> Result<Option<WithoutStep>, Error> {
+    let (mut observations, mut fit) = (observations.clone(), fit.clone());
+    let mut total: Option<Step> = None;
+    for _ in 0..ROUNDS {
+        let Some(clock) = clock_check(&observations, &fit, terms) else { return Ok(None) };
+        let found = match total {
+            None => clock.step(),
+            Some(step) => clock.step_at(step.at_s),
+        };
+        let Some(found) = found else { return Ok(None) };
+        total = Some(Step { step_s: found.step_s + total.map_or(0.0, |t| t.step_s), ..found });
+        if found.step_s.abs() < 0.1 * found.sigma_s {
+            break;
+        }
+        for o in observations.list.iter_mut().filter(|o| o.stamp_s >= found.at_s) {
+            o.stamp_s -= found.step_s;
+        }
+        fit = again(&observations, terms, &fit)?;
+    }
+    Ok(total
+        .filter(|step| step.step_s.abs() > STEP_SIGMAS * step.sigma_s)
+        .map(|step| WithoutStep { step, misfit: misfit(&observations, terms, fit.parameters()) }))
+}
