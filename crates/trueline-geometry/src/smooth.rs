@@ -21,14 +21,19 @@ const PREDICTORS: usize = 4;
 /// through its four neighbours to either side, in units of what that is for samples with noise 1; the median of it.
 ///
 /// For even spacing these are the eighth differences: a swing of 1 Hz and 50 mm sampled at 20 Hz passes for 1 µm of
-/// noise. Zero if fewer than twelve numbers can be had. Jitter of the stamps shows up as noise, as it should.
+/// noise. Samples count as whole periods apart: lost ones are missed, but jitter of the stamps, which is measured
+/// elsewhere, is no noise of the positions. Zero if fewer than twelve numbers can be had.
 #[must_use]
-pub fn position_noise(times: &[f64], poses: &[Pose], gap_limit: f64) -> f64 {
+pub fn position_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64) -> f64 {
     let mut errors: Vec<f64> = Vec::with_capacity(3 * poses.len());
     let width = 2 * PREDICTORS + 1;
     for (t, p) in times.windows(width).zip(poses.windows(width)) {
         if t.windows(2).all(|pair| pair[1] > pair[0] && pair[1] - pair[0] <= gap_limit) {
-            errors.extend(prediction_error(t, p).iter());
+            let mut periods = [0.0; 2 * PREDICTORS + 1];
+            for k in 1..width {
+                periods[k] = periods[k - 1] + ((t[k] - t[k - 1]) / period).round().max(1.0);
+            }
+            errors.extend(prediction_error(&periods, p).iter());
         }
     }
     if errors.len() < 12 {

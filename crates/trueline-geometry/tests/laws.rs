@@ -200,13 +200,13 @@ fn the_local_fit_keeps_a_quadratic_motion_and_measures_noise() {
             se3::from_parts(p.rotation, p.translation.vector + push)
         })
         .collect();
-    let measured = smooth::position_noise(&times, &noisy, 0.016);
+    let measured = smooth::position_noise(&times, &noisy, 0.004, 0.016);
     // A median of 1500 values, neighbours correlated: 1.25/√(1500/3)·… ≈ 6 %; sums of nine are nearly normal.
     assert!((measured / sigma - 1.0).abs() < 0.2, "{measured}");
     // The same if nine of ten rows are lost at random: a motion of 1 s² is still a parabola.
     let kept: Vec<usize> = (0..500).filter(|k| (k * 7919) % 10 == 0 || (k * 104_729) % 17 < 2).collect();
     let (few_times, few): (Vec<f64>, Vec<Pose>) = kept.iter().map(|k| (times[*k], noisy[*k])).unzip();
-    let measured = smooth::position_noise(&few_times, &few, 1.0);
+    let measured = smooth::position_noise(&few_times, &few, 0.004, 1.0);
     assert!((measured / sigma - 1.0).abs() < 0.5, "{measured}");
 }
 

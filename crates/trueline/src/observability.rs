@@ -78,7 +78,7 @@ pub fn assess(information: &Information, at: &Parameters) -> Observability {
                       speed, for example an S-path of ±10 mm at 0.5 Hz";
         unseen.push(Unseen { group: Group::TimeOffset, direction: None, advice: advice.to_owned() });
     }
-    for direction in principal_directions(&null, ROTATION) {
+    for direction in principal_directions(null, ROTATION) {
         let advice = format!(
             "rotation about the tool's {} cannot be seen: let the seam sweep the field of view, along the stripe \
              and in range, while it is scanned",
@@ -86,7 +86,7 @@ pub fn assess(information: &Information, at: &Parameters) -> Observability {
         );
         unseen.push(along(Group::Rotation, &direction, advice));
     }
-    for direction in principal_directions(&null, TRANSLATION) {
+    for direction in principal_directions(null, TRANSLATION) {
         let advice = format!(
             "translation along the tool's {} cannot be seen: tilt the torch by 10° or more about an axis square \
              to it",
@@ -96,7 +96,7 @@ pub fn assess(information: &Information, at: &Parameters) -> Observability {
     }
     for (k, line) in at.lines.iter().enumerate() {
         if (line_index(k)..line_index(k + 1)).any(|row| share(row) > SHARE) {
-            let direction = line_direction(&null, k, &line.axes());
+            let direction = line_direction(null, k, &line.axes());
             let advice = format!(
                 "line {k} is known only together with what else cannot be seen; the same motion cures it"
             );

@@ -100,7 +100,8 @@ pub fn robot_motion(recording: &Recording, times_s: &[f64], config: &Config) -> 
     let poses: Vec<Pose> = updates.kept.iter().map(|k| poses[*k]).collect();
     let recorded = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
     let gap_limit_s = recorded.gap_limit();
-    let recorded_noise_m = smooth::position_noise(recorded.times(), &poses, gap_limit_s);
+    let recorded_noise_m =
+        smooth::position_noise(recorded.times(), &poses, recorded.median_period(), gap_limit_s);
     let mut motion = RobotMotion {
         period_s: recorded.median_period(),
         trajectory: recorded,

@@ -39,7 +39,9 @@ impl Signal {
         let lag_s = problem.observations.robot.period_s.max(LAG_S);
         let every = problem.list.len().div_ceil(SAMPLE).max(1);
         let mut hints = [0; 3];
-        for (o, whitener) in problem.selected().step_by(every) {
+        // Whole images, so that no line is passed over.
+        let chosen = problem.selected().filter(|(o, _)| (o.frame as usize).is_multiple_of(every));
+        for (o, whitener) in chosen {
             let mut jacobian = |later: usize| {
                 let shifted = Observation { stamp_s: o.stamp_s + lag_s * later as f64, ..*o };
                 Some(problem.whitened((&shifted, whitener), at, &mut hints[later])?.1)

@@ -96,7 +96,8 @@ pub fn reasons(e: &Evidence<'_>) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if let Some(better) = e.better {
+    let worse_offset = e.runner_up.is_some_and(|other| other.log_likelihood_lost < -DECISIVE);
+    if let Some(better) = e.better.filter(|_| !worse_offset) {
         reasons.push(format!(
             "from this guess the solve ends where the scan fits worse than with a time offset of {:.1} ms and another \
              hand-eye transform: leave the guess out, or correct it",
