@@ -30,6 +30,12 @@ pub fn text(d: &Diagnosis) -> String {
 fn fit(outcome: &Outcome) -> String {
     match outcome.noise_factor {
         Some(factor) if outcome.fits() => format!("fits: residuals {factor:.1} times the expected noise"),
+        Some(factor) if outcome.explained <= 0.5 => {
+            format!(
+                "does not fit: {:.0} % of the features are outliers, the rest {factor:.1} times the noise",
+                100.0 * (1.0 - outcome.explained)
+            )
+        }
         Some(factor) => format!("does not fit: residuals {factor:.0} times the expected noise"),
         None => "no result".to_owned(),
     }

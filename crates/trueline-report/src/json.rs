@@ -185,6 +185,8 @@ fn options(c: &Calibration) -> Value {
             "translation_mm": config.require.translation_m.map(|m| m * MM_PER_M),
         }),
     );
+    options.insert("speed_mm_s".into(), json!(config.used_at.speed_m_s * MM_PER_M));
+    options.insert("stand_off_mm".into(), json!(config.used_at.stand_off_m.map(|m| m * MM_PER_M)));
     options.insert("offset_search_s".into(), json!(config.offset_search_s));
     Value::Object(options)
 }

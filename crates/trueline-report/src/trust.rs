@@ -8,7 +8,7 @@ use trueline::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline::sampling::StampReport;
 use trueline_dataset::unit::MM_PER_M;
 
-/// Stamps of both streams.
+/// Stamps of both streams. Times in the result are seconds since `zero_s`, the stamp of the first robot row.
 #[must_use]
 pub fn stamps(c: &Calibration) -> Value {
     let mut features = stream(&c.image_stamps);
@@ -18,10 +18,12 @@ pub fn stamps(c: &Calibration) -> Value {
     let mut robot = stream(&c.robot_stamps);
     robot["drift_ppm"] = json!(c.robot_stamps.device_drift_ppm);
     json!({
+        "zero_s": c.origin_ns as f64 * 1e-9,
         "robot": robot,
         "features": features,
         "robot_noise_mm": c.robot_noise_m * MM_PER_M,
         "robot_smoothed": c.robot_smoothed,
+        "robot_poses_repeated": c.robot_poses_repeated,
     })
 }
 
@@ -37,6 +39,7 @@ fn stream(s: &StampReport) -> Value {
         "silences": s.silences,
         "device_drift_ppm": s.device_drift_ppm,
         "one_sided": s.one_sided,
+        "grain_s": s.grain_s,
         "steps": s.steps.iter().map(|(at_s, step_s)| json!({ "at_s": at_s, "step_s": step_s })).collect::<Vec<_>>(),
         "used": if s.regularised { "regular" } else { "raw" },
     })

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::held_out::{self, Subject};
 use crate::noise_levels::NoiseLevels;
 use crate::observability::{self, Group, Observability, RANK_THRESHOLD};
-use crate::observations::{Observations, observe, origin_ns};
+use crate::observations::{Observations, SKIP_REPEATED, observe, origin_ns};
 use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::prior::Prior;
 use crate::refine::{Fit, Terms, polish};
@@ -182,6 +182,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         robot_stamps: from.sampling.robot.report(from.regularised.robot),
         image_stamps: from.sampling.images.report(from.regularised.images),
         robot_noise_m: observations.robot.recorded_noise_m,
+        robot_poses_repeated: observations.robot.repeated,
         robot_smoothed: observations.robot.smoothed,
         sheet_fit_rms_m: observations.sheet_fit_rms_m,
         origin_ns: origin_ns(from.recording),
@@ -228,9 +229,10 @@ fn judge(calibration: &mut Calibration, from: &Concluded<'_>) {
         sigma: std::array::from_fn(|k| calibration.sigma(k)),
         held_out: calibration.held_out.as_ref(),
         stamps: [&calibration.robot_stamps, &calibration.image_stamps],
-        features: from.recording.features.len(),
+        features: from.recording.features.len()
+            - calibration.residuals.skipped.get(SKIP_REPEATED).copied().unwrap_or(0),
         origin_s: calibration.origin_ns as f64 * 1e-9,
-        repeated_poses: from.steady.observations.robot.repeated,
+        repeated_poses: calibration.robot_poses_repeated,
         robot_rows: from.recording.robot.len(),
     };
     let reasons = verdict::reasons(&evidence);

@@ -88,6 +88,8 @@ pub struct Calibration {
     pub image_stamps: StampReport,
     /// Noise of a recorded robot position, per axis, as measured on the stream, m.
     pub robot_noise_m: f64,
+    /// Robot samples that only repeat the pose before, and were left out.
+    pub robot_poses_repeated: usize,
     /// Whether the robot's poses were replaced by a local fit.
     pub robot_smoothed: bool,
     /// RMS of the points about the sheet that was fitted to them, m.

@@ -34,7 +34,7 @@ pub enum Error {
     SheetUndefined,
     /// Points that do not lie in a plane.
     #[error(
-        "the points do not lie in one laser plane: {rms_m} m RMS; use `--residual point-to-line`, or give the plane"
+        "the points do not lie in one laser plane: {rms_m:.6} m RMS; use `--residual point-to-line`, or give the plane"
     )]
     PointsNotInSheet {
         /// Root mean square distance from the best plane, m.
@@ -42,7 +42,8 @@ pub enum Error {
     },
     /// The images and the robot do not overlap in time.
     #[error(
-        "images and robot do not overlap in time: robot {robot_start_s} to {robot_end_s} s, images {image_start_s} to {image_end_s} s"
+        "images and robot do not overlap in time: counted from the first pose, the robot lasts from {robot_start_s:.3} to \
+         {robot_end_s:.3} s, the images from {image_start_s:.3} to {image_end_s:.3} s"
     )]
     NoOverlap {
         /// First robot stamp, s.
@@ -53,6 +54,14 @@ pub enum Error {
         image_start_s: f64,
         /// Last image stamp, s.
         image_end_s: f64,
+    },
+    /// The robot does not move.
+    #[error("the robot does not move: all its poses are within {shift_mm:.3} mm and {turn_deg:.3}°")]
+    RobotStandsStill {
+        /// Largest shift, mm.
+        shift_mm: f64,
+        /// Largest turn, degrees.
+        turn_deg: f64,
     },
     /// Something is held that was never given.
     #[error("`{held}` is to be held fixed, but there is no initial value for it")]
@@ -83,6 +92,9 @@ impl Error {
                 "are all points measured by the same laser plane, in the camera frame?"
             }
             Self::NoOverlap { .. } => "both streams must be stamped by the same clock, up to the time offset",
+            Self::RobotStandsStill { .. } => {
+                "record the scan while it moves; if it did, is the stream frozen, or of another robot?"
+            }
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give it in initial.toml or with --initial",
             Self::NoStart => "does the laser stripe cross the line, and are the frames of the poses right?",
         }

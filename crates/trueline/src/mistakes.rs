@@ -18,7 +18,7 @@ pub struct Mistake {
 }
 
 /// The mistakes that are tried, the most frequent first.
-pub const MISTAKES: [Mistake; 16] = [
+pub const MISTAKES: [Mistake; 20] = [
     Mistake {
         name: "robot in m, labelled mm",
         says: "the robot's positions are 1000 times too small: they are metres; name the columns x_m, y_m, z_m",
@@ -89,6 +89,26 @@ pub const MISTAKES: [Mistake; 16] = [
         name: "v mirrored",
         says: "v_px counts from the bottom; it must count from the top",
         mend: |r| with_pixels(r, |[u, v], size| [u, f64::from(size[1]) - 1.0 - v]),
+    },
+    Mistake {
+        name: "pixels of binned images",
+        says: "the pixels are of images at half the resolution that sensor.toml states: scale them or the camera by 2",
+        mend: |r| with_pixels(r, |uv, _| uv.map(|x| 2.0 * (x + 0.5) - 0.5)),
+    },
+    Mistake {
+        name: "pixels of full images",
+        says: "the pixels are of images at twice the resolution that sensor.toml states: scale them or the camera by 2",
+        mend: |r| with_pixels(r, |uv, _| uv.map(|x| 0.5 * (x + 0.5) - 0.5)),
+    },
+    Mistake {
+        name: "image stamps in s, labelled ms",
+        says: "the image stamps are 1000 times too small: they are seconds",
+        mend: |r| with_image_times(r, 1000.0),
+    },
+    Mistake {
+        name: "image stamps in ms, labelled s",
+        says: "the image stamps are 1000 times too large: they are milliseconds",
+        mend: |r| with_image_times(r, 0.001),
     },
     Mistake {
         name: "laser plane on the other side",
@@ -225,6 +245,19 @@ fn with_profile_mirrored(recording: &Recording) -> Option<Recording> {
             other => other,
         })
     })
+}
+
+/// Image stamps in another unit; only where the two streams then last about as long.
+fn with_image_times(recording: &Recording, factor: f64) -> Option<Recording> {
+    let lasts_s = |first: i64, last: i64| (last - first) as f64 * 1e-9;
+    let robot_s = lasts_s(recording.robot.first()?.stamp_ns, recording.robot.last()?.stamp_ns);
+    let first = recording.features.first()?.stamp_ns;
+    let images_s = lasts_s(first, recording.features.last()?.stamp_ns) * factor;
+    let mut mended = recording.clone();
+    for feature in &mut mended.features {
+        feature.stamp_ns = (feature.stamp_ns as f64 * factor).round() as i64;
+    }
+    (images_s > 0.3 * robot_s && images_s < 3.0 * robot_s).then_some(mended)
 }
 
 fn with_starts_aligned(recording: &Recording) -> Option<Recording> {

@@ -68,6 +68,9 @@ pub const SKIP_NO_RAY: &str = "pixel outside the image or the lens model";
 /// Rays that run along the sheet or meet it behind the camera.
 pub const SKIP_NO_SHEET: &str = "ray does not meet the laser sheet";
 
+/// A row that says what another of the same image has said.
+pub const SKIP_REPEATED: &str = "row repeats another of its image";
+
 /// Points further than this (RMS) from a plane were not measured in one laser sheet.
 const SHEET_RMS_LIMIT_M: f64 = 1e-3;
 
@@ -95,6 +98,7 @@ pub fn robot_motion(recording: &Recording, times_s: &[f64], config: &Config) -> 
         .map(|pair| pair[0].base_from_tool)
         .collect();
     poses.extend(recording.robot.last().map(|sample| sample.base_from_tool));
+    check_motion(&poses)?;
     let updates = held_poses::updates(times_s, &poses);
     let times: Vec<f64> = updates.kept.iter().map(|k| times_s[*k]).collect();
     let poses: Vec<Pose> = updates.kept.iter().map(|k| poses[*k]).collect();
@@ -128,6 +132,24 @@ pub fn robot_motion(recording: &Recording, times_s: &[f64], config: &Config) -> 
     Ok(motion)
 }
 
+/// A robot that stays within both of these does not move.
+const LEAST_SHIFT_M: f64 = 1e-4;
+/// See [`LEAST_SHIFT_M`].
+const LEAST_TURN_RAD: f64 = 2e-4;
+
+fn check_motion(poses: &[Pose]) -> Result<(), Error> {
+    let Some(first) = poses.first() else { return Ok(()) };
+    let (mut shift_m, mut turn_rad) = (0.0_f64, 0.0_f64);
+    for pose in poses {
+        shift_m = shift_m.max((pose.translation.vector - first.translation.vector).norm());
+        turn_rad = turn_rad.max(first.rotation.angle_to(&pose.rotation));
+    }
+    if shift_m > LEAST_SHIFT_M || turn_rad > LEAST_TURN_RAD {
+        return Ok(());
+    }
+    Err(Error::RobotStandsStill { shift_mm: shift_m * 1e3, turn_deg: turn_rad.to_degrees() })
+}
+
 /// For so long a robot's path is straight: at 2 m/s² it then bends by 2 · T²/8 = 7 µm.
 const STRAIGHT_S: f64 = 0.005;
 
@@ -142,6 +164,10 @@ pub fn observe(recording: &Recording, sampling: &Sampling, config: &Config) -> R
     let mut list = Vec::with_capacity(recording.features.len());
     let mut frame = 0;
     for (row, feature) in recording.features.iter().enumerate() {
+        if repeats(&recording.features, row) {
+            *skipped.entry(SKIP_REPEATED).or_insert(0) += 1;
+            continue;
+        }
         frame += u32::from(row > 0 && recording.features[row - 1].stamp_ns != feature.stamp_ns);
         match lift(&recording.sensor, &sheet, feature, config) {
             Ok((point_in_camera, covariance)) => list.push(Observation {
@@ -158,6 +184,13 @@ pub fn observe(recording: &Recording, sampling: &Sampling, config: &Config) -> R
     let line_count = count_lines(&list)?;
     let sigma_px = matches!(recording.sensor, Sensor::CameraLaser { .. }).then_some(config.feature_sigma_px);
     Ok(Observations { robot, sheet, list, line_count, sigma_px, sheet_fit_rms_m, skipped })
+}
+
+/// Whether an earlier row of the same image says the same.
+fn repeats(features: &[Feature], row: usize) -> bool {
+    let this = &features[row];
+    let earlier = features[..row].iter().rev().take_while(|other| other.stamp_ns == this.stamp_ns);
+    earlier.into_iter().any(|other| other.line == this.line && other.measured == this.measured)
 }
 
 fn sheet_of(recording: &Recording, config: &Config) -> Result<(LaserSheet, Option<f64>), Error> {

@@ -14,6 +14,8 @@ pub struct Stream {
     pub clock: Option<StreamClock>,
     /// Samples that repeat the stamp before: several rows of one sample, or a row recorded twice.
     pub doubles: usize,
+    /// All stamps are multiples of this, though the samples are not, s.
+    pub grain_s: Option<f64>,
 }
 
 /// The stamps of robot and images.
@@ -59,8 +61,29 @@ pub struct StampReport {
     pub one_sided: bool,
     /// Steps of the receive clock: when and how high, s.
     pub steps: Vec<(f64, f64)>,
+    /// All stamps are multiples of this, though the samples are not: what the stamps leave unsaid, s.
+    pub grain_s: Option<f64>,
     /// Whether the samples were taken as the clock says.
     pub regularised: bool,
+}
+
+/// Finer stamps say enough, s.
+const COARSE_GRAIN_NS: i64 = 500_000;
+
+/// The multiple of which all stamps are, in ns, if it is coarse and not simply their period.
+fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
+    let steps = || stamps_ns.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0);
+    let gcd = |a: i64, b: i64| {
+        let (mut a, mut b) = (a, b);
+        while b != 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    // Microseconds, for seconds that were written with some digits are not exact.
+    let grain = steps().fold(0, |grain, step| gcd(grain, (step + 500) / 1000)) * 1000;
+    let least = steps().min()?;
+    (grain >= COARSE_GRAIN_NS && grain < least - 1000).then_some(grain)
 }
 
 /// Jitter of an image stamp where it cannot be measured, s.
@@ -86,7 +109,8 @@ impl Stream {
             (None, None) => Ticks::Counted,
         };
         let clock = stream_clock::fit(&recorded_s, ticks);
-        Self { doubles: stamps_ns.len() - recorded_s.len(), recorded_s, clock }
+        let grain_s = grain_ns(stamps_ns).map(|ns| ns as f64 * 1e-9);
+        Self { doubles: stamps_ns.len() - recorded_s.len(), recorded_s, clock, grain_s }
     }
 
     /// Standard deviation of a stamp that is used, s.
@@ -94,8 +118,11 @@ impl Stream {
         if regularised { Some(0.0) } else { self.clock.as_ref().map(|clock| clock.jitter_s) }
     }
 
+    /// Standard deviation of what the stamps leave unknown of all sampling times alike, s.
     fn phase_sigma_s(&self, regularised: bool) -> f64 {
-        self.clock.as_ref().filter(|_| regularised).map_or(0.0, |clock| clock.phase_sigma_s)
+        let phase_s = self.clock.as_ref().filter(|_| regularised).map_or(0.0, |clock| clock.phase_sigma_s);
+        // Rounded down, to the nearest or up: nobody knows, so the mean is off by up to half a grain to either side.
+        phase_s.hypot(self.grain_s.map_or(0.0, |grain_s| grain_s / 12.0_f64.sqrt()))
     }
 
     /// Figures for the report.
@@ -118,6 +145,7 @@ impl Stream {
             device_drift_ppm: clock.and_then(|c| c.device_drift_ppm),
             one_sided: clock.is_some_and(|c| c.through == Through::LowerHull),
             steps: clock.map_or_else(Vec::new, |c| c.steps.clone()),
+            grain_s: self.grain_s,
             regularised,
         }
     }

@@ -62,6 +62,9 @@ impl Signal {
     #[must_use]
     pub fn shown_by(&self, information: &Information) -> Information {
         let root = information.covariance_root();
+        if root.ncols() == 0 {
+            return information.clone();
+        }
         let in_root = |matrix: &DMatrix<f64>| root.transpose() * (matrix + matrix.transpose()) * root * 0.5;
         let motion = in_root(&((&self.later * 4.0 - &self.much_later) / 3.0));
         let Some(factor) = in_root(&self.own).cholesky() else { return information.clone() };

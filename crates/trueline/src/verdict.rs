@@ -19,8 +19,10 @@ const MS_PER_S: f64 = 1e3;
 const NOISE_FACTOR_LIMIT: f64 = 3.0;
 /// Beyond these the noise is another than was expected, and the user should know.
 const NOISE_FACTOR_USUAL: [f64; 2] = [0.4, 1.2];
-/// A result that can place fewer of the features than this is of another scan.
+/// A result that can place fewer of the features than this is of another scan …
 const LEAST_USED: f64 = 0.5;
+/// … and so is one that leaves many out and explains the rest badly.
+const LEAST_USED_BADLY: (f64, f64) = (0.8, 1.5);
 /// With more robot rows that repeat a stamp the stamps are too coarse to tell when a pose was.
 const COARSE_STAMPS: f64 = 0.1;
 /// With more outliers than this the majority no longer decides.
@@ -143,7 +145,9 @@ pub fn reasons(e: &Evidence<'_>) -> Vec<String> {
 }
 
 fn too_few_used(e: &Evidence<'_>) -> Option<String> {
-    if e.residuals.used as f64 >= LEAST_USED * e.features as f64 {
+    let share = e.residuals.used as f64 / e.features as f64;
+    let badly = share < LEAST_USED_BADLY.0 && e.noise_factor > LEAST_USED_BADLY.1;
+    if share >= LEAST_USED && !badly {
         return None;
     }
     let (reason, count) = e.residuals.skipped.iter().max_by_key(|(_, count)| **count)?;
@@ -220,7 +224,8 @@ pub fn warnings(e: &Evidence<'_>) -> Vec<String> {
     let mut warnings = Vec::new();
     let skipped: usize = e.residuals.skipped.values().sum();
     if skipped * 10 > e.features {
-        warnings.push(format!("{skipped} of {} features could not be used; see skipped", e.features));
+        let list: Vec<String> = e.residuals.skipped.iter().map(|(why, n)| format!("{n}: {why}")).collect();
+        warnings.push(format!("{skipped} features could not be used; {}", list.join("; ")));
     }
     if e.held {
         let what: Vec<&str> = e.observability.unseen.iter().map(|u| u.advice.as_str()).collect();
@@ -247,6 +252,14 @@ pub fn warnings(e: &Evidence<'_>) -> Vec<String> {
     for (name, stamps) in ["robot", "image"].iter().zip(e.stamps) {
         if stamps.doubles > 0 && *name == "robot" {
             warnings.push(format!("{} robot rows repeat the stamp of the row before", stamps.doubles));
+        }
+        if let Some(grain_s) = stamps.grain_s {
+            warnings.push(format!(
+                "the {name} stamps are whole multiples of {:.1} ms: if they were rounded down or up rather than to the \
+                 nearest, the time offset is off by half of that; its ± allows for it",
+                grain_s * MS_PER_S
+            ));
+            continue;
         }
         warnings.extend(stamp_steps(e, name, stamps));
     }

@@ -116,6 +116,7 @@ fn pixels_and_the_sensors_own_calibration() {
         }
     };
     assert_named(|r| pixels(r, |[u, v]| [v, u]), "swapped");
+    assert_named(|r| pixels(r, |uv| uv.map(|x| 0.5 * (x + 0.5) - 0.5)), "half the resolution");
     assert_named(
         |r| {
             let Sensor::CameraLaser { laser_plane_in_camera, .. } = &mut r.sensor else { panic!() };
@@ -143,6 +144,7 @@ fn order_of_the_distortion() {
 
 #[test]
 fn clocks_and_frames() {
+    assert_named(|r| r.features.iter_mut().for_each(|f| f.stamp_ns /= 1000), "they are seconds");
     assert_named(
         |r| r.features.iter_mut().for_each(|f| f.stamp_ns += 3_600_000_000_000),
         "clocks that start at different times",

@@ -193,3 +193,133 @@ fn outliers_and_drops_at_once() {
         assert_eq!(calibration.feature_stamps_ns.len(), calibration.features.len());
     }
 }
+
+/// 20 Hz is what some controllers give: between two samples the path bends by tenths of a millimetre.
+#[test]
+fn slow_robot_streams() {
+    for (period_s, preset) in
+        [(0.012, Preset::Quick), (0.024, Preset::Paper), (0.05, Preset::Quick), (0.1, Preset::Quick)]
+    {
+        let mut scenario = cell(preset, 7);
+        scenario.timing.robot_period_s = period_s;
+        let recording = simulate(&scenario, 7).unwrap();
+        assert_right(&recording, &format!("{period_s} s"));
+    }
+}
+
+/// A controller that has a new pose every third time it is asked.
+#[test]
+fn poses_that_only_repeat_are_left_out() {
+    let mut recording = simulate(&cell(Preset::Quick, 8), 8).unwrap();
+    for k in 0..recording.robot.len() {
+        recording.robot[k].base_from_tool = recording.robot[k - k % 3].base_from_tool;
+    }
+    let calibration = assert_right(&recording, "held poses");
+    assert!(
+        calibration.warnings.iter().any(|w| w.contains("only repeat the pose")),
+        "{:?}",
+        calibration.warnings
+    );
+}
+
+/// Clocks of two computers: the offset is far outside the range that is searched first.
+#[test]
+fn offsets_of_seconds() {
+    for offset_s in [2.5, -4.0] {
+        let mut scenario = Preset::Quick.scenario();
+        scenario.timing.time_offset_s = offset_s;
+        assert_right(&simulate(&scenario, 9).unwrap(), &format!("{offset_s} s"));
+    }
+}
+
+#[test]
+fn coarse_stamps() {
+    let floor = |ns: &mut i64, grain: i64| *ns -= ns.rem_euclid(grain);
+    let mut recording = simulate(&cell(Preset::Quick, 10), 10).unwrap();
+    recording.features.iter_mut().for_each(|f| floor(&mut f.stamp_ns, 10_000_000));
+    let images = assert_right(&recording, "images of 10 ms");
+    assert!((images.image_stamps.grain_s.unwrap() - 0.010).abs() < 1e-12);
+    let mut recording = simulate(&cell(Preset::Quick, 10), 10).unwrap();
+    recording.robot.iter_mut().for_each(|s| floor(&mut s.stamp_ns, 10_000_000));
+    let robot = calibrated(&recording);
+    assert_eq!(robot.status, Status::NotAccepted);
+    assert!(robot.reasons[0].contains("too coarse"), "{:?}", robot.reasons);
+}
+
+/// An attitude that only trembles is no tilt, however much it trembles.
+#[test]
+fn noise_of_the_attitude_shows_nothing() {
+    for sigma_rad in [1e-4, 5e-4, 2e-3] {
+        let mut scenario = Preset::ConstantAttitude.scenario();
+        scenario.disturbance.robot_rotation_noise_rad = sigma_rad;
+        let recording = simulate(&scenario, 11).unwrap();
+        let guess = recording.truth.as_ref().unwrap().parameters;
+        let calibration = calibrate(&recording, Some(&guess), &Config::default()).unwrap();
+        assert_eq!(calibration.status, Status::NotAccepted, "{sigma_rad}");
+        assert!((4..7).all(|k| calibration.sigma(k).is_none()), "{sigma_rad}");
+    }
+}
+
+#[test]
+fn a_guess_in_the_mirrored_valley_is_refused() {
+    let recording = simulate(&Preset::Weak.scenario(), 2).unwrap();
+    let tool_from_camera =
+        se3::from_parts(nalgebra::UnitQuaternion::identity(), nalgebra::Vector3::new(0.0, 0.0, 0.1));
+    let guess = Guess { time_offset_s: 0.0, tool_from_camera };
+    let calibration = calibrate(&recording, Some(&guess), &Config::default()).unwrap();
+    let right = largest_error(&calibration, &recording.truth.as_ref().unwrap().parameters) < SIGMAS;
+    assert!(right || calibration.status == Status::NotAccepted);
+    assert!(right || calibration.reasons.iter().any(|r| r.contains("guess")), "{:?}", calibration.reasons);
+}
+
+/// A large drift makes residuals that hide it, and must be found all the same.
+#[test]
+fn large_drifts_are_taken_out() {
+    for ppm in [200.0, 1000.0, 5000.0] {
+        let mut scenario = cell(Preset::Quick, 12);
+        scenario.disturbance.clock_drift_ppm = ppm;
+        let calibration = calibrated(&simulate(&scenario, 12).unwrap());
+        assert_eq!(calibration.status, Status::Accepted, "{ppm}: {:?}", calibration.reasons);
+        let drift = calibration.drift.unwrap();
+        // To first order in the drift: stamps grow by 1 + ppm.
+        let slack = SIGMAS * drift.sigma_ppm + 2.0 * ppm * ppm * 1e-6;
+        assert!((drift.ppm - ppm).abs() < slack, "{ppm}: {drift:?}");
+    }
+}
+
+/// In the middle of the scan a step looks most like a drift.
+#[test]
+fn a_step_in_the_middle_is_no_drift() {
+    let mut recording = simulate(&cell(Preset::Quick, 13), 13).unwrap();
+    let middle_ns = recording.features[recording.features.len() / 2].stamp_ns;
+    recording.features.iter_mut().filter(|f| f.stamp_ns >= middle_ns).for_each(|f| f.stamp_ns += 2_000_000);
+    let calibration = calibrated(&recording);
+    assert_eq!(calibration.status, Status::NotAccepted);
+    let step = calibration.stepped.unwrap();
+    assert!((step.step_s - 2e-3).abs() < SIGMAS * step.sigma_s, "{step:?}");
+}
+
+#[test]
+fn a_robot_stream_that_freezes_is_named() {
+    let mut recording = simulate(&cell(Preset::Quick, 14), 14).unwrap();
+    let from = recording.robot.len() * 3 / 4;
+    let frozen = recording.robot[from].base_from_tool;
+    recording.robot[from..].iter_mut().for_each(|s| s.base_from_tool = frozen);
+    let calibration = calibrated(&recording);
+    assert_eq!(calibration.status, Status::NotAccepted);
+    assert!(calibration.reasons.iter().any(|r| r.contains("froze")), "{:?}", calibration.reasons);
+    recording.robot.iter_mut().for_each(|s| s.base_from_tool = frozen);
+    let error = calibrate(&recording, None, &Config::default()).unwrap_err();
+    assert!(error.to_string().contains("does not move"), "{error}");
+}
+
+#[test]
+fn rows_that_repeat_count_once() {
+    let recording = simulate(&cell(Preset::Quick, 15), 15).unwrap();
+    let mut twice = recording.clone();
+    twice.features = recording.features.iter().flat_map(|f| [*f, *f]).collect();
+    let (once, twice) = (calibrated(&recording), calibrated(&twice));
+    // Rows are numbered differently, nothing else.
+    assert_eq!(once.parameters, twice.parameters);
+    assert_eq!(once.covariance, twice.covariance);
+}

@@ -68,11 +68,22 @@ fn config(args: &CalibrateArgs) -> Result<Config, Failure> {
         accept_partial: args.accept_partial,
         require: args.require.as_deref().map(requirement::parse).transpose()?.unwrap_or_default(),
         used_at: Use {
-            speed_m_s: args.speed_mm_s * 1e-3,
+            speed_m_s: speed_mm_s(args.speed_mm_s)? * 1e-3,
             stand_off_m: positive("--stand-off-mm", args.stand_off_mm)?.map(|mm| mm * 1e-3),
         },
         ..defaults
     })
+}
+
+/// A speed; standing still is one.
+fn speed_mm_s(speed: f64) -> Result<f64, Failure> {
+    if speed >= 0.0 && speed.is_finite() {
+        return Ok(speed);
+    }
+    Err(Failure::new(
+        format!("`--speed-mm-s`: expected a number of at least zero, found {speed}"),
+        "leave it out for the default",
+    ))
 }
 
 fn positive(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
