@@ -89,10 +89,9 @@ pub struct Trajectory {
     times: Vec<f64>,
     segments: Vec<Segment>,
     median_period: f64,
+    /// Samples in a second.
+    frequency: f64,
 }
-
-/// Samples that are looked at one by one before searching: robots are sampled up to ten times for each image.
-const STEPS_FORWARD: usize = 12;
 
 impl Trajectory {
     /// Builds a trajectory from sample times (s, not decreasing) and poses.
@@ -114,13 +113,20 @@ impl Trajectory {
         let median_period = median_positive_step(&times).ok_or(TrajectoryError::TooFewSamples)?;
         let pairs = times.windows(2).zip(poses.windows(2));
         let segments = pairs.map(|(t, p)| Segment::between(t[0], &p[0], t[1], &p[1])).collect();
-        Ok(Self { times, segments, median_period })
+        Ok(Self { times, segments, median_period, frequency: 1.0 / median_period })
     }
 
     /// Sample times, s.
     #[must_use]
     pub fn times(&self) -> &[f64] {
         &self.times
+    }
+
+    /// The segments between neighbouring samples, gaps and all: ask [`Trajectory::segment`] which are none.
+    #[must_use]
+    #[inline]
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
     }
 
     /// Median time between samples, s.
@@ -147,12 +153,14 @@ impl Trajectory {
     #[must_use]
     #[inline]
     pub fn bracket(&self, time: f64, hint: usize) -> Option<usize> {
+        self.guess(time, hint).or_else(|| self.search(time, hint))
+    }
+
+    #[inline(never)]
+    fn search(&self, time: f64, hint: usize) -> Option<usize> {
         let last = self.times.len() - 1;
         if !(time >= self.times[0] && time <= self.times[last]) {
             return None;
-        }
-        if let Some(index) = self.step_forward(time, hint) {
-            return Some(index);
         }
         let (low, high) = self.gallop(time, hint.min(last));
         // The last sample at or before `time`; at the very end the segment that ends there.
@@ -165,14 +173,18 @@ impl Trajectory {
         Some(index)
     }
 
-    /// A range [low, high) of samples that holds the last one at or before `time`.
-    /// The bracket among the next few samples, where it is when times are asked for in rising order.
+    /// The bracket where evenly spaced samples would have it, or next to it.
     #[inline]
-    fn step_forward(&self, time: f64, hint: usize) -> Option<usize> {
-        let ahead = self.times.get(hint..(hint + STEPS_FORWARD).min(self.times.len()))?;
-        let after = ahead.iter().position(|t| *t > time)?;
-        // None if even the first is later.
-        Some(hint + after.checked_sub(1)?)
+    fn guess(&self, time: f64, hint: usize) -> Option<usize> {
+        let since = time - self.times.get(hint)?;
+        let mut index = hint.checked_add_signed((since * self.frequency) as isize)?.min(self.times.len() - 2);
+        if time < self.times[index] {
+            index = index.checked_sub(1)?;
+        } else if time >= self.times[index + 1] {
+            index += 1;
+        }
+        let after = *self.times.get(index + 1)?;
+        (self.times[index] <= time && time < after).then_some(index)
     }
 
     fn gallop(&self, time: f64, hint: usize) -> (usize, usize) {

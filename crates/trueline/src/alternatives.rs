@@ -52,12 +52,12 @@ pub enum Twin {
 /// # Errors
 /// As [`refine`].
 pub fn twin_of(observations: &Observations, terms: &Terms<'_>, fit: &Fit) -> Result<Twin, Error> {
-    let Some(start) = initial::twin(observations, &fit.list, fit.parameters()) else {
+    let Some(start) = initial::twin(observations, fit.placed.of(observations), fit.parameters()) else {
         return Ok(Twin::Worse);
     };
     let twin = refine(observations, terms, start)?;
     // Two numbers for each feature; −2 log L = 2 n ln f² for noise f times as large as expected.
-    let advantage = 4.0 * fit.list.len() as f64 * (twin.noise.factor / fit.noise.factor).ln();
+    let advantage = 4.0 * fit.placed.len() as f64 * (twin.noise.factor / fit.noise.factor).ln();
     let rotation = |fit: &Fit| fit.parameters().tool_from_camera.rotation;
     let apart = rotation(&twin).angle_to(&rotation(fit));
     Ok(if advantage < -DECISIVE {

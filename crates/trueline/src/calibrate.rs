@@ -168,7 +168,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
             .then(|| {
                 at_torch::predict(
                     observations,
-                    &fit.list,
+                    fit.placed.of(observations),
                     &parameters,
                     &uncertainty.covariance,
                     &config.used_at,

@@ -62,7 +62,7 @@ pub struct Subject<'a> {
 /// Leaves each part out in turn; `None` if the scan is too short for parts.
 #[must_use]
 pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
-    let list = &subject.fit.list;
+    let list = subject.fit.placed.of(subject.observations);
     let at = subject.fit.parameters();
     let edges = pass_edges(subject.observations, list, at);
     let passes = edges.len() > 3;
@@ -129,7 +129,7 @@ fn solve_again(
 
 /// Whether each observation carries weight in the fit.
 fn carrying(subject: &Subject<'_>, config: &Config) -> Vec<bool> {
-    let problem = problem(subject, config, &subject.fit.list);
+    let problem = problem(subject, config, subject.fit.placed.of(subject.observations));
     let mut hint = 0;
     let carries = |(o, whitener): (&Observation, &crate::noise_levels::Whitener)| {
         let residual = problem.residual(o, subject.fit.parameters(), &mut hint);

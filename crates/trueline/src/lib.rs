@@ -27,6 +27,7 @@ pub mod observations;
 pub mod optimum;
 pub mod order_statistics;
 pub mod parameters;
+pub mod placed;
 pub mod prior;
 pub mod problem;
 pub mod reference;

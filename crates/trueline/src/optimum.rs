@@ -93,7 +93,7 @@ fn search(observations: &Observations, terms: &Terms<'_>) -> Result<(Fit, bool),
 
 fn is_doubtful(observations: &Observations, fit: &Fit) -> bool {
     let all = observations.list.len() as f64;
-    fit.noise.factor > DOUBTFUL_FACTOR || fit.list.len() as f64 <= (1.0 - DOUBTFUL_UNPLACED) * all
+    fit.noise.factor > DOUBTFUL_FACTOR || fit.placed.len() as f64 <= (1.0 - DOUBTFUL_UNPLACED) * all
 }
 
 fn is_better(observations: &Observations, terms: &Terms<'_>, one: &Fit, other: &Fit) -> bool {

@@ -38,26 +38,6 @@ pub struct LineProblem<'a> {
 /// has long saturated there, so that a search gains nothing by pushing features off the recording.
 pub(crate) const UNUSABLE_SQUARED: f64 = 1e6;
 
-/// The observations whose exposure stays inside the robot's recording, and out of its gaps, for every
-/// time offset within `margin_s` of the one given: a solve that moves no further never loses or gains one.
-#[must_use]
-pub fn safely_placed(observations: &Observations, time_offset_s: f64, margin_s: f64) -> Vec<Observation> {
-    let trajectory = &observations.robot.trajectory;
-    let mut hints = [0; 2];
-    let mut inside = |exposure_s: f64| {
-        let ends = [exposure_s - margin_s, exposure_s + margin_s];
-        let mut brackets = [0; 2];
-        for ((end, hint), bracket) in ends.into_iter().zip(&mut hints).zip(&mut brackets) {
-            let Some(index) = trajectory.bracket(end, *hint) else {
-                return false;
-            };
-            (*hint, *bracket) = (index, index);
-        }
-        (brackets[0]..=brackets[1]).all(|index| trajectory.segment(index).is_some())
-    };
-    observations.list.iter().filter(|o| inside(o.stamp_s - time_offset_s)).copied().collect()
-}
-
 /// What is minimised: the residual and its robust loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Criterion {

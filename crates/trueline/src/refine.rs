@@ -4,11 +4,13 @@ use crate::calibration::IterationRecord;
 use crate::config::Config;
 use crate::error::Error;
 use crate::initial;
+use crate::kernel::{Scan, SquaredLengths, sweep};
 use crate::noise_levels::NoiseLevels;
-use crate::observations::{Observation, Observations};
+use crate::observations::Observations;
 use crate::parameters::Parameters;
+use crate::placed::Placed;
 use crate::prior::Prior;
-use crate::problem::{Criterion, LineProblem, safely_placed};
+use crate::problem::{Criterion, LineProblem};
 use crate::residuals;
 use trueline_lsq::{Iteration, Loss, Solution, SolveOptions, solve};
 
@@ -29,7 +31,7 @@ pub struct Terms<'a> {
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// The observations that took part.
-    pub list: Vec<Observation>,
+    pub placed: Placed,
     /// The optimum.
     pub solution: Solution<Parameters>,
     /// The noise that is really there.
@@ -47,8 +49,14 @@ impl Fit {
     #[must_use]
     pub fn problem<'a>(&'a self, observations: &'a Observations, config: &Config) -> LineProblem<'a> {
         let criterion = Criterion { residual: config.residual, loss: config.final_loss() };
-        LineProblem::new(observations, &self.list, criterion, &self.noise, &self.whitened_at)
-            .with_prior(self.prior.clone())
+        LineProblem::new(
+            observations,
+            self.placed.of(observations),
+            criterion,
+            &self.noise,
+            &self.whitened_at,
+        )
+        .with_prior(self.prior.clone())
     }
 
     /// The parameters at the optimum.
@@ -78,13 +86,14 @@ const LEAST_NOISE_FACTOR: f64 = 1e-3;
 /// # Errors
 /// [`Error::NoStart`] if the cost is not finite.
 pub fn refine(observations: &Observations, terms: &Terms<'_>, start: Parameters) -> Result<Fit, Error> {
-    let mut rounds = Rounds { observations, terms, list: Vec::new(), iterations: Vec::new() };
+    let mut rounds = Rounds { observations, terms, placed: Placed::Part(0..0), iterations: Vec::new() };
     let mut state = start;
     let mut last_width = f64::INFINITY;
     for _ in 0..NARROWING_ROUNDS {
         // Three times the typical residual keeps the good ones and gives little weight to the wild ones.
-        rounds.list = safely_placed(observations, state.time_offset_s, NARROWING_MARGIN_S);
-        let coarse = LineProblem::coarse(observations, &rounds.list, Loss::Squared, &terms.noise);
+        rounds.placed = Placed::safely(observations, state.time_offset_s, NARROWING_MARGIN_S);
+        let list = rounds.placed.of(observations);
+        let coarse = LineProblem::coarse(observations, list, Loss::Squared, &terms.noise);
         let width = 3.0 * residuals::noise_factor(&coarse.squared_residuals(&state)).max(1.0);
         if width > 0.5 * last_width || width <= 3.0 {
             break;
@@ -103,7 +112,7 @@ pub fn refine(observations: &Observations, terms: &Terms<'_>, start: Parameters)
 /// As [`refine`].
 pub fn again(observations: &Observations, terms: &Terms<'_>, near: &Fit) -> Result<Fit, Error> {
     let iterations = near.iterations.clone();
-    let rounds = Rounds { observations, terms, list: Vec::new(), iterations };
+    let rounds = Rounds { observations, terms, placed: Placed::Part(0..0), iterations };
     rounds.finish(terms.noise, near.parameters().clone(), &[ROUGH])
 }
 
@@ -113,14 +122,14 @@ pub fn again(observations: &Observations, terms: &Terms<'_>, near: &Fit) -> Resu
 /// As [`refine`].
 pub fn polish(observations: &Observations, terms: &Terms<'_>, near: &Fit) -> Result<Fit, Error> {
     let iterations = near.iterations.clone();
-    let rounds = Rounds { observations, terms, list: Vec::new(), iterations };
+    let rounds = Rounds { observations, terms, placed: Placed::Part(0..0), iterations };
     rounds.finish(near.noise, near.parameters().clone(), &[FINE])
 }
 
 struct Rounds<'a> {
     observations: &'a Observations,
     terms: &'a Terms<'a>,
-    list: Vec<Observation>,
+    placed: Placed,
     iterations: Vec<IterationRecord>,
 }
 
@@ -133,8 +142,9 @@ impl Rounds<'_> {
         options: &SolveOptions,
     ) -> Result<Solution<Parameters>, Error> {
         let criterion = Criterion { residual: self.terms.config.residual, loss };
-        let problem = LineProblem::new(self.observations, &self.list, criterion, noise, &start)
-            .with_prior(self.terms.prior.cloned());
+        let problem =
+            LineProblem::new(self.observations, self.placed.of(self.observations), criterion, noise, &start)
+                .with_prior(self.terms.prior.cloned());
         let solution = solve(&problem, start, self.terms.fixed, options).map_err(|_| Error::NoStart)?;
         self.iterations.extend(solution.iterations.iter().map(|step| record(self.observations, step)));
         Ok(solution)
@@ -159,7 +169,7 @@ impl Rounds<'_> {
             solution = Ok(self.round(loss, &noise, whitened_at.clone(), &options)?);
         }
         Ok(Fit {
-            list: self.list,
+            placed: self.placed,
             solution: solution?,
             noise,
             whitened_at,
@@ -170,10 +180,11 @@ impl Rounds<'_> {
 
     /// Selects what can be placed, measures the noise there, and moves the lines' anchors amid the points.
     fn prepare(&mut self, mut noise: NoiseLevels, state: Parameters) -> (NoiseLevels, Parameters) {
-        self.list = safely_placed(self.observations, state.time_offset_s, FINAL_MARGIN_S);
+        self.placed = Placed::safely(self.observations, state.time_offset_s, FINAL_MARGIN_S);
+        let list = self.placed.of(self.observations);
         let criterion =
             Criterion { residual: self.terms.config.residual, loss: self.terms.config.final_loss() };
-        let problem = LineProblem::new(self.observations, &self.list, criterion, &noise, &state);
+        let problem = LineProblem::new(self.observations, list, criterion, &noise, &state);
         let larger = residuals::noise_factor(&problem.squared_residuals(&state));
         noise.factor = (noise.factor * larger).max(LEAST_NOISE_FACTOR);
         (noise, initial::with_lines_amid_points(self.observations, state))
@@ -181,14 +192,17 @@ impl Rounds<'_> {
 }
 
 fn record(observations: &Observations, step: &Iteration<Parameters>) -> IterationRecord {
-    let criterion = Criterion { residual: crate::ResidualKind::PointToLine, loss: Loss::Squared };
-    let unit = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
-    let problem = LineProblem::new(observations, &observations.list, criterion, &unit, &step.state);
-    let squared = problem.squared_residuals(&step.state);
-    let mean = squared.iter().sum::<f64>() / squared.len().max(1) as f64;
+    let mut distances = SquaredLengths::default();
+    let scan = Scan {
+        observations,
+        list: &observations.list,
+        at: &step.state,
+        residual: crate::ResidualKind::PointToLine,
+    };
+    sweep(&scan, &mut distances);
     IterationRecord {
         cost: step.cost,
-        rms_m: mean.sqrt() * crate::problem::POINT_TO_LINE_SIGMA_M,
+        rms_m: distances.root_mean(),
         parameters: step.state.clone(),
         accepted: step.accepted,
     }

@@ -71,8 +71,13 @@ fn treated(
 /// for n features of two numbers and noise f times as large as expected.
 fn advantage(one: &Stamped, other: &Stamped, noise: &NoiseLevels) -> f64 {
     let factor = |stamped: &Stamped| {
-        let problem = LineProblem::coarse(&stamped.observations, &stamped.fit.list, Loss::Squared, noise);
+        let problem = LineProblem::coarse(
+            &stamped.observations,
+            stamped.fit.placed.of(&stamped.observations),
+            Loss::Squared,
+            noise,
+        );
         residuals::noise_factor(&problem.squared_residuals(stamped.fit.parameters()))
     };
-    4.0 * one.fit.list.len() as f64 * (factor(other) / factor(one)).ln()
+    4.0 * one.fit.placed.len() as f64 * (factor(other) / factor(one)).ln()
 }

@@ -49,10 +49,18 @@ impl<const FUSED: bool> Lanes<FUSED> {
         self
     }
 
-    /// The largest.
+    /// The largest; none may be NaN.
     #[inline(always)]
     pub fn max(self) -> f64 {
-        self.0[0].max(self.0[1]).max(self.0[2].max(self.0[3]))
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        larger(larger(self.0[0], self.0[1]), larger(self.0[2], self.0[3]))
+    }
+
+    /// The smallest; none may be NaN.
+    #[inline(always)]
+    pub fn min(self) -> f64 {
+        let smaller = |a: f64, b: f64| if a < b { a } else { b };
+        smaller(smaller(self.0[0], self.0[1]), smaller(self.0[2], self.0[3]))
     }
 }
 

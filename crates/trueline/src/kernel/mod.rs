@@ -12,7 +12,7 @@ mod sweep;
 mod view;
 mod whiten;
 
-pub use sums::{Cost, Equations, Squared};
+pub use sums::{Cost, Equations, Squared, SquaredLengths};
 pub use sweep::{Scan, sweep};
 pub use view::Mounting;
 pub use whiten::Whitening;

@@ -10,20 +10,34 @@ use crate::problem::{LOCAL, UNUSABLE_SQUARED, global_index};
 use nalgebra::{Matrix3, SMatrix, SVector};
 use trueline_lsq::{Loss, NormalEquations};
 
-/// Numbers in the upper half of a symmetric matrix over one line's unknowns.
-const UPPER: usize = LOCAL * (LOCAL + 1) / 2;
-
-/// Sums of one line over its 11 unknowns, lane by lane; rotation and translation in the sheet's axes.
+/// Sums of one line over its 11 unknowns, lane by lane; rotation and translation in the sheet's axes. Of the symmetric
+/// matrix only the upper half is used.
 #[derive(Clone)]
 struct LineSums {
-    hessian: [[f64; WIDTH]; UPPER],
+    hessian: [[[f64; WIDTH]; LOCAL]; LOCAL],
     gradient: [[f64; WIDTH]; LOCAL],
     cost: [f64; WIDTH],
 }
 
 impl LineSums {
     const ZERO: Self =
-        Self { hessian: [[0.0; WIDTH]; UPPER], gradient: [[0.0; WIDTH]; LOCAL], cost: [0.0; WIDTH] };
+        Self { hessian: [[[0.0; WIDTH]; LOCAL]; LOCAL], gradient: [[0.0; WIDTH]; LOCAL], cost: [0.0; WIDTH] };
+
+    #[inline(always)]
+    fn add_row<const FUSED: bool, const ROW: usize>(
+        &mut self,
+        columns: &[[Lanes<FUSED>; 2]; LOCAL],
+        residual: &[Lanes<FUSED>; 2],
+    ) {
+        let [a, b] = columns[ROW];
+        let gradient = Lanes::<FUSED>(self.gradient[ROW]);
+        self.gradient[ROW] = gradient.plus_product(a, residual[0]).plus_product(b, residual[1]).0;
+        for column in ROW..LOCAL {
+            let [c, d] = columns[column];
+            let sum = Lanes::<FUSED>(self.hessian[ROW][column]);
+            self.hessian[ROW][column] = sum.plus_product(a, c).plus_product(b, d).0;
+        }
+    }
 }
 
 /// The whiteners of four samples; zero for lanes that have none, or no intersection.
@@ -33,16 +47,26 @@ pub fn whiteners_of<const FUSED: bool>(
     samples: &Samples,
     usable: &[bool; WIDTH],
 ) -> [Lanes<FUSED>; 3] {
-    let mut w = [[0.0; WIDTH]; 3];
-    for lane in 0..samples.count {
-        if usable[lane] {
-            let [w11, w21, w22] = whiteners[samples.index[lane] as usize].0;
-            w[0][lane] = f64::from(w11);
-            w[1][lane] = f64::from(w21);
-            w[2][lane] = f64::from(w22);
+    let w = [
+        whiteners[samples.index[0] as usize].0,
+        whiteners[samples.index[1] as usize].0,
+        whiteners[samples.index[2] as usize].0,
+        whiteners[samples.index[3] as usize].0,
+    ];
+    let mut lanes = [[0.0; WIDTH]; 3];
+    for lane in 0..WIDTH {
+        for k in 0..3 {
+            lanes[k][lane] = f64::from(w[lane][k]);
         }
     }
-    let [w11, w21, w22] = w;
+    if samples.count < WIDTH || *usable != [true; WIDTH] {
+        for lane in (0..WIDTH).filter(|lane| *lane >= samples.count || !usable[*lane]) {
+            for whitener in &mut lanes {
+                whitener[lane] = 0.0;
+            }
+        }
+    }
+    let [w11, w21, w22] = lanes;
     [Lanes(w11), Lanes(w21), Lanes(w22)]
 }
 
@@ -82,13 +106,11 @@ impl<'a> Equations<'a> {
             let total = |lanes: &[f64; WIDTH]| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
             let mut hessian = SMatrix::<f64, LOCAL, LOCAL>::zeros();
             let mut gradient = SVector::<f64, LOCAL>::zeros();
-            let mut next = 0;
             for row in 0..LOCAL {
                 gradient[row] = total(&sums.gradient[row]);
                 for column in row..LOCAL {
-                    hessian[(row, column)] = total(&sums.hessian[next]);
+                    hessian[(row, column)] = total(&sums.hessian[row][column]);
                     hessian[(column, row)] = hessian[(row, column)];
-                    next += 1;
                 }
             }
             let hessian = sheet_from_unknowns.transpose() * hessian * sheet_from_unknowns;
@@ -124,17 +146,18 @@ impl Visit for Equations<'_> {
 
         let sums = &mut self.sums[line];
         sums.cost = (Lanes::<FUSED>(sums.cost) + value).0;
-        let mut next = 0;
-        for row in 0..LOCAL {
-            let [a, b] = columns[row];
-            let gradient = Lanes::<FUSED>(sums.gradient[row]);
-            sums.gradient[row] = gradient.plus_product(a, residual[0]).plus_product(b, residual[1]).0;
-            for [c, d] in &columns[row..] {
-                let sum = Lanes::<FUSED>(sums.hessian[next]);
-                sums.hessian[next] = sum.plus_product(a, *c).plus_product(b, *d).0;
-                next += 1;
-            }
-        }
+        // A length that the compiler knows for each row: it then writes the loops out.
+        sums.add_row::<FUSED, 0>(&columns, &residual);
+        sums.add_row::<FUSED, 1>(&columns, &residual);
+        sums.add_row::<FUSED, 2>(&columns, &residual);
+        sums.add_row::<FUSED, 3>(&columns, &residual);
+        sums.add_row::<FUSED, 4>(&columns, &residual);
+        sums.add_row::<FUSED, 5>(&columns, &residual);
+        sums.add_row::<FUSED, 6>(&columns, &residual);
+        sums.add_row::<FUSED, 7>(&columns, &residual);
+        sums.add_row::<FUSED, 8>(&columns, &residual);
+        sums.add_row::<FUSED, 9>(&columns, &residual);
+        sums.add_row::<FUSED, 10>(&columns, &residual);
     }
 
     #[inline(always)]
@@ -228,6 +251,38 @@ impl Visit for Squared<'_> {
         for lane in 0..samples.count {
             if seen.usable[lane] {
                 self.values[samples.index[lane] as usize] = squared.0[lane];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn unplaced(&mut self, _index: usize) {}
+}
+
+/// Adds up squared residuals as they are, in m².
+#[derive(Default)]
+pub struct SquaredLengths {
+    sum: [f64; WIDTH],
+    count: usize,
+}
+
+impl SquaredLengths {
+    /// Root mean square, m.
+    pub fn root_mean(&self) -> f64 {
+        let sum = (self.sum[0] + self.sum[1]) + (self.sum[2] + self.sum[3]);
+        (sum / self.count.max(1) as f64).sqrt()
+    }
+}
+
+impl Visit for SquaredLengths {
+    #[inline(always)]
+    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+        let [a, b] = seen.residual;
+        let squared = (a * a).plus_product(b, b);
+        for lane in 0..samples.count {
+            if seen.usable[lane] {
+                self.sum[lane] += squared.0[lane];
+                self.count += 1;
             }
         }
     }

@@ -62,62 +62,98 @@ fn sweep_residual<const FUSED: bool, R: Residual>(scan: &Scan<'_>, visit: &mut i
     let mounting = Mounting::new(&scan.observations.sheet, scan.at);
     let trajectory = &scan.observations.robot.trajectory;
     // Each line gathers its own four: their sums go to the same unknowns.
-    let mut waiting = vec![Samples::default(); scan.at.lines.len()];
+    let mut waiting = vec![Waiting::default(); scan.at.lines.len()];
     let mut hint = 0;
     for (index, o) in scan.list.iter().enumerate() {
-        let exposure = o.stamp_s - scan.at.time_offset_s;
-        let Some(segment) = trajectory.bracket(exposure, hint).and_then(|found| {
-            hint = found;
-            trajectory.segment(found)
-        }) else {
+        let Some(segment) = trajectory
+            .bracket(o.stamp_s - scan.at.time_offset_s, hint)
+            .inspect(|found| hint = *found)
+            .filter(|found| trajectory.segment(*found).is_some())
+        else {
             visit.unplaced(index);
             continue;
         };
         let line = o.line as usize;
-        let samples = &mut waiting[line];
-        samples.push(index, exposure, segment, o);
-        if samples.count == WIDTH {
-            visit.samples(line, samples, &see::<FUSED, R>(&mounting, &scan.at.lines[line], samples));
-            samples.count = 0;
+        let waiting = &mut waiting[line];
+        waiting.index[waiting.count] = index as u32;
+        waiting.segment[waiting.count] = segment as u32;
+        waiting.count += 1;
+        if waiting.count == WIDTH {
+            let samples = waiting.gather(scan);
+            visit.samples(line, &samples, &see::<FUSED, R>(&mounting, &scan.at.lines[line], &samples));
+            waiting.count = 0;
         }
     }
-    for (line, samples) in waiting.iter_mut().enumerate().filter(|(_, samples)| samples.count > 0) {
-        samples.repeat_first();
-        visit.samples(line, samples, &see::<FUSED, R>(&mounting, &scan.at.lines[line], samples));
+    for (line, waiting) in waiting.iter_mut().enumerate().filter(|(_, waiting)| waiting.count > 0) {
+        // Lanes without a sample repeat the first, so that they hold numbers.
+        for lane in waiting.count..WIDTH {
+            (waiting.index[lane], waiting.segment[lane]) = (waiting.index[0], waiting.segment[0]);
+        }
+        let samples = waiting.gather(scan);
+        visit.samples(line, &samples, &see::<FUSED, R>(&mounting, &scan.at.lines[line], &samples));
     }
 }
 
-impl Samples {
-    #[inline(always)]
-    fn push(&mut self, index: usize, exposure: f64, segment: &Segment, o: &Observation) {
-        let lane = self.count;
-        let rotation = segment.base_from_tool.rotation;
-        let position = segment.base_from_tool.translation.vector;
-        self.index[lane] = index as u32;
-        self.elapsed[lane] = exposure - segment.start;
-        self.rotation[0][lane] = rotation.w;
-        self.rotation[1][lane] = rotation.i;
-        self.rotation[2][lane] = rotation.j;
-        self.rotation[3][lane] = rotation.k;
-        for axis in 0..3 {
-            self.position[axis][lane] = position[axis];
-            self.rate[axis][lane] = segment.body_rate[axis];
-            self.velocity[axis][lane] = segment.velocity[axis];
-            self.point[axis][lane] = o.point_in_camera[axis];
-        }
-        self.count += 1;
-    }
+/// Observations of one line that wait for a fourth.
+#[derive(Clone, Copy, Default)]
+struct Waiting {
+    index: [u32; WIDTH],
+    segment: [u32; WIDTH],
+    count: usize,
+}
 
-    /// Fills the lanes that have no sample with the first, so that they hold numbers.
-    fn repeat_first(&mut self) {
-        let fill = |lanes: &mut [f64; WIDTH], count: usize| lanes.copy_within(0..1, count.min(WIDTH - 1));
-        for lane in self.count..WIDTH {
-            self.index[lane] = self.index[0];
-            fill(&mut self.elapsed, lane);
-            self.rotation.iter_mut().for_each(|lanes| fill(lanes, lane));
-            for lanes in [&mut self.position, &mut self.rate, &mut self.velocity, &mut self.point] {
-                lanes.iter_mut().for_each(|lanes| fill(lanes, lane));
-            }
+impl Waiting {
+    #[inline(always)]
+    fn gather(&self, scan: &Scan<'_>) -> Samples {
+        let segments = scan.observations.robot.trajectory.segments();
+        let s = [
+            &segments[self.segment[0] as usize],
+            &segments[self.segment[1] as usize],
+            &segments[self.segment[2] as usize],
+            &segments[self.segment[3] as usize],
+        ];
+        let o = [
+            &scan.list[self.index[0] as usize],
+            &scan.list[self.index[1] as usize],
+            &scan.list[self.index[2] as usize],
+            &scan.list[self.index[3] as usize],
+        ];
+        let offset = scan.at.time_offset_s;
+        // Written out, so that every component is loaded into its lane and none goes through memory.
+        macro_rules! lanes {
+            ($from:ident, $field:expr) => {{
+                let field = $field;
+                [field($from[0]), field($from[1]), field($from[2]), field($from[3])]
+            }};
+        }
+        macro_rules! vectors {
+            ($from:ident, $type:ty, $($field:ident).+) => {
+                [
+                    lanes!($from, |x: &$type| x.$($field).+.x),
+                    lanes!($from, |x: &$type| x.$($field).+.y),
+                    lanes!($from, |x: &$type| x.$($field).+.z),
+                ]
+            };
+        }
+        Samples {
+            index: self.index,
+            count: self.count,
+            elapsed: [
+                o[0].stamp_s - offset - s[0].start,
+                o[1].stamp_s - offset - s[1].start,
+                o[2].stamp_s - offset - s[2].start,
+                o[3].stamp_s - offset - s[3].start,
+            ],
+            rotation: [
+                lanes!(s, |s: &Segment| s.base_from_tool.rotation.w),
+                lanes!(s, |s: &Segment| s.base_from_tool.rotation.i),
+                lanes!(s, |s: &Segment| s.base_from_tool.rotation.j),
+                lanes!(s, |s: &Segment| s.base_from_tool.rotation.k),
+            ],
+            position: vectors!(s, Segment, base_from_tool.translation.vector),
+            rate: vectors!(s, Segment, body_rate),
+            velocity: vectors!(s, Segment, velocity),
+            point: vectors!(o, Observation, point_in_camera),
         }
     }
 }

@@ -56,7 +56,7 @@ impl Mounting {
 }
 
 /// Up to four measurements of one line, and the robot's motion about each.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Samples {
     /// Index of each in the list.
     pub index: [u32; WIDTH],
@@ -129,10 +129,12 @@ impl Residual for InSheet {
         let u = axes[0].0;
         let mut usable = [true; WIDTH];
         let mut sine = u[2];
-        for lane in 0..WIDTH {
-            usable[lane] = sine.0[lane].abs() >= MIN_SINE;
-            // Where there is no intersection the numbers mean nothing, but they must be numbers.
-            sine.0[lane] = if usable[lane] { sine.0[lane] } else { 1.0 };
+        if (sine * sine).min() < MIN_SINE * MIN_SINE {
+            for lane in 0..WIDTH {
+                usable[lane] = sine.0[lane].abs() >= MIN_SINE;
+                // Where there is no intersection the numbers mean nothing, but they must be numbers.
+                sine.0[lane] = if usable[lane] { sine.0[lane] } else { 1.0 };
+            }
         }
         let inverse = one / sine;
         let along = (measured.0[2] - anchor.0[2]) * inverse;
