@@ -28,7 +28,10 @@ pub fn position_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64
     let mut errors: Vec<f64> = Vec::with_capacity(3 * poses.len());
     let width = 2 * PREDICTORS + 1;
     for (t, p) in times.windows(width).zip(poses.windows(width)) {
-        if t.windows(2).all(|pair| pair[1] > pair[0] && pair[1] - pair[0] <= gap_limit) {
+        let joined = t.windows(2).all(|pair| pair[1] > pair[0] && pair[1] - pair[0] <= gap_limit);
+        // A robot at rest may report the very same numbers; that says nothing about those in motion.
+        let moves = p.windows(2).all(|pair| pair[0].translation != pair[1].translation);
+        if joined && moves {
             let mut periods = [0.0; 2 * PREDICTORS + 1];
             for k in 1..width {
                 periods[k] = periods[k - 1] + ((t[k] - t[k - 1]) / period).round().max(1.0);

@@ -80,6 +80,7 @@ fn held_out(check: &HeldOut) -> Value {
     json!({
         "parts": if check.passes { "passes" } else { "blocks of time" },
         "rms_mm": check.rms_m * MM_PER_M,
+        "expected_rms_mm": check.expected_rms_m * MM_PER_M,
         "fitted_rms_mm": check.fitted_rms_m * MM_PER_M,
         "left_out": check.parts.iter().map(part).collect::<Vec<_>>(),
     })

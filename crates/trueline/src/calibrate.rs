@@ -19,7 +19,7 @@ use crate::steady::{Steady, steadied};
 use crate::uncertainty::{self, Uncertainty};
 use crate::verdict::{self, Evidence};
 use crate::{at_torch, disruption, optimum};
-use nalgebra::SVector;
+use nalgebra::{DVector, SVector};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Guess, Recording};
 use trueline_lsq::Information;
@@ -51,7 +51,8 @@ pub fn calibrate(
     let noise =
         NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(config, stamped.regularised), ..terms.noise };
     let terms = Terms { noise, ..terms };
-    let steady = steadied(stamped.observations, stamped.fit, &terms)?;
+    let rate_sigma_ppm = sampling.rate_sigma_ppm(stamped.regularised);
+    let steady = steadied(stamped.observations, stamped.fit, &terms, rate_sigma_ppm)?;
     let Shown { fit, information, observability } = show(&steady, &terms, guess, found.equal_twin)?;
     conclude(&Concluded {
         recording,
@@ -75,12 +76,18 @@ fn show(steady: &Steady, terms: &Terms<'_>, guess: Option<&Guess>, equal_twin: b
     let spectrum = |fit: &Fit| {
         Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD).ok_or(Error::NoStart)
     };
-    let information = signal.shown_by(&spectrum(&fit)?);
-    let mut observability = observability::assess(&information, fit.parameters());
+    let all = spectrum(&fit)?;
+    let information = signal.as_ref().map_or_else(|| all.clone(), |signal| signal.shown_by(&all));
+    let held = terms.fixed.contains(&TIME_OFFSET);
+    let shows_time_offset = held || signal.as_ref().is_none_or(Signal::shows_time_offset);
+    let mut observability = observability::assess(&information, &all, fit.parameters(), shows_time_offset);
     if equal_twin {
         observability.seen_components[ROTATION..TRANSLATION].fill(false);
     }
     drop(problem);
+    if !observability.unseen.is_empty() {
+        follow(steady, terms, &information, &mut observability)?;
+    }
     if observability.unseen.is_empty() || !terms.config.accept_partial {
         return Ok(Shown { fit, information, observability });
     }
@@ -94,6 +101,51 @@ fn show(steady: &Steady, terms: &Terms<'_>, guess: Option<&Guess>, equal_twin: b
     }
     Ok(Shown { fit: held, information: held_information, observability })
 }
+
+/// Moves everything unseen and fits the rest again: what moves with it is not known either, however well it seems to be
+/// where the search happened to end.
+fn follow(
+    steady: &Steady,
+    terms: &Terms<'_>,
+    information: &Information,
+    observability: &mut Observability,
+) -> Result<(), Error> {
+    let at = steady.fit.parameters();
+    let covariance = information.covariance();
+    for sign in [1.0, -1.0] {
+        let mut step = DVector::zeros(at.dimension());
+        for unseen in &observability.unseen {
+            match (unseen.group, unseen.direction) {
+                (Group::TimeOffset, _) => step[TIME_OFFSET] = sign * MOVED_S,
+                (Group::Rotation, Some(d)) => {
+                    (0..3).for_each(|k| step[ROTATION + k] += sign * MOVED_RAD * d[k])
+                }
+                (Group::Translation, Some(d)) => {
+                    (0..3).for_each(|k| step[TRANSLATION + k] += sign * MOVED_M * d[k]);
+                }
+                _ => {}
+            }
+        }
+        let away = at.retract(&step);
+        let guess = Guess { time_offset_s: away.time_offset_s, tool_from_camera: away.tool_from_camera };
+        let prior = unseen_at(observability, &guess);
+        let fit = polish(&steady.observations, &Terms { prior: Some(&prior), ..*terms }, &steady.fit)?;
+        let moved = held_out::difference(fit.parameters(), at);
+        for k in 0..LINES {
+            observability.seen_components[k] &= moved[k].abs() < MOVED_SIGMAS * covariance[(k, k)].sqrt();
+        }
+    }
+    Ok(())
+}
+
+/// How far unseen directions are moved: as far off as a guess may be.
+const MOVED_S: f64 = 0.005;
+/// See [`MOVED_S`].
+const MOVED_RAD: f64 = 0.1;
+/// See [`MOVED_S`].
+const MOVED_M: f64 = 0.030;
+/// What then moves by more standard deviations than this is not known.
+const MOVED_SIGMAS: f64 = 2.0;
 
 /// A fit, what is known from it and what can be seen.
 struct Shown {
@@ -140,7 +192,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let mut uncertainty = uncertainty::assess(&problem, &parameters, &fit.noise, &from.information);
     let held_out = held_out::check(&subject(from, &uncertainty), config);
     uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)] +=
-        from.sampling.phase_sigma_s(from.regularised).powi(2);
+        from.sampling.phase_sigma_s(from.regularised).powi(2) + observations.robot.late_sigma_s.powi(2);
     let (features, skipped) = residuals::evaluate(&problem, &parameters);
     let summary = residuals::summarise(&features, skipped);
     let disruptions =

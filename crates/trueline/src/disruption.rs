@@ -38,7 +38,7 @@ pub struct Disruption {
 const INLIER_COST: f64 = 1.5;
 /// Score of a stretch worth naming; 40 % of outliers at random reach it once in 10⁵ features.
 const LEAST_SCORE: f64 = 15.0;
-/// Most stretches named.
+/// Most stretches named of a line.
 const MOST: usize = 5;
 /// Residuals this much larger than the rest's are not explained.
 const EXPLAINED: f64 = 2.5;
@@ -52,6 +52,24 @@ const SAMPLE: usize = 80;
 pub fn find(
     observations: &Observations,
     features: &[FeatureResidual],
+    at: &Parameters,
+    noise: &NoiseLevels,
+    offset_search_s: f64,
+) -> Vec<Disruption> {
+    let mut found: Vec<Disruption> = (0..observations.line_count as u32)
+        .flat_map(|line| {
+            let own: Vec<&FeatureResidual> = features.iter().filter(|f| f.line == line).collect();
+            on_line(observations, &own, at, noise, offset_search_s)
+        })
+        .collect();
+    found.sort_by_key(|d| std::cmp::Reverse(d.features));
+    found
+}
+
+/// The stretches of one line: those of another may well be in order.
+fn on_line(
+    observations: &Observations,
+    features: &[&FeatureResidual],
     at: &Parameters,
     noise: &NoiseLevels,
     offset_search_s: f64,

@@ -34,12 +34,16 @@ pub struct HeldOut {
     pub rms_m: f64,
     /// The fitted one of the same points, m.
     pub fitted_rms_m: f64,
+    /// What the first should be if nothing but noise is at work: fitted, and how well the rest knows the unknowns, m.
+    pub expected_rms_m: f64,
 }
 
 /// Blocks of time where there are not as many passes.
 const BLOCKS: usize = 5;
 /// A turn-around counts if the scan then runs back by this part of its length.
 const PASS_PART: f64 = 0.3;
+/// A variance that grows by more than this without a part was that part's.
+const FAR_WIDER: f64 = 24.0;
 /// Features of less weight have no say.
 const LEAST_WEIGHT: f64 = 1e-2;
 
@@ -70,7 +74,7 @@ pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
     let carried = carrying(subject, config);
     let covariance = covariance_of(&subject.fit.solution.equations.hessian, subject)?;
     let mut parts = Vec::new();
-    let (mut sum, mut fitted_sum, mut count) = (0.0, 0.0, 0_usize);
+    let (mut sum, mut fitted_sum, mut lever_sum, mut count) = (0.0, 0.0, 0.0, 0_usize);
     for edge in edges.windows(2) {
         let (part, weights) = (&list[edge[0]..edge[1]], &carried[edge[0]..edge[1]]);
         let rest: Vec<Observation> = [&list[..edge[0]], &list[edge[1]..]].concat();
@@ -78,10 +82,14 @@ pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
         let own = squared_distances(subject.observations, part, weights, &without);
         let fitted = squared_distances(subject.observations, part, weights, at);
         let moved = difference(&without, at);
-        let wider = covariance_of(&hessian, subject).map(|wide| wide - &covariance);
+        let wide = covariance_of(&hessian, subject)?;
+        lever_sum += lever(subject, part, weights, &without, &wide);
+        let wider = wide - &covariance;
         let sigmas = SVector::from_fn(|k, _| {
-            let variance = wider.as_ref().map_or(0.0, |w| w[(k, k)]) * subject.inflation[k];
-            if subject.seen[k] && variance > 1e-6 * covariance[(k, k)] {
+            let variance = wider[(k, k)] * subject.inflation[k];
+            // Of what the rest hardly knows nothing can be said.
+            let knows = wider[(k, k)] < FAR_WIDER * covariance[(k, k)];
+            if subject.seen[k] && knows && variance > 1e-6 * covariance[(k, k)] {
                 moved[k] / variance.sqrt()
             } else {
                 0.0
@@ -98,7 +106,8 @@ pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
         });
     }
     let (rms_m, fitted_rms_m) = (root_mean(sum, count), root_mean(fitted_sum, count));
-    Some(HeldOut { passes, parts, rms_m, fitted_rms_m })
+    let expected_rms_m = root_mean(fitted_sum + lever_sum, count);
+    Some(HeldOut { passes, parts, rms_m, fitted_rms_m, expected_rms_m })
 }
 
 fn root_mean(sum: f64, count: usize) -> f64 {
@@ -152,7 +161,40 @@ fn squared_distances(
     list.iter().zip(carried).filter(|(_, carried)| **carried).filter_map(squared).collect()
 }
 
-fn difference(to: &Parameters, from: &Parameters) -> SVector<f64, LINES> {
+/// Sum of the squared distances that a part's points have from the line because the rest knows the unknowns no better.
+fn lever(
+    subject: &Subject<'_>,
+    list: &[Observation],
+    carried: &[bool],
+    at: &Parameters,
+    covariance: &DMatrix<f64>,
+) -> f64 {
+    let mut hint = 0;
+    let squared = |(o, _): (&Observation, &bool)| {
+        let placement = placement(subject.observations, o, at, &mut hint)?;
+        let line = &at.lines[o.line as usize];
+        let parts = trueline_model::point_to_line::linearize(&placement, &o.point_in_camera, line);
+        let mut jacobian = DMatrix::zeros(2, covariance.nrows());
+        jacobian.view_mut((0, 0), (2, 1)).copy_from(&parts.d_time_offset);
+        jacobian.view_mut((0, ROTATION), (2, 3)).copy_from(&parts.d_rotation);
+        jacobian.view_mut((0, ROTATION + 3), (2, 3)).copy_from(&parts.d_translation);
+        jacobian
+            .view_mut((0, crate::parameters::line_index(o.line as usize)), (2, 4))
+            .copy_from(&parts.d_line);
+        Some((&jacobian * covariance * jacobian.transpose()).trace())
+    };
+    // Every tenth says it as well.
+    let (mut sum, mut count) = (0.0, 0);
+    for value in list.iter().zip(carried).filter(|(_, carried)| **carried).step_by(10).filter_map(squared) {
+        sum += value;
+        count += 1;
+    }
+    sum / f64::from(count.max(1)) * carried.iter().filter(|carried| **carried).count() as f64
+}
+
+/// How offset and hand-eye differ, as a tangent step.
+#[must_use]
+pub fn difference(to: &Parameters, from: &Parameters) -> SVector<f64, LINES> {
     let (turn, shift) = se3::difference_decoupled(&to.tool_from_camera, &from.tool_from_camera);
     let mut moved = SVector::<f64, LINES>::zeros();
     moved[0] = to.time_offset_s - from.time_offset_s;

@@ -1,30 +1,39 @@
 //! Poses that are reported more often than they change.
 //!
 //! A stream of 4 ms whose controller has a new pose every 12 ms repeats each three times. Taken as recorded the robot
-//! would stand and jump, and its poses would be late by half the difference; only the first of each is news.
+//! would stand and jump, and its poses would be late by half the difference; only the first of each is news. It was
+//! new some time since it was asked before: at once if both run in step, half a poll ago on average if they do not.
 
+use crate::order_statistics::median;
 use trueline_geometry::Pose;
 
 /// Which samples are news.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Updates {
     /// Indices of the samples to keep, rising.
     pub kept: Vec<usize>,
     /// How many are left out.
     pub repeated: usize,
+    /// By how much the first of each is late on average, s.
+    pub late_s: f64,
+    /// Standard deviation of that, s.
+    pub late_sigma_s: f64,
 }
 
 /// A pose that stays the same for longer than this is a robot at rest, s.
 const REST_S: f64 = 0.15;
 /// Part of the samples in motion that must be repetitions before any is left out: a robot that turns around stands
 /// still for a sample or two as well.
-const LEAST_SHARE: f64 = 0.25;
+const LEAST_SHARE: f64 = 0.1;
+/// Controller and poll run in step if this part of the poses is repeated equally often.
+const IN_STEP: f64 = 0.98;
 
 /// Finds the samples that are news.
 #[must_use]
 pub fn updates(times_s: &[f64], poses: &[Pose]) -> Updates {
     let mut kept = Vec::with_capacity(poses.len());
     let (mut repeated, mut moving) = (0, 0);
+    let mut lengths: Vec<usize> = Vec::new();
     let mut start = 0;
     for end in 1..=poses.len() {
         if end < poses.len() && poses[end] == poses[start] {
@@ -36,13 +45,22 @@ pub fn updates(times_s: &[f64], poses: &[Pose]) -> Updates {
             kept.push(start);
             repeated += end - start - 1;
             moving += end - start;
+            lengths.push(end - start);
         }
         start = end;
     }
     if (repeated as f64) < LEAST_SHARE * moving as f64 {
-        return Updates { kept: (0..poses.len()).collect(), repeated: 0 };
+        return Updates { kept: (0..poses.len()).collect(), repeated: 0, late_s: 0.0, late_sigma_s: 0.0 };
     }
-    Updates { kept, repeated }
+    let poll_s = median(times_s.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0);
+    let usual = median(lengths.iter().map(|n| *n as f64)).unwrap_or(1.0);
+    let as_usual = lengths.iter().filter(|n| **n as f64 == usual).count();
+    let in_step = as_usual as f64 >= IN_STEP * lengths.len() as f64;
+    // In step the delay is the same for all and may be anything up to a poll; else it is spread evenly over a poll.
+    let spread_s = poll_s / 12.0_f64.sqrt();
+    let (late_s, late_sigma_s) =
+        if in_step { (0.0, spread_s) } else { (0.5 * poll_s, spread_s / (lengths.len() as f64).sqrt()) };
+    Updates { kept, repeated, late_s, late_sigma_s }
 }
 
 #[cfg(test)]
@@ -62,6 +80,17 @@ mod tests {
         let found = updates(&times, &poses);
         assert_eq!(found.kept, (0..300).step_by(3).collect::<Vec<_>>());
         assert_eq!(found.repeated, 200);
+        // In step: nobody knows since when it was new.
+        assert_eq!(found.late_s, 0.0);
+        assert!((found.late_sigma_s / (0.004 / 12.0_f64.sqrt()) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn out_of_step_the_first_is_half_a_poll_late() {
+        let (times, poses) = stream(|k| (k as f64 / 2.5).floor());
+        let found = updates(&times, &poses);
+        assert_eq!(found.repeated, 180);
+        assert!((found.late_s - 0.002).abs() < 1e-12);
     }
 
     #[test]

@@ -14,6 +14,9 @@ pub const RANK_THRESHOLD: f64 = 1e-4;
 /// A component belongs to the null space if more than this part of its square lies there.
 const SHARE: f64 = 1e-2;
 
+/// Variances that agree to within this are of the same directions.
+const WHOLE: f64 = 1.2;
+
 /// Which unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Group {
@@ -66,12 +69,24 @@ pub struct Observability {
     pub seen_components: Vec<bool>,
 }
 
-/// Names what is not seen.
+/// Names what is not seen: `information` is what remains of `all` without directions that mean nothing, and
+/// `shows_time_offset` is whether that column means anything.
 #[must_use]
-pub fn assess(information: &Information, at: &Parameters) -> Observability {
+pub fn assess(
+    information: &Information,
+    all: &Information,
+    at: &Parameters,
+    shows_time_offset: bool,
+) -> Observability {
     let null = information.null_space();
     let share = |k: usize| null.row(k).norm_squared();
-    let seen_components: Vec<bool> = (0..null.nrows()).map(|k| share(k) <= SHARE).collect();
+    let (known, claimed) = (information.covariance(), all.covariance());
+    // What owes its variance to a direction that was taken away is not known without it.
+    let is_whole = |k: usize| claimed[(k, k)] <= WHOLE * known[(k, k)];
+    let mut seen_components: Vec<bool> =
+        (0..null.nrows()).map(|k| share(k) <= SHARE && is_whole(k)).collect();
+    let only_noise = seen_components[TIME_OFFSET] && !shows_time_offset;
+    seen_components[TIME_OFFSET] &= shows_time_offset;
     let mut unseen = Vec::new();
     if !seen_components[TIME_OFFSET] {
         let advice = "the time offset cannot be seen: sweep the sensor across the line, faster and with changing \
@@ -104,7 +119,7 @@ pub fn assess(information: &Information, at: &Parameters) -> Observability {
         }
     }
     Observability {
-        rank: information.rank(),
+        rank: information.rank() - usize::from(only_noise),
         size: information.size(),
         condition: information.condition(),
         unseen,

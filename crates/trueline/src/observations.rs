@@ -7,6 +7,7 @@ use crate::sampling::Sampling;
 use nalgebra::{Matrix2, Vector2, Vector3};
 use std::collections::BTreeMap;
 use trueline_dataset::{Feature, Measured, Recording, Sensor};
+use trueline_geometry::trajectory::TrajectoryError;
 use trueline_geometry::{Pose, Trajectory, curve, fit, smooth};
 use trueline_model::LaserSheet;
 
@@ -42,6 +43,10 @@ pub struct RobotMotion {
     pub smoothed: bool,
     /// Samples that only repeat the pose of the one before while the robot moves, and are left out.
     pub repeated: usize,
+    /// Standard deviation of how late the others are for that, s.
+    pub late_sigma_s: f64,
+    /// The same motion by every other sample, and by those between: their noise has nothing in common.
+    pub halves: Option<Box<[Trajectory; 2]>>,
 }
 
 /// Everything the problem is made of.
@@ -100,7 +105,7 @@ pub fn robot_motion(recording: &Recording, times_s: &[f64], config: &Config) -> 
     poses.extend(recording.robot.last().map(|sample| sample.base_from_tool));
     check_motion(&poses)?;
     let updates = held_poses::updates(times_s, &poses);
-    let times: Vec<f64> = updates.kept.iter().map(|k| times_s[*k]).collect();
+    let times: Vec<f64> = updates.kept.iter().map(|k| times_s[*k] - updates.late_s).collect();
     let poses: Vec<Pose> = updates.kept.iter().map(|k| poses[*k]).collect();
     let recorded = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
     let gap_limit_s = recorded.gap_limit();
@@ -113,23 +118,37 @@ pub fn robot_motion(recording: &Recording, times_s: &[f64], config: &Config) -> 
         noise_m: recorded_noise_m,
         smoothed: false,
         repeated: updates.repeated,
+        late_sigma_s: updates.late_sigma_s,
+        halves: None,
     };
     if config.residual != crate::ResidualKind::Sheet {
         // The paper's model: straight between samples as they are.
         return Ok(motion);
     }
-    let noise_left = smooth::noise_left(motion.trajectory.median_period());
+    let noise_left = smooth::noise_left(motion.period_s);
     motion.smoothed = recorded_noise_m > SMOOTH_ABOVE_M && noise_left < 1.0;
+    motion.noise_m *= if motion.smoothed { noise_left } else { 1.0 };
     let times = motion.trajectory.times();
-    let poses = if motion.smoothed {
-        motion.noise_m *= noise_left;
-        smooth::local_quadratic(times, &poses, gap_limit_s)
-    } else {
-        poses
+    let every_other = |first: usize| {
+        let (times, poses): (Vec<f64>, Vec<Pose>) =
+            times.iter().copied().zip(poses.iter().copied()).skip(first).step_by(2).unzip();
+        path(&times, &poses, 2.0 * gap_limit_s, motion.smoothed)
     };
-    let (times, poses) = curve::densified(times, &poses, gap_limit_s, STRAIGHT_S);
-    motion.trajectory = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
+    motion.halves = every_other(0).and_then(|even| Ok(Box::new([even, every_other(1)?]))).ok();
+    motion.trajectory = path(times, &poses, gap_limit_s, motion.smoothed).map_err(Error::Trajectory)?;
     Ok(motion)
+}
+
+/// The path through samples: their noise taken out, and curved where they are far apart.
+fn path(
+    times: &[f64],
+    poses: &[Pose],
+    gap_limit_s: f64,
+    smoothed: bool,
+) -> Result<Trajectory, TrajectoryError> {
+    let poses = if smoothed { smooth::local_quadratic(times, poses, gap_limit_s) } else { poses.to_vec() };
+    let (times, poses) = curve::densified(times, &poses, gap_limit_s, STRAIGHT_S);
+    Trajectory::new(times, &poses)
 }
 
 /// A robot that stays within both of these does not move.

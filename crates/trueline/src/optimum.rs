@@ -26,8 +26,8 @@ pub struct Found {
 const DOUBTFUL_FACTOR: f64 = 1.2;
 /// See [`DOUBTFUL_FACTOR`].
 const DOUBTFUL_UNPLACED: f64 = 0.1;
-/// The range of offsets is then this much wider.
-const WIDER: f64 = 8.0;
+/// All offsets are then tried for which this part of the images falls into the robot's recording.
+const OVERLAP: f64 = 0.5;
 /// A guess chooses between two mirrored attitudes if it is this much nearer to one of them.
 const CLEARLY_NEARER: f64 = 0.5;
 
@@ -70,7 +70,8 @@ fn from_nothing(observations: &Observations, terms: &Terms<'_>) -> Result<Found,
         other = other_offset(observations, terms, &fit);
     }
     if is_doubtful(observations, &fit) {
-        let config = Config { offset_search_s: WIDER * terms.config.offset_search_s, ..terms.config.clone() };
+        let offset_search_s = widest_offset_s(observations).max(terms.config.offset_search_s);
+        let config = Config { offset_search_s, ..terms.config.clone() };
         let (wide, wide_twin) = search(observations, &Terms { config: &config, ..*terms })?;
         if is_better(observations, terms, &wide, &fit) {
             (fit, equal_twin) = (wide, wide_twin);
@@ -89,6 +90,16 @@ fn search(observations: &Observations, terms: &Terms<'_>) -> Result<(Fit, bool),
         Twin::Equal(_) => (fit, true),
         Twin::Better(twin) => (*twin, false),
     })
+}
+
+/// The largest offset, of either sign, that leaves half of the images within the robot's recording.
+fn widest_offset_s(observations: &Observations) -> f64 {
+    let (robot_start, robot_end) = observations.robot.trajectory.span();
+    let stamps = || observations.list.iter().map(|o| o.stamp_s);
+    let (start, end) = (stamps().fold(f64::INFINITY, f64::min), stamps().fold(f64::NEG_INFINITY, f64::max));
+    let kept = OVERLAP * (end - start).min(robot_end - robot_start);
+    // Images that late, or that early.
+    (end - kept - robot_start).abs().max((robot_end - start - kept).abs())
 }
 
 fn is_doubtful(observations: &Observations, fit: &Fit) -> bool {

@@ -133,13 +133,17 @@ impl<'a> LineProblem<'a> {
         }
     }
 
-    fn linearized(&self, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<ResidualJacobian> {
-        let placement = self.placement(o, at, hint)?;
+    fn linearized(
+        &self,
+        o: &Observation,
+        at: &Parameters,
+        placement: &Placement,
+    ) -> Option<ResidualJacobian> {
         let line = &at.lines[o.line as usize];
         match self.residual {
-            ResidualKind::PointToLine => Some(point_to_line::linearize(&placement, &o.point_in_camera, line)),
+            ResidualKind::PointToLine => Some(point_to_line::linearize(placement, &o.point_in_camera, line)),
             ResidualKind::Sheet => {
-                sheet_residual::linearize(&placement, &self.observations.sheet, &o.point_in_camera, line)
+                sheet_residual::linearize(placement, &self.observations.sheet, &o.point_in_camera, line)
                     .map(|(jacobian, _)| jacobian)
             }
         }
@@ -153,7 +157,19 @@ impl<'a> LineProblem<'a> {
         at: &Parameters,
         hint: &mut usize,
     ) -> Option<(Vector2<f64>, SMatrix<f64, 2, LOCAL>)> {
-        let parts = self.linearized(observation, at, hint)?;
+        let placement = self.placement(observation, at, hint)?;
+        self.whitened_where((observation, whitener), at, &placement)
+    }
+
+    /// The same with the sensor placed elsewhere.
+    #[must_use]
+    pub fn whitened_where(
+        &self,
+        (observation, whitener): (&Observation, &Whitener),
+        at: &Parameters,
+        placement: &Placement,
+    ) -> Option<(Vector2<f64>, SMatrix<f64, 2, LOCAL>)> {
+        let parts = self.linearized(observation, at, placement)?;
         let mut jacobian = SMatrix::<f64, 2, LOCAL>::zeros();
         jacobian.fixed_columns_mut::<1>(0).copy_from(&parts.d_time_offset);
         jacobian.fixed_columns_mut::<3>(1).copy_from(&parts.d_rotation);

@@ -70,9 +70,13 @@ pub struct StampReport {
 /// Finer stamps say enough, s.
 const COARSE_GRAIN_NS: i64 = 500_000;
 
-/// The multiple of which all stamps are, in ns, if it is coarse and not simply their period.
+/// Rows over which rounded stamps stay within a grain of an even tick, and ones with lost rows do not.
+const GRAIN_WINDOW: usize = 200;
+
+/// The multiple of which all stamps are, in ns, if it is coarse and rounding is why: the stamps are an even tick to
+/// within a grain. Rows that are lost from a clock of just that period leave it further and further.
 fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
-    let steps = || stamps_ns.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0);
+    let steps: Vec<i64> = stamps_ns.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0).collect();
     let gcd = |a: i64, b: i64| {
         let (mut a, mut b) = (a, b);
         while b != 0 {
@@ -81,9 +85,30 @@ fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
         a
     };
     // Microseconds, for seconds that were written with some digits are not exact.
-    let grain = steps().fold(0, |grain, step| gcd(grain, (step + 500) / 1000)) * 1000;
-    let least = steps().min()?;
-    (grain >= COARSE_GRAIN_NS && grain < least - 1000).then_some(grain)
+    let grain = steps.iter().fold(0, |grain, step| gcd(grain, (step + 500) / 1000)) * 1000;
+    let differ = steps.iter().any(|step| (step - steps[0]).abs() > 1000);
+    if grain < COARSE_GRAIN_NS || !differ {
+        return None;
+    }
+    let windows: Vec<&[i64]> =
+        stamps_ns.chunks(GRAIN_WINDOW).filter(|w| w.len() >= GRAIN_WINDOW / 4).collect();
+    let even = windows.iter().filter(|window| strays_ns(window) <= 1.1 * grain as f64).count();
+    (even * 10 >= windows.len() * 8).then_some(grain)
+}
+
+/// How far stamps stray from an even tick through the window, from the earliest to the latest, ns.
+fn strays_ns(stamps_ns: &[i64]) -> f64 {
+    let n = stamps_ns.len() as f64;
+    let at = |k: usize| (stamps_ns[k] - stamps_ns[0]) as f64;
+    let centre = 0.5 * (n - 1.0);
+    let mean = (0..stamps_ns.len()).map(at).sum::<f64>() / n;
+    let slope = (0..stamps_ns.len()).map(|k| (k as f64 - centre) * (at(k) - mean)).sum::<f64>()
+        / (n * (n * n - 1.0) / 12.0);
+    let off = |k: usize| at(k) - mean - slope * (k as f64 - centre);
+    let (least, most) = (0..stamps_ns.len())
+        .map(off)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    most - least
 }
 
 /// Jitter of an image stamp where it cannot be measured, s.
@@ -123,6 +148,15 @@ impl Stream {
         let phase_s = self.clock.as_ref().filter(|_| regularised).map_or(0.0, |clock| clock.phase_sigma_s);
         // Rounded down, to the nearest or up: nobody knows, so the mean is off by up to half a grain to either side.
         phase_s.hypot(self.grain_s.map_or(0.0, |grain_s| grain_s / 12.0_f64.sqrt()))
+    }
+
+    /// Standard deviation of the rate of the clock behind the stamps, parts per million.
+    #[must_use]
+    pub fn rate_sigma_ppm(&self, regularised: bool) -> f64 {
+        let Some(clock) = self.clock.as_ref().filter(|_| regularised) else { return 0.0 };
+        let lasts_s = self.recorded_s[self.recorded_s.len() - 1] - self.recorded_s[0];
+        // Slope of a line through n points of even spacing.
+        clock.jitter_s * (12.0 / self.recorded_s.len() as f64).sqrt() / lasts_s * 1e6
     }
 
     /// Figures for the report.
@@ -174,6 +208,12 @@ impl Sampling {
         let images = config.stamp_sigma_s.or(self.images.jitter_s(regularised.images));
         let robot = self.robot.jitter_s(regularised.robot).unwrap_or(0.0);
         images.unwrap_or(UNKNOWN_JITTER_S).hypot(robot * BRACKET_SHARE.sqrt())
+    }
+
+    /// Standard deviation of what regularising leaves unknown of the clocks' rates, parts per million.
+    #[must_use]
+    pub fn rate_sigma_ppm(&self, regularised: Regularised) -> f64 {
+        self.robot.rate_sigma_ppm(regularised.robot).hypot(self.images.rate_sigma_ppm(regularised.images))
     }
 
     /// Standard deviation of what regularising leaves unknown of the time offset, s.

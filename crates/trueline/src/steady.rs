@@ -44,16 +44,24 @@ pub fn is_significant(drift: &Drift) -> bool {
 
 /// Takes a significant drift of the image clock out of the stamps, unless a step explains the scan better.
 ///
+/// `rate_sigma_ppm` is how well the rates of the stamps' clocks are known: what they drift by chance is no drift.
+///
 /// # Errors
 /// As [`polish`].
-pub fn steadied(observations: Observations, fit: Fit, terms: &Terms<'_>) -> Result<Steady, Error> {
+pub fn steadied(
+    observations: Observations,
+    fit: Fit,
+    terms: &Terms<'_>,
+    rate_sigma_ppm: f64,
+) -> Result<Steady, Error> {
     let clock = clock_check(&observations, &fit, terms);
     let drift = clock.as_ref().and_then(ClockCheck::drift);
     let step = clock.as_ref().and_then(ClockCheck::step);
     let likely_drift = drift.is_some_and(|d| d.ppm.abs() > DRIFT_SIGMAS * d.sigma_ppm / inflation(&clock));
     let likely_step = step.is_some_and(|s| s.step_s.abs() > STEP_SIGMAS * s.sigma_s / inflation(&clock));
-    let without_drift = if likely_drift { drift_out(&observations, &fit, terms)? } else { None };
-    let without_step = if likely_step { step_out(&observations, &fit, terms)? } else { None };
+    let without_drift =
+        if likely_drift { drift_out(&observations, &fit, terms, rate_sigma_ppm)? } else { None };
+    let without_step = if likely_step { step_out(&observations, &fit, terms, rate_sigma_ppm)? } else { None };
     let stepped =
         without_step.filter(|step| without_drift.as_ref().is_none_or(|drift| step.misfit < drift.misfit));
     let (observations, fit, drift) = match without_drift.filter(|_| stepped.is_none()) {
@@ -93,6 +101,7 @@ fn drift_out(
     observations: &Observations,
     fit: &Fit,
     terms: &Terms<'_>,
+    rate_sigma_ppm: f64,
 ) -> Result<Option<WithoutDrift>, Error> {
     let (mut observations, mut fit) = (observations.clone(), fit.clone());
     let mut total_ppm = 0.0;
@@ -107,7 +116,11 @@ fn drift_out(
         fit = again(&observations, terms, &fit)?;
         left = clock_check(&observations, &fit, terms).and_then(|clock| clock.drift());
     }
-    let drift = left.map(|left| Drift { ppm: left.ppm + total_ppm, ..left });
+    let drift = left.map(|left| Drift {
+        ppm: left.ppm + total_ppm,
+        sigma_ppm: left.sigma_ppm.hypot(rate_sigma_ppm),
+        ..left
+    });
     Ok(drift.filter(is_significant).map(|drift| {
         let misfit = misfit(&observations, terms, fit.parameters());
         WithoutDrift { observations, fit, drift, misfit }
@@ -120,21 +133,39 @@ struct WithoutStep {
 }
 
 /// The step that, taken out, leaves residuals that say that there was one.
-fn step_out(observations: &Observations, fit: &Fit, terms: &Terms<'_>) -> Result<Option<WithoutStep>, Error> {
+fn step_out(
+    observations: &Observations,
+    fit: &Fit,
+    terms: &Terms<'_>,
+    rate_sigma_ppm: f64,
+) -> Result<Option<WithoutStep>, Error> {
     let (mut observations, mut fit) = (observations.clone(), fit.clone());
+    let lasts_s = observations.list.last().map_or(0.0, |o| o.stamp_s)
+        - observations.list.first().map_or(0.0, |o| o.stamp_s);
     let mut total: Option<Step> = None;
+    // The first frame after the step: frames keep their number whatever happens to their stamps.
+    let mut first_frame = 0;
     for _ in 0..ROUNDS {
         let Some(clock) = clock_check(&observations, &fit, terms) else { return Ok(None) };
+        let frame_at = |frame: u32| observations.list.iter().find(|o| o.frame >= frame).map(|o| o.stamp_s);
         let found = match total {
             None => clock.step(),
-            Some(step) => clock.step_at(step.at_s),
+            Some(_) => frame_at(first_frame).and_then(|at_s| clock.step_at(at_s)),
         };
         let Some(found) = found else { return Ok(None) };
-        total = Some(Step { step_s: found.step_s + total.map_or(0.0, |t| t.step_s), ..found });
+        if total.is_none() {
+            first_frame = observations.list.iter().find(|o| o.stamp_s >= found.at_s).map_or(0, |o| o.frame);
+        }
+        total = Some(Step {
+            at_s: total.map_or(found.at_s, |t| t.at_s),
+            step_s: found.step_s + total.map_or(0.0, |t| t.step_s),
+            // A rate that is off by chance looks like a step of half of what it makes over the scan.
+            sigma_s: found.sigma_s.hypot(0.5 * lasts_s * rate_sigma_ppm * 1e-6),
+        });
         if found.step_s.abs() < 0.1 * found.sigma_s {
             break;
         }
-        for o in observations.list.iter_mut().filter(|o| o.stamp_s >= found.at_s) {
+        for o in observations.list.iter_mut().filter(|o| o.frame >= first_frame) {
             o.stamp_s -= found.step_s;
         }
         fit = again(&observations, terms, &fit)?;

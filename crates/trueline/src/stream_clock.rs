@@ -55,6 +55,8 @@ const MIN_STAMPS: usize = 20;
 const JITTER_LIMIT: f64 = 0.3;
 /// Stamps to either side of a suspected step of the clock.
 const STEP_WINDOW: usize = 20;
+/// No standard deviation is taken to be smaller than this, s: steps of some microseconds matter to nobody.
+const LEAST_STEP_S: f64 = 2e-6;
 /// Stamps to either side over which a step must last.
 const STAY_WINDOW: usize = 200;
 /// A step is this many standard deviations of the difference of two medians high.
@@ -206,7 +208,7 @@ fn white_jitter(stamps_s: &[f64], ticks: &[f64], period: f64) -> f64 {
 fn piece_edges(detrended: &[f64], white: f64) -> Vec<usize> {
     let n = detrended.len();
     // Of two medians of w samples the difference has 1.2533 √(2/w) times the standard deviation of one.
-    let limit = STEP_SIGMAS * (1.2533 * (2.0 / STEP_WINDOW as f64).sqrt() * white).max(2e-9);
+    let limit = STEP_SIGMAS * (1.2533 * (2.0 / STEP_WINDOW as f64).sqrt() * white).max(LEAST_STEP_S);
     let level = |from: usize, to: usize| median(detrended[from..to].iter().copied()).unwrap_or(0.0);
     let mut edges = vec![0];
     // The edge and the height between its two neighbours.

@@ -32,6 +32,10 @@ const HELD_OUT_SIGMAS: f64 = 5.0;
 
 /// Predicting a part from the others costs some percent with a few hundred features; more is disagreement.
 const HELD_OUT_RATIO: f64 = 1.1;
+/// A dozen unknowns make the error of prediction: chance does not make its square four times what is expected.
+const HELD_OUT_SURPLUS: f64 = 4.0;
+/// More outliers than this should be looked at.
+const MANY_OUTLIERS: f64 = 0.2;
 
 /// What a verdict is made from.
 pub struct Evidence<'a> {
@@ -233,6 +237,10 @@ pub fn warnings(e: &Evidence<'_>) -> Vec<String> {
     }
     warnings.extend(e.disruptions.iter().filter_map(|disruption| stretch_warning(e, disruption)));
     warnings.extend(unusual_noise(e.noise_factor));
+    let share = e.residuals.outliers as f64 / e.residuals.used.max(1) as f64;
+    if share > MANY_OUTLIERS && share <= OUTLIER_LIMIT {
+        warnings.push(format!("{:.0} % of the features are outliers", 100.0 * share));
+    }
     if let Some(drift) = e.drift.filter(|d| is_significant(d) && e.stepped.is_none()) {
         warnings.push(format!(
             "the image clock drifts by {:+.1} ± {:.1} ppm against the robot's; this is taken out, and the time \
@@ -320,7 +328,9 @@ fn disagreement(e: &Evidence<'_>, held_out: &HeldOut) -> Option<String> {
     let k = worst(part);
     if part.sigmas[k].abs() <= HELD_OUT_SIGMAS {
         let ratio = held_out.rms_m / held_out.fitted_rms_m;
-        return (ratio > HELD_OUT_RATIO).then(|| {
+        let surplus = held_out.rms_m.powi(2) - held_out.fitted_rms_m.powi(2);
+        let expected = held_out.expected_rms_m.powi(2) - held_out.fitted_rms_m.powi(2);
+        return (ratio > HELD_OUT_RATIO && surplus > HELD_OUT_SURPLUS * expected).then(|| {
             format!(
                 "the parts of the scan disagree: what the others predict of a part is {:.4} mm off, {ratio:.2} times \
                  the fitted {:.4} mm; is the edge straight, and did nothing move?",
