@@ -14,6 +14,7 @@ pub fn stamps(c: &Calibration) -> Value {
     let mut features = stream(&c.image_stamps);
     features["drift_ppm"] = json!(c.drift.map(|d| d.ppm));
     features["drift_sigma_ppm"] = json!(c.drift.map(|d| d.sigma_ppm));
+    features["drift_taken_out"] = json!(c.drifted.is_some());
     features["drift_about_s"] = json!(c.drift.map(|d| d.about_s));
     let mut robot = stream(&c.robot_stamps);
     robot["drift_ppm"] = json!(c.robot_stamps.device_drift_ppm);

@@ -53,7 +53,8 @@ pub fn calibrate(
     let terms = Terms { noise, ..terms };
     let rate_sigma_ppm = sampling.rate_sigma_ppm(stamped.regularised);
     let steady = steadied(stamped.observations, stamped.fit, &terms, rate_sigma_ppm)?;
-    let Shown { fit, information, observability } = show(&steady, &terms, guess, found.equal_twin)?;
+    let Shown { fit, information, time_offset_share, observability } =
+        show(&steady, &terms, guess, found.equal_twin)?;
     conclude(&Concluded {
         recording,
         sampling: &sampling,
@@ -64,6 +65,7 @@ pub fn calibrate(
         better: found.better,
         steady: &Steady { fit, ..steady },
         information,
+        time_offset_share,
         observability,
     })
 }
@@ -80,6 +82,10 @@ fn show(steady: &Steady, terms: &Terms<'_>, guess: Option<&Guess>, equal_twin: b
     let information = signal.as_ref().map_or_else(|| all.clone(), |signal| signal.shown_by(&all));
     let held = terms.fixed.contains(&TIME_OFFSET);
     let shows_time_offset = held || signal.as_ref().is_none_or(Signal::shows_time_offset);
+    let time_offset_share = match &signal {
+        Some(signal) if !held && shows_time_offset => signal.time_offset_share(),
+        _ => 1.0,
+    };
     let mut observability = observability::assess(&information, &all, fit.parameters(), shows_time_offset);
     if equal_twin {
         observability.seen_components[ROTATION..TRANSLATION].fill(false);
@@ -89,7 +95,7 @@ fn show(steady: &Steady, terms: &Terms<'_>, guess: Option<&Guess>, equal_twin: b
         follow(steady, terms, &information, &mut observability)?;
     }
     if observability.unseen.is_empty() || !terms.config.accept_partial {
-        return Ok(Shown { fit, information, observability });
+        return Ok(Shown { fit, information, time_offset_share, observability });
     }
     let prior = unseen_at(&observability, guess.ok_or(Error::NoGuessToHold)?);
     let held = polish(&steady.observations, &Terms { prior: Some(&prior), ..*terms }, &fit)?;
@@ -99,7 +105,7 @@ fn show(steady: &Steady, terms: &Terms<'_>, guess: Option<&Guess>, equal_twin: b
         // What is known only because something else is held is not known.
         observability.seen_components[k] &= after[(k, k)] > HELD_SHARE * before[(k, k)];
     }
-    Ok(Shown { fit: held, information: held_information, observability })
+    Ok(Shown { fit: held, information: held_information, time_offset_share, observability })
 }
 
 /// Moves everything unseen and fits the rest again: what moves with it is not known either, however well it seems to be
@@ -151,6 +157,8 @@ const MOVED_SIGMAS: f64 = 2.0;
 struct Shown {
     fit: Fit,
     information: Information,
+    /// Part of the time offset's information that is motion, where it is seen.
+    time_offset_share: f64,
     observability: Observability,
 }
 
@@ -182,6 +190,7 @@ struct Concluded<'a> {
     better: Option<Parameters>,
     steady: &'a Steady,
     information: Information,
+    time_offset_share: f64,
     observability: Observability,
 }
 
@@ -191,6 +200,10 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let problem = fit.problem(observations, config);
     let mut uncertainty = uncertainty::assess(&problem, &parameters, &fit.noise, &from.information);
     let held_out = held_out::check(&subject(from, &uncertainty), config);
+    // Noise in its column makes the time offset look better known than it is.
+    let widen = from.time_offset_share.sqrt().recip();
+    uncertainty.covariance.row_mut(TIME_OFFSET).scale_mut(widen);
+    uncertainty.covariance.column_mut(TIME_OFFSET).scale_mut(widen);
     uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)] +=
         from.sampling.phase_sigma_s(from.regularised).powi(2) + observations.robot.late_sigma_s.powi(2);
     let (features, skipped) = residuals::evaluate(&problem, &parameters);
@@ -228,6 +241,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
             })
             .flatten(),
         drift: from.steady.drift,
+        drifted: from.steady.drifted,
         step: from.steady.step,
         stepped: from.steady.stepped,
         disruptions,
@@ -276,7 +290,7 @@ fn judge(calibration: &mut Calibration, from: &Concluded<'_>) {
         residuals: &calibration.residuals,
         disruptions: &calibration.disruptions,
         stepped: calibration.stepped.as_ref(),
-        drift: calibration.drift.as_ref(),
+        drifted: calibration.drifted.as_ref(),
         require: &calibration.config.require,
         sigma: std::array::from_fn(|k| calibration.sigma(k)),
         held_out: calibration.held_out.as_ref(),

@@ -74,8 +74,10 @@ pub struct Calibration {
     pub held_out: Option<HeldOut>,
     /// What it means at the torch; `None` if something of the hand-eye is not seen.
     pub at_torch: Option<AtTorch>,
-    /// Drift of the time offset; a significant one has been taken out.
+    /// Drift of the time offset, be it chance.
     pub drift: Option<Drift>,
+    /// A drift that the image clock has; it has been taken out.
+    pub drifted: Option<Drift>,
     /// The most likely step of a clock, be it chance.
     pub step: Option<Step>,
     /// A step that a clock has made.

@@ -56,10 +56,10 @@ pub fn updates(times_s: &[f64], poses: &[Pose]) -> Updates {
     let usual = median(lengths.iter().map(|n| *n as f64)).unwrap_or(1.0);
     let as_usual = lengths.iter().filter(|n| **n as f64 == usual).count();
     let in_step = as_usual as f64 >= IN_STEP * lengths.len() as f64;
-    // In step the delay is the same for all and may be anything up to a poll; else it is spread evenly over a poll.
+    // In step the delay is the same for all and may be anything up to a poll; else it is spread over a poll, evenly or
+    // on a few values: two, 0 and half a poll, have a mean of a quarter.
     let spread_s = poll_s / 12.0_f64.sqrt();
-    let (late_s, late_sigma_s) =
-        if in_step { (0.0, spread_s) } else { (0.5 * poll_s, spread_s / (lengths.len() as f64).sqrt()) };
+    let (late_s, late_sigma_s) = if in_step { (0.0, spread_s) } else { (0.5 * poll_s, 0.5 * spread_s) };
     Updates { kept, repeated, late_s, late_sigma_s }
 }
 

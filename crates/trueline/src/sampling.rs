@@ -73,6 +73,9 @@ const COARSE_GRAIN_NS: i64 = 500_000;
 /// Rows over which rounded stamps stay within a grain of an even tick, and ones with lost rows do not.
 const GRAIN_WINDOW: usize = 200;
 
+/// Rounded stamps stray by a grain from an even tick; jitter before rounding and the fit of the tick add to it.
+const STRAYS: f64 = 1.4;
+
 /// The multiple of which all stamps are, in ns, if it is coarse and rounding is why: the stamps are an even tick to
 /// within a grain. Rows that are lost from a clock of just that period leave it further and further.
 fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
@@ -90,10 +93,21 @@ fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
     if grain < COARSE_GRAIN_NS || !differ {
         return None;
     }
-    let windows: Vec<&[i64]> =
-        stamps_ns.chunks(GRAIN_WINDOW).filter(|w| w.len() >= GRAIN_WINDOW / 4).collect();
-    let even = windows.iter().filter(|window| strays_ns(window) <= 1.1 * grain as f64).count();
-    (even * 10 >= windows.len() * 8).then_some(grain)
+    let windows: Vec<&[i64]> = stamps_ns.chunks(GRAIN_WINDOW).filter(|window| is_ragged(window)).collect();
+    let even = windows.iter().filter(|window| strays_ns(window) <= STRAYS * grain as f64).count();
+    (even > 0 && even * 10 >= windows.len() * 8).then_some(grain)
+}
+
+/// Whether more than one step in twenty is not the usual one: a row lost now and then is no rounding.
+fn is_ragged(stamps_ns: &[i64]) -> bool {
+    let mut steps: Vec<i64> = stamps_ns.windows(2).map(|w| w[1] - w[0]).collect();
+    if steps.len() < GRAIN_WINDOW / 4 {
+        return false;
+    }
+    steps.sort_unstable();
+    let usual = steps[steps.len() / 2];
+    let others = steps.iter().filter(|step| (*step - usual).abs() > 1000).count();
+    others * 20 > steps.len()
 }
 
 /// How far stamps stray from an even tick through the window, from the earliest to the latest, ns.

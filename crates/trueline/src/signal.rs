@@ -25,8 +25,9 @@ pub struct Signal {
 const SAMPLE: usize = 1000;
 /// A direction with a smaller part of motion is not seen: tremble draws its unknown towards zero by the other part.
 const LEAST_SHARE: f64 = 0.9;
-/// The same for the time offset, whose column's noise is not in the residual and so only makes it look better known.
-const LEAST_TIME_OFFSET_SHARE: f64 = 0.5;
+/// The same for the time offset, whose column's noise is not in the residual and so only makes it look better known,
+/// which can be allowed for.
+const LEAST_TIME_OFFSET_SHARE: f64 = 0.25;
 
 impl Signal {
     /// Of a problem at its solution; `None` where the path has no halves.
@@ -63,10 +64,16 @@ impl Signal {
         Some(signal)
     }
 
+    /// Part of what the time offset's column seems to know that is motion.
+    #[must_use]
+    pub fn time_offset_share(&self) -> f64 {
+        (self.time_offset[1] / self.time_offset[0].max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+    }
+
     /// Whether the time offset's column is motion.
     #[must_use]
     pub fn shows_time_offset(&self) -> bool {
-        self.time_offset[1] >= LEAST_TIME_OFFSET_SHARE * self.time_offset[0]
+        self.time_offset_share() >= LEAST_TIME_OFFSET_SHARE
     }
 
     /// What is seen of an information without the directions that rest on tremble of the attitude.

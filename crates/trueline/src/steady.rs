@@ -20,8 +20,10 @@ pub struct Steady {
     pub observations: Observations,
     /// The fit.
     pub fit: Fit,
-    /// The drift, whether it was taken out or is none.
+    /// The drift, be it chance.
     pub drift: Option<Drift>,
+    /// The drift that was taken out.
+    pub drifted: Option<Drift>,
     /// The largest step that the clocks may have made.
     pub step: Option<Step>,
     /// A step that they have made; it is not taken out.
@@ -64,12 +66,20 @@ pub fn steadied(
     let without_step = if likely_step { step_out(&observations, &fit, terms, rate_sigma_ppm)? } else { None };
     let stepped =
         without_step.filter(|step| without_drift.as_ref().is_none_or(|drift| step.misfit < drift.misfit));
-    let (observations, fit, drift) = match without_drift.filter(|_| stepped.is_none()) {
+    let drift = drift.map(|d| Drift { sigma_ppm: d.sigma_ppm.hypot(rate_sigma_ppm), ..d });
+    let (observations, fit, drifted) = match without_drift.filter(|_| stepped.is_none()) {
         Some(without) => (without.observations, without.fit, Some(without.drift)),
-        None => (observations, fit, drift),
+        None => (observations, fit, None),
     };
     let fit = polish(&observations, terms, &fit)?;
-    Ok(Steady { observations, fit, drift, step, stepped: stepped.map(|s| s.step) })
+    Ok(Steady {
+        observations,
+        fit,
+        drift: drifted.or(drift),
+        drifted,
+        step,
+        stepped: stepped.map(|s| s.step),
+    })
 }
 
 /// How much larger than from noise alone the standard deviations of a check are.

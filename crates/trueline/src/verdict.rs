@@ -9,7 +9,6 @@ use crate::observability::Observability;
 use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::residuals::{ResidualSummary, SKIP_OUTSIDE};
 use crate::sampling::StampReport;
-use crate::steady::is_significant;
 use trueline_lsq::Termination;
 
 const MM_PER_M: f64 = 1e3;
@@ -61,8 +60,8 @@ pub struct Evidence<'a> {
     pub disruptions: &'a [Disruption],
     /// A step that a clock has made.
     pub stepped: Option<&'a Step>,
-    /// Drift of the offset.
-    pub drift: Option<&'a Drift>,
+    /// A drift that was taken out.
+    pub drifted: Option<&'a Drift>,
     /// What was asked for.
     pub require: &'a Requirement,
     /// Standard deviation of each sensor unknown; `None` if unknown.
@@ -241,7 +240,7 @@ pub fn warnings(e: &Evidence<'_>) -> Vec<String> {
     if share > MANY_OUTLIERS && share <= OUTLIER_LIMIT {
         warnings.push(format!("{:.0} % of the features are outliers", 100.0 * share));
     }
-    if let Some(drift) = e.drift.filter(|d| is_significant(d) && e.stepped.is_none()) {
+    if let Some(drift) = e.drifted {
         warnings.push(format!(
             "the image clock drifts by {:+.1} ± {:.1} ppm against the robot's; this is taken out, and the time \
              offset holds at {:.1} s",
