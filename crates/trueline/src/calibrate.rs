@@ -19,7 +19,7 @@ use crate::steady::{Steady, steadied};
 use crate::uncertainty::{self, Uncertainty};
 use crate::verdict::{self, Evidence};
 use crate::{at_torch, disruption, optimum};
-use nalgebra::{DVector, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Guess, Recording};
 use trueline_lsq::Information;
@@ -198,14 +198,9 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let (config, fit, observations) = (from.terms.config, &from.steady.fit, &from.steady.observations);
     let parameters = fit.parameters().clone();
     let problem = fit.problem(observations, config);
-    let mut uncertainty = uncertainty::assess(&problem, &parameters, &fit.noise, &from.information);
+    let uncertainty = uncertainty::assess(&problem, &parameters, &fit.noise, &from.information);
     let held_out = held_out::check(&subject(from, &uncertainty), config);
-    // Noise in its column makes the time offset look better known than it is.
-    let widen = from.time_offset_share.sqrt().recip();
-    uncertainty.covariance.row_mut(TIME_OFFSET).scale_mut(widen);
-    uncertainty.covariance.column_mut(TIME_OFFSET).scale_mut(widen);
-    uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)] +=
-        from.sampling.phase_sigma_s(from.regularised).powi(2) + observations.robot.late_sigma_s.powi(2);
+    let covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
     let (features, skipped) = residuals::evaluate(&problem, &parameters);
     let summary = residuals::summarise(&features, skipped);
     let disruptions =
@@ -235,7 +230,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
                     observations,
                     fit.placed.of(observations),
                     &parameters,
-                    &uncertainty.covariance,
+                    &covariance,
                     &config.used_at,
                 )
             })
@@ -254,11 +249,23 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         origin_ns: origin_ns(from.recording),
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
-        covariance: uncertainty.covariance,
+        covariance,
         parameters,
     };
     judge(&mut calibration, from);
     Ok(calibration)
+}
+
+/// What the residuals cannot tell of the time offset: noise in its column, and what the stamps leave unsaid.
+fn with_time_offset_widened(from: &Concluded<'_>, mut covariance: DMatrix<f64>) -> DMatrix<f64> {
+    // Noise in its column makes it look better known than it is.
+    let widen = from.time_offset_share.sqrt().recip();
+    covariance.row_mut(TIME_OFFSET).scale_mut(widen);
+    covariance.column_mut(TIME_OFFSET).scale_mut(widen);
+    let late_sigma_s = from.steady.observations.robot.late_sigma_s;
+    let stamps_sigma_s = from.sampling.phase_sigma_s(from.regularised).hypot(late_sigma_s);
+    covariance[(TIME_OFFSET, TIME_OFFSET)] += stamps_sigma_s.powi(2);
+    covariance
 }
 
 fn subject<'a>(from: &'a Concluded<'_>, real: &Uncertainty) -> Subject<'a> {

@@ -98,7 +98,7 @@ fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
     (even > 0 && even * 10 >= windows.len() * 8).then_some(grain)
 }
 
-/// Whether more than one step in twenty is not the usual one: a row lost now and then is no rounding.
+/// Whether more than one step in fifty is not the usual one: a row lost now and then is no rounding.
 fn is_ragged(stamps_ns: &[i64]) -> bool {
     let mut steps: Vec<i64> = stamps_ns.windows(2).map(|w| w[1] - w[0]).collect();
     if steps.len() < GRAIN_WINDOW / 4 {
@@ -107,7 +107,7 @@ fn is_ragged(stamps_ns: &[i64]) -> bool {
     steps.sort_unstable();
     let usual = steps[steps.len() / 2];
     let others = steps.iter().filter(|step| (*step - usual).abs() > 1000).count();
-    others * 20 > steps.len()
+    others * 50 > steps.len()
 }
 
 /// How far stamps stray from an even tick through the window, from the earliest to the latest, ns.

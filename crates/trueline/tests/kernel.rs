@@ -44,9 +44,23 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
     problem.linearize(at, &mut fast_sums);
     plain.linearize(at, &mut plain_sums);
     // Sums of n terms in another order: √n eps of the largest partial sum, 100 eps for a few thousand samples; each
-    // term itself is rounded a few dozen times. An entry is measured against √(H_ii H_jj), which bounds it.
-    let tolerance = 1e-12;
-    let scale = plain_sums.hessian.diagonal().map(f64::sqrt);
+    // term itself is rounded a few dozen times. An entry is measured against √(H_ii H_jj), which bounds it. Where the
+    // line meets the sheet at a grazing angle, its sine is a difference of numbers of 1, and everything is divided by
+    // it, its derivative by its square.
+    let tolerance = 1e-12 * (0.1 / smallest_sine(problem, at)).powi(2).max(1.0);
+    // Weights are differences of numbers of 1 where a loss redescends: they are right to 1e-12 of 1, not of themselves,
+    // so an entry is measured against the one without weights.
+    let mut unweighted = NormalEquations::zeros(problem.dimension());
+    let squared = LineProblem {
+        observations: problem.observations,
+        list: problem.list,
+        whiteners: problem.whiteners.clone(),
+        residual: problem.residual,
+        loss: Loss::Squared,
+        prior: None,
+    };
+    OneByOne(&squared).linearize(at, &mut unweighted);
+    let scale = unweighted.hessian.diagonal().map(f64::sqrt);
     // Residuals are differences of positions of 2 m, which are rounded to 2 m × eps × a dozen operations = 5e-15 m,
     // and whitened; their errors move the gradient by no more than √H_ii times their norm.
     let sharpest = problem.whiteners.iter().flat_map(|w| w.0).map(|w| f64::from(w.abs())).fold(0.0, f64::max);
@@ -64,6 +78,19 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
         assert!(off <= tolerance * plain_sums.cost + rounding * (2.0 * plain_sums.cost).sqrt(), "{off:e}");
     }
     assert!((plain.cost(at) / plain_sums.cost - 1.0).abs() < 1e-12);
+}
+
+/// Sine of the smallest angle at which a line meets the sheet where that counts.
+fn smallest_sine(problem: &LineProblem<'_>, at: &Parameters) -> f64 {
+    let mut hint = 0;
+    let sine = |o: &Observation| {
+        let normal = problem.observations.sheet.plane().normal();
+        let placement = problem.placement(o, at, &mut hint)?;
+        let sine = (placement.base_from_camera().rotation * normal.into_inner())
+            .dot(&at.lines[o.line as usize].direction());
+        (sine.abs() >= trueline_model::sheet_residual::MIN_SINE).then_some(sine.abs())
+    };
+    problem.list.iter().filter_map(sine).fold(1.0, f64::min)
 }
 
 fn moved(at: &Parameters, by: f64, seed: u64) -> Parameters {
