@@ -176,8 +176,13 @@ impl Trajectory {
     /// The bracket where evenly spaced samples would have it, or next to it.
     #[inline]
     fn guess(&self, time: f64, hint: usize) -> Option<usize> {
-        let since = time - self.times.get(hint)?;
-        let mut index = hint.checked_add_signed((since * self.frequency) as isize)?.min(self.times.len() - 2);
+        self.guess_from(time, hint, *self.times.get(hint)?)
+    }
+
+    #[inline]
+    fn guess_from(&self, time: f64, anchor: usize, anchor_time: f64) -> Option<usize> {
+        let ahead = ((time - anchor_time) * self.frequency) as isize;
+        let mut index = anchor.checked_add_signed(ahead)?.min(self.times.len() - 2);
         if time < self.times[index] {
             index = index.checked_sub(1)?;
         } else if time >= self.times[index + 1] {
@@ -185,6 +190,12 @@ impl Trajectory {
         }
         let after = *self.times.get(index + 1)?;
         (self.times[index] <= time && time < after).then_some(index)
+    }
+
+    /// A cursor for times that mostly rise.
+    #[must_use]
+    pub fn cursor(&self) -> Cursor<'_> {
+        Cursor { trajectory: self, anchor: 0, anchor_time: self.times[0] }
     }
 
     fn gallop(&self, time: f64, hint: usize) -> (usize, usize) {
@@ -224,6 +235,30 @@ impl Trajectory {
     #[must_use]
     pub fn pose_at(&self, time: f64) -> Option<Pose> {
         Some(self.segment_at(time)?.pose_at(time))
+    }
+}
+
+/// Finds brackets one after the other.
+///
+/// As long as samples are as even as they were, each is found without looking at the one before: in scans that are larger
+/// than the processor's caches the loads then need not wait for each other.
+#[derive(Clone, Copy, Debug)]
+pub struct Cursor<'a> {
+    trajectory: &'a Trajectory,
+    anchor: usize,
+    anchor_time: f64,
+}
+
+impl Cursor<'_> {
+    /// [`Trajectory::bracket`].
+    #[inline]
+    pub fn bracket(&mut self, time: f64) -> Option<usize> {
+        if let Some(index) = self.trajectory.guess_from(time, self.anchor, self.anchor_time) {
+            return Some(index);
+        }
+        let index = self.trajectory.search(time, self.anchor)?;
+        (self.anchor, self.anchor_time) = (index, self.trajectory.times[index]);
+        Some(index)
     }
 }
 

@@ -158,6 +158,7 @@ fn outside_the_recording_and_in_a_gap_there_is_no_pose() {
 fn the_bracket_does_not_depend_on_the_hint() {
     let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.004 + f64::from(k % 7) * 1e-4).collect();
     let trajectory = Trajectory::new(times.clone(), &turning(&times)).unwrap();
+    let mut cursor = trajectory.cursor();
     for k in 0..400 {
         let time = f64::from(k) * 1e-3;
         let expected =
@@ -165,6 +166,7 @@ fn the_bracket_does_not_depend_on_the_hint() {
         for hint in [0, 1, 17, 50, 98, 99, 1000] {
             assert_eq!(trajectory.bracket(time, hint), expected, "time {time} hint {hint}");
         }
+        assert_eq!(cursor.bracket(time), expected, "time {time} by cursor");
     }
 }
 

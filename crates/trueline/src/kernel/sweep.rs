@@ -63,11 +63,10 @@ fn sweep_residual<const FUSED: bool, R: Residual>(scan: &Scan<'_>, visit: &mut i
     let trajectory = &scan.observations.robot.trajectory;
     // Each line gathers its own four: their sums go to the same unknowns.
     let mut waiting = vec![Waiting::default(); scan.at.lines.len()];
-    let mut hint = 0;
+    let mut cursor = trajectory.cursor();
     for (index, o) in scan.list.iter().enumerate() {
-        let Some(segment) = trajectory
-            .bracket(o.stamp_s - scan.at.time_offset_s, hint)
-            .inspect(|found| hint = *found)
+        let Some(segment) = cursor
+            .bracket(o.stamp_s - scan.at.time_offset_s)
             .filter(|found| trajectory.segment(*found).is_some())
         else {
             visit.unplaced(index);

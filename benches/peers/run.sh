@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# The same problem, the same start, the same optimum: trueline against Ceres, scipy and a Rust factor-graph library.
+#
+#   benches/peers/run.sh [DATASET ...]     writes BENCHMARKS.md
+#
+# Needs libceres-dev, cmake and a C++ compiler (Debian: apt install libceres-dev cmake g++), and Python with numpy and
+# scipy (PYTHON=...). Every DATASET is a dataset folder; a simulated scan always comes first.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+build=${BUILD_DIR:-$here/target}
+python=${PYTHON:-python3}
+mkdir -p "$build/ceres"
+CARGO_TARGET_DIR=$build cargo build --release --quiet --manifest-path "$here/rust/Cargo.toml"
+cmake -S "$here/ceres" -B "$build/ceres" -DCMAKE_BUILD_TYPE=Release > "$build/cmake.log"
+cmake --build "$build/ceres" >> "$build/cmake.log"
+report=$build/BENCHMARKS.md
+{
+    echo "# Benchmarks"
+    echo
+    echo "Written by \`benches/peers/run.sh\`. Start: no time offset, 3.7 mm and 1.7° off. Every side computes the same whitened"
+    echo "residuals, without a robust loss, and goes on until the optimum is the same to 1e-6 of a standard deviation; the fastest"
+    echo "of several runs counts. Absolute times are of one machine, the ratios are what matters."
+    echo
+    echo "- $(grep -m1 'model name' /proc/cpuinfo | sed 's/.*: //'), $(nproc) processors, $(uname -sr)"
+    echo "- $(rustc --version); $(c++ --version | head -1), -O3 -march=native"
+    echo
+} > "$report"
+for dataset in "" "$@"; do
+    name=${dataset:+$(basename "$dataset")}
+    RAYON_NUM_THREADS=1 "$build/release/peers" "$build/problem.bin" ${dataset:+"$dataset"} > "$build/rust.json"
+    "$build/ceres/peer_ceres" "$build/problem.bin" > "$build/ceres.json"
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 "$python" "$here/scipy_peer.py" "$build/problem.bin" > "$build/scipy.json"
+    "$python" "$here/table.py" "${name:-Simulated: two lines, 140 s}" "$build"/{rust,ceres,scipy}.json | tee -a "$report"
+done
+cp "$report" "$here/../../BENCHMARKS.md"
