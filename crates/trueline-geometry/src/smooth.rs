@@ -81,7 +81,9 @@ pub fn local_quadratic(times: &[f64], poses: &[Pose], gap_limit: f64) -> Vec<Pos
     (0..poses.len()).map(|k| smoothed(times, poses, k, gap_limit)).collect()
 }
 
-fn smoothed(times: &[f64], poses: &[Pose], k: usize, gap_limit: f64) -> Pose {
+/// [`local_quadratic`] of one pose.
+#[must_use]
+pub fn smoothed(times: &[f64], poses: &[Pose], k: usize, gap_limit: f64) -> Pose {
     let reaches = |from: usize, to: usize| {
         (times[to] - times[from]).abs() <= gap_limit
             && (times[to] - times[k]).abs() <= HALF_WINDOW_S * (1.0 + 1e-9)

@@ -12,6 +12,7 @@ use nalgebra::DVector;
 use std::hint::black_box;
 use trueline::problem::LineProblem;
 use trueline::reference::OneByOne;
+use trueline::streaming::Streaming;
 use trueline::{Config, ResidualKind, calibrate, problem};
 use trueline_lsq::{LeastSquares, Loss, NormalEquations, SolveOptions, solve};
 use trueline_sim::{Preset, simulate};
@@ -75,5 +76,20 @@ fn from_nothing(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, sums, optimum, from_nothing);
+/// One image of a scan of twenty seconds, its estimate and its covariance.
+fn streaming(c: &mut Criterion) {
+    let (observed, at) = of_features(600);
+    let list = observed.list.clone();
+    let criterion = problem::Criterion { residual: ResidualKind::Sheet, loss: TUKEY };
+    let mut stream = Streaming::new(observed, at, criterion, NOISE);
+    let mut next = 0;
+    c.bench_function("streaming, one image", |b| {
+        b.iter(|| {
+            next = (next + 1) % list.len();
+            stream.add_frame(black_box(&list[next..=next])).unwrap()
+        });
+    });
+}
+
+criterion_group!(benches, sums, optimum, streaming, from_nothing);
 criterion_main!(benches);

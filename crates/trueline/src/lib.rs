@@ -38,6 +38,7 @@ pub mod sampling;
 pub mod signal;
 pub mod steady;
 pub mod stream_clock;
+pub mod streaming;
 pub mod uncertainty;
 pub mod verdict;
 
