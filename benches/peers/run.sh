@@ -26,10 +26,16 @@ report=$build/BENCHMARKS.md
     echo
 } > "$report"
 for dataset in "" "$@"; do
-    name=${dataset:+$(basename "$dataset")}
+    name=${dataset:+Dataset $(basename "$dataset")}
     RAYON_NUM_THREADS=1 "$build/release/peers" "$build/problem.bin" ${dataset:+"$dataset"} > "$build/rust.json"
     "$build/ceres/peer_ceres" "$build/problem.bin" > "$build/ceres.json"
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 "$python" "$here/scipy_peer.py" "$build/problem.bin" > "$build/scipy.json"
     "$python" "$here/table.py" "${name:-Simulated: two lines, 140 s}" "$build"/{rust,ceres,scipy}.json | tee -a "$report"
 done
+{
+    echo "### Growing scans"
+    echo
+    CARGO_TARGET_DIR=$build/root cargo run --release --quiet --manifest-path "$here/../../Cargo.toml" -p trueline --example scaling
+    cat "$here/limits.md"
+} >> "$report"
 cp "$report" "$here/../../BENCHMARKS.md"

@@ -1,6 +1,7 @@
 //! The command line.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Calibrates a laser vision sensor on a robot against one straight line.
@@ -273,6 +274,9 @@ pub struct CalibrateArgs {
     /// Distance of the seam from the sensor there, mm; the default is the scan's own
     #[arg(long)]
     pub stand_off_mm: Option<f64>,
+    /// Threads for large scans; the result is the same to the last bit
+    #[arg(long, default_value_t = NonZeroUsize::MIN)]
+    pub threads: NonZeroUsize,
     /// Write the result as JSON; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,

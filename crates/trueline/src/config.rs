@@ -114,6 +114,8 @@ pub struct Config {
     pub used_at: Use,
     /// The time offset is searched between plus and minus this, s.
     pub offset_search_s: f64,
+    /// Threads that share the sums of scans of more than 16 384 features; the result does not depend on it.
+    pub threads: usize,
 }
 
 impl Default for Config {
@@ -131,6 +133,7 @@ impl Default for Config {
             require: Requirement::default(),
             used_at: Use { speed_m_s: 0.050, stand_off_m: None },
             offset_search_s: 1.2,
+            threads: 1,
         }
     }
 }

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! One call does it all ([`calibrate()`]); the steps are public and pure, one file each. Nothing here
-//! prints, reads files or starts threads. Source: \[Yang2025\], corrected where `docs/references.md` says.
+//! prints or reads files, and threads start only where [`Config::threads`] asks for them. Source: \[Yang2025\], corrected where `docs/references.md` says.
 
 pub mod alternatives;
 pub mod at_torch;

@@ -1,7 +1,7 @@
 //! Observations → problem: one whitened residual for each observation, with its Jacobian by the chain rule.
 
 use crate::config::ResidualKind;
-use crate::kernel::{Cost, Equations, Mounting, Scan, Squared, Whitening, sweep};
+use crate::kernel::{Cost, Equations, Mounting, Scan, Squared, Whitening, sweep, sweep_chunks};
 use crate::noise_levels::{NoiseLevels, Whitener};
 use crate::observations::{Observation, Observations};
 use crate::parameters::{LINES, Parameters, line_index};
@@ -31,6 +31,8 @@ pub struct LineProblem<'a> {
     pub loss: Loss,
     /// Directions held at a guess.
     pub prior: Option<Prior>,
+    /// Threads that share large scans; the result does not depend on it.
+    pub threads: usize,
 }
 
 /// The part of an observation that cannot be evaluated (outside the recording, in a gap, or the line
@@ -74,6 +76,7 @@ impl<'a> LineProblem<'a> {
             residual: criterion.residual,
             loss: criterion.loss,
             prior: None,
+            threads: 1,
         }
     }
 
@@ -87,7 +90,7 @@ impl<'a> LineProblem<'a> {
         noise: &NoiseLevels,
     ) -> Self {
         let whiteners = list.iter().map(|o| noise.coarse_whitener(o.covariance)).collect();
-        Self { observations, list, whiteners, residual: ResidualKind::Sheet, loss, prior: None }
+        Self { observations, list, whiteners, residual: ResidualKind::Sheet, loss, prior: None, threads: 1 }
     }
 
     /// The same problem with directions held at a guess.
@@ -103,6 +106,12 @@ impl<'a> LineProblem<'a> {
 
     fn scan<'s>(&'s self, at: &'s Parameters) -> Scan<'s> {
         Scan { observations: self.observations, list: self.list, at, residual: self.residual }
+    }
+
+    /// The same problem shared by so many threads where it is large.
+    #[must_use]
+    pub fn with_threads(self, threads: usize) -> Self {
+        Self { threads, ..self }
     }
 
     /// Squared whitened residuals of all observations that can be evaluated.
@@ -231,16 +240,20 @@ impl LeastSquares for LineProblem<'_> {
     }
 
     fn cost(&self, state: &Parameters) -> f64 {
-        let mut cost = Cost::new(&self.whiteners, self.loss);
-        sweep(&self.scan(state), &mut cost);
-        cost.total() + self.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
+        let part = |range| Cost::new(&self.whiteners[range], self.loss);
+        let parts = sweep_chunks(&self.scan(state), self.threads, part);
+        parts.iter().map(Cost::total).sum::<f64>()
+            + self.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
     }
 
     fn linearize(&self, state: &Parameters, equations: &mut NormalEquations) {
-        let mut sums = Equations::new(&self.whiteners, self.loss, self.observations.line_count);
-        sweep(&self.scan(state), &mut sums);
+        let lines = self.observations.line_count;
+        let part = |range| Equations::new(&self.whiteners[range], self.loss, lines);
+        let parts = sweep_chunks(&self.scan(state), self.threads, part);
         let mounting = Mounting::new(&self.observations.sheet, state);
-        sums.add_to(equations, &mounting.sheet_from_tool);
+        for part in &parts {
+            part.add_to(equations, &mounting.sheet_from_tool);
+        }
         if let Some(prior) = &self.prior {
             prior.add_to(state, equations);
         }

@@ -57,6 +57,7 @@ impl Fit {
             &self.whitened_at,
         )
         .with_prior(self.prior.clone())
+        .with_threads(config.threads)
     }
 
     /// The parameters at the optimum.
@@ -144,7 +145,8 @@ impl Rounds<'_> {
         let criterion = Criterion { residual: self.terms.config.residual, loss };
         let problem =
             LineProblem::new(self.observations, self.placed.of(self.observations), criterion, noise, &start)
-                .with_prior(self.terms.prior.cloned());
+                .with_prior(self.terms.prior.cloned())
+                .with_threads(self.terms.config.threads);
         let solution = solve(&problem, start, self.terms.fixed, options).map_err(|_| Error::NoStart)?;
         self.iterations.extend(solution.iterations.iter().map(|step| record(self.observations, step)));
         Ok(solution)

@@ -58,6 +58,7 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
         residual: problem.residual,
         loss: Loss::Squared,
         prior: None,
+        threads: 1,
     };
     OneByOne(&squared).linearize(at, &mut unweighted);
     let scale = unweighted.hessian.diagonal().map(f64::sqrt);
@@ -170,4 +171,23 @@ fn what_cannot_be_placed() {
         observed.list.iter().filter(|o| problem.residual(o, at, &mut hint).is_some()).count()
     };
     assert_eq!(squared, plain(&late));
+}
+
+#[path = "large_scan/mod.rs"]
+mod large_scan;
+
+/// Two threads, or five, give the same bytes as one.
+#[test]
+fn threads_change_nothing() {
+    let (observed, at) = large_scan::of_features(100_001);
+    let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Tukey { scale: 8.0 } };
+    let sums = |threads: usize| {
+        let problem = LineProblem::new(&observed, &observed.list, criterion, &large_scan::NOISE, &at)
+            .with_threads(threads);
+        let mut sums = NormalEquations::zeros(problem.dimension());
+        problem.linearize(&at, &mut sums);
+        (sums.hessian, sums.gradient, sums.cost, problem.cost(&at))
+    };
+    let alone = sums(1);
+    assert!(sums(2) == alone && sums(5) == alone);
 }

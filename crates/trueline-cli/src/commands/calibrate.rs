@@ -71,6 +71,7 @@ fn config(args: &CalibrateArgs) -> Result<Config, Failure> {
             speed_m_s: speed_mm_s(args.speed_mm_s)? * 1e-3,
             stand_off_m: positive("--stand-off-mm", args.stand_off_mm)?.map(|mm| mm * 1e-3),
         },
+        threads: args.threads.get(),
         ..defaults
     })
 }

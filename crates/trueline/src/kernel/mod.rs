@@ -13,6 +13,6 @@ mod view;
 mod whiten;
 
 pub use sums::{Cost, Equations, Squared, SquaredLengths};
-pub use sweep::{Scan, sweep};
+pub use sweep::{Scan, sweep, sweep_chunks};
 pub use view::Mounting;
 pub use whiten::Whitening;

@@ -43,6 +43,49 @@ pub fn sweep(scan: &Scan<'_>, visit: &mut impl Visit) {
     sweep_with::<false>(scan, visit);
 }
 
+/// Observations that are swept in one go: their sums are added to those of the next in this order, whoever computes
+/// them, so that the result is the same to the last bit.
+const CHUNK: usize = 16_384;
+
+/// Sweeps chunk by chunk, on so many threads; what each chunk's visitor has seen, in order.
+pub fn sweep_chunks<V: Visit + Send>(
+    scan: &Scan<'_>,
+    threads: usize,
+    visitor: impl Fn(std::ops::Range<usize>) -> V + Sync,
+) -> Vec<V> {
+    let chunks = scan.list.len().div_ceil(CHUNK).max(1);
+    let range = |chunk: usize| chunk * CHUNK..scan.list.len().min((chunk + 1) * CHUNK);
+    let visited = |chunk: usize| {
+        let mut visit = visitor(range(chunk));
+        sweep(&Scan { list: &scan.list[range(chunk)], ..*scan }, &mut visit);
+        visit
+    };
+    if threads <= 1 || chunks == 1 {
+        return (0..chunks).map(visited).collect();
+    }
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    let mut all: Vec<(usize, V)> = std::thread::scope(|scope| {
+        let worker = || {
+            let mut own = Vec::new();
+            loop {
+                let chunk = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                if chunk >= chunks {
+                    return own;
+                }
+                own.push((chunk, visited(chunk)));
+            }
+        };
+        let workers: Vec<_> = (0..threads.min(chunks)).map(|_| scope.spawn(worker)).collect();
+        // A worker that panicked panics here: nothing is lost silently.
+        workers
+            .into_iter()
+            .flat_map(|worker| worker.join().unwrap_or_else(|e| std::panic::resume_unwind(e)))
+            .collect()
+    });
+    all.sort_by_key(|(chunk, _)| *chunk);
+    all.into_iter().map(|(_, visit)| visit).collect()
+}
+
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn sweep_avx2(scan: &Scan<'_>, visit: &mut impl Visit) {
