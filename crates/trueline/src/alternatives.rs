@@ -60,9 +60,12 @@ pub fn twin_of(observations: &Observations, terms: &Terms<'_>, fit: &Fit) -> Res
     let advantage = 4.0 * fit.placed.len() as f64 * (twin.noise.factor / fit.noise.factor).ln();
     let rotation = |fit: &Fit| fit.parameters().tool_from_camera.rotation;
     let apart = rotation(&twin).angle_to(&rotation(fit));
-    Ok(if advantage < -DECISIVE {
+    Ok(if apart <= TWIN_TURN_RAD {
+        // It has fallen back into the same valley.
+        Twin::Worse
+    } else if advantage < -DECISIVE {
         Twin::Better(Box::new(twin))
-    } else if advantage < DECISIVE && apart > TWIN_TURN_RAD {
+    } else if advantage < DECISIVE {
         Twin::Equal(twin.parameters().clone())
     } else {
         Twin::Worse
