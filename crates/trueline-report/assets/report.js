@@ -43,7 +43,7 @@
   const f = data.features;
   const inlier = (values) => values.map((v, k) => (f.outlier[k] ? null : v));
   const two = [dots("across (mm)", "--a"), dots("square to both (mm)", "--b")];
-  plot("residual-time", "time (s)", "offset (mm)", sorted(f.stamp_s, inlier(f.offset_2_mm), inlier(f.offset_3_mm)), two);
+  plot("residual-time", "time since the first robot row (s)", "offset (mm)", sorted(f.stamp_s, inlier(f.offset_2_mm), inlier(f.offset_3_mm)), two);
   plot("residual-along", "along the line (mm)", "offset (mm)", sorted(f.along_mm, inlier(f.offset_2_mm), inlier(f.offset_3_mm)), two);
 
   const steps = data.result.iterations;
