@@ -12,11 +12,8 @@ use trueline_geometry::Segment;
 /// body rate, velocity), observations (stamp, point, whitener, line).
 pub fn write(problem: &LineProblem<'_>, start: &Parameters, file: &str) -> std::io::Result<()> {
     let trajectory = &problem.observations.robot.trajectory;
-    let mut numbers = vec![
-        problem.list.len() as f64,
-        start.lines.len() as f64,
-        trajectory.segments().len() as f64,
-    ];
+    let mut numbers =
+        vec![problem.list.len() as f64, start.lines.len() as f64, trajectory.segments().len() as f64];
     let sheet = &problem.observations.sheet;
     let (x, y) = (sheet.axes().column(0).into_owned(), sheet.axes().column(1).into_owned());
     for v in [x, y, x.cross(&y), *sheet.origin()] {

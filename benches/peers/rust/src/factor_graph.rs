@@ -29,7 +29,8 @@ fn exp<T: RealField>(w: &Vector3<T>) -> Matrix3<T> {
     let c = |x: f64| na::convert::<f64, T>(x);
     let x = w.norm_squared();
     let a = c(1.0) - x.clone() * (c(1.0 / 6.0) - x.clone() * (c(1.0 / 120.0) - x.clone() * c(1.0 / 5040.0)));
-    let b = c(0.5) - x.clone() * (c(1.0 / 24.0) - x.clone() * (c(1.0 / 720.0) - x.clone() * c(1.0 / 40320.0)));
+    let b =
+        c(0.5) - x.clone() * (c(1.0 / 24.0) - x.clone() * (c(1.0 / 720.0) - x.clone() * c(1.0 / 40320.0)));
     let hat = w.cross_matrix();
     Matrix3::identity() + hat.clone() * a + hat.clone() * hat * b
 }
@@ -45,16 +46,18 @@ impl<T: RealField> tiny_solver::factors::Factor<T> for Sighting {
             Vector3::new(params[k][first].clone(), params[k][first + 1].clone(), params[k][first + 2].clone())
         };
         let s = &self.segment;
-        let elapsed = na::convert::<f64, T>(self.elapsed_at_start + self.start_offset_s) - params[0][0].clone();
+        let elapsed =
+            na::convert::<f64, T>(self.elapsed_at_start + self.start_offset_s) - params[0][0].clone();
         let q = s.base_from_tool.rotation;
-        let base_from_tool = matrix::<T>([q.w, q.i, q.j, q.k])
-            * exp(&(constant::<T>(s.body_rate.into()) * elapsed.clone()));
+        let base_from_tool =
+            matrix::<T>([q.w, q.i, q.j, q.k]) * exp(&(constant::<T>(s.body_rate.into()) * elapsed.clone()));
         let tool_from_camera = exp(&three(1, 0)) * matrix::<T>(self.rotation);
         let translation = constant::<T>(self.translation) + three(2, 0);
         let tool = constant::<T>(s.base_from_tool.translation.vector.into())
             + constant::<T>(s.velocity.into()) * elapsed;
         let point = &base_from_tool * (&tool_from_camera * constant::<T>(self.point) + translation) + tool;
-        let (u1, u2, u3) = (constant::<T>(self.axes[0]), constant::<T>(self.axes[1]), constant::<T>(self.axes[2]));
+        let (u1, u2, u3) =
+            (constant::<T>(self.axes[0]), constant::<T>(self.axes[1]), constant::<T>(self.axes[2]));
         let line = &params[3];
         let turn = &u2 * line[0].clone() + &u3 * line[1].clone();
         let direction = exp(&turn) * u1;

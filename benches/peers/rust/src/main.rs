@@ -54,7 +54,10 @@ fn main() -> Result<(), Failure> {
         Information::new(&solution.equations.hessian, &[], 1e-9).ok_or("no covariance")?.covariance();
     let sigma: Vec<f64> = (0..7).map(|k| covariance[(k, k)].sqrt()).collect();
     let count = problem.list.len();
-    println!("{{\"side\":\"problem\",\"features\":{count},\"unknowns\":{},\"sigma\":{sigma:?}}}", start.dimension());
+    println!(
+        "{{\"side\":\"problem\",\"features\":{count},\"unknowns\":{},\"sigma\":{sigma:?}}}",
+        start.dimension()
+    );
     let report = |side: &str, found: &[f64; 7], iterations: usize, seconds: f64| {
         println!(
             "{{\"side\":\"{side}\",\"found\":{found:?},\"iterations\":{iterations},\"seconds\":{seconds:e}}}"
