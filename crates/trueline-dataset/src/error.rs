@@ -135,7 +135,7 @@ pub enum Problem {
         text: String,
     },
     /// Stamps that fall.
-    #[error("time runs backwards: {this_s} s after {previous_s} s")]
+    #[error("time runs backwards: {} s after {} s", trimmed(*this_s), trimmed(*previous_s))]
     TimeRunsBackwards {
         /// The stamp before, s.
         previous_s: f64,
@@ -222,4 +222,9 @@ impl Problem {
         };
         text.to_owned()
     }
+}
+
+/// Seconds to the nanosecond, without the zeros and the rounding that follow.
+fn trimmed(seconds: f64) -> String {
+    format!("{seconds:.9}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }

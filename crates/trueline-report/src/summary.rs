@@ -112,6 +112,9 @@ fn line(c: &Calibration, k: usize) -> String {
 }
 
 fn residual(c: &Calibration) -> String {
+    if c.residuals.used == 0 {
+        return "none: no feature could be used".to_owned();
+    }
     let mm = format!("{:.4} mm RMS from the line", c.residuals.rms_m * MM_PER_M);
     match c.residuals.rms_px {
         Some(px) => format!("{mm}, {px:.3} px in the image"),

@@ -37,6 +37,13 @@ impl RunnerUp {
     }
 }
 
+/// Twice the log likelihood of residuals that are `factor` times the expected noise over ones of `other_factor`, for n
+/// features of two numbers each: −2 log L = 2 n ln f².
+#[must_use]
+pub fn noise_advantage(features: usize, factor: f64, other_factor: f64) -> f64 {
+    4.0 * features as f64 * (other_factor / factor).ln()
+}
+
 /// How the mirrored attitude compares with the one found.
 pub enum Twin {
     /// It does not exist, is the same, or fits worse.
@@ -56,8 +63,7 @@ pub fn twin_of(observations: &Observations, terms: &Terms<'_>, fit: &Fit) -> Res
         return Ok(Twin::Worse);
     };
     let twin = refine(observations, terms, start)?;
-    // Two numbers for each feature; −2 log L = 2 n ln f² for noise f times as large as expected.
-    let advantage = 4.0 * fit.placed.len() as f64 * (twin.noise.factor / fit.noise.factor).ln();
+    let advantage = noise_advantage(fit.placed.len(), fit.noise.factor, twin.noise.factor);
     let rotation = |fit: &Fit| fit.parameters().tool_from_camera.rotation;
     let apart = rotation(&twin).angle_to(&rotation(fit));
     Ok(if apart <= TWIN_TURN_RAD {

@@ -6,20 +6,19 @@ use crate::config::{Config, Hold};
 use crate::error::Error;
 use crate::held_out::{self, Subject};
 use crate::noise_levels::NoiseLevels;
-use crate::observability::{self, Group, Observability, RANK_THRESHOLD};
+use crate::observability::{Observability, RANK_THRESHOLD};
 use crate::observations::{Observations, SKIP_REPEATED, observe, origin_ns};
-use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
-use crate::prior::Prior;
-use crate::refine::{Fit, Terms, polish};
+use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
+use crate::refine::Terms;
 use crate::residuals;
 use crate::restamp::{Stamped, with_best_stamps};
 use crate::sampling::{Regularised, Sampling};
-use crate::signal::Signal;
+use crate::shown::{Shown, show};
 use crate::steady::{Steady, steadied};
 use crate::uncertainty::{self, Uncertainty};
 use crate::verdict::{self, Evidence};
 use crate::{at_torch, disruption, optimum};
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, SVector};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Guess, Recording};
 use trueline_lsq::Information;
@@ -53,8 +52,10 @@ pub fn calibrate(
     let terms = Terms { noise, ..terms };
     let rate_sigma_ppm = sampling.rate_sigma_ppm(stamped.regularised);
     let steady = steadied(stamped.observations, stamped.fit, &terms, rate_sigma_ppm)?;
+    let times_s = sampling.robot_times_s(stamped.regularised);
+    let halves = steady.observations.robot.halves(recording, times_s);
     let Shown { fit, information, time_offset_share, observability } =
-        show(&steady, &terms, guess, found.equal_twin)?;
+        show(&steady, &terms, guess, found.equal_twin, halves.as_ref())?;
     conclude(&Concluded {
         recording,
         sampling: &sampling,
@@ -68,115 +69,6 @@ pub fn calibrate(
         time_offset_share,
         observability,
     })
-}
-
-/// What can be seen; and, where the user accepts it, a fit that holds the rest at the guess.
-fn show(steady: &Steady, terms: &Terms<'_>, guess: Option<&Guess>, equal_twin: bool) -> Result<Shown, Error> {
-    let fit = steady.fit.clone();
-    let problem = fit.problem(&steady.observations, terms.config);
-    let signal = Signal::of(&problem, fit.parameters());
-    let spectrum = |fit: &Fit| {
-        Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD).ok_or(Error::NoStart)
-    };
-    let all = spectrum(&fit)?;
-    let information = signal.as_ref().map_or_else(|| all.clone(), |signal| signal.shown_by(&all));
-    let held = terms.fixed.contains(&TIME_OFFSET);
-    let shows_time_offset = held || signal.as_ref().is_none_or(Signal::shows_time_offset);
-    let time_offset_share = match &signal {
-        Some(signal) if !held && shows_time_offset => signal.time_offset_share(),
-        _ => 1.0,
-    };
-    let mut observability = observability::assess(&information, &all, fit.parameters(), shows_time_offset);
-    if equal_twin {
-        observability.seen_components[ROTATION..TRANSLATION].fill(false);
-    }
-    drop(problem);
-    if !observability.unseen.is_empty() {
-        follow(steady, terms, &information, &mut observability)?;
-    }
-    if observability.unseen.is_empty() || !terms.config.accept_partial {
-        return Ok(Shown { fit, information, time_offset_share, observability });
-    }
-    let prior = unseen_at(&observability, guess.ok_or(Error::NoGuessToHold)?);
-    let held = polish(&steady.observations, &Terms { prior: Some(&prior), ..*terms }, &fit)?;
-    let held_information = spectrum(&held)?;
-    let (before, after) = (information.covariance(), held_information.covariance());
-    for k in 0..LINES {
-        // What is known only because something else is held is not known.
-        observability.seen_components[k] &= after[(k, k)] > HELD_SHARE * before[(k, k)];
-    }
-    Ok(Shown { fit: held, information: held_information, time_offset_share, observability })
-}
-
-/// Moves everything unseen and fits the rest again: what moves with it is not known either, however well it seems to be
-/// where the search happened to end.
-fn follow(
-    steady: &Steady,
-    terms: &Terms<'_>,
-    information: &Information,
-    observability: &mut Observability,
-) -> Result<(), Error> {
-    let at = steady.fit.parameters();
-    let covariance = information.covariance();
-    for sign in [1.0, -1.0] {
-        let mut step = DVector::zeros(at.dimension());
-        for unseen in &observability.unseen {
-            match (unseen.group, unseen.direction) {
-                (Group::TimeOffset, _) => step[TIME_OFFSET] = sign * MOVED_S,
-                (Group::Rotation, Some(d)) => {
-                    (0..3).for_each(|k| step[ROTATION + k] += sign * MOVED_RAD * d[k])
-                }
-                (Group::Translation, Some(d)) => {
-                    (0..3).for_each(|k| step[TRANSLATION + k] += sign * MOVED_M * d[k]);
-                }
-                _ => {}
-            }
-        }
-        let away = at.retract(&step);
-        let guess = Guess { time_offset_s: away.time_offset_s, tool_from_camera: away.tool_from_camera };
-        let prior = unseen_at(observability, &guess);
-        let fit = polish(&steady.observations, &Terms { prior: Some(&prior), ..*terms }, &steady.fit)?;
-        let moved = held_out::difference(fit.parameters(), at);
-        for k in 0..LINES {
-            observability.seen_components[k] &= moved[k].abs() < MOVED_SIGMAS * covariance[(k, k)].sqrt();
-        }
-    }
-    Ok(())
-}
-
-/// How far unseen directions are moved: as far off as a guess may be.
-const MOVED_S: f64 = 0.005;
-/// See [`MOVED_S`].
-const MOVED_RAD: f64 = 0.1;
-/// See [`MOVED_S`].
-const MOVED_M: f64 = 0.030;
-/// What then moves by more standard deviations than this is not known.
-const MOVED_SIGMAS: f64 = 2.0;
-
-/// A fit, what is known from it and what can be seen.
-struct Shown {
-    fit: Fit,
-    information: Information,
-    /// Part of the time offset's information that is motion, where it is seen.
-    time_offset_share: f64,
-    observability: Observability,
-}
-
-/// A component whose variance falls below this part when others are held owes its precision to them.
-const HELD_SHARE: f64 = 0.1;
-
-/// Holds every unseen direction of offset and hand-eye at the guess; the lines follow.
-fn unseen_at(observability: &Observability, guess: &Guess) -> Prior {
-    let mut prior = Prior::at(guess);
-    for unseen in &observability.unseen {
-        match (unseen.group, unseen.direction) {
-            (Group::TimeOffset, _) => prior.hold_time_offset(),
-            (Group::Rotation, Some(direction)) => prior.hold_rotation(&direction),
-            (Group::Translation, Some(direction)) => prior.hold_translation(&direction),
-            _ => {}
-        }
-    }
-    prior
 }
 
 /// All that a calibration is concluded from.
@@ -310,8 +202,7 @@ fn judge(calibration: &mut Calibration, from: &Concluded<'_>) {
     };
     let reasons = verdict::reasons(&evidence);
     let mut warnings = verdict::warnings(&evidence);
-    let seen =
-        calibration.held_at_guess || calibration.observability.seen_components[..LINES].iter().all(|s| *s);
+    let seen = calibration.observability.seen_components[..LINES].iter().all(|s| *s);
     if let (true, None, Some(wanted)) = (seen, &calibration.at_torch, calibration.config.used_at.stand_off_m)
     {
         warnings.push(format!(

@@ -55,6 +55,14 @@ pub enum Error {
         /// Last image stamp, s.
         image_end_s: f64,
     },
+    /// Too few instants.
+    #[error("the features are of {images} image(s) with a stamp of its own; a scan needs at least {needed}")]
+    TooFewImages {
+        /// Images with a stamp of their own.
+        images: usize,
+        /// How many it takes.
+        needed: usize,
+    },
     /// The robot does not move.
     #[error("the robot does not move: all its poses are within {shift_mm:.3} mm and {turn_deg:.3}°")]
     RobotStandsStill {
@@ -92,6 +100,7 @@ impl Error {
                 "are all points measured by the same laser plane, in the camera frame?"
             }
             Self::NoOverlap { .. } => "both streams must be stamped by the same clock, up to the time offset",
+            Self::TooFewImages { .. } => "does the stamp of features.csv advance from image to image?",
             Self::RobotStandsStill { .. } => {
                 "record the scan while it moves; if it did, is the stream frozen, or of another robot?"
             }

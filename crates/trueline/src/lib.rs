@@ -5,7 +5,8 @@
 //! ```
 //!
 //! One call does it all ([`calibrate()`]); the steps are public and pure, one file each. Nothing here
-//! prints or reads files, and threads start only where [`Config::threads`] asks for them. Source: \[Yang2025\], corrected where `docs/references.md` says.
+//! prints or reads files, and threads start only where [`Config::threads`] asks for them. Source: \[Yang2025\],
+//! corrected where `docs/references.md` says.
 
 pub mod alternatives;
 pub mod at_torch;
@@ -34,7 +35,9 @@ pub mod reference;
 pub mod refine;
 pub mod residuals;
 pub mod restamp;
+pub mod robot_motion;
 pub mod sampling;
+pub mod shown;
 pub mod signal;
 pub mod steady;
 pub mod stream_clock;

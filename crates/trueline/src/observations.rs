@@ -2,13 +2,12 @@
 
 use crate::config::Config;
 use crate::error::Error;
-use crate::held_poses;
+use crate::robot_motion::RobotMotion;
 use crate::sampling::Sampling;
 use nalgebra::{Matrix2, Vector2, Vector3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Feature, Measured, Recording, Sensor};
-use trueline_geometry::trajectory::TrajectoryError;
-use trueline_geometry::{Pose, Trajectory, curve, fit, smooth};
+use trueline_geometry::fit;
 use trueline_model::LaserSheet;
 
 /// One seam point on the sheet.
@@ -26,27 +25,6 @@ pub struct Observation {
     pub point_in_camera: Vector3<f64>,
     /// Covariance of the measurement in the sheet, m²: \[xx, xy, yy\].
     pub covariance: [f64; 3],
-}
-
-/// How the robot moved, and how well that is known.
-#[derive(Clone, Debug)]
-pub struct RobotMotion {
-    /// Poses over time since the start of the recording.
-    pub trajectory: Trajectory,
-    /// Median time between the samples, s.
-    pub period_s: f64,
-    /// Noise of a recorded position, per axis, as measured on the stream, m.
-    pub recorded_noise_m: f64,
-    /// What is left of it in the trajectory, m.
-    pub noise_m: f64,
-    /// Whether the trajectory is a local fit to the recorded poses.
-    pub smoothed: bool,
-    /// Samples that only repeat the pose of the one before while the robot moves, and are left out.
-    pub repeated: usize,
-    /// Standard deviation of how late the others are for that, s.
-    pub late_sigma_s: f64,
-    /// The same motion by every other sample, and by those between: their noise has nothing in common.
-    pub halves: Option<Box<[Trajectory; 2]>>,
 }
 
 /// Everything the problem is made of.
@@ -79,111 +57,28 @@ pub const SKIP_REPEATED: &str = "row repeats another of its image";
 /// Points further than this (RMS) from a plane were not measured in one laser sheet.
 const SHEET_RMS_LIMIT_M: f64 = 1e-3;
 
-/// Below this the robot's noise does not matter, and its poses are taken as recorded: a twentieth of what
-/// the feature itself contributes.
-const SMOOTH_ABOVE_M: f64 = 1e-6;
-
 /// Time 0 of all stamps in seconds: the first robot sample, ns.
 #[must_use]
 pub fn origin_ns(recording: &Recording) -> i64 {
     recording.robot.first().map_or(0, |sample| sample.stamp_ns)
 }
 
-/// The robot's motion over `times_s`, one for each sample with a stamp of its own.
-///
-/// # Errors
-/// A robot stream that is no trajectory.
-pub fn robot_motion(recording: &Recording, times_s: &[f64], config: &Config) -> Result<RobotMotion, Error> {
-    // Of several samples with one stamp the last counts.
-    let last_of_each = |pair: &[trueline_dataset::RobotSample]| pair[0].stamp_ns != pair[1].stamp_ns;
-    let mut poses: Vec<Pose> = recording
-        .robot
-        .windows(2)
-        .filter(|pair| last_of_each(pair))
-        .map(|pair| pair[0].base_from_tool)
-        .collect();
-    poses.extend(recording.robot.last().map(|sample| sample.base_from_tool));
-    check_motion(&poses)?;
-    let updates = held_poses::updates(times_s, &poses);
-    let times: Vec<f64> = updates.kept.iter().map(|k| times_s[*k] - updates.late_s).collect();
-    let poses: Vec<Pose> = updates.kept.iter().map(|k| poses[*k]).collect();
-    let recorded = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
-    let gap_limit_s = recorded.gap_limit();
-    let recorded_noise_m =
-        smooth::position_noise(recorded.times(), &poses, recorded.median_period(), gap_limit_s);
-    let mut motion = RobotMotion {
-        period_s: recorded.median_period(),
-        trajectory: recorded,
-        recorded_noise_m,
-        noise_m: recorded_noise_m,
-        smoothed: false,
-        repeated: updates.repeated,
-        late_sigma_s: updates.late_sigma_s,
-        halves: None,
-    };
-    if config.residual != crate::ResidualKind::Sheet {
-        // The paper's model: straight between samples as they are.
-        return Ok(motion);
-    }
-    let noise_left = smooth::noise_left(motion.period_s);
-    motion.smoothed = recorded_noise_m > SMOOTH_ABOVE_M && noise_left < 1.0;
-    motion.noise_m *= if motion.smoothed { noise_left } else { 1.0 };
-    let times = motion.trajectory.times();
-    let every_other = |first: usize| {
-        let (times, poses): (Vec<f64>, Vec<Pose>) =
-            times.iter().copied().zip(poses.iter().copied()).skip(first).step_by(2).unzip();
-        path(&times, &poses, 2.0 * gap_limit_s, motion.smoothed)
-    };
-    motion.halves = every_other(0).and_then(|even| Ok(Box::new([even, every_other(1)?]))).ok();
-    motion.trajectory = path(times, &poses, gap_limit_s, motion.smoothed).map_err(Error::Trajectory)?;
-    Ok(motion)
-}
-
-/// The path through samples: their noise taken out, and curved where they are far apart.
-fn path(
-    times: &[f64],
-    poses: &[Pose],
-    gap_limit_s: f64,
-    smoothed: bool,
-) -> Result<Trajectory, TrajectoryError> {
-    let poses = if smoothed { smooth::local_quadratic(times, poses, gap_limit_s) } else { poses.to_vec() };
-    let (times, poses) = curve::densified(times, &poses, gap_limit_s, STRAIGHT_S);
-    Trajectory::new(times, &poses)
-}
-
-/// A robot that stays within both of these does not move.
-const LEAST_SHIFT_M: f64 = 1e-4;
-/// See [`LEAST_SHIFT_M`].
-const LEAST_TURN_RAD: f64 = 2e-4;
-
-fn check_motion(poses: &[Pose]) -> Result<(), Error> {
-    let Some(first) = poses.first() else { return Ok(()) };
-    let (mut shift_m, mut turn_rad) = (0.0_f64, 0.0_f64);
-    for pose in poses {
-        shift_m = shift_m.max((pose.translation.vector - first.translation.vector).norm());
-        turn_rad = turn_rad.max(first.rotation.angle_to(&pose.rotation));
-    }
-    if shift_m > LEAST_SHIFT_M || turn_rad > LEAST_TURN_RAD {
-        return Ok(());
-    }
-    Err(Error::RobotStandsStill { shift_mm: shift_m * 1e3, turn_deg: turn_rad.to_degrees() })
-}
-
-/// For so long a robot's path is straight: at 2 m/s² it then bends by 2 · T²/8 = 7 µm.
-const STRAIGHT_S: f64 = 0.005;
-
 /// Lifts the features of a recording onto the sheet, and takes all stamps as recorded.
 ///
 /// # Errors
 /// A robot stream that is no trajectory, points without a sheet, lines without features.
 pub fn observe(recording: &Recording, sampling: &Sampling, config: &Config) -> Result<Observations, Error> {
-    let robot = robot_motion(recording, &sampling.robot.recorded_s, config)?;
+    if sampling.images.recorded_s.len() < MIN_IMAGES {
+        return Err(Error::TooFewImages { images: sampling.images.recorded_s.len(), needed: MIN_IMAGES });
+    }
+    let robot = RobotMotion::of(recording, &sampling.robot.recorded_s, config)?;
     let (sheet, sheet_fit_rms_m) = sheet_of(recording, config)?;
     let mut skipped = BTreeMap::new();
     let mut list = Vec::with_capacity(recording.features.len());
     let mut frame = 0;
+    let mut image = Image::default();
     for (row, feature) in recording.features.iter().enumerate() {
-        if repeats(&recording.features, row) {
+        if image.repeats(feature) {
             *skipped.entry(SKIP_REPEATED).or_insert(0) += 1;
             continue;
         }
@@ -205,11 +100,26 @@ pub fn observe(recording: &Recording, sampling: &Sampling, config: &Config) -> R
     Ok(Observations { robot, sheet, list, line_count, sigma_px, sheet_fit_rms_m, skipped })
 }
 
-/// Whether an earlier row of the same image says the same.
-fn repeats(features: &[Feature], row: usize) -> bool {
-    let this = &features[row];
-    let earlier = features[..row].iter().rev().take_while(|other| other.stamp_ns == this.stamp_ns);
-    earlier.into_iter().any(|other| other.line == this.line && other.measured == this.measured)
+/// What the rows of one image have said so far.
+#[derive(Default)]
+struct Image {
+    stamp_ns: Option<i64>,
+    said: BTreeSet<(u32, [u64; 3])>,
+}
+
+impl Image {
+    /// Whether an earlier row of the same image says the same.
+    fn repeats(&mut self, feature: &Feature) -> bool {
+        if self.stamp_ns != Some(feature.stamp_ns) {
+            self.said.clear();
+            self.stamp_ns = Some(feature.stamp_ns);
+        }
+        let numbers = match feature.measured {
+            Measured::Pixel([a, b]) | Measured::Profile([a, b]) => [a, b, 0.0],
+            Measured::Point(numbers) => numbers,
+        };
+        !self.said.insert((feature.line, numbers.map(f64::to_bits)))
+    }
 }
 
 fn sheet_of(recording: &Recording, config: &Config) -> Result<(LaserSheet, Option<f64>), Error> {
@@ -284,3 +194,5 @@ fn count_lines(list: &[Observation]) -> Result<usize, Error> {
 /// Fewest features of a line: with two numbers each, four are enough for its own unknowns; ten leave
 /// something to judge them by.
 const MIN_FEATURES: usize = 10;
+/// Fewest images of a scan: an image of several lines is one instant all the same.
+const MIN_IMAGES: usize = 10;

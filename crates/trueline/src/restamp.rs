@@ -1,12 +1,14 @@
 //! Which stamps to believe: those recorded, or those of the clock behind them. The data decide.
 
+use crate::alternatives::{DECISIVE, noise_advantage};
 use crate::config::{Config, Stamps};
 use crate::error::Error;
 use crate::noise_levels::NoiseLevels;
-use crate::observations::{Observations, robot_motion};
+use crate::observations::Observations;
 use crate::problem::LineProblem;
 use crate::refine::{Fit, Terms, again};
 use crate::residuals;
+use crate::robot_motion::RobotMotion;
 use crate::sampling::{Regularised, Sampling};
 use trueline_dataset::Recording;
 use trueline_lsq::Loss;
@@ -20,9 +22,6 @@ pub struct Stamped {
     /// Which stamps are the clocks'.
     pub regularised: Regularised,
 }
-
-/// Twice the log likelihood that the clocks' stamps must gain: 5 σ.
-const DECISIVE: f64 = 25.0;
 
 /// Solves with the stamps of the clocks too, and keeps the better.
 ///
@@ -62,13 +61,12 @@ fn treated(
         }
     }
     if let Some(clock) = sampling.robot.clock.as_ref().filter(|_| regularised.robot) {
-        treated.robot = robot_motion(recording, &clock.regular_s, config)?;
+        treated.robot = RobotMotion::of(recording, &clock.regular_s, config)?;
     }
     Ok(treated)
 }
 
-/// Twice the log likelihood of one over the other, by the residuals in the sheet alone: −2 log L = 2 n ln f²
-/// for n features of two numbers and noise f times as large as expected.
+/// Twice the log likelihood of one over the other, by the residuals in the sheet alone.
 fn advantage(one: &Stamped, other: &Stamped, noise: &NoiseLevels) -> f64 {
     let factor = |stamped: &Stamped| {
         let problem = LineProblem::coarse(
@@ -79,5 +77,5 @@ fn advantage(one: &Stamped, other: &Stamped, noise: &NoiseLevels) -> f64 {
         );
         residuals::noise_factor(&problem.squared_residuals(stamped.fit.parameters()))
     };
-    4.0 * one.fit.placed.len() as f64 * (factor(other) / factor(one)).ln()
+    noise_advantage(one.fit.placed.len(), factor(one), factor(other))
 }

@@ -236,6 +236,13 @@ impl Sampling {
         self.robot.phase_sigma_s(regularised.robot).hypot(self.images.phase_sigma_s(regularised.images))
     }
 
+    /// When the robot's samples were taken, s since the start of the recording.
+    #[must_use]
+    pub fn robot_times_s(&self, regularised: Regularised) -> &[f64] {
+        let clock = self.robot.clock.as_ref().filter(|_| regularised.robot);
+        clock.map_or(&self.robot.recorded_s, |clock| &clock.regular_s)
+    }
+
     /// The treatments worth trying, in this order, each compared with the best before.
     #[must_use]
     pub fn treatments(&self, config: &Config) -> Vec<Regularised> {

@@ -30,10 +30,9 @@ const LEAST_SHARE: f64 = 0.9;
 const LEAST_TIME_OFFSET_SHARE: f64 = 0.25;
 
 impl Signal {
-    /// Of a problem at its solution; `None` where the path has no halves.
+    /// Of a problem at its solution, with the robot's path by every other sample and by those between.
     #[must_use]
-    pub fn of(problem: &LineProblem<'_>, at: &Parameters) -> Option<Self> {
-        let halves = problem.observations.robot.halves.as_deref()?;
+    pub fn of(problem: &LineProblem<'_>, at: &Parameters, halves: &[Trajectory; 2]) -> Self {
         let n = problem.dimension();
         let mut signal =
             Self { own: DMatrix::zeros(n, n), common: DMatrix::zeros(n, n), time_offset: [0.0; 2] };
@@ -61,7 +60,7 @@ impl Signal {
                 signal.time_offset[1] += one.column(TIME_OFFSET).dot(&other.column(TIME_OFFSET));
             }
         }
-        Some(signal)
+        signal
     }
 
     /// Part of what the time offset's column seems to know that is motion.

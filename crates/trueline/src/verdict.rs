@@ -90,6 +90,10 @@ impl Evidence<'_> {
 /// Why the result cannot be accepted; empty if it can.
 #[must_use]
 pub fn reasons(e: &Evidence<'_>) -> Vec<String> {
+    if e.residuals.used == 0 {
+        // Nothing else that could be said means anything.
+        return too_few_used(e).into_iter().collect();
+    }
     let mut reasons: Vec<String> = Vec::new();
     if !e.held {
         reasons.extend(e.observability.unseen.iter().map(|unseen| unseen.advice.clone()));

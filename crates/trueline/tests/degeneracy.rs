@@ -118,3 +118,13 @@ fn advice_is_given_for_everything_unseen() {
         assert!(calibration.observability.unseen.iter().all(|u| u.advice.len() > 20));
     }
 }
+
+/// Whatever the residual: along the line there is nothing but noise in the column of the time offset.
+#[test]
+fn the_papers_residual_shows_no_more() {
+    let recording = simulate(&Preset::AlongLine.scenario(), 3).unwrap();
+    let config = Config { residual: trueline::ResidualKind::PointToLine, ..Config::default() };
+    let calibration = calibrate(&recording, None, &config).unwrap();
+    assert_eq!(calibration.status, Status::NotAccepted);
+    assert!((0..7).all(|k| calibration.sigma(k).is_none()));
+}

@@ -222,6 +222,25 @@ fn poses_that_only_repeat_are_left_out() {
     );
 }
 
+/// Out of step with the poll a new pose is half a poll old on average: taken the other way it would be a whole one off.
+#[test]
+fn poses_that_repeat_out_of_step() {
+    let mut scenario = cell(Preset::Quick, 16);
+    scenario.timing.robot_period_s = 0.001;
+    let mut recording = simulate(&scenario, 16).unwrap();
+    let every_7 = recording.robot.clone();
+    for (k, sample) in recording.robot.iter_mut().enumerate() {
+        sample.base_from_tool = every_7[k - k % 7].base_from_tool;
+    }
+    let polled = recording.robot.iter().step_by(4).copied().collect();
+    recording.robot = polled;
+    let calibration = assert_right(&recording, "out of step");
+    // Of 0, 1, 2 and 3 ms the mean is 1.5, which is taken for 2.
+    let off =
+        calibration.parameters.time_offset_s - recording.truth.as_ref().unwrap().parameters.time_offset_s;
+    assert!(off.abs() < 0.8e-3, "{off}");
+}
+
 /// Clocks of two computers: the offset is far outside the range that is searched first.
 #[test]
 fn offsets_of_seconds() {
@@ -322,4 +341,25 @@ fn rows_that_repeat_count_once() {
     // Rows are numbered differently, nothing else.
     assert_eq!(once.parameters, twice.parameters);
     assert_eq!(once.covariance, twice.covariance);
+}
+
+#[test]
+fn images_of_one_instant_are_refused() {
+    let mut recording = simulate(&cell(Preset::Quick, 17), 17).unwrap();
+    let first_ns = recording.features[0].stamp_ns;
+    recording.features.iter_mut().for_each(|f| f.stamp_ns = first_ns);
+    let error = calibrate(&recording, None, &Config::default()).unwrap_err();
+    assert!(error.to_string().contains("1 image(s)"), "{error}");
+}
+
+/// Half of what the others predict of a part of a short scan is how little they know: no disagreement.
+#[test]
+fn short_scans_do_not_disagree() {
+    for seed in 0..8 {
+        let mut scenario = cell(Preset::Quick, seed);
+        scenario.timing.duration_s = 5.0;
+        let calibration = calibrated(&simulate(&scenario, seed).unwrap());
+        let disagrees = calibration.warnings.iter().any(|w| w.contains("disagree"));
+        assert!(!disagrees, "{seed}: {:?}", calibration.warnings);
+    }
 }
