@@ -29,6 +29,8 @@ pub enum Command {
     Simulate(SimulateArgs),
     /// Turn a foreign recording into a dataset folder
     Import(ImportArgs),
+    /// Find the seam in a dataset's pictures and write features.csv
+    Features(FeaturesArgs),
     /// Estimate time offset, hand-eye transform and lines from a dataset folder
     Calibrate(CalibrateArgs),
     /// Find out why a dataset does not calibrate: undoes the usual mistakes in turn
@@ -50,7 +52,8 @@ pub struct DemoArgs {
   trueline simulate --preset paper --out paper-scan
   trueline simulate --preset quick --random-cell --seed 7 --outliers 0.4 --out wild
   trueline simulate --preset quick --mishap robot-clock-step --out stepped
-  trueline simulate --preset two-lines --noise-free --out exact")]
+  trueline simulate --preset two-lines --noise-free --out exact
+  trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures")]
 pub struct SimulateArgs {
     /// Folder to write; it must not hold a dataset yet
     #[arg(long)]
@@ -100,6 +103,27 @@ pub struct SimulateArgs {
     /// Something that goes wrong in the recording
     #[arg(long, value_enum)]
     pub mishap: Option<MishapName>,
+    /// Time between images, ms
+    #[arg(long)]
+    pub frame_period_ms: Option<f64>,
+    /// Write pictures instead of features, and the true seam to truth_features.csv
+    #[arg(long)]
+    pub images: bool,
+    /// What the pictures show
+    #[arg(long, value_enum, default_value_t = SceneName::Fillet, requires = "images")]
+    pub joint: SceneName,
+    /// How the pictures look
+    #[arg(long, value_enum, default_value_t = LookName::Speckle, requires = "images")]
+    pub look: LookName,
+    /// Exposure time, ms
+    #[arg(long, requires = "images")]
+    pub exposure_ms: Option<f64>,
+    /// How much of each plate is missing at a fillet's corner, mm
+    #[arg(long, requires = "images")]
+    pub corner_gap_mm: Option<f64>,
+    /// Bits of a pixel, 8 or 16
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u8).range(8..=16), requires = "images")]
+    pub bits: u8,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
@@ -121,6 +145,34 @@ pub enum PresetName {
     ConstantAttitude,
     /// Straight along the line: next to nothing can be seen
     AlongLine,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum SceneName {
+    /// Two plates at 90°
+    Fillet,
+    /// A plate of 3 mm on another
+    Lap,
+    /// Bevelled plates, 60°, 6 mm deep
+    VGroove,
+    /// Two plates 1.5 mm apart
+    Butt,
+    /// One plate, no joint
+    Plate,
+    /// No stripe at all
+    Nothing,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum LookName {
+    /// The bare stripe in whole grey levels
+    Clean,
+    /// Full speckle, shot and read noise
+    Speckle,
+    /// The same, and each plate mirrors in the other
+    Shiny,
+    /// The same, with spatter, the arc's glow and missing pieces
+    Welding,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -222,6 +274,52 @@ A mapping is ours=theirs; the unit stands in our name. Without a mapping a file 
         #[arg(long)]
         sensor: PathBuf,
     },
+}
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline features scan
+  trueline features scan --joint lap --overlay looked-at
+  trueline features scan --json - --quiet | jq .found
+
+A features.csv that is there already is kept under another name.
+
+Exit code: 0 features were written, 1 there is no seam in any picture, 2 could not run.")]
+pub struct FeaturesArgs {
+    /// Dataset folder with sensor.toml and images/index.csv
+    pub dataset: PathBuf,
+    /// What the laser shines on
+    #[arg(long, value_enum, default_value_t = JointName::Auto)]
+    pub joint: JointName,
+    /// Folder for pictures of what was found; it must not hold any yet
+    #[arg(long)]
+    pub overlay: Option<PathBuf>,
+    /// Draw every n-th picture
+    #[arg(long, default_value_t = NonZeroUsize::MIN, requires = "overlay")]
+    pub overlay_every: NonZeroUsize,
+    /// Threads; the default is one for each core
+    #[arg(long)]
+    pub threads: Option<NonZeroUsize>,
+    /// Write the summary as JSON; - is stdout
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum JointName {
+    /// Whatever most pictures show
+    Auto,
+    /// Two plates at an angle: their corner
+    Fillet,
+    /// A plate on a plate: the edge of the upper one
+    Lap,
+    /// Bevelled plates: the bottom of the groove
+    VGroove,
+    /// Two plates side by side: the middle of the gap
+    Butt,
 }
 
 #[derive(Args)]

@@ -6,6 +6,9 @@ mod args;
 mod commands;
 mod failure;
 mod output;
+mod overlay;
+mod pictures;
+mod progress;
 mod requirement;
 
 use args::{Arguments, Command};
@@ -19,6 +22,7 @@ fn main() -> ExitCode {
         Command::Demo(args) => commands::demo::run(args),
         Command::Simulate(args) => commands::simulate::run(args),
         Command::Import(args) => commands::import::run(args),
+        Command::Features(args) => commands::features::run(args),
         Command::Calibrate(args) => commands::calibrate::run(args),
         Command::Doctor(args) => commands::doctor::run(args),
     };

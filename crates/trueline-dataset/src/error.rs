@@ -134,6 +134,24 @@ pub enum Problem {
         /// The field.
         text: String,
     },
+    /// A picture's name that leads out of the folder of the index.
+    #[error("expected the name of a file beside the index, found `{text}`")]
+    NotAFileName {
+        /// The field.
+        text: String,
+    },
+    /// A picture that is no PNG, or is cut off.
+    #[error("the picture cannot be read: {why}")]
+    Picture {
+        /// What the decoder says.
+        why: String,
+    },
+    /// A picture in colour or of another depth.
+    #[error("expected a gray picture of 8 or 16 bits, found {found}")]
+    NotGray {
+        /// Depth and colours.
+        found: String,
+    },
     /// Stamps that fall.
     #[error("time runs backwards: {} s after {} s", trimmed(*this_s), trimmed(*previous_s))]
     TimeRunsBackwards {
@@ -208,6 +226,11 @@ impl Problem {
             Self::NotFinite { .. } => "leave out rows without a measurement instead of writing nan",
             Self::NotACount { .. } => "line and frame are numbered 0, 1, 2, …",
             Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
+            Self::NotAFileName { .. } => "pictures lie in images/, beside index.csv; give their names alone",
+            Self::Picture { .. } => "is the recording cut off? leave the row of a broken picture out",
+            Self::NotGray { .. } => {
+                "convert it, for example: magick in.png -colorspace gray -depth 8 out.png"
+            }
             Self::TimeRunsBackwards { .. } => {
                 "did the clock jump, or were two recordings joined? sort or split the recording"
             }

@@ -1,13 +1,13 @@
 //! The dataset folder: `sensor.toml`, `robot.csv`, `features.csv` and what may stand beside them.
 
 use crate::error::{Error, Problem};
-use crate::recording::Recording;
+use crate::recording::{Feature, Recording, Sensor};
 use crate::{features_csv, known_toml, robot_csv, sensor_toml};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::BufWriter;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Reads a dataset folder.
 ///
@@ -37,7 +37,37 @@ pub fn read(folder: &Path) -> Result<Recording, Error> {
     Ok(Recording { sensor, robot, features, initial, truth, inputs })
 }
 
-/// Writes a dataset folder; it may exist, but none of the files may.
+/// Reads the sensor of a dataset folder alone.
+///
+/// # Errors
+/// A file that is missing or cannot be used.
+pub fn read_sensor(folder: &Path) -> Result<Sensor, Error> {
+    let file = folder.join("sensor.toml");
+    let text = load(&file, "sensor.toml", &mut BTreeMap::new())?
+        .ok_or_else(|| Error::in_file(&file, Problem::Missing))?;
+    sensor_toml::parse(&file, &utf8(&file, text)?)
+}
+
+/// Writes the features of a dataset folder. Those that are there already are kept: they are renamed to the
+/// first free one of `features.previous-1.csv`, `features.previous-2.csv`, …, which is returned.
+///
+/// # Errors
+/// What the operating system says.
+pub fn write_features(folder: &Path, features: &[Feature]) -> Result<Option<PathBuf>, Error> {
+    let file = folder.join("features.csv");
+    let mut kept = None;
+    if file.exists() {
+        let mut names = (1..).map(|k| folder.join(format!("features.previous-{k}.csv")));
+        let free = names.find(|name| !name.exists()).unwrap_or_else(|| unreachable!("numbers do not end"));
+        fs::rename(&file, &free).map_err(|e| Error::in_file(&file, Problem::Io(e)))?;
+        kept = Some(free);
+    }
+    write_with(&file, |out| features_csv::write(out, features))?;
+    Ok(kept)
+}
+
+/// Writes a dataset folder; it may exist, but none of the files may. A recording without features, whose
+/// pictures are still to be looked at, has no `features.csv`.
 ///
 /// # Errors
 /// Files that are there already, or that cannot be written.
@@ -51,7 +81,9 @@ pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
     fs::create_dir_all(folder).map_err(|e| Error::in_file(folder, Problem::Io(e)))?;
     write_text(&folder.join("sensor.toml"), &sensor_toml::format(&recording.sensor))?;
     write_with(&folder.join("robot.csv"), |out| robot_csv::write(out, &recording.robot))?;
-    write_with(&folder.join("features.csv"), |out| features_csv::write(out, &recording.features))?;
+    if !recording.features.is_empty() {
+        write_with(&folder.join("features.csv"), |out| features_csv::write(out, &recording.features))?;
+    }
     if let Some(guess) = &recording.initial {
         write_text(&folder.join("initial.toml"), &known_toml::format(guess, &[]))?;
     }

@@ -8,6 +8,8 @@
 pub mod error;
 pub mod features_csv;
 pub mod folder;
+pub mod gray_png;
+pub mod images;
 pub mod import;
 pub mod known_toml;
 pub mod recording;
@@ -18,4 +20,6 @@ pub mod table;
 pub mod unit;
 
 pub use error::{Error, Problem};
+pub use gray_png::{GrayImage, Pixels};
+pub use images::FrameFile;
 pub use recording::{Feature, Guess, Measured, Recording, RobotSample, Sensor, Truth};

@@ -121,7 +121,13 @@ impl<'a, R: Read> Table<'a, R> {
         self.error(problem).in_column(header)
     }
 
-    fn text(&self, column: usize) -> Option<(&str, f64)> {
+    /// A field as it stands in the file, or `None` if the column is not there.
+    #[must_use]
+    pub fn text(&self, column: usize) -> Option<&str> {
+        self.field(column).map(|(text, _)| text)
+    }
+
+    fn field(&self, column: usize) -> Option<(&str, f64)> {
         let found = self.columns[column].as_ref()?;
         let text = std::str::from_utf8(&self.record[found.index]).unwrap_or("\u{fffd}");
         Some((text, found.scale))
@@ -132,7 +138,7 @@ impl<'a, R: Read> Table<'a, R> {
     /// # Errors
     /// A field that is no finite number.
     pub fn number(&self, column: usize) -> Result<Option<f64>, Error> {
-        let Some((text, scale)) = self.text(column) else {
+        let Some((text, scale)) = self.field(column) else {
             return Ok(None);
         };
         let value: f64 =
@@ -159,7 +165,7 @@ impl<'a, R: Read> Table<'a, R> {
         let value = self.number(column)?;
         match value {
             Some(v) if v <= 0.0 => {
-                let text = self.text(column).map_or_else(String::new, |(t, _)| t.to_owned());
+                let text = self.text(column).unwrap_or_default().to_owned();
                 Err(self.error_in(column, Problem::NotPositive { text }))
             }
             _ => Ok(value),
@@ -171,7 +177,7 @@ impl<'a, R: Read> Table<'a, R> {
     /// # Errors
     /// A field that is no finite decimal number.
     pub fn stamp_ns(&self, column: usize) -> Result<i64, Error> {
-        let (text, scale) = self.text(column).unwrap_or(("", 1.0));
+        let (text, scale) = self.field(column).unwrap_or(("", 1.0));
         let digits = (9.0 + scale.log10()).round() as usize;
         stamp::parse_nanoseconds(text, digits).ok_or_else(|| {
             let text = text.to_owned();
@@ -196,7 +202,7 @@ impl<'a, R: Read> Table<'a, R> {
     /// # Errors
     /// Anything else.
     pub fn count(&self, column: usize) -> Result<Option<u64>, Error> {
-        let Some((text, _)) = self.text(column) else {
+        let Some((text, _)) = self.field(column) else {
             return Ok(None);
         };
         let parsed = text.parse::<u64>();

@@ -13,6 +13,8 @@ pub enum Quantity {
     Plain,
     /// A whole number from 0.
     Count,
+    /// Words: a file name.
+    Text,
 }
 
 impl Quantity {
@@ -23,7 +25,7 @@ impl Quantity {
             Self::Time => &[("_s", 1.0), ("_ms", 1e-3), ("_us", 1e-6), ("_ns", 1e-9)],
             Self::Length => &[("_mm", 1e-3), ("_m", 1.0)],
             Self::Pixel => &[("_px", 1.0)],
-            Self::Plain | Self::Count => &[("", 1.0)],
+            Self::Plain | Self::Count | Self::Text => &[("", 1.0)],
         }
     }
 

@@ -6,16 +6,20 @@
 //! estimator, so that a test against it is not a test of the estimator against itself.
 
 pub mod capture;
+pub mod images;
 pub mod mishap;
 pub mod motion;
 pub mod noise;
 pub mod presets;
 pub mod random_cell;
 pub mod scenario;
+pub mod shutter;
 pub mod simulate;
 
+pub use images::{Joint, Look, PictureScan};
 pub use mishap::Mishap;
 pub use presets::Preset;
 pub use random_cell::random_cell;
 pub use scenario::{Between, Cell, Disturbance, Scan, Scenario, SensorModel, Timing};
+pub use shutter::{Exposed, Shutter};
 pub use simulate::simulate;

@@ -5,7 +5,7 @@ use crate::scenario::{Disturbance, SensorModel};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, Poisson, StandardNormal};
 use trueline_dataset::Measured;
 use trueline_geometry::Pose;
 
@@ -37,6 +37,12 @@ impl Noise {
     /// A uniform number between two.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.random.random::<f64>()
+    }
+
+    /// How many of something there are that comes this often on average (Poisson).
+    pub fn count(&mut self, mean: f64) -> usize {
+        // Poisson's distribution is defined for a mean above zero only; zero is none.
+        Poisson::new(mean).map_or(0, |poisson| poisson.sample(&mut self.random) as usize)
     }
 
     fn vector(&mut self, sigma: f64) -> Vector3<f64> {

@@ -4,6 +4,7 @@ use crate::capture::{SheetAxes, measure, point_on_sheet};
 use crate::motion::Motion;
 use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
+use crate::shutter::{Exposed, Receiver, Shutter};
 use std::collections::BTreeMap;
 use trueline_dataset::{Feature, Guess, Recording, RobotSample, Sensor, Truth};
 
@@ -39,23 +40,6 @@ fn sensor(model: &SensorModel) -> Sensor {
     }
 }
 
-/// Writes stamps as a receiver does: whole nanoseconds, never before the one that came earlier.
-struct Receiver {
-    start_ns: i64,
-    last_ns: i64,
-}
-
-impl Receiver {
-    fn new(start_ns: i64) -> Self {
-        Self { start_ns, last_ns: i64::MIN }
-    }
-
-    fn stamp(&mut self, time_s: f64) -> i64 {
-        self.last_ns = self.last_ns.max(self.start_ns + (time_s * 1e9).round() as i64);
-        self.last_ns
-    }
-}
-
 fn robot_samples(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<RobotSample> {
     let (timing, disturbance) = (&scenario.timing, &scenario.disturbance);
     let mut noise = Noise::new(seed, 1);
@@ -72,23 +56,17 @@ fn robot_samples(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<Rob
 }
 
 fn features(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<Feature> {
-    let (timing, disturbance) = (&scenario.timing, &scenario.disturbance);
+    let disturbance = &scenario.disturbance;
     let sheet = SheetAxes::of(&scenario.cell.sensor);
     let (mut noise, mut chance) = (Noise::new(seed, 2), Noise::new(seed, 3));
-    let mut receiver = Receiver::new(timing.start_ns);
+    let mut shutter = Shutter::new(scenario);
     let mut features = Vec::new();
-    // The first image is exposed half a period into the recording.
-    let count = (timing.duration_s / timing.frame_period_s - 0.5).floor() as u64;
-    for frame in 0..count {
-        // Exposures fall on whole nanoseconds of the stamp, so that writing them loses nothing.
-        let exposed_s = (frame as f64 + 0.5) * timing.frame_period_s;
-        let stamp_s = exposed_s * (1.0 + disturbance.clock_drift_ppm * 1e-6) + timing.time_offset_s;
-        let rounding_s = (stamp_s * 1e9).round() * 1e-9 - stamp_s;
-        let stamp_ns = receiver.stamp(stamp_s + noise.normal(disturbance.frame_jitter_s));
+    for _ in 0..shutter.count() {
+        let Exposed { frame, exposed_s, stamp_ns } = shutter.expose(&mut noise);
         if chance.happens(disturbance.drop_fraction) {
             continue;
         }
-        let base_from_camera = motion.base_from_tool(exposed_s + rounding_s) * scenario.cell.tool_from_camera;
+        let base_from_camera = motion.base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
         for (line, truth) in scenario.cell.lines.iter().enumerate() {
             let seen = point_on_sheet(&sheet, &base_from_camera, truth)
                 .and_then(|point| measure(&scenario.cell.sensor, &point));

@@ -3,5 +3,7 @@
 pub mod calibrate;
 pub mod demo;
 pub mod doctor;
+pub mod features;
 pub mod import;
 pub mod simulate;
+pub mod simulate_images;

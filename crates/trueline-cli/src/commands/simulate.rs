@@ -1,5 +1,6 @@
 //! `trueline simulate`.
 
+use super::simulate_images;
 use crate::args::{MishapName, PresetName, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
@@ -13,6 +14,9 @@ const RANDOM_OFFSET_S: f64 = 1.0;
 /// Runs the command.
 pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     let scenario = scenario(args)?;
+    if args.images {
+        return simulate_images::run(args, &scenario);
+    }
     let recording = match args.mishap {
         Some(name) => mishap(name).simulate(&scenario, args.seed),
         None => simulate(&scenario, args.seed),
@@ -79,6 +83,7 @@ fn override_timing(timing: &mut Timing, args: &SimulateArgs) -> Result<(), Failu
         (&mut timing.time_offset_s, args.time_offset_ms, 1e-3, "--time-offset-ms", any),
         (&mut timing.duration_s, args.duration_s, 1.0, "--duration-s", 1.0),
         (&mut timing.robot_period_s, args.robot_period_ms, 1e-3, "--robot-period-ms", 0.1),
+        (&mut timing.frame_period_s, args.frame_period_ms, 1e-3, "--frame-period-ms", 0.1),
     ];
     overrides.into_iter().try_for_each(apply)
 }
@@ -97,9 +102,9 @@ fn override_disturbance(d: &mut Disturbance, args: &SimulateArgs) -> Result<(), 
 }
 
 /// A field, the option that overwrites it, the option's unit in SI, its name and its least value.
-type Override<'a> = (&'a mut f64, Option<f64>, f64, &'static str, f64);
+pub(super) type Override<'a> = (&'a mut f64, Option<f64>, f64, &'static str, f64);
 
-fn apply((field, option, unit, name, least): Override<'_>) -> Result<(), Failure> {
+pub(super) fn apply((field, option, unit, name, least): Override<'_>) -> Result<(), Failure> {
     let Some(value) = option else { return Ok(()) };
     if !value.is_finite() || value < least {
         return Err(Failure::new(

@@ -1,0 +1,52 @@
+//! `trueline features`.
+
+use crate::args::{FeaturesArgs, JointName};
+use crate::failure::Failure;
+use crate::output;
+use crate::pictures::{self, Found, Look};
+use std::process::ExitCode;
+use trueline_dataset::{Feature, folder};
+use trueline_vision::Joint;
+
+/// Runs the command.
+pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
+    let look = Look {
+        joint: joint(args.joint),
+        overlay: args.overlay.clone().map(|folder| (folder, args.overlay_every.get())),
+        threads: args.threads,
+        quiet: args.quiet,
+    };
+    let found = pictures::look_at(&args.dataset, &look)?;
+    let features = found.features();
+    if let Some(file) = &args.json {
+        output::json(file, &format!("{:#}", found.json()))?;
+    }
+    if !args.quiet {
+        output::summary(args.json.as_deref(), &found.summary())?;
+    }
+    write(args, &found, &features)
+}
+
+fn write(args: &FeaturesArgs, found: &Found, features: &[Feature]) -> Result<ExitCode, Failure> {
+    if features.is_empty() {
+        if !args.quiet {
+            output::words(&format!("features.csv is not written: no seam in {} pictures", found.looked_at()));
+        }
+        return Ok(ExitCode::from(1));
+    }
+    let kept = folder::write_features(&args.dataset, features)?;
+    if let (Some(kept), false) = (kept, args.quiet) {
+        output::words(&format!("the features that were there are now in {}", kept.display()));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn joint(name: JointName) -> Option<Joint> {
+    match name {
+        JointName::Auto => None,
+        JointName::Fillet => Some(Joint::Fillet),
+        JointName::Lap => Some(Joint::Lap),
+        JointName::VGroove => Some(Joint::VGroove),
+        JointName::Butt => Some(Joint::Butt),
+    }
+}

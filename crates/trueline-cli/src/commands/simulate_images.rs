@@ -1,0 +1,133 @@
+//! `trueline simulate --images`.
+
+use super::simulate::apply;
+use crate::args::{LookName, MishapName, SceneName, SimulateArgs};
+use crate::failure::Failure;
+use crate::output;
+use crate::progress;
+use rayon::prelude::*;
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+use trueline_dataset::{
+    Error, Feature, FrameFile, Measured, Problem, features_csv, folder, gray_png, images,
+};
+use trueline_sim::images::Picture;
+use trueline_sim::{Exposed, Joint, Look, PictureScan, Scenario, simulate};
+
+/// Runs the command.
+pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
+    let scan = scan(args, scenario)?;
+    let mut recording = simulate(scenario, args.seed).ok_or_else(no_pictures)?;
+    recording.features.clear();
+    folder::write(&args.out, &recording)?;
+    let pictures = args.out.join("images");
+    fs::create_dir_all(&pictures).map_err(|e| Error::in_file(&pictures, Problem::Io(e)))?;
+    let frames = draw(args, &scan)?;
+    let index: Vec<FrameFile> = frames.iter().map(|(frame, _)| frame.clone()).collect();
+    images::write_index(&args.out, &index)?;
+    let truth: Vec<Feature> = frames.into_iter().filter_map(|(_, feature)| feature).collect();
+    write_truth(&args.out.join("truth_features.csv"), &truth)?;
+    if !args.quiet {
+        output::words(&format!(
+            "{}: {} robot poses, {} pictures, the seam in {} of them, time offset {} ms",
+            args.out.display(),
+            recording.robot.len(),
+            index.len(),
+            truth.len(),
+            scenario.timing.time_offset_s * 1e3,
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn no_pictures() -> Failure {
+    Failure::new(
+        "this preset has no camera, or no line",
+        "--images needs a preset with a camera: paper or quick",
+    )
+}
+
+fn scan<'a>(args: &SimulateArgs, scenario: &'a Scenario) -> Result<PictureScan<'a>, Failure> {
+    if scenario.cell.lines.len() != 1 {
+        return Err(Failure::new(
+            "pictures show one seam, and this preset has several",
+            "choose another preset",
+        ));
+    }
+    if let Some(name) = args.mishap
+        && !matches!(name, MishapName::RobotGaps)
+    {
+        return Err(Failure::new(
+            "`--mishap` changes features, and pictures have none",
+            "leave one of them out",
+        ));
+    }
+    let mut look = look(args.look);
+    look.bits = if args.bits > 8 { 16 } else { 8 };
+    let (mut corner_gap_m, limit) = (0.0, 0.0);
+    apply((&mut look.exposure_s, args.exposure_ms, 1e-3, "--exposure-ms", limit))?;
+    apply((&mut corner_gap_m, args.corner_gap_mm, 1e-3, "--corner-gap-mm", limit))?;
+    PictureScan::new(scenario, joint(args.joint, corner_gap_m), look, args.seed).ok_or_else(no_pictures)
+}
+
+fn look(name: LookName) -> Look {
+    match name {
+        LookName::Clean => Look::clean(),
+        LookName::Speckle => Look::speckled(),
+        LookName::Shiny => Look::shiny(),
+        LookName::Welding => Look::welding(),
+    }
+}
+
+fn joint(name: SceneName, gap_m: f64) -> Joint {
+    match name {
+        SceneName::Fillet => Joint::Fillet { opening_rad: std::f64::consts::FRAC_PI_2, roll_rad: 0.0, gap_m },
+        SceneName::Lap => Joint::Lap { step_m: 3e-3 },
+        SceneName::VGroove => Joint::VGroove { depth_m: 6e-3, opening_rad: 60_f64.to_radians() },
+        SceneName::Butt => Joint::Butt { gap_m: 1.5e-3, mismatch_m: 0.0 },
+        SceneName::Plate => Joint::Plate,
+        SceneName::Nothing => Joint::Nothing,
+    }
+}
+
+/// Draws and writes every picture; returns where each one is and where its seam is.
+fn draw(args: &SimulateArgs, scan: &PictureScan<'_>) -> Result<Vec<(FrameFile, Option<Feature>)>, Failure> {
+    let bar = progress::bar(scan.exposures().len() as u64, "pictures", args.quiet);
+    let shown = !matches!(args.joint, SceneName::Plate | SceneName::Nothing);
+    let drawn: Result<Vec<_>, Error> = scan
+        .exposures()
+        .par_iter()
+        .map_init(
+            || scan.renderer(),
+            |renderer, exposed| {
+                let Picture { image, seam_px } = scan.draw(renderer, exposed);
+                let path = args.out.join("images").join(format!("{:06}.png", exposed.frame));
+                gray_png::write(&path, &image)?;
+                bar.inc(1);
+                let frame =
+                    FrameFile { stamp_ns: exposed.stamp_ns, frame: exposed.frame, device_ns: None, path };
+                Ok((frame, seam_px.filter(|_| shown).map(|pixel| feature(exposed, pixel.into()))))
+            },
+        )
+        .collect();
+    bar.finish_and_clear();
+    Ok(drawn?)
+}
+
+fn feature(exposed: &Exposed, pixel: [f64; 2]) -> Feature {
+    Feature {
+        stamp_ns: exposed.stamp_ns,
+        line: 0,
+        frame: Some(exposed.frame),
+        device_ns: None,
+        measured: Measured::Pixel(pixel),
+        sigma: None,
+    }
+}
+
+fn write_truth(file: &Path, truth: &[Feature]) -> Result<(), Failure> {
+    let mut text = Vec::new();
+    let written = features_csv::write(&mut text, truth).and_then(|()| fs::write(file, text));
+    written.map_err(|error| Failure::cannot_write(file, &error))
+}

@@ -1,0 +1,246 @@
+//! Looks at the pictures of a dataset with all cores.
+
+use crate::failure::Failure;
+use crate::overlay;
+use crate::progress;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use trueline_dataset::{Feature, FrameFile, GrayImage, Measured, Pixels, Sensor, folder, gray_png, images};
+use trueline_vision::choose::{self, Trial};
+use trueline_vision::{Detector, Joint, Lens, NotFound, Picture, Seam};
+
+/// Pictures that are looked at to find out which joint they show.
+const SAMPLED: usize = 24;
+
+/// How to look.
+pub struct Look {
+    /// The joint, or whatever most pictures show.
+    pub joint: Option<Joint>,
+    /// Where to draw what was found, and how often.
+    pub overlay: Option<(PathBuf, usize)>,
+    /// Threads; one for each core if not given.
+    pub threads: Option<NonZeroUsize>,
+    /// No progress bar.
+    pub quiet: bool,
+}
+
+/// What was found in each picture.
+pub struct Found {
+    /// The joint that was looked for.
+    pub joint: Joint,
+    /// Whether the pictures themselves decided on it.
+    pub chosen: bool,
+    frames: Vec<(FrameFile, Result<Seam, NotFound>)>,
+    /// Time in detection alone, summed over threads.
+    detection: Duration,
+}
+
+/// Looks at all pictures of a dataset.
+///
+/// # Errors
+/// A dataset without a camera or pictures, or a picture that cannot be read.
+pub fn look_at(dataset: &Path, look: &Look) -> Result<Found, Failure> {
+    let detector = detector(dataset)?;
+    let frames = images::read_index(dataset)?;
+    if let Some((folder, _)) = &look.overlay {
+        overlay::prepare(folder)?;
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(look.threads.map_or(0, NonZeroUsize::get));
+    let pool = pool
+        .build()
+        .map_err(|error| Failure::new(format!("threads cannot be started: {error}"), "try --threads 1"))?;
+    pool.install(|| look_at_frames(&detector, frames, look))
+}
+
+fn detector(dataset: &Path) -> Result<Detector, Failure> {
+    match folder::read_sensor(dataset)? {
+        Sensor::CameraLaser { camera, laser_plane_in_camera } => {
+            Ok(Detector::new(Lens::new(camera, laser_plane_in_camera)))
+        }
+        other => Err(Failure::new(
+            format!(
+                "{}: features are found in the pictures of a camera_laser, and the sensor is of kind {}",
+                dataset.join("sensor.toml").display(),
+                other.kind()
+            ),
+            "profilers and point sensors bring their features along in features.csv",
+        )),
+    }
+}
+
+fn look_at_frames(detector: &Detector, frames: Vec<FrameFile>, look: &Look) -> Result<Found, Failure> {
+    let joint = match look.joint {
+        Some(joint) => joint,
+        None => choose_joint(detector, &frames)?,
+    };
+    let bar = progress::bar(frames.len() as u64, "pictures", look.quiet);
+    let looked: Result<Vec<_>, Failure> = frames
+        .into_par_iter()
+        .enumerate()
+        .map_init(
+            || (detector.clone(), Vec::new()),
+            |(detector, spare), (number, frame)| {
+                let image = read(&frame, detector, spare)?;
+                let start = Instant::now();
+                let seam = seam(detector, &image, joint);
+                let taken = start.elapsed();
+                if let Some((folder, every)) = &look.overlay
+                    && number % every == 0
+                {
+                    overlay::draw(folder, &frame, &image, detector, &seam)?;
+                }
+                give_back(image, spare);
+                bar.inc(1);
+                Ok((frame, seam, taken))
+            },
+        )
+        .collect();
+    bar.finish_and_clear();
+    let looked = looked?;
+    let detection = looked.iter().map(|(_, _, taken)| *taken).sum();
+    let frames = looked.into_iter().map(|(frame, seam, _)| (frame, seam)).collect();
+    Ok(Found { joint, chosen: look.joint.is_none(), frames, detection })
+}
+
+fn choose_joint(detector: &Detector, frames: &[FrameFile]) -> Result<Joint, Failure> {
+    let step = frames.len().div_ceil(SAMPLED).max(1);
+    let sampled: Vec<&FrameFile> = frames.iter().step_by(step).collect();
+    let trials: Result<Vec<Trial>, Failure> = sampled
+        .into_par_iter()
+        .map_init(
+            || (detector.clone(), Vec::new()),
+            |(detector, spare), frame| {
+                let image = read(frame, detector, spare)?;
+                let trial = Joint::ALL.map(|joint| seam(detector, &image, joint).ok());
+                give_back(image, spare);
+                Ok(trial)
+            },
+        )
+        .collect();
+    Ok(choose::joint(&trials?))
+}
+
+fn read(frame: &FrameFile, detector: &Detector, spare: &mut Vec<u8>) -> Result<GrayImage, Failure> {
+    let image = gray_png::read(&frame.path, spare)?;
+    let [width, height] = detector.lens().camera().size.map(|n| n as usize);
+    if [image.width, image.height] != [width, height] {
+        return Err(Failure::new(
+            format!(
+                "{}: the picture is {} x {} px, and sensor.toml says {width} x {height}",
+                frame.path.display(),
+                image.width,
+                image.height
+            ),
+            "a region of interest moves cx and cy; scaled pictures need scaled intrinsics",
+        ));
+    }
+    Ok(image)
+}
+
+/// Memory of a picture that is done with serves the next.
+fn give_back(image: GrayImage, spare: &mut Vec<u8>) {
+    if let Pixels::Eight(levels) = image.pixels {
+        *spare = levels;
+    }
+}
+
+fn seam(detector: &mut Detector, image: &GrayImage, joint: Joint) -> Result<Seam, NotFound> {
+    let (width, height) = (image.width, image.height);
+    match &image.pixels {
+        Pixels::Eight(levels) => {
+            Picture::new(width, height, levels).map_or(Err(NotFound::NoStripe), |p| detector.seam(&p, joint))
+        }
+        Pixels::Sixteen(levels) => {
+            Picture::new(width, height, levels).map_or(Err(NotFound::NoStripe), |p| detector.seam(&p, joint))
+        }
+    }
+}
+
+impl Found {
+    /// How many pictures there are.
+    pub fn looked_at(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// The features of the pictures that show the seam.
+    pub fn features(&self) -> Vec<Feature> {
+        let features = self.frames.iter().filter_map(|(frame, seam)| {
+            seam.as_ref().ok().map(|seam| Feature {
+                stamp_ns: frame.stamp_ns,
+                line: 0,
+                frame: Some(frame.frame),
+                device_ns: frame.device_ns,
+                measured: Measured::Pixel(seam.pixel.into()),
+                sigma: Some(seam.sigma_px()),
+            })
+        });
+        features.collect()
+    }
+
+    fn reasons(&self) -> BTreeMap<NotFound, usize> {
+        let mut reasons = BTreeMap::new();
+        for reason in self.frames.iter().filter_map(|(_, seam)| seam.as_ref().err()) {
+            *reasons.entry(*reason).or_insert(0) += 1;
+        }
+        reasons
+    }
+
+    /// Median, and 95th percentile, of a number over the seams; `None` without a seam.
+    fn spread(&self, of: impl Fn(&Seam) -> f64) -> Option<[f64; 2]> {
+        let mut values: Vec<f64> =
+            self.frames.iter().filter_map(|(_, seam)| seam.as_ref().ok().map(&of)).collect();
+        values.sort_by(f64::total_cmp);
+        let at = |part: f64| values[((values.len() - 1) as f64 * part) as usize];
+        (!values.is_empty()).then(|| [at(0.5), at(0.95)])
+    }
+
+    /// Milliseconds of one core for a picture, without reading it.
+    fn ms_per_picture(&self) -> f64 {
+        self.detection.as_secs_f64() * 1e3 / self.frames.len().max(1) as f64
+    }
+
+    /// For a person.
+    pub fn summary(&self) -> String {
+        let found = self.features().len();
+        let how = if self.chosen { " (the pictures show it; --joint decides otherwise)" } else { "" };
+        let mut text = format!("Joint            {}{how}\n", self.joint.name());
+        text += &format!("Found            {found} of {} pictures\n", self.frames.len());
+        for (reason, count) in self.reasons() {
+            text += &format!("                 {count}: {reason}\n");
+        }
+        if let (Some(u), Some(v)) = (self.spread(|s| s.sigma_px()[0]), self.spread(|s| s.sigma_px()[1])) {
+            text += &format!(
+                "Uncertainty      ± {:.3} px in u, ± {:.3} px in v (median; 95 % below {:.3}, {:.3})\n",
+                u[0], v[0], u[1], v[1]
+            );
+        }
+        if let (Joint::Butt, Some(gap)) = (self.joint, self.spread(|s| s.gap_m)) {
+            text += &format!("Gap              {:.2} mm (median)\n", gap[0] * 1e3);
+        }
+        text += &format!(
+            "Time             {:.2} ms of one core a picture, without reading it",
+            self.ms_per_picture()
+        );
+        text
+    }
+
+    /// For a program.
+    pub fn json(&self) -> serde_json::Value {
+        let reasons: serde_json::Map<String, serde_json::Value> =
+            self.reasons().into_iter().map(|(reason, count)| (reason.to_string(), count.into())).collect();
+        let (u, v) = (self.spread(|s| s.sigma_px()[0]), self.spread(|s| s.sigma_px()[1]));
+        serde_json::json!({
+            "joint": self.joint.name(),
+            "joint_chosen_by_pictures": self.chosen,
+            "pictures": self.frames.len(),
+            "found": self.features().len(),
+            "not_found": reasons,
+            "median_sigma_px": u.zip(v).map(|(u, v)| [u[0], v[0]]),
+            "median_gap_mm": self.spread(|s| s.gap_m * 1e3).filter(|_| self.joint == Joint::Butt).map(|g| g[0]),
+            "ms_per_picture": self.ms_per_picture(),
+        })
+    }
+}

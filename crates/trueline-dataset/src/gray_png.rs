@@ -1,0 +1,111 @@
+//! Pictures: gray PNG of 8 or 16 bits.
+
+use crate::error::{Error, Problem};
+use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Transformations};
+use std::fs::File;
+use std::io::{BufReader, BufWriter};
+use std::path::Path;
+
+/// Pixels of a picture, row by row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Pixels {
+    /// 8 bits.
+    Eight(Vec<u8>),
+    /// 16 bits.
+    Sixteen(Vec<u16>),
+}
+
+/// A gray picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GrayImage {
+    /// Columns, px.
+    pub width: usize,
+    /// Rows, px.
+    pub height: usize,
+    /// The pixels.
+    pub pixels: Pixels,
+}
+
+/// Pictures larger than this are refused before memory is set aside for them.
+const MOST_PIXELS: usize = 1 << 28;
+
+/// Reads a gray PNG of 8 or 16 bits. `spare` is memory that may be used again.
+///
+/// # Errors
+/// A file that is missing, no PNG, cut off, not gray, or of another depth.
+pub fn read(file: &Path, spare: &mut Vec<u8>) -> Result<GrayImage, Error> {
+    let opened = File::open(file).map_err(|error| {
+        let missing = error.kind() == std::io::ErrorKind::NotFound;
+        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
+    })?;
+    let broken =
+        |error: png::DecodingError| Error::in_file(file, Problem::Picture { why: error.to_string() });
+    let mut decoder = Decoder::new(BufReader::new(opened));
+    decoder.set_transformations(Transformations::IDENTITY);
+    let mut reader = decoder.read_info().map_err(broken)?;
+    let (color, depth) = reader.output_color_type();
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    if color != ColorType::Grayscale || !matches!(depth, BitDepth::Eight | BitDepth::Sixteen) {
+        let found = format!("{} bits, {color:?}", depth as u8);
+        return Err(Error::in_file(file, Problem::NotGray { found }));
+    }
+    if width.saturating_mul(height) > MOST_PIXELS {
+        let why = format!("{width} x {height} pixels are more than can be read");
+        return Err(Error::in_file(file, Problem::Picture { why }));
+    }
+    let bytes = width * height * if depth == BitDepth::Sixteen { 2 } else { 1 };
+    spare.resize(bytes, 0);
+    reader.next_frame(spare).map_err(broken)?;
+    let pixels = match depth {
+        BitDepth::Sixteen => Pixels::Sixteen(
+            spare.chunks_exact(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]])).collect(),
+        ),
+        _ => Pixels::Eight(std::mem::take(spare)),
+    };
+    Ok(GrayImage { width, height, pixels })
+}
+
+/// Writes a gray PNG, fast rather than small.
+///
+/// # Errors
+/// What the operating system says.
+pub fn write(file: &Path, image: &GrayImage) -> Result<(), Error> {
+    let big_endian: Vec<u8>;
+    let (depth, bytes): (_, &[u8]) = match &image.pixels {
+        Pixels::Eight(pixels) => (BitDepth::Eight, pixels),
+        Pixels::Sixteen(pixels) => {
+            big_endian = pixels.iter().flat_map(|value| value.to_be_bytes()).collect();
+            (BitDepth::Sixteen, &big_endian)
+        }
+    };
+    write_bytes(file, [image.width, image.height], (ColorType::Grayscale, depth), bytes)
+}
+
+/// Writes a picture of red, green and blue bytes: an overlay for a person.
+///
+/// # Errors
+/// What the operating system says.
+pub fn write_rgb(file: &Path, size: [usize; 2], rgb: &[u8]) -> Result<(), Error> {
+    write_bytes(file, size, (ColorType::Rgb, BitDepth::Eight), rgb)
+}
+
+fn write_bytes(
+    file: &Path,
+    size: [usize; 2],
+    format: (ColorType, BitDepth),
+    bytes: &[u8],
+) -> Result<(), Error> {
+    let io = |error: std::io::Error| Error::in_file(file, Problem::Io(error));
+    let refused = |error: png::EncodingError| match error {
+        png::EncodingError::IoError(error) => Error::in_file(file, Problem::Io(error)),
+        other => Error::in_file(file, Problem::Picture { why: other.to_string() }),
+    };
+    let out = BufWriter::new(File::create(file).map_err(io)?);
+    let mut encoder = Encoder::new(out, size[0] as u32, size[1] as u32);
+    encoder.set_color(format.0);
+    encoder.set_depth(format.1);
+    encoder.set_compression(Compression::Fast);
+    let mut writer = encoder.write_header().map_err(refused)?;
+    writer.write_image_data(bytes).map_err(refused)?;
+    writer.finish().map_err(refused)
+}

@@ -1,0 +1,105 @@
+//! `images/index.csv`: the frames of a scan, and where each one's picture is.
+
+use crate::error::{Error, Problem};
+use crate::stamp;
+use crate::table::{ColumnSpec, Table, optional, required};
+use crate::unit::Quantity;
+use std::fs;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+const TIME: usize = 0;
+const FILE: usize = 1;
+const FRAME: usize = 2;
+const DEVICE_TIME: usize = 3;
+
+const COLUMNS: [ColumnSpec; 4] = [
+    required("time", Quantity::Time),
+    required("file", Quantity::Text),
+    optional("frame", Quantity::Count),
+    optional("device_time", Quantity::Time),
+];
+
+/// One frame: when it was stamped and which file holds it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FrameFile {
+    /// Stamp on arrival, ns.
+    pub stamp_ns: i64,
+    /// Frame counter; the row's place in the index where the index has no counter.
+    pub frame: u64,
+    /// Stamp of the camera's own clock, ns, where recorded.
+    pub device_ns: Option<i64>,
+    /// The picture.
+    pub path: PathBuf,
+}
+
+/// The index of a dataset folder.
+#[must_use]
+pub fn index_of(dataset: &Path) -> PathBuf {
+    dataset.join("images").join("index.csv")
+}
+
+/// Reads the index of a dataset folder.
+///
+/// # Errors
+/// Anything that is not a clean table with rising stamps whose files lie in the folder of the index.
+pub fn read_index(dataset: &Path) -> Result<Vec<FrameFile>, Error> {
+    let file = index_of(dataset);
+    let bytes = fs::read(&file).map_err(|error| {
+        let missing = error.kind() == std::io::ErrorKind::NotFound;
+        Error::in_file(&file, if missing { Problem::Missing } else { Problem::Io(error) })
+    })?;
+    let folder = dataset.join("images");
+    let mut table = Table::open(&file, bytes.as_slice(), &COLUMNS)?;
+    let mut frames: Vec<FrameFile> = Vec::new();
+    while table.next_row()? {
+        let stamp_ns = table.stamp_ns(TIME)?;
+        if let Some(last) = frames.last()
+            && stamp_ns < last.stamp_ns
+        {
+            let (previous_s, this_s) = (stamp::seconds(last.stamp_ns), stamp::seconds(stamp_ns));
+            return Err(table.error_in(TIME, Problem::TimeRunsBackwards { previous_s, this_s }));
+        }
+        frames.push(FrameFile {
+            stamp_ns,
+            frame: table.count(FRAME)?.unwrap_or(frames.len() as u64),
+            device_ns: table.optional_stamp_ns(DEVICE_TIME)?,
+            path: folder.join(file_name(&table)?),
+        });
+    }
+    if frames.is_empty() {
+        return Err(Error::in_file(&file, Problem::NoRows));
+    }
+    Ok(frames)
+}
+
+/// A name inside the folder: an index must not lead anywhere else.
+fn file_name<R: std::io::Read>(table: &Table<'_, R>) -> Result<String, Error> {
+    let name = table.text(FILE).unwrap_or_default();
+    let inside = Path::new(name).components().all(|c| matches!(c, std::path::Component::Normal(_)));
+    if name.is_empty() || !inside {
+        return Err(table.error_in(FILE, Problem::NotAFileName { text: name.to_owned() }));
+    }
+    Ok(name.to_owned())
+}
+
+/// Writes the index of a dataset folder; it must not exist.
+///
+/// # Errors
+/// What the operating system says.
+pub fn write_index(dataset: &Path, frames: &[FrameFile]) -> Result<(), Error> {
+    let file = index_of(dataset);
+    if file.exists() {
+        return Err(Error::in_file(&file, Problem::AlreadyExists));
+    }
+    let write = || {
+        let mut out = BufWriter::new(fs::File::create(&file)?);
+        writeln!(out, "time_s,file,frame")?;
+        for frame in frames {
+            let name = frame.path.file_name().unwrap_or_default().to_string_lossy();
+            writeln!(out, "{},{name},{}", stamp::format_seconds(frame.stamp_ns), frame.frame)?;
+        }
+        out.flush()
+    };
+    write().map_err(|e| Error::in_file(&file, Problem::Io(e)))
+}

@@ -1,0 +1,217 @@
+//! Where two pieces of the stripe meet: the corner of a fillet, the bottom of a groove.
+
+use crate::lens::Lens;
+use crate::line::Line2;
+use crate::picture::{Level, Picture};
+use crate::pieces::Piece;
+use crate::seam::{MOST_SIGMA_PX, NotFound, Seam};
+use crate::stripe::{Fit, StripeMeter};
+use crate::template::Template;
+use crate::tiles::TILE;
+use nalgebra::{Matrix2, Vector2};
+
+/// The flattest bend that makes a corner, rad in the picture.
+const FLATTEST: f64 = 0.1;
+/// The stripe may be missing this far from the corner, px.
+const MOST_GAP_PX: f64 = 90.0;
+/// Stretch beyond the corner in which the stripe must have ended, px.
+const BEYOND_PX: f64 = 60.0;
+/// Light beyond the corner of this part of the arm's counts as the stripe.
+const GOES_ON: f64 = 0.6;
+/// Least part of the cuts of an arm that must show the stripe.
+const LEAST_PRESENT: f64 = 0.3;
+
+/// Two pieces that may form a corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// The pieces, by number.
+    pub pieces: [usize; 2],
+    /// Their lines, each from the corner outward; the point is the corner.
+    pub arms: [Line2; 2],
+    /// How far each reaches, px.
+    pub lengths: [f64; 2],
+    /// Weight of the elements on each.
+    pub weights: [f64; 2],
+    /// Weight of elements that lie where a corner has nothing.
+    pub against: f64,
+}
+
+impl Pair {
+    /// Evidence for this corner.
+    #[must_use]
+    pub fn score(&self) -> f64 {
+        self.weights[0] + self.weights[1] - 2.0 * self.against
+    }
+
+    /// The corner.
+    #[must_use]
+    pub fn corner(&self) -> Vector2<f64> {
+        self.arms[0].point
+    }
+
+    /// Whether the arms come towards the camera from the corner: a valley, not a ridge.
+    #[must_use]
+    pub fn is_valley(&self, lens: &Lens) -> bool {
+        let sheet = |ideal: &Vector2<f64>| lens.on_sheet(ideal).map(|(point, _)| point);
+        let ends = [0, 1].map(|k| sheet(&self.arms[k].at(self.lengths[k].min(200.0))));
+        let (Some(corner), [Some(a), Some(b)]) = (sheet(&self.corner()), ends) else { return false };
+        ((a - corner).normalize() + (b - corner).normalize()).dot(&lens.away()) < 0.0
+    }
+}
+
+/// All pairs of pieces that meet in the picture.
+#[must_use]
+pub fn pairs(pieces: &[Piece], lens: &Lens) -> Vec<Pair> {
+    let mut pairs = Vec::new();
+    for first in 0..pieces.len() {
+        for second in first + 1..pieces.len() {
+            pairs.extend(pair(pieces, [first, second], lens));
+        }
+    }
+    pairs
+}
+
+fn pair(pieces: &[Piece], numbers: [usize; 2], lens: &Lens) -> Option<Pair> {
+    let [a, b] = numbers.map(|number| &pieces[number]);
+    if a.line.along.perp(&b.line.along).abs() < FLATTEST.sin() {
+        return None;
+    }
+    let corner = a.line.cross(&b.line)?;
+    let [width, height] = lens.camera().size.map(f64::from);
+    let pixel = lens.distorted(&corner).0;
+    if !((0.0..width).contains(&pixel.x) && (0.0..height).contains(&pixel.y)) {
+        return None;
+    }
+    let [first, second] = [arm(a, &corner)?, arm(b, &corner)?];
+    Some(Pair {
+        pieces: numbers,
+        arms: [first.line, second.line],
+        lengths: [first.length, second.length],
+        weights: [first.weight, second.weight],
+        against: first.against + second.against,
+    })
+}
+
+struct Arm {
+    line: Line2,
+    length: f64,
+    weight: f64,
+    against: f64,
+}
+
+/// The part of a piece on one side of a corner; `None` if it begins too far from it.
+fn arm(piece: &Piece, corner: &Vector2<f64>) -> Option<Arm> {
+    let at = piece.line.station(corner);
+    let [first, last] = piece.span();
+    // Elements within a window of the corner may belong to either arm.
+    let near = TILE as f64;
+    let before = piece.weight_between(first - 1.0, at - near);
+    let after = piece.weight_between(at + near, last + 1.0);
+    let forward = after >= before;
+    let along = if forward { piece.line.along } else { -piece.line.along };
+    let outward = |s: f64| if forward { s - at } else { at - s };
+    let mut reached: Vec<f64> = piece.marks.iter().map(|[s, _]| outward(*s)).filter(|s| *s > 0.0).collect();
+    reached.sort_by(f64::total_cmp);
+    let (begin, end) = (*reached.first()?, *reached.last()?);
+    (begin < MOST_GAP_PX).then(|| Arm {
+        line: Line2 { point: *corner, along },
+        length: end + 0.5 * TILE as f64,
+        weight: after.max(before),
+        against: after.min(before),
+    })
+}
+
+/// Measures the corner of a pair.
+///
+/// # Errors
+/// Why there is none, or none that could be relied on.
+pub fn measure<L: Level>(
+    meter: &mut StripeMeter,
+    pair: &Pair,
+    sigmas_px: [f64; 2],
+    scene: (&Picture<'_, L>, &Lens),
+) -> Result<Seam, NotFound> {
+    let lens = scene.1;
+    let mut arms = pair.arms;
+    let mut lengths = pair.lengths;
+    let mut templates: [Option<Template>; 2] = [None, None];
+    for k in 0..2 {
+        let span = [margin(3.0 * sigmas_px[k], &arms), lengths[k]];
+        let (fit, template) = meter.fit(&arms[k], span, sigmas_px[k], scene).ok_or(NotFound::TooLittle)?;
+        arms[k] = fit.line;
+        templates[k] = Some(template);
+    }
+    let [Some(first), Some(second)] = templates else { return Err(NotFound::TooLittle) };
+    let templates = [first, second];
+    outward(&mut arms, &mut lengths, &pair.arms)?;
+    let reach = templates[0].reach_px.max(templates[1].reach_px);
+    let from = margin(reach, &arms);
+    let mut fits = [None, None];
+    for k in 0..2 {
+        let span = [from, lengths[k]];
+        let fit = meter.fit_with(&arms[k], span, &templates[k], scene).ok_or(NotFound::TooLittle)?;
+        if fit.present < LEAST_PRESENT {
+            return Err(NotFound::TooLittle);
+        }
+        fits[k] = Some(fit);
+    }
+    let [Some(a), Some(b)] = fits else { return Err(NotFound::TooLittle) };
+    let seam = cross(lens, &a, &b)?;
+    for (k, fit) in [a, b].iter().enumerate() {
+        if goes_on(meter, (&arms[k], from), fit, &templates[k], scene) {
+            return Err(NotFound::GoesOn);
+        }
+    }
+    Ok(seam)
+}
+
+/// How far from the corner an arm is clean: its own end, the other arm's light and the background beside it.
+fn margin(reach_px: f64, arms: &[Line2; 2]) -> f64 {
+    let beside = 2.0 * reach_px + 3.0;
+    let sine = arms[0].along.perp(&arms[1].along).abs();
+    let sharp = arms[0].along.dot(&arms[1].along) > 0.0;
+    if sharp { (beside + 4.0) / sine.max(0.1) } else { beside }
+}
+
+/// Lets two lines begin at their crossing again, pointing as they did.
+fn outward(arms: &mut [Line2; 2], lengths: &mut [f64; 2], before: &[Line2; 2]) -> Result<(), NotFound> {
+    let corner = arms[0].cross(&arms[1]).ok_or(NotFound::NotThisJoint)?;
+    for k in 0..2 {
+        let end = before[k].at(lengths[k]);
+        if arms[k].along.dot(&before[k].along) < 0.0 {
+            arms[k].along = -arms[k].along;
+        }
+        arms[k].point = corner;
+        lengths[k] = arms[k].station(&end);
+    }
+    Ok(())
+}
+
+/// The crossing of two measured lines and its covariance: n_k · δx = e_k for both.
+fn cross(lens: &Lens, a: &Fit, b: &Fit) -> Result<Seam, NotFound> {
+    let ideal = a.line.cross(&b.line).ok_or(NotFound::NotThisJoint)?;
+    let normals = Matrix2::from_rows(&[a.line.normal().transpose(), b.line.normal().transpose()]);
+    let inverse = normals.try_inverse().ok_or(NotFound::NotThisJoint)?;
+    let variance = |fit: &Fit| fit.variance_at(fit.line.station(&ideal));
+    let errors = Matrix2::from_diagonal(&Vector2::new(variance(a), variance(b)));
+    let covariance = inverse * errors * inverse.transpose();
+    if covariance.trace() > MOST_SIGMA_PX.powi(2) {
+        return Err(NotFound::Uncertain);
+    }
+    Seam::from_ideal(lens, &ideal, &covariance, a.present.min(b.present))
+}
+
+/// Whether an arm's stripe is still there beyond the corner: then the lines cross, and nothing ends.
+fn goes_on<L: Level>(
+    meter: &mut StripeMeter,
+    (arm, margin): (&Line2, f64),
+    fit: &Fit,
+    template: &Template,
+    scene: (&Picture<'_, L>, &Lens),
+) -> bool {
+    meter.cut(arm, [-margin - BEYOND_PX, -margin], template, scene);
+    let cuts = meter.cuts();
+    let bright = cuts.iter().filter(|cut| cut.amplitude > GOES_ON * fit.amplitude).count();
+    // A corner at the border of the picture has nothing beyond it.
+    cuts.len() > 10 && bright * 2 > cuts.len()
+}

@@ -1,0 +1,129 @@
+//! Short straight elements of a stripe: where, which way, how bright, how thick.
+//!
+//! Brightness above the surroundings in a window is taken as mass; its first two moments give a place and
+//! an axis \[Hu1962\]. The window moves across the stripe until it is centred there, so that its border
+//! cuts both flanks alike.
+
+use crate::picture::{Level, Picture};
+use crate::tiles::Candidate;
+
+/// Side of the window, px: three vectors of eight.
+const WINDOW: usize = 24;
+const HALF: f32 = (WINDOW - 1) as f32 * 0.5;
+/// Part of a tile's contrast below which brightness has no mass.
+const FLOOR: f32 = 0.12;
+/// The thickest mass, as the ratio of its two variances, that still has an axis.
+const ROUNDEST: f32 = 0.45;
+
+/// A short piece of a stripe in the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Element {
+    /// Column of its middle, px.
+    pub u: f32,
+    /// Row of its middle, px.
+    pub v: f32,
+    /// Unit vector along it.
+    pub along: [f32; 2],
+    /// Standard deviation of the brightness across it, px.
+    pub sigma_px: f32,
+    /// Its contrast: mean brightness above the surroundings on the ridge, in levels.
+    pub brightness: f32,
+}
+
+/// The element in a tile that stands out, or `None` if what is bright there has no direction.
+#[must_use]
+pub fn element<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Option<Element> {
+    let threshold = candidate.around + FLOOR * (candidate.peak - candidate.around);
+    let (mut u, mut v) = (candidate.u, candidate.v);
+    let mut found = None;
+    for _ in 0..3 {
+        let moments = Moments::of(picture, u, v, threshold)?;
+        let axis = moments.axis()?;
+        // Only across: along the stripe every window keeps its place.
+        let across = [-axis.along[1], axis.along[0]];
+        let shift = moments.mean[0] * across[0] + moments.mean[1] * across[1];
+        u += shift * across[0];
+        v += shift * across[1];
+        found = Some(Element {
+            u,
+            v,
+            along: axis.along,
+            sigma_px: axis.variances[0].max(0.0).sqrt(),
+            brightness: moments.mass / (WINDOW as f32 * 2.5 * axis.variances[0].max(0.25).sqrt()),
+        });
+        if shift.abs() < 0.5 {
+            break;
+        }
+    }
+    // A window that has wandered off belongs to another tile.
+    found.filter(|e| (e.u - candidate.u).abs() < WINDOW as f32 && (e.v - candidate.v).abs() < WINDOW as f32)
+}
+
+struct Moments {
+    mass: f32,
+    /// From the window's centre, px.
+    mean: [f32; 2],
+    /// uu, uv, vv, px².
+    second: [f32; 3],
+}
+
+struct Axis {
+    along: [f32; 2],
+    /// Across and along, px².
+    variances: [f32; 2],
+}
+
+impl Moments {
+    /// Moments about a centre; `None` where the window leaves the picture or all is dark.
+    fn of<L: Level>(picture: &Picture<'_, L>, u: f32, v: f32, threshold: f32) -> Option<Self> {
+        let (left, top) = ((u - HALF).round(), (v - HALF).round());
+        if left < 0.0 || top < 0.0 {
+            return None;
+        }
+        let (column, row) = (left as usize, top as usize);
+        if column + WINDOW > picture.width() || row + WINDOW > picture.height() {
+            return None;
+        }
+        // Sums over the window's rows, kept apart by column: adding vectors needs no shuffles.
+        let (mut mass, mut first, mut second) = ([0.0_f32; WINDOW], [0.0_f32; WINDOW], [0.0_f32; WINDOW]);
+        for k in 0..WINDOW {
+            let y = top + k as f32 - v;
+            let levels = &picture.row(row + k)[column..column + WINDOW];
+            for c in 0..WINDOW {
+                let weight = (Into::<f32>::into(levels[c]) - threshold).max(0.0);
+                mass[c] += weight;
+                first[c] += weight * y;
+                second[c] += weight * y * y;
+            }
+        }
+        let mut sums = [0.0_f32; 6];
+        for c in 0..WINDOW {
+            let x = left + c as f32 - u;
+            let terms = [mass[c], mass[c] * x, first[c], mass[c] * x * x, first[c] * x, second[c]];
+            for (sum, term) in sums.iter_mut().zip(terms) {
+                *sum += term;
+            }
+        }
+        let [mass, x, y, xx, xy, yy] = sums;
+        if mass <= 0.0 {
+            return None;
+        }
+        let mean = [x / mass, y / mass];
+        let second =
+            [xx / mass - mean[0] * mean[0], xy / mass - mean[0] * mean[1], yy / mass - mean[1] * mean[1]];
+        Some(Self { mass, mean, second })
+    }
+
+    /// The axis of the larger variance; `None` if the mass is round.
+    fn axis(&self) -> Option<Axis> {
+        let [uu, uv, vv] = self.second;
+        let (mean, difference) = (0.5 * (uu + vv), 0.5 * (uu - vv));
+        let root = difference.hypot(uv);
+        let variances = [mean - root, mean + root];
+        if variances[0] > ROUNDEST * variances[1] {
+            return None;
+        }
+        let angle = 0.5 * uv.atan2(difference);
+        Some(Axis { along: [angle.cos(), angle.sin()], variances })
+    }
+}

@@ -1,0 +1,154 @@
+//! The edge of a lap joint: where the stripe on the upper plate ends.
+
+use crate::detector::{Evidence, Workspace};
+use crate::edge::{self, Edge};
+use crate::lens::Lens;
+use crate::line::Line2;
+use crate::picture::{Level, Picture};
+use crate::pieces::Piece;
+use crate::seam::{MOST_SIGMA_PX, NotFound, Seam};
+use crate::stripe::{Fit, StripeMeter};
+use crate::template::Template;
+use nalgebra::{Matrix2, Vector2};
+
+/// Plates are parallel to within this, rad in the sheet.
+const PARALLEL: f64 = 0.15;
+/// Least weight of a plate's stripe.
+const LEAST_WEIGHT: f64 = 2.5;
+/// The lower stripe begins within this of the upper one's end, px along it.
+const APART_PX: f64 = 400.0;
+/// The stripes lie at least this many thicknesses beside each other.
+const STEP_SIGMAS: f64 = 4.0;
+/// Where the edge is looked for around the last element, px.
+const SEARCH_PX: f64 = 30.0;
+/// Stripe on both sides of the search that is compared, px.
+const COMPARE_PX: f64 = 60.0;
+/// How far back the line is fitted, px.
+const FIT_PX: f64 = 1200.0;
+
+/// The two plates of a lap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plates {
+    upper: usize,
+    /// The upper plate's line, towards its edge; the point is the last element.
+    line: Line2,
+    length: f64,
+    weight: f64,
+}
+
+/// Finds the edge.
+///
+/// # Errors
+/// Why there is none.
+pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Result<Seam, NotFound> {
+    let pieces = evidence.pieces;
+    let mut best: Option<Plates> = None;
+    for upper in 0..pieces.len() {
+        for lower in (0..pieces.len()).filter(|lower| *lower != upper) {
+            let found = plates(pieces, [upper, lower], evidence.lens);
+            if let Some(found) = found
+                && best.is_none_or(|best| found.weight > best.weight)
+            {
+                best = Some(found);
+            }
+        }
+    }
+    let best = best.ok_or(match pieces.len() {
+        1 => NotFound::OnePiece,
+        _ => NotFound::NotThisJoint,
+    })?;
+    let scene = (evidence.picture, evidence.lens);
+    let (edge, fit) =
+        plate_end(&mut work.meter, &best.line, best.length, pieces[best.upper].sigma_px, scene)?;
+    let (ideal, covariance) = edge_point(&fit, &edge);
+    if covariance.trace() > MOST_SIGMA_PX.powi(2) {
+        return Err(NotFound::Uncertain);
+    }
+    Seam::from_ideal(evidence.lens, &ideal, &covariance, fit.present)
+}
+
+fn plates(pieces: &[Piece], [upper, lower]: [usize; 2], lens: &Lens) -> Option<Plates> {
+    let [a, b] = [upper, lower].map(|number| &pieces[number]);
+    if a.weight() < LEAST_WEIGHT || b.weight() < LEAST_WEIGHT {
+        return None;
+    }
+    let ends = |piece: &Piece| piece.span().map(|s| piece.line.at(s));
+    let ([a0, a1], [b0, b1]) = (ends(a), ends(b));
+    // Towards the other plate.
+    let forward = a.line.along.dot(&(0.5 * (b0 + b1) - 0.5 * (a0 + a1))) > 0.0;
+    let (along, edge) = if forward { (a.line.along, a1) } else { (-a.line.along, a0) };
+    let line = Line2 { point: edge, along };
+    let (start, end) = (line.station(&b0).min(line.station(&b1)), line.station(&b0).max(line.station(&b1)));
+    // The lower stripe lies ahead, not beside: what lies beside is a ghost.
+    let ahead = end > 0.3 * a.span()[1].min(60.0) && start.abs() < APART_PX && start > -0.3 * (end - start);
+    let step = line.distance(&line_point_at(b, &line, start.max(0.0)));
+    let beside = step.abs() > STEP_SIGMAS * a.sigma_px.max(b.sigma_px);
+    let sheet = |ideal: &Vector2<f64>| lens.on_sheet(ideal).map(|(point, _)| point);
+    let (sa0, sa1) = (sheet(&a0)?, sheet(&a1)?);
+    let (sb0, sb1) = (sheet(&b0)?, sheet(&b1)?);
+    let (da, db) = ((sa1 - sa0).normalize(), (sb1 - sb0).normalize());
+    let parallel = da.perp(&db).abs() < PARALLEL;
+    // The upper plate is the nearer one: its line passes the lower piece on the camera's side.
+    let across = Vector2::new(-da.y, da.x);
+    let away = across * across.dot(&lens.away()).signum();
+    let above = away.dot(&(0.5 * (sb0 + sb1) - sa0)) > 0.0;
+    let length = (a1 - a0).norm();
+    (ahead && beside && parallel && above).then(|| Plates {
+        upper,
+        line,
+        length,
+        weight: a.weight() + b.weight(),
+    })
+}
+
+/// The point of a piece's line at a station of another line.
+fn line_point_at(piece: &Piece, other: &Line2, station: f64) -> Vector2<f64> {
+    let slope = piece.line.along.dot(&other.along);
+    let start = other.station(&piece.line.point);
+    piece.line.at((station - start) / slope)
+}
+
+/// The end of the stripe on a plate: `line` leads to it and its point is near it.
+///
+/// # Errors
+/// Too little stripe, or light that does not end.
+pub fn plate_end<L: Level>(
+    meter: &mut StripeMeter,
+    line: &Line2,
+    length: f64,
+    sigma_px: f64,
+    scene: (&Picture<'_, L>, &Lens),
+) -> Result<(Edge, Fit), NotFound> {
+    let span = [-length.min(FIT_PX), -SEARCH_PX];
+    let (fit, template) = meter.fit(line, span, sigma_px, scene).ok_or(NotFound::TooLittle)?;
+    let mut ahead = Line2 { point: line.point, along: fit.line.along };
+    if ahead.along.dot(&line.along) < 0.0 {
+        ahead.along = -ahead.along;
+    }
+    ahead.point = fit.line.at(fit.line.station(&line.point));
+    let edge = end_of(meter, &ahead, &template, scene).ok_or(NotFound::TooLittle)?;
+    let fit = Fit { line: Line2 { point: fit.line.point, along: ahead.along }, ..fit };
+    // The edge counts from the point of the fit.
+    let s = edge.s + fit.line.station(&ahead.point);
+    Ok((Edge { s, ..edge }, fit))
+}
+
+fn end_of<L: Level>(
+    meter: &mut StripeMeter,
+    line: &Line2,
+    template: &Template,
+    scene: (&Picture<'_, L>, &Lens),
+) -> Option<Edge> {
+    let reach = SEARCH_PX + COMPARE_PX;
+    meter.cut(line, [-reach, reach], template, scene);
+    edge::end(meter.cuts(), [-SEARCH_PX, SEARCH_PX])
+}
+
+/// The point at an edge and its covariance: along the line that of the edge, across it that of the line.
+#[must_use]
+pub fn edge_point(fit: &Fit, edge: &Edge) -> (Vector2<f64>, Matrix2<f64>) {
+    let (along, across) = (fit.line.along, fit.line.normal());
+    let covariance = along * along.transpose() * edge.sigma_px.powi(2)
+        + across * across.transpose() * fit.variance_at(edge.s);
+    (fit.line.at(edge.s), covariance)
+}

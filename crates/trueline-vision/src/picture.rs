@@ -1,0 +1,50 @@
+//! The picture as the detector sees it: grey levels of 8 or 16 bits, borrowed.
+
+/// A grey level.
+pub trait Level: Copy + PartialOrd + Default + Into<f32> + Into<u32> {}
+impl Level for u8 {}
+impl Level for u16 {}
+
+/// A gray picture, row by row. Pixel (0, 0) is the top-left one.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture<'a, L> {
+    width: usize,
+    height: usize,
+    levels: &'a [L],
+}
+
+impl<'a, L: Level> Picture<'a, L> {
+    /// A picture of `width` × `height` levels. `None` if that is not how many there are.
+    #[must_use]
+    pub fn new(width: usize, height: usize, levels: &'a [L]) -> Option<Self> {
+        (levels.len() == width.checked_mul(height)? && !levels.is_empty()).then_some(Self {
+            width,
+            height,
+            levels,
+        })
+    }
+
+    /// Columns, px.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows, px.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// A row.
+    #[must_use]
+    pub fn row(&self, row: usize) -> &'a [L] {
+        &self.levels[row * self.width..(row + 1) * self.width]
+    }
+
+    /// All levels.
+    #[must_use]
+    pub fn levels(&self) -> &'a [L] {
+        self.levels
+    }
+}

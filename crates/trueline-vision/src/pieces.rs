@@ -1,0 +1,237 @@
+//! Straight pieces among the elements: the line with the most brightness along it, then the next.
+//!
+//! Lines through two elements that point the same way are tried in a fixed, spread order (RANSAC
+//! \[Fischler1981\] without chance, so that the same picture gives the same answer) and refitted.
+
+use crate::element::Element;
+use crate::lens::Lens;
+use crate::line::Line2;
+use nalgebra::Vector2;
+
+/// Distance within which an element lies on a line, px.
+const NEAR_PX: f32 = 2.5;
+/// Sine of the angle within which an element points along a line.
+const PARALLEL: f32 = 0.35;
+/// Lines that are tried for one piece.
+const TRIALS: usize = 160;
+/// Elements a piece has at least.
+const FEWEST: usize = 3;
+/// Pieces that are looked for.
+const MOST: usize = 8;
+/// Elements further apart than this do not belong to the same run, px.
+const GAP_PX: f64 = 3.5 * crate::tiles::TILE as f64;
+
+/// An element in the ideal picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Mark {
+    at: [f32; 2],
+    along: [f32; 2],
+    weight: f32,
+    sigma_px: f32,
+    brightness: f32,
+}
+
+/// A stretch of a piece without large gaps: from where to where along its line, and how much supports it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run {
+    /// First and last element along the line, px.
+    pub span: [f64; 2],
+    /// Weight of its elements.
+    pub weight: f64,
+}
+
+/// A straight piece of the stripe.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// Its line in the ideal picture.
+    pub line: Line2,
+    /// Elements along it: distance along the line (px, rising) and weight.
+    pub marks: Vec<[f64; 2]>,
+    /// Typical standard deviation of the brightness across it, px.
+    pub sigma_px: f64,
+    /// Typical brightness above the surroundings, in levels.
+    pub brightness: f64,
+}
+
+impl Piece {
+    /// Weight of all its elements.
+    #[must_use]
+    pub fn weight(&self) -> f64 {
+        self.marks.iter().map(|[_, weight]| weight).sum()
+    }
+
+    /// First and last element along the line, px.
+    #[must_use]
+    pub fn span(&self) -> [f64; 2] {
+        let ends = self.marks.first().zip(self.marks.last());
+        ends.map_or([0.0; 2], |(first, last)| [first[0], last[0]])
+    }
+
+    /// Weight of the elements in a stretch along the line.
+    #[must_use]
+    pub fn weight_between(&self, from: f64, to: f64) -> f64 {
+        self.marks.iter().filter(|[s, _]| (from..to).contains(s)).map(|[_, weight]| weight).sum()
+    }
+
+    /// The stretches between gaps.
+    #[must_use]
+    pub fn runs(&self) -> Vec<Run> {
+        let mut runs: Vec<Run> = Vec::new();
+        for [s, weight] in &self.marks {
+            match runs.last_mut() {
+                Some(run) if s - run.span[1] <= GAP_PX => {
+                    run.span[1] = *s;
+                    run.weight += weight;
+                }
+                _ => runs.push(Run { span: [*s, *s], weight: *weight }),
+            }
+        }
+        runs
+    }
+}
+
+/// Finds pieces; keeps its memory from one picture to the next.
+#[derive(Clone, Debug, Default)]
+pub struct PieceFinder {
+    marks: Vec<Mark>,
+    members: Vec<Mark>,
+}
+
+impl PieceFinder {
+    /// The straight pieces among the elements, the strongest first.
+    pub fn find(&mut self, elements: &[Element], lens: &Lens, pieces: &mut Vec<Piece>) {
+        pieces.clear();
+        self.marks.clear();
+        let brightest = elements.iter().fold(0.0_f32, |top, e| top.max(e.brightness));
+        self.marks.extend(elements.iter().filter_map(|element| mark(element, lens, brightest)));
+        while pieces.len() < MOST && self.marks.len() >= FEWEST {
+            let Some(line) = self.best_line().and_then(|line| self.refitted(line)) else { break };
+            self.take(&line);
+            if self.members.len() < FEWEST {
+                break;
+            }
+            pieces.push(piece(&line, &mut self.members));
+        }
+    }
+
+    /// The line through two elements that has the most others along it.
+    fn best_line(&self) -> Option<Line2> {
+        let count = self.marks.len();
+        let mut best: Option<(f32, Mark, [f32; 2])> = None;
+        for trial in 0..TRIALS {
+            // Multiples of irrational numbers spread evenly over all pairs.
+            let first = self.marks[spread(trial, 0.618_034, count)];
+            let second = self.marks[spread(trial, 0.414_214_f32 + trial as f32 * 1e-4, count)];
+            let chord = [second.at[0] - first.at[0], second.at[1] - first.at[1]];
+            let length = chord[0].hypot(chord[1]);
+            if length < 1.5 * crate::tiles::TILE as f32 {
+                continue;
+            }
+            let along = chord.map(|c| c / length);
+            if !(parallel(along, first.along) && parallel(along, second.along)) {
+                continue;
+            }
+            let score = self.support(&first, along);
+            if best.as_ref().is_none_or(|(most, _, _)| score > *most) {
+                best = Some((score, first, along));
+            }
+        }
+        best.map(|(_, mark, along)| Line2 {
+            point: Vector2::from(mark.at.map(f64::from)),
+            along: Vector2::from(along.map(f64::from)),
+        })
+    }
+
+    fn support(&self, through: &Mark, along: [f32; 2]) -> f32 {
+        let mut sum = 0.0;
+        for mark in &self.marks {
+            let to = [mark.at[0] - through.at[0], mark.at[1] - through.at[1]];
+            let on = (along[0] * to[1] - along[1] * to[0]).abs() < NEAR_PX && parallel(along, mark.along);
+            sum += if on { mark.weight } else { 0.0 };
+        }
+        sum
+    }
+
+    /// Weighted orthogonal regression over the elements near a line, twice.
+    fn refitted(&self, line: Line2) -> Option<Line2> {
+        let mut line = line;
+        for _ in 0..2 {
+            let (mut sum, mut mean) = (0.0, Vector2::zeros());
+            let mut second = nalgebra::Matrix2::zeros();
+            for mark in self.marks.iter().filter(|mark| lies_on(mark, &line)) {
+                let (at, weight) = (Vector2::from(mark.at.map(f64::from)), f64::from(mark.weight));
+                // About the line's point: sums of squares of large coordinates would lose digits.
+                let from = at - line.point;
+                sum += weight;
+                mean += from * weight;
+                second += from * from.transpose() * weight;
+            }
+            if sum <= 0.0 {
+                return None;
+            }
+            mean /= sum;
+            let spread = second / sum - mean * mean.transpose();
+            let angle = 0.5 * (2.0 * spread.m12).atan2(spread.m11 - spread.m22);
+            line = Line2 { point: line.point + mean, along: Vector2::new(angle.cos(), angle.sin()) };
+        }
+        Some(line)
+    }
+
+    /// Moves the elements along a line to the members; those beside it that point along it are its flanks
+    /// and belong to nothing.
+    fn take(&mut self, line: &Line2) {
+        self.members.clear();
+        let members = &mut self.members;
+        self.marks.retain(|mark| {
+            let on = lies_on(mark, line);
+            if on {
+                members.push(*mark);
+            }
+            !on
+        });
+    }
+}
+
+fn mark(element: &Element, lens: &Lens, brightest: f32) -> Option<Mark> {
+    let at = lens.ideal(element.u, element.v);
+    let ahead = lens.ideal(element.u + 4.0 * element.along[0], element.v + 4.0 * element.along[1]);
+    let along = [ahead[0] - at[0], ahead[1] - at[1]];
+    let length = along[0].hypot(along[1]);
+    // Dim ghosts count less than the stripe, but a dim arm still counts.
+    let weight = (element.brightness / brightest).sqrt();
+    let mark = Mark {
+        at,
+        along: along.map(|c| c / length),
+        weight,
+        sigma_px: element.sigma_px,
+        brightness: element.brightness,
+    };
+    (length.is_finite() && length > 0.0 && weight.is_finite()).then_some(mark)
+}
+
+fn piece(line: &Line2, members: &mut [Mark]) -> Piece {
+    let at = |mark: &Mark| line.station(&Vector2::from(mark.at.map(f64::from)));
+    let mut marks: Vec<[f64; 2]> = members.iter().map(|mark| [at(mark), f64::from(mark.weight)]).collect();
+    marks.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut middle = |value: fn(&Mark) -> f32| {
+        let half = members.len() / 2;
+        members.sort_by(|a, b| value(a).total_cmp(&value(b)));
+        f64::from(value(&members[half]))
+    };
+    Piece { line: *line, marks, sigma_px: middle(|m| m.sigma_px), brightness: middle(|m| m.brightness) }
+}
+
+fn spread(trial: usize, ratio: f32, count: usize) -> usize {
+    let part = ((trial + 1) as f32 * ratio).fract();
+    ((part * count as f32) as usize).min(count - 1)
+}
+
+fn parallel(a: [f32; 2], b: [f32; 2]) -> bool {
+    (a[0] * b[1] - a[1] * b[0]).abs() < PARALLEL
+}
+
+fn lies_on(mark: &Mark, line: &Line2) -> bool {
+    let at = Vector2::from(mark.at.map(f64::from));
+    line.distance(&at).abs() < f64::from(NEAR_PX)
+        && parallel(mark.along, [line.along.x as f32, line.along.y as f32])
+}

@@ -1,0 +1,299 @@
+//! The stripe along a piece: its middle at every cut, and the line through them.
+
+use crate::lens::Lens;
+use crate::line::Line2;
+use crate::picture::{Level, Picture};
+use crate::regression::{Regression, Regressor, Shift};
+use crate::template::{Stack, Template};
+use crate::track::Track;
+
+/// Cuts that share a background.
+const BLOCK: usize = 16;
+/// Pixels beside the stripe from which the background is taken.
+const BESIDE: usize = 4;
+/// Cuts to each side over which the amplitude is averaged.
+const SMOOTH: usize = 6;
+/// A stripe is there if it has this part of its usual amplitude.
+const PRESENT: f64 = 0.25;
+
+/// Levels to both sides of the stripe.
+#[derive(Clone, Copy, Debug, Default)]
+struct Background {
+    below: f32,
+    above: f32,
+}
+
+/// The stripe at one cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cut {
+    /// Distance along the line, px.
+    pub s: f64,
+    /// Amplitude of the stripe on the line, averaged over neighbours, in levels.
+    pub amplitude: f64,
+    /// Amplitude at this cut alone.
+    pub own_amplitude: f64,
+    /// Odd-weighted sum: what a shift adds.
+    tilt: f64,
+    stretch: f64,
+}
+
+/// A measured piece of stripe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit {
+    /// Its line in the ideal picture; its point is where the regression is centred.
+    pub line: Line2,
+    /// The regression about the line that it was measured from.
+    pub regression: Regression,
+    /// Usual amplitude, in levels.
+    pub amplitude: f64,
+    /// Part of the cuts that show the stripe.
+    pub present: f64,
+    /// Cuts that show it.
+    pub cuts: usize,
+}
+
+impl Fit {
+    /// Variance of the line square to itself at a distance along it from its point, px².
+    #[must_use]
+    pub fn variance_at(&self, s: f64) -> f64 {
+        let c = &self.regression.covariance;
+        c.m11 + 2.0 * c.m12 * s + c.m22 * s * s
+    }
+}
+
+/// Measures stripes; memory is kept from one to the next.
+#[derive(Clone, Debug, Default)]
+pub struct StripeMeter {
+    track: Track,
+    backgrounds: Vec<Background>,
+    cuts: Vec<Cut>,
+    shifts: Vec<Shift>,
+    regressor: Regressor,
+    stack: Stack,
+    sorted: Vec<f64>,
+}
+
+impl StripeMeter {
+    /// The cuts of the last measurement.
+    #[must_use]
+    pub fn cuts(&self) -> &[Cut] {
+        &self.cuts
+    }
+
+    /// Measures the stripe along a stretch of a line that is known to a few px; first with broad weights, then
+    /// with those that the stripe itself suggests. `None` if there is too little of it.
+    pub fn fit<L: Level>(
+        &mut self,
+        line: &Line2,
+        span: [f64; 2],
+        sigma_px: f64,
+        scene: (&Picture<'_, L>, &Lens),
+    ) -> Option<(Fit, Template)> {
+        let broad = Template::gaussian(sigma_px);
+        let first = self.fit_with(line, span, &broad, scene)?;
+        // Distances along the new line count from its own point.
+        let moved = |fit: &Fit| {
+            let start = line.station(&fit.line.point);
+            [span[0] - start, span[1] - start]
+        };
+        let template = self.learn(&first, moved(&first), &broad, scene)?;
+        let second = self.fit_with(&first.line, moved(&first), &template, scene)?;
+        let fit = self.fit_with(&second.line, moved(&second), &template, scene)?;
+        Some((fit, template))
+    }
+
+    /// Measures with given weights.
+    pub fn fit_with<L: Level>(
+        &mut self,
+        line: &Line2,
+        span: [f64; 2],
+        template: &Template,
+        scene: (&Picture<'_, L>, &Lens),
+    ) -> Option<Fit> {
+        self.cut(line, span, template, scene);
+        let amplitude = self.usual_amplitude();
+        if amplitude <= 0.0 {
+            return None;
+        }
+        self.shifts.clear();
+        let gain = template.gain;
+        self.shifts.extend(self.cuts.iter().map(|cut| {
+            let there = cut.amplitude > PRESENT * amplitude;
+            let per_px = cut.amplitude * gain * cut.stretch.abs();
+            let shift_px = if there { cut.tilt / per_px } else { 0.0 };
+            Shift { s: cut.s, shift_px, weight: f64::from(u8::from(there)) }
+        }));
+        let regression = self.regressor.fit(&self.shifts)?;
+        let cuts = self.shifts.iter().filter(|shift| shift.weight > 0.0).count();
+        let at = Line2 { point: line.at(regression.centre), along: line.along };
+        Some(Fit {
+            line: at.moved(regression.shift_px, regression.slope),
+            regression,
+            amplitude,
+            present: cuts as f64 / self.cuts.len().max(1) as f64,
+            cuts,
+        })
+    }
+
+    /// Cuts the stripe along a line.
+    pub fn cut<L: Level>(
+        &mut self,
+        line: &Line2,
+        span: [f64; 2],
+        template: &Template,
+        (picture, lens): (&Picture<'_, L>, &Lens),
+    ) {
+        self.track.lay(line, span, (picture, lens));
+        self.measure_background(template.reach_px, picture);
+        self.cuts.clear();
+        let view = View::new(picture, self.track.by_columns);
+        for (station, background) in
+            self.track.stations.iter().zip(self.backgrounds.iter().flat_map(|b| [b; BLOCK]))
+        {
+            let reach = template.reach_px * station.stretch.abs();
+            let Some(pixels) = view.pixels(station.centre, reach) else { continue };
+            let per_px = (1.0 / station.stretch) as f32;
+            let middle = 0.5 * (background.below + background.above);
+            let apart = 2.0 * reach as f32 + BESIDE as f32 + 2.0;
+            let slope = (background.above - background.below) / apart;
+            let (mut tilt, mut even) = (0.0_f32, 0.0_f32);
+            for pixel in pixels {
+                let off = pixel as f32 - station.centre as f32;
+                let level = view.level(station.at, pixel) - middle - slope * off;
+                let (odd, profile) = template.at(off * per_px);
+                tilt += odd * level;
+                even += profile * level;
+            }
+            self.cuts.push(Cut {
+                s: station.s,
+                amplitude: 0.0,
+                own_amplitude: f64::from(even) / (template.energy * station.stretch.abs()),
+                tilt: f64::from(tilt),
+                stretch: station.stretch,
+            });
+        }
+        smooth_amplitudes(&mut self.cuts);
+    }
+
+    /// The template of the stripe along a line that is known well.
+    fn learn<L: Level>(
+        &mut self,
+        fit: &Fit,
+        span: [f64; 2],
+        broad: &Template,
+        scene: (&Picture<'_, L>, &Lens),
+    ) -> Option<Template> {
+        self.cut(&fit.line, span, broad, scene);
+        self.stack.clear();
+        let (picture, by_columns) = (scene.0, self.track.by_columns);
+        let view = View::new(picture, by_columns);
+        // Flanks reach further than the broad weights do.
+        let reach_px = 1.5 * broad.reach_px;
+        let mut cuts = self.cuts.iter().peekable();
+        let blocks = self.backgrounds.iter().flat_map(|b| [b; BLOCK]);
+        for (station, background) in self.track.stations.iter().zip(blocks) {
+            // Stations at the border of the picture have no cut.
+            let Some(cut) = cuts.next_if(|cut| cut.s == station.s) else { continue };
+            let reach = reach_px * station.stretch.abs();
+            let Some(pixels) = view.pixels(station.centre, reach) else { continue };
+            if cut.amplitude <= PRESENT * fit.amplitude {
+                continue;
+            }
+            let (per_px, scale) = ((1.0 / station.stretch) as f32, (1.0 / cut.amplitude) as f32);
+            let middle = 0.5 * (background.below + background.above);
+            for pixel in pixels {
+                let off = pixel as f32 - station.centre as f32;
+                self.stack.add(off * per_px, (view.level(station.at, pixel) - middle) * scale);
+            }
+        }
+        self.stack.template()
+    }
+
+    /// The level beside the stripe, on each side, for each block of cuts.
+    fn measure_background<L: Level>(&mut self, reach_px: f64, picture: &Picture<'_, L>) {
+        let view = View::new(picture, self.track.by_columns);
+        self.backgrounds.clear();
+        let mut last = Background::default();
+        for block in self.track.stations.chunks(BLOCK) {
+            let mut sides = [[0.0_f32; BLOCK]; 2];
+            let mut count = 0;
+            for station in block.iter().step_by(2) {
+                let reach = reach_px * station.stretch.abs() + BESIDE as f64 + 1.0;
+                let Some(pixels) = view.pixels(station.centre, reach) else { continue };
+                let (first, end) = (*pixels.start(), *pixels.end() + 1);
+                for (side, from) in sides.iter_mut().zip([first, end - BESIDE]) {
+                    let levels = (from..from + BESIDE).map(|pixel| view.level(station.at, pixel));
+                    side[count] = levels.sum::<f32>() / BESIDE as f32;
+                }
+                count += 1;
+            }
+            if count > 0 {
+                // The median: spatter beside the stripe is not background.
+                let [below, above] = sides.map(|mut side| {
+                    let side = &mut side[..count];
+                    *side.select_nth_unstable_by(count / 2, f32::total_cmp).1
+                });
+                last = Background { below, above };
+            }
+            self.backgrounds.push(last);
+        }
+    }
+
+    /// Three quarters of the way up among the amplitudes: right with half of the stripe missing.
+    fn usual_amplitude(&mut self) -> f64 {
+        self.sorted.clear();
+        self.sorted.extend(self.cuts.iter().map(|cut| cut.amplitude));
+        if self.sorted.is_empty() {
+            return 0.0;
+        }
+        let at = self.sorted.len() * 3 / 4;
+        *self.sorted.select_nth_unstable_by(at, f64::total_cmp).1
+    }
+}
+
+/// Moving average over neighbours.
+fn smooth_amplitudes(cuts: &mut [Cut]) {
+    let count = cuts.len();
+    let mut sum = 0.0;
+    let mut held = 0_usize;
+    for k in 0..count + SMOOTH {
+        if k < count {
+            sum += cuts[k].own_amplitude;
+            held += 1;
+        }
+        if k > 2 * SMOOTH {
+            sum -= cuts[k - 2 * SMOOTH - 1].own_amplitude;
+            held -= 1;
+        }
+        if k >= SMOOTH {
+            cuts[k - SMOOTH].amplitude = sum / held as f64;
+        }
+    }
+}
+
+/// A picture read along columns or along rows.
+struct View<'a, L> {
+    levels: &'a [L],
+    /// From one cut to the next, and from one pixel of a cut to the next.
+    steps: [usize; 2],
+    limit: usize,
+}
+
+impl<'a, L: Level> View<'a, L> {
+    fn new(picture: &Picture<'a, L>, by_columns: bool) -> Self {
+        let width = picture.width();
+        let (steps, limit) = if by_columns { ([1, width], picture.height()) } else { ([width, 1], width) };
+        Self { levels: picture.levels(), steps, limit }
+    }
+
+    /// Pixels of a cut around a centre; `None` if they are not all in the picture.
+    fn pixels(&self, centre: f64, reach: f64) -> Option<std::ops::RangeInclusive<usize>> {
+        let (first, last) = ((centre - reach).ceil(), (centre + reach).floor());
+        (first >= 0.0 && last < self.limit as f64 && first <= last).then(|| first as usize..=last as usize)
+    }
+
+    #[inline]
+    fn level(&self, cut: usize, pixel: usize) -> f32 {
+        self.levels[cut * self.steps[0] + pixel * self.steps[1]].into()
+    }
+}

@@ -1,0 +1,134 @@
+//! The one look at every part of the picture: the brightest level and the mean of each tile.
+//!
+//! Every second row is read for the peak and every fourth for the mean. A stripe less than two rows thick
+//! is no stripe that could be measured, and half of the picture is never fetched from memory.
+
+use crate::picture::{Level, Picture};
+
+/// Side of a tile, px.
+pub const TILE: usize = 16;
+const PEAK_ROWS: usize = 2;
+const MEAN_ROWS: usize = 4;
+
+/// Peaks and means of the tiles of a picture.
+#[derive(Clone, Debug, Default)]
+pub struct Tiles {
+    columns: usize,
+    rows: usize,
+    peaks: Vec<f32>,
+    means: Vec<f32>,
+    counts: Vec<u32>,
+}
+
+/// How bright something must be, compared with its surroundings, to be looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contrast {
+    /// The least excess of a tile's peak over its mean.
+    pub least: f32,
+    /// The usual excess of tiles without a stripe.
+    pub usual: f32,
+}
+
+impl Tiles {
+    /// Measures all tiles. Columns and rows beyond the last whole tile belong to no tile.
+    pub fn measure<L: Level>(&mut self, picture: &Picture<'_, L>) {
+        self.columns = picture.width() / TILE;
+        self.rows = picture.height() / TILE;
+        self.peaks.clear();
+        self.means.clear();
+        for row in 0..self.rows {
+            for column in 0..self.columns {
+                let (peak, mean) = tile(picture, column * TILE, row * TILE);
+                self.peaks.push(peak);
+                self.means.push(mean);
+            }
+        }
+    }
+
+    /// How far a tile must stand out. Most tiles show no stripe: their median excess, and the spread about
+    /// it, is that of the noise; `least` is 8 sigma above it, and no less than a twentieth of the brightest.
+    pub fn contrast(&mut self) -> Contrast {
+        let excess = |(peak, mean): (&f32, &f32)| peak - mean;
+        let top = self.peaks.iter().zip(&self.means).map(excess).fold(0.0_f32, f32::max);
+        if top <= 0.0 {
+            return Contrast { least: f32::INFINITY, usual: 0.0 };
+        }
+        // Counted in bins, since a sort would take longer than reading the picture.
+        const BINS: usize = 2048;
+        let bin = top / (BINS - 1) as f32;
+        self.counts.clear();
+        self.counts.resize(BINS, 0);
+        for tile in self.peaks.iter().zip(&self.means) {
+            self.counts[(excess(tile) / bin).max(0.0) as usize] += 1;
+        }
+        let quantile = |part: f32| {
+            let wanted = (part * self.peaks.len() as f32) as u32;
+            let mut seen = 0;
+            let found = self.counts.iter().position(|count| {
+                seen += count;
+                seen > wanted
+            });
+            (found.unwrap_or(BINS - 1) as f32 + 0.5) * bin
+        };
+        let (usual, lower) = (quantile(0.5), quantile(0.16));
+        let spread = (usual - lower).max(bin);
+        Contrast { least: (usual + 8.0 * spread).max(0.05 * top), usual }
+    }
+
+    /// Tiles that stand out: the pixel of their middle, their peak and the level around them.
+    pub fn standing_out(&self, contrast: Contrast) -> impl Iterator<Item = Candidate> + '_ {
+        let tiles = self.peaks.iter().zip(&self.means).enumerate();
+        tiles.filter(move |(_, (peak, mean))| *peak - *mean > contrast.least).map(move |(at, (peak, _))| {
+            let (column, row) = (at % self.columns, at / self.columns);
+            Candidate {
+                u: (column * TILE + TILE / 2) as f32,
+                v: (row * TILE + TILE / 2) as f32,
+                peak: *peak,
+                around: self.around(column, row),
+            }
+        })
+    }
+
+    /// The darkest mean of a tile and its neighbours: a stripe never covers them all.
+    fn around(&self, column: usize, row: usize) -> f32 {
+        let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+        let mut darkest = f32::INFINITY;
+        for r in near(row, self.rows) {
+            for c in near(column, self.columns) {
+                darkest = darkest.min(self.means[r * self.columns + c]);
+            }
+        }
+        darkest
+    }
+}
+
+/// A tile in which there may be a piece of the stripe.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// Column of the tile's middle, px.
+    pub u: f32,
+    /// Row of the tile's middle, px.
+    pub v: f32,
+    /// Brightest level.
+    pub peak: f32,
+    /// Level of the surroundings.
+    pub around: f32,
+}
+
+/// Peak and mean of the tile whose first pixel is given.
+#[inline]
+fn tile<L: Level>(picture: &Picture<'_, L>, u: usize, v: usize) -> (f32, f32) {
+    let mut peaks = [L::default(); TILE];
+    let mut sum = 0_u32;
+    for row in (v..v + TILE).step_by(PEAK_ROWS) {
+        let levels = &picture.row(row)[u..u + TILE];
+        for (peak, level) in peaks.iter_mut().zip(levels) {
+            *peak = if *level > *peak { *level } else { *peak };
+        }
+        if (row - v).is_multiple_of(MEAN_ROWS) {
+            sum += levels.iter().map(|level| Into::<u32>::into(*level)).sum::<u32>();
+        }
+    }
+    let peak = peaks.iter().fold(0.0_f32, |top, level| top.max((*level).into()));
+    (peak, sum as f32 / (TILE * TILE / MEAN_ROWS) as f32)
+}

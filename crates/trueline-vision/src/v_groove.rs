@@ -1,0 +1,51 @@
+//! The bottom of a groove: where its two faces meet, each of which ends at a plate.
+
+use crate::corner::{Pair, measure, pairs};
+use crate::detector::{Evidence, Workspace};
+use crate::fillet::sigmas_px;
+use crate::picture::Level;
+use crate::pieces::Piece;
+use crate::seam::{NotFound, Seam};
+
+/// Distance within which the end of a face meets a plate, px.
+const MEETS_PX: f64 = 40.0;
+/// Least weight of a face: three short elements.
+const LEAST_WEIGHT: f64 = 1.5;
+
+/// Finds the bottom.
+///
+/// # Errors
+/// Why there is none.
+pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Result<Seam, NotFound> {
+    let pieces = evidence.pieces;
+    let mut grooves: Vec<(usize, Pair)> = pairs(pieces, evidence.lens)
+        .into_iter()
+        .filter(|pair| pair.weights.iter().all(|weight| *weight > LEAST_WEIGHT) && pair.score() > 0.0)
+        .filter(|pair| pair.is_valley(evidence.lens))
+        .map(|pair| (flanks(pieces, &pair), pair))
+        .filter(|(flanks, _)| *flanks > 0)
+        .collect();
+    // A groove with both plates comes before one with one; then the one with more light on its faces.
+    grooves.sort_by(|a, b| b.0.cmp(&a.0).then(b.1.score().total_cmp(&a.1.score())));
+    let (_, best) = *grooves.first().ok_or(match pieces.len() {
+        1 => NotFound::OnePiece,
+        _ => NotFound::NotThisJoint,
+    })?;
+    measure(&mut work.meter, &best, sigmas_px(pieces, &best), (evidence.picture, evidence.lens))
+}
+
+/// How many of the faces end at a plate, 0 to 2.
+#[must_use]
+pub fn flanks(pieces: &[Piece], pair: &Pair) -> usize {
+    (0..2)
+        .filter(|face| {
+            let end = pair.arms[*face].at(pair.lengths[*face]);
+            let others = pieces.iter().enumerate().filter(|(number, _)| !pair.pieces.contains(number));
+            others.into_iter().any(|(_, plate)| {
+                let [first, last] = plate.span();
+                let nearest = plate.line.station(&end).clamp(first, last);
+                (plate.line.at(nearest) - end).norm() < MEETS_PX
+            })
+        })
+        .count()
+}
