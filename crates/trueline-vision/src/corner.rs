@@ -167,7 +167,7 @@ pub fn measure<L: Level>(
 
 /// How far from the corner an arm is clean: its own end, the other arm's light and the background beside it.
 fn margin(reach_px: f64, arms: &[Line2; 2]) -> f64 {
-    let beside = 2.0 * reach_px + 3.0;
+    let beside = 0.7 * reach_px + 3.0;
     let sine = arms[0].along.perp(&arms[1].along).abs();
     let sharp = arms[0].along.dot(&arms[1].along) > 0.0;
     if sharp { (beside + 4.0) / sine.max(0.1) } else { beside }

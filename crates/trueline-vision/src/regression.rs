@@ -18,6 +18,9 @@ pub struct Shift {
     pub shift_px: f64,
     /// Weight; zero where there is no stripe.
     pub weight: f64,
+    /// By how much this shift changes, on average, if the stripe moves by one px: a dark grain of speckle
+    /// tells less than a bright one.
+    pub response: f64,
 }
 
 /// A line through shifts: `shift + slope · (s − centre)`.
@@ -78,28 +81,35 @@ impl Regressor {
                 break;
             }
         }
-        let (variance, count) = self.variance(shifts, sigma);
-        let covariance = information.try_inverse()? * (variance * self.correlation(shifts, sigma));
-        let sigma_px = variance.sqrt();
+        let (bread, filling) = self.sandwich(shifts, sigma, centre);
+        let bread = bread.try_inverse()?;
+        let covariance = bread * filling * bread * self.correlation(shifts, sigma);
+        let count = information.m11;
+        let sigma_px = (filling.m11 / count).sqrt();
         Some(Regression { centre, shift_px: at.x, slope: at.y, covariance, sigma_px, count })
+    }
+
+    /// Σ ψ′ ρ x xᵀ, with the response ρ, and Σ ψ² x xᵀ: the covariance of an M-estimate is A⁻¹ B A⁻¹ \[Huber1964\], whatever the
+    /// distribution of the shifts.
+    fn sandwich(&self, shifts: &[Shift], sigma: f64, centre: f64) -> (Matrix2<f64>, Matrix2<f64>) {
+        let (mut bread, mut filling) = (Matrix2::zeros(), Matrix2::zeros());
+        for (shift, residual) in shifts.iter().zip(&self.residuals) {
+            let part2 = (residual / (BLIND * sigma)).powi(2);
+            if part2 >= 1.0 || shift.weight == 0.0 {
+                continue;
+            }
+            let row = Vector2::new(1.0, shift.s - centre);
+            let outer = row * row.transpose();
+            bread += outer * (shift.weight * shift.response * (1.0 - part2) * (1.0 - 5.0 * part2));
+            filling += outer * (shift.weight * residual * (1.0 - part2).powi(2)).powi(2);
+        }
+        (bread, filling)
     }
 
     fn median(&mut self, values: impl Iterator<Item = f64>) -> f64 {
         self.sorted.clear();
         self.sorted.extend(values);
         median(&mut self.sorted)
-    }
-
-    /// Variance of a shift of weight one, and how many count.
-    fn variance(&self, shifts: &[Shift], sigma: f64) -> (f64, f64) {
-        let (mut squares, mut sum) = (0.0, 0.0);
-        for (shift, residual) in shifts.iter().zip(&self.residuals) {
-            let weight = shift.weight * biweight(residual / sigma);
-            squares += weight * shift.weight * residual * residual;
-            sum += weight;
-        }
-        // What the biweight takes off a normal distribution's tails.
-        (1.08 * squares / sum.max(1e-9), sum)
     }
 
     /// 1 + 2 Σ ρ_k: how much more a mean varies than if neighbours were independent \[Bartlett1946\].

@@ -34,6 +34,8 @@ pub struct Cut {
     pub own_amplitude: f64,
     /// Odd-weighted sum: what a shift adds.
     tilt: f64,
+    /// What a shift adds to `tilt`, per px and gain, in levels.
+    response: f64,
     stretch: f64,
 }
 
@@ -121,7 +123,8 @@ impl StripeMeter {
             let there = cut.amplitude > PRESENT * amplitude;
             let per_px = cut.amplitude * gain * cut.stretch.abs();
             let shift_px = if there { cut.tilt / per_px } else { 0.0 };
-            Shift { s: cut.s, shift_px, weight: f64::from(u8::from(there)) }
+            let response = cut.response / cut.amplitude;
+            Shift { s: cut.s, shift_px, weight: f64::from(u8::from(there)), response }
         }));
         let regression = self.regressor.fit(&self.shifts)?;
         let cuts = self.shifts.iter().filter(|shift| shift.weight > 0.0).count();
@@ -156,19 +159,21 @@ impl StripeMeter {
             let middle = 0.5 * (background.below + background.above);
             let apart = 2.0 * reach as f32 + BESIDE as f32 + 2.0;
             let slope = (background.above - background.below) / apart;
-            let (mut tilt, mut even) = (0.0_f32, 0.0_f32);
+            let (mut tilt, mut even, mut response) = (0.0_f32, 0.0_f32, 0.0_f32);
             for pixel in pixels {
                 let off = pixel as f32 - station.centre as f32;
                 let level = view.level(station.at, pixel) - middle - slope * off;
-                let (odd, profile) = template.at(off * per_px);
-                tilt += odd * level;
-                even += profile * level;
+                let weights = template.at(off * per_px);
+                tilt += weights.odd * level;
+                even += weights.profile * level;
+                response += weights.response * level;
             }
             self.cuts.push(Cut {
                 s: station.s,
                 amplitude: 0.0,
                 own_amplitude: f64::from(even) / (template.energy * station.stretch.abs()),
                 tilt: f64::from(tilt),
+                response: f64::from(response) / station.stretch.abs(),
                 stretch: station.stretch,
             });
         }

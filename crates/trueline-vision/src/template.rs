@@ -12,20 +12,34 @@ const PER_PX: f64 = 8.0;
 const MOST_PX: f64 = 40.0;
 const BINS: usize = (MOST_PX * PER_PX) as usize;
 /// Where the profile has fallen to this part of its peak it ends.
-const END: f64 = 0.03;
-/// Standard deviation that is assumed at least, as a part of the peak: below it neighbours, straylight and
-/// the pixel grid matter more than noise.
-const LEAST_SIGMA: f64 = 0.04;
+const END: f64 = 0.002;
+/// Standard deviation that is assumed at least, as a part of the peak. Where there is no speckle, the pixel
+/// grid and the shape of the profile matter more than noise, and all of the flanks is used alike; where it is
+/// fully developed, the far flanks tell most, down to the noise of the camera.
+const LEAST_SIGMA_CLEAN: f64 = 0.1;
+const LEAST_SIGMA: f64 = 0.005;
+/// Variance of the ridge, as a part of its square, at which speckle is taken as fully developed.
+const FULL_CONTRAST: f64 = 0.3;
+
+/// Weights of a level.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Weights {
+    /// What finds the middle: negative on the negative side.
+    pub odd: f32,
+    /// The profile: what finds the amplitude.
+    pub profile: f32,
+    /// What the level adds to the change of the odd sum when the stripe moves: a grain of speckle of factor
+    /// f moves as f P(d − e), by f P · (−P′/P).
+    pub response: f32,
+}
 
 /// Profile and weights by distance from the middle.
 #[derive(Clone, Debug)]
 pub struct Template {
     /// Half of what is looked at, px.
     pub reach_px: f64,
-    /// P by distance.
-    profile: Vec<f32>,
-    /// Weights for a positive distance; for a negative one they are the negative.
-    odd: Vec<f32>,
+    /// By distance: see [`Weights`].
+    weights: Vec<Weights>,
     /// ∫ −w P′ over both sides: what a shift of one px adds to the weighted sum at amplitude one.
     pub gain: f64,
     /// ∫ P² over both sides.
@@ -49,11 +63,13 @@ impl Template {
         if peak <= 0.0 || end < 2 {
             return None;
         }
+        let contrast = (variance[0] / (FULL_CONTRAST * peak * peak)).min(1.0);
+        let floor = LEAST_SIGMA.powi(2) + (1.0 - contrast) * LEAST_SIGMA_CLEAN.powi(2);
         let weights: Vec<f64> = (0..BINS)
             .map(|k| {
                 let (before, after) = (k.saturating_sub(1), (k + 1).min(BINS - 1));
                 let slope = (profile[after] - profile[before]) * PER_PX / (after - before) as f64;
-                (-slope).max(0.0) / (variance[k] + (LEAST_SIGMA * peak).powi(2))
+                (-slope).max(0.0) / (variance[k] + floor * peak * peak)
             })
             .collect();
         Some(Self::new((end as f64 + 0.5) / PER_PX, profile, &weights))
@@ -73,21 +89,24 @@ impl Template {
         };
         let gain = (0..bins).map(|k| -odd[k] * slope(k)).sum::<f64>() * 2.0 / PER_PX;
         let energy = profile[..bins].iter().map(|p| p * p).sum::<f64>() * 2.0 / PER_PX;
-        Self {
-            reach_px: bins as f64 / PER_PX,
-            profile: profile[..bins].iter().map(|p| *p as f32).collect(),
-            odd: odd.iter().map(|w| *w as f32).collect(),
-            gain,
-            energy,
-        }
+        let weights = (0..bins).map(|k| {
+            let steepness = if profile[k] > 0.0 { -slope(k) / profile[k] } else { 0.0 };
+            Weights {
+                odd: odd[k] as f32,
+                profile: profile[k] as f32,
+                response: (odd[k] * steepness / gain) as f32,
+            }
+        });
+        Self { reach_px: bins as f64 / PER_PX, weights: weights.collect(), gain, energy }
     }
 
-    /// Weight and profile at a signed distance within reach, px.
+    /// Weights at a signed distance within reach, px.
     #[inline]
     #[must_use]
-    pub fn at(&self, distance_px: f32) -> (f32, f32) {
-        let bin = ((distance_px.abs() * PER_PX as f32) as usize).min(self.odd.len() - 1);
-        (self.odd[bin].copysign(distance_px), self.profile[bin])
+    pub fn at(&self, distance_px: f32) -> Weights {
+        let bin = ((distance_px.abs() * PER_PX as f32) as usize).min(self.weights.len() - 1);
+        let weights = self.weights[bin];
+        Weights { odd: weights.odd.copysign(distance_px), ..weights }
     }
 }
 
@@ -154,3 +173,4 @@ impl Stack {
         Template::best(&profile, &variance)
     }
 }
+
