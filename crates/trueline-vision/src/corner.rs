@@ -21,6 +21,10 @@ const GOES_ON: f64 = 0.6;
 /// Least part of the cuts of an arm that must show the stripe.
 const LEAST_PRESENT: f64 = 0.3;
 
+/// A move of the line at the corner after which it is measured again, px, and how often.
+const SETTLED_PX: f64 = 0.3;
+const MOST_REPEATS: usize = 3;
+
 /// Two pieces that may form a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
@@ -137,8 +141,8 @@ pub fn measure<L: Level>(
     let mut templates: [Option<Template>; 2] = [None, None];
     for k in 0..2 {
         let span = [margin(3.0 * sigmas_px[k], &arms), lengths[k]];
-        let (fit, template) = meter.fit(&arms[k], span, sigmas_px[k], scene).ok_or(NotFound::TooLittle)?;
-        arms[k] = fit.line;
+        let (line, template) = meter.learn(&arms[k], span, sigmas_px[k], scene).ok_or(NotFound::TooLittle)?;
+        arms[k] = line;
         templates[k] = Some(template);
     }
     let [Some(first), Some(second)] = templates else { return Err(NotFound::TooLittle) };
@@ -149,7 +153,14 @@ pub fn measure<L: Level>(
     let mut fits = [None, None];
     for k in 0..2 {
         let span = [from, lengths[k]];
-        let fit = meter.fit_with(&arms[k], span, &templates[k], scene).ok_or(NotFound::TooLittle)?;
+        let mut fit = meter.fit_with(&arms[k], span, &templates[k], scene).ok_or(NotFound::TooLittle)?;
+        for _ in 0..MOST_REPEATS {
+            if settled(&arms[k], &fit) {
+                break;
+            }
+            outward_again(&mut arms[k], &fit.line);
+            fit = meter.fit_with(&arms[k], span, &templates[k], scene).ok_or(NotFound::TooLittle)?;
+        }
         if fit.present < LEAST_PRESENT {
             return Err(NotFound::TooLittle);
         }
@@ -163,6 +174,20 @@ pub fn measure<L: Level>(
         }
     }
     Ok(seam)
+}
+
+/// Whether a fit has moved its line so little at the corner that to repeat it would change nothing: what is
+/// left of a move m is of the order of m² over the stripe's thickness.
+fn settled(arm: &Line2, fit: &Fit) -> bool {
+    let moved = fit.line.distance(&arm.point).abs();
+    let sigma = fit.variance_at(fit.line.station(&arm.point)).sqrt();
+    moved < SETTLED_PX && moved < 3.0 * sigma
+}
+
+/// Takes a line over, with the point nearest to the corner and the direction that the arm had.
+fn outward_again(arm: &mut Line2, line: &Line2) {
+    let along = if line.along.dot(&arm.along) < 0.0 { -line.along } else { line.along };
+    *arm = Line2 { point: line.at(line.station(&arm.point)), along };
 }
 
 /// How far from the corner an arm is clean: its own end, the other arm's light and the background beside it.

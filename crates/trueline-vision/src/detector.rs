@@ -1,6 +1,6 @@
 //! From a picture to its seam point: the recipe.
 
-use crate::element::{Element, element};
+use crate::element::{Element, elements};
 use crate::lens::Lens;
 use crate::picture::{Level, Picture};
 use crate::pieces::{Piece, PieceFinder};
@@ -99,8 +99,7 @@ impl Detector {
             self.candidates.select_nth_unstable_by(MOST_CANDIDATES, |a, b| excess(b).total_cmp(&excess(a)));
             self.candidates.truncate(MOST_CANDIDATES);
         }
-        self.elements.clear();
-        self.elements.extend(self.candidates.iter().filter_map(|candidate| element(picture, candidate)));
+        elements(picture, &self.candidates, &mut self.elements);
         self.finder.find(&self.elements, &self.lens, &mut self.pieces);
     }
 }

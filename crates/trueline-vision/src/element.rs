@@ -4,6 +4,7 @@
 //! an axis \[Hu1962\]. The window moves across the stripe until it is centred there, so that its border
 //! cuts both flanks alike.
 
+use crate::fastest::fastest;
 use crate::picture::{Level, Picture};
 use crate::tiles::Candidate;
 
@@ -31,6 +32,7 @@ pub struct Element {
 }
 
 /// The element in a tile that stands out, or `None` if what is bright there has no direction.
+#[inline(always)]
 #[must_use]
 pub fn element<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Option<Element> {
     let threshold = candidate.around + FLOOR * (candidate.peak - candidate.around);
@@ -49,7 +51,7 @@ pub fn element<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Opt
             v,
             along: axis.along,
             sigma_px: axis.variances[0].max(0.0).sqrt(),
-            brightness: moments.mass / (WINDOW as f32 * 2.5 * axis.variances[0].max(0.25).sqrt()),
+            brightness: 2.0 * moments.mass / (WINDOW as f32 * 2.5 * axis.variances[0].max(0.25).sqrt()),
         });
         if shift.abs() < 0.5 {
             break;
@@ -57,6 +59,17 @@ pub fn element<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Opt
     }
     // A window that has wandered off belongs to another tile.
     found.filter(|e| (e.u - candidate.u).abs() < WINDOW as f32 && (e.v - candidate.v).abs() < WINDOW as f32)
+}
+
+/// The elements of all candidates.
+pub fn elements<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Element>) {
+    found.clear();
+    fastest!(extend(picture, candidates, found));
+}
+
+#[inline(always)]
+fn extend<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Element>) {
+    found.extend(candidates.iter().filter_map(|candidate| element(picture, candidate)));
 }
 
 struct Moments {
@@ -74,6 +87,7 @@ struct Axis {
 }
 
 impl Moments {
+    #[inline(always)]
     /// Moments about a centre; `None` where the window leaves the picture or all is dark.
     fn of<L: Level>(picture: &Picture<'_, L>, u: f32, v: f32, threshold: f32) -> Option<Self> {
         let (left, top) = ((u - HALF).round(), (v - HALF).round());
@@ -86,7 +100,8 @@ impl Moments {
         }
         // Sums over the window's rows, kept apart by column: adding vectors needs no shuffles.
         let (mut mass, mut first, mut second) = ([0.0_f32; WINDOW], [0.0_f32; WINDOW], [0.0_f32; WINDOW]);
-        for k in 0..WINDOW {
+        // Every second row: a place to within a few tenths of a pixel is enough here.
+        for k in (0..WINDOW).step_by(2) {
             let y = top + k as f32 - v;
             let levels = &picture.row(row + k)[column..column + WINDOW];
             for c in 0..WINDOW {

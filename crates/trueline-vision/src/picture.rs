@@ -1,9 +1,20 @@
 //! The picture as the detector sees it: grey levels of 8 or 16 bits, borrowed.
 
+use std::ops::AddAssign;
+
 /// A grey level.
-pub trait Level: Copy + PartialOrd + Default + Into<f32> + Into<u32> {}
-impl Level for u8 {}
-impl Level for u16 {}
+pub trait Level: Copy + Ord + Default + Into<f32> {
+    /// Holds the sum of a few levels.
+    type Sum: Copy + Default + AddAssign + From<Self> + Into<u32>;
+}
+
+impl Level for u8 {
+    type Sum = u16;
+}
+
+impl Level for u16 {
+    type Sum = u32;
+}
 
 /// A gray picture, row by row. Pixel (0, 0) is the top-left one.
 #[derive(Clone, Copy, Debug)]

@@ -1,11 +1,12 @@
 //! The stripe along a piece: its middle at every cut, and the line through them.
 
+use crate::fastest::fastest;
 use crate::lens::Lens;
 use crate::line::Line2;
 use crate::picture::{Level, Picture};
 use crate::regression::{Regression, Regressor, Shift};
 use crate::template::{Stack, Template};
-use crate::track::Track;
+use crate::track::{Station, Track};
 
 /// Cuts that share a background.
 const BLOCK: usize = 16;
@@ -28,6 +29,8 @@ struct Background {
 pub struct Cut {
     /// Distance along the line, px.
     pub s: f64,
+    /// Column (or row) of the cut.
+    at: usize,
     /// Amplitude of the stripe on the line, averaged over neighbours, in levels.
     pub amplitude: f64,
     /// Amplitude at this cut alone.
@@ -82,8 +85,8 @@ impl StripeMeter {
         &self.cuts
     }
 
-    /// Measures the stripe along a stretch of a line that is known to a few px; first with broad weights, then
-    /// with those that the stripe itself suggests. `None` if there is too little of it.
+    /// Measures the stripe along a stretch of a line that is known to a few px. `None` if there is too little
+    /// of it.
     pub fn fit<L: Level>(
         &mut self,
         line: &Line2,
@@ -91,17 +94,32 @@ impl StripeMeter {
         sigma_px: f64,
         scene: (&Picture<'_, L>, &Lens),
     ) -> Option<(Fit, Template)> {
-        let broad = Template::gaussian(sigma_px);
-        let first = self.fit_with(line, span, &broad, scene)?;
+        let (first, template) = self.learn(line, span, sigma_px, scene)?;
         // Distances along the new line count from its own point.
-        let moved = |fit: &Fit| {
-            let start = line.station(&fit.line.point);
-            [span[0] - start, span[1] - start]
-        };
-        let template = self.learn(&first, moved(&first), &broad, scene)?;
-        let second = self.fit_with(&first.line, moved(&first), &template, scene)?;
-        let fit = self.fit_with(&second.line, moved(&second), &template, scene)?;
+        let start = line.station(&first.point);
+        let fit = self.fit_with(&first, [span[0] - start, span[1] - start], &template, scene)?;
         Some((fit, template))
+    }
+
+    /// A first look with broad weights at every second cut: the line to a tenth of a pixel, and what the
+    /// stripe's cross-section is.
+    pub fn learn<L: Level>(
+        &mut self,
+        line: &Line2,
+        span: [f64; 2],
+        sigma_px: f64,
+        scene: (&Picture<'_, L>, &Lens),
+    ) -> Option<(Line2, Template)> {
+        let broad = Template::gaussian(sigma_px);
+        self.track.lay(line, span, scene);
+        self.track.thin();
+        self.cut_track(&broad, scene);
+        let first = self.regress(line, &broad)?;
+        let start = line.station(&first.line.point);
+        self.track.lay(&first.line, [span[0] - start, span[1] - start], scene);
+        // Flanks reach further than the broad weights do.
+        let template = self.stack(PRESENT * first.amplitude, 1.5 * broad.reach_px, scene.0)?;
+        Some((first.line, template))
     }
 
     /// Measures with given weights.
@@ -113,6 +131,11 @@ impl StripeMeter {
         scene: (&Picture<'_, L>, &Lens),
     ) -> Option<Fit> {
         self.cut(line, span, template, scene);
+        self.regress(line, template)
+    }
+
+    /// The line through the cuts.
+    fn regress(&mut self, line: &Line2, template: &Template) -> Option<Fit> {
         let amplitude = self.usual_amplitude();
         if amplitude <= 0.0 {
             return None;
@@ -121,7 +144,7 @@ impl StripeMeter {
         let gain = template.gain;
         self.shifts.extend(self.cuts.iter().map(|cut| {
             let there = cut.amplitude > PRESENT * amplitude;
-            let per_px = cut.amplitude * gain * cut.stretch.abs();
+            let per_px = cut.amplitude * gain * cut.stretch;
             let shift_px = if there { cut.tilt / per_px } else { 0.0 };
             let response = cut.response / cut.amplitude;
             Shift { s: cut.s, shift_px, weight: f64::from(u8::from(there)), response }
@@ -144,73 +167,27 @@ impl StripeMeter {
         line: &Line2,
         span: [f64; 2],
         template: &Template,
-        (picture, lens): (&Picture<'_, L>, &Lens),
+        scene: (&Picture<'_, L>, &Lens),
     ) {
-        self.track.lay(line, span, (picture, lens));
-        self.measure_background(template.reach_px, picture);
+        self.track.lay(line, span, scene);
+        self.cut_track(template, scene);
+    }
+
+    fn cut_track<L: Level>(&mut self, template: &Template, scene: (&Picture<'_, L>, &Lens)) {
+        self.measure_background(template.reach_px, scene.0);
         self.cuts.clear();
-        let view = View::new(picture, self.track.by_columns);
-        for (station, background) in
-            self.track.stations.iter().zip(self.backgrounds.iter().flat_map(|b| [b; BLOCK]))
-        {
-            let reach = template.reach_px * station.stretch.abs();
-            let Some(pixels) = view.pixels(station.centre, reach) else { continue };
-            let per_px = (1.0 / station.stretch) as f32;
-            let middle = 0.5 * (background.below + background.above);
-            let apart = 2.0 * reach as f32 + BESIDE as f32 + 2.0;
-            let slope = (background.above - background.below) / apart;
-            let (mut tilt, mut even, mut response) = (0.0_f32, 0.0_f32, 0.0_f32);
-            for pixel in pixels {
-                let off = pixel as f32 - station.centre as f32;
-                let level = view.level(station.at, pixel) - middle - slope * off;
-                let weights = template.at(off * per_px);
-                tilt += weights.odd * level;
-                even += weights.profile * level;
-                response += weights.response * level;
-            }
-            self.cuts.push(Cut {
-                s: station.s,
-                amplitude: 0.0,
-                own_amplitude: f64::from(even) / (template.energy * station.stretch.abs()),
-                tilt: f64::from(tilt),
-                response: f64::from(response) / station.stretch.abs(),
-                stretch: station.stretch,
-            });
-        }
+        let view = View::new(scene.0, self.track.by_columns);
+        fastest!(cut_stripe(&view, &self.track.stations, &self.backgrounds, template, &mut self.cuts));
         smooth_amplitudes(&mut self.cuts);
     }
 
-    /// The template of the stripe along a line that is known well.
-    fn learn<L: Level>(
-        &mut self,
-        fit: &Fit,
-        span: [f64; 2],
-        broad: &Template,
-        scene: (&Picture<'_, L>, &Lens),
-    ) -> Option<Template> {
-        self.cut(&fit.line, span, broad, scene);
+    /// The template of the stripe on the track; amplitudes are those of the last cuts.
+    fn stack<L: Level>(&mut self, least: f64, reach_px: f64, picture: &Picture<'_, L>) -> Option<Template> {
+        self.measure_background(reach_px, picture);
         self.stack.clear();
-        let (picture, by_columns) = (scene.0, self.track.by_columns);
-        let view = View::new(picture, by_columns);
-        // Flanks reach further than the broad weights do.
-        let reach_px = 1.5 * broad.reach_px;
-        let mut cuts = self.cuts.iter().peekable();
-        let blocks = self.backgrounds.iter().flat_map(|b| [b; BLOCK]);
-        for (station, background) in self.track.stations.iter().zip(blocks) {
-            // Stations at the border of the picture have no cut.
-            let Some(cut) = cuts.next_if(|cut| cut.s == station.s) else { continue };
-            let reach = reach_px * station.stretch.abs();
-            let Some(pixels) = view.pixels(station.centre, reach) else { continue };
-            if cut.amplitude <= PRESENT * fit.amplitude {
-                continue;
-            }
-            let (per_px, scale) = ((1.0 / station.stretch) as f32, (1.0 / cut.amplitude) as f32);
-            let middle = 0.5 * (background.below + background.above);
-            for pixel in pixels {
-                let off = pixel as f32 - station.centre as f32;
-                self.stack.add(off * per_px, (view.level(station.at, pixel) - middle) * scale);
-            }
-        }
+        let view = View::new(picture, self.track.by_columns);
+        let scene = (view, self.track.stations.as_slice(), self.backgrounds.as_slice());
+        fastest!(stack_stripe(&scene, &self.cuts, least, reach_px, &mut self.stack));
         self.stack.template()
     }
 
@@ -227,7 +204,7 @@ impl StripeMeter {
                 let Some(pixels) = view.pixels(station.centre, reach) else { continue };
                 let (first, end) = (*pixels.start(), *pixels.end() + 1);
                 for (side, from) in sides.iter_mut().zip([first, end - BESIDE]) {
-                    let levels = (from..from + BESIDE).map(|pixel| view.level(station.at, pixel));
+                    let levels = view.levels(station.at, from..=from + BESIDE - 1);
                     side[count] = levels.sum::<f32>() / BESIDE as f32;
                 }
                 count += 1;
@@ -253,6 +230,75 @@ impl StripeMeter {
         }
         let at = self.sorted.len() * 3 / 4;
         *self.sorted.select_nth_unstable_by(at, f64::total_cmp).1
+    }
+}
+
+/// One cut for each station whose pixels are all in the picture.
+#[inline(always)]
+fn cut_stripe<L: Level>(
+    view: &View<'_, L>,
+    stations: &[Station],
+    backgrounds: &[Background],
+    template: &Template,
+    cuts: &mut Vec<Cut>,
+) {
+    for (block, background) in stations.chunks(BLOCK).zip(backgrounds) {
+        for station in block {
+            let reach = template.reach_px * station.stretch.abs();
+            let Some(pixels) = view.pixels(station.centre, reach) else { continue };
+            let middle = 0.5 * (background.below + background.above);
+            let slope = (background.above - background.below) / (2.0 * reach as f32 + BESIDE as f32 + 2.0);
+            let first = *pixels.start() as f64 - station.centre;
+            let mut behind = middle + slope * first as f32;
+            let levels = view.levels(station.at, pixels).map(|level| {
+                let above = level - behind;
+                behind += slope;
+                above
+            });
+            let [tilt, even, response, _] =
+                template.weigh(first / station.stretch, 1.0 / station.stretch, levels);
+            let stretch = station.stretch.abs();
+            cuts.push(Cut {
+                s: station.s,
+                at: station.at,
+                amplitude: 0.0,
+                own_amplitude: f64::from(even) / (template.energy * stretch),
+                tilt: f64::from(tilt),
+                response: f64::from(response) / stretch,
+                stretch,
+            });
+        }
+    }
+}
+
+/// Adds the stripe at each station to a stack, scaled to amplitude one.
+#[inline(always)]
+fn stack_stripe<L: Level>(
+    (view, stations, backgrounds): &(View<'_, L>, &[Station], &[Background]),
+    cuts: &[Cut],
+    least: f64,
+    reach_px: f64,
+    stack: &mut Stack,
+) {
+    let mut cuts = cuts.iter().peekable();
+    for (block, background) in stations.chunks(BLOCK).zip(*backgrounds) {
+        for station in block {
+            // The line has moved since it was cut: stations at its ends may have come or gone.
+            while cuts.next_if(|cut| cut.s < station.s - 1.0 && cut.at != station.at).is_some() {}
+            let Some(cut) = cuts.next_if(|cut| cut.at == station.at) else { continue };
+            let reach = reach_px * station.stretch.abs();
+            let Some(pixels) = view.pixels(station.centre, reach) else { continue };
+            if cut.amplitude <= least {
+                continue;
+            }
+            let (per_px, scale) = ((1.0 / station.stretch) as f32, (1.0 / cut.amplitude) as f32);
+            let middle = 0.5 * (background.below + background.above);
+            let mut distance = (*pixels.start() as f64 - station.centre) as f32 * per_px;
+            for level in view.levels(station.at, pixels) {
+                stack.add(distance, (level - middle) * scale);
+                distance += per_px;
+            }
+        }
     }
 }
 
@@ -297,8 +343,12 @@ impl<'a, L: Level> View<'a, L> {
         (first >= 0.0 && last < self.limit as f64 && first <= last).then(|| first as usize..=last as usize)
     }
 
-    #[inline]
-    fn level(&self, cut: usize, pixel: usize) -> f32 {
-        self.levels[cut * self.steps[0] + pixel * self.steps[1]].into()
+    /// The levels of some pixels of a cut.
+    #[inline(always)]
+    fn levels(&self, cut: usize, pixels: std::ops::RangeInclusive<usize>) -> impl Iterator<Item = f32> + '_ {
+        let [along, across] = self.steps;
+        let start = cut * along;
+        let (first, last) = (start + pixels.start() * across, start + pixels.end() * across);
+        self.levels[first..=last].iter().step_by(across).map(|level| (*level).into())
     }
 }

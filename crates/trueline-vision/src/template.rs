@@ -21,24 +21,21 @@ const LEAST_SIGMA: f64 = 0.005;
 /// Variance of the ridge, as a part of its square, at which speckle is taken as fully developed.
 const FULL_CONTRAST: f64 = 0.3;
 
-/// Weights of a level.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Weights {
-    /// What finds the middle: negative on the negative side.
-    pub odd: f32,
-    /// The profile: what finds the amplitude.
-    pub profile: f32,
-    /// What the level adds to the change of the odd sum when the stripe moves: a grain of speckle of factor
-    /// f moves as f P(d − e), by f P · (−P′/P).
-    pub response: f32,
-}
+/// What a level counts for, by distance from the middle:
+///
+/// 0. odd: what finds the middle, negative on the negative side;
+/// 1. the profile: what finds the amplitude;
+/// 2. response: what the level adds to the change of the odd sum when the stripe moves. A grain of speckle of
+///    factor f moves as f P(d − e), by f P · (−P′/P);
+/// 3. nothing, so that the four are loaded in one go.
+pub type Weights = [f32; 4];
 
 /// Profile and weights by distance from the middle.
 #[derive(Clone, Debug)]
 pub struct Template {
     /// Half of what is looked at, px.
     pub reach_px: f64,
-    /// By distance: see [`Weights`].
+    /// From −reach to +reach.
     weights: Vec<Weights>,
     /// ∫ −w P′ over both sides: what a shift of one px adds to the weighted sum at amplitude one.
     pub gain: f64,
@@ -89,24 +86,33 @@ impl Template {
         };
         let gain = (0..bins).map(|k| -odd[k] * slope(k)).sum::<f64>() * 2.0 / PER_PX;
         let energy = profile[..bins].iter().map(|p| p * p).sum::<f64>() * 2.0 / PER_PX;
-        let weights = (0..bins).map(|k| {
+        let weights = |k: usize, side: f64| -> Weights {
             let steepness = if profile[k] > 0.0 { -slope(k) / profile[k] } else { 0.0 };
-            Weights {
-                odd: odd[k] as f32,
-                profile: profile[k] as f32,
-                response: (odd[k] * steepness / gain) as f32,
-            }
-        });
-        Self { reach_px: bins as f64 / PER_PX, weights: weights.collect(), gain, energy }
+            let response = odd[k] * steepness / gain;
+            [side * odd[k], profile[k], response, 0.0].map(|weight| weight as f32)
+        };
+        let below = (0..bins).rev().map(|k| weights(k, -1.0));
+        let above = (0..bins).map(|k| weights(k, 1.0));
+        Self { reach_px: bins as f64 / PER_PX, weights: below.chain(above).collect(), gain, energy }
     }
 
-    /// Weights at a signed distance within reach, px.
-    #[inline]
+    /// Sums of levels with each weight. Levels are `next()`'s, from a first signed distance on in steps of
+    /// `step_px`, which may be negative; beyond reach they count for nothing.
+    #[inline(always)]
     #[must_use]
-    pub fn at(&self, distance_px: f32) -> Weights {
-        let bin = ((distance_px.abs() * PER_PX as f32) as usize).min(self.weights.len() - 1);
-        let weights = self.weights[bin];
-        Weights { odd: weights.odd.copysign(distance_px), ..weights }
+    pub fn weigh(&self, first_px: f64, step_px: f64, levels: impl Iterator<Item = f32>) -> Weights {
+        let mut bin = ((first_px + self.reach_px) * PER_PX) as f32;
+        let step = (step_px * PER_PX) as f32;
+        let mut sums = [0.0_f32; 4];
+        for level in levels {
+            // A cast takes what is below zero to zero, where weights have faded out.
+            let weights = self.weights.get(bin as usize).unwrap_or(&[0.0; 4]);
+            for k in 0..4 {
+                sums[k] += weights[k] * level;
+            }
+            bin += step;
+        }
+        sums
     }
 }
 
@@ -117,58 +123,53 @@ fn distances() -> impl Iterator<Item = f64> {
 /// Adds up levels by distance from the middle.
 #[derive(Clone, Debug)]
 pub struct Stack {
-    count: Vec<f32>,
-    sum: Vec<f32>,
-    squares: Vec<f32>,
+    /// Count, sum and sum of squares by distance.
+    sums: Vec<[f32; 4]>,
 }
 
 impl Default for Stack {
     fn default() -> Self {
-        Self { count: vec![0.0; BINS], sum: vec![0.0; BINS], squares: vec![0.0; BINS] }
+        Self { sums: vec![[0.0; 4]; BINS] }
     }
 }
 
 impl Stack {
     /// Forgets all.
     pub fn clear(&mut self) {
-        for values in [&mut self.count, &mut self.sum, &mut self.squares] {
-            values.fill(0.0);
-        }
+        self.sums.fill([0.0; 4]);
     }
 
     /// Adds a level (amplitude one) at a distance, px.
     #[inline]
     pub fn add(&mut self, distance_px: f32, level: f32) {
         let bin = ((distance_px.abs() * PER_PX as f32) as usize).min(BINS - 1);
-        self.count[bin] += 1.0;
-        self.sum[bin] += level;
-        self.squares[bin] += level * level;
+        for (sum, term) in self.sums[bin].iter_mut().zip([1.0, level, level * level, 0.0]) {
+            *sum += term;
+        }
     }
 
     /// The template of what was added; `None` if there is no peak in the middle.
     #[must_use]
     pub fn template(&self) -> Option<Template> {
-        let mean = |values: &[f32]| -> Vec<f64> {
-            let smooth = |k: usize, of: &[f32]| -> f64 {
-                // Triangular, over a pixel to each side: narrower than any stripe that is resolved.
-                let width = (0.75 * PER_PX) as i64;
-                (-width..=width)
-                    .map(|j| {
-                        // Folded: the other side of the middle is this one.
-                        let at = (k as i64 + j).max(-(k as i64 + j) - 1) as usize;
-                        let weight = (width + 1 - j.abs()) as f64;
-                        weight * f64::from(*of.get(at).unwrap_or(&0.0))
-                    })
-                    .sum()
-            };
-            (0..BINS)
-                .map(|k| {
-                    let count = smooth(k, &self.count);
-                    if count > 0.0 { smooth(k, values) / count } else { 0.0 }
-                })
-                .collect()
+        // Triangular, over three quarters of a pixel to each side: narrower than any stripe that is resolved.
+        let width = (0.75 * PER_PX) as i64;
+        let smooth = |k: usize, which: usize| -> f64 {
+            let weighed = (-width..=width).map(|j| {
+                // Folded: the other side of the middle is this one.
+                let at = k as i64 + j;
+                let at = if at < 0 { -at - 1 } else { at } as usize;
+                (width + 1 - j.abs()) as f64 * f64::from(self.sums.get(at).map_or(0.0, |sums| sums[which]))
+            });
+            weighed.sum()
         };
-        let (profile, squares) = (mean(&self.sum), mean(&self.squares));
+        let mean = |which: usize| -> Vec<f64> {
+            let at = |k: usize| {
+                let count = smooth(k, 0);
+                if count > 0.0 { smooth(k, which) / count } else { 0.0 }
+            };
+            (0..BINS).map(at).collect()
+        };
+        let (profile, squares) = (mean(1), mean(2));
         let variance: Vec<f64> = profile.iter().zip(&squares).map(|(p, q)| (q - p * p).max(0.0)).collect();
         Template::best(&profile, &variance)
     }

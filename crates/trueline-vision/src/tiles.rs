@@ -3,6 +3,7 @@
 //! Every second row is read for the peak and every fourth for the mean. A stripe less than two rows thick
 //! is no stripe that could be measured, and half of the picture is never fetched from memory.
 
+use crate::fastest::fastest;
 use crate::picture::{Level, Picture};
 
 /// Side of a tile, px.
@@ -20,6 +21,7 @@ pub struct Tiles {
     counts: Vec<u32>,
 }
 
+
 /// How bright something must be, compared with its surroundings, to be looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contrast {
@@ -36,13 +38,10 @@ impl Tiles {
         self.rows = picture.height() / TILE;
         self.peaks.clear();
         self.means.clear();
-        for row in 0..self.rows {
-            for column in 0..self.columns {
-                let (peak, mean) = tile(picture, column * TILE, row * TILE);
-                self.peaks.push(peak);
-                self.means.push(mean);
-            }
-        }
+        let size = self.columns * self.rows;
+        self.peaks.resize(size, 0.0);
+        self.means.resize(size, 0.0);
+        fastest!(measure_tiles(picture, self.columns, &mut self.peaks, &mut self.means));
     }
 
     /// How far a tile must stand out. Most tiles show no stripe: their median excess, and the spread about
@@ -115,20 +114,42 @@ pub struct Candidate {
     pub around: f32,
 }
 
-/// Peak and mean of the tile whose first pixel is given.
-#[inline]
-fn tile<L: Level>(picture: &Picture<'_, L>, u: usize, v: usize) -> (f32, f32) {
-    let mut peaks = [L::default(); TILE];
-    let mut sum = 0_u32;
-    for row in (v..v + TILE).step_by(PEAK_ROWS) {
-        let levels = &picture.row(row)[u..u + TILE];
-        for (peak, level) in peaks.iter_mut().zip(levels) {
-            *peak = if *level > *peak { *level } else { *peak };
-        }
-        if (row - v).is_multiple_of(MEAN_ROWS) {
-            sum += levels.iter().map(|level| Into::<u32>::into(*level)).sum::<u32>();
+/// Peaks and means of all tiles, row by row.
+#[inline(always)]
+fn measure_tiles<L: Level>(
+    picture: &Picture<'_, L>,
+    columns: usize,
+    peaks: &mut [f32],
+    means: &mut [f32],
+) {
+    if columns == 0 {
+        return;
+    }
+    let tiles = peaks.chunks_exact_mut(columns).zip(means.chunks_exact_mut(columns));
+    for (row, (peaks, means)) in tiles.enumerate() {
+        for (column, (peak, mean)) in peaks.iter_mut().zip(means).enumerate() {
+            (*peak, *mean) = tile(picture, column * TILE, row * TILE);
         }
     }
-    let peak = peaks.iter().fold(0.0_f32, |top, level| top.max((*level).into()));
-    (peak, sum as f32 / (TILE * TILE / MEAN_ROWS) as f32)
+}
+
+/// Peak and mean of the tile whose first pixel is given.
+#[inline(always)]
+fn tile<L: Level>(picture: &Picture<'_, L>, u: usize, v: usize) -> (f32, f32) {
+    let mut peaks = [L::default(); TILE];
+    let mut sums = [L::Sum::default(); TILE];
+    for k in (0..TILE).step_by(PEAK_ROWS) {
+        let levels = &picture.row(v + k)[u..u + TILE];
+        for c in 0..TILE {
+            peaks[c] = peaks[c].max(levels[c]);
+        }
+        if k % MEAN_ROWS == 0 {
+            for c in 0..TILE {
+                sums[c] += L::Sum::from(levels[c]);
+            }
+        }
+    }
+    let peak = peaks.iter().fold(L::default(), |top, level| top.max(*level));
+    let sum: u32 = sums.iter().map(|sum| Into::<u32>::into(*sum)).sum();
+    (peak.into(), sum as f32 / (TILE * TILE / MEAN_ROWS) as f32)
 }

@@ -54,6 +54,15 @@ impl Track {
         }
     }
 
+    /// Keeps every second cut: enough for a first look.
+    pub fn thin(&mut self) {
+        let kept = self.stations.len().div_ceil(2);
+        for k in 0..kept {
+            self.stations[k] = self.stations[2 * k];
+        }
+        self.stations.truncate(kept);
+    }
+
     fn node(&self, line: &Line2, s: f64, lens: &Lens) -> Node {
         let (pixel, d_distorted) = lens.distorted(&line.at(s));
         let (along, across) = if self.by_columns { (0, 1) } else { (1, 0) };
