@@ -116,7 +116,7 @@ impl StripeMeter {
         self.cut_track(&broad, scene);
         let first = self.regress(line, &broad)?;
         let start = line.station(&first.line.point);
-        self.track.lay(&first.line, [span[0] - start, span[1] - start], scene);
+        self.track.lay_again(&first.line, [span[0] - start, span[1] - start], scene);
         // Flanks reach further than the broad weights do.
         let template = self.stack(PRESENT * first.amplitude, 1.5 * broad.reach_px, scene.0)?;
         Some((first.line, template))
@@ -281,10 +281,12 @@ fn stack_stripe<L: Level>(
     stack: &mut Stack,
 ) {
     let mut cuts = cuts.iter().peekable();
+    let rising = stations.first().zip(stations.last()).is_some_and(|(first, last)| first.at <= last.at);
     for (block, background) in stations.chunks(BLOCK).zip(*backgrounds) {
         for station in block {
-            // The line has moved since it was cut: stations at its ends may have come or gone.
-            while cuts.next_if(|cut| cut.s < station.s - 1.0 && cut.at != station.at).is_some() {}
+            // Not every station has been cut, and the line has moved since: some at its ends have gone.
+            let passed = |cut: &&Cut| if rising { cut.at < station.at } else { cut.at > station.at };
+            while cuts.next_if(passed).is_some() {}
             let Some(cut) = cuts.next_if(|cut| cut.at == station.at) else { continue };
             let reach = reach_px * station.stretch.abs();
             let Some(pixels) = view.pixels(station.centre, reach) else { continue };

@@ -41,9 +41,19 @@ struct Node {
 impl Track {
     /// Lays cuts along a line between two distances, as far as the picture reaches.
     pub fn lay<L: Level>(&mut self, line: &Line2, span: [f64; 2], (picture, lens): (&Picture<'_, L>, &Lens)) {
-        self.stations.clear();
         let middle = lens.distorted(&line.at(0.5 * (span[0] + span[1]))).1 * line.along;
         self.by_columns = middle.x.abs() >= middle.y.abs();
+        self.lay_again(line, span, (picture, lens));
+    }
+
+    /// Lays cuts along a line that has hardly moved: by columns, or rows, as before.
+    pub fn lay_again<L: Level>(
+        &mut self,
+        line: &Line2,
+        span: [f64; 2],
+        (picture, lens): (&Picture<'_, L>, &Lens),
+    ) {
+        self.stations.clear();
         let limit = if self.by_columns { picture.width() } else { picture.height() };
         let steps = ((span[1] - span[0]) / NODE_PX).ceil().max(1.0);
         let mut before = self.node(line, span[0], lens);
