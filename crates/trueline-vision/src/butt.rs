@@ -5,15 +5,19 @@ use crate::lap::{edge_point, plate_end};
 use crate::line::Line2;
 use crate::picture::Level;
 use crate::pieces::{Piece, Run};
-use crate::seam::{MOST_SIGMA_PX, NotFound, Seam};
+use crate::seam::{Lengths, MOST_SIGMA_PX, NotFound, Seam};
 use nalgebra::{Matrix2, Vector2};
 
-/// Least weight of the stripe on a plate.
-const LEAST_WEIGHT: f64 = 2.5;
 /// The plates are in line to within this, rad in the picture.
 const IN_LINE: f64 = 0.05;
 /// And to within this beside each other at the gap, px.
 const BESIDE_PX: f64 = 12.0;
+/// A cut with less than this part of the usual light is dark.
+const DARK: f64 = 0.3;
+/// Where an end is looked for, px.
+const SEARCH_PX: f64 = 30.0;
+/// Narrowest gap, px: speckle makes the stripe dark for less.
+const NARROWEST_PX: f64 = 10.0;
 /// Widest gap, px.
 const WIDEST_PX: f64 = 300.0;
 /// A second gap of this part of the widest one's width makes it doubtful.
@@ -33,9 +37,15 @@ struct Gap {
 /// # Errors
 /// Why there is none.
 pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Result<Seam, NotFound> {
-    let mut gaps = gaps(evidence.pieces);
+    let lengths = Lengths::of(evidence.lens);
+    let pieces = evidence.pieces;
+    let mut gaps = Vec::new();
+    for (number, first) in pieces.iter().enumerate() {
+        gaps.extend(holes(first, &lengths, evidence, work));
+        gaps.extend(pieces[number + 1..].iter().filter_map(|second| between(first, second, &lengths)));
+    }
     gaps.sort_by(|a, b| b.width_px.total_cmp(&a.width_px));
-    let best = *gaps.first().ok_or(match evidence.pieces.len() {
+    let best = *gaps.first().ok_or(match pieces.len() {
         1 => NotFound::OnePiece,
         _ => NotFound::NotThisJoint,
     })?;
@@ -46,12 +56,50 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
     let mut points = [(Vector2::zeros(), Matrix2::zeros()); 2];
     let mut quality = 1.0_f64;
     for k in 0..2 {
-        let (edge, fit) =
-            plate_end(&mut work.meter, &best.ends[k], best.lengths[k], best.sigmas_px[k], scene)?;
+        let plate = (best.lengths[k], best.sigmas_px[k]);
+        // The search for one end must not reach the other plate.
+        let search_px = SEARCH_PX.min(0.45 * best.width_px);
+        let (edge, fit) = plate_end(&mut work.meter, &best.ends[k], plate, search_px, scene)?;
         points[k] = edge_point(&fit, &edge);
         quality = quality.min(fit.present);
     }
     middle(evidence, &points, quality)
+}
+
+/// Stretches of a piece without light.
+fn holes<L: Level>(
+    piece: &Piece,
+    lengths: &Lengths,
+    evidence: &Evidence<'_, L>,
+    work: &mut Workspace,
+) -> Vec<Gap> {
+    let span = piece.span();
+    if span[1] - span[0] < lengths.shorter_px + lengths.longer_px {
+        return Vec::new();
+    }
+    let scene = (evidence.picture, evidence.lens);
+    let Some((line, template)) = work.meter.learn(&piece.line, span, piece.sigma_px, scene) else {
+        return Vec::new();
+    };
+    let start = line.station(&piece.line.point);
+    work.meter.cut(&line, [span[0] + start, span[1] + start], &template, scene);
+    let dark = work.meter.dark_stretches(DARK);
+    let (first, last) = (span[0] + start, span[1] + start);
+    let gaps = dark.into_iter().filter(|[from, to]| {
+        to - from > NARROWEST_PX && lengths.suffice([from - first, last - to])
+    });
+    let turned = Line2 { along: -line.along, ..line };
+    gaps.map(|[from, to]| Gap {
+        ends: [
+            Line2 { point: line.at(from), ..line },
+            Line2 { point: line.at(to), ..turned },
+        ],
+        lengths: [from - first, last - to],
+        sigmas_px: [piece.sigma_px; 2],
+        width_px: to - from,
+    })
+    .filter(|gap| gap.width_px < WIDEST_PX)
+    .collect()
 }
 
 /// The middle in the sheet, where lengths are true.
@@ -71,37 +119,23 @@ fn middle<L: Level>(
     Ok(Seam { gap_m: (on_a - on_b).norm(), ..seam })
 }
 
-fn gaps(pieces: &[Piece]) -> Vec<Gap> {
-    let mut gaps = Vec::new();
-    for piece in pieces {
-        let runs: Vec<Run> = piece.runs().into_iter().filter(|run| run.weight > LEAST_WEIGHT).collect();
-        gaps.extend(runs.windows(2).map(|pair| gap([(piece, pair[0]), (piece, pair[1])])));
-    }
-    for (k, first) in pieces.iter().enumerate() {
-        for second in &pieces[k + 1..] {
-            gaps.extend(between(first, second));
-        }
-    }
-    gaps.retain(|gap| gap.width_px > 0.0 && gap.width_px < WIDEST_PX);
-    gaps
-}
-
 /// The gap between two pieces nearly in line.
-fn between(first: &Piece, second: &Piece) -> Option<Gap> {
+fn between(first: &Piece, second: &Piece, lengths: &Lengths) -> Option<Gap> {
     if first.line.along.perp(&second.line.along).abs() > IN_LINE {
         return None;
     }
     let whole = |piece: &Piece| {
         let [from, to] = piece.span();
-        Run { span: [from, to], weight: piece.weight() }
+        Run { span: [from, to], covered_px: piece.covered_px(from, to) }
     };
     let (a, b) = (whole(first), whole(second));
-    if a.weight < LEAST_WEIGHT || b.weight < LEAST_WEIGHT {
+    if !lengths.suffice([a.covered_px, b.covered_px]) {
         return None;
     }
     let found = gap([(first, a), (second, b)]);
     let beside = found.ends[0].distance(&found.ends[1].point).abs();
-    (beside < BESIDE_PX && found.ends[0].along.dot(&found.ends[1].along) < 0.0).then_some(found)
+    let facing = beside < BESIDE_PX && found.ends[0].along.dot(&found.ends[1].along) < 0.0;
+    (facing && (NARROWEST_PX..WIDEST_PX).contains(&found.width_px)).then_some(found)
 }
 
 /// The gap between two runs: each line is turned towards the other run.

@@ -12,8 +12,10 @@ use nalgebra::{Matrix2, Vector2};
 
 /// The flattest bend that makes a corner, rad in the picture.
 const FLATTEST: f64 = 0.1;
-/// The stripe may be missing this far from the corner, px.
-const MOST_GAP_PX: f64 = 90.0;
+/// The stripe may be missing this far from the corner, as a part of the arm's length.
+const MOST_GAP: f64 = 0.5;
+/// Part of an arm that elements cover at least.
+const LEAST_COVERED: f64 = 0.35;
 /// Stretch beyond the corner in which the stripe must have ended, px.
 const BEYOND_PX: f64 = 60.0;
 /// Light beyond the corner of this part of the arm's counts as the stripe.
@@ -34,6 +36,8 @@ pub struct Pair {
     pub arms: [Line2; 2],
     /// How far each reaches, px.
     pub lengths: [f64; 2],
+    /// Length of each that elements cover, px.
+    pub covered_px: [f64; 2],
     /// Weight of the elements on each.
     pub weights: [f64; 2],
     /// Weight of elements that lie where a corner has nothing.
@@ -91,6 +95,7 @@ fn pair(pieces: &[Piece], numbers: [usize; 2], lens: &Lens) -> Option<Pair> {
         pieces: numbers,
         arms: [first.line, second.line],
         lengths: [first.length, second.length],
+        covered_px: [first.covered_px, second.covered_px],
         weights: [first.weight, second.weight],
         against: first.against + second.against,
     })
@@ -99,6 +104,7 @@ fn pair(pieces: &[Piece], numbers: [usize; 2], lens: &Lens) -> Option<Pair> {
 struct Arm {
     line: Line2,
     length: f64,
+    covered_px: f64,
     weight: f64,
     against: f64,
 }
@@ -117,9 +123,12 @@ fn arm(piece: &Piece, corner: &Vector2<f64>) -> Option<Arm> {
     let mut reached: Vec<f64> = piece.marks.iter().map(|[s, _]| outward(*s)).filter(|s| *s > 0.0).collect();
     reached.sort_by(f64::total_cmp);
     let (begin, end) = (*reached.first()?, *reached.last()?);
-    (begin < MOST_GAP_PX).then(|| Arm {
+    let covered_px = if forward { piece.covered_px(at, last) } else { piece.covered_px(first, at) };
+    let whole = covered_px >= LEAST_COVERED * end && begin <= MOST_GAP * end + near;
+    whole.then(|| Arm {
         line: Line2 { point: *corner, along },
         length: end + 0.5 * TILE as f64,
+        covered_px,
         weight: after.max(before),
         against: after.min(before),
     })

@@ -6,10 +6,11 @@
 
 use crate::stripe::Cut;
 
-/// Blur of the edge by the lens, px.
-const BLUR_PX: f64 = 1.0;
-/// Cuts further than this from a place are all plate or all nothing, px.
-const SHARP_PX: f64 = 3.5;
+/// Blurs of the edge that are tried, px: the lens blurs little, but a seam that crosses the stripe at a slant
+/// ends it at one flank before the other.
+const BLURS_PX: [f64; 6] = [0.7, 1.1, 1.7, 2.6, 4.0, 6.0];
+/// Cuts further than this many blurs from a place are all plate or all nothing.
+const SHARP: f64 = 3.5;
 /// Step between the places that are tried, px.
 const STEP_PX: f64 = 0.2;
 /// Cuts on each side that an edge needs.
@@ -45,15 +46,30 @@ pub fn end(cuts: &[Cut], search: [f64; 2]) -> Option<Edge> {
         let variance = spread * light * light + dark;
         (cut.own_amplitude - rest - (plate - rest) * light).powi(2) / variance + variance.ln()
     };
+    let near: Vec<&Cut> = cuts.iter().filter(|cut| (search[0]..=search[1]).contains(&cut.s)).collect();
+    // Cost of the cuts before each, if all of them are plate, and of those from each on, if none is.
+    let sums = |light: f64| -> Vec<f64> {
+        let mut sum = 0.0;
+        let mut sums = vec![0.0];
+        for cut in &near {
+            sum += cost(cut, light);
+            sums.push(sum);
+        }
+        sums
+    };
+    let (plates, rests) = (sums(1.0), sums(0.0));
     let places = ((search[1] - search[0]) / STEP_PX) as usize;
-    let costs: Vec<(f64, f64)> = (0..=places)
-        .map(|k| {
+    let mut costs = Vec::with_capacity(BLURS_PX.len() * (places + 1));
+    for blur_px in BLURS_PX {
+        for k in 0..=places {
             let place = search[0] + k as f64 * STEP_PX;
-            let near = cuts.iter().filter(|cut| (search[0] - 5.0..search[1] + 5.0).contains(&cut.s));
-            let total: f64 = near.map(|cut| cost(cut, light(place - cut.s))).sum();
-            (place, total / correlation)
-        })
-        .collect();
+            let from = near.partition_point(|cut| cut.s < place - SHARP * blur_px);
+            let to = near.partition_point(|cut| cut.s <= place + SHARP * blur_px);
+            let mixed: f64 = near[from..to].iter().map(|cut| cost(cut, light((place - cut.s) / blur_px))).sum();
+            let total = plates[from] + mixed + rests[near.len()] - rests[to];
+            costs.push((place, total / correlation));
+        }
+    }
     Some(weigh(&costs))
 }
 
@@ -67,15 +83,9 @@ fn weigh(costs: &[(f64, f64)]) -> Edge {
     Edge { s, sigma_px: (variance + STEP_PX * STEP_PX / 12.0).sqrt() }
 }
 
-/// Part of the plate's light at a distance before the edge: a smooth step, within 0.02 of the normal one.
-fn light(before_px: f64) -> f64 {
-    if before_px > SHARP_PX * BLUR_PX {
-        1.0
-    } else if before_px < -SHARP_PX * BLUR_PX {
-        0.0
-    } else {
-        1.0 / (1.0 + (-1.702 * before_px / BLUR_PX).exp())
-    }
+/// Part of the plate's light at a number of blurs before the edge: a smooth step, within 0.01 of the normal one.
+fn light(before: f64) -> f64 {
+    1.0 / (1.0 + (-1.702 * before).exp())
 }
 
 fn amplitudes(cuts: &[Cut], which: impl Fn(f64) -> bool) -> Vec<f64> {

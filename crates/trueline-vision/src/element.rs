@@ -6,7 +6,7 @@
 
 use crate::fastest::fastest;
 use crate::picture::{Level, Picture};
-use crate::tiles::Candidate;
+use crate::tiles::{Candidate, TILE};
 
 /// Side of the window, px: three vectors of eight.
 const WINDOW: usize = 24;
@@ -15,6 +15,9 @@ const HALF: f32 = (WINDOW - 1) as f32 * 0.5;
 const FLOOR: f32 = 0.12;
 /// The thickest mass, as the ratio of its two variances, that still has an axis.
 const ROUNDEST: f32 = 0.45;
+
+/// Elements among which the same one is looked for.
+const REMEMBERED: usize = 24;
 
 /// A short piece of a stripe in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +72,16 @@ pub fn elements<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], fo
 
 #[inline(always)]
 fn extend<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Element>) {
-    found.extend(candidates.iter().filter_map(|candidate| element(picture, candidate)));
+    // One for each tile's worth of picture: several tiles may find the same element of a short piece.
+    let tile = |element: &Element| ((element.u as usize) / TILE, (element.v as usize) / TILE);
+    for candidate in candidates {
+        let Some(next) = element(picture, candidate) else { continue };
+        // Candidates come row by row: the same element is among the last few, or a row of tiles ago.
+        let recent = found.len().saturating_sub(REMEMBERED);
+        if found[recent..].iter().all(|other| tile(other) != tile(&next)) {
+            found.push(next);
+        }
+    }
 }
 
 struct Moments {

@@ -4,10 +4,8 @@ use crate::corner::{Pair, measure, pairs};
 use crate::detector::{Evidence, Workspace};
 use crate::picture::Level;
 use crate::pieces::Piece;
-use crate::seam::{NotFound, Seam};
+use crate::seam::{Lengths, NotFound, Seam};
 
-/// Least weight of an arm: four elements as bright as the brightest.
-const LEAST_WEIGHT: f64 = 2.5;
 /// A second corner with this part of the best one's evidence makes it doubtful.
 const RIVAL: f64 = 0.9;
 /// Corners nearer to each other than this are the same, px.
@@ -20,7 +18,8 @@ const SAME_PX: f64 = 10.0;
 pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Result<Seam, NotFound> {
     let pieces = evidence.pieces;
     let mut pairs = pairs(pieces, evidence.lens);
-    pairs.retain(|pair| pair.weights.iter().all(|weight| *weight > LEAST_WEIGHT));
+    let lengths = Lengths::of(evidence.lens);
+    pairs.retain(|pair| lengths.suffice(pair.covered_px));
     pairs.sort_by(|a, b| b.score().total_cmp(&a.score()));
     let best = *pairs.first().ok_or(match pieces.len() {
         1 => NotFound::OnePiece,

@@ -6,15 +6,12 @@ use crate::lens::Lens;
 use crate::line::Line2;
 use crate::picture::{Level, Picture};
 use crate::pieces::Piece;
-use crate::seam::{MOST_SIGMA_PX, NotFound, Seam};
+use crate::seam::{Lengths, MOST_SIGMA_PX, NotFound, Seam};
 use crate::stripe::{Fit, StripeMeter};
-use crate::template::Template;
 use nalgebra::{Matrix2, Vector2};
 
 /// Plates are parallel to within this, rad in the sheet.
 const PARALLEL: f64 = 0.15;
-/// Least weight of a plate's stripe.
-const LEAST_WEIGHT: f64 = 2.5;
 /// The lower stripe begins within this of the upper one's end, px along it.
 const APART_PX: f64 = 400.0;
 /// The stripes lie at least this many thicknesses beside each other.
@@ -58,8 +55,8 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
         _ => NotFound::NotThisJoint,
     })?;
     let scene = (evidence.picture, evidence.lens);
-    let (edge, fit) =
-        plate_end(&mut work.meter, &best.line, best.length, pieces[best.upper].sigma_px, scene)?;
+    let plate = (best.length, pieces[best.upper].sigma_px);
+    let (edge, fit) = plate_end(&mut work.meter, &best.line, plate, SEARCH_PX, scene)?;
     let (ideal, covariance) = edge_point(&fit, &edge);
     if covariance.trace() > MOST_SIGMA_PX.powi(2) {
         return Err(NotFound::Uncertain);
@@ -69,7 +66,8 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
 
 fn plates(pieces: &[Piece], [upper, lower]: [usize; 2], lens: &Lens) -> Option<Plates> {
     let [a, b] = [upper, lower].map(|number| &pieces[number]);
-    if a.weight() < LEAST_WEIGHT || b.weight() < LEAST_WEIGHT {
+    let covered = |piece: &Piece| piece.covered_px(piece.span()[0], piece.span()[1]);
+    if !Lengths::of(lens).suffice([covered(a), covered(b)]) {
         return None;
     }
     let ends = |piece: &Piece| piece.span().map(|s| piece.line.at(s));
@@ -108,40 +106,27 @@ fn line_point_at(piece: &Piece, other: &Line2, station: f64) -> Vector2<f64> {
     piece.line.at((station - start) / slope)
 }
 
-/// The end of the stripe on a plate: `line` leads to it and its point is near it.
+/// The end of the stripe on a plate of a length and thickness, px: `line` leads to it and its point is within
+/// `search_px` of it.
 ///
 /// # Errors
 /// Too little stripe, or light that does not end.
 pub fn plate_end<L: Level>(
     meter: &mut StripeMeter,
     line: &Line2,
-    length: f64,
-    sigma_px: f64,
+    (length_px, sigma_px): (f64, f64),
+    search_px: f64,
     scene: (&Picture<'_, L>, &Lens),
 ) -> Result<(Edge, Fit), NotFound> {
-    let span = [-length.min(FIT_PX), -SEARCH_PX];
+    let span = [-length_px.min(FIT_PX), -search_px];
     let (fit, template) = meter.fit(line, span, sigma_px, scene).ok_or(NotFound::TooLittle)?;
-    let mut ahead = Line2 { point: line.point, along: fit.line.along };
-    if ahead.along.dot(&line.along) < 0.0 {
-        ahead.along = -ahead.along;
-    }
-    ahead.point = fit.line.at(fit.line.station(&line.point));
-    let edge = end_of(meter, &ahead, &template, scene).ok_or(NotFound::TooLittle)?;
-    let fit = Fit { line: Line2 { point: fit.line.point, along: ahead.along }, ..fit };
-    // The edge counts from the point of the fit.
-    let s = edge.s + fit.line.station(&ahead.point);
-    Ok((Edge { s, ..edge }, fit))
-}
-
-fn end_of<L: Level>(
-    meter: &mut StripeMeter,
-    line: &Line2,
-    template: &Template,
-    scene: (&Picture<'_, L>, &Lens),
-) -> Option<Edge> {
-    let reach = SEARCH_PX + COMPARE_PX;
-    meter.cut(line, [-reach, reach], template, scene);
-    edge::end(meter.cuts(), [-SEARCH_PX, SEARCH_PX])
+    let along = if fit.line.along.dot(&line.along) < 0.0 { -fit.line.along } else { fit.line.along };
+    let fit = Fit { line: Line2 { along, ..fit.line }, ..fit };
+    let near = fit.line.station(&line.point);
+    let reach = [near - search_px - COMPARE_PX, near + search_px + COMPARE_PX.min(search_px)];
+    meter.cut(&fit.line, reach, &template, scene);
+    let edge = edge::end(meter.cuts(), [near - search_px, near + search_px]).ok_or(NotFound::TooLittle)?;
+    Ok((edge, fit))
 }
 
 /// The point at an edge and its covariance: along the line that of the edge, across it that of the line.

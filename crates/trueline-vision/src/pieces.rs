@@ -6,6 +6,7 @@
 use crate::element::Element;
 use crate::lens::Lens;
 use crate::line::Line2;
+use crate::tiles::TILE;
 use nalgebra::Vector2;
 
 /// Distance within which an element lies on a line, px.
@@ -19,7 +20,7 @@ const FEWEST: usize = 3;
 /// Pieces that are looked for.
 const MOST: usize = 8;
 /// Elements further apart than this do not belong to the same run, px.
-const GAP_PX: f64 = 3.5 * crate::tiles::TILE as f64;
+const GAP_PX: f64 = 3.5 * TILE as f64;
 
 /// An element in the ideal picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,8 +37,8 @@ struct Mark {
 pub struct Run {
     /// First and last element along the line, px.
     pub span: [f64; 2],
-    /// Weight of its elements.
-    pub weight: f64,
+    /// Length that elements cover, px.
+    pub covered_px: f64,
 }
 
 /// A straight piece of the stripe.
@@ -73,17 +74,31 @@ impl Piece {
         self.marks.iter().filter(|[s, _]| (from..to).contains(s)).map(|[_, weight]| weight).sum()
     }
 
+    /// Length of a stretch along the line that elements cover, px: a tile for each tile's length with one.
+    #[must_use]
+    pub fn covered_px(&self, from: f64, to: f64) -> f64 {
+        let tile = TILE as f64;
+        let mut last = f64::NEG_INFINITY;
+        let mut covered = 0.0;
+        for [s, _] in self.marks.iter().filter(|[s, _]| (from..=to).contains(s)) {
+            covered += (s - last).min(tile);
+            last = *s;
+        }
+        covered
+    }
+
     /// The stretches between gaps.
     #[must_use]
     pub fn runs(&self) -> Vec<Run> {
         let mut runs: Vec<Run> = Vec::new();
-        for [s, weight] in &self.marks {
+        let tile = TILE as f64;
+        for [s, _] in &self.marks {
             match runs.last_mut() {
                 Some(run) if s - run.span[1] <= GAP_PX => {
+                    run.covered_px += (s - run.span[1]).min(tile);
                     run.span[1] = *s;
-                    run.weight += weight;
                 }
-                _ => runs.push(Run { span: [*s, *s], weight: *weight }),
+                _ => runs.push(Run { span: [*s, *s], covered_px: tile }),
             }
         }
         runs
@@ -124,7 +139,7 @@ impl PieceFinder {
             let second = self.marks[spread(trial, 0.414_214_f32 + trial as f32 * 1e-4, count)];
             let chord = [second.at[0] - first.at[0], second.at[1] - first.at[1]];
             let length = chord[0].hypot(chord[1]);
-            if length < 1.5 * crate::tiles::TILE as f32 {
+            if length < 1.5 * TILE as f32 {
                 continue;
             }
             let along = chord.map(|c| c / length);

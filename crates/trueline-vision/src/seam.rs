@@ -117,3 +117,30 @@ pub enum NotFound {
 
 /// A seam point must be known to this, px.
 pub const MOST_SIGMA_PX: f64 = 5.0;
+
+/// How long pieces of stripe must be to be believed, px: a spark drawn out by its flight is straight as well.
+/// Both grow with the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lengths {
+    /// The shorter of two pieces.
+    pub shorter_px: f64,
+    /// The longer.
+    pub longer_px: f64,
+}
+
+impl Lengths {
+    /// For a camera's pictures: 3 % and 8 % of the diagonal, and no less than four and six tiles.
+    #[must_use]
+    pub fn of(lens: &Lens) -> Self {
+        let [width, height] = lens.camera().size.map(f64::from);
+        let diagonal = width.hypot(height);
+        Self { shorter_px: (0.03 * diagonal).max(64.0), longer_px: (0.08 * diagonal).max(96.0) }
+    }
+
+    /// Whether two lengths are enough.
+    #[must_use]
+    pub fn suffice(&self, lengths_px: [f64; 2]) -> bool {
+        let [a, b] = lengths_px;
+        a.min(b) >= self.shorter_px && a.max(b) >= self.longer_px
+    }
+}

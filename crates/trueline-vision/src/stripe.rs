@@ -14,6 +14,8 @@ const BLOCK: usize = 16;
 const BESIDE: usize = 4;
 /// Cuts to each side over which the amplitude is averaged.
 const SMOOTH: usize = 6;
+/// Cuts over which light is averaged to tell a gap from a dark grain of speckle.
+const DARK_CUTS: usize = 5;
 /// A stripe is there if it has this part of its usual amplitude.
 const PRESENT: f64 = 0.25;
 
@@ -83,6 +85,26 @@ impl StripeMeter {
     #[must_use]
     pub fn cuts(&self) -> &[Cut] {
         &self.cuts
+    }
+
+    /// Stretches of the last cuts, along the line, in which the stripe has less than a part of its usual
+    /// amplitude.
+    pub fn dark_stretches(&mut self, part: f64) -> Vec<[f64; 2]> {
+        let usual = self.usual_amplitude();
+        let mut stretches: Vec<[f64; 2]> = Vec::new();
+        let mut before_dark = false;
+        for around in self.cuts.windows(DARK_CUTS) {
+            let mean = around.iter().map(|cut| cut.own_amplitude).sum::<f64>() / around.len() as f64;
+            let dark = mean < part * usual;
+            let s = around[DARK_CUTS / 2].s;
+            match stretches.last_mut() {
+                Some(stretch) if dark && before_dark => stretch[1] = s,
+                _ if dark => stretches.push([s, s]),
+                _ => {}
+            }
+            before_dark = dark;
+        }
+        stretches
     }
 
     /// Measures the stripe along a stretch of a line that is known to a few px. `None` if there is too little

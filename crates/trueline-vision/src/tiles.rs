@@ -45,7 +45,7 @@ impl Tiles {
     }
 
     /// How far a tile must stand out. Most tiles show no stripe: their median excess, and the spread about
-    /// it, is that of the noise; `least` is 8 sigma above it, and no less than a twentieth of the brightest.
+    /// it, is that of the noise; `least` is 8 sigma above it, and no less than a fiftieth of the brightest.
     pub fn contrast(&mut self) -> Contrast {
         let excess = |(peak, mean): (&f32, &f32)| peak - mean;
         let top = self.peaks.iter().zip(&self.means).map(excess).fold(0.0_f32, f32::max);
@@ -71,7 +71,7 @@ impl Tiles {
         };
         let (usual, lower) = (quantile(0.5), quantile(0.16));
         let spread = (usual - lower).max(bin);
-        Contrast { least: (usual + 8.0 * spread).max(0.05 * top), usual }
+        Contrast { least: (usual + 8.0 * spread).max(0.02 * top), usual }
     }
 
     /// Tiles that stand out: the pixel of their middle, their peak and the level around them.

@@ -3,14 +3,15 @@
 use crate::corner::{Pair, measure, pairs};
 use crate::detector::{Evidence, Workspace};
 use crate::fillet::sigmas_px;
+use crate::lens::Lens;
 use crate::picture::Level;
 use crate::pieces::Piece;
-use crate::seam::{NotFound, Seam};
+use crate::seam::{Lengths, NotFound, Seam};
 
 /// Distance within which the end of a face meets a plate, px.
 const MEETS_PX: f64 = 40.0;
-/// Least weight of a face: three short elements.
-const LEAST_WEIGHT: f64 = 1.5;
+/// Least length of a face that elements cover, px.
+const LEAST_FACE_PX: f64 = 24.0;
 
 /// Finds the bottom.
 ///
@@ -20,9 +21,9 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
     let pieces = evidence.pieces;
     let mut grooves: Vec<(usize, Pair)> = pairs(pieces, evidence.lens)
         .into_iter()
-        .filter(|pair| pair.weights.iter().all(|weight| *weight > LEAST_WEIGHT) && pair.score() > 0.0)
+        .filter(|pair| pair.covered_px.iter().all(|covered| *covered > LEAST_FACE_PX) && pair.score() > 0.0)
         .filter(|pair| pair.is_valley(evidence.lens))
-        .map(|pair| (flanks(pieces, &pair), pair))
+        .map(|pair| (flanks(pieces, &pair, evidence.lens), pair))
         .filter(|(flanks, _)| *flanks > 0)
         .collect();
     // A groove with both plates comes before one with one; then the one with more light on its faces.
@@ -36,7 +37,8 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
 
 /// How many of the faces end at a plate, 0 to 2.
 #[must_use]
-pub fn flanks(pieces: &[Piece], pair: &Pair) -> usize {
+pub fn flanks(pieces: &[Piece], pair: &Pair, lens: &Lens) -> usize {
+    let longer_px = Lengths::of(lens).longer_px;
     (0..2)
         .filter(|face| {
             let end = pair.arms[*face].at(pair.lengths[*face]);
@@ -44,7 +46,8 @@ pub fn flanks(pieces: &[Piece], pair: &Pair) -> usize {
             others.into_iter().any(|(_, plate)| {
                 let [first, last] = plate.span();
                 let nearest = plate.line.station(&end).clamp(first, last);
-                (plate.line.at(nearest) - end).norm() < MEETS_PX
+                let long = plate.covered_px(first, last) > longer_px;
+                long && (plate.line.at(nearest) - end).norm() < MEETS_PX
             })
         })
         .count()
