@@ -1,6 +1,7 @@
 //! The gap of a butt joint: the middle between the ends of the stripe on two plates in one plane.
 
 use crate::detector::{Evidence, Workspace};
+use crate::edge::BANDS;
 use crate::lap::{edge_point, plate_end};
 use crate::line::Line2;
 use crate::picture::Level;
@@ -59,7 +60,7 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
         let plate = (best.lengths[k], best.sigmas_px[k]);
         // The search for one end must not reach the other plate.
         let search_px = SEARCH_PX.min(0.45 * best.width_px);
-        let (edge, fit) = plate_end(&mut work.meter, &best.ends[k], plate, search_px, scene)?;
+        let (edge, fit) = plate_end(&mut work.meter, &best.ends[k], plate, (search_px, [true; BANDS]), scene)?;
         points[k] = edge_point(&fit, &edge);
         quality = quality.min(fit.present);
     }

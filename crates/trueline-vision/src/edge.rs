@@ -1,114 +1,184 @@
 //! Where the stripe on a plate ends, to a fraction of a pixel.
 //!
-//! The amplitude along the stripe is that of the plate up to the edge and none beyond, blurred by the lens.
-//! Speckle makes it vary by its own size where there is light and hardly where there is none: with both
-//! variances measured, every place of the edge has a likelihood, and its mean and spread are the answer.
+//! The stripe is looked at in bands along it. In each, the light is that of the plate up to the edge and none
+//! beyond; since the edge may cross the stripe at a slant, its place may differ from band to band in
+//! proportion. Speckled light has a gamma distribution \[Goodman2007, §3\] whose shape is measured on the
+//! plate: a dark grain before the edge is no surprise, a bright one beyond it is. Every place and slant has a
+//! likelihood then, and the mean and spread of the places are the answer.
 
-use crate::stripe::Cut;
-
-/// Blurs of the edge that are tried, px: the lens blurs little, but a seam that crosses the stripe at a slant
-/// ends it at one flank before the other.
-const BLURS_PX: [f64; 6] = [0.7, 1.1, 1.7, 2.6, 4.0, 6.0];
-/// Cuts further than this many blurs from a place are all plate or all nothing.
-const SHARP: f64 = 3.5;
-/// Step between the places that are tried, px.
-const STEP_PX: f64 = 0.2;
+/// Bands across the stripe.
+pub const BANDS: usize = 6;
+/// Part of the stripe's reach that the bands cover, on each side of its middle.
+pub const COVERED: f64 = 0.7;
+/// Blur of the edge by lens and pixels, px.
+const BLUR_PX: f64 = 0.9;
+/// Cuts further than this from a place are all plate or all nothing, px.
+const SHARP_PX: f64 = 3.2;
+/// Steps between the places that are tried, px: first all along, then near the best.
+const STEPS_PX: [f64; 2] = [1.0, 0.25];
+/// How far from the best first place the second search goes, px.
+const NEAR_PX: f64 = 6.0;
+/// Slants that are tried: px along for each px across.
+const SLANTS: [f64; 9] = [-1.6, -1.1, -0.7, -0.35, 0.0, 0.35, 0.7, 1.1, 1.6];
 /// Cuts on each side that an edge needs.
-const FEWEST: usize = 10;
+const FEWEST: usize = 8;
+/// What the shape of the step is uncertain by, px: blur that is not the one assumed, a seam that is not straight.
+const MODEL_PX: f64 = 0.15;
+/// The most even light that is believed: shape of the gamma distribution.
+const EVENEST: f64 = 10.0;
+/// Part of the plate's light that may be left beyond an edge.
+const LEFT: f64 = 0.5;
+
+/// The light of one cut through the stripe, band by band, in levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BandCut {
+    /// Distance along the line, px.
+    pub s: f64,
+    /// Mean light of each band, from the negative side of the line's normal to the positive.
+    pub light: [f64; BANDS],
+}
 
 /// An edge of the stripe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// Where, along the line, px.
+    /// Where it crosses the line, along it, px.
     pub s: f64,
     /// Its standard deviation, px.
     pub sigma_px: f64,
 }
 
-/// The end of the stripe: light before, none after. `cuts` rise along the line; the edge is looked for
-/// within `search` (px).
-#[must_use]
-pub fn end(cuts: &[Cut], search: [f64; 2]) -> Option<Edge> {
-    let before: Vec<f64> = amplitudes(cuts, |s| s < search[0]);
-    let after: Vec<f64> = amplitudes(cuts, |s| s > search[1]);
-    if before.len() < FEWEST || after.len() < FEWEST {
-        return None;
-    }
-    let (plate, spread) = mean_and_variance(&before);
-    let (rest, dark) = mean_and_variance(&after);
-    // An edge is where the light goes out.
-    if rest > 0.5 * plate {
-        return None;
-    }
-    let (spread, dark) = (spread + 1e-4 * plate * plate, dark + 1e-4 * plate * plate);
-    let correlation = correlation(&before);
-    let cost = |cut: &Cut, light: f64| {
-        let variance = spread * light * light + dark;
-        (cut.own_amplitude - rest - (plate - rest) * light).powi(2) / variance + variance.ln()
-    };
-    let near: Vec<&Cut> = cuts.iter().filter(|cut| (search[0]..=search[1]).contains(&cut.s)).collect();
-    // Cost of the cuts before each, if all of them are plate, and of those from each on, if none is.
-    let sums = |light: f64| -> Vec<f64> {
-        let mut sum = 0.0;
-        let mut sums = vec![0.0];
-        for cut in &near {
-            sum += cost(cut, light);
-            sums.push(sum);
-        }
-        sums
-    };
-    let (plates, rests) = (sums(1.0), sums(0.0));
-    let places = ((search[1] - search[0]) / STEP_PX) as usize;
-    let mut costs = Vec::with_capacity(BLURS_PX.len() * (places + 1));
-    for blur_px in BLURS_PX {
-        for k in 0..=places {
-            let place = search[0] + k as f64 * STEP_PX;
-            let from = near.partition_point(|cut| cut.s < place - SHARP * blur_px);
-            let to = near.partition_point(|cut| cut.s <= place + SHARP * blur_px);
-            let mixed: f64 = near[from..to].iter().map(|cut| cost(cut, light((place - cut.s) / blur_px))).sum();
-            let total = plates[from] + mixed + rests[near.len()] - rests[to];
-            costs.push((place, total / correlation));
-        }
-    }
-    Some(weigh(&costs))
+/// One band: its light on the plate and beyond, and the sums of costs along it.
+struct Band {
+    distance_px: f64,
+    plate: f64,
+    dark: f64,
+    shape: f64,
+    light: Vec<f64>,
+    /// Cost of all cuts before each, were they plate; of all before each, were they dark.
+    as_plate: Vec<f64>,
+    as_dark: Vec<f64>,
 }
 
-/// Mean and spread of the places, each with the likelihood exp(−cost / 2).
-fn weigh(costs: &[(f64, f64)]) -> Edge {
+/// The end of the stripe: light before, none after. `cuts` rise along the line and the edge is looked for within
+/// `search` (px); `width_px` is that of a band, and `bands` says which may be used.
+///
+/// `None` if the light does not end there, or too little of it is seen on either side.
+#[must_use]
+pub fn end(cuts: &[BandCut], search: [f64; 2], width_px: f64, bands: [bool; BANDS]) -> Option<Edge> {
+    let first = cuts.partition_point(|cut| cut.s < search[0]);
+    let last = cuts.partition_point(|cut| cut.s <= search[1]);
+    if first < FEWEST || cuts.len() - last < FEWEST {
+        return None;
+    }
+    let numbers = (0..BANDS).filter(|number| bands[*number]);
+    let bands: Option<Vec<Band>> = numbers.map(|number| Band::of(cuts, number, [first, last], width_px)).collect();
+    let bands = bands?;
+    let stations: Vec<f64> = cuts[first..last].iter().map(|cut| cut.s).collect();
+    let correlation = correlation(&cuts[..first]);
+    let weigh = |from: f64, to: f64, step: f64| weigh(&bands, &stations, [from, to, step], correlation);
+    let rough = weigh(search[0], search[1], STEPS_PX[0]);
+    let reach = NEAR_PX.max(4.0 * rough.sigma_px);
+    Some(weigh((rough.s - reach).max(search[0]), (rough.s + reach).min(search[1]), STEPS_PX[1]))
+}
+
+impl Band {
+    fn of(cuts: &[BandCut], number: usize, [first, last]: [usize; 2], width_px: f64) -> Option<Self> {
+        let light = |cut: &BandCut| cut.light[number];
+        let (plate, variance) = mean_and_variance(cuts[..first].iter().map(light));
+        let (rest, noise) = mean_and_variance(cuts[last..].iter().map(light));
+        if plate <= 0.0 || rest > LEFT * plate {
+            return None;
+        }
+        let dark = (rest.abs() + noise.sqrt()).max(0.03 * plate);
+        let mut band = Self {
+            distance_px: (number as f64 + 0.5 - 0.5 * BANDS as f64) * width_px,
+            plate,
+            dark,
+            shape: (plate * plate / variance.max(1e-9)).clamp(0.5, EVENEST),
+            light: cuts[first..last].iter().map(light).collect(),
+            as_plate: vec![0.0],
+            as_dark: vec![0.0],
+        };
+        let (mut plates, mut darks) = (0.0, 0.0);
+        for k in 0..band.light.len() {
+            plates += band.cost(band.light[k], 1.0);
+            darks += band.cost(band.light[k], 0.0);
+            band.as_plate.push(plates);
+            band.as_dark.push(darks);
+        }
+        Some(band)
+    }
+
+    /// Twice the negative logarithm of a gamma distribution, where a part of the plate's light falls.
+    fn cost(&self, light: f64, part: f64) -> f64 {
+        let mean = self.plate * part + self.dark;
+        2.0 * self.shape * (mean.ln() + (light.max(0.0) + self.dark) / mean)
+    }
+
+    /// Cost of an edge at a place.
+    fn cost_of(&self, stations: &[f64], place: f64) -> f64 {
+        let from = stations.partition_point(|s| *s < place - SHARP_PX);
+        let to = stations.partition_point(|s| *s <= place + SHARP_PX);
+        let mixed = (from..to).map(|k| self.cost(self.light[k], lit((place - stations[k]) / BLUR_PX)));
+        self.as_plate[from] + mixed.sum::<f64>() + self.as_dark[stations.len()] - self.as_dark[to]
+    }
+}
+
+/// Mean and spread of the places, each with its likelihood exp(−cost / 2), summed over slants.
+fn weigh(bands: &[Band], stations: &[f64], [from, to, step]: [f64; 3], correlation: f64) -> Edge {
+    let places = ((to - from) / step) as usize + 1;
+    let mut costs = Vec::with_capacity(SLANTS.len() * places);
+    for slant in SLANTS {
+        for k in 0..places {
+            let place = from + k as f64 * step;
+            let cost: f64 =
+                bands.iter().map(|band| band.cost_of(stations, place + slant * band.distance_px)).sum();
+            costs.push((place, cost / correlation));
+        }
+    }
     let least = costs.iter().fold(f64::INFINITY, |least, (_, cost)| least.min(*cost));
-    let weight = |cost: f64| (-0.5 * (cost - least)).exp();
-    let total: f64 = costs.iter().map(|(_, cost)| weight(*cost)).sum();
-    let s = costs.iter().map(|(place, cost)| place * weight(*cost)).sum::<f64>() / total;
-    let variance = costs.iter().map(|(place, cost)| (place - s).powi(2) * weight(*cost)).sum::<f64>() / total;
-    Edge { s, sigma_px: (variance + STEP_PX * STEP_PX / 12.0).sqrt() }
+    let (mut total, mut mean, mut square) = (0.0, 0.0, 0.0);
+    for (place, cost) in &costs {
+        let weight = (-0.5 * (cost - least)).exp();
+        total += weight;
+        mean += weight * (place - from);
+        square += weight * (place - from).powi(2);
+    }
+    let (mean, square) = (mean / total, square / total);
+    let variance = (square - mean * mean).max(0.0);
+    Edge { s: from + mean, sigma_px: (variance + step * step / 12.0 + MODEL_PX * MODEL_PX).sqrt() }
 }
 
 /// Part of the plate's light at a number of blurs before the edge: a smooth step, within 0.01 of the normal one.
-fn light(before: f64) -> f64 {
+fn lit(before: f64) -> f64 {
     1.0 / (1.0 + (-1.702 * before).exp())
 }
 
-fn amplitudes(cuts: &[Cut], which: impl Fn(f64) -> bool) -> Vec<f64> {
-    cuts.iter().filter(|cut| which(cut.s)).map(|cut| cut.own_amplitude).collect()
+fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let count = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    (mean, values.map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0))
 }
 
-fn mean_and_variance(values: &[f64]) -> (f64, f64) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    (mean, values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0))
-}
-
-/// 1 + 2 Σ ρ_k over the first neighbours: speckle is wider than a pixel.
-fn correlation(values: &[f64]) -> f64 {
-    let (mean, variance) = mean_and_variance(values);
-    let mut sum = 1.0;
-    for lag in 1..values.len() / 4 {
-        let products = values.windows(lag + 1).map(|pair| (pair[0] - mean) * (pair[lag] - mean));
-        let rho = products.sum::<f64>() / (values.len() as f64 * variance).max(1e-12);
+/// How many pixels a grain of speckle covers: (1 + 2 Σ ρ) along the cuts times the same across the bands.
+fn correlation(plate: &[BandCut]) -> f64 {
+    let means: Vec<f64> =
+        (0..BANDS).map(|b| plate.iter().map(|cut| cut.light[b]).sum::<f64>() / plate.len() as f64).collect();
+    let off = |k: usize, b: usize| (plate[k].light[b] - means[b]) / means[b].abs().max(1e-9);
+    let mut none = 0.0;
+    let mut beside = 0.0;
+    for k in 0..plate.len() {
+        none += (0..BANDS).map(|b| off(k, b).powi(2)).sum::<f64>();
+        beside += (1..BANDS).map(|b| off(k, b) * off(k, b - 1)).sum::<f64>() * BANDS as f64 / (BANDS - 1) as f64;
+    }
+    let mut along = 1.0;
+    for lag in 1..plate.len() / 4 {
+        let products = (lag..plate.len()).flat_map(|k| (0..BANDS).map(move |b| off(k, b) * off(k - lag, b)));
+        let rho = products.sum::<f64>() / none.max(1e-12);
         if rho < 0.1 {
             break;
         }
-        sum += 2.0 * rho;
+        along += 2.0 * rho;
     }
-    sum
+    along * (1.0 + 2.0 * (beside / none.max(1e-12)).clamp(0.0, 1.0))
 }

@@ -1,7 +1,8 @@
 //! The edge of a lap joint: where the stripe on the upper plate ends.
 
 use crate::detector::{Evidence, Workspace};
-use crate::edge::{self, Edge};
+use crate::edge::{self, BANDS, Edge};
+use crate::face::Face;
 use crate::lens::Lens;
 use crate::line::Line2;
 use crate::picture::{Level, Picture};
@@ -31,6 +32,11 @@ struct Plates {
     line: Line2,
     length: f64,
     weight: f64,
+    /// Where the lower plate's stripe begins.
+    lower_start: Vector2<f64>,
+    /// Bands on the side away from the lower plate: on the other side the light may run on down the upper
+    /// plate's end face.
+    bands: [bool; BANDS],
 }
 
 /// Finds the edge.
@@ -56,12 +62,32 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
     })?;
     let scene = (evidence.picture, evidence.lens);
     let plate = (best.length, pieces[best.upper].sigma_px);
-    let (edge, fit) = plate_end(&mut work.meter, &best.line, plate, SEARCH_PX, scene)?;
+    let (mut edge, fit) = plate_end(&mut work.meter, &best.line, plate, (SEARCH_PX, best.bands), scene)?;
+    let face = Face::between(&fit, edge.s, &best.lower_start, scene);
+    let lit = face.as_ref().is_none_or(|face| face.is_lit(fit.amplitude, plate.1));
+    if lit {
+        edge = with_lit_face(&edge, face.and_then(|face| face.edge(plate.1)), plate.1);
+    } else {
+        (edge, _) = plate_end(&mut work.meter, &best.line, plate, (SEARCH_PX, [true; BANDS]), scene)?;
+    }
     let (ideal, covariance) = edge_point(&fit, &edge);
     if covariance.trace() > MOST_SIGMA_PX.powi(2) {
         return Err(NotFound::Uncertain);
     }
     Seam::from_ideal(evidence.lens, &ideal, &covariance, fit.present)
+}
+
+/// The edge from the light on the upper plate's end face, if there is some: the stripe's own end, seen from the
+/// side that the face is not on, and the place where the face meets the stripe.
+fn with_lit_face(end: &Edge, face: Option<Edge>, sigma_px: f64) -> Edge {
+    // The face's flank reaches around the corner by about half of the stripe's thickness.
+    let blurred = Edge { s: end.s, sigma_px: end.sigma_px.hypot(0.6 * sigma_px) };
+    let Some(face) = face.filter(|face| (face.s - end.s).abs() < 4.0 * face.sigma_px.hypot(blurred.sigma_px))
+    else {
+        return blurred;
+    };
+    let [a, b] = [blurred, face].map(|edge| edge.sigma_px.powi(-2));
+    Edge { s: (a * blurred.s + b * face.s) / (a + b), sigma_px: (a + b).sqrt().recip() }
 }
 
 fn plates(pieces: &[Piece], [upper, lower]: [usize; 2], lens: &Lens) -> Option<Plates> {
@@ -96,6 +122,8 @@ fn plates(pieces: &[Piece], [upper, lower]: [usize; 2], lens: &Lens) -> Option<P
         line,
         length,
         weight: a.weight() + b.weight(),
+        lower_start: if line.station(&b0) < line.station(&b1) { b0 } else { b1 },
+        bands: std::array::from_fn(|band| if step > 0.0 { band * 2 < BANDS } else { band * 2 >= BANDS }),
     })
 }
 
@@ -107,7 +135,7 @@ fn line_point_at(piece: &Piece, other: &Line2, station: f64) -> Vector2<f64> {
 }
 
 /// The end of the stripe on a plate of a length and thickness, px: `line` leads to it and its point is within
-/// `search_px` of it.
+/// `search_px` of it; `bands` says which bands across the stripe to look at.
 ///
 /// # Errors
 /// Too little stripe, or light that does not end.
@@ -115,7 +143,7 @@ pub fn plate_end<L: Level>(
     meter: &mut StripeMeter,
     line: &Line2,
     (length_px, sigma_px): (f64, f64),
-    search_px: f64,
+    (search_px, bands): (f64, [bool; BANDS]),
     scene: (&Picture<'_, L>, &Lens),
 ) -> Result<(Edge, Fit), NotFound> {
     let span = [-length_px.min(FIT_PX), -search_px];
@@ -124,8 +152,9 @@ pub fn plate_end<L: Level>(
     let fit = Fit { line: Line2 { along, ..fit.line }, ..fit };
     let near = fit.line.station(&line.point);
     let reach = [near - search_px - COMPARE_PX, near + search_px + COMPARE_PX.min(search_px)];
-    meter.cut(&fit.line, reach, &template, scene);
-    let edge = edge::end(meter.cuts(), [near - search_px, near + search_px]).ok_or(NotFound::TooLittle)?;
+    let (cuts, width_px) = meter.bands(&fit.line, reach, &template, scene);
+    let search = [near - search_px, near + search_px];
+    let edge = edge::end(&cuts, search, width_px, bands).ok_or(NotFound::TooLittle)?;
     Ok((edge, fit))
 }
 

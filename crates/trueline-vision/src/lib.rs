@@ -11,6 +11,7 @@ pub mod corner;
 pub mod detector;
 pub mod edge;
 pub mod element;
+pub mod face;
 mod fastest;
 pub mod fillet;
 pub mod lap;

@@ -1,5 +1,6 @@
 //! The stripe along a piece: its middle at every cut, and the line through them.
 
+use crate::edge::{BANDS, BandCut, COVERED};
 use crate::fastest::fastest;
 use crate::lens::Lens;
 use crate::line::Line2;
@@ -85,6 +86,41 @@ impl StripeMeter {
     #[must_use]
     pub fn cuts(&self) -> &[Cut] {
         &self.cuts
+    }
+
+    /// The light along a line in bands beside each other, and the width of a band, px.
+    pub fn bands<L: Level>(
+        &mut self,
+        line: &Line2,
+        span: [f64; 2],
+        template: &Template,
+        scene: (&Picture<'_, L>, &Lens),
+    ) -> (Vec<BandCut>, f64) {
+        let width_px = 2.0 * COVERED * template.reach_px / BANDS as f64;
+        self.track.lay(line, span, scene);
+        self.measure_background(template.reach_px, scene.0);
+        let view = View::new(scene.0, self.track.by_columns);
+        let blocks = self.backgrounds.iter().flat_map(|background| [background; BLOCK]);
+        let cuts = self.track.stations.iter().zip(blocks).filter_map(|(station, background)| {
+            let half_px = 0.5 * BANDS as f64 * width_px;
+            let pixels = view.pixels(station.centre, half_px * station.stretch.abs())?;
+            let middle = 0.5 * f64::from(background.below + background.above);
+            let (mut light, mut counts) = ([0.0; BANDS], [0.0_f64; BANDS]);
+            for (pixel, level) in pixels.clone().zip(view.levels(station.at, pixels)) {
+                let distance = (pixel as f64 - station.centre) / station.stretch + half_px;
+                let band = ((distance / width_px).max(0.0) as usize).min(BANDS - 1);
+                light[band] += f64::from(level) - middle;
+                counts[band] += 1.0;
+            }
+            // A band narrower than a pixel may hold none: its neighbour's light is the nearest there is.
+            let mut last = 0.0;
+            for (light, count) in light.iter_mut().zip(counts) {
+                *light = if count > 0.0 { *light / count } else { last };
+                last = *light;
+            }
+            Some(BandCut { s: station.s, light })
+        });
+        (cuts.collect(), width_px)
     }
 
     /// Stretches of the last cuts, along the line, in which the stripe has less than a part of its usual

@@ -1,0 +1,132 @@
+//! The end face of a lap's upper plate: where it is lit, it leads from one stripe to the other.
+
+use crate::edge::Edge;
+use crate::lens::Lens;
+use crate::line::Line2;
+use crate::picture::{Level, Picture};
+use crate::regression::{Regressor, Shift};
+use crate::stripe::Fit;
+use nalgebra::Vector2;
+
+/// Part of the way from the upper stripe to the lower one in which only the face can be lit.
+const BETWEEN: [f64; 2] = [0.3, 0.7];
+/// How far to both sides of the plates' ends the face is looked for, px.
+const AROUND_PX: f64 = 16.0;
+/// Where it is dark: beside the upper stripe, on the side where the lower one is not, px.
+const DARK_PX: f64 = 24.0;
+const DARK_ALONG_PX: f64 = 60.0;
+/// Part of the upper plate's light that counts as light on the face.
+const LIT: f64 = 0.08;
+/// Standard deviations of the face's thickness within which its light is gathered.
+const GATHERED: f64 = 3.0;
+
+/// The strip between the two stripes of a lap.
+pub struct Face<'a, L> {
+    line: Line2,
+    columns: [f64; 2],
+    rows: [f64; 2],
+    dark: f64,
+    scene: (&'a Picture<'a, L>, &'a Lens),
+}
+
+impl<'a, L: Level> Face<'a, L> {
+    /// The strip between the upper plate's stripe, which ends near `edge_s` on its line, and the lower one's
+    /// start. `None` if it is not all in the picture.
+    #[must_use]
+    pub fn between(
+        fit: &Fit,
+        edge_s: f64,
+        lower_start: &Vector2<f64>,
+        scene: (&'a Picture<'a, L>, &'a Lens),
+    ) -> Option<Self> {
+        let line = fit.line;
+        let (step, ahead) = (line.distance(lower_start), line.station(lower_start) - edge_s);
+        let beside = -step.signum() * DARK_PX;
+        let mut face = Self {
+            line,
+            columns: [edge_s + ahead.min(0.0) - AROUND_PX, edge_s + ahead.max(0.0) + AROUND_PX],
+            rows: BETWEEN.map(|part| part * step),
+            dark: 0.0,
+            scene,
+        };
+        let rows = [beside - 2.0, beside - 1.0, beside, beside + 1.0, beside + 2.0];
+        let dark: Option<Vec<f64>> =
+            rows.iter().map(|row| face.mean(*row, [edge_s - DARK_ALONG_PX, edge_s])).collect();
+        face.dark = dark?.iter().sum::<f64>() / rows.len() as f64;
+        // All of the strip must be there.
+        (face.mean(face.rows[0], face.columns).is_some() && face.mean(face.rows[1], face.columns).is_some())
+            .then_some(face)
+    }
+
+    /// Whether the face is lit, compared with a stripe of an amplitude and thickness.
+    #[must_use]
+    pub fn is_lit(&self, amplitude: f64, sigma_px: f64) -> bool {
+        let rows: Vec<f64> = self.rows().filter_map(|row| self.mean(row, self.columns)).collect();
+        let light = rows.iter().sum::<f64>() / rows.len().max(1) as f64 - self.dark;
+        light * (self.columns[1] - self.columns[0]) > LIT * amplitude * 2.5 * sigma_px
+    }
+
+    /// Where the face, a straight line, meets the upper plate's stripe.
+    #[must_use]
+    pub fn edge(&self, sigma_px: f64) -> Option<Edge> {
+        let mut middles: Vec<Shift> = self.rows().filter_map(|row| self.middle(row, self.columns)).collect();
+        let mut regressor = Regressor::default();
+        for _ in 0..2 {
+            let fit = regressor.fit(&middles)?;
+            // Only the light near the line that was found: elsewhere is noise.
+            let window = |row: f64| {
+                let middle = fit.shift_px + fit.slope * (row - fit.centre);
+                let half = GATHERED * sigma_px.max(1.5);
+                [(middle - half).max(self.columns[0]), (middle + half).min(self.columns[1])]
+            };
+            middles = self.rows().filter_map(|row| self.middle(row, window(row))).collect();
+        }
+        let fit = regressor.fit(&middles)?;
+        let c = &fit.covariance;
+        let variance = c.m11 - 2.0 * c.m12 * fit.centre + c.m22 * fit.centre * fit.centre;
+        Some(Edge { s: fit.shift_px - fit.slope * fit.centre, sigma_px: variance.sqrt() })
+    }
+
+    fn rows(&self) -> impl Iterator<Item = f64> + use<L> {
+        let [from, to] = self.rows;
+        let number = (to - from).abs().floor();
+        (0..number as usize).map(move |k| from + (to - from) * (k as f64 + 0.5) / number)
+    }
+
+    /// Centre of the light in a row.
+    fn middle(&self, row: f64, columns: [f64; 2]) -> Option<Shift> {
+        let (mut light, mut moment) = (0.0, 0.0);
+        for s in along(columns) {
+            let above = (self.level(row, s)? - self.dark).max(0.0);
+            light += above;
+            moment += above * s;
+        }
+        (light > 0.0).then(|| Shift { s: row, shift_px: moment / light, weight: 1.0, response: 1.0 })
+    }
+
+    fn mean(&self, row: f64, columns: [f64; 2]) -> Option<f64> {
+        let levels: Option<Vec<f64>> = along(columns).map(|s| self.level(row, s)).collect();
+        levels.map(|levels| levels.iter().sum::<f64>() / levels.len().max(1) as f64)
+    }
+
+    /// Level at a distance beside the line and along it; `None` out of the picture.
+    fn level(&self, beside: f64, s: f64) -> Option<f64> {
+        let (picture, lens) = self.scene;
+        let pixel = lens.distorted(&(self.line.at(s) + self.line.normal() * beside)).0;
+        let (u, v) = (pixel.x.floor(), pixel.y.floor());
+        if u < 0.0 || v < 0.0 || v + 1.0 >= picture.height() as f64 {
+            return None;
+        }
+        let (p, q) = (pixel.x - u, pixel.y - v);
+        let row = |k: usize| -> Option<f64> {
+            let levels = picture.row(v as usize + k).get(u as usize..u as usize + 2)?;
+            let [a, b] = [levels[0], levels[1]].map(|level| f64::from(Into::<f32>::into(level)));
+            Some(a * (1.0 - p) + b * p)
+        };
+        Some(row(0)? * (1.0 - q) + row(1)? * q)
+    }
+}
+
+fn along([from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
+    (0..(to - from).max(0.0) as usize + 1).map(move |k| from + k as f64)
+}
