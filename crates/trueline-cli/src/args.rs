@@ -372,6 +372,9 @@ pub struct CalibrateArgs {
     /// Distance of the seam from the sensor there, mm; the default is the scan's own
     #[arg(long)]
     pub stand_off_mm: Option<f64>,
+    /// What the laser shines on, for a dataset with pictures and no features
+    #[arg(long, value_enum, default_value_t = JointName::Auto)]
+    pub joint: JointName,
     /// Threads for large scans; the result is the same to the last bit
     #[arg(long, default_value_t = NonZeroUsize::MIN)]
     pub threads: NonZeroUsize,

@@ -27,12 +27,22 @@ pub struct Look {
     pub quiet: bool,
 }
 
+/// Why a joint was looked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Choice {
+    /// The user named it.
+    Asked,
+    /// The pictures show it.
+    Seen,
+    /// The pictures show none.
+    Nothing,
+}
+
 /// What was found in each picture.
 pub struct Found {
     /// The joint that was looked for.
     pub joint: Joint,
-    /// Whether the pictures themselves decided on it.
-    pub chosen: bool,
+    choice: Choice,
     frames: Vec<(FrameFile, Result<Seam, NotFound>)>,
     /// Time in detection alone, summed over threads.
     detection: Duration,
@@ -72,9 +82,13 @@ fn detector(dataset: &Path) -> Result<Detector, Failure> {
 }
 
 fn look_at_frames(detector: &Detector, frames: Vec<FrameFile>, look: &Look) -> Result<Found, Failure> {
-    let joint = match look.joint {
-        Some(joint) => joint,
-        None => choose_joint(detector, &frames)?,
+    let (joint, choice) = match look.joint {
+        Some(joint) => (joint, Choice::Asked),
+        None => match choose_joint(detector, &frames)? {
+            Some(joint) => (joint, Choice::Seen),
+            // Most scans are made over a fillet, and its reasons say most.
+            None => (Joint::Fillet, Choice::Nothing),
+        },
     };
     let bar = progress::bar(frames.len() as u64, "pictures", look.quiet);
     let looked: Result<Vec<_>, Failure> = frames
@@ -102,10 +116,10 @@ fn look_at_frames(detector: &Detector, frames: Vec<FrameFile>, look: &Look) -> R
     let looked = looked?;
     let detection = looked.iter().map(|(_, _, taken)| *taken).sum();
     let frames = looked.into_iter().map(|(frame, seam, _)| (frame, seam)).collect();
-    Ok(Found { joint, chosen: look.joint.is_none(), frames, detection })
+    Ok(Found { joint, choice, frames, detection })
 }
 
-fn choose_joint(detector: &Detector, frames: &[FrameFile]) -> Result<Joint, Failure> {
+fn choose_joint(detector: &Detector, frames: &[FrameFile]) -> Result<Option<Joint>, Failure> {
     let step = frames.len().div_ceil(SAMPLED).max(1);
     let sampled: Vec<&FrameFile> = frames.iter().step_by(step).collect();
     let trials: Result<Vec<Trial>, Failure> = sampled
@@ -205,7 +219,11 @@ impl Found {
     /// For a person.
     pub fn summary(&self) -> String {
         let found = self.features().len();
-        let how = if self.chosen { " (the pictures show it; --joint decides otherwise)" } else { "" };
+        let how = match self.choice {
+            Choice::Asked => "",
+            Choice::Seen => " (the pictures show it; --joint decides otherwise)",
+            Choice::Nothing => " (looked for, since the pictures show no joint)",
+        };
         let mut text = format!("Joint            {}{how}\n", self.joint.name());
         text += &format!("Found            {found} of {} pictures\n", self.frames.len());
         for (reason, count) in self.reasons() {
@@ -234,7 +252,7 @@ impl Found {
         let (u, v) = (self.spread(|s| s.sigma_px()[0]), self.spread(|s| s.sigma_px()[1]));
         serde_json::json!({
             "joint": self.joint.name(),
-            "joint_chosen_by_pictures": self.chosen,
+            "joint_chosen_by_pictures": self.choice == Choice::Seen,
             "pictures": self.frames.len(),
             "found": self.features().len(),
             "not_found": reasons,

@@ -18,7 +18,7 @@ const DARK: f64 = 0.3;
 /// Where an end is looked for, px.
 const SEARCH_PX: f64 = 30.0;
 /// Narrowest gap, px: speckle makes the stripe dark for less.
-const NARROWEST_PX: f64 = 10.0;
+const NARROWEST_PX: f64 = 5.0;
 /// Widest gap, px.
 const WIDEST_PX: f64 = 300.0;
 /// A second gap of this part of the widest one's width makes it doubtful.
@@ -59,7 +59,7 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
     for k in 0..2 {
         let plate = (best.lengths[k], best.sigmas_px[k]);
         // The search for one end must not reach the other plate.
-        let search_px = SEARCH_PX.min(0.45 * best.width_px);
+        let search_px = SEARCH_PX.min(0.35 * best.width_px).max(3.0);
         let (edge, fit) = plate_end(&mut work.meter, &best.ends[k], plate, (search_px, [true; BANDS]), scene)?;
         points[k] = edge_point(&fit, &edge);
         quality = quality.min(fit.present);

@@ -8,22 +8,26 @@ pub type Trial = [Option<Seam>; 4];
 
 /// Part of the pictures in which a joint of several pieces must be found to be preferred to a simpler one.
 const MOSTLY: f64 = 0.5;
-/// A gap is a joint only if it is equally wide everywhere: median deviation as a part of the median.
+/// A gap is a joint only if it is equally wide everywhere (median deviation as a part of the median), or there in
+/// this part of the pictures: soot and scratches make gaps as well, but not one in each picture.
 const EVEN: f64 = 0.15;
+const NEARLY_ALWAYS: f64 = 0.8;
 
-/// The joint. Without any seam in any picture it is the fillet, for which most scans are made.
+/// The joint; `None` if there is no seam in any picture.
 #[must_use]
-pub fn joint(trials: &[Trial]) -> Joint {
+pub fn joint(trials: &[Trial]) -> Option<Joint> {
     let found = |number: usize| trials.iter().filter(|trial| trial[number].is_some()).count();
     // What has more pieces is asked for first: every groove has a corner that a fillet could be, too.
     for (number, joint) in Joint::ALL.into_iter().enumerate() {
-        let often = found(number) as f64 >= MOSTLY * trials.len() as f64;
-        if often && (joint != Joint::Butt || even(trials, number)) {
-            return joint;
+        let share = found(number) as f64 / trials.len().max(1) as f64;
+        let gap = joint != Joint::Butt || share >= NEARLY_ALWAYS || even(trials, number);
+        if share >= MOSTLY && gap {
+            return Some(joint);
         }
     }
+    // Less often: whatever there is most of, but a gap only if it is the same everywhere.
     let most = (0..3).max_by_key(|number| (found(*number), 3 - number));
-    most.filter(|number| found(*number) > 0).map_or(Joint::Fillet, |number| Joint::ALL[number])
+    most.filter(|number| found(*number) > 0).map(|number| Joint::ALL[number])
 }
 
 /// Whether the gap is the same in all pictures: gaps that soot or scratches make are not.

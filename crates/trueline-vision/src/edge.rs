@@ -20,8 +20,8 @@ const STEPS_PX: [f64; 2] = [1.0, 0.25];
 const NEAR_PX: f64 = 6.0;
 /// Slants that are tried: px along for each px across.
 const SLANTS: [f64; 9] = [-1.6, -1.1, -0.7, -0.35, 0.0, 0.35, 0.7, 1.1, 1.6];
-/// Cuts on each side that an edge needs.
-const FEWEST: usize = 8;
+/// Cuts on the plate, and beyond its edge, that are needed.
+const FEWEST: [usize; 2] = [8, 3];
 /// What the shape of the step is uncertain by, px: blur that is not the one assumed, a seam that is not straight.
 const MODEL_PX: f64 = 0.15;
 /// The most even light that is believed: shape of the gamma distribution.
@@ -67,7 +67,7 @@ struct Band {
 pub fn end(cuts: &[BandCut], search: [f64; 2], width_px: f64, bands: [bool; BANDS]) -> Option<Edge> {
     let first = cuts.partition_point(|cut| cut.s < search[0]);
     let last = cuts.partition_point(|cut| cut.s <= search[1]);
-    if first < FEWEST || cuts.len() - last < FEWEST {
+    if first < FEWEST[0] || cuts.len() - last < FEWEST[1] {
         return None;
     }
     let numbers = (0..BANDS).filter(|number| bands[*number]);

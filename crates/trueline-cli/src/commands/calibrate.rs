@@ -1,19 +1,24 @@
 //! `trueline calibrate`.
 
+use super::features;
 use crate::args::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 use crate::failure::Failure;
 use crate::output;
+use crate::pictures::{self, Look};
 use crate::requirement;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline::{Calibration, Config, Hold, ResidualKind, Stamps, Status, Use};
-use trueline_dataset::{Error, Guess, Problem, folder, known_toml};
+use trueline_dataset::{Error, Guess, Problem, folder, images, known_toml};
 use trueline_lsq::Loss;
 use trueline_report::{html, json, summary};
 
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     let config = config(args)?;
+    if !args.dataset.join("features.csv").exists() && images::index_of(&args.dataset).exists() {
+        find_features(args)?;
+    }
     let recording = folder::read(&args.dataset)?;
     let initial = match &args.initial {
         Some(file) => Some(read_guess(file)?),
@@ -22,6 +27,26 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     let calibration = trueline::calibrate(&recording, initial.as_ref(), &config)?;
     write_results(args, &calibration)?;
     Ok(exit_code(&calibration))
+}
+
+/// Writes the features of a dataset that has pictures only.
+fn find_features(args: &CalibrateArgs) -> Result<(), Failure> {
+    let look =
+        Look { joint: features::joint(args.joint), overlay: None, threads: None, quiet: args.quiet };
+    let found = pictures::look_at(&args.dataset, &look)?;
+    if !args.quiet {
+        output::words(&found.summary());
+        output::words("");
+    }
+    let features = found.features();
+    if features.is_empty() {
+        return Err(Failure::new(
+            format!("{}: there is no seam in any of {} pictures", args.dataset.display(), found.looked_at()),
+            "`trueline features DATASET --overlay FOLDER` draws what is seen; --joint names the joint",
+        ));
+    }
+    folder::write_features(&args.dataset, &features)?;
+    Ok(())
 }
 
 /// 0 if accepted, else 1.

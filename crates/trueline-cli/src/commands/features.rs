@@ -41,7 +41,8 @@ fn write(args: &FeaturesArgs, found: &Found, features: &[Feature]) -> Result<Exi
     Ok(ExitCode::SUCCESS)
 }
 
-fn joint(name: JointName) -> Option<Joint> {
+/// The joint of a name; `None` for whatever the pictures show.
+pub fn joint(name: JointName) -> Option<Joint> {
     match name {
         JointName::Auto => None,
         JointName::Fillet => Some(Joint::Fillet),
