@@ -68,15 +68,10 @@ impl Pair {
 }
 
 /// All pairs of pieces that meet in the picture.
-#[must_use]
-pub fn pairs(pieces: &[Piece], lens: &Lens) -> Vec<Pair> {
-    let mut pairs = Vec::new();
-    for first in 0..pieces.len() {
-        for second in first + 1..pieces.len() {
-            pairs.extend(pair(pieces, [first, second], lens));
-        }
-    }
-    pairs
+pub fn pairs<'a>(pieces: &'a [Piece], lens: &'a Lens) -> impl Iterator<Item = Pair> + 'a {
+    let numbers =
+        (0..pieces.len()).flat_map(|first| (first + 1..pieces.len()).map(move |second| [first, second]));
+    numbers.filter_map(|numbers| pair(pieces, numbers, lens))
 }
 
 fn pair(pieces: &[Piece], numbers: [usize; 2], lens: &Lens) -> Option<Pair> {
@@ -120,9 +115,8 @@ fn arm(piece: &Piece, corner: &Vector2<f64>) -> Option<Arm> {
     let forward = after >= before;
     let along = if forward { piece.line.along } else { -piece.line.along };
     let outward = |s: f64| if forward { s - at } else { at - s };
-    let mut reached: Vec<f64> = piece.marks.iter().map(|[s, _]| outward(*s)).filter(|s| *s > 0.0).collect();
-    reached.sort_by(f64::total_cmp);
-    let (begin, end) = (*reached.first()?, *reached.last()?);
+    let reached = piece.marks.iter().map(|[s, _]| outward(*s)).filter(|s| *s > 0.0);
+    let (begin, end) = reached.fold((f64::INFINITY, 0.0_f64), |(begin, end), s| (begin.min(s), end.max(s)));
     let covered_px = if forward { piece.covered_px(at, last) } else { piece.covered_px(first, at) };
     let whole = covered_px >= LEAST_COVERED * end && begin <= MOST_GAP * end + near;
     whole.then(|| Arm {

@@ -1,6 +1,9 @@
 //! From a picture to its seam point: the recipe.
 
+use crate::butt::Gap;
+use crate::edge::EndFinder;
 use crate::element::{Element, elements};
+use crate::face::FaceFinder;
 use crate::lens::Lens;
 use crate::picture::{Level, Picture};
 use crate::pieces::{Piece, PieceFinder};
@@ -23,11 +26,25 @@ pub struct Evidence<'a, L> {
     pub pieces: &'a [Piece],
 }
 
+impl<L> Evidence<'_, L> {
+    /// Why there is no joint among the pieces.
+    #[must_use]
+    pub fn no_joint(&self) -> NotFound {
+        if self.pieces.len() == 1 { NotFound::OnePiece } else { NotFound::NotThisJoint }
+    }
+}
+
 /// Memory that detection works in.
 #[derive(Clone, Debug, Default)]
 pub struct Workspace {
     /// Measures pieces of stripe.
     pub meter: StripeMeter,
+    /// Finds where they end.
+    pub ends: EndFinder,
+    /// Finds where the end face of a plate begins.
+    pub faces: FaceFinder,
+    /// Gaps between plates.
+    pub gaps: Vec<Gap>,
 }
 
 /// Finds the seam in pictures of one camera. Keeps its memory from one picture to the next, and nothing else:

@@ -26,6 +26,8 @@ const FEWEST: [usize; 2] = [8, 3];
 const MODEL_PX: f64 = 0.15;
 /// The most even light that is believed: shape of the gamma distribution.
 const EVENEST: f64 = 10.0;
+/// Light beyond the edge is taken to be at least this part of the plate's: lenses stray some.
+const LEAST_DARK: f64 = 0.03;
 /// Part of the plate's light that may be left beyond an edge.
 const LEFT: f64 = 0.5;
 
@@ -48,6 +50,7 @@ pub struct Edge {
 }
 
 /// One band: its light on the plate and beyond, and the sums of costs along it.
+#[derive(Clone, Debug, Default)]
 struct Band {
     distance_px: f64,
     plate: f64,
@@ -59,54 +62,99 @@ struct Band {
     as_dark: Vec<f64>,
 }
 
-/// The end of the stripe: light before, none after. `cuts` rise along the line and the edge is looked for within
-/// `search` (px); `width_px` is that of a band, and `bands` says which may be used.
-///
-/// `None` if the light does not end there, or too little of it is seen on either side.
-#[must_use]
-pub fn end(cuts: &[BandCut], search: [f64; 2], width_px: f64, bands: [bool; BANDS]) -> Option<Edge> {
-    let first = cuts.partition_point(|cut| cut.s < search[0]);
-    let last = cuts.partition_point(|cut| cut.s <= search[1]);
-    if first < FEWEST[0] || cuts.len() - last < FEWEST[1] {
-        return None;
+/// Finds ends of stripes; memory is kept from one to the next.
+#[derive(Clone, Debug, Default)]
+pub struct EndFinder {
+    /// The light that is looked at, by rising distance along the line.
+    pub cuts: Vec<BandCut>,
+    bands: [Band; BANDS],
+    stations: Vec<f64>,
+    costs: Vec<(f64, f64)>,
+}
+
+impl EndFinder {
+    /// The end of the stripe in `cuts`: light before, none after. The edge is looked for within `search` (px);
+    /// `width_px` is that of a band, and `used` says which bands are looked at.
+    ///
+    /// `None` if the light does not end there, or too little of it is seen on either side.
+    pub fn end(&mut self, search: [f64; 2], width_px: f64, used: [bool; BANDS]) -> Option<Edge> {
+        let first = self.cuts.partition_point(|cut| cut.s < search[0]);
+        let last = self.cuts.partition_point(|cut| cut.s <= search[1]);
+        if first < FEWEST[0] || self.cuts.len() - last < FEWEST[1] {
+            return None;
+        }
+        for (number, band) in self.bands.iter_mut().enumerate().filter(|(number, _)| used[*number]) {
+            band.measure(&self.cuts, number, [first, last], width_px)?;
+        }
+        self.stations.clear();
+        self.stations.extend(self.cuts[first..last].iter().map(|cut| cut.s));
+        let correlation = correlation(&self.cuts[..first]);
+        let rough = self.weigh([search[0], search[1], STEPS_PX[0]], used, correlation);
+        let reach = NEAR_PX.max(4.0 * rough.sigma_px);
+        let near = [(rough.s - reach).max(search[0]), (rough.s + reach).min(search[1]), STEPS_PX[1]];
+        Some(self.weigh(near, used, correlation))
     }
-    let numbers = (0..BANDS).filter(|number| bands[*number]);
-    let bands: Option<Vec<Band>> = numbers.map(|number| Band::of(cuts, number, [first, last], width_px)).collect();
-    let bands = bands?;
-    let stations: Vec<f64> = cuts[first..last].iter().map(|cut| cut.s).collect();
-    let correlation = correlation(&cuts[..first]);
-    let weigh = |from: f64, to: f64, step: f64| weigh(&bands, &stations, [from, to, step], correlation);
-    let rough = weigh(search[0], search[1], STEPS_PX[0]);
-    let reach = NEAR_PX.max(4.0 * rough.sigma_px);
-    Some(weigh((rough.s - reach).max(search[0]), (rough.s + reach).min(search[1]), STEPS_PX[1]))
+
+    /// Mean and spread of the places, each with its likelihood exp(−cost / 2), summed over slants.
+    fn weigh(&mut self, [from, to, step]: [f64; 3], used: [bool; BANDS], correlation: f64) -> Edge {
+        let places = ((to - from) / step) as usize + 1;
+        self.costs.clear();
+        for slant in SLANTS {
+            for k in 0..places {
+                let place = from + k as f64 * step;
+                let bands = self.bands.iter().zip(used).filter(|(_, used)| *used);
+                let costs =
+                    bands.map(|(band, _)| band.cost_of(&self.stations, place + slant * band.distance_px));
+                self.costs.push((place, costs.sum::<f64>() / correlation));
+            }
+        }
+        let least = self.costs.iter().fold(f64::INFINITY, |least, (_, cost)| least.min(*cost));
+        let (mut total, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for (place, cost) in &self.costs {
+            let weight = (-0.5 * (cost - least)).exp();
+            total += weight;
+            mean += weight * (place - from);
+            square += weight * (place - from).powi(2);
+        }
+        let (mean, square) = (mean / total, square / total);
+        let variance = (square - mean * mean).max(0.0) + step * step / 12.0;
+        Edge { s: from + mean, sigma_px: (variance + MODEL_PX * MODEL_PX).sqrt() }
+    }
 }
 
 impl Band {
-    fn of(cuts: &[BandCut], number: usize, [first, last]: [usize; 2], width_px: f64) -> Option<Self> {
+    /// Takes over a band's light; `None` if it does not fall from the plate to what is beyond.
+    fn measure(
+        &mut self,
+        cuts: &[BandCut],
+        number: usize,
+        [first, last]: [usize; 2],
+        width_px: f64,
+    ) -> Option<()> {
         let light = |cut: &BandCut| cut.light[number];
         let (plate, variance) = mean_and_variance(cuts[..first].iter().map(light));
         let (rest, noise) = mean_and_variance(cuts[last..].iter().map(light));
         if plate <= 0.0 || rest > LEFT * plate {
             return None;
         }
-        let dark = (rest.abs() + noise.sqrt()).max(0.03 * plate);
-        let mut band = Self {
-            distance_px: (number as f64 + 0.5 - 0.5 * BANDS as f64) * width_px,
-            plate,
-            dark,
-            shape: (plate * plate / variance.max(1e-9)).clamp(0.5, EVENEST),
-            light: cuts[first..last].iter().map(light).collect(),
-            as_plate: vec![0.0],
-            as_dark: vec![0.0],
-        };
+        self.distance_px = (number as f64 + 0.5 - 0.5 * BANDS as f64) * width_px;
+        self.plate = plate;
+        self.dark = (rest.abs() + noise.sqrt()).max(LEAST_DARK * plate);
+        self.shape = (plate * plate / variance.max(1e-9)).clamp(0.5, EVENEST);
+        self.light.clear();
+        self.light.extend(cuts[first..last].iter().map(light));
         let (mut plates, mut darks) = (0.0, 0.0);
-        for k in 0..band.light.len() {
-            plates += band.cost(band.light[k], 1.0);
-            darks += band.cost(band.light[k], 0.0);
-            band.as_plate.push(plates);
-            band.as_dark.push(darks);
+        self.as_plate.clear();
+        self.as_dark.clear();
+        for k in 0..=self.light.len() {
+            self.as_plate.push(plates);
+            self.as_dark.push(darks);
+            if let Some(light) = self.light.get(k) {
+                plates += self.cost(*light, 1.0);
+                darks += self.cost(*light, 0.0);
+            }
         }
-        Some(band)
+        Some(())
     }
 
     /// Twice the negative logarithm of a gamma distribution, where a part of the plate's light falls.
@@ -124,31 +172,6 @@ impl Band {
     }
 }
 
-/// Mean and spread of the places, each with its likelihood exp(−cost / 2), summed over slants.
-fn weigh(bands: &[Band], stations: &[f64], [from, to, step]: [f64; 3], correlation: f64) -> Edge {
-    let places = ((to - from) / step) as usize + 1;
-    let mut costs = Vec::with_capacity(SLANTS.len() * places);
-    for slant in SLANTS {
-        for k in 0..places {
-            let place = from + k as f64 * step;
-            let cost: f64 =
-                bands.iter().map(|band| band.cost_of(stations, place + slant * band.distance_px)).sum();
-            costs.push((place, cost / correlation));
-        }
-    }
-    let least = costs.iter().fold(f64::INFINITY, |least, (_, cost)| least.min(*cost));
-    let (mut total, mut mean, mut square) = (0.0, 0.0, 0.0);
-    for (place, cost) in &costs {
-        let weight = (-0.5 * (cost - least)).exp();
-        total += weight;
-        mean += weight * (place - from);
-        square += weight * (place - from).powi(2);
-    }
-    let (mean, square) = (mean / total, square / total);
-    let variance = (square - mean * mean).max(0.0);
-    Edge { s: from + mean, sigma_px: (variance + step * step / 12.0 + MODEL_PX * MODEL_PX).sqrt() }
-}
-
 /// Part of the plate's light at a number of blurs before the edge: a smooth step, within 0.01 of the normal one.
 fn lit(before: f64) -> f64 {
     1.0 / (1.0 + (-1.702 * before).exp())
@@ -162,14 +185,15 @@ fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
 
 /// How many pixels a grain of speckle covers: (1 + 2 Σ ρ) along the cuts times the same across the bands.
 fn correlation(plate: &[BandCut]) -> f64 {
-    let means: Vec<f64> =
-        (0..BANDS).map(|b| plate.iter().map(|cut| cut.light[b]).sum::<f64>() / plate.len() as f64).collect();
+    let means: [f64; BANDS] =
+        std::array::from_fn(|b| plate.iter().map(|cut| cut.light[b]).sum::<f64>() / plate.len() as f64);
     let off = |k: usize, b: usize| (plate[k].light[b] - means[b]) / means[b].abs().max(1e-9);
     let mut none = 0.0;
     let mut beside = 0.0;
     for k in 0..plate.len() {
         none += (0..BANDS).map(|b| off(k, b).powi(2)).sum::<f64>();
-        beside += (1..BANDS).map(|b| off(k, b) * off(k, b - 1)).sum::<f64>() * BANDS as f64 / (BANDS - 1) as f64;
+        beside +=
+            (1..BANDS).map(|b| off(k, b) * off(k, b - 1)).sum::<f64>() * BANDS as f64 / (BANDS - 1) as f64;
     }
     let mut along = 1.0;
     for lag in 1..plate.len() / 4 {

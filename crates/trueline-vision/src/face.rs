@@ -20,6 +20,36 @@ const LIT: f64 = 0.08;
 /// Standard deviations of the face's thickness within which its light is gathered.
 const GATHERED: f64 = 3.0;
 
+/// Finds where faces begin; memory is kept from one to the next.
+#[derive(Clone, Debug, Default)]
+pub struct FaceFinder {
+    middles: Vec<Shift>,
+    regressor: Regressor,
+}
+
+impl FaceFinder {
+    /// Where a face, a straight line, meets the upper plate's stripe.
+    pub fn edge<L: Level>(&mut self, face: &Face<'_, L>, sigma_px: f64) -> Option<Edge> {
+        self.middles.clear();
+        self.middles.extend(face.rows().filter_map(|row| face.middle(row, face.columns)));
+        for _ in 0..2 {
+            let fit = self.regressor.fit(&self.middles)?;
+            // Only the light near the line that was found: elsewhere is noise.
+            let window = |row: f64| {
+                let middle = fit.shift_px + fit.slope * (row - fit.centre);
+                let half = GATHERED * sigma_px.max(1.5);
+                [(middle - half).max(face.columns[0]), (middle + half).min(face.columns[1])]
+            };
+            self.middles.clear();
+            self.middles.extend(face.rows().filter_map(|row| face.middle(row, window(row))));
+        }
+        let fit = self.regressor.fit(&self.middles)?;
+        let c = &fit.covariance;
+        let variance = c.m11 - 2.0 * c.m12 * fit.centre + c.m22 * fit.centre * fit.centre;
+        Some(Edge { s: fit.shift_px - fit.slope * fit.centre, sigma_px: variance.sqrt() })
+    }
+}
+
 /// The strip between the two stripes of a lap.
 pub struct Face<'a, L> {
     line: Line2,
@@ -50,9 +80,9 @@ impl<'a, L: Level> Face<'a, L> {
             scene,
         };
         let rows = [beside - 2.0, beside - 1.0, beside, beside + 1.0, beside + 2.0];
-        let dark: Option<Vec<f64>> =
-            rows.iter().map(|row| face.mean(*row, [edge_s - DARK_ALONG_PX, edge_s])).collect();
-        face.dark = dark?.iter().sum::<f64>() / rows.len() as f64;
+        let dark: Option<f64> =
+            rows.iter().map(|row| face.mean(*row, [edge_s - DARK_ALONG_PX, edge_s])).sum();
+        face.dark = dark? / rows.len() as f64;
         // All of the strip must be there.
         (face.mean(face.rows[0], face.columns).is_some() && face.mean(face.rows[1], face.columns).is_some())
             .then_some(face)
@@ -61,30 +91,13 @@ impl<'a, L: Level> Face<'a, L> {
     /// Whether the face is lit, compared with a stripe of an amplitude and thickness.
     #[must_use]
     pub fn is_lit(&self, amplitude: f64, sigma_px: f64) -> bool {
-        let rows: Vec<f64> = self.rows().filter_map(|row| self.mean(row, self.columns)).collect();
-        let light = rows.iter().sum::<f64>() / rows.len().max(1) as f64 - self.dark;
-        light * (self.columns[1] - self.columns[0]) > LIT * amplitude * 2.5 * sigma_px
-    }
-
-    /// Where the face, a straight line, meets the upper plate's stripe.
-    #[must_use]
-    pub fn edge(&self, sigma_px: f64) -> Option<Edge> {
-        let mut middles: Vec<Shift> = self.rows().filter_map(|row| self.middle(row, self.columns)).collect();
-        let mut regressor = Regressor::default();
-        for _ in 0..2 {
-            let fit = regressor.fit(&middles)?;
-            // Only the light near the line that was found: elsewhere is noise.
-            let window = |row: f64| {
-                let middle = fit.shift_px + fit.slope * (row - fit.centre);
-                let half = GATHERED * sigma_px.max(1.5);
-                [(middle - half).max(self.columns[0]), (middle + half).min(self.columns[1])]
-            };
-            middles = self.rows().filter_map(|row| self.middle(row, window(row))).collect();
+        let (mut light, mut count) = (0.0, 0.0);
+        for mean in self.rows().filter_map(|row| self.mean(row, self.columns)) {
+            light += mean - self.dark;
+            count += 1.0;
         }
-        let fit = regressor.fit(&middles)?;
-        let c = &fit.covariance;
-        let variance = c.m11 - 2.0 * c.m12 * fit.centre + c.m22 * fit.centre * fit.centre;
-        Some(Edge { s: fit.shift_px - fit.slope * fit.centre, sigma_px: variance.sqrt() })
+        let light = light / f64::max(count, 1.0);
+        light * (self.columns[1] - self.columns[0]) > LIT * amplitude * 2.5 * sigma_px
     }
 
     fn rows(&self) -> impl Iterator<Item = f64> + use<L> {
@@ -105,8 +118,8 @@ impl<'a, L: Level> Face<'a, L> {
     }
 
     fn mean(&self, row: f64, columns: [f64; 2]) -> Option<f64> {
-        let levels: Option<Vec<f64>> = along(columns).map(|s| self.level(row, s)).collect();
-        levels.map(|levels| levels.iter().sum::<f64>() / levels.len().max(1) as f64)
+        let sum: Option<f64> = along(columns).map(|s| self.level(row, s)).sum();
+        sum.map(|sum| sum / along(columns).count().max(1) as f64)
     }
 
     /// Level at a distance beside the line and along it; `None` out of the picture.

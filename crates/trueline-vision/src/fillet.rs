@@ -17,19 +17,14 @@ const SAME_PX: f64 = 10.0;
 /// Why there is none.
 pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Result<Seam, NotFound> {
     let pieces = evidence.pieces;
-    let mut pairs = pairs(pieces, evidence.lens);
     let lengths = Lengths::of(evidence.lens);
-    pairs.retain(|pair| lengths.suffice(pair.covered_px));
-    pairs.sort_by(|a, b| b.score().total_cmp(&a.score()));
-    let best = *pairs.first().ok_or(match pieces.len() {
-        1 => NotFound::OnePiece,
-        _ => NotFound::NotThisJoint,
-    })?;
+    let long = || pairs(pieces, evidence.lens).filter(|pair| lengths.suffice(pair.covered_px));
+    let best = long().max_by(|a, b| a.score().total_cmp(&b.score())).ok_or(evidence.no_joint())?;
     if best.score() <= 0.0 {
         return Err(NotFound::NotThisJoint);
     }
-    let elsewhere = |pair: &&Pair| (pair.corner() - best.corner()).norm() > SAME_PX;
-    if pairs.iter().find(elsewhere).is_some_and(|rival| rival.score() > RIVAL * best.score()) {
+    let elsewhere = |pair: &Pair| (pair.corner() - best.corner()).norm() > SAME_PX;
+    if long().any(|pair| elsewhere(&pair) && pair.score() > RIVAL * best.score()) {
         return Err(NotFound::Ambiguous);
     }
     measure(&mut work.meter, &best, sigmas_px(pieces, &best), (evidence.picture, evidence.lens))

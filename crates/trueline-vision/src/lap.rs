@@ -1,14 +1,14 @@
 //! The edge of a lap joint: where the stripe on the upper plate ends.
 
 use crate::detector::{Evidence, Workspace};
-use crate::edge::{self, BANDS, Edge};
+use crate::edge::{BANDS, Edge};
 use crate::face::Face;
 use crate::lens::Lens;
 use crate::line::Line2;
 use crate::picture::{Level, Picture};
 use crate::pieces::Piece;
 use crate::seam::{Lengths, MOST_SIGMA_PX, NotFound, Seam};
-use crate::stripe::{Fit, StripeMeter};
+use crate::stripe::Fit;
 use nalgebra::{Matrix2, Vector2};
 
 /// Plates are parallel to within this, rad in the sheet.
@@ -56,19 +56,17 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
             }
         }
     }
-    let best = best.ok_or(match pieces.len() {
-        1 => NotFound::OnePiece,
-        _ => NotFound::NotThisJoint,
-    })?;
+    let best = best.ok_or(evidence.no_joint())?;
     let scene = (evidence.picture, evidence.lens);
-    let plate = (best.length, pieces[best.upper].sigma_px);
-    let (mut edge, fit) = plate_end(&mut work.meter, &best.line, plate, (SEARCH_PX, best.bands), scene)?;
+    let plate = Plate { line: best.line, length_px: best.length, sigma_px: pieces[best.upper].sigma_px };
+    let (mut edge, fit) = plate_end(work, &plate, (SEARCH_PX, best.bands), scene)?;
     let face = Face::between(&fit, edge.s, &best.lower_start, scene);
-    let lit = face.as_ref().is_none_or(|face| face.is_lit(fit.amplitude, plate.1));
+    let lit = face.as_ref().is_none_or(|face| face.is_lit(fit.amplitude, plate.sigma_px));
     if lit {
-        edge = with_lit_face(&edge, face.and_then(|face| face.edge(plate.1)), plate.1);
+        let begins = face.and_then(|face| work.faces.edge(&face, plate.sigma_px));
+        edge = with_lit_face(&edge, begins, plate.sigma_px);
     } else {
-        (edge, _) = plate_end(&mut work.meter, &best.line, plate, (SEARCH_PX, [true; BANDS]), scene)?;
+        (edge, _) = plate_end(work, &plate, (SEARCH_PX, [true; BANDS]), scene)?;
     }
     let (ideal, covariance) = edge_point(&fit, &edge);
     if covariance.trace() > MOST_SIGMA_PX.powi(2) {
@@ -134,27 +132,36 @@ fn line_point_at(piece: &Piece, other: &Line2, station: f64) -> Vector2<f64> {
     piece.line.at((station - start) / slope)
 }
 
-/// The end of the stripe on a plate of a length and thickness, px: `line` leads to it and its point is within
-/// `search_px` of it; `bands` says which bands across the stripe to look at.
+/// The stripe on a plate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plate {
+    /// Its line, which leads to its end; the point is near the end.
+    pub line: Line2,
+    /// Its length, px.
+    pub length_px: f64,
+    /// Its thickness, px.
+    pub sigma_px: f64,
+}
+
+/// The end of the stripe on a plate, within `search_px` of the point of its line; `bands` says which bands across
+/// the stripe are looked at.
 ///
 /// # Errors
 /// Too little stripe, or light that does not end.
 pub fn plate_end<L: Level>(
-    meter: &mut StripeMeter,
-    line: &Line2,
-    (length_px, sigma_px): (f64, f64),
+    work: &mut Workspace,
+    plate: &Plate,
     (search_px, bands): (f64, [bool; BANDS]),
     scene: (&Picture<'_, L>, &Lens),
 ) -> Result<(Edge, Fit), NotFound> {
-    let span = [-length_px.min(FIT_PX), -search_px];
-    let (fit, template) = meter.fit(line, span, sigma_px, scene).ok_or(NotFound::TooLittle)?;
-    let along = if fit.line.along.dot(&line.along) < 0.0 { -fit.line.along } else { fit.line.along };
-    let fit = Fit { line: Line2 { along, ..fit.line }, ..fit };
-    let near = fit.line.station(&line.point);
+    let span = [-plate.length_px.min(FIT_PX), -search_px];
+    let (fit, template) =
+        work.meter.fit(&plate.line, span, plate.sigma_px, scene).ok_or(NotFound::TooLittle)?;
+    let near = fit.line.station(&plate.line.point);
     let reach = [near - search_px - COMPARE_PX, near + search_px + COMPARE_PX.min(search_px)];
-    let (cuts, width_px) = meter.bands(&fit.line, reach, &template, scene);
+    let width_px = work.meter.bands(&fit.line, reach, &template, scene, &mut work.ends.cuts);
     let search = [near - search_px, near + search_px];
-    let edge = edge::end(&cuts, search, width_px, bands).ok_or(NotFound::TooLittle)?;
+    let edge = work.ends.end(search, width_px, bands).ok_or(NotFound::TooLittle)?;
     Ok((edge, fit))
 }
 

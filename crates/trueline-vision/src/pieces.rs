@@ -19,9 +19,6 @@ const TRIALS: usize = 160;
 const FEWEST: usize = 3;
 /// Pieces that are looked for.
 const MOST: usize = 8;
-/// Elements further apart than this do not belong to the same run, px.
-const GAP_PX: f64 = 3.5 * TILE as f64;
-
 /// An element in the ideal picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Mark {
@@ -30,15 +27,6 @@ struct Mark {
     weight: f32,
     sigma_px: f32,
     brightness: f32,
-}
-
-/// A stretch of a piece without large gaps: from where to where along its line, and how much supports it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Run {
-    /// First and last element along the line, px.
-    pub span: [f64; 2],
-    /// Length that elements cover, px.
-    pub covered_px: f64,
 }
 
 /// A straight piece of the stripe.
@@ -86,23 +74,6 @@ impl Piece {
         }
         covered
     }
-
-    /// The stretches between gaps.
-    #[must_use]
-    pub fn runs(&self) -> Vec<Run> {
-        let mut runs: Vec<Run> = Vec::new();
-        let tile = TILE as f64;
-        for [s, _] in &self.marks {
-            match runs.last_mut() {
-                Some(run) if s - run.span[1] <= GAP_PX => {
-                    run.covered_px += (s - run.span[1]).min(tile);
-                    run.span[1] = *s;
-                }
-                _ => runs.push(Run { span: [*s, *s], covered_px: tile }),
-            }
-        }
-        runs
-    }
 }
 
 /// Finds pieces; keeps its memory from one picture to the next.
@@ -110,12 +81,14 @@ impl Piece {
 pub struct PieceFinder {
     marks: Vec<Mark>,
     members: Vec<Mark>,
+    /// Memory of pieces that are gone.
+    spare: Vec<Vec<[f64; 2]>>,
 }
 
 impl PieceFinder {
     /// The straight pieces among the elements, the strongest first.
     pub fn find(&mut self, elements: &[Element], lens: &Lens, pieces: &mut Vec<Piece>) {
-        pieces.clear();
+        self.spare.extend(pieces.drain(..).map(|piece| piece.marks));
         self.marks.clear();
         let brightest = elements.iter().fold(0.0_f32, |top, e| top.max(e.brightness));
         self.marks.extend(elements.iter().filter_map(|element| mark(element, lens, brightest)));
@@ -125,7 +98,8 @@ impl PieceFinder {
             if self.members.len() < FEWEST {
                 break;
             }
-            pieces.push(piece(&line, &mut self.members));
+            let memory = self.spare.pop().unwrap_or_default();
+            pieces.push(piece(&line, &mut self.members, memory));
         }
     }
 
@@ -224,14 +198,15 @@ fn mark(element: &Element, lens: &Lens, brightest: f32) -> Option<Mark> {
     (length.is_finite() && length > 0.0 && weight.is_finite()).then_some(mark)
 }
 
-fn piece(line: &Line2, members: &mut [Mark]) -> Piece {
+/// The piece along a line; `marks` is memory that may be used.
+fn piece(line: &Line2, members: &mut [Mark], mut marks: Vec<[f64; 2]>) -> Piece {
     let at = |mark: &Mark| line.station(&Vector2::from(mark.at.map(f64::from)));
-    let mut marks: Vec<[f64; 2]> = members.iter().map(|mark| [at(mark), f64::from(mark.weight)]).collect();
-    marks.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    marks.clear();
+    marks.extend(members.iter().map(|mark| [at(mark), f64::from(mark.weight)]));
+    marks.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
     let mut middle = |value: fn(&Mark) -> f32| {
         let half = members.len() / 2;
-        members.sort_by(|a, b| value(a).total_cmp(&value(b)));
-        f64::from(value(&members[half]))
+        f64::from(value(members.select_nth_unstable_by(half, |a, b| value(a).total_cmp(&value(b))).1))
     };
     Piece { line: *line, marks, sigma_px: middle(|m| m.sigma_px), brightness: middle(|m| m.brightness) }
 }

@@ -79,6 +79,7 @@ pub struct StripeMeter {
     regressor: Regressor,
     stack: Stack,
     sorted: Vec<f64>,
+    dark: Vec<[f64; 2]>,
 }
 
 impl StripeMeter {
@@ -88,46 +89,32 @@ impl StripeMeter {
         &self.cuts
     }
 
-    /// The light along a line in bands beside each other, and the width of a band, px.
+    /// The light along a line in bands beside each other; returns the width of a band, px.
     pub fn bands<L: Level>(
         &mut self,
         line: &Line2,
         span: [f64; 2],
         template: &Template,
         scene: (&Picture<'_, L>, &Lens),
-    ) -> (Vec<BandCut>, f64) {
+        cuts: &mut Vec<BandCut>,
+    ) -> f64 {
         let width_px = 2.0 * COVERED * template.reach_px / BANDS as f64;
         self.track.lay(line, span, scene);
         self.measure_background(template.reach_px, scene.0);
         let view = View::new(scene.0, self.track.by_columns);
-        let blocks = self.backgrounds.iter().flat_map(|background| [background; BLOCK]);
-        let cuts = self.track.stations.iter().zip(blocks).filter_map(|(station, background)| {
-            let half_px = 0.5 * BANDS as f64 * width_px;
-            let pixels = view.pixels(station.centre, half_px * station.stretch.abs())?;
-            let middle = 0.5 * f64::from(background.below + background.above);
-            let (mut light, mut counts) = ([0.0; BANDS], [0.0_f64; BANDS]);
-            for (pixel, level) in pixels.clone().zip(view.levels(station.at, pixels)) {
-                let distance = (pixel as f64 - station.centre) / station.stretch + half_px;
-                let band = ((distance / width_px).max(0.0) as usize).min(BANDS - 1);
-                light[band] += f64::from(level) - middle;
-                counts[band] += 1.0;
-            }
-            // A band narrower than a pixel may hold none: its neighbour's light is the nearest there is.
-            let mut last = 0.0;
-            for (light, count) in light.iter_mut().zip(counts) {
-                *light = if count > 0.0 { *light / count } else { last };
-                last = *light;
-            }
-            Some(BandCut { s: station.s, light })
-        });
-        (cuts.collect(), width_px)
+        cuts.clear();
+        for (block, background) in self.track.stations.chunks(BLOCK).zip(&self.backgrounds) {
+            cuts.extend(block.iter().filter_map(|station| band_cut(&view, station, background, width_px)));
+        }
+        width_px
     }
 
     /// Stretches of the last cuts, along the line, in which the stripe has less than a part of its usual
     /// amplitude.
-    pub fn dark_stretches(&mut self, part: f64) -> Vec<[f64; 2]> {
+    pub fn dark_stretches(&mut self, part: f64) -> &[[f64; 2]] {
         let usual = self.usual_amplitude();
-        let mut stretches: Vec<[f64; 2]> = Vec::new();
+        let stretches = &mut self.dark;
+        stretches.clear();
         let mut before_dark = false;
         for around in self.cuts.windows(DARK_CUTS) {
             let mean = around.iter().map(|cut| cut.own_amplitude).sum::<f64>() / around.len() as f64;
@@ -140,7 +127,7 @@ impl StripeMeter {
             }
             before_dark = dark;
         }
-        stretches
+        &self.dark
     }
 
     /// Measures the stripe along a stretch of a line that is known to a few px. `None` if there is too little
@@ -327,6 +314,32 @@ fn cut_stripe<L: Level>(
             });
         }
     }
+}
+
+/// The light at a station, band by band; `None` if the stripe is not all in the picture there.
+fn band_cut<L: Level>(
+    view: &View<'_, L>,
+    station: &Station,
+    background: &Background,
+    width_px: f64,
+) -> Option<BandCut> {
+    let half_px = 0.5 * BANDS as f64 * width_px;
+    let pixels = view.pixels(station.centre, half_px * station.stretch.abs())?;
+    let middle = 0.5 * f64::from(background.below + background.above);
+    let (mut light, mut counts) = ([0.0; BANDS], [0.0_f64; BANDS]);
+    for (pixel, level) in pixels.clone().zip(view.levels(station.at, pixels)) {
+        let distance = (pixel as f64 - station.centre) / station.stretch + half_px;
+        let band = ((distance / width_px).max(0.0) as usize).min(BANDS - 1);
+        light[band] += f64::from(level) - middle;
+        counts[band] += 1.0;
+    }
+    // A band narrower than a pixel may hold none: its neighbour's light is the nearest there is.
+    let mut last = 0.0;
+    for (light, count) in light.iter_mut().zip(counts) {
+        *light = if count > 0.0 { *light / count } else { last };
+        last = *light;
+    }
+    Some(BandCut { s: station.s, light })
 }
 
 /// Adds the stripe at each station to a stack, scaled to amplitude one.

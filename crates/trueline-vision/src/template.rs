@@ -35,8 +35,8 @@ pub type Weights = [f32; 4];
 pub struct Template {
     /// Half of what is looked at, px.
     pub reach_px: f64,
-    /// From −reach to +reach.
-    weights: Vec<Weights>,
+    /// From −reach to +reach; beyond it zero.
+    weights: [Weights; 2 * BINS],
     /// ∫ −w P′ over both sides: what a shift of one px adds to the weighted sum at amplitude one.
     pub gain: f64,
     /// ∫ P² over both sides.
@@ -48,13 +48,13 @@ impl Template {
     #[must_use]
     pub fn gaussian(sigma_px: f64) -> Self {
         let sigma = sigma_px.clamp(0.7, MOST_PX / 4.0);
-        let profile: Vec<f64> = distances().map(|d| (-0.5 * (d / sigma).powi(2)).exp()).collect();
-        let weights: Vec<f64> = distances().map(|d| d * (-0.5 * (d / (1.2 * sigma)).powi(2)).exp()).collect();
+        let profile = bins(|d| (-0.5 * (d / sigma).powi(2)).exp());
+        let weights = bins(|d| d * (-0.5 * (d / (1.2 * sigma)).powi(2)).exp());
         Self::new(3.0 * sigma, &profile, &weights)
     }
 
     /// From the mean of the levels (amplitude one) and their variance by distance.
-    fn best(profile: &[f64], variance: &[f64]) -> Option<Self> {
+    fn best(profile: &[f64; BINS], variance: &[f64; BINS]) -> Option<Self> {
         let peak = profile.iter().take(PER_PX as usize).fold(0.0_f64, |top, p| top.max(*p));
         let end = profile.iter().position(|p| *p < END * peak).unwrap_or(BINS - 1);
         if peak <= 0.0 || end < 2 {
@@ -62,38 +62,30 @@ impl Template {
         }
         let contrast = (variance[0] / (FULL_CONTRAST * peak * peak)).min(1.0);
         let floor = LEAST_SIGMA.powi(2) + (1.0 - contrast) * LEAST_SIGMA_CLEAN.powi(2);
-        let weights: Vec<f64> = (0..BINS)
-            .map(|k| {
-                let (before, after) = (k.saturating_sub(1), (k + 1).min(BINS - 1));
-                let slope = (profile[after] - profile[before]) * PER_PX / (after - before) as f64;
-                (-slope).max(0.0) / (variance[k] + floor * peak * peak)
-            })
-            .collect();
+        let weights =
+            std::array::from_fn(|k| (-slope(profile, k)).max(0.0) / (variance[k] + floor * peak * peak));
         Some(Self::new((end as f64 + 0.5) / PER_PX, profile, &weights))
     }
 
-    fn new(reach_px: f64, profile: &[f64], weights: &[f64]) -> Self {
+    fn new(reach_px: f64, profile: &[f64; BINS], weights: &[f64; BINS]) -> Self {
         let bins = ((reach_px * PER_PX).ceil() as usize).clamp(2, BINS);
         // Weights fade out at the end, so that no pixel enters or leaves all at once.
         let fade = |k: usize| {
             let part = (k as f64 + 0.5) / bins as f64;
             1.0 - part.powi(4)
         };
-        let odd: Vec<f64> = (0..bins).map(|k| weights[k] * fade(k)).collect();
-        let slope = |k: usize| {
-            let (before, after) = (k.saturating_sub(1), (k + 1).min(BINS - 1));
-            (profile[after] - profile[before]) * PER_PX / (after - before) as f64
-        };
-        let gain = (0..bins).map(|k| -odd[k] * slope(k)).sum::<f64>() * 2.0 / PER_PX;
+        let odd: [f64; BINS] = std::array::from_fn(|k| if k < bins { weights[k] * fade(k) } else { 0.0 });
+        let gain = (0..bins).map(|k| -odd[k] * slope(profile, k)).sum::<f64>() * 2.0 / PER_PX;
         let energy = profile[..bins].iter().map(|p| p * p).sum::<f64>() * 2.0 / PER_PX;
-        let weights = |k: usize, side: f64| -> Weights {
-            let steepness = if profile[k] > 0.0 { -slope(k) / profile[k] } else { 0.0 };
+        let mut signed = [[0.0; 4]; 2 * BINS];
+        for k in 0..bins {
+            let steepness = if profile[k] > 0.0 { -slope(profile, k) / profile[k] } else { 0.0 };
             let response = odd[k] * steepness / gain;
-            [side * odd[k], profile[k], response, 0.0].map(|weight| weight as f32)
-        };
-        let below = (0..bins).rev().map(|k| weights(k, -1.0));
-        let above = (0..bins).map(|k| weights(k, 1.0));
-        Self { reach_px: bins as f64 / PER_PX, weights: below.chain(above).collect(), gain, energy }
+            for (at, side) in [(bins - 1 - k, -1.0), (bins + k, 1.0)] {
+                signed[at] = [side * odd[k], profile[k], response, 0.0].map(|weight| weight as f32);
+            }
+        }
+        Self { reach_px: bins as f64 / PER_PX, weights: signed, gain, energy }
     }
 
     /// Sums of levels with each weight. Levels are `next()`'s, from a first signed distance on in steps of
@@ -116,20 +108,27 @@ impl Template {
     }
 }
 
-fn distances() -> impl Iterator<Item = f64> {
-    (0..BINS).map(|k| (k as f64 + 0.5) / PER_PX)
+/// A function of the distance, in the middle of each bin.
+fn bins(of: impl Fn(f64) -> f64) -> [f64; BINS] {
+    std::array::from_fn(|k| of((k as f64 + 0.5) / PER_PX))
+}
+
+/// Slope of a profile, per px.
+fn slope(profile: &[f64; BINS], k: usize) -> f64 {
+    let (before, after) = (k.saturating_sub(1), (k + 1).min(BINS - 1));
+    (profile[after] - profile[before]) * PER_PX / (after - before) as f64
 }
 
 /// Adds up levels by distance from the middle.
 #[derive(Clone, Debug)]
 pub struct Stack {
     /// Count, sum and sum of squares by distance.
-    sums: Vec<[f32; 4]>,
+    sums: [[f32; 4]; BINS],
 }
 
 impl Default for Stack {
     fn default() -> Self {
-        Self { sums: vec![[0.0; 4]; BINS] }
+        Self { sums: [[0.0; 4]; BINS] }
     }
 }
 
@@ -162,16 +161,14 @@ impl Stack {
             });
             weighed.sum()
         };
-        let mean = |which: usize| -> Vec<f64> {
-            let at = |k: usize| {
+        let mean = |which: usize| -> [f64; BINS] {
+            std::array::from_fn(|k| {
                 let count = smooth(k, 0);
                 if count > 0.0 { smooth(k, which) / count } else { 0.0 }
-            };
-            (0..BINS).map(at).collect()
+            })
         };
         let (profile, squares) = (mean(1), mean(2));
-        let variance: Vec<f64> = profile.iter().zip(&squares).map(|(p, q)| (q - p * p).max(0.0)).collect();
+        let variance = std::array::from_fn(|k| (squares[k] - profile[k] * profile[k]).max(0.0));
         Template::best(&profile, &variance)
     }
 }
-

@@ -21,7 +21,6 @@ pub struct Tiles {
     counts: Vec<u32>,
 }
 
-
 /// How bright something must be, compared with its surroundings, to be looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contrast {
@@ -116,12 +115,7 @@ pub struct Candidate {
 
 /// Peaks and means of all tiles, row by row.
 #[inline(always)]
-fn measure_tiles<L: Level>(
-    picture: &Picture<'_, L>,
-    columns: usize,
-    peaks: &mut [f32],
-    means: &mut [f32],
-) {
+fn measure_tiles<L: Level>(picture: &Picture<'_, L>, columns: usize, peaks: &mut [f32], means: &mut [f32]) {
     if columns == 0 {
         return;
     }

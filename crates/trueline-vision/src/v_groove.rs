@@ -19,19 +19,15 @@ const LEAST_FACE_PX: f64 = 24.0;
 /// Why there is none.
 pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Result<Seam, NotFound> {
     let pieces = evidence.pieces;
-    let mut grooves: Vec<(usize, Pair)> = pairs(pieces, evidence.lens)
-        .into_iter()
+    let grooves = pairs(pieces, evidence.lens)
         .filter(|pair| pair.covered_px.iter().all(|covered| *covered > LEAST_FACE_PX) && pair.score() > 0.0)
         .filter(|pair| pair.is_valley(evidence.lens))
         .map(|pair| (flanks(pieces, &pair, evidence.lens), pair))
-        .filter(|(flanks, _)| *flanks > 0)
-        .collect();
+        .filter(|(flanks, _)| *flanks > 0);
     // A groove with both plates comes before one with one; then the one with more light on its faces.
-    grooves.sort_by(|a, b| b.0.cmp(&a.0).then(b.1.score().total_cmp(&a.1.score())));
-    let (_, best) = *grooves.first().ok_or(match pieces.len() {
-        1 => NotFound::OnePiece,
-        _ => NotFound::NotThisJoint,
-    })?;
+    let better =
+        |a: &(usize, Pair), b: &(usize, Pair)| a.0.cmp(&b.0).then(a.1.score().total_cmp(&b.1.score()));
+    let (_, best) = grooves.max_by(better).ok_or(evidence.no_joint())?;
     measure(&mut work.meter, &best, sigmas_px(pieces, &best), (evidence.picture, evidence.lens))
 }
 

@@ -31,8 +31,7 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
 
 /// Writes the features of a dataset that has pictures only.
 fn find_features(args: &CalibrateArgs) -> Result<(), Failure> {
-    let look =
-        Look { joint: features::joint(args.joint), overlay: None, threads: None, quiet: args.quiet };
+    let look = Look { joint: features::joint(args.joint), overlay: None, threads: None, quiet: args.quiet };
     let found = pictures::look_at(&args.dataset, &look)?;
     if !args.quiet {
         output::words(&found.summary());
