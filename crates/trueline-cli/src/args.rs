@@ -153,7 +153,7 @@ pub enum SceneName {
     Fillet,
     /// A plate of 3 mm on another
     Lap,
-    /// Bevelled plates, 60°, 6 mm deep
+    /// Bevelled plates, 90°, 5 mm deep
     VGroove,
     /// Two plates 1.5 mm apart
     Butt,

@@ -84,7 +84,7 @@ fn joint(name: SceneName, gap_m: f64) -> Joint {
     match name {
         SceneName::Fillet => Joint::Fillet { opening_rad: std::f64::consts::FRAC_PI_2, roll_rad: 0.0, gap_m },
         SceneName::Lap => Joint::Lap { step_m: 3e-3 },
-        SceneName::VGroove => Joint::VGroove { depth_m: 6e-3, opening_rad: 60_f64.to_radians() },
+        SceneName::VGroove => Joint::VGroove { depth_m: 5e-3, opening_rad: 90_f64.to_radians() },
         SceneName::Butt => Joint::Butt { gap_m: 1.5e-3, mismatch_m: 0.0 },
         SceneName::Plate => Joint::Plate,
         SceneName::Nothing => Joint::Nothing,
@@ -94,7 +94,6 @@ fn joint(name: SceneName, gap_m: f64) -> Joint {
 /// Draws and writes every picture; returns where each one is and where its seam is.
 fn draw(args: &SimulateArgs, scan: &PictureScan<'_>) -> Result<Vec<(FrameFile, Option<Feature>)>, Failure> {
     let bar = progress::bar(scan.exposures().len() as u64, "pictures", args.quiet);
-    let shown = !matches!(args.joint, SceneName::Plate | SceneName::Nothing);
     let drawn: Result<Vec<_>, Error> = scan
         .exposures()
         .par_iter()
@@ -107,7 +106,7 @@ fn draw(args: &SimulateArgs, scan: &PictureScan<'_>) -> Result<Vec<(FrameFile, O
                 bar.inc(1);
                 let frame =
                     FrameFile { stamp_ns: exposed.stamp_ns, frame: exposed.frame, device_ns: None, path };
-                Ok((frame, seam_px.filter(|_| shown).map(|pixel| feature(exposed, pixel.into()))))
+                Ok((frame, seam_px.map(|pixel| feature(exposed, pixel.into()))))
             },
         )
         .collect();

@@ -6,6 +6,9 @@ use nalgebra::Vector2;
 /// How far plates reach from the seam, m: out of any view.
 const FAR_M: f64 = 0.5;
 
+/// How far beside the seam it is looked whether the stripe is visible, m.
+const BESIDE_M: f64 = 3e-3;
+
 /// What the laser shines on. The seam is the line of the scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Joint {
@@ -92,6 +95,28 @@ impl Joint {
             }
             Self::Plate => vec![facet(Vector2::new(-FAR_M, 0.0), Vector2::new(FAR_M, 0.0), 1.0)],
             Self::Nothing => Vec::new(),
+        }
+    }
+}
+
+impl Joint {
+    /// Places beside the seam that must be lit and seen for the seam to be visible: facet and place in the
+    /// cross-section, m. None for what has no seam.
+    #[must_use]
+    pub fn witnesses(&self) -> Vec<(usize, Vector2<f64>)> {
+        let facets = self.facets();
+        let beside = |number: usize, from_end: bool, away_m: f64| {
+            let piece = &facets[number];
+            let (near, far) = if from_end { (piece.to, piece.from) } else { (piece.from, piece.to) };
+            let length_m = (far - near).norm();
+            (number, near.lerp(&far, (away_m / length_m).min(0.5)))
+        };
+        match self {
+            Self::Fillet { .. } => vec![beside(0, false, BESIDE_M), beside(1, false, BESIDE_M)],
+            Self::Lap { .. } => vec![beside(0, true, BESIDE_M)],
+            Self::VGroove { .. } => vec![beside(1, true, BESIDE_M), beside(2, false, BESIDE_M)],
+            Self::Butt { .. } => vec![beside(0, true, BESIDE_M), beside(3, false, BESIDE_M)],
+            Self::Plate | Self::Nothing => Vec::new(),
         }
     }
 }

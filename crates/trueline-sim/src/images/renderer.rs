@@ -24,6 +24,7 @@ pub struct Studio {
     seam: Line,
     approach: Vector3<f64>,
     facets: Vec<Facet>,
+    witnesses: Vec<(usize, Vector2<f64>)>,
     look: Look,
     speckle: Option<Speckle>,
     exposure: Exposure,
@@ -36,7 +37,7 @@ pub struct Studio {
 pub struct Picture {
     /// Grey levels.
     pub image: GrayImage,
-    /// The seam at mid-exposure in distorted px, if it is in the picture.
+    /// The seam at mid-exposure in distorted px, if it is in the picture and the stripe visible beside it.
     pub seam_px: Option<Vector2<f64>>,
 }
 
@@ -60,6 +61,7 @@ impl Studio {
             rays: (0..height).flat_map(|v| (0..width).map(move |u| (u, v))).map(|(u, v)| ray(u, v)).collect(),
             exposure: Exposure::new(&look, seed),
             facets: joint.facets(),
+            witnesses: joint.witnesses(),
             camera,
             sheet,
             seam,
@@ -80,8 +82,12 @@ impl Studio {
     }
 
     fn seam_px(&self, base_from_camera: &Pose) -> Option<Vector2<f64>> {
+        let light = self.light(&[], base_from_camera);
+        if self.witnesses.is_empty() || !self.witnesses.iter().all(|(facet, at)| light.shows(*facet, at)) {
+            return None;
+        }
         let bare = Facet { from: Vector2::zeros(), to: Vector2::zeros(), reflectance: 0.0 };
-        let [point, _] = self.light(&[], base_from_camera).stripe_on(&bare)?;
+        let [point, _] = light.stripe_on(&bare)?;
         self.camera.project(&point)
     }
 }
