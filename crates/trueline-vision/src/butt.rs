@@ -14,7 +14,7 @@ const IN_LINE: f64 = 0.05;
 /// And to within this beside each other at the gap, px.
 const BESIDE_PX: f64 = 12.0;
 /// A cut with less than this part of the usual light is dark.
-const DARK: f64 = 0.3;
+const DARK: f64 = 0.12;
 /// Where an end is looked for, px.
 const SEARCH_PX: f64 = 30.0;
 /// Narrowest gap, px: speckle makes the stripe dark for less.
@@ -51,11 +51,11 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
     let scene = (evidence.picture, evidence.lens);
     let mut points = [(Vector2::zeros(), Matrix2::zeros()); 2];
     let mut quality = 1.0_f64;
-    for k in 0..2 {
-        // The search for one end must not reach the other plate.
-        let search_px = SEARCH_PX.min(0.35 * best.width_px).max(3.0);
-        let (edge, fit) = plate_end(work, &best.plates[k], (search_px, [true; BANDS]), scene)?;
-        points[k] = edge_point(&fit, &edge);
+    // The search for one end must not reach the other plate.
+    let search_px = SEARCH_PX.min(0.35 * best.width_px).max(3.0);
+    for (point, plate) in points.iter_mut().zip(&best.plates) {
+        let (edge, fit) = plate_end(work, plate, (search_px, [true; BANDS]), scene)?;
+        *point = edge_point(&fit, &edge);
         quality = quality.min(fit.present);
     }
     middle(evidence, &points, quality)

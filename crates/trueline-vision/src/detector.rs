@@ -13,7 +13,7 @@ use crate::tiles::{Candidate, Tiles};
 use crate::{butt, fillet, lap, v_groove};
 
 /// More tiles than this are no stripe; the ones that stand out most are kept.
-const MOST_CANDIDATES: usize = 1500;
+pub const MOST_CANDIDATES: usize = 1500;
 
 /// What a picture shows, before a joint is looked for.
 #[derive(Clone, Copy, Debug)]

@@ -3,6 +3,7 @@
 //! Lines through two elements that point the same way are tried in a fixed, spread order (RANSAC
 //! \[Fischler1981\] without chance, so that the same picture gives the same answer) and refitted.
 
+use crate::detector::MOST_CANDIDATES;
 use crate::element::Element;
 use crate::lens::Lens;
 use crate::line::Line2;
@@ -98,7 +99,7 @@ impl PieceFinder {
             if self.members.len() < FEWEST {
                 break;
             }
-            let memory = self.spare.pop().unwrap_or_default();
+            let memory = self.spare.pop().unwrap_or_else(|| Vec::with_capacity(MOST_CANDIDATES));
             pieces.push(piece(&line, &mut self.members, memory));
         }
     }

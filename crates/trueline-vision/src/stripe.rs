@@ -5,7 +5,7 @@ use crate::fastest::fastest;
 use crate::lens::Lens;
 use crate::line::Line2;
 use crate::picture::{Level, Picture};
-use crate::regression::{Regression, Regressor, Shift};
+use crate::regression::{Regression, Regressor, Shift, median};
 use crate::template::{Stack, Template};
 use crate::track::{Station, Track};
 
@@ -38,6 +38,8 @@ pub struct Cut {
     pub amplitude: f64,
     /// Amplitude at this cut alone.
     pub own_amplitude: f64,
+    /// Level beside the stripe.
+    background: f64,
     /// Odd-weighted sum: what a shift adds.
     tilt: f64,
     /// What a shift adds to `tilt`, per px and gain, in levels.
@@ -109,15 +111,19 @@ impl StripeMeter {
         width_px
     }
 
-    /// Stretches of the last cuts, along the line, in which the stripe has less than a part of its usual
-    /// amplitude.
+    /// Stretches of the last cuts, along the line, in which there is less than a part of the stripe's usual
+    /// light. Where sparks beside the stripe make its surroundings bright, it is not taken for dark.
     pub fn dark_stretches(&mut self, part: f64) -> &[[f64; 2]] {
         let usual = self.usual_amplitude();
+        self.sorted.clear();
+        self.sorted.extend(self.cuts.iter().map(|cut| cut.background));
+        let ground = median(&mut self.sorted);
+        let light = |cut: &Cut| cut.own_amplitude.max(0.0) + (cut.background - ground).max(0.0);
         let stretches = &mut self.dark;
         stretches.clear();
         let mut before_dark = false;
         for around in self.cuts.windows(DARK_CUTS) {
-            let mean = around.iter().map(|cut| cut.own_amplitude).sum::<f64>() / around.len() as f64;
+            let mean = around.iter().map(light).sum::<f64>() / around.len() as f64;
             let dark = mean < part * usual;
             let s = around[DARK_CUTS / 2].s;
             match stretches.last_mut() {
@@ -308,6 +314,7 @@ fn cut_stripe<L: Level>(
                 at: station.at,
                 amplitude: 0.0,
                 own_amplitude: f64::from(even) / (template.energy * stretch),
+                background: f64::from(middle),
                 tilt: f64::from(tilt),
                 response: f64::from(response) / stretch,
                 stretch,
@@ -413,7 +420,7 @@ impl<'a, L: Level> View<'a, L> {
     /// Pixels of a cut around a centre; `None` if they are not all in the picture.
     fn pixels(&self, centre: f64, reach: f64) -> Option<std::ops::RangeInclusive<usize>> {
         let (first, last) = ((centre - reach).ceil(), (centre + reach).floor());
-        (first >= 0.0 && last < self.limit as f64 && first <= last).then(|| first as usize..=last as usize)
+        (first >= 0.0 && last < self.limit as f64 && first <= last).then_some(first as usize..=last as usize)
     }
 
     /// The levels of some pixels of a cut.

@@ -4,15 +4,26 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 8] = [
+const ALLOWED: [(&str, &[&str]); 9] = [
     ("trueline-geometry", &[]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
     ("trueline-sim", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
+    ("trueline-vision", &["trueline-geometry", "trueline-model"]),
     ("trueline-report", &["trueline", "trueline-dataset"]),
-    ("trueline-cli", &["trueline", "trueline-dataset", "trueline-lsq", "trueline-report", "trueline-sim"]),
+    (
+        "trueline-cli",
+        &[
+            "trueline",
+            "trueline-dataset",
+            "trueline-lsq",
+            "trueline-report",
+            "trueline-sim",
+            "trueline-vision",
+        ],
+    ),
 ];
 
 fn crates() -> &'static Path {

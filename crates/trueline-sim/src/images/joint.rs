@@ -100,16 +100,16 @@ impl Joint {
 }
 
 impl Joint {
-    /// Places beside the seam that must be lit and seen for the seam to be visible: facet and place in the
-    /// cross-section, m. None for what has no seam.
+    /// Places of the cross-section beside the seam, m, where the stripe must be bright for the seam to be visible.
+    /// None for what has no seam.
     #[must_use]
-    pub fn witnesses(&self) -> Vec<(usize, Vector2<f64>)> {
+    pub fn witnesses(&self) -> Vec<Vector2<f64>> {
         let facets = self.facets();
         let beside = |number: usize, from_end: bool, away_m: f64| {
             let piece = &facets[number];
             let (near, far) = if from_end { (piece.to, piece.from) } else { (piece.from, piece.to) };
             let length_m = (far - near).norm();
-            (number, near.lerp(&far, (away_m / length_m).min(0.5)))
+            near.lerp(&far, (away_m / length_m).min(0.5))
         };
         match self {
             Self::Fillet { .. } => vec![beside(0, false, BESIDE_M), beside(1, false, BESIDE_M)],

@@ -80,22 +80,11 @@ impl<'a> Light<'a> {
         })
     }
 
-    /// Whether the laser reaches the sheet's cut through a facet at a place of the cross-section, and the camera
-    /// sees it.
+    /// The point of a facet, at a place of the cross-section, that the sheet passes through; in the camera frame, m.
     #[must_use]
-    pub fn shows(&self, facet: usize, at: &Vector2<f64>) -> bool {
+    pub fn on_sheet(&self, at: &Vector2<f64>) -> Option<Vector3<f64>> {
         let place = Facet { from: *at, to: *at, reflectance: 0.0 };
-        let Some([point, _]) = self.stripe_on(&place) else { return false };
-        let unhindered = |from: &Vector3<f64>| {
-            let (from, to) = (self.section(from), self.section(&point));
-            first_hit(self.facets, &from, &(to - from), BEYOND)
-                .is_none_or(|hit| hit.facet == facet || hit.distance > 1.0 - 1e-6)
-        };
-        // A facet seen from behind hides its own front.
-        let normal = self.facets[facet].normal();
-        let front = |from: &Vector3<f64>| normal.dot(&(self.section(from) - self.section(&point)));
-        let same_side = front(&self.emitter) * front(&Vector3::zeros()) > 0.0;
-        same_side && unhindered(&self.emitter) && unhindered(&Vector3::zeros())
+        self.stripe_on(&place).map(|[point, _]| point)
     }
 
     /// Light that a facet scatters at a point of it.

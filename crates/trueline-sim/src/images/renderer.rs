@@ -17,6 +17,9 @@ use trueline_model::Camera;
 /// Instants of an exposure whose pictures are added up.
 const INSTANTS: usize = 5;
 
+/// A stripe darker than this part of full scale is taken for invisible: eight grey levels of 255.
+const VISIBLE: f32 = 0.03;
+
 /// What all pictures of a scan share; made once.
 pub struct Studio {
     camera: Camera,
@@ -24,7 +27,7 @@ pub struct Studio {
     seam: Line,
     approach: Vector3<f64>,
     facets: Vec<Facet>,
-    witnesses: Vec<(usize, Vector2<f64>)>,
+    witnesses: Vec<Vector2<f64>>,
     look: Look,
     speckle: Option<Speckle>,
     exposure: Exposure,
@@ -81,14 +84,12 @@ impl Studio {
         Light::new(scene, (&self.seam, &self.approach), base_from_camera, &self.sheet)
     }
 
-    fn seam_px(&self, base_from_camera: &Pose) -> Option<Vector2<f64>> {
+    /// Where the seam is, and the places beside it at which its stripe should be seen, px.
+    fn seam_px(&self, base_from_camera: &Pose) -> (Option<Vector2<f64>>, Vec<Option<Vector2<f64>>>) {
         let light = self.light(&[], base_from_camera);
-        if self.witnesses.is_empty() || !self.witnesses.iter().all(|(facet, at)| light.shows(*facet, at)) {
-            return None;
-        }
-        let bare = Facet { from: Vector2::zeros(), to: Vector2::zeros(), reflectance: 0.0 };
-        let [point, _] = light.stripe_on(&bare)?;
-        self.camera.project(&point)
+        let pixel = |at: &Vector2<f64>| light.on_sheet(at).and_then(|point| self.camera.project(&point));
+        let seam = pixel(&Vector2::zeros()).filter(|_| !self.witnesses.is_empty());
+        (seam, self.witnesses.iter().map(pixel).collect())
     }
 }
 
@@ -125,16 +126,18 @@ impl<'a> Renderer<'a> {
             })
             .collect();
         let lights: Vec<Light<'_>> = poses.iter().map(|pose| studio.light(&missing, pose)).collect();
-        let seam_px = studio.seam_px(&base_from_camera(0.0));
+        let (seam_px, witnesses) = studio.seam_px(&base_from_camera(0.0));
         self.picture.fill(0.0);
         self.mark(&lights, seam_px);
         self.cast(&lights);
         self.blur();
+        let visible =
+            witnesses.iter().all(|pixel| pixel.is_some_and(|pixel| self.brightness(&pixel) > VISIBLE));
         self.add_speckle(&mut noise);
         let middle = studio.size().map(|n| 0.5 * n as f64);
         let centre = seam_px.map_or(middle, Into::into);
         clutter::add(&mut self.picture, studio.size(), centre, &studio.look, &mut noise);
-        Picture { image: self.develop(&mut noise), seam_px }
+        Picture { image: self.develop(&mut noise), seam_px: seam_px.filter(|_| visible) }
     }
 
     fn mark(&mut self, lights: &[Light<'_>], seam_px: Option<Vector2<f64>>) {
@@ -215,6 +218,16 @@ impl<'a> Renderer<'a> {
                 }
             }
         }
+    }
+
+    /// The brightest pixel at a place, in parts of full scale.
+    fn brightness(&self, pixel: &Vector2<f64>) -> f32 {
+        let size = self.studio.size();
+        let near =
+            |at: f64, n: usize| (at.round() as usize).saturating_sub(1)..(at.round() as usize + 2).min(n);
+        let rows =
+            near(pixel.y, size[1]).flat_map(|row| near(pixel.x, size[0]).map(move |column| (row, column)));
+        rows.map(|(row, column)| self.picture[row * size[0] + column]).fold(0.0, f32::max)
     }
 
     fn add_speckle(&mut self, noise: &mut Noise) {

@@ -1,0 +1,104 @@
+//! What is promised: errors, gross errors, found and invented features on rendered pictures with known truth.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod scenes;
+
+use scenes::{Score, detector, pictures, scenario};
+use trueline_sim::{Joint as Scene, Look};
+use trueline_vision::Joint;
+
+const PICTURES: usize = 30;
+
+/// Limits of the issue this answers: RMS error in px, no error above 10 px, 98 % found. Half a percent of
+/// thirty pictures is none, so one may be missed.
+fn promised(scene: Scene, look: Look, joint: Joint, rms_px: f64) {
+    let scenario = scenario(PICTURES);
+    let pictures = pictures(&scenario, scene, look, 11);
+    let score = Score::of(&mut detector(&scenario), &pictures, joint);
+    assert!(score.visible >= PICTURES * 2 / 3, "the scan shows the seam in {} pictures only", score.visible);
+    assert!(score.found + 1 >= score.visible, "{} of {} found", score.found, score.visible);
+    assert!(score.rms_px() <= rms_px, "RMS {:.4} px", score.rms_px());
+    assert!(score.worst_px() < 10.0, "worst {:.2} px", score.worst_px());
+}
+
+#[test]
+fn clean_fillet() {
+    promised(Scene::fillet(), Look::clean(), Joint::Fillet, 0.02);
+}
+
+#[test]
+fn speckled_fillet() {
+    promised(Scene::fillet(), Look::speckled(), Joint::Fillet, 0.2);
+}
+
+#[test]
+fn fillet_of_mirrors() {
+    promised(Scene::fillet(), Look::shiny(), Joint::Fillet, 0.3);
+}
+
+#[test]
+fn fillet_while_welding() {
+    promised(Scene::fillet(), Look::welding(), Joint::Fillet, 0.3);
+}
+
+#[test]
+fn fillet_with_a_gap_at_the_corner() {
+    // 0.6 mm missing on each plate is 10 to 40 px between the stripe's ends.
+    let scene = Scene::Fillet { opening_rad: 1.6, roll_rad: 0.1, gap_m: 0.6e-3 };
+    promised(scene, Look::speckled(), Joint::Fillet, 0.3);
+}
+
+#[test]
+fn speckled_lap() {
+    promised(Scene::Lap { step_m: 3e-3 }, Look::speckled(), Joint::Lap, 0.9);
+}
+
+#[test]
+fn lap_of_mirrors() {
+    promised(Scene::Lap { step_m: 3e-3 }, Look::shiny(), Joint::Lap, 0.9);
+}
+
+#[test]
+fn speckled_groove() {
+    // No figure is asked for. Its faces are 150 px long where a fillet's plates are 1000: an error of a line
+    // at its end goes with the square root of its length, 2.6 times that of the fillet's 0.2 px; a face seen
+    // at a slant doubles it.
+    promised(Scene::VGroove { depth_m: 5e-3, opening_rad: 1.6 }, Look::speckled(), Joint::VGroove, 1.0);
+}
+
+#[test]
+fn speckled_gap() {
+    // The middle of two edges, each as good as a lap's: 0.9 / √2.
+    promised(Scene::Butt { gap_m: 1.5e-3, mismatch_m: 0.0 }, Look::speckled(), Joint::Butt, 0.64);
+}
+
+#[test]
+fn nothing_is_found_where_there_is_no_seam() {
+    let scenario = scenario(12);
+    let mut detector = detector(&scenario);
+    for (scene, look) in [
+        (Scene::Nothing, Look::clean()),
+        (Scene::Nothing, Look::welding()),
+        (Scene::Plate, Look::speckled()),
+        (Scene::Plate, Look { spatter: 60.0, ..Look::speckled() }),
+    ] {
+        let pictures = pictures(&scenario, scene, look, 5);
+        for joint in [Joint::Fillet, Joint::Lap, Joint::VGroove, Joint::Butt] {
+            let score = Score::of(&mut detector, &pictures, joint);
+            assert_eq!(score.invented, 0, "{joint:?} in {scene:?}");
+        }
+    }
+}
+
+/// The normalised squared error has mean 2 and, over n pictures, the standard deviation 2/√n: within 4 of them
+/// for 60 pictures it lies between 1 and 3. Covariances are learnt from the same pictures, so half as much again is
+/// granted.
+#[test]
+fn errors_are_as_large_as_the_covariance_says() {
+    let scenario = scenario(60);
+    let mut detector = detector(&scenario);
+    let score =
+        Score::of(&mut detector, &pictures(&scenario, Scene::fillet(), Look::speckled(), 3), Joint::Fillet);
+    let mean = score.mean_normalised();
+    assert!((0.67..4.5).contains(&mean), "mean normalised squared error {mean:.2}");
+}
