@@ -121,7 +121,8 @@ fn arm(piece: &Piece, corner: &Vector2<f64>) -> Option<Arm> {
     let whole = covered_px >= LEAST_COVERED * end && begin <= MOST_GAP * end + near;
     whole.then(|| Arm {
         line: Line2 { point: *corner, along },
-        length: end + 0.5 * TILE as f64,
+        // The stripe may end within the last element, cut off at a slant.
+        length: end,
         covered_px,
         weight: after.max(before),
         against: after.min(before),

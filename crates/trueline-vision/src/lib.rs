@@ -8,6 +8,7 @@
 pub mod butt;
 pub mod choose;
 pub mod corner;
+pub mod cut;
 pub mod detector;
 pub mod edge;
 pub mod element;
@@ -27,6 +28,7 @@ pub mod template;
 pub mod tiles;
 pub mod track;
 pub mod v_groove;
+mod view;
 
 pub use detector::Detector;
 pub use lens::Lens;

@@ -1,5 +1,6 @@
 //! The stripe along a piece: its middle at every cut, and the line through them.
 
+use crate::cut::{BESIDE, BLOCK, Background, Cut, band_cut, cut_stripe, smooth_amplitudes, stack_stripe};
 use crate::edge::{BANDS, BandCut, COVERED};
 use crate::fastest::fastest;
 use crate::lens::Lens;
@@ -7,45 +8,13 @@ use crate::line::Line2;
 use crate::picture::{Level, Picture};
 use crate::regression::{Regression, Regressor, Shift, median};
 use crate::template::{Stack, Template};
-use crate::track::{Station, Track};
+use crate::track::Track;
+use crate::view::View;
 
-/// Cuts that share a background.
-const BLOCK: usize = 16;
-/// Pixels beside the stripe from which the background is taken.
-const BESIDE: usize = 4;
-/// Cuts to each side over which the amplitude is averaged.
-const SMOOTH: usize = 6;
 /// Cuts over which light is averaged to tell a gap from a dark grain of speckle.
 const DARK_CUTS: usize = 5;
 /// A stripe is there if it has this part of its usual amplitude.
 const PRESENT: f64 = 0.25;
-
-/// Levels to both sides of the stripe.
-#[derive(Clone, Copy, Debug, Default)]
-struct Background {
-    below: f32,
-    above: f32,
-}
-
-/// The stripe at one cut.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Cut {
-    /// Distance along the line, px.
-    pub s: f64,
-    /// Column (or row) of the cut.
-    at: usize,
-    /// Amplitude of the stripe on the line, averaged over neighbours, in levels.
-    pub amplitude: f64,
-    /// Amplitude at this cut alone.
-    pub own_amplitude: f64,
-    /// Level beside the stripe.
-    background: f64,
-    /// Odd-weighted sum: what a shift adds.
-    tilt: f64,
-    /// What a shift adds to `tilt`, per px and gain, in levels.
-    response: f64,
-    stretch: f64,
-}
 
 /// A measured piece of stripe.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -281,154 +250,5 @@ impl StripeMeter {
         }
         let at = self.sorted.len() * 3 / 4;
         *self.sorted.select_nth_unstable_by(at, f64::total_cmp).1
-    }
-}
-
-/// One cut for each station whose pixels are all in the picture.
-#[inline(always)]
-fn cut_stripe<L: Level>(
-    view: &View<'_, L>,
-    stations: &[Station],
-    backgrounds: &[Background],
-    template: &Template,
-    cuts: &mut Vec<Cut>,
-) {
-    for (block, background) in stations.chunks(BLOCK).zip(backgrounds) {
-        for station in block {
-            let reach = template.reach_px * station.stretch.abs();
-            let Some(pixels) = view.pixels(station.centre, reach) else { continue };
-            let middle = 0.5 * (background.below + background.above);
-            let slope = (background.above - background.below) / (2.0 * reach as f32 + BESIDE as f32 + 2.0);
-            let first = *pixels.start() as f64 - station.centre;
-            let mut behind = middle + slope * first as f32;
-            let levels = view.levels(station.at, pixels).map(|level| {
-                let above = level - behind;
-                behind += slope;
-                above
-            });
-            let [tilt, even, response, _] =
-                template.weigh(first / station.stretch, 1.0 / station.stretch, levels);
-            let stretch = station.stretch.abs();
-            cuts.push(Cut {
-                s: station.s,
-                at: station.at,
-                amplitude: 0.0,
-                own_amplitude: f64::from(even) / (template.energy * stretch),
-                background: f64::from(middle),
-                tilt: f64::from(tilt),
-                response: f64::from(response) / stretch,
-                stretch,
-            });
-        }
-    }
-}
-
-/// The light at a station, band by band; `None` if the stripe is not all in the picture there.
-fn band_cut<L: Level>(
-    view: &View<'_, L>,
-    station: &Station,
-    background: &Background,
-    width_px: f64,
-) -> Option<BandCut> {
-    let half_px = 0.5 * BANDS as f64 * width_px;
-    let pixels = view.pixels(station.centre, half_px * station.stretch.abs())?;
-    let middle = 0.5 * f64::from(background.below + background.above);
-    let (mut light, mut counts) = ([0.0; BANDS], [0.0_f64; BANDS]);
-    for (pixel, level) in pixels.clone().zip(view.levels(station.at, pixels)) {
-        let distance = (pixel as f64 - station.centre) / station.stretch + half_px;
-        let band = ((distance / width_px).max(0.0) as usize).min(BANDS - 1);
-        light[band] += f64::from(level) - middle;
-        counts[band] += 1.0;
-    }
-    // A band narrower than a pixel may hold none: its neighbour's light is the nearest there is.
-    let mut last = 0.0;
-    for (light, count) in light.iter_mut().zip(counts) {
-        *light = if count > 0.0 { *light / count } else { last };
-        last = *light;
-    }
-    Some(BandCut { s: station.s, light })
-}
-
-/// Adds the stripe at each station to a stack, scaled to amplitude one.
-#[inline(always)]
-fn stack_stripe<L: Level>(
-    (view, stations, backgrounds): &(View<'_, L>, &[Station], &[Background]),
-    cuts: &[Cut],
-    least: f64,
-    reach_px: f64,
-    stack: &mut Stack,
-) {
-    let mut cuts = cuts.iter().peekable();
-    let rising = stations.first().zip(stations.last()).is_some_and(|(first, last)| first.at <= last.at);
-    for (block, background) in stations.chunks(BLOCK).zip(*backgrounds) {
-        for station in block {
-            // Not every station has been cut, and the line has moved since: some at its ends have gone.
-            let passed = |cut: &&Cut| if rising { cut.at < station.at } else { cut.at > station.at };
-            while cuts.next_if(passed).is_some() {}
-            let Some(cut) = cuts.next_if(|cut| cut.at == station.at) else { continue };
-            let reach = reach_px * station.stretch.abs();
-            let Some(pixels) = view.pixels(station.centre, reach) else { continue };
-            if cut.amplitude <= least {
-                continue;
-            }
-            let (per_px, scale) = ((1.0 / station.stretch) as f32, (1.0 / cut.amplitude) as f32);
-            let middle = 0.5 * (background.below + background.above);
-            let mut distance = (*pixels.start() as f64 - station.centre) as f32 * per_px;
-            for level in view.levels(station.at, pixels) {
-                stack.add(distance, (level - middle) * scale);
-                distance += per_px;
-            }
-        }
-    }
-}
-
-/// Moving average over neighbours.
-fn smooth_amplitudes(cuts: &mut [Cut]) {
-    let count = cuts.len();
-    let mut sum = 0.0;
-    let mut held = 0_usize;
-    for k in 0..count + SMOOTH {
-        if k < count {
-            sum += cuts[k].own_amplitude;
-            held += 1;
-        }
-        if k > 2 * SMOOTH {
-            sum -= cuts[k - 2 * SMOOTH - 1].own_amplitude;
-            held -= 1;
-        }
-        if k >= SMOOTH {
-            cuts[k - SMOOTH].amplitude = sum / held as f64;
-        }
-    }
-}
-
-/// A picture read along columns or along rows.
-struct View<'a, L> {
-    levels: &'a [L],
-    /// From one cut to the next, and from one pixel of a cut to the next.
-    steps: [usize; 2],
-    limit: usize,
-}
-
-impl<'a, L: Level> View<'a, L> {
-    fn new(picture: &Picture<'a, L>, by_columns: bool) -> Self {
-        let width = picture.width();
-        let (steps, limit) = if by_columns { ([1, width], picture.height()) } else { ([width, 1], width) };
-        Self { levels: picture.levels(), steps, limit }
-    }
-
-    /// Pixels of a cut around a centre; `None` if they are not all in the picture.
-    fn pixels(&self, centre: f64, reach: f64) -> Option<std::ops::RangeInclusive<usize>> {
-        let (first, last) = ((centre - reach).ceil(), (centre + reach).floor());
-        (first >= 0.0 && last < self.limit as f64 && first <= last).then_some(first as usize..=last as usize)
-    }
-
-    /// The levels of some pixels of a cut.
-    #[inline(always)]
-    fn levels(&self, cut: usize, pixels: std::ops::RangeInclusive<usize>) -> impl Iterator<Item = f32> + '_ {
-        let [along, across] = self.steps;
-        let start = cut * along;
-        let (first, last) = (start + pixels.start() * across, start + pixels.end() * across);
-        self.levels[first..=last].iter().step_by(across).map(|level| (*level).into())
     }
 }

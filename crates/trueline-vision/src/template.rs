@@ -9,8 +9,12 @@
 /// Bins for a pixel of distance.
 const PER_PX: f64 = 8.0;
 /// The widest half that is stored, px.
-const MOST_PX: f64 = 40.0;
+const MOST_PX: f64 = 32.0;
 const BINS: usize = (MOST_PX * PER_PX) as usize;
+/// Entries of the table of weights for a bin, interpolated: a stripe along a row of pixels meets the same few
+/// phases of the pixel grid everywhere, and what is rounded there is a bias.
+const FINE: usize = 4;
+const ENTRIES: usize = 2 * BINS * FINE;
 /// Where the profile has fallen to this part of its peak it ends.
 const END: f64 = 0.002;
 /// Standard deviation that is assumed at least, as a part of the peak. Where there is no speckle, the pixel
@@ -36,7 +40,7 @@ pub struct Template {
     /// Half of what is looked at, px.
     pub reach_px: f64,
     /// From −reach to +reach; beyond it zero.
-    weights: [Weights; 2 * BINS],
+    weights: [Weights; ENTRIES],
     /// ∫ −w P′ over both sides: what a shift of one px adds to the weighted sum at amplitude one.
     pub gain: f64,
     /// ∫ P² over both sides.
@@ -68,7 +72,7 @@ impl Template {
     }
 
     fn new(reach_px: f64, profile: &[f64; BINS], weights: &[f64; BINS]) -> Self {
-        let bins = ((reach_px * PER_PX).ceil() as usize).clamp(2, BINS);
+        let bins = ((reach_px * PER_PX).ceil() as usize).clamp(2, BINS - 1);
         // Weights fade out at the end, so that no pixel enters or leaves all at once.
         let fade = |k: usize| {
             let part = (k as f64 + 0.5) / bins as f64;
@@ -77,12 +81,21 @@ impl Template {
         let odd: [f64; BINS] = std::array::from_fn(|k| if k < bins { weights[k] * fade(k) } else { 0.0 });
         let gain = (0..bins).map(|k| -odd[k] * slope(profile, k)).sum::<f64>() * 2.0 / PER_PX;
         let energy = profile[..bins].iter().map(|p| p * p).sum::<f64>() * 2.0 / PER_PX;
-        let mut signed = [[0.0; 4]; 2 * BINS];
-        for k in 0..bins {
+        let at_bin = |k: usize| -> [f64; 3] {
             let steepness = if profile[k] > 0.0 { -slope(profile, k) / profile[k] } else { 0.0 };
-            let response = odd[k] * steepness / gain;
-            for (at, side) in [(bins - 1 - k, -1.0), (bins + k, 1.0)] {
-                signed[at] = [side * odd[k], profile[k], response, 0.0].map(|weight| weight as f32);
+            [odd[k], profile[k], odd[k] * steepness / gain]
+        };
+        let mut signed = [[0.0; 4]; ENTRIES];
+        for entry in 0..bins * FINE {
+            let place = (entry as f64 + 0.5) / FINE as f64 - 0.5;
+            let (low, part) = (place.floor(), place - place.floor());
+            let (below, above) = (at_bin(low.max(0.0) as usize), at_bin((low + 1.0) as usize));
+            // Across the middle the odd weights change their sign, and the others are even.
+            let mirrored = if low < 0.0 { -1.0 } else { 1.0 };
+            let mix = |which: usize, sign: f64| sign * below[which] * (1.0 - part) + above[which] * part;
+            let [odd, profile, response] = [mix(0, mirrored), mix(1, 1.0), mix(2, 1.0)];
+            for (at, side) in [(bins * FINE - 1 - entry, -1.0), (bins * FINE + entry, 1.0)] {
+                signed[at] = [side * odd, profile, response, 0.0].map(|weight| weight as f32);
             }
         }
         Self { reach_px: bins as f64 / PER_PX, weights: signed, gain, energy }
@@ -93,8 +106,9 @@ impl Template {
     #[inline(always)]
     #[must_use]
     pub fn weigh(&self, first_px: f64, step_px: f64, levels: impl Iterator<Item = f32>) -> Weights {
-        let mut bin = ((first_px + self.reach_px) * PER_PX) as f32;
-        let step = (step_px * PER_PX) as f32;
+        let per_px = PER_PX * FINE as f64;
+        let mut bin = ((first_px + self.reach_px) * per_px) as f32;
+        let step = (step_px * per_px) as f32;
         let mut sums = [0.0_f32; 4];
         for level in levels {
             // A cast takes what is below zero to zero, where weights have faded out.

@@ -1,0 +1,51 @@
+//! `trueline features`.
+
+use clap::{Args, ValueEnum};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline features scan
+  trueline features scan --joint lap --overlay looked-at
+  trueline features scan --json - --quiet | jq .found
+
+A features.csv that is there already is kept under another name.
+
+Exit code: 0 features were written, 1 there is no seam in any picture, 2 could not run.")]
+pub struct FeaturesArgs {
+    /// Dataset folder with sensor.toml and images/index.csv
+    pub dataset: PathBuf,
+    /// What the laser shines on
+    #[arg(long, value_enum, default_value_t = JointName::Auto)]
+    pub joint: JointName,
+    /// Folder for pictures of what was found; it must not hold any yet
+    #[arg(long)]
+    pub overlay: Option<PathBuf>,
+    /// Draw every n-th picture
+    #[arg(long, default_value_t = NonZeroUsize::MIN, requires = "overlay")]
+    pub overlay_every: NonZeroUsize,
+    /// Threads; the default is one for each core
+    #[arg(long)]
+    pub threads: Option<NonZeroUsize>,
+    /// Write the summary as JSON; - is stdout
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum JointName {
+    /// Whatever most pictures show
+    Auto,
+    /// Two plates at an angle: their corner
+    Fillet,
+    /// A plate on a plate: the edge of the upper one
+    Lap,
+    /// Bevelled plates: the bottom of the groove
+    VGroove,
+    /// Two plates side by side: the middle of the gap
+    Butt,
+}

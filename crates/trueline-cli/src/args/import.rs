@@ -1,0 +1,89 @@
+//! `trueline import`.
+
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct ImportArgs {
+    #[command(subcommand)]
+    pub format: ImportFormat,
+}
+
+#[derive(Subcommand)]
+pub enum ImportFormat {
+    /// The text files of the paper's authors: the simulation (egm.txt, cam.txt), or real recordings
+    #[command(after_help = "Examples:
+  trueline import lvs-st-calib data/calib --out authors
+  trueline import lvs-st-calib run1 --robot robot.txt --images images.txt --pixels uv.txt --sensor sensor.toml --out run1-dataset
+
+File names are looked up in SRC. The recording's rows are
+  robot   sec nsec x y z ex ey ez qw qx qy qz ts_us      (mm, degrees)
+  images  sec nsec index ts_ns
+  pixels  u v, or u v of the left, centre and right corner")]
+    LvsStCalib {
+        /// Folder with the files
+        src: PathBuf,
+        /// Folder to write
+        #[arg(long)]
+        out: PathBuf,
+        /// Robot rows of a real recording
+        #[arg(long, requires = "images")]
+        robot: Option<PathBuf>,
+        /// Image rows of a real recording
+        #[arg(long, requires = "pixels")]
+        images: Option<PathBuf>,
+        /// Pixel rows of a real recording
+        #[arg(long, requires = "sensor")]
+        pixels: Option<PathBuf>,
+        /// sensor.toml that belongs to a real recording
+        #[arg(long, requires = "robot")]
+        sensor: Option<PathBuf>,
+    },
+    /// CSV files with other column names
+    #[command(after_help = "Example:
+  trueline import csv logs --robot-map time_s=t,x_mm=X,y_mm=Y,z_mm=Z,qw=w,qx=x,qy=y,qz=z \\
+      --features-map time_ms=stamp,u_px=col,v_px=row --out scan
+
+A mapping is ours=theirs; the unit stands in our name. Without a mapping a file keeps its names.")]
+    Csv {
+        /// Folder with the files
+        src: PathBuf,
+        /// Folder to write
+        #[arg(long)]
+        out: PathBuf,
+        /// Robot poses, looked up in SRC
+        #[arg(long, default_value = "robot.csv")]
+        robot: PathBuf,
+        /// Features, looked up in SRC
+        #[arg(long, default_value = "features.csv")]
+        features: PathBuf,
+        /// Sensor, looked up in SRC
+        #[arg(long, default_value = "sensor.toml")]
+        sensor: PathBuf,
+        /// Columns of the robot file, ours=theirs
+        #[arg(long, value_delimiter = ',')]
+        robot_map: Vec<String>,
+        /// Columns of the feature file, ours=theirs
+        #[arg(long, value_delimiter = ',')]
+        features_map: Vec<String>,
+        /// Character between columns
+        #[arg(long, default_value_t = ',')]
+        delimiter: char,
+    },
+    /// A TUM trajectory (timestamp tx ty tz qx qy qz qw; s, m) as robot poses
+    #[command(after_help = "Example:
+  trueline import tum poses.txt --features features.csv --sensor sensor.toml --out scan")]
+    Tum {
+        /// The trajectory
+        src: PathBuf,
+        /// Folder to write
+        #[arg(long)]
+        out: PathBuf,
+        /// features.csv
+        #[arg(long)]
+        features: PathBuf,
+        /// sensor.toml
+        #[arg(long)]
+        sensor: PathBuf,
+    },
+}

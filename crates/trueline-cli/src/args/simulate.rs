@@ -1,0 +1,148 @@
+//! `trueline simulate`.
+
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline simulate --preset paper --out paper-scan
+  trueline simulate --preset quick --random-cell --seed 7 --outliers 0.4 --out wild
+  trueline simulate --preset quick --mishap robot-clock-step --out stepped
+  trueline simulate --preset two-lines --noise-free --out exact
+  trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures")]
+pub struct SimulateArgs {
+    /// Folder to write; it must not hold a dataset yet
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Which scan
+    #[arg(long, value_enum, default_value_t = PresetName::Quick)]
+    pub preset: PresetName,
+    /// Seed of all that is random
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Any hand-eye transform, line and offset (±1 s) instead of the preset's
+    #[arg(long)]
+    pub random_cell: bool,
+    /// No noise at all, and a robot that moves straight between its samples
+    #[arg(long)]
+    pub noise_free: bool,
+    /// Time offset, ms
+    #[arg(long, allow_negative_numbers = true)]
+    pub time_offset_ms: Option<f64>,
+    /// Duration, s
+    #[arg(long)]
+    pub duration_s: Option<f64>,
+    /// Time between robot samples, ms
+    #[arg(long)]
+    pub robot_period_ms: Option<f64>,
+    /// Standard deviation of a feature, px
+    #[arg(long)]
+    pub feature_noise_px: Option<f64>,
+    /// Standard deviation of a feature of a profiler or of points, mm
+    #[arg(long)]
+    pub feature_noise_mm: Option<f64>,
+    /// Standard deviation of the robot's position, mm
+    #[arg(long)]
+    pub robot_noise_mm: Option<f64>,
+    /// Standard deviation of image stamps, ms
+    #[arg(long)]
+    pub stamp_jitter_ms: Option<f64>,
+    /// Drift of the camera clock against the robot's, ppm
+    #[arg(long, allow_negative_numbers = true)]
+    pub clock_drift_ppm: Option<f64>,
+    /// Part of the features that is anywhere in the field of view, 0 to 1
+    #[arg(long)]
+    pub outliers: Option<f64>,
+    /// Part of the frames that is lost, 0 to 1
+    #[arg(long)]
+    pub drops: Option<f64>,
+    /// Something that goes wrong in the recording
+    #[arg(long, value_enum)]
+    pub mishap: Option<MishapName>,
+    /// Time between images, ms
+    #[arg(long)]
+    pub frame_period_ms: Option<f64>,
+    /// Write pictures instead of features, and the true seam to truth_features.csv
+    #[arg(long)]
+    pub images: bool,
+    /// What the pictures show
+    #[arg(long, value_enum, default_value_t = SceneName::Fillet, requires = "images")]
+    pub joint: SceneName,
+    /// How the pictures look
+    #[arg(long, value_enum, default_value_t = LookName::Speckle, requires = "images")]
+    pub look: LookName,
+    /// Exposure time, ms
+    #[arg(long, requires = "images")]
+    pub exposure_ms: Option<f64>,
+    /// How much of each plate is missing at a fillet's corner, mm
+    #[arg(long, requires = "images")]
+    pub corner_gap_mm: Option<f64>,
+    /// Bits of a pixel, 8 or 16
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u8).range(8..=16), requires = "images")]
+    pub bits: u8,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum PresetName {
+    /// The paper's scan: 60 s, ±10 mm, ±5°, 33 Hz, 17.73 ms
+    Paper,
+    /// 20 s, well excited
+    Quick,
+    /// 20 s, hardly any tilt
+    Weak,
+    /// Two lines beside each other
+    TwoLines,
+    /// A laser profiler instead of a camera
+    Profiler,
+    /// S-path without rotation: the translation cannot be seen
+    ConstantAttitude,
+    /// Straight along the line: next to nothing can be seen
+    AlongLine,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum SceneName {
+    /// Two plates at 90°
+    Fillet,
+    /// A plate of 3 mm on another
+    Lap,
+    /// Bevelled plates, 90°, 5 mm deep
+    VGroove,
+    /// Two plates 1.5 mm apart
+    Butt,
+    /// One plate, no joint
+    Plate,
+    /// No stripe at all
+    Nothing,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum LookName {
+    /// The bare stripe in whole grey levels
+    Clean,
+    /// Full speckle, shot and read noise
+    Speckle,
+    /// The same, and each plate mirrors in the other
+    Shiny,
+    /// The same, with spatter, the arc's glow and missing pieces
+    Welding,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum MishapName {
+    /// Twenty bad frames in a row, three times
+    Bursts,
+    /// For a quarter of the scan the detector follows a parallel edge 5 mm beside
+    SecondLine,
+    /// The robot stream is silent for 0.4 s, twice
+    RobotGaps,
+    /// Every 50th robot row is recorded twice
+    DuplicateRows,
+    /// The robot's clock is set forward by 80 ms two thirds through
+    RobotClockStep,
+    /// From two thirds on images arrive 45 ms later
+    LateImages,
+}

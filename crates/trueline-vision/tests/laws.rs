@@ -1,0 +1,203 @@
+//! The parts against oracles of their own: lens, template, regression, choice of the joint.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use nalgebra::{Matrix2, Vector2};
+use trueline_sim::noise::Noise;
+use trueline_sim::{Preset, SensorModel};
+use trueline_vision::choose;
+use trueline_vision::edge::{BANDS, BandCut, EndFinder};
+use trueline_vision::line::Line2;
+use trueline_vision::regression::{Regressor, Shift};
+use trueline_vision::template::{Stack, Template};
+use trueline_vision::{Joint, Lens, Seam};
+
+fn lens() -> Lens {
+    let SensorModel::CameraLaser { camera, laser_plane_in_camera } = Preset::Quick.scenario().cell.sensor else {
+        panic!("the scan has a camera");
+    };
+    Lens::new(camera, laser_plane_in_camera)
+}
+
+/// Pixels spread over the picture, the border included.
+fn pixels() -> impl Iterator<Item = Vector2<f64>> {
+    (0..40).flat_map(|k| (0..33).map(move |j| Vector2::new(62.7 * f64::from(k), 62.4 * f64::from(j))))
+}
+
+#[test]
+fn ideal_pixels_that_are_looked_up_are_those_that_distort_to_the_pixel() {
+    let lens = lens();
+    for pixel in pixels() {
+        let ideal = lens.ideal(pixel.x as f32, pixel.y as f32);
+        let back = lens.distorted(&Vector2::from(ideal.map(f64::from))).0;
+        // Between the nodes of the grid, see `Lens`; and single precision, 2400 · 6e-8 px.
+        assert!((back - pixel).norm() < 0.004, "{pixel:?} comes back as {back:?}");
+    }
+}
+
+#[test]
+fn derivatives_of_the_lens_are_differences() {
+    let lens = lens();
+    let step = 1e-3;
+    for pixel in pixels().step_by(17) {
+        let (_, distorted) = lens.distorted(&pixel);
+        let (point, on_sheet) = lens.on_sheet(&pixel).unwrap();
+        let (back, from_sheet) = lens.from_sheet(&point).unwrap();
+        assert!((back - pixel).norm() < 1e-9);
+        // Central differences err by the third derivative, 1e-7 of the first here, times step²; and by
+        // rounding, 2000 px · 1e-16 / 1e-3.
+        assert!((from_sheet * on_sheet - Matrix2::identity()).norm() < 1e-9);
+        for axis in 0..2 {
+            let mut off = Vector2::zeros();
+            off[axis] = step;
+            let difference = (lens.distorted(&(pixel + off)).0 - lens.distorted(&(pixel - off)).0) / (2.0 * step);
+            assert!((distorted.column(axis) - difference).norm() < 1e-8);
+            let point = |at: Vector2<f64>| lens.on_sheet(&at).unwrap().0;
+            let difference = (point(pixel + off) - point(pixel - off)) / (2.0 * step);
+            assert!((on_sheet.column(axis) - difference).norm() < 1e-9 * on_sheet.norm().max(1.0));
+        }
+    }
+}
+
+/// A stripe of a shape of its own, with whatever noise, shifted by a part of a pixel.
+fn stripe(shift: f64, sigma: f64) -> impl Iterator<Item = f32> {
+    (-30..=30).map(move |k| (200.0 * (-0.5 * ((f64::from(k) - shift) / sigma).powi(4)).exp()) as f32)
+}
+
+#[test]
+fn a_template_learnt_from_any_symmetric_stripe_finds_its_shift_without_bias() {
+    let sigma = 4.0;
+    let mut stack = Stack::default();
+    // Learnt at all phases of the pixel grid, as along a slanted stripe.
+    for phase in 0..64 {
+        let shift = f64::from(phase) / 64.0 - 0.5;
+        for (k, level) in (-30..=30).zip(stripe(shift, sigma)) {
+            stack.add((f64::from(k) - shift) as f32, level / 200.0);
+        }
+    }
+    let template = stack.template().unwrap();
+    let mut worst = [0.0_f64; 2];
+    for phase in 0..50 {
+        let place = f64::from(phase) / 50.0 - 0.5;
+        // The line is where the stripe is: nothing may be left over; and moved by 0.1 px: 0.1 px must be.
+        for (worst, moved) in worst.iter_mut().zip([0.0, 0.1]) {
+            let [odd, ..] = template.weigh(-30.0 - place, 1.0, stripe(place + moved, sigma));
+            let found = f64::from(odd) / (200.0 * template.gain);
+            *worst = worst.max((found - moved).abs());
+        }
+    }
+    // The flanks of this shape fall within 1.5 px: sampled once a pixel, sums over it depend on the phase by a
+    // hundredth of a pixel; the gain is learnt from a profile smoothed over 0.75 px, a tenth of 0.1 px more.
+    assert!(worst[0] < 0.02 && worst[1] < 0.025, "{worst:?} px");
+}
+
+#[test]
+fn the_covariance_of_a_line_is_its_spread() {
+    let mut noise = Noise::new(4, 0);
+    let mut regressor = Regressor::default();
+    let truth = Vector2::new(0.3, 2e-4);
+    let (mut squares, mut runs) = ([0.0; 2], 0.0);
+    for _ in 0..600 {
+        // Neighbours share half of their noise, and one in twenty is far off.
+        let mut last = 0.0;
+        let shifts: Vec<Shift> = (0..400)
+            .map(|k| {
+                let fresh = noise.normal(0.3);
+                let both = fresh + last;
+                last = fresh;
+                let s = f64::from(k);
+                let off = if noise.happens(0.05) { noise.uniform(-20.0, 20.0) } else { 0.0 };
+                Shift { s, shift_px: truth.x + truth.y * s + both + off, weight: 1.0, response: 1.0 }
+            })
+            .collect();
+        let fit = regressor.fit(&shifts).unwrap();
+        let at_zero = fit.shift_px - fit.slope * fit.centre;
+        let c = fit.covariance;
+        let variance = c.m11 - 2.0 * c.m12 * fit.centre + c.m22 * fit.centre * fit.centre;
+        squares[0] += (at_zero - truth.x).powi(2) / variance;
+        squares[1] += (fit.slope - truth.y).powi(2) / c.m22;
+        runs += 1.0;
+    }
+    for square in squares {
+        // Mean of a squared normal: 1 ± √(2/600) = 0.06; 4 of them, and a tenth for the correlation, which is
+        // estimated from the same shifts.
+        assert!((0.7..1.35).contains(&(square / runs)), "normalised square {:.3}", square / runs);
+    }
+}
+
+#[test]
+fn the_end_of_a_speckled_stripe_is_found_to_within_its_sigma() {
+    let mut noise = Noise::new(8, 0);
+    let mut finder = EndFinder::default();
+    let (mut square, mut normalised) = (0.0, 0.0);
+    const RUNS: usize = 300;
+    for run in 0..RUNS {
+        let (edge, slant) = (noise.uniform(-8.0, 8.0), noise.uniform(-1.0, 1.0));
+        let width = 1.5;
+        finder.cuts.clear();
+        for k in -90..60 {
+            let s = f64::from(k);
+            let light = std::array::from_fn(|band| {
+                let place = edge + slant * (band as f64 + 0.5 - 0.5 * BANDS as f64) * width;
+                let part = 1.0 / (1.0 + (-1.702 * (place - s) / 0.9).exp());
+                // Two independent fields: an exponential intensity.
+                let speckle = 0.5 * (noise.normal(1.0).powi(2) + noise.normal(1.0).powi(2));
+                150.0 * part * speckle + noise.normal(1.0)
+            });
+            finder.cuts.push(BandCut { s, light });
+        }
+        let found = finder.end([-30.0, 30.0], width, [true; BANDS]).unwrap();
+        assert!((found.s - edge).abs() < 5.0, "run {run}: {:.2} px off", found.s - edge);
+        square += (found.s - edge).powi(2);
+        normalised += ((found.s - edge) / found.sigma_px).powi(2);
+    }
+    // Grains of one pixel in six bands: an end is known to a fraction of a pixel.
+    assert!((square / RUNS as f64).sqrt() < 0.6, "RMS {:.3} px", (square / RUNS as f64).sqrt());
+    assert!((0.4..2.0).contains(&(normalised / RUNS as f64)), "{:.2}", normalised / RUNS as f64);
+}
+
+#[test]
+fn an_end_is_none_where_the_light_goes_on() {
+    let mut finder = EndFinder::default();
+    finder.cuts.extend((-90..60).map(|k| BandCut { s: f64::from(k), light: [100.0; BANDS] }));
+    assert_eq!(finder.end([-30.0, 30.0], 1.5, [true; BANDS]), None);
+}
+
+#[test]
+fn lines_cross_where_they_should() {
+    let a = Line2 { point: Vector2::new(1.0, 2.0), along: Vector2::new(0.6, 0.8) };
+    let b = Line2 { point: Vector2::new(5.0, 0.0), along: Vector2::new(0.0, 1.0) };
+    let crossing = a.cross(&b).unwrap();
+    assert!((crossing - Vector2::new(5.0, 2.0 + 4.0 * 0.8 / 0.6)).norm() < 1e-12);
+    assert_eq!(a.cross(&a), None);
+    assert!((a.distance(&a.at(7.0))).abs() < 1e-12);
+    // Moved by its normal, the old point lies on the other side.
+    assert!((a.moved(0.5, 0.0).distance(&a.point) + 0.5).abs() < 1e-12);
+}
+
+fn seen(gap_m: f64) -> Option<Seam> {
+    let mut seam = Seam::from_ideal(&lens(), &Vector2::new(1200.0, 1000.0), &Matrix2::identity(), 1.0).unwrap();
+    seam.gap_m = gap_m;
+    Some(seam)
+}
+
+#[test]
+fn the_joint_is_the_most_special_one_that_most_pictures_show() {
+    let (none, some) = (None, seen(1e-3));
+    // In the order of `Joint::ALL`: groove, fillet, lap, butt.
+    assert_eq!(choose::joint(&[]), None);
+    assert_eq!(choose::joint(&[[none, none, none, none]; 5]), None);
+    assert_eq!(choose::joint(&[[some, some, none, none]; 5]), Some(Joint::VGroove));
+    assert_eq!(choose::joint(&[[none, some, none, some]; 5]), Some(Joint::Fillet));
+    assert_eq!(choose::joint(&[[none, none, some, none]; 5]), Some(Joint::Lap));
+    assert_eq!(choose::joint(&[[none, none, none, some]; 5]), Some(Joint::Butt));
+}
+
+#[test]
+fn gaps_of_all_widths_in_some_pictures_are_dirt() {
+    let dirty = |k: usize| {
+        let gap = if k.is_multiple_of(2) { seen(0.3e-3 * (k + 1) as f64) } else { None };
+        [None, None, None, gap]
+    };
+    let trials: Vec<_> = (0..10).map(dirty).collect();
+    assert_eq!(choose::joint(&trials), None);
+}
