@@ -40,7 +40,10 @@ fn pictures_come_back_as_they_were() {
 fn an_index_may_have_no_counter_and_its_columns_in_any_order() {
     let dataset = dataset("file,time_ms\na.png,10\nimages/b.png,20\n");
     let frames = images::read_index(dataset.path()).unwrap();
-    assert_eq!(frames.iter().map(|f| (f.stamp_ns, f.frame)).collect::<Vec<_>>(), [(10_000_000, 0), (20_000_000, 1)]);
+    assert_eq!(
+        frames.iter().map(|f| (f.stamp_ns, f.frame)).collect::<Vec<_>>(),
+        [(10_000_000, 0), (20_000_000, 1)]
+    );
     assert_eq!(frames[1].path, dataset.path().join("images").join("b.png"));
 }
 
@@ -48,7 +51,9 @@ fn an_index_may_have_no_counter_and_its_columns_in_any_order() {
 fn an_index_that_cannot_be_used_says_where() {
     assert!(refusal("time_s,file\n").contains("no data rows"));
     assert!(refusal("time_s\n1\n").contains("column `file` is missing"));
-    assert!(refusal("time_s,file\n2,a.png\n1,b.png\n").contains("line 3, column `time_s`: time runs backwards"));
+    assert!(
+        refusal("time_s,file\n2,a.png\n1,b.png\n").contains("line 3, column `time_s`: time runs backwards")
+    );
     for name in ["../a.png", "/etc/passwd", "images/../../a.png", ""] {
         let said = refusal(&format!("time_s,file\n1,{name}\n"));
         assert!(said.contains("line 2, column `file`: expected the name of a file"), "{name}: {said}");

@@ -35,7 +35,7 @@ impl Canvas {
     pub fn piece(&mut self, piece: &Piece, lens: &Lens) {
         let [from, to] = piece.span();
         let beside = piece.line.normal() * (3.0 * piece.sigma_px + 6.0);
-        let steps = ((to - from) / 6.0).ceil() as usize;
+        let steps = ((to - from) / 8.0).ceil() as usize;
         for k in 0..=steps {
             let at = piece.line.at(from + (to - from) * k as f64 / steps.max(1) as f64);
             for side in [-1.0, 1.0] {
@@ -52,7 +52,6 @@ impl Canvas {
             let off = f64::from(k);
             for (x, y) in [(off, 0.0), (-off, 0.0), (0.0, off), (0.0, -off)] {
                 self.dot(u + x, v + y, SEAM);
-                self.dot(u + x + y.signum(), v + y + x.signum(), SEAM);
             }
         }
         let Some(root) = seam.covariance_px2.cholesky() else { return };
@@ -63,11 +62,14 @@ impl Canvas {
         }
     }
 
+    /// Two by two pixels, so that it is still there when the picture is shown at half its size.
     fn dot(&mut self, u: f64, v: f64, colour: [u8; 3]) {
-        let (column, row) = (u.round(), v.round());
-        if column >= 0.0 && row >= 0.0 && column < self.width as f64 && row < self.height as f64 {
-            let at = 3 * (row as usize * self.width + column as usize);
-            self.rgb[at..at + 3].copy_from_slice(&colour);
+        for (column, row) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+            let (column, row) = (u.round() + column, v.round() + row);
+            if column >= 0.0 && row >= 0.0 && column < self.width as f64 && row < self.height as f64 {
+                let at = 3 * (row as usize * self.width + column as usize);
+                self.rgb[at..at + 3].copy_from_slice(&colour);
+            }
         }
     }
 }

@@ -8,11 +8,12 @@ use trueline_vision::choose;
 use trueline_vision::edge::{BANDS, BandCut, EndFinder};
 use trueline_vision::line::Line2;
 use trueline_vision::regression::{Regressor, Shift};
-use trueline_vision::template::{Stack, Template};
+use trueline_vision::template::Stack;
 use trueline_vision::{Joint, Lens, Seam};
 
 fn lens() -> Lens {
-    let SensorModel::CameraLaser { camera, laser_plane_in_camera } = Preset::Quick.scenario().cell.sensor else {
+    let SensorModel::CameraLaser { camera, laser_plane_in_camera } = Preset::Quick.scenario().cell.sensor
+    else {
         panic!("the scan has a camera");
     };
     Lens::new(camera, laser_plane_in_camera)
@@ -49,7 +50,8 @@ fn derivatives_of_the_lens_are_differences() {
         for axis in 0..2 {
             let mut off = Vector2::zeros();
             off[axis] = step;
-            let difference = (lens.distorted(&(pixel + off)).0 - lens.distorted(&(pixel - off)).0) / (2.0 * step);
+            let difference =
+                (lens.distorted(&(pixel + off)).0 - lens.distorted(&(pixel - off)).0) / (2.0 * step);
             assert!((distorted.column(axis) - difference).norm() < 1e-8);
             let point = |at: Vector2<f64>| lens.on_sheet(&at).unwrap().0;
             let difference = (point(pixel + off) - point(pixel - off)) / (2.0 * step);
@@ -175,7 +177,8 @@ fn lines_cross_where_they_should() {
 }
 
 fn seen(gap_m: f64) -> Option<Seam> {
-    let mut seam = Seam::from_ideal(&lens(), &Vector2::new(1200.0, 1000.0), &Matrix2::identity(), 1.0).unwrap();
+    let mut seam =
+        Seam::from_ideal(&lens(), &Vector2::new(1200.0, 1000.0), &Matrix2::identity(), 1.0).unwrap();
     seam.gap_m = gap_m;
     Some(seam)
 }

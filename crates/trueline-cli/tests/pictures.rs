@@ -1,0 +1,123 @@
+//! From pictures to a calibration, as a user runs it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn trueline(folder: &Path, arguments: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trueline"));
+    command.current_dir(folder).args(arguments.split_whitespace()).output().unwrap()
+}
+
+fn succeeds(folder: &Path, arguments: &str) -> String {
+    let output = trueline(folder, arguments);
+    let words = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments}: {words}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Exit code 2 and these words.
+fn refuses(folder: &Path, arguments: &str, words: &str) {
+    let output = trueline(folder, arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments}: {said}");
+    assert!(said.contains(words) && said.contains("hint: "), "{arguments}: {said}");
+}
+
+/// Difference of two rotations as (w, x, y, z), rad.
+fn angle_rad(a: &Value, b: &Value) -> f64 {
+    let dot: f64 = (0..4).map(|k| a[k].as_f64().unwrap() * b[k].as_f64().unwrap()).sum();
+    2.0 * dot.abs().min(1.0).acos()
+}
+
+#[test]
+fn a_scan_of_pictures_calibrates_to_within_four_sigma() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // 130 speckled pictures in 20 s.
+    succeeds(at, "simulate --images --frame-period-ms 150 --seed 4 --out scan --quiet");
+    assert!(!at.join("scan/features.csv").exists());
+    let result: Value = serde_json::from_str(&succeeds(at, "calibrate scan --json - --quiet")).unwrap();
+    assert_eq!(result["status"], "accepted", "{}", result["reasons"]);
+    let truth: toml::Table = fs::read_to_string(at.join("scan/truth.toml")).unwrap().parse().unwrap();
+    let number = |value: &toml::Value| value.as_float().unwrap();
+    let sigma = &result["sigma"];
+    let offset = (result["time_offset_s"].as_f64().unwrap() - number(&truth["time_offset_s"])).abs();
+    assert!(offset < 4.0 * sigma["time_offset_s"].as_f64().unwrap(), "{offset} s");
+    let hand_eye = truth["tool_from_camera"].as_table().unwrap();
+    for axis in 0..3 {
+        let true_mm = number(&hand_eye["translation_mm"].as_array().unwrap()[axis]);
+        let off_mm = result["tool_from_camera"]["translation_mm"][axis].as_f64().unwrap() - true_mm;
+        assert!(
+            off_mm.abs() < 4.0 * sigma["translation_mm"][axis].as_f64().unwrap(),
+            "axis {axis}: {off_mm} mm"
+        );
+    }
+    let rotation: Value =
+        hand_eye["rotation_wxyz"].as_array().unwrap().iter().map(number).collect::<Vec<f64>>().into();
+    let turned = angle_rad(&result["tool_from_camera"]["rotation_wxyz"], &rotation);
+    let limit: f64 = (0..3).map(|k| sigma["rotation_rad"][k].as_f64().unwrap().powi(2)).sum::<f64>().sqrt();
+    assert!(turned < 4.0 * limit, "{turned} rad, sigma {limit}");
+    // The features were written on the way, with frames and sigmas.
+    let features = fs::read_to_string(at.join("scan/features.csv")).unwrap();
+    assert!(features.starts_with("time_s,u_px,v_px,frame,sigma_u_px,sigma_v_px\n"));
+    assert!(result["inputs"]["features.csv"].is_string());
+}
+
+#[test]
+fn features_says_what_it_found_and_draws_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    succeeds(at, "simulate --images --joint lap --duration-s 4 --frame-period-ms 500 --out scan --quiet");
+    let summary = succeeds(at, "features scan --overlay looked --overlay-every 3");
+    assert!(summary.contains("Joint            lap (the pictures show it"), "{summary}");
+    assert!(summary.contains("Found            7 of 7 pictures"), "{summary}");
+    let drawn = fs::read_dir(at.join("looked")).unwrap().count();
+    assert_eq!(drawn, 3);
+    let first = fs::read_to_string(at.join("scan/features.csv")).unwrap();
+    // Again, on one thread: the same to the last digit, and what was there is kept.
+    let said = succeeds(at, "features scan --threads 1 --json - --quiet");
+    let found: Value = serde_json::from_str(&said).unwrap();
+    assert_eq!((&found["found"], &found["joint"]), (&Value::from(7), &Value::from("lap")));
+    assert_eq!(fs::read_to_string(at.join("scan/features.csv")).unwrap(), first);
+    assert_eq!(fs::read_to_string(at.join("scan/features.previous-1.csv")).unwrap(), first);
+    refuses(at, "features scan --overlay looked", "is there already");
+}
+
+#[test]
+fn pictures_without_a_seam_are_exit_1_and_no_features() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    succeeds(at, "simulate --images --joint plate --duration-s 2 --frame-period-ms 500 --out scan --quiet");
+    let output = trueline(at, "features scan");
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("Found            0 of 3 pictures"), "{said}");
+    assert!(said.contains("a single straight piece of stripe"), "{said}");
+    assert!(!at.join("scan/features.csv").exists());
+    refuses(at, "calibrate scan", "there is no seam in any of 3 pictures");
+}
+
+#[test]
+fn datasets_without_usable_pictures_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    refuses(at, "features nowhere", "sensor.toml: the file is missing");
+    succeeds(at, "simulate --preset profiler --duration-s 5 --out profiler --quiet");
+    refuses(at, "features profiler", "the sensor is of kind profiler");
+    succeeds(at, "simulate --images --duration-s 2 --frame-period-ms 500 --out scan --quiet");
+    let sensor = fs::read_to_string(at.join("scan/sensor.toml")).unwrap();
+    fs::write(at.join("scan/sensor.toml"), sensor.replace("2448", "2440")).unwrap();
+    refuses(at, "features scan", "the picture is 2448 x 2000 px, and sensor.toml says 2440 x 2000");
+    fs::write(at.join("scan/sensor.toml"), sensor).unwrap();
+    fs::remove_file(at.join("scan/images/000001.png")).unwrap();
+    refuses(at, "features scan --joint fillet", "000001.png: the file is missing");
+    fs::remove_dir_all(at.join("scan/images")).unwrap();
+    refuses(at, "features scan", "index.csv: the file is missing");
+    for bad in ["--preset two-lines", "--preset profiler", "--mishap bursts", "--exposure-ms=-1"] {
+        refuses(at, &format!("simulate --images --duration-s 2 {bad} --out other"), "error: ");
+        assert!(!at.join("other").exists(), "{bad} wrote something");
+    }
+}
