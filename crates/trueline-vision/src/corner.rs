@@ -168,7 +168,7 @@ pub fn measure<L: Level>(
         if fit.present < LEAST_PRESENT {
             return Err(NotFound::TooLittle);
         }
-        fits[k] = Some(fit);
+        fits[k] = Some(meter.without_bent_start(&arms[k], fit));
     }
     let [Some(a), Some(b)] = fits else { return Err(NotFound::TooLittle) };
     let seam = cross(lens, &a, &b)?;

@@ -36,7 +36,7 @@ impl FaceFinder {
             let fit = self.regressor.fit(&self.middles)?;
             // Only the light near the line that was found: elsewhere is noise.
             let window = |row: f64| {
-                let middle = fit.shift_px + fit.slope * (row - fit.centre);
+                let middle = fit.shift_at(row);
                 let half = GATHERED * sigma_px.max(1.5);
                 [(middle - half).max(face.columns[0]), (middle + half).min(face.columns[1])]
             };
@@ -44,9 +44,7 @@ impl FaceFinder {
             self.middles.extend(face.rows().filter_map(|row| face.middle(row, window(row))));
         }
         let fit = self.regressor.fit(&self.middles)?;
-        let c = &fit.covariance;
-        let variance = c.m11 - 2.0 * c.m12 * fit.centre + c.m22 * fit.centre * fit.centre;
-        Some(Edge { s: fit.shift_px - fit.slope * fit.centre, sigma_px: variance.sqrt() })
+        Some(Edge { s: fit.shift_at(0.0), sigma_px: fit.variance_at(0.0).sqrt() })
     }
 }
 

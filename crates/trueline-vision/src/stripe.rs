@@ -16,6 +16,14 @@ const DARK_CUTS: usize = 5;
 /// A stripe is there if it has this part of its usual amplitude.
 const PRESENT: f64 = 0.25;
 
+/// Beginnings of an arm that are tried without, px, and the longest as a part of the arm.
+const STARTS_PX: [f64; 3] = [240.0, 120.0, 60.0];
+const LONGEST_START: f64 = 0.3;
+/// Standard deviations, and px, by which a beginning must be off to be left out: grey levels of a picture without
+/// noise bend it by some hundredths of a pixel.
+const BENT: f64 = 4.0;
+const BENT_PX: f64 = 0.15;
+
 /// A measured piece of stripe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
@@ -35,8 +43,7 @@ impl Fit {
     /// Variance of the line square to itself at a distance along it from its point, px².
     #[must_use]
     pub fn variance_at(&self, s: f64) -> f64 {
-        let c = &self.regression.covariance;
-        c.m11 + 2.0 * c.m12 * s + c.m22 * s * s
+        self.regression.variance_at(self.regression.centre + s)
     }
 }
 
@@ -179,6 +186,28 @@ impl StripeMeter {
             present: cuts as f64 / self.cuts.len().max(1) as f64,
             cuts,
         })
+    }
+
+    /// The last fit without its beginning, if that does not lie on the line of the rest: mirrored light near a
+    /// corner pulls many cuts a little, and none of them far enough to be an outlier by itself.
+    pub fn without_bent_start(&mut self, line: &Line2, fit: Fit) -> Fit {
+        let Some([first, last]) = self.shifts.first().zip(self.shifts.last()).map(|(a, b)| [a.s, b.s]) else {
+            return fit;
+        };
+        for start_px in STARTS_PX.into_iter().filter(|start_px| *start_px < LONGEST_START * (last - first)) {
+            let split = self.shifts.partition_point(|shift| shift.s < first + start_px);
+            let (start, rest) = self.shifts.split_at(split);
+            let (Some(start), Some(rest)) = (self.regressor.fit(start), self.regressor.fit(rest)) else {
+                continue;
+            };
+            let off = start.shift_px - rest.shift_at(start.centre);
+            let variance = start.covariance.m11 + rest.variance_at(start.centre);
+            if off.abs() > BENT_PX && off * off > BENT * BENT * variance {
+                let at = Line2 { point: line.at(rest.centre), along: line.along };
+                return Fit { line: at.moved(rest.shift_px, rest.slope), regression: rest, ..fit };
+            }
+        }
+        fit
     }
 
     /// Cuts the stripe along a line.
