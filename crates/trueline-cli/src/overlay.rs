@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use std::fs;
 use std::path::Path;
-use trueline_dataset::{Error, FrameFile, GrayImage, Problem, gray_png};
+use trueline_dataset::{Error, GrayImage, Problem, gray_png};
 use trueline_vision::overlay::Canvas;
 use trueline_vision::{Detector, NotFound, Seam};
 
@@ -17,10 +17,9 @@ pub fn prepare(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Draws a frame with its pieces and its seam.
+/// Draws a frame with its pieces and its seam into a file of a name; a frame without a seam says so in it.
 pub fn draw(
-    folder: &Path,
-    frame: &FrameFile,
+    name: &Path,
     image: &GrayImage,
     detector: &Detector,
     seam: &Result<Seam, NotFound>,
@@ -33,8 +32,8 @@ pub fn draw(
         canvas.seam(seam);
     }
     let found = if seam.is_ok() { "" } else { "-not-found" };
-    let file = folder.join(format!("{:06}{found}.png", frame.frame));
-    Ok(gray_png::write_rgb(&file, [image.width, image.height], canvas.rgb())?)
+    let file = format!("{}{found}.png", name.display());
+    Ok(gray_png::write_rgb(Path::new(&file), [image.width, image.height], canvas.rgb())?)
 }
 
 /// Levels of 8 bits.

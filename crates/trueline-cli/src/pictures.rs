@@ -84,7 +84,7 @@ fn detector(dataset: &Path) -> Result<Detector, Failure> {
 fn look_at_frames(detector: &Detector, frames: Vec<FrameFile>, look: &Look) -> Result<Found, Failure> {
     let (joint, choice) = match look.joint {
         Some(joint) => (joint, Choice::Asked),
-        None => match choose_joint(detector, &frames)? {
+        None => match choose_joint(detector, &frames, look.quiet)? {
             Some(joint) => (joint, Choice::Seen),
             // Most scans are made over a fillet, and its reasons say most.
             None => (Joint::Fillet, Choice::Nothing),
@@ -104,7 +104,7 @@ fn look_at_frames(detector: &Detector, frames: Vec<FrameFile>, look: &Look) -> R
                 if let Some((folder, every)) = &look.overlay
                     && number % every == 0
                 {
-                    overlay::draw(folder, &frame, &image, detector, &seam)?;
+                    overlay::draw(&folder.join(format!("{number:06}")), &image, detector, &seam)?;
                 }
                 give_back(image, spare);
                 bar.inc(1);
@@ -113,15 +113,19 @@ fn look_at_frames(detector: &Detector, frames: Vec<FrameFile>, look: &Look) -> R
         )
         .collect();
     bar.finish_and_clear();
-    let looked = looked?;
+    let mut looked = looked?;
+    if joint == Joint::Butt {
+        choose::refuse_odd_gaps(looked.iter_mut().map(|(_, seam, _)| seam));
+    }
     let detection = looked.iter().map(|(_, _, taken)| *taken).sum();
     let frames = looked.into_iter().map(|(frame, seam, _)| (frame, seam)).collect();
     Ok(Found { joint, choice, frames, detection })
 }
 
-fn choose_joint(detector: &Detector, frames: &[FrameFile]) -> Result<Option<Joint>, Failure> {
+fn choose_joint(detector: &Detector, frames: &[FrameFile], quiet: bool) -> Result<Option<Joint>, Failure> {
     let step = frames.len().div_ceil(SAMPLED).max(1);
     let sampled: Vec<&FrameFile> = frames.iter().step_by(step).collect();
+    let bar = progress::bar(sampled.len() as u64, "pictures, to see which joint", quiet);
     let trials: Result<Vec<Trial>, Failure> = sampled
         .into_par_iter()
         .map_init(
@@ -130,10 +134,12 @@ fn choose_joint(detector: &Detector, frames: &[FrameFile]) -> Result<Option<Join
                 let image = read(frame, detector, spare)?;
                 let trial = Joint::ALL.map(|joint| seam(detector, &image, joint).ok());
                 give_back(image, spare);
+                bar.inc(1);
                 Ok(trial)
             },
         )
         .collect();
+    bar.finish_and_clear();
     Ok(choose::joint(&trials?))
 }
 

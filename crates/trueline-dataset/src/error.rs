@@ -209,7 +209,9 @@ impl Problem {
     #[must_use]
     pub fn hint(&self) -> String {
         let text = match self {
-            Self::Missing => "a dataset folder has sensor.toml, robot.csv and features.csv",
+            Self::Missing => {
+                "a dataset folder has sensor.toml, robot.csv and features.csv, or pictures that images/index.csv names"
+            }
             Self::Io(_) => "check the path and its permissions",
             Self::AlreadyExists => "name an empty or new folder",
             Self::NoRows => "was the recording stopped before it began?",
@@ -227,7 +229,9 @@ impl Problem {
             Self::NotACount { .. } => "line and frame are numbered 0, 1, 2, …",
             Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
             Self::NotAFileName { .. } => "pictures lie in images/, beside index.csv; give their names alone",
-            Self::Picture { .. } => "is the recording cut off? leave the row of a broken picture out",
+            Self::Picture { .. } => {
+                "pictures are PNG; if the recording was cut off, leave the row of the broken one out of index.csv"
+            }
             Self::NotGray { .. } => {
                 "convert it, for example: magick in.png -colorspace gray -depth 8 out.png"
             }

@@ -48,13 +48,18 @@ pub fn read_sensor(folder: &Path) -> Result<Sensor, Error> {
     sensor_toml::parse(&file, &utf8(&file, text)?)
 }
 
-/// Writes the features of a dataset folder. Those that are there already are kept: they are renamed to the
-/// first free one of `features.previous-1.csv`, `features.previous-2.csv`, …, which is returned.
+/// Replaces the features of a dataset folder; without features there is no file. What was there is kept: it is renamed
+/// to the first free one of `features.previous-1.csv`, `features.previous-2.csv`, …, which is returned. The new
+/// file appears as a whole or not at all.
 ///
 /// # Errors
 /// What the operating system says.
-pub fn write_features(folder: &Path, features: &[Feature]) -> Result<Option<PathBuf>, Error> {
+pub fn replace_features(folder: &Path, features: &[Feature]) -> Result<Option<PathBuf>, Error> {
     let file = folder.join("features.csv");
+    let unfinished = folder.join("features.unfinished.csv");
+    if !features.is_empty() {
+        write_with(&unfinished, |out| features_csv::write(out, features))?;
+    }
     let mut kept = None;
     if file.exists() {
         let mut names = (1..).map(|k| folder.join(format!("features.previous-{k}.csv")));
@@ -62,7 +67,9 @@ pub fn write_features(folder: &Path, features: &[Feature]) -> Result<Option<Path
         fs::rename(&file, &free).map_err(|e| Error::in_file(&file, Problem::Io(e)))?;
         kept = Some(free);
     }
-    write_with(&file, |out| features_csv::write(out, features))?;
+    if !features.is_empty() {
+        fs::rename(&unfinished, &file).map_err(|e| Error::in_file(&file, Problem::Io(e)))?;
+    }
     Ok(kept)
 }
 

@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use std::fs;
 use std::path::Path;
-use trueline_dataset::{GrayImage, Pixels, folder, gray_png, images};
+use trueline_dataset::{Feature, GrayImage, Measured, Pixels, folder, gray_png, images};
 
 fn dataset(index: &str) -> tempfile::TempDir {
     let dataset = tempfile::tempdir().unwrap();
@@ -91,14 +91,28 @@ fn a_picture_that_is_cut_off_is_refused_wherever_it_ends() {
 fn features_that_are_there_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("features.csv");
-    assert_eq!(folder::write_features(folder.path(), &[]).unwrap(), None);
+    let feature = Feature {
+        stamp_ns: 1,
+        line: 0,
+        frame: None,
+        device_ns: None,
+        measured: Measured::Pixel([1.0, 2.0]),
+        sigma: None,
+    };
+    let replace = |features: &[Feature]| folder::replace_features(folder.path(), features).unwrap();
+    assert_eq!(replace(&[]), None);
+    assert!(!file.exists());
     fs::write(&file, "first").unwrap();
     let kept = |number: u32| folder.path().join(format!("features.previous-{number}.csv"));
-    assert_eq!(folder::write_features(folder.path(), &[]).unwrap(), Some(kept(1)));
-    fs::write(&file, "second").unwrap();
-    assert_eq!(folder::write_features(folder.path(), &[]).unwrap(), Some(kept(2)));
+    assert_eq!(replace(&[feature]), Some(kept(1)));
+    let second = fs::read_to_string(&file).unwrap();
+    assert!(second.ends_with(",1,2\n"), "{second}");
+    // Without features the old ones do not stay: they would be taken for those of the pictures.
+    assert_eq!(replace(&[]), Some(kept(2)));
+    assert!(!file.exists());
     assert_eq!(fs::read_to_string(kept(1)).unwrap(), "first");
-    assert_eq!(fs::read_to_string(kept(2)).unwrap(), "second");
+    assert_eq!(fs::read_to_string(kept(2)).unwrap(), second);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "nothing else is left");
 }
 
 fn read_bytes(bytes: &[u8]) -> bool {

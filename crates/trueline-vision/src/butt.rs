@@ -6,7 +6,7 @@ use crate::lap::{Plate, edge_point, plate_end};
 use crate::line::Line2;
 use crate::picture::Level;
 use crate::pieces::Piece;
-use crate::seam::{Lengths, MOST_SIGMA_PX, NotFound, Seam};
+use crate::seam::{Lengths, NotFound, Seam, known_well};
 use nalgebra::{Matrix2, Vector2};
 
 /// The plates are in line to within this, rad in the picture.
@@ -21,8 +21,8 @@ const SEARCH_PX: f64 = 30.0;
 const NARROWEST_PX: f64 = 5.0;
 /// Widest gap, px.
 const WIDEST_PX: f64 = 300.0;
-/// A second gap of this part of the widest one's width makes it doubtful.
-const RIVAL: f64 = 0.6;
+/// A second gap of this part of the widest one's width makes it doubtful: soot and scratches make gaps as well.
+const RIVAL: f64 = 0.25;
 
 /// A gap between two plates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +96,7 @@ fn middle<L: Level>(
     let ((on_a, _), (on_b, _)) = lens.on_sheet(a).zip(lens.on_sheet(b)).ok_or(NotFound::OutOfView)?;
     let (ideal, _) = lens.from_sheet(&(0.5 * (on_a + on_b))).ok_or(NotFound::OutOfView)?;
     let covariance = 0.25 * (a_covariance + b_covariance);
-    if covariance.trace() > MOST_SIGMA_PX.powi(2) {
+    if !known_well(&covariance) {
         return Err(NotFound::Uncertain);
     }
     let seam = Seam::from_ideal(lens, &ideal, &covariance, quality)?;

@@ -1,7 +1,7 @@
 //! Which joint a scan shows: the one that most of its pictures bear out.
 
 use crate::regression::median;
-use crate::seam::{Joint, Seam};
+use crate::seam::{Joint, NotFound, Seam};
 
 /// The seam of each joint of [`Joint::ALL`] in one picture, where there is one.
 pub type Trial = [Option<Seam>; 4];
@@ -12,6 +12,10 @@ const MOSTLY: f64 = 0.5;
 /// this part of the pictures: soot and scratches make gaps as well, but not one in each picture.
 const EVEN: f64 = 0.15;
 const NEARLY_ALWAYS: f64 = 0.8;
+/// Gaps are of the same width within this part of it.
+const ALIKE: f64 = 0.25;
+/// Part of the gaps that must share a width for it to be the joint's.
+const SHARED: f64 = 0.6;
 
 /// The joint; `None` if there is no seam in any picture.
 #[must_use]
@@ -25,9 +29,29 @@ pub fn joint(trials: &[Trial]) -> Option<Joint> {
             return Some(joint);
         }
     }
-    // Less often: whatever there is most of, but a gap only if it is the same everywhere.
-    let most = (0..3).max_by_key(|number| (found(*number), 3 - number));
-    most.filter(|number| found(*number) > 0).map(|number| Joint::ALL[number])
+    // Less often: whatever there is most of. A gap in fewer than half of the pictures is dirt.
+    let joints = Joint::ALL.into_iter().enumerate().filter(|(_, joint)| *joint != Joint::Butt);
+    let most = joints.max_by_key(|(number, _)| (found(*number), Joint::ALL.len() - number));
+    most.filter(|(number, _)| found(*number) > 0).map(|(_, joint)| joint)
+}
+
+/// Refuses the gaps that are not as wide as most of the others. Where there is no width that most of them share,
+/// nothing is refused.
+pub fn refuse_odd_gaps<'a>(seams: impl Iterator<Item = &'a mut Result<Seam, NotFound>>) {
+    let mut found: Vec<&mut Result<Seam, NotFound>> = seams.filter(|seam| seam.is_ok()).collect();
+    let widths: Vec<f64> =
+        found.iter().filter_map(|seam| seam.as_ref().ok().map(|seam| seam.gap_m)).collect();
+    let near = |width: f64, other: f64| (width - other).abs() <= ALIKE * width;
+    let sharing = |width: f64| widths.iter().filter(|other| near(width, **other)).count();
+    let Some(usual) = widths.iter().copied().max_by_key(|width| sharing(*width)) else { return };
+    if (sharing(usual) as f64) < SHARED * widths.len() as f64 {
+        return;
+    }
+    for (seam, width) in found.iter_mut().zip(&widths) {
+        if !near(usual, *width) {
+            **seam = Err(NotFound::OddGap);
+        }
+    }
 }
 
 /// Whether the gap is the same in all pictures: gaps that soot or scratches make are not.

@@ -4,7 +4,7 @@ use crate::lens::Lens;
 use crate::line::Line2;
 use crate::picture::{Level, Picture};
 use crate::pieces::Piece;
-use crate::seam::{MOST_SIGMA_PX, NotFound, Seam};
+use crate::seam::{NotFound, Seam, known_well};
 use crate::stripe::{Fit, StripeMeter};
 use crate::template::Template;
 use crate::tiles::TILE;
@@ -12,8 +12,11 @@ use nalgebra::{Matrix2, Vector2};
 
 /// The flattest bend that makes a corner, rad in the picture.
 const FLATTEST: f64 = 0.1;
-/// The stripe may be missing this far from the corner, as a part of the arm's length.
+/// The stripe may be missing this far from the corner on one arm, as a part of its length and in px, and on both
+/// together: further away lines may cross where there is nothing.
 const MOST_GAP: f64 = 0.5;
+const MOST_GAP_PX: f64 = 120.0;
+const BOTH_GAPS_PX: f64 = 160.0;
 /// Part of an arm that elements cover at least.
 const LEAST_COVERED: f64 = 0.35;
 /// Stretch beyond the corner in which the stripe must have ended, px.
@@ -86,6 +89,9 @@ fn pair(pieces: &[Piece], numbers: [usize; 2], lens: &Lens) -> Option<Pair> {
         return None;
     }
     let [first, second] = [arm(a, &corner)?, arm(b, &corner)?];
+    if first.gap_px + second.gap_px > BOTH_GAPS_PX {
+        return None;
+    }
     Some(Pair {
         pieces: numbers,
         arms: [first.line, second.line],
@@ -100,6 +106,7 @@ struct Arm {
     line: Line2,
     length: f64,
     covered_px: f64,
+    gap_px: f64,
     weight: f64,
     against: f64,
 }
@@ -118,12 +125,13 @@ fn arm(piece: &Piece, corner: &Vector2<f64>) -> Option<Arm> {
     let reached = piece.marks.iter().map(|[s, _]| outward(*s)).filter(|s| *s > 0.0);
     let (begin, end) = reached.fold((f64::INFINITY, 0.0_f64), |(begin, end), s| (begin.min(s), end.max(s)));
     let covered_px = if forward { piece.covered_px(at, last) } else { piece.covered_px(first, at) };
-    let whole = covered_px >= LEAST_COVERED * end && begin <= MOST_GAP * end + near;
+    let whole = covered_px >= LEAST_COVERED * end && begin <= near + MOST_GAP_PX.min(MOST_GAP * end);
     whole.then(|| Arm {
         line: Line2 { point: *corner, along },
         // The stripe may end within the last element, cut off at a slant.
         length: end,
         covered_px,
+        gap_px: begin,
         weight: after.max(before),
         against: after.min(before),
     })
@@ -224,7 +232,7 @@ fn cross(lens: &Lens, a: &Fit, b: &Fit) -> Result<Seam, NotFound> {
     let variance = |fit: &Fit| fit.variance_at(fit.line.station(&ideal));
     let errors = Matrix2::from_diagonal(&Vector2::new(variance(a), variance(b)));
     let covariance = inverse * errors * inverse.transpose();
-    if covariance.trace() > MOST_SIGMA_PX.powi(2) {
+    if !known_well(&covariance) {
         return Err(NotFound::Uncertain);
     }
     Seam::from_ideal(lens, &ideal, &covariance, a.present.min(b.present))

@@ -18,7 +18,9 @@ const SAME_PX: f64 = 10.0;
 pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Result<Seam, NotFound> {
     let pieces = evidence.pieces;
     let lengths = Lengths::of(evidence.lens);
-    let long = || pairs(pieces, evidence.lens).filter(|pair| lengths.suffice(pair.covered_px));
+    // The corner of a fillet lies behind its arms; what lies before them is an edge, or a crossing with a ghost.
+    let fillet = |pair: &Pair| lengths.suffice(pair.covered_px) && pair.is_valley(evidence.lens);
+    let long = || pairs(pieces, evidence.lens).filter(fillet);
     let best = long().max_by(|a, b| a.score().total_cmp(&b.score())).ok_or(evidence.no_joint())?;
     if best.score() <= 0.0 {
         return Err(NotFound::NotThisJoint);

@@ -7,7 +7,7 @@ use crate::lens::Lens;
 use crate::line::Line2;
 use crate::picture::{Level, Picture};
 use crate::pieces::Piece;
-use crate::seam::{Lengths, MOST_SIGMA_PX, NotFound, Seam};
+use crate::seam::{Lengths, NotFound, Seam, known_well};
 use crate::stripe::Fit;
 use nalgebra::{Matrix2, Vector2};
 
@@ -69,7 +69,7 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
         (edge, _) = plate_end(work, &plate, (SEARCH_PX, [true; BANDS]), scene)?;
     }
     let (ideal, covariance) = edge_point(&fit, &edge);
-    if covariance.trace() > MOST_SIGMA_PX.powi(2) {
+    if !known_well(&covariance) {
         return Err(NotFound::Uncertain);
     }
     Seam::from_ideal(evidence.lens, &ideal, &covariance, fit.present)

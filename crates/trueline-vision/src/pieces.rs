@@ -167,8 +167,7 @@ impl PieceFinder {
         Some(line)
     }
 
-    /// Moves the elements along a line to the members; those beside it that point along it are its flanks
-    /// and belong to nothing.
+    /// Moves the elements along a line to the members.
     fn take(&mut self, line: &Line2) {
         self.members.clear();
         let members = &mut self.members;

@@ -94,6 +94,9 @@ impl Regressor {
                 right += row * (weight * shift.shift_px);
             }
             let next = information.try_inverse()? * right;
+            if !next.iter().all(|x| x.is_finite()) {
+                return None;
+            }
             // A hundredth of what a thousand shifts leave uncertain.
             let settled = step > 0 && (next.x - at.x).abs() < 3e-4 * sigma;
             at = next;

@@ -101,6 +101,9 @@ pub enum NotFound {
     /// The stripe goes on where it should end.
     #[error("the stripe goes on beyond the place where its pieces cross")]
     GoesOn,
+    /// The gap is not the one that the other pictures show.
+    #[error("the gap is not as wide as in most other pictures")]
+    OddGap,
     /// Two places are as likely.
     #[error("two places are about as likely")]
     Ambiguous,
@@ -116,7 +119,13 @@ pub enum NotFound {
 }
 
 /// A seam point must be known to this, px.
-pub const MOST_SIGMA_PX: f64 = 5.0;
+const MOST_SIGMA_PX: f64 = 5.0;
+
+/// Whether a covariance (px²) is one of a point that is of use; what is not a number is not.
+#[must_use]
+pub fn known_well(covariance_px2: &Matrix2<f64>) -> bool {
+    covariance_px2.trace() <= MOST_SIGMA_PX.powi(2)
+}
 
 /// How long pieces of stripe must be to be believed, px: a spark drawn out by its flight is straight as well.
 /// Both grow with the picture.

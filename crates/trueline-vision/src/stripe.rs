@@ -173,7 +173,8 @@ impl StripeMeter {
             let there = cut.amplitude > PRESENT * amplitude;
             let per_px = cut.amplitude * gain * cut.stretch;
             let shift_px = if there { cut.tilt / per_px } else { 0.0 };
-            let response = cut.response / cut.amplitude;
+            // Exactly dark cuts have no amplitude to divide by.
+            let response = if there { cut.response / cut.amplitude } else { 0.0 };
             Shift { s: cut.s, shift_px, weight: f64::from(u8::from(there)), response }
         }));
         let regression = self.regressor.fit(&self.shifts)?;

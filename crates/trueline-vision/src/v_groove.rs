@@ -10,6 +10,9 @@ use crate::seam::{Lengths, NotFound, Seam};
 
 /// Distance within which the end of a face meets a plate, px.
 const MEETS_PX: f64 = 40.0;
+/// A second bottom with this part of the best one's evidence makes it doubtful, if it is further away than this, px.
+const RIVAL: f64 = 0.8;
+const SAME_PX: f64 = 10.0;
 /// Least length of a face that elements cover, px.
 const LEAST_FACE_PX: f64 = 24.0;
 
@@ -19,15 +22,26 @@ const LEAST_FACE_PX: f64 = 24.0;
 /// Why there is none.
 pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Result<Seam, NotFound> {
     let pieces = evidence.pieces;
-    let grooves = pairs(pieces, evidence.lens)
-        .filter(|pair| pair.covered_px.iter().all(|covered| *covered > LEAST_FACE_PX) && pair.score() > 0.0)
-        .filter(|pair| pair.is_valley(evidence.lens))
-        .map(|pair| (flanks(pieces, &pair, evidence.lens), pair))
-        .filter(|(flanks, _)| *flanks > 0);
+    let grooves = || {
+        pairs(pieces, evidence.lens)
+            .filter(|pair| {
+                pair.covered_px.iter().all(|covered| *covered > LEAST_FACE_PX) && pair.score() > 0.0
+            })
+            .filter(|pair| pair.is_valley(evidence.lens))
+            .map(|pair| (flanks(pieces, &pair, evidence.lens), pair))
+            .filter(|(flanks, _)| *flanks > 0)
+    };
     // A groove with both plates comes before one with one; then the one with more light on its faces.
     let better =
         |a: &(usize, Pair), b: &(usize, Pair)| a.0.cmp(&b.0).then(a.1.score().total_cmp(&b.1.score()));
-    let (_, best) = grooves.max_by(better).ok_or(evidence.no_joint())?;
+    let (flanked, best) = grooves().max_by(better).ok_or(evidence.no_joint())?;
+    let elsewhere = |pair: &Pair| (pair.corner() - best.corner()).norm() > SAME_PX;
+    let rival = |(flanks, pair): (usize, Pair)| {
+        flanks == flanked && elsewhere(&pair) && pair.score() > RIVAL * best.score()
+    };
+    if grooves().any(rival) {
+        return Err(NotFound::Ambiguous);
+    }
     measure(&mut work.meter, &best, sigmas_px(pieces, &best), (evidence.picture, evidence.lens))
 }
 

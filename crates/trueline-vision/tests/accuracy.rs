@@ -48,6 +48,13 @@ fn fillet_with_a_gap_at_the_corner() {
     promised(scene, Look::speckled(), Joint::Fillet, 0.3);
 }
 
+/// Where the stripe is missing a picture without noise is exactly dark.
+#[test]
+fn clean_fillet_with_a_gap_at_the_corner() {
+    let scene = Scene::Fillet { opening_rad: 1.6, roll_rad: 0.1, gap_m: 1.2e-3 };
+    promised(scene, Look::clean(), Joint::Fillet, 0.02);
+}
+
 #[test]
 fn speckled_lap() {
     promised(Scene::Lap { step_m: 3e-3 }, Look::speckled(), Joint::Lap, 0.9);

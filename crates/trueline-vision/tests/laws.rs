@@ -9,7 +9,7 @@ use trueline_vision::edge::{BANDS, BandCut, EndFinder};
 use trueline_vision::line::Line2;
 use trueline_vision::regression::{Regressor, Shift};
 use trueline_vision::template::Stack;
-use trueline_vision::{Joint, Lens, Seam};
+use trueline_vision::{Joint, Lens, NotFound, Seam};
 
 fn lens() -> Lens {
     let SensorModel::CameraLaser { camera, laser_plane_in_camera } = Preset::Quick.scenario().cell.sensor
@@ -193,6 +193,42 @@ fn the_joint_is_the_most_special_one_that_most_pictures_show() {
     assert_eq!(choose::joint(&[[none, some, none, some]; 5]), Some(Joint::Fillet));
     assert_eq!(choose::joint(&[[none, none, some, none]; 5]), Some(Joint::Lap));
     assert_eq!(choose::joint(&[[none, none, none, some]; 5]), Some(Joint::Butt));
+}
+
+#[test]
+fn a_gap_that_is_not_as_wide_as_the_others_is_refused() {
+    let mut seams: Vec<_> =
+        [1.5, 1.4, 1.6, 1.5, 3.0, 1.55].iter().map(|mm| Ok(seen(mm * 1e-3).unwrap())).collect();
+    seams.push(Err(NotFound::NoStripe));
+    choose::refuse_odd_gaps(seams.iter_mut());
+    let odd: Vec<usize> = (0..seams.len()).filter(|k| seams[*k] == Err(NotFound::OddGap)).collect();
+    assert_eq!(odd, [4]);
+    assert_eq!(seams[6], Err(NotFound::NoStripe));
+    // Where all differ nothing is the usual width.
+    let mut seams: Vec<_> = [1.0, 2.0, 4.0, 8.0].iter().map(|mm| Ok(seen(mm * 1e-3).unwrap())).collect();
+    choose::refuse_odd_gaps(seams.iter_mut());
+    assert!(seams.iter().all(Result::is_ok));
+}
+
+/// Cuts without any light have no shift; whatever stands there must not reach the line.
+#[test]
+fn shifts_without_weight_do_not_count() {
+    let mut shifts: Vec<Shift> = (0..100)
+        .map(|k| Shift {
+            s: f64::from(k),
+            shift_px: 0.5 + 0.01 * f64::from(k % 3),
+            weight: 1.0,
+            response: 1.0,
+        })
+        .collect();
+    let mut regressor = Regressor::default();
+    let alone = regressor.fit(&shifts).unwrap();
+    shifts.extend((100..140).map(|k| Shift { s: f64::from(k), shift_px: 9.0, weight: 0.0, response: 0.0 }));
+    assert_eq!(regressor.fit(&shifts).unwrap(), alone);
+    for shift in &mut shifts {
+        shift.response = f64::NAN;
+    }
+    assert_eq!(regressor.fit(&shifts), None);
 }
 
 #[test]

@@ -35,7 +35,6 @@ fn find_features(args: &CalibrateArgs) -> Result<(), Failure> {
     let found = pictures::look_at(&args.dataset, &look)?;
     if !args.quiet {
         output::words(&found.summary());
-        output::words("");
     }
     let features = found.features();
     if features.is_empty() {
@@ -44,7 +43,10 @@ fn find_features(args: &CalibrateArgs) -> Result<(), Failure> {
             "`trueline features DATASET --overlay FOLDER` draws what is seen; --joint names the joint",
         ));
     }
-    folder::write_features(&args.dataset, &features)?;
+    folder::replace_features(&args.dataset, &features)?;
+    if !args.quiet {
+        output::words(&format!("written to {}\n", args.dataset.join("features.csv").display()));
+    }
     Ok(())
 }
 

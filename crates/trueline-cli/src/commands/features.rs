@@ -3,9 +3,9 @@
 use crate::args::{FeaturesArgs, JointName};
 use crate::failure::Failure;
 use crate::output;
-use crate::pictures::{self, Found, Look};
+use crate::pictures::{self, Look};
 use std::process::ExitCode;
-use trueline_dataset::{Feature, folder};
+use trueline_dataset::folder;
 use trueline_vision::Joint;
 
 /// Runs the command.
@@ -17,26 +17,22 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
         quiet: args.quiet,
     };
     let found = pictures::look_at(&args.dataset, &look)?;
-    let features = found.features();
+    // The features first: whatever else cannot be written, they are there.
+    let kept = folder::replace_features(&args.dataset, &found.features())?;
+    if let (Some(kept), false) = (kept, args.quiet) {
+        output::words(&format!("the features that were there are now in {}", kept.display()));
+    }
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", found.json()))?;
     }
     if !args.quiet {
         output::summary(args.json.as_deref(), &found.summary())?;
     }
-    write(args, &found, &features)
-}
-
-fn write(args: &FeaturesArgs, found: &Found, features: &[Feature]) -> Result<ExitCode, Failure> {
-    if features.is_empty() {
+    if found.features().is_empty() {
         if !args.quiet {
-            output::words(&format!("features.csv is not written: no seam in {} pictures", found.looked_at()));
+            output::words("there is no features.csv: no picture shows a seam");
         }
         return Ok(ExitCode::from(1));
-    }
-    let kept = folder::write_features(&args.dataset, features)?;
-    if let (Some(kept), false) = (kept, args.quiet) {
-        output::words(&format!("the features that were there are now in {}", kept.display()));
     }
     Ok(ExitCode::SUCCESS)
 }
