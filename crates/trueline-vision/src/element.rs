@@ -72,13 +72,16 @@ pub fn elements<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], fo
 
 #[inline(always)]
 fn extend<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Element>) {
-    // One for each tile's worth of picture: several tiles may find the same element of a short piece.
-    let tile = |element: &Element| ((element.u as usize) / TILE, (element.v as usize) / TILE);
+    // One for each tile's worth of picture: a tile in which an element lies already, found from its neighbour, has
+    // nothing new. Candidates come row by row, so that it is among the last few, or a row of tiles ago.
+    let tile = |u: f32, v: f32| ((u as usize) / TILE, (v as usize) / TILE);
     for candidate in candidates {
-        let Some(next) = element(picture, candidate) else { continue };
-        // Candidates come row by row: the same element is among the last few, or a row of tiles ago.
         let recent = found.len().saturating_sub(REMEMBERED);
-        if found[recent..].iter().all(|other| tile(other) != tile(&next)) {
+        let known = |u: f32, v: f32| found[recent..].iter().any(|other| tile(other.u, other.v) == tile(u, v));
+        if known(candidate.u, candidate.v) {
+            continue;
+        }
+        if let Some(next) = element(picture, candidate).filter(|next| !known(next.u, next.v)) {
             found.push(next);
         }
     }

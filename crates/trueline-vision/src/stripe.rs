@@ -47,6 +47,20 @@ impl Fit {
     }
 }
 
+/// Whether the first shifts lie beside the line of all by more than two standard deviations of their mean: only
+/// then is it worth a fit of their own.
+fn hangs_off(start: &[Shift], all: &Regression) -> bool {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for shift in start.iter().filter(|shift| shift.weight > 0.0) {
+        let sigmas = (shift.shift_px - shift.response * all.shift_at(shift.s)) / all.sigma_px;
+        sum += sigmas.clamp(-3.0, 3.0);
+        count += 1.0;
+    }
+    // The covariance says how many shifts are worth one: neighbours share their speckle.
+    let shared = all.covariance.m11 * all.count / (all.sigma_px * all.sigma_px);
+    sum * sum > 4.0 * count * shared.max(1.0)
+}
+
 /// Measures stripes; memory is kept from one to the next.
 #[derive(Clone, Debug, Default)]
 pub struct StripeMeter {
@@ -198,6 +212,9 @@ impl StripeMeter {
         for start_px in STARTS_PX.into_iter().filter(|start_px| *start_px < LONGEST_START * (last - first)) {
             let split = self.shifts.partition_point(|shift| shift.s < first + start_px);
             let (start, rest) = self.shifts.split_at(split);
+            if !hangs_off(start, &fit.regression) {
+                continue;
+            }
             let (Some(start), Some(rest)) = (self.regressor.fit(start), self.regressor.fit(rest)) else {
                 continue;
             };

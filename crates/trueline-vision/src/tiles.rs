@@ -8,6 +8,8 @@ use crate::picture::{Level, Picture};
 
 /// Side of a tile, px.
 pub const TILE: usize = 16;
+/// Tiles beside each other that are read together: as long a stretch of a row as two registers hold.
+const GROUP: usize = 4;
 const PEAK_ROWS: usize = 2;
 const MEAN_ROWS: usize = 4;
 
@@ -121,29 +123,46 @@ fn measure_tiles<L: Level>(picture: &Picture<'_, L>, columns: usize, peaks: &mut
     }
     let tiles = peaks.chunks_exact_mut(columns).zip(means.chunks_exact_mut(columns));
     for (row, (peaks, means)) in tiles.enumerate() {
-        for (column, (peak, mean)) in peaks.iter_mut().zip(means).enumerate() {
-            (*peak, *mean) = tile(picture, column * TILE, row * TILE);
+        let groups = peaks.chunks_mut(GROUP).zip(means.chunks_mut(GROUP));
+        for (group, (peaks, means)) in groups.enumerate() {
+            let (u, v) = (group * GROUP * TILE, row * TILE);
+            if peaks.len() == GROUP {
+                measure_group::<L, { GROUP * TILE }>(picture, u, v, peaks, means);
+                continue;
+            }
+            for (k, (peak, mean)) in peaks.chunks_mut(1).zip(means.chunks_mut(1)).enumerate() {
+                measure_group::<L, TILE>(picture, u + k * TILE, v, peak, mean);
+            }
         }
     }
 }
 
-/// Peak and mean of the tile whose first pixel is given.
+/// Peaks and means of tiles beside each other, `WIDTH` pixels together, of which the first pixel is given.
 #[inline(always)]
-fn tile<L: Level>(picture: &Picture<'_, L>, u: usize, v: usize) -> (f32, f32) {
-    let mut peaks = [L::default(); TILE];
-    let mut sums = [L::Sum::default(); TILE];
+fn measure_group<L: Level, const WIDTH: usize>(
+    picture: &Picture<'_, L>,
+    u: usize,
+    v: usize,
+    peaks: &mut [f32],
+    means: &mut [f32],
+) {
+    let mut brightest = [L::default(); WIDTH];
+    let mut sums = [L::Sum::default(); WIDTH];
     for k in (0..TILE).step_by(PEAK_ROWS) {
-        let levels = &picture.row(v + k)[u..u + TILE];
-        for c in 0..TILE {
-            peaks[c] = peaks[c].max(levels[c]);
+        let levels = &picture.row(v + k)[u..u + WIDTH];
+        for c in 0..WIDTH {
+            brightest[c] = brightest[c].max(levels[c]);
         }
         if k % MEAN_ROWS == 0 {
-            for c in 0..TILE {
+            for c in 0..WIDTH {
                 sums[c] += L::Sum::from(levels[c]);
             }
         }
     }
-    let peak = peaks.iter().fold(L::default(), |top, level| top.max(*level));
-    let sum: u32 = sums.iter().map(|sum| Into::<u32>::into(*sum)).sum();
-    (peak.into(), sum as f32 / (TILE * TILE / MEAN_ROWS) as f32)
+    let columns = brightest.chunks_exact(TILE).zip(sums.chunks_exact(TILE));
+    for ((peak, mean), (brightest, sums)) in peaks.iter_mut().zip(means).zip(columns) {
+        *peak = brightest.iter().fold(L::default(), |top, level| top.max(*level)).into();
+        let sum: u32 = sums.iter().map(|sum| Into::<u32>::into(*sum)).sum();
+        *mean = sum as f32 / (TILE * TILE / MEAN_ROWS) as f32;
+    }
 }

@@ -13,6 +13,9 @@ const MEETS_PX: f64 = 40.0;
 /// A second bottom with this part of the best one's evidence makes it doubtful, if it is further away than this, px.
 const RIVAL: f64 = 0.8;
 const SAME_PX: f64 = 10.0;
+/// Most that two faces differ in brightness and thickness, as factors.
+const MOST_CONTRAST: f64 = 4.0;
+const MOST_SPREAD: f64 = 2.5;
 /// Least length of a face that elements cover, px.
 const LEAST_FACE_PX: f64 = 24.0;
 
@@ -27,7 +30,7 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
             .filter(|pair| {
                 pair.covered_px.iter().all(|covered| *covered > LEAST_FACE_PX) && pair.score() > 0.0
             })
-            .filter(|pair| pair.is_valley(evidence.lens))
+            .filter(|pair| pair.is_valley(evidence.lens) && alike(pieces, pair))
             .map(|pair| (flanks(pieces, &pair, evidence.lens), pair))
             .filter(|(flanks, _)| *flanks > 0)
     };
@@ -43,6 +46,13 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
         return Err(NotFound::Ambiguous);
     }
     measure(&mut work.meter, &best, sigmas_px(pieces, &best), (evidence.picture, evidence.lens))
+}
+
+/// Whether the light on two faces is of one kind: a spark across the stripe is brighter, or thicker, than both.
+fn alike(pieces: &[Piece], pair: &Pair) -> bool {
+    let [a, b] = pair.pieces.map(|number| &pieces[number]);
+    let within = |a: f64, b: f64, factor: f64| a.max(b) <= factor * a.min(b);
+    within(a.brightness, b.brightness, MOST_CONTRAST) && within(a.sigma_px, b.sigma_px, MOST_SPREAD)
 }
 
 /// How many of the faces end at a plate, 0 to 2.
