@@ -10,10 +10,15 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use trueline_dataset::{Feature, FrameFile, GrayImage, Measured, Pixels, Sensor, folder, gray_png, images};
 use trueline_vision::choose::{self, Trial};
+use trueline_vision::neighbours;
 use trueline_vision::{Detector, Joint, Lens, NotFound, Picture, Seam};
 
 /// Pictures that are looked at to find out which joint they show.
 const SAMPLED: usize = 24;
+
+/// Gaps that are typically further than this from where their neighbours have them deserve a look, px: soot makes
+/// gaps as well. Corners and edges may just move fast.
+const DOUBTFUL_PX: f64 = 20.0;
 
 /// How to look.
 pub struct Look {
@@ -44,6 +49,8 @@ pub struct Found {
     pub joint: Joint,
     choice: Choice,
     frames: Vec<(FrameFile, Result<Seam, NotFound>)>,
+    /// How far a point typically is from where its neighbours have it, px.
+    apart_px: Option<f64>,
     /// Time in detection alone, summed over threads.
     detection: Duration,
 }
@@ -117,9 +124,11 @@ fn look_at_frames(detector: &Detector, frames: Vec<FrameFile>, look: &Look) -> R
     if joint == Joint::Butt {
         choose::refuse_odd_gaps(looked.iter_mut().map(|(_, seam, _)| seam));
     }
+    let in_order = looked.iter_mut().map(|(frame, seam, _)| (frame.stamp_ns as f64 * 1e-9, seam));
+    let apart_px = neighbours::refuse_jumps(in_order);
     let detection = looked.iter().map(|(_, _, taken)| *taken).sum();
     let frames = looked.into_iter().map(|(frame, seam, _)| (frame, seam)).collect();
-    Ok(Found { joint, choice, frames, detection })
+    Ok(Found { joint, choice, frames, apart_px, detection })
 }
 
 fn choose_joint(detector: &Detector, frames: &[FrameFile], quiet: bool) -> Result<Option<Joint>, Failure> {
@@ -241,6 +250,11 @@ impl Found {
                 u[0], v[0], u[1], v[1]
             );
         }
+        if let Some(apart_px) = self.apart_px {
+            let doubtful = self.joint == Joint::Butt && apart_px > DOUBTFUL_PX;
+            let doubt = if doubtful { ": are these gaps the joint? look at --overlay" } else { "" };
+            text += &format!("From neighbours  {apart_px:.2} px (median){doubt}\n");
+        }
         if let (Joint::Butt, Some(gap)) = (self.joint, self.spread(|s| s.gap_m)) {
             text += &format!("Gap              {:.2} mm (median)\n", gap[0] * 1e3);
         }
@@ -263,6 +277,7 @@ impl Found {
             "found": self.features().len(),
             "not_found": reasons,
             "median_sigma_px": u.zip(v).map(|(u, v)| [u[0], v[0]]),
+            "median_px_from_neighbours": self.apart_px,
             "median_gap_mm": self.spread(|s| s.gap_m * 1e3).filter(|_| self.joint == Joint::Butt).map(|g| g[0]),
             "ms_per_picture": self.ms_per_picture(),
         })

@@ -18,6 +18,7 @@ pub mod fillet;
 pub mod lap;
 pub mod lens;
 pub mod line;
+pub mod neighbours;
 pub mod overlay;
 pub mod picture;
 pub mod pieces;

@@ -104,6 +104,9 @@ pub enum NotFound {
     /// The gap is not the one that the other pictures show.
     #[error("the gap is not as wide as in most other pictures")]
     OddGap,
+    /// The point is not where the pictures before and after have the seam.
+    #[error("the point is far from where the pictures before and after have the seam")]
+    Jumps,
     /// Two places are as likely.
     #[error("two places are about as likely")]
     Ambiguous,

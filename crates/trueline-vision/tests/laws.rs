@@ -2,11 +2,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Matrix2, Vector2};
+use std::f64::consts::PI;
 use trueline_sim::noise::Noise;
 use trueline_sim::{Preset, SensorModel};
 use trueline_vision::choose;
 use trueline_vision::edge::{BANDS, BandCut, EndFinder};
 use trueline_vision::line::Line2;
+use trueline_vision::neighbours;
 use trueline_vision::regression::{Regressor, Shift};
 use trueline_vision::template::Stack;
 use trueline_vision::{Joint, Lens, NotFound, Seam};
@@ -207,6 +209,34 @@ fn a_gap_that_is_not_as_wide_as_the_others_is_refused() {
     // Where all differ nothing is the usual width.
     let mut seams: Vec<_> = [1.0, 2.0, 4.0, 8.0].iter().map(|mm| Ok(seen(mm * 1e-3).unwrap())).collect();
     choose::refuse_odd_gaps(seams.iter_mut());
+    assert!(seams.iter().all(Result::is_ok));
+}
+
+fn at(u: f64, v: f64) -> Result<Seam, NotFound> {
+    let mut seam = seen(0.0).unwrap();
+    seam.pixel = Vector2::new(u, v);
+    Ok(seam)
+}
+
+#[test]
+fn points_that_jump_are_refused_and_swings_are_not() {
+    // A swing of 300 px at half a hertz, 33 pictures a second; two points jump, one of them the first.
+    let time_s = |k: usize| k as f64 / 33.0;
+    let swing = |k: usize| (PI * time_s(k)).sin() * 300.0;
+    let mut seams: Vec<_> = (0..100).map(|k| at(1200.0 + swing(k), 900.0)).collect();
+    seams[0] = at(1240.0, 900.0);
+    seams[50] = at(1200.0 + swing(50), 870.0);
+    seams[70] = Err(NotFound::NoStripe);
+    let typical = neighbours::refuse_jumps(seams.iter_mut().enumerate().map(|(k, seam)| (time_s(k), seam)));
+    // A parabola over ten pictures follows the swing to its fourth derivative: 300 · π⁴ · 0.15⁴ / 24 = 0.6 px.
+    assert!(typical.unwrap() < 0.6);
+    let refused: Vec<usize> = (0..100).filter(|k| seams[*k] == Err(NotFound::Jumps)).collect();
+    assert_eq!(refused, [0, 50]);
+    // Pictures that have nothing to do with each other are not judged.
+    let mut noise = Noise::new(1, 0);
+    let mut seams: Vec<_> =
+        (0..40).map(|_| at(noise.uniform(0.0, 2400.0), noise.uniform(0.0, 2000.0))).collect();
+    neighbours::refuse_jumps(seams.iter_mut().enumerate().map(|(k, seam)| (time_s(k), seam)));
     assert!(seams.iter().all(Result::is_ok));
 }
 
