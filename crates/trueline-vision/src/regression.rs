@@ -95,8 +95,20 @@ impl Regressor {
         let bread = bread.try_inverse()?;
         let covariance = bread * filling * bread * self.correlation(shifts, sigma);
         let weights = self.sums(at, sigma)[5];
-        let sigma_px = (filling.m11 / weights).sqrt();
+        let sigma_px = self.spread(shifts, BLIND * sigma);
         Some(Regression { centre, shift_px: at.x, slope: at.y, covariance, sigma_px, count: weights })
+    }
+
+    /// Root mean square of the residuals within a limit: what a single shift scatters by.
+    fn spread(&self, shifts: &[Shift], limit: f64) -> f64 {
+        let (mut squares, mut count) = (0.0, 0.0);
+        for (shift, residual) in shifts.iter().zip(&self.residuals) {
+            if shift.weight > 0.0 && residual.abs() < limit {
+                squares += residual * residual;
+                count += 1.0;
+            }
+        }
+        (squares / f64::max(count, 1.0)).sqrt()
     }
 
     /// Iterates to the line and the spread about it.

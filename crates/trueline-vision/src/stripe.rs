@@ -10,6 +10,7 @@ use crate::regression::{Regression, Regressor, Shift, median};
 use crate::template::{Stack, Template};
 use crate::track::Track;
 use crate::view::View;
+use nalgebra::Vector2;
 
 /// Cuts over which light is averaged to tell a gap from a dark grain of speckle.
 const DARK_CUTS: usize = 5;
@@ -45,6 +46,15 @@ impl Fit {
     pub fn variance_at(&self, s: f64) -> f64 {
         self.regression.variance_at(self.regression.centre + s)
     }
+}
+
+/// A point of the stripe's centre line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Middle {
+    /// Ideal pixel.
+    pub ideal: Vector2<f64>,
+    /// Standard deviation across the stripe, px; along it a point is where its cut is.
+    pub sigma_px: f64,
 }
 
 /// Whether the first shifts lie beside the line of all by more than two standard deviations of their mean: only
@@ -200,6 +210,15 @@ impl StripeMeter {
             amplitude,
             present: cuts as f64 / self.cuts.len().max(1) as f64,
             cuts,
+        })
+    }
+
+    /// The stripe's centre line: its middle at every cut of the last fit that shows it, along the line that was fitted
+    /// from, and the standard deviation of each square to that line.
+    pub fn middles<'a>(&'a self, line: &'a Line2, fit: &'a Fit) -> impl Iterator<Item = Middle> + 'a {
+        self.shifts.iter().filter(|shift| shift.weight > 0.0).map(|shift| Middle {
+            ideal: line.at(shift.s) + line.normal() * shift.shift_px,
+            sigma_px: fit.regression.sigma_px,
         })
     }
 

@@ -4,8 +4,11 @@
 mod scenes;
 
 use scenes::{Score, detector, pictures, scenario};
+use trueline_dataset::Pixels;
 use trueline_sim::{Joint as Scene, Look};
-use trueline_vision::Joint;
+use trueline_vision::corner::pairs;
+use trueline_vision::stripe::StripeMeter;
+use trueline_vision::{Joint, Picture};
 
 const PICTURES: usize = 30;
 
@@ -108,4 +111,31 @@ fn errors_are_as_large_as_the_covariance_says() {
         Score::of(&mut detector, &pictures(&scenario, Scene::fillet(), Look::speckled(), 3), Joint::Fillet);
     let mean = score.mean_normalised();
     assert!((0.67..4.5).contains(&mean), "mean normalised squared error {mean:.2}");
+}
+
+/// The centre line is what a user may want besides the seam: its points lie about the fitted line as their standard
+/// deviation says. Outliers of a heavy-tailed distribution count in full here, so that half as much again is granted.
+#[test]
+fn points_of_the_centre_line_scatter_as_their_sigma_says() {
+    let scenario = scenario(4);
+    let mut detector = detector(&scenario);
+    let mut meter = StripeMeter::default();
+    for (image, _) in pictures(&scenario, Scene::fillet(), Look::speckled(), 7) {
+        let Pixels::Eight(levels) = &image.pixels else { panic!("eight bits are simulated") };
+        let picture = Picture::new(image.width, image.height, levels).unwrap();
+        if detector.seam(&picture, Joint::Fillet).is_err() {
+            continue;
+        }
+        let scene = (&picture, detector.lens());
+        let pair = pairs(detector.pieces(), scene.1).max_by(|a, b| a.score().total_cmp(&b.score())).unwrap();
+        let (arm, span) = (pair.arms[0], [20.0, pair.lengths[0]]);
+        let (line, template) = meter.learn(&arm, span, 2.0, scene).unwrap();
+        let start = arm.station(&line.point);
+        let fit = meter.fit_with(&line, span.map(|s| s - start), &template, scene).unwrap();
+        let normalised: Vec<f64> =
+            meter.middles(&line, &fit).map(|m| (fit.line.distance(&m.ideal) / m.sigma_px).powi(2)).collect();
+        assert!(normalised.len() > 300, "{} points", normalised.len());
+        let mean = normalised.iter().sum::<f64>() / normalised.len() as f64;
+        assert!((0.6..2.5).contains(&mean), "mean normalised square {mean:.2}");
+    }
 }

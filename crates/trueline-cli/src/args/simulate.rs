@@ -74,6 +74,12 @@ pub struct SimulateArgs {
     /// Exposure time, ms
     #[arg(long, requires = "images")]
     pub exposure_ms: Option<f64>,
+    /// Angle between a fillet's plates, degrees
+    #[arg(long, default_value_t = 90.0, requires = "images")]
+    pub opening_deg: f64,
+    /// How far a fillet is turned about its seam, degrees
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, requires = "images")]
+    pub roll_deg: f64,
     /// How much of each plate is missing at a fillet's corner, mm
     #[arg(long, requires = "images")]
     pub corner_gap_mm: Option<f64>,

@@ -68,7 +68,21 @@ fn scan<'a>(args: &SimulateArgs, scenario: &'a Scenario) -> Result<PictureScan<'
     let (mut corner_gap_m, limit) = (0.0, 0.0);
     apply((&mut look.exposure_s, args.exposure_ms, 1e-3, "--exposure-ms", limit))?;
     apply((&mut corner_gap_m, args.corner_gap_mm, 1e-3, "--corner-gap-mm", limit))?;
-    PictureScan::new(scenario, joint(args.joint, corner_gap_m), look, args.seed).ok_or_else(no_pictures)
+    if !(args.opening_deg > 0.0 && args.opening_deg < 360.0 && args.roll_deg.is_finite()) {
+        return Err(Failure::new(
+            format!(
+                "`--opening-deg`, `--roll-deg`: {}° and {}° make no fillet",
+                args.opening_deg, args.roll_deg
+            ),
+            "plates open by more than 0° and less than 360°; 90° is usual",
+        ));
+    }
+    let fillet = Joint::Fillet {
+        opening_rad: args.opening_deg.to_radians(),
+        roll_rad: args.roll_deg.to_radians(),
+        gap_m: corner_gap_m,
+    };
+    PictureScan::new(scenario, joint(args.joint, fillet), look, args.seed).ok_or_else(no_pictures)
 }
 
 fn look(name: LookName) -> Look {
@@ -80,9 +94,9 @@ fn look(name: LookName) -> Look {
     }
 }
 
-fn joint(name: SceneName, gap_m: f64) -> Joint {
+fn joint(name: SceneName, fillet: Joint) -> Joint {
     match name {
-        SceneName::Fillet => Joint::Fillet { opening_rad: std::f64::consts::FRAC_PI_2, roll_rad: 0.0, gap_m },
+        SceneName::Fillet => fillet,
         SceneName::Lap => Joint::Lap { step_m: 3e-3 },
         SceneName::VGroove => Joint::VGroove { depth_m: 5e-3, opening_rad: 90_f64.to_radians() },
         SceneName::Butt => Joint::Butt { gap_m: 1.5e-3, mismatch_m: 0.0 },
