@@ -285,7 +285,7 @@ impl StripeMeter {
         for block in self.track.stations.chunks(BLOCK) {
             let mut sides = [[0.0_f32; BLOCK]; 2];
             let mut count = 0;
-            for station in block.iter().step_by(2) {
+            for station in block.iter().step_by(4) {
                 let reach = reach_px * station.stretch.abs() + BESIDE as f64 + 1.0;
                 let Some(pixels) = view.pixels(station.centre, reach) else { continue };
                 let (first, end) = (*pixels.start(), *pixels.end() + 1);
