@@ -139,3 +139,16 @@ fn points_of_the_centre_line_scatter_as_their_sigma_says() {
         assert!((0.6..2.5).contains(&mean), "mean normalised square {mean:.2}");
     }
 }
+
+/// Turned so that the upper plate's end face is lit: its light must not be taken for the plate's, and where it begins
+/// is the edge. Without noise that is known as well as a corner is.
+#[test]
+fn lap_with_a_lit_end_face() {
+    let mut scenario = scenario(8);
+    scenario.scan.attitude_rad[0] = -0.5;
+    scenario.scan.tilts = Default::default();
+    let pictures = pictures(&scenario, Scene::Lap { step_m: 3e-3 }, Look::clean(), 1);
+    let score = Score::of(&mut detector(&scenario), &pictures, Joint::Lap);
+    assert!(score.found >= 6, "{} of {} found", score.found, score.visible);
+    assert!(score.rms_px() < 0.05, "RMS {:.3} px", score.rms_px());
+}
