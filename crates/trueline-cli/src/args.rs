@@ -3,11 +3,13 @@
 mod calibrate;
 mod features;
 mod import;
+mod plan;
 mod simulate;
 
 pub use calibrate::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 pub use features::{FeaturesArgs, JointName};
 pub use import::{ImportArgs, ImportFormat};
+pub use plan::{CriterionName, PlanArgs, ShapeName};
 pub use simulate::{LookName, MishapName, PresetName, SceneName, SimulateArgs};
 
 use clap::{Args, Parser, Subcommand};
@@ -42,6 +44,8 @@ pub enum Command {
     Features(FeaturesArgs),
     /// Estimate time offset, hand-eye transform and lines from a dataset folder
     Calibrate(CalibrateArgs),
+    /// Plan the scan that shows most within the limits of robot, sensor and guess
+    Plan(PlanArgs),
     /// Find out why a dataset does not calibrate: undoes the usual mistakes in turn
     Doctor(DoctorArgs),
 }

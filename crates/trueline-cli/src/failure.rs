@@ -51,3 +51,9 @@ impl From<trueline::Error> for Failure {
         Self::new(error.to_string(), error.hint())
     }
 }
+
+impl From<trueline_plan::PlanError> for Failure {
+    fn from(error: trueline_plan::PlanError) -> Self {
+        Self::new(error.to_string(), error.hint())
+    }
+}

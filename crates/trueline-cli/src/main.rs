@@ -8,6 +8,7 @@ mod failure;
 mod output;
 mod overlay;
 mod pictures;
+mod planned_scan;
 mod progress;
 mod requirement;
 
@@ -24,6 +25,7 @@ fn main() -> ExitCode {
         Command::Import(args) => commands::import::run(args),
         Command::Features(args) => commands::features::run(args),
         Command::Calibrate(args) => commands::calibrate::run(args),
+        Command::Plan(args) => commands::plan::run(args),
         Command::Doctor(args) => commands::doctor::run(args),
     };
     match outcome {

@@ -1,4 +1,4 @@
-//! `--require time=0.1ms,translation=0.1mm,rotation=0.05deg`.
+//! `--require` and `--want`: time=0.1ms,translation=0.1mm,rotation=0.05deg.
 
 use crate::failure::Failure;
 use trueline::Requirement;
@@ -11,7 +11,8 @@ const UNITS: [(&str, &[(&str, f64)]); 3] = [
 ];
 
 /// Reads the list.
-pub fn parse(text: &str) -> Result<Requirement, Failure> {
+pub fn parse(option: &str, text: &str) -> Result<Requirement, Failure> {
+    let wrong = |item: &str, why: &str| wrong(option, item, why);
     let mut limits = [None; 3];
     for item in text.split(',') {
         let (name, value) = item.split_once('=').ok_or_else(|| wrong(item, "expected NAME=LIMIT"))?;
@@ -22,28 +23,28 @@ pub fn parse(text: &str) -> Result<Requirement, Failure> {
         if limits[quantity].is_some() {
             return Err(wrong(item, "it is given twice"));
         }
-        limits[quantity] = Some(limit(item, value.trim(), UNITS[quantity].1)?);
+        limits[quantity] = Some(limit(value.trim(), UNITS[quantity].1).map_err(|why| wrong(item, &why))?);
     }
     let [time_s, translation_m, rotation_rad] = limits;
     Ok(Requirement { time_s, rotation_rad, translation_m })
 }
 
-fn limit(item: &str, value: &str, units: &[(&str, f64)]) -> Result<f64, Failure> {
+fn limit(value: &str, units: &[(&str, f64)]) -> Result<f64, String> {
     let known: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
     let unit = value.trim_start_matches(|c: char| !c.is_ascii_alphabetic() || c == 'e');
     let number = value.strip_suffix(unit).unwrap_or(value).trim();
     let scale = units.iter().find(|(name, _)| *name == unit).map(|(_, scale)| *scale);
     match (number.parse::<f64>(), scale) {
         (Ok(number), Some(scale)) if number > 0.0 && number.is_finite() => Ok(number * scale),
-        (Ok(_), Some(_)) => Err(wrong(item, "the limit must be above zero")),
-        _ => Err(wrong(item, &format!("expected a number with a unit of {}", known.join(", ")))),
+        (Ok(_), Some(_)) => Err("the limit must be above zero".to_owned()),
+        _ => Err(format!("expected a number with a unit of {}", known.join(", "))),
     }
 }
 
-fn wrong(item: &str, why: &str) -> Failure {
+fn wrong(option: &str, item: &str, why: &str) -> Failure {
     Failure::new(
-        format!("`--require`: `{item}`: {why}"),
-        "for example --require time=0.1ms,translation=0.1mm,rotation=0.05deg",
+        format!("`{option}`: `{item}`: {why}"),
+        format!("for example {option} time=0.1ms,translation=0.1mm,rotation=0.05deg"),
     )
 }
 
@@ -53,7 +54,7 @@ mod tests {
 
     #[test]
     fn limits_are_read_with_their_units() {
-        let Ok(read) = parse("translation=0.1mm, time=50us,rotation=0.05deg") else {
+        let Ok(read) = parse("--require", "translation=0.1mm, time=50us,rotation=0.05deg") else {
             unreachable!("it is well formed")
         };
         assert_eq!(read.translation_m, Some(0.1 * 1e-3));
@@ -66,7 +67,7 @@ mod tests {
         for bad in
             ["", "time", "time=0.1", "time=0.1mm", "time=-1ms", "time=1ms,time=2ms", "tilt=1deg", "time=ms"]
         {
-            assert!(parse(bad).is_err(), "{bad}");
+            assert!(parse("--require", bad).is_err(), "{bad}");
         }
     }
 }

@@ -182,6 +182,18 @@ pub enum Problem {
         /// What is there.
         found: String,
     },
+    /// A calibration file that is not there.
+    #[error("there is no such calibration")]
+    MissingCalibration,
+    /// A JSON file that is no result.
+    #[error("not readable as a result of `calibrate --json`: {0}")]
+    NoResult(String),
+    /// A result in which something was not seen.
+    #[error("`{key}` is null: the scan did not show it")]
+    NotCalibrated {
+        /// The key.
+        key: &'static str,
+    },
     /// A text table row of a foreign format with the wrong number of values.
     #[error("expected {expected} values in a row of {format}, found {found}")]
     ForeignRow {
@@ -244,6 +256,11 @@ impl Problem {
             Self::Csv(_) => "the file should be UTF-8 text with one header line, separated by commas",
             Self::Toml(_) => "compare with a folder written by `trueline simulate`",
             Self::Value { .. } => "compare with a folder written by `trueline simulate`",
+            Self::MissingCalibration => "`trueline calibrate DATASET --json result.json` writes one",
+            Self::NoResult(_) => "a file that does not end in .json is read as TOML, like initial.toml",
+            Self::NotCalibrated { .. } => {
+                "calibrate from a scan that shows everything: `trueline plan` helps"
+            }
             Self::ForeignRow { .. } => "is this the right file for this format?",
             Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",
         };

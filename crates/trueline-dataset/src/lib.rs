@@ -5,6 +5,7 @@
 //! way in and out. Reading never guesses, drops or clamps: what cannot be used is an [`Error`] with
 //! file, line, column, what was expected and a hint.
 
+pub mod calibration_file;
 pub mod error;
 pub mod features_csv;
 pub mod folder;
@@ -19,6 +20,7 @@ pub mod stamp;
 pub mod table;
 pub mod unit;
 
+pub use calibration_file::KnownCalibration;
 pub use error::{Error, Problem};
 pub use gray_png::{GrayImage, Pixels};
 pub use images::FrameFile;

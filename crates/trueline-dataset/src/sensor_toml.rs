@@ -90,7 +90,7 @@ pub fn format(sensor: &Sensor) -> String {
 ///
 /// # Errors
 /// Broken TOML, unknown or missing keys.
-pub(crate) fn parse_toml<T: serde::de::DeserializeOwned>(file: &Path, text: &str) -> Result<T, Error> {
+pub fn parse_toml<T: serde::de::DeserializeOwned>(file: &Path, text: &str) -> Result<T, Error> {
     toml::from_str(text).map_err(|error| {
         let line = error.span().map(|span| 1 + text[..span.start].matches('\n').count() as u64);
         let problem = Problem::Toml(error.message().to_owned());

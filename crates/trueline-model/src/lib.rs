@@ -25,4 +25,5 @@ pub mod sheet_residual;
 pub use camera::{Camera, PixelError};
 pub use distortion::BrownConrady;
 pub use placement::{Placement, PlacementJacobian};
+pub use point_to_line::ResidualJacobian;
 pub use sheet::LaserSheet;

@@ -7,5 +7,6 @@ pub mod diagnosis;
 pub mod html;
 pub mod json;
 pub mod number;
+pub mod planned;
 pub mod summary;
 pub mod trust;

@@ -6,6 +6,7 @@
 //! estimator, so that a test against it is not a test of the estimator against itself.
 
 pub mod capture;
+pub mod followed_path;
 pub mod images;
 pub mod mishap;
 pub mod motion;
@@ -16,10 +17,11 @@ pub mod scenario;
 pub mod shutter;
 pub mod simulate;
 
+pub use followed_path::FollowedPath;
 pub use images::{Joint, Look, PictureScan};
 pub use mishap::Mishap;
 pub use presets::Preset;
 pub use random_cell::random_cell;
 pub use scenario::{Between, Cell, Disturbance, Scan, Scenario, SensorModel, Timing};
 pub use shutter::{Exposed, Shutter};
-pub use simulate::simulate;
+pub use simulate::{simulate, simulate_along};

@@ -7,6 +7,7 @@ use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Receiver, Shutter};
 use std::collections::BTreeMap;
 use trueline_dataset::{Feature, Guess, Recording, RobotSample, Sensor, Truth};
+use trueline_geometry::Pose;
 
 /// Simulates a scan. The same scenario and seed give the same recording, bit for bit.
 ///
@@ -14,18 +15,25 @@ use trueline_dataset::{Feature, Guess, Recording, RobotSample, Sensor, Truth};
 #[must_use]
 pub fn simulate(scenario: &Scenario, seed: u64) -> Option<Recording> {
     let motion = Motion::new(scenario)?;
+    Some(simulate_along(scenario, &|time_s| motion.base_from_tool(time_s), seed))
+}
+
+/// The same where the robot moves as it is told instead of as [`Scenario::scan`] says: `base_from_tool` gives its
+/// true pose at a time since the start, s.
+#[must_use]
+pub fn simulate_along(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose, seed: u64) -> Recording {
     let parameters = Guess {
         time_offset_s: scenario.timing.time_offset_s,
         tool_from_camera: scenario.cell.tool_from_camera,
     };
-    Some(Recording {
+    Recording {
         sensor: sensor(&scenario.cell.sensor),
-        robot: robot_samples(scenario, &motion, seed),
-        features: features(scenario, &motion, seed),
+        robot: robot_samples(scenario, base_from_tool, seed),
+        features: features(scenario, base_from_tool, seed),
         initial: None,
         truth: Some(Truth { parameters, lines: scenario.cell.lines.clone() }),
         inputs: BTreeMap::new(),
-    })
+    }
 }
 
 fn sensor(model: &SensorModel) -> Sensor {
@@ -40,7 +48,7 @@ fn sensor(model: &SensorModel) -> Sensor {
     }
 }
 
-fn robot_samples(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<RobotSample> {
+fn robot_samples(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose, seed: u64) -> Vec<RobotSample> {
     let (timing, disturbance) = (&scenario.timing, &scenario.disturbance);
     let mut noise = Noise::new(seed, 1);
     let mut receiver = Receiver::new(timing.start_ns);
@@ -48,14 +56,14 @@ fn robot_samples(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<Rob
     (0..count)
         .map(|k| {
             let time_s = k as f64 * timing.robot_period_s;
-            let base_from_tool = noise.pose(&motion.base_from_tool(time_s), disturbance);
+            let base_from_tool = noise.pose(&base_from_tool(time_s), disturbance);
             let stamp_ns = receiver.stamp(time_s + noise.normal(disturbance.robot_jitter_s));
             RobotSample { stamp_ns, device_ns: None, base_from_tool }
         })
         .collect()
 }
 
-fn features(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<Feature> {
+fn features(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose, seed: u64) -> Vec<Feature> {
     let disturbance = &scenario.disturbance;
     let sheet = SheetAxes::of(&scenario.cell.sensor);
     let (mut noise, mut chance) = (Noise::new(seed, 2), Noise::new(seed, 3));
@@ -66,7 +74,7 @@ fn features(scenario: &Scenario, motion: &Motion<'_>, seed: u64) -> Vec<Feature>
         if chance.happens(disturbance.drop_fraction) {
             continue;
         }
-        let base_from_camera = motion.base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
+        let base_from_camera = base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
         for (line, truth) in scenario.cell.lines.iter().enumerate() {
             let seen = point_on_sheet(&sheet, &base_from_camera, truth)
                 .and_then(|point| measure(&scenario.cell.sensor, &point));

@@ -4,21 +4,26 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 9] = [
+const ALLOWED: [(&str, &[&str]); 10] = [
     ("trueline-geometry", &[]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
+    (
+        "trueline-plan",
+        &["trueline", "trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"],
+    ),
     ("trueline-sim", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     ("trueline-vision", &["trueline-geometry", "trueline-model"]),
-    ("trueline-report", &["trueline", "trueline-dataset"]),
+    ("trueline-report", &["trueline", "trueline-dataset", "trueline-plan"]),
     (
         "trueline-cli",
         &[
             "trueline",
             "trueline-dataset",
             "trueline-lsq",
+            "trueline-plan",
             "trueline-report",
             "trueline-sim",
             "trueline-vision",

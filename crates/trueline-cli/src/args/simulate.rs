@@ -9,6 +9,7 @@ use std::path::PathBuf;
   trueline simulate --preset quick --random-cell --seed 7 --outliers 0.4 --out wild
   trueline simulate --preset quick --mishap robot-clock-step --out stepped
   trueline simulate --preset two-lines --noise-free --out exact
+  trueline simulate --plan plan --seed 3 --out planned-scan
   trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures")]
 pub struct SimulateArgs {
     /// Folder to write; it must not hold a dataset yet
@@ -17,6 +18,12 @@ pub struct SimulateArgs {
     /// Which scan
     #[arg(long, value_enum, default_value_t = PresetName::Quick)]
     pub preset: PresetName,
+    /// Follow the plan in this folder instead: hand-eye and line are off its guess by as much as it allows for
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["random_cell", "duration_s", "robot_period_ms", "frame_period_ms", "images", "mishap"])]
+    pub plan: Option<PathBuf>,
+    /// With --plan: hand-eye and line are as the plan has them
+    #[arg(long, requires = "plan")]
+    pub exact_guess: bool,
     /// Seed of all that is random
     #[arg(long, default_value_t = 1)]
     pub seed: u64,

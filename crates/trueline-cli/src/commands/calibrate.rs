@@ -92,7 +92,12 @@ fn config(args: &CalibrateArgs) -> Result<Config, Failure> {
             StampsName::Regular => Stamps::Regular,
         },
         accept_partial: args.accept_partial,
-        require: args.require.as_deref().map(requirement::parse).transpose()?.unwrap_or_default(),
+        require: args
+            .require
+            .as_deref()
+            .map(|text| requirement::parse("--require", text))
+            .transpose()?
+            .unwrap_or_default(),
         used_at: Use {
             speed_m_s: speed_mm_s(args.speed_mm_s)? * 1e-3,
             stand_off_m: positive("--stand-off-mm", args.stand_off_mm)?.map(|mm| mm * 1e-3),

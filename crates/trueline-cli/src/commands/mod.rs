@@ -5,5 +5,6 @@ pub mod demo;
 pub mod doctor;
 pub mod features;
 pub mod import;
+pub mod plan;
 pub mod simulate;
 pub mod simulate_images;

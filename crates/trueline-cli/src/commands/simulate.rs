@@ -4,15 +4,21 @@ use super::simulate_images;
 use crate::args::{MishapName, PresetName, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
+use crate::planned_scan::{self, PlannedScan};
 use std::process::ExitCode;
-use trueline_dataset::folder;
-use trueline_sim::{Between, Disturbance, Mishap, Preset, Scenario, Timing, random_cell, simulate};
+use trueline_dataset::{Recording, folder};
+use trueline_sim::{
+    Between, Disturbance, Mishap, Preset, Scenario, Timing, random_cell, simulate, simulate_along,
+};
 
 /// Offsets of random cells lie within this, s.
 const RANDOM_OFFSET_S: f64 = 1.0;
 
 /// Runs the command.
 pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
+    if let Some(folder) = &args.plan {
+        return follow(args, planned_scan::read(folder, args.exact_guess, args.seed)?);
+    }
     let scenario = scenario(args)?;
     if args.images {
         return simulate_images::run(args, &scenario);
@@ -23,17 +29,32 @@ pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     };
     let recording =
         recording.ok_or_else(|| Failure::new("the scenario has no line", "choose another preset"))?;
+    write(args, &recording)
+}
+
+/// A scan along a plan.
+fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCode, Failure> {
+    let PlannedScan { mut scenario, path } = planned;
+    override_timing(&mut scenario.timing, args)?;
+    override_disturbance(&mut scenario.disturbance, args)?;
+    if args.noise_free {
+        scenario.disturbance = Disturbance::default();
+    }
+    write(args, &simulate_along(&scenario, &|time_s| path.base_from_tool(time_s), args.seed))
+}
+
+fn write(args: &SimulateArgs, recording: &Recording) -> Result<ExitCode, Failure> {
     if recording.features.is_empty() {
         return Err(Failure::new("the sensor never sees the line", "a longer duration or less tilt helps"));
     }
-    folder::write(&args.out, &recording)?;
+    folder::write(&args.out, recording)?;
     if !args.quiet {
         output::words(&format!(
             "{}: {} robot poses, {} features, time offset {} ms",
             args.out.display(),
             recording.robot.len(),
             recording.features.len(),
-            scenario.timing.time_offset_s * 1e3,
+            recording.truth.as_ref().map_or(0.0, |truth| truth.parameters.time_offset_s) * 1e3,
         ));
     }
     Ok(ExitCode::SUCCESS)

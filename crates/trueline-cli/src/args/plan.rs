@@ -1,0 +1,83 @@
+//! `trueline plan`.
+
+use clap::{Args, ValueEnum};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline plan --example --out plan            # the paper's cell; plan/cell.toml is yours to edit
+  trueline plan plan/cell.toml --out better --duration-s 30
+  trueline plan cell.toml --out quick --want translation=0.05mm,rotation=0.02deg,time=0.1ms
+  trueline plan cell.toml --calibration result.json --out second   # a scan with a good guess shows more
+  trueline simulate --plan plan --out scan && trueline calibrate scan
+
+Written to the folder: path.csv (poses of the tool at the robot's rate, to be followed by `trueline scan` or any
+robot program), plan.json, sigma_over_time.csv, report.html, cell.toml and sensor.toml.
+
+Exit code: 0 planned, 1 planned but what is wanted is not reached, 2 no plan.")]
+pub struct PlanArgs {
+    /// What is known of the cell; `--example` writes one with every key explained
+    #[arg(required_unless_present = "example")]
+    pub cell: Option<PathBuf>,
+    /// Folder to write; it must not hold a plan yet
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Plan in the paper's cell
+    #[arg(long, conflicts_with = "cell")]
+    pub example: bool,
+    /// Duration of the scan, s; with --want, and without this, the shortest that will do
+    #[arg(long)]
+    pub duration_s: Option<f64>,
+    /// Longest scan that may be planned for --want, s
+    #[arg(long, default_value_t = 60.0, conflicts_with = "duration_s")]
+    pub longest_s: f64,
+    /// Sigmas to reach: translation=0.05mm,rotation=0.02deg,time=0.1ms (any of them)
+    #[arg(long, value_name = "WHAT=SIGMA,…")]
+    pub want: Option<String>,
+    /// How sigmas become one number
+    #[arg(long, value_enum, default_value_t = CriterionName::Worst)]
+    pub criterion: CriterionName,
+    /// Kind of path
+    #[arg(long, value_enum, default_value_t = ShapeName::Auto)]
+    pub shape: ShapeName,
+    /// A calibration whose hand-eye and line replace the cell's guess, with five times their sigma as its error
+    #[arg(long)]
+    pub calibration: Option<PathBuf>,
+    /// Seed of the search
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Paths that are tried for each shape
+    #[arg(long, default_value_t = 12_000)]
+    pub tries: usize,
+    /// Threads; one for each core if not given. The plan does not depend on it
+    #[arg(long)]
+    pub threads: Option<NonZeroUsize>,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum CriterionName {
+    /// The largest sigma, in units of what is wanted
+    Worst,
+    /// Their root mean square (A-optimal)
+    Mean,
+    /// The volume of the ellipsoid of confidence (D-optimal)
+    Volume,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ShapeName {
+    /// Whichever is best
+    Auto,
+    /// Once along the seam, weaving
+    S,
+    /// Once along the seam in one bow
+    C,
+    /// There and back
+    TwoPasses,
+    /// There, back, and there again
+    ThreePasses,
+}

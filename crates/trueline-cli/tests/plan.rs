@@ -1,0 +1,93 @@
+//! Planning as a user does it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn trueline(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn json(file: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap()
+}
+
+#[test]
+fn a_planned_scan_is_simulated_calibrated_and_planned_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let few = ["--tries", "800", "--shape", "three-passes", "--quiet"];
+    let planned = trueline(dir.path(), &[&["plan", "--example", "--out", "plan"][..], &few].concat());
+    assert_eq!(code(&planned), 0, "{}", String::from_utf8_lossy(&planned.stderr));
+    for file in ["path.csv", "plan.json", "sigma_over_time.csv", "cell.toml", "sensor.toml"] {
+        assert!(dir.path().join("plan").join(file).exists(), "{file}");
+    }
+    // 20 s at 250 Hz, both ends and the header.
+    assert_eq!(fs::read_to_string(dir.path().join("plan/path.csv")).unwrap().lines().count(), 5002);
+    assert_eq!(
+        code(&trueline(
+            dir.path(),
+            &["simulate", "--plan", "plan", "--seed", "5", "--out", "scan", "--quiet"]
+        )),
+        0
+    );
+    let calibrated = trueline(dir.path(), &["calibrate", "scan", "--json", "result.json", "--quiet"]);
+    assert_eq!(code(&calibrated), 0, "{}", String::from_utf8_lossy(&calibrated.stdout));
+    let (plan, result) = (json(&dir.path().join("plan/plan.json")), json(&dir.path().join("result.json")));
+    // The cell is off its guess by up to 10 mm, 5° and 20 mm, so the sigmas differ a little from the plan's.
+    let ratio = result["sigma"]["time_offset_s"].as_f64().unwrap()
+        / plan["predicted_sigma"]["time_offset_s"].as_f64().unwrap();
+    assert!((0.7..1.4).contains(&ratio), "{ratio}");
+
+    let again = trueline(
+        dir.path(),
+        &[&["plan", "plan/cell.toml", "--calibration", "result.json", "--out", "second"][..], &few].concat(),
+    );
+    assert_eq!(code(&again), 0, "{}", String::from_utf8_lossy(&again.stderr));
+    let second = json(&dir.path().join("second/plan.json"));
+    // A good guess leaves more of the view to sweep.
+    assert!(second["score"].as_f64().unwrap() < 0.6 * plan["score"].as_f64().unwrap());
+    assert_eq!(
+        code(&trueline(dir.path(), &["simulate", "--plan", "second", "--out", "scan2", "--quiet"])),
+        0
+    );
+}
+
+#[test]
+fn what_is_wanted_decides_the_exit_code() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |out: &str, want: &str| {
+        let arguments = [
+            "plan",
+            "--example",
+            "--out",
+            out,
+            "--want",
+            want,
+            "--tries",
+            "400",
+            "--shape",
+            "s",
+            "--longest-s",
+            "30",
+        ];
+        trueline(dir.path(), &arguments)
+    };
+    let reached = run("a", "time=1ms,translation=1mm");
+    assert_eq!(code(&reached), 0, "{}", String::from_utf8_lossy(&reached.stderr));
+    assert!(json(&dir.path().join("a/plan.json"))["duration_s"].as_f64().unwrap() < 25.0);
+    let missed = run("b", "translation=1um");
+    assert_eq!(code(&missed), 1);
+    assert!(String::from_utf8_lossy(&missed.stdout).contains("MISSED"));
+    let used = run("b", "translation=1um");
+    assert_eq!(code(&used), 2);
+    assert!(String::from_utf8_lossy(&used.stderr).contains("path.csv"));
+    let unknown = trueline(dir.path(), &["plan", "nowhere.toml", "--out", "c"]);
+    assert_eq!(code(&unknown), 2);
+    assert!(String::from_utf8_lossy(&unknown.stderr).contains("--example"));
+}

@@ -1,0 +1,108 @@
+//! What is known before the scan: sensor, rough mounting, rough line, limits, noise.
+
+use crate::guess_error::GuessError;
+use crate::limits::Limits;
+use crate::stance::Stance;
+use crate::view::View;
+use nalgebra::{UnitVector3, Vector3};
+use trueline_dataset::{Sensor, Truth};
+use trueline_geometry::{Line, Pose};
+use trueline_model::LaserSheet;
+
+/// A stretch of straight seam in base.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seam {
+    /// Where the scan begins, m.
+    pub from_m: Vector3<f64>,
+    /// Where it ends, m.
+    pub to_m: Vector3<f64>,
+}
+
+impl Seam {
+    /// Unit direction; `None` if both ends are one point.
+    #[must_use]
+    pub fn direction(&self) -> Option<UnitVector3<f64>> {
+        UnitVector3::try_new(self.to_m - self.from_m, 1e-6)
+    }
+
+    /// The whole line, anchored in the middle.
+    #[must_use]
+    pub fn line(&self) -> Option<Line> {
+        Some(Line::new(0.5 * (self.from_m + self.to_m), &self.direction()?))
+    }
+
+    /// Its length, m.
+    #[must_use]
+    pub fn length_m(&self) -> f64 {
+        (self.to_m - self.from_m).norm()
+    }
+}
+
+/// Standard deviations of what will be recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExpectedNoise {
+    /// A feature, px along u and v; for cameras.
+    pub feature_px: f64,
+    /// A feature, m along both axes of the sheet; for profilers and points.
+    pub feature_m: f64,
+    /// A recorded robot position, per axis, m.
+    pub robot_m: f64,
+    /// A recorded robot attitude, about each axis, rad.
+    pub robot_rad: f64,
+    /// An image's stamp, s.
+    pub stamp_s: f64,
+}
+
+impl Default for ExpectedNoise {
+    fn default() -> Self {
+        Self { feature_px: 0.3, feature_m: 0.02e-3, robot_m: 0.03e-3, robot_rad: 2e-5, stamp_s: 0.1e-3 }
+    }
+}
+
+/// All that planning is made from.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// The sensor and its own calibration.
+    pub sensor: Sensor,
+    /// What it sees.
+    pub view: View,
+    /// Its sheet.
+    pub sheet: LaserSheet,
+    /// Rough hand-eye transform.
+    pub tool_from_camera: Pose,
+    /// Rough line.
+    pub seam: Seam,
+    /// How the sensor stands over the seam where nothing is tilted.
+    pub stance: Stance,
+    /// How rough the guess is.
+    pub guess_error: GuessError,
+    /// What the motion keeps to.
+    pub limits: Limits,
+    /// What disturbs the measurement.
+    pub noise: ExpectedNoise,
+    /// Time between images, s.
+    pub frame_period_s: f64,
+    /// Time between robot samples, s.
+    pub robot_period_s: f64,
+}
+
+impl Cell {
+    /// Takes over a calibration's hand-eye, and of its lines the one that the seam's ends are nearest to. The camera
+    /// stands as it did: the nominal attitude is that of the sheet.
+    ///
+    /// `None` if no line runs within 45° of the seam.
+    pub fn believe(&mut self, known: &Truth) -> Option<()> {
+        let along = self.seam.direction()?;
+        let middle = 0.5 * (self.seam.from_m + self.seam.to_m);
+        let line = known
+            .lines
+            .iter()
+            .filter(|line| line.direction().dot(&along).abs() > std::f64::consts::FRAC_1_SQRT_2)
+            .min_by(|a, b| a.distance(&middle).total_cmp(&b.distance(&middle)))?;
+        let onto = |point: &Vector3<f64>| *line.anchored_near(point).anchor();
+        self.seam = Seam { from_m: onto(&self.seam.from_m), to_m: onto(&self.seam.to_m) };
+        self.tool_from_camera = known.parameters.tool_from_camera;
+        self.stance = self.stance.carried_by(&self.tool_from_camera);
+        Some(())
+    }
+}

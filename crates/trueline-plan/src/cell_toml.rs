@@ -1,0 +1,372 @@
+//! `cell.toml`: what is known before the scan, as a person writes it down.
+
+use crate::cell::{Cell, ExpectedNoise, Seam};
+use crate::guess_error::GuessError;
+use crate::limits::Limits;
+use crate::stance::Stance;
+use crate::view::View;
+use nalgebra::{UnitVector3, Vector3};
+use serde::Deserialize;
+use std::path::Path;
+use trueline_dataset::robot_csv::unit_quaternion;
+use trueline_dataset::sensor_toml::parse_toml;
+use trueline_dataset::unit::MM_PER_M;
+use trueline_dataset::{Error, Problem, Sensor};
+use trueline_geometry::{Plane, Pose, se3};
+use trueline_model::LaserSheet;
+
+/// A cell to begin with: the paper's, with every key explained.
+pub const EXAMPLE: &str = include_str!("../assets/cell.toml");
+/// The sensor of [`EXAMPLE`].
+pub const EXAMPLE_SENSOR: &str = include_str!("../assets/sensor.toml");
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CellFile {
+    #[serde(default = "sensor_file")]
+    sensor: String,
+    seam: SeamTable,
+    tool_from_camera: PoseTable,
+    #[serde(default)]
+    attitude: AttitudeTable,
+    #[serde(default)]
+    guess_error: GuessErrorTable,
+    #[serde(default)]
+    limits: LimitsTable,
+    #[serde(default)]
+    view: ViewTable,
+    #[serde(default)]
+    noise: NoiseTable,
+    #[serde(default)]
+    rates: RatesTable,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SeamTable {
+    from_mm: [f64; 3],
+    to_mm: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PoseTable {
+    translation_mm: [f64; 3],
+    rotation_wxyz: [f64; 4],
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AttitudeTable {
+    approach: Option<[f64; 3]>,
+    #[serde(default)]
+    backward: bool,
+    base_from_tool_wxyz: Option<[f64; 4]>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GuessErrorTable {
+    translation_mm: Option<f64>,
+    rotation_deg: Option<f64>,
+    line_mm: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LimitsTable {
+    stand_off_mm: Option<[f64; 2]>,
+    tilt_deg: Option<[f64; 3]>,
+    workspace_mm: Option<[[f64; 3]; 2]>,
+    speed_mm_s: Option<f64>,
+    acceleration_mm_s2: Option<f64>,
+    jerk_mm_s3: Option<f64>,
+    turn_deg_s: Option<f64>,
+    turn_acceleration_deg_s2: Option<f64>,
+    turn_jerk_deg_s3: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ViewTable {
+    margin_px: Option<f64>,
+    width_mm: Option<f64>,
+    depth_mm: Option<[f64; 2]>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NoiseTable {
+    feature_px: Option<f64>,
+    feature_mm: Option<f64>,
+    robot_mm: Option<f64>,
+    robot_deg: Option<f64>,
+    stamp_ms: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RatesTable {
+    frames_hz: Option<f64>,
+    robot_hz: Option<f64>,
+}
+
+fn sensor_file() -> String {
+    "sensor.toml".to_owned()
+}
+
+/// Arms shorter than this are not believed by the seam detector, px.
+const MARGIN_PX: f64 = 100.0;
+
+/// The name of the sensor's file, which lies beside the cell's.
+///
+/// # Errors
+/// Broken TOML or unknown keys.
+pub fn sensor_name(file: &Path, text: &str) -> Result<String, Error> {
+    Ok(parse_toml::<CellFile>(file, text)?.sensor)
+}
+
+/// Reads a cell from the text of its file, for a sensor that was read before.
+///
+/// # Errors
+/// Broken TOML, unknown keys, or values that no cell has.
+pub fn parse(file: &Path, text: &str, sensor: Sensor) -> Result<Cell, Error> {
+    let wire: CellFile = parse_toml(file, text)?;
+    cell_from(wire, sensor).map_err(|problem| Error::in_file(file, problem))
+}
+
+/// The same text with the guess of a cell in it: hand-eye, seam, attitude and how wrong they may be.
+///
+/// # Errors
+/// Broken TOML.
+pub fn with_guess(file: &Path, text: &str, cell: &Cell) -> Result<String, Error> {
+    let mut table: toml::Table = parse_toml(file, text)?;
+    let numbers = |values: &[f64]| toml::Value::from(values.to_vec());
+    let wxyz = |q: &nalgebra::UnitQuaternion<f64>| numbers(&[q.w, q.i, q.j, q.k]);
+    let mm = |m: &Vector3<f64>| numbers((m * MM_PER_M).as_slice());
+    let mut set = |name: &str, values: Vec<(&str, toml::Value)>| {
+        let values = values.into_iter().map(|(key, value)| (key.to_owned(), value));
+        table.insert(name.to_owned(), toml::Value::Table(values.collect()));
+    };
+    set("seam", vec![("from_mm", mm(&cell.seam.from_m)), ("to_mm", mm(&cell.seam.to_m))]);
+    let mounted = &cell.tool_from_camera;
+    set(
+        "tool_from_camera",
+        vec![("translation_mm", mm(&mounted.translation.vector)), ("rotation_wxyz", wxyz(&mounted.rotation))],
+    );
+    set("attitude", vec![("base_from_tool_wxyz", wxyz(&cell.stance.nominal_attitude()))]);
+    let error = &cell.guess_error;
+    set(
+        "guess_error",
+        vec![
+            ("translation_mm", (error.translation_m * MM_PER_M).into()),
+            ("rotation_deg", error.rotation_rad.to_degrees().into()),
+            ("line_mm", (error.line_m * MM_PER_M).into()),
+        ],
+    );
+    Ok(table.to_string())
+}
+
+fn cell_from(wire: CellFile, sensor: Sensor) -> Result<Cell, Problem> {
+    let plane = sheet_plane(&sensor)?;
+    let tool_from_camera = pose(&wire.tool_from_camera)?;
+    let seam = Seam {
+        from_m: point("seam.from_mm", wire.seam.from_mm)?,
+        to_m: point("seam.to_mm", wire.seam.to_mm)?,
+    };
+    let along = seam.direction().ok_or_else(|| wrong("seam", "two different points", "one point"))?;
+    let stance = stance(&wire.attitude, plane, &tool_from_camera, &along)?;
+    let view = view(&wire.view, &sensor, stance.stripe())?;
+    let rates = [
+        positive("rates.frames_hz", wire.rates.frames_hz, 33.0)?,
+        positive("rates.robot_hz", wire.rates.robot_hz, 250.0)?,
+    ];
+    Ok(Cell {
+        view,
+        sheet: match sensor {
+            Sensor::Profiler => LaserSheet::of_profiler(),
+            _ => LaserSheet::from_plane(plane),
+        },
+        sensor,
+        tool_from_camera,
+        seam,
+        stance,
+        guess_error: guess_error(&wire.guess_error)?,
+        limits: limits(&wire.limits)?,
+        noise: noise(&wire.noise)?,
+        frame_period_s: 1.0 / rates[0],
+        robot_period_s: 1.0 / rates[1],
+    })
+}
+
+fn sheet_plane(sensor: &Sensor) -> Result<Plane, Problem> {
+    let known = match sensor {
+        Sensor::CameraLaser { laser_plane_in_camera, .. } => Some(*laser_plane_in_camera),
+        Sensor::Profiler => Plane::new(Vector3::y(), 0.0),
+        Sensor::Points { laser_plane_in_camera } => *laser_plane_in_camera,
+    };
+    known.ok_or_else(|| wrong("laser_plane", "a laser plane in sensor.toml, to plan with", "none"))
+}
+
+fn stance(
+    wire: &AttitudeTable,
+    plane: Plane,
+    tool_from_camera: &Pose,
+    along: &UnitVector3<f64>,
+) -> Result<Stance, Problem> {
+    let made = match (wire.approach, wire.base_from_tool_wxyz) {
+        (Some(_), Some(_)) => {
+            return Err(wrong("attitude", "`approach` or `base_from_tool_wxyz`", "both"));
+        }
+        (None, Some(wxyz)) => {
+            if wire.backward {
+                return Err(wrong("attitude.backward", "`approach` beside it", "`base_from_tool_wxyz`"));
+            }
+            Stance::with_attitude(plane, tool_from_camera, &unit_quaternion(wxyz)?)
+        }
+        (approach, None) => {
+            let approach = approach.unwrap_or([0.0, 0.0, -1.0]);
+            let unit = UnitVector3::try_new(Vector3::from(approach), 1e-6)
+                .filter(|u| u.iter().all(|x| x.is_finite()))
+                .ok_or_else(|| wrong("attitude.approach", "a direction", &format!("{approach:?}")))?;
+            Stance::looking(plane, tool_from_camera, along, &unit, wire.backward)
+        }
+    };
+    made.ok_or_else(|| {
+        wrong(
+            "attitude.approach",
+            "a direction across the seam, and a laser sheet oblique to the camera's axis",
+            "neither or one",
+        )
+    })
+}
+
+fn view(wire: &ViewTable, sensor: &Sensor, stripe: Vector3<f64>) -> Result<View, Problem> {
+    if let Sensor::CameraLaser { camera, .. } = sensor {
+        if wire.width_mm.is_some() || wire.depth_mm.is_some() {
+            return Err(wrong("view", "`margin_px` for a camera_laser", "`width_mm` or `depth_mm`"));
+        }
+        let margin_px = not_negative("view.margin_px", wire.margin_px, MARGIN_PX)?;
+        return Ok(View::Camera { camera: *camera, margin_px });
+    }
+    if wire.margin_px.is_some() {
+        return Err(wrong("view.margin_px", "`width_mm` and `depth_mm` for this sensor", "`margin_px`"));
+    }
+    let (Some(width_mm), Some(depth_mm)) = (wire.width_mm, wire.depth_mm) else {
+        return Err(wrong("view", "`width_mm` and `depth_mm`: what the sensor sees", "nothing"));
+    };
+    Ok(View::Window {
+        half_width_m: 0.5 * positive("view.width_mm", Some(width_mm), width_mm)? / MM_PER_M,
+        depth_m: range("view.depth_mm", depth_mm)?.map(|mm| mm / MM_PER_M),
+        stripe,
+    })
+}
+
+fn guess_error(wire: &GuessErrorTable) -> Result<GuessError, Problem> {
+    let default = GuessError::default();
+    let mm = |key, value, m: f64| Ok(not_negative(key, value, m * MM_PER_M)? / MM_PER_M);
+    let rotation_deg =
+        not_negative("guess_error.rotation_deg", wire.rotation_deg, default.rotation_rad.to_degrees())?;
+    Ok(GuessError {
+        translation_m: mm("guess_error.translation_mm", wire.translation_mm, default.translation_m)?,
+        rotation_rad: rotation_deg.to_radians(),
+        line_m: mm("guess_error.line_mm", wire.line_mm, default.line_m)?,
+    })
+}
+
+fn limits(wire: &LimitsTable) -> Result<Limits, Problem> {
+    let default = Limits::default();
+    let mm = |key, value, m: f64| Ok::<f64, Problem>(positive(key, value, m * MM_PER_M)? / MM_PER_M);
+    let deg = |key, value, rad: f64| Ok::<f64, Problem>(positive(key, value, rad.to_degrees())?.to_radians());
+    let tilt_deg = wire.tilt_deg.unwrap_or(default.tilt_rad.map(f64::to_degrees));
+    if !tilt_deg.iter().all(|deg| (0.0..=90.0).contains(deg)) {
+        return Err(wrong("limits.tilt_deg", "three angles from 0 to 90", &format!("{tilt_deg:?}")));
+    }
+    Ok(Limits {
+        workspace_m: wire.workspace_mm.map(workspace).transpose()?,
+        stand_off_m: match wire.stand_off_mm {
+            Some(limits) => range("limits.stand_off_mm", limits)?.map(|mm| mm / MM_PER_M),
+            None => default.stand_off_m,
+        },
+        tilt_rad: tilt_deg.map(f64::to_radians),
+        speed_m_s: mm("limits.speed_mm_s", wire.speed_mm_s, default.speed_m_s)?,
+        acceleration_m_s2: mm(
+            "limits.acceleration_mm_s2",
+            wire.acceleration_mm_s2,
+            default.acceleration_m_s2,
+        )?,
+        jerk_m_s3: mm("limits.jerk_mm_s3", wire.jerk_mm_s3, default.jerk_m_s3)?,
+        turn_rad_s: deg("limits.turn_deg_s", wire.turn_deg_s, default.turn_rad_s)?,
+        turn_acceleration_rad_s2: deg(
+            "limits.turn_acceleration_deg_s2",
+            wire.turn_acceleration_deg_s2,
+            default.turn_acceleration_rad_s2,
+        )?,
+        turn_jerk_rad_s3: deg("limits.turn_jerk_deg_s3", wire.turn_jerk_deg_s3, default.turn_jerk_rad_s3)?,
+    })
+}
+
+fn workspace(corners_mm: [[f64; 3]; 2]) -> Result<[Vector3<f64>; 2], Problem> {
+    let [low, high] = corners_mm;
+    if !(0..3).all(|k| low[k] < high[k] && low[k].is_finite() && high[k].is_finite()) {
+        return Err(wrong(
+            "limits.workspace_mm",
+            "the lower corner, then the upper one",
+            &format!("{corners_mm:?}"),
+        ));
+    }
+    Ok(corners_mm.map(|corner| Vector3::from(corner) / MM_PER_M))
+}
+
+fn noise(wire: &NoiseTable) -> Result<ExpectedNoise, Problem> {
+    let default = ExpectedNoise::default();
+    let mm = |key, value, m: f64| Ok::<f64, Problem>(not_negative(key, value, m * MM_PER_M)? / MM_PER_M);
+    let robot_deg = not_negative("noise.robot_deg", wire.robot_deg, default.robot_rad.to_degrees())?;
+    Ok(ExpectedNoise {
+        feature_px: positive("noise.feature_px", wire.feature_px, default.feature_px)?,
+        feature_m: positive("noise.feature_mm", wire.feature_mm, default.feature_m * MM_PER_M)? / MM_PER_M,
+        robot_m: mm("noise.robot_mm", wire.robot_mm, default.robot_m)?,
+        robot_rad: robot_deg.to_radians(),
+        stamp_s: not_negative("noise.stamp_ms", wire.stamp_ms, default.stamp_s * 1e3)? * 1e-3,
+    })
+}
+
+fn pose(wire: &PoseTable) -> Result<Pose, Problem> {
+    let rotation = unit_quaternion(wire.rotation_wxyz)?;
+    Ok(se3::from_parts(rotation, point("tool_from_camera.translation_mm", wire.translation_mm)?))
+}
+
+fn point(key: &'static str, mm: [f64; 3]) -> Result<Vector3<f64>, Problem> {
+    if mm.iter().all(|x| x.is_finite()) {
+        return Ok(Vector3::from(mm) / MM_PER_M);
+    }
+    Err(wrong(key, "finite numbers", &format!("{mm:?}")))
+}
+
+fn range(key: &'static str, limits: [f64; 2]) -> Result<[f64; 2], Problem> {
+    let [low, high] = limits;
+    if low > 0.0 && low < high && high.is_finite() {
+        return Ok(limits);
+    }
+    Err(wrong(key, "a smaller and a larger number above zero", &format!("{limits:?}")))
+}
+
+fn positive(key: &'static str, value: Option<f64>, default: f64) -> Result<f64, Problem> {
+    let value = value.unwrap_or(default);
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(wrong(key, "a number above zero", &value.to_string()))
+}
+
+fn not_negative(key: &'static str, value: Option<f64>, default: f64) -> Result<f64, Problem> {
+    let value = value.unwrap_or(default);
+    if value >= 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(wrong(key, "a number of at least zero", &value.to_string()))
+}
+
+fn wrong(key: &'static str, expected: &'static str, found: &str) -> Problem {
+    Problem::Value { key, expected, found: found.to_owned() }
+}

@@ -1,0 +1,78 @@
+//! What makes one scan better than another.
+
+use nalgebra::SMatrix;
+use trueline::Requirement;
+use trueline::parameters::{LINES, ROTATION, TRANSLATION};
+
+/// Covariance of time offset and hand-eye.
+pub type SensorCovariance = SMatrix<f64, LINES, LINES>;
+
+/// How a covariance becomes one number; smaller is better, and 1 is what was asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Criterion {
+    /// The largest sigma in units of what is wanted: nothing is left behind. The default, for a calibration is as
+    /// good as what it knows worst.
+    #[default]
+    Worst,
+    /// Root mean square of the sigmas in units of what is wanted (A-optimal).
+    Mean,
+    /// Volume of the ellipsoid of confidence, as the side of a cube (D-optimal).
+    Volume,
+}
+
+/// What is wanted of the sigmas, and how they are weighed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// One standard deviation each; what is not asked for does not count.
+    pub want: Requirement,
+    /// How they become one number.
+    pub criterion: Criterion,
+}
+
+impl Default for Goal {
+    /// An accuracy that a good scan of some seconds reaches: 0.02 ms, 0.008° and 0.012 mm are alike hard.
+    fn default() -> Self {
+        let want = Requirement {
+            time_s: Some(0.02e-3),
+            rotation_rad: Some(0.008_f64.to_radians()),
+            translation_m: Some(0.012e-3),
+        };
+        Self { want, criterion: Criterion::Worst }
+    }
+}
+
+impl Goal {
+    /// The sigma wanted of a component; `None` if it does not count.
+    #[must_use]
+    pub fn wanted(&self, component: usize) -> Option<f64> {
+        match component {
+            TRANSLATION.. => self.want.translation_m,
+            ROTATION.. => self.want.rotation_rad,
+            _ => self.want.time_s,
+        }
+    }
+
+    /// The score of a covariance: at most 1 if all that is wanted is reached (for [`Criterion::Worst`]).
+    #[must_use]
+    pub fn score(&self, covariance: &SensorCovariance) -> f64 {
+        let counted: Vec<(usize, f64)> = (0..LINES).filter_map(|k| Some((k, self.wanted(k)?))).collect();
+        let ratios = || counted.iter().map(|(k, wanted)| covariance[(*k, *k)].max(0.0).sqrt() / wanted);
+        match self.criterion {
+            Criterion::Worst => ratios().fold(0.0, f64::max),
+            Criterion::Mean => (ratios().map(|r| r * r).sum::<f64>() / counted.len() as f64).sqrt(),
+            Criterion::Volume => {
+                let scaled = nalgebra::DMatrix::from_fn(counted.len(), counted.len(), |i, j| {
+                    let ((a, wanted_a), (b, wanted_b)) = (counted[i], counted[j]);
+                    covariance[(a, b)] / (wanted_a * wanted_b)
+                });
+                scaled.determinant().max(0.0).powf(0.5 / counted.len() as f64)
+            }
+        }
+    }
+
+    /// The most that any wanted sigma is missed by: at most 1 if all are reached.
+    #[must_use]
+    pub fn missed_by(&self, covariance: &SensorCovariance) -> f64 {
+        Self { criterion: Criterion::Worst, ..*self }.score(covariance)
+    }
+}

@@ -1,0 +1,168 @@
+//! How much of every limit a motion uses: 1 is all of it.
+
+use crate::cell::Cell;
+use crate::guess_error::DIRECTIONS;
+use crate::motion::Motion;
+use crate::prediction::{Observer, exposures};
+use nalgebra::Vector3;
+use trueline_geometry::{Pose, so3};
+
+/// Something that a motion must keep to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Demand {
+    /// Speed of the tool.
+    Speed,
+    /// Its acceleration.
+    Acceleration,
+    /// Its jerk.
+    Jerk,
+    /// Angular speed.
+    TurnRate,
+    /// Angular acceleration.
+    TurnAcceleration,
+    /// Angular jerk.
+    TurnJerk,
+    /// The box that the tool stays in.
+    Workspace,
+    /// The seam in view, however wrong the guess is.
+    View,
+}
+
+impl Demand {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Speed,
+        Self::Acceleration,
+        Self::Jerk,
+        Self::TurnRate,
+        Self::TurnAcceleration,
+        Self::TurnJerk,
+        Self::Workspace,
+        Self::View,
+    ];
+
+    /// The name for a person.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::Acceleration => "acceleration",
+            Self::Jerk => "jerk",
+            Self::TurnRate => "angular speed",
+            Self::TurnAcceleration => "angular acceleration",
+            Self::TurnJerk => "angular jerk",
+            Self::Workspace => "workspace",
+            Self::View => "field of view",
+        }
+    }
+}
+
+/// The part of each limit that is used, in the order of [`Demand::ALL`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Demands {
+    used: [f64; Demand::ALL.len()],
+}
+
+impl Demands {
+    /// The part of one limit that is used.
+    #[must_use]
+    pub fn used(&self, demand: Demand) -> f64 {
+        self.used[demand as usize]
+    }
+
+    fn raise(&mut self, demand: Demand, used: f64) {
+        let most = &mut self.used[demand as usize];
+        // A demand that is not a number is never met.
+        *most = if used.is_nan() { f64::INFINITY } else { most.max(used) };
+    }
+
+    /// The limit that is used most, and how much of it.
+    #[must_use]
+    pub fn most(&self) -> (Demand, f64) {
+        let all = Demand::ALL.map(|demand| (demand, self.used(demand)));
+        all.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Demand::Speed, 0.0))
+    }
+
+    /// By how much limits are exceeded in all; 0 if none is.
+    #[must_use]
+    pub fn excess(&self, most_used: f64) -> f64 {
+        self.used.iter().map(|used| (used / most_used - 1.0).max(0.0)).sum()
+    }
+}
+
+/// How densely a motion is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Looks {
+    /// Time between samples of the motion, s.
+    pub period_s: f64,
+    /// Every which frame's view.
+    pub stride: usize,
+}
+
+/// A box that is left by this much counts as one limit's worth, m.
+const BOX_M: f64 = 0.1;
+
+/// Measures what a motion demands.
+#[must_use]
+pub fn measure(cell: &Cell, motion: &Motion, looks: Looks) -> Demands {
+    let mut demands = Demands::default();
+    let poses = motion.sampled(looks.period_s);
+    moving(cell, &poses, looks.period_s, &mut demands);
+    in_the_box(cell, &poses, &mut demands);
+    in_view(cell, motion, looks.stride, &mut demands);
+    demands
+}
+
+fn moving(cell: &Cell, poses: &[Pose], period_s: f64, demands: &mut Demands) {
+    let limits = &cell.limits;
+    let [mut last_speed, mut last_acceleration] = [Vector3::zeros(); 2];
+    let [mut last_turn, mut last_turn_acceleration] = [Vector3::zeros(); 2];
+    // It begins and ends at rest.
+    let rest = poses.last().map(|last| [last, last]);
+    let pairs = poses.windows(2).map(|pair| [&pair[0], &pair[1]]).chain(rest);
+    for [from, to] in pairs {
+        let speed = (to.translation.vector - from.translation.vector) / period_s;
+        let acceleration = (speed - last_speed) / period_s;
+        let jerk = (acceleration - last_acceleration) / period_s;
+        demands.raise(Demand::Speed, speed.norm() / limits.speed_m_s);
+        demands.raise(Demand::Acceleration, acceleration.norm() / limits.acceleration_m_s2);
+        demands.raise(Demand::Jerk, jerk.norm() / limits.jerk_m_s3);
+        (last_speed, last_acceleration) = (speed, acceleration);
+        let turn = so3::log(&(to.rotation * from.rotation.inverse())) / period_s;
+        let turn_acceleration = (turn - last_turn) / period_s;
+        let turn_jerk = (turn_acceleration - last_turn_acceleration) / period_s;
+        demands.raise(Demand::TurnRate, turn.norm() / limits.turn_rad_s);
+        demands.raise(Demand::TurnAcceleration, turn_acceleration.norm() / limits.turn_acceleration_rad_s2);
+        demands.raise(Demand::TurnJerk, turn_jerk.norm() / limits.turn_jerk_rad_s3);
+        (last_turn, last_turn_acceleration) = (turn, turn_acceleration);
+    }
+}
+
+fn in_the_box(cell: &Cell, poses: &[Pose], demands: &mut Demands) {
+    let Some([low, high]) = &cell.limits.workspace_m else { return };
+    for pose in poses {
+        let at = pose.translation.vector;
+        let outside = (0..3).map(|k| (low[k] - at[k]).max(at[k] - high[k])).fold(f64::NEG_INFINITY, f64::max);
+        demands.raise(Demand::Workspace, (1.0 + outside / BOX_M).max(0.0));
+    }
+}
+
+fn in_view(cell: &Cell, motion: &Motion, stride: usize, demands: &mut Demands) {
+    let Some(observer) = Observer::new(cell) else { return demands.raise(Demand::View, f64::INFINITY) };
+    for time_s in exposures(cell, motion.design().duration_s, stride) {
+        let room = worst_room(cell, &observer, motion, time_s);
+        demands.raise(Demand::View, 1.0 - room.unwrap_or(-1.0));
+    }
+}
+
+/// The least room in view at a time for any error of the guess; `None` if the seam runs along the sheet.
+fn worst_room(cell: &Cell, observer: &Observer<'_>, motion: &Motion, time_s: f64) -> Option<f64> {
+    let point = motion.point_in_camera(time_s);
+    let (jacobian, _) = observer.jacobian(&motion.placement(time_s), &point)?;
+    let mut room = cell.view.room(&point);
+    for direction in 0..DIRECTIONS {
+        let moved = point + cell.sheet.axes() * cell.guess_error.outermost(&jacobian, direction);
+        room = room.min(cell.view.room(&moved));
+    }
+    Some(room)
+}

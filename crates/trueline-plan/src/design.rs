@@ -1,0 +1,113 @@
+//! The numbers that a path is made of, and the box that they are searched in.
+
+use crate::cell::Cell;
+use crate::shape::Shape;
+
+/// Something that swings about a mean over time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sweep {
+    /// Mean, in the unit of what swings.
+    pub mean: f64,
+    /// Amplitude of the swing.
+    pub amplitude: f64,
+    /// Its frequency, Hz.
+    pub frequency_hz: f64,
+    /// Its phase, rad.
+    pub phase_rad: f64,
+    /// Amplitude of the overtone at three times the frequency, as a part of the amplitude: negative makes the swing
+    /// linger at its ends.
+    pub overtone: f64,
+}
+
+impl Sweep {
+    /// Value at a time, s.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> f64 {
+        let angle = std::f64::consts::TAU * self.frequency_hz * time_s + self.phase_rad;
+        self.mean + self.amplitude * (angle.sin() + self.overtone * (3.0 * angle).sin())
+    }
+
+    /// The most it can be off its mean: of sin a + b sin 3a, for |b| ≤ ½.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.amplitude * (1.0 + self.overtone.abs())
+    }
+}
+
+/// A path in numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    /// How it progresses along the seam.
+    pub shape: Shape,
+    /// Duration, s.
+    pub duration_s: f64,
+    /// Time to get up to speed, and to come to rest, s.
+    pub ramp_s: f64,
+    /// Part of the seam that is scanned, about its middle.
+    pub length_share: f64,
+    /// Where the seam appears along the stripe, as a part of the stand-off: the view is wider further away.
+    pub stripe: Sweep,
+    /// Stand-off, m.
+    pub stand_off: Sweep,
+    /// Work angle, travel angle, spin, rad.
+    pub tilts: [Sweep; 3],
+}
+
+/// Largest overtone: more only adds jerk.
+const OVERTONE: f64 = 0.2;
+/// Slowest and fastest swing, Hz.
+const FREQUENCY_HZ: [f64; 2] = [0.04, 1.2];
+/// Shortest and longest ramp, s; never more than a quarter of the scan.
+const RAMP_S: [f64; 2] = [0.4, 2.0];
+/// Widest sweep along the stripe to either side: 30°.
+const STRIPE: f64 = 0.577;
+
+/// Numbers of a design.
+pub const DIMENSION: usize = 2 + 4 + 4 * 5;
+
+/// Makes the design that a point of the unit box stands for; whatever the point, means and swings stay within the
+/// limits of stand-off and tilt.
+#[must_use]
+pub fn from_unit_box(cell: &Cell, shape: Shape, duration_s: f64, unit: &[f64; DIMENSION]) -> Design {
+    let mut rest = unit.iter().map(|x| mirrored(*x));
+    let mut next = |low: f64, high: f64| low + (high - low) * rest.next().unwrap_or(0.5);
+    let longest_ramp_s = RAMP_S[1].min(0.25 * duration_s);
+    let ramp_s = next(RAMP_S[0].min(longest_ramp_s), longest_ramp_s);
+    let length_share = next(0.3, 1.0);
+    let [low, high] = FREQUENCY_HZ.map(f64::ln);
+    let mut stripe = Sweep {
+        mean: 0.0,
+        amplitude: next(0.0, STRIPE),
+        frequency_hz: next(low, high).exp(),
+        phase_rad: next(-std::f64::consts::PI, std::f64::consts::PI),
+        overtone: next(-OVERTONE, OVERTONE),
+    };
+    if shape == Shape::C {
+        // Half a swing over the whole scan: one bow.
+        stripe.frequency_hz = 0.5 / (duration_s - ramp_s);
+    }
+    let mut within = |limits: [f64; 2]| {
+        let overtone = next(-OVERTONE, OVERTONE);
+        let middle = 0.5 * (limits[0] + limits[1]);
+        let reach = 0.5 * (limits[1] - limits[0]);
+        let swing = reach * next(0.0, 1.0);
+        // What the swing leaves of the range is the mean's.
+        let mean = middle + (reach - swing) * next(-1.0, 1.0);
+        Sweep {
+            mean,
+            amplitude: swing / (1.0 + overtone.abs()),
+            frequency_hz: next(low, high).exp(),
+            phase_rad: next(-std::f64::consts::PI, std::f64::consts::PI),
+            overtone,
+        }
+    };
+    let stand_off = within(cell.limits.stand_off_m);
+    let tilts = cell.limits.tilt_rad.map(|limit| within([-limit, limit]));
+    Design { shape, duration_s, ramp_s, length_share, stripe, stand_off, tilts }
+}
+
+/// Folds any number into 0 to 1, as between two mirrors, so that a search knows no walls.
+fn mirrored(x: f64) -> f64 {
+    let folded = x.rem_euclid(2.0);
+    if folded > 1.0 { 2.0 - folded } else { folded }
+}

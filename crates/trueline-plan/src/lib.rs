@@ -1,0 +1,38 @@
+//! Plans a scan before the robot moves: the path that shows most of time offset, hand-eye and line.
+//!
+//! ```text
+//! Cell ─┬─ Design ─▶ Motion ─┬─▶ Prediction (information of every frame → sigmas)
+//!       │                    └─▶ Demands (how much of every limit is used)
+//!       └───────── search over designs: most accurate of those within all limits ─▶ Plan
+//! ```
+//!
+//! A design is a handful of numbers: where the sweeps of seam, stand-off and attitude begin, how wide and how fast
+//! they are. What a design promises is the inverse of the Fisher information at the guess, frame by frame, with the
+//! noise that the estimator itself expects. What it demands is measured on the sampled motion. The search needs both
+//! as numbers only, so any criterion, sensor or limit is one function.
+
+pub mod cell;
+pub mod cell_toml;
+pub mod criterion;
+pub mod demands;
+pub mod design;
+pub mod guess_error;
+pub mod limits;
+pub mod motion;
+pub mod plan;
+pub mod prediction;
+pub mod search;
+pub mod shape;
+pub mod shortest;
+pub mod stance;
+pub mod view;
+
+pub use cell::{Cell, ExpectedNoise, Seam};
+pub use criterion::{Criterion, Goal};
+pub use guess_error::GuessError;
+pub use limits::Limits;
+pub use motion::Motion;
+pub use plan::{Ask, Plan, PlanError, plan};
+pub use prediction::Prediction;
+pub use shape::Shape;
+pub use view::View;

@@ -1,0 +1,123 @@
+//! How the sensor stands over the seam: stand-off, tilt and place of the seam in the sheet → a pose of the tool.
+
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector2, Vector3};
+use trueline_geometry::{Plane, Pose};
+
+/// Where the seam is to appear, and how the sheet is tilted there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Station {
+    /// Point of the seam in base, m.
+    pub seam_point: Vector3<f64>,
+    /// Where it appears along the stripe, m from the middle of the view.
+    pub stripe_m: f64,
+    /// Its distance along the camera's axis, m.
+    pub stand_off_m: f64,
+    /// Work angle (about the seam), travel angle (about the stripe), spin (about the range direction), rad.
+    pub tilt_rad: [f64; 3],
+}
+
+/// The sheet's own axes in the camera, and how they stand in base where nothing is tilted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stance {
+    /// Columns: along the stripe, normal of the sheet, range.
+    camera_from_sheet: Rotation3<f64>,
+    base_from_sheet: Rotation3<f64>,
+    plane: Plane,
+    camera_from_tool: Pose,
+}
+
+impl Stance {
+    /// The stance of a sheet in the camera that looks along `approach` at a seam of direction `along`; `backward`
+    /// turns it by half a turn about the approach.
+    ///
+    /// `None` if the sheet is square to the camera's axis (then it has no range), or the approach runs along the
+    /// seam.
+    #[must_use]
+    pub fn looking(
+        plane: Plane,
+        tool_from_camera: &Pose,
+        along: &UnitVector3<f64>,
+        approach: &UnitVector3<f64>,
+        backward: bool,
+    ) -> Option<Self> {
+        let range = approach.into_inner() - along.into_inner() * along.dot(approach);
+        let range = range.try_normalize(1e-3)?;
+        let across = if backward { -along.into_inner() } else { along.into_inner() };
+        let axes = Matrix3::from_columns(&[across.cross(&range), across, range]);
+        let base_from_sheet = Rotation3::from_matrix_unchecked(axes);
+        let camera_from_sheet = sheet_axes(&plane)?;
+        Some(Self { camera_from_sheet, base_from_sheet, plane, camera_from_tool: tool_from_camera.inverse() })
+    }
+
+    /// The same with the attitude that the tool has in the middle of the scan.
+    ///
+    /// `None` as for [`Stance::looking`].
+    #[must_use]
+    pub fn with_attitude(
+        plane: Plane,
+        tool_from_camera: &Pose,
+        base_from_tool: &UnitQuaternion<f64>,
+    ) -> Option<Self> {
+        let camera_from_sheet = sheet_axes(&plane)?;
+        let base_from_camera = (base_from_tool * tool_from_camera.rotation).to_rotation_matrix();
+        Some(Self {
+            camera_from_sheet,
+            base_from_sheet: base_from_camera * camera_from_sheet,
+            plane,
+            camera_from_tool: tool_from_camera.inverse(),
+        })
+    }
+
+    /// The same sheet on another mounting.
+    #[must_use]
+    pub fn carried_by(&self, tool_from_camera: &Pose) -> Self {
+        Self { camera_from_tool: tool_from_camera.inverse(), ..self.clone() }
+    }
+
+    /// Attitude of the tool where nothing is tilted.
+    #[must_use]
+    pub fn nominal_attitude(&self) -> UnitQuaternion<f64> {
+        let base_from_camera = self.base_from_sheet * self.camera_from_sheet.inverse();
+        UnitQuaternion::from_rotation_matrix(&base_from_camera) * self.camera_from_tool.rotation
+    }
+
+    /// Unit vector along the stripe in the camera.
+    #[must_use]
+    pub fn stripe(&self) -> Vector3<f64> {
+        self.camera_from_sheet * Vector3::x()
+    }
+
+    /// The point in the camera frame (m) where a station lets the seam appear.
+    #[must_use]
+    pub fn point_in_camera(&self, station: &Station) -> Vector3<f64> {
+        let normal = self.plane.normal();
+        let sideways = Vector2::new(normal.x, normal.y);
+        // Of the sheet's points at this depth the one nearest to the camera's axis.
+        let middle =
+            sideways * ((self.plane.offset() - normal.z * station.stand_off_m) / sideways.norm_squared());
+        Vector3::new(middle.x, middle.y, station.stand_off_m) + self.stripe() * station.stripe_m
+    }
+
+    /// Pose of the tool at a station.
+    #[must_use]
+    pub fn base_from_tool(&self, station: &Station) -> Pose {
+        let [work, travel, spin] = station.tilt_rad;
+        let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), work)
+            * Rotation3::from_axis_angle(&Vector3::x_axis(), travel)
+            * Rotation3::from_axis_angle(&Vector3::z_axis(), spin);
+        let base_from_camera = self.base_from_sheet * tilt * self.camera_from_sheet.inverse();
+        let origin = station.seam_point - base_from_camera * self.point_in_camera(station);
+        let rotation = UnitQuaternion::from_rotation_matrix(&base_from_camera);
+        Pose::from_parts(origin.into(), rotation) * self.camera_from_tool
+    }
+}
+
+/// Axes of a sheet in the camera: stripe, normal, range; the range points away from the camera.
+fn sheet_axes(plane: &Plane) -> Option<Rotation3<f64>> {
+    let normal = plane.normal().into_inner();
+    let range = (Vector3::z() - normal * normal.z).try_normalize(1e-2)?;
+    // Of the two normals the one that points the way of the camera's y, or x.
+    let forward = if normal.y.abs() > 1e-9 { normal.y } else { normal.x };
+    let across = normal * forward.signum();
+    Some(Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[across.cross(&range), across, range])))
+}

@@ -1,0 +1,64 @@
+//! What the sensor sees, and how far a point is from leaving it.
+
+use nalgebra::{Vector2, Vector3};
+use trueline_model::Camera;
+
+/// The field of view with the margin that detection needs.
+#[derive(Clone, Debug, PartialEq)]
+pub enum View {
+    /// A camera's picture.
+    Camera {
+        /// The camera.
+        camera: Camera,
+        /// The seam stays so far from the picture's edge, px.
+        margin_px: f64,
+    },
+    /// A window in the sheet: along the stripe, and in depth.
+    Window {
+        /// Half the width at every depth, m.
+        half_width_m: f64,
+        /// Nearest and furthest depth, m.
+        depth_m: [f64; 2],
+        /// Axis in the camera frame along which the width counts.
+        stripe: Vector3<f64>,
+    },
+}
+
+/// Points behind the camera are as far out of view as this.
+const BEHIND: f64 = -10.0;
+
+impl View {
+    /// How far inside the view a point of the camera frame (m) is, as a part of half the view's size; negative
+    /// outside.
+    #[must_use]
+    pub fn room(&self, point_in_camera: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Camera { camera, margin_px } => room_in_picture(camera, *margin_px, point_in_camera),
+            Self::Window { half_width_m, depth_m, stripe } => {
+                let aside = 1.0 - stripe.dot(point_in_camera).abs() / half_width_m;
+                let half_depth = 0.5 * (depth_m[1] - depth_m[0]);
+                let middle = 0.5 * (depth_m[1] + depth_m[0]);
+                aside.min(1.0 - (point_in_camera.z - middle).abs() / half_depth)
+            }
+        }
+    }
+}
+
+fn room_in_picture(camera: &Camera, margin_px: f64, point: &Vector3<f64>) -> f64 {
+    if point.z <= 0.0 {
+        return BEHIND;
+    }
+    let ideal = point.xy() / point.z;
+    // Where the lens model folds back the pixel means nothing; the pinhole says how far outside it is.
+    let believed = ideal.norm_squared() < camera.distortion.invertible_radius_squared();
+    let seen = if believed { camera.distortion.distort(&ideal).0 } else { ideal };
+    let pixel = seen.component_mul(&camera.focal) + camera.centre;
+    let half = Vector2::new(f64::from(camera.size[0]), f64::from(camera.size[1])) * 0.5;
+    let from_edge = |k: usize| {
+        // A pixel's centre is half a pixel inside its edge.
+        let x = pixel[k] + 0.5;
+        (x.min(2.0 * half[k] - x) - margin_px) / half[k]
+    };
+    let room = from_edge(0).min(from_edge(1));
+    if believed { room } else { room.min(-1e-3) }
+}

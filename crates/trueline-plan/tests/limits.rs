@@ -1,0 +1,160 @@
+//! Whatever the cell: no limit is exceeded, and the seam stays in view however wrong the guess is.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod cells;
+
+use cells::{example, random, scan, scenario};
+use nalgebra::Vector3;
+use trueline_geometry::Pose;
+use trueline_plan::demands::Demand;
+use trueline_plan::{Ask, Cell, Plan, PlanError, Shape, plan};
+use trueline_sim::Disturbance;
+
+/// Largest length of the k-th differences of a list over the k-th power of the period: what a robot's own motion
+/// monitor would see. The path is at rest before and after.
+fn peaks(values: Vec<Vector3<f64>>, period_s: f64) -> [f64; 3] {
+    let rest = Vector3::zeros();
+    let mut rates = vec![rest; 3];
+    rates.extend(values);
+    rates.extend([rest; 3]);
+    std::array::from_fn(|_| {
+        let largest = rates.iter().map(Vector3::norm).fold(0.0, f64::max);
+        rates = rates.windows(2).map(|pair| (pair[1] - pair[0]) / period_s).collect();
+        largest
+    })
+}
+
+fn velocities(path: &[Pose], period_s: f64) -> Vec<Vector3<f64>> {
+    path.windows(2).map(|p| (p[1].translation.vector - p[0].translation.vector) / period_s).collect()
+}
+
+fn rates(path: &[Pose], period_s: f64) -> Vec<Vector3<f64>> {
+    path.windows(2).map(|p| (p[1].rotation * p[0].rotation.inverse()).scaled_axis() / period_s).collect()
+}
+
+fn check_path(cell: &Cell, plan: &Plan) {
+    let path = plan.path(cell);
+    let period_s = cell.robot_period_s;
+    let limits = &cell.limits;
+    let [speed, acceleration, jerk] = peaks(velocities(&path, period_s), period_s);
+    // Differences of positions of 1 m, rounded to 1e-16, over (4 ms)³ are off by up to 1e-8 m/s³.
+    let within = |value: f64, limit: f64| assert!(value <= limit * (1.0 + 1e-6), "{value} of {limit}");
+    within(speed, limits.speed_m_s);
+    within(acceleration, limits.acceleration_m_s2);
+    within(jerk, limits.jerk_m_s3);
+    let [turn, turn_acceleration, turn_jerk] = peaks(rates(&path, period_s), period_s);
+    within(turn, limits.turn_rad_s);
+    within(turn_acceleration, limits.turn_acceleration_rad_s2);
+    within(turn_jerk, limits.turn_jerk_rad_s3);
+    let nominal = cell.stance.nominal_attitude();
+    // Three turns one after the other, each within its limit.
+    let tilt: f64 = limits.tilt_rad.iter().sum();
+    for pose in &path {
+        within(pose.rotation.angle_to(&nominal), tilt);
+        let camera = pose * cell.tool_from_camera;
+        let seam = cell.seam.line().unwrap();
+        // The camera sees the seam at its stand-off, and so is no nearer to it than that.
+        assert!(seam.distance(&camera.translation.vector) <= limits.stand_off_m[1] * 1.5);
+        if let Some([low, high]) = &limits.workspace_m {
+            let at = pose.translation.vector;
+            assert!((0..3).all(|k| low[k] <= at[k] && at[k] <= high[k]), "{at}");
+        }
+    }
+    for k in 0..=1000 {
+        let station = plan.motion.station(f64::from(k) * 1e-3 * plan.motion.design().duration_s);
+        let [low, high] = limits.stand_off_m;
+        assert!(station.stand_off_m >= low - 1e-12 && station.stand_off_m <= high + 1e-12);
+        for (tilt, limit) in station.tilt_rad.iter().zip(limits.tilt_rad) {
+            assert!(tilt.abs() <= limit + 1e-12);
+        }
+    }
+}
+
+/// Scans the seam where the guess is as wrong as is allowed for; every frame must see it.
+fn check_view(cell: &Cell, plan: &Plan, seeds: std::ops::Range<u64>) {
+    let duration_s = plan.motion.design().duration_s;
+    for seed in seeds {
+        let truth = cell.guess_error.disturbed_most(&cell.tool_from_camera, &cell.seam, seed);
+        let mut scenario = scenario(cell, truth, duration_s);
+        scenario.disturbance = Disturbance::default();
+        let recording = scan(&scenario, &plan.motion, seed);
+        let frames = (duration_s / cell.frame_period_s - 0.5).floor() as usize;
+        assert_eq!(recording.features.len(), frames, "the seam is lost with guess {seed}");
+    }
+}
+
+fn small(shape: Shape, duration_s: f64) -> Ask {
+    Ask { shapes: vec![shape], evaluations: 1500, duration_s, ..Ask::default() }
+}
+
+#[test]
+fn no_limit_is_exceeded_in_any_cell() {
+    let mut planned = 0;
+    for seed in 0..12 {
+        let cell = random(seed);
+        match plan(&cell, &small(Shape::ALL[seed as usize % 4], 8.0 + seed as f64), &|| ()) {
+            Ok(plan) => {
+                planned += 1;
+                check_path(&cell, &plan);
+                check_view(&cell, &plan, 0..40);
+            }
+            // A cell may be too tight; then that is said, and nothing is planned.
+            Err(error) => assert!(matches!(error, PlanError::NoRoom { .. }), "{error}"),
+        }
+    }
+    assert!(planned >= 8, "{planned} of 12 cells could be planned");
+}
+
+#[test]
+fn the_box_is_kept() {
+    let mut cell = example();
+    let free = plan(&cell, &small(Shape::S, 15.0), &|| ()).unwrap();
+    let at: Vec<Vector3<f64>> = free.path(&cell).iter().map(|pose| pose.translation.vector).collect();
+    let (low, high) = at.iter().fold((at[0], at[0]), |(low, high), p| (low.inf(p), high.sup(p)));
+    // A fifth narrower than what it likes best.
+    let narrower = (high - low) * 0.1;
+    cell.limits.workspace_m = Some([low + narrower, high - narrower]);
+    check_path(&cell, &plan(&cell, &small(Shape::S, 15.0), &|| ()).unwrap());
+}
+
+#[test]
+fn what_cannot_be_planned_is_refused_with_the_limit_that_stands_in_the_way() {
+    let mut cell = example();
+    cell.limits.speed_m_s = 0.001;
+    let hasty = plan(&cell, &small(Shape::S, 5.0), &|| ()).map(|plan| plan.score);
+    let Err(PlanError::NoRoom { demand: Demand::Speed, .. }) = hasty else {
+        panic!("neither moving nor pivoting passes 90 mm in 5 s at 1 mm/s: {hasty:?}")
+    };
+    let mut cell = example();
+    cell.guess_error.line_m = 0.1;
+    let Err(PlanError::NoRoom { demand: Demand::View, used, .. }) =
+        plan(&cell, &small(Shape::S, 20.0), &|| ())
+    else {
+        panic!("the view is 150 mm wide")
+    };
+    assert!(used > 1.0);
+    let mut cell = example();
+    cell.limits.tilt_rad = [0.0; 3];
+    let Err(PlanError::NotShown { rank, .. }) = plan(&cell, &small(Shape::S, 20.0), &|| ()) else {
+        panic!("without tilt the translation is not seen")
+    };
+    // Eight at a constant attitude; where the sheet stands square to the seam two more turns do not show.
+    assert_eq!(rank, 6);
+    let mut cell = example();
+    cell.seam.to_m = cell.seam.from_m;
+    assert_eq!(plan(&cell, &small(Shape::S, 20.0), &|| ()).unwrap_err(), PlanError::NoSeam);
+    for duration_s in [f64::NAN, 0.0, -1.0, 1e9] {
+        let refused = plan(&example(), &small(Shape::S, duration_s), &|| ());
+        assert!(matches!(refused, Err(PlanError::Duration { .. })), "{duration_s}");
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_plan_on_any_number_of_threads() {
+    let ask = |threads| Ask { evaluations: 300, duration_s: 20.0, threads, ..Ask::default() };
+    let mut cell = example();
+    cell.guess_error.line_m = 0.0;
+    let [one, two] = [1, 2].map(|threads| plan(&cell, &ask(threads), &|| ()).unwrap());
+    assert_eq!(one.motion.design(), two.motion.design());
+    assert_eq!(one.path(&cell), two.path(&cell));
+}

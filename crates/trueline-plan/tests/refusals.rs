@@ -1,0 +1,61 @@
+//! A cell that cannot be is refused, with the key.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::path::Path;
+use trueline_dataset::{Error, sensor_toml};
+use trueline_plan::{Cell, cell_toml};
+
+fn parsed(text: &str, sensor: &str) -> Result<Cell, Error> {
+    let file = Path::new("cell.toml");
+    cell_toml::parse(file, text, sensor_toml::parse(file, sensor).unwrap())
+}
+
+fn refusal(from: &str, to: &str) -> String {
+    let text = cell_toml::EXAMPLE.replace(from, to);
+    assert_ne!(text, cell_toml::EXAMPLE, "`{from}` is not in the example");
+    parsed(&text, cell_toml::EXAMPLE_SENSOR).unwrap_err().to_string()
+}
+
+#[test]
+fn wrong_values_are_named() {
+    for (from, to, said) in [
+        ("speed_mm_s = 250.0", "speed_mm_s = 0.0", "limits.speed_mm_s"),
+        ("speed_mm_s = 250.0", "speed_mm_s = nan", "limits.speed_mm_s"),
+        ("speed_mm_s = 250.0", "speed = 250.0", "unknown field"),
+        ("stand_off_mm = [100.0, 250.0]", "stand_off_mm = [250.0, 100.0]", "limits.stand_off_mm"),
+        ("tilt_deg = [25.0, 25.0, 25.0]", "tilt_deg = [25.0, -1.0, 25.0]", "limits.tilt_deg"),
+        ("to_mm = [1298.0, 105.5, 121.5]", "to_mm = [1002.0, 54.5, 118.5]", "`seam`"),
+        ("approach = [0.0, 0.0, -1.0]", "approach = [0.9854, 0.1698, 0.01]", "attitude.approach"),
+        ("approach = [0.0, 0.0, -1.0]", "approach = [0.0, 0.0, 0.0]", "attitude.approach"),
+        ("backward = false", "base_from_tool_wxyz = [0.0, 1.0, 0.0, 0.0]", "`attitude`"),
+        ("rotation_wxyz = [0.7294", "rotation_wxyz = [1.7294", "quaternion of length 1"),
+        ("line_mm = 20.0", "line_mm = -20.0", "guess_error.line_mm"),
+        ("margin_px = 100.0", "width_mm = 80.0", "`view`"),
+        ("frames_hz = 33.0", "frames_hz = 0.0", "rates.frames_hz"),
+        ("[seam]", "[seam", "line"),
+    ] {
+        let message = refusal(from, to);
+        assert!(message.contains(said), "{to}: {message}");
+    }
+}
+
+#[test]
+fn a_profiler_needs_its_window() {
+    let without = parsed(&cell_toml::EXAMPLE.replace("margin_px = 100.0", ""), "kind = \"profiler\"");
+    assert!(without.unwrap_err().to_string().contains("width_mm"));
+    let text = cell_toml::EXAMPLE.replace("margin_px = 100.0", "width_mm = 80.0\ndepth_mm = [80.0, 280.0]");
+    assert!(parsed(&text, "kind = \"profiler\"").is_ok());
+}
+
+#[test]
+fn a_cell_written_with_another_guess_reads_back() {
+    let mut cell = parsed(cell_toml::EXAMPLE, cell_toml::EXAMPLE_SENSOR).unwrap();
+    cell.guess_error.line_m = 1.25e-3;
+    cell.seam.to_m.x += 0.01;
+    let text = cell_toml::with_guess(Path::new("cell.toml"), cell_toml::EXAMPLE, &cell).unwrap();
+    let read = parsed(&text, cell_toml::EXAMPLE_SENSOR).unwrap();
+    assert!((read.guess_error.line_m - 1.25e-3).abs() < 1e-15);
+    assert!((read.seam.to_m - cell.seam.to_m).norm() < 1e-12);
+    assert!(read.stance.nominal_attitude().angle_to(&cell.stance.nominal_attitude()) < 1e-9);
+    assert_eq!(read.limits, cell.limits);
+}

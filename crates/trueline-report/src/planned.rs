@@ -1,0 +1,189 @@
+//! A planned scan as words, as JSON and as a table over time.
+
+use crate::number::digits_for;
+use serde_json::{Value, json};
+use std::fmt::Write;
+use trueline::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_plan::demands::Demand;
+use trueline_plan::design::Sweep;
+use trueline_plan::{Cell, Goal, Plan, Prediction};
+
+/// Names of the seven unknowns and the units that people read them in.
+const UNKNOWNS: [(&str, &str); LINES] = [
+    ("time offset", "ms"),
+    ("rotation about tool x", "°"),
+    ("rotation about tool y", "°"),
+    ("rotation about tool z", "°"),
+    ("translation x", "mm"),
+    ("translation y", "mm"),
+    ("translation z", "mm"),
+];
+
+/// What SI is multiplied with to be read in [`UNKNOWNS`]' unit.
+fn scale(component: usize) -> f64 {
+    match component {
+        TRANSLATION.. => MM_PER_M,
+        ROTATION.. => 1.0_f64.to_degrees(),
+        _ => 1e3,
+    }
+}
+
+/// What is wanted and missed, one sentence each.
+#[must_use]
+pub fn missed(plan: &Plan, goal: &Goal) -> Vec<String> {
+    let worse = |k: usize| {
+        let (sigma, wanted) = (plan.prediction.sigma(k), goal.wanted(k)?);
+        let (name, unit) = UNKNOWNS[k];
+        let (sigma_shown, wanted_shown) = (sigma * scale(k), wanted * scale(k));
+        let digits = digits_for(sigma_shown);
+        (sigma > wanted)
+            .then(|| format!("{name}: ± {sigma_shown:.digits$} {unit}, and {wanted_shown} {unit} is wanted"))
+    };
+    (0..LINES).filter_map(worse).collect()
+}
+
+/// The plan in a few lines; what is wanted is shown where the user has asked for it.
+#[must_use]
+pub fn text(cell: &Cell, plan: &Plan, asked: Option<&Goal>) -> String {
+    let design = plan.motion.design();
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        out,
+        "Planned: {}, {:.1} s over {:.0} mm of seam, {:.0} images\n",
+        in_words(design.shape),
+        design.duration_s,
+        cell.seam.length_m() * design.length_share * MM_PER_M,
+        design.duration_s / cell.frame_period_s - 0.5,
+    );
+    for (k, (name, unit)) in UNKNOWNS.iter().enumerate() {
+        let sigma = plan.prediction.sigma(k) * scale(k);
+        let digits = digits_for(sigma);
+        let wanted = asked.and_then(|goal| goal.wanted(k)).map(|wanted| {
+            let mark = if plan.prediction.sigma(k) <= wanted { "reached" } else { "MISSED" };
+            format!("   wanted {:.4} {unit}: {mark}", wanted * scale(k))
+        });
+        let _ = writeln!(out, "  {name:<24} ± {sigma:.digits$} {unit}{}", wanted.unwrap_or_default());
+    }
+    let _ = writeln!(out);
+    for (name, sweep, unit, factor) in sweeps(plan) {
+        let _ = writeln!(
+            out,
+            "  {name:<24} {:.1} ± {:.1} {unit} at {:.2} Hz",
+            sweep.mean * factor,
+            sweep.reach() * factor,
+            sweep.frequency_hz
+        );
+    }
+    let _ = writeln!(out);
+    let used: Vec<String> = Demand::ALL
+        .iter()
+        .filter(|demand| **demand != Demand::Workspace || cell.limits.workspace_m.is_some())
+        .map(|demand| format!("{} {:.0} %", demand.name(), 100.0 * plan.demands.used(*demand)))
+        .collect();
+    let _ = writeln!(out, "  of the limits it uses     {}", used.join(", "));
+    let guess = &cell.guess_error;
+    let _ = writeln!(
+        out,
+        "  the seam stays in view    while the hand-eye is within {:.1} mm and {:.2}°, and the line within {:.1} mm, of the guess",
+        guess.translation_m * MM_PER_M,
+        guess.rotation_rad.to_degrees(),
+        guess.line_m * MM_PER_M
+    );
+    out
+}
+
+fn in_words(shape: trueline_plan::Shape) -> &'static str {
+    match shape {
+        trueline_plan::Shape::S => "once along the seam, weaving",
+        trueline_plan::Shape::C => "once along the seam in one bow",
+        trueline_plan::Shape::TwoPasses => "there and back",
+        trueline_plan::Shape::ThreePasses => "there, back, and there again",
+    }
+}
+
+/// What swings, its unit and what SI is multiplied with.
+fn sweeps(plan: &Plan) -> [(&'static str, Sweep, &'static str, f64); 5] {
+    let design = plan.motion.design();
+    let [work, travel, spin] = design.tilts;
+    let degrees = 1.0_f64.to_degrees();
+    [
+        ("seam along the stripe", design.stripe, "% of the stand-off", 100.0),
+        ("stand-off", design.stand_off, "mm", MM_PER_M),
+        ("work angle", work, "°", degrees),
+        ("travel angle", travel, "°", degrees),
+        ("spin", spin, "°", degrees),
+    ]
+}
+
+/// The plan as JSON.
+#[must_use]
+pub fn json(cell: &Cell, plan: &Plan, goal: &Goal) -> Value {
+    let design = plan.motion.design();
+    let sweeps: serde_json::Map<String, Value> = sweeps(plan)
+        .into_iter()
+        .map(|(name, s, unit, factor)| {
+            let value = json!({
+                "unit": unit,
+                "mean": s.mean * factor,
+                "amplitude": s.amplitude * factor,
+                "overtone": s.overtone,
+                "frequency_hz": s.frequency_hz,
+                "phase_rad": s.phase_rad,
+            });
+            (name.replace(' ', "_"), value)
+        })
+        .collect();
+    let used: serde_json::Map<String, Value> = Demand::ALL
+        .iter()
+        .map(|demand| (demand.name().replace(' ', "_"), json!(plan.demands.used(*demand))))
+        .collect();
+    json!({
+        "tool": { "name": "trueline", "version": env!("CARGO_PKG_VERSION") },
+        "reached": plan.reaches(goal),
+        "missed": missed(plan, goal),
+        "shape": design.shape.name(),
+        "duration_s": design.duration_s,
+        "ramp_s": design.ramp_s,
+        "length_mm": cell.seam.length_m() * design.length_share * MM_PER_M,
+        "predicted_sigma": sigmas(&plan.prediction),
+        "score": plan.score,
+        "sweeps": sweeps,
+        "used_of_limits": used,
+        "guess_error": {
+            "translation_mm": cell.guess_error.translation_m * MM_PER_M,
+            "rotation_deg": cell.guess_error.rotation_rad.to_degrees(),
+            "line_mm": cell.guess_error.line_m * MM_PER_M,
+        },
+    })
+}
+
+fn sigmas(prediction: &Prediction) -> Value {
+    let three = |first: usize, factor: f64| [0, 1, 2].map(|k| prediction.sigma(first + k) * factor);
+    json!({
+        "time_offset_s": prediction.sigma(TIME_OFFSET),
+        "rotation_rad": three(ROTATION, 1.0),
+        "translation_mm": three(TRANSLATION, MM_PER_M),
+    })
+}
+
+/// The prediction over time as CSV; what is not visible yet is empty.
+#[must_use]
+pub fn over_time_csv(over_time: &[(f64, Prediction)]) -> String {
+    let mut out = String::from(
+        "time_s,time_offset_ms,rotation_x_deg,rotation_y_deg,rotation_z_deg,translation_x_mm,translation_y_mm,translation_z_mm\n",
+    );
+    for (time_s, prediction) in over_time {
+        let _ = write!(out, "{time_s:.4}");
+        for k in 0..LINES {
+            if prediction.shows_all() {
+                let _ = write!(out, ",{}", prediction.sigma(k) * scale(k));
+            } else {
+                out.push(',');
+            }
+        }
+        out.push('\n');
+    }
+    out
+}
