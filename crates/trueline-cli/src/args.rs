@@ -1,12 +1,14 @@
 //! The command line.
 
 mod calibrate;
+mod evaluate;
 mod features;
 mod import;
 mod plan;
 mod simulate;
 
 pub use calibrate::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
+pub use evaluate::{EvaluateArgs, FormName, ReproduceArgs};
 pub use features::{FeaturesArgs, JointName};
 pub use import::{ImportArgs, ImportFormat};
 pub use plan::{CriterionName, PlanArgs, ShapeName};
@@ -46,6 +48,10 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Plan the scan that shows most within the limits of robot, sensor and guess
     Plan(PlanArgs),
+    /// What a calibration is worth on a scan of a known, or fitted, line, circle or curve
+    Evaluate(EvaluateArgs),
+    /// The paper's experiments, simulated: tables, CSV and a report
+    Reproduce(ReproduceArgs),
     /// Find out why a dataset does not calibrate: undoes the usual mistakes in turn
     Doctor(DoctorArgs),
 }

@@ -26,6 +26,8 @@ fn main() -> ExitCode {
         Command::Features(args) => commands::features::run(args),
         Command::Calibrate(args) => commands::calibrate::run(args),
         Command::Plan(args) => commands::plan::run(args),
+        Command::Evaluate(args) => commands::evaluate::run(args),
+        Command::Reproduce(args) => commands::reproduce::run(args),
         Command::Doctor(args) => commands::doctor::run(args),
     };
     match outcome {

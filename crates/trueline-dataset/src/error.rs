@@ -185,6 +185,12 @@ pub enum Problem {
     /// A calibration file that is not there.
     #[error("there is no such calibration")]
     MissingCalibration,
+    /// A reference file that is not there.
+    #[error("there is no such reference")]
+    MissingReference,
+    /// A point of a curve that is the one before.
+    #[error("the point repeats the one before")]
+    PointRepeated,
     /// A JSON file that is no result.
     #[error("not readable as a result of `calibrate --json`: {0}")]
     NoResult(String),
@@ -257,6 +263,10 @@ impl Problem {
             Self::Toml(_) => "compare with a folder written by `trueline simulate`",
             Self::Value { .. } => "compare with a folder written by `trueline simulate`",
             Self::MissingCalibration => "`trueline calibrate DATASET --json result.json` writes one",
+            Self::MissingReference => {
+                "a reference is a CSV of points x_mm,y_mm,z_mm along the seam, or a TOML with [[lines]] or [circle]"
+            }
+            Self::PointRepeated => "leave one of the two out",
             Self::NoResult(_) => "a file that does not end in .json is read as TOML, like initial.toml",
             Self::NotCalibrated { .. } => {
                 "calibrate from a scan that shows everything: `trueline plan` helps"

@@ -1,7 +1,7 @@
 //! Closed-form fits of lines and planes to points, and their robust forms.
 
-use crate::{Line, Plane};
-use nalgebra::{Matrix3, SymmetricEigen, UnitVector3, Vector3};
+use crate::{Circle, Line, Plane};
+use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, UnitVector3, Vector3};
 
 /// Mean and principal axes of weighted points: columns of `axes` by falling spread.
 struct PrincipalAxes {
@@ -111,4 +111,92 @@ pub fn robust_plane(points: &[Vector3<f64>]) -> Option<PlaneFit> {
         }
     }
     Some(fit)
+}
+
+/// Circle through points of which some are wild: the algebraic fit in the plane of the points, then Gauss–Newton on
+/// the distances in space, re-weighted by Geman–McClure with the median distance as scale.
+///
+/// Returns `None` for points on a straight line, or fewer than three.
+#[must_use]
+pub fn robust_circle(points: &[Vector3<f64>]) -> Option<Circle> {
+    let mut circle = algebraic_circle(points)?;
+    for _ in 0..50 {
+        let squared: Vec<f64> = points.iter().map(|p| (p - circle.nearest(p)).norm_squared()).collect();
+        let mut sorted = squared.clone();
+        sorted.sort_by(f64::total_cmp);
+        let scale2 = sorted[sorted.len() / 2].max(1e-30);
+        let weights = squared.iter().map(|d2| (1.0 + d2 / scale2).powi(-2));
+        let (next, moved) = improved(&circle, points.iter().zip(weights))?;
+        circle = next;
+        if moved < 1e-12 * circle.radius() {
+            break;
+        }
+    }
+    Some(circle)
+}
+
+/// The circle in the points' plane that x² + y² = a x + b y + c fits best \[Kasa1976\].
+fn algebraic_circle(points: &[Vector3<f64>]) -> Option<Circle> {
+    let fitted = robust_plane(points)?;
+    let normal = *fitted.plane.normal();
+    let reference = if normal.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+    let u = normal.cross(&reference).normalize();
+    let v = normal.cross(&u);
+    let mean = points.iter().sum::<Vector3<f64>>() / points.len() as f64;
+    let (mut normal_matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for point in points {
+        let d = point - mean;
+        let row = Vector3::new(u.dot(&d), v.dot(&d), 1.0);
+        normal_matrix += row * row.transpose();
+        right += row * (row.x * row.x + row.y * row.y);
+    }
+    let solved = normal_matrix.cholesky()?.solve(&right);
+    let (a, b) = (0.5 * solved.x, 0.5 * solved.y);
+    let radius = (solved.z + a * a + b * b).sqrt();
+    Circle::new(mean + u * a + v * b, normal, radius)
+}
+
+/// One Gauss–Newton step on the two distances of each point: from the cylinder and from the plane.
+fn improved<'a>(
+    circle: &Circle,
+    points: impl Iterator<Item = (&'a Vector3<f64>, f64)>,
+) -> Option<(Circle, f64)> {
+    let axis = circle.axis().into_inner();
+    let reference = if axis.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+    let u = axis.cross(&reference).normalize();
+    let v = axis.cross(&u);
+    let (mut hessian, mut gradient) = (SMatrix::<f64, 6, 6>::zeros(), SVector::<f64, 6>::zeros());
+    for (point, weight) in points {
+        let d = point - circle.centre();
+        let height = axis.dot(&d);
+        let in_plane = d - axis * height;
+        let outward = in_plane.try_normalize(1e-12)?;
+        // Unknowns: shift of the centre along u, v, axis; turn of the axis towards u, v; radius.
+        let rows = [
+            (
+                in_plane.norm() - circle.radius(),
+                [
+                    -outward.dot(&u),
+                    -outward.dot(&v),
+                    0.0,
+                    -height * outward.dot(&u),
+                    -height * outward.dot(&v),
+                    -1.0,
+                ],
+            ),
+            (height, [0.0, 0.0, -1.0, u.dot(&d), v.dot(&d), 0.0]),
+        ];
+        for (residual, row) in rows {
+            let row = SVector::<f64, 6>::from(row);
+            hessian += row * row.transpose() * weight;
+            gradient += row * (residual * weight);
+        }
+    }
+    let step = -hessian.cholesky()?.solve(&gradient);
+    let centre = circle.centre() + u * step[0] + v * step[1] + axis * step[2];
+    let turned = UnitVector3::new_normalize(axis + u * step[3] + v * step[4]);
+    let next = Circle::new(centre, turned, circle.radius() + step[5])?;
+    let moved =
+        step.fixed_rows::<3>(0).norm() + step[5].abs() + circle.radius() * step.fixed_rows::<2>(3).norm();
+    Some((next, moved))
 }

@@ -7,17 +7,21 @@
 //!
 //! No input or output, no serialisation, no other units: those live at the edges.
 
+pub mod circle;
 pub mod curve;
 pub mod fit;
 pub mod line;
 pub mod plane;
+pub mod polyline;
 pub mod se3;
 pub mod smooth;
 pub mod so3;
 pub mod trajectory;
 
+pub use circle::Circle;
 pub use line::{Line, OrthonormalLine, PlueckerLine};
 pub use plane::Plane;
+pub use polyline::Polyline;
 pub use trajectory::{Segment, Trajectory};
 
 /// A rigid transform; a value is called `a_from_b` after the frames it joins.

@@ -4,9 +4,11 @@
 //! milliseconds and radians degrees.
 
 pub mod diagnosis;
+pub mod evaluated;
 pub mod html;
 pub mod json;
 pub mod number;
 pub mod planned;
+pub mod reproduced;
 pub mod summary;
 pub mod trust;

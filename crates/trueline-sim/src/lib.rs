@@ -16,6 +16,7 @@ pub mod random_cell;
 pub mod scenario;
 pub mod shutter;
 pub mod simulate;
+pub mod weld;
 
 pub use followed_path::FollowedPath;
 pub use images::{Joint, Look, PictureScan};
@@ -25,3 +26,4 @@ pub use random_cell::random_cell;
 pub use scenario::{Between, Cell, Disturbance, Scan, Scenario, SensorModel, Timing};
 pub use shutter::{Exposed, Shutter};
 pub use simulate::{simulate, simulate_along};
+pub use weld::{KnownScan, Weld, WeldScan, scan_weld};

@@ -80,6 +80,12 @@ pub enum Error {
     /// Partial acceptance needs a guess.
     #[error("`--accept-partial` holds what the scan does not show at the initial guess, but there is none")]
     NoGuessToHold,
+    /// Too few seam points to compare with anything.
+    #[error("{points} seam point(s) could be placed: too few to evaluate")]
+    NothingToFit {
+        /// Points that could be placed.
+        points: usize,
+    },
     /// No start led to a finite cost.
     #[error("no start leads to a finite cost: the line runs along the laser sheet, or no feature is usable")]
     NoStart,
@@ -105,6 +111,9 @@ impl Error {
                 "record the scan while it moves; if it did, is the stream frozen, or of another robot?"
             }
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give it in initial.toml or with --initial",
+            Self::NothingToFit { .. } => {
+                "do images and robot overlap in time, with the calibration's time offset?"
+            }
             Self::NoStart => "does the laser stripe cross the line, and are the frames of the poses right?",
         }
     }

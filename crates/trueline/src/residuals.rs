@@ -94,7 +94,7 @@ pub fn evaluate(
     (list, skipped)
 }
 
-fn why_not_placed(observations: &Observations, exposure_s: f64) -> &'static str {
+pub(crate) fn why_not_placed(observations: &Observations, exposure_s: f64) -> &'static str {
     let (start, end) = observations.robot.trajectory.span();
     if exposure_s < start || exposure_s > end { SKIP_OUTSIDE } else { SKIP_GAP }
 }

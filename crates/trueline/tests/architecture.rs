@@ -4,24 +4,29 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 10] = [
+const ALLOWED: [(&str, &[&str]); 11] = [
     ("trueline-geometry", &[]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
+    ("trueline-experiments", &["trueline", "trueline-dataset", "trueline-geometry", "trueline-sim"]),
     (
         "trueline-plan",
         &["trueline", "trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"],
     ),
     ("trueline-sim", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     ("trueline-vision", &["trueline-geometry", "trueline-model"]),
-    ("trueline-report", &["trueline", "trueline-dataset", "trueline-plan"]),
+    (
+        "trueline-report",
+        &["trueline", "trueline-dataset", "trueline-experiments", "trueline-geometry", "trueline-plan"],
+    ),
     (
         "trueline-cli",
         &[
             "trueline",
             "trueline-dataset",
+            "trueline-experiments",
             "trueline-lsq",
             "trueline-plan",
             "trueline-report",

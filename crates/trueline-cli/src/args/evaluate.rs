@@ -1,0 +1,73 @@
+//! `trueline evaluate` and `trueline reproduce`.
+
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline evaluate weld-scan --calibration result.json
+  trueline evaluate weld-scan --calibration result.json --reference taught.csv --report weld.html
+  trueline evaluate scan --calibration initial.toml --reference scan/truth.toml --json -
+
+A reference is a CSV of points along the seam (x_mm,y_mm,z_mm in base), or a TOML with [[lines]] (point_mm, direction) or
+[circle] (centre_mm, axis, radius_mm). Without one, the line, circle or plane that fits best takes its place.
+
+Exit code: 0 evaluated, 2 could not run.")]
+pub struct EvaluateArgs {
+    /// Dataset folder
+    pub dataset: PathBuf,
+    /// What to evaluate: the JSON of `trueline calibrate --json`, or a TOML like initial.toml
+    #[arg(long)]
+    pub calibration: PathBuf,
+    /// The seam's true form
+    #[arg(long)]
+    pub reference: Option<PathBuf>,
+    /// The form that is fitted where there is no reference
+    #[arg(long, value_enum, default_value_t = FormName::Auto, conflicts_with = "reference")]
+    pub fit: FormName,
+    /// Write the figures as JSON; - is stdout
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Write every point with its error as CSV
+    #[arg(long)]
+    pub csv: Option<PathBuf>,
+    /// Write a report that opens in a browser
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum FormName {
+    /// The simplest that the points bear out
+    Auto,
+    /// A straight line
+    Line,
+    /// A circle
+    Circle,
+    /// A plane: only what sticks out of it counts
+    Plane,
+}
+
+#[derive(Args)]
+#[command(after_help = "Example:
+  trueline reproduce --out paper
+
+Written to the folder: report.html, tables.md, convergence.csv, welds.csv, straight_weld_points.csv,
+c_type_weld_points.csv, speeds.csv. The same seed gives the same numbers. It takes some seconds.")]
+pub struct ReproduceArgs {
+    /// Folder to write; it must be new or empty
+    #[arg(long)]
+    pub out: PathBuf,
+    /// First seed
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Calibrations and weld scans behind every figure
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    pub repeats: u64,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,45 @@
+//! `trueline evaluate`.
+
+use crate::args::{EvaluateArgs, FormName};
+use crate::failure::Failure;
+use crate::output;
+use std::process::ExitCode;
+use trueline::evaluate::evaluate;
+use trueline::reference_curve::{Form, ReferenceCurve};
+use trueline_dataset::{Reference, calibration_file, folder, reference_file};
+use trueline_report::evaluated;
+
+/// Runs the command.
+pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
+    let recording = folder::read(&args.dataset)?;
+    let known = calibration_file::read(&args.calibration)?.known;
+    let references = args.reference.as_deref().map(reference_file::read).transpose()?.map(curves);
+    let evaluation = evaluate(&recording, &known.parameters, references, form(args.fit))?;
+    if let Some(file) = &args.json {
+        output::json(file, &format!("{:#}", evaluated::json(&evaluation)))?;
+    }
+    if let Some(file) = &args.csv {
+        output::file(file, &evaluated::points_csv(&evaluation))?;
+    }
+    if !args.quiet {
+        output::summary(args.json.as_deref(), &evaluated::text(&evaluation))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn curves(reference: Reference) -> Vec<ReferenceCurve> {
+    match reference {
+        Reference::Lines(lines) => lines.into_iter().map(ReferenceCurve::Line).collect(),
+        Reference::Circle(circle) => vec![ReferenceCurve::Circle(circle)],
+        Reference::Curve(curve) => vec![ReferenceCurve::Curve(curve)],
+    }
+}
+
+fn form(name: FormName) -> Form {
+    match name {
+        FormName::Auto => Form::Auto,
+        FormName::Line => Form::Line,
+        FormName::Circle => Form::Circle,
+        FormName::Plane => Form::Plane,
+    }
+}

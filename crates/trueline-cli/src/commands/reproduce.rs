@@ -1,0 +1,36 @@
+//! `trueline reproduce`.
+
+use crate::args::ReproduceArgs;
+use crate::failure::Failure;
+use crate::{output, overlay, progress};
+use std::process::ExitCode;
+use trueline_experiments::{Settings, reproduce};
+use trueline_report::reproduced;
+
+/// Experiments, for the progress bar.
+const PARTS: u64 = 4;
+
+/// Runs the command.
+pub fn run(args: &ReproduceArgs) -> Result<ExitCode, Failure> {
+    overlay::prepare(&args.out)?;
+    let settings = Settings { seed: args.seed, repeats: args.repeats, ..Settings::default() };
+    let bar = progress::bar(PARTS, "experiments", args.quiet);
+    let all = reproduce(&settings, |_| bar.inc(1));
+    bar.finish_and_clear();
+    let all = all?;
+    let markdown = reproduced::markdown(&all);
+    let file = |name: &str, text: &str| output::file(&args.out.join(name), text);
+    file("tables.md", &markdown)?;
+    file("convergence.csv", &reproduced::convergence_csv(&all.convergence))?;
+    file("welds.csv", &reproduced::welds_csv(&all.welds))?;
+    file("speeds.csv", &reproduced::speeds_csv(&all))?;
+    for weld in &all.welds {
+        let name = weld.kind.name().to_lowercase().replace([' ', '-'], "_");
+        file(&format!("{name}_points.csv"), &reproduced::points_csv(weld))?;
+    }
+    if !args.quiet {
+        output::data(&markdown)?;
+        output::words(&format!("written to {}", args.out.display()));
+    }
+    Ok(ExitCode::SUCCESS)
+}

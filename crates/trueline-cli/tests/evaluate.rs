@@ -1,0 +1,91 @@
+//! Evaluating and reproducing as a user does it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn trueline(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+#[test]
+fn a_calibration_is_evaluated_on_the_scan_of_another_day() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    for (seed, out) in [("1", "first"), ("2", "second")] {
+        assert_eq!(code(&run(&["simulate", "--seed", seed, "--out", out, "--quiet"])), 0);
+    }
+    assert_eq!(code(&run(&["calibrate", "first", "--json", "result.json", "--quiet"])), 0);
+    let figures = |arguments: &[&str]| -> Value {
+        let output = run(&[&["evaluate", "second", "--json", "-", "--quiet"], arguments].concat());
+        assert_eq!(code(&output), 0, "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let known =
+        figures(&["--calibration", "result.json", "--reference", "second/truth.toml", "--csv", "points.csv"]);
+    let rmse = |v: &Value, which: &str| v["figures"][which]["rmse_mm"].as_f64().unwrap();
+    // Features of 0.3 px and a robot of 0.03 mm; and 17.73 ms at up to 30 mm/s across.
+    assert!(rmse(&known, "calibrated") < 0.08, "{known}");
+    assert!(rmse(&known, "without_time_offset") > 0.3, "{known}");
+    assert_eq!(known["reference"]["known"], true);
+    let rows = fs::read_to_string(dir.path().join("points.csv")).unwrap().lines().count();
+    assert_eq!(rows as u64, 1 + known["figures"]["calibrated"]["points"].as_u64().unwrap());
+    let fitted = figures(&["--calibration", "first/truth.toml"]);
+    assert_eq!(fitted["reference"]["seams"][0]["form"], "line");
+    assert_eq!(fitted["reference"]["known"], false);
+}
+
+#[test]
+fn what_cannot_be_evaluated_exits_2_with_the_reason() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    assert_eq!(code(&run(&["simulate", "--preset", "constant-attitude", "--out", "scan", "--quiet"])), 0);
+    assert_eq!(code(&run(&["calibrate", "scan", "--json", "partial.json", "--quiet"])), 1);
+    fs::write(dir.path().join("broken.json"), "{").unwrap();
+    fs::write(dir.path().join("both.toml"), "lines = []\n").unwrap();
+    fs::write(dir.path().join("one.csv"), "x_mm,y_mm,z_mm\n1,2,3\n").unwrap();
+    for (calibration, reference, said) in [
+        ("partial.json", None, "the scan did not show it"),
+        ("broken.json", None, "broken.json, line 1"),
+        ("nowhere.json", None, "no such calibration"),
+        ("scan/truth.toml", Some("nowhere.csv"), "no such reference"),
+        ("scan/truth.toml", Some("both.toml"), "neither"),
+        ("scan/truth.toml", Some("one.csv"), "no data rows"),
+    ] {
+        let mut arguments = vec!["evaluate", "scan", "--calibration", calibration];
+        arguments.extend(reference.map(|file| ["--reference", file]).into_iter().flatten());
+        let output = run(&arguments);
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(code(&output), 2, "{calibration} {reference:?}");
+        assert!(words.contains(said) && words.contains("hint:"), "{words}");
+    }
+}
+
+#[test]
+fn the_papers_experiments_are_one_command() {
+    let dir = tempfile::tempdir().unwrap();
+    let output = trueline(dir.path(), &["reproduce", "--out", "paper", "--repeats", "1"]);
+    assert_eq!(code(&output), 0, "{}", String::from_utf8_lossy(&output.stderr));
+    let tables = fs::read_to_string(dir.path().join("paper/tables.md")).unwrap();
+    assert_eq!(tables.trim_end(), String::from_utf8(output.stdout).unwrap().trim_end());
+    // Published figures are marked as such, in every row that has one.
+    for figure in ["0.173 / 0.112", "1.170 / 1.240", "0.163 / 0.155", "0.32715"] {
+        let row = tables.lines().find(|line| line.contains(figure)).unwrap();
+        assert!(row.contains("*published*"), "{row}");
+    }
+    for file in
+        ["convergence.csv", "welds.csv", "straight_weld_points.csv", "c_type_weld_points.csv", "speeds.csv"]
+    {
+        assert!(
+            fs::read_to_string(dir.path().join("paper").join(file)).unwrap().lines().count() > 5,
+            "{file}"
+        );
+    }
+    assert_eq!(code(&trueline(dir.path(), &["reproduce", "--out", "paper"])), 2, "nothing is overwritten");
+}

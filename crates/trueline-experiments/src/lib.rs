@@ -1,0 +1,50 @@
+//! The paper's experiments \[Yang2025, Sect. IV\], simulated with known truth.
+//!
+//! Nothing here is part of the method: scans are simulated, calibrated in several ways, and compared. Everything follows
+//! from [`Settings`]; the same settings give the same numbers. What the paper has published stands in [`published`], so
+//! that nobody takes one for the other.
+
+pub mod block_by_block;
+pub mod calibrated;
+pub mod convergence;
+pub mod published;
+pub mod settings;
+pub mod speed_table;
+pub mod weld_errors;
+
+pub use convergence::{Step, Track};
+pub use settings::Settings;
+pub use speed_table::SpeedTable;
+pub use weld_errors::{WeldErrors, WeldKind};
+
+/// Everything that is reproduced.
+#[derive(Clone, Debug)]
+pub struct Reproduction {
+    /// How.
+    pub settings: Settings,
+    /// Figs. 6 to 8: every method's way from the paper's start.
+    pub convergence: Vec<Track>,
+    /// True values of the convergence scan.
+    pub truth: Step,
+    /// Fig. 9, and Fig. 10 with Table I.
+    pub welds: Vec<WeldErrors>,
+    /// Errors over speed and offset.
+    pub speeds: SpeedTable,
+}
+
+/// Runs all experiments; `tick` is called after each part with its name.
+///
+/// # Errors
+/// What calibrating a simulated scan says; none of them should.
+pub fn reproduce(settings: &Settings, mut tick: impl FnMut(&str)) -> Result<Reproduction, trueline::Error> {
+    let (convergence, truth) = convergence::run(settings)?;
+    tick("convergence");
+    let mut welds = Vec::new();
+    for kind in [WeldKind::Straight, WeldKind::Round] {
+        welds.push(weld_errors::run(settings, kind)?);
+        tick(kind.name());
+    }
+    let speeds = speed_table::run(settings)?;
+    tick("speeds and offsets");
+    Ok(Reproduction { settings: settings.clone(), convergence, truth, welds, speeds })
+}

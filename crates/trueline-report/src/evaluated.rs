@@ -1,0 +1,144 @@
+//! What a calibration is worth on a scan, as words, JSON and a table of all points.
+
+use serde_json::{Value, json};
+use std::fmt::Write;
+use trueline::evaluate::{Deviation, Evaluation, Figures};
+use trueline::reference_curve::ReferenceCurve;
+use trueline_dataset::unit::MM_PER_M;
+
+/// The two rows of every evaluation.
+fn rows(e: &Evaluation) -> [(&'static str, &'static str, Figures); 2] {
+    let of = |list: &[Deviation]| Figures::of(list.iter().map(|d| d.error_m));
+    [
+        ("as calibrated", "calibrated", of(&e.calibrated)),
+        ("time offset left out", "without_time_offset", of(&e.without_offset)),
+    ]
+}
+
+/// The evaluation in a few lines.
+#[must_use]
+pub fn text(e: &Evaluation) -> String {
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    let source = if e.known { "the reference" } else { "the best fit to the calibrated points" };
+    for (k, reference) in e.references.iter().enumerate() {
+        let which = if e.references.len() > 1 { format!("seam {k}: ") } else { String::new() };
+        let _ = writeln!(out, "{which}distance from {source}, a {}", described(reference));
+    }
+    let _ = writeln!(
+        out,
+        "\n  {:<22} {:>7} {:>10} {:>10} {:>10} {:>10}",
+        "", "points", "RMSE mm", "MAE mm", "median mm", "max mm"
+    );
+    for (name, _, f) in rows(e) {
+        let _ = writeln!(
+            out,
+            "  {name:<22} {:>7} {:>10.4} {:>10.4} {:>10.4} {:>10.4}",
+            f.count,
+            f.rmse_m * MM_PER_M,
+            f.mae_m * MM_PER_M,
+            f.median_m * MM_PER_M,
+            f.max_m * MM_PER_M
+        );
+    }
+    if !e.known {
+        let _ = writeln!(
+            out,
+            "\n  A fitted reference cannot show an offset of the whole seam: give --reference for that."
+        );
+    }
+    if e.beyond_ends > 0 {
+        let _ = writeln!(out, "\n  {} points beyond the ends of the reference are left out.", e.beyond_ends);
+    }
+    for (reason, count) in &e.skipped {
+        let _ = writeln!(out, "\n  {count} features left out: {reason}");
+    }
+    out
+}
+
+/// A reference in words.
+#[must_use]
+pub fn described(reference: &ReferenceCurve) -> String {
+    match reference {
+        ReferenceCurve::Circle(circle) => format!("circle of radius {:.2} mm", circle.radius() * MM_PER_M),
+        ReferenceCurve::Curve(curve) => format!("curve through {} points", curve.points().len()),
+        other => other.name().to_owned(),
+    }
+}
+
+/// The evaluation as JSON.
+#[must_use]
+pub fn json(e: &Evaluation) -> Value {
+    let figures: serde_json::Map<String, Value> =
+        rows(e).into_iter().map(|(_, key, f)| (key.to_owned(), figures(&f))).collect();
+    json!({
+        "tool": { "name": "trueline", "version": env!("CARGO_PKG_VERSION") },
+        "reference": {
+            "known": e.known,
+            "seams": e.references.iter().map(reference).collect::<Vec<_>>(),
+        },
+        "figures": figures,
+        "beyond_ends": e.beyond_ends,
+        "skipped": e.skipped,
+    })
+}
+
+/// Figures as JSON, in mm.
+#[must_use]
+pub fn figures(f: &Figures) -> Value {
+    json!({
+        "points": f.count,
+        "rmse_mm": f.rmse_m * MM_PER_M,
+        "mae_mm": f.mae_m * MM_PER_M,
+        "median_mm": f.median_m * MM_PER_M,
+        "max_mm": f.max_m * MM_PER_M,
+        "bias_mm": [f.bias_m.x * MM_PER_M, f.bias_m.y * MM_PER_M, f.bias_m.z * MM_PER_M],
+    })
+}
+
+fn reference(curve: &ReferenceCurve) -> Value {
+    let mm = |v: &nalgebra::Vector3<f64>| [v.x * MM_PER_M, v.y * MM_PER_M, v.z * MM_PER_M];
+    let unit = |v: nalgebra::Vector3<f64>| [v.x, v.y, v.z];
+    match curve {
+        ReferenceCurve::Line(line) => {
+            json!({ "form": "line", "point_mm": mm(line.anchor()), "direction": unit(line.direction()) })
+        }
+        ReferenceCurve::Circle(circle) => json!({
+            "form": "circle",
+            "centre_mm": mm(circle.centre()),
+            "axis": unit(circle.axis().into_inner()),
+            "radius_mm": circle.radius() * MM_PER_M,
+        }),
+        ReferenceCurve::Curve(curve) => json!({ "form": "curve", "points": curve.points().len() }),
+        ReferenceCurve::Plane(plane) => json!({
+            "form": "plane",
+            "normal": unit(plane.normal().into_inner()),
+            "offset_mm": plane.offset() * MM_PER_M,
+        }),
+    }
+}
+
+/// Every point with its error, as CSV.
+#[must_use]
+pub fn points_csv(e: &Evaluation) -> String {
+    let mut out =
+        String::from("row,line,time_s,x_mm,y_mm,z_mm,error_x_mm,error_y_mm,error_z_mm,distance_mm\n");
+    for d in &e.calibrated {
+        let (p, error) = (d.measured.point_in_base * MM_PER_M, d.error_m * MM_PER_M);
+        let _ = writeln!(
+            out,
+            "{},{},{:.9},{},{},{},{},{},{},{}",
+            d.measured.row,
+            d.measured.line,
+            d.measured.stamp_s,
+            p.x,
+            p.y,
+            p.z,
+            error.x,
+            error.y,
+            error.z,
+            error.norm()
+        );
+    }
+    out
+}

@@ -1,0 +1,100 @@
+//! What a seam should look like: a known line, circle or curve, or the one that fits best.
+
+use nalgebra::Vector3;
+use trueline_geometry::{Circle, Line, Plane, Polyline, fit};
+
+/// A seam's true form.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ReferenceCurve {
+    /// Straight.
+    Line(Line),
+    /// Round.
+    Circle(Circle),
+    /// Of any form, known point by point.
+    Curve(Polyline),
+    /// Anything in a plane: only what sticks out of it counts.
+    Plane(Plane),
+}
+
+/// Which form is fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Form {
+    /// The simplest that the points bear out.
+    #[default]
+    Auto,
+    /// A line.
+    Line,
+    /// A circle.
+    Circle,
+    /// A plane.
+    Plane,
+}
+
+/// A circle must come so much nearer to the points than a line, as a part of their distance: wobble that a wrong
+/// calibration makes is no reason to bend the reference.
+const NEARER: f64 = 0.5;
+/// Points are on neither line nor circle if they are typically further off than this part of their extent: no
+/// calibration is that wrong.
+const NEITHER: f64 = 0.02;
+
+impl ReferenceCurve {
+    /// The name for a person.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Line(_) => "line",
+            Self::Circle(_) => "circle",
+            Self::Curve(_) => "curve",
+            Self::Plane(_) => "plane",
+        }
+    }
+
+    /// From the nearest point of the reference to a point, m; `None` beyond the ends of a curve that has some.
+    #[must_use]
+    pub fn deviation(&self, point: &Vector3<f64>) -> Option<Vector3<f64>> {
+        match self {
+            Self::Line(line) => Some(point - line.anchored_near(point).anchor()),
+            Self::Circle(circle) => Some(point - circle.nearest(point)),
+            Self::Curve(curve) => {
+                let nearest = curve.nearest(point);
+                (!nearest.beyond_end).then(|| point - nearest.point)
+            }
+            Self::Plane(plane) => Some(plane.normal().into_inner() * plane.signed_distance(point)),
+        }
+    }
+
+    /// The best fit to points, of which some may be wild; `None` if there are too few to fit that form.
+    #[must_use]
+    pub fn fitted(points: &[Vector3<f64>], form: Form) -> Option<Self> {
+        let line = || (points.len() > 2).then(|| fit::robust_line(points)).flatten().map(Self::Line);
+        let circle = || (points.len() > 3).then(|| fit::robust_circle(points)).flatten().map(Self::Circle);
+        let plane =
+            || (points.len() > 3).then(|| fit::robust_plane(points)).flatten().map(|f| Self::Plane(f.plane));
+        match form {
+            Form::Line => line(),
+            Form::Circle => circle(),
+            Form::Plane => plane(),
+            Form::Auto => {
+                let curve = match (line()?, circle()) {
+                    (line, Some(circle)) if circle.spread(points) < NEARER * line.spread(points) => circle,
+                    (line, _) => line,
+                };
+                let off = curve.spread(points) > NEITHER * extent(points);
+                if off { plane() } else { Some(curve) }
+            }
+        }
+    }
+
+    /// Median distance of points, m.
+    fn spread(&self, points: &[Vector3<f64>]) -> f64 {
+        let distances = points.iter().filter_map(|p| self.deviation(p)).map(|d| d.norm());
+        crate::order_statistics::median(distances).unwrap_or(f64::INFINITY)
+    }
+}
+
+/// The longest side of the box about points, m.
+fn extent(points: &[Vector3<f64>]) -> f64 {
+    let first = points.first().copied().unwrap_or_default();
+    let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.inf(p), high.sup(p)));
+    (high - low).max()
+}
