@@ -5,6 +5,7 @@
 mod args;
 mod commands;
 mod failure;
+mod outlier_frames;
 mod output;
 mod overlay;
 mod pictures;

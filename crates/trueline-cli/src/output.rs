@@ -44,3 +44,10 @@ pub fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
 pub fn file(path: &Path, text: &str) -> Result<(), Failure> {
     std::fs::write(path, text).map_err(|error| Failure::cannot_write(path, &error))
 }
+
+/// The command that is running, as a person types it.
+pub fn command_line() -> String {
+    let quoted = |word: String| if word.contains([' ', '"', '\'']) { format!("{word:?}") } else { word };
+    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    std::iter::once("trueline".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}

@@ -9,6 +9,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use trueline_dataset::{Feature, FrameFile, GrayImage, Measured, Pixels, Sensor, folder, gray_png, images};
+use trueline_report::picture_page::Looked;
 use trueline_vision::choose::{self, Trial};
 use trueline_vision::neighbours;
 use trueline_vision::{Detector, Joint, Lens, NotFound, Picture, Seam};
@@ -53,6 +54,7 @@ pub struct Found {
     apart_px: Option<f64>,
     /// Time in detection alone, summed over threads.
     detection: Duration,
+    size_px: [u32; 2],
 }
 
 /// Looks at all pictures of a dataset.
@@ -128,7 +130,7 @@ fn look_at_frames(detector: &Detector, frames: Vec<FrameFile>, look: &Look) -> R
     let apart_px = neighbours::refuse_jumps(in_order);
     let detection = looked.iter().map(|(_, _, taken)| *taken).sum();
     let frames = looked.into_iter().map(|(frame, seam, _)| (frame, seam)).collect();
-    Ok(Found { joint, choice, frames, apart_px, detection })
+    Ok(Found { joint, choice, frames, apart_px, detection, size_px: detector.lens().camera().size })
 }
 
 fn choose_joint(detector: &Detector, frames: &[FrameFile], quiet: bool) -> Result<Option<Joint>, Failure> {
@@ -207,6 +209,25 @@ impl Found {
             })
         });
         features.collect()
+    }
+
+    /// Every picture, for the report.
+    pub fn looked(&self) -> Vec<Looked> {
+        let first_ns = self.frames.first().map_or(0, |(frame, _)| frame.stamp_ns);
+        let one = |(frame, seam): &(FrameFile, Result<Seam, NotFound>)| Looked {
+            stamp_s: (frame.stamp_ns - first_ns) as f64 * 1e-9,
+            file: frame.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+            seam: match seam {
+                Ok(seam) => Ok((seam.pixel.into(), seam.sigma_px())),
+                Err(reason) => Err(reason.to_string()),
+            },
+        };
+        self.frames.iter().map(one).collect()
+    }
+
+    /// Width and height of the pictures.
+    pub fn size_px(&self) -> [u32; 2] {
+        self.size_px
     }
 
     fn reasons(&self) -> BTreeMap<NotFound, usize> {

@@ -89,23 +89,46 @@ pub fn write_rgb(file: &Path, size: [usize; 2], rgb: &[u8]) -> Result<(), Error>
     write_bytes(file, size, (ColorType::Rgb, BitDepth::Eight), rgb)
 }
 
+/// A PNG of red, green and blue bytes in memory, small rather than fast.
+///
+/// # Errors
+/// A size that is not that of the bytes.
+pub fn encode_rgb(size: [usize; 2], rgb: &[u8]) -> Result<Vec<u8>, Error> {
+    let mut png = Vec::new();
+    encode(&mut png, size, (ColorType::Rgb, BitDepth::Eight), (Compression::Balanced, rgb))
+        .map_err(|error| refused(Path::new("picture"), error))?;
+    Ok(png)
+}
+
 fn write_bytes(
     file: &Path,
     size: [usize; 2],
     format: (ColorType, BitDepth),
     bytes: &[u8],
 ) -> Result<(), Error> {
-    let io = |error: std::io::Error| Error::in_file(file, Problem::Io(error));
-    let refused = |error: png::EncodingError| match error {
-        png::EncodingError::IoError(error) => Error::in_file(file, Problem::Io(error)),
-        other => Error::in_file(file, Problem::Picture { why: other.to_string() }),
-    };
-    let out = BufWriter::new(File::create(file).map_err(io)?);
+    let out = File::create(file).map_err(|error| Error::in_file(file, Problem::Io(error)))?;
+    encode(BufWriter::new(out), size, format, (Compression::Fast, bytes))
+        .map_err(|error| refused(file, error))
+}
+
+fn encode(
+    out: impl std::io::Write,
+    size: [usize; 2],
+    format: (ColorType, BitDepth),
+    (compression, bytes): (Compression, &[u8]),
+) -> Result<(), png::EncodingError> {
     let mut encoder = Encoder::new(out, size[0] as u32, size[1] as u32);
     encoder.set_color(format.0);
     encoder.set_depth(format.1);
-    encoder.set_compression(Compression::Fast);
-    let mut writer = encoder.write_header().map_err(refused)?;
-    writer.write_image_data(bytes).map_err(refused)?;
-    writer.finish().map_err(refused)
+    encoder.set_compression(compression);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()
+}
+
+fn refused(file: &Path, error: png::EncodingError) -> Error {
+    match error {
+        png::EncodingError::IoError(error) => Error::in_file(file, Problem::Io(error)),
+        other => Error::in_file(file, Problem::Picture { why: other.to_string() }),
+    }
 }

@@ -70,8 +70,8 @@ fn joint(recording: &Recording, start: &Guess, residual: ResidualKind) -> Result
     let config = Config { residual, ..Config::default() };
     let calibration = calibrate(recording, Some(start), &config)?;
     let name = match residual {
-        ResidualKind::Sheet => "joint, sheet residual (trueline)",
-        ResidualKind::PointToLine => "joint, the paper's residual",
+        ResidualKind::Sheet => "trueline",
+        ResidualKind::PointToLine => "joint, paper's residual",
     };
     Ok(Track { name, steps: steps_of(&calibration) })
 }
@@ -126,8 +126,8 @@ pub fn blocks(
         })
         .collect();
     let name = match rule {
-        TimeJacobian::Corrected => "block by block, signs corrected",
-        TimeJacobian::Published => "block by block, as published",
+        TimeJacobian::Corrected => "blocks, signs corrected",
+        TimeJacobian::Published => "blocks, as published",
     };
     Ok(Track { name, steps })
 }

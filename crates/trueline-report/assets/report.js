@@ -1,54 +1,170 @@
 "use strict";
-// Draws the report's plots from the embedded data; no network, no state.
-(function () {
+// Draws the report's charts from the embedded data, one function for each kind; no network, no state.
+(async function () {
+  const { add, base, axis, yAxis, zoom, scatter, line, view3d, keepAspect, css, show, narrow } = Charts;
   const data = JSON.parse(document.getElementById("data").textContent);
-  const style = getComputedStyle(document.documentElement);
-  const colour = (name) => style.getPropertyValue(name).trim();
-  const ink = colour("--ink"), rule = colour("--rule");
-  // As many digits as neighbouring ticks need to differ.
-  const tickText = (_, ticks) => {
-    const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : 1;
-    const places = Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
-    return ticks.map((tick) => tick.toFixed(places));
-  };
-  const axis = (label) => ({ label, values: tickText, stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule } });
-  const digits = (value) => (value == null ? "–" : value.toPrecision(4));
-
-  function plot(id, xLabel, yLabel, columns, series, height) {
-    const host = document.getElementById(id);
-    const options = {
-      width: host.clientWidth,
-      height: height || 280,
-      scales: { x: { time: false } },
-      axes: [axis(xLabel), Object.assign(axis(yLabel), { size: 64 })],
-      series: [{ label: xLabel, value: (_, v) => digits(v) }].concat(
-        series.map((s) => Object.assign({ value: (_, v) => digits(v) }, s)),
-      ),
-    };
-    const chart = new uPlot(options, columns, host);
-    addEventListener("resize", () => chart.setSize({ width: host.clientWidth, height: options.height }));
-    return chart;
-  }
-
-  const dots = (label, name) => ({
-    label, stroke: colour(name), paths: () => null, points: { show: true, size: 4, fill: colour(name), width: 0 },
+  const columns = data.columns.map((text) => {
+    const binary = atob(text), bytes = new Uint8Array(binary.length);
+    for (let k = 0; k < binary.length; k++) bytes[k] = binary.charCodeAt(k);
+    return new Float32Array(bytes.buffer);
   });
+  const power = (v) => {
+    const e = Math.round(Math.log10(v));
+    return "10" + String(e).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
+  };
+  const logAxis = { type: "log", scale: undefined, minorSplitLine: { show: true }, minorTick: { show: true, splitNumber: 9 }, axisLabel: { hideOverlap: true, formatter: power } };
+  const limits = (a) => (a.limits ? { min: a.limits[0], max: a.limits[1] } : {});
+  const along = (a, extra) => axis(a.name, { ...(a.log ? logAxis : {}), inverse: a.inverse, ...limits(a), ...extra });
+  const upright = (a, extra) => yAxis(a.name, { ...(a.log ? logAxis : {}), inverse: a.inverse, ...limits(a), ...extra });
+  const lead = (target) => {
+    const place = document.getElementById(target);
+    if (place) { location.hash = target; place.scrollIntoView({ block: "center" }); }
+  };
 
-  // Rows in the order of x, as the charts need them.
-  function sorted(x, ...columns) {
-    const order = x.map((_, k) => k).sort((a, b) => x[a] - x[b]);
-    return [x, ...columns].map((column) => order.map((k) => column[k]));
+  const draw = {
+    plot(c) {
+      const tip = (p) => `${p.marker}${p.seriesName}<br>${c.x.name}: <b>${show(p.value[0])}</b><br>${c.y.name}: <b>${show(p.value[1])}</b>`;
+      const marks = () => ({ silent: true, symbol: "none", label: { color: css("--ink"), formatter: "{b}", position: "insideEndTop" }, lineStyle: { color: css("--ink"), type: "dashed", width: 1 },
+        data: c.marks.map((m) => ({ [m.upright ? "xAxis" : "yAxis"]: m.at, name: m.name })) });
+      const one = (s, k) => {
+        const x = columns[s.x], y = columns[s.y], colour = css(s.colour), first = k === 0 && c.marks.length ? { markLine: marks() } : {};
+        if (s.line) return line(s.name, x, y, { color: colour, showSymbol: s.dotted, sampling: s.dotted ? undefined : "minmax", lineStyle: { width: 1.5, type: s.dashed ? "dashed" : "solid" }, ...first });
+        return scatter(s.name, x, y, { color: colour, ...(s.leads_to === null ? {} : { symbol: "triangle", symbolSize: 8, large: false }), ...first });
+      };
+      const item = add(c.id, c.alternative, () => ({
+        ...base(c.alternative), ...zoom(), tooltip: { ...base("").tooltip, formatter: tip },
+        xAxis: along(c.x), yAxis: upright(c.y), series: c.series.map(one),
+      }));
+      item.chart.on("click", (p) => {
+        const leads = c.series[p.seriesIndex]?.leads_to;
+        if (leads !== null && leads !== undefined) lead(`frame-${columns[leads][p.dataIndex]}`);
+      });
+    },
+
+    histogram(c) {
+      const middle = (k) => c.low + (k + 0.5) * c.width;
+      add(c.id, c.alternative, () => ({
+        ...base(c.alternative), ...zoom(),
+        tooltip: { ...base("").tooltip, formatter: (q) => `${show(q.value[0] - c.width / 2)} to ${show(q.value[0] + c.width / 2)}: <b>${show(q.value[1])}</b>` },
+        xAxis: along(c.axis, { min: c.low, max: c.low + c.width * c.counts.length }), yAxis: yAxis("count"),
+        series: [
+          { type: "custom", name: "counted", color: css("--a"), dimensions: ["x", "n"], encode: { x: 0, y: 1 }, data: c.counts.map((n, k) => [middle(k), n]), clip: true,
+            renderItem: (_, api) => {
+              const a = api.coord([api.value(0) - c.width / 2, api.value(1)]), b = api.coord([api.value(0) + c.width / 2, 0]);
+              return { type: "rect", shape: { x: a[0] + 0.5, y: a[1], width: Math.max(1, b[0] - a[0] - 1), height: b[1] - a[1] }, style: { fill: api.visual("color"), opacity: 0.75 } };
+            } },
+          line("expected of noise", c.expected.map((_, k) => middle(k)), c.expected, { color: css("--b"), lineStyle: { width: 2 } }),
+        ],
+      }));
+    },
+
+    matrix(c) {
+      const widest = Math.max(...c.rows.map((n) => n.length)), small = narrow();
+      const grid = { ...base("").grid, left: Math.min(small ? 110 : 190, 12 + 6.6 * widest), right: 62, top: 12, bottom: 104 };
+      const size = keepAspect(c.id, grid, (1.6 * c.columns.length) / c.rows.length, 240, 620);
+      add(c.id, c.alternative, () => ({
+        ...base(c.alternative), legend: { show: false }, grid,
+        tooltip: { ...base("").tooltip, formatter: (q) => `${c.rows[q.value[1]]} – ${c.columns[q.value[0]]}: <b>${q.value[2].toFixed(3)}</b>` },
+        xAxis: { type: "category", data: c.columns, axisLabel: { rotate: 45, interval: 0, fontSize: 11 }, axisTick: { show: false } },
+        yAxis: { type: "category", data: c.rows, inverse: true, axisLabel: { interval: 0, fontSize: 11, width: grid.left - 12, overflow: "truncate" }, axisTick: { show: false } },
+        visualMap: { type: "continuous", min: -c.strongest, max: c.strongest, calculable: false, right: 0, top: "middle", itemWidth: 12, itemHeight: 100, text: ["+" + c.strongest, "−" + c.strongest], inRange: { color: ["#2166ac", "#92c5de", "#f7f7f7", "#f4a582", "#b2182b"] } },
+        series: [{ type: "heatmap", name: "value", data: c.cells,
+          label: { show: !small && c.columns.length <= 16, fontSize: 10, color: "#1a1d21", rich: { light: { color: "#ffffff", fontSize: 10 } },
+            formatter: (q) => { const v = q.value[2], t = Math.abs(v) < 9.95 ? v.toFixed(c.strongest > 1 ? 1 : 2) : v.toFixed(0); return Math.abs(v) > 0.7 * c.strongest ? `{light|${t}}` : t; } },
+          itemStyle: { borderColor: css("--card"), borderWidth: 1 } }],
+      })).onresize = size;
+    },
+
+    heat(c) {
+      const grid = { ...base("").grid, top: 12, right: 84 };
+      const ratio = (c.x.limits[1] - c.x.limits[0]) / (c.y.limits[1] - c.y.limits[0]);
+      const size = c.equal ? keepAspect(c.id, grid, ratio, 220, 620) : () => {};
+      const most = Math.max(...c.cells.map((cell) => cell[2]), 0);
+      add(c.id, c.alternative, () => ({
+        ...base(c.alternative), ...zoom(), legend: { show: false }, grid,
+        tooltip: { ...base("").tooltip, formatter: (q) => `${c.x.name} ${show(q.value[0])}, ${c.y.name} ${show(q.value[1])}<br>${c.unit}: <b>${show(q.value[2])}</b><br>of ${q.value[3]}` },
+        xAxis: along(c.x, { splitLine: { show: false } }), yAxis: upright(c.y, { splitLine: { show: false } }),
+        visualMap: { type: "continuous", dimension: 2, min: 0, max: most, calculable: false, right: 0, top: "middle", itemWidth: 12, itemHeight: 110, text: [show(most), "0"], inRange: { color: ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"] } },
+        series: [{ type: "custom", name: c.unit, dimensions: ["x", "y", "v", "n"], encode: { x: 0, y: 1, tooltip: 2 }, data: c.cells, clip: true, progressive: 0,
+          renderItem: (_, api) => {
+            const a = api.coord([api.value(0) - c.cell[0] / 2, api.value(1) - c.cell[1] / 2]), b = api.coord([api.value(0) + c.cell[0] / 2, api.value(1) + c.cell[1] / 2]);
+            return { type: "rect", shape: { x: Math.min(a[0], b[0]), y: Math.min(a[1], b[1]), width: Math.abs(b[0] - a[0]) + 0.3, height: Math.abs(b[1] - a[1]) + 0.3 }, style: { fill: api.visual("color") } };
+          } }],
+      })).onresize = size;
+    },
+
+    bars(c) {
+      const host = document.getElementById(c.id);
+      host.style.height = `${Math.max(10, 4 + 1.7 * c.names.length)}rem`;
+      const low = c.axis.log ? 10 ** Math.floor(Math.log10(Math.min(...c.values, c.mark ? c.mark.at : Infinity))) : undefined;
+      add(c.id, c.alternative, () => ({
+        ...base(c.alternative), legend: { show: false }, grid: { ...base("").grid, top: 12, left: narrow() ? 110 : 140, right: 76 },
+        tooltip: { ...base("").tooltip, formatter: (q) => `${q.name}: <b>${show(q.value)}</b>` },
+        xAxis: along(c.axis, { scale: false, min: low }), yAxis: { type: "category", data: c.names, inverse: true, axisTick: { show: false } },
+        series: [{ type: "bar", name: c.axis.name, data: c.values, color: css("--a"), barCategoryGap: "25%", label: { show: true, position: "right", color: css("--ink"), formatter: (q) => show(q.value) },
+          ...(c.mark ? { markLine: { silent: true, symbol: "none", label: { color: css("--ink"), formatter: "{b}", position: "insideEndTop" }, lineStyle: { color: css("--bad"), type: "dashed" }, data: [{ xAxis: c.mark.at, name: c.mark.name }] } } : {}) }],
+      }));
+    },
+
+    scene(c) {
+      const tip = (xyz) => (k) => `x ${show(xyz[3 * k])}, y ${show(xyz[3 * k + 1])}, z ${show(xyz[3 * k + 2])} mm`;
+      view3d(c.id, c.alternative, c.parts.map((p) => ({ name: p.name, kind: p.line ? "line" : "points", xyz: columns[p.xyz], colour: p.colour, width: 1.3, tip: tip(columns[p.xyz]) })));
+    },
+  };
+
+  // Ways to write the same: tabs, and a button that copies.
+  for (const choice of document.querySelectorAll(".choice")) {
+    const tabs = choice.querySelector(".tabs"), forms = [...choice.querySelectorAll(".form")];
+    const pick = (k, focus) => {
+      forms.forEach((form, i) => { form.style.display = i === k ? "" : "none"; });
+      buttons.forEach((button, i) => { button.setAttribute("aria-selected", i === k); button.tabIndex = i === k ? 0 : -1; });
+      if (focus) buttons[k].focus();
+    };
+    const buttons = forms.map((form, k) => {
+      const button = document.createElement("button");
+      button.textContent = form.dataset.name;
+      button.setAttribute("role", "tab");
+      button.addEventListener("click", () => pick(k));
+      button.addEventListener("keydown", (e) => {
+        const by = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
+        if (by) { pick((k + by + forms.length) % forms.length, true); e.preventDefault(); }
+      });
+      tabs.append(button);
+      return button;
+    });
+    const copy = document.createElement("button");
+    copy.textContent = "Copy";
+    copy.className = "copy";
+    copy.addEventListener("click", async () => {
+      const pre = forms.find((form) => form.style.display !== "none").querySelector("pre");
+      let done = true;
+      try { await navigator.clipboard.writeText(pre.textContent); } catch {
+        // Pages of files may have no clipboard of their own.
+        getSelection().selectAllChildren(pre);
+        done = document.execCommand("copy");
+      }
+      copy.textContent = done ? "Copied" : "Selected: press Ctrl C";
+      setTimeout(() => { copy.textContent = "Copy"; }, 2000);
+    });
+    tabs.append(copy);
+    pick(0);
   }
 
-  const f = data.features;
-  const inlier = (values) => values.map((v, k) => (f.outlier[k] ? null : v));
-  const two = [dots("across (mm)", "--a"), dots("square to both (mm)", "--b")];
-  plot("residual-time", "time since the first robot row (s)", "offset (mm)", sorted(f.stamp_s, inlier(f.offset_2_mm), inlier(f.offset_3_mm)), two);
-  plot("residual-along", "along the line (mm)", "offset (mm)", sorted(f.along_mm, inlier(f.offset_2_mm), inlier(f.offset_3_mm)), two);
+  const button = document.getElementById("theme");
+  const label = () => { button.textContent = document.documentElement.dataset.theme === "dark" ? "Light" : "Dark"; };
+  button.addEventListener("click", () => { Charts.setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"); label(); });
+  label();
+  document.getElementById("print").addEventListener("click", () => print());
 
-  const steps = data.result.iterations;
-  const index = steps.map((_, k) => k);
-  const line = (label, name) => ({ label, stroke: colour(name), width: 2, points: { show: true, size: 6 } });
-  plot("convergence-rms", "step", "RMS (mm)", [index, steps.map((s) => s.rms_mm)], [line("RMS (mm)", "--a")], 200);
-  plot("convergence-offset", "step", "time offset (ms)", [index, steps.map((s) => 1e3 * s.time_offset_s)], [line("time offset (ms)", "--b")], 200);
+  // One chart after the other, so that the page answers in between.
+  for (const chart of data.charts) {
+    draw[chart.kind](chart);
+    document.getElementById(chart.id).dataset.points = chart.points;
+    await new Promise((done) => setTimeout(done));
+  }
+  Charts.watch();
+  requestAnimationFrame(() => requestAnimationFrame(() => {
+    document.documentElement.dataset.drawn = Math.round(performance.now());
+    document.documentElement.dataset.problems = problems.join("; ");
+  }));
 })();

@@ -37,7 +37,7 @@ pub fn result(c: &Calibration) -> Value {
         "termination": c.termination.to_string(),
         "iterations": iterations(c),
         "inputs": c.inputs,
-        "options": options(c),
+        "options": options(&c.config),
     })
 }
 
@@ -165,8 +165,9 @@ fn iterations(c: &Calibration) -> Vec<Value> {
         .collect()
 }
 
-fn options(c: &Calibration) -> Value {
-    let config = &c.config;
+/// The options of a calibration.
+#[must_use]
+pub fn options(config: &trueline::Config) -> Value {
     let mut options = Map::new();
     options.insert("residual".into(), json!(config.residual.name()));
     options.insert("loss".into(), json!(format!("{:?}", config.final_loss())));

@@ -3,12 +3,18 @@
 //! Formatting only; every number comes from the calibration. Here metres become millimetres, seconds
 //! milliseconds and radians degrees.
 
+pub mod calibration_page;
 pub mod diagnosis;
 pub mod evaluated;
-pub mod html;
+pub mod evaluation_page;
+pub mod forms;
 pub mod json;
 pub mod number;
+pub mod page;
+pub mod picture_page;
+pub mod plan_page;
 pub mod planned;
 pub mod reproduced;
+pub mod reproduction_page;
 pub mod summary;
 pub mod trust;

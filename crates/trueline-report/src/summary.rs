@@ -20,6 +20,23 @@ pub fn verdict(c: &Calibration) -> String {
     }
 }
 
+/// The verdict and the main answer in one sentence.
+#[must_use]
+pub fn sentence(c: &Calibration) -> String {
+    let verdict = match c.status {
+        Status::Accepted => "Accepted",
+        Status::NotAccepted => "Not accepted",
+    };
+    if !c.is_known(TIME_OFFSET) {
+        return format!("{verdict}: this scan does not show the time offset.");
+    }
+    let ms = c.parameters.time_offset_s * MS_PER_S;
+    let which = if ms >= 0.0 { "later" } else { "earlier" };
+    let size = with_sigma(ms.abs(), c.sigma(TIME_OFFSET).map(|s| s * MS_PER_S), "ms");
+    let fit = format!("the seam is measured to {:.3} mm", c.residuals.rms_m * MM_PER_M);
+    format!("{verdict}: images come {size} {which} than the robot's poses, and {fit}.")
+}
+
 /// The whole summary, a few lines of plain text.
 #[must_use]
 pub fn text(c: &Calibration) -> String {

@@ -48,17 +48,22 @@ impl Canvas {
     /// A seam: an open cross, and the ellipse of three standard deviations where it is large enough to see.
     pub fn seam(&mut self, seam: &Seam) {
         let (u, v) = (seam.pixel.x, seam.pixel.y);
-        for k in 8..30 {
-            let off = f64::from(k);
-            for (x, y) in [(off, 0.0), (-off, 0.0), (0.0, off), (0.0, -off)] {
-                self.dot(u + x, v + y, SEAM);
-            }
-        }
+        self.cross(u, v);
         let Some(root) = seam.covariance_px2.cholesky() else { return };
         for k in 0..180 {
             let angle = f64::from(k) * std::f64::consts::TAU / 180.0;
             let off = root.l() * nalgebra::Vector2::new(angle.cos(), angle.sin()) * 3.0;
             self.dot(u + off.x, v + off.y, ELLIPSE);
+        }
+    }
+
+    /// An open cross about a pixel.
+    pub fn cross(&mut self, u: f64, v: f64) {
+        for k in 8..30 {
+            let off = f64::from(k);
+            for (x, y) in [(off, 0.0), (-off, 0.0), (0.0, off), (0.0, -off)] {
+                self.dot(u + x, v + y, SEAM);
+            }
         }
     }
 

@@ -26,6 +26,7 @@ pub mod mistakes;
 pub mod noise_levels;
 pub mod observability;
 pub mod observations;
+pub mod offset_profile;
 pub mod optimum;
 pub mod order_statistics;
 pub mod parameters;

@@ -63,6 +63,8 @@ pub struct Observability {
     pub size: usize,
     /// Largest over smallest singular value.
     pub condition: f64,
+    /// All singular values as parts of the largest, falling.
+    pub singular_values: Vec<f64>,
     /// What is not seen.
     pub unseen: Vec<Unseen>,
     /// For each component of the tangent, whether its value means anything.
@@ -122,6 +124,11 @@ pub fn assess(
         rank: information.rank() - usize::from(only_noise),
         size: information.size(),
         condition: information.condition(),
+        singular_values: information
+            .singular_values()
+            .iter()
+            .map(|value| value / information.singular_values().max().max(f64::MIN_POSITIVE))
+            .collect(),
         unseen,
         seen_components,
     }

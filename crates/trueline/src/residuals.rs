@@ -6,6 +6,7 @@ use crate::parameters::Parameters;
 use crate::problem::{LineProblem, placement};
 use nalgebra::{Vector2, Vector3};
 use std::collections::BTreeMap;
+use trueline_model::sheet_residual;
 
 /// Squared whitened residual (two components) that good data exceed four times in a million: 5 σ.
 pub const OUTLIER_SQUARED: f64 = 25.0;
@@ -28,7 +29,13 @@ pub struct FeatureResidual {
     pub offset_m: Vector2<f64>,
     /// Measured minus predicted in standard deviations of the feature alone times its sigma, px.
     pub residual_px: Option<Vector2<f64>>,
-    /// Length of the whitened residual, σ.
+    /// Measured minus predicted in the laser sheet along its two axes, m.
+    pub in_sheet_m: Option<Vector2<f64>>,
+    /// How fast the seam crosses the sheet, along its two axes, m/s: what a wrong time offset is multiplied with.
+    pub crossing_m_s: Option<Vector2<f64>>,
+    /// The whitened residual: both parts are standard normal if the model holds.
+    pub whitened: Vector2<f64>,
+    /// Its length, σ.
     pub normalised: f64,
     /// Weight of the robust loss, 0 to 1.
     pub weight: f64,
@@ -71,14 +78,12 @@ pub fn evaluate(
             *skipped.entry(SKIP_ALONG).or_insert(0) += 1;
             continue;
         };
-        let squared = whitener.apply(&residual).norm_squared();
+        let whitened = whitener.apply(&residual);
+        let squared = whitened.norm_squared();
         let point_in_base = placement.point_in_base(&o.point_in_camera);
-        let in_sheet = trueline_model::sheet_residual::residual(
-            &placement,
-            &observations.sheet,
-            &o.point_in_camera,
-            &at.lines[o.line as usize],
-        );
+        let line = &at.lines[o.line as usize];
+        let linear = sheet_residual::linearize(&placement, &observations.sheet, &o.point_in_camera, line);
+        let in_sheet = linear.as_ref().map(|(jacobian, _)| jacobian.residual);
         let to_px = |sigma: f64| Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet?) * sigma);
         list.push(FeatureResidual {
             row: o.row,
@@ -87,6 +92,9 @@ pub fn evaluate(
             point_in_base,
             offset_m: at.lines[o.line as usize].offset_of(&point_in_base),
             residual_px: observations.sigma_px.and_then(to_px),
+            in_sheet_m: in_sheet,
+            crossing_m_s: linear.as_ref().map(|(jacobian, _)| jacobian.d_time_offset),
+            whitened,
             normalised: squared.sqrt(),
             weight: problem.loss.weight(squared),
         });

@@ -19,7 +19,14 @@ const ALLOWED: [(&str, &[&str]); 11] = [
     ("trueline-vision", &["trueline-geometry", "trueline-model"]),
     (
         "trueline-report",
-        &["trueline", "trueline-dataset", "trueline-experiments", "trueline-geometry", "trueline-plan"],
+        &[
+            "trueline",
+            "trueline-dataset",
+            "trueline-experiments",
+            "trueline-geometry",
+            "trueline-model",
+            "trueline-plan",
+        ],
     ),
     (
         "trueline-cli",

@@ -126,3 +126,18 @@ fn a_calibration_of_another_clock_is_refused() {
     let refused = evaluate(&straight(&scenario, Sine::default()).recording, &late, None, Form::Line);
     assert!(matches!(refused, Err(Error::NothingToFit { points: 0 })), "{refused:?}");
 }
+
+#[test]
+fn the_profile_of_the_offset_is_lowest_at_the_estimate_and_rises_steeply() {
+    let recording = trueline_sim::simulate(&Preset::Quick.scenario(), 1).unwrap();
+    let calibration = trueline::calibrate(&recording, None, &Config::default()).unwrap();
+    let profile = trueline::offset_profile::around(&recording, &calibration).unwrap();
+    assert!(profile.windows(2).all(|pair| pair[0].time_offset_s < pair[1].time_offset_s));
+    let best = profile.iter().min_by(|a, b| a.typical_sigmas.total_cmp(&b.typical_sigmas)).unwrap();
+    assert!((best.time_offset_s - calibration.parameters.time_offset_s).abs() < 0.6e-3);
+    // Without stamp jitter in the weights a little above one.
+    assert!((0.7..2.0).contains(&best.typical_sigmas), "{}", best.typical_sigmas);
+    // At 30 mm/s across, 0.1 s is 3 mm: a hundred standard deviations, less what the rest of the unknowns takes up.
+    let far = profile.iter().filter(|p| (p.time_offset_s - best.time_offset_s).abs() > 0.1);
+    assert!(far.clone().count() > 30 && far.clone().all(|p| p.typical_sigmas > 5.0));
+}

@@ -31,6 +31,9 @@ pub struct FeaturesArgs {
     /// Write the summary as JSON; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,
+    /// Write a report that opens in a browser
+    #[arg(long)]
+    pub report: Option<PathBuf>,
     /// Print no summary
     #[arg(long)]
     pub quiet: bool,

@@ -3,15 +3,17 @@
 use super::features;
 use crate::args::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 use crate::failure::Failure;
+use crate::outlier_frames;
 use crate::output;
 use crate::pictures::{self, Look};
 use crate::requirement;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline::{Calibration, Config, Hold, ResidualKind, Stamps, Status, Use};
-use trueline_dataset::{Error, Guess, Problem, folder, images, known_toml};
+use trueline_dataset::{Error, Guess, Problem, Recording, folder, images, known_toml};
 use trueline_lsq::Loss;
-use trueline_report::{html, json, summary};
+use trueline_report::calibration_page::{self, Source};
+use trueline_report::{json, summary};
 
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
@@ -25,7 +27,7 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         None => recording.initial,
     };
     let calibration = trueline::calibrate(&recording, initial.as_ref(), &config)?;
-    write_results(args, &calibration)?;
+    write_results(args, &recording, &calibration)?;
     Ok(exit_code(&calibration))
 }
 
@@ -58,12 +60,23 @@ pub fn exit_code(calibration: &Calibration) -> ExitCode {
     }
 }
 
-fn write_results(args: &CalibrateArgs, calibration: &Calibration) -> Result<(), Failure> {
+fn write_results(
+    args: &CalibrateArgs,
+    recording: &Recording,
+    calibration: &Calibration,
+) -> Result<(), Failure> {
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", json::result(calibration)))?;
     }
     if let Some(file) = &args.report {
-        output::file(file, &html::render(calibration, &args.dataset.display().to_string()))?;
+        let source = Source {
+            calibration,
+            recording,
+            title: &args.dataset.display().to_string(),
+            command: &output::command_line(),
+            frames: &outlier_frames::pictures(&args.dataset, recording, calibration)?,
+        };
+        output::file(file, &calibration_page::html(&source))?;
     }
     if !args.quiet {
         output::summary(args.json.as_deref(), &summary::text(calibration))?;

@@ -9,7 +9,8 @@ use std::process::ExitCode;
 use trueline::{Calibration, Config};
 use trueline_dataset::Truth;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_report::{html, summary};
+use trueline_report::calibration_page::{self, Source};
+use trueline_report::summary;
 use trueline_sim::{Preset, simulate};
 
 const FOLDER: &str = "trueline-demo";
@@ -23,7 +24,14 @@ pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
     let folder = Path::new(FOLDER);
     std::fs::create_dir_all(folder).map_err(|error| Failure::cannot_write(folder, &error))?;
     let report = folder.join("report.html");
-    output::file(&report, &html::render(&calibration, "Demo: a simulated 20 s scan"))?;
+    let source = Source {
+        calibration: &calibration,
+        recording: &recording,
+        title: "Demo: a simulated 20 s scan",
+        command: &output::command_line(),
+        frames: &[],
+    };
+    output::file(&report, &calibration_page::html(&source))?;
     if !args.quiet {
         let mut text = String::from("A simulated scan of 20 s, calibrated without any guess.\n\n");
         text.push_str(&summary::text(&calibration));

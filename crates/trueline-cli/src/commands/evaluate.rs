@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use trueline::evaluate::evaluate;
 use trueline::reference_curve::{Form, ReferenceCurve};
 use trueline_dataset::{Reference, calibration_file, folder, reference_file};
-use trueline_report::evaluated;
+use trueline_report::{evaluated, evaluation_page};
 
 /// Runs the command.
 pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
@@ -20,6 +20,10 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     }
     if let Some(file) = &args.csv {
         output::file(file, &evaluated::points_csv(&evaluation))?;
+    }
+    if let Some(file) = &args.report {
+        let title = format!("{} by {}", args.dataset.display(), args.calibration.display());
+        output::file(file, &evaluation_page::html(&evaluation, &title, &output::command_line()))?;
     }
     if !args.quiet {
         output::summary(args.json.as_deref(), &evaluated::text(&evaluation))?;

@@ -6,6 +6,7 @@ use crate::output;
 use crate::pictures::{self, Look};
 use std::process::ExitCode;
 use trueline_dataset::folder;
+use trueline_report::picture_page;
 use trueline_vision::Joint;
 
 /// Runs the command.
@@ -24,6 +25,13 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     }
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", found.json()))?;
+    }
+    if let Some(file) = &args.report {
+        let title = args.dataset.display().to_string();
+        let size = found.size_px();
+        let looked = found.looked();
+        let html = picture_page::html(&title, &found.summary(), &looked, size, &output::command_line());
+        output::file(file, &html)?;
     }
     if !args.quiet {
         output::summary(args.json.as_deref(), &found.summary())?;

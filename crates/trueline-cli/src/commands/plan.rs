@@ -13,7 +13,7 @@ use trueline_dataset::{
 };
 use trueline_plan::shortest::shortest;
 use trueline_plan::{Ask, Cell, Criterion, Goal, GuessError, Plan, Shape, cell_toml, plan, prediction};
-use trueline_report::planned;
+use trueline_report::{plan_page, planned};
 
 /// Points of the curve of sigma over time.
 const TIMES: usize = 200;
@@ -33,7 +33,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     let planned = if fixed { plan(&cell, &ask, &tick) } else { shortest(&cell, &ask, &tick) };
     bar.finish_and_clear();
     let planned = planned?;
-    write(&args.out, &cell, &planned, &ask.goal)?;
+    write(args, &cell, &planned, &ask.goal)?;
     output::file(&args.out.join("sensor.toml"), &sensor_text)?;
     let known = match args.calibration {
         Some(_) => cell_toml::with_guess(&args.out.join(CELL), &cell_text, &cell)?,
@@ -126,7 +126,8 @@ fn ask(args: &PlanArgs) -> Result<(Ask, bool), Failure> {
     Ok((ask, fixed))
 }
 
-fn write(folder: &Path, cell: &Cell, planned: &Plan, goal: &Goal) -> Result<(), Failure> {
+fn write(args: &PlanArgs, cell: &Cell, planned: &Plan, goal: &Goal) -> Result<(), Failure> {
+    let folder = &args.out;
     fs::create_dir_all(folder).map_err(|error| Failure::cannot_write(folder, &error))?;
     let samples: Vec<RobotSample> = planned
         .path(cell)
@@ -144,5 +145,13 @@ fn write(folder: &Path, cell: &Cell, planned: &Plan, goal: &Goal) -> Result<(), 
     fs::write(&file, path).map_err(|error| Failure::cannot_write(&file, &error))?;
     output::file(&folder.join("plan.json"), &format!("{:#}", planned::json(cell, planned, goal)))?;
     let over_time = prediction::over_time(cell, &planned.motion, TIMES);
-    output::file(&folder.join("sigma_over_time.csv"), &planned::over_time_csv(&over_time))
+    output::file(&folder.join("sigma_over_time.csv"), &planned::over_time_csv(&over_time))?;
+    let source = plan_page::Source {
+        cell,
+        plan: planned,
+        asked: args.want.is_some().then_some(goal),
+        over_time: &over_time,
+        command: &output::command_line(),
+    };
+    output::file(&folder.join("report.html"), &plan_page::html(&source))
 }

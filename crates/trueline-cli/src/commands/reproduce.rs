@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::{output, overlay, progress};
 use std::process::ExitCode;
 use trueline_experiments::{Settings, reproduce};
-use trueline_report::reproduced;
+use trueline_report::{reproduced, reproduction_page};
 
 /// Experiments, for the progress bar.
 const PARTS: u64 = 4;
@@ -21,6 +21,7 @@ pub fn run(args: &ReproduceArgs) -> Result<ExitCode, Failure> {
     let markdown = reproduced::markdown(&all);
     let file = |name: &str, text: &str| output::file(&args.out.join(name), text);
     file("tables.md", &markdown)?;
+    file("report.html", &reproduction_page::html(&all, &output::command_line()))?;
     file("convergence.csv", &reproduced::convergence_csv(&all.convergence))?;
     file("welds.csv", &reproduced::welds_csv(&all.welds))?;
     file("speeds.csv", &reproduced::speeds_csv(&all))?;

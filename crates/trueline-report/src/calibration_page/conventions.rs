@@ -1,0 +1,48 @@
+//! What the numbers mean, and what it takes to make them again.
+
+use super::Source;
+use crate::json;
+use crate::page::Block;
+use trueline::Config;
+
+const FRAMES: &str = include_str!("../../assets/frames.svg");
+
+pub(super) fn blocks(source: &Source<'_>) -> Vec<Block> {
+    let c = source.calibration;
+    let mut blocks = vec![
+        Block::Drawing(FRAMES),
+        Block::List(
+            [
+                "base is the robot's base; tool is the frame whose pose the robot reports; camera is x right, y down, z forward.",
+                "tool_from_camera maps coordinates in the camera to coordinates in the tool. Rotations are right-handed quaternions w, x, y, z with w ≥ 0.",
+                "An image stamped t was exposed at t − time offset: positive means late images. Kalibr's shift has the other sign.",
+                "± is one standard deviation. That of the rotation is about the tool's axes; that of the translation along them.",
+                "A pixel (0, 0) is the middle of the top-left pixel. The laser plane is n·p = d in the camera.",
+                "The line's direction is that in which the scan progressed. Its moment is point × direction.",
+                "Times are seconds since the first row of robot.csv.",
+            ]
+            .map(str::to_owned)
+            .to_vec(),
+        ),
+    ];
+    let mut facts = vec![
+        ("made by".to_owned(), format!("trueline {}", env!("CARGO_PKG_VERSION"))),
+        ("command".to_owned(), source.command.to_owned()),
+        ("options".to_owned(), changed_options(&c.config)),
+    ];
+    facts.extend(c.inputs.iter().map(|(file, hash)| (file.clone(), format!("SHA-256 {hash}"))));
+    blocks.push(Block::Facts(facts));
+    blocks
+}
+
+/// Options that are not as they are by default.
+fn changed_options(config: &Config) -> String {
+    let (used, default) = (json::options(config), json::options(&Config::default()));
+    let (Some(used), Some(default)) = (used.as_object(), default.as_object()) else { return String::new() };
+    let changed: Vec<String> = used
+        .iter()
+        .filter(|(name, value)| default.get(*name) != Some(*value))
+        .map(|(name, value)| format!("{name} = {value}"))
+        .collect();
+    if changed.is_empty() { "all as they are by default".to_owned() } else { changed.join(", ") }
+}

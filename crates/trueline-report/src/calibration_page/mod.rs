@@ -1,0 +1,134 @@
+//! The report of a calibration: verdict, answers, pictures, conventions.
+
+mod conventions;
+mod convergence;
+mod first_screen;
+mod outliers;
+mod residuals;
+mod scene;
+mod seam;
+mod stamps;
+mod trust;
+
+use crate::page::{Page, Section, Verdict, render};
+use crate::summary;
+use trueline::evaluate::Deviation;
+use trueline::offset_profile::AtOffset;
+use trueline::residuals::FeatureResidual;
+use trueline::{Calibration, Status, evaluate, offset_profile, reference_curve, seam_points};
+use trueline_dataset::{Guess, Recording};
+
+/// A picture of a frame in which something was found that does not fit.
+#[derive(Clone, Debug)]
+pub struct FramePicture {
+    /// Row of the feature, from 0.
+    pub row: u32,
+    /// PNG.
+    pub png: Vec<u8>,
+}
+
+/// All that the report is made from.
+pub struct Source<'a> {
+    /// The result.
+    pub calibration: &'a Calibration,
+    /// What it was made from.
+    pub recording: &'a Recording,
+    /// What was calibrated, for the heading.
+    pub title: &'a str,
+    /// How to make it again.
+    pub command: &'a str,
+    /// Pictures of outliers, where there are pictures.
+    pub frames: &'a [FramePicture],
+}
+
+/// Renders the report.
+#[must_use]
+pub fn html(source: &Source<'_>) -> String {
+    render(&page(source))
+}
+
+/// The report as data.
+#[must_use]
+pub fn page(source: &Source<'_>) -> Page {
+    let c = source.calibration;
+    let shown = Shown::of(source);
+    let mut page = Page {
+        title: source.title.to_owned(),
+        verdict: Verdict { text: summary::sentence(c), good: Some(c.status == Status::Accepted) },
+        ..Page::default()
+    };
+    let columns = &mut page.columns;
+    let sections = [
+        ("answers", "", first_screen::blocks(c)),
+        ("seam", "Seam", seam::blocks(&shown, columns)),
+        ("residuals", "Residuals", residuals::blocks(&shown, columns)),
+        ("uncertainty", "What is known, and how well", trust::blocks(&shown, columns)),
+        ("convergence", "Convergence", convergence::blocks(c, columns)),
+        ("stamps", "Stamps", stamps::blocks(&shown, columns)),
+        ("space", "In space", scene::blocks(&shown, columns)),
+        ("outliers", "Outliers", outliers::blocks(&shown)),
+        ("numbers", "All numbers", vec![crate::page::Block::Facts(summary::rows(c))]),
+        ("conventions", "Conventions, and how to make this again", conventions::blocks(source)),
+    ];
+    page.sections =
+        sections.into_iter().map(|(id, heading, blocks)| Section { id, heading, blocks }).collect();
+    page
+}
+
+/// More points than this are thinned out for drawing; outliers never are.
+const MOST_POINTS: usize = 100_000;
+
+/// What is drawn of a calibration.
+struct Shown<'a> {
+    source: &'a Source<'a>,
+    calibration: &'a Calibration,
+    /// Features that are drawn.
+    features: Vec<&'a FeatureResidual>,
+    /// One feature in so many is drawn.
+    stride: usize,
+    /// The same seams with the time offset left out.
+    before: Vec<Deviation>,
+    profile: Vec<AtOffset>,
+}
+
+impl<'a> Shown<'a> {
+    fn of(source: &'a Source<'a>) -> Self {
+        let calibration = source.calibration;
+        let stride = calibration.features.len().div_ceil(MOST_POINTS).max(1);
+        let features = (calibration.features.iter().enumerate())
+            .filter(|(k, f)| k % stride == 0 || f.is_outlier())
+            .map(|(_, f)| f)
+            .collect();
+        Self {
+            source,
+            calibration,
+            features,
+            stride,
+            before: without_offset(source).unwrap_or_default(),
+            // A profile that cannot be had leaves its chart empty, and the chart says so.
+            profile: offset_profile::around(source.recording, calibration).unwrap_or_default(),
+        }
+    }
+
+    /// A number of each feature that is no outlier.
+    fn inliers(&self, of: impl Fn(&FeatureResidual) -> f64) -> Vec<f64> {
+        self.features.iter().filter(|f| !f.is_outlier()).map(|f| of(f)).collect()
+    }
+
+    /// The same of each outlier.
+    fn outliers(&self, of: impl Fn(&FeatureResidual) -> f64) -> Vec<f64> {
+        self.features.iter().filter(|f| f.is_outlier()).map(|f| of(f)).collect()
+    }
+}
+
+/// Where the seams would be if images were not late.
+fn without_offset(source: &Source<'_>) -> Option<Vec<Deviation>> {
+    let c = source.calibration;
+    let by = Guess { time_offset_s: 0.0, tool_from_camera: c.parameters.tool_from_camera };
+    let placed = seam_points::place(source.recording, &by, &c.config).ok()?;
+    let lines: Vec<_> =
+        c.parameters.lines.iter().map(|line| reference_curve::ReferenceCurve::Line(*line)).collect();
+    let stride = placed.list.len().div_ceil(MOST_POINTS).max(1);
+    let thinned: Vec<_> = placed.list.into_iter().step_by(stride).collect();
+    Some(evaluate::against(&thinned, &lines).0)
+}

@@ -1,0 +1,277 @@
+//! What is left over: over time, along the line, over the image, over speed, and as a whole.
+
+use super::Shown;
+use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Heat, Histogram, Mark, Series};
+use trueline::order_statistics::median;
+use trueline::residuals::FeatureResidual;
+use trueline_dataset::unit::MM_PER_M;
+use trueline_dataset::{Measured, Sensor};
+
+pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    if shown.stride > 1 {
+        blocks.push(Block::Text(format!(
+            "One feature in {} is drawn, and every outlier; all numbers are of all features.",
+            shown.stride
+        )));
+    }
+    let charts = [
+        Some(over_time(shown, columns)),
+        Some(along_line(shown, columns)),
+        over_image(shown),
+        Some(histogram(shown)),
+        over_speed(shown, columns),
+        over_direction(shown, columns),
+    ];
+    blocks.extend(charts.into_iter().flatten().map(Block::Chart));
+    blocks
+}
+
+fn two_sides(shown: &Shown<'_>, columns: &mut Columns, x: impl Fn(&FeatureResidual) -> f64) -> Vec<Series> {
+    let at = columns.add(shown.inliers(&x));
+    let across = columns.add(shown.inliers(|f| f.offset_m.x * MM_PER_M));
+    let square = columns.add(shown.inliers(|f| f.offset_m.y * MM_PER_M));
+    let mut series = vec![
+        Series::points("across", at, across, Colour::A),
+        Series::points("square to both", at, square, Colour::B),
+    ];
+    if shown.features.iter().any(|f| f.is_outlier()) {
+        let wild = columns.add(shown.outliers(&x));
+        let off = columns.add(shown.outliers(
+            |f| if f.offset_m.x.abs() > f.offset_m.y.abs() { f.offset_m.x } else { f.offset_m.y } * MM_PER_M,
+        ));
+        let mut outliers = Series::points("outliers (click leads to the list)", wild, off, Colour::Bad);
+        outliers.leads_to = Some(columns.add(shown.outliers(|f| f64::from(f.row))));
+        series.push(outliers);
+    }
+    series
+}
+
+fn over_time(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
+    Chart {
+        id: "residual-time",
+        title: "Distance from the line over time",
+        explanation: "Good is noise without a pattern. Drag to zoom, double click to reset.".to_owned(),
+        alternative: "Offset of each seam point from the line in mm over time in s".to_owned(),
+        wide: false,
+        drawn: Drawn::Plot {
+            x: Axis::of("time since the first robot row (s)"),
+            y: Axis::of("offset (mm)"),
+            series: two_sides(shown, columns, |f| f.stamp_s),
+            marks: Vec::new(),
+        },
+    }
+}
+
+fn along_line(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
+    let lines = &shown.calibration.parameters.lines;
+    let along = |f: &FeatureResidual| {
+        let line = &lines[f.line as usize];
+        line.direction().dot(&(f.point_in_base - line.anchor())) * MM_PER_M
+    };
+    Chart {
+        id: "residual-along",
+        title: "Distance from the line along it",
+        explanation: "A bend or a step here is the edge's own: it is not straight.".to_owned(),
+        alternative: "Offset of each seam point from the line in mm over its place along the line in mm"
+            .to_owned(),
+        wide: false,
+        drawn: Drawn::Plot {
+            x: Axis::of("along the line (mm)"),
+            y: Axis::of("offset (mm)"),
+            series: two_sides(shown, columns, along),
+            marks: Vec::new(),
+        },
+    }
+}
+
+/// Cells along the longer side of the view.
+const CELLS: f64 = 24.0;
+
+/// What the view is measured in: its axes with their limits, the place of a feature in it, and its residual.
+type View<'a> =
+    ([(Axis, [f64; 2]); 2], Box<dyn Fn(&FeatureResidual) -> Option<([f64; 2], f64)> + 'a>, &'static str);
+
+fn view<'a>(shown: &'a Shown<'_>) -> Option<View<'a>> {
+    let features = &shown.source.recording.features;
+    match &shown.source.recording.sensor {
+        Sensor::CameraLaser { camera, .. } => {
+            let [width, height] = camera.size.map(f64::from);
+            let v = Axis { inverse: true, ..Axis::of("v (px)") };
+            let limits = [(Axis::of("u (px)"), [0.0, width]), (v, [0.0, height])];
+            let of = move |f: &FeatureResidual| {
+                let Measured::Pixel(pixel) = features[f.row as usize].measured else { return None };
+                Some((pixel, f.residual_px?.norm()))
+            };
+            Some((limits, Box::new(of), "px"))
+        }
+        Sensor::Profiler => {
+            let of = move |f: &FeatureResidual| {
+                let Measured::Profile([x, z]) = features[f.row as usize].measured else { return None };
+                Some(([x * MM_PER_M, z * MM_PER_M], f.in_sheet_m?.norm() * MM_PER_M))
+            };
+            let places: Vec<[f64; 2]> =
+                shown.features.iter().filter_map(|f| of(f)).map(|(at, _)| at).collect();
+            let limits = |k: usize| {
+                let low = places.iter().map(|p| p[k]).fold(f64::INFINITY, f64::min);
+                let high = places.iter().map(|p| p[k]).fold(f64::NEG_INFINITY, f64::max);
+                [low - 1.0, high + 1.0]
+            };
+            let axes =
+                [(Axis::of("x along the stripe (mm)"), limits(0)), (Axis::of("z, range (mm)"), limits(1))];
+            Some((axes, Box::new(of), "mm"))
+        }
+        Sensor::Points { .. } => None,
+    }
+}
+
+fn over_image(shown: &Shown<'_>) -> Option<Chart> {
+    let ([x, y], of, unit) = view(shown)?;
+    let side = ((x.1[1] - x.1[0]).max(y.1[1] - y.1[0])) / CELLS;
+    let mut sums = std::collections::BTreeMap::new();
+    for f in shown.features.iter().filter(|f| !f.is_outlier()) {
+        let Some(([u, v], residual)) = of(f) else { continue };
+        let cell = (((u - x.1[0]) / side) as i64, ((v - y.1[0]) / side) as i64);
+        let sum = sums.entry(cell).or_insert((0.0, 0.0));
+        *sum = (sum.0 + residual, sum.1 + 1.0);
+    }
+    let cells: Vec<[f64; 4]> = sums
+        .into_iter()
+        .map(|((column, row), (sum, count))| {
+            let middle = |k: i64, low: f64| low + (k as f64 + 0.5) * side;
+            [middle(column, x.1[0]), middle(row, y.1[0]), sum / count, count]
+        })
+        .collect();
+    Some(Chart {
+        id: "residual-image",
+        title: "Residual over the field of view",
+        explanation: "Mean length of the residual in each part of the view. A bright corner is a lens or a laser plane that is not as sensor.toml says; an empty part was not visited."
+            .to_owned(),
+        alternative: format!("Mean residual in {unit} over the field of view, in {} cells", cells.len()),
+        wide: false,
+        drawn: Drawn::Heat(Heat {
+            x: x.0.between(x.1[0], x.1[1]),
+            y: y.0.between(y.1[0], y.1[1]),
+            cell: [side, side],
+            cells,
+            unit: format!("mean residual ({unit})"),
+            equal: true,
+        }),
+    })
+}
+
+const BIN: f64 = 0.25;
+const REACH: f64 = 5.0;
+
+fn histogram(shown: &Shown<'_>) -> Chart {
+    let bins = (2.0 * REACH / BIN) as usize;
+    let mut counts = vec![0; bins];
+    let (mut beyond, mut all) = (0, 0);
+    for value in shown.calibration.features.iter().flat_map(|f| [f.whitened.x, f.whitened.y]) {
+        all += 1;
+        let bin = ((value + REACH) / BIN).floor();
+        if bin >= 0.0 && (bin as usize) < bins { counts[bin as usize] += 1 } else { beyond += 1 }
+    }
+    let normal = |z: f64| (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    let expected =
+        (0..bins).map(|k| f64::from(all) * BIN * normal(-REACH + (k as f64 + 0.5) * BIN)).collect();
+    Chart {
+        id: "histogram",
+        title: "Residuals against what noise should make of them",
+        explanation: format!(
+            "Both parts of every residual in standard deviations, and the normal curve. {beyond} of {all} are beyond ± {REACH} σ."
+        ),
+        alternative: "Histogram of residuals in standard deviations, with the expected normal curve"
+            .to_owned(),
+        wide: false,
+        drawn: Drawn::Histogram(Histogram {
+            axis: Axis::of("residual (σ)"),
+            low: -REACH,
+            width: BIN,
+            counts,
+            expected,
+            beyond,
+        }),
+    }
+}
+
+/// Residual along the motion, m, and the speed, m/s, of the seam in the sheet.
+fn along_motion(f: &FeatureResidual) -> Option<(f64, f64)> {
+    let (residual, velocity) = (f.in_sheet_m?, f.crossing_m_s?);
+    let speed = velocity.norm();
+    (speed > 0.0).then(|| (residual.dot(&velocity) / speed, speed))
+}
+
+fn over_speed(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
+    let both: Vec<(f64, f64)> =
+        shown.features.iter().filter(|f| !f.is_outlier()).filter_map(|f| along_motion(f)).collect();
+    if both.is_empty() {
+        return None;
+    }
+    let fastest = both.iter().map(|(_, speed)| *speed).fold(0.0, f64::max) * MM_PER_M;
+    let typical_ms = 0.1;
+    let x = columns.add(both.iter().map(|(_, speed)| speed * MM_PER_M));
+    let y = columns.add(both.iter().map(|(off, _)| off * MM_PER_M));
+    let ends = columns.add([0.0, fastest]);
+    let late = columns.add([0.0, fastest * typical_ms * 1e-3]);
+    let mut slope = Series::line("what 0.1 ms too little would do", ends, late, Colour::Soft);
+    slope.dashed = true;
+    Some(Chart {
+        id: "residual-speed",
+        title: "Residual along the motion over speed",
+        explanation: "How far each point is ahead of where it should be, in the direction in which the seam crosses the sheet. A slope is a time offset that is wrong; a wedge is jitter of the stamps."
+            .to_owned(),
+        alternative: "Residual in the direction of motion in mm over the speed at which the seam crosses the laser sheet in mm/s".to_owned(),
+        wide: false,
+        drawn: Drawn::Plot {
+            x: Axis::of("speed across the sheet (mm/s)"),
+            y: Axis::of("ahead by (mm)"),
+            series: vec![Series::points("features", x, y, Colour::A), slope],
+            marks: Vec::new(),
+        },
+    })
+}
+
+fn over_direction(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
+    let both: Vec<(f64, f64)> = shown
+        .features
+        .iter()
+        .filter(|f| !f.is_outlier())
+        .filter_map(|f| {
+            let velocity = f.crossing_m_s?;
+            (velocity.norm() > 0.0).then(|| (velocity.y.atan2(velocity.x).to_degrees(), f.normalised))
+        })
+        .collect();
+    if both.is_empty() {
+        return None;
+    }
+    // Sectors of 15°: the median in each.
+    let sectors = 24;
+    let of_sector = |k: usize| {
+        let low = -180.0 + 360.0 * k as f64 / f64::from(sectors);
+        let within =
+            both.iter().filter(|(a, _)| *a >= low && *a < low + 360.0 / f64::from(sectors)).map(|(_, n)| *n);
+        (low + 180.0 / f64::from(sectors), median(within).unwrap_or(f64::NAN))
+    };
+    let (middle, typical): (Vec<f64>, Vec<f64>) = (0..sectors as usize).map(of_sector).unzip();
+    let x = columns.add(both.iter().map(|(a, _)| *a));
+    let y = columns.add(both.iter().map(|(_, n)| *n));
+    let (middle, typical) = (columns.add(middle), columns.add(typical));
+    Some(Chart {
+        id: "residual-direction",
+        title: "Residual over the direction of motion",
+        explanation: "Direction in which the seam crosses the sheet: 0° along the stripe, 90° in range. The medians should be level, at 1.18 σ."
+            .to_owned(),
+        alternative: "Length of the residual in standard deviations over the direction of motion in degrees".to_owned(),
+        wide: false,
+        drawn: Drawn::Plot {
+            x: Axis::of("direction in the sheet (°)").between(-180.0, 180.0),
+            y: Axis::of("residual (σ)"),
+            series: vec![
+                Series::points("features", x, y, Colour::A),
+                Series::steps("median of 15°", middle, typical, Colour::B),
+            ],
+            marks: vec![Mark { name: "expected".to_owned(), at: 1.177, upright: false }],
+        },
+    })
+}

@@ -1,0 +1,127 @@
+//! Path, field of view, seam points and lines in base.
+
+use super::Shown;
+use crate::page::{Block, Chart, Colour, Columns, Drawn, Part};
+use nalgebra::{Point3, Vector2, Vector3};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_dataset::{RobotSample, Sensor};
+use trueline_geometry::{Line, Pose};
+use trueline_model::LaserSheet;
+
+/// Poses of the path that are drawn.
+const PATH: usize = 3000;
+/// Places at which the field of view is drawn.
+const VIEWS: usize = 14;
+/// Seam points that are drawn.
+const POINTS: usize = 5000;
+
+pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
+    let c = shown.calibration;
+    let robot = &shown.source.recording.robot;
+    let path = thinned(robot, PATH).map(|sample| sample.base_from_tool.translation.vector);
+    let mut parts = vec![Part {
+        name: "tool path".to_owned(),
+        xyz: column(columns, path),
+        colour: Colour::A,
+        line: true,
+    }];
+    if c.rotation_is_known() {
+        let corners = view_corners(shown);
+        let views = thinned(robot, VIEWS)
+            .flat_map(|sample| pyramid(&(sample.base_from_tool * c.parameters.tool_from_camera), &corners));
+        let xyz = column(columns, views);
+        parts.push(Part {
+            name: "field of view on the laser sheet".to_owned(),
+            xyz,
+            colour: Colour::B,
+            line: true,
+        });
+    }
+    let stride = shown.features.len().div_ceil(POINTS).max(1);
+    let seam = shown.features.iter().filter(|f| !f.is_outlier()).step_by(stride).map(|f| f.point_in_base);
+    let seam: Vec<Vector3<f64>> = seam.collect();
+    parts.push(Part {
+        name: "seam points".to_owned(),
+        xyz: column(columns, seam.iter().copied()),
+        colour: Colour::C,
+        line: false,
+    });
+    for (k, line) in c.parameters.lines.iter().enumerate() {
+        let ends = ends(line, &seam);
+        let name = if c.parameters.lines.len() > 1 { format!("line {k}") } else { "line".to_owned() };
+        parts.push(Part { name, xyz: column(columns, ends), colour: Colour::D, line: true });
+    }
+    vec![Block::Chart(Chart {
+        id: "scene",
+        title: "Path of the tool, field of view and seam in base",
+        explanation: "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres.".to_owned(),
+        alternative: "The tool's path, the field of view on the laser sheet at some places, the seam points and the line in the robot's base frame, in mm. Arrow keys turn the view.".to_owned(),
+        wide: true,
+        drawn: Drawn::Scene(parts),
+    })]
+}
+
+fn column(columns: &mut Columns, points: impl IntoIterator<Item = Vector3<f64>>) -> crate::page::Column {
+    columns.add(points.into_iter().flat_map(|p| [p.x, p.y, p.z]).map(|m| m * MM_PER_M))
+}
+
+fn thinned(robot: &[RobotSample], most: usize) -> impl Iterator<Item = &RobotSample> {
+    robot.iter().step_by(robot.len().div_ceil(most).max(1))
+}
+
+/// Corners of the field of view on the sheet in the camera frame, m: the picture's own, or of what was seen.
+fn view_corners(shown: &Shown<'_>) -> Vec<Vector3<f64>> {
+    if let Sensor::CameraLaser { camera, laser_plane_in_camera } = &shown.source.recording.sensor {
+        let sheet = LaserSheet::from_plane(*laser_plane_in_camera);
+        let [right, low] = camera.size.map(|n| f64::from(n) - 1.0);
+        let corners = [[0.0, 0.0], [right, 0.0], [right, low], [0.0, low]].map(|[u, v]| {
+            let (ray, _) = camera.ray(&Vector2::new(u, v)).ok()?;
+            Some(sheet.intersect(&ray)?.0)
+        });
+        if let Some(corners) = corners.into_iter().collect::<Option<Vec<_>>>() {
+            return corners;
+        }
+    }
+    seen_corners(shown)
+}
+
+/// Corners of the box about all measured points in the camera's x and z.
+fn seen_corners(shown: &Shown<'_>) -> Vec<Vector3<f64>> {
+    let points: Vec<Vector3<f64>> = (shown.source.recording.features.iter())
+        .filter_map(|f| match f.measured {
+            trueline_dataset::Measured::Profile([x, z]) => Some(Vector3::new(x, 0.0, z)),
+            trueline_dataset::Measured::Point(point) => Some(point.into()),
+            trueline_dataset::Measured::Pixel(_) => None,
+        })
+        .collect();
+    let Some(first) = points.first() else { return Vec::new() };
+    let (low, high) = points.iter().fold((*first, *first), |(low, high), p| (low.inf(p), high.sup(p)));
+    let y = 0.5 * (low.y + high.y);
+    [(low.x, low.z), (high.x, low.z), (high.x, high.z), (low.x, high.z)]
+        .map(|(x, z)| Vector3::new(x, y, z))
+        .to_vec()
+}
+
+/// Lines from the camera to the corners and around them; a gap ends it.
+fn pyramid(base_from_camera: &Pose, corners: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let in_base = |p: &Vector3<f64>| (base_from_camera * Point3::from(*p)).coords;
+    let Some(first) = corners.first() else { return Vec::new() };
+    let apex = base_from_camera.translation.vector;
+    let mut points: Vec<Vector3<f64>> = corners.iter().chain([first]).map(in_base).collect();
+    for corner in corners {
+        points.extend([apex, in_base(corner)]);
+    }
+    points.push(Vector3::repeat(f64::NAN));
+    points
+}
+
+/// The stretch of a line that the points lie on.
+fn ends(line: &Line, points: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let along = points.iter().map(|p| line.direction().dot(&(p - line.anchor())));
+    let (low, high) =
+        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), a| (low.min(a), high.max(a)));
+    if low > high {
+        return Vec::new();
+    }
+    [low, high].map(|a| line.anchor() + line.direction() * a).to_vec()
+}

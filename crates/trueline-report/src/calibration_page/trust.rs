@@ -1,0 +1,166 @@
+//! How well each unknown is known, what goes together, and what else would explain the scan.
+
+use super::Shown;
+use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Mark, Matrix, Series};
+use trueline::observability::RANK_THRESHOLD;
+use trueline::parameters::{self, LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use trueline_dataset::unit::MM_PER_M;
+
+pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
+    let charts = [
+        at_the_seam(shown),
+        correlation(shown),
+        Some(spectrum(shown)),
+        profile(shown, columns),
+        held_out(shown),
+    ];
+    charts.into_iter().flatten().map(Block::Chart).collect()
+}
+
+/// Names of the unknowns for a person.
+fn names(lines: usize) -> Vec<String> {
+    let tidy = |name: &String| {
+        let stem = name.trim_end_matches("_rad").trim_end_matches("_m").trim_end_matches("_s");
+        stem.replace('_', " ")
+    };
+    parameters::names(lines).iter().map(tidy).collect()
+}
+
+fn at_the_seam(shown: &Shown<'_>) -> Option<Chart> {
+    let c = shown.calibration;
+    let torch = c.at_torch.as_ref()?;
+    let reach = |k: usize| match k {
+        TIME_OFFSET => torch.speed_m_s,
+        ROTATION..TRANSLATION => torch.stand_off_m,
+        _ => 1.0,
+    };
+    let known: Vec<(usize, f64)> = (0..LINES).filter_map(|k| Some((k, c.sigma(k)?))).collect();
+    if known.is_empty() {
+        return None;
+    }
+    let all = names(c.parameters.lines.len());
+    Some(Chart {
+        id: "at-the-seam",
+        title: "What each uncertainty alone moves the seam by",
+        explanation: format!(
+            "One standard deviation of each unknown as millimetres at the seam, {:.0} mm from the sensor at {:.0} mm/s. Together they are less where they go together.",
+            torch.stand_off_m * MM_PER_M,
+            torch.speed_m_s * MM_PER_M
+        ),
+        alternative: "Bars: millimetres that one standard deviation of each unknown moves the seam by"
+            .to_owned(),
+        wide: false,
+        drawn: Drawn::Bars {
+            names: known.iter().map(|(k, _)| all[*k].clone()).collect(),
+            values: known.iter().map(|(k, sigma)| sigma * reach(*k) * MM_PER_M).collect(),
+            axis: Axis::of("at the seam (mm)"),
+            mark: None,
+        },
+    })
+}
+
+fn correlation(shown: &Shown<'_>) -> Option<Chart> {
+    let c = shown.calibration;
+    let all = names(c.parameters.lines.len());
+    let known: Vec<(usize, f64)> =
+        (0..all.len()).filter_map(|k| Some((k, c.sigma(k).filter(|s| *s > 0.0)?))).collect();
+    if known.len() < 2 {
+        return None;
+    }
+    let value = |(i, a): &(usize, f64), (j, b): &(usize, f64)| c.covariance[(*i, *j)] / (a * b);
+    let values = known.iter().flat_map(|row| known.iter().map(move |column| value(row, column))).collect();
+    let names: Vec<String> = known.iter().map(|(k, _)| all[*k].clone()).collect();
+    Some(Chart {
+        id: "correlation",
+        title: "What goes together",
+        explanation: "Correlation of the unknowns. Near ± 1 the scan tells two of them apart by little: more tilt about another axis does."
+            .to_owned(),
+        alternative: format!("Correlation matrix of {} unknowns, from −1 to 1", names.len()),
+        wide: false,
+        drawn: Drawn::Matrix(Matrix { columns: names.clone(), rows: names, values, strongest: 1.0 }),
+    })
+}
+
+fn spectrum(shown: &Shown<'_>) -> Chart {
+    let values = &shown.calibration.observability.singular_values;
+    Chart {
+        id: "spectrum",
+        title: "How well each direction is seen",
+        explanation: format!(
+            "Singular values of the scaled problem, as parts of the largest. Below {RANK_THRESHOLD:.0e} a direction is not seen; {} of {} are.",
+            shown.calibration.observability.rank, shown.calibration.observability.size
+        ),
+        alternative: "Bars: singular values of the whitened, scaled Jacobian as parts of the largest, on a logarithmic axis".to_owned(),
+        wide: false,
+        drawn: Drawn::Bars {
+            names: (1..=values.len()).map(|k| k.to_string()).collect(),
+            // A logarithmic axis has no zero; what is below rounding is drawn at it.
+            values: values.iter().map(|value| value.max(1e-16)).collect(),
+            axis: Axis::log("part of the largest"),
+            mark: Some(Mark { name: "not seen below".to_owned(), at: RANK_THRESHOLD, upright: true }),
+        },
+    }
+}
+
+fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
+    let c = shown.calibration;
+    if shown.profile.is_empty() || !c.is_known(TIME_OFFSET) {
+        return None;
+    }
+    let x = columns.add(shown.profile.iter().map(|p| p.time_offset_s * 1e3));
+    let y = columns.add(shown.profile.iter().map(|p| p.typical_sigmas));
+    let mut marks =
+        vec![Mark { name: "estimate".to_owned(), at: c.parameters.time_offset_s * 1e3, upright: true }];
+    let other = c.runner_up.as_ref().map(|other| {
+        marks.push(Mark { name: "next best".to_owned(), at: other.time_offset_s * 1e3, upright: true });
+        format!(
+            " The next best valley is at {:.1} ms and explains {:.0} % of the features instead of {:.0} %.",
+            other.time_offset_s * 1e3,
+            100.0 * other.explains,
+            100.0 * other.best_explains
+        )
+    });
+    Some(Chart {
+        id: "offset-profile",
+        title: "Other time offsets",
+        explanation: format!(
+            "Typical residual at every time offset, all else solved anew. A path that repeats itself has several valleys; the estimate must be the only deep one.{}",
+            other.unwrap_or_default()
+        ),
+        alternative:
+            "Typical residual in standard deviations over the time offset in ms, on a logarithmic axis"
+                .to_owned(),
+        wide: false,
+        drawn: Drawn::Plot {
+            x: Axis::of("time offset (ms)"),
+            y: Axis::log("typical residual (σ)"),
+            series: vec![Series::steps("all else at its best", x, y, Colour::A)],
+            marks,
+        },
+    })
+}
+
+fn held_out(shown: &Shown<'_>) -> Option<Chart> {
+    let check = shown.calibration.held_out.as_ref()?;
+    let what = if check.passes { "pass" } else { "block" };
+    let rows = check
+        .parts
+        .iter()
+        .map(|part| format!("{what} {:.1}–{:.1} s", part.span_s[0], part.span_s[1]))
+        .collect();
+    let values = check.parts.iter().flat_map(|part| part.sigmas.iter().copied()).collect();
+    Some(Chart {
+        id: "held-out",
+        title: "The parts of the scan against each other",
+        explanation: format!(
+            "How the estimate moves without each part, in standard deviations of what noise does. The rest predicts it to {:.4} mm; fitted it is {:.4} mm.",
+            check.rms_m * MM_PER_M,
+            check.fitted_rms_m * MM_PER_M
+        ),
+        alternative:
+            "Matrix: parts of the scan left out in turn against unknowns, change in standard deviations"
+                .to_owned(),
+        wide: false,
+        drawn: Drawn::Matrix(Matrix { columns: names(0), rows, values, strongest: 5.0 }),
+    })
+}

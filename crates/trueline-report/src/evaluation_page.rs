@@ -1,0 +1,106 @@
+//! The report of an evaluation: figures, and every error along the seam.
+
+use crate::evaluated;
+use crate::page::{
+    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Verdict, render,
+};
+use trueline::evaluate::{Deviation, Evaluation, Figures};
+use trueline_dataset::unit::MM_PER_M;
+
+/// Renders the report.
+#[must_use]
+pub fn html(e: &Evaluation, title: &str, command: &str) -> String {
+    let figures = Figures::of(e.calibrated.iter().map(|d| d.error_m));
+    let reference = e.references.first().map_or_else(String::new, evaluated::described);
+    let mut page = Page {
+        title: title.to_owned(),
+        verdict: Verdict {
+            text: format!(
+                "{:.3} mm root mean square from {} {reference}, {:.3} mm at most.",
+                figures.rmse_m * MM_PER_M,
+                if e.known { "the known" } else { "the best-fitting" },
+                figures.max_m * MM_PER_M
+            ),
+            good: None,
+        },
+        ..Page::default()
+    };
+    let columns = &mut page.columns;
+    page.sections = vec![
+        Section { id: "figures", heading: "", blocks: vec![Block::Table(table(e))] },
+        Section { id: "errors", heading: "Errors", blocks: charts(e, columns) },
+        Section {
+            id: "made",
+            heading: "How this was made",
+            blocks: vec![Block::List(
+                evaluated::text(e)
+                    .lines()
+                    .filter(|l| !l.trim().is_empty())
+                    .map(|l| l.trim().to_owned())
+                    .chain([command.to_owned()])
+                    .collect(),
+            )],
+        },
+    ];
+    render(&page)
+}
+
+fn table(e: &Evaluation) -> Table {
+    let row = |name: &str, list: &[Deviation]| {
+        let f = Figures::of(list.iter().map(|d| d.error_m));
+        let mm = |m: f64| format!("{:.4}", m * MM_PER_M);
+        TableRow::plain(vec![
+            name.to_owned(),
+            f.count.to_string(),
+            mm(f.rmse_m),
+            mm(f.mae_m),
+            mm(f.median_m),
+            mm(f.max_m),
+        ])
+    };
+    Table {
+        head: ["", "points", "RMSE (mm)", "MAE (mm)", "median (mm)", "max (mm)"].map(str::to_owned).to_vec(),
+        rows: vec![row("as calibrated", &e.calibrated), row("time offset left out", &e.without_offset)],
+    }
+}
+
+/// More points than this are thinned out for drawing.
+const MOST: usize = 50_000;
+
+fn charts(e: &Evaluation, columns: &mut Columns) -> Vec<Block> {
+    let lists = [
+        ("as calibrated", &e.calibrated, Colour::A),
+        ("time offset left out", &e.without_offset, Colour::Bad),
+    ];
+    let mut chart = |id, title, axis: &str, of: &dyn Fn(&Deviation) -> f64| {
+        let series = lists
+            .iter()
+            .rev()
+            .map(|(name, list, colour)| {
+                let thin = || list.iter().step_by(list.len().div_ceil(MOST).max(1));
+                let x = columns.add(thin().map(|d| d.measured.stamp_s));
+                let y = columns.add(thin().map(of));
+                Series::points(name, x, y, *colour)
+            })
+            .collect();
+        Block::Chart(Chart {
+            id,
+            title,
+            explanation: String::new(),
+            alternative: format!("{title} in mm over time in s"),
+            wide: false,
+            drawn: Drawn::Plot {
+                x: Axis::of("time since the first robot row (s)"),
+                y: Axis::of(axis),
+                series,
+                marks: Vec::new(),
+            },
+        })
+    };
+    vec![
+        chart("distance", "Distance from the reference", "distance (mm)", &|d| d.error_m.norm() * MM_PER_M),
+        chart("error-x", "Error along base x", "error x (mm)", &|d| d.error_m.x * MM_PER_M),
+        chart("error-y", "Error along base y", "error y (mm)", &|d| d.error_m.y * MM_PER_M),
+        chart("error-z", "Error along base z", "error z (mm)", &|d| d.error_m.z * MM_PER_M),
+    ]
+}

@@ -1,0 +1,128 @@
+//! A report as data: sections of words, tables and charts; rendered into one HTML file that opens offline.
+//!
+//! A page knows nothing of calibrations. What is shown is decided by the modules that build pages; how it is drawn, by
+//! `assets/report.js`, one function for each kind of [`Chart`].
+
+mod chart;
+mod columns;
+mod render;
+
+pub use chart::{Axis, Chart, Colour, Drawn, Heat, Histogram, Mark, Matrix, Part, Series};
+pub use columns::{Column, Columns};
+pub use render::render;
+
+/// A whole report.
+#[derive(Debug, Default)]
+pub struct Page {
+    /// What it is about.
+    pub title: String,
+    /// The first thing that a reader sees.
+    pub verdict: Verdict,
+    /// Everything else, in order.
+    pub sections: Vec<Section>,
+    /// The numbers behind all charts.
+    pub columns: Columns,
+}
+
+/// A sentence, and whether it is good news.
+#[derive(Debug, Default)]
+pub struct Verdict {
+    /// The sentence.
+    pub text: String,
+    /// Good, or bad; `None` is neither.
+    pub good: Option<bool>,
+}
+
+/// A part of a report under a heading.
+#[derive(Debug, Default)]
+pub struct Section {
+    /// Name in the address of the section: letters and hyphens.
+    pub id: &'static str,
+    /// Heading; the first screen has none.
+    pub heading: &'static str,
+    /// What stands there.
+    pub blocks: Vec<Block>,
+}
+
+/// A piece of a section.
+#[derive(Debug)]
+pub enum Block {
+    /// Words.
+    Text(String),
+    /// Items, one a line.
+    List(Vec<String>),
+    /// What must not be overlooked: a heading and items.
+    Notice {
+        /// Heading.
+        heading: &'static str,
+        /// Items.
+        items: Vec<String>,
+        /// Whether it is why something failed.
+        bad: bool,
+    },
+    /// Large numbers beside each other.
+    Cards(Vec<Card>),
+    /// Names and values.
+    Facts(Vec<(String, String)>),
+    /// A table with a header.
+    Table(Table),
+    /// The same thing written in several ways; the reader chooses and copies.
+    Choice {
+        /// What it is.
+        label: &'static str,
+        /// Ways to write it.
+        forms: Vec<crate::forms::Form>,
+    },
+    /// A drawing that is part of the program.
+    Drawing(&'static str),
+    /// A chart.
+    Chart(Chart),
+    /// A picture, PNG.
+    Picture {
+        /// Name in its address.
+        id: String,
+        /// What it shows.
+        caption: String,
+        /// The file's bytes.
+        png: Vec<u8>,
+    },
+}
+
+/// A large number with what it means.
+#[derive(Debug)]
+pub struct Card {
+    /// What it is.
+    pub name: &'static str,
+    /// The number with its ± and unit, one or several.
+    pub values: Vec<String>,
+    /// What it means.
+    pub meaning: String,
+}
+
+/// A table; cells may name a place on the page.
+#[derive(Debug, Default)]
+pub struct Table {
+    /// Heads of the columns.
+    pub head: Vec<String>,
+    /// Rows of cells.
+    pub rows: Vec<TableRow>,
+}
+
+/// A row of a table.
+#[derive(Debug, Default)]
+pub struct TableRow {
+    /// Name in its address, where something points to it.
+    pub id: Option<String>,
+    /// Where its first cell leads.
+    pub link: Option<String>,
+    /// Its cells.
+    pub cells: Vec<String>,
+}
+
+impl TableRow {
+    /// A row of cells that nothing points to.
+    #[must_use]
+    pub fn plain(cells: Vec<String>) -> Self {
+        Self { id: None, link: None, cells }
+    }
+}

@@ -1,0 +1,197 @@
+//! Page → one HTML file with its style, its charting library and its data inside.
+
+use super::{Block, Card, Chart, Page, Section, Table};
+use crate::forms::Form;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+const TEMPLATE: &str = include_str!("../../assets/report.html");
+const STYLE: &str = include_str!("../../assets/report.css");
+const CHARTS: &str = include_str!("../../assets/charts.js");
+const SCRIPT: &str = include_str!("../../assets/report.js");
+/// Apache ECharts 6.1.0: see assets/third_party/echarts.
+const ECHARTS: &str = include_str!("../../assets/third_party/echarts/echarts-custom.min.js");
+
+/// Renders a page.
+#[must_use]
+pub fn render(page: &Page) -> String {
+    let verdict_class = match page.verdict.good {
+        Some(true) => "good",
+        Some(false) => "bad",
+        None => "plain",
+    };
+    let parts = [
+        ("{{title}}", escape(&page.title)),
+        ("{{style}}", STYLE.to_owned()),
+        ("{{verdict_class}}", verdict_class.to_owned()),
+        ("{{verdict}}", escape(&page.verdict.text)),
+        ("{{links}}", links(&page.sections)),
+        ("{{sections}}", page.sections.iter().map(section).collect()),
+        ("{{version}}", env!("CARGO_PKG_VERSION").to_owned()),
+        ("{{echarts}}", ECHARTS.to_owned()),
+        ("{{charts}}", CHARTS.to_owned()),
+        ("{{data}}", in_script(&data(page))),
+        ("{{script}}", SCRIPT.to_owned()),
+    ];
+    // One pass over the template, so that nothing inside a part is taken for a placeholder.
+    let mut out = String::new();
+    let mut rest = TEMPLATE;
+    while let Some(start) = rest.find("{{") {
+        out.push_str(&rest[..start]);
+        rest = &rest[start..];
+        let known = parts.iter().find(|(name, _)| rest.starts_with(name));
+        let (text, taken) = known.map_or(("{{", 2), |(name, text)| (text.as_str(), name.len()));
+        out.push_str(text);
+        rest = &rest[taken..];
+    }
+    out.push_str(rest);
+    out
+}
+
+fn data(page: &Page) -> Value {
+    let charts = page.sections.iter().flat_map(|section| &section.blocks).filter_map(|block| match block {
+        Block::Chart(chart) => Some(chart.json(&page.columns)),
+        _ => None,
+    });
+    json!({ "columns": page.columns.json(), "charts": charts.collect::<Vec<_>>() })
+}
+
+fn links(sections: &[Section]) -> String {
+    let named = sections.iter().filter(|section| !section.heading.is_empty());
+    named.map(|s| format!("<a href=\"#{}\">{}</a>", s.id, escape(s.heading))).collect()
+}
+
+fn section(section: &Section) -> String {
+    let mut out = format!("<section id=\"{}\">", section.id);
+    // Writing to a String cannot fail.
+    if !section.heading.is_empty() {
+        let _ = write!(out, "<h2>{}</h2>", escape(section.heading));
+    }
+    out.push_str("<div class=\"blocks\">");
+    for block in &section.blocks {
+        out.push_str(&html_of(block));
+    }
+    out.push_str("</div></section>\n");
+    out
+}
+
+fn html_of(block: &Block) -> String {
+    match block {
+        Block::Text(text) => format!("<p class=\"full\">{}</p>", escape(text)),
+        Block::List(items) => format!("<ul class=\"full\">{}</ul>", list(items)),
+        Block::Notice { heading, items, bad } => format!(
+            "<div class=\"notice full {}\"><h3>{}</h3><ul>{}</ul></div>",
+            if *bad { "bad" } else { "mind" },
+            escape(heading),
+            list(items)
+        ),
+        Block::Cards(cards) => {
+            format!("<div class=\"cards full\">{}</div>", cards.iter().map(card).collect::<String>())
+        }
+        Block::Facts(facts) => {
+            let row = |(name, value): &(String, String)| {
+                format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>", escape(name), escape(value))
+            };
+            format!("<table class=\"facts full\">{}</table>", facts.iter().map(row).collect::<String>())
+        }
+        Block::Table(table) => table_html(table),
+        Block::Choice { label, forms } => choice(label, forms),
+        Block::Drawing(svg) => format!("<figure class=\"wide drawing\">{svg}</figure>"),
+        Block::Chart(chart) => figure(chart),
+        Block::Picture { id, caption, png } => format!(
+            "<figure id=\"{0}\" class=\"picture\"><img alt=\"{1}\" src=\"data:image/png;base64,{2}\"><p>{1}</p></figure>",
+            escape(id),
+            escape(caption),
+            STANDARD.encode(png)
+        ),
+    }
+}
+
+fn list(items: &[String]) -> String {
+    items.iter().map(|item| format!("<li>{}</li>", escape(item))).collect()
+}
+
+fn card(card: &Card) -> String {
+    let values: String =
+        card.values.iter().map(|v| format!("<div class=\"value\">{}</div>", escape(v))).collect();
+    format!(
+        "<div class=\"card\"><h3>{}</h3>{values}<p>{}</p></div>",
+        escape(card.name),
+        escape(&card.meaning)
+    )
+}
+
+fn table_html(table: &Table) -> String {
+    let head: String = table.head.iter().map(|h| format!("<th scope=\"col\">{}</th>", escape(h))).collect();
+    let mut out =
+        format!("<div class=\"scroll full\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>");
+    for row in &table.rows {
+        let id = row.id.as_ref().map_or_else(String::new, |id| format!(" id=\"{}\"", escape(id)));
+        let _ = write!(out, "<tr{id}>");
+        for (k, cell) in row.cells.iter().enumerate() {
+            match row.link.as_ref().filter(|_| k == 0) {
+                Some(link) => {
+                    let _ = write!(out, "<td><a href=\"#{}\">{}</a></td>", escape(link), escape(cell));
+                }
+                None => {
+                    let _ = write!(out, "<td>{}</td>", escape(cell));
+                }
+            }
+        }
+        out.push_str("</tr>");
+    }
+    out.push_str("</tbody></table></div>");
+    out
+}
+
+/// All forms are on the page, so that it says the same without a script, and on paper.
+fn choice(label: &str, forms: &[Form]) -> String {
+    let mut out = format!(
+        "<div class=\"choice full\"><h3>{}</h3><div class=\"tabs\" role=\"tablist\"></div>",
+        escape(label)
+    );
+    for form in forms {
+        let _ = write!(
+            out,
+            "<div class=\"form\" data-name=\"{}\"><p>{}</p><pre tabindex=\"0\">{}</pre></div>",
+            escape(form.name),
+            escape(form.convention),
+            escape(&form.text)
+        );
+    }
+    out.push_str("</div>");
+    out
+}
+
+fn figure(chart: &Chart) -> String {
+    let tools = match chart.drawn {
+        super::Drawn::Scene(_) => {
+            "<button data-look=\"iso\">Oblique</button><button data-look=\"top\">Top</button>\
+             <button data-look=\"front\">Front</button><button data-look=\"side\">Side</button>\
+             <button data-scale=\"1.25\" aria-label=\"nearer\">+</button>\
+             <button data-scale=\"0.8\" aria-label=\"further\">−</button>"
+        }
+        super::Drawn::Matrix(_) | super::Drawn::Bars { .. } => "",
+        _ => "<button data-reset>Reset view</button>",
+    };
+    format!(
+        "<figure class=\"chart{}\"><figcaption><h3>{}</h3><span class=\"tools\">{tools}</span></figcaption>\
+         <p>{}</p><div class=\"plot\" id=\"{}\" role=\"img\" aria-label=\"{}\"></div><div class=\"live\" aria-live=\"polite\"></div></figure>",
+        if chart.wide { " wide" } else { "" },
+        escape(chart.title),
+        escape(&chart.explanation),
+        chart.id,
+        escape(&chart.alternative)
+    )
+}
+
+/// JSON inside a script element: no text of the data may end it.
+fn in_script(value: &Value) -> String {
+    value.to_string().replace('<', "\\u003c")
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

@@ -1,0 +1,122 @@
+//! The report of a look at pictures: how many show the seam, where, how well, and why others do not.
+
+use crate::page::{
+    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Verdict, render,
+};
+use std::collections::BTreeMap;
+
+/// One picture.
+#[derive(Clone, Debug)]
+pub struct Looked {
+    /// Its stamp since the first, s.
+    pub stamp_s: f64,
+    /// Its file.
+    pub file: String,
+    /// The seam and its standard deviations, px; or why there is none.
+    pub seam: Result<([f64; 2], [f64; 2]), String>,
+}
+
+/// Renders the report; `words` is the summary as it is printed.
+#[must_use]
+pub fn html(title: &str, words: &str, looked: &[Looked], size_px: [u32; 2], command: &str) -> String {
+    let found = looked.iter().filter(|l| l.seam.is_ok()).count();
+    let mut page = Page {
+        title: title.to_owned(),
+        verdict: Verdict {
+            text: format!("The seam is found in {found} of {} pictures.", looked.len()),
+            good: Some(found > 0),
+        },
+        ..Page::default()
+    };
+    let columns = &mut page.columns;
+    let mut summary: Vec<String> = words.lines().map(|l| l.trim().to_owned()).collect();
+    summary.push(command.to_owned());
+    page.sections = vec![
+        Section { id: "seams", heading: "Where the seam is", blocks: charts(looked, size_px, columns) },
+        Section { id: "missing", heading: "Pictures without a seam", blocks: missing(looked) },
+        Section { id: "summary", heading: "In words", blocks: vec![Block::List(summary)] },
+    ];
+    render(&page)
+}
+
+fn charts(looked: &[Looked], size_px: [u32; 2], columns: &mut Columns) -> Vec<Block> {
+    let seams: Vec<(f64, [f64; 2], [f64; 2])> = looked
+        .iter()
+        .filter_map(|l| l.seam.as_ref().ok().map(|(at, sigma)| (l.stamp_s, *at, *sigma)))
+        .collect();
+    let time = columns.add(seams.iter().map(|s| s.0));
+    let [u, v] = [0, 1].map(|k| columns.add(seams.iter().map(|s| s.1[k])));
+    let [sigma_u, sigma_v] = [0, 1].map(|k| columns.add(seams.iter().map(|s| s.2[k])));
+    let plot = |id, title, explanation: &str, x: Axis, y: Axis, series| {
+        let alternative = format!("{title}: {} over {}", y.name, x.name);
+        let drawn = Drawn::Plot { x, y, series, marks: Vec::new() };
+        Block::Chart(Chart {
+            id,
+            title,
+            explanation: explanation.to_owned(),
+            alternative,
+            wide: false,
+            drawn,
+        })
+    };
+    let [width, height] = size_px.map(f64::from);
+    let down = Axis { inverse: true, ..Axis::of("v (px)").between(0.0, height) };
+    vec![
+        plot(
+            "over-time",
+            "Seam over time",
+            "A point that jumps away from its neighbours was refused.",
+            Axis::of("time (s)"),
+            Axis::of("px"),
+            vec![Series::points("u", time, u, Colour::A), Series::points("v", time, v, Colour::B)],
+        ),
+        plot(
+            "in-picture",
+            "Seam in the picture",
+            "What the scan has swept of the view: the more, the better the calibration.",
+            Axis::of("u (px)").between(0.0, width),
+            down,
+            vec![Series::points("seam", u, v, Colour::A)],
+        ),
+        plot(
+            "sigma",
+            "How well it is known",
+            "One standard deviation along both axes.",
+            Axis::of("time (s)"),
+            Axis::log("± (px)"),
+            vec![
+                Series::points("u", time, sigma_u, Colour::A),
+                Series::points("v", time, sigma_v, Colour::B),
+            ],
+        ),
+    ]
+}
+
+/// Rows of the list.
+const MOST: usize = 300;
+
+fn missing(looked: &[Looked]) -> Vec<Block> {
+    let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
+    let without: Vec<(&Looked, &String)> =
+        looked.iter().filter_map(|l| l.seam.as_ref().err().map(|reason| (l, reason))).collect();
+    for (_, reason) in &without {
+        *reasons.entry(reason).or_insert(0) += 1;
+    }
+    if without.is_empty() {
+        return vec![Block::Text("None.".to_owned())];
+    }
+    let mut blocks =
+        vec![Block::List(reasons.iter().map(|(reason, count)| format!("{count}: {reason}")).collect())];
+    if without.len() > MOST {
+        blocks.push(Block::Text(format!("The first {MOST} of {}:", without.len())));
+    }
+    blocks.push(Block::Table(Table {
+        head: ["time (s)", "file", "why"].map(str::to_owned).to_vec(),
+        rows: (without.iter().take(MOST))
+            .map(|(l, reason)| {
+                TableRow::plain(vec![format!("{:.3}", l.stamp_s), l.file.clone(), (*reason).clone()])
+            })
+            .collect(),
+    }));
+    blocks
+}

@@ -1,0 +1,328 @@
+//! The report of a plan: what it promises, the path, the view, what it uses of the limits.
+
+use crate::number::digits_for;
+use crate::page::{
+    Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Verdict, render,
+};
+use crate::planned;
+use nalgebra::{Point3, Vector3};
+use trueline::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_geometry::Pose;
+use trueline_plan::demands::Demand;
+use trueline_plan::guess_error::DIRECTIONS;
+use trueline_plan::prediction::Observer;
+use trueline_plan::{Cell, Goal, Plan, Prediction, View};
+
+/// All that the report is made from.
+pub struct Source<'a> {
+    /// What was known.
+    pub cell: &'a Cell,
+    /// What was planned.
+    pub plan: &'a Plan,
+    /// What was asked for, if anything was.
+    pub asked: Option<&'a Goal>,
+    /// What is promised as the scan goes on.
+    pub over_time: &'a [(f64, Prediction)],
+    /// How to make it again.
+    pub command: &'a str,
+}
+
+/// Times at which the motion is drawn.
+const SAMPLES: usize = 1500;
+/// Places at which the field of view is drawn.
+const VIEWS: usize = 6;
+
+/// Renders the report.
+#[must_use]
+pub fn html(source: &Source<'_>) -> String {
+    let Source { cell, plan, asked, .. } = source;
+    let missed = asked.map(|goal| planned::missed(plan, goal)).unwrap_or_default();
+    let mut page = Page {
+        title: "A planned scan".to_owned(),
+        verdict: Verdict {
+            text: sentence(plan, asked.is_some(), missed.is_empty()),
+            good: asked.map(|_| missed.is_empty()),
+        },
+        ..Page::default()
+    };
+    let mut first = Vec::new();
+    if !missed.is_empty() {
+        first.push(Block::Notice { heading: "What is missed", items: missed, bad: true });
+    }
+    first.push(Block::Cards(cards(plan)));
+    let columns = &mut page.columns;
+    let sections = [
+        ("promise", "", first),
+        ("space", "In space", vec![scene(cell, plan, columns)]),
+        ("time", "Over time", over_time(source, columns)),
+        ("limits", "Limits", vec![limits(cell, plan), room(cell, plan, columns)]),
+        ("plan", "The plan in words", vec![Block::List(words(source))]),
+    ];
+    page.sections =
+        sections.into_iter().map(|(id, heading, blocks)| Section { id, heading, blocks }).collect();
+    render(&page)
+}
+
+fn sentence(plan: &Plan, asked: bool, reached: bool) -> String {
+    let seconds = plan.motion.design().duration_s;
+    match (asked, reached) {
+        (true, true) => format!("A scan of {seconds:.1} s reaches what is wanted."),
+        (true, false) => format!("The best scan of {seconds:.1} s misses what is wanted."),
+        (false, _) => format!("A scan of {seconds:.1} s, planned within all limits."),
+    }
+}
+
+fn cards(plan: &Plan) -> Vec<Card> {
+    let sigma = |k: usize, factor: f64, unit: &str| {
+        let value = plan.prediction.sigma(k) * factor;
+        format!("± {value:.0$} {unit}", digits_for(value))
+    };
+    let three = |first: usize, factor: f64, unit: &str| {
+        ["x", "y", "z"]
+            .iter()
+            .enumerate()
+            .map(|(k, axis)| format!("{axis} {}", sigma(first + k, factor, unit)))
+            .collect()
+    };
+    vec![
+        Card {
+            name: "Time offset",
+            values: vec![sigma(TIME_OFFSET, 1e3, "ms")],
+            meaning: "One standard deviation that the scan promises.".to_owned(),
+        },
+        Card {
+            name: "Rotation",
+            values: three(ROTATION, 1.0_f64.to_degrees(), "°"),
+            meaning: "About the tool's axes.".to_owned(),
+        },
+        Card {
+            name: "Translation",
+            values: three(TRANSLATION, MM_PER_M, "mm"),
+            meaning: "Along the tool's axes.".to_owned(),
+        },
+    ]
+}
+
+fn times(plan: &Plan, count: usize) -> impl Iterator<Item = f64> {
+    let duration_s = plan.motion.design().duration_s;
+    (0..=count).map(move |k| duration_s * k as f64 / count as f64)
+}
+
+fn scene(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
+    let mut column = |points: Vec<Vector3<f64>>| {
+        columns.add(points.iter().flat_map(|p| [p.x, p.y, p.z]).map(|m| m * MM_PER_M).collect::<Vec<f64>>())
+    };
+    let path = times(plan, SAMPLES).map(|t| plan.motion.base_from_tool(t).translation.vector).collect();
+    let camera = times(plan, SAMPLES)
+        .map(|t| (plan.motion.base_from_tool(t) * cell.tool_from_camera).translation.vector)
+        .collect();
+    let seam = times(plan, SAMPLES).map(|t| plan.motion.station(t).seam_point).collect();
+    let views = times(plan, VIEWS)
+        .flat_map(|t| view(cell, &(plan.motion.base_from_tool(t) * cell.tool_from_camera)))
+        .collect();
+    let part = |name: &str, xyz, colour| Part { name: name.to_owned(), xyz, colour, line: true };
+    let mut parts = vec![
+        part("tool path", column(path), Colour::A),
+        part("camera path", column(camera), Colour::D),
+        part("field of view on the laser sheet", column(views), Colour::B),
+        part("seam", column(seam), Colour::C),
+    ];
+    if let Some(corners) = &cell.limits.workspace_m {
+        parts.push(part("workspace of the tool", column(edges(corners)), Colour::Soft));
+    }
+    Block::Chart(Chart {
+        id: "scene",
+        title: "Path of tool and camera, and what the camera sees",
+        explanation: "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres in base.".to_owned(),
+        alternative: "The planned path of the tool, the field of view at some places, and the seam, in the robot's base frame in mm".to_owned(),
+        wide: true,
+        drawn: Drawn::Scene(parts),
+    })
+}
+
+/// Outline of the field of view on the sheet and lines to its corners; a gap ends it.
+fn view(cell: &Cell, base_from_camera: &Pose) -> Vec<Vector3<f64>> {
+    let [near, far] = cell.limits.stand_off_m;
+    let Some(half) = half_width(cell, near).zip(half_width(cell, far)) else { return Vec::new() };
+    let at = |stand_off_m: f64, stripe_m: f64| {
+        let station = trueline_plan::stance::Station {
+            seam_point: Vector3::zeros(),
+            stripe_m,
+            stand_off_m,
+            tilt_rad: [0.0; 3],
+        };
+        (base_from_camera * Point3::from(cell.stance.point_in_camera(&station))).coords
+    };
+    let corners = [at(near, -half.0), at(near, half.0), at(far, half.1), at(far, -half.1)];
+    let apex = base_from_camera.translation.vector;
+    let mut points: Vec<Vector3<f64>> = corners.to_vec();
+    points.push(corners[0]);
+    points.extend(corners.iter().flat_map(|corner| [apex, *corner]));
+    points.push(Vector3::repeat(f64::NAN));
+    points
+}
+
+/// Half the width of the view at a stand-off, m.
+fn half_width(cell: &Cell, stand_off_m: f64) -> Option<f64> {
+    match &cell.view {
+        View::Camera { camera, .. } => Some(0.5 * f64::from(camera.size[0]) / camera.focal.x * stand_off_m),
+        View::Window { half_width_m, .. } => Some(*half_width_m),
+    }
+}
+
+/// Edges of a box; gaps between them.
+fn edges(corners: &[Vector3<f64>; 2]) -> Vec<Vector3<f64>> {
+    let [low, high] = corners;
+    let pick = |bits: usize| Vector3::from_fn(|k, _| if bits >> k & 1 == 1 { high[k] } else { low[k] });
+    let pairs = (0..8_usize).flat_map(|from| (0..3).map(move |axis| (from, from | 1 << axis)));
+    let edges = pairs.filter(|(from, to)| from != to);
+    edges.flat_map(|(from, to)| [pick(from), pick(to), Vector3::repeat(f64::NAN)]).collect()
+}
+
+fn over_time(source: &Source<'_>, columns: &mut Columns) -> Vec<Block> {
+    let known: Vec<&(f64, Prediction)> = source.over_time.iter().filter(|(_, p)| p.shows_all()).collect();
+    let x = columns.add(known.iter().map(|(t, _)| *t));
+    let mut chart = |id, title, axis: &str, rows: Vec<(&str, usize, f64)>| {
+        let series = rows
+            .into_iter()
+            .enumerate()
+            .map(|(k, (name, component, factor))| {
+                let y = columns.add(known.iter().map(|(_, p)| p.sigma(component) * factor));
+                Series::line(name, x, y, Colour::of(k))
+            })
+            .collect();
+        Block::Chart(Chart {
+            id,
+            title,
+            explanation: "What is known once so much of the scan is done.".to_owned(),
+            alternative: format!("{title} over time in s, logarithmic"),
+            wide: false,
+            drawn: Drawn::Plot { x: Axis::of("time (s)"), y: Axis::log(axis), series, marks: Vec::new() },
+        })
+    };
+    let degrees = 1.0_f64.to_degrees();
+    let three = |first: usize, factor: f64| {
+        vec![("x", first, factor), ("y", first + 1, factor), ("z", first + 2, factor)]
+    };
+    let mut blocks = vec![
+        chart("sigma-time", "Sigma of the time offset", "± (ms)", vec![("time offset", TIME_OFFSET, 1e3)]),
+        chart("sigma-rotation", "Sigma of the rotation", "± (°)", three(ROTATION, degrees)),
+        chart("sigma-translation", "Sigma of the translation", "± (mm)", three(TRANSLATION, MM_PER_M)),
+    ];
+    blocks.push(sweeps(source.plan, columns));
+    blocks.push(place_in_sheet(source.plan, columns));
+    blocks
+}
+
+fn sweeps(plan: &Plan, columns: &mut Columns) -> Block {
+    let x = columns.add(times(plan, SAMPLES));
+    let series = ["work angle", "travel angle", "spin"]
+        .iter()
+        .enumerate()
+        .map(|(k, name)| {
+            let y =
+                columns.add(times(plan, SAMPLES).map(|t| plan.motion.station(t).tilt_rad[k].to_degrees()));
+            Series::line(name, x, y, Colour::of(k))
+        })
+        .collect();
+    Block::Chart(Chart {
+        id: "tilts",
+        title: "Attitude",
+        explanation:
+            "Work angle about the seam, travel angle about the stripe, spin about the range direction."
+                .to_owned(),
+        alternative: "Work angle, travel angle and spin in degrees over time in s".to_owned(),
+        wide: false,
+        drawn: Drawn::Plot { x: Axis::of("time (s)"), y: Axis::of("tilt (°)"), series, marks: Vec::new() },
+    })
+}
+
+fn place_in_sheet(plan: &Plan, columns: &mut Columns) -> Block {
+    let x = columns.add(times(plan, SAMPLES).map(|t| plan.motion.station(t).stripe_m * MM_PER_M));
+    let y = columns.add(times(plan, SAMPLES).map(|t| plan.motion.station(t).stand_off_m * MM_PER_M));
+    Block::Chart(Chart {
+        id: "in-the-sheet",
+        title: "Where the seam appears in the view",
+        explanation: "If the guess is right. The wider it sweeps, the more is learnt.".to_owned(),
+        alternative: "Stand-off in mm over the place along the stripe in mm".to_owned(),
+        wide: false,
+        drawn: Drawn::Plot {
+            x: Axis::of("along the stripe (mm)"),
+            y: Axis::of("stand-off (mm)"),
+            series: vec![Series::line("seam", x, y, Colour::A)],
+            marks: Vec::new(),
+        },
+    })
+}
+
+fn limits(cell: &Cell, plan: &Plan) -> Block {
+    let used = Demand::ALL.iter().filter(|d| **d != Demand::Workspace || cell.limits.workspace_m.is_some());
+    let (names, values) = used.map(|d| (d.name().to_owned(), 100.0 * plan.demands.used(*d))).unzip();
+    Block::Chart(Chart {
+        id: "limits-used",
+        title: "What is used of each limit",
+        explanation: "At the robot's own rate; the field of view for the worst guess that is allowed for."
+            .to_owned(),
+        alternative: "Bars: per cent of each limit that the path uses".to_owned(),
+        wide: false,
+        drawn: Drawn::Bars {
+            names,
+            values,
+            axis: Axis::of("used (%)"),
+            mark: Some(Mark { name: "all".to_owned(), at: 100.0, upright: true }),
+        },
+    })
+}
+
+fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
+    let observer = Observer::new(cell);
+    let rooms: Vec<(f64, f64, f64)> = times(plan, SAMPLES / 3)
+        .map(|t| {
+            let point = plan.motion.point_in_camera(t);
+            let right = cell.view.room(&point);
+            let placement = plan.motion.placement(t);
+            let jacobian = observer.as_ref().and_then(|o| o.jacobian(&placement, &point));
+            let worst = jacobian.map_or(f64::NAN, |(jacobian, _)| {
+                (0..DIRECTIONS)
+                    .map(|k| {
+                        cell.view
+                            .room(&(point + cell.sheet.axes() * cell.guess_error.outermost(&jacobian, k)))
+                    })
+                    .fold(right, f64::min)
+            });
+            (t, 100.0 * right, 100.0 * worst)
+        })
+        .collect();
+    let x = columns.add(rooms.iter().map(|r| r.0));
+    let (right, worst) = (columns.add(rooms.iter().map(|r| r.1)), columns.add(rooms.iter().map(|r| r.2)));
+    Block::Chart(Chart {
+        id: "room",
+        title: "Room in the field of view",
+        explanation: "How far the seam is from the edge of the view, its margin left out, as a part of half the view; below zero it is lost."
+            .to_owned(),
+        alternative: "Distance of the seam from the edge of the view in per cent of half the view over time in s, for the guess and for the worst error of it".to_owned(),
+        wide: false,
+        drawn: Drawn::Plot {
+            x: Axis::of("time (s)"),
+            y: Axis::of("room (%)"),
+            series: vec![
+                Series::line("if the guess is right", x, right, Colour::A),
+                Series::line("for the worst guess", x, worst, Colour::Bad),
+            ],
+            marks: vec![Mark { name: "lost below".to_owned(), at: 0.0, upright: false }],
+        },
+    })
+}
+
+fn words(source: &Source<'_>) -> Vec<String> {
+    let text = planned::text(source.cell, source.plan, source.asked);
+    let mut words: Vec<String> = text
+        .lines()
+        .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))
+        .filter(|line| !line.is_empty())
+        .collect();
+    words.push(format!("unknowns: {LINES} of sensor and clock, predicted as the estimator's own bound"));
+    words.push(format!("made by: {}", source.command));
+    words
+}
