@@ -177,6 +177,11 @@ impl Series {
         Self { dotted: true, ..Self::line(name, x, y, colour) }
     }
 
+    /// Gaps are part of a line, but no points.
+    fn points_drawn(&self, columns: &Columns) -> usize {
+        if self.line { columns.len(self.y) } else { columns.finite(self.y) }
+    }
+
     fn json(&self) -> Value {
         json!({
             "name": self.name, "x": self.x.0, "y": self.y.0, "colour": self.colour.name(), "line": self.line,
@@ -271,11 +276,11 @@ impl Chart {
                 "y": y.json(),
                 "series": series.iter().map(Series::json).collect::<Vec<_>>(),
                 "marks": marks.iter().map(Mark::json).collect::<Vec<_>>(),
-                "points": series.iter().map(|s| columns.len(s.x)).sum::<usize>(),
+                "points": series.iter().map(|s| s.points_drawn(columns)).sum::<usize>(),
             }),
             Drawn::Histogram(h) => json!({
                 "kind": "histogram", "axis": h.axis.json(), "low": h.low, "width": h.width, "counts": h.counts,
-                "expected": h.expected, "beyond": h.beyond, "points": h.counts.len(),
+                "expected": h.expected, "beyond": h.beyond, "points": h.counts.len() + h.expected.len(),
             }),
             Drawn::Matrix(m) => {
                 let cells: Vec<[f64; 3]> = (m.values.iter().enumerate())

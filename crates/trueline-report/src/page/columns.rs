@@ -27,6 +27,11 @@ impl Columns {
         self.columns[column.0].len()
     }
 
+    /// Values that can be drawn.
+    pub(super) fn finite(&self, y: Column) -> usize {
+        self.columns[y.0].iter().filter(|value| value.is_finite()).count()
+    }
+
     /// Each column's bytes, little-endian, as text.
     pub(super) fn json(&self) -> Value {
         let text = |column: &Vec<f32>| {

@@ -1,0 +1,152 @@
+//! Every report in a real browser: nothing is loaded, nothing complains, every chart shows all its points.
+//!
+//! Needs Chromium (`TRUELINE_CHROMIUM`, or one in the path); where there is none, this says so and tests nothing.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "a test fails by panicking"
+)]
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn browser() -> Option<PathBuf> {
+    let named = std::env::var_os("TRUELINE_CHROMIUM").map(PathBuf::from);
+    let folders: Vec<PathBuf> =
+        std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).collect();
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    let found =
+        folders.iter().flat_map(|folder| names.map(|name| folder.join(name))).find(|file| file.exists());
+    if named.is_none() && found.is_none() {
+        eprintln!("no Chromium here: the reports are not looked at");
+    }
+    named.or(found)
+}
+
+struct Look {
+    width: u32,
+    dark: bool,
+}
+
+/// The page as the browser has built it, and what it said meanwhile.
+fn open(browser: &Path, folder: &Path, report: &Path, look: &Look, more: &[&str]) -> (String, String) {
+    let profile = folder.join("profile");
+    let output: Output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--no-first-run",
+            "--disable-background-networking",
+        ])
+        .args(["--disable-component-update", "--disable-sync", "--disable-quic", "--hide-scrollbars"])
+        .args(["--enable-logging=stderr", "--virtual-time-budget=30000"])
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg(format!("--window-size={},1200", look.width))
+        .arg(format!("--blink-settings=preferredColorScheme={}", if look.dark { 0 } else { 1 }))
+        .args(more)
+        .arg(format!("file://{}", report.display()))
+        .output()
+        .unwrap();
+    (
+        String::from_utf8_lossy(&output.stdout).into_owned(),
+        String::from_utf8_lossy(&output.stderr).into_owned(),
+    )
+}
+
+/// An attribute of the first element in a text.
+fn attribute<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+    let start = text.find(&format!("{name}=\""))? + name.len() + 2;
+    text[start..].split('"').next()
+}
+
+/// The charts that the page should draw, with their numbers of points.
+fn expected(report: &Path) -> Vec<(String, u64)> {
+    let text = fs::read_to_string(report).unwrap();
+    let start = text.find("<script id=\"data\" type=\"application/json\">").unwrap();
+    let json = text[start..].split_once('>').unwrap().1.split("</script>").next().unwrap();
+    let data: Value = serde_json::from_str(json).unwrap();
+    let charts = data["charts"].as_array().unwrap().iter();
+    charts.map(|c| (c["id"].as_str().unwrap().to_owned(), c["points"].as_u64().unwrap())).collect()
+}
+
+fn check(browser: &Path, folder: &Path, report: &Path, look: &Look) {
+    let (page, said) = open(browser, folder, report, look, &["--dump-dom"]);
+    let what = format!("{} at {} px, dark: {}", report.display(), look.width, look.dark);
+    let root = page.split_once("<head>").map_or("", |(root, _)| root);
+    assert!(!said.contains(":CONSOLE"), "{what}: {said}");
+    assert_eq!(attribute(root, "data-problems"), Some(""), "{what}");
+    assert_eq!(attribute(root, "data-requests"), Some("0"), "{what}");
+    assert_eq!(attribute(root, "data-overflow"), Some("0"), "{what}: it is wider than the window");
+    assert_eq!(attribute(root, "data-theme"), Some(if look.dark { "dark" } else { "light" }), "{what}");
+    let charts = expected(report);
+    assert!(!charts.is_empty());
+    for (id, points) in charts {
+        let element = page.split('<').find(|element| element.contains(&format!("id=\"{id}\""))).unwrap();
+        let shown = attribute(element, "data-points").map(str::to_owned);
+        assert_eq!(shown, Some(points.to_string()), "{what}: chart {id}");
+    }
+}
+
+fn trueline(folder: &Path, arguments: &[&str]) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(arguments).output().unwrap();
+    assert!(output.status.code().unwrap() < 2, "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn every_report_draws_all_its_charts_and_loads_nothing() {
+    let Some(browser) = browser() else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    for arguments in [
+        &["demo", "--quiet"][..],
+        &["plan", "--example", "--out", "plan", "--tries", "200", "--shape", "s", "--quiet"],
+        &["reproduce", "--out", "paper", "--repeats", "1", "--quiet"],
+        &["simulate", "--preset", "profiler", "--outliers", "0.1", "--out", "profile", "--quiet"],
+        &["calibrate", "profile", "--json", "profile.json", "--report", "profile.html", "--quiet"],
+        &["evaluate", "profile", "--calibration", "profile.json", "--report", "evaluated.html", "--quiet"],
+        &["simulate", "--preset", "constant-attitude", "--out", "partial", "--quiet"],
+        &["calibrate", "partial", "--report", "partial.html", "--quiet"],
+        &["simulate", "--images", "--duration-s", "2", "--out", "pictures", "--quiet"],
+        &["features", "pictures", "--report", "features.html", "--quiet"],
+        &["calibrate", "pictures", "--report", "pictures.html", "--quiet"],
+    ] {
+        trueline(folder, arguments);
+    }
+    let wide = Look { width: 1400, dark: false };
+    for report in [
+        "trueline-demo/report.html",
+        "plan/report.html",
+        "paper/report.html",
+        "profile.html",
+        "evaluated.html",
+        "partial.html",
+        "features.html",
+        "pictures.html",
+    ] {
+        let report = folder.join(report);
+        check(&browser, folder, &report, &wide);
+        // A scan of a minute stays below 4 MB; these are shorter.
+        assert!(fs::metadata(&report).unwrap().len() < 3_000_000, "{}", report.display());
+    }
+    for look in [Look { width: 520, dark: true }, Look { width: 1400, dark: true }] {
+        check(&browser, folder, &folder.join("trueline-demo/report.html"), &look);
+    }
+    let pdf = folder.join("report.pdf");
+    let print = format!("--print-to-pdf={}", pdf.display());
+    open(
+        &browser,
+        folder,
+        &folder.join("trueline-demo/report.html"),
+        &wide,
+        &[&print, "--no-pdf-header-footer"],
+    );
+    let printed = fs::read(pdf).unwrap();
+    // Text and tables alone are some 60 kB; charts come on top.
+    assert!(printed.starts_with(b"%PDF") && printed.len() > 150_000, "{} bytes", printed.len());
+}
