@@ -1,6 +1,7 @@
 //! Where words and data go.
 
 use crate::failure::Failure;
+use anstyle::{AnsiColor, Style};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
@@ -12,7 +13,8 @@ pub fn words(text: &str) {
 
 /// Data for the next program: stdout.
 pub fn data(text: &str) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    // Colours go to terminals that want them, and to nothing else.
+    let mut out = anstream::stdout().lock();
     match writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush()) {
         Ok(()) => Ok(()),
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(Failure::BrokenPipe),
@@ -37,7 +39,29 @@ pub fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
         words(text);
         return Ok(());
     }
-    data(text)
+    data(&coloured(text))
+}
+
+/// Marks the lines that decide: good ones green, bad ones red, doubtful ones yellow.
+pub fn coloured(text: &str) -> String {
+    text.lines().map(|line| coloured_line(line) + "\n").collect()
+}
+
+fn coloured_line(line: &str) -> String {
+    let colour = if line.starts_with("Calibration accepted") {
+        AnsiColor::Green
+    } else if line.starts_with("Calibration NOT accepted")
+        || line.contains("MISSED")
+        || line.starts_with("  - ")
+    {
+        AnsiColor::Red
+    } else if line.starts_with("  warning:") {
+        AnsiColor::Yellow
+    } else {
+        return line.to_owned();
+    };
+    let style = Style::new().fg_color(Some(colour.into()));
+    format!("{style}{line}{style:#}")
 }
 
 /// A file that a user named as output.

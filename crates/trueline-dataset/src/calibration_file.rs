@@ -18,6 +18,10 @@ pub struct KnownCalibration {
     pub known: Truth,
     /// Largest standard deviations of hand-eye rotation (rad) and translation (m), where the file tells them.
     pub hand_eye_sigma: Option<[f64; 2]>,
+    /// The same of the first line's turn about its point (rad) and its offset there (m).
+    pub line_sigma: Option<[f64; 2]>,
+    /// Whether it was accepted, where the file tells.
+    pub accepted: Option<bool>,
 }
 
 /// The part of a result that is read back; the rest is for people.
@@ -28,6 +32,22 @@ struct ResultFile {
     #[serde(default)]
     lines: Vec<LineObject>,
     sigma: Option<SigmaObject>,
+    status: Option<String>,
+    covariance: Option<CovarianceObject>,
+}
+
+#[derive(Deserialize)]
+struct CovarianceObject {
+    order: Vec<String>,
+    matrix: Vec<Vec<Option<f64>>>,
+}
+
+impl CovarianceObject {
+    /// Standard deviation of a component, in the unit of its name.
+    fn sigma(&self, name: &str) -> Option<f64> {
+        let k = self.order.iter().position(|known| known == name)?;
+        self.matrix.get(k)?.get(k).copied().flatten().map(f64::sqrt)
+    }
 }
 
 #[derive(Deserialize)]
@@ -60,7 +80,12 @@ pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
     if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
         return parse_result(file, &text);
     }
-    Ok(KnownCalibration { known: known_toml::parse_truth(file, &text)?, hand_eye_sigma: None })
+    Ok(KnownCalibration {
+        known: known_toml::parse_truth(file, &text)?,
+        hand_eye_sigma: None,
+        line_sigma: None,
+        accepted: None,
+    })
 }
 
 /// Reads a result of `calibrate --json`.
@@ -95,5 +120,15 @@ pub fn parse_result(file: &Path, text: &str) -> Result<KnownCalibration, Error> 
     let hand_eye_sigma = wire
         .sigma
         .and_then(|sigma| Some([largest(sigma.rotation_rad)?, largest(sigma.translation_mm)? / MM_PER_M]));
-    Ok(KnownCalibration { known: Truth { parameters, lines: lines.collect() }, hand_eye_sigma })
+    let line_sigma = wire.covariance.as_ref().and_then(|covariance| {
+        let larger = |a: &str, b: &str| Some(covariance.sigma(a)?.max(covariance.sigma(b)?));
+        let turn = larger("line_0_turn_2_rad", "line_0_turn_3_rad")?;
+        Some([turn, larger("line_0_offset_2_mm", "line_0_offset_3_mm")? / MM_PER_M])
+    });
+    Ok(KnownCalibration {
+        known: Truth { parameters, lines: lines.collect() },
+        hand_eye_sigma,
+        line_sigma,
+        accepted: wire.status.map(|status| status == "accepted"),
+    })
 }

@@ -8,6 +8,9 @@ pub struct Polyline {
     points: Vec<Vector3<f64>>,
 }
 
+/// Ends nearer than this are one point, m.
+const CLOSED_M: f64 = 1e-6;
+
 /// Where on a polyline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnPolyline {
@@ -31,16 +34,24 @@ impl Polyline {
         &self.points
     }
 
+    /// Whether it ends where it began, to a micrometre: then it has no ends.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
+        self.points.len() > 2 && (last - first).norm() < CLOSED_M
+    }
+
     /// The nearest point of the curve.
     #[must_use]
     pub fn nearest(&self, point: &Vector3<f64>) -> OnPolyline {
         let last = self.points.len() - 2;
+        let open = !self.is_closed();
         let mut best = (f64::INFINITY, OnPolyline { point: self.points[0], beyond_end: true });
         for (k, pair) in self.points.windows(2).enumerate() {
             let piece = pair[1] - pair[0];
             let along = piece.dot(&(point - pair[0])) / piece.norm_squared();
             let nearest = pair[0] + piece * along.clamp(0.0, 1.0);
-            let beyond_end = (k == 0 && along < 0.0) || (k == last && along > 1.0);
+            let beyond_end = open && ((k == 0 && along < 0.0) || (k == last && along > 1.0));
             let distance = (point - nearest).norm();
             if distance < best.0 {
                 best = (distance, OnPolyline { point: nearest, beyond_end });

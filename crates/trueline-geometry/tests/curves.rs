@@ -79,6 +79,8 @@ fn a_curve_has_ends() {
     assert!(!curve.nearest(&Vector3::new(1.3, -0.3, 0.0)).beyond_end);
     assert!(curve.nearest(&Vector3::new(-0.1, 0.0, 0.0)).beyond_end);
     assert!(curve.nearest(&Vector3::new(1.0, 1.1, 0.0)).beyond_end);
+    let loop_ = vec![Vector3::zeros(), Vector3::x(), Vector3::y(), Vector3::zeros()];
+    assert!(!Polyline::new(loop_).unwrap().nearest(&Vector3::new(-0.1, -0.1, 0.0)).beyond_end);
     assert!(Polyline::new(vec![Vector3::x()]).is_none());
     assert!(Polyline::new(vec![Vector3::x(), Vector3::x()]).is_none());
 }

@@ -86,23 +86,54 @@ pub struct Cell {
     pub robot_period_s: f64,
 }
 
+/// Why a calibration is of no use for planning in a cell.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NotThisCell {
+    /// No line, or none that runs along the seam.
+    #[error("none of its lines runs along the cell's seam")]
+    NoLine,
+    /// Its line or its hand-eye is further from the guess than the guess can be wrong.
+    #[error(
+        "its hand-eye is {shift_mm:.1} mm and {turn_deg:.1}° and its line {line_mm:.1} mm from the cell's guess, which is \
+         more than [guess_error] says"
+    )]
+    TooFar {
+        /// Shift of the hand-eye, mm.
+        shift_mm: f64,
+        /// Turn of the hand-eye, degrees.
+        turn_deg: f64,
+        /// Distance of the line at the seam's ends, mm.
+        line_mm: f64,
+    },
+}
+
 impl Cell {
-    /// Takes over a calibration's hand-eye, and of its lines the one that the seam's ends are nearest to. The camera
-    /// stands as it did: the nominal attitude is that of the sheet.
+    /// Takes over a calibration's hand-eye, and of its lines the one that the seam is nearest to. The camera stands as it
+    /// did: the nominal attitude is that of the sheet.
     ///
-    /// `None` if no line runs within 45° of the seam.
-    pub fn believe(&mut self, known: &Truth) -> Option<()> {
-        let along = self.seam.direction()?;
+    /// # Errors
+    /// A calibration that the guess, with all its error, rules out: it is of another cell.
+    pub fn believe(&mut self, known: &Truth) -> Result<(), NotThisCell> {
+        let along = self.seam.direction().ok_or(NotThisCell::NoLine)?;
         let middle = 0.5 * (self.seam.from_m + self.seam.to_m);
         let line = known
             .lines
             .iter()
             .filter(|line| line.direction().dot(&along).abs() > std::f64::consts::FRAC_1_SQRT_2)
-            .min_by(|a, b| a.distance(&middle).total_cmp(&b.distance(&middle)))?;
+            .min_by(|a, b| a.distance(&middle).total_cmp(&b.distance(&middle)))
+            .ok_or(NotThisCell::NoLine)?;
+        let (now, error) = (&known.parameters.tool_from_camera, &self.guess_error);
+        let shift_m = (now.translation.vector - self.tool_from_camera.translation.vector).norm();
+        let turn_rad = now.rotation.angle_to(&self.tool_from_camera.rotation);
+        let line_m = line.distance(&self.seam.from_m).max(line.distance(&self.seam.to_m));
+        if shift_m > error.translation_m || turn_rad > error.rotation_rad || line_m > error.line_m {
+            let (shift_mm, turn_deg) = (shift_m * 1e3, turn_rad.to_degrees());
+            return Err(NotThisCell::TooFar { shift_mm, turn_deg, line_mm: line_m * 1e3 });
+        }
         let onto = |point: &Vector3<f64>| *line.anchored_near(point).anchor();
         self.seam = Seam { from_m: onto(&self.seam.from_m), to_m: onto(&self.seam.to_m) };
-        self.tool_from_camera = known.parameters.tool_from_camera;
+        self.tool_from_camera = *now;
         self.stance = self.stance.carried_by(&self.tool_from_camera);
-        Some(())
+        Ok(())
     }
 }

@@ -115,6 +115,17 @@ fn sensor_file() -> String {
     "sensor.toml".to_owned()
 }
 
+/// Cameras and profilers.
+const FRAMES_HZ: ([f64; 2], &str) = ([1.0, 20_000.0], "a rate from 1 to 20000");
+/// Slower feedback leaves the path between its samples to guesswork, and no prediction holds.
+const ROBOT_HZ: ([f64; 2], &str) = ([20.0, 5000.0], "a rate from 20 to 5000");
+/// More than a guess can be wrong by.
+const MOST_MM: ([f64; 2], &str) = ([0.0, 500.0], "millimetres from 0 to 500");
+/// See [`MOST_MM`].
+const MOST_DEG: ([f64; 2], &str) = ([0.0, 30.0], "degrees from 0 to 30");
+/// A shorter seam was written in another unit.
+const LEAST_SEAM_M: f64 = 0.010;
+
 /// Arms shorter than this are not believed by the seam detector, px.
 const MARGIN_PX: f64 = 100.0;
 
@@ -133,6 +144,19 @@ pub fn sensor_name(file: &Path, text: &str) -> Result<String, Error> {
 pub fn parse(file: &Path, text: &str, sensor: Sensor) -> Result<Cell, Error> {
     let wire: CellFile = parse_toml(file, text)?;
     cell_from(wire, sensor).map_err(|problem| Error::in_file(file, problem))
+}
+
+/// The same text for a sensor's file of the usual name.
+///
+/// # Errors
+/// Broken TOML.
+pub fn with_usual_sensor(file: &Path, text: &str) -> Result<String, Error> {
+    if sensor_name(file, text)? == sensor_file() {
+        return Ok(text.to_owned());
+    }
+    let mut table: toml::Table = parse_toml(file, text)?;
+    table.insert("sensor".to_owned(), sensor_file().into());
+    Ok(table.to_string())
 }
 
 /// The same text with the guess of a cell in it: hand-eye, seam, attitude and how wrong they may be.
@@ -174,12 +198,15 @@ fn cell_from(wire: CellFile, sensor: Sensor) -> Result<Cell, Problem> {
         from_m: point("seam.from_mm", wire.seam.from_mm)?,
         to_m: point("seam.to_mm", wire.seam.to_mm)?,
     };
-    let along = seam.direction().ok_or_else(|| wrong("seam", "two different points", "one point"))?;
+    let length_mm = seam.length_m() * MM_PER_M;
+    let along = seam.direction().filter(|_| seam.length_m() >= LEAST_SEAM_M);
+    let along = along
+        .ok_or_else(|| wrong("seam", "ends at least 10 mm apart, in mm", &format!("{length_mm:.3} mm")))?;
     let stance = stance(&wire.attitude, plane, &tool_from_camera, &along)?;
     let view = view(&wire.view, &sensor, stance.stripe())?;
     let rates = [
-        positive("rates.frames_hz", wire.rates.frames_hz, 33.0)?,
-        positive("rates.robot_hz", wire.rates.robot_hz, 250.0)?,
+        between("rates.frames_hz", wire.rates.frames_hz, 33.0, FRAMES_HZ)?,
+        between("rates.robot_hz", wire.rates.robot_hz, 250.0, ROBOT_HZ)?,
     ];
     Ok(Cell {
         view,
@@ -264,9 +291,9 @@ fn view(wire: &ViewTable, sensor: &Sensor, stripe: Vector3<f64>) -> Result<View,
 
 fn guess_error(wire: &GuessErrorTable) -> Result<GuessError, Problem> {
     let default = GuessError::default();
-    let mm = |key, value, m: f64| Ok(not_negative(key, value, m * MM_PER_M)? / MM_PER_M);
-    let rotation_deg =
-        not_negative("guess_error.rotation_deg", wire.rotation_deg, default.rotation_rad.to_degrees())?;
+    let mm = |key, value, m: f64| Ok(between(key, value, m * MM_PER_M, MOST_MM)? / MM_PER_M);
+    let degrees = default.rotation_rad.to_degrees();
+    let rotation_deg = between("guess_error.rotation_deg", wire.rotation_deg, degrees, MOST_DEG)?;
     Ok(GuessError {
         translation_m: mm("guess_error.translation_mm", wire.translation_mm, default.translation_m)?,
         rotation_rad: rotation_deg.to_radians(),
@@ -349,6 +376,20 @@ fn range(key: &'static str, limits: [f64; 2]) -> Result<[f64; 2], Problem> {
         return Ok(limits);
     }
     Err(wrong(key, "a smaller and a larger number above zero", &format!("{limits:?}")))
+}
+
+/// A number between two.
+fn between(
+    key: &'static str,
+    value: Option<f64>,
+    default: f64,
+    (limits, expected): ([f64; 2], &'static str),
+) -> Result<f64, Problem> {
+    let value = value.unwrap_or(default);
+    if value >= limits[0] && value <= limits[1] {
+        return Ok(value);
+    }
+    Err(wrong(key, expected, &value.to_string()))
 }
 
 fn positive(key: &'static str, value: Option<f64>, default: f64) -> Result<f64, Problem> {

@@ -3,7 +3,7 @@
 use crate::cell::Cell;
 use crate::guess_error::DIRECTIONS;
 use crate::motion::Motion;
-use crate::prediction::{Observer, exposures};
+use crate::prediction::Sight;
 use nalgebra::Vector3;
 use trueline_geometry::{Pose, so3};
 
@@ -26,11 +26,13 @@ pub enum Demand {
     Workspace,
     /// The seam in view, however wrong the guess is.
     View,
+    /// The sheet on the seam, not beyond its ends, however wrong the guess is.
+    SeamEnds,
 }
 
 impl Demand {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Speed,
         Self::Acceleration,
         Self::Jerk,
@@ -39,6 +41,7 @@ impl Demand {
         Self::TurnJerk,
         Self::Workspace,
         Self::View,
+        Self::SeamEnds,
     ];
 
     /// The name for a person.
@@ -53,6 +56,7 @@ impl Demand {
             Self::TurnJerk => "angular jerk",
             Self::Workspace => "workspace",
             Self::View => "field of view",
+            Self::SeamEnds => "length of the seam",
         }
     }
 }
@@ -90,26 +94,20 @@ impl Demands {
     }
 }
 
-/// How densely a motion is looked at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Looks {
-    /// Time between samples of the motion, s.
-    pub period_s: f64,
-    /// Every which frame's view.
-    pub stride: usize,
-}
-
 /// A box that is left by this much counts as one limit's worth, m.
 const BOX_M: f64 = 0.1;
 
-/// Measures what a motion demands.
+/// Measures what a motion demands, `sights` of which are looked at.
 #[must_use]
-pub fn measure(cell: &Cell, motion: &Motion, looks: Looks) -> Demands {
+pub fn measure(cell: &Cell, motion: &Motion, period_s: f64, sights: &[Sight]) -> Demands {
     let mut demands = Demands::default();
-    let poses = motion.sampled(looks.period_s);
-    moving(cell, &poses, looks.period_s, &mut demands);
+    let poses = motion.sampled(period_s);
+    moving(cell, &poses, period_s, &mut demands);
     in_the_box(cell, &poses, &mut demands);
-    in_view(cell, motion, looks.stride, &mut demands);
+    for sight in sights {
+        demands.raise(Demand::View, 1.0 - worst_room(cell, sight));
+        demands.raise(Demand::SeamEnds, towards_end(cell, sight));
+    }
     demands
 }
 
@@ -147,22 +145,22 @@ fn in_the_box(cell: &Cell, poses: &[Pose], demands: &mut Demands) {
     }
 }
 
-fn in_view(cell: &Cell, motion: &Motion, stride: usize, demands: &mut Demands) {
-    let Some(observer) = Observer::new(cell) else { return demands.raise(Demand::View, f64::INFINITY) };
-    for time_s in exposures(cell, motion.design().duration_s, stride) {
-        let room = worst_room(cell, &observer, motion, time_s);
-        demands.raise(Demand::View, 1.0 - room.unwrap_or(-1.0));
-    }
+/// The least room in view for any error of the guess.
+#[must_use]
+pub fn worst_room(cell: &Cell, sight: &Sight) -> f64 {
+    let point = sight.point_in_camera;
+    (0..DIRECTIONS)
+        .map(|direction| point + cell.sheet.axes() * cell.guess_error.outermost(&sight.jacobian, direction))
+        .map(|moved| cell.view.room(&moved))
+        .fold(cell.view.room(&point), f64::min)
 }
 
-/// The least room in view at a time for any error of the guess; `None` if the seam runs along the sheet.
-fn worst_room(cell: &Cell, observer: &Observer<'_>, motion: &Motion, time_s: f64) -> Option<f64> {
-    let point = motion.point_in_camera(time_s);
-    let (jacobian, _) = observer.jacobian(&motion.placement(time_s), &point)?;
-    let mut room = cell.view.room(&point);
-    for direction in 0..DIRECTIONS {
-        let moved = point + cell.sheet.axes() * cell.guess_error.outermost(&jacobian, direction);
-        room = room.min(cell.view.room(&moved));
-    }
-    Some(room)
+/// How near to an end of the seam the sheet may meet it, as a part of half its length; beyond it above 1.
+fn towards_end(cell: &Cell, sight: &Sight) -> f64 {
+    let Some(direction) = cell.seam.direction() else { return f64::INFINITY };
+    let middle = 0.5 * (cell.seam.from_m + cell.seam.to_m);
+    let at = sight.placement.point_in_base(&sight.point_in_camera) - middle;
+    let normal = cell.sheet.plane().normal().into_inner();
+    let off = cell.guess_error.along_seam(sight, &direction, &normal);
+    (direction.dot(&at).abs() + off) / (0.5 * cell.seam.length_m())
 }

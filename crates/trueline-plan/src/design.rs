@@ -14,9 +14,6 @@ pub struct Sweep {
     pub frequency_hz: f64,
     /// Its phase, rad.
     pub phase_rad: f64,
-    /// Amplitude of the overtone at three times the frequency, as a part of the amplitude: negative makes the swing
-    /// linger at its ends.
-    pub overtone: f64,
 }
 
 impl Sweep {
@@ -24,13 +21,7 @@ impl Sweep {
     #[must_use]
     pub fn at(&self, time_s: f64) -> f64 {
         let angle = std::f64::consts::TAU * self.frequency_hz * time_s + self.phase_rad;
-        self.mean + self.amplitude * (angle.sin() + self.overtone * (3.0 * angle).sin())
-    }
-
-    /// The most it can be off its mean: of sin a + b sin 3a, for |b| ≤ ½.
-    #[must_use]
-    pub fn reach(&self) -> f64 {
-        self.amplitude * (1.0 + self.overtone.abs())
+        self.mean + self.amplitude * angle.sin()
     }
 }
 
@@ -43,8 +34,10 @@ pub struct Design {
     pub duration_s: f64,
     /// Time to get up to speed, and to come to rest, s.
     pub ramp_s: f64,
-    /// Part of the seam that is scanned, about its middle.
+    /// Part of the seam that is scanned.
     pub length_share: f64,
+    /// Where its middle is, as a part of the seam's length from the seam's middle: −½ to ½.
+    pub centre: f64,
     /// Where the seam appears along the stripe, as a part of the stand-off: the view is wider further away.
     pub stripe: Sweep,
     /// Stand-off, m.
@@ -53,8 +46,6 @@ pub struct Design {
     pub tilts: [Sweep; 3],
 }
 
-/// Largest overtone: more only adds jerk.
-const OVERTONE: f64 = 0.2;
 /// Slowest and fastest swing, Hz.
 const FREQUENCY_HZ: [f64; 2] = [0.04, 1.2];
 /// Shortest and longest ramp, s; never more than a quarter of the scan.
@@ -62,8 +53,11 @@ const RAMP_S: [f64; 2] = [0.4, 2.0];
 /// Widest sweep along the stripe to either side: 30°.
 const STRIPE: f64 = 0.577;
 
+/// Least part of a seam that is scanned.
+const LEAST_SHARE: f64 = 0.05;
+
 /// Numbers of a design.
-pub const DIMENSION: usize = 2 + 4 + 4 * 5;
+pub const DIMENSION: usize = 3 + 3 + 4 * 4;
 
 /// Makes the design that a point of the unit box stands for; whatever the point, means and swings stay within the
 /// limits of stand-off and tilt.
@@ -73,21 +67,20 @@ pub fn from_unit_box(cell: &Cell, shape: Shape, duration_s: f64, unit: &[f64; DI
     let mut next = |low: f64, high: f64| low + (high - low) * rest.next().unwrap_or(0.5);
     let longest_ramp_s = RAMP_S[1].min(0.25 * duration_s);
     let ramp_s = next(RAMP_S[0].min(longest_ramp_s), longest_ramp_s);
-    let length_share = next(0.3, 1.0);
+    let length_share = next(LEAST_SHARE, 1.0);
+    let centre = 0.5 * (1.0 - length_share) * next(-1.0, 1.0);
     let [low, high] = FREQUENCY_HZ.map(f64::ln);
     let mut stripe = Sweep {
         mean: 0.0,
         amplitude: next(0.0, STRIPE),
         frequency_hz: next(low, high).exp(),
         phase_rad: next(-std::f64::consts::PI, std::f64::consts::PI),
-        overtone: next(-OVERTONE, OVERTONE),
     };
     if shape == Shape::C {
         // Half a swing over the whole scan: one bow.
         stripe.frequency_hz = 0.5 / (duration_s - ramp_s);
     }
     let mut within = |limits: [f64; 2]| {
-        let overtone = next(-OVERTONE, OVERTONE);
         let middle = 0.5 * (limits[0] + limits[1]);
         let reach = 0.5 * (limits[1] - limits[0]);
         let swing = reach * next(0.0, 1.0);
@@ -95,15 +88,14 @@ pub fn from_unit_box(cell: &Cell, shape: Shape, duration_s: f64, unit: &[f64; DI
         let mean = middle + (reach - swing) * next(-1.0, 1.0);
         Sweep {
             mean,
-            amplitude: swing / (1.0 + overtone.abs()),
+            amplitude: swing,
             frequency_hz: next(low, high).exp(),
             phase_rad: next(-std::f64::consts::PI, std::f64::consts::PI),
-            overtone,
         }
     };
     let stand_off = within(cell.limits.stand_off_m);
     let tilts = cell.limits.tilt_rad.map(|limit| within([-limit, limit]));
-    Design { shape, duration_s, ramp_s, length_share, stripe, stand_off, tilts }
+    Design { shape, duration_s, ramp_s, length_share, centre, stripe, stand_off, tilts }
 }
 
 /// Folds any number into 0 to 1, as between two mirrors, so that a search knows no walls.

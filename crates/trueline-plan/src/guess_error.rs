@@ -5,6 +5,7 @@
 //! a direction d is Σ rₖ Jₖ Jₖᵀd / |Jₖᵀd|.
 
 use crate::cell::Seam;
+use crate::prediction::Sight;
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -45,6 +46,22 @@ impl GuessError {
                 * (line_shift.transpose() * d)
                     .try_normalize(f64::MIN_POSITIVE)
                     .map_or_else(Vector2::zeros, |u| u * self.line_m)
+    }
+
+    /// How far along the seam the sheet can meet it from where that is expected, counted from the seam's own ends, m: the
+    /// sheet moves by the camera's shift and turn along its normal, the seam by what it is off.
+    #[must_use]
+    pub fn along_seam(
+        &self,
+        sight: &Sight,
+        direction: &Vector3<f64>,
+        sheet_normal_in_camera: &Vector3<f64>,
+    ) -> f64 {
+        let base_from_camera = sight.placement.base_from_camera().rotation;
+        let normal = base_from_camera * sheet_normal_in_camera;
+        let turned = sight.placement.jacobian(&sight.point_in_camera).d_point_d_rotation.transpose() * normal;
+        let shift = self.translation_m + self.rotation_rad * turned.norm() + self.line_m;
+        shift / normal.dot(direction).abs()
     }
 
     /// A hand-eye transform and a seam that are wrong at random, anywhere within the errors allowed.

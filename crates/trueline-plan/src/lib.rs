@@ -27,7 +27,7 @@ pub mod shortest;
 pub mod stance;
 pub mod view;
 
-pub use cell::{Cell, ExpectedNoise, Seam};
+pub use cell::{Cell, ExpectedNoise, NotThisCell, Seam};
 pub use criterion::{Criterion, Goal};
 pub use guess_error::GuessError;
 pub use limits::Limits;

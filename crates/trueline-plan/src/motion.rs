@@ -12,12 +12,11 @@ use trueline_model::Placement;
 pub struct Motion {
     design: Design,
     stance: Stance,
-    tool_from_camera: Pose,
     middle: Vector3<f64>,
     scanned: Vector3<f64>,
 }
 
-/// Step of the central difference that gives velocities, s: at 1 Hz and 100 mm it is 10⁻⁸ mm/s off.
+/// Step of the difference that gives velocities, s: at 1 m/s² it is 0.05 mm/s off.
 const STEP_S: f64 = 1e-4;
 
 impl Motion {
@@ -26,8 +25,8 @@ impl Motion {
     pub fn new(cell: &Cell, design: Design) -> Self {
         Self {
             stance: cell.stance.clone(),
-            tool_from_camera: cell.tool_from_camera,
-            middle: 0.5 * (cell.seam.from_m + cell.seam.to_m),
+            middle: 0.5 * (cell.seam.from_m + cell.seam.to_m)
+                + (cell.seam.to_m - cell.seam.from_m) * design.centre,
             scanned: (cell.seam.to_m - cell.seam.from_m) * design.length_share,
             design,
         }
@@ -66,16 +65,15 @@ impl Motion {
         self.stance.point_in_camera(&self.station(time_s))
     }
 
-    /// Where the sensor is at a time, s, and how it moves.
+    /// Pose of the tool at a time, s, and how it moves; the camera sits where a hand-eye transform has it.
     #[must_use]
-    pub fn placement(&self, time_s: f64) -> Placement {
-        let before = self.base_from_tool(time_s - STEP_S);
-        let after = self.base_from_tool(time_s + STEP_S);
+    pub fn placement(&self, time_s: f64, tool_from_camera: &Pose) -> Placement {
+        let (now, after) = (self.base_from_tool(time_s), self.base_from_tool(time_s + STEP_S));
         Placement {
-            base_from_tool: self.base_from_tool(time_s),
-            tool_from_camera: self.tool_from_camera,
-            angular_velocity: so3::log(&(after.rotation * before.rotation.inverse())) / (2.0 * STEP_S),
-            velocity: (after.translation.vector - before.translation.vector) / (2.0 * STEP_S),
+            base_from_tool: now,
+            tool_from_camera: *tool_from_camera,
+            angular_velocity: so3::log(&(after.rotation * now.rotation.inverse())) / STEP_S,
+            velocity: (after.translation.vector - now.translation.vector) / STEP_S,
         }
     }
 

@@ -2,13 +2,14 @@
 
 use crate::cell::Cell;
 use crate::criterion::Goal;
-use crate::demands::{self, Demand, Demands, Looks};
+use crate::demands::{self, Demand, Demands};
 use crate::design::{DIMENSION, from_unit_box};
 use crate::motion::Motion;
-use crate::prediction::{self, Prediction};
+use crate::prediction::{self, Prediction, Sight, Truth};
 use crate::search::{Effort, minimise};
 use crate::shape::Shape;
 use nalgebra::DVector;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use trueline_geometry::Pose;
 
 /// What is asked of a plan.
@@ -35,7 +36,7 @@ impl Default for Ask {
             goal: Goal::default(),
             shapes: Shape::ALL.to_vec(),
             seed: 1,
-            evaluations: 12_000,
+            evaluations: 16_000,
             threads: 1,
         }
     }
@@ -63,14 +64,10 @@ impl Plan {
         goal.missed_by(&self.prediction.covariance) <= 1.0
     }
 
-    fn is_sound(&self) -> bool {
-        self.demands.most().1 <= 1.0 && self.prediction.shows_all()
-    }
-
-    /// The poses to send, one each robot period.
+    /// The poses to send, one every [`PATH_PERIOD_S`].
     #[must_use]
-    pub fn path(&self, cell: &Cell) -> Vec<Pose> {
-        self.motion.sampled(cell.robot_period_s)
+    pub fn path(&self) -> Vec<Pose> {
+        self.motion.sampled(PATH_PERIOD_S)
     }
 }
 
@@ -126,25 +123,34 @@ impl PlanError {
                 "allow a larger stand_off_mm, or measure the guess better and lower [guess_error]: \
                  the seam must stay in view however wrong the guess is"
             }
+            Self::NoRoom { demand: Demand::SeamEnds, .. } => {
+                "the seam is short against how wrong the guess may be: give a longer one, or measure the guess better and \
+                 lower [guess_error]"
+            }
             Self::NoRoom { demand: Demand::Workspace, .. } => {
                 "is the box in base, and does it hold the tool's origin rather than the seam?"
             }
             Self::NoRoom { .. } => "a longer duration or higher limits help",
-            Self::NotShown { .. } => "allow tilting about two axes and a sweep of the field of view",
+            Self::NotShown { .. } => {
+                "allow tilting about two axes; a better guess, and lower [guess_error], leaves more of the view to sweep"
+            }
             Self::Duration { .. } => "twenty seconds are plenty in most cells",
         }
     }
 }
 
+/// Time between the poses of a path, s, whatever the rate of the robot's feedback: between them it may go straight.
+pub const PATH_PERIOD_S: f64 = 4e-3;
+
 /// Durations that are planned, s.
 pub const DURATION_S: [f64; 2] = [2.0, 600.0];
 
-/// A search keeps to this part of each limit, so that what a denser look finds is still within it.
+/// A search keeps to this part of each limit, so that what a denser look finds is mostly still within it.
 const MARGIN: f64 = 0.98;
-/// Samples of the motion while searching, s: a swing of 1 Hz is then seen to 0.4 %.
+/// Samples of the motion while searching, s: a swing of 1.2 Hz is then seen to 0.5 %.
 const ROUGH_PERIOD_S: f64 = 0.025;
-/// Frames that a search looks at.
-const ROUGH_FRAMES: f64 = 160.0;
+/// Frames that a search looks at are no further apart, s.
+const ROUGH_FRAMES_S: f64 = 0.12;
 /// Designs that leave something unseen come after all that show everything, and after them those that break limits.
 const BROKEN: f64 = 1e6;
 
@@ -154,8 +160,9 @@ const BROKEN: f64 = 1e6;
 /// [`PlanError`] says which limit stands in the way.
 pub fn plan(cell: &Cell, ask: &Ask, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
     check(cell, ask.duration_s)?;
-    let start = Start { point: DVector::repeat(DIMENSION, 0.5), spread: 0.25, evaluations: ask.evaluations };
-    let found = side_by_side(&ask.shapes, ask.threads, |shape| best_of(cell, ask, shape, &start, tick));
+    let searches: Vec<Search<'_>> =
+        ask.shapes.iter().map(|shape| Search::new(cell, ask, *shape)).collect::<Result<_, _>>()?;
+    let found = side_by_side(&searches, ask.threads, |search| searched(search, tick));
     best_sound(found.into_iter().flatten(), ask.duration_s)
 }
 
@@ -165,8 +172,9 @@ pub fn plan(cell: &Cell, ask: &Ask, tick: &(dyn Fn() + Sync)) -> Result<Plan, Pl
 /// As [`plan`].
 pub fn replan(cell: &Cell, ask: &Ask, near: &Plan, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
     check(cell, ask.duration_s)?;
-    let start = Start { point: near.point.clone(), spread: 0.1, evaluations: ask.evaluations / 4 };
-    let found = best_of(cell, ask, near.motion.design().shape, &start, tick);
+    let effort = Effort { evaluations: ask.evaluations / 4, spread: 0.1, population: 16 };
+    let search = Search::new(cell, ask, near.motion.design().shape)?;
+    let found = search.from(&near.point, effort, ask.seed, tick);
     best_sound(found.into_iter(), ask.duration_s)
 }
 
@@ -183,14 +191,10 @@ fn check(cell: &Cell, duration_s: f64) -> Result<(), PlanError> {
 
 /// The best of those that keep to all limits; or what stands in the way of the one that comes nearest.
 fn best_sound(found: impl Iterator<Item = Plan>, duration_s: f64) -> Result<Plan, PlanError> {
-    let (sound, broken): (Vec<Plan>, Vec<Plan>) = found.partition(Plan::is_sound);
-    if let Some(best) = sound.into_iter().min_by(|a, b| a.score.total_cmp(&b.score)) {
-        return Ok(best);
-    }
-    let excess = |plan: &Plan| plan.demands.excess(1.0);
-    let nearest = broken.into_iter().min_by(|a, b| excess(a).total_cmp(&excess(b)));
-    let (demand, used) = nearest.as_ref().map_or((Demand::View, f64::INFINITY), |plan| plan.demands.most());
-    match nearest {
+    let best = found.min_by(|a, b| rank(a).total_cmp(&rank(b)));
+    let (demand, used) = best.as_ref().map_or((Demand::View, f64::INFINITY), |plan| plan.demands.most());
+    match best {
+        Some(plan) if used <= 1.0 && plan.prediction.shows_all() => Ok(plan),
         Some(plan) if used <= 1.0 => {
             Err(PlanError::NotShown { duration_s, rank: plan.prediction.rank, of: prediction::UNKNOWNS })
         }
@@ -198,69 +202,129 @@ fn best_sound(found: impl Iterator<Item = Plan>, duration_s: f64) -> Result<Plan
     }
 }
 
-/// Where a search begins.
-struct Start {
-    point: DVector<f64>,
-    spread: f64,
-    evaluations: usize,
+/// Short searches, from other random numbers each, that find out which valley is deep; another one goes to its bottom.
+const SCOUTS: usize = 4;
+
+/// The best design of one shape: half of the tries go to the scouts, half to the last search.
+fn searched(search: &Search<'_>, tick: &(dyn Fn() + Sync)) -> Option<Plan> {
+    let Ask { evaluations, seed, .. } = *search.ask;
+    let middle = DVector::repeat(DIMENSION, 0.5);
+    let scout = Effort { evaluations: evaluations / (2 * SCOUTS), spread: 0.3, population: 16 };
+    let scouted =
+        (0..SCOUTS as u64).filter_map(|k| search.from(&middle, scout, seed.wrapping_add(1000 * k), tick));
+    let best = scouted.min_by(|a, b| rank(a).total_cmp(&rank(b)))?;
+    let last = Effort { evaluations: evaluations / 2, spread: 0.1, population: 24 };
+    let end = search.from(&best.point, last, seed, tick);
+    Some(end.filter(|end| rank(end) <= rank(&best)).unwrap_or(best))
 }
 
-/// The best design of one shape as a finished plan; `None` if it cannot even be predicted.
-fn best_of(cell: &Cell, ask: &Ask, shape: Shape, start: &Start, tick: &(dyn Fn() + Sync)) -> Option<Plan> {
-    let motion = |point: &DVector<f64>| -> Option<Motion> {
+/// Sound plans by their score, then those that leave something unseen, then broken ones.
+fn rank(plan: &Plan) -> f64 {
+    match (plan.demands.most().1 <= 1.0, plan.prediction.shows_all()) {
+        (true, true) => plan.score,
+        (true, false) => BROKEN * (1.0 - 0.01 * plan.prediction.rank as f64),
+        (false, _) => BROKEN * (1.0 + plan.demands.excess(1.0)),
+    }
+}
+
+/// The designs of one shape.
+struct Search<'a> {
+    cell: &'a Cell,
+    ask: &'a Ask,
+    shape: Shape,
+    truth: Truth,
+    stride: usize,
+}
+
+impl<'a> Search<'a> {
+    fn new(cell: &'a Cell, ask: &'a Ask, shape: Shape) -> Result<Self, PlanError> {
+        let truth = Truth::guessed(cell).ok_or(PlanError::NoSeam)?;
+        let stride = ((ROUGH_FRAMES_S / cell.frame_period_s) as usize).max(1);
+        Ok(Self { cell, ask, shape, truth, stride })
+    }
+
+    /// The best plan that a search from a point finds. Whenever it seems to have found a better one, that is looked at as
+    /// closely as it will be used: what counts is what then remains.
+    fn from(
+        &self,
+        start: &DVector<f64>,
+        effort: Effort,
+        seed: u64,
+        tick: &(dyn Fn() + Sync),
+    ) -> Option<Plan> {
+        let mut best: Option<Plan> = None;
+        minimise(start, effort, seed, |point| {
+            tick();
+            let Some(motion) = self.motion(point) else { return f64::INFINITY };
+            let value = self.rough_value(&motion);
+            if best.as_ref().is_some_and(|best| rank(best) <= value) {
+                return value;
+            }
+            let Some(plan) = self.finished(motion, point.clone()) else { return value };
+            let value = value.max(rank(&plan));
+            if best.as_ref().is_none_or(|best| rank(&plan) < rank(best)) {
+                best = Some(plan);
+            }
+            value
+        });
+        best
+    }
+
+    fn motion(&self, point: &DVector<f64>) -> Option<Motion> {
         let unit: &[f64; DIMENSION] = point.as_slice().try_into().ok()?;
-        Some(Motion::new(cell, from_unit_box(cell, shape, ask.duration_s, unit)))
-    };
-    let frames = ask.duration_s / cell.frame_period_s;
-    let looks = Looks { period_s: ROUGH_PERIOD_S, stride: (frames / ROUGH_FRAMES).ceil() as usize };
-    let value = |point: &DVector<f64>| {
-        tick();
-        motion(point).map_or(f64::INFINITY, |motion| rough_value(cell, ask, &motion, looks))
-    };
-    let effort = Effort { evaluations: start.evaluations, spread: start.spread };
-    let found = minimise(&start.point, effort, ask.seed, value);
-    finished(cell, ask, motion(&found.point)?, found.point)
-}
-
-/// What the search minimises: the score, or for motions that break limits by how much they do.
-fn rough_value(cell: &Cell, ask: &Ask, motion: &Motion, looks: Looks) -> f64 {
-    let excess = demands::measure(cell, motion, looks).excess(MARGIN);
-    if excess > 0.0 {
-        return BROKEN * (1.0 + excess);
+        Some(Motion::new(self.cell, from_unit_box(self.cell, self.shape, self.ask.duration_s, unit)))
     }
-    let prediction = prediction::predict(cell, motion, looks.stride);
-    match prediction {
-        Some(prediction) if prediction.shows_all() => ask.goal.score(&prediction.covariance),
-        Some(prediction) => BROKEN * (1.0 - 0.01 * prediction.rank as f64),
-        None => BROKEN,
+
+    /// What the search minimises: the score, or for motions that break limits by how much they do.
+    fn rough_value(&self, motion: &Motion) -> f64 {
+        let Some(sights) = self.sights(motion, self.stride) else { return 100.0 * BROKEN };
+        let excess = demands::measure(self.cell, motion, ROUGH_PERIOD_S, &sights).excess(MARGIN);
+        if excess > 0.0 {
+            return BROKEN * (1.0 + excess);
+        }
+        match prediction::predict(self.cell, &sights, self.stride) {
+            Some(prediction) if prediction.shows_all() => self.ask.goal.score(&prediction.covariance),
+            Some(prediction) => BROKEN * (1.0 - 0.01 * prediction.rank as f64),
+            None => BROKEN,
+        }
+    }
+
+    fn sights(&self, motion: &Motion, stride: usize) -> Option<Vec<Sight>> {
+        prediction::sights(self.cell, motion, &self.truth, stride)
+    }
+
+    /// The plan with every frame looked at, and limits checked at the path's own rate.
+    fn finished(&self, motion: Motion, point: DVector<f64>) -> Option<Plan> {
+        let sights = self.sights(&motion, 1)?;
+        let demands = demands::measure(self.cell, &motion, PATH_PERIOD_S, &sights);
+        let prediction = prediction::predict(self.cell, &sights, 1).or_else(|| {
+            // Out of view somewhere: there is nothing to promise, but a demand to name.
+            Prediction::of(&prediction::FrameInformation::zeros())
+        })?;
+        let score = self.ask.goal.score(&prediction.covariance);
+        Some(Plan { motion, prediction, demands, score, point })
     }
 }
 
-/// The plan with every frame looked at, and limits checked at the robot's rate.
-fn finished(cell: &Cell, ask: &Ask, motion: Motion, point: DVector<f64>) -> Option<Plan> {
-    let prediction = prediction::predict(cell, &motion, 1).or_else(|| {
-        // Out of view somewhere: there is nothing to promise, but a demand to name.
-        Prediction::of(&prediction::FrameInformation::zeros())
-    })?;
-    let demands = demands::measure(cell, &motion, Looks { period_s: cell.robot_period_s, stride: 1 });
-    let score = ask.goal.score(&prediction.covariance);
-    Some(Plan { motion, prediction, demands, score, point })
-}
-
-/// Runs one job for each shape on so many threads, in order.
-fn side_by_side<T: Send>(shapes: &[Shape], threads: usize, job: impl Fn(Shape) -> T + Sync) -> Vec<T> {
-    let threads = threads.clamp(1, shapes.len().max(1));
+/// Does one job for each item on so many threads; the answers come in the items' order.
+fn side_by_side<I: Sync, T: Send>(items: &[I], threads: usize, job: impl Fn(&I) -> T + Sync) -> Vec<T> {
+    let threads = threads.clamp(1, items.len().max(1));
+    let next = AtomicUsize::new(0);
     let mut numbered: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let job = &job;
-        let workers: Vec<_> = (0..threads)
-            .map(|worker| {
-                scope.spawn(move || {
-                    let mine = shapes.iter().enumerate().skip(worker).step_by(threads);
-                    mine.map(|(k, shape)| (k, job(*shape))).collect::<Vec<_>>()
-                })
-            })
-            .collect();
-        workers.into_iter().filter_map(|worker| worker.join().ok()).flatten().collect()
+        let (job, next) = (&job, &next);
+        let work = move || {
+            let mut done = Vec::new();
+            while let Some((k, item)) = {
+                let k = next.fetch_add(1, Ordering::Relaxed);
+                items.get(k).map(|item| (k, item))
+            } {
+                done.push((k, job(item)));
+            }
+            done
+        };
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let joined = workers.into_iter().map(|worker| worker.join());
+        joined.flat_map(|done| done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
     });
     numbered.sort_by_key(|(k, _)| *k);
     numbered.into_iter().map(|(_, done)| done).collect()

@@ -13,6 +13,8 @@ pub struct Effort {
     pub evaluations: usize,
     /// First spread of the samples.
     pub spread: f64,
+    /// Samples of a generation: more look further about.
+    pub population: usize,
 }
 
 /// The best point that was found.
@@ -35,16 +37,14 @@ struct Constants {
     c_mu: f64,
     /// Mean length of a vector of standard normal numbers.
     chi: f64,
-    population: usize,
 }
 
 impl Constants {
-    fn new(unknowns: usize) -> Self {
+    fn new(unknowns: usize, population: usize) -> Self {
         let n = unknowns as f64;
-        let population = 4 + (3.0 * n.ln()).floor() as usize;
         let parents = population / 2;
-        let raw: Vec<f64> =
-            (0..parents).map(|k| (parents as f64 + 0.5).ln() - ((k + 1) as f64).ln()).collect();
+        let middle = 0.5 * (population as f64 + 1.0);
+        let raw: Vec<f64> = (0..parents).map(|k| middle.ln() - ((k + 1) as f64).ln()).collect();
         let total: f64 = raw.iter().sum();
         let weights: Vec<f64> = raw.iter().map(|w| w / total).collect();
         let mass = 1.0 / weights.iter().map(|w| w * w).sum::<f64>();
@@ -59,7 +59,6 @@ impl Constants {
             c_mu: (1.0 - c_1).min(2.0 * (mass - 2.0 + 1.0 / mass) / ((n + 2.0).powi(2) + mass)),
             chi: n.sqrt() * (1.0 - 1.0 / (4.0 * n) + 1.0 / (21.0 * n * n)),
             weights,
-            population,
         }
     }
 }
@@ -72,18 +71,18 @@ pub fn minimise(
     mut value: impl FnMut(&DVector<f64>) -> f64,
 ) -> Found {
     let n = start.len();
-    let constants = Constants::new(n);
+    let constants = Constants::new(n, effort.population);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut best = Found { point: start.clone(), value: value(start) };
     let mut mean = start.clone();
     let mut sigma = effort.spread;
     let mut covariance = DMatrix::<f64>::identity(n, n);
     let (mut path_sigma, mut path_c) = (DVector::zeros(n), DVector::zeros(n));
-    let generations = effort.evaluations / constants.population;
+    let generations = effort.evaluations / effort.population;
     for generation in 0..generations {
         let Some(eigen) = SymmetricEigen::try_new(covariance.clone(), f64::EPSILON, 1000) else { break };
         let scales = eigen.eigenvalues.map(|x| x.max(1e-20).sqrt());
-        let mut samples: Vec<(f64, DVector<f64>)> = (0..constants.population)
+        let mut samples: Vec<(f64, DVector<f64>)> = (0..effort.population)
             .map(|_| {
                 let normal = DVector::from_fn(n, |k, _| {
                     let z: f64 = StandardNormal.sample(&mut random);
@@ -129,7 +128,7 @@ mod tests {
         let rosenbrock = |x: &DVector<f64>| {
             x.as_slice().windows(2).map(|w| 100.0 * (w[1] - w[0] * w[0]).powi(2) + (1.0 - w[0]).powi(2)).sum()
         };
-        let effort = Effort { evaluations: 20_000, spread: 0.5 };
+        let effort = Effort { evaluations: 20_000, spread: 0.5, population: 10 };
         let found = minimise(&DVector::zeros(8), effort, 1, rosenbrock);
         assert!(found.value < 1e-9, "{}", found.value);
         assert!(found.point.iter().all(|x| (x - 1.0).abs() < 1e-4), "{}", found.point);

@@ -4,10 +4,12 @@
 mod cells;
 
 use cells::{example, random, scan, scenario};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Point3, Vector3};
+use trueline_dataset::Measured;
 use trueline_geometry::Pose;
 use trueline_plan::demands::Demand;
-use trueline_plan::{Ask, Cell, Plan, PlanError, Shape, plan};
+use trueline_plan::plan::PATH_PERIOD_S;
+use trueline_plan::{Ask, Cell, Plan, PlanError, Shape, View, plan};
 use trueline_sim::Disturbance;
 
 /// Largest length of the k-th differences of a list over the k-th power of the period: what a robot's own motion
@@ -33,8 +35,8 @@ fn rates(path: &[Pose], period_s: f64) -> Vec<Vector3<f64>> {
 }
 
 fn check_path(cell: &Cell, plan: &Plan) {
-    let path = plan.path(cell);
-    let period_s = cell.robot_period_s;
+    let path = plan.path();
+    let period_s = PATH_PERIOD_S;
     let limits = &cell.limits;
     let [speed, acceleration, jerk] = peaks(velocities(&path, period_s), period_s);
     // Differences of positions of 1 m, rounded to 1e-16, over (4 ms)³ are off by up to 1e-8 m/s³.
@@ -46,32 +48,52 @@ fn check_path(cell: &Cell, plan: &Plan) {
     within(turn, limits.turn_rad_s);
     within(turn_acceleration, limits.turn_acceleration_rad_s2);
     within(turn_jerk, limits.turn_jerk_rad_s3);
-    let nominal = cell.stance.nominal_attitude();
-    // Three turns one after the other, each within its limit.
-    let tilt: f64 = limits.tilt_rad.iter().sum();
     for pose in &path {
-        within(pose.rotation.angle_to(&nominal), tilt);
-        let camera = pose * cell.tool_from_camera;
-        let seam = cell.seam.line().unwrap();
-        // The camera sees the seam at its stand-off, and so is no nearer to it than that.
-        assert!(seam.distance(&camera.translation.vector) <= limits.stand_off_m[1] * 1.5);
+        let [work, travel, spin] = tilts(cell, pose);
+        for (tilt, limit) in [work, travel, spin].into_iter().zip(limits.tilt_rad) {
+            // Angles of matrices that are rounded to 1e-16.
+            assert!(tilt.abs() <= limit + 1e-9, "{tilt} of {limit}");
+        }
+        let stand_off_m = stand_off_m(cell, pose);
+        let [low, high] = limits.stand_off_m;
+        assert!(stand_off_m >= low - 1e-9 && stand_off_m <= high + 1e-9, "{stand_off_m}");
         if let Some([low, high]) = &limits.workspace_m {
             let at = pose.translation.vector;
             assert!((0..3).all(|k| low[k] <= at[k] && at[k] <= high[k]), "{at}");
         }
     }
-    for k in 0..=1000 {
-        let station = plan.motion.station(f64::from(k) * 1e-3 * plan.motion.design().duration_s);
-        let [low, high] = limits.stand_off_m;
-        assert!(station.stand_off_m >= low - 1e-12 && station.stand_off_m <= high + 1e-12);
-        for (tilt, limit) in station.tilt_rad.iter().zip(limits.tilt_rad) {
-            assert!(tilt.abs() <= limit + 1e-12);
-        }
-    }
 }
 
-/// Scans the seam where the guess is as wrong as is allowed for; every frame must see it.
+/// Work angle, travel angle and spin of a pose: how it is turned from the nominal attitude, about the sheet's own axes there
+/// (seam, stripe, range), one after the other.
+fn tilts(cell: &Cell, pose: &Pose) -> [f64; 3] {
+    let nominal = cell.stance.nominal_attitude();
+    let camera = nominal * cell.tool_from_camera.rotation;
+    let normal = cell.sheet.plane().normal().into_inner();
+    let across = camera * (normal * normal.y.signum());
+    let range = camera * (Vector3::z() - normal * normal.z).normalize();
+    let axes = Matrix3::from_columns(&[across.cross(&range), across, range]);
+    let turned = (pose.rotation * nominal.inverse()).to_rotation_matrix().into_inner();
+    let r = axes.transpose() * turned * axes;
+    [r[(0, 2)].atan2(r[(2, 2)]), (-r[(1, 2)]).asin(), r[(1, 0)].atan2(r[(1, 1)])]
+}
+
+/// Depth in the camera of the point where the seam meets the sheet.
+fn stand_off_m(cell: &Cell, pose: &Pose) -> f64 {
+    let camera_from_base = (pose * cell.tool_from_camera).inverse();
+    let start = (camera_from_base * Point3::from(cell.seam.from_m)).coords;
+    let along = camera_from_base * cell.seam.direction().unwrap().into_inner();
+    let plane = cell.sheet.plane();
+    let part = (plane.offset() - plane.normal().dot(&start)) / plane.normal().dot(&along);
+    (start + along * part).z
+}
+
+/// What the first order and twelve directions leave out of the margin of 100 px.
+const SECOND_ORDER_PX: f64 = 15.0;
+
+/// Scans the seam where the guess is as wrong as is allowed for: every frame must see it, with the margin, and on the seam.
 fn check_view(cell: &Cell, plan: &Plan, seeds: std::ops::Range<u64>) {
+    let View::Camera { camera, margin_px } = &cell.view else { unreachable!() };
     let duration_s = plan.motion.design().duration_s;
     for seed in seeds {
         let truth = cell.guess_error.disturbed_most(&cell.tool_from_camera, &cell.seam, seed);
@@ -80,6 +102,24 @@ fn check_view(cell: &Cell, plan: &Plan, seeds: std::ops::Range<u64>) {
         let recording = scan(&scenario, &plan.motion, seed);
         let frames = (duration_s / cell.frame_period_s - 0.5).floor() as usize;
         assert_eq!(recording.features.len(), frames, "the seam is lost with guess {seed}");
+        for feature in &recording.features {
+            let Measured::Pixel([u, v]) = feature.measured else { unreachable!() };
+            let [width, height] = camera.size.map(f64::from);
+            let room = (u + 0.5).min(width - 0.5 - u).min(v + 0.5).min(height - 0.5 - v);
+            assert!(room > margin_px - SECOND_ORDER_PX, "{u} {v} with guess {seed}");
+        }
+        let truth_guess = recording.truth.as_ref().unwrap().parameters;
+        let placed =
+            trueline::seam_points::place(&recording, &truth_guess, &trueline::Config::default()).unwrap();
+        let along = truth.1.direction().unwrap();
+        for point in &placed.list {
+            let at = along.dot(&(point.point_in_base - truth.1.from_m));
+            // The path between samples, and the second order of 5° over the camera's distance.
+            assert!(
+                (-1e-3..truth.1.length_m() + 1e-3).contains(&at),
+                "beyond an end with guess {seed}: {at}"
+            );
+        }
     }
 }
 
@@ -109,7 +149,7 @@ fn no_limit_is_exceeded_in_any_cell() {
 fn the_box_is_kept() {
     let mut cell = example();
     let free = plan(&cell, &small(Shape::S, 15.0), &|| ()).unwrap();
-    let at: Vec<Vector3<f64>> = free.path(&cell).iter().map(|pose| pose.translation.vector).collect();
+    let at: Vec<Vector3<f64>> = free.path().iter().map(|pose| pose.translation.vector).collect();
     let (low, high) = at.iter().fold((at[0], at[0]), |(low, high), p| (low.inf(p), high.sup(p)));
     // A fifth narrower than what it likes best.
     let narrower = (high - low) * 0.1;
@@ -150,11 +190,19 @@ fn what_cannot_be_planned_is_refused_with_the_limit_that_stands_in_the_way() {
 }
 
 #[test]
+fn a_seam_that_is_short_against_the_error_of_its_ends_is_refused() {
+    let mut cell = example();
+    cell.seam.to_m = cell.seam.from_m + Vector3::x() * 0.05;
+    let refused = plan(&cell, &small(Shape::S, 20.0), &|| ()).map(|plan| plan.score);
+    assert!(matches!(refused, Err(PlanError::NoRoom { demand: Demand::SeamEnds, .. })), "{refused:?}");
+}
+
+#[test]
 fn the_same_seed_gives_the_same_plan_on_any_number_of_threads() {
     let ask = |threads| Ask { evaluations: 300, duration_s: 20.0, threads, ..Ask::default() };
     let mut cell = example();
     cell.guess_error.line_m = 0.0;
     let [one, two] = [1, 2].map(|threads| plan(&cell, &ask(threads), &|| ()).unwrap());
     assert_eq!(one.motion.design(), two.motion.design());
-    assert_eq!(one.path(&cell), two.path(&cell));
+    assert_eq!(one.path(), two.path());
 }

@@ -32,6 +32,10 @@ fn wrong_values_are_named() {
         ("line_mm = 20.0", "line_mm = -20.0", "guess_error.line_mm"),
         ("margin_px = 100.0", "width_mm = 80.0", "`view`"),
         ("frames_hz = 33.0", "frames_hz = 0.0", "rates.frames_hz"),
+        ("robot_hz = 250.0 ", "robot_hz = 5.0 ", "rates.robot_hz"),
+        ("robot_hz = 250.0 ", "robot_hz = 1e9 ", "rates.robot_hz"),
+        ("rotation_deg = 5.0", "rotation_deg = 400.0", "guess_error.rotation_deg"),
+        ("to_mm = [1298.0, 105.5, 121.5]", "to_mm = [1002.3, 54.5, 118.5]", "10 mm apart"),
         ("[seam]", "[seam", "line"),
     ] {
         let message = refusal(from, to);

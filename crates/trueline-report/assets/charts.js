@@ -27,10 +27,9 @@ const Charts = (function () {
     };
   }
 
-  const base = (aria) => ({
+  const base = () => ({
     animation: false,
-    aria: { enabled: true, label: { description: aria } }, // sets role="img" and aria-label on the host
-    legend: { type: "scroll", top: 0, left: 0, itemGap: 12, itemWidth: 16, itemHeight: 9 }, // v6 puts the legend at the bottom by default, over the axis name
+    legend: { type: "plain", top: 0, left: 0, itemGap: 12, itemWidth: 16, itemHeight: 9 }, // v6 puts the legend at the bottom by default, over the axis name
     grid: { left: 62, right: 18, top: 30, bottom: 46, outerBoundsMode: "none" }, // v6 shrinks the grid to fit labels by default
     tooltip: { trigger: "item", confine: true, transitionDuration: 0, enterable: false },
   });
@@ -110,13 +109,14 @@ const Charts = (function () {
       // Large scatters have no element for each point and lines are sampled: there the tip is asked for by place.
       if (data.getItemGraphicEl(index) && model.subType !== "line") chart.dispatchAction({ type: "showTip", seriesIndex: model.seriesIndex, dataIndexInside: index });
       else { const [x, y] = chart.convertToPixel({ seriesIndex: model.seriesIndex }, value); chart.dispatchAction({ type: "showTip", x, y }); }
-      live.textContent = `${model.name}: ${value.filter((v) => v != null).map(show).join(", ")}`;
+      live.textContent = item.say ? item.say(value) : `${model.name}: ${value.filter((v) => v != null).map(show).join(", ")}`;
     };
     const other = (by) => { const n = heard().length; series = (series + by + n) % n; step(0, Math.max(0, index)); };
     const map = {
       ArrowRight: () => step(1), ArrowLeft: () => step(-1), PageDown: () => step(Math.ceil(count() / 20)), PageUp: () => step(-Math.ceil(count() / 20)),
       Home: () => step(0, 0), End: () => step(0, count() - 1), ArrowUp: () => other(-1), ArrowDown: () => other(1),
       "+": () => scale(0.7), "=": () => scale(0.7), "-": () => scale(1 / 0.7), 0: () => (item.onreset || reset)(),
+      Enter: () => { if (index >= 0) item.enter?.(heard()[series].seriesIndex, index); },
       Escape: () => { chart.dispatchAction({ type: "hideTip" }); index = -1; live.textContent = ""; },
       ...keys?.(item),
     };
@@ -156,7 +156,7 @@ const Charts = (function () {
     document.documentElement.dataset.theme = "light";
     for (const item of all) {
       const width = Math.min(720, item.chart.getWidth()), height = Math.round(Math.min(item.chart.getHeight(), width * 0.9));
-      const points = item.chart.getModel().getSeries().reduce((n, m) => n + m.getData().count(), 0), svg = points < 20000;
+      const points = item.chart.getModel().getSeries().reduce((n, m) => n + m.getData().count(), 0), svg = points < 3000;
       const paper = echarts.init(svg ? null : document.createElement("div"), theme(), svg ? { renderer: "svg", ssr: true, width, height } : { renderer: "canvas", width, height, devicePixelRatio: 3 });
       paper.setOption(item.build({ width, height }));
       const zooms = item.chart.getOption().dataZoom?.map((z, dataZoomIndex) => ({ dataZoomIndex, start: z.start, end: z.end }));

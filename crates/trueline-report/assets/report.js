@@ -13,12 +13,24 @@
     return "10" + String(e).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
   };
   const logAxis = { type: "log", scale: undefined, minorSplitLine: { show: true }, minorTick: { show: true, splitNumber: 9 }, axisLabel: { hideOverlap: true, formatter: power } };
-  const limits = (a) => (a.limits ? { min: a.limits[0], max: a.limits[1] } : {});
+  const round = (a) => a.limits.every((end) => Number.isInteger(end));
+  const limits = (a) => (a.limits ? { min: a.limits[0], max: a.limits[1], axisLabel: { hideOverlap: true, formatter: (v) => String(+v.toPrecision(6)), showMinLabel: round(a), showMaxLabel: round(a) } } : {});
   const along = (a, extra) => axis(a.name, { ...(a.log ? logAxis : {}), inverse: a.inverse, ...limits(a), ...extra });
   const upright = (a, extra) => yAxis(a.name, { ...(a.log ? logAxis : {}), inverse: a.inverse, ...limits(a), ...extra });
   const lead = (target) => {
     const place = document.getElementById(target);
     if (place) { location.hash = target; place.scrollIntoView({ block: "center" }); }
+  };
+
+  // Rows that a legend of these names takes, and with it where the plot begins.
+  const below = (c, width) => {
+    let rows = 1, used = 0;
+    for (const { name } of c.series ?? c.parts) {
+      const wide = 40 + 6.6 * name.length;
+      if (used && used + wide > width - 20) { rows++; used = 0; }
+      used += wide;
+    }
+    return 10 + 20 * rows;
   };
 
   const draw = {
@@ -31,21 +43,25 @@
         if (s.line) return line(s.name, x, y, { color: colour, showSymbol: s.dotted, sampling: s.dotted ? undefined : "minmax", lineStyle: { width: 1.5, type: s.dashed ? "dashed" : "solid" }, ...first });
         return scatter(s.name, x, y, { color: colour, ...(s.leads_to === null ? {} : { symbol: "triangle", symbolSize: 8, large: false }), ...first });
       };
-      const item = add(c.id, c.alternative, () => ({
-        ...base(c.alternative), ...zoom(), tooltip: { ...base("").tooltip, formatter: tip },
-        xAxis: along(c.x), yAxis: upright(c.y), series: c.series.map(one),
+      const host = document.getElementById(c.id);
+      const ends = c.x.log || c.x.limits ? {} : { min: "dataMin", max: "dataMax", axisLabel: { hideOverlap: true, formatter: (v) => String(+v.toPrecision(6)), showMinLabel: false, showMaxLabel: false } };
+      const item = add(c.id, c.alternative, (size) => ({
+        ...base(), ...zoom(), grid: { ...base().grid, top: below(c, size?.width ?? host.clientWidth) },
+        tooltip: { ...base().tooltip, formatter: tip },
+        xAxis: along(c.x, ends), yAxis: upright(c.y), series: c.series.map(one),
       }));
-      item.chart.on("click", (p) => {
-        const leads = c.series[p.seriesIndex]?.leads_to;
-        if (leads !== null && leads !== undefined) lead(`frame-${columns[leads][p.dataIndex]}`);
-      });
+      item.enter = (series, index) => {
+        const leads = c.series[series]?.leads_to;
+        if (leads !== null && leads !== undefined) lead(`frame-${columns[leads][index]}`);
+      };
+      item.chart.on("click", (p) => item.enter(p.seriesIndex, p.dataIndex));
     },
 
     histogram(c) {
       const middle = (k) => c.low + (k + 0.5) * c.width;
       add(c.id, c.alternative, () => ({
-        ...base(c.alternative), ...zoom(),
-        tooltip: { ...base("").tooltip, formatter: (q) => `${show(q.value[0] - c.width / 2)} to ${show(q.value[0] + c.width / 2)}: <b>${show(q.value[1])}</b>` },
+        ...base(), ...zoom(),
+        tooltip: { ...base().tooltip, formatter: (q) => `${show(q.value[0] - c.width / 2)} to ${show(q.value[0] + c.width / 2)}: <b>${show(q.value[1])}</b>` },
         xAxis: along(c.axis, { min: c.low, max: c.low + c.width * c.counts.length }), yAxis: yAxis("count"),
         series: [
           { type: "custom", name: "counted", color: css("--a"), dimensions: ["x", "n"], encode: { x: 0, y: 1 }, data: c.counts.map((n, k) => [middle(k), n]), clip: true,
@@ -60,31 +76,33 @@
 
     matrix(c) {
       const widest = Math.max(...c.rows.map((n) => n.length)), small = narrow();
-      const grid = { ...base("").grid, left: Math.min(small ? 110 : 190, 12 + 6.6 * widest), right: 62, top: 12, bottom: 104 };
+      const grid = { ...base().grid, left: Math.min(small ? 110 : 190, 12 + 6.6 * widest), right: 62, top: 12, bottom: 104 };
       const size = keepAspect(c.id, grid, (1.6 * c.columns.length) / c.rows.length, 240, 620);
-      add(c.id, c.alternative, () => ({
-        ...base(c.alternative), legend: { show: false }, grid,
-        tooltip: { ...base("").tooltip, formatter: (q) => `${c.rows[q.value[1]]} – ${c.columns[q.value[0]]}: <b>${q.value[2].toFixed(3)}</b>` },
+      const item = add(c.id, c.alternative, () => ({
+        ...base(), legend: { show: false }, grid,
+        tooltip: { ...base().tooltip, formatter: (q) => `${c.rows[q.value[1]]} – ${c.columns[q.value[0]]}: <b>${q.value[2].toFixed(3)}</b>` },
         xAxis: { type: "category", data: c.columns, axisLabel: { rotate: 45, interval: 0, fontSize: 11 }, axisTick: { show: false } },
         yAxis: { type: "category", data: c.rows, inverse: true, axisLabel: { interval: 0, fontSize: 11, width: grid.left - 12, overflow: "truncate" }, axisTick: { show: false } },
         visualMap: { type: "continuous", min: -c.strongest, max: c.strongest, calculable: false, right: 0, top: "middle", itemWidth: 12, itemHeight: 100, text: ["+" + c.strongest, "−" + c.strongest], inRange: { color: ["#2166ac", "#92c5de", "#f7f7f7", "#f4a582", "#b2182b"] } },
         series: [{ type: "heatmap", name: "value", data: c.cells,
           label: { show: !small && c.columns.length <= 16, fontSize: 10, color: "#1a1d21", rich: { light: { color: "#ffffff", fontSize: 10 } },
-            formatter: (q) => { const v = q.value[2], t = Math.abs(v) < 9.95 ? v.toFixed(c.strongest > 1 ? 1 : 2) : v.toFixed(0); return Math.abs(v) > 0.7 * c.strongest ? `{light|${t}}` : t; } },
+            formatter: (q) => { const v = Math.abs(q.value[2]) < 0.005 ? 0 : q.value[2], t = Math.abs(v) < 9.95 ? v.toFixed(c.strongest > 1 ? 1 : 2) : v.toFixed(0); return Math.abs(v) > 0.7 * c.strongest ? `{light|${t}}` : t; } },
           itemStyle: { borderColor: css("--card"), borderWidth: 1 } }],
-      })).onresize = size;
+      }));
+      item.onresize = size;
+      item.say = ([column, row, value]) => `${c.rows[row]}, ${c.columns[column]}: ${value.toFixed(2)}`;
     },
 
     heat(c) {
-      const grid = { ...base("").grid, top: 12, right: 84 };
+      const grid = { ...base().grid, top: 12, right: 84 };
       const ratio = (c.x.limits[1] - c.x.limits[0]) / (c.y.limits[1] - c.y.limits[0]);
       const size = c.equal ? keepAspect(c.id, grid, ratio, 220, 620) : () => {};
-      const most = Math.max(...c.cells.map((cell) => cell[2]), 0);
+      const most = c.strongest;
       add(c.id, c.alternative, () => ({
-        ...base(c.alternative), ...zoom(), legend: { show: false }, grid,
-        tooltip: { ...base("").tooltip, formatter: (q) => `${c.x.name} ${show(q.value[0])}, ${c.y.name} ${show(q.value[1])}<br>${c.unit}: <b>${show(q.value[2])}</b><br>of ${q.value[3]}` },
+        ...base(), ...zoom(), legend: { show: false }, grid,
+        tooltip: { ...base().tooltip, formatter: (q) => `${c.x.name} ${show(q.value[0])}, ${c.y.name} ${show(q.value[1])}<br>${c.unit}: <b>${show(q.value[2])}</b><br>of ${q.value[3]}` },
         xAxis: along(c.x, { splitLine: { show: false } }), yAxis: upright(c.y, { splitLine: { show: false } }),
-        visualMap: { type: "continuous", dimension: 2, min: 0, max: most, calculable: false, right: 0, top: "middle", itemWidth: 12, itemHeight: 110, text: [show(most), "0"], inRange: { color: ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"] } },
+        visualMap: { type: "continuous", dimension: 2, min: 0, max: most, calculable: false, right: 0, top: "middle", itemWidth: 12, itemHeight: 110, text: ["≥ " + show(most), "0"], inRange: { color: ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"] } },
         series: [{ type: "custom", name: c.unit, dimensions: ["x", "y", "v", "n"], encode: { x: 0, y: 1, tooltip: 2 }, data: c.cells, clip: true, progressive: 0,
           renderItem: (_, api) => {
             const a = api.coord([api.value(0) - c.cell[0] / 2, api.value(1) - c.cell[1] / 2]), b = api.coord([api.value(0) + c.cell[0] / 2, api.value(1) + c.cell[1] / 2]);
@@ -97,13 +115,15 @@
       const host = document.getElementById(c.id);
       host.style.height = `${Math.max(10, 4 + 1.7 * c.names.length)}rem`;
       const low = c.axis.log ? 10 ** Math.floor(Math.log10(Math.min(...c.values, c.mark ? c.mark.at : Infinity))) : undefined;
-      add(c.id, c.alternative, () => ({
-        ...base(c.alternative), legend: { show: false }, grid: { ...base("").grid, top: 12, left: narrow() ? 110 : 140, right: 76 },
-        tooltip: { ...base("").tooltip, formatter: (q) => `${q.name}: <b>${show(q.value)}</b>` },
+      const item = add(c.id, c.alternative, () => ({
+        ...base(), legend: { show: false }, grid: { ...base().grid, top: 12, left: narrow() ? 110 : 140, right: 76 },
+        tooltip: { ...base().tooltip, formatter: (q) => `${q.name}: <b>${show(q.value)}</b>` },
         xAxis: along(c.axis, { scale: false, min: low }), yAxis: { type: "category", data: c.names, inverse: true, axisTick: { show: false } },
         series: [{ type: "bar", name: c.axis.name, data: c.values, color: css("--a"), barCategoryGap: "25%", label: { show: true, position: "right", color: css("--ink"), formatter: (q) => show(q.value) },
           ...(c.mark ? { markLine: { silent: true, symbol: "none", label: { color: css("--ink"), formatter: "{b}", position: "insideEndTop" }, lineStyle: { color: css("--bad"), type: "dashed" }, data: [{ xAxis: c.mark.at, name: c.mark.name }] } } : {}) }],
       }));
+      // A bar's dimensions are its value and its place.
+      item.say = (value) => { const k = c.values.findIndex((v) => v === value[0] || v === value[1]); return `${c.names[k]}: ${show(c.values[k])}`; };
     },
 
     scene(c) {
@@ -122,6 +142,9 @@
     };
     const buttons = forms.map((form, k) => {
       const button = document.createElement("button");
+      form.id = `form-${k}`;
+      form.setAttribute("role", "tabpanel");
+      button.setAttribute("aria-controls", form.id);
       button.textContent = form.dataset.name;
       button.setAttribute("role", "tab");
       button.addEventListener("click", () => pick(k));
@@ -146,7 +169,9 @@
       copy.textContent = done ? "Copied" : "Selected: press Ctrl C";
       setTimeout(() => { copy.textContent = "Copy"; }, 2000);
     });
-    tabs.append(copy);
+    copy.setAttribute("aria-live", "polite");
+    tabs.parentElement.append(copy);
+    choice.classList.add("chosen");
     pick(0);
   }
 
@@ -156,8 +181,11 @@
   label();
   document.getElementById("print").addEventListener("click", () => print());
 
-  // One chart after the other, so that the page answers in between.
-  for (const chart of data.charts) {
+  // One chart after the other, so that the page answers in between; first those that are in the window.
+  const host = (chart) => document.getElementById(chart.id);
+  const visible = data.charts.filter((chart) => host(chart).getBoundingClientRect().top < innerHeight).length;
+  for (const [k, chart] of data.charts.entries()) {
+    if (k === visible) document.documentElement.dataset.opened = Math.round(performance.now());
     draw[chart.kind](chart);
     await new Promise((done) => setTimeout(done));
   }

@@ -16,9 +16,10 @@ pub fn html(e: &Evaluation, title: &str, command: &str) -> String {
         title: title.to_owned(),
         verdict: Verdict {
             text: format!(
-                "{:.3} mm root mean square from {} {reference}, {:.3} mm at most.",
-                figures.rmse_m * MM_PER_M,
+                "{:.3} mm typically from {} {reference}: {:.3} mm root mean square, {:.3} mm at most.",
+                figures.median_m * MM_PER_M,
                 if e.known { "the known" } else { "the best-fitting" },
+                figures.rmse_m * MM_PER_M,
                 figures.max_m * MM_PER_M
             ),
             good: None,
@@ -27,7 +28,7 @@ pub fn html(e: &Evaluation, title: &str, command: &str) -> String {
     };
     let columns = &mut page.columns;
     page.sections = vec![
-        Section { id: "figures", heading: "", blocks: vec![Block::Table(table(e))] },
+        Section { id: "figures", heading: "", blocks: first(e) },
         Section { id: "errors", heading: "Errors", blocks: charts(e, columns) },
         Section {
             id: "made",
@@ -45,6 +46,24 @@ pub fn html(e: &Evaluation, title: &str, command: &str) -> String {
     render(&page)
 }
 
+fn first(e: &Evaluation) -> Vec<Block> {
+    let mut blocks = vec![Block::Table(table(e))];
+    let mut mind = Vec::new();
+    if !e.known {
+        mind.push(
+            "The reference was fitted to these very points: it cannot show an offset of the whole seam. --reference can."
+                .to_owned(),
+        );
+    }
+    if e.beyond_ends > 0 {
+        mind.push(format!("{} points beyond the ends of the reference are left out.", e.beyond_ends));
+    }
+    if !mind.is_empty() {
+        blocks.push(Block::Notice { heading: "Mind", items: mind, bad: false });
+    }
+    blocks
+}
+
 fn table(e: &Evaluation) -> Table {
     let row = |name: &str, list: &[Deviation]| {
         let f = Figures::of(list.iter().map(|d| d.error_m));
@@ -58,9 +77,17 @@ fn table(e: &Evaluation) -> Table {
             mm(f.max_m),
         ])
     };
+    let mut rows = vec![row("as calibrated", &e.calibrated), row("time offset left out", &e.without_offset)];
+    if e.references.len() > 1 {
+        rows.extend(e.references.iter().enumerate().map(|(k, reference)| {
+            let own: Vec<Deviation> =
+                e.calibrated.iter().filter(|d| d.measured.line as usize == k).copied().collect();
+            row(&format!("seam {k}, a {}", evaluated::described(reference)), &own)
+        }));
+    }
     Table {
         head: ["", "points", "RMSE (mm)", "MAE (mm)", "median (mm)", "max (mm)"].map(str::to_owned).to_vec(),
-        rows: vec![row("as calibrated", &e.calibrated), row("time offset left out", &e.without_offset)],
+        rows,
     }
 }
 

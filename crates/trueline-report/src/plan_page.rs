@@ -4,29 +4,15 @@ use crate::number::digits_for;
 use crate::page::{
     Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Verdict, render,
 };
-use crate::planned;
+use crate::planned::{self, Source};
 use nalgebra::{Point3, Vector3};
 use trueline::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Pose;
 use trueline_plan::demands::Demand;
-use trueline_plan::guess_error::DIRECTIONS;
-use trueline_plan::prediction::Observer;
-use trueline_plan::{Cell, Goal, Plan, Prediction, View};
-
-/// All that the report is made from.
-pub struct Source<'a> {
-    /// What was known.
-    pub cell: &'a Cell,
-    /// What was planned.
-    pub plan: &'a Plan,
-    /// What was asked for, if anything was.
-    pub asked: Option<&'a Goal>,
-    /// What is promised as the scan goes on.
-    pub over_time: &'a [(f64, Prediction)],
-    /// How to make it again.
-    pub command: &'a str,
-}
+use trueline_plan::demands::worst_room;
+use trueline_plan::prediction::{Sight, Truth};
+use trueline_plan::{Cell, Plan, Prediction, View};
 
 /// Times at which the motion is drawn.
 const SAMPLES: usize = 1500;
@@ -36,7 +22,7 @@ const VIEWS: usize = 6;
 /// Renders the report.
 #[must_use]
 pub fn html(source: &Source<'_>) -> String {
-    let Source { cell, plan, asked, .. } = source;
+    let Source { cell, plan, asked, wrong_guess, .. } = source;
     let missed = asked.map(|goal| planned::missed(plan, goal)).unwrap_or_default();
     let mut page = Page {
         title: "A planned scan".to_owned(),
@@ -50,7 +36,7 @@ pub fn html(source: &Source<'_>) -> String {
     if !missed.is_empty() {
         first.push(Block::Notice { heading: "What is missed", items: missed, bad: true });
     }
-    first.push(Block::Cards(cards(plan)));
+    first.push(Block::Cards(cards(plan, wrong_guess)));
     let columns = &mut page.columns;
     let sections = [
         ("promise", "", first),
@@ -73,10 +59,10 @@ fn sentence(plan: &Plan, asked: bool, reached: bool) -> String {
     }
 }
 
-fn cards(plan: &Plan) -> Vec<Card> {
+fn cards(plan: &Plan, wrong_guess: &[f64; LINES]) -> Vec<Card> {
     let sigma = |k: usize, factor: f64, unit: &str| {
         let value = plan.prediction.sigma(k) * factor;
-        format!("± {value:.0$} {unit}", digits_for(value))
+        format!("± {value:.0$} {unit}  (± {1:.0$} {unit})", digits_for(value), wrong_guess[k] * factor)
     };
     let three = |first: usize, factor: f64, unit: &str| {
         ["x", "y", "z"]
@@ -89,7 +75,9 @@ fn cards(plan: &Plan) -> Vec<Card> {
         Card {
             name: "Time offset",
             values: vec![sigma(TIME_OFFSET, 1e3, "ms")],
-            meaning: "One standard deviation that the scan promises.".to_owned(),
+            meaning:
+                "One standard deviation; in brackets what 95 % of cells stay below whose guess is wrong."
+                    .to_owned(),
         },
         Card {
             name: "Rotation",
@@ -276,21 +264,12 @@ fn limits(cell: &Cell, plan: &Plan) -> Block {
 }
 
 fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
-    let observer = Observer::new(cell);
+    let truth = Truth::guessed(cell);
     let rooms: Vec<(f64, f64, f64)> = times(plan, SAMPLES / 3)
         .map(|t| {
-            let point = plan.motion.point_in_camera(t);
-            let right = cell.view.room(&point);
-            let placement = plan.motion.placement(t);
-            let jacobian = observer.as_ref().and_then(|o| o.jacobian(&placement, &point));
-            let worst = jacobian.map_or(f64::NAN, |(jacobian, _)| {
-                (0..DIRECTIONS)
-                    .map(|k| {
-                        cell.view
-                            .room(&(point + cell.sheet.axes() * cell.guess_error.outermost(&jacobian, k)))
-                    })
-                    .fold(right, f64::min)
-            });
+            let right = cell.view.room(&plan.motion.point_in_camera(t));
+            let sight = truth.as_ref().and_then(|truth| Sight::of(cell, &plan.motion, truth, t));
+            let worst = sight.map_or(f64::NAN, |sight| worst_room(cell, &sight));
             (t, 100.0 * right, 100.0 * worst)
         })
         .collect();
@@ -316,7 +295,7 @@ fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
 }
 
 fn words(source: &Source<'_>) -> Vec<String> {
-    let text = planned::text(source.cell, source.plan, source.asked);
+    let text = planned::text(source);
     let mut words: Vec<String> = text
         .lines()
         .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))

@@ -9,6 +9,22 @@ use trueline_plan::demands::Demand;
 use trueline_plan::design::Sweep;
 use trueline_plan::{Cell, Goal, Plan, Prediction};
 
+/// All that is told of a plan.
+pub struct Source<'a> {
+    /// What was known.
+    pub cell: &'a Cell,
+    /// What was planned.
+    pub plan: &'a Plan,
+    /// What was asked for, if anything was.
+    pub asked: Option<&'a Goal>,
+    /// Standard deviations that 95 % of the cells stay below in which the guess is wrong.
+    pub wrong_guess: &'a [f64; LINES],
+    /// What is promised as the scan goes on.
+    pub over_time: &'a [(f64, Prediction)],
+    /// How to make it again.
+    pub command: &'a str,
+}
+
 /// Names of the seven unknowns and the units that people read them in.
 const UNKNOWNS: [(&str, &str); LINES] = [
     ("time offset", "ms"),
@@ -45,7 +61,8 @@ pub fn missed(plan: &Plan, goal: &Goal) -> Vec<String> {
 
 /// The plan in a few lines; what is wanted is shown where the user has asked for it.
 #[must_use]
-pub fn text(cell: &Cell, plan: &Plan, asked: Option<&Goal>) -> String {
+pub fn text(source: &Source<'_>) -> String {
+    let Source { cell, plan, asked, wrong_guess, .. } = source;
     let design = plan.motion.design();
     let mut out = String::new();
     // Writing to a String cannot fail.
@@ -64,7 +81,12 @@ pub fn text(cell: &Cell, plan: &Plan, asked: Option<&Goal>) -> String {
             let mark = if plan.prediction.sigma(k) <= wanted { "reached" } else { "MISSED" };
             format!("   wanted {:.4} {unit}: {mark}", wanted * scale(k))
         });
-        let _ = writeln!(out, "  {name:<24} ± {sigma:.digits$} {unit}{}", wanted.unwrap_or_default());
+        let wrong = wrong_guess[k] * scale(k);
+        let _ = writeln!(
+            out,
+            "  {name:<24} ± {sigma:.digits$} {unit}   (± {wrong:.digits$} {unit} if the guess is wrong){}",
+            wanted.unwrap_or_default()
+        );
     }
     let _ = writeln!(out);
     for (name, sweep, unit, factor) in sweeps(plan) {
@@ -72,7 +94,7 @@ pub fn text(cell: &Cell, plan: &Plan, asked: Option<&Goal>) -> String {
             out,
             "  {name:<24} {:.1} ± {:.1} {unit} at {:.2} Hz",
             sweep.mean * factor,
-            sweep.reach() * factor,
+            sweep.amplitude * factor,
             sweep.frequency_hz
         );
     }
@@ -119,7 +141,8 @@ fn sweeps(plan: &Plan) -> [(&'static str, Sweep, &'static str, f64); 5] {
 
 /// The plan as JSON.
 #[must_use]
-pub fn json(cell: &Cell, plan: &Plan, goal: &Goal) -> Value {
+pub fn json(source: &Source<'_>, goal: &Goal) -> Value {
+    let Source { cell, plan, wrong_guess, .. } = source;
     let design = plan.motion.design();
     let sweeps: serde_json::Map<String, Value> = sweeps(plan)
         .into_iter()
@@ -128,7 +151,6 @@ pub fn json(cell: &Cell, plan: &Plan, goal: &Goal) -> Value {
                 "unit": unit,
                 "mean": s.mean * factor,
                 "amplitude": s.amplitude * factor,
-                "overtone": s.overtone,
                 "frequency_hz": s.frequency_hz,
                 "phase_rad": s.phase_rad,
             });
@@ -147,7 +169,9 @@ pub fn json(cell: &Cell, plan: &Plan, goal: &Goal) -> Value {
         "duration_s": design.duration_s,
         "ramp_s": design.ramp_s,
         "length_mm": cell.seam.length_m() * design.length_share * MM_PER_M,
-        "predicted_sigma": sigmas(&plan.prediction),
+        "centre_mm": cell.seam.length_m() * design.centre * MM_PER_M,
+        "predicted_sigma": sigmas(&|k| plan.prediction.sigma(k)),
+        "predicted_sigma_if_guess_is_wrong": sigmas(&|k| wrong_guess[k]),
         "score": plan.score,
         "sweeps": sweeps,
         "used_of_limits": used,
@@ -159,10 +183,11 @@ pub fn json(cell: &Cell, plan: &Plan, goal: &Goal) -> Value {
     })
 }
 
-fn sigmas(prediction: &Prediction) -> Value {
-    let three = |first: usize, factor: f64| [0, 1, 2].map(|k| prediction.sigma(first + k) * factor);
+/// What is infinite, because the seam leaves the view, is null.
+fn sigmas(of: &dyn Fn(usize) -> f64) -> Value {
+    let three = |first: usize, factor: f64| [0, 1, 2].map(|k| of(first + k) * factor);
     json!({
-        "time_offset_s": prediction.sigma(TIME_OFFSET),
+        "time_offset_s": of(TIME_OFFSET),
         "rotation_rad": three(ROTATION, 1.0),
         "translation_mm": three(TRANSLATION, MM_PER_M),
     })

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use trueline::at_torch::AtTorch;
 use trueline::held_out::HeldOut;
 use trueline::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use trueline::residuals::FeatureResidual;
 use trueline::sampling::StampReport;
 use trueline::{Calibration, Hold, Status};
 use trueline_dataset::unit::MM_PER_M;
@@ -23,18 +24,25 @@ pub fn verdict(c: &Calibration) -> String {
 /// The verdict and the main answer in one sentence.
 #[must_use]
 pub fn sentence(c: &Calibration) -> String {
-    let verdict = match c.status {
-        Status::Accepted => "Accepted",
-        Status::NotAccepted => "Not accepted",
-    };
+    if let (Status::NotAccepted, Some(reason)) = (c.status, c.reasons.first()) {
+        let more = c.reasons.len() - 1;
+        return format!(
+            "Not accepted: {reason}{}",
+            if more > 0 { format!(" ({more} more below)") } else { String::new() }
+        );
+    }
     if !c.is_known(TIME_OFFSET) {
-        return format!("{verdict}: this scan does not show the time offset.");
+        return "Accepted, without the time offset, which this scan does not show.".to_owned();
     }
     let ms = c.parameters.time_offset_s * MS_PER_S;
     let which = if ms >= 0.0 { "later" } else { "earlier" };
     let size = with_sigma(ms.abs(), c.sigma(TIME_OFFSET).map(|s| s * MS_PER_S), "ms");
     let fit = format!("the seam is measured to {:.3} mm", c.residuals.rms_m * MM_PER_M);
-    format!("{verdict}: images come {size} {which} than the robot's poses, and {fit}.")
+    let without = match c.residuals.outliers {
+        0 => String::new(),
+        n => format!(" without {n} outliers"),
+    };
+    format!("Accepted: images come {size} {which} than the robot's poses, and {fit}{without}.")
 }
 
 /// The whole summary, a few lines of plain text.
@@ -69,6 +77,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
         rows.push((format!("line {k}"), line(c, k)));
     }
     rows.push(("residual".to_owned(), residual(c)));
+    rows.extend(over_time(c).map(|bars| ("residual over time".to_owned(), bars)));
     rows.push(("features".to_owned(), features(c)));
     if let Some(check) = &c.held_out {
         rows.push(("held-out check".to_owned(), held_out(check)));
@@ -139,6 +148,34 @@ fn residual(c: &Calibration) -> String {
     }
 }
 
+/// Parts of the scan in [`over_time`].
+const BARS: usize = 40;
+
+/// The residual in so many parts of the scan as bars, the full height three times the typical one; `None` for a scan that
+/// is too short for that.
+fn over_time(c: &Calibration) -> Option<String> {
+    let used: Vec<&FeatureResidual> = c.features.iter().filter(|f| !f.is_outlier()).collect();
+    let (first, last) = (used.first()?.stamp_s, used.last()?.stamp_s);
+    if used.len() < 4 * BARS || last <= first {
+        return None;
+    }
+    let mut sums = [(0.0, 0_usize); BARS];
+    for f in used {
+        let part = ((f.stamp_s - first) / (last - first) * BARS as f64) as usize;
+        let sum = &mut sums[part.min(BARS - 1)];
+        *sum = (sum.0 + f.offset_m.norm_squared(), sum.1 + 1);
+    }
+    let rms = |(sum, count): &(f64, usize)| (*count > 0).then(|| (sum / *count as f64).sqrt());
+    let typical = trueline::order_statistics::median(sums.iter().filter_map(rms))?;
+    let bar = |part: &(f64, usize)| match rms(part) {
+        None => ' ',
+        Some(rms) => {
+            ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'][((rms / (3.0 * typical) * 8.0) as usize).min(7)]
+        }
+    };
+    Some(format!("{}  {:.3} mm typical", sums.iter().map(bar).collect::<String>(), typical * MM_PER_M))
+}
+
 fn features(c: &Calibration) -> String {
     let r = &c.residuals;
     let mut text = format!("{} used, {} of them outliers", r.used, r.outliers);
@@ -150,6 +187,9 @@ fn features(c: &Calibration) -> String {
 
 fn held_out(check: &HeldOut) -> String {
     let parts = if check.passes { "passes" } else { "blocks of time" };
+    if check.parts.iter().all(|p| p.sigmas.amax() == 0.0) {
+        return "nothing that can be seen can be compared".to_owned();
+    }
     let disagreement = check.parts.iter().map(|p| p.sigmas.amax()).fold(0.0, f64::max);
     format!(
         "{:.4} mm predicted, {:.4} mm fitted; {} {parts} agree to {disagreement:.1} sigma",

@@ -80,6 +80,24 @@ pub enum Error {
     /// Partial acceptance needs a guess.
     #[error("`--accept-partial` holds what the scan does not show at the initial guess, but there is none")]
     NoGuessToHold,
+    /// Every point lies beyond the ends of the reference.
+    #[error(
+        "all {points} seam points lie beyond the ends of the reference; the nearest is {nearest_mm:.1} mm from it"
+    )]
+    BeyondReference {
+        /// Points that were placed.
+        points: usize,
+        /// Distance of the nearest, mm.
+        nearest_mm: f64,
+    },
+    /// A seam without a reference of its own.
+    #[error("the features name {seams} lines, and the reference has {references}")]
+    ReferenceMissing {
+        /// Lines of the features.
+        seams: usize,
+        /// References there are.
+        references: usize,
+    },
     /// Too few seam points to compare with anything.
     #[error("{points} seam point(s) could be placed: too few to evaluate")]
     NothingToFit {
@@ -111,6 +129,10 @@ impl Error {
                 "record the scan while it moves; if it did, is the stream frozen, or of another robot?"
             }
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give it in initial.toml or with --initial",
+            Self::BeyondReference { .. } => {
+                "are the reference's units and frame right? it is in the robot's base"
+            }
+            Self::ReferenceMissing { .. } => "give a [[lines]] for each line of the features, in their order",
             Self::NothingToFit { .. } => {
                 "do images and robot overlap in time, with the calibration's time offset?"
             }

@@ -88,9 +88,17 @@ pub fn evaluate(
         Some(references) => references,
         None => fitted(&points.list, form).ok_or(Error::NothingToFit { points: points.list.len() })?,
     };
+    if points.list.is_empty() {
+        return Err(Error::NothingToFit { points: 0 });
+    }
+    let seams = points.list.iter().map(|p| p.line as usize + 1).max().unwrap_or(0);
+    if seams > references.len() {
+        return Err(Error::ReferenceMissing { seams, references: references.len() });
+    }
     let (calibrated, beyond_ends) = against(&points.list, &references);
     if calibrated.is_empty() {
-        return Err(Error::NothingToFit { points: 0 });
+        let nearest_mm = nearest_m(&points.list, &references) * 1e3;
+        return Err(Error::BeyondReference { points: beyond_ends, nearest_mm });
     }
     let (without_offset, _) = against(&without.list, &references);
     Ok(Evaluation {
@@ -114,16 +122,20 @@ fn fitted(points: &[SeamPoint], form: Form) -> Option<Vec<ReferenceCurve>> {
     (0..seams).map(of).collect()
 }
 
-/// The errors of all points against a reference for each seam (the last stands for those that have none of their own),
-/// and how many points lie beyond the ends of it.
+/// Distance of the nearest point from its reference, ends and all, m.
+fn nearest_m(points: &[SeamPoint], references: &[ReferenceCurve]) -> f64 {
+    let distance =
+        |p: &SeamPoint| references.get(p.line as usize).map(|r| r.distance_with_ends(&p.point_in_base));
+    points.iter().filter_map(distance).fold(f64::INFINITY, f64::min)
+}
+
+/// The errors of all points against the reference of each seam, and how many points have none, being beyond its ends.
 #[must_use]
 pub fn against(points: &[SeamPoint], references: &[ReferenceCurve]) -> (Vec<Deviation>, usize) {
-    let Some(last) = references.last() else { return (Vec::new(), points.len()) };
     let deviations: Vec<Deviation> = points
         .iter()
         .filter_map(|measured| {
-            let reference = references.get(measured.line as usize).unwrap_or(last);
-            let error_m = reference.deviation(&measured.point_in_base)?;
+            let error_m = references.get(measured.line as usize)?.deviation(&measured.point_in_base)?;
             Some(Deviation { measured: *measured, error_m })
         })
         .collect();

@@ -68,11 +68,36 @@ pub fn origin_ns(recording: &Recording) -> i64 {
 /// # Errors
 /// A robot stream that is no trajectory, points without a sheet, lines without features.
 pub fn observe(recording: &Recording, sampling: &Sampling, config: &Config) -> Result<Observations, Error> {
+    let sheet = sheet_of(recording, config)?;
+    observe_on(sheet, recording, sampling, config)
+}
+
+/// The same without a fitted sheet: points are where they are, whatever sheet they were measured in.
+///
+/// # Errors
+/// As [`observe`], but for a sheet that cannot be fitted.
+pub fn observe_anywhere(
+    recording: &Recording,
+    sampling: &Sampling,
+    config: &Config,
+) -> Result<Observations, Error> {
+    let sheet = match &recording.sensor {
+        Sensor::Points { laser_plane_in_camera: None } => (LaserSheet::of_profiler(), None),
+        _ => sheet_of(recording, config)?,
+    };
+    observe_on(sheet, recording, sampling, config)
+}
+
+fn observe_on(
+    (sheet, sheet_fit_rms_m): (LaserSheet, Option<f64>),
+    recording: &Recording,
+    sampling: &Sampling,
+    config: &Config,
+) -> Result<Observations, Error> {
     if sampling.images.recorded_s.len() < MIN_IMAGES {
         return Err(Error::TooFewImages { images: sampling.images.recorded_s.len(), needed: MIN_IMAGES });
     }
     let robot = RobotMotion::of(recording, &sampling.robot.recorded_s, config)?;
-    let (sheet, sheet_fit_rms_m) = sheet_of(recording, config)?;
     let mut skipped = BTreeMap::new();
     let mut list = Vec::with_capacity(recording.features.len());
     let mut frame = 0;

@@ -63,6 +63,15 @@ impl ReferenceCurve {
         }
     }
 
+    /// Distance of a point, also from the ends of a curve that has some, m.
+    #[must_use]
+    pub fn distance_with_ends(&self, point: &Vector3<f64>) -> f64 {
+        match self {
+            Self::Curve(curve) => (point - curve.nearest(point).point).norm(),
+            other => other.deviation(point).map_or(f64::INFINITY, |deviation| deviation.norm()),
+        }
+    }
+
     /// The best fit to points, of which some may be wild; `None` if there are too few to fit that form.
     #[must_use]
     pub fn fitted(points: &[Vector3<f64>], form: Form) -> Option<Self> {

@@ -2,7 +2,7 @@
 
 use crate::config::Config;
 use crate::error::Error;
-use crate::observations::{self, observe};
+use crate::observations::{self, observe_anywhere};
 use crate::parameters::Parameters;
 use crate::problem::placement;
 use crate::residuals::why_not_placed;
@@ -36,10 +36,10 @@ pub struct SeamPoints {
 /// Places every feature of a recording in base. Stamps are taken as recorded, as a robot that follows the seam would.
 ///
 /// # Errors
-/// A recording that cannot be lifted onto the sheet: see [`observe`].
+/// A recording that cannot be lifted onto the sheet: see [`observe_anywhere`].
 pub fn place(recording: &Recording, by: &Guess, config: &Config) -> Result<SeamPoints, Error> {
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
-    let observations = observe(recording, &sampling, config)?;
+    let observations = observe_anywhere(recording, &sampling, config)?;
     let at = Parameters {
         time_offset_s: by.time_offset_s,
         tool_from_camera: by.tool_from_camera,

@@ -141,3 +141,56 @@ fn the_profile_of_the_offset_is_lowest_at_the_estimate_and_rises_steeply() {
     let far = profile.iter().filter(|p| (p.time_offset_s - best.time_offset_s).abs() > 0.1);
     assert!(far.clone().count() > 30 && far.clone().all(|p| p.typical_sigmas > 5.0));
 }
+
+#[test]
+fn a_time_offset_that_is_held_too_small_leaves_the_points_behind() {
+    let scenario = Preset::Paper.scenario();
+    let recording = trueline_sim::simulate(&scenario, 4).unwrap();
+    let mut guess = recording.truth.as_ref().unwrap().parameters;
+    guess.time_offset_s -= 1e-3;
+    let held = Config { hold: vec![trueline::Hold::TimeOffset], ..Config::default() };
+    let found = trueline::calibrate(&recording, Some(&guess), &held).unwrap();
+    // The slope of the residual over the velocity of the seam in the sheet is the error of the offset.
+    let (mut product, mut square) = (0.0, 0.0);
+    for f in &found.features {
+        let (residual, velocity) = (f.in_sheet_m.unwrap(), f.crossing_m_s.unwrap());
+        product += residual.dot(&velocity);
+        square += velocity.norm_squared();
+    }
+    let slope_s = product / square;
+    // 1 ms, of which the hand-eye takes up a little.
+    assert!((slope_s + 1e-3).abs() < 0.1e-3, "{slope_s}");
+}
+
+#[test]
+fn points_need_no_laser_plane_to_be_evaluated() {
+    let mut scenario = quiet();
+    let trueline_sim::SensorModel::CameraLaser { camera, laser_plane_in_camera } =
+        scenario.cell.sensor.clone()
+    else {
+        unreachable!()
+    };
+    scenario.cell.sensor = trueline_sim::SensorModel::Points { camera, laser_plane_in_camera };
+    let mut known = straight(&scenario, Sine::default());
+    known.recording.sensor = trueline_dataset::Sensor::Points { laser_plane_in_camera: None };
+    // The seam stays in one place of the camera: no plane could be fitted to that.
+    let found = evaluate(&known.recording, &truth(&scenario), None, Form::Line).unwrap();
+    assert!(figures(&found.calibrated).max_m < 1e-6);
+}
+
+#[test]
+fn references_that_do_not_belong_to_the_seams_are_refused() {
+    let two = trueline_sim::simulate(&Preset::TwoLines.scenario(), 1).unwrap();
+    let truth = two.truth.as_ref().unwrap();
+    let one = Some(vec![ReferenceCurve::Line(truth.lines[0])]);
+    let refused = evaluate(&two, &truth.parameters, one, Form::Auto);
+    assert!(matches!(refused, Err(Error::ReferenceMissing { seams: 2, references: 1 })), "{refused:?}");
+    let scenario = quiet();
+    let known = straight(&scenario, Sine::default());
+    let elsewhere = vec![Vector3::new(9.0, 9.0, 9.0), Vector3::new(9.1, 9.0, 9.0)];
+    let far = Some(vec![ReferenceCurve::Curve(Polyline::new(elsewhere).unwrap())]);
+    let by = Guess { time_offset_s: OFFSET_S, tool_from_camera: scenario.cell.tool_from_camera };
+    let refused = evaluate(&known.recording, &by, far, Form::Auto);
+    let Err(Error::BeyondReference { points, nearest_mm }) = refused else { panic!("{refused:?}") };
+    assert!(points == known.recording.features.len() && nearest_mm > 1000.0);
+}

@@ -20,7 +20,7 @@ pub struct PlanArgs {
     /// What is known of the cell; `--example` writes one with every key explained
     #[arg(required_unless_present = "example")]
     pub cell: Option<PathBuf>,
-    /// Folder to write; it must not hold a plan yet
+    /// Folder to write; it must be new or empty
     #[arg(long)]
     pub out: PathBuf,
     /// Plan in the paper's cell
@@ -48,7 +48,7 @@ pub struct PlanArgs {
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Paths that are tried for each shape
-    #[arg(long, default_value_t = 12_000)]
+    #[arg(long, default_value_t = 16_000)]
     pub tries: usize,
     /// Threads; one for each core if not given. The plan does not depend on it
     #[arg(long)]

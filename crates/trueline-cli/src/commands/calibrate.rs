@@ -72,7 +72,7 @@ fn write_results(
         let source = Source {
             calibration,
             recording,
-            title: &args.dataset.display().to_string(),
+            title: &format!("Calibration of {}", args.dataset.display()),
             command: &output::command_line(),
             frames: &outlier_frames::pictures(&args.dataset, recording, calibration)?,
         };

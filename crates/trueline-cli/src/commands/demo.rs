@@ -39,7 +39,7 @@ pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
             text.push_str(&against_truth(&calibration, truth));
         }
         let _ = writeln!(text, "\nReport: {}", report.display());
-        output::data(&text)?;
+        output::data(&output::coloured(&text))?;
     }
     Ok(super::calibrate::exit_code(&calibration))
 }

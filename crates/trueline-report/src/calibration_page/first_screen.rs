@@ -3,14 +3,19 @@
 use crate::forms;
 use crate::number::{digits_for, with_sigma};
 use crate::page::{Block, Card};
-use trueline::Calibration;
 use trueline::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use trueline::{Calibration, Status};
 use trueline_dataset::unit::MM_PER_M;
 
 pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
     let mut blocks = Vec::new();
     if !c.reasons.is_empty() {
-        blocks.push(Block::Notice { heading: "Why it is not accepted", items: c.reasons.clone(), bad: true });
+        // What could not be seen has a box of its own.
+        let advised = |reason: &String| c.observability.unseen.iter().any(|unseen| unseen.advice == *reason);
+        let items: Vec<String> = c.reasons.iter().filter(|reason| !advised(reason)).cloned().collect();
+        if !items.is_empty() {
+            blocks.push(Block::Notice { heading: "Why it is not accepted", items, bad: true });
+        }
     }
     let advice: Vec<String> = c.observability.unseen.iter().map(|unseen| unseen.advice.clone()).collect();
     if !advice.is_empty() {
@@ -26,7 +31,11 @@ pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
     }
     if (ROTATION..LINES).all(|k| c.is_known(k)) {
         let forms = forms::all(&c.parameters.tool_from_camera);
-        blocks.push(Block::Choice { label: "The hand-eye transform, to copy", forms });
+        let label = match c.status {
+            Status::Accepted => "The hand-eye transform, to copy",
+            Status::NotAccepted => "The hand-eye transform (not accepted), to copy",
+        };
+        blocks.push(Block::Choice { label, forms });
     }
     blocks
 }
@@ -82,7 +91,7 @@ fn hand_eye(c: &Calibration) -> Card {
 }
 
 fn at_torch(c: &Calibration) -> Card {
-    let name = "Error at the seam";
+    let name = "Error at the torch";
     let Some(torch) = &c.at_torch else {
         let meaning = "Not predicted: something of the hand-eye transform is not seen.".to_owned();
         return Card { name, values: vec!["–".to_owned()], meaning };

@@ -2,6 +2,7 @@
 
 use super::Shown;
 use crate::page::{Block, Table, TableRow};
+use trueline_dataset::stamp;
 use trueline_dataset::unit::MM_PER_M;
 
 /// Rows of the table; the worst come first.
@@ -34,7 +35,7 @@ pub(super) fn blocks(shown: &Shown<'_>) -> Vec<Block> {
             cells: vec![
                 (f.row + 1).to_string(),
                 features[f.row as usize].frame.map_or_else(|| "–".to_owned(), |frame| frame.to_string()),
-                format!("{}", **stamp_ns as f64 * 1e-9),
+                stamp::format_seconds(**stamp_ns),
                 f.line.to_string(),
                 format!("{:.1}", f.normalised),
                 format!("{:.3}", f.offset_m.norm() * MM_PER_M),

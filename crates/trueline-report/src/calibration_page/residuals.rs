@@ -33,30 +33,55 @@ fn two_sides(shown: &Shown<'_>, columns: &mut Columns, x: impl Fn(&FeatureResidu
     let square = columns.add(shown.inliers(|f| f.offset_m.y * MM_PER_M));
     let mut series = vec![
         Series::points("across", at, across, Colour::A),
-        Series::points("square to both", at, square, Colour::B),
+        Series::points("square to it", at, square, Colour::B),
     ];
     if shown.features.iter().any(|f| f.is_outlier()) {
         let wild = columns.add(shown.outliers(&x));
-        let off = columns.add(shown.outliers(
-            |f| if f.offset_m.x.abs() > f.offset_m.y.abs() { f.offset_m.x } else { f.offset_m.y } * MM_PER_M,
-        ));
-        let mut outliers = Series::points("outliers (click leads to the list)", wild, off, Colour::Bad);
+        let edge = edge_mm(shown);
+        let largest = |f: &FeatureResidual| {
+            let off = if f.offset_m.x.abs() > f.offset_m.y.abs() { f.offset_m.x } else { f.offset_m.y };
+            (off * MM_PER_M).clamp(-edge, edge)
+        };
+        let off = columns.add(shown.outliers(largest));
+        let mut outliers = Series::points(
+            "outliers, at the edge if further (a click leads to the list)",
+            wild,
+            off,
+            Colour::Bad,
+        );
         outliers.leads_to = Some(columns.add(shown.outliers(|f| f64::from(f.row))));
         series.push(outliers);
     }
     series
 }
 
+/// Where the vertical axis ends: a little beyond everything that is no outlier, mm.
+fn edge_mm(shown: &Shown<'_>) -> f64 {
+    1.15 * shown.inliers(|f| f.offset_m.amax() * MM_PER_M).into_iter().fold(1e-6, f64::max)
+}
+
+/// The vertical axis of offsets.
+fn offset_axis(shown: &Shown<'_>) -> Axis {
+    let axis = Axis::of("offset (mm)");
+    if shown.features.iter().any(|f| f.is_outlier()) {
+        axis.between(-edge_mm(shown), edge_mm(shown))
+    } else {
+        axis
+    }
+}
+
 fn over_time(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
     Chart {
         id: "residual-time",
         title: "Distance from the line over time",
-        explanation: "Good is noise without a pattern. Drag to zoom, double click to reset.".to_owned(),
+        explanation:
+            "In two directions square to the line and to each other. Good is noise without a pattern."
+                .to_owned(),
         alternative: "Offset of each seam point from the line in mm over time in s".to_owned(),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("time since the first robot row (s)"),
-            y: Axis::of("offset (mm)"),
+            y: offset_axis(shown),
             series: two_sides(shown, columns, |f| f.stamp_s),
             marks: Vec::new(),
         },
@@ -78,15 +103,17 @@ fn along_line(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("along the line (mm)"),
-            y: Axis::of("offset (mm)"),
+            y: offset_axis(shown),
             series: two_sides(shown, columns, along),
             marks: Vec::new(),
         },
     }
 }
 
-/// Cells along the longer side of the view.
-const CELLS: f64 = 24.0;
+/// Cells along the longer side of what was visited of the view.
+const CELLS: f64 = 16.0;
+/// The mean of fewer residuals says nothing.
+const FEWEST: f64 = 3.0;
 
 /// What the view is measured in: its axes with their limits, the place of a feature in it, and its residual.
 type View<'a> =
@@ -127,36 +154,47 @@ fn view<'a>(shown: &'a Shown<'_>) -> Option<View<'a>> {
 
 fn over_image(shown: &Shown<'_>) -> Option<Chart> {
     let ([x, y], of, unit) = view(shown)?;
-    let side = ((x.1[1] - x.1[0]).max(y.1[1] - y.1[0])) / CELLS;
+    let seen: Vec<([f64; 2], f64)> =
+        shown.features.iter().filter(|f| !f.is_outlier()).filter_map(|f| of(f)).collect();
+    let extent = |k: usize| {
+        let at = || seen.iter().map(|(place, _)| place[k]);
+        at().fold(f64::NEG_INFINITY, f64::max) - at().fold(f64::INFINITY, f64::min)
+    };
+    let side = extent(0).max(extent(1)) / CELLS;
+    if side.is_nan() || side <= 0.0 {
+        return None;
+    }
     let mut sums = std::collections::BTreeMap::new();
-    for f in shown.features.iter().filter(|f| !f.is_outlier()) {
-        let Some(([u, v], residual)) = of(f) else { continue };
+    for ([u, v], residual) in seen {
         let cell = (((u - x.1[0]) / side) as i64, ((v - y.1[0]) / side) as i64);
         let sum = sums.entry(cell).or_insert((0.0, 0.0));
         *sum = (sum.0 + residual, sum.1 + 1.0);
     }
     let cells: Vec<[f64; 4]> = sums
         .into_iter()
+        .filter(|(_, (_, count))| *count >= FEWEST)
         .map(|((column, row), (sum, count))| {
             let middle = |k: i64, low: f64| low + (k as f64 + 0.5) * side;
             [middle(column, x.1[0]), middle(row, y.1[0]), sum / count, count]
         })
         .collect();
+    let strongest = 2.0 * median(cells.iter().map(|cell| cell[2])).unwrap_or(1.0);
     Some(Chart {
         id: "residual-image",
         title: "Residual over the field of view",
-        explanation: "Mean length of the residual in each part of the view. A bright corner is a lens or a laser plane that is not as sensor.toml says; an empty part was not visited."
+        explanation: "Mean length of the residual in each part of the view. The scale ends at twice the typical one: a corner that is bright as a whole is a lens or a laser plane that is not as sensor.toml says. Empty parts were not visited."
             .to_owned(),
         alternative: format!("Mean residual in {unit} over the field of view, in {} cells", cells.len()),
         wide: false,
-        drawn: Drawn::Heat(Heat {
+        drawn: Drawn::Heat(Box::new(Heat {
             x: x.0.between(x.1[0], x.1[1]),
             y: y.0.between(y.1[0], y.1[1]),
             cell: [side, side],
             cells,
+            strongest,
             unit: format!("mean residual ({unit})"),
             equal: true,
-        }),
+        })),
     })
 }
 
@@ -173,13 +211,13 @@ fn histogram(shown: &Shown<'_>) -> Chart {
         if bin >= 0.0 && (bin as usize) < bins { counts[bin as usize] += 1 } else { beyond += 1 }
     }
     let normal = |z: f64| (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
-    let expected =
-        (0..bins).map(|k| f64::from(all) * BIN * normal(-REACH + (k as f64 + 0.5) * BIN)).collect();
+    let within = (all - beyond) as f64;
+    let expected = (0..bins).map(|k| within * BIN * normal(-REACH + (k as f64 + 0.5) * BIN)).collect();
     Chart {
         id: "histogram",
         title: "Residuals against what noise should make of them",
         explanation: format!(
-            "Both parts of every residual in standard deviations, and the normal curve. {beyond} of {all} are beyond ± {REACH} σ."
+            "Both parts of every residual in standard deviations, and the normal curve of as many. {beyond} of {all} are beyond ± {REACH} σ and not drawn."
         ),
         alternative: "Histogram of residuals in standard deviations, with the expected normal curve"
             .to_owned(),
@@ -213,7 +251,8 @@ fn over_speed(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let x = columns.add(both.iter().map(|(_, speed)| speed * MM_PER_M));
     let y = columns.add(both.iter().map(|(off, _)| off * MM_PER_M));
     let ends = columns.add([0.0, fastest]);
-    let late = columns.add([0.0, fastest * typical_ms * 1e-3]);
+    // Too little an offset takes the pose too late, when the seam is already further on: the measured point is behind it.
+    let late = columns.add([0.0, -fastest * typical_ms * 1e-3]);
     let mut slope = Series::line("what 0.1 ms too little would do", ends, late, Colour::Soft);
     slope.dashed = true;
     Some(Chart {
@@ -249,9 +288,14 @@ fn over_direction(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let sectors = 24;
     let of_sector = |k: usize| {
         let low = -180.0 + 360.0 * k as f64 / f64::from(sectors);
-        let within =
-            both.iter().filter(|(a, _)| *a >= low && *a < low + 360.0 / f64::from(sectors)).map(|(_, n)| *n);
-        (low + 180.0 / f64::from(sectors), median(within).unwrap_or(f64::NAN))
+        let within: Vec<f64> = both
+            .iter()
+            .filter(|(a, _)| *a >= low && *a < low + 360.0 / f64::from(sectors))
+            .map(|(_, n)| *n)
+            .collect();
+        // The median of a handful says nothing.
+        let typical = if within.len() < 8 { None } else { median(within.into_iter()) };
+        (low + 180.0 / f64::from(sectors), typical.unwrap_or(f64::NAN))
     };
     let (middle, typical): (Vec<f64>, Vec<f64>) = (0..sectors as usize).map(of_sector).unzip();
     let x = columns.add(both.iter().map(|(a, _)| *a));

@@ -3,6 +3,7 @@
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Series};
 use nalgebra::Vector3;
+use std::collections::BTreeSet;
 use trueline_dataset::unit::MM_PER_M;
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
@@ -15,13 +16,15 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let mut charts = Vec::new();
     let views = [
         ("seam-2", "Seam from one side", "across the line (mm)", 0),
-        ("seam-3", "Seam from the other side", "square to both (mm)", 1),
+        ("seam-3", "Seam from the other side", "square to that (mm)", 1),
     ];
     for (id, title, axis, part) in views {
         let mut series = Vec::new();
+        let wild: BTreeSet<u32> = shown.features.iter().filter(|f| f.is_outlier()).map(|f| f.row).collect();
         let before: Vec<(f64, f64)> = shown
             .before
             .iter()
+            .filter(|d| !wild.contains(&d.measured.row))
             .map(|d| place(d.measured.line, &d.measured.point_in_base))
             .map(|(along, across)| (along, across[part]))
             .collect();
@@ -38,8 +41,10 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         charts.push(Block::Chart(Chart {
             id,
             title,
-            explanation: "Every seam point in base: as it would be if images were not late, and as calibrated. The line is at 0."
-                .to_owned(),
+            explanation: format!(
+                "Seam points in base: as they would be if images were not late, and as calibrated. The line is at 0. {} outliers are left out of both.",
+                shown.calibration.residuals.outliers
+            ),
             alternative: format!(
                 "Seam points over their place along the line in mm, {axis}, before and after calibration. After it they are within {:.3} mm (root mean square).",
                 shown.calibration.residuals.rms_m * MM_PER_M

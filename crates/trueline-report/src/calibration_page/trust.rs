@@ -2,9 +2,11 @@
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Mark, Matrix, Series};
+use trueline::Calibration;
 use trueline::observability::RANK_THRESHOLD;
 use trueline::parameters::{self, LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_dataset::unit::MM_PER_M;
+use trueline_geometry::Line;
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let charts = [
@@ -59,11 +61,24 @@ fn at_the_seam(shown: &Shown<'_>) -> Option<Chart> {
     })
 }
 
+/// Whether a component says something by itself: of a line all four do, or none.
+fn means_something(c: &Calibration, component: usize) -> bool {
+    match component.checked_sub(LINES) {
+        None => true,
+        Some(of_lines) => {
+            let first = LINES + of_lines / Line::DIMENSION * Line::DIMENSION;
+            (first..first + Line::DIMENSION).all(|k| c.is_known(k))
+        }
+    }
+}
+
 fn correlation(shown: &Shown<'_>) -> Option<Chart> {
     let c = shown.calibration;
     let all = names(c.parameters.lines.len());
-    let known: Vec<(usize, f64)> =
-        (0..all.len()).filter_map(|k| Some((k, c.sigma(k).filter(|s| *s > 0.0)?))).collect();
+    let known: Vec<(usize, f64)> = (0..all.len())
+        .filter(|k| means_something(c, *k))
+        .filter_map(|k| Some((k, c.sigma(k).filter(|s| *s > 0.0)?)))
+        .collect();
     if known.len() < 2 {
         return None;
     }
@@ -102,6 +117,9 @@ fn spectrum(shown: &Shown<'_>) -> Chart {
     }
 }
 
+/// A runner-up that explains less of the features is none.
+const WORTH_NAMING: f64 = 0.05;
+
 fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let c = shown.calibration;
     if shown.profile.is_empty() || !c.is_known(TIME_OFFSET) {
@@ -111,7 +129,7 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let y = columns.add(shown.profile.iter().map(|p| p.typical_sigmas));
     let mut marks =
         vec![Mark { name: "estimate".to_owned(), at: c.parameters.time_offset_s * 1e3, upright: true }];
-    let other = c.runner_up.as_ref().map(|other| {
+    let other = c.runner_up.as_ref().filter(|other| other.explains >= WORTH_NAMING).map(|other| {
         marks.push(Mark { name: "next best".to_owned(), at: other.time_offset_s * 1e3, upright: true });
         format!(
             " The next best valley is at {:.1} ms and explains {:.0} % of the features instead of {:.0} %.",
@@ -124,8 +142,10 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
         id: "offset-profile",
         title: "Other time offsets",
         explanation: format!(
-            "Typical residual at every time offset, all else solved anew. A path that repeats itself has several valleys; the estimate must be the only deep one.{}",
-            other.unwrap_or_default()
+            "Typical residual every 40 ms, and every 1 ms near the estimate, all else solved anew. A path that repeats itself has several valleys; the estimate must be the only deep one.{}",
+            other.unwrap_or_else(
+                || " No other valley explains as much as a twentieth of the features.".to_owned()
+            )
         ),
         alternative:
             "Typical residual in standard deviations over the time offset in ms, on a logarithmic axis"
@@ -148,7 +168,11 @@ fn held_out(shown: &Shown<'_>) -> Option<Chart> {
         .iter()
         .map(|part| format!("{what} {:.1}–{:.1} s", part.span_s[0], part.span_s[1]))
         .collect();
-    let values = check.parts.iter().flat_map(|part| part.sigmas.iter().copied()).collect();
+    let c = shown.calibration;
+    let of = |part: &trueline::held_out::Part| -> Vec<f64> {
+        (0..LINES).map(|k| c.sigma(k).map_or(f64::NAN, |_| part.sigmas[k])).collect()
+    };
+    let values = check.parts.iter().flat_map(of).collect();
     Some(Chart {
         id: "held-out",
         title: "The parts of the scan against each other",

@@ -39,7 +39,7 @@ pub enum Drawn {
     /// A colour for each pair of names.
     Matrix(Matrix),
     /// A colour for each place.
-    Heat(Heat),
+    Heat(Box<Heat>),
     /// Bars beside names.
     Bars {
         /// Names.
@@ -248,6 +248,8 @@ pub struct Heat {
     pub cell: [f64; 2],
     /// Middle of each cell, its value, and how many numbers are behind it.
     pub cells: Vec<[f64; 4]>,
+    /// Value of the strongest colour.
+    pub strongest: f64,
     /// Name and unit of the value.
     pub unit: String,
     /// Keep the scales of both axes alike.
@@ -293,7 +295,7 @@ impl Chart {
                 })
             }
             Drawn::Heat(h) => json!({
-                "kind": "heat", "x": h.x.json(), "y": h.y.json(), "cell": h.cell, "cells": h.cells, "unit": h.unit, "equal": h.equal, "points": h.cells.len(),
+                "kind": "heat", "x": h.x.json(), "y": h.y.json(), "cell": h.cell, "cells": h.cells, "unit": h.unit, "strongest": h.strongest, "equal": h.equal, "points": h.cells.len(),
             }),
             Drawn::Bars { names, values, axis, mark } => json!({
                 "kind": "bars", "names": names, "values": values, "axis": axis.json(),

@@ -125,8 +125,11 @@ fn card(card: &Card) -> String {
 
 fn table_html(table: &Table) -> String {
     let head: String = table.head.iter().map(|h| format!("<th scope=\"col\">{}</th>", escape(h))).collect();
-    let mut out =
-        format!("<div class=\"scroll full\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>");
+    // A table that is longer than a screen scrolls by itself.
+    let long = if table.rows.len() > 30 { " long" } else { "" };
+    let mut out = format!(
+        "<div class=\"scroll full{long}\" tabindex=\"0\"><table><thead><tr>{head}</tr></thead><tbody>"
+    );
     for row in &table.rows {
         let id = row.id.as_ref().map_or_else(String::new, |id| format!(" id=\"{}\"", escape(id)));
         let _ = write!(out, "<tr{id}>");
@@ -149,13 +152,13 @@ fn table_html(table: &Table) -> String {
 /// All forms are on the page, so that it says the same without a script, and on paper.
 fn choice(label: &str, forms: &[Form]) -> String {
     let mut out = format!(
-        "<div class=\"choice full\"><h3>{}</h3><div class=\"tabs\" role=\"tablist\"></div>",
+        "<div class=\"choice full\"><h3>{}</h3><div class=\"choose\"><div class=\"tabs\" role=\"tablist\" aria-label=\"Notation\"></div></div>",
         escape(label)
     );
     for form in forms {
         let _ = write!(
             out,
-            "<div class=\"form\" data-name=\"{}\"><p>{}</p><pre tabindex=\"0\">{}</pre></div>",
+            "<div class=\"form\" data-name=\"{0}\"><h4>{0}</h4><p>{1}</p><pre tabindex=\"0\" aria-label=\"{0}\">{2}</pre></div>",
             escape(form.name),
             escape(form.convention),
             escape(&form.text)
@@ -174,11 +177,14 @@ fn figure(chart: &Chart) -> String {
              <button data-scale=\"0.8\" aria-label=\"further\">−</button>"
         }
         super::Drawn::Matrix(_) | super::Drawn::Bars { .. } => "",
-        _ => "<button data-reset>Reset view</button>",
+        _ => &format!(
+            "<button data-reset aria-label=\"Reset view: {}\">Reset view</button>",
+            escape(chart.title)
+        ),
     };
     format!(
-        "<figure class=\"chart{}\"><figcaption><h3>{}</h3><span class=\"tools\">{tools}</span></figcaption>\
-         <p>{}</p><div class=\"plot\" id=\"{}\" role=\"img\" aria-label=\"{}\"></div><div class=\"live\" aria-live=\"polite\"></div></figure>",
+        "<figure class=\"chart{0}\" aria-label=\"{1}\"><figcaption><h3>{1}</h3><span class=\"tools\">{tools}</span></figcaption>\
+         <p>{2}</p><div class=\"plot\" id=\"{3}\" role=\"application\" aria-roledescription=\"chart\" aria-label=\"{4}\"></div><div class=\"live\" aria-live=\"polite\"></div></figure>",
         if chart.wide { " wide" } else { "" },
         escape(chart.title),
         escape(&chart.explanation),
