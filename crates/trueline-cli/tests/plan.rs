@@ -86,8 +86,50 @@ fn what_is_wanted_decides_the_exit_code() {
     assert!(String::from_utf8_lossy(&missed.stdout).contains("MISSED"));
     let used = run("b", "translation=1um");
     assert_eq!(code(&used), 2);
-    assert!(String::from_utf8_lossy(&used.stderr).contains("path.csv"));
+    assert!(String::from_utf8_lossy(&used.stderr).contains("overwritten"));
     let unknown = trueline(dir.path(), &["plan", "nowhere.toml", "--out", "c"]);
     assert_eq!(code(&unknown), 2);
     assert!(String::from_utf8_lossy(&unknown.stderr).contains("--example"));
+}
+
+#[test]
+fn a_calibration_that_cannot_be_believed_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    let few = ["--tries", "200", "--shape", "s", "--quiet"];
+    assert_eq!(code(&run(&[&["plan", "--example", "--out", "plan"][..], &few].concat())), 0);
+    assert_eq!(code(&run(&["simulate", "--mishap", "robot-clock-step", "--out", "bad", "--quiet"])), 0);
+    assert_eq!(code(&run(&["calibrate", "bad", "--json", "bad.json", "--quiet"])), 1);
+    assert_eq!(code(&run(&["simulate", "--random-cell", "--out", "other", "--quiet"])), 0);
+    assert_eq!(code(&run(&["calibrate", "other", "--json", "other.json", "--quiet"])), 0);
+    for (calibration, said) in [
+        ("bad.json", "not accepted"),
+        ("other.json", "cell"),
+        ("other/truth.toml", "nothing about its uncertainty"),
+    ] {
+        let refused = run(&["plan", "plan/cell.toml", "--calibration", calibration, "--out", "second"]);
+        let words = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(code(&refused), 2, "{calibration}");
+        assert!(words.contains(said) && words.contains("hint:"), "{words}");
+    }
+    assert!(!dir.path().join("second").exists(), "nothing is written");
+}
+
+#[test]
+fn a_sensor_of_any_name_comes_along() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    let few = ["--tries", "200", "--shape", "s", "--quiet"];
+    assert_eq!(code(&run(&[&["plan", "--example", "--out", "plan"][..], &few].concat())), 0);
+    let text = fs::read_to_string(dir.path().join("plan/cell.toml")).unwrap();
+    fs::write(
+        dir.path().join("cell.toml"),
+        text.replace("sensor = \"sensor.toml\"", "sensor = \"mine.toml\""),
+    )
+    .unwrap();
+    fs::copy(dir.path().join("plan/sensor.toml"), dir.path().join("mine.toml")).unwrap();
+    let planned = run(&[&["plan", "cell.toml", "--out", "again"][..], &few].concat());
+    assert_eq!(code(&planned), 0, "{}", String::from_utf8_lossy(&planned.stderr));
+    fs::remove_file(dir.path().join("mine.toml")).unwrap();
+    assert_eq!(code(&run(&["simulate", "--plan", "again", "--out", "scan", "--quiet"])), 0);
 }

@@ -22,6 +22,8 @@ pub struct KnownCalibration {
     pub line_sigma: Option<[f64; 2]>,
     /// Whether it was accepted, where the file tells.
     pub accepted: Option<bool>,
+    /// Whether its time offset is that of stamps that were made regular, or freed of a drift, and not of those recorded.
+    pub stamps_treated: bool,
 }
 
 /// The part of a result that is read back; the rest is for people.
@@ -33,7 +35,27 @@ struct ResultFile {
     lines: Vec<LineObject>,
     sigma: Option<SigmaObject>,
     status: Option<String>,
+    stamps: Option<StampsObject>,
     covariance: Option<CovarianceObject>,
+}
+
+#[derive(Deserialize)]
+struct StampsObject {
+    robot: StreamObject,
+    features: StreamObject,
+}
+
+#[derive(Deserialize)]
+struct StreamObject {
+    used: Option<String>,
+    #[serde(default)]
+    drift_taken_out: bool,
+}
+
+impl StreamObject {
+    fn is_treated(&self) -> bool {
+        self.drift_taken_out || self.used.as_deref() == Some("regular")
+    }
 }
 
 #[derive(Deserialize)]
@@ -85,6 +107,7 @@ pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
         hand_eye_sigma: None,
         line_sigma: None,
         accepted: None,
+        stamps_treated: false,
     })
 }
 
@@ -130,5 +153,6 @@ pub fn parse_result(file: &Path, text: &str) -> Result<KnownCalibration, Error> 
         hand_eye_sigma,
         line_sigma,
         accepted: wire.status.map(|status| status == "accepted"),
+        stamps_treated: wire.stamps.is_some_and(|s| s.robot.is_treated() || s.features.is_treated()),
     })
 }

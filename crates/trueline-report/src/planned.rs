@@ -82,11 +82,13 @@ pub fn text(source: &Source<'_>) -> String {
             format!("   wanted {:.4} {unit}: {mark}", wanted * scale(k))
         });
         let wrong = wrong_guess[k] * scale(k);
-        let _ = writeln!(
-            out,
-            "  {name:<24} ± {sigma:.digits$} {unit}   (± {wrong:.digits$} {unit} if the guess is wrong){}",
-            wanted.unwrap_or_default()
-        );
+        let guessed = if wrong > 1.01 * sigma {
+            format!("   (up to {wrong:.digits$} {unit} in 95 % of cells with a wrong guess)")
+        } else {
+            String::new()
+        };
+        let wanted = wanted.unwrap_or_default();
+        let _ = writeln!(out, "  {name:<24} ± {sigma:.digits$} {unit}{wanted}{guessed}");
     }
     let _ = writeln!(out);
     for (name, sweep, unit, factor) in sweeps(plan) {

@@ -12,7 +12,14 @@ use trueline_report::{evaluated, evaluation_page};
 /// Runs the command.
 pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     let recording = folder::read(&args.dataset)?;
-    let known = calibration_file::read(&args.calibration)?.known;
+    let calibration = calibration_file::read(&args.calibration)?;
+    let known = calibration.known;
+    if calibration.stamps_treated && !args.quiet {
+        output::words(
+            "mind: that calibration was made with stamps that were regularised or freed of a drift; here they are taken as \
+             recorded, as a robot that follows the seam would. Their jitter and drift are in the figures.",
+        );
+    }
     let references = args.reference.as_deref().map(reference_file::read).transpose()?.map(curves);
     let evaluation = evaluate(&recording, &known.parameters, references, form(args.fit))?;
     if let Some(file) = &args.json {
