@@ -16,5 +16,7 @@ pub mod plan_page;
 pub mod planned;
 pub mod reproduced;
 pub mod reproduction_page;
+#[cfg(feature = "rerun")]
+pub mod rerun_recording;
 pub mod summary;
 pub mod trust;

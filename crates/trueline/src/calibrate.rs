@@ -9,7 +9,7 @@ use crate::noise_levels::NoiseLevels;
 use crate::observability::{Observability, RANK_THRESHOLD};
 use crate::observations::{Observations, SKIP_REPEATED, observe, origin_ns};
 use crate::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
-use crate::refine::Terms;
+use crate::refine::{Terms, without_outliers};
 use crate::residuals;
 use crate::restamp::{Stamped, with_best_stamps};
 use crate::sampling::{Regularised, Sampling};
@@ -99,6 +99,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         disruption::find(observations, &features, &parameters, &fit.noise, config.offset_search_s);
     let held_at_guess = fit.prior.is_some();
     let all_seen = from.observability.seen_components[..LINES].iter().all(|seen| *seen);
+    let iterations = without_outliers(fit.iterations.clone(), observations, &features);
     let stamp_of = |f: &residuals::FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     let mut calibration = Calibration {
         status: Status::NotAccepted,
@@ -112,7 +113,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         noise_factor: fit.noise.factor,
         covariance_model_share: uncertainty.model_share,
         termination: fit.solution.termination,
-        iterations: fit.iterations.clone(),
+        iterations,
         held_at_guess,
         runner_up: from.runner_up,
         held_out,

@@ -28,7 +28,7 @@ pub enum Status {
 pub struct IterationRecord {
     /// Cost ½ Σ ρ at this stage's loss.
     pub cost: f64,
-    /// Root mean square distance from the line of all usable features, m.
+    /// Root mean square distance from the line of all usable features that turned out to be no outliers, m.
     pub rms_m: f64,
     /// Unknowns before the step.
     pub parameters: Parameters,

@@ -6,12 +6,13 @@ use crate::error::Error;
 use crate::initial;
 use crate::kernel::{Scan, SquaredLengths, sweep};
 use crate::noise_levels::NoiseLevels;
-use crate::observations::Observations;
+use crate::observations::{Observation, Observations};
 use crate::parameters::Parameters;
 use crate::placed::Placed;
 use crate::prior::Prior;
 use crate::problem::{Criterion, LineProblem};
-use crate::residuals;
+use crate::residuals::{self, FeatureResidual};
+use std::collections::HashSet;
 use trueline_lsq::{Iteration, Loss, Solution, SolveOptions, solve};
 
 /// What every solve of a calibration shares.
@@ -193,18 +194,37 @@ impl Rounds<'_> {
     }
 }
 
-fn record(observations: &Observations, step: &Iteration<Parameters>) -> IterationRecord {
+/// The same steps with distances of those observations only that turned out to be no outliers: what is wild would hide how
+/// the rest converges.
+#[must_use]
+pub fn without_outliers(
+    mut steps: Vec<IterationRecord>,
+    observations: &Observations,
+    features: &[FeatureResidual],
+) -> Vec<IterationRecord> {
+    let wild: HashSet<u32> = features.iter().filter(|f| f.is_outlier()).map(|f| f.row).collect();
+    if wild.is_empty() {
+        return steps;
+    }
+    let list: Vec<Observation> =
+        observations.list.iter().filter(|o| !wild.contains(&o.row)).copied().collect();
+    for step in &mut steps {
+        step.rms_m = rms_m(observations, &list, &step.parameters);
+    }
+    steps
+}
+
+/// Root mean square distance from the lines, m.
+fn rms_m(observations: &Observations, list: &[Observation], at: &Parameters) -> f64 {
     let mut distances = SquaredLengths::default();
-    let scan = Scan {
-        observations,
-        list: &observations.list,
-        at: &step.state,
-        residual: crate::ResidualKind::PointToLine,
-    };
-    sweep(&scan, &mut distances);
+    sweep(&Scan { observations, list, at, residual: crate::ResidualKind::PointToLine }, &mut distances);
+    distances.root_mean()
+}
+
+fn record(observations: &Observations, step: &Iteration<Parameters>) -> IterationRecord {
     IterationRecord {
         cost: step.cost,
-        rms_m: distances.root_mean(),
+        rms_m: rms_m(observations, &observations.list, &step.state),
         parameters: step.state.clone(),
         accepted: step.accepted,
     }

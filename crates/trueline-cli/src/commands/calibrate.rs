@@ -68,15 +68,27 @@ fn write_results(
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", json::result(calibration)))?;
     }
+    let source = Source {
+        calibration,
+        recording,
+        title: &format!("Calibration of {}", args.dataset.display()),
+        command: &output::command_line(),
+        frames: &match args.report {
+            Some(_) => outlier_frames::pictures(&args.dataset, recording, calibration)?,
+            None => Vec::new(),
+        },
+    };
     if let Some(file) = &args.report {
-        let source = Source {
-            calibration,
-            recording,
-            title: &format!("Calibration of {}", args.dataset.display()),
-            command: &output::command_line(),
-            frames: &outlier_frames::pictures(&args.dataset, recording, calibration)?,
-        };
         output::file(file, &calibration_page::html(&source))?;
+    }
+    #[cfg(feature = "rerun")]
+    if let Some(file) = &args.rerun {
+        trueline_report::rerun_recording::write(file, &source).map_err(|error| {
+            Failure::new(
+                format!("{}: cannot be written: {error}", file.display()),
+                "check the path and its permissions",
+            )
+        })?;
     }
     if !args.quiet {
         output::summary(args.json.as_deref(), &summary::text(calibration))?;

@@ -56,7 +56,7 @@ fn distance(steps: &[&IterationRecord]) -> Curves {
     Curves {
         id: "convergence-rms",
         title: "Distance from the line",
-        explanation: "Root mean square over all usable features, outliers included (the paper's Fig. 6 b). The steps shown follow the search for a start.",
+        explanation: "Root mean square over all usable features but outliers (the paper's Fig. 6 b). The steps shown follow the search for a start.",
         y: Axis::log("RMS (mm)"),
         curves: vec![("RMS".to_owned(), all(steps, |step| step.rms_m * MM_PER_M))],
     }

@@ -42,8 +42,11 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
             id,
             title,
             explanation: format!(
-                "Seam points in base: as they would be if images were not late, and as calibrated. The line is at 0. {} outliers are left out of both.",
-                shown.calibration.residuals.outliers
+                "Seam points in base: as they would be if images were not late, and as calibrated. The line is at 0.{}",
+                match shown.calibration.residuals.outliers {
+                    0 => String::new(),
+                    n => format!(" {n} outliers are left out of both."),
+                }
             ),
             alternative: format!(
                 "Seam points over their place along the line in mm, {axis}, before and after calibration. After it they are within {:.3} mm (root mean square).",
