@@ -64,6 +64,20 @@ fn a_scan_of_pictures_calibrates_to_within_four_sigma() {
     let features = fs::read_to_string(at.join("scan/features.csv")).unwrap();
     assert!(features.starts_with("time_s,u_px,v_px,frame,sigma_u_px,sigma_v_px\n"));
     assert!(result["inputs"]["features.csv"].is_string());
+
+    // A feature that is wrong is shown in its picture.
+    let file = at.join("scan/features.csv");
+    let features = fs::read_to_string(&file).unwrap();
+    let mut rows: Vec<String> = features.lines().map(str::to_owned).collect();
+    let mut fields: Vec<String> = rows[41].split(',').map(str::to_owned).collect();
+    fields[2] = (fields[2].parse::<f64>().unwrap() + 60.0).to_string();
+    rows[41] = fields.join(",");
+    fs::write(&file, rows.join("\n") + "\n").unwrap();
+    succeeds(at, "calibrate scan --report report.html --quiet");
+    let report = fs::read_to_string(at.join("report.html")).unwrap();
+    // Row 40 from 0: the list leads to the picture, which is a PNG.
+    assert!(report.contains("<tr id=\"frame-40\"><td><a href=\"#picture-40\">41</a>"), "no such row");
+    assert!(report.contains("<figure id=\"picture-40\"") && report.contains("data:image/png;base64,iVBOR"));
 }
 
 #[test]

@@ -274,7 +274,7 @@ fn view(wire: &ViewTable, sensor: &Sensor, stripe: Vector3<f64>) -> Result<View,
             return Err(wrong("view", "`margin_px` for a camera_laser", "`width_mm` or `depth_mm`"));
         }
         let margin_px = not_negative("view.margin_px", wire.margin_px, MARGIN_PX)?;
-        return Ok(View::Camera { camera: *camera, margin_px });
+        return Ok(View::of_camera(*camera, margin_px));
     }
     if wire.margin_px.is_some() {
         return Err(wrong("view.margin_px", "`width_mm` and `depth_mm` for this sensor", "`margin_px`"));

@@ -10,6 +10,7 @@ use nalgebra::{Matrix2x3, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, UnitBall, UnitSphere};
+use std::sync::LazyLock;
 use trueline_geometry::{Pose, se3};
 use trueline_model::point_to_line::ResidualJacobian;
 
@@ -33,12 +34,19 @@ impl Default for GuessError {
 /// Directions in which the seam is followed out of view.
 pub const DIRECTIONS: usize = 12;
 
+/// Evenly around, in the sheet.
+static AROUND: LazyLock<[Vector2<f64>; DIRECTIONS]> = LazyLock::new(|| {
+    std::array::from_fn(|k| {
+        let angle = std::f64::consts::TAU * k as f64 / DIRECTIONS as f64;
+        Vector2::new(angle.cos(), angle.sin())
+    })
+});
+
 impl GuessError {
     /// How far the seam can be from where it is expected, in the sheet, for one direction out of [`DIRECTIONS`], m.
     #[must_use]
     pub fn outermost(&self, jacobian: &ResidualJacobian, direction: usize) -> Vector2<f64> {
-        let angle = std::f64::consts::TAU * direction as f64 / DIRECTIONS as f64;
-        let d = Vector2::new(angle.cos(), angle.sin());
+        let d = AROUND[direction];
         let line_shift = jacobian.d_line.fixed_columns::<2>(2);
         stretched(&jacobian.d_translation, &d, self.translation_m)
             + stretched(&jacobian.d_rotation, &d, self.rotation_rad)

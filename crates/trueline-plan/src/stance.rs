@@ -1,6 +1,6 @@
 //! How the sensor stands over the seam: stand-off, tilt and place of the seam in the sheet → a pose of the tool.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector2, Vector3};
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, UnitVector3, Vector2, Vector3};
 use trueline_geometry::{Plane, Pose};
 
 /// Where the seam is to appear, and how the sheet is tilted there.
@@ -22,11 +22,30 @@ pub struct Stance {
     /// Columns: along the stripe, normal of the sheet, range.
     camera_from_sheet: Rotation3<f64>,
     base_from_sheet: Rotation3<f64>,
+    /// The same, and the inverse of the other, as quaternions.
+    base_from_sheet_turn: UnitQuaternion<f64>,
+    sheet_from_camera_turn: UnitQuaternion<f64>,
     plane: Plane,
     camera_from_tool: Pose,
 }
 
 impl Stance {
+    fn new(
+        camera_from_sheet: Rotation3<f64>,
+        base_from_sheet: Rotation3<f64>,
+        plane: Plane,
+        tool_from_camera: &Pose,
+    ) -> Self {
+        Self {
+            base_from_sheet_turn: UnitQuaternion::from_rotation_matrix(&base_from_sheet),
+            sheet_from_camera_turn: UnitQuaternion::from_rotation_matrix(&camera_from_sheet.inverse()),
+            camera_from_sheet,
+            base_from_sheet,
+            plane,
+            camera_from_tool: tool_from_camera.inverse(),
+        }
+    }
+
     /// The stance of a sheet in the camera that looks along `approach` at a seam of direction `along`; `backward`
     /// turns it by half a turn about the approach.
     ///
@@ -46,7 +65,7 @@ impl Stance {
         let axes = Matrix3::from_columns(&[across.cross(&range), across, range]);
         let base_from_sheet = Rotation3::from_matrix_unchecked(axes);
         let camera_from_sheet = sheet_axes(&plane)?;
-        Some(Self { camera_from_sheet, base_from_sheet, plane, camera_from_tool: tool_from_camera.inverse() })
+        Some(Self::new(camera_from_sheet, base_from_sheet, plane, tool_from_camera))
     }
 
     /// The same with the attitude that the tool has in the middle of the scan.
@@ -60,12 +79,7 @@ impl Stance {
     ) -> Option<Self> {
         let camera_from_sheet = sheet_axes(&plane)?;
         let base_from_camera = (base_from_tool * tool_from_camera.rotation).to_rotation_matrix();
-        Some(Self {
-            camera_from_sheet,
-            base_from_sheet: base_from_camera * camera_from_sheet,
-            plane,
-            camera_from_tool: tool_from_camera.inverse(),
-        })
+        Some(Self::new(camera_from_sheet, base_from_camera * camera_from_sheet, plane, tool_from_camera))
     }
 
     /// The same sheet on another mounting.
@@ -101,13 +115,16 @@ impl Stance {
     /// Pose of the tool at a station.
     #[must_use]
     pub fn base_from_tool(&self, station: &Station) -> Pose {
-        let [work, travel, spin] = station.tilt_rad;
-        let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), work)
-            * Rotation3::from_axis_angle(&Vector3::x_axis(), travel)
-            * Rotation3::from_axis_angle(&Vector3::z_axis(), spin);
-        let base_from_camera = self.base_from_sheet * tilt * self.camera_from_sheet.inverse();
-        let origin = station.seam_point - base_from_camera * self.point_in_camera(station);
-        let rotation = UnitQuaternion::from_rotation_matrix(&base_from_camera);
+        let [work, travel, spin] = station.tilt_rad.map(|angle| (0.5 * angle).sin_cos());
+        // Turns about the seam, the stripe and the range, as quaternions: no matrix need be turned into one.
+        let about = |(sine, cosine): (f64, f64), k: usize| {
+            let mut q = Quaternion::new(cosine, 0.0, 0.0, 0.0);
+            q.coords[k] = sine;
+            UnitQuaternion::new_unchecked(q)
+        };
+        let tilt = about(work, 1) * about(travel, 0) * about(spin, 2);
+        let rotation = self.base_from_sheet_turn * tilt * self.sheet_from_camera_turn;
+        let origin = station.seam_point - rotation * self.point_in_camera(station);
         Pose::from_parts(origin.into(), rotation) * self.camera_from_tool
     }
 }

@@ -12,6 +12,8 @@ pub enum View {
         camera: Camera,
         /// The seam stays so far from the picture's edge, px.
         margin_px: f64,
+        /// Squared radius of the ideal picture within which the lens model holds.
+        believed_squared: f64,
     },
     /// A window in the sheet: along the stripe, and in depth.
     Window {
@@ -28,12 +30,20 @@ pub enum View {
 const BEHIND: f64 = -10.0;
 
 impl View {
+    /// A camera's picture with a margin, px.
+    #[must_use]
+    pub fn of_camera(camera: Camera, margin_px: f64) -> Self {
+        Self::Camera { camera, margin_px, believed_squared: camera.distortion.invertible_radius_squared() }
+    }
+
     /// How far inside the view a point of the camera frame (m) is, as a part of half the view's size; negative
     /// outside.
     #[must_use]
     pub fn room(&self, point_in_camera: &Vector3<f64>) -> f64 {
         match self {
-            Self::Camera { camera, margin_px } => room_in_picture(camera, *margin_px, point_in_camera),
+            Self::Camera { camera, margin_px, believed_squared } => {
+                room_in_picture(camera, *margin_px, *believed_squared, point_in_camera)
+            }
             Self::Window { half_width_m, depth_m, stripe } => {
                 let aside = 1.0 - stripe.dot(point_in_camera).abs() / half_width_m;
                 let half_depth = 0.5 * (depth_m[1] - depth_m[0]);
@@ -44,13 +54,13 @@ impl View {
     }
 }
 
-fn room_in_picture(camera: &Camera, margin_px: f64, point: &Vector3<f64>) -> f64 {
+fn room_in_picture(camera: &Camera, margin_px: f64, believed_squared: f64, point: &Vector3<f64>) -> f64 {
     if point.z <= 0.0 {
         return BEHIND;
     }
     let ideal = point.xy() / point.z;
     // Where the lens model folds back the pixel means nothing; the pinhole says how far outside it is.
-    let believed = ideal.norm_squared() < camera.distortion.invertible_radius_squared();
+    let believed = ideal.norm_squared() < believed_squared;
     let seen = if believed { camera.distortion.distort(&ideal).0 } else { ideal };
     let pixel = seen.component_mul(&camera.focal) + camera.centre;
     let half = Vector2::new(f64::from(camera.size[0]), f64::from(camera.size[1])) * 0.5;

@@ -93,7 +93,7 @@ const SECOND_ORDER_PX: f64 = 15.0;
 
 /// Scans the seam where the guess is as wrong as is allowed for: every frame must see it, with the margin, and on the seam.
 fn check_view(cell: &Cell, plan: &Plan, seeds: std::ops::Range<u64>) {
-    let View::Camera { camera, margin_px } = &cell.view else { unreachable!() };
+    let View::Camera { camera, margin_px, .. } = &cell.view else { unreachable!() };
     let duration_s = plan.motion.design().duration_s;
     for seed in seeds {
         let truth = cell.guess_error.disturbed_most(&cell.tool_from_camera, &cell.seam, seed);

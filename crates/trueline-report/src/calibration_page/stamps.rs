@@ -2,6 +2,7 @@
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Series};
+use trueline::sampling::StampReport;
 
 /// More intervals than this are thinned out for drawing; long ones never are.
 const MOST: usize = 30_000;
@@ -13,7 +14,8 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let robot = recording.robot.iter().map(|sample| sample.stamp_ns).collect();
     let images = recording.features.iter().map(|feature| feature.stamp_ns).collect();
     let origin_ns = shown.calibration.origin_ns;
-    let mut chart = |id, title, stamps_ns: Vec<i64>, period_s: f64| {
+    let mut chart = |id, title, stamps_ns: Vec<i64>, report: &StampReport| {
+        let period_s = report.median_period_s;
         let (times, steps) = intervals(&stamps_ns, origin_ns, period_s);
         let gaps = steps.iter().filter(|ms| **ms > LONG * period_s * 1e3).count();
         let (x, y) = (columns.add(times), columns.add(steps));
@@ -21,8 +23,9 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
             id,
             title,
             explanation: format!(
-                "Time from each stamp to the next; {:.4} ms is typical. {gaps} are longer than {LONG} times that: lost samples, or pictures without a feature.",
-                period_s * 1e3
+                "Time from each stamp to the next; {:.4} ms is typical. {gaps} are longer than {LONG} times that: lost samples, or pictures without a feature. {}",
+                period_s * 1e3,
+                about_the_clock(report)
             ),
             alternative: format!("{title} in ms over time in s, {gaps} gaps"),
             wide: false,
@@ -36,9 +39,23 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     };
     let c = shown.calibration;
     vec![
-        chart("stamps-robot", "Time between robot stamps", robot, c.robot_stamps.median_period_s),
-        chart("stamps-images", "Time between image stamps", images, c.image_stamps.median_period_s),
+        chart("stamps-robot", "Time between robot stamps", robot, &c.robot_stamps),
+        chart("stamps-images", "Time between image stamps", images, &c.image_stamps),
     ]
+}
+
+/// The clock behind the stamps, if there is one.
+fn about_the_clock(report: &StampReport) -> String {
+    let (Some(period_s), Some(jitter_s)) = (report.period_s, report.jitter_s) else {
+        return "They come from no even tick.".to_owned();
+    };
+    let used =
+        if report.regularised { "the clock's stamps were used" } else { "the stamps were used as recorded" };
+    format!(
+        "An even tick of {:.4} ms lies behind them, with a jitter of {:.3} ms; {used}.",
+        period_s * 1e3,
+        jitter_s * 1e3
+    )
 }
 
 /// When each interval began, s, and how long it was, ms. Rows of one image count once.
