@@ -156,47 +156,86 @@ fn algebraic_circle(points: &[Vector3<f64>]) -> Option<Circle> {
     Circle::new(mean + u * a + v * b, normal, radius)
 }
 
-/// One Gauss–Newton step on the two distances of each point: from the cylinder and from the plane.
+/// Two axes in a circle's plane.
+fn plane_axes(circle: &Circle) -> [Vector3<f64>; 2] {
+    let axis = circle.axis().into_inner();
+    let reference = if axis.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+    let u = axis.cross(&reference).normalize();
+    [u, axis.cross(&u)]
+}
+
+/// The circle moved by a step: shift of the centre along u, v and the axis (m), turn of the axis towards u and v (rad),
+/// growth of the radius (m).
+fn moved_circle(circle: &Circle, step: &SVector<f64, 6>) -> Option<Circle> {
+    let (axis, [u, v]) = (circle.axis().into_inner(), plane_axes(circle));
+    let centre = circle.centre() + u * step[0] + v * step[1] + axis * step[2];
+    let turned = UnitVector3::new_normalize(axis + u * step[3] + v * step[4]);
+    Circle::new(centre, turned, circle.radius() + step[5])
+}
+
+/// Distances of a point from the circle's cylinder and from its plane, m, each with its derivative by [`moved_circle`]'s
+/// step; `None` for a point on the axis.
+fn distances(circle: &Circle, point: &Vector3<f64>) -> Option<[(f64, SVector<f64, 6>); 2]> {
+    let (axis, [u, v]) = (circle.axis().into_inner(), plane_axes(circle));
+    let d = point - circle.centre();
+    let height = axis.dot(&d);
+    let in_plane = d - axis * height;
+    let outward = in_plane.try_normalize(1e-12)?;
+    let (along_u, along_v) = (outward.dot(&u), outward.dot(&v));
+    Some([
+        (
+            in_plane.norm() - circle.radius(),
+            SVector::from([-along_u, -along_v, 0.0, -height * along_u, -height * along_v, -1.0]),
+        ),
+        (height, SVector::from([0.0, 0.0, -1.0, u.dot(&d), v.dot(&d), 0.0])),
+    ])
+}
+
+/// One Gauss–Newton step on both distances of each point; the new circle and how far it moved, m.
 fn improved<'a>(
     circle: &Circle,
     points: impl Iterator<Item = (&'a Vector3<f64>, f64)>,
 ) -> Option<(Circle, f64)> {
-    let axis = circle.axis().into_inner();
-    let reference = if axis.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
-    let u = axis.cross(&reference).normalize();
-    let v = axis.cross(&u);
     let (mut hessian, mut gradient) = (SMatrix::<f64, 6, 6>::zeros(), SVector::<f64, 6>::zeros());
     for (point, weight) in points {
-        let d = point - circle.centre();
-        let height = axis.dot(&d);
-        let in_plane = d - axis * height;
-        let outward = in_plane.try_normalize(1e-12)?;
-        // Unknowns: shift of the centre along u, v, axis; turn of the axis towards u, v; radius.
-        let rows = [
-            (
-                in_plane.norm() - circle.radius(),
-                [
-                    -outward.dot(&u),
-                    -outward.dot(&v),
-                    0.0,
-                    -height * outward.dot(&u),
-                    -height * outward.dot(&v),
-                    -1.0,
-                ],
-            ),
-            (height, [0.0, 0.0, -1.0, u.dot(&d), v.dot(&d), 0.0]),
-        ];
-        for (residual, row) in rows {
-            let row = SVector::<f64, 6>::from(row);
+        for (residual, row) in distances(circle, point)? {
             hessian += row * row.transpose() * weight;
             gradient += row * (residual * weight);
         }
     }
     let step = -hessian.cholesky()?.solve(&gradient);
-    let centre = circle.centre() + u * step[0] + v * step[1] + axis * step[2];
-    let turned = UnitVector3::new_normalize(axis + u * step[3] + v * step[4]);
-    let next = Circle::new(centre, turned, circle.radius() + step[5])?;
     let moved =
         step.fixed_rows::<3>(0).norm() + step[5].abs() + circle.radius() * step.fixed_rows::<2>(3).norm();
-    Some((next, moved))
+    Some((moved_circle(circle, &step)?, moved))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn derivatives_of_the_distances_from_a_circle_are_their_differences() {
+        let axis = UnitVector3::new_normalize(Vector3::new(0.2, -0.4, 0.9));
+        let circle = Circle::new(Vector3::new(0.3, -0.2, 0.5), axis, 0.6).unwrap();
+        let point = Vector3::new(0.9, 0.3, 0.8);
+        let h = 1e-6;
+        for k in 0..6 {
+            let at = |step: f64| {
+                let moved =
+                    moved_circle(&circle, &SVector::from_fn(|row, _| if row == k { step } else { 0.0 }));
+                distances(&moved.unwrap(), &point).unwrap().map(|(residual, _)| residual)
+            };
+            let (plus, minus) = (at(h), at(-h));
+            for (which, (_, row)) in distances(&circle, &point).unwrap().into_iter().enumerate() {
+                let numeric = (plus[which] - minus[which]) / (2.0 * h);
+                // Central differences: h² of the third derivative, and 1e-16 over h.
+                assert!(
+                    (numeric - row[k]).abs() < 1e-9,
+                    "distance {which}, unknown {k}: {numeric} {}",
+                    row[k]
+                );
+            }
+        }
+    }
 }
