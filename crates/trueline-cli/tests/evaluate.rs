@@ -75,7 +75,7 @@ fn the_papers_experiments_are_one_command() {
     let tables = fs::read_to_string(dir.path().join("paper/tables.md")).unwrap();
     assert_eq!(tables.trim_end(), String::from_utf8(output.stdout).unwrap().trim_end());
     // Published figures are marked as such, in every row that has one.
-    for figure in ["0.173 / 0.112", "1.170 / 1.240", "0.163 / 0.155", "0.32715"] {
+    for figure in ["0.173 | 0.112", "1.170 | 1.240", "0.163 | 0.155", "0.32715"] {
         let row = tables.lines().find(|line| line.contains(figure)).unwrap();
         assert!(row.contains("*published*"), "{row}");
     }

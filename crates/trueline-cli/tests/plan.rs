@@ -87,6 +87,12 @@ fn what_is_wanted_decides_the_exit_code() {
     let used = run("b", "translation=1um");
     assert_eq!(code(&used), 2);
     assert!(String::from_utf8_lossy(&used.stderr).contains("overwritten"));
+    // Nothing that a user asks for is left out silently.
+    assert_eq!(code(&trueline(dir.path(), &["plan", "--example", "--out", "d", "--longest-s", "9"])), 2);
+    assert_eq!(
+        code(&trueline(dir.path(), &["simulate", "--plan", "a", "--preset", "weak", "--out", "e"])),
+        2
+    );
     let unknown = trueline(dir.path(), &["plan", "nowhere.toml", "--out", "c"]);
     assert_eq!(code(&unknown), 2);
     assert!(String::from_utf8_lossy(&unknown.stderr).contains("--example"));

@@ -260,8 +260,9 @@ impl Problem {
                 "the order is w, x, y, z; is it perhaps x, y, z, w, or Euler angles?"
             }
             Self::Csv(_) => "the file should be UTF-8 text with one header line, separated by commas",
-            Self::Toml(_) => "compare with a folder written by `trueline simulate`",
-            Self::Value { .. } => "compare with a folder written by `trueline simulate`",
+            Self::Toml(_) | Self::Value { .. } => {
+                "compare with a file that trueline has written: `trueline simulate` writes datasets, `trueline plan --example` a cell"
+            }
             Self::MissingCalibration => "`trueline calibrate DATASET --json result.json` writes one",
             Self::MissingReference => {
                 "a reference is a CSV of points x_mm,y_mm,z_mm along the seam, or a TOML with [[lines]] or [circle]"

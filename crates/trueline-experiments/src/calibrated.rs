@@ -56,12 +56,8 @@ pub fn all(settings: &Settings, scenario: &Scenario, seed: u64) -> Result<Vec<Ca
     ];
     let corrected = walked(TimeJacobian::Corrected)?;
     let published = walked(TimeJacobian::Published)?;
-    all.extend(
-        corrected.map(|result| Calibrated { name: "block by block, 80 iterations, signs corrected", result }),
-    );
-    all.extend(
-        published.map(|result| Calibrated { name: "block by block, 80 iterations, as published", result }),
-    );
+    all.extend(corrected.map(|result| Calibrated { name: "block by block, signs corrected", result }));
+    all.extend(published.map(|result| Calibrated { name: "block by block, as published", result }));
     Ok(all)
 }
 

@@ -1,14 +1,12 @@
 //! The report of the paper's experiments.
 
 use crate::page::{
-    Axis, Block, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Table, TableRow, Verdict,
-    render,
+    Axis, Block, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Verdict, render,
 };
 use crate::reproduced;
 use nalgebra::Vector3;
-use trueline::evaluate::Figures;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_experiments::published::{self, TABLE_I};
+use trueline_experiments::published;
 use trueline_experiments::weld_errors::Point;
 use trueline_experiments::{Reproduction, Step, WeldErrors, WeldKind};
 
@@ -145,47 +143,9 @@ fn convergence(r: &Reproduction, columns: &mut Columns) -> Vec<Block> {
          0.2 mm, so which of the two joint solves ends nearer to the truth here is chance."
             .to_owned(),
     )];
-    blocks.push(Block::Table(convergence_table(r)));
+    blocks.push(Block::Table(reproduced::convergence_table(r)));
     blocks.extend(figures.into_iter().map(|figure| figure.chart(r, columns)));
     blocks
-}
-
-fn convergence_table(r: &Reproduction) -> Table {
-    let simulated = r.convergence.iter().filter_map(|track| {
-        let end = track.steps.last()?;
-        let (shift_mm, turn_deg) = reproduced::off_by(end, &r.truth);
-        Some(TableRow::plain(vec![
-            track.name.to_owned(),
-            "simulated".to_owned(),
-            (track.steps.len() - 1).to_string(),
-            format!("{:.3}", end.time_offset_s * 1e3),
-            end.rms_m.map_or_else(|| "–".to_owned(), |m| format!("{:.4}", m * MM_PER_M)),
-            format!("{shift_mm:.3}"),
-            format!("{turn_deg:.3}"),
-        ]))
-    });
-    let published = [
-        "the paper, a real scan".to_owned(),
-        "published".to_owned(),
-        "about 45".to_owned(),
-        format!("{:.2}", published::TIME_OFFSET_S * 1e3),
-        format!("{:.5}", published::RMSE_M * MM_PER_M),
-        format!("< {:.2}", published::TRANSLATION_ERROR_M * MM_PER_M),
-        "–".to_owned(),
-    ];
-    let head = [
-        "method",
-        "source",
-        "steps",
-        "time offset (ms)",
-        "RMS (mm)",
-        "translation off by (mm)",
-        "rotation off by (°)",
-    ];
-    Table {
-        head: head.map(str::to_owned).to_vec(),
-        rows: simulated.chain([TableRow::plain(published.to_vec())]).collect(),
-    }
 }
 
 /// Angle between the directions, mrad, and difference of the distances from the base, mm.
@@ -195,7 +155,7 @@ fn line_off(step: &Step, truth: &Step) -> (f64, f64) {
 }
 
 fn weld_blocks(weld: &WeldErrors, columns: &mut Columns) -> Vec<Block> {
-    let mut blocks = vec![Block::Table(weld_table(weld))];
+    let mut blocks = vec![Block::Table(reproduced::weld_table(weld))];
     let x = columns.add(weld.points.iter().map(|p| p.along_m * MM_PER_M));
     let round = weld.kind == WeldKind::Round;
     let mut chart = |id: &'static str, title, axis: &str, of: &dyn Fn(&Point, &Vector3<f64>) -> f64| {
@@ -258,40 +218,6 @@ fn in_space(weld: &WeldErrors, columns: &mut Columns) -> Block {
     })
 }
 
-fn weld_table(weld: &WeldErrors) -> Table {
-    let three = |f: &Figures| [f.rmse_m, f.mae_m, f.max_m].map(|m| format!("{:.3}", m * MM_PER_M));
-    let mut rows: Vec<TableRow> = weld
-        .rows
-        .iter()
-        .map(|row| {
-            let mut cells = vec![row.name.to_owned(), "simulated".to_owned()];
-            cells.extend(three(&row.position));
-            cells.extend(three(&row.from_curve));
-            TableRow::plain(cells)
-        })
-        .collect();
-    if weld.kind == WeldKind::Round {
-        rows.extend(TABLE_I.iter().map(|row| {
-            let remark = if row.remark.is_empty() { String::new() } else { format!(" ({})", row.remark) };
-            let mut cells = vec![format!("{}{remark}", row.method), "published".to_owned()];
-            cells.extend([row.rmse_m, row.mae_m].map(|m| format!("{:.3}", m * MM_PER_M)));
-            cells.extend(["–"; 4].map(str::to_owned));
-            TableRow::plain(cells)
-        }));
-    }
-    let head = [
-        "calibration",
-        "source",
-        "position: RMSE (mm)",
-        "MAE (mm)",
-        "max (mm)",
-        "from the weld: RMSE (mm)",
-        "MAE (mm)",
-        "max (mm)",
-    ];
-    Table { head: head.map(str::to_owned).to_vec(), rows }
-}
-
 fn speeds(r: &Reproduction, columns: &mut Columns) -> Vec<Block> {
     let offsets = r.settings.offsets_s.len();
     let mut series = Vec::new();
@@ -308,18 +234,9 @@ fn speeds(r: &Reproduction, columns: &mut Columns) -> Vec<Block> {
             series.push(with);
         }
     }
-    let mut head = vec!["speed".to_owned()];
-    head.extend(r.settings.offsets_s.iter().map(|s| format!("{:.0} ms", s * 1e3)));
-    let rows = r.speeds.cells.chunks(offsets).map(|row| {
-        let mut cells = vec![format!("{:.0} mm/s", row[0].speed_m_s * MM_PER_M)];
-        cells.extend(
-            row.iter().map(|c| format!("{:.3} → {:.3}", c.without_m * MM_PER_M, c.with_m * MM_PER_M)),
-        );
-        TableRow::plain(cells)
-    });
     vec![
-        Block::Text("RMSE of positions on a straight weld of 300 mm, mm: without temporal calibration → with it.".to_owned()),
-        Block::Table(Table { head, rows: rows.collect() }),
+        Block::Text(reproduced::SPEEDS.to_owned()),
+        Block::Table(reproduced::speed_table(r)),
         Block::Chart(Chart {
             id: "speed-table",
             title: "Error over speed",

@@ -1,5 +1,6 @@
 //! What is left over: every feature's residual, and the figures that sum them up.
 
+use crate::config::ResidualKind;
 use crate::noise_levels::{Whitener, symmetric};
 use crate::observations::Observations;
 use crate::parameters::Parameters;
@@ -73,16 +74,24 @@ pub fn evaluate(
             *skipped.entry(reason).or_insert(0) += 1;
             continue;
         };
-        let placed = placement(observations, o, at, &mut hint);
-        let Some((placement, residual)) = placed.zip(problem.residual(o, at, &mut hint)) else {
+        let seen = placement(observations, o, at, &mut hint).and_then(|placement| {
+            let line = &at.lines[o.line as usize];
+            let point_in_base = placement.point_in_base(&o.point_in_camera);
+            let offset_m = line.offset_of(&point_in_base);
+            let linear = sheet_residual::linearize(&placement, &observations.sheet, &o.point_in_camera, line);
+            let in_sheet = linear.as_ref().map(|(jacobian, _)| jacobian.residual);
+            let residual = match problem.residual {
+                ResidualKind::Sheet => in_sheet?,
+                ResidualKind::PointToLine => offset_m,
+            };
+            Some((point_in_base, offset_m, linear, residual))
+        });
+        let Some((point_in_base, offset_m, linear, residual)) = seen else {
             *skipped.entry(SKIP_ALONG).or_insert(0) += 1;
             continue;
         };
         let whitened = whitener.apply(&residual);
         let squared = whitened.norm_squared();
-        let point_in_base = placement.point_in_base(&o.point_in_camera);
-        let line = &at.lines[o.line as usize];
-        let linear = sheet_residual::linearize(&placement, &observations.sheet, &o.point_in_camera, line);
         let in_sheet = linear.as_ref().map(|(jacobian, _)| jacobian.residual);
         let to_px = |sigma: f64| Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet?) * sigma);
         list.push(FeatureResidual {
@@ -90,7 +99,7 @@ pub fn evaluate(
             line: o.line,
             stamp_s: o.stamp_s,
             point_in_base,
-            offset_m: at.lines[o.line as usize].offset_of(&point_in_base),
+            offset_m,
             residual_px: observations.sigma_px.and_then(to_px),
             in_sheet_m: in_sheet,
             crossing_m_s: linear.as_ref().map(|(jacobian, _)| jacobian.d_time_offset),

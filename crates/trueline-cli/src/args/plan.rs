@@ -29,9 +29,9 @@ pub struct PlanArgs {
     /// Duration of the scan, s; with --want, and without this, the shortest that will do
     #[arg(long)]
     pub duration_s: Option<f64>,
-    /// Longest scan that may be planned for --want, s
-    #[arg(long, default_value_t = 60.0, conflicts_with = "duration_s")]
-    pub longest_s: f64,
+    /// Longest scan that may be planned for --want, s [default: 60]
+    #[arg(long, requires = "want", conflicts_with = "duration_s")]
+    pub longest_s: Option<f64>,
     /// Sigmas to reach: translation=0.05mm,rotation=0.02deg,time=0.1ms (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…")]
     pub want: Option<String>,

@@ -19,7 +19,7 @@ pub struct SimulateArgs {
     #[arg(long, value_enum, default_value_t = PresetName::Quick)]
     pub preset: PresetName,
     /// Follow the plan in this folder instead: hand-eye and line are off its guess by as much as it allows for
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["random_cell", "duration_s", "robot_period_ms", "frame_period_ms", "images", "mishap"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["preset", "random_cell", "duration_s", "robot_period_ms", "frame_period_ms", "images", "mishap"])]
     pub plan: Option<PathBuf>,
     /// With --plan: hand-eye and line are as the plan has them
     #[arg(long, requires = "plan")]

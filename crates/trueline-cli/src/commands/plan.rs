@@ -16,6 +16,8 @@ use trueline_report::{plan_page, planned};
 
 /// Points of the curve of sigma over time.
 const TIMES: usize = 200;
+/// Longest scan for what is wanted where the user says nothing, s.
+const LONGEST_S: f64 = 60.0;
 /// How far a calibration that a plan begins from may be off, in its own sigmas.
 const SIGMAS: f64 = 5.0;
 
@@ -121,7 +123,11 @@ fn ask(args: &PlanArgs) -> Result<(Ask, bool), Failure> {
     let fixed = args.duration_s.is_some() || want.is_none();
     let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
     let ask = Ask {
-        duration_s: args.duration_s.unwrap_or(if fixed { Ask::default().duration_s } else { args.longest_s }),
+        duration_s: args.duration_s.unwrap_or(if fixed {
+            Ask::default().duration_s
+        } else {
+            args.longest_s.unwrap_or(LONGEST_S)
+        }),
         goal: Goal { want: want.unwrap_or(Goal::default().want), criterion },
         shapes: match args.shape {
             ShapeName::Auto => Shape::ALL.to_vec(),

@@ -27,6 +27,12 @@ impl Columns {
         self.columns[column.0].len()
     }
 
+    /// Values of a column.
+    #[must_use]
+    pub fn values(&self, column: Column) -> &[f32] {
+        &self.columns[column.0]
+    }
+
     /// Values that can be drawn.
     pub(super) fn finite(&self, y: Column) -> usize {
         self.columns[y.0].iter().filter(|value| value.is_finite()).count()

@@ -1,0 +1,82 @@
+//! What the report of a calibration shows, as numbers.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use trueline::{Calibration, Config, Hold, calibrate};
+use trueline_dataset::Recording;
+use trueline_report::calibration_page::{Source, html, page};
+use trueline_report::page::{Block, Drawn, Page, Series};
+use trueline_sim::{Preset, simulate};
+
+fn page_of(recording: &Recording, calibration: &Calibration) -> Page {
+    page(&Source { calibration, recording, title: "t", command: "c", frames: &[] })
+}
+
+fn series<'a>(page: &'a Page, id: &str) -> &'a [Series] {
+    let blocks = page.sections.iter().flat_map(|section| &section.blocks);
+    let mut found = blocks.filter_map(|block| match block {
+        Block::Chart(chart) if chart.id == id => Some(chart),
+        _ => None,
+    });
+    let Drawn::Plot { series, .. } = &found.next().unwrap().drawn else { panic!("{id} is no plot") };
+    series
+}
+
+fn slope(page: &Page, series: &Series) -> f64 {
+    let pairs = page.columns.values(series.x).iter().zip(page.columns.values(series.y));
+    let (product, square) =
+        pairs.fold((0.0, 0.0), |(p, s), (x, y)| (p + f64::from(x * y), s + f64::from(x * x)));
+    product / square
+}
+
+#[test]
+fn the_dashed_line_slopes_as_the_points_of_an_offset_that_is_too_small_do() {
+    let recording = simulate(&Preset::Paper.scenario(), 2).unwrap();
+    let mut guess = recording.truth.as_ref().unwrap().parameters;
+    guess.time_offset_s -= 1e-3;
+    let config = Config { hold: vec![Hold::TimeOffset], ..Config::default() };
+    let calibration = calibrate(&recording, Some(&guess), &config).unwrap();
+    let page = page_of(&recording, &calibration);
+    let [features, line] = series(&page, "residual-speed") else { panic!("points and a line") };
+    // 1 ms against the 0.1 ms of the line, less what the hand-eye takes up of it.
+    let ratio = slope(&page, features) / slope(&page, line);
+    assert!((8.0..11.0).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn before_and_after_are_of_the_same_features_and_after_is_on_the_line() {
+    let mut scenario = Preset::Quick.scenario();
+    scenario.disturbance.outlier_fraction = 0.2;
+    let recording = simulate(&scenario, 3).unwrap();
+    let calibration = calibrate(&recording, None, &Config::default()).unwrap();
+    let page = page_of(&recording, &calibration);
+    for id in ["seam-2", "seam-3"] {
+        let [before, after] = series(&page, id) else { panic!("before and after") };
+        // Without the offset some features at an end of the recording find no pose, or find one.
+        let (n, m) = (page.columns.len(before.x), page.columns.len(after.x));
+        assert!(n.abs_diff(m) <= 2, "{n} {m}");
+        let rms = |s: &Series| {
+            let y = page.columns.values(s.y);
+            (y.iter().map(|y| f64::from(*y).powi(2)).sum::<f64>() / y.len() as f64).sqrt()
+        };
+        // 0.03 mm of noise, and 17.73 ms at some 20 mm/s.
+        assert!(rms(after) < 0.06 && rms(before) > 0.1, "{} {}", rms(before), rms(after));
+    }
+}
+
+#[test]
+fn what_is_said_cannot_end_the_page() {
+    let recording = simulate(&Preset::ConstantAttitude.scenario(), 1).unwrap();
+    let calibration = calibrate(&recording, None, &Config::default()).unwrap();
+    let evil = "</script><script>alert(1)</script>{{data}}\"";
+    let text = html(&Source {
+        calibration: &calibration,
+        recording: &recording,
+        title: evil,
+        command: evil,
+        frames: &[],
+    });
+    assert!(!text.contains("<script>alert") && text.contains("&lt;script&gt;alert(1)"));
+    // A constant attitude is refused with the motion that cures it, first thing on the page.
+    let verdict = text.find("class=\"verdict bad\">Not accepted: translation along").unwrap();
+    assert!(text[verdict..].contains("tilt the torch"));
+}
