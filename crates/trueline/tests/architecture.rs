@@ -4,13 +4,15 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 11] = [
+const ALLOWED: [(&str, &[&str]); 13] = [
     ("trueline-geometry", &[]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
     ("trueline-experiments", &["trueline", "trueline-dataset", "trueline-geometry", "trueline-sim"]),
+    ("trueline-live", &["trueline-dataset", "trueline-geometry"]),
+    ("trueline-mcap", &["trueline-dataset", "trueline-geometry"]),
     (
         "trueline-plan",
         &["trueline", "trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"],
@@ -34,7 +36,10 @@ const ALLOWED: [(&str, &[&str]); 11] = [
             "trueline",
             "trueline-dataset",
             "trueline-experiments",
+            "trueline-geometry",
+            "trueline-live",
             "trueline-lsq",
+            "trueline-mcap",
             "trueline-plan",
             "trueline-report",
             "trueline-sim",

@@ -1,0 +1,17 @@
+//! A robot controller that is not there: EGM's protocol, states and queue, a control loop that follows references as
+//! late as a real one, clocks and networks with their faults. It shares no code with what the PC does but the codec.
+
+pub mod arm;
+#[expect(clippy::module_inception, reason = "the controller is what the folder is about")]
+pub mod controller;
+pub mod joints;
+pub mod network;
+pub mod real_time;
+pub mod settings;
+pub mod virtual_time;
+
+pub use controller::{Controller, GuidanceEnd};
+pub use network::{Network, NetworkSettings};
+pub use real_time::RealTime;
+pub use settings::{ControllerSettings, Event, StopMode, Task};
+pub use virtual_time::VirtualTime;

@@ -1,0 +1,133 @@
+//! A simulated controller on a real network, for programs that nobody here wrote.
+
+use super::controller::Controller;
+use super::network::Network;
+use crate::stamped_socket::LONGEST_BYTES;
+use std::io;
+use std::net::{IpAddr, SocketAddr, UdpSocket};
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+/// A controller that sends to a PC.
+pub struct RealTime {
+    controller: Controller,
+    to_pc: Network<Vec<u8>>,
+    to_robot: Network<(IpAddr, Vec<u8>)>,
+    socket: UdpSocket,
+    from: SocketAddr,
+    pc: SocketAddr,
+    counts: Counts,
+}
+
+/// What went over the socket.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Datagrams sent.
+    pub sent: u64,
+    /// Datagrams that nobody was there to get.
+    pub unreachable: u64,
+    /// Datagrams received.
+    pub received: u64,
+}
+
+impl RealTime {
+    /// Binds to an address, usually port 0, and will send to the PC: the controller speaks first.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn bind(
+        controller: Controller,
+        to_pc: Network<Vec<u8>>,
+        to_robot: Network<(IpAddr, Vec<u8>)>,
+        from: SocketAddr,
+        pc: SocketAddr,
+    ) -> io::Result<Self> {
+        let socket = UdpSocket::bind(from)?;
+        Ok(Self { controller, to_pc, to_robot, socket, from, pc, counts: Counts::default() })
+    }
+
+    /// The controller.
+    #[must_use]
+    pub fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
+    /// What was sent and received.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// What the network lost, on purpose.
+    #[must_use]
+    pub fn lost(&self) -> u64 {
+        self.to_pc.lost() + self.to_robot.lost()
+    }
+
+    /// Runs until told to stop; `each` is called after every cycle with the time since the start.
+    ///
+    /// # Errors
+    /// What the operating system says, except that nobody listens.
+    pub fn run(&mut self, mut each: impl FnMut(&Controller, Duration) -> ControlFlow<()>) -> io::Result<()> {
+        let start = Instant::now();
+        let mut buffer = [0; LONGEST_BYTES];
+        loop {
+            let now_ns = i64::try_from(start.elapsed().as_nanos()).unwrap_or(i64::MAX);
+            while let Some((_, datagram)) = self.to_pc.take_due(now_ns) {
+                match self.socket.send_to(&datagram, self.pc) {
+                    Ok(_) => self.counts.sent += 1,
+                    Err(error) if nobody_there(&error) => self.counts.unreachable += 1,
+                    Err(error) => return Err(error),
+                }
+            }
+            if self.controller.next_cycle_ns() <= now_ns {
+                self.run_cycle(now_ns)?;
+                if each(&self.controller, start.elapsed()).is_break() {
+                    return Ok(());
+                }
+            }
+            let next_ns = self.controller.next_cycle_ns().min(self.to_pc.next_due_ns().unwrap_or(i64::MAX));
+            let wait = Duration::from_nanos(u64::try_from(next_ns - now_ns).unwrap_or(0));
+            self.listen(&mut buffer, wait, start)?;
+        }
+    }
+
+    fn run_cycle(&mut self, now_ns: i64) -> io::Result<()> {
+        while let Some((_, (from, answer))) = self.to_robot.take_due(now_ns) {
+            self.controller.receive(&answer, from);
+        }
+        let sessions = self.controller.sessions();
+        if let Some(datagram) = self.controller.run_cycle() {
+            self.to_pc.send(now_ns, datagram);
+        }
+        if self.controller.sessions() != sessions && self.from.port() == 0 {
+            self.socket = UdpSocket::bind(self.from)?;
+        }
+        Ok(())
+    }
+
+    /// Waits for the next thing to do and hears what comes meanwhile.
+    fn listen(&mut self, buffer: &mut [u8], wait: Duration, start: Instant) -> io::Result<()> {
+        self.socket.set_read_timeout(Some(wait.max(Duration::from_micros(1))))?;
+        match self.socket.recv_from(buffer) {
+            Ok((length, from)) => {
+                self.counts.received += 1;
+                let now_ns = i64::try_from(start.elapsed().as_nanos()).unwrap_or(i64::MAX);
+                self.to_robot.send(now_ns, (from.ip(), buffer[..length].to_vec()));
+                Ok(())
+            }
+            Err(error) if is_pause(&error) => Ok(()),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+fn nobody_there(error: &io::Error) -> bool {
+    use io::ErrorKind::{ConnectionRefused, HostUnreachable, NetworkUnreachable};
+    matches!(error.kind(), ConnectionRefused | HostUnreachable | NetworkUnreachable)
+}
+
+fn is_pause(error: &io::Error) -> bool {
+    use io::ErrorKind::{ConnectionRefused, Interrupted, TimedOut, WouldBlock};
+    matches!(error.kind(), WouldBlock | TimedOut | Interrupted | ConnectionRefused)
+}

@@ -1,0 +1,54 @@
+//! Which RobotWare sent a message, told by what it fills.
+
+use super::robot_message::RobotMessage;
+use std::fmt;
+
+/// A generation of RobotWare, as far as its messages show it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Generation {
+    /// Before 6.07: no time in the feedback, and units that are not consistent.
+    Before6_07,
+    /// 6.07 to 6.09.
+    From6_07,
+    /// 6.10 and later 6.
+    From6_10,
+    /// 7.
+    From7,
+    /// 7.16 and later: IEEE 1588 stamps or torques.
+    From7_16,
+}
+
+impl Generation {
+    /// The oldest generation that could have sent this.
+    #[must_use]
+    pub fn of(message: &RobotMessage) -> Self {
+        let feedback = message.feedback.as_ref();
+        let is_7 = message.force.is_some_and(|f| f.active.is_some())
+            || message.move_index.is_some()
+            || message.collision.is_some()
+            || message.rapid_data.is_some();
+        if feedback.is_some_and(|f| f.ptp_s_ns.is_some()) || message.torque_reference.is_some() {
+            Self::From7_16
+        } else if is_7 {
+            Self::From7
+        } else if feedback.is_none_or(|f| f.time_s_us.is_none()) {
+            Self::Before6_07
+        } else if message.utilization_percent.is_some() {
+            Self::From6_10
+        } else {
+            Self::From6_07
+        }
+    }
+}
+
+impl fmt::Display for Generation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Before6_07 => "RobotWare before 6.07",
+            Self::From6_07 => "RobotWare 6.07 to 6.09",
+            Self::From6_10 => "RobotWare 6.10 or later",
+            Self::From7 => "RobotWare 7",
+            Self::From7_16 => "RobotWare 7.16 or later",
+        })
+    }
+}

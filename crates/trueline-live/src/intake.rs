@@ -1,0 +1,163 @@
+//! Which datagrams are the robot's: everything else is counted with its reason, and nothing more.
+
+use crate::egm::{RobotMessage, WireError};
+use crate::robot_frame::{FrameError, RobotFrame};
+use crate::stamped_socket::LONGEST_BYTES;
+use std::collections::BTreeMap;
+use std::net::{IpAddr, SocketAddr};
+
+/// Why a datagram is not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Rejection {
+    /// From somebody else than the robot that is listened to.
+    #[error("from another sender")]
+    OtherSender,
+    /// Without a byte.
+    #[error("empty")]
+    Empty,
+    /// Longer than any EGM message.
+    #[error("longer than any EGM message")]
+    TooLong,
+    /// No EGM message.
+    #[error("not an EGM message: {0}")]
+    Wire(#[from] WireError),
+    /// An EGM message that cannot be relied on.
+    #[error("not usable: {0}")]
+    Frame(#[from] FrameError),
+    /// Its sequence number was there already.
+    #[error("a repetition")]
+    Repeated,
+    /// Its sequence number is older than what can be late.
+    #[error("a stale sequence number")]
+    Stale,
+}
+
+/// Where an accepted frame stands in its session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// The first frame of all, or the first after the controller began anew.
+    First,
+    /// The newest; so many numbers before it have not come (yet).
+    Newest {
+        /// Numbers left out directly before it.
+        skipped: u32,
+    },
+    /// Overtaken by newer ones on the way: good data, but no longer to be answered.
+    Late,
+}
+
+/// After so long a silence of the robot a lower sequence number, or another port, is a new session, ns.
+pub const RESTART_SILENCE_NS: i64 = 100_000_000;
+/// A frame may be overtaken by so many.
+const LATE_WINDOW: u32 = 64;
+
+/// Decides about datagrams, one after the other.
+#[derive(Clone, Debug, Default)]
+pub struct Intake {
+    allowed: Option<IpAddr>,
+    robot: Option<SocketAddr>,
+    /// Newest sequence number, and which of the 64 up to it were seen (bit 0 is the newest).
+    newest: u32,
+    seen: u64,
+    accepted_ns: i64,
+    accepted: u64,
+    rejected: BTreeMap<String, u64>,
+}
+
+impl Intake {
+    /// Listens to one machine, or to whoever first sends a good frame.
+    #[must_use]
+    pub fn new(allowed: Option<IpAddr>) -> Self {
+        Self { allowed, ..Self::default() }
+    }
+
+    /// The robot, once it has been heard.
+    #[must_use]
+    pub fn robot(&self) -> Option<SocketAddr> {
+        self.robot
+    }
+
+    /// Frames accepted.
+    #[must_use]
+    pub fn accepted(&self) -> u64 {
+        self.accepted
+    }
+
+    /// Datagrams rejected, by reason.
+    #[must_use]
+    pub fn rejected(&self) -> &BTreeMap<String, u64> {
+        &self.rejected
+    }
+
+    /// Judges a datagram that came at a steady time, ns.
+    ///
+    /// # Errors
+    /// Why it is not used.
+    pub fn judge(
+        &mut self,
+        bytes: &[u8],
+        from: SocketAddr,
+        steady_ns: i64,
+    ) -> Result<(RobotFrame, Standing), Rejection> {
+        let judged = self.decide(bytes, from, steady_ns);
+        match &judged {
+            Ok(_) => self.accepted += 1,
+            Err(reason) => *self.rejected.entry(reason.to_string()).or_default() += 1,
+        }
+        judged
+    }
+
+    fn decide(
+        &mut self,
+        bytes: &[u8],
+        from: SocketAddr,
+        steady_ns: i64,
+    ) -> Result<(RobotFrame, Standing), Rejection> {
+        let silent = steady_ns - self.accepted_ns >= RESTART_SILENCE_NS;
+        if !self.is_robot(from, silent) {
+            return Err(Rejection::OtherSender);
+        }
+        if bytes.is_empty() {
+            return Err(Rejection::Empty);
+        }
+        if bytes.len() > LONGEST_BYTES {
+            return Err(Rejection::TooLong);
+        }
+        let frame = RobotFrame::of(&RobotMessage::decode(bytes)?)?;
+        let standing = self.stand(frame.sequence, from, silent)?;
+        self.robot = Some(from);
+        self.accepted_ns = self.accepted_ns.max(steady_ns);
+        Ok((frame, standing))
+    }
+
+    fn is_robot(&self, from: SocketAddr, silent: bool) -> bool {
+        if self.allowed.is_some_and(|ip| ip != from.ip()) {
+            return false;
+        }
+        self.robot.is_none_or(|robot| robot == from || (silent && robot.ip() == from.ip()))
+    }
+
+    fn stand(&mut self, sequence: u32, from: SocketAddr, silent: bool) -> Result<Standing, Rejection> {
+        let ahead = sequence.wrapping_sub(self.newest);
+        let behind = self.newest.wrapping_sub(sequence);
+        let is_new_session = self.robot != Some(from) || (silent && ahead > u32::MAX / 2);
+        if is_new_session || (silent && ahead == 0) {
+            (self.newest, self.seen) = (sequence, 1);
+            return Ok(Standing::First);
+        }
+        if ahead == 0 {
+            return Err(Rejection::Repeated);
+        }
+        if ahead <= u32::MAX / 2 {
+            self.seen = self.seen.checked_shl(ahead).unwrap_or(0) | 1;
+            self.newest = sequence;
+            return Ok(Standing::Newest { skipped: ahead - 1 });
+        }
+        let bit = if behind < LATE_WINDOW { 1_u64 << behind } else { return Err(Rejection::Stale) };
+        if self.seen & bit != 0 {
+            return Err(Rejection::Repeated);
+        }
+        self.seen |= bit;
+        Ok(Standing::Late)
+    }
+}

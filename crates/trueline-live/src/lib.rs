@@ -1,0 +1,19 @@
+//! The robot live: ABB EGM on the wire, a gate before every command, and a simulated controller.
+//!
+//! By default the PC only listens ([`endpoint`]). What it hears is checked ([`intake`]), stamped by the kernel
+//! ([`stamped_socket`]) and handed to a recorder. Motion passes [`motion::Gate`]. [`controller`] is the other side: a
+//! robot controller that runs in virtual time for tests and in real time for other people's programs.
+
+pub mod controller;
+pub mod egm;
+pub mod endpoint;
+pub mod host_clock;
+pub mod intake;
+pub mod motion;
+pub mod robot_frame;
+pub mod stamped_socket;
+
+pub use endpoint::{Endpoint, Heard, Newest};
+pub use host_clock::HostClock;
+pub use intake::{Intake, Rejection, Standing};
+pub use robot_frame::RobotFrame;

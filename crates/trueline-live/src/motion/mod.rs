@@ -1,0 +1,11 @@
+//! Motion of the robot by the PC: limits, a path proved to keep them, and the gate that every command passes.
+
+pub mod checked_path;
+pub mod gate;
+pub mod limits;
+pub mod ride;
+pub mod spline;
+
+pub use checked_path::{CheckedPath, PathError, Reference};
+pub use gate::{Ending, Gate, GateState, Input, Phase, Wish};
+pub use limits::MotionLimits;

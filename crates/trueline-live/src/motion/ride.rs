@@ -1,0 +1,132 @@
+//! How fast a path is travelled: from rest to its own pace and back, along the path and never off it.
+//!
+//! The path's time runs at a rate between 0 and 1. What is asked of the rate is a ramp, `q' = ±ρ`; the rate follows it by
+//! a lag, `r' = (q − r)/W`. Then `|r'| ≤ ρ` and `|r''| ≤ 2ρ/W` whatever is asked and whenever, and the path time that
+//! passes before rest is `q²/(2ρ) + W·r`, exactly.
+
+/// How quickly the rate may change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ramp {
+    /// Greatest change of the rate, 1/s.
+    pub slope_per_s: f64,
+    /// Lag behind the ramp, s.
+    pub lag_s: f64,
+}
+
+/// Where on the path, and at what rate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ride {
+    /// Time on the path, s.
+    pub path_s: f64,
+    /// Rate that is asked for, 0 to 1.
+    pub asked: f64,
+    /// Rate, 0 to 1.
+    pub rate: f64,
+}
+
+/// A rate below this is rest: of 250 mm/s it is 0.0025 mm/s.
+const REST: f64 = 1e-5;
+
+impl Ride {
+    /// Path time that passes until rest if braking begins now, s.
+    #[must_use]
+    pub fn until_rest_s(&self, ramp: Ramp) -> f64 {
+        self.asked * self.asked / (2.0 * ramp.slope_per_s) + ramp.lag_s * self.rate
+    }
+
+    /// Whether it rests.
+    #[must_use]
+    pub fn rests(&self) -> bool {
+        self.asked == 0.0 && self.rate == 0.0
+    }
+
+    /// The ride after so long, speeding up (or keeping the path's pace) or braking.
+    #[must_use]
+    pub fn after(self, elapsed_s: f64, ramp: Ramp, go: bool) -> Self {
+        let (slope, most_s) = if go {
+            (ramp.slope_per_s, (1.0 - self.asked) / ramp.slope_per_s)
+        } else {
+            (-ramp.slope_per_s, self.asked / ramp.slope_per_s)
+        };
+        let ramped_s = elapsed_s.min(most_s);
+        let mut ride = self.along(ramped_s, slope, ramp.lag_s);
+        if elapsed_s >= most_s {
+            ride.asked = if go { 1.0 } else { 0.0 };
+            ride = ride.along(elapsed_s - ramped_s, 0.0, ramp.lag_s);
+        }
+        if ride.asked == 0.0 && ride.rate < REST {
+            ride.rate = 0.0;
+        }
+        ride
+    }
+
+    /// Exact solution of the two equations for a constant slope.
+    fn along(self, for_s: f64, slope: f64, lag_s: f64) -> Self {
+        let forgotten = -(-for_s / lag_s).exp_m1();
+        // r = q(t) − slope·W + (r₀ − q₀ + slope·W)·e^(−t/W)
+        let settling = self.rate - self.asked + slope * lag_s;
+        let asked = self.asked + slope * for_s;
+        Self {
+            path_s: self.path_s
+                + (self.asked - slope * lag_s) * for_s
+                + 0.5 * slope * for_s * for_s
+                + settling * lag_s * forgotten,
+            asked,
+            rate: asked - slope * lag_s + settling * (1.0 - forgotten),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RAMP: Ramp = Ramp { slope_per_s: 1.7, lag_s: 0.12 };
+
+    #[test]
+    fn the_way_to_rest_is_what_it_says() {
+        for (asked, rate) in [(1.0, 1.0), (1.0, 0.3), (0.2, 0.7), (0.0, 0.5)] {
+            let mut ride = Ride { path_s: 3.0, asked, rate };
+            let expected = 3.0 + ride.until_rest_s(RAMP);
+            for _ in 0..2000 {
+                ride = ride.after(0.004, RAMP, false);
+            }
+            assert!(ride.rests());
+            // What REST cuts off: lag · 1e-5.
+            assert!((ride.path_s - expected).abs() < 2e-6, "{} is not {expected}", ride.path_s);
+        }
+    }
+
+    /// Against many small Euler steps: their error is of first order in the step, 2e-6 here.
+    #[test]
+    fn the_solution_is_that_of_its_equations() {
+        let start = Ride { path_s: 0.0, asked: 0.4, rate: 0.1 };
+        let exact = start.after(0.5, RAMP, true);
+        let (mut euler, step) = (start, 1e-6);
+        for _ in 0..500_000 {
+            euler.path_s += euler.rate * step;
+            euler.rate += (euler.asked - euler.rate) / RAMP.lag_s * step;
+            euler.asked = (euler.asked + RAMP.slope_per_s * step).min(1.0);
+        }
+        assert!((exact.path_s - euler.path_s).abs() < 5e-6 && (exact.rate - euler.rate).abs() < 5e-6);
+    }
+
+    #[test]
+    fn whatever_is_asked_the_bounds_hold() {
+        let (mut ride, mut before) = (Ride::default(), Ride::default());
+        let (dt, mut change_before) = (0.001, 0.0);
+        for k in 0..20_000_u32 {
+            // An arbitrary but fixed sequence of commands.
+            let go = (k.wrapping_mul(2_654_435_761) >> 22) % 3 != 0;
+            ride = ride.after(dt, RAMP, go);
+            let change = (ride.rate - before.rate) / dt;
+            assert!((0.0..=1.0).contains(&ride.rate) && (0.0..=1.0).contains(&ride.asked));
+            // Setting a rate below REST to zero changes it by 1e-5 at most.
+            assert!(change.abs() <= RAMP.slope_per_s + 1e-5 / dt);
+            assert!(
+                (change - change_before).abs() / dt <= 2.0 * RAMP.slope_per_s / RAMP.lag_s + 2e-5 / dt / dt
+            );
+            (before, change_before) = (ride, change);
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! A datagram of the robot that can be relied on.
+
+use crate::egm::{Generation, MciState, MessageKind, MotorState, PoseError, RapidState, RobotMessage};
+use trueline_geometry::Pose;
+
+/// What one message of the controller says, checked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotFrame {
+    /// `seqno`.
+    pub sequence: u32,
+    /// Measured `base_from_tool`, m.
+    pub base_from_tool: Pose,
+    /// The controller's clock when the robot was there, ns, of no known epoch.
+    pub device_ns: i64,
+    /// IEEE 1588 time when the robot was there, ns, where the controller is synchronised.
+    pub ptp_ns: Option<i64>,
+    /// Whether the motors are on.
+    pub motors: MotorState,
+    /// State of the motion correction interface.
+    pub mci: MciState,
+    /// Whether RAPID runs.
+    pub rapid: RapidState,
+    /// Share of what the robot can do, %, where told.
+    pub utilization_percent: Option<f64>,
+    /// A collision was detected.
+    pub collided: bool,
+    /// What sent it.
+    pub generation: Generation,
+    /// Quaternion and Euler angles differ by more than their digits.
+    pub attitudes_differ: bool,
+}
+
+/// Why a message of the robot cannot be relied on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FrameError {
+    /// Not `MSGTYPE_DATA`.
+    #[error("it is not a message of a robot (mtype is not DATA)")]
+    NotData,
+    /// No sequence number.
+    #[error("it has no sequence number")]
+    NoSequence,
+    /// No cartesian feedback.
+    #[error("it has no cartesian feedback")]
+    NoFeedback,
+    /// RobotWare before 6.07.
+    #[error("its feedback has no time: RobotWare before 6.07, whose units are not consistent")]
+    OldRobotWare,
+    /// The pose is not one.
+    #[error(transparent)]
+    Pose(#[from] PoseError),
+    /// A time that does not fit.
+    #[error("its time is out of range")]
+    Time,
+}
+
+impl RobotFrame {
+    /// Checks a message.
+    ///
+    /// # Errors
+    /// What is missing or senseless.
+    pub fn of(message: &RobotMessage) -> Result<Self, FrameError> {
+        let header = message.header.ok_or(FrameError::NotData)?;
+        if header.kind != Some(MessageKind::Data) {
+            return Err(FrameError::NotData);
+        }
+        let feedback = message.feedback.ok_or(FrameError::NoFeedback)?;
+        let pose = feedback.cartesian.ok_or(FrameError::NoFeedback)?;
+        let (time_s, time_us) = feedback.time_s_us.ok_or(FrameError::OldRobotWare)?;
+        Ok(Self {
+            sequence: header.sequence.ok_or(FrameError::NoSequence)?,
+            base_from_tool: pose.pose()?,
+            device_ns: nanoseconds(time_s, time_us, 1_000).ok_or(FrameError::Time)?,
+            ptp_ns: feedback.ptp_s_ns.and_then(|(s, ns)| nanoseconds(s, ns, 1)),
+            motors: message.motors.unwrap_or(MotorState::Undefined),
+            mci: message.mci.unwrap_or(MciState::Undefined),
+            rapid: message.rapid.unwrap_or(RapidState::Undefined),
+            utilization_percent: message.utilization_percent.filter(|u| u.is_finite()),
+            collided: message.collision.is_some_and(|c| c.triggered == Some(true)),
+            generation: Generation::of(message),
+            attitudes_differ: pose.contradicts_itself(),
+        })
+    }
+
+    /// Whether the controller moves the robot by references of the PC. A RAPID state that is not told counts as running:
+    /// controllers are known to leave it out after a restart.
+    #[must_use]
+    pub fn is_guided(&self) -> bool {
+        self.motors == MotorState::On && self.mci == MciState::Running && self.rapid != RapidState::Stopped
+    }
+}
+
+fn nanoseconds(whole_s: u64, part: u64, part_ns: i64) -> Option<i64> {
+    let whole_ns = i64::try_from(whole_s).ok()?.checked_mul(1_000_000_000)?;
+    whole_ns.checked_add(i64::try_from(part).ok()?.checked_mul(part_ns)?)
+}

@@ -1,0 +1,451 @@
+//! Whatever is heard, no command outside the limits leaves the gate; and every kind of exit ends in rest.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
+use proptest::prelude::*;
+use trueline_dataset::RobotSample;
+use trueline_geometry::{Pose, so3};
+use trueline_live::RobotFrame;
+use trueline_live::egm::{Generation, MciState, MotorState, RapidState};
+use trueline_live::motion::{
+    CheckedPath, Ending, Gate, GateState, Input, MotionLimits, PathError, Phase, Reference, Wish,
+};
+
+const PERIOD_S: f64 = 0.004_032;
+const PERIOD_NS: i64 = 4_032_000;
+
+fn limits() -> MotionLimits {
+    MotionLimits {
+        box_m: [Vector3::new(0.7, -0.2, 0.4), Vector3::new(1.3, 0.2, 0.8)],
+        tool_axis: UnitVector3::new_normalize(-Vector3::z()),
+        cone_rad: 0.6,
+        speed_m_s: 0.12,
+        acceleration_m_s2: 0.6,
+        jerk_m_s3: 8.0,
+        turn_rad_s: 0.6,
+        turn_acceleration_rad_s2: 3.0,
+        deviation_m: 0.03,
+        deviation_rad: 0.2,
+        start_m: 0.01,
+        start_rad: 0.05,
+    }
+}
+
+/// An S of 6 s that begins and ends in the midst of motion: the gate has to start and stop it.
+fn s_path(scale: f64) -> Vec<RobotSample> {
+    let down = so3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0));
+    (0..=600)
+        .map(|k| {
+            let t = f64::from(k) * 0.01;
+            let position =
+                Vector3::new(0.85 + 0.05 * t, 0.02 * (2.5 * t).sin(), 0.6 + 0.01 * (1.3 * t).cos());
+            let turn = Vector3::new(0.1 * (2.0 * t).sin(), 0.15 * (1.7 * t).sin(), 0.1 * (1.1 * t).cos());
+            RobotSample {
+                stamp_ns: (t * scale * 1e9) as i64,
+                device_ns: None,
+                base_from_tool: Pose::from_parts(position.into(), down * so3::exp(&turn)),
+            }
+        })
+        .collect()
+}
+
+fn gate() -> Gate {
+    let path = CheckedPath::new(&s_path(1.0), 1.0, &limits()).unwrap();
+    Gate::new(limits(), path, PERIOD_S)
+}
+
+fn frame(k: i64, pose: Pose) -> RobotFrame {
+    RobotFrame {
+        sequence: k as u32,
+        base_from_tool: pose,
+        device_ns: 500_000_000_000 + k * PERIOD_NS,
+        ptp_ns: None,
+        motors: MotorState::On,
+        mci: MciState::Running,
+        rapid: RapidState::Running,
+        utilization_percent: Some(20.0),
+        collided: false,
+        generation: Generation::From7,
+        attitudes_differ: false,
+    }
+}
+
+/// A robot that is where it was told to be, one period later.
+struct Follower {
+    gate: Gate,
+    state: GateState,
+    robot: Pose,
+    k: i64,
+    sent: Vec<(i64, Reference)>,
+}
+
+impl Follower {
+    fn new() -> Self {
+        let gate = gate();
+        let robot = gate.path().at(0.0).base_from_tool;
+        Self { gate, state: GateState::default(), robot, k: 0, sent: Vec::new() }
+    }
+
+    fn tick(&mut self, wish: Wish, change: impl FnOnce(&mut RobotFrame)) -> Option<Reference> {
+        let mut frame = frame(self.k, self.robot);
+        change(&mut frame);
+        self.input(Some(frame), wish)
+    }
+
+    fn input(&mut self, frame: Option<RobotFrame>, wish: Wish) -> Option<Reference> {
+        let input = Input { frame, steady_ns: self.k * PERIOD_NS, wish };
+        let (state, sent) = self.gate.step(self.state, &input);
+        self.state = state;
+        if let Some(reference) = sent {
+            self.sent.push((self.k, reference));
+            self.robot = reference.base_from_tool;
+        }
+        self.k += 1;
+        sent
+    }
+
+    fn go(&mut self, ticks: usize) {
+        for _ in 0..ticks {
+            self.tick(Wish::Go, |_| {});
+        }
+    }
+
+    fn ending(&self) -> Option<Ending> {
+        match self.state.phase {
+            Phase::Holding { why, .. } | Phase::Silent { why } => Some(why),
+            _ => None,
+        }
+    }
+
+    fn last_is_rest(&self) -> bool {
+        let (_, last) = self.sent.last().unwrap();
+        last.velocity_m_s == Vector3::zeros() && last.angular_velocity_rad_s == Vector3::zeros()
+    }
+}
+
+#[test]
+fn travels_the_path_from_rest_to_rest_within_every_limit() {
+    let mut robot = Follower::new();
+    robot.go(2500);
+    assert_eq!(robot.ending(), Some(Ending::Travelled));
+    assert!(robot.last_is_rest());
+    let end = robot.gate.path().at(robot.gate.path().duration_s()).base_from_tool;
+    // It stops at most two steps before the end: two periods of path time at full rate.
+    let missing = (robot.robot.translation.vector - end.translation.vector).norm();
+    assert!(missing < 2.0 * PERIOD_S * 0.12, "{missing}");
+    let l = limits();
+    let poses: Vec<Vector3<f64>> =
+        robot.sent.iter().map(|(_, r)| r.base_from_tool.translation.vector).collect();
+    let d1: Vec<Vector3<f64>> = poses.windows(2).map(|p| (p[1] - p[0]) / PERIOD_S).collect();
+    let d2: Vec<Vector3<f64>> = d1.windows(2).map(|p| (p[1] - p[0]) / PERIOD_S).collect();
+    let d3: Vec<Vector3<f64>> = d2.windows(2).map(|p| (p[1] - p[0]) / PERIOD_S).collect();
+    let most = |list: &[Vector3<f64>]| list.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    // Divided differences are values of the derivative in between; cutting the rate at 1e-5 adds 1e-5 · speed / period
+    // and its differences.
+    let cut = 1e-5 * l.speed_m_s;
+    assert!(most(&d1) <= l.speed_m_s);
+    assert!(most(&d2) <= l.acceleration_m_s2 + cut / PERIOD_S, "{}", most(&d2));
+    assert!(most(&d3) <= l.jerk_m_s3 + 2.0 * cut / PERIOD_S.powi(2), "{}", most(&d3));
+    // What is said of the velocity is what the poses do: half a second difference apart.
+    for (k, pair) in robot.sent.windows(2).enumerate() {
+        let mean = 0.5 * (pair[0].1.velocity_m_s + pair[1].1.velocity_m_s);
+        assert!((mean - d1[k]).norm() < l.jerk_m_s3 * PERIOD_S.powi(2) / 12.0 + 1e-5, "{k}");
+        let turned =
+            so3::log(&(pair[1].1.base_from_tool.rotation * pair[0].1.base_from_tool.rotation.inverse()))
+                / PERIOD_S;
+        let mean = 0.5 * (pair[0].1.angular_velocity_rad_s + pair[1].1.angular_velocity_rad_s);
+        assert!((mean - turned).norm() < 2e-3, "{k}: {mean} {turned}");
+    }
+}
+
+#[test]
+fn begins_where_the_robot_is() {
+    let mut robot = Follower::new();
+    robot.robot.translation.vector += Vector3::new(0.004, -0.003, 0.002);
+    robot.robot.rotation *= so3::exp(&Vector3::new(0.01, 0.02, -0.01));
+    let start = robot.robot;
+    robot.go(4);
+    for (_, sent) in &robot.sent {
+        assert!((sent.base_from_tool.translation.vector - start.translation.vector).norm() < 1e-5);
+        assert!(sent.base_from_tool.rotation.angle_to(&start.rotation) < 1e-5);
+    }
+    robot.go(2500);
+    assert_eq!(robot.ending(), Some(Ending::Travelled));
+}
+
+#[test]
+fn nothing_is_sent_before_the_robot_was_heard_twice() {
+    let mut robot = Follower::new();
+    assert_eq!(robot.input(None, Wish::Go), None);
+    assert_eq!(robot.tick(Wish::Go, |_| {}), None);
+    assert!(robot.tick(Wish::Go, |_| {}).is_some());
+}
+
+#[test]
+fn nothing_begins_too_far_from_the_path() {
+    let mut robot = Follower::new();
+    robot.robot.translation.vector.y += 0.02;
+    let start = robot.robot;
+    robot.go(100);
+    assert!(matches!(robot.ending(), Some(Ending::StartTooFar { .. })));
+    assert!(robot.sent.iter().all(|(_, r)| r.base_from_tool == start) && robot.last_is_rest());
+}
+
+#[test]
+fn waits_and_echoes_until_the_controller_is_ready() {
+    let not_ready: [fn(&mut RobotFrame); 4] = [
+        |f| f.motors = MotorState::Off,
+        |f| f.motors = MotorState::Undefined,
+        |f| f.mci = MciState::Stopped,
+        |f| f.rapid = RapidState::Stopped,
+    ];
+    for change in not_ready {
+        let mut robot = Follower::new();
+        let start = robot.robot;
+        for _ in 0..100 {
+            robot.tick(Wish::Go, change);
+        }
+        assert_eq!(robot.state.phase, Phase::Waiting);
+        assert!(robot.sent.iter().all(|(_, r)| *r == Reference::rest(start)));
+        robot.tick(Wish::Go, |f| f.rapid = RapidState::Undefined);
+        assert!(matches!(robot.state.phase, Phase::Riding { .. }));
+    }
+}
+
+#[test]
+fn a_stop_is_smooth_and_ends_in_rest_on_the_path() {
+    let mut robot = Follower::new();
+    robot.go(500);
+    let before = robot.sent.len();
+    for _ in 0..600 {
+        robot.tick(Wish::Stop, |_| {});
+    }
+    assert_eq!(robot.ending(), Some(Ending::Stopped));
+    assert!(robot.last_is_rest());
+    let v: Vec<Vector3<f64>> = robot.sent[before - 1..].iter().map(|(_, r)| r.velocity_m_s).collect();
+    for pair in v.windows(2) {
+        assert!((pair[1] - pair[0]).norm() <= limits().acceleration_m_s2 * PERIOD_S + 1e-5 * 0.12);
+    }
+    // Once stopped it stays so, whatever the operator wishes then.
+    let at = robot.robot;
+    robot.go(100);
+    assert!(robot.robot == at && robot.last_is_rest());
+}
+
+#[test]
+fn silence_is_wished_once_and_ends_with_rest() {
+    let mut robot = Follower::new();
+    robot.go(500);
+    let robot_at = robot.robot;
+    let last = robot.tick(Wish::Silence, |_| {}).unwrap();
+    assert_eq!(last, Reference::rest(robot_at));
+    for _ in 0..100 {
+        assert_eq!(robot.tick(Wish::Go, |_| {}), None);
+    }
+}
+
+#[test]
+fn what_goes_wrong_on_the_way_holds_the_robot_where_it_is() {
+    let faults: [(fn(&mut RobotFrame), fn(&Ending) -> bool); 6] = [
+        (|f| f.motors = MotorState::Off, |e| *e == Ending::LeftGuidance),
+        (|f| f.mci = MciState::Stopped, |e| *e == Ending::LeftGuidance),
+        (|f| f.mci = MciState::Error, |e| *e == Ending::LeftGuidance),
+        (|f| f.rapid = RapidState::Stopped, |e| *e == Ending::LeftGuidance),
+        (|f| f.collided = true, |e| *e == Ending::Collision),
+        // 2 mm a frame, believable, until it is 30 mm away.
+        (|f| f.base_from_tool.translation.vector.z -= 0.002, |e| matches!(e, Ending::Deviation { .. })),
+    ];
+    for (fault, is_it) in faults {
+        let mut robot = Follower::new();
+        robot.go(500);
+        let mut robot_at = robot.robot;
+        for _ in 0..60 {
+            let mut frame = frame(robot.k, robot_at);
+            fault(&mut frame);
+            robot_at = frame.base_from_tool;
+            robot.input(Some(frame), Wish::Go);
+        }
+        assert!(robot.ending().as_ref().is_some_and(is_it), "{:?}", robot.ending());
+        assert!(robot.last_is_rest());
+        // When all is well again, motion does not begin again.
+        let held = robot.robot;
+        for _ in 0..300 {
+            let frame = frame(robot.k, held);
+            robot.input(Some(frame), Wish::Go);
+        }
+        assert!((robot.robot.translation.vector - held.translation.vector).norm() < 1e-12);
+    }
+}
+
+#[test]
+fn a_robot_that_cannot_follow_is_stopped_smoothly() {
+    let mut robot = Follower::new();
+    robot.go(500);
+    robot.tick(Wish::Go, |f| f.utilization_percent = Some(120.0));
+    assert!(matches!(robot.state.phase, Phase::Stopping { why: Ending::Overload { .. }, .. }));
+    robot.go(600);
+    assert!(matches!(robot.ending(), Some(Ending::Overload { .. })) && robot.last_is_rest());
+}
+
+#[test]
+fn a_silent_robot_gets_one_last_word_and_no_more() {
+    let mut robot = Follower::new();
+    robot.go(500);
+    let sent = robot.sent.len();
+    for _ in 0..50 {
+        robot.input(None, Wish::Go);
+    }
+    assert_eq!(robot.sent.len(), sent + 1);
+    assert!(robot.last_is_rest());
+    assert!(matches!(robot.ending(), Some(Ending::RobotSilent { .. })));
+    robot.go(500);
+    assert_eq!(robot.sent.len(), sent + 1, "it comes back, and is not led any more");
+}
+
+#[test]
+fn a_hold_up_pauses_the_ride_without_a_leap() {
+    let mut robot = Follower::new();
+    robot.go(500);
+    let before = robot.sent.last().unwrap().1;
+    robot.k += 3;
+    let after = robot.tick(Wish::Go, |_| {}).unwrap();
+    let leap = (after.base_from_tool.translation.vector - before.base_from_tool.translation.vector).norm();
+    assert!(leap <= 0.12 * PERIOD_S, "{leap}");
+    assert_eq!(robot.state.pauses, 1);
+    robot.go(20);
+    assert!(robot.sent.last().unwrap().1.velocity_m_s.norm() < before.velocity_m_s.norm());
+    robot.go(2500);
+    assert_eq!(robot.ending(), Some(Ending::Travelled));
+}
+
+#[test]
+fn a_leap_of_the_feedback_is_not_believed() {
+    let mut robot = Follower::new();
+    robot.go(500);
+    let sent = robot.tick(Wish::Go, |f| f.base_from_tool.translation.vector.x += 0.5);
+    assert_eq!((sent, robot.state.jumps), (None, 1));
+    robot.go(2500);
+    assert_eq!(robot.ending(), Some(Ending::Travelled));
+}
+
+#[test]
+fn paths_outside_the_limits_are_refused_with_the_place() {
+    let refused = |change: fn(&mut MotionLimits)| {
+        let mut limits = limits();
+        change(&mut limits);
+        CheckedPath::new(&s_path(1.0), 1.0, &limits).unwrap_err()
+    };
+    assert!(
+        matches!(refused(|l| l.box_m[1].x = 1.15), PathError::OutsideBox { at_s, .. } if (5.0..6.0).contains(&at_s))
+    );
+    assert!(matches!(refused(|l| l.cone_rad = 0.15), PathError::OutsideCone { .. }));
+    assert!(matches!(refused(|l| l.speed_m_s = 0.05), PathError::TooMuch { what: "the speed", .. }));
+    assert!(matches!(
+        refused(|l| l.acceleration_m_s2 = 0.1),
+        PathError::TooMuch { what: "the acceleration", .. }
+    ));
+    assert!(matches!(refused(|l| l.jerk_m_s3 = 0.2), PathError::TooMuch { what: "the jerk", .. }));
+    assert!(matches!(refused(|l| l.turn_rad_s = 0.2), PathError::TooMuch { what: "the angular speed", .. }));
+    assert!(matches!(refused(|l| l.turn_acceleration_rad_s2 = 0.3), PathError::TooMuch { .. }));
+    assert!(matches!(refused(|l| l.acceleration_m_s2 = 0.14), PathError::NoRoomToStop { .. }));
+    let twice_as_fast = CheckedPath::new(&s_path(0.4), 1.0, &limits());
+    assert!(matches!(twice_as_fast, Err(PathError::TooMuch { .. })));
+    assert!(CheckedPath::new(&s_path(0.4), 0.4, &limits()).is_ok(), "at less than its own pace it will do");
+}
+
+#[derive(Clone, Debug)]
+enum Heard {
+    Good,
+    Nothing,
+    Anywhere([f64; 3], [f64; 3]),
+    Drift([f64; 3]),
+    States(u8, u8, u8, bool, f64),
+    DeviceClock(i64),
+}
+
+fn heard() -> impl Strategy<Value = Heard> {
+    prop_oneof![
+        40 => Just(Heard::Good),
+        2 => Just(Heard::Nothing),
+        1 => (prop::array::uniform3(-3.0..3.0), prop::array::uniform3(-3.0..3.0)).prop_map(|(p, r)| Heard::Anywhere(p, r)),
+        3 => prop::array::uniform3(-0.002..0.002).prop_map(Heard::Drift),
+        1 => (0_u8..3, 0_u8..4, 0_u8..3, any::<bool>(), 0.0..200.0).prop_map(|(a, b, c, d, e)| Heard::States(a, b, c, d, e)),
+        1 => any::<i64>().prop_map(Heard::DeviceClock),
+    ]
+}
+
+fn wish() -> impl Strategy<Value = Wish> {
+    prop_oneof![300 => Just(Wish::Go), 2 => Just(Wish::Stop), 1 => Just(Wish::Silence)]
+}
+
+fn told(robot: Pose, k: i64, heard: &Heard) -> Option<RobotFrame> {
+    let mut frame = frame(k, robot);
+    match heard {
+        Heard::Good => {}
+        Heard::Nothing => return None,
+        Heard::Anywhere(position, turn) => {
+            frame.base_from_tool = Pose::new(Vector3::from(*position), Vector3::from(*turn));
+        }
+        Heard::Drift(by) => frame.base_from_tool.translation.vector += Vector3::from(*by),
+        Heard::States(motors, mci, rapid, collided, utilization) => {
+            frame.motors = [MotorState::Undefined, MotorState::On, MotorState::Off][*motors as usize];
+            frame.mci =
+                [MciState::Undefined, MciState::Error, MciState::Stopped, MciState::Running][*mci as usize];
+            frame.rapid = [RapidState::Undefined, RapidState::Stopped, RapidState::Running][*rapid as usize];
+            frame.collided = *collided;
+            frame.utilization_percent = Some(*utilization);
+        }
+        Heard::DeviceClock(ns) => frame.device_ns = *ns,
+    }
+    Some(frame)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// Every command is in box and cone and under every speed. It is rest, or the path: then it is no further from the
+    /// last than three periods at full speed, and its velocity differs by no more than the acceleration allows.
+    #[test]
+    fn no_sequence_of_events_makes_the_gate_leave_the_limits(
+        events in prop::collection::vec((heard(), wish(), 0.2..8.0_f64, 0_u32..60), 1..120),
+        start in prop::array::uniform3(-0.02..0.02),
+    ) {
+        let gate = gate();
+        let l = limits();
+        let mut robot = gate.path().at(0.0).base_from_tool;
+        robot.translation.vector += Vector3::from(start);
+        robot.rotation *= UnitQuaternion::from_scaled_axis(Vector3::new(start[1], start[2], start[0]));
+        let (mut state, mut now_ns, mut k) = (GateState::default(), 0_i64, 0_i64);
+        let mut last: Option<(i64, Reference)> = None;
+        for (heard, wish, periods, repeats) in events {
+            for repeat in 0..=repeats {
+                let (heard, periods) = if repeat == 0 { (heard.clone(), periods) } else { (Heard::Good, 1.0) };
+                now_ns += (periods * PERIOD_S * 1e9) as i64;
+                k += periods.round().max(1.0) as i64;
+                let frame = told(robot, k, &heard);
+                let (next, sent) = gate.step(state, &Input { frame, steady_ns: now_ns, wish });
+                state = next;
+                let Some(sent) = sent else { continue };
+                let Reference { base_from_tool, velocity_m_s, angular_velocity_rad_s } = sent;
+                prop_assert!(l.in_box(&base_from_tool.translation.vector, 0.0), "{base_from_tool}");
+                prop_assert!(l.cone_angle_rad(&base_from_tool) <= l.cone_rad);
+                prop_assert!(velocity_m_s.norm() <= l.speed_m_s && angular_velocity_rad_s.norm() <= l.turn_rad_s);
+                prop_assert!(base_from_tool.translation.vector.iter().all(|v| v.is_finite()));
+                let moves = matches!(state.phase, Phase::Riding { .. } | Phase::Stopping { .. });
+                if !moves {
+                    prop_assert!(velocity_m_s == Vector3::zeros() && angular_velocity_rad_s == Vector3::zeros());
+                }
+                if let (true, Some((last_ns, before))) = (moves, last) {
+                    let step = (base_from_tool.translation.vector - before.base_from_tool.translation.vector).norm();
+                    let change = (velocity_m_s - before.velocity_m_s).norm();
+                    let passed_s = (now_ns - last_ns) as f64 * 1e-9;
+                    let riding_s = passed_s.min(3.0 * PERIOD_S) + 3.0 * PERIOD_S;
+                    prop_assert!(step <= l.speed_m_s * riding_s + 1e-9, "a leap of {step} m");
+                    prop_assert!(change <= l.acceleration_m_s2 * riding_s + 1e-5, "{change} m/s at once");
+                }
+                last = Some((now_ns, sent));
+                robot = base_from_tool;
+            }
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Every way a datagram can be wrong is counted with its reason, and changes nothing.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::net::SocketAddr;
+use trueline_geometry::Pose;
+use trueline_live::egm::{EgmPose, Header, MessageKind, RobotMessage, RobotState};
+use trueline_live::{Intake, Rejection, Standing};
+
+const MS: i64 = 1_000_000;
+
+fn robot() -> SocketAddr {
+    "192.0.2.1:50000".parse().unwrap()
+}
+
+fn message(sequence: u32) -> RobotMessage {
+    RobotMessage {
+        header: Some(Header {
+            sequence: Some(sequence),
+            sent_ms: Some(sequence.wrapping_mul(4)),
+            kind: Some(MessageKind::Data),
+        }),
+        feedback: Some(RobotState {
+            cartesian: Some(EgmPose::full(&Pose::translation(0.5, 0.1, 0.7))),
+            time_s_us: Some((10, 4000 * u64::from(sequence % 250))),
+            ..RobotState::default()
+        }),
+        ..RobotMessage::default()
+    }
+}
+
+/// An intake that has heard frames 0 to 99 at 4 ms.
+fn listening() -> Intake {
+    let mut intake = Intake::new(None);
+    for k in 0..100 {
+        intake.judge(&message(k).encode(), robot(), 4 * MS * i64::from(k) + 1000 * MS).unwrap();
+    }
+    intake
+}
+
+const NOW: i64 = 1400 * MS;
+
+fn refused(bytes: &[u8], from: SocketAddr) -> String {
+    let mut intake = listening();
+    let reason = intake.judge(bytes, from, NOW).unwrap_err().to_string();
+    assert_eq!(intake.rejected().get(&reason), Some(&1));
+    assert_eq!((intake.accepted(), intake.robot()), (100, Some(robot())));
+    // The robot is heard as before.
+    let next = intake.judge(&message(100).encode(), robot(), NOW + MS).unwrap();
+    assert_eq!(next.1, Standing::Newest { skipped: 0 });
+    reason
+}
+
+#[test]
+fn junk() {
+    assert!(refused(&[0xff, 0xff, 0xff], robot()).contains("not an EGM message"));
+    assert!(refused(b"GET / HTTP/1.1\r\n\r\n", robot()).contains("not an EGM message"));
+    assert_eq!(refused(&[], robot()), "empty");
+}
+
+#[test]
+fn truncated() {
+    let whole = message(100).encode();
+    for length in 1..whole.len() {
+        refused(&whole[..length], robot());
+    }
+}
+
+#[test]
+fn oversized() {
+    let mut bytes = message(100).encode();
+    // Field 99, a text of 2000 bytes: a good message but for its length.
+    bytes.extend([0x9a, 0x06, 0xd0, 0x0f]);
+    bytes.resize(bytes.len() + 2000, 0);
+    assert_eq!(refused(&bytes, robot()), "longer than any EGM message");
+}
+
+#[test]
+fn nan_poses() {
+    for place in 0..3 {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let mut message = message(100);
+            let pose = message.feedback.as_mut().unwrap().cartesian.as_mut().unwrap();
+            pose.position_mm.as_mut().unwrap()[place] = bad;
+            assert!(refused(&message.encode(), robot()).contains("not finite"));
+        }
+    }
+}
+
+#[test]
+fn zero_quaternions() {
+    for wxyz in [[0.0; 4], [0.5, 0.0, 0.0, 0.0], [f64::NAN, 0.0, 0.0, 1.0]] {
+        let mut message = message(100);
+        message.feedback.as_mut().unwrap().cartesian.as_mut().unwrap().quaternion_wxyz = Some(wxyz);
+        refused(&message.encode(), robot());
+    }
+}
+
+#[test]
+fn stale_and_repeated_sequence_numbers() {
+    assert_eq!(refused(&message(99).encode(), robot()), "a repetition");
+    assert_eq!(refused(&message(80).encode(), robot()), "a repetition");
+    assert_eq!(refused(&message(20).encode(), robot()), "a stale sequence number");
+    assert_eq!(refused(&message(0).encode(), robot()), "a stale sequence number");
+}
+
+#[test]
+fn a_rogue_sender() {
+    let port = "192.0.2.1:50001".parse().unwrap();
+    let machine = "192.0.2.9:50000".parse().unwrap();
+    for rogue in [port, machine] {
+        assert_eq!(refused(&message(100).encode(), rogue), "from another sender");
+    }
+    let mut allowed = Intake::new(Some("192.0.2.7".parse().unwrap()));
+    assert_eq!(allowed.judge(&message(0).encode(), robot(), 0), Err(Rejection::OtherSender));
+    assert_eq!(allowed.robot(), None);
+}
+
+#[test]
+fn overtaken_frames_are_kept_but_not_the_newest() {
+    let mut intake = listening();
+    let mut hear = |k: u32| intake.judge(&message(k).encode(), robot(), NOW).map(|(_, standing)| standing);
+    assert_eq!(hear(103), Ok(Standing::Newest { skipped: 3 }));
+    assert_eq!(hear(101), Ok(Standing::Late));
+    assert_eq!(hear(101), Err(Rejection::Repeated));
+    assert_eq!(hear(100), Ok(Standing::Late));
+    assert_eq!(hear(104), Ok(Standing::Newest { skipped: 0 }));
+}
+
+#[test]
+fn a_restart_is_a_new_session_after_a_silence_only() {
+    let mut intake = listening();
+    let port = "192.0.2.1:50777".parse().unwrap();
+    let at = |silence_ms: i64| 1396 * MS + silence_ms * MS;
+    assert_eq!(intake.judge(&message(0).encode(), robot(), at(50)), Err(Rejection::Stale));
+    assert_eq!(intake.judge(&message(0).encode(), port, at(60)), Err(Rejection::OtherSender));
+    let (_, standing) = intake.judge(&message(0).encode(), port, at(110)).unwrap();
+    assert_eq!((standing, intake.robot()), (Standing::First, Some(port)));
+    let (_, standing) = intake.judge(&message(1).encode(), port, at(114)).unwrap();
+    assert_eq!(standing, Standing::Newest { skipped: 0 });
+    // The old port is a stranger now, and a strange machine stays one.
+    assert_eq!(intake.judge(&message(2).encode(), robot(), at(118)), Err(Rejection::OtherSender));
+    let machine = "192.0.2.9:50000".parse().unwrap();
+    assert_eq!(intake.judge(&message(0).encode(), machine, at(900)), Err(Rejection::OtherSender));
+}
+
+#[test]
+fn sequence_numbers_may_wrap() {
+    let mut intake = Intake::new(None);
+    let mut hear = |k: u32, ms: i64| intake.judge(&message(k).encode(), robot(), ms * MS).map(|(_, s)| s);
+    assert_eq!(hear(u32::MAX - 1, 0), Ok(Standing::First));
+    assert_eq!(hear(u32::MAX, 4), Ok(Standing::Newest { skipped: 0 }));
+    assert_eq!(hear(0, 8), Ok(Standing::Newest { skipped: 0 }));
+    assert_eq!(hear(2, 12), Ok(Standing::Newest { skipped: 1 }));
+    assert_eq!(hear(u32::MAX, 13), Err(Rejection::Repeated));
+    assert_eq!(hear(1, 14), Ok(Standing::Late));
+}
