@@ -3,7 +3,6 @@
 //! The controller reads one answer a cycle from its queue. Whoever answers every frame of a backlog hands it commands
 //! that grow older and older.
 
-use crate::egm::SensorMessage;
 use crate::host_clock::HostClock;
 use crate::intake::{Intake, Rejection, Standing};
 use crate::robot_frame::RobotFrame;
@@ -94,11 +93,11 @@ impl Endpoint {
         Ok(newest)
     }
 
-    /// Sends an answer.
+    /// Sends a datagram.
     ///
     /// # Errors
     /// What the operating system says.
-    pub fn answer(&self, to: SocketAddr, message: &SensorMessage) -> io::Result<()> {
-        self.socket.send(&message.encode(), to)
+    pub fn send(&self, to: SocketAddr, bytes: &[u8]) -> io::Result<()> {
+        self.socket.send(bytes, to)
     }
 }

@@ -7,13 +7,18 @@
 pub mod controller;
 pub mod egm;
 pub mod endpoint;
+pub mod guide;
 pub mod host_clock;
 pub mod intake;
+pub mod link_watch;
 pub mod motion;
+pub mod rapid;
 pub mod robot_frame;
 pub mod stamped_socket;
 
 pub use endpoint::{Endpoint, Heard, Newest};
+pub use guide::Guide;
 pub use host_clock::HostClock;
 pub use intake::{Intake, Rejection, Standing};
+pub use link_watch::LinkWatch;
 pub use robot_frame::RobotFrame;

@@ -233,11 +233,11 @@ proptest! {
             let place = place % bytes.len();
             bytes[place] ^= 1 << bit;
         }
-        if let Ok(message) = RobotMessage::decode(&bytes) {
-            if let Ok(frame) = RobotFrame::of(&message) {
-                prop_assert!(frame.base_from_tool.translation.vector.iter().all(|v| v.is_finite()));
-                prop_assert!((frame.base_from_tool.rotation.norm() - 1.0).abs() < 1e-12);
-            }
+        if let Ok(message) = RobotMessage::decode(&bytes)
+            && let Ok(frame) = RobotFrame::of(&message)
+        {
+            prop_assert!(frame.base_from_tool.translation.vector.iter().all(|v| v.is_finite()));
+            prop_assert!((frame.base_from_tool.rotation.norm() - 1.0).abs() < 1e-12);
         }
         let _ = SensorMessage::decode(&bytes);
     }

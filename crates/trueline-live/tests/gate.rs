@@ -246,7 +246,8 @@ fn silence_is_wished_once_and_ends_with_rest() {
 
 #[test]
 fn what_goes_wrong_on_the_way_holds_the_robot_where_it_is() {
-    let faults: [(fn(&mut RobotFrame), fn(&Ending) -> bool); 6] = [
+    type Fault = (fn(&mut RobotFrame), fn(&Ending) -> bool);
+    let faults: [Fault; 6] = [
         (|f| f.motors = MotorState::Off, |e| *e == Ending::LeftGuidance),
         (|f| f.mci = MciState::Stopped, |e| *e == Ending::LeftGuidance),
         (|f| f.mci = MciState::Error, |e| *e == Ending::LeftGuidance),

@@ -1,0 +1,176 @@
+//! The loop that leads the robot: hears, asks the gate, answers the newest frame.
+//!
+//! Nothing in it waits for anybody but the robot. Who looks on (recorder, display) is called with what was heard and sent;
+//! should they panic, the scan is stopped smoothly all the same.
+
+use crate::egm::{Axes, EgmPose, Header, MessageKind, SensorMessage};
+use crate::endpoint::{Endpoint, Heard};
+use crate::motion::{Ending, Gate, GateState, Input, Phase, Reference, Wish};
+use std::io;
+use std::net::SocketAddr;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
+
+/// Looks on.
+pub trait Onlooker {
+    /// A datagram came.
+    fn heard(&mut self, heard: &Heard<'_>);
+
+    /// An answer was sent, at a steady time, ns.
+    fn answered(&mut self, answer: &Answer);
+
+    /// A step is done.
+    fn stepped(&mut self, state: &GateState);
+}
+
+/// An answer that was sent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// To whom.
+    pub to: SocketAddr,
+    /// When, on the steady clock, ns.
+    pub steady_ns: i64,
+    /// Time from the kernel's stamp of the frame to after sending, ns; `None` for a last word to a silent robot.
+    pub since_frame_ns: Option<i64>,
+    /// Its own number.
+    pub sequence: u32,
+    /// What it says.
+    pub reference: Reference,
+}
+
+/// How a scan went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Why it ended.
+    pub ending: Ending,
+    /// Holds of the ride because this program was late.
+    pub pauses: u32,
+    /// Frames that were not believed.
+    pub jumps: u32,
+    /// Answers that could not be sent.
+    pub unsent: u64,
+    /// Somebody who looked on panicked.
+    pub onlooker_panicked: bool,
+}
+
+/// Leads a robot.
+pub struct Guide {
+    endpoint: Endpoint,
+    gate: Gate,
+    state: GateState,
+    /// How long it holds at the end, so that `EGMRunPose` can end in peace.
+    hold: Duration,
+    sequence: u32,
+    unsent: u64,
+    panicked: bool,
+}
+
+/// Looks after the watchdogs when nothing comes.
+const TICK: Duration = Duration::from_millis(4);
+
+impl Guide {
+    /// Will lead whoever the endpoint hears, along the gate's path; then hold.
+    #[must_use]
+    pub fn new(endpoint: Endpoint, gate: Gate, hold: Duration) -> Self {
+        Self { endpoint, gate, state: GateState::default(), hold, sequence: 0, unsent: 0, panicked: false }
+    }
+
+    /// Runs until the scan is over, however it ends. `wish` is asked before every step.
+    ///
+    /// # Errors
+    /// The socket cannot be read any more.
+    pub fn run(
+        &mut self,
+        mut wish: impl FnMut() -> Wish,
+        onlooker: &mut impl Onlooker,
+    ) -> io::Result<Outcome> {
+        loop {
+            let wished = if self.panicked { wish().max(Wish::Stop) } else { wish() };
+            if let Some(ending) = self.step(wished, onlooker)? {
+                return Ok(Outcome {
+                    ending,
+                    pauses: self.state.pauses,
+                    jumps: self.state.jumps,
+                    unsent: self.unsent,
+                    onlooker_panicked: self.panicked,
+                });
+            }
+        }
+    }
+
+    fn step(&mut self, wish: Wish, onlooker: &mut impl Onlooker) -> io::Result<Option<Ending>> {
+        let panicked = &mut self.panicked;
+        let newest = self.endpoint.hear(TICK, |heard| watched(panicked, || onlooker.heard(heard)))?;
+        let now_ns = self.endpoint.clock().read().steady_ns;
+        let input = Input {
+            frame: newest.map(|newest| newest.frame),
+            steady_ns: newest.map_or(now_ns, |newest| newest.arrival.steady_ns),
+            wish,
+        };
+        let (state, reference) = self.gate.step(self.state, &input);
+        self.state = state;
+        if let (Some(reference), Some(robot)) = (reference, self.endpoint.intake().robot()) {
+            let frame_ns = newest.map(|newest| newest.arrival.steady_ns);
+            if let Some(answer) = self.answer(robot, &reference, frame_ns) {
+                watched(&mut self.panicked, || onlooker.answered(&answer));
+            }
+        }
+        let state = self.state;
+        watched(&mut self.panicked, || onlooker.stepped(&state));
+        Ok(self.ended(now_ns, wish))
+    }
+
+    fn answer(&mut self, to: SocketAddr, reference: &Reference, frame_ns: Option<i64>) -> Option<Answer> {
+        self.sequence = self.sequence.wrapping_add(1);
+        let clock = self.endpoint.clock();
+        let message = message(self.sequence, clock.read().steady_ns, reference);
+        let bytes = message.encode();
+        if self.endpoint.send(to, &bytes).is_err() {
+            self.unsent += 1;
+            return None;
+        }
+        let steady_ns = clock.read().steady_ns;
+        let since_frame_ns = frame_ns.map(|frame_ns| steady_ns - frame_ns);
+        Some(Answer { bytes, to, steady_ns, since_frame_ns, sequence: self.sequence, reference: *reference })
+    }
+
+    fn ended(&self, now_ns: i64, wish: Wish) -> Option<Ending> {
+        match self.state.phase {
+            Phase::Silent { why } => Some(why),
+            Phase::Holding { since_ns, why, .. } => {
+                let held_ns = u128::try_from(now_ns - since_ns).unwrap_or(0);
+                (held_ns >= self.hold.as_nanos()).then_some(why)
+            }
+            // Nothing was heard, so there is nothing to end.
+            Phase::Waiting if wish != Wish::Go && self.endpoint.intake().robot().is_none() => {
+                Some(Ending::Stopped)
+            }
+            Phase::Waiting | Phase::Riding { .. } | Phase::Stopping { .. } => None,
+        }
+    }
+}
+
+fn watched(panicked: &mut bool, call: impl FnOnce()) {
+    *panicked |= catch_unwind(AssertUnwindSafe(call)).is_err();
+}
+
+/// A reference as EGM wants it: mm, mm/s and degrees/s in base; the attitude as a quaternion alone, for Euler angles beside it
+/// would count in its stead.
+#[must_use]
+pub fn message(sequence: u32, steady_ns: i64, reference: &Reference) -> SensorMessage {
+    let v = reference.velocity_m_s * 1e3;
+    let w = reference.angular_velocity_rad_s.map(f64::to_degrees);
+    SensorMessage {
+        header: Some(Header {
+            sequence: Some(sequence),
+            // A counter of ms that wraps, as the controller's does.
+            sent_ms: Some((steady_ns / 1_000_000) as u32),
+            kind: Some(MessageKind::Correction),
+        }),
+        pose: Some(EgmPose::with_quaternion(&reference.base_from_tool)),
+        speed: Some(Axes::from([v.x, v.y, v.z, w.x, w.y, w.z])),
+        ..SensorMessage::default()
+    }
+}

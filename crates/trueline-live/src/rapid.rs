@@ -1,0 +1,334 @@
+//! The RAPID module that goes with a scan: the robot's own program for the path, or the guidance that the PC fills.
+//!
+//! Syntax after ABB's application manual 3HAC073318 and the RAPID reference; no real controller has compiled it here, and the
+//! module says so.
+
+use nalgebra::Vector3;
+use std::fmt::Write;
+use std::net::SocketAddr;
+use trueline_dataset::RobotSample;
+use trueline_geometry::Pose;
+
+/// Names and figures of the user's cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RapidCell {
+    /// Name of the module and stem of its procedures.
+    pub module: String,
+    /// Tool data, for example `tool0`.
+    pub tool: String,
+    /// Work object, for example `wobj0`.
+    pub work_object: String,
+    /// Name of the UDPUC device in the configuration.
+    pub device: String,
+    /// Where the PC listens.
+    pub pc: SocketAddr,
+    /// Speed of the way to the path's first pose, mm/s.
+    pub approach_mm_s: f64,
+    /// Largest joint speed that guidance may ask for (`\MaxSpeedDeviation`), deg/s.
+    pub speed_deviation_deg_s: f64,
+    /// `\CommTimeout`, s.
+    pub timeout_s: f64,
+}
+
+/// Why no module is written.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RapidError {
+    /// A name that RAPID does not take.
+    #[error("`{name}` is no RAPID name: a letter, then letters, digits and _, 32 at most")]
+    Name {
+        /// The name.
+        name: String,
+    },
+    /// A figure that makes no sense.
+    #[error("{what} must be above 0")]
+    Figure {
+        /// Which one.
+        what: &'static str,
+    },
+    /// A path without length.
+    #[error("the path has no two poses at rising times")]
+    Path,
+}
+
+/// A waypoint of the robot's own program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Waypoint {
+    time_s: f64,
+    pose: Pose,
+}
+
+/// Straight moves may leave the path by this much, m.
+const CHORD_M: f64 = 1e-4;
+/// The same for the attitude, rad.
+const CHORD_RAD: f64 = 1e-3;
+/// Longest move, s: the robot's planner looks some moves ahead.
+const LONGEST_S: f64 = 0.25;
+/// Shortest move, s: RAPID needs some time for each.
+const SHORTEST_S: f64 = 0.06;
+
+/// The module with which the robot moves along the path by itself and the PC only listens.
+///
+/// # Errors
+/// Names or figures that RAPID does not take, or no path.
+pub fn stream_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, RapidError> {
+    let waypoints = waypoints(path)?;
+    let mut text = head(cell, "the robot follows the path by itself; the PC only listens")?;
+    let RapidCell { module, tool, work_object, device, .. } = cell;
+    let _ = write!(
+        text,
+        "  VAR egmident egmId;\n\n\
+         \x20 PROC {module}_Listen()\n\
+         \x20   ConfL\\Off;\n\
+         \x20   ! First the way to where the path begins. Look where that is before you let it run.\n\
+         \x20   MoveL {}, {}, fine, {tool}\\WObj:={work_object};\n\
+         \x20   WaitTime\\InPos, 1;\n\
+         \x20   EGMReset egmId;\n\
+         \x20   EGMGetId egmId;\n\
+         \x20   EGMSetupUC ROB_1, egmId, \"default\", \"{device}\"\\Pose;\n\
+         \x20   EGMActPose egmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}, noCorr, EGM_FRAME_WOBJ, noCorr, EGM_FRAME_WOBJ\\SampleRate:=4;\n\
+         \x20   WaitTime 1;\n\
+         \x20   {module}_Path;\n\
+         \x20   WaitTime 1;\n\
+         \x20   EGMStreamStop egmId;\n\
+         \x20   EGMReset egmId;\n\
+         \x20   ConfL\\On;\n\
+         \x20 ENDPROC\n\n\
+         \x20 ! {} moves in {:.1} s. \\T is the time of each: the speed follows from it.\n\
+         \x20 PROC {module}_Path()\n",
+        target(&waypoints[0].pose),
+        approach(cell),
+        waypoints.len() - 1,
+        waypoints[waypoints.len() - 1].time_s,
+    );
+    for (k, pair) in waypoints.windows(2).enumerate() {
+        let zone = if k + 2 == waypoints.len() { "fine" } else { "z1" };
+        let _ = writeln!(
+            text,
+            "    MoveL {}, v100\\T:={:.3}, {zone}, {tool}\\WObj:={work_object};",
+            target(&pair[1].pose),
+            pair[1].time_s - pair[0].time_s,
+        );
+    }
+    text.push_str("  ENDPROC\nENDMODULE\n");
+    Ok(text)
+}
+
+/// The module with which the PC leads the robot (`trueline scan --enable-motion`).
+///
+/// # Errors
+/// Names or figures that RAPID does not take, or no path.
+pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, RapidError> {
+    let first = path.first().ok_or(RapidError::Path)?;
+    let mut text = head(cell, "the PC leads the robot along the path")?;
+    let RapidCell { module, tool, work_object, device, speed_deviation_deg_s, timeout_s, .. } = cell;
+    let _ = write!(
+        text,
+        "  VAR egmident egmId;\n\
+         \x20 ! Tight, so that a rest at the reference does not end the guidance before its time.\n\
+         \x20 CONST egm_minmax nearMm := [-0.05, 0.05];\n\
+         \x20 CONST egm_minmax nearDeg := [-0.05, 0.05];\n\n\
+         \x20 PROC {module}_Guide()\n\
+         \x20   ConfL\\Off;\n\
+         \x20   ! First the way to where the path begins, to a fine point. Look where that is before you let it run.\n\
+         \x20   MoveL {}, {}, fine, {tool}\\WObj:={work_object};\n\
+         \x20   WaitTime\\InPos, 1;\n\
+         \x20   EGMReset egmId;\n\
+         \x20   EGMGetId egmId;\n\
+         \x20   EGMSetupUC ROB_1, egmId, \"default\", \"{device}\"\\Pose\\CommTimeout:={timeout_s:.2};\n\
+         \x20   EGMActPose egmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}, noCorr, EGM_FRAME_WOBJ, noCorr, EGM_FRAME_WOBJ\n\
+         \x20     \\x:=nearMm\\y:=nearMm\\z:=nearMm\\rx:=nearDeg\\ry:=nearDeg\\rz:=nearDeg\n\
+         \x20     \\LpFilter:=20\\SampleRate:=4\\MaxPosDeviation:=60\\MaxSpeedDeviation:={speed_deviation_deg_s:.0};\n\
+         \x20   ! EGM_STOP_HOLD stays where it is; EGM_STOP_RAMP_DOWN would drive back to where it began.\n\
+         \x20   EGMRunPose egmId, EGM_STOP_HOLD\\x\\y\\z\\rx\\ry\\rz\\CondTime:=3\\RampInTime:=0.5;\n\
+         \x20   EGMReset egmId;\n\
+         \x20   ConfL\\On;\n\
+         \x20 ERROR\n\
+         \x20   IF ERRNO = ERR_UDPUC_COMM THEN\n\
+         \x20     EGMReset egmId;\n\
+         \x20     TPWrite \"{module}: the PC is silent\";\n\
+         \x20     RETURN;\n\
+         \x20   ENDIF\n\
+         \x20 ENDPROC\nENDMODULE\n",
+        target(&first.base_from_tool),
+        approach(cell),
+    );
+    Ok(text)
+}
+
+fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
+    for name in [&cell.module, &cell.tool, &cell.work_object, &cell.device] {
+        let mut letters = name.chars();
+        let begins = letters.next().is_some_and(|c| c.is_ascii_alphabetic());
+        if !begins || !letters.all(|c| c.is_ascii_alphanumeric() || c == '_') || name.len() > 32 {
+            return Err(RapidError::Name { name: name.clone() });
+        }
+    }
+    let figures = [
+        ("the approach speed", cell.approach_mm_s),
+        ("the speed deviation", cell.speed_deviation_deg_s),
+        ("the timeout", cell.timeout_s),
+    ];
+    if let Some((what, _)) = figures.into_iter().find(|(_, value)| !value.is_finite() || *value <= 0.0) {
+        return Err(RapidError::Figure { what });
+    }
+    let RapidCell { module, tool, work_object, device, pc, .. } = cell;
+    Ok(format!(
+        "MODULE {module}\n\
+         \x20 ! Written by trueline: {what}.\n\
+         \x20 !\n\
+         \x20 ! NOT TRIED ON A REAL CONTROLLER: neither compiled nor run there by those who wrote this generator.\n\
+         \x20 ! Check it in RobotStudio first, then run it in manual reduced speed with the enabling device in hand.\n\
+         \x20 !\n\
+         \x20 ! Needs Externally Guided Motion (RobotWare 6: 689-1, RobotWare 7: 3124-1), and a UDPUC device:\n\
+         \x20 !   name {device}, type UDPUC, remote address {}, remote port {}\n\
+         \x20 !   RobotWare 6: Configuration, Communication, Transmission Protocol\n\
+         \x20 !   RobotWare 7: Configuration, Communication, UDP Unicast Device; and UDPUC allowed in the firewall\n\
+         \x20 ! then restart the controller. Start the PC's program before this one.\n\
+         \x20 !\n\
+         \x20 ! Poses are of {tool} in {work_object}. The calibration is relative to that tool: keep it.\n\
+         \x20 CONST pose noCorr := [[0, 0, 0], [1, 0, 0, 0]];\n",
+        pc.ip(),
+        pc.port(),
+    ))
+}
+
+fn approach(cell: &RapidCell) -> String {
+    format!("[{:.1}, 20, 200, 15]", cell.approach_mm_s)
+}
+
+/// `robtarget` without configuration (`ConfL\Off`) and external axes.
+fn target(pose: &Pose) -> String {
+    let p: Vector3<f64> = pose.translation.vector * 1e3;
+    let q = pose.rotation.quaternion();
+    // RAPID wants |q| = 1 to five digits or so; seven are given.
+    format!(
+        "[[{:.3}, {:.3}, {:.3}], [{:.7}, {:.7}, {:.7}, {:.7}], [0, 0, 0, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]]",
+        p.x, p.y, p.z, q.w, q.i, q.j, q.k
+    )
+}
+
+/// As few waypoints as keep straight moves between them on the path, in place and time.
+fn waypoints(path: &[RobotSample]) -> Result<Vec<Waypoint>, RapidError> {
+    let first = path.first().ok_or(RapidError::Path)?;
+    let all: Vec<Waypoint> = path
+        .iter()
+        .map(|p| Waypoint { time_s: (p.stamp_ns - first.stamp_ns) as f64 * 1e-9, pose: p.base_from_tool })
+        .collect();
+    if all.len() < 2 || all.windows(2).any(|pair| pair[1].time_s <= pair[0].time_s) {
+        return Err(RapidError::Path);
+    }
+    let (mut kept, mut from) = (vec![all[0]], 0);
+    while from + 1 < all.len() {
+        let mut to = from + 1;
+        while to + 1 < all.len() && reaches(&all[from..=to + 1]) {
+            to += 1;
+        }
+        kept.push(all[to]);
+        from = to;
+    }
+    Ok(kept)
+}
+
+/// Whether one straight move does for these poses.
+fn reaches(poses: &[Waypoint]) -> bool {
+    let [first, .., last] = poses else { return true };
+    let takes_s = last.time_s - first.time_s;
+    if takes_s <= SHORTEST_S {
+        return true;
+    }
+    takes_s <= LONGEST_S
+        && poses.iter().all(|between| {
+            let share = (between.time_s - first.time_s) / takes_s;
+            let straight = first.pose.lerp_slerp(&last.pose, share);
+            let off_m = (straight.translation.vector - between.pose.translation.vector).norm();
+            off_m <= CHORD_M && straight.rotation.angle_to(&between.pose.rotation) <= CHORD_RAD
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use trueline_geometry::so3;
+
+    fn cell() -> RapidCell {
+        RapidCell {
+            module: "LineScan".to_owned(),
+            tool: "tool0".to_owned(),
+            work_object: "wobj0".to_owned(),
+            device: "UCdevice".to_owned(),
+            pc: "192.168.125.10:6510".parse().unwrap(),
+            approach_mm_s: 20.0,
+            speed_deviation_deg_s: 30.0,
+            timeout_s: 0.2,
+        }
+    }
+
+    fn path() -> Vec<RobotSample> {
+        (0..=2500)
+            .map(|k| {
+                let t = f64::from(k) * 0.004;
+                let position = Vector3::new(0.8 + 0.03 * t, 0.02 * (2.0 * t).sin(), 0.5);
+                let rotation = so3::exp(&Vector3::new(3.0, 0.1 * (1.5 * t).sin(), 0.0));
+                RobotSample {
+                    stamp_ns: k.into(),
+                    device_ns: None,
+                    base_from_tool: Pose::from_parts(position.into(), rotation),
+                }
+            })
+            .map(|mut sample| {
+                sample.stamp_ns *= 4_000_000;
+                sample
+            })
+            .collect()
+    }
+
+    /// Reads the moves back and compares with the path at their times.
+    #[test]
+    fn the_moves_are_on_the_path_at_their_times() {
+        let text = stream_module(&cell(), &path()).unwrap();
+        let mut time_s = 0.0;
+        let moves: Vec<&str> = text.lines().filter(|line| line.contains("\\T:=")).collect();
+        assert!(moves.len() > 40 && moves.len() < 250, "{}", moves.len());
+        for line in &moves {
+            let numbers: Vec<f64> = line
+                .replace("v100", "")
+                .split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'))
+                .filter_map(|word| word.parse().ok())
+                .collect();
+            let after = line.split("\\T:=").nth(1).unwrap();
+            time_s += after.split(',').next().unwrap().parse::<f64>().unwrap();
+            let sample = &path()[(time_s / 0.004).round() as usize];
+            let p = sample.base_from_tool.translation.vector * 1e3;
+            for axis in 0..3 {
+                assert!((numbers[axis] - p[axis]).abs() < 6e-4, "{line}");
+            }
+            let q = sample.base_from_tool.rotation.quaternion();
+            assert!((numbers[3] - q.w).abs() < 1e-7 && (numbers[4] - q.i).abs() < 1e-7);
+        }
+        assert!((time_s - 10.0).abs() < 1e-9);
+        assert!(moves.last().unwrap().contains("fine"));
+    }
+
+    #[test]
+    fn both_modules_say_that_nobody_tried_them_and_name_the_users_cell() {
+        for text in [stream_module(&cell(), &path()).unwrap(), guidance_module(&cell(), &path()).unwrap()] {
+            assert!(text.starts_with("MODULE LineScan\n") && text.ends_with("ENDMODULE\n"));
+            for needed in ["NOT TRIED", "192.168.125.10", "6510", "tool0", "wobj0", "UCdevice"] {
+                assert!(text.contains(needed), "{needed}");
+            }
+            assert_eq!(text.matches("  PROC ").count(), text.matches("ENDPROC").count());
+        }
+    }
+
+    #[test]
+    fn names_that_rapid_does_not_take_are_refused() {
+        for bad in ["", "1tool", "my tool", "a-b", "t;Stop", "averylongnamethatrapidwouldnotacceptatall"] {
+            let cell = RapidCell { tool: bad.to_owned(), ..cell() };
+            assert!(matches!(stream_module(&cell, &path()), Err(RapidError::Name { .. })), "{bad}");
+        }
+        let still = RapidCell { approach_mm_s: f64::NAN, ..cell() };
+        assert!(matches!(guidance_module(&still, &path()), Err(RapidError::Figure { .. })));
+        assert_eq!(stream_module(&cell(), &path()[..1]), Err(RapidError::Path));
+    }
+}
