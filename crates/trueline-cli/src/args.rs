@@ -4,14 +4,22 @@ mod calibrate;
 mod evaluate;
 mod features;
 mod import;
+mod listen;
 mod plan;
+mod rapid;
+mod robot_sim;
+mod scan;
 mod simulate;
 
 pub use calibrate::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 pub use evaluate::{EvaluateArgs, FormName, ReproduceArgs};
 pub use features::{FeaturesArgs, JointName};
 pub use import::{ImportArgs, ImportFormat};
+pub use listen::ListenArgs;
 pub use plan::{CriterionName, PlanArgs, ShapeName};
+pub use rapid::RapidArgs;
+pub use robot_sim::{EventName, ModeName, RobotSimArgs, RobotWareName, StopName};
+pub use scan::{RecordArgs, ScanArgs};
 pub use simulate::{LookName, MishapName, PresetName, SceneName, SimulateArgs};
 
 use clap::{Args, Parser, Subcommand};
@@ -52,6 +60,16 @@ pub enum Command {
     Evaluate(EvaluateArgs),
     /// The paper's experiments, simulated: tables, CSV and a report
     Reproduce(ReproduceArgs),
+    /// Listen to a robot's EGM and say who talks, how regularly, and what is wrong
+    Listen(ListenArgs),
+    /// Record a robot while its own program drives it
+    Record(RecordArgs),
+    /// Lead a robot along a planned path and record it; without --enable-motion, say what would be sent
+    Scan(ScanArgs),
+    /// A RAPID module that goes with a planned path
+    Rapid(RapidArgs),
+    /// A simulated robot controller with EGM
+    RobotSim(RobotSimArgs),
     /// Find out why a dataset does not calibrate: undoes the usual mistakes in turn
     Doctor(DoctorArgs),
 }

@@ -5,9 +5,13 @@
 mod args;
 mod commands;
 mod failure;
+mod interrupt;
+mod link_text;
+mod live_recording;
 mod outlier_frames;
 mod output;
 mod overlay;
+mod path_file;
 mod pictures;
 mod planned_scan;
 mod progress;
@@ -29,6 +33,11 @@ fn main() -> ExitCode {
         Command::Plan(args) => commands::plan::run(args),
         Command::Evaluate(args) => commands::evaluate::run(args),
         Command::Reproduce(args) => commands::reproduce::run(args),
+        Command::Listen(args) => commands::listen::run(args),
+        Command::Record(args) => commands::record::run(args),
+        Command::Scan(args) => commands::scan::run(args),
+        Command::Rapid(args) => commands::rapid::run(args),
+        Command::RobotSim(args) => commands::robot_sim::run(args),
         Command::Doctor(args) => commands::doctor::run(args),
     };
     match outcome {

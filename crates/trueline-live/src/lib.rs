@@ -13,12 +13,15 @@ pub mod intake;
 pub mod link_watch;
 pub mod motion;
 pub mod rapid;
+pub mod reply_times;
 pub mod robot_frame;
 pub mod stamped_socket;
+mod wait;
 
 pub use endpoint::{Endpoint, Heard, Newest};
 pub use guide::Guide;
 pub use host_clock::HostClock;
 pub use intake::{Intake, Rejection, Standing};
 pub use link_watch::LinkWatch;
+pub use reply_times::ReplyTimes;
 pub use robot_frame::RobotFrame;

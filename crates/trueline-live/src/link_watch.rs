@@ -54,6 +54,17 @@ pub struct Timing {
     pub drift_ppm: f64,
 }
 
+/// The robot's link in three figures.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Brief {
+    /// The robot, and the last that it said.
+    pub robot: Option<(SocketAddr, RobotFrame)>,
+    /// Good frames.
+    pub frames: u64,
+    /// Sequence numbers that never came.
+    pub lost: u64,
+}
+
 /// The robot's link so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkReport {
@@ -133,6 +144,12 @@ impl LinkWatch {
             self.recent.pop_front();
         }
         self.recent.push_back((frame.device_ns, steady_ns));
+    }
+
+    /// The robot and the last that it said, its frames, and how many were lost: cheap enough for every step.
+    #[must_use]
+    pub fn brief(&self) -> Brief {
+        Brief { robot: self.robot, frames: self.frames, lost: self.skipped.saturating_sub(self.late) }
     }
 
     /// What there is to tell.

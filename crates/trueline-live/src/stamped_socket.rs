@@ -1,6 +1,7 @@
 //! A UDP socket that tells when the kernel got each datagram, which no busy program can delay.
 
 use crate::host_clock::{HostClock, Reading};
+use crate::wait;
 use socket2::{Domain, Protocol, Socket, Type};
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
@@ -55,6 +56,7 @@ impl StampedSocket {
         let _ = socket.set_recv_buffer_size(BUFFER_BYTES);
         socket.bind(&address.into())?;
         let socket = UdpSocket::from(socket);
+        socket.set_nonblocking(true)?;
         kernel::ask_for_stamps(&socket)?;
         Ok(Self {
             socket,
@@ -84,8 +86,8 @@ impl StampedSocket {
     /// # Errors
     /// What the operating system says.
     pub fn wait(&mut self, timeout: Duration) -> io::Result<Option<Datagram<'_>>> {
-        self.socket.set_read_timeout(Some(timeout.max(Duration::from_micros(1))))?;
-        self.receive(kernel::Wait::ForOne)
+        wait::until_readable(&self.socket, timeout);
+        self.next_waiting()
     }
 
     /// The next datagram that is already here.
@@ -93,11 +95,7 @@ impl StampedSocket {
     /// # Errors
     /// What the operating system says.
     pub fn next_waiting(&mut self) -> io::Result<Option<Datagram<'_>>> {
-        self.receive(kernel::Wait::Not)
-    }
-
-    fn receive(&mut self, wait: kernel::Wait) -> io::Result<Option<Datagram<'_>>> {
-        let received = kernel::receive(&self.socket, &mut self.buffer, &mut self.control, wait);
+        let received = kernel::receive(&self.socket, &mut self.buffer, &mut self.control);
         let read = self.clock.read();
         let received = match received {
             Ok(received) => received,
@@ -152,11 +150,6 @@ mod kernel {
     use std::net::{SocketAddr, SocketAddrV4, SocketAddrV6, UdpSocket};
     use std::os::fd::AsRawFd;
 
-    pub enum Wait {
-        ForOne,
-        Not,
-    }
-
     pub fn ask_for_stamps(socket: &UdpSocket) -> io::Result<()> {
         setsockopt(socket, ReceiveTimestampns, &true)?;
         setsockopt(socket, RxqOvfl, &1)?;
@@ -167,16 +160,8 @@ mod kernel {
         cmsg_space!(TimeSpec, u32)
     }
 
-    pub fn receive(
-        socket: &UdpSocket,
-        buffer: &mut [u8],
-        control: &mut Vec<u8>,
-        wait: Wait,
-    ) -> io::Result<Received> {
-        let flags = match wait {
-            Wait::ForOne => MsgFlags::empty(),
-            Wait::Not => MsgFlags::MSG_DONTWAIT,
-        };
+    pub fn receive(socket: &UdpSocket, buffer: &mut [u8], control: &mut Vec<u8>) -> io::Result<Received> {
+        let flags = MsgFlags::MSG_DONTWAIT;
         control.resize(control.capacity(), 0);
         let mut parts = [IoSliceMut::new(buffer)];
         let message =
@@ -211,11 +196,6 @@ mod kernel {
     use std::io;
     use std::net::UdpSocket;
 
-    pub enum Wait {
-        ForOne,
-        Not,
-    }
-
     pub fn ask_for_stamps(_: &UdpSocket) -> io::Result<()> {
         Ok(())
     }
@@ -224,13 +204,7 @@ mod kernel {
         Vec::new()
     }
 
-    pub fn receive(
-        socket: &UdpSocket,
-        buffer: &mut [u8],
-        _: &mut Vec<u8>,
-        wait: Wait,
-    ) -> io::Result<Received> {
-        socket.set_nonblocking(matches!(wait, Wait::Not))?;
+    pub fn receive(socket: &UdpSocket, buffer: &mut [u8], _: &mut Vec<u8>) -> io::Result<Received> {
         let (length, from) = socket.recv_from(buffer)?;
         Ok(Received { length, from, kernel_wall_ns: None, dropped: None })
     }

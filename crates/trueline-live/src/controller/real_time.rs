@@ -3,6 +3,7 @@
 use super::controller::Controller;
 use super::network::Network;
 use crate::stamped_socket::LONGEST_BYTES;
+use crate::wait;
 use std::io;
 use std::net::{IpAddr, SocketAddr, UdpSocket};
 use std::ops::ControlFlow;
@@ -42,7 +43,7 @@ impl RealTime {
         from: SocketAddr,
         pc: SocketAddr,
     ) -> io::Result<Self> {
-        let socket = UdpSocket::bind(from)?;
+        let socket = open(from)?;
         Ok(Self { controller, to_pc, to_robot, socket, from, pc, counts: Counts::default() })
     }
 
@@ -101,14 +102,14 @@ impl RealTime {
             self.to_pc.send(now_ns, datagram);
         }
         if self.controller.sessions() != sessions && self.from.port() == 0 {
-            self.socket = UdpSocket::bind(self.from)?;
+            self.socket = open(self.from)?;
         }
         Ok(())
     }
 
     /// Waits for the next thing to do and hears what comes meanwhile.
     fn listen(&mut self, buffer: &mut [u8], wait: Duration, start: Instant) -> io::Result<()> {
-        self.socket.set_read_timeout(Some(wait.max(Duration::from_micros(1))))?;
+        wait::until_readable(&self.socket, wait);
         match self.socket.recv_from(buffer) {
             Ok((length, from)) => {
                 self.counts.received += 1;
@@ -120,6 +121,12 @@ impl RealTime {
             Err(error) => Err(error),
         }
     }
+}
+
+fn open(address: SocketAddr) -> io::Result<UdpSocket> {
+    let socket = UdpSocket::bind(address)?;
+    socket.set_nonblocking(true)?;
+    Ok(socket)
 }
 
 fn nobody_there(error: &io::Error) -> bool {

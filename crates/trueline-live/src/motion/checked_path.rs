@@ -92,11 +92,11 @@ pub enum PathError {
 }
 
 /// The fastest start and stop: half a second from rest to the path's pace.
-const BRISKEST_PER_S: f64 = 2.0;
+pub(super) const BRISKEST_PER_S: f64 = 2.0;
 /// The slowest that is accepted.
 const GENTLEST_PER_S: f64 = 0.5;
 /// Lag of the rate, s: with the briskest ramp its second derivative is 40 /s².
-const LAG_S: f64 = 0.1;
+pub(super) const LAG_S: f64 = 0.1;
 /// Farthest attitude from the first: a rotation vector has no trouble up to there, rad.
 const FARTHEST_RAD: f64 = 2.0;
 /// Greatest turn between poses of the path, rad.

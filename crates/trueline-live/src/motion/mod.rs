@@ -3,6 +3,7 @@
 pub mod checked_path;
 pub mod gate;
 pub mod limits;
+pub mod propose;
 pub mod ride;
 pub mod spline;
 

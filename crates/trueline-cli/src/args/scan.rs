@@ -1,0 +1,99 @@
+//! `trueline scan` and `trueline record`.
+
+use clap::Args;
+use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct LinkArgs {
+    /// Address of this PC and port to listen at
+    #[arg(long, value_name = "IP:PORT")]
+    pub bind: SocketAddr,
+    /// The robot's address; without it, whoever first sends a good frame
+    #[arg(long, value_name = "IP")]
+    pub robot: Option<IpAddr>,
+}
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline record --bind 192.168.125.10:6510 --sensor sensor.toml --out scan --for-s 60
+  trueline robot-sim --pc 127.0.0.1:6510 --path plan &
+  trueline record --bind 127.0.0.1:6510 --out scan
+
+Written: OUT/recording.mcap, flushed four times a second; what was flushed survives whatever happens. Foxglove and Rerun open
+it, `trueline calibrate` reads it. Nothing is ever sent to the robot.
+
+Exit code: 0 recorded, 1 recorded but something was lost (said what), 2 could not record.")]
+pub struct RecordArgs {
+    #[command(flatten)]
+    pub link: LinkArgs,
+    /// Folder to write; it must not hold a recording
+    #[arg(long)]
+    pub out: PathBuf,
+    /// sensor.toml, kept in the recording
+    #[arg(long)]
+    pub sensor: Option<PathBuf>,
+    /// Name of the tool whose poses the controller sends, kept in the recording
+    #[arg(long, default_value = "tool0")]
+    pub tool: String,
+    /// How long, s [default: until Ctrl-C, or until the robot has been silent for 5 s]
+    #[arg(long)]
+    pub for_s: Option<f64>,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline scan plan --write-limits limits.toml                 # limits to begin with; read and narrow them
+  trueline scan plan --limits limits.toml                       # dry run: what would be sent; no socket is opened
+  trueline scan plan --limits limits.toml --pace 0.1 --bind 192.168.125.10:6510 --robot 192.168.125.1 \\
+      --enable-motion --out rehearsal                           # slowly first
+  trueline scan plan --limits limits.toml --bind 192.168.125.10:6510 --robot 192.168.125.1 --enable-motion --out scan
+
+The robot runs the module of `trueline rapid --mode guidance`. Ctrl-C stops it smoothly along the path; a second Ctrl-C falls
+silent at once, and the controller stops by its own timeout. These limits are not safety-rated: fence, enabling
+device and emergency stop protect people, and EGM itself knows no password: keep its network apart.
+
+Exit code: 0 travelled to the end, 1 ended otherwise (said why), 2 could not run.")]
+pub struct ScanArgs {
+    /// A plan's folder, or a robot.csv with the path
+    pub path: PathBuf,
+    /// Limits of every command
+    #[arg(long)]
+    pub limits: Option<PathBuf>,
+    /// Write limits that just hold the path, to be read and narrowed, and do nothing else
+    #[arg(long, conflicts_with_all = ["limits", "enable_motion"])]
+    pub write_limits: Option<PathBuf>,
+    /// Share of the path's own pace, up to 1
+    #[arg(long, default_value_t = 1.0)]
+    pub pace: f64,
+    /// Lead the robot. Asks once more before anything moves
+    #[arg(long, requires_all = ["limits", "bind", "out"])]
+    pub enable_motion: bool,
+    /// Address of this PC and port to listen at
+    #[arg(long, value_name = "IP:PORT", requires = "enable_motion")]
+    pub bind: Option<SocketAddr>,
+    /// The robot's address; without it, whoever first sends a good frame
+    #[arg(long, value_name = "IP", requires = "enable_motion")]
+    pub robot: Option<IpAddr>,
+    /// Folder for the recording; it must not hold one
+    #[arg(long, requires = "enable_motion")]
+    pub out: Option<PathBuf>,
+    /// sensor.toml, kept in the recording [default: the plan's]
+    #[arg(long)]
+    pub sensor: Option<PathBuf>,
+    /// Name of the tool that is led, kept in the recording
+    #[arg(long, default_value = "tool0")]
+    pub tool: String,
+    /// Rest at the end, s: longer than \CondTime, so that the guidance ends by itself
+    #[arg(long, default_value_t = 4.0)]
+    pub hold_s: f64,
+    /// Time between the controller's messages, ms
+    #[arg(long, default_value_t = 4.032)]
+    pub period_ms: f64,
+    /// Print nothing but errors and the question
+    #[arg(long)]
+    pub quiet: bool,
+}

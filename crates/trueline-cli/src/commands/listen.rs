@@ -1,0 +1,97 @@
+//! `trueline listen`.
+
+use crate::args::ListenArgs;
+use crate::failure::Failure;
+use crate::{interrupt, link_text, output};
+use std::io::IsTerminal;
+use std::net::{IpAddr, SocketAddr};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+use trueline_live::{Endpoint, HostClock, LinkWatch};
+
+/// Runs the command.
+pub fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
+    interrupt::watch()?;
+    let mut endpoint = bind(args.bind, args.robot)?;
+    let watch = listen(&mut endpoint, args)?;
+    let report = watch.report();
+    let heard = report.robot.is_some();
+    if let Some(file) = &args.json {
+        output::json(file, &format!("{:#}", link_text::json(&report)))?;
+    }
+    if !args.quiet {
+        let mut text = link_text::text(&report);
+        if !heard {
+            text.push_str(&nothing(args.bind, &report.talkers));
+        }
+        output::summary(args.json.as_deref(), &text)?;
+    }
+    Ok(if heard { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// A socket for a robot.
+pub fn bind(address: SocketAddr, robot: Option<IpAddr>) -> Result<Endpoint, Failure> {
+    Endpoint::bind(address, robot, HostClock::start()).map_err(|error| {
+        let hint = match error.kind() {
+            std::io::ErrorKind::AddrInUse => {
+                "another program listens there; end it, or use another port".to_owned()
+            }
+            std::io::ErrorKind::AddrNotAvailable => {
+                "it is no address of this PC: `ip address` lists them".to_owned()
+            }
+            _ => "ports below 1024 need more rights".to_owned(),
+        };
+        Failure::new(format!("{address}: cannot listen: {error}"), hint)
+    })
+}
+
+fn listen(endpoint: &mut Endpoint, args: &ListenArgs) -> Result<LinkWatch, Failure> {
+    let duration = Duration::try_from_secs_f64(args.for_s).map_err(|_| {
+        Failure::new("--for-s: expected a number of seconds above 0", "for example --for-s 5")
+    })?;
+    let shows = !args.quiet && std::io::stderr().is_terminal();
+    let (start, mut shown) = (Instant::now(), Instant::now());
+    let mut watch = LinkWatch::default();
+    while start.elapsed() < duration && interrupt::times() == 0 {
+        endpoint
+            .hear(Duration::from_millis(50), |heard| watch.note(heard))
+            .map_err(|error| Failure::new(format!("{}: {error}", args.bind), "did the network go away?"))?;
+        if shows && shown.elapsed() > Duration::from_millis(250) {
+            shown = Instant::now();
+            output::status(&line(&watch, duration.saturating_sub(start.elapsed())));
+        }
+    }
+    if shows {
+        output::status("");
+    }
+    Ok(watch)
+}
+
+fn line(watch: &LinkWatch, left: Duration) -> String {
+    let report = watch.report();
+    let heard = match &report.robot {
+        Some((from, frame)) => format!("{from}: {} frames, {}", report.frames, link_text::state(frame)),
+        None => format!("no robot yet; {} senders", report.talkers.len()),
+    };
+    format!("listening, {:.0} s left. {heard}", left.as_secs_f64())
+}
+
+fn nothing(
+    bind: SocketAddr,
+    talkers: &std::collections::BTreeMap<SocketAddr, trueline_live::link_watch::Talker>,
+) -> String {
+    if !talkers.is_empty() {
+        return "No robot was heard, only what is listed above.\n".to_owned();
+    }
+    format!(
+        "Nothing came to {bind}. The controller speaks first; what to look at, most frequent first:\n\
+         \x20 - the UDPUC device's remote address must be {}, its remote port {}; restart the controller after a change\n\
+         \x20 - RAPID must run, up to EGMStreamStart or EGMRunPose, with EGMSetupUC naming that device\n\
+         \x20 - the PC's firewall must let UDP port {} in; on RobotWare 7 the controller's, too, for UDPUC\n\
+         \x20 - a virtual controller of RobotWare 7 sends to 127.0.0.1 alone\n\
+         \x20 - can the controller reach this PC? `ping` it from the other side\n",
+        bind.ip(),
+        bind.port(),
+        bind.port(),
+    )
+}

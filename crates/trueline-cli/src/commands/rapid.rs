@@ -1,0 +1,59 @@
+//! `trueline rapid`.
+
+use crate::args::{ModeName, RapidArgs};
+use crate::failure::Failure;
+use crate::{output, path_file};
+use std::process::ExitCode;
+use trueline_dataset::{Error, Problem, RobotSample};
+use trueline_live::rapid::{RapidCell, guidance_module, stream_module};
+
+/// Runs the command.
+pub fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
+    if args.out.exists() {
+        return Err(Error::in_file(&args.out, Problem::AlreadyExists).into());
+    }
+    if !(args.pace > 0.0 && args.pace <= 1.0) {
+        return Err(Failure::new(
+            format!("--pace: expected a share above 0 and up to 1, found {}", args.pace),
+            "0.1 is a rehearsal",
+        ));
+    }
+    let path = at_pace(path_file::read(&args.path)?, args.pace);
+    let cell = RapidCell {
+        module: args.module.clone(),
+        tool: args.tool.clone(),
+        work_object: args.work_object.clone(),
+        device: args.device.clone(),
+        pc: args.pc,
+        approach_mm_s: args.approach_mm_s,
+        speed_deviation_deg_s: args.speed_deviation_deg_s,
+        timeout_s: args.timeout_s,
+    };
+    let module = match args.mode {
+        ModeName::Stream => stream_module(&cell, &path),
+        ModeName::Guidance => guidance_module(&cell, &path),
+    };
+    let module = module.map_err(|error| {
+        Failure::new(error.to_string(), "names as in RAPID; the path from `trueline plan` or a robot.csv")
+    })?;
+    // RAPID files of controllers have DOS line ends.
+    output::file(&args.out, &module.replace('\n', "\r\n"))?;
+    let then = match args.mode {
+        ModeName::Stream => "start `trueline record`, then run it",
+        ModeName::Guidance => "start `trueline scan --enable-motion`, then run it",
+    };
+    output::words(&format!(
+        "{}: written. No real controller has tried such a module here: check it in RobotStudio, run it in manual\n\
+         reduced speed first. Load it, {then}.",
+        args.out.display()
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+fn at_pace(mut path: Vec<RobotSample>, pace: f64) -> Vec<RobotSample> {
+    let first_ns = path.first().map_or(0, |p| p.stamp_ns);
+    for pose in &mut path {
+        pose.stamp_ns = first_ns + ((pose.stamp_ns - first_ns) as f64 / pace).round() as i64;
+    }
+    path
+}

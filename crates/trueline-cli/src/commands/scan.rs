@@ -1,0 +1,311 @@
+//! `trueline scan`.
+
+use super::listen;
+use crate::args::ScanArgs;
+use crate::failure::Failure;
+use crate::live_recording::LiveRecording;
+use crate::planned_scan::read_text;
+use crate::{interrupt, link_text, output, path_file};
+use std::fmt::Write as _;
+use std::io::{BufRead, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+use thread_priority::{
+    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
+    thread_native_id,
+};
+use trueline_dataset::RobotSample;
+use trueline_live::guide::{Answer, Onlooker, Outcome};
+use trueline_live::link_watch::Brief;
+use trueline_live::motion::{
+    CheckedPath, Ending, Gate, GateState, MotionLimits, Phase, Wish, limits, propose,
+};
+use trueline_live::{Guide, Heard, ReplyTimes};
+use trueline_mcap::NoteLevel;
+
+/// Runs the command.
+pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
+    check(args)?;
+    let poses = path_file::read(&args.path)?;
+    let refused = |error: trueline_live::motion::PathError| {
+        Failure::new(
+            format!("{}: {error}", path_file::file(&args.path).display()),
+            "plan within the limits, travel more slowly (--pace), or widen them (--write-limits shows what it takes)",
+        )
+    };
+    if let Some(file) = &args.write_limits {
+        return write_limits(file, &propose::limits_for(&poses, args.pace).map_err(refused)?);
+    }
+    let limits = match &args.limits {
+        Some(file) => limits::parse(file, &read_text(file)?)?,
+        None => propose::limits_for(&poses, args.pace).map_err(refused)?,
+    };
+    let path = CheckedPath::new(&poses, args.pace, &limits).map_err(refused)?;
+    let plan = plan(&path, &poses, &limits, args);
+    let (true, Some(bind), Some(out)) = (args.enable_motion, args.bind, &args.out) else {
+        output::data(&format!("{plan}Nothing moves: this was the dry run.{}", next_step(args)))?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    confirm(&plan, args)?;
+    interrupt::watch()?;
+    let endpoint = listen::bind(bind, args.robot)?;
+    let sensor = sensor(args);
+    let recording = LiveRecording::create(out, sensor.as_deref(), &args.tool, endpoint.clock())?;
+    let gate = Gate::new(limits, path, args.period_ms * 1e-3);
+    let guide = Guide::new(endpoint, gate, Duration::from_secs_f64(args.hold_s));
+    lead(guide, recording, args)
+}
+
+fn check(args: &ScanArgs) -> Result<(), Failure> {
+    let bad = |what: &str, found: f64| {
+        Failure::new(format!("{what}, found {found}"), "`trueline scan --help` explains it")
+    };
+    if !(args.pace > 0.0 && args.pace <= 1.0) {
+        return Err(bad("--pace: expected a share above 0 and up to 1", args.pace));
+    }
+    if !(args.hold_s > 0.0 && args.hold_s < 600.0) {
+        return Err(bad("--hold-s: expected seconds above 0", args.hold_s));
+    }
+    if !(args.period_ms >= 1.0 && args.period_ms <= 100.0) {
+        return Err(bad("--period-ms: expected 1 to 100", args.period_ms));
+    }
+    Ok(())
+}
+
+fn write_limits(file: &Path, limits: &MotionLimits) -> Result<ExitCode, Failure> {
+    if file.exists() {
+        return Err(trueline_dataset::Error::in_file(file, trueline_dataset::Problem::AlreadyExists).into());
+    }
+    output::file(file, &limits::format(limits))?;
+    output::words(&format!(
+        "{}: limits that just hold the path. Read every line: it is you who allows them.",
+        file.display()
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What would be sent.
+fn plan(path: &CheckedPath, poses: &[RobotSample], limits: &MotionLimits, args: &ScanArgs) -> String {
+    let mut out = String::new();
+    let most = path.extremes();
+    let [low, high] = path.extent_m().map(|corner| corner * 1e3);
+    let start = poses[0].base_from_tool.translation.vector * 1e3;
+    let _ = writeln!(
+        out,
+        "Path of {} poses, {:.1} s{}; {:.1} s to start, as many to stop",
+        poses.len(),
+        path.duration_s(),
+        if args.pace < 1.0 { format!(" at {:.0} % of its pace", 100.0 * args.pace) } else { String::new() },
+        1.0 / path.ramp().slope_per_s + 3.0 * path.ramp().lag_s,
+    );
+    let _ = writeln!(out, "  begins at    x {:.1}  y {:.1}  z {:.1} mm", start.x, start.y, start.z);
+    for (axis, k) in [("x", 0), ("y", 1), ("z", 2)] {
+        let [from, to] = limits.box_m.map(|corner| corner[k] * 1e3);
+        let _ = writeln!(
+            out,
+            "  {axis}            {:.1} to {:.1} mm, allowed {from:.1} to {to:.1}",
+            low[k], high[k]
+        );
+    }
+    let d = f64::to_degrees;
+    let rows = [
+        ("speed", most.speed_m_s * 1e3, limits.speed_m_s * 1e3, "mm/s"),
+        ("acceleration", most.acceleration_m_s2 * 1e3, limits.acceleration_m_s2 * 1e3, "mm/s²"),
+        ("jerk", most.jerk_m_s3 * 1e3, limits.jerk_m_s3 * 1e3, "mm/s³"),
+        ("turning", d(most.turn_rad_s), d(limits.turn_rad_s), "°/s"),
+        ("", d(most.turn_acceleration_rad_s2), d(limits.turn_acceleration_rad_s2), "°/s²"),
+    ];
+    for (what, found, limit, unit) in rows {
+        let _ = writeln!(out, "  {what:<12} up to {found:.1} {unit}, allowed {limit:.1}");
+    }
+    out
+}
+
+fn next_step(args: &ScanArgs) -> &'static str {
+    if args.limits.is_none() {
+        " No limits were given: --write-limits FILE writes some to begin with."
+    } else {
+        " To lead the robot: --enable-motion --bind IP:PORT --robot IP --out FOLDER; --pace 0.1 first."
+    }
+}
+
+/// Asks once more; what is typed must be the word.
+fn confirm(plan: &str, args: &ScanArgs) -> Result<(), Failure> {
+    let from = args.robot.map_or_else(|| "whoever speaks first".to_owned(), |ip| ip.to_string());
+    output::words(&format!(
+        "{plan}\nThis program is about to lead the robot ({from}). Its limits are not safety-rated. Nobody within reach,\n\
+         the enabling device or emergency stop in hand, the first time at --pace 0.1?\n\
+         Ctrl-C stops smoothly along the path; a second Ctrl-C falls silent at once.\n\
+         Type `move` to begin:"
+    ));
+    let mut typed = String::new();
+    let read = std::io::stdin().lock().read_line(&mut typed);
+    if read.is_ok() && typed.trim() == "move" {
+        return Ok(());
+    }
+    Err(Failure::new("not confirmed: nothing was sent", "type the word `move` to begin"))
+}
+
+/// The plan's own sensor stands beside its path.
+fn sensor(args: &ScanArgs) -> Option<PathBuf> {
+    let beside = args.path.join("sensor.toml");
+    args.sensor.clone().or_else(|| beside.exists().then_some(beside))
+}
+
+/// What the leading thread shows to the one that displays.
+struct Shared {
+    shown: Mutex<(Brief, Phase)>,
+    over: AtomicBool,
+}
+
+struct Watching<'a> {
+    recording: LiveRecording,
+    replies: ReplyTimes,
+    shared: &'a Shared,
+}
+
+impl Onlooker for Watching<'_> {
+    fn heard(&mut self, heard: &Heard<'_>) {
+        self.recording.heard(heard);
+    }
+
+    fn answered(&mut self, answer: &Answer) {
+        self.recording.answered(answer);
+        if let Some(took_ns) = answer.since_frame_ns {
+            self.replies.add(took_ns);
+        }
+    }
+
+    fn stepped(&mut self, state: &GateState) {
+        self.recording.tick();
+        // Never waits for the display.
+        if let Ok(mut shown) = self.shared.shown.try_lock() {
+            *shown = (self.recording.watch().brief(), state.phase);
+        }
+    }
+}
+
+fn lead(mut guide: Guide, recording: LiveRecording, args: &ScanArgs) -> Result<ExitCode, Failure> {
+    let shared =
+        Shared { shown: Mutex::new((Brief::default(), Phase::Waiting)), over: AtomicBool::new(false) };
+    let mut watching = Watching { recording, replies: ReplyTimes::default(), shared: &shared };
+    let outcome = thread::scope(|scope| {
+        let leading = scope.spawn(|| {
+            let hurried = hurry();
+            let outcome = guide.run(wish, &mut watching);
+            shared.over.store(true, Ordering::SeqCst);
+            (outcome, hurried)
+        });
+        show(&shared, shows(args));
+        leading.join()
+    });
+    let Ok((outcome, hurried)) = outcome else {
+        return Err(Failure::new(
+            "the leading thread panicked; the controller stops by its timeout",
+            "please report this; the recording is kept",
+        ));
+    };
+    if !hurried && !args.quiet {
+        output::words("warning: no real-time priority (needs CAP_SYS_NICE); a busy PC may pause the scan");
+    }
+    conclude(outcome, watching, args)
+}
+
+fn shows(args: &ScanArgs) -> bool {
+    !args.quiet && std::io::stderr().is_terminal()
+}
+
+/// What Ctrl-C means.
+fn wish() -> Wish {
+    match interrupt::times() {
+        0 => Wish::Go,
+        1 => Wish::Stop,
+        _ => Wish::Silence,
+    }
+}
+
+/// Asks for real-time priority; whether it was granted.
+fn hurry() -> bool {
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    let Ok(priority) = 50_u8.try_into() else { return false };
+    set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(priority), policy)
+        .is_ok()
+}
+
+fn show(shared: &Shared, shows: bool) {
+    while !shared.over.load(Ordering::SeqCst) {
+        thread::sleep(Duration::from_millis(100));
+        if shows && let Some((brief, phase)) = shared.shown.lock().ok().map(|shown| *shown) {
+            output::status(&format!("{}: {}", phase_text(&phase), link_text::brief(&brief)));
+        }
+    }
+    if shows {
+        output::status("");
+    }
+}
+
+fn phase_text(phase: &Phase) -> String {
+    match phase {
+        Phase::Waiting => "waiting for the controller to be guided".to_owned(),
+        Phase::Riding { ride, paused_for: 0, .. } => format!("on the path at {:.1} s", ride.path_s),
+        Phase::Riding { ride, .. } => format!("paused at {:.1} s: this PC was late", ride.path_s),
+        Phase::Stopping { why, .. } => format!("stopping: {why}"),
+        Phase::Holding { why, .. } => format!("holding: {why}"),
+        Phase::Silent { why } => format!("silent: {why}"),
+    }
+}
+
+fn conclude(
+    outcome: std::io::Result<Outcome>,
+    watching: Watching<'_>,
+    args: &ScanArgs,
+) -> Result<ExitCode, Failure> {
+    let Watching { recording, replies, .. } = watching;
+    let (ending, well) = match &outcome {
+        Ok(outcome) => {
+            (ending_text(outcome), outcome.ending == Ending::Travelled && !outcome.onlooker_panicked)
+        }
+        Err(error) => (format!("the socket failed: {error}"), false),
+    };
+    let level = if well { NoteLevel::Info } else { NoteLevel::Error };
+    recording.note(level, format!("the scan ended: {ending}"));
+    let finished = recording.finish();
+    output::words(&format!("The scan ended: {ending}"));
+    for trouble in &finished.troubles {
+        output::words(&format!("warning: {trouble}"));
+    }
+    if !args.quiet {
+        let times = [0.5, 0.99, 0.999, 1.0].map(|share| replies.within_ms(share));
+        output::data(&format!(
+            "{}  answers  {}, sent within {:.2} ms (median), {:.2} ms (99 %), {:.2} ms (99.9 %), {:.2} ms (all)",
+            link_text::text(&finished.watch.report()),
+            replies.count(),
+            times[0],
+            times[1],
+            times[2],
+            times[3],
+        ))?;
+        output::words(&format!("written to {}", finished.file.display()));
+    }
+    Ok(if well && finished.troubles.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+fn ending_text(outcome: &Outcome) -> String {
+    let mut text = outcome.ending.to_string();
+    let mut add = |count: u64, what: &str| {
+        if count > 0 {
+            let _ = write!(text, "; {count} {what}");
+        }
+    };
+    add(outcome.pauses.into(), "pauses because this PC was late");
+    add(outcome.jumps.into(), "frames were not believed: the robot cannot have moved so far");
+    add(outcome.unsent, "answers could not be sent");
+    if outcome.onlooker_panicked {
+        text.push_str("; a part of this program beside the leading loop failed");
+    }
+    text
+}

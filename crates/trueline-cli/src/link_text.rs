@@ -1,0 +1,180 @@
+//! What was heard from a robot, for people and for programs.
+
+use serde_json::{Value, json};
+use std::fmt::Write;
+use trueline_live::RobotFrame;
+use trueline_live::egm::{MciState, MotorState, RapidState};
+use trueline_live::link_watch::{Brief, LinkReport, Timing};
+
+/// The link in some lines.
+pub fn text(report: &LinkReport) -> String {
+    let mut out = String::new();
+    if let Some((from, frame)) = &report.robot {
+        let _ = writeln!(out, "Robot at {from}: {}", frame.generation);
+        robot_lines(&mut out, report, frame);
+    }
+    let strange: Vec<_> = report.talkers.iter().filter(|(_, talker)| !talker.rejected.is_empty()).collect();
+    if !strange.is_empty() {
+        let _ = writeln!(out, "Not used");
+    }
+    for (from, talker) in strange {
+        for (reason, count) in &talker.rejected {
+            let _ = writeln!(out, "  {count:>7} from {from}: {reason}");
+        }
+    }
+    if report.unlisted > 0 {
+        let _ = writeln!(out, "  {:>7} from further senders", report.unlisted);
+    }
+    out
+}
+
+fn robot_lines(out: &mut String, report: &LinkReport, frame: &RobotFrame) {
+    let share = 100.0 * report.lost as f64 / (report.frames + report.lost).max(1) as f64;
+    if let Some(Timing { rate_hz, period_s, delay_s, drift_ppm }) = report.timing {
+        let _ = writeln!(
+            out,
+            "  frames   {}, {rate_hz:.1} a second, every {:.3} ms by its clock",
+            report.frames,
+            period_s * 1e3
+        );
+        let [median, most, worst] = delay_s.map(|s| s * 1e3);
+        let _ = writeln!(
+            out,
+            "  delay    median {median:.2} ms, 99 % {most:.2} ms, worst {worst:.2} ms above the quickest"
+        );
+        let _ = writeln!(out, "  clock    {drift_ppm:+.0} ppm against this PC's");
+    } else {
+        let _ = writeln!(out, "  frames   {}: too few to tell their rate", report.frames);
+    }
+    let _ = writeln!(
+        out,
+        "  lost     {} ({share:.2} %); overtaken {}, repeated {}; longest silence {:.0} ms",
+        report.lost,
+        report.late,
+        report.repeated,
+        report.longest_gap_s * 1e3
+    );
+    let _ = writeln!(out, "  state    {}", state(frame));
+    let p = frame.base_from_tool.translation.vector * 1e3;
+    let _ = writeln!(out, "  tool     x {:.2}  y {:.2}  z {:.2} mm", p.x, p.y, p.z);
+    for warning in warnings(report, frame) {
+        let _ = writeln!(out, "  warning: {warning}");
+    }
+}
+
+/// The link in half a line.
+pub fn brief(brief: &Brief) -> String {
+    match &brief.robot {
+        Some((_, frame)) => {
+            let p = frame.base_from_tool.translation.vector * 1e3;
+            format!(
+                "{} frames, {} lost, x {:.1}  y {:.1}  z {:.1} mm; {}",
+                brief.frames,
+                brief.lost,
+                p.x,
+                p.y,
+                p.z,
+                state(frame)
+            )
+        }
+        None => "no robot yet".to_owned(),
+    }
+}
+
+/// The controller's states in words.
+pub fn state(frame: &RobotFrame) -> String {
+    let motors = match frame.motors {
+        MotorState::On => "motors on",
+        MotorState::Off => "motors OFF",
+        MotorState::Undefined => "motors not told",
+    };
+    let rapid = match frame.rapid {
+        RapidState::Running => "RAPID running",
+        RapidState::Stopped => "RAPID STOPPED",
+        RapidState::Undefined => "RAPID not told",
+    };
+    let mci = match frame.mci {
+        MciState::Running => "guided by the PC",
+        MciState::Stopped => "streaming only (not guided)",
+        MciState::Error => "EGM in ERROR",
+        MciState::Undefined => "guidance not told",
+    };
+    let utilization = frame.utilization_percent.map(|u| format!(", {u:.0} % utilised")).unwrap_or_default();
+    format!("{motors}, {rapid}, {mci}{utilization}")
+}
+
+/// What deserves a word.
+pub fn warnings(report: &LinkReport, frame: &RobotFrame) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let mut warn = |when: bool, text: String| {
+        if when {
+            warnings.push(text);
+        }
+    };
+    warn(
+        report.sessions > 1,
+        format!("the stream began {} times: the controller was restarted, or fell silent", report.sessions),
+    );
+    warn(
+        report.contradictions > 0,
+        format!(
+            "in {} frames quaternion and Euler angles contradict each other; Euler angles count",
+            report.contradictions
+        ),
+    );
+    warn(
+        report.dropped_by_kernel > 0,
+        format!("this PC dropped {} datagrams: its receive buffer is full", report.dropped_by_kernel),
+    );
+    warn(
+        report.without_kernel_stamp > 0,
+        format!("{} datagrams have no stamp of the kernel, but of this program", report.without_kernel_stamp),
+    );
+    warn(
+        frame.utilization_percent.is_some_and(|u| u > 90.0),
+        "the robot is near what it can do; above 100 % it cannot follow".to_owned(),
+    );
+    warn(frame.collided, "the controller has detected a collision".to_owned());
+    warnings
+}
+
+/// The link as JSON.
+pub fn json(report: &LinkReport) -> Value {
+    let talkers: Vec<Value> = report
+        .talkers
+        .iter()
+        .map(|(from, talker)| {
+            json!({
+                "address": from.to_string(),
+                "datagrams": talker.datagrams,
+                "accepted": talker.accepted,
+                "rejected": talker.rejected,
+            })
+        })
+        .collect();
+    let robot = report.robot.as_ref().map(|(from, frame)| {
+        let p = frame.base_from_tool.translation.vector * 1e3;
+        let q = frame.base_from_tool.rotation.quaternion();
+        json!({
+            "address": from.to_string(),
+            "robotware": frame.generation.to_string(),
+            "frames": report.frames,
+            "lost": report.lost,
+            "overtaken": report.late,
+            "repeated": report.repeated,
+            "sessions": report.sessions,
+            "longest_silence_s": report.longest_gap_s,
+            "rate_hz": report.timing.map(|t| t.rate_hz),
+            "period_s": report.timing.map(|t| t.period_s),
+            "delay_above_quickest_s": report.timing.map(|t| json!({
+                "median": t.delay_s[0], "p99": t.delay_s[1], "max": t.delay_s[2],
+            })),
+            "clock_drift_ppm": report.timing.map(|t| t.drift_ppm),
+            "state": state(frame),
+            "position_mm": [p.x, p.y, p.z],
+            "rotation_wxyz": [q.w, q.i, q.j, q.k],
+            "warnings": warnings(report, frame),
+        })
+    });
+    json!({ "robot": robot, "senders": talkers, "datagrams_dropped_by_this_pc": report.dropped_by_kernel })
+}

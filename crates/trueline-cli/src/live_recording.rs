@@ -1,0 +1,185 @@
+//! What is heard and said live, into `recording.mcap`.
+
+use crate::failure::Failure;
+use crate::planned_scan::read_text;
+use std::path::{Path, PathBuf};
+use trueline_dataset::sensor_toml;
+use trueline_live::guide::Answer;
+use trueline_live::host_clock::{Reading, StepWatch};
+use trueline_live::{Heard, HostClock, LinkWatch};
+use trueline_mcap::{
+    About, AnswerEntry, ClockEntry, Entry, NoteEntry, NoteLevel, Recorder, RecorderHandle, RejectedEntry,
+    RobotEntry,
+};
+
+/// Name of the recording in its folder.
+pub const RECORDING: &str = "recording.mcap";
+
+/// Foreign datagrams that are kept byte for byte; more are counted.
+const MOST_REJECTED: u64 = 1000;
+/// Between readings of both clocks, ns.
+const CLOCK_EVERY_NS: i64 = 1_000_000_000;
+
+/// A recording that is under way.
+pub struct LiveRecording {
+    file: PathBuf,
+    recorder: Recorder,
+    handle: RecorderHandle,
+    watch: LinkWatch,
+    clock: HostClock,
+    steps: StepWatch,
+    clock_read_ns: i64,
+    clock_steps: u32,
+    rejected: u64,
+}
+
+/// What became of it.
+pub struct Finished {
+    /// The file.
+    pub file: PathBuf,
+    /// The link.
+    pub watch: LinkWatch,
+    /// What was lost or disturbed, in words.
+    pub troubles: Vec<String>,
+}
+
+impl LiveRecording {
+    /// Begins a recording in a folder that has none.
+    pub fn create(out: &Path, sensor: Option<&Path>, tool: &str, clock: HostClock) -> Result<Self, Failure> {
+        let sensor_text = sensor.map(read_text).transpose()?;
+        if let (Some(file), Some(text)) = (sensor, &sensor_text) {
+            sensor_toml::parse(file, text)?;
+        }
+        std::fs::create_dir_all(out).map_err(|error| Failure::cannot_write(out, &error))?;
+        let file = out.join(RECORDING);
+        let about = About {
+            sensor_toml: sensor_text,
+            stamp_meaning: "robot: arrival at this PC (kernel), by a steady clock".to_owned(),
+            command: crate::output::command_line(),
+            tool: tool.to_owned(),
+        };
+        let recorder = Recorder::create(&file, &about)?;
+        Ok(Self {
+            file,
+            handle: recorder.handle(),
+            recorder,
+            watch: LinkWatch::default(),
+            clock,
+            steps: StepWatch::default(),
+            clock_read_ns: i64::MIN,
+            clock_steps: 0,
+            rejected: 0,
+        })
+    }
+
+    /// What finds no room is counted there, and told at the end; nothing here waits for a disk.
+    fn keep(&self, entry: Entry) {
+        let _counted = self.handle.offer(entry);
+    }
+
+    /// The link so far.
+    pub fn watch(&self) -> &LinkWatch {
+        &self.watch
+    }
+
+    /// Why writing stopped, if it did.
+    pub fn failure(&self) -> Option<String> {
+        self.handle.state().failure
+    }
+
+    /// Keeps a datagram.
+    pub fn heard(&mut self, heard: &Heard<'_>) {
+        self.watch.note(heard);
+        let datagram = &heard.datagram;
+        let bytes = datagram.bytes.to_vec();
+        let steady_ns = datagram.arrival.steady_ns;
+        match heard.judged {
+            Ok((frame, _)) => {
+                self.keep(Entry::Robot(RobotEntry {
+                    datagram: bytes,
+                    from: datagram.from,
+                    steady_ns,
+                    kernel_wall_ns: datagram.arrival.kernel_wall_ns,
+                    read_wall_ns: datagram.arrival.read.wall_ns,
+                    sequence: frame.sequence,
+                    device_ns: frame.device_ns,
+                    ptp_ns: frame.ptp_ns,
+                    base_from_tool: frame.base_from_tool,
+                }));
+            }
+            Err(reason) => {
+                self.rejected += 1;
+                if self.rejected <= MOST_REJECTED {
+                    let reason = reason.to_string();
+                    let entry = RejectedEntry { datagram: bytes, from: datagram.from, steady_ns, reason };
+                    self.keep(Entry::Rejected(entry));
+                }
+            }
+        }
+    }
+
+    /// Keeps an answer.
+    pub fn answered(&mut self, answer: &Answer) {
+        self.keep(Entry::Answer(AnswerEntry {
+            datagram: answer.bytes.clone(),
+            to: answer.to,
+            steady_ns: answer.steady_ns,
+            sequence: answer.sequence,
+        }));
+    }
+
+    /// Keeps some words.
+    pub fn note(&self, level: NoteLevel, text: String) {
+        let steady_ns = self.clock.read().steady_ns;
+        self.keep(Entry::Note(NoteEntry { steady_ns, level, text }));
+    }
+
+    /// Looks at the clocks; cheap enough for every step.
+    pub fn tick(&mut self) {
+        let Reading { steady_ns, wall_ns } = self.clock.read();
+        if let Some(step_ns) = self.steps.step_ns(Reading { steady_ns, wall_ns }) {
+            self.clock_steps += 1;
+            let text = format!("this PC's clock was set by {:+.3} s", step_ns as f64 * 1e-9);
+            self.note(NoteLevel::Warning, text);
+        } else if steady_ns < self.clock_read_ns.saturating_add(CLOCK_EVERY_NS) {
+            return;
+        }
+        self.clock_read_ns = steady_ns;
+        self.keep(Entry::Clock(ClockEntry { steady_ns, wall_ns }));
+    }
+
+    /// Ends the recording.
+    pub fn finish(self) -> Finished {
+        for (reason, count) in self.watch.report().talkers.values().flat_map(|t| t.rejected.clone()) {
+            self.note(NoteLevel::Info, format!("{count} datagrams not used: {reason}"));
+        }
+        let mut troubles = Vec::new();
+        if self.clock_steps > 0 {
+            troubles.push(format!(
+                "this PC's clock was set {} times; the recording's stamps go on evenly",
+                self.clock_steps
+            ));
+        }
+        if self.rejected > MOST_REJECTED {
+            troubles.push(format!(
+                "{} datagrams that are not the robot's were counted only",
+                self.rejected - MOST_REJECTED
+            ));
+        }
+        let refused = self.handle.state().refused;
+        match self.recorder.finish() {
+            Ok(_) if refused > 0 => {
+                troubles.push(format!("the disk was too slow: {refused} entries are missing"));
+            }
+            Ok(_) => {}
+            Err(error) => troubles.push(format!("{error} ({})", error.hint())),
+        }
+        Finished { file: self.file, watch: self.watch, troubles }
+    }
+}
+
+impl From<trueline_mcap::RecordError> for Failure {
+    fn from(error: trueline_mcap::RecordError) -> Self {
+        Self::new(error.to_string(), error.hint())
+    }
+}

@@ -1,0 +1,65 @@
+//! Limits that just hold a path: something to begin with, to be read and narrowed by whoever answers for the robot.
+
+use super::checked_path::{BRISKEST_PER_S, CheckedPath, LAG_S, PathError};
+use super::limits::{FASTEST_M_S, MotionLimits};
+use nalgebra::{UnitVector3, Vector3};
+use trueline_dataset::RobotSample;
+
+/// Room on every side of the path beside where the scan may begin, m.
+const ROOM_M: f64 = 0.02;
+/// Room of the cone, rad.
+const ROOM_RAD: f64 = 0.05;
+/// What is left between the path and its limits.
+const SLACK: f64 = 1.1;
+
+/// Limits for a path at a share of its own pace.
+///
+/// # Errors
+/// A path that no limits would make good.
+pub fn limits_for(poses: &[RobotSample], pace: f64) -> Result<MotionLimits, PathError> {
+    let axis = poses.iter().map(|p| p.base_from_tool.rotation * Vector3::z()).sum::<Vector3<f64>>();
+    let tool_axis = UnitVector3::try_new(axis, 1e-3).ok_or(PathError::Attitude { at_s: 0.0 })?;
+    let anything = anything(tool_axis);
+    let path = CheckedPath::new(poses, pace, &anything)?;
+    let most = path.extremes();
+    let start_m = 0.005;
+    let start_rad = 2.0_f64.to_radians();
+    let [low, high] = path.extent_m();
+    let room = Vector3::repeat(start_m + ROOM_M);
+    let lean = poses.iter().map(|p| anything.cone_angle_rad(&p.base_from_tool)).fold(0.0, f64::max);
+    let speeding = BRISKEST_PER_S;
+    Ok(MotionLimits {
+        box_m: [low - room, high + room],
+        tool_axis,
+        cone_rad: lean + start_rad + ROOM_RAD,
+        speed_m_s: (most.speed_m_s * SLACK).min(FASTEST_M_S),
+        acceleration_m_s2: (most.acceleration_m_s2 + most.speed_m_s * speeding) * SLACK,
+        jerk_m_s3: (most.jerk_m_s3
+            + speeding * (3.0 * most.acceleration_m_s2 + 2.0 * most.speed_m_s / LAG_S))
+            * SLACK,
+        turn_rad_s: (most.turn_rad_s * SLACK).max(0.01),
+        turn_acceleration_rad_s2: (most.turn_acceleration_rad_s2 + most.turn_rad_s * speeding).max(0.01)
+            * SLACK,
+        deviation_m: 0.015,
+        deviation_rad: 5.0_f64.to_radians(),
+        start_m,
+        start_rad,
+    })
+}
+
+fn anything(tool_axis: UnitVector3<f64>) -> MotionLimits {
+    MotionLimits {
+        box_m: [Vector3::repeat(-1e3), Vector3::repeat(1e3)],
+        tool_axis,
+        cone_rad: 10.0,
+        speed_m_s: 1e3,
+        acceleration_m_s2: 1e6,
+        jerk_m_s3: 1e9,
+        turn_rad_s: 1e3,
+        turn_acceleration_rad_s2: 1e6,
+        deviation_m: 1.0,
+        deviation_rad: 1.0,
+        start_m: 0.0,
+        start_rad: 0.0,
+    }
+}
