@@ -1,7 +1,9 @@
 //! What was heard from a robot, for people and for programs.
 
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::net::SocketAddr;
 use trueline_live::RobotFrame;
 use trueline_live::egm::{MciState, MotorState, RapidState};
 use trueline_live::link_watch::{Brief, LinkReport, Timing};
@@ -13,19 +15,34 @@ pub fn text(report: &LinkReport) -> String {
         let _ = writeln!(out, "Robot at {from}: {}", frame.generation);
         robot_lines(&mut out, report, frame);
     }
-    let strange: Vec<_> = report.talkers.iter().filter(|(_, talker)| !talker.rejected.is_empty()).collect();
-    if !strange.is_empty() {
+    let reasons = by_reason(report);
+    if !reasons.is_empty() {
         let _ = writeln!(out, "Not used");
     }
-    for (from, talker) in strange {
-        for (reason, count) in &talker.rejected {
-            let _ = writeln!(out, "  {count:>7} from {from}: {reason}");
-        }
+    for (reason, (count, senders)) in reasons {
+        let others = match senders.len() {
+            1 => String::new(),
+            more => format!(" and {} more senders", more - 1),
+        };
+        let _ = writeln!(out, "  {count:>7} from {}{others}: {reason}", senders[0]);
     }
     if report.unlisted > 0 {
         let _ = writeln!(out, "  {:>7} from further senders", report.unlisted);
     }
     out
+}
+
+/// Datagrams that were not used and who sent them, by reason.
+fn by_reason(report: &LinkReport) -> BTreeMap<&str, (u64, Vec<SocketAddr>)> {
+    let mut reasons: BTreeMap<&str, (u64, Vec<SocketAddr>)> = BTreeMap::new();
+    for (from, talker) in &report.talkers {
+        for (reason, count) in &talker.rejected {
+            let entry = reasons.entry(reason.as_str()).or_default();
+            entry.0 += count;
+            entry.1.push(*from);
+        }
+    }
+    reasons
 }
 
 fn robot_lines(out: &mut String, report: &LinkReport, frame: &RobotFrame) {

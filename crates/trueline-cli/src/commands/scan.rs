@@ -252,7 +252,7 @@ fn phase_text(phase: &Phase) -> String {
     match phase {
         Phase::Waiting => "waiting for the controller to be guided".to_owned(),
         Phase::Riding { ride, paused_for: 0, .. } => format!("on the path at {:.1} s", ride.path_s),
-        Phase::Riding { ride, .. } => format!("paused at {:.1} s: this PC was late", ride.path_s),
+        Phase::Riding { ride, .. } => format!("paused at {:.1} s: frames came late", ride.path_s),
         Phase::Stopping { why, .. } => format!("stopping: {why}"),
         Phase::Holding { why, .. } => format!("holding: {why}"),
         Phase::Silent { why } => format!("silent: {why}"),
@@ -298,12 +298,12 @@ fn ending_text(outcome: &Outcome) -> String {
     let mut text = outcome.ending.to_string();
     let mut add = |count: u64, what: &str| {
         if count > 0 {
-            let _ = write!(text, "; {count} {what}");
+            let _ = write!(text, "; {what}: {count}");
         }
     };
-    add(outcome.pauses.into(), "pauses because this PC was late");
-    add(outcome.jumps.into(), "frames were not believed: the robot cannot have moved so far");
-    add(outcome.unsent, "answers could not be sent");
+    add(outcome.pauses.into(), "pauses because frames came late or not at all");
+    add(outcome.jumps.into(), "frames not believed, the robot cannot have moved so far");
+    add(outcome.unsent, "answers that could not be sent");
     if outcome.onlooker_panicked {
         text.push_str("; a part of this program beside the leading loop failed");
     }

@@ -20,11 +20,11 @@ TRUELINE=${TRUELINE:-$here/../../../../target/release/trueline}
 PYTHON=${PYTHON:-python3}
 
 # ---- the commands under test: PORT and DIR are replaced ----------------------------------------------------------
-ROBOT_SIM=("$TRUELINE" robot-sim --pc 127.0.0.1:PORT --for-s 6 --mode guidance)
+ROBOT_SIM=("$TRUELINE" robot-sim --pc 127.0.0.1:PORT --for-s 6 --mode guidance --near-mm 0.05 --near-for-s 3)
 LISTEN=("$TRUELINE" listen --bind 127.0.0.1:PORT --for-s 4)
 RECORD=("$TRUELINE" record --bind 127.0.0.1:PORT --for-s 4 --out DIR)
-# How many frames it took, from the last line of its output that `sed -nE` finds this in: the locked robot's only.
-LISTEN_COUNT='s/^(.*[^0-9])?([0-9]+) (datagrams|messages|frames).*$/\2/p'
+# How many frames of the robot it took, by the line that `sed -nE` finds this in.
+LISTEN_COUNT='s/^ *frames +([0-9]+),.*$/\1/p'
 # ---- the peers ---------------------------------------------------------------------------------------------------
 CLIENT=abb-robot-client CLIENT_VERSION=0.4.0
 EGM=ABBRobotEGM EGM_VERSION=1.0.7

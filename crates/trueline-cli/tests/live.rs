@@ -1,0 +1,379 @@
+//! The live commands as their user runs them, against the simulated controller on loopback.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use serde_json::Value;
+use std::fs;
+use std::io::Write;
+use std::net::UdpSocket;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trueline"));
+    command.current_dir(folder).args(arguments).stdin(Stdio::null());
+    command
+}
+
+fn trueline(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().unwrap()
+}
+
+fn start(folder: &Path, arguments: &[&str]) -> Child {
+    command(folder, arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A port that is free now.
+fn address() -> String {
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    socket.local_addr().unwrap().to_string()
+}
+
+/// A gentle path of 3 s, a pose every 20 ms.
+fn write_path(folder: &Path) {
+    let mut text = String::from("time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n");
+    for k in 0..=150 {
+        let t = f64::from(k) * 0.02;
+        let a = 0.05 * (2.0 * t).sin();
+        let (x, y) = (900.0 + 30.0 * t, 5.0 * (3.0 * t).sin());
+        text.push_str(&format!("{t:.2},{x:.6},{y:.6},600,{:.9},{:.9},0,0\n", a.sin(), a.cos()));
+    }
+    fs::write(folder.join("path.csv"), text).unwrap();
+}
+
+/// A frame comes at least every so often on a machine that is busy with other tests: the watchdogs get patience.
+const PATIENT: [&str; 2] = ["--period-ms", "100"];
+
+/// A simulated controller that ends with the test.
+struct Robot(Child);
+
+impl Drop for Robot {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn guided(folder: &Path, pc: &str, more: &[&str]) -> Robot {
+    let mut arguments = vec![
+        "robot-sim",
+        "--pc",
+        pc,
+        "--mode",
+        "guidance",
+        "--path",
+        "path.csv",
+        "--gain-per-s",
+        "20",
+        "--near-mm",
+        "0.05",
+        "--near-deg",
+        "0.05",
+        "--near-for-s",
+        "3",
+        "--timeout-s",
+        "2",
+        "--for-s",
+        "30",
+    ];
+    arguments.extend(more);
+    Robot(start(folder, &arguments))
+}
+
+fn lead(folder: &Path, pc: &str, more: &[&str]) -> Child {
+    let mut arguments = vec![
+        "scan",
+        "path.csv",
+        "--limits",
+        "limits.toml",
+        "--enable-motion",
+        "--bind",
+        pc,
+        "--robot",
+        "127.0.0.1",
+        "--out",
+        "scan",
+        "--hold-s",
+        "3.5",
+    ];
+    arguments.extend(PATIENT);
+    arguments.extend(more);
+    let mut scan = start(folder, &arguments);
+    scan.stdin.take().unwrap().write_all(b"move\n").unwrap();
+    thread::sleep(Duration::from_millis(300));
+    scan
+}
+
+fn interrupt(child: &Child) {
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+}
+
+/// Waits for a sentence in what a simulated controller says at its end.
+fn ended(mut robot: Child) -> String {
+    let deadline = Instant::now() + Duration::from_secs(20);
+    while robot.try_wait().unwrap().is_none() && Instant::now() < deadline {
+        thread::sleep(Duration::from_millis(100));
+    }
+    let _ = robot.kill();
+    words(&robot.wait_with_output().unwrap())
+}
+
+fn folder_with_limits() -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    write_path(dir.path());
+    let written = trueline(dir.path(), &["scan", "path.csv", "--write-limits", "limits.toml"]);
+    assert_eq!(code(&written), 0, "{}", words(&written));
+    dir
+}
+
+#[test]
+fn listen_tells_who_talks_and_says_what_to_look_at_when_nobody_does() {
+    let dir = tempfile::tempdir().unwrap();
+    let pc = address();
+    let silent = trueline(dir.path(), &["listen", "--bind", &pc, "--for-s", "0.2"]);
+    assert_eq!(code(&silent), 1);
+    assert!(
+        String::from_utf8_lossy(&silent.stdout).contains("UDPUC device's remote address must be 127.0.0.1")
+    );
+
+    let robot = start(
+        dir.path(),
+        &[
+            "robot-sim",
+            "--pc",
+            &pc,
+            "--for-s",
+            "3",
+            "--robotware",
+            "6.10",
+            "--loss",
+            "0.02",
+            "--drift-ppm",
+            "-200",
+        ],
+    );
+    let heard = trueline(dir.path(), &["listen", "--bind", &pc, "--for-s", "2", "--json", "link.json"]);
+    assert_eq!(code(&heard), 0, "{}", words(&heard));
+    let link: Value = serde_json::from_slice(&fs::read(dir.path().join("link.json")).unwrap()).unwrap();
+    let robot_heard = &link["robot"];
+    assert_eq!(robot_heard["robotware"], "RobotWare 6.10 or later");
+    assert!((robot_heard["period_s"].as_f64().unwrap() - 0.004_032).abs() < 2e-6);
+    assert!(robot_heard["lost"].as_u64().unwrap() > 0);
+    assert!(robot_heard["state"].as_str().unwrap().contains("streaming only"));
+    assert!(ended(robot).contains("frames sent"));
+}
+
+#[test]
+fn addresses_that_are_not_ours_or_taken_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let foreign = trueline(dir.path(), &["listen", "--bind", "192.0.2.77:6510"]);
+    assert_eq!(code(&foreign), 2);
+    assert!(words(&foreign).contains("no address of this PC"));
+    let taken = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let busy = trueline(dir.path(), &["listen", "--bind", &taken.local_addr().unwrap().to_string()]);
+    assert_eq!(code(&busy), 2);
+    assert!(words(&busy).contains("another program listens there"));
+    for bad in [["--loss", "1.5"], ["--period-ms", "0"], ["--event", "5:explode"], ["--gain-per-s", "NaN"]] {
+        let mut arguments = vec!["robot-sim", "--pc", "127.0.0.1:9"];
+        arguments.extend(bad);
+        assert_eq!(code(&trueline(dir.path(), &arguments)), 2, "{bad:?}");
+    }
+}
+
+#[test]
+fn nothing_moves_without_limits_the_option_and_the_word() {
+    let dir = folder_with_limits();
+    let pc = address();
+    let dry = trueline(dir.path(), &["scan", "path.csv", "--limits", "limits.toml"]);
+    assert_eq!(code(&dry), 0);
+    assert!(String::from_utf8_lossy(&dry.stdout).contains("Nothing moves"));
+    let enabled = ["scan", "path.csv", "--enable-motion", "--bind", &pc, "--out", "scan"];
+    assert_eq!(code(&trueline(dir.path(), &enabled)), 2, "limits are asked for");
+    let mut with_limits = enabled.to_vec();
+    with_limits.extend(["--limits", "limits.toml"]);
+    let socket = UdpSocket::bind(&pc).unwrap();
+    drop(socket);
+    for typed in ["", "yes\n", "Move it\n"] {
+        let mut scan = start(dir.path(), &with_limits);
+        scan.stdin.take().unwrap().write_all(typed.as_bytes()).unwrap();
+        let output = scan.wait_with_output().unwrap();
+        assert_eq!(code(&output), 2);
+        assert!(words(&output).contains("not confirmed: nothing was sent"));
+    }
+    assert!(!dir.path().join("scan").exists());
+}
+
+#[test]
+fn limits_files_say_everything_and_are_checked() {
+    let dir = folder_with_limits();
+    let good = fs::read_to_string(dir.path().join("limits.toml")).unwrap();
+    let refused = |text: &str, word: &str| {
+        fs::write(dir.path().join("bad.toml"), text).unwrap();
+        let output = trueline(dir.path(), &["scan", "path.csv", "--limits", "bad.toml"]);
+        assert_eq!(code(&output), 2, "{word}");
+        assert!(words(&output).contains(word), "{word}: {}", words(&output));
+    };
+    let without = |key: &str| -> String {
+        good.lines().filter(|line| !line.starts_with(key)).map(|line| format!("{line}\n")).collect()
+    };
+    let with = |key: &str, value: &str| -> String {
+        good.lines()
+            .map(
+                |line| if line.starts_with(key) { format!("{key} = {value}\n") } else { format!("{line}\n") },
+            )
+            .collect()
+    };
+    refused(&without("jerk_mm_s3"), "jerk_mm_s3");
+    refused(&with("speed_mm_s", "251"), "250 mm/s");
+    refused(&with("speed_mm_s", "-1"), "above 0");
+    refused(&with("speed_mm_s", "nan"), "above 0");
+    refused(&with("axis", "[0, 0, 0]"), "a direction");
+    refused(&with("min_mm", "[2000, 0, 0]"), "min_mm below max_mm");
+    refused(&(good.clone() + "\n[extra]\na = 1\n"), "extra");
+    refused(&with("speed_mm_s", "10"), "the speed reaches");
+    refused(&with("max_mm", "[950, 100, 700]"), "outside the box");
+}
+
+#[test]
+fn a_scan_travels_its_path_and_records_it() {
+    let dir = folder_with_limits();
+    let pc = address();
+    let scan = lead(dir.path(), &pc, &[]);
+    let robot = guided(dir.path(), &pc, &["--loss", "0.01", "--reorder", "0.01"]);
+    let output = scan.wait_with_output().unwrap();
+    assert_eq!(code(&output), 0, "{}", words(&output));
+    assert!(words(&output).contains("the path was travelled"));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("answers"));
+    // At rest for the condition time, EGMRunPose returned.
+    drop(robot);
+    let recording = dir.path().join("scan/recording.mcap");
+    assert!(fs::metadata(&recording).unwrap().len() > 100_000);
+    // What was recorded is never overwritten.
+    let mut again = start(
+        dir.path(),
+        &["scan", "path.csv", "--limits", "limits.toml", "--enable-motion", "--bind", &pc, "--out", "scan"],
+    );
+    again.stdin.take().unwrap().write_all(b"move\n").unwrap();
+    let again = again.wait_with_output().unwrap();
+    assert_eq!(code(&again), 2);
+    assert!(words(&again).contains("overwritten"));
+}
+
+#[test]
+fn ctrl_c_stops_smoothly_and_twice_falls_silent() {
+    let dir = folder_with_limits();
+    let pc = address();
+    let scan = lead(dir.path(), &pc, &[]);
+    let robot = guided(dir.path(), &pc, &[]);
+    thread::sleep(Duration::from_millis(1500));
+    interrupt(&scan);
+    let output = scan.wait_with_output().unwrap();
+    assert_eq!(code(&output), 1);
+    assert!(words(&output).contains("stopped by the operator"), "{}", words(&output));
+    drop(robot);
+
+    fs::rename(dir.path().join("scan"), dir.path().join("first")).unwrap();
+    let pc = address();
+    let scan = lead(dir.path(), &pc, &[]);
+    let robot = guided(dir.path(), &pc, &[]);
+    thread::sleep(Duration::from_millis(1500));
+    let start = Instant::now();
+    interrupt(&scan);
+    thread::sleep(Duration::from_millis(50));
+    interrupt(&scan);
+    let output = scan.wait_with_output().unwrap();
+    assert_eq!(code(&output), 1);
+    assert!(start.elapsed() < Duration::from_secs(3), "it does not hold for 3.5 s");
+    // The controller notices by its timeout.
+    drop(robot);
+}
+
+#[test]
+fn faults_of_the_robot_end_the_scan_with_their_name() {
+    for (event, sentence) in [("2:emergency-stop", "left guidance"), ("2:collision", "collision")] {
+        let dir = folder_with_limits();
+        let pc = address();
+        let scan = lead(dir.path(), &pc, &[]);
+        let robot = guided(dir.path(), &pc, &["--event", event]);
+        let output = scan.wait_with_output().unwrap();
+        assert_eq!(code(&output), 1, "{event}");
+        assert!(words(&output).contains(sentence), "{event}: {}", words(&output));
+        drop(robot);
+    }
+}
+
+#[test]
+fn a_robot_elsewhere_is_not_led() {
+    let dir = folder_with_limits();
+    let moved = fs::read_to_string(dir.path().join("path.csv")).unwrap().replace(",600,", ",620,");
+    fs::create_dir(dir.path().join("elsewhere")).unwrap();
+    fs::write(dir.path().join("elsewhere/path.csv"), moved).unwrap();
+    let pc = address();
+    let scan = lead(dir.path(), &pc, &[]);
+    let robot = guided(&dir.path().join("elsewhere"), &pc, &[]);
+    let output = scan.wait_with_output().unwrap();
+    assert_eq!(code(&output), 1);
+    assert!(words(&output).contains("20.0 mm"), "{}", words(&output));
+    drop(robot);
+}
+
+#[test]
+fn recordings_survive_a_restart_junk_and_kill_9() {
+    let dir = tempfile::tempdir().unwrap();
+    let pc = address();
+    let mut record = start(dir.path(), &["record", "--bind", &pc, "--out", "rec"]);
+    thread::sleep(Duration::from_millis(300));
+    let junk = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let robot =
+        Robot(start(dir.path(), &["robot-sim", "--pc", &pc, "--for-s", "3", "--event", "1.5:restart"]));
+    for k in 0..40 {
+        thread::sleep(Duration::from_millis(50));
+        let _ = junk.send_to(&vec![0xff; k * 60], &pc);
+    }
+    thread::sleep(Duration::from_millis(700));
+    record.kill().unwrap();
+    record.wait().unwrap();
+    drop(robot);
+    let size = fs::metadata(dir.path().join("rec/recording.mcap")).unwrap().len();
+    assert!(size > 50_000, "{size} bytes");
+}
+
+#[test]
+fn rapid_modules_are_written_once_and_say_what_nobody_tried() {
+    let dir = tempfile::tempdir().unwrap();
+    write_path(dir.path());
+    for mode in ["stream", "guidance"] {
+        let file = format!("{mode}.mod");
+        let arguments = [
+            "rapid",
+            "path.csv",
+            "--mode",
+            mode,
+            "--pc",
+            "192.168.125.10:6510",
+            "--out",
+            &file,
+            "--tool",
+            "tCam",
+        ];
+        let written = trueline(dir.path(), &arguments);
+        assert_eq!(code(&written), 0, "{}", words(&written));
+        let text = fs::read_to_string(dir.path().join(&file)).unwrap();
+        assert!(text.contains("NOT TRIED") && text.contains("tCam") && text.contains("192.168.125.10"));
+        assert_eq!(code(&trueline(dir.path(), &arguments)), 2, "never overwritten");
+    }
+}
