@@ -14,7 +14,7 @@ mod simulate;
 pub use calibrate::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 pub use evaluate::{EvaluateArgs, FormName, ReproduceArgs};
 pub use features::{FeaturesArgs, JointName};
-pub use import::{ImportArgs, ImportFormat};
+pub use import::{BagArgs, ImportArgs, ImportFormat};
 pub use listen::ListenArgs;
 pub use plan::{CriterionName, PlanArgs, ShapeName};
 pub use rapid::RapidArgs;

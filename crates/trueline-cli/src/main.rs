@@ -8,6 +8,7 @@ mod failure;
 mod interrupt;
 mod link_text;
 mod live_recording;
+mod opened_dataset;
 mod outlier_frames;
 mod output;
 mod overlay;

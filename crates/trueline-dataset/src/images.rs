@@ -85,7 +85,8 @@ fn file_name<R: std::io::Read>(table: &Table<'_, R>) -> Result<String, Error> {
     Ok(name.to_owned())
 }
 
-/// Writes the index of a dataset folder; it must not exist.
+/// Writes the index of a dataset folder; it must not exist. Stamps of the camera's own clock are written if every frame
+/// has one.
 ///
 /// # Errors
 /// What the operating system says.
@@ -94,12 +95,17 @@ pub fn write_index(dataset: &Path, frames: &[FrameFile]) -> Result<(), Error> {
     if file.exists() {
         return Err(Error::in_file(&file, Problem::AlreadyExists));
     }
+    let device = frames.iter().all(|frame| frame.device_ns.is_some());
     let write = || {
         let mut out = BufWriter::new(fs::File::create(&file)?);
-        writeln!(out, "time_s,file,frame")?;
+        writeln!(out, "time_s,file,frame{}", if device { ",device_time_s" } else { "" })?;
         for frame in frames {
             let name = frame.path.file_name().unwrap_or_default().to_string_lossy();
-            writeln!(out, "{},{name},{}", stamp::format_seconds(frame.stamp_ns), frame.frame)?;
+            write!(out, "{},{name},{}", stamp::format_seconds(frame.stamp_ns), frame.frame)?;
+            if let (true, Some(device_ns)) = (device, frame.device_ns) {
+                write!(out, ",{}", stamp::format_seconds(device_ns))?;
+            }
+            writeln!(out)?;
         }
         out.flush()
     };

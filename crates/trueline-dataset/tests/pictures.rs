@@ -48,6 +48,31 @@ fn an_index_may_have_no_counter_and_its_columns_in_any_order() {
 }
 
 #[test]
+fn an_index_comes_back_as_it_was_written() {
+    let frame = |frame: u64, device_ns: Option<i64>| images::FrameFile {
+        stamp_ns: 1_763_689_200_000_000_001 + 33_333_333 * frame as i64,
+        frame,
+        device_ns,
+        path: format!("{frame}.png").into(),
+    };
+    let back = |frames: &[images::FrameFile]| {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("images")).unwrap();
+        images::write_index(folder.path(), frames).unwrap();
+        let mut back = images::read_index(folder.path()).unwrap();
+        for frame in &mut back {
+            frame.path = frame.path.file_name().unwrap().into();
+        }
+        back
+    };
+    let stamped = [frame(3, Some(-5)), frame(4, Some(1_000_000_007))];
+    assert_eq!(back(&stamped), stamped);
+    // A column is there for all or for none.
+    let partly = [frame(3, None), frame(4, Some(1))];
+    assert_eq!(back(&partly), [frame(3, None), frame(4, None)]);
+}
+
+#[test]
 fn an_index_that_cannot_be_used_says_where() {
     assert!(refusal("time_s,file\n").contains("no data rows"));
     assert!(refusal("time_s\n1\n").contains("column `file` is missing"));

@@ -86,4 +86,43 @@ A mapping is ours=theirs; the unit stands in our name. Without a mapping a file 
         #[arg(long)]
         sensor: PathBuf,
     },
+    /// A recording of trueline, or any MCAP file with poses or tf, and pictures
+    #[command(after_help = BAG_HELP)]
+    Mcap(BagArgs),
+    /// A recording of ROS 2: a rosbag2 folder, .db3 or .db3.zstd
+    #[command(after_help = BAG_HELP)]
+    Rosbag2(BagArgs),
+}
+
+const BAG_HELP: &str = "Examples:
+  trueline import mcap recording.mcap --out scan
+  trueline import mcap drive.mcap --sensor sensor.toml --base base_link --tool tool0 --out scan
+  trueline import rosbag2 rosbag2_2026_11_21 --sensor sensor.toml --pose-topic /robot/pose --out scan
+
+Poses: PoseStamped, TransformStamped, tf and tf_static, Foxglove's PoseInFrame and FrameTransform. Pictures: Image (mono8, mono16),
+CompressedImage (png), Foxglove's RawImage and CompressedImage. Joint angles alone will not do: they need the robot's
+kinematics. The stamps are those in the headers. Where there is one of a kind it is taken; else it must be named.";
+
+#[derive(Args)]
+pub struct BagArgs {
+    /// The recording
+    pub src: PathBuf,
+    /// Folder to write
+    #[arg(long)]
+    pub out: PathBuf,
+    /// sensor.toml [default: the one in the recording]
+    #[arg(long)]
+    pub sensor: Option<PathBuf>,
+    /// Topic of the robot's poses
+    #[arg(long)]
+    pub pose_topic: Option<String>,
+    /// Topic of the pictures
+    #[arg(long)]
+    pub image_topic: Option<String>,
+    /// Frame of the robot's base, of tf
+    #[arg(long)]
+    pub base: Option<String>,
+    /// Frame of the tool, of tf
+    #[arg(long)]
+    pub tool: Option<String>,
 }

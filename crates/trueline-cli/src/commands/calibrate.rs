@@ -3,14 +3,14 @@
 use super::features;
 use crate::args::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 use crate::failure::Failure;
+use crate::opened_dataset::{self, OpenedDataset};
 use crate::outlier_frames;
 use crate::output;
-use crate::pictures::{self, Look};
 use crate::requirement;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline::{Calibration, Config, Hold, ResidualKind, Stamps, Status, Use};
-use trueline_dataset::{Error, Guess, Problem, Recording, folder, images, known_toml};
+use trueline_dataset::{Error, Guess, Problem, Recording, known_toml};
 use trueline_lsq::Loss;
 use trueline_report::calibration_page::{self, Source};
 use trueline_report::{json, summary};
@@ -18,38 +18,16 @@ use trueline_report::{json, summary};
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     let config = config(args)?;
-    if !args.dataset.join("features.csv").exists() && images::index_of(&args.dataset).exists() {
-        find_features(args)?;
-    }
-    let recording = folder::read(&args.dataset)?;
+    let opened = opened_dataset::open(&args.dataset, args.quiet)?;
+    opened.find_features(features::joint(args.joint), args.quiet)?;
+    let recording = opened.read()?;
     let initial = match &args.initial {
         Some(file) => Some(read_guess(file)?),
         None => recording.initial,
     };
     let calibration = trueline::calibrate(&recording, initial.as_ref(), &config)?;
-    write_results(args, &recording, &calibration)?;
+    write_results(args, &opened, &recording, &calibration)?;
     Ok(exit_code(&calibration))
-}
-
-/// Writes the features of a dataset that has pictures only.
-fn find_features(args: &CalibrateArgs) -> Result<(), Failure> {
-    let look = Look { joint: features::joint(args.joint), overlay: None, threads: None, quiet: args.quiet };
-    let found = pictures::look_at(&args.dataset, &look)?;
-    if !args.quiet {
-        output::words(&found.summary());
-    }
-    let features = found.features();
-    if features.is_empty() {
-        return Err(Failure::new(
-            format!("{}: there is no seam in any of {} pictures", args.dataset.display(), found.looked_at()),
-            "`trueline features DATASET --overlay FOLDER` draws what is seen; --joint names the joint",
-        ));
-    }
-    folder::replace_features(&args.dataset, &features)?;
-    if !args.quiet {
-        output::words(&format!("written to {}\n", args.dataset.join("features.csv").display()));
-    }
-    Ok(())
 }
 
 /// 0 if accepted, else 1.
@@ -62,6 +40,7 @@ pub fn exit_code(calibration: &Calibration) -> ExitCode {
 
 fn write_results(
     args: &CalibrateArgs,
+    opened: &OpenedDataset,
     recording: &Recording,
     calibration: &Calibration,
 ) -> Result<(), Failure> {
@@ -74,7 +53,7 @@ fn write_results(
         title: &format!("Calibration of {}", args.dataset.display()),
         command: &output::command_line(),
         frames: &match args.report {
-            Some(_) => outlier_frames::pictures(&args.dataset, recording, calibration)?,
+            Some(_) => outlier_frames::pictures(opened.folder(), recording, calibration)?,
             None => Vec::new(),
         },
     };

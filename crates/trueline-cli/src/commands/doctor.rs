@@ -2,16 +2,18 @@
 
 use crate::args::DoctorArgs;
 use crate::failure::Failure;
+use crate::opened_dataset;
 use crate::output;
 use std::io::IsTerminal;
 use std::process::ExitCode;
 use trueline::{Config, doctor};
-use trueline_dataset::folder;
 use trueline_report::diagnosis;
 
 /// Runs the command.
 pub fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
-    let recording = folder::read(&args.dataset)?;
+    let opened = opened_dataset::open(&args.dataset, args.quiet)?;
+    opened.find_features(None, args.quiet)?;
+    let recording = opened.read()?;
     let show = !args.quiet && std::io::stderr().is_terminal();
     let watch = |name: &str| {
         if show {

@@ -2,16 +2,19 @@
 
 use crate::args::{EvaluateArgs, FormName};
 use crate::failure::Failure;
+use crate::opened_dataset;
 use crate::output;
 use std::process::ExitCode;
 use trueline::evaluate::evaluate;
 use trueline::reference_curve::{Form, ReferenceCurve};
-use trueline_dataset::{Reference, calibration_file, folder, reference_file};
+use trueline_dataset::{Reference, calibration_file, reference_file};
 use trueline_report::{evaluated, evaluation_page};
 
 /// Runs the command.
 pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
-    let recording = folder::read(&args.dataset)?;
+    let opened = opened_dataset::open(&args.dataset, args.quiet)?;
+    opened.find_features(None, args.quiet)?;
+    let recording = opened.read()?;
     let calibration = calibration_file::read(&args.calibration)?;
     let known = calibration.known;
     if calibration.stamps_treated && !args.quiet {

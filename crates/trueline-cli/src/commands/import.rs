@@ -1,14 +1,15 @@
 //! `trueline import`.
 
-use crate::args::{ImportArgs, ImportFormat};
+use crate::args::{BagArgs, ImportArgs, ImportFormat};
 use crate::failure::Failure;
-use crate::output;
+use crate::{opened_dataset, output};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_dataset::import::csv_columns::{ColumnMapping, rename};
 use trueline_dataset::import::{lvs_st_calib, tum};
 use trueline_dataset::{Error, Problem, Recording, Sensor, features_csv, folder, robot_csv, sensor_toml};
+use trueline_mcap::{Choice, unpack};
 
 /// Runs the command.
 pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
@@ -29,6 +30,7 @@ pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
             let features = foreign.features(features, &[])?;
             (foreign.recording(tum::read_robot(src)?, features), out)
         }
+        ImportFormat::Mcap(bag) | ImportFormat::Rosbag2(bag) => return unpack_bag(bag),
     };
     folder::write(out, &recording)?;
     output::words(&format!(
@@ -37,6 +39,26 @@ pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
         recording.robot.len(),
         recording.features.len(),
         recording.sensor.kind(),
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
+    let choice = Choice {
+        sensor: args.sensor.as_deref().map(read_sensor).transpose()?,
+        pose_topic: args.pose_topic.clone(),
+        image_topic: args.image_topic.clone(),
+        base_frame: args.base.clone(),
+        tool_frame: args.tool.clone(),
+    };
+    let unpacked = unpack(&args.src, &choice, &args.out)?;
+    opened_dataset::tell(&unpacked, false);
+    output::words(&format!(
+        "{}: {} robot poses, {} pictures, {} features",
+        args.out.display(),
+        unpacked.robot,
+        unpacked.frames,
+        unpacked.features,
     ));
     Ok(ExitCode::SUCCESS)
 }

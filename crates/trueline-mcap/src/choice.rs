@@ -1,0 +1,18 @@
+//! What the user says of a recording.
+
+use trueline_dataset::Sensor;
+
+/// What the user says; nothing needs to be said where there is one possibility.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Choice {
+    /// The sensor; else the one in the recording.
+    pub sensor: Option<Sensor>,
+    /// The topic with the robot's poses or transforms.
+    pub pose_topic: Option<String>,
+    /// The topic with the pictures.
+    pub image_topic: Option<String>,
+    /// The frame that stands still.
+    pub base_frame: Option<String>,
+    /// The frame whose pose the robot reports.
+    pub tool_frame: Option<String>,
+}

@@ -1,0 +1,153 @@
+//! Which of the topics and frames of a recording are meant: the user's word, or the only possibility. Never a guess.
+
+use crate::choice::Choice;
+use crate::entry_messages::{BASE, TOOL};
+use crate::import_error::ImportError;
+use crate::message::Kind;
+use crate::spatial::frame_name;
+use crate::survey::{LinkSurvey, Survey, TopicSurvey, is_static_topic};
+use crate::transform_chain::{Step, path};
+
+/// Where the robot's poses are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RobotSource {
+    /// In a recording of trueline.
+    Own,
+    /// In a topic of poses, told in a frame.
+    Poses { topic: String, base: Option<String> },
+    /// In transforms.
+    Chain(Chain),
+}
+
+/// Transforms that lead from one frame to another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    pub base: String,
+    pub tool: String,
+    /// The one topic of moving transforms, if the user named one.
+    pub only: Option<String>,
+    pub steps: Vec<Step>,
+}
+
+/// The topic of the pose in a recording of trueline.
+pub const OWN_POSES: &str = "/tf";
+
+/// What is meant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chosen {
+    pub robot: RobotSource,
+    pub pictures: Option<String>,
+}
+
+impl Chosen {
+    /// Decides, from what there is and what the user says.
+    pub fn of(survey: &Survey, choice: &Choice) -> Result<Self, ImportError> {
+        Ok(Self { robot: robot(survey, choice)?, pictures: pictures(survey, choice)? })
+    }
+}
+
+fn names(survey: &Survey, kinds: &[Kind]) -> Vec<String> {
+    let topics = survey.topics.iter().filter(|topic| kinds.contains(&topic.kind));
+    topics.map(|topic| topic.name.clone()).collect()
+}
+
+fn pictures(survey: &Survey, choice: &Choice) -> Result<Option<String>, ImportError> {
+    const WANTED: &str = "pictures";
+    let mut candidates = names(survey, &[Kind::Picture]);
+    if let Some(topic) = choice.image_topic.clone() {
+        let is_there = candidates.contains(&topic);
+        return if is_there {
+            Ok(Some(topic))
+        } else {
+            Err(ImportError::NoTopic { topic, wanted: WANTED, candidates })
+        };
+    }
+    if candidates.len() > 1 {
+        return Err(ImportError::SeveralTopics { wanted: WANTED, candidates });
+    }
+    Ok(candidates.pop())
+}
+
+fn robot(survey: &Survey, choice: &Choice) -> Result<RobotSource, ImportError> {
+    if let Some(topic) = &choice.pose_topic {
+        return named_robot(survey, choice, topic);
+    }
+    if survey.is_own && survey.topics.iter().any(|t| t.name == OWN_POSES && t.kind == Kind::Transforms) {
+        return own_robot(choice);
+    }
+    let mut poses = names(survey, &[Kind::Pose]);
+    let moving = survey.links.iter().any(|link| !link.is_static());
+    // Only transforms know a tool.
+    if moving && (poses.is_empty() || choice.tool_frame.is_some()) {
+        return chain(survey, choice, None);
+    }
+    if moving || poses.len() > 1 {
+        poses.extend(names(survey, &[Kind::Transforms]));
+        return Err(ImportError::SeveralTopics { wanted: "robot poses", candidates: poses });
+    }
+    match poses.pop() {
+        Some(topic) => Ok(RobotSource::Poses { topic, base: frame(choice.base_frame.as_ref()) }),
+        None => Err(no_robot(survey)),
+    }
+}
+
+fn no_robot(survey: &Survey) -> ImportError {
+    match survey.topics.iter().find(|topic| topic.kind == Kind::JointStates) {
+        Some(joints) => ImportError::OnlyJointAngles { topic: joints.name.clone() },
+        None => {
+            let words = |topic: &TopicSurvey| format!("{} ({})", topic.name, topic.schema);
+            ImportError::NoRobot { topics: survey.topics.iter().map(words).collect() }
+        }
+    }
+}
+
+fn own_robot(choice: &Choice) -> Result<RobotSource, ImportError> {
+    for (asked, known) in [(&choice.base_frame, BASE), (&choice.tool_frame, TOOL)] {
+        if let Some(frame) = asked
+            && frame != known
+        {
+            let known = vec![BASE.to_owned(), TOOL.to_owned()];
+            return Err(ImportError::UnknownFrame { frame: frame.clone(), known });
+        }
+    }
+    Ok(RobotSource::Own)
+}
+
+fn named_robot(survey: &Survey, choice: &Choice, topic: &str) -> Result<RobotSource, ImportError> {
+    if survey.is_own && topic == OWN_POSES {
+        return own_robot(choice);
+    }
+    match survey.topics.iter().find(|t| t.name == topic).map(|t| t.kind) {
+        Some(Kind::Pose) => {
+            Ok(RobotSource::Poses { topic: topic.to_owned(), base: frame(choice.base_frame.as_ref()) })
+        }
+        Some(Kind::Transforms) => chain(survey, choice, Some(topic)),
+        Some(Kind::JointStates) => Err(ImportError::OnlyJointAngles { topic: topic.to_owned() }),
+        _ => Err(ImportError::NoTopic {
+            topic: topic.to_owned(),
+            wanted: "robot poses",
+            candidates: names(survey, &[Kind::Pose, Kind::Transforms]),
+        }),
+    }
+}
+
+fn frame(name: Option<&String>) -> Option<String> {
+    name.map(|name| frame_name(name))
+}
+
+fn chain(survey: &Survey, choice: &Choice, only: Option<&str>) -> Result<RobotSource, ImportError> {
+    let is_meant = |link: &&LinkSurvey| {
+        only.is_none_or(|only| link.topics.iter().any(|topic| topic == only || is_static_topic(topic)))
+    };
+    let links: Vec<&LinkSurvey> = survey.links.iter().filter(is_meant).collect();
+    let (base, tool) =
+        match (links.as_slice(), frame(choice.base_frame.as_ref()), frame(choice.tool_frame.as_ref())) {
+            (_, Some(base), Some(tool)) => (base, tool),
+            ([link], base, tool) => {
+                (base.unwrap_or_else(|| link.parent.clone()), tool.unwrap_or_else(|| link.child.clone()))
+            }
+            _ => return Err(ImportError::FramesNeeded { links: links.iter().map(|l| l.words()).collect() }),
+        };
+    let steps = path(&links, &base, &tool)?;
+    Ok(RobotSource::Chain(Chain { base, tool, only: only.map(str::to_owned), steps }))
+}

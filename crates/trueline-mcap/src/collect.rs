@@ -1,0 +1,151 @@
+//! The second look at a recording: what was chosen is taken out.
+
+use crate::bag::{BagItem, BagMessage};
+use crate::chosen::{Chosen, OWN_POSES, RobotSource};
+use crate::dataset_folder::DatasetFolder;
+use crate::entry_messages::{BASE, TOOL};
+use crate::import_error::ImportError;
+use crate::message::{
+    Content, FrameStamps, Kind, StampedPicture, StampedPose, StampedTransform, decode, kind,
+};
+use crate::survey::is_static_topic;
+use crate::transform_chain::Samples;
+use std::collections::HashMap;
+use trueline_dataset::{Feature, RobotSample};
+
+/// A picture that was written.
+pub struct Stored {
+    pub stamp_ns: i64,
+    pub sequence: u32,
+    pub name: String,
+}
+
+/// What was taken out so far.
+pub struct Collector<'a> {
+    chosen: &'a Chosen,
+    is_own: bool,
+    folder: &'a DatasetFolder,
+    numbers: HashMap<String, u64>,
+    base: Option<String>,
+    pub robot: Vec<RobotSample>,
+    /// Of each step of the chain.
+    pub transforms: Vec<Samples>,
+    pub pictures: Vec<Stored>,
+    pub frames: Vec<FrameStamps>,
+    pub features: Vec<Feature>,
+}
+
+impl<'a> Collector<'a> {
+    pub fn new(chosen: &'a Chosen, is_own: bool, folder: &'a DatasetFolder) -> Self {
+        let (steps, base) = match &chosen.robot {
+            RobotSource::Chain(chain) => (chain.steps.len(), None),
+            RobotSource::Poses { base, .. } => (0, base.clone()),
+            RobotSource::Own => (0, None),
+        };
+        Self {
+            chosen,
+            is_own,
+            folder,
+            numbers: HashMap::new(),
+            base,
+            robot: Vec::new(),
+            transforms: vec![Vec::new(); steps],
+            pictures: Vec::new(),
+            frames: Vec::new(),
+            features: Vec::new(),
+        }
+    }
+
+    pub fn add(&mut self, item: BagItem<'_>) -> Result<(), ImportError> {
+        match item {
+            BagItem::Message(message) if self.is_wanted(&message) => self.add_message(&message),
+            _ => Ok(()),
+        }
+    }
+
+    fn is_wanted(&self, message: &BagMessage<'_>) -> bool {
+        match kind(message.schema, message.encoding) {
+            Kind::Pose => {
+                matches!(&self.chosen.robot, RobotSource::Poses { topic, .. } if topic == message.topic)
+            }
+            Kind::Transforms => match &self.chosen.robot {
+                RobotSource::Own => message.topic == OWN_POSES,
+                RobotSource::Poses { .. } => false,
+                RobotSource::Chain(chain) => {
+                    let only = chain.only.as_deref();
+                    only.is_none_or(|only| only == message.topic || is_static_topic(message.topic))
+                }
+            },
+            Kind::Picture => self.chosen.pictures.as_deref() == Some(message.topic),
+            Kind::Features | Kind::Frame => true,
+            Kind::JointStates | Kind::Other => false,
+        }
+    }
+
+    fn add_message(&mut self, message: &BagMessage<'_>) -> Result<(), ImportError> {
+        let number = self.numbers.entry(message.topic.to_owned()).or_default();
+        *number += 1;
+        let content = decode(message.schema, message.encoding, message.bytes).map_err(|problem| {
+            ImportError::Message {
+                topic: message.topic.to_owned(),
+                number: *number,
+                log_time: message.log_time,
+                problem,
+            }
+        })?;
+        match content {
+            Content::Pose(pose) => self.add_pose(message.topic, pose)?,
+            Content::Transforms(transforms) => {
+                for transform in transforms {
+                    self.add_transform(message, transform);
+                }
+            }
+            Content::Picture(picture) => self.add_picture(message, &picture)?,
+            Content::Frame(frame) => self.frames.push(frame),
+            Content::Features(features) => self.features.extend(features),
+            Content::JointStates(_) | Content::Other => {}
+        }
+        Ok(())
+    }
+
+    fn add_pose(&mut self, topic: &str, pose: StampedPose) -> Result<(), ImportError> {
+        let base = self.base.get_or_insert_with(|| pose.frame.clone());
+        if *base != pose.frame {
+            let (topic, wanted) = (topic.to_owned(), base.clone());
+            return Err(ImportError::OtherBase { topic, found: pose.frame, wanted });
+        }
+        let (stamp_ns, base_from_tool) = (pose.stamp_ns, pose.pose);
+        self.robot.push(RobotSample { stamp_ns, device_ns: None, base_from_tool });
+        Ok(())
+    }
+
+    fn add_transform(&mut self, message: &BagMessage<'_>, transform: StampedTransform) {
+        match &self.chosen.robot {
+            RobotSource::Own if transform.parent == BASE && transform.child == TOOL => {
+                self.robot.push(RobotSample {
+                    stamp_ns: message.log_time as i64,
+                    device_ns: Some(message.publish_time as i64),
+                    base_from_tool: transform.parent_from_child,
+                });
+            }
+            RobotSource::Chain(chain) => {
+                let is_it = |(parent, child): (&String, &String)| {
+                    *parent == transform.parent && *child == transform.child
+                };
+                let place = chain.steps.iter().position(|step| is_it((&step.parent, &step.child)));
+                if let Some(samples) = place.and_then(|place| self.transforms.get_mut(place)) {
+                    samples.push((transform.stamp_ns, transform.parent_from_child));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn add_picture(&mut self, message: &BagMessage<'_>, picture: &StampedPicture) -> Result<(), ImportError> {
+        let name = format!("{:06}.png", self.pictures.len());
+        self.folder.write_picture(&name, &picture.picture)?;
+        let stamp_ns = if self.is_own { message.log_time as i64 } else { picture.stamp_ns };
+        self.pictures.push(Stored { stamp_ns, sequence: message.sequence, name });
+        Ok(())
+    }
+}

@@ -1,0 +1,142 @@
+//! What can be recorded.
+
+use std::net::SocketAddr;
+use trueline_dataset::Feature;
+use trueline_geometry::Pose;
+
+/// One thing that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Entry {
+    /// The robot said where it is.
+    Robot(RobotEntry),
+    /// A datagram came that is not used.
+    Rejected(RejectedEntry),
+    /// The robot was answered.
+    Answer(AnswerEntry),
+    /// Both clocks of the PC were read.
+    Clock(ClockEntry),
+    /// Something is worth telling.
+    Note(NoteEntry),
+    /// The camera took a picture.
+    Frame(FrameEntry),
+    /// A sensor that sees the seam itself said where.
+    Features(FeaturesEntry),
+}
+
+impl Entry {
+    /// Bytes of the picture in it.
+    pub(crate) fn picture_bytes(&self) -> usize {
+        match self {
+            Self::Frame(frame) => frame.png.len(),
+            _ => 0,
+        }
+    }
+}
+
+/// A datagram of the robot, and the pose in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotEntry {
+    /// As it came.
+    pub datagram: Vec<u8>,
+    /// Who sent it.
+    pub from: SocketAddr,
+    /// When it came by the steady clock, ns: the stamp that calibration uses.
+    pub steady_ns: i64,
+    /// When it came by the kernel's wall clock, ns since 1970, where the kernel stamps.
+    pub kernel_wall_ns: Option<i64>,
+    /// When it was read by the wall clock, ns since 1970.
+    pub read_wall_ns: i64,
+    /// Its number.
+    pub sequence: u32,
+    /// The controller's clock when the robot was there, ns.
+    pub device_ns: i64,
+    /// IEEE 1588 time when the robot was there, ns, where the controller is synchronised.
+    pub ptp_ns: Option<i64>,
+    /// Where the robot was, m.
+    pub base_from_tool: Pose,
+}
+
+/// A datagram that is not used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RejectedEntry {
+    /// As it came.
+    pub datagram: Vec<u8>,
+    /// Who sent it.
+    pub from: SocketAddr,
+    /// When it came by the steady clock, ns.
+    pub steady_ns: i64,
+    /// Why it is not used.
+    pub reason: String,
+}
+
+/// A datagram to the robot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AnswerEntry {
+    /// As it was sent.
+    pub datagram: Vec<u8>,
+    /// To whom.
+    pub to: SocketAddr,
+    /// When by the steady clock, ns.
+    pub steady_ns: i64,
+    /// Its number.
+    pub sequence: u32,
+}
+
+/// Both clocks of the PC at one moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClockEntry {
+    /// The steady one, ns.
+    pub steady_ns: i64,
+    /// The wall clock, ns since 1970.
+    pub wall_ns: i64,
+}
+
+/// How much a note matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoteLevel {
+    /// Good to know.
+    Info,
+    /// Something is not as it should be.
+    Warning,
+    /// Something failed.
+    Error,
+}
+
+/// Words for whoever looks at the recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NoteEntry {
+    /// When by the steady clock, ns.
+    pub steady_ns: i64,
+    /// How much it matters.
+    pub level: NoteLevel,
+    /// The words.
+    pub text: String,
+}
+
+/// A frame of the camera with all its stamps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameEntry {
+    /// The camera's counter.
+    pub frame: u64,
+    /// The stamp that calibration uses, by the steady clock, ns.
+    pub stamp_ns: i64,
+    /// When its first packet came by the steady clock, ns, where known.
+    pub first_packet_ns: Option<i64>,
+    /// When it was complete by the steady clock, ns, where known.
+    pub complete_ns: Option<i64>,
+    /// The camera's own clock, ns, where known.
+    pub device_ns: Option<i64>,
+    /// Exposure time, µs, where known.
+    pub exposure_us: Option<f64>,
+    /// Whether it came whole, in the words of the camera's driver.
+    pub status: String,
+    /// The picture; empty if there is none because the frame did not come whole.
+    pub png: Vec<u8>,
+}
+
+/// Seam points of one profile, or of one picture that somebody else has looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeaturesEntry {
+    /// The points.
+    pub features: Vec<Feature>,
+}

@@ -1,0 +1,165 @@
+//! An entry as messages.
+
+use crate::entry::{Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, RobotEntry};
+use crate::own_messages as own;
+use crate::topics::{ANSWER, CLOCK, FEATURES, FRAME, IMAGE, LOG, REJECTED, ROBOT, TF};
+use foxglove::messages::{CompressedImage, FrameTransform, Log, Quaternion, Timestamp, Vector3, log::Level};
+use prost::Message;
+use trueline_dataset::{Feature, Measured};
+
+/// A message before it has a file.
+pub struct Outgoing {
+    pub topic: u16,
+    pub sequence: u32,
+    pub log_ns: i64,
+    pub publish_ns: i64,
+    pub bytes: Vec<u8>,
+}
+
+impl Outgoing {
+    fn at(topic: u16, stamp_ns: i64, message: &impl Message) -> Self {
+        Self { topic, sequence: 0, log_ns: stamp_ns, publish_ns: stamp_ns, bytes: message.encode_to_vec() }
+    }
+
+    fn numbered(self, sequence: u32) -> Self {
+        Self { sequence, ..self }
+    }
+}
+
+/// Name of the frame that robot poses are told in.
+pub const BASE: &str = "base";
+/// Name of the frame whose pose the robot tells.
+pub const TOOL: &str = "tool";
+
+/// The messages of an entry, in the order in which they are written.
+pub fn messages(entry: Entry) -> Vec<Outgoing> {
+    match entry {
+        Entry::Robot(robot) => robot_messages(robot).into(),
+        Entry::Rejected(rejected) => {
+            let message = own::RejectedDatagram {
+                datagram: rejected.datagram,
+                source: rejected.from.to_string(),
+                steady_ns: rejected.steady_ns,
+                reason: rejected.reason,
+            };
+            vec![Outgoing::at(REJECTED, rejected.steady_ns, &message)]
+        }
+        Entry::Answer(answer) => {
+            let message = own::Answer {
+                sensor: answer.datagram,
+                destination: answer.to.to_string(),
+                steady_ns: answer.steady_ns,
+                sequence: answer.sequence,
+            };
+            vec![Outgoing::at(ANSWER, answer.steady_ns, &message).numbered(answer.sequence)]
+        }
+        Entry::Clock(clock) => {
+            let message = own::Clock { steady_ns: clock.steady_ns, wall_ns: clock.wall_ns };
+            vec![Outgoing::at(CLOCK, clock.steady_ns, &message)]
+        }
+        Entry::Note(note) => vec![note_message(note)],
+        Entry::Frame(frame) => frame_messages(frame),
+        Entry::Features(features) => features_message(&features).into_iter().collect(),
+    }
+}
+
+fn robot_messages(robot: RobotEntry) -> [Outgoing; 2] {
+    let (p, q) = (robot.base_from_tool.translation.vector, robot.base_from_tool.rotation.quaternion());
+    let pose = FrameTransform {
+        timestamp: Some(timestamp(robot.steady_ns)),
+        parent_frame_id: BASE.to_owned(),
+        child_frame_id: TOOL.to_owned(),
+        translation: Some(Vector3 { x: p.x, y: p.y, z: p.z }),
+        rotation: Some(Quaternion { x: q.i, y: q.j, z: q.k, w: q.w }),
+    };
+    let datagram = own::RobotDatagram {
+        robot: robot.datagram,
+        source: robot.from.to_string(),
+        kernel_wall_ns: robot.kernel_wall_ns,
+        read_wall_ns: robot.read_wall_ns,
+        steady_ns: robot.steady_ns,
+        device_ns: robot.device_ns,
+        ptp_ns: robot.ptp_ns,
+    };
+    let pose = Outgoing::at(TF, robot.steady_ns, &pose);
+    [
+        Outgoing { publish_ns: robot.device_ns, ..pose }.numbered(robot.sequence),
+        Outgoing::at(ROBOT, robot.steady_ns, &datagram).numbered(robot.sequence),
+    ]
+}
+
+fn note_message(note: NoteEntry) -> Outgoing {
+    let level = match note.level {
+        NoteLevel::Info => Level::Info,
+        NoteLevel::Warning => Level::Warning,
+        NoteLevel::Error => Level::Error,
+    };
+    let message = Log {
+        timestamp: Some(timestamp(note.steady_ns)),
+        level: level as i32,
+        message: note.text,
+        name: "trueline".to_owned(),
+        ..Log::default()
+    };
+    Outgoing::at(LOG, note.steady_ns, &message)
+}
+
+/// Stamps first: a picture without them is worth less than they without it.
+fn frame_messages(frame: FrameEntry) -> Vec<Outgoing> {
+    let stamps = own::Frame {
+        frame: frame.frame,
+        stamp_ns: frame.stamp_ns,
+        first_packet_ns: frame.first_packet_ns,
+        complete_ns: frame.complete_ns,
+        device_ns: frame.device_ns,
+        exposure_us: frame.exposure_us,
+        status: frame.status,
+        picture_bytes: frame.png.len() as u64,
+    };
+    let sequence = low_bits(frame.frame);
+    let mut messages = vec![Outgoing::at(FRAME, frame.stamp_ns, &stamps).numbered(sequence)];
+    if !frame.png.is_empty() {
+        let picture = CompressedImage {
+            timestamp: Some(timestamp(frame.stamp_ns)),
+            frame_id: "camera".to_owned(),
+            data: frame.png.into(),
+            format: "png".to_owned(),
+        };
+        messages.push(Outgoing::at(IMAGE, frame.stamp_ns, &picture).numbered(sequence));
+    }
+    messages
+}
+
+fn features_message(entry: &FeaturesEntry) -> Option<Outgoing> {
+    let first = entry.features.first()?;
+    let features = entry.features.iter().map(feature).collect();
+    Some(Outgoing::at(FEATURES, first.stamp_ns, &own::Features { features }))
+}
+
+fn feature(feature: &Feature) -> own::Feature {
+    let mut message = own::Feature {
+        stamp_ns: feature.stamp_ns,
+        line: feature.line,
+        frame: feature.frame,
+        device_ns: feature.device_ns,
+        sigma: feature.sigma.map_or_else(Vec::new, Vec::from),
+        ..own::Feature::default()
+    };
+    match feature.measured {
+        Measured::Pixel(pixel) => message.pixel = pixel.into(),
+        Measured::Point(point) => message.point = point.into(),
+        Measured::Profile(profile) => message.profile = profile.into(),
+    }
+    message
+}
+
+/// The message counter has 32 bits, the camera's may have more.
+pub fn low_bits(frame: u64) -> u32 {
+    (frame & u64::from(u32::MAX)) as u32
+}
+
+/// For viewers only, which know the years 1970 to 2106; what is read back is the time of the message.
+fn timestamp(ns: i64) -> Timestamp {
+    let seconds = u32::try_from(ns.div_euclid(1_000_000_000)).unwrap_or(0);
+    Timestamp::new(seconds, ns.rem_euclid(1_000_000_000) as u32)
+}

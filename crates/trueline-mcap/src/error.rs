@@ -1,0 +1,50 @@
+//! What can go wrong with a recording.
+
+use std::path::PathBuf;
+
+/// Why a recording cannot be made, or is not whole.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// There is a file already.
+    #[error("{}: is there already and would be overwritten", file.display())]
+    AlreadyExists {
+        /// The file.
+        file: PathBuf,
+    },
+    /// The file cannot be created.
+    #[error("{}: cannot be written: {why}", file.display())]
+    Create {
+        /// The file.
+        file: PathBuf,
+        /// What the operating system says.
+        why: String,
+    },
+    /// Writing failed on the way.
+    #[error("{}: writing stopped after {written} entries: {why}; {refused} entries are lost", file.display())]
+    Stopped {
+        /// The file.
+        file: PathBuf,
+        /// Entries in the file.
+        written: u64,
+        /// Entries that are not.
+        refused: u64,
+        /// What the operating system says.
+        why: String,
+    },
+}
+
+impl RecordError {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        let text = match self {
+            Self::AlreadyExists { .. } => "name a new file; recordings are never overwritten",
+            Self::Create { .. } => "check the path, its permissions and the free space",
+            Self::Stopped { .. } => {
+                "what was written before can be read; is the disk full? then record to another one"
+            }
+        };
+        text.to_owned()
+    }
+}

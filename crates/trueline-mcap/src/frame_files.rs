@@ -1,0 +1,64 @@
+//! Pictures and their stamps, brought together.
+
+use crate::collect::Stored;
+use crate::entry_messages::low_bits;
+use crate::in_order::{repetitions, sort};
+use crate::message::FrameStamps;
+use std::collections::{HashMap, VecDeque};
+use std::path::PathBuf;
+use trueline_dataset::FrameFile;
+
+const WHAT: &str = "pictures";
+
+/// The rows of the index, and what is worth knowing. `stamps` are those of a recording of trueline.
+pub fn frame_files(
+    mut pictures: Vec<Stored>,
+    stamps: Option<Vec<FrameStamps>>,
+) -> (Vec<FrameFile>, Vec<String>) {
+    let mut notes = Vec::new();
+    notes.extend(sort(&mut pictures, |picture| picture.stamp_ns, WHAT));
+    notes.extend(repetitions(&pictures, |picture| picture.stamp_ns, WHAT));
+    let frames = match stamps {
+        Some(stamps) => with_stamps(pictures, stamps, &mut notes),
+        None => {
+            let numbered = pictures.into_iter().zip(0..);
+            numbered.map(|(picture, frame)| file(picture, frame, None)).collect()
+        }
+    };
+    (frames, notes)
+}
+
+fn file(picture: Stored, frame: u64, device_ns: Option<i64>) -> FrameFile {
+    FrameFile { stamp_ns: picture.stamp_ns, frame, device_ns, path: PathBuf::from(picture.name) }
+}
+
+fn with_stamps(pictures: Vec<Stored>, stamps: Vec<FrameStamps>, notes: &mut Vec<String>) -> Vec<FrameFile> {
+    let empty = stamps.iter().filter(|frame| frame.picture_bytes == 0).count();
+    let mut by_picture: HashMap<(u32, i64), VecDeque<FrameStamps>> = HashMap::new();
+    for frame in stamps.into_iter().filter(|frame| frame.picture_bytes > 0) {
+        by_picture.entry((low_bits(frame.frame), frame.stamp_ns)).or_default().push_back(frame);
+    }
+    let mut bare = 0;
+    let mut frames = Vec::new();
+    for picture in pictures {
+        let stamps = by_picture.get_mut(&(picture.sequence, picture.stamp_ns)).and_then(VecDeque::pop_front);
+        bare += usize::from(stamps.is_none());
+        let (frame, device_ns) =
+            stamps.map_or((u64::from(picture.sequence), None), |frame| (frame.frame, frame.device_ns));
+        frames.push(file(picture, frame, device_ns));
+    }
+    let lost: usize = by_picture.values().map(VecDeque::len).sum();
+    let without_device = frames.iter().filter(|frame| frame.device_ns.is_none()).count();
+    let partly = if without_device < frames.len() { without_device } else { 0 };
+    let told = [
+        (empty, "frames did not come whole and have no picture"),
+        (lost, "frames have lost their picture: the recording is damaged or was cut off there"),
+        (
+            bare,
+            "pictures have lost their record: frame numbers above 32 bits and the camera's own stamps are missing there",
+        ),
+        (partly, "frames have no stamp of the camera's own clock, so those of the others are left out too"),
+    ];
+    notes.extend(told.iter().filter(|(n, _)| *n > 0).map(|(n, words)| format!("{n} {words}")));
+    frames
+}

@@ -1,0 +1,220 @@
+//! Why a recording cannot be made into a dataset.
+
+use crate::content_error::ContentError;
+use std::path::{Path, PathBuf};
+
+/// What stands in the way: of a file, a message, or a choice that is the user's.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ImportError {
+    /// The operating system refused.
+    #[error("{}: cannot be read or written: {why}", file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// What it says.
+        why: String,
+    },
+    /// Neither MCAP nor SQLite nor a folder with such files.
+    #[error("{}: is no recording that can be read", file.display())]
+    NotARecording {
+        /// The file or folder.
+        file: PathBuf,
+    },
+    /// A bag of ROS 1.
+    #[error("{}: is a bag of ROS 1", file.display())]
+    RosBag1 {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A file that this build cannot read.
+    #[error("{}: is a rosbag2 data base, and this program was built without them", file.display())]
+    WithoutRosbag2 {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A data base that is none of rosbag2.
+    #[error("{}: is no data base of rosbag2: {why}", file.display())]
+    Database {
+        /// The file.
+        file: PathBuf,
+        /// What SQLite says.
+        why: String,
+    },
+    /// A message that is needed and cannot be used.
+    #[error("{topic}, message {number} at {}: {problem}", seconds(*log_time))]
+    Message {
+        /// Its topic.
+        topic: String,
+        /// Which of the topic it is, from 1.
+        number: u64,
+        /// When it was recorded, ns.
+        log_time: u64,
+        /// What is wrong with it.
+        problem: ContentError,
+    },
+    /// A topic that is not there, or is of another kind.
+    #[error("there is no topic `{topic}` with {wanted}; there are: {}", list(candidates))]
+    NoTopic {
+        /// The topic that was asked for.
+        topic: String,
+        /// What it should have.
+        wanted: &'static str,
+        /// Topics that would do.
+        candidates: Vec<String>,
+    },
+    /// Nothing says where the robot was.
+    #[error("the recording has no robot poses; its topics are: {}", list(topics))]
+    NoRobot {
+        /// All topics with their types.
+        topics: Vec<String>,
+    },
+    /// The robot is there in angles of its joints only.
+    #[error("the robot is recorded in joint angles only (`{topic}`), and those need the robot's kinematics")]
+    OnlyJointAngles {
+        /// The topic.
+        topic: String,
+    },
+    /// More than one topic could be meant.
+    #[error("several topics have {wanted}: {}", list(candidates))]
+    SeveralTopics {
+        /// What they have.
+        wanted: &'static str,
+        /// The topics.
+        candidates: Vec<String>,
+    },
+    /// Transforms of which more than one could be the robot's pose.
+    #[error("which transform is the robot's pose? the recording has: {}", list(links))]
+    FramesNeeded {
+        /// The transforms, as parent → child.
+        links: Vec<String>,
+    },
+    /// A frame that is not there.
+    #[error("there is no frame `{frame}`; there are: {}", list(known))]
+    UnknownFrame {
+        /// The frame that was asked for.
+        frame: String,
+        /// All frames.
+        known: Vec<String>,
+    },
+    /// Poses told in another frame than asked for.
+    #[error("the poses of `{topic}` are in frame `{found}`, not in `{wanted}`")]
+    OtherBase {
+        /// The topic.
+        topic: String,
+        /// The frame of the poses.
+        found: String,
+        /// The frame that was asked for.
+        wanted: String,
+    },
+    /// Frames without a connection.
+    #[error("no transforms lead from `{base}` to `{tool}`")]
+    NoChain {
+        /// The outer frame.
+        base: String,
+        /// The inner frame.
+        tool: String,
+    },
+    /// A frame that hangs on two others.
+    #[error("frame `{child}` has more than one parent: {}", list(parents))]
+    SeveralParents {
+        /// The frame.
+        child: String,
+        /// What it hangs on.
+        parents: Vec<String>,
+    },
+    /// A static transform that changes.
+    #[error("the static transform {link} was published with different values")]
+    StaticChanged {
+        /// The transform, as parent → child.
+        link: String,
+    },
+    /// Transforms that nobody publishes again and again.
+    #[error("nothing moves between `{base}` and `{tool}`: the transforms are static")]
+    NothingMoves {
+        /// The outer frame.
+        base: String,
+        /// The inner frame.
+        tool: String,
+    },
+    /// Transforms of which none is known at the time of the others.
+    #[error("the transforms from `{base}` to `{tool}` are never known at the same time")]
+    NeverTogether {
+        /// The outer frame.
+        base: String,
+        /// The inner frame.
+        tool: String,
+    },
+    /// Messages without stamps.
+    #[error("the messages of `{topic}` all have the stamp 0: whoever sent them did not stamp them")]
+    NotStamped {
+        /// The topic.
+        topic: String,
+    },
+    /// Nothing says what the sensor is.
+    #[error("the recording does not say what the sensor is")]
+    NoSensor,
+    /// Seam points of another sensor.
+    #[error("the recorded seam points are not those of a sensor of kind `{sensor}`")]
+    OtherSensor {
+        /// The kind of the sensor.
+        sensor: &'static str,
+    },
+    /// The dataset cannot be written, or the sensor cannot be read.
+    #[error(transparent)]
+    Dataset(#[from] trueline_dataset::Error),
+}
+
+impl ImportError {
+    pub(crate) fn io(file: &Path, error: &std::io::Error) -> Self {
+        Self::Io { file: file.to_owned(), why: error.to_string() }
+    }
+
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        let text = match self {
+            Self::Io { .. } => "check the path and its permissions",
+            Self::NotARecording { .. } => {
+                "what can be read: an .mcap file, a folder of rosbag2, a .db3 or .db3.zstd file"
+            }
+            Self::RosBag1 { .. } => "`mcap convert in.bag out.mcap` makes it an MCAP file",
+            Self::WithoutRosbag2 { .. } => {
+                "build with the feature `rosbag2`, or `ros2 bag convert` it to MCAP"
+            }
+            Self::Database { .. } => "a .db3 file of rosbag2 has the tables `topics` and `messages`",
+            Self::Message { problem, .. } => return problem.hint(),
+            Self::NoTopic { .. } | Self::SeveralTopics { .. } => {
+                "name one of them with --pose-topic or --image-topic"
+            }
+            Self::NoRobot { .. } | Self::OnlyJointAngles { .. } => {
+                "record the pose of the tool as well: tf, or a PoseStamped"
+            }
+            Self::FramesNeeded { .. }
+            | Self::UnknownFrame { .. }
+            | Self::NoChain { .. }
+            | Self::NothingMoves { .. } => {
+                "name the frames with --base and --tool; the tool is the frame whose pose the robot reports"
+            }
+            Self::OtherBase { .. } => "leave --base out, or choose another topic",
+            Self::SeveralParents { .. } => "were two recordings joined? split the recording",
+            Self::StaticChanged { .. } => "split the recording where it changes",
+            Self::NeverTogether { .. } => "do their stamps come from different clocks?",
+            Self::NotStamped { .. } => {
+                "the times of recording vary too much to stand in for them: let the driver stamp its messages"
+            }
+            Self::NoSensor => "give it with --sensor sensor.toml",
+            Self::OtherSensor { .. } => "give the sensor that was recorded with --sensor sensor.toml",
+            Self::Dataset(error) => return error.hint(),
+        };
+        text.to_owned()
+    }
+}
+
+fn seconds(log_time: u64) -> String {
+    format!("{}.{:09} s", log_time / 1_000_000_000, log_time % 1_000_000_000)
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}

@@ -1,0 +1,35 @@
+//! Stamps that do not rise: sorted, and told.
+
+/// How many stamps come behind a later one.
+pub fn late(stamps: impl Iterator<Item = i64>) -> usize {
+    let mut newest = i64::MIN;
+    let mut late = 0;
+    for stamp in stamps {
+        late += usize::from(stamp < newest);
+        newest = newest.max(stamp);
+    }
+    late
+}
+
+/// Sorts by stamp, those of equal stamps as they were; tells what was out of order.
+pub fn sort<T>(items: &mut [T], stamp: impl Fn(&T) -> i64, what: &str) -> Option<String> {
+    let late = late(items.iter().map(&stamp));
+    items.sort_by_key(stamp);
+    late_note(late, what)
+}
+
+/// Words for stamps that were out of order.
+pub fn late_note(late: usize, what: &str) -> Option<String> {
+    (late > 0).then(|| format!("{late} {what} were recorded behind later ones and have been sorted by stamp"))
+}
+
+/// Tells how many items have the stamp of the one before; they are kept.
+pub fn repetitions<T>(items: &[T], stamp: impl Fn(&T) -> i64, what: &str) -> Option<String> {
+    let count = items.windows(2).filter(|w| stamp(&w[0]) == stamp(&w[1])).count();
+    (count > 0).then(|| format!("{count} {what} have the stamp of the one before"))
+}
+
+/// Whether whoever sent them left out the stamps.
+pub fn not_stamped(mut stamps: impl ExactSizeIterator<Item = i64>) -> bool {
+    stamps.len() > 1 && stamps.all(|stamp| stamp == 0)
+}

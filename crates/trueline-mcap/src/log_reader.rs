@@ -1,0 +1,330 @@
+//! Reads an MCAP file as far as it can be trusted: damage is reported, and reading goes on behind it.
+//!
+//! The readers of the MCAP library either end at the first damage or return altered bytes as good ones. Here chunks are
+//! taken as a whole and read on their own, checksum first; where the framing is lost, the next plausible chunk is looked for.
+
+use crate::about::{ABOUT_RECORD, is_whole};
+use crate::chunk::{self, ChunkHead, FRAME_BYTES, READ_BLOCK, RECORD_LIMIT};
+use crate::damage::Damage;
+use crate::summary::read_summary;
+use crate::topics::{PROFILE, known_channel};
+use mcap::read::ChannelAccumulator;
+use mcap::records::{Record, op};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{Channel, MAGIC, McapError};
+use std::collections::{BTreeMap, VecDeque};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::sync::Arc;
+
+/// What a file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Item {
+    /// A message.
+    Message {
+        /// Its topic and schema.
+        channel: Arc<Channel<'static>>,
+        /// Its number.
+        sequence: u32,
+        /// When it was recorded, ns.
+        log_time: u64,
+        /// When it was published, ns.
+        publish_time: u64,
+        /// Its bytes.
+        data: Vec<u8>,
+    },
+    /// A file inside the file.
+    Attachment {
+        /// Its name.
+        name: String,
+        /// Its bytes.
+        data: Vec<u8>,
+    },
+    /// Words by keys.
+    Metadata {
+        /// What they are about.
+        name: String,
+        /// The words.
+        values: BTreeMap<String, String>,
+    },
+}
+
+/// Reads one file, item by item.
+pub struct LogReader<R> {
+    source: R,
+    length: u64,
+    records: LinearReader,
+    /// Where the next record begins.
+    offset: u64,
+    at_start: bool,
+    data_ended: bool,
+    done: bool,
+    seen: ChannelAccumulator<'static>,
+    from_summary: Option<ChannelAccumulator<'static>>,
+    profile: Option<String>,
+    queue: VecDeque<Item>,
+    orphans: BTreeMap<u16, usize>,
+    damages: Vec<Damage>,
+}
+
+fn options() -> LinearReaderOptions {
+    LinearReaderOptions::default()
+        .with_emit_chunks(true)
+        .with_skip_end_magic(true)
+        .with_record_length_limit(RECORD_LIMIT)
+}
+
+impl<R: Read + Seek> LogReader<R> {
+    /// Looks at a file.
+    ///
+    /// # Errors
+    /// What the operating system says. Whatever is wrong with the content is a [`Damage`].
+    pub fn open(mut source: R) -> io::Result<Self> {
+        let length = source.seek(SeekFrom::End(0))?;
+        let summary = read_summary(&mut source, length);
+        source.seek(SeekFrom::Start(0))?;
+        Ok(Self {
+            source,
+            length,
+            records: LinearReader::new_with_options(options().with_validate_data_section_crc(true)),
+            offset: MAGIC.len() as u64,
+            at_start: true,
+            data_ended: false,
+            done: length == 0,
+            seen: ChannelAccumulator::default(),
+            from_summary: summary.as_ref().map(ChannelAccumulator::from_summary),
+            profile: None,
+            queue: VecDeque::new(),
+            orphans: BTreeMap::new(),
+            damages: if length == 0 { vec![Damage::Empty] } else { Vec::new() },
+        })
+    }
+
+    /// The profile that the header names, once it was read.
+    #[must_use]
+    pub fn profile(&self) -> Option<&str> {
+        self.profile.as_deref()
+    }
+
+    /// What was found damaged so far; all of it after the last item.
+    #[must_use]
+    pub fn damages(&self) -> &[Damage] {
+        &self.damages
+    }
+
+    /// The next item in the order of the file; `None` at the end.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn next_item(&mut self) -> io::Result<Option<Item>> {
+        loop {
+            if let Some(item) = self.queue.pop_front() {
+                return Ok(Some(item));
+            }
+            if self.done {
+                let orphans = std::mem::take(&mut self.orphans);
+                let unknown =
+                    orphans.into_iter().map(|(id, messages)| Damage::UnknownChannel { id, messages });
+                self.damages.extend(unknown);
+                return Ok(None);
+            }
+            self.step()?;
+        }
+    }
+
+    fn step(&mut self) -> io::Result<()> {
+        let offset = self.offset;
+        let (opcode, body) = match self.records.next_event() {
+            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                let got = self.source.read(self.records.insert(wanted.clamp(1, READ_BLOCK)))?;
+                self.records.notify_read(got);
+                return Ok(());
+            }
+            Some(Ok(LinearReadEvent::Record { opcode, data })) => (opcode, data.to_vec()),
+            Some(Err(McapError::BadMagic)) if self.at_start => {
+                self.damages.push(Damage::NotMcap);
+                return self.resync(0, "the file does not begin as MCAP does");
+            }
+            Some(Err(McapError::BadDataCrc { .. })) => {
+                // Every chunk is compared on its own: this says that something else was altered. The library would say
+                // it again and again.
+                self.damages.push(Damage::DataChecksum);
+                self.data_ended = true;
+                return self.restart(offset + FRAME_BYTES + 4);
+            }
+            Some(Err(error)) => return self.resync(offset, &error.to_string()),
+            None => {
+                self.done = true;
+                if !self.ends_properly() {
+                    let lost = self.length.saturating_sub(offset);
+                    self.damages.push(Damage::Truncated { offset, lost });
+                }
+                return Ok(());
+            }
+        };
+        self.offset += FRAME_BYTES + body.len() as u64;
+        self.record(offset, opcode, &body)
+    }
+
+    fn ends_properly(&self) -> bool {
+        self.data_ended && self.offset + MAGIC.len() as u64 == self.length
+    }
+
+    fn record(&mut self, offset: u64, opcode: u8, body: &[u8]) -> io::Result<()> {
+        // A chunk whose opcode was altered still has a head that adds up, and its own checksum.
+        let disguised = opcode != op::CHUNK
+            && ChunkHead::read(body, body.len() as u64).is_some_and(|head| head.end == body.len());
+        if disguised || !self.may_be_here(opcode, body) {
+            self.damages
+                .push(Damage::Record { offset, why: "it is of a kind that cannot be here".to_owned() });
+            if disguised {
+                self.restart(offset + FRAME_BYTES + body.len() as u64)?;
+                return self.chunk(offset, body);
+            }
+            // A wrong footer ends the library's reader; behind any other record its length leads on.
+            return if opcode == op::FOOTER { self.resync(offset, "a footer amid the file") } else { Ok(()) };
+        }
+        match opcode {
+            op::DATA_END => self.data_ended = true,
+            // The summary was read on its own.
+            _ if self.data_ended => {}
+            op::CHUNK => return self.chunk(offset, body),
+            _ => {
+                let accepted = chunk::parse(opcode, body).and_then(|record| self.accept(record));
+                if let Err(error) = accepted {
+                    self.damages.push(Damage::Record { offset, why: error.to_string() });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn may_be_here(&self, opcode: u8, body: &[u8]) -> bool {
+        match opcode {
+            op::SCHEMA | op::CHANNEL => true,
+            op::FOOTER => {
+                self.data_ended && body.len() == 20 && self.offset + MAGIC.len() as u64 >= self.length
+            }
+            op::CHUNK_INDEX
+            | op::ATTACHMENT_INDEX
+            | op::METADATA_INDEX
+            | op::STATISTICS
+            | op::SUMMARY_OFFSET => self.data_ended,
+            op::DATA_END => !self.data_ended && body.len() == 4,
+            op::HEADER | op::MESSAGE | op::CHUNK | op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA => {
+                !self.data_ended
+            }
+            // Others may add records of their own.
+            _ => opcode >= 0x80,
+        }
+    }
+
+    fn chunk(&mut self, offset: u64, body: &[u8]) -> io::Result<()> {
+        let length = body.len() as u64;
+        let Some(head) = ChunkHead::read(body, length) else {
+            return self.resync(offset, "the head of a chunk does not add up");
+        };
+        let (records, ended) = chunk::records(body, &head);
+        let before = self.queue.len();
+        for record in records {
+            if let Err(error) = self.accept(record) {
+                self.damages.push(Damage::Record { offset, why: error.to_string() });
+            }
+        }
+        if let Some(error) = ended {
+            let kept = self.queue.len() - before;
+            self.damages.push(head.damage(offset, length + FRAME_BYTES, kept, &error));
+            if head.end != body.len() {
+                return self.resync(offset, "the length of a chunk does not fit its head");
+            }
+        }
+        Ok(())
+    }
+
+    fn accept(&mut self, record: Record<'static>) -> Result<(), McapError> {
+        match record {
+            Record::Header(header) => self.profile = Some(header.profile),
+            Record::Schema { header, data } => self.seen.add_schema(header, data)?,
+            Record::Channel(channel) => self.seen.add_channel(channel)?,
+            Record::Message { header, data } => match self.channel(header.channel_id) {
+                Some(channel) => self.queue.push_back(Item::Message {
+                    channel,
+                    sequence: header.sequence,
+                    log_time: header.log_time,
+                    publish_time: header.publish_time,
+                    data: data.into_owned(),
+                }),
+                None => *self.orphans.entry(header.channel_id).or_default() += 1,
+            },
+            Record::Attachment { header, data, .. } => {
+                self.queue.push_back(Item::Attachment { name: header.name, data: data.into_owned() });
+            }
+            Record::Metadata(record) => {
+                if record.name == ABOUT_RECORD && !is_whole(&record.metadata) {
+                    self.damages.push(Damage::AboutChecksum);
+                }
+                self.queue.push_back(Item::Metadata { name: record.name, values: record.metadata });
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn channel(&self, id: u16) -> Option<Arc<Channel<'static>>> {
+        let is_own = self.profile.as_deref() == Some(PROFILE);
+        self.seen
+            .get(id)
+            .or_else(|| if is_own { known_channel(id) } else { None })
+            .or_else(|| self.from_summary.as_ref()?.get(id))
+    }
+
+    /// Goes on at the beginning of a record with a new reader: what the library's does after an error is not defined.
+    fn restart(&mut self, offset: u64) -> io::Result<()> {
+        self.source.seek(SeekFrom::Start(offset))?;
+        self.offset = offset;
+        self.records = LinearReader::new_with_options(options().with_skip_start_magic(true));
+        self.at_start = false;
+        Ok(())
+    }
+
+    /// Goes on at the next plausible chunk behind `from`; without one the file ends here.
+    fn resync(&mut self, from: u64, why: &str) -> io::Result<()> {
+        if let Some(to) = next_chunk(&mut self.source, from + 1, self.length)? {
+            self.damages.push(Damage::Skipped { from, to, why: why.to_owned() });
+            return self.restart(to);
+        }
+        self.done = true;
+        let (from, to) = (from.min(self.length), self.length);
+        let was_finished = self.from_summary.is_some();
+        self.damages.push(if was_finished {
+            Damage::Skipped { from, to, why: why.to_owned() }
+        } else {
+            Damage::Truncated { offset: from, lost: to - from }
+        });
+        Ok(())
+    }
+}
+
+/// Where the next chunk begins whose head adds up with its length.
+fn next_chunk<R: Read + Seek>(source: &mut R, from: u64, length: u64) -> io::Result<Option<u64>> {
+    /// Longest head of a chunk with its frame, rounded up.
+    const HEAD: usize = 64;
+    let mut at = from;
+    let mut block = Vec::new();
+    while at < length {
+        block.clear();
+        source.seek(SeekFrom::Start(at))?;
+        source.by_ref().take((READ_BLOCK + HEAD) as u64).read_to_end(&mut block)?;
+        for (k, rest) in block.iter().enumerate().take(READ_BLOCK).map(|(k, _)| (k, &block[k..])) {
+            let position = at + k as u64;
+            let [op::CHUNK, tail @ ..] = rest else { continue };
+            let Some((bytes, body)) = tail.split_first_chunk::<8>() else { continue };
+            let record = u64::from_le_bytes(*bytes);
+            let fits = record <= RECORD_LIMIT as u64 && position + FRAME_BYTES + record <= length;
+            if fits && ChunkHead::read(body, record).is_some_and(|head| head.end as u64 == record) {
+                return Ok(Some(position));
+            }
+        }
+        at += READ_BLOCK as u64;
+    }
+    Ok(None)
+}

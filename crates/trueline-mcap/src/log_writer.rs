@@ -1,0 +1,135 @@
+//! One recording being written: entries in, MCAP out.
+
+use crate::about::{ABOUT_RECORD, About, SENSOR_ATTACHMENT};
+use crate::entry::Entry;
+use crate::entry_messages::{Outgoing, messages};
+use crate::sink::{SharedSink, Sink};
+use crate::topics::{ENCODING, PROFILE, TOPICS};
+use mcap::records::{MessageHeader, Metadata};
+use mcap::{Attachment, Compression, McapError, WriteOptions};
+use std::collections::BTreeMap;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// A chunk is closed when it is this large, bytes before compression; what is not in a closed chunk is lost with the program.
+const CHUNK_BYTES: u64 = 256 * 1024;
+
+/// Writes a recording to a sink.
+pub struct LogWriter<S: Sink> {
+    writer: mcap::Writer<SharedSink<S>>,
+    sink: SharedSink<S>,
+}
+
+impl<S: Sink> LogWriter<S> {
+    /// Writes what stands before the first entry and hands it to the operating system.
+    ///
+    /// # Errors
+    /// What the sink says.
+    pub fn new(sink: S, about: &About) -> Result<Self, McapError> {
+        let sink = SharedSink::new(sink);
+        let writer = options().create(sink.other_owner())?;
+        let mut log = Self { writer, sink };
+        log.write_about(about)?;
+        for topic in TOPICS.iter() {
+            log.writer.add_schema_with_id(topic.id, &topic.schema, ENCODING, &topic.descriptors)?;
+            log.writer.add_channel_with_id(topic.id, topic.id, topic.name, ENCODING, &BTreeMap::new())?;
+        }
+        log.writer.flush()?;
+        log.sink.sync()?;
+        Ok(log)
+    }
+
+    /// Adds an entry; it is with the operating system after the next [`LogWriter::flush`].
+    ///
+    /// # Errors
+    /// What the sink says.
+    pub fn write(&mut self, entry: Entry) -> Result<(), McapError> {
+        for Outgoing { topic, sequence, log_ns, publish_ns, bytes } in messages(entry) {
+            // The bits are kept: a stamp before 1970 is a mistake somewhere else, and must be seen as it was.
+            let header = MessageHeader {
+                channel_id: topic,
+                sequence,
+                log_time: log_ns as u64,
+                publish_time: publish_ns as u64,
+            };
+            self.writer.write_to_known_channel(&header, &bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Hands everything to the operating system.
+    ///
+    /// # Errors
+    /// What the sink says.
+    pub fn flush(&mut self) -> Result<(), McapError> {
+        self.writer.flush()
+    }
+
+    /// Makes everything that was flushed survive a loss of power.
+    ///
+    /// # Errors
+    /// What the sink says.
+    pub fn sync(&mut self) -> Result<(), McapError> {
+        Ok(self.sink.sync()?)
+    }
+
+    /// Bytes written.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.sink.bytes()
+    }
+
+    /// Writes the index and ends the recording; returns its bytes.
+    ///
+    /// # Errors
+    /// What the sink says.
+    pub fn finish(mut self) -> Result<u64, McapError> {
+        self.writer.finish()?;
+        self.sink.sync()?;
+        Ok(self.sink.bytes())
+    }
+
+    /// Ends without an index: after a failure nothing more is to be written.
+    pub fn abandon(self) {
+        self.writer.into_inner();
+    }
+
+    fn write_about(&mut self, about: &About) -> Result<(), McapError> {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let now_ns = u64::try_from(now.as_nanos()).unwrap_or(u64::MAX);
+        let record = Metadata { name: ABOUT_RECORD.to_owned(), metadata: about.record() };
+        self.writer.write_metadata(&record)?;
+        if let Some(text) = &about.sensor_toml {
+            self.writer.attach(&Attachment {
+                log_time: now_ns,
+                create_time: now_ns,
+                name: SENSOR_ATTACHMENT.to_owned(),
+                media_type: "application/toml".to_owned(),
+                data: text.as_bytes().into(),
+            })?;
+        }
+        Ok(())
+    }
+}
+
+fn options() -> WriteOptions {
+    WriteOptions::new()
+        .profile(PROFILE)
+        .library(concat!("trueline ", env!("CARGO_PKG_VERSION")))
+        .chunk_size(Some(CHUNK_BYTES))
+        .compression(Some(Compression::Zstd))
+        .compression_level(1)
+        // Else every recording starts as many threads as there are processors.
+        .compression_threads(0)
+        // A chunk reaches the file only when it is complete: what is in the file can be read.
+        .disable_seeking(true)
+        // Readers rely on it: without a checksum, altered bytes are taken as good ones.
+        .calculate_chunk_crcs(true)
+}
+
+/// The whole story: the error of the MCAP library does not tell what the operating system said.
+pub fn words(error: &McapError) -> String {
+    match error {
+        McapError::Io(error) => error.to_string(),
+        other => other.to_string(),
+    }
+}

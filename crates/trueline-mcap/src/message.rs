@@ -1,0 +1,147 @@
+//! What a message says, whoever wrote it.
+
+use crate::content_error::ContentError;
+use crate::{foxglove_messages, ros_messages, trueline_messages};
+use trueline_dataset::{Feature, GrayImage};
+use trueline_geometry::Pose;
+
+/// What a topic's messages are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// A pose of something that has no name, in a frame that has one.
+    Pose,
+    /// Poses of named frames in named frames.
+    Transforms,
+    /// A picture.
+    Picture,
+    /// Angles of a robot's joints.
+    JointStates,
+    /// Seam points.
+    Features,
+    /// Stamps of a frame of a camera.
+    Frame,
+    /// Something else.
+    Other,
+}
+
+/// A message that was understood.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content {
+    /// A pose.
+    Pose(StampedPose),
+    /// Transforms.
+    Transforms(Vec<StampedTransform>),
+    /// A picture.
+    Picture(StampedPicture),
+    /// Angles of joints.
+    JointStates(JointStates),
+    /// Seam points.
+    Features(Vec<Feature>),
+    /// Stamps of a frame.
+    Frame(FrameStamps),
+    /// Something else.
+    Other,
+}
+
+/// A pose in a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StampedPose {
+    /// Stamp in the message, ns.
+    pub stamp_ns: i64,
+    /// The frame, without a leading slash.
+    pub frame: String,
+    /// `frame_from_it`, m.
+    pub pose: Pose,
+}
+
+/// A frame in a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StampedTransform {
+    /// Stamp in the message, ns.
+    pub stamp_ns: i64,
+    /// The outer frame, without a leading slash.
+    pub parent: String,
+    /// The inner frame, without a leading slash.
+    pub child: String,
+    /// Maps coordinates in the child to coordinates in the parent, m.
+    pub parent_from_child: Pose,
+}
+
+/// A picture of a moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StampedPicture {
+    /// Stamp in the message, ns.
+    pub stamp_ns: i64,
+    /// The picture.
+    pub picture: Picture,
+}
+
+/// A picture as it was recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Picture {
+    /// A gray PNG, to be passed on as it is.
+    Png(Vec<u8>),
+    /// Pixels.
+    Gray(GrayImage),
+}
+
+/// Angles of joints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointStates {
+    /// Stamp in the message, ns.
+    pub stamp_ns: i64,
+    /// Names of the joints.
+    pub names: Vec<String>,
+    /// Their positions, rad or m.
+    pub positions: Vec<f64>,
+}
+
+/// All stamps of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameStamps {
+    /// The camera's counter.
+    pub frame: u64,
+    /// The stamp that calibration uses, ns.
+    pub stamp_ns: i64,
+    /// When its first packet came, ns, where known.
+    pub first_packet_ns: Option<i64>,
+    /// When it was complete, ns, where known.
+    pub complete_ns: Option<i64>,
+    /// The camera's own clock, ns, where known.
+    pub device_ns: Option<i64>,
+    /// Exposure time, µs, where known.
+    pub exposure_us: Option<f64>,
+    /// Whether it came whole.
+    pub status: String,
+    /// Bytes of its picture; none if it has no picture.
+    pub picture_bytes: u64,
+}
+
+/// What messages of a schema in an encoding are.
+#[must_use]
+pub fn kind(schema: &str, encoding: &str) -> Kind {
+    match encoding {
+        "protobuf" => match foxglove_messages::kind(schema) {
+            Kind::Other => trueline_messages::kind(schema),
+            known => known,
+        },
+        "cdr" | "ros1" => ros_messages::kind(schema),
+        _ => Kind::Other,
+    }
+}
+
+/// Understands a message.
+///
+/// # Errors
+/// Bytes that are not such a message, and messages that cannot be used.
+pub fn decode(schema: &str, encoding: &str, bytes: &[u8]) -> Result<Content, ContentError> {
+    match encoding {
+        "protobuf" if foxglove_messages::kind(schema) != Kind::Other => {
+            foxglove_messages::decode(schema, bytes)
+        }
+        "protobuf" => trueline_messages::decode(schema, bytes),
+        "cdr" => ros_messages::decode_ros2(schema, bytes),
+        "ros1" => ros_messages::decode_ros1(schema, bytes),
+        _ => Ok(Content::Other),
+    }
+}

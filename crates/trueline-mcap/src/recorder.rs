@@ -1,0 +1,190 @@
+//! Records while it happens: whoever has something to record never waits, and a killed program loses a moment.
+
+use crate::about::About;
+use crate::entry::Entry;
+use crate::error::RecordError;
+use crate::log_writer::{LogWriter, words};
+use crate::sink::Sink;
+use crate::waiting::{Next, Waiting};
+use mcap::McapError;
+use std::fs::{self, File, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
+
+pub use crate::waiting::RecorderState;
+
+/// What a kill can cost: entries are handed to the operating system this often.
+const FLUSH_EVERY: Duration = Duration::from_millis(250);
+/// What a loss of power can cost.
+const SYNC_EVERY: Duration = Duration::from_secs(1);
+
+/// A recording in progress. Without [`Recorder::finish`] it is ended all the same, but nobody hears how.
+pub struct Recorder {
+    file: PathBuf,
+    waiting: Arc<Waiting>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// Where entries are given in; there may be many.
+#[derive(Clone)]
+pub struct RecorderHandle {
+    waiting: Arc<Waiting>,
+}
+
+/// A recording that was ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recorded {
+    /// The file.
+    pub file: PathBuf,
+    /// Entries in it.
+    pub written: u64,
+    /// Its bytes.
+    pub bytes: u64,
+    /// Entries for which there was no room.
+    pub refused: u64,
+}
+
+impl RecorderHandle {
+    /// Gives in an entry. Never waits for the disk: `false`, and counted, if there is no room or writing has failed.
+    #[must_use]
+    pub fn offer(&self, entry: Entry) -> bool {
+        self.waiting.offer(entry)
+    }
+
+    /// How the recording is doing.
+    #[must_use]
+    pub fn state(&self) -> RecorderState {
+        self.waiting.state()
+    }
+}
+
+impl Recorder {
+    /// Begins a recording in a new file.
+    ///
+    /// # Errors
+    /// A file that is there already, or that cannot be written.
+    pub fn create(path: &Path, about: &About) -> Result<Self, RecordError> {
+        let file = OpenOptions::new().write(true).create_new(true).open(path).map_err(|error| {
+            let file = path.to_owned();
+            match error.kind() {
+                io::ErrorKind::AlreadyExists => RecordError::AlreadyExists { file },
+                _ => RecordError::Create { file, why: error.to_string() },
+            }
+        })?;
+        let recorder = Self::onto(file, path, about);
+        match &recorder {
+            Ok(_) => keep_name(path),
+            // It holds nothing. If it cannot be removed, the error that is told is still the first.
+            Err(_) => drop(fs::remove_file(path)),
+        }
+        recorder
+    }
+
+    /// Begins a recording onto something else; `name` stands for it in errors.
+    ///
+    /// # Errors
+    /// A sink that cannot be written, or no thread to be had.
+    pub fn onto<S: Sink + 'static>(sink: S, name: &Path, about: &About) -> Result<Self, RecordError> {
+        let refused = |why: String| RecordError::Create { file: name.to_owned(), why };
+        let log = LogWriter::new(sink, about).map_err(|error| refused(words(&error)))?;
+        let waiting = Arc::new(Waiting::new());
+        waiting.flushed(log.bytes());
+        let of_thread = Arc::clone(&waiting);
+        let thread = Builder::new()
+            .name("recorder".to_owned())
+            .spawn(move || write(log, &of_thread))
+            .map_err(|error| refused(error.to_string()))?;
+        Ok(Self { file: name.to_owned(), waiting, thread: Some(thread) })
+    }
+
+    /// Where entries are given in.
+    #[must_use]
+    pub fn handle(&self) -> RecorderHandle {
+        RecorderHandle { waiting: Arc::clone(&self.waiting) }
+    }
+
+    /// Ends the recording: writes what waits, then the index. Entries offered from now on are refused.
+    ///
+    /// # Errors
+    /// Writing that failed, now or before.
+    pub fn finish(mut self) -> Result<Recorded, RecordError> {
+        self.close();
+        let RecorderState { written, bytes, refused, failure, .. } = self.waiting.state();
+        let file = std::mem::take(&mut self.file);
+        match failure {
+            Some(why) => Err(RecordError::Stopped { file, written, refused, why }),
+            None => Ok(Recorded { file, written, bytes, refused }),
+        }
+    }
+
+    fn close(&mut self) {
+        self.waiting.close();
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            self.waiting.fail("the writing thread broke down".to_owned());
+        }
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+/// A file that is synced can still lose its name with the power. Where folders cannot be synced there is nothing to do.
+fn keep_name(path: &Path) {
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if let Ok(folder) = File::open(parent) {
+        drop(folder.sync_all());
+    }
+}
+
+fn write<S: Sink>(mut log: LogWriter<S>, waiting: &Waiting) {
+    let ended = match write_until_closed(&mut log, waiting) {
+        Ok(()) => log.finish(),
+        Err(error) => {
+            log.abandon();
+            Err(error)
+        }
+    };
+    match ended {
+        Ok(bytes) => waiting.flushed(bytes),
+        Err(error) => waiting.fail(words(&error)),
+    }
+}
+
+fn write_until_closed<S: Sink>(log: &mut LogWriter<S>, waiting: &Waiting) -> Result<(), McapError> {
+    let start = Instant::now();
+    let (mut flushed, mut synced) = (start, start);
+    let (mut is_new, mut is_unsynced) = (false, false);
+    loop {
+        let deadline = match (is_new, is_unsynced) {
+            (true, _) => flushed + FLUSH_EVERY,
+            (false, true) => synced + SYNC_EVERY,
+            (false, false) => Instant::now() + SYNC_EVERY,
+        };
+        match waiting.next(deadline) {
+            Next::Entry(entry) => {
+                log.write(*entry)?;
+                is_new = true;
+            }
+            Next::Idle => {}
+            Next::Closed => return Ok(()),
+        }
+        let now = Instant::now();
+        if is_new && now >= flushed + FLUSH_EVERY {
+            log.flush()?;
+            waiting.flushed(log.bytes());
+            (is_new, is_unsynced, flushed) = (false, true, now);
+        }
+        if is_unsynced && now >= synced + SYNC_EVERY {
+            log.sync()?;
+            (is_unsynced, synced) = (false, now);
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! The messages of ROS that matter here.
+
+use crate::content_error::ContentError;
+use crate::message::{Content, JointStates, Kind, StampedPicture, StampedPose, StampedTransform};
+use crate::pictures::{RawPicture, checked_png};
+use crate::ros_cursor::RosCursor;
+use crate::spatial::{frame_name, pose_of};
+
+/// What messages of a ROS type are; the type is written `package/msg/Name` in ROS 2, `package/Name` in ROS 1.
+#[must_use]
+pub fn kind(schema: &str) -> Kind {
+    let short = schema.replace("/msg/", "/");
+    match short.as_str() {
+        "geometry_msgs/PoseStamped" => Kind::Pose,
+        "geometry_msgs/TransformStamped" | "tf2_msgs/TFMessage" | "tf/tfMessage" => Kind::Transforms,
+        "sensor_msgs/Image" | "sensor_msgs/CompressedImage" => Kind::Picture,
+        "sensor_msgs/JointState" => Kind::JointStates,
+        _ => Kind::Other,
+    }
+}
+
+/// Understands a ROS 2 message.
+///
+/// # Errors
+/// [`ContentError`] says which field is at fault.
+pub fn decode_ros2(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
+    if kind(schema) == Kind::Other {
+        return Ok(Content::Other);
+    }
+    Fields { cursor: RosCursor::ros2(bytes)?, header: Fields::header_of_ros2 }.content(schema)
+}
+
+/// Understands a ROS 1 message.
+///
+/// # Errors
+/// [`ContentError`] says which field is at fault.
+pub fn decode_ros1(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
+    Fields { cursor: RosCursor::ros1(bytes), header: Fields::header_of_ros1 }.content(schema)
+}
+
+type Read<T> = Result<T, ContentError>;
+type Header = (i64, String);
+
+/// A message's fields, and how its header is written.
+struct Fields<'a> {
+    cursor: RosCursor<'a>,
+    header: fn(&mut RosCursor<'a>) -> Read<Header>,
+}
+
+impl<'a> Fields<'a> {
+    fn content(mut self, schema: &str) -> Read<Content> {
+        let content = match schema.rsplit('/').next().unwrap_or_default() {
+            "PoseStamped" if kind(schema) == Kind::Pose => Content::Pose(self.pose()?),
+            "TransformStamped" if kind(schema) == Kind::Transforms => {
+                Content::Transforms(vec![self.transform()?])
+            }
+            _ if kind(schema) == Kind::Transforms => Content::Transforms(self.transforms()?),
+            _ if kind(schema) == Kind::JointStates => Content::JointStates(self.joint_states()?),
+            "CompressedImage" if kind(schema) == Kind::Picture => Content::Picture(self.compressed_image()?),
+            "Image" if kind(schema) == Kind::Picture => Content::Picture(self.image()?),
+            _ => return Ok(Content::Other),
+        };
+        self.cursor.end()?;
+        Ok(content)
+    }
+
+    fn header_of_ros2(cursor: &mut RosCursor<'a>) -> Read<Header> {
+        let (s, ns) = (cursor.i32("header.stamp")?, cursor.u32("header.stamp")?);
+        Ok((stamp_ns(i64::from(s), ns)?, frame_name(cursor.text("header.frame_id")?)))
+    }
+
+    fn header_of_ros1(cursor: &mut RosCursor<'a>) -> Read<Header> {
+        cursor.u32("header.seq")?;
+        let (s, ns) = (cursor.u32("header.stamp")?, cursor.u32("header.stamp")?);
+        Ok((stamp_ns(i64::from(s), ns)?, frame_name(cursor.text("header.frame_id")?)))
+    }
+
+    fn header(&mut self) -> Read<Header> {
+        (self.header)(&mut self.cursor)
+    }
+
+    fn pose(&mut self) -> Read<StampedPose> {
+        let (stamp_ns, frame) = self.header()?;
+        let (position, xyzw) = (self.cursor.f64s("position")?, self.cursor.f64s("orientation")?);
+        Ok(StampedPose { stamp_ns, frame, pose: pose_of(position, xyzw)? })
+    }
+
+    fn transform(&mut self) -> Read<StampedTransform> {
+        let (stamp_ns, parent) = self.header()?;
+        let child = frame_name(self.cursor.text("child_frame_id")?);
+        let (translation, xyzw) = (self.cursor.f64s("translation")?, self.cursor.f64s("rotation")?);
+        Ok(StampedTransform { stamp_ns, parent, child, parent_from_child: pose_of(translation, xyzw)? })
+    }
+
+    fn transforms(&mut self) -> Read<Vec<StampedTransform>> {
+        // Stamp, two texts, seven numbers.
+        let count = self.cursor.count(8 + 8 + 56, "transforms")?;
+        (0..count).map(|_| self.transform()).collect()
+    }
+
+    fn joint_states(&mut self) -> Read<JointStates> {
+        let (stamp_ns, _) = self.header()?;
+        let count = self.cursor.count(4, "name")?;
+        let names: Vec<String> =
+            (0..count).map(|_| self.cursor.text("name").map(str::to_owned)).collect::<Read<_>>()?;
+        let positions = self.numbers("position")?;
+        for field in ["velocity", "effort"] {
+            self.numbers(field)?;
+        }
+        let (expected, found) = (names.len(), positions.len());
+        if expected != found && found != 0 {
+            return Err(ContentError::Count { field: "position", expected, found });
+        }
+        Ok(JointStates { stamp_ns, names, positions })
+    }
+
+    fn numbers(&mut self, field: &'static str) -> Read<Vec<f64>> {
+        let count = self.cursor.count(8, field)?;
+        (0..count).map(|_| self.cursor.f64(field)).collect()
+    }
+
+    fn image(&mut self) -> Read<StampedPicture> {
+        let (stamp_ns, _) = self.header()?;
+        let (height, width) = (self.cursor.u32("height")?, self.cursor.u32("width")?);
+        let encoding = self.cursor.text("encoding")?;
+        let big_endian = self.cursor.u8("is_bigendian")? != 0;
+        let step = self.cursor.u32("step")?;
+        let bytes = self.cursor.bytes("data")?;
+        let picture = RawPicture { width, height, step, encoding, big_endian, bytes }.gray()?;
+        Ok(StampedPicture { stamp_ns, picture })
+    }
+
+    fn compressed_image(&mut self) -> Read<StampedPicture> {
+        let (stamp_ns, _) = self.header()?;
+        let format = self.cursor.text("format")?;
+        let picture = checked_png(self.cursor.bytes("data")?, format)?;
+        Ok(StampedPicture { stamp_ns, picture })
+    }
+}
+
+/// Seconds and a fraction as nanoseconds.
+fn stamp_ns(s: i64, ns: u32) -> Read<i64> {
+    // Seconds have 32 bits, so the product has 62.
+    if ns < 1_000_000_000 { Ok(s * 1_000_000_000 + i64::from(ns)) } else { Err(ContentError::Stamp) }
+}

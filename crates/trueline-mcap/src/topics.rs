@@ -1,0 +1,89 @@
+//! The topics of a recording of trueline, with numbers that never change.
+//!
+//! A file tells its topics once, in its first chunk. If just that is damaged and the program was killed before it wrote the
+//! summary, every message would be lost for want of a name; so the reader knows these numbers.
+
+use crate::schemas::own_descriptors;
+use foxglove::Encode;
+use foxglove::messages::{CompressedImage, FrameTransform, Log};
+use std::borrow::Cow;
+use std::sync::{Arc, LazyLock};
+
+/// The profile in the header of a recording of trueline.
+pub const PROFILE: &str = "trueline";
+
+/// The robot's pose: this is what is read back.
+pub const TF: u16 = 1;
+/// The robot's datagrams as they came.
+pub const ROBOT: u16 = 2;
+/// Datagrams that are not used.
+pub const REJECTED: u16 = 3;
+/// Answers to the robot.
+pub const ANSWER: u16 = 4;
+/// Readings of both clocks.
+pub const CLOCK: u16 = 5;
+/// Notes.
+pub const LOG: u16 = 6;
+/// Pictures.
+pub const IMAGE: u16 = 7;
+/// Stamps of the frames.
+pub const FRAME: u16 = 8;
+/// Seam points.
+pub const FEATURES: u16 = 9;
+
+/// A topic with its schema. The schema has the number of the topic.
+pub struct Topic {
+    pub id: u16,
+    pub name: &'static str,
+    pub schema: String,
+    pub descriptors: Cow<'static, [u8]>,
+}
+
+/// How messages are encoded, and their descriptors.
+pub const ENCODING: &str = "protobuf";
+
+/// All topics.
+pub static TOPICS: LazyLock<Vec<Topic>> = LazyLock::new(|| {
+    let own = own_descriptors();
+    let own = |id, name, schema: &str| Topic {
+        id,
+        name,
+        schema: format!("trueline.{schema}"),
+        descriptors: own.clone().into(),
+    };
+    vec![
+        standard::<FrameTransform>(TF, "/tf"),
+        own(ROBOT, "/robot/egm", "RobotDatagram"),
+        own(REJECTED, "/robot/rejected", "RejectedDatagram"),
+        own(ANSWER, "/robot/answer", "Answer"),
+        own(CLOCK, "/clock", "Clock"),
+        standard::<Log>(LOG, "/log"),
+        standard::<CompressedImage>(IMAGE, "/camera/image"),
+        own(FRAME, "/camera/frame", "Frame"),
+        own(FEATURES, "/sensor/features", "Features"),
+    ]
+});
+
+fn standard<T: Encode>(id: u16, name: &'static str) -> Topic {
+    let (schema, descriptors) =
+        T::get_schema().map_or_else(Default::default, |schema| (schema.name, schema.data));
+    Topic { id, name, schema, descriptors }
+}
+
+/// The channel that a number means in a recording of trueline whose own words about it are lost.
+pub fn known_channel(id: u16) -> Option<Arc<mcap::Channel<'static>>> {
+    let topic = TOPICS.iter().find(|topic| topic.id == id)?;
+    let schema = mcap::Schema {
+        id,
+        name: topic.schema.clone(),
+        encoding: ENCODING.to_owned(),
+        data: topic.descriptors.clone(),
+    };
+    Some(Arc::new(mcap::Channel {
+        id,
+        topic: topic.name.to_owned(),
+        schema: Some(Arc::new(schema)),
+        message_encoding: ENCODING.to_owned(),
+        metadata: Default::default(),
+    }))
+}

@@ -1,0 +1,65 @@
+//! The messages of trueline's own recordings that are read back.
+
+use crate::content_error::ContentError;
+use crate::message::{Content, FrameStamps, Kind};
+use crate::own_messages as own;
+use prost::Message;
+use trueline_dataset::{Feature, Measured};
+
+/// What messages of a schema are.
+#[must_use]
+pub fn kind(schema: &str) -> Kind {
+    match schema {
+        "trueline.Frame" => Kind::Frame,
+        "trueline.Features" => Kind::Features,
+        _ => Kind::Other,
+    }
+}
+
+/// Understands a message.
+///
+/// # Errors
+/// [`ContentError`] says which field is at fault.
+pub fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
+    let broken = |error: prost::DecodeError| ContentError::Protobuf { why: error.to_string() };
+    match kind(schema) {
+        Kind::Frame => {
+            let wire = own::Frame::decode(bytes).map_err(broken)?;
+            Ok(Content::Frame(FrameStamps {
+                frame: wire.frame,
+                stamp_ns: wire.stamp_ns,
+                first_packet_ns: wire.first_packet_ns,
+                complete_ns: wire.complete_ns,
+                device_ns: wire.device_ns,
+                exposure_us: wire.exposure_us,
+                status: wire.status,
+                picture_bytes: wire.picture_bytes,
+            }))
+        }
+        Kind::Features => {
+            let wire = own::Features::decode(bytes).map_err(broken)?;
+            Ok(Content::Features(wire.features.iter().map(feature).collect::<Result<_, _>>()?))
+        }
+        _ => Ok(Content::Other),
+    }
+}
+
+fn feature(wire: &own::Feature) -> Result<Feature, ContentError> {
+    let measured = match (wire.pixel.as_slice(), wire.point.as_slice(), wire.profile.as_slice()) {
+        (&[u, v], [], []) => Measured::Pixel([u, v]),
+        ([], &[x, y, z], []) => Measured::Point([x, y, z]),
+        ([], [], &[x, z]) => Measured::Profile([x, z]),
+        _ => return Err(ContentError::Feature),
+    };
+    let sigma = match wire.sigma.as_slice() {
+        [] => None,
+        &[a, b] if a > 0.0 && b > 0.0 => Some([a, b]),
+        _ => return Err(ContentError::Feature),
+    };
+    let mut numbers = wire.pixel.iter().chain(&wire.point).chain(&wire.profile).chain(&wire.sigma);
+    if !numbers.all(|v| v.is_finite()) {
+        return Err(ContentError::NotFinite { field: "the seam point" });
+    }
+    let (stamp_ns, line, frame, device_ns) = (wire.stamp_ns, wire.line, wire.frame, wire.device_ns);
+    Ok(Feature { stamp_ns, line, frame, device_ns, measured, sigma })
+}

@@ -1,0 +1,197 @@
+//! From a recording to a dataset folder.
+//!
+//! Stamps of a recording of trueline are those of its steady clock, with the senders' own beside them. In recordings of others
+//! they are those in the messages' headers, which the drivers set; when a message was recorded says when a program got round to
+//! it, and is not used.
+
+use crate::bag::{Bag, DamagedFile};
+use crate::choice::Choice;
+use crate::chosen::{Chain, Chosen, RobotSource};
+use crate::collect::Collector;
+use crate::dataset_folder::DatasetFolder;
+use crate::frame_files::frame_files;
+use crate::import_error::ImportError;
+use crate::in_order::{late_note, not_stamped, repetitions, sort};
+use crate::survey::{self, Survey};
+use crate::transform_chain::compose;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use trueline_dataset::{
+    Feature, FrameFile, Measured, Recording, RobotSample, Sensor, folder, images, sensor_toml,
+};
+
+/// What became of a recording.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unpacked {
+    /// The dataset folder.
+    pub folder: PathBuf,
+    /// Robot poses in it.
+    pub robot: usize,
+    /// Pictures in it.
+    pub frames: usize,
+    /// Seam points in it.
+    pub features: usize,
+    /// What is worth knowing: what was sorted, interpolated or left out.
+    pub notes: Vec<String>,
+    /// What of the recording could not be read.
+    pub damages: Vec<DamagedFile>,
+}
+
+/// Makes a dataset folder of a recording. The folder must not exist, or be empty; it appears as a whole or not at all.
+///
+/// # Errors
+/// A recording that cannot be opened, in which more than one thing could be meant, or in which a message that is needed
+/// cannot be used; a folder that cannot be written.
+pub fn unpack(path: &Path, choice: &Choice, out_folder: &Path) -> Result<Unpacked, ImportError> {
+    let bag = Bag::open(path)?;
+    let survey = survey::of(&bag)?;
+    let chosen = Chosen::of(&survey, choice)?;
+    let mut notes = Vec::new();
+    let (sensor, sensor_text) = sensor(path, &survey, choice, &mut notes)?;
+    let out = DatasetFolder::begin(out_folder)?;
+    let mut collected = Collector::new(&chosen, survey.is_own, &out);
+    let damages = bag.read(&mut |item| collected.add(item))?;
+
+    let frames = frames(&mut collected, &chosen, survey.is_own, &mut notes)?;
+    let features = features(&mut collected, &sensor, &mut notes)?;
+    let robot = robot(&mut collected, &chosen, &mut notes)?;
+    if frames.is_empty() && features.is_empty() {
+        notes.push("the recording has neither pictures nor seam points".to_owned());
+    }
+    let unpacked = Unpacked {
+        folder: out_folder.to_owned(),
+        robot: robot.len(),
+        frames: frames.len(),
+        features: features.len(),
+        notes,
+        damages,
+    };
+    let (initial, truth, inputs) = (None, None, BTreeMap::new());
+    let recording = Recording { sensor, robot, features, initial, truth, inputs };
+    folder::write(out.path(), &recording)?;
+    if let Some(text) = sensor_text {
+        // In its own words: written again, numbers would lose their last digit.
+        let file = out.path().join("sensor.toml");
+        fs::write(&file, text).map_err(|error| ImportError::io(&file, &error))?;
+    }
+    if !frames.is_empty() {
+        images::write_index(out.path(), &frames)?;
+    }
+    out.finish()?;
+    Ok(unpacked)
+}
+
+/// The sensor, and its text where it stands in the recording.
+fn sensor(
+    path: &Path,
+    survey: &Survey,
+    choice: &Choice,
+    notes: &mut Vec<String>,
+) -> Result<(Sensor, Option<String>), ImportError> {
+    match (&choice.sensor, &survey.sensor_toml) {
+        (Some(sensor), recorded) => {
+            if recorded.is_some() {
+                notes.push("the recorded sensor was left aside for the given one".to_owned());
+            }
+            Ok((sensor.clone(), None))
+        }
+        (None, Some(text)) => Ok((sensor_toml::parse(&path.join("sensor.toml"), text)?, Some(text.clone()))),
+        (None, None) => Err(ImportError::NoSensor),
+    }
+}
+
+fn robot(
+    collected: &mut Collector<'_>,
+    chosen: &Chosen,
+    notes: &mut Vec<String>,
+) -> Result<Vec<RobotSample>, ImportError> {
+    const WHAT: &str = "robot poses";
+    let mut robot = std::mem::take(&mut collected.robot);
+    let topic = match &chosen.robot {
+        RobotSource::Chain(chain) => {
+            robot = composed(chain, collected, notes)?;
+            format!("{} → {}", chain.base, chain.tool)
+        }
+        RobotSource::Poses { topic, .. } => topic.clone(),
+        RobotSource::Own => {
+            notes.extend(sort(&mut robot, |s| s.stamp_ns, WHAT));
+            notes.extend(repetitions(&robot, |s| s.stamp_ns, WHAT));
+            return Ok(robot);
+        }
+    };
+    if not_stamped(robot.iter().map(|s| s.stamp_ns)) {
+        return Err(ImportError::NotStamped { topic });
+    }
+    notes.extend(sort(&mut robot, |s| s.stamp_ns, WHAT));
+    notes.extend(repetitions(&robot, |s| s.stamp_ns, WHAT));
+    Ok(robot)
+}
+
+fn composed(
+    chain: &Chain,
+    collected: &mut Collector<'_>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<RobotSample>, ImportError> {
+    let (base, tool) = (chain.base.clone(), chain.tool.clone());
+    let transforms = std::mem::take(&mut collected.transforms);
+    for (step, samples) in chain.steps.iter().zip(&transforms) {
+        if !step.is_static && not_stamped(samples.iter().map(|(stamp, _)| *stamp)) {
+            return Err(ImportError::NotStamped { topic: format!("{} → {}", step.parent, step.child) });
+        }
+    }
+    let Some(composed) = compose(&chain.steps, transforms)? else {
+        return Err(ImportError::NothingMoves { base, tool });
+    };
+    if composed.poses.is_empty() {
+        return Err(ImportError::NeverTogether { base, tool });
+    }
+    let count = composed.poses.len();
+    let told = [
+        (composed.left_out, "stamps were left out, because not every transform is known there"),
+        (composed.interpolated, "poses have a transform that was interpolated between its own stamps"),
+        (composed.repeated, "transforms repeated a stamp; of those the last one counts"),
+    ];
+    notes.push(format!("{count} robot poses were composed of {} transforms", chain.steps.len()));
+    notes.extend(late_note(composed.late, "transforms"));
+    notes.extend(told.iter().filter(|(n, _)| *n > 0).map(|(n, words)| format!("{n} {words}")));
+    let sample = |(stamp_ns, base_from_tool)| RobotSample { stamp_ns, device_ns: None, base_from_tool };
+    Ok(composed.poses.into_iter().map(sample).collect())
+}
+
+fn frames(
+    collected: &mut Collector<'_>,
+    chosen: &Chosen,
+    is_own: bool,
+    notes: &mut Vec<String>,
+) -> Result<Vec<FrameFile>, ImportError> {
+    let pictures = std::mem::take(&mut collected.pictures);
+    if !is_own && not_stamped(pictures.iter().map(|picture| picture.stamp_ns)) {
+        return Err(ImportError::NotStamped { topic: chosen.pictures.clone().unwrap_or_default() });
+    }
+    let stamps = is_own.then(|| std::mem::take(&mut collected.frames));
+    let (frames, told) = frame_files(pictures, stamps);
+    notes.extend(told);
+    Ok(frames)
+}
+
+fn features(
+    collected: &mut Collector<'_>,
+    sensor: &Sensor,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Feature>, ImportError> {
+    let mut features = std::mem::take(&mut collected.features);
+    let fits = |feature: &Feature| {
+        matches!(
+            (sensor, feature.measured),
+            (Sensor::CameraLaser { .. }, Measured::Pixel(_))
+                | (Sensor::Profiler, Measured::Profile(_))
+                | (Sensor::Points { .. }, Measured::Point(_))
+        )
+    };
+    if !features.iter().all(fits) {
+        return Err(ImportError::OtherSensor { sensor: sensor.kind() });
+    }
+    notes.extend(sort(&mut features, |feature| feature.stamp_ns, "seam points"));
+    Ok(features)
+}
