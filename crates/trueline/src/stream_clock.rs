@@ -6,7 +6,7 @@
 //! counter where they are recorded, else the number of periods since the start. Recorded stamps are kept;
 //! this is a second opinion that is used only where the data bear it out.
 
-use crate::order_statistics::{median, spread};
+use crate::order_statistics::{median, quantile, spread};
 
 /// What ticked evenly at the source.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +59,8 @@ const STEP_WINDOW: usize = 20;
 const LEAST_STEP_S: f64 = 1e-5;
 /// Stamps to either side over which a step must last.
 const STAY_WINDOW: usize = 200;
+/// The share of stamps that are quicker than what is taken for their floor.
+const FLOOR: f64 = 0.1;
 /// A step is this many standard deviations of the difference of two medians high.
 const STEP_SIGMAS: f64 = 8.0;
 /// A stamp further off than this says little about the period.
@@ -233,10 +235,12 @@ fn piece_edges(detrended: &[f64], white: f64) -> Vec<usize> {
     }
     edges.extend(best.map(|(edge, _)| edge));
     edges.push(n);
-    // A step stays; a few delays in a row do not.
+    // A step stays, and moves the quickest stamps as it moves the middle ones; delays in a row do not.
+    let floor = |from: usize, to: usize| quantile(detrended[from..to].iter().copied(), FLOOR).unwrap_or(0.0);
     let stays = |&edge: &usize| {
         let (before, after) = (edge.saturating_sub(STAY_WINDOW), (edge + STAY_WINDOW).min(n));
-        edge == 0 || edge == n || (level(edge, after) - level(before, edge)).abs() > 0.5 * limit
+        let steps = |of: &dyn Fn(usize, usize) -> f64| (of(edge, after) - of(before, edge)).abs() > 0.5 * limit;
+        edge == 0 || edge == n || (steps(&level) && steps(&floor))
     };
     edges.into_iter().filter(stays).collect()
 }
