@@ -39,8 +39,10 @@ pub struct Finished {
     pub file: PathBuf,
     /// The link.
     pub watch: LinkWatch,
-    /// What was lost or disturbed, in words.
-    pub troubles: Vec<String>,
+    /// What is missing, in words.
+    pub losses: Vec<String>,
+    /// What happened besides.
+    pub notes: Vec<String>,
 }
 
 impl LiveRecording {
@@ -153,15 +155,15 @@ impl LiveRecording {
         for (reason, count) in self.watch.report().talkers.values().flat_map(|t| t.rejected.clone()) {
             self.note(NoteLevel::Info, format!("{count} datagrams not used: {reason}"));
         }
-        let mut troubles = Vec::new();
+        let (mut losses, mut notes) = (Vec::new(), Vec::new());
         if self.clock_steps > 0 {
-            troubles.push(format!(
+            notes.push(format!(
                 "this PC's clock was set {} times; the recording's stamps go on evenly",
                 self.clock_steps
             ));
         }
         if self.rejected > MOST_REJECTED {
-            troubles.push(format!(
+            notes.push(format!(
                 "{} datagrams that are not the robot's were counted only",
                 self.rejected - MOST_REJECTED
             ));
@@ -169,12 +171,24 @@ impl LiveRecording {
         let refused = self.handle.state().refused;
         match self.recorder.finish() {
             Ok(_) if refused > 0 => {
-                troubles.push(format!("the disk was too slow: {refused} entries are missing"));
+                losses.push(format!("the disk was too slow: {refused} entries are missing"));
             }
             Ok(_) => {}
-            Err(error) => troubles.push(format!("{error} ({})", error.hint())),
+            Err(error) => losses.push(format!("{error} ({})", error.hint())),
         }
-        Finished { file: self.file, watch: self.watch, troubles }
+        Finished { file: self.file, watch: self.watch, losses, notes }
+    }
+}
+
+impl Finished {
+    /// Says what is missing, and what happened besides.
+    pub fn tell(&self, quiet: bool) {
+        for loss in &self.losses {
+            crate::output::words(&format!("warning: {loss}"));
+        }
+        for note in self.notes.iter().filter(|_| !quiet) {
+            crate::output::words(&format!("note: {note}"));
+        }
     }
 }
 

@@ -15,6 +15,7 @@ mod overlay;
 mod path_file;
 mod pictures;
 mod planned_scan;
+mod priority;
 mod progress;
 mod requirement;
 

@@ -147,7 +147,9 @@ impl Guide {
             Phase::Waiting if wish != Wish::Go && self.endpoint.intake().robot().is_none() => {
                 Some(Ending::Stopped)
             }
-            Phase::Waiting | Phase::Riding { .. } | Phase::Stopping { .. } => None,
+            Phase::Waiting | Phase::Riding { .. } | Phase::Interrupted { .. } | Phase::Stopping { .. } => {
+                None
+            }
         }
     }
 }

@@ -293,7 +293,8 @@ fn a_silent_robot_gets_one_last_word_and_no_more() {
     let mut robot = Follower::new();
     robot.go(500);
     let sent = robot.sent.len();
-    for _ in 0..50 {
+    // 0.24 s: longer than the controller's own timeout.
+    for _ in 0..60 {
         robot.input(None, Wish::Go);
     }
     assert_eq!(robot.sent.len(), sent + 1);
@@ -301,6 +302,47 @@ fn a_silent_robot_gets_one_last_word_and_no_more() {
     assert!(matches!(robot.ending(), Some(Ending::RobotSilent { .. })));
     robot.go(500);
     assert_eq!(robot.sent.len(), sent + 1, "it comes back, and is not led any more");
+}
+
+#[test]
+fn after_a_short_silence_the_ride_goes_on_from_rest_if_all_is_as_it_was() {
+    for with_ticks in [true, false] {
+        let mut robot = Follower::new();
+        robot.go(500);
+        let sent = robot.sent.len();
+        for _ in 0..12 {
+            if with_ticks {
+                robot.input(None, Wish::Go);
+            } else {
+                robot.k += 1;
+            }
+        }
+        robot.go(2);
+        assert!(matches!(robot.state.phase, Phase::Riding { .. }), "{:?}", robot.state.phase);
+        assert_eq!(robot.state.pauses, 1);
+        let rested = &robot.sent[sent..];
+        assert!(rested.iter().all(|(_, r)| *r == Reference::rest(robot.robot)), "at rest where it was");
+        robot.go(2500);
+        assert_eq!(robot.ending(), Some(Ending::Travelled));
+    }
+    // Not in another session, not when moved away meanwhile, not when the operator wants it to stop, not unguided.
+    type Change = (fn(&mut RobotFrame), Wish);
+    let changes: [Change; 4] = [
+        (|f| f.device_ns += 1_000_000_000, Wish::Go),
+        (|f| f.base_from_tool.translation.vector.z += 0.04, Wish::Go),
+        (|_| (), Wish::Stop),
+        (|f| f.mci = MciState::Stopped, Wish::Go),
+    ];
+    for (change, wish) in changes {
+        let mut robot = Follower::new();
+        robot.go(500);
+        for _ in 0..12 {
+            robot.input(None, Wish::Go);
+        }
+        robot.tick(wish, change);
+        robot.go(100);
+        assert!(robot.ending().is_some() && robot.last_is_rest());
+    }
 }
 
 #[test]

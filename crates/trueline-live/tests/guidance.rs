@@ -250,9 +250,9 @@ fn lead(
         .unwrap();
         let mut end = None;
         robot
-            .run(|controller, passed| {
-                end = controller.ended();
-                if end.is_some() || passed > Duration::from_secs(10) {
+            .run(HostClock::start(), |cycle| {
+                end = cycle.controller.ended();
+                if end.is_some() || cycle.passed > Duration::from_secs(10) {
                     std::ops::ControlFlow::Break(())
                 } else {
                     std::ops::ControlFlow::Continue(())

@@ -92,8 +92,8 @@ fn a_simulated_controller_is_heard_as_what_it_is() {
         )
         .unwrap();
         robot
-            .run(|_, passed| {
-                if passed > Duration::from_millis(1500) {
+            .run(HostClock::start(), |cycle| {
+                if cycle.passed > Duration::from_millis(1500) {
                     ControlFlow::Break(())
                 } else {
                     ControlFlow::Continue(())

@@ -30,10 +30,6 @@ pub struct Part {
 }
 
 const SQLITE: &[u8] = b"SQLite format 3\0";
-#[cfg_attr(
-    not(feature = "rosbag2"),
-    expect(dead_code, reason = "single messages are compressed in data bases only")
-)]
 pub const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 const ROS1: &[u8] = b"#ROSBAG V";
 

@@ -57,6 +57,8 @@ pub struct LogReader<R> {
     offset: u64,
     at_start: bool,
     data_ended: bool,
+    /// Messages stand in chunks and nowhere else.
+    in_chunks: bool,
     done: bool,
     seen: ChannelAccumulator<'static>,
     from_summary: Option<ChannelAccumulator<'static>>,
@@ -89,6 +91,7 @@ impl<R: Read + Seek> LogReader<R> {
             offset: MAGIC.len() as u64,
             at_start: true,
             data_ended: false,
+            in_chunks: false,
             done: length == 0,
             seen: ChannelAccumulator::default(),
             from_summary: summary.as_ref().map(ChannelAccumulator::from_summary),
@@ -200,7 +203,10 @@ impl<R: Read + Seek> LogReader<R> {
 
     fn may_be_here(&self, opcode: u8, body: &[u8]) -> bool {
         match opcode {
-            op::SCHEMA | op::CHANNEL => true,
+            // An index of a chunk that was altered can look like a message, which outside of chunks no checksum covers. Whoever
+            // writes chunks writes nothing beside them.
+            op::MESSAGE => !self.data_ended && !self.in_chunks,
+            op::SCHEMA | op::CHANNEL => self.data_ended || !self.is_own(),
             op::FOOTER => {
                 self.data_ended && body.len() == 20 && self.offset + MAGIC.len() as u64 >= self.length
             }
@@ -210,15 +216,14 @@ impl<R: Read + Seek> LogReader<R> {
             | op::STATISTICS
             | op::SUMMARY_OFFSET => self.data_ended,
             op::DATA_END => !self.data_ended && body.len() == 4,
-            op::HEADER | op::MESSAGE | op::CHUNK | op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA => {
-                !self.data_ended
-            }
-            // Others may add records of their own.
-            _ => opcode >= 0x80,
+            op::HEADER | op::CHUNK | op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA => !self.data_ended,
+            // Others may have records of their own; trueline has none.
+            _ => opcode >= 0x80 && !self.is_own(),
         }
     }
 
     fn chunk(&mut self, offset: u64, body: &[u8]) -> io::Result<()> {
+        self.in_chunks = true;
         let length = body.len() as u64;
         let Some(head) = ChunkHead::read(body, length) else {
             return self.resync(offset, "the head of a chunk does not add up");
@@ -242,7 +247,10 @@ impl<R: Read + Seek> LogReader<R> {
 
     fn accept(&mut self, record: Record<'static>) -> Result<(), McapError> {
         match record {
-            Record::Header(header) => self.profile = Some(header.profile),
+            Record::Header(header) => {
+                self.in_chunks |= header.profile == PROFILE;
+                self.profile = Some(header.profile);
+            }
             Record::Schema { header, data } => self.seen.add_schema(header, data)?,
             Record::Channel(channel) => self.seen.add_channel(channel)?,
             Record::Message { header, data } => match self.channel(header.channel_id) {
@@ -259,7 +267,7 @@ impl<R: Read + Seek> LogReader<R> {
                 self.queue.push_back(Item::Attachment { name: header.name, data: data.into_owned() });
             }
             Record::Metadata(record) => {
-                if record.name == ABOUT_RECORD && !is_whole(&record.metadata) {
+                if self.is_own() && !(record.name == ABOUT_RECORD && is_whole(&record.metadata)) {
                     self.damages.push(Damage::AboutChecksum);
                 }
                 self.queue.push_back(Item::Metadata { name: record.name, values: record.metadata });
@@ -269,11 +277,14 @@ impl<R: Read + Seek> LogReader<R> {
         Ok(())
     }
 
+    fn is_own(&self) -> bool {
+        self.profile() == Some(PROFILE)
+    }
+
     fn channel(&self, id: u16) -> Option<Arc<Channel<'static>>> {
-        let is_own = self.profile.as_deref() == Some(PROFILE);
         self.seen
             .get(id)
-            .or_else(|| if is_own { known_channel(id) } else { None })
+            .or_else(|| if self.is_own() { known_channel(id) } else { None })
             .or_else(|| self.from_summary.as_ref()?.get(id))
     }
 

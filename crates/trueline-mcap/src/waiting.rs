@@ -30,7 +30,7 @@ pub struct RecorderState {
 
 #[derive(Default)]
 struct State {
-    entries: VecDeque<Entry>,
+    entries: VecDeque<Box<Entry>>,
     picture_bytes: usize,
     /// Entries that were taken out and are not yet with the operating system.
     in_writer: u64,
@@ -59,7 +59,7 @@ pub struct Waiting {
 
 impl Waiting {
     pub fn new() -> Self {
-        // Growing would copy everything while whoever records waits.
+        // Growing would copy everything while whoever records waits; boxed, all the room there can be is half a megabyte.
         let entries = VecDeque::with_capacity(MOST_ENTRIES);
         Self { state: Mutex::new(State { entries, ..State::default() }), arrived: Condvar::new() }
     }
@@ -76,7 +76,7 @@ impl Waiting {
             return false;
         }
         state.picture_bytes = picture_bytes;
-        state.entries.push_back(entry);
+        state.entries.push_back(Box::new(entry));
         drop(state);
         self.arrived.notify_one();
         true
@@ -89,7 +89,7 @@ impl Waiting {
             if let Some(entry) = state.entries.pop_front() {
                 state.picture_bytes -= entry.picture_bytes();
                 state.in_writer += 1;
-                return Next::Entry(Box::new(entry));
+                return Next::Entry(entry);
             }
             if state.closed {
                 return Next::Closed;

@@ -67,6 +67,8 @@ impl Cdr {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4000))]
+
     #[test]
     fn poses_come_back_in_every_form_of_cdr(
         form in 0..4_usize,

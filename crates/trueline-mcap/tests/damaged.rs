@@ -102,6 +102,36 @@ fn a_damaged_chunk_costs_itself_alone() {
     }
 }
 
+/// Outside of chunks nothing but its own sense protects a record: an index with one bit altered is a message.
+#[test]
+fn no_record_passes_as_one_of_another_kind() {
+    for original in [&FINISHED, &UNFINISHED] {
+        let mut at = 8;
+        while at + 9 <= original.len() {
+            for bit in 0..8 {
+                let mut altered = original.to_vec();
+                altered[at] ^= 1_u8 << bit;
+                check(original, &altered);
+            }
+            at += 9 + u64::from_le_bytes(original[at + 1..at + 9].try_into().unwrap()) as usize;
+        }
+    }
+}
+
+#[test]
+#[ignore = "takes two minutes; a sample of it is below"]
+fn no_flipped_bit_of_all_is_taken_as_good() {
+    for original in [&FINISHED, &UNFINISHED] {
+        for at in 0..original.len() {
+            for bit in 0..8 {
+                let mut altered = original.to_vec();
+                altered[at] ^= 1_u8 << bit;
+                check(original, &altered);
+            }
+        }
+    }
+}
+
 #[test]
 fn damage_is_told_where_a_dataset_is_made() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,8 +4,7 @@
 mod common;
 
 use common::{
-    Foreign, about, compressed_image, frame, png, pose, pose_stamped, pose_xyzw, profiler, robot, tf,
-    write_foreign,
+    Foreign, about, compressed_image, png, pose, pose_stamped, pose_xyzw, profiler, robot, tf, write_foreign,
 };
 use foxglove::messages::{self as fx, Quaternion, Timestamp, Vector3};
 use prost::Message;
@@ -376,15 +375,56 @@ fn a_time_that_is_none_is_refused() {
     }
 }
 
+/// Of a frame of trueline, as far as it matters here.
+#[derive(Clone, PartialEq, Message)]
+struct Frame {
+    #[prost(uint64, tag = "1")]
+    frame: u64,
+    #[prost(int64, tag = "2")]
+    stamp_ns: i64,
+    #[prost(int64, optional, tag = "5")]
+    device_ns: Option<i64>,
+    #[prost(uint64, tag = "8")]
+    picture_bytes: u64,
+}
+
+/// Times of these messages are 5, 6, 7, … ns, and they have no numbers.
 #[test]
-fn own_pictures_that_lost_their_record_are_told() {
-    // A picture as trueline writes it, in a file that has no record for it.
-    let entries = vec![Entry::Robot(robot(0)), Entry::Frame(frame(0)), Entry::Frame(frame(1))];
-    let scan = Scan::own(entries, "kind = \"profiler\"");
-    let unpacked = scan.unpack(&Choice::default()).unwrap();
-    assert_eq!((unpacked.frames, unpacked.notes.len()), (2, 0));
+fn own_pictures_and_records_that_lost_each_other_are_told() {
+    let record = |frame, stamp_ns| {
+        let frame = Frame { frame, stamp_ns, device_ns: Some(0), picture_bytes: 9 };
+        foxglove_message("/camera/frame", "trueline.Frame", &frame)
+    };
+    let picture = || {
+        let picture =
+            fx::CompressedImage { data: png(1).into(), timestamp: foxglove_stamp(0), ..Default::default() };
+        foxglove_message("/camera/image", "foxglove.CompressedImage", &picture)
+    };
+    let (p, q) = (Some(Vector3::default()), Some(Quaternion { w: 1.0, ..Default::default() }));
+    let tf = fx::FrameTransform {
+        timestamp: foxglove_stamp(0),
+        parent_frame_id: "base".to_owned(),
+        child_frame_id: "tool".to_owned(),
+        translation: p,
+        rotation: q,
+    };
+    let tf = foxglove_message("/tf", "foxglove.FrameTransform", &tf);
+    // The one at 7 ns has its record, those at 8 and 10 have none, and the one of 77 ns has no picture.
+    let messages = [tf, record(1 << 40, 7), picture(), picture(), record(0, 77), picture()];
+    let scan = Scan::of(&messages);
+    let unpacked = scan.unpack(&choice()).unwrap();
+    assert_eq!(unpacked.notes.len(), 3, "{:?}", unpacked.notes);
+    assert!(unpacked.notes[0].starts_with("1 frames have lost their picture"), "{:?}", unpacked.notes);
+    assert!(unpacked.notes[1].starts_with("2 pictures have lost their record"), "{:?}", unpacked.notes);
+    assert!(unpacked.notes[2].starts_with("2 frames have no stamp of the camera's own clock"));
     let frames = images::read_index(&scan.out()).unwrap();
-    assert_eq!(frames[1].device_ns, frame(1).device_ns);
+    assert_eq!(
+        frames.iter().map(|f| (f.stamp_ns, f.frame)).collect::<Vec<_>>(),
+        [(7, 1 << 40), (8, 0), (10, 0)]
+    );
+    assert!(frames.iter().all(|f| f.device_ns.is_none()), "a column is there for all or for none");
+    // The robot's stamp is the time of the message, and the controller's is when it was published.
+    assert_eq!((scan.robot()[0].stamp_ns, scan.robot()[0].device_ns), (5, Some(5)));
 }
 
 #[test]

@@ -99,6 +99,9 @@ pub struct RobotSimArgs {
     /// Something happens: seconds, and emergency-stop, motors-on, rapid-stop, rapid-start, collision or restart
     #[arg(long = "event", value_name = "AT:WHAT", value_parser = event)]
     pub events: Vec<(f64, EventName)>,
+    /// Tell a `trueline camera-sim` on this machine where the robot truly is
+    #[arg(long, value_name = "IP:PORT")]
+    pub truth_to: Option<SocketAddr>,
     /// Seed of noise and network
     #[arg(long, default_value_t = 1)]
     pub seed: u64,

@@ -100,9 +100,7 @@ fn show(shared: &Shared, quiet: bool) {
 /// Says what became of a recording; 0 if all is well.
 fn conclude(finished: &Finished, heard: bool, quiet: bool) -> Result<ExitCode, Failure> {
     let report = finished.watch.report();
-    for trouble in &finished.troubles {
-        output::words(&format!("warning: {trouble}"));
-    }
+    finished.tell(quiet);
     if !quiet {
         output::data(&link_text::text(&report))?;
         output::words(&format!("written to {}", finished.file.display()));
@@ -110,6 +108,6 @@ fn conclude(finished: &Finished, heard: bool, quiet: bool) -> Result<ExitCode, F
     if report.robot.is_none() {
         output::words("no robot was heard: `trueline listen` says why");
     }
-    let well = heard && report.robot.is_some() && finished.troubles.is_empty();
+    let well = heard && report.robot.is_some() && finished.losses.is_empty();
     Ok(if well { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

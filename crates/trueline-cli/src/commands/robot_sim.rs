@@ -2,16 +2,18 @@
 
 use crate::args::{EventName, ModeName, RobotSimArgs, RobotWareName, StopName};
 use crate::failure::Failure;
-use crate::{interrupt, output, path_file};
+use crate::{interrupt, output, path_file, priority};
 use nalgebra::Vector3;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use trueline_geometry::{Pose, Trajectory, so3};
+use trueline_live::HostClock;
+use trueline_live::controller::real_time::Cycle;
 use trueline_live::controller::settings::{ControllerClock, Convergence};
 use trueline_live::controller::{
-    Controller, ControllerSettings, Event, Network, NetworkSettings, RealTime, StopMode, Task,
+    Controller, ControllerSettings, Event, Network, NetworkSettings, RealTime, StopMode, Task, TruthSender,
 };
 use trueline_live::egm::Generation;
 
@@ -33,7 +35,15 @@ pub fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
             "--from is an address of this PC",
         )
     })?;
-    let ran = drive(&mut robot, Duration::from_secs_f64(duration_s), args.quiet);
+    let truth = args.truth_to.map(TruthSender::new).transpose().map_err(|error| {
+        Failure::new(
+            format!("--truth-to: {error}"),
+            "it is an address of this machine, for example 127.0.0.1:7001",
+        )
+    })?;
+    // A controller is punctual; without the right to be, this one is as punctual as the machine lets it.
+    let _granted = priority::hurry();
+    let ran = drive(&mut robot, truth.as_ref(), Duration::from_secs_f64(duration_s), args.quiet);
     ran.map_err(|error| Failure::new(format!("{}: {error}", args.pc), "can this PC reach that address?"))?;
     if !args.quiet {
         output::words(&summary(&robot));
@@ -41,11 +51,20 @@ pub fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn drive(robot: &mut RealTime, duration: Duration, quiet: bool) -> std::io::Result<()> {
+fn drive(
+    robot: &mut RealTime,
+    truth: Option<&TruthSender>,
+    duration: Duration,
+    quiet: bool,
+) -> std::io::Result<()> {
     let shows = !quiet && std::io::stderr().is_terminal();
     let mut shown = Instant::now();
     let mut told = None;
-    let ran = robot.run(|controller, passed| {
+    let ran = robot.run(HostClock::start(), |cycle| {
+        let Cycle { controller, passed, cycle_ns, steady_ns } = *cycle;
+        if let (Some(truth), Some(pose)) = (truth, controller.true_pose(cycle_ns)) {
+            truth.send(steady_ns, &pose);
+        }
         if controller.ended() != told {
             told = controller.ended();
             if let (Some(end), false) = (told, quiet) {

@@ -5,7 +5,7 @@ use crate::args::ScanArgs;
 use crate::failure::Failure;
 use crate::live_recording::LiveRecording;
 use crate::planned_scan::read_text;
-use crate::{interrupt, link_text, output, path_file};
+use crate::{interrupt, link_text, output, path_file, priority};
 use std::fmt::Write as _;
 use std::io::{BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
@@ -14,10 +14,6 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
-use thread_priority::{
-    RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy, set_thread_priority_and_policy,
-    thread_native_id,
-};
 use trueline_dataset::RobotSample;
 use trueline_live::guide::{Answer, Onlooker, Outcome};
 use trueline_live::link_watch::Brief;
@@ -195,7 +191,7 @@ fn lead(mut guide: Guide, recording: LiveRecording, args: &ScanArgs) -> Result<E
     let mut watching = Watching { recording, replies: ReplyTimes::default(), shared: &shared };
     let outcome = thread::scope(|scope| {
         let leading = scope.spawn(|| {
-            let hurried = hurry();
+            let hurried = priority::hurry();
             let outcome = guide.run(wish, &mut watching);
             shared.over.store(true, Ordering::SeqCst);
             (outcome, hurried)
@@ -228,14 +224,6 @@ fn wish() -> Wish {
     }
 }
 
-/// Asks for real-time priority; whether it was granted.
-fn hurry() -> bool {
-    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-    let Ok(priority) = 50_u8.try_into() else { return false };
-    set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(priority), policy)
-        .is_ok()
-}
-
 fn show(shared: &Shared, shows: bool) {
     while !shared.over.load(Ordering::SeqCst) {
         thread::sleep(Duration::from_millis(100));
@@ -253,6 +241,7 @@ fn phase_text(phase: &Phase) -> String {
         Phase::Waiting => "waiting for the controller to be guided".to_owned(),
         Phase::Riding { ride, paused_for: 0, .. } => format!("on the path at {:.1} s", ride.path_s),
         Phase::Riding { ride, .. } => format!("paused at {:.1} s: frames came late", ride.path_s),
+        Phase::Interrupted { ride } => format!("at rest at {:.1} s: the robot is silent", ride.path_s),
         Phase::Stopping { why, .. } => format!("stopping: {why}"),
         Phase::Holding { why, .. } => format!("holding: {why}"),
         Phase::Silent { why } => format!("silent: {why}"),
@@ -275,9 +264,7 @@ fn conclude(
     recording.note(level, format!("the scan ended: {ending}"));
     let finished = recording.finish();
     output::words(&format!("The scan ended: {ending}"));
-    for trouble in &finished.troubles {
-        output::words(&format!("warning: {trouble}"));
-    }
+    finished.tell(args.quiet);
     if !args.quiet {
         let times = [0.5, 0.99, 0.999, 1.0].map(|share| replies.within_ms(share));
         output::data(&format!(
@@ -291,7 +278,7 @@ fn conclude(
         ))?;
         output::words(&format!("written to {}", finished.file.display()));
     }
-    Ok(if well && finished.troubles.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    Ok(if well && finished.losses.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 fn ending_text(outcome: &Outcome) -> String {

@@ -29,7 +29,7 @@ awk -v seconds="$seconds" 'BEGIN {
 "$TRUELINE" scan "$work/path.csv" --write-limits "$work/limits.toml" 2> /dev/null
 
 (echo move | "$TRUELINE" scan "$work/path.csv" --limits "$work/limits.toml" --enable-motion --bind 127.0.0.1:$port \
-    --robot 127.0.0.1 --out "$work/scan" > "$work/scan.txt" 2> "$work/scan.err"; echo $? > "$work/code") &
+    --robot 127.0.0.1 --out "$work/scan" > "$work/scan.txt" 2> "$work/scan.err" && code=0 || code=$?; echo "$code" > "$work/code") &
 sleep 1
 scan=$(pgrep -n -f "bind 127.0.0.1:$port")
 "$TRUELINE" robot-sim --pc 127.0.0.1:$port --mode guidance --path "$work/path.csv" --gain-per-s 20 --near-mm 0.05 \

@@ -8,10 +8,12 @@ pub mod joints;
 pub mod network;
 pub mod real_time;
 pub mod settings;
+pub mod truth_feed;
 pub mod virtual_time;
 
 pub use controller::{Controller, GuidanceEnd};
 pub use network::{Network, NetworkSettings};
 pub use real_time::RealTime;
 pub use settings::{ControllerSettings, Event, StopMode, Task};
+pub use truth_feed::{TruthReceiver, TruthSender};
 pub use virtual_time::VirtualTime;

@@ -2,6 +2,7 @@
 
 use super::controller::Controller;
 use super::network::Network;
+use crate::host_clock::HostClock;
 use crate::stamped_socket::LONGEST_BYTES;
 use crate::wait;
 use std::io;
@@ -18,6 +19,18 @@ pub struct RealTime {
     from: SocketAddr,
     pc: SocketAddr,
     counts: Counts,
+}
+
+/// A cycle that is done.
+pub struct Cycle<'a> {
+    /// The controller.
+    pub controller: &'a Controller,
+    /// Time since the start.
+    pub passed: Duration,
+    /// When the cycle was due, ns after the start,
+    pub cycle_ns: i64,
+    /// and on the steady clock, ns.
+    pub steady_ns: i64,
 }
 
 /// What went over the socket.
@@ -65,12 +78,16 @@ impl RealTime {
         self.to_pc.lost() + self.to_robot.lost()
     }
 
-    /// Runs until told to stop; `each` is called after every cycle with the time since the start.
+    /// Runs until told to stop; `each` is called after every cycle.
     ///
     /// # Errors
     /// What the operating system says, except that nobody listens.
-    pub fn run(&mut self, mut each: impl FnMut(&Controller, Duration) -> ControlFlow<()>) -> io::Result<()> {
-        let start = Instant::now();
+    pub fn run(
+        &mut self,
+        clock: HostClock,
+        mut each: impl FnMut(&Cycle<'_>) -> ControlFlow<()>,
+    ) -> io::Result<()> {
+        let (start, start_ns) = (Instant::now(), clock.read().steady_ns);
         let mut buffer = [0; LONGEST_BYTES];
         loop {
             let now_ns = i64::try_from(start.elapsed().as_nanos()).unwrap_or(i64::MAX);
@@ -82,8 +99,11 @@ impl RealTime {
                 }
             }
             if self.controller.next_cycle_ns() <= now_ns {
+                let cycle_ns = self.controller.next_cycle_ns();
                 self.run_cycle(now_ns)?;
-                if each(&self.controller, start.elapsed()).is_break() {
+                let (controller, passed) = (&self.controller, start.elapsed());
+                let cycle = Cycle { controller, passed, cycle_ns, steady_ns: start_ns + cycle_ns };
+                if each(&cycle).is_break() {
                     return Ok(());
                 }
             }

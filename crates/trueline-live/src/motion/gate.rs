@@ -6,21 +6,11 @@
 
 use super::checked_path::{CheckedPath, Reference};
 use super::limits::MotionLimits;
+use super::phase::{Ending, Phase, Wish};
 use super::ride::Ride;
 use crate::robot_frame::RobotFrame;
 use nalgebra::{UnitQuaternion, Vector3};
 use trueline_geometry::Pose;
-
-/// What the operator wants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Wish {
-    /// Go on.
-    Go,
-    /// Stop along the path, then hold.
-    Stop,
-    /// One last word of rest, then silence.
-    Silence,
-}
 
 /// What was heard, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,88 +21,6 @@ pub struct Input {
     pub steady_ns: i64,
     /// What the operator wants.
     pub wish: Wish,
-}
-
-/// Why a scan ended.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Ending {
-    /// The path was travelled to its end.
-    #[error("the path was travelled")]
-    Travelled,
-    /// The operator stopped it.
-    #[error("stopped by the operator")]
-    Stopped,
-    /// The robot stood too far from the path's first pose.
-    #[error("the robot is {:.1} mm and {:.2}° from where the path begins", distance_m * 1e3, angle_rad.to_degrees())]
-    StartTooFar {
-        /// Distance, m.
-        distance_m: f64,
-        /// Angle, rad.
-        angle_rad: f64,
-    },
-    /// The controller no longer follows the PC.
-    #[error("the controller left guidance (motors off, RAPID stopped, or EGM ended)")]
-    LeftGuidance,
-    /// Nothing was heard for too long.
-    #[error("nothing was heard from the robot for {:.0} ms", *silent_s * 1e3)]
-    RobotSilent {
-        /// How long, s.
-        silent_s: f64,
-    },
-    /// The robot is elsewhere.
-    #[error("the robot is {:.1} mm and {:.2}° from its reference", distance_m * 1e3, angle_rad.to_degrees())]
-    Deviation {
-        /// Distance, m.
-        distance_m: f64,
-        /// Angle, rad.
-        angle_rad: f64,
-    },
-    /// The controller says that the robot cannot follow.
-    #[error("the robot cannot follow: {percent:.0} % utilised")]
-    Overload {
-        /// `utilizationRate`, %.
-        percent: f64,
-    },
-    /// The controller detected a collision.
-    #[error("the controller detected a collision")]
-    Collision,
-}
-
-/// What the gate is about.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Phase {
-    /// Waits for the controller to let itself be guided.
-    Waiting,
-    /// On the path.
-    Riding {
-        /// Where.
-        ride: Ride,
-        /// Braking for the path's end.
-        ending: bool,
-        /// Frames still to come in time before the ride goes on after a hold-up of this program.
-        paused_for: u32,
-    },
-    /// Braking along the path.
-    Stopping {
-        /// Where.
-        ride: Ride,
-        /// Why.
-        why: Ending,
-    },
-    /// At rest where the path was left, or where the robot was.
-    Holding {
-        /// Where.
-        at: Pose,
-        /// Since when, on the steady clock, ns.
-        since_ns: i64,
-        /// Why.
-        why: Ending,
-    },
-    /// Nothing is sent any more.
-    Silent {
-        /// Why.
-        why: Ending,
-    },
 }
 
 /// The gate's memory.
@@ -174,6 +82,8 @@ pub struct Gate {
 
 /// After so many periods without a frame nothing is sent, and the controller's own timeout acts.
 const SILENT_PERIODS: f64 = 5.0;
+/// After so long the controller's own timeout has acted, and nothing goes on, s (`\CommTimeout` as `trueline rapid` has it).
+const LONGEST_SILENCE_S: f64 = 0.2;
 /// A frame that is later than this is a hold-up of this program or of the way.
 const LATE_PERIODS: f64 = 3.0;
 /// Frames in time before a ride goes on.
@@ -202,7 +112,13 @@ impl Gate {
     #[must_use]
     pub fn step(&self, mut state: GateState, input: &Input) -> (GateState, Option<Reference>) {
         if let Some(silent_s) = self.silent_s(&state, input.steady_ns) {
-            return self.fall_silent(state, silent_s);
+            return match (state.phase, input.frame) {
+                (Phase::Interrupted { ride }, Some(frame)) => {
+                    self.take_up(state, &ride, frame, silent_s, input)
+                }
+                (Phase::Interrupted { .. }, None) if silent_s <= LONGEST_SILENCE_S => (state, None),
+                _ => self.fall_silent(state, silent_s),
+            };
         }
         let Some(frame) = input.frame else { return self.without_frame(state, input) };
         if self.has_jumped(&state, &frame, input.steady_ns) {
@@ -224,22 +140,67 @@ impl Gate {
         (silent_s > SILENT_PERIODS * self.period_s).then_some(silent_s)
     }
 
-    /// Whoever was being led gets one last word: rest at the last reference. What comes later begins anew.
+    /// Whoever was being led gets one last word: rest at the last reference.
     fn fall_silent(&self, mut state: GateState, silent_s: f64) -> (GateState, Option<Reference>) {
-        state.heard = None;
-        let last = match state.phase {
-            Phase::Waiting | Phase::Silent { .. } => return (state, None),
-            Phase::Riding { ride, .. } | Phase::Stopping { ride, .. } => {
-                self.laid(&state, &ride).base_from_tool
+        let why = Ending::RobotSilent { silent_s };
+        let (phase, last) = match state.phase {
+            Phase::Riding { ride, .. } => {
+                let ride = Ride { asked: 0.0, rate: 0.0, ..ride };
+                (Phase::Interrupted { ride }, Some(self.laid(&state, &ride).base_from_tool))
             }
-            Phase::Holding { at, .. } => at,
+            Phase::Stopping { ride, .. } => {
+                (Phase::Silent { why }, Some(self.laid(&state, &ride).base_from_tool))
+            }
+            Phase::Holding { at, why, .. } => (Phase::Silent { why }, Some(at)),
+            Phase::Interrupted { .. } => (Phase::Silent { why }, None),
+            Phase::Waiting => (Phase::Waiting, None),
+            Phase::Silent { why } => (Phase::Silent { why }, None),
         };
-        let why = match state.phase {
-            Phase::Holding { why, .. } => why,
-            _ => Ending::RobotSilent { silent_s },
+        if !matches!(phase, Phase::Interrupted { .. }) {
+            // What comes later begins anew.
+            state.heard = None;
+        }
+        state.phase = phase;
+        (state, last.map(Reference::rest).filter(|r| self.limits.contain(&r.base_from_tool)))
+    }
+
+    /// Goes on after an interruption: from rest, after some frames in time, if it is the same session of a controller that
+    /// still follows, and the robot is where it was left.
+    fn take_up(
+        &self,
+        mut state: GateState,
+        ride: &Ride,
+        frame: RobotFrame,
+        silent_s: f64,
+        input: &Input,
+    ) -> (GateState, Option<Reference>) {
+        let continues = state.heard.is_some_and(|(before, before_ns)| {
+            let controller_s = frame.device_ns.saturating_sub(before.device_ns) as f64 * 1e-9;
+            let arrivals_s = (input.steady_ns - before_ns) as f64 * 1e-9;
+            let ahead = frame.sequence.wrapping_sub(before.sequence);
+            (controller_s - arrivals_s).abs() < SILENT_PERIODS * self.period_s && ahead <= u32::MAX / 2
+        });
+        if silent_s > LONGEST_SILENCE_S || !continues {
+            return self.fall_silent(state, silent_s);
+        }
+        let robot = frame.base_from_tool;
+        let broken_off = match input.wish {
+            Wish::Go => self.broken_off(&state, ride, &frame),
+            Wish::Stop | Wish::Silence => Some(Ending::Stopped),
         };
-        state.phase = Phase::Silent { why };
-        (state, Some(Reference::rest(last)).filter(|r| self.limits.contain(&r.base_from_tool)))
+        state.heard = Some((frame, input.steady_ns));
+        state.pauses += 1;
+        let rest = match broken_off {
+            Some(why) => {
+                state.phase = Phase::Holding { at: robot, since_ns: input.steady_ns, why };
+                robot
+            }
+            None => {
+                state.phase = Phase::Riding { ride: *ride, ending: false, paused_for: PAUSE_FRAMES };
+                self.laid(&state, ride).base_from_tool
+            }
+        };
+        (state, Some(Reference::rest(rest)).filter(|r| self.limits.contain(&r.base_from_tool)))
     }
 
     /// Without a frame there is nothing to answer; only the wish for silence is carried out at once.
@@ -256,12 +217,12 @@ impl Gate {
     fn silence(&self, state: &GateState, robot: Pose) -> (Phase, Option<Reference>) {
         let last = match state.phase {
             Phase::Waiting | Phase::Silent { .. } => None,
-            Phase::Riding { .. } | Phase::Stopping { .. } => Some(robot),
+            Phase::Riding { .. } | Phase::Interrupted { .. } | Phase::Stopping { .. } => Some(robot),
             Phase::Holding { at, .. } => Some(at),
         };
         let why = match state.phase {
             Phase::Stopping { why, .. } | Phase::Holding { why, .. } | Phase::Silent { why } => why,
-            Phase::Waiting | Phase::Riding { .. } => Ending::Stopped,
+            Phase::Waiting | Phase::Riding { .. } | Phase::Interrupted { .. } => Ending::Stopped,
         };
         (Phase::Silent { why }, last.map(Reference::rest).filter(|r| self.limits.contain(&r.base_from_tool)))
     }
@@ -301,7 +262,7 @@ impl Gate {
                 let at = if frame.is_guided() { at } else { robot };
                 (Phase::Holding { at, since_ns, why }, Some(Reference::rest(at)))
             }
-            Phase::Riding { ride, .. } | Phase::Stopping { ride, .. } => {
+            Phase::Riding { ride, .. } | Phase::Interrupted { ride } | Phase::Stopping { ride, .. } => {
                 if let Some(why) = self.broken_off(state, &ride, frame) {
                     let holding = Phase::Holding { at: robot, since_ns: input.steady_ns, why };
                     return (holding, Some(Reference::rest(robot)));

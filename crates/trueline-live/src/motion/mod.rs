@@ -3,10 +3,12 @@
 pub mod checked_path;
 pub mod gate;
 pub mod limits;
+pub mod phase;
 pub mod propose;
 pub mod ride;
 pub mod spline;
 
 pub use checked_path::{CheckedPath, PathError, Reference};
-pub use gate::{Ending, Gate, GateState, Input, Phase, Wish};
+pub use gate::{Gate, GateState, Input};
 pub use limits::MotionLimits;
+pub use phase::{Ending, Phase, Wish};

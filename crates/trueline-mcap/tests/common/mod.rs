@@ -40,8 +40,8 @@ pub fn robot(k: u32) -> RobotEntry {
         x as u8
     };
     RobotEntry {
-        // Field 7 of an EgmRobot, with anything in it.
-        datagram: [0x3a, 90].into_iter().chain(std::iter::repeat_with(noise).take(90)).collect(),
+        // A field that no EgmRobot has yet, with anything in it.
+        datagram: [0x7a, 90].into_iter().chain(std::iter::repeat_with(noise).take(90)).collect(),
         from: "192.168.125.1:6510".parse().unwrap(),
         steady_ns: T0 + 4_000_000 * i64::from(k) + i64::from(k % 7),
         kernel_wall_ns: (!k.is_multiple_of(3)).then(|| T0 + i64::from(k)),

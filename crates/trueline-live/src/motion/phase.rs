@@ -1,0 +1,102 @@
+//! Where a scan stands, what the operator wants of it, and how it can end.
+
+use super::ride::Ride;
+use trueline_geometry::Pose;
+
+/// What the operator wants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Wish {
+    /// Go on.
+    Go,
+    /// Stop along the path, then hold.
+    Stop,
+    /// One last word of rest, then silence.
+    Silence,
+}
+
+/// Why a scan ended.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Ending {
+    /// The path was travelled to its end.
+    #[error("the path was travelled")]
+    Travelled,
+    /// The operator stopped it.
+    #[error("stopped by the operator")]
+    Stopped,
+    /// The robot stood too far from the path's first pose.
+    #[error("the robot is {:.1} mm and {:.2}° from where the path begins", distance_m * 1e3, angle_rad.to_degrees())]
+    StartTooFar {
+        /// Distance, m.
+        distance_m: f64,
+        /// Angle, rad.
+        angle_rad: f64,
+    },
+    /// The controller no longer follows the PC.
+    #[error("the controller left guidance (motors off, RAPID stopped, or EGM ended)")]
+    LeftGuidance,
+    /// Nothing was heard for too long.
+    #[error("nothing was heard from the robot for {:.0} ms", *silent_s * 1e3)]
+    RobotSilent {
+        /// How long, s.
+        silent_s: f64,
+    },
+    /// The robot is elsewhere.
+    #[error("the robot is {:.1} mm and {:.2}° from its reference", distance_m * 1e3, angle_rad.to_degrees())]
+    Deviation {
+        /// Distance, m.
+        distance_m: f64,
+        /// Angle, rad.
+        angle_rad: f64,
+    },
+    /// The controller says that the robot cannot follow.
+    #[error("the robot cannot follow: {percent:.0} % utilised")]
+    Overload {
+        /// `utilizationRate`, %.
+        percent: f64,
+    },
+    /// The controller detected a collision.
+    #[error("the controller detected a collision")]
+    Collision,
+}
+
+/// What the gate is about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    /// Waits for the controller to let itself be guided.
+    Waiting,
+    /// On the path.
+    Riding {
+        /// Where.
+        ride: Ride,
+        /// Braking for the path's end.
+        ending: bool,
+        /// Frames still to come in time before the ride goes on after a hold-up of this program.
+        paused_for: u32,
+    },
+    /// At rest on the path because nothing was heard for some periods; it goes on if the robot is soon heard again.
+    Interrupted {
+        /// Where, at rest.
+        ride: Ride,
+    },
+    /// Braking along the path.
+    Stopping {
+        /// Where.
+        ride: Ride,
+        /// Why.
+        why: Ending,
+    },
+    /// At rest where the path was left, or where the robot was.
+    Holding {
+        /// Where.
+        at: Pose,
+        /// Since when, on the steady clock, ns.
+        since_ns: i64,
+        /// Why.
+        why: Ending,
+    },
+    /// Nothing is sent any more.
+    Silent {
+        /// Why.
+        why: Ending,
+    },
+}
