@@ -1,6 +1,8 @@
 //! The command line.
 
 mod calibrate;
+#[cfg(feature = "gige")]
+mod camera_sim;
 mod evaluate;
 mod features;
 mod import;
@@ -12,6 +14,8 @@ mod scan;
 mod simulate;
 
 pub use calibrate::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
+#[cfg(feature = "gige")]
+pub use camera_sim::CameraSimArgs;
 pub use evaluate::{EvaluateArgs, FormName, ReproduceArgs};
 pub use features::{FeaturesArgs, JointName};
 pub use import::{BagArgs, ImportArgs, ImportFormat};
@@ -19,7 +23,7 @@ pub use listen::ListenArgs;
 pub use plan::{CriterionName, PlanArgs, ShapeName};
 pub use rapid::RapidArgs;
 pub use robot_sim::{EventName, ModeName, RobotSimArgs, RobotWareName, StopName};
-pub use scan::{RecordArgs, ScanArgs};
+pub use scan::{CameraArgs, RecordArgs, ScanArgs, StampName};
 pub use simulate::{LookName, MishapName, PresetName, SceneName, SimulateArgs};
 
 use clap::{Args, Parser, Subcommand};
@@ -70,6 +74,9 @@ pub enum Command {
     Rapid(RapidArgs),
     /// A simulated robot controller with EGM
     RobotSim(RobotSimArgs),
+    /// A simulated GigE Vision camera that sees what a simulated robot's camera would see
+    #[cfg(feature = "gige")]
+    CameraSim(CameraSimArgs),
     /// Find out why a dataset does not calibrate: undoes the usual mistakes in turn
     Doctor(DoctorArgs),
 }

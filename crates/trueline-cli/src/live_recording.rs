@@ -1,9 +1,11 @@
 //! What is heard and said live, into `recording.mcap`.
 
 use crate::failure::Failure;
+use crate::live_estimate::LiveEstimate;
 use crate::planned_scan::read_text;
 use std::path::{Path, PathBuf};
-use trueline_dataset::sensor_toml;
+use std::sync::Arc;
+use trueline_dataset::RobotSample;
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::{Reading, StepWatch};
 use trueline_live::{Heard, HostClock, LinkWatch};
@@ -31,6 +33,22 @@ pub struct LiveRecording {
     clock_read_ns: i64,
     clock_steps: u32,
     rejected: u64,
+    estimate: Option<Arc<LiveEstimate>>,
+    poses: Vec<RobotSample>,
+}
+
+/// What a recording is made for.
+pub struct Purpose<'a> {
+    /// Its folder.
+    pub out: &'a Path,
+    /// The sensor's file, kept as it is.
+    pub sensor: Option<&'a Path>,
+    /// Name of the tool whose poses come.
+    pub tool: &'a str,
+    /// What gives pictures and what their stamps are, in words.
+    pub camera: Option<String>,
+    /// Who wants to have the poses as well.
+    pub estimate: Option<Arc<LiveEstimate>>,
 }
 
 /// What became of it.
@@ -47,16 +65,15 @@ pub struct Finished {
 
 impl LiveRecording {
     /// Begins a recording in a folder that has none.
-    pub fn create(out: &Path, sensor: Option<&Path>, tool: &str, clock: HostClock) -> Result<Self, Failure> {
-        let sensor_text = sensor.map(read_text).transpose()?;
-        if let (Some(file), Some(text)) = (sensor, &sensor_text) {
-            sensor_toml::parse(file, text)?;
-        }
+    pub fn create(purpose: Purpose<'_>, clock: HostClock) -> Result<Self, Failure> {
+        let Purpose { out, sensor, tool, camera, estimate } = purpose;
         std::fs::create_dir_all(out).map_err(|error| Failure::cannot_write(out, &error))?;
         let file = out.join(RECORDING);
+        let robot = "robot: arrival at this PC (kernel), by a steady clock; device: the controller's";
         let about = About {
-            sensor_toml: sensor_text,
-            stamp_meaning: "robot: arrival at this PC (kernel), by a steady clock".to_owned(),
+            sensor_toml: sensor.map(read_text).transpose()?,
+            stamp_meaning: camera
+                .map_or_else(|| robot.to_owned(), |camera| format!("{robot}. camera: {camera}")),
             command: crate::output::command_line(),
             tool: tool.to_owned(),
         };
@@ -71,7 +88,14 @@ impl LiveRecording {
             clock_read_ns: i64::MIN,
             clock_steps: 0,
             rejected: 0,
+            estimate,
+            poses: Vec::new(),
         })
+    }
+
+    /// For others that record into the same file.
+    pub fn handle(&self) -> RecorderHandle {
+        self.handle.clone()
     }
 
     /// What finds no room is counted there, and told at the end; nothing here waits for a disk.
@@ -108,6 +132,11 @@ impl LiveRecording {
                     ptp_ns: frame.ptp_ns,
                     base_from_tool: frame.base_from_tool,
                 }));
+                if self.estimate.is_some() {
+                    let device_ns = Some(frame.device_ns);
+                    let base_from_tool = frame.base_from_tool;
+                    self.poses.push(RobotSample { stamp_ns: steady_ns, device_ns, base_from_tool });
+                }
             }
             Err(reason) => {
                 self.rejected += 1;
@@ -138,6 +167,9 @@ impl LiveRecording {
 
     /// Looks at the clocks; cheap enough for every step.
     pub fn tick(&mut self) {
+        if let Some(estimate) = &self.estimate {
+            estimate.offer_poses(&mut self.poses);
+        }
         let Reading { steady_ns, wall_ns } = self.clock.read();
         if let Some(step_ns) = self.steps.step_ns(Reading { steady_ns, wall_ns }) {
             self.clock_steps += 1;

@@ -7,7 +7,11 @@ mod commands;
 mod failure;
 mod interrupt;
 mod link_text;
+mod live_camera;
+mod live_cell;
+mod live_estimate;
 mod live_recording;
+mod live_screen;
 mod opened_dataset;
 mod outlier_frames;
 mod output;
@@ -40,6 +44,8 @@ fn main() -> ExitCode {
         Command::Scan(args) => commands::scan::run(args),
         Command::Rapid(args) => commands::rapid::run(args),
         Command::RobotSim(args) => commands::robot_sim::run(args),
+        #[cfg(feature = "gige")]
+        Command::CameraSim(args) => commands::camera_sim::run(args),
         Command::Doctor(args) => commands::doctor::run(args),
     };
     match outcome {

@@ -178,7 +178,8 @@ fn give_back(image: GrayImage, spare: &mut Vec<u8>) {
     }
 }
 
-fn seam(detector: &mut Detector, image: &GrayImage, joint: Joint) -> Result<Seam, NotFound> {
+/// The seam in a picture.
+pub fn seam(detector: &mut Detector, image: &GrayImage, joint: Joint) -> Result<Seam, NotFound> {
     let (width, height) = (image.width, image.height);
     match &image.pixels {
         Pixels::Eight(levels) => {
@@ -190,6 +191,18 @@ fn seam(detector: &mut Detector, image: &GrayImage, joint: Joint) -> Result<Seam
     }
 }
 
+/// A seam as a feature of its picture.
+pub fn feature(stamp_ns: i64, frame: u64, device_ns: Option<i64>, seam: &Seam) -> Feature {
+    Feature {
+        stamp_ns,
+        line: 0,
+        frame: Some(frame),
+        device_ns,
+        measured: Measured::Pixel(seam.pixel.into()),
+        sigma: Some(seam.sigma_px()),
+    }
+}
+
 impl Found {
     /// How many pictures there are.
     pub fn looked_at(&self) -> usize {
@@ -198,17 +211,11 @@ impl Found {
 
     /// The features of the pictures that show the seam.
     pub fn features(&self) -> Vec<Feature> {
-        let features = self.frames.iter().filter_map(|(frame, seam)| {
-            seam.as_ref().ok().map(|seam| Feature {
-                stamp_ns: frame.stamp_ns,
-                line: 0,
-                frame: Some(frame.frame),
-                device_ns: frame.device_ns,
-                measured: Measured::Pixel(seam.pixel.into()),
-                sigma: Some(seam.sigma_px()),
-            })
+        let found = self.frames.iter().filter_map(|(frame, seam)| {
+            let seam = seam.as_ref().ok()?;
+            Some(feature(frame.stamp_ns, frame.frame, frame.device_ns, seam))
         });
-        features.collect()
+        found.collect()
     }
 
     /// Every picture, for the report.

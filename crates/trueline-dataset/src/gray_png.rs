@@ -70,6 +70,21 @@ pub fn read(file: &Path, spare: &mut Vec<u8>) -> Result<GrayImage, Error> {
 /// # Errors
 /// What the operating system says.
 pub fn write(file: &Path, image: &GrayImage) -> Result<(), Error> {
+    let out = File::create(file).map_err(|error| Error::in_file(file, Problem::Io(error)))?;
+    encode_image(BufWriter::new(out), image).map_err(|error| refused(file, error))
+}
+
+/// A gray PNG in memory, fast rather than small.
+///
+/// # Errors
+/// What the encoder says of a picture whose pixels do not fit its size.
+pub fn encode_gray(image: &GrayImage) -> Result<Vec<u8>, String> {
+    let mut png = Vec::new();
+    encode_image(&mut png, image).map_err(|error| error.to_string())?;
+    Ok(png)
+}
+
+fn encode_image(out: impl std::io::Write, image: &GrayImage) -> Result<(), png::EncodingError> {
     let big_endian: Vec<u8>;
     let (depth, bytes): (_, &[u8]) = match &image.pixels {
         Pixels::Eight(pixels) => (BitDepth::Eight, pixels),
@@ -78,7 +93,8 @@ pub fn write(file: &Path, image: &GrayImage) -> Result<(), Error> {
             (BitDepth::Sixteen, &big_endian)
         }
     };
-    write_bytes(file, [image.width, image.height], (ColorType::Grayscale, depth), bytes)
+    let format = (ColorType::Grayscale, depth);
+    encode(out, [image.width, image.height], format, (Compression::Fast, bytes))
 }
 
 /// Writes a picture of red, green and blue bytes: an overlay for a person.

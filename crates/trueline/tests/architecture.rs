@@ -4,13 +4,14 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 13] = [
+const ALLOWED: [(&str, &[&str]); 14] = [
     ("trueline-geometry", &[]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
     ("trueline-experiments", &["trueline", "trueline-dataset", "trueline-geometry", "trueline-sim"]),
+    ("trueline-camera", &["trueline-dataset", "trueline-live"]),
     ("trueline-live", &["trueline-dataset", "trueline-geometry"]),
     ("trueline-mcap", &["trueline-dataset", "trueline-geometry"]),
     (
@@ -34,6 +35,7 @@ const ALLOWED: [(&str, &[&str]); 13] = [
         "trueline-cli",
         &[
             "trueline",
+            "trueline-camera",
             "trueline-dataset",
             "trueline-experiments",
             "trueline-geometry",

@@ -1,7 +1,8 @@
 //! `trueline scan` and `trueline record`.
 
-use clap::Args;
-use std::net::{IpAddr, SocketAddr};
+use super::features::JointName;
+use clap::{Args, ValueEnum};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 #[derive(Args)]
@@ -14,11 +15,47 @@ pub struct LinkArgs {
     pub robot: Option<IpAddr>,
 }
 
+/// The camera beside the robot.
+#[derive(Args)]
+pub struct CameraArgs {
+    /// GigE Vision camera to record as well, by its address
+    #[arg(long, value_name = "IP", conflicts_with = "replay")]
+    pub camera: Option<Ipv4Addr>,
+    /// Take the pictures of a dataset folder instead, at the pace they were recorded
+    #[arg(long, value_name = "DATASET")]
+    pub replay: Option<PathBuf>,
+    /// Exposure time that the camera is set to, µs [default: as it is]
+    #[arg(long, requires = "camera")]
+    pub exposure_us: Option<f64>,
+    /// Pictures a second that the camera is set to [default: as it is]
+    #[arg(long, requires = "camera")]
+    pub fps: Option<f64>,
+    /// What a picture's stamp is; all others are kept as well
+    #[arg(long, value_enum, default_value_t = StampName::FirstPacket)]
+    pub stamp: StampName,
+    /// What the laser shines on, for the estimate that is shown meanwhile [auto: a fillet]
+    #[arg(long, value_enum, default_value_t = JointName::Auto)]
+    pub joint: JointName,
+    /// Say when these are reached: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
+    #[arg(long, value_name = "WHAT=SIGMA,…")]
+    pub want: Option<String>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum StampName {
+    /// Arrival of the first packet, by the kernel
+    FirstPacket,
+    /// Arrival of the last packet
+    Complete,
+}
+
 #[derive(Args)]
 #[command(after_help = "Examples:
   trueline record --bind 192.168.125.10:6510 --sensor sensor.toml --out scan --for-s 60
   trueline robot-sim --pc 127.0.0.1:6510 --path plan &
   trueline record --bind 127.0.0.1:6510 --out scan
+  trueline record --bind 192.168.125.10:6510 --camera 192.168.1.64 --exposure-us 2000 --sensor sensor.toml --out scan \\
+      --want time=0.1ms,translation=0.1mm,rotation=0.05deg
 
 Written: OUT/recording.mcap, flushed four times a second; what was flushed survives whatever happens. Foxglove and Rerun open
 it, `trueline calibrate` reads it. Nothing is ever sent to the robot.
@@ -27,6 +64,8 @@ Exit code: 0 recorded, 1 recorded but something was lost (said what), 2 could no
 pub struct RecordArgs {
     #[command(flatten)]
     pub link: LinkArgs,
+    #[command(flatten)]
+    pub camera: CameraArgs,
     /// Folder to write; it must not hold a recording
     #[arg(long)]
     pub out: PathBuf,
@@ -81,6 +120,8 @@ pub struct ScanArgs {
     /// Folder for the recording; it must not hold one
     #[arg(long, requires = "enable_motion")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub camera: CameraArgs,
     /// sensor.toml, kept in the recording [default: the plan's]
     #[arg(long)]
     pub sensor: Option<PathBuf>,

@@ -1,6 +1,8 @@
 //! One command a file.
 
 pub mod calibrate;
+#[cfg(feature = "gige")]
+pub mod camera_sim;
 pub mod demo;
 pub mod doctor;
 pub mod evaluate;

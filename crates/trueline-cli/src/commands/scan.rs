@@ -3,16 +3,16 @@
 use super::listen;
 use crate::args::ScanArgs;
 use crate::failure::Failure;
-use crate::live_recording::LiveRecording;
+use crate::live_cell::LiveCell;
+use crate::live_recording::{LiveRecording, Purpose};
 use crate::planned_scan::read_text;
 use crate::{interrupt, link_text, output, path_file, priority};
 use std::fmt::Write as _;
-use std::io::{BufRead, IsTerminal};
+use std::io::BufRead;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
 use std::time::Duration;
 use trueline_dataset::RobotSample;
 use trueline_live::guide::{Answer, Onlooker, Outcome};
@@ -50,10 +50,18 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
     interrupt::watch()?;
     let endpoint = listen::bind(bind, args.robot)?;
     let sensor = sensor(args);
-    let recording = LiveRecording::create(out, sensor.as_deref(), &args.tool, endpoint.clock())?;
+    let mut cell = LiveCell::open(&args.camera, sensor.as_deref(), endpoint.clock())?;
+    let purpose = Purpose {
+        out,
+        sensor: sensor.as_deref(),
+        tool: &args.tool,
+        camera: cell.meaning(),
+        estimate: cell.estimate(),
+    };
+    let recording = LiveRecording::create(purpose, endpoint.clock())?;
     let gate = Gate::new(limits, path, args.period_ms * 1e-3);
     let guide = Guide::new(endpoint, gate, Duration::from_secs_f64(args.hold_s));
-    lead(guide, recording, args)
+    lead(guide, recording, &mut cell, args)
 }
 
 fn check(args: &ScanArgs) -> Result<(), Failure> {
@@ -152,16 +160,10 @@ fn sensor(args: &ScanArgs) -> Option<PathBuf> {
     args.sensor.clone().or_else(|| beside.exists().then_some(beside))
 }
 
-/// What the leading thread shows to the one that displays.
-struct Shared {
-    shown: Mutex<(Brief, Phase)>,
-    over: AtomicBool,
-}
-
 struct Watching<'a> {
     recording: LiveRecording,
     replies: ReplyTimes,
-    shared: &'a Shared,
+    shown: &'a Mutex<(Brief, Phase)>,
 }
 
 impl Onlooker for Watching<'_> {
@@ -179,27 +181,34 @@ impl Onlooker for Watching<'_> {
     fn stepped(&mut self, state: &GateState) {
         self.recording.tick();
         // Never waits for the display.
-        if let Ok(mut shown) = self.shared.shown.try_lock() {
+        if let Ok(mut shown) = self.shown.try_lock() {
             *shown = (self.recording.watch().brief(), state.phase);
         }
     }
 }
 
-fn lead(mut guide: Guide, recording: LiveRecording, args: &ScanArgs) -> Result<ExitCode, Failure> {
-    let shared =
-        Shared { shown: Mutex::new((Brief::default(), Phase::Waiting)), over: AtomicBool::new(false) };
-    let mut watching = Watching { recording, replies: ReplyTimes::default(), shared: &shared };
-    let outcome = thread::scope(|scope| {
-        let leading = scope.spawn(|| {
+fn lead(
+    mut guide: Guide,
+    recording: LiveRecording,
+    cell: &mut LiveCell,
+    args: &ScanArgs,
+) -> Result<ExitCode, Failure> {
+    let shown = Mutex::new((Brief::default(), Phase::Waiting));
+    let handle = recording.handle();
+    let mut watching = Watching { recording, replies: ReplyTimes::default(), shown: &shown };
+    let (outcome, seen) = cell.run(
+        &handle,
+        args.quiet,
+        |blind| {
             let hurried = priority::hurry();
-            let outcome = guide.run(wish, &mut watching);
-            shared.over.store(true, Ordering::SeqCst);
-            (outcome, hurried)
-        });
-        show(&shared, shows(args));
-        leading.join()
-    });
-    let Ok((outcome, hurried)) = outcome else {
+            (guide.run(|| wish(blind), &mut watching), hurried)
+        },
+        || {
+            let (brief, phase) = shown.lock().map(|shown| *shown).unwrap_or_default();
+            format!("{}: {}", phase_text(&phase), link_text::brief(&brief))
+        },
+    );
+    let Some((outcome, hurried)) = outcome else {
         return Err(Failure::new(
             "the leading thread panicked; the controller stops by its timeout",
             "please report this; the recording is kept",
@@ -208,31 +217,17 @@ fn lead(mut guide: Guide, recording: LiveRecording, args: &ScanArgs) -> Result<E
     if !hurried && !args.quiet {
         output::words("warning: no real-time priority (needs CAP_SYS_NICE); a busy PC may pause the scan");
     }
-    conclude(outcome, watching, args)
+    cell.tell(&seen, args.quiet);
+    conclude(outcome, watching, seen.is_ok(), args)
 }
 
-fn shows(args: &ScanArgs) -> bool {
-    !args.quiet && std::io::stderr().is_terminal()
-}
-
-/// What Ctrl-C means.
-fn wish() -> Wish {
+/// What Ctrl-C means; without its camera a scan is stopped as well.
+fn wish(blind: &AtomicBool) -> Wish {
     match interrupt::times() {
+        0 if blind.load(Ordering::SeqCst) => Wish::Stop,
         0 => Wish::Go,
         1 => Wish::Stop,
         _ => Wish::Silence,
-    }
-}
-
-fn show(shared: &Shared, shows: bool) {
-    while !shared.over.load(Ordering::SeqCst) {
-        thread::sleep(Duration::from_millis(100));
-        if shows && let Some((brief, phase)) = shared.shown.lock().ok().map(|shown| *shown) {
-            output::status(&format!("{}: {}", phase_text(&phase), link_text::brief(&brief)));
-        }
-    }
-    if shows {
-        output::status("");
     }
 }
 
@@ -251,12 +246,13 @@ fn phase_text(phase: &Phase) -> String {
 fn conclude(
     outcome: std::io::Result<Outcome>,
     watching: Watching<'_>,
+    seen: bool,
     args: &ScanArgs,
 ) -> Result<ExitCode, Failure> {
     let Watching { recording, replies, .. } = watching;
     let (ending, well) = match &outcome {
         Ok(outcome) => {
-            (ending_text(outcome), outcome.ending == Ending::Travelled && !outcome.onlooker_panicked)
+            (ending_text(outcome), outcome.ending == Ending::Travelled && !outcome.onlooker_panicked && seen)
         }
         Err(error) => (format!("the socket failed: {error}"), false),
     };

@@ -85,7 +85,8 @@ fn scan<'a>(args: &SimulateArgs, scenario: &'a Scenario) -> Result<PictureScan<'
     PictureScan::new(scenario, joint(args.joint, fillet), look, args.seed).ok_or_else(no_pictures)
 }
 
-fn look(name: LookName) -> Look {
+/// How plates look.
+pub fn look(name: LookName) -> Look {
     match name {
         LookName::Clean => Look::clean(),
         LookName::Speckle => Look::speckled(),
@@ -94,7 +95,8 @@ fn look(name: LookName) -> Look {
     }
 }
 
-fn joint(name: SceneName, fillet: Joint) -> Joint {
+/// What the laser shines on; a fillet as it is given.
+pub fn joint(name: SceneName, fillet: Joint) -> Joint {
     match name {
         SceneName::Fillet => fillet,
         SceneName::Lap => Joint::Lap { step_m: 3e-3 },

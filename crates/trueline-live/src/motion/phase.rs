@@ -60,9 +60,10 @@ pub enum Ending {
 }
 
 /// What the gate is about.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Phase {
     /// Waits for the controller to let itself be guided.
+    #[default]
     Waiting,
     /// On the path.
     Riding {

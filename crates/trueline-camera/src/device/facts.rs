@@ -1,0 +1,47 @@
+//! What the device did, on this machine's clock: what a test compares with.
+
+/// A picture that was sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SentFrame {
+    /// Its number in the stream: 1 to 65535, again and again.
+    pub block_id: u16,
+    /// Stamp in its leader: the device's clock when the exposure started, ns.
+    pub device_ns: i64,
+    /// Steady time when the exposure started, ns.
+    pub exposure_start_ns: i64,
+    /// Steady time before the first packet was sent, ns.
+    pub first_packet_ns: i64,
+    /// Steady time after the last packet was sent, ns.
+    pub last_packet_ns: i64,
+}
+
+/// What the device did so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DeviceCounts {
+    /// Exposures.
+    pub exposed: u64,
+    /// Pictures sent.
+    pub sent: u64,
+    /// Pictures dropped on purpose.
+    pub dropped: u64,
+    /// Pictures dropped because they were not ready in time.
+    pub late: u64,
+    /// Pictures dropped because those before them were still being sent.
+    pub link_busy: u64,
+    /// Packets of pictures, lost ones included.
+    pub packets: u64,
+    /// Packets lost on purpose.
+    pub lost_packets: u64,
+    /// Packets sent again.
+    pub resent_packets: u64,
+    /// Packets that were asked for again and are forgotten.
+    pub forgotten_packets: u64,
+    /// Times the clock was latched.
+    pub latches: u64,
+    /// Commands refused because another program has control.
+    pub denied: u64,
+    /// Times a program fell silent and lost control.
+    pub heartbeats_lost: u64,
+    /// Packets that this machine refused to send.
+    pub send_errors: u64,
+}

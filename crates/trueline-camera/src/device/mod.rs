@@ -1,0 +1,25 @@
+//! A GigE Vision camera that is not there: its registers, its clock, its exposures and its packets.
+//!
+//! An exposure starts every period. Its picture is asked for when the exposure has ended, on a thread of its own, and
+//! leaves after readout and latency; one that is not ready by then is dropped, as are those that the network is too
+//! slow for. Every exposure takes a number, so what is dropped is a gap.
+
+mod control;
+mod device_clock;
+mod facts;
+mod handle;
+mod pacing;
+mod packets;
+mod privilege;
+mod registers;
+mod sender;
+mod sensor;
+mod settings;
+mod shared;
+mod words;
+
+pub use device_clock::{ClockStep, DeviceClock};
+pub use facts::{DeviceCounts, SentFrame};
+pub use handle::{Device, DeviceHandle};
+pub use sensor::Pictures;
+pub use settings::DeviceSettings;

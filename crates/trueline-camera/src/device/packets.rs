@@ -1,0 +1,113 @@
+//! From a picture of the whole sensor to the packets of what was asked for.
+
+use super::registers::Wanted;
+use crate::gige::PixelFormat;
+use std::net::Ipv4Addr;
+use std::ops::Range;
+use telegenic::emulator::{DeviceConfig, GigeDevice};
+use telegenic::gige::proto::bootstrap::STREAM_CHANNEL_PACKET_SIZE;
+use trueline_dataset::{GrayImage, Pixels};
+
+/// Format, columns, rows, first column and first row in a leader.
+const LEADER_FIELDS: Range<usize> = 20..40;
+
+/// Makes packets. Registers of its own spare the thread that answers commands from waiting for it.
+pub struct Packer {
+    encoder: GigeDevice,
+}
+
+impl Packer {
+    pub fn new() -> Self {
+        Self { encoder: GigeDevice::new(Ipv4Addr::UNSPECIFIED, &DeviceConfig::default()) }
+    }
+
+    /// The packets of a picture as it is wanted, with its number and the stamp of its leader.
+    pub fn packets(
+        &mut self,
+        wanted: &Wanted,
+        block_id: u16,
+        device_ns: i64,
+        image: &GrayImage,
+    ) -> Vec<Vec<u8>> {
+        // A code that is not known goes out as it would from a camera that knows it: one byte a pixel will do.
+        let format = wanted.format.unwrap_or(PixelFormat::Mono8);
+        self.encoder.write_reg(STREAM_CHANNEL_PACKET_SIZE, wanted.packet_bytes);
+        self.encoder.set_leader_timestamp_ns(device_ns.cast_unsigned());
+        let mut packets = self.encoder.frame_packets(u64::from(block_id), &bytes(image, wanted, format));
+        let fields = [format.code(), wanted.size[0], wanted.size[1], wanted.offset[0], wanted.offset[1]];
+        if let Some(leader) = packets.first_mut().and_then(|leader| leader.get_mut(LEADER_FIELDS)) {
+            leader.copy_from_slice(&fields.map(u32::to_be_bytes).concat());
+        }
+        packets
+    }
+}
+
+/// What lies beyond the sensor is black.
+fn bytes(image: &GrayImage, wanted: &Wanted, format: PixelFormat) -> Vec<u8> {
+    let [width, height] = wanted.size.map(|px| px as usize);
+    let [left, top] = wanted.offset.map(|px| px as usize);
+    let row_bytes = width * format.bytes();
+    let mut bytes = vec![0; row_bytes * height];
+    if row_bytes == 0 {
+        return bytes;
+    }
+    for (row, line) in bytes.chunks_exact_mut(row_bytes).enumerate() {
+        let row = top + row;
+        if row >= image.height {
+            break;
+        }
+        let columns = left.min(image.width)..(left + width).min(image.width);
+        let pixels = row * image.width + columns.start..row * image.width + columns.end;
+        match (&image.pixels, format) {
+            (Pixels::Eight(levels), PixelFormat::Mono8) => {
+                line[..columns.len()].copy_from_slice(&levels[pixels]);
+            }
+            (Pixels::Sixteen(levels), PixelFormat::Mono8) => {
+                for (byte, level) in line.iter_mut().zip(&levels[pixels]) {
+                    *byte = (level >> 8) as u8;
+                }
+            }
+            (Pixels::Eight(levels), _) => {
+                let levels = levels[pixels].iter().map(|level| u16::from(*level) * 257);
+                fill(line, levels, format);
+            }
+            (Pixels::Sixteen(levels), _) => fill(line, levels[pixels].iter().copied(), format),
+        }
+    }
+    bytes
+}
+
+fn fill(line: &mut [u8], levels: impl Iterator<Item = u16>, format: PixelFormat) {
+    let down = 16 - format.bits();
+    for (pair, level) in line.chunks_exact_mut(2).zip(levels) {
+        pair.copy_from_slice(&(level >> down).to_le_bytes());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wanted(size: [u32; 2], offset: [u32; 2]) -> Wanted {
+        let to = "127.0.0.1:1".parse().unwrap();
+        let format = None;
+        Wanted { size, offset, format, exposure_s: 0.0, period_s: 1.0, single: false, packet_bytes: 100, to }
+    }
+
+    #[test]
+    fn a_region_is_cut_and_black_lies_around_the_sensor() {
+        let image = GrayImage { width: 3, height: 2, pixels: Pixels::Eight(vec![1, 2, 3, 4, 5, 6]) };
+        let cut = |size, offset| bytes(&image, &wanted(size, offset), PixelFormat::Mono8);
+        assert_eq!(cut([2, 1], [1, 1]), [5, 6]);
+        assert_eq!(cut([4, 3], [1, 0]), [2, 3, 0, 0, 5, 6, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(cut([2, 1], [9, 9]), [0, 0]);
+    }
+
+    #[test]
+    fn white_stays_white() {
+        let image = GrayImage { width: 2, height: 1, pixels: Pixels::Eight(vec![255, 0]) };
+        assert_eq!(bytes(&image, &wanted([2, 1], [0, 0]), PixelFormat::Mono12), [0xff, 0x0f, 0, 0]);
+        let image = GrayImage { width: 1, height: 1, pixels: Pixels::Sixteen(vec![0xffff]) };
+        assert_eq!(bytes(&image, &wanted([1, 1], [0, 0]), PixelFormat::Mono8), [255]);
+    }
+}

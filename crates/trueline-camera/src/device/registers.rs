@@ -1,0 +1,212 @@
+//! The registers of the device and the description by which programs find them.
+
+use super::settings::DeviceSettings;
+use crate::gige::PixelFormat;
+use std::net::SocketAddr;
+use telegenic::emulator::{DeviceConfig, GigeDevice, Reaction, XML_ADDRESS};
+use telegenic::gige::proto::bootstrap as standard;
+
+const WIDTH: u32 = 0x2000;
+const HEIGHT: u32 = 0x2004;
+const ACQUISITION: u32 = 0x2008;
+const ACQUISITION_MODE: u32 = 0x200C;
+const PIXEL_FORMAT: u32 = 0x2010;
+const EXPOSURE: u32 = 0x2014;
+const EXPOSURE_AUTO: u32 = 0x201C;
+const FRAME_RATE: u32 = 0x2020;
+const OFFSET_X: u32 = 0x2024;
+const OFFSET_Y: u32 = 0x2028;
+const GAIN_AUTO: u32 = 0x202C;
+const PTP_ENABLE: u32 = 0x2030;
+const PTP_STATUS: u32 = 0x2034;
+
+const CONTINUOUS: u32 = 0;
+const AUTO_CONTINUOUS: u32 = 2;
+const PTP_LISTENING: u32 = 3;
+const PTP_SLAVE: u32 = 8;
+/// Big-endian, UTF-8.
+const DEVICE_MODE: u32 = 0x8000_0001;
+/// Persistent and link-local addresses.
+const IP_CONFIG: u32 = 5;
+const DESCRIPTION: &str = include_str!("description.xml");
+/// From the description's address to the end of the memory.
+const DESCRIPTION_ROOM: usize = 0x8000;
+const SERIAL_ROOM: usize = standard::SERIAL_NUMBER_SIZE - 1;
+/// What an exposure time may be, µs.
+const EXPOSURES_US: [f64; 2] = [1.0, 1e6];
+/// What a frame rate may be, Hz.
+const FRAME_RATES: [f64; 2] = [0.1, 1000.0];
+
+/// The registers.
+pub struct Registers {
+    device: GigeDevice,
+    period_s: f64,
+    /// The frame rate register as it started: as long as it stands, the period is the exact one.
+    frame_rate: u32,
+}
+
+/// What a program wants now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// Columns and rows, px.
+    pub size: [u32; 2],
+    /// First column and row, px.
+    pub offset: [u32; 2],
+    /// Format; `None` for a code that is not known.
+    pub format: Option<PixelFormat>,
+    /// Exposure time, s.
+    pub exposure_s: f64,
+    /// Between exposures, s of the camera's clock.
+    pub period_s: f64,
+    /// Size of a packet on the wire, bytes.
+    pub packet_bytes: u32,
+    /// Whether one picture is enough.
+    pub single: bool,
+    /// Where packets go.
+    pub to: SocketAddr,
+}
+
+impl Registers {
+    /// As after switching on.
+    pub fn new(settings: &DeviceSettings) -> Self {
+        let [a, b, c, d] = settings.address.octets();
+        let config = DeviceConfig {
+            width: settings.width,
+            height: settings.height,
+            exposure_us: settings.exposure_us as f32,
+            gain: 1.0,
+            manufacturer: "trueline".to_owned(),
+            model: "Simulated".to_owned(),
+            device_version: env!("CARGO_PKG_VERSION").to_owned(),
+            serial: settings.serial.chars().filter(char::is_ascii).take(SERIAL_ROOM).collect(),
+            mac: [2, 0, a, b, c, d],
+        };
+        let mut device = GigeDevice::new(settings.address, &config);
+        let frame_rate = ((1.0 / settings.period_s) as f32).to_bits();
+        for (register, value) in [
+            (standard::DEVICE_MODE, DEVICE_MODE),
+            (standard::SUPPORTED_IP_CONFIG, IP_CONFIG),
+            (standard::CURRENT_IP_CONFIG, IP_CONFIG),
+            (standard::N_NETWORK_INTERFACES, 1),
+            (standard::STREAM_CHANNEL_PACKET_SIZE, u32::from(settings.packet_bytes)),
+            (ACQUISITION_MODE, CONTINUOUS),
+            (FRAME_RATE, frame_rate),
+            (PTP_STATUS, PTP_LISTENING),
+        ] {
+            device.write_reg(register, value);
+        }
+        device.set_packet_resend(true);
+        device.set_max_packet_size(Some(settings.packet_bytes));
+        let mut registers = Self { device, period_s: settings.period_s, frame_rate };
+        registers.describe(settings);
+        registers
+    }
+
+    fn describe(&mut self, settings: &DeviceSettings) {
+        let xml = DESCRIPTION
+            .replace("SENSOR_WIDTH", &settings.width.to_string())
+            .replace("SENSOR_HEIGHT", &settings.height.to_string());
+        let url = format!("Local:trueline.xml;{XML_ADDRESS:X};{:X}", xml.len());
+        self.put(XML_ADDRESS, xml.as_bytes(), DESCRIPTION_ROOM);
+        self.put(standard::XML_URL_0, url.as_bytes(), standard::XML_URL_SIZE);
+    }
+
+    fn put(&mut self, address: u32, bytes: &[u8], room: usize) {
+        let mut bytes = bytes.to_vec();
+        bytes.resize(room, 0);
+        let words = bytes.chunks_exact(4).map(|b| u32::from_be_bytes([b[0], b[1], b[2], b[3]]));
+        for (at, word) in (address..).step_by(4).zip(words) {
+            self.device.write_reg(at, word);
+        }
+    }
+
+    /// Tells where packets of pictures come from.
+    pub fn set_stream_port(&mut self, port: u16) {
+        self.device.write_reg(standard::STREAM_CHANNEL_SOURCE_PORT, u32::from(port));
+    }
+
+    /// Lets the registers answer a command.
+    pub fn answer(&mut self, command: &[u8], from: SocketAddr) -> Reaction {
+        self.device.handle_datagram(command, from)
+    }
+
+    /// Where packets of pictures go, if a program opened the stream.
+    pub fn stream_to(&self) -> Option<SocketAddr> {
+        self.device.stream_dest()
+    }
+
+    /// How long a program in control may be silent, ms.
+    pub fn heartbeat_ms(&self) -> u32 {
+        self.device.read_reg(standard::HEARTBEAT_TIMEOUT).max(500)
+    }
+
+    /// Shows a latched clock, ns.
+    pub fn latch(&mut self, device_ns: i64) {
+        let ticks = device_ns.cast_unsigned();
+        self.device.write_reg(standard::TIMESTAMP_LATCHED_HIGH, (ticks >> 32) as u32);
+        self.device.write_reg(standard::TIMESTAMP_LATCHED_LOW, ticks as u32);
+    }
+
+    /// Nobody has control any more: no pictures either.
+    pub fn release(&mut self) {
+        for register in [standard::CONTROL_CHANNEL_PRIVILEGE, ACQUISITION, standard::STREAM_CHANNEL_PORT] {
+            self.device.write_reg(register, 0);
+        }
+    }
+
+    /// What a program wants now; `None` while it wants no pictures.
+    pub fn wanted(&self) -> Option<Wanted> {
+        let read = |register| self.device.read_reg(register);
+        let to = self.device.stream_dest().filter(|_| read(ACQUISITION) == 1)?;
+        let real = |register, [least, most]: [f64; 2]| {
+            f64::from(f32::from_bits(read(register))).max(least).min(most)
+        };
+        let period_s = if read(FRAME_RATE) == self.frame_rate {
+            self.period_s
+        } else {
+            1.0 / real(FRAME_RATE, FRAME_RATES)
+        };
+        Some(Wanted {
+            size: [read(WIDTH), read(HEIGHT)],
+            offset: [read(OFFSET_X), read(OFFSET_Y)],
+            format: PixelFormat::of_code(read(PIXEL_FORMAT)),
+            exposure_s: real(EXPOSURE, EXPOSURES_US) * 1e-6,
+            period_s,
+            packet_bytes: read(standard::STREAM_CHANNEL_PACKET_SIZE) & standard::SCPS_PACKET_SIZE_MASK,
+            single: read(ACQUISITION_MODE) != CONTINUOUS,
+            to,
+        })
+    }
+
+    /// Ends the acquisition of a single picture.
+    pub fn end_acquisition(&mut self) {
+        self.device.clear_acquisition();
+    }
+
+    /// As if a program or the camera itself had changed it.
+    pub fn set_size(&mut self, width: u32, height: u32) {
+        self.device.write_reg(WIDTH, width);
+        self.device.write_reg(HEIGHT, height);
+    }
+
+    /// As if a program or the camera itself had changed it.
+    pub fn set_format(&mut self, format: PixelFormat) {
+        self.device.write_reg(PIXEL_FORMAT, format.code());
+    }
+
+    /// As if a program or the camera itself had changed it.
+    pub fn set_exposure_auto(&mut self, on: bool) {
+        self.device.write_reg(EXPOSURE_AUTO, if on { AUTO_CONTINUOUS } else { 0 });
+    }
+
+    /// As if a program or the camera itself had changed it.
+    pub fn set_gain_auto(&mut self, on: bool) {
+        self.device.write_reg(GAIN_AUTO, if on { AUTO_CONTINUOUS } else { 0 });
+    }
+
+    /// Switches the precision time protocol on, and has it follow a clock or look for one.
+    pub fn set_ptp(&mut self, on: bool, slave: bool) {
+        self.device.write_reg(PTP_ENABLE, u32::from(on));
+        self.device.write_reg(PTP_STATUS, if slave { PTP_SLAVE } else { PTP_LISTENING });
+    }
+}

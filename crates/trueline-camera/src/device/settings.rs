@@ -1,0 +1,60 @@
+//! What is simulated.
+
+use super::device_clock::DeviceClock;
+use std::net::Ipv4Addr;
+
+/// A simulated camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceSettings {
+    /// Address of this machine that it answers at; the port is 3956, as of every such camera.
+    pub address: Ipv4Addr,
+    /// Columns of the sensor, px.
+    pub width: u32,
+    /// Rows of the sensor, px.
+    pub height: u32,
+    /// Between the starts of two exposures, s of the camera's clock, until a program sets a frame rate.
+    pub period_s: f64,
+    /// Exposure time until a program sets another, µs.
+    pub exposure_us: f64,
+    /// From the end of the exposure until the sensor is read out, s.
+    pub readout_s: f64,
+    /// From there until the first packet leaves, s: the time that making the picture may take.
+    pub latency_s: f64,
+    /// Its clock.
+    pub clock: DeviceClock,
+    /// Largest packet on the wire, bytes.
+    pub packet_bytes: u16,
+    /// Speed of its network, bit/s; 0 for no limit.
+    pub pace_bits_per_s: f64,
+    /// Share of packets that are lost.
+    pub loss: f64,
+    /// Share of pictures that are dropped.
+    pub frame_drop: f64,
+    /// Of what is random.
+    pub seed: u64,
+    /// Serial number, of which 15 characters count.
+    pub serial: String,
+}
+
+impl DeviceSettings {
+    /// A small sensor on a good network.
+    #[must_use]
+    pub fn small(address: Ipv4Addr) -> Self {
+        Self {
+            address,
+            width: 320,
+            height: 240,
+            period_s: 0.02,
+            exposure_us: 2000.0,
+            readout_s: 0.002,
+            latency_s: 0.005,
+            clock: DeviceClock::default(),
+            packet_bytes: 1500,
+            pace_bits_per_s: 1e9,
+            loss: 0.0,
+            frame_drop: 0.0,
+            seed: 1,
+            serial: "SIM-1".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Why there are no pictures, and what to do about it.
+
+/// A camera that gives no pictures that can be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CameraError {
+    /// Nothing answers.
+    #[error("no camera answers at {at}")]
+    NotFound {
+        /// Where it was looked for.
+        at: String,
+    },
+    /// Another program has it.
+    #[error("the camera at {at} is controlled by another program")]
+    Busy {
+        /// Its address.
+        at: String,
+    },
+    /// It answered once and no longer does.
+    #[error("the camera no longer answers; the last packet of a picture came {silent_s:.1} s ago")]
+    Unplugged {
+        /// Since the last packet, or since the start if there was none, s.
+        silent_s: f64,
+    },
+    /// A pixel format that was not asked for.
+    #[error("pictures are wanted as {wanted}, the camera offers {offered}")]
+    Format {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        offered: String,
+    },
+    /// Pictures of another size than at the start.
+    #[error("pictures were {} x {} pixels and now are {} x {}", was[0], was[1], is[0], is[1])]
+    FrameSizeChanged {
+        /// Columns and rows at the start, px.
+        was: [u32; 2],
+        /// Columns and rows now, px.
+        is: [u32; 2],
+    },
+    /// An automatic came back on after it was turned off.
+    #[error("`{feature}` is on again: {value}")]
+    ExposureAuto {
+        /// The camera's name for it.
+        feature: String,
+        /// What it is set to.
+        value: String,
+    },
+    /// A feature of the camera that cannot be set or read.
+    #[error("camera feature `{name}`: {why}")]
+    Feature {
+        /// The camera's name for it.
+        name: String,
+        /// What the camera says.
+        why: String,
+    },
+    /// A recording that cannot be replayed.
+    #[error(transparent)]
+    Recording(#[from] trueline_dataset::Error),
+    /// The operating system refused.
+    #[error("network: {0}")]
+    Io(#[from] std::io::Error),
+}
+
+impl CameraError {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        match self {
+            Self::NotFound { .. } => {
+                "check power, cable and address: camera and adapter must be in the same \
+                subnet, and no firewall may hold back UDP port 3956"
+                    .to_owned()
+            }
+            Self::Busy { .. } => {
+                "close the maker's viewer or the other program; after a crash the camera frees \
+                itself within some seconds"
+                    .to_owned()
+            }
+            Self::Unplugged { .. } => {
+                "check cable, switch and power; what was recorded so far is kept".to_owned()
+            }
+            Self::Format { .. } => {
+                "choose one of the formats that the camera offers, and let no other program \
+                change it during a scan"
+                    .to_owned()
+            }
+            Self::FrameSizeChanged { .. } => "leave width, height and binning alone during a scan: the \
+                calibration of the camera holds for one size"
+                .to_owned(),
+            Self::ExposureAuto { feature, .. } => format!(
+                "turn `{feature}` off and keep it off: the instant of an exposure moves with its length"
+            ),
+            Self::Feature { .. } => "see the camera's manual for what it allows".to_owned(),
+            Self::Recording(error) => error.hint(),
+            Self::Io(error) if error.kind() == std::io::ErrorKind::AddrInUse => {
+                "another program on this machine uses the address".to_owned()
+            }
+            Self::Io(_) => "check the network adapter".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Automatics move the instant of an exposure from picture to picture: they must be off and stay off.
+
+use super::errors::is_silence;
+use super::features::{exposure_us, set_if_there};
+use crate::error::CameraError;
+use std::time::{Duration, Instant};
+use telegenic::GenICamera;
+
+const AUTOMATICS: [&str; 2] = ["ExposureAuto", "GainAuto"];
+/// Between two looks.
+const EVERY: Duration = Duration::from_secs(1);
+
+/// Turns them off.
+///
+/// # Errors
+/// One that cannot be turned off.
+pub fn turn_off(camera: &mut GenICamera) -> Result<(), CameraError> {
+    AUTOMATICS.into_iter().try_for_each(|name| set_if_there(camera, name, "Off"))
+}
+
+/// What a look found.
+pub enum Look {
+    /// Not time yet, or all is well.
+    Fine,
+    /// The exposure time, µs, and all is well.
+    Exposure(Option<f64>),
+    /// The camera did not answer.
+    Silence,
+}
+
+/// Looks now and then whether they stayed off.
+pub struct Watch {
+    due: Instant,
+}
+
+impl Watch {
+    /// The first look is due after the usual time.
+    pub fn start() -> Self {
+        Self { due: Instant::now() + EVERY }
+    }
+
+    /// Looks if it is time.
+    ///
+    /// # Errors
+    /// [`CameraError::ExposureAuto`] if one is on.
+    pub fn look(&mut self, camera: &mut GenICamera) -> Result<Look, CameraError> {
+        if Instant::now() < self.due {
+            return Ok(Look::Fine);
+        }
+        self.due = Instant::now() + EVERY;
+        // Somebody else turned it on, so what the driver remembers is worth nothing.
+        let _ = camera.invalidate_caches();
+        for name in AUTOMATICS {
+            match camera.get_enum(name) {
+                Ok(value) if value == "Off" => {}
+                Ok(value) => return Err(CameraError::ExposureAuto { feature: name.to_owned(), value }),
+                Err(error) if is_silence(&error) => return Ok(Look::Silence),
+                // The camera has no such automatic.
+                Err(_) => {}
+            }
+        }
+        Ok(Look::Exposure(exposure_us(camera)))
+    }
+}

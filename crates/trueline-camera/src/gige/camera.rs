@@ -1,0 +1,322 @@
+//! One session with one camera: from connecting to the last picture.
+
+use super::automatic::{self, Look, Watch};
+use super::block_ids::BlockIds;
+use super::errors::{connecting, driver, feature};
+use super::features;
+use super::latch::{Asked, Latch};
+use super::picture::{self, Session};
+use super::ptp::{self, PtpState};
+use super::settings::GigeSettings;
+use super::stamps::{LatchStamps, PacketStamps};
+use crate::error::CameraError;
+use crate::frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};
+use crate::latch_clock::LatchSample;
+use std::time::{Duration, Instant};
+use telegenic::gige::proto::bootstrap::{TIMESTAMP_TICK_FREQUENCY_HIGH, TIMESTAMP_TICK_FREQUENCY_LOW};
+use telegenic::gige::{GigECamera, GigeConfig};
+use telegenic::{Frame, FrameChannel, GenICamera, PacketSize, SocketOption, StreamChannel, StreamConfig};
+use trueline_live::HostClock;
+
+/// The driver asks for a sign of life at a third of this, and the camera frees itself after it, ms.
+const HEARTBEAT_MS: u32 = 1500;
+/// A command is repeated after this, so many times; then the camera is gone. With the sign of life it is known to be
+/// gone within 1.2 s.
+const ANSWER: Duration = Duration::from_millis(150);
+const REPEATS: u8 = 3;
+/// Memory for pictures that wait to be taken, bytes, and the least number of them.
+const WAITING_BYTES: usize = 64 << 20;
+const LEAST_WAITING: usize = 8;
+const MOST_WAITING: usize = 64;
+/// Room in the kernel for packets that wait to be read, in pictures and bytes: the kernel may give less.
+const SOCKET_PICTURES: usize = 4;
+const LEAST_SOCKET_BYTES: usize = 8 << 20;
+/// How often the link is looked at while no picture comes.
+const LINK_LOOK: Duration = Duration::from_millis(50);
+/// Longer than the driver repeats a command.
+const REGISTERS: Duration = Duration::from_secs(2);
+const DISCONNECT: Duration = Duration::from_millis(300);
+
+/// What became of the pictures so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GigeCounts {
+    /// Pictures given, good or bad.
+    pub frames: u64,
+    /// Of these, pictures with packets lost for good.
+    pub incomplete: u64,
+    /// Pictures of which nothing was given: gaps in the camera's counter.
+    pub missing: u64,
+    /// Packets that the camera sent again.
+    pub resent_packets: u64,
+    /// Packets that the kernel dropped because they were not read in time.
+    pub socket_drops: u64,
+    /// Pictures dropped because those before them were not taken in time.
+    pub not_taken: u64,
+}
+
+/// A camera that sends pictures.
+pub struct GigeCamera {
+    camera: GenICamera,
+    stream: Option<StreamChannel>,
+    frames: FrameChannel,
+    packets: PacketStamps,
+    latch: Latch,
+    watch: Watch,
+    ids: BlockIds,
+    last_frame: Option<u64>,
+    clock: HostClock,
+    last_packet_ns: i64,
+    session: Session,
+    about: SourceAbout,
+    tick_hz: u64,
+    exposure_us: Option<f64>,
+    ptp: PtpState,
+    counts: GigeCounts,
+    /// What a bad picture that was given means for the session.
+    pending: Option<CameraError>,
+    /// A camera that did not answer a repeated command is gone, whatever it does later: its pictures have a hole.
+    gone: bool,
+}
+
+impl GigeCamera {
+    /// Connects, sets the camera up, turns its automatics off and starts it. Stamps are on `clock`.
+    ///
+    /// # Errors
+    /// [`CameraError::NotFound`], [`CameraError::Busy`], [`CameraError::Format`], [`CameraError::Feature`] or
+    /// [`CameraError::Io`].
+    pub fn open(settings: &GigeSettings, clock: HostClock) -> Result<Self, CameraError> {
+        let latch_stamps = LatchStamps::new(clock);
+        let mut camera = connect(settings, latch_stamps.clone())?;
+        features::configure(&mut camera, settings)?;
+        automatic::turn_off(&mut camera)?;
+        let size = [features::size(&mut camera, "Width")?, features::size(&mut camera, "Height")?];
+        let session = Session { size, format: settings.pixel };
+        let tick_hz = tick_hz(camera.transport());
+        let packets = PacketStamps::new(clock);
+        let stream = open_stream(&mut camera, settings, packets.clone())?;
+        let frames = stream.1.subscribe(stream.0);
+        let mut opened = Self {
+            about: about(camera.transport(), size, tick_hz),
+            exposure_us: features::exposure_us(&mut camera),
+            ptp: ptp::state(&mut camera),
+            camera,
+            stream: Some(stream.1),
+            frames,
+            packets,
+            latch: Latch::new(clock, latch_stamps),
+            watch: Watch::start(),
+            ids: BlockIds::default(),
+            last_frame: None,
+            clock,
+            last_packet_ns: clock.read().steady_ns,
+            session,
+            tick_hz,
+            counts: GigeCounts::default(),
+            pending: None,
+            gone: false,
+        };
+        let _ = opened.camera.set_integer("TLParamsLocked", 1);
+        opened.camera.execute("AcquisitionStart").map_err(|e| feature("AcquisitionStart", &e))?;
+        Ok(opened)
+    }
+
+    /// One exchange with the camera's clock; `None` if the camera has none that can be latched.
+    ///
+    /// # Errors
+    /// [`CameraError::Unplugged`].
+    pub fn latch(&mut self) -> Result<Option<LatchSample>, CameraError> {
+        let tick_hz = self.tick_hz;
+        match self.latch.ask(self.camera.transport(), |ticks| device_ns(ticks, tick_hz)) {
+            Asked::Answer(sample) => Ok(Some(sample)),
+            Asked::No => Ok(None),
+            Asked::Silence => Err(self.unplugged()),
+        }
+    }
+
+    /// Whether the camera's clock follows another, as it was when the session began.
+    #[must_use]
+    pub fn ptp(&self) -> PtpState {
+        self.ptp.clone()
+    }
+
+    /// What became of the pictures so far.
+    #[must_use]
+    pub fn counts(&self) -> GigeCounts {
+        let stats = self.stream.as_ref().map(StreamChannel::stats).unwrap_or_default();
+        GigeCounts {
+            socket_drops: stats.socket_drops,
+            not_taken: stats.underruns + stats.frames_dropped,
+            ..self.counts
+        }
+    }
+
+    fn unplugged(&mut self) -> CameraError {
+        self.gone = true;
+        let last_ns = self.packets.newest_ns().unwrap_or(i64::MIN).max(self.last_packet_ns);
+        let silent_ns = self.clock.read().steady_ns - last_ns;
+        CameraError::Unplugged { silent_s: silent_ns.max(0) as f64 * 1e-9 }
+    }
+
+    fn look_at_camera(&mut self) -> Result<(), CameraError> {
+        if self.gone || !self.camera.is_connected() {
+            return Err(self.unplugged());
+        }
+        match self.watch.look(&mut self.camera)? {
+            Look::Fine => Ok(()),
+            Look::Exposure(exposure_us) => {
+                self.exposure_us = exposure_us;
+                Ok(())
+            }
+            Look::Silence => Err(self.unplugged()),
+        }
+    }
+
+    fn given(&mut self, frame: &Frame) -> CameraFrame {
+        let packets = self.packets.take(frame.frame_id);
+        let (status, image) = picture::of(frame, packets.as_ref(), self.session);
+        let number = self.ids.unwrapped(frame.frame_id);
+        self.count(number, &status);
+        self.counts.resent_packets += u64::from(packets.map_or(0, |p| p.resent));
+        self.pending = self.verdict(&status);
+        let complete_ns = packets.map_or_else(|| self.clock.read().steady_ns, |p| p.last_ns);
+        self.last_packet_ns = self.last_packet_ns.max(complete_ns);
+        let ticks = Some(frame.timestamp_ticks).filter(|ticks| *ticks != 0);
+        CameraFrame {
+            image,
+            frame: number,
+            device_ns: ticks.map(|ticks| device_ns(ticks, self.tick_hz)),
+            first_packet_ns: packets.map(|p| p.first_ns),
+            complete_ns,
+            exposure_us: self.exposure_us,
+            status,
+        }
+    }
+
+    fn count(&mut self, number: u64, status: &FrameStatus) {
+        self.counts.frames += 1;
+        self.counts.incomplete += u64::from(matches!(status, FrameStatus::Incomplete { .. }));
+        if let Some(last) = self.last_frame.replace(number) {
+            self.counts.missing += number.saturating_sub(last + 1);
+        }
+    }
+
+    /// A picture of another size or format is no accident: the session is over.
+    fn verdict(&self, status: &FrameStatus) -> Option<CameraError> {
+        match status {
+            FrameStatus::WrongSize { width, height } => {
+                Some(CameraError::FrameSizeChanged { was: self.session.size, is: [*width, *height] })
+            }
+            FrameStatus::WrongFormat { found } => {
+                Some(CameraError::Format { wanted: self.session.format.to_string(), offered: found.clone() })
+            }
+            FrameStatus::Complete | FrameStatus::Incomplete { .. } => None,
+        }
+    }
+}
+
+impl FrameSource for GigeCamera {
+    /// A picture of another size or format is given first, without its pixels; the call after it is the error.
+    fn next(&mut self, timeout: Duration) -> Result<Option<CameraFrame>, CameraError> {
+        if let Some(error) = self.pending.take() {
+            return Err(error);
+        }
+        let until = Instant::now() + timeout;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            if let Some(frame) = self.frames.wait_for(left.min(LINK_LOOK)) {
+                let given = self.given(&frame);
+                // Pictures may come so fast that nothing ever is waited for. A lost link is told when the last
+                // picture has been given.
+                if let Err(error @ CameraError::ExposureAuto { .. }) = self.look_at_camera() {
+                    self.pending.get_or_insert(error);
+                }
+                return Ok(Some(given));
+            }
+            self.look_at_camera()?;
+            if Instant::now() >= until {
+                return Ok(None);
+            }
+        }
+    }
+
+    fn about(&self) -> &SourceAbout {
+        &self.about
+    }
+}
+
+impl Drop for GigeCamera {
+    fn drop(&mut self) {
+        if self.camera.is_connected() {
+            let _ = self.camera.execute("AcquisitionStop");
+            let _ = self.camera.set_integer("TLParamsLocked", 0);
+        }
+        // The stream closes its channel through the connection, so it goes first.
+        drop(self.stream.take());
+        self.camera.disconnect(DISCONNECT);
+    }
+}
+
+fn connect(settings: &GigeSettings, stamps: LatchStamps) -> Result<GenICamera, CameraError> {
+    let mut config = GigeConfig::new(settings.address);
+    config.heartbeat_timeout_ms = HEARTBEAT_MS;
+    config.gvcp_timeout = ANSWER;
+    config.retries = REPEATS;
+    let mut transport = GigECamera::with_config(config);
+    transport.set_telemetry(stamps);
+    let mut camera = GenICamera::from_transport(transport);
+    camera.connect().map_err(|error| connecting(error, settings.address))?;
+    Ok(camera)
+}
+
+/// The stream, and how many pictures may wait.
+fn open_stream(
+    camera: &mut GenICamera,
+    settings: &GigeSettings,
+    stamps: PacketStamps,
+) -> Result<(usize, StreamChannel), CameraError> {
+    let payload = features::size(camera, "PayloadSize")? as usize;
+    let waiting = (WAITING_BYTES / payload.max(1)).clamp(LEAST_WAITING, MOST_WAITING);
+    let config = StreamConfig {
+        payload_size: Some(payload),
+        packet_size: settings.packet_size.map_or(PacketSize::Auto, PacketSize::Fixed),
+        n_buffers: waiting,
+        stream_socket: vec![SocketOption::RecvBuffer(LEAST_SOCKET_BYTES.max(SOCKET_PICTURES * payload))],
+        ..StreamConfig::new()
+    };
+    let stream = camera.transport().open_stream_with_telemetry(config, stamps);
+    Ok((waiting, stream.map_err(|error| driver("stream", &error))?))
+}
+
+/// Zero where the camera does not tell.
+fn tick_hz(camera: &GigECamera) -> u64 {
+    let registers = vec![TIMESTAMP_TICK_FREQUENCY_HIGH, TIMESTAMP_TICK_FREQUENCY_LOW];
+    let values = camera.read_registers(registers).ok().and_then(|asked| asked.wait_timeout(REGISTERS).ok());
+    match values.as_deref() {
+        Some([high, low]) => u64::from(*high) << 32 | u64::from(*low),
+        _ => 0,
+    }
+}
+
+fn device_ns(ticks: u64, tick_hz: u64) -> i64 {
+    let ns = match tick_hz {
+        0 | 1_000_000_000 => u128::from(ticks),
+        hz => u128::from(ticks) * 1_000_000_000 / u128::from(hz),
+    };
+    i64::try_from(ns).unwrap_or(i64::MAX)
+}
+
+fn about(camera: &GigECamera, [width, height]: [u32; 2], tick_hz: u64) -> SourceAbout {
+    let name = camera
+        .device_info()
+        .map(|info| format!("{} {} {}", info.manufacturer, info.model, info.serial).trim().to_owned());
+    let unit = if tick_hz == 0 { "in ticks of unknown length" } else { "in nanoseconds" };
+    SourceAbout {
+        name: name.unwrap_or_default(),
+        width: width as usize,
+        height: height as usize,
+        tick_hz: (tick_hz != 0).then_some(tick_hz as f64),
+        stamp_meaning: format!(
+            "the camera's clock in the leader of the picture, {unit}: start or end of the exposure, as its maker chose"
+        ),
+    }
+}

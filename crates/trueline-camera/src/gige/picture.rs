@@ -1,0 +1,102 @@
+//! A picture out of what came.
+
+use super::settings::PixelFormat;
+use super::stamps::Packets;
+use crate::frame_source::FrameStatus;
+use telegenic::{Frame, FrameStatus as Driver, PayloadKind};
+use trueline_dataset::{GrayImage, Pixels};
+
+/// Size and format that every picture of a session has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Session {
+    /// Columns and rows, px.
+    pub size: [u32; 2],
+    /// Format.
+    pub format: PixelFormat,
+}
+
+/// How a picture is, and itself if it can be used.
+pub fn of(frame: &Frame, packets: Option<&Packets>, session: Session) -> (FrameStatus, Option<GrayImage>) {
+    let status = status(frame, packets, session);
+    let image = (status == FrameStatus::Complete).then(|| image(frame.data(), frame, session));
+    match image {
+        // The leader says more than the packets brought.
+        Some(None) => (FrameStatus::Incomplete { missing: 1 }, None),
+        image => (status, image.flatten()),
+    }
+}
+
+fn status(frame: &Frame, packets: Option<&Packets>, session: Session) -> FrameStatus {
+    let size = [frame.width, frame.height];
+    // Without its leader a picture says nothing of itself, but then it is not complete either.
+    let has_leader = size != [0, 0];
+    if has_leader && frame.pixel_format.0 != session.format.code() {
+        return FrameStatus::WrongFormat { found: frame.pixel_format.to_string() };
+    }
+    if has_leader && size != session.size {
+        let [width, height] = size;
+        return FrameStatus::WrongSize { width, height };
+    }
+    if frame.status == Driver::Complete && has_leader && matches!(frame.payload, PayloadKind::Image { .. }) {
+        return FrameStatus::Complete;
+    }
+    let [width, height] = session.size.map(|px| px as usize);
+    let missing_bytes = (width * height * session.format.bytes()).saturating_sub(frame.received_size);
+    let bytes = packets.map_or(0, |packets| packets.most_bytes).max(1);
+    // At least one: the leader or the end of the picture may be all that is missing.
+    let missing = u32::try_from(missing_bytes.div_ceil(bytes)).unwrap_or(u32::MAX).max(1);
+    FrameStatus::Incomplete { missing }
+}
+
+/// Lines may be filled up, and other data may follow the picture.
+fn image(data: &[u8], frame: &Frame, session: Session) -> Option<GrayImage> {
+    pixels(data, session, usize::from(frame.x_padding))
+}
+
+fn pixels(data: &[u8], session: Session, padding: usize) -> Option<GrayImage> {
+    let [width, height] = session.size.map(|px| px as usize);
+    let row = width * session.format.bytes();
+    let stride = row + padding;
+    if data.len() < (stride * height).saturating_sub(padding) || stride == 0 {
+        return None;
+    }
+    let rows = data.chunks(stride).take(height).map(|line| &line[..row]);
+    let pixels = match session.format {
+        PixelFormat::Mono8 if padding == 0 => Pixels::Eight(data[..row * height].to_vec()),
+        PixelFormat::Mono8 => Pixels::Eight(rows.flatten().copied().collect()),
+        // Moved up so that white is the same in every picture of 16 bits.
+        format => {
+            let up = 16 - format.bits();
+            let pairs = rows.flat_map(|line| line.chunks_exact(2));
+            Pixels::Sixteen(pairs.map(|pair| u16::from_le_bytes([pair[0], pair[1]]) << up).collect())
+        }
+    };
+    Some(GrayImage { width, height, pixels })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_that_are_filled_up_are_cut() {
+        let session = Session { size: [3, 2], format: PixelFormat::Mono8 };
+        let image = pixels(&[1, 2, 3, 99, 4, 5, 6], session, 1).unwrap();
+        assert_eq!(image.pixels, Pixels::Eight(vec![1, 2, 3, 4, 5, 6]));
+        assert_eq!(pixels(&[1, 2, 3, 4, 5], session, 0), None, "one pixel too few");
+    }
+
+    #[test]
+    fn white_is_white_in_every_format_of_two_bytes() {
+        for format in [PixelFormat::Mono10, PixelFormat::Mono12, PixelFormat::Mono16] {
+            let white = ((1_u32 << format.bits()) - 1) as u16;
+            let session = Session { size: [2, 1], format };
+            let data: Vec<u8> = [white, 1].iter().flat_map(|v| v.to_le_bytes()).collect();
+            let Pixels::Sixteen(levels) = pixels(&data, session, 0).unwrap().pixels else {
+                panic!("16 bits were asked for")
+            };
+            let step = 1 << (16 - format.bits());
+            assert_eq!(levels, [u16::MAX - (step - 1), step]);
+        }
+    }
+}

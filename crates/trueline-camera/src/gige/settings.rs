@@ -1,0 +1,108 @@
+//! What is asked of a camera.
+
+use std::fmt;
+use std::net::Ipv4Addr;
+
+/// What is asked of a camera; `None` leaves the camera as it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GigeSettings {
+    /// Its address.
+    pub address: Ipv4Addr,
+    /// Columns, px.
+    pub width: Option<u32>,
+    /// Rows, px.
+    pub height: Option<u32>,
+    /// First column and row on the sensor, px.
+    pub offset: Option<[u32; 2]>,
+    /// Pixel format.
+    pub pixel: PixelFormat,
+    /// Exposure time, µs.
+    pub exposure_us: Option<f64>,
+    /// Packet size on the wire, bytes; `None` asks for the largest that the network carries.
+    pub packet_size: Option<u16>,
+    /// Pictures a second, Hz.
+    pub fps: Option<f64>,
+}
+
+impl GigeSettings {
+    /// Pictures of 8 bits from the camera at an address, all else as the camera is set.
+    #[must_use]
+    pub fn at(address: Ipv4Addr) -> Self {
+        Self {
+            address,
+            width: None,
+            height: None,
+            offset: None,
+            pixel: PixelFormat::Mono8,
+            exposure_us: None,
+            packet_size: None,
+            fps: None,
+        }
+    }
+}
+
+/// Gray formats without packing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelFormat {
+    /// 8 bits.
+    Mono8,
+    /// 10 bits in two bytes.
+    Mono10,
+    /// 12 bits in two bytes.
+    Mono12,
+    /// 16 bits.
+    Mono16,
+}
+
+impl PixelFormat {
+    /// Name in the standard features naming convention.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mono8 => "Mono8",
+            Self::Mono10 => "Mono10",
+            Self::Mono12 => "Mono12",
+            Self::Mono16 => "Mono16",
+        }
+    }
+
+    /// Code in the pixel format naming convention.
+    #[must_use]
+    pub fn code(self) -> u32 {
+        match self {
+            Self::Mono8 => 0x0108_0001,
+            Self::Mono10 => 0x0110_0003,
+            Self::Mono12 => 0x0110_0005,
+            Self::Mono16 => 0x0110_0007,
+        }
+    }
+
+    /// The format of a code.
+    #[must_use]
+    pub fn of_code(code: u32) -> Option<Self> {
+        [Self::Mono8, Self::Mono10, Self::Mono12, Self::Mono16].into_iter().find(|f| f.code() == code)
+    }
+
+    /// Bytes of a pixel.
+    #[must_use]
+    pub fn bytes(self) -> usize {
+        if self == Self::Mono8 { 1 } else { 2 }
+    }
+
+    /// Bits that say something.
+    #[must_use]
+    pub fn bits(self) -> u32 {
+        match self {
+            Self::Mono8 => 8,
+            Self::Mono10 => 10,
+            Self::Mono12 => 12,
+            Self::Mono16 => 16,
+        }
+    }
+}
+
+impl fmt::Display for PixelFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

@@ -1,0 +1,82 @@
+//! `trueline camera-sim`.
+
+use super::simulate::{LookName, SceneName};
+use clap::Args;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(after_help = "Example, a whole cell on this machine (three terminals):
+  trueline plan --example --out plan --duration-s 30
+  trueline camera-sim plan --robot-truth 127.0.0.1:7001 --fps 5 --for-s 120
+  trueline robot-sim --pc 127.0.0.1:6510 --path plan --truth-to 127.0.0.1:7001
+  trueline record --bind 127.0.0.1:6510 --camera 127.0.0.1 --sensor plan/sensor.toml --out cell
+
+A GigE Vision camera at --address: what it sees is drawn from where `robot-sim` truly is at each exposure, with hand-eye and line
+off the plan's guess as far as the plan allows for. Its own clock stamps the start of each exposure. The first
+packet leaves exposure, readout and latency later; drawing has to be done by then, else the picture is dropped.
+The true time offset of first-packet stamps is half the exposure + readout + latency (+ some 0.05 ms of network).")]
+pub struct CameraSimArgs {
+    /// A plan's folder
+    pub plan: PathBuf,
+    /// Where `robot-sim --truth-to` tells where the robot is
+    #[arg(long, value_name = "IP:PORT")]
+    pub robot_truth: SocketAddr,
+    /// Address of this machine that the camera has
+    #[arg(long, default_value = "127.0.0.1")]
+    pub address: Ipv4Addr,
+    /// Hand-eye and line as the plan's guess has them
+    #[arg(long)]
+    pub exact_guess: bool,
+    /// Pictures a second
+    #[arg(long, default_value_t = 5.0)]
+    pub fps: f64,
+    /// Exposure time, ms
+    #[arg(long, default_value_t = 2.0)]
+    pub exposure_ms: f64,
+    /// Readout, ms
+    #[arg(long, default_value_t = 4.0)]
+    pub readout_ms: f64,
+    /// From there to the first packet, ms: the time to draw the picture in
+    #[arg(long, default_value_t = 150.0)]
+    pub latency_ms: f64,
+    /// How much its clock runs fast, ppm
+    #[arg(long, default_value_t = 50.0, allow_negative_numbers = true)]
+    pub drift_ppm: f64,
+    /// What its clock says at the start, s
+    #[arg(long, default_value_t = 900.0)]
+    pub epoch_s: f64,
+    /// Its network, Mbit/s; 0 is no limit
+    #[arg(long, default_value_t = 1000.0)]
+    pub mbit_s: f64,
+    /// Largest packet, bytes
+    #[arg(long, default_value_t = 9000)]
+    pub packet_bytes: u16,
+    /// Share of packets that are lost (and can be asked for again)
+    #[arg(long, default_value_t = 0.0)]
+    pub loss: f64,
+    /// Share of pictures that are dropped
+    #[arg(long, default_value_t = 0.0)]
+    pub frame_drop: f64,
+    /// How the plates look
+    #[arg(long, value_enum, default_value_t = LookName::Clean)]
+    pub look: LookName,
+    /// What the laser shines on
+    #[arg(long, value_enum, default_value_t = SceneName::Fillet)]
+    pub joint: SceneName,
+    /// Write what is to be found: time offset of first-packet stamps, hand-eye, line
+    #[arg(long)]
+    pub truth: Option<PathBuf>,
+    /// How long, s [default: until Ctrl-C]
+    #[arg(long)]
+    pub for_s: Option<f64>,
+    /// The cable is pulled after so long, s
+    #[arg(long)]
+    pub unplug_at_s: Option<f64>,
+    /// Seed of what is off the guess, of noise and loss
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,52 @@
+//! Some lines on a terminal that say how a scan is doing.
+
+use crate::live_estimate::Said;
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use std::io::IsTerminal;
+
+/// The robot's line, the camera's, the estimate's, and one for what is missing.
+const LINES: usize = 4;
+
+/// The lines; nothing at all where there is no terminal.
+pub struct LiveScreen {
+    lines: Option<(MultiProgress, [ProgressBar; LINES])>,
+}
+
+impl LiveScreen {
+    /// Empty lines on stderr.
+    pub fn new(quiet: bool) -> Self {
+        if quiet || !std::io::stderr().is_terminal() {
+            return Self { lines: None };
+        }
+        let screen = MultiProgress::new();
+        let style =
+            ProgressStyle::with_template("{wide_msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+        let lines = [(); LINES].map(|()| screen.add(ProgressBar::new_spinner().with_style(style.clone())));
+        Self { lines: Some((screen, lines)) }
+    }
+
+    /// Shows how things are.
+    pub fn show(&self, robot: &str, camera: Option<&str>, said: Option<&Said>) {
+        let Some((_, lines)) = &self.lines else { return };
+        lines[0].set_message(format!("robot     {robot}"));
+        lines[1].set_message(camera.map(|text| format!("camera    {text}")).unwrap_or_default());
+        let Some(said) = said else { return };
+        lines[2].set_message(format!("estimate  {}", said.line));
+        let missing = said.missing.first().map(|first| match said.missing.len() {
+            1 => format!("not yet   {first}"),
+            count => format!("not yet   {first} (and {} more)", count - 1),
+        });
+        lines[3].set_message(missing.unwrap_or_default());
+    }
+}
+
+impl Drop for LiveScreen {
+    fn drop(&mut self) {
+        if let Some((screen, lines)) = &self.lines {
+            for line in lines {
+                line.finish_and_clear();
+            }
+            let _gone = screen.clear();
+        }
+    }
+}
