@@ -1,6 +1,7 @@
 //! Where pictures come from, whatever they come from.
 
 use crate::error::CameraError;
+use crate::latch_clock::LatchSample;
 use std::time::Duration;
 use trueline_dataset::GrayImage;
 
@@ -14,6 +15,14 @@ pub trait FrameSource: Send {
 
     /// What gives the pictures.
     fn about(&self) -> &SourceAbout;
+
+    /// Asks the camera what time it is by its own clock; `None` if it cannot tell.
+    ///
+    /// # Errors
+    /// [`CameraError::Unplugged`].
+    fn latch(&mut self) -> Result<Option<LatchSample>, CameraError> {
+        Ok(None)
+    }
 
     /// Whether nothing can come any more, as at the end of a recording.
     fn has_ended(&self) -> bool {

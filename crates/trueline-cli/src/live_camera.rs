@@ -2,14 +2,15 @@
 
 use crate::args::{CameraArgs, StampName};
 use crate::failure::Failure;
+use crate::latched_clock::LatchedClock;
 use crate::live_estimate::LiveEstimate;
 use crate::pictures;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
-use trueline_camera::{CameraError, CameraFrame, FrameSource, FrameStatus, Pace, Replay};
+use trueline_camera::{CameraError, CameraFrame, FrameSource, FrameStatus, LatchSample, Pace, Replay};
 use trueline_dataset::{Sensor, gray_png};
 use trueline_live::HostClock;
-use trueline_mcap::{Entry, FrameEntry, RecorderHandle};
+use trueline_mcap::{Entry, FrameEntry, NoteEntry, NoteLevel, RecorderHandle};
 use trueline_vision::{Detector, Joint, Lens};
 
 /// Between looks at whether all is over.
@@ -19,6 +20,7 @@ const LOOK: Duration = Duration::from_millis(100);
 pub struct LiveCamera {
     source: Box<dyn FrameSource>,
     stamp: StampName,
+    clock: Option<LatchedClock>,
     detector: Option<(Detector, Joint)>,
     counts: Counts,
 }
@@ -52,7 +54,11 @@ impl LiveCamera {
         sensor: Option<&Sensor>,
         clock: HostClock,
     ) -> Result<Option<Self>, Failure> {
-        let Some(source) = source(args, sensor, clock)? else { return Ok(None) };
+        let Some(mut source) = source(args, sensor, clock)? else { return Ok(None) };
+        let latched = match args.stamp {
+            StampName::Exposure => Some(LatchedClock::begin(source.as_mut())?),
+            StampName::FirstPacket | StampName::Complete => None,
+        };
         let detector = match sensor {
             Some(Sensor::CameraLaser { camera, laser_plane_in_camera }) => {
                 let about = source.about();
@@ -71,7 +77,8 @@ impl LiveCamera {
             }
             _ => None,
         };
-        Ok(Some(Self { source, stamp: args.stamp, detector, counts: Counts::default() }))
+        let counts = Counts::default();
+        Ok(Some(Self { source, stamp: args.stamp, clock: latched, detector, counts }))
     }
 
     /// What gives the pictures and what their stamps are, in words.
@@ -80,6 +87,7 @@ impl LiveCamera {
         let stamp = match self.stamp {
             StampName::FirstPacket => "arrival of the first packet (kernel)",
             StampName::Complete => "arrival of the last packet",
+            StampName::Exposure => "the camera's own stamp, mapped by asking it for its time",
         };
         format!("{}: {stamp}, by a steady clock; device: {}", about.name, about.stamp_meaning)
     }
@@ -91,8 +99,9 @@ impl LiveCamera {
 
     /// Splits what records from what is shown meanwhile.
     pub fn parts(&mut self) -> (Recording<'_>, &Counts) {
-        let Self { source, stamp, detector, counts } = self;
-        (Recording { source: source.as_mut(), stamp: *stamp, detector, counts, last: None }, counts)
+        let Self { source, stamp, clock, detector, counts } = self;
+        let source = source.as_mut();
+        (Recording { source, stamp: *stamp, clock, detector, counts, last: None }, counts)
     }
 }
 
@@ -100,6 +109,7 @@ impl LiveCamera {
 pub struct Recording<'a> {
     source: &'a mut dyn FrameSource,
     stamp: StampName,
+    clock: &'a mut Option<LatchedClock>,
     detector: &'a mut Option<(Detector, Joint)>,
     counts: &'a Counts,
     last: Option<u64>,
@@ -117,7 +127,22 @@ impl Recording<'_> {
             if let Some(frame) = self.source.next(LOOK)? {
                 self.keep(frame, handle, estimate);
             }
+            self.keep_clock(handle)?;
         }
+        Ok(())
+    }
+
+    /// Every exchange is kept, so that the map can be made anew.
+    fn keep_clock(&mut self, handle: &RecorderHandle) -> Result<(), CameraError> {
+        let Some(clock) = self.clock else { return Ok(()) };
+        let Some((sample, was_set)) = clock.keep_up(self.source)? else { return Ok(()) };
+        let LatchSample { before_ns, device_ns, after_ns } = sample;
+        let (level, told) = match was_set {
+            true => (NoteLevel::Warning, "the camera's clock was set. "),
+            false => (NoteLevel::Info, ""),
+        };
+        let text = format!("{told}latch: before_ns {before_ns}, device_ns {device_ns}, after_ns {after_ns}");
+        let _counted = handle.offer(Entry::Note(NoteEntry { steady_ns: after_ns, level, text }));
         Ok(())
     }
 
@@ -130,6 +155,10 @@ impl Recording<'_> {
         let stamp_ns = match self.stamp {
             StampName::FirstPacket => frame.first_packet_ns.unwrap_or(frame.complete_ns),
             StampName::Complete => frame.complete_ns,
+            StampName::Exposure => match (frame.device_ns, &self.clock) {
+                (Some(device_ns), Some(clock)) => clock.steady_ns(device_ns),
+                _ => frame.complete_ns,
+            },
         };
         let png = frame.image.as_ref().map(gray_png::encode_gray);
         let (png, status) = match png {

@@ -6,6 +6,7 @@ mod args;
 mod commands;
 mod failure;
 mod interrupt;
+mod latched_clock;
 mod link_text;
 mod live_camera;
 mod live_cell;

@@ -43,6 +43,9 @@ pub fn tell(unpacked: &trueline_mcap::Unpacked, quiet: bool) {
         output::words(&format!("warning: {damaged}"));
     }
     if !quiet {
+        if let Some(meaning) = &unpacked.stamp_meaning {
+            output::words(&format!("stamps: {meaning}"));
+        }
         for note in &unpacked.notes {
             output::words(&format!("note: {note}"));
         }

@@ -32,6 +32,8 @@ pub struct Unpacked {
     pub frames: usize,
     /// Seam points in it.
     pub features: usize,
+    /// What its stamps mean, in the words of the recording, where it says so.
+    pub stamp_meaning: Option<String>,
     /// What is worth knowing: what was sorted, interpolated or left out.
     pub notes: Vec<String>,
     /// What of the recording could not be read.
@@ -64,6 +66,7 @@ pub fn unpack(path: &Path, choice: &Choice, out_folder: &Path) -> Result<Unpacke
         robot: robot.len(),
         frames: frames.len(),
         features: features.len(),
+        stamp_meaning: survey.about.get("stamp_meaning").filter(|words| !words.is_empty()).cloned(),
         notes,
         damages,
     };

@@ -239,6 +239,10 @@ impl FrameSource for GigeCamera {
         }
     }
 
+    fn latch(&mut self) -> Result<Option<LatchSample>, CameraError> {
+        Self::latch(self)
+    }
+
     fn about(&self) -> &SourceAbout {
         &self.about
     }

@@ -47,6 +47,8 @@ pub enum StampName {
     FirstPacket,
     /// Arrival of the last packet
     Complete,
+    /// Start of the exposure by the camera's own clock, which is asked for the time again and again (latch)
+    Exposure,
 }
 
 #[derive(Args)]

@@ -251,9 +251,10 @@ fn conclude(
 ) -> Result<ExitCode, Failure> {
     let Watching { recording, replies, .. } = watching;
     let (ending, well) = match &outcome {
-        Ok(outcome) => {
-            (ending_text(outcome), outcome.ending == Ending::Travelled && !outcome.onlooker_panicked && seen)
-        }
+        Ok(outcome) => (
+            ending_text(outcome, seen),
+            outcome.ending == Ending::Travelled && !outcome.onlooker_panicked && seen,
+        ),
         Err(error) => (format!("the socket failed: {error}"), false),
     };
     let level = if well { NoteLevel::Info } else { NoteLevel::Error };
@@ -277,8 +278,11 @@ fn conclude(
     Ok(if well && finished.losses.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-fn ending_text(outcome: &Outcome) -> String {
-    let mut text = outcome.ending.to_string();
+fn ending_text(outcome: &Outcome, seen: bool) -> String {
+    let mut text = match outcome.ending {
+        Ending::Stopped if interrupt::times() == 0 && !seen => "stopped because the camera failed".to_owned(),
+        ending => ending.to_string(),
+    };
     let mut add = |count: u64, what: &str| {
         if count > 0 {
             let _ = write!(text, "; {what}: {count}");
