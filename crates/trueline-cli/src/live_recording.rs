@@ -33,6 +33,7 @@ pub struct LiveRecording {
     clock_read_ns: i64,
     clock_steps: u32,
     rejected: u64,
+    failed: bool,
     estimate: Option<Arc<LiveEstimate>>,
     poses: Vec<RobotSample>,
 }
@@ -88,6 +89,7 @@ impl LiveRecording {
             clock_read_ns: i64::MIN,
             clock_steps: 0,
             rejected: 0,
+            failed: false,
             estimate,
             poses: Vec::new(),
         })
@@ -108,9 +110,9 @@ impl LiveRecording {
         &self.watch
     }
 
-    /// Why writing stopped, if it did.
-    pub fn failure(&self) -> Option<String> {
-        self.handle.state().failure
+    /// Whether writing has stopped; looked at once a second.
+    pub fn has_failed(&self) -> bool {
+        self.failed
     }
 
     /// Keeps a datagram.
@@ -179,6 +181,7 @@ impl LiveRecording {
             return;
         }
         self.clock_read_ns = steady_ns;
+        self.failed = self.handle.state().failure.is_some();
         self.keep(Entry::Clock(ClockEntry { steady_ns, wall_ns }));
     }
 

@@ -25,6 +25,8 @@ pub struct Heard<'a> {
 pub struct Newest {
     /// What it says.
     pub frame: RobotFrame,
+    /// It, or one that was heard with it, is the first of a session.
+    pub is_first: bool,
     /// Whose it is.
     pub from: SocketAddr,
     /// When it came.
@@ -79,14 +81,15 @@ impl Endpoint {
         mut each: impl FnMut(&Heard<'_>),
     ) -> io::Result<Option<Newest>> {
         let Self { socket, intake } = self;
-        let mut newest = None;
+        let mut newest: Option<Newest> = None;
         let mut waiting = socket.wait(timeout)?;
         for _ in 0..MOST_AT_ONCE {
             let Some(datagram) = waiting else { break };
             let judged = intake.judge(datagram.bytes, datagram.from, datagram.arrival.steady_ns);
             each(&Heard { datagram, judged });
-            if let Ok((frame, Standing::First | Standing::Newest { .. })) = judged {
-                newest = Some(Newest { frame, from: datagram.from, arrival: datagram.arrival });
+            if let Ok((frame, standing @ (Standing::First | Standing::Newest { .. }))) = judged {
+                let is_first = standing == Standing::First || newest.is_some_and(|before| before.is_first);
+                newest = Some(Newest { frame, is_first, from: datagram.from, arrival: datagram.arrival });
             }
             waiting = socket.next_waiting()?;
         }

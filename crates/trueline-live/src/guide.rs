@@ -4,12 +4,13 @@
 //! should they panic, the scan is stopped smoothly all the same.
 
 use crate::egm::{Axes, EgmPose, Header, MessageKind, SensorMessage};
-use crate::endpoint::{Endpoint, Heard};
-use crate::motion::{Ending, Gate, GateState, Input, Phase, Reference, Wish};
+use crate::endpoint::{Endpoint, Heard, Newest};
+use crate::motion::{Ending, Gate, GateState, HeardFrame, Input, Phase, Reference, Wish};
 use std::io;
 use std::net::SocketAddr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// Looks on.
 pub trait Onlooker {
@@ -53,6 +54,8 @@ pub struct Outcome {
     pub unsent: u64,
     /// Somebody who looked on panicked.
     pub onlooker_panicked: bool,
+    /// The controller said last that the robot was near its reference.
+    pub was_converged: bool,
 }
 
 /// Leads a robot.
@@ -60,43 +63,71 @@ pub struct Guide {
     endpoint: Endpoint,
     gate: Gate,
     state: GateState,
-    /// How long it holds at the end, so that `EGMRunPose` can end in peace.
-    hold: Duration,
+    patience: Patience,
+    began: Instant,
     sequence: u32,
     unsent: u64,
     panicked: bool,
 }
 
+/// How long a guide waits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Patience {
+    /// For the controller to let itself be guided; then nothing is led any more.
+    pub armed: Duration,
+    /// At rest at the end, so that `EGMRunPose` can end in peace.
+    pub hold: Duration,
+}
+
 /// Looks after the watchdogs when nothing comes.
 const TICK: Duration = Duration::from_millis(4);
+/// The last word is said so often: a datagram can be lost.
+const LAST_WORDS: u32 = 3;
 
 impl Guide {
     /// Will lead whoever the endpoint hears, along the gate's path; then hold.
     #[must_use]
-    pub fn new(endpoint: Endpoint, gate: Gate, hold: Duration) -> Self {
-        Self { endpoint, gate, state: GateState::default(), hold, sequence: 0, unsent: 0, panicked: false }
+    pub fn new(endpoint: Endpoint, gate: Gate, patience: Patience) -> Self {
+        Self {
+            endpoint,
+            gate,
+            state: GateState::default(),
+            patience,
+            began: Instant::now(),
+            sequence: 0,
+            unsent: 0,
+            panicked: false,
+        }
     }
 
     /// Runs until the scan is over, however it ends. `wish` is asked before every step.
     ///
     /// # Errors
-    /// The socket cannot be read any more.
+    /// The socket cannot be read any more; the robot was told to rest.
     pub fn run(
         &mut self,
         mut wish: impl FnMut() -> Wish,
         onlooker: &mut impl Onlooker,
     ) -> io::Result<Outcome> {
+        self.began = Instant::now();
         loop {
             let wished = if self.panicked { wish().max(Wish::Stop) } else { wish() };
-            if let Some(ending) = self.step(wished, onlooker)? {
-                return Ok(Outcome {
-                    ending,
-                    pauses: self.state.pauses,
-                    jumps: self.state.jumps,
-                    unsent: self.unsent,
-                    onlooker_panicked: self.panicked,
-                });
-            }
+            let step = catch_unwind(AssertUnwindSafe(|| self.step(wished, onlooker)));
+            let step = step.unwrap_or_else(|_| Err(io::Error::other("a step of the guidance panicked")));
+            let ended = match step {
+                Ok(None) => continue,
+                Ok(Some(ending)) => Ok(ending),
+                Err(error) => Err(error),
+            };
+            self.say_last_words(onlooker);
+            return ended.map(|ending| Outcome {
+                ending,
+                pauses: self.state.pauses,
+                jumps: self.state.jumps,
+                unsent: self.unsent,
+                onlooker_panicked: self.panicked,
+                was_converged: self.state.was_converged(),
+            });
         }
     }
 
@@ -104,22 +135,35 @@ impl Guide {
         let panicked = &mut self.panicked;
         let newest = self.endpoint.hear(TICK, |heard| watched(panicked, || onlooker.heard(heard)))?;
         let now_ns = self.endpoint.clock().read().steady_ns;
-        let input = Input {
-            frame: newest.map(|newest| newest.frame),
-            steady_ns: newest.map_or(now_ns, |newest| newest.arrival.steady_ns),
-            wish,
-        };
-        let (state, reference) = self.gate.step(self.state, &input);
+        let heard = newest.map(|Newest { frame, is_first, arrival, .. }| HeardFrame {
+            frame,
+            arrival_ns: arrival.steady_ns,
+            is_first,
+        });
+        let (state, reference) = self.gate.step(self.state, &Input { heard, now_ns, wish });
         self.state = state;
-        if let (Some(reference), Some(robot)) = (reference, self.endpoint.intake().robot()) {
-            let frame_ns = newest.map(|newest| newest.arrival.steady_ns);
-            if let Some(answer) = self.answer(robot, &reference, frame_ns) {
-                watched(&mut self.panicked, || onlooker.answered(&answer));
-            }
+        if let Some(reference) = reference {
+            self.say(&reference, heard.map(|heard| heard.arrival_ns), onlooker);
         }
         let state = self.state;
         watched(&mut self.panicked, || onlooker.stepped(&state));
-        Ok(self.ended(now_ns, wish))
+        Ok(self.ended(now_ns, wish, heard.is_some()))
+    }
+
+    fn say(&mut self, reference: &Reference, frame_ns: Option<i64>, onlooker: &mut impl Onlooker) {
+        let Some(robot) = self.endpoint.intake().robot() else { return };
+        if let Some(answer) = self.answer(robot, reference, frame_ns) {
+            watched(&mut self.panicked, || onlooker.answered(&answer));
+        }
+    }
+
+    /// Whatever ended it: if the last that was sent was a movement, the robot is told to rest; and told again.
+    fn say_last_words(&mut self, onlooker: &mut impl Onlooker) {
+        let Some(last) = self.state.last_sent() else { return };
+        for _ in 0..LAST_WORDS {
+            self.say(&Reference::rest(last.base_from_tool), None, onlooker);
+            thread::sleep(TICK);
+        }
     }
 
     fn answer(&mut self, to: SocketAddr, reference: &Reference, frame_ns: Option<i64>) -> Option<Answer> {
@@ -136,17 +180,15 @@ impl Guide {
         Some(Answer { bytes, to, steady_ns, since_frame_ns, sequence: self.sequence, reference: *reference })
     }
 
-    fn ended(&self, now_ns: i64, wish: Wish) -> Option<Ending> {
+    fn ended(&self, now_ns: i64, wish: Wish, heard: bool) -> Option<Ending> {
         match self.state.phase {
             Phase::Silent { why } => Some(why),
             Phase::Holding { since_ns, why, .. } => {
                 let held_ns = u128::try_from(now_ns - since_ns).unwrap_or(0);
-                (held_ns >= self.hold.as_nanos()).then_some(why)
+                (held_ns >= self.patience.hold.as_nanos()).then_some(why)
             }
-            // Nothing was heard, so there is nothing to end.
-            Phase::Waiting if wish != Wish::Go && self.endpoint.intake().robot().is_none() => {
-                Some(Ending::Stopped)
-            }
+            Phase::Waiting if wish != Wish::Go && !heard => Some(Ending::Stopped),
+            Phase::Waiting if self.began.elapsed() > self.patience.armed => Some(Ending::NeverBegan),
             Phase::Waiting | Phase::Riding { .. } | Phase::Interrupted { .. } | Phase::Stopping { .. } => {
                 None
             }

@@ -27,6 +27,9 @@ pub enum Rejection {
     /// Its sequence number was there already.
     #[error("a repetition")]
     Repeated,
+    /// Its sequence number is further ahead than frames can have been lost.
+    #[error("a sequence number far ahead")]
+    FarAhead,
     /// Its sequence number is older than what can be late.
     #[error("a stale sequence number")]
     Stale,
@@ -48,6 +51,10 @@ pub enum Standing {
 
 /// After so long a silence of the robot a lower sequence number, or another port, is a new session, ns.
 pub const RESTART_SILENCE_NS: i64 = 100_000_000;
+/// The same in periods of a robot that speaks rarely.
+const SILENT_PERIODS: i64 = 5;
+/// So many numbers cannot have been lost without a silence.
+const FARTHEST_AHEAD: u32 = 10_000;
 /// A frame may be overtaken by so many.
 const LATE_WINDOW: u32 = 64;
 
@@ -60,6 +67,8 @@ pub struct Intake {
     newest: u32,
     seen: u64,
     accepted_ns: i64,
+    /// First number of the session and when it came, ns.
+    began: (u32, i64),
     accepted: u64,
     rejected: BTreeMap<String, u64>,
 }
@@ -113,7 +122,7 @@ impl Intake {
         from: SocketAddr,
         steady_ns: i64,
     ) -> Result<(RobotFrame, Standing), Rejection> {
-        let silent = steady_ns - self.accepted_ns >= RESTART_SILENCE_NS;
+        let silent = steady_ns - self.accepted_ns >= self.restart_silence_ns();
         if !self.is_robot(from, silent) {
             return Err(Rejection::OtherSender);
         }
@@ -125,9 +134,19 @@ impl Intake {
         }
         let frame = RobotFrame::of(&RobotMessage::decode(bytes)?)?;
         let standing = self.stand(frame.sequence, from, silent)?;
+        if standing == Standing::First {
+            self.began = (frame.sequence, steady_ns);
+        }
         self.robot = Some(from);
         self.accepted_ns = self.accepted_ns.max(steady_ns);
         Ok((frame, standing))
+    }
+
+    /// Longer than what lies between frames, however slowly they come.
+    fn restart_silence_ns(&self) -> i64 {
+        let numbers = i64::from(self.newest.wrapping_sub(self.began.0)).max(1);
+        let period_ns = (self.accepted_ns - self.began.1) / numbers;
+        RESTART_SILENCE_NS.max(SILENT_PERIODS * period_ns)
     }
 
     fn is_robot(&self, from: SocketAddr, silent: bool) -> bool {
@@ -149,6 +168,9 @@ impl Intake {
             return Err(Rejection::Repeated);
         }
         if ahead <= u32::MAX / 2 {
+            if ahead > FARTHEST_AHEAD && !silent {
+                return Err(Rejection::FarAhead);
+            }
             self.seen = self.seen.checked_shl(ahead).unwrap_or(0) | 1;
             self.newest = sequence;
             return Ok(Standing::Newest { skipped: ahead - 1 });

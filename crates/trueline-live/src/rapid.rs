@@ -34,13 +34,15 @@ pub struct RapidCell {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RapidError {
     /// A name that RAPID does not take.
-    #[error("`{name}` is no RAPID name: a letter, then letters, digits and _, 32 at most")]
+    #[error(
+        "`{name}` is no RAPID name: a letter, then letters, digits and _, 25 at most, and not one of its words"
+    )]
     Name {
         /// The name.
         name: String,
     },
     /// A figure that makes no sense.
-    #[error("{what} must be above 0")]
+    #[error("{what} must be from 0.01 to 1000")]
     Figure {
         /// Which one.
         what: &'static str,
@@ -49,6 +51,24 @@ pub enum RapidError {
     #[error("the path has no two poses at rising times")]
     Path,
 }
+
+/// RAPID takes 32 letters, and procedures are named after the module with seven more.
+const LONGEST_NAME: usize = 25;
+/// Words that the module itself uses for something else.
+const TAKEN: [&str; 12] = [
+    "module",
+    "endmodule",
+    "proc",
+    "endproc",
+    "const",
+    "var",
+    "error",
+    "return",
+    "noCorr",
+    "nearMm",
+    "nearDeg",
+    "egmId",
+];
 
 /// A waypoint of the robot's own program.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,14 +139,16 @@ pub fn stream_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, R
 /// Names or figures that RAPID does not take, or no path.
 pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, RapidError> {
     let first = path.first().ok_or(RapidError::Path)?;
+    let (near_mm, near_deg) = arrived(path)?;
     let mut text = head(cell, "the PC leads the robot along the path")?;
     let RapidCell { module, tool, work_object, device, speed_deviation_deg_s, timeout_s, .. } = cell;
     let _ = write!(
         text,
         "  VAR egmident egmId;\n\
-         \x20 ! Tight, so that a rest at the reference does not end the guidance before its time.\n\
-         \x20 CONST egm_minmax nearMm := [-0.05, 0.05];\n\
-         \x20 CONST egm_minmax nearDeg := [-0.05, 0.05];\n\n\
+         \x20 ! Within these for \\CondTime counts as arrived. They are a fifth of what this path moves in the time by which the robot\n\
+         \x20 ! typically is behind: wider ones would take a slow path for a rest, and end the guidance on the way.\n\
+         \x20 CONST egm_minmax nearMm := [-{near_mm:.4}, {near_mm:.4}];\n\
+         \x20 CONST egm_minmax nearDeg := [-{near_deg:.4}, {near_deg:.4}];\n\n\
          \x20 PROC {module}_Guide()\n\
          \x20   ConfL\\Off;\n\
          \x20   ! First the way to where the path begins, to a fine point. Look where that is before you let it run.\n\
@@ -134,10 +156,10 @@ pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String,
          \x20   WaitTime\\InPos, 1;\n\
          \x20   EGMReset egmId;\n\
          \x20   EGMGetId egmId;\n\
-         \x20   EGMSetupUC ROB_1, egmId, \"default\", \"{device}\"\\Pose\\CommTimeout:={timeout_s:.2};\n\
+         \x20   EGMSetupUC ROB_1, egmId, \"default\", \"{device}\"\\Pose\\CommTimeout:={timeout_s:.3};\n\
          \x20   EGMActPose egmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}, noCorr, EGM_FRAME_WOBJ, noCorr, EGM_FRAME_WOBJ\n\
          \x20     \\x:=nearMm\\y:=nearMm\\z:=nearMm\\rx:=nearDeg\\ry:=nearDeg\\rz:=nearDeg\n\
-         \x20     \\LpFilter:=20\\SampleRate:=4\\MaxPosDeviation:=60\\MaxSpeedDeviation:={speed_deviation_deg_s:.0};\n\
+         \x20     \\LpFilter:=20\\SampleRate:=4\\MaxPosDeviation:=60\\MaxSpeedDeviation:={speed_deviation_deg_s:.2};\n\
          \x20   ! EGM_STOP_HOLD stays where it is; EGM_STOP_RAMP_DOWN would drive back to where it began.\n\
          \x20   EGMRunPose egmId, EGM_STOP_HOLD\\x\\y\\z\\rx\\ry\\rz\\CondTime:=3\\RampInTime:=0.5;\n\
          \x20   EGMReset egmId;\n\
@@ -145,6 +167,7 @@ pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String,
          \x20 ERROR\n\
          \x20   IF ERRNO = ERR_UDPUC_COMM THEN\n\
          \x20     EGMReset egmId;\n\
+         \x20     ConfL\\On;\n\
          \x20     TPWrite \"{module}: the PC is silent\";\n\
          \x20     RETURN;\n\
          \x20   ENDIF\n\
@@ -155,11 +178,39 @@ pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String,
     Ok(text)
 }
 
+/// What a robot is behind its reference by if its speed is sent along, s.
+const BEHIND_S: f64 = 0.015;
+/// The window, as a share of the way in that time at the path's typical speed.
+const WINDOW: f64 = 0.2;
+
+/// Distance, mm, and angle, deg, within which the robot has arrived.
+fn arrived(path: &[RobotSample]) -> Result<(f64, f64), RapidError> {
+    let mut speeds: Vec<(f64, f64)> = Vec::new();
+    for pair in path.windows(2) {
+        let passed_s = (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9;
+        if passed_s <= 0.0 {
+            return Err(RapidError::Path);
+        }
+        let [from, to] = [pair[0].base_from_tool, pair[1].base_from_tool];
+        let way_m = (to.translation.vector - from.translation.vector).norm();
+        speeds.push((way_m / passed_s, from.rotation.angle_to(&to.rotation) / passed_s));
+    }
+    let middle = |mut values: Vec<f64>| {
+        let place = values.len() / 2;
+        (!values.is_empty()).then(|| *values.select_nth_unstable_by(place, f64::total_cmp).1)
+    };
+    let speed_m_s = middle(speeds.iter().map(|(speed, _)| *speed).collect()).ok_or(RapidError::Path)?;
+    let turn_rad_s = middle(speeds.iter().map(|(_, turn)| *turn).collect()).ok_or(RapidError::Path)?;
+    let window = |per_s: f64| (WINDOW * BEHIND_S * per_s).clamp(0.001, 0.05);
+    Ok((window(speed_m_s * 1e3), window(turn_rad_s.to_degrees())))
+}
+
 fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
     for name in [&cell.module, &cell.tool, &cell.work_object, &cell.device] {
         let mut letters = name.chars();
-        let begins = letters.next().is_some_and(|c| c.is_ascii_alphabetic());
-        if !begins || !letters.all(|c| c.is_ascii_alphanumeric() || c == '_') || name.len() > 32 {
+        let begins = letters.next().is_some_and(|c| c.is_ascii_alphabetic())
+            && !TAKEN.iter().any(|taken| taken.eq_ignore_ascii_case(name));
+        if !begins || !letters.all(|c| c.is_ascii_alphanumeric() || c == '_') || name.len() > LONGEST_NAME {
             return Err(RapidError::Name { name: name.clone() });
         }
     }
@@ -168,7 +219,7 @@ fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
         ("the speed deviation", cell.speed_deviation_deg_s),
         ("the timeout", cell.timeout_s),
     ];
-    if let Some((what, _)) = figures.into_iter().find(|(_, value)| !value.is_finite() || *value <= 0.0) {
+    if let Some((what, _)) = figures.into_iter().find(|(_, value)| !(0.01..=1000.0).contains(value)) {
         return Err(RapidError::Figure { what });
     }
     let RapidCell { module, tool, work_object, device, pc, .. } = cell;

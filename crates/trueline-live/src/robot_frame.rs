@@ -22,6 +22,8 @@ pub struct RobotFrame {
     pub rapid: RapidState,
     /// Share of what the robot can do, %, where told.
     pub utilization_percent: Option<f64>,
+    /// The robot is near its reference, by the controller's own measure.
+    pub converged: bool,
     /// A collision was detected.
     pub collided: bool,
     /// What sent it.
@@ -74,7 +76,8 @@ impl RobotFrame {
             motors: message.motors.unwrap_or(MotorState::Undefined),
             mci: message.mci.unwrap_or(MciState::Undefined),
             rapid: message.rapid.unwrap_or(RapidState::Undefined),
-            utilization_percent: message.utilization_percent.filter(|u| u.is_finite()),
+            utilization_percent: message.utilization_percent.filter(|u| !u.is_nan()),
+            converged: message.converged == Some(true),
             collided: message.collision.is_some_and(|c| c.triggered == Some(true)),
             generation: Generation::of(message),
             attitudes_differ: pose.contradicts_itself(),

@@ -1,13 +1,16 @@
 //! The codec against bytes that other people's encoders made (`interop/golden.py`), and against junk.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use trueline_live::RobotFrame;
-use trueline_live::egm::{Generation, RobotMessage, RobotState, SensorMessage};
+use trueline_geometry::Pose;
+use trueline_live::egm::{Generation, MessageKind, RobotMessage, RobotState, SensorMessage};
+use trueline_live::motion::Reference;
 use trueline_live::robot_frame::FrameError;
+use trueline_live::{RobotFrame, guide};
 
 struct Case {
     file: String,
@@ -212,6 +215,36 @@ fn what_lacks_something_is_no_frame() {
     };
     assert_eq!(of("minimal"), Err(FrameError::NoFeedback));
     assert_eq!(of("pose-only"), Err(FrameError::OldRobotWare));
+}
+
+/// What leaves for the robot, number by number: mm, mm/s and degrees/s, the attitude as w, x, y, z, no Euler angles.
+#[test]
+fn a_reference_is_sent_in_the_units_and_order_of_egm() {
+    let pose = Pose::from_parts(
+        Vector3::new(0.1, -0.2, 0.3).into(),
+        UnitQuaternion::new_normalize(Quaternion::new(0.5, -0.1, 0.7, 0.2)),
+    );
+    let reference = Reference {
+        base_from_tool: pose,
+        velocity_m_s: Vector3::new(0.01, -0.02, 0.03),
+        angular_velocity_rad_s: Vector3::new(0.4, -0.5, 0.6),
+    };
+    let sent = SensorMessage::decode(&guide::message(77, 5_000_000_000, &reference).encode()).unwrap();
+    let header = sent.header.unwrap();
+    assert_eq!((header.sequence, header.kind), (Some(77), Some(MessageKind::Correction)));
+    let near = |found: &[f64], expected: &[f64]| {
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} is not {expected}");
+        }
+    };
+    let sent_pose = sent.pose.unwrap();
+    near(&sent_pose.position_mm.unwrap(), &[100.0, -200.0, 300.0]);
+    let norm = 0.79_f64.sqrt();
+    near(&sent_pose.quaternion_wxyz.unwrap(), &[0.5 / norm, -0.1 / norm, 0.7 / norm, 0.2 / norm]);
+    assert_eq!(sent_pose.euler_xyz_deg, None);
+    let degrees = 180.0 / std::f64::consts::PI;
+    near(sent.speed.unwrap().as_slice(), &[10.0, -20.0, 30.0, 0.4 * degrees, -0.5 * degrees, 0.6 * degrees]);
 }
 
 proptest! {

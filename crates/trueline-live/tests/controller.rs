@@ -252,6 +252,25 @@ fn a_stream_follows_its_own_path_and_no_answers() {
 }
 
 #[test]
+fn a_stream_stands_still_while_the_motors_are_off() {
+    let times: Vec<f64> = (0..500).map(|k| f64::from(k) * 0.01).collect();
+    let poses: Vec<Pose> = times.iter().map(|t| Pose::translation(1.0 + 0.05 * t, 0.0, 0.5)).collect();
+    let path = Trajectory::new(times, &poses).unwrap();
+    let mut settings = ControllerSettings::new(Task::Stream { path, rest_s: 0.0 });
+    settings.feedback.noise_m = 0.0;
+    settings.events = vec![(1.0, Event::EmergencyStop), (2.0, Event::MotorsOn)];
+    let mut at = Vec::new();
+    perfect(settings).run(3.0, |at_ns, datagram| {
+        at.push((at_ns as f64 * 1e-9, frame(datagram).base_from_tool.translation.vector.x));
+        None
+    });
+    let x = |time_s: f64| at.iter().find(|(t, _)| *t >= time_s).unwrap().1;
+    assert!((x(1.1) - x(1.9)).abs() < 1e-9, "it stands");
+    // A second late from then on: to a cycle at 50 mm/s.
+    assert!((x(2.9) - x(0.0) - 0.05 * 1.9).abs() < 0.001, "{}", x(2.9));
+}
+
+#[test]
 fn generations_and_clocks_are_those_asked_for() {
     for generation in [Generation::From6_07, Generation::From6_10, Generation::From7, Generation::From7_16] {
         let mut settings = guided();

@@ -144,6 +144,41 @@ fn a_restart_is_a_new_session_after_a_silence_only() {
 }
 
 #[test]
+fn one_number_far_ahead_does_not_make_the_robot_stale() {
+    assert_eq!(refused(&message(1_000_000).encode(), robot()), "a sequence number far ahead");
+    let mut intake = listening();
+    let (_, standing) = intake.judge(&message(1_000_000).encode(), robot(), NOW + 500 * MS).unwrap();
+    assert_eq!(standing, Standing::Newest { skipped: 999_900 }, "after a silence it may be");
+}
+
+#[test]
+fn a_robot_that_speaks_rarely_is_not_replayed() {
+    let mut intake = Intake::new(None);
+    for k in 0..20 {
+        intake.judge(&message(k).encode(), robot(), 120 * MS * i64::from(k)).unwrap();
+    }
+    let now = 120 * MS * 19;
+    assert_eq!(intake.judge(&message(3).encode(), robot(), now + 119 * MS), Err(Rejection::Repeated));
+    assert_eq!(
+        intake.judge(&message(20).encode(), robot(), now + 120 * MS).unwrap().1,
+        Standing::Newest { skipped: 0 }
+    );
+    // A second later it may have begun anew.
+    assert_eq!(intake.judge(&message(0).encode(), robot(), now + 1120 * MS).unwrap().1, Standing::First);
+}
+
+#[test]
+fn parts_of_another_form_beside_the_pose_do_not_cost_the_frame() {
+    let mut bytes = message(100).encode();
+    // Field 10, utilizationRate, as a varint; field 14 as one; both are other things in no known RobotWare.
+    bytes.extend([0x50, 0x07, 0x70, 0x01]);
+    let read = RobotMessage::decode(&bytes).unwrap();
+    assert_eq!((read.unread, read.utilization_percent), (2, None));
+    let mut intake = listening();
+    assert!(intake.judge(&bytes, robot(), NOW).is_ok());
+}
+
+#[test]
 fn sequence_numbers_may_wrap() {
     let mut intake = Intake::new(None);
     let mut hear = |k: u32, ms: i64| intake.judge(&message(k).encode(), robot(), ms * MS).map(|(_, s)| s);

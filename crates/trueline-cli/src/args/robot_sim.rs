@@ -51,14 +51,14 @@ pub struct RobotSimArgs {
     /// \CommTimeout, s
     #[arg(long, default_value_t = 0.2)]
     pub timeout_s: f64,
-    /// Guidance ends within so much of the reference, mm
-    #[arg(long, default_value_t = 1.0)]
+    /// Guidance ends within so much of the reference, mm (as `trueline rapid` writes it; RAPID's own default is 1)
+    #[arg(long, default_value_t = 0.01)]
     pub near_mm: f64,
-    /// and so much, degrees
-    #[arg(long, default_value_t = 0.5)]
+    /// and so much, degrees (RAPID's own default is 0.5)
+    #[arg(long, default_value_t = 0.01)]
     pub near_deg: f64,
-    /// for so long (\CondTime), s
-    #[arg(long, default_value_t = 1.0)]
+    /// for so long (\CondTime), s (RAPID's own default is 1)
+    #[arg(long, default_value_t = 3.0)]
     pub near_for_s: f64,
     /// What the robot does when guidance ends
     #[arg(long, value_enum, default_value_t = StopName::Hold)]

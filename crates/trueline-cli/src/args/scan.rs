@@ -105,18 +105,18 @@ pub struct ScanArgs {
     #[arg(long)]
     pub limits: Option<PathBuf>,
     /// Write limits that just hold the path, to be read and narrowed, and do nothing else
-    #[arg(long, conflicts_with_all = ["limits", "enable_motion"])]
+    #[arg(long, conflicts_with_all = ["limits", "enable_motion", "bind", "robot", "out"])]
     pub write_limits: Option<PathBuf>,
     /// Share of the path's own pace, up to 1
     #[arg(long, default_value_t = 1.0)]
     pub pace: f64,
     /// Lead the robot. Asks once more before anything moves
-    #[arg(long, requires_all = ["limits", "bind", "out"])]
+    #[arg(long, requires_all = ["limits", "bind", "robot", "out"])]
     pub enable_motion: bool,
     /// Address of this PC and port to listen at
     #[arg(long, value_name = "IP:PORT", requires = "enable_motion")]
     pub bind: Option<SocketAddr>,
-    /// The robot's address; without it, whoever first sends a good frame
+    /// The robot's address: nobody else is led
     #[arg(long, value_name = "IP", requires = "enable_motion")]
     pub robot: Option<IpAddr>,
     /// Folder for the recording; it must not hold one
@@ -133,9 +133,12 @@ pub struct ScanArgs {
     /// Rest at the end, s: longer than \CondTime, so that the guidance ends by itself
     #[arg(long, default_value_t = 4.0)]
     pub hold_s: f64,
-    /// Time between the controller's messages, ms
-    #[arg(long, default_value_t = 4.032)]
-    pub period_ms: f64,
+    /// \CommTimeout of the RAPID module, s: a longer silence ends the scan
+    #[arg(long, default_value_t = 0.2)]
+    pub timeout_s: f64,
+    /// Wait so long for the controller to begin to be guided, s; then nothing is led any more
+    #[arg(long, default_value_t = 60.0)]
+    pub armed_s: f64,
     /// Print nothing but errors and the question
     #[arg(long)]
     pub quiet: bool,

@@ -18,6 +18,12 @@ pub fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
             "0.1 is a rehearsal",
         ));
     }
+    if args.pc.ip().is_unspecified() || args.pc.port() == 0 {
+        return Err(Failure::new(
+            format!("--pc {}: a controller cannot send there", args.pc),
+            "the address of this PC on the robot's network, and the port that `trueline record` or `scan` binds to",
+        ));
+    }
     let path = at_pace(path_file::read(&args.path)?, args.pace);
     let cell = RapidCell {
         module: args.module.clone(),

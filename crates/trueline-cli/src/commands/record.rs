@@ -65,7 +65,7 @@ fn hear(
     let start = Instant::now();
     let (mut frames, mut changed) = (0, Instant::now());
     let goes_on = || interrupt::times() == 0 && !blind.load(Ordering::SeqCst);
-    while start.elapsed() < longest && goes_on() && recording.failure().is_none() {
+    while start.elapsed() < longest && goes_on() && !recording.has_failed() {
         endpoint.hear(Duration::from_millis(20), |heard| recording.heard(heard))?;
         recording.tick();
         let brief = recording.watch().brief();
@@ -88,7 +88,11 @@ fn conclude(finished: &Finished, well: bool, quiet: bool) -> Result<ExitCode, Fa
     let report = finished.watch.report();
     finished.tell(quiet);
     if !quiet {
-        output::data(&link_text::text(&report))?;
+        match output::data(&link_text::text(&report)) {
+            // Whoever reads our output may be gone: what became of the recording is told by the exit code all the same.
+            Ok(()) | Err(Failure::BrokenPipe) => {}
+            Err(other) => return Err(other),
+        }
         output::words(&format!("written to {}", finished.file.display()));
     }
     if report.robot.is_none() {

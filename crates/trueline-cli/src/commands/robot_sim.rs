@@ -118,6 +118,9 @@ fn summary(robot: &RealTime) -> String {
     text
 }
 
+/// Nothing that is asked for here is as large.
+const MOST: f64 = 1e6;
+
 fn check(args: &RobotSimArgs) -> Result<(), Failure> {
     let positive = [
         ("--period-ms", args.period_ms),
@@ -134,7 +137,6 @@ fn check(args: &RobotSimArgs) -> Result<(), Failure> {
         ("--dead-time-ms", args.dead_time_ms),
         ("--noise-mm", args.noise_mm),
         ("--feedback-age-ms", args.feedback_age_ms),
-        ("--epoch-s", args.epoch_s),
         ("--delay-ms", args.delay_ms),
         ("--tail-ms", args.tail_ms),
     ];
@@ -151,21 +153,32 @@ fn check(args: &RobotSimArgs) -> Result<(), Failure> {
         )
     };
     for (name, value) in positive {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(bad(name, "a number above 0", value));
+        if !(value > 0.0 && value < MOST) {
+            return Err(bad(name, "a number above 0 and below a million", value));
         }
     }
     for (name, value) in not_negative {
-        if !(value >= 0.0 && value.is_finite()) {
-            return Err(bad(name, "0 or more", value));
+        if !(0.0..MOST).contains(&value) {
+            return Err(bad(name, "0 or more, below a million", value));
         }
+    }
+    if !(0.0..4e9).contains(&args.epoch_s) {
+        return Err(bad("--epoch-s", "0 or more, below 4 000 000 000", args.epoch_s));
     }
     for (name, value) in shares {
         if !(0.0..=1.0).contains(&value) {
             return Err(bad(name, "a share from 0 to 1", value));
         }
     }
-    if args.drift_ppm.is_finite() { Ok(()) } else { Err(bad("--drift-ppm", "a number", args.drift_ppm)) }
+    if args.drift_ppm.abs() > 1e5 || args.drift_ppm.is_nan() {
+        return Err(bad("--drift-ppm", "-100 000 to 100 000", args.drift_ppm));
+    }
+    match args.clock_step {
+        Some((at, by)) if at.abs() > MOST || by.abs() > 1e3 * MOST => {
+            Err(bad("--clock-step", "AT:BY in seconds", by))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn path(args: &RobotSimArgs) -> Result<Trajectory, Failure> {

@@ -4,8 +4,7 @@ use super::listen;
 use crate::args::ScanArgs;
 use crate::failure::Failure;
 use crate::live_cell::LiveCell;
-use crate::live_recording::{LiveRecording, Purpose};
-use crate::planned_scan::read_text;
+use crate::live_recording::{LiveRecording, Purpose, RECORDING};
 use crate::{interrupt, link_text, output, path_file, priority};
 use std::fmt::Write as _;
 use std::io::BufRead;
@@ -14,8 +13,8 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-use trueline_dataset::RobotSample;
-use trueline_live::guide::{Answer, Onlooker, Outcome};
+use trueline_dataset::{Error, Problem, RobotSample};
+use trueline_live::guide::{Answer, Onlooker, Outcome, Patience};
 use trueline_live::link_watch::Brief;
 use trueline_live::motion::{
     CheckedPath, Ending, Gate, GateState, MotionLimits, Phase, Wish, limits, propose,
@@ -37,7 +36,7 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
         return write_limits(file, &propose::limits_for(&poses, args.pace).map_err(refused)?);
     }
     let limits = match &args.limits {
-        Some(file) => limits::parse(file, &read_text(file)?)?,
+        Some(file) => limits::parse(file, &limits_text(file)?)?,
         None => propose::limits_for(&poses, args.pace).map_err(refused)?,
     };
     let path = CheckedPath::new(&poses, args.pace, &limits).map_err(refused)?;
@@ -46,9 +45,12 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
         output::data(&format!("{plan}Nothing moves: this was the dry run.{}", next_step(args)))?;
         return Ok(ExitCode::SUCCESS);
     };
+    let endpoint = listen::bind(bind, args.robot)?;
+    if out.join(RECORDING).exists() {
+        return Err(Error::in_file(&out.join(RECORDING), Problem::AlreadyExists).into());
+    }
     confirm(&plan, args)?;
     interrupt::watch()?;
-    let endpoint = listen::bind(bind, args.robot)?;
     let sensor = sensor(args);
     let mut cell = LiveCell::open(&args.camera, sensor.as_deref(), endpoint.clock())?;
     let purpose = Purpose {
@@ -59,8 +61,13 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
         estimate: cell.estimate(),
     };
     let recording = LiveRecording::create(purpose, endpoint.clock())?;
-    let gate = Gate::new(limits, path, args.period_ms * 1e-3);
-    let guide = Guide::new(endpoint, gate, Duration::from_secs_f64(args.hold_s));
+    let gate = Gate::new(limits, path, args.timeout_s);
+    let patience =
+        Patience { armed: Duration::from_secs_f64(args.armed_s), hold: Duration::from_secs_f64(args.hold_s) };
+    let guide = Guide::new(endpoint, gate, patience);
+    if !args.quiet {
+        output::words(&format!("listening at {bind}: start the RAPID program within {:.0} s", args.armed_s));
+    }
     lead(guide, recording, &mut cell, args)
 }
 
@@ -74,15 +81,35 @@ fn check(args: &ScanArgs) -> Result<(), Failure> {
     if !(args.hold_s > 0.0 && args.hold_s < 600.0) {
         return Err(bad("--hold-s: expected seconds above 0", args.hold_s));
     }
-    if !(args.period_ms >= 1.0 && args.period_ms <= 100.0) {
-        return Err(bad("--period-ms: expected 1 to 100", args.period_ms));
+    if !(0.02..=10.0).contains(&args.timeout_s) {
+        return Err(bad("--timeout-s: expected 0.02 to 10 s", args.timeout_s));
+    }
+    if !(1.0..=3600.0).contains(&args.armed_s) {
+        return Err(bad("--armed-s: expected 1 to 3600 s", args.armed_s));
+    }
+    if args.bind.is_some_and(|bind| bind.ip().is_unspecified()) {
+        return Err(Failure::new(
+            "--bind 0.0.0.0: whoever leads a robot listens on its network alone",
+            "name the address of the network card that the robot is connected to",
+        ));
     }
     Ok(())
 }
 
+fn limits_text(file: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(file).map_err(|error| {
+        let hint = "`trueline scan PATH --write-limits FILE` writes limits to begin with";
+        Failure::new(format!("{}: {error}", file.display()), hint)
+    })
+}
+
 fn write_limits(file: &Path, limits: &MotionLimits) -> Result<ExitCode, Failure> {
     if file.exists() {
-        return Err(trueline_dataset::Error::in_file(file, trueline_dataset::Problem::AlreadyExists).into());
+        let message = format!("{}: is there already", file.display());
+        return Err(Failure::new(
+            message,
+            "limits that somebody has narrowed are not written over: name another file",
+        ));
     }
     output::file(file, &limits::format(limits))?;
     output::words(&format!(
@@ -121,13 +148,23 @@ fn plan(path: &CheckedPath, poses: &[RobotSample], limits: &MotionLimits, args: 
         ("acceleration", most.acceleration_m_s2 * 1e3, limits.acceleration_m_s2 * 1e3, "mm/s²"),
         ("jerk", most.jerk_m_s3 * 1e3, limits.jerk_m_s3 * 1e3, "mm/s³"),
         ("turning", d(most.turn_rad_s), d(limits.turn_rad_s), "°/s"),
-        ("", d(most.turn_acceleration_rad_s2), d(limits.turn_acceleration_rad_s2), "°/s²"),
+        ("turn change", d(most.turn_acceleration_rad_s2), d(limits.turn_acceleration_rad_s2), "°/s²"),
     ];
     for (what, found, limit, unit) in rows {
         let _ = writeln!(out, "  {what:<12} up to {found:.1} {unit}, allowed {limit:.1}");
     }
+    if path.longest_rest_s() > DWELL_S {
+        let _ = writeln!(
+            out,
+            "  warning      it rests for {:.1} s on the way: EGMRunPose may take that for the end",
+            path.longest_rest_s()
+        );
+    }
     out
 }
+
+/// A rest that is longer comes near to \\CondTime, after which a guidance ends.
+const DWELL_S: f64 = 1.5;
 
 fn next_step(args: &ScanArgs) -> &'static str {
     if args.limits.is_none() {
@@ -164,6 +201,7 @@ struct Watching<'a> {
     recording: LiveRecording,
     replies: ReplyTimes,
     shown: &'a Mutex<(Brief, Phase)>,
+    unrecorded: &'a AtomicBool,
 }
 
 impl Onlooker for Watching<'_> {
@@ -180,6 +218,9 @@ impl Onlooker for Watching<'_> {
 
     fn stepped(&mut self, state: &GateState) {
         self.recording.tick();
+        if self.recording.has_failed() {
+            self.unrecorded.store(true, Ordering::SeqCst);
+        }
         // Never waits for the display.
         if let Ok(mut shown) = self.shown.try_lock() {
             *shown = (self.recording.watch().brief(), state.phase);
@@ -195,13 +236,15 @@ fn lead(
 ) -> Result<ExitCode, Failure> {
     let shown = Mutex::new((Brief::default(), Phase::Waiting));
     let handle = recording.handle();
-    let mut watching = Watching { recording, replies: ReplyTimes::default(), shown: &shown };
+    let unrecorded = AtomicBool::new(false);
+    let replies = ReplyTimes::default();
+    let mut watching = Watching { recording, replies, shown: &shown, unrecorded: &unrecorded };
     let (outcome, seen) = cell.run(
         &handle,
         args.quiet,
         |blind| {
             let hurried = priority::hurry();
-            (guide.run(|| wish(blind), &mut watching), hurried)
+            (guide.run(|| wish(&[blind, &unrecorded]), &mut watching), hurried)
         },
         || {
             let (brief, phase) = shown.lock().map(|shown| *shown).unwrap_or_default();
@@ -221,10 +264,10 @@ fn lead(
     conclude(outcome, watching, seen.is_ok(), args)
 }
 
-/// What Ctrl-C means; without its camera a scan is stopped as well.
-fn wish(blind: &AtomicBool) -> Wish {
+/// What Ctrl-C means; a scan that is not seen or not recorded any more is stopped as well.
+fn wish(failures: &[&AtomicBool]) -> Wish {
     match interrupt::times() {
-        0 if blind.load(Ordering::SeqCst) => Wish::Stop,
+        0 if failures.iter().any(|failed| failed.load(Ordering::SeqCst)) => Wish::Stop,
         0 => Wish::Go,
         1 => Wish::Stop,
         _ => Wish::Silence,
@@ -264,7 +307,7 @@ fn conclude(
     finished.tell(args.quiet);
     if !args.quiet {
         let times = [0.5, 0.99, 0.999, 1.0].map(|share| replies.within_ms(share));
-        output::data(&format!(
+        let said = output::data(&format!(
             "{}  answers  {}, sent within {:.2} ms (median), {:.2} ms (99 %), {:.2} ms (99.9 %), {:.2} ms (all)",
             link_text::text(&finished.watch.report()),
             replies.count(),
@@ -272,15 +315,30 @@ fn conclude(
             times[1],
             times[2],
             times[3],
-        ))?;
+        ));
+        verdict_first(said)?;
         output::words(&format!("written to {}", finished.file.display()));
     }
     Ok(if well && finished.losses.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
+/// Whoever reads our output may be gone: how a scan ended is told by the exit code all the same.
+fn verdict_first(said: Result<(), Failure>) -> Result<(), Failure> {
+    match said {
+        Err(Failure::BrokenPipe) => Ok(()),
+        other => other,
+    }
+}
+
 fn ending_text(outcome: &Outcome, seen: bool) -> String {
     let mut text = match outcome.ending {
         Ending::Stopped if interrupt::times() == 0 && !seen => "stopped because the camera failed".to_owned(),
+        Ending::Stopped if interrupt::times() == 0 => "stopped because it is not recorded any more".to_owned(),
+        Ending::RobotSilent { .. } if outcome.was_converged => {
+            "the controller ended the guidance: the robot was at its reference for \\CondTime (a slow path, or a rest on it; \
+             `trueline rapid` writes a window that suits the path and its pace)"
+                .to_owned()
+        }
         ending => ending.to_string(),
     };
     let mut add = |count: u64, what: &str| {

@@ -66,6 +66,8 @@ pub struct Controller {
     past: VecDeque<(i64, Pose)>,
     refused: BTreeMap<String, u64>,
     taken: u64,
+    /// Time that the robot's own program has run, ns.
+    ran_ns: i64,
     rng: ChaCha8Rng,
 }
 
@@ -98,6 +100,7 @@ impl Controller {
             past: VecDeque::new(),
             refused: BTreeMap::new(),
             taken: 0,
+            ran_ns: 0,
             rng: ChaCha8Rng::seed_from_u64(settings.seed),
             settings,
         }
@@ -274,10 +277,13 @@ impl Controller {
     }
 
     fn move_arm(&mut self, now_ns: i64) {
+        if self.cycle > 0 && self.moves() {
+            self.ran_ns += (self.settings.period_s * 1e9).round() as i64;
+        }
         let pose = match &self.settings.task {
             Task::Stream { path, rest_s } => {
                 let (begins_s, ends_s) = path.span();
-                let time_s = begins_s + now_ns as f64 * 1e-9 - rest_s;
+                let time_s = begins_s + self.ran_ns as f64 * 1e-9 - rest_s;
                 path.pose_at(time_s.clamp(begins_s, ends_s)).unwrap_or(self.start)
             }
             Task::Guidance { .. } => {
@@ -311,7 +317,7 @@ impl Controller {
         RobotMessage {
             header: Some(Header {
                 sequence: Some(self.sequence),
-                sent_ms: Some((now_ns / 1_000_000) as u32),
+                sent_ms: Some((self.settings.clock.at_ns(now_ns) / 1_000_000) as u32),
                 kind: Some(MessageKind::Data),
             }),
             feedback: Some(state(&measured, controller_ns, generation)),
@@ -327,6 +333,7 @@ impl Controller {
             collision: is_7
                 .then(|| Collision { triggered: Some(self.collided), quota: Axes::from([0.0; 6]) }),
             rapid_data: is_7.then(RapidData::default),
+            unread: 0,
             torque_reference: (generation >= Generation::From7_16).then(|| Axes::from([0.0; 6])),
         }
     }

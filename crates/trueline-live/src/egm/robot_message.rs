@@ -110,13 +110,16 @@ pub struct RobotMessage {
     pub rapid_data: Option<RapidData>,
     /// Field 14. RobotWare 7.16.
     pub torque_reference: Option<Axes>,
+    /// Parts beside header and feedback that are there and are in no known form.
+    pub unread: u32,
 }
 
 impl RobotMessage {
-    /// Reads a datagram. Fields that are in no known RobotWare are passed over.
+    /// Reads a datagram. Fields that are in no known RobotWare are passed over; so are, counted, parts that nobody needs to
+    /// know where the robot is and that have another form than in any known RobotWare.
     ///
     /// # Errors
-    /// Bytes that are no message, parts that are cut, known fields of another type.
+    /// Bytes that are no message, parts that are cut, a header or feedback of another form.
     pub fn decode(bytes: &[u8]) -> Result<Self, WireError> {
         let mut message = Self::default();
         read("EgmRobot", bytes, |field, found| message.set(field, &found))?;
@@ -127,6 +130,13 @@ impl RobotMessage {
         match field {
             1 => self.header = Some(Header::decode(found.bytes()?)?),
             2 => self.feedback = Some(RobotState::decode("EgmFeedBack", found.bytes()?)?),
+            _ => self.unread += u32::from(self.set_beside(field, found).is_err()),
+        }
+        Ok(())
+    }
+
+    fn set_beside(&mut self, field: u32, found: &Found<'_>) -> Result<(), WireError> {
+        match field {
             3 => self.planned = Some(RobotState::decode("EgmPlanned", found.bytes()?)?),
             4 => self.motors = state("EgmMotorState", found)?.map(MotorState::from_number),
             5 => self.mci = state("EgmMCIState", found)?.map(MciState::from_number),
@@ -271,9 +281,10 @@ impl RobotState {
         let mut state = Self::default();
         read(message, bytes, |field, found| {
             match field {
-                1 => state.joints_deg = Some(axes("EgmJoints", found.bytes()?)?),
+                // Angles that are more than six are of an arm of another make; the pose does not depend on them.
+                1 => state.joints_deg = axes("EgmJoints", found.bytes()?).ok(),
                 2 => state.cartesian = Some(EgmPose::decode(found.bytes()?)?),
-                3 => state.external_joints = Some(axes("EgmJoints", found.bytes()?)?),
+                3 => state.external_joints = axes("EgmJoints", found.bytes()?).ok(),
                 4 => state.time_s_us = Some(instant("EgmClock", found.bytes()?)?),
                 5 => state.ptp_s_ns = Some(instant("EgmTimestamp", found.bytes()?)?),
                 _ => {}

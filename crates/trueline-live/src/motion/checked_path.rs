@@ -24,6 +24,12 @@ impl Reference {
     pub fn rest(base_from_tool: Pose) -> Self {
         Self { base_from_tool, velocity_m_s: Vector3::zeros(), angular_velocity_rad_s: Vector3::zeros() }
     }
+
+    /// Whether nothing is to move.
+    #[must_use]
+    pub fn is_rest(&self) -> bool {
+        self.velocity_m_s == Vector3::zeros() && self.angular_velocity_rad_s == Vector3::zeros()
+    }
 }
 
 /// Why a path is not travelled.
@@ -171,6 +177,21 @@ impl CheckedPath {
         self.ramp
     }
 
+    /// Longest time in which it hardly moves, s: less than 1 mm/s and 0.1°/s.
+    #[must_use]
+    pub fn longest_rest_s(&self) -> f64 {
+        let (mut longest_s, mut since_s) = (0.0_f64, 0.0);
+        for piece in 0..self.position.pieces() {
+            let (start_s, length_s) = self.position.piece_s(piece);
+            let ([speed_m_s, ..], [turn_rad_s, ..]) = (self.position.bounds(piece), self.turn.bounds(piece));
+            if speed_m_s > 1e-3 || turn_rad_s > 0.1_f64.to_radians() {
+                since_s = start_s + length_s;
+            }
+            longest_s = longest_s.max(start_s + length_s - since_s);
+        }
+        longest_s
+    }
+
     /// Corners of the box about the tool's way, m.
     #[must_use]
     pub fn extent_m(&self) -> [Vector3<f64>; 2] {
@@ -207,12 +228,12 @@ impl CheckedPath {
     fn check_room(&self, limits: &MotionLimits) -> Result<(), PathError> {
         for piece in 0..self.position.pieces() {
             let (start_s, length_s) = self.position.piece_s(piece);
-            // Between its ends a piece leaves their chord by at most h²/8 of its second derivative.
-            let bulge = length_s * length_s / 8.0;
+            // A box is convex, and between its ends a piece leaves their chord by at most h²/8 of its second derivative. A
+            // direction that turns is on no chord: it is no further from the nearer end than half the piece takes it.
             let [_, bend_m_s2, _] = self.position.bounds(piece);
-            let [_, bend_rad_s2, _] = self.turn.bounds(piece);
-            let margin_m = limits.start_m + bulge * bend_m_s2;
-            let margin_rad = limits.start_rad + bulge * bend_rad_s2;
+            let [turn_rad_s, ..] = self.turn.bounds(piece);
+            let margin_m = limits.start_m + length_s * length_s / 8.0 * bend_m_s2;
+            let margin_rad = limits.start_rad + 0.5 * length_s * turn_rad_s;
             for at_s in [start_s, start_s + length_s] {
                 let pose = self.at(at_s).base_from_tool;
                 let at_m = pose.translation.vector;

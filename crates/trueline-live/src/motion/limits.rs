@@ -175,7 +175,7 @@ pub fn format(limits: &MotionLimits) -> String {
          min_mm = {}\nmax_mm = {}\n\n\
          [tool_cone] # the tool's z axis stays this near to a direction in base\n\
          axis = [{:.4}, {:.4}, {:.4}]\nhalf_angle_deg = {}\n\n\
-         [motion]\n\
+         [motion] # of the tool's origin; a sensor that is 300 mm away moves faster by 5 mm/s for each °/s\n\
          speed_mm_s = {} # at most 250\nacceleration_mm_s2 = {}\njerk_mm_s3 = {}\n\
          turn_deg_s = {}\nturn_acceleration_deg_s2 = {}\n\n\
          [deviation] # robot from its reference; further off, and it is held where it is\n\
@@ -198,4 +198,100 @@ pub fn format(limits: &MotionLimits) -> String {
         mm(limits.start_m),
         deg(limits.start_rad),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    const TEXT: &str = "
+[box]
+min_mm = [-100, 200, 300]
+max_mm = [400, 500, 600]
+[tool_cone]
+axis = [0, 0, -2]
+half_angle_deg = 30
+[motion]
+speed_mm_s = 80
+acceleration_mm_s2 = 500
+jerk_mm_s3 = 6000
+turn_deg_s = 45
+turn_acceleration_deg_s2 = 90
+[deviation]
+distance_mm = 15
+angle_deg = 5
+[start]
+distance_mm = 4
+angle_deg = 2
+";
+
+    #[test]
+    fn figures_are_read_in_their_units_and_written_as_they_are_read() {
+        let read = parse(Path::new("limits.toml"), TEXT).unwrap();
+        let degree = std::f64::consts::PI / 180.0;
+        let expected = MotionLimits {
+            box_m: [Vector3::new(-0.1, 0.2, 0.3), Vector3::new(0.4, 0.5, 0.6)],
+            tool_axis: -Vector3::z_axis(),
+            cone_rad: 30.0 * degree,
+            speed_m_s: 0.08,
+            acceleration_m_s2: 0.5,
+            jerk_m_s3: 6.0,
+            turn_rad_s: 45.0 * degree,
+            turn_acceleration_rad_s2: 90.0 * degree,
+            deviation_m: 0.015,
+            deviation_rad: 5.0 * degree,
+            start_m: 0.004,
+            start_rad: 2.0 * degree,
+        };
+        assert!(
+            (read.box_m[0] - expected.box_m[0]).norm() < 1e-15
+                && (read.box_m[1] - expected.box_m[1]).norm() < 1e-15
+        );
+        let figures = |l: &MotionLimits| {
+            [
+                l.cone_rad,
+                l.speed_m_s,
+                l.acceleration_m_s2,
+                l.jerk_m_s3,
+                l.turn_rad_s,
+                l.turn_acceleration_rad_s2,
+                l.deviation_m,
+                l.deviation_rad,
+                l.start_m,
+                l.start_rad,
+            ]
+        };
+        for (found, wanted) in figures(&read).into_iter().zip(figures(&expected)) {
+            assert!((found - wanted).abs() < 1e-12, "{found} is not {wanted}");
+        }
+        assert_eq!(read.tool_axis, expected.tool_axis);
+        let again = parse(Path::new("limits.toml"), &format(&read)).unwrap();
+        // Written to 0.01 of each unit or better.
+        for (found, wanted) in figures(&again).into_iter().zip(figures(&read)) {
+            assert!((found - wanted).abs() < 1e-3, "{found} is not {wanted}");
+        }
+    }
+
+    #[test]
+    fn box_and_cone_hold_what_is_inside() {
+        let limits = parse(Path::new("limits.toml"), TEXT).unwrap();
+        let down = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        let pose = |x: f64, y: f64, z: f64, lean_deg: f64| {
+            let lean = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::y_axis(), lean_deg.to_radians());
+            Pose::from_parts(Vector3::new(x, y, z).into(), lean * down)
+        };
+        assert!(limits.contain(&pose(0.0, 0.3, 0.4, 29.9)) && !limits.contain(&pose(0.0, 0.3, 0.4, 30.1)));
+        for (x, y, z) in [
+            (-0.11, 0.3, 0.4),
+            (0.41, 0.3, 0.4),
+            (0.0, 0.19, 0.4),
+            (0.0, 0.51, 0.4),
+            (0.0, 0.3, 0.29),
+            (0.0, 0.3, 0.61),
+        ] {
+            assert!(!limits.contain(&pose(x, y, z, 0.0)));
+        }
+        assert!(!limits.contain(&pose(f64::NAN, 0.3, 0.4, 0.0)));
+    }
 }

@@ -23,6 +23,15 @@ pub enum Ending {
     /// The operator stopped it.
     #[error("stopped by the operator")]
     Stopped,
+    /// The controller did not let itself be guided for too long.
+    #[error("the controller did not begin to be guided in time")]
+    NeverBegan,
+    /// The controller began another session.
+    #[error("the controller began anew")]
+    Restarted,
+    /// A reference would have been outside the limits.
+    #[error("a reference would have been outside the limits")]
+    OutsideLimits,
     /// The robot stood too far from the path's first pose.
     #[error("the robot is {:.1} mm and {:.2}° from where the path begins", distance_m * 1e3, angle_rad.to_degrees())]
     StartTooFar {

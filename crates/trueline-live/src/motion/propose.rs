@@ -12,6 +12,9 @@ const ROOM_RAD: f64 = 0.05;
 /// What is left between the path and its limits.
 const SLACK: f64 = 1.1;
 
+/// A path at rest has limits as well, m/s.
+const LEAST_M_S: f64 = 1e-3;
+
 /// Limits for a path at a share of its own pace.
 ///
 /// # Errors
@@ -32,11 +35,13 @@ pub fn limits_for(poses: &[RobotSample], pace: f64) -> Result<MotionLimits, Path
         box_m: [low - room, high + room],
         tool_axis,
         cone_rad: lean + start_rad + ROOM_RAD,
-        speed_m_s: (most.speed_m_s * SLACK).min(FASTEST_M_S),
-        acceleration_m_s2: (most.acceleration_m_s2 + most.speed_m_s * speeding) * SLACK,
-        jerk_m_s3: (most.jerk_m_s3
+        speed_m_s: (most.speed_m_s * SLACK).clamp(LEAST_M_S, FASTEST_M_S),
+        acceleration_m_s2: ((most.acceleration_m_s2 + most.speed_m_s * speeding) * SLACK)
+            .max(10.0 * LEAST_M_S),
+        jerk_m_s3: ((most.jerk_m_s3
             + speeding * (3.0 * most.acceleration_m_s2 + 2.0 * most.speed_m_s / LAG_S))
-            * SLACK,
+            * SLACK)
+            .max(100.0 * LEAST_M_S),
         turn_rad_s: (most.turn_rad_s * SLACK).max(0.01),
         turn_acceleration_rad_s2: (most.turn_acceleration_rad_s2 + most.turn_rad_s * speeding).max(0.01)
             * SLACK,
