@@ -266,7 +266,19 @@ fn a_scan_travels_its_path_and_records_it() {
     // What was recorded is never overwritten.
     let mut again = start(
         dir.path(),
-        &["scan", "path.csv", "--limits", "limits.toml", "--enable-motion", "--bind", &pc, "--out", "scan"],
+        &[
+            "scan",
+            "path.csv",
+            "--limits",
+            "limits.toml",
+            "--enable-motion",
+            "--robot",
+            "127.0.0.1",
+            "--bind",
+            &pc,
+            "--out",
+            "scan",
+        ],
     );
     again.stdin.take().unwrap().write_all(b"move\n").unwrap();
     let again = again.wait_with_output().unwrap();
