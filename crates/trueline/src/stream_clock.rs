@@ -239,7 +239,8 @@ fn piece_edges(detrended: &[f64], white: f64) -> Vec<usize> {
     let floor = |from: usize, to: usize| quantile(detrended[from..to].iter().copied(), FLOOR).unwrap_or(0.0);
     let stays = |&edge: &usize| {
         let (before, after) = (edge.saturating_sub(STAY_WINDOW), (edge + STAY_WINDOW).min(n));
-        let steps = |of: &dyn Fn(usize, usize) -> f64| (of(edge, after) - of(before, edge)).abs() > 0.5 * limit;
+        let steps =
+            |of: &dyn Fn(usize, usize) -> f64| (of(edge, after) - of(before, edge)).abs() > 0.5 * limit;
         edge == 0 || edge == n || (steps(&level) && steps(&floor))
     };
     edges.into_iter().filter(stays).collect()
