@@ -18,7 +18,7 @@ pub use calibrate::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 pub use camera_sim::CameraSimArgs;
 pub use evaluate::{EvaluateArgs, FormName, ReproduceArgs};
 pub use features::{FeaturesArgs, JointName};
-pub use import::{BagArgs, ImportArgs, ImportFormat};
+pub use import::{BagArgs, ClockName, ImportArgs, ImportFormat};
 pub use listen::ListenArgs;
 pub use plan::{CriterionName, PlanArgs, ShapeName};
 pub use rapid::RapidArgs;

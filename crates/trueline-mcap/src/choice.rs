@@ -15,4 +15,17 @@ pub struct Choice {
     pub base_frame: Option<String>,
     /// The frame whose pose the robot reports.
     pub tool_frame: Option<String>,
+    /// The clock that stamps.
+    pub clock: StampClock,
+}
+
+/// By which clock robot and pictures are stamped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StampClock {
+    /// As the recording has it.
+    #[default]
+    Recorded,
+    /// IEEE 1588: the controller's PTP time and the camera's own clock, which has to follow the same master. For recordings of
+    /// trueline.
+    Ptp,
 }

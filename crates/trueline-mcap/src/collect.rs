@@ -1,6 +1,7 @@
 //! The second look at a recording: what was chosen is taken out.
 
 use crate::bag::{BagItem, BagMessage};
+use crate::choice::StampClock;
 use crate::chosen::{Chosen, OWN_POSES, RobotSource};
 use crate::dataset_folder::DatasetFolder;
 use crate::entry_messages::{BASE, TOOL};
@@ -24,6 +25,7 @@ pub struct Stored {
 pub struct Collector<'a> {
     chosen: &'a Chosen,
     is_own: bool,
+    clock: StampClock,
     folder: &'a DatasetFolder,
     numbers: HashMap<String, u64>,
     base: Option<String>,
@@ -33,10 +35,12 @@ pub struct Collector<'a> {
     pub pictures: Vec<Stored>,
     pub frames: Vec<FrameStamps>,
     pub features: Vec<Feature>,
+    /// IEEE 1588 time of the robot's datagrams by their steady stamp, ns both; looked for only if they are to stamp.
+    pub ptp_ns: HashMap<i64, i64>,
 }
 
 impl<'a> Collector<'a> {
-    pub fn new(chosen: &'a Chosen, is_own: bool, folder: &'a DatasetFolder) -> Self {
+    pub fn new(chosen: &'a Chosen, is_own: bool, clock: StampClock, folder: &'a DatasetFolder) -> Self {
         let (steps, base) = match &chosen.robot {
             RobotSource::Chain(chain) => (chain.steps.len(), None),
             RobotSource::Poses { base, .. } => (0, base.clone()),
@@ -45,6 +49,7 @@ impl<'a> Collector<'a> {
         Self {
             chosen,
             is_own,
+            clock,
             folder,
             numbers: HashMap::new(),
             base,
@@ -53,6 +58,7 @@ impl<'a> Collector<'a> {
             pictures: Vec::new(),
             frames: Vec::new(),
             features: Vec::new(),
+            ptp_ns: HashMap::new(),
         }
     }
 
@@ -78,6 +84,7 @@ impl<'a> Collector<'a> {
             },
             Kind::Picture => self.chosen.pictures.as_deref() == Some(message.topic),
             Kind::Features | Kind::Frame => true,
+            Kind::RobotClocks => self.clock == StampClock::Ptp,
             Kind::JointStates | Kind::Other => false,
         }
     }
@@ -103,6 +110,9 @@ impl<'a> Collector<'a> {
             Content::Picture(picture) => self.add_picture(message, &picture)?,
             Content::Frame(frame) => self.frames.push(frame),
             Content::Features(features) => self.features.extend(features),
+            Content::RobotClocks(steady_ns, ptp_ns) => {
+                self.ptp_ns.extend(ptp_ns.map(|ptp_ns| (steady_ns, ptp_ns)));
+            }
             Content::JointStates(_) | Content::Other => {}
         }
         Ok(())

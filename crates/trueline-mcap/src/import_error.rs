@@ -151,6 +151,22 @@ pub enum ImportError {
         /// The topic.
         topic: String,
     },
+    /// Something has no IEEE 1588 time.
+    #[error("{count} {what} have no IEEE 1588 time")]
+    NoPtp {
+        /// How many.
+        count: usize,
+        /// Of what.
+        what: &'static str,
+    },
+    /// Two clocks that follow different masters.
+    #[error(
+        "the camera's clock and the controller's are {apart_s:.1} s apart: they do not follow the same master"
+    )]
+    ClocksApart {
+        /// How far, s.
+        apart_s: f64,
+    },
     /// Nothing says what the sensor is.
     #[error("the recording does not say what the sensor is")]
     NoSensor,
@@ -202,6 +218,12 @@ impl ImportError {
             Self::NeverTogether { .. } => "do their stamps come from different clocks?",
             Self::NotStamped { .. } => {
                 "the times of recording vary too much to stand in for them: let the driver stamp its messages"
+            }
+            Self::NoPtp { .. } => {
+                "controllers send it from RobotWare 7.16 on, if synchronised; cameras have to follow PTP: leave --stamps ptp out"
+            }
+            Self::ClocksApart { .. } => {
+                "37 s is the difference of TAI and UTC: one of the two is not synchronised, or counts otherwise"
             }
             Self::NoSensor => "give it with --sensor sensor.toml",
             Self::OtherSensor { .. } => "give the sensor that was recorded with --sensor sensor.toml",

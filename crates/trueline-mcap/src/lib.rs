@@ -18,6 +18,7 @@ pub mod choice;
 mod chosen;
 pub mod chunk;
 mod collect;
+mod common_clock;
 pub mod content_error;
 pub mod damage;
 mod dataset_folder;
@@ -51,7 +52,7 @@ mod waiting;
 
 pub use about::About;
 pub use bag::{Bag, BagItem, BagMessage, DamagedFile};
-pub use choice::Choice;
+pub use choice::{Choice, StampClock};
 pub use content_error::ContentError;
 pub use damage::Damage;
 pub use entry::{

@@ -20,6 +20,8 @@ pub enum Kind {
     Features,
     /// Stamps of a frame of a camera.
     Frame,
+    /// Clocks of a datagram of a robot.
+    RobotClocks,
     /// Something else.
     Other,
 }
@@ -39,6 +41,8 @@ pub enum Content {
     Features(Vec<Feature>),
     /// Stamps of a frame.
     Frame(FrameStamps),
+    /// When a datagram of the robot came by the steady clock, ns, and its IEEE 1588 time, ns, if it has one.
+    RobotClocks(i64, Option<i64>),
     /// Something else.
     Other,
 }

@@ -12,6 +12,7 @@ pub fn kind(schema: &str) -> Kind {
     match schema {
         "trueline.Frame" => Kind::Frame,
         "trueline.Features" => Kind::Features,
+        "trueline.RobotDatagram" => Kind::RobotClocks,
         _ => Kind::Other,
     }
 }
@@ -39,6 +40,10 @@ pub fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
         Kind::Features => {
             let wire = own::Features::decode(bytes).map_err(broken)?;
             Ok(Content::Features(wire.features.iter().map(feature).collect::<Result<_, _>>()?))
+        }
+        Kind::RobotClocks => {
+            let wire = own::RobotDatagram::decode(bytes).map_err(broken)?;
+            Ok(Content::RobotClocks(wire.steady_ns, wire.ptp_ns))
         }
         _ => Ok(Content::Other),
     }

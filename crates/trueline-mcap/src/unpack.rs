@@ -5,9 +5,10 @@
 //! it, and is not used.
 
 use crate::bag::{Bag, DamagedFile};
-use crate::choice::Choice;
+use crate::choice::{Choice, StampClock};
 use crate::chosen::{Chain, Chosen, RobotSource};
 use crate::collect::Collector;
+use crate::common_clock;
 use crate::dataset_folder::DatasetFolder;
 use crate::frame_files::frame_files;
 use crate::import_error::ImportError;
@@ -52,12 +53,16 @@ pub fn unpack(path: &Path, choice: &Choice, out_folder: &Path) -> Result<Unpacke
     let mut notes = Vec::new();
     let (sensor, sensor_text) = sensor(path, &survey, choice, &mut notes)?;
     let out = DatasetFolder::begin(out_folder)?;
-    let mut collected = Collector::new(&chosen, survey.is_own, &out);
+    let mut collected = Collector::new(&chosen, survey.is_own, choice.clock, &out);
     let damages = bag.read(&mut |item| collected.add(item))?;
 
-    let frames = frames(&mut collected, &chosen, survey.is_own, &mut notes)?;
-    let features = features(&mut collected, &sensor, &mut notes)?;
-    let robot = robot(&mut collected, &chosen, &mut notes)?;
+    let mut frames = frames(&mut collected, &chosen, survey.is_own, &mut notes)?;
+    let mut features = features(&mut collected, &sensor, &mut notes)?;
+    let mut robot = robot(&mut collected, &chosen, &mut notes)?;
+    if choice.clock == StampClock::Ptp {
+        common_clock::stamp(&mut robot, &mut frames, &mut features, &collected.ptp_ns)?;
+        notes.push("stamps are IEEE 1588 times of controller and camera".to_owned());
+    }
     if frames.is_empty() && features.is_empty() {
         notes.push("the recording has neither pictures nor seam points".to_owned());
     }

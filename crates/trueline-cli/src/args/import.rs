@@ -125,4 +125,15 @@ pub struct BagArgs {
     /// Frame of the tool, of tf
     #[arg(long)]
     pub tool: Option<String>,
+    /// By which clock robot and pictures are stamped
+    #[arg(long, value_enum, default_value_t = ClockName::Recorded)]
+    pub stamps: ClockName,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub enum ClockName {
+    /// As the recording has it
+    Recorded,
+    /// IEEE 1588 times of controller and camera (recordings of trueline; RobotWare 7.16, and a camera that follows PTP)
+    Ptp,
 }

@@ -1,6 +1,6 @@
 //! `trueline import`.
 
-use crate::args::{BagArgs, ImportArgs, ImportFormat};
+use crate::args::{BagArgs, ClockName, ImportArgs, ImportFormat};
 use crate::failure::Failure;
 use crate::{opened_dataset, output};
 use std::collections::BTreeMap;
@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use trueline_dataset::import::csv_columns::{ColumnMapping, rename};
 use trueline_dataset::import::{lvs_st_calib, tum};
 use trueline_dataset::{Error, Problem, Recording, Sensor, features_csv, folder, robot_csv, sensor_toml};
-use trueline_mcap::{Choice, unpack};
+use trueline_mcap::{Choice, StampClock, unpack};
 
 /// Runs the command.
 pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
@@ -50,6 +50,10 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
         image_topic: args.image_topic.clone(),
         base_frame: args.base.clone(),
         tool_frame: args.tool.clone(),
+        clock: match args.stamps {
+            ClockName::Recorded => StampClock::Recorded,
+            ClockName::Ptp => StampClock::Ptp,
+        },
     };
     let unpacked = unpack(&args.src, &choice, &args.out)?;
     opened_dataset::tell(&unpacked, false);

@@ -30,6 +30,7 @@ pub fn full_datagram(k: u32) -> Vec<u8> {
         collision: Some(Collision { triggered: Some(false), quota: axes }),
         rapid_data: Some(RapidData { digital: Some(true), numbers: [0.5; 40].into() }),
         torque_reference: Some(axes),
+        unread: 0,
     }
     .encode()
 }
