@@ -175,6 +175,11 @@ fn listen_tells_who_talks_and_says_what_to_look_at_when_nobody_does() {
     assert!(robot_heard["lost"].as_u64().unwrap() > 0);
     assert!(robot_heard["state"].as_str().unwrap().contains("streaming only"));
     assert!(ended(robot).contains("frames sent"));
+
+    let _robot = Robot(start(dir.path(), &["robot-sim", "--pc", &pc, "--for-s", "3"]));
+    let other = trueline(dir.path(), &["listen", "--bind", &pc, "--robot", "127.0.0.9", "--for-s", "1.5"]);
+    assert_eq!(code(&other), 1);
+    assert!(String::from_utf8_lossy(&other.stdout).contains("--robot names 127.0.0.9"));
 }
 
 #[test]

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 The controller speaks first: its UDPUC device must have this PC as remote address, and its program must run.
 Nothing is ever sent. Exit code: 0 a robot was heard, 1 none was, 2 could not listen.")]
 pub struct ListenArgs {
-    /// Address of this PC and port to listen at
+    /// Address of this PC and port to listen at, for example 192.168.125.10:6510
     #[arg(long, value_name = "IP:PORT")]
     pub bind: SocketAddr,
     /// The robot's address; without it, whoever first sends a good frame

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct LinkArgs {
-    /// Address of this PC and port to listen at
+    /// Address of this PC and port to listen at, for example 192.168.125.10:6510
     #[arg(long, value_name = "IP:PORT")]
     pub bind: SocketAddr,
     /// The robot's address; without it, whoever first sends a good frame
@@ -113,7 +113,7 @@ pub struct ScanArgs {
     /// Lead the robot. Asks once more before anything moves
     #[arg(long, requires_all = ["limits", "bind", "robot", "out"])]
     pub enable_motion: bool,
-    /// Address of this PC and port to listen at
+    /// Address of this PC and port to listen at, for example 192.168.125.10:6510
     #[arg(long, value_name = "IP:PORT", requires = "enable_motion")]
     pub bind: Option<SocketAddr>,
     /// The robot's address: nobody else is led

@@ -3,11 +3,13 @@
 use crate::args::ListenArgs;
 use crate::failure::Failure;
 use crate::{interrupt, link_text, output};
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::net::{IpAddr, SocketAddr};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use trueline_live::{Endpoint, HostClock, LinkWatch};
+use trueline_live::link_watch::Talker;
+use trueline_live::{Endpoint, HostClock, LinkWatch, Rejection};
 
 /// Runs the command.
 pub fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
@@ -22,7 +24,7 @@ pub fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
     if !args.quiet {
         let mut text = link_text::text(&report);
         if !heard {
-            text.push_str(&nothing(args.bind, &report.talkers));
+            text.push_str(&nothing(args, &report.talkers));
         }
         output::summary(args.json.as_deref(), &text)?;
     }
@@ -31,6 +33,12 @@ pub fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
 
 /// A socket for a robot.
 pub fn bind(address: SocketAddr, robot: Option<IpAddr>) -> Result<Endpoint, Failure> {
+    if address.port() == 0 {
+        return Err(Failure::new(
+            format!("{address}: a controller cannot know which port that is"),
+            "name the port that its UDPUC device has, for example 6510",
+        ));
+    }
     Endpoint::bind(address, robot, HostClock::start()).map_err(|error| {
         let hint = match error.kind() {
             std::io::ErrorKind::AddrInUse => {
@@ -76,22 +84,27 @@ fn line(watch: &LinkWatch, left: Duration) -> String {
     format!("listening, {:.0} s left. {heard}", left.as_secs_f64())
 }
 
-fn nothing(
-    bind: SocketAddr,
-    talkers: &std::collections::BTreeMap<SocketAddr, trueline_live::link_watch::Talker>,
-) -> String {
+fn nothing(args: &ListenArgs, talkers: &BTreeMap<SocketAddr, Talker>) -> String {
+    let foreign = Rejection::OtherSender.to_string();
+    let others = talkers.iter().find(|(_, talker)| talker.rejected.contains_key(&foreign));
+    if let (Some(robot), Some((from, _))) = (args.robot, others) {
+        return format!("{from} sends here, and --robot names {robot}: only that address was listened to.\n");
+    }
     if !talkers.is_empty() {
         return "No robot was heard, only what is listed above.\n".to_owned();
     }
+    let (ip, port) = (args.bind.ip(), args.bind.port());
+    let address = match ip.is_unspecified() {
+        true => "this PC's address on the robot's network".to_owned(),
+        false => ip.to_string(),
+    };
     format!(
-        "Nothing came to {bind}. The controller speaks first; what to look at, most frequent first:\n\
-         \x20 - the UDPUC device's remote address must be {}, its remote port {}; restart the controller after a change\n\
+        "Nothing came to {}. The controller speaks first; what to look at, most frequent first:\n\
+         \x20 - the UDPUC device's remote address must be {address}, its remote port {port}; restart the controller after a change\n\
          \x20 - RAPID must run, up to EGMStreamStart or EGMRunPose, with EGMSetupUC naming that device\n\
-         \x20 - the PC's firewall must let UDP port {} in; on RobotWare 7 the controller's, too, for UDPUC\n\
+         \x20 - the PC's firewall must let UDP port {port} in; on RobotWare 7 the controller's, too, for UDPUC\n\
          \x20 - a virtual controller of RobotWare 7 sends to 127.0.0.1 alone\n\
          \x20 - can the controller reach this PC? `ping` it from the other side\n",
-        bind.ip(),
-        bind.port(),
-        bind.port(),
+        args.bind,
     )
 }
