@@ -2,11 +2,13 @@
 
 use crate::args::{CameraArgs, StampName};
 use crate::failure::Failure;
-use crate::latched_clock::LatchedClock;
+use crate::interrupt;
+use crate::latched_clock::{Exchange, LatchedClock};
 use crate::live_estimate::LiveEstimate;
 use crate::pictures;
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use trueline_camera::{CameraError, CameraFrame, FrameSource, FrameStatus, LatchSample, Pace, Replay};
 use trueline_dataset::{Sensor, gray_png};
 use trueline_live::HostClock;
@@ -22,6 +24,7 @@ pub struct LiveCamera {
     stamp: StampName,
     clock: Option<LatchedClock>,
     detector: Option<(Detector, Joint)>,
+    is_replay: bool,
     counts: Counts,
 }
 
@@ -36,7 +39,12 @@ pub struct Counts {
     pub missing: AtomicU64,
     /// Whole pictures in which a seam was found.
     pub seams: AtomicU64,
+    /// How often the camera's clock was set.
+    pub clock_set: AtomicU64,
 }
+
+/// More pictures than this share that did not come are a loss to be told with the exit code.
+const MUCH: f64 = 0.1;
 
 impl Counts {
     /// In half a line.
@@ -44,6 +52,28 @@ impl Counts {
         let [frames, unusable, missing, seams] =
             [&self.frames, &self.unusable, &self.missing, &self.seams].map(|n| n.load(Ordering::Relaxed));
         format!("{frames} pictures, {missing} missing, {unusable} not whole, the seam in {seams}")
+    }
+
+    /// What is missing or doubtful, in words; and whether it is much.
+    pub fn losses(&self) -> (Vec<String>, bool) {
+        let [frames, unusable, missing, clock_set] =
+            [&self.frames, &self.unusable, &self.missing, &self.clock_set].map(|n| n.load(Ordering::Relaxed));
+        let lost = missing + unusable;
+        let mut words = Vec::new();
+        if lost > 0 {
+            words.push(format!(
+                "{lost} of {} pictures did not come, or not whole: a slower rate, larger packets (jumbo frames) or a larger \
+                 receive buffer (net.core.rmem_max) may help",
+                frames + missing
+            ));
+        }
+        if clock_set > 0 {
+            words.push(format!(
+                "the camera's clock was set {clock_set} times; with --stamp exposure pictures about those moments may be \
+                 stamped wrongly"
+            ));
+        }
+        (words, lost as f64 > MUCH * (frames + missing) as f64 || clock_set > 0)
     }
 }
 
@@ -54,7 +84,7 @@ impl LiveCamera {
         sensor: Option<&Sensor>,
         clock: HostClock,
     ) -> Result<Option<Self>, Failure> {
-        let Some(mut source) = source(args, sensor, clock)? else { return Ok(None) };
+        let Some(mut source) = patiently(|| source(args, sensor, clock))? else { return Ok(None) };
         let latched = match args.stamp {
             StampName::Exposure => Some(LatchedClock::begin(source.as_mut())?),
             StampName::FirstPacket | StampName::Complete => None,
@@ -78,12 +108,19 @@ impl LiveCamera {
             _ => None,
         };
         let counts = Counts::default();
-        Ok(Some(Self { source, stamp: args.stamp, clock: latched, detector, counts }))
+        let is_replay = args.replay.is_some();
+        Ok(Some(Self { source, stamp: args.stamp, clock: latched, detector, is_replay, counts }))
     }
 
     /// What gives the pictures and what their stamps are, in words.
     pub fn meaning(&self) -> String {
         let about = self.source.about();
+        if self.is_replay {
+            return format!(
+                "{}: when a picture of the folder was due; the offset against a live robot means nothing",
+                about.name
+            );
+        }
         let stamp = match self.stamp {
             StampName::FirstPacket => "arrival of the first packet (kernel)",
             StampName::Complete => "arrival of the last packet",
@@ -99,9 +136,10 @@ impl LiveCamera {
 
     /// Splits what records from what is shown meanwhile.
     pub fn parts(&mut self) -> (Recording<'_>, &Counts) {
-        let Self { source, stamp, clock, detector, counts } = self;
+        let Self { source, stamp, clock, detector, counts, .. } = self;
         let source = source.as_mut();
-        (Recording { source, stamp: *stamp, clock, detector, counts, last: None }, counts)
+        let (held, usual_ns) = (VecDeque::new(), None);
+        (Recording { source, stamp: *stamp, clock, detector, counts, last: None, held, usual_ns }, counts)
     }
 }
 
@@ -113,6 +151,10 @@ pub struct Recording<'a> {
     detector: &'a mut Option<(Detector, Joint)>,
     counts: &'a Counts,
     last: Option<u64>,
+    /// Pictures that wait for the next exchange with the camera's clock.
+    held: VecDeque<CameraFrame>,
+    /// How long pictures usually take from their stamp to their arrival, ns.
+    usual_ns: Option<i64>,
 }
 
 impl Recording<'_> {
@@ -123,43 +165,78 @@ impl Recording<'_> {
         estimate: Option<&LiveEstimate>,
         over: &AtomicBool,
     ) -> Result<(), CameraError> {
-        while !over.load(Ordering::SeqCst) && !self.source.has_ended() {
-            if let Some(frame) = self.source.next(LOOK)? {
-                self.keep(frame, handle, estimate);
-            }
-            self.keep_clock(handle)?;
+        let mut seen = Ok(());
+        while seen.is_ok() && !over.load(Ordering::SeqCst) && !self.source.has_ended() {
+            seen = self.take(handle, estimate, false);
         }
-        Ok(())
+        if seen.is_ok() {
+            // Those that wait are stamped by what the clock says at the end.
+            seen = self.take(handle, estimate, true);
+        }
+        self.let_go(handle, estimate, false);
+        seen
     }
 
-    /// Every exchange is kept, so that the map can be made anew.
-    fn keep_clock(&mut self, handle: &RecorderHandle) -> Result<(), CameraError> {
-        let Some(clock) = self.clock else { return Ok(()) };
-        let Some((sample, was_set)) = clock.keep_up(self.source)? else { return Ok(()) };
-        let LatchSample { before_ns, device_ns, after_ns } = sample;
-        let (level, told) = match was_set {
-            true => (NoteLevel::Warning, "the camera's clock was set. "),
-            false => (NoteLevel::Info, ""),
+    fn take(
+        &mut self,
+        handle: &RecorderHandle,
+        estimate: Option<&LiveEstimate>,
+        last: bool,
+    ) -> Result<(), CameraError> {
+        let wait = if last { Duration::ZERO } else { LOOK };
+        while let Some(frame) = self.source.next(wait)? {
+            self.held.push_back(frame);
+            if !last {
+                break;
+            }
+        }
+        let Some(clock) = self.clock else {
+            self.let_go(handle, estimate, false);
+            return Ok(());
         };
-        let text = format!("{told}latch: before_ns {before_ns}, device_ns {device_ns}, after_ns {after_ns}");
-        let _counted = handle.offer(Entry::Note(NoteEntry { steady_ns: after_ns, level, text }));
+        let Some(Exchange { sample, was_set }) = clock.keep_up(self.source, last)? else { return Ok(()) };
+        self.counts.clock_set.fetch_add(u64::from(was_set), Ordering::Relaxed);
+        note(handle, sample, was_set);
+        self.let_go(handle, estimate, was_set);
         Ok(())
     }
 
-    fn keep(&mut self, frame: CameraFrame, handle: &RecorderHandle, estimate: Option<&LiveEstimate>) {
+    /// Keeps the pictures that waited.
+    fn let_go(&mut self, handle: &RecorderHandle, estimate: Option<&LiveEstimate>, was_set: bool) {
+        while let Some(frame) = self.held.pop_front() {
+            let stamp_ns = self.stamp_ns(&frame, was_set);
+            self.keep(frame, stamp_ns, handle, estimate);
+        }
+    }
+
+    fn stamp_ns(&mut self, frame: &CameraFrame, was_set: bool) -> i64 {
+        let arrival_ns = frame.first_packet_ns.unwrap_or(frame.complete_ns);
+        match (self.stamp, frame.device_ns, &self.clock) {
+            (StampName::Exposure, Some(device_ns), Some(clock)) if was_set => {
+                clock.likely_steady_ns(device_ns, arrival_ns, self.usual_ns)
+            }
+            (StampName::Exposure, Some(device_ns), Some(clock)) => {
+                let stamp_ns = clock.steady_ns(device_ns);
+                self.usual_ns = Some(arrival_ns - stamp_ns);
+                stamp_ns
+            }
+            (StampName::Complete | StampName::Exposure, ..) => frame.complete_ns,
+            (StampName::FirstPacket, ..) => arrival_ns,
+        }
+    }
+
+    fn keep(
+        &mut self,
+        frame: CameraFrame,
+        stamp_ns: i64,
+        handle: &RecorderHandle,
+        estimate: Option<&LiveEstimate>,
+    ) {
         self.counts.frames.fetch_add(1, Ordering::Relaxed);
         if let Some(last) = self.last.replace(frame.frame) {
             let missing = frame.frame.saturating_sub(last).saturating_sub(1);
             self.counts.missing.fetch_add(missing, Ordering::Relaxed);
         }
-        let stamp_ns = match self.stamp {
-            StampName::FirstPacket => frame.first_packet_ns.unwrap_or(frame.complete_ns),
-            StampName::Complete => frame.complete_ns,
-            StampName::Exposure => match (frame.device_ns, &self.clock) {
-                (Some(device_ns), Some(clock)) => clock.steady_ns(device_ns),
-                _ => frame.complete_ns,
-            },
-        };
         let png = frame.image.as_ref().map(gray_png::encode_gray);
         let (png, status) = match png {
             Some(Ok(png)) => (png, status(&frame.status)),
@@ -190,6 +267,47 @@ impl Recording<'_> {
     }
 }
 
+/// Every exchange is kept, so that another map can be made.
+fn note(handle: &RecorderHandle, sample: LatchSample, was_set: bool) {
+    let LatchSample { before_ns, device_ns, after_ns } = sample;
+    let (level, told) = match was_set {
+        true => (NoteLevel::Warning, "the camera's clock was set. "),
+        false => (NoteLevel::Info, ""),
+    };
+    let text = format!("{told}latch: before_ns {before_ns}, device_ns {device_ns}, after_ns {after_ns}");
+    let _counted = handle.offer(Entry::Note(NoteEntry { steady_ns: after_ns, level, text }));
+}
+
+/// A camera may just be waking up: it is looked for again until it answers, time is up, or the user has enough.
+fn patiently<T>(mut open: impl FnMut() -> Result<T, Opening>) -> Result<T, Failure> {
+    let start = Instant::now();
+    loop {
+        match open() {
+            Err(Opening::NotFound(_)) if start.elapsed() < PATIENCE && interrupt::times() == 0 => {}
+            Err(Opening::NotFound(failure) | Opening::Failed(failure)) => return Err(failure),
+            Ok(opened) => return Ok(opened),
+        }
+    }
+}
+
+/// How long a camera is looked for.
+const PATIENCE: Duration = Duration::from_secs(8);
+
+/// Why there is no camera.
+enum Opening {
+    NotFound(Failure),
+    Failed(Failure),
+}
+
+impl From<CameraError> for Opening {
+    fn from(error: CameraError) -> Self {
+        match error {
+            CameraError::NotFound { .. } => Self::NotFound(error.into()),
+            other => Self::Failed(other.into()),
+        }
+    }
+}
+
 fn status(status: &FrameStatus) -> String {
     match status {
         FrameStatus::Complete => "complete".to_owned(),
@@ -203,7 +321,7 @@ fn source(
     args: &CameraArgs,
     sensor: Option<&Sensor>,
     clock: HostClock,
-) -> Result<Option<Box<dyn FrameSource>>, Failure> {
+) -> Result<Option<Box<dyn FrameSource>>, Opening> {
     if let Some(folder) = &args.replay {
         return Ok(Some(Box::new(Replay::open(folder, Pace::Times(1.0), clock)?)));
     }
@@ -217,7 +335,7 @@ fn gige(
     sensor: Option<&Sensor>,
     address: std::net::Ipv4Addr,
     clock: HostClock,
-) -> Result<Box<dyn FrameSource>, Failure> {
+) -> Result<Box<dyn FrameSource>, Opening> {
     use trueline_camera::{GigeCamera, GigeSettings};
     let mut settings = GigeSettings::at(address);
     if let Some(Sensor::CameraLaser { camera, .. }) = sensor {
@@ -234,11 +352,11 @@ fn gige(
     _: Option<&Sensor>,
     address: std::net::Ipv4Addr,
     _: HostClock,
-) -> Result<Box<dyn FrameSource>, Failure> {
-    Err(Failure::new(
+) -> Result<Box<dyn FrameSource>, Opening> {
+    Err(Opening::Failed(Failure::new(
         format!("{address}: this program was built without GigE Vision"),
         "build it with the feature `gige`, or use --replay",
-    ))
+    )))
 }
 
 impl From<CameraError> for Failure {

@@ -20,6 +20,15 @@ use trueline_mcap::RecorderHandle;
 /// Between two looks at the screen.
 const REFRESH: Duration = Duration::from_millis(200);
 
+/// Says on its end that there is no camera any more.
+struct Blinded<'a>(&'a AtomicBool);
+
+impl Drop for Blinded<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+}
+
 /// Camera and estimate.
 pub struct LiveCell {
     camera: Option<LiveCamera>,
@@ -84,8 +93,12 @@ impl LiveCell {
                 outcome
             });
             let looking = scope.spawn(move || {
+                // Should it panic, the scan is to be stopped as well.
+                let blinded = Blinded(blind);
                 let seen = camera.as_mut().map_or(Ok(()), |camera| camera.run(handle, estimate, over));
-                blind.store(seen.is_err(), Ordering::SeqCst);
+                if seen.is_ok() {
+                    std::mem::forget(blinded);
+                }
                 seen
             });
             let estimating = estimate.map(|estimate| scope.spawn(move || estimate.run(over)));
@@ -100,15 +113,24 @@ impl LiveCell {
             drop(screen);
             let panicked = || CameraError::Io(std::io::Error::other("the camera's thread panicked"));
             let seen = looking.join().unwrap_or_else(|_| Err(panicked()));
-            if let Some(estimating) = estimating {
-                let _panicked = estimating.join();
+            if let Some(Err(_)) = estimating.map(thread::ScopedJoinHandle::join) {
+                output::words("warning: the estimate failed; what is recorded is not touched by that");
             }
             (leading.join().ok(), seen)
         })
     }
 
-    /// Says what camera and estimate came to.
-    pub fn tell(&self, camera: &Result<(), CameraError>, quiet: bool) {
+    /// Says what camera and estimate came to; whether all is well.
+    pub fn tell(&self, camera: &Result<(), CameraError>, quiet: bool) -> bool {
+        let (losses, much) = self.camera.as_ref().map(|camera| camera.counts().losses()).unwrap_or_default();
+        for loss in losses {
+            output::words(&format!("warning: {loss}"));
+        }
+        self.tell_rest(camera, quiet);
+        camera.is_ok() && !much
+    }
+
+    fn tell_rest(&self, camera: &Result<(), CameraError>, quiet: bool) {
         if let Err(error) = camera {
             output::words(&format!("warning: {error}; what was recorded is kept\n\nhint: {}", error.hint()));
         }

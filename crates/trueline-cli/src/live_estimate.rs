@@ -15,6 +15,8 @@ use trueline_dataset::{Feature, Recording, RobotSample, Sensor};
 
 /// Between estimates; never less than twice as long as one takes.
 const EVERY: Duration = Duration::from_secs(2);
+/// What is looked at, ns.
+const LONGEST_NS: i64 = 600_000_000_000;
 /// With fewer there is nothing to tell.
 const FEWEST_FEATURES: usize = 30;
 
@@ -84,6 +86,7 @@ impl LiveEstimate {
             // Overtaken frames come late.
             recording.robot.sort_by_key(|sample| sample.stamp_ns);
             recording.features.sort_by_key(|feature| feature.stamp_ns);
+            forget_old(&mut recording);
             let start = Instant::now();
             let said = self.say(&recording);
             *self.said.lock().unwrap_or_else(PoisonError::into_inner) = said;
@@ -127,6 +130,16 @@ impl LiveEstimate {
         }
         Said { line, missing }
     }
+}
+
+/// What is older than ten minutes is left to the calibration afterwards: the estimate must not grow with the night.
+fn forget_old(recording: &mut Recording) {
+    let Some(last_ns) = recording.robot.last().map(|sample| sample.stamp_ns) else { return };
+    let oldest_ns = last_ns - LONGEST_NS;
+    let robot = recording.robot.partition_point(|sample| sample.stamp_ns < oldest_ns);
+    let features = recording.features.partition_point(|feature| feature.stamp_ns < oldest_ns);
+    recording.robot.drain(..robot);
+    recording.features.drain(..features);
 }
 
 /// The largest sigma of three components, if all are seen.

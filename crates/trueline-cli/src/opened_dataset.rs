@@ -7,7 +7,7 @@ use crate::pictures::{self, Look};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
-use trueline_dataset::{Error, Problem, Recording, folder, images};
+use trueline_dataset::{Error, Problem, Recording, Sensor, folder, images};
 use trueline_mcap::{Choice, unpack};
 use trueline_vision::Joint;
 
@@ -30,7 +30,8 @@ pub fn open(path: &Path, quiet: bool) -> Result<OpenedDataset, Failure> {
                 )
             })?;
             let folder = place.path().join("dataset");
-            let unpacked = unpack(&recording, &Choice::default(), &folder)?;
+            let choice = Choice { sensor: sensor_of(&recording)?, ..Choice::default() };
+            let unpacked = unpack(&recording, &choice, &folder)?;
             tell(&unpacked, quiet);
             Ok(OpenedDataset { folder, unpacked: Some((recording, place)) })
         }
@@ -60,8 +61,14 @@ fn recording_of(path: &Path) -> Option<PathBuf> {
     if inside.exists() && !path.join("robot.csv").exists() {
         return Some(inside);
     }
-    let is_bag = path.join("metadata.yaml").exists() && !path.join("sensor.toml").exists();
+    let is_bag = path.join("metadata.yaml").exists() && !path.join("robot.csv").exists();
     is_bag.then(|| path.to_owned())
+}
+
+/// The sensor that was laid into a bag's folder.
+fn sensor_of(recording: &Path) -> Result<Option<Sensor>, Failure> {
+    let has_one = recording.is_dir() && recording.join("sensor.toml").exists();
+    Ok(if has_one { Some(folder::read_sensor(recording)?) } else { None })
 }
 
 impl OpenedDataset {

@@ -36,6 +36,9 @@ pub struct Newest {
 /// Most datagrams heard before the newest is answered: a flood must not keep the robot waiting.
 const MOST_AT_ONCE: usize = 256;
 
+/// Most datagrams left unheard at once: more than a receive buffer holds.
+const MOST_FORGOTTEN: usize = 100_000;
+
 /// A bound socket and what it knows of the robot.
 pub struct Endpoint {
     socket: StampedSocket,
@@ -94,6 +97,19 @@ impl Endpoint {
             waiting = socket.next_waiting()?;
         }
         Ok(newest)
+    }
+
+    /// Leaves what came before now unheard: it is from before anybody was there to act on it.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn forget_waiting(&mut self) -> io::Result<()> {
+        for _ in 0..MOST_FORGOTTEN {
+            if self.socket.next_waiting()?.is_none() {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// Sends a datagram.

@@ -2,7 +2,7 @@
 
 use crate::host_clock::{HostClock, Reading};
 use crate::wait;
-use socket2::{Domain, Protocol, Socket, Type};
+use socket2::{Domain, Protocol, SockRef, Socket, Type};
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
@@ -54,10 +54,11 @@ impl StampedSocket {
         let socket = Socket::new(Domain::for_address(address), Type::DGRAM, Some(Protocol::UDP))?;
         // A smaller buffer than asked for is what an unprivileged program gets; the kernel tells what it drops.
         let _ = socket.set_recv_buffer_size(BUFFER_BYTES);
-        socket.bind(&address.into())?;
         let socket = UdpSocket::from(socket);
         socket.set_nonblocking(true)?;
+        // Before it is bound: a datagram that came first would have no stamp but that of its reading.
         kernel::ask_for_stamps(&socket)?;
+        SockRef::from(&socket).bind(&address.into())?;
         Ok(Self {
             socket,
             buffer: vec![0; LONGEST_BYTES + 1].into_boxed_slice(),

@@ -225,7 +225,9 @@ impl ImportError {
             Self::ClocksApart { .. } => {
                 "37 s is the difference of TAI and UTC: one of the two is not synchronised, or counts otherwise"
             }
-            Self::NoSensor => "give it with --sensor sensor.toml",
+            Self::NoSensor => {
+                "`trueline import mcap|rosbag2 SRC --sensor sensor.toml --out DIR`; or lay sensor.toml into the bag's folder"
+            }
             Self::OtherSensor { .. } => "give the sensor that was recorded with --sensor sensor.toml",
             Self::Dataset(error) => return error.hint(),
         };

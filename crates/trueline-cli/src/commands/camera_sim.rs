@@ -67,7 +67,7 @@ fn serve(device: &DeviceHandle, args: &CameraSimArgs) {
 fn summary(device: &DeviceHandle) -> String {
     let counts = device.counts();
     format!(
-        "{} exposures, {} pictures sent, {} dropped on purpose, {} not drawn in time, {} for want of network; {} packets, {} \
+        "{} exposures, {} pictures sent, {} dropped (on purpose, or because nobody told where the robot was), {} not drawn in time, {} for want of network; {} packets, {} \
          lost on purpose, {} sent again",
         counts.exposed,
         counts.sent,
@@ -87,7 +87,12 @@ fn check(args: &CameraSimArgs) -> Result<(), Failure> {
             "`trueline camera-sim --help` explains it",
         )
     };
-    let positive = [("--fps", args.fps), ("--exposure-ms", args.exposure_ms)];
+    let positive = [
+        ("--fps", args.fps),
+        ("--exposure-ms", args.exposure_ms),
+        ("--for-s", args.for_s.unwrap_or(1.0)),
+        ("--unplug-at-s", args.unplug_at_s.unwrap_or(1.0)),
+    ];
     let not_negative = [
         ("--readout-ms", args.readout_ms),
         ("--latency-ms", args.latency_ms),
@@ -108,6 +113,12 @@ fn check(args: &CameraSimArgs) -> Result<(), Failure> {
         if !(0.0..1.0).contains(&value) {
             return Err(bad(name, "a share from 0 to less than 1", value));
         }
+    }
+    if args.exposure_ms * 1e-3 > 1.0 / args.fps {
+        return Err(bad("--exposure-ms", "less than the time between pictures", args.exposure_ms));
+    }
+    if !(100..=9200).contains(&args.packet_bytes) {
+        return Err(bad("--packet-bytes", "100 to 9200", args.packet_bytes.into()));
     }
     if !args.drift_ppm.is_finite() || args.drift_ppm.abs() > 1e4 {
         return Err(bad("--drift-ppm", "a number up to 10 000", args.drift_ppm));

@@ -14,7 +14,7 @@ use trueline_live::{Endpoint, HostClock, LinkWatch, Rejection};
 /// Runs the command.
 pub fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
     interrupt::watch()?;
-    let mut endpoint = bind(args.bind, args.robot)?;
+    let mut endpoint = bind(args.bind, args.robot, HostClock::start())?;
     let watch = listen(&mut endpoint, args)?;
     let report = watch.report();
     let heard = report.robot.is_some();
@@ -32,14 +32,14 @@ pub fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
 }
 
 /// A socket for a robot.
-pub fn bind(address: SocketAddr, robot: Option<IpAddr>) -> Result<Endpoint, Failure> {
+pub fn bind(address: SocketAddr, robot: Option<IpAddr>, clock: HostClock) -> Result<Endpoint, Failure> {
     if address.port() == 0 {
         return Err(Failure::new(
             format!("{address}: a controller cannot know which port that is"),
             "name the port that its UDPUC device has, for example 6510",
         ));
     }
-    Endpoint::bind(address, robot, HostClock::start()).map_err(|error| {
+    Endpoint::bind(address, robot, clock).map_err(|error| {
         let hint = match error.kind() {
             std::io::ErrorKind::AddrInUse => {
                 "another program listens there; end it, or use another port".to_owned()

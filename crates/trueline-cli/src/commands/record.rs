@@ -10,8 +10,8 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use trueline_live::Endpoint;
 use trueline_live::link_watch::Brief;
+use trueline_live::{Endpoint, HostClock};
 
 /// A robot that says nothing for so long has ended its program.
 const SILENCE: Duration = Duration::from_secs(5);
@@ -19,8 +19,8 @@ const SILENCE: Duration = Duration::from_secs(5);
 /// Runs the command.
 pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     let longest = match args.for_s.map(Duration::try_from_secs_f64).transpose() {
-        Ok(longest) => longest.unwrap_or(Duration::MAX),
-        Err(_) => {
+        Ok(longest) if longest != Some(Duration::ZERO) => longest.unwrap_or(Duration::MAX),
+        _ => {
             return Err(Failure::new(
                 "--for-s: expected a number of seconds above 0",
                 "for example --for-s 60",
@@ -28,9 +28,10 @@ pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
         }
     };
     interrupt::watch()?;
-    let mut endpoint = listen::bind(args.link.bind, args.link.robot)?;
+    let clock = HostClock::start();
     let sensor = args.sensor.as_deref();
-    let mut cell = LiveCell::open(&args.camera, sensor, endpoint.clock())?;
+    let mut cell = LiveCell::open(&args.camera, sensor, clock)?;
+    let mut endpoint = listen::bind(args.link.bind, args.link.robot, clock)?;
     let purpose = Purpose {
         out: &args.out,
         sensor,
@@ -51,8 +52,8 @@ pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     if let Err(error) = &heard {
         output::words(&format!("warning: {}: {error}; the recording is kept", args.link.bind));
     }
-    cell.tell(&seen, args.quiet);
-    conclude(&finished, heard.is_ok() && seen.is_ok(), args.quiet)
+    let seen = cell.tell(&seen, args.quiet);
+    conclude(&finished, heard.is_ok() && seen, args.quiet)
 }
 
 /// Hears until told to stop, until time is up, or until the robot or the camera has ended.

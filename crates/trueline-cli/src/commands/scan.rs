@@ -19,7 +19,7 @@ use trueline_live::link_watch::Brief;
 use trueline_live::motion::{
     CheckedPath, Ending, Gate, GateState, MotionLimits, Phase, Wish, limits, propose,
 };
-use trueline_live::{Guide, Heard, ReplyTimes};
+use trueline_live::{Guide, Heard, HostClock, ReplyTimes};
 use trueline_mcap::NoteLevel;
 
 /// Runs the command.
@@ -45,7 +45,7 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
         output::data(&format!("{plan}Nothing moves: this was the dry run.{}", next_step(args)))?;
         return Ok(ExitCode::SUCCESS);
     };
-    let endpoint = listen::bind(bind, args.robot)?;
+    let mut endpoint = listen::bind(bind, args.robot, HostClock::start())?;
     if out.join(RECORDING).exists() {
         return Err(Error::in_file(&out.join(RECORDING), Problem::AlreadyExists).into());
     }
@@ -61,6 +61,9 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
         estimate: cell.estimate(),
     };
     let recording = LiveRecording::create(purpose, endpoint.clock())?;
+    endpoint
+        .forget_waiting()
+        .map_err(|error| Failure::new(format!("{bind}: {error}"), "did the network go away?"))?;
     let gate = Gate::new(limits, path, args.timeout_s);
     let patience =
         Patience { armed: Duration::from_secs_f64(args.armed_s), hold: Duration::from_secs_f64(args.hold_s) };
@@ -260,8 +263,8 @@ fn lead(
     if !hurried && !args.quiet {
         output::words("warning: no real-time priority (needs CAP_SYS_NICE); a busy PC may pause the scan");
     }
-    cell.tell(&seen, args.quiet);
-    conclude(outcome, watching, seen.is_ok(), args)
+    let seen = cell.tell(&seen, args.quiet);
+    conclude(outcome, watching, seen, args)
 }
 
 /// What Ctrl-C means; a scan that is not seen or not recorded any more is stopped as well.
