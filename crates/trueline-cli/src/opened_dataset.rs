@@ -16,12 +16,13 @@ pub struct OpenedDataset {
     folder: PathBuf,
     /// The recording it was unpacked from, and the folder that goes when this goes.
     unpacked: Option<(PathBuf, TempDir)>,
+    stamp_meaning: Option<String>,
 }
 
 /// Opens a dataset folder, a recording, or a folder that has a recording and nothing else yet.
 pub fn open(path: &Path, quiet: bool) -> Result<OpenedDataset, Failure> {
     match recording_of(path) {
-        None => Ok(OpenedDataset { folder: path.to_owned(), unpacked: None }),
+        None => Ok(OpenedDataset { folder: path.to_owned(), unpacked: None, stamp_meaning: None }),
         Some(recording) => {
             let place = tempfile::tempdir().map_err(|error| {
                 Failure::new(
@@ -33,7 +34,8 @@ pub fn open(path: &Path, quiet: bool) -> Result<OpenedDataset, Failure> {
             let choice = Choice { sensor: sensor_of(&recording)?, ..Choice::default() };
             let unpacked = unpack(&recording, &choice, &folder)?;
             tell(&unpacked, quiet);
-            Ok(OpenedDataset { folder, unpacked: Some((recording, place)) })
+            let stamp_meaning = unpacked.stamp_meaning;
+            Ok(OpenedDataset { folder, unpacked: Some((recording, place)), stamp_meaning })
         }
     }
 }
@@ -75,6 +77,11 @@ impl OpenedDataset {
     /// Its folder.
     pub fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// What its stamps mean, where the recording says so.
+    pub fn stamp_meaning(&self) -> Option<&str> {
+        self.stamp_meaning.as_deref()
     }
 
     /// Finds the features of a dataset that has pictures only, and keeps them in its folder.

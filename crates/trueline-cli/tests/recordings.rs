@@ -132,6 +132,7 @@ fn a_recording_calibrates_like_the_dataset_it_came_from() {
         for key in ["time_offset_s", "tool_from_camera", "lines", "sigma", "residuals"] {
             assert_eq!(from_folder[key], from_file[key], "{preset}: {key}");
         }
+        assert_eq!(from_file["stamps"]["meaning"], "simulated");
         assert_eq!(from_file["inputs"].as_object().unwrap().keys().collect::<Vec<_>>(), [&file]);
     }
 }

@@ -1,7 +1,10 @@
 //! Whatever is heard, no command outside the limits leaves the gate; and every kind of exit ends in rest.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
+mod common;
+
+use common::limits;
+use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use trueline_dataset::RobotSample;
 use trueline_geometry::{Pose, so3};
@@ -13,23 +16,6 @@ use trueline_live::motion::{
 
 const PERIOD_S: f64 = 0.004_032;
 const PERIOD_NS: i64 = 4_032_000;
-
-fn limits() -> MotionLimits {
-    MotionLimits {
-        box_m: [Vector3::new(0.7, -0.2, 0.4), Vector3::new(1.3, 0.2, 0.8)],
-        tool_axis: UnitVector3::new_normalize(-Vector3::z()),
-        cone_rad: 0.6,
-        speed_m_s: 0.12,
-        acceleration_m_s2: 0.6,
-        jerk_m_s3: 8.0,
-        turn_rad_s: 0.6,
-        turn_acceleration_rad_s2: 3.0,
-        deviation_m: 0.03,
-        deviation_rad: 0.2,
-        start_m: 0.01,
-        start_rad: 0.05,
-    }
-}
 
 /// An S of 6 s that begins and ends in the midst of motion: the gate has to start and stop it.
 fn s_path(scale: f64) -> Vec<RobotSample> {

@@ -1,7 +1,10 @@
 //! The gate leads the simulated controller, over good networks and bad ones.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use nalgebra::{UnitVector3, Vector3};
+mod common;
+
+use common::limits;
+use nalgebra::Vector3;
 use std::net::SocketAddr;
 use std::thread;
 use std::time::Duration;
@@ -13,27 +16,8 @@ use trueline_live::controller::{
 };
 use trueline_live::egm::SensorMessage;
 use trueline_live::guide::{self, Answer, Onlooker, Patience};
-use trueline_live::motion::{
-    CheckedPath, Ending, Gate, GateState, HeardFrame, Input, MotionLimits, Phase, Wish,
-};
+use trueline_live::motion::{CheckedPath, Ending, Gate, GateState, HeardFrame, Input, Phase, Wish};
 use trueline_live::{Endpoint, Guide, Heard, HostClock, Intake, Standing};
-
-fn limits() -> MotionLimits {
-    MotionLimits {
-        box_m: [Vector3::new(0.7, -0.2, 0.4), Vector3::new(1.3, 0.2, 0.8)],
-        tool_axis: UnitVector3::new_normalize(-Vector3::z()),
-        cone_rad: 0.6,
-        speed_m_s: 0.12,
-        acceleration_m_s2: 0.6,
-        jerk_m_s3: 8.0,
-        turn_rad_s: 0.6,
-        turn_acceleration_rad_s2: 3.0,
-        deviation_m: 0.03,
-        deviation_rad: 0.2,
-        start_m: 0.01,
-        start_rad: 0.05,
-    }
-}
 
 fn s_path(duration_s: f64) -> Vec<RobotSample> {
     let down = so3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0));

@@ -45,7 +45,11 @@ fn write_results(
     calibration: &Calibration,
 ) -> Result<(), Failure> {
     if let Some(file) = &args.json {
-        output::json(file, &format!("{:#}", json::result(calibration)))?;
+        let mut result = json::result(calibration);
+        if let Some(meaning) = opened.stamp_meaning() {
+            result["stamps"]["meaning"] = meaning.into();
+        }
+        output::json(file, &format!("{result:#}"))?;
     }
     let source = Source {
         calibration,
