@@ -21,6 +21,9 @@ pub struct Observation {
     pub line: u32,
     /// Row of the feature in the recording, from 0.
     pub row: u32,
+    /// Standard deviation of the pixel that it was, mean (geometric) of u and v, px; 0 where features are lengths. Single
+    /// precision: there is room for it.
+    pub sigma_px: f32,
     /// The point in the camera frame, m.
     pub point_in_camera: Vector3<f64>,
     /// Covariance of the measurement in the sheet, m²: \[xx, xy, yy\].
@@ -38,8 +41,8 @@ pub struct Observations {
     pub list: Vec<Observation>,
     /// Number of lines.
     pub line_count: usize,
-    /// Standard deviation that one pixel of residual stands for; `None` where features are lengths.
-    pub sigma_px: Option<f64>,
+    /// Whether features are pixels.
+    pub are_pixels: bool,
     /// RMS of the points about the sheet that was fitted to them, m; `None` where the sheet was given.
     pub sheet_fit_rms_m: Option<f64>,
     /// Features that could not be used, by reason.
@@ -102,6 +105,7 @@ fn observe_on(
     let mut list = Vec::with_capacity(recording.features.len());
     let mut frame = 0;
     let mut image = Image::default();
+    let are_pixels = matches!(recording.sensor, Sensor::CameraLaser { .. });
     for (row, feature) in recording.features.iter().enumerate() {
         if image.repeats(feature) {
             *skipped.entry(SKIP_REPEATED).or_insert(0) += 1;
@@ -114,6 +118,7 @@ fn observe_on(
                 frame,
                 line: feature.line,
                 row: row as u32,
+                sigma_px: pixel_sigma(feature, are_pixels, config),
                 point_in_camera,
                 covariance: [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]],
             }),
@@ -121,8 +126,7 @@ fn observe_on(
         }
     }
     let line_count = count_lines(&list)?;
-    let sigma_px = matches!(recording.sensor, Sensor::CameraLaser { .. }).then_some(config.feature_sigma_px);
-    Ok(Observations { robot, sheet, list, line_count, sigma_px, sheet_fit_rms_m, skipped })
+    Ok(Observations { robot, sheet, list, line_count, are_pixels, sheet_fit_rms_m, skipped })
 }
 
 /// What the rows of one image have said so far.
@@ -198,6 +202,11 @@ fn lift(
         (Measured::Point(point), _) => Ok((Vector3::from(point), squared(sigma_m()))),
         (Measured::Pixel(_), _) => Err(SKIP_NO_RAY),
     }
+}
+
+fn pixel_sigma(feature: &Feature, are_pixels: bool, config: &Config) -> f32 {
+    let sigma = feature.sigma.map_or(config.feature_sigma_px, |[u, v]| (u * v).sqrt());
+    if are_pixels { sigma as f32 } else { 0.0 }
 }
 
 fn count_lines(list: &[Observation]) -> Result<usize, Error> {

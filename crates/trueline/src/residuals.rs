@@ -93,14 +93,15 @@ pub fn evaluate(
         let whitened = whitener.apply(&residual);
         let squared = whitened.norm_squared();
         let in_sheet = linear.as_ref().map(|(jacobian, _)| jacobian.residual);
-        let to_px = |sigma: f64| Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet?) * sigma);
+        let to_px =
+            || Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet?) * f64::from(o.sigma_px));
         list.push(FeatureResidual {
             row: o.row,
             line: o.line,
             stamp_s: o.stamp_s,
             point_in_base,
             offset_m,
-            residual_px: observations.sigma_px.and_then(to_px),
+            residual_px: observations.are_pixels.then(to_px).flatten(),
             in_sheet_m: in_sheet,
             crossing_m_s: linear.as_ref().map(|(jacobian, _)| jacobian.d_time_offset),
             whitened,

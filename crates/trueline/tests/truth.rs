@@ -188,3 +188,19 @@ fn holding_the_time_offset_at_zero_shows_what_it_costs() {
     assert_eq!(held.parameters.tool_from_camera, truth.tool_from_camera);
     assert!(calibrate(&recording, None, &config).is_err());
 }
+
+/// The residual in the image is in pixels, whatever the features say of their own noise.
+#[test]
+fn pixels_are_pixels_whatever_sigma_the_features_state() {
+    let mut recording = simulate(&Preset::Quick.scenario(), 3).unwrap();
+    let rms_px = |recording: &Recording| {
+        calibrate(recording, None, &Config::default()).unwrap().residuals.rms_px.unwrap()
+    };
+    let unstated = rms_px(&recording);
+    for feature in &mut recording.features {
+        feature.sigma = Some([0.03; 2]);
+    }
+    let stated = rms_px(&recording);
+    // The weights are the same for all, so is the optimum but for what the robot's noise is taken to share in it.
+    assert!((stated / unstated - 1.0).abs() < 0.1, "{stated} px and {unstated} px");
+}
