@@ -34,6 +34,12 @@ pub fn open(path: &Path, quiet: bool) -> Result<OpenedDataset, Failure> {
             let choice = Choice { sensor: sensor_of(&recording)?, ..Choice::default() };
             let unpacked = unpack(&recording, &choice, &folder)?;
             tell(&unpacked, quiet);
+            if unpacked.frames == 0 && unpacked.features == 0 {
+                return Err(Failure::new(
+                    format!("{}: there are neither pictures nor seam points in it", recording.display()),
+                    "record the camera as well: `trueline record --camera IP --sensor sensor.toml`",
+                ));
+            }
             let stamp_meaning = unpacked.stamp_meaning;
             Ok(OpenedDataset { folder, unpacked: Some((recording, place)), stamp_meaning })
         }

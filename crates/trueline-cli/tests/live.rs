@@ -173,6 +173,8 @@ fn listen_tells_who_talks_and_says_what_to_look_at_when_nobody_does() {
     assert_eq!(robot_heard["robotware"], "RobotWare 6.10 or later");
     assert!((robot_heard["period_s"].as_f64().unwrap() - 0.004_032).abs() < 2e-6);
     assert!(robot_heard["lost"].as_u64().unwrap() > 0);
+    // 200 ppm of the second between the quickest frames of both ends, to some 0.05 ms of the machine's.
+    assert!((robot_heard["clock_drift_ppm"].as_f64().unwrap() + 200.0).abs() < 150.0, "{robot_heard}");
     assert!(robot_heard["state"].as_str().unwrap().contains("streaming only"));
     assert!(ended(robot).contains("frames sent"));
 

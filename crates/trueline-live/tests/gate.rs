@@ -158,6 +158,13 @@ fn begins_where_the_robot_is() {
         assert!((sent.base_from_tool.translation.vector - start.translation.vector).norm() < 1e-5);
         assert!(sent.base_from_tool.rotation.angle_to(&start.rotation) < 1e-5);
     }
+    // And the ride goes on from there: it has hardly begun to move after ten frames.
+    robot.go(40);
+    let first = robot.sent.iter().position(|(_, sent)| !sent.is_rest()).unwrap();
+    for (_, sent) in &robot.sent[first..first + 5] {
+        assert!((sent.base_from_tool.translation.vector - start.translation.vector).norm() < 1e-4);
+        assert!(sent.base_from_tool.rotation.angle_to(&start.rotation) < 1e-3);
+    }
     robot.go(2500);
     assert_eq!(robot.ending(), Some(Ending::Travelled));
 }

@@ -17,7 +17,7 @@ use trueline_dataset::{Error, Problem, RobotSample};
 use trueline_live::guide::{Answer, Onlooker, Outcome, Patience};
 use trueline_live::link_watch::Brief;
 use trueline_live::motion::{
-    CheckedPath, Ending, Gate, GateState, MotionLimits, Phase, Wish, limits, propose,
+    CheckedPath, Ending, Gate, GateState, MotionLimits, PathError, Phase, Wish, limits, propose,
 };
 use trueline_live::{Guide, Heard, HostClock, ReplyTimes};
 use trueline_mcap::NoteLevel;
@@ -26,11 +26,16 @@ use trueline_mcap::NoteLevel;
 pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
     check(args)?;
     let poses = path_file::read(&args.path)?;
-    let refused = |error: trueline_live::motion::PathError| {
-        Failure::new(
-            format!("{}: {error}", path_file::file(&args.path).display()),
-            "plan within the limits, travel more slowly (--pace), or widen them (--write-limits shows what it takes)",
-        )
+    let refused = |error: PathError| {
+        let hint = match error {
+            PathError::TooShort { .. } | PathError::TimeStands { .. } | PathError::Attitude { .. } => {
+                "a path is what `trueline plan` writes, or a robot.csv with poses at rising times"
+            }
+            _ => {
+                "plan within the limits, travel more slowly (--pace), or widen them (--write-limits shows what it takes)"
+            }
+        };
+        Failure::new(format!("{}: {error}", path_file::file(&args.path).display()), hint)
     };
     if let Some(file) = &args.write_limits {
         return write_limits(file, &propose::limits_for(&poses, args.pace).map_err(refused)?);
