@@ -35,7 +35,7 @@ done
 {
     echo "### Growing scans"
     echo
-    CARGO_TARGET_DIR=$build/root cargo run --release --quiet --manifest-path "$here/../../Cargo.toml" -p trueline --example scaling
+    CARGO_TARGET_DIR=$build/root cargo run --release --quiet --manifest-path "$here/../../Cargo.toml" -p trueline-method --example scaling
     cat "$here/limits.md" "$here/vision.md"
 } >> "$report"
 cp "$report" "$here/../../BENCHMARKS.md"

@@ -46,8 +46,8 @@ impl From<trueline_dataset::Error> for Failure {
     }
 }
 
-impl From<trueline::Error> for Failure {
-    fn from(error: trueline::Error) -> Self {
+impl From<trueline_method::Error> for Failure {
+    fn from(error: trueline_method::Error) -> Self {
         Self::new(error.to_string(), error.hint())
     }
 }

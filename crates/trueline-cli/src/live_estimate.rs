@@ -9,9 +9,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
-use trueline::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
-use trueline::{Calibration, Config, Requirement, Status};
 use trueline_dataset::{Feature, Recording, RobotSample, Sensor};
+use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
+use trueline_method::{Calibration, Config, Requirement, Status};
 
 /// Between estimates; never less than twice as long as one takes.
 const EVERY: Duration = Duration::from_secs(2);
@@ -100,7 +100,7 @@ impl LiveEstimate {
             let line = format!("{count} seam points; {FEWEST_FEATURES} are needed to begin with");
             return Said { line, ..Said::default() };
         }
-        match trueline::calibrate(recording, None, &Config::default()) {
+        match trueline_method::calibrate(recording, None, &Config::default()) {
             Ok(calibration) => self.said_by(&calibration, count),
             Err(error) => Said { line: format!("{count} seam points; {error}"), ..Said::default() },
         }

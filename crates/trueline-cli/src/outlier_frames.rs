@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use std::path::Path;
-use trueline::Calibration;
 use trueline_dataset::{GrayImage, Measured, Pixels, Recording, gray_png, images};
+use trueline_method::Calibration;
 use trueline_report::calibration_page::FramePicture;
 use trueline_vision::overlay::Canvas;
 

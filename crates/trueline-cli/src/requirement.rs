@@ -1,7 +1,7 @@
 //! `--require` and `--want`: time=0.1ms,translation=0.1mm,rotation=0.05deg.
 
 use crate::failure::Failure;
-use trueline::Requirement;
+use trueline_method::Requirement;
 
 /// Units of each quantity and their size in SI.
 const UNITS: [(&str, &[(&str, f64)]); 3] = [

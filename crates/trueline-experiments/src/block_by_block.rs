@@ -7,8 +7,8 @@
 //! Only every tenth image is used. Lengths are millimetres here, because μI makes the way depend on units.
 
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
-use trueline::observations::Observations;
 use trueline_geometry::{OrthonormalLine, Pose, se3, so3};
+use trueline_method::input::observations::Observations;
 
 /// Which derivative with respect to the time offset is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -240,8 +240,8 @@ mod tests {
     use super::*;
     use crate::convergence::papers_start;
     use crate::settings::Settings;
-    use trueline::sampling::Sampling;
-    use trueline::{Config, ResidualKind, initial, observations};
+    use trueline_method::input::timestamps::Sampling;
+    use trueline_method::{Config, ResidualKind, input::observations, solve::start};
     use trueline_sim::simulate;
 
     fn scan() -> (Observations, State) {
@@ -256,7 +256,7 @@ mod tests {
         let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
         let observed = observations::observe(&recording, &sampling, &config).unwrap();
         let start = papers_start(&recording.truth.unwrap().parameters);
-        let line = initial::from_guess(&observed, &start).unwrap().lines[0].to_pluecker();
+        let line = start::from_guess(&observed, &start).unwrap().lines[0].to_pluecker();
         let line = line.to_orthonormal().unwrap();
         let state = State { time_offset_s: 0.011, tool_from_camera: start.tool_from_camera, line };
         (observed, state)

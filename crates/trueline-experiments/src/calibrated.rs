@@ -5,8 +5,8 @@ use crate::convergence::{blocks, papers_start};
 use crate::published::{TIME_OFFSET_ERROR_S, TRANSLATION_ERROR_M};
 use crate::settings::Settings;
 use nalgebra::Vector3;
-use trueline::{Config, Error, Hold, ResidualKind, calibrate};
 use trueline_dataset::Guess;
+use trueline_method::{Config, Error, Hold, ResidualKind, calibrate};
 use trueline_sim::{Scenario, simulate};
 
 /// A calibration and how it came about.

@@ -3,11 +3,13 @@
 use crate::block_by_block::{self, State, TimeJacobian};
 use crate::settings::Settings;
 use nalgebra::Vector3;
-use trueline::calibration::IterationRecord;
-use trueline::sampling::Sampling;
-use trueline::{Calibration, Config, Error, ResidualKind, calibrate, initial, observations};
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::{PlueckerLine, Pose, se3};
+use trueline_method::calibration::IterationRecord;
+use trueline_method::input::timestamps::Sampling;
+use trueline_method::{
+    Calibration, Config, Error, ResidualKind, calibrate, input::observations, solve::start,
+};
 use trueline_sim::simulate;
 
 /// The unknowns at one step.
@@ -111,7 +113,7 @@ pub fn blocks(
     let config = Config { residual: ResidualKind::PointToLine, ..Config::default() };
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
     let observed = observations::observe(recording, &sampling, &config)?;
-    let from = initial::from_guess(&observed, start)?;
+    let from = start::from_guess(&observed, start)?;
     let line =
         from.lines.first().and_then(|line| line.to_pluecker().to_orthonormal()).ok_or(Error::NoStart)?;
     let start = State { time_offset_s: start.time_offset_s, tool_from_camera: start.tool_from_camera, line };

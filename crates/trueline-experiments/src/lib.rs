@@ -36,7 +36,10 @@ pub struct Reproduction {
 ///
 /// # Errors
 /// What calibrating a simulated scan says; none of them should.
-pub fn reproduce(settings: &Settings, mut tick: impl FnMut(&str)) -> Result<Reproduction, trueline::Error> {
+pub fn reproduce(
+    settings: &Settings,
+    mut tick: impl FnMut(&str),
+) -> Result<Reproduction, trueline_method::Error> {
     let (convergence, truth) = convergence::run(settings)?;
     tick("convergence");
     let mut welds = Vec::new();

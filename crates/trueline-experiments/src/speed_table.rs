@@ -2,9 +2,9 @@
 
 use crate::settings::Settings;
 use nalgebra::Vector3;
-use trueline::evaluate::Figures;
-use trueline::{Config, Error, calibrate, seam_points};
 use trueline_dataset::Guess;
+use trueline_method::evaluate::evaluation::Figures;
+use trueline_method::{Config, Error, calibrate, evaluate::seam_points};
 use trueline_sim::scenario::Sine;
 use trueline_sim::{KnownScan, Weld, WeldScan, scan_weld, simulate};
 

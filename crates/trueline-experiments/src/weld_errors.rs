@@ -4,10 +4,10 @@
 use crate::calibrated::{self, Calibrated};
 use crate::settings::Settings;
 use nalgebra::{UnitVector3, Vector3};
-use trueline::evaluate::Figures;
-use trueline::reference_curve::ReferenceCurve;
-use trueline::{Config, Error, seam_points};
 use trueline_geometry::{Circle, Line};
+use trueline_method::evaluate::evaluation::Figures;
+use trueline_method::evaluate::reference_curve::ReferenceCurve;
+use trueline_method::{Config, Error, evaluate::seam_points};
 use trueline_sim::scenario::Sine;
 use trueline_sim::{KnownScan, Scenario, Weld, WeldScan, scan_weld};
 

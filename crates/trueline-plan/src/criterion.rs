@@ -1,8 +1,8 @@
 //! What makes one scan better than another.
 
 use nalgebra::SMatrix;
-use trueline::Requirement;
-use trueline::parameters::{LINES, ROTATION, TRANSLATION};
+use trueline_method::Requirement;
+use trueline_method::problem::parameters::{LINES, ROTATION, TRANSLATION};
 
 /// Covariance of time offset and hand-eye.
 pub type SensorCovariance = SMatrix<f64, LINES, LINES>;

@@ -7,12 +7,12 @@ use crate::cell::Cell;
 use crate::criterion::SensorCovariance;
 use crate::motion::Motion;
 use nalgebra::{DMatrix, Matrix2, Matrix2x3, Point3, SMatrix, Vector3};
-use trueline::noise_levels::{NoiseLevels, Whitener};
-use trueline::observability::RANK_THRESHOLD;
-use trueline::parameters::LINES;
 use trueline_dataset::Sensor;
 use trueline_geometry::{Line, Pose, smooth, so3};
 use trueline_lsq::Information;
+use trueline_method::assess::observability::RANK_THRESHOLD;
+use trueline_method::input::noise_levels::{NoiseLevels, Whitener};
+use trueline_method::problem::parameters::LINES;
 use trueline_model::{LaserSheet, Placement, ResidualJacobian, sheet_residual};
 
 /// Unknowns of a scan of one line.
@@ -24,7 +24,7 @@ pub type FrameInformation = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
 /// Standard deviations that a scan promises.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
-    /// Covariance of time offset and hand-eye, in the order and units of [`trueline::parameters`].
+    /// Covariance of time offset and hand-eye, in the order and units of [`trueline_method::problem::parameters`].
     pub covariance: SensorCovariance,
     /// Directions that the scan shows, of [`UNKNOWNS`].
     pub rank: usize,

@@ -109,8 +109,12 @@ fn check_view(cell: &Cell, plan: &Plan, seeds: std::ops::Range<u64>) {
             assert!(room > margin_px - SECOND_ORDER_PX, "{u} {v} with guess {seed}");
         }
         let truth_guess = recording.truth.as_ref().unwrap().parameters;
-        let placed =
-            trueline::seam_points::place(&recording, &truth_guess, &trueline::Config::default()).unwrap();
+        let placed = trueline_method::evaluate::seam_points::place(
+            &recording,
+            &truth_guess,
+            &trueline_method::Config::default(),
+        )
+        .unwrap();
         let along = truth.1.direction().unwrap();
         for point in &placed.list {
             let at = along.dot(&(point.point_in_base - truth.1.from_m));

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use std::fmt::Write;
-use trueline::doctor::{Diagnosis, Outcome};
+use trueline_method::diagnose::doctor::{Diagnosis, Outcome};
 
 /// The diagnosis in a few lines of plain text.
 #[must_use]

@@ -2,9 +2,9 @@
 
 use serde_json::{Value, json};
 use std::fmt::Write;
-use trueline::evaluate::{Deviation, Evaluation, Figures};
-use trueline::reference_curve::ReferenceCurve;
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures};
+use trueline_method::evaluate::reference_curve::ReferenceCurve;
 
 /// The two rows of every evaluation.
 fn rows(e: &Evaluation) -> [(&'static str, &'static str, Figures); 2] {

@@ -4,8 +4,8 @@ use crate::evaluated;
 use crate::page::{
     Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Verdict, render,
 };
-use trueline::evaluate::{Deviation, Evaluation, Figures};
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures};
 
 /// Renders the report.
 #[must_use]

@@ -4,9 +4,9 @@
 
 use crate::trust;
 use serde_json::{Map, Value, json};
-use trueline::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
-use trueline::{Calibration, Status};
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use trueline_method::{Calibration, Status};
 
 /// Version of the schema below.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -86,7 +86,7 @@ fn sigma(c: &Calibration) -> Value {
 
 /// Names and covariance in the units of the names: lengths in mm, angles in rad, time in s.
 fn covariance(c: &Calibration) -> Value {
-    let names = trueline::parameters::names(c.parameters.lines.len());
+    let names = trueline_method::problem::parameters::names(c.parameters.lines.len());
     let scale = |name: &str| if name.ends_with("_m") { MM_PER_M } else { 1.0 };
     let wire_name = |name: &String| match name.strip_suffix("_m") {
         Some(stem) => format!("{stem}_mm"),
@@ -115,7 +115,7 @@ fn observability(c: &Calibration) -> Value {
         "rank": o.rank,
         "size": o.size,
         "condition": o.condition.is_finite().then_some(o.condition),
-        "threshold": trueline::observability::RANK_THRESHOLD,
+        "threshold": trueline_method::assess::observability::RANK_THRESHOLD,
         "unobservable": unobservable,
         "held_at_guess": c.held_at_guess,
     })
@@ -167,7 +167,7 @@ fn iterations(c: &Calibration) -> Vec<Value> {
 
 /// The options of a calibration.
 #[must_use]
-pub fn options(config: &trueline::Config) -> Value {
+pub fn options(config: &trueline_method::Config) -> Value {
     let mut options = Map::new();
     options.insert("residual".into(), json!(config.residual.name()));
     options.insert("loss".into(), json!(format!("{:?}", config.final_loss())));

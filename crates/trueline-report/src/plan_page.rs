@@ -6,9 +6,9 @@ use crate::page::{
 };
 use crate::planned::{self, Source};
 use nalgebra::{Point3, Vector3};
-use trueline::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Pose;
+use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::demands::Demand;
 use trueline_plan::demands::worst_room;
 use trueline_plan::prediction::{Sight, Truth};

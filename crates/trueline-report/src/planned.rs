@@ -3,8 +3,8 @@
 use crate::number::digits_for;
 use serde_json::{Value, json};
 use std::fmt::Write;
-use trueline::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::demands::Demand;
 use trueline_plan::design::Sweep;
 use trueline_plan::{Cell, Goal, Plan, Prediction};

@@ -2,10 +2,10 @@
 
 use crate::page::{Table, TableRow};
 use std::fmt::Write;
-use trueline::evaluate::Figures;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_experiments::published::{self, TABLE_I};
 use trueline_experiments::{Reproduction, Step, Track, WeldErrors, WeldKind};
+use trueline_method::evaluate::evaluation::Figures;
 
 /// All tables as markdown.
 #[must_use]

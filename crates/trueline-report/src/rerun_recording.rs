@@ -8,9 +8,9 @@ use rerun::{
     Color, LineStrips3D, Points3D, Quaternion, RecordingStream, RecordingStreamBuilder, Scalars, Transform3D,
 };
 use std::path::Path;
-use trueline::residuals::FeatureResidual;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Pose;
+use trueline_method::assess::residuals::FeatureResidual;
 
 /// Poses that are written.
 const POSES: usize = 5000;

@@ -2,13 +2,13 @@
 
 use crate::number::{digits_for, with_sigma};
 use std::fmt::Write;
-use trueline::at_torch::AtTorch;
-use trueline::held_out::HeldOut;
-use trueline::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
-use trueline::residuals::FeatureResidual;
-use trueline::sampling::StampReport;
-use trueline::{Calibration, Hold, Status};
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::assess::cross_validation::HeldOut;
+use trueline_method::assess::residuals::FeatureResidual;
+use trueline_method::assess::seam_point_error::AtTorch;
+use trueline_method::input::timestamps::StampReport;
+use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use trueline_method::{Calibration, Hold, Status};
 
 const MS_PER_S: f64 = 1e3;
 
@@ -166,7 +166,7 @@ fn over_time(c: &Calibration) -> Option<String> {
         *sum = (sum.0 + f.offset_m.norm_squared(), sum.1 + 1);
     }
     let rms = |(sum, count): &(f64, usize)| (*count > 0).then(|| (sum / *count as f64).sqrt());
-    let typical = trueline::order_statistics::median(sums.iter().filter_map(rms))?;
+    let typical = trueline_method::order_statistics::median(sums.iter().filter_map(rms))?;
     let bar = |part: &(f64, usize)| match rms(part) {
         None => ' ',
         Some(rms) => {

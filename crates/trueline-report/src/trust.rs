@@ -1,12 +1,12 @@
 //! What a result was checked against, as JSON: stamps, clocks, other minima, held-out parts, use.
 
 use serde_json::{Value, json};
-use trueline::Calibration;
-use trueline::disruption::{Cause, Disruption};
-use trueline::held_out::HeldOut;
-use trueline::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
-use trueline::sampling::StampReport;
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::Calibration;
+use trueline_method::assess::cross_validation::HeldOut;
+use trueline_method::assess::outlier_segments::{Cause, Disruption};
+use trueline_method::input::timestamps::StampReport;
+use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 
 /// Stamps of both streams. Times in the result are seconds since `zero_s`, the stamp of the first robot row.
 #[must_use]
@@ -65,7 +65,7 @@ pub fn checks(c: &Calibration) -> Value {
 }
 
 fn held_out(check: &HeldOut) -> Value {
-    let part = |p: &trueline::held_out::Part| {
+    let part = |p: &trueline_method::assess::cross_validation::Part| {
         let three = |first: usize, scale: f64| [0, 1, 2].map(|k| p.moved[first + k] * scale);
         json!({
             "span_s": p.span_s,

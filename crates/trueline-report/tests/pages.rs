@@ -1,8 +1,8 @@
 //! What the report of a calibration shows, as numbers.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use trueline::{Calibration, Config, Hold, calibrate};
 use trueline_dataset::Recording;
+use trueline_method::{Calibration, Config, Hold, calibrate};
 use trueline_report::calibration_page::{Source, html, page};
 use trueline_report::page::{Block, Drawn, Page, Series};
 use trueline_sim::{Preset, simulate};

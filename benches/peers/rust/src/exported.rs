@@ -2,9 +2,9 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use std::io::Write;
-use trueline::noise_levels::Whitener;
-use trueline::problem::LineProblem;
-use trueline::{Observation, Parameters};
+use trueline_method::input::noise_levels::Whitener;
+use trueline_method::problem::line_problem::LineProblem;
+use trueline_method::{Observation, Parameters};
 use trueline_geometry::Segment;
 
 /// Little-endian f64 throughout: counts (observations, lines, segments), sheet (x, y, n, origin), start (offset, rotation

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use tiny_nalgebra::{self as na, DVector, Matrix3, RealField, Vector3};
 use tiny_solver::Optimizer;
-use trueline::Parameters;
-use trueline::problem::LineProblem;
+use trueline_method::Parameters;
+use trueline_method::problem::line_problem::LineProblem;
 use trueline_geometry::Segment;
 
 struct Sighting {

@@ -9,9 +9,9 @@ use crate::output;
 use crate::requirement;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline::{Calibration, Config, Hold, ResidualKind, Stamps, Status, Use};
 use trueline_dataset::{Error, Guess, Problem, Recording, known_toml};
 use trueline_lsq::Loss;
+use trueline_method::{Calibration, Config, Hold, ResidualKind, Stamps, Status, Use};
 use trueline_report::calibration_page::{self, Source};
 use trueline_report::{json, summary};
 
@@ -25,7 +25,7 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         Some(file) => Some(read_guess(file)?),
         None => recording.initial,
     };
-    let calibration = trueline::calibrate(&recording, initial.as_ref(), &config)?;
+    let calibration = trueline_method::calibrate(&recording, initial.as_ref(), &config)?;
     write_results(args, &opened, &recording, &calibration)?;
     Ok(exit_code(&calibration))
 }

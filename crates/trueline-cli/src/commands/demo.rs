@@ -6,9 +6,9 @@ use crate::output;
 use std::fmt::Write;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline::{Calibration, Config};
 use trueline_dataset::Truth;
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::{Calibration, Config};
 use trueline_report::calibration_page::{self, Source};
 use trueline_report::summary;
 use trueline_sim::{Preset, simulate};
@@ -20,7 +20,7 @@ pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
     let scenario = Preset::Quick.scenario();
     let recording = simulate(&scenario, args.seed)
         .ok_or_else(|| Failure::new("the demo has no line", "this is a bug of trueline"))?;
-    let calibration = trueline::calibrate(&recording, None, &Config::default())?;
+    let calibration = trueline_method::calibrate(&recording, None, &Config::default())?;
     let folder = Path::new(FOLDER);
     std::fs::create_dir_all(folder).map_err(|error| Failure::cannot_write(folder, &error))?;
     let report = folder.join("report.html");

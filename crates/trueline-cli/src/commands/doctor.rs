@@ -6,7 +6,7 @@ use crate::opened_dataset;
 use crate::output;
 use std::io::IsTerminal;
 use std::process::ExitCode;
-use trueline::{Config, doctor};
+use trueline_method::{Config, diagnose::doctor};
 use trueline_report::diagnosis;
 
 /// Runs the command.

@@ -5,9 +5,9 @@ use crate::failure::Failure;
 use crate::opened_dataset;
 use crate::output;
 use std::process::ExitCode;
-use trueline::evaluate::evaluate;
-use trueline::reference_curve::{Form, ReferenceCurve};
 use trueline_dataset::{Reference, calibration_file, reference_file};
+use trueline_method::evaluate::evaluation::evaluate;
+use trueline_method::evaluate::reference_curve::{Form, ReferenceCurve};
 use trueline_report::{evaluated, evaluation_page};
 
 /// Runs the command.

@@ -3,7 +3,7 @@
 use super::Source;
 use crate::json;
 use crate::page::Block;
-use trueline::Config;
+use trueline_method::Config;
 
 const FRAMES: &str = include_str!("../../assets/frames.svg");
 

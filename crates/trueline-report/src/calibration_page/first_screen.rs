@@ -3,9 +3,9 @@
 use crate::forms;
 use crate::number::{digits_for, with_sigma};
 use crate::page::{Block, Card};
-use trueline::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
-use trueline::{Calibration, Status};
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use trueline_method::{Calibration, Status};
 
 pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
     let mut blocks = Vec::new();

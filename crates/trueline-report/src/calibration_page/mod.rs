@@ -12,11 +12,13 @@ mod trust;
 
 use crate::page::{Page, Section, Verdict, render};
 use crate::summary;
-use trueline::evaluate::Deviation;
-use trueline::offset_profile::AtOffset;
-use trueline::residuals::FeatureResidual;
-use trueline::{Calibration, Status, evaluate, offset_profile, reference_curve, seam_points};
 use trueline_dataset::{Guess, Recording};
+use trueline_method::assess::residuals::FeatureResidual;
+use trueline_method::diagnose::offset_profile;
+use trueline_method::diagnose::offset_profile::AtOffset;
+use trueline_method::evaluate::evaluation::Deviation;
+use trueline_method::evaluate::{evaluation, reference_curve, seam_points};
+use trueline_method::{Calibration, Status};
 
 /// A picture of a frame in which something was found that does not fit.
 #[derive(Clone, Debug)]
@@ -130,5 +132,5 @@ fn without_offset(source: &Source<'_>) -> Option<Vec<Deviation>> {
         c.parameters.lines.iter().map(|line| reference_curve::ReferenceCurve::Line(*line)).collect();
     let stride = placed.list.len().div_ceil(MOST_POINTS).max(1);
     let thinned: Vec<_> = placed.list.into_iter().step_by(stride).collect();
-    Some(evaluate::against(&thinned, &lines).0)
+    Some(evaluation::against(&thinned, &lines).0)
 }

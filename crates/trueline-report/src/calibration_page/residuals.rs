@@ -2,10 +2,10 @@
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Heat, Histogram, Mark, Series};
-use trueline::order_statistics::median;
-use trueline::residuals::FeatureResidual;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Measured, Sensor};
+use trueline_method::assess::residuals::FeatureResidual;
+use trueline_method::order_statistics::median;
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let mut blocks = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Series};
-use trueline::sampling::StampReport;
+use trueline_method::input::timestamps::StampReport;
 
 /// More intervals than this are thinned out for drawing; long ones never are.
 const MOST: usize = 30_000;

@@ -2,11 +2,11 @@
 
 use super::Shown;
 use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Mark, Matrix, Series};
-use trueline::Calibration;
-use trueline::observability::RANK_THRESHOLD;
-use trueline::parameters::{self, LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Line;
+use trueline_method::Calibration;
+use trueline_method::assess::observability::RANK_THRESHOLD;
+use trueline_method::problem::parameters::{self, LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let charts = [
@@ -169,7 +169,7 @@ fn held_out(shown: &Shown<'_>) -> Option<Chart> {
         .map(|part| format!("{what} {:.1}–{:.1} s", part.span_s[0], part.span_s[1]))
         .collect();
     let c = shown.calibration;
-    let of = |part: &trueline::held_out::Part| -> Vec<f64> {
+    let of = |part: &trueline_method::assess::cross_validation::Part| -> Vec<f64> {
         (0..LINES).map(|k| c.sigma(k).map_or(f64::NAN, |_| part.sigmas[k])).collect()
     };
     let values = check.parts.iter().flat_map(of).collect();

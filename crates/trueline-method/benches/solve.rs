@@ -1,0 +1,95 @@
+//! What a calibration is made of: one linearisation, one cost, a solve, a whole calibration from nothing.
+//!
+//! `cargo bench -p trueline`. Times per feature should not depend on the number of features.
+#![allow(missing_docs, clippy::unwrap_used, clippy::panic, reason = "a benchmark fails by panicking")]
+
+#[path = "../tests/large_scan/mod.rs"]
+mod large_scan;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use large_scan::{NOISE, of_features};
+use nalgebra::DVector;
+use std::hint::black_box;
+use trueline_lsq::{LeastSquares, Loss, NormalEquations, SolveOptions, solve};
+use trueline_method::problem::line_problem::LineProblem;
+use trueline_method::problem::scalar_sums::OneByOne;
+use trueline_method::solve::streaming::Streaming;
+use trueline_method::{Config, ResidualKind, calibrate, problem::line_problem};
+use trueline_sim::{Preset, simulate};
+
+const TUKEY: Loss = Loss::Tukey { scale: 6.0 };
+
+fn sums(c: &mut Criterion) {
+    let mut group = c.benchmark_group("linearize");
+    for count in [1_000, 10_000, 100_000, 1_000_000] {
+        let (observed, at) = of_features(count);
+        let criterion = line_problem::Criterion { residual: ResidualKind::Sheet, loss: TUKEY };
+        let problem = LineProblem::new(&observed, &observed.list, criterion, &NOISE, &at);
+        let mut equations = NormalEquations::zeros(problem.dimension());
+        group.throughput(Throughput::Elements(count as u64));
+        group.bench_with_input(BenchmarkId::new("side by side", count), &count, |b, _| {
+            b.iter(|| {
+                equations.clear();
+                problem.linearize(black_box(&at), &mut equations);
+            });
+        });
+        group.bench_with_input(BenchmarkId::new("cost alone", count), &count, |b, _| {
+            b.iter(|| problem.cost(black_box(&at)));
+        });
+        if count <= 100_000 {
+            group.bench_with_input(BenchmarkId::new("one by one", count), &count, |b, _| {
+                b.iter(|| {
+                    equations.clear();
+                    OneByOne(&problem).linearize(black_box(&at), &mut equations);
+                });
+            });
+        }
+    }
+}
+
+fn optimum(c: &mut Criterion) {
+    let mut group = c.benchmark_group("solve");
+    group.sample_size(20);
+    for count in [1_000, 10_000, 100_000, 1_000_000] {
+        let (observed, at) = of_features(count);
+        let criterion = line_problem::Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
+        let problem = LineProblem::new(&observed, &observed.list, criterion, &NOISE, &at);
+        // 3 ms, a degree and some millimetres off.
+        let off =
+            DVector::from_fn(at.dimension(), |k, _| if k == 0 { 3e-3 } else { 1e-2 / (k as f64 + 1.0) });
+        let start = at.retract(&off);
+        group.throughput(Throughput::Elements(count as u64));
+        group.bench_with_input(BenchmarkId::from_parameter(count), &count, |b, _| {
+            b.iter(|| solve(&problem, start.clone(), &[], &SolveOptions::default()).unwrap());
+        });
+    }
+}
+
+fn from_nothing(c: &mut Criterion) {
+    let mut group = c.benchmark_group("calibrate from nothing");
+    group.sample_size(10);
+    for preset in [Preset::Quick, Preset::Paper, Preset::TwoLines, Preset::Profiler] {
+        let recording = simulate(&preset.scenario(), 1).unwrap();
+        group.bench_function(preset.name(), |b| {
+            b.iter(|| calibrate(black_box(&recording), None, &Config::default()).unwrap());
+        });
+    }
+}
+
+/// One image of a scan of twenty seconds, its estimate and its covariance.
+fn streaming(c: &mut Criterion) {
+    let (observed, at) = of_features(600);
+    let list = observed.list.clone();
+    let criterion = line_problem::Criterion { residual: ResidualKind::Sheet, loss: TUKEY };
+    let mut stream = Streaming::new(observed, at, criterion, NOISE);
+    let mut next = 0;
+    c.bench_function("streaming, one image", |b| {
+        b.iter(|| {
+            next = (next + 1) % list.len();
+            stream.add_frame(black_box(&list[next..=next])).unwrap()
+        });
+    });
+}
+
+criterion_group!(benches, sums, optimum, streaming, from_nothing);
+criterion_main!(benches);

@@ -1,0 +1,249 @@
+//! Whether the parts of a scan agree: each pass over the line, or block of time, is left out in turn, and the
+//! rest must predict it.
+
+use crate::config::Config;
+use crate::input::observations::{Observation, Observations};
+use crate::problem::line_problem::{Criterion, LineProblem, placement};
+use crate::problem::parameters::{LINES, Parameters, ROTATION};
+use crate::solve::refine::Fit;
+use nalgebra::{DMatrix, SVector};
+use trueline_geometry::se3;
+use trueline_lsq::{Information, SolveOptions, solve};
+
+/// What one part says when it is left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// First and last stamp, s.
+    pub span_s: [f64; 2],
+    /// Root mean square distance of its points from the line that the rest predicts, m.
+    pub rms_m: f64,
+    /// How the estimate moves without it (s, rad, m).
+    pub moved: SVector<f64, LINES>,
+    /// The same in standard deviations of what noise explains; 0 where nothing can be said.
+    pub sigmas: SVector<f64, LINES>,
+}
+
+/// The check's result.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeldOut {
+    /// Whether the parts are passes over the line; else blocks of time.
+    pub passes: bool,
+    /// The parts.
+    pub parts: Vec<Part>,
+    /// Root mean square over all parts, m.
+    pub rms_m: f64,
+    /// The fitted one of the same points, m.
+    pub fitted_rms_m: f64,
+    /// What the first should be if nothing but noise is at work: fitted, and how well the rest knows the unknowns, m.
+    pub expected_rms_m: f64,
+}
+
+/// Blocks of time where there are not as many passes.
+const BLOCKS: usize = 5;
+/// A turn-around counts if the scan then runs back by this part of its length.
+const PASS_PART: f64 = 0.3;
+/// A variance that grows by more than this without a part was that part's.
+const FAR_WIDER: f64 = 24.0;
+/// Features of less weight have no say.
+const LEAST_WEIGHT: f64 = 1e-2;
+
+/// What the check needs of a finished fit.
+pub struct Subject<'a> {
+    /// Observations.
+    pub observations: &'a Observations,
+    /// The fit.
+    pub fit: &'a Fit,
+    /// Components that were held.
+    pub fixed: &'a [usize],
+    /// Threshold of the rank.
+    pub rank_threshold: f64,
+    /// For each component, whether its value means anything.
+    pub seen: &'a [bool],
+    /// How much larger variances are than H⁻¹ says, for each sensor unknown.
+    pub inflation: SVector<f64, LINES>,
+}
+
+/// Leaves each part out in turn; `None` if the scan is too short for parts.
+#[must_use]
+pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
+    let list = subject.fit.placed.of(subject.observations);
+    let at = subject.fit.parameters();
+    let edges = pass_edges(subject.observations, list, at);
+    let passes = edges.len() > 3;
+    let edges = if passes { edges } else { block_edges(list) };
+    let carried = carrying(subject, config);
+    let covariance = covariance_of(&subject.fit.solution.equations.hessian, subject)?;
+    let mut parts = Vec::new();
+    let (mut sum, mut fitted_sum, mut lever_sum, mut count) = (0.0, 0.0, 0.0, 0_usize);
+    for edge in edges.windows(2) {
+        let (part, weights) = (&list[edge[0]..edge[1]], &carried[edge[0]..edge[1]]);
+        let rest: Vec<Observation> = [&list[..edge[0]], &list[edge[1]..]].concat();
+        let (without, hessian) = solve_again(subject, config, &rest)?;
+        let own = squared_distances(subject.observations, part, weights, &without);
+        let fitted = squared_distances(subject.observations, part, weights, at);
+        let moved = difference(&without, at);
+        let wide = covariance_of(&hessian, subject)?;
+        lever_sum += lever(subject, part, weights, &without, &wide);
+        let wider = wide - &covariance;
+        let sigmas = SVector::from_fn(|k, _| {
+            let variance = wider[(k, k)] * subject.inflation[k];
+            // Of what the rest hardly knows nothing can be said.
+            let knows = wider[(k, k)] < FAR_WIDER * covariance[(k, k)];
+            if subject.seen[k] && knows && variance > 1e-6 * covariance[(k, k)] {
+                moved[k] / variance.sqrt()
+            } else {
+                0.0
+            }
+        });
+        sum += own.iter().sum::<f64>();
+        fitted_sum += fitted.iter().sum::<f64>();
+        count += own.len();
+        parts.push(Part {
+            span_s: [part.first()?.stamp_s, part.last()?.stamp_s],
+            rms_m: root_mean(own.iter().sum(), own.len()),
+            moved,
+            sigmas,
+        });
+    }
+    let (rms_m, fitted_rms_m) = (root_mean(sum, count), root_mean(fitted_sum, count));
+    let expected_rms_m = root_mean(fitted_sum + lever_sum, count);
+    Some(HeldOut { passes, parts, rms_m, fitted_rms_m, expected_rms_m })
+}
+
+fn root_mean(sum: f64, count: usize) -> f64 {
+    (sum / count.max(1) as f64).sqrt()
+}
+
+fn covariance_of(hessian: &DMatrix<f64>, subject: &Subject<'_>) -> Option<DMatrix<f64>> {
+    Some(Information::new(hessian, subject.fixed, subject.rank_threshold)?.covariance())
+}
+
+fn problem<'a>(subject: &Subject<'a>, config: &Config, list: &'a [Observation]) -> LineProblem<'a> {
+    let criterion = Criterion { residual: config.residual, loss: config.final_loss() };
+    let fit = subject.fit;
+    LineProblem::new(subject.observations, list, criterion, &fit.noise, &fit.whitened_at)
+        .with_prior(fit.prior.clone())
+}
+
+fn solve_again(
+    subject: &Subject<'_>,
+    config: &Config,
+    rest: &[Observation],
+) -> Option<(Parameters, DMatrix<f64>)> {
+    let problem = problem(subject, config, rest);
+    let options = SolveOptions { max_iterations: 20, step_threshold: 1e-2, ..SolveOptions::default() };
+    let solution = solve(&problem, subject.fit.parameters().clone(), subject.fixed, &options).ok()?;
+    Some((solution.state, solution.equations.hessian))
+}
+
+/// Whether each observation carries weight in the fit.
+fn carrying(subject: &Subject<'_>, config: &Config) -> Vec<bool> {
+    let problem = problem(subject, config, subject.fit.placed.of(subject.observations));
+    let mut hint = 0;
+    let carries = |(o, whitener): (&Observation, &crate::input::noise_levels::Whitener)| {
+        let residual = problem.residual(o, subject.fit.parameters(), &mut hint);
+        residual.is_some_and(|r| problem.loss.weight(whitener.apply(&r).norm_squared()) > LEAST_WEIGHT)
+    };
+    problem.selected().map(carries).collect()
+}
+
+fn squared_distances(
+    observations: &Observations,
+    list: &[Observation],
+    carried: &[bool],
+    at: &Parameters,
+) -> Vec<f64> {
+    let mut hint = 0;
+    let squared = |(o, _): (&Observation, &bool)| {
+        let point = placement(observations, o, at, &mut hint)?.point_in_base(&o.point_in_camera);
+        Some(at.lines[o.line as usize].offset_of(&point).norm_squared())
+    };
+    list.iter().zip(carried).filter(|(_, carried)| **carried).filter_map(squared).collect()
+}
+
+/// Sum of the squared distances that a part's points have from the line because the rest knows the unknowns no better.
+fn lever(
+    subject: &Subject<'_>,
+    list: &[Observation],
+    carried: &[bool],
+    at: &Parameters,
+    covariance: &DMatrix<f64>,
+) -> f64 {
+    let mut hint = 0;
+    let squared = |(o, _): (&Observation, &bool)| {
+        let placement = placement(subject.observations, o, at, &mut hint)?;
+        let line = &at.lines[o.line as usize];
+        let parts = trueline_model::point_to_line::linearize(&placement, &o.point_in_camera, line);
+        let mut jacobian = DMatrix::zeros(2, covariance.nrows());
+        jacobian.view_mut((0, 0), (2, 1)).copy_from(&parts.d_time_offset);
+        jacobian.view_mut((0, ROTATION), (2, 3)).copy_from(&parts.d_rotation);
+        jacobian.view_mut((0, ROTATION + 3), (2, 3)).copy_from(&parts.d_translation);
+        jacobian
+            .view_mut((0, crate::problem::parameters::line_index(o.line as usize)), (2, 4))
+            .copy_from(&parts.d_line);
+        Some((&jacobian * covariance * jacobian.transpose()).trace())
+    };
+    // Every tenth says it as well.
+    let (mut sum, mut count) = (0.0, 0);
+    for value in list.iter().zip(carried).filter(|(_, carried)| **carried).step_by(10).filter_map(squared) {
+        sum += value;
+        count += 1;
+    }
+    sum / f64::from(count.max(1)) * carried.iter().filter(|carried| **carried).count() as f64
+}
+
+/// How offset and hand-eye differ, as a tangent step.
+#[must_use]
+pub fn difference(to: &Parameters, from: &Parameters) -> SVector<f64, LINES> {
+    let (turn, shift) = se3::difference_decoupled(&to.tool_from_camera, &from.tool_from_camera);
+    let mut moved = SVector::<f64, LINES>::zeros();
+    moved[0] = to.time_offset_s - from.time_offset_s;
+    moved.fixed_rows_mut::<3>(ROTATION).copy_from(&turn);
+    moved.fixed_rows_mut::<3>(ROTATION + 3).copy_from(&shift);
+    moved
+}
+
+fn block_edges(list: &[Observation]) -> Vec<usize> {
+    let mut edges: Vec<usize> = (0..=BLOCKS).map(|k| k * list.len() / BLOCKS).collect();
+    // No image is divided.
+    for edge in &mut edges[1..BLOCKS] {
+        while *edge < list.len() && list[*edge].frame == list[*edge - 1].frame {
+            *edge += 1;
+        }
+    }
+    edges.dedup();
+    edges
+}
+
+/// Where the scan turns around along the line.
+fn pass_edges(observations: &Observations, list: &[Observation], at: &Parameters) -> Vec<usize> {
+    let mut hint = 0;
+    let along: Vec<f64> = list
+        .iter()
+        .map(|o| {
+            let line = &at.lines[o.line as usize];
+            placement(observations, o, at, &mut hint).map_or(f64::NAN, |placement| {
+                line.direction().dot(&(placement.base_from_tool.translation.vector - line.anchor()))
+            })
+        })
+        .collect();
+    let (low, high) =
+        along.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), a| (low.min(*a), high.max(*a)));
+    let reach = PASS_PART * (high - low);
+    let mut edges = vec![0];
+    let (mut extreme, mut forward) = (0, None);
+    for (k, value) in along.iter().enumerate() {
+        let gone = value - along[extreme];
+        match forward {
+            None if gone.abs() > reach => (forward, extreme) = (Some(gone > 0.0), k),
+            Some(ahead) if (gone > 0.0) == ahead => extreme = k,
+            Some(ahead) if gone.abs() > reach => {
+                edges.push(extreme);
+                (forward, extreme) = (Some(!ahead), k);
+            }
+            _ => {}
+        }
+    }
+    edges.push(list.len());
+    edges
+}

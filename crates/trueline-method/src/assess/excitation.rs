@@ -1,0 +1,115 @@
+//! How much of what the scan seems to say is motion, and how much is noise of the robot's poses.
+//!
+//! A robot that is not tilted reports an attitude that trembles. The tremble is in the residuals and in the Jacobian
+//! alike, and a fit takes it for tilt and knows everything. A robot that runs along the line moves nothing across it,
+//! but noise of its positions makes a velocity, and with it a time offset that seems to be seen. So the path is taken
+//! twice, by every other sample: the motion is the same in both, the noise is not, and what two Jacobians have in
+//! common is motion.
+
+use crate::input::observations::Observation;
+use crate::problem::line_problem::{LOCAL, LineProblem, global_index};
+use crate::problem::parameters::{Parameters, TIME_OFFSET};
+use nalgebra::{DMatrix, SMatrix};
+use trueline_geometry::Trajectory;
+use trueline_lsq::{Information, LeastSquares};
+use trueline_model::Placement;
+
+/// Information of the Jacobian with itself, and of the two halves' with each other.
+pub struct Signal {
+    own: DMatrix<f64>,
+    common: DMatrix<f64>,
+    time_offset: [f64; 2],
+}
+
+/// Observations that are looked at.
+const SAMPLE: usize = 1000;
+/// A direction with a smaller part of motion is not seen: tremble draws its unknown towards zero by the other part.
+const LEAST_SHARE: f64 = 0.9;
+/// The same for the time offset, whose column's noise is not in the residual and so only makes it look better known,
+/// which can be allowed for.
+const LEAST_TIME_OFFSET_SHARE: f64 = 0.25;
+
+impl Signal {
+    /// Of a problem at its solution, with the robot's path by every other sample and by those between.
+    #[must_use]
+    pub fn of(problem: &LineProblem<'_>, at: &Parameters, halves: &[Trajectory; 2]) -> Self {
+        let n = problem.dimension();
+        let mut signal =
+            Self { own: DMatrix::zeros(n, n), common: DMatrix::zeros(n, n), time_offset: [0.0; 2] };
+        let every = problem.list.len().div_ceil(SAMPLE).max(1);
+        let mut hints = [0; 3];
+        // Whole images, so that no line is passed over.
+        for (o, whitener) in problem.selected().filter(|(o, _)| (o.frame as usize).is_multiple_of(every)) {
+            let Some(here) = problem.placement(o, at, &mut hints[0]) else { continue };
+            let [first, second] = [0, 1].map(|k| place(&halves[k], o, at, &mut hints[k + 1]));
+            let (Some(first), Some(second)) = (first, second) else { continue };
+            let jacobian =
+                |placement: &Placement| Some(problem.whitened_where((o, whitener), at, placement)?.1);
+            // Tremble of the attitude alone: velocities as they are.
+            let turned = |half: &Placement| {
+                let mut turned = here;
+                turned.base_from_tool.rotation = half.base_from_tool.rotation;
+                jacobian(&turned)
+            };
+            if let (Some(own), Some(one), Some(other)) = (jacobian(&here), turned(&first), turned(&second)) {
+                add(&mut signal.own, &(own.transpose() * own), o.line);
+                add(&mut signal.common, &(one.transpose() * other), o.line);
+                signal.time_offset[0] += own.column(TIME_OFFSET).norm_squared();
+            }
+            if let (Some(one), Some(other)) = (jacobian(&first), jacobian(&second)) {
+                signal.time_offset[1] += one.column(TIME_OFFSET).dot(&other.column(TIME_OFFSET));
+            }
+        }
+        signal
+    }
+
+    /// Part of what the time offset's column seems to know that is motion.
+    #[must_use]
+    pub fn time_offset_share(&self) -> f64 {
+        (self.time_offset[1] / self.time_offset[0].max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+    }
+
+    /// Whether the time offset's column is motion.
+    #[must_use]
+    pub fn shows_time_offset(&self) -> bool {
+        self.time_offset_share() >= LEAST_TIME_OFFSET_SHARE
+    }
+
+    /// What is seen of an information without the directions that rest on tremble of the attitude.
+    ///
+    /// In the coordinates of the covariance's root the shares are the eigenvalues of one symmetric matrix, relative to
+    /// another: tremble and motion come apart although they share unknowns.
+    #[must_use]
+    pub fn shown_by(&self, information: &Information) -> Information {
+        let root = information.covariance_root();
+        if root.ncols() == 0 {
+            return information.clone();
+        }
+        let in_root = |matrix: &DMatrix<f64>| root.transpose() * (matrix + matrix.transpose()) * root * 0.5;
+        let Some(factor) = in_root(&self.own).cholesky() else { return information.clone() };
+        let inverse = factor.l().solve_lower_triangular(&DMatrix::identity(root.ncols(), root.ncols()));
+        let Some(inverse) = inverse else { return information.clone() };
+        let eigen = (&inverse * in_root(&self.common) * inverse.transpose()).symmetric_eigen();
+        let moved: Vec<usize> = (0..root.ncols()).filter(|k| eigen.eigenvalues[*k] >= LEAST_SHARE).collect();
+        if moved.len() == root.ncols() {
+            return information.clone();
+        }
+        let chosen = inverse.transpose() * eigen.eigenvectors.select_columns(&moved);
+        information.keeping(&chosen.qr().q())
+    }
+}
+
+fn place(trajectory: &Trajectory, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<Placement> {
+    let exposure_s = o.stamp_s - at.time_offset_s;
+    *hint = trajectory.bracket(exposure_s, *hint)?;
+    Some(Placement::new(trajectory.segment(*hint)?, exposure_s, &at.tool_from_camera))
+}
+
+fn add(sum: &mut DMatrix<f64>, local: &SMatrix<f64, LOCAL, LOCAL>, line: u32) {
+    for row in 0..LOCAL {
+        for column in 0..LOCAL {
+            sum[(global_index(row, line as usize), global_index(column, line as usize))] +=
+                local[(row, column)];
+        }
+    }
+}

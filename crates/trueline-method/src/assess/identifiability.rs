@@ -1,0 +1,136 @@
+//! What a scan shows, and, where the user accepts it, a fit that holds the rest at a guess.
+
+use crate::assess::cross_validation::difference;
+use crate::assess::excitation::Signal;
+use crate::assess::observability::{self, Group, Observability, RANK_THRESHOLD};
+use crate::error::Error;
+use crate::hypotheses::clock_drift::Steady;
+use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::problem::prior::Prior;
+use crate::solve::refine::{Fit, Terms, polish};
+use nalgebra::DVector;
+use trueline_dataset::Guess;
+use trueline_geometry::Trajectory;
+use trueline_lsq::Information;
+
+/// A fit, what is known from it and what can be seen.
+pub struct Shown {
+    /// The fit; with unseen directions held if that was accepted.
+    pub fit: Fit,
+    /// What is known from it.
+    pub information: Information,
+    /// Part of the time offset's information that is motion, where it is seen; else 1.
+    pub time_offset_share: f64,
+    /// What can be seen.
+    pub observability: Observability,
+}
+
+/// How far unseen directions are moved: as far off as a guess may be.
+const MOVED_S: f64 = 0.005;
+/// See [`MOVED_S`].
+const MOVED_RAD: f64 = 0.1;
+/// See [`MOVED_S`].
+const MOVED_M: f64 = 0.030;
+/// What then moves by more standard deviations than this is not known.
+const MOVED_SIGMAS: f64 = 2.0;
+/// A component whose variance falls below this part when others are held owes its precision to them.
+const HELD_SHARE: f64 = 0.1;
+
+/// Finds what the scan shows; `halves` is the robot's path by every other sample, `guess` where to hold the rest.
+///
+/// # Errors
+/// [`Error::NoGuessToHold`] where the rest is to be held and there is no guess.
+pub fn show(
+    steady: &Steady,
+    terms: &Terms<'_>,
+    guess: Option<&Guess>,
+    equal_twin: bool,
+    halves: Option<&[Trajectory; 2]>,
+) -> Result<Shown, Error> {
+    let fit = steady.fit.clone();
+    let all = spectrum(&fit, terms)?;
+    let signal = halves
+        .map(|halves| Signal::of(&fit.problem(&steady.observations, terms.config), fit.parameters(), halves));
+    let information = signal.as_ref().map_or_else(|| all.clone(), |signal| signal.shown_by(&all));
+    let held = terms.fixed.contains(&TIME_OFFSET);
+    let shows_time_offset = held || signal.as_ref().is_none_or(Signal::shows_time_offset);
+    let time_offset_share = match &signal {
+        Some(signal) if !held && shows_time_offset => signal.time_offset_share(),
+        _ => 1.0,
+    };
+    let mut observability = observability::assess(&information, &all, fit.parameters(), shows_time_offset);
+    if equal_twin {
+        observability.seen_components[ROTATION..TRANSLATION].fill(false);
+    }
+    if observability.unseen.is_empty() {
+        return Ok(Shown { fit, information, time_offset_share, observability });
+    }
+    follow(steady, terms, &information, &mut observability);
+    if !terms.config.accept_partial {
+        return Ok(Shown { fit, information, time_offset_share, observability });
+    }
+    let prior = holding(&observability, guess.ok_or(Error::NoGuessToHold)?);
+    let held = polish(&steady.observations, &Terms { prior: Some(&prior), ..*terms }, &fit)?;
+    let held_information = spectrum(&held, terms)?;
+    let (before, after) = (information.covariance(), held_information.covariance());
+    for k in 0..LINES {
+        // What is known only because something else is held is not known.
+        observability.seen_components[k] &= after[(k, k)] > HELD_SHARE * before[(k, k)];
+    }
+    Ok(Shown { fit: held, information: held_information, time_offset_share, observability })
+}
+
+fn spectrum(fit: &Fit, terms: &Terms<'_>) -> Result<Information, Error> {
+    Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD).ok_or(Error::NoStart)
+}
+
+/// Moves everything unseen and fits the rest again: what moves with it is not known either, however well it seems to be
+/// where the search happened to end.
+fn follow(steady: &Steady, terms: &Terms<'_>, information: &Information, observability: &mut Observability) {
+    let at = steady.fit.parameters();
+    let covariance = information.covariance();
+    for sign in [1.0, -1.0] {
+        let away = at.retract(&(unseen_step(observability, at.dimension()) * sign));
+        let guess = Guess { time_offset_s: away.time_offset_s, tool_from_camera: away.tool_from_camera };
+        let prior = holding(observability, &guess);
+        let moved = polish(&steady.observations, &Terms { prior: Some(&prior), ..*terms }, &steady.fit)
+            .map(|fit| difference(fit.parameters(), at));
+        for k in 0..LINES {
+            // Where nothing can be fitted nothing is known.
+            observability.seen_components[k] &=
+                moved.as_ref().is_ok_and(|m| m[k].abs() < MOVED_SIGMAS * covariance[(k, k)].sqrt());
+        }
+    }
+}
+
+/// A step along everything of offset and hand-eye that is not seen.
+fn unseen_step(observability: &Observability, dimension: usize) -> DVector<f64> {
+    let mut step = DVector::zeros(dimension);
+    for unseen in &observability.unseen {
+        let (first, size) = match unseen.group {
+            Group::TimeOffset => (TIME_OFFSET, MOVED_S),
+            Group::Rotation => (ROTATION, MOVED_RAD),
+            Group::Translation => (TRANSLATION, MOVED_M),
+            Group::Line => continue,
+        };
+        match unseen.direction {
+            None => step[first] += size,
+            Some(direction) => (0..3).for_each(|k| step[first + k] += size * direction[k]),
+        }
+    }
+    step
+}
+
+/// Holds every unseen direction of offset and hand-eye at a guess; the lines follow.
+fn holding(observability: &Observability, guess: &Guess) -> Prior {
+    let mut prior = Prior::at(guess);
+    for unseen in &observability.unseen {
+        match (unseen.group, unseen.direction) {
+            (Group::TimeOffset, _) => prior.hold_time_offset(),
+            (Group::Rotation, Some(direction)) => prior.hold_rotation(&direction),
+            (Group::Translation, Some(direction)) => prior.hold_translation(&direction),
+            _ => {}
+        }
+    }
+    prior
+}

@@ -1,0 +1,9 @@
+//! What the optimum is worth: identifiability, residuals, cross-validation, outlier segments, seam point error.
+
+pub mod cross_validation;
+pub mod excitation;
+pub mod identifiability;
+pub mod observability;
+pub mod outlier_segments;
+pub mod residuals;
+pub mod seam_point_error;

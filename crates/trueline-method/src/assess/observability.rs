@@ -1,0 +1,181 @@
+//! What the scan can tell and what it cannot, in words a user can act on.
+
+use crate::problem::parameters::{Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use nalgebra::{DMatrix, Vector3};
+use trueline_lsq::Information;
+
+/// A direction counts as seen if its singular value (whitened Jacobian, columns scaled to length one) is
+/// above this part of the largest.
+///
+/// Tilting by α moves a singular value of about α/√2: 10⁻⁴ is a tilt of 0.01°. Robots repeat their attitude
+/// to about 2·10⁻⁵ rad, which alone makes values of that size where there is no tilt at all.
+pub const RANK_THRESHOLD: f64 = 1e-4;
+
+/// A component belongs to the null space if more than this part of its square lies there.
+const SHARE: f64 = 1e-2;
+
+/// Variances that agree to within this are of the same directions.
+const WHOLE: f64 = 1.2;
+
+/// Which unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Group {
+    /// The time offset.
+    TimeOffset,
+    /// Hand-eye rotation.
+    Rotation,
+    /// Hand-eye translation.
+    Translation,
+    /// A line.
+    Line,
+}
+
+impl Group {
+    /// The name in the result.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TimeOffset => "time_offset",
+            Self::Rotation => "hand_eye_rotation",
+            Self::Translation => "hand_eye_translation",
+            Self::Line => "line",
+        }
+    }
+}
+
+/// A direction that the scan says nothing about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unseen {
+    /// Which unknown.
+    pub group: Group,
+    /// Unit direction: tool axes for the hand-eye, base axes for a line; `None` for the offset.
+    pub direction: Option<[f64; 3]>,
+    /// What is not seen and which motion would show it: a sentence.
+    pub advice: String,
+}
+
+/// What can be seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observability {
+    /// Directions seen.
+    pub rank: usize,
+    /// Unknowns estimated.
+    pub size: usize,
+    /// Largest over smallest singular value.
+    pub condition: f64,
+    /// All singular values as parts of the largest, falling.
+    pub singular_values: Vec<f64>,
+    /// What is not seen.
+    pub unseen: Vec<Unseen>,
+    /// For each component of the tangent, whether its value means anything.
+    pub seen_components: Vec<bool>,
+}
+
+/// Names what is not seen: `information` is what remains of `all` without directions that mean nothing, and
+/// `shows_time_offset` is whether that column means anything.
+#[must_use]
+pub fn assess(
+    information: &Information,
+    all: &Information,
+    at: &Parameters,
+    shows_time_offset: bool,
+) -> Observability {
+    let null = information.null_space();
+    let share = |k: usize| null.row(k).norm_squared();
+    let (known, claimed) = (information.covariance(), all.covariance());
+    // What owes its variance to a direction that was taken away is not known without it.
+    let is_whole = |k: usize| claimed[(k, k)] <= WHOLE * known[(k, k)];
+    let mut seen_components: Vec<bool> =
+        (0..null.nrows()).map(|k| share(k) <= SHARE && is_whole(k)).collect();
+    let only_noise = seen_components[TIME_OFFSET] && !shows_time_offset;
+    seen_components[TIME_OFFSET] &= shows_time_offset;
+    let mut unseen = Vec::new();
+    if !seen_components[TIME_OFFSET] {
+        let advice = "the time offset cannot be seen: sweep the sensor across the line, faster and with changing \
+                      speed, for example an S-path of ±10 mm at 0.5 Hz";
+        unseen.push(Unseen { group: Group::TimeOffset, direction: None, advice: advice.to_owned() });
+    }
+    for direction in principal_directions(null, ROTATION) {
+        let advice = format!(
+            "rotation about the tool's {} cannot be seen: let the seam sweep the field of view, along the stripe \
+             and in range, while it is scanned",
+            axis_name(&direction)
+        );
+        unseen.push(along(Group::Rotation, &direction, advice));
+    }
+    for direction in principal_directions(null, TRANSLATION) {
+        let advice = format!(
+            "translation along the tool's {} cannot be seen: tilt the torch by 10° or more about an axis square \
+             to it",
+            axis_name(&direction)
+        );
+        unseen.push(along(Group::Translation, &direction, advice));
+    }
+    for (k, line) in at.lines.iter().enumerate() {
+        if (line_index(k)..line_index(k + 1)).any(|row| share(row) > SHARE) {
+            let direction = line_direction(null, k, &line.axes());
+            let advice = format!(
+                "line {k} is known only together with what else cannot be seen; the same motion cures it"
+            );
+            unseen.push(along(Group::Line, &direction, advice));
+        }
+    }
+    Observability {
+        rank: information.rank() - usize::from(only_noise),
+        size: information.size(),
+        condition: information.condition(),
+        singular_values: information
+            .singular_values()
+            .iter()
+            .map(|value| value / information.singular_values().max().max(f64::MIN_POSITIVE))
+            .collect(),
+        unseen,
+        seen_components,
+    }
+}
+
+fn along(group: Group, direction: &Vector3<f64>, advice: String) -> Unseen {
+    Unseen { group, direction: Some((*direction).into()), advice }
+}
+
+/// Directions of a group of three that carry a good part of the null space, strongest first.
+fn principal_directions(null: &DMatrix<f64>, first: usize) -> Vec<Vector3<f64>> {
+    let rows = null.rows(first, 3);
+    let projector: nalgebra::Matrix3<f64> = (rows * rows.transpose()).fixed_view::<3, 3>(0, 0).into();
+    let eigen = projector.symmetric_eigen();
+    let mut order = [0, 1, 2];
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    if eigen.eigenvalues.min() > SHARE {
+        // Nothing of the three is seen; then the tool's own axes are as good as any, and easier to read.
+        return vec![Vector3::x(), Vector3::y(), Vector3::z()];
+    }
+    let strong = order.into_iter().filter(|&k| eigen.eigenvalues[k] > SHARE);
+    strong.map(|k| with_positive_main(eigen.eigenvectors.column(k).into())).collect()
+}
+
+/// Where the line would move: its strongest null offset, or turn, in base.
+fn line_direction(null: &DMatrix<f64>, line: usize, axes: &nalgebra::Matrix3<f64>) -> Vector3<f64> {
+    let strongest = |first: usize| {
+        let rows = null.rows(first, 2);
+        let projector: nalgebra::Matrix2<f64> = (rows * rows.transpose()).fixed_view::<2, 2>(0, 0).into();
+        let eigen = projector.symmetric_eigen();
+        let k = eigen.eigenvalues.imax();
+        (eigen.eigenvalues[k], eigen.eigenvectors.column(k).into_owned())
+    };
+    let (turn, offset) = (strongest(line_index(line)), strongest(line_index(line) + 2));
+    let v = if offset.0 >= turn.0 { offset.1 } else { turn.1 };
+    with_positive_main(axes.column(1) * v[0] + axes.column(2) * v[1])
+}
+
+fn with_positive_main(v: Vector3<f64>) -> Vector3<f64> {
+    if v[v.iamax()] < 0.0 { -v } else { v }
+}
+
+fn axis_name(direction: &Vector3<f64>) -> String {
+    let main = direction.iamax();
+    if direction[main].abs() > 0.9 {
+        format!("{} axis", ["x", "y", "z"][main])
+    } else {
+        format!("direction ({:.2}, {:.2}, {:.2})", direction.x, direction.y, direction.z)
+    }
+}

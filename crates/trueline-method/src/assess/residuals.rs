@@ -1,0 +1,187 @@
+//! What is left over: every feature's residual, and the figures that sum them up.
+
+use crate::config::ResidualKind;
+use crate::input::noise_levels::{Whitener, symmetric};
+use crate::input::observations::Observations;
+use crate::problem::line_problem::{LineProblem, placement};
+use crate::problem::parameters::Parameters;
+use nalgebra::{Vector2, Vector3};
+use std::collections::BTreeMap;
+use trueline_model::sheet_residual;
+
+/// Squared whitened residual (two components) that good data exceed four times in a million: 5 σ.
+pub const OUTLIER_SQUARED: f64 = 25.0;
+
+/// The same for once in a thousand, χ²₂ at 99.9 %: up to here residuals tell how large the noise is.
+const ORDINARY_SQUARED: f64 = 13.816;
+
+/// The residual of one feature at the solution.
+#[derive(Clone, Copy, Debug)]
+pub struct FeatureResidual {
+    /// Row of the feature in the recording, from 0.
+    pub row: u32,
+    /// Which line.
+    pub line: u32,
+    /// Stamp of its image since the start, as used, s.
+    pub stamp_s: f64,
+    /// The point in base, m.
+    pub point_in_base: Vector3<f64>,
+    /// Offset from the line in base along its two cross axes, m.
+    pub offset_m: Vector2<f64>,
+    /// Measured minus predicted in standard deviations of the feature alone times its sigma, px.
+    pub residual_px: Option<Vector2<f64>>,
+    /// Measured minus predicted in the laser sheet along its two axes, m.
+    pub in_sheet_m: Option<Vector2<f64>>,
+    /// How fast the seam crosses the sheet, along its two axes, m/s: what a wrong time offset is multiplied with.
+    pub crossing_m_s: Option<Vector2<f64>>,
+    /// The whitened residual: both parts are standard normal if the model holds.
+    pub whitened: Vector2<f64>,
+    /// Its length, σ.
+    pub normalised: f64,
+    /// Weight of the robust loss, 0 to 1.
+    pub weight: f64,
+}
+
+impl FeatureResidual {
+    /// Whether good data would hardly ever be that far off.
+    #[must_use]
+    pub fn is_outlier(&self) -> bool {
+        self.normalised.powi(2) > OUTLIER_SQUARED
+    }
+}
+
+/// Why a feature could not be used at the solution.
+pub const SKIP_OUTSIDE: &str = "exposed outside the robot recording";
+/// The robot stream has a gap there.
+pub const SKIP_GAP: &str = "exposed in a gap of the robot stream";
+/// The line has no intersection with the sheet.
+pub const SKIP_ALONG: &str = "line runs along the laser sheet";
+
+/// Residuals of all features that could be used, and the others by reason.
+#[must_use]
+pub fn evaluate(
+    problem: &LineProblem<'_>,
+    at: &Parameters,
+) -> (Vec<FeatureResidual>, BTreeMap<&'static str, usize>) {
+    let observations = problem.observations;
+    let mut skipped = observations.skipped.clone();
+    let mut list = Vec::with_capacity(problem.list.len());
+    let mut hint = 0;
+    let mut selected = problem.selected().peekable();
+    for o in &observations.list {
+        let Some((_, whitener)) = selected.next_if(|(s, _)| s.row == o.row) else {
+            let reason = why_not_placed(observations, o.stamp_s - at.time_offset_s);
+            *skipped.entry(reason).or_insert(0) += 1;
+            continue;
+        };
+        let seen = placement(observations, o, at, &mut hint).and_then(|placement| {
+            let line = &at.lines[o.line as usize];
+            let point_in_base = placement.point_in_base(&o.point_in_camera);
+            let offset_m = line.offset_of(&point_in_base);
+            let linear = sheet_residual::linearize(&placement, &observations.sheet, &o.point_in_camera, line);
+            let in_sheet = linear.as_ref().map(|(jacobian, _)| jacobian.residual);
+            let residual = match problem.residual {
+                ResidualKind::Sheet => in_sheet?,
+                ResidualKind::PointToLine => offset_m,
+            };
+            Some((point_in_base, offset_m, linear, residual))
+        });
+        let Some((point_in_base, offset_m, linear, residual)) = seen else {
+            *skipped.entry(SKIP_ALONG).or_insert(0) += 1;
+            continue;
+        };
+        let whitened = whitener.apply(&residual);
+        let squared = whitened.norm_squared();
+        let in_sheet = linear.as_ref().map(|(jacobian, _)| jacobian.residual);
+        let to_px =
+            || Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet?) * f64::from(o.sigma_px));
+        list.push(FeatureResidual {
+            row: o.row,
+            line: o.line,
+            stamp_s: o.stamp_s,
+            point_in_base,
+            offset_m,
+            residual_px: observations.are_pixels.then(to_px).flatten(),
+            in_sheet_m: in_sheet,
+            crossing_m_s: linear.as_ref().map(|(jacobian, _)| jacobian.d_time_offset),
+            whitened,
+            normalised: squared.sqrt(),
+            weight: problem.loss.weight(squared),
+        });
+    }
+    (list, skipped)
+}
+
+pub(crate) fn why_not_placed(observations: &Observations, exposure_s: f64) -> &'static str {
+    let (start, end) = observations.robot.trajectory.span();
+    if exposure_s < start || exposure_s > end { SKIP_OUTSIDE } else { SKIP_GAP }
+}
+
+/// Less weight than this is none: the feature has no say in the estimate.
+const LEAST_WEIGHT: f64 = 1e-2;
+
+/// Figures over the features; the root mean squares over those that carry weight in the estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResidualSummary {
+    /// Root mean square length of the residual in the image, px.
+    pub rms_px: Option<f64>,
+    /// Root mean square distance from the line in base, m.
+    pub rms_m: f64,
+    /// Features within what noise explains.
+    pub inliers: usize,
+    /// Features beyond it.
+    pub outliers: usize,
+    /// Features that could be evaluated: inliers and outliers.
+    pub used: usize,
+    /// Features that could not, by reason.
+    pub skipped: BTreeMap<&'static str, usize>,
+}
+
+/// Sums up residuals.
+#[must_use]
+pub fn summarise(list: &[FeatureResidual], skipped: BTreeMap<&'static str, usize>) -> ResidualSummary {
+    let inliers = list.iter().filter(|r| !r.is_outlier()).count();
+    let carrying = || list.iter().filter(|r| r.weight > LEAST_WEIGHT);
+    let count = carrying().count();
+    let root_mean = |sum: f64| (sum / count.max(1) as f64).sqrt();
+    let px: Option<f64> = carrying().map(|r| r.residual_px.map(|p| p.norm_squared())).sum();
+    ResidualSummary {
+        rms_px: px.filter(|_| count > 0).map(root_mean),
+        rms_m: root_mean(carrying().map(|r| r.offset_m.norm_squared()).sum()),
+        inliers,
+        outliers: list.len() - inliers,
+        used: list.len(),
+        skipped,
+    }
+}
+
+/// How much larger the good residuals are than expected: the factor on all standard deviations.
+///
+/// The variance of the ordinary ones, whose limit moves with it until both agree; the mean of s/2
+/// below the 99.9 % limit of χ²₂ is 0.99310 (1 − 0.001·(1 + 13.816/2)/0.999).
+#[must_use]
+pub fn noise_factor(squared: &[f64]) -> f64 {
+    if squared.is_empty() {
+        return 1.0;
+    }
+    let mut sorted = squared.to_vec();
+    let middle = sorted.len() / 2;
+    // The median of χ²₂ is 2 ln 2.
+    let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let mut variance = median / (2.0 * std::f64::consts::LN_2);
+    for _ in 0..20 {
+        let limit = ORDINARY_SQUARED * variance;
+        let (count, sum) =
+            squared.iter().filter(|s| **s <= limit).fold((0_usize, 0.0), |(n, sum), s| (n + 1, sum + s));
+        if count == 0 {
+            break;
+        }
+        let next = 0.5 * sum / count as f64 / 0.99310;
+        let settled = (next - variance).abs() <= 1e-9 * variance;
+        variance = next;
+        if settled {
+            break;
+        }
+    }
+    variance.sqrt()
+}

@@ -1,0 +1,243 @@
+//! The recipe: a recording in, a calibration out.
+
+use crate::assess::cross_validation::{self, Subject};
+use crate::assess::identifiability::{Shown, show};
+use crate::assess::observability::{Observability, RANK_THRESHOLD};
+use crate::assess::residuals;
+use crate::calibration::{Calibration, Status};
+use crate::config::{Config, Hold};
+use crate::error::Error;
+use crate::hypotheses::clock_drift::{Steady, steadied};
+use crate::hypotheses::second_minimum::RunnerUp;
+use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
+use crate::input::noise_levels::NoiseLevels;
+use crate::input::observations::{Observations, SKIP_REPEATED, observe, origin_ns};
+use crate::input::timestamps::{Regularised, Sampling};
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
+use crate::solve::covariance::{self, Uncertainty};
+use crate::solve::refine::{Terms, without_outliers};
+use crate::verdict::{self, Evidence};
+use crate::{assess::outlier_segments, assess::seam_point_error, hypotheses::search};
+use nalgebra::{DMatrix, SVector};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_dataset::{Guess, Recording};
+use trueline_lsq::Information;
+
+/// Estimates time offset, hand-eye transform and lines from a recording.
+///
+/// `guess` is where to start; without it the start is found from nothing.
+///
+/// # Errors
+/// [`Error`] if there is no estimate at all. A doubtful one is a [`Calibration`] that is not accepted.
+pub fn calibrate(
+    recording: &Recording,
+    guess: Option<&Guess>,
+    config: &Config,
+) -> Result<Calibration, Error> {
+    let sampling = Sampling::of(recording, origin_ns(recording));
+    let observations = observe(recording, &sampling, config)?;
+    check_overlap(&observations, config)?;
+    let fixed = held_components(config, guess)?;
+    let noise = NoiseLevels {
+        robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot.noise_m),
+        stamp_sigma_s: sampling.stamp_sigma_s(config, Regularised::default()),
+        factor: 1.0,
+    };
+    let terms = Terms { config, noise, fixed: &fixed, prior: None };
+    let found = search::find(&observations, &terms, guess)?;
+    let recorded = Stamped { observations, fit: found.fit, regularised: Regularised::default() };
+    let stamped = with_best_stamps(recording, &sampling, &terms, recorded)?;
+    let noise =
+        NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(config, stamped.regularised), ..terms.noise };
+    let terms = Terms { noise, ..terms };
+    let rate_sigma_ppm = sampling.rate_sigma_ppm(stamped.regularised);
+    let steady = steadied(stamped.observations, stamped.fit, &terms, rate_sigma_ppm)?;
+    let times_s = sampling.robot_times_s(stamped.regularised);
+    let halves = steady.observations.robot.halves(recording, times_s);
+    let Shown { fit, information, time_offset_share, observability } =
+        show(&steady, &terms, guess, found.equal_twin, halves.as_ref())?;
+    conclude(&Concluded {
+        recording,
+        sampling: &sampling,
+        regularised: stamped.regularised,
+        terms: &terms,
+        equal_twin: found.equal_twin,
+        runner_up: found.runner_up,
+        better: found.better,
+        steady: &Steady { fit, ..steady },
+        information,
+        time_offset_share,
+        observability,
+    })
+}
+
+/// All that a calibration is concluded from.
+struct Concluded<'a> {
+    recording: &'a Recording,
+    sampling: &'a Sampling,
+    regularised: Regularised,
+    terms: &'a Terms<'a>,
+    equal_twin: bool,
+    runner_up: Option<RunnerUp>,
+    better: Option<Parameters>,
+    steady: &'a Steady,
+    information: Information,
+    time_offset_share: f64,
+    observability: Observability,
+}
+
+fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
+    let (config, fit, observations) = (from.terms.config, &from.steady.fit, &from.steady.observations);
+    let parameters = fit.parameters().clone();
+    let problem = fit.problem(observations, config);
+    let uncertainty = covariance::assess(&problem, &parameters, &fit.noise, &from.information);
+    let held_out = cross_validation::check(&subject(from, &uncertainty), config);
+    let covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
+    let (features, skipped) = residuals::evaluate(&problem, &parameters);
+    let summary = residuals::summarise(&features, skipped);
+    let disruptions =
+        outlier_segments::find(observations, &features, &parameters, &fit.noise, config.offset_search_s);
+    let held_at_guess = fit.prior.is_some();
+    let all_seen = from.observability.seen_components[..LINES].iter().all(|seen| *seen);
+    let iterations = without_outliers(fit.iterations.clone(), observations, &features);
+    let stamp_of = |f: &residuals::FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
+    let mut calibration = Calibration {
+        status: Status::NotAccepted,
+        reasons: Vec::new(),
+        warnings: Vec::new(),
+        estimated: (0..parameters.dimension()).map(|k| !from.terms.fixed.contains(&k)).collect(),
+        observability: from.observability.clone(),
+        residuals: summary,
+        feature_stamps_ns: features.iter().map(stamp_of).collect(),
+        features,
+        noise_factor: fit.noise.factor,
+        covariance_model_share: uncertainty.model_share,
+        termination: fit.solution.termination,
+        iterations,
+        held_at_guess,
+        runner_up: from.runner_up,
+        held_out,
+        at_torch: all_seen
+            .then(|| {
+                seam_point_error::predict(
+                    observations,
+                    fit.placed.of(observations),
+                    &parameters,
+                    &covariance,
+                    &config.used_at,
+                )
+            })
+            .flatten(),
+        drift: from.steady.drift,
+        drifted: from.steady.drifted,
+        step: from.steady.step,
+        stepped: from.steady.stepped,
+        disruptions,
+        robot_stamps: from.sampling.robot.report(from.regularised.robot),
+        image_stamps: from.sampling.images.report(from.regularised.images),
+        robot_noise_m: observations.robot.recorded_noise_m,
+        robot_poses_repeated: observations.robot.repeated,
+        robot_smoothed: observations.robot.smoothed,
+        sheet_fit_rms_m: observations.sheet_fit_rms_m,
+        origin_ns: origin_ns(from.recording),
+        inputs: from.recording.inputs.clone(),
+        config: config.clone(),
+        covariance,
+        parameters,
+    };
+    judge(&mut calibration, from);
+    Ok(calibration)
+}
+
+/// What the residuals cannot tell of the time offset: noise in its column, and what the stamps leave unsaid.
+fn with_time_offset_widened(from: &Concluded<'_>, mut covariance: DMatrix<f64>) -> DMatrix<f64> {
+    // Noise in its column makes it look better known than it is.
+    let widen = from.time_offset_share.sqrt().recip();
+    covariance.row_mut(TIME_OFFSET).scale_mut(widen);
+    covariance.column_mut(TIME_OFFSET).scale_mut(widen);
+    let late_sigma_s = from.steady.observations.robot.late_sigma_s;
+    let stamps_sigma_s = from.sampling.phase_sigma_s(from.regularised).hypot(late_sigma_s);
+    covariance[(TIME_OFFSET, TIME_OFFSET)] += stamps_sigma_s.powi(2);
+    covariance
+}
+
+fn subject<'a>(from: &'a Concluded<'_>, real: &Uncertainty) -> Subject<'a> {
+    let model = from.information.covariance();
+    let inflation = |k: usize| {
+        let ratio = real.covariance[(k, k)] / model[(k, k)];
+        if ratio.is_finite() { ratio } else { 1.0 }
+    };
+    Subject {
+        observations: &from.steady.observations,
+        fit: &from.steady.fit,
+        fixed: from.terms.fixed,
+        rank_threshold: RANK_THRESHOLD,
+        seen: &from.observability.seen_components,
+        inflation: SVector::from_fn(|k, _| inflation(k)),
+    }
+}
+
+fn judge(calibration: &mut Calibration, from: &Concluded<'_>) {
+    let evidence = Evidence {
+        observability: &calibration.observability,
+        held: calibration.held_at_guess,
+        equal_twin: from.equal_twin,
+        runner_up: calibration.runner_up.as_ref(),
+        better: from.better.as_ref(),
+        time_offset_s: calibration.parameters.time_offset_s,
+        termination: calibration.termination,
+        noise_factor: calibration.noise_factor,
+        residuals: &calibration.residuals,
+        disruptions: &calibration.disruptions,
+        stepped: calibration.stepped.as_ref(),
+        drifted: calibration.drifted.as_ref(),
+        require: &calibration.config.require,
+        sigma: std::array::from_fn(|k| calibration.sigma(k)),
+        held_out: calibration.held_out.as_ref(),
+        stamps: [&calibration.robot_stamps, &calibration.image_stamps],
+        features: from.recording.features.len()
+            - calibration.residuals.skipped.get(SKIP_REPEATED).copied().unwrap_or(0),
+        origin_s: calibration.origin_ns as f64 * 1e-9,
+        repeated_poses: calibration.robot_poses_repeated,
+        robot_rows: from.recording.robot.len(),
+    };
+    let reasons = verdict::reasons(&evidence);
+    let mut warnings = verdict::warnings(&evidence);
+    let seen = calibration.observability.seen_components[..LINES].iter().all(|s| *s);
+    if let (true, None, Some(wanted)) = (seen, &calibration.at_torch, calibration.config.used_at.stand_off_m)
+    {
+        warnings.push(format!(
+            "no error at the torch is predicted: no point of the laser sheet below the scan is {:.0} mm from the sensor",
+            wanted * MM_PER_M
+        ));
+    }
+    calibration.status = if reasons.is_empty() { Status::Accepted } else { Status::NotAccepted };
+    calibration.reasons = reasons;
+    calibration.warnings = warnings;
+}
+
+fn check_overlap(observations: &Observations, config: &Config) -> Result<(), Error> {
+    let (robot_start_s, robot_end_s) = observations.robot.trajectory.span();
+    let stamps = || observations.list.iter().map(|o| o.stamp_s);
+    let image_start_s = stamps().fold(f64::INFINITY, f64::min);
+    let image_end_s = stamps().fold(f64::NEG_INFINITY, f64::max);
+    let margin = config.offset_search_s;
+    if image_start_s - margin > robot_end_s || image_end_s + margin < robot_start_s {
+        return Err(Error::NoOverlap { robot_start_s, robot_end_s, image_start_s, image_end_s });
+    }
+    Ok(())
+}
+
+fn held_components(config: &Config, guess: Option<&Guess>) -> Result<Vec<usize>, Error> {
+    let mut fixed = Vec::new();
+    for hold in &config.hold {
+        if guess.is_none() {
+            return Err(Error::NothingToHold { held: hold.name() });
+        }
+        match hold {
+            Hold::TimeOffset => fixed.push(TIME_OFFSET),
+            Hold::HandEye => fixed.extend(ROTATION..LINES),
+        }
+    }
+    Ok(fixed)
+}

@@ -1,0 +1,81 @@
+//! How well other time offsets would do: everything else is solved anew at each of them.
+
+use crate::calibration::Calibration;
+use crate::error::Error;
+use crate::input::noise_levels::NoiseLevels;
+use crate::input::observations::{self, Observations, observe};
+use crate::input::timestamps::Sampling;
+use crate::order_statistics::median;
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::{Parameters, TIME_OFFSET};
+use crate::problem::usable::Placed;
+use trueline_dataset::Recording;
+use trueline_lsq::{Loss, SolveOptions, solve};
+
+/// One offset of the profile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtOffset {
+    /// The time offset, s.
+    pub time_offset_s: f64,
+    /// Typical residual there in standard deviations (median), all else at its best.
+    pub typical_sigmas: f64,
+}
+
+/// Observations that are looked at.
+const SAMPLE: usize = 300;
+/// Offsets to either side that are near the optimum, and their distance, s.
+const NEAR: (usize, f64) = (12, 1e-3);
+/// The same further away.
+const FAR: (usize, f64) = (30, 0.04);
+/// Less placed observations than this say nothing of an offset.
+const LEAST_PLACED: usize = 30;
+
+/// The profile about a calibration, by rising offset. Each offset starts where its neighbour on the side of the optimum
+/// ended; linear loss beyond 3 σ, so that no valley is a wall.
+///
+/// # Errors
+/// As [`observe`].
+pub fn around(recording: &Recording, calibration: &Calibration) -> Result<Vec<AtOffset>, Error> {
+    let sampling = Sampling::of(recording, observations::origin_ns(recording));
+    let mut observations = observe(recording, &sampling, &calibration.config)?;
+    let stride = observations.list.len().div_ceil(SAMPLE).max(1);
+    observations.list = observations.list.into_iter().step_by(stride).collect();
+    let noise = NoiseLevels { robot_sigma_m: observations.robot.noise_m, stamp_sigma_s: 0.0, factor: 1.0 };
+    let best = calibration.parameters.time_offset_s;
+    let mut profile = Vec::new();
+    for side in [-1.0, 1.0] {
+        let mut at = calibration.parameters.clone();
+        for away_s in distances() {
+            at.time_offset_s = best + side * away_s;
+            if let Some((next, typical_sigmas)) = solved(&observations, &noise, &at) {
+                profile.push(AtOffset { time_offset_s: at.time_offset_s, typical_sigmas });
+                at = next;
+            }
+        }
+    }
+    profile.sort_by(|a, b| a.time_offset_s.total_cmp(&b.time_offset_s));
+    profile.dedup_by(|a, b| a.time_offset_s == b.time_offset_s);
+    Ok(profile)
+}
+
+/// How far from the optimum offsets are looked at, s: densely near it, to either end of the search.
+fn distances() -> impl Iterator<Item = f64> {
+    let near = (0..=NEAR.0).map(|k| k as f64 * NEAR.1);
+    near.chain((1..=FAR.0).map(|k| k as f64 * FAR.1))
+}
+
+/// All else at its best with the offset held, and the typical residual there.
+fn solved(observations: &Observations, noise: &NoiseLevels, at: &Parameters) -> Option<(Parameters, f64)> {
+    let placed = Placed::safely(observations, at.time_offset_s, 0.0);
+    if placed.len() < LEAST_PLACED {
+        return None;
+    }
+    let list = placed.of(observations);
+    let problem = LineProblem::coarse(observations, list, Loss::Huber { scale: 3.0 }, noise);
+    let options = SolveOptions { max_iterations: 12, cost_threshold: 1e-4, ..SolveOptions::default() };
+    let solution = solve(&problem, at.clone(), &[TIME_OFFSET], &options).ok()?;
+    let squared = problem.squared_residuals(&solution.state);
+    // Two numbers a feature: a length of √(2 ln 2) is the median where only noise is at work.
+    let typical = median(squared.into_iter())? / (2.0 * std::f64::consts::LN_2);
+    Some((solution.state, typical.sqrt()))
+}

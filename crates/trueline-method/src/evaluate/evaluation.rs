@@ -1,0 +1,144 @@
+//! How far measured seam points are from where they should be.
+
+use crate::config::Config;
+use crate::error::Error;
+use crate::evaluate::reference_curve::{Form, ReferenceCurve};
+use crate::evaluate::seam_points::{self, SeamPoint};
+use crate::order_statistics::median;
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use trueline_dataset::{Guess, Recording};
+
+/// A point with its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviation {
+    /// The point.
+    pub measured: SeamPoint,
+    /// From the nearest point of the reference to the point, m in base.
+    pub error_m: Vector3<f64>,
+}
+
+/// Figures over errors, as the paper's Table I has them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Figures {
+    /// Number of points.
+    pub count: usize,
+    /// Root mean square of the distances, m.
+    pub rmse_m: f64,
+    /// Mean of the distances, m: never more than the root mean square.
+    pub mae_m: f64,
+    /// Median of the distances, m: what a few wild points do not move.
+    pub median_m: f64,
+    /// Largest distance, m.
+    pub max_m: f64,
+    /// Mean error in base, m: what an offset of the whole seam would be.
+    pub bias_m: Vector3<f64>,
+}
+
+impl Figures {
+    /// Figures over errors.
+    #[must_use]
+    pub fn of(errors: impl Iterator<Item = Vector3<f64>>) -> Self {
+        let errors: Vec<Vector3<f64>> = errors.collect();
+        let n = errors.len().max(1) as f64;
+        let distances = || errors.iter().map(Vector3::norm);
+        Self {
+            count: errors.len(),
+            rmse_m: (distances().map(|d| d * d).sum::<f64>() / n).sqrt(),
+            mae_m: distances().sum::<f64>() / n,
+            median_m: median(distances()).unwrap_or(0.0),
+            max_m: distances().fold(0.0, f64::max),
+            bias_m: errors.iter().sum::<Vector3<f64>>() / n,
+        }
+    }
+}
+
+/// What a calibration is worth on a scan.
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    /// What the seams should look like.
+    pub references: Vec<ReferenceCurve>,
+    /// Whether they were known, and not fitted to the calibrated points.
+    pub known: bool,
+    /// Every point by the calibration.
+    pub calibrated: Vec<Deviation>,
+    /// The same with the time offset left out.
+    pub without_offset: Vec<Deviation>,
+    /// Points beyond the ends of the reference, which are in neither.
+    pub beyond_ends: usize,
+    /// Features that gave no point, by reason.
+    pub skipped: BTreeMap<&'static str, usize>,
+}
+
+/// Evaluates a calibration on a scan of seams that are known, or of the form that fits its points best.
+///
+/// # Errors
+/// A recording that cannot be placed, or too few points to fit anything.
+pub fn evaluate(
+    recording: &Recording,
+    by: &Guess,
+    known: Option<Vec<ReferenceCurve>>,
+    form: Form,
+) -> Result<Evaluation, Error> {
+    let config = Config::default();
+    let points = seam_points::place(recording, by, &config)?;
+    let without = seam_points::place(recording, &Guess { time_offset_s: 0.0, ..*by }, &config)?;
+    let is_known = known.is_some();
+    let references = match known {
+        Some(references) => references,
+        None => fitted(&points.list, form).ok_or(Error::NothingToFit { points: points.list.len() })?,
+    };
+    if points.list.is_empty() {
+        return Err(Error::NothingToFit { points: 0 });
+    }
+    let seams = points.list.iter().map(|p| p.line as usize + 1).max().unwrap_or(0);
+    if seams > references.len() {
+        return Err(Error::ReferenceMissing { seams, references: references.len() });
+    }
+    let (calibrated, beyond_ends) = against(&points.list, &references);
+    if calibrated.is_empty() {
+        let nearest_mm = nearest_m(&points.list, &references) * 1e3;
+        return Err(Error::BeyondReference { points: beyond_ends, nearest_mm });
+    }
+    let (without_offset, _) = against(&without.list, &references);
+    Ok(Evaluation {
+        references,
+        known: is_known,
+        calibrated,
+        without_offset,
+        beyond_ends,
+        skipped: points.skipped,
+    })
+}
+
+/// A reference for each seam.
+fn fitted(points: &[SeamPoint], form: Form) -> Option<Vec<ReferenceCurve>> {
+    let seams = points.iter().map(|p| p.line).max()? + 1;
+    let of = |seam: u32| {
+        let own: Vec<Vector3<f64>> =
+            points.iter().filter(|p| p.line == seam).map(|p| p.point_in_base).collect();
+        ReferenceCurve::fitted(&own, form)
+    };
+    (0..seams).map(of).collect()
+}
+
+/// Distance of the nearest point from its reference, ends and all, m.
+fn nearest_m(points: &[SeamPoint], references: &[ReferenceCurve]) -> f64 {
+    let distance =
+        |p: &SeamPoint| references.get(p.line as usize).map(|r| r.distance_with_ends(&p.point_in_base));
+    points.iter().filter_map(distance).fold(f64::INFINITY, f64::min)
+}
+
+/// The errors of all points against the reference of each seam, and how many points have none, being beyond its ends.
+#[must_use]
+pub fn against(points: &[SeamPoint], references: &[ReferenceCurve]) -> (Vec<Deviation>, usize) {
+    let deviations: Vec<Deviation> = points
+        .iter()
+        .filter_map(|measured| {
+            let error_m = references.get(measured.line as usize)?.deviation(&measured.point_in_base)?;
+            Some(Deviation { measured: *measured, error_m })
+        })
+        .collect();
+    let beyond = points.len() - deviations.len();
+    (deviations, beyond)
+}

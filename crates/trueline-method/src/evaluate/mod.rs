@@ -1,0 +1,5 @@
+//! A calibration at work on another scan.
+
+pub mod evaluation;
+pub mod reference_curve;
+pub mod seam_points;

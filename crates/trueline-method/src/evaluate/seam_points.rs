@@ -1,0 +1,64 @@
+//! Where the seam is in base, by a calibration that is known.
+
+use crate::assess::residuals::why_not_placed;
+use crate::config::Config;
+use crate::error::Error;
+use crate::input::observations::{self, observe_anywhere};
+use crate::input::timestamps::Sampling;
+use crate::problem::line_problem::placement;
+use crate::problem::parameters::Parameters;
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use trueline_dataset::{Guess, Recording};
+
+/// One measured point of a seam.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeamPoint {
+    /// Row of the feature in the recording, from 0.
+    pub row: u32,
+    /// Which seam.
+    pub line: u32,
+    /// Stamp of its image since the first robot sample, s.
+    pub stamp_s: f64,
+    /// The point in base, m.
+    pub point_in_base: Vector3<f64>,
+}
+
+/// All points of a recording, and the features that gave none, by reason.
+#[derive(Clone, Debug, Default)]
+pub struct SeamPoints {
+    /// By rising stamp.
+    pub list: Vec<SeamPoint>,
+    /// How many are missing, and why.
+    pub skipped: BTreeMap<&'static str, usize>,
+}
+
+/// Places every feature of a recording in base. Stamps are taken as recorded, as a robot that follows the seam would.
+///
+/// # Errors
+/// A recording that cannot be lifted onto the sheet: see [`observe_anywhere`].
+pub fn place(recording: &Recording, by: &Guess, config: &Config) -> Result<SeamPoints, Error> {
+    let sampling = Sampling::of(recording, observations::origin_ns(recording));
+    let observations = observe_anywhere(recording, &sampling, config)?;
+    let at = Parameters {
+        time_offset_s: by.time_offset_s,
+        tool_from_camera: by.tool_from_camera,
+        lines: Vec::new(),
+    };
+    let mut points = SeamPoints { list: Vec::new(), skipped: observations.skipped.clone() };
+    let mut hint = 0;
+    for o in &observations.list {
+        let Some(placement) = placement(&observations, o, &at, &mut hint) else {
+            let reason = why_not_placed(&observations, o.stamp_s - at.time_offset_s);
+            *points.skipped.entry(reason).or_insert(0) += 1;
+            continue;
+        };
+        points.list.push(SeamPoint {
+            row: o.row,
+            line: o.line,
+            stamp_s: o.stamp_s,
+            point_in_base: placement.point_in_base(&o.point_in_camera),
+        });
+    }
+    Ok(points)
+}

@@ -1,0 +1,186 @@
+//! One time offset for the whole scan: a drift is taken out of the stamps, a step of a clock is found out.
+//!
+//! Either makes residuals that look like anything but noise, and so makes itself seem uncertain. So a hypothesis is
+//! judged by what it leaves: it is taken out, the scan is fitted again, and its size is compared with the sigma that the
+//! clean residuals give.
+
+use crate::assess::observability::RANK_THRESHOLD;
+use crate::error::Error;
+use crate::hypotheses::drift_and_step::{ClockCheck, Drift, Step};
+use crate::hypotheses::second_minimum::misfit;
+use crate::input::observations::Observations;
+use crate::problem::parameters::TIME_OFFSET;
+use crate::solve::covariance;
+use crate::solve::refine::{Fit, Terms, again, polish};
+use trueline_lsq::Information;
+
+/// A fit whose time offset does not drift.
+pub struct Steady {
+    /// The observations, their stamps freed of a drift.
+    pub observations: Observations,
+    /// The fit.
+    pub fit: Fit,
+    /// The drift, be it chance.
+    pub drift: Option<Drift>,
+    /// The drift that was taken out.
+    pub drifted: Option<Drift>,
+    /// The largest step that the clocks may have made.
+    pub step: Option<Step>,
+    /// A step that they have made; it is not taken out.
+    pub stepped: Option<Step>,
+}
+
+/// A drift is one hypothesis.
+const DRIFT_SIGMAS: f64 = 5.0;
+/// Of several thousand possible steps of a clock the largest reaches 4 σ by chance; the variance is known
+/// to some 20 %.
+const STEP_SIGMAS: f64 = 7.0;
+/// Rounds of taking out: each is for what the linear estimate before left.
+const ROUNDS: usize = 5;
+
+/// Whether a drift is more than chance.
+#[must_use]
+pub fn is_significant(drift: &Drift) -> bool {
+    drift.ppm.abs() > DRIFT_SIGMAS * drift.sigma_ppm
+}
+
+/// Takes a significant drift of the image clock out of the stamps, unless a step explains the scan better.
+///
+/// `rate_sigma_ppm` is how well the rates of the stamps' clocks are known: what they drift by chance is no drift.
+///
+/// # Errors
+/// As [`polish`].
+pub fn steadied(
+    observations: Observations,
+    fit: Fit,
+    terms: &Terms<'_>,
+    rate_sigma_ppm: f64,
+) -> Result<Steady, Error> {
+    let clock = clock_check(&observations, &fit, terms);
+    let drift = clock.as_ref().and_then(ClockCheck::drift);
+    let step = clock.as_ref().and_then(ClockCheck::step);
+    let likely_drift = drift.is_some_and(|d| d.ppm.abs() > DRIFT_SIGMAS * d.sigma_ppm / inflation(&clock));
+    let likely_step = step.is_some_and(|s| s.step_s.abs() > STEP_SIGMAS * s.sigma_s / inflation(&clock));
+    let without_drift =
+        if likely_drift { drift_out(&observations, &fit, terms, rate_sigma_ppm)? } else { None };
+    let without_step = if likely_step { step_out(&observations, &fit, terms, rate_sigma_ppm)? } else { None };
+    let stepped =
+        without_step.filter(|step| without_drift.as_ref().is_none_or(|drift| step.misfit < drift.misfit));
+    let drift = drift.map(|d| Drift { sigma_ppm: d.sigma_ppm.hypot(rate_sigma_ppm), ..d });
+    let (observations, fit, drifted) = match without_drift.filter(|_| stepped.is_none()) {
+        Some(without) => (without.observations, without.fit, Some(without.drift)),
+        None => (observations, fit, None),
+    };
+    let fit = polish(&observations, terms, &fit)?;
+    Ok(Steady {
+        observations,
+        fit,
+        drift: drifted.or(drift),
+        drifted,
+        step,
+        stepped: stepped.map(|s| s.step),
+    })
+}
+
+/// How much larger than from noise alone the standard deviations of a check are.
+fn inflation(clock: &Option<ClockCheck>) -> f64 {
+    clock.as_ref().map_or(1.0, ClockCheck::inflation)
+}
+
+fn clock_check(observations: &Observations, fit: &Fit, terms: &Terms<'_>) -> Option<ClockCheck> {
+    if terms.fixed.contains(&TIME_OFFSET) {
+        return None;
+    }
+    let information = Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD)?;
+    let problem = fit.problem(observations, terms.config);
+    let covariance = information.covariance();
+    let real = covariance::assess(&problem, fit.parameters(), &fit.noise, &information).covariance;
+    let variance = (real[(0, 0)] / covariance[(0, 0)]).max(1.0);
+    variance.is_finite().then(|| ClockCheck::new(&problem, fit.parameters(), covariance, variance))
+}
+
+struct WithoutDrift {
+    observations: Observations,
+    fit: Fit,
+    drift: Drift,
+    misfit: f64,
+}
+
+/// The scan without its drift, if what is left says that there was one.
+fn drift_out(
+    observations: &Observations,
+    fit: &Fit,
+    terms: &Terms<'_>,
+    rate_sigma_ppm: f64,
+) -> Result<Option<WithoutDrift>, Error> {
+    let (mut observations, mut fit) = (observations.clone(), fit.clone());
+    let mut total_ppm = 0.0;
+    let mut left = clock_check(&observations, &fit, terms).and_then(|clock| clock.drift());
+    for _ in 0..ROUNDS {
+        let Some(found) = left.filter(|d| d.ppm.abs() > 0.1 * d.sigma_ppm) else { break };
+        total_ppm += found.ppm;
+        for o in &mut observations.list {
+            // The stamps run fast about the middle, where they are right.
+            o.stamp_s -= found.ppm * 1e-6 * (o.stamp_s - found.about_s);
+        }
+        fit = again(&observations, terms, &fit)?;
+        left = clock_check(&observations, &fit, terms).and_then(|clock| clock.drift());
+    }
+    let drift = left.map(|left| Drift {
+        ppm: left.ppm + total_ppm,
+        sigma_ppm: left.sigma_ppm.hypot(rate_sigma_ppm),
+        ..left
+    });
+    Ok(drift.filter(is_significant).map(|drift| {
+        let misfit = misfit(&observations, terms, fit.parameters());
+        WithoutDrift { observations, fit, drift, misfit }
+    }))
+}
+
+struct WithoutStep {
+    step: Step,
+    misfit: f64,
+}
+
+/// The step that, taken out, leaves residuals that say that there was one.
+fn step_out(
+    observations: &Observations,
+    fit: &Fit,
+    terms: &Terms<'_>,
+    rate_sigma_ppm: f64,
+) -> Result<Option<WithoutStep>, Error> {
+    let (mut observations, mut fit) = (observations.clone(), fit.clone());
+    let lasts_s = observations.list.last().map_or(0.0, |o| o.stamp_s)
+        - observations.list.first().map_or(0.0, |o| o.stamp_s);
+    let mut total: Option<Step> = None;
+    // The first frame after the step: frames keep their number whatever happens to their stamps.
+    let mut first_frame = 0;
+    for _ in 0..ROUNDS {
+        let Some(clock) = clock_check(&observations, &fit, terms) else { return Ok(None) };
+        let frame_at = |frame: u32| observations.list.iter().find(|o| o.frame >= frame).map(|o| o.stamp_s);
+        let found = match total {
+            None => clock.step(),
+            Some(_) => frame_at(first_frame).and_then(|at_s| clock.step_at(at_s)),
+        };
+        let Some(found) = found else { return Ok(None) };
+        if total.is_none() {
+            first_frame = observations.list.iter().find(|o| o.stamp_s >= found.at_s).map_or(0, |o| o.frame);
+        }
+        total = Some(Step {
+            at_s: total.map_or(found.at_s, |t| t.at_s),
+            step_s: found.step_s + total.map_or(0.0, |t| t.step_s),
+            // A rate that is off by chance looks like a step of half of what it makes over the scan.
+            sigma_s: found.sigma_s.hypot(0.5 * lasts_s * rate_sigma_ppm * 1e-6),
+        });
+        if found.step_s.abs() < 0.1 * found.sigma_s {
+            break;
+        }
+        for o in observations.list.iter_mut().filter(|o| o.frame >= first_frame) {
+            o.stamp_s -= found.step_s;
+        }
+        fit = again(&observations, terms, &fit)?;
+    }
+    Ok(total
+        .filter(|step| step.step_s.abs() > STEP_SIGMAS * step.sigma_s)
+        .map(|step| WithoutStep { step, misfit: misfit(&observations, terms, fit.parameters()) }))
+}

@@ -1,0 +1,144 @@
+//! Whether one time offset holds for the whole scan: its drift, and a step of one of the clocks.
+//!
+//! Each is one more unknown, a column s·∂r/∂t_d with s rising over the scan or stepping from 0 to 1. At the
+//! solution one Gauss–Newton step of that unknown, all others following, is its estimate; and since only sums
+//! over the observations are needed, a step can be tried at every frame in linear time.
+
+use crate::problem::line_problem::{LOCAL, LineProblem, global_index};
+use nalgebra::{DMatrix, DVector, SVector};
+
+/// How fast the offset changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drift {
+    /// Change of the time offset over time, parts per million: positive if the image clock runs fast.
+    pub ppm: f64,
+    /// Its standard deviation.
+    pub sigma_ppm: f64,
+    /// Stamp about which the offset turns: where the reported one holds, s.
+    pub about_s: f64,
+}
+
+/// A sudden change of the offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// First stamp after it, s.
+    pub at_s: f64,
+    /// New offset minus old, s.
+    pub step_s: f64,
+    /// Its standard deviation, s.
+    pub sigma_s: f64,
+}
+
+/// One observation's part in the sums.
+struct Part {
+    stamp_s: f64,
+    with_others: DVector<f64>,
+    gradient: f64,
+    own: f64,
+}
+
+/// The sums of a solution, from which drift and step follow.
+pub struct ClockCheck {
+    parts: Vec<Part>,
+    covariance: DMatrix<f64>,
+    variance: f64,
+}
+
+/// Part of the scan that must lie on both sides of a step.
+const LEAST_SIDE: f64 = 0.05;
+
+impl ClockCheck {
+    /// Prepares the sums; `covariance` is H⁻¹, `variance` how much larger the offset's variance really is.
+    #[must_use]
+    pub fn new(
+        problem: &LineProblem<'_>,
+        at: &crate::Parameters,
+        covariance: DMatrix<f64>,
+        variance: f64,
+    ) -> Self {
+        let mut hint = 0;
+        let dimension = covariance.nrows();
+        let part = |pair: (&crate::Observation, &crate::input::noise_levels::Whitener)| {
+            let (residual, jacobian) = problem.whitened(pair, at, &mut hint)?;
+            let weight = problem.loss.weight(residual.norm_squared());
+            let column = jacobian.column(0).into_owned() * weight;
+            let local: SVector<f64, LOCAL> = jacobian.transpose() * column;
+            let mut with_others = DVector::zeros(dimension);
+            for (k, value) in local.iter().enumerate() {
+                with_others[global_index(k, pair.0.line as usize)] = *value;
+            }
+            Some(Part {
+                stamp_s: pair.0.stamp_s,
+                with_others,
+                gradient: column.dot(&residual),
+                own: local[0],
+            })
+        };
+        let parts = problem.selected().filter_map(part).collect();
+        Self { parts, covariance, variance }
+    }
+
+    /// Estimate and variance of the extra unknown whose sums these are.
+    fn estimate(&self, with_others: &DVector<f64>, gradient: f64, own: f64) -> Option<(f64, f64)> {
+        let information = own - (with_others.transpose() * &self.covariance * with_others)[0];
+        (information > 1e-6 * own).then(|| (-gradient / information, self.variance / information))
+    }
+
+    /// The drift of the time offset; `None` if nothing can be said.
+    #[must_use]
+    pub fn drift(&self) -> Option<Drift> {
+        let own: f64 = self.parts.iter().map(|p| p.own).sum();
+        // About the centre of what is known of the offset the two are nearly independent.
+        let about_s = self.parts.iter().map(|p| p.own * p.stamp_s).sum::<f64>() / own;
+        let mut sums = (DVector::zeros(self.covariance.nrows()), 0.0, 0.0);
+        for part in &self.parts {
+            let elapsed = part.stamp_s - about_s;
+            sums.0.axpy(elapsed, &part.with_others, 1.0);
+            sums.1 += elapsed * part.gradient;
+            sums.2 += elapsed * elapsed * part.own;
+        }
+        let (rate, variance) = self.estimate(&sums.0, sums.1, sums.2)?;
+        Some(Drift { ppm: rate * 1e6, sigma_ppm: variance.sqrt() * 1e6, about_s })
+    }
+
+    /// How much larger than from noise alone the standard deviations are.
+    #[must_use]
+    pub fn inflation(&self) -> f64 {
+        self.variance.sqrt()
+    }
+
+    /// The most significant step; `None` if nothing can be said.
+    #[must_use]
+    pub fn step(&self) -> Option<Step> {
+        let significance = |step: &Step| (step.step_s / step.sigma_s).abs();
+        self.steps().into_iter().max_by(|a, b| significance(a).total_cmp(&significance(b)))
+    }
+
+    /// The step at a stamp; `None` if nothing can be said.
+    #[must_use]
+    pub fn step_at(&self, at_s: f64) -> Option<Step> {
+        let off = |step: &Step| (step.at_s - at_s).abs();
+        self.steps().into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+
+    /// The step at each frame that has enough of the scan to either side.
+    fn steps(&self) -> Vec<Step> {
+        let total: f64 = self.parts.iter().map(|p| p.own).sum();
+        let mut after = (DVector::zeros(self.covariance.nrows()), 0.0, 0.0);
+        let mut steps = Vec::new();
+        for (k, part) in self.parts.iter().enumerate().rev() {
+            after.0 += &part.with_others;
+            after.1 += part.gradient;
+            after.2 += part.own;
+            let first_of_frame = k == 0 || self.parts[k - 1].stamp_s != part.stamp_s;
+            let share = after.2 / total;
+            if !first_of_frame || !(LEAST_SIDE..=1.0 - LEAST_SIDE).contains(&share) {
+                continue;
+            }
+            if let Some((step_s, variance)) = self.estimate(&after.0, after.1, after.2) {
+                steps.push(Step { at_s: part.stamp_s, step_s, sigma_s: variance.sqrt() });
+            }
+        }
+        steps
+    }
+}

@@ -1,0 +1,81 @@
+//! Which stamps to believe: those recorded, or those of the clock behind them. The data decide.
+
+use crate::assess::residuals;
+use crate::config::{Config, Stamps};
+use crate::error::Error;
+use crate::hypotheses::second_minimum::{DECISIVE, noise_advantage};
+use crate::input::noise_levels::NoiseLevels;
+use crate::input::observations::Observations;
+use crate::input::robot_motion::RobotMotion;
+use crate::input::timestamps::{Regularised, Sampling};
+use crate::problem::line_problem::LineProblem;
+use crate::solve::refine::{Fit, Terms, again};
+use trueline_dataset::Recording;
+use trueline_lsq::Loss;
+
+/// A fit, the observations it was made of, and how their stamps were treated.
+pub struct Stamped {
+    /// Observations with the stamps that are used.
+    pub observations: Observations,
+    /// The fit to them.
+    pub fit: Fit,
+    /// Which stamps are the clocks'.
+    pub regularised: Regularised,
+}
+
+/// Solves with the stamps of the clocks too, and keeps the better.
+///
+/// # Errors
+/// As [`again`].
+pub fn with_best_stamps(
+    recording: &Recording,
+    sampling: &Sampling,
+    terms: &Terms<'_>,
+    recorded: Stamped,
+) -> Result<Stamped, Error> {
+    let mut best = recorded;
+    for regularised in sampling.treatments(terms.config) {
+        let observations = treated(recording, sampling, terms.config, &best.observations, regularised)?;
+        let noise =
+            NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(terms.config, regularised), ..terms.noise };
+        let fit = again(&observations, &Terms { noise, ..*terms }, &best.fit)?;
+        let tried = Stamped { observations, fit, regularised };
+        if terms.config.stamps == Stamps::Regular || advantage(&tried, &best, &terms.noise) > DECISIVE {
+            best = tried;
+        }
+    }
+    Ok(best)
+}
+
+fn treated(
+    recording: &Recording,
+    sampling: &Sampling,
+    config: &Config,
+    observations: &Observations,
+    regularised: Regularised,
+) -> Result<Observations, Error> {
+    let mut treated = observations.clone();
+    if let Some(clock) = sampling.images.clock.as_ref().filter(|_| regularised.images) {
+        for o in &mut treated.list {
+            o.stamp_s = clock.regular_s[o.frame as usize];
+        }
+    }
+    if let Some(clock) = sampling.robot.clock.as_ref().filter(|_| regularised.robot) {
+        treated.robot = RobotMotion::of(recording, &clock.regular_s, config)?;
+    }
+    Ok(treated)
+}
+
+/// Twice the log likelihood of one over the other, by the residuals in the sheet alone.
+fn advantage(one: &Stamped, other: &Stamped, noise: &NoiseLevels) -> f64 {
+    let factor = |stamped: &Stamped| {
+        let problem = LineProblem::coarse(
+            &stamped.observations,
+            stamped.fit.placed.of(&stamped.observations),
+            Loss::Squared,
+            noise,
+        );
+        residuals::noise_factor(&problem.squared_residuals(stamped.fit.parameters()))
+    };
+    noise_advantage(one.fit.placed.len(), factor(one), factor(other))
+}

@@ -1,0 +1,8 @@
+//! Recording → observations: stamps, clocks, the robot's path, features on the laser plane.
+
+pub mod clock_model;
+pub mod noise_levels;
+pub mod observations;
+pub mod repeated_poses;
+pub mod robot_motion;
+pub mod timestamps;

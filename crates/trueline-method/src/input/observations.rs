@@ -1,0 +1,232 @@
+//! Recording → observations: every feature lifted onto the laser sheet, with its covariance there.
+
+use crate::config::Config;
+use crate::error::Error;
+use crate::input::robot_motion::RobotMotion;
+use crate::input::timestamps::Sampling;
+use nalgebra::{Matrix2, Vector2, Vector3};
+use std::collections::{BTreeMap, BTreeSet};
+use trueline_dataset::{Feature, Measured, Recording, Sensor};
+use trueline_geometry::fit;
+use trueline_model::LaserSheet;
+
+/// One seam point on the sheet.
+#[derive(Clone, Copy, Debug)]
+pub struct Observation {
+    /// Stamp of its image since the start of the recording, s.
+    pub stamp_s: f64,
+    /// Index of its image among those with a stamp of their own.
+    pub frame: u32,
+    /// Which line.
+    pub line: u32,
+    /// Row of the feature in the recording, from 0.
+    pub row: u32,
+    /// Standard deviation of the pixel that it was, mean (geometric) of u and v, px; 0 where features are lengths. Single
+    /// precision: there is room for it.
+    pub sigma_px: f32,
+    /// The point in the camera frame, m.
+    pub point_in_camera: Vector3<f64>,
+    /// Covariance of the measurement in the sheet, m²: \[xx, xy, yy\].
+    pub covariance: [f64; 3],
+}
+
+/// Everything the problem is made of.
+#[derive(Clone, Debug)]
+pub struct Observations {
+    /// The robot.
+    pub robot: RobotMotion,
+    /// The laser sheet.
+    pub sheet: LaserSheet,
+    /// The observations by rising stamp.
+    pub list: Vec<Observation>,
+    /// Number of lines.
+    pub line_count: usize,
+    /// Whether features are pixels.
+    pub are_pixels: bool,
+    /// RMS of the points about the sheet that was fitted to them, m; `None` where the sheet was given.
+    pub sheet_fit_rms_m: Option<f64>,
+    /// Features that could not be used, by reason.
+    pub skipped: BTreeMap<&'static str, usize>,
+}
+
+/// Pixels whose ray does not exist or does not meet the sheet.
+pub const SKIP_NO_RAY: &str = "pixel outside the image or the lens model";
+/// Rays that run along the sheet or meet it behind the camera.
+pub const SKIP_NO_SHEET: &str = "ray does not meet the laser sheet";
+
+/// A row that says what another of the same image has said.
+pub const SKIP_REPEATED: &str = "row repeats another of its image";
+
+/// Points further than this (RMS) from a plane were not measured in one laser sheet.
+const SHEET_RMS_LIMIT_M: f64 = 1e-3;
+
+/// Time 0 of all stamps in seconds: the first robot sample, ns.
+#[must_use]
+pub fn origin_ns(recording: &Recording) -> i64 {
+    recording.robot.first().map_or(0, |sample| sample.stamp_ns)
+}
+
+/// Lifts the features of a recording onto the sheet, and takes all stamps as recorded.
+///
+/// # Errors
+/// A robot stream that is no trajectory, points without a sheet, lines without features.
+pub fn observe(recording: &Recording, sampling: &Sampling, config: &Config) -> Result<Observations, Error> {
+    let sheet = sheet_of(recording, config)?;
+    observe_on(sheet, recording, sampling, config)
+}
+
+/// The same without a fitted sheet: points are where they are, whatever sheet they were measured in.
+///
+/// # Errors
+/// As [`observe`], but for a sheet that cannot be fitted.
+pub fn observe_anywhere(
+    recording: &Recording,
+    sampling: &Sampling,
+    config: &Config,
+) -> Result<Observations, Error> {
+    let sheet = match &recording.sensor {
+        Sensor::Points { laser_plane_in_camera: None } => (LaserSheet::of_profiler(), None),
+        _ => sheet_of(recording, config)?,
+    };
+    observe_on(sheet, recording, sampling, config)
+}
+
+fn observe_on(
+    (sheet, sheet_fit_rms_m): (LaserSheet, Option<f64>),
+    recording: &Recording,
+    sampling: &Sampling,
+    config: &Config,
+) -> Result<Observations, Error> {
+    if sampling.images.recorded_s.len() < MIN_IMAGES {
+        return Err(Error::TooFewImages { images: sampling.images.recorded_s.len(), needed: MIN_IMAGES });
+    }
+    let robot = RobotMotion::of(recording, &sampling.robot.recorded_s, config)?;
+    let mut skipped = BTreeMap::new();
+    let mut list = Vec::with_capacity(recording.features.len());
+    let mut frame = 0;
+    let mut image = Image::default();
+    let are_pixels = matches!(recording.sensor, Sensor::CameraLaser { .. });
+    for (row, feature) in recording.features.iter().enumerate() {
+        if image.repeats(feature) {
+            *skipped.entry(SKIP_REPEATED).or_insert(0) += 1;
+            continue;
+        }
+        frame += u32::from(row > 0 && recording.features[row - 1].stamp_ns != feature.stamp_ns);
+        match lift(&recording.sensor, &sheet, feature, config) {
+            Ok((point_in_camera, covariance)) => list.push(Observation {
+                stamp_s: sampling.images.recorded_s[frame as usize],
+                frame,
+                line: feature.line,
+                row: row as u32,
+                sigma_px: pixel_sigma(feature, are_pixels, config),
+                point_in_camera,
+                covariance: [covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]],
+            }),
+            Err(reason) => *skipped.entry(reason).or_insert(0) += 1,
+        }
+    }
+    let line_count = count_lines(&list)?;
+    Ok(Observations { robot, sheet, list, line_count, are_pixels, sheet_fit_rms_m, skipped })
+}
+
+/// What the rows of one image have said so far.
+#[derive(Default)]
+struct Image {
+    stamp_ns: Option<i64>,
+    said: BTreeSet<(u32, [u64; 3])>,
+}
+
+impl Image {
+    /// Whether an earlier row of the same image says the same.
+    fn repeats(&mut self, feature: &Feature) -> bool {
+        if self.stamp_ns != Some(feature.stamp_ns) {
+            self.said.clear();
+            self.stamp_ns = Some(feature.stamp_ns);
+        }
+        let numbers = match feature.measured {
+            Measured::Pixel([a, b]) | Measured::Profile([a, b]) => [a, b, 0.0],
+            Measured::Point(numbers) => numbers,
+        };
+        !self.said.insert((feature.line, numbers.map(f64::to_bits)))
+    }
+}
+
+fn sheet_of(recording: &Recording, config: &Config) -> Result<(LaserSheet, Option<f64>), Error> {
+    match &recording.sensor {
+        Sensor::CameraLaser { laser_plane_in_camera, .. } => {
+            Ok((LaserSheet::from_plane(*laser_plane_in_camera), None))
+        }
+        Sensor::Profiler => Ok((LaserSheet::of_profiler(), None)),
+        Sensor::Points { laser_plane_in_camera: Some(plane) } => Ok((LaserSheet::from_plane(*plane), None)),
+        Sensor::Points { laser_plane_in_camera: None } => fitted_sheet(recording, config),
+    }
+}
+
+fn fitted_sheet(recording: &Recording, config: &Config) -> Result<(LaserSheet, Option<f64>), Error> {
+    let points: Vec<Vector3<f64>> = recording
+        .features
+        .iter()
+        .filter_map(|f| match f.measured {
+            Measured::Point(p) => Some(Vector3::from(p)),
+            _ => None,
+        })
+        .collect();
+    let fit = fit::robust_plane(&points).ok_or(Error::SheetUndefined)?;
+    if fit.extent < 10.0 * config.feature_sigma_m {
+        return Err(Error::SheetUndefined);
+    }
+    if fit.rms > SHEET_RMS_LIMIT_M && config.residual == crate::ResidualKind::Sheet {
+        return Err(Error::PointsNotInSheet { rms_m: fit.rms });
+    }
+    Ok((LaserSheet::from_plane(fit.plane), Some(fit.rms)))
+}
+
+/// The point in the camera frame (m) and its covariance in the sheet (m²), or why there is none.
+fn lift(
+    sensor: &Sensor,
+    sheet: &LaserSheet,
+    feature: &Feature,
+    config: &Config,
+) -> Result<(Vector3<f64>, Matrix2<f64>), &'static str> {
+    let squared = |sigma: [f64; 2]| Matrix2::new(sigma[0].powi(2), 0.0, 0.0, sigma[1].powi(2));
+    let sigma_m = || feature.sigma.unwrap_or([config.feature_sigma_m; 2]);
+    match (feature.measured, sensor) {
+        (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
+            let (ray, d_ray_d_pixel) = camera.ray(&Vector2::from(pixel)).map_err(|_| SKIP_NO_RAY)?;
+            let (point, d_point_d_ray) = sheet.intersect(&ray).ok_or(SKIP_NO_SHEET)?;
+            let d_sheet_d_pixel = sheet.axes().transpose() * d_point_d_ray * d_ray_d_pixel;
+            let sigma = squared(feature.sigma.unwrap_or([config.feature_sigma_px; 2]));
+            Ok((point, d_sheet_d_pixel * sigma * d_sheet_d_pixel.transpose()))
+        }
+        (Measured::Profile([x, z]), _) => Ok((Vector3::new(x, 0.0, z), squared(sigma_m()))),
+        (Measured::Point(point), _) => Ok((Vector3::from(point), squared(sigma_m()))),
+        (Measured::Pixel(_), _) => Err(SKIP_NO_RAY),
+    }
+}
+
+fn pixel_sigma(feature: &Feature, are_pixels: bool, config: &Config) -> f32 {
+    let sigma = feature.sigma.map_or(config.feature_sigma_px, |[u, v]| (u * v).sqrt());
+    if are_pixels { sigma as f32 } else { 0.0 }
+}
+
+fn count_lines(list: &[Observation]) -> Result<usize, Error> {
+    let Some(highest) = list.iter().map(|o| o.line).max() else {
+        return Err(Error::TooFewFeatures { line: 0, usable: 0, needed: MIN_FEATURES });
+    };
+    for line in 0..=highest {
+        let usable = list.iter().filter(|o| o.line == line).count();
+        if usable == 0 {
+            return Err(Error::LineMissing { line, highest });
+        }
+        if usable < MIN_FEATURES {
+            return Err(Error::TooFewFeatures { line, usable, needed: MIN_FEATURES });
+        }
+    }
+    Ok(highest as usize + 1)
+}
+
+/// Fewest features of a line: with two numbers each, four are enough for its own unknowns; ten leave
+/// something to judge them by.
+const MIN_FEATURES: usize = 10;
+/// Fewest images of a scan: an image of several lines is one instant all the same.
+const MIN_IMAGES: usize = 10;

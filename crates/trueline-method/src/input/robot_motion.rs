@@ -1,0 +1,121 @@
+//! Recorded poses → the robot's path over time, and how well it is known.
+
+use crate::config::{Config, ResidualKind};
+use crate::error::Error;
+use crate::input::repeated_poses::{self, Updates};
+use trueline_dataset::{Recording, RobotSample};
+use trueline_geometry::trajectory::{GAP_PERIODS, TrajectoryError};
+use trueline_geometry::{Pose, Trajectory, curve, smooth};
+
+/// How the robot moved, and how well that is known.
+#[derive(Clone, Debug)]
+pub struct RobotMotion {
+    /// Poses over time since the start of the recording.
+    pub trajectory: Trajectory,
+    /// Median time between the samples, s.
+    pub period_s: f64,
+    /// Noise of a recorded position, per axis, as measured on the stream, m.
+    pub recorded_noise_m: f64,
+    /// What is left of it in the trajectory, m.
+    pub noise_m: f64,
+    /// Whether the trajectory is a local fit to the recorded poses.
+    pub smoothed: bool,
+    /// Samples that only repeat the pose of the one before while the robot moves, and are left out.
+    pub repeated: usize,
+    /// Standard deviation of how late the others are for that, s.
+    pub late_sigma_s: f64,
+}
+
+/// Below this the robot's noise does not matter, and its poses are taken as recorded: a twentieth of what
+/// the feature itself contributes.
+const SMOOTH_ABOVE_M: f64 = 1e-6;
+/// For so long a robot's path is straight: at 2 m/s² it then bends by 2 · T²/8 = 6 µm.
+const STRAIGHT_S: f64 = 0.005;
+/// A robot that stays within this shift and [`LEAST_TURN_RAD`] does not move.
+const LEAST_SHIFT_M: f64 = 1e-4;
+/// See [`LEAST_SHIFT_M`].
+const LEAST_TURN_RAD: f64 = 2e-4;
+
+impl RobotMotion {
+    /// The motion over `times_s`, one for each sample with a stamp of its own.
+    ///
+    /// # Errors
+    /// A robot stream that is no trajectory, or does not move.
+    pub fn of(recording: &Recording, times_s: &[f64], config: &Config) -> Result<Self, Error> {
+        let (times, poses, updates) = news(recording, times_s);
+        check_motion(&poses)?;
+        let recorded = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
+        let (period_s, gap_limit_s) = (recorded.median_period(), recorded.gap_limit());
+        let recorded_noise_m = smooth::position_noise(recorded.times(), &poses, period_s, gap_limit_s);
+        // The paper's residual comes with the paper's motion: straight between samples as they are.
+        let as_recorded = config.residual == ResidualKind::PointToLine;
+        let noise_left = smooth::noise_left(period_s);
+        let smoothed = !as_recorded && recorded_noise_m > SMOOTH_ABOVE_M && noise_left < 1.0;
+        let trajectory = if as_recorded {
+            recorded
+        } else {
+            path(recorded.times(), &poses, gap_limit_s, smoothed).map_err(Error::Trajectory)?
+        };
+        Ok(Self {
+            trajectory,
+            period_s,
+            recorded_noise_m,
+            noise_m: recorded_noise_m * if smoothed { noise_left } else { 1.0 },
+            smoothed,
+            repeated: updates.repeated,
+            late_sigma_s: updates.late_sigma_s,
+        })
+    }
+
+    /// The same motion by every other sample, and by those between: their noise has nothing in common. `None` for a
+    /// stream too short for that.
+    #[must_use]
+    pub fn halves(&self, recording: &Recording, times_s: &[f64]) -> Option<[Trajectory; 2]> {
+        let (times, poses, _) = news(recording, times_s);
+        let gap_limit_s = 2.0 * GAP_PERIODS * self.period_s;
+        let every_other = |first: usize| {
+            let samples = times.iter().copied().zip(poses.iter().copied());
+            let (times, poses): (Vec<f64>, Vec<Pose>) = samples.skip(first).step_by(2).unzip();
+            path(&times, &poses, gap_limit_s, self.smoothed).ok()
+        };
+        Some([every_other(0)?, every_other(1)?])
+    }
+}
+
+/// The samples that say something new, and when they were taken.
+fn news(recording: &Recording, times_s: &[f64]) -> (Vec<f64>, Vec<Pose>, Updates) {
+    // Of several samples with one stamp the last counts.
+    let last_of_each = |pair: &&[RobotSample]| pair[0].stamp_ns != pair[1].stamp_ns;
+    let before_last = recording.robot.windows(2).filter(last_of_each).map(|pair| &pair[0]);
+    let poses: Vec<Pose> =
+        before_last.chain(recording.robot.last()).map(|sample| sample.base_from_tool).collect();
+    let updates = repeated_poses::updates(times_s, &poses);
+    let times = updates.kept.iter().map(|k| times_s[*k] - updates.late_s).collect();
+    let poses = updates.kept.iter().map(|k| poses[*k]).collect();
+    (times, poses, updates)
+}
+
+/// The path through samples: their noise taken out, and curved where they are far apart.
+fn path(
+    times: &[f64],
+    poses: &[Pose],
+    gap_limit_s: f64,
+    smoothed: bool,
+) -> Result<Trajectory, TrajectoryError> {
+    let poses = if smoothed { smooth::local_quadratic(times, poses, gap_limit_s) } else { poses.to_vec() };
+    let (times, poses) = curve::densified(times, &poses, gap_limit_s, STRAIGHT_S);
+    Trajectory::new(times, &poses)
+}
+
+fn check_motion(poses: &[Pose]) -> Result<(), Error> {
+    let Some(first) = poses.first() else { return Ok(()) };
+    let (mut shift_m, mut turn_rad) = (0.0_f64, 0.0_f64);
+    for pose in poses {
+        shift_m = shift_m.max((pose.translation.vector - first.translation.vector).norm());
+        turn_rad = turn_rad.max(first.rotation.angle_to(&pose.rotation));
+    }
+    if shift_m > LEAST_SHIFT_M || turn_rad > LEAST_TURN_RAD {
+        return Ok(());
+    }
+    Err(Error::RobotStandsStill { shift_mm: shift_m * 1e3, turn_deg: turn_rad.to_degrees() })
+}

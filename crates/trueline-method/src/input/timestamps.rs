@@ -1,0 +1,262 @@
+//! When the samples of both streams were taken: as stamped, or as their clocks say.
+
+use crate::config::{Config, ResidualKind, Stamps};
+use crate::input::clock_model::{self, SILENCE_TICKS, StreamClock, Through, Ticks};
+use crate::order_statistics::median;
+use trueline_dataset::Recording;
+
+/// The stamps of one stream, one for each sample, rising, without doubles.
+#[derive(Clone, Debug)]
+pub struct Stream {
+    /// As recorded, s since the start of the recording.
+    pub recorded_s: Vec<f64>,
+    /// The clock behind them, if they come from an even tick.
+    pub clock: Option<StreamClock>,
+    /// Samples that repeat the stamp before: several rows of one sample, or a row recorded twice.
+    pub doubles: usize,
+    /// All stamps are multiples of this, though the samples are not, s.
+    pub grain_s: Option<f64>,
+}
+
+/// The stamps of robot and images.
+#[derive(Clone, Debug)]
+pub struct Sampling {
+    /// Robot poses.
+    pub robot: Stream,
+    /// Images: features of one image count once.
+    pub images: Stream,
+}
+
+/// Which streams are taken as their clocks say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Regularised {
+    /// Robot poses.
+    pub robot: bool,
+    /// Images.
+    pub images: bool,
+}
+
+/// What is known of a stream's stamps, and what was done with them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StampReport {
+    /// Number of samples with a stamp of their own.
+    pub count: usize,
+    /// Rows that repeat the stamp of the row before.
+    pub doubles: usize,
+    /// Median time between stamps, s.
+    pub median_period_s: f64,
+    /// Longest time between stamps, s.
+    pub longest_gap_s: f64,
+    /// Time between samples by the clock, s; `None` where the stamps come from no even tick.
+    pub period_s: Option<f64>,
+    /// Standard deviation of the stamps about that clock, s.
+    pub jitter_s: Option<f64>,
+    /// Samples missing between the first and the last.
+    pub missing: Option<usize>,
+    /// Silences of more than four periods.
+    pub silences: usize,
+    /// Rate of the device's clock against the receiver's, ppm; where device stamps are recorded.
+    pub device_drift_ppm: Option<f64>,
+    /// Whether delays are to one side only, so that the clock follows their floor.
+    pub one_sided: bool,
+    /// Steps of the receive clock: when and how high, s.
+    pub steps: Vec<(f64, f64)>,
+    /// All stamps are multiples of this, though the samples are not: what the stamps leave unsaid, s.
+    pub grain_s: Option<f64>,
+    /// Whether the samples were taken as the clock says.
+    pub regularised: bool,
+}
+
+/// Finer stamps say enough, s.
+const COARSE_GRAIN_NS: i64 = 500_000;
+
+/// Rows over which rounded stamps stay within a grain of an even tick, and ones with lost rows do not.
+const GRAIN_WINDOW: usize = 200;
+
+/// Rounded stamps stray by a grain from an even tick; jitter before rounding and the fit of the tick add to it.
+const STRAYS: f64 = 1.4;
+
+/// The multiple of which all stamps are, in ns, if it is coarse and rounding is why: the stamps are an even tick to
+/// within a grain. Rows that are lost from a clock of just that period leave it further and further.
+fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
+    let steps: Vec<i64> = stamps_ns.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0).collect();
+    let gcd = |a: i64, b: i64| {
+        let (mut a, mut b) = (a, b);
+        while b != 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    // Microseconds, for seconds that were written with some digits are not exact.
+    let grain = steps.iter().fold(0, |grain, step| gcd(grain, (step + 500) / 1000)) * 1000;
+    let differ = steps.iter().any(|step| (step - steps[0]).abs() > 1000);
+    if grain < COARSE_GRAIN_NS || !differ {
+        return None;
+    }
+    let windows: Vec<&[i64]> = stamps_ns.chunks(GRAIN_WINDOW).filter(|window| is_ragged(window)).collect();
+    let even = windows.iter().filter(|window| strays_ns(window) <= STRAYS * grain as f64).count();
+    (even > 0 && even * 10 >= windows.len() * 8).then_some(grain)
+}
+
+/// Whether more than one step in fifty is not the usual one: a row lost now and then is no rounding.
+fn is_ragged(stamps_ns: &[i64]) -> bool {
+    let mut steps: Vec<i64> = stamps_ns.windows(2).map(|w| w[1] - w[0]).collect();
+    if steps.len() < GRAIN_WINDOW / 4 {
+        return false;
+    }
+    steps.sort_unstable();
+    let usual = steps[steps.len() / 2];
+    let others = steps.iter().filter(|step| (*step - usual).abs() > 1000).count();
+    others * 50 > steps.len()
+}
+
+/// How far stamps stray from an even tick through the window, from the earliest to the latest, ns.
+fn strays_ns(stamps_ns: &[i64]) -> f64 {
+    let n = stamps_ns.len() as f64;
+    let at = |k: usize| (stamps_ns[k] - stamps_ns[0]) as f64;
+    let centre = 0.5 * (n - 1.0);
+    let mean = (0..stamps_ns.len()).map(at).sum::<f64>() / n;
+    let slope = (0..stamps_ns.len()).map(|k| (k as f64 - centre) * (at(k) - mean)).sum::<f64>()
+        / (n * (n * n - 1.0) / 12.0);
+    let off = |k: usize| at(k) - mean - slope * (k as f64 - centre);
+    let (least, most) = (0..stamps_ns.len())
+        .map(off)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    most - least
+}
+
+/// Jitter of an image stamp where it cannot be measured, s.
+const UNKNOWN_JITTER_S: f64 = 0.1e-3;
+
+/// Variance of the time of an interpolated pose over that of a sample, between two samples on average:
+/// the mean of u² + (1 − u)² over a bracket.
+const BRACKET_SHARE: f64 = 2.0 / 3.0;
+
+impl Stream {
+    fn new(stamps_ns: &[i64], origin_ns: i64, device_ns: &[Option<i64>], counter: &[Option<u64>]) -> Self {
+        let first_of_each: Vec<usize> =
+            (0..stamps_ns.len()).filter(|&k| k == 0 || stamps_ns[k] != stamps_ns[k - 1]).collect();
+        let seconds = |ns: i64, from: i64| (ns - from) as f64 * 1e-9;
+        let recorded_s: Vec<f64> = first_of_each.iter().map(|&k| seconds(stamps_ns[k], origin_ns)).collect();
+        let device: Option<Vec<i64>> = first_of_each.iter().map(|&k| *device_ns.get(k)?).collect();
+        let device_s: Option<Vec<f64>> =
+            device.map(|device| device.iter().map(|&ns| seconds(ns, device[0])).collect());
+        let counter: Option<Vec<u64>> = first_of_each.iter().map(|&k| *counter.get(k)?).collect();
+        let ticks = match (&device_s, &counter) {
+            (Some(device), _) => Ticks::Device(device),
+            (None, Some(counter)) => Ticks::Counter(counter),
+            (None, None) => Ticks::Counted,
+        };
+        let clock = clock_model::fit(&recorded_s, ticks);
+        let grain_s = grain_ns(stamps_ns).map(|ns| ns as f64 * 1e-9);
+        Self { doubles: stamps_ns.len() - recorded_s.len(), recorded_s, clock, grain_s }
+    }
+
+    /// Standard deviation of a stamp that is used, s.
+    fn jitter_s(&self, regularised: bool) -> Option<f64> {
+        if regularised { Some(0.0) } else { self.clock.as_ref().map(|clock| clock.jitter_s) }
+    }
+
+    /// Standard deviation of what the stamps leave unknown of all sampling times alike, s.
+    fn phase_sigma_s(&self, regularised: bool) -> f64 {
+        let phase_s = self.clock.as_ref().filter(|_| regularised).map_or(0.0, |clock| clock.phase_sigma_s);
+        // Rounded down, to the nearest or up: nobody knows, so the mean is off by up to half a grain to either side.
+        phase_s.hypot(self.grain_s.map_or(0.0, |grain_s| grain_s / 12.0_f64.sqrt()))
+    }
+
+    /// Standard deviation of the rate of the clock behind the stamps, parts per million.
+    #[must_use]
+    pub fn rate_sigma_ppm(&self, regularised: bool) -> f64 {
+        let Some(clock) = self.clock.as_ref().filter(|_| regularised) else { return 0.0 };
+        let lasts_s = self.recorded_s[self.recorded_s.len() - 1] - self.recorded_s[0];
+        // Slope of a line through n points of even spacing.
+        clock.jitter_s * (12.0 / self.recorded_s.len() as f64).sqrt() / lasts_s * 1e6
+    }
+
+    /// Figures for the report.
+    #[must_use]
+    pub fn report(&self, regularised: bool) -> StampReport {
+        let steps = || self.recorded_s.windows(2).map(|w| w[1] - w[0]);
+        let median_period_s = median(steps()).unwrap_or(0.0);
+        let longest_gap_s = steps().fold(0.0, f64::max);
+        let clock = self.clock.as_ref();
+        let silence_s = SILENCE_TICKS * clock.map_or(median_period_s, |c| c.period_s);
+        StampReport {
+            count: self.recorded_s.len(),
+            doubles: self.doubles,
+            median_period_s,
+            longest_gap_s,
+            period_s: clock.map(|c| c.period_s),
+            jitter_s: clock.map(|c| c.jitter_s),
+            missing: clock.map(|c| clock_model::missing(&self.recorded_s, c.period_s)),
+            silences: steps().filter(|step| *step > silence_s).count(),
+            device_drift_ppm: clock.and_then(|c| c.device_drift_ppm),
+            one_sided: clock.is_some_and(|c| c.through == Through::LowerHull),
+            steps: clock.map_or_else(Vec::new, |c| c.steps.clone()),
+            grain_s: self.grain_s,
+            regularised,
+        }
+    }
+}
+
+impl Sampling {
+    /// The stamps of a recording and the clocks behind them.
+    #[must_use]
+    pub fn of(recording: &Recording, origin_ns: i64) -> Self {
+        let robot = &recording.robot;
+        let robot_stamps: Vec<i64> = robot.iter().map(|s| s.stamp_ns).collect();
+        let robot_device: Vec<Option<i64>> = robot.iter().map(|s| s.device_ns).collect();
+        let features = &recording.features;
+        let image_stamps: Vec<i64> = features.iter().map(|f| f.stamp_ns).collect();
+        let image_device: Vec<Option<i64>> = features.iter().map(|f| f.device_ns).collect();
+        let counter: Vec<Option<u64>> = features.iter().map(|f| f.frame).collect();
+        Self {
+            robot: Stream::new(&robot_stamps, origin_ns, &robot_device, &[]),
+            images: Stream::new(&image_stamps, origin_ns, &image_device, &counter),
+        }
+    }
+
+    /// Expected jitter of an exposure against the robot's time, s.
+    #[must_use]
+    pub fn stamp_sigma_s(&self, config: &Config, regularised: Regularised) -> f64 {
+        let images = config.stamp_sigma_s.or(self.images.jitter_s(regularised.images));
+        let robot = self.robot.jitter_s(regularised.robot).unwrap_or(0.0);
+        images.unwrap_or(UNKNOWN_JITTER_S).hypot(robot * BRACKET_SHARE.sqrt())
+    }
+
+    /// Standard deviation of what regularising leaves unknown of the clocks' rates, parts per million.
+    #[must_use]
+    pub fn rate_sigma_ppm(&self, regularised: Regularised) -> f64 {
+        self.robot.rate_sigma_ppm(regularised.robot).hypot(self.images.rate_sigma_ppm(regularised.images))
+    }
+
+    /// Standard deviation of what regularising leaves unknown of the time offset, s.
+    #[must_use]
+    pub fn phase_sigma_s(&self, regularised: Regularised) -> f64 {
+        self.robot.phase_sigma_s(regularised.robot).hypot(self.images.phase_sigma_s(regularised.images))
+    }
+
+    /// When the robot's samples were taken, s since the start of the recording.
+    #[must_use]
+    pub fn robot_times_s(&self, regularised: Regularised) -> &[f64] {
+        let clock = self.robot.clock.as_ref().filter(|_| regularised.robot);
+        clock.map_or(&self.robot.recorded_s, |clock| &clock.regular_s)
+    }
+
+    /// The treatments worth trying, in this order, each compared with the best before.
+    #[must_use]
+    pub fn treatments(&self, config: &Config) -> Vec<Regularised> {
+        let possible = Regularised { robot: self.robot.clock.is_some(), images: self.images.clock.is_some() };
+        let none = Regularised::default();
+        let mut list = match config.stamps {
+            Stamps::Regular => vec![possible],
+            Stamps::Auto if config.residual == ResidualKind::Sheet => {
+                vec![Regularised { images: possible.images, ..none }, possible]
+            }
+            Stamps::Auto | Stamps::Raw => Vec::new(),
+        };
+        list.retain(|treatment| *treatment != none);
+        list.dedup();
+        list
+    }
+}

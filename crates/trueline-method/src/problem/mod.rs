@@ -1,0 +1,8 @@
+//! Observations → least-squares problem: unknowns, residuals, priors, and the sums over all samples.
+
+pub mod line_problem;
+pub mod parameters;
+pub mod prior;
+pub mod scalar_sums;
+pub(crate) mod simd;
+pub mod usable;

@@ -1,0 +1,85 @@
+//! Directions of offset and hand-eye that are held at a guess, because the scan does not show them.
+
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
+use nalgebra::{SVector, Vector3};
+use trueline_dataset::Guess;
+use trueline_geometry::so3;
+use trueline_lsq::NormalEquations;
+
+/// How tightly a direction is held: a nanosecond, a nanometre, a nanoradian, far below any sigma.
+const SIGMA: f64 = 1e-9;
+
+/// A guess and the directions in which it holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prior {
+    guess: Guess,
+    directions: Vec<SVector<f64, LINES>>,
+}
+
+impl Prior {
+    /// Holds nothing yet.
+    #[must_use]
+    pub fn at(guess: &Guess) -> Self {
+        Self { guess: *guess, directions: Vec::new() }
+    }
+
+    /// Holds the time offset.
+    pub fn hold_time_offset(&mut self) {
+        self.hold(TIME_OFFSET, &[1.0]);
+    }
+
+    /// Holds the rotation about a direction in the tool frame.
+    pub fn hold_rotation(&mut self, direction: &[f64; 3]) {
+        self.hold(ROTATION, direction);
+    }
+
+    /// Holds the translation along a direction in the tool frame.
+    pub fn hold_translation(&mut self, direction: &[f64; 3]) {
+        self.hold(TRANSLATION, direction);
+    }
+
+    fn hold(&mut self, first: usize, values: &[f64]) {
+        let mut direction = SVector::<f64, LINES>::zeros();
+        direction.as_mut_slice()[first..first + values.len()].copy_from_slice(values);
+        self.directions.push(direction);
+    }
+
+    /// Cost ½ Σ (d · (x − guess) / σ)² at a state.
+    #[must_use]
+    pub fn cost(&self, at: &Parameters) -> f64 {
+        let off = self.deviation(at);
+        self.directions.iter().map(|d| 0.5 * (d.dot(&off) / SIGMA).powi(2)).sum()
+    }
+
+    /// Adds cost, gradient and Hessian.
+    pub fn add_to(&self, at: &Parameters, equations: &mut NormalEquations) {
+        let off = self.deviation(at);
+        let turn: Vector3<f64> = off.fixed_rows::<3>(ROTATION).into();
+        // A left perturbation δ moves Log(R R_guessᵀ) by J_l⁻¹ δ.
+        let log_from_step = so3::left_jacobian_inverse(&turn);
+        for direction in &self.directions {
+            let mut row = *direction;
+            let rotation: Vector3<f64> = direction.fixed_rows::<3>(ROTATION).into();
+            row.fixed_rows_mut::<3>(ROTATION).copy_from(&(log_from_step.transpose() * rotation));
+            row /= SIGMA;
+            let residual = direction.dot(&off) / SIGMA;
+            equations.cost += 0.5 * residual * residual;
+            for i in 0..LINES {
+                equations.gradient[i] += row[i] * residual;
+                for j in 0..LINES {
+                    equations.hessian[(i, j)] += row[i] * row[j];
+                }
+            }
+        }
+    }
+
+    fn deviation(&self, at: &Parameters) -> SVector<f64, LINES> {
+        let (turn, shift) =
+            trueline_geometry::se3::difference_decoupled(&at.tool_from_camera, &self.guess.tool_from_camera);
+        let mut off = SVector::<f64, LINES>::zeros();
+        off[TIME_OFFSET] = at.time_offset_s - self.guess.time_offset_s;
+        off.fixed_rows_mut::<3>(ROTATION).copy_from(&turn);
+        off.fixed_rows_mut::<3>(TRANSLATION).copy_from(&shift);
+        off
+    }
+}

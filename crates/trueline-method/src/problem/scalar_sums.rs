@@ -1,0 +1,58 @@
+//! The same least-squares problem, one sample at a time: what the fast sums are compared with, and how to read them.
+
+use crate::problem::line_problem::{LineProblem, UNUSABLE_SQUARED, global_index};
+use crate::problem::parameters::Parameters;
+use nalgebra::DVector;
+use trueline_lsq::{LeastSquares, NormalEquations};
+
+/// A problem that is summed up in the plain way.
+pub struct OneByOne<'a, 'b>(pub &'b LineProblem<'a>);
+
+impl LeastSquares for OneByOne<'_, '_> {
+    type State = Parameters;
+
+    fn dimension(&self) -> usize {
+        self.0.dimension()
+    }
+
+    fn retract(&self, state: &Parameters, step: &DVector<f64>) -> Parameters {
+        state.retract(step)
+    }
+
+    fn cost(&self, state: &Parameters) -> f64 {
+        let mut hint = 0;
+        let squared = |(o, whitener)| {
+            let residual = self.0.residual(o, state, &mut hint);
+            residual.map_or(UNUSABLE_SQUARED, |r| {
+                crate::input::noise_levels::Whitener::apply(whitener, &r).norm_squared()
+            })
+        };
+        let data: f64 = self.0.selected().map(squared).map(|s| 0.5 * self.0.loss.value(s)).sum();
+        data + self.0.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
+    }
+
+    fn linearize(&self, state: &Parameters, equations: &mut NormalEquations) {
+        let mut hint = 0;
+        for (o, whitener) in self.0.selected() {
+            let Some((residual, jacobian)) = self.0.whitened((o, whitener), state, &mut hint) else {
+                equations.cost += 0.5 * self.0.loss.value(UNUSABLE_SQUARED);
+                continue;
+            };
+            let squared = residual.norm_squared();
+            let weight = self.0.loss.weight(squared);
+            let hessian = jacobian.transpose() * jacobian * weight;
+            let gradient = jacobian.transpose() * residual * weight;
+            let place = |k: usize| global_index(k, o.line as usize);
+            for row in 0..gradient.len() {
+                equations.gradient[place(row)] += gradient[row];
+                for column in 0..gradient.len() {
+                    equations.hessian[(place(row), place(column))] += hessian[(row, column)];
+                }
+            }
+            equations.cost += 0.5 * self.0.loss.value(squared);
+        }
+        if let Some(prior) = &self.0.prior {
+            prior.add_to(state, equations);
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! The sums of a Gauss–Newton step: JᵀWJ, JᵀWr and the cost, without a matrix per sample.
+
+use super::lanes::{Lanes, WIDTH};
+use super::robust::weigh;
+use super::sweep::Visit;
+use super::view::{Samples, Seen};
+use crate::input::noise_levels::Whitener;
+use crate::problem::line_problem::{LOCAL, UNUSABLE_SQUARED, global_index};
+use crate::problem::parameters::{ROTATION, TRANSLATION};
+use nalgebra::{Matrix3, SMatrix, SVector};
+use trueline_lsq::{Loss, NormalEquations};
+
+/// Sums of one line over its 11 unknowns, lane by lane; rotation and translation in the sheet's axes. Of the symmetric
+/// matrix only the upper half is used.
+#[derive(Clone)]
+struct LineSums {
+    hessian: [[[f64; WIDTH]; LOCAL]; LOCAL],
+    gradient: [[f64; WIDTH]; LOCAL],
+    cost: [f64; WIDTH],
+}
+
+impl LineSums {
+    const ZERO: Self =
+        Self { hessian: [[[0.0; WIDTH]; LOCAL]; LOCAL], gradient: [[0.0; WIDTH]; LOCAL], cost: [0.0; WIDTH] };
+
+    #[inline(always)]
+    fn add_row<const FUSED: bool, const ROW: usize>(
+        &mut self,
+        columns: &[[Lanes<FUSED>; 2]; LOCAL],
+        residual: &[Lanes<FUSED>; 2],
+    ) {
+        let [a, b] = columns[ROW];
+        let gradient = Lanes::<FUSED>(self.gradient[ROW]);
+        self.gradient[ROW] = gradient.plus_product(a, residual[0]).plus_product(b, residual[1]).0;
+        for column in ROW..LOCAL {
+            let [c, d] = columns[column];
+            let sum = Lanes::<FUSED>(self.hessian[ROW][column]);
+            self.hessian[ROW][column] = sum.plus_product(a, c).plus_product(b, d).0;
+        }
+    }
+}
+
+/// The whiteners of four samples; zero for lanes that have none, or no intersection.
+#[inline(always)]
+pub fn whiteners_of<const FUSED: bool>(
+    whiteners: &[Whitener],
+    samples: &Samples,
+    usable: &[bool; WIDTH],
+) -> [Lanes<FUSED>; 3] {
+    let w = [
+        whiteners[samples.index[0] as usize].0,
+        whiteners[samples.index[1] as usize].0,
+        whiteners[samples.index[2] as usize].0,
+        whiteners[samples.index[3] as usize].0,
+    ];
+    let mut lanes = [[0.0; WIDTH]; 3];
+    for lane in 0..WIDTH {
+        for k in 0..3 {
+            lanes[k][lane] = f64::from(w[lane][k]);
+        }
+    }
+    if samples.count < WIDTH || *usable != [true; WIDTH] {
+        for lane in (0..WIDTH).filter(|lane| *lane >= samples.count || !usable[*lane]) {
+            for whitener in &mut lanes {
+                whitener[lane] = 0.0;
+            }
+        }
+    }
+    let [w11, w21, w22] = lanes;
+    [Lanes(w11), Lanes(w21), Lanes(w22)]
+}
+
+/// W times a column of two rows.
+#[inline(always)]
+fn whiten<const FUSED: bool>(w: &[Lanes<FUSED>; 3], column: [Lanes<FUSED>; 2]) -> [Lanes<FUSED>; 2] {
+    [w[0] * column[0], (w[1] * column[0]).plus_product(w[2], column[1])]
+}
+
+/// Lanes that hold a sample without an intersection.
+#[inline(always)]
+pub fn unusable(samples: &Samples, usable: &[bool; WIDTH]) -> usize {
+    usable[..samples.count].iter().filter(|usable| !**usable).count()
+}
+
+/// Adds up the equations of all lines.
+pub struct Equations<'a> {
+    whiteners: &'a [Whitener],
+    loss: Loss,
+    sums: Vec<LineSums>,
+    without: usize,
+}
+
+impl<'a> Equations<'a> {
+    /// Nothing yet.
+    pub fn new(whiteners: &'a [Whitener], loss: Loss, lines: usize) -> Self {
+        Self { whiteners, loss, sums: vec![LineSums::ZERO; lines], without: 0 }
+    }
+
+    /// Adds the sums to the equations; `sheet_from_tool` turns the unknowns back into the tool frame.
+    pub fn add_to(&self, equations: &mut NormalEquations, sheet_from_tool: &Matrix3<f64>) {
+        let mut sheet_from_unknowns = SMatrix::<f64, LOCAL, LOCAL>::identity();
+        for first in [ROTATION, TRANSLATION] {
+            sheet_from_unknowns.fixed_view_mut::<3, 3>(first, first).copy_from(sheet_from_tool);
+        }
+        for (line, sums) in self.sums.iter().enumerate() {
+            let total = |lanes: &[f64; WIDTH]| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+            let mut hessian = SMatrix::<f64, LOCAL, LOCAL>::zeros();
+            let mut gradient = SVector::<f64, LOCAL>::zeros();
+            for row in 0..LOCAL {
+                gradient[row] = total(&sums.gradient[row]);
+                for column in row..LOCAL {
+                    hessian[(row, column)] = total(&sums.hessian[row][column]);
+                    hessian[(column, row)] = hessian[(row, column)];
+                }
+            }
+            let hessian = sheet_from_unknowns.transpose() * hessian * sheet_from_unknowns;
+            let gradient = sheet_from_unknowns.transpose() * gradient;
+            for row in 0..LOCAL {
+                equations.gradient[global_index(row, line)] += gradient[row];
+                for column in 0..LOCAL {
+                    equations.hessian[(global_index(row, line), global_index(column, line))] +=
+                        hessian[(row, column)];
+                }
+            }
+            equations.cost += 0.5 * total(&sums.cost);
+        }
+        equations.cost += 0.5 * self.without as f64 * self.loss.value(UNUSABLE_SQUARED);
+    }
+}
+
+impl Visit for Equations<'_> {
+    #[inline(always)]
+    fn samples<const FUSED: bool>(&mut self, line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+        let w = whiteners_of::<FUSED>(self.whiteners, samples, &seen.usable);
+        self.without += unusable(samples, &seen.usable);
+        let whitened = whiten(&w, seen.residual);
+        let squared = (whitened[0] * whitened[0]).plus_product(whitened[1], whitened[1]);
+        let (value, weight) = weigh(self.loss, squared);
+        let root = weight.sqrt();
+        let w = [w[0] * root, w[1] * root, w[2] * root];
+        let residual = [whitened[0] * root, whitened[1] * root];
+        let mut columns = columns(seen);
+        for column in &mut columns {
+            *column = whiten(&w, *column);
+        }
+
+        let sums = &mut self.sums[line];
+        sums.cost = (Lanes::<FUSED>(sums.cost) + value).0;
+        // A length that the compiler knows for each row: it then writes the loops out.
+        sums.add_row::<FUSED, 0>(&columns, &residual);
+        sums.add_row::<FUSED, 1>(&columns, &residual);
+        sums.add_row::<FUSED, 2>(&columns, &residual);
+        sums.add_row::<FUSED, 3>(&columns, &residual);
+        sums.add_row::<FUSED, 4>(&columns, &residual);
+        sums.add_row::<FUSED, 5>(&columns, &residual);
+        sums.add_row::<FUSED, 6>(&columns, &residual);
+        sums.add_row::<FUSED, 7>(&columns, &residual);
+        sums.add_row::<FUSED, 8>(&columns, &residual);
+        sums.add_row::<FUSED, 9>(&columns, &residual);
+        sums.add_row::<FUSED, 10>(&columns, &residual);
+    }
+
+    #[inline(always)]
+    fn unplaced(&mut self, _index: usize) {
+        self.without += 1;
+    }
+}
+
+/// The Jacobian, column by column: time offset, rotation, translation, line.
+#[inline(always)]
+fn columns<const FUSED: bool>(seen: &Seen<FUSED>) -> [[Lanes<FUSED>; 2]; LOCAL] {
+    let [first, second] = seen.rows;
+    let turns = [seen.lever.cross(first).0, seen.lever.cross(second).0];
+    let [[a2, a3], [b2, b3]] = seen.across;
+    let along = seen.along;
+    [
+        seen.d_time_offset,
+        [turns[0][0], turns[1][0]],
+        [turns[0][1], turns[1][1]],
+        [turns[0][2], turns[1][2]],
+        [first.0[0], second.0[0]],
+        [first.0[1], second.0[1]],
+        [first.0[2], second.0[2]],
+        [along * a3, along * b3],
+        [-(along * a2), -(along * b2)],
+        [-a2, -b2],
+        [-a3, -b3],
+    ]
+}
+
+/// Adds up the cost alone.
+pub struct Cost<'a> {
+    whiteners: &'a [Whitener],
+    loss: Loss,
+    sum: [f64; WIDTH],
+    without: usize,
+}
+
+impl<'a> Cost<'a> {
+    /// Nothing yet.
+    pub fn new(whiteners: &'a [Whitener], loss: Loss) -> Self {
+        Self { whiteners, loss, sum: [0.0; WIDTH], without: 0 }
+    }
+
+    /// ½ Σ ρ.
+    pub fn total(&self) -> f64 {
+        let sum = (self.sum[0] + self.sum[1]) + (self.sum[2] + self.sum[3]);
+        0.5 * (sum + self.without as f64 * self.loss.value(UNUSABLE_SQUARED))
+    }
+}
+
+impl Visit for Cost<'_> {
+    #[inline(always)]
+    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+        let squared = squared::<FUSED>(self.whiteners, samples, seen);
+        self.without += unusable(samples, &seen.usable);
+        self.sum = (Lanes::<FUSED>(self.sum) + weigh(self.loss, squared).0).0;
+    }
+
+    #[inline(always)]
+    fn unplaced(&mut self, _index: usize) {
+        self.without += 1;
+    }
+}
+
+/// Squared whitened residuals; zero for lanes without one.
+#[inline(always)]
+fn squared<const FUSED: bool>(whiteners: &[Whitener], samples: &Samples, seen: &Seen<FUSED>) -> Lanes<FUSED> {
+    let [a, b] = whiten(&whiteners_of::<FUSED>(whiteners, samples, &seen.usable), seen.residual);
+    (a * a).plus_product(b, b)
+}
+
+/// Collects the squared whitened residuals.
+pub struct Squared<'a> {
+    whiteners: &'a [Whitener],
+    /// Of each observation; NaN where it cannot be evaluated.
+    pub values: Vec<f64>,
+}
+
+impl<'a> Squared<'a> {
+    /// Nothing yet.
+    pub fn new(whiteners: &'a [Whitener]) -> Self {
+        Self { whiteners, values: vec![f64::NAN; whiteners.len()] }
+    }
+}
+
+impl Visit for Squared<'_> {
+    #[inline(always)]
+    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+        let squared = squared::<FUSED>(self.whiteners, samples, seen);
+        for lane in 0..samples.count {
+            if seen.usable[lane] {
+                self.values[samples.index[lane] as usize] = squared.0[lane];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn unplaced(&mut self, _index: usize) {}
+}
+
+/// Adds up squared residuals as they are, in m².
+#[derive(Default)]
+pub struct SquaredLengths {
+    sum: [f64; WIDTH],
+    count: usize,
+}
+
+impl SquaredLengths {
+    /// Root mean square, m.
+    pub fn root_mean(&self) -> f64 {
+        let sum = (self.sum[0] + self.sum[1]) + (self.sum[2] + self.sum[3]);
+        (sum / self.count.max(1) as f64).sqrt()
+    }
+}
+
+impl Visit for SquaredLengths {
+    #[inline(always)]
+    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+        let [a, b] = seen.residual;
+        let squared = (a * a).plus_product(b, b);
+        for lane in 0..samples.count {
+            if seen.usable[lane] {
+                self.sum[lane] += squared.0[lane];
+                self.count += 1;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn unplaced(&mut self, _index: usize) {}
+}

@@ -1,0 +1,70 @@
+//! The whiteners of all observations for some noise.
+
+use super::lanes::{Lanes, WIDTH};
+use super::sweep::Visit;
+use super::view::{Samples, Seen};
+use crate::input::noise_levels::{NoiseLevels, Whitener};
+use crate::input::observations::Observation;
+
+/// Collects whiteners: those of [`NoiseLevels::covariance`], four at once.
+pub struct Whitening<'a> {
+    list: &'a [Observation],
+    noise: NoiseLevels,
+    /// Of each observation; the coarse one where it cannot be placed.
+    pub whiteners: Vec<Whitener>,
+}
+
+impl<'a> Whitening<'a> {
+    /// Nothing yet.
+    pub fn new(list: &'a [Observation], noise: &NoiseLevels) -> Self {
+        let whiteners = vec![Whitener([0.0; 3]); list.len()];
+        Self { list, noise: *noise, whiteners }
+    }
+
+    fn coarse(&mut self, index: usize) {
+        self.whiteners[index] = self.noise.coarse_whitener(self.list[index].covariance);
+    }
+}
+
+impl Visit for Whitening<'_> {
+    #[inline(always)]
+    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+        let mut feature = [[0.0; WIDTH]; 3];
+        for lane in 0..WIDTH {
+            let covariance = self.list[samples.index[lane] as usize].covariance;
+            for (target, value) in feature.iter_mut().zip(covariance) {
+                target[lane] = value;
+            }
+        }
+        let splat = Lanes::<FUSED>::splat;
+        let (robot, stamp) =
+            (splat(self.noise.robot_sigma_m.powi(2)), splat(self.noise.stamp_sigma_s.powi(2)));
+        let entry = |feature: [f64; WIDTH], i: usize, j: usize| {
+            let shared = seen.d_time_offset[i] * seen.d_time_offset[j];
+            Lanes(feature).plus_product(robot, seen.rows[i].dot(seen.rows[j])).plus_product(stamp, shared)
+        };
+        let (xx, xy, yy) = (entry(feature[0], 0, 0), entry(feature[1], 0, 1), entry(feature[2], 1, 1));
+        // The Cholesky factor of Σ, inverted: see `Whitener::of`.
+        let factor = splat(self.noise.factor);
+        let l11 = xx.sqrt();
+        let l21 = xy / l11;
+        let l22 = (yy - l21 * l21).sqrt();
+        let w11 = splat(1.0) / (l11 * factor);
+        let w21 = -(l21 / (l11 * l22 * factor));
+        let w22 = splat(1.0) / (l22 * factor);
+        for lane in 0..samples.count {
+            let index = samples.index[lane] as usize;
+            let values = [w11, w21, w22].map(|w| w.0[lane]);
+            if seen.usable[lane] && values.iter().all(|w| w.is_finite()) {
+                self.whiteners[index] = Whitener(values.map(|w| w as f32));
+            } else {
+                self.coarse(index);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn unplaced(&mut self, index: usize) {
+        self.coarse(index);
+    }
+}

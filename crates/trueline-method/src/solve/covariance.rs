@@ -1,0 +1,200 @@
+//! Covariance of the estimates that means what it says.
+//!
+//! Were every residual independent and of the expected size, H⁻¹ would do. They are not: all features of
+//! a frame share the robot's error and the stamp's jitter, and neighbouring frames may be alike. So the
+//! scores (gradients) are summed frame by frame and their covariance, with neighbours up to a lag, takes
+//! the place of the expected one (cluster and autocorrelation consistent, \[Newey1987\]). That estimate is
+//! noisy, so it is drawn towards the expected one as far as its own noise demands \[Ledoit2004\]: where the
+//! data agree with the model the result is the model's. The model knows what the features of a frame share:
+//! the robot's position error and the stamp's.
+
+use crate::input::noise_levels::NoiseLevels;
+use crate::problem::line_problem::{LOCAL, LineProblem, global_index};
+use crate::problem::parameters::Parameters;
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use trueline_lsq::Information;
+
+/// A covariance and how it came about.
+#[derive(Clone, Debug)]
+pub struct Uncertainty {
+    /// Covariance of the tangent, SI units; rows of unseen directions hold only what is seen.
+    pub covariance: DMatrix<f64>,
+    /// Variance of the whitened residuals about 1, corrected for the robust loss.
+    pub variance_factor: f64,
+    /// Part of the covariance that is the model's, 0 to 1; the rest is the data's own.
+    pub model_share: f64,
+}
+
+/// Sums over all observations that the robust covariance needs.
+#[derive(Default)]
+struct Moments {
+    count: f64,
+    weight: f64,
+    weight_and_slope: f64,
+    score: f64,
+}
+
+/// The scores of all frames in the root's coordinates, and what the model expects of them.
+struct Scores {
+    frames: Vec<DVector<f64>>,
+    /// Expected covariance of their sum; the unit matrix where every frame has one feature.
+    expected: DMatrix<f64>,
+    moments: Moments,
+}
+
+/// Covariance at the solution, for the noise that whitened the problem.
+#[must_use]
+pub fn assess(
+    problem: &LineProblem<'_>,
+    at: &Parameters,
+    noise: &NoiseLevels,
+    information: &Information,
+) -> Uncertainty {
+    let root = information.covariance_root();
+    let scores = frame_scores(problem, at, noise, root);
+    let moments = &scores.moments;
+    // An M-estimator's covariance is H⁻¹ times E[w²s/2] E[w] / E[w + s w′]² [Huber2009, ch. 7].
+    let unknowns = information.rank() as f64;
+    let freedom = (2.0 * moments.count / (2.0 * moments.count - unknowns)).max(1.0);
+    let bend = moments.weight_and_slope / moments.weight;
+    let per_weight = moments.score / moments.weight * freedom;
+    let variance_factor = per_weight / (bend * bend);
+    let (middle, model_share) = blend(&scores, per_weight);
+    Uncertainty {
+        covariance: root * middle * root.transpose() * variance_factor,
+        variance_factor,
+        model_share,
+    }
+}
+
+/// Sums the scores frame by frame.
+fn frame_scores(
+    problem: &LineProblem<'_>,
+    at: &Parameters,
+    noise: &NoiseLevels,
+    root: &DMatrix<f64>,
+) -> Scores {
+    let size = root.ncols();
+    let mut scores =
+        Scores { frames: Vec::new(), expected: DMatrix::identity(size, size), moments: Moments::default() };
+    let mut shared = SharedErrors::new(size);
+    let mut last_stamp = f64::NAN;
+    let mut hint = 0;
+    for pair in problem.selected() {
+        let Some((residual, jacobian)) = problem.whitened(pair, at, &mut hint) else {
+            continue;
+        };
+        let squared = residual.norm_squared();
+        let weight = problem.loss.weight(squared);
+        let moments = &mut scores.moments;
+        moments.count += f64::from(weight > 0.0);
+        moments.weight += weight;
+        moments.weight_and_slope += weight + squared * problem.loss.weight_slope(squared);
+        moments.score += 0.5 * weight * weight * squared;
+        if pair.0.stamp_s != last_stamp {
+            scores.frames.push(DVector::zeros(size));
+            shared.close_frame(&mut scores.expected);
+            last_stamp = pair.0.stamp_s;
+        }
+        let line = pair.0.line as usize;
+        let gradient: SVector<f64, LOCAL> = jacobian.transpose() * residual * weight;
+        if let Some(score) = scores.frames.last_mut() {
+            add_rows(score, root, line, &gradient);
+        }
+        if problem.observations.line_count > 1
+            && let Some(errors) = problem.whitened_shared_errors(pair, at, noise, &mut hint)
+        {
+            shared.add(root, line, &(jacobian.transpose() * errors * weight.sqrt()));
+        }
+    }
+    shared.close_frame(&mut scores.expected);
+    scores
+}
+
+/// Adds rootᵀ times local columns, which are those of one line's observation.
+fn add_rows<const N: usize>(
+    sum: &mut nalgebra::OMatrix<f64, nalgebra::Dyn, nalgebra::Const<N>>,
+    root: &DMatrix<f64>,
+    line: usize,
+    columns: &SMatrix<f64, LOCAL, N>,
+) {
+    for local in 0..LOCAL {
+        let row = root.row(global_index(local, line)).transpose();
+        for (mut target, column) in sum.column_iter_mut().zip(columns.column_iter()) {
+            target.axpy(column[local], &row, 1.0);
+        }
+    }
+}
+
+/// Columns in the root's coordinates for the four errors that the features of a frame share.
+type ErrorColumns = nalgebra::OMatrix<f64, nalgebra::Dyn, nalgebra::Const<4>>;
+
+/// What one frame's features have in common.
+struct SharedErrors {
+    together: ErrorColumns,
+    /// Each feature for itself: already in the unit matrix.
+    alone: DMatrix<f64>,
+    features: usize,
+}
+
+impl SharedErrors {
+    fn new(size: usize) -> Self {
+        Self { together: ErrorColumns::zeros(size), alone: DMatrix::zeros(size, size), features: 0 }
+    }
+
+    fn add(&mut self, root: &DMatrix<f64>, line: usize, columns: &SMatrix<f64, LOCAL, 4>) {
+        let mut own = ErrorColumns::zeros(root.ncols());
+        add_rows(&mut own, root, line, columns);
+        self.alone += &own * own.transpose();
+        self.together += own;
+        self.features += 1;
+    }
+
+    /// Adds the products between different features of the frame, and begins another.
+    fn close_frame(&mut self, expected: &mut DMatrix<f64>) {
+        if self.features > 1 {
+            *expected += &self.together * self.together.transpose() - &self.alone;
+        }
+        self.together.fill(0.0);
+        self.alone.fill(0.0);
+        self.features = 0;
+    }
+}
+
+/// The data's own covariance of the scores, drawn towards the expected one; and how far.
+fn blend(scores: &Scores, per_weight: f64) -> (DMatrix<f64>, f64) {
+    let Scores { frames, expected, .. } = scores;
+    if frames.len() < 30 || per_weight <= 0.0 {
+        return (expected.clone(), 1.0);
+    }
+    let lags = lag_limit(frames);
+    let size = expected.nrows();
+    let mut own = DMatrix::zeros(size, size);
+    let mut kernel_square_sum = 0.0;
+    for lag in 0..=lags {
+        let kernel = 1.0 - lag as f64 / (lags as f64 + 1.0);
+        let mut product = DMatrix::zeros(size, size);
+        for (earlier, later) in frames.iter().zip(&frames[lag..]) {
+            product.ger(1.0, earlier, later, 1.0);
+        }
+        let sides = if lag == 0 { 1.0 } else { 2.0 };
+        kernel_square_sum += sides * kernel * kernel;
+        own += (&product + product.transpose()) * (0.5 * sides * kernel / per_weight);
+    }
+    let noise =
+        kernel_square_sum * frames.iter().map(|s| (s.norm_squared() / per_weight).powi(2)).sum::<f64>();
+    let distance = (&own - expected).norm_squared();
+    let share = if distance > 0.0 { (noise / distance).min(1.0) } else { 1.0 };
+    (own * (1.0 - share) + expected * share, share)
+}
+
+/// How many neighbouring frames are alike: the bandwidth of the Bartlett kernel that is best for a
+/// first-order process with the scores' own correlation \[Andrews1991, Eq. 6.2\].
+fn lag_limit(scores: &[DVector<f64>]) -> usize {
+    let product: f64 = scores.windows(2).map(|w| w[0].dot(&w[1])).sum();
+    let power: f64 = scores.iter().map(DVector::norm_squared).sum();
+    let rho = (product / power).clamp(-0.97, 0.97);
+    let alpha = 4.0 * rho * rho / (1.0 - rho * rho).powi(2);
+    let bandwidth = 1.1447 * (alpha * scores.len() as f64).cbrt();
+    (bandwidth.floor() as usize).min(scores.len() / 10)
+}

@@ -1,0 +1,130 @@
+//! Motions that cannot show everything: the rank and the named direction of each (maths of observability).
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use trueline_method::assess::observability::Group;
+use trueline_method::{Calibration, Config, Status, calibrate};
+use trueline_sim::scenario::Sine;
+use trueline_sim::{Preset, Scenario, simulate};
+
+fn calibrated(scenario: &Scenario) -> Calibration {
+    calibrate(&simulate(scenario, 1).unwrap(), None, &Config::default()).unwrap()
+}
+
+fn groups(calibration: &Calibration) -> Vec<Group> {
+    let mut groups: Vec<Group> = calibration.observability.unseen.iter().map(|u| u.group).collect();
+    groups.dedup();
+    groups
+}
+
+#[test]
+fn along_the_line_nothing_usable_is_seen() {
+    let calibration = calibrated(&Preset::AlongLine.scenario());
+    assert_eq!(calibration.status, Status::NotAccepted);
+    assert!(groups(&calibration).contains(&Group::TimeOffset));
+    assert_eq!(calibration.sigma(0), None);
+    assert_eq!(calibration.observability.rank, 4);
+}
+
+#[test]
+fn constant_attitude_hides_the_translation_and_nothing_else() {
+    let calibration = calibrated(&Preset::ConstantAttitude.scenario());
+    assert_eq!(calibration.status, Status::NotAccepted);
+    assert_eq!(calibration.observability.rank, 8);
+    assert_eq!(groups(&calibration), [Group::Translation, Group::Line]);
+    assert!(calibration.sigma(0).is_some());
+    assert!((4..7).all(|k| calibration.sigma(k).is_none()));
+    // Without tilt the mirrored attitude fits as well, so no rotation is claimed without a guess …
+    assert!((1..4).all(|k| calibration.sigma(k).is_none()));
+    assert!(
+        calibration.reasons.iter().any(|reason| reason.contains("mirrored")),
+        "{:?}",
+        calibration.reasons
+    );
+}
+
+#[test]
+fn a_guess_chooses_between_mirrored_attitudes() {
+    let recording = simulate(&Preset::ConstantAttitude.scenario(), 1).unwrap();
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    let calibration = calibrate(&recording, Some(&truth), &Config::default()).unwrap();
+    let turn = trueline_geometry::se3::difference_decoupled(
+        &calibration.parameters.tool_from_camera,
+        &truth.tool_from_camera,
+    )
+    .0;
+    for k in 0..3 {
+        assert!(turn[k].abs() < 4.0 * calibration.sigma(1 + k).unwrap(), "{turn}");
+    }
+}
+
+#[test]
+fn rotation_about_one_axis_hides_the_translation_along_it() {
+    let mut scenario = Preset::Quick.scenario();
+    // Spin alone, about the sheet's range axis.
+    scenario.scan.attitude_rad = [0.0, 0.0, 8.0_f64.to_radians()];
+    scenario.scan.tilts[0] = Sine::default();
+    scenario.scan.tilts[1] = Sine::default();
+    let calibration = calibrated(&scenario);
+    assert_eq!(calibration.observability.rank, 10);
+    let unseen: Vec<_> =
+        calibration.observability.unseen.iter().filter(|u| u.group == Group::Translation).collect();
+    assert_eq!(unseen.len(), 1);
+    // The axis in the tool frame: range axis of the sheet through the hand-eye rotation.
+    let sheet = trueline_sim::capture::SheetAxes::of(&scenario.cell.sensor);
+    let range_in_tool =
+        scenario.cell.tool_from_camera.rotation * sheet.camera_from_sheet * nalgebra::Vector3::z();
+    let direction = nalgebra::Vector3::from(unseen[0].direction.unwrap());
+    // The columns are scaled by how strongly each axis is seen, which turns the named direction a little.
+    assert!(direction.dot(&range_in_tool).abs() > 0.9, "{direction} {range_in_tool}");
+}
+
+#[test]
+fn a_seam_held_at_one_image_point_hides_offset_and_rotation() {
+    let mut scenario = Preset::Quick.scenario();
+    scenario.scan.lateral = Sine::default();
+    scenario.scan.range = Sine::default();
+    let calibration = calibrated(&scenario);
+    assert_eq!(calibration.status, Status::NotAccepted);
+    let groups = groups(&calibration);
+    assert!(groups.contains(&Group::Rotation), "{groups:?}");
+    assert_eq!(calibration.observability.rank, 7);
+    assert!(groups.contains(&Group::TimeOffset), "{groups:?}");
+    assert!((0..4).all(|k| calibration.sigma(k).is_none()));
+}
+
+#[test]
+fn rotations_about_two_axes_show_everything() {
+    let calibration = calibrated(&Preset::Quick.scenario());
+    assert_eq!((calibration.observability.rank, calibration.observability.size), (11, 11));
+    assert!(calibration.observability.unseen.is_empty());
+}
+
+/// A second line adds its own four unknowns and shows them, but no axis of rotation.
+#[test]
+fn a_second_line_does_not_replace_a_rotation() {
+    let mut scenario = Preset::TwoLines.scenario();
+    scenario.scan.tilts = [Sine::default(); 3];
+    let calibration = calibrated(&scenario);
+    assert_eq!(calibration.observability.size, 15);
+    assert!(groups(&calibration).contains(&Group::Translation));
+    assert_eq!(calibration.status, Status::NotAccepted);
+}
+
+#[test]
+fn advice_is_given_for_everything_unseen() {
+    for preset in [Preset::AlongLine, Preset::ConstantAttitude] {
+        let calibration = calibrated(&preset.scenario());
+        assert!(!calibration.reasons.is_empty());
+        assert!(calibration.observability.unseen.iter().all(|u| u.advice.len() > 20));
+    }
+}
+
+/// Whatever the residual: along the line there is nothing but noise in the column of the time offset.
+#[test]
+fn the_papers_residual_shows_no_more() {
+    let recording = simulate(&Preset::AlongLine.scenario(), 3).unwrap();
+    let config = Config { residual: trueline_method::ResidualKind::PointToLine, ..Config::default() };
+    let calibration = calibrate(&recording, None, &config).unwrap();
+    assert_eq!(calibration.status, Status::NotAccepted);
+    assert!((0..7).all(|k| calibration.sigma(k).is_none()));
+}

@@ -1,0 +1,190 @@
+//! The doctor names the mistake that was made, and finds none where there is none.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use nalgebra::{Quaternion, UnitQuaternion};
+use trueline_dataset::{Measured, Recording, Sensor};
+use trueline_geometry::{Plane, se3, so3};
+use trueline_method::Config;
+use trueline_method::diagnose::doctor::{Diagnosis, diagnose};
+use trueline_model::BrownConrady;
+use trueline_sim::{Preset, SensorModel, simulate};
+
+fn examined(recording: &Recording) -> Diagnosis {
+    diagnose(recording, &Config::default(), |_| {})
+}
+
+fn good() -> Recording {
+    simulate(&Preset::Quick.scenario(), 11).unwrap()
+}
+
+/// Spoils a good recording, and expects the first finding to speak of it.
+fn assert_named(spoil: impl Fn(&mut Recording), words: &str) {
+    let mut recording = good();
+    spoil(&mut recording);
+    let found = examined(&recording);
+    assert!(found.findings.first().is_some_and(|f| f.contains(words)), "{words}: {found:#?}");
+}
+
+#[test]
+fn a_good_recording_is_left_alone() {
+    for preset in [Preset::Quick, Preset::Profiler, Preset::ConstantAttitude] {
+        let mut recording = simulate(&preset.scenario(), 12).unwrap();
+        recording.initial = Some(recording.truth.as_ref().unwrap().parameters);
+        let found = examined(&recording);
+        assert!(found.findings.is_empty(), "{}: {:?}", preset.name(), found.findings);
+        assert!(found.trials.is_empty());
+    }
+}
+
+#[test]
+fn units_of_the_robot() {
+    let scale = |recording: &mut Recording, by: f64| {
+        for s in &mut recording.robot {
+            s.base_from_tool.translation.vector *= by;
+        }
+    };
+    assert_named(|r| scale(r, 1e-3), "1000 times too small");
+    assert_named(|r| scale(r, 1e3), "1000 times too large");
+}
+
+#[test]
+fn orders_and_inversions_of_the_robots_poses() {
+    assert_named(
+        |r| {
+            for s in &mut r.robot {
+                let q = *s.base_from_tool.rotation.quaternion();
+                // Written x, y, z, w; read as w, x, y, z.
+                s.base_from_tool.rotation =
+                    UnitQuaternion::new_normalize(Quaternion::new(q.i, q.j, q.k, q.w));
+            }
+        },
+        "x, y, z, w",
+    );
+    assert_named(
+        |r| r.robot.iter_mut().for_each(|s| s.base_from_tool = s.base_from_tool.inverse()),
+        "tool_from_base; invert",
+    );
+    assert_named(
+        |r| {
+            for s in &mut r.robot {
+                s.base_from_tool.rotation = s.base_from_tool.rotation.inverse();
+            }
+        },
+        "conjugate",
+    );
+    assert_named(
+        |r| {
+            for s in &mut r.robot {
+                s.base_from_tool.translation.vector = se3::log(&s.base_from_tool).1;
+            }
+        },
+        "logarithm",
+    );
+}
+
+#[test]
+fn degrees_and_radians() {
+    assert_named(
+        |r| {
+            for s in &mut r.robot {
+                let (a, b, c) = s.base_from_tool.rotation.euler_angles();
+                s.base_from_tool.rotation =
+                    UnitQuaternion::from_euler_angles(a.to_radians(), b.to_radians(), c.to_radians());
+            }
+        },
+        "radians",
+    );
+    assert_named(
+        |r| {
+            for s in &mut r.robot {
+                let (a, b, c) = s.base_from_tool.rotation.euler_angles();
+                s.base_from_tool.rotation =
+                    UnitQuaternion::from_euler_angles(a.to_degrees(), b.to_degrees(), c.to_degrees());
+            }
+        },
+        "which no robot does",
+    );
+}
+
+#[test]
+fn pixels_and_the_sensors_own_calibration() {
+    let pixels = |r: &mut Recording, change: fn([f64; 2]) -> [f64; 2]| {
+        for f in &mut r.features {
+            if let Measured::Pixel(p) = f.measured {
+                f.measured = Measured::Pixel(change(p));
+            }
+        }
+    };
+    assert_named(|r| pixels(r, |[u, v]| [v, u]), "swapped");
+    assert_named(|r| pixels(r, |uv| uv.map(|x| 0.5 * (x + 0.5) - 0.5)), "half the resolution");
+    assert_named(
+        |r| {
+            let Sensor::CameraLaser { laser_plane_in_camera, .. } = &mut r.sensor else { panic!() };
+            let n = laser_plane_in_camera.normal().into_inner();
+            *laser_plane_in_camera = Plane::new(n, laser_plane_in_camera.offset() * 1e-3).unwrap();
+        },
+        "laser plane",
+    );
+}
+
+/// A lens that bends visibly: with the preset's faint one the wrong order fits as well, and harms as little.
+#[test]
+fn order_of_the_distortion() {
+    let strong = BrownConrady { k1: -0.2, k2: 0.1, p1: 2e-3, p2: -1e-3, k3: 0.05 };
+    let mut scenario = Preset::Quick.scenario();
+    let SensorModel::CameraLaser { camera, .. } = &mut scenario.cell.sensor else { panic!() };
+    camera.distortion = strong;
+    let mut recording = simulate(&scenario, 11).unwrap();
+    let Sensor::CameraLaser { camera, .. } = &mut recording.sensor else { panic!() };
+    // Written k1, k2, k3, p1, p2; read as k1, k2, p1, p2, k3.
+    camera.distortion = BrownConrady { p1: strong.k3, p2: strong.p1, k3: strong.p2, ..strong };
+    let found = examined(&recording);
+    assert!(found.findings.first().is_some_and(|f| f.contains("distortion")), "{found:#?}");
+}
+
+#[test]
+fn clocks_and_frames() {
+    assert_named(|r| r.features.iter_mut().for_each(|f| f.stamp_ns /= 1000), "they are seconds");
+    assert_named(
+        |r| r.features.iter_mut().for_each(|f| f.stamp_ns += 3_600_000_000_000),
+        "clocks that start at different times",
+    );
+    assert_named(
+        |r| {
+            let half = r.robot.len() / 2;
+            let other = se3::from_parts(
+                so3::exp(&nalgebra::Vector3::new(0.0, 0.3, 0.0)),
+                nalgebra::Vector3::z() * 0.2,
+            );
+            for s in &mut r.robot[half..] {
+                s.base_from_tool *= other;
+            }
+        },
+        "switched",
+    );
+}
+
+#[test]
+fn guesses() {
+    let with_guess = |change: &dyn Fn(&mut trueline_dataset::Guess), words: &str| {
+        assert_named(
+            |r| {
+                let mut guess = r.truth.as_ref().unwrap().parameters;
+                change(&mut guess);
+                r.initial = Some(guess);
+            },
+            words,
+        );
+    };
+    with_guess(&|g| g.time_offset_s = -g.time_offset_s, "wrong sign");
+    with_guess(&|g| g.tool_from_camera = g.tool_from_camera.inverse(), "camera_from_tool");
+    with_guess(&|g| g.tool_from_camera.translation.vector *= 1e-3, "wrong unit");
+    with_guess(
+        &|g| {
+            let q = *g.tool_from_camera.rotation.quaternion();
+            g.tool_from_camera.rotation = UnitQuaternion::new_normalize(Quaternion::new(q.i, q.j, q.k, q.w));
+        },
+        "initial quaternion",
+    );
+    with_guess(&|g| g.tool_from_camera.translation.vector.z += 0.25, "another tool frame");
+}

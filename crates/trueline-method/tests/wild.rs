@@ -1,0 +1,365 @@
+//! Recordings in which something went wrong: the right answer with an honest sigma, or a refusal that names
+//! the cause.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use trueline_dataset::{Guess, Recording};
+use trueline_geometry::se3;
+use trueline_method::assess::outlier_segments::Cause;
+use trueline_method::{Calibration, Config, Hold, Requirement, Stamps, Status, calibrate};
+use trueline_sim::{Mishap, Preset, Scenario, random_cell, simulate};
+
+fn calibrated(recording: &Recording) -> Calibration {
+    calibrate(recording, None, &Config::default()).unwrap()
+}
+
+fn cell(preset: Preset, seed: u64) -> Scenario {
+    random_cell(&preset.scenario(), seed, 1.0)
+}
+
+/// Largest error of the seven sensor unknowns in standard deviations.
+fn largest_error(calibration: &Calibration, truth: &Guess) -> f64 {
+    let (turn, shift) =
+        se3::difference_decoupled(&calibration.parameters.tool_from_camera, &truth.tool_from_camera);
+    let offset = calibration.parameters.time_offset_s - truth.time_offset_s;
+    let errors = [offset, turn.x, turn.y, turn.z, shift.x, shift.y, shift.z];
+    let sigmas = (0..7).map(|k| calibration.sigma(k).unwrap());
+    errors.iter().zip(sigmas).map(|(e, s)| (e / s).abs()).fold(0.0, f64::max)
+}
+
+/// Seven unknowns of a dozen scans: the largest of 84 normal numbers is above 5 once in 20,000 times.
+const SIGMAS: f64 = 5.0;
+
+fn assert_right(recording: &Recording, what: &str) -> Calibration {
+    let calibration = calibrated(recording);
+    assert_eq!(calibration.status, Status::Accepted, "{what}: {:?}", calibration.reasons);
+    let largest = largest_error(&calibration, &recording.truth.as_ref().unwrap().parameters);
+    assert!(largest < SIGMAS, "{what}: {largest}");
+    calibration
+}
+
+#[test]
+fn what_robustness_can_mend_is_mended() {
+    for mishap in [Mishap::Bursts, Mishap::SecondLine, Mishap::RobotGaps, Mishap::DuplicateRows] {
+        for seed in 0..4 {
+            let recording = mishap.simulate(&cell(Preset::Quick, seed), seed).unwrap();
+            assert_right(&recording, &format!("{} {seed}", mishap.name()));
+        }
+    }
+}
+
+#[test]
+fn bursts_and_a_second_line_are_named_with_their_time() {
+    let recording = Mishap::Bursts.simulate(&cell(Preset::Quick, 1), 1).unwrap();
+    let bursts = assert_right(&recording, "bursts");
+    assert_eq!(bursts.disruptions.len(), 3);
+    assert!(bursts.disruptions.iter().all(|d| (18..=22).contains(&d.features)));
+    let recording = Mishap::SecondLine.simulate(&cell(Preset::Quick, 2), 2).unwrap();
+    let astray = assert_right(&recording, "second line");
+    let [only] = astray.disruptions[..] else { panic!("{:?}", astray.disruptions) };
+    // The edge is 5 mm beside; a line through 165 points of 0.04 mm noise, tilts included, lies within 0.05.
+    let Cause::OtherLine(beside_m) = only.cause else { panic!("{only:?}") };
+    assert!((beside_m - 0.005).abs() < 5e-5, "{beside_m}");
+    assert!(astray.warnings.iter().any(|w| w.contains("another line")), "{:?}", astray.warnings);
+}
+
+#[test]
+fn a_clock_that_steps_is_refused_and_the_step_named() {
+    for (mishap, step_s) in [(Mishap::RobotClockStep, -0.080), (Mishap::LateImages, 0.045)] {
+        for seed in 0..3 {
+            let recording = mishap.simulate(&cell(Preset::Quick, seed), seed).unwrap();
+            let calibration = calibrated(&recording);
+            assert_eq!(calibration.status, Status::NotAccepted, "{} {seed}", mishap.name());
+            let found = calibration.disruptions.iter().find_map(|d| match d.cause {
+                Cause::ClockStep(found_s) => Some(found_s),
+                _ => None,
+            });
+            // Both parts' offsets are known to some 0.1 ms before anything is polished.
+            let found = found.unwrap_or_else(|| panic!("{:?}", calibration.reasons));
+            assert!((found - step_s).abs() < 1e-3, "{} {seed}: {found}", mishap.name());
+            assert!(calibration.reasons.iter().any(|r| r.contains("stepped")), "{:?}", calibration.reasons);
+        }
+    }
+}
+
+#[test]
+fn a_small_step_is_found_where_it_is() {
+    let mut recording = simulate(&Preset::Quick.scenario(), 3).unwrap();
+    let at_ns = recording.robot[2500].stamp_ns;
+    for feature in recording.features.iter_mut().filter(|f| f.stamp_ns >= at_ns) {
+        feature.stamp_ns += 1_000_000;
+    }
+    let calibration =
+        calibrate(&recording, None, &Config { stamps: Stamps::Raw, ..Config::default() }).unwrap();
+    assert_eq!(calibration.status, Status::NotAccepted);
+    let step = calibration.step.unwrap();
+    assert!((step.step_s - 1e-3).abs() < 4.0 * step.sigma_s, "{step:?}");
+    // A tenth of the scan: the step shows only where the seam moves across.
+    assert!((step.at_s - 10.0).abs() < 2.0, "{step:?}");
+}
+
+#[test]
+fn a_drift_is_taken_out_and_reported() {
+    let mut scenario = Preset::Quick.scenario();
+    scenario.disturbance.clock_drift_ppm = 150.0;
+    let recording = simulate(&scenario, 4).unwrap();
+    let calibration = calibrated(&recording);
+    assert_eq!(calibration.status, Status::Accepted, "{:?}", calibration.reasons);
+    let drift = calibration.drift.unwrap();
+    assert!((drift.ppm - 150.0).abs() < 4.0 * drift.sigma_ppm, "{drift:?}");
+    // The offset holds in the middle: there it is the start's plus what drifted until then.
+    let truth = recording.truth.unwrap().parameters;
+    let then = Guess { time_offset_s: truth.time_offset_s + 150e-6 * (drift.about_s - 0.01773), ..truth };
+    assert!(largest_error(&calibration, &then) < SIGMAS);
+    assert!(calibration.warnings.iter().any(|w| w.contains("ppm")), "{:?}", calibration.warnings);
+}
+
+#[test]
+fn a_steady_scan_shows_neither_step_nor_drift_nor_disagreement() {
+    for seed in 10..16 {
+        let recording = simulate(&cell(Preset::TwoLines, seed), seed).unwrap();
+        let calibration = assert_right(&recording, "steady");
+        assert!(calibration.warnings.is_empty(), "{:?}", calibration.warnings);
+        assert!(calibration.disruptions.is_empty());
+    }
+}
+
+/// A bent edge is no straight line; the parts of the scan then say different things.
+#[test]
+fn parts_that_disagree_are_a_warning_with_a_number() {
+    let mut recording = simulate(&Preset::Quick.scenario(), 5).unwrap();
+    let count = recording.robot.len();
+    // The robot sags by 0.3 mm over the last third.
+    for (k, sample) in recording.robot.iter_mut().enumerate().skip(2 * count / 3) {
+        let part = (k - 2 * count / 3) as f64 / count as f64;
+        sample.base_from_tool.translation.z -= 0.9e-3 * part;
+    }
+    let calibration = calibrated(&recording);
+    let found = calibration.warnings.iter().find(|w| w.contains("parts of the scan disagree"));
+    assert!(
+        found.is_some_and(|w| w.contains("mm") || w.contains('°') || w.contains("ms")),
+        "{:?}",
+        calibration.warnings
+    );
+    let held_out = calibration.held_out.unwrap();
+    assert!(held_out.rms_m > 1.05 * held_out.fitted_rms_m);
+}
+
+#[test]
+fn what_is_not_seen_can_be_held_at_a_guess() {
+    let recording = simulate(&Preset::ConstantAttitude.scenario(), 6).unwrap();
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    let mut guess = truth;
+    guess.tool_from_camera.translation.vector += nalgebra::Vector3::new(1e-3, -2e-3, 0.5e-3);
+    let config = Config { accept_partial: true, ..Config::default() };
+    let calibration = calibrate(&recording, Some(&guess), &config).unwrap();
+    assert_eq!(calibration.status, Status::Accepted, "{:?}", calibration.reasons);
+    assert!(calibration.held_at_guess);
+    assert_eq!(calibration.observability.rank, 8);
+    // Held to a nanometre each.
+    let off = calibration.parameters.tool_from_camera.translation.vector
+        - guess.tool_from_camera.translation.vector;
+    assert!(off.norm() < 1e-8, "{off}");
+    assert!((4..7).all(|k| calibration.sigma(k).is_none() && calibration.is_known(k)));
+    assert!(calibration.warnings.iter().any(|w| w.contains("held at the initial guess")));
+    let offset = (calibration.parameters.time_offset_s - truth.time_offset_s) / calibration.sigma(0).unwrap();
+    assert!(offset.abs() < SIGMAS, "{offset}");
+    // Without a guess there is nothing to hold it at.
+    assert!(calibrate(&recording, None, &config).is_err());
+}
+
+#[test]
+fn accuracy_that_is_asked_for_is_reached_or_refused() {
+    let recording = simulate(&Preset::Weak.scenario(), 7).unwrap();
+    let asked =
+        |require: Requirement| calibrate(&recording, None, &Config { require, ..Config::default() }).unwrap();
+    let strict = asked(Requirement { translation_m: Some(1e-4), ..Requirement::default() });
+    assert_eq!(strict.status, Status::NotAccepted);
+    assert!(strict.reasons[0].starts_with("translation"), "{:?}", strict.reasons);
+    let easy = Requirement { time_s: Some(1e-3), rotation_rad: Some(0.1), translation_m: Some(0.01) };
+    assert_eq!(asked(easy).status, Status::Accepted);
+    let held = Config { hold: vec![Hold::HandEye], require: easy, ..Config::default() };
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    assert_eq!(calibrate(&recording, Some(&truth), &held).unwrap().status, Status::NotAccepted);
+}
+
+#[test]
+fn outliers_and_drops_at_once() {
+    for seed in 20..24 {
+        let mut scenario = cell(Preset::Quick, seed);
+        scenario.disturbance.outlier_fraction = 0.4;
+        scenario.disturbance.drop_fraction = 0.1;
+        let recording = simulate(&scenario, seed).unwrap();
+        let calibration = assert_right(&recording, "40 % outliers");
+        assert_eq!(calibration.feature_stamps_ns.len(), calibration.features.len());
+    }
+}
+
+/// 20 Hz is what some controllers give: between two samples the path bends by tenths of a millimetre.
+#[test]
+fn slow_robot_streams() {
+    for (period_s, preset) in
+        [(0.012, Preset::Quick), (0.024, Preset::Paper), (0.05, Preset::Quick), (0.1, Preset::Quick)]
+    {
+        let mut scenario = cell(preset, 7);
+        scenario.timing.robot_period_s = period_s;
+        let recording = simulate(&scenario, 7).unwrap();
+        assert_right(&recording, &format!("{period_s} s"));
+    }
+}
+
+/// A controller that has a new pose every third time it is asked.
+#[test]
+fn poses_that_only_repeat_are_left_out() {
+    let mut recording = simulate(&cell(Preset::Quick, 8), 8).unwrap();
+    for k in 0..recording.robot.len() {
+        recording.robot[k].base_from_tool = recording.robot[k - k % 3].base_from_tool;
+    }
+    let calibration = assert_right(&recording, "held poses");
+    assert!(
+        calibration.warnings.iter().any(|w| w.contains("only repeat the pose")),
+        "{:?}",
+        calibration.warnings
+    );
+}
+
+/// Out of step with the poll a new pose is half a poll old on average: taken the other way it would be a whole one off.
+#[test]
+fn poses_that_repeat_out_of_step() {
+    let mut scenario = cell(Preset::Quick, 16);
+    scenario.timing.robot_period_s = 0.001;
+    let mut recording = simulate(&scenario, 16).unwrap();
+    let every_7 = recording.robot.clone();
+    for (k, sample) in recording.robot.iter_mut().enumerate() {
+        sample.base_from_tool = every_7[k - k % 7].base_from_tool;
+    }
+    let polled = recording.robot.iter().step_by(4).copied().collect();
+    recording.robot = polled;
+    let calibration = assert_right(&recording, "out of step");
+    // Of 0, 1, 2 and 3 ms the mean is 1.5, which is taken for 2.
+    let off =
+        calibration.parameters.time_offset_s - recording.truth.as_ref().unwrap().parameters.time_offset_s;
+    assert!(off.abs() < 0.8e-3, "{off}");
+}
+
+/// Clocks of two computers: the offset is far outside the range that is searched first.
+#[test]
+fn offsets_of_seconds() {
+    for offset_s in [2.5, -4.0] {
+        let mut scenario = Preset::Quick.scenario();
+        scenario.timing.time_offset_s = offset_s;
+        assert_right(&simulate(&scenario, 9).unwrap(), &format!("{offset_s} s"));
+    }
+}
+
+#[test]
+fn coarse_stamps() {
+    let floor = |ns: &mut i64, grain: i64| *ns -= ns.rem_euclid(grain);
+    let mut recording = simulate(&cell(Preset::Quick, 10), 10).unwrap();
+    recording.features.iter_mut().for_each(|f| floor(&mut f.stamp_ns, 10_000_000));
+    let images = assert_right(&recording, "images of 10 ms");
+    assert!((images.image_stamps.grain_s.unwrap() - 0.010).abs() < 1e-12);
+    let mut recording = simulate(&cell(Preset::Quick, 10), 10).unwrap();
+    recording.robot.iter_mut().for_each(|s| floor(&mut s.stamp_ns, 10_000_000));
+    let robot = calibrated(&recording);
+    assert_eq!(robot.status, Status::NotAccepted);
+    assert!(robot.reasons[0].contains("too coarse"), "{:?}", robot.reasons);
+}
+
+/// An attitude that only trembles is no tilt, however much it trembles.
+#[test]
+fn noise_of_the_attitude_shows_nothing() {
+    for sigma_rad in [1e-4, 5e-4, 2e-3] {
+        let mut scenario = Preset::ConstantAttitude.scenario();
+        scenario.disturbance.robot_rotation_noise_rad = sigma_rad;
+        let recording = simulate(&scenario, 11).unwrap();
+        let guess = recording.truth.as_ref().unwrap().parameters;
+        let calibration = calibrate(&recording, Some(&guess), &Config::default()).unwrap();
+        assert_eq!(calibration.status, Status::NotAccepted, "{sigma_rad}");
+        assert!((4..7).all(|k| calibration.sigma(k).is_none()), "{sigma_rad}");
+    }
+}
+
+#[test]
+fn a_guess_in_the_mirrored_valley_is_refused() {
+    let recording = simulate(&Preset::Weak.scenario(), 2).unwrap();
+    let tool_from_camera =
+        se3::from_parts(nalgebra::UnitQuaternion::identity(), nalgebra::Vector3::new(0.0, 0.0, 0.1));
+    let guess = Guess { time_offset_s: 0.0, tool_from_camera };
+    let calibration = calibrate(&recording, Some(&guess), &Config::default()).unwrap();
+    let right = largest_error(&calibration, &recording.truth.as_ref().unwrap().parameters) < SIGMAS;
+    assert!(right || calibration.status == Status::NotAccepted);
+    assert!(right || calibration.reasons.iter().any(|r| r.contains("guess")), "{:?}", calibration.reasons);
+}
+
+/// A large drift makes residuals that hide it, and must be found all the same.
+#[test]
+fn large_drifts_are_taken_out() {
+    for ppm in [200.0, 1000.0, 5000.0] {
+        let mut scenario = cell(Preset::Quick, 12);
+        scenario.disturbance.clock_drift_ppm = ppm;
+        let calibration = calibrated(&simulate(&scenario, 12).unwrap());
+        assert_eq!(calibration.status, Status::Accepted, "{ppm}: {:?}", calibration.reasons);
+        let drift = calibration.drift.unwrap();
+        // To first order in the drift: stamps grow by 1 + ppm.
+        let slack = SIGMAS * drift.sigma_ppm + 2.0 * ppm * ppm * 1e-6;
+        assert!((drift.ppm - ppm).abs() < slack, "{ppm}: {drift:?}");
+    }
+}
+
+/// In the middle of the scan a step looks most like a drift.
+#[test]
+fn a_step_in_the_middle_is_no_drift() {
+    let mut recording = simulate(&cell(Preset::Quick, 13), 13).unwrap();
+    let middle_ns = recording.features[recording.features.len() / 2].stamp_ns;
+    recording.features.iter_mut().filter(|f| f.stamp_ns >= middle_ns).for_each(|f| f.stamp_ns += 2_000_000);
+    let calibration = calibrated(&recording);
+    assert_eq!(calibration.status, Status::NotAccepted);
+    let step = calibration.stepped.unwrap();
+    assert!((step.step_s - 2e-3).abs() < SIGMAS * step.sigma_s, "{step:?}");
+}
+
+#[test]
+fn a_robot_stream_that_freezes_is_named() {
+    let mut recording = simulate(&cell(Preset::Quick, 14), 14).unwrap();
+    let from = recording.robot.len() * 3 / 4;
+    let frozen = recording.robot[from].base_from_tool;
+    recording.robot[from..].iter_mut().for_each(|s| s.base_from_tool = frozen);
+    let calibration = calibrated(&recording);
+    assert_eq!(calibration.status, Status::NotAccepted);
+    assert!(calibration.reasons.iter().any(|r| r.contains("froze")), "{:?}", calibration.reasons);
+    recording.robot.iter_mut().for_each(|s| s.base_from_tool = frozen);
+    let error = calibrate(&recording, None, &Config::default()).unwrap_err();
+    assert!(error.to_string().contains("does not move"), "{error}");
+}
+
+#[test]
+fn rows_that_repeat_count_once() {
+    let recording = simulate(&cell(Preset::Quick, 15), 15).unwrap();
+    let mut twice = recording.clone();
+    twice.features = recording.features.iter().flat_map(|f| [*f, *f]).collect();
+    let (once, twice) = (calibrated(&recording), calibrated(&twice));
+    // Rows are numbered differently, nothing else.
+    assert_eq!(once.parameters, twice.parameters);
+    assert_eq!(once.covariance, twice.covariance);
+}
+
+#[test]
+fn images_of_one_instant_are_refused() {
+    let mut recording = simulate(&cell(Preset::Quick, 17), 17).unwrap();
+    let first_ns = recording.features[0].stamp_ns;
+    recording.features.iter_mut().for_each(|f| f.stamp_ns = first_ns);
+    let error = calibrate(&recording, None, &Config::default()).unwrap_err();
+    assert!(error.to_string().contains("1 image(s)"), "{error}");
+}
+
+/// Half of what the others predict of a part of a short scan is how little they know: no disagreement.
+#[test]
+fn short_scans_do_not_disagree() {
+    for seed in 0..8 {
+        let mut scenario = cell(Preset::Quick, seed);
+        scenario.timing.duration_s = 5.0;
+        let calibration = calibrated(&simulate(&scenario, seed).unwrap());
+        let disagrees = calibration.warnings.iter().any(|w| w.contains("disagree"));
+        assert!(!disagrees, "{seed}: {:?}", calibration.warnings);
+    }
+}
