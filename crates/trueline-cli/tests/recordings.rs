@@ -121,7 +121,7 @@ fn a_recording_calibrates_like_the_dataset_it_came_from() {
         assert_eq!(code(&made), 0);
         let file = format!("{preset}.mcap");
         record(&dir.path().join(preset), &dir.path().join(&file), true);
-        // As a dataset with the same device stamps, for those may be regularised.
+        // As a dataset with the same device stamps, for those may be dejittered.
         assert_eq!(
             code(&trueline(dir.path(), &["import", "mcap", &file, "--out", &format!("{preset}-2")])),
             0

@@ -1,21 +1,21 @@
 //! The recipe: a recording in, a calibration out.
 
 use crate::assess::cross_validation::{self, Subject};
-use crate::assess::identifiability::{Shown, show};
+use crate::assess::identifiability::{Identifiability, assess_identifiability};
 use crate::assess::observability::{Observability, RANK_THRESHOLD};
 use crate::assess::residuals;
 use crate::calibration::{Calibration, Status};
 use crate::config::{Config, Hold};
 use crate::error::Error;
-use crate::hypotheses::clock_drift::{Steady, steadied};
-use crate::hypotheses::second_minimum::RunnerUp;
+use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
+use crate::hypotheses::second_minimum::SecondMinimum;
 use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, SKIP_REPEATED, observe, origin_ns};
-use crate::input::timestamps::{Regularised, Sampling};
+use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
 use crate::solve::covariance::{self, Uncertainty};
-use crate::solve::refine::{Terms, without_outliers};
+use crate::solve::refine::{FitSettings, without_outliers};
 use crate::verdict::{self, Evidence};
 use crate::{assess::outlier_segments, assess::seam_point_error, hypotheses::search};
 use nalgebra::{DMatrix, SVector};
@@ -40,31 +40,31 @@ pub fn calibrate(
     let fixed = held_components(config, guess)?;
     let noise = NoiseLevels {
         robot_sigma_m: config.robot_sigma_m.unwrap_or(observations.robot.noise_m),
-        stamp_sigma_s: sampling.stamp_sigma_s(config, Regularised::default()),
+        stamp_sigma_s: sampling.stamp_sigma_s(config, Dejittered::default()),
         factor: 1.0,
     };
-    let terms = Terms { config, noise, fixed: &fixed, prior: None };
-    let found = search::find(&observations, &terms, guess)?;
-    let recorded = Stamped { observations, fit: found.fit, regularised: Regularised::default() };
-    let stamped = with_best_stamps(recording, &sampling, &terms, recorded)?;
+    let settings = FitSettings { config, noise, fixed: &fixed, prior: None };
+    let found = search::find(&observations, &settings, guess)?;
+    let recorded = Stamped { observations, fit: found.fit, dejittered: Dejittered::default() };
+    let stamped = with_best_stamps(recording, &sampling, &settings, recorded)?;
     let noise =
-        NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(config, stamped.regularised), ..terms.noise };
-    let terms = Terms { noise, ..terms };
-    let rate_sigma_ppm = sampling.rate_sigma_ppm(stamped.regularised);
-    let steady = steadied(stamped.observations, stamped.fit, &terms, rate_sigma_ppm)?;
-    let times_s = sampling.robot_times_s(stamped.regularised);
+        NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(config, stamped.dejittered), ..settings.noise };
+    let settings = FitSettings { noise, ..settings };
+    let rate_sigma_ppm = sampling.rate_sigma_ppm(stamped.dejittered);
+    let steady = remove_drift(stamped.observations, stamped.fit, &settings, rate_sigma_ppm)?;
+    let times_s = sampling.robot_times_s(stamped.dejittered);
     let halves = steady.observations.robot.halves(recording, times_s);
-    let Shown { fit, information, time_offset_share, observability } =
-        show(&steady, &terms, guess, found.equal_twin, halves.as_ref())?;
+    let Identifiability { fit, information, time_offset_share, observability } =
+        assess_identifiability(&steady, &settings, guess, found.equal_twin, halves.as_ref())?;
     conclude(&Concluded {
         recording,
         sampling: &sampling,
-        regularised: stamped.regularised,
-        terms: &terms,
+        dejittered: stamped.dejittered,
+        settings: &settings,
         equal_twin: found.equal_twin,
         runner_up: found.runner_up,
         better: found.better,
-        steady: &Steady { fit, ..steady },
+        steady: &DriftFree { fit, ..steady },
         information,
         time_offset_share,
         observability,
@@ -75,19 +75,19 @@ pub fn calibrate(
 struct Concluded<'a> {
     recording: &'a Recording,
     sampling: &'a Sampling,
-    regularised: Regularised,
-    terms: &'a Terms<'a>,
+    dejittered: Dejittered,
+    settings: &'a FitSettings<'a>,
     equal_twin: bool,
-    runner_up: Option<RunnerUp>,
+    runner_up: Option<SecondMinimum>,
     better: Option<Parameters>,
-    steady: &'a Steady,
+    steady: &'a DriftFree,
     information: Information,
     time_offset_share: f64,
     observability: Observability,
 }
 
 fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
-    let (config, fit, observations) = (from.terms.config, &from.steady.fit, &from.steady.observations);
+    let (config, fit, observations) = (from.settings.config, &from.steady.fit, &from.steady.observations);
     let parameters = fit.parameters().clone();
     let problem = fit.problem(observations, config);
     let uncertainty = covariance::assess(&problem, &parameters, &fit.noise, &from.information);
@@ -98,14 +98,14 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let disruptions =
         outlier_segments::find(observations, &features, &parameters, &fit.noise, config.offset_search_s);
     let held_at_guess = fit.prior.is_some();
-    let all_seen = from.observability.seen_components[..LINES].iter().all(|seen| *seen);
+    let all_seen = from.observability.observable_components[..LINES].iter().all(|seen| *seen);
     let iterations = without_outliers(fit.iterations.clone(), observations, &features);
     let stamp_of = |f: &residuals::FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     let mut calibration = Calibration {
         status: Status::NotAccepted,
         reasons: Vec::new(),
         warnings: Vec::new(),
-        estimated: (0..parameters.dimension()).map(|k| !from.terms.fixed.contains(&k)).collect(),
+        estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
         observability: from.observability.clone(),
         residuals: summary,
         feature_stamps_ns: features.iter().map(stamp_of).collect(),
@@ -133,8 +133,8 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         step: from.steady.step,
         stepped: from.steady.stepped,
         disruptions,
-        robot_stamps: from.sampling.robot.report(from.regularised.robot),
-        image_stamps: from.sampling.images.report(from.regularised.images),
+        robot_stamps: from.sampling.robot.report(from.dejittered.robot),
+        image_stamps: from.sampling.images.report(from.dejittered.images),
         robot_noise_m: observations.robot.recorded_noise_m,
         robot_poses_repeated: observations.robot.repeated,
         robot_smoothed: observations.robot.smoothed,
@@ -156,7 +156,7 @@ fn with_time_offset_widened(from: &Concluded<'_>, mut covariance: DMatrix<f64>) 
     covariance.row_mut(TIME_OFFSET).scale_mut(widen);
     covariance.column_mut(TIME_OFFSET).scale_mut(widen);
     let late_sigma_s = from.steady.observations.robot.late_sigma_s;
-    let stamps_sigma_s = from.sampling.phase_sigma_s(from.regularised).hypot(late_sigma_s);
+    let stamps_sigma_s = from.sampling.phase_sigma_s(from.dejittered).hypot(late_sigma_s);
     covariance[(TIME_OFFSET, TIME_OFFSET)] += stamps_sigma_s.powi(2);
     covariance
 }
@@ -170,9 +170,9 @@ fn subject<'a>(from: &'a Concluded<'_>, real: &Uncertainty) -> Subject<'a> {
     Subject {
         observations: &from.steady.observations,
         fit: &from.steady.fit,
-        fixed: from.terms.fixed,
+        fixed: from.settings.fixed,
         rank_threshold: RANK_THRESHOLD,
-        seen: &from.observability.seen_components,
+        seen: &from.observability.observable_components,
         inflation: SVector::from_fn(|k, _| inflation(k)),
     }
 }
@@ -203,7 +203,7 @@ fn judge(calibration: &mut Calibration, from: &Concluded<'_>) {
     };
     let reasons = verdict::reasons(&evidence);
     let mut warnings = verdict::warnings(&evidence);
-    let seen = calibration.observability.seen_components[..LINES].iter().all(|s| *s);
+    let seen = calibration.observability.observable_components[..LINES].iter().all(|s| *s);
     if let (true, None, Some(wanted)) = (seen, &calibration.at_torch, calibration.config.used_at.stand_off_m)
     {
         warnings.push(format!(

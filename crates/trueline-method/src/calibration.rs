@@ -3,11 +3,11 @@
 use crate::Config;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::observability::Observability;
-use crate::assess::outlier_segments::Disruption;
+use crate::assess::outlier_segments::OutlierSegment;
 use crate::assess::residuals::{FeatureResidual, ResidualSummary};
-use crate::assess::seam_point_error::AtTorch;
+use crate::assess::seam_point_error::SeamPointError;
 use crate::hypotheses::drift_and_step::{Drift, Step};
-use crate::hypotheses::second_minimum::RunnerUp;
+use crate::hypotheses::second_minimum::SecondMinimum;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{Parameters, ROTATION, TRANSLATION};
 use nalgebra::DMatrix;
@@ -46,7 +46,7 @@ pub struct Calibration {
     /// Usable, but look here.
     pub warnings: Vec<String>,
     /// The estimates. Components that are not seen hold a meaningless number: see
-    /// [`Observability::seen_components`].
+    /// [`Observability::observable_components`].
     pub parameters: Parameters,
     /// Covariance of the tangent, SI units.
     pub covariance: DMatrix<f64>,
@@ -69,11 +69,11 @@ pub struct Calibration {
     /// Unseen directions were held at the initial guess, as the user allowed.
     pub held_at_guess: bool,
     /// The next best time offset, if there is another minimum within the searched range.
-    pub runner_up: Option<RunnerUp>,
+    pub runner_up: Option<SecondMinimum>,
     /// The parts of the scan against each other.
     pub held_out: Option<HeldOut>,
     /// What it means at the torch; `None` if something of the hand-eye is not seen.
-    pub at_torch: Option<AtTorch>,
+    pub at_torch: Option<SeamPointError>,
     /// Drift of the time offset, be it chance.
     pub drift: Option<Drift>,
     /// A drift that the image clock has; it has been taken out.
@@ -83,7 +83,7 @@ pub struct Calibration {
     /// A step that a clock has made.
     pub stepped: Option<Step>,
     /// Stretches of the scan that do not belong to the rest.
-    pub disruptions: Vec<Disruption>,
+    pub disruptions: Vec<OutlierSegment>,
     /// Robot stamps.
     pub robot_stamps: StampReport,
     /// Image stamps.
@@ -110,14 +110,14 @@ impl Calibration {
     /// Standard deviation of a component of the tangent, SI; `None` if it was held or is not seen.
     #[must_use]
     pub fn sigma(&self, component: usize) -> Option<f64> {
-        let known = self.estimated[component] && self.observability.seen_components[component];
+        let known = self.estimated[component] && self.observability.observable_components[component];
         known.then(|| self.covariance[(component, component)].max(0.0).sqrt())
     }
 
     /// Whether the value of a component means anything: it was held, or it is seen.
     #[must_use]
     pub fn is_known(&self, component: usize) -> bool {
-        self.held_at_guess || self.observability.seen_components[component]
+        self.held_at_guess || self.observability.observable_components[component]
     }
 
     /// Whether the hand-eye rotation means anything; its components one by one are no quaternion.

@@ -18,7 +18,7 @@ pub fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
 
 /// Standard deviation from the median absolute deviation; 0 of nothing.
 #[must_use]
-pub fn spread(values: &[f64]) -> f64 {
+pub fn mad_sigma(values: &[f64]) -> f64 {
     let middle = median(values.iter().copied()).unwrap_or(0.0);
     // The median of |N(0, 1)| is 0.67449.
     median(values.iter().map(|v| (v - middle).abs())).unwrap_or(0.0) / 0.674_49

@@ -2,11 +2,11 @@
 
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::observability::Observability;
-use crate::assess::outlier_segments::{Cause, Disruption};
+use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::residuals::{ResidualSummary, SKIP_OUTSIDE};
 use crate::config::Requirement;
 use crate::hypotheses::drift_and_step::{Drift, Step};
-use crate::hypotheses::second_minimum::{DECISIVE, RunnerUp};
+use crate::hypotheses::second_minimum::{LIKELIHOOD_RATIO_LIMIT, SecondMinimum};
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_lsq::Termination;
@@ -45,7 +45,7 @@ pub struct Evidence<'a> {
     /// Whether a mirrored attitude fits equally well.
     pub equal_twin: bool,
     /// The second-best time offset.
-    pub runner_up: Option<&'a RunnerUp>,
+    pub runner_up: Option<&'a SecondMinimum>,
     /// A better optimum than the guess led to.
     pub better: Option<&'a Parameters>,
     /// The best time offset, s.
@@ -57,7 +57,7 @@ pub struct Evidence<'a> {
     /// Residual figures.
     pub residuals: &'a ResidualSummary,
     /// Stretches that do not belong.
-    pub disruptions: &'a [Disruption],
+    pub disruptions: &'a [OutlierSegment],
     /// A step that a clock has made.
     pub stepped: Option<&'a Step>,
     /// A drift that was taken out.
@@ -105,7 +105,7 @@ pub fn reasons(e: &Evidence<'_>) -> Vec<String> {
                 .to_owned(),
         );
     }
-    let worse_offset = e.runner_up.is_some_and(|other| other.log_likelihood_lost < -DECISIVE);
+    let worse_offset = e.runner_up.is_some_and(|other| other.log_likelihood_lost < -LIKELIHOOD_RATIO_LIMIT);
     if let Some(better) = e.better.filter(|_| !worse_offset) {
         reasons.push(format!(
             "from this guess the solve ends where the scan fits worse than with a time offset of {:.1} ms and another \
@@ -166,9 +166,9 @@ fn too_few_used(e: &Evidence<'_>) -> Option<String> {
     ))
 }
 
-fn rival(time_offset_s: f64, other: &RunnerUp) -> String {
+fn rival(time_offset_s: f64, other: &SecondMinimum) -> String {
     let [best, rival] = [time_offset_s, other.time_offset_s].map(|s| s * MS_PER_S);
-    if other.log_likelihood_lost < -DECISIVE {
+    if other.log_likelihood_lost < -LIKELIHOOD_RATIO_LIMIT {
         return format!(
             "from this guess the time offset comes to {best:.1} ms, but {rival:.1} ms explains the scan better \
              ({:.0} % of the features instead of {:.0} %): leave the guess out, or correct it",
@@ -182,7 +182,7 @@ fn rival(time_offset_s: f64, other: &RunnerUp) -> String {
     )
 }
 
-fn step_reason(e: &Evidence<'_>, disruption: &Disruption) -> Option<String> {
+fn step_reason(e: &Evidence<'_>, disruption: &OutlierSegment) -> Option<String> {
     let [from, to] = disruption.span_s.map(|s| e.stamp_s(s));
     match disruption.cause {
         Cause::ClockStep(step_s) => Some(format!(
@@ -312,7 +312,7 @@ fn stamp_steps(e: &Evidence<'_>, name: &str, stamps: &StampReport) -> Option<Str
     })
 }
 
-fn stretch_warning(e: &Evidence<'_>, disruption: &Disruption) -> Option<String> {
+fn stretch_warning(e: &Evidence<'_>, disruption: &OutlierSegment) -> Option<String> {
     let ([from, to], n) = (disruption.span_s.map(|s| e.stamp_s(s)), disruption.features);
     match disruption.cause {
         Cause::ClockStep(_) | Cause::RobotStoodStill => None,

@@ -43,7 +43,7 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
     let [mut fast_sums, mut plain_sums] = [0, 1].map(|_| NormalEquations::zeros(problem.dimension()));
     problem.linearize(at, &mut fast_sums);
     plain.linearize(at, &mut plain_sums);
-    // Sums of n terms in another order: √n eps of the largest partial sum, 100 eps for a few thousand samples; each
+    // Sums of n settings in another order: √n eps of the largest partial sum, 100 eps for a few thousand samples; each
     // term itself is rounded a few dozen times. An entry is measured against √(H_ii H_jj), which bounds it. Where the
     // line meets the sheet at a grazing angle, its sine is a difference of numbers of 1, and everything is divided by
     // it, its derivative by its square.

@@ -25,7 +25,7 @@ fn recording() -> Option<Recording> {
 /// Root mean square distance that a joint solve over all frames was found elsewhere to reach with the stamps
 /// as recorded, m.
 const RAW_RMS_M: f64 = 0.0389e-3;
-/// The same with regularised stamps, m.
+/// The same with dejittered stamps, m.
 const REGULAR_RMS_M: f64 = 0.0283e-3;
 
 /// The authors' truth; tolerances are those that were found elsewhere too.
@@ -51,7 +51,7 @@ fn without_a_guess() {
     let Some(recording) = recording() else { return };
     let calibration = calibrate(&recording, None, &Config::default()).unwrap();
     assert_optimum(&calibration, REGULAR_RMS_M, 0.015e-3);
-    assert!(calibration.robot_stamps.regularised && calibration.image_stamps.regularised);
+    assert!(calibration.robot_stamps.dejittered && calibration.image_stamps.dejittered);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The clock behind receive stamps is found, or is said not to be there.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use trueline_method::input::clock_model::{StreamClock, Through, Ticks, fit, missing};
+use trueline_method::input::clock_model::{FitKind, StreamClock, Ticks, fit, missing};
 
 /// Deterministic numbers between 0 and 1.
 fn uniform(count: usize) -> Vec<f64> {
@@ -39,7 +39,7 @@ fn uniform_jitter_and_drops_are_seen_through() {
     assert_recovers(&clock, &truth, 2e-3 / 12.0_f64.sqrt());
     // The last one is lost too, which no stamp can tell.
     assert_eq!(missing(&stamps, clock.period_s), 899 - truth.len());
-    assert_eq!((clock.pieces, clock.through), (1, Through::Middle));
+    assert_eq!((clock.pieces, clock.fit_kind), (1, FitKind::LeastSquares));
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn delays_to_one_side_leave_the_floor() {
     let late = uniform(2000).into_iter().map(|u| -0.3e-3 * (1.0 - u).ln());
     let stamps: Vec<f64> = truth.iter().zip(late).map(|(t, late)| t + late).collect();
     let clock = fit(&stamps, Ticks::Counted).unwrap();
-    assert_eq!(clock.through, Through::LowerHull, "{:?} {}", clock.steps, clock.jitter_s);
+    assert_eq!(clock.fit_kind, FitKind::LowerEnvelope, "{:?} {}", clock.steps, clock.jitter_s);
     // The floor of n exponential delays lies τ/n high; the hull's ends some ten times that.
     for (regular, truth) in clock.regular_s.iter().zip(&truth) {
         assert!((regular - truth).abs() < 20.0 * 0.3e-3 / 2000.0, "{}", regular - truth);

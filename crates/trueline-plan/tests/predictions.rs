@@ -12,7 +12,7 @@ use trueline_method::input::noise_levels::NoiseLevels;
 use trueline_method::input::timestamps::Sampling;
 use trueline_method::problem::line_problem::{Criterion, LineProblem};
 use trueline_method::problem::parameters::{LINES, ROTATION, TRANSLATION};
-use trueline_method::problem::usable::Placed;
+use trueline_method::problem::usable::UsableObservations;
 use trueline_method::{Config, Parameters, ResidualKind, Status, calibrate, input::observations};
 use trueline_plan::guess_error::DIRECTIONS;
 use trueline_plan::prediction::{Sight, Truth};
@@ -46,7 +46,7 @@ fn bound(cell: &Cell, motion: &Motion) -> SVector<f64, LINES> {
         factor: 1.0,
     };
     let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
-    let list = Placed::safely(&observed, at.time_offset_s, 0.0);
+    let list = UsableObservations::within(&observed, at.time_offset_s, 0.0);
     let problem = LineProblem::new(&observed, list.of(&observed), criterion, &noise, &at);
     let mut equations = NormalEquations::zeros(problem.dimension());
     problem.linearize(&at, &mut equations);

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::assess::cross_validation::HeldOut;
 use trueline_method::assess::residuals::FeatureResidual;
-use trueline_method::assess::seam_point_error::AtTorch;
+use trueline_method::assess::seam_point_error::SeamPointError;
 use trueline_method::input::timestamps::StampReport;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use trueline_method::{Calibration, Hold, Status};
@@ -199,7 +199,7 @@ fn held_out(check: &HeldOut) -> String {
     )
 }
 
-fn at_torch(torch: &AtTorch) -> String {
+fn at_torch(torch: &SeamPointError) -> String {
     let [along, across, height] = torch.sigma_m.map(|m| {
         let mm = m * MM_PER_M;
         format!("{mm:.0$} mm", digits_for(mm))
@@ -237,7 +237,7 @@ fn stream(s: &StampReport) -> String {
         0 => String::new(),
         n => format!(", with {n} longer silences"),
     };
-    let used = if s.regularised { "stamps regularised" } else { "stamps as recorded" };
+    let used = if s.dejittered { "stamps dejittered" } else { "stamps as recorded" };
     format!(
         "{:.4} ms period, jitter {:.3} ms, {} missing{silences}; {used}",
         period_s * MS_PER_S,

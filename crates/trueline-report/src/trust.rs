@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::Calibration;
 use trueline_method::assess::cross_validation::HeldOut;
-use trueline_method::assess::outlier_segments::{Cause, Disruption};
+use trueline_method::assess::outlier_segments::{Cause, OutlierSegment};
 use trueline_method::input::timestamps::StampReport;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 
@@ -42,7 +42,7 @@ fn stream(s: &StampReport) -> Value {
         "one_sided": s.one_sided,
         "grain_s": s.grain_s,
         "steps": s.steps.iter().map(|(at_s, step_s)| json!({ "at_s": at_s, "step_s": step_s })).collect::<Vec<_>>(),
-        "used": if s.regularised { "regular" } else { "raw" },
+        "used": if s.dejittered { "regular" } else { "raw" },
     })
 }
 
@@ -87,7 +87,7 @@ fn held_out(check: &HeldOut) -> Value {
     })
 }
 
-fn disruption(d: &Disruption) -> Value {
+fn disruption(d: &OutlierSegment) -> Value {
     let (cause, amount) = match d.cause {
         Cause::RobotStoodStill => ("robot_stood_still", json!({})),
         Cause::ClockStep(step_s) => ("clock_step", json!({ "step_s": step_s })),

@@ -19,7 +19,7 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     let known = calibration.known;
     if calibration.stamps_treated && !args.quiet {
         output::words(
-            "mind: that calibration was made with stamps that were regularised or freed of a drift; here they are taken as \
+            "mind: that calibration was made with stamps that were dejittered or freed of a drift; here they are taken as \
              recorded, as a robot that follows the seam would. Their jitter and drift are in the figures.",
         );
     }

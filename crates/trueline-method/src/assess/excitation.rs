@@ -15,7 +15,7 @@ use trueline_lsq::{Information, LeastSquares};
 use trueline_model::Placement;
 
 /// Information of the Jacobian with itself, and of the two halves' with each other.
-pub struct Signal {
+pub struct SplitSampleInformation {
     own: DMatrix<f64>,
     common: DMatrix<f64>,
     time_offset: [f64; 2],
@@ -29,7 +29,7 @@ const LEAST_SHARE: f64 = 0.9;
 /// which can be allowed for.
 const LEAST_TIME_OFFSET_SHARE: f64 = 0.25;
 
-impl Signal {
+impl SplitSampleInformation {
     /// Of a problem at its solution, with the robot's path by every other sample and by those between.
     #[must_use]
     pub fn of(problem: &LineProblem<'_>, at: &Parameters, halves: &[Trajectory; 2]) -> Self {

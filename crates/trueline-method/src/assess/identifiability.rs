@@ -1,20 +1,20 @@
 //! What a scan shows, and, where the user accepts it, a fit that holds the rest at a guess.
 
 use crate::assess::cross_validation::difference;
-use crate::assess::excitation::Signal;
+use crate::assess::excitation::SplitSampleInformation;
 use crate::assess::observability::{self, Group, Observability, RANK_THRESHOLD};
 use crate::error::Error;
-use crate::hypotheses::clock_drift::Steady;
+use crate::hypotheses::clock_drift::DriftFree;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::problem::prior::Prior;
-use crate::solve::refine::{Fit, Terms, polish};
+use crate::solve::refine::{Fit, FitSettings, converge};
 use nalgebra::DVector;
 use trueline_dataset::Guess;
 use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 
 /// A fit, what is known from it and what can be seen.
-pub struct Shown {
+pub struct Identifiability {
     /// The fit; with unseen directions held if that was accepted.
     pub fit: Fit,
     /// What is known from it.
@@ -40,64 +40,75 @@ const HELD_SHARE: f64 = 0.1;
 ///
 /// # Errors
 /// [`Error::NoGuessToHold`] where the rest is to be held and there is no guess.
-pub fn show(
-    steady: &Steady,
-    terms: &Terms<'_>,
+pub fn assess_identifiability(
+    steady: &DriftFree,
+    settings: &FitSettings<'_>,
     guess: Option<&Guess>,
     equal_twin: bool,
     halves: Option<&[Trajectory; 2]>,
-) -> Result<Shown, Error> {
+) -> Result<Identifiability, Error> {
     let fit = steady.fit.clone();
-    let all = spectrum(&fit, terms)?;
-    let signal = halves
-        .map(|halves| Signal::of(&fit.problem(&steady.observations, terms.config), fit.parameters(), halves));
+    let all = spectrum(&fit, settings)?;
+    let signal = halves.map(|halves| {
+        SplitSampleInformation::of(
+            &fit.problem(&steady.observations, settings.config),
+            fit.parameters(),
+            halves,
+        )
+    });
     let information = signal.as_ref().map_or_else(|| all.clone(), |signal| signal.shown_by(&all));
-    let held = terms.fixed.contains(&TIME_OFFSET);
-    let shows_time_offset = held || signal.as_ref().is_none_or(Signal::shows_time_offset);
+    let held = settings.fixed.contains(&TIME_OFFSET);
+    let shows_time_offset = held || signal.as_ref().is_none_or(SplitSampleInformation::shows_time_offset);
     let time_offset_share = match &signal {
         Some(signal) if !held && shows_time_offset => signal.time_offset_share(),
         _ => 1.0,
     };
     let mut observability = observability::assess(&information, &all, fit.parameters(), shows_time_offset);
     if equal_twin {
-        observability.seen_components[ROTATION..TRANSLATION].fill(false);
+        observability.observable_components[ROTATION..TRANSLATION].fill(false);
     }
     if observability.unseen.is_empty() {
-        return Ok(Shown { fit, information, time_offset_share, observability });
+        return Ok(Identifiability { fit, information, time_offset_share, observability });
     }
-    follow(steady, terms, &information, &mut observability);
-    if !terms.config.accept_partial {
-        return Ok(Shown { fit, information, time_offset_share, observability });
+    follow(steady, settings, &information, &mut observability);
+    if !settings.config.accept_partial {
+        return Ok(Identifiability { fit, information, time_offset_share, observability });
     }
     let prior = holding(&observability, guess.ok_or(Error::NoGuessToHold)?);
-    let held = polish(&steady.observations, &Terms { prior: Some(&prior), ..*terms }, &fit)?;
-    let held_information = spectrum(&held, terms)?;
+    let held = converge(&steady.observations, &FitSettings { prior: Some(&prior), ..*settings }, &fit)?;
+    let held_information = spectrum(&held, settings)?;
     let (before, after) = (information.covariance(), held_information.covariance());
     for k in 0..LINES {
         // What is known only because something else is held is not known.
-        observability.seen_components[k] &= after[(k, k)] > HELD_SHARE * before[(k, k)];
+        observability.observable_components[k] &= after[(k, k)] > HELD_SHARE * before[(k, k)];
     }
-    Ok(Shown { fit: held, information: held_information, time_offset_share, observability })
+    Ok(Identifiability { fit: held, information: held_information, time_offset_share, observability })
 }
 
-fn spectrum(fit: &Fit, terms: &Terms<'_>) -> Result<Information, Error> {
-    Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD).ok_or(Error::NoStart)
+fn spectrum(fit: &Fit, settings: &FitSettings<'_>) -> Result<Information, Error> {
+    Information::new(&fit.solution.equations.hessian, settings.fixed, RANK_THRESHOLD).ok_or(Error::NoStart)
 }
 
 /// Moves everything unseen and fits the rest again: what moves with it is not known either, however well it seems to be
 /// where the search happened to end.
-fn follow(steady: &Steady, terms: &Terms<'_>, information: &Information, observability: &mut Observability) {
+fn follow(
+    steady: &DriftFree,
+    settings: &FitSettings<'_>,
+    information: &Information,
+    observability: &mut Observability,
+) {
     let at = steady.fit.parameters();
     let covariance = information.covariance();
     for sign in [1.0, -1.0] {
         let away = at.retract(&(unseen_step(observability, at.dimension()) * sign));
         let guess = Guess { time_offset_s: away.time_offset_s, tool_from_camera: away.tool_from_camera };
         let prior = holding(observability, &guess);
-        let moved = polish(&steady.observations, &Terms { prior: Some(&prior), ..*terms }, &steady.fit)
-            .map(|fit| difference(fit.parameters(), at));
+        let moved =
+            converge(&steady.observations, &FitSettings { prior: Some(&prior), ..*settings }, &steady.fit)
+                .map(|fit| difference(fit.parameters(), at));
         for k in 0..LINES {
             // Where nothing can be fitted nothing is known.
-            observability.seen_components[k] &=
+            observability.observable_components[k] &=
                 moved.as_ref().is_ok_and(|m| m[k].abs() < MOVED_SIGMAS * covariance[(k, k)].sqrt());
         }
     }

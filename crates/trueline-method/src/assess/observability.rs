@@ -68,7 +68,7 @@ pub struct Observability {
     /// What is not seen.
     pub unseen: Vec<Unseen>,
     /// For each component of the tangent, whether its value means anything.
-    pub seen_components: Vec<bool>,
+    pub observable_components: Vec<bool>,
 }
 
 /// Names what is not seen: `information` is what remains of `all` without directions that mean nothing, and
@@ -85,12 +85,12 @@ pub fn assess(
     let (known, claimed) = (information.covariance(), all.covariance());
     // What owes its variance to a direction that was taken away is not known without it.
     let is_whole = |k: usize| claimed[(k, k)] <= WHOLE * known[(k, k)];
-    let mut seen_components: Vec<bool> =
+    let mut observable_components: Vec<bool> =
         (0..null.nrows()).map(|k| share(k) <= SHARE && is_whole(k)).collect();
-    let only_noise = seen_components[TIME_OFFSET] && !shows_time_offset;
-    seen_components[TIME_OFFSET] &= shows_time_offset;
+    let only_noise = observable_components[TIME_OFFSET] && !shows_time_offset;
+    observable_components[TIME_OFFSET] &= shows_time_offset;
     let mut unseen = Vec::new();
-    if !seen_components[TIME_OFFSET] {
+    if !observable_components[TIME_OFFSET] {
         let advice = "the time offset cannot be seen: sweep the sensor across the line, faster and with changing \
                       speed, for example an S-path of ±10 mm at 0.5 Hz";
         unseen.push(Unseen { group: Group::TimeOffset, direction: None, advice: advice.to_owned() });
@@ -130,7 +130,7 @@ pub fn assess(
             .map(|value| value / information.singular_values().max().max(f64::MIN_POSITIVE))
             .collect(),
         unseen,
-        seen_components,
+        observable_components,
     }
 }
 

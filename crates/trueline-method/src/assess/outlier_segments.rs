@@ -25,7 +25,7 @@ pub enum Cause {
 
 /// A stretch of features of which nearly all are outliers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Disruption {
+pub struct OutlierSegment {
     /// First and last stamp, s.
     pub span_s: [f64; 2],
     /// Features in it.
@@ -55,8 +55,8 @@ pub fn find(
     at: &Parameters,
     noise: &NoiseLevels,
     offset_search_s: f64,
-) -> Vec<Disruption> {
-    let mut found: Vec<Disruption> = (0..observations.line_count as u32)
+) -> Vec<OutlierSegment> {
+    let mut found: Vec<OutlierSegment> = (0..observations.line_count as u32)
         .flat_map(|line| {
             let own: Vec<&FeatureResidual> = features.iter().filter(|f| f.line == line).collect();
             on_line(observations, &own, at, noise, offset_search_s)
@@ -73,7 +73,7 @@ fn on_line(
     at: &Parameters,
     noise: &NoiseLevels,
     offset_search_s: f64,
-) -> Vec<Disruption> {
+) -> Vec<OutlierSegment> {
     let mut scores: Vec<f64> =
         features.iter().map(|f| if f.is_outlier() { 1.0 } else { -INLIER_COST }).collect();
     let mut found = Vec::new();
@@ -85,7 +85,7 @@ fn on_line(
         let rows: BTreeSet<u32> = features[from..to].iter().map(|f| f.row).collect();
         let list: Vec<Observation> =
             observations.list.iter().filter(|o| rows.contains(&o.row)).copied().collect();
-        found.push(Disruption {
+        found.push(OutlierSegment {
             span_s: [features[from].stamp_s, features[to - 1].stamp_s],
             features: to - from,
             cause: explain(observations, &list, at, noise, offset_search_s),

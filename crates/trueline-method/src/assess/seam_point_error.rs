@@ -13,7 +13,7 @@ use trueline_geometry::so3;
 
 /// Standard deviations of a seam point's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AtTorch {
+pub struct SeamPointError {
     /// Speed along the seam, m/s.
     pub speed_m_s: f64,
     /// Distance from the sensor, m.
@@ -34,7 +34,7 @@ pub fn predict(
     at: &Parameters,
     covariance: &nalgebra::DMatrix<f64>,
     used_at: &Use,
-) -> Option<AtTorch> {
+) -> Option<SeamPointError> {
     let point_in_camera = point_at(observations, list, used_at.stand_off_m)?;
     let middle = list.get(list.len() / 2)?;
     let base_from_tool = placement(observations, middle, at, &mut 0)?.base_from_tool;
@@ -55,7 +55,7 @@ pub fn predict(
     let eigen = position.symmetric_eigen();
     let mut order = [0, 1, 2];
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    Some(AtTorch {
+    Some(SeamPointError {
         speed_m_s: used_at.speed_m_s,
         stand_off_m: point_in_camera.norm(),
         sigma_m: [sigma(&along), sigma(&across), sigma(&height)],

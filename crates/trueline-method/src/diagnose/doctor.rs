@@ -209,7 +209,7 @@ const SAME_S: f64 = 0.002;
 fn wrong_guess(c: &Calibration, guess: &Guess) -> Vec<String> {
     let mut findings = Vec::new();
     let found_s = c.parameters.time_offset_s;
-    let offset_seen = c.observability.seen_components[0];
+    let offset_seen = c.observability.observable_components[0];
     if offset_seen
         && (found_s - guess.time_offset_s).abs() > SAME_S
         && (found_s + guess.time_offset_s).abs() < SAME_S
@@ -219,7 +219,7 @@ fn wrong_guess(c: &Calibration, guess: &Guess) -> Vec<String> {
             found_s * 1e3
         ));
     }
-    if !c.observability.seen_components[1..7].iter().all(|seen| *seen) {
+    if !c.observability.observable_components[1..7].iter().all(|seen| *seen) {
         return findings;
     }
     let found = c.parameters.tool_from_camera;

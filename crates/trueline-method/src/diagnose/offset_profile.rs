@@ -8,7 +8,7 @@ use crate::input::timestamps::Sampling;
 use crate::order_statistics::median;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
-use crate::problem::usable::Placed;
+use crate::problem::usable::UsableObservations;
 use trueline_dataset::Recording;
 use trueline_lsq::{Loss, SolveOptions, solve};
 
@@ -66,7 +66,7 @@ fn distances() -> impl Iterator<Item = f64> {
 
 /// All else at its best with the offset held, and the typical residual there.
 fn solved(observations: &Observations, noise: &NoiseLevels, at: &Parameters) -> Option<(Parameters, f64)> {
-    let placed = Placed::safely(observations, at.time_offset_s, 0.0);
+    let placed = UsableObservations::within(observations, at.time_offset_s, 0.0);
     if placed.len() < LEAST_PLACED {
         return None;
     }

@@ -7,15 +7,15 @@
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::error::Error;
 use crate::hypotheses::drift_and_step::{ClockCheck, Drift, Step};
-use crate::hypotheses::second_minimum::misfit;
+use crate::hypotheses::second_minimum::twice_negative_log_likelihood;
 use crate::input::observations::Observations;
 use crate::problem::parameters::TIME_OFFSET;
 use crate::solve::covariance;
-use crate::solve::refine::{Fit, Terms, again, polish};
+use crate::solve::refine::{Fit, FitSettings, converge, refit};
 use trueline_lsq::Information;
 
 /// A fit whose time offset does not drift.
-pub struct Steady {
+pub struct DriftFree {
     /// The observations, their stamps freed of a drift.
     pub observations: Observations,
     /// The fit.
@@ -50,29 +50,33 @@ pub fn is_significant(drift: &Drift) -> bool {
 ///
 /// # Errors
 /// As [`polish`].
-pub fn steadied(
+pub fn remove_drift(
     observations: Observations,
     fit: Fit,
-    terms: &Terms<'_>,
+    settings: &FitSettings<'_>,
     rate_sigma_ppm: f64,
-) -> Result<Steady, Error> {
-    let clock = clock_check(&observations, &fit, terms);
+) -> Result<DriftFree, Error> {
+    let clock = clock_check(&observations, &fit, settings);
     let drift = clock.as_ref().and_then(ClockCheck::drift);
     let step = clock.as_ref().and_then(ClockCheck::step);
     let likely_drift = drift.is_some_and(|d| d.ppm.abs() > DRIFT_SIGMAS * d.sigma_ppm / inflation(&clock));
     let likely_step = step.is_some_and(|s| s.step_s.abs() > STEP_SIGMAS * s.sigma_s / inflation(&clock));
     let without_drift =
-        if likely_drift { drift_out(&observations, &fit, terms, rate_sigma_ppm)? } else { None };
-    let without_step = if likely_step { step_out(&observations, &fit, terms, rate_sigma_ppm)? } else { None };
-    let stepped =
-        without_step.filter(|step| without_drift.as_ref().is_none_or(|drift| step.misfit < drift.misfit));
+        if likely_drift { drift_out(&observations, &fit, settings, rate_sigma_ppm)? } else { None };
+    let without_step =
+        if likely_step { step_out(&observations, &fit, settings, rate_sigma_ppm)? } else { None };
+    let stepped = without_step.filter(|step| {
+        without_drift
+            .as_ref()
+            .is_none_or(|drift| step.twice_negative_log_likelihood < drift.twice_negative_log_likelihood)
+    });
     let drift = drift.map(|d| Drift { sigma_ppm: d.sigma_ppm.hypot(rate_sigma_ppm), ..d });
     let (observations, fit, drifted) = match without_drift.filter(|_| stepped.is_none()) {
         Some(without) => (without.observations, without.fit, Some(without.drift)),
         None => (observations, fit, None),
     };
-    let fit = polish(&observations, terms, &fit)?;
-    Ok(Steady {
+    let fit = converge(&observations, settings, &fit)?;
+    Ok(DriftFree {
         observations,
         fit,
         drift: drifted.or(drift),
@@ -87,12 +91,12 @@ fn inflation(clock: &Option<ClockCheck>) -> f64 {
     clock.as_ref().map_or(1.0, ClockCheck::inflation)
 }
 
-fn clock_check(observations: &Observations, fit: &Fit, terms: &Terms<'_>) -> Option<ClockCheck> {
-    if terms.fixed.contains(&TIME_OFFSET) {
+fn clock_check(observations: &Observations, fit: &Fit, settings: &FitSettings<'_>) -> Option<ClockCheck> {
+    if settings.fixed.contains(&TIME_OFFSET) {
         return None;
     }
-    let information = Information::new(&fit.solution.equations.hessian, terms.fixed, RANK_THRESHOLD)?;
-    let problem = fit.problem(observations, terms.config);
+    let information = Information::new(&fit.solution.equations.hessian, settings.fixed, RANK_THRESHOLD)?;
+    let problem = fit.problem(observations, settings.config);
     let covariance = information.covariance();
     let real = covariance::assess(&problem, fit.parameters(), &fit.noise, &information).covariance;
     let variance = (real[(0, 0)] / covariance[(0, 0)]).max(1.0);
@@ -103,19 +107,19 @@ struct WithoutDrift {
     observations: Observations,
     fit: Fit,
     drift: Drift,
-    misfit: f64,
+    twice_negative_log_likelihood: f64,
 }
 
 /// The scan without its drift, if what is left says that there was one.
 fn drift_out(
     observations: &Observations,
     fit: &Fit,
-    terms: &Terms<'_>,
+    settings: &FitSettings<'_>,
     rate_sigma_ppm: f64,
 ) -> Result<Option<WithoutDrift>, Error> {
     let (mut observations, mut fit) = (observations.clone(), fit.clone());
     let mut total_ppm = 0.0;
-    let mut left = clock_check(&observations, &fit, terms).and_then(|clock| clock.drift());
+    let mut left = clock_check(&observations, &fit, settings).and_then(|clock| clock.drift());
     for _ in 0..ROUNDS {
         let Some(found) = left.filter(|d| d.ppm.abs() > 0.1 * d.sigma_ppm) else { break };
         total_ppm += found.ppm;
@@ -123,8 +127,8 @@ fn drift_out(
             // The stamps run fast about the middle, where they are right.
             o.stamp_s -= found.ppm * 1e-6 * (o.stamp_s - found.about_s);
         }
-        fit = again(&observations, terms, &fit)?;
-        left = clock_check(&observations, &fit, terms).and_then(|clock| clock.drift());
+        fit = refit(&observations, settings, &fit)?;
+        left = clock_check(&observations, &fit, settings).and_then(|clock| clock.drift());
     }
     let drift = left.map(|left| Drift {
         ppm: left.ppm + total_ppm,
@@ -132,21 +136,22 @@ fn drift_out(
         ..left
     });
     Ok(drift.filter(is_significant).map(|drift| {
-        let misfit = misfit(&observations, terms, fit.parameters());
-        WithoutDrift { observations, fit, drift, misfit }
+        let twice_negative_log_likelihood =
+            twice_negative_log_likelihood(&observations, settings, fit.parameters());
+        WithoutDrift { observations, fit, drift, twice_negative_log_likelihood }
     }))
 }
 
 struct WithoutStep {
     step: Step,
-    misfit: f64,
+    twice_negative_log_likelihood: f64,
 }
 
 /// The step that, taken out, leaves residuals that say that there was one.
 fn step_out(
     observations: &Observations,
     fit: &Fit,
-    terms: &Terms<'_>,
+    settings: &FitSettings<'_>,
     rate_sigma_ppm: f64,
 ) -> Result<Option<WithoutStep>, Error> {
     let (mut observations, mut fit) = (observations.clone(), fit.clone());
@@ -156,7 +161,7 @@ fn step_out(
     // The first frame after the step: frames keep their number whatever happens to their stamps.
     let mut first_frame = 0;
     for _ in 0..ROUNDS {
-        let Some(clock) = clock_check(&observations, &fit, terms) else { return Ok(None) };
+        let Some(clock) = clock_check(&observations, &fit, settings) else { return Ok(None) };
         let frame_at = |frame: u32| observations.list.iter().find(|o| o.frame >= frame).map(|o| o.stamp_s);
         let found = match total {
             None => clock.step(),
@@ -178,9 +183,14 @@ fn step_out(
         for o in observations.list.iter_mut().filter(|o| o.frame >= first_frame) {
             o.stamp_s -= found.step_s;
         }
-        fit = again(&observations, terms, &fit)?;
+        fit = refit(&observations, settings, &fit)?;
     }
-    Ok(total
-        .filter(|step| step.step_s.abs() > STEP_SIGMAS * step.sigma_s)
-        .map(|step| WithoutStep { step, misfit: misfit(&observations, terms, fit.parameters()) }))
+    Ok(total.filter(|step| step.step_s.abs() > STEP_SIGMAS * step.sigma_s).map(|step| WithoutStep {
+        step,
+        twice_negative_log_likelihood: twice_negative_log_likelihood(
+            &observations,
+            settings,
+            fit.parameters(),
+        ),
+    }))
 }

@@ -3,13 +3,13 @@
 use crate::assess::residuals;
 use crate::config::{Config, Stamps};
 use crate::error::Error;
-use crate::hypotheses::second_minimum::{DECISIVE, noise_advantage};
+use crate::hypotheses::second_minimum::{LIKELIHOOD_RATIO_LIMIT, noise_advantage};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
 use crate::input::robot_motion::RobotMotion;
-use crate::input::timestamps::{Regularised, Sampling};
+use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::line_problem::LineProblem;
-use crate::solve::refine::{Fit, Terms, again};
+use crate::solve::refine::{Fit, FitSettings, refit};
 use trueline_dataset::Recording;
 use trueline_lsq::Loss;
 
@@ -20,7 +20,7 @@ pub struct Stamped {
     /// The fit to them.
     pub fit: Fit,
     /// Which stamps are the clocks'.
-    pub regularised: Regularised,
+    pub dejittered: Dejittered,
 }
 
 /// Solves with the stamps of the clocks too, and keeps the better.
@@ -30,17 +30,21 @@ pub struct Stamped {
 pub fn with_best_stamps(
     recording: &Recording,
     sampling: &Sampling,
-    terms: &Terms<'_>,
+    settings: &FitSettings<'_>,
     recorded: Stamped,
 ) -> Result<Stamped, Error> {
     let mut best = recorded;
-    for regularised in sampling.treatments(terms.config) {
-        let observations = treated(recording, sampling, terms.config, &best.observations, regularised)?;
-        let noise =
-            NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(terms.config, regularised), ..terms.noise };
-        let fit = again(&observations, &Terms { noise, ..*terms }, &best.fit)?;
-        let tried = Stamped { observations, fit, regularised };
-        if terms.config.stamps == Stamps::Regular || advantage(&tried, &best, &terms.noise) > DECISIVE {
+    for dejittered in sampling.candidates(settings.config) {
+        let observations = treated(recording, sampling, settings.config, &best.observations, dejittered)?;
+        let noise = NoiseLevels {
+            stamp_sigma_s: sampling.stamp_sigma_s(settings.config, dejittered),
+            ..settings.noise
+        };
+        let fit = refit(&observations, &FitSettings { noise, ..*settings }, &best.fit)?;
+        let tried = Stamped { observations, fit, dejittered };
+        if settings.config.stamps == Stamps::Regular
+            || advantage(&tried, &best, &settings.noise) > LIKELIHOOD_RATIO_LIMIT
+        {
             best = tried;
         }
     }
@@ -52,15 +56,15 @@ fn treated(
     sampling: &Sampling,
     config: &Config,
     observations: &Observations,
-    regularised: Regularised,
+    dejittered: Dejittered,
 ) -> Result<Observations, Error> {
     let mut treated = observations.clone();
-    if let Some(clock) = sampling.images.clock.as_ref().filter(|_| regularised.images) {
+    if let Some(clock) = sampling.images.clock.as_ref().filter(|_| dejittered.images) {
         for o in &mut treated.list {
             o.stamp_s = clock.regular_s[o.frame as usize];
         }
     }
-    if let Some(clock) = sampling.robot.clock.as_ref().filter(|_| regularised.robot) {
+    if let Some(clock) = sampling.robot.clock.as_ref().filter(|_| dejittered.robot) {
         treated.robot = RobotMotion::of(recording, &clock.regular_s, config)?;
     }
     Ok(treated)

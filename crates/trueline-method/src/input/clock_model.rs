@@ -6,7 +6,7 @@
 //! counter where they are recorded, else the number of periods since the start. Recorded stamps are kept;
 //! this is a second opinion that is used only where the data bear it out.
 
-use crate::order_statistics::{median, quantile, spread};
+use crate::order_statistics::{mad_sigma, median, quantile};
 
 /// What ticked evenly at the source.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,11 +21,11 @@ pub enum Ticks<'a> {
 
 /// How the fit ran through the stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Through {
-    /// Through their middle: jitter to both sides.
-    Middle,
+pub enum FitKind {
+    /// FitKind their middle: jitter to both sides.
+    LeastSquares,
     /// Along their lower hull: delays to one side only \[Zhang2002\].
-    LowerHull,
+    LowerEnvelope,
 }
 
 /// A stream whose samples were taken evenly.
@@ -42,7 +42,7 @@ pub struct StreamClock {
     /// Rate of the device's clock against the receiver's, parts per million; `None` without device stamps.
     pub device_drift_ppm: Option<f64>,
     /// How the fit ran.
-    pub through: Through,
+    pub fit_kind: FitKind,
     /// Pieces with a phase of their own: after a step of the clock, or after a silence.
     pub pieces: usize,
     /// Time of each step of the receive clock, s, and its height, s.
@@ -192,7 +192,7 @@ fn fit_ticks(stamps_s: &[f64], ticks: &[f64]) -> Option<StreamClock> {
     let tick_s = median(steps_of(ticks))? * clock.period_s;
     let about: Vec<f64> = stamps_s.iter().zip(&clock.regular_s).map(|(s, r)| s - r).collect();
     clock.jitter_s = root_mean_square(&about);
-    let even = spread(&about) <= WANDER_LIMIT * white + 2e-9 && spread(&about) < JITTER_LIMIT * tick_s;
+    let even = mad_sigma(&about) <= WANDER_LIMIT * white + 2e-9 && mad_sigma(&about) < JITTER_LIMIT * tick_s;
     even.then_some(clock)
 }
 
@@ -203,7 +203,7 @@ fn root_mean_square(values: &[f64]) -> f64 {
 /// Jitter as the steps between neighbours tell it: their difference has √2 times that of a stamp.
 fn white_jitter(stamps_s: &[f64], ticks: &[f64], period: f64) -> f64 {
     let off: Vec<f64> = steps_of(stamps_s).zip(steps_of(ticks)).map(|(s, t)| s - t * period).collect();
-    spread(&off) / std::f64::consts::SQRT_2
+    mad_sigma(&off) / std::f64::consts::SQRT_2
 }
 
 /// Where a piece with a phase of its own begins, and the end.
@@ -305,12 +305,12 @@ fn through_middle(
     let steps = edges[1..edges.len() - 1].iter().zip(phases.windows(2)).filter(|(k, _)| !across_silence(**k));
     let about: Vec<f64> = stamps_s.iter().zip(&regular_s).map(|(s, r)| s - r).collect();
     StreamClock {
-        phase_sigma_s: spread(&about) / (stamps_s.len() as f64).sqrt(),
+        phase_sigma_s: mad_sigma(&about) / (stamps_s.len() as f64).sqrt(),
         regular_s,
         period_s,
         jitter_s: 0.0,
         device_drift_ppm: None,
-        through: Through::Middle,
+        fit_kind: FitKind::LeastSquares,
         pieces: edges.len() - 1,
         steps: steps.map(|(&k, p)| (stamps_s[k], p[1] - p[0])).collect(),
     }
@@ -319,7 +319,7 @@ fn through_middle(
 /// Huber's estimate of the middle.
 fn middle(values: &[f64]) -> f64 {
     let mut middle = median(values.iter().copied()).unwrap_or(0.0);
-    let limit = HUBER_SIGMAS * spread(values);
+    let limit = HUBER_SIGMAS * mad_sigma(values);
     for _ in 0..10 {
         let (mut sum, mut weights) = (0.0, 0.0);
         for value in values {
@@ -361,7 +361,7 @@ fn along_lower_hull(stamps_s: &[f64], ticks: &[f64]) -> StreamClock {
         jitter_s: 0.0,
         phase_sigma_s: fifth.max(0.0),
         device_drift_ppm: None,
-        through: Through::LowerHull,
+        fit_kind: FitKind::LowerEnvelope,
         pieces: 1,
         steps: Vec::new(),
     }

@@ -1,7 +1,7 @@
 //! When the samples of both streams were taken: as stamped, or as their clocks say.
 
 use crate::config::{Config, ResidualKind, Stamps};
-use crate::input::clock_model::{self, SILENCE_TICKS, StreamClock, Through, Ticks};
+use crate::input::clock_model::{self, FitKind, SILENCE_TICKS, StreamClock, Ticks};
 use crate::order_statistics::median;
 use trueline_dataset::Recording;
 
@@ -29,7 +29,7 @@ pub struct Sampling {
 
 /// Which streams are taken as their clocks say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Regularised {
+pub struct Dejittered {
     /// Robot poses.
     pub robot: bool,
     /// Images.
@@ -64,7 +64,7 @@ pub struct StampReport {
     /// All stamps are multiples of this, though the samples are not: what the stamps leave unsaid, s.
     pub grain_s: Option<f64>,
     /// Whether the samples were taken as the clock says.
-    pub regularised: bool,
+    pub dejittered: bool,
 }
 
 /// Finer stamps say enough, s.
@@ -153,21 +153,21 @@ impl Stream {
     }
 
     /// Standard deviation of a stamp that is used, s.
-    fn jitter_s(&self, regularised: bool) -> Option<f64> {
-        if regularised { Some(0.0) } else { self.clock.as_ref().map(|clock| clock.jitter_s) }
+    fn jitter_s(&self, dejittered: bool) -> Option<f64> {
+        if dejittered { Some(0.0) } else { self.clock.as_ref().map(|clock| clock.jitter_s) }
     }
 
     /// Standard deviation of what the stamps leave unknown of all sampling times alike, s.
-    fn phase_sigma_s(&self, regularised: bool) -> f64 {
-        let phase_s = self.clock.as_ref().filter(|_| regularised).map_or(0.0, |clock| clock.phase_sigma_s);
+    fn phase_sigma_s(&self, dejittered: bool) -> f64 {
+        let phase_s = self.clock.as_ref().filter(|_| dejittered).map_or(0.0, |clock| clock.phase_sigma_s);
         // Rounded down, to the nearest or up: nobody knows, so the mean is off by up to half a grain to either side.
         phase_s.hypot(self.grain_s.map_or(0.0, |grain_s| grain_s / 12.0_f64.sqrt()))
     }
 
     /// Standard deviation of the rate of the clock behind the stamps, parts per million.
     #[must_use]
-    pub fn rate_sigma_ppm(&self, regularised: bool) -> f64 {
-        let Some(clock) = self.clock.as_ref().filter(|_| regularised) else { return 0.0 };
+    pub fn rate_sigma_ppm(&self, dejittered: bool) -> f64 {
+        let Some(clock) = self.clock.as_ref().filter(|_| dejittered) else { return 0.0 };
         let lasts_s = self.recorded_s[self.recorded_s.len() - 1] - self.recorded_s[0];
         // Slope of a line through n points of even spacing.
         clock.jitter_s * (12.0 / self.recorded_s.len() as f64).sqrt() / lasts_s * 1e6
@@ -175,7 +175,7 @@ impl Stream {
 
     /// Figures for the report.
     #[must_use]
-    pub fn report(&self, regularised: bool) -> StampReport {
+    pub fn report(&self, dejittered: bool) -> StampReport {
         let steps = || self.recorded_s.windows(2).map(|w| w[1] - w[0]);
         let median_period_s = median(steps()).unwrap_or(0.0);
         let longest_gap_s = steps().fold(0.0, f64::max);
@@ -191,10 +191,10 @@ impl Stream {
             missing: clock.map(|c| clock_model::missing(&self.recorded_s, c.period_s)),
             silences: steps().filter(|step| *step > silence_s).count(),
             device_drift_ppm: clock.and_then(|c| c.device_drift_ppm),
-            one_sided: clock.is_some_and(|c| c.through == Through::LowerHull),
+            one_sided: clock.is_some_and(|c| c.fit_kind == FitKind::LowerEnvelope),
             steps: clock.map_or_else(Vec::new, |c| c.steps.clone()),
             grain_s: self.grain_s,
-            regularised,
+            dejittered,
         }
     }
 }
@@ -218,40 +218,40 @@ impl Sampling {
 
     /// Expected jitter of an exposure against the robot's time, s.
     #[must_use]
-    pub fn stamp_sigma_s(&self, config: &Config, regularised: Regularised) -> f64 {
-        let images = config.stamp_sigma_s.or(self.images.jitter_s(regularised.images));
-        let robot = self.robot.jitter_s(regularised.robot).unwrap_or(0.0);
+    pub fn stamp_sigma_s(&self, config: &Config, dejittered: Dejittered) -> f64 {
+        let images = config.stamp_sigma_s.or(self.images.jitter_s(dejittered.images));
+        let robot = self.robot.jitter_s(dejittered.robot).unwrap_or(0.0);
         images.unwrap_or(UNKNOWN_JITTER_S).hypot(robot * BRACKET_SHARE.sqrt())
     }
 
     /// Standard deviation of what regularising leaves unknown of the clocks' rates, parts per million.
     #[must_use]
-    pub fn rate_sigma_ppm(&self, regularised: Regularised) -> f64 {
-        self.robot.rate_sigma_ppm(regularised.robot).hypot(self.images.rate_sigma_ppm(regularised.images))
+    pub fn rate_sigma_ppm(&self, dejittered: Dejittered) -> f64 {
+        self.robot.rate_sigma_ppm(dejittered.robot).hypot(self.images.rate_sigma_ppm(dejittered.images))
     }
 
     /// Standard deviation of what regularising leaves unknown of the time offset, s.
     #[must_use]
-    pub fn phase_sigma_s(&self, regularised: Regularised) -> f64 {
-        self.robot.phase_sigma_s(regularised.robot).hypot(self.images.phase_sigma_s(regularised.images))
+    pub fn phase_sigma_s(&self, dejittered: Dejittered) -> f64 {
+        self.robot.phase_sigma_s(dejittered.robot).hypot(self.images.phase_sigma_s(dejittered.images))
     }
 
     /// When the robot's samples were taken, s since the start of the recording.
     #[must_use]
-    pub fn robot_times_s(&self, regularised: Regularised) -> &[f64] {
-        let clock = self.robot.clock.as_ref().filter(|_| regularised.robot);
+    pub fn robot_times_s(&self, dejittered: Dejittered) -> &[f64] {
+        let clock = self.robot.clock.as_ref().filter(|_| dejittered.robot);
         clock.map_or(&self.robot.recorded_s, |clock| &clock.regular_s)
     }
 
-    /// The treatments worth trying, in this order, each compared with the best before.
+    /// The candidates worth trying, in this order, each compared with the best before.
     #[must_use]
-    pub fn treatments(&self, config: &Config) -> Vec<Regularised> {
-        let possible = Regularised { robot: self.robot.clock.is_some(), images: self.images.clock.is_some() };
-        let none = Regularised::default();
+    pub fn candidates(&self, config: &Config) -> Vec<Dejittered> {
+        let possible = Dejittered { robot: self.robot.clock.is_some(), images: self.images.clock.is_some() };
+        let none = Dejittered::default();
         let mut list = match config.stamps {
             Stamps::Regular => vec![possible],
             Stamps::Auto if config.residual == ResidualKind::Sheet => {
-                vec![Regularised { images: possible.images, ..none }, possible]
+                vec![Dejittered { images: possible.images, ..none }, possible]
             }
             Stamps::Auto | Stamps::Raw => Vec::new(),
         };

@@ -5,18 +5,18 @@ use std::ops::Range;
 
 /// Observations that take part in a solve.
 #[derive(Clone, Debug)]
-pub enum Placed {
+pub enum UsableObservations {
     /// An unbroken part of the list: nothing is copied.
     Part(Range<usize>),
     /// What a recording with gaps leaves.
     Chosen(Vec<Observation>),
 }
 
-impl Placed {
+impl UsableObservations {
     /// The observations whose exposure stays inside the robot's recording, and out of its gaps, for every
     /// time offset within `margin_s` of the one given: a solve that moves no further never loses or gains one.
     #[must_use]
-    pub fn safely(observations: &Observations, time_offset_s: f64, margin_s: f64) -> Self {
+    pub fn within(observations: &Observations, time_offset_s: f64, margin_s: f64) -> Self {
         let trajectory = &observations.robot.trajectory;
         let mut hints = [0; 2];
         let mut inside = |o: &Observation| {

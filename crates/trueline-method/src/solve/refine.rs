@@ -10,14 +10,14 @@ use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::problem::parameters::Parameters;
 use crate::problem::prior::Prior;
 use crate::problem::simd::{Scan, SquaredLengths, sweep};
-use crate::problem::usable::Placed;
+use crate::problem::usable::UsableObservations;
 use crate::solve::start;
 use std::collections::HashSet;
 use trueline_lsq::{Iteration, Loss, Solution, SolveOptions, solve};
 
 /// What every solve of a calibration shares.
 #[derive(Clone, Copy)]
-pub struct Terms<'a> {
+pub struct FitSettings<'a> {
     /// The user's choices.
     pub config: &'a Config,
     /// Expected noise.
@@ -32,7 +32,7 @@ pub struct Terms<'a> {
 #[derive(Clone, Debug)]
 pub struct Fit {
     /// The observations that took part.
-    pub placed: Placed,
+    pub placed: UsableObservations,
     /// The optimum.
     pub solution: Solution<Parameters>,
     /// The noise that is really there.
@@ -87,15 +87,20 @@ const LEAST_NOISE_FACTOR: f64 = 1e-3;
 ///
 /// # Errors
 /// [`Error::NoStart`] if the cost is not finite.
-pub fn refine(observations: &Observations, terms: &Terms<'_>, start: Parameters) -> Result<Fit, Error> {
-    let mut rounds = Rounds { observations, terms, placed: Placed::Part(0..0), iterations: Vec::new() };
+pub fn refine(
+    observations: &Observations,
+    settings: &FitSettings<'_>,
+    start: Parameters,
+) -> Result<Fit, Error> {
+    let mut rounds =
+        Rounds { observations, settings, placed: UsableObservations::Part(0..0), iterations: Vec::new() };
     let mut state = start;
     let mut last_width = f64::INFINITY;
     for _ in 0..NARROWING_ROUNDS {
         // Three times the typical residual keeps the good ones and gives little weight to the wild ones.
-        rounds.placed = Placed::safely(observations, state.time_offset_s, NARROWING_MARGIN_S);
+        rounds.placed = UsableObservations::within(observations, state.time_offset_s, NARROWING_MARGIN_S);
         let list = rounds.placed.of(observations);
-        let coarse = LineProblem::coarse(observations, list, Loss::Squared, &terms.noise);
+        let coarse = LineProblem::coarse(observations, list, Loss::Squared, &settings.noise);
         let width = 3.0 * residuals::noise_factor(&coarse.squared_residuals(&state)).max(1.0);
         if width > 0.5 * last_width || width <= 3.0 {
             break;
@@ -103,35 +108,35 @@ pub fn refine(observations: &Observations, terms: &Terms<'_>, start: Parameters)
         last_width = width;
         let options = SolveOptions { max_iterations: 10, cost_threshold: 1e-2, ..SolveOptions::default() };
         let loss = Loss::GemanMcClure { scale: width };
-        state = rounds.round(loss, &terms.noise, state, &options)?.state;
+        state = rounds.round(loss, &settings.noise, state, &options)?.state;
     }
-    rounds.finish(terms.noise, state, &[ROUGH, ROUGH])
+    rounds.finish(settings.noise, state, &[ROUGH, ROUGH])
 }
 
 /// The optimum again, from one that is near; its steps follow those that led there.
 ///
 /// # Errors
 /// As [`refine`].
-pub fn again(observations: &Observations, terms: &Terms<'_>, near: &Fit) -> Result<Fit, Error> {
+pub fn refit(observations: &Observations, settings: &FitSettings<'_>, near: &Fit) -> Result<Fit, Error> {
     let iterations = near.iterations.clone();
-    let rounds = Rounds { observations, terms, placed: Placed::Part(0..0), iterations };
-    rounds.finish(terms.noise, near.parameters().clone(), &[ROUGH])
+    let rounds = Rounds { observations, settings, placed: UsableObservations::Part(0..0), iterations };
+    rounds.finish(settings.noise, near.parameters().clone(), &[ROUGH])
 }
 
 /// The same to the last digit.
 ///
 /// # Errors
 /// As [`refine`].
-pub fn polish(observations: &Observations, terms: &Terms<'_>, near: &Fit) -> Result<Fit, Error> {
+pub fn converge(observations: &Observations, settings: &FitSettings<'_>, near: &Fit) -> Result<Fit, Error> {
     let iterations = near.iterations.clone();
-    let rounds = Rounds { observations, terms, placed: Placed::Part(0..0), iterations };
+    let rounds = Rounds { observations, settings, placed: UsableObservations::Part(0..0), iterations };
     rounds.finish(near.noise, near.parameters().clone(), &[FINE])
 }
 
 struct Rounds<'a> {
     observations: &'a Observations,
-    terms: &'a Terms<'a>,
-    placed: Placed,
+    settings: &'a FitSettings<'a>,
+    placed: UsableObservations,
     iterations: Vec<IterationRecord>,
 }
 
@@ -143,12 +148,12 @@ impl Rounds<'_> {
         start: Parameters,
         options: &SolveOptions,
     ) -> Result<Solution<Parameters>, Error> {
-        let criterion = Criterion { residual: self.terms.config.residual, loss };
+        let criterion = Criterion { residual: self.settings.config.residual, loss };
         let problem =
             LineProblem::new(self.observations, self.placed.of(self.observations), criterion, noise, &start)
-                .with_prior(self.terms.prior.cloned())
-                .with_threads(self.terms.config.threads);
-        let solution = solve(&problem, start, self.terms.fixed, options).map_err(|_| Error::NoStart)?;
+                .with_prior(self.settings.prior.cloned())
+                .with_threads(self.settings.config.threads);
+        let solution = solve(&problem, start, self.settings.fixed, options).map_err(|_| Error::NoStart)?;
         self.iterations.extend(solution.iterations.iter().map(|step| record(self.observations, step)));
         Ok(solution)
     }
@@ -161,7 +166,7 @@ impl Rounds<'_> {
         start: Parameters,
         step_thresholds: &[f64],
     ) -> Result<Fit, Error> {
-        let loss = self.terms.config.final_loss();
+        let loss = self.settings.config.final_loss();
         let (mut noise, mut whitened_at) = self.prepare(expected, start);
         let mut solution = Err(Error::NoStart);
         for &step_threshold in step_thresholds {
@@ -176,17 +181,17 @@ impl Rounds<'_> {
             solution: solution?,
             noise,
             whitened_at,
-            prior: self.terms.prior.cloned(),
+            prior: self.settings.prior.cloned(),
             iterations: self.iterations,
         })
     }
 
     /// Selects what can be placed, measures the noise there, and moves the lines' anchors amid the points.
     fn prepare(&mut self, mut noise: NoiseLevels, state: Parameters) -> (NoiseLevels, Parameters) {
-        self.placed = Placed::safely(self.observations, state.time_offset_s, FINAL_MARGIN_S);
+        self.placed = UsableObservations::within(self.observations, state.time_offset_s, FINAL_MARGIN_S);
         let list = self.placed.of(self.observations);
         let criterion =
-            Criterion { residual: self.terms.config.residual, loss: self.terms.config.final_loss() };
+            Criterion { residual: self.settings.config.residual, loss: self.settings.config.final_loss() };
         let problem = LineProblem::new(self.observations, list, criterion, &noise, &state);
         let larger = residuals::noise_factor(&problem.squared_residuals(&state));
         noise.factor = (noise.factor * larger).max(LEAST_NOISE_FACTOR);

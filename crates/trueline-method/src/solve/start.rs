@@ -11,7 +11,7 @@ use crate::input::observations::{Observation, Observations};
 use crate::order_statistics::median;
 use crate::problem::line_problem::{LineProblem, placement};
 use crate::problem::parameters::Parameters;
-use crate::solve::refine::Terms;
+use crate::solve::refine::FitSettings;
 use nalgebra::Vector3;
 use trueline_dataset::Guess;
 use trueline_geometry::{Line, Pose, fit, se3, so3};
@@ -161,17 +161,21 @@ const OTHER_STEP_S: f64 = 0.1;
 /// The best solution in another valley of the time offset than that of `best`, on a thin sample; `None`
 /// if every start within the searched range falls back into that one.
 #[must_use]
-pub fn other_offset(observations: &Observations, terms: &Terms<'_>, best: &Parameters) -> Option<Parameters> {
+pub fn other_offset(
+    observations: &Observations,
+    settings: &FitSettings<'_>,
+    best: &Parameters,
+) -> Option<Parameters> {
     let sample = thin(observations, SAMPLE);
-    let steps = (terms.config.offset_search_s / OTHER_STEP_S).round() as i32;
+    let steps = (settings.config.offset_search_s / OTHER_STEP_S).round() as i32;
     let offsets = (-steps..=steps).map(|k| f64::from(k) * OTHER_STEP_S);
     let elsewhere = |at: &Parameters| {
         (at.time_offset_s - best.time_offset_s).abs() > SAME_OFFSET_S
-            && at.time_offset_s.abs() <= terms.config.offset_search_s + OTHER_STEP_S
+            && at.time_offset_s.abs() <= settings.config.offset_search_s + OTHER_STEP_S
     };
     let follow = |scales: &[f64], iterations: usize, start: Parameters| {
         scales.iter().try_fold(Candidate { cost: f64::INFINITY, parameters: start }, |candidate, scale| {
-            narrow(observations, &sample, &terms.noise, (*scale, iterations), candidate.parameters)
+            narrow(observations, &sample, &settings.noise, (*scale, iterations), candidate.parameters)
         })
     };
     let mut candidates: Vec<Candidate> = offsets

@@ -16,7 +16,7 @@ use trueline_method::assess::observability::RANK_THRESHOLD;
 use trueline_method::input::noise_levels::NoiseLevels;
 use trueline_method::input::timestamps::Sampling;
 use trueline_method::problem::line_problem::{Criterion, LineProblem};
-use trueline_method::problem::usable::Placed;
+use trueline_method::problem::usable::UsableObservations;
 use trueline_method::{Config, Parameters, ResidualKind, Status, calibrate, input::observations};
 use trueline_sim::{Disturbance, Scenario, random_cell, simulate};
 
@@ -122,7 +122,7 @@ fn bound(recording: &Recording, config: &Config) -> SVector<f64, UNKNOWNS> {
     };
     let noise = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
     let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
-    let list = Placed::safely(&observed, at.time_offset_s, 0.0);
+    let list = UsableObservations::within(&observed, at.time_offset_s, 0.0);
     let problem = LineProblem::new(&observed, list.of(&observed), criterion, &noise, &at);
     let mut equations = NormalEquations::zeros(problem.dimension());
     problem.linearize(&at, &mut equations);

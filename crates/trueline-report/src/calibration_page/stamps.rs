@@ -50,7 +50,7 @@ fn about_the_clock(report: &StampReport) -> String {
         return "They come from no even tick.".to_owned();
     };
     let used =
-        if report.regularised { "the clock's stamps were used" } else { "the stamps were used as recorded" };
+        if report.dejittered { "the clock's stamps were used" } else { "the stamps were used as recorded" };
     format!(
         "An even tick of {:.4} ms lies behind them, with a jitter of {:.3} ms; {used}.",
         period_s * 1e3,

@@ -184,7 +184,7 @@ impl<const FUSED: bool> Rotations<FUSED> {
 #[derive(Clone, Copy, Debug)]
 pub struct Quaternions<const FUSED: bool>(pub [Lanes<FUSED>; 4]);
 
-/// Half angles (squared) up to which the series of sine and cosine are exact: the first omitted terms are
+/// Half angles (squared) up to which the series of sine and cosine are exact: the first omitted settings are
 /// x⁵/10! and x⁵/11!, 3e-17 at 0.1 rad.
 const SERIES_SQUARED: f64 = 0.01;
 
