@@ -1,16 +1,11 @@
 //! Every report in a real browser: nothing is loaded, nothing complains, every chart shows all its points.
 //!
 //! Needs Chromium (`TRUELINE_CHROMIUM`, or one in the path); where there is none, this says so and tests nothing.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::print_stderr,
-    reason = "a test fails by panicking"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use serde_json::Value;
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -22,7 +17,8 @@ fn browser() -> Option<PathBuf> {
     let found =
         folders.iter().flat_map(|folder| names.map(|name| folder.join(name))).find(|file| file.exists());
     if named.is_none() && found.is_none() {
-        eprintln!("no Chromium here: the reports are not looked at");
+        writeln!(std::io::stderr(), "SKIPPED: browser: no Chromium here, the reports are not looked at")
+            .unwrap();
     }
     named.or(found)
 }

@@ -7,6 +7,7 @@ mod datagram;
 
 use common::{entries, read_items, recorded, robot, unfinished};
 use datagram::full_datagram;
+use std::io::Write as _;
 use std::path::Path;
 use std::process::Command;
 use trueline_mcap::{Entry, Item, RobotEntry};
@@ -23,7 +24,10 @@ fn told(python: &str, bytes: &[u8]) -> String {
 
 #[test]
 fn python_reads_every_message_with_the_schema_in_the_file() {
-    let Ok(python) = std::env::var("PYTHON_WITH_MCAP") else { return };
+    let Ok(python) = std::env::var("PYTHON_WITH_MCAP") else {
+        writeln!(std::io::stderr(), "SKIPPED: interop: PYTHON_WITH_MCAP names no Python").unwrap();
+        return;
+    };
     let full = [0, 1].map(|k| Entry::Robot(RobotEntry { datagram: full_datagram(k), ..robot(k) }));
     for (bytes, truncated) in
         [(recorded(full.into()), false), (recorded(entries(64)), false), (unfinished(entries(60)), true)]

@@ -3,9 +3,9 @@
 //! It has no licence and is no part of this repository: without it these tests say so and pass. It is looked
 //! for in the folder named by `TRUELINE_LVS_ST_CALIB`, else beside the repository.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-#![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
 use nalgebra::{UnitVector3, Vector3};
+use std::io::Write as _;
 use std::path::PathBuf;
 use trueline_dataset::{Guess, Recording, import::lvs_st_calib};
 use trueline_geometry::{Line, se3, so3};
@@ -16,7 +16,7 @@ fn recording() -> Option<Recording> {
     let folder =
         std::env::var_os("TRUELINE_LVS_ST_CALIB").map_or_else(|| PathBuf::from(beside), PathBuf::from);
     if !folder.join("egm.txt").exists() {
-        eprintln!("skipped: no public data in {}", folder.display());
+        writeln!(std::io::stderr(), "SKIPPED: public_data: not in {}", folder.display()).unwrap();
         return None;
     }
     Some(lvs_st_calib::read_simulation(&folder).unwrap())
