@@ -194,6 +194,14 @@ pub enum Problem {
     /// A JSON file that is no result.
     #[error("not readable as a result of `calibrate --json`: {0}")]
     NoResult(String),
+    /// A result of a later schema.
+    #[error("this result has schema version {found}; this program reads versions up to {known}")]
+    NewerResult {
+        /// Its version.
+        found: u32,
+        /// The latest that is known.
+        known: u32,
+    },
     /// A result in which something was not seen.
     #[error("`{key}` is null: the scan did not show it")]
     NotCalibrated {
@@ -269,6 +277,7 @@ impl Problem {
             }
             Self::PointRepeated => "leave one of the two out",
             Self::NoResult(_) => "a file that does not end in .json is read as TOML, like initial.toml",
+            Self::NewerResult { .. } => "a newer trueline wrote it: use that, or calibrate again",
             Self::NotCalibrated { .. } => {
                 "calibrate from a scan that shows everything: `trueline plan` helps"
             }

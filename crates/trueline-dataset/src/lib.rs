@@ -15,6 +15,7 @@ pub mod import;
 pub mod known_toml;
 pub mod recording;
 pub mod reference_file;
+pub mod result_file;
 pub mod robot_csv;
 pub mod sensor_toml;
 pub mod stamp;

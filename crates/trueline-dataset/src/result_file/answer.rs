@@ -1,0 +1,134 @@
+//! What was estimated, how well, and what could not be.
+
+use serde::{Deserialize, Serialize};
+
+/// A transform.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct PoseEntry {
+    /// Translation along each tool axis; null where it is not observable.
+    pub translation_mm: [Option<f64>; 3],
+    /// Unit quaternion w, x, y, z with w ≥ 0; null if a rotation is not observable.
+    pub rotation_wxyz: Option<[f64; 4]>,
+}
+
+/// A line in base.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct LineEntry {
+    /// Its number among the features.
+    pub label: String,
+    /// A point in the middle of what was scanned.
+    pub point_mm: Option<[f64; 3]>,
+    /// Unit direction in which the scan progressed.
+    pub direction: Option<[f64; 3]>,
+    /// Plücker coordinates.
+    pub pluecker: Option<LinePosition>,
+    /// Orthonormal form: rotation vector of U (rad), then the distance from the origin (mm); null through the origin.
+    pub orthonormal: Option<[f64; 4]>,
+}
+
+/// A line's Plücker coordinates: moment = point × direction.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct LinePosition {
+    /// The moment.
+    pub moment_mm: [f64; 3],
+    /// The direction.
+    pub direction: [f64; 3],
+}
+
+/// Standard deviations; null for what is not observable, or was held fixed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct Sigma {
+    /// Of the time offset.
+    pub time_offset_s: Option<f64>,
+    /// Of the rotation about the tool's axes (left perturbation).
+    pub rotation_rad: [Option<f64>; 3],
+    /// Of the translation along the tool's axes.
+    pub translation_mm: [Option<f64>; 3],
+}
+
+/// A covariance matrix; each name ends in its unit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct Covariance {
+    /// Names of rows and columns.
+    pub order: Vec<String>,
+    /// Row by row; null in rows and columns of what has no sigma.
+    pub matrix: Vec<Vec<Option<f64>>>,
+}
+
+impl Covariance {
+    /// Standard deviation of a component, in the unit of its name.
+    #[must_use]
+    pub fn sigma(&self, name: &str) -> Option<f64> {
+        let k = self.order.iter().position(|known| known == name)?;
+        self.matrix.get(k)?.get(k).copied().flatten().map(f64::sqrt)
+    }
+}
+
+/// What the scan shows.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct Observability {
+    /// Observable directions.
+    pub rank: usize,
+    /// Unknowns.
+    pub size: usize,
+    /// Largest over smallest singular value; null where the smallest is zero.
+    pub condition: Option<f64>,
+    /// Directions below this part of the largest singular value are not observable.
+    pub threshold: f64,
+    /// What is not observable.
+    pub unobservable: Vec<UnobservableEntry>,
+    /// Whether it was held at the initial guess.
+    pub held_at_guess: bool,
+}
+
+/// A direction that the scan says nothing about.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct UnobservableEntry {
+    /// `time_offset`, `hand_eye_rotation`, `hand_eye_translation` or `line`.
+    pub parameter: String,
+    /// Unit direction: tool axes for the hand-eye, base axes for a line; null for the time offset.
+    pub direction: Option<[f64; 3]>,
+    /// What is missing and which motion would show it.
+    pub advice: String,
+}
+
+/// One step of the solver.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct IterationEntry {
+    /// Cost ½ Σ ρ.
+    pub cost: f64,
+    /// Root mean square distance from the line.
+    pub rms_mm: f64,
+    /// Time offset before the step.
+    pub time_offset_s: f64,
+    /// Hand-eye translation before the step.
+    pub translation_mm: [f64; 3],
+    /// Hand-eye rotation before the step.
+    pub rotation_wxyz: [f64; 4],
+    /// The lines before the step.
+    pub lines: Vec<IterationLine>,
+    /// Whether the step was taken.
+    pub accepted: bool,
+}
+
+/// A line before a step of the solver.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct IterationLine {
+    /// Its point nearest to the base origin.
+    pub nearest_point_mm: [f64; 3],
+    /// Its unit direction.
+    pub direction: [f64; 3],
+}

@@ -1,0 +1,169 @@
+//! The result as a file: one type, written by `calibrate --json` and read by every command that takes a calibration.
+//!
+//! Schema version 2; files of version 1 are read as well, their reasons being text without a code. Lengths are in
+//! millimetres, times in seconds and angles in radians, as the names say. What is not observable is null, never a made-up
+//! number; so is the sigma of what was held fixed. `docs/result.schema.json` is the JSON Schema of what is written.
+
+mod answer;
+mod checks;
+mod fact;
+mod options;
+mod stamps;
+
+pub use answer::{
+    Covariance, IterationEntry, IterationLine, LineEntry, LinePosition, Observability, PoseEntry, Sigma,
+    UnobservableEntry,
+};
+pub use checks::{
+    AtTorch, Checks, ClockStep, CrossValidation, Disruption, Ellipsoid, LeftOut, Moved, OutlierEntry,
+    Residuals, RunnerUp,
+};
+pub use fact::Fact;
+pub use options::{Options, RequireOptions};
+pub use stamps::{FeatureStream, RobotStream, Stamps, StepEntry, Stream};
+
+use crate::error::{Error, Problem};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+/// Version of the schema that is written.
+pub const SCHEMA_VERSION: u32 = 2;
+
+/// A whole result.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ResultFile {
+    /// Version of this schema.
+    #[serde(default)]
+    pub schema_version: u32,
+    /// Which program wrote it.
+    #[serde(default)]
+    pub tool: Tool,
+    /// Whether it can be used; a file that says nothing of it was written by hand.
+    #[serde(default)]
+    pub status: Option<Status>,
+    /// Why it is not accepted; empty if it is.
+    #[serde(default)]
+    pub reasons: Vec<Fact>,
+    /// Usable, but look here.
+    #[serde(default)]
+    pub warnings: Vec<Fact>,
+    /// The image stamped t was exposed at t − this; null if it is not observable.
+    #[serde(default)]
+    pub time_offset_s: Option<f64>,
+    /// The hand-eye transform: camera coordinates to tool coordinates.
+    pub tool_from_camera: PoseEntry,
+    /// The lines in base.
+    #[serde(default)]
+    pub lines: Vec<LineEntry>,
+    /// One standard deviation of everything that is accounted for.
+    #[serde(default)]
+    pub sigma: Sigma,
+    /// The part of it that is random: noise of features, robot and stamps.
+    #[serde(default)]
+    pub sigma_noise: Sigma,
+    /// Covariance of everything estimated.
+    #[serde(default)]
+    pub covariance: Covariance,
+    /// What the scan shows.
+    #[serde(default)]
+    pub observability: Observability,
+    /// What is left over.
+    #[serde(default)]
+    pub residuals: Residuals,
+    /// The streams' clocks.
+    #[serde(default)]
+    pub stamps: Stamps,
+    /// What the estimate was checked against.
+    #[serde(default)]
+    pub checks: Checks,
+    /// Error of a seam point where it is used; null if the hand-eye is not all observable.
+    #[serde(default)]
+    pub at_torch: Option<AtTorch>,
+    /// Why the solver ended.
+    #[serde(default)]
+    pub termination: String,
+    /// Every step of the solver.
+    #[serde(default)]
+    pub iterations: Vec<IterationEntry>,
+    /// SHA-256 of every file that was read, by name.
+    #[serde(default)]
+    pub inputs: BTreeMap<String, String>,
+    /// What was asked for.
+    #[serde(default)]
+    pub options: Options,
+}
+
+/// A program and its version.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct Tool {
+    /// Its name.
+    pub name: String,
+    /// Its version.
+    pub version: String,
+}
+
+/// Whether a result can be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Yes.
+    Accepted,
+    /// There is a result, but see the reasons.
+    NotAccepted,
+}
+
+impl ResultFile {
+    /// Reads a result from JSON.
+    ///
+    /// # Errors
+    /// Text that is no result, or a result of a schema that this program does not know; the error names `file`.
+    pub fn parse(file: &Path, text: &str) -> Result<Self, Error> {
+        let result: Self = serde_json::from_str(text).map_err(|error| Error {
+            line: Some(error.line() as u64),
+            ..Error::in_file(file, Problem::NoResult(error.to_string()))
+        })?;
+        if result.schema_version > SCHEMA_VERSION {
+            let problem = Problem::NewerResult { found: result.schema_version, known: SCHEMA_VERSION };
+            return Err(Error::in_file(file, problem));
+        }
+        Ok(result)
+    }
+
+    /// Reads the file of a result.
+    ///
+    /// # Errors
+    /// A file that is not there, and as [`Self::parse`].
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        Self::parse(file, &text_of(file)?)
+    }
+
+    /// The text of the file: indented JSON, ending in a new line.
+    ///
+    /// # Errors
+    /// None that a result can cause: every key is text and every value a JSON value.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
+    }
+}
+
+/// The text of a calibration's file.
+pub(crate) fn text_of(file: &Path) -> Result<String, Error> {
+    fs::read_to_string(file).map_err(|error| {
+        let missing = error.kind() == std::io::ErrorKind::NotFound;
+        Error::in_file(file, if missing { Problem::MissingCalibration } else { Problem::Io(error) })
+    })
+}
+
+/// The JSON Schema of what is written.
+#[cfg(feature = "schema")]
+#[must_use]
+pub fn json_schema() -> serde_json::Value {
+    let settings = schemars::generate::SchemaSettings::draft2020_12().for_serialize();
+    settings.into_generator().into_root_schema_for::<ResultFile>().to_value()
+}

@@ -1,0 +1,49 @@
+//! What was asked for.
+
+use serde::{Deserialize, Serialize};
+
+/// The options of a calibration.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct Options {
+    /// Which residual.
+    pub residual: String,
+    /// Which loss, with its scale.
+    pub loss: String,
+    /// What was held fixed.
+    pub fix: Vec<String>,
+    /// Expected noise of a feature where the recording does not say.
+    pub feature_sigma_px: f64,
+    /// The same of sensors that report lengths.
+    pub feature_sigma_mm: f64,
+    /// Noise of the robot's position; null where it was measured.
+    pub robot_sigma_mm: Option<f64>,
+    /// Jitter of an image stamp; null where it was measured.
+    pub stamp_sigma_s: Option<f64>,
+    /// Which stamps were used: `auto`, `raw` or `regular`.
+    pub stamps: String,
+    /// Whether what is not observable might be held at the guess.
+    pub accept_partial: bool,
+    /// Accuracy that was required.
+    pub require: RequireOptions,
+    /// Working speed of `at_torch`.
+    pub speed_mm_s: f64,
+    /// Working distance of `at_torch`; null is the scan's own.
+    pub stand_off_mm: Option<f64>,
+    /// The time offset was searched between plus and minus this.
+    pub offset_search_s: f64,
+}
+
+/// Largest standard deviations that are accepted; null asks for nothing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct RequireOptions {
+    /// Of the time offset.
+    pub time_offset_s: Option<f64>,
+    /// Of the rotation.
+    pub rotation_rad: Option<f64>,
+    /// Of the translation.
+    pub translation_mm: Option<f64>,
+}

@@ -1,0 +1,104 @@
+//! What is known of the streams' clocks, and what was done about them.
+
+use serde::{Deserialize, Serialize};
+
+/// Stamps of both streams. Times in the result are seconds since `zero_s`, the stamp of the first robot row.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct Stamps {
+    /// Stamp of time 0 as it stands in the files.
+    pub zero_s: f64,
+    /// The robot's.
+    pub robot: RobotStream,
+    /// The images'.
+    pub features: FeatureStream,
+    /// Noise of a recorded robot position, per axis, as measured on the stream.
+    pub robot_noise_mm: f64,
+    /// Whether the robot's poses were replaced by a local fit.
+    pub robot_smoothed: bool,
+    /// Robot samples that only repeat the pose before, and were left out.
+    pub robot_poses_repeated: usize,
+}
+
+impl Stamps {
+    /// Whether the time offset is that of stamps that were dejittered or freed of a drift, and not of those recorded.
+    #[must_use]
+    pub fn are_treated(&self) -> bool {
+        let dejittered = |stream: &Stream| stream.used == "regular";
+        dejittered(&self.robot.stream) || dejittered(&self.features.stream) || self.features.drift_taken_out
+    }
+}
+
+/// The robot's stream.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct RobotStream {
+    /// What both streams have.
+    #[serde(flatten)]
+    pub stream: Stream,
+    /// Rate of the controller's clock against the receiver's, where device stamps are recorded.
+    pub drift_ppm: Option<f64>,
+}
+
+/// The images' stream.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct FeatureStream {
+    /// What both streams have.
+    #[serde(flatten)]
+    pub stream: Stream,
+    /// Drift of the time offset, even if it is not significant.
+    pub drift_ppm: Option<f64>,
+    /// Its standard deviation.
+    pub drift_sigma_ppm: Option<f64>,
+    /// Whether it was significant and has been taken out.
+    pub drift_taken_out: bool,
+    /// When the time offset holds.
+    pub drift_about_s: Option<f64>,
+}
+
+/// The stamps of one stream.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct Stream {
+    /// Samples with a stamp of their own.
+    pub count: usize,
+    /// Rows that repeat the stamp of the row before.
+    pub repeated: usize,
+    /// Median time between stamps.
+    pub median_period_s: f64,
+    /// Longest time between stamps.
+    pub longest_gap_s: f64,
+    /// Sampling period of the clock behind the stamps; null where there is none.
+    pub period_s: Option<f64>,
+    /// Standard deviation of the stamps about that clock.
+    pub jitter_s: Option<f64>,
+    /// Samples missing between the first and the last.
+    pub drops: Option<usize>,
+    /// Silences of more than four periods.
+    pub silences: usize,
+    /// Rate of the device's clock against the receiver's, where device stamps are recorded.
+    pub device_drift_ppm: Option<f64>,
+    /// Whether delays are to one side only, so that the clock follows their floor.
+    pub one_sided: bool,
+    /// All stamps are multiples of this though the samples are not.
+    pub grain_s: Option<f64>,
+    /// Steps of the receive clock.
+    pub steps: Vec<StepEntry>,
+    /// `raw`, or `regular` where the samples were taken as the clock says.
+    pub used: String,
+}
+
+/// A step of a receive clock.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct StepEntry {
+    /// When.
+    pub at_s: f64,
+    /// How high.
+    pub step_s: f64,
+}
