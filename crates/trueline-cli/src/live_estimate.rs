@@ -64,6 +64,7 @@ impl LiveEstimate {
     pub fn run(&self, over: &AtomicBool) {
         let mut recording = Recording {
             sensor: self.sensor.clone(),
+            setup: Default::default(),
             robot: Vec::new(),
             features: Vec::new(),
             initial: None,

@@ -2,6 +2,8 @@
 
 use crate::error::{Error, Problem};
 use crate::recording::{Feature, Recording, Sensor};
+use crate::sensor_setup::{Mounted, SensorSetup};
+use crate::sensor_toml::SensorFile;
 use crate::{features_csv, known_toml, robot_csv, sensor_toml};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -24,7 +26,9 @@ pub fn read(folder: &Path) -> Result<Recording, Error> {
 
     let path = |name: &str| folder.join(name);
     let sensor_path = path("sensor.toml");
-    let sensor = sensor_toml::parse(&sensor_path, &utf8(&sensor_path, sensor_text)?)?;
+    let SensorFile { sensor, setup } =
+        sensor_toml::parse_file(&sensor_path, &utf8(&sensor_path, sensor_text)?)?;
+    refuse_what_is_not_applied(&sensor_path, &setup)?;
     let robot = robot_csv::read(&path("robot.csv"), robot_text.as_slice())?;
     let features = features_csv::read(&path("features.csv"), features_text.as_slice(), &sensor)?;
     let initial_path = path("initial.toml");
@@ -34,7 +38,7 @@ pub fn read(folder: &Path) -> Result<Recording, Error> {
     let truth_path = path("truth.toml");
     let truth =
         truth_text.map(|text| known_toml::parse_truth(&truth_path, &utf8(&truth_path, text)?)).transpose()?;
-    Ok(Recording { sensor, robot, features, initial, truth, inputs })
+    Ok(Recording { sensor, setup, robot, features, initial, truth, inputs })
 }
 
 /// Reads the sensor of a dataset folder alone.
@@ -45,7 +49,28 @@ pub fn read_sensor(folder: &Path) -> Result<Sensor, Error> {
     let file = folder.join("sensor.toml");
     let text = load(&file, "sensor.toml", &mut BTreeMap::new())?
         .ok_or_else(|| Error::in_file(&file, Problem::Missing))?;
-    sensor_toml::parse(&file, &utf8(&file, text)?)
+    let SensorFile { sensor, setup } = sensor_toml::parse_file(&file, &utf8(&file, text)?)?;
+    refuse_what_is_not_applied(&file, &setup)?;
+    Ok(sensor)
+}
+
+/// Nothing that a file states is ignored: what no command applies yet is refused.
+fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<(), Error> {
+    let refused = [
+        (
+            setup.mounted == Mounted::Fixed,
+            "mounted",
+            "\"tool\": a sensor beside the robot is not supported yet",
+        ),
+        (setup.shape.is_some(), "shape", "no [shape]: it is not applied yet"),
+        (setup.region_of_interest.is_some(), "region_of_interest", "no such table: it is not applied yet"),
+    ];
+    match refused.into_iter().find(|(stated, ..)| *stated) {
+        Some((_, key, expected)) => {
+            Err(Error::in_file(file, Problem::Value { key, expected, found: "it".to_owned() }))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Replaces the features of a dataset folder; without features there is no file. What was there is kept: it is renamed
@@ -86,7 +111,7 @@ pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
         }
     }
     fs::create_dir_all(folder).map_err(|e| Error::in_file(folder, Problem::Io(e)))?;
-    write_text(&folder.join("sensor.toml"), &sensor_toml::format(&recording.sensor))?;
+    write_text(&folder.join("sensor.toml"), &sensor_text(recording))?;
     write_with(&folder.join("robot.csv"), |out| robot_csv::write(out, &recording.robot))?;
     if !recording.features.is_empty() {
         write_with(&folder.join("features.csv"), |out| features_csv::write(out, &recording.features))?;
@@ -98,6 +123,11 @@ pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
         write_text(&folder.join("truth.toml"), &known_toml::format(&truth.parameters, &truth.lines))?;
     }
     Ok(())
+}
+
+fn sensor_text(recording: &Recording) -> String {
+    let (sensor, setup) = (recording.sensor.clone(), recording.setup.clone());
+    sensor_toml::format_file(&SensorFile { sensor, setup })
 }
 
 type Loader<'a> = dyn FnMut(&str) -> Result<Option<Vec<u8>>, Error> + 'a;

@@ -1,5 +1,6 @@
 //! What was recorded: the only thing calibration ever sees.
 
+use crate::sensor_setup::SensorSetup;
 use std::collections::BTreeMap;
 use trueline_geometry::{Line, Plane, Pose};
 use trueline_model::Camera;
@@ -9,6 +10,8 @@ use trueline_model::Camera;
 pub struct Recording {
     /// What the sensor is.
     pub sensor: Sensor,
+    /// How well the sensor is known, how it is mounted, how accurate the robot is.
+    pub setup: SensorSetup,
     /// Robot poses by rising stamp.
     pub robot: Vec<RobotSample>,
     /// Seam features by rising stamp.

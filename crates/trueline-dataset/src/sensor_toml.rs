@@ -1,7 +1,9 @@
-//! `sensor.toml`: what the sensor is.
+//! `sensor.toml`: what the sensor is, and how well it is known.
 
 use crate::error::{Error, Problem};
 use crate::recording::Sensor;
+use crate::sensor_setup::SensorSetup;
+use crate::setup_toml::{MountedName, RegionTable, RobotTable, ShapeTable, UncertaintyTable, setup_from};
 use crate::unit::MM_PER_M;
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -9,18 +11,59 @@ use std::path::Path;
 use trueline_geometry::Plane;
 use trueline_model::{BrownConrady, Camera};
 
+/// A `sensor.toml` as it is read and written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorFile {
+    /// The sensor.
+    pub sensor: Sensor,
+    /// What the file says beside it.
+    pub setup: SensorSetup,
+}
+
+impl From<Sensor> for SensorFile {
+    fn from(sensor: Sensor) -> Self {
+        Self { sensor, setup: SensorSetup::default() }
+    }
+}
+
+/// A camera whose laser plane may still have to be measured: what `trueline sensor` works on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraFile {
+    /// The camera.
+    pub camera: Camera,
+    /// The laser plane in the camera frame, where it is known.
+    pub laser_plane_in_camera: Option<Plane>,
+    /// What the file says beside it.
+    pub setup: SensorSetup,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    CameraLaser,
+    Profiler,
+    Points,
+}
+
+/// The file's tables. Plain values come before tables, as TOML wants them.
 #[derive(Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-enum SensorFile {
-    CameraLaser {
-        camera: CameraTable,
-        laser_plane: PlaneTable,
-    },
-    Profiler {},
-    Points {
-        #[serde(skip_serializing_if = "Option::is_none")]
-        laser_plane: Option<PlaneTable>,
-    },
+#[serde(deny_unknown_fields)]
+struct Wire {
+    kind: Kind,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    mounted: Option<MountedName>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    camera: Option<CameraTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    laser_plane: Option<PlaneTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    shape: Option<ShapeTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    robot: Option<RobotTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    region_of_interest: Option<RegionTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    uncertainty: Option<UncertaintyTable>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -43,47 +86,69 @@ struct PlaneTable {
     offset_mm: f64,
 }
 
-/// Reads a sensor from the text of its file.
+/// Reads a sensor, and what its file says beside it.
 ///
 /// # Errors
-/// Broken TOML, unknown keys, or values that no sensor has.
-pub fn parse(file: &Path, text: &str) -> Result<Sensor, Error> {
-    let wire: SensorFile = parse_toml(file, text)?;
+/// Broken TOML, unknown keys, tables that this kind of sensor does not have, or values that no sensor has.
+pub fn parse_file(file: &Path, text: &str) -> Result<SensorFile, Error> {
+    let wire: Wire = parse_toml(file, text)?;
     let at = |problem| Error::in_file(file, problem);
-    match wire {
-        SensorFile::CameraLaser { camera, laser_plane } => Ok(Sensor::CameraLaser {
-            camera: camera_from(&camera).map_err(at)?,
-            laser_plane_in_camera: plane_from(&laser_plane).map_err(at)?,
-        }),
-        SensorFile::Profiler {} => Ok(Sensor::Profiler),
-        SensorFile::Points { laser_plane } => Ok(Sensor::Points {
-            laser_plane_in_camera: laser_plane.map(|p| plane_from(&p).map_err(at)).transpose()?,
-        }),
-    }
+    let setup = setup(&wire).map_err(at)?;
+    Ok(SensorFile { sensor: sensor_from(&wire).map_err(at)?, setup })
+}
+
+/// Reads a sensor alone, for callers that use nothing of the rest.
+///
+/// # Errors
+/// As [`parse_file`].
+pub fn parse(file: &Path, text: &str) -> Result<Sensor, Error> {
+    Ok(parse_file(file, text)?.sensor)
+}
+
+/// Reads a camera whose laser plane may be missing.
+///
+/// # Errors
+/// As [`parse_file`], and a file that describes no camera.
+pub fn parse_camera(file: &Path, text: &str) -> Result<CameraFile, Error> {
+    let wire: Wire = parse_toml(file, text)?;
+    let at = |problem| Error::in_file(file, problem);
+    let Some(camera) = wire.camera.as_ref().filter(|_| wire.kind == Kind::CameraLaser) else {
+        return Err(at(Problem::Value {
+            key: "kind",
+            expected: "\"camera_laser\" with a [camera]",
+            found: format!("{:?}", wire.kind),
+        }));
+    };
+    Ok(CameraFile {
+        camera: camera_from(camera).map_err(at)?,
+        laser_plane_in_camera: wire.laser_plane.as_ref().map(|p| plane_from(p).map_err(at)).transpose()?,
+        setup: setup(&wire).map_err(at)?,
+    })
 }
 
 /// The text of a sensor's file.
 #[must_use]
-pub fn format(sensor: &Sensor) -> String {
-    let wire = match sensor {
-        Sensor::CameraLaser { camera, laser_plane_in_camera } => SensorFile::CameraLaser {
-            camera: CameraTable {
-                width: camera.size[0],
-                height: camera.size[1],
-                fx: camera.focal.x,
-                fy: camera.focal.y,
-                cx: camera.centre.x,
-                cy: camera.centre.y,
-                distortion: camera.distortion.to_opencv(),
-            },
-            laser_plane: plane_to(laser_plane_in_camera),
-        },
-        Sensor::Profiler => SensorFile::Profiler {},
-        Sensor::Points { laser_plane_in_camera } => {
-            SensorFile::Points { laser_plane: laser_plane_in_camera.as_ref().map(plane_to) }
+pub fn format_file(file: &SensorFile) -> String {
+    let (kind, camera, plane) = match &file.sensor {
+        Sensor::CameraLaser { camera, laser_plane_in_camera } => {
+            (Kind::CameraLaser, Some(camera), Some(laser_plane_in_camera))
         }
+        Sensor::Profiler => (Kind::Profiler, None, None),
+        Sensor::Points { laser_plane_in_camera } => (Kind::Points, None, laser_plane_in_camera.as_ref()),
     };
-    toml::to_string(&wire).unwrap_or_default()
+    text(kind, camera, plane, &file.setup)
+}
+
+/// The text of a sensor's file without uncertainty or anything else beside the sensor.
+#[must_use]
+pub fn format(sensor: &Sensor) -> String {
+    format_file(&SensorFile::from(sensor.clone()))
+}
+
+/// The text of a camera's file, with or without its laser plane.
+#[must_use]
+pub fn format_camera(file: &CameraFile) -> String {
+    text(Kind::CameraLaser, Some(&file.camera), file.laser_plane_in_camera.as_ref(), &file.setup)
 }
 
 /// Parses TOML with the line of the error.
@@ -96,6 +161,58 @@ pub fn parse_toml<T: serde::de::DeserializeOwned>(file: &Path, text: &str) -> Re
         let problem = Problem::Toml(error.message().to_owned());
         Error { file: file.to_owned(), line, column: None, problem }
     })
+}
+
+fn text(kind: Kind, camera: Option<&Camera>, plane: Option<&Plane>, setup: &SensorSetup) -> String {
+    let wire = Wire {
+        kind,
+        mounted: MountedName::of(setup.mounted),
+        camera: camera.map(camera_to),
+        laser_plane: plane.map(plane_to),
+        shape: setup.shape.as_ref().map(ShapeTable::of),
+        robot: setup.robot_accuracy_m.map(RobotTable::of),
+        region_of_interest: setup.region_of_interest.as_ref().map(RegionTable::of),
+        uncertainty: setup.uncertainty.as_ref().map(UncertaintyTable::of),
+    };
+    toml::to_string(&wire).unwrap_or_default()
+}
+
+fn sensor_from(wire: &Wire) -> Result<Sensor, Problem> {
+    if let (Kind::Profiler | Kind::Points, Some(_)) = (wire.kind, &wire.camera) {
+        return Err(not_of_this_kind("camera"));
+    }
+    match wire.kind {
+        Kind::CameraLaser => Ok(Sensor::CameraLaser {
+            camera: camera_from(wire.camera.as_ref().ok_or_else(|| missing_table("camera"))?)?,
+            laser_plane_in_camera: plane_from(
+                wire.laser_plane.as_ref().ok_or_else(|| missing_table("laser_plane"))?,
+            )?,
+        }),
+        Kind::Profiler if wire.laser_plane.is_some() => Err(not_of_this_kind("laser_plane")),
+        Kind::Profiler => Ok(Sensor::Profiler),
+        Kind::Points => {
+            let laser_plane_in_camera = wire.laser_plane.as_ref().map(plane_from).transpose()?;
+            Ok(Sensor::Points { laser_plane_in_camera })
+        }
+    }
+}
+
+fn setup(wire: &Wire) -> Result<SensorSetup, Problem> {
+    let of_camera = wire.kind == Kind::CameraLaser;
+    let tables = (wire.mounted, &wire.shape, &wire.robot, &wire.region_of_interest, &wire.uncertainty);
+    setup_from(tables, of_camera)
+}
+
+fn missing_table(key: &'static str) -> Problem {
+    let expected = match key {
+        "camera" => "a table [camera] with width, height, fx, fy, cx, cy",
+        _ => "a table [laser_plane] with normal and offset_mm; `trueline sensor laser-plane` measures it",
+    };
+    Problem::Value { key, expected, found: "none".to_owned() }
+}
+
+fn not_of_this_kind(key: &'static str) -> Problem {
+    Problem::Value { key, expected: "no such table for this kind of sensor", found: format!("[{key}]") }
 }
 
 fn camera_from(wire: &CameraTable) -> Result<Camera, Problem> {
@@ -124,6 +241,18 @@ fn camera_from(wire: &CameraTable) -> Result<Camera, Problem> {
         centre: Vector2::new(finite("camera.cx", wire.cx)?, finite("camera.cy", wire.cy)?),
         distortion: BrownConrady::from_opencv(wire.distortion),
     })
+}
+
+fn camera_to(camera: &Camera) -> CameraTable {
+    CameraTable {
+        width: camera.size[0],
+        height: camera.size[1],
+        fx: camera.focal.x,
+        fy: camera.focal.y,
+        cx: camera.centre.x,
+        cy: camera.centre.y,
+        distortion: camera.distortion.to_opencv(),
+    }
 }
 
 fn plane_from(wire: &PlaneTable) -> Result<Plane, Problem> {

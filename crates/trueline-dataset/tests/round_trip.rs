@@ -91,6 +91,7 @@ fn folders_of_every_kind() {
     for (sensor, features) in kinds {
         let recording = Recording {
             sensor,
+            setup: Default::default(),
             robot: robot(30),
             features,
             initial: None,
@@ -146,13 +147,13 @@ fn the_authors_recordings_take_the_centre_and_the_receive_stamp() {
     );
     let images = file("i", "10 7000000 0 123\n10 37000000 1 456\n");
     let pixels = file("p", "1 2 3 4 5 6\n11 12 13 14 15 16\n");
-    let recording = lvs_st_calib::read_recording(&robot, &images, &pixels, Sensor::Profiler).unwrap();
+    let recording = lvs_st_calib::read_recording(&robot, &images, &pixels, Sensor::Profiler.into()).unwrap();
     assert_eq!(recording.robot[0].stamp_ns, 10_000_005_000);
     assert_eq!(recording.robot[0].base_from_tool.translation.vector, nalgebra::Vector3::new(1.0, 2.0, 3.0));
     assert_eq!(recording.features[1].measured, Measured::Pixel([13.0, 14.0]));
     assert_eq!((recording.features[1].stamp_ns, recording.features[1].frame), (10_037_000_000, Some(1)));
     let short = file("q", "1 2\n");
-    let error = lvs_st_calib::read_recording(&robot, &images, &short, Sensor::Profiler).unwrap_err();
+    let error = lvs_st_calib::read_recording(&robot, &images, &short, Sensor::Profiler.into()).unwrap_err();
     assert!(error.to_string().contains("has 1 rows where"), "{error}");
 }
 

@@ -1,12 +1,12 @@
 //! What the user says of a recording.
 
-use trueline_dataset::Sensor;
+use trueline_dataset::SensorFile;
 
 /// What the user says; nothing needs to be said where there is one possibility.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choice {
     /// The sensor; else the one in the recording.
-    pub sensor: Option<Sensor>,
+    pub sensor: Option<SensorFile>,
     /// The topic with the robot's poses or transforms.
     pub pose_topic: Option<String>,
     /// The topic with the pictures.

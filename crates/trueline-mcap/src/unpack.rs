@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use trueline_dataset::{
-    Feature, FrameFile, Measured, Recording, RobotSample, Sensor, folder, images, sensor_toml,
+    Feature, FrameFile, Measured, Recording, RobotSample, Sensor, SensorFile, folder, images, sensor_toml,
 };
 
 /// What became of a recording.
@@ -57,7 +57,7 @@ pub fn unpack(path: &Path, choice: &Choice, out_folder: &Path) -> Result<Unpacke
     let damages = bag.read(&mut |item| collected.add(item))?;
 
     let mut frames = frames(&mut collected, &chosen, survey.is_own, &mut notes)?;
-    let mut features = features(&mut collected, &sensor, &mut notes)?;
+    let mut features = features(&mut collected, &sensor.sensor, &mut notes)?;
     let mut robot = robot(&mut collected, &chosen, &mut notes)?;
     if choice.clock == StampClock::Ptp {
         common_clock::stamp(&mut robot, &mut frames, &mut features, &collected.ptp_ns)?;
@@ -76,7 +76,8 @@ pub fn unpack(path: &Path, choice: &Choice, out_folder: &Path) -> Result<Unpacke
         damages,
     };
     let (initial, truth, inputs) = (None, None, BTreeMap::new());
-    let recording = Recording { sensor, robot, features, initial, truth, inputs };
+    let SensorFile { sensor, setup } = sensor;
+    let recording = Recording { sensor, setup, robot, features, initial, truth, inputs };
     folder::write(out.path(), &recording)?;
     if let Some(text) = sensor_text {
         // In its own words: written again, numbers would lose their last digit.
@@ -96,7 +97,7 @@ fn sensor(
     survey: &Survey,
     choice: &Choice,
     notes: &mut Vec<String>,
-) -> Result<(Sensor, Option<String>), ImportError> {
+) -> Result<(SensorFile, Option<String>), ImportError> {
     match (&choice.sensor, &survey.sensor_toml) {
         (Some(sensor), recorded) => {
             if recorded.is_some() {
@@ -104,7 +105,9 @@ fn sensor(
             }
             Ok((sensor.clone(), None))
         }
-        (None, Some(text)) => Ok((sensor_toml::parse(&path.join("sensor.toml"), text)?, Some(text.clone()))),
+        (None, Some(text)) => {
+            Ok((sensor_toml::parse_file(&path.join("sensor.toml"), text)?, Some(text.clone())))
+        }
         (None, None) => Err(ImportError::NoSensor),
     }
 }

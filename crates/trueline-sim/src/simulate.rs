@@ -6,7 +6,7 @@ use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Receiver, Shutter};
 use std::collections::BTreeMap;
-use trueline_dataset::{Feature, Guess, Recording, RobotSample, Sensor, Truth};
+use trueline_dataset::{Feature, Guess, Recording, RobotSample, Sensor, SensorSetup, Truth};
 use trueline_geometry::Pose;
 
 /// Simulates a scan. The same scenario and seed give the same recording, bit for bit.
@@ -28,6 +28,7 @@ pub fn simulate_along(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose,
     };
     Recording {
         sensor: sensor(&scenario.cell.sensor),
+        setup: SensorSetup::default(),
         robot: robot_samples(scenario, base_from_tool, seed),
         features: features(scenario, base_from_tool, seed),
         initial: None,

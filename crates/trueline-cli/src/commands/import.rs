@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_dataset::import::csv_columns::{ColumnMapping, rename};
 use trueline_dataset::import::{lvs_st_calib, tum};
-use trueline_dataset::{Error, Problem, Recording, Sensor, features_csv, folder, robot_csv, sensor_toml};
+use trueline_dataset::{Error, Problem, Recording, SensorFile, features_csv, folder, robot_csv, sensor_toml};
 use trueline_mcap::{Choice, StampClock, unpack};
 
 /// Runs the command.
@@ -78,18 +78,18 @@ fn lvs(src: &Path, files: [&Option<PathBuf>; 4]) -> Result<Recording, Failure> {
     }
 }
 
-fn read_sensor(file: &Path) -> Result<Sensor, Failure> {
+fn read_sensor(file: &Path) -> Result<SensorFile, Failure> {
     let text = std::fs::read_to_string(file).map_err(|error| {
         let missing = error.kind() == std::io::ErrorKind::NotFound;
         Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
     })?;
-    Ok(sensor_toml::parse(file, &text)?)
+    Ok(sensor_toml::parse_file(file, &text)?)
 }
 
 /// CSV files of another program and the sensor they belong to.
 struct Foreign {
     delimiter: u8,
-    sensor: Sensor,
+    sensor: SensorFile,
 }
 
 impl Foreign {
@@ -106,7 +106,7 @@ impl Foreign {
     }
 
     fn features(&self, file: &Path, map: &[String]) -> Result<Vec<trueline_dataset::Feature>, Failure> {
-        Ok(features_csv::read(file, self.table(file, map)?.as_slice(), &self.sensor)?)
+        Ok(features_csv::read(file, self.table(file, map)?.as_slice(), &self.sensor.sensor)?)
     }
 
     /// The file as CSV with our column names.
@@ -135,7 +135,8 @@ impl Foreign {
         features: Vec<trueline_dataset::Feature>,
     ) -> Recording {
         Recording {
-            sensor: self.sensor.clone(),
+            sensor: self.sensor.sensor.clone(),
+            setup: self.sensor.setup.clone(),
             robot,
             features,
             initial: None,

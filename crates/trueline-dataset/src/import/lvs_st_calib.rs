@@ -13,6 +13,8 @@ use super::rows::{Row, Rows, check_order};
 use crate::error::{Error, Problem};
 use crate::recording::{Feature, Measured, Recording, RobotSample, Sensor};
 use crate::robot_csv::unit_quaternion;
+use crate::sensor_setup::SensorSetup;
+use crate::sensor_toml::SensorFile;
 use crate::stamp::parse_nanoseconds;
 use crate::unit::MM_PER_M;
 use nalgebra::Vector3;
@@ -38,6 +40,7 @@ const US_DIGITS: usize = 3;
 pub fn read_simulation(folder: &Path) -> Result<Recording, Error> {
     Ok(Recording {
         sensor: Sensor::Points { laser_plane_in_camera: None },
+        setup: SensorSetup::default(),
         robot: simulated_robot(&folder.join("egm.txt"))?,
         features: simulated_features(&folder.join("cam.txt"))?,
         initial: None,
@@ -91,7 +94,7 @@ pub fn read_recording(
     robot: &Path,
     images: &Path,
     pixels: &Path,
-    sensor: Sensor,
+    sensor: SensorFile,
 ) -> Result<Recording, Error> {
     let stamps = real_images(images)?;
     let centres = real_pixels(pixels)?;
@@ -116,7 +119,8 @@ pub fn read_recording(
         })
         .collect();
     let robot = real_robot(robot)?;
-    Ok(Recording { sensor, robot, features, initial: None, truth: None, inputs: BTreeMap::new() })
+    let SensorFile { sensor, setup } = sensor;
+    Ok(Recording { sensor, setup, robot, features, initial: None, truth: None, inputs: BTreeMap::new() })
 }
 
 fn real_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {

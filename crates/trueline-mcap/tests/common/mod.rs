@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Cursor, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
-use trueline_dataset::{Feature, Measured, Sensor};
+use trueline_dataset::{Feature, Measured, Sensor, SensorFile};
 use trueline_geometry::{Pose, se3, so3};
 use trueline_mcap::{
     About, AnswerEntry, ClockEntry, Damage, Entry, FeaturesEntry, FrameEntry, Item, LogReader, NoteEntry,
@@ -257,8 +257,8 @@ pub fn compressed_image(topic: &'static str, stamp_ns: i64, format: &str, data: 
     Foreign { topic, schema: "sensor_msgs/CompressedImage", encoding: "ros1", bytes }
 }
 
-pub fn profiler() -> Option<Sensor> {
-    Some(Sensor::Profiler)
+pub fn profiler() -> Option<SensorFile> {
+    Some(Sensor::Profiler.into())
 }
 
 /// A pose of a position, m, and a quaternion in the order x, y, z, w.
