@@ -23,7 +23,7 @@ pub use listen::ListenArgs;
 pub use plan::{CriterionName, PlanArgs, ShapeName};
 pub use rapid::RapidArgs;
 pub use robot_sim::{EventName, ModeName, RobotSimArgs, RobotWareName, StopName};
-pub use scan::{CameraArgs, RecordArgs, ScanArgs, StampName};
+pub use scan::{CameraArgs, RecordArgs, ScanArgs};
 pub use simulate::{LookName, MishapName, PresetName, SceneName, SimulateArgs};
 
 use clap::{Args, Parser, Subcommand};

@@ -1,8 +1,9 @@
 //! Some lines on a terminal that say how a scan is doing.
 
-use crate::live_estimate::Said;
+use crate::cell_text;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
+use trueline_cell::CellState;
 
 /// The robot's line, the camera's, the estimate's, and one for what is missing.
 const LINES: usize = 4;
@@ -26,13 +27,15 @@ impl LiveScreen {
     }
 
     /// Shows how things are.
-    pub fn show(&self, robot: &str, camera: Option<&str>, said: Option<&Said>) {
+    pub fn show(&self, robot: &str, state: &CellState) {
         let Some((_, lines)) = &self.lines else { return };
         lines[0].set_message(format!("robot     {robot}"));
-        lines[1].set_message(camera.map(|text| format!("camera    {text}")).unwrap_or_default());
-        let Some(said) = said else { return };
-        lines[2].set_message(format!("estimate  {}", said.line));
-        let missing = said.missing.first().map(|first| match said.missing.len() {
+        let camera = state.camera.as_ref().map(|counts| format!("camera    {}", cell_text::camera(counts)));
+        lines[1].set_message(camera.unwrap_or_default());
+        let Some(progress) = &state.estimate else { return };
+        lines[2].set_message(format!("estimate  {}", cell_text::estimate(progress)));
+        let advice = cell_text::advice(progress);
+        let missing = advice.first().map(|first| match advice.len() {
             1 => format!("not yet   {first}"),
             count => format!("not yet   {first} (and {} more)", count - 1),
         });

@@ -3,15 +3,12 @@
 //! Exit code 0: accepted. 1: computed, but not accepted; the reasons are listed. 2: could not run.
 
 mod args;
+mod cell_text;
 mod commands;
 mod failure;
 mod interrupt;
-mod latched_clock;
 mod link_text;
-mod live_camera;
 mod live_cell;
-mod live_estimate;
-mod live_recording;
 mod live_screen;
 mod opened_dataset;
 mod outlier_frames;

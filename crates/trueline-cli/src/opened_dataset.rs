@@ -1,12 +1,12 @@
 //! Where a dataset is read from: a folder, or a recording that is unpacked into one for the time being.
 
 use crate::failure::Failure;
-use crate::live_recording::RECORDING;
 use crate::output;
 use crate::pictures::{self, Look};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
+use trueline_cell::RECORDING;
 use trueline_dataset::{Error, Problem, Recording, Sensor, folder, images};
 use trueline_mcap::{Choice, unpack};
 use trueline_vision::Joint;

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 14] = [
+const ALLOWED: [(&str, &[&str]); 15] = [
     ("trueline-geometry", &[]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
@@ -12,6 +12,17 @@ const ALLOWED: [(&str, &[&str]); 14] = [
     ("trueline-method", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
     ("trueline-experiments", &["trueline-method", "trueline-dataset", "trueline-geometry", "trueline-sim"]),
     ("trueline-camera", &["trueline-dataset", "trueline-live"]),
+    (
+        "trueline-cell",
+        &[
+            "trueline-camera",
+            "trueline-dataset",
+            "trueline-live",
+            "trueline-mcap",
+            "trueline-method",
+            "trueline-vision",
+        ],
+    ),
     ("trueline-live", &["trueline-dataset", "trueline-geometry"]),
     ("trueline-mcap", &["trueline-dataset", "trueline-geometry"]),
     (
@@ -36,6 +47,7 @@ const ALLOWED: [(&str, &[&str]); 14] = [
         &[
             "trueline-method",
             "trueline-camera",
+            "trueline-cell",
             "trueline-dataset",
             "trueline-experiments",
             "trueline-geometry",
@@ -59,7 +71,7 @@ fn dependencies(name: &str) -> Vec<String> {
     let manifest = fs::read_to_string(crates().join(name).join("Cargo.toml")).unwrap();
     let table = manifest.split("\n[dependencies]").nth(1).unwrap().split("\n[").next().unwrap().to_owned();
     let names = table.lines().filter_map(|line| line.split(['.', ' ', '=']).next());
-    names.filter(|name| name.starts_with("trueline-method")).map(str::to_owned).collect()
+    names.filter(|name| name.starts_with("trueline")).map(str::to_owned).collect()
 }
 
 #[test]

@@ -4,6 +4,7 @@ use super::features::JointName;
 use clap::{Args, ValueEnum};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
+use trueline_cell::StampChoice;
 
 #[derive(Args)]
 pub struct LinkArgs {
@@ -49,6 +50,16 @@ pub enum StampName {
     Complete,
     /// Start of the exposure by the camera's own clock, which is asked for the time again and again (latch)
     Exposure,
+}
+
+impl From<StampName> for StampChoice {
+    fn from(name: StampName) -> Self {
+        match name {
+            StampName::FirstPacket => Self::FirstPacket,
+            StampName::Complete => Self::Complete,
+            StampName::Exposure => Self::Exposure,
+        }
+    }
 }
 
 #[derive(Args)]

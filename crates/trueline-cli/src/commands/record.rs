@@ -3,13 +3,14 @@
 use super::listen;
 use crate::args::RecordArgs;
 use crate::failure::Failure;
-use crate::live_cell::LiveCell;
-use crate::live_recording::{Finished, LiveRecording, Purpose};
+use crate::live_cell::{self, LiveCell};
+use crate::live_screen::LiveScreen;
 use crate::{interrupt, link_text, output};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use trueline_cell::{CellRecording, FinishedRecording};
 use trueline_live::link_watch::Brief;
 use trueline_live::{Endpoint, HostClock};
 
@@ -32,34 +33,32 @@ pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     let sensor = args.sensor.as_deref();
     let mut cell = LiveCell::open(&args.camera, sensor, clock)?;
     let mut endpoint = listen::bind(args.link.bind, args.link.robot, clock)?;
-    let purpose = Purpose {
-        out: &args.out,
-        sensor,
-        tool: &args.tool,
-        camera: cell.meaning(),
-        estimate: cell.estimate(),
-    };
-    let mut recording = LiveRecording::create(purpose, endpoint.clock())?;
+    let mut recording = CellRecording::create(cell.recording(&args.out, &args.tool), endpoint.clock())?;
+    let handle = recording.handle();
     let shown = Mutex::new(Brief::default());
-    let (heard, seen) = cell.run(
-        &recording.handle(),
-        args.quiet,
+    let screen = LiveScreen::new(args.quiet);
+    let outcome = cell.cell.run(
+        &handle,
         |blind| hear(&mut endpoint, &mut recording, longest, (&shown, blind)),
-        || shown.lock().map(|brief| link_text::brief(&brief)).unwrap_or_default(),
+        |state| {
+            let line = shown.lock().map(|brief| link_text::brief(&brief)).unwrap_or_default();
+            screen.show(&line, state);
+        },
     );
-    let heard = heard.unwrap_or_else(|| Err(std::io::Error::other("the recording thread panicked")));
+    drop(screen);
+    let heard = outcome.robot.unwrap_or_else(|| Err(std::io::Error::other("the recording thread panicked")));
     let finished = recording.finish();
     if let Err(error) = &heard {
         output::words(&format!("warning: {}: {error}; the recording is kept", args.link.bind));
     }
-    let seen = cell.tell(&seen, args.quiet);
+    let seen = cell.tell(&outcome.camera, outcome.estimate_panicked, args.quiet);
     conclude(&finished, heard.is_ok() && seen, args.quiet)
 }
 
 /// Hears until told to stop, until time is up, or until the robot or the camera has ended.
 fn hear(
     endpoint: &mut Endpoint,
-    recording: &mut LiveRecording,
+    recording: &mut CellRecording,
     longest: Duration,
     (shown, blind): (&Mutex<Brief>, &AtomicBool),
 ) -> std::io::Result<()> {
@@ -67,7 +66,7 @@ fn hear(
     let (mut frames, mut changed) = (0, Instant::now());
     let goes_on = || interrupt::times() == 0 && !blind.load(Ordering::SeqCst);
     while start.elapsed() < longest && goes_on() && !recording.has_failed() {
-        endpoint.hear(Duration::from_millis(20), |heard| recording.heard(heard))?;
+        endpoint.hear(Duration::from_millis(20), |heard| recording.datagram(heard))?;
         recording.tick();
         let brief = recording.watch().brief();
         if brief.frames != frames {
@@ -85,9 +84,9 @@ fn hear(
 }
 
 /// Says what became of a recording; 0 if all is well.
-fn conclude(finished: &Finished, well: bool, quiet: bool) -> Result<ExitCode, Failure> {
+fn conclude(finished: &FinishedRecording, well: bool, quiet: bool) -> Result<ExitCode, Failure> {
     let report = finished.watch.report();
-    finished.tell(quiet);
+    live_cell::tell_recording(finished, quiet);
     if !quiet {
         match output::data(&link_text::text(&report)) {
             // Whoever reads our output may be gone: what became of the recording is told by the exit code all the same.
@@ -99,6 +98,6 @@ fn conclude(finished: &Finished, well: bool, quiet: bool) -> Result<ExitCode, Fa
     if report.robot.is_none() {
         output::words("no robot was heard: `trueline listen` says why");
     }
-    let well = well && report.robot.is_some() && finished.losses.is_empty();
+    let well = well && report.robot.is_some() && finished.is_complete();
     Ok(if well { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

@@ -3,8 +3,8 @@
 use super::listen;
 use crate::args::ScanArgs;
 use crate::failure::Failure;
-use crate::live_cell::LiveCell;
-use crate::live_recording::{LiveRecording, Purpose, RECORDING};
+use crate::live_cell::{self, LiveCell};
+use crate::live_screen::LiveScreen;
 use crate::{interrupt, link_text, output, path_file, priority};
 use std::fmt::Write as _;
 use std::io::BufRead;
@@ -13,6 +13,7 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+use trueline_cell::{CellOutcome, CellRecording, RECORDING};
 use trueline_dataset::{Error, Problem, RobotSample};
 use trueline_live::guide::{Answer, Onlooker, Outcome, Patience};
 use trueline_live::link_watch::Brief;
@@ -58,14 +59,7 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
     interrupt::watch()?;
     let sensor = sensor(args);
     let mut cell = LiveCell::open(&args.camera, sensor.as_deref(), endpoint.clock())?;
-    let purpose = Purpose {
-        out,
-        sensor: sensor.as_deref(),
-        tool: &args.tool,
-        camera: cell.meaning(),
-        estimate: cell.estimate(),
-    };
-    let recording = LiveRecording::create(purpose, endpoint.clock())?;
+    let recording = CellRecording::create(cell.recording(out, &args.tool), endpoint.clock())?;
     endpoint
         .forget_waiting()
         .map_err(|error| Failure::new(format!("{bind}: {error}"), "did the network go away?"))?;
@@ -206,7 +200,7 @@ fn sensor(args: &ScanArgs) -> Option<PathBuf> {
 }
 
 struct Watching<'a> {
-    recording: LiveRecording,
+    recording: CellRecording,
     replies: ReplyTimes,
     shown: &'a Mutex<(Brief, Phase)>,
     unrecorded: &'a AtomicBool,
@@ -214,11 +208,11 @@ struct Watching<'a> {
 
 impl Onlooker for Watching<'_> {
     fn heard(&mut self, heard: &Heard<'_>) {
-        self.recording.heard(heard);
+        self.recording.datagram(heard);
     }
 
     fn answered(&mut self, answer: &Answer) {
-        self.recording.answered(answer);
+        self.recording.answer(answer);
         if let Some(took_ns) = answer.since_frame_ns {
             self.replies.add(took_ns);
         }
@@ -238,7 +232,7 @@ impl Onlooker for Watching<'_> {
 
 fn lead(
     mut guide: Guide,
-    recording: LiveRecording,
+    recording: CellRecording,
     cell: &mut LiveCell,
     args: &ScanArgs,
 ) -> Result<ExitCode, Failure> {
@@ -247,19 +241,20 @@ fn lead(
     let unrecorded = AtomicBool::new(false);
     let replies = ReplyTimes::default();
     let mut watching = Watching { recording, replies, shown: &shown, unrecorded: &unrecorded };
-    let (outcome, seen) = cell.run(
+    let screen = LiveScreen::new(args.quiet);
+    let CellOutcome { robot, camera, estimate_panicked } = cell.cell.run(
         &handle,
-        args.quiet,
         |blind| {
             let hurried = priority::hurry();
             (guide.run(|| wish(&[blind, &unrecorded]), &mut watching), hurried)
         },
-        || {
+        |state| {
             let (brief, phase) = shown.lock().map(|shown| *shown).unwrap_or_default();
-            format!("{}: {}", phase_text(&phase), link_text::brief(&brief))
+            screen.show(&format!("{}: {}", phase_text(&phase), link_text::brief(&brief)), state);
         },
     );
-    let Some((outcome, hurried)) = outcome else {
+    drop(screen);
+    let Some((outcome, hurried)) = robot else {
         return Err(Failure::new(
             "the leading thread panicked; the controller stops by its timeout",
             "please report this; the recording is kept",
@@ -268,7 +263,7 @@ fn lead(
     if !hurried && !args.quiet {
         output::words("warning: no real-time priority (needs CAP_SYS_NICE); a busy PC may pause the scan");
     }
-    let seen = cell.tell(&seen, args.quiet);
+    let seen = cell.tell(&camera, estimate_panicked, args.quiet);
     conclude(outcome, watching, seen, args)
 }
 
@@ -312,7 +307,7 @@ fn conclude(
     recording.note(level, format!("the scan ended: {ending}"));
     let finished = recording.finish();
     output::words(&format!("The scan ended: {ending}"));
-    finished.tell(args.quiet);
+    live_cell::tell_recording(&finished, args.quiet);
     if !args.quiet {
         let times = [0.5, 0.99, 0.999, 1.0].map(|share| replies.within_ms(share));
         let said = output::data(&format!(
@@ -327,7 +322,7 @@ fn conclude(
         verdict_first(said)?;
         output::words(&format!("written to {}", finished.file.display()));
     }
-    Ok(if well && finished.losses.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    Ok(if well && finished.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 /// Whoever reads our output may be gone: how a scan ended is told by the exit code all the same.

@@ -1,6 +1,6 @@
 //! The camera's clock on this PC's, by asking it for the time now and then.
 
-use crate::failure::Failure;
+use crate::error::CellError;
 use std::collections::VecDeque;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -17,7 +17,7 @@ const MOST: usize = 120;
 const SET_S: f64 = 1e-3;
 
 /// A map that is kept up.
-pub struct LatchedClock {
+pub struct CameraClock {
     samples: VecDeque<LatchSample>,
     now: Reading,
     /// As it was before the clock was set last.
@@ -46,24 +46,27 @@ pub struct Exchange {
     pub was_set: bool,
 }
 
-impl LatchedClock {
-    /// Asks some times, to begin with.
-    pub fn begin(source: &mut dyn FrameSource) -> Result<Self, Failure> {
+impl CameraClock {
+    /// Reads the camera's clock some times, to begin with.
+    ///
+    /// # Errors
+    /// A camera that fails, or has no clock that can be read.
+    pub fn begin(source: &mut dyn FrameSource) -> Result<Self, CellError> {
         let mut samples = VecDeque::new();
         for _ in 0..AT_FIRST {
             samples.extend(source.latch()?);
             thread::sleep(APART);
         }
         let Some(map) = LatchMap::of(samples.make_contiguous()) else {
-            return Err(Failure::new(
-                format!("{} cannot be asked for its time", source.about().name),
-                "--stamp first-packet needs nothing of the camera",
-            ));
+            return Err(CellError::NoCameraClock { name: source.about().name.clone() });
         };
         Ok(Self { samples, now: Reading { map, shift_ns: 0 }, before: None, asked: Instant::now() })
     }
 
-    /// Asks again, if it is time to or there is no time to lose.
+    /// Reads it again, if a second has passed or `at_once`.
+    ///
+    /// # Errors
+    /// A camera that fails.
     pub fn keep_up(
         &mut self,
         source: &mut dyn FrameSource,
@@ -97,12 +100,14 @@ impl LatchedClock {
     }
 
     /// This PC's steady time at a time of the camera's clock, ns both.
+    #[must_use]
     pub fn steady_ns(&self, device_ns: i64) -> i64 {
         self.now.steady_ns(device_ns)
     }
 
     /// The same for a picture between whose exposure and the last exchange the clock may have been set: of both readings, the one
     /// by which it took as long on its way as pictures usually take.
+    #[must_use]
     pub fn likely_steady_ns(&self, device_ns: i64, arrival_ns: i64, usual_ns: Option<i64>) -> i64 {
         let now_ns = self.steady_ns(device_ns);
         let (Some(before), Some(usual_ns)) = (self.before, usual_ns) else { return now_ns };
@@ -161,7 +166,7 @@ mod tests {
                 stamp_meaning: String::new(),
             };
             let mut camera = Clock { now_ns: 0, set_by_ns: 0, about };
-            let Ok(mut clock) = LatchedClock::begin(&mut camera) else { unreachable!("it can be asked") };
+            let Ok(mut clock) = CameraClock::begin(&mut camera) else { unreachable!("it can be asked") };
             assert!(!clock.keep_up(&mut camera, true).unwrap().unwrap().was_set);
             // Two pictures, 0.2 s before and after the clock is set; they take 30 ms to come.
             let (early_ns, late_ns) = (camera.now_ns + 300_000_000, camera.now_ns + 700_000_000);

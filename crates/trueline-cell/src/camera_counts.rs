@@ -1,0 +1,39 @@
+//! What came of a camera so far.
+
+/// What came of a camera so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CameraCounts {
+    /// Frames that came, whole or not.
+    pub frames: u64,
+    /// Those that are not whole, or not what was agreed.
+    pub unusable: u64,
+    /// Numbers of the camera's counter that never came.
+    pub missing: u64,
+    /// Whole pictures in which a seam was found.
+    pub seams: u64,
+    /// How often the camera's clock was set.
+    pub clock_set: u64,
+}
+
+/// A larger share of lost pictures makes a recording doubtful.
+const DOUBTFUL_LOSS: f64 = 0.1;
+
+impl CameraCounts {
+    /// Pictures that the camera took, as far as its counter tells.
+    #[must_use]
+    pub fn taken(&self) -> u64 {
+        self.frames + self.missing
+    }
+
+    /// Pictures that did not come, or not whole.
+    #[must_use]
+    pub fn lost(&self) -> u64 {
+        self.missing + self.unusable
+    }
+
+    /// Whether so much was lost, or stamped doubtfully, that the recording should not pass as good.
+    #[must_use]
+    pub fn is_doubtful(&self) -> bool {
+        self.lost() as f64 > DOUBTFUL_LOSS * self.taken() as f64 || self.clock_set > 0
+    }
+}

@@ -1,0 +1,170 @@
+//! The camera's side of a recording: pictures with all their stamps into the file, seam points to the estimate.
+
+use crate::camera_counts::CameraCounts;
+use crate::camera_source::{self, CameraChoice, CameraSettings};
+use crate::entries;
+use crate::error::CellError;
+use crate::frame_stamper::{FrameStamper, StampChoice};
+use crate::live_estimate::LiveEstimate;
+use crate::seam_finder::SeamFinder;
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+use trueline_camera::{CameraError, CameraFrame, FrameSource};
+use trueline_dataset::Sensor;
+use trueline_live::HostClock;
+use trueline_mcap::{Entry, RecorderHandle};
+use trueline_vision::Joint;
+
+/// Between looks at whether all is over.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A camera that is recorded.
+pub struct CameraRecorder {
+    source: Box<dyn FrameSource>,
+    stamper: FrameStamper,
+    finder: Option<SeamFinder>,
+    is_replay: bool,
+    last: Option<u64>,
+    /// Pictures that wait for the next exchange with the camera's clock.
+    waiting: VecDeque<CameraFrame>,
+}
+
+impl CameraRecorder {
+    /// Opens a camera. One that does not answer is looked for again for some seconds, or until `give_up` says so.
+    ///
+    /// # Errors
+    /// A camera that cannot be used, does not suit the sensor, or has no clock although its stamp is wanted.
+    pub fn open(
+        settings: &CameraSettings,
+        sensor: Option<&Sensor>,
+        clock: HostClock,
+        give_up: &dyn Fn() -> bool,
+    ) -> Result<Self, CellError> {
+        let source = camera_source::open(&settings.choice, sensor, clock, give_up)?;
+        let is_replay = matches!(settings.choice, CameraChoice::Replay(_));
+        Ok(Self { is_replay, ..Self::with_source(source, settings.stamp, settings.joint, sensor)? })
+    }
+
+    /// Records from a source that is open already: any camera for which somebody has written a [`FrameSource`].
+    ///
+    /// # Errors
+    /// A source that does not suit the sensor, or has no clock although its stamp is wanted.
+    pub fn with_source(
+        mut source: Box<dyn FrameSource>,
+        stamp: StampChoice,
+        joint: Joint,
+        sensor: Option<&Sensor>,
+    ) -> Result<Self, CellError> {
+        let stamper = FrameStamper::new(stamp, source.as_mut())?;
+        let finder = match sensor {
+            Some(sensor) => SeamFinder::new(sensor, joint, source.about())?,
+            None => None,
+        };
+        Ok(Self { source, stamper, finder, is_replay: false, last: None, waiting: VecDeque::new() })
+    }
+
+    /// What gives the pictures and what their stamps are, in the words of the recording.
+    #[must_use]
+    pub fn stamp_meaning(&self) -> String {
+        let about = self.source.about();
+        if self.is_replay {
+            return format!(
+                "{}: when a picture of the folder was due; the offset against a live robot means nothing",
+                about.name
+            );
+        }
+        let stamp = self.stamper.choice().meaning();
+        format!("{}: {stamp}, by a steady clock; device: {}", about.name, about.stamp_meaning)
+    }
+
+    /// Records until all is over, or the camera is; counts into `counts` meanwhile.
+    ///
+    /// # Errors
+    /// A camera that fails; what came before is recorded.
+    pub fn run(
+        &mut self,
+        handle: &RecorderHandle,
+        estimate: Option<&LiveEstimate>,
+        counts: &Mutex<CameraCounts>,
+        over: &AtomicBool,
+    ) -> Result<(), CameraError> {
+        let sink = Sink { handle, estimate, counts };
+        let mut seen = Ok(());
+        while seen.is_ok() && !over.load(Ordering::SeqCst) && !self.source.has_ended() {
+            seen = self.take(&sink, false);
+        }
+        if seen.is_ok() {
+            // Those that wait are stamped by what the clock says at the end.
+            seen = self.take(&sink, true);
+        }
+        self.record_waiting(&sink, false);
+        seen
+    }
+
+    fn take(&mut self, sink: &Sink<'_>, last: bool) -> Result<(), CameraError> {
+        let wait = if last { Duration::ZERO } else { LOOK };
+        while let Some(frame) = self.source.next(wait)? {
+            self.waiting.push_back(frame);
+            if !last {
+                break;
+            }
+        }
+        if !self.stamper.needs_exchanges() {
+            self.record_waiting(sink, false);
+            return Ok(());
+        }
+        let Some(exchange) = self.stamper.keep_up(self.source.as_mut(), last)? else { return Ok(()) };
+        sink.count(|counts| counts.clock_set += u64::from(exchange.was_set));
+        sink.record(entries::exchange(&exchange));
+        self.record_waiting(sink, exchange.was_set);
+        Ok(())
+    }
+
+    fn record_waiting(&mut self, sink: &Sink<'_>, was_set: bool) {
+        while let Some(frame) = self.waiting.pop_front() {
+            let stamp_ns = self.stamper.stamp_ns(&frame, was_set);
+            self.record(&frame, stamp_ns, sink);
+        }
+    }
+
+    fn record(&mut self, frame: &CameraFrame, stamp_ns: i64, sink: &Sink<'_>) {
+        let last = self.last.replace(frame.frame);
+        let missing = last.map_or(0, |last| frame.frame.saturating_sub(last).saturating_sub(1));
+        let entry = entries::frame(frame, stamp_ns);
+        let is_unusable = entry.png.is_empty();
+        sink.record(Entry::Frame(entry));
+        let find = |finder: &mut SeamFinder| {
+            finder.find(frame.image.as_ref()?, stamp_ns, frame.frame, frame.device_ns)
+        };
+        let seam = self.finder.as_mut().and_then(find);
+        sink.count(|counts| {
+            counts.frames += 1;
+            counts.missing += missing;
+            counts.unusable += u64::from(is_unusable);
+            counts.seams += u64::from(seam.is_some());
+        });
+        if let (Some(estimate), Some(seam)) = (sink.estimate, seam) {
+            estimate.add_feature(seam);
+        }
+    }
+}
+
+/// Where pictures go.
+struct Sink<'a> {
+    handle: &'a RecorderHandle,
+    estimate: Option<&'a LiveEstimate>,
+    counts: &'a Mutex<CameraCounts>,
+}
+
+impl Sink<'_> {
+    /// What finds no room is counted there, and told at the end.
+    fn record(&self, entry: Entry) {
+        let _counted = self.handle.offer(entry);
+    }
+
+    fn count(&self, add: impl FnOnce(&mut CameraCounts)) {
+        add(&mut self.counts.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+}

@@ -1,0 +1,97 @@
+//! Opens the camera that was chosen.
+
+use crate::error::CellError;
+use crate::frame_stamper::StampChoice;
+use std::net::Ipv4Addr;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+use trueline_camera::{CameraError, FrameSource, Pace, Replay};
+use trueline_dataset::Sensor;
+use trueline_live::HostClock;
+use trueline_vision::Joint;
+
+/// How long a camera that does not answer is looked for: it may just be waking up.
+const PATIENCE: Duration = Duration::from_secs(8);
+
+/// Which camera.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraChoice {
+    /// A GigE Vision camera by its address.
+    GigE {
+        /// Its address.
+        address: Ipv4Addr,
+        /// Exposure time to set, µs; as it is if not given.
+        exposure_us: Option<f64>,
+        /// Pictures a second to set; as it is if not given.
+        fps: Option<f64>,
+    },
+    /// The pictures of a dataset folder, at the pace at which they were recorded.
+    Replay(PathBuf),
+}
+
+/// How a camera is recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraSettings {
+    /// Which camera.
+    pub choice: CameraChoice,
+    /// Which stamp of a picture calibration uses.
+    pub stamp: StampChoice,
+    /// What the laser shines on, for the estimate.
+    pub joint: Joint,
+}
+
+/// Opens the camera; one that does not answer is looked for again until it does, 8 s are over, or `give_up` says so.
+pub(crate) fn open(
+    choice: &CameraChoice,
+    sensor: Option<&Sensor>,
+    clock: HostClock,
+    give_up: &dyn Fn() -> bool,
+) -> Result<Box<dyn FrameSource>, CellError> {
+    let start = Instant::now();
+    loop {
+        match open_once(choice, sensor, clock) {
+            Err(CellError::Camera(CameraError::NotFound { .. }))
+                if start.elapsed() < PATIENCE && !give_up() => {}
+            opened => return opened,
+        }
+    }
+}
+
+fn open_once(
+    choice: &CameraChoice,
+    sensor: Option<&Sensor>,
+    clock: HostClock,
+) -> Result<Box<dyn FrameSource>, CellError> {
+    match choice {
+        CameraChoice::Replay(folder) => Ok(Box::new(Replay::open(folder, Pace::Times(1.0), clock)?)),
+        CameraChoice::GigE { address, exposure_us, fps } => {
+            gige(*address, [*exposure_us, *fps], sensor, clock)
+        }
+    }
+}
+
+#[cfg(feature = "gige")]
+fn gige(
+    address: Ipv4Addr,
+    [exposure_us, fps]: [Option<f64>; 2],
+    sensor: Option<&Sensor>,
+    clock: HostClock,
+) -> Result<Box<dyn FrameSource>, CellError> {
+    use trueline_camera::{GigeCamera, GigeSettings};
+    let mut settings = GigeSettings::at(address);
+    if let Some(Sensor::CameraLaser { camera, .. }) = sensor {
+        (settings.width, settings.height) = (Some(camera.size[0]), Some(camera.size[1]));
+    }
+    (settings.exposure_us, settings.fps) = (exposure_us, fps);
+    Ok(Box::new(GigeCamera::open(&settings, clock)?))
+}
+
+#[cfg(not(feature = "gige"))]
+fn gige(
+    address: Ipv4Addr,
+    _: [Option<f64>; 2],
+    _: Option<&Sensor>,
+    _: HostClock,
+) -> Result<Box<dyn FrameSource>, CellError> {
+    Err(CellError::NoGigE { address })
+}

@@ -1,0 +1,193 @@
+//! What the robot sends and is answered, and the clocks of this PC, into `recording.mcap`.
+
+use crate::entries;
+use crate::error::CellError;
+use crate::live_estimate::LiveEstimate;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use trueline_dataset::RobotSample;
+use trueline_live::guide::Answer;
+use trueline_live::host_clock::StepWatch;
+use trueline_live::{Heard, HostClock, LinkWatch};
+use trueline_mcap::{About, Entry, NoteEntry, NoteLevel, RecordError, Recorder, RecorderHandle};
+
+/// Name of the recording in its folder.
+pub const RECORDING: &str = "recording.mcap";
+
+/// Foreign datagrams that are kept byte for byte; more are counted.
+const MOST_REJECTED: u64 = 1000;
+/// Between readings of both clocks, ns.
+const CLOCK_EVERY_NS: i64 = 1_000_000_000;
+
+/// A recording that is under way.
+pub struct CellRecording {
+    file: PathBuf,
+    recorder: Recorder,
+    handle: RecorderHandle,
+    watch: LinkWatch,
+    clock: HostClock,
+    steps: StepWatch,
+    clock_read_ns: i64,
+    clock_steps: u32,
+    rejected: u64,
+    has_failed: bool,
+    estimate: Option<Arc<LiveEstimate>>,
+    poses: Vec<RobotSample>,
+}
+
+/// What a recording is made for.
+#[derive(Clone)]
+pub struct RecordingSettings<'a> {
+    /// Its folder; made if it is not there.
+    pub folder: &'a Path,
+    /// The text of the sensor's file, kept as it is.
+    pub sensor_toml: Option<String>,
+    /// Name of the tool whose poses come.
+    pub tool: &'a str,
+    /// The command that records.
+    pub command: String,
+    /// What gives pictures and what their stamps are: [`CameraRecorder::stamp_meaning`](crate::CameraRecorder::stamp_meaning).
+    pub camera: Option<String>,
+    /// Who wants to have the poses as well.
+    pub estimate: Option<Arc<LiveEstimate>>,
+}
+
+/// What became of a recording.
+pub struct FinishedRecording {
+    /// The file.
+    pub file: PathBuf,
+    /// The link.
+    pub watch: LinkWatch,
+    /// Why writing stopped, if it did.
+    pub failure: Option<RecordError>,
+    /// Entries that are missing because the disk was too slow.
+    pub refused: u64,
+    /// How often this PC's clock was set; the stamps go on evenly.
+    pub clock_steps: u32,
+    /// Datagrams that are not the robot's, beyond those kept byte for byte.
+    pub rejected_not_kept: u64,
+}
+
+impl FinishedRecording {
+    /// Whether everything that was given in is in the file.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.failure.is_none() && self.refused == 0
+    }
+}
+
+impl CellRecording {
+    /// Begins a recording in a folder that has none.
+    ///
+    /// # Errors
+    /// A folder or file that cannot be written, or a recording that already exists.
+    pub fn create(settings: RecordingSettings<'_>, clock: HostClock) -> Result<Self, CellError> {
+        let RecordingSettings { folder, sensor_toml, tool, command, camera, estimate } = settings;
+        fs::create_dir_all(folder).map_err(|why| CellError::Folder { folder: folder.to_owned(), why })?;
+        let file = folder.join(RECORDING);
+        let robot = "robot: arrival at this PC (kernel), by a steady clock; device: the controller's";
+        let stamp_meaning =
+            camera.map_or_else(|| robot.to_owned(), |camera| format!("{robot}. camera: {camera}"));
+        let about = About { sensor_toml, stamp_meaning, command, tool: tool.to_owned() };
+        let recorder = Recorder::create(&file, &about)?;
+        Ok(Self {
+            file,
+            handle: recorder.handle(),
+            recorder,
+            watch: LinkWatch::default(),
+            clock,
+            steps: StepWatch::default(),
+            clock_read_ns: i64::MIN,
+            clock_steps: 0,
+            rejected: 0,
+            has_failed: false,
+            estimate,
+            poses: Vec::new(),
+        })
+    }
+
+    /// For others that record into the same file.
+    #[must_use]
+    pub fn handle(&self) -> RecorderHandle {
+        self.handle.clone()
+    }
+
+    /// The link so far.
+    #[must_use]
+    pub fn watch(&self) -> &LinkWatch {
+        &self.watch
+    }
+
+    /// Whether writing has stopped; looked at once a second.
+    #[must_use]
+    pub fn has_failed(&self) -> bool {
+        self.has_failed
+    }
+
+    /// What finds no room is counted there, and told at the end; nothing here waits for a disk.
+    fn keep(&self, entry: Entry) {
+        let _counted = self.handle.offer(entry);
+    }
+
+    /// Keeps a datagram.
+    pub fn datagram(&mut self, heard: &Heard<'_>) {
+        self.watch.note(heard);
+        match heard.judged {
+            Ok((frame, _)) if self.estimate.is_some() => {
+                self.poses.push(entries::robot_sample(&frame, heard.datagram.arrival.steady_ns));
+            }
+            Ok(_) => {}
+            Err(_) => self.rejected += 1,
+        }
+        if heard.judged.is_ok() || self.rejected <= MOST_REJECTED {
+            self.keep(entries::datagram(heard));
+        }
+    }
+
+    /// Keeps an answer.
+    pub fn answer(&mut self, answer: &Answer) {
+        self.keep(entries::answer(answer));
+    }
+
+    /// Keeps some words.
+    pub fn note(&self, level: NoteLevel, text: String) {
+        let steady_ns = self.clock.read().steady_ns;
+        self.keep(Entry::Note(NoteEntry { steady_ns, level, text }));
+    }
+
+    /// Looks at the clocks; cheap enough for every step.
+    pub fn tick(&mut self) {
+        if let Some(estimate) = &self.estimate {
+            estimate.offer_poses(&mut self.poses);
+        }
+        let reading = self.clock.read();
+        if let Some(step_ns) = self.steps.step_ns(reading) {
+            self.clock_steps += 1;
+            let text = format!("this PC's clock was set by {:+.3} s", step_ns as f64 * 1e-9);
+            self.note(NoteLevel::Warning, text);
+        } else if reading.steady_ns < self.clock_read_ns.saturating_add(CLOCK_EVERY_NS) {
+            return;
+        }
+        self.clock_read_ns = reading.steady_ns;
+        self.has_failed = self.handle.state().failure.is_some();
+        self.keep(entries::clock(reading));
+    }
+
+    /// Ends the recording.
+    #[must_use]
+    pub fn finish(self) -> FinishedRecording {
+        for (reason, count) in self.watch.report().talkers.values().flat_map(|t| t.rejected.clone()) {
+            self.note(NoteLevel::Info, format!("{count} datagrams not used: {reason}"));
+        }
+        let refused = self.handle.state().refused;
+        FinishedRecording {
+            file: self.file,
+            watch: self.watch,
+            failure: self.recorder.finish().err(),
+            refused,
+            clock_steps: self.clock_steps,
+            rejected_not_kept: self.rejected.saturating_sub(MOST_REJECTED),
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! What happens in a cell, as entries of a recording: everything that another recorder needs to write the same file.
+
+use crate::camera_clock::Exchange;
+use trueline_camera::{CameraFrame, FrameStatus, LatchSample};
+use trueline_dataset::{RobotSample, gray_png};
+use trueline_live::guide::Answer;
+use trueline_live::host_clock::Reading;
+use trueline_live::{Heard, RobotFrame};
+use trueline_mcap::{
+    AnswerEntry, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, RejectedEntry, RobotEntry,
+};
+
+/// A datagram, used or not.
+#[must_use]
+pub fn datagram(heard: &Heard<'_>) -> Entry {
+    let datagram = &heard.datagram;
+    let (bytes, from, steady_ns) = (datagram.bytes.to_vec(), datagram.from, datagram.arrival.steady_ns);
+    match heard.judged {
+        Ok((frame, _)) => Entry::Robot(RobotEntry {
+            datagram: bytes,
+            from,
+            steady_ns,
+            kernel_wall_ns: datagram.arrival.kernel_wall_ns,
+            read_wall_ns: datagram.arrival.read.wall_ns,
+            sequence: frame.sequence,
+            device_ns: frame.device_ns,
+            ptp_ns: frame.ptp_ns,
+            base_from_tool: frame.base_from_tool,
+        }),
+        Err(reason) => {
+            Entry::Rejected(RejectedEntry { datagram: bytes, from, steady_ns, reason: reason.to_string() })
+        }
+    }
+}
+
+/// A robot's frame that came at a steady time, as a sample of a recording.
+#[must_use]
+pub fn robot_sample(frame: &RobotFrame, steady_ns: i64) -> RobotSample {
+    RobotSample {
+        stamp_ns: steady_ns,
+        device_ns: Some(frame.device_ns),
+        base_from_tool: frame.base_from_tool,
+    }
+}
+
+/// An answer to the robot.
+#[must_use]
+pub fn answer(answer: &Answer) -> Entry {
+    Entry::Answer(AnswerEntry {
+        datagram: answer.bytes.clone(),
+        to: answer.to,
+        steady_ns: answer.steady_ns,
+        sequence: answer.sequence,
+    })
+}
+
+/// A reading of both clocks of this PC.
+#[must_use]
+pub fn clock(reading: Reading) -> Entry {
+    Entry::Clock(ClockEntry { steady_ns: reading.steady_ns, wall_ns: reading.wall_ns })
+}
+
+/// A picture under the stamp that calibration uses; the entry has no picture if it did not come whole or cannot be encoded.
+#[must_use]
+pub fn frame(frame: &CameraFrame, stamp_ns: i64) -> FrameEntry {
+    let (png, status) = match frame.image.as_ref().map(gray_png::encode_gray) {
+        Some(Ok(png)) => (png, status(&frame.status)),
+        Some(Err(error)) => (Vec::new(), format!("not encoded: {error}")),
+        None => (Vec::new(), status(&frame.status)),
+    };
+    FrameEntry {
+        frame: frame.frame,
+        stamp_ns,
+        first_packet_ns: frame.first_packet_ns,
+        complete_ns: Some(frame.complete_ns),
+        device_ns: frame.device_ns,
+        exposure_us: frame.exposure_us,
+        status,
+        png,
+    }
+}
+
+/// A reading of the camera's clock: every one is kept, so that another map can be made.
+#[must_use]
+pub fn exchange(exchange: &Exchange) -> Entry {
+    let LatchSample { before_ns, device_ns, after_ns } = exchange.sample;
+    let (level, told) = match exchange.was_set {
+        true => (NoteLevel::Warning, "the camera's clock was set. "),
+        false => (NoteLevel::Info, ""),
+    };
+    let text = format!("{told}latch: before_ns {before_ns}, device_ns {device_ns}, after_ns {after_ns}");
+    Entry::Note(NoteEntry { steady_ns: after_ns, level, text })
+}
+
+fn status(status: &FrameStatus) -> String {
+    match status {
+        FrameStatus::Complete => "complete".to_owned(),
+        FrameStatus::Incomplete { missing } => format!("{missing} packets missing"),
+        FrameStatus::WrongSize { width, height } => format!("of another size: {width} x {height} px"),
+        FrameStatus::WrongFormat { found } => format!("of another format: {found}"),
+    }
+}

@@ -1,0 +1,59 @@
+//! Records a robot cell and estimates while it records.
+//!
+//! ```text
+//! robot ──▶ Endpoint ──▶ CellRecording ─┬─▶ entries ─▶ Recorder ─▶ recording.mcap
+//!                                       └─▶ LiveEstimate ◀─┐
+//! camera ─▶ FrameSource ─▶ FrameStamper ─▶ CameraRecorder ─┴─▶ entries ─▶ Recorder
+//! ```
+//!
+//! | step | type in → out | where |
+//! |---|---|---|
+//! | map | datagram, answer, frame, clock reading → [`Entry`](trueline_mcap::Entry) | [`entries`] |
+//! | stamp | a picture's stamps → the one that calibration uses | [`FrameStamper`] |
+//! | record the robot | datagrams and answers → recording | [`CellRecording`] |
+//! | record the camera | pictures → recording, seam points → estimate | [`CameraRecorder`] |
+//! | estimate | all so far → [`Progress`] | [`LiveEstimate`] |
+//! | run | camera, estimate and robot, a thread each | [`Cell`] |
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//! use trueline_cell::{LiveEstimate, Progress};
+//! use trueline_sim::{Preset, simulate};
+//!
+//! let scan = simulate(&Preset::Quick.scenario(), 1).ok_or("no seam in view")?;
+//! let estimate = LiveEstimate::new(scan.sensor, None);
+//! estimate.offer_poses(&mut scan.robot.clone()); // from the thread that receives them
+//! scan.features.into_iter().for_each(|feature| estimate.add_feature(feature)); // from the camera's
+//! let over = AtomicBool::new(true); // runs in a thread of its own until this is set, and once more then
+//! estimate.run(&over);
+//! let Progress::Estimated(estimated) = estimate.progress() else { return Err("no estimate".into()) };
+//! let [offset_s, sigma_s] = estimated.time_offset_s.ok_or("not observable")?;
+//! let truth_s = scan.truth.ok_or("not simulated")?.parameters.time_offset_s;
+//! assert!((offset_s - truth_s).abs() < 5.0 * sigma_s);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Nothing here prints or knows of a terminal: [`Cell::run`] calls back with [`CellState`], plain values.
+
+mod camera_clock;
+mod camera_counts;
+mod camera_recorder;
+mod camera_source;
+mod cell;
+mod cell_recording;
+pub mod entries;
+mod error;
+mod frame_stamper;
+mod live_estimate;
+mod seam_finder;
+
+pub use camera_clock::{CameraClock, Exchange};
+pub use camera_counts::CameraCounts;
+pub use camera_recorder::CameraRecorder;
+pub use camera_source::{CameraChoice, CameraSettings};
+pub use cell::{Cell, CellOutcome, CellState};
+pub use cell_recording::{CellRecording, FinishedRecording, RECORDING, RecordingSettings};
+pub use error::CellError;
+pub use frame_stamper::{FrameStamper, StampChoice};
+pub use live_estimate::{Estimated, LiveEstimate, Progress};
+pub use seam_finder::SeamFinder;
