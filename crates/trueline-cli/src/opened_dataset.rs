@@ -3,11 +3,12 @@
 use crate::failure::Failure;
 use crate::output;
 use crate::pictures::{self, Look};
+use crate::planned_scan::read_text;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use trueline_cell::RECORDING;
-use trueline_dataset::{Error, Problem, Recording, Sensor, folder, images};
+use trueline_dataset::{Error, Problem, Recording, SensorFile, folder, images, sensor_toml};
 use trueline_mcap::{Choice, unpack};
 use trueline_vision::Joint;
 
@@ -74,9 +75,12 @@ fn recording_of(path: &Path) -> Option<PathBuf> {
 }
 
 /// The sensor that was laid into a bag's folder.
-fn sensor_of(recording: &Path) -> Result<Option<Sensor>, Failure> {
-    let has_one = recording.is_dir() && recording.join("sensor.toml").exists();
-    Ok(if has_one { Some(folder::read_sensor(recording)?) } else { None })
+fn sensor_of(recording: &Path) -> Result<Option<SensorFile>, Failure> {
+    let file = recording.join("sensor.toml");
+    if !(recording.is_dir() && file.exists()) {
+        return Ok(None);
+    }
+    Ok(Some(sensor_toml::parse_file(&file, &read_text(&file)?)?))
 }
 
 impl OpenedDataset {
