@@ -24,7 +24,7 @@ pub use plan::{CriterionName, PlanArgs, ShapeName};
 pub use rapid::RapidArgs;
 pub use robot_sim::{EventName, ModeName, RobotSimArgs, RobotWareName, StopName};
 pub use scan::{CameraArgs, RecordArgs, ScanArgs};
-pub use simulate::{LookName, MishapName, PresetName, SceneName, SimulateArgs};
+pub use simulate::{LookName, FaultName, PresetName, SceneName, SimulateArgs};
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;

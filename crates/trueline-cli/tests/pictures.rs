@@ -130,7 +130,7 @@ fn datasets_without_usable_pictures_are_refused() {
     refuses(at, "features scan --joint fillet", "000001.png: the file is missing");
     fs::remove_dir_all(at.join("scan/images")).unwrap();
     refuses(at, "features scan", "index.csv: the file is missing");
-    for bad in ["--preset two-lines", "--preset profiler", "--mishap bursts", "--exposure-ms=-1"] {
+    for bad in ["--preset two-lines", "--preset profiler", "--fault bursts", "--exposure-ms=-1"] {
         refuses(at, &format!("simulate --images --duration-s 2 {bad} --out other"), "error: ");
         assert!(!at.join("other").exists(), "{bad} wrote something");
     }

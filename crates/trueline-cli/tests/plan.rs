@@ -104,7 +104,7 @@ fn a_calibration_that_cannot_be_believed_is_refused() {
     let run = |arguments: &[&str]| trueline(dir.path(), arguments);
     let few = ["--tries", "200", "--shape", "s", "--quiet"];
     assert_eq!(code(&run(&[&["plan", "--example", "--out", "plan"][..], &few].concat())), 0);
-    assert_eq!(code(&run(&["simulate", "--mishap", "robot-clock-step", "--out", "bad", "--quiet"])), 0);
+    assert_eq!(code(&run(&["simulate", "--fault", "robot-clock-step", "--out", "bad", "--quiet"])), 0);
     assert_eq!(code(&run(&["calibrate", "bad", "--json", "bad.json", "--quiet"])), 1);
     assert_eq!(code(&run(&["simulate", "--random-cell", "--out", "other", "--quiet"])), 0);
     assert_eq!(code(&run(&["calibrate", "other", "--json", "other.json", "--quiet"])), 0);

@@ -6,9 +6,9 @@
 //! estimator, so that a test against it is not a test of the estimator against itself.
 
 pub mod capture;
+pub mod fault;
 pub mod followed_path;
 pub mod images;
-pub mod mishap;
 pub mod motion;
 pub mod noise;
 pub mod presets;
@@ -18,9 +18,9 @@ pub mod shutter;
 pub mod simulate;
 pub mod weld;
 
+pub use fault::Fault;
 pub use followed_path::FollowedPath;
 pub use images::{Joint, Look, PictureScan};
-pub use mishap::Mishap;
 pub use presets::Preset;
 pub use random_cell::random_cell;
 pub use scenario::{Between, Cell, Disturbance, Scan, Scenario, SensorModel, Timing};

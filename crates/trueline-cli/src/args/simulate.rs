@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   trueline simulate --preset paper --out paper-scan
   trueline simulate --preset quick --random-cell --seed 7 --outliers 0.4 --out wild
-  trueline simulate --preset quick --mishap robot-clock-step --out stepped
+  trueline simulate --preset quick --fault robot-clock-step --out stepped
   trueline simulate --preset two-lines --noise-free --out exact
   trueline simulate --plan plan --seed 3 --out planned-scan
   trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures")]
@@ -19,7 +19,7 @@ pub struct SimulateArgs {
     #[arg(long, value_enum, default_value_t = PresetName::Quick)]
     pub preset: PresetName,
     /// Follow the plan in this folder instead: hand-eye and line are off its guess by as much as it allows for
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["preset", "random_cell", "duration_s", "robot_period_ms", "frame_period_ms", "images", "mishap"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["preset", "random_cell", "duration_s", "robot_period_ms", "frame_period_ms", "images", "fault"])]
     pub plan: Option<PathBuf>,
     /// With --plan: hand-eye and line are as the plan has them
     #[arg(long, requires = "plan")]
@@ -65,7 +65,7 @@ pub struct SimulateArgs {
     pub drops: Option<f64>,
     /// Something that goes wrong in the recording
     #[arg(long, value_enum)]
-    pub mishap: Option<MishapName>,
+    pub fault: Option<FaultName>,
     /// Time between images, ms
     #[arg(long)]
     pub frame_period_ms: Option<f64>,
@@ -145,7 +145,7 @@ pub enum LookName {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-pub enum MishapName {
+pub enum FaultName {
     /// Twenty bad frames in a row, three times
     Bursts,
     /// For a quarter of the scan the detector follows a parallel edge 5 mm beside

@@ -1,14 +1,14 @@
 //! `trueline simulate`.
 
 use super::simulate_images;
-use crate::args::{MishapName, PresetName, SimulateArgs};
+use crate::args::{FaultName, PresetName, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::{self, PlannedScan};
 use std::process::ExitCode;
 use trueline_dataset::{Recording, folder};
 use trueline_sim::{
-    Between, Disturbance, Mishap, Preset, Scenario, Timing, random_cell, simulate, simulate_along,
+    Between, Disturbance, Fault, Preset, Scenario, Timing, random_cell, simulate, simulate_along,
 };
 
 /// Offsets of random cells lie within this, s.
@@ -23,8 +23,8 @@ pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     if args.images {
         return simulate_images::run(args, &scenario);
     }
-    let recording = match args.mishap {
-        Some(name) => mishap(name).simulate(&scenario, args.seed),
+    let recording = match args.fault {
+        Some(name) => fault(name).simulate(&scenario, args.seed),
         None => simulate(&scenario, args.seed),
     };
     let recording =
@@ -60,14 +60,14 @@ fn write(args: &SimulateArgs, recording: &Recording) -> Result<ExitCode, Failure
     Ok(ExitCode::SUCCESS)
 }
 
-fn mishap(name: MishapName) -> Mishap {
+fn fault(name: FaultName) -> Fault {
     match name {
-        MishapName::Bursts => Mishap::Bursts,
-        MishapName::SecondLine => Mishap::SecondLine,
-        MishapName::RobotGaps => Mishap::RobotGaps,
-        MishapName::DuplicateRows => Mishap::DuplicateRows,
-        MishapName::RobotClockStep => Mishap::RobotClockStep,
-        MishapName::LateImages => Mishap::LateImages,
+        FaultName::Bursts => Fault::Bursts,
+        FaultName::SecondLine => Fault::SecondLine,
+        FaultName::RobotGaps => Fault::RobotGaps,
+        FaultName::DuplicateRows => Fault::DuplicateRows,
+        FaultName::RobotClockStep => Fault::RobotClockStep,
+        FaultName::LateImages => Fault::LateImages,
     }
 }
 

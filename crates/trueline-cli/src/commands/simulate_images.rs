@@ -1,7 +1,7 @@
 //! `trueline simulate --images`.
 
 use super::simulate::apply;
-use crate::args::{LookName, MishapName, SceneName, SimulateArgs};
+use crate::args::{FaultName, LookName, SceneName, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress;
@@ -55,11 +55,11 @@ fn scan<'a>(args: &SimulateArgs, scenario: &'a Scenario) -> Result<PictureScan<'
             "choose another preset",
         ));
     }
-    if let Some(name) = args.mishap
-        && !matches!(name, MishapName::RobotGaps)
+    if let Some(name) = args.fault
+        && !matches!(name, FaultName::RobotGaps)
     {
         return Err(Failure::new(
-            "`--mishap` changes features, and pictures have none",
+            "`--fault` changes features, and pictures have none",
             "leave one of them out",
         ));
     }

@@ -9,7 +9,7 @@ use trueline_geometry::Line;
 
 /// One thing that goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Mishap {
+pub enum Fault {
     /// Twenty bad frames in a row, three times: spatter, a hand, a glare.
     Bursts,
     /// For a quarter of the scan the detector follows a parallel edge 5 mm beside.
@@ -24,7 +24,7 @@ pub enum Mishap {
     LateImages,
 }
 
-impl Mishap {
+impl Fault {
     /// All of them.
     pub const ALL: [Self; 6] = [
         Self::Bursts,
