@@ -12,6 +12,7 @@ mod rapid;
 mod robot_sim;
 mod scan;
 mod simulate;
+mod simulate_path;
 
 pub use calibrate::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 #[cfg(feature = "gige")]
@@ -24,7 +25,8 @@ pub use plan::{CriterionName, PlanArgs, ShapeName};
 pub use rapid::RapidArgs;
 pub use robot_sim::{EventName, ModeName, RobotSimArgs, RobotWareName, StopName};
 pub use scan::{CameraArgs, RecordArgs, ScanArgs};
-pub use simulate::{LookName, FaultName, PresetName, SceneName, SimulateArgs};
+pub use simulate::{LookName, PresetName, SceneName, SimulateArgs};
+pub use simulate_path::{FrameName, PathArgs, ProgressName};
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;

@@ -6,7 +6,8 @@ use trueline_dataset::{Guess, Recording};
 use trueline_geometry::se3;
 use trueline_method::assess::outlier_segments::Cause;
 use trueline_method::{Calibration, Config, Hold, Requirement, Stamps, Status, calibrate};
-use trueline_sim::{Fault, Preset, Scenario, random_cell, simulate};
+use trueline_sim::faults::Event;
+use trueline_sim::{Fault, Preset, Scenario, random_cell, simulate, simulate_with_faults};
 
 fn calibrated(recording: &Recording) -> Calibration {
     calibrate(recording, None, &Config::default()).unwrap()
@@ -37,24 +38,26 @@ fn assert_right(recording: &Recording, what: &str) -> Calibration {
     calibration
 }
 
+/// A scan in a random cell during which something happens.
+fn spoilt(event: Event, seed: u64) -> Recording {
+    simulate_with_faults(&cell(Preset::Quick, seed), &[Fault::Event(event)], seed).unwrap()
+}
+
 #[test]
 fn what_robustness_can_mend_is_mended() {
-    for fault in [Fault::Bursts, Fault::SecondLine, Fault::RobotGaps, Fault::DuplicateRows] {
+    for event in [Event::Bursts, Event::SecondLine, Event::RobotGaps, Event::DuplicateRows] {
         for seed in 0..4 {
-            let recording = fault.simulate(&cell(Preset::Quick, seed), seed).unwrap();
-            assert_right(&recording, &format!("{} {seed}", fault.name()));
+            assert_right(&spoilt(event, seed), &format!("{event:?} {seed}"));
         }
     }
 }
 
 #[test]
 fn bursts_and_a_second_line_are_named_with_their_time() {
-    let recording = Fault::Bursts.simulate(&cell(Preset::Quick, 1), 1).unwrap();
-    let bursts = assert_right(&recording, "bursts");
+    let bursts = assert_right(&spoilt(Event::Bursts, 1), "bursts");
     assert_eq!(bursts.disruptions.len(), 3);
     assert!(bursts.disruptions.iter().all(|d| (18..=22).contains(&d.features)));
-    let recording = Fault::SecondLine.simulate(&cell(Preset::Quick, 2), 2).unwrap();
-    let astray = assert_right(&recording, "second line");
+    let astray = assert_right(&spoilt(Event::SecondLine, 2), "second line");
     let [only] = astray.disruptions[..] else { panic!("{:?}", astray.disruptions) };
     // The edge is 5 mm beside; a line through 165 points of 0.04 mm noise, tilts included, lies within 0.05.
     let Cause::OtherLine(beside_m) = only.cause else { panic!("{only:?}") };
@@ -64,18 +67,17 @@ fn bursts_and_a_second_line_are_named_with_their_time() {
 
 #[test]
 fn a_clock_that_steps_is_refused_and_the_step_named() {
-    for (fault, step_s) in [(Fault::RobotClockStep, -0.080), (Fault::LateImages, 0.045)] {
+    for (event, step_s) in [(Event::RobotClockStep, -0.080), (Event::LateImages, 0.045)] {
         for seed in 0..3 {
-            let recording = fault.simulate(&cell(Preset::Quick, seed), seed).unwrap();
-            let calibration = calibrated(&recording);
-            assert_eq!(calibration.status, Status::NotAccepted, "{} {seed}", fault.name());
+            let calibration = calibrated(&spoilt(event, seed));
+            assert_eq!(calibration.status, Status::NotAccepted, "{event:?} {seed}");
             let found = calibration.disruptions.iter().find_map(|d| match d.cause {
                 Cause::ClockStep(found_s) => Some(found_s),
                 _ => None,
             });
             // Both parts' offsets are known to some 0.1 ms before anything is polished.
             let found = found.unwrap_or_else(|| panic!("{:?}", calibration.reasons));
-            assert!((found - step_s).abs() < 1e-3, "{} {seed}: {found}", fault.name());
+            assert!((found - step_s).abs() < 1e-3, "{event:?} {seed}: {found}");
             assert!(calibration.reasons.iter().any(|r| r.contains("stepped")), "{:?}", calibration.reasons);
         }
     }

@@ -55,6 +55,36 @@ pub fn point_on_sheet(sheet: &SheetAxes, base_from_camera: &Pose, line: &Line) -
     (toward.abs() > 1e-6).then(|| start + direction * ((sheet.offset - sheet.normal.dot(&start)) / toward))
 }
 
+/// The same for a seam that is displaced from the line by `beside` (in base, m) at each place along it, m.
+#[must_use]
+pub fn point_on_sheet_beside(
+    sheet: &SheetAxes,
+    base_from_camera: &Pose,
+    line: &Line,
+    beside: &dyn Fn(f64) -> Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    let camera_from_base = base_from_camera.inverse();
+    let start = (camera_from_base * Point3::from(*line.anchor())).coords;
+    let direction = camera_from_base * line.direction();
+    let toward = sheet.normal.dot(&direction);
+    if toward.abs() < 1e-6 {
+        return None;
+    }
+    let mut along = (sheet.offset - sheet.normal.dot(&start)) / toward;
+    // The seam's slope is far below that of the sheet: each round gains their ratio.
+    for _ in 0..BESIDE_ROUNDS {
+        let shift = camera_from_base.rotation * beside(along);
+        along = (sheet.offset - sheet.normal.dot(&(start + shift))) / toward;
+    }
+    let shift = camera_from_base.rotation * beside(along);
+    let point = start + shift + direction * along;
+    // What is left of the last round is taken out along the seam.
+    Some(point + direction * ((sheet.offset - sheet.normal.dot(&point)) / toward))
+}
+
+/// Rounds of the search for a displaced seam.
+const BESIDE_ROUNDS: usize = 6;
+
 /// What the sensor reports of a point without noise, or `None` if it is out of view.
 #[must_use]
 pub fn measure(sensor: &SensorModel, point_in_camera: &Vector3<f64>) -> Option<Measured> {

@@ -5,8 +5,9 @@
 //! point projected into the camera. Nothing here inverts a measurement and nothing depends on the
 //! estimator, so that a test against it is not a test of the estimator against itself.
 
+pub mod arm;
 pub mod capture;
-pub mod fault;
+pub mod faults;
 pub mod followed_path;
 pub mod images;
 pub mod motion;
@@ -16,14 +17,18 @@ pub mod random_cell;
 pub mod scenario;
 pub mod shutter;
 pub mod simulate;
+pub mod weave;
 pub mod weld;
 
-pub use fault::Fault;
+pub use faults::{Fault, simulate_with_faults};
 pub use followed_path::FollowedPath;
 pub use images::{Joint, Look, PictureScan};
 pub use presets::Preset;
 pub use random_cell::random_cell;
-pub use scenario::{Between, Cell, Disturbance, Scan, Scenario, SensorModel, Timing};
+pub use scenario::{
+    Between, Cell, Disturbance, Progress, Scan, Scenario, SensorModel, Sine, Timing, TrackedIn,
+};
 pub use shutter::{Exposed, Shutter};
 pub use simulate::{simulate, simulate_along};
+pub use weave::Weave;
 pub use weld::{KnownScan, Weld, WeldScan, scan_weld};

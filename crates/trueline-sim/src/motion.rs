@@ -1,9 +1,13 @@
 //! The robot's motion: poses that let the seam appear where the scan wants it in the sheet.
 
 use crate::capture::SheetAxes;
-use crate::scenario::{Between, Scenario};
+use crate::scenario::{Between, Progress, Scenario, TrackedIn};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use std::f64::consts::TAU;
 use trueline_geometry::{Line, Pose};
+
+/// Time in which the sensor is turned about its view between two passes, s.
+const SPIN_TURN_S: f64 = 2.0;
 
 /// The true robot motion.
 pub struct Motion<'a> {
@@ -41,19 +45,52 @@ impl<'a> Motion<'a> {
     }
 
     fn on_the_sines(&self, time_s: f64) -> Pose {
-        let (scan, timing) = (&self.scenario.scan, &self.scenario.timing);
-        let progress = time_s / timing.duration_s - 0.5;
-        let seam_point = self.seam.anchor() + self.seam.direction() * (scan.length_m * progress);
+        let scan = &self.scenario.scan;
+        let seam_point = self.seam.anchor() + self.seam.direction() * (scan.length_m * self.progress(time_s));
         let angle = |axis: usize| scan.attitude_rad[axis] + scan.tilts[axis].at(time_s);
         let [work, travel, spin] = [0, 1, 2].map(angle);
         let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), work)
             * Rotation3::from_axis_angle(&Vector3::x_axis(), travel)
-            * Rotation3::from_axis_angle(&Vector3::z_axis(), spin);
+            * Rotation3::from_axis_angle(&Vector3::z_axis(), spin + self.further_spin_rad(time_s));
         let base_from_camera = self.base_from_sheet * tilt * self.sheet.camera_from_sheet.inverse();
-        let aim = self.sheet.point(scan.lateral.at(time_s), scan.range.at(time_s));
-        let origin = seam_point - base_from_camera * aim;
+        let (lateral_m, range_m) = (scan.lateral.at(time_s), scan.range.at(time_s));
+        let origin = match scan.tracked_in {
+            TrackedIn::Sensor => seam_point - base_from_camera * self.sheet.point(lateral_m, range_m),
+            TrackedIn::Base => {
+                let middle = seam_point - self.base_from_sheet * Vector3::new(lateral_m, 0.0, range_m);
+                middle - base_from_camera * self.sheet.middle
+            }
+        };
         let rotation = UnitQuaternion::from_rotation_matrix(&base_from_camera);
         Pose::from_parts(origin.into(), rotation) * self.scenario.cell.tool_from_camera.inverse()
+    }
+
+    /// Where along the scanned length the scan is, from −½ to ½.
+    fn progress(&self, time_s: f64) -> f64 {
+        let (scan, duration_s) = (&self.scenario.scan, self.scenario.timing.duration_s);
+        if scan.passes <= 1 && scan.progress == Progress::Even {
+            return time_s / duration_s - 0.5;
+        }
+        let passes = f64::from(scan.passes.max(1));
+        let run = (time_s / duration_s * passes).clamp(0.0, passes);
+        let pass = run.floor().min(passes - 1.0);
+        let part = match scan.progress {
+            Progress::Even => run - pass,
+            Progress::Eased => (run - pass) - (TAU * (run - pass)).sin() / TAU,
+        };
+        if (pass as u32).is_multiple_of(2) { part - 0.5 } else { 0.5 - part }
+    }
+
+    /// Spin of the later passes; each turn takes [`SPIN_TURN_S`].
+    fn further_spin_rad(&self, time_s: f64) -> f64 {
+        let (scan, duration_s) = (&self.scenario.scan, self.scenario.timing.duration_s);
+        let turns = 1..scan.passes.max(1);
+        let turned = |pass: u32| {
+            let turn_s = duration_s * f64::from(pass) / f64::from(scan.passes);
+            let part = ((time_s - turn_s) / SPIN_TURN_S + 0.5).clamp(0.0, 1.0);
+            part * part * (3.0 - 2.0 * part)
+        };
+        scan.spin_by_pass_rad * turns.map(turned).sum::<f64>()
     }
 
     /// Straight and at constant rate between the samples before and after.

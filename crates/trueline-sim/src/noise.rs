@@ -23,6 +23,11 @@ impl Noise {
         Self { random }
     }
 
+    /// The stream of one of several faults.
+    pub(crate) fn for_fault(seed: u64, index: usize) -> Self {
+        Self::new(seed, 100 + index as u64)
+    }
+
     /// A normal number of a standard deviation.
     pub fn normal(&mut self, sigma: f64) -> f64 {
         let unit: f64 = StandardNormal.sample(&mut self.random);

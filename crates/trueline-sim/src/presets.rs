@@ -1,6 +1,8 @@
 //! Scans with a name.
 
-use crate::scenario::{Between, Cell, Disturbance, Scan, Scenario, SensorModel, Sine, Timing};
+use crate::scenario::{
+    Between, Cell, Disturbance, Progress, Scan, Scenario, SensorModel, Sine, Timing, TrackedIn,
+};
 use nalgebra::{UnitVector3, Vector2, Vector3};
 use trueline_geometry::{Line, Plane, Pose, se3, so3};
 use trueline_model::{BrownConrady, Camera};
@@ -12,6 +14,8 @@ pub enum Preset {
     Paper,
     /// 20 s, ±15° and ±10 mm stand-off: well excited.
     Quick,
+    /// 20 s, 200 mm, ±20 mm, ±25° about three axes and ±25 mm stand-off: what a good scan is.
+    Good,
     /// 20 s with hardly any tilt: all is visible, little is known well.
     Weak,
     /// As `Quick`, with a second line beside the first.
@@ -26,9 +30,10 @@ pub enum Preset {
 
 impl Preset {
     /// All presets.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Paper,
         Self::Quick,
+        Self::Good,
         Self::Weak,
         Self::TwoLines,
         Self::Profiler,
@@ -42,6 +47,7 @@ impl Preset {
         match self {
             Self::Paper => "paper",
             Self::Quick => "quick",
+            Self::Good => "good",
             Self::Weak => "weak",
             Self::TwoLines => "two-lines",
             Self::Profiler => "profiler",
@@ -62,6 +68,7 @@ impl Preset {
                 ..quick
             },
             Self::Quick => quick,
+            Self::Good => Scenario { scan: good_scan(), ..quick },
             Self::Weak => Scenario { scan: scan(0.005, 0.001, 2.0), ..quick },
             Self::TwoLines => Scenario { cell: two_lines(quick.cell), ..quick },
             Self::Profiler => Scenario { cell: with_profiler(quick.cell), ..quick },
@@ -106,7 +113,16 @@ fn scan(lateral_m: f64, range_m: f64, tilt_deg: f64) -> Scan {
         // A torch with a work angle and a little travel angle, mounted by eye.
         attitude_rad: [10.0_f64.to_radians(), 12.0_f64.to_radians(), 8.0_f64.to_radians()],
         tilts: [sine(tilt, 0.23, 0.5), sine(tilt, 0.17, 2.0), sine(tilt, 0.13, 4.0)],
+        tracked_in: TrackedIn::Sensor,
+        progress: Progress::Even,
+        passes: 1,
+        spin_by_pass_rad: 0.0,
     }
+}
+
+/// The same about an attitude square to the seam, with all that the field of view allows.
+fn good_scan() -> Scan {
+    Scan { length_m: 0.2, attitude_rad: [0.0; 3], ..scan(0.020, 0.025, 25.0) }
 }
 
 /// A camera like the paper's (2448 × 2000, 3.45 µm, about 12 mm) with the sheet of its public

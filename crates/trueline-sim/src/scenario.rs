@@ -56,7 +56,7 @@ pub enum SensorModel {
     },
 }
 
-/// An S-shaped scan: steady progress along the line, sines on everything else.
+/// An S-shaped scan: progress along the line, sines on everything else.
 #[derive(Clone, Debug)]
 pub struct Scan {
     /// Length of line that is passed over, m.
@@ -70,6 +70,34 @@ pub struct Scan {
     pub attitude_rad: [f64; 3],
     /// Work angle, travel angle and spin over time: amplitudes in rad.
     pub tilts: [Sine; 3],
+    /// In which frame the sines of place are laid out.
+    pub tracked_in: TrackedIn,
+    /// How the scan runs along the line.
+    pub progress: Progress,
+    /// How often it runs over the line, there and back.
+    pub passes: u32,
+    /// Further spin of each pass after the first, rad: a second pass with the sensor turned about its view.
+    pub spin_by_pass_rad: f64,
+}
+
+/// In which frame a weave is laid out. At constant attitude both are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TrackedIn {
+    /// The seam appears where the sines say in the sensor's sheet, whatever the tilts do.
+    #[default]
+    Sensor,
+    /// The middle of the field of view moves in base as the sines say, and the tilts turn about it.
+    Base,
+}
+
+/// How a scan runs along the line.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Progress {
+    /// At constant speed.
+    #[default]
+    Even,
+    /// Starting and ending each pass at rest.
+    Eased,
 }
 
 /// A sine over time, amplitude · sin(2π·frequency·t + phase).

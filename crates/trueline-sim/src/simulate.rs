@@ -1,13 +1,15 @@
 //! A scenario and a seed in, a recording with its truth out.
 
-use crate::capture::{SheetAxes, measure, point_on_sheet};
+use crate::capture::{SheetAxes, measure, point_on_sheet, point_on_sheet_beside};
+use crate::faults::{Fault, FeatureErrors, RobotErrors, SeamForms, line_beside};
 use crate::motion::Motion;
 use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Receiver, Shutter};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
-use trueline_dataset::{Feature, Guess, Recording, RobotSample, Sensor, SensorSetup, Truth};
-use trueline_geometry::Pose;
+use trueline_dataset::{Feature, Guess, Measured, Recording, RobotSample, Sensor, SensorSetup, Truth};
+use trueline_geometry::{Line, Pose};
 
 /// Simulates a scan. The same scenario and seed give the same recording, bit for bit.
 ///
@@ -22,19 +24,31 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Option<Recording> {
 /// true pose at a time since the start, s.
 #[must_use]
 pub fn simulate_along(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose, seed: u64) -> Recording {
+    // Only a robot that cannot reach its path fails, and without faults there is none.
+    record(scenario, base_from_tool, &[], seed).unwrap_or_else(|| unreachable!("a path without faults"))
+}
+
+/// The recording of a scan along a path, with those faults that act while it is made.
+pub(crate) fn record(
+    scenario: &Scenario,
+    base_from_tool: &dyn Fn(f64) -> Pose,
+    faults: &[Fault],
+    seed: u64,
+) -> Option<Recording> {
     let parameters = Guess {
         time_offset_s: scenario.timing.time_offset_s,
         tool_from_camera: scenario.cell.tool_from_camera,
     };
-    Recording {
+    let robot = RobotErrors::new(scenario, base_from_tool, faults, seed)?;
+    Some(Recording {
         sensor: sensor(&scenario.cell.sensor),
         setup: SensorSetup::default(),
-        robot: robot_samples(scenario, base_from_tool, seed),
-        features: features(scenario, base_from_tool, seed),
+        robot: robot_samples(scenario, &|time_s| robot.reported(time_s), seed),
+        features: features(scenario, &|time_s| robot.actual(time_s), faults, seed),
         initial: None,
         truth: Some(Truth { parameters, lines: scenario.cell.lines.clone() }),
         inputs: BTreeMap::new(),
-    }
+    })
 }
 
 fn sensor(model: &SensorModel) -> Sensor {
@@ -64,22 +78,27 @@ fn robot_samples(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose, seed
         .collect()
 }
 
-fn features(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose, seed: u64) -> Vec<Feature> {
+fn features(
+    scenario: &Scenario,
+    base_from_tool: &dyn Fn(f64) -> Pose,
+    faults: &[Fault],
+    seed: u64,
+) -> Vec<Feature> {
     let disturbance = &scenario.disturbance;
     let sheet = SheetAxes::of(&scenario.cell.sensor);
     let (mut noise, mut chance) = (Noise::new(seed, 2), Noise::new(seed, 3));
     let mut shutter = Shutter::new(scenario);
+    let mut errors = FeatureErrors::new(scenario, faults, seed);
+    let view = View { scenario, sheet: &sheet, forms: SeamForms::of(scenario, faults, seed), base_from_tool };
     let mut features = Vec::new();
     for _ in 0..shutter.count() {
         let Exposed { frame, exposed_s, stamp_ns } = shutter.expose(&mut noise);
+        errors.next_frame();
         if chance.happens(disturbance.drop_fraction) {
             continue;
         }
-        let base_from_camera = base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
         for (line, truth) in scenario.cell.lines.iter().enumerate() {
-            let seen = point_on_sheet(&sheet, &base_from_camera, truth)
-                .and_then(|point| measure(&scenario.cell.sensor, &point));
-            let Some(seen) = seen else { continue };
+            let Some(seen) = view.seen(truth, exposed_s, &mut errors) else { continue };
             let measured = if chance.happens(disturbance.outlier_fraction) {
                 chance.outlier(&scenario.cell.sensor, &sheet)
             } else {
@@ -97,3 +116,46 @@ fn features(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose, seed: u64
     }
     features
 }
+
+/// What the sensor sees of the seams.
+struct View<'a> {
+    scenario: &'a Scenario,
+    sheet: &'a SheetAxes,
+    forms: SeamForms,
+    base_from_tool: &'a dyn Fn(f64) -> Pose,
+}
+
+impl View<'_> {
+    /// The feature of a line without noise, in an image whose middle row is exposed at a time, s.
+    fn seen(&self, line: &Line, exposed_s: f64, errors: &mut FeatureErrors) -> Option<Measured> {
+        let beside_m = errors.beside_m(exposed_s);
+        let line = if beside_m == 0.0 { *line } else { line_beside(self.scenario, line, beside_m) };
+        let shift = self.forms.in_base(errors.shift_m());
+        let mut row_delay_s = 0.0;
+        let (mut seen, mut base_from_camera) = self.seen_at(&line, exposed_s, &shift)?;
+        // A row is exposed when its turn comes, and which row it is depends on when.
+        for _ in 0..ROLLING_ROUNDS {
+            let delay_s = errors.row_delay_s(&seen, &self.scenario.cell.sensor);
+            if delay_s == row_delay_s {
+                break;
+            }
+            row_delay_s = delay_s;
+            (seen, base_from_camera) = self.seen_at(&line, exposed_s + delay_s, &shift)?;
+        }
+        Some(errors.biased(seen, &self.scenario.cell.sensor, self.sheet, &base_from_camera))
+    }
+
+    fn seen_at(&self, line: &Line, time_s: f64, shift: &Vector3<f64>) -> Option<(Measured, Pose)> {
+        let base_from_camera = (self.base_from_tool)(time_s) * self.scenario.cell.tool_from_camera;
+        let point = if self.forms.is_straight() && *shift == Vector3::zeros() {
+            point_on_sheet(self.sheet, &base_from_camera, line)?
+        } else {
+            let beside = |along_m: f64| self.forms.displacement(along_m) + shift;
+            point_on_sheet_beside(self.sheet, &base_from_camera, line, &beside)?
+        };
+        Some((measure(&self.scenario.cell.sensor, &point)?, base_from_camera))
+    }
+}
+
+/// Each round gains the seam's speed over the rows' speed: a factor of fifty and more.
+const ROLLING_ROUNDS: usize = 4;

@@ -1,16 +1,22 @@
 //! `trueline simulate`.
 
+use super::simulate_path::PathArgs;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
+use trueline_sim::Fault;
+use trueline_sim::faults::{FAULT_NAMES, FaultName};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
   trueline simulate --preset paper --out paper-scan
   trueline simulate --preset quick --random-cell --seed 7 --outliers 0.4 --out wild
   trueline simulate --preset quick --fault robot-clock-step --out stepped
+  trueline simulate --preset good --fault plane-offset=0.25 --fault wobble=0.1,5 --out real
+  trueline simulate --weave-frame sensor --lateral-hz 0.75 --range-hz 0.75 --out alias
   trueline simulate --preset two-lines --noise-free --out exact
   trueline simulate --plan plan --seed 3 --out planned-scan
-  trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures")]
+  trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures",
+    after_long_help = faults_help())]
 pub struct SimulateArgs {
     /// Folder to write; it must not hold a dataset yet
     #[arg(long)]
@@ -19,7 +25,7 @@ pub struct SimulateArgs {
     #[arg(long, value_enum, default_value_t = PresetName::Quick)]
     pub preset: PresetName,
     /// Follow the plan in this folder instead: hand-eye and line are off its guess by as much as it allows for
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["preset", "random_cell", "duration_s", "robot_period_ms", "frame_period_ms", "images", "fault"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["preset", "random_cell", "duration_s", "robot_period_ms", "frame_period_ms", "images", "faults"])]
     pub plan: Option<PathBuf>,
     /// With --plan: hand-eye and line are as the plan has them
     #[arg(long, requires = "plan")]
@@ -63,9 +69,11 @@ pub struct SimulateArgs {
     /// Part of the frames that is lost, 0 to 1
     #[arg(long)]
     pub drops: Option<f64>,
-    /// Something that goes wrong in the recording
-    #[arg(long, value_enum)]
-    pub fault: Option<FaultName>,
+    /// Something that is wrong, with its size: plane-offset=0.25 (may be given several times; --help lists all)
+    #[arg(long = "fault", value_name = "NAME[=SIZE[,SIZE]]")]
+    pub faults: Vec<Fault>,
+    #[command(flatten)]
+    pub path: PathArgs,
     /// Time between images, ms
     #[arg(long)]
     pub frame_period_ms: Option<f64>,
@@ -104,6 +112,8 @@ pub enum PresetName {
     Paper,
     /// 20 s, well excited
     Quick,
+    /// 20 s, 200 mm, ±20 mm, ±25°, ±25 mm stand-off
+    Good,
     /// 20 s, hardly any tilt
     Weak,
     /// Two lines beside each other
@@ -144,18 +154,14 @@ pub enum LookName {
     Welding,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum FaultName {
-    /// Twenty bad frames in a row, three times
-    Bursts,
-    /// For a quarter of the scan the detector follows a parallel edge 5 mm beside
-    SecondLine,
-    /// The robot stream is silent for 0.4 s, twice
-    RobotGaps,
-    /// Every 50th robot row is recorded twice
-    DuplicateRows,
-    /// The robot's clock is set forward by 80 ms two thirds through
-    RobotClockStep,
-    /// From two thirds on images arrive 45 ms later
-    LateImages,
+/// The list of faults for the long help.
+fn faults_help() -> String {
+    let row = |kind: &FaultName| {
+        let defaults: Vec<String> = kind.defaults.iter().map(f64::to_string).collect();
+        let size = if defaults.is_empty() { String::new() } else { format!("={}", defaults.join(",")) };
+        let units = if kind.units.is_empty() { String::new() } else { format!(" [{}]", kind.units) };
+        format!("  {}{size}{units}: {}\n", kind.name, kind.description)
+    };
+    let rows: String = FAULT_NAMES.iter().map(row).collect();
+    format!("Faults, with their default sizes and units:\n{rows}")
 }

@@ -1,14 +1,15 @@
 //! `trueline simulate`.
 
 use super::simulate_images;
-use crate::args::{FaultName, PresetName, SimulateArgs};
+use crate::args::{FrameName, PathArgs, PresetName, ProgressName, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::{self, PlannedScan};
 use std::process::ExitCode;
 use trueline_dataset::{Recording, folder};
 use trueline_sim::{
-    Between, Disturbance, Fault, Preset, Scenario, Timing, random_cell, simulate, simulate_along,
+    Between, Disturbance, Preset, Progress, Scan, Scenario, Timing, TrackedIn, random_cell, simulate_along,
+    simulate_with_faults,
 };
 
 /// Offsets of random cells lie within this, s.
@@ -23,12 +24,13 @@ pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     if args.images {
         return simulate_images::run(args, &scenario);
     }
-    let recording = match args.fault {
-        Some(name) => fault(name).simulate(&scenario, args.seed),
-        None => simulate(&scenario, args.seed),
-    };
-    let recording =
-        recording.ok_or_else(|| Failure::new("the scenario has no line", "choose another preset"))?;
+    let recording = simulate_with_faults(&scenario, &args.faults, args.seed).ok_or_else(|| {
+        Failure::new(
+            "this sensor or path cannot have these faults",
+            "`plane-…`, `focal`, `principal-point-…` and `distortion` are of cameras, `profile-…` of profilers; a robot arm \
+             must reach the path",
+        )
+    })?;
     write(args, &recording)
 }
 
@@ -60,22 +62,12 @@ fn write(args: &SimulateArgs, recording: &Recording) -> Result<ExitCode, Failure
     Ok(ExitCode::SUCCESS)
 }
 
-fn fault(name: FaultName) -> Fault {
-    match name {
-        FaultName::Bursts => Fault::Bursts,
-        FaultName::SecondLine => Fault::SecondLine,
-        FaultName::RobotGaps => Fault::RobotGaps,
-        FaultName::DuplicateRows => Fault::DuplicateRows,
-        FaultName::RobotClockStep => Fault::RobotClockStep,
-        FaultName::LateImages => Fault::LateImages,
-    }
-}
-
 /// The preset of a name.
 pub fn preset(name: PresetName) -> Preset {
     match name {
         PresetName::Paper => Preset::Paper,
         PresetName::Quick => Preset::Quick,
+        PresetName::Good => Preset::Good,
         PresetName::Weak => Preset::Weak,
         PresetName::TwoLines => Preset::TwoLines,
         PresetName::Profiler => Preset::Profiler,
@@ -94,8 +86,47 @@ fn scenario(args: &SimulateArgs) -> Result<Scenario, Failure> {
         scenario.timing.between = Between::Straight;
     }
     override_timing(&mut scenario.timing, args)?;
+    override_path(&mut scenario.scan, &args.path)?;
     override_disturbance(&mut scenario.disturbance, args)?;
     Ok(scenario)
+}
+
+fn override_path(scan: &mut Scan, args: &PathArgs) -> Result<(), Failure> {
+    let degree = 1f64.to_radians();
+    if let Some(frame) = args.weave_frame {
+        scan.tracked_in = match frame {
+            FrameName::Sensor => TrackedIn::Sensor,
+            FrameName::Base => TrackedIn::Base,
+        };
+    }
+    if let Some(progress) = args.progress {
+        scan.progress = match progress {
+            ProgressName::Even => Progress::Even,
+            ProgressName::Eased => Progress::Eased,
+        };
+    }
+    scan.passes = args.passes.unwrap_or(scan.passes);
+    let overrides = [
+        (&mut scan.lateral.amplitude, args.lateral_mm, 1e-3, "--lateral-mm", 0.0),
+        (&mut scan.lateral.frequency_hz, args.lateral_hz, 1.0, "--lateral-hz", 0.0),
+        (&mut scan.range.amplitude, args.range_mm, 1e-3, "--range-mm", 0.0),
+        (&mut scan.range.frequency_hz, args.range_hz, 1.0, "--range-hz", 0.0),
+        (&mut scan.length_m, args.length_mm, 1e-3, "--length-mm", 0.0),
+        (&mut scan.spin_by_pass_rad, args.spin_by_pass_deg, degree, "--spin-by-pass-deg", f64::NEG_INFINITY),
+    ];
+    overrides.into_iter().try_for_each(apply)?;
+    for (axis, tilt) in scan.tilts.iter_mut().enumerate() {
+        apply((&mut tilt.amplitude, args.tilt_deg, degree, "--tilt-deg", 0.0))?;
+        let own = args.tilt_hz.get(axis).or(args.tilt_hz.first()).copied();
+        apply((&mut tilt.frequency_hz, own, 1.0, "--tilt-hz", 0.0))?;
+    }
+    if args.tilt_hz.len() == 2 {
+        return Err(Failure::new(
+            "`--tilt-hz`: expected one frequency or three, found 2",
+            "give one for each tilt",
+        ));
+    }
+    Ok(())
 }
 
 fn override_timing(timing: &mut Timing, args: &SimulateArgs) -> Result<(), Failure> {

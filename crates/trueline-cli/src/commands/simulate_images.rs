@@ -1,7 +1,7 @@
 //! `trueline simulate --images`.
 
 use super::simulate::apply;
-use crate::args::{FaultName, LookName, SceneName, SimulateArgs};
+use crate::args::{LookName, SceneName, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress;
@@ -12,13 +12,14 @@ use std::process::ExitCode;
 use trueline_dataset::{
     Error, Feature, FrameFile, Measured, Problem, features_csv, folder, gray_png, images,
 };
+use trueline_sim::faults::Event;
 use trueline_sim::images::Picture;
-use trueline_sim::{Exposed, Joint, Look, PictureScan, Scenario, simulate};
+use trueline_sim::{Exposed, Fault, Joint, Look, PictureScan, Scenario, simulate_with_faults};
 
 /// Runs the command.
 pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
     let scan = scan(args, scenario)?;
-    let mut recording = simulate(scenario, args.seed).ok_or_else(no_pictures)?;
+    let mut recording = simulate_with_faults(scenario, &args.faults, args.seed).ok_or_else(no_pictures)?;
     recording.features.clear();
     folder::write(&args.out, &recording)?;
     let pictures = args.out.join("images");
@@ -41,6 +42,10 @@ pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure
     Ok(ExitCode::SUCCESS)
 }
 
+/// Faults of the robot's stream alone, whatever the camera sees.
+const ROBOT_STREAM_FAULTS: [Fault; 3] =
+    [Fault::Event(Event::RobotGaps), Fault::Event(Event::DuplicateRows), Fault::Event(Event::RobotClockStep)];
+
 fn no_pictures() -> Failure {
     Failure::new(
         "this preset has no camera, or no line",
@@ -55,12 +60,10 @@ fn scan<'a>(args: &SimulateArgs, scenario: &'a Scenario) -> Result<PictureScan<'
             "choose another preset",
         ));
     }
-    if let Some(name) = args.fault
-        && !matches!(name, FaultName::RobotGaps)
-    {
+    if !args.faults.iter().all(|fault| ROBOT_STREAM_FAULTS.contains(fault)) {
         return Err(Failure::new(
             "`--fault` changes features, and pictures have none",
-            "leave one of them out",
+            "leave one of them out; robot-gaps, duplicate-rows and robot-clock-step work with both",
         ));
     }
     let mut look = look(args.look);

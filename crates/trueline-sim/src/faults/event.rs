@@ -1,64 +1,21 @@
-//! What goes wrong in a recording after it was made well: each takes a recording and spoils it.
+//! Things that happen once during a recording.
 
+use super::fault::Event;
 use crate::noise::Noise;
 use crate::scenario::Scenario;
 use crate::simulate;
-use nalgebra::UnitVector3;
 use trueline_dataset::{Feature, Measured, Recording};
-use trueline_geometry::Line;
 
-/// One thing that goes wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
-    /// Twenty bad frames in a row, three times: spatter, a hand, a glare.
-    Bursts,
-    /// For a quarter of the scan the detector follows a parallel edge 5 mm beside.
-    SecondLine,
-    /// The robot stream is silent for 0.4 s, twice.
-    RobotGaps,
-    /// Every 50th robot row is recorded twice.
-    DuplicateRows,
-    /// The robot's clock is set forward by 80 ms two thirds through.
-    RobotClockStep,
-    /// Images queue up: from two thirds on they arrive 45 ms later.
-    LateImages,
-}
-
-impl Fault {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::Bursts,
-        Self::SecondLine,
-        Self::RobotGaps,
-        Self::DuplicateRows,
-        Self::RobotClockStep,
-        Self::LateImages,
-    ];
-
-    /// The name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Bursts => "bursts",
-            Self::SecondLine => "second-line",
-            Self::RobotGaps => "robot-gaps",
-            Self::DuplicateRows => "duplicate-rows",
-            Self::RobotClockStep => "robot-clock-step",
-            Self::LateImages => "late-images",
-        }
-    }
-
-    /// Simulates a scan in which this goes wrong; `None` for a scenario without a line.
-    #[must_use]
-    pub fn simulate(self, scenario: &Scenario, seed: u64) -> Option<Recording> {
-        let mut recording = simulate(scenario, seed)?;
+impl Event {
+    /// Lets this happen in a recording; `None` for a scenario without a line.
+    pub(super) fn apply(self, recording: &mut Recording, scenario: &Scenario, seed: u64) -> Option<()> {
         let (start_ns, end_ns) = (recording.robot.first()?.stamp_ns, recording.robot.last()?.stamp_ns);
         let at = |part: f64| start_ns + ((end_ns - start_ns) as f64 * part) as i64;
         match self {
             Self::Bursts => bursts(&mut recording.features, scenario, seed),
             Self::SecondLine => {
                 let astray = |f: &Feature| (at(0.4)..at(0.65)).contains(&f.stamp_ns);
-                let edge = seen_on_edge_beside(scenario, seed, 0.005)?;
+                let edge = seen_on_line_beside(scenario, seed, 0.005)?;
                 recording.features.retain(|f| f.line != 0 || !astray(f));
                 recording.features.extend(edge.into_iter().filter(astray));
                 recording.features.sort_by_key(|f| f.stamp_ns);
@@ -68,7 +25,7 @@ impl Fault {
             }),
             Self::DuplicateRows => {
                 let twice = |(k, sample)| std::iter::repeat_n(sample, if k % 50 == 7 { 2 } else { 1 });
-                recording.robot = recording.robot.into_iter().enumerate().flat_map(twice).collect();
+                recording.robot = recording.robot.drain(..).enumerate().flat_map(twice).collect();
             }
             Self::RobotClockStep => {
                 for sample in recording.robot.iter_mut().filter(|s| s.stamp_ns >= at(2.0 / 3.0)) {
@@ -81,7 +38,7 @@ impl Fault {
                 }
             }
         }
-        Some(recording)
+        Some(())
     }
 }
 
@@ -106,14 +63,12 @@ fn beside(measured: Measured, by: f64) -> Measured {
     }
 }
 
-/// What the same scan sees of a parallel edge, under the label of the first line.
-fn seen_on_edge_beside(scenario: &Scenario, seed: u64, by_m: f64) -> Option<Vec<Feature>> {
+/// What the same scan sees of a parallel line, under the label of the first.
+fn seen_on_line_beside(scenario: &Scenario, seed: u64, by_m: f64) -> Option<Vec<Feature>> {
     let mut other = scenario.clone();
     let seam = scenario.cell.lines.first()?;
-    let across = scenario.cell.approach.cross(&seam.direction()).normalize();
-    let edge = Line::new(seam.anchor() + across * by_m, &UnitVector3::new_normalize(seam.direction()));
     // The path still follows the first line.
-    other.cell.lines = vec![*seam, edge];
+    other.cell.lines = vec![*seam, super::feature_error::line_beside(scenario, seam, by_m)];
     let seen = simulate(&other, seed)?.features;
     Some(seen.into_iter().filter(|f| f.line == 1).map(|f| Feature { line: 0, ..f }).collect())
 }
