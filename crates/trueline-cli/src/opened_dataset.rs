@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output;
-use crate::pictures::{self, Look};
+use crate::pictures::{self, PictureOptions};
 use crate::planned_scan::read_text;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -99,14 +99,15 @@ impl OpenedDataset {
         if self.folder.join("features.csv").exists() || !images::index_of(&self.folder).exists() {
             return Ok(());
         }
-        let found = pictures::look_at(&self.folder, &Look { joint, overlay: None, threads: None, quiet })?;
+        let options = PictureOptions { joint, overlay: None, threads: None, quiet };
+        let scan = pictures::examine(&self.folder, &options)?;
         if !quiet {
-            output::words(&found.summary());
+            output::words(&pictures::summary(&scan));
         }
-        let features = found.features();
+        let features = scan.features();
         if features.is_empty() {
             return Err(Failure::new(
-                format!("there is no seam in any of {} pictures", found.looked_at()),
+                format!("there is no seam in any of {} pictures", scan.frames.len()),
                 "`trueline features DATASET --overlay FOLDER` draws what is seen; --joint names the joint",
             ));
         }

@@ -2,45 +2,54 @@
 
 use crate::failure::Failure;
 use std::fs;
-use std::path::Path;
-use trueline_dataset::{Error, GrayImage, Problem, gray_png};
+use std::path::{Path, PathBuf};
+use trueline_dataset::{Error, GrayImage, Pixels, Problem, gray_png};
 use trueline_vision::overlay::Canvas;
-use trueline_vision::{Detector, NotFound, Seam};
+use trueline_vision::scan::{ExaminedPicture, ScanError};
 
-/// Makes the folder.
-pub fn prepare(folder: &Path) -> Result<(), Failure> {
-    let used = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
-    if used {
-        return Err(Error::in_file(folder, Problem::AlreadyExists).into());
-    }
-    fs::create_dir_all(folder).map_err(|e| Error::in_file(folder, Problem::Io(e)))?;
-    Ok(())
+/// A new folder for such pictures.
+pub struct OverlayFolder {
+    folder: PathBuf,
+    /// Every how many pictures one is drawn.
+    every: usize,
 }
 
-/// Draws a frame with its pieces and its seam into a file of a name; a frame without a seam says so in it.
-pub fn draw(
-    name: &Path,
-    image: &GrayImage,
-    detector: &Detector,
-    seam: &Result<Seam, NotFound>,
-) -> Result<(), Failure> {
-    let mut canvas = Canvas::new(image.width, image.height, &levels(image));
-    for piece in detector.pieces() {
-        canvas.piece(piece, detector.lens());
+impl OverlayFolder {
+    /// Makes the folder.
+    pub fn create(folder: &Path, every: usize) -> Result<Self, Failure> {
+        let used = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
+        if used {
+            return Err(Error::in_file(folder, Problem::AlreadyExists).into());
+        }
+        fs::create_dir_all(folder).map_err(|e| Error::in_file(folder, Problem::Io(e)))?;
+        Ok(Self { folder: folder.to_owned(), every })
     }
-    if let Ok(seam) = seam {
-        canvas.seam(seam);
+
+    /// Draws a picture with its line segments and its seam, if it is one that is drawn; a picture without a seam says
+    /// so in its name.
+    pub fn draw(&self, picture: &ExaminedPicture<'_>) -> Result<(), ScanError> {
+        if !picture.number.is_multiple_of(self.every) {
+            return Ok(());
+        }
+        let (image, detector) = (picture.image, picture.detector);
+        let mut canvas = Canvas::new(image.width, image.height, &levels(image));
+        for segment in detector.segments() {
+            canvas.segment(segment, detector.lens());
+        }
+        if let Ok(seam) = picture.seam {
+            canvas.seam(seam);
+        }
+        let found = if picture.seam.is_ok() { "" } else { "-not-found" };
+        let file = self.folder.join(format!("{:06}{found}.png", picture.number));
+        Ok(gray_png::write_rgb(&file, [image.width, image.height], canvas.rgb())?)
     }
-    let found = if seam.is_ok() { "" } else { "-not-found" };
-    let file = format!("{}{found}.png", name.display());
-    Ok(gray_png::write_rgb(Path::new(&file), [image.width, image.height], canvas.rgb())?)
 }
 
 /// Levels of 8 bits.
 fn levels(image: &GrayImage) -> Vec<u8> {
     match &image.pixels {
-        trueline_dataset::Pixels::Eight(levels) => levels.clone(),
-        trueline_dataset::Pixels::Sixteen(levels) => {
+        Pixels::Eight(levels) => levels.clone(),
+        Pixels::Sixteen(levels) => {
             let brightest = levels.iter().copied().max().unwrap_or(0).max(255);
             levels.iter().map(|level| (u32::from(*level) * 255 / u32::from(brightest)) as u8).collect()
         }

@@ -30,7 +30,7 @@ const ALLOWED: [(&str, &[&str]); 15] = [
         &["trueline-method", "trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"],
     ),
     ("trueline-sim", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
-    ("trueline-vision", &["trueline-geometry", "trueline-model"]),
+    ("trueline-vision", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     (
         "trueline-report",
         &[

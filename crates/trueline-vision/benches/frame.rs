@@ -5,7 +5,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_sim::{Joint as Scene, Look, PictureScan, Preset, SensorModel};
-use trueline_vision::tiles::Tiles;
+use trueline_vision::locate::tiles::Tiles;
 use trueline_vision::{Detector, Joint, Lens, Picture};
 
 /// Pictures that are looked at in turn: more than the caches hold.

@@ -1,22 +1,23 @@
-//! Which method finds the stripe's middle best: the usual ones and ours on the same cuts of the same pictures, and the
+//! Which method finds the stripe's middle best: the usual ones and ours on the same sections of the same pictures, and the
 //! bound that speckle and noise set.
 //!
 //! `cargo run --release -p trueline-vision --example methods` prints the table of BENCHMARKS.md. Every method
-//! gets the same pieces, the same cuts and the same robust line through its middles; what differs is the middle.
+//! gets the same segments, the same sections and the same robust line through its middles; what differs is the middle.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "an example prints and may fail")]
 
 use nalgebra::{Matrix2, Vector2};
 use std::time::{Duration, Instant};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_sim::{Joint as Scene, Look, PictureScan, Preset, SensorModel};
-use trueline_vision::corner::{Pair, pairs};
+use trueline_vision::frame::Frame;
+use trueline_vision::joint::corner::{Pair, pairs};
 use trueline_vision::line::Line2;
-use trueline_vision::regression::{Regressor, Shift};
-use trueline_vision::track::Track;
+use trueline_vision::measure::regression::{Regressor, Shift};
+use trueline_vision::measure::track::Track;
 use trueline_vision::{Detector, Joint, Lens, Picture};
 
 const PICTURES: f64 = 60.0;
-/// Half of a cut, px: four standard deviations of the stripe.
+/// Half of a section, px: four standard deviations of the stripe.
 const HALF: i64 = 10;
 /// Where arms begin, px from the corner.
 const FROM_PX: f64 = 12.0;
@@ -29,11 +30,11 @@ enum Method {
     Steger,
 }
 
-/// The middle of a cut, px from its centre pixel.
-fn middle(method: Method, cut: &[f32]) -> Option<f64> {
-    let ground = cut[0].min(cut[cut.len() - 1]);
-    let at = |k: usize| f64::from(cut[k] - ground);
-    let top = (1..cut.len() - 1).max_by(|a, b| cut[*a].total_cmp(&cut[*b]))?;
+/// The middle of a section, px from its centre pixel.
+fn middle(method: Method, section: &[f32]) -> Option<f64> {
+    let ground = section[0].min(section[section.len() - 1]);
+    let at = |k: usize| f64::from(section[k] - ground);
+    let top = (1..section.len() - 1).max_by(|a, b| section[*a].total_cmp(&section[*b]))?;
     let vertex = |f: &dyn Fn(f64) -> f64| {
         let [a, b, c] = [f(at(top - 1)), f(at(top)), f(at(top + 1))];
         (a + c - 2.0 * b < 0.0).then(|| top as f64 + 0.5 * (a - c) / (a + c - 2.0 * b))
@@ -41,10 +42,10 @@ fn middle(method: Method, cut: &[f32]) -> Option<f64> {
     let place = match method {
         Method::Peak | Method::Steger => vertex(&|level| level)?,
         Method::Gravity => {
-            let mass: f64 = (0..cut.len()).map(at).sum();
-            (0..cut.len()).map(|k| k as f64 * at(k)).sum::<f64>() / mass
+            let mass: f64 = (0..section.len()).map(at).sum();
+            (0..section.len()).map(|k| k as f64 * at(k)).sum::<f64>() / mass
         }
-        Method::GaussianFit => gaussian(cut.len(), &at)?,
+        Method::GaussianFit => gaussian(section.len(), &at)?,
     };
     (place - HALF as f64).is_finite().then_some(place - HALF as f64)
 }
@@ -95,10 +96,10 @@ impl Bench {
         line: &Line2,
         span: [f64; 2],
     ) -> Option<Line2> {
-        self.track.lay(line, span, (picture, &self.lens));
+        self.track.lay(line, span, Frame { picture, lens: &self.lens });
         let (width, height) = (picture.width() as i64, picture.height() as i64);
         let by_columns = self.track.by_columns;
-        let mut cut = [0.0_f32; 2 * HALF as usize + 1];
+        let mut section = [0.0_f32; 2 * HALF as usize + 1];
         let shifts: Vec<Shift> = self
             .track
             .stations
@@ -109,7 +110,7 @@ impl Bench {
                 if centre < HALF || centre + HALF >= limit {
                     return None;
                 }
-                for (k, level) in cut.iter_mut().enumerate() {
+                for (k, level) in section.iter_mut().enumerate() {
                     let across = (centre - HALF) as usize + k;
                     let (u, v) = if by_columns { (station.at, across) } else { (across, station.at) };
                     let at = v * picture.width() + u;
@@ -119,7 +120,7 @@ impl Bench {
                         f32::from(picture.levels()[at])
                     };
                 }
-                let off = middle(method, &cut)? + centre as f64 - station.centre;
+                let off = middle(method, &section)? + centre as f64 - station.centre;
                 Some(Shift { s: station.s, shift_px: off / station.stretch, weight: 1.0, response: 1.0 })
             })
             .collect();
@@ -240,7 +241,7 @@ fn main() {
             times[methods.len()] += start.elapsed();
             errors[methods.len()].push((seam.pixel - truth).norm_squared());
             let pair =
-                pairs(detector.pieces(), &lens).max_by(|a, b| a.score().total_cmp(&b.score())).unwrap();
+                pairs(detector.segments(), &lens).max_by(|a, b| a.score().total_cmp(&b.score())).unwrap();
             let stripes =
                 [0, 1].map(|k| stripe_of(&eight(&reference.image), &lens, &pair.arms[k], pair.lengths[k]));
             bounds.push(bound(&pair, stripes, &look));

@@ -1,51 +1,18 @@
 //! From a picture to its seam point: the recipe.
 
-use crate::butt::Gap;
-use crate::edge::EndFinder;
-use crate::element::{Element, elements};
-use crate::face::FaceFinder;
+use crate::evidence::Evidence;
+use crate::frame::Frame;
+use crate::joint::butt::ButtFinder;
+use crate::joint::lap::LapFinder;
+use crate::joint::{fillet, v_groove};
 use crate::lens::Lens;
+use crate::locate::edgel::{Edgel, edgels};
+use crate::locate::line_segment::{LineSegment, SegmentFinder};
+use crate::locate::tiles::{Candidate, MOST_CANDIDATES, Tiles};
+use crate::measure::stripe_meter::StripeMeter;
 use crate::picture::{Level, Picture};
-use crate::pieces::{Piece, PieceFinder};
 use crate::seam::{Joint, NotFound, Seam};
-use crate::stripe::StripeMeter;
-use crate::tiles::{Candidate, Tiles};
-use crate::{butt, fillet, lap, v_groove};
-
-/// More tiles than this are no stripe; the ones that stand out most are kept.
-pub const MOST_CANDIDATES: usize = 1500;
-
-/// What a picture shows, before a joint is looked for.
-#[derive(Clone, Copy, Debug)]
-pub struct Evidence<'a, L> {
-    /// The picture.
-    pub picture: &'a Picture<'a, L>,
-    /// How it was taken.
-    pub lens: &'a Lens,
-    /// The straight pieces of the stripe, the strongest first.
-    pub pieces: &'a [Piece],
-}
-
-impl<L> Evidence<'_, L> {
-    /// Why there is no joint among the pieces.
-    #[must_use]
-    pub fn no_joint(&self) -> NotFound {
-        if self.pieces.len() == 1 { NotFound::OnePiece } else { NotFound::NotThisJoint }
-    }
-}
-
-/// Memory that detection works in.
-#[derive(Clone, Debug, Default)]
-pub struct Workspace {
-    /// Measures pieces of stripe.
-    pub meter: StripeMeter,
-    /// Finds where they end.
-    pub ends: EndFinder,
-    /// Finds where the end face of a plate begins.
-    pub faces: FaceFinder,
-    /// Gaps between plates.
-    pub gaps: Vec<Gap>,
-}
+use trueline_dataset::{GrayImage, Pixels, Sensor};
 
 /// Finds the seam in pictures of one camera. Keeps its memory from one picture to the next, and nothing else:
 /// every picture is looked at as a whole, so that no reflection can be locked on to.
@@ -54,10 +21,12 @@ pub struct Detector {
     lens: Lens,
     tiles: Tiles,
     candidates: Vec<Candidate>,
-    elements: Vec<Element>,
-    finder: PieceFinder,
-    pieces: Vec<Piece>,
-    work: Workspace,
+    edgels: Vec<Edgel>,
+    finder: SegmentFinder,
+    segments: Vec<LineSegment>,
+    corners: StripeMeter,
+    laps: LapFinder,
+    butts: ButtFinder,
 }
 
 impl Detector {
@@ -68,17 +37,30 @@ impl Detector {
             lens,
             tiles: Tiles::default(),
             candidates: Vec::new(),
-            elements: Vec::new(),
-            finder: PieceFinder::default(),
-            pieces: Vec::new(),
-            work: Workspace::default(),
+            edgels: Vec::new(),
+            finder: SegmentFinder::default(),
+            segments: Vec::new(),
+            corners: StripeMeter::default(),
+            laps: LapFinder::default(),
+            butts: ButtFinder::default(),
         }
     }
 
-    /// The straight pieces of the last picture's stripe, the strongest first.
+    /// A detector for a recording's sensor; `None` if it takes no pictures.
     #[must_use]
-    pub fn pieces(&self) -> &[Piece] {
-        &self.pieces
+    pub fn for_sensor(sensor: &Sensor) -> Option<Self> {
+        match sensor {
+            Sensor::CameraLaser { camera, laser_plane_in_camera } => {
+                Some(Self::new(Lens::new(*camera, *laser_plane_in_camera)))
+            }
+            Sensor::Profiler | Sensor::Points { .. } => None,
+        }
+    }
+
+    /// The straight segments of the last picture's stripe, the strongest first.
+    #[must_use]
+    pub fn segments(&self) -> &[LineSegment] {
+        &self.segments
     }
 
     /// How pictures are taken.
@@ -92,21 +74,38 @@ impl Detector {
     /// # Errors
     /// Why there is none; a point that cannot be relied on is none.
     pub fn seam<L: Level>(&mut self, picture: &Picture<'_, L>, joint: Joint) -> Result<Seam, NotFound> {
-        self.look(picture);
-        if self.pieces.is_empty() {
+        self.locate(picture);
+        if self.segments.is_empty() {
             return Err(NotFound::NoStripe);
         }
-        let evidence = Evidence { picture, lens: &self.lens, pieces: &self.pieces };
+        let frame = Frame { picture, lens: &self.lens };
+        let evidence = Evidence { frame, segments: &self.segments };
         match joint {
-            Joint::Fillet => fillet::find(&evidence, &mut self.work),
-            Joint::Lap => lap::find(&evidence, &mut self.work),
-            Joint::VGroove => v_groove::find(&evidence, &mut self.work),
-            Joint::Butt => butt::find(&evidence, &mut self.work),
+            Joint::Fillet => fillet::find(&evidence, &mut self.corners),
+            Joint::Lap => self.laps.find(&evidence),
+            Joint::VGroove => v_groove::find(&evidence, &mut self.corners),
+            Joint::Butt => self.butts.find(&evidence),
         }
     }
 
-    /// Tiles that stand out → elements of a stripe → straight pieces.
-    fn look<L: Level>(&mut self, picture: &Picture<'_, L>) {
+    /// The seam point of a joint in a picture of whichever depth.
+    ///
+    /// # Errors
+    /// As [`Self::seam`].
+    pub fn seam_in(&mut self, image: &GrayImage, joint: Joint) -> Result<Seam, NotFound> {
+        let (width, height) = (image.width, image.height);
+        match &image.pixels {
+            Pixels::Eight(levels) => {
+                Picture::new(width, height, levels).map_or(Err(NotFound::NoStripe), |p| self.seam(&p, joint))
+            }
+            Pixels::Sixteen(levels) => {
+                Picture::new(width, height, levels).map_or(Err(NotFound::NoStripe), |p| self.seam(&p, joint))
+            }
+        }
+    }
+
+    /// Tiles that stand out → edgels of a stripe → straight segments.
+    fn locate<L: Level>(&mut self, picture: &Picture<'_, L>) {
         self.tiles.measure(picture);
         let contrast = self.tiles.contrast();
         self.candidates.clear();
@@ -116,7 +115,7 @@ impl Detector {
             self.candidates.select_nth_unstable_by(MOST_CANDIDATES, |a, b| excess(b).total_cmp(&excess(a)));
             self.candidates.truncate(MOST_CANDIDATES);
         }
-        elements(picture, &self.candidates, &mut self.elements);
-        self.finder.find(&self.elements, &self.lens, &mut self.pieces);
+        edgels(picture, &self.candidates, &mut self.edgels);
+        self.finder.find(&self.edgels, &self.lens, &mut self.segments);
     }
 }

@@ -1,7 +1,7 @@
 //! Distorted pixels to ideal ones and back.
 //!
 //! Ideal pixels are those of the same camera without distortion. A plane seen by it maps straight lines to
-//! straight lines, so that the pieces of a stripe, straight in the laser sheet, are straight there too, and
+//! straight lines, so that the segments of a stripe, straight in the laser sheet, are straight there too, and
 //! the noise of a pixel is the same everywhere; that is where they are fitted. What they measure is judged
 //! in the sheet.
 

@@ -1,37 +1,21 @@
-//! From images to seam features.
-//!
-//! A picture becomes one point with a covariance, or a reason why there is none: [`tiles`] that stand out →
-//! [`element`]s of a stripe → straight [`pieces`] → the [`stripe`] measured along each → the seam of a joint
-//! ([`fillet`], [`lap`], [`v_groove`], [`butt`]). [`detector`] is the recipe. No file, no thread and no joint
-//! between frames: each picture is looked at as a whole.
+#![doc = include_str!("../README.md")]
 
-pub mod butt;
-pub mod choose;
-pub mod corner;
-pub mod cut;
 pub mod detector;
-pub mod edge;
-pub mod element;
-pub mod face;
+pub mod evidence;
 mod fastest;
-pub mod fillet;
-pub mod lap;
+pub mod frame;
+pub mod joint;
 pub mod lens;
 pub mod line;
-pub mod neighbours;
+pub mod locate;
+pub mod measure;
 pub mod overlay;
 pub mod picture;
-pub mod pieces;
-pub mod regression;
+pub mod scan;
 pub mod seam;
-pub mod stripe;
-pub mod template;
-pub mod tiles;
-pub mod track;
-pub mod v_groove;
-mod view;
 
 pub use detector::Detector;
 pub use lens::Lens;
 pub use picture::{Level, Picture};
+pub use scan::find_seams;
 pub use seam::{Joint, NotFound, Seam};

@@ -1,7 +1,7 @@
 //! What was found, drawn into the picture.
 
 use crate::lens::Lens;
-use crate::pieces::Piece;
+use crate::locate::line_segment::LineSegment;
 use crate::seam::Seam;
 
 const PIECE: [u8; 3] = [0, 160, 255];
@@ -31,13 +31,13 @@ impl Canvas {
         &self.rgb
     }
 
-    /// A piece: dots along its line, beside the stripe so that it stays visible.
-    pub fn piece(&mut self, piece: &Piece, lens: &Lens) {
-        let [from, to] = piece.span();
-        let beside = piece.line.normal() * (3.0 * piece.sigma_px + 6.0);
+    /// A segment: dots along its line, beside the stripe so that it stays visible.
+    pub fn segment(&mut self, segment: &LineSegment, lens: &Lens) {
+        let [from, to] = segment.span();
+        let beside = segment.line.normal() * (3.0 * segment.sigma_px + 6.0);
         let steps = ((to - from) / 8.0).ceil() as usize;
         for k in 0..=steps {
-            let at = piece.line.at(from + (to - from) * k as f64 / steps.max(1) as f64);
+            let at = segment.line.at(from + (to - from) * k as f64 / steps.max(1) as f64);
             for side in [-1.0, 1.0] {
                 let pixel = lens.distorted(&(at + beside * side)).0;
                 self.dot(pixel.x, pixel.y, PIECE);

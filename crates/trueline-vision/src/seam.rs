@@ -2,6 +2,7 @@
 
 use crate::lens::Lens;
 use nalgebra::{Matrix2, Vector2};
+use trueline_dataset::{Feature, FrameStamp, Measured};
 
 /// Which joint the laser shines on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -43,7 +44,7 @@ pub struct Seam {
     pub on_sheet_m: Vector2<f64>,
     /// Covariance of the point, m².
     pub covariance_m2: Matrix2<f64>,
-    /// How good the stripe was, 0 to 1: the part of the cuts on its weaker piece that show it.
+    /// How good the stripe was, 0 to 1: the part of the sections on its weaker segment that show it.
     pub quality: f64,
     /// Width of the gap, m, for a butt joint; else zero.
     pub gap_m: f64,
@@ -79,6 +80,19 @@ impl Seam {
         })
     }
 
+    /// The feature that a calibration takes in.
+    #[must_use]
+    pub fn feature(&self, stamp: &FrameStamp) -> Feature {
+        Feature {
+            stamp_ns: stamp.stamp_ns,
+            line: 0,
+            frame: Some(stamp.frame),
+            device_ns: stamp.device_ns,
+            measured: Measured::Pixel(self.pixel.into()),
+            sigma: Some(self.sigma_px()),
+        }
+    }
+
     /// Standard deviations along u and v, px.
     #[must_use]
     pub fn sigma_px(&self) -> [f64; 2] {
@@ -95,7 +109,7 @@ pub enum NotFound {
     /// One straight stripe.
     #[error("a single straight piece of stripe: no joint")]
     OnePiece,
-    /// Several pieces, but not as this joint has them.
+    /// Several segments, but not as this joint has them.
     #[error("the pieces of the stripe do not form this joint")]
     NotThisJoint,
     /// The stripe goes on where it should end.
@@ -116,9 +130,28 @@ pub enum NotFound {
     /// The point would not be known well enough to be of use.
     #[error("the seam point cannot be told to within 5 px")]
     Uncertain,
-    /// The pieces meet outside the picture.
+    /// The segments meet outside the picture.
     #[error("the seam is out of view")]
     OutOfView,
+}
+
+impl NotFound {
+    /// A stable word for programs.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NoStripe => "no-stripe",
+            Self::OnePiece => "single-segment",
+            Self::NotThisJoint => "not-this-joint",
+            Self::GoesOn => "stripe-continues",
+            Self::OddGap => "odd-gap",
+            Self::Jumps => "far-from-neighbours",
+            Self::Ambiguous => "ambiguous",
+            Self::TooLittle => "too-little-stripe",
+            Self::Uncertain => "uncertain",
+            Self::OutOfView => "out-of-view",
+        }
+    }
 }
 
 /// A seam point must be known to this, px.
@@ -130,11 +163,11 @@ pub fn known_well(covariance_px2: &Matrix2<f64>) -> bool {
     covariance_px2.trace() <= MOST_SIGMA_PX.powi(2)
 }
 
-/// How long pieces of stripe must be to be believed, px: a spark drawn out by its flight is straight as well.
+/// How long segments of stripe must be to be believed, px: a spark drawn out by its flight is straight as well.
 /// Both grow with the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lengths {
-    /// The shorter of two pieces.
+    /// The shorter of two segments.
     pub shorter_px: f64,
     /// The longer.
     pub longer_px: f64,

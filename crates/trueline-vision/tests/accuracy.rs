@@ -6,8 +6,9 @@ mod scenes;
 use scenes::{Score, detector, pictures, scenario};
 use trueline_dataset::Pixels;
 use trueline_sim::{Joint as Scene, Look};
-use trueline_vision::corner::pairs;
-use trueline_vision::stripe::StripeMeter;
+use trueline_vision::frame::Frame;
+use trueline_vision::joint::corner::pairs;
+use trueline_vision::measure::stripe_meter::StripeMeter;
 use trueline_vision::{Joint, Picture};
 
 const PICTURES: usize = 30;
@@ -126,12 +127,13 @@ fn points_of_the_centre_line_scatter_as_their_sigma_says() {
         if detector.seam(&picture, Joint::Fillet).is_err() {
             continue;
         }
-        let scene = (&picture, detector.lens());
-        let pair = pairs(detector.pieces(), scene.1).max_by(|a, b| a.score().total_cmp(&b.score())).unwrap();
+        let frame = Frame { picture: &picture, lens: detector.lens() };
+        let pair =
+            pairs(detector.segments(), frame.lens).max_by(|a, b| a.score().total_cmp(&b.score())).unwrap();
         let (arm, span) = (pair.arms[0], [20.0, pair.lengths[0]]);
-        let (line, template) = meter.learn(&arm, span, 2.0, scene).unwrap();
+        let (line, template) = meter.learn(&arm, span, 2.0, frame).unwrap();
         let start = arm.station(&line.point);
-        let fit = meter.fit_with(&line, span.map(|s| s - start), &template, scene).unwrap();
+        let fit = meter.fit_with(&line, span.map(|s| s - start), &template, frame).unwrap();
         let normalised: Vec<f64> =
             meter.middles(&line, &fit).map(|m| (fit.line.distance(&m.ideal) / m.sigma_px).powi(2)).collect();
         assert!(normalised.len() > 300, "{} points", normalised.len());

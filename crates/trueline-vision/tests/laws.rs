@@ -5,12 +5,12 @@ use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::PI;
 use trueline_sim::noise::Noise;
 use trueline_sim::{Preset, SensorModel};
-use trueline_vision::choose;
-use trueline_vision::edge::{BANDS, BandCut, EndFinder};
 use trueline_vision::line::Line2;
-use trueline_vision::neighbours;
-use trueline_vision::regression::{Regressor, Shift};
-use trueline_vision::template::Stack;
+use trueline_vision::measure::regression::{Regressor, Shift};
+use trueline_vision::measure::stripe_end::{BANDS, BandSection, EndFinder};
+use trueline_vision::measure::template::Stack;
+use trueline_vision::scan::joint_choice;
+use trueline_vision::scan::neighbours;
 use trueline_vision::{Joint, Lens, NotFound, Seam};
 
 fn lens() -> Lens {
@@ -137,7 +137,7 @@ fn the_end_of_a_speckled_stripe_is_found_to_within_its_sigma() {
     for run in 0..RUNS {
         let (edge, slant) = (noise.uniform(-8.0, 8.0), noise.uniform(-1.0, 1.0));
         let width = 1.5;
-        finder.cuts.clear();
+        finder.sections.clear();
         for k in -90..60 {
             let s = f64::from(k);
             let light = std::array::from_fn(|band| {
@@ -147,7 +147,7 @@ fn the_end_of_a_speckled_stripe_is_found_to_within_its_sigma() {
                 let speckle = 0.5 * (noise.normal(1.0).powi(2) + noise.normal(1.0).powi(2));
                 150.0 * part * speckle + noise.normal(1.0)
             });
-            finder.cuts.push(BandCut { s, light });
+            finder.sections.push(BandSection { s, light });
         }
         let found = finder.end([-30.0, 30.0], width, [true; BANDS]).unwrap();
         assert!((found.s - edge).abs() < 5.0, "run {run}: {:.2} px off", found.s - edge);
@@ -162,7 +162,7 @@ fn the_end_of_a_speckled_stripe_is_found_to_within_its_sigma() {
 #[test]
 fn an_end_is_none_where_the_light_goes_on() {
     let mut finder = EndFinder::default();
-    finder.cuts.extend((-90..60).map(|k| BandCut { s: f64::from(k), light: [100.0; BANDS] }));
+    finder.sections.extend((-90..60).map(|k| BandSection { s: f64::from(k), light: [100.0; BANDS] }));
     assert_eq!(finder.end([-30.0, 30.0], 1.5, [true; BANDS]), None);
 }
 
@@ -189,12 +189,12 @@ fn seen(gap_m: f64) -> Option<Seam> {
 fn the_joint_is_the_most_special_one_that_most_pictures_show() {
     let (none, some) = (None, seen(1e-3));
     // In the order of `Joint::ALL`: groove, fillet, lap, butt.
-    assert_eq!(choose::joint(&[]), None);
-    assert_eq!(choose::joint(&[[none, none, none, none]; 5]), None);
-    assert_eq!(choose::joint(&[[some, some, none, none]; 5]), Some(Joint::VGroove));
-    assert_eq!(choose::joint(&[[none, some, none, some]; 5]), Some(Joint::Fillet));
-    assert_eq!(choose::joint(&[[none, none, some, none]; 5]), Some(Joint::Lap));
-    assert_eq!(choose::joint(&[[none, none, none, some]; 5]), Some(Joint::Butt));
+    assert_eq!(joint_choice::joint(&[]), None);
+    assert_eq!(joint_choice::joint(&[[none, none, none, none]; 5]), None);
+    assert_eq!(joint_choice::joint(&[[some, some, none, none]; 5]), Some(Joint::VGroove));
+    assert_eq!(joint_choice::joint(&[[none, some, none, some]; 5]), Some(Joint::Fillet));
+    assert_eq!(joint_choice::joint(&[[none, none, some, none]; 5]), Some(Joint::Lap));
+    assert_eq!(joint_choice::joint(&[[none, none, none, some]; 5]), Some(Joint::Butt));
 }
 
 #[test]
@@ -202,13 +202,13 @@ fn a_gap_that_is_not_as_wide_as_the_others_is_refused() {
     let mut seams: Vec<_> =
         [1.5, 1.4, 1.6, 1.5, 3.0, 1.55].iter().map(|mm| Ok(seen(mm * 1e-3).unwrap())).collect();
     seams.push(Err(NotFound::NoStripe));
-    choose::refuse_odd_gaps(seams.iter_mut());
+    joint_choice::refuse_odd_gaps(seams.iter_mut());
     let odd: Vec<usize> = (0..seams.len()).filter(|k| seams[*k] == Err(NotFound::OddGap)).collect();
     assert_eq!(odd, [4]);
     assert_eq!(seams[6], Err(NotFound::NoStripe));
     // Where all differ nothing is the usual width.
     let mut seams: Vec<_> = [1.0, 2.0, 4.0, 8.0].iter().map(|mm| Ok(seen(mm * 1e-3).unwrap())).collect();
-    choose::refuse_odd_gaps(seams.iter_mut());
+    joint_choice::refuse_odd_gaps(seams.iter_mut());
     assert!(seams.iter().all(Result::is_ok));
 }
 
@@ -240,7 +240,7 @@ fn points_that_jump_are_refused_and_swings_are_not() {
     assert!(seams.iter().all(Result::is_ok));
 }
 
-/// Cuts without any light have no shift; whatever stands there must not reach the line.
+/// Sections without any light have no shift; whatever stands there must not reach the line.
 #[test]
 fn shifts_without_weight_do_not_count() {
     let mut shifts: Vec<Shift> = (0..100)
@@ -268,5 +268,5 @@ fn gaps_of_all_widths_in_some_pictures_are_dirt() {
         [None, None, None, gap]
     };
     let trials: Vec<_> = (0..10).map(dirty).collect();
-    assert_eq!(choose::joint(&trials), None);
+    assert_eq!(joint_choice::joint(&trials), None);
 }

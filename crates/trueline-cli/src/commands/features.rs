@@ -3,7 +3,7 @@
 use crate::args::{FeaturesArgs, JointName};
 use crate::failure::Failure;
 use crate::output;
-use crate::pictures::{self, Look};
+use crate::pictures::{self, PictureOptions};
 use std::process::ExitCode;
 use trueline_dataset::folder;
 use trueline_report::picture_page;
@@ -11,32 +11,32 @@ use trueline_vision::Joint;
 
 /// Runs the command.
 pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
-    let look = Look {
+    let options = PictureOptions {
         joint: joint(args.joint),
         overlay: args.overlay.clone().map(|folder| (folder, args.overlay_every.get())),
         threads: args.threads,
         quiet: args.quiet,
     };
-    let found = pictures::look_at(&args.dataset, &look)?;
+    let scan = pictures::examine(&args.dataset, &options)?;
+    let (features, summary) = (scan.features(), pictures::summary(&scan));
     // The features first: whatever else cannot be written, they are there.
-    let kept = folder::replace_features(&args.dataset, &found.features())?;
+    let kept = folder::replace_features(&args.dataset, &features)?;
     if let (Some(kept), false) = (kept, args.quiet) {
         output::words(&format!("the features that were there are now in {}", kept.display()));
     }
     if let Some(file) = &args.json {
-        output::json(file, &format!("{:#}", found.json()))?;
+        output::json(file, &format!("{:#}", pictures::json(&scan)))?;
     }
     if let Some(file) = &args.report {
         let title = args.dataset.display().to_string();
-        let size = found.size_px();
-        let looked = found.looked();
-        let html = picture_page::html(&title, &found.summary(), &looked, size, &output::command_line());
+        let looked = pictures::looked(&scan);
+        let html = picture_page::html(&title, &summary, &looked, scan.size_px, &output::command_line());
         output::file(file, &html)?;
     }
     if !args.quiet {
-        output::summary(args.json.as_deref(), &found.summary())?;
+        output::summary(args.json.as_deref(), &summary)?;
     }
-    if found.features().is_empty() {
+    if features.is_empty() {
         if !args.quiet {
             output::words("there is no features.csv: no picture shows a seam");
         }

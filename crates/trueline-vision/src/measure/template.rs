@@ -3,7 +3,7 @@
 //! With levels I(d) = A P(d) + noise of variance V(d), the estimate of a shift that has the least variance
 //! weighs each level by −P′(d)/V(d). Under full speckle V = P², and the flanks count far more than in a
 //! centre of gravity; under read noise V is constant, and this is a fit of the profile. P and V are what the
-//! picture itself shows on average along a piece, folded about the middle, so that the weights are odd and a
+//! picture itself shows on average along a segment, folded about the middle, so that the weights are odd and a
 //! symmetric stripe of any shape is found without bias.
 
 /// Bins for a pixel of distance.

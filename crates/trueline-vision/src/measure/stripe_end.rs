@@ -12,7 +12,7 @@ pub const BANDS: usize = 6;
 pub const COVERED: f64 = 0.7;
 /// Blur of the edge by lens and pixels, px.
 const BLUR_PX: f64 = 0.9;
-/// Cuts further than this from a place are all plate or all nothing, px.
+/// Sections further than this from a place are all plate or all nothing, px.
 const SHARP_PX: f64 = 3.2;
 /// Steps between the places that are tried, px: first all along, then near the best.
 const STEPS_PX: [f64; 2] = [1.0, 0.25];
@@ -20,7 +20,7 @@ const STEPS_PX: [f64; 2] = [1.0, 0.25];
 const NEAR_PX: f64 = 6.0;
 /// Slants that are tried: px along for each px across.
 const SLANTS: [f64; 9] = [-1.6, -1.1, -0.7, -0.35, 0.0, 0.35, 0.7, 1.1, 1.6];
-/// Cuts on the plate, and beyond its edge, that are needed.
+/// Sections on the plate, and beyond its edge, that are needed.
 const FEWEST: [usize; 2] = [8, 3];
 /// What the shape of the step is uncertain by, px: blur that is not the one assumed, a seam that is not straight.
 const MODEL_PX: f64 = 0.15;
@@ -31,9 +31,9 @@ const LEAST_DARK: f64 = 0.03;
 /// Part of the plate's light that may be left beyond an edge.
 const LEFT: f64 = 0.5;
 
-/// The light of one cut through the stripe, band by band, in levels.
+/// The light of one section through the stripe, band by band, in levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BandCut {
+pub struct BandSection {
     /// Distance along the line, px.
     pub s: f64,
     /// Mean light of each band, from the negative side of the line's normal to the positive.
@@ -57,7 +57,7 @@ struct Band {
     dark: f64,
     shape: f64,
     light: Vec<f64>,
-    /// Cost of all cuts before each, were they plate; of all before each, were they dark.
+    /// Cost of all sections before each, were they plate; of all before each, were they dark.
     as_plate: Vec<f64>,
     as_dark: Vec<f64>,
 }
@@ -66,29 +66,29 @@ struct Band {
 #[derive(Clone, Debug, Default)]
 pub struct EndFinder {
     /// The light that is looked at, by rising distance along the line.
-    pub cuts: Vec<BandCut>,
+    pub sections: Vec<BandSection>,
     bands: [Band; BANDS],
     stations: Vec<f64>,
     costs: Vec<(f64, f64)>,
 }
 
 impl EndFinder {
-    /// The end of the stripe in `cuts`: light before, none after. The edge is looked for within `search` (px);
+    /// The end of the stripe in `sections`: light before, none after. The edge is looked for within `search` (px);
     /// `width_px` is that of a band, and `used` says which bands are looked at.
     ///
     /// `None` if the light does not end there, or too little of it is seen on either side.
     pub fn end(&mut self, search: [f64; 2], width_px: f64, used: [bool; BANDS]) -> Option<Edge> {
-        let first = self.cuts.partition_point(|cut| cut.s < search[0]);
-        let last = self.cuts.partition_point(|cut| cut.s <= search[1]);
-        if first < FEWEST[0] || self.cuts.len() - last < FEWEST[1] {
+        let first = self.sections.partition_point(|section| section.s < search[0]);
+        let last = self.sections.partition_point(|section| section.s <= search[1]);
+        if first < FEWEST[0] || self.sections.len() - last < FEWEST[1] {
             return None;
         }
         for (number, band) in self.bands.iter_mut().enumerate().filter(|(number, _)| used[*number]) {
-            band.measure(&self.cuts, number, [first, last], width_px)?;
+            band.measure(&self.sections, number, [first, last], width_px)?;
         }
         self.stations.clear();
-        self.stations.extend(self.cuts[first..last].iter().map(|cut| cut.s));
-        let correlation = correlation(&self.cuts[..first]);
+        self.stations.extend(self.sections[first..last].iter().map(|section| section.s));
+        let correlation = correlation(&self.sections[..first]);
         let rough = self.weigh([search[0], search[1], STEPS_PX[0]], used, correlation);
         let reach = NEAR_PX.max(4.0 * rough.sigma_px);
         let near = [(rough.s - reach).max(search[0]), (rough.s + reach).min(search[1]), STEPS_PX[1]];
@@ -126,14 +126,14 @@ impl Band {
     /// Takes over a band's light; `None` if it does not fall from the plate to what is beyond.
     fn measure(
         &mut self,
-        cuts: &[BandCut],
+        sections: &[BandSection],
         number: usize,
         [first, last]: [usize; 2],
         width_px: f64,
     ) -> Option<()> {
-        let light = |cut: &BandCut| cut.light[number];
-        let (plate, variance) = mean_and_variance(cuts[..first].iter().map(light));
-        let (rest, noise) = mean_and_variance(cuts[last..].iter().map(light));
+        let light = |section: &BandSection| section.light[number];
+        let (plate, variance) = mean_and_variance(sections[..first].iter().map(light));
+        let (rest, noise) = mean_and_variance(sections[last..].iter().map(light));
         if plate <= 0.0 || rest > LEFT * plate {
             return None;
         }
@@ -142,7 +142,7 @@ impl Band {
         self.dark = (rest.abs() + noise.sqrt()).max(LEAST_DARK * plate);
         self.shape = (plate * plate / variance.max(1e-9)).clamp(0.5, EVENEST);
         self.light.clear();
-        self.light.extend(cuts[first..last].iter().map(light));
+        self.light.extend(sections[first..last].iter().map(light));
         let (mut plates, mut darks) = (0.0, 0.0);
         self.as_plate.clear();
         self.as_dark.clear();
@@ -183,10 +183,11 @@ fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     (mean, values.map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0))
 }
 
-/// How many pixels a grain of speckle covers: (1 + 2 Σ ρ) along the cuts times the same across the bands.
-fn correlation(plate: &[BandCut]) -> f64 {
-    let means: [f64; BANDS] =
-        std::array::from_fn(|b| plate.iter().map(|cut| cut.light[b]).sum::<f64>() / plate.len() as f64);
+/// How many pixels a grain of speckle covers: (1 + 2 Σ ρ) along the sections times the same across the bands.
+fn correlation(plate: &[BandSection]) -> f64 {
+    let means: [f64; BANDS] = std::array::from_fn(|b| {
+        plate.iter().map(|section| section.light[b]).sum::<f64>() / plate.len() as f64
+    });
     let off = |k: usize, b: usize| (plate[k].light[b] - means[b]) / means[b].abs().max(1e-9);
     let mut none = 0.0;
     let mut beside = 0.0;

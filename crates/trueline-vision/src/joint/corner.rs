@@ -1,13 +1,14 @@
-//! Where two pieces of the stripe meet: the corner of a fillet, the bottom of a groove.
+//! Where two segments of the stripe meet: the corner of a fillet, the bottom of a groove.
 
+use crate::frame::Frame;
 use crate::lens::Lens;
 use crate::line::Line2;
-use crate::picture::{Level, Picture};
-use crate::pieces::Piece;
+use crate::locate::line_segment::LineSegment;
+use crate::locate::tiles::TILE;
+use crate::measure::stripe_meter::{Fit, StripeMeter};
+use crate::measure::template::Template;
+use crate::picture::Level;
 use crate::seam::{NotFound, Seam, known_well};
-use crate::stripe::{Fit, StripeMeter};
-use crate::template::Template;
-use crate::tiles::TILE;
 use nalgebra::{Matrix2, Vector2};
 
 /// The flattest bend that makes a corner, rad in the picture.
@@ -17,33 +18,33 @@ const FLATTEST: f64 = 0.1;
 const MOST_GAP: f64 = 0.5;
 const MOST_GAP_PX: f64 = 120.0;
 const BOTH_GAPS_PX: f64 = 160.0;
-/// Part of an arm that elements cover at least.
+/// Part of an arm that edgels cover at least.
 const LEAST_COVERED: f64 = 0.35;
 /// Stretch beyond the corner in which the stripe must have ended, px.
 const BEYOND_PX: f64 = 60.0;
 /// Light beyond the corner of this part of the arm's counts as the stripe.
 const GOES_ON: f64 = 0.6;
-/// Least part of the cuts of an arm that must show the stripe.
+/// Least part of the sections of an arm that must show the stripe.
 const LEAST_PRESENT: f64 = 0.3;
 
 /// A move of the line at the corner after which it is measured again, px, and how often.
 const SETTLED_PX: f64 = 0.3;
 const MOST_REPEATS: usize = 3;
 
-/// Two pieces that may form a corner.
+/// Two segments that may form a corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
-    /// The pieces, by number.
-    pub pieces: [usize; 2],
+    /// The segments, by number.
+    pub segments: [usize; 2],
     /// Their lines, each from the corner outward; the point is the corner.
     pub arms: [Line2; 2],
     /// How far each reaches, px.
     pub lengths: [f64; 2],
-    /// Length of each that elements cover, px.
+    /// Length of each that edgels cover, px.
     pub covered_px: [f64; 2],
-    /// Weight of the elements on each.
+    /// Weight of the edgels on each.
     pub weights: [f64; 2],
-    /// Weight of elements that lie where a corner has nothing.
+    /// Weight of edgels that lie where a corner has nothing.
     pub against: f64,
 }
 
@@ -70,15 +71,15 @@ impl Pair {
     }
 }
 
-/// All pairs of pieces that meet in the picture.
-pub fn pairs<'a>(pieces: &'a [Piece], lens: &'a Lens) -> impl Iterator<Item = Pair> + 'a {
+/// All pairs of segments that meet in the picture.
+pub fn pairs<'a>(segments: &'a [LineSegment], lens: &'a Lens) -> impl Iterator<Item = Pair> + 'a {
     let numbers =
-        (0..pieces.len()).flat_map(|first| (first + 1..pieces.len()).map(move |second| [first, second]));
-    numbers.filter_map(|numbers| pair(pieces, numbers, lens))
+        (0..segments.len()).flat_map(|first| (first + 1..segments.len()).map(move |second| [first, second]));
+    numbers.filter_map(|numbers| pair(segments, numbers, lens))
 }
 
-fn pair(pieces: &[Piece], numbers: [usize; 2], lens: &Lens) -> Option<Pair> {
-    let [a, b] = numbers.map(|number| &pieces[number]);
+fn pair(segments: &[LineSegment], numbers: [usize; 2], lens: &Lens) -> Option<Pair> {
+    let [a, b] = numbers.map(|number| &segments[number]);
     if a.line.along.perp(&b.line.along).abs() < FLATTEST.sin() {
         return None;
     }
@@ -93,7 +94,7 @@ fn pair(pieces: &[Piece], numbers: [usize; 2], lens: &Lens) -> Option<Pair> {
         return None;
     }
     Some(Pair {
-        pieces: numbers,
+        segments: numbers,
         arms: [first.line, second.line],
         lengths: [first.length, second.length],
         covered_px: [first.covered_px, second.covered_px],
@@ -111,24 +112,24 @@ struct Arm {
     against: f64,
 }
 
-/// The part of a piece on one side of a corner; `None` if it begins too far from it.
-fn arm(piece: &Piece, corner: &Vector2<f64>) -> Option<Arm> {
-    let at = piece.line.station(corner);
-    let [first, last] = piece.span();
-    // Elements within a window of the corner may belong to either arm.
+/// The part of a segment on one side of a corner; `None` if it begins too far from it.
+fn arm(segment: &LineSegment, corner: &Vector2<f64>) -> Option<Arm> {
+    let at = segment.line.station(corner);
+    let [first, last] = segment.span();
+    // Edgels within a window of the corner may belong to either arm.
     let near = TILE as f64;
-    let before = piece.weight_between(first - 1.0, at - near);
-    let after = piece.weight_between(at + near, last + 1.0);
+    let before = segment.weight_between(first - 1.0, at - near);
+    let after = segment.weight_between(at + near, last + 1.0);
     let forward = after >= before;
-    let along = if forward { piece.line.along } else { -piece.line.along };
+    let along = if forward { segment.line.along } else { -segment.line.along };
     let outward = |s: f64| if forward { s - at } else { at - s };
-    let reached = piece.marks.iter().map(|[s, _]| outward(*s)).filter(|s| *s > 0.0);
+    let reached = segment.marks.iter().map(|[s, _]| outward(*s)).filter(|s| *s > 0.0);
     let (begin, end) = reached.fold((f64::INFINITY, 0.0_f64), |(begin, end), s| (begin.min(s), end.max(s)));
-    let covered_px = if forward { piece.covered_px(at, last) } else { piece.covered_px(first, at) };
+    let covered_px = if forward { segment.covered_px(at, last) } else { segment.covered_px(first, at) };
     let whole = covered_px >= LEAST_COVERED * end && begin <= near + MOST_GAP_PX.min(MOST_GAP * end);
     whole.then(|| Arm {
         line: Line2 { point: *corner, along },
-        // The stripe may end within the last element, cut off at a slant.
+        // The stripe may end within the last edgel, cut off at a slant.
         length: end,
         covered_px,
         gap_px: begin,
@@ -145,15 +146,15 @@ pub fn measure<L: Level>(
     meter: &mut StripeMeter,
     pair: &Pair,
     sigmas_px: [f64; 2],
-    scene: (&Picture<'_, L>, &Lens),
+    frame: Frame<'_, L>,
 ) -> Result<Seam, NotFound> {
-    let lens = scene.1;
+    let lens = frame.lens;
     let mut arms = pair.arms;
     let mut lengths = pair.lengths;
     let mut templates: [Option<Template>; 2] = [None, None];
     for k in 0..2 {
         let span = [margin(3.0 * sigmas_px[k], &arms), lengths[k]];
-        let (line, template) = meter.learn(&arms[k], span, sigmas_px[k], scene).ok_or(NotFound::TooLittle)?;
+        let (line, template) = meter.learn(&arms[k], span, sigmas_px[k], frame).ok_or(NotFound::TooLittle)?;
         arms[k] = line;
         templates[k] = Some(template);
     }
@@ -165,13 +166,13 @@ pub fn measure<L: Level>(
     let mut fits = [None, None];
     for k in 0..2 {
         let span = [from, lengths[k]];
-        let mut fit = meter.fit_with(&arms[k], span, &templates[k], scene).ok_or(NotFound::TooLittle)?;
+        let mut fit = meter.fit_with(&arms[k], span, &templates[k], frame).ok_or(NotFound::TooLittle)?;
         for _ in 0..MOST_REPEATS {
             if settled(&arms[k], &fit) {
                 break;
             }
             outward_again(&mut arms[k], &fit.line);
-            fit = meter.fit_with(&arms[k], span, &templates[k], scene).ok_or(NotFound::TooLittle)?;
+            fit = meter.fit_with(&arms[k], span, &templates[k], frame).ok_or(NotFound::TooLittle)?;
         }
         if fit.present < LEAST_PRESENT {
             return Err(NotFound::TooLittle);
@@ -181,7 +182,8 @@ pub fn measure<L: Level>(
     let [Some(a), Some(b)] = fits else { return Err(NotFound::TooLittle) };
     let seam = cross(lens, &a, &b)?;
     for (k, fit) in [a, b].iter().enumerate() {
-        if goes_on(meter, (&arms[k], from), fit, &templates[k], scene) {
+        let usual = UsualStripe { amplitude: fit.amplitude, template: &templates[k] };
+        if goes_on(meter, &arms[k], from, &usual, frame) {
             return Err(NotFound::GoesOn);
         }
     }
@@ -238,17 +240,29 @@ fn cross(lens: &Lens, a: &Fit, b: &Fit) -> Result<Seam, NotFound> {
     Seam::from_ideal(lens, &ideal, &covariance, a.present.min(b.present))
 }
 
+/// The stripe as it is on an arm.
+struct UsualStripe<'a> {
+    amplitude: f64,
+    template: &'a Template,
+}
+
 /// Whether an arm's stripe is still there beyond the corner: then the lines cross, and nothing ends.
 fn goes_on<L: Level>(
     meter: &mut StripeMeter,
-    (arm, margin): (&Line2, f64),
-    fit: &Fit,
-    template: &Template,
-    scene: (&Picture<'_, L>, &Lens),
+    arm: &Line2,
+    margin: f64,
+    usual: &UsualStripe<'_>,
+    frame: Frame<'_, L>,
 ) -> bool {
-    meter.cut(arm, [-margin - BEYOND_PX, -margin], template, scene);
-    let cuts = meter.cuts();
-    let bright = cuts.iter().filter(|cut| cut.amplitude > GOES_ON * fit.amplitude).count();
+    meter.section(arm, [-margin - BEYOND_PX, -margin], usual.template, frame);
+    let sections = meter.sections();
+    let bright = sections.iter().filter(|section| section.amplitude > GOES_ON * usual.amplitude).count();
     // A corner at the border of the picture has nothing beyond it.
-    cuts.len() > 10 && bright * 2 > cuts.len()
+    sections.len() > 10 && bright * 2 > sections.len()
+}
+
+/// Thickness of the stripe on the two segments, px.
+#[must_use]
+pub fn sigmas_px(segments: &[LineSegment], pair: &Pair) -> [f64; 2] {
+    pair.segments.map(|number| segments[number].sigma_px)
 }

@@ -1,11 +1,11 @@
 //! The end face of a lap's upper plate: where it is lit, it leads from one stripe to the other.
 
-use crate::edge::Edge;
-use crate::lens::Lens;
+use crate::frame::Frame;
 use crate::line::Line2;
-use crate::picture::{Level, Picture};
-use crate::regression::{Regressor, Shift};
-use crate::stripe::Fit;
+use crate::measure::regression::{Regressor, Shift};
+use crate::measure::stripe_end::Edge;
+use crate::measure::stripe_meter::Fit;
+use crate::picture::Level;
 use nalgebra::Vector2;
 
 /// Part of the way from the upper stripe to the lower one in which only the face can be lit.
@@ -54,19 +54,14 @@ pub struct Face<'a, L> {
     columns: [f64; 2],
     rows: [f64; 2],
     dark: f64,
-    scene: (&'a Picture<'a, L>, &'a Lens),
+    frame: Frame<'a, L>,
 }
 
 impl<'a, L: Level> Face<'a, L> {
     /// The strip between the upper plate's stripe, which ends near `edge_s` on its line, and the lower one's
     /// start. `None` if it is not all in the picture.
     #[must_use]
-    pub fn between(
-        fit: &Fit,
-        edge_s: f64,
-        lower_start: &Vector2<f64>,
-        scene: (&'a Picture<'a, L>, &'a Lens),
-    ) -> Option<Self> {
+    pub fn between(fit: &Fit, edge_s: f64, lower_start: &Vector2<f64>, frame: Frame<'a, L>) -> Option<Self> {
         let line = fit.line;
         let (step, ahead) = (line.distance(lower_start), line.station(lower_start) - edge_s);
         let beside = -step.signum() * DARK_PX;
@@ -75,7 +70,7 @@ impl<'a, L: Level> Face<'a, L> {
             columns: [edge_s + ahead.min(0.0) - AROUND_PX, edge_s + ahead.max(0.0) + AROUND_PX],
             rows: BETWEEN.map(|part| part * step),
             dark: 0.0,
-            scene,
+            frame,
         };
         let rows = [beside - 2.0, beside - 1.0, beside, beside + 1.0, beside + 2.0];
         let dark: Option<f64> =
@@ -122,7 +117,7 @@ impl<'a, L: Level> Face<'a, L> {
 
     /// Level at a distance beside the line and along it; `None` out of the picture.
     fn level(&self, beside: f64, s: f64) -> Option<f64> {
-        let (picture, lens) = self.scene;
+        let Frame { picture, lens } = self.frame;
         let pixel = lens.distorted(&(self.line.at(s) + self.line.normal() * beside)).0;
         let (u, v) = (pixel.x.floor(), pixel.y.floor());
         if u < 0.0 || v < 0.0 || v + 1.0 >= picture.height() as f64 {

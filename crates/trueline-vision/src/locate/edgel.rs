@@ -1,12 +1,12 @@
-//! Short straight elements of a stripe: where, which way, how bright, how thick.
+//! Short straight edgels of a stripe: where, which way, how bright, how thick.
 //!
 //! Brightness above the surroundings in a window is taken as mass; its first two moments give a place and
 //! an axis \[Hu1962\]. The window moves across the stripe until it is centred there, so that its border
-//! cuts both flanks alike.
+//! sections both flanks alike.
 
 use crate::fastest::fastest;
+use crate::locate::tiles::{Candidate, TILE};
 use crate::picture::{Level, Picture};
-use crate::tiles::{Candidate, TILE};
 
 /// Side of the window, px: three vectors of eight.
 const WINDOW: usize = 24;
@@ -16,12 +16,12 @@ const FLOOR: f32 = 0.12;
 /// The thickest mass, as the ratio of its two variances, that still has an axis.
 const ROUNDEST: f32 = 0.45;
 
-/// Elements among which the same one is looked for.
+/// Edgels among which the same one is looked for.
 const REMEMBERED: usize = 24;
 
-/// A short piece of a stripe in the picture.
+/// A short element of the stripe's ridge in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Element {
+pub struct Edgel {
     /// Column of its middle, px.
     pub u: f32,
     /// Row of its middle, px.
@@ -34,10 +34,10 @@ pub struct Element {
     pub brightness: f32,
 }
 
-/// The element in a tile that stands out, or `None` if what is bright there has no direction.
+/// The edgel in a tile that stands out, or `None` if what is bright there has no direction.
 #[inline(always)]
 #[must_use]
-pub fn element<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Option<Element> {
+pub fn edgel<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Option<Edgel> {
     let threshold = candidate.around + FLOOR * (candidate.peak - candidate.around);
     let (mut u, mut v) = (candidate.u, candidate.v);
     let mut found = None;
@@ -49,7 +49,7 @@ pub fn element<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Opt
         let shift = moments.mean[0] * across[0] + moments.mean[1] * across[1];
         u += shift * across[0];
         v += shift * across[1];
-        found = Some(Element {
+        found = Some(Edgel {
             u,
             v,
             along: axis.along,
@@ -64,15 +64,15 @@ pub fn element<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Opt
     found.filter(|e| (e.u - candidate.u).abs() < WINDOW as f32 && (e.v - candidate.v).abs() < WINDOW as f32)
 }
 
-/// The elements of all candidates.
-pub fn elements<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Element>) {
+/// The edgels of all candidates.
+pub fn edgels<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Edgel>) {
     found.clear();
     fastest!(extend(picture, candidates, found));
 }
 
 #[inline(always)]
-fn extend<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Element>) {
-    // One for each tile's worth of picture: a tile in which an element lies already, found from its neighbour, has
+fn extend<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Edgel>) {
+    // One for each tile's worth of picture: a tile in which an edgel lies already, found from its neighbour, has
     // nothing new. Candidates come row by row, so that it is among the last few, or a row of tiles ago.
     let tile = |u: f32, v: f32| ((u as usize) / TILE, (v as usize) / TILE);
     for candidate in candidates {
@@ -81,7 +81,7 @@ fn extend<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &
         if known(candidate.u, candidate.v) {
             continue;
         }
-        if let Some(next) = element(picture, candidate).filter(|next| !known(next.u, next.v)) {
+        if let Some(next) = edgel(picture, candidate).filter(|next| !known(next.u, next.v)) {
             found.push(next);
         }
     }

@@ -1,11 +1,11 @@
 //! The bottom of a groove: where its two faces meet, each of which ends at a plate.
 
-use crate::corner::{Pair, measure, pairs};
-use crate::detector::{Evidence, Workspace};
-use crate::fillet::sigmas_px;
+use crate::evidence::Evidence;
+use crate::joint::corner::{Pair, measure, pairs, sigmas_px};
 use crate::lens::Lens;
+use crate::locate::line_segment::LineSegment;
+use crate::measure::stripe_meter::StripeMeter;
 use crate::picture::Level;
-use crate::pieces::Piece;
 use crate::seam::{Lengths, NotFound, Seam};
 
 /// Distance within which the end of a face meets a plate, px.
@@ -16,22 +16,22 @@ const SAME_PX: f64 = 10.0;
 /// Most that two faces differ in brightness and thickness, as factors.
 const MOST_CONTRAST: f64 = 4.0;
 const MOST_SPREAD: f64 = 2.5;
-/// Least length of a face that elements cover, px.
+/// Least length of a face that edgels cover, px.
 const LEAST_FACE_PX: f64 = 24.0;
 
 /// Finds the bottom.
 ///
 /// # Errors
 /// Why there is none.
-pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Result<Seam, NotFound> {
-    let pieces = evidence.pieces;
+pub fn find<L: Level>(evidence: &Evidence<'_, L>, meter: &mut StripeMeter) -> Result<Seam, NotFound> {
+    let segments = evidence.segments;
     let grooves = || {
-        pairs(pieces, evidence.lens)
+        pairs(segments, evidence.frame.lens)
             .filter(|pair| {
                 pair.covered_px.iter().all(|covered| *covered > LEAST_FACE_PX) && pair.score() > 0.0
             })
-            .filter(|pair| pair.is_valley(evidence.lens) && alike(pieces, pair))
-            .map(|pair| (flanks(pieces, &pair, evidence.lens), pair))
+            .filter(|pair| pair.is_valley(evidence.frame.lens) && alike(segments, pair))
+            .map(|pair| (flanks(segments, &pair, evidence.frame.lens), pair))
             .filter(|(flanks, _)| *flanks > 0)
     };
     // A groove with both plates comes before one with one; then the one with more light on its faces.
@@ -45,24 +45,24 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, work: &mut Workspace) -> Resul
     if grooves().any(rival) {
         return Err(NotFound::Ambiguous);
     }
-    measure(&mut work.meter, &best, sigmas_px(pieces, &best), (evidence.picture, evidence.lens))
+    measure(meter, &best, sigmas_px(segments, &best), evidence.frame)
 }
 
 /// Whether the light on two faces is of one kind: a spark across the stripe is brighter, or thicker, than both.
-fn alike(pieces: &[Piece], pair: &Pair) -> bool {
-    let [a, b] = pair.pieces.map(|number| &pieces[number]);
+fn alike(segments: &[LineSegment], pair: &Pair) -> bool {
+    let [a, b] = pair.segments.map(|number| &segments[number]);
     let within = |a: f64, b: f64, factor: f64| a.max(b) <= factor * a.min(b);
     within(a.brightness, b.brightness, MOST_CONTRAST) && within(a.sigma_px, b.sigma_px, MOST_SPREAD)
 }
 
 /// How many of the faces end at a plate, 0 to 2.
 #[must_use]
-pub fn flanks(pieces: &[Piece], pair: &Pair, lens: &Lens) -> usize {
+pub fn flanks(segments: &[LineSegment], pair: &Pair, lens: &Lens) -> usize {
     let longer_px = Lengths::of(lens).longer_px;
     (0..2)
         .filter(|face| {
             let end = pair.arms[*face].at(pair.lengths[*face]);
-            let others = pieces.iter().enumerate().filter(|(number, _)| !pair.pieces.contains(number));
+            let others = segments.iter().enumerate().filter(|(number, _)| !pair.segments.contains(number));
             others.into_iter().any(|(_, plate)| {
                 let [first, last] = plate.span();
                 let nearest = plate.line.station(&end).clamp(first, last);

@@ -1,26 +1,25 @@
-//! Straight pieces among the elements: the line with the most brightness along it, then the next.
+//! Straight segments among the edgels: the line with the most brightness along it, then the next.
 //!
-//! Lines through two elements that point the same way are tried in a fixed, spread order (RANSAC
+//! Lines through two edgels that point the same way are tried in a fixed, spread order (RANSAC
 //! \[Fischler1981\] without chance, so that the same picture gives the same answer) and refitted.
 
-use crate::detector::MOST_CANDIDATES;
-use crate::element::Element;
 use crate::lens::Lens;
 use crate::line::Line2;
-use crate::tiles::TILE;
+use crate::locate::edgel::Edgel;
+use crate::locate::tiles::{MOST_CANDIDATES, TILE};
 use nalgebra::Vector2;
 
-/// Distance within which an element lies on a line, px.
+/// Distance within which an edgel lies on a line, px.
 const NEAR_PX: f32 = 2.5;
-/// Sine of the angle within which an element points along a line.
+/// Sine of the angle within which an edgel points along a line.
 const PARALLEL: f32 = 0.35;
-/// Lines that are tried for one piece.
+/// Lines that are tried for one segment.
 const TRIALS: usize = 160;
-/// Elements a piece has at least.
+/// Edgels a segment has at least.
 const FEWEST: usize = 3;
-/// Pieces that are looked for.
+/// Segments that are looked for.
 const MOST: usize = 8;
-/// An element in the ideal picture.
+/// An edgel in the ideal picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Mark {
     at: [f32; 2],
@@ -30,12 +29,12 @@ struct Mark {
     brightness: f32,
 }
 
-/// A straight piece of the stripe.
+/// A straight segment of the stripe.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Piece {
+pub struct LineSegment {
     /// Its line in the ideal picture.
     pub line: Line2,
-    /// Elements along it: distance along the line (px, rising) and weight.
+    /// Edgels along it: distance along the line (px, rising) and weight.
     pub marks: Vec<[f64; 2]>,
     /// Typical standard deviation of the brightness across it, px.
     pub sigma_px: f64,
@@ -43,27 +42,27 @@ pub struct Piece {
     pub brightness: f64,
 }
 
-impl Piece {
-    /// Weight of all its elements.
+impl LineSegment {
+    /// Weight of all its edgels.
     #[must_use]
     pub fn weight(&self) -> f64 {
         self.marks.iter().map(|[_, weight]| weight).sum()
     }
 
-    /// First and last element along the line, px.
+    /// First and last edgel along the line, px.
     #[must_use]
     pub fn span(&self) -> [f64; 2] {
         let ends = self.marks.first().zip(self.marks.last());
         ends.map_or([0.0; 2], |(first, last)| [first[0], last[0]])
     }
 
-    /// Weight of the elements in a stretch along the line.
+    /// Weight of the edgels in a stretch along the line.
     #[must_use]
     pub fn weight_between(&self, from: f64, to: f64) -> f64 {
         self.marks.iter().filter(|[s, _]| (from..to).contains(s)).map(|[_, weight]| weight).sum()
     }
 
-    /// Length of a stretch along the line that elements cover, px: a tile for each tile's length with one.
+    /// Length of a stretch along the line that edgels cover, px: a tile for each tile's length with one.
     #[must_use]
     pub fn covered_px(&self, from: f64, to: f64) -> f64 {
         let tile = TILE as f64;
@@ -77,34 +76,34 @@ impl Piece {
     }
 }
 
-/// Finds pieces; keeps its memory from one picture to the next.
+/// Finds segments; keeps its memory from one picture to the next.
 #[derive(Clone, Debug, Default)]
-pub struct PieceFinder {
+pub struct SegmentFinder {
     marks: Vec<Mark>,
     members: Vec<Mark>,
-    /// Memory of pieces that are gone.
+    /// Memory of segments that are gone.
     spare: Vec<Vec<[f64; 2]>>,
 }
 
-impl PieceFinder {
-    /// The straight pieces among the elements, the strongest first.
-    pub fn find(&mut self, elements: &[Element], lens: &Lens, pieces: &mut Vec<Piece>) {
-        self.spare.extend(pieces.drain(..).map(|piece| piece.marks));
+impl SegmentFinder {
+    /// The straight segments among the edgels, the strongest first.
+    pub fn find(&mut self, edgels: &[Edgel], lens: &Lens, segments: &mut Vec<LineSegment>) {
+        self.spare.extend(segments.drain(..).map(|segment| segment.marks));
         self.marks.clear();
-        let brightest = elements.iter().fold(0.0_f32, |top, e| top.max(e.brightness));
-        self.marks.extend(elements.iter().filter_map(|element| mark(element, lens, brightest)));
-        while pieces.len() < MOST && self.marks.len() >= FEWEST {
+        let brightest = edgels.iter().fold(0.0_f32, |top, e| top.max(e.brightness));
+        self.marks.extend(edgels.iter().filter_map(|edgel| mark(edgel, lens, brightest)));
+        while segments.len() < MOST && self.marks.len() >= FEWEST {
             let Some(line) = self.best_line().and_then(|line| self.refitted(line)) else { break };
             self.take(&line);
             if self.members.len() < FEWEST {
                 break;
             }
             let memory = self.spare.pop().unwrap_or_else(|| Vec::with_capacity(MOST_CANDIDATES));
-            pieces.push(piece(&line, &mut self.members, memory));
+            segments.push(segment(&line, &mut self.members, memory));
         }
     }
 
-    /// The line through two elements that has the most others along it.
+    /// The line through two edgels that has the most others along it.
     fn best_line(&self) -> Option<Line2> {
         let count = self.marks.len();
         let mut best: Option<(f32, Mark, [f32; 2])> = None;
@@ -142,7 +141,7 @@ impl PieceFinder {
         sum
     }
 
-    /// Weighted orthogonal regression over the elements near a line, twice.
+    /// Weighted orthogonal regression over the edgels near a line, twice.
     fn refitted(&self, line: Line2) -> Option<Line2> {
         let mut line = line;
         for _ in 0..2 {
@@ -167,7 +166,7 @@ impl PieceFinder {
         Some(line)
     }
 
-    /// Moves the elements along a line to the members.
+    /// Moves the edgels along a line to the members.
     fn take(&mut self, line: &Line2) {
         self.members.clear();
         let members = &mut self.members;
@@ -181,25 +180,25 @@ impl PieceFinder {
     }
 }
 
-fn mark(element: &Element, lens: &Lens, brightest: f32) -> Option<Mark> {
-    let at = lens.ideal(element.u, element.v);
-    let ahead = lens.ideal(element.u + 4.0 * element.along[0], element.v + 4.0 * element.along[1]);
+fn mark(edgel: &Edgel, lens: &Lens, brightest: f32) -> Option<Mark> {
+    let at = lens.ideal(edgel.u, edgel.v);
+    let ahead = lens.ideal(edgel.u + 4.0 * edgel.along[0], edgel.v + 4.0 * edgel.along[1]);
     let along = [ahead[0] - at[0], ahead[1] - at[1]];
     let length = along[0].hypot(along[1]);
     // Dim ghosts count less than the stripe, but a dim arm still counts.
-    let weight = (element.brightness / brightest).sqrt();
+    let weight = (edgel.brightness / brightest).sqrt();
     let mark = Mark {
         at,
         along: along.map(|c| c / length),
         weight,
-        sigma_px: element.sigma_px,
-        brightness: element.brightness,
+        sigma_px: edgel.sigma_px,
+        brightness: edgel.brightness,
     };
     (length.is_finite() && length > 0.0 && weight.is_finite()).then_some(mark)
 }
 
-/// The piece along a line; `marks` is memory that may be used.
-fn piece(line: &Line2, members: &mut [Mark], mut marks: Vec<[f64; 2]>) -> Piece {
+/// The segment along a line; `marks` is memory that may be used.
+fn segment(line: &Line2, members: &mut [Mark], mut marks: Vec<[f64; 2]>) -> LineSegment {
     let at = |mark: &Mark| line.station(&Vector2::from(mark.at.map(f64::from)));
     marks.clear();
     marks.extend(members.iter().map(|mark| [at(mark), f64::from(mark.weight)]));
@@ -208,7 +207,7 @@ fn piece(line: &Line2, members: &mut [Mark], mut marks: Vec<[f64; 2]>) -> Piece 
         let half = members.len() / 2;
         f64::from(value(members.select_nth_unstable_by(half, |a, b| value(a).total_cmp(&value(b))).1))
     };
-    Piece { line: *line, marks, sigma_px: middle(|m| m.sigma_px), brightness: middle(|m| m.brightness) }
+    LineSegment { line: *line, marks, sigma_px: middle(|m| m.sigma_px), brightness: middle(|m| m.brightness) }
 }
 
 fn spread(trial: usize, ratio: f32, count: usize) -> usize {

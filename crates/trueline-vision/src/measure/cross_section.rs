@@ -1,16 +1,16 @@
-//! Cuts through the stripe: what one column, or row, of the picture says of it.
+//! Sections through the stripe: what one column, or row, of the picture says of it.
 
-use crate::edge::{BANDS, BandCut};
+use crate::measure::section_view::SectionView;
+use crate::measure::stripe_end::{BANDS, BandSection};
+use crate::measure::template::{Stack, Template};
+use crate::measure::track::Station;
 use crate::picture::Level;
-use crate::template::{Stack, Template};
-use crate::track::Station;
-use crate::view::View;
 
-/// Cuts that share a background.
+/// Sections that share a background.
 pub(crate) const BLOCK: usize = 16;
 /// Pixels beside the stripe from which the background is taken.
 pub(crate) const BESIDE: usize = 4;
-/// Cuts to each side over which the amplitude is averaged.
+/// Sections to each side over which the amplitude is averaged.
 const SMOOTH: usize = 6;
 
 /// Levels to both sides of the stripe.
@@ -20,16 +20,16 @@ pub(crate) struct Background {
     pub(crate) above: f32,
 }
 
-/// The stripe at one cut.
+/// The stripe at one section.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Cut {
+pub struct CrossSection {
     /// Distance along the line, px.
     pub s: f64,
-    /// Column (or row) of the cut.
+    /// Column (or row) of the section.
     pub(crate) at: usize,
     /// Amplitude of the stripe on the line, averaged over neighbours, in levels.
     pub amplitude: f64,
-    /// Amplitude at this cut alone.
+    /// Amplitude at this section alone.
     pub own_amplitude: f64,
     /// Level beside the stripe.
     pub(crate) background: f64,
@@ -40,14 +40,14 @@ pub struct Cut {
     pub(crate) stretch: f64,
 }
 
-/// One cut for each station whose pixels are all in the picture.
+/// One section for each station whose pixels are all in the picture.
 #[inline(always)]
-pub(crate) fn cut_stripe<L: Level>(
-    view: &View<'_, L>,
+pub(crate) fn section_stripe<L: Level>(
+    view: &SectionView<'_, L>,
     stations: &[Station],
     backgrounds: &[Background],
     template: &Template,
-    cuts: &mut Vec<Cut>,
+    sections: &mut Vec<CrossSection>,
 ) {
     for (block, background) in stations.chunks(BLOCK).zip(backgrounds) {
         for station in block {
@@ -65,7 +65,7 @@ pub(crate) fn cut_stripe<L: Level>(
             let [tilt, even, response, _] =
                 template.weigh(first / station.stretch, 1.0 / station.stretch, levels);
             let stretch = station.stretch.abs();
-            cuts.push(Cut {
+            sections.push(CrossSection {
                 s: station.s,
                 at: station.at,
                 amplitude: 0.0,
@@ -80,12 +80,12 @@ pub(crate) fn cut_stripe<L: Level>(
 }
 
 /// The light at a station, band by band; `None` if the stripe is not all in the picture there.
-pub(crate) fn band_cut<L: Level>(
-    view: &View<'_, L>,
+pub(crate) fn band_section<L: Level>(
+    view: &SectionView<'_, L>,
     station: &Station,
     background: &Background,
     width_px: f64,
-) -> Option<BandCut> {
+) -> Option<BandSection> {
     let half_px = 0.5 * BANDS as f64 * width_px;
     let pixels = view.pixels(station.centre, half_px * station.stretch.abs())?;
     let middle = 0.5 * f64::from(background.below + background.above);
@@ -102,32 +102,34 @@ pub(crate) fn band_cut<L: Level>(
         *light = if count > 0.0 { *light / count } else { last };
         last = *light;
     }
-    Some(BandCut { s: station.s, light })
+    Some(BandSection { s: station.s, light })
 }
 
 /// Adds the stripe at each station to a stack, scaled to amplitude one.
 #[inline(always)]
 pub(crate) fn stack_stripe<L: Level>(
-    (view, stations, backgrounds): &(View<'_, L>, &[Station], &[Background]),
-    cuts: &[Cut],
+    (view, stations, backgrounds): &(SectionView<'_, L>, &[Station], &[Background]),
+    sections: &[CrossSection],
     least: f64,
     reach_px: f64,
     stack: &mut Stack,
 ) {
-    let mut cuts = cuts.iter().peekable();
+    let mut sections = sections.iter().peekable();
     let rising = stations.first().zip(stations.last()).is_some_and(|(first, last)| first.at <= last.at);
     for (block, background) in stations.chunks(BLOCK).zip(*backgrounds) {
         for station in block {
-            // Not every station has been cut, and the line has moved since: some at its ends have gone.
-            let passed = |cut: &&Cut| if rising { cut.at < station.at } else { cut.at > station.at };
-            while cuts.next_if(passed).is_some() {}
-            let Some(cut) = cuts.next_if(|cut| cut.at == station.at) else { continue };
+            // Not every station has been measured, and the line has moved since: some at its ends have gone.
+            let passed = |section: &&CrossSection| {
+                if rising { section.at < station.at } else { section.at > station.at }
+            };
+            while sections.next_if(passed).is_some() {}
+            let Some(section) = sections.next_if(|section| section.at == station.at) else { continue };
             let reach = reach_px * station.stretch.abs();
             let Some(pixels) = view.pixels(station.centre, reach) else { continue };
-            if cut.amplitude <= least {
+            if section.amplitude <= least {
                 continue;
             }
-            let (per_px, scale) = ((1.0 / station.stretch) as f32, (1.0 / cut.amplitude) as f32);
+            let (per_px, scale) = ((1.0 / station.stretch) as f32, (1.0 / section.amplitude) as f32);
             let middle = 0.5 * (background.below + background.above);
             let mut distance = (*pixels.start() as f64 - station.centre) as f32 * per_px;
             for level in view.levels(station.at, pixels) {
@@ -139,21 +141,21 @@ pub(crate) fn stack_stripe<L: Level>(
 }
 
 /// Moving average over neighbours.
-pub(crate) fn smooth_amplitudes(cuts: &mut [Cut]) {
-    let count = cuts.len();
+pub(crate) fn smooth_amplitudes(sections: &mut [CrossSection]) {
+    let count = sections.len();
     let mut sum = 0.0;
     let mut held = 0_usize;
     for k in 0..count + SMOOTH {
         if k < count {
-            sum += cuts[k].own_amplitude;
+            sum += sections[k].own_amplitude;
             held += 1;
         }
         if k > 2 * SMOOTH {
-            sum -= cuts[k - 2 * SMOOTH - 1].own_amplitude;
+            sum -= sections[k - 2 * SMOOTH - 1].own_amplitude;
             held -= 1;
         }
         if k >= SMOOTH {
-            cuts[k - SMOOTH].amplitude = sum / held as f64;
+            sections[k - SMOOTH].amplitude = sum / held as f64;
         }
     }
 }

@@ -6,6 +6,9 @@
 use crate::fastest::fastest;
 use crate::picture::{Level, Picture};
 
+/// More tiles than this are no stripe; the ones that stand out most are kept.
+pub const MOST_CANDIDATES: usize = 1500;
+
 /// Side of a tile, px.
 pub const TILE: usize = 16;
 /// Tiles beside each other that are read together: as long a stretch of a row as two registers hold.
@@ -102,7 +105,7 @@ impl Tiles {
     }
 }
 
-/// A tile in which there may be a piece of the stripe.
+/// A tile in which the stripe may run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
     /// Column of the tile's middle, px.

@@ -4,7 +4,7 @@
 //! from where its neighbours have the seam. Far is measured by how well neighbours agree everywhere: a scan that
 //! moves fast, or pictures that have nothing to do with each other, are not judged by this.
 
-use crate::regression::median;
+use crate::measure::regression::median;
 use crate::seam::{NotFound, Seam};
 use nalgebra::{Matrix3, Vector2, Vector3};
 

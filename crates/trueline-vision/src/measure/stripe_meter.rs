@@ -1,18 +1,20 @@
-//! The stripe along a piece: its middle at every cut, and the line through them.
+//! The stripe along a segment: its middle at every section, and the line through them.
 
-use crate::cut::{BESIDE, BLOCK, Background, Cut, band_cut, cut_stripe, smooth_amplitudes, stack_stripe};
-use crate::edge::{BANDS, BandCut, COVERED};
 use crate::fastest::fastest;
-use crate::lens::Lens;
+use crate::frame::Frame;
 use crate::line::Line2;
+use crate::measure::cross_section::{
+    BESIDE, BLOCK, Background, CrossSection, band_section, section_stripe, smooth_amplitudes, stack_stripe,
+};
+use crate::measure::regression::{Regression, Regressor, Shift, median};
+use crate::measure::section_view::SectionView;
+use crate::measure::stripe_end::{BANDS, BandSection, COVERED};
+use crate::measure::template::{Stack, Template};
+use crate::measure::track::Track;
 use crate::picture::{Level, Picture};
-use crate::regression::{Regression, Regressor, Shift, median};
-use crate::template::{Stack, Template};
-use crate::track::Track;
-use crate::view::View;
 use nalgebra::Vector2;
 
-/// Cuts over which light is averaged to tell a gap from a dark grain of speckle.
+/// Sections over which light is averaged to tell a gap from a dark grain of speckle.
 const DARK_CUTS: usize = 5;
 /// A stripe is there if it has this part of its usual amplitude.
 const PRESENT: f64 = 0.25;
@@ -25,7 +27,7 @@ const LONGEST_START: f64 = 0.3;
 const BENT: f64 = 4.0;
 const BENT_PX: f64 = 0.15;
 
-/// A measured piece of stripe.
+/// A measured segment of stripe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// Its line in the ideal picture; its point is where the regression is centred.
@@ -34,10 +36,10 @@ pub struct Fit {
     pub regression: Regression,
     /// Usual amplitude, in levels.
     pub amplitude: f64,
-    /// Part of the cuts that show the stripe.
+    /// Part of the sections that show the stripe.
     pub present: f64,
-    /// Cuts that show it.
-    pub cuts: usize,
+    /// Sections that show it.
+    pub sections: usize,
 }
 
 impl Fit {
@@ -53,7 +55,7 @@ impl Fit {
 pub struct Middle {
     /// Ideal pixel.
     pub ideal: Vector2<f64>,
-    /// Standard deviation across the stripe, px; along it a point is where its cut is.
+    /// Standard deviation across the stripe, px; along it a point is where its section is.
     pub sigma_px: f64,
 }
 
@@ -76,7 +78,7 @@ fn hangs_off(start: &[Shift], all: &Regression) -> bool {
 pub struct StripeMeter {
     track: Track,
     backgrounds: Vec<Background>,
-    cuts: Vec<Cut>,
+    sections: Vec<CrossSection>,
     shifts: Vec<Shift>,
     regressor: Regressor,
     stack: Stack,
@@ -85,10 +87,10 @@ pub struct StripeMeter {
 }
 
 impl StripeMeter {
-    /// The cuts of the last measurement.
+    /// The sections of the last measurement.
     #[must_use]
-    pub fn cuts(&self) -> &[Cut] {
-        &self.cuts
+    pub fn sections(&self) -> &[CrossSection] {
+        &self.sections
     }
 
     /// The light along a line in bands beside each other; returns the width of a band, px.
@@ -97,32 +99,35 @@ impl StripeMeter {
         line: &Line2,
         span: [f64; 2],
         template: &Template,
-        scene: (&Picture<'_, L>, &Lens),
-        cuts: &mut Vec<BandCut>,
+        frame: Frame<'_, L>,
+        sections: &mut Vec<BandSection>,
     ) -> f64 {
         let width_px = 2.0 * COVERED * template.reach_px / BANDS as f64;
-        self.track.lay(line, span, scene);
-        self.measure_background(template.reach_px, scene.0);
-        let view = View::new(scene.0, self.track.by_columns);
-        cuts.clear();
+        self.track.lay(line, span, frame);
+        self.measure_background(template.reach_px, frame.picture);
+        let view = SectionView::new(frame.picture, self.track.by_columns);
+        sections.clear();
         for (block, background) in self.track.stations.chunks(BLOCK).zip(&self.backgrounds) {
-            cuts.extend(block.iter().filter_map(|station| band_cut(&view, station, background, width_px)));
+            sections.extend(
+                block.iter().filter_map(|station| band_section(&view, station, background, width_px)),
+            );
         }
         width_px
     }
 
-    /// Stretches of the last cuts, along the line, in which there is less than a part of the stripe's usual
+    /// Stretches of the last sections, along the line, in which there is less than a part of the stripe's usual
     /// light. Where sparks beside the stripe make its surroundings bright, it is not taken for dark.
     pub fn dark_stretches(&mut self, part: f64) -> &[[f64; 2]] {
         let usual = self.usual_amplitude();
         self.sorted.clear();
-        self.sorted.extend(self.cuts.iter().map(|cut| cut.background));
+        self.sorted.extend(self.sections.iter().map(|section| section.background));
         let ground = median(&mut self.sorted);
-        let light = |cut: &Cut| cut.own_amplitude.max(0.0) + (cut.background - ground).max(0.0);
+        let light =
+            |section: &CrossSection| section.own_amplitude.max(0.0) + (section.background - ground).max(0.0);
         let stretches = &mut self.dark;
         stretches.clear();
         let mut before_dark = false;
-        for around in self.cuts.windows(DARK_CUTS) {
+        for around in self.sections.windows(DARK_CUTS) {
             let mean = around.iter().map(light).sum::<f64>() / around.len() as f64;
             let dark = mean < part * usual;
             let s = around[DARK_CUTS / 2].s;
@@ -143,33 +148,33 @@ impl StripeMeter {
         line: &Line2,
         span: [f64; 2],
         sigma_px: f64,
-        scene: (&Picture<'_, L>, &Lens),
+        frame: Frame<'_, L>,
     ) -> Option<(Fit, Template)> {
-        let (first, template) = self.learn(line, span, sigma_px, scene)?;
+        let (first, template) = self.learn(line, span, sigma_px, frame)?;
         // Distances along the new line count from its own point.
         let start = line.station(&first.point);
-        let fit = self.fit_with(&first, [span[0] - start, span[1] - start], &template, scene)?;
+        let fit = self.fit_with(&first, [span[0] - start, span[1] - start], &template, frame)?;
         Some((fit, template))
     }
 
-    /// A first look with broad weights at every second cut: the line to a tenth of a pixel, and what the
+    /// A first look with broad weights at every second section: the line to a tenth of a pixel, and what the
     /// stripe's cross-section is.
     pub fn learn<L: Level>(
         &mut self,
         line: &Line2,
         span: [f64; 2],
         sigma_px: f64,
-        scene: (&Picture<'_, L>, &Lens),
+        frame: Frame<'_, L>,
     ) -> Option<(Line2, Template)> {
         let broad = Template::gaussian(sigma_px);
-        self.track.lay(line, span, scene);
+        self.track.lay(line, span, frame);
         self.track.thin();
-        self.cut_track(&broad, scene);
+        self.section_track(&broad, frame);
         let first = self.regress(line, &broad)?;
         let start = line.station(&first.line.point);
-        self.track.lay_again(&first.line, [span[0] - start, span[1] - start], scene);
+        self.track.lay_again(&first.line, [span[0] - start, span[1] - start], frame);
         // Flanks reach further than the broad weights do.
-        let template = self.stack(PRESENT * first.amplitude, 1.5 * broad.reach_px, scene.0)?;
+        let template = self.stack(PRESENT * first.amplitude, 1.5 * broad.reach_px, frame.picture)?;
         Some((first.line, template))
     }
 
@@ -179,13 +184,13 @@ impl StripeMeter {
         line: &Line2,
         span: [f64; 2],
         template: &Template,
-        scene: (&Picture<'_, L>, &Lens),
+        frame: Frame<'_, L>,
     ) -> Option<Fit> {
-        self.cut(line, span, template, scene);
+        self.section(line, span, template, frame);
         self.regress(line, template)
     }
 
-    /// The line through the cuts.
+    /// The line through the sections.
     fn regress(&mut self, line: &Line2, template: &Template) -> Option<Fit> {
         let amplitude = self.usual_amplitude();
         if amplitude <= 0.0 {
@@ -193,27 +198,27 @@ impl StripeMeter {
         }
         self.shifts.clear();
         let gain = template.gain;
-        self.shifts.extend(self.cuts.iter().map(|cut| {
-            let there = cut.amplitude > PRESENT * amplitude;
-            let per_px = cut.amplitude * gain * cut.stretch;
-            let shift_px = if there { cut.tilt / per_px } else { 0.0 };
-            // Exactly dark cuts have no amplitude to divide by.
-            let response = if there { cut.response / cut.amplitude } else { 0.0 };
-            Shift { s: cut.s, shift_px, weight: f64::from(u8::from(there)), response }
+        self.shifts.extend(self.sections.iter().map(|section| {
+            let there = section.amplitude > PRESENT * amplitude;
+            let per_px = section.amplitude * gain * section.stretch;
+            let shift_px = if there { section.tilt / per_px } else { 0.0 };
+            // Exactly dark sections have no amplitude to divide by.
+            let response = if there { section.response / section.amplitude } else { 0.0 };
+            Shift { s: section.s, shift_px, weight: f64::from(u8::from(there)), response }
         }));
         let regression = self.regressor.fit(&self.shifts)?;
-        let cuts = self.shifts.iter().filter(|shift| shift.weight > 0.0).count();
+        let sections = self.shifts.iter().filter(|shift| shift.weight > 0.0).count();
         let at = Line2 { point: line.at(regression.centre), along: line.along };
         Some(Fit {
             line: at.moved(regression.shift_px, regression.slope),
             regression,
             amplitude,
-            present: cuts as f64 / self.cuts.len().max(1) as f64,
-            cuts,
+            present: sections as f64 / self.sections.len().max(1) as f64,
+            sections,
         })
     }
 
-    /// The stripe's centre line: its middle at every cut of the last fit that shows it, along the line that was fitted
+    /// The stripe's centre line: its middle at every section of the last fit that shows it, along the line that was fitted
     /// from, and the standard deviation of each square to that line.
     pub fn middles<'a>(&'a self, line: &'a Line2, fit: &'a Fit) -> impl Iterator<Item = Middle> + 'a {
         self.shifts.iter().filter(|shift| shift.weight > 0.0).map(|shift| Middle {
@@ -223,7 +228,7 @@ impl StripeMeter {
     }
 
     /// The last fit without its beginning, if that does not lie on the line of the rest: mirrored light near a
-    /// corner pulls many cuts a little, and none of them far enough to be an outlier by itself.
+    /// corner pulls many sections a little, and none of them far enough to be an outlier by itself.
     pub fn without_bent_start(&mut self, line: &Line2, fit: Fit) -> Fit {
         let Some([first, last]) = self.shifts.first().zip(self.shifts.last()).map(|(a, b)| [a.s, b.s]) else {
             return fit;
@@ -247,39 +252,45 @@ impl StripeMeter {
         fit
     }
 
-    /// Cuts the stripe along a line.
-    pub fn cut<L: Level>(
+    /// Sections the stripe along a line.
+    pub fn section<L: Level>(
         &mut self,
         line: &Line2,
         span: [f64; 2],
         template: &Template,
-        scene: (&Picture<'_, L>, &Lens),
+        frame: Frame<'_, L>,
     ) {
-        self.track.lay(line, span, scene);
-        self.cut_track(template, scene);
+        self.track.lay(line, span, frame);
+        self.section_track(template, frame);
     }
 
-    fn cut_track<L: Level>(&mut self, template: &Template, scene: (&Picture<'_, L>, &Lens)) {
-        self.measure_background(template.reach_px, scene.0);
-        self.cuts.clear();
-        let view = View::new(scene.0, self.track.by_columns);
-        fastest!(cut_stripe(&view, &self.track.stations, &self.backgrounds, template, &mut self.cuts));
-        smooth_amplitudes(&mut self.cuts);
+    fn section_track<L: Level>(&mut self, template: &Template, frame: Frame<'_, L>) {
+        self.measure_background(template.reach_px, frame.picture);
+        self.sections.clear();
+        let view = SectionView::new(frame.picture, self.track.by_columns);
+        fastest!(section_stripe(
+            &view,
+            &self.track.stations,
+            &self.backgrounds,
+            template,
+            &mut self.sections
+        ));
+        smooth_amplitudes(&mut self.sections);
     }
 
-    /// The template of the stripe on the track; amplitudes are those of the last cuts.
+    /// The template of the stripe on the track; amplitudes are those of the last sections.
     fn stack<L: Level>(&mut self, least: f64, reach_px: f64, picture: &Picture<'_, L>) -> Option<Template> {
         self.measure_background(reach_px, picture);
         self.stack.clear();
-        let view = View::new(picture, self.track.by_columns);
-        let scene = (view, self.track.stations.as_slice(), self.backgrounds.as_slice());
-        fastest!(stack_stripe(&scene, &self.cuts, least, reach_px, &mut self.stack));
+        let view = SectionView::new(picture, self.track.by_columns);
+        let along = (view, self.track.stations.as_slice(), self.backgrounds.as_slice());
+        fastest!(stack_stripe(&along, &self.sections, least, reach_px, &mut self.stack));
         self.stack.template()
     }
 
-    /// The level beside the stripe, on each side, for each block of cuts.
+    /// The level beside the stripe, on each side, for each block of sections.
     fn measure_background<L: Level>(&mut self, reach_px: f64, picture: &Picture<'_, L>) {
-        let view = View::new(picture, self.track.by_columns);
+        let view = SectionView::new(picture, self.track.by_columns);
         self.backgrounds.clear();
         let mut last = Background::default();
         for block in self.track.stations.chunks(BLOCK) {
@@ -310,7 +321,7 @@ impl StripeMeter {
     /// Three quarters of the way up among the amplitudes: right with half of the stripe missing.
     fn usual_amplitude(&mut self) -> f64 {
         self.sorted.clear();
-        self.sorted.extend(self.cuts.iter().map(|cut| cut.amplitude));
+        self.sorted.extend(self.sections.iter().map(|section| section.amplitude));
         if self.sorted.is_empty() {
             return 0.0;
         }

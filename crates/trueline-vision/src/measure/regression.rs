@@ -1,4 +1,4 @@
-//! Robust straight-line regression of shifts along a piece.
+//! Robust straight-line regression of shifts along a segment.
 
 use crate::fastest::fastest;
 use nalgebra::{Matrix2, Vector2};

@@ -1,12 +1,12 @@
 //! Which joint a scan shows: the one that most of its pictures bear out.
 
-use crate::regression::median;
+use crate::measure::regression::median;
 use crate::seam::{Joint, NotFound, Seam};
 
 /// The seam of each joint of [`Joint::ALL`] in one picture, where there is one.
-pub type Trial = [Option<Seam>; 4];
+pub type JointTrial = [Option<Seam>; 4];
 
-/// Part of the pictures in which a joint of several pieces must be found to be preferred to a simpler one.
+/// Part of the pictures in which a joint of several segments must be found to be preferred to a simpler one.
 const MOSTLY: f64 = 0.5;
 /// A gap is a joint only if it is equally wide everywhere (median deviation as a part of the median), or there in
 /// this part of the pictures: soot and scratches make gaps as well, but not one in each picture.
@@ -19,9 +19,9 @@ const SHARED: f64 = 0.6;
 
 /// The joint; `None` if there is no seam in any picture.
 #[must_use]
-pub fn joint(trials: &[Trial]) -> Option<Joint> {
+pub fn joint(trials: &[JointTrial]) -> Option<Joint> {
     let found = |number: usize| trials.iter().filter(|trial| trial[number].is_some()).count();
-    // What has more pieces is asked for first: every groove has a corner that a fillet could be, too.
+    // What has more segments is asked for first: every groove has a corner that a fillet could be, too.
     for (number, joint) in Joint::ALL.into_iter().enumerate() {
         let share = found(number) as f64 / trials.len().max(1) as f64;
         let gap = joint != Joint::Butt || share >= NEARLY_ALWAYS || even(trials, number);
@@ -55,7 +55,7 @@ pub fn refuse_odd_gaps<'a>(seams: impl Iterator<Item = &'a mut Result<Seam, NotF
 }
 
 /// Whether the gap is the same in all pictures: gaps that soot or scratches make are not.
-fn even(trials: &[Trial], number: usize) -> bool {
+fn even(trials: &[JointTrial], number: usize) -> bool {
     let mut widths: Vec<f64> =
         trials.iter().filter_map(|trial| trial[number].map(|seam| seam.gap_m)).collect();
     let middle = median(&mut widths);

@@ -1,0 +1,22 @@
+//! What a picture shows before a joint is looked for.
+
+use crate::frame::Frame;
+use crate::locate::line_segment::LineSegment;
+use crate::seam::NotFound;
+
+/// The picture and the straight segments of the stripe in it.
+#[derive(Clone, Copy, Debug)]
+pub struct Evidence<'a, L> {
+    /// The picture and its lens.
+    pub frame: Frame<'a, L>,
+    /// The straight segments of the stripe, the strongest first.
+    pub segments: &'a [LineSegment],
+}
+
+impl<L> Evidence<'_, L> {
+    /// Why there is no joint among the segments.
+    #[must_use]
+    pub fn no_joint(&self) -> NotFound {
+        if self.segments.len() == 1 { NotFound::OnePiece } else { NotFound::NotThisJoint }
+    }
+}

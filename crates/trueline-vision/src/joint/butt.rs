@@ -1,0 +1,143 @@
+//! The gap of a butt joint: the middle between the ends of the stripe on two plates in one plane.
+
+use crate::evidence::Evidence;
+use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
+use crate::line::Line2;
+use crate::locate::line_segment::LineSegment;
+use crate::measure::stripe_end::BANDS;
+use crate::picture::Level;
+use crate::seam::{Lengths, NotFound, Seam, known_well};
+use nalgebra::{Matrix2, Vector2};
+
+/// The plates are in line to within this, rad in the picture.
+const IN_LINE: f64 = 0.05;
+/// And to within this beside each other at the gap, px.
+const BESIDE_PX: f64 = 12.0;
+/// A section with less than this part of the usual light is dark.
+const DARK: f64 = 0.12;
+/// Where an end is looked for, px.
+const SEARCH_PX: f64 = 30.0;
+/// Narrowest gap, px: speckle makes the stripe dark for less.
+const NARROWEST_PX: f64 = 5.0;
+/// Widest gap, px.
+const WIDEST_PX: f64 = 300.0;
+/// A second gap of this part of the widest one's width makes it doubtful: soot and scratches make gaps as well.
+const RIVAL: f64 = 0.25;
+
+/// A gap between two plates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Gap {
+    plates: [Plate; 2],
+    width_px: f64,
+}
+
+/// Finds gaps; memory is kept from one to the next.
+#[derive(Clone, Debug, Default)]
+pub struct ButtFinder {
+    ends: PlateEndFinder,
+    gaps: Vec<Gap>,
+}
+
+impl ButtFinder {
+    /// Finds the middle of the gap.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn find<L: Level>(&mut self, evidence: &Evidence<'_, L>) -> Result<Seam, NotFound> {
+        let lengths = Lengths::of(evidence.frame.lens);
+        let segments = evidence.segments;
+        self.gaps.clear();
+        for (number, first) in segments.iter().enumerate() {
+            self.holes(first, &lengths, evidence);
+            self.gaps
+                .extend(segments[number + 1..].iter().filter_map(|second| between(first, second, &lengths)));
+        }
+        self.gaps.sort_unstable_by(|a, b| b.width_px.total_cmp(&a.width_px));
+        let best = *self.gaps.first().ok_or(evidence.no_joint())?;
+        if self.gaps.get(1).is_some_and(|rival| rival.width_px > RIVAL * best.width_px) {
+            return Err(NotFound::Ambiguous);
+        }
+        let frame = evidence.frame;
+        let mut points = [(Vector2::zeros(), Matrix2::zeros()); 2];
+        let mut quality = 1.0_f64;
+        // The search for one end must not reach the other plate.
+        let search_px = SEARCH_PX.min(0.35 * best.width_px).max(3.0);
+        for (point, plate) in points.iter_mut().zip(&best.plates) {
+            let (edge, fit) = self.ends.find(plate, search_px, [true; BANDS], frame)?;
+            *point = edge_point(&fit, &edge);
+            quality = quality.min(fit.present);
+        }
+        middle(evidence, &points, quality)
+    }
+
+    /// Adds the stretches of a segment without light to the gaps.
+    fn holes<L: Level>(&mut self, segment: &LineSegment, lengths: &Lengths, evidence: &Evidence<'_, L>) {
+        let span = segment.span();
+        if span[1] - span[0] < lengths.shorter_px + lengths.longer_px {
+            return;
+        }
+        let frame = evidence.frame;
+        let Some((line, template)) = self.ends.meter.learn(&segment.line, span, segment.sigma_px, frame)
+        else {
+            return;
+        };
+        let start = line.station(&segment.line.point);
+        let [first, last] = span.map(|s| s + start);
+        self.ends.meter.section(&line, [first, last], &template, frame);
+        let plate = |at: f64, along, length_px| Plate {
+            line: Line2 { point: line.at(at), along },
+            length_px,
+            sigma_px: segment.sigma_px,
+        };
+        for [from, to] in self.ends.meter.dark_stretches(DARK) {
+            let width_px = to - from;
+            if (NARROWEST_PX..WIDEST_PX).contains(&width_px) && lengths.suffice([from - first, last - to]) {
+                let plates = [plate(*from, line.along, from - first), plate(*to, -line.along, last - to)];
+                self.gaps.push(Gap { plates, width_px });
+            }
+        }
+    }
+}
+
+/// The middle in the sheet, where lengths are true.
+fn middle<L: Level>(
+    evidence: &Evidence<'_, L>,
+    [(a, a_covariance), (b, b_covariance)]: &[(Vector2<f64>, Matrix2<f64>); 2],
+    quality: f64,
+) -> Result<Seam, NotFound> {
+    let lens = evidence.frame.lens;
+    let ((on_a, _), (on_b, _)) = lens.on_sheet(a).zip(lens.on_sheet(b)).ok_or(NotFound::OutOfView)?;
+    let (ideal, _) = lens.from_sheet(&(0.5 * (on_a + on_b))).ok_or(NotFound::OutOfView)?;
+    let covariance = 0.25 * (a_covariance + b_covariance);
+    if !known_well(&covariance) {
+        return Err(NotFound::Uncertain);
+    }
+    let seam = Seam::from_ideal(lens, &ideal, &covariance, quality)?;
+    Ok(Seam { gap_m: (on_a - on_b).norm(), ..seam })
+}
+
+/// The gap between two segments nearly in line.
+fn between(first: &LineSegment, second: &LineSegment, lengths: &Lengths) -> Option<Gap> {
+    if first.line.along.perp(&second.line.along).abs() > IN_LINE {
+        return None;
+    }
+    let covered = |segment: &LineSegment| segment.covered_px(segment.span()[0], segment.span()[1]);
+    if !lengths.suffice([covered(first), covered(second)]) {
+        return None;
+    }
+    let plates = [towards(first, second), towards(second, first)];
+    let [a, b] = plates.map(|plate| plate.line);
+    let width_px = a.station(&b.point);
+    let facing = a.distance(&b.point).abs() < BESIDE_PX && a.along.dot(&b.along) < 0.0;
+    (facing && (NARROWEST_PX..WIDEST_PX).contains(&width_px)).then_some(Gap { plates, width_px })
+}
+
+/// The plate of a segment, with the line turned towards another segment.
+fn towards(segment: &LineSegment, other: &LineSegment) -> Plate {
+    let middle = |segment: &LineSegment| segment.line.at(0.5 * (segment.span()[0] + segment.span()[1]));
+    let forward = segment.line.along.dot(&(middle(other) - middle(segment))) > 0.0;
+    let [first, last] = segment.span();
+    let (s, along) = if forward { (last, segment.line.along) } else { (first, -segment.line.along) };
+    let line = Line2 { point: segment.line.at(s), along };
+    Plate { line, length_px: last - first, sigma_px: segment.sigma_px }
+}

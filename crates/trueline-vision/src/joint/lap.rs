@@ -1,0 +1,139 @@
+//! The edge of a lap joint: where the stripe on the upper plate ends.
+
+use crate::evidence::Evidence;
+use crate::joint::end_face::{Face, FaceFinder};
+use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
+use crate::lens::Lens;
+use crate::line::Line2;
+use crate::locate::line_segment::LineSegment;
+use crate::measure::stripe_end::{BANDS, Edge};
+use crate::picture::Level;
+use crate::seam::{Lengths, NotFound, Seam, known_well};
+use nalgebra::Vector2;
+
+/// Plates are parallel to within this, rad in the sheet.
+const PARALLEL: f64 = 0.15;
+/// The lower stripe begins within this of the upper one's end, px along it.
+const APART_PX: f64 = 400.0;
+/// The stripes lie at least this many thicknesses beside each other.
+const STEP_SIGMAS: f64 = 4.0;
+/// Where the edge is looked for around the last edgel, px.
+const SEARCH_PX: f64 = 30.0;
+
+/// The two plates of a lap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plates {
+    upper: usize,
+    /// The upper plate's line, towards its edge; the point is the last edgel.
+    line: Line2,
+    length: f64,
+    weight: f64,
+    /// Where the lower plate's stripe begins.
+    lower_start: Vector2<f64>,
+    /// Bands on the side away from the lower plate: on the other side the light may run on down the upper
+    /// plate's end face.
+    bands: [bool; BANDS],
+}
+
+/// Finds edges; memory is kept from one to the next.
+#[derive(Clone, Debug, Default)]
+pub struct LapFinder {
+    ends: PlateEndFinder,
+    faces: FaceFinder,
+}
+
+impl LapFinder {
+    /// Finds the edge.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn find<L: Level>(&mut self, evidence: &Evidence<'_, L>) -> Result<Seam, NotFound> {
+        let segments = evidence.segments;
+        let mut best: Option<Plates> = None;
+        for upper in 0..segments.len() {
+            for lower in (0..segments.len()).filter(|lower| *lower != upper) {
+                let found = plates(segments, [upper, lower], evidence.frame.lens);
+                if let Some(found) = found
+                    && best.is_none_or(|best| found.weight > best.weight)
+                {
+                    best = Some(found);
+                }
+            }
+        }
+        let best = best.ok_or(evidence.no_joint())?;
+        let frame = evidence.frame;
+        let plate =
+            Plate { line: best.line, length_px: best.length, sigma_px: segments[best.upper].sigma_px };
+        let (mut edge, fit) = self.ends.find(&plate, SEARCH_PX, best.bands, frame)?;
+        let face = Face::between(&fit, edge.s, &best.lower_start, frame);
+        let lit = face.as_ref().is_none_or(|face| face.is_lit(fit.amplitude, plate.sigma_px));
+        if lit {
+            let begins = face.and_then(|face| self.faces.edge(&face, plate.sigma_px));
+            edge = with_lit_face(&edge, begins, plate.sigma_px);
+        } else {
+            (edge, _) = self.ends.find(&plate, SEARCH_PX, [true; BANDS], frame)?;
+        }
+        let (ideal, covariance) = edge_point(&fit, &edge);
+        if !known_well(&covariance) {
+            return Err(NotFound::Uncertain);
+        }
+        Seam::from_ideal(evidence.frame.lens, &ideal, &covariance, fit.present)
+    }
+}
+
+/// The edge from the light on the upper plate's end face, if there is some: the stripe's own end, seen from the
+/// side that the face is not on, and the place where the face meets the stripe.
+fn with_lit_face(end: &Edge, face: Option<Edge>, sigma_px: f64) -> Edge {
+    // The face's flank reaches around the corner by about half of the stripe's thickness.
+    let blurred = Edge { s: end.s, sigma_px: end.sigma_px.hypot(0.6 * sigma_px) };
+    let Some(face) = face.filter(|face| (face.s - end.s).abs() < 4.0 * face.sigma_px.hypot(blurred.sigma_px))
+    else {
+        return blurred;
+    };
+    let [a, b] = [blurred, face].map(|edge| edge.sigma_px.powi(-2));
+    Edge { s: (a * blurred.s + b * face.s) / (a + b), sigma_px: (a + b).sqrt().recip() }
+}
+
+fn plates(segments: &[LineSegment], [upper, lower]: [usize; 2], lens: &Lens) -> Option<Plates> {
+    let [a, b] = [upper, lower].map(|number| &segments[number]);
+    let covered = |segment: &LineSegment| segment.covered_px(segment.span()[0], segment.span()[1]);
+    if !Lengths::of(lens).suffice([covered(a), covered(b)]) {
+        return None;
+    }
+    let ends = |segment: &LineSegment| segment.span().map(|s| segment.line.at(s));
+    let ([a0, a1], [b0, b1]) = (ends(a), ends(b));
+    // Towards the other plate.
+    let forward = a.line.along.dot(&(0.5 * (b0 + b1) - 0.5 * (a0 + a1))) > 0.0;
+    let (along, edge) = if forward { (a.line.along, a1) } else { (-a.line.along, a0) };
+    let line = Line2 { point: edge, along };
+    let (start, end) = (line.station(&b0).min(line.station(&b1)), line.station(&b0).max(line.station(&b1)));
+    // The lower stripe lies ahead, not beside: what lies beside is a ghost.
+    let ahead = end > 0.3 * a.span()[1].min(60.0) && start.abs() < APART_PX && start > -0.3 * (end - start);
+    let step = line.distance(&line_point_at(b, &line, start.max(0.0)));
+    let beside = step.abs() > STEP_SIGMAS * a.sigma_px.max(b.sigma_px);
+    let sheet = |ideal: &Vector2<f64>| lens.on_sheet(ideal).map(|(point, _)| point);
+    let (sa0, sa1) = (sheet(&a0)?, sheet(&a1)?);
+    let (sb0, sb1) = (sheet(&b0)?, sheet(&b1)?);
+    let (da, db) = ((sa1 - sa0).normalize(), (sb1 - sb0).normalize());
+    let parallel = da.perp(&db).abs() < PARALLEL;
+    // The upper plate is the nearer one: its line passes the lower segment on the camera's side.
+    let across = Vector2::new(-da.y, da.x);
+    let away = across * across.dot(&lens.away()).signum();
+    let above = away.dot(&(0.5 * (sb0 + sb1) - sa0)) > 0.0;
+    let length = (a1 - a0).norm();
+    (ahead && beside && parallel && above).then(|| Plates {
+        upper,
+        line,
+        length,
+        weight: a.weight() + b.weight(),
+        lower_start: if line.station(&b0) < line.station(&b1) { b0 } else { b1 },
+        bands: std::array::from_fn(|band| if step > 0.0 { band * 2 < BANDS } else { band * 2 >= BANDS }),
+    })
+}
+
+/// The point of a segment's line at a station of another line.
+fn line_point_at(segment: &LineSegment, other: &Line2, station: f64) -> Vector2<f64> {
+    let slope = segment.line.along.dot(&other.along);
+    let start = other.station(&segment.line.point);
+    segment.line.at((station - start) / slope)
+}

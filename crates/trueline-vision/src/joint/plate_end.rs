@@ -1,0 +1,67 @@
+//! Where the stripe on one plate ends: the line along it, and the place on that line.
+
+use crate::frame::Frame;
+use crate::line::Line2;
+use crate::measure::stripe_end::{BANDS, Edge, EndFinder};
+use crate::measure::stripe_meter::{Fit, StripeMeter};
+use crate::picture::Level;
+use crate::seam::NotFound;
+use nalgebra::{Matrix2, Vector2};
+
+/// Stripe on both sides of the search that is compared, px.
+const COMPARE_PX: f64 = 60.0;
+/// How far back the line is fitted, px.
+const FIT_PX: f64 = 1200.0;
+
+/// The stripe on a plate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plate {
+    /// Its line, which leads to its end; the point is near the end.
+    pub line: Line2,
+    /// Its length, px.
+    pub length_px: f64,
+    /// Its thickness, px.
+    pub sigma_px: f64,
+}
+
+/// Finds ends of plates; memory is kept from one to the next.
+#[derive(Clone, Debug, Default)]
+pub struct PlateEndFinder {
+    /// Measures the stripe.
+    pub meter: StripeMeter,
+    ends: EndFinder,
+}
+
+impl PlateEndFinder {
+    /// The end of the stripe on a plate, within `search_px` of the point of its line; `bands` says which bands across
+    /// the stripe are looked at.
+    ///
+    /// # Errors
+    /// Too little stripe, or light that does not end.
+    pub fn find<L: Level>(
+        &mut self,
+        plate: &Plate,
+        search_px: f64,
+        bands: [bool; BANDS],
+        frame: Frame<'_, L>,
+    ) -> Result<(Edge, Fit), NotFound> {
+        let span = [-plate.length_px.min(FIT_PX), -search_px];
+        let (fit, template) =
+            self.meter.fit(&plate.line, span, plate.sigma_px, frame).ok_or(NotFound::TooLittle)?;
+        let near = fit.line.station(&plate.line.point);
+        let reach = [near - search_px - COMPARE_PX, near + search_px + COMPARE_PX.min(search_px)];
+        let width_px = self.meter.bands(&fit.line, reach, &template, frame, &mut self.ends.sections);
+        let search = [near - search_px, near + search_px];
+        let edge = self.ends.end(search, width_px, bands).ok_or(NotFound::TooLittle)?;
+        Ok((edge, fit))
+    }
+}
+
+/// The point at an edge and its covariance: along the line that of the edge, across it that of the line.
+#[must_use]
+pub fn edge_point(fit: &Fit, edge: &Edge) -> (Vector2<f64>, Matrix2<f64>) {
+    let (along, across) = (fit.line.along, fit.line.normal());
+    let covariance = along * along.transpose() * edge.sigma_px.powi(2)
+        + across * across.transpose() * fit.variance_at(edge.s);
+    (fit.line.at(edge.s), covariance)
+}

@@ -1,0 +1,5 @@
+//! Where there is a stripe: tiles that stand out → edgels → straight line segments.
+
+pub mod edgel;
+pub mod line_segment;
+pub mod tiles;

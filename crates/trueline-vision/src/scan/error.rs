@@ -1,0 +1,29 @@
+//! Why the pictures of a scan cannot be examined.
+
+/// What stops a scan's examination. A picture without a seam does not: that is a [`crate::NotFound`] of its own.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScanError {
+    /// A picture, or the index of them, that cannot be read.
+    #[error(transparent)]
+    Read(#[from] trueline_dataset::Error),
+    /// Seams are found in pictures, and this sensor takes none.
+    #[error("features are found in the pictures of a camera_laser, and the sensor is of kind {kind}")]
+    NoCamera {
+        /// The sensor's kind, as in `sensor.toml`.
+        kind: &'static str,
+    },
+    /// A picture of another size than the sensor's.
+    #[error("{name}: the picture is {} x {} px, and sensor.toml says {} x {}", found[0], found[1], expected[0], expected[1])]
+    WrongSize {
+        /// The picture.
+        name: String,
+        /// Its width and height, px.
+        found: [usize; 2],
+        /// The camera's, px.
+        expected: [usize; 2],
+    },
+    /// Whoever looks on could not go on.
+    #[error("{0}")]
+    Observer(Box<dyn std::error::Error + Send + Sync>),
+}

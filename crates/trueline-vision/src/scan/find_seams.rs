@@ -1,0 +1,119 @@
+//! The recipe: which joint the scan shows, its seam in every picture, and what the pictures say of each other.
+
+use crate::detector::Detector;
+use crate::scan::error::ScanError;
+use crate::scan::joint_choice::{self, JointTrial};
+use crate::scan::neighbours;
+use crate::scan::observer::{ExaminedPicture, ScanObserver, Stage};
+use crate::scan::scan_seams::{JointSource, ScanFrame, ScanSeams};
+use crate::seam::Joint;
+use rayon::prelude::*;
+use std::time::{Duration, Instant};
+use trueline_dataset::{GrayImage, PictureSource, Pixels};
+
+/// Pictures that are examined to find out which joint they show.
+const SAMPLED: usize = 24;
+
+/// Finds the seam in all pictures of a scan with the threads of the current rayon pool. Without a joint, that which most
+/// pictures show is looked for.
+///
+/// # Errors
+/// A picture that cannot be read, of another size than the camera's, or what the observer says.
+pub fn find_seams(
+    source: &dyn PictureSource,
+    detector: &Detector,
+    joint: Option<Joint>,
+    observer: &dyn ScanObserver,
+) -> Result<ScanSeams, ScanError> {
+    let (joint, joint_source) = match joint {
+        Some(joint) => (joint, JointSource::Given),
+        None => match chosen_joint(source, detector, observer)? {
+            Some(joint) => (joint, JointSource::Pictures),
+            // Most scans are made over a fillet, and its reasons say most.
+            None => (Joint::Fillet, JointSource::Default),
+        },
+    };
+    let (mut frames, detection_time) = examine_all(source, detector, joint, observer)?;
+    if joint == Joint::Butt {
+        joint_choice::refuse_odd_gaps(frames.iter_mut().map(|frame| &mut frame.seam));
+    }
+    let in_order = frames.iter_mut().map(|frame| (frame.stamp.stamp_ns as f64 * 1e-9, &mut frame.seam));
+    let neighbour_distance_px = neighbours::refuse_jumps(in_order);
+    let size_px = detector.lens().camera().size;
+    Ok(ScanSeams { joint, joint_source, frames, neighbour_distance_px, detection_time, size_px })
+}
+
+fn examine_all(
+    source: &dyn PictureSource,
+    detector: &Detector,
+    joint: Joint,
+    observer: &dyn ScanObserver,
+) -> Result<(Vec<ScanFrame>, Duration), ScanError> {
+    observer.begins(Stage::FindingSeams, source.count());
+    let examined: Result<Vec<_>, ScanError> = (0..source.count())
+        .into_par_iter()
+        .map_init(
+            || (detector.clone(), Vec::new()),
+            |(detector, spare), number| {
+                let image = read(source, number, detector, spare)?;
+                let start = Instant::now();
+                let seam = detector.seam_in(&image, joint);
+                let taken = start.elapsed();
+                observer.examined(&ExaminedPicture { number, image: &image, seam: &seam, detector })?;
+                recycle(image, spare);
+                observer.advances(Stage::FindingSeams);
+                Ok((ScanFrame { stamp: source.stamp(number), name: source.name(number), seam }, taken))
+            },
+        )
+        .collect();
+    observer.ends(Stage::FindingSeams);
+    let examined = examined?;
+    let detection_time = examined.iter().map(|(_, taken)| *taken).sum();
+    Ok((examined.into_iter().map(|(frame, _)| frame).collect(), detection_time))
+}
+
+fn chosen_joint(
+    source: &dyn PictureSource,
+    detector: &Detector,
+    observer: &dyn ScanObserver,
+) -> Result<Option<Joint>, ScanError> {
+    let step = source.count().div_ceil(SAMPLED).max(1);
+    let sampled: Vec<usize> = (0..source.count()).step_by(step).collect();
+    observer.begins(Stage::ChoosingJoint, sampled.len());
+    let trials: Result<Vec<JointTrial>, ScanError> = sampled
+        .into_par_iter()
+        .map_init(
+            || (detector.clone(), Vec::new()),
+            |(detector, spare), number| {
+                let image = read(source, number, detector, spare)?;
+                let trial = Joint::ALL.map(|joint| detector.seam_in(&image, joint).ok());
+                recycle(image, spare);
+                observer.advances(Stage::ChoosingJoint);
+                Ok(trial)
+            },
+        )
+        .collect();
+    observer.ends(Stage::ChoosingJoint);
+    Ok(joint_choice::joint(&trials?))
+}
+
+fn read(
+    source: &dyn PictureSource,
+    number: usize,
+    detector: &Detector,
+    spare: &mut Vec<u8>,
+) -> Result<GrayImage, ScanError> {
+    let image = source.read(number, spare)?;
+    let (found, expected) = ([image.width, image.height], detector.lens().camera().size.map(|n| n as usize));
+    if found != expected {
+        return Err(ScanError::WrongSize { name: source.name(number), found, expected });
+    }
+    Ok(image)
+}
+
+/// Memory of a picture that is done with serves the next.
+fn recycle(image: GrayImage, spare: &mut Vec<u8>) {
+    if let Pixels::Eight(levels) = image.pixels {
+        *spare = levels;
+    }
+}

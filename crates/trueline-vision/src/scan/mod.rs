@@ -1,0 +1,13 @@
+//! The pictures of a scan → its seam points, ready to be calibrated with.
+
+mod error;
+mod find_seams;
+pub mod joint_choice;
+pub mod neighbours;
+mod observer;
+mod scan_seams;
+
+pub use error::ScanError;
+pub use find_seams::find_seams;
+pub use observer::{ExaminedPicture, ScanObserver, Stage};
+pub use scan_seams::{JointSource, ScanFrame, ScanSeams};

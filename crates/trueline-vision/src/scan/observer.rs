@@ -1,0 +1,51 @@
+//! Whoever looks on while the pictures of a scan are examined: a progress bar, overlays.
+
+use crate::detector::Detector;
+use crate::scan::error::ScanError;
+use crate::seam::{NotFound, Seam};
+use trueline_dataset::GrayImage;
+
+/// What is being done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// A sample of the pictures is examined for every joint.
+    ChoosingJoint,
+    /// Every picture is examined for one joint.
+    FindingSeams,
+}
+
+/// A picture that has just been examined.
+#[derive(Debug)]
+pub struct ExaminedPicture<'a> {
+    /// Its number in the scan.
+    pub number: usize,
+    /// The picture.
+    pub image: &'a GrayImage,
+    /// Its seam, or why there is none.
+    pub seam: &'a Result<Seam, NotFound>,
+    /// The detector, which still holds the line segments of this picture.
+    pub detector: &'a Detector,
+}
+
+/// Is told what happens, from several threads and in any order. Every method does nothing unless it is written.
+pub trait ScanObserver: Sync {
+    /// A stage begins, in which so many pictures are examined.
+    fn begins(&self, _stage: Stage, _pictures: usize) {}
+
+    /// One more picture is done with.
+    fn advances(&self, _stage: Stage) {}
+
+    /// A stage is over.
+    fn ends(&self, _stage: Stage) {}
+
+    /// A picture was examined for its seam.
+    ///
+    /// # Errors
+    /// Whatever should stop the examination of the others.
+    fn examined(&self, _picture: &ExaminedPicture<'_>) -> Result<(), ScanError> {
+        Ok(())
+    }
+}
+
+/// Nobody looks on.
+impl ScanObserver for () {}

@@ -1,0 +1,84 @@
+//! What was found in the pictures of a scan.
+
+use crate::seam::{Joint, NotFound, Seam};
+use std::collections::BTreeMap;
+use std::time::Duration;
+use trueline_dataset::{Feature, FrameStamp};
+
+/// Why a joint was looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointSource {
+    /// The caller named it.
+    Given,
+    /// Most pictures show it.
+    Pictures,
+    /// The pictures show none; one is taken so that there are reasons.
+    Default,
+}
+
+/// One picture of a scan.
+#[derive(Clone, Debug)]
+pub struct ScanFrame {
+    /// When it was taken.
+    pub stamp: FrameStamp,
+    /// What a person calls it.
+    pub name: String,
+    /// Its seam, or why there is none.
+    pub seam: Result<Seam, NotFound>,
+}
+
+/// The seams of a scan.
+#[derive(Clone, Debug)]
+pub struct ScanSeams {
+    /// The joint that was looked for.
+    pub joint: Joint,
+    /// Why that one.
+    pub joint_source: JointSource,
+    /// All pictures in the order of the scan.
+    pub frames: Vec<ScanFrame>,
+    /// How far a point typically is from where its neighbours have it, px; `None` with too few points.
+    pub neighbour_distance_px: Option<f64>,
+    /// Time in detection alone, summed over threads.
+    pub detection_time: Duration,
+    /// Width and height of the pictures, px.
+    pub size_px: [u32; 2],
+}
+
+impl ScanSeams {
+    /// The seams that were found.
+    pub fn seams(&self) -> impl Iterator<Item = &Seam> {
+        self.frames.iter().filter_map(|frame| frame.seam.as_ref().ok())
+    }
+
+    /// The features of the pictures that show the seam.
+    #[must_use]
+    pub fn features(&self) -> Vec<Feature> {
+        let found =
+            self.frames.iter().filter_map(|frame| Some(frame.seam.as_ref().ok()?.feature(&frame.stamp)));
+        found.collect()
+    }
+
+    /// How many pictures have no seam for each reason.
+    #[must_use]
+    pub fn reasons(&self) -> BTreeMap<NotFound, usize> {
+        let mut reasons = BTreeMap::new();
+        for reason in self.frames.iter().filter_map(|frame| frame.seam.as_ref().err()) {
+            *reasons.entry(*reason).or_insert(0) += 1;
+        }
+        reasons
+    }
+
+    /// Median, and 95th percentile, of a number over the seams; `None` without a seam.
+    pub fn median_and_p95(&self, of: impl Fn(&Seam) -> f64) -> Option<[f64; 2]> {
+        let mut values: Vec<f64> = self.seams().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        let at = |part: f64| values[((values.len() - 1) as f64 * part) as usize];
+        (!values.is_empty()).then(|| [at(0.5), at(0.95)])
+    }
+
+    /// Milliseconds of one core for a picture, without reading it.
+    #[must_use]
+    pub fn ms_per_picture(&self) -> f64 {
+        self.detection_time.as_secs_f64() * 1e3 / self.frames.len().max(1) as f64
+    }
+}
