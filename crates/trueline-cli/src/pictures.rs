@@ -9,7 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use trueline_dataset::{PictureFolder, folder};
 use trueline_report::picture_page::Looked;
-use trueline_vision::scan::{ExaminedPicture, JointSource, ScanError, ScanObserver, ScanSeams, Stage};
+use trueline_vision::scan::{
+    ExaminedPicture, JointSource, ScanError, ScanObserver, ScanSeams, SkippedPictures, Stage,
+};
 use trueline_vision::{Detector, Joint, find_seams};
 
 /// Gaps that are typically further than this from where their neighbours have them deserve a look, px: soot makes
@@ -110,7 +112,7 @@ pub fn looked(scan: &ScanSeams) -> Vec<Looked> {
         file: Path::new(&frame.name).file_name().unwrap_or_default().to_string_lossy().into_owned(),
         seam: match &frame.seam {
             Ok(seam) => Ok((seam.pixel.into(), seam.sigma_px())),
-            Err(reason) => Err(reason.to_string()),
+            Err(reason) => Err((reason.code(), reason.to_string())),
         },
     });
     looked.collect()
@@ -125,8 +127,8 @@ pub fn summary(scan: &ScanSeams) -> String {
     };
     let mut text = format!("Joint            {}{how}\n", scan.joint.name());
     text += &format!("Found            {} of {} pictures\n", scan.seams().count(), scan.frames.len());
-    for (reason, count) in scan.reasons() {
-        text += &format!("                 {count}: {reason}\n");
+    for skipped in scan.reasons() {
+        text += &format!("                 {}: {}\n", skipped.count, skipped.typical);
     }
     let spread = |axis: usize| scan.median_and_p95(|seam| seam.sigma_px()[axis]);
     if let (Some(u), Some(v)) = (spread(0), spread(1)) {
@@ -151,8 +153,11 @@ pub fn summary(scan: &ScanSeams) -> String {
 
 /// For a program.
 pub fn json(scan: &ScanSeams) -> serde_json::Value {
-    let reasons: serde_json::Map<String, serde_json::Value> =
-        scan.reasons().into_iter().map(|(reason, count)| (reason.to_string(), count.into())).collect();
+    let reasons: Vec<serde_json::Value> = (scan.reasons().into_iter())
+        .map(|SkippedPictures { count, typical }| {
+            serde_json::json!({ "code": typical.code(), "count": count, "text": typical.to_string() })
+        })
+        .collect();
     let spread = |axis: usize| scan.median_and_p95(|seam| seam.sigma_px()[axis]);
     let gap_mm = scan.median_and_p95(|seam| seam.gap_m * 1e3).filter(|_| scan.joint == Joint::Butt);
     serde_json::json!({

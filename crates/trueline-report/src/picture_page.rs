@@ -12,8 +12,8 @@ pub struct Looked {
     pub stamp_s: f64,
     /// Its file.
     pub file: String,
-    /// The seam and its standard deviations, px; or why there is none.
-    pub seam: Result<([f64; 2], [f64; 2]), String>,
+    /// The seam and its standard deviations, px; or why there is none: a code, and a text with numbers.
+    pub seam: Result<([f64; 2], [f64; 2]), (&'static str, String)>,
 }
 
 /// Renders the report; `words` is the summary as it is printed.
@@ -96,24 +96,24 @@ fn charts(looked: &[Looked], size_px: [u32; 2], columns: &mut Columns) -> Vec<Bl
 const MOST: usize = 300;
 
 fn missing(looked: &[Looked]) -> Vec<Block> {
-    let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
-    let without: Vec<(&Looked, &String)> =
-        looked.iter().filter_map(|l| l.seam.as_ref().err().map(|reason| (l, reason))).collect();
-    for (_, reason) in &without {
-        *reasons.entry(reason).or_insert(0) += 1;
+    let mut reasons: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
+    let without: Vec<(&Looked, &str, &String)> =
+        looked.iter().filter_map(|l| l.seam.as_ref().err().map(|(code, text)| (l, *code, text))).collect();
+    for (_, code, text) in &without {
+        reasons.entry(code).or_insert((0, text)).0 += 1;
     }
     if without.is_empty() {
         return vec![Block::Text("None.".to_owned())];
     }
     let mut blocks =
-        vec![Block::List(reasons.iter().map(|(reason, count)| format!("{count}: {reason}")).collect())];
+        vec![Block::List(reasons.values().map(|(count, text)| format!("{count}: {text}")).collect())];
     if without.len() > MOST {
         blocks.push(Block::Text(format!("The first {MOST} of {}:", without.len())));
     }
     blocks.push(Block::Table(Table {
         head: ["time (s)", "file", "why"].map(str::to_owned).to_vec(),
         rows: (without.iter().take(MOST))
-            .map(|(l, reason)| {
+            .map(|(l, _, reason)| {
                 TableRow::plain(vec![format!("{:.3}", l.stamp_s), l.file.clone(), (*reason).clone()])
             })
             .collect(),

@@ -16,8 +16,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let sensor = folder::read_sensor(Path::new(&dataset))?;
     let detector = Detector::for_sensor(&sensor).ok_or("this sensor takes no pictures")?;
     let scan = find_seams(&PictureFolder::open(Path::new(&dataset))?, &detector, joint, &())?;
-    for (reason, count) in scan.reasons() {
-        eprintln!("{count} x {}: {reason}", reason.code());
+    for skipped in scan.reasons() {
+        eprintln!("{} x {}: {}", skipped.count, skipped.typical.code(), skipped.typical);
     }
     eprintln!("{} of {}, {:.2} ms", scan.seams().count(), scan.frames.len(), scan.ms_per_picture());
     Ok(features_csv::write(std::io::stdout().lock(), &scan.features())?)

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_sim::{Joint as Scene, Look, PictureScan, Preset, SensorModel};
 use trueline_vision::frame::Frame;
-use trueline_vision::joint::corner::{Pair, pairs};
+use trueline_vision::joint::arm_pair::{ArmPair, pairs};
 use trueline_vision::line::Line2;
 use trueline_vision::measure::regression::{Regressor, Shift};
 use trueline_vision::measure::track::Track;
@@ -76,7 +76,7 @@ impl Bench {
         method: Method,
         picture: &Picture<'_, u8>,
         smooth: &[f32],
-        pair: &Pair,
+        pair: &ArmPair,
     ) -> Option<Vector2<f64>> {
         let mut lines = pair.arms;
         // Twice: the second time around the line that the first has found.
@@ -183,7 +183,7 @@ fn stripe_of(clean: &Picture<'_, u8>, lens: &Lens, arm: &Line2, length: f64) -> 
 
 /// Cramér–Rao bound of the corner, px²: a shift of an arm by e changes levels by −e μ′; speckle of contrast one and
 /// correlation area πℓ² gives them the spectral density μ²πℓ², the camera its variance.
-fn bound(pair: &Pair, stripes: [(f64, f64); 2], look: &Look) -> f64 {
+fn bound(pair: &ArmPair, stripes: [(f64, f64); 2], look: &Look) -> f64 {
     let variance = [0, 1].map(|k| {
         let (amplitude, sigma) = stripes[k];
         let area = std::f64::consts::PI * look.speckle_length_px.powi(2) * look.speckle_contrast.powi(2);
@@ -240,8 +240,10 @@ fn main() {
             let Ok(seam) = detector.seam(&picture, Joint::Fillet) else { continue };
             times[methods.len()] += start.elapsed();
             errors[methods.len()].push((seam.pixel - truth).norm_squared());
-            let pair =
-                pairs(detector.segments(), &lens).max_by(|a, b| a.score().total_cmp(&b.score())).unwrap();
+            let pair = pairs(detector.segments(), &lens)
+                .filter_map(|(_, pair)| pair.ok())
+                .max_by(|a, b| a.score().total_cmp(&b.score()))
+                .unwrap();
             let stripes =
                 [0, 1].map(|k| stripe_of(&eight(&reference.image), &lens, &pair.arms[k], pair.lengths[k]));
             bounds.push(bound(&pair, stripes, &look));

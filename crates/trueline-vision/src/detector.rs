@@ -4,29 +4,30 @@ use crate::evidence::Evidence;
 use crate::frame::Frame;
 use crate::joint::butt::ButtFinder;
 use crate::joint::lap::LapFinder;
-use crate::joint::{fillet, v_groove};
+use crate::joint::plate_end::PlateEndFinder;
+use crate::joint::{edge, fillet, v_groove};
 use crate::lens::Lens;
+use crate::locate::binning::{FACTORS, bin, binned_lens, factor};
 use crate::locate::edgel::{Edgel, edgels};
 use crate::locate::line_segment::{LineSegment, SegmentFinder};
 use crate::locate::tiles::{Candidate, MOST_CANDIDATES, Tiles};
 use crate::measure::stripe_meter::StripeMeter;
+use crate::not_found::NotFound;
 use crate::picture::{Level, Picture};
-use crate::seam::{Joint, NotFound, Seam};
+use crate::seam::{Joint, Seam};
 use trueline_dataset::{GrayImage, Pixels, Sensor};
 
 /// Finds the seam in pictures of one camera. Keeps its memory from one picture to the next, and nothing else:
 /// every picture is looked at as a whole, so that no reflection can be locked on to.
 #[derive(Clone, Debug)]
 pub struct Detector {
+    /// For each of [`FACTORS`]: the lens of pictures made smaller by it.
+    lenses: [Option<Lens>; FACTORS.len()],
     lens: Lens,
-    tiles: Tiles,
-    candidates: Vec<Candidate>,
-    edgels: Vec<Edgel>,
-    finder: SegmentFinder,
+    locator: Locator,
+    finders: JointFinders,
+    binned: Vec<u16>,
     segments: Vec<LineSegment>,
-    corners: StripeMeter,
-    laps: LapFinder,
-    butts: ButtFinder,
 }
 
 impl Detector {
@@ -34,15 +35,12 @@ impl Detector {
     #[must_use]
     pub fn new(lens: Lens) -> Self {
         Self {
+            lenses: FACTORS.map(|factor| binned_lens(&lens, factor)),
             lens,
-            tiles: Tiles::default(),
-            candidates: Vec::new(),
-            edgels: Vec::new(),
-            finder: SegmentFinder::default(),
+            locator: Locator::default(),
+            finders: JointFinders::default(),
+            binned: Vec::new(),
             segments: Vec::new(),
-            corners: StripeMeter::default(),
-            laps: LapFinder::default(),
-            butts: ButtFinder::default(),
         }
     }
 
@@ -74,18 +72,29 @@ impl Detector {
     /// # Errors
     /// Why there is none; a point that cannot be relied on is none.
     pub fn seam<L: Level>(&mut self, picture: &Picture<'_, L>, joint: Joint) -> Result<Seam, NotFound> {
-        self.locate(picture);
-        if self.segments.is_empty() {
-            return Err(NotFound::NoStripe);
+        self.locator.candidates_in(picture);
+        let factor = factor(picture, &self.locator.tiles, &self.locator.candidates);
+        if factor == 1 {
+            self.locator.segments_in(picture, &self.lens, &mut self.segments);
+            return self.finders.seam(
+                joint,
+                Frame { picture, lens: &self.lens },
+                &self.segments,
+                &self.locator,
+            );
         }
-        let frame = Frame { picture, lens: &self.lens };
-        let evidence = Evidence { frame, segments: &self.segments };
-        match joint {
-            Joint::Fillet => fillet::find(&evidence, &mut self.corners),
-            Joint::Lap => self.laps.find(&evidence),
-            Joint::VGroove => v_groove::find(&evidence, &mut self.corners),
-            Joint::Butt => self.butts.find(&evidence),
+        let lens =
+            FACTORS.iter().zip(&self.lenses).find(|(k, _)| **k == factor).and_then(|(_, lens)| lens.as_ref());
+        let smaller = bin(picture, factor, &mut self.binned);
+        let (Some(lens), Some(smaller)) = (lens, smaller) else { return Err(self.locator.no_stripe()) };
+        self.locator.candidates_in(&smaller);
+        self.locator.segments_in(&smaller, lens, &mut self.segments);
+        let frame = Frame { picture: &smaller, lens };
+        let seam = self.finders.seam(joint, frame, &self.segments, &self.locator);
+        for segment in &mut self.segments {
+            segment.unbin(factor);
         }
+        seam.map(|seam| seam.unbinned(factor)).map_err(|reason| reason.scaled(factor as f64))
     }
 
     /// The seam point of a joint in a picture of whichever depth.
@@ -94,18 +103,29 @@ impl Detector {
     /// As [`Self::seam`].
     pub fn seam_in(&mut self, image: &GrayImage, joint: Joint) -> Result<Seam, NotFound> {
         let (width, height) = (image.width, image.height);
+        const EMPTY: NotFound = NotFound::NoStripe { contrast: 0.0 };
         match &image.pixels {
             Pixels::Eight(levels) => {
-                Picture::new(width, height, levels).map_or(Err(NotFound::NoStripe), |p| self.seam(&p, joint))
+                Picture::new(width, height, levels).map_or(Err(EMPTY), |picture| self.seam(&picture, joint))
             }
             Pixels::Sixteen(levels) => {
-                Picture::new(width, height, levels).map_or(Err(NotFound::NoStripe), |p| self.seam(&p, joint))
+                Picture::new(width, height, levels).map_or(Err(EMPTY), |picture| self.seam(&picture, joint))
             }
         }
     }
+}
 
-    /// Tiles that stand out → edgels of a stripe → straight segments.
-    fn locate<L: Level>(&mut self, picture: &Picture<'_, L>) {
+/// Tiles that stand out → edgels of a stripe → straight segments.
+#[derive(Clone, Debug, Default)]
+struct Locator {
+    tiles: Tiles,
+    candidates: Vec<Candidate>,
+    edgels: Vec<Edgel>,
+    finder: SegmentFinder,
+}
+
+impl Locator {
+    fn candidates_in<L: Level>(&mut self, picture: &Picture<'_, L>) {
         self.tiles.measure(picture);
         let contrast = self.tiles.contrast();
         self.candidates.clear();
@@ -115,7 +135,51 @@ impl Detector {
             self.candidates.select_nth_unstable_by(MOST_CANDIDATES, |a, b| excess(b).total_cmp(&excess(a)));
             self.candidates.truncate(MOST_CANDIDATES);
         }
+    }
+
+    fn segments_in<L: Level>(
+        &mut self,
+        picture: &Picture<'_, L>,
+        lens: &Lens,
+        segments: &mut Vec<LineSegment>,
+    ) {
         edgels(picture, &self.candidates, &mut self.edgels);
-        self.finder.find(&self.edgels, &self.lens, &mut self.segments);
+        self.finder.find(&self.edgels, lens, segments);
+    }
+
+    fn no_stripe(&self) -> NotFound {
+        NotFound::NoStripe { contrast: f64::from(self.tiles.greatest_excess()) }
+    }
+}
+
+/// One finder for each kind of joint.
+#[derive(Clone, Debug, Default)]
+struct JointFinders {
+    corners: StripeMeter,
+    laps: LapFinder,
+    butts: ButtFinder,
+    edges: PlateEndFinder,
+}
+
+impl JointFinders {
+    fn seam<L: Level>(
+        &mut self,
+        joint: Joint,
+        frame: Frame<'_, L>,
+        segments: &[LineSegment],
+        locator: &Locator,
+    ) -> Result<Seam, NotFound> {
+        if segments.is_empty() {
+            return Err(locator.no_stripe());
+        }
+        let evidence = Evidence { frame, segments };
+        match joint {
+            Joint::Fillet => fillet::find(&evidence, false, &mut self.corners),
+            Joint::Corner => fillet::find(&evidence, true, &mut self.corners),
+            Joint::Lap => self.laps.find(&evidence),
+            Joint::VGroove => v_groove::find(&evidence, &mut self.corners),
+            Joint::Butt => self.butts.find(&evidence),
+            Joint::Edge => edge::find(&evidence, &mut self.edges),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::frame::Frame;
 use crate::locate::line_segment::LineSegment;
-use crate::seam::NotFound;
+use crate::not_found::NotFound;
 
 /// The picture and the straight segments of the stripe in it.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +17,9 @@ impl<L> Evidence<'_, L> {
     /// Why there is no joint among the segments.
     #[must_use]
     pub fn no_joint(&self) -> NotFound {
-        if self.segments.len() == 1 { NotFound::OnePiece } else { NotFound::NotThisJoint }
+        match self.segments {
+            [only] => NotFound::OnePiece { length_px: only.length_px() },
+            segments => NotFound::NotThisJoint { pieces: segments.len() },
+        }
     }
 }

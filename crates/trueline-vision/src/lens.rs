@@ -17,6 +17,7 @@ const STEP: usize = 16;
 #[derive(Clone, Debug)]
 pub struct Lens {
     camera: Camera,
+    plane: Plane,
     sheet: LaserSheet,
     columns: usize,
     /// Ideal pixel at each node; not a number where the lens cannot be inverted.
@@ -43,13 +44,19 @@ impl Lens {
                 nodes.push(node);
             }
         }
-        Self { camera, sheet: LaserSheet::from_plane(sheet), columns, nodes }
+        Self { camera, plane: sheet, sheet: LaserSheet::from_plane(sheet), columns, nodes }
     }
 
     /// The camera.
     #[must_use]
     pub fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// The laser plane in the camera frame.
+    #[must_use]
+    pub fn plane(&self) -> &Plane {
+        &self.plane
     }
 
     /// The sheet.

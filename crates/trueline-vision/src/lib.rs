@@ -9,6 +9,7 @@ pub mod lens;
 pub mod line;
 pub mod locate;
 pub mod measure;
+mod not_found;
 pub mod overlay;
 pub mod picture;
 pub mod scan;
@@ -16,6 +17,7 @@ pub mod seam;
 
 pub use detector::Detector;
 pub use lens::Lens;
+pub use not_found::NotFound;
 pub use picture::{Level, Picture};
 pub use scan::find_seams;
-pub use seam::{Joint, NotFound, Seam};
+pub use seam::{Joint, Seam};

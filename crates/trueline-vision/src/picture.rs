@@ -6,14 +6,25 @@ use std::ops::AddAssign;
 pub trait Level: Copy + Ord + Default + Into<f32> {
     /// Holds the sum of a few levels.
     type Sum: Copy + Default + AddAssign + From<Self> + Into<u32>;
+
+    /// Bits by which the sum of 4^n levels must be shifted down to fit into 16 bits.
+    fn excess_bits(n: u32) -> u32;
 }
 
 impl Level for u8 {
     type Sum = u16;
+
+    fn excess_bits(n: u32) -> u32 {
+        (2 * n).saturating_sub(8)
+    }
 }
 
 impl Level for u16 {
     type Sum = u32;
+
+    fn excess_bits(n: u32) -> u32 {
+        2 * n
+    }
 }
 
 /// A gray picture, row by row. Pixel (0, 0) is the top-left one.

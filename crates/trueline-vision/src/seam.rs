@@ -1,6 +1,7 @@
 //! What the detector says of a picture.
 
 use crate::lens::Lens;
+use crate::not_found::NotFound;
 use nalgebra::{Matrix2, Vector2};
 use trueline_dataset::{Feature, FrameStamp, Measured};
 
@@ -15,11 +16,15 @@ pub enum Joint {
     VGroove,
     /// Two plates side by side; the seam is the middle of the gap.
     Butt,
+    /// The outside corner of a block; the seam is where its faces meet.
+    Corner,
+    /// A plate over nothing that the laser reaches; the seam is where the stripe ends.
+    Edge,
 }
 
 impl Joint {
     /// All joints, in the order in which they are told apart: the special ones before the general ones.
-    pub const ALL: [Self; 4] = [Self::VGroove, Self::Fillet, Self::Lap, Self::Butt];
+    pub const ALL: [Self; 6] = [Self::VGroove, Self::Fillet, Self::Lap, Self::Corner, Self::Butt, Self::Edge];
 
     /// The name on the command line.
     #[must_use]
@@ -29,6 +34,8 @@ impl Joint {
             Self::Lap => "lap",
             Self::VGroove => "v-groove",
             Self::Butt => "butt",
+            Self::Corner => "corner",
+            Self::Edge => "edge",
         }
     }
 }
@@ -93,6 +100,13 @@ impl Seam {
         }
     }
 
+    /// The same seam, found in a picture whose pixels were `factor` × `factor` of this lens's.
+    pub(crate) fn unbinned(self, factor: usize) -> Self {
+        let k = factor as f64;
+        let pixel = (self.pixel * k).add_scalar(0.5 * (k - 1.0));
+        Self { pixel, covariance_px2: self.covariance_px2 * (k * k), ..self }
+    }
+
     /// Standard deviations along u and v, px.
     #[must_use]
     pub fn sigma_px(&self) -> [f64; 2] {
@@ -100,92 +114,17 @@ impl Seam {
     }
 }
 
-/// Why there is no seam point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
-pub enum NotFound {
-    /// Nothing in the picture looks like a stripe.
-    #[error("no laser stripe in the picture")]
-    NoStripe,
-    /// One straight stripe.
-    #[error("a single straight piece of stripe: no joint")]
-    OnePiece,
-    /// Several segments, but not as this joint has them.
-    #[error("the pieces of the stripe do not form this joint")]
-    NotThisJoint,
-    /// The stripe goes on where it should end.
-    #[error("the stripe goes on beyond the place where its pieces cross")]
-    GoesOn,
-    /// The gap is not the one that the other pictures show.
-    #[error("the gap is not as wide as in most other pictures")]
-    OddGap,
-    /// The point is not where the pictures before and after have the seam.
-    #[error("the point is far from where the pictures before and after have the seam")]
-    Jumps,
-    /// Two places are as likely.
-    #[error("two places are about as likely")]
-    Ambiguous,
-    /// Too little of the stripe is to be seen.
-    #[error("too little of the stripe is visible beside the seam")]
-    TooLittle,
-    /// The point would not be known well enough to be of use.
-    #[error("the seam point cannot be told to within 5 px")]
-    Uncertain,
-    /// The segments meet outside the picture.
-    #[error("the seam is out of view")]
-    OutOfView,
-}
-
-impl NotFound {
-    /// A stable word for programs.
-    #[must_use]
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::NoStripe => "no-stripe",
-            Self::OnePiece => "single-segment",
-            Self::NotThisJoint => "not-this-joint",
-            Self::GoesOn => "stripe-continues",
-            Self::OddGap => "odd-gap",
-            Self::Jumps => "far-from-neighbours",
-            Self::Ambiguous => "ambiguous",
-            Self::TooLittle => "too-little-stripe",
-            Self::Uncertain => "uncertain",
-            Self::OutOfView => "out-of-view",
-        }
-    }
-}
-
 /// A seam point must be known to this, px.
 const MOST_SIGMA_PX: f64 = 5.0;
 
-/// Whether a covariance (px²) is one of a point that is of use; what is not a number is not.
-#[must_use]
-pub fn known_well(covariance_px2: &Matrix2<f64>) -> bool {
-    covariance_px2.trace() <= MOST_SIGMA_PX.powi(2)
-}
-
-/// How long segments of stripe must be to be believed, px: a spark drawn out by its flight is straight as well.
-/// Both grow with the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lengths {
-    /// The shorter of two segments.
-    pub shorter_px: f64,
-    /// The longer.
-    pub longer_px: f64,
-}
-
-impl Lengths {
-    /// For a camera's pictures: 3 % and 8 % of the diagonal, and no less than four and six tiles.
-    #[must_use]
-    pub fn of(lens: &Lens) -> Self {
-        let [width, height] = lens.camera().size.map(f64::from);
-        let diagonal = width.hypot(height);
-        Self { shorter_px: (0.03 * diagonal).max(64.0), longer_px: (0.08 * diagonal).max(96.0) }
+/// A covariance (px²) of a point that is of use.
+///
+/// # Errors
+/// [`NotFound::Uncertain`] where it is too large; what is not a number is.
+pub fn judged(covariance_px2: &Matrix2<f64>) -> Result<(), NotFound> {
+    let variance = covariance_px2.trace();
+    if variance <= MOST_SIGMA_PX.powi(2) {
+        return Ok(());
     }
-
-    /// Whether two lengths are enough.
-    #[must_use]
-    pub fn suffice(&self, lengths_px: [f64; 2]) -> bool {
-        let [a, b] = lengths_px;
-        a.min(b) >= self.shorter_px && a.max(b) >= self.longer_px
-    }
+    Err(NotFound::Uncertain { sigma_px: variance.sqrt(), most_px: MOST_SIGMA_PX })
 }

@@ -7,7 +7,7 @@ use scenes::{Score, detector, pictures, scenario};
 use trueline_dataset::Pixels;
 use trueline_sim::{Joint as Scene, Look};
 use trueline_vision::frame::Frame;
-use trueline_vision::joint::corner::pairs;
+use trueline_vision::joint::arm_pair::pairs;
 use trueline_vision::measure::stripe_meter::StripeMeter;
 use trueline_vision::{Joint, Picture};
 
@@ -128,8 +128,10 @@ fn points_of_the_centre_line_scatter_as_their_sigma_says() {
             continue;
         }
         let frame = Frame { picture: &picture, lens: detector.lens() };
-        let pair =
-            pairs(detector.segments(), frame.lens).max_by(|a, b| a.score().total_cmp(&b.score())).unwrap();
+        let pair = pairs(detector.segments(), frame.lens)
+            .filter_map(|(_, pair)| pair.ok())
+            .max_by(|a, b| a.score().total_cmp(&b.score()))
+            .unwrap();
         let (arm, span) = (pair.arms[0], [20.0, pair.lengths[0]]);
         let (line, template) = meter.learn(&arm, span, 2.0, frame).unwrap();
         let start = arm.station(&line.point);

@@ -7,7 +7,7 @@ use trueline_sim::noise::Noise;
 use trueline_sim::{Preset, SensorModel};
 use trueline_vision::line::Line2;
 use trueline_vision::measure::regression::{Regressor, Shift};
-use trueline_vision::measure::stripe_end::{BANDS, BandSection, EndFinder};
+use trueline_vision::measure::stripe_end::{BANDS, BandSection, EndFinder, EndSearch};
 use trueline_vision::measure::template::Stack;
 use trueline_vision::scan::joint_choice;
 use trueline_vision::scan::neighbours;
@@ -128,6 +128,11 @@ fn the_covariance_of_a_line_is_its_spread() {
     }
 }
 
+/// A stripe whose bands, 1.4 of its reach together, reach three thicknesses to each side.
+fn end_search(band_px: f64) -> EndSearch {
+    EndSearch { within: [-30.0, 30.0], band_px, used: [true; BANDS], sigma_px: band_px * BANDS as f64 / 4.2 }
+}
+
 #[test]
 fn the_end_of_a_speckled_stripe_is_found_to_within_its_sigma() {
     let mut noise = Noise::new(8, 0);
@@ -149,7 +154,7 @@ fn the_end_of_a_speckled_stripe_is_found_to_within_its_sigma() {
             });
             finder.sections.push(BandSection { s, light });
         }
-        let found = finder.end([-30.0, 30.0], width, [true; BANDS]).unwrap();
+        let found = finder.end(&end_search(width)).unwrap();
         assert!((found.s - edge).abs() < 5.0, "run {run}: {:.2} px off", found.s - edge);
         square += (found.s - edge).powi(2);
         normalised += ((found.s - edge) / found.sigma_px).powi(2);
@@ -163,7 +168,7 @@ fn the_end_of_a_speckled_stripe_is_found_to_within_its_sigma() {
 fn an_end_is_none_where_the_light_goes_on() {
     let mut finder = EndFinder::default();
     finder.sections.extend((-90..60).map(|k| BandSection { s: f64::from(k), light: [100.0; BANDS] }));
-    assert_eq!(finder.end([-30.0, 30.0], 1.5, [true; BANDS]), None);
+    assert_eq!(finder.end(&end_search(1.5)), Err(NotFound::GoesOn));
 }
 
 #[test]
@@ -188,24 +193,28 @@ fn seen(gap_m: f64) -> Option<Seam> {
 #[test]
 fn the_joint_is_the_most_special_one_that_most_pictures_show() {
     let (none, some) = (None, seen(1e-3));
-    // In the order of `Joint::ALL`: groove, fillet, lap, butt.
+    let show = |shown: &[Joint]| Joint::ALL.map(|joint| if shown.contains(&joint) { some } else { none });
     assert_eq!(joint_choice::joint(&[]), None);
-    assert_eq!(joint_choice::joint(&[[none, none, none, none]; 5]), None);
-    assert_eq!(joint_choice::joint(&[[some, some, none, none]; 5]), Some(Joint::VGroove));
-    assert_eq!(joint_choice::joint(&[[none, some, none, some]; 5]), Some(Joint::Fillet));
-    assert_eq!(joint_choice::joint(&[[none, none, some, none]; 5]), Some(Joint::Lap));
-    assert_eq!(joint_choice::joint(&[[none, none, none, some]; 5]), Some(Joint::Butt));
+    assert_eq!(joint_choice::joint(&[show(&[]); 5]), None);
+    assert_eq!(joint_choice::joint(&[show(&[Joint::VGroove, Joint::Fillet]); 5]), Some(Joint::VGroove));
+    assert_eq!(joint_choice::joint(&[show(&[Joint::Fillet, Joint::Butt]); 5]), Some(Joint::Fillet));
+    assert_eq!(joint_choice::joint(&[show(&[Joint::Lap, Joint::Edge]); 5]), Some(Joint::Lap));
+    assert_eq!(joint_choice::joint(&[show(&[Joint::Corner]); 5]), Some(Joint::Corner));
+    assert_eq!(joint_choice::joint(&[show(&[Joint::Butt]); 5]), Some(Joint::Butt));
+    // Every stripe ends somewhere: an edge is the joint if several pictures, and nearly all, show it.
+    assert_eq!(joint_choice::joint(&[show(&[Joint::Edge]); 6]), Some(Joint::Edge));
+    assert_eq!(joint_choice::joint(&[show(&[Joint::Edge]); 5]), None);
 }
 
 #[test]
 fn a_gap_that_is_not_as_wide_as_the_others_is_refused() {
     let mut seams: Vec<_> =
         [1.5, 1.4, 1.6, 1.5, 3.0, 1.55].iter().map(|mm| Ok(seen(mm * 1e-3).unwrap())).collect();
-    seams.push(Err(NotFound::NoStripe));
+    seams.push(Err(NotFound::NoStripe { contrast: 0.0 }));
     joint_choice::refuse_odd_gaps(seams.iter_mut());
     let odd: Vec<usize> = (0..seams.len()).filter(|k| seams[*k] == Err(NotFound::OddGap)).collect();
     assert_eq!(odd, [4]);
-    assert_eq!(seams[6], Err(NotFound::NoStripe));
+    assert_eq!(seams[6], Err(NotFound::NoStripe { contrast: 0.0 }));
     // Where all differ nothing is the usual width.
     let mut seams: Vec<_> = [1.0, 2.0, 4.0, 8.0].iter().map(|mm| Ok(seen(mm * 1e-3).unwrap())).collect();
     joint_choice::refuse_odd_gaps(seams.iter_mut());
@@ -226,11 +235,11 @@ fn points_that_jump_are_refused_and_swings_are_not() {
     let mut seams: Vec<_> = (0..100).map(|k| at(1200.0 + swing(k), 900.0)).collect();
     seams[0] = at(1240.0, 900.0);
     seams[50] = at(1200.0 + swing(50), 870.0);
-    seams[70] = Err(NotFound::NoStripe);
+    seams[70] = Err(NotFound::NoStripe { contrast: 0.0 });
     let typical = neighbours::refuse_jumps(seams.iter_mut().enumerate().map(|(k, seam)| (time_s(k), seam)));
     // A parabola over ten pictures follows the swing to its fourth derivative: 300 · π⁴ · 0.15⁴ / 24 = 0.6 px.
     assert!(typical.unwrap() < 0.6);
-    let refused: Vec<usize> = (0..100).filter(|k| seams[*k] == Err(NotFound::Jumps)).collect();
+    let refused: Vec<usize> = (0..100).filter(|k| matches!(seams[*k], Err(NotFound::Jumps { .. }))).collect();
     assert_eq!(refused, [0, 50]);
     // Pictures that have nothing to do with each other are not judged.
     let mut noise = Noise::new(1, 0);
@@ -265,7 +274,7 @@ fn shifts_without_weight_do_not_count() {
 fn gaps_of_all_widths_in_some_pictures_are_dirt() {
     let dirty = |k: usize| {
         let gap = if k.is_multiple_of(2) { seen(0.3e-3 * (k + 1) as f64) } else { None };
-        [None, None, None, gap]
+        Joint::ALL.map(|joint| gap.filter(|_| joint == Joint::Butt))
     };
     let trials: Vec<_> = (0..10).map(dirty).collect();
     assert_eq!(joint_choice::joint(&trials), None);

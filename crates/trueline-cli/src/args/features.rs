@@ -51,4 +51,8 @@ pub enum JointName {
     VGroove,
     /// Two plates side by side: the middle of the gap
     Butt,
+    /// The outside corner of a block, where its faces meet
+    Corner,
+    /// A plate or straightedge over nothing: where the stripe ends
+    Edge,
 }

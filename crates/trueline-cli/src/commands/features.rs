@@ -53,5 +53,7 @@ pub fn joint(name: JointName) -> Option<Joint> {
         JointName::Lap => Some(Joint::Lap),
         JointName::VGroove => Some(Joint::VGroove),
         JointName::Butt => Some(Joint::Butt),
+        JointName::Corner => Some(Joint::Corner),
+        JointName::Edge => Some(Joint::Edge),
     }
 }

@@ -1,12 +1,14 @@
 //! The gap of a butt joint: the middle between the ends of the stripe on two plates in one plane.
 
 use crate::evidence::Evidence;
+use crate::joint::arm_pair::{is_long, needed_px};
 use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
 use crate::line::Line2;
 use crate::locate::line_segment::LineSegment;
 use crate::measure::stripe_end::BANDS;
+use crate::not_found::NotFound;
 use crate::picture::Level;
-use crate::seam::{Lengths, NotFound, Seam, known_well};
+use crate::seam::{Seam, judged};
 use nalgebra::{Matrix2, Vector2};
 
 /// The plates are in line to within this, rad in the picture.
@@ -31,6 +33,12 @@ struct Gap {
     width_px: f64,
 }
 
+impl Gap {
+    fn distance_px(&self, other: &Self) -> f64 {
+        (self.plates[0].line.point - other.plates[0].line.point).norm()
+    }
+}
+
 /// Finds gaps; memory is kept from one to the next.
 #[derive(Clone, Debug, Default)]
 pub struct ButtFinder {
@@ -44,18 +52,16 @@ impl ButtFinder {
     /// # Errors
     /// Why there is none.
     pub fn find<L: Level>(&mut self, evidence: &Evidence<'_, L>) -> Result<Seam, NotFound> {
-        let lengths = Lengths::of(evidence.frame.lens);
         let segments = evidence.segments;
         self.gaps.clear();
         for (number, first) in segments.iter().enumerate() {
-            self.holes(first, &lengths, evidence);
-            self.gaps
-                .extend(segments[number + 1..].iter().filter_map(|second| between(first, second, &lengths)));
+            self.holes(first, evidence);
+            self.gaps.extend(segments[number + 1..].iter().filter_map(|second| between(first, second)));
         }
         self.gaps.sort_unstable_by(|a, b| b.width_px.total_cmp(&a.width_px));
         let best = *self.gaps.first().ok_or(evidence.no_joint())?;
-        if self.gaps.get(1).is_some_and(|rival| rival.width_px > RIVAL * best.width_px) {
-            return Err(NotFound::Ambiguous);
+        if let Some(rival) = self.gaps.get(1).filter(|rival| rival.width_px > RIVAL * best.width_px) {
+            return Err(NotFound::Ambiguous { distance_px: rival.distance_px(&best) });
         }
         let frame = evidence.frame;
         let mut points = [(Vector2::zeros(), Matrix2::zeros()); 2];
@@ -71,9 +77,9 @@ impl ButtFinder {
     }
 
     /// Adds the stretches of a segment without light to the gaps.
-    fn holes<L: Level>(&mut self, segment: &LineSegment, lengths: &Lengths, evidence: &Evidence<'_, L>) {
+    fn holes<L: Level>(&mut self, segment: &LineSegment, evidence: &Evidence<'_, L>) {
         let span = segment.span();
-        if span[1] - span[0] < lengths.shorter_px + lengths.longer_px {
+        if span[1] - span[0] < 2.0 * needed_px(segment.sigma_px) {
             return;
         }
         let frame = evidence.frame;
@@ -91,7 +97,9 @@ impl ButtFinder {
         };
         for [from, to] in self.ends.meter.dark_stretches(DARK) {
             let width_px = to - from;
-            if (NARROWEST_PX..WIDEST_PX).contains(&width_px) && lengths.suffice([from - first, last - to]) {
+            if (NARROWEST_PX..WIDEST_PX).contains(&width_px)
+                && [from - first, last - to].iter().all(|px| is_long(*px, segment.sigma_px))
+            {
                 let plates = [plate(*from, line.along, from - first), plate(*to, -line.along, last - to)];
                 self.gaps.push(Gap { plates, width_px });
             }
@@ -109,20 +117,18 @@ fn middle<L: Level>(
     let ((on_a, _), (on_b, _)) = lens.on_sheet(a).zip(lens.on_sheet(b)).ok_or(NotFound::OutOfView)?;
     let (ideal, _) = lens.from_sheet(&(0.5 * (on_a + on_b))).ok_or(NotFound::OutOfView)?;
     let covariance = 0.25 * (a_covariance + b_covariance);
-    if !known_well(&covariance) {
-        return Err(NotFound::Uncertain);
-    }
+    judged(&covariance)?;
     let seam = Seam::from_ideal(lens, &ideal, &covariance, quality)?;
     Ok(Seam { gap_m: (on_a - on_b).norm(), ..seam })
 }
 
 /// The gap between two segments nearly in line.
-fn between(first: &LineSegment, second: &LineSegment, lengths: &Lengths) -> Option<Gap> {
+fn between(first: &LineSegment, second: &LineSegment) -> Option<Gap> {
     if first.line.along.perp(&second.line.along).abs() > IN_LINE {
         return None;
     }
     let covered = |segment: &LineSegment| segment.covered_px(segment.span()[0], segment.span()[1]);
-    if !lengths.suffice([covered(first), covered(second)]) {
+    if !is_long(covered(first), first.sigma_px) || !is_long(covered(second), second.sigma_px) {
         return None;
     }
     let plates = [towards(first, second), towards(second, first)];

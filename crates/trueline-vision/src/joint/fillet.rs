@@ -1,33 +1,45 @@
-//! The corner of a fillet: the pair of segments with the most light on it and the least against it.
+//! A corner of two plates, seen from inside (fillet) or from outside (the corner of a block): the pair of arms with the
+//! most light on it and the least against it.
 
 use crate::evidence::Evidence;
-use crate::joint::corner::{Pair, measure, pairs, sigmas_px};
+use crate::joint::arm_pair::{ArmPair, heaviest_reason, pairs};
+use crate::joint::corner::measure;
 use crate::measure::stripe_meter::StripeMeter;
+use crate::not_found::NotFound;
 use crate::picture::Level;
-use crate::seam::{Lengths, NotFound, Seam};
+use crate::seam::Seam;
 
 /// A second corner with this part of the best one's evidence makes it doubtful.
 const RIVAL: f64 = 0.9;
 /// Corners nearer to each other than this are the same, px.
 const SAME_PX: f64 = 10.0;
 
-/// Finds the corner.
+/// Finds the corner: one whose arms come towards the camera, or, on a `ridge`, go away from it. What lies on the other
+/// side is another thing, or the crossing with a ghost.
 ///
 /// # Errors
 /// Why there is none.
-pub fn find<L: Level>(evidence: &Evidence<'_, L>, meter: &mut StripeMeter) -> Result<Seam, NotFound> {
-    let segments = evidence.segments;
-    let lengths = Lengths::of(evidence.frame.lens);
-    // The corner of a fillet lies behind its arms; what lies before them is an edge, or a crossing with a ghost.
-    let fillet = |pair: &Pair| lengths.suffice(pair.covered_px) && pair.is_valley(evidence.frame.lens);
-    let long = || pairs(segments, evidence.frame.lens).filter(fillet);
-    let best = long().max_by(|a, b| a.score().total_cmp(&b.score())).ok_or(evidence.no_joint())?;
+pub fn find<L: Level>(
+    evidence: &Evidence<'_, L>,
+    ridge: bool,
+    meter: &mut StripeMeter,
+) -> Result<Seam, NotFound> {
+    let lens = evidence.frame.lens;
+    let judged = || {
+        pairs(evidence.segments, lens).map(move |(weight, pair)| {
+            (weight, pair.and_then(|pair| pair.on_side(ridge, lens)).and_then(ArmPair::long))
+        })
+    };
+    let corners = || judged().filter_map(|(_, pair)| pair.ok());
+    let best = corners().max_by(|a, b| a.score().total_cmp(&b.score()));
+    let best = best.ok_or_else(|| heaviest_reason(judged(), evidence.no_joint()))?;
     if best.score() <= 0.0 {
-        return Err(NotFound::NotThisJoint);
+        return Err(NotFound::GoesOn);
     }
-    let elsewhere = |pair: &Pair| (pair.corner() - best.corner()).norm() > SAME_PX;
-    if long().any(|pair| elsewhere(&pair) && pair.score() > RIVAL * best.score()) {
-        return Err(NotFound::Ambiguous);
+    let apart = |pair: &ArmPair| (pair.corner() - best.corner()).norm();
+    let rival = corners().find(|pair| apart(pair) > SAME_PX && pair.score() > RIVAL * best.score());
+    if let Some(rival) = rival {
+        return Err(NotFound::Ambiguous { distance_px: apart(&rival) });
     }
-    measure(meter, &best, sigmas_px(segments, &best), evidence.frame)
+    measure(meter, &best, evidence.frame)
 }

@@ -1,14 +1,16 @@
 //! The edge of a lap joint: where the stripe on the upper plate ends.
 
 use crate::evidence::Evidence;
+use crate::joint::arm_pair::is_long;
 use crate::joint::end_face::{Face, FaceFinder};
 use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
 use crate::lens::Lens;
 use crate::line::Line2;
 use crate::locate::line_segment::LineSegment;
 use crate::measure::stripe_end::{BANDS, Edge};
+use crate::not_found::NotFound;
 use crate::picture::Level;
-use crate::seam::{Lengths, NotFound, Seam, known_well};
+use crate::seam::{Seam, judged};
 use nalgebra::Vector2;
 
 /// Plates are parallel to within this, rad in the sheet.
@@ -74,9 +76,7 @@ impl LapFinder {
             (edge, _) = self.ends.find(&plate, SEARCH_PX, [true; BANDS], frame)?;
         }
         let (ideal, covariance) = edge_point(&fit, &edge);
-        if !known_well(&covariance) {
-            return Err(NotFound::Uncertain);
-        }
+        judged(&covariance)?;
         Seam::from_ideal(evidence.frame.lens, &ideal, &covariance, fit.present)
     }
 }
@@ -85,19 +85,19 @@ impl LapFinder {
 /// side that the face is not on, and the place where the face meets the stripe.
 fn with_lit_face(end: &Edge, face: Option<Edge>, sigma_px: f64) -> Edge {
     // The face's flank reaches around the corner by about half of the stripe's thickness.
-    let blurred = Edge { s: end.s, sigma_px: end.sigma_px.hypot(0.6 * sigma_px) };
+    let blurred = Edge { sigma_px: end.sigma_px.hypot(0.6 * sigma_px), ..*end };
     let Some(face) = face.filter(|face| (face.s - end.s).abs() < 4.0 * face.sigma_px.hypot(blurred.sigma_px))
     else {
         return blurred;
     };
     let [a, b] = [blurred, face].map(|edge| edge.sigma_px.powi(-2));
-    Edge { s: (a * blurred.s + b * face.s) / (a + b), sigma_px: (a + b).sqrt().recip() }
+    Edge { s: (a * blurred.s + b * face.s) / (a + b), sigma_px: (a + b).sqrt().recip(), ..*end }
 }
 
 fn plates(segments: &[LineSegment], [upper, lower]: [usize; 2], lens: &Lens) -> Option<Plates> {
     let [a, b] = [upper, lower].map(|number| &segments[number]);
     let covered = |segment: &LineSegment| segment.covered_px(segment.span()[0], segment.span()[1]);
-    if !Lengths::of(lens).suffice([covered(a), covered(b)]) {
+    if !is_long(covered(a), a.sigma_px) || !is_long(covered(b), b.sigma_px) {
         return None;
     }
     let ends = |segment: &LineSegment| segment.span().map(|s| segment.line.at(s));

@@ -2,10 +2,10 @@
 
 use crate::frame::Frame;
 use crate::line::Line2;
-use crate::measure::stripe_end::{BANDS, Edge, EndFinder};
+use crate::measure::stripe_end::{BANDS, Edge, EndFinder, EndSearch};
 use crate::measure::stripe_meter::{Fit, StripeMeter};
+use crate::not_found::NotFound;
 use crate::picture::Level;
-use crate::seam::NotFound;
 use nalgebra::{Matrix2, Vector2};
 
 /// Stripe on both sides of the search that is compared, px.
@@ -23,6 +23,9 @@ pub struct Plate {
     /// Its thickness, px.
     pub sigma_px: f64,
 }
+
+/// Nothing of a plate could be measured.
+const NOTHING: NotFound = NotFound::TooLittle { visible: 0.0, needed: 0.0 };
 
 /// Finds ends of plates; memory is kept from one to the next.
 #[derive(Clone, Debug, Default)]
@@ -46,13 +49,13 @@ impl PlateEndFinder {
         frame: Frame<'_, L>,
     ) -> Result<(Edge, Fit), NotFound> {
         let span = [-plate.length_px.min(FIT_PX), -search_px];
-        let (fit, template) =
-            self.meter.fit(&plate.line, span, plate.sigma_px, frame).ok_or(NotFound::TooLittle)?;
+        let (fit, template) = self.meter.fit(&plate.line, span, plate.sigma_px, frame).ok_or(NOTHING)?;
+        let fit = self.meter.straight_end(&plate.line, fit);
         let near = fit.line.station(&plate.line.point);
         let reach = [near - search_px - COMPARE_PX, near + search_px + COMPARE_PX.min(search_px)];
-        let width_px = self.meter.bands(&fit.line, reach, &template, frame, &mut self.ends.sections);
-        let search = [near - search_px, near + search_px];
-        let edge = self.ends.end(search, width_px, bands).ok_or(NotFound::TooLittle)?;
+        let band_px = self.meter.bands(&fit.line, reach, &template, frame, &mut self.ends.sections);
+        let within = [near - search_px, near + search_px];
+        let edge = self.ends.end(&EndSearch { within, band_px, used: bands, sigma_px: plate.sigma_px })?;
         Ok((edge, fit))
     }
 }

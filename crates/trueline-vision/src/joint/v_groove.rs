@@ -1,12 +1,14 @@
 //! The bottom of a groove: where its two faces meet, each of which ends at a plate.
 
 use crate::evidence::Evidence;
-use crate::joint::corner::{Pair, measure, pairs, sigmas_px};
+use crate::joint::arm_pair::{ArmPair, heaviest_reason, is_long, pairs};
+use crate::joint::corner::measure;
 use crate::lens::Lens;
 use crate::locate::line_segment::LineSegment;
 use crate::measure::stripe_meter::StripeMeter;
+use crate::not_found::NotFound;
 use crate::picture::Level;
-use crate::seam::{Lengths, NotFound, Seam};
+use crate::seam::Seam;
 
 /// Distance within which the end of a face meets a plate, px.
 const MEETS_PX: f64 = 40.0;
@@ -24,32 +26,42 @@ const LEAST_FACE_PX: f64 = 24.0;
 /// # Errors
 /// Why there is none.
 pub fn find<L: Level>(evidence: &Evidence<'_, L>, meter: &mut StripeMeter) -> Result<Seam, NotFound> {
-    let segments = evidence.segments;
+    let (segments, lens) = (evidence.segments, evidence.frame.lens);
+    let judged =
+        || pairs(segments, lens).map(|(weight, pair)| (weight, pair.and_then(|pair| face_pair(pair, lens))));
     let grooves = || {
-        pairs(segments, evidence.frame.lens)
-            .filter(|pair| {
-                pair.covered_px.iter().all(|covered| *covered > LEAST_FACE_PX) && pair.score() > 0.0
-            })
-            .filter(|pair| pair.is_valley(evidence.frame.lens) && alike(segments, pair))
-            .map(|pair| (flanks(segments, &pair, evidence.frame.lens), pair))
+        let likely = judged().filter_map(|(_, pair)| pair.ok());
+        likely
+            .filter(|pair| pair.score() > 0.0 && alike(segments, pair))
+            .map(|pair| (flanks(segments, &pair), pair))
             .filter(|(flanks, _)| *flanks > 0)
     };
     // A groove with both plates comes before one with one; then the one with more light on its faces.
     let better =
-        |a: &(usize, Pair), b: &(usize, Pair)| a.0.cmp(&b.0).then(a.1.score().total_cmp(&b.1.score()));
-    let (flanked, best) = grooves().max_by(better).ok_or(evidence.no_joint())?;
-    let elsewhere = |pair: &Pair| (pair.corner() - best.corner()).norm() > SAME_PX;
-    let rival = |(flanks, pair): (usize, Pair)| {
-        flanks == flanked && elsewhere(&pair) && pair.score() > RIVAL * best.score()
+        |a: &(usize, ArmPair), b: &(usize, ArmPair)| a.0.cmp(&b.0).then(a.1.score().total_cmp(&b.1.score()));
+    let best = grooves().max_by(better);
+    let (flanked, best) = best.ok_or_else(|| heaviest_reason(judged(), evidence.no_joint()))?;
+    let apart = |pair: &ArmPair| (pair.corner() - best.corner()).norm();
+    let is_rival = |(flanks, pair): &(usize, ArmPair)| {
+        *flanks == flanked && apart(pair) > SAME_PX && pair.score() > RIVAL * best.score()
     };
-    if grooves().any(rival) {
-        return Err(NotFound::Ambiguous);
+    if let Some((_, rival)) = grooves().find(is_rival) {
+        return Err(NotFound::Ambiguous { distance_px: apart(&rival) });
     }
-    measure(meter, &best, sigmas_px(segments, &best), evidence.frame)
+    measure(meter, &best, evidence.frame)
+}
+
+/// The pair, if it can be the faces of a groove.
+fn face_pair(pair: ArmPair, lens: &Lens) -> Result<ArmPair, NotFound> {
+    let pair = pair.on_side(false, lens)?;
+    if pair.continuous_px.iter().all(|px| *px > LEAST_FACE_PX) {
+        return Ok(pair);
+    }
+    Err(NotFound::ArmsTooShort { arms_px: pair.continuous_px, needed_px: LEAST_FACE_PX })
 }
 
 /// Whether the light on two faces is of one kind: a spark across the stripe is brighter, or thicker, than both.
-fn alike(segments: &[LineSegment], pair: &Pair) -> bool {
+fn alike(segments: &[LineSegment], pair: &ArmPair) -> bool {
     let [a, b] = pair.segments.map(|number| &segments[number]);
     let within = |a: f64, b: f64, factor: f64| a.max(b) <= factor * a.min(b);
     within(a.brightness, b.brightness, MOST_CONTRAST) && within(a.sigma_px, b.sigma_px, MOST_SPREAD)
@@ -57,8 +69,7 @@ fn alike(segments: &[LineSegment], pair: &Pair) -> bool {
 
 /// How many of the faces end at a plate, 0 to 2.
 #[must_use]
-pub fn flanks(segments: &[LineSegment], pair: &Pair, lens: &Lens) -> usize {
-    let longer_px = Lengths::of(lens).longer_px;
+pub fn flanks(segments: &[LineSegment], pair: &ArmPair) -> usize {
     (0..2)
         .filter(|face| {
             let end = pair.arms[*face].at(pair.lengths[*face]);
@@ -66,7 +77,7 @@ pub fn flanks(segments: &[LineSegment], pair: &Pair, lens: &Lens) -> usize {
             others.into_iter().any(|(_, plate)| {
                 let [first, last] = plate.span();
                 let nearest = plate.line.station(&end).clamp(first, last);
-                let long = plate.covered_px(first, last) > longer_px;
+                let long = is_long(plate.covered_px(first, last), plate.sigma_px);
                 long && (plate.line.at(nearest) - end).norm() < MEETS_PX
             })
         })

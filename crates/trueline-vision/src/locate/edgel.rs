@@ -9,7 +9,7 @@ use crate::locate::tiles::{Candidate, TILE};
 use crate::picture::{Level, Picture};
 
 /// Side of the window, px: three vectors of eight.
-const WINDOW: usize = 24;
+pub const WINDOW: usize = 24;
 const HALF: f32 = (WINDOW - 1) as f32 * 0.5;
 /// Part of a tile's contrast below which brightness has no mass.
 const FLOOR: f32 = 0.12;
@@ -38,11 +38,22 @@ pub struct Edgel {
 #[inline(always)]
 #[must_use]
 pub fn edgel<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Option<Edgel> {
+    edgel_at_stride(picture, candidate, 1)
+}
+
+/// The same in a window that is `stride` times as large, of which every `stride`-th pixel is read.
+#[inline(always)]
+#[must_use]
+pub fn edgel_at_stride<L: Level>(
+    picture: &Picture<'_, L>,
+    candidate: &Candidate,
+    stride: usize,
+) -> Option<Edgel> {
     let threshold = candidate.around + FLOOR * (candidate.peak - candidate.around);
     let (mut u, mut v) = (candidate.u, candidate.v);
     let mut found = None;
     for _ in 0..3 {
-        let moments = Moments::of(picture, u, v, threshold)?;
+        let moments = Moments::of(picture, [u, v], threshold, stride)?;
         let axis = moments.axis()?;
         // Only across: along the stripe every window keeps its place.
         let across = [-axis.along[1], axis.along[0]];
@@ -56,12 +67,13 @@ pub fn edgel<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Optio
             sigma_px: axis.variances[0].max(0.0).sqrt(),
             brightness: 2.0 * moments.mass / (WINDOW as f32 * 2.5 * axis.variances[0].max(0.25).sqrt()),
         });
-        if shift.abs() < 0.5 {
+        if shift.abs() < 0.5 * stride as f32 {
             break;
         }
     }
     // A window that has wandered off belongs to another tile.
-    found.filter(|e| (e.u - candidate.u).abs() < WINDOW as f32 && (e.v - candidate.v).abs() < WINDOW as f32)
+    let reach = (WINDOW * stride) as f32;
+    found.filter(|e| (e.u - candidate.u).abs() < reach && (e.v - candidate.v).abs() < reach)
 }
 
 /// The edgels of all candidates.
@@ -104,23 +116,29 @@ struct Axis {
 impl Moments {
     #[inline(always)]
     /// Moments about a centre; `None` where the window leaves the picture or all is dark.
-    fn of<L: Level>(picture: &Picture<'_, L>, u: f32, v: f32, threshold: f32) -> Option<Self> {
-        let (left, top) = ((u - HALF).round(), (v - HALF).round());
+    fn of<L: Level>(
+        picture: &Picture<'_, L>,
+        [u, v]: [f32; 2],
+        threshold: f32,
+        stride: usize,
+    ) -> Option<Self> {
+        let px = stride as f32;
+        let (left, top) = ((u - HALF * px).round(), (v - HALF * px).round());
         if left < 0.0 || top < 0.0 {
             return None;
         }
         let (column, row) = (left as usize, top as usize);
-        if column + WINDOW > picture.width() || row + WINDOW > picture.height() {
+        if column + WINDOW * stride > picture.width() || row + WINDOW * stride > picture.height() {
             return None;
         }
         // Sums over the window's rows, kept apart by column: adding vectors needs no shuffles.
         let (mut mass, mut first, mut second) = ([0.0_f32; WINDOW], [0.0_f32; WINDOW], [0.0_f32; WINDOW]);
         // Every second row: a place to within a few tenths of a pixel is enough here.
         for k in (0..WINDOW).step_by(2) {
-            let y = top + k as f32 - v;
-            let levels = &picture.row(row + k)[column..column + WINDOW];
+            let y = top + k as f32 * px - v;
+            let levels = &picture.row(row + k * stride)[column..column + WINDOW * stride];
             for c in 0..WINDOW {
-                let weight = (Into::<f32>::into(levels[c]) - threshold).max(0.0);
+                let weight = (Into::<f32>::into(levels[c * stride]) - threshold).max(0.0);
                 mass[c] += weight;
                 first[c] += weight * y;
                 second[c] += weight * y * y;
@@ -128,7 +146,7 @@ impl Moments {
         }
         let mut sums = [0.0_f32; 6];
         for c in 0..WINDOW {
-            let x = left + c as f32 - u;
+            let x = left + c as f32 * px - u;
             let terms = [mass[c], mass[c] * x, first[c], mass[c] * x * x, first[c] * x, second[c]];
             for (sum, term) in sums.iter_mut().zip(terms) {
                 *sum += term;

@@ -56,6 +56,21 @@ impl LineSegment {
         ends.map_or([0.0; 2], |(first, last)| [first[0], last[0]])
     }
 
+    /// Turns a segment of a picture made smaller by a factor into one of the picture itself.
+    pub(crate) fn unbin(&mut self, factor: usize) {
+        let k = factor as f64;
+        self.line.point = (self.line.point * k).add_scalar(0.5 * (k - 1.0));
+        self.marks.iter_mut().for_each(|mark| mark[0] *= k);
+        self.sigma_px *= k;
+    }
+
+    /// Length from its first edgel to its last, px.
+    #[must_use]
+    pub fn length_px(&self) -> f64 {
+        let [first, last] = self.span();
+        last - first
+    }
+
     /// Weight of the edgels in a stretch along the line.
     #[must_use]
     pub fn weight_between(&self, from: f64, to: f64) -> f64 {

@@ -1,5 +1,6 @@
 //! Where there is a stripe: tiles that stand out → edgels → straight line segments.
 
+pub mod binning;
 pub mod edgel;
 pub mod line_segment;
 pub mod tiles;

@@ -87,14 +87,26 @@ impl Tiles {
                 u: (column * TILE + TILE / 2) as f32,
                 v: (row * TILE + TILE / 2) as f32,
                 peak: *peak,
-                around: self.around(column, row),
+                around: self.around_tile(column, row, 1),
             }
         })
     }
 
+    /// The darkest mean of the tiles within `reach` tiles of a candidate.
+    #[must_use]
+    pub fn around(&self, candidate: &Candidate, reach: usize) -> f32 {
+        self.around_tile(candidate.u as usize / TILE, candidate.v as usize / TILE, reach)
+    }
+
+    /// The greatest excess of a tile's peak over its mean, levels.
+    #[must_use]
+    pub fn greatest_excess(&self) -> f32 {
+        self.peaks.iter().zip(&self.means).map(|(peak, mean)| peak - mean).fold(0.0, f32::max)
+    }
+
     /// The darkest mean of a tile and its neighbours: a stripe never covers them all.
-    fn around(&self, column: usize, row: usize) -> f32 {
-        let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+    fn around_tile(&self, column: usize, row: usize, reach: usize) -> f32 {
+        let near = |at: usize, count: usize| at.saturating_sub(reach)..(at + reach + 1).min(count);
         let mut darkest = f32::INFINITY;
         for r in near(row, self.rows) {
             for c in near(column, self.columns) {

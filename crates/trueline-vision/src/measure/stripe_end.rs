@@ -3,27 +3,43 @@
 //! The stripe is looked at in bands along it. In each, the light is that of the plate up to the edge and none
 //! beyond; since the edge may cross the stripe at a slant, its place may differ from band to band in
 //! proportion. Speckled light has a gamma distribution \[Goodman2007, §3\] whose shape is measured on the
-//! plate: a dark grain before the edge is no surprise, a bright one beyond it is. Every place and slant has a
-//! likelihood then, and the mean and spread of the places are the answer.
+//! plate: a dark grain before the edge is no surprise, a bright one beyond it is. How far lens and plate blur the edge
+//! is not known either: an edge that is taken for too sharp moves outward by about its blur. Every place, slant and blur
+//! has a likelihood then, and the mean and spread of the places are the answer.
+
+use crate::not_found::NotFound;
 
 /// Bands across the stripe.
 pub const BANDS: usize = 6;
 /// Part of the stripe's reach that the bands cover, on each side of its middle.
 pub const COVERED: f64 = 0.7;
-/// Blur of the edge by lens and pixels, px.
-const BLUR_PX: f64 = 0.9;
-/// Sections further than this from a place are all plate or all nothing, px.
-const SHARP_PX: f64 = 3.2;
-/// Steps between the places that are tried, px: first all along, then near the best.
+/// The least blur of an edge, by lens and pixels, px; larger ones that are tried, in thicknesses (standard deviations) of
+/// the stripe. What blurs the end blurs the stripe's flanks as well, so that more than one is a rounded or worn edge.
+const LEAST_BLUR_PX: f64 = 0.9;
+const BLUR_SIGMAS: [f64; BLURS - 1] = [0.35, 0.7, 1.0, 1.4, 2.0, 3.0];
+const BLURS: usize = 7;
+/// An edge that is blurred by more than this, in thicknesses of the stripe and px, is no edge that could be measured.
+const MOST_BLUR_SIGMAS: f64 = 1.7;
+const MOST_BLUR_PX: f64 = 4.0;
+/// Sections further than this from a place, in blurs, are all plate or all nothing.
+const SHARP_BLURS: f64 = 3.55;
+/// Steps between the places that are tried, px and blurs: first all along, then near the best.
 const STEPS_PX: [f64; 2] = [1.0, 0.25];
+const STEP_BLURS: [f64; 2] = [0.5, 0.15];
 /// How far from the best first place the second search goes, px.
 const NEAR_PX: f64 = 6.0;
+/// A blur whose best place costs this much more than the best of all is not looked at again.
+const UNLIKELY: f64 = 20.0;
+/// Entries of the table of a step's light, for each blur of distance.
+const PER_BLUR: f64 = 32.0;
+const ENTRIES: usize = 2 * (SHARP_BLURS * PER_BLUR) as usize + 2;
 /// Slants that are tried: px along for each px across.
 const SLANTS: [f64; 9] = [-1.6, -1.1, -0.7, -0.35, 0.0, 0.35, 0.7, 1.1, 1.6];
 /// Sections on the plate, and beyond its edge, that are needed.
 const FEWEST: [usize; 2] = [8, 3];
-/// What the shape of the step is uncertain by, px: blur that is not the one assumed, a seam that is not straight.
+/// What the shape of the step is uncertain by, px and blurs: one that is not symmetric, a seam that is not straight.
 const MODEL_PX: f64 = 0.15;
+const MODEL_BLURS: f64 = 0.15;
 /// The most even light that is believed: shape of the gamma distribution.
 const EVENEST: f64 = 10.0;
 /// Light beyond the edge is taken to be at least this part of the plate's: lenses stray some.
@@ -47,6 +63,8 @@ pub struct Edge {
     pub s: f64,
     /// Its standard deviation, px.
     pub sigma_px: f64,
+    /// How far it is blurred, px: the scale of a logistic step is 1 / 1.702 of it.
+    pub blur_px: f64,
 }
 
 /// One band: its light on the plate and beyond, and the sums of costs along it.
@@ -57,9 +75,24 @@ struct Band {
     dark: f64,
     shape: f64,
     light: Vec<f64>,
+    /// By the distance before the edge: logarithm and inverse of the mean light.
+    steps: Vec<[f64; 2]>,
     /// Cost of all sections before each, were they plate; of all before each, were they dark.
     as_plate: Vec<f64>,
     as_dark: Vec<f64>,
+}
+
+/// What is looked for: where, in which bands, how thick the stripe is.
+#[derive(Clone, Copy, Debug)]
+pub struct EndSearch {
+    /// First and last place, px along the line.
+    pub within: [f64; 2],
+    /// Width of a band, px.
+    pub band_px: f64,
+    /// Which bands are looked at.
+    pub used: [bool; BANDS],
+    /// Thickness of the stripe, px.
+    pub sigma_px: f64,
 }
 
 /// Finds ends of stripes; memory is kept from one to the next.
@@ -69,57 +102,130 @@ pub struct EndFinder {
     pub sections: Vec<BandSection>,
     bands: [Band; BANDS],
     stations: Vec<f64>,
-    costs: Vec<(f64, f64)>,
+    costs: Vec<PlaceCost>,
+}
+
+/// One place and blur with its cost, and how much of the prior it stands for.
+#[derive(Clone, Copy, Debug)]
+struct PlaceCost {
+    place: f64,
+    blur_px: f64,
+    step_px: f64,
+    cost: f64,
 }
 
 impl EndFinder {
-    /// The end of the stripe in `sections`: light before, none after. The edge is looked for within `search` (px);
-    /// `width_px` is that of a band, and `used` says which bands are looked at.
+    /// The end of the stripe in `sections`: light before, none after.
     ///
-    /// `None` if the light does not end there, or too little of it is seen on either side.
-    pub fn end(&mut self, search: [f64; 2], width_px: f64, used: [bool; BANDS]) -> Option<Edge> {
-        let first = self.sections.partition_point(|section| section.s < search[0]);
-        let last = self.sections.partition_point(|section| section.s <= search[1]);
-        if first < FEWEST[0] || self.sections.len() - last < FEWEST[1] {
-            return None;
+    /// # Errors
+    /// Light that does not end there, or so slowly that there is no edge; too little of it on either side.
+    pub fn end(&mut self, search: &EndSearch) -> Result<Edge, NotFound> {
+        let first = self.sections.partition_point(|section| section.s < search.within[0]);
+        let last = self.sections.partition_point(|section| section.s <= search.within[1]);
+        let beyond = self.sections.len() - last;
+        if first < FEWEST[0] || beyond < FEWEST[1] {
+            let visible = first as f64 / self.sections.len().max(1) as f64;
+            return Err(NotFound::TooLittle { visible, needed: LEFT });
         }
+        let used = search.used;
         for (number, band) in self.bands.iter_mut().enumerate().filter(|(number, _)| used[*number]) {
-            band.measure(&self.sections, number, [first, last], width_px)?;
+            band.measure(&self.sections, number, [first, last], search.band_px).ok_or(NotFound::GoesOn)?;
         }
         self.stations.clear();
         self.stations.extend(self.sections[first..last].iter().map(|section| section.s));
         let correlation = correlation(&self.sections[..first]);
-        let rough = self.weigh([search[0], search[1], STEPS_PX[0]], used, correlation);
-        let reach = NEAR_PX.max(4.0 * rough.sigma_px);
-        let near = [(rough.s - reach).max(search[0]), (rough.s + reach).min(search[1]), STEPS_PX[1]];
-        Some(self.weigh(near, used, correlation))
+        let edge = self.most_likely(search, correlation);
+        let most_px = MOST_BLUR_PX.max(MOST_BLUR_SIGMAS * search.sigma_px);
+        if edge.blur_px > most_px {
+            return Err(NotFound::NoClearEnd { fades_px: edge.blur_px, most_px });
+        }
+        Ok(edge)
     }
 
-    /// Mean and spread of the places, each with its likelihood exp(−cost / 2), summed over slants.
-    fn weigh(&mut self, [from, to, step]: [f64; 3], used: [bool; BANDS], correlation: f64) -> Edge {
-        let places = ((to - from) / step) as usize + 1;
+    /// All blurs all along first, then the likely ones near the best place.
+    fn most_likely(&mut self, search: &EndSearch, correlation: f64) -> Edge {
+        let mut best = [f64::INFINITY; BLURS];
+        let blurs = blurs_px(search.sigma_px);
         self.costs.clear();
-        for slant in SLANTS {
-            for k in 0..places {
-                let place = from + k as f64 * step;
-                let bands = self.bands.iter().zip(used).filter(|(_, used)| *used);
-                let costs =
-                    bands.map(|(band, _)| band.cost_of(&self.stations, place + slant * band.distance_px));
-                self.costs.push((place, costs.sum::<f64>() / correlation));
+        for (best, blur_px) in best.iter_mut().zip(blurs) {
+            let from = self.costs.len();
+            self.try_places(
+                search,
+                search.within,
+                [blur_px, STEPS_PX[0].max(STEP_BLURS[0] * blur_px)],
+                correlation,
+            );
+            *best = self.costs[from..].iter().fold(f64::INFINITY, |least, tried| least.min(tried.cost));
+        }
+        let rough = self.mean();
+        let least = best.iter().copied().fold(f64::INFINITY, f64::min);
+        self.costs.clear();
+        for (best, blur_px) in best.into_iter().zip(blurs) {
+            if best < least + UNLIKELY {
+                let reach = NEAR_PX.max(4.0 * rough.sigma_px);
+                let near = [(rough.s - reach).max(search.within[0]), (rough.s + reach).min(search.within[1])];
+                self.try_places(
+                    search,
+                    near,
+                    [blur_px, STEPS_PX[1].max(STEP_BLURS[1] * blur_px)],
+                    correlation,
+                );
             }
         }
-        let least = self.costs.iter().fold(f64::INFINITY, |least, (_, cost)| least.min(*cost));
-        let (mut total, mut mean, mut square) = (0.0, 0.0, 0.0);
-        for (place, cost) in &self.costs {
-            let weight = (-0.5 * (cost - least)).exp();
+        self.mean()
+    }
+
+    /// Adds the costs of all places and slants of one blur.
+    fn try_places(
+        &mut self,
+        search: &EndSearch,
+        [from, to]: [f64; 2],
+        [blur_px, step_px]: [f64; 2],
+        correlation: f64,
+    ) {
+        let used = search.used;
+        let places = ((to - from) / step_px) as usize + 1;
+        for slant in SLANTS {
+            for k in 0..places {
+                let place = from + k as f64 * step_px;
+                let bands = self.bands.iter().zip(used).filter(|(_, used)| *used);
+                let costs = bands
+                    .map(|(band, _)| band.cost_of(&self.stations, place + slant * band.distance_px, blur_px));
+                let cost = costs.sum::<f64>() / correlation;
+                self.costs.push(PlaceCost { place, blur_px, step_px, cost });
+            }
+        }
+    }
+
+    /// Mean and spread of the places, each with its likelihood exp(−cost / 2), summed over slants and blurs.
+    fn mean(&self) -> Edge {
+        let least = self.costs.iter().fold(f64::INFINITY, |least, tried| least.min(tried.cost));
+        let origin = self.costs.first().map_or(0.0, |tried| tried.place);
+        let (mut total, mut mean, mut square, mut blur_px, mut step_px) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for tried in &self.costs {
+            let weight = tried.step_px * (-0.5 * (tried.cost - least)).exp();
+            let place = tried.place - origin;
             total += weight;
-            mean += weight * (place - from);
-            square += weight * (place - from).powi(2);
+            mean += weight * place;
+            square += weight * place * place;
+            blur_px += weight * tried.blur_px;
+            step_px += weight * tried.step_px;
         }
         let (mean, square) = (mean / total, square / total);
-        let variance = (square - mean * mean).max(0.0) + step * step / 12.0;
-        Edge { s: from + mean, sigma_px: (variance + MODEL_PX * MODEL_PX).sqrt() }
+        let (blur_px, step_px) = (blur_px / total, step_px / total);
+        let variance = (square - mean * mean).max(0.0) + step_px * step_px / 12.0;
+        let model = MODEL_PX.hypot(MODEL_BLURS * (blur_px - LEAST_BLUR_PX));
+        Edge { s: origin + mean, sigma_px: (variance + model * model).sqrt(), blur_px }
     }
+}
+
+/// The blurs that are tried, px.
+fn blurs_px(sigma_px: f64) -> [f64; BLURS] {
+    std::array::from_fn(
+        |k| {
+            if k == 0 { LEAST_BLUR_PX } else { LEAST_BLUR_PX.max(BLUR_SIGMAS[k - 1] * sigma_px) }
+        },
+    )
 }
 
 impl Band {
@@ -143,6 +249,7 @@ impl Band {
         self.shape = (plate * plate / variance.max(1e-9)).clamp(0.5, EVENEST);
         self.light.clear();
         self.light.extend(sections[first..last].iter().map(light));
+        self.tabulate();
         let (mut plates, mut darks) = (0.0, 0.0);
         self.as_plate.clear();
         self.as_dark.clear();
@@ -150,26 +257,44 @@ impl Band {
             self.as_plate.push(plates);
             self.as_dark.push(darks);
             if let Some(light) = self.light.get(k) {
-                plates += self.cost(*light, 1.0);
-                darks += self.cost(*light, 0.0);
+                plates += self.cost(*light, step(self.plate + self.dark));
+                darks += self.cost(*light, step(self.dark));
             }
         }
         Some(())
     }
 
-    /// Twice the negative logarithm of a gamma distribution, where a part of the plate's light falls.
-    fn cost(&self, light: f64, part: f64) -> f64 {
-        let mean = self.plate * part + self.dark;
-        2.0 * self.shape * (mean.ln() + (light.max(0.0) + self.dark) / mean)
+    /// The table of the step's light, by the distance before the edge.
+    fn tabulate(&mut self) {
+        self.steps.clear();
+        self.steps.extend((0..ENTRIES).map(|k| {
+            let before = k as f64 / PER_BLUR - SHARP_BLURS;
+            step(self.plate * lit(before) + self.dark)
+        }));
+    }
+
+    /// Twice the negative logarithm of a gamma distribution of a mean.
+    fn cost(&self, light: f64, [logarithm, inverse]: [f64; 2]) -> f64 {
+        2.0 * self.shape * (logarithm + (light.max(0.0) + self.dark) * inverse)
     }
 
     /// Cost of an edge at a place.
-    fn cost_of(&self, stations: &[f64], place: f64) -> f64 {
-        let from = stations.partition_point(|s| *s < place - SHARP_PX);
-        let to = stations.partition_point(|s| *s <= place + SHARP_PX);
-        let mixed = (from..to).map(|k| self.cost(self.light[k], lit((place - stations[k]) / BLUR_PX)));
+    fn cost_of(&self, stations: &[f64], place: f64, blur_px: f64) -> f64 {
+        let reach = SHARP_BLURS * blur_px;
+        let from = stations.partition_point(|s| *s < place - reach);
+        let to = stations.partition_point(|s| *s <= place + reach);
+        let per_px = PER_BLUR / blur_px;
+        let mixed = (from..to).map(|k| {
+            let entry = ((place + reach - stations[k]) * per_px) as usize;
+            self.cost(self.light[k], self.steps[entry.min(ENTRIES - 1)])
+        });
         self.as_plate[from] + mixed.sum::<f64>() + self.as_dark[stations.len()] - self.as_dark[to]
     }
+}
+
+/// Logarithm and inverse of a mean.
+fn step(mean: f64) -> [f64; 2] {
+    [mean.ln(), mean.recip()]
 }
 
 /// Part of the plate's light at a number of blurs before the edge: a smooth step, within 0.01 of the normal one.

@@ -27,6 +27,11 @@ const LONGEST_START: f64 = 0.3;
 const BENT: f64 = 4.0;
 const BENT_PX: f64 = 0.15;
 
+/// Lengths of the stretches before an end that are fitted by themselves, px, the whole last; and by how many standard
+/// deviations a longer one may differ from them.
+const ENDS_PX: [f64; 5] = [80.0, 160.0, 320.0, 640.0, f64::INFINITY];
+const AGREES: f64 = 3.0;
+
 /// A measured segment of stripe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
@@ -71,6 +76,12 @@ fn hangs_off(start: &[Shift], all: &Regression) -> bool {
     // The covariance says how many shifts are worth one: neighbours share their speckle.
     let shared = all.covariance.m11 * all.count / (all.sigma_px * all.sigma_px);
     sum * sum > 4.0 * count * shared.max(1.0)
+}
+
+/// Whether a regression over a longer stretch has the stripe somewhere else at `s` than one over a shorter stretch.
+fn differs(shorter: &Regression, longer: &Regression, s: f64) -> bool {
+    let off = shorter.shift_at(s) - longer.shift_at(s);
+    off.abs() > BENT_PX && off * off > AGREES * AGREES * shorter.variance_at(s)
 }
 
 /// Measures stripes; memory is kept from one to the next.
@@ -252,7 +263,28 @@ impl StripeMeter {
         fit
     }
 
-    /// Sections the stripe along a line.
+    /// The last fit, or that of the longest stretch up to its end whose line agrees with those of all shorter ones about
+    /// where the stripe is at its end: the line along a bent plate is that near its edge \[Lepski1991\].
+    pub fn straight_end(&mut self, line: &Line2, fit: Fit) -> Fit {
+        let Some(last) = self.shifts.last().map(|shift| shift.s) else { return fit };
+        let mut stretches = ENDS_PX.map(|end_px| {
+            let split = self.shifts.partition_point(|shift| shift.s < last - end_px);
+            if split > 0 { self.regressor.fit(&self.shifts[split..]) } else { None }
+        });
+        stretches[ENDS_PX.len() - 1] = Some(fit.regression);
+        let agrees = |number: &usize| {
+            let longer = stretches[*number];
+            longer.is_some_and(|longer| {
+                stretches[..*number].iter().flatten().all(|shorter| !differs(shorter, &longer, last))
+            })
+        };
+        let longest = (0..stretches.len()).rev().find(agrees).and_then(|number| stretches[number]);
+        let Some(longest) = longest.filter(|longest| *longest != fit.regression) else { return fit };
+        let at = Line2 { point: line.at(longest.centre), along: line.along };
+        Fit { line: at.moved(longest.shift_px, longest.slope), regression: longest, ..fit }
+    }
+
+    /// Measures sections of the stripe along a line.
     pub fn section<L: Level>(
         &mut self,
         line: &Line2,

@@ -1,10 +1,11 @@
 //! Which joint a scan shows: the one that most of its pictures bear out.
 
 use crate::measure::regression::median;
-use crate::seam::{Joint, NotFound, Seam};
+use crate::not_found::NotFound;
+use crate::seam::{Joint, Seam};
 
 /// The seam of each joint of [`Joint::ALL`] in one picture, where there is one.
-pub type JointTrial = [Option<Seam>; 4];
+pub type JointTrial = [Option<Seam>; Joint::ALL.len()];
 
 /// Part of the pictures in which a joint of several segments must be found to be preferred to a simpler one.
 const MOSTLY: f64 = 0.5;
@@ -12,6 +13,7 @@ const MOSTLY: f64 = 0.5;
 /// this part of the pictures: soot and scratches make gaps as well, but not one in each picture.
 const EVEN: f64 = 0.15;
 const NEARLY_ALWAYS: f64 = 0.8;
+const SEVERAL: usize = 6;
 /// Gaps are of the same width within this part of it.
 const ALIKE: f64 = 0.25;
 /// Part of the gaps that must share a width for it to be the joint's.
@@ -24,13 +26,19 @@ pub fn joint(trials: &[JointTrial]) -> Option<Joint> {
     // What has more segments is asked for first: every groove has a corner that a fillet could be, too.
     for (number, joint) in Joint::ALL.into_iter().enumerate() {
         let share = found(number) as f64 / trials.len().max(1) as f64;
-        let gap = joint != Joint::Butt || share >= NEARLY_ALWAYS || even(trials, number);
-        if share >= MOSTLY && gap {
+        let plausible = match joint {
+            Joint::Butt => share >= NEARLY_ALWAYS || even(trials, number),
+            // Every stripe ends somewhere: an edge is a joint if it is there always, in several pictures.
+            Joint::Edge => share >= NEARLY_ALWAYS && trials.len() >= SEVERAL,
+            _ => true,
+        };
+        if share >= MOSTLY && plausible {
             return Some(joint);
         }
     }
-    // Less often: whatever there is most of. A gap in fewer than half of the pictures is dirt.
-    let joints = Joint::ALL.into_iter().enumerate().filter(|(_, joint)| *joint != Joint::Butt);
+    // Less often: whatever there is most of. A gap, or an end, in fewer than half of the pictures is dirt.
+    let joints = Joint::ALL.into_iter().enumerate();
+    let joints = joints.filter(|(_, joint)| !matches!(joint, Joint::Butt | Joint::Edge));
     let most = joints.max_by_key(|(number, _)| (found(*number), Joint::ALL.len() - number));
     most.filter(|(number, _)| found(*number) > 0).map(|(_, joint)| joint)
 }

@@ -10,4 +10,4 @@ mod scan_seams;
 pub use error::ScanError;
 pub use find_seams::find_seams;
 pub use observer::{ExaminedPicture, ScanObserver, Stage};
-pub use scan_seams::{JointSource, ScanFrame, ScanSeams};
+pub use scan_seams::{JointSource, ScanFrame, ScanSeams, SkippedPictures};

@@ -5,7 +5,8 @@
 //! moves fast, or pictures that have nothing to do with each other, are not judged by this.
 
 use crate::measure::regression::median;
-use crate::seam::{NotFound, Seam};
+use crate::not_found::NotFound;
+use crate::seam::Seam;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Neighbours through which a point's place is interpolated, those on the border of the scan on one side only.
@@ -34,7 +35,7 @@ pub fn refuse_jumps<'a>(seams: impl Iterator<Item = (f64, &'a mut Result<Seam, N
     let limit = (TYPICAL * typical_px).max(LEAST_PX);
     for ((_, seam), off) in found.iter_mut().zip(off) {
         if off > limit {
-            **seam = Err(NotFound::Jumps);
+            **seam = Err(NotFound::Jumps { distance_px: off, most_px: limit });
         }
     }
     Some(typical_px)

@@ -1,8 +1,9 @@
 //! Whoever looks on while the pictures of a scan are examined: a progress bar, overlays.
 
 use crate::detector::Detector;
+use crate::not_found::NotFound;
 use crate::scan::error::ScanError;
-use crate::seam::{NotFound, Seam};
+use crate::seam::Seam;
 use trueline_dataset::GrayImage;
 
 /// What is being done.

@@ -1,6 +1,7 @@
 //! What was found in the pictures of a scan.
 
-use crate::seam::{Joint, NotFound, Seam};
+use crate::not_found::NotFound;
+use crate::seam::{Joint, Seam};
 use std::collections::BTreeMap;
 use std::time::Duration;
 use trueline_dataset::{Feature, FrameStamp};
@@ -25,6 +26,15 @@ pub struct ScanFrame {
     pub name: String,
     /// Its seam, or why there is none.
     pub seam: Result<Seam, NotFound>,
+}
+
+/// Pictures that have no seam for one kind of reason.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkippedPictures {
+    /// How many.
+    pub count: usize,
+    /// The reason of the picture in the middle of them, by the number that decided.
+    pub typical: NotFound,
 }
 
 /// The seams of a scan.
@@ -58,14 +68,24 @@ impl ScanSeams {
         found.collect()
     }
 
-    /// How many pictures have no seam for each reason.
+    /// Why pictures have no seam: for each kind of reason how many, and the one of them in the middle.
     #[must_use]
-    pub fn reasons(&self) -> BTreeMap<NotFound, usize> {
-        let mut reasons = BTreeMap::new();
+    pub fn reasons(&self) -> Vec<SkippedPictures> {
+        let mut kinds: BTreeMap<&'static str, Vec<NotFound>> = BTreeMap::new();
         for reason in self.frames.iter().filter_map(|frame| frame.seam.as_ref().err()) {
-            *reasons.entry(*reason).or_insert(0) += 1;
+            kinds.entry(reason.code()).or_default().push(*reason);
         }
-        reasons
+        let mut skipped: Vec<SkippedPictures> = kinds
+            .into_values()
+            .map(|mut reasons| {
+                let count = reasons.len();
+                let middle = |a: &NotFound, b: &NotFound| a.value().total_cmp(&b.value());
+                let typical = *reasons.select_nth_unstable_by(count / 2, middle).1;
+                SkippedPictures { count, typical }
+            })
+            .collect();
+        skipped.sort_by_key(|skipped| std::cmp::Reverse(skipped.count));
+        skipped
     }
 
     /// Median, and 95th percentile, of a number over the seams; `None` without a seam.

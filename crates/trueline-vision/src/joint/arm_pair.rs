@@ -1,0 +1,234 @@
+//! Pairs of segments that may meet in a corner, and why others do not.
+
+use crate::lens::Lens;
+use crate::line::Line2;
+use crate::locate::line_segment::LineSegment;
+use crate::locate::tiles::TILE;
+use crate::not_found::NotFound;
+use nalgebra::Vector2;
+
+/// The flattest bend that makes a corner, rad in the picture.
+const FLATTEST: f64 = 0.1;
+/// The stripe may be missing this far from the corner on one arm, as a part of its length and in px, and on both
+/// together: further away lines may cross where there is nothing.
+const MOST_GAP: f64 = 0.5;
+const MOST_GAP_PX: f64 = 120.0;
+const BOTH_GAPS_PX: f64 = 160.0;
+/// Part of a stretch that edgels cover where the stripe is continuous; scattered glints cover less.
+const CONTINUOUS: f64 = 0.7;
+/// An arm is as long as so many thicknesses of the stripe, and so many px where the stripe is thin.
+const NEEDED_SIGMAS: f64 = 25.0;
+const NEEDED_PX: f64 = 80.0;
+/// Distance along an arm at which its side is judged, px.
+const SIDE_PX: f64 = 200.0;
+
+/// What fills a corner, a weld bead, begins and ends this near to the plates, px; its corner may be further away then.
+const MEETS_PX: f64 = 40.0;
+const BRIDGED_GAPS_PX: f64 = 600.0;
+
+/// How long a continuous stretch of stripe must be to be an arm, px.
+#[must_use]
+pub fn needed_px(sigma_px: f64) -> f64 {
+    (NEEDED_SIGMAS * sigma_px).max(NEEDED_PX)
+}
+
+/// Whether a continuous stretch is as long as is needed; its ends are known to half a tile each.
+#[must_use]
+pub fn is_long(continuous_px: f64, sigma_px: f64) -> bool {
+    continuous_px + TILE as f64 >= needed_px(sigma_px)
+}
+
+/// Two segments that may form a corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArmPair {
+    /// The segments, by number.
+    pub segments: [usize; 2],
+    /// Their lines, each from the corner outward; the point is the corner.
+    pub arms: [Line2; 2],
+    /// How far each reaches, px.
+    pub lengths: [f64; 2],
+    /// How far each is continuous from where it begins, px.
+    pub continuous_px: [f64; 2],
+    /// Where each begins, px from the corner.
+    pub gaps_px: [f64; 2],
+    /// Thickness of the stripe on each, px.
+    pub sigmas_px: [f64; 2],
+    /// Weight of the edgels on each.
+    pub weights: [f64; 2],
+    /// Weight of edgels that lie where a corner has nothing.
+    pub against: f64,
+}
+
+impl ArmPair {
+    /// Evidence for this corner.
+    #[must_use]
+    pub fn score(&self) -> f64 {
+        self.weights[0] + self.weights[1] - 2.0 * self.against
+    }
+
+    /// The corner.
+    #[must_use]
+    pub fn corner(&self) -> Vector2<f64> {
+        self.arms[0].point
+    }
+
+    /// The pair, if both arms are long enough.
+    ///
+    /// # Errors
+    /// [`NotFound::ArmsTooShort`], with the lengths.
+    pub fn long(self) -> Result<Self, NotFound> {
+        let is_long = |k: usize| is_long(self.continuous_px[k], self.sigmas_px[k]);
+        if is_long(0) && is_long(1) {
+            return Ok(self);
+        }
+        let needed_px = needed_px(self.sigmas_px[0].max(self.sigmas_px[1]));
+        Err(NotFound::ArmsTooShort { arms_px: self.continuous_px, needed_px })
+    }
+
+    /// The pair, if its corner lies behind its arms, seen from the camera: a valley; or before them: a ridge.
+    ///
+    /// # Errors
+    /// [`NotFound::WrongSide`].
+    pub fn on_side(self, ridge: bool, lens: &Lens) -> Result<Self, NotFound> {
+        let sheet = |ideal: &Vector2<f64>| lens.on_sheet(ideal).map(|(point, _)| point);
+        let ends = [0, 1].map(|k| sheet(&self.arms[k].at(self.lengths[k].min(SIDE_PX))));
+        let (Some(corner), [Some(a), Some(b)]) = (sheet(&self.corner()), ends) else {
+            return Err(NotFound::OutOfView);
+        };
+        let arms_away = ((a - corner).normalize() + (b - corner).normalize()).dot(&lens.away()) > 0.0;
+        if arms_away == ridge { Ok(self) } else { Err(NotFound::WrongSide { towards_camera: arms_away }) }
+    }
+}
+
+/// Every pair of segments: their weight together, and the corner they form or why they form none.
+pub fn pairs<'a>(
+    segments: &'a [LineSegment],
+    lens: &'a Lens,
+) -> impl Iterator<Item = (f64, Result<ArmPair, NotFound>)> + 'a {
+    let numbers =
+        (0..segments.len()).flat_map(|first| (first + 1..segments.len()).map(move |second| [first, second]));
+    numbers.map(|numbers| {
+        let weight = numbers.iter().map(|number| segments[*number].weight()).sum();
+        (weight, pair(segments, numbers, lens))
+    })
+}
+
+/// Why there is no corner: the reason of the pair with the most weight that is none.
+#[must_use]
+pub fn heaviest_reason(
+    results: impl Iterator<Item = (f64, Result<ArmPair, NotFound>)>,
+    otherwise: NotFound,
+) -> NotFound {
+    let reasons = results.filter_map(|(weight, pair)| pair.err().map(|reason| (weight, reason)));
+    reasons.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(otherwise, |(_, reason)| reason)
+}
+
+fn pair(segments: &[LineSegment], numbers: [usize; 2], lens: &Lens) -> Result<ArmPair, NotFound> {
+    let [a, b] = numbers.map(|number| &segments[number]);
+    let sine = a.line.along.perp(&b.line.along).abs();
+    let flat = || NotFound::TooFlat { bend_deg: sine.asin().to_degrees(), needed_deg: FLATTEST.to_degrees() };
+    if sine < FLATTEST.sin() {
+        return Err(flat());
+    }
+    let corner = a.line.cross(&b.line).ok_or_else(flat)?;
+    let [width, height] = lens.camera().size.map(f64::from);
+    let pixel = lens.distorted(&corner).0;
+    if !((0.0..width).contains(&pixel.x) && (0.0..height).contains(&pixel.y)) {
+        return Err(NotFound::OutOfView);
+    }
+    let [first, second] = [arm(a, &corner), arm(b, &corner)];
+    let gaps_px = [first.gap_px, second.gap_px];
+    let together_px = gaps_px[0] + gaps_px[1];
+    let apart = first.is_apart() || second.is_apart() || together_px > BOTH_GAPS_PX;
+    let bridged = || together_px < BRIDGED_GAPS_PX && is_bridged(segments, numbers, &[&first, &second]);
+    if apart && !bridged() {
+        return Err(NotFound::ArmsApart { gaps_px, most_px: BOTH_GAPS_PX });
+    }
+    Ok(ArmPair {
+        segments: numbers,
+        arms: [first.line, second.line],
+        lengths: [first.length, second.length],
+        continuous_px: [first.continuous_px, second.continuous_px],
+        gaps_px,
+        sigmas_px: [a.sigma_px, b.sigma_px],
+        weights: [first.weight, second.weight],
+        against: first.against + second.against,
+    })
+}
+
+/// Whether other segments lead from where one arm begins to where the other does: a bead, or a chamfer, over the corner.
+fn is_bridged(segments: &[LineSegment], numbers: [usize; 2], arms: &[&Arm; 2]) -> bool {
+    arms.iter().all(|arm| {
+        let begin = arm.line.at(arm.gap_px);
+        let others = segments.iter().enumerate().filter(|(number, _)| !numbers.contains(number));
+        others.into_iter().any(|(_, other)| {
+            let ends = other.span().map(|s| other.line.at(s));
+            ends.iter().any(|end| (end - begin).norm() < MEETS_PX)
+        })
+    })
+}
+
+struct Arm {
+    line: Line2,
+    length: f64,
+    continuous_px: f64,
+    gap_px: f64,
+    weight: f64,
+    against: f64,
+}
+
+impl Arm {
+    /// Whether it begins too far from the corner to belong to it.
+    fn is_apart(&self) -> bool {
+        self.gap_px > TILE as f64 + MOST_GAP_PX.min(MOST_GAP * self.length)
+    }
+}
+
+/// The part of a segment on one side of a corner.
+fn arm(segment: &LineSegment, corner: &Vector2<f64>) -> Arm {
+    let at = segment.line.station(corner);
+    let [first, last] = segment.span();
+    // Edgels within a window of the corner may belong to either arm.
+    let near = TILE as f64;
+    let before = segment.weight_between(first - 1.0, at - near);
+    let after = segment.weight_between(at + near, last + 1.0);
+    let forward = after >= before;
+    let along = if forward { segment.line.along } else { -segment.line.along };
+    let outward = |mark: &[f64; 2]| if forward { mark[0] - at } else { at - mark[0] };
+    let reached = segment.marks.iter().map(outward).filter(|s| *s > 0.0);
+    let (begin, end) = reached.fold((f64::INFINITY, 0.0_f64), |(begin, end), s| (begin.min(s), end.max(s)));
+    let continuous_px = if forward {
+        continuous_px(segment.marks.iter().map(outward))
+    } else {
+        continuous_px(segment.marks.iter().rev().map(outward))
+    };
+    Arm {
+        line: Line2 { point: *corner, along },
+        // The stripe may end within the last edgel, cut off at a slant.
+        length: end,
+        continuous_px,
+        gap_px: begin,
+        weight: after.max(before),
+        against: after.min(before),
+    }
+}
+
+/// The longest stretch from the first edgel on that edgels cover continuously, px; `stations` rise.
+#[must_use]
+pub fn continuous_px(stations: impl Iterator<Item = f64>) -> f64 {
+    let tile = TILE as f64;
+    let (mut begin, mut last) = (f64::NAN, f64::NAN);
+    let (mut covered, mut longest) = (0.0, 0.0);
+    for s in stations.filter(|s| *s > 0.0) {
+        if begin.is_nan() {
+            (begin, last) = (s, s - tile);
+        }
+        covered += (s - last).min(tile);
+        last = s;
+        let length = s - begin + tile;
+        if covered >= CONTINUOUS * length {
+            longest = length;
+        }
+    }
+    longest
+}

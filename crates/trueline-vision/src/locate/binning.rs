@@ -1,0 +1,84 @@
+//! Pictures of thick stripes made smaller, so that every stripe is a few pixels thick where it is measured.
+
+use crate::fastest::fastest;
+use crate::lens::Lens;
+use crate::locate::edgel::{WINDOW, edgel_at_stride};
+use crate::locate::tiles::{Candidate, Tiles};
+use crate::picture::{Level, Picture};
+
+/// Pixels that become one, along each axis, as powers of two: stripes of up to 5, 10, 20 and 40 px.
+pub const FACTORS: [usize; 4] = [1, 2, 4, 8];
+/// The thickest stripe that is measured as it is, as a part of the window that finds it.
+const THICKEST: f32 = 0.23;
+/// Candidates that are asked at most.
+const ASKED: usize = 48;
+
+/// By which factor a picture must be made smaller so that its stripe is thin enough: what most candidates want whose
+/// surroundings have a direction at all.
+pub fn factor<L: Level>(picture: &Picture<'_, L>, tiles: &Tiles, candidates: &[Candidate]) -> usize {
+    let every = candidates.len().div_ceil(ASKED).max(1);
+    let mut votes = [0.0_f32; FACTORS.len()];
+    for candidate in candidates.iter().step_by(every) {
+        if let Some((vote, brightness)) = fastest!(wanted(picture, tiles, candidate)) {
+            votes[vote] += brightness.sqrt();
+        }
+    }
+    let half = 0.5 * votes.iter().sum::<f32>();
+    let mut sum = 0.0;
+    let middle = votes.iter().position(|votes| {
+        sum += votes;
+        sum > half
+    });
+    FACTORS[middle.unwrap_or(0)]
+}
+
+/// The first of the factors at which the stripe at a candidate is thin enough, and how bright it is.
+#[inline(always)]
+fn wanted<L: Level>(picture: &Picture<'_, L>, tiles: &Tiles, candidate: &Candidate) -> Option<(usize, f32)> {
+    FACTORS.iter().enumerate().find_map(|(vote, factor)| {
+        let around = tiles.around(candidate, *factor);
+        let edgel = edgel_at_stride(picture, &Candidate { around, ..*candidate }, *factor)?;
+        (edgel.sigma_px < THICKEST * (WINDOW * factor) as f32).then_some((vote, edgel.brightness))
+    })
+}
+
+/// A picture with `factor` × `factor` pixels made one; columns and rows that are left over are dropped.
+pub fn bin<'a, L: Level>(
+    picture: &Picture<'_, L>,
+    factor: usize,
+    memory: &'a mut Vec<u16>,
+) -> Option<Picture<'a, u16>> {
+    let (width, height) = (picture.width() / factor, picture.height() / factor);
+    memory.clear();
+    memory.resize(width * height, 0);
+    fastest!(add_up(picture, factor, memory));
+    Picture::new(width, height, memory)
+}
+
+#[inline(always)]
+fn add_up<L: Level>(picture: &Picture<'_, L>, factor: usize, binned: &mut [u16]) {
+    let shift = L::excess_bits(factor.trailing_zeros());
+    let width = picture.width() / factor;
+    for (row, out) in binned.chunks_exact_mut(width.max(1)).enumerate() {
+        for (column, out) in out.iter_mut().enumerate() {
+            let mut sum = 0_u32;
+            for k in 0..factor {
+                let levels = &picture.row(row * factor + k)[column * factor..(column + 1) * factor];
+                sum += levels.iter().map(|level| Into::<u32>::into(L::Sum::from(*level))).sum::<u32>();
+            }
+            *out = (sum >> shift) as u16;
+        }
+    }
+}
+
+/// The lens of pictures that were made smaller. `None` for pictures that have nothing left.
+#[must_use]
+pub fn binned_lens(lens: &Lens, factor: usize) -> Option<Lens> {
+    let k = factor as f64;
+    let mut camera = *lens.camera();
+    camera.size = camera.size.map(|n| n / factor as u32);
+    camera.focal /= k;
+    // Pixel 0 of the small picture is centred on the middle of the first `factor` pixels.
+    camera.centre = camera.centre.add_scalar(-0.5 * (k - 1.0)) / k;
+    (camera.size[0] > 0 && camera.size[1] > 0).then(|| Lens::new(camera, *lens.plane()))
+}

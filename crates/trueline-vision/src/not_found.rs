@@ -1,0 +1,190 @@
+//! Why a picture has no seam point.
+
+/// Why there is no seam point; the numbers are those that decided.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NotFound {
+    /// Nothing in the picture looks like a stripe.
+    #[error(
+        "no laser stripe in the picture: what is brightest is {contrast:.0} levels above its surroundings"
+    )]
+    NoStripe {
+        /// How far the brightest tile stands out, in grey levels.
+        contrast: f64,
+    },
+    /// One straight stripe.
+    #[error("a single straight piece of stripe, {length_px:.0} px long: no joint")]
+    OnePiece {
+        /// Its length, px.
+        length_px: f64,
+    },
+    /// Arms that are too short, or not continuous.
+    #[error(
+        "the longest arms that could meet are continuous over {:.0} and {:.0} px; {needed_px:.0} px are needed",
+        arms_px[0],
+        arms_px[1]
+    )]
+    ArmsTooShort {
+        /// How far the arms of the most likely joint are continuous, px.
+        arms_px: [f64; 2],
+        /// How far they must be, px.
+        needed_px: f64,
+    },
+    /// Arms that are almost in line.
+    #[error("the stripe bends by {bend_deg:.1}° in the picture; {needed_deg:.1}° are needed")]
+    TooFlat {
+        /// The bend, degrees.
+        bend_deg: f64,
+        /// The least bend that is a corner, degrees.
+        needed_deg: f64,
+    },
+    /// The stripe is missing about the place where the arms would meet.
+    #[error(
+        "the stripe is missing over {:.0} and {:.0} px beside the place where its arms would meet; {most_px:.0} px are \
+         allowed together",
+        gaps_px[0],
+        gaps_px[1]
+    )]
+    ArmsApart {
+        /// Where the arms begin, px from the crossing.
+        gaps_px: [f64; 2],
+        /// The most that both may be, px.
+        most_px: f64,
+    },
+    /// The corner points the other way: towards the camera where it should point away, or the reverse.
+    #[error("the corner points {}; is it another joint?", if *towards_camera { "towards the camera" } else { "away from the camera" })]
+    WrongSide {
+        /// Whether the corner is nearer to the camera than its arms.
+        towards_camera: bool,
+    },
+    /// Several pieces, but not as this joint has them.
+    #[error("the {pieces} pieces of the stripe do not form this joint")]
+    NotThisJoint {
+        /// How many straight pieces there are.
+        pieces: usize,
+    },
+    /// The stripe goes on where it should end.
+    #[error("the stripe goes on beyond the place where its pieces cross")]
+    GoesOn,
+    /// The stripe does not end where its segment does.
+    #[error(
+        "the stripe has no clear end: it fades out over {fades_px:.0} px; at most {most_px:.0} px can be used"
+    )]
+    NoClearEnd {
+        /// Length of the fall of the light, px.
+        fades_px: f64,
+        /// The most that an edge may blur, px.
+        most_px: f64,
+    },
+    /// The gap is not the one that the other pictures show.
+    #[error("the gap is not as wide as in most other pictures")]
+    OddGap,
+    /// The point is not where the pictures before and after have the seam.
+    #[error(
+        "the point is {distance_px:.0} px from where the pictures before and after have the seam; {most_px:.0} px are allowed"
+    )]
+    Jumps {
+        /// How far it is from there, px.
+        distance_px: f64,
+        /// The most that it may be, px.
+        most_px: f64,
+    },
+    /// The points of the scan lie on two tracks, and this one on the less frequented, or no track is preferred.
+    #[error("the seam is found at two places in turn, {distance_px:.0} px apart")]
+    TwoPlaces {
+        /// How far the places are apart, px.
+        distance_px: f64,
+    },
+    /// Two places are as likely.
+    #[error("two places are about as likely, {distance_px:.0} px apart")]
+    Ambiguous {
+        /// How far they are apart, px.
+        distance_px: f64,
+    },
+    /// Too little of the stripe is to be seen.
+    #[error("too little of the stripe is visible beside the seam: {:.0} % of the arm; {:.0} % are needed", 100.0 * visible, 100.0 * needed)]
+    TooLittle {
+        /// Part of the cross-sections that show the stripe.
+        visible: f64,
+        /// The least that is used.
+        needed: f64,
+    },
+    /// The point would not be known well enough to be of use.
+    #[error("the seam point is known to ± {sigma_px:.1} px only; {most_px:.0} px are allowed")]
+    Uncertain {
+        /// Its standard deviation, px.
+        sigma_px: f64,
+        /// The most that is used, px.
+        most_px: f64,
+    },
+    /// The pieces meet outside the picture.
+    #[error("the seam is out of view")]
+    OutOfView,
+}
+
+impl NotFound {
+    /// A stable word for programs.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::NoStripe { .. } => "no-stripe",
+            Self::OnePiece { .. } => "single-segment",
+            Self::ArmsTooShort { .. } => "arms-too-short",
+            Self::TooFlat { .. } => "too-flat",
+            Self::ArmsApart { .. } => "arms-apart",
+            Self::WrongSide { .. } => "wrong-side",
+            Self::NotThisJoint { .. } => "not-this-joint",
+            Self::GoesOn => "stripe-continues",
+            Self::NoClearEnd { .. } => "no-clear-end",
+            Self::OddGap => "odd-gap",
+            Self::Jumps { .. } => "far-from-neighbours",
+            Self::TwoPlaces { .. } => "two-places",
+            Self::Ambiguous { .. } => "ambiguous",
+            Self::TooLittle { .. } => "too-little-stripe",
+            Self::Uncertain { .. } => "uncertain",
+            Self::OutOfView => "out-of-view",
+        }
+    }
+
+    /// The number that decided, for putting reasons of one kind in order; zero where there is none.
+    #[must_use]
+    pub fn value(&self) -> f64 {
+        match *self {
+            Self::NoStripe { contrast } => contrast,
+            Self::OnePiece { length_px } => length_px,
+            Self::ArmsTooShort { arms_px: [a, b], .. } => a.min(b),
+            Self::TooFlat { bend_deg, .. } => bend_deg,
+            Self::ArmsApart { gaps_px: [a, b], .. } => a + b,
+            Self::NoClearEnd { fades_px, .. } => fades_px,
+            Self::Jumps { distance_px, .. }
+            | Self::Ambiguous { distance_px }
+            | Self::TwoPlaces { distance_px } => distance_px,
+            Self::TooLittle { visible, .. } => visible,
+            Self::Uncertain { sigma_px, .. } => sigma_px,
+            Self::NotThisJoint { pieces } => pieces as f64,
+            Self::WrongSide { .. } | Self::GoesOn | Self::OddGap | Self::OutOfView => 0.0,
+        }
+    }
+
+    /// The same reason with its lengths in pixels `factor` times as small, and places likewise.
+    #[must_use]
+    pub(crate) fn scaled(self, factor: f64) -> Self {
+        match self {
+            Self::OnePiece { length_px } => Self::OnePiece { length_px: length_px * factor },
+            Self::ArmsTooShort { arms_px, needed_px } => {
+                Self::ArmsTooShort { arms_px: arms_px.map(|px| px * factor), needed_px: needed_px * factor }
+            }
+            Self::ArmsApart { gaps_px, most_px } => {
+                Self::ArmsApart { gaps_px: gaps_px.map(|px| px * factor), most_px: most_px * factor }
+            }
+            Self::NoClearEnd { fades_px, most_px } => {
+                Self::NoClearEnd { fades_px: fades_px * factor, most_px: most_px * factor }
+            }
+            Self::Ambiguous { distance_px } => Self::Ambiguous { distance_px: distance_px * factor },
+            Self::Uncertain { sigma_px, most_px } => {
+                Self::Uncertain { sigma_px: sigma_px * factor, most_px: most_px * factor }
+            }
+            other => other,
+        }
+    }
+}
