@@ -7,6 +7,15 @@ use trueline_dataset::{Error, GrayImage, Pixels, Problem, gray_png};
 use trueline_vision::overlay::Canvas;
 use trueline_vision::scan::{ExaminedPicture, ScanError};
 
+/// Makes a folder that must not hold anything yet.
+pub fn prepare(folder: &Path) -> Result<(), Failure> {
+    let used = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
+    if used {
+        return Err(Error::in_file(folder, Problem::AlreadyExists).into());
+    }
+    Ok(fs::create_dir_all(folder).map_err(|e| Error::in_file(folder, Problem::Io(e)))?)
+}
+
 /// A new folder for such pictures.
 pub struct OverlayFolder {
     folder: PathBuf,
@@ -17,11 +26,7 @@ pub struct OverlayFolder {
 impl OverlayFolder {
     /// Makes the folder.
     pub fn create(folder: &Path, every: usize) -> Result<Self, Failure> {
-        let used = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
-        if used {
-            return Err(Error::in_file(folder, Problem::AlreadyExists).into());
-        }
-        fs::create_dir_all(folder).map_err(|e| Error::in_file(folder, Problem::Io(e)))?;
+        prepare(folder)?;
         Ok(Self { folder: folder.to_owned(), every })
     }
 
