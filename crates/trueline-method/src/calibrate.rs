@@ -1,5 +1,6 @@
 //! The recipe: a recording in, a calibration out.
 
+use crate::assess::convergence::without_outliers;
 use crate::assess::cross_validation::{self, Subject};
 use crate::assess::identifiability::{Identifiability, assess_identifiability};
 use crate::assess::observability::{Observability, RANK_THRESHOLD};
@@ -15,7 +16,8 @@ use crate::input::observations::{Observations, SKIP_REPEATED, observe, origin_ns
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
 use crate::solve::covariance::{self, Uncertainty};
-use crate::solve::refine::{FitSettings, without_outliers};
+use crate::solve::settings::FitSettings;
+use crate::solve::solver::Solver;
 use crate::verdict::{self, Evidence};
 use crate::{assess::outlier_segments, assess::seam_point_error, hypotheses::search};
 use nalgebra::{DMatrix, SVector};
@@ -44,7 +46,7 @@ pub fn calibrate(
         factor: 1.0,
     };
     let settings = FitSettings { config, noise, fixed: &fixed, prior: None };
-    let found = search::find(&observations, &settings, guess)?;
+    let found = search::find(&Solver { observations: &observations, settings }, guess)?;
     let recorded = Stamped { observations, fit: found.fit, dejittered: Dejittered::default() };
     let stamped = with_best_stamps(recording, &sampling, &settings, recorded)?;
     let noise =

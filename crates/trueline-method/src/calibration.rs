@@ -10,6 +10,7 @@ use crate::hypotheses::drift_and_step::{Drift, Step};
 use crate::hypotheses::second_minimum::SecondMinimum;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{Parameters, ROTATION, TRANSLATION};
+use crate::solve::iteration_record::IterationRecord;
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 use trueline_lsq::Termination;
@@ -21,19 +22,6 @@ pub enum Status {
     Accepted,
     /// There is a result, but see the reasons.
     NotAccepted,
-}
-
-/// One step of the solver, as the paper's Figs. 6 to 8 draw it.
-#[derive(Clone, Debug)]
-pub struct IterationRecord {
-    /// Cost ½ Σ ρ at this stage's loss.
-    pub cost: f64,
-    /// Root mean square distance from the line of all usable features that turned out to be no outliers, m.
-    pub rms_m: f64,
-    /// Unknowns before the step.
-    pub parameters: Parameters,
-    /// Whether the step was taken.
-    pub accepted: bool,
 }
 
 /// A finished calibration.

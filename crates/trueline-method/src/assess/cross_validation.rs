@@ -3,11 +3,11 @@
 
 use crate::config::Config;
 use crate::input::observations::{Observation, Observations};
-use crate::problem::line_problem::{Criterion, LineProblem, placement};
+use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::problem::parameters::{LINES, Parameters, ROTATION};
-use crate::solve::refine::Fit;
+use crate::problem::placement::placement;
+use crate::solve::fit::Fit;
 use nalgebra::{DMatrix, SVector};
-use trueline_geometry::se3;
 use trueline_lsq::{Information, SolveOptions, solve};
 
 /// What one part says when it is left out.
@@ -81,7 +81,7 @@ pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
         let (without, hessian) = solve_again(subject, config, &rest)?;
         let own = squared_distances(subject.observations, part, weights, &without);
         let fitted = squared_distances(subject.observations, part, weights, at);
-        let moved = difference(&without, at);
+        let moved = without.minus(&at.guess());
         let wide = covariance_of(&hessian, subject)?;
         lever_sum += lever(subject, part, weights, &without, &wide);
         let wider = wide - &covariance;
@@ -190,17 +190,6 @@ fn lever(
         count += 1;
     }
     sum / f64::from(count.max(1)) * carried.iter().filter(|carried| **carried).count() as f64
-}
-
-/// How offset and hand-eye differ, as a tangent step.
-#[must_use]
-pub fn difference(to: &Parameters, from: &Parameters) -> SVector<f64, LINES> {
-    let (turn, shift) = se3::difference_decoupled(&to.tool_from_camera, &from.tool_from_camera);
-    let mut moved = SVector::<f64, LINES>::zeros();
-    moved[0] = to.time_offset_s - from.time_offset_s;
-    moved.fixed_rows_mut::<3>(ROTATION).copy_from(&turn);
-    moved.fixed_rows_mut::<3>(ROTATION + 3).copy_from(&shift);
-    moved
 }
 
 fn block_edges(list: &[Observation]) -> Vec<usize> {

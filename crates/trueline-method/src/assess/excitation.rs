@@ -6,9 +6,9 @@
 //! twice, by every other sample: the motion is the same in both, the noise is not, and what two Jacobians have in
 //! common is motion.
 
-use crate::input::observations::Observation;
-use crate::problem::line_problem::{LOCAL, LineProblem, global_index};
-use crate::problem::parameters::{Parameters, TIME_OFFSET};
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::{LOCAL, Parameters, TIME_OFFSET, global_index};
+use crate::problem::placement::placement_on;
 use nalgebra::{DMatrix, SMatrix};
 use trueline_geometry::Trajectory;
 use trueline_lsq::{Information, LeastSquares};
@@ -41,7 +41,7 @@ impl SplitSampleInformation {
         // Whole images, so that no line is passed over.
         for (o, whitener) in problem.selected().filter(|(o, _)| (o.frame as usize).is_multiple_of(every)) {
             let Some(here) = problem.placement(o, at, &mut hints[0]) else { continue };
-            let [first, second] = [0, 1].map(|k| place(&halves[k], o, at, &mut hints[k + 1]));
+            let [first, second] = [0, 1].map(|k| placement_on(&halves[k], o, at, &mut hints[k + 1]));
             let (Some(first), Some(second)) = (first, second) else { continue };
             let jacobian =
                 |placement: &Placement| Some(problem.whitened_where((o, whitener), at, placement)?.1);
@@ -97,12 +97,6 @@ impl SplitSampleInformation {
         let chosen = inverse.transpose() * eigen.eigenvectors.select_columns(&moved);
         information.keeping(&chosen.qr().q())
     }
-}
-
-fn place(trajectory: &Trajectory, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<Placement> {
-    let exposure_s = o.stamp_s - at.time_offset_s;
-    *hint = trajectory.bracket(exposure_s, *hint)?;
-    Some(Placement::new(trajectory.segment(*hint)?, exposure_s, &at.tool_from_camera))
 }
 
 fn add(sum: &mut DMatrix<f64>, local: &SMatrix<f64, LOCAL, LOCAL>, line: u32) {

@@ -1,13 +1,14 @@
 //! What a scan shows, and, where the user accepts it, a fit that holds the rest at a guess.
 
-use crate::assess::cross_validation::difference;
 use crate::assess::excitation::SplitSampleInformation;
 use crate::assess::observability::{self, Group, Observability, RANK_THRESHOLD};
 use crate::error::Error;
 use crate::hypotheses::clock_drift::DriftFree;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::problem::prior::Prior;
-use crate::solve::refine::{Fit, FitSettings, converge};
+use crate::solve::fit::Fit;
+use crate::solve::settings::FitSettings;
+use crate::solve::solver::Solver;
 use nalgebra::DVector;
 use trueline_dataset::Guess;
 use trueline_geometry::Trajectory;
@@ -75,7 +76,8 @@ pub fn assess_identifiability(
         return Ok(Identifiability { fit, information, time_offset_share, observability });
     }
     let prior = holding(&observability, guess.ok_or(Error::NoGuessToHold)?);
-    let held = converge(&steady.observations, &FitSettings { prior: Some(&prior), ..*settings }, &fit)?;
+    let settings_held = FitSettings { prior: Some(&prior), ..*settings };
+    let held = Solver { observations: &steady.observations, settings: settings_held }.converge(&fit)?;
     let held_information = spectrum(&held, settings)?;
     let (before, after) = (information.covariance(), held_information.covariance());
     for k in 0..LINES {
@@ -103,9 +105,10 @@ fn follow(
         let away = at.retract(&(unseen_step(observability, at.dimension()) * sign));
         let guess = Guess { time_offset_s: away.time_offset_s, tool_from_camera: away.tool_from_camera };
         let prior = holding(observability, &guess);
-        let moved =
-            converge(&steady.observations, &FitSettings { prior: Some(&prior), ..*settings }, &steady.fit)
-                .map(|fit| difference(fit.parameters(), at));
+        let settings = FitSettings { prior: Some(&prior), ..*settings };
+        let moved = Solver { observations: &steady.observations, settings }
+            .converge(&steady.fit)
+            .map(|fit| fit.parameters().minus(&at.guess()));
         for k in 0..LINES {
             // Where nothing can be fitted nothing is known.
             observability.observable_components[k] &=

@@ -1,5 +1,6 @@
 //! What the optimum is worth: identifiability, residuals, cross-validation, outlier segments, seam point error.
 
+pub mod convergence;
 pub mod cross_validation;
 pub mod excitation;
 pub mod identifiability;

@@ -1,11 +1,13 @@
 //! Stretches of the scan that do not belong to the rest, and what explains them: a clock that stepped, or
 //! a detector that followed another line.
 
-use crate::assess::residuals::{self, FeatureResidual};
+use crate::assess::residuals::FeatureResidual;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observation, Observations};
-use crate::problem::line_problem::{LineProblem, placement};
+use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET, line_index};
+use crate::problem::placement::placement;
+use crate::solve::noise_scale::noise_factor;
 use std::collections::BTreeSet;
 use trueline_geometry::{Line, fit};
 use trueline_lsq::{Loss, SolveOptions, solve};
@@ -158,7 +160,7 @@ fn other_offset(
     let all = LineProblem::coarse(observations, list, Loss::Squared, noise);
     let squared = all.squared_residuals(&found);
     // Most of the stretch must be placed by it, and fit as the rest does.
-    let fits = squared.len() * 2 > list.len() && residuals::noise_factor(&squared) < EXPLAINED;
+    let fits = squared.len() * 2 > list.len() && noise_factor(&squared) < EXPLAINED;
     fits.then_some(step_s)
 }
 
@@ -187,5 +189,5 @@ fn other_line(
     let middle = points.iter().sum::<nalgebra::Vector3<f64>>() / points.len() as f64;
     let beside_m =
         at.lines[label as usize].distance(found.lines[label as usize].anchored_near(&middle).anchor());
-    (residuals::noise_factor(&squared) < EXPLAINED).then_some(beside_m)
+    (noise_factor(&squared) < EXPLAINED).then_some(beside_m)
 }

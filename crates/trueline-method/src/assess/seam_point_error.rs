@@ -6,8 +6,8 @@
 use crate::config::Use;
 use crate::input::observations::{Observation, Observations};
 use crate::order_statistics::median;
-use crate::problem::line_problem::placement;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::problem::placement::placement;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use trueline_geometry::so3;
 

@@ -7,11 +7,12 @@
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::error::Error;
 use crate::hypotheses::drift_and_step::{ClockCheck, Drift, Step};
-use crate::hypotheses::second_minimum::twice_negative_log_likelihood;
 use crate::input::observations::Observations;
 use crate::problem::parameters::TIME_OFFSET;
 use crate::solve::covariance;
-use crate::solve::refine::{Fit, FitSettings, converge, refit};
+use crate::solve::fit::Fit;
+use crate::solve::settings::FitSettings;
+use crate::solve::solver::Solver;
 use trueline_lsq::Information;
 
 /// A fit whose time offset does not drift.
@@ -49,22 +50,21 @@ pub fn is_significant(drift: &Drift) -> bool {
 /// `rate_sigma_ppm` is how well the rates of the stamps' clocks are known: what they drift by chance is no drift.
 ///
 /// # Errors
-/// As [`polish`].
+/// As [`Solver::converge`].
 pub fn remove_drift(
     observations: Observations,
     fit: Fit,
     settings: &FitSettings<'_>,
     rate_sigma_ppm: f64,
 ) -> Result<DriftFree, Error> {
-    let clock = clock_check(&observations, &fit, settings);
+    let solver = Solver { observations: &observations, settings: *settings };
+    let clock = clock_check(&solver, &fit);
     let drift = clock.as_ref().and_then(ClockCheck::drift);
     let step = clock.as_ref().and_then(ClockCheck::step);
     let likely_drift = drift.is_some_and(|d| d.ppm.abs() > DRIFT_SIGMAS * d.sigma_ppm / inflation(&clock));
     let likely_step = step.is_some_and(|s| s.step_s.abs() > STEP_SIGMAS * s.sigma_s / inflation(&clock));
-    let without_drift =
-        if likely_drift { drift_out(&observations, &fit, settings, rate_sigma_ppm)? } else { None };
-    let without_step =
-        if likely_step { step_out(&observations, &fit, settings, rate_sigma_ppm)? } else { None };
+    let without_drift = if likely_drift { drift_out(&solver, &fit, rate_sigma_ppm)? } else { None };
+    let without_step = if likely_step { step_out(&solver, &fit, rate_sigma_ppm)? } else { None };
     let stepped = without_step.filter(|step| {
         without_drift
             .as_ref()
@@ -75,7 +75,7 @@ pub fn remove_drift(
         Some(without) => (without.observations, without.fit, Some(without.drift)),
         None => (observations, fit, None),
     };
-    let fit = converge(&observations, settings, &fit)?;
+    let fit = Solver { observations: &observations, settings: *settings }.converge(&fit)?;
     Ok(DriftFree {
         observations,
         fit,
@@ -91,7 +91,8 @@ fn inflation(clock: &Option<ClockCheck>) -> f64 {
     clock.as_ref().map_or(1.0, ClockCheck::inflation)
 }
 
-fn clock_check(observations: &Observations, fit: &Fit, settings: &FitSettings<'_>) -> Option<ClockCheck> {
+fn clock_check(solver: &Solver<'_>, fit: &Fit) -> Option<ClockCheck> {
+    let Solver { observations, settings } = solver;
     if settings.fixed.contains(&TIME_OFFSET) {
         return None;
     }
@@ -111,15 +112,10 @@ struct WithoutDrift {
 }
 
 /// The scan without its drift, if what is left says that there was one.
-fn drift_out(
-    observations: &Observations,
-    fit: &Fit,
-    settings: &FitSettings<'_>,
-    rate_sigma_ppm: f64,
-) -> Result<Option<WithoutDrift>, Error> {
-    let (mut observations, mut fit) = (observations.clone(), fit.clone());
+fn drift_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Option<WithoutDrift>, Error> {
+    let (mut observations, mut fit) = (solver.observations.clone(), fit.clone());
     let mut total_ppm = 0.0;
-    let mut left = clock_check(&observations, &fit, settings).and_then(|clock| clock.drift());
+    let mut left = clock_check(&solver.on(&observations), &fit).and_then(|clock| clock.drift());
     for _ in 0..ROUNDS {
         let Some(found) = left.filter(|d| d.ppm.abs() > 0.1 * d.sigma_ppm) else { break };
         total_ppm += found.ppm;
@@ -127,8 +123,8 @@ fn drift_out(
             // The stamps run fast about the middle, where they are right.
             o.stamp_s -= found.ppm * 1e-6 * (o.stamp_s - found.about_s);
         }
-        fit = refit(&observations, settings, &fit)?;
-        left = clock_check(&observations, &fit, settings).and_then(|clock| clock.drift());
+        fit = solver.on(&observations).refit(&fit)?;
+        left = clock_check(&solver.on(&observations), &fit).and_then(|clock| clock.drift());
     }
     let drift = left.map(|left| Drift {
         ppm: left.ppm + total_ppm,
@@ -137,7 +133,7 @@ fn drift_out(
     });
     Ok(drift.filter(is_significant).map(|drift| {
         let twice_negative_log_likelihood =
-            twice_negative_log_likelihood(&observations, settings, fit.parameters());
+            solver.on(&observations).twice_negative_log_likelihood(fit.parameters());
         WithoutDrift { observations, fit, drift, twice_negative_log_likelihood }
     }))
 }
@@ -148,20 +144,15 @@ struct WithoutStep {
 }
 
 /// The step that, taken out, leaves residuals that say that there was one.
-fn step_out(
-    observations: &Observations,
-    fit: &Fit,
-    settings: &FitSettings<'_>,
-    rate_sigma_ppm: f64,
-) -> Result<Option<WithoutStep>, Error> {
-    let (mut observations, mut fit) = (observations.clone(), fit.clone());
+fn step_out(solver: &Solver<'_>, fit: &Fit, rate_sigma_ppm: f64) -> Result<Option<WithoutStep>, Error> {
+    let (mut observations, mut fit) = (solver.observations.clone(), fit.clone());
     let lasts_s = observations.list.last().map_or(0.0, |o| o.stamp_s)
         - observations.list.first().map_or(0.0, |o| o.stamp_s);
     let mut total: Option<Step> = None;
     // The first frame after the step: frames keep their number whatever happens to their stamps.
     let mut first_frame = 0;
     for _ in 0..ROUNDS {
-        let Some(clock) = clock_check(&observations, &fit, settings) else { return Ok(None) };
+        let Some(clock) = clock_check(&solver.on(&observations), &fit) else { return Ok(None) };
         let frame_at = |frame: u32| observations.list.iter().find(|o| o.frame >= frame).map(|o| o.stamp_s);
         let found = match total {
             None => clock.step(),
@@ -183,14 +174,12 @@ fn step_out(
         for o in observations.list.iter_mut().filter(|o| o.frame >= first_frame) {
             o.stamp_s -= found.step_s;
         }
-        fit = refit(&observations, settings, &fit)?;
+        fit = solver.on(&observations).refit(&fit)?;
     }
     Ok(total.filter(|step| step.step_s.abs() > STEP_SIGMAS * step.sigma_s).map(|step| WithoutStep {
         step,
-        twice_negative_log_likelihood: twice_negative_log_likelihood(
-            &observations,
-            settings,
-            fit.parameters(),
-        ),
+        twice_negative_log_likelihood: solver
+            .on(&observations)
+            .twice_negative_log_likelihood(fit.parameters()),
     }))
 }

@@ -4,7 +4,8 @@
 //! solution one Gauss–Newton step of that unknown, all others following, is its estimate; and since only sums
 //! over the observations are needed, a step can be tried at every frame in linear time.
 
-use crate::problem::line_problem::{LOCAL, LineProblem, global_index};
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::{LOCAL, global_index};
 use nalgebra::{DMatrix, DVector, SVector};
 
 /// How fast the offset changes.

@@ -2,6 +2,8 @@
 
 pub mod clock_drift;
 pub mod drift_and_step;
+pub mod likelihood_ratio;
+pub mod mirror;
 pub mod search;
 pub mod second_minimum;
 pub mod timestamp_selection;

@@ -2,13 +2,14 @@
 
 use crate::config::Config;
 use crate::error::Error;
-use crate::hypotheses::second_minimum::{
-    LIKELIHOOD_RATIO_LIMIT, MirrorComparison, SecondMinimum, mirror_of, other_offset,
-    twice_negative_log_likelihood,
-};
+use crate::hypotheses::likelihood_ratio::LIKELIHOOD_RATIO_LIMIT;
+use crate::hypotheses::mirror::{MirrorComparison, mirror_of};
+use crate::hypotheses::second_minimum::{SecondMinimum, other_offset};
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;
-use crate::solve::refine::{Fit, FitSettings, refine};
+use crate::solve::fit::Fit;
+use crate::solve::settings::FitSettings;
+use crate::solve::solver::Solver;
 use crate::solve::start;
 use trueline_dataset::Guess;
 
@@ -38,29 +39,21 @@ const CLEARLY_NEARER: f64 = 0.5;
 ///
 /// # Errors
 /// [`Error::NoStart`] if there is none.
-pub fn find(
-    observations: &Observations,
-    settings: &FitSettings<'_>,
-    guess: Option<&Guess>,
-) -> Result<Found, Error> {
+pub fn find(solver: &Solver<'_>, guess: Option<&Guess>) -> Result<Found, Error> {
     match guess {
-        Some(guess) => from_guess(observations, settings, guess),
-        None => from_nothing(observations, settings),
+        Some(guess) => from_guess(solver, guess),
+        None => from_nothing(solver),
     }
 }
 
 /// A guess is not overruled; something much better than where it leads is a reason against the result.
-fn from_guess(
-    observations: &Observations,
-    settings: &FitSettings<'_>,
-    guess: &Guess,
-) -> Result<Found, Error> {
-    let fit = refine(observations, settings, start::from_guess(observations, guess)?)?;
-    let runner_up = other_offset(observations, settings, &fit).map(|(_, runner_up)| runner_up);
+fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
+    let fit = solver.fit(start::from_guess(solver.observations, guess)?)?;
+    let runner_up = other_offset(solver, &fit).map(|(_, runner_up)| runner_up);
     let from_guess =
         |at: &Parameters| at.tool_from_camera.rotation.angle_to(&guess.tool_from_camera.rotation);
     let (mut better, mut equal_twin) = (None, false);
-    match mirror_of(observations, settings, &fit)? {
+    match mirror_of(solver, &fit)? {
         MirrorComparison::Worse => {}
         MirrorComparison::Equal(twin) => {
             equal_twin = from_guess(fit.parameters()) > CLEARLY_NEARER * from_guess(&twin)
@@ -68,37 +61,39 @@ fn from_guess(
         MirrorComparison::Better(twin) => better = Some(twin.parameters().clone()),
     }
     // Where something is held, the search from nothing would look elsewhere.
-    if better.is_none() && settings.fixed.is_empty() && is_doubtful(observations, &fit) {
-        let other = search(observations, settings)?.0;
-        better = is_better(observations, settings, &other, &fit).then(|| other.parameters().clone());
+    if better.is_none() && solver.settings.fixed.is_empty() && is_doubtful(solver.observations, &fit) {
+        let other = search(solver)?.0;
+        better = is_better(solver, &other, &fit).then(|| other.parameters().clone());
     }
     Ok(Found { fit, equal_twin, runner_up, better })
 }
 
-fn from_nothing(observations: &Observations, settings: &FitSettings<'_>) -> Result<Found, Error> {
-    let (mut fit, mut equal_twin) = search(observations, settings)?;
-    let mut other = other_offset(observations, settings, &fit);
+fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
+    let (mut fit, mut equal_twin) = search(solver)?;
+    let mut other = other_offset(solver, &fit);
     if let Some((start, _)) = other.take_if(|(_, runner_up)| runner_up.log_likelihood_lost < 0.0) {
-        fit = refine(observations, settings, start)?;
-        other = other_offset(observations, settings, &fit);
+        fit = solver.fit(start)?;
+        other = other_offset(solver, &fit);
     }
-    if is_doubtful(observations, &fit) {
-        let offset_search_s = widest_offset_s(observations).max(settings.config.offset_search_s);
+    if is_doubtful(solver.observations, &fit) {
+        let settings = solver.settings;
+        let offset_search_s = widest_offset_s(solver.observations).max(settings.config.offset_search_s);
         let config = Config { offset_search_s, ..settings.config.clone() };
-        let (wide, wide_twin) = search(observations, &FitSettings { config: &config, ..*settings })?;
-        if is_better(observations, settings, &wide, &fit) {
+        let wider = Solver { settings: FitSettings { config: &config, ..settings }, ..*solver };
+        let (wide, wide_twin) = search(&wider)?;
+        if is_better(solver, &wide, &fit) {
             (fit, equal_twin) = (wide, wide_twin);
-            other = other_offset(observations, settings, &fit);
+            other = other_offset(solver, &fit);
         }
     }
     Ok(Found { fit, equal_twin, runner_up: other.map(|(_, runner_up)| runner_up), better: None })
 }
 
 /// From nothing, the better of two mirrored attitudes; and whether both fit equally well.
-fn search(observations: &Observations, settings: &FitSettings<'_>) -> Result<(Fit, bool), Error> {
-    let start = start::from_nothing(observations, settings.config, &settings.noise)?;
-    let fit = refine(observations, settings, start)?;
-    Ok(match mirror_of(observations, settings, &fit)? {
+fn search(solver: &Solver<'_>) -> Result<(Fit, bool), Error> {
+    let Solver { observations, settings } = solver;
+    let fit = solver.fit(start::from_nothing(observations, settings.config, &settings.noise)?)?;
+    Ok(match mirror_of(solver, &fit)? {
         MirrorComparison::Worse => (fit, false),
         MirrorComparison::Equal(_) => (fit, true),
         MirrorComparison::Better(twin) => (*twin, false),
@@ -120,8 +115,7 @@ fn is_doubtful(observations: &Observations, fit: &Fit) -> bool {
     fit.noise.factor > DOUBTFUL_FACTOR || fit.placed.len() as f64 <= (1.0 - DOUBTFUL_UNPLACED) * all
 }
 
-fn is_better(observations: &Observations, settings: &FitSettings<'_>, one: &Fit, other: &Fit) -> bool {
-    let twice_negative_log_likelihood =
-        |fit: &Fit| twice_negative_log_likelihood(observations, settings, fit.parameters());
-    twice_negative_log_likelihood(one) + LIKELIHOOD_RATIO_LIMIT < twice_negative_log_likelihood(other)
+fn is_better(solver: &Solver<'_>, one: &Fit, other: &Fit) -> bool {
+    let [one, other] = [one, other].map(|fit| solver.twice_negative_log_likelihood(fit.parameters()));
+    one + LIKELIHOOD_RATIO_LIMIT < other
 }

@@ -1,20 +1,15 @@
-//! Other explanations of the same scan: the mirrored attitude, and time offsets at which a repeating path
-//! falls onto itself.
+//! Time offsets at which a repeating path falls onto itself.
 
 use crate::assess::residuals::OUTLIER_SQUARED;
-use crate::error::Error;
-use crate::input::observations::Observations;
+use crate::hypotheses::likelihood_ratio::LIKELIHOOD_RATIO_LIMIT;
 use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
-use crate::solve::refine::{Fit, FitSettings, refine};
-use crate::solve::start;
-use trueline_lsq::{LeastSquares, Loss};
-
-/// Difference in twice the log likelihood below which data do not tell two solutions apart: 5 σ.
-pub const LIKELIHOOD_RATIO_LIMIT: f64 = 25.0;
-
-/// Twins nearer than this have met again in one solution.
-const TWIN_TURN_RAD: f64 = 0.02;
+use crate::solve::fit::Fit;
+use crate::solve::narrowing::{Candidate, FINALISTS, Narrowing, SAME_OFFSET_S, SAMPLE, SCALES, thin};
+use crate::solve::solver::{REJECTING, Solver};
+use crate::solve::start::lines_for;
+use trueline_dataset::Guess;
+use trueline_lsq::LeastSquares;
 
 /// Another valley of the time offset, and how it lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,79 +32,17 @@ impl SecondMinimum {
     }
 }
 
-/// Twice the log likelihood of residuals that are `factor` times the expected noise over ones of `other_factor`, for n
-/// features of two numbers each: −2 log L = 2 n ln f².
-#[must_use]
-pub fn noise_advantage(features: usize, factor: f64, other_factor: f64) -> f64 {
-    4.0 * features as f64 * (other_factor / factor).ln()
-}
-
-/// How the mirrored attitude compares with the one found.
-pub enum MirrorComparison {
-    /// It does not exist, is the same, or fits worse.
-    Worse,
-    /// It fits as well: the scan does not tell which is right.
-    Equal(Parameters),
-    /// It fits better.
-    Better(Box<Fit>),
-}
-
-/// Follows the mirrored twin of a solution.
-///
-/// # Errors
-/// As [`refine`].
-pub fn mirror_of(
-    observations: &Observations,
-    settings: &FitSettings<'_>,
-    fit: &Fit,
-) -> Result<MirrorComparison, Error> {
-    let Some(start) = start::twin(observations, fit.placed.of(observations), fit.parameters()) else {
-        return Ok(MirrorComparison::Worse);
-    };
-    let twin = refine(observations, settings, start)?;
-    let advantage = noise_advantage(fit.placed.len(), fit.noise.factor, twin.noise.factor);
-    let rotation = |fit: &Fit| fit.parameters().tool_from_camera.rotation;
-    let apart = rotation(&twin).angle_to(&rotation(fit));
-    Ok(if apart <= TWIN_TURN_RAD {
-        // It has fallen back into the same valley.
-        MirrorComparison::Worse
-    } else if advantage < -LIKELIHOOD_RATIO_LIMIT {
-        MirrorComparison::Better(Box::new(twin))
-    } else if advantage < LIKELIHOOD_RATIO_LIMIT {
-        MirrorComparison::Equal(twin.parameters().clone())
-    } else {
-        MirrorComparison::Worse
-    })
-}
-
-/// Twice the negative log likelihood of all features, those that are outliers or cannot be placed counting as such.
-#[must_use]
-pub fn twice_negative_log_likelihood(
-    observations: &Observations,
-    settings: &FitSettings<'_>,
-    at: &Parameters,
-) -> f64 {
-    let criterion = Criterion { residual: settings.config.residual, loss: OUTLIERS };
-    2.0 * LineProblem::new(observations, &observations.list, criterion, &settings.noise, at).cost(at)
-}
-
-/// A loss for which everything beyond 8 σ is an outlier.
-const OUTLIERS: Loss = Loss::Tukey { scale: 8.0 };
-
 /// The best fit at another time offset, and how it compares; `None` if there is no other valley.
 ///
 /// Features that it cannot place (outside the recording, in a gap) count as unexplained.
 #[must_use]
-pub fn other_offset(
-    observations: &Observations,
-    settings: &FitSettings<'_>,
-    fit: &Fit,
-) -> Option<(Parameters, SecondMinimum)> {
+pub fn other_offset(solver: &Solver<'_>, fit: &Fit) -> Option<(Parameters, SecondMinimum)> {
+    let Solver { observations, settings } = *solver;
     if settings.fixed.contains(&TIME_OFFSET) {
         return None;
     }
-    let other = start::other_offset(observations, settings, fit.parameters())?;
-    let criterion = Criterion { residual: settings.config.residual, loss: OUTLIERS };
+    let other = best_elsewhere(solver, fit.parameters())?;
+    let criterion = Criterion { residual: settings.config.residual, loss: REJECTING };
     let problem = LineProblem::new(observations, &observations.list, criterion, &fit.noise, &fit.whitened_at);
     let explains = |at: &Parameters| {
         let squared = problem.squared_residuals(at);
@@ -123,4 +56,35 @@ pub fn other_offset(
         log_likelihood_lost: 2.0 * (problem.cost(&other) - problem.cost(fit.parameters())),
     };
     Some((other, runner_up))
+}
+
+/// Distance of the offsets from which another valley is looked for, s.
+const OTHER_STEP_S: f64 = 0.1;
+
+/// The best solution in another valley of the time offset than that of `best`, on a thin sample; `None`
+/// if every start within the searched range falls back into that one.
+fn best_elsewhere(solver: &Solver<'_>, best: &Parameters) -> Option<Parameters> {
+    let Solver { observations, settings } = *solver;
+    let sample = thin(observations, SAMPLE);
+    let steps = (settings.config.offset_search_s / OTHER_STEP_S).round() as i32;
+    let offsets = (-steps..=steps).map(|k| f64::from(k) * OTHER_STEP_S);
+    let elsewhere = |at: &Parameters| {
+        (at.time_offset_s - best.time_offset_s).abs() > SAME_OFFSET_S
+            && at.time_offset_s.abs() <= settings.config.offset_search_s + OTHER_STEP_S
+    };
+    let on_sample = Narrowing { observations, sample: &sample, noise: &settings.noise };
+    let mut candidates: Vec<Candidate> = offsets
+        .filter_map(|time_offset_s| {
+            let guess = Guess { time_offset_s, tool_from_camera: best.tool_from_camera };
+            let lines = lines_for(observations, &sample, &guess)?;
+            let start = Parameters { time_offset_s, tool_from_camera: best.tool_from_camera, lines };
+            on_sample.follow(&SCALES[1..3], 8, start)
+        })
+        .filter(|candidate| elsewhere(&candidate.parameters))
+        .collect();
+    candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    candidates.truncate(FINALISTS);
+    let followed = candidates.into_iter().filter_map(|c| on_sample.follow(&SCALES[3..], 30, c.parameters));
+    let others = followed.filter(|candidate| elsewhere(&candidate.parameters));
+    others.min_by(|a, b| a.cost.total_cmp(&b.cost)).map(|candidate| candidate.parameters)
 }

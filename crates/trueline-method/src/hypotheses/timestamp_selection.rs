@@ -1,15 +1,17 @@
 //! Which stamps to believe: those recorded, or those of the clock behind them. The data decide.
 
-use crate::assess::residuals;
 use crate::config::{Config, Stamps};
 use crate::error::Error;
-use crate::hypotheses::second_minimum::{LIKELIHOOD_RATIO_LIMIT, noise_advantage};
+use crate::hypotheses::likelihood_ratio::{LIKELIHOOD_RATIO_LIMIT, noise_advantage};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
 use crate::input::robot_motion::RobotMotion;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::line_problem::LineProblem;
-use crate::solve::refine::{Fit, FitSettings, refit};
+use crate::solve::fit::Fit;
+use crate::solve::noise_scale::noise_factor;
+use crate::solve::settings::FitSettings;
+use crate::solve::solver::Solver;
 use trueline_dataset::Recording;
 use trueline_lsq::Loss;
 
@@ -26,7 +28,7 @@ pub struct Stamped {
 /// Solves with the stamps of the clocks too, and keeps the better.
 ///
 /// # Errors
-/// As [`again`].
+/// As [`Solver::refit`].
 pub fn with_best_stamps(
     recording: &Recording,
     sampling: &Sampling,
@@ -40,7 +42,8 @@ pub fn with_best_stamps(
             stamp_sigma_s: sampling.stamp_sigma_s(settings.config, dejittered),
             ..settings.noise
         };
-        let fit = refit(&observations, &FitSettings { noise, ..*settings }, &best.fit)?;
+        let fit = Solver { observations: &observations, settings: FitSettings { noise, ..*settings } }
+            .refit(&best.fit)?;
         let tried = Stamped { observations, fit, dejittered };
         if settings.config.stamps == Stamps::Regular
             || advantage(&tried, &best, &settings.noise) > LIKELIHOOD_RATIO_LIMIT
@@ -79,7 +82,7 @@ fn advantage(one: &Stamped, other: &Stamped, noise: &NoiseLevels) -> f64 {
             Loss::Squared,
             noise,
         );
-        residuals::noise_factor(&problem.squared_residuals(stamped.fit.parameters()))
+        noise_factor(&problem.squared_residuals(stamped.fit.parameters()))
     };
     noise_advantage(one.fit.placed.len(), factor(one), factor(other))
 }

@@ -3,16 +3,14 @@
 use crate::config::ResidualKind;
 use crate::input::noise_levels::{NoiseLevels, Whitener};
 use crate::input::observations::{Observation, Observations};
-use crate::problem::parameters::{LINES, Parameters, line_index};
+use crate::problem::parameters::{LINES, LOCAL, Parameters, line_index};
+use crate::problem::placement::placement;
 use crate::problem::prior::Prior;
 use crate::problem::simd::{Cost, Equations, Mounting, Scan, Squared, Whitening, sweep, sweep_chunks};
 use nalgebra::{DVector, SMatrix, Vector2};
 use trueline_lsq::{LeastSquares, Loss, NormalEquations};
 use trueline_model::point_to_line::{self, ResidualJacobian};
 use trueline_model::{Placement, sheet_residual};
-
-/// Unknowns that one observation depends on: 7 of sensor and clock, 4 of its line.
-pub const LOCAL: usize = LINES + 4;
 
 /// Standard deviation that stands for one unit of the point-to-line residual until its spread is known, m.
 pub const POINT_TO_LINE_SIGMA_M: f64 = 5e-5;
@@ -34,11 +32,6 @@ pub struct LineProblem<'a> {
     /// Threads that share large scans; the result does not depend on it.
     pub threads: usize,
 }
-
-/// The part of an observation that cannot be evaluated (outside the recording, in a gap, or the line
-/// along the sheet), in squared standard deviations: as bad as a residual of 1000 σ. A redescending loss
-/// has long saturated there, so that a search gains nothing by pushing features off the recording.
-pub(crate) const UNUSABLE_SQUARED: f64 = 1e6;
 
 /// What is minimised: the residual and its robust loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -213,21 +206,6 @@ impl<'a> LineProblem<'a> {
     }
 }
 
-/// Where the sensor was at the exposure of an observation; `None` outside the recording or in a gap.
-#[must_use]
-pub fn placement(
-    observations: &Observations,
-    observation: &Observation,
-    at: &Parameters,
-    hint: &mut usize,
-) -> Option<Placement> {
-    let exposure = observation.stamp_s - at.time_offset_s;
-    let index = observations.robot.trajectory.bracket(exposure, *hint)?;
-    *hint = index;
-    let segment = observations.robot.trajectory.segment(index)?;
-    Some(Placement::new(segment, exposure, &at.tool_from_camera))
-}
-
 impl LeastSquares for LineProblem<'_> {
     type State = Parameters;
 
@@ -258,10 +236,4 @@ impl LeastSquares for LineProblem<'_> {
             prior.add_to(state, equations);
         }
     }
-}
-
-/// Index among all unknowns of one of the 11 that an observation of `line` depends on.
-#[must_use]
-pub fn global_index(local: usize, line: usize) -> usize {
-    if local < LINES { local } else { line_index(line) + local - LINES }
 }

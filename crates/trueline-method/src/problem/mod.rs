@@ -2,6 +2,7 @@
 
 pub mod line_problem;
 pub mod parameters;
+pub mod placement;
 pub mod prior;
 pub mod scalar_sums;
 pub(crate) mod simd;

@@ -1,6 +1,7 @@
 //! The unknowns, their order, and how a tangent step moves them.
 
-use nalgebra::{DVector, Vector3, Vector4};
+use nalgebra::{DVector, SVector, Vector3, Vector4};
+use trueline_dataset::Guess;
 use trueline_geometry::{Line, Pose, se3};
 
 /// Index of the time offset in the tangent.
@@ -11,6 +12,8 @@ pub const ROTATION: usize = 1;
 pub const TRANSLATION: usize = 4;
 /// First index of the lines; each has [`Line::DIMENSION`].
 pub const LINES: usize = 7;
+/// Unknowns that one observation depends on: those of sensor and clock, and its own line's.
+pub const LOCAL: usize = LINES + Line::DIMENSION;
 
 /// One value of all unknowns.
 ///
@@ -51,12 +54,35 @@ impl Parameters {
             lines: lines.collect(),
         }
     }
+
+    /// How clock and sensor differ from another value of theirs, as a tangent step: what [`Parameters::retract`] adds.
+    #[must_use]
+    pub fn minus(&self, from: &Guess) -> SVector<f64, LINES> {
+        let (turn, shift) = se3::difference_decoupled(&self.tool_from_camera, &from.tool_from_camera);
+        let mut step = SVector::<f64, LINES>::zeros();
+        step[TIME_OFFSET] = self.time_offset_s - from.time_offset_s;
+        step.fixed_rows_mut::<3>(ROTATION).copy_from(&turn);
+        step.fixed_rows_mut::<3>(TRANSLATION).copy_from(&shift);
+        step
+    }
+
+    /// Time offset and hand-eye transform alone.
+    #[must_use]
+    pub fn guess(&self) -> Guess {
+        Guess { time_offset_s: self.time_offset_s, tool_from_camera: self.tool_from_camera }
+    }
 }
 
 /// First index of a line in the tangent.
 #[must_use]
 pub fn line_index(line: usize) -> usize {
     LINES + Line::DIMENSION * line
+}
+
+/// Index among all unknowns of one of those that an observation of `line` depends on.
+#[must_use]
+pub fn global_index(local: usize, line: usize) -> usize {
+    if local < LINES { local } else { line_index(line) + local - LINES }
 }
 
 /// Names of the tangent's components, with SI units.

@@ -47,13 +47,13 @@ impl Prior {
     /// Cost ½ Σ (d · (x − guess) / σ)² at a state.
     #[must_use]
     pub fn cost(&self, at: &Parameters) -> f64 {
-        let off = self.deviation(at);
+        let off = at.minus(&self.guess);
         self.directions.iter().map(|d| 0.5 * (d.dot(&off) / SIGMA).powi(2)).sum()
     }
 
     /// Adds cost, gradient and Hessian.
     pub fn add_to(&self, at: &Parameters, equations: &mut NormalEquations) {
-        let off = self.deviation(at);
+        let off = at.minus(&self.guess);
         let turn: Vector3<f64> = off.fixed_rows::<3>(ROTATION).into();
         // A left perturbation δ moves Log(R R_guessᵀ) by J_l⁻¹ δ.
         let log_from_step = so3::left_jacobian_inverse(&turn);
@@ -71,15 +71,5 @@ impl Prior {
                 }
             }
         }
-    }
-
-    fn deviation(&self, at: &Parameters) -> SVector<f64, LINES> {
-        let (turn, shift) =
-            trueline_geometry::se3::difference_decoupled(&at.tool_from_camera, &self.guess.tool_from_camera);
-        let mut off = SVector::<f64, LINES>::zeros();
-        off[TIME_OFFSET] = at.time_offset_s - self.guess.time_offset_s;
-        off.fixed_rows_mut::<3>(ROTATION).copy_from(&turn);
-        off.fixed_rows_mut::<3>(TRANSLATION).copy_from(&shift);
-        off
     }
 }

@@ -1,7 +1,8 @@
 //! The same least-squares problem, one sample at a time: what the fast sums are compared with, and how to read them.
 
-use crate::problem::line_problem::{LineProblem, UNUSABLE_SQUARED, global_index};
-use crate::problem::parameters::Parameters;
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::{Parameters, global_index};
+use crate::problem::usable::UNUSABLE_SQUARED;
 use nalgebra::DVector;
 use trueline_lsq::{LeastSquares, NormalEquations};
 

@@ -9,8 +9,8 @@
 //! the robot's position error and the stamp's.
 
 use crate::input::noise_levels::NoiseLevels;
-use crate::problem::line_problem::{LOCAL, LineProblem, global_index};
-use crate::problem::parameters::Parameters;
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::{LOCAL, Parameters, global_index};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use trueline_lsq::Information;
 

@@ -1,6 +1,13 @@
 //! Start → optimum → covariance.
 
 pub mod covariance;
+pub mod fit;
+pub mod iteration_record;
+pub mod line_anchors;
+pub mod narrowing;
+pub mod noise_scale;
 pub mod refine;
+pub mod settings;
+pub mod solver;
 pub mod start;
 pub mod streaming;

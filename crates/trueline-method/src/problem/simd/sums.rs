@@ -5,8 +5,8 @@ use super::robust::weigh;
 use super::sweep::Visit;
 use super::view::{Samples, Seen};
 use crate::input::noise_levels::Whitener;
-use crate::problem::line_problem::{LOCAL, UNUSABLE_SQUARED, global_index};
-use crate::problem::parameters::{ROTATION, TRANSLATION};
+use crate::problem::parameters::{LOCAL, ROTATION, TRANSLATION, global_index};
+use crate::problem::usable::UNUSABLE_SQUARED;
 use nalgebra::{Matrix3, SMatrix, SVector};
 use trueline_lsq::{Loss, NormalEquations};
 

@@ -1,0 +1,89 @@
+//! Solves on a thin sample with a redescending loss whose scale is narrowed step by step: graduated non-convexity
+//! \[Yang2020\].
+
+use crate::input::noise_levels::NoiseLevels;
+use crate::input::observations::{Observation, Observations};
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::Parameters;
+use trueline_lsq::{Loss, SolveOptions, solve};
+
+/// Observations of a line that a search looks at.
+pub const SAMPLE: usize = 160;
+/// Scales of the loss, σ: the first is a good part of the field of view.
+pub const SCALES: [f64; 6] = [1000.0, 300.0, 100.0, 30.0, 10.0, 5.0];
+/// Valleys that a search follows to their bottom: with little tilt a mirrored solution fits almost as well as the true
+/// one.
+pub const FINALISTS: usize = 4;
+/// Candidates nearer than this in time offset, s, may be in one valley.
+pub const SAME_OFFSET_S: f64 = 0.02;
+
+/// Where a narrowing has led.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    /// Cost at its last scale.
+    pub cost: f64,
+    /// The parameters.
+    pub parameters: Parameters,
+}
+
+/// One scale of a narrowing.
+#[derive(Clone, Copy, Debug)]
+pub struct Stage {
+    /// Scale of the loss, σ.
+    pub scale: f64,
+    /// Most iterations.
+    pub iterations: usize,
+}
+
+/// What a search narrows on.
+#[derive(Clone, Copy)]
+pub struct Narrowing<'a> {
+    /// Trajectory and sheet.
+    pub observations: &'a Observations,
+    /// The observations that are looked at.
+    pub sample: &'a [Observation],
+    /// Expected noise.
+    pub noise: &'a NoiseLevels,
+}
+
+impl Narrowing<'_> {
+    /// Follows a start through one scale; `None` if the cost is not finite there.
+    #[must_use]
+    pub fn narrow(&self, stage: Stage, start: Parameters) -> Option<Candidate> {
+        let loss = Loss::GemanMcClure { scale: stage.scale };
+        let problem = LineProblem::coarse(self.observations, self.sample, loss, self.noise);
+        let options = SolveOptions {
+            max_iterations: stage.iterations,
+            initial_damping: 1e-3,
+            step_threshold: 1e-2,
+            cost_threshold: 1e-4,
+        };
+        let solution = solve(&problem, start, &[], &options).ok()?;
+        Some(Candidate { cost: solution.equations.cost, parameters: solution.state })
+    }
+
+    /// Follows a start through several scales.
+    #[must_use]
+    pub fn follow(&self, scales: &[f64], iterations: usize, start: Parameters) -> Option<Candidate> {
+        let start = Candidate { cost: f64::INFINITY, parameters: start };
+        scales.iter().try_fold(start, |candidate, &scale| {
+            self.narrow(Stage { scale, iterations }, candidate.parameters)
+        })
+    }
+}
+
+/// Every n-th observation of each line, so that about `wanted` of each are left.
+#[must_use]
+pub fn thin(observations: &Observations, wanted: usize) -> Vec<Observation> {
+    let mut totals = vec![0_usize; observations.line_count];
+    for o in &observations.list {
+        totals[o.line as usize] += 1;
+    }
+    let mut seen = vec![0_usize; observations.line_count];
+    let keep = |o: &&Observation| {
+        let line = o.line as usize;
+        seen[line] += 1;
+        (seen[line] - 1).is_multiple_of(totals[line].div_ceil(wanted))
+    };
+    observations.list.iter().filter(keep).copied().collect()
+}

@@ -1,0 +1,36 @@
+//! How large the noise really is.
+
+/// Squared whitened residual (two components) that good data exceed once in a thousand, χ²₂ at 99.9 %: up to here
+/// residuals tell how large the noise is.
+const ORDINARY_SQUARED: f64 = 13.816;
+
+/// How much larger the good residuals are than expected: the factor on all standard deviations.
+///
+/// The variance of the ordinary ones, whose limit moves with it until both agree; the mean of s/2
+/// below the 99.9 % limit of χ²₂ is 0.99310 (1 − 0.001·(1 + 13.816/2)/0.999).
+#[must_use]
+pub fn noise_factor(squared: &[f64]) -> f64 {
+    if squared.is_empty() {
+        return 1.0;
+    }
+    let mut sorted = squared.to_vec();
+    let middle = sorted.len() / 2;
+    // The median of χ²₂ is 2 ln 2.
+    let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let mut variance = median / (2.0 * std::f64::consts::LN_2);
+    for _ in 0..20 {
+        let limit = ORDINARY_SQUARED * variance;
+        let (count, sum) =
+            squared.iter().filter(|s| **s <= limit).fold((0_usize, 0.0), |(n, sum), s| (n + 1, sum + s));
+        if count == 0 {
+            break;
+        }
+        let next = 0.5 * sum / count as f64 / 0.99310;
+        let settled = (next - variance).abs() <= 1e-9 * variance;
+        variance = next;
+        if settled {
+            break;
+        }
+    }
+    variance.sqrt()
+}
