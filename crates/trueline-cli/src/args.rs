@@ -14,7 +14,7 @@ mod scan;
 mod simulate;
 mod simulate_path;
 
-pub use calibrate::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
+pub use calibrate::{AxisName, CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 #[cfg(feature = "gige")]
 pub use camera_sim::CameraSimArgs;
 pub use evaluate::{EvaluateArgs, FormName, ReproduceArgs};

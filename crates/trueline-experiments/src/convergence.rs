@@ -5,8 +5,8 @@ use crate::settings::Settings;
 use nalgebra::Vector3;
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::{PlueckerLine, Pose, se3};
-use trueline_method::calibration::IterationRecord;
 use trueline_method::input::timestamps::Sampling;
+use trueline_method::solve::iteration_record::IterationRecord;
 use trueline_method::{
     Calibration, Config, Error, ResidualKind, calibrate, input::observations, solve::start,
 };

@@ -8,8 +8,8 @@ use crate::assess::residuals;
 use crate::calibration::{Calibration, Status};
 use crate::config::{Config, Hold};
 use crate::error::Error;
+use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
-use crate::hypotheses::second_minimum::SecondMinimum;
 use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, SKIP_REPEATED, observe, origin_ns};
@@ -64,7 +64,7 @@ pub fn calibrate(
         dejittered: stamped.dejittered,
         settings: &settings,
         equal_twin: found.equal_twin,
-        runner_up: found.runner_up,
+        ambiguity: found.ambiguity,
         better: found.better,
         steady: &DriftFree { fit, ..steady },
         information,
@@ -80,7 +80,7 @@ struct Concluded<'a> {
     dejittered: Dejittered,
     settings: &'a FitSettings<'a>,
     equal_twin: bool,
-    runner_up: Option<SecondMinimum>,
+    ambiguity: Ambiguity,
     better: Option<Parameters>,
     steady: &'a DriftFree,
     information: Information,
@@ -117,7 +117,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         termination: fit.solution.termination,
         iterations,
         held_at_guess,
-        runner_up: from.runner_up,
+        ambiguity: from.ambiguity.clone(),
         held_out,
         at_torch: all_seen
             .then(|| {
@@ -184,7 +184,7 @@ fn judge(calibration: &mut Calibration, from: &Concluded<'_>) {
         observability: &calibration.observability,
         held: calibration.held_at_guess,
         equal_twin: from.equal_twin,
-        runner_up: calibration.runner_up.as_ref(),
+        ambiguity: &calibration.ambiguity,
         better: from.better.as_ref(),
         time_offset_s: calibration.parameters.time_offset_s,
         termination: calibration.termination,

@@ -6,8 +6,8 @@ use crate::assess::observability::Observability;
 use crate::assess::outlier_segments::OutlierSegment;
 use crate::assess::residuals::{FeatureResidual, ResidualSummary};
 use crate::assess::seam_point_error::SeamPointError;
+use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::drift_and_step::{Drift, Step};
-use crate::hypotheses::second_minimum::SecondMinimum;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{Parameters, ROTATION, TRANSLATION};
 use crate::solve::iteration_record::IterationRecord;
@@ -56,8 +56,8 @@ pub struct Calibration {
     pub iterations: Vec<IterationRecord>,
     /// Unseen directions were held at the initial guess, as the user allowed.
     pub held_at_guess: bool,
-    /// The next best time offset, if there is another minimum within the searched range.
-    pub runner_up: Option<SecondMinimum>,
+    /// What else explains the scan, and what decided.
+    pub ambiguity: Ambiguity,
     /// The parts of the scan against each other.
     pub held_out: Option<HeldOut>,
     /// What it means at the torch; `None` if something of the hand-eye is not seen.

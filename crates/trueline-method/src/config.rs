@@ -1,5 +1,6 @@
 //! What a user may choose; every field has a sensible default.
 
+use crate::hypotheses::choice::KnownOfCell;
 use trueline_lsq::Loss;
 
 /// Which residual is minimised.
@@ -110,6 +111,8 @@ pub struct Config {
     pub accept_partial: bool,
     /// Accuracy that is asked for.
     pub require: Requirement,
+    /// What is known of the cell without the scan: it decides where the scan does not.
+    pub known: KnownOfCell,
     /// What the calibration is for.
     pub used_at: Use,
     /// The time offset is searched between plus and minus this, s.
@@ -131,6 +134,7 @@ impl Default for Config {
             stamps: Stamps::Auto,
             accept_partial: false,
             require: Requirement::default(),
+            known: KnownOfCell::default(),
             used_at: Use { speed_m_s: 0.050, stand_off_m: None },
             offset_search_s: 1.2,
             threads: 1,

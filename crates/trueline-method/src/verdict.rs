@@ -5,9 +5,10 @@ use crate::assess::observability::Observability;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::residuals::{ResidualSummary, SKIP_OUTSIDE};
 use crate::config::Requirement;
+use crate::hypotheses::ambiguity::{Ambiguity, RunnerUp};
+use crate::hypotheses::choice::{DecidedBy, Statement};
 use crate::hypotheses::drift_and_step::{Drift, Step};
-use crate::hypotheses::likelihood_ratio::LIKELIHOOD_RATIO_LIMIT;
-use crate::hypotheses::second_minimum::SecondMinimum;
+use crate::hypotheses::paired_test::DECISIVE_Z;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_lsq::Termination;
@@ -45,8 +46,8 @@ pub struct Evidence<'a> {
     pub held: bool,
     /// Whether a mirrored attitude fits equally well.
     pub equal_twin: bool,
-    /// The second-best time offset.
-    pub runner_up: Option<&'a SecondMinimum>,
+    /// What else explains the scan.
+    pub ambiguity: &'a Ambiguity,
     /// A better optimum than the guess led to.
     pub better: Option<&'a Parameters>,
     /// The best time offset, s.
@@ -106,15 +107,7 @@ pub fn reasons(e: &Evidence<'_>) -> Vec<String> {
                 .to_owned(),
         );
     }
-    let worse_offset = e.runner_up.is_some_and(|other| other.log_likelihood_lost < -LIKELIHOOD_RATIO_LIMIT);
-    if let Some(better) = e.better.filter(|_| !worse_offset) {
-        reasons.push(format!(
-            "from this guess the solve ends where the scan fits worse than with a time offset of {:.1} ms and another \
-             hand-eye transform: leave the guess out, or correct it",
-            better.time_offset_s * MS_PER_S
-        ));
-    }
-    reasons.extend(e.runner_up.filter(|other| !other.decided()).map(|other| rival(e.time_offset_s, other)));
+    reasons.extend(ambiguity_reasons(e));
     if !e.termination.is_converged() {
         reasons.push(format!("the solver did not converge ({})", e.termination));
     }
@@ -152,6 +145,31 @@ pub fn reasons(e: &Evidence<'_>) -> Vec<String> {
     reasons
 }
 
+/// Why a rival of the answer speaks against it.
+fn ambiguity_reasons(e: &Evidence<'_>) -> Vec<String> {
+    let mut reasons = Vec::new();
+    let outdone = e.ambiguity.runner_up.filter(|rival| rival.z < -DECISIVE_Z);
+    if let Some(better) = e.better.filter(|_| outdone.is_none()) {
+        reasons.push(format!(
+            "from this guess the solve ends where the scan fits worse than with a time offset of {:.1} ms and another \
+             hand-eye transform: leave the guess out, or correct it",
+            better.time_offset_s * MS_PER_S
+        ));
+    }
+    reasons.extend(outdone.map(|rival| outdone_reason(e.time_offset_s, &rival)));
+    if e.ambiguity.is_open() {
+        reasons.push(ambiguous(e));
+    }
+    if e.ambiguity.contradicted {
+        reasons.push(
+            "the answer contradicts what was stated of the cell (--offset-within, --looks): the time offset is outside of \
+             the window, or the sensor looks along another axis of the tool"
+                .to_owned(),
+        );
+    }
+    reasons
+}
+
 fn too_few_used(e: &Evidence<'_>) -> Option<String> {
     let share = e.residuals.used as f64 / e.features as f64;
     let badly = share < LEAST_USED_BADLY.0 && e.noise_factor > LEAST_USED_BADLY.1;
@@ -167,20 +185,41 @@ fn too_few_used(e: &Evidence<'_>) -> Option<String> {
     ))
 }
 
-fn rival(time_offset_s: f64, other: &SecondMinimum) -> String {
-    let [best, rival] = [time_offset_s, other.time_offset_s].map(|s| s * MS_PER_S);
-    if other.log_likelihood_lost < -LIKELIHOOD_RATIO_LIMIT {
-        return format!(
-            "from this guess the time offset comes to {best:.1} ms, but {rival:.1} ms explains the scan better \
-             ({:.0} % of the features instead of {:.0} %): leave the guess out, or correct it",
-            100.0 * other.explains,
-            100.0 * other.best_explains
-        );
-    }
+fn outdone_reason(time_offset_s: f64, rival: &RunnerUp) -> String {
     format!(
-        "two time offsets fit about equally well, {best:.1} ms and {rival:.1} ms: the path repeats itself; scan \
-         with frequencies that have no common multiple"
+        "from this guess the time offset comes to {:.1} ms, but {:.1} ms explains the scan better ({:.0} % of the features \
+         instead of {:.0} %): leave the guess out, or correct it",
+        time_offset_s * MS_PER_S,
+        rival.time_offset_s * MS_PER_S,
+        100.0 * rival.explains,
+        100.0 * rival.best_explains
     )
+}
+
+/// The answers that the scan does not tell apart, and what would single each out.
+fn ambiguous(e: &Evidence<'_>) -> String {
+    let own = std::iter::once((e.time_offset_s, &e.ambiguity.statements));
+    let others = e.ambiguity.rivals.iter().map(|rival| (rival.parameters.time_offset_s, &rival.statements));
+    let answers: Vec<String> =
+        own.chain(others).map(|(offset_s, statements)| answer(offset_s, statements)).collect();
+    format!(
+        "{} answers explain the scan equally well, because the path repeats itself: {}. State what is known of the cell, \
+         give an initial guess, or scan with frequencies that have no common multiple",
+        answers.len(),
+        answers.join("; ")
+    )
+}
+
+fn answer(time_offset_s: f64, statements: &[Statement]) -> String {
+    let texts: Vec<String> = statements
+        .iter()
+        .map(|statement| match statement {
+            Statement::OffsetWithin(window_s) => format!("--offset-within {window_s:.2}"),
+            Statement::Looks(axis) => format!("--looks {}", axis.name()),
+        })
+        .collect();
+    let texts = if texts.is_empty() { String::new() } else { format!(" ({})", texts.join(" or ")) };
+    format!("time offset {:.1} ms{texts}", time_offset_s * MS_PER_S)
 }
 
 fn step_reason(e: &Evidence<'_>, disruption: &OutlierSegment) -> Option<String> {
@@ -230,6 +269,7 @@ fn unmet(e: &Evidence<'_>) -> Vec<String> {
 #[must_use]
 pub fn warnings(e: &Evidence<'_>) -> Vec<String> {
     let mut warnings = Vec::new();
+    warnings.extend(e.ambiguity.decided_by.map(|by| decided(e, by)));
     let skipped: usize = e.residuals.skipped.values().sum();
     if skipped * 10 > e.features {
         let list: Vec<String> = e.residuals.skipped.iter().map(|(why, n)| format!("{n}: {why}")).collect();
@@ -277,6 +317,21 @@ pub fn warnings(e: &Evidence<'_>) -> Vec<String> {
     }
     warnings.extend(e.held_out.and_then(|held_out| disagreement(e, held_out)));
     warnings
+}
+
+fn decided(e: &Evidence<'_>, by: DecidedBy) -> String {
+    let others: Vec<String> = (e.ambiguity.rivals.iter())
+        .map(|rival| format!("{:.1} ms", rival.parameters.time_offset_s * MS_PER_S))
+        .collect();
+    let by = match by {
+        DecidedBy::Guess => "the initial guess",
+        DecidedBy::Statement => "what was stated of the cell",
+    };
+    format!(
+        "the scan alone does not tell this answer from {} other(s), with time offsets of {}: {by} decided",
+        others.len(),
+        others.join(", ")
+    )
 }
 
 fn unusual_noise(factor: f64) -> Option<String> {

@@ -5,6 +5,9 @@
 use crate::trust;
 use serde_json::{Map, Value, json};
 use trueline_dataset::unit::MM_PER_M;
+use trueline_geometry::Line;
+use trueline_method::hypotheses::ambiguity::RivalAnswer;
+use trueline_method::hypotheses::choice::DecidedBy;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use trueline_method::{Calibration, Status};
 
@@ -33,6 +36,8 @@ pub fn result(c: &Calibration) -> Value {
         "residuals": residuals(c),
         "stamps": trust::stamps(c),
         "checks": trust::checks(c),
+        "rivals": c.ambiguity.rivals.iter().map(rival).collect::<Vec<_>>(),
+        "decided_by": c.ambiguity.decided_by.map(DecidedBy::name),
         "at_torch": trust::at_torch(c),
         "termination": c.termination.to_string(),
         "iterations": iterations(c),
@@ -51,11 +56,34 @@ fn tool_from_camera(c: &Calibration) -> Value {
     })
 }
 
+/// A complete answer that the scan does not tell from the one given.
+fn rival(rival: &RivalAnswer) -> Value {
+    let pose = &rival.parameters.tool_from_camera;
+    let t = pose.translation.vector * MM_PER_M;
+    let lines: Vec<Value> =
+        rival.parameters.lines.iter().enumerate().map(|(k, line)| line_entry(k, line, [true; 2])).collect();
+    json!({
+        "time_offset_s": rival.parameters.time_offset_s,
+        "tool_from_camera": {
+            "translation_mm": [t.x, t.y, t.z],
+            "rotation_wxyz": crate::number::positive_w(&pose.rotation),
+        },
+        "lines": lines,
+        "explains": rival.test.explains,
+        "z": rival.test.z,
+        "noise_factor": rival.noise_factor,
+        "statements": rival.statements.iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
+}
+
 fn line(c: &Calibration, k: usize) -> Value {
-    let line = &c.parameters.lines[k];
     let first = line_index(k);
     let direction_seen = c.is_known(first) && c.is_known(first + 1);
     let seen = direction_seen && c.is_known(first + 2) && c.is_known(first + 3);
+    line_entry(k, &c.parameters.lines[k], [direction_seen, seen])
+}
+
+fn line_entry(k: usize, line: &Line, [direction_seen, seen]: [bool; 2]) -> Value {
     let pluecker = line.to_pluecker();
     let direction: [f64; 3] = pluecker.direction.into();
     let point: [f64; 3] = (line.anchor() * MM_PER_M).into();
@@ -177,6 +205,8 @@ pub fn options(config: &trueline_method::Config) -> Value {
     options.insert("robot_sigma_mm".into(), json!(config.robot_sigma_m.map(|m| m * MM_PER_M)));
     options.insert("stamp_sigma_s".into(), json!(config.stamp_sigma_s));
     options.insert("stamps".into(), json!(config.stamps.name()));
+    options.insert("offset_within_s".into(), json!(config.known.offset_within_s));
+    options.insert("looks".into(), json!(config.known.looks.map(|axis| axis.name())));
     options.insert("accept_partial".into(), json!(config.accept_partial));
     options.insert(
         "require".into(),

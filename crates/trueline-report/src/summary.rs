@@ -212,12 +212,13 @@ fn at_torch(torch: &SeamPointError) -> String {
 }
 
 fn runner_up(c: &Calibration) -> String {
-    match &c.runner_up {
+    match &c.ambiguity.runner_up {
         Some(other) => format!(
-            "{:.1} ms, which explains {:.0} % of the features instead of {:.0} %",
+            "{:.1} ms, which explains {:.0} % of the features instead of {:.0} % (z = {:.0}; above 5 it is told apart)",
             other.time_offset_s * MS_PER_S,
             100.0 * other.explains,
-            100.0 * other.best_explains
+            100.0 * other.best_explains,
+            other.z
         ),
         None if c.config.hold.contains(&Hold::TimeOffset) => "not looked for: the offset was held".to_owned(),
         None => format!("none within ± {} s", c.config.offset_search_s),

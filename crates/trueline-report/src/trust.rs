@@ -51,11 +51,11 @@ fn stream(s: &StampReport) -> Value {
 pub fn checks(c: &Calibration) -> Value {
     let step = c.step.map(|s| json!({ "at_s": s.at_s, "step_s": s.step_s, "sigma_s": s.sigma_s }));
     json!({
-        "runner_up": c.runner_up.map(|r| json!({
+        "runner_up": c.ambiguity.runner_up.map(|r| json!({
             "time_offset_s": r.time_offset_s,
             "explains": r.explains,
             "best_explains": r.best_explains,
-            "log_likelihood_lost": r.log_likelihood_lost,
+            "z": r.z,
             "decided": r.decided(),
         })),
         "held_out": c.held_out.as_ref().map(held_out),

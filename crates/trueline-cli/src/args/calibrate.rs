@@ -46,6 +46,12 @@ pub struct CalibrateArgs {
     /// Accuracy to reach, or exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg (one sigma, any of them)
     #[arg(long, value_name = "WHAT=LIMIT,…")]
     pub require: Option<String>,
+    /// Where the scan alone does not decide: the time offset is within plus and minus this, s
+    #[arg(long, value_name = "SECONDS")]
+    pub offset_within: Option<f64>,
+    /// Where the scan alone does not decide: the sensor looks along this axis of the tool, to within 60 degrees
+    #[arg(long, value_enum, value_name = "AXIS", allow_hyphen_values = true)]
+    pub looks: Option<AxisName>,
     /// Hold what the scan does not show at the initial guess instead of refusing
     #[arg(long)]
     pub accept_partial: bool,
@@ -106,6 +112,22 @@ pub enum LossName {
     GemanMcClure,
     /// Blind beyond 8 sigma
     Tukey,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub enum AxisName {
+    #[value(name = "+x")]
+    PlusX,
+    #[value(name = "-x")]
+    MinusX,
+    #[value(name = "+y")]
+    PlusY,
+    #[value(name = "-y")]
+    MinusY,
+    #[value(name = "+z")]
+    PlusZ,
+    #[value(name = "-z")]
+    MinusZ,
 }
 
 #[derive(Clone, Copy, ValueEnum)]

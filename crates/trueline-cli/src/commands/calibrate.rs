@@ -1,7 +1,7 @@
 //! `trueline calibrate`.
 
 use super::features;
-use crate::args::{CalibrateArgs, FixName, LossName, ResidualName, StampsName};
+use crate::args::{AxisName, CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 use crate::failure::Failure;
 use crate::opened_dataset::{self, OpenedDataset};
 use crate::outlier_frames;
@@ -11,6 +11,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use trueline_dataset::{Error, Guess, Problem, Recording, known_toml};
 use trueline_lsq::Loss;
+use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
 use trueline_method::{Calibration, Config, Hold, ResidualKind, Stamps, Status, Use};
 use trueline_report::calibration_page::{self, Source};
 use trueline_report::{json, summary};
@@ -106,6 +107,10 @@ fn config(args: &CalibrateArgs) -> Result<Config, Failure> {
             .map(|text| requirement::parse("--require", text))
             .transpose()?
             .unwrap_or_default(),
+        known: KnownOfCell {
+            offset_within_s: positive("--offset-within", args.offset_within)?,
+            looks: args.looks.map(axis),
+        },
         used_at: Use {
             speed_m_s: speed_mm_s(args.speed_mm_s)? * 1e-3,
             stand_off_m: positive("--stand-off-mm", args.stand_off_mm)?.map(|mm| mm * 1e-3),
@@ -143,6 +148,17 @@ fn loss(name: LossName) -> Loss {
         LossName::Cauchy => Loss::Cauchy { scale: 3.0 },
         LossName::GemanMcClure => Loss::GemanMcClure { scale: 4.0 },
         LossName::Tukey => Loss::Tukey { scale: 8.0 },
+    }
+}
+
+fn axis(name: AxisName) -> ToolAxis {
+    match name {
+        AxisName::PlusX => ToolAxis::PlusX,
+        AxisName::MinusX => ToolAxis::MinusX,
+        AxisName::PlusY => ToolAxis::PlusY,
+        AxisName::MinusY => ToolAxis::MinusY,
+        AxisName::PlusZ => ToolAxis::PlusZ,
+        AxisName::MinusZ => ToolAxis::MinusZ,
     }
 }
 

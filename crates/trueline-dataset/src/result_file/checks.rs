@@ -67,8 +67,8 @@ pub struct RunnerUp {
     pub explains: f64,
     /// The same of the best.
     pub best_explains: f64,
-    /// Twice the log likelihood that it falls short of the best; negative if it is better.
-    pub log_likelihood_lost: f64,
+    /// How clearly the best is better: z of the paired test over frames.
+    pub z: f64,
     /// Whether it lost by more than chance can do.
     pub decided: bool,
 }

@@ -8,6 +8,7 @@ mod answer;
 mod checks;
 mod fact;
 mod options;
+mod rival;
 mod stamps;
 
 pub use answer::{
@@ -20,6 +21,7 @@ pub use checks::{
 };
 pub use fact::Fact;
 pub use options::{Options, RequireOptions};
+pub use rival::RivalEntry;
 pub use stamps::{FeatureStream, RobotStream, Stamps, StepEntry, Stream};
 
 use crate::error::{Error, Problem};
@@ -79,6 +81,12 @@ pub struct ResultFile {
     /// What the estimate was checked against.
     #[serde(default)]
     pub checks: Checks,
+    /// Answers that the scan does not tell from this one; empty if there are none.
+    #[serde(default)]
+    pub rivals: Vec<RivalEntry>,
+    /// What decided between them: `guess` or `statement`; null if nothing did, or there was nothing to decide.
+    #[serde(default)]
+    pub decided_by: Option<String>,
     /// Error of a seam point where it is used; null if the hand-eye is not all observable.
     #[serde(default)]
     pub at_torch: Option<AtTorch>,

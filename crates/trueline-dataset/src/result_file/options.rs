@@ -23,6 +23,10 @@ pub struct Options {
     pub stamp_sigma_s: Option<f64>,
     /// Which stamps were used: `auto`, `raw` or `regular`.
     pub stamps: String,
+    /// Window that the time offset was said to be within.
+    pub offset_within_s: Option<f64>,
+    /// Tool axis that the sensor was said to look along.
+    pub looks: Option<String>,
     /// Whether what is not observable might be held at the guess.
     pub accept_partial: bool,
     /// Accuracy that was required.

@@ -2,9 +2,10 @@
 
 use crate::config::Config;
 use crate::error::Error;
+use crate::hypotheses::ambiguity::{Ambiguity, settle};
 use crate::hypotheses::likelihood_ratio::LIKELIHOOD_RATIO_LIMIT;
 use crate::hypotheses::mirror::{MirrorComparison, mirror_of};
-use crate::hypotheses::second_minimum::{SecondMinimum, other_offset};
+use crate::hypotheses::rivals;
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;
 use crate::solve::fit::Fit;
@@ -19,8 +20,8 @@ pub struct Found {
     pub fit: Fit,
     /// A mirrored attitude fits equally well, and no guess tells which is right.
     pub equal_twin: bool,
-    /// The runner-up of the time offset.
-    pub runner_up: Option<SecondMinimum>,
+    /// What else explains the scan, and what decided.
+    pub ambiguity: Ambiguity,
     /// A better one, where the guess led elsewhere.
     pub better: Option<Parameters>,
 }
@@ -49,7 +50,7 @@ pub fn find(solver: &Solver<'_>, guess: Option<&Guess>) -> Result<Found, Error> 
 /// A guess is not overruled; something much better than where it leads is a reason against the result.
 fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
     let fit = solver.fit(start::from_guess(solver.observations, guess)?)?;
-    let runner_up = other_offset(solver, &fit).map(|(_, runner_up)| runner_up);
+    let rivals = rivals::find(solver, &fit);
     let from_guess =
         |at: &Parameters| at.tool_from_camera.rotation.angle_to(&guess.tool_from_camera.rotation);
     let (mut better, mut equal_twin) = (None, false);
@@ -65,15 +66,16 @@ fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
         let other = search(solver)?.0;
         better = is_better(solver, &other, &fit).then(|| other.parameters().clone());
     }
-    Ok(Found { fit, equal_twin, runner_up, better })
+    let (fit, ambiguity) = settle(solver, fit, rivals, true);
+    Ok(Found { fit, equal_twin, ambiguity, better })
 }
 
 fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
     let (mut fit, mut equal_twin) = search(solver)?;
-    let mut other = other_offset(solver, &fit);
-    if let Some((start, _)) = other.take_if(|(_, runner_up)| runner_up.log_likelihood_lost < 0.0) {
-        fit = solver.fit(start)?;
-        other = other_offset(solver, &fit);
+    let mut rivals = rivals::find(solver, &fit);
+    if let Some(better) = rivals.iter().position(|rival| rival.is_named() && rival.test.reversed()) {
+        fit = rivals.swap_remove(better).fit;
+        rivals = rivals::find(solver, &fit);
     }
     if is_doubtful(solver.observations, &fit) {
         let settings = solver.settings;
@@ -83,10 +85,11 @@ fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
         let (wide, wide_twin) = search(&wider)?;
         if is_better(solver, &wide, &fit) {
             (fit, equal_twin) = (wide, wide_twin);
-            other = other_offset(solver, &fit);
+            rivals = rivals::find(solver, &fit);
         }
     }
-    Ok(Found { fit, equal_twin, runner_up: other.map(|(_, runner_up)| runner_up), better: None })
+    let (fit, ambiguity) = settle(solver, fit, rivals, false);
+    Ok(Found { fit, equal_twin, ambiguity, better: None })
 }
 
 /// From nothing, the better of two mirrored attitudes; and whether both fit equally well.

@@ -110,9 +110,16 @@ impl<'a> LineProblem<'a> {
     /// Squared whitened residuals of all observations that can be evaluated.
     #[must_use]
     pub fn squared_residuals(&self, at: &Parameters) -> Vec<f64> {
+        let mut squared = self.squared_residual_of_each(at);
+        squared.retain(|value| !value.is_nan());
+        squared
+    }
+
+    /// The same of each observation in turn; NaN where one cannot be evaluated.
+    #[must_use]
+    pub fn squared_residual_of_each(&self, at: &Parameters) -> Vec<f64> {
         let mut squared = Squared::new(&self.whiteners);
         sweep(&self.scan(at), &mut squared);
-        squared.values.retain(|value| !value.is_nan());
         squared.values
     }
 

@@ -4,8 +4,8 @@ use crate::page::{Axis, Block, Chart, Colour, Column, Columns, Drawn, Series};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::{Line, se3};
 use trueline_method::Calibration;
-use trueline_method::calibration::IterationRecord;
 use trueline_method::problem::parameters::TIME_OFFSET;
+use trueline_method::solve::iteration_record::IterationRecord;
 
 pub(super) fn blocks(c: &Calibration, columns: &mut Columns) -> Vec<Block> {
     let steps: Vec<&IterationRecord> = c.iterations.iter().filter(|step| step.accepted).collect();

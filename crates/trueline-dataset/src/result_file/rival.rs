@@ -1,0 +1,25 @@
+//! Answers that a scan does not tell from the one given.
+
+use super::answer::{LineEntry, PoseEntry};
+use serde::{Deserialize, Serialize};
+
+/// A complete answer that explains the scan as well.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct RivalEntry {
+    /// Its time offset.
+    pub time_offset_s: f64,
+    /// Its hand-eye transform.
+    pub tool_from_camera: PoseEntry,
+    /// Its lines in base.
+    pub lines: Vec<LineEntry>,
+    /// Part of the features that it explains, of those that both answers can place.
+    pub explains: f64,
+    /// How clearly the answer given is better: z of the paired test over frames; within ± 5 it is not.
+    pub z: f64,
+    /// How much larger its residuals are than expected.
+    pub noise_factor: f64,
+    /// Statements about the cell each of which would single it out: `offset within 0.20 s`, `looks +z`.
+    pub statements: Vec<String>,
+}

@@ -1,0 +1,82 @@
+//! Weaves and S-paths that repeat themselves, and ordinary scans: how many are right, refused, or accepted and wrong.
+//!
+//! `cargo run --release --example weaves [SCANS PER FAMILY]`
+
+#![allow(clippy::print_stdout, reason = "an example prints its table")]
+
+use trueline_dataset::{Guess, Recording};
+use trueline_method::hypotheses::choice::KnownOfCell;
+use trueline_method::{Calibration, Config, Status, calibrate};
+use trueline_sim::{Preset, Weave, random_cell, simulate};
+
+/// What became of the scans of one family.
+#[derive(Default)]
+struct Tally {
+    right: usize,
+    refused: usize,
+    wrong: usize,
+    ambiguous: usize,
+    smallest_z: Option<f64>,
+}
+
+impl Tally {
+    fn add(&mut self, recording: &Recording, config: &Config, guess: Option<&Guess>) {
+        let Some(truth) = recording.truth.as_ref().map(|truth| truth.parameters) else { return };
+        let Ok(result) = calibrate(recording, guess, config) else {
+            self.refused += 1;
+            return;
+        };
+        self.ambiguous += usize::from(result.ambiguity.is_open());
+        let z = result.ambiguity.runner_up.filter(|rival| rival.decided()).map(|rival| rival.z);
+        self.smallest_z = self.smallest_z.into_iter().chain(z).reduce(f64::min);
+        match (result.status, is_right(&result, &truth)) {
+            (Status::NotAccepted, _) => self.refused += 1,
+            (Status::Accepted, true) => self.right += 1,
+            (Status::Accepted, false) => self.wrong += 1,
+        }
+    }
+
+    fn print(&self, name: &str) {
+        let z = self.smallest_z.map_or_else(|| "-".to_owned(), |z| format!("{z:.1}"));
+        println!(
+            "| {name} | {} | {} | {} | {} | {z} |",
+            self.right, self.refused, self.wrong, self.ambiguous
+        );
+    }
+}
+
+/// Far wrong, as an alias is: not a matter of a few standard deviations.
+fn is_right(result: &Calibration, truth: &Guess) -> bool {
+    let turn_rad = result.parameters.tool_from_camera.rotation.angle_to(&truth.tool_from_camera.rotation);
+    (result.parameters.time_offset_s - truth.time_offset_s).abs() < 0.05 && turn_rad < 0.2
+}
+
+fn main() {
+    let count = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(40_u64);
+    println!("| path | right | refused | accepted and wrong | ambiguous | smallest z of those decided |");
+    println!("|---|---|---|---|---|---|");
+    let free = Config::default();
+    let stated =
+        Config { known: KnownOfCell { offset_within_s: Some(0.2), looks: None }, ..Config::default() };
+    for (config, what) in [(&free, "nothing stated"), (&stated, "--offset-within 0.2")] {
+        for weave in Weave::ALL {
+            let mut tally = Tally::default();
+            for seed in 0..count {
+                let recording = simulate(&weave.scenario(seed), seed);
+                recording.iter().for_each(|recording| tally.add(recording, config, None));
+            }
+            tally.print(&format!("{}, {what}", weave.name()));
+        }
+    }
+    for (preset, duration_s) in
+        [(Preset::Quick, 5.0), (Preset::Quick, 20.0), (Preset::Good, 20.0), (Preset::Paper, 60.0)]
+    {
+        let mut tally = Tally::default();
+        for seed in 0..count {
+            let mut scenario = random_cell(&preset.scenario(), seed, 0.1);
+            scenario.timing.duration_s = duration_s;
+            simulate(&scenario, seed).iter().for_each(|recording| tally.add(recording, &free, None));
+        }
+        tally.print(&format!("preset {}, {duration_s:.0} s", preset.name()));
+    }
+}

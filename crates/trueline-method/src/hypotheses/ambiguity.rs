@@ -1,0 +1,115 @@
+//! What is left of the rivals of a solution once the scan and what is known of the cell have spoken.
+
+use crate::hypotheses::choice::{DecidedBy, Statement, statements_for};
+use crate::hypotheses::paired_test::{DECISIVE_Z, PairedTest, compare};
+use crate::hypotheses::rivals::Rival;
+use crate::problem::parameters::Parameters;
+use crate::solve::fit::Fit;
+use crate::solve::solver::Solver;
+
+/// The most dangerous rival, and how it lost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunnerUp {
+    /// Its time offset, s.
+    pub time_offset_s: f64,
+    /// Part of the features that both can place which it explains, to within 5 σ.
+    pub explains: f64,
+    /// The same of the best.
+    pub best_explains: f64,
+    /// How clearly the best is better: z of the paired test over frames.
+    pub z: f64,
+}
+
+impl RunnerUp {
+    /// Whether it lost by more than chance can do.
+    #[must_use]
+    pub fn decided(&self) -> bool {
+        self.z > DECISIVE_Z
+    }
+}
+
+/// A rival that the scan does not tell from the best: a complete answer.
+#[derive(Clone, Debug)]
+pub struct RivalAnswer {
+    /// The answer.
+    pub parameters: Parameters,
+    /// How much larger its residuals are than expected.
+    pub noise_factor: f64,
+    /// How it compares with the chosen answer.
+    pub test: PairedTest,
+    /// Statements each of which would single it out.
+    pub statements: Vec<Statement>,
+}
+
+/// What else explains a scan.
+#[derive(Clone, Debug, Default)]
+pub struct Ambiguity {
+    /// The most dangerous rival; `None` if there is none within the searched range.
+    pub runner_up: Option<RunnerUp>,
+    /// Rivals that the scan does not tell from the best.
+    pub rivals: Vec<RivalAnswer>,
+    /// Statements each of which would single out the answer given.
+    pub statements: Vec<Statement>,
+    /// What decided between them; `None` if nothing did, or there was nothing to decide.
+    pub decided_by: Option<DecidedBy>,
+    /// Whether the answer contradicts what is stated of the cell.
+    pub contradicted: bool,
+}
+
+impl Ambiguity {
+    /// Whether nothing tells which of several answers is right.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        !self.rivals.is_empty() && self.decided_by.is_none()
+    }
+}
+
+/// Chooses between a solution and its rivals. The scan decides where it can; else what is stated of the cell, or the guess
+/// that led to `best`, if there was one.
+#[must_use]
+pub fn settle(solver: &Solver<'_>, best: Fit, mut rivals: Vec<Rival>, guessed: bool) -> (Fit, Ambiguity) {
+    let known = &solver.settings.config.known;
+    let runner_up = rivals.first().map(|rival| runner_up(rival.fit.parameters(), &rival.test));
+    rivals.retain(|rival| rival.is_named() && !rival.test.decided() && !rival.test.reversed());
+    let mut answers: Vec<Fit> =
+        std::iter::once(best).chain(rivals.into_iter().map(|rival| rival.fit)).collect();
+    let allowed: Vec<usize> = (0..answers.len()).filter(|k| known.allows(answers[*k].parameters())).collect();
+    let (chosen, decided_by) = match allowed[..] {
+        _ if answers.len() == 1 => (0, None),
+        [only] if !known.is_empty() => (only, Some(DecidedBy::Statement)),
+        [0, ..] if guessed => (0, Some(DecidedBy::Guess)),
+        _ => (0, None),
+    };
+    let contradicted = !allowed.contains(&chosen);
+    answers.swap(0, chosen);
+    let mut ambiguity = described(solver, &answers, runner_up);
+    (ambiguity.decided_by, ambiguity.contradicted) = (decided_by, contradicted);
+    (answers.swap_remove(0), ambiguity)
+}
+
+fn runner_up(at: &Parameters, test: &PairedTest) -> RunnerUp {
+    RunnerUp {
+        time_offset_s: at.time_offset_s,
+        explains: test.explains,
+        best_explains: test.best_explains,
+        z: test.z,
+    }
+}
+
+/// The answers but the first as rivals of it.
+fn described(solver: &Solver<'_>, answers: &[Fit], runner_up_before: Option<RunnerUp>) -> Ambiguity {
+    let all: Vec<&Parameters> = answers.iter().map(Fit::parameters).collect();
+    let mut rivals = Vec::new();
+    for (k, fit) in answers.iter().enumerate().skip(1) {
+        let test = compare(solver.observations, solver.settings.config, &answers[0], fit);
+        rivals.extend(test.map(|test| RivalAnswer {
+            parameters: fit.parameters().clone(),
+            noise_factor: fit.noise.factor,
+            test,
+            statements: statements_for(k, &all),
+        }));
+    }
+    let statements = if rivals.is_empty() { Vec::new() } else { statements_for(0, &all) };
+    let first = rivals.first().map(|rival| runner_up(&rival.parameters, &rival.test));
+    Ambiguity { runner_up: first.or(runner_up_before), rivals, statements, ..Ambiguity::default() }
+}

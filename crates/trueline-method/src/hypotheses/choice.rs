@@ -1,0 +1,142 @@
+//! Which of several answers that a scan does not tell apart is meant: what a user says about the cell decides, nothing else.
+
+use crate::problem::parameters::Parameters;
+use nalgebra::Vector3;
+
+/// An axis of the tool frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToolAxis {
+    /// +x.
+    PlusX,
+    /// −x.
+    MinusX,
+    /// +y.
+    PlusY,
+    /// −y.
+    MinusY,
+    /// +z.
+    PlusZ,
+    /// −z.
+    MinusZ,
+}
+
+impl ToolAxis {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::PlusX, Self::MinusX, Self::PlusY, Self::MinusY, Self::PlusZ, Self::MinusZ];
+
+    /// The name: `+x` to `-z`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PlusX => "+x",
+            Self::MinusX => "-x",
+            Self::PlusY => "+y",
+            Self::MinusY => "-y",
+            Self::PlusZ => "+z",
+            Self::MinusZ => "-z",
+        }
+    }
+
+    /// The axis in the tool frame.
+    #[must_use]
+    pub fn direction(self) -> Vector3<f64> {
+        match self {
+            Self::PlusX => Vector3::x(),
+            Self::MinusX => -Vector3::x(),
+            Self::PlusY => Vector3::y(),
+            Self::MinusY => -Vector3::y(),
+            Self::PlusZ => Vector3::z(),
+            Self::MinusZ => -Vector3::z(),
+        }
+    }
+}
+
+/// What is known of the cell without the scan.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct KnownOfCell {
+    /// The time offset is within plus and minus this, s.
+    pub offset_within_s: Option<f64>,
+    /// The sensor looks along this axis of the tool, to within 60°.
+    pub looks: Option<ToolAxis>,
+}
+
+/// One statement about the cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Statement {
+    /// The time offset is within plus and minus this, s.
+    OffsetWithin(f64),
+    /// The sensor looks along this axis of the tool.
+    Looks(ToolAxis),
+}
+
+impl std::fmt::Display for Statement {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::OffsetWithin(window_s) => write!(f, "offset within {window_s:.2} s"),
+            Self::Looks(axis) => write!(f, "looks {}", axis.name()),
+        }
+    }
+}
+
+/// How far the view may be from the axis it is said to look along: 60°.
+const LOOKS_COSINE: f64 = 0.5;
+/// A window is stated in whole steps of this, s, and only where the answers are this far apart.
+const WINDOW_STEP_S: f64 = 0.01;
+
+impl KnownOfCell {
+    /// Whether anything is known.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// Whether an answer agrees with what is known.
+    #[must_use]
+    pub fn allows(&self, answer: &Parameters) -> bool {
+        self.offset_within_s.is_none_or(|window_s| answer.time_offset_s.abs() <= window_s)
+            && self.looks.is_none_or(|axis| cosine(answer, axis) >= LOOKS_COSINE)
+    }
+}
+
+fn cosine(answer: &Parameters, axis: ToolAxis) -> f64 {
+    // The optical axis of a camera, the range axis of a profiler.
+    (answer.tool_from_camera.rotation * Vector3::z()).dot(&axis.direction())
+}
+
+/// The statements each of which would single out one of several answers.
+#[must_use]
+pub fn statements_for(answer: usize, answers: &[&Parameters]) -> Vec<Statement> {
+    let others = || answers.iter().enumerate().filter(move |(k, _)| *k != answer).map(|(_, other)| *other);
+    let own_s = answers[answer].time_offset_s.abs();
+    let next_s = others().map(|other| other.time_offset_s.abs()).fold(f64::INFINITY, f64::min);
+    let window_s = (0.5 * (own_s + next_s.min(own_s + 2.0)) / WINDOW_STEP_S).round() * WINDOW_STEP_S;
+    let within = (own_s < window_s && window_s < next_s).then_some(Statement::OffsetWithin(window_s));
+    let nearest = ToolAxis::ALL
+        .into_iter()
+        .max_by(|a, b| cosine(answers[answer], *a).total_cmp(&cosine(answers[answer], *b)));
+    let looks = nearest.filter(|axis| {
+        cosine(answers[answer], *axis) >= LOOKS_COSINE && others().all(|o| cosine(o, *axis) < LOOKS_COSINE)
+    });
+    within.into_iter().chain(looks.map(Statement::Looks)).collect()
+}
+
+/// What decided between answers that the scan does not tell apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DecidedBy {
+    /// The initial guess.
+    Guess,
+    /// What was stated of the cell.
+    Statement,
+}
+
+impl DecidedBy {
+    /// The name in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Guess => "guess",
+            Self::Statement => "statement",
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Rivals: other solutions that explain most of the same scan, at other time offsets or with the sensor turned by 180°.
+//!
+//! A straight line looks the same one period of the path later; with the sensor turned by half a turn about an axis of its
+//! sheet, half a period is enough. So every time offset is tried from the best attitude and from its half-turns about
+//! the sheet's normal and both of its axes, through the mean measured point.
+
+use crate::assess::residuals::OUTLIER_SQUARED;
+use crate::hypotheses::paired_test::{PairedTest, compare};
+use crate::input::observations::Observation;
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
+use crate::solve::fit::Fit;
+use crate::solve::narrowing::{Candidate, Narrowing, SAME_OFFSET_S, SAMPLE, thin};
+use crate::solve::solver::Solver;
+use crate::solve::start::lines_for;
+use nalgebra::{UnitVector3, Vector3};
+use trueline_dataset::Guess;
+use trueline_geometry::{Pose, se3, so3};
+use trueline_lsq::Loss;
+
+/// A rival, refined to convergence with the same unknowns as the best solution.
+#[derive(Clone, Debug)]
+pub struct Rival {
+    /// The solution.
+    pub fit: Fit,
+    /// How it compares with the best.
+    pub test: PairedTest,
+}
+
+impl Rival {
+    /// Whether it explains more than half of what the best explains, and so is named.
+    #[must_use]
+    pub fn is_named(&self) -> bool {
+        self.test.explains > NAMED * self.test.best_explains
+    }
+}
+
+/// A rival that explains a larger part of what the best explains is named.
+const NAMED: f64 = 0.5;
+/// Distance of the time offsets that are tried, s.
+const OFFSET_STEP_S: f64 = 0.1;
+/// Scales of the loss while a start is followed roughly, σ …
+const ROUGH_SCALES: [f64; 2] = [300.0, 100.0];
+/// … and to its end.
+const FINE_SCALES: [f64; 3] = [30.0, 10.0, 5.0];
+/// Starts that are followed to their end.
+const FINALISTS: usize = 8;
+/// Solutions nearer than this in attitude (and in time offset) are one, rad.
+const SAME_TURN_RAD: f64 = 0.05;
+/// A finalist that explains less than this part of the sample is refined only if it is the best of them.
+const WORTH_REFINING: f64 = 0.3;
+
+/// Finds rivals of a solution: those that are named first, each by rising z.
+///
+/// The best of them is there however little it explains, so that a result can say how clear the decision was.
+#[must_use]
+pub fn find(solver: &Solver<'_>, best: &Fit) -> Vec<Rival> {
+    let Solver { observations, settings } = *solver;
+    if settings.fixed.contains(&TIME_OFFSET) {
+        return Vec::new();
+    }
+    let sample = thin(observations, SAMPLE);
+    let search = Search { solver, sample: &sample, best: best.parameters() };
+    let mut finalists = search.finalists();
+    let explained = |candidate: &Candidate| search.explains(&candidate.parameters);
+    let worth: Vec<bool> = finalists.iter().map(|c| explained(c) > WORTH_REFINING).collect();
+    let mut index = 0;
+    finalists.retain(|_| {
+        index += 1;
+        index == 1 || worth[index - 1]
+    });
+    let mut rivals: Vec<Rival> = Vec::new();
+    for finalist in finalists {
+        let Ok(fit) = solver.fit(finalist.parameters) else { continue };
+        let known = rivals.iter().any(|rival| same(rival.fit.parameters(), fit.parameters()));
+        if known || same(fit.parameters(), best.parameters()) {
+            continue;
+        }
+        if let Some(test) = compare(observations, settings.config, best, &fit) {
+            rivals.push(Rival { fit, test });
+        }
+    }
+    rivals.sort_by(|a, b| b.is_named().cmp(&a.is_named()).then_with(|| a.test.z.total_cmp(&b.test.z)));
+    rivals
+}
+
+/// Whether two solutions are one.
+fn same(one: &Parameters, other: &Parameters) -> bool {
+    let turn_rad = one.tool_from_camera.rotation.angle_to(&other.tool_from_camera.rotation);
+    turn_rad < SAME_TURN_RAD && (one.time_offset_s - other.time_offset_s).abs() < SAME_OFFSET_S
+}
+
+/// The sensor turned by half a turn about an axis (camera frame) through a point (camera frame, m).
+#[must_use]
+pub fn half_turned(tool_from_camera: &Pose, axis: &UnitVector3<f64>, centre: &Vector3<f64>) -> Pose {
+    let rotation = tool_from_camera.rotation * so3::exp(&(axis.into_inner() * std::f64::consts::PI));
+    let shift = tool_from_camera.rotation * centre - rotation * centre;
+    se3::from_parts(rotation, tool_from_camera.translation.vector + shift)
+}
+
+struct Search<'a> {
+    solver: &'a Solver<'a>,
+    sample: &'a [Observation],
+    best: &'a Parameters,
+}
+
+impl Search<'_> {
+    fn finalists(&self) -> Vec<Candidate> {
+        let steps = (self.solver.settings.config.offset_search_s / OFFSET_STEP_S).round() as i32;
+        let attitudes = self.attitudes();
+        let mut candidates: Vec<Candidate> = (-steps..=steps)
+            .flat_map(|k| attitudes.iter().map(move |attitude| (f64::from(k) * OFFSET_STEP_S, *attitude)))
+            .filter_map(|(time_offset_s, tool_from_camera)| {
+                self.start(Guess { time_offset_s, tool_from_camera })
+            })
+            .filter_map(|start| self.follow(&ROUGH_SCALES, 8, start))
+            .filter(|candidate| self.is_elsewhere(&candidate.parameters))
+            .collect();
+        let mut finalists = Vec::new();
+        keep_different(&mut candidates, FINALISTS);
+        for candidate in candidates {
+            let followed = self.follow(&FINE_SCALES, 30, candidate.parameters);
+            finalists.extend(followed.filter(|candidate| self.is_elsewhere(&candidate.parameters)));
+        }
+        keep_different(&mut finalists, FINALISTS);
+        finalists
+    }
+
+    /// The best attitude and its half-turns; the best alone where the hand-eye transform is held.
+    fn attitudes(&self) -> Vec<Pose> {
+        let best = self.best.tool_from_camera;
+        if (ROTATION..LINES).any(|k| self.solver.settings.fixed.contains(&k)) {
+            return vec![best];
+        }
+        let sheet = &self.solver.observations.sheet;
+        let count = self.sample.len() as f64;
+        let centre = self.sample.iter().map(|o| o.point_in_camera).sum::<Vector3<f64>>() / count;
+        let axes = sheet.axes();
+        let turns = [
+            *sheet.plane().normal(),
+            UnitVector3::new_normalize(axes.column(0).into_owned()),
+            UnitVector3::new_normalize(axes.column(1).into_owned()),
+        ];
+        std::iter::once(best).chain(turns.iter().map(|axis| half_turned(&best, axis, &centre))).collect()
+    }
+
+    fn start(&self, guess: Guess) -> Option<Parameters> {
+        let lines = lines_for(self.solver.observations, self.sample, &guess)?;
+        let Guess { time_offset_s, tool_from_camera } = guess;
+        Some(Parameters { time_offset_s, tool_from_camera, lines })
+    }
+
+    /// Where a hand-eye transform is held, the narrowing may still turn it; the fit that follows holds it.
+    fn follow(&self, scales: &[f64], iterations: usize, start: Parameters) -> Option<Candidate> {
+        let Solver { observations, settings } = self.solver;
+        Narrowing { observations, sample: self.sample, noise: &settings.noise }
+            .follow(scales, iterations, start)
+    }
+
+    fn is_elsewhere(&self, at: &Parameters) -> bool {
+        !same(at, self.best)
+            && at.time_offset_s.abs() <= self.solver.settings.config.offset_search_s + OFFSET_STEP_S
+    }
+
+    /// Part of the sample that is within a wide limit: enough to leave out what explains next to nothing.
+    fn explains(&self, at: &Parameters) -> f64 {
+        let loss = Loss::Squared;
+        let problem =
+            LineProblem::coarse(self.solver.observations, self.sample, loss, &self.solver.settings.noise);
+        let limit = 4.0 * OUTLIER_SQUARED;
+        let squared = problem.squared_residuals(at);
+        squared.iter().filter(|s| **s <= limit).count() as f64 / squared.len().max(1) as f64
+    }
+}
+
+/// Keeps the best few of which no two are one solution, by rising cost.
+fn keep_different(candidates: &mut Vec<Candidate>, most: usize) {
+    candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut kept: Vec<Candidate> = Vec::new();
+    for candidate in candidates.drain(..) {
+        if kept.len() < most && !kept.iter().any(|k| same(&k.parameters, &candidate.parameters)) {
+            kept.push(candidate);
+        }
+    }
+    *candidates = kept;
+}
