@@ -11,6 +11,7 @@ mod plan;
 mod rapid;
 mod robot_sim;
 mod scan;
+mod sensor;
 mod simulate;
 mod simulate_path;
 
@@ -25,6 +26,7 @@ pub use plan::{CriterionName, PlanArgs, ShapeName};
 pub use rapid::RapidArgs;
 pub use robot_sim::{EventName, ModeName, RobotSimArgs, RobotWareName, StopName};
 pub use scan::{CameraArgs, RecordArgs, ScanArgs};
+pub use sensor::{DistortionName, IntrinsicsArgs, LaserPlaneArgs, SensorArgs, SensorCommand};
 pub use simulate::{LookName, PresetName, SceneName, SimulateArgs};
 pub use simulate_path::{FrameName, PathArgs, ProgressName};
 
@@ -60,6 +62,8 @@ pub enum Command {
     Features(FeaturesArgs),
     /// Estimate time offset, hand-eye transform and lines from a dataset folder
     Calibrate(CalibrateArgs),
+    /// Calibrate the sensor itself from pictures of a chessboard: camera intrinsics, laser plane
+    Sensor(SensorArgs),
     /// Plan the scan that shows most within the limits of robot, sensor and guess
     Plan(PlanArgs),
     /// What a calibration is worth on a scan of a known, or fitted, line, circle or curve

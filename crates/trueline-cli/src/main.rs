@@ -3,6 +3,7 @@
 //! Exit code 0: accepted. 1: computed, but not accepted; the reasons are listed. 2: could not run.
 
 mod args;
+mod board_pictures;
 mod cell_text;
 mod commands;
 mod failure;
@@ -21,7 +22,7 @@ mod priority;
 mod progress;
 mod requirement;
 
-use args::{Arguments, Command};
+use args::{Arguments, Command, SensorCommand};
 use clap::Parser;
 use failure::Failure;
 use std::process::ExitCode;
@@ -34,6 +35,10 @@ fn main() -> ExitCode {
         Command::Import(args) => commands::import::run(args),
         Command::Features(args) => commands::features::run(args),
         Command::Calibrate(args) => commands::calibrate::run(args),
+        Command::Sensor(args) => match &args.command {
+            SensorCommand::Intrinsics(args) => commands::sensor_intrinsics::run(args),
+            SensorCommand::LaserPlane(args) => commands::sensor_laser_plane::run(args),
+        },
         Command::Plan(args) => commands::plan::run(args),
         Command::Evaluate(args) => commands::evaluate::run(args),
         Command::Reproduce(args) => commands::reproduce::run(args),

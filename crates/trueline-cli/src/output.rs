@@ -75,3 +75,14 @@ pub fn command_line() -> String {
     let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
     std::iter::once("trueline".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
+
+/// Refuses to write over a file that somebody may still need.
+pub fn must_not_exist(path: &Path) -> Result<(), Failure> {
+    if path.exists() {
+        return Err(Failure::new(
+            format!("{}: already exists", path.display()),
+            "name a new file, or remove this one first",
+        ));
+    }
+    Ok(())
+}

@@ -9,6 +9,7 @@ pub mod calibration_file;
 pub mod error;
 pub mod features_csv;
 pub mod folder;
+pub mod gray_picture;
 pub mod gray_png;
 pub mod images;
 pub mod import;
@@ -22,6 +23,7 @@ pub mod sensor_setup;
 pub mod sensor_toml;
 mod setup_toml;
 pub mod stamp;
+pub mod stripe_points_csv;
 pub mod table;
 pub mod unit;
 

@@ -29,6 +29,7 @@ const ALLOWED: [(&str, &[&str]); 15] = [
         "trueline-plan",
         &["trueline-method", "trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"],
     ),
+    ("trueline-sensor", &["trueline-geometry", "trueline-lsq", "trueline-model"]),
     ("trueline-sim", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     ("trueline-vision", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     (
@@ -40,6 +41,7 @@ const ALLOWED: [(&str, &[&str]); 15] = [
             "trueline-geometry",
             "trueline-model",
             "trueline-plan",
+            "trueline-sensor",
         ],
     ),
     (
@@ -56,6 +58,7 @@ const ALLOWED: [(&str, &[&str]); 15] = [
             "trueline-mcap",
             "trueline-plan",
             "trueline-report",
+            "trueline-sensor",
             "trueline-sim",
             "trueline-vision",
         ],

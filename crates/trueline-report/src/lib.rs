@@ -18,5 +18,8 @@ pub mod reproduced;
 pub mod reproduction_page;
 #[cfg(feature = "rerun")]
 pub mod rerun_recording;
+pub mod sensor_json;
+pub mod sensor_page;
+pub mod sensor_text;
 pub mod summary;
 pub mod trust;

@@ -6,6 +6,7 @@
 //! estimator, so that a test against it is not a test of the estimator against itself.
 
 pub mod arm;
+pub mod boards;
 pub mod capture;
 pub mod faults;
 pub mod followed_path;

@@ -15,5 +15,8 @@ pub mod record;
 pub mod reproduce;
 pub mod robot_sim;
 pub mod scan;
+pub mod sensor_intrinsics;
+pub mod sensor_laser_plane;
+pub mod sensor_plane_pictures;
 pub mod simulate;
 pub mod simulate_images;

@@ -1,0 +1,98 @@
+//! `trueline sensor intrinsics`.
+
+use crate::args::{DistortionName, IntrinsicsArgs};
+use crate::board_pictures::{self, Looked};
+use crate::failure::Failure;
+use crate::output;
+use nalgebra::DMatrix;
+use std::process::ExitCode;
+use trueline_dataset::sensor_setup::{SensorCovariance, SensorParameter, SensorSetup, SensorUncertainty};
+use trueline_dataset::sensor_toml::{CameraFile, format_camera};
+use trueline_report::sensor_json::{self, CameraReport};
+use trueline_report::{sensor_page, sensor_text};
+use trueline_sensor::intrinsics::{
+    CameraFit, DistortionModel, Sensitivity, cross_validation, fit, next_picture,
+};
+use trueline_sensor::{View, verdict};
+
+/// Runs the command.
+pub fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
+    if let Some(out) = &args.out {
+        output::must_not_exist(out)?;
+    }
+    let files = board_pictures::files(&args.pictures)?;
+    let looked = board_pictures::look(&files, &args.board)?;
+    let views: Vec<View> = looked.iter().filter_map(|l| l.view.as_ref().ok().cloned()).collect();
+    let size = looked.first().map_or([0, 0], |l| l.size_px);
+    let fitted = fit(size, &args.board, &views, model(args.distortion))
+        .map_err(|error| Failure::new(format!("{error}{}", why_not(&looked)), error.hint()))?;
+    let halves = cross_validation::halves(size, &args.board, &views, fitted.model);
+    let uncertainty = Sensitivity::of(&fitted.state.camera).uncertainty(&fitted.covariance);
+    let next = next_picture::best(&fitted, &args.board);
+    let (reasons, warnings) = verdict::of_camera(&fitted, halves.as_ref());
+    let report = CameraReport {
+        fit: &fitted,
+        uncertainty: &uncertainty,
+        halves: halves.as_ref(),
+        next: next.as_ref(),
+        reasons: &reasons,
+        warnings: &warnings,
+        files: looked.iter().map(stated).collect(),
+    };
+    if let Some(out) = &args.out {
+        output::file(out, &format_camera(&camera_file(&fitted)))?;
+    }
+    if let Some(file) = &args.json {
+        output::json(file, &format!("{:#}", sensor_json::camera(&report)))?;
+    }
+    if let Some(file) = &args.report {
+        output::file(file, &sensor_page::html(&report, &views, &output::command_line()))?;
+    }
+    if !args.quiet {
+        output::summary(args.json.as_deref(), &sensor_text::camera(&report))?;
+    }
+    Ok(if reasons.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+fn model(name: DistortionName) -> Option<DistortionModel> {
+    match name {
+        DistortionName::Auto => None,
+        DistortionName::None => Some(DistortionModel::None),
+        DistortionName::K1 => Some(DistortionModel::K1),
+        DistortionName::K1K2 => Some(DistortionModel::K1K2),
+        DistortionName::K1K2P1P2 => Some(DistortionModel::K1K2P1P2),
+        DistortionName::Five => Some(DistortionModel::Five),
+    }
+}
+
+fn stated(looked: &Looked) -> (String, String, Option<String>) {
+    let reason = looked.view.as_ref().err().map(ToString::to_string);
+    (looked.file.display().to_string(), looked.sha256.clone(), reason)
+}
+
+/// The first reasons why pictures show no board.
+fn why_not(looked: &[Looked]) -> String {
+    let reasons = looked
+        .iter()
+        .filter_map(|l| l.view.as_ref().err().map(|reason| format!("\n  {}: {reason}", l.file.display())));
+    reasons.take(5).collect()
+}
+
+/// What is written: the camera, and how well it is known.
+fn camera_file(fit: &CameraFit) -> CameraFile {
+    let (camera, sigma) = (fit.state.camera, fit.sigma());
+    let free: Vec<usize> = (0..9).filter(|k| sigma[*k] > 0.0).collect();
+    let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| fit.covariance[(free[i], free[j])]);
+    let order = free.iter().map(|k| SensorParameter::ALL[*k]).collect();
+    let uncertainty = SensorUncertainty {
+        focal: Some((sigma[0] / camera.focal.x).max(sigma[1] / camera.focal.y)),
+        principal_point_px: Some(sigma[2].max(sigma[3])),
+        covariance: Some(SensorCovariance { order, matrix }),
+        ..SensorUncertainty::default()
+    };
+    CameraFile {
+        camera,
+        laser_plane_in_camera: None,
+        setup: SensorSetup { uncertainty: Some(uncertainty), ..SensorSetup::default() },
+    }
+}

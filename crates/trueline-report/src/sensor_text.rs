@@ -1,0 +1,150 @@
+//! A sensor's own calibration in words.
+
+use crate::number::with_sigma;
+use crate::sensor_json::CameraReport;
+use std::fmt::Write;
+use trueline_dataset::unit::MM_PER_M;
+use trueline_geometry::Plane;
+use trueline_sensor::intrinsics::NextPicture;
+use trueline_sensor::verdict::Remark;
+
+fn verdict(out: &mut String, reasons: &[Remark], warnings: &[Remark]) {
+    // Writing to a String cannot fail.
+    if reasons.is_empty() {
+        let _ = writeln!(out, "Calibration accepted");
+    } else {
+        let _ = writeln!(out, "Calibration NOT accepted:");
+        for reason in reasons {
+            let _ = writeln!(out, "  - {reason}");
+        }
+    }
+    for warning in warnings {
+        let _ = writeln!(out, "  warning: {warning}");
+    }
+}
+
+/// A camera's calibration in a few lines.
+#[must_use]
+pub fn camera(report: &CameraReport<'_>) -> String {
+    let (fit, mut out) = (report.fit, String::new());
+    let (camera, sigma) = (&fit.state.camera, fit.sigma());
+    verdict(&mut out, report.reasons, report.warnings);
+    let _ = writeln!(
+        out,
+        "\n  {:<18} {} x {} px\n  {:<18} fx {}   fy {}\n  {:<18} cx {}   cy {}",
+        "picture",
+        camera.size[0],
+        camera.size[1],
+        "focal length",
+        with_sigma(camera.focal.x, Some(sigma[0]), "px"),
+        with_sigma(camera.focal.y, Some(sigma[1]), "px"),
+        "principal point",
+        with_sigma(camera.centre.x, Some(sigma[2]), "px"),
+        with_sigma(camera.centre.y, Some(sigma[3]), "px"),
+    );
+    let _ = writeln!(out, "  {:<18} {}", "distortion", distortion(report));
+    let _ = writeln!(
+        out,
+        "  {:<18} {} of {} pictures, {} corners, {:.3} px rms",
+        "used",
+        fit.pictures(),
+        report.files.len(),
+        fit.corners(),
+        fit.rms_px
+    );
+    let worst = report.uncertainty.values_px.iter().copied().fold(0.0, f64::max);
+    let _ = writeln!(
+        out,
+        "  {:<18} ± {:.3} px over the picture, ± {worst:.3} px at worst",
+        "uncertainty",
+        report.uncertainty.rms_px()
+    );
+    if let Some(halves) = report.halves {
+        let _ = writeln!(
+            out,
+            "  {:<18} two halves of the pictures differ by {:.3} px; {:.3} px expected",
+            "cross-validation",
+            halves.difference.rms_px(),
+            halves.expected_px
+        );
+    }
+    if let Some(next) = report.next {
+        let _ = writeln!(out, "  {:<18} {}", "next picture", next_picture(next));
+    }
+    for (file, _, reason) in &report.files {
+        if let Some(reason) = reason {
+            let _ = writeln!(out, "  {:<18} {file}: {reason}", "not used");
+        }
+    }
+    out
+}
+
+/// The coefficients, each with its uncertainty.
+fn distortion(report: &CameraReport<'_>) -> String {
+    let (k, sigma) = (report.fit.state.camera.distortion.to_opencv(), report.fit.sigma());
+    let of = |(n, name): (usize, &str)| match sigma[4 + n] {
+        s if s > 0.0 => format!("{name} {}", with_sigma(k[n], Some(s), "").trim_end()),
+        _ => format!("{name} 0 (held)"),
+    };
+    let listed: Vec<String> = ["k1", "k2", "p1", "p2", "k3"].into_iter().enumerate().map(of).collect();
+    listed.join("   ")
+}
+
+/// Which picture to take, as one would tell a person.
+#[must_use]
+pub fn next_picture(next: &NextPicture) -> String {
+    let place = match next.third {
+        (0, 0) => "the middle",
+        (-1, -1) => "the upper left",
+        (0, -1) => "the upper middle",
+        (1, -1) => "the upper right",
+        (-1, 0) => "the left",
+        (1, 0) => "the right",
+        (-1, 1) => "the lower left",
+        (0, 1) => "the lower middle",
+        _ => "the lower right",
+    };
+    let degrees = next.pitch_rad.abs().max(next.yaw_rad.abs()).to_degrees();
+    let tilt = match (next.pitch_rad, next.yaw_rad) {
+        (p, _) if p > 0.0 => format!("tilted by {degrees:.0} degrees, upper edge nearer"),
+        (p, _) if p < 0.0 => format!("tilted by {degrees:.0} degrees, lower edge nearer"),
+        (_, y) if y > 0.0 => format!("tilted by {degrees:.0} degrees, left edge nearer"),
+        (_, y) if y < 0.0 => format!("tilted by {degrees:.0} degrees, right edge nearer"),
+        _ => "square to the view".to_owned(),
+    };
+    format!(
+        "board in {place} of the picture, {:.0} % as wide as the picture, {tilt}: uncertainty {:.3} → {:.3} px",
+        next.width * 100.0,
+        next.now_px,
+        next.then_px
+    )
+}
+
+/// A laser plane in a few lines.
+#[must_use]
+pub fn plane(
+    plane: &Plane,
+    covariance: &nalgebra::Matrix3<f64>,
+    facts: &[(&str, String)],
+    (reasons, warnings): (&[Remark], &[Remark]),
+) -> String {
+    let mut out = String::new();
+    verdict(&mut out, reasons, warnings);
+    let (n, sigma) = (plane.normal(), covariance.diagonal().map(|v| v.max(0.0).sqrt()));
+    let _ = writeln!(
+        out,
+        "\n  {:<18} [{:.6}, {:.6}, {:.6}] ± {:.3} and {:.3} degrees\n  {:<18} {}",
+        "normal",
+        n.x,
+        n.y,
+        n.z,
+        sigma.x.to_degrees(),
+        sigma.y.to_degrees(),
+        "offset",
+        with_sigma(plane.offset() * MM_PER_M, Some(sigma.z * MM_PER_M), "mm"),
+    );
+    for (name, value) in facts {
+        let _ = writeln!(out, "  {name:<18} {value}");
+    }
+    out
+}

@@ -1,0 +1,224 @@
+//! The joint fit: one camera, perhaps one laser plane, and a pose of the board for every picture.
+//!
+//! A board's pose concerns its own picture only, so that the information matrix is an arrow: the poses are eliminated
+//! (variable projection \[Golub1973\]). The solver sees the camera and the plane; a state always carries the poses
+//! that fit them best. The cost is then a function of camera and plane alone, its gradient is theirs alone, and its
+//! Gauss–Newton Hessian is the Schur complement.
+
+use crate::board::Board;
+use crate::camera_inverse::inverse_of_free;
+use crate::picture_fit::{PICTURE_SIZE, PictureEquations, PictureFit};
+use crate::projection::{CAMERA_SIZE, CameraVector, from_vector, to_vector};
+use crate::sheet_tilt;
+use crate::stripe_residual::StripePixel;
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use trueline_geometry::{Plane, Pose};
+use trueline_lsq::{LeastSquares, NormalEquations};
+use trueline_model::Camera;
+
+/// Unknowns that all pictures share: nine of the camera, three of the plane.
+pub const SHARED_SIZE: usize = CAMERA_SIZE + 3;
+
+/// Most steps of a picture's own fit; it is quadratic near its end.
+const MOST_STEPS: usize = 30;
+
+/// A picture's own fit has ended when it moves by less than this, in standard deviations.
+const SETTLED: f64 = 1e-9;
+
+/// What is measured in one picture, with its noise.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Corners: where on the board, and the pixel.
+    pub corners: Vec<crate::board::FoundCorner>,
+    /// Pixels on the laser's stripe.
+    pub stripe: Vec<StripePixel>,
+}
+
+/// The joint problem.
+#[derive(Clone, Debug)]
+pub struct Bundle {
+    /// The board.
+    pub board: Board,
+    /// The pictures.
+    pub pictures: Vec<Picture>,
+    /// Standard deviation of a corner along each axis, px.
+    pub corner_sigma_px: f64,
+    /// Standard deviation of a stripe's point across the stripe, px.
+    pub stripe_sigma_px: f64,
+    /// How flat boards are: standard deviation of a board's offset at its stripe, m. Zero is a perfect board.
+    pub flatness_m: f64,
+    /// What is known of the camera beforehand.
+    pub camera_prior: Option<CameraPrior>,
+}
+
+/// A camera that is known already, with its information.
+#[derive(Clone, Debug)]
+pub struct CameraPrior {
+    mean: CameraVector,
+    /// Inverse covariance over what is not held.
+    information: SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>,
+    held: Vec<usize>,
+}
+
+impl CameraPrior {
+    /// From a camera and the covariance of its parameters; those without variance are held. `None` where the covariance has
+    /// no inverse.
+    #[must_use]
+    pub fn new(camera: &Camera, covariance: &SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>) -> Option<Self> {
+        let held: Vec<usize> = (0..CAMERA_SIZE).filter(|k| covariance[(*k, *k)] <= 0.0).collect();
+        let information = inverse_of_free(covariance, &held)?;
+        Some(Self { mean: to_vector(camera), information, held })
+    }
+
+    /// Parameters that are held.
+    #[must_use]
+    pub fn held(&self) -> Vec<usize> {
+        self.held.clone()
+    }
+
+    fn cost(&self, camera: &Camera) -> f64 {
+        let off = to_vector(camera) - self.mean;
+        0.5 * off.dot(&(self.information * off))
+    }
+
+    fn add(&self, camera: &Camera, equations: &mut NormalEquations) {
+        let off = to_vector(camera) - self.mean;
+        let pull = self.information * off;
+        for i in 0..CAMERA_SIZE {
+            equations.gradient[i] += pull[i];
+            for j in 0..CAMERA_SIZE {
+                equations.hessian[(i, j)] += self.information[(i, j)];
+            }
+        }
+        equations.cost += self.cost(camera);
+    }
+}
+
+/// Camera, plane, and each picture's own unknowns.
+#[derive(Clone, Debug)]
+pub struct BundleState {
+    /// The camera.
+    pub camera: Camera,
+    /// The laser plane in the camera frame; `None` where there is no stripe to measure it.
+    pub laser_plane_in_camera: Option<Plane>,
+    /// For each picture, pose and flatness of its board.
+    pub boards: Vec<BoardState>,
+}
+
+/// What one picture's board is like.
+#[derive(Clone, Copy, Debug)]
+pub struct BoardState {
+    /// `camera_from_board`.
+    pub camera_from_board: Pose,
+    /// Offset of the board's surface at the stripe from its plane, m.
+    pub bulge_m: f64,
+    /// Change of that offset along the stripe, per metre.
+    pub twist: f64,
+}
+
+impl Bundle {
+    /// A state whose boards are fitted to its camera and plane.
+    #[must_use]
+    pub fn fitted(&self, mut state: BundleState) -> BundleState {
+        let boards = (0..self.pictures.len()).map(|k| self.fit_board(&state, k)).collect();
+        state.boards = boards;
+        state
+    }
+
+    /// The equations of each picture at a state, for whoever needs more than their sum.
+    #[must_use]
+    pub fn picture_equations(&self, state: &BundleState) -> Vec<PictureEquations> {
+        (0..self.pictures.len()).map(|k| self.picture(k).equations(state, &state.boards[k])).collect()
+    }
+
+    fn picture(&self, k: usize) -> PictureFit<'_> {
+        PictureFit { bundle: self, picture: &self.pictures[k] }
+    }
+
+    /// The board's state that fits best, from the one that is there.
+    fn fit_board(&self, state: &BundleState, k: usize) -> BoardState {
+        let fit = self.picture(k);
+        let mut board = state.boards[k];
+        let mut equations = fit.equations(state, &board);
+        let mut damping = 0.0;
+        for _ in 0..MOST_STEPS {
+            let Some(step) = equations.own_step(damping) else { break };
+            let length = step.dot(&(equations.own * step)).max(0.0).sqrt();
+            let next = board.moved(&step);
+            let after = fit.equations(state, &next);
+            if after.cost <= equations.cost * (1.0 + 1e-13) {
+                (board, equations, damping) = (next, after, damping * 0.1);
+            } else {
+                damping = (damping * 10.0).max(1e-3);
+            }
+            if length < SETTLED || damping > 1e9 {
+                break;
+            }
+        }
+        board
+    }
+}
+
+impl BoardState {
+    /// A board as flat as can be.
+    #[must_use]
+    pub fn flat(camera_from_board: Pose) -> Self {
+        Self { camera_from_board, bulge_m: 0.0, twist: 0.0 }
+    }
+
+    fn moved(&self, step: &SVector<f64, PICTURE_SIZE>) -> Self {
+        let (rotation, translation) = (step.fixed_rows::<3>(0).into(), step.fixed_rows::<3>(3).into());
+        Self {
+            camera_from_board: trueline_geometry::se3::retract_decoupled(
+                &self.camera_from_board,
+                &rotation,
+                &translation,
+            ),
+            bulge_m: self.bulge_m + step[6],
+            twist: self.twist + step[7],
+        }
+    }
+}
+
+impl LeastSquares for Bundle {
+    type State = BundleState;
+
+    fn dimension(&self) -> usize {
+        SHARED_SIZE
+    }
+
+    fn retract(&self, state: &BundleState, step: &DVector<f64>) -> BundleState {
+        let moved: CameraVector = to_vector(&state.camera) + step.fixed_rows::<CAMERA_SIZE>(0);
+        let plane = state
+            .laser_plane_in_camera
+            .map(|plane| sheet_tilt::moved(&plane, &step.fixed_rows::<3>(CAMERA_SIZE).into()));
+        self.fitted(BundleState {
+            camera: from_vector(state.camera.size, &moved),
+            laser_plane_in_camera: plane,
+            boards: state.boards.clone(),
+        })
+    }
+
+    fn cost(&self, state: &BundleState) -> f64 {
+        let pictures =
+            (0..self.pictures.len()).map(|k| self.picture(k).equations(state, &state.boards[k]).cost);
+        pictures.sum::<f64>() + self.camera_prior.as_ref().map_or(0.0, |prior| prior.cost(&state.camera))
+    }
+
+    fn linearize(&self, state: &BundleState, equations: &mut NormalEquations) {
+        if let Some(prior) = &self.camera_prior {
+            prior.add(&state.camera, equations);
+        }
+        for picture in self.picture_equations(state) {
+            equations.cost += picture.cost;
+            if let Some((hessian, gradient)) = picture.reduced() {
+                equations.hessian +=
+                    DMatrix::from_iterator(SHARED_SIZE, SHARED_SIZE, hessian.iter().copied());
+                equations.gradient += DVector::from_column_slice(gradient.as_slice());
+            } else {
+                // A board that its own picture does not fix: nothing can be concluded from it.
+                equations.cost = f64::NAN;
+            }
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Why a sensor could not be calibrated.
+
+/// Why there is no calibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Too few pictures show the board.
+    #[error("the board was found in {found} pictures; {needed} are needed")]
+    TooFewPictures {
+        /// Pictures with a board.
+        found: usize,
+        /// The fewest that will do.
+        needed: usize,
+    },
+    /// Too few corners for the unknowns.
+    #[error("{found} corners were found; {needed} are needed")]
+    TooFewCorners {
+        /// Corners found.
+        found: usize,
+        /// The fewest that will do.
+        needed: usize,
+    },
+    /// The board's pose cannot be found from its corners.
+    #[error("the pose of the board cannot be found from its corners")]
+    NoPose,
+    /// The pictures leave a camera parameter free.
+    #[error("the pictures do not determine the camera")]
+    NotFixed,
+    /// Too few boards or points for a plane.
+    #[error("the stripe was found on {found} boards; {needed} are needed")]
+    TooFewBoards {
+        /// Boards with a stripe.
+        found: usize,
+        /// The fewest that will do.
+        needed: usize,
+    },
+    /// All points lie on one line.
+    #[error("all points lie on one line: any plane through it fits")]
+    OneLine,
+}
+
+impl Error {
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::TooFewPictures { .. } => {
+                "take 10 to 20 pictures of the whole board, tilted by about 30 degrees in different directions"
+            }
+            Self::TooFewCorners { .. } => "use a board with more squares, or more pictures",
+            Self::NoPose => "is the board flat, and is --board COLSxROWS the number of inner corners?",
+            Self::NotFixed => "tilt the board by about 30 degrees in different directions",
+            Self::TooFewBoards { .. } | Self::OneLine => {
+                "put the board at several distances and tilts, so that the stripes spread over the plane"
+            }
+        }
+    }
+}

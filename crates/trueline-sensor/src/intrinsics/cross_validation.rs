@@ -1,0 +1,49 @@
+//! Two cameras from two halves of the pictures: do they agree within what they say of themselves?
+
+use super::distortion_model::DistortionModel;
+use super::field::{Field, Sensitivity};
+use super::fit::{CameraFit, FEWEST_PICTURES, fit};
+use crate::board::{Board, View};
+use crate::projection::{CAMERA_SIZE, to_vector};
+use nalgebra::{DMatrix, DVector};
+
+/// The comparison of two halves.
+#[derive(Clone, Debug)]
+pub struct CrossValidation {
+    /// How far pixels of one half's camera are from the other's, freed of rotation.
+    pub difference: Field,
+    /// What the two covariances let expect, root mean square over the picture, px.
+    pub expected_px: f64,
+    /// Squared difference of all parameters by the covariance of that difference, over their number: near one where the
+    /// stated covariance is honest.
+    pub normalized: f64,
+}
+
+/// Fits the even and the odd pictures apart. `None` where there are too few pictures for that, or one half does not fix
+/// the camera.
+#[must_use]
+pub fn halves(
+    size: [u32; 2],
+    board: &Board,
+    views: &[View],
+    model: DistortionModel,
+) -> Option<CrossValidation> {
+    if views.len() < 2 * FEWEST_PICTURES {
+        return None;
+    }
+    let half = |remainder: usize| -> Option<CameraFit> {
+        let chosen: Vec<View> = views.iter().skip(remainder).step_by(2).cloned().collect();
+        fit(size, board, &chosen, Some(model)).ok()
+    };
+    let (even, odd) = (half(0)?, half(1)?);
+    let difference = to_vector(&even.state.camera) - to_vector(&odd.state.camera);
+    let covariance = even.covariance + odd.covariance;
+    let free: Vec<usize> = (0..CAMERA_SIZE).filter(|k| covariance[(*k, *k)] > 0.0).collect();
+    let of_free = DMatrix::from_fn(free.len(), free.len(), |i, j| covariance[(free[i], free[j])]);
+    let step = DVector::from_iterator(free.len(), free.iter().map(|k| difference[*k]));
+    let normalized = step.dot(&of_free.cholesky()?.solve(&step)) / free.len() as f64;
+    let sensitivity = Sensitivity::of(&even.state.camera);
+    // Both axes together, as the difference is.
+    let expected_px = sensitivity.uncertainty(&covariance).rms_px() * std::f64::consts::SQRT_2;
+    Some(CrossValidation { difference: sensitivity.movement(&difference), expected_px, normalized })
+}

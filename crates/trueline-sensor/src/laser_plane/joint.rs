@@ -1,0 +1,292 @@
+//! The laser plane together with the camera and the boards, from corners and stripes in the same pictures.
+//!
+//! How flat the boards are is estimated with it: each board's surface may be offset and twisted at its stripe, by as much
+//! as the boards differ from the plane (expectation and maximisation, \[Dempster1977\]).
+
+use crate::board::{Board, View};
+use crate::bundle::{BoardState, Bundle, BundleState, CameraPrior, Picture, SHARED_SIZE};
+use crate::error::Error;
+use crate::homography;
+use crate::laser_plane::FEWEST_BOARDS;
+use crate::projection::{CAMERA_SIZE, project_from_board};
+use crate::stripe_residual::{StripePixel, StripePoint};
+use nalgebra::{DMatrix, SMatrix, Vector2, Vector3};
+use trueline_geometry::{Plane, Pose, fit};
+use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
+use trueline_model::Camera;
+
+/// Rounds of fitting, with weights, noise and flatness from the round before.
+const ROUNDS: usize = 12;
+
+/// Boards are at first taken to be this flat, m.
+const FIRST_FLATNESS_M: f64 = 2e-5;
+
+/// A stripe's pixel farther off than this is left out, in standard deviations.
+const OUTLIER_SIGMAS: f64 = 5.0;
+
+/// A board with a stripe.
+#[derive(Clone, Debug)]
+pub struct StripedView {
+    /// Its corners.
+    pub view: View,
+    /// Pixels along the stripe.
+    pub stripe: Vec<Vector2<f64>>,
+}
+
+/// What is known of the camera beforehand.
+#[derive(Clone, Debug)]
+pub struct KnownCamera {
+    /// The camera.
+    pub camera: Camera,
+    /// Covariance of its parameters; those without variance are held, and all of them if it is zero.
+    pub covariance: SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>,
+}
+
+/// A laser plane and all that was estimated with it.
+#[derive(Clone, Debug)]
+pub struct JointFit {
+    /// Camera, plane and boards.
+    pub state: BundleState,
+    /// Covariance of camera (nine) and plane (θ₁, θ₂, offset); zero for what is held.
+    pub covariance: SMatrix<f64, SHARED_SIZE, SHARED_SIZE>,
+    /// Noise of corners along each axis, px.
+    pub corner_sigma_px: f64,
+    /// Noise of the stripe's pixels across the stripe, px.
+    pub stripe_sigma_px: f64,
+    /// How flat the boards are: spread of their offsets at the stripe, m.
+    pub flatness_m: f64,
+    /// The stripe's points on the boards, in the camera frame, m.
+    pub points: Vec<Vec<Vector3<f64>>>,
+    /// Root mean square distance of these from the plane, m.
+    pub rms_m: f64,
+}
+
+impl JointFit {
+    /// Standard deviation of the plane's offset in the middle of the stripes' points, m: what an error of the tilt does not
+    /// touch.
+    #[must_use]
+    pub fn middle_sigma_m(&self) -> f64 {
+        let Some(plane) = self.plane() else { return f64::INFINITY };
+        let count = self.points.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+        let middle = self.points.iter().flatten().sum::<Vector3<f64>>() / count;
+        let tilts = middle.transpose() * crate::sheet_tilt::axes(&plane);
+        let d_distance = Vector3::new(tilts[0], tilts[1], -1.0);
+        let covariance = self.covariance.fixed_view::<3, 3>(CAMERA_SIZE, CAMERA_SIZE);
+        d_distance.dot(&(covariance * d_distance)).max(0.0).sqrt()
+    }
+
+    /// The plane in the camera frame.
+    #[must_use]
+    pub fn plane(&self) -> Option<Plane> {
+        self.state.laser_plane_in_camera
+    }
+}
+
+/// `camera_from_board` of a view by a known camera.
+#[must_use]
+pub fn pose_of(camera: &Camera, board: &Board, view: &View) -> Option<Pose> {
+    let on_board: Vec<Vector2<f64>> =
+        view.corners.iter().map(|c| board.corner(c.column, c.row).xy()).collect();
+    let ideal: Option<Vec<Vector2<f64>>> =
+        view.corners.iter().map(|c| camera.ray(&c.pixel).ok().map(|(ray, _)| ray.xy())).collect();
+    homography::pose(&homography::fit(&on_board, &ideal?)?, &Vector2::repeat(1.0), &Vector2::zeros())
+}
+
+/// The outline of the board in a picture: around the squares that surround its inner corners, px.
+#[must_use]
+pub fn outline(camera: &Camera, board: &Board, pose: &Pose) -> Vec<Vector2<f64>> {
+    let (last_column, last_row) = ((board.columns - 1) as f64, (board.rows - 1) as f64);
+    let beyond = 0.8;
+    let [left, right, top, bottom] = [-beyond, last_column + beyond, -beyond, last_row + beyond];
+    [(left, top), (right, top), (right, bottom), (left, bottom)]
+        .into_iter()
+        .filter_map(|(x, y)| {
+            let point = Vector3::new(x, y, 0.0) * board.square_m;
+            Some(project_from_board(camera, pose, &point)?.pixel)
+        })
+        .collect()
+}
+
+/// Fits the plane.
+///
+/// # Errors
+/// Too few boards with a stripe, or stripes that fix no plane.
+pub fn fit_joint(known: &KnownCamera, board: &Board, views: &[StripedView]) -> Result<JointFit, Error> {
+    let views: Vec<&StripedView> = views.iter().filter(|v| v.stripe.len() >= 2).collect();
+    if views.len() < FEWEST_BOARDS {
+        return Err(Error::TooFewBoards { found: views.len(), needed: FEWEST_BOARDS });
+    }
+    let mut joint = Joint::begin(known, board, &views)?;
+    for _ in 0..ROUNDS {
+        joint.round()?;
+    }
+    joint.conclude()
+}
+
+struct Joint {
+    bundle: Bundle,
+    state: BundleState,
+    fixed: Vec<usize>,
+}
+
+impl Joint {
+    fn begin(known: &KnownCamera, board: &Board, views: &[&StripedView]) -> Result<Self, Error> {
+        let camera = known.camera;
+        let prior = CameraPrior::new(&camera, &known.covariance).ok_or(Error::NotFixed)?;
+        let fixed = prior.held();
+        let poses: Option<Vec<BoardState>> =
+            views.iter().map(|v| Some(BoardState::flat(pose_of(&camera, board, &v.view)?))).collect();
+        let boards = poses.ok_or(Error::NoPose)?;
+        let rough: Vec<Vector3<f64>> = views
+            .iter()
+            .zip(&boards)
+            .flat_map(|(view, board)| view.stripe.iter().filter_map(|pixel| on_board(&camera, board, pixel)))
+            .collect();
+        let plane = fit::robust_plane(&rough).ok_or(Error::OneLine)?.plane;
+        let pictures = views.iter().map(|v| Picture {
+            corners: v.view.corners.clone(),
+            stripe: v.stripe.iter().map(|p| StripePixel { pixel: *p, px_per_m: 1.0, along_m: 0.0 }).collect(),
+        });
+        let bundle = Bundle {
+            board: *board,
+            pictures: pictures.collect(),
+            corner_sigma_px: 0.2,
+            stripe_sigma_px: 0.2,
+            flatness_m: FIRST_FLATNESS_M,
+            camera_prior: Some(prior),
+        };
+        let state = BundleState { camera, laser_plane_in_camera: Some(plane), boards };
+        Ok(Self { bundle, state, fixed })
+    }
+
+    /// Weights of the stripes, a fit, and noise and flatness from its residuals.
+    fn round(&mut self) -> Result<(), Error> {
+        self.weigh();
+        let begin = self.bundle.fitted(self.state.clone());
+        let solved = solve(&self.bundle, begin, &self.fixed, &SolveOptions::default());
+        self.state = solved.map_err(|_| Error::NotFixed)?.state;
+        self.leave_out();
+        let (corners, stripe) = self.noise();
+        self.bundle.corner_sigma_px = corners;
+        self.bundle.stripe_sigma_px = stripe;
+        self.bundle.flatness_m = self.flatness();
+        Ok(())
+    }
+
+    fn weigh(&mut self) {
+        let Some(plane) = self.state.laser_plane_in_camera else { return };
+        for (picture, board) in self.bundle.pictures.iter_mut().zip(&self.state.boards) {
+            let camera = &self.state.camera;
+            let points: Vec<Option<StripePoint>> =
+                picture.stripe.iter().map(|s| StripePoint::of(camera, &plane, board, s)).collect();
+            let seen: Vec<Vector3<f64>> = points.iter().flatten().map(|p| p.point_in_camera).collect();
+            let Some(line) = fit::line(&seen) else { continue };
+            for (stripe, point) in picture.stripe.iter_mut().zip(points) {
+                let Some(point) = point else { continue };
+                stripe.px_per_m = point.px_per_m;
+                stripe.along_m = line.direction().dot(&(point.point_in_camera - line.anchor()));
+            }
+            let middle = picture.stripe.iter().map(|s| s.along_m).sum::<f64>() / seen.len().max(1) as f64;
+            picture.stripe.iter_mut().for_each(|stripe| stripe.along_m -= middle);
+        }
+    }
+
+    /// Residuals of a picture's stripe, px.
+    fn stripe_residuals(&self, k: usize) -> Vec<f64> {
+        let Some(plane) = self.state.laser_plane_in_camera else { return Vec::new() };
+        let (camera, board) = (&self.state.camera, &self.state.boards[k]);
+        let residual = |s: &StripePixel| {
+            StripePoint::of(camera, &plane, board, s).map_or(f64::INFINITY, |p| p.distance_m * s.px_per_m)
+        };
+        self.bundle.pictures[k].stripe.iter().map(residual).collect()
+    }
+
+    fn leave_out(&mut self) {
+        let most = OUTLIER_SIGMAS * self.bundle.stripe_sigma_px.max(self.noise().1);
+        for k in 0..self.bundle.pictures.len() {
+            let residuals = self.stripe_residuals(k);
+            let mut fine = residuals.iter().map(|r| r.abs() <= most);
+            self.bundle.pictures[k].stripe.retain(|_| fine.next().unwrap_or(false));
+        }
+    }
+
+    /// Noise of corners and of the stripes' pixels, px: squares by their freedom.
+    fn noise(&self) -> (f64, f64) {
+        let (mut corner_sum, mut corners) = (0.0, 0.0);
+        let (mut stripe_sum, mut pixels) = (0.0, 0.0);
+        for (k, (picture, board)) in self.bundle.pictures.iter().zip(&self.state.boards).enumerate() {
+            for corner in &picture.corners {
+                let point = self.bundle.board.corner(corner.column, corner.row);
+                if let Some(seen) = project_from_board(&self.state.camera, &board.camera_from_board, &point) {
+                    corner_sum += (seen.pixel - corner.pixel).norm_squared();
+                    corners += 2.0;
+                }
+            }
+            let residuals = self.stripe_residuals(k);
+            stripe_sum += residuals.iter().map(|r| r * r).sum::<f64>();
+            pixels += residuals.len() as f64;
+            // A pose takes six numbers from the corners, offset and twist two from the stripe.
+            corners -= 6.0;
+            pixels -= 2.0;
+        }
+        let sigma = |sum: f64, freedom: f64| (sum / freedom.max(1.0)).sqrt().max(1e-4);
+        (sigma(corner_sum, corners), sigma(stripe_sum, pixels))
+    }
+
+    /// Root mean square bulge, each with what is uncertain about it.
+    fn flatness(&self) -> f64 {
+        let equations = self.bundle.picture_equations(&self.state);
+        let squares = self.state.boards.iter().zip(&equations).filter_map(|(board, equations)| {
+            let variance = equations.own.try_inverse()?[(6, 6)];
+            Some(board.bulge_m * board.bulge_m + variance)
+        });
+        let squares: Vec<f64> = squares.collect();
+        (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    }
+
+    fn conclude(self) -> Result<JointFit, Error> {
+        let mut equations = NormalEquations::zeros(SHARED_SIZE);
+        self.bundle.linearize(&self.state, &mut equations);
+        let covariance = inverse(&equations.hessian, &self.fixed).ok_or(Error::NotFixed)?;
+        let plane = self.state.laser_plane_in_camera.ok_or(Error::OneLine)?;
+        let points: Vec<Vec<Vector3<f64>>> = (self.bundle.pictures.iter().zip(&self.state.boards))
+            .map(|(picture, board)| {
+                let flat = BoardState::flat(board.camera_from_board);
+                picture.stripe.iter().filter_map(|s| on_board(&self.state.camera, &flat, &s.pixel)).collect()
+            })
+            .collect();
+        let all: Vec<f64> = points.iter().flatten().map(|p| plane.signed_distance(p)).collect();
+        Ok(JointFit {
+            covariance,
+            corner_sigma_px: self.bundle.corner_sigma_px,
+            stripe_sigma_px: self.bundle.stripe_sigma_px,
+            flatness_m: self.bundle.flatness_m,
+            rms_m: (all.iter().map(|d| d * d).sum::<f64>() / all.len().max(1) as f64).sqrt(),
+            points,
+            state: self.state,
+        })
+    }
+}
+
+/// Where a pixel's ray meets the board, in the camera frame, m.
+fn on_board(camera: &Camera, board: &BoardState, pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
+    let (ray, _) = camera.ray(pixel).ok()?;
+    let normal = board.camera_from_board.rotation * Vector3::z();
+    let depth = normal.dot(&board.camera_from_board.translation.vector) / normal.dot(&ray);
+    (depth > 0.0 && depth.is_finite()).then(|| ray * depth)
+}
+
+fn inverse(hessian: &DMatrix<f64>, fixed: &[usize]) -> Option<SMatrix<f64, SHARED_SIZE, SHARED_SIZE>> {
+    type Square = SMatrix<f64, SHARED_SIZE, SHARED_SIZE>;
+    let held = |k: usize| fixed.contains(&k);
+    let matrix = Square::from_fn(|i, j| match (held(i) || held(j), i == j) {
+        (false, _) => hessian[(i, j)],
+        (true, same) => f64::from(u8::from(same)),
+    });
+    let scale = matrix.diagonal().map(|d| 1.0 / d.sqrt());
+    let scaled = Square::from_fn(|i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let inverse = nalgebra::Cholesky::new(scaled)?.inverse();
+    let covariance =
+        Square::from_fn(|i, j| if held(i) || held(j) { 0.0 } else { inverse[(i, j)] * scale[i] * scale[j] });
+    covariance.iter().all(|x| x.is_finite()).then_some(covariance)
+}

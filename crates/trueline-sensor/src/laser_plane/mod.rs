@@ -1,0 +1,8 @@
+//! The laser plane from stripes on boards.
+
+pub mod joint;
+pub mod points;
+pub mod stripe;
+
+pub use joint::{JointFit, KnownCamera, StripedView, fit_joint};
+pub use points::{BoardResidual, DOUBTFUL, FEWEST_BOARDS, PlaneFit, fit_points, jackknife};

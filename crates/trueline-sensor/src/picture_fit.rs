@@ -1,0 +1,159 @@
+//! One picture's part of the joint fit: its corners, its stripe and its board.
+//!
+//! A corner's residual is the pixel where the board says it should be, less the one where it is seen. A point of the
+//! stripe lies on the ray of its pixel, on the board and on the laser plane: the ray meets the board in X, and n·X = d.
+//! Its residual is how far the pixel is from where the stripe should run, across the stripe.
+
+use crate::bundle::{BoardState, Bundle, BundleState, Picture, SHARED_SIZE};
+use crate::projection::{CAMERA_SIZE, project_from_board};
+use crate::stripe_residual::StripePoint;
+use nalgebra::{SMatrix, SVector};
+
+/// Unknowns of one picture: six of the pose, two of the flatness.
+pub const PICTURE_SIZE: usize = 8;
+
+/// Where a twist is measured from: one metre of it is not seen by any board.
+const TWIST_REACH_M: f64 = 0.05;
+
+/// Sums over one picture, split into what all pictures share and what is its own.
+#[derive(Clone, Debug)]
+pub struct PictureEquations {
+    /// Shared with shared.
+    pub shared: SMatrix<f64, SHARED_SIZE, SHARED_SIZE>,
+    /// Shared with own.
+    pub across: SMatrix<f64, SHARED_SIZE, PICTURE_SIZE>,
+    /// Own with own.
+    pub own: SMatrix<f64, PICTURE_SIZE, PICTURE_SIZE>,
+    /// Gradient of what is shared.
+    pub shared_gradient: SVector<f64, SHARED_SIZE>,
+    /// Gradient of what is its own.
+    pub own_gradient: SVector<f64, PICTURE_SIZE>,
+    /// ½ Σ r².
+    pub cost: f64,
+}
+
+impl PictureEquations {
+    fn zero() -> Self {
+        Self {
+            shared: SMatrix::zeros(),
+            across: SMatrix::zeros(),
+            own: SMatrix::zeros(),
+            shared_gradient: SVector::zeros(),
+            own_gradient: SVector::zeros(),
+            cost: 0.0,
+        }
+    }
+
+    fn add<const N: usize>(
+        &mut self,
+        residual: &SVector<f64, N>,
+        d_shared: &SMatrix<f64, N, SHARED_SIZE>,
+        d_own: &SMatrix<f64, N, PICTURE_SIZE>,
+    ) {
+        self.shared += d_shared.transpose() * d_shared;
+        self.across += d_shared.transpose() * d_own;
+        self.own += d_own.transpose() * d_own;
+        self.shared_gradient += d_shared.transpose() * residual;
+        self.own_gradient += d_own.transpose() * residual;
+        self.cost += 0.5 * residual.norm_squared();
+    }
+
+    /// The step of the picture's own unknowns, damped.
+    #[must_use]
+    pub fn own_step(&self, damping: f64) -> Option<SVector<f64, PICTURE_SIZE>> {
+        let mut matrix = self.own;
+        for k in 0..PICTURE_SIZE {
+            matrix[(k, k)] *= 1.0 + damping;
+        }
+        // Radians and metres differ by orders: scaled to a unit diagonal first.
+        let scale = matrix.diagonal().map(|d| 1.0 / d.sqrt());
+        let scaled =
+            SMatrix::<f64, PICTURE_SIZE, PICTURE_SIZE>::from_fn(|i, j| matrix[(i, j)] * scale[i] * scale[j]);
+        let step = nalgebra::Cholesky::new(scaled)?.solve(&(-self.own_gradient).component_mul(&scale));
+        Some(step.component_mul(&scale))
+    }
+
+    /// Own unknowns as a linear function of the shared ones at the best fit: −own⁻¹ acrossᵀ.
+    #[must_use]
+    pub fn own_from_shared(&self) -> Option<SMatrix<f64, PICTURE_SIZE, SHARED_SIZE>> {
+        Some(-self.own.cholesky()?.solve(&self.across.transpose()))
+    }
+
+    /// Hessian and gradient of what is shared, after the own unknowns are eliminated (Schur complement).
+    #[must_use]
+    pub fn reduced(&self) -> Option<(SMatrix<f64, SHARED_SIZE, SHARED_SIZE>, SVector<f64, SHARED_SIZE>)> {
+        let own = self.own.cholesky()?;
+        let hessian = self.shared - self.across * own.solve(&self.across.transpose());
+        let gradient = self.shared_gradient - self.across * own.solve(&self.own_gradient);
+        // Rounding must not make it asymmetric.
+        Some(((hessian + hessian.transpose()) * 0.5, gradient))
+    }
+}
+
+/// One picture in its problem.
+pub struct PictureFit<'a> {
+    /// The problem.
+    pub bundle: &'a Bundle,
+    /// The picture.
+    pub picture: &'a Picture,
+}
+
+impl PictureFit<'_> {
+    /// The equations at a state of all and of its board. A corner that the state cannot see makes the cost infinite.
+    #[must_use]
+    pub fn equations(&self, state: &BundleState, board: &BoardState) -> PictureEquations {
+        let mut equations = PictureEquations::zero();
+        self.add_corners(state, board, &mut equations);
+        if let Some(plane) = &state.laser_plane_in_camera {
+            self.add_stripe(state, plane, board, &mut equations);
+        }
+        self.add_flatness(board, &mut equations);
+        equations
+    }
+
+    fn add_corners(&self, state: &BundleState, board: &BoardState, equations: &mut PictureEquations) {
+        let weight = 1.0 / self.bundle.corner_sigma_px;
+        for corner in &self.picture.corners {
+            let point = self.bundle.board.corner(corner.column, corner.row);
+            let Some(seen) = project_from_board(&state.camera, &board.camera_from_board, &point) else {
+                equations.cost = f64::INFINITY;
+                return;
+            };
+            let mut d_shared = SMatrix::<f64, 2, SHARED_SIZE>::zeros();
+            d_shared.fixed_columns_mut::<CAMERA_SIZE>(0).copy_from(&(seen.d_camera * weight));
+            let mut d_own = SMatrix::<f64, 2, PICTURE_SIZE>::zeros();
+            d_own.fixed_columns_mut::<6>(0).copy_from(&(seen.d_pose * weight));
+            equations.add(&((seen.pixel - corner.pixel) * weight), &d_shared, &d_own);
+        }
+    }
+
+    fn add_stripe(
+        &self,
+        state: &BundleState,
+        plane: &trueline_geometry::Plane,
+        board: &BoardState,
+        equations: &mut PictureEquations,
+    ) {
+        for stripe in &self.picture.stripe {
+            let Some(point) = StripePoint::of(&state.camera, plane, board, stripe) else {
+                equations.cost = f64::INFINITY;
+                return;
+            };
+            let weight = stripe.px_per_m / self.bundle.stripe_sigma_px;
+            let residual = SVector::<f64, 1>::new(point.distance_m * weight);
+            equations.add(&residual, &(point.d_shared * weight), &(point.d_own * weight));
+        }
+    }
+
+    /// What is known of the board's flatness beforehand.
+    fn add_flatness(&self, board: &BoardState, equations: &mut PictureEquations) {
+        // A perfect board has no bulge at all: a millionth of a millimetre stands for that.
+        let sigma_m = self.bundle.flatness_m.max(1e-9);
+        for (index, value, sigma) in [(6, board.bulge_m, sigma_m), (7, board.twist, sigma_m / TWIST_REACH_M)]
+        {
+            equations.own[(index, index)] += 1.0 / (sigma * sigma);
+            equations.own_gradient[index] += value / (sigma * sigma);
+            equations.cost += 0.5 * (value / sigma).powi(2);
+        }
+    }
+}

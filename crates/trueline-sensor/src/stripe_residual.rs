@@ -1,0 +1,102 @@
+//! A pixel of the laser's stripe on a board, against the laser plane.
+//!
+//! With the ray r of the pixel, the board's normal m and surface m·X = m·t + b, where b is the bulge at that point:
+//! X = λ r, λ = (m·t + b)/(m·r), and s = n·X − d is the signed distance from the laser plane.
+
+use crate::bundle::{BoardState, SHARED_SIZE};
+use crate::picture_fit::PICTURE_SIZE;
+use crate::projection::{CAMERA_SIZE, project};
+use crate::sheet_tilt;
+use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
+use trueline_geometry::{Plane, so3};
+use trueline_model::Camera;
+
+/// A pixel of the stripe. What turns metres into pixels is taken from an earlier estimate and held: the fit is then
+/// repeated with better values, so that derivatives are exact and the estimate is that of distances in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StripePixel {
+    /// Where the stripe is seen, px.
+    pub pixel: Vector2<f64>,
+    /// Pixels across the stripe for each metre off the laser plane.
+    pub px_per_m: f64,
+    /// Place along the stripe on the board, from its middle, m.
+    pub along_m: f64,
+}
+
+/// A pixel of the stripe, put on the board.
+#[derive(Clone, Debug)]
+pub struct StripePoint {
+    /// Signed distance from the laser plane, m.
+    pub distance_m: f64,
+    /// d distance / d (camera, plane).
+    pub d_shared: SMatrix<f64, 1, SHARED_SIZE>,
+    /// d distance / d (pose, bulge, twist).
+    pub d_own: SMatrix<f64, 1, PICTURE_SIZE>,
+    /// Where it is, in the camera frame, m.
+    pub point_in_camera: Vector3<f64>,
+    /// Pixels across the stripe for each metre off the laser plane.
+    pub px_per_m: f64,
+}
+
+/// The ray of a pixel with d (x, y) / d pixel and d (x, y) / d camera.
+struct Ray {
+    ray: Vector3<f64>,
+    d_pixel: Matrix2<f64>,
+    d_camera: SMatrix<f64, 2, CAMERA_SIZE>,
+}
+
+impl Ray {
+    fn of(camera: &Camera, pixel: &Vector2<f64>) -> Option<Self> {
+        let (ray, _) = camera.ray(pixel).ok()?;
+        let (_, d_pixel_d_camera, d_pixel_d_point) = project(camera, &ray)?;
+        // At depth one the ray's x and y are those of the point.
+        let d_pixel = d_pixel_d_point.fixed_columns::<2>(0).try_inverse()?;
+        Some(Self { ray, d_pixel, d_camera: -d_pixel * d_pixel_d_camera })
+    }
+}
+
+impl StripePoint {
+    /// The point that a pixel of the stripe shows. `None` where the pixel has no ray, or the ray does not meet the board.
+    #[must_use]
+    pub fn of(camera: &Camera, plane: &Plane, board: &BoardState, stripe: &StripePixel) -> Option<Self> {
+        let ray = Ray::of(camera, &stripe.pixel)?;
+        let pose = &board.camera_from_board;
+        let board_normal = pose.rotation * Vector3::z();
+        let toward = board_normal.dot(&ray.ray);
+        let depth = board_normal.dot(&pose.translation.vector) / toward;
+        if !(depth > 0.0 && depth.is_finite()) {
+            return None;
+        }
+        let lambda = depth + (board.bulge_m + board.twist * stripe.along_m) / toward;
+        let point = ray.ray * lambda;
+        let normal = plane.normal().into_inner();
+
+        // ds = λ n·dr + n·r dλ, and dλ = −λ m·dr / m·r along the ray's move.
+        let across = normal.dot(&ray.ray);
+        let d_ray = (normal - board_normal * (across / toward)).xy().transpose() * lambda;
+        let mut d_shared = SMatrix::<f64, 1, SHARED_SIZE>::zeros();
+        d_shared.fixed_columns_mut::<CAMERA_SIZE>(0).copy_from(&(d_ray * ray.d_camera));
+        let d_plane = point.transpose() * sheet_tilt::axes(plane);
+        d_shared[CAMERA_SIZE] = d_plane[0];
+        d_shared[CAMERA_SIZE + 1] = d_plane[1];
+        d_shared[CAMERA_SIZE + 2] = -1.0;
+
+        // Turning the board by δ turns m by δ × m about the board's origin t: m·(t − X) changes by δ·(m × (t − X)).
+        let d_lambda = across / toward;
+        let arm = pose.translation.vector - point;
+        let d_rotation = (so3::hat(&board_normal) * arm).transpose() * d_lambda;
+        let d_translation = board_normal.transpose() * d_lambda;
+        let mut d_own = SMatrix::<f64, 1, PICTURE_SIZE>::zeros();
+        d_own.fixed_columns_mut::<3>(0).copy_from(&d_rotation);
+        d_own.fixed_columns_mut::<3>(3).copy_from(&d_translation);
+        d_own[6] = d_lambda;
+        d_own[7] = d_lambda * stripe.along_m;
+        Some(Self {
+            distance_m: normal.dot(&point) - plane.offset(),
+            d_shared,
+            d_own,
+            point_in_camera: point,
+            px_per_m: 1.0 / (d_ray * ray.d_pixel).norm(),
+        })
+    }
+}

@@ -1,0 +1,155 @@
+//! Whether a sensor's calibration may be used, and what to mind.
+
+use crate::intrinsics::{CameraFit, CrossValidation};
+use nalgebra::Matrix3;
+use std::fmt;
+
+/// The focal length must be known at least this well, as a fraction.
+pub const MOST_FOCAL_SIGMA: f64 = 0.02;
+
+/// The plane's normal must be known at least this well, rad.
+pub const MOST_NORMAL_SIGMA_RAD: f64 = 0.035;
+
+/// The plane's offset in the middle of its points must be known at least this well, m.
+pub const MOST_MIDDLE_SIGMA_M: f64 = 1e-3;
+
+/// Corners that fit worse than this are not those of a sharp board, px.
+pub const MOST_RMS_PX: f64 = 2.0;
+
+/// Halves that differ by this many times what they say of themselves disagree.
+pub const MOST_NORMALIZED: f64 = 4.0;
+
+/// Why a calibration is not accepted, or what to mind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Remark {
+    /// The focal length is not known well enough.
+    FocalUncertain {
+        /// Standard deviation as a fraction.
+        sigma: f64,
+    },
+    /// Corners do not fit any camera.
+    BadFit {
+        /// Root mean square, px.
+        rms_px: f64,
+    },
+    /// Halves of the pictures disagree.
+    HalvesDisagree {
+        /// Squared difference by its expectation.
+        normalized: f64,
+    },
+    /// Pictures were left out.
+    PicturesLeftOut {
+        /// How many.
+        count: usize,
+    },
+    /// The plane's normal is not known well enough.
+    NormalUncertain {
+        /// Standard deviation, rad.
+        sigma_rad: f64,
+    },
+    /// The plane's offset is not known well enough where it was measured.
+    OffsetUncertain {
+        /// Standard deviation, m.
+        sigma_m: f64,
+    },
+    /// A board lies off the plane.
+    BoardDoubtful {
+        /// Which, by its place in the order.
+        index: usize,
+        /// Its offset or slope in standard deviations.
+        z: f64,
+    },
+}
+
+impl Remark {
+    /// A stable word for programs.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::FocalUncertain { .. } => "focal-length-uncertain",
+            Self::BadFit { .. } => "corners-do-not-fit",
+            Self::HalvesDisagree { .. } => "halves-disagree",
+            Self::PicturesLeftOut { .. } => "pictures-left-out",
+            Self::NormalUncertain { .. } => "plane-normal-uncertain",
+            Self::OffsetUncertain { .. } => "plane-offset-uncertain",
+            Self::BoardDoubtful { .. } => "board-doubtful",
+        }
+    }
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::FocalUncertain { sigma } => write!(
+                f,
+                "the focal length is known to ± {:.1} % only: tilt the board by about 30 degrees in different directions",
+                sigma * 100.0
+            ),
+            Self::BadFit { rms_px } => {
+                write!(f, "corners are {rms_px:.2} px off: is the board flat, are the pictures sharp?")
+            }
+            Self::HalvesDisagree { normalized } => write!(
+                f,
+                "two halves of the pictures differ {:.1} times more than their uncertainty explains: is the board flat, the lens fixed?",
+                normalized.sqrt()
+            ),
+            Self::PicturesLeftOut { count } => {
+                write!(f, "{count} pictures do not fit the others and were left out")
+            }
+            Self::NormalUncertain { sigma_rad } => write!(
+                f,
+                "the plane's normal is known to ± {:.2} degrees only: put the board at more distances and tilts",
+                sigma_rad.to_degrees()
+            ),
+            Self::OffsetUncertain { sigma_m } => {
+                write!(f, "the plane's offset is known to ± {:.2} mm only: use more boards", sigma_m * 1e3)
+            }
+            Self::BoardDoubtful { index, z } => {
+                write!(f, "board {} lies {:.1} standard deviations off the plane", index + 1, z.abs())
+            }
+        }
+    }
+}
+
+/// What is no number exceeds every limit.
+fn exceeds(value: f64, limit: f64) -> bool {
+    value.is_nan() || value > limit
+}
+
+/// Why a camera is not accepted, and what to mind.
+#[must_use]
+pub fn of_camera(fit: &CameraFit, halves: Option<&CrossValidation>) -> (Vec<Remark>, Vec<Remark>) {
+    let (mut reasons, mut warnings) = (Vec::new(), Vec::new());
+    let sigma = fit.sigma();
+    let focal = fit.state.camera.focal;
+    let fraction = (sigma[0] / focal.x).max(sigma[1] / focal.y);
+    if exceeds(fraction, MOST_FOCAL_SIGMA) {
+        reasons.push(Remark::FocalUncertain { sigma: fraction });
+    }
+    if exceeds(fit.rms_px, MOST_RMS_PX) {
+        reasons.push(Remark::BadFit { rms_px: fit.rms_px });
+    }
+    if let Some(halves) = halves.filter(|halves| halves.normalized > MOST_NORMALIZED) {
+        warnings.push(Remark::HalvesDisagree { normalized: halves.normalized });
+    }
+    let left_out = fit.used.len() - fit.pictures();
+    if left_out > 0 {
+        warnings.push(Remark::PicturesLeftOut { count: left_out });
+    }
+    (reasons, warnings)
+}
+
+/// Why a plane is not accepted: from the covariance of (θ₁, θ₂, offset) and the offset's σ where it was measured.
+#[must_use]
+pub fn of_plane(covariance: &Matrix3<f64>, middle_sigma_m: f64) -> Vec<Remark> {
+    let mut reasons = Vec::new();
+    let sigma_rad = covariance[(0, 0)].max(covariance[(1, 1)]).max(0.0).sqrt();
+    if exceeds(sigma_rad, MOST_NORMAL_SIGMA_RAD) {
+        reasons.push(Remark::NormalUncertain { sigma_rad });
+    }
+    if exceeds(middle_sigma_m, MOST_MIDDLE_SIGMA_M) {
+        reasons.push(Remark::OffsetUncertain { sigma_m: middle_sigma_m });
+    }
+    reasons
+}

@@ -1,0 +1,178 @@
+//! The laser plane: from points by boards, and from pictures jointly with the camera.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+#![allow(clippy::print_stderr, reason = "a skipped test says so")]
+
+mod scenes;
+
+use nalgebra::{SMatrix, Vector3};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha12Rng;
+use rand_distr::{Distribution, StandardNormal};
+use scenes::{board, camera, plane, stripe, striped_poses, view};
+use std::path::PathBuf;
+use trueline_geometry::Plane;
+use trueline_sensor::Error;
+use trueline_sensor::laser_plane::{KnownCamera, StripedView, fit_joint, fit_points, jackknife};
+use trueline_sensor::sheet_tilt;
+
+/// Stripes on `count` boards: lines in the plane, each moved off it and tilted as a whole, with hardly any noise of its own.
+fn stripes(count: usize, offset_m: f64, slope: f64, random: &mut ChaCha12Rng) -> Vec<Vec<Vector3<f64>>> {
+    let plane = plane();
+    let (normal, axes) = (plane.normal().into_inner(), sheet_tilt::axes(&plane));
+    (0..count)
+        .map(|_| {
+            let middle = normal * plane.offset()
+                + axes
+                    * nalgebra::Vector2::new(
+                        random.random_range(-0.02..0.02),
+                        random.random_range(0.05..0.09),
+                    );
+            let bulge: f64 = StandardNormal.sample(random);
+            let twist: f64 = StandardNormal.sample(random);
+            (0..100)
+                .map(|k| {
+                    let s = (f64::from(k) - 49.5) * 4e-4;
+                    middle + axes.column(0) * s + normal * (bulge * offset_m + twist * slope * s)
+                })
+                .collect()
+        })
+        .collect()
+}
+
+/// (θ₁, θ₂, offset) from the truth to an estimate, in the axes of the estimate.
+fn off(estimate: &Plane) -> Vector3<f64> {
+    let tilt = sheet_tilt::axes(estimate).transpose() * plane().normal().into_inner();
+    -Vector3::new(tilt.x, tilt.y, plane().offset() - estimate.offset())
+}
+
+#[test]
+fn the_covariance_is_by_boards_and_honest() {
+    let mut random = ChaCha12Rng::seed_from_u64(4);
+    let (sets, mut sum) = (400, 0.0);
+    for _ in 0..sets {
+        let fit = fit_points(&stripes(18, 40e-6, 1e-3, &mut random)).unwrap();
+        let error = off(&fit.plane);
+        sum += error.dot(&(fit.covariance.try_inverse().unwrap() * error)) / 3.0;
+    }
+    // Variances from 18 boards less three unknowns are themselves uncertain: the mean of a squared t of 15 degrees of freedom is
+    // 15/13 = 1.15 where one variance counts, somewhat less with two. The spread of the mean is sqrt(2/(3 × 400)) × 1.3 = 0.05.
+    let nees = sum / f64::from(sets);
+    assert!((0.95..1.32).contains(&nees), "NEES {nees}");
+}
+
+#[test]
+fn points_do_not_count_as_boards() {
+    let mut random = ChaCha12Rng::seed_from_u64(5);
+    let boards = stripes(18, 40e-6, 1e-3, &mut random);
+    let fit = fit_points(&boards).unwrap();
+    let twice: Vec<Vec<Vector3<f64>>> = boards.iter().map(|b| b.iter().chain(b).copied().collect()).collect();
+    let doubled = fit_points(&twice).unwrap();
+    // The same points again say nothing new.
+    let change = doubled.covariance.diagonal().component_div(&fit.covariance.diagonal());
+    assert!(change.iter().all(|c| (c - 1.0).abs() < 1e-6), "{change}");
+    let by_jackknife = jackknife(&boards, &fit.plane).unwrap();
+    let sigma = fit.covariance.diagonal().map(f64::sqrt);
+    for k in 0..3 {
+        // Two estimates of one spread from 18 boards: each is uncertain by 1/sqrt(2 × 15) = 18 %, and they share the data.
+        assert!((sigma[k] / by_jackknife[k] - 1.0).abs() < 0.4, "{} against {}", sigma[k], by_jackknife[k]);
+    }
+}
+
+#[test]
+fn a_tilted_board_is_named() {
+    let mut random = ChaCha12Rng::seed_from_u64(6);
+    let mut boards = stripes(15, 20e-6, 2e-4, &mut random);
+    let normal = plane().normal().into_inner();
+    let middle = boards[9].iter().sum::<Vector3<f64>>() / 100.0;
+    let along = sheet_tilt::axes(&plane()).column(0).into_owned();
+    for point in &mut boards[9] {
+        *point += normal * (along.dot(&(*point - middle)) * 5e-3);
+    }
+    let fit = fit_points(&boards).unwrap();
+    let worst =
+        (0..15).max_by(|a, b| fit.boards[*a].z[1].abs().total_cmp(&fit.boards[*b].z[1].abs())).unwrap();
+    assert_eq!(worst, 9);
+    assert!(fit.boards[9].z[1].abs() > 3.0, "{:?}", fit.boards[9]);
+}
+
+#[test]
+fn what_fixes_no_plane_is_refused() {
+    let mut random = ChaCha12Rng::seed_from_u64(7);
+    let boards = stripes(3, 1e-5, 1e-4, &mut random);
+    assert_eq!(fit_points(&boards).unwrap_err(), Error::TooFewBoards { found: 3, needed: 4 });
+    let one = stripes(1, 0.0, 0.0, &mut random).remove(0);
+    let same: Vec<Vec<Vector3<f64>>> = (0..6).map(|_| one.clone()).collect();
+    assert_eq!(fit_points(&same).unwrap_err(), Error::OneLine);
+}
+
+/// The public laser-plane data of the paper's authors, which has no licence and is no part of this repository.
+fn public_boards() -> Option<Vec<Vec<Vector3<f64>>>> {
+    let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/lvs_st_calib");
+    let folder =
+        std::env::var_os("TRUELINE_LVS_ST_CALIB").map_or_else(|| PathBuf::from(beside), PathBuf::from);
+    let file = folder.join("pattern_3dpoint.txt");
+    let Ok(text) = std::fs::read_to_string(&file) else {
+        eprintln!("SKIPPED: public_data: there is no {}", file.display());
+        return None;
+    };
+    let numbers = text.split_whitespace().map(|x| x.parse::<f64>().unwrap() / 1000.0).collect::<Vec<_>>();
+    let points: Vec<Vector3<f64>> = numbers.chunks_exact(3).map(Vector3::from_column_slice).collect();
+    Some(points.chunks_exact(400).map(<[Vector3<f64>]>::to_vec).collect())
+}
+
+#[test]
+fn public_data_of_the_laser_plane_is_fitted_with_the_uncertainty_of_its_boards() {
+    let Some(boards) = public_boards() else { return };
+    assert_eq!(boards.len(), 18);
+    let fit = fit_points(&boards).unwrap();
+    // An independent orthogonal fit in numpy gives n (−0.0153205, −0.9045506, 0.4260910), d 55.7067 mm, rms 0.0286955 mm.
+    let expected = Vector3::new(-0.015_320_5, -0.904_550_6, 0.426_091_0);
+    let normal = fit.plane.normal().into_inner();
+    let angle_deg = normal.cross(&expected).norm().atan2(normal.dot(&expected)).to_degrees();
+    assert!(angle_deg < 0.02, "{angle_deg}°");
+    assert!((fit.plane.offset() - 0.055_706_7).abs() < 1e-5, "{}", fit.plane.offset());
+    assert!((fit.rms_m - 2.869_55e-5).abs() < 1e-8, "{}", fit.rms_m);
+    let by_jackknife = jackknife(&boards, &fit.plane).unwrap();
+    let sigma = fit.covariance.diagonal().map(f64::sqrt);
+    for k in 0..3 {
+        assert!((sigma[k] / by_jackknife[k] - 1.0).abs() < 0.3, "{} against {}", sigma[k], by_jackknife[k]);
+    }
+    // By the jackknife, elsewhere: ±0.135° about the stripe, ±0.0076 mm in the middle of the points.
+    assert!((sigma.y.to_degrees() / 0.135 - 1.0).abs() < 0.3, "{}", sigma.y.to_degrees());
+    assert!((fit.middle_sigma_m / 0.0076e-3 - 1.0).abs() < 0.3, "{}", fit.middle_sigma_m);
+}
+
+#[test]
+fn pictures_give_the_plane_with_an_honest_covariance() {
+    let camera = camera();
+    let mut covariance = SMatrix::<f64, 9, 9>::zeros();
+    for (k, sigma) in [0.5, 0.5, 0.5, 0.5, 2e-3, 8e-3, 1e-4, 1e-4].into_iter().enumerate() {
+        covariance[(k, k)] = sigma * sigma;
+    }
+    let (sets, mut sum) = (40, 0.0);
+    for seed in 0..sets {
+        let mut random = ChaCha12Rng::seed_from_u64(1000 + seed);
+        // What is known of the camera is off by as much as it says.
+        let mut known = trueline_sensor::projection::to_vector(&camera);
+        for k in 0..8 {
+            let z: f64 = StandardNormal.sample(&mut random);
+            known[k] += z * covariance[(k, k)].sqrt();
+        }
+        let known = trueline_sensor::projection::from_vector(camera.size, &known);
+        let views: Vec<StripedView> = striped_poses(10)
+            .iter()
+            .map(|pose| StripedView {
+                view: view(&camera, pose, 0.15, &mut random),
+                stripe: stripe(&camera, pose, 0.2, &mut random),
+            })
+            .collect();
+        let fit = fit_joint(&KnownCamera { camera: known, covariance }, &board(), &views).unwrap();
+        let error = off(&fit.plane().unwrap());
+        let of_plane: nalgebra::Matrix3<f64> = fit.covariance.fixed_view::<3, 3>(9, 9).into();
+        sum += error.dot(&(of_plane.try_inverse().unwrap() * error)) / 3.0;
+    }
+    // Forty sets of three numbers: a spread of sqrt(2/120) = 0.13 about one. Flatness is estimated where there is none,
+    // which makes the covariance a little too large.
+    let nees = sum / sets as f64;
+    assert!((0.6..1.4).contains(&nees), "NEES {nees}");
+}

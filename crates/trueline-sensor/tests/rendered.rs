@@ -1,0 +1,121 @@
+//! Rendered pictures of a board: corners, camera, stripe and plane, from gray levels to the result.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod scenes;
+
+use nalgebra::{SMatrix, Vector2};
+use scenes::{board, camera, plane, poses, striped_poses};
+use trueline_dataset::{GrayImage, Pixels};
+use trueline_geometry::Pose;
+use trueline_sensor::intrinsics::{DistortionModel, fit};
+use trueline_sensor::laser_plane::{KnownCamera, StripedView, fit_joint, joint, stripe};
+use trueline_sensor::projection::{project_from_board, to_vector};
+use trueline_sensor::{Board, Gray, View, chessboard};
+use trueline_sim::boards::{BoardScene, Stripe, render};
+
+fn scene(pose: Pose, stripe: Option<Stripe>) -> BoardScene {
+    BoardScene {
+        camera: camera(),
+        camera_from_board: pose,
+        corners: [board().columns, board().rows],
+        square_m: board().square_m,
+        levels: [40.0, 150.0, 90.0],
+        blur_px: 0.8,
+        noise: 2.0,
+        stripe,
+    }
+}
+
+fn gray(image: &GrayImage) -> Gray {
+    let Pixels::Eight(levels) = &image.pixels else { panic!("eight bits were rendered") };
+    Gray::new(image.width, image.height, levels.iter().map(|l| f32::from(*l)).collect()).unwrap()
+}
+
+fn laser() -> Stripe {
+    Stripe { laser_plane_in_camera: plane(), brightness: 100.0, thickness_m: 0.4e-3 }
+}
+
+/// Poses whose whole board is in the picture.
+fn whole(count: usize) -> Vec<Pose> {
+    let inside = |p: &Vector2<f64>| p.x > 25.0 && p.y > 25.0 && p.x < 615.0 && p.y < 455.0;
+    let seen = |pose: &Pose| {
+        (0..board().rows).all(|row| {
+            (0..board().columns).all(|column| {
+                let point = board().corner(column, row);
+                project_from_board(&camera(), pose, &point).is_some_and(|seen| inside(&seen.pixel))
+            })
+        })
+    };
+    poses(80).into_iter().filter(seen).take(count).collect()
+}
+
+/// Distances between the corners that were found and the nearest true ones, px: the board may be counted from its other end.
+fn distances(view: &View, pose: &Pose) -> Vec<f64> {
+    let truth: Vec<Vector2<f64>> = (0..board().rows)
+        .flat_map(|row| (0..board().columns).map(move |column| board().corner(column, row)))
+        .map(|point| project_from_board(&camera(), pose, &point).unwrap().pixel)
+        .collect();
+    let nearest = |p: &Vector2<f64>| truth.iter().map(|t| (t - p).norm()).fold(f64::INFINITY, f64::min);
+    view.corners.iter().map(|corner| nearest(&corner.pixel)).collect()
+}
+
+#[test]
+fn every_corner_is_found_to_a_few_hundredths_of_a_pixel_and_the_camera_follows() {
+    let mut views = Vec::new();
+    for (k, pose) in whole(10).iter().enumerate() {
+        let picture = gray(&render(&scene(*pose, None), k as u64));
+        let view = chessboard::find(&picture, &board()).unwrap();
+        assert!(view.complete, "picture {k}: {} corners", view.corners.len());
+        let off = distances(&view, pose);
+        let rms = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();
+        assert!(rms < 0.08, "picture {k}: {rms} px");
+        views.push(view);
+    }
+    let fit = fit(camera().size, &board(), &views, Some(DistortionModel::K1K2P1P2)).unwrap();
+    assert!(fit.rms_px < 0.08, "{} px", fit.rms_px);
+    let off = to_vector(&fit.state.camera) - to_vector(&camera());
+    for k in 0..8 {
+        // Eight numbers, none beyond 4.5 standard deviations.
+        assert!(off[k].abs() < 4.5 * fit.sigma()[k], "parameter {k}: {} ± {}", off[k], fit.sigma()[k]);
+    }
+}
+
+#[test]
+fn a_board_of_another_size_and_a_picture_without_one_are_told() {
+    let pose = whole(1)[0];
+    let picture = gray(&render(&scene(pose, None), 1));
+    let smaller = Board { columns: 7, rows: 5, square_m: 0.02 };
+    let error = chessboard::find(&picture, &smaller).unwrap_err();
+    assert!(matches!(error, chessboard::NoBoard::OtherSize { columns: 9, rows: 6, .. }), "{error}");
+    let empty = Gray::new(320, 240, vec![90.0; 320 * 240]).unwrap();
+    assert_eq!(chessboard::find(&empty, &board()).unwrap_err(), chessboard::NoBoard::Nothing);
+}
+
+#[test]
+fn the_plane_follows_from_stripes_on_boards_alone_and_in_pairs() {
+    for pairs in [false, true] {
+        let mut views = Vec::new();
+        for (k, pose) in striped_poses(9).iter().enumerate() {
+            let lit = gray(&render(&scene(*pose, Some(laser())), 50 + k as u64));
+            let dark = gray(&render(&scene(*pose, None), 90 + k as u64));
+            let view = chessboard::find(if pairs { &dark } else { &lit }, &board()).unwrap();
+            let found = joint::pose_of(&camera(), &board(), &view).unwrap();
+            let outline = joint::outline(&camera(), &board(), &found);
+            let shown = if pairs { lit.less(&dark).unwrap() } else { lit };
+            let stripe = stripe::find(&shown, &camera(), &outline);
+            if !stripe.is_empty() {
+                views.push(StripedView { view, stripe });
+            }
+        }
+        assert!(views.len() >= 5, "{} boards with a stripe", views.len());
+        let exact = KnownCamera { camera: camera(), covariance: SMatrix::zeros() };
+        let fit = fit_joint(&exact, &board(), &views).unwrap();
+        let found = fit.plane().unwrap();
+        let tilt = found.normal().cross(plane().normal()).norm().to_degrees();
+        let sigma = fit.covariance[(9, 9)].max(fit.covariance[(10, 10)]).sqrt().to_degrees();
+        assert!(tilt < 4.5 * sigma && tilt < 0.1, "pairs {pairs}: {tilt} ± {sigma}°");
+        let off = (found.offset() - plane().offset()).abs();
+        let sigma = fit.covariance[(11, 11)].sqrt();
+        assert!(off < 4.5 * sigma && off < 0.5e-3, "pairs {pairs}: {off} ± {sigma} m");
+    }
+}
