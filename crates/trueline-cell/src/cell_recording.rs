@@ -9,7 +9,7 @@ use std::sync::Arc;
 use trueline_dataset::RobotSample;
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::StepWatch;
-use trueline_live::{Heard, HostClock, LinkWatch};
+use trueline_live::{HostClock, LinkWatch, Received};
 use trueline_mcap::{About, Entry, NoteEntry, NoteLevel, RecordError, Recorder, RecorderHandle};
 
 /// Name of the recording in its folder.
@@ -131,7 +131,7 @@ impl CellRecording {
     }
 
     /// Keeps a datagram.
-    pub fn datagram(&mut self, heard: &Heard<'_>) {
+    pub fn datagram(&mut self, heard: &Received<'_>) {
         self.watch.note(heard);
         match heard.judged {
             Ok((frame, _)) if self.estimate.is_some() => {

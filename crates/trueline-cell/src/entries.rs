@@ -5,14 +5,14 @@ use trueline_camera::{CameraFrame, FrameStatus, LatchSample};
 use trueline_dataset::{RobotSample, gray_png};
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::Reading;
-use trueline_live::{Heard, RobotFrame};
+use trueline_live::{Received, RobotFrame};
 use trueline_mcap::{
     AnswerEntry, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, RejectedEntry, RobotEntry,
 };
 
 /// A datagram, used or not.
 #[must_use]
-pub fn datagram(heard: &Heard<'_>) -> Entry {
+pub fn datagram(heard: &Received<'_>) -> Entry {
     let datagram = &heard.datagram;
     let (bytes, from, steady_ns) = (datagram.bytes.to_vec(), datagram.from, datagram.arrival.steady_ns);
     match heard.judged {

@@ -1,10 +1,10 @@
-//! The PC's side of EGM: hears everything that waits, and answers the newest frame alone.
+//! The PC's side of EGM: receives everything that waits, and answers the newest frame alone.
 //!
 //! The controller reads one answer a cycle from its queue. Whoever answers every frame of a backlog hands it commands
 //! that grow older and older.
 
+use crate::frame_filter::{FrameFilter, Rejection, SequenceStatus};
 use crate::host_clock::HostClock;
-use crate::intake::{Intake, Rejection, Standing};
 use crate::robot_frame::RobotFrame;
 use crate::stamped_socket::{Arrival, Datagram, StampedSocket};
 use std::io;
@@ -13,11 +13,11 @@ use std::time::Duration;
 
 /// A datagram and what became of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Heard<'a> {
+pub struct Received<'a> {
     /// As it came.
     pub datagram: Datagram<'a>,
     /// What it is, or why it is not used.
-    pub judged: Result<(RobotFrame, Standing), Rejection>,
+    pub judged: Result<(RobotFrame, SequenceStatus), Rejection>,
 }
 
 /// The frame to answer.
@@ -25,7 +25,7 @@ pub struct Heard<'a> {
 pub struct Newest {
     /// What it says.
     pub frame: RobotFrame,
-    /// It, or one that was heard with it, is the first of a session.
+    /// It, or one that was received with it, is the first of a session.
     pub is_first: bool,
     /// Whose it is.
     pub from: SocketAddr,
@@ -33,7 +33,7 @@ pub struct Newest {
     pub arrival: Arrival,
 }
 
-/// Most datagrams heard before the newest is answered: a flood must not keep the robot waiting.
+/// Most datagrams received before the newest is answered: a flood must not keep the robot waiting.
 const MOST_AT_ONCE: usize = 256;
 
 /// Most datagrams left unheard at once: more than a receive buffer holds.
@@ -42,16 +42,16 @@ const MOST_FORGOTTEN: usize = 100_000;
 /// A bound socket and what it knows of the robot.
 pub struct Endpoint {
     socket: StampedSocket,
-    intake: Intake,
+    frame_filter: FrameFilter,
 }
 
 impl Endpoint {
-    /// Listens at an address of this machine; to one robot, or to the first that is heard.
+    /// Binds to an address of this machine; accepts one robot, or the first that sends a valid frame.
     ///
     /// # Errors
     /// What the operating system says.
     pub fn bind(address: SocketAddr, robot: Option<IpAddr>, clock: HostClock) -> io::Result<Self> {
-        Ok(Self { socket: StampedSocket::bind(address, clock)?, intake: Intake::new(robot) })
+        Ok(Self { socket: StampedSocket::bind(address, clock)?, frame_filter: FrameFilter::new(robot) })
     }
 
     /// Where it listens.
@@ -64,8 +64,8 @@ impl Endpoint {
 
     /// What has been accepted and rejected.
     #[must_use]
-    pub fn intake(&self) -> &Intake {
-        &self.intake
+    pub fn frame_filter(&self) -> &FrameFilter {
+        &self.frame_filter
     }
 
     /// The clocks that stamp.
@@ -78,20 +78,21 @@ impl Endpoint {
     ///
     /// # Errors
     /// What the operating system says.
-    pub fn hear(
+    pub fn receive(
         &mut self,
         timeout: Duration,
-        mut each: impl FnMut(&Heard<'_>),
+        mut each: impl FnMut(&Received<'_>),
     ) -> io::Result<Option<Newest>> {
-        let Self { socket, intake } = self;
+        let Self { socket, frame_filter } = self;
         let mut newest: Option<Newest> = None;
         let mut waiting = socket.wait(timeout)?;
         for _ in 0..MOST_AT_ONCE {
             let Some(datagram) = waiting else { break };
-            let judged = intake.judge(datagram.bytes, datagram.from, datagram.arrival.steady_ns);
-            each(&Heard { datagram, judged });
-            if let Ok((frame, standing @ (Standing::First | Standing::Newest { .. }))) = judged {
-                let is_first = standing == Standing::First || newest.is_some_and(|before| before.is_first);
+            let judged = frame_filter.judge(datagram.bytes, datagram.from, datagram.arrival.steady_ns);
+            each(&Received { datagram, judged });
+            if let Ok((frame, status @ (SequenceStatus::First | SequenceStatus::Newest { .. }))) = judged {
+                let is_first =
+                    status == SequenceStatus::First || newest.is_some_and(|before| before.is_first);
                 newest = Some(Newest { frame, is_first, from: datagram.from, arrival: datagram.arrival });
             }
             waiting = socket.next_waiting()?;
@@ -103,7 +104,7 @@ impl Endpoint {
     ///
     /// # Errors
     /// What the operating system says.
-    pub fn forget_waiting(&mut self) -> io::Result<()> {
+    pub fn discard_waiting(&mut self) -> io::Result<()> {
         for _ in 0..MOST_FORGOTTEN {
             if self.socket.next_waiting()?.is_none() {
                 break;

@@ -1,11 +1,11 @@
-//! The loop that leads the robot: hears, asks the gate, answers the newest frame.
+//! The loop that guides the robot: receives frames, asks the gate, answers the newest frame.
 //!
-//! Nothing in it waits for anybody but the robot. Who looks on (recorder, display) is called with what was heard and sent;
+//! Nothing in it waits for anybody but the robot. Who looks on (recorder, display) is called with what was received and sent;
 //! should they panic, the scan is stopped smoothly all the same.
 
 use crate::egm::{Axes, EgmPose, Header, MessageKind, SensorMessage};
-use crate::endpoint::{Endpoint, Heard, Newest};
-use crate::motion::{Ending, Gate, GateState, HeardFrame, Input, Phase, Reference, Wish};
+use crate::endpoint::{Endpoint, Newest, Received};
+use crate::motion::{EndReason, Gate, GateState, Input, OperatorCommand, Phase, ReceivedFrame, Reference};
 use std::io;
 use std::net::SocketAddr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -13,9 +13,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Looks on.
-pub trait Onlooker {
+pub trait Observer {
     /// A datagram came.
-    fn heard(&mut self, heard: &Heard<'_>);
+    fn received(&mut self, received: &Received<'_>);
 
     /// An answer was sent, at a steady time, ns.
     fn answered(&mut self, answer: &Answer);
@@ -45,20 +45,20 @@ pub struct Answer {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
     /// Why it ended.
-    pub ending: Ending,
-    /// Holds of the ride because this program was late.
+    pub end_reason: EndReason,
+    /// Holds of the motion because this program was late.
     pub pauses: u32,
     /// Frames that were not believed.
     pub jumps: u32,
     /// Answers that could not be sent.
     pub unsent: u64,
     /// Somebody who looked on panicked.
-    pub onlooker_panicked: bool,
+    pub observer_panicked: bool,
     /// The controller said last that the robot was near its reference.
     pub was_converged: bool,
 }
 
-/// Leads a robot.
+/// Guides a robot.
 pub struct Guide {
     endpoint: Endpoint,
     gate: Gate,
@@ -85,7 +85,7 @@ const TICK: Duration = Duration::from_millis(4);
 const LAST_WORDS: u32 = 3;
 
 impl Guide {
-    /// Will lead whoever the endpoint hears, along the gate's path; then hold.
+    /// Will guide the robot that the endpoint receives along the path of the gate, then hold.
     #[must_use]
     pub fn new(endpoint: Endpoint, gate: Gate, patience: Patience) -> Self {
         Self {
@@ -100,68 +100,73 @@ impl Guide {
         }
     }
 
-    /// Runs until the scan is over, however it ends. `wish` is asked before every step.
+    /// Runs until the scan is over, however it ends. `command` is asked before every step.
     ///
     /// # Errors
     /// The socket cannot be read any more; the robot was told to rest.
     pub fn run(
         &mut self,
-        mut wish: impl FnMut() -> Wish,
-        onlooker: &mut impl Onlooker,
+        mut command: impl FnMut() -> OperatorCommand,
+        observer: &mut impl Observer,
     ) -> io::Result<Outcome> {
         self.began = Instant::now();
         loop {
-            let wished = if self.panicked { wish().max(Wish::Stop) } else { wish() };
-            let step = catch_unwind(AssertUnwindSafe(|| self.step(wished, onlooker)));
+            let commanded = if self.panicked { command().max(OperatorCommand::Stop) } else { command() };
+            let step = catch_unwind(AssertUnwindSafe(|| self.step(commanded, observer)));
             let step = step.unwrap_or_else(|_| Err(io::Error::other("a step of the guidance panicked")));
             let ended = match step {
                 Ok(None) => continue,
-                Ok(Some(ending)) => Ok(ending),
+                Ok(Some(end_reason)) => Ok(end_reason),
                 Err(error) => Err(error),
             };
-            self.say_last_words(onlooker);
-            return ended.map(|ending| Outcome {
-                ending,
+            self.say_last_words(observer);
+            return ended.map(|end_reason| Outcome {
+                end_reason,
                 pauses: self.state.pauses,
                 jumps: self.state.jumps,
                 unsent: self.unsent,
-                onlooker_panicked: self.panicked,
+                observer_panicked: self.panicked,
                 was_converged: self.state.was_converged(),
             });
         }
     }
 
-    fn step(&mut self, wish: Wish, onlooker: &mut impl Onlooker) -> io::Result<Option<Ending>> {
+    fn step(
+        &mut self,
+        command: OperatorCommand,
+        observer: &mut impl Observer,
+    ) -> io::Result<Option<EndReason>> {
         let panicked = &mut self.panicked;
-        let newest = self.endpoint.hear(TICK, |heard| watched(panicked, || onlooker.heard(heard)))?;
+        let newest =
+            self.endpoint.receive(TICK, |received| watched(panicked, || observer.received(received)))?;
         let now_ns = self.endpoint.clock().read().steady_ns;
-        let heard = newest.map(|Newest { frame, is_first, arrival, .. }| HeardFrame {
+        let received = newest.map(|Newest { frame, is_first, arrival, .. }| ReceivedFrame {
             frame,
             arrival_ns: arrival.steady_ns,
             is_first,
         });
-        let (state, reference) = self.gate.step(self.state, &Input { heard, now_ns, wish });
+        let (state, reference) = self.gate.step(self.state, &Input { received, now_ns, command });
         self.state = state;
         if let Some(reference) = reference {
-            self.say(&reference, heard.map(|heard| heard.arrival_ns), onlooker);
+            self.say(&reference, received.map(|received| received.arrival_ns), observer);
         }
         let state = self.state;
-        watched(&mut self.panicked, || onlooker.stepped(&state));
-        Ok(self.ended(now_ns, wish, heard.is_some()))
+        watched(&mut self.panicked, || observer.stepped(&state));
+        Ok(self.ended(now_ns, command, received.is_some()))
     }
 
-    fn say(&mut self, reference: &Reference, frame_ns: Option<i64>, onlooker: &mut impl Onlooker) {
-        let Some(robot) = self.endpoint.intake().robot() else { return };
+    fn say(&mut self, reference: &Reference, frame_ns: Option<i64>, observer: &mut impl Observer) {
+        let Some(robot) = self.endpoint.frame_filter().robot() else { return };
         if let Some(answer) = self.answer(robot, reference, frame_ns) {
-            watched(&mut self.panicked, || onlooker.answered(&answer));
+            watched(&mut self.panicked, || observer.answered(&answer));
         }
     }
 
     /// Whatever ended it: if the last that was sent was a movement, the robot is told to rest; and told again.
-    fn say_last_words(&mut self, onlooker: &mut impl Onlooker) {
+    fn say_last_words(&mut self, observer: &mut impl Observer) {
         let Some(last) = self.state.last_sent() else { return };
         for _ in 0..LAST_WORDS {
-            self.say(&Reference::rest(last.base_from_tool), None, onlooker);
+            self.say(&Reference::rest(last.base_from_tool), None, observer);
             thread::sleep(TICK);
         }
     }
@@ -180,18 +185,19 @@ impl Guide {
         Some(Answer { bytes, to, steady_ns, since_frame_ns, sequence: self.sequence, reference: *reference })
     }
 
-    fn ended(&self, now_ns: i64, wish: Wish, heard: bool) -> Option<Ending> {
+    fn ended(&self, now_ns: i64, command: OperatorCommand, received: bool) -> Option<EndReason> {
         match self.state.phase {
             Phase::Silent { why } => Some(why),
             Phase::Holding { since_ns, why, .. } => {
                 let held_ns = u128::try_from(now_ns - since_ns).unwrap_or(0);
                 (held_ns >= self.patience.hold.as_nanos()).then_some(why)
             }
-            Phase::Waiting if wish != Wish::Go && !heard => Some(Ending::Stopped),
-            Phase::Waiting if self.began.elapsed() > self.patience.armed => Some(Ending::NeverBegan),
-            Phase::Waiting | Phase::Riding { .. } | Phase::Interrupted { .. } | Phase::Stopping { .. } => {
-                None
-            }
+            Phase::Waiting if command != OperatorCommand::Go && !received => Some(EndReason::Stopped),
+            Phase::Waiting if self.began.elapsed() > self.patience.armed => Some(EndReason::NeverBegan),
+            Phase::Waiting
+            | Phase::Travelling { .. }
+            | Phase::Interrupted { .. }
+            | Phase::Stopping { .. } => None,
         }
     }
 }

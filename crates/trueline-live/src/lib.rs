@@ -1,15 +1,15 @@
 //! The robot live: ABB EGM on the wire, a gate before every command, and a simulated controller.
 //!
-//! By default the PC only listens ([`endpoint`]). What it hears is checked ([`intake`]), stamped by the kernel
+//! By default the PC only listens ([`endpoint`]). What it receives is checked ([`frame_filter`]), stamped by the kernel
 //! ([`stamped_socket`]) and handed to a recorder. Motion passes [`motion::Gate`]. [`controller`] is the other side: a
 //! robot controller that runs in virtual time for tests and in real time for other people's programs.
 
 pub mod controller;
 pub mod egm;
 pub mod endpoint;
+pub mod frame_filter;
 pub mod guide;
 pub mod host_clock;
-pub mod intake;
 pub mod link_watch;
 pub mod motion;
 pub mod rapid;
@@ -18,10 +18,10 @@ pub mod robot_frame;
 pub mod stamped_socket;
 mod wait;
 
-pub use endpoint::{Endpoint, Heard, Newest};
+pub use endpoint::{Endpoint, Newest, Received};
+pub use frame_filter::{FrameFilter, Rejection, SequenceStatus};
 pub use guide::Guide;
 pub use host_clock::HostClock;
-pub use intake::{Intake, Rejection, Standing};
 pub use link_watch::LinkWatch;
 pub use reply_times::ReplyTimes;
 pub use robot_frame::RobotFrame;

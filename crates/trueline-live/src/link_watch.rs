@@ -1,7 +1,7 @@
 //! Who talks, how regularly, and what is lost: the answer to "no data from the UdpUc device".
 
-use crate::endpoint::Heard;
-use crate::intake::{Rejection, Standing};
+use crate::endpoint::Received;
+use crate::frame_filter::{Rejection, SequenceStatus};
 use crate::robot_frame::RobotFrame;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::SocketAddr;
@@ -98,46 +98,46 @@ pub struct LinkReport {
 
 impl LinkWatch {
     /// Takes notice of a datagram.
-    pub fn note(&mut self, heard: &Heard<'_>) {
-        let datagram = &heard.datagram;
+    pub fn note(&mut self, received: &Received<'_>) {
+        let datagram = &received.datagram;
         self.dropped_by_kernel = datagram.dropped_by_kernel;
         self.without_kernel_stamp += u64::from(datagram.arrival.kernel_wall_ns.is_none());
         if self.talkers.len() < MOST_TALKERS || self.talkers.contains_key(&datagram.from) {
             let talker = self.talkers.entry(datagram.from).or_default();
             talker.datagrams += 1;
-            match &heard.judged {
+            match &received.judged {
                 Ok(_) => talker.accepted += 1,
                 Err(reason) => *talker.rejected.entry(reason.to_string()).or_default() += 1,
             }
         } else {
             self.unlisted += 1;
         }
-        match heard.judged {
-            Ok((frame, standing)) => {
-                self.note_frame(datagram.from, frame, standing, datagram.arrival.steady_ns);
+        match received.judged {
+            Ok((frame, status)) => {
+                self.note_frame(datagram.from, frame, status, datagram.arrival.steady_ns);
             }
             Err(Rejection::Repeated) => self.repeated += 1,
             Err(_) => {}
         }
     }
 
-    fn note_frame(&mut self, from: SocketAddr, frame: RobotFrame, standing: Standing, steady_ns: i64) {
+    fn note_frame(&mut self, from: SocketAddr, frame: RobotFrame, status: SequenceStatus, steady_ns: i64) {
         self.frames += 1;
         self.contradictions += u64::from(frame.attitudes_differ);
-        match standing {
-            Standing::First => {
+        match status {
+            SequenceStatus::First => {
                 self.sessions += 1;
                 // Another session may have another clock.
                 self.recent.clear();
             }
-            Standing::Newest { skipped } => self.skipped += u64::from(skipped),
-            Standing::Late => self.late += 1,
+            SequenceStatus::Newest { skipped } => self.skipped += u64::from(skipped),
+            SequenceStatus::Late => self.late += 1,
         }
         if let Some(last_ns) = self.last_ns {
             self.longest_gap_ns = self.longest_gap_ns.max(steady_ns - last_ns);
         }
         self.last_ns = Some(steady_ns);
-        if standing != Standing::Late {
+        if status != SequenceStatus::Late {
             self.robot = Some((from, frame));
         }
         if self.recent.len() == RECENT {

@@ -1,4 +1,4 @@
-//! Whatever is heard, no command outside the limits leaves the gate; and every kind of exit ends in rest.
+//! Whatever is received, no command outside the limits leaves the gate; and every kind of exit ends in rest.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod common;
@@ -11,7 +11,8 @@ use trueline_geometry::{Pose, so3};
 use trueline_live::RobotFrame;
 use trueline_live::egm::{Generation, MciState, MotorState, RapidState};
 use trueline_live::motion::{
-    CheckedPath, Ending, Gate, GateState, HeardFrame, Input, MotionLimits, PathError, Phase, Reference, Wish,
+    CheckedPath, EndReason, Gate, GateState, Input, MotionLimits, OperatorCommand, PathError, Phase,
+    ReceivedFrame, Reference,
 };
 
 const PERIOD_S: f64 = 0.004_032;
@@ -73,16 +74,16 @@ impl Follower {
         Self { gate, state: GateState::default(), robot, k: 0, sent: Vec::new() }
     }
 
-    fn tick(&mut self, wish: Wish, change: impl FnOnce(&mut RobotFrame)) -> Option<Reference> {
+    fn tick(&mut self, command: OperatorCommand, change: impl FnOnce(&mut RobotFrame)) -> Option<Reference> {
         let mut frame = frame(self.k, self.robot);
         change(&mut frame);
-        self.input(Some(frame), wish)
+        self.input(Some(frame), command)
     }
 
-    fn input(&mut self, frame: Option<RobotFrame>, wish: Wish) -> Option<Reference> {
+    fn input(&mut self, frame: Option<RobotFrame>, command: OperatorCommand) -> Option<Reference> {
         let now_ns = self.k * PERIOD_NS;
-        let heard = frame.map(|frame| HeardFrame { frame, arrival_ns: now_ns, is_first: self.k == 0 });
-        let input = Input { heard, now_ns, wish };
+        let received = frame.map(|frame| ReceivedFrame { frame, arrival_ns: now_ns, is_first: self.k == 0 });
+        let input = Input { received, now_ns, command };
         let (state, sent) = self.gate.step(self.state, &input);
         self.state = state;
         if let Some(reference) = sent {
@@ -95,11 +96,11 @@ impl Follower {
 
     fn go(&mut self, ticks: usize) {
         for _ in 0..ticks {
-            self.tick(Wish::Go, |_| {});
+            self.tick(OperatorCommand::Go, |_| {});
         }
     }
 
-    fn ending(&self) -> Option<Ending> {
+    fn end_reason(&self) -> Option<EndReason> {
         match self.state.phase {
             Phase::Holding { why, .. } | Phase::Silent { why } => Some(why),
             _ => None,
@@ -116,7 +117,7 @@ impl Follower {
 fn travels_the_path_from_rest_to_rest_within_every_limit() {
     let mut robot = Follower::new();
     robot.go(2500);
-    assert_eq!(robot.ending(), Some(Ending::Travelled));
+    assert_eq!(robot.end_reason(), Some(EndReason::Travelled));
     assert!(robot.last_is_rest());
     let end = robot.gate.path().at(robot.gate.path().duration_s()).base_from_tool;
     // It stops at most two steps before the end: two periods of path time at full rate.
@@ -158,7 +159,7 @@ fn begins_where_the_robot_is() {
         assert!((sent.base_from_tool.translation.vector - start.translation.vector).norm() < 1e-5);
         assert!(sent.base_from_tool.rotation.angle_to(&start.rotation) < 1e-5);
     }
-    // And the ride goes on from there: it has hardly begun to move after ten frames.
+    // And the motion goes on from there: it has hardly begun to move after ten frames.
     robot.go(40);
     let first = robot.sent.iter().position(|(_, sent)| !sent.is_rest()).unwrap();
     for (_, sent) in &robot.sent[first..first + 5] {
@@ -166,15 +167,15 @@ fn begins_where_the_robot_is() {
         assert!(sent.base_from_tool.rotation.angle_to(&start.rotation) < 1e-3);
     }
     robot.go(2500);
-    assert_eq!(robot.ending(), Some(Ending::Travelled));
+    assert_eq!(robot.end_reason(), Some(EndReason::Travelled));
 }
 
 #[test]
 fn nothing_is_sent_before_the_robot_was_heard_twice() {
     let mut robot = Follower::new();
-    assert_eq!(robot.input(None, Wish::Go), None);
-    assert_eq!(robot.tick(Wish::Go, |_| {}), None);
-    assert!(robot.tick(Wish::Go, |_| {}).is_some());
+    assert_eq!(robot.input(None, OperatorCommand::Go), None);
+    assert_eq!(robot.tick(OperatorCommand::Go, |_| {}), None);
+    assert!(robot.tick(OperatorCommand::Go, |_| {}).is_some());
 }
 
 #[test]
@@ -183,7 +184,7 @@ fn nothing_begins_too_far_from_the_path() {
     robot.robot.translation.vector.y += 0.02;
     let start = robot.robot;
     robot.go(100);
-    assert!(matches!(robot.ending(), Some(Ending::StartTooFar { .. })));
+    assert!(matches!(robot.end_reason(), Some(EndReason::StartTooFar { .. })));
     assert!(robot.sent.iter().all(|(_, r)| r.base_from_tool == start) && robot.last_is_rest());
 }
 
@@ -199,12 +200,12 @@ fn waits_and_echoes_until_the_controller_is_ready() {
         let mut robot = Follower::new();
         let start = robot.robot;
         for _ in 0..100 {
-            robot.tick(Wish::Go, change);
+            robot.tick(OperatorCommand::Go, change);
         }
         assert_eq!(robot.state.phase, Phase::Waiting);
         assert!(robot.sent.iter().all(|(_, r)| *r == Reference::rest(start)));
-        robot.tick(Wish::Go, |f| f.rapid = RapidState::Undefined);
-        assert!(matches!(robot.state.phase, Phase::Riding { .. }));
+        robot.tick(OperatorCommand::Go, |f| f.rapid = RapidState::Undefined);
+        assert!(matches!(robot.state.phase, Phase::Travelling { .. }));
     }
 }
 
@@ -214,9 +215,9 @@ fn a_stop_is_smooth_and_ends_in_rest_on_the_path() {
     robot.go(500);
     let before = robot.sent.len();
     for _ in 0..600 {
-        robot.tick(Wish::Stop, |_| {});
+        robot.tick(OperatorCommand::Stop, |_| {});
     }
-    assert_eq!(robot.ending(), Some(Ending::Stopped));
+    assert_eq!(robot.end_reason(), Some(EndReason::Stopped));
     assert!(robot.last_is_rest());
     let v: Vec<Vector3<f64>> = robot.sent[before - 1..].iter().map(|(_, r)| r.velocity_m_s).collect();
     for pair in v.windows(2) {
@@ -233,24 +234,24 @@ fn silence_is_wished_once_and_ends_with_rest() {
     let mut robot = Follower::new();
     robot.go(500);
     let robot_at = robot.robot;
-    let last = robot.tick(Wish::Silence, |_| {}).unwrap();
+    let last = robot.tick(OperatorCommand::Silence, |_| {}).unwrap();
     assert_eq!(last, Reference::rest(robot_at));
     for _ in 0..100 {
-        assert_eq!(robot.tick(Wish::Go, |_| {}), None);
+        assert_eq!(robot.tick(OperatorCommand::Go, |_| {}), None);
     }
 }
 
 #[test]
 fn what_goes_wrong_on_the_way_holds_the_robot_where_it_is() {
-    type Fault = (fn(&mut RobotFrame), fn(&Ending) -> bool);
+    type Fault = (fn(&mut RobotFrame), fn(&EndReason) -> bool);
     let faults: [Fault; 6] = [
-        (|f| f.motors = MotorState::Off, |e| *e == Ending::LeftGuidance),
-        (|f| f.mci = MciState::Stopped, |e| *e == Ending::LeftGuidance),
-        (|f| f.mci = MciState::Error, |e| *e == Ending::LeftGuidance),
-        (|f| f.rapid = RapidState::Stopped, |e| *e == Ending::LeftGuidance),
-        (|f| f.collided = true, |e| *e == Ending::Collision),
+        (|f| f.motors = MotorState::Off, |e| *e == EndReason::LeftGuidance),
+        (|f| f.mci = MciState::Stopped, |e| *e == EndReason::LeftGuidance),
+        (|f| f.mci = MciState::Error, |e| *e == EndReason::LeftGuidance),
+        (|f| f.rapid = RapidState::Stopped, |e| *e == EndReason::LeftGuidance),
+        (|f| f.collided = true, |e| *e == EndReason::Collision),
         // 2 mm a frame, believable, until it is 30 mm away.
-        (|f| f.base_from_tool.translation.vector.z -= 0.002, |e| matches!(e, Ending::Deviation { .. })),
+        (|f| f.base_from_tool.translation.vector.z -= 0.002, |e| matches!(e, EndReason::Deviation { .. })),
     ];
     for (fault, is_it) in faults {
         let mut robot = Follower::new();
@@ -260,15 +261,15 @@ fn what_goes_wrong_on_the_way_holds_the_robot_where_it_is() {
             let mut frame = frame(robot.k, robot_at);
             fault(&mut frame);
             robot_at = frame.base_from_tool;
-            robot.input(Some(frame), Wish::Go);
+            robot.input(Some(frame), OperatorCommand::Go);
         }
-        assert!(robot.ending().as_ref().is_some_and(is_it), "{:?}", robot.ending());
+        assert!(robot.end_reason().as_ref().is_some_and(is_it), "{:?}", robot.end_reason());
         assert!(robot.last_is_rest());
         // When all is well again, motion does not begin again.
         let held = robot.robot;
         for _ in 0..300 {
             let frame = frame(robot.k, held);
-            robot.input(Some(frame), Wish::Go);
+            robot.input(Some(frame), OperatorCommand::Go);
         }
         assert!((robot.robot.translation.vector - held.translation.vector).norm() < 1e-12);
     }
@@ -278,10 +279,10 @@ fn what_goes_wrong_on_the_way_holds_the_robot_where_it_is() {
 fn a_robot_that_cannot_follow_is_stopped_smoothly() {
     let mut robot = Follower::new();
     robot.go(500);
-    robot.tick(Wish::Go, |f| f.utilization_percent = Some(120.0));
-    assert!(matches!(robot.state.phase, Phase::Stopping { why: Ending::Overload { .. }, .. }));
+    robot.tick(OperatorCommand::Go, |f| f.utilization_percent = Some(120.0));
+    assert!(matches!(robot.state.phase, Phase::Stopping { why: EndReason::Overload { .. }, .. }));
     robot.go(600);
-    assert!(matches!(robot.ending(), Some(Ending::Overload { .. })) && robot.last_is_rest());
+    assert!(matches!(robot.end_reason(), Some(EndReason::Overload { .. })) && robot.last_is_rest());
 }
 
 #[test]
@@ -291,11 +292,11 @@ fn a_silent_robot_gets_one_last_word_and_no_more() {
     let sent = robot.sent.len();
     // 0.24 s: longer than the controller's own timeout.
     for _ in 0..60 {
-        robot.input(None, Wish::Go);
+        robot.input(None, OperatorCommand::Go);
     }
     assert_eq!(robot.sent.len(), sent + 1);
     assert!(robot.last_is_rest());
-    assert!(matches!(robot.ending(), Some(Ending::RobotSilent { .. })));
+    assert!(matches!(robot.end_reason(), Some(EndReason::RobotSilent { .. })));
     robot.go(500);
     assert_eq!(robot.sent.len(), sent + 1, "it comes back, and is not led any more");
 }
@@ -308,36 +309,36 @@ fn after_a_short_silence_the_ride_goes_on_from_rest_if_all_is_as_it_was() {
         let sent = robot.sent.len();
         for _ in 0..12 {
             if with_ticks {
-                robot.input(None, Wish::Go);
+                robot.input(None, OperatorCommand::Go);
             } else {
                 robot.k += 1;
             }
         }
         robot.go(2);
-        assert!(matches!(robot.state.phase, Phase::Riding { .. }), "{:?}", robot.state.phase);
+        assert!(matches!(robot.state.phase, Phase::Travelling { .. }), "{:?}", robot.state.phase);
         assert_eq!(robot.state.pauses, 1);
         let rested = &robot.sent[sent..];
         assert!(rested.iter().all(|(_, r)| *r == Reference::rest(robot.robot)), "at rest where it was");
         robot.go(2500);
-        assert_eq!(robot.ending(), Some(Ending::Travelled));
+        assert_eq!(robot.end_reason(), Some(EndReason::Travelled));
     }
     // Not in another session, not when moved away meanwhile, not when the operator wants it to stop, not unguided.
-    type Change = (fn(&mut RobotFrame), Wish);
+    type Change = (fn(&mut RobotFrame), OperatorCommand);
     let changes: [Change; 4] = [
-        (|f| f.device_ns += 1_000_000_000, Wish::Go),
-        (|f| f.base_from_tool.translation.vector.z += 0.04, Wish::Go),
-        (|_| (), Wish::Stop),
-        (|f| f.mci = MciState::Stopped, Wish::Go),
+        (|f| f.device_ns += 1_000_000_000, OperatorCommand::Go),
+        (|f| f.base_from_tool.translation.vector.z += 0.04, OperatorCommand::Go),
+        (|_| (), OperatorCommand::Stop),
+        (|f| f.mci = MciState::Stopped, OperatorCommand::Go),
     ];
-    for (change, wish) in changes {
+    for (change, command) in changes {
         let mut robot = Follower::new();
         robot.go(500);
         for _ in 0..12 {
-            robot.input(None, Wish::Go);
+            robot.input(None, OperatorCommand::Go);
         }
-        robot.tick(wish, change);
+        robot.tick(command, change);
         robot.go(100);
-        assert!(robot.ending().is_some() && robot.last_is_rest());
+        assert!(robot.end_reason().is_some() && robot.last_is_rest());
     }
 }
 
@@ -347,24 +348,24 @@ fn a_hold_up_pauses_the_ride_without_a_leap() {
     robot.go(500);
     let before = robot.sent.last().unwrap().1;
     robot.k += 3;
-    let after = robot.tick(Wish::Go, |_| {}).unwrap();
+    let after = robot.tick(OperatorCommand::Go, |_| {}).unwrap();
     let leap = (after.base_from_tool.translation.vector - before.base_from_tool.translation.vector).norm();
     assert!(leap <= 0.12 * PERIOD_S, "{leap}");
     assert_eq!(robot.state.pauses, 1);
     robot.go(20);
     assert!(robot.sent.last().unwrap().1.velocity_m_s.norm() < before.velocity_m_s.norm());
     robot.go(2500);
-    assert_eq!(robot.ending(), Some(Ending::Travelled));
+    assert_eq!(robot.end_reason(), Some(EndReason::Travelled));
 }
 
 #[test]
 fn a_leap_of_the_feedback_is_not_believed() {
     let mut robot = Follower::new();
     robot.go(500);
-    let sent = robot.tick(Wish::Go, |f| f.base_from_tool.translation.vector.x += 0.5);
+    let sent = robot.tick(OperatorCommand::Go, |f| f.base_from_tool.translation.vector.x += 0.5);
     assert_eq!((sent, robot.state.jumps), (None, 1));
     robot.go(2500);
-    assert_eq!(robot.ending(), Some(Ending::Travelled));
+    assert_eq!(robot.end_reason(), Some(EndReason::Travelled));
 }
 
 #[test]
@@ -393,7 +394,7 @@ fn paths_outside_the_limits_are_refused_with_the_place() {
 }
 
 #[derive(Clone, Debug)]
-enum Heard {
+enum Received {
     Good,
     Nothing,
     Anywhere([f64; 3], [f64; 3]),
@@ -403,32 +404,32 @@ enum Heard {
     Restart,
 }
 
-fn heard() -> impl Strategy<Value = Heard> {
+fn received() -> impl Strategy<Value = Received> {
     prop_oneof![
-        40 => Just(Heard::Good),
-        2 => Just(Heard::Nothing),
-        1 => (prop::array::uniform3(-3.0..3.0), prop::array::uniform3(-3.0..3.0)).prop_map(|(p, r)| Heard::Anywhere(p, r)),
-        3 => prop::array::uniform3(-0.002..0.002).prop_map(Heard::Drift),
-        1 => (0_u8..3, 0_u8..4, 0_u8..3, any::<bool>(), 0.0..200.0).prop_map(|(a, b, c, d, e)| Heard::States(a, b, c, d, e)),
-        1 => any::<i64>().prop_map(Heard::DeviceClock),
-        1 => Just(Heard::Restart),
+        40 => Just(Received::Good),
+        2 => Just(Received::Nothing),
+        1 => (prop::array::uniform3(-3.0..3.0), prop::array::uniform3(-3.0..3.0)).prop_map(|(p, r)| Received::Anywhere(p, r)),
+        3 => prop::array::uniform3(-0.002..0.002).prop_map(Received::Drift),
+        1 => (0_u8..3, 0_u8..4, 0_u8..3, any::<bool>(), 0.0..200.0).prop_map(|(a, b, c, d, e)| Received::States(a, b, c, d, e)),
+        1 => any::<i64>().prop_map(Received::DeviceClock),
+        1 => Just(Received::Restart),
     ]
 }
 
-fn wish() -> impl Strategy<Value = Wish> {
-    prop_oneof![300 => Just(Wish::Go), 2 => Just(Wish::Stop), 1 => Just(Wish::Silence)]
+fn command() -> impl Strategy<Value = OperatorCommand> {
+    prop_oneof![300 => Just(OperatorCommand::Go), 2 => Just(OperatorCommand::Stop), 1 => Just(OperatorCommand::Silence)]
 }
 
-fn told(robot: Pose, k: i64, heard: &Heard) -> Option<RobotFrame> {
+fn told(robot: Pose, k: i64, received: &Received) -> Option<RobotFrame> {
     let mut frame = frame(k, robot);
-    match heard {
-        Heard::Good | Heard::Restart => {}
-        Heard::Nothing => return None,
-        Heard::Anywhere(position, turn) => {
+    match received {
+        Received::Good | Received::Restart => {}
+        Received::Nothing => return None,
+        Received::Anywhere(position, turn) => {
             frame.base_from_tool = Pose::new(Vector3::from(*position), Vector3::from(*turn));
         }
-        Heard::Drift(by) => frame.base_from_tool.translation.vector += Vector3::from(*by),
-        Heard::States(motors, mci, rapid, collided, utilization) => {
+        Received::Drift(by) => frame.base_from_tool.translation.vector += Vector3::from(*by),
+        Received::States(motors, mci, rapid, collided, utilization) => {
             frame.motors = [MotorState::Undefined, MotorState::On, MotorState::Off][*motors as usize];
             frame.mci =
                 [MciState::Undefined, MciState::Error, MciState::Stopped, MciState::Running][*mci as usize];
@@ -436,7 +437,7 @@ fn told(robot: Pose, k: i64, heard: &Heard) -> Option<RobotFrame> {
             frame.collided = *collided;
             frame.utilization_percent = Some(*utilization);
         }
-        Heard::DeviceClock(ns) => frame.device_ns = *ns,
+        Received::DeviceClock(ns) => frame.device_ns = *ns,
     }
     Some(frame)
 }
@@ -446,10 +447,10 @@ proptest! {
 
     /// Every command is in box and cone and under every speed. It is rest, or the path: then the way since rest is no longer than
     /// full speed allows in the time that passed here, whatever the controller's clock says, and the velocity changes no faster
-    /// than the acceleration allows. Whenever the ride has ended or is interrupted, the last word was rest.
+    /// than the acceleration allows. Whenever the motion has ended or is interrupted, the last word was rest.
     #[test]
     fn no_sequence_of_events_makes_the_gate_leave_the_limits(
-        events in prop::collection::vec((heard(), wish(), 0.2..8.0_f64, 0_u32..60), 1..120),
+        events in prop::collection::vec((received(), command(), 0.2..8.0_f64, 0_u32..60), 1..120),
         start in prop::array::uniform3(-0.02..0.02),
         clock in prop_oneof![3 => Just(1.0), 2 => 0.2..4.0_f64],
     ) {
@@ -460,22 +461,22 @@ proptest! {
         robot.rotation *= UnitQuaternion::from_scaled_axis(Vector3::new(start[1], start[2], start[0]));
         let (mut state, mut now_ns, mut k) = (GateState::default(), 0_i64, 0_i64);
         let mut last: Option<Reference> = None;
-        // Time and way since the ride last began from rest.
+        // Time and way since the motion last began from rest.
         let (mut began_ns, mut way_m, mut speed_m_s) = (0, 0.0, Vector3::zeros());
-        for (heard, wish, periods, repeats) in events {
+        for (received, command, periods, repeats) in events {
             for repeat in 0..=repeats {
-                let (heard, periods) = if repeat == 0 { (heard.clone(), periods) } else { (Heard::Good, 1.0) };
+                let (received, periods) = if repeat == 0 { (received.clone(), periods) } else { (Received::Good, 1.0) };
                 now_ns += (periods * PERIOD_S * 1e9) as i64;
                 k += periods.round().max(1.0) as i64;
-                let mut frame = told(robot, k, &heard);
-                if let (Some(frame), false) = (&mut frame, matches!(heard, Heard::DeviceClock(_))) {
+                let mut frame = told(robot, k, &received);
+                if let (Some(frame), false) = (&mut frame, matches!(received, Received::DeviceClock(_))) {
                     frame.device_ns = (frame.device_ns as f64 * clock) as i64;
                 }
-                let is_first = k == 1 || matches!(heard, Heard::Restart);
-                let heard = frame.map(|frame| HeardFrame { frame, arrival_ns: now_ns, is_first });
-                let (next, sent) = gate.step(state, &Input { heard, now_ns, wish });
+                let is_first = k == 1 || matches!(received, Received::Restart);
+                let received = frame.map(|frame| ReceivedFrame { frame, arrival_ns: now_ns, is_first });
+                let (next, sent) = gate.step(state, &Input { received, now_ns, command });
                 state = next;
-                let moves = matches!(state.phase, Phase::Riding { .. } | Phase::Stopping { .. });
+                let moves = matches!(state.phase, Phase::Travelling { .. } | Phase::Stopping { .. });
                 if let Some(sent) = sent {
                     let Reference { base_from_tool, velocity_m_s, angular_velocity_rad_s } = sent;
                     prop_assert!(l.in_box(&base_from_tool.translation.vector, 0.0), "{base_from_tool}");
@@ -527,10 +528,10 @@ fn rest_is_said_even_where_the_robot_itself_is_outside() {
         // Believed: the jump is spread over frames that come late.
         for _ in 0..4 {
             robot.k += 4;
-            robot.tick(Wish::Go, fault);
+            robot.tick(OperatorCommand::Go, fault);
         }
         for _ in 0..20 {
-            robot.tick(Wish::Go, fault);
+            robot.tick(OperatorCommand::Go, fault);
         }
         assert!(robot.last_is_rest(), "{:?}", robot.state.phase);
         for (_, sent) in &robot.sent {
@@ -546,29 +547,30 @@ fn attitudes_count_as_places_do() {
     robot.robot.rotation *= turned(0.06);
     robot.go(100);
     assert!(
-        matches!(robot.ending(), Some(Ending::StartTooFar { angle_rad, .. }) if (angle_rad - 0.06).abs() < 1e-9)
+        matches!(robot.end_reason(), Some(EndReason::StartTooFar { angle_rad, .. }) if (angle_rad - 0.06).abs() < 1e-9)
     );
 
     let mut robot = Follower::new();
     robot.go(500);
     let mut lag = 0.0;
-    while robot.ending().is_none() && lag < 0.3 {
+    while robot.end_reason().is_none() && lag < 0.3 {
         // 0.3°, believable, frame by frame.
         lag += 0.005;
         let reference = robot.robot;
         let mut frame = frame(robot.k, reference);
         frame.base_from_tool.rotation *= turned(lag);
-        let input = robot.input(Some(frame), Wish::Go);
-        if robot.ending().is_none() {
+        let input = robot.input(Some(frame), OperatorCommand::Go);
+        if robot.end_reason().is_none() {
             robot.robot = input.unwrap().base_from_tool;
         }
     }
-    assert!(matches!(robot.ending(), Some(Ending::Deviation { .. })), "{:?}", robot.ending());
+    assert!(matches!(robot.end_reason(), Some(EndReason::Deviation { .. })), "{:?}", robot.end_reason());
     assert!((0.19..0.22).contains(&lag), "{lag}");
 
     let mut robot = Follower::new();
     robot.go(500);
-    let sent = robot.tick(Wish::Go, |f| f.base_from_tool.rotation *= so3::exp(&Vector3::new(0.1, 0.0, 0.0)));
+    let sent = robot
+        .tick(OperatorCommand::Go, |f| f.base_from_tool.rotation *= so3::exp(&Vector3::new(0.1, 0.0, 0.0)));
     assert_eq!((sent, robot.state.jumps), (None, 1), "0.1 rad in 4 ms");
 }
 
@@ -608,15 +610,19 @@ fn the_robots_rhythm_is_learnt_whatever_it_is() {
         for _ in 0..4000 {
             let mut frame = frame(robot.k, robot.robot);
             frame.sequence = (robot.k / every) as u32;
-            robot.input(Some(frame), Wish::Go);
+            robot.input(Some(frame), OperatorCommand::Go);
             robot.k += every - 1;
-            if robot.ending().is_some() {
+            if robot.end_reason().is_some() {
                 break;
             }
         }
         let period_s = robot.state.period_s().unwrap();
         assert!((period_s - every as f64 * PERIOD_S).abs() < 1e-4, "{period_s} s");
-        assert_eq!((robot.ending(), robot.state.pauses), (Some(Ending::Travelled), 0), "every {every}");
+        assert_eq!(
+            (robot.end_reason(), robot.state.pauses),
+            (Some(EndReason::Travelled), 0),
+            "every {every}"
+        );
     }
 }
 
@@ -624,10 +630,11 @@ fn the_robots_rhythm_is_learnt_whatever_it_is() {
 fn another_session_ends_the_ride() {
     let mut robot = Follower::new();
     robot.go(500);
-    let heard = HeardFrame { frame: frame(0, robot.robot), arrival_ns: robot.k * PERIOD_NS, is_first: true };
-    let input = Input { heard: Some(heard), now_ns: heard.arrival_ns, wish: Wish::Go };
+    let received =
+        ReceivedFrame { frame: frame(0, robot.robot), arrival_ns: robot.k * PERIOD_NS, is_first: true };
+    let input = Input { received: Some(received), now_ns: received.arrival_ns, command: OperatorCommand::Go };
     let (state, sent) = robot.gate.step(robot.state, &input);
-    assert!(matches!(state.phase, Phase::Holding { why: Ending::Restarted, .. }));
+    assert!(matches!(state.phase, Phase::Holding { why: EndReason::Restarted, .. }));
     assert!(sent.unwrap().is_rest());
 }
 
@@ -636,8 +643,9 @@ fn an_old_frame_is_not_acted_upon() {
     let mut robot = Follower::new();
     robot.go(500);
     let frame = frame(robot.k, robot.robot);
-    let heard = HeardFrame { frame, arrival_ns: robot.k * PERIOD_NS, is_first: false };
-    let late = Input { heard: Some(heard), now_ns: (robot.k + 8) * PERIOD_NS, wish: Wish::Go };
+    let received = ReceivedFrame { frame, arrival_ns: robot.k * PERIOD_NS, is_first: false };
+    let late =
+        Input { received: Some(received), now_ns: (robot.k + 8) * PERIOD_NS, command: OperatorCommand::Go };
     let (state, sent) = robot.gate.step(robot.state, &late);
     assert!(matches!(state.phase, Phase::Interrupted { .. }) && sent.unwrap().is_rest(), "{:?}", state.phase);
 }

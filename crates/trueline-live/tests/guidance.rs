@@ -15,9 +15,11 @@ use trueline_live::controller::{
     Controller, ControllerSettings, Event, GuidanceEnd, Network, NetworkSettings, RealTime, Task, VirtualTime,
 };
 use trueline_live::egm::SensorMessage;
-use trueline_live::guide::{self, Answer, Onlooker, Patience};
-use trueline_live::motion::{CheckedPath, Ending, Gate, GateState, HeardFrame, Input, Phase, Wish};
-use trueline_live::{Endpoint, Guide, Heard, HostClock, Intake, Standing};
+use trueline_live::guide::{self, Answer, Observer, Patience};
+use trueline_live::motion::{
+    CheckedPath, EndReason, Gate, GateState, Input, OperatorCommand, Phase, ReceivedFrame,
+};
+use trueline_live::{Endpoint, FrameFilter, Guide, HostClock, Received, SequenceStatus};
 
 fn s_path(duration_s: f64) -> Vec<RobotSample> {
     let down = so3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0));
@@ -40,7 +42,7 @@ fn gate(duration_s: f64, timeout_s: f64) -> Gate {
 }
 
 struct Pc {
-    intake: Intake,
+    frame_filter: FrameFilter,
     gate: Gate,
     state: GateState,
     sequence: u32,
@@ -51,7 +53,7 @@ struct Pc {
 impl Pc {
     fn new() -> Self {
         Self {
-            intake: Intake::new(None),
+            frame_filter: FrameFilter::new(None),
             gate: gate(5.0, 0.2),
             state: GateState::default(),
             sequence: 0,
@@ -60,18 +62,18 @@ impl Pc {
         }
     }
 
-    fn hear(&mut self, at_ns: i64, datagram: &[u8], from: SocketAddr) -> Option<Vec<u8>> {
-        let (frame, standing) = self.intake.judge(datagram, from, at_ns).ok()?;
-        if standing == Standing::Late {
+    fn receive(&mut self, at_ns: i64, datagram: &[u8], from: SocketAddr) -> Option<Vec<u8>> {
+        let (frame, status) = self.frame_filter.judge(datagram, from, at_ns).ok()?;
+        if status == SequenceStatus::Late {
             return None;
         }
-        let is_first = standing == Standing::First;
-        let heard = Some(HeardFrame { frame, arrival_ns: at_ns, is_first });
-        let input = Input { heard, now_ns: at_ns, wish: Wish::Go };
+        let is_first = status == SequenceStatus::First;
+        let received = Some(ReceivedFrame { frame, arrival_ns: at_ns, is_first });
+        let input = Input { received, now_ns: at_ns, command: OperatorCommand::Go };
         let (state, reference) = self.gate.step(self.state, &input);
         self.state = state;
         let reference = reference?;
-        if matches!(state.phase, Phase::Riding { .. }) {
+        if matches!(state.phase, Phase::Travelling { .. }) {
             let off = reference.base_from_tool.translation.vector - frame.base_from_tool.translation.vector;
             self.worst_m = self.worst_m.max(off.norm());
             self.highest_m_s = self.highest_m_s.max(reference.velocity_m_s.norm());
@@ -80,7 +82,7 @@ impl Pc {
         Some(guide::message(self.sequence, at_ns, &reference).encode())
     }
 
-    fn ending(&self) -> Option<Ending> {
+    fn end_reason(&self) -> Option<EndReason> {
         match self.state.phase {
             Phase::Holding { why, .. } | Phase::Silent { why } => Some(why),
             _ => None,
@@ -113,8 +115,8 @@ fn the_robot_travels_the_path_and_the_guidance_ends_in_peace() {
     for gain in [5.0, 20.0] {
         let mut pc = Pc::new();
         let mut cell = cell(NetworkSettings::typical(), |s| s.following.gain_per_s = gain);
-        cell.run(14.0, |at_ns, datagram| pc.hear(at_ns, datagram, robot()));
-        assert_eq!(pc.ending(), Some(Ending::Travelled));
+        cell.run(14.0, |at_ns, datagram| pc.receive(at_ns, datagram, robot()));
+        assert_eq!(pc.end_reason(), Some(EndReason::Travelled));
         assert_eq!(cell.controller.ended(), Some(GuidanceEnd::Converged), "by the condition time at rest");
         // With the speed sent along, the lag is dead time, servo and network: 25 to 35 ms of 80 mm/s; at the start
         // the gain has to ramp in: 0.5 s in which the robot has half the speed, 2 mm behind at most by then.
@@ -130,19 +132,19 @@ fn bad_networks_junk_and_rogues_do_not_stop_or_mislead_it() {
     let bad = NetworkSettings { loss: 0.01, duplicate: 0.01, reorder: 0.01, ..NetworkSettings::typical() };
     let mut last: Option<Vec<u8>> = None;
     let mut pc = Pc::new();
-    pc.intake = Intake::new(Some(robot().ip()));
+    pc.frame_filter = FrameFilter::new(Some(robot().ip()));
     let mut cell = cell(bad, |s| s.following.gain_per_s = 10.0);
     cell.run(16.0, |at_ns, datagram| {
         let stranger = "192.0.2.66:40000".parse().unwrap();
-        assert_eq!(pc.hear(at_ns, datagram, stranger), None);
-        assert_eq!(pc.hear(at_ns, &[0xff; 40], robot()), None);
+        assert_eq!(pc.receive(at_ns, datagram, stranger), None);
+        assert_eq!(pc.receive(at_ns, &[0xff; 40], robot()), None);
         if let Some(old) = &last {
-            assert_eq!(pc.hear(at_ns, old, robot()), None, "a replay");
+            assert_eq!(pc.receive(at_ns, old, robot()), None, "a replay");
         }
         last = Some(datagram.to_vec());
-        pc.hear(at_ns, datagram, robot())
+        pc.receive(at_ns, datagram, robot())
     });
-    assert_eq!(pc.ending(), Some(Ending::Travelled));
+    assert_eq!(pc.end_reason(), Some(EndReason::Travelled));
     assert!(pc.worst_m < 0.01, "{}", pc.worst_m);
     let (_, refused) = cell.controller.answers();
     assert!(refused.is_empty(), "{refused:?}");
@@ -158,15 +160,15 @@ fn an_emergency_stop_ends_the_scan_and_motors_on_do_not_begin_it_again() {
         });
         let mut positions = Vec::new();
         cell.run(6.0, |at_ns, datagram| {
-            let answer = pc.hear(at_ns, datagram, robot());
+            let answer = pc.receive(at_ns, datagram, robot());
             if let (Some(answer), true) = (&answer, at_ns > 3_200_000_000) {
                 let pose = SensorMessage::decode(answer).unwrap().pose.unwrap();
                 positions.push(Vector3::from(pose.position_mm.unwrap()));
             }
             answer
         });
-        let expected = if event == Event::Collision { Ending::Collision } else { Ending::LeftGuidance };
-        assert_eq!(pc.ending(), Some(expected));
+        let expected = if event == Event::Collision { EndReason::Collision } else { EndReason::LeftGuidance };
+        assert_eq!(pc.end_reason(), Some(expected));
         let moved = positions.iter().map(|p| (p - positions[0]).norm()).fold(0.0, f64::max);
         // Held where it was, to the noise of the feedback that is echoed.
         assert!(moved < 0.1, "{event:?}: {moved} mm");
@@ -177,8 +179,8 @@ fn an_emergency_stop_ends_the_scan_and_motors_on_do_not_begin_it_again() {
 fn a_restart_of_the_controller_ends_the_scan() {
     let mut pc = Pc::new();
     let mut cell = cell(NetworkSettings::typical(), |s| s.events = vec![(2.0, Event::Restart)]);
-    cell.run(5.0, |at_ns, datagram| pc.hear(at_ns, datagram, robot()));
-    assert!(pc.ending().is_some(), "{:?}", pc.state.phase);
+    cell.run(5.0, |at_ns, datagram| pc.receive(at_ns, datagram, robot()));
+    assert!(pc.end_reason().is_some(), "{:?}", pc.state.phase);
 }
 
 #[test]
@@ -186,24 +188,24 @@ fn a_silent_pc_is_noticed_by_the_controller() {
     let mut pc = Pc::new();
     let mut cell = cell(NetworkSettings::typical(), |_| ());
     cell.run(4.0, |at_ns, datagram| {
-        let answer = pc.hear(at_ns, datagram, robot());
+        let answer = pc.receive(at_ns, datagram, robot());
         answer.filter(|_| at_ns < 2_000_000_000)
     });
     assert_eq!(cell.controller.ended(), Some(GuidanceEnd::Timeout));
-    assert_eq!(pc.ending(), Some(Ending::LeftGuidance));
+    assert_eq!(pc.end_reason(), Some(EndReason::LeftGuidance));
 }
 
 #[derive(Default)]
 struct Watching {
-    heard: usize,
+    received: usize,
     answers: Vec<Answer>,
     panics: bool,
 }
 
-impl Onlooker for Watching {
-    fn heard(&mut self, _: &Heard<'_>) {
-        self.heard += 1;
-        assert!(!self.panics || self.heard != 200, "whoever looks on may fail");
+impl Observer for Watching {
+    fn received(&mut self, _: &Received<'_>) {
+        self.received += 1;
+        assert!(!self.panics || self.received != 200, "whoever looks on may fail");
     }
 
     fn answered(&mut self, answer: &Answer) {
@@ -213,10 +215,10 @@ impl Onlooker for Watching {
     fn stepped(&mut self, _: &GateState) {}
 }
 
-/// Leads a simulated robot over sockets; `wish` is asked with the answers so far.
+/// Guides a simulated robot over sockets; `command` is asked with the answers so far.
 fn lead(
     mut watching: Watching,
-    wish: impl Fn(u64) -> Wish,
+    command: impl Fn(u64) -> OperatorCommand,
 ) -> (guide::Outcome, Watching, Option<GuidanceEnd>) {
     let endpoint = Endpoint::bind("127.0.0.1:0".parse().unwrap(), None, HostClock::start()).unwrap();
     let pc = endpoint.local_address().unwrap();
@@ -253,7 +255,7 @@ fn lead(
         .run(
             || {
                 asked.set(asked.get() + 1);
-                wish(asked.get())
+                command(asked.get())
             },
             &mut watching,
         )
@@ -268,26 +270,28 @@ fn is_rest(answer: &Answer) -> bool {
 
 #[test]
 fn leads_over_real_sockets_and_ends_every_way_at_rest() {
-    let (outcome, watching, _) = lead(Watching::default(), |_| Wish::Go);
-    assert_eq!(outcome.ending, Ending::Travelled, "{outcome:?}");
+    let (outcome, watching, _) = lead(Watching::default(), |_| OperatorCommand::Go);
+    assert_eq!(outcome.end_reason, EndReason::Travelled, "{outcome:?}");
     assert!(is_rest(watching.answers.last().unwrap()));
     assert!(watching.answers.iter().filter(|a| !is_rest(a)).count() > 50);
 
-    let (outcome, watching, _) = lead(Watching::default(), |k| if k > 250 { Wish::Stop } else { Wish::Go });
-    assert_eq!(outcome.ending, Ending::Stopped, "{outcome:?}");
+    let (outcome, watching, _) =
+        lead(Watching::default(), |k| if k > 250 { OperatorCommand::Stop } else { OperatorCommand::Go });
+    assert_eq!(outcome.end_reason, EndReason::Stopped, "{outcome:?}");
     assert!(is_rest(watching.answers.last().unwrap()));
 
     let (outcome, watching, end) =
-        lead(Watching::default(), |k| if k > 250 { Wish::Silence } else { Wish::Go });
-    assert_eq!(outcome.ending, Ending::Stopped, "{outcome:?}");
+        lead(Watching::default(), |k| if k > 250 { OperatorCommand::Silence } else { OperatorCommand::Go });
+    assert_eq!(outcome.end_reason, EndReason::Stopped, "{outcome:?}");
     assert!(is_rest(watching.answers.last().unwrap()));
     assert_eq!(end, Some(GuidanceEnd::Timeout), "silence is noticed by the controller");
 }
 
 #[test]
 fn a_panic_beside_the_loop_stops_the_scan_smoothly() {
-    let (outcome, watching, _) = lead(Watching { panics: true, ..Watching::default() }, |_| Wish::Go);
-    assert!(outcome.onlooker_panicked);
-    assert_eq!(outcome.ending, Ending::Stopped, "{outcome:?}");
+    let (outcome, watching, _) =
+        lead(Watching { panics: true, ..Watching::default() }, |_| OperatorCommand::Go);
+    assert!(outcome.observer_panicked);
+    assert_eq!(outcome.end_reason, EndReason::Stopped, "{outcome:?}");
     assert!(is_rest(watching.answers.last().unwrap()));
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use trueline_geometry::Pose;
 use trueline_live::controller::{Controller, ControllerSettings, Network, NetworkSettings, RealTime, Task};
 use trueline_live::egm::{EgmPose, Header, MessageKind, RobotMessage, RobotState};
-use trueline_live::{Endpoint, HostClock, LinkWatch, Standing};
+use trueline_live::{Endpoint, HostClock, LinkWatch, SequenceStatus};
 
 fn endpoint() -> (Endpoint, SocketAddr) {
     let endpoint = Endpoint::bind("127.0.0.1:0".parse().unwrap(), None, HostClock::start()).unwrap();
@@ -38,28 +38,28 @@ fn all_that_waits_is_heard_and_the_newest_is_answered() {
     }
     robot.send_to(b"junk", pc).unwrap();
     let before = endpoint.clock().read().steady_ns;
-    let mut heard = Vec::new();
+    let mut received = Vec::new();
     let newest = endpoint
-        .hear(Duration::from_secs(1), |h| {
+        .receive(Duration::from_secs(1), |h| {
             // The kernel's stamp is from before the reading, and this machine has one.
             assert!(h.datagram.arrival.kernel_wall_ns.is_some() || !cfg!(target_os = "linux"));
             assert!(h.datagram.arrival.steady_ns <= h.datagram.arrival.read.steady_ns);
-            heard.push(h.judged.map(|(frame, standing)| (frame.sequence, standing)));
+            received.push(h.judged.map(|(frame, status)| (frame.sequence, status)));
         })
         .unwrap()
         .unwrap();
-    assert_eq!(heard.len(), 6);
-    assert_eq!(heard[0], Ok((0, Standing::First)));
-    assert_eq!(heard[3], Ok((4, Standing::Newest { skipped: 1 })));
-    assert_eq!(heard[4], Ok((3, Standing::Late)));
-    assert!(heard[5].is_err());
+    assert_eq!(received.len(), 6);
+    assert_eq!(received[0], Ok((0, SequenceStatus::First)));
+    assert_eq!(received[3], Ok((4, SequenceStatus::Newest { skipped: 1 })));
+    assert_eq!(received[4], Ok((3, SequenceStatus::Late)));
+    assert!(received[5].is_err());
     assert_eq!((newest.frame.sequence, newest.from), (4, robot.local_addr().unwrap()));
     assert!(newest.arrival.steady_ns <= before, "stamped when it came, not when it was read");
     endpoint.send(newest.from, b"answer").unwrap();
     let mut buffer = [0; 16];
     robot.set_read_timeout(Some(Duration::from_secs(1))).unwrap();
     assert_eq!(robot.recv(&mut buffer).unwrap(), 6);
-    assert!(endpoint.hear(Duration::from_millis(1), |_| ()).unwrap().is_none());
+    assert!(endpoint.receive(Duration::from_millis(1), |_| ()).unwrap().is_none());
 }
 
 #[test]
@@ -72,8 +72,8 @@ fn a_datagram_longer_than_any_is_refused_as_such() {
     robot.send_to(&long, pc).unwrap();
     robot.send_to(&[], pc).unwrap();
     let mut reasons = Vec::new();
-    endpoint.hear(Duration::from_secs(1), |h| reasons.push(h.judged.unwrap_err().to_string())).unwrap();
-    endpoint.hear(Duration::from_millis(50), |h| reasons.push(h.judged.unwrap_err().to_string())).unwrap();
+    endpoint.receive(Duration::from_secs(1), |h| reasons.push(h.judged.unwrap_err().to_string())).unwrap();
+    endpoint.receive(Duration::from_millis(50), |h| reasons.push(h.judged.unwrap_err().to_string())).unwrap();
     assert_eq!(reasons, ["longer than any EGM message", "empty"]);
 }
 
@@ -105,7 +105,7 @@ fn a_simulated_controller_is_heard_as_what_it_is() {
     let mut watch = LinkWatch::default();
     let start = Instant::now();
     while start.elapsed() < Duration::from_millis(1800) {
-        endpoint.hear(Duration::from_millis(20), |heard| watch.note(heard)).unwrap();
+        endpoint.receive(Duration::from_millis(20), |received| watch.note(received)).unwrap();
     }
     let (sent, lost) = robot.join().unwrap();
     let report = watch.report();

@@ -62,7 +62,7 @@ fn listen(endpoint: &mut Endpoint, args: &ListenArgs) -> Result<LinkWatch, Failu
     let mut watch = LinkWatch::default();
     while start.elapsed() < duration && interrupt::times() == 0 {
         endpoint
-            .hear(Duration::from_millis(50), |heard| watch.note(heard))
+            .receive(Duration::from_millis(50), |heard| watch.note(heard))
             .map_err(|error| Failure::new(format!("{}: {error}", args.bind), "did the network go away?"))?;
         if shows && shown.elapsed() > Duration::from_millis(250) {
             shown = Instant::now();

@@ -66,7 +66,7 @@ fn hear(
     let (mut frames, mut changed) = (0, Instant::now());
     let goes_on = || interrupt::times() == 0 && !blind.load(Ordering::SeqCst);
     while start.elapsed() < longest && goes_on() && !recording.has_failed() {
-        endpoint.hear(Duration::from_millis(20), |heard| recording.datagram(heard))?;
+        endpoint.receive(Duration::from_millis(20), |heard| recording.datagram(heard))?;
         recording.tick();
         let brief = recording.watch().brief();
         if brief.frames != frames {

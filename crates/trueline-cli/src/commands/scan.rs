@@ -15,12 +15,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use trueline_cell::{CellOutcome, CellRecording, RECORDING};
 use trueline_dataset::{Error, Problem, RobotSample};
-use trueline_live::guide::{Answer, Onlooker, Outcome, Patience};
+use trueline_live::guide::{Answer, Observer, Outcome, Patience};
 use trueline_live::link_watch::Brief;
 use trueline_live::motion::{
-    CheckedPath, Ending, Gate, GateState, MotionLimits, PathError, Phase, Wish, limits, propose,
+    CheckedPath, EndReason, Gate, GateState, MotionLimits, OperatorCommand, PathError, Phase, derive_limits,
+    limits,
 };
-use trueline_live::{Guide, Heard, HostClock, ReplyTimes};
+use trueline_live::{Guide, HostClock, Received, ReplyTimes};
 use trueline_mcap::NoteLevel;
 
 /// Runs the command.
@@ -39,11 +40,11 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
         Failure::new(format!("{}: {error}", path_file::file(&args.path).display()), hint)
     };
     if let Some(file) = &args.write_limits {
-        return write_limits(file, &propose::limits_for(&poses, args.pace).map_err(refused)?);
+        return write_limits(file, &derive_limits::limits_for(&poses, args.pace).map_err(refused)?);
     }
     let limits = match &args.limits {
         Some(file) => limits::parse(file, &limits_text(file)?)?,
-        None => propose::limits_for(&poses, args.pace).map_err(refused)?,
+        None => derive_limits::limits_for(&poses, args.pace).map_err(refused)?,
     };
     let path = CheckedPath::new(&poses, args.pace, &limits).map_err(refused)?;
     let plan = plan(&path, &poses, &limits, args);
@@ -61,7 +62,7 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
     let mut cell = LiveCell::open(&args.camera, sensor.as_deref(), endpoint.clock())?;
     let recording = CellRecording::create(cell.recording(out, &args.tool), endpoint.clock())?;
     endpoint
-        .forget_waiting()
+        .discard_waiting()
         .map_err(|error| Failure::new(format!("{bind}: {error}"), "did the network go away?"))?;
     let gate = Gate::new(limits, path, args.timeout_s);
     let patience =
@@ -206,9 +207,9 @@ struct Watching<'a> {
     unrecorded: &'a AtomicBool,
 }
 
-impl Onlooker for Watching<'_> {
-    fn heard(&mut self, heard: &Heard<'_>) {
-        self.recording.datagram(heard);
+impl Observer for Watching<'_> {
+    fn received(&mut self, received: &Received<'_>) {
+        self.recording.datagram(received);
     }
 
     fn answered(&mut self, answer: &Answer) {
@@ -246,7 +247,7 @@ fn lead(
         &handle,
         |blind| {
             let hurried = priority::hurry();
-            (guide.run(|| wish(&[blind, &unrecorded]), &mut watching), hurried)
+            (guide.run(|| command(&[blind, &unrecorded]), &mut watching), hurried)
         },
         |state| {
             let (brief, phase) = shown.lock().map(|shown| *shown).unwrap_or_default();
@@ -268,21 +269,21 @@ fn lead(
 }
 
 /// What Ctrl-C means; a scan that is not seen or not recorded any more is stopped as well.
-fn wish(failures: &[&AtomicBool]) -> Wish {
+fn command(failures: &[&AtomicBool]) -> OperatorCommand {
     match interrupt::times() {
-        0 if failures.iter().any(|failed| failed.load(Ordering::SeqCst)) => Wish::Stop,
-        0 => Wish::Go,
-        1 => Wish::Stop,
-        _ => Wish::Silence,
+        0 if failures.iter().any(|failed| failed.load(Ordering::SeqCst)) => OperatorCommand::Stop,
+        0 => OperatorCommand::Go,
+        1 => OperatorCommand::Stop,
+        _ => OperatorCommand::Silence,
     }
 }
 
 fn phase_text(phase: &Phase) -> String {
     match phase {
         Phase::Waiting => "waiting for the controller to be guided".to_owned(),
-        Phase::Riding { ride, paused_for: 0, .. } => format!("on the path at {:.1} s", ride.path_s),
-        Phase::Riding { ride, .. } => format!("paused at {:.1} s: frames came late", ride.path_s),
-        Phase::Interrupted { ride } => format!("at rest at {:.1} s: the robot is silent", ride.path_s),
+        Phase::Travelling { on_path, paused_for: 0, .. } => format!("on the path at {:.1} s", on_path.path_s),
+        Phase::Travelling { on_path, .. } => format!("paused at {:.1} s: frames came late", on_path.path_s),
+        Phase::Interrupted { on_path } => format!("at rest at {:.1} s: the robot is silent", on_path.path_s),
         Phase::Stopping { why, .. } => format!("stopping: {why}"),
         Phase::Holding { why, .. } => format!("holding: {why}"),
         Phase::Silent { why } => format!("silent: {why}"),
@@ -296,17 +297,17 @@ fn conclude(
     args: &ScanArgs,
 ) -> Result<ExitCode, Failure> {
     let Watching { recording, replies, .. } = watching;
-    let (ending, well) = match &outcome {
+    let (end_reason, well) = match &outcome {
         Ok(outcome) => (
             ending_text(outcome, seen),
-            outcome.ending == Ending::Travelled && !outcome.onlooker_panicked && seen,
+            outcome.end_reason == EndReason::Travelled && !outcome.observer_panicked && seen,
         ),
         Err(error) => (format!("the socket failed: {error}"), false),
     };
     let level = if well { NoteLevel::Info } else { NoteLevel::Error };
-    recording.note(level, format!("the scan ended: {ending}"));
+    recording.note(level, format!("the scan ended: {end_reason}"));
     let finished = recording.finish();
-    output::words(&format!("The scan ended: {ending}"));
+    output::words(&format!("The scan ended: {end_reason}"));
     live_cell::tell_recording(&finished, args.quiet);
     if !args.quiet {
         let times = [0.5, 0.99, 0.999, 1.0].map(|share| replies.within_ms(share));
@@ -334,15 +335,15 @@ fn verdict_first(said: Result<(), Failure>) -> Result<(), Failure> {
 }
 
 fn ending_text(outcome: &Outcome, seen: bool) -> String {
-    let mut text = match outcome.ending {
-        Ending::Stopped if interrupt::times() == 0 && !seen => "stopped because the camera failed".to_owned(),
-        Ending::Stopped if interrupt::times() == 0 => "stopped because it is not recorded any more".to_owned(),
-        Ending::RobotSilent { .. } if outcome.was_converged => {
+    let mut text = match outcome.end_reason {
+        EndReason::Stopped if interrupt::times() == 0 && !seen => "stopped because the camera failed".to_owned(),
+        EndReason::Stopped if interrupt::times() == 0 => "stopped because it is not recorded any more".to_owned(),
+        EndReason::RobotSilent { .. } if outcome.was_converged => {
             "the controller ended the guidance: the robot was at its reference for \\CondTime (a slow path, or a rest on it; \
              `trueline rapid` writes a window that suits the path and its pace)"
                 .to_owned()
         }
-        ending => ending.to_string(),
+        end_reason => end_reason.to_string(),
     };
     let mut add = |count: u64, what: &str| {
         if count > 0 {
@@ -352,7 +353,7 @@ fn ending_text(outcome: &Outcome, seen: bool) -> String {
     add(outcome.pauses.into(), "pauses because frames came late or not at all");
     add(outcome.jumps.into(), "frames not believed, the robot cannot have moved so far");
     add(outcome.unsent, "answers that could not be sent");
-    if outcome.onlooker_panicked {
+    if outcome.observer_panicked {
         text.push_str("; a part of this program beside the leading loop failed");
     }
     text

@@ -35,7 +35,7 @@ enum Guidance {
     /// Streaming; guidance begins a little later, if at all.
     Connected,
     /// References move the robot.
-    Running { since_ns: i64, heard_ns: i64 },
+    Running { since_ns: i64, received_ns: i64 },
     /// Over.
     Ended(GuidanceEnd),
 }
@@ -201,27 +201,27 @@ impl Controller {
     }
 
     fn guide(&mut self, now_ns: i64) {
-        let heard = self.queue.pop_front().and_then(|bytes| self.take(&bytes));
+        let received = self.queue.pop_front().and_then(|bytes| self.take(&bytes));
         if let (Guidance::Connected, Task::Guidance { .. }, true) =
             (self.guidance, &self.settings.task, self.moves())
         {
             let begins_ns = (UNTIL_RUNNING_S * 1e9) as i64;
             if now_ns >= begins_ns {
                 self.start = self.arm.pose();
-                self.guidance = Guidance::Running { since_ns: now_ns, heard_ns: now_ns };
+                self.guidance = Guidance::Running { since_ns: now_ns, received_ns: now_ns };
             }
         }
-        let Guidance::Running { since_ns, mut heard_ns } = self.guidance else { return };
+        let Guidance::Running { since_ns, mut received_ns } = self.guidance else { return };
         if !self.moves() {
             // RAPID stopped: connected, no longer running; it goes on when RAPID does.
             (self.guidance, self.target) = (Guidance::Connected, None);
             return;
         }
-        if let Some(target) = heard {
-            (self.target, heard_ns) = (Some(target), now_ns);
+        if let Some(target) = received {
+            (self.target, received_ns) = (Some(target), now_ns);
         }
-        self.guidance = Guidance::Running { since_ns, heard_ns };
-        if (now_ns - heard_ns) as f64 * 1e-9 > self.settings.timeout_s {
+        self.guidance = Guidance::Running { since_ns, received_ns };
+        if (now_ns - received_ns) as f64 * 1e-9 > self.settings.timeout_s {
             self.end(GuidanceEnd::Timeout);
         } else if self.has_converged(now_ns) {
             self.end(GuidanceEnd::Converged);

@@ -127,7 +127,7 @@ impl RealTime {
         Ok(())
     }
 
-    /// Waits for the next thing to do and hears what comes meanwhile.
+    /// Waits for the next thing to do and receives what comes meanwhile.
     fn listen(&mut self, buffer: &mut [u8], wait: Duration, start: Instant) -> io::Result<()> {
         wait::until_readable(&self.socket, wait);
         match self.socket.recv_from(buffer) {

@@ -69,7 +69,7 @@ fn decode(bytes: &[u8]) -> Option<(i64, Pose)> {
 
 type Poses = Arc<Mutex<VecDeque<(i64, Pose)>>>;
 
-/// Hears where the robot is.
+/// Receives where the robot is.
 pub struct TruthReceiver {
     poses: Poses,
     over: Arc<AtomicBool>,
@@ -92,7 +92,7 @@ impl TruthReceiver {
         Ok(Self { poses, over, thread: Some(thread) })
     }
 
-    /// Where the robot was, between two poses that were heard; `None` if there are none about that time (yet).
+    /// Where the robot was, between two poses that were received; `None` if there are none about that time (yet).
     #[must_use]
     pub fn pose_at(&self, steady_ns: i64) -> Option<Pose> {
         let poses = self.poses.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! Where a path is laid: at the robot, as it stood when the ride began.
+//! Where a path is laid: at the robot, as it stood when the motion began.
 
 use super::checked_path::Reference;
 use nalgebra::{UnitQuaternion, Vector3};

@@ -1,7 +1,7 @@
 //! A path that keeps the limits everywhere, at its own pace and while it starts and stops: proved once, before anything moves.
 
 use super::limits::MotionLimits;
-use super::ride::{Ramp, Ride};
+use super::path_timing::{PathState, Ramp};
 use super::spline::Spline;
 use nalgebra::{UnitQuaternion, Vector3};
 use trueline_dataset::RobotSample;
@@ -136,7 +136,7 @@ pub struct CheckedPath {
 
 impl CheckedPath {
     /// Checks poses, at their own pace or a share of it, against limits: the cubic splines through them stay in box and
-    /// cone with room for where the scan may begin, and under every speed, acceleration and jerk, also while the ride
+    /// cone with room for where the scan may begin, and under every speed, acceleration and jerk, also while the motion
     /// along them starts and stops.
     ///
     /// # Errors
@@ -214,13 +214,13 @@ impl CheckedPath {
         }
     }
 
-    /// The reference of a ride.
+    /// The reference of the motion.
     #[must_use]
-    pub fn along(&self, ride: &Ride) -> Reference {
-        let at = self.at(ride.path_s);
+    pub fn along(&self, on_path: &PathState) -> Reference {
+        let at = self.at(on_path.path_s);
         Reference {
-            velocity_m_s: at.velocity_m_s * ride.rate,
-            angular_velocity_rad_s: at.angular_velocity_rad_s * ride.rate,
+            velocity_m_s: at.velocity_m_s * on_path.rate,
+            angular_velocity_rad_s: at.angular_velocity_rad_s * on_path.rate,
             ..at
         }
     }

@@ -2,16 +2,16 @@
 
 pub mod anchor;
 pub mod checked_path;
+pub mod cycle_clock;
+pub mod derive_limits;
 pub mod gate;
 pub mod limits;
+pub mod path_timing;
 pub mod phase;
-pub mod propose;
-pub mod rhythm;
-pub mod ride;
 pub mod spline;
 
 pub use checked_path::{CheckedPath, PathError, Reference};
+pub use cycle_clock::ReceivedFrame;
 pub use gate::{Gate, GateState, Input};
 pub use limits::MotionLimits;
-pub use phase::{Ending, Phase, Wish};
-pub use rhythm::HeardFrame;
+pub use phase::{EndReason, OperatorCommand, Phase};

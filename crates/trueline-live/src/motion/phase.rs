@@ -1,11 +1,11 @@
 //! Where a scan stands, what the operator wants of it, and how it can end.
 
-use super::ride::Ride;
+use super::path_timing::PathState;
 use trueline_geometry::Pose;
 
 /// What the operator wants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Wish {
+pub enum OperatorCommand {
     /// Go on.
     Go,
     /// Stop along the path, then hold.
@@ -16,7 +16,7 @@ pub enum Wish {
 
 /// Why a scan ended.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Ending {
+pub enum EndReason {
     /// The path was travelled to its end.
     #[error("the path was travelled")]
     Travelled,
@@ -43,8 +43,8 @@ pub enum Ending {
     /// The controller no longer follows the PC.
     #[error("the controller left guidance (motors off, RAPID stopped, or EGM ended)")]
     LeftGuidance,
-    /// Nothing was heard for too long.
-    #[error("nothing was heard from the robot for {:.0} ms", *silent_s * 1e3)]
+    /// Nothing was received for too long.
+    #[error("nothing was received from the robot for {:.0} ms", *silent_s * 1e3)]
     RobotSilent {
         /// How long, s.
         silent_s: f64,
@@ -75,25 +75,25 @@ pub enum Phase {
     #[default]
     Waiting,
     /// On the path.
-    Riding {
+    Travelling {
         /// Where.
-        ride: Ride,
+        on_path: PathState,
         /// Braking for the path's end.
-        ending: bool,
-        /// Frames still to come in time before the ride goes on after a hold-up of this program.
+        braking_for_end: bool,
+        /// Frames still to come in time before the motion goes on after a hold-up of this program.
         paused_for: u32,
     },
-    /// At rest on the path because nothing was heard for some periods; it goes on if the robot is soon heard again.
+    /// At rest on the path because nothing was received for some periods; it goes on if the robot is soon heard again.
     Interrupted {
         /// Where, at rest.
-        ride: Ride,
+        on_path: PathState,
     },
     /// Braking along the path.
     Stopping {
         /// Where.
-        ride: Ride,
+        on_path: PathState,
         /// Why.
-        why: Ending,
+        why: EndReason,
     },
     /// At rest where the path was left, or where the robot was.
     Holding {
@@ -102,11 +102,11 @@ pub enum Phase {
         /// Since when, on the steady clock, ns.
         since_ns: i64,
         /// Why.
-        why: Ending,
+        why: EndReason,
     },
     /// Nothing is sent any more.
     Silent {
         /// Why.
-        why: Ending,
+        why: EndReason,
     },
 }

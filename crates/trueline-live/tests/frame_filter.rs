@@ -4,7 +4,7 @@
 use std::net::SocketAddr;
 use trueline_geometry::Pose;
 use trueline_live::egm::{EgmPose, Header, MessageKind, RobotMessage, RobotState};
-use trueline_live::{Intake, Rejection, Standing};
+use trueline_live::{FrameFilter, Rejection, SequenceStatus};
 
 const MS: i64 = 1_000_000;
 
@@ -28,25 +28,25 @@ fn message(sequence: u32) -> RobotMessage {
     }
 }
 
-/// An intake that has heard frames 0 to 99 at 4 ms.
-fn listening() -> Intake {
-    let mut intake = Intake::new(None);
+/// A filter that has received frames 0 to 99 at 4 ms.
+fn listening() -> FrameFilter {
+    let mut frame_filter = FrameFilter::new(None);
     for k in 0..100 {
-        intake.judge(&message(k).encode(), robot(), 4 * MS * i64::from(k) + 1000 * MS).unwrap();
+        frame_filter.judge(&message(k).encode(), robot(), 4 * MS * i64::from(k) + 1000 * MS).unwrap();
     }
-    intake
+    frame_filter
 }
 
 const NOW: i64 = 1400 * MS;
 
 fn refused(bytes: &[u8], from: SocketAddr) -> String {
-    let mut intake = listening();
-    let reason = intake.judge(bytes, from, NOW).unwrap_err().to_string();
-    assert_eq!(intake.rejected().get(&reason), Some(&1));
-    assert_eq!((intake.accepted(), intake.robot()), (100, Some(robot())));
-    // The robot is heard as before.
-    let next = intake.judge(&message(100).encode(), robot(), NOW + MS).unwrap();
-    assert_eq!(next.1, Standing::Newest { skipped: 0 });
+    let mut frame_filter = listening();
+    let reason = frame_filter.judge(bytes, from, NOW).unwrap_err().to_string();
+    assert_eq!(frame_filter.rejected().get(&reason), Some(&1));
+    assert_eq!((frame_filter.accepted(), frame_filter.robot()), (100, Some(robot())));
+    // The robot is received as before.
+    let next = frame_filter.judge(&message(100).encode(), robot(), NOW + MS).unwrap();
+    assert_eq!(next.1, SequenceStatus::Newest { skipped: 0 });
     reason
 }
 
@@ -110,61 +110,65 @@ fn a_rogue_sender() {
     for rogue in [port, machine] {
         assert_eq!(refused(&message(100).encode(), rogue), "from another sender");
     }
-    let mut allowed = Intake::new(Some("192.0.2.7".parse().unwrap()));
+    let mut allowed = FrameFilter::new(Some("192.0.2.7".parse().unwrap()));
     assert_eq!(allowed.judge(&message(0).encode(), robot(), 0), Err(Rejection::OtherSender));
     assert_eq!(allowed.robot(), None);
 }
 
 #[test]
 fn overtaken_frames_are_kept_but_not_the_newest() {
-    let mut intake = listening();
-    let mut hear = |k: u32| intake.judge(&message(k).encode(), robot(), NOW).map(|(_, standing)| standing);
-    assert_eq!(hear(103), Ok(Standing::Newest { skipped: 3 }));
-    assert_eq!(hear(101), Ok(Standing::Late));
-    assert_eq!(hear(101), Err(Rejection::Repeated));
-    assert_eq!(hear(100), Ok(Standing::Late));
-    assert_eq!(hear(104), Ok(Standing::Newest { skipped: 0 }));
+    let mut frame_filter = listening();
+    let mut receive =
+        |k: u32| frame_filter.judge(&message(k).encode(), robot(), NOW).map(|(_, status)| status);
+    assert_eq!(receive(103), Ok(SequenceStatus::Newest { skipped: 3 }));
+    assert_eq!(receive(101), Ok(SequenceStatus::Late));
+    assert_eq!(receive(101), Err(Rejection::Repeated));
+    assert_eq!(receive(100), Ok(SequenceStatus::Late));
+    assert_eq!(receive(104), Ok(SequenceStatus::Newest { skipped: 0 }));
 }
 
 #[test]
 fn a_restart_is_a_new_session_after_a_silence_only() {
-    let mut intake = listening();
+    let mut frame_filter = listening();
     let port = "192.0.2.1:50777".parse().unwrap();
     let at = |silence_ms: i64| 1396 * MS + silence_ms * MS;
-    assert_eq!(intake.judge(&message(0).encode(), robot(), at(50)), Err(Rejection::Stale));
-    assert_eq!(intake.judge(&message(0).encode(), port, at(60)), Err(Rejection::OtherSender));
-    let (_, standing) = intake.judge(&message(0).encode(), port, at(110)).unwrap();
-    assert_eq!((standing, intake.robot()), (Standing::First, Some(port)));
-    let (_, standing) = intake.judge(&message(1).encode(), port, at(114)).unwrap();
-    assert_eq!(standing, Standing::Newest { skipped: 0 });
+    assert_eq!(frame_filter.judge(&message(0).encode(), robot(), at(50)), Err(Rejection::Stale));
+    assert_eq!(frame_filter.judge(&message(0).encode(), port, at(60)), Err(Rejection::OtherSender));
+    let (_, status) = frame_filter.judge(&message(0).encode(), port, at(110)).unwrap();
+    assert_eq!((status, frame_filter.robot()), (SequenceStatus::First, Some(port)));
+    let (_, status) = frame_filter.judge(&message(1).encode(), port, at(114)).unwrap();
+    assert_eq!(status, SequenceStatus::Newest { skipped: 0 });
     // The old port is a stranger now, and a strange machine stays one.
-    assert_eq!(intake.judge(&message(2).encode(), robot(), at(118)), Err(Rejection::OtherSender));
+    assert_eq!(frame_filter.judge(&message(2).encode(), robot(), at(118)), Err(Rejection::OtherSender));
     let machine = "192.0.2.9:50000".parse().unwrap();
-    assert_eq!(intake.judge(&message(0).encode(), machine, at(900)), Err(Rejection::OtherSender));
+    assert_eq!(frame_filter.judge(&message(0).encode(), machine, at(900)), Err(Rejection::OtherSender));
 }
 
 #[test]
 fn one_number_far_ahead_does_not_make_the_robot_stale() {
     assert_eq!(refused(&message(1_000_000).encode(), robot()), "a sequence number far ahead");
-    let mut intake = listening();
-    let (_, standing) = intake.judge(&message(1_000_000).encode(), robot(), NOW + 500 * MS).unwrap();
-    assert_eq!(standing, Standing::Newest { skipped: 999_900 }, "after a silence it may be");
+    let mut frame_filter = listening();
+    let (_, status) = frame_filter.judge(&message(1_000_000).encode(), robot(), NOW + 500 * MS).unwrap();
+    assert_eq!(status, SequenceStatus::Newest { skipped: 999_900 }, "after a silence it may be");
 }
 
 #[test]
 fn a_robot_that_speaks_rarely_is_not_replayed() {
-    let mut intake = Intake::new(None);
+    let mut frame_filter = FrameFilter::new(None);
     for k in 0..20 {
-        intake.judge(&message(k).encode(), robot(), 120 * MS * i64::from(k)).unwrap();
+        frame_filter.judge(&message(k).encode(), robot(), 120 * MS * i64::from(k)).unwrap();
     }
     let now = 120 * MS * 19;
-    assert_eq!(intake.judge(&message(3).encode(), robot(), now + 119 * MS), Err(Rejection::Repeated));
+    assert_eq!(frame_filter.judge(&message(3).encode(), robot(), now + 119 * MS), Err(Rejection::Repeated));
     assert_eq!(
-        intake.judge(&message(20).encode(), robot(), now + 120 * MS).unwrap().1,
-        Standing::Newest { skipped: 0 }
+        frame_filter.judge(&message(20).encode(), robot(), now + 120 * MS).unwrap().1,
+        SequenceStatus::Newest { skipped: 0 }
     );
     // A second later it may have begun anew.
-    assert_eq!(intake.judge(&message(0).encode(), robot(), now + 1120 * MS).unwrap().1, Standing::First);
+    assert_eq!(
+        frame_filter.judge(&message(0).encode(), robot(), now + 1120 * MS).unwrap().1,
+        SequenceStatus::First
+    );
 }
 
 #[test]
@@ -174,18 +178,19 @@ fn parts_of_another_form_beside_the_pose_do_not_cost_the_frame() {
     bytes.extend([0x50, 0x07, 0x70, 0x01]);
     let read = RobotMessage::decode(&bytes).unwrap();
     assert_eq!((read.unread, read.utilization_percent), (2, None));
-    let mut intake = listening();
-    assert!(intake.judge(&bytes, robot(), NOW).is_ok());
+    let mut frame_filter = listening();
+    assert!(frame_filter.judge(&bytes, robot(), NOW).is_ok());
 }
 
 #[test]
 fn sequence_numbers_may_wrap() {
-    let mut intake = Intake::new(None);
-    let mut hear = |k: u32, ms: i64| intake.judge(&message(k).encode(), robot(), ms * MS).map(|(_, s)| s);
-    assert_eq!(hear(u32::MAX - 1, 0), Ok(Standing::First));
-    assert_eq!(hear(u32::MAX, 4), Ok(Standing::Newest { skipped: 0 }));
-    assert_eq!(hear(0, 8), Ok(Standing::Newest { skipped: 0 }));
-    assert_eq!(hear(2, 12), Ok(Standing::Newest { skipped: 1 }));
-    assert_eq!(hear(u32::MAX, 13), Err(Rejection::Repeated));
-    assert_eq!(hear(1, 14), Ok(Standing::Late));
+    let mut frame_filter = FrameFilter::new(None);
+    let mut receive =
+        |k: u32, ms: i64| frame_filter.judge(&message(k).encode(), robot(), ms * MS).map(|(_, s)| s);
+    assert_eq!(receive(u32::MAX - 1, 0), Ok(SequenceStatus::First));
+    assert_eq!(receive(u32::MAX, 4), Ok(SequenceStatus::Newest { skipped: 0 }));
+    assert_eq!(receive(0, 8), Ok(SequenceStatus::Newest { skipped: 0 }));
+    assert_eq!(receive(2, 12), Ok(SequenceStatus::Newest { skipped: 1 }));
+    assert_eq!(receive(u32::MAX, 13), Err(Rejection::Repeated));
+    assert_eq!(receive(1, 14), Ok(SequenceStatus::Late));
 }

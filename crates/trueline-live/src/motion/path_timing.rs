@@ -15,7 +15,7 @@ pub struct Ramp {
 
 /// Where on the path, and at what rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ride {
+pub struct PathState {
     /// Time on the path, s.
     pub path_s: f64,
     /// Rate that is asked for, 0 to 1.
@@ -27,7 +27,7 @@ pub struct Ride {
 /// A rate below this is rest: of 250 mm/s it is 0.0025 mm/s.
 const REST: f64 = 1e-5;
 
-impl Ride {
+impl PathState {
     /// Path time that passes until rest if braking begins now, s.
     #[must_use]
     pub fn until_rest_s(&self, ramp: Ramp) -> f64 {
@@ -40,7 +40,7 @@ impl Ride {
         self.asked == 0.0 && self.rate == 0.0
     }
 
-    /// The ride after so long, speeding up (or keeping the path's pace) or braking.
+    /// The motion after so long, speeding up (or keeping the path's pace) or braking.
     #[must_use]
     pub fn after(self, elapsed_s: f64, ramp: Ramp, go: bool) -> Self {
         let (slope, most_s) = if go {
@@ -49,15 +49,15 @@ impl Ride {
             (-ramp.slope_per_s, self.asked / ramp.slope_per_s)
         };
         let ramped_s = elapsed_s.min(most_s);
-        let mut ride = self.along(ramped_s, slope, ramp.lag_s);
+        let mut on_path = self.along(ramped_s, slope, ramp.lag_s);
         if elapsed_s >= most_s {
-            ride.asked = if go { 1.0 } else { 0.0 };
-            ride = ride.along(elapsed_s - ramped_s, 0.0, ramp.lag_s);
+            on_path.asked = if go { 1.0 } else { 0.0 };
+            on_path = on_path.along(elapsed_s - ramped_s, 0.0, ramp.lag_s);
         }
-        if ride.asked == 0.0 && ride.rate < REST {
-            ride.rate = 0.0;
+        if on_path.asked == 0.0 && on_path.rate < REST {
+            on_path.rate = 0.0;
         }
-        ride
+        on_path
     }
 
     /// Exact solution of the two equations for a constant slope.
@@ -86,21 +86,21 @@ mod tests {
     #[test]
     fn the_way_to_rest_is_what_it_says() {
         for (asked, rate) in [(1.0, 1.0), (1.0, 0.3), (0.2, 0.7), (0.0, 0.5)] {
-            let mut ride = Ride { path_s: 3.0, asked, rate };
-            let expected = 3.0 + ride.until_rest_s(RAMP);
+            let mut on_path = PathState { path_s: 3.0, asked, rate };
+            let expected = 3.0 + on_path.until_rest_s(RAMP);
             for _ in 0..2000 {
-                ride = ride.after(0.004, RAMP, false);
+                on_path = on_path.after(0.004, RAMP, false);
             }
-            assert!(ride.rests());
+            assert!(on_path.rests());
             // What REST cuts off: lag · 1e-5.
-            assert!((ride.path_s - expected).abs() < 2e-6, "{} is not {expected}", ride.path_s);
+            assert!((on_path.path_s - expected).abs() < 2e-6, "{} is not {expected}", on_path.path_s);
         }
     }
 
     /// Against many small Euler steps: their error is of first order in the step, 2e-6 here.
     #[test]
     fn the_solution_is_that_of_its_equations() {
-        let start = Ride { path_s: 0.0, asked: 0.4, rate: 0.1 };
+        let start = PathState { path_s: 0.0, asked: 0.4, rate: 0.1 };
         let exact = start.after(0.5, RAMP, true);
         let (mut euler, step) = (start, 1e-6);
         for _ in 0..500_000 {
@@ -113,20 +113,20 @@ mod tests {
 
     #[test]
     fn whatever_is_asked_the_bounds_hold() {
-        let (mut ride, mut before) = (Ride::default(), Ride::default());
+        let (mut on_path, mut before) = (PathState::default(), PathState::default());
         let (dt, mut change_before) = (0.001, 0.0);
         for k in 0..20_000_u32 {
             // An arbitrary but fixed sequence of commands.
             let go = (k.wrapping_mul(2_654_435_761) >> 22) % 3 != 0;
-            ride = ride.after(dt, RAMP, go);
-            let change = (ride.rate - before.rate) / dt;
-            assert!((0.0..=1.0).contains(&ride.rate) && (0.0..=1.0).contains(&ride.asked));
+            on_path = on_path.after(dt, RAMP, go);
+            let change = (on_path.rate - before.rate) / dt;
+            assert!((0.0..=1.0).contains(&on_path.rate) && (0.0..=1.0).contains(&on_path.asked));
             // Setting a rate below REST to zero changes it by 1e-5 at most.
             assert!(change.abs() <= RAMP.slope_per_s + 1e-5 / dt);
             assert!(
                 (change - change_before).abs() / dt <= 2.0 * RAMP.slope_per_s / RAMP.lag_s + 2e-5 / dt / dt
             );
-            (before, change_before) = (ride, change);
+            (before, change_before) = (on_path, change);
         }
     }
 }

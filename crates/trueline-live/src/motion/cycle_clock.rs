@@ -12,7 +12,7 @@ const MADE_UP_PERIODS: f64 = 3.0;
 
 /// A frame and when it came.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeardFrame {
+pub struct ReceivedFrame {
     /// What it says.
     pub frame: RobotFrame,
     /// When it came, on the steady clock, ns.
@@ -21,9 +21,9 @@ pub struct HeardFrame {
     pub is_first: bool,
 }
 
-/// The robot's rhythm.
+/// The robot's cycle clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rhythm {
+pub struct CycleClock {
     first: Option<(u32, i64)>,
     frames: u32,
     period_s: Option<f64>,
@@ -31,7 +31,7 @@ pub struct Rhythm {
     ahead_s: f64,
 }
 
-impl Rhythm {
+impl CycleClock {
     /// Time between the robot's messages, s, once it is known: by this PC's clock and the robot's numbers.
     #[must_use]
     pub fn period_s(&self) -> Option<f64> {
@@ -39,21 +39,22 @@ impl Rhythm {
     }
 
     /// Learns from a frame until the period is known.
-    pub fn learn(&mut self, heard: &HeardFrame) {
+    pub fn learn(&mut self, received: &ReceivedFrame) {
         if self.period_s.is_some() {
             return;
         }
-        let (first_sequence, first_ns) = *self.first.get_or_insert((heard.frame.sequence, heard.arrival_ns));
+        let (first_sequence, first_ns) =
+            *self.first.get_or_insert((received.frame.sequence, received.arrival_ns));
         self.frames += 1;
-        let numbers = heard.frame.sequence.wrapping_sub(first_sequence);
+        let numbers = received.frame.sequence.wrapping_sub(first_sequence);
         if self.frames > FRAMES && numbers > 0 {
-            let passed_s = (heard.arrival_ns - first_ns) as f64 * 1e-9;
+            let passed_s = (received.arrival_ns - first_ns) as f64 * 1e-9;
             self.period_s = Some(passed_s / f64::from(numbers)).filter(|period_s| *period_s > 0.0);
         }
     }
 
-    /// Time that the ride may go on by from one frame to the next, s.
-    pub fn elapsed_s(&mut self, before: &HeardFrame, now: &HeardFrame, period_s: f64) -> f64 {
+    /// Time that the motion may go on by from one frame to the next, s.
+    pub fn elapsed_s(&mut self, before: &ReceivedFrame, now: &ReceivedFrame, period_s: f64) -> f64 {
         let arrivals_s = ((now.arrival_ns - before.arrival_ns) as f64 * 1e-9).max(0.0);
         let controller_s = now.frame.device_ns.saturating_sub(before.frame.device_ns) as f64 * 1e-9;
         let plausible = controller_s > 0.0 && (controller_s - arrivals_s).abs() < MADE_UP_PERIODS * period_s;

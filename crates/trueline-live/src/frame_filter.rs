@@ -37,7 +37,7 @@ pub enum Rejection {
 
 /// Where an accepted frame stands in its session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum SequenceStatus {
     /// The first frame of all, or the first after the controller began anew.
     First,
     /// The newest; so many numbers before it have not come (yet).
@@ -60,7 +60,7 @@ const LATE_WINDOW: u32 = 64;
 
 /// Decides about datagrams, one after the other.
 #[derive(Clone, Debug, Default)]
-pub struct Intake {
+pub struct FrameFilter {
     allowed: Option<IpAddr>,
     robot: Option<SocketAddr>,
     /// Newest sequence number, and which of the 64 up to it were seen (bit 0 is the newest).
@@ -73,14 +73,14 @@ pub struct Intake {
     rejected: BTreeMap<String, u64>,
 }
 
-impl Intake {
+impl FrameFilter {
     /// Listens to one machine, or to whoever first sends a good frame.
     #[must_use]
     pub fn new(allowed: Option<IpAddr>) -> Self {
         Self { allowed, ..Self::default() }
     }
 
-    /// The robot, once it has been heard.
+    /// The robot, once a frame of it was accepted.
     #[must_use]
     pub fn robot(&self) -> Option<SocketAddr> {
         self.robot
@@ -107,7 +107,7 @@ impl Intake {
         bytes: &[u8],
         from: SocketAddr,
         steady_ns: i64,
-    ) -> Result<(RobotFrame, Standing), Rejection> {
+    ) -> Result<(RobotFrame, SequenceStatus), Rejection> {
         let judged = self.decide(bytes, from, steady_ns);
         match &judged {
             Ok(_) => self.accepted += 1,
@@ -121,7 +121,7 @@ impl Intake {
         bytes: &[u8],
         from: SocketAddr,
         steady_ns: i64,
-    ) -> Result<(RobotFrame, Standing), Rejection> {
+    ) -> Result<(RobotFrame, SequenceStatus), Rejection> {
         let silent = steady_ns - self.accepted_ns >= self.restart_silence_ns();
         if !self.is_robot(from, silent) {
             return Err(Rejection::OtherSender);
@@ -133,13 +133,13 @@ impl Intake {
             return Err(Rejection::TooLong);
         }
         let frame = RobotFrame::of(&RobotMessage::decode(bytes)?)?;
-        let standing = self.stand(frame.sequence, from, silent)?;
-        if standing == Standing::First {
+        let status = self.stand(frame.sequence, from, silent)?;
+        if status == SequenceStatus::First {
             self.began = (frame.sequence, steady_ns);
         }
         self.robot = Some(from);
         self.accepted_ns = self.accepted_ns.max(steady_ns);
-        Ok((frame, standing))
+        Ok((frame, status))
     }
 
     /// Longer than what lies between frames, however slowly they come.
@@ -156,13 +156,13 @@ impl Intake {
         self.robot.is_none_or(|robot| robot == from || (silent && robot.ip() == from.ip()))
     }
 
-    fn stand(&mut self, sequence: u32, from: SocketAddr, silent: bool) -> Result<Standing, Rejection> {
+    fn stand(&mut self, sequence: u32, from: SocketAddr, silent: bool) -> Result<SequenceStatus, Rejection> {
         let ahead = sequence.wrapping_sub(self.newest);
         let behind = self.newest.wrapping_sub(sequence);
         let is_new_session = self.robot != Some(from) || (silent && ahead > u32::MAX / 2);
         if is_new_session || (silent && ahead == 0) {
             (self.newest, self.seen) = (sequence, 1);
-            return Ok(Standing::First);
+            return Ok(SequenceStatus::First);
         }
         if ahead == 0 {
             return Err(Rejection::Repeated);
@@ -173,13 +173,13 @@ impl Intake {
             }
             self.seen = self.seen.checked_shl(ahead).unwrap_or(0) | 1;
             self.newest = sequence;
-            return Ok(Standing::Newest { skipped: ahead - 1 });
+            return Ok(SequenceStatus::Newest { skipped: ahead - 1 });
         }
         let bit = if behind < LATE_WINDOW { 1_u64 << behind } else { return Err(Rejection::Stale) };
         if self.seen & bit != 0 {
             return Err(Rejection::Repeated);
         }
         self.seen |= bit;
-        Ok(Standing::Late)
+        Ok(SequenceStatus::Late)
     }
 }
