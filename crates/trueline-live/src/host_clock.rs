@@ -42,20 +42,41 @@ impl HostClock {
         let since_ns = i64::try_from(self.start.elapsed().as_nanos()).unwrap_or(i64::MAX);
         Reading { steady_ns: self.wall_at_start_ns.saturating_add(since_ns), wall_ns: wall_ns() }
     }
+}
 
-    /// The steady stamp of something that the kernel stamped by the wall clock, ns; `None` if the two cannot belong
-    /// together because the clock was set in between.
+/// Puts the kernel's stamps, which are of the wall clock, on the steady one. Datagrams come in order, so a stamp is right if it
+/// lies between the one before and now, however long the datagram waited.
+#[derive(Clone, Copy, Debug)]
+pub struct KernelStamps {
+    newest_ns: i64,
+    wall: StepWatch,
+    /// How far the wall clock was ahead before it was last set, ns.
+    ahead_before_step_ns: Option<i64>,
+}
+
+impl KernelStamps {
+    /// For datagrams that come from now on.
     #[must_use]
-    pub fn steady_ns(read: Reading, kernel_wall_ns: i64) -> Option<i64> {
-        let age_ns = read.wall_ns - kernel_wall_ns;
-        (-CLOCKS_APART_NS..OLDEST_NS).contains(&age_ns).then(|| read.steady_ns - age_ns)
+    pub fn since(now: Reading) -> Self {
+        Self { newest_ns: now.steady_ns, wall: StepWatch { last: Some(now) }, ahead_before_step_ns: None }
+    }
+
+    /// The steady stamp of a datagram that was read just now, ns; `None` if its stamp fits no clock there was.
+    pub fn steady_ns(&mut self, read: Reading, kernel_wall_ns: i64) -> Option<i64> {
+        if let Some(step_ns) = self.wall.step_ns(read) {
+            self.ahead_before_step_ns = Some(read.wall_ahead_ns() - step_ns);
+        }
+        let possible = self.newest_ns - CLOCKS_APART_NS..=read.steady_ns + CLOCKS_APART_NS;
+        let aheads = [Some(read.wall_ahead_ns()), self.ahead_before_step_ns];
+        let stamps = aheads.into_iter().flatten().map(|ahead_ns| kernel_wall_ns.saturating_sub(ahead_ns));
+        let stamp_ns = stamps.into_iter().find(|stamp_ns| possible.contains(stamp_ns))?;
+        self.newest_ns = self.newest_ns.max(stamp_ns);
+        Some(stamp_ns)
     }
 }
 
 /// The two clocks are not read at the same instant, ns.
 const CLOCKS_APART_NS: i64 = 1_000_000;
-/// Nothing waits longer than this in a socket that is being read, ns.
-const OLDEST_NS: i64 = 2_000_000_000;
 
 fn wall_ns() -> i64 {
     // Before 1970 and after 2262 there is no scan.
@@ -101,10 +122,33 @@ mod tests {
         assert_eq!(watch.step_ns(at(12, 5_000_000 - 30 * SECOND_NS)), None);
     }
 
+    fn at(steady_s: i64, wall_s: i64) -> Reading {
+        Reading { steady_ns: steady_s * SECOND_NS, wall_ns: wall_s * SECOND_NS }
+    }
+
     #[test]
-    fn a_kernel_stamp_keeps_its_age_whatever_the_wall_clock_says() {
-        let read = Reading { steady_ns: 70 * SECOND_NS, wall_ns: 9 * SECOND_NS };
-        assert_eq!(HostClock::steady_ns(read, 9 * SECOND_NS - 400_000), Some(70 * SECOND_NS - 400_000));
-        assert_eq!(HostClock::steady_ns(read, 69 * SECOND_NS), None, "the clock was set in between");
+    fn a_kernel_stamp_keeps_its_age_however_old_it_is() {
+        let mut stamps = KernelStamps::since(at(10, 10));
+        // The program was held up for 50 s; the datagrams waited for 49 s and less.
+        for waited_ns in [49 * SECOND_NS, 3 * SECOND_NS, 2 * SECOND_NS + 1, 400_000] {
+            let stamp = stamps.steady_ns(at(60, 60), 60 * SECOND_NS - waited_ns);
+            assert_eq!(stamp, Some(60 * SECOND_NS - waited_ns));
+        }
+    }
+
+    #[test]
+    fn a_kernel_stamp_from_before_the_clock_was_set_is_put_where_it_belongs() {
+        for wall_s in [9, 85, 1_000_000] {
+            let mut stamps = KernelStamps::since(at(60, 60));
+            let read = at(70, wall_s);
+            // Two waited since before the clock was set, one came after.
+            assert_eq!(stamps.steady_ns(read, 61 * SECOND_NS), Some(61 * SECOND_NS), "{wall_s}");
+            assert_eq!(stamps.steady_ns(read, 65 * SECOND_NS), Some(65 * SECOND_NS), "{wall_s}");
+            let after = stamps.steady_ns(read, wall_s * SECOND_NS - 400_000);
+            assert_eq!(after, Some(70 * SECOND_NS - 400_000), "{wall_s}");
+        }
+        let mut stamps = KernelStamps::since(at(60, 60));
+        assert_eq!(stamps.steady_ns(at(70, 70), 3 * SECOND_NS), None, "from before the socket was there");
+        assert_eq!(stamps.steady_ns(at(70, 70), 90 * SECOND_NS), None, "from the future");
     }
 }

@@ -90,7 +90,7 @@ pub struct LinkReport {
     pub longest_gap_s: f64,
     /// Rate and delays of the last minute; `None` with fewer than ten frames.
     pub timing: Option<Timing>,
-    /// Datagrams without a stamp of the kernel.
+    /// Datagrams without a stamp of the kernel that could be used: they are stamped when they were read.
     pub without_kernel_stamp: u64,
     /// Datagrams that this machine had to drop.
     pub dropped_by_kernel: u32,
@@ -101,7 +101,8 @@ impl LinkWatch {
     pub fn note(&mut self, received: &Received<'_>) {
         let datagram = &received.datagram;
         self.dropped_by_kernel = datagram.dropped_by_kernel;
-        self.without_kernel_stamp += u64::from(datagram.arrival.kernel_wall_ns.is_none());
+        self.without_kernel_stamp +=
+            u64::from(datagram.arrival.kernel_wall_ns.is_none() || datagram.arrival.is_of_reading);
         if self.talkers.len() < MOST_TALKERS || self.talkers.contains_key(&datagram.from) {
             let talker = self.talkers.entry(datagram.from).or_default();
             talker.datagrams += 1;

@@ -1,6 +1,6 @@
 //! A UDP socket that tells when the kernel got each datagram, which no busy program can delay.
 
-use crate::host_clock::{HostClock, Reading};
+use crate::host_clock::{HostClock, KernelStamps, Reading};
 use crate::wait;
 use socket2::{Domain, Protocol, SockRef, Socket, Type};
 use std::io;
@@ -17,6 +17,8 @@ const BUFFER_BYTES: usize = 4 << 20;
 pub struct Arrival {
     /// On the steady clock, ns: by the kernel's stamp where there is one, else when it was read.
     pub steady_ns: i64,
+    /// Whether the stamp is that of the reading although the kernel gave one: it fitted no clock there was.
+    pub is_of_reading: bool,
     /// The kernel's stamp as it is, ns since 1970 by the wall clock.
     pub kernel_wall_ns: Option<i64>,
     /// Both clocks when this program read it.
@@ -42,6 +44,7 @@ pub struct StampedSocket {
     buffer: Box<[u8]>,
     control: Vec<u8>,
     clock: HostClock,
+    stamps: KernelStamps,
     dropped: u32,
 }
 
@@ -63,6 +66,7 @@ impl StampedSocket {
             socket,
             buffer: vec![0; LONGEST_BYTES + 1].into_boxed_slice(),
             control: kernel::control_buffer(),
+            stamps: KernelStamps::since(clock.read()),
             clock,
             dropped: 0,
         })
@@ -104,9 +108,10 @@ impl StampedSocket {
             Err(error) => return Err(error),
         };
         self.dropped = received.dropped.unwrap_or(self.dropped);
-        let steady = received.kernel_wall_ns.and_then(|wall_ns| HostClock::steady_ns(read, wall_ns));
+        let steady = received.kernel_wall_ns.and_then(|wall_ns| self.stamps.steady_ns(read, wall_ns));
         let arrival = Arrival {
             steady_ns: steady.unwrap_or(read.steady_ns),
+            is_of_reading: steady.is_none() && received.kernel_wall_ns.is_some(),
             kernel_wall_ns: received.kernel_wall_ns,
             read,
         };

@@ -9,21 +9,33 @@ pub struct BlockIds {
     last: Option<(u64, u64)>,
 }
 
+/// A whole picture may follow so many lost ones; beyond that nobody knows how many there were.
+const MOST_LOST: i64 = 10_000;
+/// A picture that is not whole may follow so many: one stray packet with a strange number makes such a picture.
+const MOST_LOST_BEFORE_A_PART: i64 = 64;
+
 impl BlockIds {
-    /// The unwrapped number of a block; pictures come in the order of the stream.
-    pub fn unwrapped(&mut self, id: u64) -> u64 {
+    /// The unwrapped number of a block; pictures come in the order of the stream. `None` for what is no picture of the
+    /// stream: a part of one, with a number that the counter cannot have reached.
+    pub fn unwrapped(&mut self, id: u64, is_whole: bool) -> Option<u64> {
         let number = match self.last {
-            None => id,
+            None => is_whole.then_some(id)?,
             Some((last_id, number)) => {
                 let ahead = id.wrapping_sub(last_id).cast_signed();
                 // A counter of 64 bits never falls; one of 16 bits falls by nearly all of its range when it wraps.
-                let ahead = if ahead < -LAST_OF_16_BITS / 2 { ahead + LAST_OF_16_BITS } else { ahead };
-                // Any other fall is a camera that began again: how many pictures that cost nobody knows.
-                number.saturating_add(u64::try_from(ahead).unwrap_or(0).max(1))
+                let wraps = (-LAST_OF_16_BITS..-LAST_OF_16_BITS / 2).contains(&ahead);
+                let ahead = if wraps { ahead + LAST_OF_16_BITS } else { ahead };
+                let most = if is_whole { MOST_LOST } else { MOST_LOST_BEFORE_A_PART };
+                match u64::try_from(ahead) {
+                    Ok(ahead @ 1..) if ahead.cast_signed() <= most => number.saturating_add(ahead),
+                    // A camera that began again: how many pictures that cost nobody knows.
+                    _ if is_whole => number.saturating_add(1),
+                    _ => return None,
+                }
             }
         };
         self.last = Some((id, number));
-        number
+        Some(number)
     }
 }
 
@@ -33,7 +45,21 @@ mod tests {
 
     fn unwrapped(ids: &[u64]) -> Vec<u64> {
         let mut counter = BlockIds::default();
-        ids.iter().map(|id| counter.unwrapped(*id)).collect()
+        ids.iter().filter_map(|id| counter.unwrapped(*id, true)).collect()
+    }
+
+    #[test]
+    fn a_stray_packet_with_a_strange_number_leaves_no_trace() {
+        for strange in [u64::MAX, 1 << 63, 18_446_744_073_709_486_256, 70_000, 5, 0, 1 << 32] {
+            let mut counter = BlockIds::default();
+            assert_eq!(counter.unwrapped(strange, false), None, "nothing is known before the first picture");
+            let numbers: Vec<Option<u64>> = [(1000, true), (strange, false), (1001, true), (1003, false)]
+                .into_iter()
+                .map(|(id, is_whole)| counter.unwrapped(id, is_whole))
+                .collect();
+            assert_eq!(numbers, [Some(1000), None, Some(1001), Some(1003)], "{strange}");
+        }
+        assert_eq!(unwrapped(&[1000, u64::MAX, 1, 2]), [1000, 1001, 1002, 1003], "whole ones began again");
     }
 
     #[test]

@@ -52,6 +52,8 @@ pub struct GigeCounts {
     pub socket_drops: u64,
     /// Pictures dropped because those before them were not taken in time.
     pub not_taken: u64,
+    /// Stray packets with a number that the camera's counter cannot have reached; dropped.
+    pub stray: u64,
 }
 
 /// A camera that sends pictures.
@@ -171,17 +173,22 @@ impl GigeCamera {
         }
     }
 
-    fn given(&mut self, frame: &Frame) -> CameraFrame {
+    /// A picture; `None` for a stray packet that is none.
+    fn given(&mut self, frame: &Frame) -> Option<CameraFrame> {
         let packets = self.packets.take(frame.frame_id);
         let (status, image) = picture::of(frame, packets.as_ref(), self.session);
-        let number = self.ids.unwrapped(frame.frame_id);
+        let is_whole = !matches!(status, FrameStatus::Incomplete { .. });
+        let Some(number) = self.ids.unwrapped(frame.frame_id, is_whole) else {
+            self.counts.stray += 1;
+            return None;
+        };
         self.count(number, &status);
         self.counts.resent_packets += u64::from(packets.map_or(0, |p| p.resent));
         self.pending = self.verdict(&status);
         let complete_ns = packets.map_or_else(|| self.clock.read().steady_ns, |p| p.last_ns);
         self.last_packet_ns = self.last_packet_ns.max(complete_ns);
         let ticks = Some(frame.timestamp_ticks).filter(|ticks| *ticks != 0);
-        CameraFrame {
+        Some(CameraFrame {
             image,
             frame: number,
             device_ns: ticks.map(|ticks| device_ns(ticks, self.tick_hz)),
@@ -189,7 +196,7 @@ impl GigeCamera {
             complete_ns,
             exposure_us: self.exposure_us,
             status,
-        }
+        })
     }
 
     fn count(&mut self, number: u64, status: &FrameStatus) {
@@ -230,7 +237,10 @@ impl FrameSource for GigeCamera {
                 if let Err(error @ CameraError::ExposureAuto { .. }) = self.look_at_camera() {
                     self.pending.get_or_insert(error);
                 }
-                return Ok(Some(given));
+                if given.is_some() {
+                    return Ok(given);
+                }
+                continue;
             }
             self.look_at_camera()?;
             if Instant::now() >= until {

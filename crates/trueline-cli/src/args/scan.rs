@@ -118,6 +118,10 @@ pub struct ScanArgs {
     /// Write limits that just hold the path, to be read and narrowed, and do nothing else
     #[arg(long, conflicts_with_all = ["limits", "enable_motion", "bind", "robot", "out"])]
     pub write_limits: Option<PathBuf>,
+    /// Distance from the tool's origin to the farthest point of what it carries, for limits that are derived
+    /// [default: the sensor that was planned for and 100 mm; without a plan 500]
+    #[arg(long, conflicts_with = "limits")]
+    pub reach_mm: Option<f64>,
     /// Share of the path's own pace, up to 1
     #[arg(long, default_value_t = 1.0)]
     pub pace: f64,

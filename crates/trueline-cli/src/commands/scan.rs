@@ -5,7 +5,7 @@ use crate::args::ScanArgs;
 use crate::failure::Failure;
 use crate::live_cell::{self, LiveCell};
 use crate::live_screen::LiveScreen;
-use crate::{interrupt, link_text, output, path_file, priority};
+use crate::{interrupt, link_text, output, path_file, planned_scan, priority};
 use std::fmt::Write as _;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ use trueline_live::guide::{Answer, Observer, Outcome, Patience};
 use trueline_live::link_watch::Brief;
 use trueline_live::motion::{
     CheckedPath, EndReason, Gate, GateState, MotionLimits, OperatorCommand, PathError, Phase, derive_limits,
-    limits,
+    limits::FASTEST_M_S, limits_file,
 };
 use trueline_live::{Guide, HostClock, Received, ReplyTimes};
 use trueline_mcap::NoteLevel;
@@ -39,13 +39,13 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
         };
         Failure::new(format!("{}: {error}", path_file::file(&args.path).display()), hint)
     };
-    if let Some(file) = &args.write_limits {
-        return write_limits(file, &derive_limits::limits_for(&poses, args.pace).map_err(refused)?);
-    }
     let limits = match &args.limits {
-        Some(file) => limits::parse(file, &limits_text(file)?)?,
-        None => derive_limits::limits_for(&poses, args.pace).map_err(refused)?,
+        Some(file) => limits_file::parse(file, &limits_text(file)?)?,
+        None => derive_limits::limits_for(&poses, args.pace, reach_m(args)?).map_err(refused)?,
     };
+    if let Some(file) = &args.write_limits {
+        return write_limits(file, &limits);
+    }
     let path = CheckedPath::new(&poses, args.pace, &limits).map_err(refused)?;
     let plan = plan(&path, &poses, &limits, args);
     let (true, Some(bind), Some(out)) = (args.enable_motion, args.bind, &args.out) else {
@@ -81,6 +81,9 @@ fn check(args: &ScanArgs) -> Result<(), Failure> {
     if !(args.pace > 0.0 && args.pace <= 1.0) {
         return Err(bad("--pace: expected a share above 0 and up to 1", args.pace));
     }
+    if args.reach_mm.is_some_and(|reach_mm| !(reach_mm > 0.0 && reach_mm <= 3000.0)) {
+        return Err(bad("--reach-mm: expected 1 to 3000 mm", args.reach_mm.unwrap_or_default()));
+    }
     if !(args.hold_s > 0.0 && args.hold_s < 600.0) {
         return Err(bad("--hold-s: expected seconds above 0", args.hold_s));
     }
@@ -99,6 +102,21 @@ fn check(args: &ScanArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+/// How far the tool carries something: as the user says, or to the back of the sensor that was planned for.
+fn reach_m(args: &ScanArgs) -> Result<f64, Failure> {
+    if let Some(reach_mm) = args.reach_mm {
+        return Ok(reach_mm * 1e-3);
+    }
+    let cell = args.path.join(planned_scan::CELL);
+    if !cell.exists() {
+        return Ok(derive_limits::REACH_M);
+    }
+    Ok(planned_scan::read_cell(&cell)?.tool_from_camera.translation.vector.norm() + SENSOR_BODY_M)
+}
+
+/// From a camera's centre to the farthest corner of its sensor, m.
+const SENSOR_BODY_M: f64 = 0.1;
+
 fn limits_text(file: &Path) -> Result<String, Failure> {
     std::fs::read_to_string(file).map_err(|error| {
         let hint = "`trueline scan PATH --write-limits FILE` writes limits to begin with";
@@ -114,7 +132,7 @@ fn write_limits(file: &Path, limits: &MotionLimits) -> Result<ExitCode, Failure>
             "limits that somebody has narrowed are not written over: name another file",
         ));
     }
-    output::file(file, &limits::format(limits))?;
+    output::file(file, &limits_file::format(limits))?;
     output::words(&format!(
         "{}: limits that just hold the path. Read every line: it is you who allows them.",
         file.display()
@@ -156,6 +174,13 @@ fn plan(path: &CheckedPath, poses: &[RobotSample], limits: &MotionLimits, args: 
     for (what, found, limit, unit) in rows {
         let _ = writeln!(out, "  {what:<12} up to {found:.1} {unit}, allowed {limit:.1}");
     }
+    let _ = writeln!(
+        out,
+        "  at the tip   up to {:.1} mm/s, allowed {:.1}: {:.0} mm from the tool's origin",
+        most.tip_m_s * 1e3,
+        FASTEST_M_S * 1e3,
+        limits.reach_m * 1e3
+    );
     if path.longest_rest_s() > DWELL_S {
         let _ = writeln!(
             out,

@@ -1,6 +1,6 @@
 //! A path that keeps the limits everywhere, at its own pace and while it starts and stops: proved once, before anything moves.
 
-use super::limits::MotionLimits;
+use super::limits::{FASTEST_M_S, MotionLimits};
 use super::path_timing::{PathState, Ramp};
 use super::spline::Spline;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -121,6 +121,8 @@ pub struct Extremes {
     pub turn_rad_s: f64,
     /// rad/s².
     pub turn_acceleration_rad_s2: f64,
+    /// Speed of the fastest point that the tool carries, m/s.
+    pub tip_m_s: f64,
 }
 
 /// A path within limits.
@@ -268,11 +270,14 @@ impl CheckedPath {
                 }
             };
             kept("the speed", speed, limits.speed_m_s, 1e3, "mm/s")?;
+            let tip = limits.tip_speed_m_s(speed, turn);
+            kept("the speed of what the tool carries", tip, FASTEST_M_S, 1e3, "mm/s")?;
             kept("the acceleration", acceleration, limits.acceleration_m_s2, 1e3, "mm/s²")?;
             kept("the jerk", jerk, limits.jerk_m_s3, 1e3, "mm/s³")?;
             kept("the angular speed", turn, limits.turn_rad_s, degrees, "°/s")?;
             let bends = limits.turn_acceleration_rad_s2;
             kept("the angular acceleration", turn_acceleration, bends, degrees, "°/s²")?;
+            most.tip_m_s = most.tip_m_s.max(tip);
             most.speed_m_s = most.speed_m_s.max(speed);
             most.acceleration_m_s2 = most.acceleration_m_s2.max(acceleration);
             most.jerk_m_s3 = most.jerk_m_s3.max(jerk);

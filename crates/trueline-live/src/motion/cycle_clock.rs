@@ -1,13 +1,14 @@
 //! How often the robot speaks, and how much of the path's time a frame may use up.
 //!
 //! The controller's clock says best how much time lies between two frames, but it is not to be trusted with more than it can
-//! have: over any stretch, no more time is used up than has passed here, plus a period.
+//! have: over any stretch, no more time is used up than has passed here, plus a period and what came late.
 
+use super::step_budget::MADE_UP_S;
 use crate::robot_frame::RobotFrame;
 
 /// Frames that show the period.
 const FRAMES: u32 = 25;
-/// Delays on the way may be made up for later, up to so many periods.
+/// Delays on the way may be made up for later, up to so many periods, and [`MADE_UP_S`].
 const MADE_UP_PERIODS: f64 = 3.0;
 
 /// A frame and when it came.
@@ -57,11 +58,12 @@ impl CycleClock {
     pub fn elapsed_s(&mut self, before: &ReceivedFrame, now: &ReceivedFrame, period_s: f64) -> f64 {
         let arrivals_s = ((now.arrival_ns - before.arrival_ns) as f64 * 1e-9).max(0.0);
         let controller_s = now.frame.device_ns.saturating_sub(before.frame.device_ns) as f64 * 1e-9;
-        let plausible = controller_s > 0.0 && (controller_s - arrivals_s).abs() < MADE_UP_PERIODS * period_s;
+        let made_up_s = (MADE_UP_PERIODS * period_s).min(MADE_UP_S);
+        let plausible = controller_s > 0.0 && (controller_s - arrivals_s).abs() < made_up_s;
         let told_s = if plausible { controller_s } else { arrivals_s };
         let ahead_s = self.ahead_s - arrivals_s;
         let elapsed_s = told_s.min(period_s - ahead_s).max(0.0);
-        self.ahead_s = (ahead_s + elapsed_s).max(-MADE_UP_PERIODS * period_s);
+        self.ahead_s = (ahead_s + elapsed_s).max(-made_up_s);
         elapsed_s
     }
 

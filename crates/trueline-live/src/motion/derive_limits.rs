@@ -15,14 +15,17 @@ const SLACK: f64 = 1.1;
 /// A path at rest has limits as well, m/s.
 const LEAST_M_S: f64 = 1e-3;
 
-/// Limits for a path at a share of its own pace.
+/// What the tool carries reaches no further than this where nobody says otherwise, m: a sensor or a torch on a bracket.
+pub const REACH_M: f64 = 0.5;
+
+/// Limits for a path at a share of its own pace, of a tool that carries something as far as `reach_m` from its origin.
 ///
 /// # Errors
-/// A path that no limits would make good.
-pub fn limits_for(poses: &[RobotSample], pace: f64) -> Result<MotionLimits, PathError> {
+/// A path that no limits would make good: the speed of what the tool carries has one that no file raises.
+pub fn limits_for(poses: &[RobotSample], pace: f64, reach_m: f64) -> Result<MotionLimits, PathError> {
     let axis = poses.iter().map(|p| p.base_from_tool.rotation * Vector3::z()).sum::<Vector3<f64>>();
     let tool_axis = UnitVector3::try_new(axis, 1e-3).ok_or(PathError::Attitude { at_s: 0.0 })?;
-    let anything = anything(tool_axis);
+    let anything = MotionLimits { reach_m, ..anything(tool_axis) };
     let path = CheckedPath::new(poses, pace, &anything)?;
     let most = path.extremes();
     let start_m = 0.005;
@@ -35,6 +38,7 @@ pub fn limits_for(poses: &[RobotSample], pace: f64) -> Result<MotionLimits, Path
         box_m: [low - room, high + room],
         tool_axis,
         cone_rad: lean + start_rad + ROOM_RAD,
+        reach_m,
         speed_m_s: (most.speed_m_s * SLACK).clamp(LEAST_M_S, FASTEST_M_S),
         acceleration_m_s2: ((most.acceleration_m_s2 + most.speed_m_s * speeding) * SLACK)
             .max(10.0 * LEAST_M_S),
@@ -42,7 +46,7 @@ pub fn limits_for(poses: &[RobotSample], pace: f64) -> Result<MotionLimits, Path
             + speeding * (3.0 * most.acceleration_m_s2 + 2.0 * most.speed_m_s / LAG_S))
             * SLACK)
             .max(100.0 * LEAST_M_S),
-        turn_rad_s: (most.turn_rad_s * SLACK).max(0.01),
+        turn_rad_s: (most.turn_rad_s * SLACK).max(0.01).min(FASTEST_M_S / reach_m),
         turn_acceleration_rad_s2: (most.turn_acceleration_rad_s2 + most.turn_rad_s * speeding).max(0.01)
             * SLACK,
         deviation_m: 0.015,
@@ -57,6 +61,7 @@ fn anything(tool_axis: UnitVector3<f64>) -> MotionLimits {
         box_m: [Vector3::repeat(-1e3), Vector3::repeat(1e3)],
         tool_axis,
         cone_rad: 10.0,
+        reach_m: 0.0,
         speed_m_s: 1e3,
         acceleration_m_s2: 1e6,
         jerk_m_s3: 1e9,

@@ -2,16 +2,17 @@
 //!
 //! What leaves it is one of four: the path, laid at where the robot was when it began, at a rate that starts and stops
 //! smoothly; rest where that ended; rest where the robot is; or nothing. Every one is inside the limits, whatever is received,
-//! and after a moving reference the last one is always rest. Speed, acceleration and jerk keep their limits as long as the
-//! motion goes on or stops smoothly; where something is wrong, or the robot is silent, rest is asked for at once, and the
-//! controller's own filters and limits brake.
+//! none is further from the one before than the limits allow in the time between them, and after a moving reference the last
+//! one is always rest. Speed, acceleration and jerk keep their limits as long as the motion goes on or stops smoothly; where
+//! something is wrong, or the robot is silent, rest is asked for at once, and the controller's own filters and limits brake.
 
 use super::anchor::Anchor;
 use super::checked_path::{CheckedPath, Reference};
 use super::cycle_clock::{CycleClock, ReceivedFrame};
 use super::limits::MotionLimits;
 use super::path_timing::PathState;
-use super::phase::{EndReason, OperatorCommand, Phase};
+use super::phase::{EndReason, OperatorCommand, Phase, SLOWEST_S};
+use super::step_budget::StepBudget;
 use nalgebra::Vector3;
 use trueline_geometry::Pose;
 
@@ -33,8 +34,9 @@ pub struct GateState {
     pub phase: Phase,
     /// The last frame that was believed.
     received: Option<ReceivedFrame>,
-    cycle_clock: CycleClock,
-    anchor: Anchor,
+    pub(super) cycle_clock: CycleClock,
+    pub(super) anchor: Anchor,
+    pub(super) budget: StepBudget,
     /// What was sent last.
     sent: Option<Reference>,
     /// Holds of the motion because frames came late or not at all.
@@ -61,24 +63,32 @@ impl GateState {
     pub fn was_converged(&self) -> bool {
         self.received.is_some_and(|received| received.frame.converged)
     }
+
+    /// Why it has ended, if it has.
+    fn ended(&self) -> Option<EndReason> {
+        match self.phase {
+            Phase::Stopping { why, .. } | Phase::Holding { why, .. } | Phase::Silent { why } => Some(why),
+            Phase::Waiting | Phase::Travelling { .. } | Phase::Interrupted { .. } => None,
+        }
+    }
 }
 
 /// The limits, the path, and the controller's patience.
 #[derive(Clone, Debug)]
 pub struct Gate {
-    limits: MotionLimits,
-    path: CheckedPath,
+    pub(super) limits: MotionLimits,
+    pub(super) path: CheckedPath,
     timeout_s: f64,
 }
 
 /// After so many periods without a frame nothing is sent, and the controller's own timeout acts.
 const SILENT_PERIODS: f64 = 5.0;
-/// A frame that is later than this is a hold-up of this program or of the way.
-const LATE_PERIODS: f64 = 3.0;
+/// A frame that is later than this is a hold-up of this program or of the network.
+pub(super) const LATE_PERIODS: f64 = 3.0;
 /// As long as the period is not known, this is silence, s.
 const SILENT_AT_FIRST_S: f64 = 0.2;
-/// Frames in time before the motion goes on.
-const PAUSE_FRAMES: u32 = 25;
+/// Frames in time before motion goes on.
+pub(super) const PAUSE_FRAMES: u32 = 25;
 /// What the feedback may differ from one frame to the next beside the robot's own speed: noise and vibration, m.
 const JUMP_SLACK_M: f64 = 0.002;
 /// The same for the attitude, rad.
@@ -86,7 +96,7 @@ const JUMP_SLACK_RAD: f64 = 0.01;
 /// The robot may catch up faster than its reference moves.
 const CATCH_UP: f64 = 3.0;
 
-type Step = (Phase, Option<Reference>);
+pub(super) type Step = (Phase, Option<Reference>);
 
 impl Gate {
     /// A gate for a path that was checked against these limits; the controller ends a guidance after so long without an answer
@@ -105,23 +115,31 @@ impl Gate {
     /// One step: the new state and what to send, if anything.
     #[must_use]
     pub fn step(&self, mut state: GateState, input: &Input) -> (GateState, Option<Reference>) {
+        state.budget.pass(input.now_ns);
         let too_old_s = self.silence_s(&state);
-        let fresh =
-            |received: &ReceivedFrame| (input.now_ns - received.arrival_ns) as f64 * 1e-9 <= too_old_s;
+        let fresh = |received: &ReceivedFrame| seconds(received.arrival_ns, input.now_ns) <= too_old_s;
         let (phase, wanted) = match input.received.filter(fresh) {
             Some(received) => self.with_frame(&mut state, received, input.command),
             None => self.without_frame(&mut state, input.now_ns, input.command),
         };
         state.phase = phase;
         let sent = wanted.and_then(|wanted| self.allowed(&mut state, wanted, input.now_ns));
-        state.sent = sent.or(state.sent);
+        if let Some(sent) = sent {
+            let from = state.sent.map(|before| before.base_from_tool);
+            let period_s = state.period_s().unwrap_or(0.0).min(SLOWEST_S);
+            state.budget.spend(from.as_ref(), &sent.base_from_tool, &self.limits, period_s);
+            state.sent = Some(sent);
+        }
         (state, sent)
     }
 
-    /// The reference, if it is inside the limits. If it is not, whoever moves is brought to rest where he was sent last, which was
-    /// inside.
+    /// The reference, if it is inside the limits and no further away than there was time for. If it is not, a motion is brought to
+    /// rest at the last reference, which was.
     fn allowed(&self, state: &mut GateState, wanted: Reference, now_ns: i64) -> Option<Reference> {
-        if self.limits.contain(&wanted.base_from_tool) {
+        let to = &wanted.base_from_tool;
+        let in_time =
+            state.sent.is_none_or(|sent| state.budget.has_time(&sent.base_from_tool, to, &self.limits));
+        if in_time && self.limits.contain(to) {
             return Some(wanted);
         }
         let moving = state.sent.filter(|sent| !sent.is_rest())?;
@@ -135,7 +153,8 @@ impl Gate {
     }
 
     fn silence_s(&self, state: &GateState) -> f64 {
-        state.period_s().map_or(SILENT_AT_FIRST_S, |period_s| SILENT_PERIODS * period_s)
+        let silence_s = state.period_s().map_or(SILENT_AT_FIRST_S, |period_s| SILENT_PERIODS * period_s);
+        silence_s.min(self.timeout_s)
     }
 
     /// Without a frame there is nothing to answer; but silence is noticed, and the operator is listened to.
@@ -146,7 +165,7 @@ impl Gate {
             return self.silence(state);
         }
         let Some(received) = state.received else { return (state.phase, None) };
-        let silent_s = (now_ns - received.arrival_ns) as f64 * 1e-9;
+        let silent_s = seconds(received.arrival_ns, now_ns);
         let limit_s = match state.phase {
             Phase::Interrupted { .. } => self.timeout_s,
             _ => self.silence_s(state),
@@ -155,35 +174,47 @@ impl Gate {
     }
 
     fn with_frame(&self, state: &mut GateState, received: ReceivedFrame, command: OperatorCommand) -> Step {
-        let robot = received.frame.base_from_tool;
-        if received.is_first && !matches!(state.phase, Phase::Waiting | Phase::Silent { .. }) {
-            state.received = Some(received);
-            return hold(robot, &received, self.ended(state).unwrap_or(EndReason::Restarted));
-        }
-        if let Phase::Interrupted { on_path } = state.phase {
-            return self.take_up(state, on_path, received, command);
-        }
-        let Some(before) = state.received.replace(received) else {
-            state.cycle_clock = CycleClock::default();
+        let Some(before) = state.received else {
+            (state.received, state.cycle_clock) = (Some(received), CycleClock::default());
             return (state.phase, None);
         };
-        let silent_s = (received.arrival_ns - before.arrival_ns) as f64 * 1e-9;
+        if received.is_first {
+            return self.new_session(state, &before, received);
+        }
+        if let Phase::Interrupted { on_path } = state.phase {
+            return self.take_up(state, on_path, (&before, received), command);
+        }
+        let silent_s = seconds(before.arrival_ns, received.arrival_ns);
         if silent_s > self.silence_s(state) {
-            state.received = Some(before);
             return self.fall_silent(state, silent_s);
         }
         if self.has_jumped(state, &before, &received) {
-            state.received = Some(before);
             state.jumps += 1;
             return (state.phase, None);
         }
+        state.received = Some(received);
         state.cycle_clock.learn(&received);
         self.advance(state, &before, &received, command)
     }
 
-    /// Whoever was being led gets one last word: rest at the last reference.
+    /// The controller began anew: nothing is guided any more. It is held where it is, or at the last reference if it cannot be
+    /// where it says.
+    fn new_session(&self, state: &mut GateState, before: &ReceivedFrame, received: ReceivedFrame) -> Step {
+        let jumped = self.has_jumped(state, before, &received);
+        state.received = Some(received);
+        if matches!(state.phase, Phase::Waiting | Phase::Silent { .. }) {
+            state.cycle_clock = CycleClock::default();
+            return (state.phase, None);
+        }
+        state.jumps += u32::from(jumped);
+        let robot = received.frame.base_from_tool;
+        let at = state.sent.filter(|_| jumped).map_or(robot, |sent| sent.base_from_tool);
+        self.hold(state, at, &received, state.ended().unwrap_or(EndReason::Restarted))
+    }
+
+    /// Whoever was being guided gets one final hold at the last reference.
     fn fall_silent(&self, state: &mut GateState, silent_s: f64) -> Step {
-        let why = self.ended(state).unwrap_or(EndReason::RobotSilent { silent_s });
+        let why = state.ended().unwrap_or(EndReason::RobotSilent { silent_s });
         let rest = |on_path: &PathState| Some(Reference::rest(self.laid(state, on_path).base_from_tool));
         match state.phase {
             Phase::Travelling { on_path, .. } => {
@@ -191,7 +222,7 @@ impl Gate {
                 (Phase::Interrupted { on_path }, rest(&on_path))
             }
             Phase::Stopping { on_path, .. } => (Phase::Silent { why }, rest(&on_path)),
-            Phase::Holding { at, .. } => (Phase::Silent { why }, Some(Reference::rest(at))),
+            Phase::Holding { at, .. } => (Phase::Silent { why }, Some(self.rest_toward(state, &at))),
             Phase::Interrupted { .. } | Phase::Silent { .. } => (Phase::Silent { why }, None),
             Phase::Waiting => {
                 // What comes later begins anew.
@@ -202,58 +233,72 @@ impl Gate {
     }
 
     /// Goes on after an interruption: from rest, after some frames in time, if it is the same session of a controller that
-    /// still follows, and the robot is where it was left.
+    /// still follows, and the robot is where it was left. Frames that waited somewhere on the way say where it was, not where it
+    /// is: they are passed over until a fresh one comes.
     fn take_up(
         &self,
         state: &mut GateState,
         on_path: PathState,
-        received: ReceivedFrame,
+        (before, received): (&ReceivedFrame, ReceivedFrame),
         command: OperatorCommand,
     ) -> Step {
-        let Some(before) = state.received.replace(received) else { return self.silence(state) };
-        let arrivals_s = (received.arrival_ns - before.arrival_ns) as f64 * 1e-9;
-        let controller_s = received.frame.device_ns.saturating_sub(before.frame.device_ns) as f64 * 1e-9;
-        let continues = (controller_s - arrivals_s).abs() < self.silence_s(state);
-        if arrivals_s > self.timeout_s || !continues {
-            return self.fall_silent(state, arrivals_s);
-        }
-        state.pauses += 1;
-        state.cycle_clock.settle();
         if command == OperatorCommand::Silence {
             return self.silence(state);
         }
+        let arrivals_s = seconds(before.arrival_ns, received.arrival_ns);
+        let controller_s = received.frame.device_ns.saturating_sub(before.frame.device_ns) as f64 * 1e-9;
+        let ahead_s = controller_s - arrivals_s;
+        if arrivals_s > self.timeout_s || ahead_s > self.silence_s(state) {
+            return self.fall_silent(state, arrivals_s);
+        }
+        if ahead_s < -LATE_PERIODS * state.period_s().unwrap_or(0.0) {
+            return (state.phase, None);
+        }
+        if self.has_jumped(state, before, &received) {
+            return self.disbelieve(state, before, &received);
+        }
+        state.received = Some(received);
+        state.pauses += 1;
+        state.cycle_clock.settle();
         let broken_off = self.broken_off(state, &on_path, &received);
         match broken_off.or((command == OperatorCommand::Stop).then_some(EndReason::Stopped)) {
-            Some(why) => hold(received.frame.base_from_tool, &received, why),
+            Some(why) => self.hold(state, received.frame.base_from_tool, &received, why),
             None => {
                 let rest = Reference::rest(self.laid(state, &on_path).base_from_tool);
-                (Phase::Travelling { on_path, braking_for_end: false, paused_for: PAUSE_FRAMES }, Some(rest))
+                let paused_for = PAUSE_FRAMES;
+                (Phase::Travelling { on_path, braking_for_end: false, paused_for }, Some(rest))
             }
         }
     }
 
-    /// One last word of rest, if the last one was not.
+    /// A leap while it rests: if nothing else comes before the timeout, that is the end.
+    fn disbelieve(&self, state: &mut GateState, before: &ReceivedFrame, received: &ReceivedFrame) -> Step {
+        state.jumps += 1;
+        let passed_s = seconds(before.arrival_ns, received.arrival_ns);
+        if passed_s + self.silence_s(state) < self.timeout_s {
+            return (state.phase, None);
+        }
+        let (distance_m, angle_rad) = apart(&before.frame.base_from_tool, &received.frame.base_from_tool);
+        (Phase::Silent { why: EndReason::NotBelieved { distance_m, angle_rad } }, None)
+    }
+
+    /// One final hold, if the last reference was a movement.
     fn silence(&self, state: &GateState) -> Step {
-        let why = self.ended(state).unwrap_or(EndReason::Stopped);
+        let why = state.ended().unwrap_or(EndReason::Stopped);
         let moving = state.sent.filter(|sent| !sent.is_rest());
         (Phase::Silent { why }, moving.map(|sent| Reference::rest(sent.base_from_tool)))
     }
 
-    /// Why it has ended, if it has.
-    fn ended(&self, state: &GateState) -> Option<EndReason> {
-        match state.phase {
-            Phase::Stopping { why, .. } | Phase::Holding { why, .. } | Phase::Silent { why } => Some(why),
-            Phase::Waiting | Phase::Travelling { .. } | Phase::Interrupted { .. } => None,
-        }
-    }
-
+    /// Whether the robot cannot have moved so far. It may catch up for as long as is no silence; a longer one it spends at its
+    /// reference's speed at most.
     fn has_jumped(&self, state: &GateState, before: &ReceivedFrame, now: &ReceivedFrame) -> bool {
-        let passed_s = (now.arrival_ns - before.arrival_ns) as f64 * 1e-9;
-        let passed_s = passed_s.max(state.period_s().unwrap_or(0.0));
+        let passed_s = seconds(before.arrival_ns, now.arrival_ns).max(state.period_s().unwrap_or(0.0));
+        let caught_up_s = passed_s.min(self.silence_s(state));
+        let may_s = passed_s + (CATCH_UP - 1.0) * caught_up_s;
         let (distance_m, angle_rad) = apart(&before.frame.base_from_tool, &now.frame.base_from_tool);
         // Written so that what is no number is a jump.
-        let near = distance_m <= CATCH_UP * self.limits.speed_m_s * passed_s + JUMP_SLACK_M
-            && angle_rad <= CATCH_UP * self.limits.turn_rad_s * passed_s + JUMP_SLACK_RAD;
+        let near = distance_m <= self.limits.speed_m_s * may_s + JUMP_SLACK_M
+            && angle_rad <= self.limits.turn_rad_s * may_s + JUMP_SLACK_RAD;
         !near
     }
 
@@ -264,33 +309,15 @@ impl Gate {
         received: &ReceivedFrame,
         command: OperatorCommand,
     ) -> Step {
-        let robot = received.frame.base_from_tool;
         if command == OperatorCommand::Silence {
             return self.silence(state);
         }
         match state.phase {
             Phase::Waiting => self.begin(state, received, command),
             Phase::Silent { why } => (Phase::Silent { why }, None),
-            Phase::Holding { at, since_ns, why } => {
-                let at = if received.frame.is_guided() { at } else { robot };
-                (Phase::Holding { at, since_ns, why }, Some(Reference::rest(at)))
-            }
-            Phase::Travelling { on_path, .. }
-            | Phase::Interrupted { on_path }
-            | Phase::Stopping { on_path, .. } => {
-                if let Some(why) = self.broken_off(state, &on_path, received) {
-                    return hold(robot, received, why);
-                }
-                let period_s = state.period_s().unwrap_or(0.0);
-                let arrivals_s = (received.arrival_ns - before.arrival_ns) as f64 * 1e-9;
-                let late = arrivals_s > LATE_PERIODS * period_s;
-                let mut elapsed_s = state.cycle_clock.elapsed_s(before, received, period_s);
-                if late {
-                    // Its time is lost, not made up for: the reference must not leap.
-                    elapsed_s = elapsed_s.min(period_s);
-                    state.cycle_clock.settle();
-                }
-                self.travel(state, received, elapsed_s, (late, command))
+            Phase::Holding { at, since_ns, why } => self.go_on_holding(state, (at, since_ns, why), received),
+            Phase::Travelling { .. } | Phase::Interrupted { .. } | Phase::Stopping { .. } => {
+                self.travel(state, before, received, command)
             }
         }
     }
@@ -299,103 +326,71 @@ impl Gate {
     fn begin(&self, state: &mut GateState, received: &ReceivedFrame, command: OperatorCommand) -> Step {
         let robot = received.frame.base_from_tool;
         if command == OperatorCommand::Stop {
-            return hold(robot, received, EndReason::Stopped);
+            return self.hold(state, robot, received, EndReason::Stopped);
         }
-        if !received.frame.is_guided() || state.period_s().is_none() {
-            return (Phase::Waiting, Some(Reference::rest(robot)));
+        let Some(rest) = self.echo(state, &robot) else { return (Phase::Waiting, None) };
+        let period_s = state.period_s().filter(|_| received.frame.is_guided());
+        let Some(period_s) = period_s else { return (Phase::Waiting, Some(rest)) };
+        if period_s > SLOWEST_S {
+            return self.hold(state, rest.base_from_tool, received, EndReason::TooSlow { period_s });
         }
         let start = self.path.at(0.0).base_from_tool;
-        let (distance_m, angle_rad) = apart(&start, &robot);
+        let (distance_m, angle_rad) = apart(&start, &rest.base_from_tool);
         if distance_m > self.limits.start_m || angle_rad > self.limits.start_rad {
-            return hold(robot, received, EndReason::StartTooFar { distance_m, angle_rad });
+            let why = EndReason::StartTooFar { distance_m, angle_rad };
+            return self.hold(state, rest.base_from_tool, received, why);
         }
-        state.anchor = Anchor::between(&start, &robot);
+        state.anchor = Anchor::between(&start, &rest.base_from_tool);
         state.cycle_clock.settle();
-        let travelling =
-            Phase::Travelling { on_path: PathState::default(), braking_for_end: false, paused_for: 0 };
-        (travelling, Some(Reference::rest(robot)))
+        let on_path = PathState::default();
+        (Phase::Travelling { on_path, braking_for_end: false, paused_for: 0 }, Some(rest))
     }
 
-    /// What leaves no time for a smooth stop.
-    fn broken_off(
+    /// Held where it was; a robot that is not guided is followed, for its controller does not listen. One that is guided and yet
+    /// elsewhere is left to its controller's timeout: any reference would move it.
+    fn go_on_holding(
         &self,
         state: &GateState,
-        on_path: &PathState,
+        (at, since_ns, why): (Pose, i64, EndReason),
         received: &ReceivedFrame,
-    ) -> Option<EndReason> {
-        if !received.frame.is_guided() {
-            return Some(EndReason::LeftGuidance);
-        }
-        if received.frame.collided {
-            return Some(EndReason::Collision);
-        }
-        let reference = self.laid(state, on_path).base_from_tool;
-        let (distance_m, angle_rad) = apart(&reference, &received.frame.base_from_tool);
-        let near = distance_m <= self.limits.deviation_m && angle_rad <= self.limits.deviation_rad;
-        (!near).then_some(EndReason::Deviation { distance_m, angle_rad })
-    }
-
-    fn travel(
-        &self,
-        state: &mut GateState,
-        received: &ReceivedFrame,
-        elapsed_s: f64,
-        (late, command): (bool, OperatorCommand),
     ) -> Step {
-        let phase = match state.phase {
-            Phase::Travelling { on_path, braking_for_end, paused_for } => {
-                if let Some(percent) = received.frame.utilization_percent.filter(|u| *u > 100.0) {
-                    self.brake(on_path, elapsed_s, EndReason::Overload { percent })
-                } else if command == OperatorCommand::Stop {
-                    self.brake(on_path, elapsed_s, EndReason::Stopped)
-                } else {
-                    state.pauses += u32::from(late);
-                    let paused_for = if late { PAUSE_FRAMES } else { paused_for.saturating_sub(1) };
-                    self.travel_on(on_path, elapsed_s, braking_for_end, paused_for)
-                }
-            }
-            Phase::Stopping { on_path, why } => self.brake(on_path, elapsed_s, why),
-            other => other,
-        };
-        match phase {
-            Phase::Travelling { on_path, braking_for_end: true, .. } if on_path.rests() => {
-                hold(self.laid(state, &on_path).base_from_tool, received, EndReason::Travelled)
-            }
-            Phase::Stopping { on_path, why } if on_path.rests() => {
-                hold(self.laid(state, &on_path).base_from_tool, received, why)
-            }
-            Phase::Travelling { on_path, .. } | Phase::Stopping { on_path, .. } => {
-                (phase, Some(self.laid(state, &on_path)))
-            }
-            other => (other, None),
+        let robot = received.frame.base_from_tool;
+        if !received.frame.is_guided() {
+            let rest = self.echo(state, &robot);
+            let at = rest.map_or(at, |rest| rest.base_from_tool);
+            return (Phase::Holding { at, since_ns, why }, rest);
         }
+        let (distance_m, angle_rad) = apart(&at, &robot);
+        if distance_m > self.limits.deviation_m || angle_rad > self.limits.deviation_rad {
+            return self.silence(state);
+        }
+        (Phase::Holding { at, since_ns, why }, Some(self.rest_toward(state, &at)))
     }
 
-    fn brake(&self, on_path: PathState, elapsed_s: f64, why: EndReason) -> Phase {
-        Phase::Stopping { on_path: on_path.after(elapsed_s, self.path.ramp(), false), why }
+    /// Rest at a place, or as near to it as there was time for.
+    fn rest_toward(&self, state: &GateState, at: &Pose) -> Reference {
+        let reached = |sent: Reference| state.budget.toward(&sent.base_from_tool, at, &self.limits);
+        Reference::rest(state.sent.map_or(*at, reached))
     }
 
-    /// Goes on as long as it could still stop before the path's end.
-    fn travel_on(&self, on_path: PathState, elapsed_s: f64, braking_for_end: bool, paused_for: u32) -> Phase {
-        let ramp = self.path.ramp();
-        let gone_on = on_path.after(elapsed_s, ramp, true);
-        let braking_for_end =
-            braking_for_end || gone_on.path_s + gone_on.until_rest_s(ramp) > self.path.duration_s();
-        let go = !braking_for_end && paused_for == 0;
-        let on_path = if go { gone_on } else { on_path.after(elapsed_s, ramp, false) };
-        Phase::Travelling { on_path, braking_for_end, paused_for }
+    /// Rest where the robot is; nothing if the last reference was too far from there for the time that has passed.
+    fn echo(&self, state: &GateState, robot: &Pose) -> Option<Reference> {
+        let rest = self.rest_toward(state, robot);
+        let (distance_m, angle_rad) = apart(&rest.base_from_tool, robot);
+        (distance_m <= JUMP_SLACK_M && angle_rad <= JUMP_SLACK_RAD).then_some(rest)
     }
 
-    fn laid(&self, state: &GateState, on_path: &PathState) -> Reference {
-        state.anchor.lay(self.path.along(on_path))
+    pub(super) fn hold(&self, state: &GateState, at: Pose, received: &ReceivedFrame, why: EndReason) -> Step {
+        (Phase::Holding { at, since_ns: received.arrival_ns, why }, Some(self.rest_toward(state, &at)))
     }
 }
 
-fn hold(at: Pose, received: &ReceivedFrame, why: EndReason) -> Step {
-    (Phase::Holding { at, since_ns: received.arrival_ns, why }, Some(Reference::rest(at)))
+pub(super) fn seconds(from_ns: i64, to_ns: i64) -> f64 {
+    to_ns.saturating_sub(from_ns) as f64 * 1e-9
 }
 
-fn apart(a: &Pose, b: &Pose) -> (f64, f64) {
+/// Distance, m, and angle, rad.
+pub(super) fn apart(a: &Pose, b: &Pose) -> (f64, f64) {
     let distance: Vector3<f64> = a.translation.vector - b.translation.vector;
     (distance.norm(), a.rotation.angle_to(&b.rotation))
 }

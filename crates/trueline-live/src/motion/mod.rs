@@ -6,9 +6,12 @@ pub mod cycle_clock;
 pub mod derive_limits;
 pub mod gate;
 pub mod limits;
+pub mod limits_file;
 pub mod path_timing;
 pub mod phase;
 pub mod spline;
+mod step_budget;
+mod travel;
 
 pub use checked_path::{CheckedPath, PathError, Reference};
 pub use cycle_clock::ReceivedFrame;

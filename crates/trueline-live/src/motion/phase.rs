@@ -14,6 +14,9 @@ pub enum OperatorCommand {
     Silence,
 }
 
+/// Longest time between messages of a robot that is guided, s: a reference is a step of that length.
+pub const SLOWEST_S: f64 = 0.020;
+
 /// Why a scan ended.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum EndReason {
@@ -48,6 +51,20 @@ pub enum EndReason {
     RobotSilent {
         /// How long, s.
         silent_s: f64,
+    },
+    /// It speaks too rarely to be guided.
+    #[error("the robot speaks every {:.0} ms; to be guided it must speak every {:.0} ms or more often (\\SampleRate)", *period_s * 1e3, SLOWEST_S * 1e3)]
+    TooSlow {
+        /// Time between its messages, s.
+        period_s: f64,
+    },
+    /// The robot says that it is where it cannot have moved to.
+    #[error("the reported pose leapt by {:.1} mm and {:.2}°, which the robot cannot have moved", distance_m * 1e3, angle_rad.to_degrees())]
+    NotBelieved {
+        /// Distance from the last pose that was believed, m.
+        distance_m: f64,
+        /// Angle, rad.
+        angle_rad: f64,
     },
     /// The robot is elsewhere.
     #[error("the robot is {:.1} mm and {:.2}° from its reference", distance_m * 1e3, angle_rad.to_degrees())]
