@@ -1,5 +1,6 @@
 //! The whole cell on loopback: controller, camera and PC are three programs that meet in sockets only, and what was put into
-//! the first two comes out of the third.
+//! the first two comes out of the third. They run in real time, so a busy machine shows in them: they are left out unless asked for. The
+//! same in virtual time: `trueline-live/tests/guidance.rs` and `trueline-camera/tests/clocks.rs`.
 #![cfg(feature = "gige")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -150,6 +151,7 @@ fn check(folder: &Path, result: &Value, true_offset_s: f64) {
 }
 
 #[test]
+#[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
 fn a_stream_is_recorded_and_calibrates_to_what_was_put_in() {
     let dir = tempfile::tempdir().unwrap();
     write_plan(dir.path());
@@ -179,6 +181,7 @@ fn a_stream_is_recorded_and_calibrates_to_what_was_put_in() {
 }
 
 #[test]
+#[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
 fn a_led_scan_over_a_lossy_network_with_dropped_pictures_does_too() {
     let dir = tempfile::tempdir().unwrap();
     write_plan(dir.path());
@@ -241,6 +244,7 @@ fn a_led_scan_over_a_lossy_network_with_dropped_pictures_does_too() {
 }
 
 #[test]
+#[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
 fn a_camera_that_is_unplugged_stops_the_scan_and_keeps_the_recording() {
     let dir = tempfile::tempdir().unwrap();
     write_plan(dir.path());

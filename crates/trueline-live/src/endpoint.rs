@@ -34,7 +34,7 @@ pub struct Newest {
 }
 
 /// Most datagrams received before the newest is answered: a flood must not keep the robot waiting.
-const MOST_AT_ONCE: usize = 256;
+pub(crate) const MOST_AT_ONCE: usize = 256;
 
 /// Most datagrams left unheard at once: more than a receive buffer holds.
 const MOST_FORGOTTEN: usize = 100_000;

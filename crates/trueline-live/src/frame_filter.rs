@@ -24,6 +24,9 @@ pub enum Rejection {
     /// An EGM message that cannot be relied on.
     #[error("not usable: {0}")]
     Frame(#[from] FrameError),
+    /// A packet of another robot's protocol that cannot be used.
+    #[error("not usable: {0}")]
+    Packet(#[from] PacketError),
     /// Its sequence number was there already.
     #[error("a repetition")]
     Repeated,
@@ -33,6 +36,32 @@ pub enum Rejection {
     /// Its sequence number is older than what can be late.
     #[error("a stale sequence number")]
     Stale,
+}
+
+/// Why a packet of a robot other than ABB's is not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PacketError {
+    /// Not the length that it should have.
+    #[error("{found} bytes are no packet of this protocol")]
+    Length {
+        /// Its bytes.
+        found: usize,
+    },
+    /// Another kind of packet.
+    #[error("a packet of type {found}")]
+    Kind {
+        /// Its kind.
+        found: u32,
+    },
+    /// Something that is part of the protocol and not needed.
+    #[error("{0}")]
+    NotNeeded(&'static str),
+    /// A figure that is none.
+    #[error("a pose or time that is no number")]
+    NotFinite,
+    /// A text that cannot be read.
+    #[error("{0}")]
+    Text(&'static str),
 }
 
 /// Where an accepted frame stands in its session.
@@ -108,7 +137,24 @@ impl FrameFilter {
         from: SocketAddr,
         steady_ns: i64,
     ) -> Result<(RobotFrame, SequenceStatus), Rejection> {
-        let judged = self.decide(bytes, from, steady_ns);
+        self.judge_as(bytes, from, steady_ns, |bytes| {
+            let frame = RobotFrame::of(&RobotMessage::decode(bytes)?)?;
+            Ok((frame.sequence, frame))
+        })
+    }
+
+    /// Judges a datagram of any protocol: `decode` gives its sequence number and what it says.
+    ///
+    /// # Errors
+    /// Why it is not used.
+    pub fn judge_as<T>(
+        &mut self,
+        bytes: &[u8],
+        from: SocketAddr,
+        steady_ns: i64,
+        decode: impl FnOnce(&[u8]) -> Result<(u32, T), Rejection>,
+    ) -> Result<(T, SequenceStatus), Rejection> {
+        let judged = self.decide(bytes, from, steady_ns, decode);
         match &judged {
             Ok(_) => self.accepted += 1,
             Err(reason) => *self.rejected.entry(reason.to_string()).or_default() += 1,
@@ -116,12 +162,13 @@ impl FrameFilter {
         judged
     }
 
-    fn decide(
+    fn decide<T>(
         &mut self,
         bytes: &[u8],
         from: SocketAddr,
         steady_ns: i64,
-    ) -> Result<(RobotFrame, SequenceStatus), Rejection> {
+        decode: impl FnOnce(&[u8]) -> Result<(u32, T), Rejection>,
+    ) -> Result<(T, SequenceStatus), Rejection> {
         let silent = steady_ns - self.accepted_ns >= self.restart_silence_ns();
         if !self.is_robot(from, silent) {
             return Err(Rejection::OtherSender);
@@ -132,10 +179,10 @@ impl FrameFilter {
         if bytes.len() > LONGEST_BYTES {
             return Err(Rejection::TooLong);
         }
-        let frame = RobotFrame::of(&RobotMessage::decode(bytes)?)?;
-        let status = self.stand(frame.sequence, from, silent)?;
+        let (sequence, frame) = decode(bytes)?;
+        let status = self.stand(sequence, from, silent)?;
         if status == SequenceStatus::First {
-            self.began = (frame.sequence, steady_ns);
+            self.began = (sequence, steady_ns);
         }
         self.robot = Some(from);
         self.accepted_ns = self.accepted_ns.max(steady_ns);

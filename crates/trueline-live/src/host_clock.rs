@@ -42,7 +42,18 @@ impl HostClock {
         let since_ns = i64::try_from(self.start.elapsed().as_nanos()).unwrap_or(i64::MAX);
         Reading { steady_ns: self.wall_at_start_ns.saturating_add(since_ns), wall_ns: wall_ns() }
     }
+
+    /// The steady stamp of something that the kernel stamped by the wall clock, ns; `None` if the two cannot belong together
+    /// because the clock was set in between. [`KernelStamps`] also knows what came before, and so needs no such bound.
+    #[must_use]
+    pub fn steady_ns(read: Reading, kernel_wall_ns: i64) -> Option<i64> {
+        let age_ns = read.wall_ns - kernel_wall_ns;
+        (-CLOCKS_APART_NS..OLDEST_NS).contains(&age_ns).then(|| read.steady_ns - age_ns)
+    }
 }
+
+/// Nothing waits longer than this in a socket that is being read, ns: no buffer holds more of a camera's packets.
+const OLDEST_NS: i64 = 60_000_000_000;
 
 /// Puts the kernel's stamps, which are of the wall clock, on the steady one. Datagrams come in order, so a stamp is right if it
 /// lies between the one before and now, however long the datagram waited.

@@ -7,16 +7,23 @@
 pub mod controller;
 pub mod egm;
 pub mod endpoint;
+pub mod fanuc;
 pub mod frame_filter;
 pub mod guide;
 pub mod host_clock;
+pub mod kuka;
 pub mod link_watch;
 pub mod motion;
+pub mod pose_feed;
 pub mod rapid;
 pub mod reply_times;
 pub mod robot_frame;
+pub mod robot_source;
 pub mod stamped_socket;
+pub mod udp_source;
+pub mod ur;
 mod wait;
+pub mod zyx_angles;
 
 pub use endpoint::{Endpoint, Newest, Received};
 pub use frame_filter::{FrameFilter, Rejection, SequenceStatus};

@@ -1,0 +1,180 @@
+//! Where a robot's poses come from, whatever it speaks.
+
+use crate::frame_filter::{Rejection, SequenceStatus};
+use crate::stamped_socket::Arrival;
+use crate::{Endpoint, Received};
+use std::fmt;
+use std::io;
+use std::net::SocketAddr;
+use std::time::Duration;
+use trueline_geometry::Pose;
+
+/// A robot that tells where it is. Nothing that it is sent moves it.
+pub trait RobotSource: Send {
+    /// Waits for the robot, and hands over every packet that is there.
+    ///
+    /// # Errors
+    /// [`SourceError`]: packets that came before it are handed over first. A source that was closed by the robot may be
+    /// asked again: it connects anew.
+    fn receive(
+        &mut self,
+        timeout: Duration,
+        each: &mut dyn FnMut(&RobotPacket<'_>),
+    ) -> Result<(), SourceError>;
+
+    /// What it speaks, and what its poses are, as far as is known by now.
+    fn about(&self) -> SourceAbout;
+}
+
+/// A packet of the robot and what became of it.
+#[derive(Clone, Copy, Debug)]
+pub struct RobotPacket<'a> {
+    /// As it came.
+    pub bytes: &'a [u8],
+    /// Its sender.
+    pub from: SocketAddr,
+    /// When it came.
+    pub arrival: Arrival,
+    /// Where the robot was, or why the packet is not used.
+    pub judged: Result<(RobotPose, SequenceStatus), Rejection>,
+}
+
+/// Where a robot was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotPose {
+    /// Counts the controller's cycles; wraps.
+    pub sequence: u32,
+    /// The controller's clock, of no known epoch and without its wraps, ns.
+    pub device_ns: i64,
+    /// Pose of the frame that [`SourceAbout::pose`] names, m.
+    pub base_from_tool: Pose,
+    /// How the robot is.
+    pub status: RobotStatus,
+}
+
+/// How a robot is, as far as its stream says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RobotStatus {
+    /// The stream does not say.
+    #[default]
+    Unknown,
+    /// Ready, at rest or moving.
+    Ready,
+    /// It cannot move: why.
+    Stopped(&'static str),
+}
+
+impl fmt::Display for RobotStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unknown => "state unknown",
+            Self::Ready => "ready",
+            Self::Stopped(why) => why,
+        })
+    }
+}
+
+/// Which pose a robot reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PoseMeaning {
+    /// Of the tool that the program names, in its work object.
+    ToolInWorkObject,
+    /// Of the active tool (TCP) in the robot's base.
+    TcpInBase,
+    /// Of the flange (faceplate) in the robot's world frame.
+    FlangeInWorld,
+    /// Of the active tool in the active base or user frame.
+    TcpInActiveBase,
+}
+
+impl fmt::Display for PoseMeaning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::ToolInWorkObject => "the tool in the work object that the program names",
+            Self::TcpInBase => "the active tool (TCP) in the robot's base",
+            Self::FlangeInWorld => "the flange (faceplate) in the robot's world frame",
+            Self::TcpInActiveBase => "the active tool in the active base",
+        })
+    }
+}
+
+/// What a source speaks. Recordings of different meanings are not to be mixed in one calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SourceAbout {
+    /// Protocol and version.
+    pub protocol: String,
+    /// Which pose comes.
+    pub pose: PoseMeaning,
+    /// The clock of the stream: unit and resolution.
+    pub clock: &'static str,
+    /// The controller's software, where it says so.
+    pub controller: Option<String>,
+    /// What is worth telling: what the controller said, or what is odd about its stream.
+    pub notes: Vec<String>,
+}
+
+/// Why nothing comes.
+#[derive(Debug, thiserror::Error)]
+pub enum SourceError {
+    /// The network.
+    #[error("{address}: {error}")]
+    Io {
+        /// Whose.
+        address: SocketAddr,
+        /// What the operating system says.
+        error: io::Error,
+    },
+    /// The robot closed the connection, or ended its stream; the next call connects anew.
+    #[error("{address} closed the connection")]
+    Closed {
+        /// Whose.
+        address: SocketAddr,
+    },
+    /// The robot speaks, and cannot be listened to.
+    #[error("{address}: {why}")]
+    Refused {
+        /// Whose.
+        address: SocketAddr,
+        /// Why.
+        why: String,
+    },
+}
+
+impl RobotSource for Endpoint {
+    fn receive(
+        &mut self,
+        timeout: Duration,
+        each: &mut dyn FnMut(&RobotPacket<'_>),
+    ) -> Result<(), SourceError> {
+        let heard = Self::receive(self, timeout, |received| each(&packet(received)));
+        match (heard, self.local_address()) {
+            (Err(error), Ok(address)) => Err(SourceError::Io { address, error }),
+            _ => Ok(()),
+        }
+    }
+
+    fn about(&self) -> SourceAbout {
+        SourceAbout {
+            protocol: "ABB EGM".to_owned(),
+            pose: PoseMeaning::ToolInWorkObject,
+            clock: "µs (ms on RobotWare 6)",
+            controller: None,
+            notes: Vec::new(),
+        }
+    }
+}
+
+fn packet<'a>(received: &Received<'a>) -> RobotPacket<'a> {
+    let judged = received.judged.map(|(frame, status)| {
+        let ready = if frame.is_guided() { RobotStatus::Ready } else { RobotStatus::Unknown };
+        let pose = RobotPose {
+            sequence: frame.sequence,
+            device_ns: frame.device_ns,
+            base_from_tool: frame.base_from_tool,
+            status: ready,
+        };
+        (pose, status)
+    });
+    let datagram = received.datagram;
+    RobotPacket { bytes: datagram.bytes, from: datagram.from, arrival: datagram.arrival, judged }
+}

@@ -1,0 +1,156 @@
+//! Robots that tell where they are by datagrams: one socket, the same rules of who is believed for all of them.
+
+use crate::endpoint::MOST_AT_ONCE;
+use crate::frame_filter::{FrameFilter, Rejection, SequenceStatus};
+use crate::host_clock::HostClock;
+use crate::robot_source::{RobotPacket, RobotPose, RobotSource, SourceAbout, SourceError};
+use crate::stamped_socket::{Datagram, StampedSocket};
+use std::io;
+use std::net::{IpAddr, SocketAddr};
+use std::time::Duration;
+
+/// One protocol: what its datagrams say.
+pub trait DatagramProtocol: Send {
+    /// What a datagram says before its place in the stream is known.
+    type Raw;
+
+    /// Reads a datagram: its number, and what it says.
+    ///
+    /// # Errors
+    /// Why it is not used.
+    fn decode(&self, bytes: &[u8]) -> Result<(u32, Self::Raw), Rejection>;
+
+    /// Puts it in its place: numbers of a controller whose counter leaves some out, a clock that wraps.
+    fn place(&mut self, raw: Self::Raw, status: SequenceStatus) -> (RobotPose, SequenceStatus);
+
+    /// What it speaks.
+    fn about(&self) -> SourceAbout;
+
+    /// What is to be sent to the robot at a steady time, ns, so that it speaks. Nothing of it moves the robot.
+    fn ask(&mut self, _now_ns: i64) -> Vec<Vec<u8>> {
+        Vec::new()
+    }
+
+    /// Takes notice of a datagram, whatever it is.
+    fn notice(&mut self, _bytes: &[u8], _now_ns: i64) {}
+
+    /// Why the robot is not to be listened to any longer.
+    fn refusal(&self) -> Option<String> {
+        None
+    }
+
+    /// What is sent before the socket is closed.
+    fn farewell(&self) -> Option<Vec<u8>> {
+        None
+    }
+}
+
+/// A socket and what it knows of its robot.
+pub struct UdpSource<P: DatagramProtocol> {
+    socket: StampedSocket,
+    local: SocketAddr,
+    /// Whom the PC speaks to, if it is to speak first.
+    robot: Option<SocketAddr>,
+    filter: FrameFilter,
+    protocol: P,
+}
+
+impl<P: DatagramProtocol> UdpSource<P> {
+    /// Listens at an address of this machine; to one robot, or to the first that sends a good packet.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn listen(
+        address: SocketAddr,
+        robot: Option<IpAddr>,
+        protocol: P,
+        clock: HostClock,
+    ) -> io::Result<Self> {
+        let socket = StampedSocket::bind(address, clock)?;
+        let local = socket.local_address()?;
+        Ok(Self { socket, local, robot: None, filter: FrameFilter::new(robot), protocol })
+    }
+
+    /// Asks a robot to speak.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn call(robot: SocketAddr, protocol: P, clock: HostClock) -> io::Result<Self> {
+        let any: IpAddr = if robot.is_ipv4() { [0; 4].into() } else { [0_u16; 8].into() };
+        let mut called = Self::listen(SocketAddr::new(any, 0), Some(robot.ip()), protocol, clock)?;
+        called.robot = Some(robot);
+        Ok(called)
+    }
+
+    /// Where it listens.
+    #[must_use]
+    pub fn local_address(&self) -> SocketAddr {
+        self.local
+    }
+
+    fn error(&self, error: io::Error) -> SourceError {
+        SourceError::Io { address: self.robot.unwrap_or(self.local), error }
+    }
+
+    fn speak(&mut self) -> io::Result<()> {
+        let Some(robot) = self.robot else { return Ok(()) };
+        let now_ns = self.socket.clock().read().steady_ns;
+        for datagram in self.protocol.ask(now_ns) {
+            self.socket.send(&datagram, robot)?;
+        }
+        Ok(())
+    }
+
+    fn hear(&mut self, timeout: Duration, each: &mut dyn FnMut(&RobotPacket<'_>)) -> io::Result<()> {
+        let Self { socket, filter, protocol, .. } = self;
+        let mut waiting = socket.wait(timeout)?;
+        for _ in 0..MOST_AT_ONCE {
+            let Some(datagram) = waiting else { break };
+            each(&judge(filter, protocol, datagram));
+            waiting = socket.next_waiting()?;
+        }
+        Ok(())
+    }
+}
+
+fn judge<'a, P: DatagramProtocol>(
+    filter: &mut FrameFilter,
+    protocol: &mut P,
+    datagram: Datagram<'a>,
+) -> RobotPacket<'a> {
+    let Datagram { bytes, from, arrival, .. } = datagram;
+    let judged = filter.judge_as(bytes, from, arrival.steady_ns, |bytes| protocol.decode(bytes));
+    if !matches!(judged, Err(Rejection::OtherSender)) {
+        protocol.notice(bytes, arrival.steady_ns);
+    }
+    let judged = judged.map(|(raw, status)| protocol.place(raw, status));
+    RobotPacket { bytes, from, arrival, judged }
+}
+
+impl<P: DatagramProtocol> RobotSource for UdpSource<P> {
+    fn receive(
+        &mut self,
+        timeout: Duration,
+        each: &mut dyn FnMut(&RobotPacket<'_>),
+    ) -> Result<(), SourceError> {
+        self.speak().map_err(|error| self.error(error))?;
+        self.hear(timeout, each).map_err(|error| self.error(error))?;
+        match self.protocol.refusal() {
+            Some(why) => Err(SourceError::Refused { address: self.robot.unwrap_or(self.local), why }),
+            None => Ok(()),
+        }
+    }
+
+    fn about(&self) -> SourceAbout {
+        self.protocol.about()
+    }
+}
+
+impl<P: DatagramProtocol> Drop for UdpSource<P> {
+    fn drop(&mut self) {
+        if let (Some(robot), Some(farewell)) = (self.robot, self.protocol.farewell()) {
+            // Who does not hear it stops by itself.
+            let _ = self.socket.send(&farewell, robot);
+        }
+    }
+}
