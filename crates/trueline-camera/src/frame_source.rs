@@ -28,6 +28,11 @@ pub trait FrameSource: Send {
     fn has_ended(&self) -> bool {
         false
     }
+
+    /// How often the camera went away and was waited for.
+    fn interruptions(&self) -> u64 {
+        0
+    }
 }
 
 /// What gives the pictures.

@@ -3,6 +3,23 @@
 //! A [`FrameSource`] gives pictures: a recording ([`Replay`]), a simulation in this program ([`InProcess`]) or, with the feature
 //! `gige`, a GigE Vision camera ([`gige::GigeCamera`]). [`LatchMap`] maps the camera's clock to that of the PC. [`device`] is the other side: a
 //! camera that is simulated down to its packets, for tests and for programs that nobody here wrote.
+//!
+//! ```
+//! use trueline_camera::{LatchMap, LatchSample};
+//!
+//! // A camera is asked for its time every second; its clock began at 5 s and runs 100 ppm fast.
+//! let samples: Vec<LatchSample> = (0..20_i64)
+//!     .map(|k| {
+//!         let middle_ns = 1_000_000_000 * (k + 1);
+//!         let device_ns = 5_000_000_000 + 1_000_100_000 * k;
+//!         LatchSample { before_ns: middle_ns - 100_000, device_ns, after_ns: middle_ns + 100_000 }
+//!     })
+//!     .collect();
+//! let map = LatchMap::of(&samples).ok_or("too few exchanges")?;
+//! assert!((map.drift_ppm - 100.0).abs() < 0.1);
+//! assert!((map.host_ns(5_000_000_000) - 1_000_000_000).abs() < 1000);
+//! # Ok::<(), &str>(())
+//! ```
 
 #[cfg(feature = "gige")]
 pub mod device;
@@ -12,6 +29,7 @@ pub mod frame_source;
 pub mod gige;
 pub mod in_process;
 pub mod latch_clock;
+pub mod reconnecting;
 pub mod replay;
 
 pub use error::CameraError;
@@ -20,4 +38,5 @@ pub use frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};
 pub use gige::{GigeCamera, GigeSettings};
 pub use in_process::{InProcess, InProcessSettings};
 pub use latch_clock::{LatchMap, LatchSample};
+pub use reconnecting::Reconnecting;
 pub use replay::{Pace, Replay};

@@ -13,6 +13,8 @@ pub struct CameraCounts {
     pub seams: u64,
     /// How often the camera's clock was set.
     pub clock_set: u64,
+    /// How often it went away; it was waited for and taken up again.
+    pub interruptions: u64,
 }
 
 /// A larger share of lost pictures makes a recording doubtful.
@@ -34,6 +36,8 @@ impl CameraCounts {
     /// Whether so much was lost, or stamped doubtfully, that the recording should not pass as good.
     #[must_use]
     pub fn is_doubtful(&self) -> bool {
-        self.lost() as f64 > DOUBTFUL_LOSS * self.taken() as f64 || self.clock_set > 0
+        self.lost() as f64 > DOUBTFUL_LOSS * self.taken() as f64
+            || self.clock_set > 0
+            || self.interruptions > 0
     }
 }

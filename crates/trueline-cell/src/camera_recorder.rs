@@ -42,7 +42,7 @@ impl CameraRecorder {
         clock: HostClock,
         give_up: &dyn Fn() -> bool,
     ) -> Result<Self, CellError> {
-        let source = camera_source::open(&settings.choice, sensor, clock, give_up)?;
+        let source = camera_source::open(settings, sensor, clock, give_up)?;
         let is_replay = matches!(settings.choice, CameraChoice::Replay(_));
         Ok(Self { is_replay, ..Self::with_source(source, settings.stamp, settings.joint, sensor)? })
     }
@@ -111,6 +111,8 @@ impl CameraRecorder {
                 break;
             }
         }
+        let interruptions = self.source.interruptions();
+        sink.count(|counts| counts.interruptions = interruptions);
         if !self.stamper.needs_exchanges() {
             self.record_waiting(sink, false);
             return Ok(());

@@ -5,7 +5,7 @@ use crate::frame_stamper::StampChoice;
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use trueline_camera::{CameraError, FrameSource, Pace, Replay};
+use trueline_camera::{CameraError, FrameSource, Pace, Reconnecting, Replay};
 use trueline_dataset::Sensor;
 use trueline_live::HostClock;
 use trueline_vision::Joint;
@@ -38,10 +38,32 @@ pub struct CameraSettings {
     pub stamp: StampChoice,
     /// What the laser shines on, for the estimate.
     pub joint: Joint,
+    /// A camera that is unplugged is waited for; else it is an error.
+    pub reconnect: bool,
 }
 
 /// Opens the camera; one that does not answer is looked for again until it does, 8 s are over, or `give_up` says so.
 pub(crate) fn open(
+    settings: &CameraSettings,
+    sensor: Option<&Sensor>,
+    clock: HostClock,
+    give_up: &dyn Fn() -> bool,
+) -> Result<Box<dyn FrameSource>, CellError> {
+    let camera = open_patiently(&settings.choice, sensor, clock, give_up)?;
+    if !settings.reconnect {
+        return Ok(camera);
+    }
+    let (choice, sensor) = (settings.choice.clone(), sensor.cloned());
+    let reopen = move || {
+        open_once(&choice, sensor.as_ref(), clock).map_err(|error| match error {
+            CellError::Camera(error) => error,
+            other => CameraError::Io(std::io::Error::other(other.to_string())),
+        })
+    };
+    Ok(Box::new(Reconnecting::new(camera, Box::new(reopen))))
+}
+
+fn open_patiently(
     choice: &CameraChoice,
     sensor: Option<&Sensor>,
     clock: HostClock,

@@ -9,11 +9,16 @@ use std::sync::Arc;
 use trueline_dataset::RobotSample;
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::StepWatch;
-use trueline_live::{HostClock, LinkWatch, Received};
+use trueline_live::{HostClock, LinkWatch, Received, RobotPacket, SourceWatch};
 use trueline_mcap::{About, Entry, NoteEntry, NoteLevel, RecordError, Recorder, RecorderHandle};
 
 /// Name of the recording in its folder.
 pub const RECORDING: &str = "recording.mcap";
+
+/// The stamp of a datagram.
+pub const ARRIVAL: &str = "arrival at this PC (kernel)";
+/// The stamp of a package that came over TCP, which the kernel does not stamp.
+pub const READING: &str = "reading at this PC (TCP)";
 
 /// Foreign datagrams that are kept byte for byte; more are counted.
 const MOST_REJECTED: u64 = 1000;
@@ -26,6 +31,7 @@ pub struct CellRecording {
     recorder: Recorder,
     handle: RecorderHandle,
     watch: LinkWatch,
+    source: SourceWatch,
     clock: HostClock,
     steps: StepWatch,
     clock_read_ns: i64,
@@ -45,6 +51,8 @@ pub struct RecordingSettings<'a> {
     pub sensor_toml: Option<String>,
     /// Name of the tool whose poses come.
     pub tool: &'a str,
+    /// What the robot's stamps are: [`ARRIVAL`] or [`READING`].
+    pub robot: &'a str,
     /// The command that records.
     pub command: String,
     /// What gives pictures and what their stamps are: [`CameraRecorder::stamp_meaning`](crate::CameraRecorder::stamp_meaning).
@@ -57,8 +65,10 @@ pub struct RecordingSettings<'a> {
 pub struct FinishedRecording {
     /// The file.
     pub file: PathBuf,
-    /// The link.
+    /// The link of an ABB robot.
     pub watch: LinkWatch,
+    /// The stream of a robot of another make.
+    pub source: SourceWatch,
     /// Why writing stopped, if it did.
     pub failure: Option<RecordError>,
     /// Entries that are missing because the disk was too slow.
@@ -83,12 +93,12 @@ impl CellRecording {
     /// # Errors
     /// A folder or file that cannot be written, or a recording that already exists.
     pub fn create(settings: RecordingSettings<'_>, clock: HostClock) -> Result<Self, CellError> {
-        let RecordingSettings { folder, sensor_toml, tool, command, camera, estimate } = settings;
+        let RecordingSettings { folder, sensor_toml, tool, robot, command, camera, estimate } = settings;
         fs::create_dir_all(folder).map_err(|why| CellError::Folder { folder: folder.to_owned(), why })?;
         let file = folder.join(RECORDING);
-        let robot = "robot: arrival at this PC (kernel), by a steady clock; device: the controller's";
+        let robot = format!("robot: {robot}, by a steady clock; device: the controller's");
         let stamp_meaning =
-            camera.map_or_else(|| robot.to_owned(), |camera| format!("{robot}. camera: {camera}"));
+            camera.map_or_else(|| robot.clone(), |camera| format!("{robot}. camera: {camera}"));
         let about = About { sensor_toml, stamp_meaning, command, tool: tool.to_owned() };
         let recorder = Recorder::create(&file, &about)?;
         Ok(Self {
@@ -96,6 +106,7 @@ impl CellRecording {
             handle: recorder.handle(),
             recorder,
             watch: LinkWatch::default(),
+            source: SourceWatch::default(),
             clock,
             steps: StepWatch::default(),
             clock_read_ns: i64::MIN,
@@ -145,6 +156,29 @@ impl CellRecording {
         }
     }
 
+    /// Keeps a packet of a robot of any make.
+    pub fn packet(&mut self, packet: &RobotPacket<'_>) {
+        self.source.note(packet);
+        match packet.judged {
+            Ok((pose, _)) if self.estimate.is_some() => self.poses.push(RobotSample {
+                stamp_ns: packet.arrival.steady_ns,
+                device_ns: Some(pose.device_ns),
+                base_from_tool: pose.base_from_tool,
+            }),
+            Ok(_) => {}
+            Err(_) => self.rejected += 1,
+        }
+        if packet.judged.is_ok() || self.rejected <= MOST_REJECTED {
+            self.keep(entries::packet(packet));
+        }
+    }
+
+    /// The stream of a robot of any make, so far.
+    #[must_use]
+    pub fn source(&self) -> &SourceWatch {
+        &self.source
+    }
+
     /// Keeps an answer.
     pub fn answer(&mut self, answer: &Answer) {
         self.keep(entries::answer(answer));
@@ -184,6 +218,7 @@ impl CellRecording {
         FinishedRecording {
             file: self.file,
             watch: self.watch,
+            source: self.source,
             failure: self.recorder.finish().err(),
             refused,
             clock_steps: self.clock_steps,

@@ -5,9 +5,9 @@ use trueline_camera::{CameraFrame, FrameStatus, LatchSample};
 use trueline_dataset::{RobotSample, gray_png};
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::Reading;
-use trueline_live::{Received, RobotFrame};
+use trueline_live::{Received, RobotFrame, RobotPacket};
 use trueline_mcap::{
-    AnswerEntry, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, RejectedEntry, RobotEntry,
+    AnswerEntry, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, RejectedEntry, RobotEntry,
 };
 
 /// A datagram, used or not.
@@ -26,6 +26,27 @@ pub fn datagram(heard: &Received<'_>) -> Entry {
             device_ns: frame.device_ns,
             ptp_ns: frame.ptp_ns,
             base_from_tool: frame.base_from_tool,
+        }),
+        Err(reason) => {
+            Entry::Rejected(RejectedEntry { datagram: bytes, from, steady_ns, reason: reason.to_string() })
+        }
+    }
+}
+
+/// A packet of a robot of any make, used or not.
+#[must_use]
+pub fn packet(packet: &RobotPacket<'_>) -> Entry {
+    let (bytes, from, steady_ns) = (packet.bytes.to_vec(), packet.from, packet.arrival.steady_ns);
+    match packet.judged {
+        Ok((pose, _)) => Entry::Packet(PacketEntry {
+            packet: bytes,
+            from,
+            steady_ns,
+            kernel_wall_ns: packet.arrival.kernel_wall_ns,
+            read_wall_ns: packet.arrival.read.wall_ns,
+            sequence: pose.sequence,
+            device_ns: pose.device_ns,
+            base_from_tool: pose.base_from_tool,
         }),
         Err(reason) => {
             Entry::Rejected(RejectedEntry { datagram: bytes, from, steady_ns, reason: reason.to_string() })

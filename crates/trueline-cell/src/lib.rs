@@ -52,7 +52,7 @@ pub use camera_counts::CameraCounts;
 pub use camera_recorder::CameraRecorder;
 pub use camera_source::{CameraChoice, CameraSettings};
 pub use cell::{Cell, CellOutcome, CellState};
-pub use cell_recording::{CellRecording, FinishedRecording, RECORDING, RecordingSettings};
+pub use cell_recording::{ARRIVAL, CellRecording, FinishedRecording, READING, RECORDING, RecordingSettings};
 pub use error::CellError;
 pub use frame_stamper::{FrameStamper, StampChoice};
 pub use live_estimate::{Estimated, LiveEstimate, Progress};

@@ -8,12 +8,14 @@ mod features;
 mod import;
 mod listen;
 mod plan;
+mod protocol;
 mod rapid;
 mod robot_sim;
 mod scan;
 mod sensor;
 mod simulate;
 mod simulate_path;
+mod stream_sim;
 
 pub use calibrate::{AxisName, CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 #[cfg(feature = "gige")]
@@ -23,12 +25,14 @@ pub use features::{FeaturesArgs, JointName};
 pub use import::{BagArgs, ClockName, ImportArgs, ImportFormat};
 pub use listen::ListenArgs;
 pub use plan::{CriterionName, PlanArgs, ShapeName};
+pub use protocol::ProtocolName;
 pub use rapid::RapidArgs;
 pub use robot_sim::{EventName, ModeName, RobotSimArgs, RobotWareName, StopName};
 pub use scan::{CameraArgs, RecordArgs, ScanArgs};
 pub use sensor::{DistortionName, IntrinsicsArgs, LaserPlaneArgs, SensorArgs, SensorCommand};
 pub use simulate::{LookName, PresetName, SceneName, SimulateArgs};
 pub use simulate_path::{FrameName, PathArgs, ProgressName};
+pub use stream_sim::StreamSimArgs;
 
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -70,7 +74,7 @@ pub enum Command {
     Evaluate(EvaluateArgs),
     /// The paper's experiments, simulated: tables, CSV and a report
     Reproduce(ReproduceArgs),
-    /// Listen to a robot's EGM and say who talks, how regularly, and what is wrong
+    /// Listen to a robot and say who talks, how regularly, and what is wrong
     Listen(ListenArgs),
     /// Record a robot while its own program drives it
     Record(RecordArgs),
@@ -80,6 +84,8 @@ pub enum Command {
     Rapid(RapidArgs),
     /// A simulated robot controller with EGM
     RobotSim(RobotSimArgs),
+    /// A simulated controller of another make that streams its poses: UR, FANUC, KUKA
+    StreamSim(StreamSimArgs),
     /// A simulated GigE Vision camera that sees what a simulated robot's camera would see
     #[cfg(feature = "gige")]
     CameraSim(CameraSimArgs),

@@ -20,6 +20,12 @@ pub fn losses(counts: &CameraCounts) -> Vec<String> {
             counts.taken()
         ));
     }
+    if counts.interruptions > 0 {
+        words.push(format!(
+            "the camera went away {} times and was waited for; the pictures of that time are missing",
+            counts.interruptions
+        ));
+    }
     if counts.clock_set > 0 {
         words.push(format!(
             "the camera's clock was set {} times; with --stamp exposure the pictures around those moments may have wrong \

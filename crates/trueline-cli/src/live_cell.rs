@@ -24,7 +24,13 @@ pub struct LiveCell {
 
 impl LiveCell {
     /// Opens the camera, if one is named.
-    pub fn open(args: &CameraArgs, sensor: Option<&Path>, clock: HostClock) -> Result<Self, Failure> {
+    /// `reconnect`: a camera that is unplugged is waited for, else it is an error.
+    pub fn open(
+        args: &CameraArgs,
+        sensor: Option<&Path>,
+        clock: HostClock,
+        reconnect: bool,
+    ) -> Result<Self, Failure> {
         let want = args.want.as_deref().map(|text| requirement::parse("--want", text)).transpose()?;
         let sensor_toml = sensor.map(read_text).transpose()?;
         let sensor: Option<SensorFile> = match (sensor, &sensor_toml) {
@@ -32,7 +38,7 @@ impl LiveCell {
             _ => None,
         };
         let give_up = || interrupt::times() > 0;
-        let camera = settings(args)
+        let camera = settings(args, reconnect)
             .map(|settings| {
                 CameraRecorder::open(&settings, sensor.as_ref().map(|file| &file.sensor), clock, &give_up)
             })
@@ -51,11 +57,12 @@ impl LiveCell {
     }
 
     /// What a recording of it is made for.
-    pub fn recording<'a>(&self, folder: &'a Path, tool: &'a str) -> RecordingSettings<'a> {
+    pub fn recording<'a>(&self, folder: &'a Path, tool: &'a str, robot: &'a str) -> RecordingSettings<'a> {
         RecordingSettings {
             folder,
             sensor_toml: self.sensor_toml.clone(),
             tool,
+            robot,
             command: output::command_line(),
             camera: self.cell.stamp_meaning(),
             estimate: self.cell.estimate(),
@@ -93,14 +100,14 @@ pub fn tell_recording(finished: &FinishedRecording, quiet: bool) {
     }
 }
 
-fn settings(args: &CameraArgs) -> Option<CameraSettings> {
+fn settings(args: &CameraArgs, reconnect: bool) -> Option<CameraSettings> {
     let choice = match (&args.replay, args.camera) {
         (Some(folder), _) => CameraChoice::Replay(folder.clone()),
         (None, Some(address)) => CameraChoice::GigE { address, exposure_us: args.exposure_us, fps: args.fps },
         (None, None) => return None,
     };
     let joint = commands::features::joint(args.joint).unwrap_or(Joint::Fillet);
-    Some(CameraSettings { choice, stamp: args.stamp.into(), joint })
+    Some(CameraSettings { choice, stamp: args.stamp.into(), joint, reconnect })
 }
 
 impl From<CellError> for Failure {

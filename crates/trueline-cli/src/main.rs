@@ -21,6 +21,8 @@ mod planned_scan;
 mod priority;
 mod progress;
 mod requirement;
+mod robot_link;
+mod source_text;
 
 use args::{Arguments, Command, SensorCommand};
 use clap::Parser;
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         Command::Record(args) => commands::record::run(args),
         Command::Scan(args) => commands::scan::run(args),
         Command::Rapid(args) => commands::rapid::run(args),
+        Command::StreamSim(args) => commands::stream_sim::run(args),
         Command::RobotSim(args) => commands::robot_sim::run(args),
         #[cfg(feature = "gige")]
         Command::CameraSim(args) => commands::camera_sim::run(args),

@@ -1,8 +1,26 @@
-//! The robot live: ABB EGM on the wire, a gate before every command, and a simulated controller.
+//! The robot live: what robots send, a gate before every command, and simulated controllers.
 //!
-//! By default the PC only listens ([`endpoint`]). What it receives is checked ([`frame_filter`]), stamped by the kernel
-//! ([`stamped_socket`]) and handed to a recorder. Motion passes [`motion::Gate`]. [`controller`] is the other side: a
-//! robot controller that runs in virtual time for tests and in real time for other people's programs.
+//! By default the PC only listens. Whatever robot it is, its poses come from a [`RobotSource`]: ABB's EGM ([`Endpoint`]),
+//! Universal Robots' RTDE ([`ur`]), FANUC's HSPO and Stream Motion ([`fanuc`]), KUKA's RSI ([`kuka`]). What is received is checked
+//! ([`frame_filter`]), stamped by the kernel ([`stamped_socket`]) and handed to a recorder. Motion is EGM's alone, and passes
+//! [`motion::Gate`]. [`controller`] is the other side of EGM: a robot controller that runs in virtual time for tests and in real
+//! time for other people's programs.
+//!
+//! ```
+//! use trueline_live::controller::{Controller, ControllerSettings, Task};
+//! use trueline_live::{FrameFilter, SequenceStatus};
+//! use trueline_geometry::Pose;
+//!
+//! // A simulated controller tells where it is; what it sends is judged as if it had come over the network.
+//! let mut robot = Controller::new(ControllerSettings::new(Task::Guidance { start: Pose::identity() }));
+//! let mut filter = FrameFilter::new(None);
+//! let from = "192.168.125.1:6511".parse()?;
+//! let datagram = robot.run_cycle().ok_or("a controller speaks first")?;
+//! let (frame, status) = filter.judge(&datagram, from, 0)?;
+//! assert_eq!(status, SequenceStatus::First);
+//! assert!(frame.base_from_tool.translation.vector.norm() < 1e-3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod controller;
 pub mod egm;
@@ -19,7 +37,9 @@ pub mod rapid;
 pub mod reply_times;
 pub mod robot_frame;
 pub mod robot_source;
+pub mod source_watch;
 pub mod stamped_socket;
+pub mod udp_sim;
 pub mod udp_source;
 pub mod ur;
 mod wait;
@@ -32,3 +52,5 @@ pub use host_clock::HostClock;
 pub use link_watch::LinkWatch;
 pub use reply_times::ReplyTimes;
 pub use robot_frame::RobotFrame;
+pub use robot_source::{RobotPacket, RobotPose, RobotSource};
+pub use source_watch::SourceWatch;

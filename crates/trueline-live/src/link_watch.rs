@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::net::SocketAddr;
 
 /// Frames over which rate and delays are told: a minute at 250 Hz.
-const RECENT: usize = 15_000;
+pub(crate) const RECENT: usize = 15_000;
 /// Senders that are told apart; more than this is a flood, and counted together.
 const MOST_TALKERS: usize = 64;
 
@@ -167,36 +167,37 @@ impl LinkWatch {
             sessions: self.sessions,
             contradictions: self.contradictions,
             longest_gap_s: self.longest_gap_ns as f64 * 1e-9,
-            timing: self.timing(),
+            timing: timing(&self.recent),
             without_kernel_stamp: self.without_kernel_stamp,
             dropped_by_kernel: self.dropped_by_kernel,
         }
     }
+}
 
-    fn timing(&self) -> Option<Timing> {
-        if self.recent.len() < 10 {
-            return None;
-        }
-        let (device_0, steady_0) = *self.recent.front()?;
-        let seconds = |(device, steady): &(i64, i64)| {
-            ((device - device_0) as f64 * 1e-9, (steady - steady_0) as f64 * 1e-9)
-        };
-        let mut stamps: Vec<(f64, f64)> = self.recent.iter().map(seconds).collect();
-        stamps.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let span_s = stamps.last()?.0;
-        let mut periods: Vec<f64> = stamps.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
-        let slope = quickest_slope(&stamps);
-        let mut delays: Vec<f64> = stamps.iter().map(|(device, steady)| steady - device * slope).collect();
-        periods.sort_by(f64::total_cmp);
-        delays.sort_by(f64::total_cmp);
-        let above = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize] - delays[0];
-        Some(Timing {
-            rate_hz: (stamps.len() - 1) as f64 / span_s.max(1e-9),
-            period_s: periods[periods.len() / 2],
-            delay_s: [above(0.5), above(0.99), above(1.0)],
-            drift_ppm: (1.0 / slope - 1.0) * 1e6,
-        })
+/// Rate and delays of stamps by the controller's clock and this PC's, ns.
+pub(crate) fn timing(recent: &VecDeque<(i64, i64)>) -> Option<Timing> {
+    if recent.len() < 10 {
+        return None;
     }
+    let (device_0, steady_0) = *recent.front()?;
+    let seconds = |(device, steady): &(i64, i64)| {
+        ((device - device_0) as f64 * 1e-9, (steady - steady_0) as f64 * 1e-9)
+    };
+    let mut stamps: Vec<(f64, f64)> = recent.iter().map(seconds).collect();
+    stamps.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let span_s = stamps.last()?.0;
+    let mut periods: Vec<f64> = stamps.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+    let slope = quickest_slope(&stamps);
+    let mut delays: Vec<f64> = stamps.iter().map(|(device, steady)| steady - device * slope).collect();
+    periods.sort_by(f64::total_cmp);
+    delays.sort_by(f64::total_cmp);
+    let above = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize] - delays[0];
+    Some(Timing {
+        rate_hz: (stamps.len() - 1) as f64 / span_s.max(1e-9),
+        period_s: periods[periods.len() / 2],
+        delay_s: [above(0.5), above(0.99), above(1.0)],
+        drift_ppm: (1.0 / slope - 1.0) * 1e6,
+    })
 }
 
 /// PC seconds a controller second: the line through the quickest frames of the first and of the last third.

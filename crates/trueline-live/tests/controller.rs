@@ -327,3 +327,26 @@ fn networks_lose_repeat_and_overtake_as_asked_and_alike_for_a_seed() {
     let overtaken = got.windows(2).filter(|pair| pair[1] < pair[0]).count();
     assert!(overtaken > 400, "{overtaken}");
 }
+
+#[test]
+fn joint_references_are_refused_by_name_and_a_pc_that_is_late_is_waited_for() {
+    let mut settings = ControllerSettings::new(Task::Guidance { start: Pose::identity() });
+    settings.waits_for_pc = true;
+    let mut robot = Controller::new(settings);
+    let from = "127.0.0.1".parse().unwrap();
+    for _ in 0..1000 {
+        robot.run_cycle();
+    }
+    assert_eq!(robot.ended(), None, "four seconds without a PC, twenty times the timeout");
+    let header = Header { sequence: Some(1), sent_ms: Some(1), kind: Some(MessageKind::Correction) };
+    let joints =
+        SensorMessage { header: Some(header), joints_deg: Some([1.0; 6].into()), ..SensorMessage::default() };
+    robot.receive(&joints.encode(), from);
+    robot.run_cycle();
+    let (taken, refused) = robot.answers();
+    assert_eq!(taken, 0);
+    assert!(
+        refused.keys().any(|reason| reason.starts_with("joint references: not simulated")),
+        "{refused:?}"
+    );
+}

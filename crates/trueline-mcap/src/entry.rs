@@ -9,6 +9,8 @@ use trueline_geometry::Pose;
 pub enum Entry {
     /// The robot said where it is.
     Robot(RobotEntry),
+    /// A robot that does not speak EGM said where it is.
+    Packet(PacketEntry),
     /// A datagram came that is not used.
     Rejected(RejectedEntry),
     /// The robot was answered.
@@ -52,6 +54,27 @@ pub struct RobotEntry {
     pub device_ns: i64,
     /// IEEE 1588 time when the robot was there, ns, where the controller is synchronised.
     pub ptp_ns: Option<i64>,
+    /// Where the robot was, m.
+    pub base_from_tool: Pose,
+}
+
+/// A packet of a robot that does not speak EGM, and the pose in it. What it speaks is told by a note.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PacketEntry {
+    /// As it came.
+    pub packet: Vec<u8>,
+    /// Who sent it.
+    pub from: SocketAddr,
+    /// When it came by the steady clock, ns: the stamp that calibration uses.
+    pub steady_ns: i64,
+    /// When it came by the kernel's wall clock, ns since 1970, where the kernel stamps.
+    pub kernel_wall_ns: Option<i64>,
+    /// When it was read by the wall clock, ns since 1970.
+    pub read_wall_ns: i64,
+    /// Counts the controller's cycles.
+    pub sequence: u32,
+    /// The controller's clock when the robot was there, ns.
+    pub device_ns: i64,
     /// Where the robot was, m.
     pub base_from_tool: Pose,
 }

@@ -1,11 +1,12 @@
 //! An entry as messages.
 
-use crate::entry::{Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, RobotEntry};
+use crate::entry::{Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, RobotEntry};
 use crate::own_messages as own;
-use crate::topics::{ANSWER, CLOCK, FEATURES, FRAME, IMAGE, LOG, REJECTED, ROBOT, TF};
+use crate::topics::{ANSWER, CLOCK, FEATURES, FRAME, IMAGE, LOG, PACKET, REJECTED, ROBOT, TF};
 use foxglove::messages::{CompressedImage, FrameTransform, Log, Quaternion, Timestamp, Vector3, log::Level};
 use prost::Message;
 use trueline_dataset::{Feature, Measured};
+use trueline_geometry::Pose;
 
 /// A message before it has a file.
 pub struct Outgoing {
@@ -35,6 +36,7 @@ pub const TOOL: &str = "tool";
 pub fn messages(entry: Entry) -> Vec<Outgoing> {
     match entry {
         Entry::Robot(robot) => robot_messages(robot).into(),
+        Entry::Packet(packet) => packet_messages(packet).into(),
         Entry::Rejected(rejected) => {
             let message = own::RejectedDatagram {
                 datagram: rejected.datagram,
@@ -63,15 +65,36 @@ pub fn messages(entry: Entry) -> Vec<Outgoing> {
     }
 }
 
-fn robot_messages(robot: RobotEntry) -> [Outgoing; 2] {
-    let (p, q) = (robot.base_from_tool.translation.vector, robot.base_from_tool.rotation.quaternion());
-    let pose = FrameTransform {
-        timestamp: Some(timestamp(robot.steady_ns)),
+fn transform(base_from_tool: &Pose, steady_ns: i64) -> FrameTransform {
+    let (p, q) = (base_from_tool.translation.vector, base_from_tool.rotation.quaternion());
+    FrameTransform {
+        timestamp: Some(timestamp(steady_ns)),
         parent_frame_id: BASE.to_owned(),
         child_frame_id: TOOL.to_owned(),
         translation: Some(Vector3 { x: p.x, y: p.y, z: p.z }),
         rotation: Some(Quaternion { x: q.i, y: q.j, z: q.k, w: q.w }),
+    }
+}
+
+fn packet_messages(robot: PacketEntry) -> [Outgoing; 2] {
+    let pose = transform(&robot.base_from_tool, robot.steady_ns);
+    let packet = own::RobotPacket {
+        packet: robot.packet,
+        source: robot.from.to_string(),
+        kernel_wall_ns: robot.kernel_wall_ns,
+        read_wall_ns: robot.read_wall_ns,
+        steady_ns: robot.steady_ns,
+        device_ns: robot.device_ns,
     };
+    let pose = Outgoing::at(TF, robot.steady_ns, &pose);
+    [
+        Outgoing { publish_ns: robot.device_ns, ..pose }.numbered(robot.sequence),
+        Outgoing::at(PACKET, robot.steady_ns, &packet).numbered(robot.sequence),
+    ]
+}
+
+fn robot_messages(robot: RobotEntry) -> [Outgoing; 2] {
+    let pose = transform(&robot.base_from_tool, robot.steady_ns);
     let datagram = own::RobotDatagram {
         robot: robot.datagram,
         source: robot.from.to_string(),

@@ -56,8 +56,8 @@ pub use choice::{Choice, StampClock};
 pub use content_error::ContentError;
 pub use damage::Damage;
 pub use entry::{
-    AnswerEntry, ClockEntry, Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, RejectedEntry,
-    RobotEntry,
+    AnswerEntry, ClockEntry, Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, PacketEntry,
+    RejectedEntry, RobotEntry,
 };
 pub use error::RecordError;
 pub use import_error::ImportError;

@@ -21,6 +21,23 @@ pub struct RobotDatagram {
     pub ptp_ns: Option<i64>,
 }
 
+/// `trueline.RobotPacket`
+#[derive(Clone, PartialEq, Message)]
+pub struct RobotPacket {
+    #[prost(bytes = "vec", tag = "1")]
+    pub packet: Vec<u8>,
+    #[prost(string, tag = "2")]
+    pub source: String,
+    #[prost(int64, optional, tag = "3")]
+    pub kernel_wall_ns: Option<i64>,
+    #[prost(int64, tag = "4")]
+    pub read_wall_ns: i64,
+    #[prost(int64, tag = "5")]
+    pub steady_ns: i64,
+    #[prost(int64, tag = "6")]
+    pub device_ns: i64,
+}
+
 /// `trueline.RejectedDatagram`
 #[derive(Clone, PartialEq, Message)]
 pub struct RejectedDatagram {

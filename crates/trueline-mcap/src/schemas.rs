@@ -78,6 +78,14 @@ fn own_file() -> FileDescriptorProto {
         Field("device_ns", 6, NS),
         Field("ptp_ns", 7, NS_IF_KNOWN),
     ];
+    let packet = [
+        Field("packet", 1, Plain(Type::Bytes)),
+        Field("source", 2, TEXT),
+        Field("kernel_wall_ns", 3, NS_IF_KNOWN),
+        Field("read_wall_ns", 4, NS),
+        Field("steady_ns", 5, NS),
+        Field("device_ns", 6, NS),
+    ];
     let rejected = [
         Field("datagram", 1, Plain(Type::Bytes)),
         Field("source", 2, TEXT),
@@ -117,6 +125,7 @@ fn own_file() -> FileDescriptorProto {
         syntax: Some("proto3".to_owned()),
         message_type: vec![
             message("RobotDatagram", &datagram),
+            message("RobotPacket", &packet),
             message("RejectedDatagram", &rejected),
             message("Answer", &answer),
             message("Clock", &[Field("steady_ns", 1, NS), Field("wall_ns", 2, NS)]),

@@ -30,6 +30,8 @@ pub const IMAGE: u16 = 7;
 pub const FRAME: u16 = 8;
 /// Seam points.
 pub const FEATURES: u16 = 9;
+/// Packets of robots that do not speak EGM, as they came.
+pub const PACKET: u16 = 10;
 
 /// A topic with its schema. The schema has the number of the topic.
 pub struct Topic {
@@ -61,6 +63,7 @@ pub static TOPICS: LazyLock<Vec<Topic>> = LazyLock::new(|| {
         standard::<CompressedImage>(IMAGE, "/camera/image"),
         own(FRAME, "/camera/frame", "Frame"),
         own(FEATURES, "/sensor/features", "Features"),
+        own(PACKET, "/robot/packet", "RobotPacket"),
     ]
 });
 

@@ -12,7 +12,7 @@ use prost_types::field_descriptor_proto::Type;
 use prost_types::{DescriptorProto, FileDescriptorSet};
 use std::collections::{BTreeMap, BTreeSet};
 use trueline_live::egm::{EgmPose, Header, SensorMessage};
-use trueline_mcap::{AnswerEntry, Entry, Item, RobotEntry};
+use trueline_mcap::{AnswerEntry, Entry, Item, PacketEntry, RobotEntry};
 
 /// All messages of a set by their full name.
 fn messages(set: &[u8]) -> BTreeMap<String, DescriptorProto> {
@@ -78,6 +78,19 @@ fn every_field_is_described_but_the_one_that_contradicts_itself() {
     let mut all = entries(16);
     for k in 0..2 {
         all.push(Entry::Robot(RobotEntry { datagram: full_datagram(k), ..robot(k) }));
+        let RobotEntry { datagram: packet, from, steady_ns, read_wall_ns, sequence, device_ns, .. } =
+            robot(k);
+        let (kernel_wall_ns, base_from_tool) = (Some(7), common::pose(k));
+        all.push(Entry::Packet(PacketEntry {
+            packet,
+            from,
+            steady_ns,
+            kernel_wall_ns,
+            read_wall_ns,
+            sequence,
+            device_ns,
+            base_from_tool,
+        }));
         let answer = SensorMessage {
             header: Some(Header { sequence: Some(1), ..Header::default() }),
             pose: Some(EgmPose::full(&common::pose(k))),

@@ -1,23 +1,21 @@
 //! `trueline listen`.
 
+use super::scan::LinkArgs;
 use clap::Args;
-use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
   trueline listen --bind 192.168.125.10:6510
   trueline listen --bind 127.0.0.1:6510 --for-s 60 --json link.json
+  trueline listen --protocol ur-rtde --robot 192.168.0.10
+  trueline listen --protocol kuka-rsi --bind 192.168.1.10:49152
 
-The controller speaks first: its UDPUC device must have this PC as remote address, and its program must run.
-Nothing is ever sent. Exit code: 0 a robot was heard, 1 none was, 2 could not listen.")]
+An ABB controller speaks first: its UDPUC device must have this PC as remote address, and its program must run. What to set
+on the others: docs/live.md. Nothing that is sent moves a robot. Exit code: 0 a robot was heard, 1 none was, 2 could not listen.")]
 pub struct ListenArgs {
-    /// Address of this PC and port to listen at, for example 192.168.125.10:6510
-    #[arg(long, value_name = "IP:PORT")]
-    pub bind: SocketAddr,
-    /// The robot's address; without it, whoever first sends a good frame
-    #[arg(long, value_name = "IP")]
-    pub robot: Option<IpAddr>,
+    #[command(flatten)]
+    pub link: LinkArgs,
     /// How long, s; Ctrl-C ends it earlier
     #[arg(long, default_value_t = 5.0)]
     pub for_s: f64,

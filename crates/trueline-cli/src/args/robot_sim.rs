@@ -13,7 +13,8 @@ use std::path::PathBuf;
 A controller with EGM as its manual and its users describe it: it speaks first, reads one answer a cycle, follows with
 gain, low pass and dead time, ends by timeout (event 41822) or when it rests at its reference. Not known of real ones, and
 assumed: what becomes of several answers in a cycle, how old a feedback is, how far `planned` is ahead. Its limits are
-those of the tool, not of joints. It answers to whoever sends it datagrams: use it on 127.0.0.1.")]
+those of the tool, not of joints; joint references and path corrections are refused. It answers to whoever sends it datagrams:
+use it on 127.0.0.1. Exit code: 0 ran, 1 a guidance ended by an event (41822, or the range was left), 2 could not run.")]
 pub struct RobotSimArgs {
     /// Where the PC listens
     #[arg(long, value_name = "IP:PORT")]
@@ -21,6 +22,9 @@ pub struct RobotSimArgs {
     /// Where the controller sends from
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:0")]
     pub from: SocketAddr,
+    /// Begin a guidance when the PC has answered for the first time, not 0.2 s after the start
+    #[arg(long)]
+    pub wait_for_pc: bool,
     /// Who drives
     #[arg(long, value_enum, default_value_t = ModeName::Stream)]
     pub mode: ModeName,
@@ -96,6 +100,9 @@ pub struct RobotSimArgs {
     /// Share overtaken by the next
     #[arg(long, default_value_t = 0.0)]
     pub reorder: f64,
+    /// Mean number of datagrams lost in a row, 1 or more
+    #[arg(long, default_value_t = 1.0)]
+    pub burst: f64,
     /// Something happens: seconds, and emergency-stop, motors-on, rapid-stop, rapid-start, collision or restart
     #[arg(long = "event", value_name = "AT:WHAT", value_parser = event)]
     pub events: Vec<(f64, EventName)>,

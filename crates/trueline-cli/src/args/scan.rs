@@ -1,6 +1,8 @@
 //! `trueline scan` and `trueline record`.
 
 use super::features::JointName;
+use super::protocol::ProtocolName;
+use crate::robot_link::Link;
 use clap::{Args, ValueEnum};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -8,12 +10,25 @@ use trueline_cell::StampChoice;
 
 #[derive(Args)]
 pub struct LinkArgs {
-    /// Address of this PC and port to listen at, for example 192.168.125.10:6510
+    /// What the robot speaks
+    #[arg(long, value_enum, default_value_t = ProtocolName::Egm)]
+    pub protocol: ProtocolName,
+    /// Address of this PC and port to listen at, for example 192.168.125.10:6510, for a robot that speaks first
     #[arg(long, value_name = "IP:PORT")]
-    pub bind: SocketAddr,
+    pub bind: Option<SocketAddr>,
     /// The robot's address; without it, whoever first sends a good frame
     #[arg(long, value_name = "IP")]
     pub robot: Option<IpAddr>,
+    /// Port of a robot that the PC calls [default: that of its protocol]
+    #[arg(long, value_name = "PORT")]
+    pub robot_port: Option<u16>,
+}
+
+impl LinkArgs {
+    /// Where PC and robot are.
+    pub fn link(&self) -> Link {
+        Link { protocol: self.protocol, bind: self.bind, robot: self.robot, robot_port: self.robot_port }
+    }
 }
 
 /// The camera beside the robot.
@@ -67,11 +82,12 @@ impl From<StampName> for StampChoice {
   trueline record --bind 192.168.125.10:6510 --sensor sensor.toml --out scan --for-s 60
   trueline robot-sim --pc 127.0.0.1:6510 --path plan &
   trueline record --bind 127.0.0.1:6510 --out scan
+  trueline record --protocol ur-rtde --robot 192.168.0.10 --tool weld_tcp --out scan
   trueline record --bind 192.168.125.10:6510 --camera 192.168.1.64 --exposure-us 2000 --sensor sensor.toml --out scan \\
       --want time=0.1ms,translation=0.1mm,rotation=0.05deg
 
 Written: OUT/recording.mcap, flushed four times a second; what was flushed survives whatever happens. Foxglove and Rerun open
-it, `trueline calibrate` reads it. Nothing is ever sent to the robot.
+it, `trueline calibrate` reads it. Nothing that is sent moves the robot. A camera that is unplugged is waited for.
 
 Exit code: 0 recorded, 1 recorded but something was lost (said what), 2 could not record.")]
 pub struct RecordArgs {

@@ -3,7 +3,7 @@
 use super::simulate_images::{joint, look};
 use crate::args::CameraSimArgs;
 use crate::failure::Failure;
-use crate::{interrupt, output, planned_scan};
+use crate::{interrupt, output, path_file, planned_scan};
 use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -26,6 +26,7 @@ pub fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
     interrupt::watch()?;
     let scenario = planned_scan::read(&args.plan, args.exact_guess, args.seed)?.scenario;
     let scene = scene(args, &scenario.cell)?;
+    tell_drawing_time(&scene, args)?;
     let settings = settings(args, scene.size);
     if let Some(file) = &args.truth {
         let parameters = Guess {
@@ -49,6 +50,33 @@ pub fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
     }
     device.stop();
     Ok(ExitCode::SUCCESS)
+}
+
+/// Pictures drawn to learn how long it takes.
+const TRIED: u32 = 3;
+
+/// A picture has to be drawn before its first packet is due, and before the next one.
+fn tell_drawing_time(scene: &Scene, args: &CameraSimArgs) -> Result<(), Failure> {
+    let path = path_file::read(&args.plan)?;
+    let Some(first) = path.first() else { return Ok(()) };
+    let base_from_camera = first.base_from_tool * scene.tool_from_camera;
+    let start = Instant::now();
+    for number in 0..TRIED {
+        let _drawn = Renderer::new(&scene.studio).draw(u64::from(number), |_| base_from_camera);
+    }
+    let takes_ms = start.elapsed().as_secs_f64() * 1e3 / f64::from(TRIED);
+    let allowed_ms = args.readout_ms + args.latency_ms;
+    if takes_ms > 0.7 * allowed_ms || takes_ms > 700.0 / args.fps {
+        output::words(&format!(
+            "warning: a picture takes {takes_ms:.0} ms to draw on this machine, and has {allowed_ms:.0} ms (--readout-ms and \
+             --latency-ms) and {:.0} ms between pictures (--fps); those that are late are dropped. --latency-ms {:.0} and --fps \
+             {:.1} leave room; a smaller picture in sensor.toml is drawn faster",
+            1e3 / args.fps,
+            (2.0 * takes_ms).max(args.latency_ms),
+            (500.0 / takes_ms).min(args.fps),
+        ));
+    }
+    Ok(())
 }
 
 fn serve(device: &DeviceHandle, args: &CameraSimArgs) {

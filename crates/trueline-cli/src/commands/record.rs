@@ -1,21 +1,20 @@
 //! `trueline record`.
 
-use super::listen;
-use crate::args::RecordArgs;
+use super::{listen, record_source};
+use crate::args::{ProtocolName, RecordArgs};
 use crate::failure::Failure;
 use crate::live_cell::{self, LiveCell};
 use crate::live_screen::LiveScreen;
 use crate::{interrupt, link_text, output};
 use std::process::ExitCode;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use trueline_cell::{CellRecording, FinishedRecording};
+use trueline_cell::{ARRIVAL, CellRecording, FinishedRecording};
 use trueline_live::link_watch::Brief;
 use trueline_live::{Endpoint, HostClock};
 
 /// A robot that says nothing for so long has ended its program.
-const SILENCE: Duration = Duration::from_secs(5);
+pub const SILENCE: Duration = Duration::from_secs(5);
 
 /// Runs the command.
 pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
@@ -28,18 +27,23 @@ pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
             ));
         }
     };
+    let link = args.link.link();
+    if link.protocol != ProtocolName::Egm {
+        return record_source::run(&link, args, longest);
+    }
+    let bind = link.bind()?;
     interrupt::watch()?;
     let clock = HostClock::start();
     let sensor = args.sensor.as_deref();
-    let mut cell = LiveCell::open(&args.camera, sensor, clock)?;
-    let mut endpoint = listen::bind(args.link.bind, args.link.robot, clock)?;
-    let mut recording = CellRecording::create(cell.recording(&args.out, &args.tool), endpoint.clock())?;
+    let mut cell = LiveCell::open(&args.camera, sensor, clock, true)?;
+    let mut endpoint = listen::bind(bind, link.robot, clock)?;
+    let mut recording = CellRecording::create(cell.recording(&args.out, &args.tool, ARRIVAL), clock)?;
     let handle = recording.handle();
     let shown = Mutex::new(Brief::default());
     let screen = LiveScreen::new(args.quiet);
     let outcome = cell.cell.run(
         &handle,
-        |blind| hear(&mut endpoint, &mut recording, longest, (&shown, blind)),
+        |_| hear(&mut endpoint, &mut recording, longest, &shown),
         |state| {
             let line = shown.lock().map(|brief| link_text::brief(&brief)).unwrap_or_default();
             screen.show(&line, state);
@@ -49,23 +53,22 @@ pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     let heard = outcome.robot.unwrap_or_else(|| Err(std::io::Error::other("the recording thread panicked")));
     let finished = recording.finish();
     if let Err(error) = &heard {
-        output::words(&format!("warning: {}: {error}; the recording is kept", args.link.bind));
+        output::words(&format!("warning: {}: {error}; the recording is kept", bind));
     }
     let seen = cell.tell(&outcome.camera, outcome.estimate_panicked, args.quiet);
     conclude(&finished, heard.is_ok() && seen, args.quiet)
 }
 
-/// Hears until told to stop, until time is up, or until the robot or the camera has ended.
+/// Hears until told to stop, until time is up, or until the robot has ended; the camera may be gone meanwhile.
 fn hear(
     endpoint: &mut Endpoint,
     recording: &mut CellRecording,
     longest: Duration,
-    (shown, blind): (&Mutex<Brief>, &AtomicBool),
+    shown: &Mutex<Brief>,
 ) -> std::io::Result<()> {
     let start = Instant::now();
     let (mut frames, mut changed) = (0, Instant::now());
-    let goes_on = || interrupt::times() == 0 && !blind.load(Ordering::SeqCst);
-    while start.elapsed() < longest && goes_on() && !recording.has_failed() {
+    while start.elapsed() < longest && interrupt::times() == 0 && !recording.has_failed() {
         endpoint.receive(Duration::from_millis(20), |heard| recording.datagram(heard))?;
         recording.tick();
         let brief = recording.watch().brief();

@@ -6,6 +6,7 @@ use crate::{interrupt, output, path_file, priority};
 use nalgebra::Vector3;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use trueline_geometry::{Pose, Trajectory, so3};
@@ -13,7 +14,8 @@ use trueline_live::HostClock;
 use trueline_live::controller::real_time::Cycle;
 use trueline_live::controller::settings::{ControllerClock, Convergence};
 use trueline_live::controller::{
-    Controller, ControllerSettings, Event, Network, NetworkSettings, RealTime, StopMode, Task, TruthSender,
+    Controller, ControllerSettings, Event, GuidanceEnd, Network, NetworkSettings, RealTime, StopMode, Task,
+    TruthSender,
 };
 use trueline_live::egm::Generation;
 
@@ -21,7 +23,7 @@ use trueline_live::egm::Generation;
 pub fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
     check(args)?;
     interrupt::watch()?;
-    let path = path(args)?;
+    let path = path(args.path.as_deref())?;
     let duration_s = args.for_s.unwrap_or(match args.mode {
         ModeName::Stream => path.span().1 - path.span().0 + 2.0 * args.rest_s,
         ModeName::Guidance => 60.0,
@@ -48,7 +50,9 @@ pub fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
     if !args.quiet {
         output::words(&summary(&robot));
     }
-    Ok(ExitCode::SUCCESS)
+    let by_an_event =
+        matches!(robot.controller().ended(), Some(GuidanceEnd::Timeout | GuidanceEnd::RangeLeft));
+    Ok(if by_an_event { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
 
 fn drive(
@@ -162,6 +166,9 @@ fn check(args: &RobotSimArgs) -> Result<(), Failure> {
             return Err(bad(name, "0 or more, below a million", value));
         }
     }
+    if !(1.0..1e4).contains(&args.burst) {
+        return Err(bad("--burst", "1 to 10 000", args.burst));
+    }
     if !(0.0..4e9).contains(&args.epoch_s) {
         return Err(bad("--epoch-s", "0 or more, below 4 000 000 000", args.epoch_s));
     }
@@ -181,8 +188,9 @@ fn check(args: &RobotSimArgs) -> Result<(), Failure> {
     }
 }
 
-fn path(args: &RobotSimArgs) -> Result<Trajectory, Failure> {
-    let Some(path) = &args.path else { return Ok(small_s()) };
+/// The path in a file; a small S without one.
+pub fn path(file: Option<&Path>) -> Result<Trajectory, Failure> {
+    let Some(path) = file else { return Ok(small_s()) };
     let poses = path_file::read(path)?;
     let times = poses.iter().map(|p| (p.stamp_ns - poses[0].stamp_ns) as f64 * 1e-9).collect();
     let poses: Vec<Pose> = poses.iter().map(|p| p.base_from_tool).collect();
@@ -219,6 +227,7 @@ fn network(args: &RobotSimArgs) -> NetworkSettings {
         loss: args.loss,
         duplicate: args.duplicate,
         reorder: args.reorder,
+        burst: args.burst,
     }
 }
 
@@ -240,6 +249,7 @@ fn settings(args: &RobotSimArgs, path: Trajectory) -> ControllerSettings {
     settings.following.low_pass_hz = args.low_pass_hz;
     settings.following.dead_time_s = args.dead_time_ms * 1e-3;
     settings.timeout_s = args.timeout_s;
+    settings.waits_for_pc = args.wait_for_pc;
     settings.convergence = Convergence {
         distance_m: args.near_mm * 1e-3,
         angle_rad: args.near_deg.to_radians(),

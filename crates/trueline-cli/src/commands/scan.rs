@@ -13,7 +13,7 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-use trueline_cell::{CellOutcome, CellRecording, RECORDING};
+use trueline_cell::{ARRIVAL, CellOutcome, CellRecording, RECORDING};
 use trueline_dataset::{Error, Problem, RobotSample};
 use trueline_live::guide::{Answer, Observer, Outcome, Patience};
 use trueline_live::link_watch::Brief;
@@ -59,8 +59,8 @@ pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
     confirm(&plan, args)?;
     interrupt::watch()?;
     let sensor = sensor(args);
-    let mut cell = LiveCell::open(&args.camera, sensor.as_deref(), endpoint.clock())?;
-    let recording = CellRecording::create(cell.recording(out, &args.tool), endpoint.clock())?;
+    let mut cell = LiveCell::open(&args.camera, sensor.as_deref(), endpoint.clock(), false)?;
+    let recording = CellRecording::create(cell.recording(out, &args.tool, ARRIVAL), endpoint.clock())?;
     endpoint
         .discard_waiting()
         .map_err(|error| Failure::new(format!("{bind}: {error}"), "did the network go away?"))?;

@@ -206,7 +206,8 @@ impl Controller {
             (self.guidance, &self.settings.task, self.moves())
         {
             let begins_ns = (UNTIL_RUNNING_S * 1e9) as i64;
-            if now_ns >= begins_ns {
+            let is_awaited = self.settings.waits_for_pc && self.taken == 0;
+            if now_ns >= begins_ns && !is_awaited {
                 self.start = self.arm.pose();
                 self.guidance = Guidance::Running { since_ns: now_ns, received_ns: now_ns };
             }
@@ -380,7 +381,9 @@ fn target_of(bytes: &[u8]) -> Result<Target, String> {
     if kind != Some(MessageKind::Correction) {
         return Err("mtype is not CORRECTION".to_owned());
     }
-    let pose = message.pose.ok_or("no pose")?.pose().map_err(|error| error.to_string())?;
+    let by_joints = message.joints_deg.is_some();
+    let no_pose = if by_joints { "joint references: not simulated, only EGMRunPose is" } else { "no pose" };
+    let pose = message.pose.ok_or(no_pose)?.pose().map_err(|error| error.to_string())?;
     let mut velocity = Vector6::zeros();
     if let Some(speed) = message.speed {
         let speed = speed.as_slice();

@@ -18,6 +18,8 @@ pub struct NetworkSettings {
     pub held_up: f64,
     /// Share that is lost.
     pub loss: f64,
+    /// Mean number that is lost in a row: 1 loses each by itself, a switch that chokes loses many (Gilbert's model).
+    pub burst: f64,
     /// Share that comes twice.
     pub duplicate: f64,
     /// Share that is overtaken by the next one.
@@ -28,13 +30,21 @@ impl NetworkSettings {
     /// A cable and a switch.
     #[must_use]
     pub fn typical() -> Self {
-        Self { least_s: 2e-4, tail_s: 5e-5, held_up: 0.01, loss: 1e-4, duplicate: 0.0, reorder: 0.0 }
+        Self {
+            least_s: 2e-4,
+            tail_s: 5e-5,
+            held_up: 0.01,
+            loss: 1e-4,
+            burst: 1.0,
+            duplicate: 0.0,
+            reorder: 0.0,
+        }
     }
 
     /// Nothing in between.
     #[must_use]
     pub fn none() -> Self {
-        Self { least_s: 0.0, tail_s: 0.0, held_up: 0.0, loss: 0.0, duplicate: 0.0, reorder: 0.0 }
+        Self { least_s: 0.0, tail_s: 0.0, held_up: 0.0, loss: 0.0, burst: 1.0, duplicate: 0.0, reorder: 0.0 }
     }
 }
 
@@ -50,6 +60,7 @@ pub struct Network<T: Ord> {
     under_way: BinaryHeap<Reverse<(i64, u64, T)>>,
     sent: u64,
     lost: u64,
+    in_burst: bool,
 }
 
 impl<T: Ord + Clone> Network<T> {
@@ -57,7 +68,7 @@ impl<T: Ord + Clone> Network<T> {
     #[must_use]
     pub fn new(settings: NetworkSettings, seed: u64) -> Self {
         let rng = ChaCha8Rng::seed_from_u64(seed);
-        Self { settings, rng, under_way: BinaryHeap::new(), sent: 0, lost: 0 }
+        Self { settings, rng, under_way: BinaryHeap::new(), sent: 0, lost: 0, in_burst: false }
     }
 
     /// Datagrams that were lost.
@@ -68,7 +79,7 @@ impl<T: Ord + Clone> Network<T> {
 
     /// Puts something on its way.
     pub fn send(&mut self, now_ns: i64, what: T) {
-        if self.rng.random_bool(self.settings.loss) {
+        if self.is_lost() {
             self.lost += 1;
             return;
         }
@@ -78,6 +89,20 @@ impl<T: Ord + Clone> Network<T> {
             self.under_way.push(Reverse((due_ns, self.sent, what.clone())));
             self.sent += 1;
         }
+    }
+
+    /// A burst goes on with 1 − 1/burst; it begins as often as makes the share of all that is lost.
+    fn is_lost(&mut self) -> bool {
+        let NetworkSettings { loss, burst, .. } = self.settings;
+        let ends = 1.0 / burst.max(1.0);
+        let begins = loss * ends / (1.0 - loss + loss * ends);
+        let chance = match self.in_burst {
+            // The next one is the first after the burst, or begins another.
+            true => (1.0 - ends) + ends * begins,
+            false => begins,
+        };
+        self.in_burst = self.rng.random_bool(chance);
+        self.in_burst
     }
 
     fn delay_s(&mut self) -> f64 {
@@ -104,5 +129,30 @@ impl<T: Ord + Clone> Network<T> {
             return None;
         }
         self.under_way.pop().map(|Reverse((due_ns, _, what))| (due_ns, what))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn losses_have_their_share_and_their_length() {
+        for (loss, burst) in [(0.01, 1.0), (0.05, 1.0), (0.01, 8.0), (0.2, 20.0)] {
+            let mut network = Network::new(NetworkSettings { loss, burst, ..NetworkSettings::none() }, 7);
+            let (mut bursts, mut was_lost, sent) = (0_u64, false, 400_000);
+            for k in 0..sent {
+                let before = network.lost();
+                network.send(k, k);
+                let lost = network.lost() > before;
+                bursts += u64::from(lost && !was_lost);
+                was_lost = lost;
+            }
+            let share = network.lost() as f64 / sent as f64;
+            let length = network.lost() as f64 / bursts as f64;
+            // By chance √(2·burst/(loss·sent)) of each: 3 % at most; thrice that. A burst that follows at once lengthens the one before.
+            assert!((share / loss - 1.0).abs() < 0.1, "{share} is not {loss}");
+            assert!((length / burst - 1.0).abs() < 0.16, "{length} is not {burst}");
+        }
     }
 }

@@ -134,6 +134,8 @@ pub struct ControllerSettings {
     pub following: Following,
     /// `\CommTimeout`, s.
     pub timeout_s: f64,
+    /// RAPID waits for the PC's first answer before it begins a guidance.
+    pub waits_for_pc: bool,
     /// When guidance ends.
     pub convergence: Convergence,
     /// What it does then.
@@ -172,6 +174,7 @@ impl ControllerSettings {
                 range_rad: 2.0,
             },
             timeout_s: 0.2,
+            waits_for_pc: false,
             convergence: Convergence { distance_m: 0.001, angle_rad: 0.5_f64.to_radians(), for_s: 1.0 },
             stop_mode: StopMode::Hold,
             feedback: Feedback { noise_m: 1e-5, noise_rad: 2e-5, age_s: 0.0, servo_lag_s: 0.008 },
