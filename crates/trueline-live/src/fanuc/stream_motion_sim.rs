@@ -48,7 +48,12 @@ impl StreamMotionController {
             (CAPABILITY, true) => {
                 Some(words(&[CAPABILITY, self.version, 1, self.sampling_ms, 0, self.version, 0]))
             }
-            (START, true) | (START_OLD, false) if version == self.version => {
+            // Old controllers are started before their version is asked for (fanuc-ucl does), so any will do.
+            (START_OLD, false) => {
+                (self.listener, self.sequence) = (Some(from), 0);
+                None
+            }
+            (START, true) if version == self.version => {
                 (self.listener, self.sequence) = (Some(from), 0);
                 None
             }

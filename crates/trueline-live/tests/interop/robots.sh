@@ -97,14 +97,15 @@ PY
 verdict "rsipi's controller with ONLYSEND is listened to" "$code" "$text"
 
 # ---- recordings ----------------------------------------------------------------------------------------------------
+echo 'kind = "profiler"' > "$work/sensor.toml"
 record() { # record NAME TRUELINE-ARGUMENTS
     local name=$1; shift
     code=0
     "$TRUELINE" record --quiet --for-s 2 --out "$work/$name" "$@" || code=$?
-    "$TRUELINE" import mcap "$work/$name/recording.mcap" --out "$work/$name-folder" > /dev/null 2> "$work/$name-import" || code=$?
-    rows=$(($(wc -l < "$work/$name-folder/robot.csv") - 1))
+    "$TRUELINE" import mcap "$work/$name/recording.mcap" --sensor "$work/sensor.toml" --out "$work/$name-folder" > /dev/null 2> "$work/$name-import" || code=$?
+    rows=$(wc -l < "$work/$name-folder/robot.csv" 2> /dev/null || echo 0)
     [ "$rows" -gt 100 ] || code=1
-    verdict "record and import $name" "$code" "$rows poses in robot.csv"
+    verdict "record and import $name" "$code" "$rows lines in robot.csv"
 }
 sim --protocol ur-rtde --listen 127.0.0.1:30004
 record ur-rtde --protocol ur-rtde --robot 127.0.0.1
