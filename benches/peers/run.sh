@@ -43,4 +43,6 @@ done
     CARGO_TARGET_DIR=$build/root cargo run --release --quiet --manifest-path "$here/../../Cargo.toml" -p trueline-method --example scaling
     cat "$here/limits.md" "$here/vision.md"
 } >> "$report"
+# What the examples measured stays.
+sed -n '/^## Paths that repeat themselves/,$p' "$here/../../BENCHMARKS.md" >> "$report"
 cp "$report" "$here/../../BENCHMARKS.md"
