@@ -23,6 +23,7 @@ mod progress;
 mod requirement;
 mod robot_link;
 mod source_text;
+mod scenario_options;
 
 use args::{Arguments, Command, SensorCommand};
 use clap::Parser;

@@ -1,62 +1,107 @@
-//! Where a dataset is read from: a folder, or a recording that is unpacked into one for the time being.
+//! Where a scan is read from: a dataset folder, a recording, or a folder that has a recording and nothing else yet.
 
 use crate::failure::Failure;
 use crate::output;
 use crate::pictures::{self, PictureOptions};
 use crate::planned_scan::read_text;
-use std::fs::File;
 use std::path::{Path, PathBuf};
-use tempfile::TempDir;
 use trueline_cell::RECORDING;
-use trueline_dataset::{Error, Problem, Recording, SensorFile, folder, images, sensor_toml};
-use trueline_mcap::{Choice, unpack};
+use trueline_dataset::{
+    Feature, PictureFolder, PictureSource, Recording, SensorFile, folder, images, sensor_toml,
+};
+use trueline_mcap::{Choice, Imported, import};
 use trueline_vision::Joint;
 
-/// A dataset folder that can be read.
+/// A scan with its features, and its pictures where it has some.
 pub struct OpenedDataset {
-    folder: PathBuf,
-    /// The recording it was unpacked from, and the folder that goes when this goes.
-    unpacked: Option<(PathBuf, TempDir)>,
-    stamp_meaning: Option<String>,
+    /// What calibration takes.
+    pub recording: Recording,
+    /// Its pictures.
+    pub pictures: Option<Box<dyn PictureSource>>,
+    /// What its stamps mean, where the recording says so.
+    pub stamp_meaning: Option<String>,
 }
 
-/// Opens a dataset folder, a recording, or a folder that has a recording and nothing else yet.
-pub fn open(path: &Path, quiet: bool) -> Result<OpenedDataset, Failure> {
+/// Reads a scan; where there are pictures and no features, the seam is looked for in the pictures.
+///
+/// # Errors
+/// Whatever cannot be read, and pictures without a seam.
+pub fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedDataset, Failure> {
     match recording_of(path) {
-        None => Ok(OpenedDataset { folder: path.to_owned(), unpacked: None, stamp_meaning: None }),
-        Some(recording) => {
-            let place = tempfile::tempdir().map_err(|error| {
-                Failure::new(
-                    format!("no folder to unpack {} into: {error}", recording.display()),
-                    "is the disk full? `trueline import mcap FILE --out DIR` unpacks to where you say",
-                )
-            })?;
-            let folder = place.path().join("dataset");
-            let choice = Choice { sensor: sensor_of(&recording)?, ..Choice::default() };
-            let unpacked = unpack(&recording, &choice, &folder)?;
-            tell(&unpacked, quiet);
-            if unpacked.frames == 0 && unpacked.features == 0 {
-                return Err(Failure::new(
-                    format!("{}: there are neither pictures nor seam points in it", recording.display()),
-                    "record the camera as well: `trueline record --camera IP --sensor sensor.toml`",
-                ));
-            }
-            let stamp_meaning = unpacked.stamp_meaning;
-            Ok(OpenedDataset { folder, unpacked: Some((recording, place)), stamp_meaning })
+        Some(recording) => open_recording(&recording, joint, quiet),
+        None => open_folder(path, joint, quiet),
+    }
+}
+
+fn open_folder(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedDataset, Failure> {
+    let pictures = if images::index_of(path).exists() { Some(PictureFolder::open(path)?) } else { None };
+    if let (Some(pictures), false) = (&pictures, path.join("features.csv").exists()) {
+        let sensor = folder::read_sensor(path)?;
+        let features = find_features(pictures, &sensor, path, &options(joint, quiet))?;
+        folder::replace_features(path, &features)?;
+        if !quiet {
+            output::words(&format!("written to {}\n", path.join("features.csv").display()));
         }
     }
+    let recording = folder::read(path)?;
+    let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
+    Ok(OpenedDataset { recording, pictures, stamp_meaning: None })
+}
+
+fn open_recording(file: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedDataset, Failure> {
+    let choice = Choice { sensor: sensor_of(file)?, ..Choice::default() };
+    let imported = import(file, &choice)?;
+    tell(&imported, quiet);
+    let mut recording = imported.in_written_form()?;
+    let Imported { pictures, stamp_meaning, .. } = imported;
+    folder::refuse_what_is_not_applied(file, &recording.setup)?;
+    if recording.features.is_empty() {
+        let Some(pictures) = &pictures else {
+            return Err(Failure::new(
+                format!("{}: there are neither pictures nor seam points in it", file.display()),
+                "record the camera as well: `trueline record --camera IP --sensor sensor.toml`",
+            ));
+        };
+        recording.features = find_features(pictures, &recording.sensor, file, &options(joint, quiet))?;
+    }
+    let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
+    Ok(OpenedDataset { recording, pictures, stamp_meaning })
+}
+
+fn options(joint: Option<Joint>, quiet: bool) -> PictureOptions {
+    PictureOptions { joint, overlay: None, threads: None, quiet }
+}
+
+fn find_features(
+    pictures: &dyn PictureSource,
+    sensor: &trueline_dataset::Sensor,
+    name: &Path,
+    options: &PictureOptions,
+) -> Result<Vec<Feature>, Failure> {
+    let scan = pictures::examine_source(pictures, sensor, name, options)?;
+    if !options.quiet {
+        output::words(&pictures::summary(&scan));
+    }
+    let features = scan.features();
+    if features.is_empty() {
+        return Err(Failure::new(
+            format!("there is no seam in any of {} pictures", scan.frames.len()),
+            "`trueline features DATASET --overlay FOLDER` draws what is seen; --joint names the joint",
+        ));
+    }
+    Ok(features)
 }
 
 /// Says what became of a recording. Damage is told even if all is to be quiet: data is missing because of it.
-pub fn tell(unpacked: &trueline_mcap::Unpacked, quiet: bool) {
-    for damaged in &unpacked.damages {
+pub fn tell(imported: &Imported, quiet: bool) {
+    for damaged in &imported.damages {
         output::words(&format!("warning: {damaged}"));
     }
     if !quiet {
-        if let Some(meaning) = &unpacked.stamp_meaning {
+        if let Some(meaning) = &imported.stamp_meaning {
             output::words(&format!("stamps: {meaning}"));
         }
-        for note in &unpacked.notes {
+        for note in &imported.notes {
             output::words(&format!("note: {note}"));
         }
     }
@@ -81,55 +126,6 @@ fn sensor_of(recording: &Path) -> Result<Option<SensorFile>, Failure> {
         return Ok(None);
     }
     Ok(Some(sensor_toml::parse_file(&file, &read_text(&file)?)?))
-}
-
-impl OpenedDataset {
-    /// Its folder.
-    pub fn folder(&self) -> &Path {
-        &self.folder
-    }
-
-    /// What its stamps mean, where the recording says so.
-    pub fn stamp_meaning(&self) -> Option<&str> {
-        self.stamp_meaning.as_deref()
-    }
-
-    /// Finds the features of a dataset that has pictures only, and keeps them in its folder.
-    pub fn find_features(&self, joint: Option<Joint>, quiet: bool) -> Result<(), Failure> {
-        if self.folder.join("features.csv").exists() || !images::index_of(&self.folder).exists() {
-            return Ok(());
-        }
-        let options = PictureOptions { joint, overlay: None, threads: None, quiet };
-        let scan = pictures::examine(&self.folder, &options)?;
-        if !quiet {
-            output::words(&pictures::summary(&scan));
-        }
-        let features = scan.features();
-        if features.is_empty() {
-            return Err(Failure::new(
-                format!("there is no seam in any of {} pictures", scan.frames.len()),
-                "`trueline features DATASET --overlay FOLDER` draws what is seen; --joint names the joint",
-            ));
-        }
-        folder::replace_features(&self.folder, &features)?;
-        if !quiet && self.unpacked.is_none() {
-            output::words(&format!("written to {}\n", self.folder.join("features.csv").display()));
-        }
-        Ok(())
-    }
-
-    /// Reads it. What was read is the recording, if it came out of one.
-    pub fn read(&self) -> Result<Recording, Failure> {
-        let mut recording = folder::read(&self.folder)?;
-        if let Some((file, _)) = self.unpacked.as_ref().filter(|(file, _)| file.is_file()) {
-            let hash = File::open(file)
-                .and_then(folder::sha256_of)
-                .map_err(|error| Error::in_file(file, Problem::Io(error)))?;
-            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            recording.inputs = [(name, hash)].into();
-        }
-        Ok(recording)
-    }
 }
 
 impl From<trueline_mcap::ImportError> for Failure {

@@ -1,8 +1,8 @@
 //! Pictures of features that do not fit, for the report.
 
 use crate::failure::Failure;
-use std::path::Path;
-use trueline_dataset::{GrayImage, Measured, Pixels, Recording, gray_png, images};
+use crate::opened_dataset::OpenedDataset;
+use trueline_dataset::{GrayImage, Measured, Pixels, gray_png};
 use trueline_method::Calibration;
 use trueline_report::calibration_page::FramePicture;
 use trueline_vision::overlay::Canvas;
@@ -16,23 +16,16 @@ const SIZE: [usize; 2] = [480, 320];
 ///
 /// # Errors
 /// Pictures that are named and cannot be read.
-pub fn pictures(
-    dataset: &Path,
-    recording: &Recording,
-    calibration: &Calibration,
-) -> Result<Vec<FramePicture>, Failure> {
-    if !images::index_of(dataset).exists() {
-        return Ok(Vec::new());
-    }
-    let frames = images::read_index(dataset)?;
+pub fn pictures(opened: &OpenedDataset, calibration: &Calibration) -> Result<Vec<FramePicture>, Failure> {
+    let Some(source) = &opened.pictures else { return Ok(Vec::new()) };
     let mut outliers: Vec<_> = calibration.features.iter().filter(|f| f.is_outlier()).collect();
     outliers.sort_by(|a, b| b.normalised.total_cmp(&a.normalised));
     let mut pictures = Vec::new();
     for outlier in outliers {
-        let feature = &recording.features[outlier.row as usize];
-        let frame = frames.iter().find(|frame| frame.stamp_ns == feature.stamp_ns);
-        let (Some(frame), Measured::Pixel(at)) = (frame, feature.measured) else { continue };
-        let image = gray_png::read(&frame.path, &mut Vec::new())?;
+        let feature = &opened.recording.features[outlier.row as usize];
+        let number = (0..source.count()).find(|number| source.stamp(*number).stamp_ns == feature.stamp_ns);
+        let (Some(number), Measured::Pixel(at)) = (number, feature.measured) else { continue };
+        let image = source.read(number, &mut Vec::new())?;
         pictures.push(FramePicture { row: outlier.row, png: cut_out(&image, at)? });
         if pictures.len() == MOST {
             break;

@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use trueline_dataset::{PictureFolder, folder};
+use trueline_dataset::{PictureFolder, PictureSource, Sensor, folder};
 use trueline_report::picture_page::Looked;
 use trueline_vision::scan::{
     ExaminedPicture, JointSource, ScanError, ScanObserver, ScanSeams, SkippedPictures, Stage,
@@ -36,9 +36,27 @@ pub struct PictureOptions {
 /// A dataset without a camera or pictures, or a picture that cannot be read.
 pub fn examine(dataset: &Path, options: &PictureOptions) -> Result<ScanSeams, Failure> {
     let sensor = folder::read_sensor(dataset)?;
-    let detector = Detector::for_sensor(&sensor).ok_or_else(|| ScanError::NoCamera { kind: sensor.kind() });
-    let detector = detector.map_err(|error| failure(&error, Some(dataset)))?;
-    let pictures = PictureFolder::open(dataset)?;
+    // Without a camera there need not be pictures, and that is what is to be told.
+    detector(&sensor, dataset)?;
+    examine_source(&PictureFolder::open(dataset)?, &sensor, dataset, options)
+}
+
+fn detector(sensor: &Sensor, dataset: &Path) -> Result<Detector, Failure> {
+    let detector = Detector::for_sensor(sensor).ok_or_else(|| ScanError::NoCamera { kind: sensor.kind() });
+    detector.map_err(|error| failure(&error, Some(dataset)))
+}
+
+/// Examines all pictures of a recording; `dataset` is what an error calls it.
+///
+/// # Errors
+/// As [`examine`].
+pub fn examine_source(
+    pictures: &dyn PictureSource,
+    sensor: &Sensor,
+    dataset: &Path,
+    options: &PictureOptions,
+) -> Result<ScanSeams, Failure> {
+    let detector = detector(sensor, dataset)?;
     let overlay = options.overlay.as_ref();
     let overlay = overlay.map(|(folder, every)| OverlayFolder::create(folder, *every)).transpose()?;
     let onlooker = Onlooker { overlay, quiet: options.quiet, bar: Mutex::default() };
@@ -46,7 +64,7 @@ pub fn examine(dataset: &Path, options: &PictureOptions) -> Result<ScanSeams, Fa
     let pool = pool
         .build()
         .map_err(|error| Failure::new(format!("threads cannot be started: {error}"), "try --threads 1"))?;
-    pool.install(|| find_seams(&pictures, &detector, options.joint, &onlooker))
+    pool.install(|| find_seams(pictures, &detector, options.joint, &onlooker))
         .map_err(|error| failure(&error, None))
 }
 

@@ -55,7 +55,10 @@ pub fn read_sensor(folder: &Path) -> Result<Sensor, Error> {
 }
 
 /// Nothing that a file states is ignored: what no command applies yet is refused.
-fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<(), Error> {
+///
+/// # Errors
+/// The first such statement.
+pub fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<(), Error> {
     let refused = [
         (
             setup.mounted == Mounted::Fixed,

@@ -3,7 +3,7 @@
 use crate::error::{Error, Problem};
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Transformations};
 use std::fs::File;
-use std::io::{BufReader, BufWriter};
+use std::io::{BufRead, BufReader, BufWriter, Seek};
 use std::path::Path;
 
 /// Pixels of a picture, row by row.
@@ -38,9 +38,17 @@ pub fn read(file: &Path, spare: &mut Vec<u8>) -> Result<GrayImage, Error> {
         let missing = error.kind() == std::io::ErrorKind::NotFound;
         Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
     })?;
+    decode(file, BufReader::new(opened), spare)
+}
+
+/// Decodes a gray PNG of 8 or 16 bits that begins where the reader is; `file` is what an error names.
+///
+/// # Errors
+/// As [`read()`], but for a file that is missing.
+pub fn decode(file: &Path, input: impl BufRead + Seek, spare: &mut Vec<u8>) -> Result<GrayImage, Error> {
     let broken =
         |error: png::DecodingError| Error::in_file(file, Problem::Picture { why: error.to_string() });
-    let mut decoder = Decoder::new(BufReader::new(opened));
+    let mut decoder = Decoder::new(input);
     decoder.set_transformations(Transformations::IDENTITY);
     let mut reader = decoder.read_info().map_err(broken)?;
     let (color, depth) = reader.output_color_type();

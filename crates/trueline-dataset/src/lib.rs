@@ -26,6 +26,7 @@ pub mod stamp;
 pub mod stripe_points_csv;
 pub mod table;
 pub mod unit;
+pub mod written_form;
 
 pub use calibration_file::KnownCalibration;
 pub use error::{Error, Problem};

@@ -1,6 +1,6 @@
 //! Why a recording cannot be made into a dataset.
 
-use crate::content_error::ContentError;
+use crate::message::content_error::ContentError;
 use std::path::{Path, PathBuf};
 
 /// What stands in the way: of a file, a message, or a choice that is the user's.

@@ -5,7 +5,7 @@ mod common;
 
 use common::{T0, compressed_image, png, pose, pose_stamped, ros1_text, tf};
 use proptest::prelude::*;
-use trueline_mcap::ros_cursor::RosCursor;
+use trueline_mcap::message::ros_cursor::RosCursor;
 use trueline_mcap::{Content, ContentError, message};
 
 const SCHEMAS: [(&str, &str); 18] = [

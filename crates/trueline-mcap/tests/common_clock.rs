@@ -3,9 +3,9 @@
 
 mod common;
 
-use common::{about, frame, robot};
+use common::{about, frame, robot, unpack};
 use trueline_dataset::{images, robot_csv};
-use trueline_mcap::{Choice, Entry, ImportError, Recorder, StampClock, unpack};
+use trueline_mcap::{Choice, Entry, ImportError, Recorder, StampClock};
 
 const PTP_NS: i64 = 1_800_000_037_000_000_000;
 

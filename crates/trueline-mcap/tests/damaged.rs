@@ -3,11 +3,11 @@
 
 mod common;
 
-use common::{entries, messages, read_items, recorded, unfinished};
+use common::{entries, messages, read_items, recorded, unfinished, unpack};
 use proptest::prelude::*;
 use std::collections::HashSet;
 use std::sync::LazyLock;
-use trueline_mcap::{Choice, Damage, Item, survey, unpack};
+use trueline_mcap::{Choice, Damage, Item, survey};
 
 static FINISHED: LazyLock<Vec<u8>> = LazyLock::new(|| recorded(entries(40)));
 static UNFINISHED: LazyLock<Vec<u8>> = LazyLock::new(|| unfinished(entries(40)));

@@ -4,14 +4,14 @@
 
 mod common;
 
-use common::{T0, profiler};
+use common::{T0, Unpacked, profiler, unpack};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 use std::fs;
 use std::path::{Path, PathBuf};
-use trueline_dataset::{FrameFile, Pixels, RobotSample, gray_png, images, robot_csv};
+use trueline_dataset::{FrameFile, PictureSource, Pixels, RobotSample, gray_png, images, robot_csv};
 use trueline_geometry::{Pose, se3, so3};
-use trueline_mcap::{Choice, ImportError, Kind, Unpacked, survey, unpack};
+use trueline_mcap::{Choice, ImportError, Kind, import, survey};
 
 const SAMPLES: i64 = 60;
 const IMAGES: i64 = 6;
@@ -300,4 +300,21 @@ fn what_is_no_recording_is_refused() {
     assert!(matches!(refusal(b"SQLite format 3\0"), ImportError::Database { .. }));
     assert!(matches!(survey(folder.path()).unwrap_err(), ImportError::NotARecording { .. }));
     assert!(matches!(survey(Path::new("/nowhere")).unwrap_err(), ImportError::Io { .. }));
+}
+
+/// From chunks, from rows of a data base, from a compressed file: each picture alone, and in any order.
+#[test]
+fn pictures_that_are_read_on_demand_are_those_of_the_folder() {
+    for name in ["pose_mono8", "pose_mono8_mcap", "pose_mono8_zstd_file", "pose_mono8_ros1.mcap"] {
+        let (_keep, out, _) = unpacked(name, &choice());
+        let frames = images::read_index(&out).unwrap();
+        let pictures = import(&fixture(name), &choice()).unwrap().pictures.unwrap();
+        assert_eq!(pictures.count(), frames.len());
+        for (number, frame) in frames.iter().enumerate().rev() {
+            let stamp = pictures.stamp(number);
+            assert_eq!((stamp.stamp_ns, stamp.frame, stamp.device_ns), (frame.stamp_ns, frame.frame, None));
+            let written = gray_png::read(&frame.path, &mut Vec::new()).unwrap();
+            assert!(pictures.read(number, &mut Vec::new()).unwrap() == written, "{name}, picture {number}");
+        }
+    }
 }

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Memory, SENSOR, about, entries, frame, messages, profile, read_items, recorded, robot};
+use common::{Memory, SENSOR, about, entries, frame, messages, profile, read_items, recorded, robot, unpack};
 use prost::Message;
 use std::io::{self, Write};
 use std::path::Path;
@@ -11,8 +11,7 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
 use trueline_dataset::{folder, images};
 use trueline_mcap::{
-    Choice, Content, Entry, FeaturesEntry, FrameEntry, Item, RecordError, Recorder, RobotEntry, Sink,
-    message, unpack,
+    Choice, Content, Entry, FeaturesEntry, FrameEntry, Item, RecordError, Recorder, RobotEntry, Sink, message,
 };
 
 /// The fields of a message that is written by hand here: an independent reading of what is in the file.

@@ -4,16 +4,15 @@
 mod common;
 
 use common::{
-    Foreign, about, compressed_image, png, pose, pose_stamped, pose_xyzw, profiler, robot, tf, write_foreign,
+    Foreign, Unpacked, about, compressed_image, png, pose, pose_stamped, pose_xyzw, profiler, robot, tf,
+    unpack, write_foreign,
 };
 use foxglove::messages::{self as fx, Quaternion, Timestamp, Vector3};
 use prost::Message;
 use std::path::PathBuf;
 use trueline_dataset::{RobotSample, Sensor, gray_png, images, robot_csv};
 use trueline_geometry::{Pose, se3};
-use trueline_mcap::{
-    Choice, ContentError, Entry, FeaturesEntry, ImportError, Recorder, RobotEntry, Unpacked, unpack,
-};
+use trueline_mcap::{Choice, ContentError, Entry, FeaturesEntry, ImportError, Recorder, RobotEntry};
 
 struct Scan {
     folder: tempfile::TempDir,

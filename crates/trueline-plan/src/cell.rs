@@ -2,41 +2,13 @@
 
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
+use crate::seam::Seam;
 use crate::stance::Stance;
 use crate::view::View;
-use nalgebra::{UnitVector3, Vector3};
+use nalgebra::Vector3;
 use trueline_dataset::{Sensor, Truth};
-use trueline_geometry::{Line, Pose};
+use trueline_geometry::Pose;
 use trueline_model::LaserSheet;
-
-/// A stretch of straight seam in base.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seam {
-    /// Where the scan begins, m.
-    pub from_m: Vector3<f64>,
-    /// Where it ends, m.
-    pub to_m: Vector3<f64>,
-}
-
-impl Seam {
-    /// Unit direction; `None` if both ends are one point.
-    #[must_use]
-    pub fn direction(&self) -> Option<UnitVector3<f64>> {
-        UnitVector3::try_new(self.to_m - self.from_m, 1e-6)
-    }
-
-    /// The whole line, anchored in the middle.
-    #[must_use]
-    pub fn line(&self) -> Option<Line> {
-        Some(Line::new(0.5 * (self.from_m + self.to_m), &self.direction()?))
-    }
-
-    /// Its length, m.
-    #[must_use]
-    pub fn length_m(&self) -> f64 {
-        (self.to_m - self.from_m).norm()
-    }
-}
 
 /// Standard deviations of what will be recorded.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,9 @@
 //! `cell.toml`: what is known before the scan, as a person writes it down.
 
-use crate::cell::{Cell, ExpectedNoise, Seam};
+use crate::cell::{Cell, ExpectedNoise};
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
+use crate::seam::Seam;
 use crate::stance::Stance;
 use crate::view::View;
 use nalgebra::{UnitVector3, Vector3};

@@ -161,6 +161,6 @@ fn towards_end(cell: &Cell, sight: &Sight) -> f64 {
     let middle = 0.5 * (cell.seam.from_m + cell.seam.to_m);
     let at = sight.placement.point_in_base(&sight.point_in_camera) - middle;
     let normal = cell.sheet.plane().normal().into_inner();
-    let off = cell.guess_error.along_seam(sight, &direction, &normal);
+    let off = cell.guess_error.along_seam(&sight.placement, &sight.point_in_camera, &direction, &normal);
     (direction.dot(&at).abs() + off) / (0.5 * cell.seam.length_m())
 }

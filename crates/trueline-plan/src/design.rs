@@ -1,6 +1,6 @@
 //! The numbers that a path is made of, and the box that they are searched in.
 
-use crate::cell::Cell;
+use crate::limits::Limits;
 use crate::shape::Shape;
 
 /// Something that swings about a mean over time.
@@ -62,7 +62,7 @@ pub const DIMENSION: usize = 3 + 3 + 4 * 4;
 /// Makes the design that a point of the unit box stands for; whatever the point, means and swings stay within the
 /// limits of stand-off and tilt.
 #[must_use]
-pub fn from_unit_box(cell: &Cell, shape: Shape, duration_s: f64, unit: &[f64; DIMENSION]) -> Design {
+pub fn from_unit_box(limits: &Limits, shape: Shape, duration_s: f64, unit: &[f64; DIMENSION]) -> Design {
     let mut rest = unit.iter().map(|x| mirrored(*x));
     let mut next = |low: f64, high: f64| low + (high - low) * rest.next().unwrap_or(0.5);
     let longest_ramp_s = RAMP_S[1].min(0.25 * duration_s);
@@ -80,9 +80,9 @@ pub fn from_unit_box(cell: &Cell, shape: Shape, duration_s: f64, unit: &[f64; DI
         // Half a swing over the whole scan: one bow.
         stripe.frequency_hz = 0.5 / (duration_s - ramp_s);
     }
-    let mut within = |limits: [f64; 2]| {
-        let middle = 0.5 * (limits[0] + limits[1]);
-        let reach = 0.5 * (limits[1] - limits[0]);
+    let mut within = |range: [f64; 2]| {
+        let middle = 0.5 * (range[0] + range[1]);
+        let reach = 0.5 * (range[1] - range[0]);
         let swing = reach * next(0.0, 1.0);
         // What the swing leaves of the range is the mean's.
         let mean = middle + (reach - swing) * next(-1.0, 1.0);
@@ -93,8 +93,8 @@ pub fn from_unit_box(cell: &Cell, shape: Shape, duration_s: f64, unit: &[f64; DI
             phase_rad: next(-std::f64::consts::PI, std::f64::consts::PI),
         }
     };
-    let stand_off = within(cell.limits.stand_off_m);
-    let tilts = cell.limits.tilt_rad.map(|limit| within([-limit, limit]));
+    let stand_off = within(limits.stand_off_m);
+    let tilts = limits.tilt_rad.map(|limit| within([-limit, limit]));
     Design { shape, duration_s, ramp_s, length_share, centre, stripe, stand_off, tilts }
 }
 

@@ -4,14 +4,14 @@
 //! (|δt| ≤ T, |δθ| ≤ Θ, the line within Λ) the seam then stays within a sum of ellipses, whose outermost point in
 //! a direction d is Σ rₖ Jₖ Jₖᵀd / |Jₖᵀd|.
 
-use crate::cell::Seam;
-use crate::prediction::Sight;
+use crate::seam::Seam;
 use nalgebra::{Matrix2x3, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, UnitBall, UnitSphere};
 use std::sync::LazyLock;
 use trueline_geometry::{Pose, se3};
+use trueline_model::Placement;
 use trueline_model::point_to_line::ResidualJacobian;
 
 /// Largest errors of the guess that the plan must survive.
@@ -61,13 +61,14 @@ impl GuessError {
     #[must_use]
     pub fn along_seam(
         &self,
-        sight: &Sight,
+        placement: &Placement,
+        point_in_camera: &Vector3<f64>,
         direction: &Vector3<f64>,
         sheet_normal_in_camera: &Vector3<f64>,
     ) -> f64 {
-        let base_from_camera = sight.placement.base_from_camera().rotation;
+        let base_from_camera = placement.base_from_camera().rotation;
         let normal = base_from_camera * sheet_normal_in_camera;
-        let turned = sight.placement.jacobian(&sight.point_in_camera).d_point_d_rotation.transpose() * normal;
+        let turned = placement.jacobian(point_in_camera).d_point_d_rotation.transpose() * normal;
         let shift = self.translation_m + self.rotation_rad * turned.norm() + self.line_m;
         shift / normal.dot(direction).abs()
     }

@@ -14,7 +14,7 @@ use trueline_geometry::Pose;
 
 /// What is asked of a plan.
 #[derive(Clone, Debug)]
-pub struct Ask {
+pub struct PlanRequest {
     /// Duration of the scan, s.
     pub duration_s: f64,
     /// What is wanted of it.
@@ -29,7 +29,7 @@ pub struct Ask {
     pub threads: usize,
 }
 
-impl Default for Ask {
+impl Default for PlanRequest {
     fn default() -> Self {
         Self {
             duration_s: 20.0,
@@ -158,11 +158,11 @@ const BROKEN: f64 = 1e6;
 ///
 /// # Errors
 /// [`PlanError`] says which limit stands in the way.
-pub fn plan(cell: &Cell, ask: &Ask, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
+pub fn plan(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
     check(cell, ask.duration_s)?;
     let searches: Vec<Search<'_>> =
         ask.shapes.iter().map(|shape| Search::new(cell, ask, *shape)).collect::<Result<_, _>>()?;
-    let found = side_by_side(&searches, ask.threads, |search| searched(search, tick));
+    let found = par_map(&searches, ask.threads, |search| searched(search, tick));
     best_sound(found.into_iter().flatten(), ask.duration_s)
 }
 
@@ -170,7 +170,12 @@ pub fn plan(cell: &Cell, ask: &Ask, tick: &(dyn Fn() + Sync)) -> Result<Plan, Pl
 ///
 /// # Errors
 /// As [`plan`].
-pub fn replan(cell: &Cell, ask: &Ask, near: &Plan, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
+pub fn replan(
+    cell: &Cell,
+    ask: &PlanRequest,
+    near: &Plan,
+    tick: &(dyn Fn() + Sync),
+) -> Result<Plan, PlanError> {
     check(cell, ask.duration_s)?;
     let effort = Effort { evaluations: ask.evaluations / 4, spread: 0.1, population: 16 };
     let search = Search::new(cell, ask, near.motion.design().shape)?;
@@ -207,7 +212,7 @@ const SCOUTS: usize = 4;
 
 /// The best design of one shape: half of the tries go to the scouts, half to the last search.
 fn searched(search: &Search<'_>, tick: &(dyn Fn() + Sync)) -> Option<Plan> {
-    let Ask { evaluations, seed, .. } = *search.ask;
+    let PlanRequest { evaluations, seed, .. } = *search.ask;
     let middle = DVector::repeat(DIMENSION, 0.5);
     let scout = Effort { evaluations: evaluations / (2 * SCOUTS), spread: 0.3, population: 16 };
     let scouted =
@@ -230,14 +235,14 @@ fn rank(plan: &Plan) -> f64 {
 /// The designs of one shape.
 struct Search<'a> {
     cell: &'a Cell,
-    ask: &'a Ask,
+    ask: &'a PlanRequest,
     shape: Shape,
     truth: Truth,
     stride: usize,
 }
 
 impl<'a> Search<'a> {
-    fn new(cell: &'a Cell, ask: &'a Ask, shape: Shape) -> Result<Self, PlanError> {
+    fn new(cell: &'a Cell, ask: &'a PlanRequest, shape: Shape) -> Result<Self, PlanError> {
         let truth = Truth::guessed(cell).ok_or(PlanError::NoSeam)?;
         let stride = ((ROUGH_FRAMES_S / cell.frame_period_s) as usize).max(1);
         Ok(Self { cell, ask, shape, truth, stride })
@@ -272,7 +277,7 @@ impl<'a> Search<'a> {
 
     fn motion(&self, point: &DVector<f64>) -> Option<Motion> {
         let unit: &[f64; DIMENSION] = point.as_slice().try_into().ok()?;
-        Some(Motion::new(self.cell, from_unit_box(self.cell, self.shape, self.ask.duration_s, unit)))
+        Some(Motion::new(self.cell, from_unit_box(&self.cell.limits, self.shape, self.ask.duration_s, unit)))
     }
 
     /// What the search minimises: the score, or for motions that break limits by how much they do.
@@ -307,7 +312,7 @@ impl<'a> Search<'a> {
 }
 
 /// Does one job for each item on so many threads; the answers come in the items' order.
-fn side_by_side<I: Sync, T: Send>(items: &[I], threads: usize, job: impl Fn(&I) -> T + Sync) -> Vec<T> {
+fn par_map<I: Sync, T: Send>(items: &[I], threads: usize, job: impl Fn(&I) -> T + Sync) -> Vec<T> {
     let threads = threads.clamp(1, items.len().max(1));
     let next = AtomicUsize::new(0);
     let mut numbered: Vec<(usize, T)> = std::thread::scope(|scope| {

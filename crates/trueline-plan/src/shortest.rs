@@ -1,12 +1,12 @@
 //! The shortest scan that reaches what is wanted.
 
 use crate::cell::Cell;
-use crate::plan::{Ask, DURATION_S, Plan, PlanError, plan, replan};
+use crate::plan::{DURATION_S, Plan, PlanError, PlanRequest, plan, replan};
 
 /// Durations are told apart to this part.
 const RESOLUTION: f64 = 1.04;
 
-/// Plans the shortest scan of at most [`Ask::duration_s`] that reaches all of the goal's sigmas; where none does, the
+/// Plans the shortest scan of at most [`PlanRequest::duration_s`] that reaches all of the goal's sigmas; where none does, the
 /// longest: see [`Plan::reaches`].
 ///
 /// Sigmas fall with the duration, by more than its root where a short scan has no room to swing, so the duration is
@@ -14,7 +14,7 @@ const RESOLUTION: f64 = 1.04;
 ///
 /// # Errors
 /// As [`plan`], for the longest scan.
-pub fn shortest(cell: &Cell, ask: &Ask, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
+pub fn shortest(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
     let mut best = plan(cell, ask, tick)?;
     if !best.reaches(&ask.goal) {
         return Ok(best);
@@ -22,7 +22,7 @@ pub fn shortest(cell: &Cell, ask: &Ask, tick: &(dyn Fn() + Sync)) -> Result<Plan
     let (mut short_s, mut long_s) = (DURATION_S[0], ask.duration_s);
     while long_s / short_s > RESOLUTION {
         let duration_s = (short_s * long_s).sqrt();
-        match replan(cell, &Ask { duration_s, ..ask.clone() }, &best, tick) {
+        match replan(cell, &PlanRequest { duration_s, ..ask.clone() }, &best, tick) {
             Ok(plan) if plan.reaches(&ask.goal) => {
                 long_s = duration_s;
                 best = plan;

@@ -9,7 +9,7 @@ use trueline_dataset::Measured;
 use trueline_geometry::Pose;
 use trueline_plan::demands::Demand;
 use trueline_plan::plan::PATH_PERIOD_S;
-use trueline_plan::{Ask, Cell, Plan, PlanError, Shape, View, plan};
+use trueline_plan::{Cell, Plan, PlanError, PlanRequest, Shape, View, plan};
 use trueline_sim::Disturbance;
 
 /// Largest length of the k-th differences of a list over the k-th power of the period: what a robot's own motion
@@ -127,8 +127,8 @@ fn check_view(cell: &Cell, plan: &Plan, seeds: std::ops::Range<u64>) {
     }
 }
 
-fn small(shape: Shape, duration_s: f64) -> Ask {
-    Ask { shapes: vec![shape], evaluations: 1500, duration_s, ..Ask::default() }
+fn small(shape: Shape, duration_s: f64) -> PlanRequest {
+    PlanRequest { shapes: vec![shape], evaluations: 1500, duration_s, ..PlanRequest::default() }
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn a_seam_that_is_short_against_the_error_of_its_ends_is_refused() {
 
 #[test]
 fn the_same_seed_gives_the_same_plan_on_any_number_of_threads() {
-    let ask = |threads| Ask { evaluations: 300, duration_s: 20.0, threads, ..Ask::default() };
+    let ask = |threads| PlanRequest { evaluations: 300, duration_s: 20.0, threads, ..PlanRequest::default() };
     let mut cell = example();
     cell.guess_error.line_m = 0.0;
     let [one, two] = [1, 2].map(|threads| plan(&cell, &ask(threads), &|| ()).unwrap());

@@ -17,12 +17,17 @@ use trueline_method::{Config, Parameters, ResidualKind, Status, calibrate, input
 use trueline_plan::guess_error::DIRECTIONS;
 use trueline_plan::prediction::{Sight, Truth};
 use trueline_plan::shortest::shortest;
-use trueline_plan::{Ask, Cell, Goal, Motion, Plan, Shape, plan};
+use trueline_plan::{Cell, Goal, Motion, Plan, PlanRequest, Shape, plan};
 use trueline_sim::Disturbance;
 use trueline_sim::capture::{SheetAxes, point_on_sheet};
 
 fn quick_plan(cell: &Cell, duration_s: f64) -> Plan {
-    let ask = Ask { shapes: vec![Shape::ThreePasses], evaluations: 2000, duration_s, ..Ask::default() };
+    let ask = PlanRequest {
+        shapes: vec![Shape::ThreePasses],
+        evaluations: 2000,
+        duration_s,
+        ..PlanRequest::default()
+    };
     plan(cell, &ask, &|| ()).unwrap()
 }
 
@@ -118,7 +123,7 @@ fn the_noise_of_attitudes_counts_as_well() {
 
 #[test]
 fn twenty_seconds_reach_what_is_wanted_where_the_guess_is_good() {
-    let ask = Ask { shapes: vec![Shape::TwoPasses], evaluations: 3000, ..Ask::default() };
+    let ask = PlanRequest { shapes: vec![Shape::TwoPasses], evaluations: 3000, ..PlanRequest::default() };
     let cell = exact(example());
     let plan = plan(&cell, &ask, &|| ()).unwrap();
     assert!(plan.reaches(&Goal::default()), "{}", plan.score);
@@ -127,14 +132,14 @@ fn twenty_seconds_reach_what_is_wanted_where_the_guess_is_good() {
 
 #[test]
 fn the_shortest_scan_reaches_what_is_wanted_and_much_shorter_ones_do_not() {
-    let ask = Ask { shapes: vec![Shape::TwoPasses], evaluations: 1500, ..Ask::default() };
+    let ask = PlanRequest { shapes: vec![Shape::TwoPasses], evaluations: 1500, ..PlanRequest::default() };
     let cell = exact(example());
     let found = shortest(&cell, &ask, &|| ()).unwrap();
     assert!(found.reaches(&ask.goal));
     let duration_s = found.motion.design().duration_s;
     assert!(duration_s < 15.0, "{duration_s}");
     // The bracket is 4 % wide, and a search of another path may do a little better.
-    let shorter = plan(&cell, &Ask { duration_s: 0.7 * duration_s, ..ask.clone() }, &|| ());
+    let shorter = plan(&cell, &PlanRequest { duration_s: 0.7 * duration_s, ..ask.clone() }, &|| ());
     assert!(shorter.is_err() || !shorter.unwrap().reaches(&ask.goal));
 }
 
@@ -147,7 +152,7 @@ fn the_seam_moves_in_the_sheet_as_far_as_is_said_and_no_further() {
         cell.guess_error.rotation_rad = 1e-4;
         cell.guess_error.line_m = 2e-5;
         let unit = std::array::from_fn(|k| 0.2 + 0.027 * k as f64);
-        let design = trueline_plan::design::from_unit_box(&cell, Shape::S, 10.0, &unit);
+        let design = trueline_plan::design::from_unit_box(&cell.limits, Shape::S, 10.0, &unit);
         let motion = Motion::new(&cell, design);
         let truth = Truth::guessed(&cell).unwrap();
         let Sight { point_in_camera: point, jacobian, .. } = Sight::of(&cell, &motion, &truth, 4.0).unwrap();
@@ -184,7 +189,12 @@ fn the_seam_moves_in_the_sheet_as_far_as_is_said_and_no_further() {
 fn a_longer_search_of_the_same_cell_finds_little_more() {
     // Where the guess is good there is one deep valley; a rough guess leaves many, which README says.
     let cell = exact(example());
-    let ask = |evaluations, seed| Ask { shapes: vec![Shape::TwoPasses], evaluations, seed, ..Ask::default() };
+    let ask = |evaluations, seed| PlanRequest {
+        shapes: vec![Shape::TwoPasses],
+        evaluations,
+        seed,
+        ..PlanRequest::default()
+    };
     let short = plan(&cell, &ask(4000, 1), &|| ()).unwrap().score;
     let long = plan(&cell, &ask(16_000, 2), &|| ()).unwrap().score;
     assert!(short < 1.15 * long, "{short} against {long}");

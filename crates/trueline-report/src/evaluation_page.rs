@@ -1,8 +1,9 @@
 //! The report of an evaluation: figures, and every error along the seam.
 
 use crate::evaluated;
+use crate::page::render::render;
 use crate::page::{
-    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Verdict, render,
+    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Verdict,
 };
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures};

@@ -1,7 +1,8 @@
 //! The report of a look at pictures: how many show the seam, where, how well, and why others do not.
 
+use crate::page::render::render;
 use crate::page::{
-    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Verdict, render,
+    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Verdict,
 };
 use std::collections::BTreeMap;
 

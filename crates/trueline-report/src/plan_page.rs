@@ -1,8 +1,9 @@
 //! The report of a plan: what it promises, the path, the view, what it uses of the limits.
 
 use crate::number::digits_for;
+use crate::page::render::render;
 use crate::page::{
-    Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Verdict, render,
+    Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Verdict,
 };
 use crate::planned::{self, Source};
 use nalgebra::{Point3, Vector3};

@@ -1,8 +1,7 @@
 //! The report of the paper's experiments.
 
-use crate::page::{
-    Axis, Block, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Verdict, render,
-};
+use crate::page::render::render;
+use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Verdict};
 use crate::reproduced;
 use nalgebra::Vector3;
 use trueline_dataset::unit::MM_PER_M;

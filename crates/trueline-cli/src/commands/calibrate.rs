@@ -9,7 +9,7 @@ use crate::output;
 use crate::requirement;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::{Error, Guess, Problem, Recording, known_toml};
+use trueline_dataset::{Error, Guess, Problem, known_toml};
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
 use trueline_method::{Calibration, Config, Hold, ResidualKind, Stamps, Status, Use};
@@ -19,15 +19,14 @@ use trueline_report::{json, summary};
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     let config = config(args)?;
-    let opened = opened_dataset::open(&args.dataset, args.quiet)?;
-    opened.find_features(features::joint(args.joint), args.quiet)?;
-    let recording = opened.read()?;
+    let opened = opened_dataset::open(&args.dataset, features::joint(args.joint), args.quiet)?;
+    let recording = &opened.recording;
     let initial = match &args.initial {
         Some(file) => Some(read_guess(file)?),
         None => recording.initial,
     };
-    let calibration = trueline_method::calibrate(&recording, initial.as_ref(), &config)?;
-    write_results(args, &opened, &recording, &calibration)?;
+    let calibration = trueline_method::calibrate(recording, initial.as_ref(), &config)?;
+    write_results(args, &opened, &calibration)?;
     Ok(exit_code(&calibration))
 }
 
@@ -42,23 +41,22 @@ pub fn exit_code(calibration: &Calibration) -> ExitCode {
 fn write_results(
     args: &CalibrateArgs,
     opened: &OpenedDataset,
-    recording: &Recording,
     calibration: &Calibration,
 ) -> Result<(), Failure> {
     if let Some(file) = &args.json {
         let mut result = json::result(calibration);
-        if let Some(meaning) = opened.stamp_meaning() {
-            result["stamps"]["meaning"] = meaning.into();
+        if let Some(meaning) = &opened.stamp_meaning {
+            result["stamps"]["meaning"] = meaning.as_str().into();
         }
         output::json(file, &format!("{result:#}"))?;
     }
     let source = Source {
         calibration,
-        recording,
+        recording: &opened.recording,
         title: &format!("Calibration of {}", args.dataset.display()),
         command: &output::command_line(),
         frames: &match args.report {
-            Some(_) => outlier_frames::pictures(opened.folder(), recording, calibration)?,
+            Some(_) => outlier_frames::pictures(opened, calibration)?,
             None => Vec::new(),
         },
     };

@@ -11,9 +11,7 @@ use trueline_report::diagnosis;
 
 /// Runs the command.
 pub fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
-    let opened = opened_dataset::open(&args.dataset, args.quiet)?;
-    opened.find_features(None, args.quiet)?;
-    let recording = opened.read()?;
+    let recording = opened_dataset::open(&args.dataset, None, args.quiet)?.recording;
     let show = !args.quiet && std::io::stderr().is_terminal();
     let watch = |name: &str| {
         if show {

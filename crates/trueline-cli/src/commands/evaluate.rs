@@ -12,9 +12,7 @@ use trueline_report::{evaluated, evaluation_page};
 
 /// Runs the command.
 pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
-    let opened = opened_dataset::open(&args.dataset, args.quiet)?;
-    opened.find_features(None, args.quiet)?;
-    let recording = opened.read()?;
+    let recording = opened_dataset::open(&args.dataset, None, args.quiet)?.recording;
     let calibration = calibration_file::read(&args.calibration)?;
     let known = calibration.known;
     if calibration.stamps_treated && !args.quiet {

@@ -8,8 +8,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_dataset::import::csv_columns::{ColumnMapping, rename};
 use trueline_dataset::import::{lvs_st_calib, tum};
-use trueline_dataset::{Error, Problem, Recording, SensorFile, features_csv, folder, robot_csv, sensor_toml};
-use trueline_mcap::{Choice, StampClock, unpack};
+use trueline_dataset::{
+    Error, PictureSource, Problem, Recording, SensorFile, features_csv, folder, robot_csv, sensor_toml,
+};
+use trueline_mcap::{Choice, DatasetFolder, StampClock, import};
 
 /// Runs the command.
 pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
@@ -55,14 +57,16 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
             ClockName::Ptp => StampClock::Ptp,
         },
     };
-    let unpacked = unpack(&args.src, &choice, &args.out)?;
-    opened_dataset::tell(&unpacked, false);
+    let folder = DatasetFolder::begin(&args.out)?;
+    let imported = import(&args.src, &choice)?;
+    folder.write(&imported)?;
+    opened_dataset::tell(&imported, false);
     output::words(&format!(
         "{}: {} robot poses, {} pictures, {} features",
         args.out.display(),
-        unpacked.robot,
-        unpacked.frames,
-        unpacked.features,
+        imported.recording.robot.len(),
+        imported.pictures.as_ref().map_or(0, PictureSource::count),
+        imported.recording.features.len(),
     ));
     Ok(ExitCode::SUCCESS)
 }

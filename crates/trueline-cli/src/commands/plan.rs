@@ -11,7 +11,7 @@ use std::process::ExitCode;
 use trueline_dataset::{KnownCalibration, RobotSample, calibration_file, robot_csv, sensor_toml};
 use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::shortest::shortest;
-use trueline_plan::{Ask, Cell, Criterion, Goal, GuessError, Shape, cell_toml, plan, prediction};
+use trueline_plan::{Cell, Criterion, Goal, GuessError, PlanRequest, Shape, cell_toml, plan, prediction};
 use trueline_report::{plan_page, planned};
 
 /// Points of the curve of sigma over time.
@@ -107,7 +107,7 @@ fn believing(mut cell: Cell, known: &KnownCalibration, file: &Path) -> Result<Ce
 }
 
 /// What is asked, and whether the duration is fixed.
-fn ask(args: &PlanArgs) -> Result<(Ask, bool), Failure> {
+fn ask(args: &PlanArgs) -> Result<(PlanRequest, bool), Failure> {
     let criterion = match args.criterion {
         CriterionName::Worst => Criterion::Worst,
         CriterionName::Mean => Criterion::Mean,
@@ -122,9 +122,9 @@ fn ask(args: &PlanArgs) -> Result<(Ask, bool), Failure> {
     }
     let fixed = args.duration_s.is_some() || want.is_none();
     let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let ask = Ask {
+    let ask = PlanRequest {
         duration_s: args.duration_s.unwrap_or(if fixed {
-            Ask::default().duration_s
+            PlanRequest::default().duration_s
         } else {
             args.longest_s.unwrap_or(LONGEST_S)
         }),

@@ -5,6 +5,7 @@ use crate::args::{FrameName, PathArgs, PresetName, ProgressName, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::{self, PlannedScan};
+use crate::scenario_options::apply;
 use std::process::ExitCode;
 use trueline_dataset::{Recording, folder};
 use trueline_sim::{
@@ -151,19 +152,4 @@ fn override_disturbance(d: &mut Disturbance, args: &SimulateArgs) -> Result<(), 
         (&mut d.drop_fraction, args.drops, 1.0, "--drops", 0.0),
     ];
     overrides.into_iter().try_for_each(apply)
-}
-
-/// A field, the option that overwrites it, the option's unit in SI, its name and its least value.
-pub(super) type Override<'a> = (&'a mut f64, Option<f64>, f64, &'static str, f64);
-
-pub(super) fn apply((field, option, unit, name, least): Override<'_>) -> Result<(), Failure> {
-    let Some(value) = option else { return Ok(()) };
-    if !value.is_finite() || value < least {
-        return Err(Failure::new(
-            format!("`{name}`: expected a number of {least} or more, found {value}"),
-            "see trueline simulate --help",
-        ));
-    }
-    *field = value * unit;
-    Ok(())
 }

@@ -1,10 +1,10 @@
 //! `trueline simulate --images`.
 
-use super::simulate::apply;
 use crate::args::{LookName, SceneName, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::progress;
+use crate::scenario_options::apply;
 use rayon::prelude::*;
 use std::fs;
 use std::path::Path;

@@ -1,12 +1,12 @@
 //! Which of the topics and frames of a recording are meant: the user's word, or the only possibility. Never a guess.
 
-use crate::choice::Choice;
-use crate::entry_messages::{BASE, TOOL};
+use crate::import::choice::Choice;
+use crate::import::transform_chain::{Step, path};
 use crate::import_error::ImportError;
-use crate::message::Kind;
-use crate::spatial::frame_name;
-use crate::survey::{LinkSurvey, Survey, TopicSurvey, is_static_topic};
-use crate::transform_chain::{Step, path};
+use crate::message::content::Kind;
+use crate::message::spatial::frame_name;
+use crate::read::survey::{LinkSurvey, Survey, TopicSurvey, is_static_topic};
+use crate::wire::frame_names::{BASE, TOOL};
 
 /// Where the robot's poses are.
 #[derive(Clone, Debug, PartialEq)]

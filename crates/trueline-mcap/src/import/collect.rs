@@ -1,38 +1,30 @@
 //! The second look at a recording: what was chosen is taken out.
 
-use crate::bag::{BagItem, BagMessage};
-use crate::choice::StampClock;
-use crate::chosen::{Chosen, OWN_POSES, RobotSource};
-use crate::dataset_folder::DatasetFolder;
-use crate::entry_messages::{BASE, TOOL};
+use crate::import::choice::StampClock;
+use crate::import::chosen::{Chosen, OWN_POSES, RobotSource};
+use crate::import::stored_picture::{MessageType, StoredPicture};
+use crate::import::transform_chain::Samples;
 use crate::import_error::ImportError;
-use crate::message::{
-    Content, FrameStamps, Kind, StampedPicture, StampedPose, StampedTransform, decode, kind,
-};
-use crate::survey::is_static_topic;
-use crate::transform_chain::Samples;
+use crate::message::content::{Content, FrameStamps, Kind, StampedPicture, StampedPose, StampedTransform};
+use crate::message::decode::{decode, kind};
+use crate::read::bag_item::{BagItem, BagMessage};
+use crate::read::survey::is_static_topic;
+use crate::wire::frame_names::{BASE, TOOL};
 use std::collections::HashMap;
 use trueline_dataset::{Feature, RobotSample};
-
-/// A picture that was written.
-pub struct Stored {
-    pub stamp_ns: i64,
-    pub sequence: u32,
-    pub name: String,
-}
 
 /// What was taken out so far.
 pub struct Collector<'a> {
     chosen: &'a Chosen,
     is_own: bool,
     clock: StampClock,
-    folder: &'a DatasetFolder,
     numbers: HashMap<String, u64>,
     base: Option<String>,
     pub robot: Vec<RobotSample>,
     /// Of each step of the chain.
     pub transforms: Vec<Samples>,
-    pub pictures: Vec<Stored>,
+    pub pictures: Vec<StoredPicture>,
+    pub picture_types: Vec<MessageType>,
     pub frames: Vec<FrameStamps>,
     pub features: Vec<Feature>,
     /// IEEE 1588 time of the robot's datagrams by their steady stamp, ns both; looked for only if they are to stamp.
@@ -40,7 +32,7 @@ pub struct Collector<'a> {
 }
 
 impl<'a> Collector<'a> {
-    pub fn new(chosen: &'a Chosen, is_own: bool, clock: StampClock, folder: &'a DatasetFolder) -> Self {
+    pub fn new(chosen: &'a Chosen, is_own: bool, clock: StampClock) -> Self {
         let (steps, base) = match &chosen.robot {
             RobotSource::Chain(chain) => (chain.steps.len(), None),
             RobotSource::Poses { base, .. } => (0, base.clone()),
@@ -50,12 +42,12 @@ impl<'a> Collector<'a> {
             chosen,
             is_own,
             clock,
-            folder,
             numbers: HashMap::new(),
             base,
             robot: Vec::new(),
             transforms: vec![Vec::new(); steps],
             pictures: Vec::new(),
+            picture_types: Vec::new(),
             frames: Vec::new(),
             features: Vec::new(),
             ptp_ns: HashMap::new(),
@@ -107,7 +99,7 @@ impl<'a> Collector<'a> {
                     self.add_transform(message, transform);
                 }
             }
-            Content::Picture(picture) => self.add_picture(message, &picture)?,
+            Content::Picture(picture) => self.add_picture(message, &picture),
             Content::Frame(frame) => self.frames.push(frame),
             Content::Features(features) => self.features.extend(features),
             Content::RobotClocks(steady_ns, ptp_ns) => {
@@ -151,11 +143,16 @@ impl<'a> Collector<'a> {
         }
     }
 
-    fn add_picture(&mut self, message: &BagMessage<'_>, picture: &StampedPicture) -> Result<(), ImportError> {
-        let name = format!("{:06}.png", self.pictures.len());
-        self.folder.write_picture(&name, &picture.picture)?;
+    /// Keeps where the picture is: its pixels are read again when they are needed.
+    fn add_picture(&mut self, message: &BagMessage<'_>, picture: &StampedPicture) {
         let stamp_ns = if self.is_own { message.log_time as i64 } else { picture.stamp_ns };
-        self.pictures.push(Stored { stamp_ns, sequence: message.sequence, name });
-        Ok(())
+        let (sequence, place) = (message.sequence, message.place);
+        let kind = MessageType { schema: message.schema.to_owned(), encoding: message.encoding.to_owned() };
+        let known = self.picture_types.iter().position(|known| *known == kind);
+        let message_type = known.unwrap_or_else(|| {
+            self.picture_types.push(kind);
+            self.picture_types.len() - 1
+        });
+        self.pictures.push(StoredPicture { stamp_ns, sequence, place, message_type });
     }
 }

@@ -1,8 +1,9 @@
 //! Controller and camera on one clock: both follow the same IEEE 1588 master, so their own stamps are the stamps.
 
+use crate::import::stored_picture::RecordedFrame;
 use crate::import_error::ImportError;
 use std::collections::HashMap;
-use trueline_dataset::{Feature, FrameFile, RobotSample};
+use trueline_dataset::{Feature, RobotSample};
 
 /// Stamps robot, pictures and features by their own clocks; the robot's are given by its recorded stamp.
 ///
@@ -10,7 +11,7 @@ use trueline_dataset::{Feature, FrameFile, RobotSample};
 /// Something that has no such time, or two clocks that never show the same time.
 pub fn stamp(
     robot: &mut [RobotSample],
-    frames: &mut [FrameFile],
+    frames: &mut [RecordedFrame],
     features: &mut [Feature],
     ptp_ns: &HashMap<i64, i64>,
 ) -> Result<(), ImportError> {

@@ -1,20 +1,18 @@
 //! Pictures and their stamps, brought together.
 
-use crate::collect::Stored;
-use crate::entry_messages::low_bits;
-use crate::in_order::{repetitions, sort};
-use crate::message::FrameStamps;
+use crate::import::in_order::{repetitions, sort};
+use crate::import::stored_picture::{RecordedFrame, StoredPicture};
+use crate::message::content::FrameStamps;
+use crate::wire::frame_names::low_bits;
 use std::collections::{HashMap, VecDeque};
-use std::path::PathBuf;
-use trueline_dataset::FrameFile;
 
 const WHAT: &str = "pictures";
 
-/// The rows of the index, and what is worth knowing. `stamps` are those of a recording of trueline.
-pub fn frame_files(
-    mut pictures: Vec<Stored>,
+/// The frames in their order, and what is worth knowing. `stamps` are those of a recording of trueline.
+pub fn recorded_frames(
+    mut pictures: Vec<StoredPicture>,
     stamps: Option<Vec<FrameStamps>>,
-) -> (Vec<FrameFile>, Vec<String>) {
+) -> (Vec<RecordedFrame>, Vec<String>) {
     let mut notes = Vec::new();
     notes.extend(sort(&mut pictures, |picture| picture.stamp_ns, WHAT));
     notes.extend(repetitions(&pictures, |picture| picture.stamp_ns, WHAT));
@@ -28,11 +26,16 @@ pub fn frame_files(
     (frames, notes)
 }
 
-fn file(picture: Stored, frame: u64, device_ns: Option<i64>) -> FrameFile {
-    FrameFile { stamp_ns: picture.stamp_ns, frame, device_ns, path: PathBuf::from(picture.name) }
+fn file(picture: StoredPicture, frame: u64, device_ns: Option<i64>) -> RecordedFrame {
+    let StoredPicture { stamp_ns, place, message_type, .. } = picture;
+    RecordedFrame { stamp_ns, frame, device_ns, place, message_type }
 }
 
-fn with_stamps(pictures: Vec<Stored>, stamps: Vec<FrameStamps>, notes: &mut Vec<String>) -> Vec<FrameFile> {
+fn with_stamps(
+    pictures: Vec<StoredPicture>,
+    stamps: Vec<FrameStamps>,
+    notes: &mut Vec<String>,
+) -> Vec<RecordedFrame> {
     let empty = stamps.iter().filter(|frame| frame.picture_bytes == 0).count();
     let mut by_picture: HashMap<(u32, i64), VecDeque<FrameStamps>> = HashMap::new();
     for frame in stamps.into_iter().filter(|frame| frame.picture_bytes > 0) {

@@ -1,38 +1,38 @@
-//! From a recording to a dataset folder.
+//! From a recording to what calibration takes.
 //!
 //! Stamps of a recording of trueline are those of its steady clock, with the senders' own beside them. In recordings of others
 //! they are those in the messages' headers, which the drivers set; when a message was recorded says when a program got round to
 //! it, and is not used.
 
-use crate::bag::{Bag, DamagedFile};
-use crate::choice::{Choice, StampClock};
-use crate::chosen::{Chain, Chosen, RobotSource};
-use crate::collect::Collector;
-use crate::common_clock;
-use crate::dataset_folder::DatasetFolder;
-use crate::frame_files::frame_files;
+use crate::import::choice::{Choice, StampClock};
+use crate::import::chosen::{Chain, Chosen, RobotSource};
+use crate::import::collect::Collector;
+use crate::import::common_clock;
+use crate::import::frame_stamps::recorded_frames;
+use crate::import::in_order::{late_note, not_stamped, repetitions, sort};
+use crate::import::recorded_pictures::RecordedPictures;
+use crate::import::stored_picture::RecordedFrame;
+use crate::import::transform_chain::compose;
 use crate::import_error::ImportError;
-use crate::in_order::{late_note, not_stamped, repetitions, sort};
-use crate::survey::{self, Survey};
-use crate::transform_chain::compose;
+use crate::read::bag::Bag;
+use crate::read::damage::DamagedFile;
+use crate::read::survey::{self, Survey};
 use std::collections::BTreeMap;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::fs::File;
+use std::path::Path;
 use trueline_dataset::{
-    Feature, FrameFile, Measured, Recording, RobotSample, Sensor, SensorFile, folder, images, sensor_toml,
+    Feature, Measured, Recording, RobotSample, Sensor, SensorFile, folder, sensor_toml, written_form,
 };
 
-/// What became of a recording.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unpacked {
-    /// The dataset folder.
-    pub folder: PathBuf,
-    /// Robot poses in it.
-    pub robot: usize,
-    /// Pictures in it.
-    pub frames: usize,
-    /// Seam points in it.
-    pub features: usize,
+/// A recording that was read, whatever it was made of.
+#[derive(Debug)]
+pub struct Imported {
+    /// Poses, seam points and the sensor, with all the digits that were recorded.
+    pub recording: Recording,
+    /// The text of `sensor.toml`, where it stands in the recording.
+    pub sensor_toml: Option<String>,
+    /// The pictures, which stay in the recording until they are asked for; `None` if there are none.
+    pub pictures: Option<RecordedPictures>,
     /// What its stamps mean, in the words of the recording, where it says so.
     pub stamp_meaning: Option<String>,
     /// What is worth knowing: what was sorted, interpolated or left out.
@@ -41,19 +41,18 @@ pub struct Unpacked {
     pub damages: Vec<DamagedFile>,
 }
 
-/// Makes a dataset folder of a recording. The folder must not exist, or be empty; it appears as a whole or not at all.
+/// Reads a recording: an .mcap file, a folder of rosbag2, a .db3 or .db3.zstd file.
 ///
 /// # Errors
 /// A recording that cannot be opened, in which more than one thing could be meant, or in which a message that is needed
-/// cannot be used; a folder that cannot be written.
-pub fn unpack(path: &Path, choice: &Choice, out_folder: &Path) -> Result<Unpacked, ImportError> {
+/// cannot be used.
+pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
     let bag = Bag::open(path)?;
     let survey = survey::of(&bag)?;
     let chosen = Chosen::of(&survey, choice)?;
     let mut notes = Vec::new();
-    let (sensor, sensor_text) = sensor(path, &survey, choice, &mut notes)?;
-    let out = DatasetFolder::begin(out_folder)?;
-    let mut collected = Collector::new(&chosen, survey.is_own, choice.clock, &out);
+    let (sensor, sensor_toml) = sensor(path, &survey, choice, &mut notes)?;
+    let mut collected = Collector::new(&chosen, survey.is_own, choice.clock);
     let damages = bag.read(&mut |item| collected.add(item))?;
 
     let mut frames = frames(&mut collected, &chosen, survey.is_own, &mut notes)?;
@@ -66,29 +65,35 @@ pub fn unpack(path: &Path, choice: &Choice, out_folder: &Path) -> Result<Unpacke
     if frames.is_empty() && features.is_empty() {
         notes.push("the recording has neither pictures nor seam points".to_owned());
     }
-    let unpacked = Unpacked {
-        folder: out_folder.to_owned(),
-        robot: robot.len(),
-        frames: frames.len(),
-        features: features.len(),
-        stamp_meaning: survey.about.get("stamp_meaning").filter(|words| !words.is_empty()).cloned(),
-        notes,
-        damages,
-    };
-    let (initial, truth, inputs) = (None, None, BTreeMap::new());
     let SensorFile { sensor, setup } = sensor;
+    let (initial, truth, inputs) = (None, None, hashes(&bag)?);
     let recording = Recording { sensor, setup, robot, features, initial, truth, inputs };
-    folder::write(out.path(), &recording)?;
-    if let Some(text) = sensor_text {
-        // In its own words: written again, numbers would lose their last digit.
-        let file = out.path().join("sensor.toml");
-        fs::write(&file, text).map_err(|error| ImportError::io(&file, &error))?;
+    let stamp_meaning = survey.about.get("stamp_meaning").filter(|words| !words.is_empty()).cloned();
+    let types = std::mem::take(&mut collected.picture_types);
+    let topic = chosen.pictures.unwrap_or_default();
+    let pictures = (!frames.is_empty()).then(|| RecordedPictures::new(bag, topic, types, frames));
+    Ok(Imported { recording, sensor_toml, pictures, stamp_meaning, notes, damages })
+}
+
+impl Imported {
+    /// The recording with the numbers that reading the dataset folder gives, were it written: what is calibrated from the
+    /// one and from the other is then the same to the last digit.
+    ///
+    /// # Errors
+    /// A sensor that cannot be written.
+    pub fn in_written_form(&self) -> Result<Recording, ImportError> {
+        Ok(written_form::of(self.recording.clone(), self.sensor_toml.is_some())?)
     }
-    if !frames.is_empty() {
-        images::write_index(out.path(), &frames)?;
-    }
-    out.finish()?;
-    Ok(unpacked)
+}
+
+/// SHA-256 of every file, by name.
+fn hashes(bag: &Bag) -> Result<BTreeMap<String, String>, ImportError> {
+    let hash = |file: &Path| {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let hash = File::open(file).and_then(folder::sha256_of);
+        Ok((name, hash.map_err(|error| ImportError::io(file, &error))?))
+    };
+    bag.files().map(hash).collect()
 }
 
 /// The sensor, and its text where it stands in the recording.
@@ -175,13 +180,13 @@ fn frames(
     chosen: &Chosen,
     is_own: bool,
     notes: &mut Vec<String>,
-) -> Result<Vec<FrameFile>, ImportError> {
+) -> Result<Vec<RecordedFrame>, ImportError> {
     let pictures = std::mem::take(&mut collected.pictures);
     if !is_own && not_stamped(pictures.iter().map(|picture| picture.stamp_ns)) {
         return Err(ImportError::NotStamped { topic: chosen.pictures.clone().unwrap_or_default() });
     }
     let stamps = is_own.then(|| std::mem::take(&mut collected.frames));
-    let (frames, told) = frame_files(pictures, stamps);
+    let (frames, told) = recorded_frames(pictures, stamps);
     notes.extend(told);
     Ok(frames)
 }

@@ -5,7 +5,7 @@
 //! cannot be, the stamp is left out and counted.
 
 use crate::import_error::ImportError;
-use crate::survey::LinkSurvey;
+use crate::read::survey::LinkSurvey;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use trueline_dataset::stamp::seconds;
 use trueline_geometry::{Pose, Trajectory};
@@ -137,7 +137,7 @@ impl Link {
             return Err(ImportError::StaticChanged { link: format!("{} → {}", step.parent, step.child) });
         }
         if !step.is_static {
-            composed.late += crate::in_order::late(samples.iter().map(|(stamp, _)| *stamp));
+            composed.late += crate::import::in_order::late(samples.iter().map(|(stamp, _)| *stamp));
         }
         samples.sort_by_key(|(stamp, _)| *stamp);
         let before = samples.len();

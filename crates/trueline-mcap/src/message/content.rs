@@ -1,7 +1,5 @@
-//! What a message says, whoever wrote it.
+//! What a message can hold, whoever wrote it.
 
-use crate::content_error::ContentError;
-use crate::{foxglove_messages, ros_messages, trueline_messages};
 use trueline_dataset::{Feature, GrayImage};
 use trueline_geometry::Pose;
 
@@ -119,33 +117,4 @@ pub struct FrameStamps {
     pub status: String,
     /// Bytes of its picture; none if it has no picture.
     pub picture_bytes: u64,
-}
-
-/// What messages of a schema in an encoding are.
-#[must_use]
-pub fn kind(schema: &str, encoding: &str) -> Kind {
-    match encoding {
-        "protobuf" => match foxglove_messages::kind(schema) {
-            Kind::Other => trueline_messages::kind(schema),
-            known => known,
-        },
-        "cdr" | "ros1" => ros_messages::kind(schema),
-        _ => Kind::Other,
-    }
-}
-
-/// Understands a message.
-///
-/// # Errors
-/// Bytes that are not such a message, and messages that cannot be used.
-pub fn decode(schema: &str, encoding: &str, bytes: &[u8]) -> Result<Content, ContentError> {
-    match encoding {
-        "protobuf" if foxglove_messages::kind(schema) != Kind::Other => {
-            foxglove_messages::decode(schema, bytes)
-        }
-        "protobuf" => trueline_messages::decode(schema, bytes),
-        "cdr" => ros_messages::decode_ros2(schema, bytes),
-        "ros1" => ros_messages::decode_ros1(schema, bytes),
-        _ => Ok(Content::Other),
-    }
 }

@@ -1,9 +1,9 @@
 //! The messages of Foxglove that matter here.
 
-use crate::content_error::ContentError;
-use crate::message::{Content, Kind, StampedPicture, StampedPose, StampedTransform};
-use crate::pictures::{RawPicture, checked_png};
-use crate::spatial::{frame_name, pose_of};
+use crate::message::content::{Content, Kind, StampedPicture, StampedPose, StampedTransform};
+use crate::message::content_error::ContentError;
+use crate::message::gray_picture::{RawPicture, checked_png};
+use crate::message::spatial::{frame_name, pose_of};
 use foxglove::messages::{
     CompressedImage, FrameTransform, FrameTransforms, PoseInFrame, Quaternion, RawImage, Vector3,
 };

@@ -1,7 +1,7 @@
 //! Pictures as other programs write them: gray, of 8 or 16 bits, or refused.
 
-use crate::content_error::ContentError;
-use crate::message::Picture;
+use crate::message::content::Picture;
+use crate::message::content_error::ContentError;
 use trueline_dataset::{GrayImage, Pixels};
 
 /// Rows of pixels with padding.

@@ -1,10 +1,10 @@
 //! The messages of ROS that matter here.
 
-use crate::content_error::ContentError;
-use crate::message::{Content, JointStates, Kind, StampedPicture, StampedPose, StampedTransform};
-use crate::pictures::{RawPicture, checked_png};
-use crate::ros_cursor::RosCursor;
-use crate::spatial::{frame_name, pose_of};
+use crate::message::content::{Content, JointStates, Kind, StampedPicture, StampedPose, StampedTransform};
+use crate::message::content_error::ContentError;
+use crate::message::gray_picture::{RawPicture, checked_png};
+use crate::message::ros_cursor::RosCursor;
+use crate::message::spatial::{frame_name, pose_of};
 
 /// What messages of a ROS type are; the type is written `package/msg/Name` in ROS 2, `package/Name` in ROS 1.
 #[must_use]

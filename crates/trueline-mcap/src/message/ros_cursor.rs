@@ -4,7 +4,7 @@
 //! and whether a text counts a zero at its end. CDR, the form of ROS 2, aligns to the size of the number from the byte behind
 //! its four bytes of preamble; the form of ROS 1 does not align.
 
-use crate::content_error::ContentError;
+use crate::message::content_error::ContentError;
 
 /// A place in a message.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! Poses and names of frames as other programs write them.
 
-use crate::content_error::ContentError;
+use crate::message::content_error::ContentError;
 use nalgebra::Vector3;
 use trueline_dataset::Problem;
 use trueline_dataset::robot_csv::unit_quaternion;

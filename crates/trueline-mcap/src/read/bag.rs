@@ -1,73 +1,14 @@
 //! A recording as files: one, or several that follow one another, of whatever kind.
 
-use crate::bag_files::{Part, Storage, parts};
-use crate::damage::Damage;
 use crate::import_error::ImportError;
-use crate::log_reader::{Item, LogReader};
-use std::collections::BTreeMap;
+use crate::read::bag_files::{Part, Storage, parts};
+use crate::read::bag_item::{BagItem, BagMessage, Visit};
+use crate::read::damage::{Damage, DamagedFile};
+use crate::read::log_reader::{Item, LogReader, message_at};
+use crate::read::place::{Place, RecordPlace};
 use std::fs::File;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
-
-/// A message and what it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BagMessage<'a> {
-    /// Its topic.
-    pub topic: &'a str,
-    /// Name of its type.
-    pub schema: &'a str,
-    /// How it is encoded.
-    pub encoding: &'a str,
-    /// Its number, where messages have numbers.
-    pub sequence: u32,
-    /// When it was recorded, ns.
-    pub log_time: u64,
-    /// When it was published, ns; when it was recorded where that is all that is known.
-    pub publish_time: u64,
-    /// Its bytes.
-    pub bytes: &'a [u8],
-}
-
-/// What a recording holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BagItem<'a> {
-    /// A message.
-    Message(BagMessage<'a>),
-    /// A file inside the file.
-    Attachment {
-        /// Its name.
-        name: &'a str,
-        /// Its bytes.
-        data: &'a [u8],
-    },
-    /// Words by keys.
-    Metadata {
-        /// What they are about.
-        name: &'a str,
-        /// The words.
-        values: &'a BTreeMap<String, String>,
-    },
-    /// The profile of a file, told before its other items.
-    Profile(&'a str),
-}
-
-/// Damage, and in which file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DamagedFile {
-    /// The file.
-    pub file: PathBuf,
-    /// What is wrong with it.
-    pub damage: Damage,
-}
-
-impl std::fmt::Display for DamagedFile {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", self.file.display(), self.damage)
-    }
-}
-
-/// What is done with every item.
-pub type Visit<'a> = dyn FnMut(BagItem<'_>) -> Result<(), ImportError> + 'a;
+use std::path::Path;
 
 /// An opened recording; it can be read more than once.
 pub struct Bag {
@@ -92,20 +33,42 @@ impl Bag {
     /// What `visit` says, and what the operating system says.
     pub fn read(&self, visit: &mut Visit<'_>) -> Result<Vec<DamagedFile>, ImportError> {
         let mut damages = self.damages.clone();
-        for part in &self.parts {
+        for (number, part) in self.parts.iter().enumerate() {
             let found = match part.storage {
-                Storage::Mcap => read_mcap(&part.path, visit)?,
+                Storage::Mcap => read_mcap(&part.path, number, visit)?,
                 #[cfg(feature = "rosbag2")]
-                Storage::Sqlite => crate::sqlite_bag::read(&part.path, visit)?,
+                Storage::Sqlite => crate::read::sqlite_bag::read(&part.path, number, visit)?,
             };
             let file = &part.name;
             damages.extend(found.into_iter().map(|damage| DamagedFile { file: file.clone(), damage }));
         }
         Ok(damages)
     }
+
+    /// The bytes of one message again.
+    ///
+    /// # Errors
+    /// A file that has changed or cannot be read any more.
+    pub fn read_again(&self, place: Place) -> Result<Vec<u8>, ImportError> {
+        let part = &self.parts[place.file];
+        let io = |error: std::io::Error| ImportError::io(&part.name, &error);
+        match place.record {
+            RecordPlace::Chunk { offset, number } => message_at(&part.path, offset, Some(number)).map_err(io),
+            RecordPlace::Record { offset } => message_at(&part.path, offset, None).map_err(io),
+            #[cfg(feature = "rosbag2")]
+            RecordPlace::Row { id } => crate::read::sqlite_bag::read_row(&part.path, id),
+            #[cfg(not(feature = "rosbag2"))]
+            RecordPlace::Row { .. } => Err(ImportError::WithoutRosbag2 { file: part.name.clone() }),
+        }
+    }
+
+    /// The files as the user knows them.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.parts.iter().map(|part| part.name.as_path())
+    }
 }
 
-fn read_mcap(file: &Path, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportError> {
+fn read_mcap(file: &Path, number: usize, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportError> {
     let io = |error: std::io::Error| ImportError::io(file, &error);
     let mut reader = LogReader::open(BufReader::new(File::open(file).map_err(io)?)).map_err(io)?;
     let mut profile_told = false;
@@ -115,7 +78,7 @@ fn read_mcap(file: &Path, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportEr
             profile_told = true;
         }
         match &item {
-            Item::Message { channel, sequence, log_time, publish_time, data } => {
+            Item::Message { channel, sequence, log_time, publish_time, data, place } => {
                 visit(BagItem::Message(BagMessage {
                     topic: &channel.topic,
                     schema: channel.schema.as_ref().map_or("", |schema| schema.name.as_str()),
@@ -124,6 +87,7 @@ fn read_mcap(file: &Path, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportEr
                     log_time: *log_time,
                     publish_time: *publish_time,
                     bytes: data,
+                    place: Place { file: number, record: *place },
                 }))?;
             }
             Item::Attachment { name, data } => visit(BagItem::Attachment { name, data })?,

@@ -1,8 +1,7 @@
 //! Which files a recording consists of, and what they are.
 
-use crate::bag::DamagedFile;
-use crate::damage::Damage;
 use crate::import_error::ImportError;
+use crate::read::damage::{Damage, DamagedFile};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};

@@ -1,6 +1,6 @@
 //! One chunk: nothing of it is returned before its checksum was compared.
 
-use crate::damage::Damage;
+use crate::read::damage::Damage;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, parse_record};

@@ -1,6 +1,7 @@
 //! What is wrong with a recording, and what is missing because of it.
 
 use std::fmt;
+use std::path::PathBuf;
 
 /// Something in a file that cannot be read. Everything else was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -125,5 +126,20 @@ impl fmt::Display for Damage {
             Self::UnlistedPart => write!(f, "was not read, because metadata.yaml does not name it"),
             Self::MissingPart => write!(f, "the file is missing, though metadata.yaml names it"),
         }
+    }
+}
+
+/// Damage, and in which file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DamagedFile {
+    /// The file.
+    pub file: PathBuf,
+    /// What is wrong with it.
+    pub damage: Damage,
+}
+
+impl fmt::Display for DamagedFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.file.display(), self.damage)
     }
 }

@@ -3,17 +3,20 @@
 //! The readers of the MCAP library either end at the first damage or return altered bytes as good ones. Here chunks are
 //! taken as a whole and read on their own, checksum first; where the framing is lost, the next plausible chunk is looked for.
 
-use crate::about::{ABOUT_RECORD, is_whole};
-use crate::chunk::{self, ChunkHead, FRAME_BYTES, READ_BLOCK, RECORD_LIMIT};
-use crate::damage::Damage;
-use crate::summary::read_summary;
-use crate::topics::{PROFILE, known_channel};
+use crate::read::chunk::{self, ChunkHead, FRAME_BYTES, READ_BLOCK, RECORD_LIMIT};
+use crate::read::damage::Damage;
+use crate::read::place::RecordPlace;
+use crate::read::summary::read_summary;
+use crate::wire::about::{ABOUT_RECORD, is_whole};
+use crate::wire::topics::{PROFILE, known_channel};
 use mcap::read::ChannelAccumulator;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{Channel, MAGIC, McapError};
 use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
 use std::sync::Arc;
 
 /// What a file holds.
@@ -31,6 +34,8 @@ pub enum Item {
         publish_time: u64,
         /// Its bytes.
         data: Vec<u8>,
+        /// Where it can be read again.
+        place: RecordPlace,
     },
     /// A file inside the file.
     Attachment {
@@ -192,7 +197,8 @@ impl<R: Read + Seek> LogReader<R> {
             _ if self.data_ended => {}
             op::CHUNK => return self.chunk(offset, body),
             _ => {
-                let accepted = chunk::parse(opcode, body).and_then(|record| self.accept(record));
+                let accepted = chunk::parse(opcode, body)
+                    .and_then(|record| self.accept(record, RecordPlace::Record { offset }));
                 if let Err(error) = accepted {
                     self.damages.push(Damage::Record { offset, why: error.to_string() });
                 }
@@ -230,8 +236,8 @@ impl<R: Read + Seek> LogReader<R> {
         };
         let (records, ended) = chunk::records(body, &head);
         let before = self.queue.len();
-        for record in records {
-            if let Err(error) = self.accept(record) {
+        for (number, record) in records.into_iter().enumerate() {
+            if let Err(error) = self.accept(record, RecordPlace::Chunk { offset, number }) {
                 self.damages.push(Damage::Record { offset, why: error.to_string() });
             }
         }
@@ -245,7 +251,7 @@ impl<R: Read + Seek> LogReader<R> {
         Ok(())
     }
 
-    fn accept(&mut self, record: Record<'static>) -> Result<(), McapError> {
+    fn accept(&mut self, record: Record<'static>, place: RecordPlace) -> Result<(), McapError> {
         match record {
             Record::Header(header) => {
                 self.in_chunks |= header.profile == PROFILE;
@@ -260,6 +266,7 @@ impl<R: Read + Seek> LogReader<R> {
                     log_time: header.log_time,
                     publish_time: header.publish_time,
                     data: data.into_owned(),
+                    place,
                 }),
                 None => *self.orphans.entry(header.channel_id).or_default() += 1,
             },
@@ -312,6 +319,33 @@ impl<R: Read + Seek> LogReader<R> {
             Damage::Truncated { offset: from, lost: to - from }
         });
         Ok(())
+    }
+}
+
+/// The bytes of the message in the record at `offset`; of the record of that number in a chunk.
+pub fn message_at(file: &Path, offset: u64, number: Option<usize>) -> io::Result<Vec<u8>> {
+    let changed = || io::Error::new(io::ErrorKind::InvalidData, "the file has changed since it was opened");
+    let mut source = File::open(file)?;
+    source.seek(SeekFrom::Start(offset))?;
+    let mut frame = [0; FRAME_BYTES as usize];
+    source.read_exact(&mut frame)?;
+    let [opcode, length @ ..] = frame;
+    let length = usize::try_from(u64::from_le_bytes(length)).map_err(|_| changed())?;
+    if length > RECORD_LIMIT {
+        return Err(changed());
+    }
+    let mut body = vec![0; length];
+    source.read_exact(&mut body)?;
+    let record = match number {
+        Some(number) => {
+            let head = ChunkHead::read(&body, length as u64).ok_or_else(changed)?;
+            chunk::records(&body, &head).0.into_iter().nth(number)
+        }
+        None => chunk::parse(opcode, &body).ok(),
+    };
+    match record {
+        Some(Record::Message { data, .. }) => Ok(data.into_owned()),
+        _ => Err(changed()),
     }
 }
 

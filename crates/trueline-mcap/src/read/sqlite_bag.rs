@@ -1,10 +1,11 @@
 //! Data bases of rosbag2.
 
-use crate::bag::{BagItem, BagMessage, Visit};
-use crate::bag_files::ZSTD;
-use crate::chunk::RECORD_LIMIT;
-use crate::damage::Damage;
 use crate::import_error::ImportError;
+use crate::read::bag_files::ZSTD;
+use crate::read::bag_item::{BagItem, BagMessage, Visit};
+use crate::read::chunk::RECORD_LIMIT;
+use crate::read::damage::Damage;
+use crate::read::place::{Place, RecordPlace};
 use rusqlite::{Connection, OpenFlags, Row};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -18,7 +19,7 @@ struct Topic {
 }
 
 /// Reads all messages in the order in which they were written.
-pub fn read(file: &Path, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportError> {
+pub fn read(file: &Path, number: usize, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportError> {
     let refused =
         |error: rusqlite::Error| ImportError::Database { file: file.to_owned(), why: error.to_string() };
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
@@ -26,7 +27,7 @@ pub fn read(file: &Path, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportErr
     let topics = topics(&base).map_err(refused)?;
     // By their numbers, not by time: that needs no index, and what comes before damage is read.
     let mut query =
-        base.prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY id").map_err(refused)?;
+        base.prepare("SELECT topic_id, timestamp, data, id FROM messages ORDER BY id").map_err(refused)?;
     let mut rows = query.query([]).map_err(refused)?;
     let mut damages = Vec::new();
     let mut unknown: HashMap<i64, usize> = HashMap::new();
@@ -42,9 +43,9 @@ pub fn read(file: &Path, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportErr
         };
         read += 1;
         match message(row) {
-            Ok((id, time, bytes)) => match topics.get(&id) {
-                Some(topic) => visit(topic.item(time, &bytes))?,
-                None => *unknown.entry(id).or_default() += 1,
+            Ok(message) => match topics.get(&message.topic) {
+                Some(topic) => visit(topic.item(&message, number))?,
+                None => *unknown.entry(message.topic).or_default() += 1,
             },
             Err(why) => damages.push(Damage::Row { number: read, why }),
         }
@@ -55,15 +56,16 @@ pub fn read(file: &Path, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportErr
 }
 
 impl Topic {
-    fn item<'a>(&'a self, time: u64, bytes: &'a [u8]) -> BagItem<'a> {
+    fn item<'a>(&'a self, message: &'a Message<'_>, number: usize) -> BagItem<'a> {
         BagItem::Message(BagMessage {
             topic: &self.name,
             schema: &self.schema,
             encoding: &self.encoding,
             sequence: 0,
-            log_time: time,
-            publish_time: time,
-            bytes,
+            log_time: message.time,
+            publish_time: message.time,
+            bytes: &message.bytes,
+            place: Place { file: number, record: RecordPlace::Row { id: message.id } },
         })
     }
 }
@@ -77,14 +79,30 @@ fn topics(base: &Connection) -> rusqlite::Result<HashMap<i64, Topic>> {
     rows.collect()
 }
 
-type Message<'a> = (i64, u64, Cow<'a, [u8]>);
+struct Message<'a> {
+    id: i64,
+    topic: i64,
+    time: u64,
+    bytes: Cow<'a, [u8]>,
+}
 
 fn message<'a>(row: &'a Row<'_>) -> Result<Message<'a>, String> {
     let words = |error: rusqlite::Error| error.to_string();
-    let id = row.get(0).map_err(words)?;
+    let (topic, id) = (row.get(0).map_err(words)?, row.get(3).map_err(words)?);
     let time = u64::try_from(row.get::<_, i64>(1).map_err(words)?).map_err(|_| "a time before 1970")?;
     let bytes = row.get_ref(2).map_err(words)?.as_blob().map_err(|error| error.to_string())?;
-    Ok((id, time, uncompressed(bytes)?))
+    Ok(Message { id, topic, time, bytes: uncompressed(bytes)? })
+}
+
+/// The bytes of the message with an id.
+pub fn read_row(file: &Path, id: i64) -> Result<Vec<u8>, ImportError> {
+    let refused = |why: String| ImportError::Database { file: file.to_owned(), why };
+    let words = |error: rusqlite::Error| refused(error.to_string());
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let base = Connection::open_with_flags(file, flags).map_err(words)?;
+    let bytes: Vec<u8> =
+        base.query_row("SELECT data FROM messages WHERE id = ?1", [id], |row| row.get(0)).map_err(words)?;
+    Ok(uncompressed(&bytes).map_err(refused)?.into_owned())
 }
 
 /// A message that was compressed on its own begins as no message of CDR does.

@@ -1,6 +1,6 @@
 //! The summary at the end of a finished file: the topics again, should their first mention be damaged.
 
-use crate::chunk::RECORD_LIMIT;
+use crate::read::chunk::RECORD_LIMIT;
 use mcap::Summary;
 use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use std::io::{Read, Seek};

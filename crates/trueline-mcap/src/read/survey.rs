@@ -1,11 +1,14 @@
 //! What a recording holds, before anything is made of it.
 
-use crate::about::{ABOUT_RECORD, SENSOR_ATTACHMENT};
-use crate::bag::{Bag, BagItem, BagMessage, DamagedFile};
-use crate::content_error::ContentError;
 use crate::import_error::ImportError;
-use crate::message::{Content, Kind, decode, kind};
-use crate::topics::PROFILE;
+use crate::message::content::{Content, Kind};
+use crate::message::content_error::ContentError;
+use crate::message::decode::{decode, kind};
+use crate::read::bag::Bag;
+use crate::read::bag_item::{BagItem, BagMessage};
+use crate::read::damage::DamagedFile;
+use crate::wire::about::{ABOUT_RECORD, SENSOR_ATTACHMENT};
+use crate::wire::topics::PROFILE;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 

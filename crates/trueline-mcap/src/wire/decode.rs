@@ -1,8 +1,8 @@
 //! The messages of trueline's own recordings that are read back.
 
-use crate::content_error::ContentError;
-use crate::message::{Content, FrameStamps, Kind};
-use crate::own_messages as own;
+use crate::message::content::{Content, FrameStamps, Kind};
+use crate::message::content_error::ContentError;
+use crate::wire::proto;
 use prost::Message;
 use trueline_dataset::{Feature, Measured};
 
@@ -25,7 +25,7 @@ pub fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
     let broken = |error: prost::DecodeError| ContentError::Protobuf { why: error.to_string() };
     match kind(schema) {
         Kind::Frame => {
-            let wire = own::Frame::decode(bytes).map_err(broken)?;
+            let wire = proto::Frame::decode(bytes).map_err(broken)?;
             Ok(Content::Frame(FrameStamps {
                 frame: wire.frame,
                 stamp_ns: wire.stamp_ns,
@@ -38,18 +38,18 @@ pub fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
             }))
         }
         Kind::Features => {
-            let wire = own::Features::decode(bytes).map_err(broken)?;
+            let wire = proto::Features::decode(bytes).map_err(broken)?;
             Ok(Content::Features(wire.features.iter().map(feature).collect::<Result<_, _>>()?))
         }
         Kind::RobotClocks => {
-            let wire = own::RobotDatagram::decode(bytes).map_err(broken)?;
+            let wire = proto::RobotDatagram::decode(bytes).map_err(broken)?;
             Ok(Content::RobotClocks(wire.steady_ns, wire.ptp_ns))
         }
         _ => Ok(Content::Other),
     }
 }
 
-fn feature(wire: &own::Feature) -> Result<Feature, ContentError> {
+fn feature(wire: &proto::Feature) -> Result<Feature, ContentError> {
     let measured = match (wire.pixel.as_slice(), wire.point.as_slice(), wire.profile.as_slice()) {
         (&[u, v], [], []) => Measured::Pixel([u, v]),
         ([], &[x, y, z], []) => Measured::Point([x, y, z]),

@@ -1,8 +1,9 @@
 //! An entry as messages.
 
-use crate::entry::{Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, RobotEntry};
-use crate::own_messages as own;
-use crate::topics::{ANSWER, CLOCK, FEATURES, FRAME, IMAGE, LOG, PACKET, REJECTED, ROBOT, TF};
+use crate::wire::frame_names::{BASE, TOOL, low_bits};
+use crate::wire::proto;
+use crate::wire::topics::{ANSWER, CLOCK, FEATURES, FRAME, IMAGE, LOG, PACKET, REJECTED, ROBOT, TF};
+use crate::write::entry::{Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, RobotEntry};
 use foxglove::messages::{CompressedImage, FrameTransform, Log, Quaternion, Timestamp, Vector3, log::Level};
 use prost::Message;
 use trueline_dataset::{Feature, Measured};
@@ -27,18 +28,13 @@ impl Outgoing {
     }
 }
 
-/// Name of the frame that robot poses are told in.
-pub const BASE: &str = "base";
-/// Name of the frame whose pose the robot tells.
-pub const TOOL: &str = "tool";
-
 /// The messages of an entry, in the order in which they are written.
 pub fn messages(entry: Entry) -> Vec<Outgoing> {
     match entry {
         Entry::Robot(robot) => robot_messages(robot).into(),
         Entry::Packet(packet) => packet_messages(packet).into(),
         Entry::Rejected(rejected) => {
-            let message = own::RejectedDatagram {
+            let message = proto::RejectedDatagram {
                 datagram: rejected.datagram,
                 source: rejected.from.to_string(),
                 steady_ns: rejected.steady_ns,
@@ -47,7 +43,7 @@ pub fn messages(entry: Entry) -> Vec<Outgoing> {
             vec![Outgoing::at(REJECTED, rejected.steady_ns, &message)]
         }
         Entry::Answer(answer) => {
-            let message = own::Answer {
+            let message = proto::Answer {
                 sensor: answer.datagram,
                 destination: answer.to.to_string(),
                 steady_ns: answer.steady_ns,
@@ -56,7 +52,7 @@ pub fn messages(entry: Entry) -> Vec<Outgoing> {
             vec![Outgoing::at(ANSWER, answer.steady_ns, &message).numbered(answer.sequence)]
         }
         Entry::Clock(clock) => {
-            let message = own::Clock { steady_ns: clock.steady_ns, wall_ns: clock.wall_ns };
+            let message = proto::Clock { steady_ns: clock.steady_ns, wall_ns: clock.wall_ns };
             vec![Outgoing::at(CLOCK, clock.steady_ns, &message)]
         }
         Entry::Note(note) => vec![note_message(note)],
@@ -78,7 +74,7 @@ fn transform(base_from_tool: &Pose, steady_ns: i64) -> FrameTransform {
 
 fn packet_messages(robot: PacketEntry) -> [Outgoing; 2] {
     let pose = transform(&robot.base_from_tool, robot.steady_ns);
-    let packet = own::RobotPacket {
+    let packet = proto::RobotPacket {
         packet: robot.packet,
         source: robot.from.to_string(),
         kernel_wall_ns: robot.kernel_wall_ns,
@@ -95,7 +91,7 @@ fn packet_messages(robot: PacketEntry) -> [Outgoing; 2] {
 
 fn robot_messages(robot: RobotEntry) -> [Outgoing; 2] {
     let pose = transform(&robot.base_from_tool, robot.steady_ns);
-    let datagram = own::RobotDatagram {
+    let datagram = proto::RobotDatagram {
         robot: robot.datagram,
         source: robot.from.to_string(),
         kernel_wall_ns: robot.kernel_wall_ns,
@@ -129,7 +125,7 @@ fn note_message(note: NoteEntry) -> Outgoing {
 
 /// Stamps first: a picture without them is worth less than they without it.
 fn frame_messages(frame: FrameEntry) -> Vec<Outgoing> {
-    let stamps = own::Frame {
+    let stamps = proto::Frame {
         frame: frame.frame,
         stamp_ns: frame.stamp_ns,
         first_packet_ns: frame.first_packet_ns,
@@ -156,17 +152,17 @@ fn frame_messages(frame: FrameEntry) -> Vec<Outgoing> {
 fn features_message(entry: &FeaturesEntry) -> Option<Outgoing> {
     let first = entry.features.first()?;
     let features = entry.features.iter().map(feature).collect();
-    Some(Outgoing::at(FEATURES, first.stamp_ns, &own::Features { features }))
+    Some(Outgoing::at(FEATURES, first.stamp_ns, &proto::Features { features }))
 }
 
-fn feature(feature: &Feature) -> own::Feature {
-    let mut message = own::Feature {
+fn feature(feature: &Feature) -> proto::Feature {
+    let mut message = proto::Feature {
         stamp_ns: feature.stamp_ns,
         line: feature.line,
         frame: feature.frame,
         device_ns: feature.device_ns,
         sigma: feature.sigma.map_or_else(Vec::new, Vec::from),
-        ..own::Feature::default()
+        ..proto::Feature::default()
     };
     match feature.measured {
         Measured::Pixel(pixel) => message.pixel = pixel.into(),
@@ -174,11 +170,6 @@ fn feature(feature: &Feature) -> own::Feature {
         Measured::Profile(profile) => message.profile = profile.into(),
     }
     message
-}
-
-/// The message counter has 32 bits, the camera's may have more.
-pub fn low_bits(frame: u64) -> u32 {
-    (frame & u64::from(u32::MAX)) as u32
 }
 
 /// For viewers only, which know the years 1970 to 2106; what is read back is the time of the message.

@@ -3,7 +3,7 @@
 //! A file tells its topics once, in its first chunk. If just that is damaged and the program was killed before it wrote the
 //! summary, every message would be lost for want of a name; so the reader knows these numbers.
 
-use crate::schemas::own_descriptors;
+use crate::wire::schemas::own_descriptors;
 use foxglove::Encode;
 use foxglove::messages::{CompressedImage, FrameTransform, Log};
 use std::borrow::Cow;

@@ -1,7 +1,7 @@
 //! Entries on their way to the file: bounded, so that a slow disk costs entries and not memory.
 
-use crate::chunk::RECORD_LIMIT;
-use crate::entry::Entry;
+use crate::read::chunk::RECORD_LIMIT;
+use crate::write::entry::Entry;
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -52,12 +52,12 @@ pub enum Next {
 }
 
 /// The queue between whoever records and the writer.
-pub struct Waiting {
+pub struct EntryQueue {
     state: Mutex<State>,
     arrived: Condvar,
 }
 
-impl Waiting {
+impl EntryQueue {
     pub fn new() -> Self {
         // Growing would copy everything while whoever records waits; boxed, all the room there can be is half a megabyte.
         let entries = VecDeque::with_capacity(MOST_ENTRIES);

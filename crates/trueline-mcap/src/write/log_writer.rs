@@ -1,10 +1,10 @@
 //! One recording being written: entries in, MCAP out.
 
-use crate::about::{ABOUT_RECORD, About, SENSOR_ATTACHMENT};
-use crate::entry::Entry;
-use crate::entry_messages::{Outgoing, messages};
-use crate::sink::{SharedSink, Sink};
-use crate::topics::{ENCODING, PROFILE, TOPICS};
+use crate::wire::about::{ABOUT_RECORD, About, SENSOR_ATTACHMENT};
+use crate::wire::encode::{Outgoing, messages};
+use crate::wire::topics::{ENCODING, PROFILE, TOPICS};
+use crate::write::entry::Entry;
+use crate::write::sink::{SharedSink, Sink};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, McapError, WriteOptions};
 use std::collections::BTreeMap;

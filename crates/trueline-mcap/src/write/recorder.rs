@@ -1,11 +1,11 @@
 //! Records while it happens: whoever has something to record never waits, and a killed program loses a moment.
 
-use crate::about::About;
-use crate::entry::Entry;
-use crate::error::RecordError;
-use crate::log_writer::{LogWriter, words};
-use crate::sink::Sink;
-use crate::waiting::{Next, Waiting};
+use crate::wire::about::About;
+use crate::write::entry::Entry;
+use crate::write::entry_queue::{EntryQueue, Next};
+use crate::write::log_writer::{LogWriter, words};
+use crate::write::record_error::RecordError;
+use crate::write::sink::Sink;
 use mcap::McapError;
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-pub use crate::waiting::RecorderState;
+pub use crate::write::entry_queue::RecorderState;
 
 /// What a kill can cost: entries are handed to the operating system this often.
 const FLUSH_EVERY: Duration = Duration::from_millis(250);
@@ -24,14 +24,14 @@ const SYNC_EVERY: Duration = Duration::from_secs(1);
 /// A recording in progress. Without [`Recorder::finish`] it is ended all the same, but nobody hears how.
 pub struct Recorder {
     file: PathBuf,
-    waiting: Arc<Waiting>,
+    queue: Arc<EntryQueue>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// Where entries are given in; there may be many.
 #[derive(Clone)]
 pub struct RecorderHandle {
-    waiting: Arc<Waiting>,
+    queue: Arc<EntryQueue>,
 }
 
 /// A recording that was ended.
@@ -51,13 +51,13 @@ impl RecorderHandle {
     /// Gives in an entry. Never waits for the disk: `false`, and counted, if there is no room or writing has failed.
     #[must_use]
     pub fn offer(&self, entry: Entry) -> bool {
-        self.waiting.offer(entry)
+        self.queue.offer(entry)
     }
 
     /// How the recording is doing.
     #[must_use]
     pub fn state(&self) -> RecorderState {
-        self.waiting.state()
+        self.queue.state()
     }
 }
 
@@ -90,20 +90,20 @@ impl Recorder {
     pub fn onto<S: Sink + 'static>(sink: S, name: &Path, about: &About) -> Result<Self, RecordError> {
         let refused = |why: String| RecordError::Create { file: name.to_owned(), why };
         let log = LogWriter::new(sink, about).map_err(|error| refused(words(&error)))?;
-        let waiting = Arc::new(Waiting::new());
-        waiting.flushed(log.bytes());
-        let of_thread = Arc::clone(&waiting);
+        let queue = Arc::new(EntryQueue::new());
+        queue.flushed(log.bytes());
+        let of_thread = Arc::clone(&queue);
         let thread = Builder::new()
             .name("recorder".to_owned())
             .spawn(move || write(log, &of_thread))
             .map_err(|error| refused(error.to_string()))?;
-        Ok(Self { file: name.to_owned(), waiting, thread: Some(thread) })
+        Ok(Self { file: name.to_owned(), queue, thread: Some(thread) })
     }
 
     /// Where entries are given in.
     #[must_use]
     pub fn handle(&self) -> RecorderHandle {
-        RecorderHandle { waiting: Arc::clone(&self.waiting) }
+        RecorderHandle { queue: Arc::clone(&self.queue) }
     }
 
     /// Ends the recording: writes what waits, then the index. Entries offered from now on are refused.
@@ -112,7 +112,7 @@ impl Recorder {
     /// Writing that failed, now or before.
     pub fn finish(mut self) -> Result<Recorded, RecordError> {
         self.close();
-        let RecorderState { written, bytes, refused, failure, .. } = self.waiting.state();
+        let RecorderState { written, bytes, refused, failure, .. } = self.queue.state();
         let file = std::mem::take(&mut self.file);
         match failure {
             Some(why) => Err(RecordError::Stopped { file, written, refused, why }),
@@ -121,11 +121,11 @@ impl Recorder {
     }
 
     fn close(&mut self) {
-        self.waiting.close();
+        self.queue.close();
         if let Some(thread) = self.thread.take()
             && thread.join().is_err()
         {
-            self.waiting.fail("the writing thread broke down".to_owned());
+            self.queue.fail("the writing thread broke down".to_owned());
         }
     }
 }
@@ -144,8 +144,8 @@ fn keep_name(path: &Path) {
     }
 }
 
-fn write<S: Sink>(mut log: LogWriter<S>, waiting: &Waiting) {
-    let ended = match write_until_closed(&mut log, waiting) {
+fn write<S: Sink>(mut log: LogWriter<S>, queue: &EntryQueue) {
+    let ended = match write_until_closed(&mut log, queue) {
         Ok(()) => log.finish(),
         Err(error) => {
             log.abandon();
@@ -153,12 +153,12 @@ fn write<S: Sink>(mut log: LogWriter<S>, waiting: &Waiting) {
         }
     };
     match ended {
-        Ok(bytes) => waiting.flushed(bytes),
-        Err(error) => waiting.fail(words(&error)),
+        Ok(bytes) => queue.flushed(bytes),
+        Err(error) => queue.fail(words(&error)),
     }
 }
 
-fn write_until_closed<S: Sink>(log: &mut LogWriter<S>, waiting: &Waiting) -> Result<(), McapError> {
+fn write_until_closed<S: Sink>(log: &mut LogWriter<S>, queue: &EntryQueue) -> Result<(), McapError> {
     let start = Instant::now();
     let (mut flushed, mut synced) = (start, start);
     let (mut is_new, mut is_unsynced) = (false, false);
@@ -168,7 +168,7 @@ fn write_until_closed<S: Sink>(log: &mut LogWriter<S>, waiting: &Waiting) -> Res
             (false, true) => synced + SYNC_EVERY,
             (false, false) => Instant::now() + SYNC_EVERY,
         };
-        match waiting.next(deadline) {
+        match queue.next(deadline) {
             Next::Entry(entry) => {
                 log.write(*entry)?;
                 is_new = true;
@@ -179,7 +179,7 @@ fn write_until_closed<S: Sink>(log: &mut LogWriter<S>, waiting: &Waiting) -> Res
         let now = Instant::now();
         if is_new && now >= flushed + FLUSH_EVERY {
             log.flush()?;
-            waiting.flushed(log.bytes());
+            queue.flushed(log.bytes());
             (is_new, is_unsynced, flushed) = (false, true, now);
         }
         if is_unsynced && now >= synced + SYNC_EVERY {

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 use std::io::{self, Cursor, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
-use trueline_dataset::{Feature, Measured, Sensor, SensorFile};
+use trueline_dataset::{Feature, Measured, PictureSource, Sensor, SensorFile};
 use trueline_geometry::{Pose, se3, so3};
 use trueline_mcap::{
-    About, AnswerEntry, ClockEntry, Damage, Entry, FeaturesEntry, FrameEntry, Item, LogReader, NoteEntry,
-    NoteLevel, Recorder, RejectedEntry, RobotEntry, Sink,
+    About, AnswerEntry, Choice, ClockEntry, Damage, DamagedFile, DatasetFolder, Entry, FeaturesEntry,
+    FrameEntry, ImportError, Item, LogReader, NoteEntry, NoteLevel, Recorder, RejectedEntry, RobotEntry,
+    Sink, import,
 };
 
 pub const T0: i64 = 1_700_000_000_000_000_000;
@@ -186,7 +187,7 @@ pub fn read_items(bytes: &[u8]) -> (Vec<Item>, Vec<Damage>) {
 /// Messages of a topic.
 pub fn messages<'a>(items: &'a [Item], topic: &str) -> Vec<(u32, u64, u64, &'a [u8])> {
     let of_topic = items.iter().filter_map(|item| match item {
-        Item::Message { channel, sequence, log_time, publish_time, data } if channel.topic == topic => {
+        Item::Message { channel, sequence, log_time, publish_time, data, .. } if channel.topic == topic => {
             Some((*sequence, *log_time, *publish_time, data.as_slice()))
         }
         _ => None,
@@ -265,4 +266,42 @@ pub fn profiler() -> Option<SensorFile> {
 pub fn pose_xyzw(p: [f64; 3], q: [f64; 4]) -> Pose {
     let rotation = UnitQuaternion::new_normalize(Quaternion::new(q[3], q[0], q[1], q[2]));
     se3::from_parts(rotation, Vector3::from(p))
+}
+
+/// What came of a recording that was made into a dataset folder.
+#[derive(Debug)]
+pub struct Unpacked {
+    pub robot: usize,
+    pub frames: usize,
+    pub features: usize,
+    pub stamp_meaning: Option<String>,
+    pub notes: Vec<String>,
+    pub damages: Vec<DamagedFile>,
+}
+
+/// Makes a dataset folder of a recording, and holds the folder against what was read: reading it gives the same numbers.
+pub fn unpack(path: &Path, choice: &Choice, out: &Path) -> Result<Unpacked, ImportError> {
+    let folder = DatasetFolder::begin(out)?;
+    let imported = import(path, choice)?;
+    folder.write(&imported)?;
+    let recording = &imported.in_written_form().unwrap();
+    let file = out.join("robot.csv");
+    if !recording.robot.is_empty() {
+        let written = trueline_dataset::robot_csv::read(&file, std::fs::read(&file).unwrap().as_slice());
+        assert!(written.unwrap() == recording.robot, "the folder holds the numbers of the recording");
+    }
+    if !recording.features.is_empty() {
+        let file = out.join("features.csv");
+        let bytes = std::fs::read(&file).unwrap();
+        let written = trueline_dataset::features_csv::read(&file, bytes.as_slice(), &recording.sensor);
+        assert!(written.unwrap() == recording.features, "the folder holds the numbers of the recording");
+    }
+    Ok(Unpacked {
+        robot: recording.robot.len(),
+        frames: imported.pictures.as_ref().map_or(0, PictureSource::count),
+        features: recording.features.len(),
+        stamp_meaning: imported.stamp_meaning,
+        notes: imported.notes,
+        damages: imported.damages,
+    })
 }

@@ -10,7 +10,8 @@ mod seam;
 mod stamps;
 mod trust;
 
-use crate::page::{Page, Section, Verdict, render};
+use crate::page::render::render;
+use crate::page::{Page, Section, Verdict};
 use crate::summary;
 use trueline_dataset::{Guess, Recording};
 use trueline_method::assess::residuals::FeatureResidual;

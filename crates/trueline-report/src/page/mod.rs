@@ -5,11 +5,10 @@
 
 mod chart;
 mod columns;
-mod render;
+pub mod render;
 
 pub use chart::{Axis, Chart, Colour, Drawn, Heat, Histogram, Mark, Matrix, Part, Series};
 pub use columns::{Column, Columns};
-pub use render::render;
 
 /// A whole report.
 #[derive(Debug, Default)]

@@ -1,0 +1,29 @@
+//! A picture that stays where it is.
+
+use crate::read::place::Place;
+
+/// A picture that was found in a recording.
+pub struct StoredPicture {
+    pub stamp_ns: i64,
+    pub sequence: u32,
+    pub place: Place,
+    /// Its type in the list of types.
+    pub message_type: usize,
+}
+
+/// How a picture's message is to be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MessageType {
+    pub schema: String,
+    pub encoding: String,
+}
+
+/// A picture with all that is known of its frame.
+#[derive(Clone, Copy, Debug)]
+pub struct RecordedFrame {
+    pub stamp_ns: i64,
+    pub frame: u64,
+    pub device_ns: Option<i64>,
+    pub place: Place,
+    pub message_type: usize,
+}

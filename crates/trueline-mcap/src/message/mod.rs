@@ -1,0 +1,15 @@
+//! What messages say: one vocabulary ([`Content`]) for the schemas of trueline, ROS and Foxglove.
+
+pub(crate) mod content;
+pub mod content_error;
+pub(crate) mod decode;
+mod foxglove;
+mod gray_picture;
+mod ros;
+pub mod ros_cursor;
+pub(crate) mod spatial;
+
+pub use content::{
+    Content, FrameStamps, JointStates, Kind, Picture, StampedPicture, StampedPose, StampedTransform,
+};
+pub use decode::{decode, kind};

@@ -1,0 +1,8 @@
+//! What happens → a file, while it happens.
+
+pub(crate) mod entry;
+mod entry_queue;
+pub mod log_writer;
+pub(crate) mod record_error;
+pub(crate) mod recorder;
+pub(crate) mod sink;
