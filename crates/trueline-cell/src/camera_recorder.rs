@@ -10,7 +10,7 @@ use crate::seam_finder::SeamFinder;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use trueline_camera::{CameraError, CameraFrame, FrameSource};
 use trueline_dataset::Sensor;
 use trueline_live::HostClock;
@@ -19,6 +19,9 @@ use trueline_vision::Joint;
 
 /// Between looks at whether all is over.
 const LOOK: Duration = Duration::from_millis(100);
+
+/// Pictures that have come are still taken for so long after the end.
+const END_WITHIN: Duration = Duration::from_millis(500);
 
 /// A camera that is recorded.
 pub struct CameraRecorder {
@@ -104,12 +107,16 @@ impl CameraRecorder {
     }
 
     fn take(&mut self, sink: &Sink<'_>, last: bool) -> Result<(), CameraError> {
-        let wait = if last { Duration::ZERO } else { LOOK };
-        while let Some(frame) = self.source.next(wait)? {
-            self.waiting.push_back(frame);
-            if !last {
-                break;
+        if last {
+            // What came before the end and was not looked at yet; a source that is behind must not delay the end.
+            let start = Instant::now();
+            while start.elapsed() < END_WITHIN
+                && let Some(frame) = self.source.next(Duration::ZERO)?
+            {
+                self.waiting.push_back(frame);
             }
+        } else {
+            self.waiting.extend(self.source.next(LOOK)?);
         }
         let interruptions = self.source.interruptions();
         sink.count(|counts| counts.interruptions = interruptions);

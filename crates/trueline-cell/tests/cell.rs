@@ -217,3 +217,37 @@ fn a_picture_that_cannot_be_encoded_is_recorded_without_pixels() {
     assert!(entry.png.is_empty() && entry.status.starts_with("not encoded"), "{}", entry.status);
     assert_eq!(entry.stamp_ns, 9);
 }
+
+/// As a replay that reads more slowly than it was recorded: there is always one more picture that is overdue.
+struct Endless(SourceAbout, u64);
+
+impl FrameSource for Endless {
+    fn next(&mut self, _: Duration) -> Result<Option<CameraFrame>, CameraError> {
+        self.1 += 1;
+        thread::sleep(Duration::from_millis(5));
+        Ok(Some(frame(self.1, true)))
+    }
+
+    fn about(&self) -> &SourceAbout {
+        &self.0
+    }
+}
+
+#[test]
+fn a_source_that_is_behind_does_not_delay_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let (name, stamp_meaning) = (String::new(), String::new());
+    let about = SourceAbout { name, width: 2, height: 1, tick_hz: None, stamp_meaning };
+    let source = Box::new(Endless(about, 0));
+    let camera = CameraRecorder::with_source(source, StampChoice::Complete, Joint::Fillet, None).unwrap();
+    let recorder = recorder(folder.path());
+    let mut cell = Cell::new(Some(camera), None);
+    let (sent, ended) = std::sync::mpsc::channel();
+    let handle = recorder.handle();
+    thread::spawn(move || {
+        let outcome = cell.run(&handle, |_| (), |_| {});
+        sent.send(outcome.camera.is_ok())
+    });
+    // Half a second is allowed; the rest is for a machine that is busy. Without an end this never comes.
+    assert!(ended.recv_timeout(Duration::from_secs(20)).expect("it ends"));
+}

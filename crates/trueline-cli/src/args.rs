@@ -34,14 +34,15 @@ pub use simulate::{LookName, PresetName, SceneName, SimulateArgs};
 pub use simulate_path::{FrameName, PathArgs, ProgressName};
 pub use stream_sim::StreamSimArgs;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use std::path::PathBuf;
 
-/// Calibrates a laser vision sensor on a robot against one straight line.
+/// The command line.
 #[derive(Parser)]
 #[command(
+    name = "trueline",
     version,
-    about,
+    about = "Calibrate a laser seam sensor on a robot: time offset, hand-eye and line, from one scan",
     after_help = "Examples:
   trueline demo
   trueline simulate --preset quick --out scan
@@ -52,6 +53,25 @@ Exit code: 0 accepted, 1 computed but not accepted (reasons listed), 2 could not
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Command,
+}
+
+/// The command line, in which the value of every option may begin with a minus: what is out of range is then told in the
+/// command's own words.
+pub fn command() -> clap::Command {
+    fn with_negative_numbers(command: clap::Command) -> clap::Command {
+        command
+            .mut_args(|arg| {
+                match arg.get_action().takes_values()
+                    && !arg.is_positional()
+                    && !arg.is_allow_hyphen_values_set()
+                {
+                    true => arg.allow_negative_numbers(true),
+                    false => arg,
+                }
+            })
+            .mut_subcommands(with_negative_numbers)
+    }
+    with_negative_numbers(Arguments::command())
 }
 
 #[derive(Subcommand)]
@@ -68,28 +88,28 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Calibrate the sensor itself from pictures of a chessboard: camera intrinsics, laser plane
     Sensor(SensorArgs),
-    /// Plan the scan that shows most within the limits of robot, sensor and guess
+    /// Plan the most informative scan within the limits of robot, sensor and guess
     Plan(PlanArgs),
-    /// What a calibration is worth on a scan of a known, or fitted, line, circle or curve
+    /// Check a calibration on another scan, of a known or fitted line, circle or curve
     Evaluate(EvaluateArgs),
-    /// The paper's experiments, simulated: tables, CSV and a report
+    /// Repeat the paper's experiments in simulation: tables, CSV and a report
     Reproduce(ReproduceArgs),
     /// Listen to a robot and say who talks, how regularly, and what is wrong
     Listen(ListenArgs),
     /// Record a robot while its own program drives it
     Record(RecordArgs),
-    /// Lead a robot along a planned path and record it; without --enable-motion, say what would be sent
+    /// Guide a robot along a planned path and record it; a dry run without --enable-motion
     Scan(ScanArgs),
-    /// A RAPID module that goes with a planned path
+    /// Write a RAPID module for a planned path
     Rapid(RapidArgs),
-    /// A simulated robot controller with EGM
+    /// Run a simulated robot controller with EGM
     RobotSim(RobotSimArgs),
     /// A simulated controller of another make that streams its poses: UR, FANUC, KUKA
     StreamSim(StreamSimArgs),
     /// A simulated GigE Vision camera that sees what a simulated robot's camera would see
     #[cfg(feature = "gige")]
     CameraSim(CameraSimArgs),
-    /// Find out why a dataset does not calibrate: undoes the usual mistakes in turn
+    /// Find out why a dataset does not calibrate: undo the usual mistakes one at a time
     Doctor(DoctorArgs),
 }
 
@@ -113,7 +133,7 @@ switched tool frame; and against initial.toml: sign of the offset, inverted tran
 
 Exit code: 0 nothing wrong, 1 something was found, or nothing explains the bad fit, 2 could not run.")]
 pub struct DoctorArgs {
-    /// Dataset folder
+    /// Dataset folder, recording.mcap or rosbag2
     pub dataset: PathBuf,
     /// Write the diagnosis as JSON; - is stdout
     #[arg(long)]

@@ -24,10 +24,11 @@ impl Failure {
 
     /// A file that cannot be written.
     pub fn cannot_write(file: &Path, error: &std::io::Error) -> Self {
-        Self::new(
-            format!("{}: cannot be written: {error}", file.display()),
-            "check the path and its permissions",
-        )
+        let hint = match error.kind() {
+            std::io::ErrorKind::StorageFull => "the disk is full: free some space, or write to another one",
+            _ => "check the path and its permissions",
+        };
+        Self::new(format!("{}: cannot be written: {error}", file.display()), hint)
     }
 }
 

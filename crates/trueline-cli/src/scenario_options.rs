@@ -16,3 +16,18 @@ pub fn apply((field, option, unit, name, least): Override<'_>) -> Result<(), Fai
     *field = value * unit;
     Ok(())
 }
+
+/// A share of all: 0.4 is 40 %.
+pub fn share(name: &str, option: Option<f64>, field: &mut f64) -> Result<(), Failure> {
+    match option {
+        None => Ok(()),
+        Some(share) if (0.0..=1.0).contains(&share) => {
+            *field = share;
+            Ok(())
+        }
+        Some(share) => Err(Failure::new(
+            format!("`{name}`: expected a share from 0 to 1, found {share}"),
+            format!("40 % is {name} 0.4"),
+        )),
+    }
+}

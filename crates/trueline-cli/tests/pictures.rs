@@ -97,7 +97,7 @@ fn features_says_what_it_found_and_draws_it() {
     assert_eq!((&found["found"], &found["joint"]), (&Value::from(7), &Value::from("lap")));
     assert_eq!(fs::read_to_string(at.join("scan/features.csv")).unwrap(), first);
     assert_eq!(fs::read_to_string(at.join("scan/features.previous-1.csv")).unwrap(), first);
-    refuses(at, "features scan --overlay looked", "is there already");
+    refuses(at, "features scan --overlay looked", "already exists");
 }
 
 #[test]

@@ -74,7 +74,7 @@ pub enum Problem {
     #[error("cannot be read or written: {0}")]
     Io(std::io::Error),
     /// Output would land on something that exists.
-    #[error("is there already and would be overwritten")]
+    #[error("already exists and would be overwritten")]
     AlreadyExists,
     /// No header, or a header without rows.
     #[error("there are no data rows")]

@@ -1,8 +1,8 @@
 //! The report of a camera's calibration: where corners were seen, how they fit, how well the camera is known and where.
 
+use crate::page::render::render;
 use crate::page::{
     Axis, Block, Card, Chart, Colour, Columns, Drawn, Heat, Page, Section, Series, Table, TableRow, Verdict,
-    render,
 };
 use crate::sensor_json::CameraReport;
 use crate::sensor_text;

@@ -14,7 +14,7 @@ use std::path::PathBuf;
   trueline calibrate scan --initial guess.toml --fix time-offset
   trueline calibrate scan --residual point-to-line --report paper.html")]
 pub struct CalibrateArgs {
-    /// Dataset folder
+    /// Dataset folder, recording.mcap or rosbag2
     pub dataset: PathBuf,
     /// Where to start, instead of the dataset's initial.toml
     #[arg(long)]
@@ -40,7 +40,7 @@ pub struct CalibrateArgs {
     /// Expected jitter of an image stamp, ms; the default measures it
     #[arg(long)]
     pub stamp_sigma_ms: Option<f64>,
-    /// Which stamps are believed: those that the scan bears out, those recorded, or those of the clock behind
+    /// Which timestamps to use: those that fit the data better, those recorded, or those of the sender's clock
     #[arg(long, value_enum, default_value_t = StampsName::Auto)]
     pub stamps: StampsName,
     /// Accuracy to reach, or exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg (one sigma, any of them)
@@ -52,7 +52,7 @@ pub struct CalibrateArgs {
     /// Where the scan alone does not decide: the sensor looks along this axis of the tool, to within 60 degrees
     #[arg(long, value_enum, value_name = "AXIS", allow_hyphen_values = true)]
     pub looks: Option<AxisName>,
-    /// Hold what the scan does not show at the initial guess instead of refusing
+    /// Hold what the scan cannot determine at the initial guess instead of refusing
     #[arg(long)]
     pub accept_partial: bool,
     /// Speed along the seam at which the error at the torch is predicted, mm/s
@@ -61,7 +61,7 @@ pub struct CalibrateArgs {
     /// Distance of the seam from the sensor there, mm; the default is the scan's own
     #[arg(long)]
     pub stand_off_mm: Option<f64>,
-    /// What the laser shines on, for a dataset with pictures and no features
+    /// Joint type, for a dataset with pictures and no features
     #[arg(long, value_enum, default_value_t = JointName::Auto)]
     pub joint: JointName,
     /// Threads for large scans; the result is the same to the last bit
@@ -92,11 +92,11 @@ pub enum ResidualName {
 
 #[derive(Clone, Copy, ValueEnum)]
 pub enum StampsName {
-    /// The clock's where they leave clearly less residual
+    /// The sender's clock where that clearly fits better
     Auto,
     /// As recorded
     Raw,
-    /// The clock's behind each stream that ticks evenly
+    /// The sender's clock for every stream with a constant period
     Regular,
 }
 
@@ -110,7 +110,7 @@ pub enum LossName {
     Cauchy,
     /// Saturates
     GemanMcClure,
-    /// Blind beyond 8 sigma
+    /// Ignores points beyond 8 sigma
     Tukey,
 }
 

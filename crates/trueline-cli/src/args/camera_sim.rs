@@ -61,7 +61,7 @@ pub struct CameraSimArgs {
     /// How the plates look
     #[arg(long, value_enum, default_value_t = LookName::Clean)]
     pub look: LookName,
-    /// What the laser shines on
+    /// Joint type
     #[arg(long, value_enum, default_value_t = SceneName::Fillet)]
     pub joint: SceneName,
     /// Write what is to be found: time offset of first-packet stamps, hand-eye, line

@@ -10,13 +10,13 @@ use std::path::PathBuf;
   trueline features scan --joint lap --overlay looked-at
   trueline features scan --json - --quiet | jq .found
 
-A features.csv that is there already is kept under another name.
+An existing features.csv is kept under another name.
 
 Exit code: 0 features were written, 1 there is no seam in any picture, 2 could not run.")]
 pub struct FeaturesArgs {
     /// Dataset folder with sensor.toml and images/index.csv
     pub dataset: PathBuf,
-    /// What the laser shines on
+    /// Joint type
     #[arg(long, value_enum, default_value_t = JointName::Auto)]
     pub joint: JointName,
     /// Folder for pictures of what was found; it must not hold any yet
@@ -41,7 +41,7 @@ pub struct FeaturesArgs {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum JointName {
-    /// Whatever most pictures show
+    /// The joint that most pictures show
     Auto,
     /// Two plates at an angle: their corner
     Fillet,

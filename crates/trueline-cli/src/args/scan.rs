@@ -40,16 +40,16 @@ pub struct CameraArgs {
     /// Take the pictures of a dataset folder instead, at the pace they were recorded
     #[arg(long, value_name = "DATASET")]
     pub replay: Option<PathBuf>,
-    /// Exposure time that the camera is set to, µs [default: as it is]
+    /// Exposure time to set on the camera, µs [default: unchanged]
     #[arg(long, requires = "camera")]
     pub exposure_us: Option<f64>,
-    /// Pictures a second that the camera is set to [default: as it is]
+    /// Frame rate to set on the camera, Hz [default: unchanged]
     #[arg(long, requires = "camera")]
     pub fps: Option<f64>,
     /// What a picture's stamp is; all others are kept as well
     #[arg(long, value_enum, default_value_t = StampName::FirstPacket)]
     pub stamp: StampName,
-    /// What the laser shines on, for the estimate that is shown meanwhile [auto: a fillet]
+    /// Joint type, for the live estimate [auto: fillet]
     #[arg(long, value_enum, default_value_t = JointName::Auto)]
     pub joint: JointName,
     /// Say when these are reached: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
@@ -131,7 +131,7 @@ pub struct ScanArgs {
     /// Limits of every command
     #[arg(long)]
     pub limits: Option<PathBuf>,
-    /// Write limits that just hold the path, to be read and narrowed, and do nothing else
+    /// Write the tightest limits that contain the path, for review before use, and do nothing else
     #[arg(long, conflicts_with_all = ["limits", "enable_motion", "bind", "robot", "out"])]
     pub write_limits: Option<PathBuf>,
     /// Distance from the tool's origin to the farthest point of what it carries, for limits that are derived
@@ -147,7 +147,7 @@ pub struct ScanArgs {
     /// Address of this PC and port to listen at, for example 192.168.125.10:6510
     #[arg(long, value_name = "IP:PORT", requires = "enable_motion")]
     pub bind: Option<SocketAddr>,
-    /// The robot's address: nobody else is led
+    /// The robot's address: only this robot is commanded
     #[arg(long, value_name = "IP", requires = "enable_motion")]
     pub robot: Option<IpAddr>,
     /// Folder for the recording; it must not hold one
@@ -167,7 +167,7 @@ pub struct ScanArgs {
     /// \CommTimeout of the RAPID module, s: a longer silence ends the scan
     #[arg(long, default_value_t = 0.2)]
     pub timeout_s: f64,
-    /// Wait so long for the controller to begin to be guided, s; then nothing is led any more
+    /// Longest wait for the controller to start guidance, s; after that nothing is commanded
     #[arg(long, default_value_t = 60.0)]
     pub armed_s: f64,
     /// Print nothing but errors and the question

@@ -95,7 +95,7 @@ fn check(args: &ScanArgs) -> Result<(), Failure> {
     }
     if args.bind.is_some_and(|bind| bind.ip().is_unspecified()) {
         return Err(Failure::new(
-            "--bind 0.0.0.0: whoever leads a robot listens on its network alone",
+            "--bind 0.0.0.0: a robot is only guided through the network card that it is connected to",
             "name the address of the network card that the robot is connected to",
         ));
     }
@@ -126,15 +126,12 @@ fn limits_text(file: &Path) -> Result<String, Failure> {
 
 fn write_limits(file: &Path, limits: &MotionLimits) -> Result<ExitCode, Failure> {
     if file.exists() {
-        let message = format!("{}: is there already", file.display());
-        return Err(Failure::new(
-            message,
-            "limits that somebody has narrowed are not written over: name another file",
-        ));
+        let message = format!("{}: already exists", file.display());
+        return Err(Failure::new(message, "existing limits are never overwritten: name another file"));
     }
     output::file(file, &limits_file::format(limits))?;
     output::words(&format!(
-        "{}: limits that just hold the path. Read every line: it is you who allows them.",
+        "{}: the tightest limits that contain the path. Read every line: you are responsible for these limits.",
         file.display()
     ));
     Ok(ExitCode::SUCCESS)
@@ -204,7 +201,7 @@ fn next_step(args: &ScanArgs) -> &'static str {
 
 /// Asks once more; what is typed must be the word.
 fn confirm(plan: &str, args: &ScanArgs) -> Result<(), Failure> {
-    let from = args.robot.map_or_else(|| "whoever speaks first".to_owned(), |ip| ip.to_string());
+    let from = args.robot.map_or_else(|| "the first sender of a valid frame".to_owned(), |ip| ip.to_string());
     output::words(&format!(
         "{plan}\nThis program is about to lead the robot ({from}). Its limits are not safety-rated. Nobody within reach,\n\
          the enabling device or emergency stop in hand, the first time at --pace 0.1?\n\

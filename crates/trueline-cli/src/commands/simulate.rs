@@ -5,7 +5,7 @@ use crate::args::{FrameName, PathArgs, PresetName, ProgressName, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::{self, PlannedScan};
-use crate::scenario_options::apply;
+use crate::scenario_options::{apply, share};
 use std::process::ExitCode;
 use trueline_dataset::{Recording, folder};
 use trueline_sim::{
@@ -148,8 +148,8 @@ fn override_disturbance(d: &mut Disturbance, args: &SimulateArgs) -> Result<(), 
         (&mut d.robot_position_noise_m, args.robot_noise_mm, 1e-3, "--robot-noise-mm", 0.0),
         (&mut d.frame_jitter_s, args.stamp_jitter_ms, 1e-3, "--stamp-jitter-ms", 0.0),
         (&mut d.clock_drift_ppm, args.clock_drift_ppm, 1.0, "--clock-drift-ppm", f64::NEG_INFINITY),
-        (&mut d.outlier_fraction, args.outliers, 1.0, "--outliers", 0.0),
-        (&mut d.drop_fraction, args.drops, 1.0, "--drops", 0.0),
     ];
+    share("--outliers", args.outliers, &mut d.outlier_fraction)?;
+    share("--drops", args.drops, &mut d.drop_fraction)?;
     overrides.into_iter().try_for_each(apply)
 }

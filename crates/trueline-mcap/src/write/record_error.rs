@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum RecordError {
     /// There is a file already.
-    #[error("{}: is there already and would be overwritten", file.display())]
+    #[error("{}: already exists and would be overwritten", file.display())]
     AlreadyExists {
         /// The file.
         file: PathBuf,
