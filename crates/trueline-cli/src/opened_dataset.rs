@@ -27,10 +27,30 @@ pub struct OpenedDataset {
 /// # Errors
 /// Whatever cannot be read, and pictures without a seam.
 pub fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedDataset, Failure> {
+    check(path)?;
     match recording_of(path) {
         Some(recording) => open_recording(&recording, joint, quiet),
         None => open_folder(path, joint, quiet),
     }
+}
+
+/// The two mistakes that are made most: a name that is mistyped, and a file instead of its folder.
+fn check(path: &Path) -> Result<(), Failure> {
+    if !path.exists() {
+        return Err(Failure::new(
+            format!("there is no file or folder `{}`", path.display()),
+            "give a dataset folder, a recording.mcap or a rosbag2 folder",
+        ));
+    }
+    let of_dataset = path.is_file() && path.extension().is_some_and(|end| end == "csv" || end == "toml");
+    if of_dataset {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        return Err(Failure::new(
+            format!("{}: is a file of a dataset", path.display()),
+            format!("give its folder: `{}`", folder.display()),
+        ));
+    }
+    Ok(())
 }
 
 fn open_folder(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedDataset, Failure> {

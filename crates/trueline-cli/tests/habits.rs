@@ -36,6 +36,20 @@ fn a_number_that_is_out_of_range_is_told_and_not_taken_for_an_option() {
     }
 }
 
+#[test]
+fn a_dataset_that_is_not_there_or_is_a_file_is_told_as_such() {
+    let place = tempfile::tempdir().unwrap();
+    assert_eq!(trueline(place.path(), "simulate --preset quick --out scan --quiet").0, 0);
+    for (line, words, hint) in [
+        ("calibrate nowhere", "there is no file or folder `nowhere`", "give a dataset folder"),
+        ("doctor scan/robot.csv", "scan/robot.csv: is a file of a dataset", "give its folder: `scan`"),
+    ] {
+        let (code, told) = trueline(place.path(), line);
+        assert_eq!(code, 2, "{told}");
+        assert!(told.contains(words) && told.contains(hint), "{told}");
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_called_that_and_leaves_no_half_file() {

@@ -171,7 +171,7 @@ fn bad_input_exits_2_and_writes_nothing() {
         trueline(dir.path(), &["calibrate", "nothing", "--json", "out.json", "--report", "out.html"]);
     assert_eq!(code(&output), 2);
     let words = String::from_utf8(output.stderr).unwrap();
-    assert!(words.starts_with("error: nothing/sensor.toml: the file is missing\n\nhint: "), "{words}");
+    assert!(words.starts_with("error: there is no file or folder `nothing`\n\nhint: "), "{words}");
     assert!(output.stdout.is_empty());
     assert!(!dir.path().join("out.json").exists() && !dir.path().join("out.html").exists());
     assert_eq!(code(&trueline(dir.path(), &["calibrate"])), 2);
