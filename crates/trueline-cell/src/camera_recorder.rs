@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use trueline_camera::{CameraError, CameraFrame, FrameSource};
-use trueline_dataset::Sensor;
+use trueline_dataset::{FrameStamp, Sensor};
 use trueline_live::HostClock;
 use trueline_mcap::{Entry, RecorderHandle};
 use trueline_vision::Joint;
@@ -144,9 +144,8 @@ impl CameraRecorder {
         let entry = entries::frame(frame, stamp_ns);
         let is_unusable = entry.png.is_empty();
         sink.record(Entry::Frame(entry));
-        let find = |finder: &mut SeamFinder| {
-            finder.find(frame.image.as_ref()?, stamp_ns, frame.frame, frame.device_ns)
-        };
+        let stamp = FrameStamp { stamp_ns, frame: frame.frame, device_ns: frame.device_ns };
+        let find = |finder: &mut SeamFinder| finder.find(frame.image.as_ref()?, &stamp);
         let seam = self.finder.as_mut().and_then(find);
         sink.count(|counts| {
             counts.frames += 1;
