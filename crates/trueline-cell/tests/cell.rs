@@ -89,7 +89,8 @@ fn every_frame_is_recorded_with_all_its_stamps_and_losses_are_counted() {
         assert!(outcome.camera.is_ok());
         recorder.finish().unwrap();
         // Numbers 3 and 4 never came, and frame 2 has no picture.
-        let counts = CameraCounts { frames: 3, unusable: 1, missing: 2, seams: 0, clock_set: 0 };
+        let counts =
+            CameraCounts { frames: 3, unusable: 1, missing: 2, seams: 0, clock_set: 0, interruptions: 0 };
         assert_eq!(cell.state().camera, Some(counts));
         assert_eq!((counts.taken(), counts.lost(), counts.is_doubtful()), (5, 3, true));
         let recorded = recorded_frames(folder.path());

@@ -22,8 +22,8 @@ mod priority;
 mod progress;
 mod requirement;
 mod robot_link;
-mod source_text;
 mod scenario_options;
+mod source_text;
 
 use args::{Arguments, Command, SensorCommand};
 use clap::FromArgMatches;

@@ -34,8 +34,8 @@ pub use read::place::{Place, RecordPlace};
 pub use read::survey::{LinkSurvey, Survey, TopicSurvey, survey};
 pub use wire::about::About;
 pub use write::entry::{
-    AnswerEntry, ClockEntry, Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, RejectedEntry,
-    RobotEntry,
+    AnswerEntry, ClockEntry, Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, PacketEntry,
+    RejectedEntry, RobotEntry,
 };
 pub use write::log_writer;
 pub use write::record_error::RecordError;
