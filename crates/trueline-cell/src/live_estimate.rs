@@ -142,16 +142,23 @@ impl LiveEstimate {
     }
 
     fn estimated(&self, calibration: &Calibration, seam_points: usize) -> Estimated {
-        let offset_s = calibration.parameters.time_offset_s;
+        let offset_s = calibration.best_fit().time_offset_s;
         let is_enough =
-            self.want.map(|want| calibration.status == Status::Accepted && is_reached(calibration, &want));
+            self.want.map(|want| calibration.status() == Status::Accepted && is_reached(calibration, &want));
         Estimated {
             seam_points,
             time_offset_s: calibration.sigma(TIME_OFFSET).map(|sigma_s| [offset_s, sigma_s]),
             translation_sigma_m: worst(calibration, TRANSLATION),
             rotation_sigma_rad: worst(calibration, ROTATION),
             is_enough,
-            advice: calibration.observability.unseen.iter().map(|unseen| unseen.advice.clone()).collect(),
+            advice: calibration
+                .findings
+                .unknowns
+                .observability
+                .unobservable
+                .iter()
+                .map(ToString::to_string)
+                .collect(),
         }
     }
 }

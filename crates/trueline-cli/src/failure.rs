@@ -49,7 +49,7 @@ impl From<trueline_dataset::Error> for Failure {
 
 impl From<trueline_method::Error> for Failure {
     fn from(error: trueline_method::Error) -> Self {
-        Self::new(error.to_string(), error.hint())
+        Self::new(error.to_string(), crate::hints::for_error(&error))
     }
 }
 

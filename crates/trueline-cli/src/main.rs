@@ -7,6 +7,7 @@ mod board_pictures;
 mod cell_text;
 mod commands;
 mod failure;
+mod hints;
 mod interrupt;
 mod link_text;
 mod live_cell;

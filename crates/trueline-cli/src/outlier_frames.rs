@@ -18,7 +18,7 @@ const SIZE: [usize; 2] = [480, 320];
 /// Pictures that are named and cannot be read.
 pub fn pictures(opened: &OpenedDataset, calibration: &Calibration) -> Result<Vec<FramePicture>, Failure> {
     let Some(source) = &opened.pictures else { return Ok(Vec::new()) };
-    let mut outliers: Vec<_> = calibration.features.iter().filter(|f| f.is_outlier()).collect();
+    let mut outliers: Vec<_> = calibration.findings.fit.features.iter().filter(|f| f.is_outlier()).collect();
     outliers.sort_by(|a, b| b.normalised.total_cmp(&a.normalised));
     let mut pictures = Vec::new();
     for outlier in outliers {

@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use anstyle::{AnsiColor, Style};
 use std::io::{ErrorKind, Write};
 use std::path::Path;
+use trueline_dataset::result_file::ResultFile;
 
 /// Words for a person: stderr.
 pub fn words(text: &str) {
@@ -31,6 +32,14 @@ pub fn status(text: &str) {
 /// JSON into the file that a user named; - is stdout.
 pub fn json(path: &Path, text: &str) -> Result<(), Failure> {
     if path == Path::new("-") { data(text) } else { file(path, text) }
+}
+
+/// A calibration's result as JSON into the file that a user named.
+pub fn result(path: &Path, result: &ResultFile) -> Result<(), Failure> {
+    let text = result.to_json().map_err(|error| {
+        Failure::new(format!("the result cannot be written as JSON: {error}"), "this is a bug of trueline")
+    })?;
+    json(path, &text)
 }
 
 /// A summary for a person: on stdout, unless JSON goes there.

@@ -110,7 +110,9 @@ fn a_wanted_accuracy_that_is_not_met_exits_1_with_the_reason() {
     assert_eq!(met, 0);
     let (missed, result) = calibrate_json(dir.path(), &["scan", "--require", "translation=0.001mm"]);
     assert_eq!(missed, 1);
-    let reason = result["reasons"][0].as_str().unwrap();
+    assert_eq!(result["reasons"][0]["code"], "requirement-missed");
+    assert_eq!(result["reasons"][0]["required_mm"], 0.001);
+    let reason = result["reasons"][0]["text"].as_str().unwrap();
     assert!(reason.contains("translation") && reason.contains("0.001 mm"), "{reason}");
     // The numbers are there all the same.
     assert!(result["tool_from_camera"]["translation_mm"][0].is_f64());

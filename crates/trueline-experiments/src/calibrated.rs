@@ -27,7 +27,8 @@ pub fn all(settings: &Settings, scenario: &Scenario, seed: u64) -> Result<Vec<Ca
     let truth = recording.truth.as_ref().ok_or(Error::NoStart)?.parameters;
     let joint = |residual: ResidualKind, guess: Option<&Guess>, hold: &[Hold]| -> Result<Guess, Error> {
         let config = Config { residual, hold: hold.to_vec(), ..Config::default() };
-        let found = calibrate(&recording, guess, &config)?.parameters;
+        let calibration = calibrate(&recording, guess, &config)?;
+        let found = calibration.best_fit();
         Ok(Guess { time_offset_s: found.time_offset_s, tool_from_camera: found.tool_from_camera })
     };
     let without_offset = |of: Guess| Guess { time_offset_s: 0.0, ..of };

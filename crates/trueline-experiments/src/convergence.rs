@@ -87,12 +87,12 @@ fn steps_of(calibration: &Calibration) -> Vec<Step> {
             line: at.parameters.lines.first()?.to_pluecker(),
         })
     };
-    let taken = calibration.iterations.iter().filter(|record| record.accepted);
+    let taken = calibration.findings.fit.iterations.iter().filter(|record| record.accepted);
     let mut steps: Vec<Step> = taken.filter_map(step).collect();
-    let end = &calibration.parameters;
+    let end = calibration.best_fit();
     steps.extend(end.lines.first().map(|line| Step {
         time_offset_s: end.time_offset_s,
-        rms_m: Some(calibration.residuals.rms_m),
+        rms_m: Some(calibration.findings.fit.residuals.rms_m),
         tool_from_camera: end.tool_from_camera,
         line: line.to_pluecker(),
     }));

@@ -42,7 +42,8 @@ pub fn run(settings: &Settings) -> Result<SpeedTable, Error> {
     for &offset_s in &settings.offsets_s {
         scenario.timing.time_offset_s = offset_s;
         let recording = simulate(&scenario, settings.seed).ok_or(Error::NoStart)?;
-        let found = calibrate(&recording, None, &Config::default())?.parameters;
+        let calibration = calibrate(&recording, None, &Config::default())?;
+        let found = calibration.best_fit();
         let calibrated =
             Guess { time_offset_s: found.time_offset_s, tool_from_camera: found.tool_from_camera };
         for &speed_m_s in &settings.speeds_m_s {

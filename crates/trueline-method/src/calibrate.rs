@@ -4,24 +4,25 @@ use crate::assess::convergence::without_outliers;
 use crate::assess::cross_validation::{self, Subject};
 use crate::assess::identifiability::{Identifiability, assess_identifiability};
 use crate::assess::observability::{Observability, RANK_THRESHOLD};
-use crate::assess::residuals;
-use crate::calibration::{Calibration, Status};
+use crate::assess::residuals::{self, FeatureResidual};
+use crate::calibration::Calibration;
 use crate::config::{Config, Hold};
 use crate::error::Error;
+use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
 use crate::input::noise_levels::NoiseLevels;
-use crate::input::observations::{Observations, SKIP_REPEATED, observe, origin_ns};
+use crate::input::observations::{Observations, observe, origin_ns};
+use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
 use crate::solve::covariance::{self, Uncertainty};
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
-use crate::verdict::{self, Evidence};
+use crate::verdict;
 use crate::{assess::outlier_segments, assess::seam_point_error, hypotheses::search};
 use nalgebra::{DMatrix, SVector};
-use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Guess, Recording};
 use trueline_lsq::Information;
 
@@ -58,7 +59,7 @@ pub fn calibrate(
     let halves = steady.observations.robot.halves(recording, times_s);
     let Identifiability { fit, information, time_offset_share, observability } =
         assess_identifiability(&steady, &settings, guess, found.equal_twin, halves.as_ref())?;
-    conclude(&Concluded {
+    Ok(conclude(&Concluded {
         recording,
         sampling: &sampling,
         dejittered: stamped.dejittered,
@@ -70,7 +71,7 @@ pub fn calibrate(
         information,
         time_offset_share,
         observability,
-    })
+    }))
 }
 
 /// All that a calibration is concluded from.
@@ -88,67 +89,86 @@ struct Concluded<'a> {
     observability: Observability,
 }
 
-fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
+fn conclude(from: &Concluded<'_>) -> Calibration {
     let (config, fit, observations) = (from.settings.config, &from.steady.fit, &from.steady.observations);
-    let parameters = fit.parameters().clone();
     let problem = fit.problem(observations, config);
-    let uncertainty = covariance::assess(&problem, &parameters, &fit.noise, &from.information);
-    let held_out = cross_validation::check(&subject(from, &uncertainty), config);
-    let covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
-    let (features, skipped) = residuals::evaluate(&problem, &parameters);
-    let summary = residuals::summarise(&features, skipped);
-    let disruptions =
-        outlier_segments::find(observations, &features, &parameters, &fit.noise, config.offset_search_s);
-    let held_at_guess = fit.prior.is_some();
-    let all_seen = from.observability.observable_components[..LINES].iter().all(|seen| *seen);
-    let iterations = without_outliers(fit.iterations.clone(), observations, &features);
-    let stamp_of = |f: &residuals::FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
-    let mut calibration = Calibration {
-        status: Status::NotAccepted,
-        reasons: Vec::new(),
-        warnings: Vec::new(),
-        estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
-        observability: from.observability.clone(),
-        residuals: summary,
-        feature_stamps_ns: features.iter().map(stamp_of).collect(),
-        features,
-        noise_factor: fit.noise.factor,
-        covariance_model_share: uncertainty.model_share,
-        termination: fit.solution.termination,
-        iterations,
-        held_at_guess,
-        ambiguity: from.ambiguity.clone(),
-        held_out,
-        at_torch: all_seen
-            .then(|| {
-                seam_point_error::predict(
-                    observations,
-                    fit.placed.of(observations),
-                    &parameters,
-                    &covariance,
-                    &config.used_at,
-                )
-            })
-            .flatten(),
-        drift: from.steady.drift,
-        drifted: from.steady.drifted,
-        step: from.steady.step,
-        stepped: from.steady.stepped,
-        disruptions,
-        robot_stamps: from.sampling.robot.report(from.dejittered.robot),
-        image_stamps: from.sampling.images.report(from.dejittered.images),
-        robot_noise_m: observations.robot.recorded_noise_m,
-        robot_poses_repeated: observations.robot.repeated,
-        robot_smoothed: observations.robot.smoothed,
-        sheet_fit_rms_m: observations.sheet_fit_rms_m,
-        origin_ns: origin_ns(from.recording),
+    let uncertainty = covariance::assess(&problem, fit.parameters(), &fit.noise, &from.information);
+    let unknowns = unknowns(from, with_time_offset_widened(from, uncertainty.covariance.clone()));
+    let (features, skipped) = residuals::evaluate(&problem, fit.parameters());
+    let checks = checks(from, &uncertainty, &unknowns, &features);
+    let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
+    let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
+    let findings = Findings {
+        unknowns,
+        fit: FitFindings {
+            residuals: residuals::summarise(&features, skipped),
+            feature_stamps_ns: features.iter().map(stamp_of).collect(),
+            noise_factor: fit.noise.factor,
+            covariance_model_share: uncertainty.model_share,
+            termination: fit.solution.termination,
+            iterations: without_outliers(fit.iterations.clone(), observations, &features),
+            sheet_fit_rms_m: observations.sheet_fit_rms_m,
+            features,
+        },
+        checks,
+        clock: ClockFindings {
+            drift: from.steady.drift,
+            drifted: from.steady.drifted,
+            step: from.steady.step,
+            stepped: from.steady.stepped,
+        },
+        streams,
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
-        covariance,
-        parameters,
     };
-    judge(&mut calibration, from);
-    Ok(calibration)
+    let verdict = verdict::of(&findings);
+    Calibration { findings, verdict }
+}
+
+fn unknowns(from: &Concluded<'_>, covariance: DMatrix<f64>) -> Unknowns {
+    let parameters = from.steady.fit.parameters().clone();
+    Unknowns {
+        estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
+        parameters,
+        covariance,
+        observability: from.observability.clone(),
+        held_at_guess: from.steady.fit.prior.is_some(),
+    }
+}
+
+fn checks(
+    from: &Concluded<'_>,
+    uncertainty: &Uncertainty,
+    unknowns: &Unknowns,
+    features: &[FeatureResidual],
+) -> Checks {
+    let (config, fit, observations) = (from.settings.config, &from.steady.fit, &from.steady.observations);
+    let at = &unknowns.parameters;
+    let all_observable = from.observability.observable_components[..LINES].iter().all(|seen| *seen);
+    let list = fit.placed.of(observations);
+    let predict = || seam_point_error::predict(observations, list, at, &unknowns.covariance, &config.used_at);
+    Checks {
+        mirror_ambiguity: from.equal_twin,
+        ambiguity: from.ambiguity.clone(),
+        better_time_offset_s: from.better.as_ref().map(|better| better.time_offset_s),
+        held_out: cross_validation::check(&subject(from, uncertainty), config),
+        disruptions: outlier_segments::find(observations, features, at, &fit.noise, config.offset_search_s),
+        at_torch: all_observable.then(predict).flatten(),
+    }
+}
+
+fn streams(from: &Concluded<'_>, repeated_features: usize) -> Streams {
+    let robot = &from.steady.observations.robot;
+    Streams {
+        robot: from.sampling.robot.report(from.dejittered.robot),
+        images: from.sampling.images.report(from.dejittered.images),
+        robot_rows: from.recording.robot.len(),
+        features: from.recording.features.len() - repeated_features,
+        robot_noise_m: robot.recorded_noise_m,
+        robot_poses_repeated: robot.repeated,
+        robot_smoothed: robot.smoothed,
+        origin_ns: origin_ns(from.recording),
+    }
 }
 
 /// What the residuals cannot tell of the time offset: noise in its column, and what the stamps leave unsaid.
@@ -177,45 +197,6 @@ fn subject<'a>(from: &'a Concluded<'_>, real: &Uncertainty) -> Subject<'a> {
         seen: &from.observability.observable_components,
         inflation: SVector::from_fn(|k, _| inflation(k)),
     }
-}
-
-fn judge(calibration: &mut Calibration, from: &Concluded<'_>) {
-    let evidence = Evidence {
-        observability: &calibration.observability,
-        held: calibration.held_at_guess,
-        equal_twin: from.equal_twin,
-        ambiguity: &calibration.ambiguity,
-        better: from.better.as_ref(),
-        time_offset_s: calibration.parameters.time_offset_s,
-        termination: calibration.termination,
-        noise_factor: calibration.noise_factor,
-        residuals: &calibration.residuals,
-        disruptions: &calibration.disruptions,
-        stepped: calibration.stepped.as_ref(),
-        drifted: calibration.drifted.as_ref(),
-        require: &calibration.config.require,
-        sigma: std::array::from_fn(|k| calibration.sigma(k)),
-        held_out: calibration.held_out.as_ref(),
-        stamps: [&calibration.robot_stamps, &calibration.image_stamps],
-        features: from.recording.features.len()
-            - calibration.residuals.skipped.get(SKIP_REPEATED).copied().unwrap_or(0),
-        origin_s: calibration.origin_ns as f64 * 1e-9,
-        repeated_poses: calibration.robot_poses_repeated,
-        robot_rows: from.recording.robot.len(),
-    };
-    let reasons = verdict::reasons(&evidence);
-    let mut warnings = verdict::warnings(&evidence);
-    let seen = calibration.observability.observable_components[..LINES].iter().all(|s| *s);
-    if let (true, None, Some(wanted)) = (seen, &calibration.at_torch, calibration.config.used_at.stand_off_m)
-    {
-        warnings.push(format!(
-            "no error at the torch is predicted: no point of the laser sheet below the scan is {:.0} mm from the sensor",
-            wanted * MM_PER_M
-        ));
-    }
-    calibration.status = if reasons.is_empty() { Status::Accepted } else { Status::NotAccepted };
-    calibration.reasons = reasons;
-    calibration.warnings = warnings;
 }
 
 fn check_overlap(observations: &Observations, config: &Config) -> Result<(), Error> {

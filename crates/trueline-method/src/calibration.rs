@@ -1,116 +1,173 @@
-//! The result: what was estimated, how well, what could not be, and whether it can be accepted.
+//! The result: what was found, and the verdict on it.
+//!
+//! What the scan does not show cannot be read as a number by accident: [`Calibration::time_offset`] and its like return
+//! the estimate with its ±, or what is missing and the motion that would show it.
 
-use crate::Config;
-use crate::assess::cross_validation::HeldOut;
-use crate::assess::observability::Observability;
-use crate::assess::outlier_segments::OutlierSegment;
-use crate::assess::residuals::{FeatureResidual, ResidualSummary};
-use crate::assess::seam_point_error::SeamPointError;
-use crate::hypotheses::ambiguity::Ambiguity;
-use crate::hypotheses::drift_and_step::{Drift, Step};
-use crate::input::timestamps::StampReport;
-use crate::problem::parameters::{Parameters, ROTATION, TRANSLATION};
-use crate::solve::iteration_record::IterationRecord;
-use nalgebra::DMatrix;
-use std::collections::BTreeMap;
-use trueline_lsq::Termination;
-
-/// Whether the result can be used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// Yes.
-    Accepted,
-    /// There is a result, but see the reasons.
-    NotAccepted,
-}
+use crate::assess::observability::{Group, Unobservable};
+use crate::findings::Findings;
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use crate::verdict::{Axis, Reason, Status, Verdict, Warning};
+use nalgebra::{DMatrix, SMatrix, UnitQuaternion};
+use std::ops::Range;
+use trueline_geometry::{Line, Pose};
 
 /// A finished calibration.
 #[derive(Clone, Debug)]
 pub struct Calibration {
+    /// What was found.
+    pub findings: Findings,
     /// Whether it can be accepted.
-    pub status: Status,
-    /// Why not, if not.
-    pub reasons: Vec<String>,
-    /// Usable, but look here.
-    pub warnings: Vec<String>,
-    /// The estimates. Components that are not seen hold a meaningless number: see
-    /// [`Observability::observable_components`].
-    pub parameters: Parameters,
-    /// Covariance of the tangent, SI units.
-    pub covariance: DMatrix<f64>,
-    /// Whether a component of the tangent was estimated, not held.
-    pub estimated: Vec<bool>,
-    /// What can be seen.
-    pub observability: Observability,
-    /// Residual figures.
-    pub residuals: ResidualSummary,
-    /// Every feature's residual.
-    pub features: Vec<FeatureResidual>,
-    /// How much larger the residuals are than expected.
-    pub noise_factor: f64,
-    /// Part of the covariance that is the model's, 0 to 1.
-    pub covariance_model_share: f64,
-    /// Why the solver ended.
-    pub termination: Termination,
-    /// Every step of the solver on all features.
-    pub iterations: Vec<IterationRecord>,
-    /// Unseen directions were held at the initial guess, as the user allowed.
-    pub held_at_guess: bool,
-    /// What else explains the scan, and what decided.
-    pub ambiguity: Ambiguity,
-    /// The parts of the scan against each other.
-    pub held_out: Option<HeldOut>,
-    /// What it means at the torch; `None` if something of the hand-eye is not seen.
-    pub at_torch: Option<SeamPointError>,
-    /// Drift of the time offset, be it chance.
-    pub drift: Option<Drift>,
-    /// A drift that the image clock has; it has been taken out.
-    pub drifted: Option<Drift>,
-    /// The most likely step of a clock, be it chance.
-    pub step: Option<Step>,
-    /// A step that a clock has made.
-    pub stepped: Option<Step>,
-    /// Stretches of the scan that do not belong to the rest.
-    pub disruptions: Vec<OutlierSegment>,
-    /// Robot stamps.
-    pub robot_stamps: StampReport,
-    /// Image stamps.
-    pub image_stamps: StampReport,
-    /// Noise of a recorded robot position, per axis, as measured on the stream, m.
-    pub robot_noise_m: f64,
-    /// Robot samples that only repeat the pose before, and were left out.
-    pub robot_poses_repeated: usize,
-    /// Whether the robot's poses were replaced by a local fit.
-    pub robot_smoothed: bool,
-    /// RMS of the points about the sheet that was fitted to them, m.
-    pub sheet_fit_rms_m: Option<f64>,
-    /// Recorded stamp of each of `features`, ns.
-    pub feature_stamps_ns: Vec<i64>,
-    /// Recorded stamp of time 0 of all stamps in seconds: the first robot sample, ns.
-    pub origin_ns: i64,
-    /// SHA-256 of the inputs.
-    pub inputs: BTreeMap<String, String>,
-    /// The options it was made with.
-    pub config: Config,
+    pub verdict: Verdict,
+}
+
+/// The time offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeOffset {
+    /// The image stamped t was exposed at t − this, s.
+    pub value_s: f64,
+    /// One standard deviation, s; `None` if it was held.
+    pub sigma_s: Option<f64>,
+}
+
+/// A component of the hand-eye translation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Translation {
+    /// Along the tool's axis, m.
+    pub value_m: f64,
+    /// One standard deviation, m; `None` if it was held.
+    pub sigma_m: Option<f64>,
+}
+
+/// The hand-eye transform.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HandEye {
+    /// Maps camera coordinates to tool coordinates, m.
+    pub tool_from_camera: Pose,
+    /// Covariance of (δ, δt): left rotation about the tool's axes, rad, then translation, m; zero where it was held.
+    pub covariance: SMatrix<f64, 6, 6>,
+}
+
+/// A line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineEstimate {
+    /// In base, m.
+    pub line_in_base: Line,
+    /// Covariance of its two turns, rad, and two offsets, m, about its cross axes.
+    pub covariance: SMatrix<f64, 4, 4>,
 }
 
 impl Calibration {
-    /// Standard deviation of a component of the tangent, SI; `None` if it was held or is not seen.
+    /// Whether it can be accepted.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        self.verdict.status()
+    }
+
+    /// Why it is not accepted; empty if it is.
+    #[must_use]
+    pub fn reasons(&self) -> &[Reason] {
+        &self.verdict.reasons
+    }
+
+    /// What to look at though it can be used.
+    #[must_use]
+    pub fn warnings(&self) -> &[Warning] {
+        &self.verdict.warnings
+    }
+
+    /// The time offset.
+    ///
+    /// # Errors
+    /// [`Unobservable`] if the scan does not show it.
+    pub fn time_offset(&self) -> Result<TimeOffset, Unobservable> {
+        self.known(Group::TimeOffset, TIME_OFFSET..ROTATION)?;
+        let value_s = self.best_fit().time_offset_s;
+        Ok(TimeOffset { value_s, sigma_s: self.sigma(TIME_OFFSET) })
+    }
+
+    /// The hand-eye transform with its covariance.
+    ///
+    /// # Errors
+    /// [`Unobservable`] if the scan does not show all of it; the rotation comes first.
+    pub fn tool_from_camera(&self) -> Result<HandEye, Unobservable> {
+        self.rotation()?;
+        self.known(Group::Translation, TRANSLATION..LINES)?;
+        let covariance = SMatrix::from_fn(|i, j| self.covariance(ROTATION + i, ROTATION + j).unwrap_or(0.0));
+        Ok(HandEye { tool_from_camera: self.best_fit().tool_from_camera, covariance })
+    }
+
+    /// The hand-eye rotation; its components one by one are no quaternion.
+    ///
+    /// # Errors
+    /// [`Unobservable`] if the scan does not show all of it.
+    pub fn rotation(&self) -> Result<UnitQuaternion<f64>, Unobservable> {
+        self.known(Group::Rotation, ROTATION..TRANSLATION)?;
+        Ok(self.best_fit().tool_from_camera.rotation)
+    }
+
+    /// One component of the hand-eye translation.
+    ///
+    /// # Errors
+    /// [`Unobservable`] if the scan does not show it.
+    pub fn translation(&self, axis: Axis) -> Result<Translation, Unobservable> {
+        let component = TRANSLATION + axis as usize;
+        self.known(Group::Translation, component..component + 1)?;
+        let value_m = self.best_fit().tool_from_camera.translation.vector[axis as usize];
+        Ok(Translation { value_m, sigma_m: self.sigma(component) })
+    }
+
+    /// A line, by its number among the features.
+    ///
+    /// # Errors
+    /// [`Unobservable`] if the scan does not show all of it, or has no such line.
+    pub fn line(&self, number: usize) -> Result<LineEstimate, Unobservable> {
+        let missing = || self.missing(Group::Line(number));
+        let line_in_base = *self.best_fit().lines.get(number).ok_or_else(missing)?;
+        let first = line_index(number);
+        self.known(Group::Line(number), first..line_index(number + 1))?;
+        let covariance = SMatrix::from_fn(|i, j| self.covariance(first + i, first + j).unwrap_or(0.0));
+        Ok(LineEstimate { line_in_base, covariance })
+    }
+
+    /// Where the solver ended, whether it means anything or not: what is not observable is an arbitrary number here.
+    /// For drawing and diagnosis; results are read from the other methods.
+    #[must_use]
+    pub fn best_fit(&self) -> &Parameters {
+        &self.findings.unknowns.parameters
+    }
+
+    /// The covariance at [`Calibration::best_fit`], of all components of the tangent in SI units, whether they mean
+    /// anything or not.
+    #[must_use]
+    pub fn best_fit_covariance(&self) -> &DMatrix<f64> {
+        &self.findings.unknowns.covariance
+    }
+
+    /// Standard deviation of a component of the tangent, SI; `None` if it was held or is not observable.
     #[must_use]
     pub fn sigma(&self, component: usize) -> Option<f64> {
-        let known = self.estimated[component] && self.observability.observable_components[component];
-        known.then(|| self.covariance[(component, component)].max(0.0).sqrt())
+        self.findings.unknowns.sigma(component)
     }
 
-    /// Whether the value of a component means anything: it was held, or it is seen.
+    /// Covariance of two components of the tangent, SI; `None` if one was held or is not observable.
+    #[must_use]
+    pub fn covariance(&self, row: usize, column: usize) -> Option<f64> {
+        self.findings.unknowns.covariance(row, column)
+    }
+
+    /// Whether the value of a component means anything: it was held, or it is observable.
     #[must_use]
     pub fn is_known(&self, component: usize) -> bool {
-        self.held_at_guess || self.observability.observable_components[component]
+        self.findings.unknowns.is_known(component)
     }
 
-    /// Whether the hand-eye rotation means anything; its components one by one are no quaternion.
-    #[must_use]
-    pub fn rotation_is_known(&self) -> bool {
-        (ROTATION..TRANSLATION).all(|k| self.is_known(k))
+    fn known(&self, group: Group, mut components: Range<usize>) -> Result<(), Unobservable> {
+        if components.all(|k| self.is_known(k)) { Ok(()) } else { Err(self.missing(group)) }
+    }
+
+    /// What is missing of a group; without a direction if it is known only together with something else.
+    fn missing(&self, group: Group) -> Unobservable {
+        let named = self.findings.unknowns.observability.unobservable.iter().find(|u| u.group == group);
+        named.cloned().unwrap_or(Unobservable { group, directions: Vec::new() })
     }
 }

@@ -34,7 +34,7 @@ pub enum Error {
     SheetUndefined,
     /// Points that do not lie in a plane.
     #[error(
-        "the points do not lie in one laser plane: {rms_m:.6} m RMS; use `--residual point-to-line`, or give the plane"
+        "the points do not lie in one laser plane: {rms_m:.6} m RMS; use the point-to-line residual, or give the plane"
     )]
     PointsNotInSheet {
         /// Root mean square distance from the best plane, m.
@@ -78,7 +78,7 @@ pub enum Error {
         held: &'static str,
     },
     /// Partial acceptance needs a guess.
-    #[error("`--accept-partial` holds what the scan does not show at the initial guess, but there is none")]
+    #[error("what the scan does not show is to be held at the initial guess, but there is none")]
     NoGuessToHold,
     /// Every point lies beyond the ends of the reference.
     #[error(
@@ -128,7 +128,7 @@ impl Error {
             Self::RobotStandsStill { .. } => {
                 "record the scan while it moves; if it did, is the stream frozen, or of another robot?"
             }
-            Self::NothingToHold { .. } | Self::NoGuessToHold => "give it in initial.toml or with --initial",
+            Self::NothingToHold { .. } | Self::NoGuessToHold => "give an initial guess",
             Self::BeyondReference { .. } => {
                 "are the reference's units and frame right? it is in the robot's base"
             }

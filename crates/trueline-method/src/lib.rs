@@ -15,6 +15,7 @@ pub mod config;
 pub mod diagnose;
 pub mod error;
 pub mod evaluate;
+pub mod findings;
 pub mod hypotheses;
 pub mod input;
 pub mod order_statistics;
@@ -23,8 +24,9 @@ pub mod solve;
 pub mod verdict;
 
 pub use calibrate::calibrate;
-pub use calibration::{Calibration, Status};
+pub use calibration::{Calibration, HandEye, LineEstimate, TimeOffset, Translation};
 pub use config::{Config, Hold, Requirement, ResidualKind, Stamps, Use};
 pub use error::Error;
 pub use input::observations::{Observation, Observations};
 pub use problem::parameters::Parameters;
+pub use verdict::{Reason, Status, Verdict, Warning};

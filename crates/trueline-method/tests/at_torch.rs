@@ -32,11 +32,11 @@ fn predicted_error_is_that_of_sampled_calibrations() {
     let used_at = Use { speed_m_s: 0.08, stand_off_m: None };
     let config = Config { used_at, ..Config::default() };
     let c = calibrate(&recording, None, &config).unwrap();
-    let torch = c.at_torch.unwrap();
+    let torch = c.findings.checks.at_torch.unwrap();
     // The middle of the scan as robot.csv has it, 4 ms apart: at 30°/s of tilting 0.1°, which turns the ellipsoid by
     // 0.002 of its size.
-    let stamps = &c.features;
-    let middle_s = stamps[stamps.len() / 2].stamp_s - c.parameters.time_offset_s;
+    let stamps = &c.findings.fit.features;
+    let middle_s = stamps[stamps.len() / 2].stamp_s - c.best_fit().time_offset_s;
     let origin_ns = recording.robot[0].stamp_ns.min(recording.features[0].stamp_ns);
     let pose = recording
         .robot
@@ -48,12 +48,12 @@ fn predicted_error_is_that_of_sampled_calibrations() {
         })
         .unwrap()
         .base_from_tool;
-    let hand_eye = c.parameters.tool_from_camera;
-    let along = c.parameters.lines[0].direction();
+    let hand_eye = c.best_fit().tool_from_camera;
+    let along = c.best_fit().lines[0].direction();
     let point_in_camera = middle_point(&recording, &config);
     assert!((torch.stand_off_m - point_in_camera.norm()).abs() < 1e-12);
 
-    let root = DMatrix::from(c.covariance.view((0, 0), (7, 7))).cholesky().unwrap().l();
+    let root = DMatrix::from(c.best_fit_covariance().view((0, 0), (7, 7))).cholesky().unwrap().l();
     let seen_from = |base_from_tool: &Pose, tool_from_camera: &Pose| {
         base_from_tool.transform_point(&tool_from_camera.transform_point(&point_in_camera.into())).coords
     };
@@ -91,7 +91,12 @@ fn another_stand_off_is_along_the_sheet() {
     let recording = simulate(&Preset::Quick.scenario(), 5).unwrap();
     let predicted = |stand_off_m| {
         let used_at = Use { speed_m_s: 0.0, stand_off_m };
-        calibrate(&recording, None, &Config { used_at, ..Config::default() }).unwrap().at_torch.unwrap()
+        calibrate(&recording, None, &Config { used_at, ..Config::default() })
+            .unwrap()
+            .findings
+            .checks
+            .at_torch
+            .unwrap()
     };
     let [near, own, far] = [Some(0.2), None, Some(1.5)].map(predicted);
     assert!((near.stand_off_m - 0.2).abs() < 1e-12 && (far.stand_off_m - 1.5).abs() < 1e-12);

@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use trueline_method::assess::observability::Group;
-use trueline_method::{Calibration, Config, Status, calibrate};
+use trueline_method::verdict::Axis;
+use trueline_method::{Calibration, Config, Reason, Status, calibrate};
 use trueline_sim::scenario::Sine;
 use trueline_sim::{Preset, Scenario, simulate};
 
@@ -11,34 +12,36 @@ fn calibrated(scenario: &Scenario) -> Calibration {
 }
 
 fn groups(calibration: &Calibration) -> Vec<Group> {
-    let mut groups: Vec<Group> = calibration.observability.unseen.iter().map(|u| u.group).collect();
-    groups.dedup();
-    groups
+    calibration.findings.unknowns.observability.unobservable.iter().map(|u| u.group).collect()
 }
 
 #[test]
 fn along_the_line_nothing_usable_is_seen() {
     let calibration = calibrated(&Preset::AlongLine.scenario());
-    assert_eq!(calibration.status, Status::NotAccepted);
+    assert_eq!(calibration.status(), Status::NotAccepted);
     assert!(groups(&calibration).contains(&Group::TimeOffset));
     assert_eq!(calibration.sigma(0), None);
-    assert_eq!(calibration.observability.rank, 4);
+    assert_eq!(calibration.findings.unknowns.observability.rank, 4);
 }
 
 #[test]
 fn constant_attitude_hides_the_translation_and_nothing_else() {
     let calibration = calibrated(&Preset::ConstantAttitude.scenario());
-    assert_eq!(calibration.status, Status::NotAccepted);
-    assert_eq!(calibration.observability.rank, 8);
-    assert_eq!(groups(&calibration), [Group::Translation, Group::Line]);
+    assert_eq!(calibration.status(), Status::NotAccepted);
+    assert_eq!(calibration.findings.unknowns.observability.rank, 8);
+    assert_eq!(groups(&calibration), [Group::Translation, Group::Line(0)]);
     assert!(calibration.sigma(0).is_some());
     assert!((4..7).all(|k| calibration.sigma(k).is_none()));
+    // Nothing of the three is seen: one fact, one sentence.
+    let translation = calibration.tool_from_camera().unwrap_err();
+    assert!(calibration.translation(Axis::X).unwrap_err().directions.len() == 3);
+    assert_eq!(translation.group, Group::Rotation, "the mirrored attitude hides the rotation as well");
     // Without tilt the mirrored attitude fits as well, so no rotation is claimed without a guess …
     assert!((1..4).all(|k| calibration.sigma(k).is_none()));
     assert!(
-        calibration.reasons.iter().any(|reason| reason.contains("mirrored")),
+        calibration.reasons().iter().any(|reason| matches!(reason, Reason::MirrorAmbiguity)),
         "{:?}",
-        calibration.reasons
+        calibration.reasons()
     );
 }
 
@@ -48,7 +51,7 @@ fn a_guess_chooses_between_mirrored_attitudes() {
     let truth = recording.truth.as_ref().unwrap().parameters;
     let calibration = calibrate(&recording, Some(&truth), &Config::default()).unwrap();
     let turn = trueline_geometry::se3::difference_decoupled(
-        &calibration.parameters.tool_from_camera,
+        &calibration.best_fit().tool_from_camera,
         &truth.tool_from_camera,
     )
     .0;
@@ -65,15 +68,14 @@ fn rotation_about_one_axis_hides_the_translation_along_it() {
     scenario.scan.tilts[0] = Sine::default();
     scenario.scan.tilts[1] = Sine::default();
     let calibration = calibrated(&scenario);
-    assert_eq!(calibration.observability.rank, 10);
-    let unseen: Vec<_> =
-        calibration.observability.unseen.iter().filter(|u| u.group == Group::Translation).collect();
-    assert_eq!(unseen.len(), 1);
+    assert_eq!(calibration.findings.unknowns.observability.rank, 10);
+    let hidden = calibration.tool_from_camera().unwrap_err();
+    assert_eq!((hidden.group, hidden.directions.len()), (Group::Translation, 1));
     // The axis in the tool frame: range axis of the sheet through the hand-eye rotation.
     let sheet = trueline_sim::capture::SheetAxes::of(&scenario.cell.sensor);
     let range_in_tool =
         scenario.cell.tool_from_camera.rotation * sheet.camera_from_sheet * nalgebra::Vector3::z();
-    let direction = nalgebra::Vector3::from(unseen[0].direction.unwrap());
+    let direction = nalgebra::Vector3::from(hidden.directions[0]);
     // The columns are scaled by how strongly each axis is seen, which turns the named direction a little.
     assert!(direction.dot(&range_in_tool).abs() > 0.9, "{direction} {range_in_tool}");
 }
@@ -84,10 +86,10 @@ fn a_seam_held_at_one_image_point_hides_offset_and_rotation() {
     scenario.scan.lateral = Sine::default();
     scenario.scan.range = Sine::default();
     let calibration = calibrated(&scenario);
-    assert_eq!(calibration.status, Status::NotAccepted);
+    assert_eq!(calibration.status(), Status::NotAccepted);
     let groups = groups(&calibration);
     assert!(groups.contains(&Group::Rotation), "{groups:?}");
-    assert_eq!(calibration.observability.rank, 7);
+    assert_eq!(calibration.findings.unknowns.observability.rank, 7);
     assert!(groups.contains(&Group::TimeOffset), "{groups:?}");
     assert!((0..4).all(|k| calibration.sigma(k).is_none()));
 }
@@ -95,8 +97,11 @@ fn a_seam_held_at_one_image_point_hides_offset_and_rotation() {
 #[test]
 fn rotations_about_two_axes_show_everything() {
     let calibration = calibrated(&Preset::Quick.scenario());
-    assert_eq!((calibration.observability.rank, calibration.observability.size), (11, 11));
-    assert!(calibration.observability.unseen.is_empty());
+    assert_eq!(
+        (calibration.findings.unknowns.observability.rank, calibration.findings.unknowns.observability.size),
+        (11, 11)
+    );
+    assert!(calibration.findings.unknowns.observability.unobservable.is_empty());
 }
 
 /// A second line adds its own four unknowns and shows them, but no axis of rotation.
@@ -105,17 +110,19 @@ fn a_second_line_does_not_replace_a_rotation() {
     let mut scenario = Preset::TwoLines.scenario();
     scenario.scan.tilts = [Sine::default(); 3];
     let calibration = calibrated(&scenario);
-    assert_eq!(calibration.observability.size, 15);
+    assert_eq!(calibration.findings.unknowns.observability.size, 15);
     assert!(groups(&calibration).contains(&Group::Translation));
-    assert_eq!(calibration.status, Status::NotAccepted);
+    assert_eq!(calibration.status(), Status::NotAccepted);
 }
 
 #[test]
 fn advice_is_given_for_everything_unseen() {
     for preset in [Preset::AlongLine, Preset::ConstantAttitude] {
         let calibration = calibrated(&preset.scenario());
-        assert!(!calibration.reasons.is_empty());
-        assert!(calibration.observability.unseen.iter().all(|u| u.advice.len() > 20));
+        assert!(!calibration.reasons().is_empty());
+        assert!(
+            calibration.findings.unknowns.observability.unobservable.iter().all(|u| u.to_string().len() > 20)
+        );
     }
 }
 
@@ -125,6 +132,6 @@ fn the_papers_residual_shows_no_more() {
     let recording = simulate(&Preset::AlongLine.scenario(), 3).unwrap();
     let config = Config { residual: trueline_method::ResidualKind::PointToLine, ..Config::default() };
     let calibration = calibrate(&recording, None, &config).unwrap();
-    assert_eq!(calibration.status, Status::NotAccepted);
+    assert_eq!(calibration.status(), Status::NotAccepted);
     assert!((0..7).all(|k| calibration.sigma(k).is_none()));
 }

@@ -134,7 +134,7 @@ fn the_profile_of_the_offset_is_lowest_at_the_estimate_and_rises_steeply() {
     let profile = trueline_method::diagnose::offset_profile::around(&recording, &calibration).unwrap();
     assert!(profile.windows(2).all(|pair| pair[0].time_offset_s < pair[1].time_offset_s));
     let best = profile.iter().min_by(|a, b| a.typical_sigmas.total_cmp(&b.typical_sigmas)).unwrap();
-    assert!((best.time_offset_s - calibration.parameters.time_offset_s).abs() < 0.6e-3);
+    assert!((best.time_offset_s - calibration.best_fit().time_offset_s).abs() < 0.6e-3);
     // Without stamp jitter in the weights a little above one.
     assert!((0.7..2.0).contains(&best.typical_sigmas), "{}", best.typical_sigmas);
     // At 30 mm/s across, 0.1 s is 3 mm: a hundred standard deviations, less what the rest of the unknowns takes up.

@@ -12,19 +12,19 @@ const VISIBLE: [Preset; 5] = [Preset::Paper, Preset::Quick, Preset::Weak, Preset
 
 /// Error of (t_d in s, rotation in rad, translation in m).
 fn errors(calibration: &Calibration, recording: &Recording) -> [f64; 7] {
-    let (estimate, truth) = (&calibration.parameters, &recording.truth.as_ref().unwrap().parameters);
+    let (estimate, truth) = (calibration.best_fit(), &recording.truth.as_ref().unwrap().parameters);
     let (turn, shift) = se3::difference_decoupled(&estimate.tool_from_camera, &truth.tool_from_camera);
     let offset = estimate.time_offset_s - truth.time_offset_s;
     [offset, turn.x, turn.y, turn.z, shift.x, shift.y, shift.z]
 }
 
 fn assert_within(calibration: &Calibration, recording: &Recording, sigmas: f64, what: &str) {
-    assert_eq!(calibration.status, Status::Accepted, "{what}: {:?}", calibration.reasons);
+    assert_eq!(calibration.status(), Status::Accepted, "{what}: {:?}", calibration.reasons());
     for (k, error) in errors(calibration, recording).into_iter().enumerate() {
         let sigma = calibration.sigma(k).unwrap();
         assert!(error.abs() < sigmas * sigma, "{what}, component {k}: error {error:e}, sigma {sigma:e}");
     }
-    for (line, truth) in calibration.parameters.lines.iter().zip(&recording.truth.as_ref().unwrap().lines) {
+    for (line, truth) in calibration.best_fit().lines.iter().zip(&recording.truth.as_ref().unwrap().lines) {
         // A line is where its points are: far better known than the hand-eye, but carried along by it.
         let off = truth.distance(line.anchor());
         assert!(off < 2e-3, "{what}: line {off} m off");
@@ -46,7 +46,7 @@ fn assert_exact(scenario: Scenario, initial: Option<Guess>, config: &Config, wha
     for (k, error) in errors(&calibration, &recording).into_iter().enumerate() {
         assert!(error.abs() < 1e-8, "{what}, component {k}: {error:e}");
     }
-    for (line, truth) in calibration.parameters.lines.iter().zip(&recording.truth.as_ref().unwrap().lines) {
+    for (line, truth) in calibration.best_fit().lines.iter().zip(&recording.truth.as_ref().unwrap().lines) {
         assert!(truth.distance(line.anchor()) < 1e-8, "{what}");
         assert!(line.direction().cross(&truth.direction()).norm() < 1e-8, "{what}");
     }
@@ -139,7 +139,7 @@ fn four_lines() {
         .collect();
     let recording = simulate(&scenario, 4).unwrap();
     let calibration = calibrate(&recording, None, &Config::default()).unwrap();
-    assert_eq!(calibration.parameters.lines.len(), 4);
+    assert_eq!(calibration.best_fit().lines.len(), 4);
     assert_within(&calibration, &recording, 4.0, "four lines");
 }
 
@@ -151,7 +151,8 @@ fn forty_percent_outliers_and_ten_percent_drops() {
     let recording = simulate(&scenario, 5).unwrap();
     let calibration = calibrate(&recording, None, &Config::default()).unwrap();
     assert_within(&calibration, &recording, 4.0, "outliers");
-    let share = calibration.residuals.outliers as f64 / calibration.residuals.used as f64;
+    let share =
+        calibration.findings.fit.residuals.outliers as f64 / calibration.findings.fit.residuals.used as f64;
     // Binomial: 0.4 ± 0.02 of 600; a few of the outliers fall onto the seam by chance.
     assert!((0.34..0.46).contains(&share), "{share}");
 }
@@ -168,7 +169,7 @@ fn a_step_from_the_papers_kind_of_start_takes_few_iterations() {
     };
     let calibration = calibrate(&recording, Some(&guess), &Config::default()).unwrap();
     assert_within(&calibration, &recording, 4.0, "from a guess");
-    assert!(calibration.iterations.len() <= 15, "{}", calibration.iterations.len());
+    assert!(calibration.findings.fit.iterations.len() <= 15, "{}", calibration.findings.fit.iterations.len());
 }
 
 #[test]
@@ -178,14 +179,14 @@ fn holding_the_time_offset_at_zero_shows_what_it_costs() {
     let guess = Guess { time_offset_s: 0.0, ..truth };
     let config = Config { hold: vec![trueline_method::Hold::TimeOffset], ..Config::default() };
     let held = calibrate(&recording, Some(&guess), &config).unwrap();
-    assert_eq!(held.parameters.time_offset_s, 0.0);
+    assert_eq!(held.best_fit().time_offset_s, 0.0);
     assert_eq!(held.sigma(0), None);
     let free = calibrate(&recording, Some(&guess), &Config::default()).unwrap();
     // 17.7 ms at some 20 mm/s across the line are 0.3 mm; noise is 0.035 mm.
-    assert!(held.residuals.rms_m > 4.0 * free.residuals.rms_m);
+    assert!(held.findings.fit.residuals.rms_m > 4.0 * free.findings.fit.residuals.rms_m);
     let config = Config { hold: vec![trueline_method::Hold::HandEye], ..Config::default() };
     let held = calibrate(&recording, Some(&truth), &config).unwrap();
-    assert_eq!(held.parameters.tool_from_camera, truth.tool_from_camera);
+    assert_eq!(held.best_fit().tool_from_camera, truth.tool_from_camera);
     assert!(calibrate(&recording, None, &config).is_err());
 }
 
@@ -194,7 +195,7 @@ fn holding_the_time_offset_at_zero_shows_what_it_costs() {
 fn pixels_are_pixels_whatever_sigma_the_features_state() {
     let mut recording = simulate(&Preset::Quick.scenario(), 3).unwrap();
     let rms_px = |recording: &Recording| {
-        calibrate(recording, None, &Config::default()).unwrap().residuals.rms_px.unwrap()
+        calibrate(recording, None, &Config::default()).unwrap().findings.fit.residuals.rms_px.unwrap()
     };
     let unstated = rms_px(&recording);
     for feature in &mut recording.features {

@@ -82,11 +82,11 @@ fn spread_over_prediction(cell: &Cell, plan: &Plan, runs: u64) -> SVector<f64, L
         let recording = scan(&scenario, &plan.motion, seed);
         let truth = &recording.truth.as_ref().unwrap().parameters;
         let found = calibrate(&recording, Some(truth), &Config::default()).unwrap();
-        assert_eq!(found.status, Status::Accepted, "{:?}", found.reasons);
+        assert_eq!(found.status(), Status::Accepted, "{:?}", found.reasons());
         let (turn, shift) =
-            se3::difference_decoupled(&found.parameters.tool_from_camera, &truth.tool_from_camera);
+            se3::difference_decoupled(&found.best_fit().tool_from_camera, &truth.tool_from_camera);
         let mut error = SVector::<f64, LINES>::zeros();
-        error[0] = found.parameters.time_offset_s - truth.time_offset_s;
+        error[0] = found.best_fit().time_offset_s - truth.time_offset_s;
         error.fixed_rows_mut::<3>(ROTATION).copy_from(&turn);
         error.fixed_rows_mut::<3>(TRANSLATION).copy_from(&shift);
         error

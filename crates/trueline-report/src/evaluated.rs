@@ -79,7 +79,7 @@ pub fn json(e: &Evaluation) -> Value {
         },
         "figures": figures,
         "beyond_ends": e.beyond_ends,
-        "skipped": e.skipped,
+        "skipped": e.skipped.iter().map(|(why, count)| (why.code().to_owned(), json!(count))).collect::<serde_json::Map<_, _>>(),
     })
 }
 

@@ -4,11 +4,11 @@
 //! milliseconds and radians degrees.
 
 pub mod calibration_page;
+pub mod checks;
 pub mod diagnosis;
 pub mod evaluated;
 pub mod evaluation_page;
-pub mod forms;
-pub mod json;
+pub mod facts;
 pub mod number;
 pub mod page;
 pub mod picture_page;
@@ -18,8 +18,9 @@ pub mod reproduced;
 pub mod reproduction_page;
 #[cfg(feature = "rerun")]
 pub mod rerun_recording;
+pub mod result;
 pub mod sensor_json;
 pub mod sensor_page;
 pub mod sensor_text;
 pub mod summary;
-pub mod trust;
+pub mod transform_formats;

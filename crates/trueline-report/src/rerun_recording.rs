@@ -45,9 +45,10 @@ fn transform(pose: &Pose) -> Transform3D {
 /// Points and lines that stand for the whole scan.
 fn seam(out: &RecordingStream, source: &Source<'_>) -> Result<(), Box<dyn std::error::Error>> {
     let c = source.calibration;
-    for (k, line) in c.parameters.lines.iter().enumerate() {
+    for (k, line) in c.best_fit().lines.iter().enumerate() {
         let along = |f: &FeatureResidual| line.direction().dot(&(f.point_in_base - line.anchor()));
-        let own = || c.features.iter().filter(|f| f.line as usize == k && !f.is_outlier()).map(along);
+        let own =
+            || c.findings.fit.features.iter().filter(|f| f.line as usize == k && !f.is_outlier()).map(along);
         let ends = [own().fold(f64::INFINITY, f64::min), own().fold(f64::NEG_INFINITY, f64::max)];
         if ends[0] < ends[1] {
             let strip = ends.map(|a| single(&(line.anchor() + line.direction() * a)));
@@ -59,8 +60,14 @@ fn seam(out: &RecordingStream, source: &Source<'_>) -> Result<(), Box<dyn std::e
         }
     }
     for (name, wild, [r, g, b]) in [("base/seam_points", false, GOOD), ("base/outliers", true, BAD)] {
-        let points: Vec<[f32; 3]> =
-            c.features.iter().filter(|f| f.is_outlier() == wild).map(|f| single(&f.point_in_base)).collect();
+        let points: Vec<[f32; 3]> = c
+            .findings
+            .fit
+            .features
+            .iter()
+            .filter(|f| f.is_outlier() == wild)
+            .map(|f| single(&f.point_in_base))
+            .collect();
         let drawn = Points3D::new(points).with_colors([Color::from_rgb(r, g, b)]).with_radii([0.0004_f32]);
         out.log_static(name, &drawn)?;
     }
@@ -72,7 +79,7 @@ fn path(out: &RecordingStream, source: &Source<'_>) -> Result<(), Box<dyn std::e
     let c = source.calibration;
     let robot = &source.recording.robot;
     for sample in robot.iter().step_by(robot.len().div_ceil(POSES).max(1)) {
-        out.set_duration_secs("time", (sample.stamp_ns - c.origin_ns) as f64 * 1e-9);
+        out.set_duration_secs("time", (sample.stamp_ns - c.findings.streams.origin_ns) as f64 * 1e-9);
         out.log("base/tool", &transform(&sample.base_from_tool))?;
     }
     let strip: Vec<[f32; 3]> = robot
@@ -82,14 +89,14 @@ fn path(out: &RecordingStream, source: &Source<'_>) -> Result<(), Box<dyn std::e
         .collect();
     out.log_static("base/path", &LineStrips3D::new([strip]))?;
     if c.rotation_is_known() {
-        out.log_static("base/tool/camera", &transform(&c.parameters.tool_from_camera))?;
+        out.log_static("base/tool/camera", &transform(&c.best_fit().tool_from_camera))?;
     }
     Ok(())
 }
 
 /// What is left over, as curves.
 fn residuals(out: &RecordingStream, source: &Source<'_>) -> Result<(), Box<dyn std::error::Error>> {
-    for f in &source.calibration.features {
+    for f in &source.calibration.findings.fit.features {
         out.set_duration_secs("time", f.stamp_s);
         out.log("residual_mm/across", &Scalars::single(f.offset_m.x * MM_PER_M))?;
         out.log("residual_mm/square_to_it", &Scalars::single(f.offset_m.y * MM_PER_M))?;

@@ -15,17 +15,17 @@ const MS_PER_S: f64 = 1e3;
 /// The verdict in one sentence.
 #[must_use]
 pub fn verdict(c: &Calibration) -> String {
-    match c.status {
+    match c.status() {
         Status::Accepted => "accepted".to_owned(),
-        Status::NotAccepted => format!("NOT accepted, for {} reason(s)", c.reasons.len()),
+        Status::NotAccepted => format!("NOT accepted, for {} reason(s)", c.reasons().len()),
     }
 }
 
 /// The verdict and the main answer in one sentence.
 #[must_use]
 pub fn sentence(c: &Calibration) -> String {
-    if let (Status::NotAccepted, Some(reason)) = (c.status, c.reasons.first()) {
-        let more = c.reasons.len() - 1;
+    if let (Status::NotAccepted, Some(reason)) = (c.status(), c.reasons().first()) {
+        let more = c.reasons().len() - 1;
         return format!(
             "Not accepted: {reason}{}",
             if more > 0 { format!(" ({more} more below)") } else { String::new() }
@@ -34,11 +34,11 @@ pub fn sentence(c: &Calibration) -> String {
     if !c.is_known(TIME_OFFSET) {
         return "Accepted, without the time offset, which this scan does not show.".to_owned();
     }
-    let ms = c.parameters.time_offset_s * MS_PER_S;
+    let ms = c.best_fit().time_offset_s * MS_PER_S;
     let which = if ms >= 0.0 { "later" } else { "earlier" };
     let size = with_sigma(ms.abs(), c.sigma(TIME_OFFSET).map(|s| s * MS_PER_S), "ms");
-    let fit = format!("the seam is measured to {:.3} mm", c.residuals.rms_m * MM_PER_M);
-    let without = match c.residuals.outliers {
+    let fit = format!("the seam is measured to {:.3} mm", c.findings.fit.residuals.rms_m * MM_PER_M);
+    let without = match c.findings.fit.residuals.outliers {
         0 => String::new(),
         n => format!(" without {n} outliers"),
     };
@@ -51,10 +51,10 @@ pub fn text(c: &Calibration) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
     let _ = writeln!(out, "Calibration {}", verdict(c));
-    for reason in &c.reasons {
+    for reason in c.reasons() {
         let _ = writeln!(out, "  - {reason}");
     }
-    for warning in &c.warnings {
+    for warning in c.warnings() {
         let _ = writeln!(out, "  warning: {warning}");
     }
     let _ = writeln!(out);
@@ -73,22 +73,25 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     }
     rows.push(("rotation (w x y z)".to_owned(), rotation(c)));
     rows.push(("rotation uncertainty".to_owned(), rotation_sigma(c)));
-    for k in 0..c.parameters.lines.len() {
+    for k in 0..c.best_fit().lines.len() {
         rows.push((format!("line {k}"), line(c, k)));
     }
     rows.push(("residual".to_owned(), residual(c)));
     rows.extend(over_time(c).map(|bars| ("residual over time".to_owned(), bars)));
     rows.push(("features".to_owned(), features(c)));
-    if let Some(check) = &c.held_out {
+    if let Some(check) = &c.findings.checks.held_out {
         rows.push(("held-out check".to_owned(), held_out(check)));
     }
-    if let Some(torch) = &c.at_torch {
+    if let Some(torch) = &c.findings.checks.at_torch {
         rows.push(("at the torch".to_owned(), at_torch(torch)));
     }
     rows.push(("next best offset".to_owned(), runner_up(c)));
     rows.push(("robot stream".to_owned(), robot(c)));
-    rows.push(("image stream".to_owned(), stream(&c.image_stamps)));
-    rows.push(("solver".to_owned(), format!("{} steps; {}", c.iterations.len(), c.termination)));
+    rows.push(("image stream".to_owned(), stream(&c.findings.streams.images)));
+    rows.push((
+        "solver".to_owned(),
+        format!("{} steps; {}", c.findings.fit.iterations.len(), c.findings.fit.termination),
+    ));
     rows
 }
 
@@ -99,7 +102,7 @@ fn time_offset(c: &Calibration) -> String {
         return UNSEEN.to_owned();
     }
     let sigma = c.sigma(TIME_OFFSET).map(|s| s * MS_PER_S);
-    let value = c.parameters.time_offset_s * MS_PER_S;
+    let value = c.best_fit().time_offset_s * MS_PER_S;
     let late = if value >= 0.0 { "images late" } else { "images early" };
     format!("{}  ({late})", with_sigma(value, sigma, "ms"))
 }
@@ -108,15 +111,15 @@ fn translation(c: &Calibration, axis: usize) -> String {
     if !c.is_known(TRANSLATION + axis) {
         return UNSEEN.to_owned();
     }
-    let value = c.parameters.tool_from_camera.translation.vector[axis] * MM_PER_M;
+    let value = c.best_fit().tool_from_camera.translation.vector[axis] * MM_PER_M;
     with_sigma(value, c.sigma(TRANSLATION + axis).map(|s| s * MM_PER_M), "mm")
 }
 
 fn rotation(c: &Calibration) -> String {
-    if !c.rotation_is_known() {
+    if !c.rotation().is_ok() {
         return UNSEEN.to_owned();
     }
-    let [w, x, y, z] = crate::number::positive_w(&c.parameters.tool_from_camera.rotation);
+    let [w, x, y, z] = crate::number::positive_w(&c.best_fit().tool_from_camera.rotation);
     format!("{w:.6} {x:.6} {y:.6} {z:.6}")
 }
 
@@ -128,7 +131,7 @@ fn rotation_sigma(c: &Calibration) -> String {
 }
 
 fn line(c: &Calibration, k: usize) -> String {
-    let line = &c.parameters.lines[k];
+    let line = &c.best_fit().lines[k];
     let first = line_index(k);
     if !(0..4).all(|j| c.is_known(first + j)) {
         return UNSEEN.to_owned();
@@ -138,11 +141,11 @@ fn line(c: &Calibration, k: usize) -> String {
 }
 
 fn residual(c: &Calibration) -> String {
-    if c.residuals.used == 0 {
+    if c.findings.fit.residuals.used == 0 {
         return "none: no feature could be used".to_owned();
     }
-    let mm = format!("{:.4} mm RMS from the line", c.residuals.rms_m * MM_PER_M);
-    match c.residuals.rms_px {
+    let mm = format!("{:.4} mm RMS from the line", c.findings.fit.residuals.rms_m * MM_PER_M);
+    match c.findings.fit.residuals.rms_px {
         Some(px) => format!("{mm}, {px:.3} px in the image"),
         None => mm,
     }
@@ -154,7 +157,7 @@ const BARS: usize = 40;
 /// The residual in so many parts of the scan as bars, the full height three times the typical one; `None` for a scan that
 /// is too short for that.
 fn over_time(c: &Calibration) -> Option<String> {
-    let used: Vec<&FeatureResidual> = c.features.iter().filter(|f| !f.is_outlier()).collect();
+    let used: Vec<&FeatureResidual> = c.findings.fit.features.iter().filter(|f| !f.is_outlier()).collect();
     let (first, last) = (used.first()?.stamp_s, used.last()?.stamp_s);
     if used.len() < 4 * BARS || last <= first {
         return None;
@@ -177,7 +180,7 @@ fn over_time(c: &Calibration) -> Option<String> {
 }
 
 fn features(c: &Calibration) -> String {
-    let r = &c.residuals;
+    let r = &c.findings.fit.residuals;
     let mut text = format!("{} used, {} of them outliers", r.used, r.outliers);
     for (reason, count) in &r.skipped {
         let _ = write!(text, "; {count} {reason}");
@@ -212,7 +215,7 @@ fn at_torch(torch: &SeamPointError) -> String {
 }
 
 fn runner_up(c: &Calibration) -> String {
-    match &c.ambiguity.runner_up {
+    match &c.findings.checks.ambiguity.runner_up {
         Some(other) => format!(
             "{:.1} ms, which explains {:.0} % of the features instead of {:.0} % (z = {:.0}; above 5 it is told apart)",
             other.time_offset_s * MS_PER_S,
@@ -220,14 +223,20 @@ fn runner_up(c: &Calibration) -> String {
             100.0 * other.best_explains,
             other.z
         ),
-        None if c.config.hold.contains(&Hold::TimeOffset) => "not looked for: the offset was held".to_owned(),
-        None => format!("none within ± {} s", c.config.offset_search_s),
+        None if c.findings.config.hold.contains(&Hold::TimeOffset) => {
+            "not looked for: the offset was held".to_owned()
+        }
+        None => format!("none within ± {} s", c.findings.config.offset_search_s),
     }
 }
 
 fn robot(c: &Calibration) -> String {
-    let treated = if c.robot_smoothed { ", taken out by a local fit" } else { "" };
-    format!("{}; position noise {:.4} mm{treated}", stream(&c.robot_stamps), c.robot_noise_m * MM_PER_M)
+    let treated = if c.findings.streams.robot_smoothed { ", taken out by a local fit" } else { "" };
+    format!(
+        "{}; position noise {:.4} mm{treated}",
+        stream(&c.findings.streams.robot),
+        c.findings.streams.robot_noise_m * MM_PER_M
+    )
 }
 
 fn stream(s: &StampReport) -> String {

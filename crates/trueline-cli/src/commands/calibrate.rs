@@ -3,6 +3,7 @@
 use super::features;
 use crate::args::{AxisName, CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 use crate::failure::Failure;
+use crate::hints;
 use crate::opened_dataset::{self, OpenedDataset};
 use crate::outlier_frames;
 use crate::output;
@@ -14,7 +15,7 @@ use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
 use trueline_method::{Calibration, Config, Hold, ResidualKind, Stamps, Status, Use};
 use trueline_report::calibration_page::{self, Source};
-use trueline_report::{json, summary};
+use trueline_report::{result, summary};
 
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
@@ -32,7 +33,7 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
 
 /// 0 if accepted, else 1.
 pub fn exit_code(calibration: &Calibration) -> ExitCode {
-    match calibration.status {
+    match calibration.status() {
         Status::Accepted => ExitCode::SUCCESS,
         Status::NotAccepted => ExitCode::from(1),
     }
@@ -44,11 +45,9 @@ fn write_results(
     calibration: &Calibration,
 ) -> Result<(), Failure> {
     if let Some(file) = &args.json {
-        let mut result = json::result(calibration);
-        if let Some(meaning) = &opened.stamp_meaning {
-            result["stamps"]["meaning"] = meaning.as_str().into();
-        }
-        output::json(file, &format!("{result:#}"))?;
+        let mut result = result::of(calibration);
+        result.stamps.meaning = opened.stamp_meaning.clone();
+        output::result(file, &result)?;
     }
     let source = Source {
         calibration,
@@ -74,6 +73,7 @@ fn write_results(
     }
     if !args.quiet {
         output::summary(args.json.as_deref(), &summary::text(calibration))?;
+        hints::of(calibration).iter().for_each(|hint| output::words(&format!("hint: {hint}")));
     }
     Ok(())
 }

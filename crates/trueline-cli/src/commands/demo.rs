@@ -46,7 +46,7 @@ pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
 
 /// How far the estimates are from what was simulated.
 fn against_truth(calibration: &Calibration, truth: &Truth) -> String {
-    let (estimate, truth) = (&calibration.parameters, &truth.parameters);
+    let (estimate, truth) = (calibration.best_fit(), &truth.parameters);
     let offset_ms = (estimate.time_offset_s - truth.time_offset_s) * 1e3;
     let (a, b) = (&estimate.tool_from_camera, &truth.tool_from_camera);
     let shift_mm = (a.translation.vector - b.translation.vector) * MM_PER_M;

@@ -151,12 +151,12 @@ impl ResultFile {
         Self::parse(file, &text_of(file)?)
     }
 
-    /// The text of the file: indented JSON, ending in a new line.
+    /// The text of the file: indented JSON.
     ///
     /// # Errors
     /// None that a result can cause: every key is text and every value a JSON value.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
-        Ok(serde_json::to_string_pretty(self)? + "\n")
+        serde_json::to_string_pretty(self)
     }
 }
 

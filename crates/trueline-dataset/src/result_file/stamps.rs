@@ -19,6 +19,9 @@ pub struct Stamps {
     pub robot_smoothed: bool,
     /// Robot samples that only repeat the pose before, and were left out.
     pub robot_poses_repeated: usize,
+    /// What the stamps mean, where the recording says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meaning: Option<String>,
 }
 
 impl Stamps {

@@ -68,7 +68,7 @@ pub fn assess_identifiability(
     if equal_twin {
         observability.observable_components[ROTATION..TRANSLATION].fill(false);
     }
-    if observability.unseen.is_empty() {
+    if observability.unobservable.is_empty() {
         return Ok(Identifiability { fit, information, time_offset_share, observability });
     }
     follow(steady, settings, &information, &mut observability);
@@ -102,7 +102,7 @@ fn follow(
     let at = steady.fit.parameters();
     let covariance = information.covariance();
     for sign in [1.0, -1.0] {
-        let away = at.retract(&(unseen_step(observability, at.dimension()) * sign));
+        let away = at.retract(&(unobservable_step(observability, at.dimension()) * sign));
         let guess = Guess { time_offset_s: away.time_offset_s, tool_from_camera: away.tool_from_camera };
         let prior = holding(observability, &guess);
         let settings = FitSettings { prior: Some(&prior), ..*settings };
@@ -117,19 +117,21 @@ fn follow(
     }
 }
 
-/// A step along everything of offset and hand-eye that is not seen.
-fn unseen_step(observability: &Observability, dimension: usize) -> DVector<f64> {
+/// A step along everything of offset and hand-eye that is not observable.
+fn unobservable_step(observability: &Observability, dimension: usize) -> DVector<f64> {
     let mut step = DVector::zeros(dimension);
-    for unseen in &observability.unseen {
-        let (first, size) = match unseen.group {
-            Group::TimeOffset => (TIME_OFFSET, MOVED_S),
+    for unobservable in &observability.unobservable {
+        let (first, size) = match unobservable.group {
+            Group::TimeOffset => {
+                step[TIME_OFFSET] += MOVED_S;
+                continue;
+            }
             Group::Rotation => (ROTATION, MOVED_RAD),
             Group::Translation => (TRANSLATION, MOVED_M),
-            Group::Line => continue,
+            Group::Line(_) => continue,
         };
-        match unseen.direction {
-            None => step[first] += size,
-            Some(direction) => (0..3).for_each(|k| step[first + k] += size * direction[k]),
+        for direction in &unobservable.directions {
+            (0..3).for_each(|k| step[first + k] += size * direction[k]);
         }
     }
     step
@@ -138,12 +140,13 @@ fn unseen_step(observability: &Observability, dimension: usize) -> DVector<f64> 
 /// Holds every unseen direction of offset and hand-eye at a guess; the lines follow.
 fn holding(observability: &Observability, guess: &Guess) -> Prior {
     let mut prior = Prior::at(guess);
-    for unseen in &observability.unseen {
-        match (unseen.group, unseen.direction) {
-            (Group::TimeOffset, _) => prior.hold_time_offset(),
-            (Group::Rotation, Some(direction)) => prior.hold_rotation(&direction),
-            (Group::Translation, Some(direction)) => prior.hold_translation(&direction),
-            _ => {}
+    for unobservable in &observability.unobservable {
+        let directions = &unobservable.directions;
+        match unobservable.group {
+            Group::TimeOffset => prior.hold_time_offset(),
+            Group::Rotation => directions.iter().for_each(|direction| prior.hold_rotation(direction)),
+            Group::Translation => directions.iter().for_each(|direction| prior.hold_translation(direction)),
+            Group::Line(_) => {}
         }
     }
     prior

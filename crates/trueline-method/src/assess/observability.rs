@@ -2,6 +2,7 @@
 
 use crate::problem::parameters::{Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
 use nalgebra::{DMatrix, Vector3};
+use std::fmt;
 use trueline_lsq::Information;
 
 /// A direction counts as seen if its singular value (whitened Jacobian, columns scaled to length one) is
@@ -26,8 +27,8 @@ pub enum Group {
     Rotation,
     /// Hand-eye translation.
     Translation,
-    /// A line.
-    Line,
+    /// A line, by its number.
+    Line(usize),
 }
 
 impl Group {
@@ -38,20 +39,81 @@ impl Group {
             Self::TimeOffset => "time_offset",
             Self::Rotation => "hand_eye_rotation",
             Self::Translation => "hand_eye_translation",
-            Self::Line => "line",
+            Self::Line(_) => "line",
         }
     }
 }
 
-/// A direction that the scan says nothing about.
+/// What a scan does not show.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Unseen {
+pub struct Unobservable {
     /// Which unknown.
     pub group: Group,
-    /// Unit direction: tool axes for the hand-eye, base axes for a line; `None` for the offset.
-    pub direction: Option<[f64; 3]>,
-    /// What is not seen and which motion would show it: a sentence.
-    pub advice: String,
+    /// Unit directions: tool axes for the hand-eye, base axes for a line; none for the time offset, and none for what
+    /// is known only together with something else.
+    pub directions: Vec<[f64; 3]>,
+}
+
+impl Unobservable {
+    /// The same, direction by direction.
+    #[must_use]
+    pub fn one_by_one(&self) -> Vec<Self> {
+        if self.directions.is_empty() {
+            return vec![self.clone()];
+        }
+        let one = |direction: &[f64; 3]| Self { group: self.group, directions: vec![*direction] };
+        self.directions.iter().map(one).collect()
+    }
+}
+
+/// What is not shown and which motion would show it.
+impl fmt::Display for Unobservable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let axes = axis_names(&self.directions);
+        match self.group {
+            Group::TimeOffset => f.write_str(
+                "the time offset cannot be seen: sweep the sensor across the line, faster and with changing speed, for \
+                 example an S-path of ±10 mm at 0.5 Hz",
+            ),
+            Group::Rotation if axes.is_empty() => together(f, "the hand-eye rotation"),
+            Group::Rotation => write!(
+                f,
+                "rotation about the tool's {axes} cannot be seen: let the seam sweep the field of view, along the stripe \
+                 and in range, while it is scanned"
+            ),
+            Group::Translation if axes.is_empty() => together(f, "the hand-eye translation"),
+            Group::Translation => write!(
+                f,
+                "translation along the tool's {axes} cannot be seen: tilt the torch by 10° or more about {}",
+                if self.directions.len() > 1 { "axes square to them" } else { "an axis square to it" }
+            ),
+            Group::Line(number) => together(f, &format!("line {number}")),
+        }
+    }
+}
+
+impl std::error::Error for Unobservable {}
+
+fn together(f: &mut fmt::Formatter<'_>, what: &str) -> fmt::Result {
+    write!(f, "{what} is known only together with what else cannot be seen; the same motion cures it")
+}
+
+/// Directions in words: "x axis", "x, y and z axes", "direction (0.71, 0.71, 0.00)".
+fn axis_names(directions: &[[f64; 3]]) -> String {
+    let main = |v: &[f64; 3]| Some(["x", "y", "z"][v.iter().position(|part| part.abs() > 0.9)?]);
+    let axes: Option<Vec<&str>> = directions.iter().map(main).collect();
+    match axes.as_deref() {
+        Some([]) => String::new(),
+        Some([axis]) => format!("{axis} axis"),
+        Some([first @ .., last]) => format!("{} and {last} axes", first.join(", ")),
+        None => {
+            let name = |v: &[f64; 3]| match main(v) {
+                Some(axis) => format!("{axis} axis"),
+                None => format!("direction ({:.2}, {:.2}, {:.2})", v[0], v[1], v[2]),
+            };
+            directions.iter().map(name).collect::<Vec<_>>().join(" and ")
+        }
+    }
 }
 
 /// What can be seen.
@@ -65,8 +127,8 @@ pub struct Observability {
     pub condition: f64,
     /// All singular values as parts of the largest, falling.
     pub singular_values: Vec<f64>,
-    /// What is not seen.
-    pub unseen: Vec<Unseen>,
+    /// What is not observable, in the order of the groups.
+    pub unobservable: Vec<Unobservable>,
     /// For each component of the tangent, whether its value means anything.
     pub observable_components: Vec<bool>,
 }
@@ -89,37 +151,7 @@ pub fn assess(
         (0..null.nrows()).map(|k| share(k) <= SHARE && is_whole(k)).collect();
     let only_noise = observable_components[TIME_OFFSET] && !shows_time_offset;
     observable_components[TIME_OFFSET] &= shows_time_offset;
-    let mut unseen = Vec::new();
-    if !observable_components[TIME_OFFSET] {
-        let advice = "the time offset cannot be seen: sweep the sensor across the line, faster and with changing \
-                      speed, for example an S-path of ±10 mm at 0.5 Hz";
-        unseen.push(Unseen { group: Group::TimeOffset, direction: None, advice: advice.to_owned() });
-    }
-    for direction in principal_directions(null, ROTATION) {
-        let advice = format!(
-            "rotation about the tool's {} cannot be seen: let the seam sweep the field of view, along the stripe \
-             and in range, while it is scanned",
-            axis_name(&direction)
-        );
-        unseen.push(along(Group::Rotation, &direction, advice));
-    }
-    for direction in principal_directions(null, TRANSLATION) {
-        let advice = format!(
-            "translation along the tool's {} cannot be seen: tilt the torch by 10° or more about an axis square \
-             to it",
-            axis_name(&direction)
-        );
-        unseen.push(along(Group::Translation, &direction, advice));
-    }
-    for (k, line) in at.lines.iter().enumerate() {
-        if (line_index(k)..line_index(k + 1)).any(|row| share(row) > SHARE) {
-            let direction = line_direction(null, k, &line.axes());
-            let advice = format!(
-                "line {k} is known only together with what else cannot be seen; the same motion cures it"
-            );
-            unseen.push(along(Group::Line, &direction, advice));
-        }
-    }
+    let shows_time_offset = observable_components[TIME_OFFSET];
     Observability {
         rank: information.rank() - usize::from(only_noise),
         size: information.size(),
@@ -129,13 +161,31 @@ pub fn assess(
             .iter()
             .map(|value| value / information.singular_values().max().max(f64::MIN_POSITIVE))
             .collect(),
-        unseen,
+        unobservable: named(null, at, shows_time_offset),
         observable_components,
     }
 }
 
-fn along(group: Group, direction: &Vector3<f64>, advice: String) -> Unseen {
-    Unseen { group, direction: Some((*direction).into()), advice }
+/// The null space by the groups of unknowns, and the time offset.
+fn named(null: &DMatrix<f64>, at: &Parameters, shows_time_offset: bool) -> Vec<Unobservable> {
+    let mut unobservable = Vec::new();
+    if !shows_time_offset {
+        unobservable.push(Unobservable { group: Group::TimeOffset, directions: Vec::new() });
+    }
+    for (group, first) in [(Group::Rotation, ROTATION), (Group::Translation, TRANSLATION)] {
+        let directions: Vec<[f64; 3]> =
+            principal_directions(null, first).into_iter().map(Into::into).collect();
+        if !directions.is_empty() {
+            unobservable.push(Unobservable { group, directions });
+        }
+    }
+    for (k, line) in at.lines.iter().enumerate() {
+        if (line_index(k)..line_index(k + 1)).any(|row| null.row(row).norm_squared() > SHARE) {
+            let direction = line_direction(null, k, &line.axes());
+            unobservable.push(Unobservable { group: Group::Line(k), directions: vec![direction.into()] });
+        }
+    }
+    unobservable
 }
 
 /// Directions of a group of three that carry a good part of the null space, strongest first.
@@ -169,13 +219,4 @@ fn line_direction(null: &DMatrix<f64>, line: usize, axes: &nalgebra::Matrix3<f64
 
 fn with_positive_main(v: Vector3<f64>) -> Vector3<f64> {
     if v[v.iamax()] < 0.0 { -v } else { v }
-}
-
-fn axis_name(direction: &Vector3<f64>) -> String {
-    let main = direction.iamax();
-    if direction[main].abs() > 0.9 {
-        format!("{} axis", ["x", "y", "z"][main])
-    } else {
-        format!("direction ({:.2}, {:.2}, {:.2})", direction.x, direction.y, direction.z)
-    }
 }

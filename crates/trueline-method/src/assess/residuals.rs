@@ -3,6 +3,7 @@
 use crate::config::ResidualKind;
 use crate::input::noise_levels::{Whitener, symmetric};
 use crate::input::observations::Observations;
+use crate::input::skip::Skip;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
@@ -48,19 +49,9 @@ impl FeatureResidual {
     }
 }
 
-/// Why a feature could not be used at the solution.
-pub const SKIP_OUTSIDE: &str = "exposed outside the robot recording";
-/// The robot stream has a gap there.
-pub const SKIP_GAP: &str = "exposed in a gap of the robot stream";
-/// The line has no intersection with the sheet.
-pub const SKIP_ALONG: &str = "line runs along the laser sheet";
-
 /// Residuals of all features that could be used, and the others by reason.
 #[must_use]
-pub fn evaluate(
-    problem: &LineProblem<'_>,
-    at: &Parameters,
-) -> (Vec<FeatureResidual>, BTreeMap<&'static str, usize>) {
+pub fn evaluate(problem: &LineProblem<'_>, at: &Parameters) -> (Vec<FeatureResidual>, BTreeMap<Skip, usize>) {
     let observations = problem.observations;
     let mut skipped = observations.skipped.clone();
     let mut list = Vec::with_capacity(problem.list.len());
@@ -85,7 +76,7 @@ pub fn evaluate(
             Some((point_in_base, offset_m, linear, residual))
         });
         let Some((point_in_base, offset_m, linear, residual)) = seen else {
-            *skipped.entry(SKIP_ALONG).or_insert(0) += 1;
+            *skipped.entry(Skip::AlongPlane).or_insert(0) += 1;
             continue;
         };
         let whitened = whitener.apply(&residual);
@@ -110,9 +101,9 @@ pub fn evaluate(
     (list, skipped)
 }
 
-pub(crate) fn why_not_placed(observations: &Observations, exposure_s: f64) -> &'static str {
+pub(crate) fn why_not_placed(observations: &Observations, exposure_s: f64) -> Skip {
     let (start, end) = observations.robot.trajectory.span();
-    if exposure_s < start || exposure_s > end { SKIP_OUTSIDE } else { SKIP_GAP }
+    if exposure_s < start || exposure_s > end { Skip::Outside } else { Skip::Gap }
 }
 
 /// Less weight than this is none: the feature has no say in the estimate.
@@ -132,12 +123,26 @@ pub struct ResidualSummary {
     /// Features that could be evaluated: inliers and outliers.
     pub used: usize,
     /// Features that could not, by reason.
-    pub skipped: BTreeMap<&'static str, usize>,
+    pub skipped: BTreeMap<Skip, usize>,
+}
+
+impl ResidualSummary {
+    /// Part of the evaluated features that are outliers.
+    #[must_use]
+    pub fn outlier_share(&self) -> f64 {
+        self.outliers as f64 / self.used.max(1) as f64
+    }
+
+    /// Part of the evaluated features that are none.
+    #[must_use]
+    pub fn inlier_share(&self) -> f64 {
+        self.inliers as f64 / self.used.max(1) as f64
+    }
 }
 
 /// Sums up residuals.
 #[must_use]
-pub fn summarise(list: &[FeatureResidual], skipped: BTreeMap<&'static str, usize>) -> ResidualSummary {
+pub fn summarise(list: &[FeatureResidual], skipped: BTreeMap<Skip, usize>) -> ResidualSummary {
     let inliers = list.iter().filter(|r| !r.is_outlier()).count();
     let carrying = || list.iter().filter(|r| r.weight > LEAST_WEIGHT);
     let count = carrying().count();

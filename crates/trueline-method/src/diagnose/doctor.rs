@@ -4,7 +4,7 @@
 use crate::calibrate::calibrate;
 use crate::config::Config;
 use crate::diagnose::mistakes::{MISTAKES, reordered};
-use crate::{Calibration, Error, Status};
+use crate::{Calibration, Error};
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::{se3, so3};
 
@@ -99,9 +99,9 @@ pub fn diagnose(recording: &Recording, config: &Config, mut watch: impl FnMut(&s
 fn outcome(result: &Result<Calibration, Error>) -> Outcome {
     match result {
         Ok(c) => Outcome {
-            noise_factor: Some(c.noise_factor),
-            explained: c.residuals.inliers as f64 / c.residuals.used.max(1) as f64,
-            said: if c.status == Status::Accepted { Vec::new() } else { c.reasons.clone() },
+            noise_factor: Some(c.findings.fit.noise_factor),
+            explained: c.findings.fit.residuals.inlier_share(),
+            said: c.reasons().iter().map(ToString::to_string).collect(),
         },
         Err(error) => Outcome { noise_factor: None, explained: 0.0, said: vec![error.to_string()] },
     }
@@ -208,8 +208,8 @@ const SAME_S: f64 = 0.002;
 /// What is wrong with a guess, seen from a result that fits.
 fn wrong_guess(c: &Calibration, guess: &Guess) -> Vec<String> {
     let mut findings = Vec::new();
-    let found_s = c.parameters.time_offset_s;
-    let offset_seen = c.observability.observable_components[0];
+    let found_s = c.best_fit().time_offset_s;
+    let offset_seen = c.findings.unknowns.observability.observable_components[0];
     if offset_seen
         && (found_s - guess.time_offset_s).abs() > SAME_S
         && (found_s + guess.time_offset_s).abs() < SAME_S
@@ -219,10 +219,10 @@ fn wrong_guess(c: &Calibration, guess: &Guess) -> Vec<String> {
             found_s * 1e3
         ));
     }
-    if !c.observability.observable_components[1..7].iter().all(|seen| *seen) {
+    if !c.findings.unknowns.observability.observable_components[1..7].iter().all(|seen| *seen) {
         return findings;
     }
-    let found = c.parameters.tool_from_camera;
+    let found = c.best_fit().tool_from_camera;
     let off = |guess: &trueline_geometry::Pose| {
         let (turn, shift) = se3::difference_decoupled(&found, guess);
         (shift.norm(), turn.norm())

@@ -37,14 +37,14 @@ const LEAST_PLACED: usize = 30;
 /// As [`observe`].
 pub fn around(recording: &Recording, calibration: &Calibration) -> Result<Vec<AtOffset>, Error> {
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
-    let mut observations = observe(recording, &sampling, &calibration.config)?;
+    let mut observations = observe(recording, &sampling, &calibration.findings.config)?;
     let stride = observations.list.len().div_ceil(SAMPLE).max(1);
     observations.list = observations.list.into_iter().step_by(stride).collect();
     let noise = NoiseLevels { robot_sigma_m: observations.robot.noise_m, stamp_sigma_s: 0.0, factor: 1.0 };
-    let best = calibration.parameters.time_offset_s;
+    let best = calibration.best_fit().time_offset_s;
     let mut profile = Vec::new();
     for side in [-1.0, 1.0] {
-        let mut at = calibration.parameters.clone();
+        let mut at = calibration.best_fit().clone();
         for away_s in distances() {
             at.time_offset_s = best + side * away_s;
             if let Some((next, typical_sigmas)) = solved(&observations, &noise, &at) {

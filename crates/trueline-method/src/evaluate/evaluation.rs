@@ -4,6 +4,7 @@ use crate::config::Config;
 use crate::error::Error;
 use crate::evaluate::reference_curve::{Form, ReferenceCurve};
 use crate::evaluate::seam_points::{self, SeamPoint};
+use crate::input::skip::Skip;
 use crate::order_statistics::median;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -67,7 +68,7 @@ pub struct Evaluation {
     /// Points beyond the ends of the reference, which are in neither.
     pub beyond_ends: usize,
     /// Features that gave no point, by reason.
-    pub skipped: BTreeMap<&'static str, usize>,
+    pub skipped: BTreeMap<Skip, usize>,
 }
 
 /// Evaluates a calibration on a scan of seams that are known, or of the form that fits its points best.

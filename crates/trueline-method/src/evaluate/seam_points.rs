@@ -4,6 +4,7 @@ use crate::assess::residuals::why_not_placed;
 use crate::config::Config;
 use crate::error::Error;
 use crate::input::observations::{self, observe_anywhere};
+use crate::input::skip::Skip;
 use crate::input::timestamps::Sampling;
 use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
@@ -30,7 +31,7 @@ pub struct SeamPoints {
     /// By rising stamp.
     pub list: Vec<SeamPoint>,
     /// How many are missing, and why.
-    pub skipped: BTreeMap<&'static str, usize>,
+    pub skipped: BTreeMap<Skip, usize>,
 }
 
 /// Places every feature of a recording in base. Stamps are taken as recorded, as a robot that follows the seam would.

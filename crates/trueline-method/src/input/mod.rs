@@ -5,4 +5,5 @@ pub mod noise_levels;
 pub mod observations;
 pub mod repeated_poses;
 pub mod robot_motion;
+pub mod skip;
 pub mod timestamps;

@@ -3,6 +3,7 @@
 use crate::config::Config;
 use crate::error::Error;
 use crate::input::robot_motion::RobotMotion;
+use crate::input::skip::Skip;
 use crate::input::timestamps::Sampling;
 use nalgebra::{Matrix2, Vector2, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
@@ -46,16 +47,8 @@ pub struct Observations {
     /// RMS of the points about the sheet that was fitted to them, m; `None` where the sheet was given.
     pub sheet_fit_rms_m: Option<f64>,
     /// Features that could not be used, by reason.
-    pub skipped: BTreeMap<&'static str, usize>,
+    pub skipped: BTreeMap<Skip, usize>,
 }
-
-/// Pixels whose ray does not exist or does not meet the sheet.
-pub const SKIP_NO_RAY: &str = "pixel outside the image or the lens model";
-/// Rays that run along the sheet or meet it behind the camera.
-pub const SKIP_NO_SHEET: &str = "ray does not meet the laser sheet";
-
-/// A row that says what another of the same image has said.
-pub const SKIP_REPEATED: &str = "row repeats another of its image";
 
 /// Points further than this (RMS) from a plane were not measured in one laser sheet.
 const SHEET_RMS_LIMIT_M: f64 = 1e-3;
@@ -108,7 +101,7 @@ fn observe_on(
     let are_pixels = matches!(recording.sensor, Sensor::CameraLaser { .. });
     for (row, feature) in recording.features.iter().enumerate() {
         if image.repeats(feature) {
-            *skipped.entry(SKIP_REPEATED).or_insert(0) += 1;
+            *skipped.entry(Skip::Repeated).or_insert(0) += 1;
             continue;
         }
         frame += u32::from(row > 0 && recording.features[row - 1].stamp_ns != feature.stamp_ns);
@@ -187,20 +180,20 @@ fn lift(
     sheet: &LaserSheet,
     feature: &Feature,
     config: &Config,
-) -> Result<(Vector3<f64>, Matrix2<f64>), &'static str> {
+) -> Result<(Vector3<f64>, Matrix2<f64>), Skip> {
     let squared = |sigma: [f64; 2]| Matrix2::new(sigma[0].powi(2), 0.0, 0.0, sigma[1].powi(2));
     let sigma_m = || feature.sigma.unwrap_or([config.feature_sigma_m; 2]);
     match (feature.measured, sensor) {
         (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
-            let (ray, d_ray_d_pixel) = camera.ray(&Vector2::from(pixel)).map_err(|_| SKIP_NO_RAY)?;
-            let (point, d_point_d_ray) = sheet.intersect(&ray).ok_or(SKIP_NO_SHEET)?;
+            let (ray, d_ray_d_pixel) = camera.ray(&Vector2::from(pixel)).map_err(|_| Skip::NoRay)?;
+            let (point, d_point_d_ray) = sheet.intersect(&ray).ok_or(Skip::NoIntersection)?;
             let d_sheet_d_pixel = sheet.axes().transpose() * d_point_d_ray * d_ray_d_pixel;
             let sigma = squared(feature.sigma.unwrap_or([config.feature_sigma_px; 2]));
             Ok((point, d_sheet_d_pixel * sigma * d_sheet_d_pixel.transpose()))
         }
         (Measured::Profile([x, z]), _) => Ok((Vector3::new(x, 0.0, z), squared(sigma_m()))),
         (Measured::Point(point), _) => Ok((Vector3::from(point), squared(sigma_m()))),
-        (Measured::Pixel(_), _) => Err(SKIP_NO_RAY),
+        (Measured::Pixel(_), _) => Err(Skip::NoRay),
     }
 }
 

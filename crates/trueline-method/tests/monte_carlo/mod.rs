@@ -92,16 +92,17 @@ pub fn run(scenario: &Scenario, noise: Noise, start: Start, seed: u64) -> Run {
         Err(error) => run.said = error.to_string(),
         Ok(calibration) => {
             let (turn, shift) = se3::difference_decoupled(
-                &calibration.parameters.tool_from_camera,
+                &calibration.best_fit().tool_from_camera,
                 &truth.parameters.tool_from_camera,
             );
-            run.error[0] = calibration.parameters.time_offset_s - truth.parameters.time_offset_s;
+            run.error[0] = calibration.best_fit().time_offset_s - truth.parameters.time_offset_s;
             run.error.fixed_rows_mut::<3>(1).copy_from(&turn);
             run.error.fixed_rows_mut::<3>(4).copy_from(&shift);
             run.sigma = SVector::from_fn(|k, _| calibration.sigma(k).unwrap_or(f64::NAN));
-            run.accepted = calibration.status == Status::Accepted;
-            run.said = calibration.reasons.join("; ");
-            let covariance = calibration.covariance.view((0, 0), (UNKNOWNS, UNKNOWNS)).into_owned();
+            run.accepted = calibration.status() == Status::Accepted;
+            run.said = calibration.reasons().iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+            let covariance =
+                calibration.best_fit_covariance().view((0, 0), (UNKNOWNS, UNKNOWNS)).into_owned();
             let error = DVector::from_column_slice(run.error.as_slice());
             run.normalised_squared =
                 covariance.cholesky().map_or(f64::NAN, |factor| error.dot(&factor.solve(&error)));

@@ -1,8 +1,8 @@
 //! What the numbers mean, and what it takes to make them again.
 
 use super::Source;
-use crate::json;
 use crate::page::Block;
+use crate::result;
 use trueline_method::Config;
 
 const FRAMES: &str = include_str!("../../assets/frames.svg");
@@ -28,16 +28,20 @@ pub(super) fn blocks(source: &Source<'_>) -> Vec<Block> {
     let mut facts = vec![
         ("made by".to_owned(), format!("trueline {}", env!("CARGO_PKG_VERSION"))),
         ("command".to_owned(), source.command.to_owned()),
-        ("options".to_owned(), changed_options(&c.config)),
+        ("options".to_owned(), changed_options(&c.findings.config)),
     ];
-    facts.extend(c.inputs.iter().map(|(file, hash)| (file.clone(), format!("SHA-256 {hash}"))));
+    facts.extend(c.findings.inputs.iter().map(|(file, hash)| (file.clone(), format!("SHA-256 {hash}"))));
     blocks.push(Block::Facts(facts));
     blocks
 }
 
+fn as_json(config: &Config) -> serde_json::Value {
+    serde_json::to_value(result::options(config)).unwrap_or_default()
+}
+
 /// Options that are not as they are by default.
 fn changed_options(config: &Config) -> String {
-    let (used, default) = (json::options(config), json::options(&Config::default()));
+    let (used, default) = (as_json(config), as_json(&Config::default()));
     let (Some(used), Some(default)) = (used.as_object(), default.as_object()) else { return String::new() };
     let changed: Vec<String> = used
         .iter()

@@ -8,7 +8,8 @@ use trueline_method::problem::parameters::TIME_OFFSET;
 use trueline_method::solve::iteration_record::IterationRecord;
 
 pub(super) fn blocks(c: &Calibration, columns: &mut Columns) -> Vec<Block> {
-    let steps: Vec<&IterationRecord> = c.iterations.iter().filter(|step| step.accepted).collect();
+    let steps: Vec<&IterationRecord> =
+        c.findings.fit.iterations.iter().filter(|step| step.accepted).collect();
     if steps.is_empty() {
         return vec![Block::Text("The solver took no step.".to_owned())];
     }
@@ -75,7 +76,7 @@ fn time_offset(steps: &[&IterationRecord]) -> Curves {
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 fn translation(steps: &[&IterationRecord], c: &Calibration) -> Curves {
-    let end = c.parameters.tool_from_camera.translation.vector;
+    let end = c.best_fit().tool_from_camera.translation.vector;
     let off = |k: usize| {
         all(steps, move |step| (step.parameters.tool_from_camera.translation.vector - end)[k] * MM_PER_M)
     };
@@ -89,7 +90,7 @@ fn translation(steps: &[&IterationRecord], c: &Calibration) -> Curves {
 }
 
 fn rotation(steps: &[&IterationRecord], c: &Calibration) -> Curves {
-    let end = &c.parameters.tool_from_camera;
+    let end = &c.best_fit().tool_from_camera;
     let off = |k: usize| {
         all(steps, move |step| {
             se3::difference_decoupled(&step.parameters.tool_from_camera, end).0[k].to_degrees()
@@ -110,7 +111,7 @@ fn lines(steps: &[&IterationRecord], c: &Calibration) -> Curves {
         title: "Lines, off from where they end",
         explanation: "Angle between the directions, and distance at the result's middle (the paper's Fig. 7 has four numbers that depend on the base).",
         y: Axis::of("off by (mm, or mrad)"),
-        curves: line_curves(steps, &c.parameters.lines),
+        curves: line_curves(steps, &c.best_fit().lines),
     }
 }
 

@@ -1,23 +1,24 @@
 //! What a reader sees first: the answers, and what they cannot be relied on for.
 
-use crate::forms;
 use crate::number::{digits_for, with_sigma};
 use crate::page::{Block, Card};
+use crate::transform_formats;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
-use trueline_method::{Calibration, Status};
+use trueline_method::{Calibration, Reason, Status};
 
 pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
     let mut blocks = Vec::new();
-    if !c.reasons.is_empty() {
+    if !c.reasons().is_empty() {
         // What could not be seen has a box of its own.
-        let advised = |reason: &String| c.observability.unseen.iter().any(|unseen| unseen.advice == *reason);
-        let items: Vec<String> = c.reasons.iter().filter(|reason| !advised(reason)).cloned().collect();
+        let others = c.reasons().iter().filter(|reason| !matches!(reason, Reason::Unobservable(_)));
+        let items: Vec<String> = others.map(ToString::to_string).collect();
         if !items.is_empty() {
             blocks.push(Block::Notice { heading: "Why it is not accepted", items, bad: true });
         }
     }
-    let advice: Vec<String> = c.observability.unseen.iter().map(|unseen| unseen.advice.clone()).collect();
+    let advice: Vec<String> =
+        c.findings.unknowns.observability.unobservable.iter().map(ToString::to_string).collect();
     if !advice.is_empty() {
         blocks.push(Block::Notice {
             heading: "What could not be seen, and the motion that shows it",
@@ -26,12 +27,16 @@ pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
         });
     }
     blocks.push(Block::Cards(vec![time_offset(c), hand_eye(c), at_torch(c)]));
-    if !c.warnings.is_empty() {
-        blocks.push(Block::Notice { heading: "Mind", items: c.warnings.clone(), bad: false });
+    if !c.warnings().is_empty() {
+        blocks.push(Block::Notice {
+            heading: "Mind",
+            items: c.warnings().iter().map(ToString::to_string).collect(),
+            bad: false,
+        });
     }
     if (ROTATION..LINES).all(|k| c.is_known(k)) {
-        let forms = forms::all(&c.parameters.tool_from_camera);
-        let label = match c.status {
+        let forms = transform_formats::all(&c.best_fit().tool_from_camera);
+        let label = match c.status() {
             Status::Accepted => "The hand-eye transform, to copy",
             Status::NotAccepted => "The hand-eye transform (not accepted), to copy",
         };
@@ -43,7 +48,7 @@ pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
 const UNSEEN: &str = "not visible in this scan";
 
 fn time_offset(c: &Calibration) -> Card {
-    let ms = c.parameters.time_offset_s * 1e3;
+    let ms = c.best_fit().time_offset_s * 1e3;
     let value = if c.is_known(TIME_OFFSET) {
         with_sigma(ms, c.sigma(TIME_OFFSET).map(|s| s * 1e3), "ms")
     } else {
@@ -65,7 +70,7 @@ fn hand_eye(c: &Calibration) -> Card {
         .enumerate()
         .map(|(k, axis)| {
             let at = TRANSLATION + k;
-            let mm = c.parameters.tool_from_camera.translation.vector[k] * MM_PER_M;
+            let mm = c.best_fit().tool_from_camera.translation.vector[k] * MM_PER_M;
             let text = with_sigma(mm, c.sigma(at).map(|s| s * MM_PER_M), "mm");
             format!("{axis} {}", if c.is_known(at) { text.as_str() } else { UNSEEN })
         })
@@ -80,7 +85,7 @@ fn hand_eye(c: &Calibration) -> Card {
                 .collect();
             format!("rotation ± {}°", degrees.join(", "))
         }
-        None if c.rotation_is_known() => "rotation held".to_owned(),
+        None if c.rotation().is_ok() => "rotation held".to_owned(),
         None => format!("rotation {UNSEEN}"),
     });
     Card {
@@ -92,7 +97,7 @@ fn hand_eye(c: &Calibration) -> Card {
 
 fn at_torch(c: &Calibration) -> Card {
     let name = "Error at the torch";
-    let Some(torch) = &c.at_torch else {
+    let Some(torch) = &c.findings.checks.at_torch else {
         let meaning = "Not predicted: something of the hand-eye transform is not seen.".to_owned();
         return Card { name, values: vec!["–".to_owned()], meaning };
     };

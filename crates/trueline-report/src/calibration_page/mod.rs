@@ -57,7 +57,7 @@ pub fn page(source: &Source<'_>) -> Page {
     let shown = Shown::of(source);
     let mut page = Page {
         title: source.title.to_owned(),
-        verdict: Verdict { text: summary::sentence(c), good: Some(c.status == Status::Accepted) },
+        verdict: Verdict { text: summary::sentence(c), good: Some(c.status() == Status::Accepted) },
         ..Page::default()
     };
     let columns = &mut page.columns;
@@ -97,8 +97,8 @@ struct Shown<'a> {
 impl<'a> Shown<'a> {
     fn of(source: &'a Source<'a>) -> Self {
         let calibration = source.calibration;
-        let stride = calibration.features.len().div_ceil(MOST_POINTS).max(1);
-        let features = (calibration.features.iter().enumerate())
+        let stride = calibration.findings.fit.features.len().div_ceil(MOST_POINTS).max(1);
+        let features = (calibration.findings.fit.features.iter().enumerate())
             .filter(|(k, f)| k % stride == 0 || f.is_outlier())
             .map(|(_, f)| f)
             .collect();
@@ -127,10 +127,10 @@ impl<'a> Shown<'a> {
 /// Where the seams would be if images were not late.
 fn without_offset(source: &Source<'_>) -> Option<Vec<Deviation>> {
     let c = source.calibration;
-    let by = Guess { time_offset_s: 0.0, tool_from_camera: c.parameters.tool_from_camera };
-    let placed = seam_points::place(source.recording, &by, &c.config).ok()?;
+    let by = Guess { time_offset_s: 0.0, tool_from_camera: c.best_fit().tool_from_camera };
+    let placed = seam_points::place(source.recording, &by, &c.findings.config).ok()?;
     let lines: Vec<_> =
-        c.parameters.lines.iter().map(|line| reference_curve::ReferenceCurve::Line(*line)).collect();
+        c.best_fit().lines.iter().map(|line| reference_curve::ReferenceCurve::Line(*line)).collect();
     let stride = placed.list.len().div_ceil(MOST_POINTS).max(1);
     let thinned: Vec<_> = placed.list.into_iter().step_by(stride).collect();
     Some(evaluation::against(&thinned, &lines).0)

@@ -10,8 +10,14 @@ const MOST: usize = 200;
 
 pub(super) fn blocks(shown: &Shown<'_>) -> Vec<Block> {
     let c = shown.calibration;
-    let mut outliers: Vec<_> =
-        c.features.iter().zip(&c.feature_stamps_ns).filter(|(f, _)| f.is_outlier()).collect();
+    let mut outliers: Vec<_> = c
+        .findings
+        .fit
+        .features
+        .iter()
+        .zip(&c.findings.fit.feature_stamps_ns)
+        .filter(|(f, _)| f.is_outlier())
+        .collect();
     if outliers.is_empty() {
         return vec![Block::Text("None: every feature is within five standard deviations.".to_owned())];
     }
@@ -19,7 +25,7 @@ pub(super) fn blocks(shown: &Shown<'_>) -> Vec<Block> {
     let mut blocks = vec![Block::Text(format!(
         "{} of {} features are more than five standard deviations off. They carry little or no weight.{}",
         outliers.len(),
-        c.features.len(),
+        c.findings.fit.features.len(),
         if outliers.len() > MOST {
             format!(" The worst {MOST} are listed; the JSON has all.")
         } else {

@@ -89,7 +89,7 @@ fn over_time(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
 }
 
 fn along_line(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
-    let lines = &shown.calibration.parameters.lines;
+    let lines = &shown.calibration.best_fit().lines;
     let along = |f: &FeatureResidual| {
         let line = &lines[f.line as usize];
         line.direction().dot(&(f.point_in_base - line.anchor())) * MM_PER_M
@@ -205,7 +205,7 @@ fn histogram(shown: &Shown<'_>) -> Chart {
     let bins = (2.0 * REACH / BIN) as usize;
     let mut counts = vec![0; bins];
     let (mut beyond, mut all) = (0, 0);
-    for value in shown.calibration.features.iter().flat_map(|f| [f.whitened.x, f.whitened.y]) {
+    for value in shown.calibration.findings.fit.features.iter().flat_map(|f| [f.whitened.x, f.whitened.y]) {
         all += 1;
         let bin = ((value + REACH) / BIN).floor();
         if bin >= 0.0 && (bin as usize) < bins { counts[bin as usize] += 1 } else { beyond += 1 }

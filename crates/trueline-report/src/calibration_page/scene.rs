@@ -25,10 +25,10 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         colour: Colour::A,
         line: true,
     }];
-    if c.rotation_is_known() {
+    if c.rotation().is_ok() {
         let corners = view_corners(shown);
         let views = thinned(robot, VIEWS)
-            .flat_map(|sample| pyramid(&(sample.base_from_tool * c.parameters.tool_from_camera), &corners));
+            .flat_map(|sample| pyramid(&(sample.base_from_tool * c.best_fit().tool_from_camera), &corners));
         let xyz = column(columns, views);
         parts.push(Part {
             name: "field of view on the laser sheet".to_owned(),
@@ -46,9 +46,9 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         colour: Colour::C,
         line: false,
     });
-    for (k, line) in c.parameters.lines.iter().enumerate() {
+    for (k, line) in c.best_fit().lines.iter().enumerate() {
         let ends = ends(line, &seam);
-        let name = if c.parameters.lines.len() > 1 { format!("line {k}") } else { "line".to_owned() };
+        let name = if c.best_fit().lines.len() > 1 { format!("line {k}") } else { "line".to_owned() };
         parts.push(Part { name, xyz: column(columns, ends), colour: Colour::D, line: true });
     }
     vec![Block::Chart(Chart {

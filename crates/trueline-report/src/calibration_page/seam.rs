@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use trueline_dataset::unit::MM_PER_M;
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
-    let lines = &shown.calibration.parameters.lines;
+    let lines = &shown.calibration.best_fit().lines;
     let place = |line: u32, point: &Vector3<f64>| {
         let line = &lines[line as usize];
         let across = line.offset_of(point) * MM_PER_M;
@@ -43,14 +43,14 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
             title,
             explanation: format!(
                 "Seam points in base: as they would be if images were not late, and as calibrated. The line is at 0.{}",
-                match shown.calibration.residuals.outliers {
+                match shown.calibration.findings.fit.residuals.outliers {
                     0 => String::new(),
                     n => format!(" {n} outliers are left out of both."),
                 }
             ),
             alternative: format!(
                 "Seam points over their place along the line in mm, {axis}, before and after calibration. After it they are within {:.3} mm (root mean square).",
-                shown.calibration.residuals.rms_m * MM_PER_M
+                shown.calibration.findings.fit.residuals.rms_m * MM_PER_M
             ),
             wide: false,
             drawn: Drawn::Plot { x: Axis::of("along the line (mm)"), y: Axis::of(axis), series, marks: Vec::new() },

@@ -13,7 +13,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let recording = shown.source.recording;
     let robot = recording.robot.iter().map(|sample| sample.stamp_ns).collect();
     let images = recording.features.iter().map(|feature| feature.stamp_ns).collect();
-    let origin_ns = shown.calibration.origin_ns;
+    let origin_ns = shown.calibration.findings.streams.origin_ns;
     let mut chart = |id, title, stamps_ns: Vec<i64>, report: &StampReport| {
         let period_s = report.median_period_s;
         let (times, steps) = intervals(&stamps_ns, origin_ns, period_s);
@@ -39,8 +39,8 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     };
     let c = shown.calibration;
     vec![
-        chart("stamps-robot", "Time between robot stamps", robot, &c.robot_stamps),
-        chart("stamps-images", "Time between image stamps", images, &c.image_stamps),
+        chart("stamps-robot", "Time between robot stamps", robot, &c.findings.streams.robot),
+        chart("stamps-images", "Time between image stamps", images, &c.findings.streams.images),
     ]
 }
 

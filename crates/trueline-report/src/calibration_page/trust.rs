@@ -30,7 +30,7 @@ fn names(lines: usize) -> Vec<String> {
 
 fn at_the_seam(shown: &Shown<'_>) -> Option<Chart> {
     let c = shown.calibration;
-    let torch = c.at_torch.as_ref()?;
+    let torch = c.findings.checks.at_torch.as_ref()?;
     let reach = |k: usize| match k {
         TIME_OFFSET => torch.speed_m_s,
         ROTATION..TRANSLATION => torch.stand_off_m,
@@ -40,7 +40,7 @@ fn at_the_seam(shown: &Shown<'_>) -> Option<Chart> {
     if known.is_empty() {
         return None;
     }
-    let all = names(c.parameters.lines.len());
+    let all = names(c.best_fit().lines.len());
     Some(Chart {
         id: "at-the-seam",
         title: "What each uncertainty alone moves the seam by",
@@ -74,7 +74,7 @@ fn means_something(c: &Calibration, component: usize) -> bool {
 
 fn correlation(shown: &Shown<'_>) -> Option<Chart> {
     let c = shown.calibration;
-    let all = names(c.parameters.lines.len());
+    let all = names(c.best_fit().lines.len());
     let known: Vec<(usize, f64)> = (0..all.len())
         .filter(|k| means_something(c, *k))
         .filter_map(|k| Some((k, c.sigma(k).filter(|s| *s > 0.0)?)))
@@ -82,7 +82,7 @@ fn correlation(shown: &Shown<'_>) -> Option<Chart> {
     if known.len() < 2 {
         return None;
     }
-    let value = |(i, a): &(usize, f64), (j, b): &(usize, f64)| c.covariance[(*i, *j)] / (a * b);
+    let value = |(i, a): &(usize, f64), (j, b): &(usize, f64)| c.best_fit_covariance()[(*i, *j)] / (a * b);
     let values = known.iter().flat_map(|row| known.iter().map(move |column| value(row, column))).collect();
     let names: Vec<String> = known.iter().map(|(k, _)| all[*k].clone()).collect();
     Some(Chart {
@@ -97,13 +97,13 @@ fn correlation(shown: &Shown<'_>) -> Option<Chart> {
 }
 
 fn spectrum(shown: &Shown<'_>) -> Chart {
-    let values = &shown.calibration.observability.singular_values;
+    let values = &shown.calibration.findings.unknowns.observability.singular_values;
     Chart {
         id: "spectrum",
         title: "How well each direction is seen",
         explanation: format!(
             "Singular values of the scaled problem, as parts of the largest. Below {RANK_THRESHOLD:.0e} a direction is not seen; {} of {} are.",
-            shown.calibration.observability.rank, shown.calibration.observability.size
+            shown.calibration.findings.unknowns.observability.rank, shown.calibration.findings.unknowns.observability.size
         ),
         alternative: "Bars: singular values of the whitened, scaled Jacobian as parts of the largest, on a logarithmic axis".to_owned(),
         wide: false,
@@ -128,8 +128,8 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let x = columns.add(shown.profile.iter().map(|p| p.time_offset_s * 1e3));
     let y = columns.add(shown.profile.iter().map(|p| p.typical_sigmas));
     let mut marks =
-        vec![Mark { name: "estimate".to_owned(), at: c.parameters.time_offset_s * 1e3, upright: true }];
-    let other = c.ambiguity.runner_up.as_ref().filter(|other| other.explains >= WORTH_NAMING).map(|other| {
+        vec![Mark { name: "estimate".to_owned(), at: c.best_fit().time_offset_s * 1e3, upright: true }];
+    let other = c.findings.checks.ambiguity.runner_up.as_ref().filter(|other| other.explains >= WORTH_NAMING).map(|other| {
         marks.push(Mark { name: "next best".to_owned(), at: other.time_offset_s * 1e3, upright: true });
         format!(
             " The next best valley is at {:.1} ms and explains {:.0} % of the features instead of {:.0} %.",
@@ -161,7 +161,7 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
 }
 
 fn held_out(shown: &Shown<'_>) -> Option<Chart> {
-    let check = shown.calibration.held_out.as_ref()?;
+    let check = shown.calibration.findings.checks.held_out.as_ref()?;
     let what = if check.passes { "pass" } else { "block" };
     let rows = check
         .parts

@@ -70,7 +70,7 @@ pub enum Block {
         /// What it is.
         label: &'static str,
         /// Ways to write it.
-        forms: Vec<crate::forms::Form>,
+        forms: Vec<crate::transform_formats::Form>,
     },
     /// A drawing that is part of the program.
     Drawing(&'static str),

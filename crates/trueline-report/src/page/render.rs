@@ -1,7 +1,7 @@
 //! Page → one HTML file with its style, its charting library and its data inside.
 
 use super::{Block, Card, Chart, Page, Section, Table};
-use crate::forms::Form;
+use crate::transform_formats::Form;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};

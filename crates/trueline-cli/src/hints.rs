@@ -1,0 +1,43 @@
+//! Which options of the program help with what a calibration says.
+
+use trueline_method::{Calibration, Error, Reason, Warning};
+
+/// What the user can try next, once each.
+pub fn of(calibration: &Calibration) -> Vec<&'static str> {
+    let reasons = calibration.reasons().iter().filter_map(for_reason);
+    reasons.chain(calibration.warnings().iter().filter_map(for_warning)).collect()
+}
+
+fn for_reason(reason: &Reason) -> Option<&'static str> {
+    match reason {
+        Reason::ResidualsTooLarge { .. } => Some(
+            "`trueline doctor` tries the usual mistakes; --feature-sigma-px or --feature-sigma-mm states the noise of the \
+             sensor",
+        ),
+        Reason::AmbiguousTimeOffset { .. } => {
+            Some("state what is known with --offset-within SECONDS or --looks AXIS")
+        }
+        Reason::Unobservable(_) => Some("`trueline plan` finds a scan that shows everything"),
+        _ => None,
+    }
+}
+
+fn for_warning(warning: &Warning) -> Option<&'static str> {
+    match warning {
+        Warning::UnusualNoise { .. } => {
+            Some("--feature-sigma-px or --feature-sigma-mm states the noise of the sensor")
+        }
+        _ => None,
+    }
+}
+
+/// The same for a recording without any result; else the library's own hint.
+pub fn for_error(error: &Error) -> &'static str {
+    match error {
+        Error::PointsNotInSheet { .. } => {
+            "are all points measured by the same laser plane, in the camera frame? --residual point-to-line needs none"
+        }
+        Error::NothingToHold { .. } | Error::NoGuessToHold => "give it in initial.toml or with --initial",
+        other => other.hint(),
+    }
+}

@@ -1,0 +1,151 @@
+//! Everything that was found of a scan, before it is judged.
+
+use crate::Config;
+use crate::assess::cross_validation::HeldOut;
+use crate::assess::observability::Observability;
+use crate::assess::outlier_segments::OutlierSegment;
+use crate::assess::residuals::{FeatureResidual, ResidualSummary};
+use crate::assess::seam_point_error::SeamPointError;
+use crate::hypotheses::ambiguity::Ambiguity;
+use crate::hypotheses::drift_and_step::{Drift, Step};
+use crate::input::timestamps::StampReport;
+use crate::problem::parameters::Parameters;
+use crate::solve::iteration_record::IterationRecord;
+use nalgebra::DMatrix;
+use std::collections::BTreeMap;
+use trueline_lsq::Termination;
+
+/// Everything that was found.
+#[derive(Clone, Debug)]
+pub struct Findings {
+    /// The unknowns, and what the scan shows of them.
+    pub unknowns: Unknowns,
+    /// How the model fits.
+    pub fit: FitFindings,
+    /// What the estimate was checked against.
+    pub checks: Checks,
+    /// Whether one time offset holds for the whole scan.
+    pub clock: ClockFindings,
+    /// The streams that were recorded.
+    pub streams: Streams,
+    /// SHA-256 of the inputs.
+    pub inputs: BTreeMap<String, String>,
+    /// The options it was made with.
+    pub config: Config,
+}
+
+/// The unknowns, and what the scan shows of them.
+#[derive(Clone, Debug)]
+pub struct Unknowns {
+    /// Where the solver ended; what is not observable is an arbitrary number.
+    pub(crate) parameters: Parameters,
+    /// Covariance of the tangent, SI units; likewise.
+    pub(crate) covariance: DMatrix<f64>,
+    /// Whether a component of the tangent was estimated, not held.
+    pub estimated: Vec<bool>,
+    /// What the scan shows.
+    pub observability: Observability,
+    /// Whether what it does not show was held at the initial guess, as the user allowed.
+    pub held_at_guess: bool,
+}
+
+impl Unknowns {
+    /// Standard deviation of a component of the tangent, SI; `None` if it was held or is not observable.
+    #[must_use]
+    pub fn sigma(&self, component: usize) -> Option<f64> {
+        Some(self.covariance(component, component)?.max(0.0).sqrt())
+    }
+
+    /// Covariance of two components of the tangent, SI; `None` if one was held or is not observable.
+    #[must_use]
+    pub fn covariance(&self, row: usize, column: usize) -> Option<f64> {
+        let known = |k: usize| self.estimated[k] && self.observability.observable_components[k];
+        (known(row) && known(column)).then(|| self.covariance[(row, column)])
+    }
+
+    /// Whether the value of a component means anything: it was held, or it is observable.
+    #[must_use]
+    pub fn is_known(&self, component: usize) -> bool {
+        self.held_at_guess || self.observability.observable_components[component]
+    }
+}
+
+/// How the model fits.
+#[derive(Clone, Debug)]
+pub struct FitFindings {
+    /// Residual figures.
+    pub residuals: ResidualSummary,
+    /// Every feature's residual.
+    pub features: Vec<FeatureResidual>,
+    /// Recorded stamp of each of `features`, ns.
+    pub feature_stamps_ns: Vec<i64>,
+    /// How much larger the residuals are than expected.
+    pub noise_factor: f64,
+    /// Part of the covariance that is the model's, 0 to 1.
+    pub covariance_model_share: f64,
+    /// Why the solver ended.
+    pub termination: Termination,
+    /// Every step of the solver on all features.
+    pub iterations: Vec<IterationRecord>,
+    /// RMS of the points about the laser plane that was fitted to them, m.
+    pub sheet_fit_rms_m: Option<f64>,
+}
+
+/// What the estimate was checked against.
+#[derive(Clone, Debug)]
+pub struct Checks {
+    /// Whether a mirrored attitude of the sensor fits equally well.
+    pub mirror_ambiguity: bool,
+    /// What else explains the scan, and what decided.
+    pub ambiguity: Ambiguity,
+    /// Time offset of a better minimum than the guess led to, s.
+    pub better_time_offset_s: Option<f64>,
+    /// The parts of the scan against each other.
+    pub held_out: Option<HeldOut>,
+    /// Stretches of the scan that do not belong to the rest.
+    pub disruptions: Vec<OutlierSegment>,
+    /// Error of a seam point where it is used; `None` if something of the hand-eye is not observable.
+    pub at_torch: Option<SeamPointError>,
+}
+
+/// Whether one time offset holds for the whole scan.
+#[derive(Clone, Copy, Debug)]
+pub struct ClockFindings {
+    /// Drift of the time offset, even if it is not significant.
+    pub drift: Option<Drift>,
+    /// A drift of the image clock that was significant and has been taken out.
+    pub drifted: Option<Drift>,
+    /// The most likely step of a clock, even if it is not significant.
+    pub step: Option<Step>,
+    /// A step of a clock that is significant.
+    pub stepped: Option<Step>,
+}
+
+/// The streams that were recorded.
+#[derive(Clone, Debug)]
+pub struct Streams {
+    /// Robot stamps.
+    pub robot: StampReport,
+    /// Image stamps.
+    pub images: StampReport,
+    /// Rows of the robot stream.
+    pub robot_rows: usize,
+    /// Features of the recording, without rows that repeat another of their image.
+    pub features: usize,
+    /// Noise of a recorded robot position, per axis, as measured on the stream, m.
+    pub robot_noise_m: f64,
+    /// Robot samples that only repeat the pose before, and were left out.
+    pub robot_poses_repeated: usize,
+    /// Whether the robot's poses were replaced by a local fit.
+    pub robot_smoothed: bool,
+    /// Recorded stamp of time 0 of all stamps in seconds: the first robot sample, ns.
+    pub origin_ns: i64,
+}
+
+impl Streams {
+    /// A time since the start as it stands in the files, s.
+    #[must_use]
+    pub fn stamp_s(&self, since_start_s: f64) -> f64 {
+        self.origin_ns as f64 * 1e-9 + since_start_s
+    }
+}

@@ -1,0 +1,48 @@
+//! Why a feature could not be used.
+
+use std::fmt;
+
+/// Why a feature could not be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Skip {
+    /// The robot stream has a gap at its exposure.
+    Gap,
+    /// It was exposed before or after the robot recording.
+    Outside,
+    /// The line has no intersection with the laser plane.
+    AlongPlane,
+    /// Its pixel lies outside the image, or where the lens model cannot be inverted.
+    NoRay,
+    /// Its ray does not meet the laser plane.
+    NoIntersection,
+    /// Its row repeats another of the same image.
+    Repeated,
+}
+
+impl Skip {
+    /// A stable word to act on.
+    #[must_use]
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Gap => "robot-gap",
+            Self::Outside => "outside-robot-recording",
+            Self::AlongPlane => "line-along-laser-plane",
+            Self::NoRay => "no-ray",
+            Self::NoIntersection => "no-intersection",
+            Self::Repeated => "repeated-row",
+        }
+    }
+}
+
+impl fmt::Display for Skip {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Gap => "exposed in a gap of the robot stream",
+            Self::Outside => "exposed outside the robot recording",
+            Self::AlongPlane => "line runs along the laser sheet",
+            Self::NoRay => "pixel outside the image or the lens model",
+            Self::NoIntersection => "ray does not meet the laser sheet",
+            Self::Repeated => "row repeats another of its image",
+        })
+    }
+}

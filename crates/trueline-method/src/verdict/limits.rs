@@ -1,0 +1,24 @@
+//! Every threshold of the verdict, in one place.
+
+/// Residuals this much larger than expected are not noise: something is wrong with the data or the frames.
+pub(super) const NOISE_FACTOR: f64 = 3.0;
+/// Outside of these the noise is another than was expected, and the user should know.
+pub(super) const USUAL_NOISE_FACTOR: [f64; 2] = [0.4, 1.2];
+/// A result that can use fewer of the features than this is of another scan …
+pub(super) const LEAST_USED: f64 = 0.5;
+/// … and so is one that leaves out more than a fifth and has residuals this much larger than expected.
+pub(super) const LEAST_USED_BADLY: (f64, f64) = (0.8, 1.5);
+/// More features left out than one in this many are worth a warning.
+pub(super) const MANY_SKIPPED: usize = 10;
+/// With more robot rows that repeat a stamp the stamps are too coarse to tell when a pose was.
+pub(super) const COARSE_STAMPS: f64 = 0.1;
+/// With more outliers than this the majority no longer decides.
+pub(super) const OUTLIERS: f64 = 0.5;
+/// More outliers than this should be looked at.
+pub(super) const MANY_OUTLIERS: f64 = 0.2;
+/// Of five parts and seven unknowns the largest reaches 3 σ by chance.
+pub(super) const CROSS_VALIDATION_SIGMAS: f64 = 5.0;
+/// Predicting a part from the others costs some percent with a few hundred features; more is disagreement.
+pub(super) const CROSS_VALIDATION_RATIO: f64 = 1.1;
+/// A dozen unknowns make the error of prediction: chance does not make its square four times what is expected.
+pub(super) const CROSS_VALIDATION_SURPLUS: f64 = 4.0;

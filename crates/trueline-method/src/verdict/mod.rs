@@ -1,0 +1,46 @@
+//! Whether a calibration can be accepted: facts with a code, values and a sentence each.
+
+mod limits;
+mod quantity;
+mod reason;
+mod reject;
+mod warn;
+mod warning;
+
+pub use quantity::{Axis, Quantity};
+pub use reason::{Answer, Reason};
+pub use warning::{StreamName, Warning};
+
+use crate::findings::Findings;
+
+/// Whether the result can be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Yes.
+    Accepted,
+    /// There is a result, but see the reasons.
+    NotAccepted,
+}
+
+/// The verdict on what was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// Why the result cannot be accepted; empty if it can.
+    pub reasons: Vec<Reason>,
+    /// What to look at though it can be used.
+    pub warnings: Vec<Warning>,
+}
+
+impl Verdict {
+    /// Whether it can be accepted: nothing speaks against it.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        if self.reasons.is_empty() { Status::Accepted } else { Status::NotAccepted }
+    }
+}
+
+/// Judges what was found.
+#[must_use]
+pub fn of(findings: &Findings) -> Verdict {
+    Verdict { reasons: reject::reasons(findings), warnings: warn::warnings(findings) }
+}

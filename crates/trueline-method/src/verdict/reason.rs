@@ -1,0 +1,274 @@
+//! Why a calibration is not accepted.
+
+use super::quantity::{MS_PER_S, Quantity, Significant};
+use crate::assess::observability::Unobservable;
+use crate::hypotheses::choice::Statement;
+use crate::input::skip::Skip;
+use std::fmt;
+use trueline_lsq::Termination;
+
+/// One of several answers that a scan does not tell apart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// Its time offset, s.
+    pub time_offset_s: f64,
+    /// Statements about the cell each of which would single it out.
+    pub statements: Vec<Statement>,
+}
+
+/// One reason against a calibration. Times are those of the recording's files, s.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reason {
+    /// The scan does not show an unknown.
+    Unobservable(Unobservable),
+    /// Two mirrored attitudes of the sensor fit equally well.
+    MirrorAmbiguity,
+    /// From the guess the solve ended in a worse minimum than can be found without it.
+    WorseMinimum {
+        /// Time offset of the better one, s.
+        better_time_offset_s: f64,
+    },
+    /// From the guess the solve ended at a time offset that explains the scan worse than another.
+    WrongTimeOffset {
+        /// Where it ended, s.
+        time_offset_s: f64,
+        /// What explains the scan better, s.
+        better_time_offset_s: f64,
+        /// Part of the features that this one explains.
+        explains: f64,
+        /// Part of the features that the better one explains.
+        better_explains: f64,
+    },
+    /// Several answers explain the scan equally well, because its path repeats itself.
+    AmbiguousTimeOffset {
+        /// The answers, the one given first.
+        answers: Vec<Answer>,
+    },
+    /// The answer contradicts what was stated of the cell.
+    StatementContradicted,
+    /// The solver did not converge.
+    NotConverged {
+        /// Why it ended.
+        termination: Termination,
+    },
+    /// Residuals are larger than noise explains.
+    ResidualsTooLarge {
+        /// How many times larger than expected.
+        noise_factor: f64,
+    },
+    /// Too few of the features could be used.
+    TooFewUsed {
+        /// How many could.
+        used: usize,
+        /// Of how many.
+        features: usize,
+        /// Why most of the others could not.
+        mostly: Skip,
+        /// How many that is.
+        mostly_count: usize,
+    },
+    /// Robot stamps repeat so often that they do not tell when a pose was.
+    CoarseRobotStamps {
+        /// Rows that repeat the stamp of the row before.
+        repeated: usize,
+        /// Of how many.
+        rows: usize,
+    },
+    /// Most features are outliers.
+    TooManyOutliers {
+        /// Part of the features.
+        share: f64,
+    },
+    /// In a stretch of the scan another time offset holds.
+    OtherTimeOffset {
+        /// First and last stamp, s.
+        span_s: [f64; 2],
+        /// How much later images are there, s.
+        step_s: f64,
+    },
+    /// The recorded pose stood still while the seam moved in the images.
+    RobotStreamFroze {
+        /// First and last stamp, s.
+        span_s: [f64; 2],
+    },
+    /// One of the clocks stepped.
+    ClockStep {
+        /// When, s.
+        at_s: f64,
+        /// By how much the time offset changes, s.
+        step_s: f64,
+        /// Its standard deviation, s.
+        sigma_s: f64,
+    },
+    /// A required accuracy is missed.
+    RequirementMissed {
+        /// Of what.
+        quantity: Quantity,
+        /// Its standard deviation (largest of the axes) in the quantity's SI unit.
+        sigma_si: f64,
+        /// What was required, in the same unit.
+        required_si: f64,
+    },
+    /// A required accuracy is of something that is not observable.
+    RequirementUnobservable {
+        /// Of what.
+        quantity: Quantity,
+        /// What was required, in the quantity's SI unit.
+        required_si: f64,
+    },
+}
+
+impl Reason {
+    /// A stable word to act on.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Unobservable(_) => "unobservable",
+            Self::MirrorAmbiguity => "mirror-ambiguity",
+            Self::WorseMinimum { .. } => "worse-minimum",
+            Self::WrongTimeOffset { .. } => "wrong-time-offset",
+            Self::AmbiguousTimeOffset { .. } => "ambiguous-time-offset",
+            Self::NotConverged { .. } => "not-converged",
+            Self::ResidualsTooLarge { .. } => "residuals-too-large",
+            Self::TooFewUsed { .. } => "too-few-used",
+            Self::CoarseRobotStamps { .. } => "coarse-robot-stamps",
+            Self::TooManyOutliers { .. } => "too-many-outliers",
+            Self::OtherTimeOffset { .. } => "other-time-offset",
+            Self::RobotStreamFroze { .. } => "robot-stream-froze",
+            Self::ClockStep { .. } => "clock-step",
+            Self::StatementContradicted => "statement-contradicted",
+            Self::RequirementMissed { .. } => "requirement-missed",
+            Self::RequirementUnobservable { .. } => "requirement-unobservable",
+        }
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&match *self {
+            Self::Unobservable(ref what) => what.to_string(),
+            Self::MirrorAmbiguity => {
+                "two mirrored attitudes of the sensor fit equally well: tilt the torch by 10° or \
+                 more, or give an initial guess of the hand-eye transform"
+                    .to_owned()
+            }
+            Self::WorseMinimum { better_time_offset_s } => worse_minimum(better_time_offset_s),
+            Self::WrongTimeOffset { time_offset_s, better_time_offset_s, explains, better_explains } => {
+                wrong_time_offset([time_offset_s, better_time_offset_s], [explains, better_explains])
+            }
+            Self::AmbiguousTimeOffset { ref answers } => ambiguous_time_offset(answers),
+            Self::StatementContradicted => {
+                "the answer contradicts what was stated of the cell: the time offset is outside of the window, or the \
+                 sensor looks along another axis of the tool"
+                    .to_owned()
+            }
+            Self::NotConverged { termination } => format!("the solver did not converge ({termination})"),
+            Self::ResidualsTooLarge { noise_factor } => residuals_too_large(noise_factor),
+            Self::TooFewUsed { used, features, mostly, mostly_count } => {
+                too_few_used([used, features], mostly, mostly_count)
+            }
+            Self::CoarseRobotStamps { repeated, rows } => coarse_robot_stamps(repeated, rows),
+            Self::TooManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
+            Self::OtherTimeOffset { span_s, step_s } => other_time_offset(span_s, step_s),
+            Self::RobotStreamFroze { span_s } => robot_stream_froze(span_s),
+            Self::ClockStep { at_s, step_s, sigma_s } => clock_step(at_s, step_s, sigma_s),
+            Self::RequirementMissed { quantity, sigma_si, required_si } => {
+                requirement_missed(quantity, sigma_si, required_si)
+            }
+            Self::RequirementUnobservable { quantity, required_si } => format!(
+                "{quantity}: an accuracy of {} {} is required, but it cannot be seen in this scan",
+                Significant(quantity.shown(required_si)),
+                quantity.unit()
+            ),
+        })
+    }
+}
+
+fn worse_minimum(better_s: f64) -> String {
+    format!(
+        "from this guess the solve ends where the scan fits worse than with a time offset of {:.1} ms and another \
+         hand-eye transform: leave the guess out, or correct it",
+        better_s * MS_PER_S
+    )
+}
+
+fn wrong_time_offset(offsets_s: [f64; 2], explain: [f64; 2]) -> String {
+    let ([found, better], [explains, better_explains]) =
+        (offsets_s.map(|s| s * MS_PER_S), explain.map(|share| 100.0 * share));
+    format!(
+        "from this guess the time offset comes to {found:.1} ms, but {better:.1} ms explains the scan better \
+         ({better_explains:.0} % of the features instead of {explains:.0} %): leave the guess out, or correct it"
+    )
+}
+
+fn ambiguous_time_offset(answers: &[Answer]) -> String {
+    let list: Vec<String> = answers.iter().map(answer).collect();
+    format!(
+        "{} answers explain the scan equally well, because the path repeats itself: {}. State what is known of the cell, \
+         give an initial guess, or scan with frequencies that have no common multiple",
+        list.len(),
+        list.join("; ")
+    )
+}
+
+fn answer(answer: &Answer) -> String {
+    let offset = format!("time offset {:.1} ms", answer.time_offset_s * MS_PER_S);
+    let statements: Vec<String> = answer.statements.iter().map(ToString::to_string).collect();
+    if statements.is_empty() { offset } else { format!("{offset} ({})", statements.join(" or ")) }
+}
+
+fn residuals_too_large(noise_factor: f64) -> String {
+    format!(
+        "residuals are {noise_factor:.1} times larger than noise explains: wrong units, frames or laser plane, another \
+         line, more than half of the features outliers, or stamps that do not tell when; or the sensor is noisier than \
+         was stated"
+    )
+}
+
+fn too_few_used([used, features]: [usize; 2], mostly: Skip, count: usize) -> String {
+    let question = match mostly {
+        Skip::Outside => "; do both streams cover the scan, stamped by one clock?",
+        _ => "",
+    };
+    format!("only {used} of {features} features could be used; {count}: {mostly}{question}")
+}
+
+fn coarse_robot_stamps(repeated: usize, rows: usize) -> String {
+    format!(
+        "{repeated} of {rows} robot rows repeat the stamp of the row before: these stamps are too coarse to tell when a \
+         pose was; record the controller's own time in device_time_s, or stamp with a finer clock"
+    )
+}
+
+fn other_time_offset([from, to]: [f64; 2], step_s: f64) -> String {
+    format!(
+        "from {from:.2} to {to:.2} s the time offset differs by {:+.2} ms: one of the clocks stepped, or images were \
+         queued there",
+        step_s * MS_PER_S
+    )
+}
+
+fn robot_stream_froze([from, to]: [f64; 2]) -> String {
+    format!(
+        "from {from:.2} to {to:.2} s the recorded pose does not change while the seam moves in the images: the robot \
+         stream froze; cut the recording there"
+    )
+}
+
+fn clock_step(at_s: f64, step_s: f64, sigma_s: f64) -> String {
+    format!(
+        "one of the clocks stepped at about {at_s:.3} s: the time offset changes there by {:+.3} ± {:.3} ms",
+        step_s * MS_PER_S,
+        sigma_s * MS_PER_S
+    )
+}
+
+fn requirement_missed(quantity: Quantity, sigma_si: f64, required_si: f64) -> String {
+    let unit = quantity.unit();
+    format!(
+        "{quantity}: ± {} {unit} is more than the required {} {unit}: scan longer, or with more tilt and more change of \
+         stand-off",
+        Significant(quantity.shown(sigma_si)),
+        Significant(quantity.shown(required_si))
+    )
+}

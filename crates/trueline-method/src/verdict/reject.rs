@@ -1,0 +1,126 @@
+//! The criteria that a calibration must meet.
+
+use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, NOISE_FACTOR, OUTLIERS};
+use super::quantity::Quantity;
+use super::reason::{Answer, Reason};
+use crate::assess::outlier_segments::{Cause, OutlierSegment};
+use crate::findings::Findings;
+use crate::hypotheses::paired_test::DECISIVE_Z;
+use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+
+/// Why the result cannot be accepted, in the order in which a user should read it.
+pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
+    if f.fit.residuals.used == 0 {
+        // Nothing else that could be said means anything.
+        return too_few_used(f).into_iter().collect();
+    }
+    let mut reasons = Vec::new();
+    if !f.unknowns.held_at_guess {
+        reasons.extend(f.unknowns.observability.unobservable.iter().cloned().map(Reason::Unobservable));
+    }
+    if f.checks.mirror_ambiguity {
+        reasons.push(Reason::MirrorAmbiguity);
+    }
+    reasons.extend(other_minima(f));
+    if !f.fit.termination.is_converged() {
+        reasons.push(Reason::NotConverged { termination: f.fit.termination });
+    }
+    if f.fit.noise_factor > NOISE_FACTOR {
+        reasons.push(Reason::ResidualsTooLarge { noise_factor: f.fit.noise_factor });
+    }
+    reasons.extend(too_few_used(f));
+    let (repeated, rows) = (f.streams.robot.doubles, f.streams.robot_rows);
+    if repeated as f64 > COARSE_STAMPS * rows as f64 {
+        reasons.push(Reason::CoarseRobotStamps { repeated, rows });
+    }
+    let share = f.fit.residuals.outlier_share();
+    if share > OUTLIERS {
+        reasons.push(Reason::TooManyOutliers { share });
+    }
+    reasons.extend(f.checks.disruptions.iter().filter_map(|disruption| broken_stretch(f, disruption)));
+    reasons.extend(f.clock.stepped.map(|step| Reason::ClockStep {
+        at_s: f.streams.stamp_s(step.at_s),
+        step_s: step.step_s,
+        sigma_s: step.sigma_s,
+    }));
+    reasons.extend(missed_requirements(f));
+    reasons
+}
+
+/// A rival of the answer that is better, or that the scan does not tell from it.
+fn other_minima(f: &Findings) -> Vec<Reason> {
+    let (ambiguity, time_offset_s) = (&f.checks.ambiguity, f.unknowns.parameters.time_offset_s);
+    let outdone = ambiguity.runner_up.filter(|rival| rival.z < -DECISIVE_Z);
+    let better = f.checks.better_time_offset_s.filter(|_| outdone.is_none());
+    let mut reasons: Vec<Reason> = better
+        .into_iter()
+        .map(|better_time_offset_s| Reason::WorseMinimum { better_time_offset_s })
+        .collect();
+    reasons.extend(outdone.map(|rival| Reason::WrongTimeOffset {
+        time_offset_s,
+        better_time_offset_s: rival.time_offset_s,
+        explains: rival.best_explains,
+        better_explains: rival.explains,
+    }));
+    if ambiguity.is_open() {
+        reasons.push(Reason::AmbiguousTimeOffset { answers: answers(f) });
+    }
+    if ambiguity.contradicted {
+        reasons.push(Reason::StatementContradicted);
+    }
+    reasons
+}
+
+/// The answer given and those that the scan does not tell from it.
+fn answers(f: &Findings) -> Vec<Answer> {
+    let ambiguity = &f.checks.ambiguity;
+    let own = Answer {
+        time_offset_s: f.unknowns.parameters.time_offset_s,
+        statements: ambiguity.statements.clone(),
+    };
+    let others = ambiguity.rivals.iter().map(|rival| Answer {
+        time_offset_s: rival.parameters.time_offset_s,
+        statements: rival.statements.clone(),
+    });
+    std::iter::once(own).chain(others).collect()
+}
+
+fn too_few_used(f: &Findings) -> Option<Reason> {
+    let (used, features) = (f.fit.residuals.used, f.streams.features);
+    let share = used as f64 / features as f64;
+    let badly = share < LEAST_USED_BADLY.0 && f.fit.noise_factor > LEAST_USED_BADLY.1;
+    if share >= LEAST_USED && !badly {
+        return None;
+    }
+    let (mostly, mostly_count) = f.fit.residuals.skipped.iter().max_by_key(|(_, count)| **count)?;
+    Some(Reason::TooFewUsed { used, features, mostly: *mostly, mostly_count: *mostly_count })
+}
+
+fn broken_stretch(f: &Findings, disruption: &OutlierSegment) -> Option<Reason> {
+    let span_s = disruption.span_s.map(|s| f.streams.stamp_s(s));
+    match disruption.cause {
+        Cause::ClockStep(step_s) => Some(Reason::OtherTimeOffset { span_s, step_s }),
+        Cause::RobotStoodStill => Some(Reason::RobotStreamFroze { span_s }),
+        Cause::OtherLine(_) | Cause::Unknown => None,
+    }
+}
+
+fn missed_requirements(f: &Findings) -> Vec<Reason> {
+    let require = &f.config.require;
+    let wanted = [
+        (Quantity::TimeOffset, require.time_s, TIME_OFFSET..ROTATION),
+        (Quantity::Rotation, require.rotation_rad, ROTATION..TRANSLATION),
+        (Quantity::Translation, require.translation_m, TRANSLATION..LINES),
+    ];
+    let mut reasons = Vec::new();
+    for (quantity, required, components) in wanted {
+        let Some(required_si) = required else { continue };
+        let sigmas: Option<Vec<f64>> = components.map(|k| f.unknowns.sigma(k)).collect();
+        match sigmas.map(|sigmas| sigmas.into_iter().fold(0.0, f64::max)) {
+            Some(worst) if worst <= required_si => {}
+            Some(sigma_si) => reasons.push(Reason::RequirementMissed { quantity, sigma_si, required_si }),
+            None => reasons.push(Reason::RequirementUnobservable { quantity, required_si }),
+        }
+    }
+    reasons
+}

@@ -1,0 +1,114 @@
+//! What is worth a warning.
+
+use super::limits::{
+    CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_OUTLIERS, MANY_SKIPPED,
+    NOISE_FACTOR, OUTLIERS, USUAL_NOISE_FACTOR,
+};
+use super::quantity::{Axis, Quantity};
+use super::warning::{StreamName, Warning};
+use crate::assess::cross_validation::HeldOut;
+use crate::assess::outlier_segments::{Cause, OutlierSegment};
+use crate::findings::Findings;
+use crate::input::timestamps::StampReport;
+use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+
+/// What to look at though the result can be used, in the order in which a user should read it.
+pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let ambiguity = &f.checks.ambiguity;
+    warnings.extend(ambiguity.decided_by.map(|by| Warning::DecidedByUser {
+        by,
+        other_time_offsets_s: ambiguity.rivals.iter().map(|rival| rival.parameters.time_offset_s).collect(),
+    }));
+    let skipped = &f.fit.residuals.skipped;
+    if skipped.values().sum::<usize>() * MANY_SKIPPED > f.streams.features {
+        warnings.push(Warning::FeaturesSkipped { skipped: skipped.clone() });
+    }
+    if f.unknowns.held_at_guess {
+        warnings.push(Warning::HeldAtGuess { held: f.unknowns.observability.unobservable.clone() });
+    }
+    warnings.extend(f.checks.disruptions.iter().filter_map(|disruption| doubtful_stretch(f, disruption)));
+    warnings.extend(unusual_noise(f.fit.noise_factor));
+    let share = f.fit.residuals.outlier_share();
+    if share > MANY_OUTLIERS && share <= OUTLIERS {
+        warnings.push(Warning::ManyOutliers { share });
+    }
+    warnings.extend(f.clock.drifted.map(|drift| Warning::ClockDrift {
+        ppm: drift.ppm,
+        sigma_ppm: drift.sigma_ppm,
+        about_s: f.streams.stamp_s(drift.about_s),
+    }));
+    warnings.extend(stamps(f));
+    warnings.extend(f.checks.held_out.as_ref().and_then(|check| disagreement(f, check)));
+    let seen = (0..LINES).all(|k| f.unknowns.observability.observable_components[k]);
+    if let (true, None, Some(stand_off_m)) = (seen, &f.checks.at_torch, f.config.used_at.stand_off_m) {
+        warnings.push(Warning::NoPointAtStandOff { stand_off_m });
+    }
+    warnings
+}
+
+fn doubtful_stretch(f: &Findings, disruption: &OutlierSegment) -> Option<Warning> {
+    let (span_s, features) = (disruption.span_s.map(|s| f.streams.stamp_s(s)), disruption.features);
+    match disruption.cause {
+        Cause::ClockStep(_) | Cause::RobotStoodStill => None,
+        Cause::OtherLine(beside_m) => Some(Warning::OtherLine { span_s, features, beside_m }),
+        Cause::Unknown => Some(Warning::OutlierStretch { span_s, features }),
+    }
+}
+
+fn unusual_noise(noise_factor: f64) -> Option<Warning> {
+    let [least, most] = USUAL_NOISE_FACTOR;
+    let usual = noise_factor > NOISE_FACTOR || (least..=most).contains(&noise_factor);
+    (!usual).then_some(Warning::UnusualNoise { noise_factor })
+}
+
+fn stamps(f: &Findings) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let (repeated, rows) = (f.streams.robot_poses_repeated, f.streams.robot_rows);
+    if repeated > 0 {
+        warnings.push(Warning::RepeatedPoses { repeated, rows });
+    }
+    if f.streams.robot.doubles > 0 {
+        warnings.push(Warning::RepeatedRobotStamps { repeated: f.streams.robot.doubles });
+    }
+    warnings.extend(stream_stamps(f, StreamName::Robot, &f.streams.robot));
+    warnings.extend(stream_stamps(f, StreamName::Images, &f.streams.images));
+    warnings
+}
+
+fn stream_stamps(f: &Findings, stream: StreamName, stamps: &StampReport) -> Option<Warning> {
+    if let Some(grain_s) = stamps.grain_s {
+        return Some(Warning::CoarseStamps { stream, grain_s });
+    }
+    let steps: Vec<_> =
+        stamps.steps.iter().map(|(at_s, step_s)| (f.streams.stamp_s(*at_s), *step_s)).collect();
+    let period_s = stamps.period_s.unwrap_or(stamps.median_period_s);
+    (!steps.is_empty()).then_some(Warning::StampSteps { stream, steps, period_s })
+}
+
+fn disagreement(f: &Findings, check: &HeldOut) -> Option<Warning> {
+    let part = check.parts.iter().max_by(|a, b| a.sigmas.amax().total_cmp(&b.sigmas.amax()))?;
+    let k = part.sigmas.iamax();
+    if part.sigmas[k].abs() <= CROSS_VALIDATION_SIGMAS {
+        let ratio = check.rms_m / check.fitted_rms_m;
+        let surplus = check.rms_m.powi(2) - check.fitted_rms_m.powi(2);
+        let expected = check.expected_rms_m.powi(2) - check.fitted_rms_m.powi(2);
+        let disagree = ratio > CROSS_VALIDATION_RATIO && surplus > CROSS_VALIDATION_SURPLUS * expected;
+        return disagree.then_some(Warning::CrossValidationMisfit {
+            rms_m: check.rms_m,
+            fitted_rms_m: check.fitted_rms_m,
+        });
+    }
+    let (quantity, axis) = match k {
+        TIME_OFFSET => (Quantity::TimeOffset, None),
+        ROTATION..TRANSLATION => (Quantity::Rotation, Some(Axis::ALL[k - ROTATION])),
+        _ => (Quantity::Translation, Some(Axis::ALL[k - TRANSLATION])),
+    };
+    Some(Warning::CrossValidationShift {
+        span_s: part.span_s.map(|s| f.streams.stamp_s(s)),
+        quantity,
+        axis,
+        moved_si: part.moved[k],
+        sigmas: part.sigmas[k].abs(),
+    })
+}

@@ -1,0 +1,284 @@
+//! What to look at though a calibration can be used.
+
+use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity};
+use crate::assess::observability::Unobservable;
+use crate::hypotheses::choice::DecidedBy;
+use crate::input::skip::Skip;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Which stream of the recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StreamName {
+    /// The robot's poses.
+    Robot,
+    /// The images.
+    Images,
+}
+
+impl StreamName {
+    /// Its name in a sentence.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Robot => "robot",
+            Self::Images => "image",
+        }
+    }
+}
+
+/// One warning. Times are those of the recording's files, s.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Warning {
+    /// Many features could not be used.
+    FeaturesSkipped {
+        /// How many, by reason.
+        skipped: BTreeMap<Skip, usize>,
+    },
+    /// The scan alone does not tell the answer from others: a guess or a statement decided.
+    DecidedByUser {
+        /// Which of the two.
+        by: DecidedBy,
+        /// Time offsets of the others, s.
+        other_time_offsets_s: Vec<f64>,
+    },
+    /// What the scan does not show was held at the initial guess, as the user allowed.
+    HeldAtGuess {
+        /// What was held.
+        held: Vec<Unobservable>,
+    },
+    /// In a stretch of the scan nearly all features lie on another line.
+    OtherLine {
+        /// First and last stamp, s.
+        span_s: [f64; 2],
+        /// Features in it.
+        features: usize,
+        /// How far beside, m.
+        beside_m: f64,
+    },
+    /// In a stretch of the scan nearly all features are outliers.
+    OutlierStretch {
+        /// First and last stamp, s.
+        span_s: [f64; 2],
+        /// Features in it.
+        features: usize,
+    },
+    /// The residuals are larger or smaller than the stated noise explains.
+    UnusualNoise {
+        /// How many times larger.
+        noise_factor: f64,
+    },
+    /// Many features are outliers.
+    ManyOutliers {
+        /// Part of the features.
+        share: f64,
+    },
+    /// The image clock drifts; this was taken out.
+    ClockDrift {
+        /// Against the robot's clock, parts per million.
+        ppm: f64,
+        /// Its standard deviation, ppm.
+        sigma_ppm: f64,
+        /// When the time offset holds, s.
+        about_s: f64,
+    },
+    /// Robot rows that only repeat the pose before were left out.
+    RepeatedPoses {
+        /// How many.
+        repeated: usize,
+        /// Of how many.
+        rows: usize,
+    },
+    /// Robot rows repeat the stamp of the row before.
+    RepeatedRobotStamps {
+        /// How many.
+        repeated: usize,
+    },
+    /// Stamps are whole multiples of something coarse.
+    CoarseStamps {
+        /// Of which stream.
+        stream: StreamName,
+        /// Of which they are multiples, s.
+        grain_s: f64,
+    },
+    /// The stamps of a stream step.
+    StampSteps {
+        /// Of which stream.
+        stream: StreamName,
+        /// When and how high, s.
+        steps: Vec<(f64, f64)>,
+        /// Steps are known up to whole periods, s.
+        period_s: f64,
+    },
+    /// What the other parts of the scan predict of a part is off.
+    CrossValidationMisfit {
+        /// Root mean square of what they predict, m.
+        rms_m: f64,
+        /// The same, fitted, m.
+        fitted_rms_m: f64,
+    },
+    /// Without a part of the scan the estimate moves by more than noise explains.
+    CrossValidationShift {
+        /// First and last stamp of the part, s.
+        span_s: [f64; 2],
+        /// What moves most.
+        quantity: Quantity,
+        /// About or along which axis of the tool; `None` for the time offset.
+        axis: Option<Axis>,
+        /// By how much, in the quantity's SI unit.
+        moved_si: f64,
+        /// The same in standard deviations.
+        sigmas: f64,
+    },
+    /// No error at the torch is predicted: no point of the laser plane below the scan is that far from the sensor.
+    NoPointAtStandOff {
+        /// How far, m.
+        stand_off_m: f64,
+    },
+}
+
+impl Warning {
+    /// A stable word to act on.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::FeaturesSkipped { .. } => "features-skipped",
+            Self::DecidedByUser { .. } => "decided-by-user",
+            Self::HeldAtGuess { .. } => "held-at-guess",
+            Self::OtherLine { .. } => "other-line",
+            Self::OutlierStretch { .. } => "outlier-stretch",
+            Self::UnusualNoise { .. } => "unusual-noise",
+            Self::ManyOutliers { .. } => "many-outliers",
+            Self::ClockDrift { .. } => "clock-drift",
+            Self::RepeatedPoses { .. } => "repeated-poses",
+            Self::RepeatedRobotStamps { .. } => "repeated-robot-stamps",
+            Self::CoarseStamps { .. } => "coarse-stamps",
+            Self::StampSteps { .. } => "stamp-steps",
+            Self::CrossValidationMisfit { .. } => "cross-validation-misfit",
+            Self::CrossValidationShift { .. } => "cross-validation-shift",
+            Self::NoPointAtStandOff { .. } => "no-point-at-stand-off",
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&match *self {
+            Self::FeaturesSkipped { ref skipped } => features_skipped(skipped),
+            Self::DecidedByUser { by, ref other_time_offsets_s } => decided_by_user(by, other_time_offsets_s),
+            Self::HeldAtGuess { ref held } => {
+                let held: Vec<String> = held.iter().map(ToString::to_string).collect();
+                format!("held at the initial guess: {}", held.join("; "))
+            }
+            Self::OtherLine { span_s: [from, to], features, beside_m } => format!(
+                "from {from:.2} to {to:.2} s nearly all {features} features lie on another line, {:.2} mm beside: the \
+                 detector followed something else; they are not used",
+                beside_m * MM_PER_M
+            ),
+            Self::OutlierStretch { span_s: [from, to], features } => {
+                format!("from {from:.2} to {to:.2} s nearly all {features} features are outliers")
+            }
+            Self::UnusualNoise { noise_factor } => unusual_noise(noise_factor),
+            Self::ManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
+            Self::ClockDrift { ppm, sigma_ppm, about_s } => format!(
+                "the image clock drifts by {ppm:+.1} ± {sigma_ppm:.1} ppm against the robot's; this is taken out, and \
+                 the time offset holds at {about_s:.1} s"
+            ),
+            Self::RepeatedPoses { repeated, rows } => format!(
+                "{repeated} of {rows} robot rows only repeat the pose before: the controller has news less often than \
+                 it is asked; the first of each is used"
+            ),
+            Self::RepeatedRobotStamps { repeated } => {
+                format!("{repeated} robot rows repeat the stamp of the row before")
+            }
+            Self::CoarseStamps { stream, grain_s } => coarse_stamps(stream, grain_s),
+            Self::StampSteps { stream, ref steps, period_s } => stamp_steps(stream, steps, period_s),
+            Self::CrossValidationMisfit { rms_m, fitted_rms_m } => misfit(rms_m, fitted_rms_m),
+            Self::CrossValidationShift { span_s: [from, to], quantity, axis, moved_si, sigmas } => format!(
+                "the parts of the scan disagree: without {from:.2} to {to:.2} s {}, {sigmas:.1} times what noise \
+                 explains",
+                moves(quantity, axis, moved_si)
+            ),
+            Self::NoPointAtStandOff { stand_off_m } => format!(
+                "no error at the torch is predicted: no point of the laser sheet below the scan is {:.0} mm from the \
+                 sensor",
+                stand_off_m * MM_PER_M
+            ),
+        })
+    }
+}
+
+fn features_skipped(skipped: &BTreeMap<Skip, usize>) -> String {
+    let list: Vec<String> = skipped.iter().map(|(why, count)| format!("{count}: {why}")).collect();
+    format!("{} features could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
+}
+
+fn unusual_noise(noise_factor: f64) -> String {
+    format!(
+        "residuals are {noise_factor:.2} times the expected noise; the ± are scaled by it. Either the stated noise is \
+         wrong, or something is left that is no noise: the sensor's own calibration, a bent line, a robot that is off \
+         its path"
+    )
+}
+
+fn coarse_stamps(stream: StreamName, grain_s: f64) -> String {
+    format!(
+        "the {} stamps are whole multiples of {:.1} ms: if they were rounded down or up rather than to the nearest, the \
+         time offset is off by half of that; its ± allows for it",
+        stream.name(),
+        grain_s * MS_PER_S
+    )
+}
+
+/// Most steps of a stream's stamps that are listed in the sentence.
+const MOST_STEPS: usize = 3;
+
+/// A step of a clock shows in its stream only up to whole periods.
+fn stamp_steps(stream: StreamName, steps: &[(f64, f64)], period_s: f64) -> String {
+    let first = steps.iter().take(MOST_STEPS);
+    let list: Vec<String> =
+        first.map(|(at_s, step_s)| format!("{:+.2} ms at {at_s:.3} s", step_s * MS_PER_S)).collect();
+    let more = match steps.len().saturating_sub(MOST_STEPS) {
+        0 => String::new(),
+        more => format!(" and {more} times more"),
+    };
+    format!(
+        "the {} stamps step by {}{more} (known up to whole periods of {:.2} ms)",
+        stream.name(),
+        list.join(", "),
+        period_s * MS_PER_S
+    )
+}
+
+fn misfit(rms_m: f64, fitted_rms_m: f64) -> String {
+    format!(
+        "the parts of the scan disagree: what the others predict of a part is {:.4} mm off, {:.2} times the fitted \
+         {:.4} mm; is the edge straight, and did nothing move?",
+        rms_m * MM_PER_M,
+        rms_m / fitted_rms_m,
+        fitted_rms_m * MM_PER_M
+    )
+}
+
+fn moves(quantity: Quantity, axis: Option<Axis>, moved_si: f64) -> String {
+    let (axis, moved) = (axis.map_or("", Axis::name), quantity.shown(moved_si));
+    match quantity {
+        Quantity::TimeOffset => format!("the time offset moves by {moved:.3} ms"),
+        Quantity::Rotation => format!("the rotation about {axis} moves by {moved:.4}°"),
+        Quantity::Translation => format!("the translation {axis} moves by {moved:.3} mm"),
+    }
+}
+
+fn decided_by_user(by: DecidedBy, other_time_offsets_s: &[f64]) -> String {
+    let others: Vec<String> =
+        other_time_offsets_s.iter().map(|offset_s| format!("{:.1} ms", offset_s * MS_PER_S)).collect();
+    let by = match by {
+        DecidedBy::Guess => "the initial guess",
+        DecidedBy::Statement => "what was stated of the cell",
+    };
+    format!(
+        "the scan alone does not tell this answer from {} other(s), with time offsets of {}: {by} decided",
+        others.len(),
+        others.join(", ")
+    )
+}

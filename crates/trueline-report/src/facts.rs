@@ -1,0 +1,129 @@
+//! Reasons and warnings as they stand in the file: a code, a sentence, and the values with their unit in the key.
+
+use serde_json::{Value, json};
+use trueline_dataset::result_file::Fact;
+use trueline_dataset::unit::MM_PER_M;
+use trueline_method::assess::observability::Unobservable;
+use trueline_method::verdict::{Quantity, Reason, Warning};
+
+/// A reason as a fact of the file.
+#[must_use]
+pub fn reason(reason: &Reason) -> Fact {
+    fact(reason.code(), reason.to_string(), reason_values(reason))
+}
+
+/// A warning as a fact of the file.
+#[must_use]
+pub fn warning(warning: &Warning) -> Fact {
+    fact(warning.code(), warning.to_string(), warning_values(warning))
+}
+
+fn fact(code: &str, text: String, values: Value) -> Fact {
+    let values = match values {
+        Value::Object(map) => map.into_iter().collect(),
+        _ => Default::default(),
+    };
+    Fact { code: code.to_owned(), text, values }
+}
+
+fn reason_values(reason: &Reason) -> Value {
+    match reason {
+        Reason::Unobservable(what) => unobservable(what),
+        Reason::MirrorAmbiguity | Reason::StatementContradicted => json!({}),
+        Reason::WorseMinimum { better_time_offset_s } => {
+            json!({ "better_time_offset_s": better_time_offset_s })
+        }
+        Reason::WrongTimeOffset { time_offset_s, better_time_offset_s, explains, better_explains } => json!({
+            "time_offset_s": time_offset_s,
+            "better_time_offset_s": better_time_offset_s,
+            "explains": explains,
+            "better_explains": better_explains,
+        }),
+        Reason::AmbiguousTimeOffset { answers } => {
+            json!({ "time_offsets_s": answers.iter().map(|answer| answer.time_offset_s).collect::<Vec<_>>() })
+        }
+        Reason::NotConverged { termination } => json!({ "termination": termination.to_string() }),
+        Reason::ResidualsTooLarge { noise_factor } => json!({ "noise_factor": noise_factor }),
+        Reason::TooFewUsed { used, features, mostly, mostly_count } => json!({
+            "used": used,
+            "features": features,
+            "mostly": mostly.code(),
+            "mostly_count": mostly_count,
+        }),
+        Reason::CoarseRobotStamps { repeated, rows } => json!({ "repeated": repeated, "rows": rows }),
+        Reason::TooManyOutliers { share } => json!({ "share": share }),
+        Reason::OtherTimeOffset { span_s, step_s } => json!({ "span_s": span_s, "step_s": step_s }),
+        Reason::RobotStreamFroze { span_s } => json!({ "span_s": span_s }),
+        Reason::ClockStep { at_s, step_s, sigma_s } => {
+            json!({ "at_s": at_s, "step_s": step_s, "sigma_s": sigma_s })
+        }
+        Reason::RequirementMissed { quantity, sigma_si, required_si } => {
+            measured(*quantity, &[("sigma", *sigma_si), ("required", *required_si)])
+        }
+        Reason::RequirementUnobservable { quantity, required_si } => {
+            measured(*quantity, &[("required", *required_si)])
+        }
+    }
+}
+
+fn warning_values(warning: &Warning) -> Value {
+    match warning {
+        Warning::FeaturesSkipped { skipped } => {
+            let by_code: serde_json::Map<String, Value> =
+                skipped.iter().map(|(why, count)| (why.code().to_owned(), json!(count))).collect();
+            json!({ "skipped": by_code })
+        }
+        Warning::DecidedByUser { by, other_time_offsets_s } => {
+            json!({ "by": by.name(), "other_time_offsets_s": other_time_offsets_s })
+        }
+        Warning::HeldAtGuess { held } => {
+            json!({ "held": held.iter().map(unobservable).collect::<Vec<_>>() })
+        }
+        Warning::OtherLine { span_s, features, beside_m } => {
+            json!({ "span_s": span_s, "features": features, "beside_mm": beside_m * MM_PER_M })
+        }
+        Warning::OutlierStretch { span_s, features } => json!({ "span_s": span_s, "features": features }),
+        Warning::UnusualNoise { noise_factor } => json!({ "noise_factor": noise_factor }),
+        Warning::ManyOutliers { share } => json!({ "share": share }),
+        Warning::ClockDrift { ppm, sigma_ppm, about_s } => {
+            json!({ "drift_ppm": ppm, "drift_sigma_ppm": sigma_ppm, "about_s": about_s })
+        }
+        Warning::RepeatedPoses { repeated, rows } => json!({ "repeated": repeated, "rows": rows }),
+        Warning::RepeatedRobotStamps { repeated } => json!({ "repeated": repeated }),
+        Warning::CoarseStamps { stream, grain_s } => json!({ "stream": stream.name(), "grain_s": grain_s }),
+        Warning::StampSteps { stream, steps, period_s } => {
+            let steps: Vec<Value> =
+                steps.iter().map(|(at_s, step_s)| json!({ "at_s": at_s, "step_s": step_s })).collect();
+            json!({ "stream": stream.name(), "steps": steps, "period_s": period_s })
+        }
+        Warning::CrossValidationMisfit { rms_m, fitted_rms_m } => {
+            json!({ "rms_mm": rms_m * MM_PER_M, "fitted_rms_mm": fitted_rms_m * MM_PER_M })
+        }
+        Warning::CrossValidationShift { span_s, quantity, axis, moved_si, sigmas } => {
+            let mut values = measured(*quantity, &[("moved", *moved_si)]);
+            values["span_s"] = json!(span_s);
+            values["axis"] = json!(axis.map(|axis| axis.name()));
+            values["sigmas"] = json!(sigmas);
+            values
+        }
+        Warning::NoPointAtStandOff { stand_off_m } => json!({ "stand_off_mm": stand_off_m * MM_PER_M }),
+    }
+}
+
+fn unobservable(what: &Unobservable) -> Value {
+    json!({ "parameter": what.group.name(), "directions": what.directions })
+}
+
+/// Values of a quantity, with the unit of the file in the key.
+fn measured(quantity: Quantity, values: &[(&str, f64)]) -> Value {
+    let (name, unit, scale) = match quantity {
+        Quantity::TimeOffset => ("time_offset", "s", 1.0),
+        Quantity::Rotation => ("hand_eye_rotation", "rad", 1.0),
+        Quantity::Translation => ("hand_eye_translation", "mm", MM_PER_M),
+    };
+    let mut object = json!({ "parameter": name });
+    for (key, value_si) in values {
+        object[format!("{key}_{unit}")] = json!(value_si * scale);
+    }
+    object
+}

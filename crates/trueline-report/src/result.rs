@@ -1,0 +1,213 @@
+//! A calibration as the file of a result: the units of the file, and null for what is not observable.
+
+use crate::number::positive_w;
+use crate::{checks, facts};
+use trueline_dataset::result_file::{
+    self, Covariance, IterationEntry, IterationLine, LineEntry, LinePosition, Observability, Options,
+    OutlierEntry, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, Tool,
+    UnobservableEntry,
+};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_geometry::Line;
+use trueline_method::assess::observability::{RANK_THRESHOLD, Unobservable};
+use trueline_method::hypotheses::ambiguity::RivalAnswer;
+use trueline_method::problem::parameters::{self, ROTATION, TIME_OFFSET, TRANSLATION};
+use trueline_method::solve::iteration_record::IterationRecord;
+use trueline_method::verdict::Axis;
+use trueline_method::{Calibration, Config, Status};
+
+/// The whole result.
+#[must_use]
+pub fn of(c: &Calibration) -> ResultFile {
+    ResultFile {
+        schema_version: SCHEMA_VERSION,
+        tool: Tool { name: "trueline".to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() },
+        status: Some(match c.status() {
+            Status::Accepted => result_file::Status::Accepted,
+            Status::NotAccepted => result_file::Status::NotAccepted,
+        }),
+        reasons: c.reasons().iter().map(facts::reason).collect(),
+        warnings: c.warnings().iter().map(facts::warning).collect(),
+        time_offset_s: c.time_offset().ok().map(|offset| offset.value_s),
+        tool_from_camera: tool_from_camera(c),
+        lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
+        sigma: sigma(c),
+        // Noise is all that is accounted for.
+        sigma_noise: sigma(c),
+        covariance: covariance(c),
+        observability: observability(c),
+        residuals: residuals(c),
+        stamps: checks::stamps(c),
+        checks: checks::checks(c),
+        rivals: c.findings.checks.ambiguity.rivals.iter().map(rival).collect(),
+        decided_by: c.findings.checks.ambiguity.decided_by.map(|by| by.name().to_owned()),
+        at_torch: c.findings.checks.at_torch.as_ref().map(checks::at_torch),
+        termination: c.findings.fit.termination.to_string(),
+        iterations: c.findings.fit.iterations.iter().map(iteration).collect(),
+        inputs: c.findings.inputs.clone(),
+        options: options(&c.findings.config),
+    }
+}
+
+fn tool_from_camera(c: &Calibration) -> PoseEntry {
+    PoseEntry {
+        translation_mm: Axis::ALL.map(|axis| Some(c.translation(axis).ok()?.value_m * MM_PER_M)),
+        rotation_wxyz: c.rotation().ok().map(|rotation| positive_w(&rotation)),
+    }
+}
+
+fn line(c: &Calibration, number: usize) -> LineEntry {
+    let first = parameters::line_index(number);
+    let label = number.to_string();
+    if !(c.is_known(first) && c.is_known(first + 1)) {
+        return LineEntry { label, ..LineEntry::default() };
+    }
+    let at = &c.best_fit().lines[number];
+    if c.line(number).is_err() {
+        let direction: [f64; 3] = at.to_pluecker().direction.into();
+        return LineEntry { label, direction: Some(direction), ..LineEntry::default() };
+    }
+    line_entry(label, at)
+}
+
+/// A complete answer that the scan does not tell from the one given.
+fn rival(rival: &RivalAnswer) -> RivalEntry {
+    let pose = &rival.parameters.tool_from_camera;
+    let translation_mm: [f64; 3] = (pose.translation.vector * MM_PER_M).into();
+    let lines = rival.parameters.lines.iter().enumerate();
+    RivalEntry {
+        time_offset_s: rival.parameters.time_offset_s,
+        tool_from_camera: PoseEntry {
+            translation_mm: translation_mm.map(Some),
+            rotation_wxyz: Some(positive_w(&pose.rotation)),
+        },
+        lines: lines.map(|(number, line)| line_entry(number.to_string(), line)).collect(),
+        explains: rival.test.explains,
+        z: rival.test.z,
+        noise_factor: rival.noise_factor,
+        statements: rival.statements.iter().map(ToString::to_string).collect(),
+    }
+}
+
+fn line_entry(label: String, at: &Line) -> LineEntry {
+    let pluecker = at.to_pluecker();
+    let direction: [f64; 3] = pluecker.direction.into();
+    let orthonormal = pluecker.to_orthonormal().map(|o| {
+        let w = o.rotation_vector();
+        [w.x, w.y, w.z, o.distance * MM_PER_M]
+    });
+    LineEntry {
+        label,
+        point_mm: Some((at.anchor() * MM_PER_M).into()),
+        direction: Some(direction),
+        pluecker: Some(LinePosition { moment_mm: (pluecker.moment * MM_PER_M).into(), direction }),
+        orthonormal,
+    }
+}
+
+fn sigma(c: &Calibration) -> Sigma {
+    let three = |first: usize, scale: f64| [0, 1, 2].map(|k| c.sigma(first + k).map(|s| s * scale));
+    Sigma {
+        time_offset_s: c.sigma(TIME_OFFSET),
+        rotation_rad: three(ROTATION, 1.0),
+        translation_mm: three(TRANSLATION, MM_PER_M),
+    }
+}
+
+/// Names and covariance in the units of the names: lengths in mm, angles in rad, time in s.
+fn covariance(c: &Calibration) -> Covariance {
+    let names = parameters::names(c.best_fit().lines.len());
+    let scale = |name: &str| if name.ends_with("_m") { MM_PER_M } else { 1.0 };
+    let wire_name = |name: &String| match name.strip_suffix("_m") {
+        Some(stem) => format!("{stem}_mm"),
+        None => name.clone(),
+    };
+    let entry = |i: usize, j: usize| Some(c.covariance(i, j)? * scale(&names[i]) * scale(&names[j]));
+    let row = |i: usize| (0..names.len()).map(|j| entry(i, j)).collect();
+    Covariance { order: names.iter().map(wire_name).collect(), matrix: (0..names.len()).map(row).collect() }
+}
+
+fn observability(c: &Calibration) -> Observability {
+    let o = &c.findings.unknowns.observability;
+    Observability {
+        rank: o.rank,
+        size: o.size,
+        condition: o.condition.is_finite().then_some(o.condition),
+        threshold: RANK_THRESHOLD,
+        unobservable: o.unobservable.iter().flat_map(Unobservable::one_by_one).map(unobservable).collect(),
+        held_at_guess: c.findings.unknowns.held_at_guess,
+    }
+}
+
+fn unobservable(u: Unobservable) -> UnobservableEntry {
+    UnobservableEntry {
+        parameter: u.group.name().to_owned(),
+        direction: u.directions.first().copied(),
+        advice: u.to_string(),
+    }
+}
+
+fn residuals(c: &Calibration) -> Residuals {
+    let fit = &c.findings.fit;
+    let outliers = fit.features.iter().zip(&fit.feature_stamps_ns).filter(|(f, _)| f.is_outlier());
+    Residuals {
+        rms_px: fit.residuals.rms_px,
+        rms_mm: fit.residuals.rms_m * MM_PER_M,
+        inliers: fit.residuals.inliers,
+        outliers: fit.residuals.outliers,
+        used: fit.residuals.used,
+        skipped: fit.residuals.skipped.iter().map(|(why, count)| (why.code().to_owned(), *count)).collect(),
+        noise_factor: fit.noise_factor,
+        sheet_fit_rms_mm: fit.sheet_fit_rms_m.map(|m| m * MM_PER_M),
+        outlier_list: outliers
+            .map(|(f, stamp_ns)| OutlierEntry {
+                row: f.row,
+                line: f.line,
+                stamp_ns: *stamp_ns,
+                sigmas: f.normalised,
+            })
+            .collect(),
+    }
+}
+
+fn iteration(i: &IterationRecord) -> IterationEntry {
+    let lines = i.parameters.lines.iter().map(|l| IterationLine {
+        nearest_point_mm: (l.to_pluecker().nearest_point_to_origin() * MM_PER_M).into(),
+        direction: l.direction().into(),
+    });
+    IterationEntry {
+        cost: i.cost,
+        rms_mm: i.rms_m * MM_PER_M,
+        time_offset_s: i.parameters.time_offset_s,
+        translation_mm: (i.parameters.tool_from_camera.translation.vector * MM_PER_M).into(),
+        rotation_wxyz: positive_w(&i.parameters.tool_from_camera.rotation),
+        lines: lines.collect(),
+        accepted: i.accepted,
+    }
+}
+
+/// The options of a calibration.
+#[must_use]
+pub fn options(config: &Config) -> Options {
+    Options {
+        residual: config.residual.name().to_owned(),
+        loss: format!("{:?}", config.final_loss()),
+        fix: config.hold.iter().map(|hold| hold.name().to_owned()).collect(),
+        feature_sigma_px: config.feature_sigma_px,
+        feature_sigma_mm: config.feature_sigma_m * MM_PER_M,
+        robot_sigma_mm: config.robot_sigma_m.map(|m| m * MM_PER_M),
+        stamp_sigma_s: config.stamp_sigma_s,
+        stamps: config.stamps.name().to_owned(),
+        offset_within_s: config.known.offset_within_s,
+        looks: config.known.looks.map(|axis| axis.name().to_owned()),
+        accept_partial: config.accept_partial,
+        require: RequireOptions {
+            time_offset_s: config.require.time_s,
+            rotation_rad: config.require.rotation_rad,
+            translation_mm: config.require.translation_m.map(|m| m * MM_PER_M),
+        },
+        speed_mm_s: config.used_at.speed_m_s * MM_PER_M,
+        stand_off_mm: config.used_at.stand_off_m.map(|m| m * MM_PER_M),
+        offset_search_s: config.offset_search_s,
+    }
+}
