@@ -88,10 +88,14 @@ impl Calibration {
     /// The hand-eye transform with its covariance.
     ///
     /// # Errors
-    /// [`Unobservable`] if the scan does not show all of it; the rotation comes first.
+    /// [`Unobservable`] if the scan does not show all of it; of rotation and translation the one that names directions.
     pub fn tool_from_camera(&self) -> Result<HandEye, Unobservable> {
-        self.rotation()?;
-        self.known(Group::Translation, TRANSLATION..LINES)?;
+        let rotation = self.known(Group::Rotation, ROTATION..TRANSLATION).err();
+        let translation = self.known(Group::Translation, TRANSLATION..LINES).err();
+        let missing = rotation.into_iter().chain(translation);
+        if let Some(missing) = missing.min_by_key(|missing| missing.directions.is_empty()) {
+            return Err(missing);
+        }
         let covariance = SMatrix::from_fn(|i, j| self.covariance(ROTATION + i, ROTATION + j).unwrap_or(0.0));
         Ok(HandEye { tool_from_camera: self.best_fit().tool_from_camera, covariance })
     }

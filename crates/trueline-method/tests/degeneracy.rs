@@ -33,9 +33,11 @@ fn constant_attitude_hides_the_translation_and_nothing_else() {
     assert!(calibration.sigma(0).is_some());
     assert!((4..7).all(|k| calibration.sigma(k).is_none()));
     // Nothing of the three is seen: one fact, one sentence.
-    let translation = calibration.tool_from_camera().unwrap_err();
-    assert!(calibration.translation(Axis::X).unwrap_err().directions.len() == 3);
-    assert_eq!(translation.group, Group::Rotation, "the mirrored attitude hides the rotation as well");
+    let hidden = calibration.tool_from_camera().unwrap_err();
+    assert_eq!((hidden.group, hidden.directions.len()), (Group::Translation, 3));
+    assert_eq!(calibration.translation(Axis::X).unwrap_err(), hidden);
+    let unobservable = |r: &&Reason| matches!(r, Reason::Unobservable(u) if u.group == Group::Translation);
+    assert_eq!(calibration.reasons().iter().filter(unobservable).count(), 1);
     // Without tilt the mirrored attitude fits as well, so no rotation is claimed without a guess …
     assert!((1..4).all(|k| calibration.sigma(k).is_none()));
     assert!(

@@ -152,7 +152,7 @@ fn a_time_offset_that_is_held_too_small_leaves_the_points_behind() {
     let found = trueline_method::calibrate(&recording, Some(&guess), &held).unwrap();
     // The slope of the residual over the velocity of the seam in the sheet is the error of the offset.
     let (mut product, mut square) = (0.0, 0.0);
-    for f in &found.features {
+    for f in &found.findings.fit.features {
         let (residual, velocity) = (f.in_sheet_m.unwrap(), f.crossing_m_s.unwrap());
         product += residual.dot(&velocity);
         square += velocity.norm_squared();
