@@ -115,24 +115,28 @@ fn scan(faults: &[Fault], seed: u64) -> Option<Figures> {
     let recording = simulate_with_faults(&scenario, faults, seed)?;
     let truth = recording.truth.as_ref()?.parameters;
     let result = calibrate(&recording, None, &Config::default()).ok()?;
-    (result.status == Status::Accepted).then(|| figures(&scenario, &recording, &truth, &result))
+    (result.status() == Status::Accepted).then(|| figures(&scenario, &recording, &truth, &result))
 }
 
 fn figures(scenario: &Scenario, recording: &Recording, truth: &Guess, result: &Calibration) -> Figures {
     let (turn, shift) =
-        se3::difference_decoupled(&result.parameters.tool_from_camera, &truth.tool_from_camera);
-    let offset_s = result.parameters.time_offset_s - truth.time_offset_s;
+        se3::difference_decoupled(&result.best_fit().tool_from_camera, &truth.tool_from_camera);
+    let offset_s = result.best_fit().time_offset_s - truth.time_offset_s;
     let errors = [offset_s, turn.x, turn.y, turn.z, shift.x, shift.y, shift.z];
     let z = errors.iter().enumerate().filter_map(|(k, error)| Some(error.abs() / result.sigma(k)?));
     Figures {
-        noise_factor: result.noise_factor,
-        warned: !result.warnings.is_empty(),
+        noise_factor: result.findings.fit.noise_factor,
+        warned: !result.warnings().is_empty(),
         offset_us: offset_s.abs() * 1e6,
         rotation_deg: turn.norm().to_degrees(),
         translation_mm: shift.norm() * 1e3,
         z: z.fold(0.0, f64::max),
         field_mm: field_error_m(scenario, recording, truth, result).unwrap_or(f64::NAN) * 1e3,
-        claim_mm: result.at_torch.map_or(f64::NAN, |torch| Vector3::from(torch.sigma_m).norm() * 1e3),
+        claim_mm: result
+            .findings
+            .checks
+            .at_torch
+            .map_or(f64::NAN, |torch| Vector3::from(torch.sigma_m).norm() * 1e3),
     }
 }
 
@@ -151,7 +155,7 @@ fn field_error_m(
         let Some(Measured::Pixel(pixel)) = measure(&scenario.cell.sensor, &point) else { continue };
         let Ok((ray, _)) = camera.ray(&pixel.into()) else { continue };
         let stated = ray * (plane.offset() / plane.normal().dot(&ray));
-        let error = result.parameters.tool_from_camera * nalgebra::Point3::from(stated)
+        let error = result.best_fit().tool_from_camera * nalgebra::Point3::from(stated)
             - truth.tool_from_camera * nalgebra::Point3::from(point);
         (sum, count) = (sum + error.norm_squared(), count + 1.0);
     }

@@ -26,10 +26,11 @@ impl Tally {
             self.refused += 1;
             return;
         };
-        self.ambiguous += usize::from(result.ambiguity.is_open());
-        let z = result.ambiguity.runner_up.filter(|rival| rival.decided()).map(|rival| rival.z);
+        self.ambiguous += usize::from(result.findings.checks.ambiguity.is_open());
+        let z =
+            result.findings.checks.ambiguity.runner_up.filter(|rival| rival.decided()).map(|rival| rival.z);
         self.smallest_z = self.smallest_z.into_iter().chain(z).reduce(f64::min);
-        match (result.status, is_right(&result, &truth)) {
+        match (result.status(), is_right(&result, &truth)) {
             (Status::NotAccepted, _) => self.refused += 1,
             (Status::Accepted, true) => self.right += 1,
             (Status::Accepted, false) => self.wrong += 1,
@@ -47,8 +48,8 @@ impl Tally {
 
 /// Far wrong, as an alias is: not a matter of a few standard deviations.
 fn is_right(result: &Calibration, truth: &Guess) -> bool {
-    let turn_rad = result.parameters.tool_from_camera.rotation.angle_to(&truth.tool_from_camera.rotation);
-    (result.parameters.time_offset_s - truth.time_offset_s).abs() < 0.05 && turn_rad < 0.2
+    let turn_rad = result.best_fit().tool_from_camera.rotation.angle_to(&truth.tool_from_camera.rotation);
+    (result.best_fit().time_offset_s - truth.time_offset_s).abs() < 0.05 && turn_rad < 0.2
 }
 
 fn main() {

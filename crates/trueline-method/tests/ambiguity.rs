@@ -11,9 +11,9 @@ fn with(recording: &Recording, guess: Option<&Guess>, known: KnownOfCell) -> Cal
 }
 
 fn is_right(result: &Calibration, truth: &Guess) -> bool {
-    let turn_rad = result.parameters.tool_from_camera.rotation.angle_to(&truth.tool_from_camera.rotation);
+    let turn_rad = result.best_fit().tool_from_camera.rotation.angle_to(&truth.tool_from_camera.rotation);
     // An alias is a period or half a turn off; noise makes errors a hundred times smaller than these limits.
-    (result.parameters.time_offset_s - truth.time_offset_s).abs() < 0.05 && turn_rad < 0.2
+    (result.best_fit().time_offset_s - truth.time_offset_s).abs() < 0.05 && turn_rad < 0.2
 }
 
 #[test]
@@ -22,12 +22,12 @@ fn a_path_that_repeats_itself_is_refused_with_its_rivals_as_complete_answers() {
         let recording = simulate(&weave.scenario(1), 1).unwrap();
         let truth = recording.truth.as_ref().unwrap().parameters;
         let result = with(&recording, None, KnownOfCell::default());
-        assert_eq!(result.status, Status::NotAccepted, "{}", weave.name());
-        assert!(result.ambiguity.is_open());
+        assert_eq!(result.status(), Status::NotAccepted, "{}", weave.name());
+        assert!(result.findings.checks.ambiguity.is_open());
         let is_truth = |at: &Parameters| (at.time_offset_s - truth.time_offset_s).abs() < 0.05;
-        let answers = result.ambiguity.rivals.iter().map(|rival| &rival.parameters);
-        assert!(answers.chain([&result.parameters]).any(is_truth), "the truth is among the answers");
-        assert!(result.ambiguity.rivals.iter().all(|rival| rival.test.z.abs() <= 5.0));
+        let answers = result.findings.checks.ambiguity.rivals.iter().map(|rival| &rival.parameters);
+        assert!(answers.chain([result.best_fit()]).any(is_truth), "the truth is among the answers");
+        assert!(result.findings.checks.ambiguity.rivals.iter().all(|rival| rival.test.z.abs() <= 5.0));
     }
 }
 
@@ -37,16 +37,20 @@ fn a_statement_or_a_guess_decides_and_the_result_says_so() {
     let truth = recording.truth.as_ref().unwrap().parameters;
     let within = |window_s: f64| KnownOfCell { offset_within_s: Some(window_s), looks: None };
     let stated = with(&recording, None, within(0.2));
-    assert_eq!(stated.status, Status::Accepted, "{:?}", stated.reasons);
+    assert_eq!(stated.status(), Status::Accepted, "{:?}", stated.reasons());
     assert!(is_right(&stated, &truth));
-    assert_eq!(stated.ambiguity.decided_by, Some(DecidedBy::Statement));
+    assert_eq!(stated.findings.checks.ambiguity.decided_by, Some(DecidedBy::Statement));
     let guessed = with(&recording, Some(&truth), KnownOfCell::default());
     assert!(is_right(&guessed, &truth));
-    assert_eq!(guessed.ambiguity.decided_by, Some(DecidedBy::Guess));
-    assert!(guessed.warnings.iter().any(|w| w.contains("guess decided")), "{:?}", guessed.warnings);
+    assert_eq!(guessed.findings.checks.ambiguity.decided_by, Some(DecidedBy::Guess));
+    assert!(
+        guessed.warnings().iter().any(|w| w.to_string().contains("guess decided")),
+        "{:?}",
+        guessed.warnings()
+    );
     // The true offset is between 0 and 100 ms, and no answer is within a microsecond.
     let contradicted = with(&recording, None, within(1e-6));
-    assert_eq!(contradicted.status, Status::NotAccepted);
+    assert_eq!(contradicted.status(), Status::NotAccepted);
 }
 
 #[test]
@@ -54,14 +58,18 @@ fn an_ordinary_scan_is_decided_and_a_false_statement_is_refused() {
     let recording = simulate(&random_cell(&Preset::Quick.scenario(), 5, 0.1), 5).unwrap();
     let truth = recording.truth.as_ref().unwrap().parameters;
     let free = with(&recording, None, KnownOfCell::default());
-    assert_eq!(free.status, Status::Accepted, "{:?}", free.reasons);
-    assert!(free.ambiguity.rivals.is_empty());
+    assert_eq!(free.status(), Status::Accepted, "{:?}", free.reasons());
+    assert!(free.findings.checks.ambiguity.rivals.is_empty());
     // Ordinary scans of 20 s have z above 100; 5 decides.
-    assert!(free.ambiguity.runner_up.is_none_or(|rival| rival.z > 20.0), "{:?}", free.ambiguity.runner_up);
+    assert!(
+        free.findings.checks.ambiguity.runner_up.is_none_or(|rival| rival.z > 20.0),
+        "{:?}",
+        free.findings.checks.ambiguity.runner_up
+    );
     let view = truth.tool_from_camera.rotation * nalgebra::Vector3::z();
     for axis in ToolAxis::ALL {
         let known = KnownOfCell { offset_within_s: None, looks: Some(axis) };
-        let accepted = with(&recording, None, known).status == Status::Accepted;
+        let accepted = with(&recording, None, known).status() == Status::Accepted;
         assert_eq!(accepted, view.dot(&axis.direction()) >= 0.5, "{}", axis.name());
     }
 }
