@@ -16,11 +16,26 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// The first file, line and column that cannot be used.
 pub fn read(folder: &Path) -> Result<Recording, Error> {
+    read_folder(folder, None)
+}
+
+/// Reads a dataset folder without its `features.csv`: the features were found in its pictures.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_features(folder: &Path, features: Vec<Feature>) -> Result<Recording, Error> {
+    read_folder(folder, Some(features))
+}
+
+fn read_folder(folder: &Path, found: Option<Vec<Feature>>) -> Result<Recording, Error> {
     let mut inputs = BTreeMap::new();
     let mut load = |name: &str| load(&folder.join(name), name, &mut inputs);
     let sensor_text = required(folder, "sensor.toml", &mut load)?;
     let robot_text = required(folder, "robot.csv", &mut load)?;
-    let features_text = required(folder, "features.csv", &mut load)?;
+    let features_text = match found {
+        Some(_) => Vec::new(),
+        None => required(folder, "features.csv", &mut load)?,
+    };
     let initial_text = load("initial.toml")?;
     let truth_text = load("truth.toml")?;
 
@@ -30,7 +45,10 @@ pub fn read(folder: &Path) -> Result<Recording, Error> {
         sensor_toml::parse_file(&sensor_path, &utf8(&sensor_path, sensor_text)?)?;
     refuse_what_is_not_applied(&sensor_path, &setup)?;
     let robot = robot_csv::read(&path("robot.csv"), robot_text.as_slice())?;
-    let features = features_csv::read(&path("features.csv"), features_text.as_slice(), &sensor)?;
+    let features = match found {
+        Some(found) => found,
+        None => features_csv::read(&path("features.csv"), features_text.as_slice(), &sensor)?,
+    };
     let initial_path = path("initial.toml");
     let initial = initial_text
         .map(|text| known_toml::parse_guess(&initial_path, &utf8(&initial_path, text)?))

@@ -98,6 +98,7 @@ fn conclude(from: &Concluded<'_>) -> Calibration {
     let checks = checks(from, &uncertainty, &unknowns, &features);
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
+    let setup = &from.recording.setup;
     let findings = Findings {
         unknowns,
         fit: FitFindings {
@@ -118,6 +119,7 @@ fn conclude(from: &Concluded<'_>) -> Calibration {
             stepped: from.steady.stepped,
         },
         streams,
+        states_uncertainty: setup.uncertainty.is_some() || setup.robot_accuracy_m.is_some_and(|m| m > 0.0),
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
     };

@@ -28,6 +28,8 @@ pub struct Findings {
     pub clock: ClockFindings,
     /// The streams that were recorded.
     pub streams: Streams,
+    /// Whether the recording states how well sensor or robot are known, which the ± do not contain.
+    pub states_uncertainty: bool,
     /// SHA-256 of the inputs.
     pub inputs: BTreeMap<String, String>,
     /// The options it was made with.

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 16] = [
+const ALLOWED: [(&str, &[&str]); 17] = [
     ("trueline-geometry", &[]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
@@ -42,6 +42,19 @@ const ALLOWED: [(&str, &[&str]); 16] = [
             "trueline-model",
             "trueline-plan",
             "trueline-sensor",
+        ],
+    ),
+    (
+        "trueline",
+        &[
+            "trueline-cell",
+            "trueline-dataset",
+            "trueline-geometry",
+            "trueline-mcap",
+            "trueline-method",
+            "trueline-model",
+            "trueline-report",
+            "trueline-vision",
         ],
     ),
     (

@@ -90,3 +90,19 @@ fn codes_are_those_of_the_schema() {
     assert_eq!(Warning::ClockDrift { ppm: 1.0, sigma_ppm: 0.1, about_s: 2.0 }.code(), "clock-drift");
     assert_eq!(Skip::Outside.code(), "outside-robot-recording");
 }
+
+#[test]
+fn an_uncertainty_that_is_stated_and_not_applied_is_told() {
+    let mut recording = trueline_sim::simulate(&trueline_sim::Preset::Quick.scenario(), 1).unwrap();
+    let warned = |recording: &trueline_dataset::Recording| {
+        let result =
+            trueline_method::calibrate(recording, None, &trueline_method::Config::default()).unwrap();
+        result.warnings().contains(&Warning::UncertaintyNotApplied)
+    };
+    assert!(!warned(&recording));
+    recording.setup.robot_accuracy_m = Some(0.3e-3);
+    assert!(warned(&recording));
+    // An ideal robot is what the ± are for.
+    recording.setup.robot_accuracy_m = Some(0.0);
+    assert!(!warned(&recording));
+}

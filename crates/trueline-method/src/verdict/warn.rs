@@ -20,6 +20,9 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         by,
         other_time_offsets_s: ambiguity.rivals.iter().map(|rival| rival.parameters.time_offset_s).collect(),
     }));
+    if f.states_uncertainty {
+        warnings.push(Warning::UncertaintyNotApplied);
+    }
     let skipped = &f.fit.residuals.skipped;
     if skipped.values().sum::<usize>() * MANY_SKIPPED > f.streams.features {
         warnings.push(Warning::FeaturesSkipped { skipped: skipped.clone() });

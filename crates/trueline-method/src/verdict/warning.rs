@@ -42,6 +42,8 @@ pub enum Warning {
         /// Time offsets of the others, s.
         other_time_offsets_s: Vec<f64>,
     },
+    /// The recording states how well sensor or robot are known, and the ± do not contain it.
+    UncertaintyNotApplied,
     /// What the scan does not show was held at the initial guess, as the user allowed.
     HeldAtGuess {
         /// What was held.
@@ -144,6 +146,7 @@ impl Warning {
         match self {
             Self::FeaturesSkipped { .. } => "features-skipped",
             Self::DecidedByUser { .. } => "decided-by-user",
+            Self::UncertaintyNotApplied => "uncertainty-not-applied",
             Self::HeldAtGuess { .. } => "held-at-guess",
             Self::OtherLine { .. } => "other-line",
             Self::OutlierStretch { .. } => "outlier-stretch",
@@ -166,6 +169,9 @@ impl fmt::Display for Warning {
         f.write_str(&match *self {
             Self::FeaturesSkipped { ref skipped } => features_skipped(skipped),
             Self::DecidedByUser { by, ref other_time_offsets_s } => decided_by_user(by, other_time_offsets_s),
+            Self::UncertaintyNotApplied => "the sensor file states how well the sensor or the robot is known; this is not \
+                 applied yet: the ± hold for a sensor and a robot that are exact"
+                .to_owned(),
             Self::HeldAtGuess { ref held } => {
                 let held: Vec<String> = held.iter().map(ToString::to_string).collect();
                 format!("held at the initial guess: {}", held.join("; "))

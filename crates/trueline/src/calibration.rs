@@ -1,0 +1,62 @@
+//! A calibration that can be read, saved and used.
+
+use crate::error::Error;
+use std::fmt;
+use std::fs;
+use std::ops::Deref;
+use std::path::Path;
+use trueline_dataset::result_file::ResultFile;
+use trueline_report::{result, summary};
+
+/// A finished calibration: everything of [`trueline_method::Calibration`], its summary as `Display`, and its file.
+#[derive(Clone, Debug)]
+pub struct Calibration(trueline_method::Calibration);
+
+impl Calibration {
+    pub(crate) fn new(calibration: trueline_method::Calibration) -> Self {
+        Self(calibration)
+    }
+
+    /// The result as it stands in its file.
+    #[must_use]
+    pub fn to_file(&self) -> ResultFile {
+        result::of(&self.0)
+    }
+
+    /// Writes the result as JSON; the file appears whole or not at all.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn save(&self, file: impl AsRef<Path>) -> Result<(), Error> {
+        let file = file.as_ref();
+        let cannot = |source| Error::Write { file: file.to_owned(), source };
+        let text = self.to_file().to_json().map_err(|error| cannot(error.into()))?;
+        let mut name = file.file_name().unwrap_or_default().to_owned();
+        name.push(".unfinished");
+        let unfinished = file.with_file_name(name);
+        fs::write(&unfinished, text + "\n").and_then(|()| fs::rename(&unfinished, file)).map_err(cannot)
+    }
+}
+
+/// Reads the result that [`Calibration::save`] or `trueline calibrate --json` wrote.
+///
+/// # Errors
+/// A file that is missing, is no result, or has a later schema.
+pub fn load(file: impl AsRef<Path>) -> Result<ResultFile, Error> {
+    Ok(ResultFile::read(file.as_ref())?)
+}
+
+impl Deref for Calibration {
+    type Target = trueline_method::Calibration;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+/// The summary: verdict, estimates with their ±, checks.
+impl fmt::Display for Calibration {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(summary::text(&self.0).trim_end())
+    }
+}

@@ -1,0 +1,23 @@
+#![doc = include_str!("../README.md")]
+
+mod calibration;
+mod error;
+mod recording;
+
+pub use calibration::{Calibration, load};
+pub use error::Error;
+pub use recording::Recording;
+/// A cell that is recorded, and estimated meanwhile.
+#[cfg(feature = "live")]
+pub use trueline_cell as live;
+pub use trueline_dataset::result_file::ResultFile;
+pub use trueline_dataset::{Feature, Guess, Measured, RobotSample, Sensor};
+pub use trueline_geometry::{Line, Plane, Pose};
+pub use trueline_method::assess::observability::Unobservable;
+pub use trueline_method::evaluate::seam_points::{SeamPoint, SeamPoints};
+pub use trueline_method::verdict::Axis;
+pub use trueline_method::{
+    Config, HandEye, Hold, LineEstimate, Reason, Requirement, ResidualKind, Stamps, Status, TimeOffset,
+    Translation, Use, Warning,
+};
+pub use trueline_model::Camera;
