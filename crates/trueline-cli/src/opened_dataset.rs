@@ -56,7 +56,7 @@ fn check(path: &Path) -> Result<(), Failure> {
 fn open_folder(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedDataset, Failure> {
     let pictures = if images::index_of(path).exists() { Some(PictureFolder::open(path)?) } else { None };
     if let (Some(pictures), false) = (&pictures, path.join("features.csv").exists()) {
-        let sensor = folder::read_sensor(path)?;
+        let sensor = folder::read_sensor_file(path)?;
         let features = find_features(pictures, &sensor, path, &options(joint, quiet))?;
         folder::replace_features(path, &features)?;
         if !quiet {
@@ -82,19 +82,20 @@ fn open_recording(file: &Path, joint: Option<Joint>, quiet: bool) -> Result<Open
                 "record the camera as well: `trueline record --camera IP --sensor sensor.toml`",
             ));
         };
-        recording.features = find_features(pictures, &recording.sensor, file, &options(joint, quiet))?;
+        let sensor = SensorFile { sensor: recording.sensor.clone(), setup: recording.setup.clone() };
+        recording.features = find_features(pictures, &sensor, file, &options(joint, quiet))?;
     }
     let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
     Ok(OpenedDataset { recording, pictures, stamp_meaning })
 }
 
 fn options(joint: Option<Joint>, quiet: bool) -> PictureOptions {
-    PictureOptions { joint, overlay: None, threads: None, quiet }
+    PictureOptions { joint, quiet, ..PictureOptions::default() }
 }
 
 fn find_features(
     pictures: &dyn PictureSource,
-    sensor: &trueline_dataset::Sensor,
+    sensor: &SensorFile,
     name: &Path,
     options: &PictureOptions,
 ) -> Result<Vec<Feature>, Failure> {

@@ -38,6 +38,9 @@ impl OverlayFolder {
         }
         let (image, detector) = (picture.image, picture.detector);
         let mut canvas = Canvas::new(image.width, image.height, &levels(image));
+        if let Some(region) = detector.region() {
+            canvas.region(region);
+        }
         for segment in detector.segments() {
             canvas.segment(segment, detector.lens());
         }

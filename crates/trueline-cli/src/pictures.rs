@@ -7,21 +7,30 @@ use indicatif::ProgressBar;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
-use trueline_dataset::{PictureFolder, PictureSource, Sensor, folder};
-use trueline_report::picture_page::Looked;
+use trueline_dataset::sensor_setup::RegionOfInterest;
+use trueline_dataset::{PictureFolder, PictureSource, SensorFile, folder};
+use trueline_report::picture_page::{Looked, MissingSeam, SeamPixel};
 use trueline_vision::scan::{
     ExaminedPicture, JointSource, ScanError, ScanObserver, ScanSeams, SkippedPictures, Stage,
 };
-use trueline_vision::{Detector, Joint, find_seams};
+use trueline_vision::{Detector, Joint, PictureRegion, StripeChoice, find_seams};
 
 /// Gaps that are typically further than this from where their neighbours have them deserve a look, px: soot makes
 /// gaps as well. Corners and edges may just move fast.
 const DOUBTFUL_PX: f64 = 20.0;
 
+/// Pictures that could not be used and are named at most.
+const MOST_NAMED: usize = 10;
+
 /// How to examine them.
+#[derive(Default)]
 pub struct PictureOptions {
     /// The joint, or whatever most pictures show.
     pub joint: Option<Joint>,
+    /// Where in the pictures, if not where sensor.toml says.
+    pub region: Option<PictureRegion>,
+    /// Which of several corners.
+    pub stripe: StripeChoice,
     /// Where to draw what was found, and how often.
     pub overlay: Option<(PathBuf, usize)>,
     /// Threads; one for each core if not given.
@@ -35,15 +44,10 @@ pub struct PictureOptions {
 /// # Errors
 /// A dataset without a camera or pictures, or a picture that cannot be read.
 pub fn examine(dataset: &Path, options: &PictureOptions) -> Result<ScanSeams, Failure> {
-    let sensor = folder::read_sensor(dataset)?;
+    let sensor = folder::read_sensor_file(dataset)?;
     // Without a camera there need not be pictures, and that is what is to be told.
-    detector(&sensor, dataset)?;
+    detector(&sensor, dataset, options)?;
     examine_source(&PictureFolder::open(dataset)?, &sensor, dataset, options)
-}
-
-fn detector(sensor: &Sensor, dataset: &Path) -> Result<Detector, Failure> {
-    let detector = Detector::for_sensor(sensor).ok_or_else(|| ScanError::NoCamera { kind: sensor.kind() });
-    detector.map_err(|error| failure(&error, Some(dataset)))
 }
 
 /// Examines all pictures of a recording; `dataset` is what an error calls it.
@@ -52,11 +56,11 @@ fn detector(sensor: &Sensor, dataset: &Path) -> Result<Detector, Failure> {
 /// As [`examine`].
 pub fn examine_source(
     pictures: &dyn PictureSource,
-    sensor: &Sensor,
+    sensor: &SensorFile,
     dataset: &Path,
     options: &PictureOptions,
 ) -> Result<ScanSeams, Failure> {
-    let detector = detector(sensor, dataset)?;
+    let detector = detector(sensor, dataset, options)?;
     let overlay = options.overlay.as_ref();
     let overlay = overlay.map(|(folder, every)| OverlayFolder::create(folder, *every)).transpose()?;
     let onlooker = Onlooker { overlay, quiet: options.quiet, bar: Mutex::default() };
@@ -66,6 +70,26 @@ pub fn examine_source(
         .map_err(|error| Failure::new(format!("threads cannot be started: {error}"), "try --threads 1"))?;
     pool.install(|| find_seams(pictures, &detector, options.joint, &onlooker))
         .map_err(|error| failure(&error, None))
+}
+
+/// The detector for a dataset's sensor, with what its file and the user say of where to look.
+fn detector(file: &SensorFile, dataset: &Path, options: &PictureOptions) -> Result<Detector, Failure> {
+    let SensorFile { sensor, setup } = file;
+    let detector = Detector::for_sensor(sensor).ok_or_else(|| ScanError::NoCamera { kind: sensor.kind() });
+    let detector = detector.map_err(|error| failure(&error, Some(dataset)))?;
+    let stated = match setup.region_of_interest {
+        Some(RegionOfInterest::Pixels { u_px, v_px }) => PictureRegion::rectangle(u_px, v_px),
+        _ => None,
+    };
+    let region = options.region.clone().or(stated);
+    let [width, height] = detector.lens().camera().size;
+    if !region.as_ref().is_none_or(|region| region.overlaps([width, height])) {
+        return Err(Failure::new(
+            format!("the region of interest lies outside of the pictures, which are {width} x {height} px"),
+            "--region U0,V0,U1,V1 in px, (0, 0) is the top-left pixel",
+        ));
+    }
+    Ok(detector.within(region).choosing(options.stripe))
 }
 
 /// What a person can do about it.
@@ -129,8 +153,8 @@ pub fn looked(scan: &ScanSeams) -> Vec<Looked> {
         stamp_s: (frame.stamp.stamp_ns - first_ns) as f64 * 1e-9,
         file: Path::new(&frame.name).file_name().unwrap_or_default().to_string_lossy().into_owned(),
         seam: match &frame.seam {
-            Ok(seam) => Ok((seam.pixel.into(), seam.sigma_px())),
-            Err(reason) => Err((reason.code(), reason.to_string())),
+            Ok(seam) => Ok(SeamPixel { at_px: seam.pixel.into(), sigma_px: seam.sigma_px() }),
+            Err(reason) => Err(MissingSeam { code: reason.code(), text: reason.to_string() }),
         },
     });
     looked.collect()
@@ -145,6 +169,9 @@ pub fn summary(scan: &ScanSeams) -> String {
     };
     let mut text = format!("Joint            {}{how}\n", scan.joint.name());
     text += &format!("Found            {} of {} pictures\n", scan.seams().count(), scan.frames.len());
+    for error in scan.unreadable.iter().take(MOST_NAMED) {
+        text += &format!("                 skipped: {error}\n");
+    }
     for skipped in scan.reasons() {
         text += &format!("                 {}: {}\n", skipped.count, skipped.typical);
     }
@@ -184,6 +211,7 @@ pub fn json(scan: &ScanSeams) -> serde_json::Value {
         "pictures": scan.frames.len(),
         "found": scan.seams().count(),
         "not_found": reasons,
+        "unreadable": scan.unreadable.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "median_sigma_px": spread(0).zip(spread(1)).map(|(u, v)| [u[0], v[0]]),
         "median_px_from_neighbours": scan.neighbour_distance_px,
         "median_gap_mm": gap_mm.map(|gap| gap[0]),

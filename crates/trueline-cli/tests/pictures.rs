@@ -126,8 +126,20 @@ fn datasets_without_usable_pictures_are_refused() {
     fs::write(at.join("scan/sensor.toml"), sensor.replace("2448", "2440")).unwrap();
     refuses(at, "features scan", "the picture is 2448 x 2000 px, and sensor.toml says 2440 x 2000");
     fs::write(at.join("scan/sensor.toml"), sensor).unwrap();
+    // One that is missing is named and counted, and stops nothing.
     fs::remove_file(at.join("scan/images/000001.png")).unwrap();
-    refuses(at, "features scan --joint fillet", "000001.png: the file is missing");
+    let said = succeeds(at, "features scan --joint fillet");
+    assert!(said.contains("Found            2 of 3 pictures"), "{said}");
+    assert!(said.contains("000001.png: the file is missing"), "{said}");
+    refuses(
+        at,
+        "features scan --region 3000,0,4000,100",
+        "the region of interest lies outside of the pictures",
+    );
+    refuses(at, "features scan --region 10,0,5,100", "--region 10,0,5,100: expected U0,V0,U1,V1");
+    // A region without the seam shows none: a corner of the picture.
+    let output = trueline(at, "features scan --joint fillet --region 0,0,60,60");
+    assert_eq!(output.status.code(), Some(1));
     fs::remove_dir_all(at.join("scan/images")).unwrap();
     refuses(at, "features scan", "index.csv: the file is missing");
     for bad in ["--preset two-lines", "--preset profiler", "--fault bursts", "--exposure-ms=-1"] {

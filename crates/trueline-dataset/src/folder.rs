@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Problem};
 use crate::recording::{Feature, Recording, Sensor};
-use crate::sensor_setup::{Mounted, SensorSetup};
+use crate::sensor_setup::{Mounted, RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
 use crate::{features_csv, known_toml, robot_csv, sensor_toml};
 use sha2::{Digest, Sha256};
@@ -64,11 +64,19 @@ fn read_folder(folder: &Path, found: Option<Vec<Feature>>) -> Result<Recording, 
 /// # Errors
 /// A file that is missing or cannot be used.
 pub fn read_sensor(folder: &Path) -> Result<Sensor, Error> {
+    Ok(read_sensor_file(folder)?.sensor)
+}
+
+/// Reads the sensor of a dataset folder with all else that its file says.
+///
+/// # Errors
+/// A file that is missing or cannot be used.
+pub fn read_sensor_file(folder: &Path) -> Result<SensorFile, Error> {
     let file = folder.join("sensor.toml");
     let text = load(&file, "sensor.toml", &mut BTreeMap::new())?
         .ok_or_else(|| Error::in_file(&file, Problem::Missing))?;
-    let SensorFile { sensor, setup } = sensor_toml::parse_file(&file, &utf8(&file, text)?)?;
-    refuse_what_is_not_applied(&file, &setup)?;
+    let sensor = sensor_toml::parse_file(&file, &utf8(&file, text)?)?;
+    refuse_what_is_not_applied(&file, &sensor.setup)?;
     Ok(sensor)
 }
 
@@ -84,7 +92,11 @@ pub fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<()
             "\"tool\": a sensor beside the robot is not supported yet",
         ),
         (setup.shape.is_some(), "shape", "no [shape]: it is not applied yet"),
-        (setup.region_of_interest.is_some(), "region_of_interest", "no such table: it is not applied yet"),
+        (
+            matches!(setup.region_of_interest, Some(RegionOfInterest::Sheet { .. })),
+            "region_of_interest",
+            "no such table: for profiles it is not applied yet",
+        ),
     ];
     match refused.into_iter().find(|(stated, ..)| *stated) {
         Some((_, key, expected)) => {

@@ -13,8 +13,26 @@ pub struct Looked {
     pub stamp_s: f64,
     /// Its file.
     pub file: String,
-    /// The seam and its standard deviations, px; or why there is none: a code, and a text with numbers.
-    pub seam: Result<([f64; 2], [f64; 2]), (&'static str, String)>,
+    /// The seam, or why there is none.
+    pub seam: Result<SeamPixel, MissingSeam>,
+}
+
+/// A seam in a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct SeamPixel {
+    /// Where it is, px.
+    pub at_px: [f64; 2],
+    /// Its standard deviations, px.
+    pub sigma_px: [f64; 2],
+}
+
+/// Why a picture has no seam.
+#[derive(Clone, Debug)]
+pub struct MissingSeam {
+    /// The kind of reason.
+    pub code: &'static str,
+    /// The reason with its numbers.
+    pub text: String,
 }
 
 /// Renders the report; `words` is the summary as it is printed.
@@ -43,7 +61,7 @@ pub fn html(title: &str, words: &str, looked: &[Looked], size_px: [u32; 2], comm
 fn charts(looked: &[Looked], size_px: [u32; 2], columns: &mut Columns) -> Vec<Block> {
     let seams: Vec<(f64, [f64; 2], [f64; 2])> = looked
         .iter()
-        .filter_map(|l| l.seam.as_ref().ok().map(|(at, sigma)| (l.stamp_s, *at, *sigma)))
+        .filter_map(|l| l.seam.as_ref().ok().map(|seam| (l.stamp_s, seam.at_px, seam.sigma_px)))
         .collect();
     let time = columns.add(seams.iter().map(|s| s.0));
     let [u, v] = [0, 1].map(|k| columns.add(seams.iter().map(|s| s.1[k])));
@@ -98,8 +116,10 @@ const MOST: usize = 300;
 
 fn missing(looked: &[Looked]) -> Vec<Block> {
     let mut reasons: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
-    let without: Vec<(&Looked, &str, &String)> =
-        looked.iter().filter_map(|l| l.seam.as_ref().err().map(|(code, text)| (l, *code, text))).collect();
+    let without: Vec<(&Looked, &str, &String)> = looked
+        .iter()
+        .filter_map(|l| l.seam.as_ref().err().map(|reason| (l, reason.code, &reason.text)))
+        .collect();
     for (_, code, text) in &without {
         reasons.entry(code).or_insert((0, text)).0 += 1;
     }

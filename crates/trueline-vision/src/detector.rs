@@ -7,14 +7,16 @@ use crate::joint::lap::LapFinder;
 use crate::joint::plate_end::PlateEndFinder;
 use crate::joint::{edge, fillet, v_groove};
 use crate::lens::Lens;
-use crate::locate::binning::{FACTORS, bin, binned_lens, factor};
+use crate::locate::binning::{BinnedLevels, FACTORS, bin, binned_lens, factor};
 use crate::locate::edgel::{Edgel, edgels};
 use crate::locate::line_segment::{LineSegment, SegmentFinder};
 use crate::locate::tiles::{Candidate, MOST_CANDIDATES, Tiles};
 use crate::measure::stripe_meter::StripeMeter;
 use crate::not_found::NotFound;
 use crate::picture::{Level, Picture};
+use crate::region::PictureRegion;
 use crate::seam::{Joint, Seam};
+use crate::stripe_choice::StripeChoice;
 use trueline_dataset::{GrayImage, Pixels, Sensor};
 
 /// Finds the seam in pictures of one camera. Keeps its memory from one picture to the next, and nothing else:
@@ -26,8 +28,9 @@ pub struct Detector {
     lens: Lens,
     locator: Locator,
     finders: JointFinders,
-    binned: Vec<u16>,
+    binned: BinnedLevels,
     segments: Vec<LineSegment>,
+    region: Option<PictureRegion>,
 }
 
 impl Detector {
@@ -39,9 +42,29 @@ impl Detector {
             lens,
             locator: Locator::default(),
             finders: JointFinders::default(),
-            binned: Vec::new(),
+            binned: BinnedLevels::default(),
             segments: Vec::new(),
+            region: None,
         }
+    }
+
+    /// The same, looking for the seam in a part of the pictures only.
+    #[must_use]
+    pub fn within(self, region: Option<PictureRegion>) -> Self {
+        Self { region, ..self }
+    }
+
+    /// The same, taking that one of several corners that is meant.
+    #[must_use]
+    pub fn choosing(mut self, choice: StripeChoice) -> Self {
+        self.finders.choice = choice;
+        self
+    }
+
+    /// Where the seam is looked for, if not everywhere.
+    #[must_use]
+    pub fn region(&self) -> Option<&PictureRegion> {
+        self.region.as_ref()
     }
 
     /// A detector for a recording's sensor; `None` if it takes no pictures.
@@ -72,7 +95,7 @@ impl Detector {
     /// # Errors
     /// Why there is none; a point that cannot be relied on is none.
     pub fn seam<L: Level>(&mut self, picture: &Picture<'_, L>, joint: Joint) -> Result<Seam, NotFound> {
-        self.locator.candidates_in(picture);
+        self.locator.candidates_in(picture, self.region.as_ref(), 1);
         let factor = factor(picture, &self.locator.tiles, &self.locator.candidates);
         if factor == 1 {
             self.locator.segments_in(picture, &self.lens, &mut self.segments);
@@ -87,7 +110,7 @@ impl Detector {
             FACTORS.iter().zip(&self.lenses).find(|(k, _)| **k == factor).and_then(|(_, lens)| lens.as_ref());
         let smaller = bin(picture, factor, &mut self.binned);
         let (Some(lens), Some(smaller)) = (lens, smaller) else { return Err(self.locator.no_stripe()) };
-        self.locator.candidates_in(&smaller);
+        self.locator.candidates_in(&smaller, self.region.as_ref(), factor);
         self.locator.segments_in(&smaller, lens, &mut self.segments);
         let frame = Frame { picture: &smaller, lens };
         let seam = self.finders.seam(joint, frame, &self.segments, &self.locator);
@@ -125,11 +148,21 @@ struct Locator {
 }
 
 impl Locator {
-    fn candidates_in<L: Level>(&mut self, picture: &Picture<'_, L>) {
+    fn candidates_in<L: Level>(
+        &mut self,
+        picture: &Picture<'_, L>,
+        region: Option<&PictureRegion>,
+        factor: usize,
+    ) {
         self.tiles.measure(picture);
         let contrast = self.tiles.contrast();
         self.candidates.clear();
         self.candidates.extend(self.tiles.standing_out(contrast));
+        if let Some(region) = region {
+            let k = factor as f64;
+            let full = |at: f32| f64::from(at) * k;
+            self.candidates.retain(|candidate| region.contains(full(candidate.u), full(candidate.v)));
+        }
         if self.candidates.len() > MOST_CANDIDATES {
             let excess = |candidate: &Candidate| candidate.peak - candidate.around;
             self.candidates.select_nth_unstable_by(MOST_CANDIDATES, |a, b| excess(b).total_cmp(&excess(a)));
@@ -155,6 +188,7 @@ impl Locator {
 /// One finder for each kind of joint.
 #[derive(Clone, Debug, Default)]
 struct JointFinders {
+    choice: StripeChoice,
     corners: StripeMeter,
     laps: LapFinder,
     butts: ButtFinder,
@@ -174,8 +208,8 @@ impl JointFinders {
         }
         let evidence = Evidence { frame, segments };
         match joint {
-            Joint::Fillet => fillet::find(&evidence, false, &mut self.corners),
-            Joint::Corner => fillet::find(&evidence, true, &mut self.corners),
+            Joint::Fillet => fillet::find(&evidence, false, self.choice, &mut self.corners),
+            Joint::Corner => fillet::find(&evidence, true, self.choice, &mut self.corners),
             Joint::Lap => self.laps.find(&evidence),
             Joint::VGroove => v_groove::find(&evidence, &mut self.corners),
             Joint::Butt => self.butts.find(&evidence),

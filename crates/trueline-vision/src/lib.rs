@@ -12,12 +12,16 @@ pub mod measure;
 mod not_found;
 pub mod overlay;
 pub mod picture;
+pub mod region;
 pub mod scan;
 pub mod seam;
+mod stripe_choice;
 
 pub use detector::Detector;
 pub use lens::Lens;
 pub use not_found::NotFound;
 pub use picture::{Level, Picture};
+pub use region::PictureRegion;
 pub use scan::find_seams;
 pub use seam::{Joint, Seam};
+pub use stripe_choice::StripeChoice;

@@ -4,6 +4,9 @@
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NotFound {
+    /// The picture cannot be read, or is of another size than the camera's.
+    #[error("the picture cannot be used")]
+    Unreadable,
     /// Nothing in the picture looks like a stripe.
     #[error(
         "no laser stripe in the picture: what is brightest is {contrast:.0} levels above its surroundings"
@@ -76,6 +79,16 @@ pub enum NotFound {
         /// The most that an edge may blur, px.
         most_px: f64,
     },
+    /// The stripe leaves its line before it ends.
+    #[error(
+        "the plate's edge is rounded: the stripe is {shift_px:.1} px beside its line at its end; {most_px:.1} px are allowed"
+    )]
+    RoundedEnd {
+        /// How far it is beside its line, px.
+        shift_px: f64,
+        /// The most that it may be, px.
+        most_px: f64,
+    },
     /// The gap is not the one that the other pictures show.
     #[error("the gap is not as wide as in most other pictures")]
     OddGap,
@@ -127,6 +140,7 @@ impl NotFound {
     #[must_use]
     pub fn code(&self) -> &'static str {
         match self {
+            Self::Unreadable => "unreadable",
             Self::NoStripe { .. } => "no-stripe",
             Self::OnePiece { .. } => "single-segment",
             Self::ArmsTooShort { .. } => "arms-too-short",
@@ -136,6 +150,7 @@ impl NotFound {
             Self::NotThisJoint { .. } => "not-this-joint",
             Self::GoesOn => "stripe-continues",
             Self::NoClearEnd { .. } => "no-clear-end",
+            Self::RoundedEnd { .. } => "rounded-end",
             Self::OddGap => "odd-gap",
             Self::Jumps { .. } => "far-from-neighbours",
             Self::TwoPlaces { .. } => "two-places",
@@ -159,10 +174,11 @@ impl NotFound {
             Self::Jumps { distance_px, .. }
             | Self::Ambiguous { distance_px }
             | Self::TwoPlaces { distance_px } => distance_px,
+            Self::RoundedEnd { shift_px, .. } => shift_px,
             Self::TooLittle { visible, .. } => visible,
             Self::Uncertain { sigma_px, .. } => sigma_px,
             Self::NotThisJoint { pieces } => pieces as f64,
-            Self::WrongSide { .. } | Self::GoesOn | Self::OddGap | Self::OutOfView => 0.0,
+            Self::Unreadable | Self::WrongSide { .. } | Self::GoesOn | Self::OddGap | Self::OutOfView => 0.0,
         }
     }
 
@@ -179,6 +195,9 @@ impl NotFound {
             }
             Self::NoClearEnd { fades_px, most_px } => {
                 Self::NoClearEnd { fades_px: fades_px * factor, most_px: most_px * factor }
+            }
+            Self::RoundedEnd { shift_px, most_px } => {
+                Self::RoundedEnd { shift_px: shift_px * factor, most_px: most_px * factor }
             }
             Self::Ambiguous { distance_px } => Self::Ambiguous { distance_px: distance_px * factor },
             Self::Uncertain { sigma_px, most_px } => {

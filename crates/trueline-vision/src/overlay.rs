@@ -2,9 +2,11 @@
 
 use crate::lens::Lens;
 use crate::locate::line_segment::LineSegment;
+use crate::region::PictureRegion;
 use crate::seam::Seam;
 
 const PIECE: [u8; 3] = [0, 160, 255];
+const REGION: [u8; 3] = [120, 220, 120];
 const SEAM: [u8; 3] = [255, 60, 30];
 const ELLIPSE: [u8; 3] = [255, 220, 0];
 
@@ -41,6 +43,19 @@ impl Canvas {
             for side in [-1.0, 1.0] {
                 let pixel = lens.distorted(&(at + beside * side)).0;
                 self.dot(pixel.x, pixel.y, PIECE);
+            }
+        }
+    }
+
+    /// The border of a region: dots.
+    pub fn region(&mut self, region: &PictureRegion) {
+        let corners = region.corners();
+        for (k, from) in corners.iter().enumerate() {
+            let to = corners[(k + 1) % corners.len()];
+            let steps = ((to - from).norm() / 10.0).ceil().clamp(1.0, 1e4);
+            for step in 0..steps as usize {
+                let at = from.lerp(&to, step as f64 / steps);
+                self.dot(at.x, at.y, REGION);
             }
         }
     }

@@ -137,7 +137,7 @@ fn points_of_the_centre_line_scatter_as_their_sigma_says() {
         let start = arm.station(&line.point);
         let fit = meter.fit_with(&line, span.map(|s| s - start), &template, frame).unwrap();
         let normalised: Vec<f64> =
-            meter.middles(&line, &fit).map(|m| (fit.line.distance(&m.ideal) / m.sigma_px).powi(2)).collect();
+            meter.middles(&fit).map(|m| (fit.line.distance(&m.ideal) / m.sigma_px).powi(2)).collect();
         assert!(normalised.len() > 300, "{} points", normalised.len());
         let mean = normalised.iter().sum::<f64>() / normalised.len() as f64;
         assert!((0.6..2.5).contains(&mean), "mean normalised square {mean:.2}");

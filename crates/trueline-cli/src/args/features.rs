@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use trueline_vision::StripeChoice;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -19,6 +20,12 @@ pub struct FeaturesArgs {
     /// Joint type
     #[arg(long, value_enum, default_value_t = JointName::Auto)]
     pub joint: JointName,
+    /// Look here only, px: U0,V0,U1,V1, or the corners U,V,U,V,… of a polygon [default: sensor.toml's region_of_interest]
+    #[arg(long, value_name = "PX")]
+    pub region: Option<String>,
+    /// Which of several corners to take: strongest, nearest, farthest, upper, lower, left or right
+    #[arg(long, value_parser = stripe, default_value = "strongest")]
+    pub stripe: StripeChoice,
     /// Folder for pictures of what was found; it must not hold any yet
     #[arg(long)]
     pub overlay: Option<PathBuf>,
@@ -37,6 +44,12 @@ pub struct FeaturesArgs {
     /// Print no summary
     #[arg(long)]
     pub quiet: bool,
+}
+
+fn stripe(name: &str) -> Result<StripeChoice, String> {
+    let names = StripeChoice::ALL.map(StripeChoice::name).join(", ");
+    let found = StripeChoice::ALL.into_iter().find(|choice| choice.name() == name);
+    found.ok_or_else(|| format!("expected one of {names}"))
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -7,12 +7,14 @@ use crate::pictures::{self, PictureOptions};
 use std::process::ExitCode;
 use trueline_dataset::folder;
 use trueline_report::picture_page;
-use trueline_vision::Joint;
+use trueline_vision::{Joint, PictureRegion};
 
 /// Runs the command.
 pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     let options = PictureOptions {
         joint: joint(args.joint),
+        region: args.region.as_deref().map(region).transpose()?,
+        stripe: args.stripe,
         overlay: args.overlay.clone().map(|folder| (folder, args.overlay_every.get())),
         threads: args.threads,
         quiet: args.quiet,
@@ -43,6 +45,25 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::from(1));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A rectangle U0,V0,U1,V1 or a polygon U0,V0,U1,V1,U2,V2,…
+fn region(text: &str) -> Result<PictureRegion, Failure> {
+    let numbers: Result<Vec<f64>, _> = text.split([',', ' ']).map(str::parse).collect();
+    let region = numbers.ok().and_then(|numbers| match numbers.as_slice() {
+        [u0, v0, u1, v1] => PictureRegion::rectangle([*u0, *u1], [*v0, *v1]),
+        more if more.len().is_multiple_of(2) => {
+            let corners: Vec<[f64; 2]> = more.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+            PictureRegion::polygon(&corners)
+        }
+        _ => None,
+    });
+    region.ok_or_else(|| {
+        Failure::new(
+            format!("--region {text}: expected U0,V0,U1,V1 with U0 < U1 and V0 < V1, or three or more corners U,V,U,V,…"),
+            "for example --region 200,100,2200,1900",
+        )
+    })
 }
 
 /// The joint of a name; `None` for whatever the pictures show.

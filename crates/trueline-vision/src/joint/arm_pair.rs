@@ -2,7 +2,7 @@
 
 use crate::lens::Lens;
 use crate::line::Line2;
-use crate::locate::line_segment::LineSegment;
+use crate::locate::line_segment::{LineSegment, continuous_px};
 use crate::locate::tiles::TILE;
 use crate::not_found::NotFound;
 use nalgebra::Vector2;
@@ -14,8 +14,6 @@ const FLATTEST: f64 = 0.1;
 const MOST_GAP: f64 = 0.5;
 const MOST_GAP_PX: f64 = 120.0;
 const BOTH_GAPS_PX: f64 = 160.0;
-/// Part of a stretch that edgels cover where the stripe is continuous; scattered glints cover less.
-const CONTINUOUS: f64 = 0.7;
 /// An arm is as long as so many thicknesses of the stripe, and so many px where the stripe is thin.
 const NEEDED_SIGMAS: f64 = 25.0;
 const NEEDED_PX: f64 = 80.0;
@@ -30,6 +28,18 @@ const BRIDGED_GAPS_PX: f64 = 600.0;
 #[must_use]
 pub fn needed_px(sigma_px: f64) -> f64 {
     (NEEDED_SIGMAS * sigma_px).max(NEEDED_PX)
+}
+
+/// Most that two segments of one stripe differ in brightness and thickness, as factors: a spark across the stripe is
+/// brighter, or thicker.
+const MOST_CONTRAST: f64 = 4.0;
+const MOST_SPREAD: f64 = 2.5;
+
+/// Whether the light on two segments is of one kind.
+#[must_use]
+pub fn are_alike(a: &LineSegment, b: &LineSegment) -> bool {
+    let within = |a: f64, b: f64, factor: f64| a.max(b) <= factor * a.min(b);
+    within(a.brightness, b.brightness, MOST_CONTRAST) && within(a.sigma_px, b.sigma_px, MOST_SPREAD)
 }
 
 /// Whether a continuous stretch is as long as is needed; its ends are known to half a tile each.
@@ -211,24 +221,4 @@ fn arm(segment: &LineSegment, corner: &Vector2<f64>) -> Arm {
         weight: after.max(before),
         against: after.min(before),
     }
-}
-
-/// The longest stretch from the first edgel on that edgels cover continuously, px; `stations` rise.
-#[must_use]
-pub fn continuous_px(stations: impl Iterator<Item = f64>) -> f64 {
-    let tile = TILE as f64;
-    let (mut begin, mut last) = (f64::NAN, f64::NAN);
-    let (mut covered, mut longest) = (0.0, 0.0);
-    for s in stations.filter(|s| *s > 0.0) {
-        if begin.is_nan() {
-            (begin, last) = (s, s - tile);
-        }
-        covered += (s - last).min(tile);
-        last = s;
-        let length = s - begin + tile;
-        if covered >= CONTINUOUS * length {
-            longest = length;
-        }
-    }
-    longest
 }

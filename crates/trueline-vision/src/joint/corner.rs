@@ -65,7 +65,7 @@ pub fn measure<L: Level>(
         if fit.present < LEAST_PRESENT {
             return Err(NotFound::TooLittle { visible: fit.present, needed: LEAST_PRESENT });
         }
-        fits[k] = Some(meter.without_bent_start(&arms[k], fit));
+        fits[k] = Some(meter.without_bent_start(fit));
     }
     let [Some(a), Some(b)] = fits else { return Err(NOTHING) };
     let seam = cross(lens, &a, &b)?;

@@ -26,7 +26,7 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, ends: &mut PlateEndFinder) -> 
     let segments = evidence.segments;
     let best = &segments[0];
     let [first, last] = best.span();
-    let continuous_px = best.covered_px(first, last);
+    let continuous_px = best.continuous_from_end_px(false).max(best.continuous_from_end_px(true));
     if !is_long(continuous_px, best.sigma_px) {
         return Err(NotFound::ArmsTooShort {
             arms_px: [continuous_px; 2],

@@ -8,9 +8,12 @@ use crate::measure::stripe_meter::StripeMeter;
 use crate::not_found::NotFound;
 use crate::picture::Level;
 use crate::seam::Seam;
+use crate::stripe_choice::StripeChoice;
 
 /// A second corner with this part of the best one's evidence makes it doubtful.
 const RIVAL: f64 = 0.9;
+/// A corner with this part of the best one's evidence can be the one that is meant.
+const WORTHY: f64 = 0.3;
 /// Corners nearer to each other than this are the same, px.
 const SAME_PX: f64 = 10.0;
 
@@ -22,6 +25,7 @@ const SAME_PX: f64 = 10.0;
 pub fn find<L: Level>(
     evidence: &Evidence<'_, L>,
     ridge: bool,
+    choice: StripeChoice,
     meter: &mut StripeMeter,
 ) -> Result<Seam, NotFound> {
     let lens = evidence.frame.lens;
@@ -37,6 +41,11 @@ pub fn find<L: Level>(
         return Err(NotFound::GoesOn);
     }
     let apart = |pair: &ArmPair| (pair.corner() - best.corner()).norm();
+    if choice != StripeChoice::Strongest {
+        let worthy = corners().filter(|pair| pair.score() > WORTHY * best.score());
+        let meant = worthy.max_by(|a, b| choice.rank(a, lens).total_cmp(&choice.rank(b, lens)));
+        return measure(meter, &meant.unwrap_or(best), evidence.frame);
+    }
     let rival = corners().find(|pair| apart(pair) > SAME_PX && pair.score() > RIVAL * best.score());
     if let Some(rival) = rival {
         return Err(NotFound::Ambiguous { distance_px: apart(&rival) });

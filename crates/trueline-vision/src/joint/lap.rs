@@ -1,7 +1,7 @@
 //! The edge of a lap joint: where the stripe on the upper plate ends.
 
 use crate::evidence::Evidence;
-use crate::joint::arm_pair::is_long;
+use crate::joint::arm_pair::{are_alike, is_long};
 use crate::joint::end_face::{Face, FaceFinder};
 use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
 use crate::lens::Lens;
@@ -96,16 +96,17 @@ fn with_lit_face(end: &Edge, face: Option<Edge>, sigma_px: f64) -> Edge {
 
 fn plates(segments: &[LineSegment], [upper, lower]: [usize; 2], lens: &Lens) -> Option<Plates> {
     let [a, b] = [upper, lower].map(|number| &segments[number]);
-    let covered = |segment: &LineSegment| segment.covered_px(segment.span()[0], segment.span()[1]);
-    if !is_long(covered(a), a.sigma_px) || !is_long(covered(b), b.sigma_px) {
-        return None;
-    }
     let ends = |segment: &LineSegment| segment.span().map(|s| segment.line.at(s));
     let ([a0, a1], [b0, b1]) = (ends(a), ends(b));
     // Towards the other plate.
     let forward = a.line.along.dot(&(0.5 * (b0 + b1) - 0.5 * (a0 + a1))) > 0.0;
     let (along, edge) = if forward { (a.line.along, a1) } else { (-a.line.along, a0) };
     let line = Line2 { point: edge, along };
+    let b_forward = line.along.dot(&b.line.along) > 0.0;
+    let continuous_px = [a.continuous_from_end_px(forward), b.continuous_from_end_px(!b_forward)];
+    if !is_long(continuous_px[0], a.sigma_px) || !is_long(continuous_px[1], b.sigma_px) || !are_alike(a, b) {
+        return None;
+    }
     let (start, end) = (line.station(&b0).min(line.station(&b1)), line.station(&b0).max(line.station(&b1)));
     // The lower stripe lies ahead, not beside: what lies beside is a ghost.
     let ahead = end > 0.3 * a.span()[1].min(60.0) && start.abs() < APART_PX && start > -0.3 * (end - start);

@@ -1,7 +1,7 @@
 //! The bottom of a groove: where its two faces meet, each of which ends at a plate.
 
 use crate::evidence::Evidence;
-use crate::joint::arm_pair::{ArmPair, heaviest_reason, is_long, pairs};
+use crate::joint::arm_pair::{ArmPair, are_alike, heaviest_reason, is_long, pairs};
 use crate::joint::corner::measure;
 use crate::lens::Lens;
 use crate::locate::line_segment::LineSegment;
@@ -15,9 +15,6 @@ const MEETS_PX: f64 = 40.0;
 /// A second bottom with this part of the best one's evidence makes it doubtful, if it is further away than this, px.
 const RIVAL: f64 = 0.8;
 const SAME_PX: f64 = 10.0;
-/// Most that two faces differ in brightness and thickness, as factors.
-const MOST_CONTRAST: f64 = 4.0;
-const MOST_SPREAD: f64 = 2.5;
 /// Least length of a face that edgels cover, px.
 const LEAST_FACE_PX: f64 = 24.0;
 
@@ -32,7 +29,9 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, meter: &mut StripeMeter) -> Re
     let grooves = || {
         let likely = judged().filter_map(|(_, pair)| pair.ok());
         likely
-            .filter(|pair| pair.score() > 0.0 && alike(segments, pair))
+            .filter(|pair| {
+                pair.score() > 0.0 && are_alike(&segments[pair.segments[0]], &segments[pair.segments[1]])
+            })
             .map(|pair| (flanks(segments, &pair), pair))
             .filter(|(flanks, _)| *flanks > 0)
     };
@@ -58,13 +57,6 @@ fn face_pair(pair: ArmPair, lens: &Lens) -> Result<ArmPair, NotFound> {
         return Ok(pair);
     }
     Err(NotFound::ArmsTooShort { arms_px: pair.continuous_px, needed_px: LEAST_FACE_PX })
-}
-
-/// Whether the light on two faces is of one kind: a spark across the stripe is brighter, or thicker, than both.
-fn alike(segments: &[LineSegment], pair: &ArmPair) -> bool {
-    let [a, b] = pair.segments.map(|number| &segments[number]);
-    let within = |a: f64, b: f64, factor: f64| a.max(b) <= factor * a.min(b);
-    within(a.brightness, b.brightness, MOST_CONTRAST) && within(a.sigma_px, b.sigma_px, MOST_SPREAD)
 }
 
 /// How many of the faces end at a plate, 0 to 2.

@@ -42,31 +42,41 @@ fn wanted<L: Level>(picture: &Picture<'_, L>, tiles: &Tiles, candidate: &Candida
     })
 }
 
+/// Memory of a picture that was made smaller.
+#[derive(Clone, Debug, Default)]
+pub struct BinnedLevels {
+    levels: Vec<u16>,
+    /// Sums of a few rows, column by column.
+    sums: Vec<u32>,
+}
+
 /// A picture with `factor` × `factor` pixels made one; columns and rows that are left over are dropped.
 pub fn bin<'a, L: Level>(
     picture: &Picture<'_, L>,
     factor: usize,
-    memory: &'a mut Vec<u16>,
+    memory: &'a mut BinnedLevels,
 ) -> Option<Picture<'a, u16>> {
     let (width, height) = (picture.width() / factor, picture.height() / factor);
-    memory.clear();
-    memory.resize(width * height, 0);
-    fastest!(add_up(picture, factor, memory));
-    Picture::new(width, height, memory)
+    memory.levels.resize(width * height, 0);
+    memory.sums.resize(picture.width(), 0);
+    let BinnedLevels { sums, levels } = memory;
+    fastest!(add_up(picture, factor, sums, levels));
+    Picture::new(width, height, levels)
 }
 
+/// Rows are added to each other first, then columns: the first is most of the work, and one instruction adds many.
 #[inline(always)]
-fn add_up<L: Level>(picture: &Picture<'_, L>, factor: usize, binned: &mut [u16]) {
+fn add_up<L: Level>(picture: &Picture<'_, L>, factor: usize, sums: &mut [u32], binned: &mut [u16]) {
     let shift = L::excess_bits(factor.trailing_zeros());
-    let width = picture.width() / factor;
-    for (row, out) in binned.chunks_exact_mut(width.max(1)).enumerate() {
-        for (column, out) in out.iter_mut().enumerate() {
-            let mut sum = 0_u32;
-            for k in 0..factor {
-                let levels = &picture.row(row * factor + k)[column * factor..(column + 1) * factor];
-                sum += levels.iter().map(|level| Into::<u32>::into(L::Sum::from(*level))).sum::<u32>();
+    for (row, out) in binned.chunks_exact_mut((picture.width() / factor).max(1)).enumerate() {
+        sums.fill(0);
+        for k in 0..factor {
+            for (sum, level) in sums.iter_mut().zip(picture.row(row * factor + k)) {
+                *sum += Into::<u32>::into(L::Sum::from(*level));
             }
-            *out = (sum >> shift) as u16;
+        }
+        for (out, columns) in out.iter_mut().zip(sums.chunks_exact(factor)) {
+            *out = (columns.iter().sum::<u32>() >> shift) as u16;
         }
     }
 }

@@ -17,6 +17,8 @@ const PARALLEL: f32 = 0.35;
 const TRIALS: usize = 160;
 /// Edgels a segment has at least.
 const FEWEST: usize = 3;
+/// Part of a stretch that edgels cover where the stripe is continuous; scattered glints cover less.
+const CONTINUOUS: f64 = 0.7;
 /// Segments that are looked for.
 const MOST: usize = 8;
 /// An edgel in the ideal picture.
@@ -69,6 +71,17 @@ impl LineSegment {
     pub fn length_px(&self) -> f64 {
         let [first, last] = self.span();
         last - first
+    }
+
+    /// How far it is continuous from one of its ends on, px.
+    #[must_use]
+    pub fn continuous_from_end_px(&self, from_last: bool) -> f64 {
+        let [first, last] = self.span();
+        if from_last {
+            continuous_px(self.marks.iter().rev().map(|mark| last - mark[0]))
+        } else {
+            continuous_px(self.marks.iter().map(|mark| mark[0] - first))
+        }
     }
 
     /// Weight of the edgels in a stretch along the line.
@@ -238,4 +251,24 @@ fn lies_on(mark: &Mark, line: &Line2) -> bool {
     let at = Vector2::from(mark.at.map(f64::from));
     line.distance(&at).abs() < f64::from(NEAR_PX)
         && parallel(mark.along, [line.along.x as f32, line.along.y as f32])
+}
+
+/// The longest stretch from the first edgel on that edgels cover continuously, px; `stations` rise.
+#[must_use]
+pub fn continuous_px(stations: impl Iterator<Item = f64>) -> f64 {
+    let tile = TILE as f64;
+    let (mut begin, mut last) = (f64::NAN, f64::NAN);
+    let (mut covered, mut longest) = (0.0, 0.0);
+    for s in stations.filter(|s| *s >= 0.0) {
+        if begin.is_nan() {
+            (begin, last) = (s, s - tile);
+        }
+        covered += (s - last).min(tile);
+        last = s;
+        let length = s - begin + tile;
+        if covered >= CONTINUOUS * length {
+            longest = length;
+        }
+    }
+    longest
 }

@@ -18,9 +18,12 @@ pub const COVERED: f64 = 0.7;
 const LEAST_BLUR_PX: f64 = 0.9;
 const BLUR_SIGMAS: [f64; BLURS - 1] = [0.35, 0.7, 1.0, 1.4, 2.0, 3.0];
 const BLURS: usize = 7;
+/// What each costs beforehand, as twice the negative logarithm of its likelihood: a lens blurs the stripe's flanks as it
+/// does its end, so that more than one thickness needs an edge that is worn.
+const BLUR_COSTS: [f64; BLURS] = [0.0, 0.0, 0.0, 1.0, 5.0, 7.0, 9.0];
 /// An edge that is blurred by more than this, in thicknesses of the stripe and px, is no edge that could be measured.
-const MOST_BLUR_SIGMAS: f64 = 1.7;
-const MOST_BLUR_PX: f64 = 4.0;
+const MOST_BLUR_SIGMAS: f64 = 2.5;
+const MOST_BLUR_PX: f64 = 6.5;
 /// Sections further than this from a place, in blurs, are all plate or all nothing.
 const SHARP_BLURS: f64 = 3.55;
 /// Steps between the places that are tried, px and blurs: first all along, then near the best.
@@ -29,7 +32,7 @@ const STEP_BLURS: [f64; 2] = [0.5, 0.15];
 /// How far from the best first place the second search goes, px.
 const NEAR_PX: f64 = 6.0;
 /// A blur whose best place costs this much more than the best of all is not looked at again.
-const UNLIKELY: f64 = 20.0;
+const UNLIKELY: f64 = 12.0;
 /// Entries of the table of a step's light, for each blur of distance.
 const PER_BLUR: f64 = 32.0;
 const ENTRIES: usize = 2 * (SHARP_BLURS * PER_BLUR) as usize + 2;
@@ -39,11 +42,11 @@ const SLANTS: [f64; 9] = [-1.6, -1.1, -0.7, -0.35, 0.0, 0.35, 0.7, 1.1, 1.6];
 const FEWEST: [usize; 2] = [8, 3];
 /// What the shape of the step is uncertain by, px and blurs: one that is not symmetric, a seam that is not straight.
 const MODEL_PX: f64 = 0.15;
-const MODEL_BLURS: f64 = 0.15;
+const MODEL_BLURS: f64 = 0.2;
 /// The most even light that is believed: shape of the gamma distribution.
 const EVENEST: f64 = 10.0;
 /// Light beyond the edge is taken to be at least this part of the plate's: lenses stray some.
-const LEAST_DARK: f64 = 0.03;
+const LEAST_DARK: f64 = 0.08;
 /// Part of the plate's light that may be left beyond an edge.
 const LEFT: f64 = 0.5;
 
@@ -105,6 +108,16 @@ pub struct EndFinder {
     costs: Vec<PlaceCost>,
 }
 
+/// A blur that is tried.
+struct Blur {
+    px: f64,
+    step_px: f64,
+    /// Its cost beforehand.
+    prior: f64,
+    /// How many pixels a grain of speckle covers.
+    correlation: f64,
+}
+
 /// One place and blur with its cost, and how much of the prior it stands for.
 #[derive(Clone, Copy, Debug)]
 struct PlaceCost {
@@ -145,53 +158,40 @@ impl EndFinder {
     /// All blurs all along first, then the likely ones near the best place.
     fn most_likely(&mut self, search: &EndSearch, correlation: f64) -> Edge {
         let mut best = [f64::INFINITY; BLURS];
-        let blurs = blurs_px(search.sigma_px);
+        let blurs = |step: usize| {
+            blurs_px(search.sigma_px).into_iter().zip(BLUR_COSTS).map(move |(px, prior)| {
+                let step_px = STEPS_PX[step].max(STEP_BLURS[step] * px);
+                Blur { px, step_px, prior, correlation }
+            })
+        };
         self.costs.clear();
-        for (best, blur_px) in best.iter_mut().zip(blurs) {
+        for (best, blur) in best.iter_mut().zip(blurs(0)) {
             let from = self.costs.len();
-            self.try_places(
-                search,
-                search.within,
-                [blur_px, STEPS_PX[0].max(STEP_BLURS[0] * blur_px)],
-                correlation,
-            );
+            self.try_places(search.used, search.within, 2, &blur);
             *best = self.costs[from..].iter().fold(f64::INFINITY, |least, tried| least.min(tried.cost));
         }
         let rough = self.mean();
         let least = best.iter().copied().fold(f64::INFINITY, f64::min);
+        let reach = NEAR_PX.max(4.0 * rough.sigma_px);
+        let near = [(rough.s - reach).max(search.within[0]), (rough.s + reach).min(search.within[1])];
         self.costs.clear();
-        for (best, blur_px) in best.into_iter().zip(blurs) {
-            if best < least + UNLIKELY {
-                let reach = NEAR_PX.max(4.0 * rough.sigma_px);
-                let near = [(rough.s - reach).max(search.within[0]), (rough.s + reach).min(search.within[1])];
-                self.try_places(
-                    search,
-                    near,
-                    [blur_px, STEPS_PX[1].max(STEP_BLURS[1] * blur_px)],
-                    correlation,
-                );
-            }
+        for (_, blur) in best.into_iter().zip(blurs(1)).filter(|(best, _)| *best < least + UNLIKELY) {
+            self.try_places(search.used, near, 1, &blur);
         }
         self.mean()
     }
 
-    /// Adds the costs of all places and slants of one blur.
-    fn try_places(
-        &mut self,
-        search: &EndSearch,
-        [from, to]: [f64; 2],
-        [blur_px, step_px]: [f64; 2],
-        correlation: f64,
-    ) {
-        let used = search.used;
+    /// Adds the costs of all places, and of every so many slants, of one blur.
+    fn try_places(&mut self, used: [bool; BANDS], [from, to]: [f64; 2], every: usize, blur: &Blur) {
+        let Blur { px: blur_px, step_px, prior, correlation } = *blur;
         let places = ((to - from) / step_px) as usize + 1;
-        for slant in SLANTS {
+        for slant in SLANTS.into_iter().step_by(every) {
             for k in 0..places {
                 let place = from + k as f64 * step_px;
                 let bands = self.bands.iter().zip(used).filter(|(_, used)| *used);
                 let costs = bands
                     .map(|(band, _)| band.cost_of(&self.stations, place + slant * band.distance_px, blur_px));
-                let cost = costs.sum::<f64>() / correlation;
+                let cost = prior + costs.sum::<f64>() / correlation;
                 self.costs.push(PlaceCost { place, blur_px, step_px, cost });
             }
         }

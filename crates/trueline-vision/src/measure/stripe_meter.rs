@@ -30,13 +30,15 @@ const BENT_PX: f64 = 0.15;
 /// Lengths of the stretches before an end that are fitted by themselves, px, the whole last; and by how many standard
 /// deviations a longer one may differ from them.
 const ENDS_PX: [f64; 5] = [80.0, 160.0, 320.0, 640.0, f64::INFINITY];
-const AGREES: f64 = 3.0;
+const AGREES: f64 = 2.0;
 
 /// A measured segment of stripe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// Its line in the ideal picture; its point is where the regression is centred.
     pub line: Line2,
+    /// The line that it was measured from, about which the regression is.
+    pub from: Line2,
     /// The regression about the line that it was measured from.
     pub regression: Regression,
     /// Usual amplitude, in levels.
@@ -222,6 +224,7 @@ impl StripeMeter {
         let at = Line2 { point: line.at(regression.centre), along: line.along };
         Some(Fit {
             line: at.moved(regression.shift_px, regression.slope),
+            from: *line,
             regression,
             amplitude,
             present: sections as f64 / self.sections.len().max(1) as f64,
@@ -231,16 +234,16 @@ impl StripeMeter {
 
     /// The stripe's centre line: its middle at every section of the last fit that shows it, along the line that was fitted
     /// from, and the standard deviation of each square to that line.
-    pub fn middles<'a>(&'a self, line: &'a Line2, fit: &'a Fit) -> impl Iterator<Item = Middle> + 'a {
+    pub fn middles<'a>(&'a self, fit: &'a Fit) -> impl Iterator<Item = Middle> + 'a {
         self.shifts.iter().filter(|shift| shift.weight > 0.0).map(|shift| Middle {
-            ideal: line.at(shift.s) + line.normal() * shift.shift_px,
+            ideal: fit.from.at(shift.s) + fit.from.normal() * shift.shift_px,
             sigma_px: fit.regression.sigma_px,
         })
     }
 
     /// The last fit without its beginning, if that does not lie on the line of the rest: mirrored light near a
     /// corner pulls many sections a little, and none of them far enough to be an outlier by itself.
-    pub fn without_bent_start(&mut self, line: &Line2, fit: Fit) -> Fit {
+    pub fn without_bent_start(&mut self, fit: Fit) -> Fit {
         let Some([first, last]) = self.shifts.first().zip(self.shifts.last()).map(|(a, b)| [a.s, b.s]) else {
             return fit;
         };
@@ -256,7 +259,7 @@ impl StripeMeter {
             let off = start.shift_px - rest.shift_at(start.centre);
             let variance = start.covariance.m11 + rest.variance_at(start.centre);
             if off.abs() > BENT_PX && off * off > BENT * BENT * variance {
-                let at = Line2 { point: line.at(rest.centre), along: line.along };
+                let at = Line2 { point: fit.from.at(rest.centre), along: fit.from.along };
                 return Fit { line: at.moved(rest.shift_px, rest.slope), regression: rest, ..fit };
             }
         }
@@ -265,7 +268,7 @@ impl StripeMeter {
 
     /// The last fit, or that of the longest stretch up to its end whose line agrees with those of all shorter ones about
     /// where the stripe is at its end: the line along a bent plate is that near its edge \[Lepski1991\].
-    pub fn straight_end(&mut self, line: &Line2, fit: Fit) -> Fit {
+    pub fn straight_end(&mut self, fit: Fit) -> Fit {
         let Some(last) = self.shifts.last().map(|shift| shift.s) else { return fit };
         let mut stretches = ENDS_PX.map(|end_px| {
             let split = self.shifts.partition_point(|shift| shift.s < last - end_px);
@@ -280,8 +283,28 @@ impl StripeMeter {
         };
         let longest = (0..stretches.len()).rev().find(agrees).and_then(|number| stretches[number]);
         let Some(longest) = longest.filter(|longest| *longest != fit.regression) else { return fit };
-        let at = Line2 { point: line.at(longest.centre), along: line.along };
+        let at = Line2 { point: fit.from.at(longest.centre), along: fit.from.along };
         Fit { line: at.moved(longest.shift_px, longest.slope), regression: longest, ..fit }
+    }
+
+    /// How far the stripe lies beside a line over a short stretch of it, px, and its standard deviation: the mean, each
+    /// section by its light. `None` where there is none.
+    pub fn shift_beside<L: Level>(
+        &mut self,
+        fit: &Fit,
+        span: [f64; 2],
+        template: &Template,
+        frame: Frame<'_, L>,
+    ) -> Option<[f64; 2]> {
+        self.section(&fit.line, span, template, frame);
+        let tilt: f64 = self.sections.iter().map(|section| section.tilt).sum();
+        let light = |section: &CrossSection| section.own_amplitude.max(0.0) * template.gain * section.stretch;
+        let lights: f64 = self.sections.iter().map(light).sum();
+        let own_variance = fit.regression.sigma_px.powi(2) / self.sections.len() as f64;
+        // Neighbours share their speckle as along the line.
+        let all = &fit.regression;
+        let shared = all.covariance.m11 * all.count / (all.sigma_px * all.sigma_px);
+        (lights > 0.0).then(|| [tilt / lights, (own_variance * shared.max(1.0)).sqrt()])
     }
 
     /// Measures sections of the stripe along a line.

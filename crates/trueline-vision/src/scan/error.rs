@@ -23,6 +23,9 @@ pub enum ScanError {
         /// The camera's, px.
         expected: [usize; 2],
     },
+    /// There is nothing to examine.
+    #[error("there are no pictures")]
+    NoPictures,
     /// Whoever looks on could not go on.
     #[error("{0}")]
     Observer(Box<dyn std::error::Error + Send + Sync>),

@@ -1,6 +1,7 @@
 //! The recipe: which joint the scan shows, its seam in every picture, and what the pictures say of each other.
 
 use crate::detector::Detector;
+use crate::not_found::NotFound;
 use crate::scan::error::ScanError;
 use crate::scan::joint_choice::{self, JointTrial};
 use crate::scan::neighbours;
@@ -33,14 +34,20 @@ pub fn find_seams(
             None => (Joint::Fillet, JointSource::Default),
         },
     };
-    let (mut frames, detection_time) = examine_all(source, detector, joint, observer)?;
+    let examined = examine_all(source, detector, joint, observer)?;
+    let detection_time = examined.iter().map(|one| one.taken).sum();
+    let (mut frames, mut unreadable) = (Vec::with_capacity(examined.len()), Vec::new());
+    for one in examined {
+        frames.push(one.frame);
+        unreadable.extend(one.unreadable);
+    }
     if joint == Joint::Butt {
         joint_choice::refuse_odd_gaps(frames.iter_mut().map(|frame| &mut frame.seam));
     }
     let in_order = frames.iter_mut().map(|frame| (frame.stamp.stamp_ns as f64 * 1e-9, &mut frame.seam));
     let neighbour_distance_px = neighbours::refuse_jumps(in_order);
     let size_px = detector.lens().camera().size;
-    Ok(ScanSeams { joint, joint_source, frames, neighbour_distance_px, detection_time, size_px })
+    Ok(ScanSeams { joint, joint_source, frames, unreadable, neighbour_distance_px, detection_time, size_px })
 }
 
 fn examine_all(
@@ -48,28 +55,53 @@ fn examine_all(
     detector: &Detector,
     joint: Joint,
     observer: &dyn ScanObserver,
-) -> Result<(Vec<ScanFrame>, Duration), ScanError> {
+) -> Result<Vec<Examined>, ScanError> {
     observer.begins(Stage::FindingSeams, source.count());
     let examined: Result<Vec<_>, ScanError> = (0..source.count())
         .into_par_iter()
         .map_init(
             || (detector.clone(), Vec::new()),
             |(detector, spare), number| {
-                let image = read(source, number, detector, spare)?;
+                let image = match read(source, number, detector, spare) {
+                    Ok(image) => image,
+                    Err(error) => {
+                        observer.advances(Stage::FindingSeams);
+                        return Ok(Examined { unreadable: Some(error), ..Examined::none(source, number) });
+                    }
+                };
                 let start = Instant::now();
                 let seam = detector.seam_in(&image, joint);
                 let taken = start.elapsed();
                 observer.examined(&ExaminedPicture { number, image: &image, seam: &seam, detector })?;
                 recycle(image, spare);
                 observer.advances(Stage::FindingSeams);
-                Ok((ScanFrame { stamp: source.stamp(number), name: source.name(number), seam }, taken))
+                let none = Examined::none(source, number);
+                Ok(Examined { frame: ScanFrame { seam, ..none.frame }, taken, unreadable: None })
             },
         )
         .collect();
     observer.ends(Stage::FindingSeams);
-    let examined = examined?;
-    let detection_time = examined.iter().map(|(_, taken)| *taken).sum();
-    Ok((examined.into_iter().map(|(frame, _)| frame).collect(), detection_time))
+    let mut examined = examined?;
+    // One broken picture stops nothing; if all are, that is no scan.
+    if !examined.is_empty() && examined.iter().all(|one| one.unreadable.is_some()) {
+        return Err(examined.remove(0).unreadable.unwrap_or(ScanError::NoPictures));
+    }
+    Ok(examined)
+}
+
+/// One picture that was examined.
+struct Examined {
+    frame: ScanFrame,
+    taken: Duration,
+    unreadable: Option<ScanError>,
+}
+
+impl Examined {
+    fn none(source: &dyn PictureSource, number: usize) -> Self {
+        let seam = Err(NotFound::Unreadable);
+        let frame = ScanFrame { stamp: source.stamp(number), name: source.name(number), seam };
+        Self { frame, taken: Duration::ZERO, unreadable: None }
+    }
 }
 
 fn chosen_joint(
@@ -80,21 +112,26 @@ fn chosen_joint(
     let step = source.count().div_ceil(SAMPLED).max(1);
     let sampled: Vec<usize> = (0..source.count()).step_by(step).collect();
     observer.begins(Stage::ChoosingJoint, sampled.len());
-    let trials: Result<Vec<JointTrial>, ScanError> = sampled
+    let trials: Result<Vec<Option<JointTrial>>, ScanError> = sampled
         .into_par_iter()
         .map_init(
             || (detector.clone(), Vec::new()),
             |(detector, spare), number| {
-                let image = read(source, number, detector, spare)?;
+                // What cannot be read is told of when every picture is examined.
+                let Ok(image) = read(source, number, detector, spare) else {
+                    observer.advances(Stage::ChoosingJoint);
+                    return Ok(None);
+                };
                 let trial = Joint::ALL.map(|joint| detector.seam_in(&image, joint).ok());
                 recycle(image, spare);
                 observer.advances(Stage::ChoosingJoint);
-                Ok(trial)
+                Ok(Some(trial))
             },
         )
         .collect();
     observer.ends(Stage::ChoosingJoint);
-    Ok(joint_choice::joint(&trials?))
+    let trials: Vec<JointTrial> = trials?.into_iter().flatten().collect();
+    Ok(joint_choice::joint(&trials))
 }
 
 fn read(

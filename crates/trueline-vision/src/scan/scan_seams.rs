@@ -1,6 +1,7 @@
 //! What was found in the pictures of a scan.
 
 use crate::not_found::NotFound;
+use crate::scan::error::ScanError;
 use crate::seam::{Joint, Seam};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -38,7 +39,7 @@ pub struct SkippedPictures {
 }
 
 /// The seams of a scan.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct ScanSeams {
     /// The joint that was looked for.
     pub joint: Joint,
@@ -46,6 +47,8 @@ pub struct ScanSeams {
     pub joint_source: JointSource,
     /// All pictures in the order of the scan.
     pub frames: Vec<ScanFrame>,
+    /// Why pictures could not be used, one by one; they are among the frames.
+    pub unreadable: Vec<ScanError>,
     /// How far a point typically is from where its neighbours have it, px; `None` with too few points.
     pub neighbour_distance_px: Option<f64>,
     /// Time in detection alone, summed over threads.

@@ -1,0 +1,189 @@
+//! Any stripe, any target: thick, short, blurred, rounded, hidden by a bead, one of several.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod drawn;
+
+use drawn::{Paper, Stroke, arms, detector};
+use nalgebra::Vector2;
+use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource, Pixels, Problem};
+use trueline_vision::{Joint, NotFound, Picture, PictureRegion, StripeChoice, find_seams};
+
+const SIZE: [usize; 2] = [1280, 1024];
+const CORNER: [f64; 2] = [651.3, 380.7];
+
+fn paper(strokes: &[Stroke], seed: u64) -> Paper {
+    let mut paper = Paper::new(SIZE, seed);
+    strokes.iter().for_each(|stroke| paper.stroke(stroke));
+    paper
+}
+
+/// Distance of what is found from the truth, px and in its own sigma.
+fn off(paper: &mut Paper, joint: Joint, truth: [f64; 2]) -> [f64; 2] {
+    let seam = paper.seam(&mut detector(paper.size), joint).unwrap();
+    let error = seam.pixel - Vector2::from(truth);
+    let inverse = seam.covariance_px2.try_inverse().unwrap();
+    [error.norm(), (error.transpose() * inverse * error)[0].sqrt()]
+}
+
+/// At every factor by which pictures are made smaller: an error of its half pixel would be 0.5, 1.5 or 3.5 px.
+#[test]
+fn stripes_of_any_thickness_are_found() {
+    for (number, sigma_px) in [0.7, 2.0, 8.0, 14.0, 22.0].into_iter().enumerate() {
+        let mut paper = paper(&arms(CORNER, 2000.0, sigma_px, false), number as u64);
+        let [off_px, sigmas] = off(&mut paper, Joint::Fillet, CORNER);
+        assert!(off_px < 0.4 && sigmas < 4.5, "sigma {sigma_px}: {off_px:.3} px, {sigmas:.1} sigma");
+    }
+}
+
+#[test]
+fn arms_of_80_px_are_enough_and_shorter_ones_are_refused_with_their_length() {
+    let [off_px, sigmas] = off(&mut paper(&arms(CORNER, 85.0, 1.5, false), 1), Joint::Fillet, CORNER);
+    assert!(off_px < 0.5 && sigmas < 4.5, "{off_px:.3} px, {sigmas:.1} sigma");
+    let refused = paper(&arms(CORNER, 45.0, 1.5, false), 2).seam(&mut detector(SIZE), Joint::Fillet);
+    let Err(NotFound::ArmsTooShort { arms_px, needed_px }) = refused else { panic!("{refused:?}") };
+    // Known to half a tile at each end.
+    assert!(arms_px.iter().all(|px| (20.0..62.0).contains(px)) && needed_px == 80.0, "{refused:?}");
+    assert_eq!(refused.unwrap_err().code(), "arms-too-short");
+}
+
+#[test]
+fn glints_along_two_lines_are_no_arms() {
+    // A fifth of each line is lit, in pieces of 16 px.
+    let glints = arms(CORNER, 2000.0, 1.5, false).into_iter().flat_map(|arm| {
+        let (sin, cos) = arm.heading_deg.to_radians().sin_cos();
+        (0..8).map(move |k| {
+            let s = 20.0 + 80.0 * f64::from(k);
+            let from = [arm.from[0] + s * cos, arm.from[1] + s * sin];
+            Stroke { from, length_px: 16.0, ..arm }
+        })
+    });
+    let found = paper(&glints.collect::<Vec<_>>(), 3).seam(&mut detector(SIZE), Joint::Fillet);
+    assert!(found.is_err(), "{found:?}");
+}
+
+#[test]
+fn an_outside_corner_is_a_corner_and_no_fillet_and_the_reverse() {
+    for ridge in [false, true] {
+        let (right, wrong) =
+            if ridge { (Joint::Corner, Joint::Fillet) } else { (Joint::Fillet, Joint::Corner) };
+        let mut paper = paper(&arms(CORNER, 500.0, 2.0, ridge), 4);
+        let [off_px, sigmas] = off(&mut paper, right, CORNER);
+        assert!(off_px < 0.3 && sigmas < 4.5, "{off_px:.3} px, {sigmas:.1} sigma");
+        let refused = paper.seam(&mut detector(SIZE), wrong);
+        assert_eq!(refused, Err(NotFound::WrongSide { towards_camera: ridge }));
+    }
+}
+
+/// The light of these ends falls linearly over four blurs, which is no shape that the detector knows.
+#[test]
+fn the_end_of_a_stripe_is_found_whatever_its_blur() {
+    for (blur_px, most_px) in [(0.5, 0.4), (2.0, 0.6), (4.0, 0.9)] {
+        let mut squares = 0.0;
+        const RUNS: u64 = 6;
+        for seed in 0..RUNS {
+            let stroke = Stroke { blur_px, ..Stroke::new(CORNER, 184.0, 2000.0, 3.0) };
+            let [off_px, sigmas] = off(&mut paper(&[stroke], seed), Joint::Edge, CORNER);
+            assert!(sigmas < 4.0, "blur {blur_px}: {off_px:.2} px, {sigmas:.1} sigma");
+            squares += off_px * off_px / RUNS as f64;
+        }
+        assert!(squares.sqrt() < most_px, "blur {blur_px}: RMS {:.2} px", squares.sqrt());
+    }
+}
+
+#[test]
+fn a_rounded_plate_edge_is_refused_or_its_sigma_says_so() {
+    let stroke = Stroke { rounding_px: 30.0, blur_px: 1.5, ..Stroke::new([-900.0, 400.0], 0.0, 1600.0, 3.0) };
+    match paper(&[stroke], 5).seam(&mut detector(SIZE), Joint::Edge) {
+        Err(NotFound::RoundedEnd { .. } | NotFound::NoClearEnd { .. }) => {}
+        Ok(seam) => assert!((seam.pixel.x - 700.0).abs() < 4.0 * seam.sigma_px()[0], "{seam:?}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The plates end 75 px from the corner, and a bead leads from one to the other.
+#[test]
+fn a_bead_over_the_corner_leaves_the_crossing_of_the_plates() {
+    let plates = arms(CORNER, 600.0, 2.0, false).map(|arm| {
+        let (sin, cos) = arm.heading_deg.to_radians().sin_cos();
+        Stroke { from: [arm.from[0] + 75.0 * cos, arm.from[1] + 75.0 * sin], ..arm }
+    });
+    let [left, right] = plates.map(|plate| plate.from);
+    let bead = Stroke::new(left, 0.0, right[0] - left[0], 2.0);
+    let [off_px, sigmas] = off(&mut paper(&[plates[0], plates[1], bead], 6), Joint::Fillet, CORNER);
+    assert!(off_px < 0.5 && sigmas < 4.5, "{off_px:.3} px, {sigmas:.1} sigma");
+}
+
+#[test]
+fn half_a_percent_of_hot_pixels_hides_nothing() {
+    let levels = paper(&arms(CORNER, 600.0, 2.0, false), 7).levels(0.005);
+    let picture = Picture::new(SIZE[0], SIZE[1], &levels).unwrap();
+    let seam = detector(SIZE).seam(&picture, Joint::Fillet).unwrap();
+    assert!((seam.pixel - Vector2::from(CORNER)).norm() < 0.3, "{seam:?}");
+}
+
+#[test]
+fn of_two_stripes_the_region_or_the_choice_takes_one() {
+    let (upper, lower) = ([640.0, 200.0], [640.0, 600.0]);
+    let mut paper = paper(&[arms(upper, 300.0, 2.0, false), arms(lower, 300.0, 2.0, false)].concat(), 8);
+    let refused = paper.seam(&mut detector(SIZE), Joint::Fillet);
+    let Err(NotFound::Ambiguous { distance_px }) = refused else { panic!("{refused:?}") };
+    assert!((distance_px - 400.0).abs() < 3.0, "{distance_px}");
+    for (choice, truth) in [
+        (StripeChoice::Upper, upper),
+        (StripeChoice::Lower, lower),
+        // What is higher in these pictures is further away.
+        (StripeChoice::Nearest, lower),
+        (StripeChoice::Farthest, upper),
+    ] {
+        let seam = paper.seam(&mut detector(SIZE).choosing(choice), Joint::Fillet).unwrap();
+        assert!((seam.pixel - Vector2::from(truth)).norm() < 0.4, "{choice:?}: {seam:?}");
+    }
+    for (rows, truth) in [([0.0, 420.0], upper), ([560.0, 1024.0], lower)] {
+        let region = PictureRegion::rectangle([0.0, 1280.0], rows);
+        let seam = paper.seam(&mut detector(SIZE).within(region), Joint::Fillet).unwrap();
+        assert!((seam.pixel - Vector2::from(truth)).norm() < 0.4, "{seam:?}");
+    }
+}
+
+/// Pictures in memory, of which some are broken.
+struct Pictures {
+    good: GrayImage,
+    broken: Vec<bool>,
+}
+
+impl PictureSource for Pictures {
+    fn count(&self) -> usize {
+        self.broken.len()
+    }
+
+    fn stamp(&self, number: usize) -> FrameStamp {
+        FrameStamp { stamp_ns: number as i64 * 30_000_000, frame: number as u64, device_ns: None }
+    }
+
+    fn name(&self, number: usize) -> String {
+        format!("picture {number}")
+    }
+
+    fn read(&self, number: usize, _: &mut Vec<u8>) -> Result<GrayImage, Error> {
+        let broken = || Error::in_file(self.name(number).as_ref(), Problem::Missing);
+        if self.broken[number] { Err(broken()) } else { Ok(self.good.clone()) }
+    }
+}
+
+#[test]
+fn a_broken_picture_is_named_and_stops_nothing_and_no_whole_picture_is_an_error() {
+    let pixels = Pixels::Eight(paper(&arms(CORNER, 600.0, 2.0, false), 9).levels(0.0));
+    let good = GrayImage { width: SIZE[0], height: SIZE[1], pixels };
+    let pictures = Pictures { good, broken: vec![false, true, false, false] };
+    let scan = find_seams(&pictures, &detector(SIZE), None, &()).unwrap();
+    assert_eq!((scan.joint, scan.seams().count(), scan.frames.len()), (Joint::Fillet, 3, 4));
+    assert_eq!(
+        scan.features().iter().map(|feature| feature.frame).collect::<Vec<_>>(),
+        [Some(0), Some(2), Some(3)]
+    );
+    assert_eq!(scan.unreadable.len(), 1);
+    assert!(scan.unreadable[0].to_string().contains("picture 1"), "{:?}", scan.unreadable);
+    let pictures = Pictures { broken: vec![true; 3], ..pictures };
+    let refused = find_seams(&pictures, &detector(SIZE), None, &()).map(|scan| scan.frames.len());
+    assert!(refused.unwrap_err().to_string().contains("picture 0"));
+}
