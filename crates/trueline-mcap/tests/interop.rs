@@ -25,7 +25,8 @@ fn told(python: &str, bytes: &[u8]) -> String {
 #[test]
 fn python_reads_every_message_with_the_schema_in_the_file() {
     let Ok(python) = std::env::var("PYTHON_WITH_MCAP") else {
-        writeln!(std::io::stderr(), "SKIPPED: interop: PYTHON_WITH_MCAP names no Python").unwrap();
+        let mut stderr = std::io::stderr();
+        writeln!(stderr, "SKIPPED: interop: PYTHON_WITH_MCAP names no Python").unwrap();
         return;
     };
     let full = [0, 1].map(|k| Entry::Robot(RobotEntry { datagram: full_datagram(k), ..robot(k) }));

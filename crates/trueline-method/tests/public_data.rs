@@ -16,7 +16,8 @@ fn recording() -> Option<Recording> {
     let folder =
         std::env::var_os("TRUELINE_LVS_ST_CALIB").map_or_else(|| PathBuf::from(beside), PathBuf::from);
     if !folder.join("egm.txt").exists() {
-        writeln!(std::io::stderr(), "SKIPPED: public_data: not in {}", folder.display()).unwrap();
+        let mut stderr = std::io::stderr();
+        writeln!(stderr, "SKIPPED: public_data: not in {}", folder.display()).unwrap();
         return None;
     }
     Some(lvs_st_calib::read_simulation(&folder).unwrap())

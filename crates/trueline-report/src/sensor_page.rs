@@ -124,13 +124,11 @@ fn found(all: &[SeenCorner], columns: &mut Columns) -> Vec<Series> {
 
 fn corners(report: &CameraReport<'_>, views: &[View], columns: &mut Columns) -> Vec<Block> {
     let fit = report.fit;
-    let of_view =
-        |(k, ((view, used), residuals)): (usize, ((&View, &Vec<bool>), &Vec<nalgebra::Vector2<f64>>))| {
-            let corners = view.corners.iter().zip(used).zip(residuals);
-            corners.map(|((corner, used), r)| (k, corner.pixel, *used, *r)).collect::<Vec<SeenCorner>>()
-        };
-    let all: Vec<SeenCorner> =
-        views.iter().zip(&fit.used).zip(&fit.residuals_px).enumerate().flat_map(of_view).collect();
+    let mut all: Vec<SeenCorner> = Vec::new();
+    for (k, ((view, used), residuals)) in views.iter().zip(&fit.used).zip(&fit.residuals_px).enumerate() {
+        let corners = view.corners.iter().zip(used).zip(residuals);
+        all.extend(corners.map(|((corner, used), r)| (k, corner.pixel, *used, *r)));
+    }
     let seen = found(&all, columns);
     // A gap ends each stroke.
     let strokes = |part: fn(&SeenCorner) -> [f64; 2]| {

@@ -116,7 +116,7 @@ fn translation(c: &Calibration, axis: usize) -> String {
 }
 
 fn rotation(c: &Calibration) -> String {
-    if !c.rotation().is_ok() {
+    if c.rotation().is_err() {
         return UNSEEN.to_owned();
     }
     let [w, x, y, z] = crate::number::positive_w(&c.best_fit().tool_from_camera.rotation);

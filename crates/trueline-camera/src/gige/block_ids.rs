@@ -59,7 +59,9 @@ mod tests {
                 .collect();
             assert_eq!(numbers, [Some(1000), None, Some(1001), Some(1003)], "{strange}");
         }
-        assert_eq!(unwrapped(&[1000, u64::MAX, 1, 2]), [1000, 1001, 1002, 1003], "whole ones began again");
+        assert_eq!(unwrapped(&[1000, 1 << 40, 1, 2]), [1000, 1001, 1002, 1003], "whole ones began again");
+        // From the largest number to 1 is a gap of one, as from any number to the next but one.
+        assert_eq!(unwrapped(&[1000, u64::MAX, 1]), [1000, 1001, 1003]);
     }
 
     #[test]

@@ -121,7 +121,7 @@ fn check(args: &StreamSimArgs) -> Result<NetworkSettings, Failure> {
         return Err(bad("--loss: expected a share from 0 to 1; --burst: 1 to 10 000"));
     }
     let seconds = [args.rest_s, args.for_s.unwrap_or(1.0)];
-    if seconds.iter().any(|s| !(0.0..1e6).contains(s)) || !(args.drift_ppm.abs() <= 1e5) {
+    if seconds.iter().any(|s| !(0.0..1e6).contains(s)) || !(-1e5..=1e5).contains(&args.drift_ppm) {
         return Err(bad("--rest-s, --for-s: seconds of 0 or more; --drift-ppm: -100 000 to 100 000"));
     }
     Ok(NetworkSettings { loss, burst, ..NetworkSettings::none() })

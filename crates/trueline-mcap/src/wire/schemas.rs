@@ -65,10 +65,12 @@ fn message(name: &str, fields: &[Field]) -> DescriptorProto {
     message
 }
 
-fn own_file() -> FileDescriptorProto {
-    const NS: Kind = Plain(Type::Int64);
-    const NS_IF_KNOWN: Kind = Optional(Type::Int64);
-    const TEXT: Kind = Plain(Type::String);
+const NS: Kind = Plain(Type::Int64);
+const NS_IF_KNOWN: Kind = Optional(Type::Int64);
+const TEXT: Kind = Plain(Type::String);
+
+/// What was exchanged with the robot.
+fn robot_messages() -> Vec<DescriptorProto> {
     let datagram = [
         Field("robot", 1, Kind::Message(".abb.egm.EgmRobot")),
         Field("source", 2, TEXT),
@@ -98,6 +100,17 @@ fn own_file() -> FileDescriptorProto {
         Field("steady_ns", 3, NS),
         Field("sequence", 4, Plain(Type::Uint32)),
     ];
+    vec![
+        message("RobotDatagram", &datagram),
+        message("RobotPacket", &packet),
+        message("RejectedDatagram", &rejected),
+        message("Answer", &answer),
+        message("Clock", &[Field("steady_ns", 1, NS), Field("wall_ns", 2, NS)]),
+    ]
+}
+
+/// What came from the camera.
+fn camera_messages() -> Vec<DescriptorProto> {
     let frame = [
         Field("frame", 1, Plain(Type::Uint64)),
         Field("stamp_ns", 2, NS),
@@ -118,21 +131,20 @@ fn own_file() -> FileDescriptorProto {
         Field("profile", 7, List(Type::Double)),
         Field("sigma", 8, List(Type::Double)),
     ];
+    vec![
+        message("Frame", &frame),
+        message("Feature", &feature),
+        message("Features", &[Field("features", 1, Messages(".trueline.Feature"))]),
+    ]
+}
+
+fn own_file() -> FileDescriptorProto {
     FileDescriptorProto {
         name: Some("trueline/recording.proto".to_owned()),
         package: Some("trueline".to_owned()),
         dependency: vec![EGM_FILE.to_owned()],
         syntax: Some("proto3".to_owned()),
-        message_type: vec![
-            message("RobotDatagram", &datagram),
-            message("RobotPacket", &packet),
-            message("RejectedDatagram", &rejected),
-            message("Answer", &answer),
-            message("Clock", &[Field("steady_ns", 1, NS), Field("wall_ns", 2, NS)]),
-            message("Frame", &frame),
-            message("Feature", &feature),
-            message("Features", &[Field("features", 1, Messages(".trueline.Feature"))]),
-        ],
+        message_type: [robot_messages(), camera_messages()].concat(),
         ..Default::default()
     }
 }
