@@ -74,11 +74,13 @@ fn a_guess_in_the_wrong_alias_is_not_accepted() {
     let guess = Guess { time_offset_s: 1.345, tool_from_camera };
     let calibration = calibrate(&recording, Some(&guess), &Config::default()).unwrap();
     assert_eq!(calibration.status(), Status::NotAccepted);
-    assert!(
-        matches!(calibration.reasons()[0], Reason::WrongTimeOffset { .. }),
-        "{:?}",
-        calibration.reasons()
-    );
+    // Which of the two checks finds the better answer first is their affair; that it is the true 12 ms is not.
+    let better_s = calibration.reasons().iter().find_map(|reason| match reason {
+        Reason::WrongTimeOffset { better_time_offset_s, .. }
+        | Reason::WorseMinimum { better_time_offset_s } => Some(*better_time_offset_s),
+        _ => None,
+    });
+    assert!(better_s.is_some_and(|s| (s - 0.012).abs() < 0.1e-3), "{:?}", calibration.reasons());
 }
 
 #[test]
