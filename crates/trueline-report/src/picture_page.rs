@@ -2,9 +2,12 @@
 
 use crate::page::render::render;
 use crate::page::{
-    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Verdict,
+    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Tone, Verdict,
 };
 use std::collections::BTreeMap;
+
+/// A seam and its standard deviations, px; or why there is none: a code, and a text with numbers.
+pub type SeamOrReason = Result<([f64; 2], [f64; 2]), (&'static str, String)>;
 
 /// One picture.
 #[derive(Clone, Debug)]
@@ -13,8 +16,8 @@ pub struct Looked {
     pub stamp_s: f64,
     /// Its file.
     pub file: String,
-    /// The seam and its standard deviations, px; or why there is none: a code, and a text with numbers.
-    pub seam: Result<([f64; 2], [f64; 2]), (&'static str, String)>,
+    /// What was found.
+    pub seam: SeamOrReason,
 }
 
 /// Renders the report; `words` is the summary as it is printed.
@@ -25,7 +28,7 @@ pub fn html(title: &str, words: &str, looked: &[Looked], size_px: [u32; 2], comm
         title: title.to_owned(),
         verdict: Verdict {
             text: format!("The seam is found in {found} of {} pictures.", looked.len()),
-            good: Some(found > 0),
+            tone: Tone::of(found > 0),
         },
         ..Page::default()
     };
@@ -33,9 +36,14 @@ pub fn html(title: &str, words: &str, looked: &[Looked], size_px: [u32; 2], comm
     let mut summary: Vec<String> = words.lines().map(|l| l.trim().to_owned()).collect();
     summary.push(command.to_owned());
     page.sections = vec![
-        Section { id: "seams", heading: "Where the seam is", blocks: charts(looked, size_px, columns) },
-        Section { id: "missing", heading: "Pictures without a seam", blocks: missing(looked) },
-        Section { id: "summary", heading: "In words", blocks: vec![Block::List(summary)] },
+        Section {
+            id: "seams",
+            heading: "Where the seam is",
+            blocks: charts(looked, size_px, columns),
+            folded: false,
+        },
+        Section { id: "missing", heading: "Pictures without a seam", blocks: missing(looked), folded: false },
+        Section { id: "summary", heading: "In words", blocks: vec![Block::List(summary)], folded: false },
     ];
     render(&page)
 }
