@@ -10,7 +10,18 @@ const ALLOWED: [(&str, &[&str]); 15] = [
     ("trueline-model", &["trueline-geometry"]),
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline-method", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
-    ("trueline-experiments", &["trueline-method", "trueline-dataset", "trueline-geometry", "trueline-sim"]),
+    (
+        "trueline-experiments",
+        &[
+            "trueline-method",
+            "trueline-dataset",
+            "trueline-geometry",
+            "trueline-lsq",
+            "trueline-model",
+            "trueline-sensor",
+            "trueline-sim",
+        ],
+    ),
     ("trueline-camera", &["trueline-dataset", "trueline-live"]),
     (
         "trueline-cell",
