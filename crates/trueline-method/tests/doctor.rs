@@ -83,6 +83,41 @@ fn orders_and_inversions_of_the_robots_poses() {
 }
 
 #[test]
+fn axes_and_euler_angles_of_the_robots_poses() {
+    let positions = |r: &mut Recording, change: fn(f64, f64, f64) -> [f64; 3]| {
+        for s in &mut r.robot {
+            let p = s.base_from_tool.translation.vector;
+            s.base_from_tool.translation.vector = change(p.x, p.y, p.z).into();
+        }
+    };
+    assert_named(|r| positions(r, |x, y, z| [y, x, z]), "x and y swapped");
+    assert_named(|r| positions(r, |x, y, z| [x, y, -z]), "z has the wrong sign");
+    let angles = |r: &mut Recording, compose: fn([f64; 3]) -> UnitQuaternion<f64>| {
+        for s in &mut r.robot {
+            let (x, y, z) = s.base_from_tool.rotation.euler_angles();
+            s.base_from_tool.rotation = compose([x, y, z]);
+        }
+    };
+    assert_named(
+        |r| {
+            angles(r, |[x, y, z]| {
+                let about = |axis: usize, angle: f64| so3::exp(&nalgebra::Vector3::ith(axis, angle));
+                about(0, x) * about(1, y) * about(2, z)
+            })
+        },
+        "(ZYX), and were composed as XYZ",
+    );
+    assert_named(
+        |r| angles(r, |[x, y, z]| UnitQuaternion::from_euler_angles(z, y, x)),
+        "first and last were swapped",
+    );
+    assert_named(
+        |r| angles(r, |[x, y, z]| UnitQuaternion::from_euler_angles(x, -y, z)),
+        "about y has the wrong sign",
+    );
+}
+
+#[test]
 fn degrees_and_radians() {
     assert_named(
         |r| {

@@ -18,7 +18,7 @@ pub struct Mistake {
 }
 
 /// The mistakes that are tried, the most frequent first.
-pub const MISTAKES: [Mistake; 20] = [
+pub const MISTAKES: [Mistake; 32] = [
     Mistake {
         name: "robot in m, labelled mm",
         says: "the robot's positions are 1000 times too small: they are metres; name the columns x_m, y_m, z_m",
@@ -126,6 +126,72 @@ pub const MISTAKES: [Mistake; 20] = [
         mend: with_profile_mirrored,
     },
     Mistake {
+        name: "robot x and y swapped",
+        says: "the robot's positions have x and y swapped: check the columns' names",
+        mend: |r| Some(with_positions(r, |p| swapped(p, 0, 1))),
+    },
+    Mistake {
+        name: "robot y and z swapped",
+        says: "the robot's positions have y and z swapped: check the columns' names",
+        mend: |r| Some(with_positions(r, |p| swapped(p, 1, 2))),
+    },
+    Mistake {
+        name: "robot x and z swapped",
+        says: "the robot's positions have x and z swapped: check the columns' names",
+        mend: |r| Some(with_positions(r, |p| swapped(p, 0, 2))),
+    },
+    Mistake {
+        name: "robot x reversed",
+        says: "the robot's x has the wrong sign",
+        mend: |r| Some(with_positions(r, |p| reversed(p, 0))),
+    },
+    Mistake {
+        name: "robot y reversed",
+        says: "the robot's y has the wrong sign",
+        mend: |r| Some(with_positions(r, |p| reversed(p, 1))),
+    },
+    Mistake {
+        name: "robot z reversed",
+        says: "the robot's z has the wrong sign",
+        mend: |r| Some(with_positions(r, |p| reversed(p, 2))),
+    },
+    Mistake {
+        name: "Euler angles in the other order",
+        says: "the attitude was made from Euler angles in the wrong order: the angles are about x, then the new y, then the new z (XYZ), and were composed as ZYX",
+        mend: |r| Some(with_rotations(r, |p| from_zyx_to_xyz(&p.base_from_tool.rotation))),
+    },
+    Mistake {
+        name: "Euler angles in the other order, reversed",
+        says: "the attitude was made from Euler angles in the wrong order: the angles are about z, then the new y, then the new x (ZYX), and were composed as XYZ",
+        mend: |r| Some(with_rotations(r, |p| from_xyz_to_zyx(&p.base_from_tool.rotation))),
+    },
+    Mistake {
+        name: "Euler angles A and C swapped",
+        says: "the attitude was made from Euler angles whose first and last were swapped: A is about z, B about y, C about x",
+        mend: |r| Some(with_rotations(r, |p| zyx_changed(&p.base_from_tool.rotation, |[x, y, z]| [z, y, x]))),
+    },
+    Mistake {
+        name: "Euler angle about x reversed",
+        says: "the attitude was made from Euler angles of which the one about x has the wrong sign",
+        mend: |r| {
+            Some(with_rotations(r, |p| zyx_changed(&p.base_from_tool.rotation, |[x, y, z]| [-x, y, z])))
+        },
+    },
+    Mistake {
+        name: "Euler angle about y reversed",
+        says: "the attitude was made from Euler angles of which the one about y has the wrong sign",
+        mend: |r| {
+            Some(with_rotations(r, |p| zyx_changed(&p.base_from_tool.rotation, |[x, y, z]| [x, -y, z])))
+        },
+    },
+    Mistake {
+        name: "Euler angle about z reversed",
+        says: "the attitude was made from Euler angles of which the one about z has the wrong sign",
+        mend: |r| {
+            Some(with_rotations(r, |p| zyx_changed(&p.base_from_tool.rotation, |[x, y, z]| [x, y, -z])))
+        },
+    },
+    Mistake {
         name: "clocks of different origin",
         says: "robot and images are stamped by clocks that start at different times; stamp both by one clock",
         mend: with_starts_aligned,
@@ -184,6 +250,43 @@ pub fn reordered(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
 fn scaled_angles(rotation: &UnitQuaternion<f64>, factor: f64) -> UnitQuaternion<f64> {
     let (roll, pitch, yaw) = rotation.euler_angles();
     UnitQuaternion::from_euler_angles(roll * factor, pitch * factor, yaw * factor)
+}
+
+/// Position with two axes swapped.
+fn swapped(sample: &RobotSample, one: usize, other: usize) -> Vector3<f64> {
+    let mut position = sample.base_from_tool.translation.vector;
+    position.swap_rows(one, other);
+    position
+}
+
+/// Position with one axis reversed.
+fn reversed(sample: &RobotSample, axis: usize) -> Vector3<f64> {
+    let mut position = sample.base_from_tool.translation.vector;
+    position[axis] = -position[axis];
+    position
+}
+
+/// Angles about x, y and z of a rotation Rz Ry Rx, changed and composed again.
+fn zyx_changed(rotation: &UnitQuaternion<f64>, change: fn([f64; 3]) -> [f64; 3]) -> UnitQuaternion<f64> {
+    let (x, y, z) = rotation.euler_angles();
+    let [x, y, z] = change([x, y, z]);
+    UnitQuaternion::from_euler_angles(x, y, z)
+}
+
+fn about(axis: usize, angle_rad: f64) -> UnitQuaternion<f64> {
+    so3::exp(&(Vector3::ith(axis, angle_rad)))
+}
+
+/// Angles that were composed as Rz Ry Rx, composed as Rx Ry Rz.
+fn from_zyx_to_xyz(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    let (x, y, z) = rotation.euler_angles();
+    about(0, x) * about(1, y) * about(2, z)
+}
+
+/// Angles that were composed as Rx Ry Rz, composed as Rz Ry Rx: the inverse of Rx Ry Rz is Rz(−z) Ry(−y) Rx(−x).
+fn from_xyz_to_zyx(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    let (x, y, z) = rotation.inverse().euler_angles();
+    about(2, -z) * about(1, -y) * about(0, -x)
 }
 
 fn with_features(recording: &Recording, measured: impl Fn(Measured) -> Measured) -> Recording {
