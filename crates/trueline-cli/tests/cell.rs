@@ -1,6 +1,6 @@
 //! The whole cell on loopback: controller, camera and PC are three programs that meet in sockets only, and what was put into
-//! the first two comes out of the third. They run in real time, so a busy machine shows in them: they are left out unless asked for. The
-//! same in virtual time: `trueline-live/tests/guidance.rs` and `trueline-camera/tests/clocks.rs`.
+//! the first two comes out of the third. They run in real time, so a busy machine shows in them: they are left out unless asked for. Parts
+//! of it are tested without them: guidance in `trueline-live/tests`, the camera's clocks in `trueline-camera/tests/clocks.rs`.
 #![cfg(feature = "gige")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 

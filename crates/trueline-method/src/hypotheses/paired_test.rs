@@ -13,8 +13,8 @@ use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::solve::fit::Fit;
 use crate::solve::solver::REJECTING;
 
-/// Beyond this z the sign of the difference is no chance. Over 310 simulated scans exact repetitions of a path stayed
-/// within 2.9, and every solution that a scan tells apart was above 6.2.
+/// Beyond this z the sign of the difference is no chance: 5 σ. Scans of 20 s and more decide at z above 100; a few scans of
+/// 5 s come near it (BENCHMARKS.md, "weaves").
 pub const DECISIVE_Z: f64 = 5.0;
 
 /// Fewer frames than this in common …
