@@ -2,8 +2,10 @@
 
 use crate::failure::Failure;
 use anstyle::{AnsiColor, Style};
+use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
+use std::sync::OnceLock;
 use trueline_dataset::result_file::ResultFile;
 
 /// Words for a person: stderr.
@@ -91,11 +93,20 @@ pub fn file(path: &Path, text: &str) -> Result<(), Failure> {
     })
 }
 
+static COMMAND_LINE: OnceLock<String> = OnceLock::new();
+
+/// Remembers the command line, its first word being the program's own name, for reports to show.
+pub fn remember_command_line(words: &[OsString]) {
+    let quoted = |word: String| if word.contains([' ', '"', '\'']) { format!("{word:?}") } else { word };
+    let words = words.iter().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    let line = std::iter::once("trueline".to_owned()).chain(words).collect::<Vec<_>>().join(" ");
+    // A process runs one command.
+    let _ = COMMAND_LINE.set(line);
+}
+
 /// The command that is running, as a person types it.
 pub fn command_line() -> String {
-    let quoted = |word: String| if word.contains([' ', '"', '\'']) { format!("{word:?}") } else { word };
-    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
-    std::iter::once("trueline".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+    COMMAND_LINE.get().cloned().unwrap_or_default()
 }
 
 /// Refuses to write over a file that somebody may still need.

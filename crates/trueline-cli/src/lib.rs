@@ -1,0 +1,84 @@
+//! The program `trueline`: arguments in, words on stderr, data on stdout.
+//!
+//! Exit code 0: accepted. 1: computed, but not accepted; the reasons are listed. 2: could not run.
+
+mod args;
+mod board_pictures;
+mod cell_text;
+mod commands;
+mod failure;
+mod hints;
+mod interrupt;
+mod link_text;
+mod live_cell;
+mod live_screen;
+mod opened_dataset;
+mod outlier_frames;
+mod output;
+mod overlay;
+mod path_file;
+mod pictures;
+mod planned_scan;
+mod priority;
+mod progress;
+mod requirement;
+mod robot_link;
+mod scenario_options;
+mod source_text;
+
+use args::{Arguments, Command, SensorCommand};
+use clap::FromArgMatches;
+use failure::Failure;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+/// Runs the program with the words of a command line, the first of which is its own name. Help and what is wrong with the
+/// words are printed.
+pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let words: Vec<_> = words.into_iter().collect();
+    output::remember_command_line(&words);
+    let matches = args::command().try_get_matches_from(words);
+    match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
+        Ok(arguments) => execute(&arguments),
+        Err(told) => {
+            // If nobody reads it, nobody misses it.
+            let _ = told.print();
+            u8::try_from(told.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
+        }
+    }
+}
+
+fn execute(arguments: &Arguments) -> ExitCode {
+    let outcome = match &arguments.command {
+        Command::Demo(args) => commands::demo::run(args),
+        Command::Simulate(args) => commands::simulate::run(args),
+        Command::Import(args) => commands::import::run(args),
+        Command::Features(args) => commands::features::run(args),
+        Command::Calibrate(args) => commands::calibrate::run(args),
+        Command::Sensor(args) => match &args.command {
+            SensorCommand::Intrinsics(args) => commands::sensor_intrinsics::run(args),
+            SensorCommand::LaserPlane(args) => commands::sensor_laser_plane::run(args),
+        },
+        Command::Plan(args) => commands::plan::run(args),
+        Command::Evaluate(args) => commands::evaluate::run(args),
+        Command::Reproduce(args) => commands::reproduce::run(args),
+        Command::Listen(args) => commands::listen::run(args),
+        Command::Record(args) => commands::record::run(args),
+        Command::Scan(args) => commands::scan::run(args),
+        Command::Rapid(args) => commands::rapid::run(args),
+        Command::StreamSim(args) => commands::stream_sim::run(args),
+        Command::RobotSim(args) => commands::robot_sim::run(args),
+        #[cfg(feature = "gige")]
+        Command::CameraSim(args) => commands::camera_sim::run(args),
+        Command::Doctor(args) => commands::doctor::run(args),
+    };
+    match outcome {
+        Ok(code) => code,
+        // Whoever reads our output may stop reading it: that is no failure of ours.
+        Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
+        Err(failure) => {
+            output::words(&failure.to_string());
+            ExitCode::from(2)
+        }
+    }
+}
