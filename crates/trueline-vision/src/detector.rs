@@ -54,7 +54,7 @@ impl Detector {
         Self { region, ..self }
     }
 
-    /// The same, taking that one of several corners that is meant.
+    /// The same, taking that one of several corners, grooves, gaps or ends that is meant.
     #[must_use]
     pub fn choosing(mut self, choice: StripeChoice) -> Self {
         self.finders.choice = choice;
@@ -210,10 +210,10 @@ impl JointFinders {
         match joint {
             Joint::Fillet => fillet::find(&evidence, false, self.choice, &mut self.corners),
             Joint::Corner => fillet::find(&evidence, true, self.choice, &mut self.corners),
-            Joint::Lap => self.laps.find(&evidence),
-            Joint::VGroove => v_groove::find(&evidence, &mut self.corners),
-            Joint::Butt => self.butts.find(&evidence),
-            Joint::Edge => edge::find(&evidence, &mut self.edges),
+            Joint::Lap => self.laps.find(&evidence, self.choice),
+            Joint::VGroove => v_groove::find(&evidence, self.choice, &mut self.corners),
+            Joint::Butt => self.butts.find(&evidence, self.choice),
+            Joint::Edge => edge::find(&evidence, self.choice, &mut self.edges),
         }
     }
 }

@@ -1,9 +1,12 @@
 //! Which of several stripes, or places, is meant.
 
-use crate::joint::arm_pair::ArmPair;
 use crate::lens::Lens;
+use nalgebra::Vector2;
 
-/// What tells one of several corners from the others.
+/// A place with this part of the best one's evidence can be the one that is meant.
+const WORTHY: f64 = 0.3;
+
+/// What tells one of several places from the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StripeChoice {
     /// The one with the most light, if no other has almost as much.
@@ -42,18 +45,34 @@ impl StripeChoice {
         }
     }
 
-    /// What is largest for the corner that is meant.
-    pub(crate) fn rank(self, pair: &ArmPair, lens: &Lens) -> f64 {
-        let corner = pair.corner();
-        let away = || lens.on_sheet(&corner).map_or(0.0, |(point, _)| point.dot(&lens.away()));
+    /// The one of several candidates that is meant; `evidence` is that for a candidate, `place` its ideal pixel.
+    pub(crate) fn among<T>(
+        self,
+        candidates: impl Iterator<Item = T> + Clone,
+        evidence: impl Fn(&T) -> f64,
+        place: impl Fn(&T) -> Vector2<f64>,
+        lens: &Lens,
+    ) -> Option<T> {
+        let best = candidates.clone().map(|one| evidence(&one)).max_by(f64::total_cmp)?;
+        if self == Self::Strongest {
+            return candidates.max_by(|a, b| evidence(a).total_cmp(&evidence(b)));
+        }
+        let rank = |one: &T| self.rank(&place(one), lens);
+        let worthy = candidates.filter(|one| evidence(one) >= WORTHY * best);
+        worthy.max_by(|a, b| rank(a).total_cmp(&rank(b)))
+    }
+
+    /// What is largest for the place that is meant.
+    fn rank(self, at: &Vector2<f64>, lens: &Lens) -> f64 {
+        let away = || lens.on_sheet(at).map_or(0.0, |(point, _)| point.dot(&lens.away()));
         match self {
-            Self::Strongest => pair.score(),
+            Self::Strongest => 0.0,
             Self::Nearest => -away(),
             Self::Farthest => away(),
-            Self::Upper => -corner.y,
-            Self::Lower => corner.y,
-            Self::Left => -corner.x,
-            Self::Right => corner.x,
+            Self::Upper => -at.y,
+            Self::Lower => at.y,
+            Self::Left => -at.x,
+            Self::Right => at.x,
         }
     }
 }

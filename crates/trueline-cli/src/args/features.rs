@@ -23,7 +23,7 @@ pub struct FeaturesArgs {
     /// Look here only, px: U0,V0,U1,V1, or the corners U,V,U,V,… of a polygon [default: sensor.toml's region_of_interest]
     #[arg(long, value_name = "PX")]
     pub region: Option<String>,
-    /// Which of several corners to take: strongest, nearest, farthest, upper, lower, left or right
+    /// Which of several corners, grooves, gaps or ends to take: strongest, nearest, farthest, upper, lower, left or right
     #[arg(long, value_parser = stripe, default_value = "strongest")]
     pub stripe: StripeChoice,
     /// Folder for pictures of what was found; it must not hold any yet

@@ -114,7 +114,7 @@ impl ArmPair {
 pub fn pairs<'a>(
     segments: &'a [LineSegment],
     lens: &'a Lens,
-) -> impl Iterator<Item = (f64, Result<ArmPair, NotFound>)> + 'a {
+) -> impl Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone + 'a {
     let numbers =
         (0..segments.len()).flat_map(|first| (first + 1..segments.len()).map(move |second| [first, second]));
     numbers.map(|numbers| {

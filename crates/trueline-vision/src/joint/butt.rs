@@ -9,6 +9,7 @@ use crate::measure::stripe_end::BANDS;
 use crate::not_found::NotFound;
 use crate::picture::Level;
 use crate::seam::{Seam, judged};
+use crate::stripe_choice::StripeChoice;
 use nalgebra::{Matrix2, Vector2};
 
 /// The plates are in line to within this, rad in the picture.
@@ -34,6 +35,10 @@ struct Gap {
 }
 
 impl Gap {
+    fn middle(&self) -> Vector2<f64> {
+        0.5 * (self.plates[0].line.point + self.plates[1].line.point)
+    }
+
     fn distance_px(&self, other: &Self) -> f64 {
         (self.plates[0].line.point - other.plates[0].line.point).norm()
     }
@@ -51,7 +56,11 @@ impl ButtFinder {
     ///
     /// # Errors
     /// Why there is none.
-    pub fn find<L: Level>(&mut self, evidence: &Evidence<'_, L>) -> Result<Seam, NotFound> {
+    pub fn find<L: Level>(
+        &mut self,
+        evidence: &Evidence<'_, L>,
+        choice: StripeChoice,
+    ) -> Result<Seam, NotFound> {
         let segments = evidence.segments;
         self.gaps.clear();
         for (number, first) in segments.iter().enumerate() {
@@ -59,11 +68,13 @@ impl ButtFinder {
             self.gaps.extend(segments[number + 1..].iter().filter_map(|second| between(first, second)));
         }
         self.gaps.sort_unstable_by(|a, b| b.width_px.total_cmp(&a.width_px));
-        let best = *self.gaps.first().ok_or(evidence.no_joint())?;
-        if let Some(rival) = self.gaps.get(1).filter(|rival| rival.width_px > RIVAL * best.width_px) {
+        let frame = evidence.frame;
+        let best = choice.among(self.gaps.iter(), |gap| gap.width_px, |gap| gap.middle(), frame.lens);
+        let best = *best.ok_or(evidence.no_joint())?;
+        let rival = self.gaps.get(1).filter(|rival| rival.width_px > RIVAL * best.width_px);
+        if let (Some(rival), StripeChoice::Strongest) = (rival, choice) {
             return Err(NotFound::Ambiguous { distance_px: rival.distance_px(&best) });
         }
-        let frame = evidence.frame;
         let mut points = [(Vector2::zeros(), Matrix2::zeros()); 2];
         let mut quality = 1.0_f64;
         // The search for one end must not reach the other plate.

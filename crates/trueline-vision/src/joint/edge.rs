@@ -9,6 +9,7 @@ use crate::measure::stripe_end::BANDS;
 use crate::not_found::NotFound;
 use crate::picture::Level;
 use crate::seam::{Seam, judged};
+use crate::stripe_choice::StripeChoice;
 use nalgebra::Vector2;
 
 /// Where the end is looked for around the last edgel, px.
@@ -18,35 +19,70 @@ const BORDER_PX: f64 = 60.0;
 /// A second segment with this part of the longest one's weight may be the plate as well.
 const RIVAL: f64 = 0.5;
 
-/// Finds the end of the heaviest segment that has one within the picture.
+/// Finds the end of the heaviest segment that has one within the picture, or of all such ends that which is meant.
 ///
 /// # Errors
 /// Why there is none.
-pub fn find<L: Level>(evidence: &Evidence<'_, L>, ends: &mut PlateEndFinder) -> Result<Seam, NotFound> {
-    let segments = evidence.segments;
-    let best = &segments[0];
-    let [first, last] = best.span();
-    let continuous_px = best.continuous_from_end_px(false).max(best.continuous_from_end_px(true));
-    if !is_long(continuous_px, best.sigma_px) {
-        return Err(NotFound::ArmsTooShort {
-            arms_px: [continuous_px; 2],
-            needed_px: needed_px(best.sigma_px),
-        });
-    }
-    if let Some(rival) = segments[1..].iter().find(|rival| rival.weight() > RIVAL * best.weight()) {
-        return Err(NotFound::Ambiguous { distance_px: best.line.distance(&rival.line.point).abs() });
-    }
-    let within = [first, last].map(|s| is_inside(evidence, &best.line.at(s)));
-    let plate = match within {
-        [false, false] => return Err(NotFound::OutOfView),
-        [true, true] => return Err(NotFound::Ambiguous { distance_px: last - first }),
-        [at_first, _] => plate(best, at_first),
-    };
+pub fn find<L: Level>(
+    evidence: &Evidence<'_, L>,
+    choice: StripeChoice,
+    ends: &mut PlateEndFinder,
+) -> Result<Seam, NotFound> {
     let frame = evidence.frame;
+    let plate = match choice {
+        StripeChoice::Strongest => only_plate(evidence)?,
+        _ => {
+            let plates = evidence.segments.iter().filter(|segment| check_length(segment).is_ok());
+            let plates = plates.flat_map(|segment| {
+                inner_ends(evidence, segment).map(move |at_first| (segment, plate(segment, at_first)))
+            });
+            let weight = |(segment, _): &(&LineSegment, Plate)| segment.weight();
+            let meant = choice.among(plates, weight, |(_, plate)| plate.line.point, frame.lens);
+            meant.map(|(_, plate)| plate).ok_or_else(|| no_plate(evidence))?
+        }
+    };
     let (edge, fit) = ends.find(&plate, SEARCH_PX, [true; BANDS], frame)?;
     let (ideal, covariance) = edge_point(&fit, &edge);
     judged(&covariance)?;
     Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)
+}
+
+/// The plate of a picture in which a single end stands out.
+fn only_plate<L: Level>(evidence: &Evidence<'_, L>) -> Result<Plate, NotFound> {
+    let best = &evidence.segments[0];
+    check_length(best)?;
+    if let Some(rival) = evidence.segments[1..].iter().find(|rival| rival.weight() > RIVAL * best.weight()) {
+        return Err(NotFound::Ambiguous { distance_px: best.line.distance(&rival.line.point).abs() });
+    }
+    let mut ends = inner_ends(evidence, best);
+    match (ends.next(), ends.next()) {
+        (None, _) => Err(NotFound::OutOfView),
+        (Some(_), Some(_)) => Err(NotFound::Ambiguous { distance_px: best.length_px() }),
+        (Some(at_first), None) => Ok(plate(best, at_first)),
+    }
+}
+
+/// Why no segment has an end that could be measured.
+fn no_plate<L: Level>(evidence: &Evidence<'_, L>) -> NotFound {
+    check_length(&evidence.segments[0]).err().unwrap_or(NotFound::OutOfView)
+}
+
+fn check_length(segment: &LineSegment) -> Result<(), NotFound> {
+    let continuous_px = segment.continuous_from_end_px(false).max(segment.continuous_from_end_px(true));
+    if is_long(continuous_px, segment.sigma_px) {
+        return Ok(());
+    }
+    let needed_px = needed_px(segment.sigma_px);
+    Err(NotFound::ArmsTooShort { arms_px: [continuous_px; 2], needed_px })
+}
+
+/// The ends of a segment that are well within the picture: whether each is the first.
+fn inner_ends<L: Level>(
+    evidence: &Evidence<'_, L>,
+    segment: &LineSegment,
+) -> impl Iterator<Item = bool> + Clone + use<L> {
+    let [first, last] = segment.span().map(|s| is_inside(evidence, &segment.line.at(s)));
+    [(first, true), (last, false)].into_iter().filter(|(inside, _)| *inside).map(|(_, at_first)| at_first)
 }
 
 /// A segment as a plate whose edge is at its first edgel, or at its last.

@@ -12,8 +12,6 @@ use crate::stripe_choice::StripeChoice;
 
 /// A second corner with this part of the best one's evidence makes it doubtful.
 const RIVAL: f64 = 0.9;
-/// A corner with this part of the best one's evidence can be the one that is meant.
-const WORTHY: f64 = 0.3;
 /// Corners nearer to each other than this are the same, px.
 const SAME_PX: f64 = 10.0;
 
@@ -42,8 +40,7 @@ pub fn find<L: Level>(
     }
     let apart = |pair: &ArmPair| (pair.corner() - best.corner()).norm();
     if choice != StripeChoice::Strongest {
-        let worthy = corners().filter(|pair| pair.score() > WORTHY * best.score());
-        let meant = worthy.max_by(|a, b| choice.rank(a, lens).total_cmp(&choice.rank(b, lens)));
+        let meant = choice.among(corners(), ArmPair::score, ArmPair::corner, lens);
         return measure(meter, &meant.unwrap_or(best), evidence.frame);
     }
     let rival = corners().find(|pair| apart(pair) > SAME_PX && pair.score() > RIVAL * best.score());

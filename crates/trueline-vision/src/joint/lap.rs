@@ -11,6 +11,7 @@ use crate::measure::stripe_end::{BANDS, Edge};
 use crate::not_found::NotFound;
 use crate::picture::Level;
 use crate::seam::{Seam, judged};
+use crate::stripe_choice::StripeChoice;
 use nalgebra::Vector2;
 
 /// Plates are parallel to within this, rad in the sheet.
@@ -49,21 +50,19 @@ impl LapFinder {
     ///
     /// # Errors
     /// Why there is none.
-    pub fn find<L: Level>(&mut self, evidence: &Evidence<'_, L>) -> Result<Seam, NotFound> {
-        let segments = evidence.segments;
-        let mut best: Option<Plates> = None;
-        for upper in 0..segments.len() {
-            for lower in (0..segments.len()).filter(|lower| *lower != upper) {
-                let found = plates(segments, [upper, lower], evidence.frame.lens);
-                if let Some(found) = found
-                    && best.is_none_or(|best| found.weight > best.weight)
-                {
-                    best = Some(found);
-                }
-            }
-        }
+    pub fn find<L: Level>(
+        &mut self,
+        evidence: &Evidence<'_, L>,
+        choice: StripeChoice,
+    ) -> Result<Seam, NotFound> {
+        let (segments, frame) = (evidence.segments, evidence.frame);
+        let numbers =
+            (0..segments.len()).flat_map(|upper| (0..segments.len()).map(move |lower| [upper, lower]));
+        let laps = numbers
+            .filter(|[upper, lower]| upper != lower)
+            .filter_map(|numbers| plates(segments, numbers, frame.lens));
+        let best = choice.among(laps, |plates| plates.weight, |plates| plates.line.point, frame.lens);
         let best = best.ok_or(evidence.no_joint())?;
-        let frame = evidence.frame;
         let plate =
             Plate { line: best.line, length_px: best.length, sigma_px: segments[best.upper].sigma_px };
         let (mut edge, fit) = self.ends.find(&plate, SEARCH_PX, best.bands, frame)?;
@@ -77,7 +76,7 @@ impl LapFinder {
         }
         let (ideal, covariance) = edge_point(&fit, &edge);
         judged(&covariance)?;
-        Seam::from_ideal(evidence.frame.lens, &ideal, &covariance, fit.present)
+        Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)
     }
 }
 

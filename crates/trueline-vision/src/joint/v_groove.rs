@@ -9,6 +9,7 @@ use crate::measure::stripe_meter::StripeMeter;
 use crate::not_found::NotFound;
 use crate::picture::Level;
 use crate::seam::Seam;
+use crate::stripe_choice::StripeChoice;
 
 /// Distance within which the end of a face meets a plate, px.
 const MEETS_PX: f64 = 40.0;
@@ -22,7 +23,11 @@ const LEAST_FACE_PX: f64 = 24.0;
 ///
 /// # Errors
 /// Why there is none.
-pub fn find<L: Level>(evidence: &Evidence<'_, L>, meter: &mut StripeMeter) -> Result<Seam, NotFound> {
+pub fn find<L: Level>(
+    evidence: &Evidence<'_, L>,
+    choice: StripeChoice,
+    meter: &mut StripeMeter,
+) -> Result<Seam, NotFound> {
     let (segments, lens) = (evidence.segments, evidence.frame.lens);
     let judged =
         || pairs(segments, lens).map(|(weight, pair)| (weight, pair.and_then(|pair| face_pair(pair, lens))));
@@ -40,6 +45,11 @@ pub fn find<L: Level>(evidence: &Evidence<'_, L>, meter: &mut StripeMeter) -> Re
         |a: &(usize, ArmPair), b: &(usize, ArmPair)| a.0.cmp(&b.0).then(a.1.score().total_cmp(&b.1.score()));
     let best = grooves().max_by(better);
     let (flanked, best) = best.ok_or_else(|| heaviest_reason(judged(), evidence.no_joint()))?;
+    if choice != StripeChoice::Strongest {
+        let alike = grooves().filter(|(flanks, _)| *flanks == flanked).map(|(_, pair)| pair);
+        let meant = choice.among(alike, ArmPair::score, ArmPair::corner, lens);
+        return measure(meter, &meant.unwrap_or(best), evidence.frame);
+    }
     let apart = |pair: &ArmPair| (pair.corner() - best.corner()).norm();
     let is_rival = |(flanks, pair): &(usize, ArmPair)| {
         *flanks == flanked && apart(pair) > SAME_PX && pair.score() > RIVAL * best.score()
