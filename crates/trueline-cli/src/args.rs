@@ -1,11 +1,15 @@
 //! The command line.
 
+mod apply;
 mod calibrate;
 #[cfg(feature = "gige")]
 mod camera_sim;
+mod diff;
 mod evaluate;
+mod export;
 mod features;
 mod import;
+mod import_csv;
 mod listen;
 mod plan;
 mod protocol;
@@ -17,12 +21,16 @@ mod simulate;
 mod simulate_path;
 mod stream_sim;
 
+pub use apply::ApplyArgs;
 pub use calibrate::{AxisName, CalibrateArgs, FixName, LossName, ResidualName, StampsName};
 #[cfg(feature = "gige")]
 pub use camera_sim::CameraSimArgs;
+pub use diff::DiffArgs;
 pub use evaluate::{EvaluateArgs, FormName, ReproduceArgs};
+pub use export::ExportArgs;
 pub use features::{FeaturesArgs, JointName};
 pub use import::{BagArgs, ClockName, ImportArgs, ImportFormat};
+pub use import_csv::ImportCsvArgs;
 pub use listen::ListenArgs;
 pub use plan::{CriterionName, PlanArgs, ShapeName};
 pub use protocol::ProtocolName;
@@ -92,6 +100,12 @@ pub enum Command {
     Plan(PlanArgs),
     /// Check a calibration on another scan, of a known or fitted line, circle or curve
     Evaluate(EvaluateArgs),
+    /// Compare two calibrations of one sensor: the same, or what has moved
+    Diff(DiffArgs),
+    /// Place every seam point of a recording in the robot's base, corrected in time
+    Apply(ApplyArgs),
+    /// Write the transform in the form of a robot or a program
+    Export(ExportArgs),
     /// Repeat the paper's experiments in simulation: tables, CSV and a report
     Reproduce(ReproduceArgs),
     /// Listen to a robot and say who talks, how regularly, and what is wrong

@@ -6,11 +6,14 @@ use crate::pictures::{self, PictureOptions};
 use crate::planned_scan::read_text;
 use std::path::{Path, PathBuf};
 use trueline_cell::RECORDING;
+use trueline_dataset::folder::FolderContent;
+use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{
-    Feature, PictureFolder, PictureSource, Recording, SensorFile, folder, images, sensor_toml,
+    Feature, PictureFolder, PictureSource, Profile, Recording, SensorFile, folder, images, join, sensor_toml,
 };
 use trueline_mcap::{Choice, Imported, import};
 use trueline_vision::Joint;
+use trueline_vision::profile;
 
 /// A scan with its features, and its pictures where it has some.
 pub struct OpenedDataset {
@@ -32,6 +35,38 @@ pub fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedData
         Some(recording) => open_recording(&recording, joint, quiet),
         None => open_folder(path, joint, quiet),
     }
+}
+
+/// Reads several scans of one sensor as one.
+///
+/// # Errors
+/// As [`open`], and scans of different sensors.
+pub fn open_all(paths: &[PathBuf], joint: Option<Joint>, quiet: bool) -> Result<OpenedDataset, Failure> {
+    let mut opened =
+        paths.iter().map(|path| open(path, joint, quiet)).collect::<Result<Vec<OpenedDataset>, Failure>>()?;
+    let fixed = opened.iter().any(|scan| scan.recording.setup.mounted == Mounted::Fixed);
+    if fixed && !quiet {
+        output::words(
+            "note: the sensor stands beside the robot: what is called tool_from_camera is base_from_camera, and lines are in the tool's frame",
+        );
+    }
+    if opened.len() == 1 {
+        return Ok(opened.remove(0));
+    }
+    let stamp_meaning = opened.iter().find_map(|scan| scan.stamp_meaning.clone());
+    let joined = join::join(opened.into_iter().map(|scan| scan.recording).collect()).map_err(|error| {
+        Failure::new(error.to_string(), "scans of different sensors, or set-ups, are calibrated one by one")
+    })?;
+    if !quiet {
+        output::words(&format!("note: {} scans together, each with its own lines", paths.len()));
+        for index in joined.shifted {
+            output::words(&format!(
+                "note: both streams of {} are shifted alike, to come after the scan before",
+                paths[index].display()
+            ));
+        }
+    }
+    Ok(OpenedDataset { recording: joined.recording, pictures: None, stamp_meaning })
 }
 
 /// The two mistakes that are made most: a name that is mistyped, and a file instead of its folder.
@@ -63,7 +98,15 @@ fn open_folder(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedD
             output::words(&format!("written to {}\n", path.join("features.csv").display()));
         }
     }
-    let recording = folder::read(path)?;
+    let FolderContent { mut recording, profiles, notes } = folder::read_content(path)?;
+    if !quiet {
+        for note in &notes {
+            output::words(&format!("note: {note}"));
+        }
+    }
+    if !profiles.is_empty() {
+        recording.features = profile_features(&profiles, quiet)?;
+    }
     let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
     Ok(OpenedDataset { recording, pictures, stamp_meaning: None })
 }
@@ -147,6 +190,24 @@ fn sensor_of(recording: &Path) -> Result<Option<SensorFile>, Failure> {
         return Ok(None);
     }
     Ok(Some(sensor_toml::parse_file(&file, &read_text(&file)?)?))
+}
+
+/// The seams of profiles, with what was found in words.
+pub fn profile_features(profiles: &[Profile], quiet: bool) -> Result<Vec<Feature>, Failure> {
+    let seams = profile::seams(profiles);
+    if !quiet {
+        output::words(&format!("the seam in {} of {} profiles", seams.features.len(), profiles.len()));
+        for (reason, count) in &seams.not_found {
+            output::words(&format!("  {count} without: {reason}"));
+        }
+    }
+    if seams.features.is_empty() {
+        return Err(Failure::new(
+            format!("there is no corner in any of {} profiles", profiles.len()),
+            "two straight faces that meet at an angle are looked for: a fillet, or an inner or outer edge",
+        ));
+    }
+    Ok(seams.features)
 }
 
 impl From<trueline_mcap::ImportError> for Failure {

@@ -21,6 +21,8 @@ pub struct KnownCalibration {
     pub line_sigma: Option<[f64; 2]>,
     /// Whether it was accepted, where the file tells.
     pub accepted: Option<bool>,
+    /// Whether the sensor stands beside the robot: then the transform is base_from_camera.
+    pub beside_robot: bool,
     /// Whether its time offset is that of stamps that were made regular, or freed of a drift, and not of those recorded.
     pub stamps_treated: bool,
 }
@@ -39,6 +41,7 @@ pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
         hand_eye_sigma: None,
         line_sigma: None,
         accepted: None,
+        beside_robot: false,
         stamps_treated: false,
     })
 }
@@ -77,6 +80,7 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
         hand_eye_sigma,
         line_sigma: line_sigma(&result.covariance),
         accepted: result.status.map(|status| status == Status::Accepted),
+        beside_robot: result.mounted.as_deref() == Some("fixed"),
         stamps_treated: result.stamps.are_treated(),
     })
 }

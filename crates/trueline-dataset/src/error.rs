@@ -152,6 +152,49 @@ pub enum Problem {
         /// Depth and colours.
         found: String,
     },
+    /// Numbers of two kinds.
+    #[error("decimal commas (`{comma}`) and decimal points (`{point}`) in one file")]
+    MixedDecimals {
+        /// A number with a comma.
+        comma: String,
+        /// A number with a point.
+        point: String,
+    },
+    /// A table of poses without a rotation.
+    #[error("there is no rotation; the header has: {found}")]
+    NoRotation {
+        /// The header as found.
+        found: String,
+    },
+    /// A table of poses with two rotations.
+    #[error("there are two rotations: {first} and {second}")]
+    TwoRotations {
+        /// The columns of one.
+        first: String,
+        /// The columns of the other.
+        second: String,
+    },
+    /// Angles that mean different rotations on different robots.
+    #[error("rx, ry, rz in degrees are different rotations on different robots")]
+    AmbiguousAngles,
+    /// Nine numbers that are no rotation.
+    #[error("expected a rotation matrix, found one that is {error:.4} away from its nearest rotation")]
+    NoRotationMatrix {
+        /// Largest distance of an element from that of the nearest rotation.
+        error: f64,
+    },
+    /// A folder with profiles and no features, read by what needs features.
+    #[error("there are profiles only: the seam has not been looked for")]
+    OnlyProfiles,
+    /// Profiles whose file has no stamps.
+    #[error("the file does not say when the profiles were taken")]
+    NoProfileTimes,
+    /// Rows of heights whose positions along the stripe are not known.
+    #[error("the file does not say where the columns lie along the stripe")]
+    NoColumnPositions,
+    /// A PLY file that cannot be used.
+    #[error("not readable as PLY: {0}")]
+    Ply(String),
     /// Stamps that fall.
     #[error("time runs backwards: {} s after {} s", trimmed(*this_s), trimmed(*previous_s))]
     TimeRunsBackwards {
@@ -264,8 +307,16 @@ impl Problem {
             Self::TimeRunsBackwards { .. } => {
                 "did the clock jump, or were two recordings joined? sort or split the recording"
             }
-            Self::QuaternionNotUnit { .. } => {
-                "the order is w, x, y, z; is it perhaps x, y, z, w, or Euler angles?"
+            Self::MixedDecimals { .. } => {
+                "is there a thousands separator? write every number with the same decimal sign, and none for thousands"
+            }
+            Self::NoRotation { .. }
+            | Self::TwoRotations { .. }
+            | Self::AmbiguousAngles
+            | Self::NoRotationMatrix { .. }
+            | Self::QuaternionNotUnit { .. } => self.rotation_hint(),
+            Self::NoProfileTimes | Self::NoColumnPositions | Self::OnlyProfiles | Self::Ply(_) => {
+                self.profile_hint()
             }
             Self::Csv(_) => "the file should be UTF-8 text with one header line, separated by commas",
             Self::Toml(_) | Self::Value { .. } => {
@@ -285,6 +336,36 @@ impl Problem {
             Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",
         };
         text.to_owned()
+    }
+
+    fn profile_hint(&self) -> &'static str {
+        match self {
+            Self::NoProfileTimes => {
+                "give the stamp of the first and the rate (--profile-start-s, --profile-rate-hz), or a file with one stamp for each \
+                 (--profile-times)"
+            }
+            Self::OnlyProfiles => "`trueline features DATASET` finds the seam and writes features.csv",
+            Self::NoColumnPositions => "give them: --x-start-mm and --x-step-mm",
+            _ => "ascii or binary PLY with properties x and z of one element `vertex` is read",
+        }
+    }
+
+    fn rotation_hint(&self) -> &'static str {
+        match self {
+            Self::QuaternionNotUnit { .. } => {
+                "the order is w, x, y, z; is it perhaps x, y, z, w, or Euler angles?"
+            }
+            Self::AmbiguousAngles => {
+                "Yaskawa: euler_xyz_fixed_1_deg, _2_deg, _3_deg; Staubli: euler_xyz_intrinsic_1_deg, …; a rotation vector is in rad"
+            }
+            Self::NoRotationMatrix { .. } => {
+                "rows are r11 r12 r13, …; columns are the axes of the tool in base"
+            }
+            _ => {
+                "give one of: qw, qx, qy, qz; q1 … q4 (w first); a_deg, b_deg, c_deg (KUKA); w_deg, p_deg, r_deg (FANUC); roll_deg, \
+                 pitch_deg, yaw_deg; rx_rad, ry_rad, rz_rad (rotation vector); r11 … r33; euler_zyx_intrinsic_1_deg, _2_deg, _3_deg"
+            }
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::error::{Error, Problem};
 use crate::recording::{Feature, Measured, Sensor};
 use crate::stamp;
-use crate::table::{ColumnSpec, Table, optional, required};
+use crate::table::{self, ColumnSpec, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use std::io::{Read, Write};
 use std::path::Path;
@@ -15,37 +15,43 @@ const DEVICE_TIME: usize = 3;
 /// Where the coordinates begin; their standard deviations follow them.
 const FIRST: usize = 4;
 
-const SHARED: [ColumnSpec; 4] = [
+const SHARED: [ColumnSpec<'static>; 4] = [
     required("time", Quantity::Time),
     optional("line", Quantity::Count),
     optional("frame", Quantity::Count),
     optional("device_time", Quantity::Time),
 ];
 
-const PIXEL: [ColumnSpec; 4] = [
+const PIXEL: [ColumnSpec<'static>; 4] = [
     required("u", Quantity::Pixel),
     required("v", Quantity::Pixel),
     optional("sigma_u", Quantity::Pixel),
     optional("sigma_v", Quantity::Pixel),
 ];
 
-const PROFILE: [ColumnSpec; 4] = [
+const PROFILE: [ColumnSpec<'static>; 4] = [
     required("x", Quantity::Length),
     required("z", Quantity::Length),
     optional("sigma_x", Quantity::Length),
     optional("sigma_z", Quantity::Length),
 ];
 
-const POINT: [ColumnSpec; 3] =
+const POINT: [ColumnSpec<'static>; 3] =
     [required("x", Quantity::Length), required("y", Quantity::Length), required("z", Quantity::Length)];
 
-fn columns(sensor: &Sensor) -> Vec<ColumnSpec> {
-    let own: &[ColumnSpec] = match sensor {
+fn columns(sensor: &Sensor) -> Vec<ColumnSpec<'static>> {
+    let own: &[ColumnSpec<'static>] = match sensor {
         Sensor::CameraLaser { .. } => &PIXEL,
         Sensor::Profiler => &PROFILE,
         Sensor::Points { .. } => &POINT,
     };
     SHARED.iter().chain(own).copied().collect()
+}
+
+/// Whether a name is that of a column of a sensor's file.
+#[must_use]
+pub fn is_column(name: &str, sensor: &Sensor) -> bool {
+    table::is_one_of(name, &columns(sensor))
 }
 
 /// Reads the features of a sensor.

@@ -1,10 +1,12 @@
 //! The dataset folder: `sensor.toml`, `robot.csv`, `features.csv` and what may stand beside them.
 
+use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
+use crate::profile::Profile;
 use crate::recording::{Feature, Recording, Sensor};
-use crate::sensor_setup::{Mounted, RegionOfInterest, SensorSetup};
+use crate::sensor_setup::{RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
-use crate::{features_csv, known_toml, robot_csv, sensor_toml};
+use crate::{features_csv, known_toml, profiles_csv, robot_csv, sensor_toml};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,6 +18,29 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// The first file, line and column that cannot be used.
 pub fn read(folder: &Path) -> Result<Recording, Error> {
+    let content = read_content(folder)?;
+    if content.recording.features.is_empty() {
+        return Err(Error::in_file(&folder.join("features.csv"), Problem::OnlyProfiles));
+    }
+    Ok(content.recording)
+}
+
+/// A dataset folder as it was read.
+#[derive(Clone, Debug)]
+pub struct FolderContent {
+    /// The recording; without features where there are profiles alone.
+    pub recording: Recording,
+    /// Whole profiles, where there are no features.
+    pub profiles: Vec<Profile>,
+    /// How tables were written where that is not plain CSV: to be said.
+    pub notes: Vec<String>,
+}
+
+/// Reads a dataset folder that may have `profiles.csv` in the place of `features.csv`.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_content(folder: &Path) -> Result<FolderContent, Error> {
     read_folder(folder, None)
 }
 
@@ -24,18 +49,17 @@ pub fn read(folder: &Path) -> Result<Recording, Error> {
 /// # Errors
 /// As [`read`].
 pub fn read_with_features(folder: &Path, features: Vec<Feature>) -> Result<Recording, Error> {
-    read_folder(folder, Some(features))
+    Ok(read_folder(folder, Some(features))?.recording)
 }
 
-fn read_folder(folder: &Path, found: Option<Vec<Feature>>) -> Result<Recording, Error> {
+fn read_folder(folder: &Path, found: Option<Vec<Feature>>) -> Result<FolderContent, Error> {
+    let mut notes = Vec::new();
     let mut inputs = BTreeMap::new();
     let mut load = |name: &str| load(&folder.join(name), name, &mut inputs);
     let sensor_text = required(folder, "sensor.toml", &mut load)?;
     let robot_text = required(folder, "robot.csv", &mut load)?;
-    let features_text = match found {
-        Some(_) => Vec::new(),
-        None => required(folder, "features.csv", &mut load)?,
-    };
+    let features_text = if found.is_none() { load("features.csv")? } else { None };
+    let profiles_text = if found.is_none() && features_text.is_none() { load("profiles.csv")? } else { None };
     let initial_text = load("initial.toml")?;
     let truth_text = load("truth.toml")?;
 
@@ -44,11 +68,20 @@ fn read_folder(folder: &Path, found: Option<Vec<Feature>>) -> Result<Recording, 
     let SensorFile { sensor, setup } =
         sensor_toml::parse_file(&sensor_path, &utf8(&sensor_path, sensor_text)?)?;
     refuse_what_is_not_applied(&sensor_path, &setup)?;
+    let robot_text = plain(&path("robot.csv"), robot_text, &mut notes)?;
     let robot = robot_csv::read(&path("robot.csv"), robot_text.as_slice())?;
-    let features = match found {
-        Some(found) => found,
-        None => features_csv::read(&path("features.csv"), features_text.as_slice(), &sensor)?,
-    };
+    let (mut features, mut profiles) = (Vec::new(), Vec::new());
+    if let Some(found) = found {
+        features = found;
+    } else if let Some(text) = profiles_text {
+        check_is_profiler(&sensor_path, &sensor)?;
+        let text = plain(&path("profiles.csv"), text, &mut notes)?;
+        profiles = profiles_csv::read(&path("profiles.csv"), text.as_slice())?;
+    } else {
+        let text = features_text.ok_or_else(|| Error::in_file(&path("features.csv"), Problem::Missing))?;
+        let text = plain(&path("features.csv"), text, &mut notes)?;
+        features = features_csv::read(&path("features.csv"), text.as_slice(), &sensor)?;
+    }
     let initial_path = path("initial.toml");
     let initial = initial_text
         .map(|text| known_toml::parse_guess(&initial_path, &utf8(&initial_path, text)?))
@@ -56,7 +89,17 @@ fn read_folder(folder: &Path, found: Option<Vec<Feature>>) -> Result<Recording, 
     let truth_path = path("truth.toml");
     let truth =
         truth_text.map(|text| known_toml::parse_truth(&truth_path, &utf8(&truth_path, text)?)).transpose()?;
-    Ok(Recording { sensor, setup, robot, features, initial, truth, inputs })
+    let recording = Recording { sensor, setup, robot, features, initial, truth, inputs };
+    Ok(FolderContent { recording, profiles, notes })
+}
+
+/// A table as plain CSV; how it was written is noted.
+fn plain(file: &Path, bytes: Vec<u8>, notes: &mut Vec<String>) -> Result<Vec<u8>, Error> {
+    let (csv, dialect) = plain_csv(file, bytes, None)?;
+    if !dialect.is_plain() {
+        notes.push(format!("{}: {dialect}", file.display()));
+    }
+    Ok(csv)
 }
 
 /// Reads the sensor of a dataset folder alone.
@@ -86,11 +129,6 @@ pub fn read_sensor_file(folder: &Path) -> Result<SensorFile, Error> {
 /// The first such statement.
 pub fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<(), Error> {
     let refused = [
-        (
-            setup.mounted == Mounted::Fixed,
-            "mounted",
-            "\"tool\": a sensor beside the robot is not supported yet",
-        ),
         (setup.shape.is_some(), "shape", "no [shape]: it is not applied yet"),
         (
             matches!(setup.region_of_interest, Some(RegionOfInterest::Sheet { .. })),
@@ -161,6 +199,43 @@ pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
 fn sensor_text(recording: &Recording) -> String {
     let (sensor, setup) = (recording.sensor.clone(), recording.setup.clone());
     sensor_toml::format_file(&SensorFile { sensor, setup })
+}
+
+/// Reads the profiles of a dataset folder alone, features or not; `None` if it has none.
+///
+/// # Errors
+/// A file that cannot be used, or a sensor that is no profiler.
+pub fn read_profiles(folder: &Path) -> Result<Option<Vec<Profile>>, Error> {
+    let file = folder.join("profiles.csv");
+    let Some(text) = load(&file, "profiles.csv", &mut BTreeMap::new())? else {
+        return Ok(None);
+    };
+    check_is_profiler(&folder.join("sensor.toml"), &read_sensor(folder)?)?;
+    let text = plain(&file, text, &mut Vec::new())?;
+    profiles_csv::read(&file, text.as_slice()).map(Some)
+}
+
+/// Profiles are those of a profiler.
+fn check_is_profiler(file: &Path, sensor: &Sensor) -> Result<(), Error> {
+    if *sensor == Sensor::Profiler {
+        return Ok(());
+    }
+    let expected = "\"profiler\" for profiles.csv";
+    Err(Error::in_file(file, Problem::Value { key: "kind", expected, found: sensor.kind().to_owned() }))
+}
+
+/// Writes `profiles.csv` into a dataset folder, whole or not at all; it may not be there yet.
+///
+/// # Errors
+/// A file that is there already, or that cannot be written.
+pub fn write_profiles(folder: &Path, profiles: &[Profile]) -> Result<(), Error> {
+    let file = folder.join("profiles.csv");
+    if file.exists() {
+        return Err(Error::in_file(&file, Problem::AlreadyExists));
+    }
+    let unfinished = folder.join("profiles.unfinished.csv");
+    write_with(&unfinished, |out| profiles_csv::write(out, profiles))?;
+    fs::rename(&unfinished, &file).map_err(|e| Error::in_file(&file, Problem::Io(e)))
 }
 
 type Loader<'a> = dyn FnMut(&str) -> Result<Option<Vec<u8>>, Error> + 'a;

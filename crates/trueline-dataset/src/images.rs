@@ -13,7 +13,7 @@ const FILE: usize = 1;
 const FRAME: usize = 2;
 const DEVICE_TIME: usize = 3;
 
-const COLUMNS: [ColumnSpec; 4] = [
+const COLUMNS: [ColumnSpec<'static>; 4] = [
     required("time", Quantity::Time),
     required("file", Quantity::Text),
     optional("frame", Quantity::Count),

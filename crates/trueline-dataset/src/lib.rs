@@ -6,6 +6,7 @@
 //! file, line, column, what was expected and a hint.
 
 pub mod calibration_file;
+pub mod dialect;
 pub mod error;
 pub mod features_csv;
 pub mod folder;
@@ -13,12 +14,16 @@ pub mod gray_picture;
 pub mod gray_png;
 pub mod images;
 pub mod import;
+pub mod join;
 pub mod known_toml;
 pub mod picture_source;
+pub mod profile;
+pub mod profiles_csv;
 pub mod recording;
 pub mod reference_file;
 pub mod result_file;
 pub mod robot_csv;
+pub mod rotation_columns;
 pub mod sensor_setup;
 pub mod sensor_toml;
 mod setup_toml;
@@ -29,10 +34,12 @@ pub mod unit;
 pub mod written_form;
 
 pub use calibration_file::KnownCalibration;
+pub use dialect::Dialect;
 pub use error::{Error, Problem};
 pub use gray_png::{GrayImage, Pixels};
 pub use images::FrameFile;
 pub use picture_source::{FrameStamp, PictureFolder, PictureSource};
+pub use profile::{Profile, ProfilePoint};
 pub use recording::{Feature, Guess, Measured, Recording, RobotSample, Sensor, Truth};
 pub use reference_file::Reference;
 pub use sensor_setup::SensorSetup;

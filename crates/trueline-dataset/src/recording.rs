@@ -1,6 +1,6 @@
 //! What was recorded: the only thing calibration ever sees.
 
-use crate::sensor_setup::SensorSetup;
+use crate::sensor_setup::{Mounted, SensorSetup};
 use std::collections::BTreeMap;
 use trueline_geometry::{Line, Plane, Pose};
 use trueline_model::Camera;
@@ -22,6 +22,18 @@ pub struct Recording {
     pub truth: Option<Truth>,
     /// SHA-256 of every file that was read, by name.
     pub inputs: BTreeMap<String, String>,
+}
+
+impl Recording {
+    /// The pose of what carries the sensor in the frame of the lines: `base_from_tool`; where the sensor stands beside the robot and the
+    /// robot moves the part, `tool_from_base`. Then what is called `tool_from_camera` is `base_from_camera`, and lines are in the tool.
+    #[must_use]
+    pub fn lines_from_carrier(&self, sample: &RobotSample) -> Pose {
+        match self.setup.mounted {
+            Mounted::Tool => sample.base_from_tool,
+            Mounted::Fixed => sample.base_from_tool.inverse(),
+        }
+    }
 }
 
 /// The sensor and its own calibration.

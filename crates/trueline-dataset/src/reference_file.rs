@@ -49,7 +49,7 @@ struct CircleTable {
     radius_mm: f64,
 }
 
-const COLUMNS: [ColumnSpec; 3] =
+const COLUMNS: [ColumnSpec<'static>; 3] =
     [required("x", Quantity::Length), required("y", Quantity::Length), required("z", Quantity::Length)];
 
 /// Reads a reference: points along the seam if the file's name ends in `.csv` (`x_mm,y_mm,z_mm`), else TOML with

@@ -1,9 +1,10 @@
-//! `robot.csv`: base_from_tool over time.
+//! `robot.csv`: base_from_tool over time, with rotations in any form of [`crate::rotation_columns`].
 
 use crate::error::{Error, Problem};
 use crate::recording::RobotSample;
+use crate::rotation_columns::RotationColumns;
 use crate::stamp;
-use crate::table::{ColumnSpec, Table, optional, required};
+use crate::table::{self, ColumnSpec, Header, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::io::{Read, Write};
@@ -12,18 +13,15 @@ use trueline_geometry::se3;
 
 const TIME: usize = 0;
 const POSITION: [usize; 3] = [1, 2, 3];
-const QUATERNION: [usize; 4] = [4, 5, 6, 7];
-const DEVICE_TIME: usize = 8;
+const DEVICE_TIME: usize = 4;
+/// Where the columns of the rotation begin.
+const ROTATION: usize = 5;
 
-const COLUMNS: [ColumnSpec; 9] = [
+const COLUMNS: [ColumnSpec<'static>; 5] = [
     required("time", Quantity::Time),
     required("x", Quantity::Length),
     required("y", Quantity::Length),
     required("z", Quantity::Length),
-    required("qw", Quantity::Plain),
-    required("qx", Quantity::Plain),
-    required("qy", Quantity::Plain),
-    required("qz", Quantity::Plain),
     optional("device_time", Quantity::Time),
 ];
 
@@ -43,12 +41,21 @@ pub fn unit_quaternion(wxyz: [f64; 4]) -> Result<UnitQuaternion<f64>, Problem> {
     Ok(UnitQuaternion::new_normalize(q))
 }
 
+/// Whether a name is that of a column of this file.
+#[must_use]
+pub fn is_column(name: &str) -> bool {
+    table::is_one_of(name, &COLUMNS) || RotationColumns::is_one(name)
+}
+
 /// Reads the robot's poses.
 ///
 /// # Errors
-/// Anything that is not a clean table with rising stamps and unit quaternions.
+/// Anything that is not a clean table with rising stamps and one rotation in a form of [`crate::rotation_columns`].
 pub fn read(file: &Path, input: impl Read) -> Result<Vec<RobotSample>, Error> {
-    let mut table = Table::open(file, input, &COLUMNS)?;
+    let header = Header::read(file, input)?;
+    let rotation_columns = RotationColumns::find(header.names()).map_err(|problem| header.error(problem))?;
+    let specs: Vec<ColumnSpec<'_>> = COLUMNS.into_iter().chain(rotation_columns.specs()).collect();
+    let mut table = header.find(&specs)?;
     let mut samples: Vec<RobotSample> = Vec::new();
     while table.next_row()? {
         let stamp_ns = table.stamp_ns(TIME)?;
@@ -62,11 +69,7 @@ pub fn read(file: &Path, input: impl Read) -> Result<Vec<RobotSample>, Error> {
         for (value, column) in position.iter_mut().zip(POSITION) {
             *value = table.required_number(column)?;
         }
-        let mut wxyz = [0.0; 4];
-        for (value, column) in wxyz.iter_mut().zip(QUATERNION) {
-            *value = table.required_number(column)?;
-        }
-        let rotation = unit_quaternion(wxyz).map_err(|p| table.error_in(QUATERNION[0], p))?;
+        let rotation = rotation_columns.read(&table, ROTATION)?;
         let device_ns = table.optional_stamp_ns(DEVICE_TIME)?;
         samples.push(RobotSample {
             stamp_ns,

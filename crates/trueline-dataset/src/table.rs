@@ -9,9 +9,9 @@ use std::path::Path;
 
 /// A column that a table may have.
 #[derive(Clone, Copy, Debug)]
-pub struct ColumnSpec {
+pub struct ColumnSpec<'a> {
     /// Name without unit.
-    pub name: &'static str,
+    pub name: &'a str,
     /// What it measures.
     pub quantity: Quantity,
     /// Whether the table is useless without it.
@@ -20,13 +20,13 @@ pub struct ColumnSpec {
 
 /// A needed column.
 #[must_use]
-pub const fn required(name: &'static str, quantity: Quantity) -> ColumnSpec {
+pub const fn required(name: &str, quantity: Quantity) -> ColumnSpec<'_> {
     ColumnSpec { name, quantity, required: true }
 }
 
 /// A column that may be left out.
 #[must_use]
-pub const fn optional(name: &'static str, quantity: Quantity) -> ColumnSpec {
+pub const fn optional(name: &str, quantity: Quantity) -> ColumnSpec<'_> {
     ColumnSpec { name, quantity, required: false }
 }
 
@@ -45,39 +45,75 @@ pub struct Table<'a, R: Read> {
     record: ByteRecord,
 }
 
-impl<'a, R: Read> Table<'a, R> {
-    /// Reads the header and finds each column of `specs` in it.
+/// A table whose header is read, before it is decided what its columns are.
+pub struct Header<'a, R: Read> {
+    file: &'a Path,
+    reader: csv::Reader<R>,
+    names: Vec<String>,
+}
+
+impl<'a, R: Read> Header<'a, R> {
+    /// Reads the header.
     ///
     /// # Errors
-    /// Unknown, duplicate, missing or unit-less columns.
-    pub fn open(file: &'a Path, input: R, specs: &[ColumnSpec]) -> Result<Self, Error> {
+    /// An empty file, or one that is no text.
+    pub fn read(file: &'a Path, input: R) -> Result<Self, Error> {
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(true)
             .flexible(true)
             .trim(csv::Trim::All)
             .from_reader(input);
-        let header = reader.headers().map_err(|e| csv_error(file, &e))?.clone();
+        let header = reader.headers().map_err(|e| csv_error(file, &e))?;
         if header.is_empty() || header.iter().all(str::is_empty) {
             return Err(Error::in_file(file, Problem::NoRows));
         }
+        let names = header.iter().map(|name| name.trim_start_matches('\u{feff}').to_owned()).collect();
+        Ok(Self { file, reader, names })
+    }
+
+    /// The names of the columns.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// An error of the header.
+    #[must_use]
+    pub fn error(&self, problem: Problem) -> Error {
+        Error::at_line(self.file, 1, problem)
+    }
+
+    /// Finds each column of `specs`.
+    ///
+    /// # Errors
+    /// Unknown, duplicate, missing or unit-less columns.
+    pub fn find(self, specs: &[ColumnSpec<'_>]) -> Result<Table<'a, R>, Error> {
         let mut columns: Vec<Option<Found>> = vec![None; specs.len()];
-        for (index, name) in header.iter().enumerate() {
-            let name = name.trim_start_matches('\u{feff}');
-            let (spec, scale) =
-                identify(name, specs).map_err(|p| Error::at_line(file, 1, p).in_column(name))?;
+        for (index, name) in self.names.iter().enumerate() {
+            let (spec, scale) = identify(name, specs).map_err(|p| self.error(p).in_column(name))?;
             if columns[spec].is_some() {
-                return Err(Error::at_line(file, 1, Problem::DuplicateColumn).in_column(name));
+                return Err(self.error(Problem::DuplicateColumn).in_column(name));
             }
             columns[spec] = Some(Found { index, header: name.to_owned(), scale });
         }
         for (spec, column) in specs.iter().zip(&columns) {
             if spec.required && column.is_none() {
                 let name = format!("{}{}", spec.name, spec.quantity.usual_suffix());
-                let found = header.iter().collect::<Vec<_>>().join(", ");
-                return Err(Error::at_line(file, 1, Problem::MissingColumn { name, found }));
+                let found = self.names.join(", ");
+                return Err(self.error(Problem::MissingColumn { name, found }));
             }
         }
-        Ok(Self { file, reader, columns, record: ByteRecord::new() })
+        Ok(Table { file: self.file, reader: self.reader, columns, record: ByteRecord::new() })
+    }
+}
+
+impl<'a, R: Read> Table<'a, R> {
+    /// Reads the header and finds each column of `specs` in it.
+    ///
+    /// # Errors
+    /// Unknown, duplicate, missing or unit-less columns.
+    pub fn open(file: &'a Path, input: R, specs: &[ColumnSpec<'_>]) -> Result<Self, Error> {
+        Header::read(file, input)?.find(specs)
     }
 
     /// Whether an optional column is there.
@@ -210,8 +246,14 @@ impl<'a, R: Read> Table<'a, R> {
     }
 }
 
+/// Whether a header is one of these columns, with a unit that it can have.
+#[must_use]
+pub fn is_one_of(header: &str, specs: &[ColumnSpec<'_>]) -> bool {
+    identify(header, specs).is_ok()
+}
+
 /// Which column a header names, and the size of its unit.
-fn identify(header: &str, specs: &[ColumnSpec]) -> Result<(usize, f64), Problem> {
+fn identify(header: &str, specs: &[ColumnSpec<'_>]) -> Result<(usize, f64), Problem> {
     for (index, spec) in specs.iter().enumerate() {
         if let Some(suffix) = header.strip_prefix(spec.name)
             && let Some((_, scale)) = spec.quantity.suffixes().iter().find(|(s, _)| *s == suffix)

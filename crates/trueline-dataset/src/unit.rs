@@ -9,6 +9,10 @@ pub enum Quantity {
     Length,
     /// Image coordinates.
     Pixel,
+    /// An angle.
+    Angle,
+    /// A component of a rotation vector: radians alone, since `rx_deg` is something else on most robots.
+    RotationVector,
     /// A number without a unit: a quaternion component.
     Plain,
     /// A whole number from 0.
@@ -24,6 +28,8 @@ impl Quantity {
         match self {
             Self::Time => &[("_s", 1.0), ("_ms", 1e-3), ("_us", 1e-6), ("_ns", 1e-9)],
             Self::Length => &[("_mm", 1e-3), ("_m", 1.0)],
+            Self::Angle => &[("_deg", RAD_PER_DEG), ("_rad", 1.0)],
+            Self::RotationVector => &[("_rad", 1.0)],
             Self::Pixel => &[("_px", 1.0)],
             Self::Plain | Self::Count | Self::Text => &[("", 1.0)],
         }
@@ -38,3 +44,6 @@ impl Quantity {
 
 /// Metres to the millimetres of files.
 pub const MM_PER_M: f64 = 1e3;
+
+/// Radians in a degree of files.
+pub const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;

@@ -47,7 +47,7 @@ fn columns() {
     );
     assert_eq!(
         header("time_s,x_inch,y_mm,z_mm,qw,qx,qy,qz"),
-        "robot.csv, line 1, column `x_inch`: unknown column; known columns: time_s, x_mm, y_mm, z_mm, qw, qx, qy, qz, device_time_s"
+        "robot.csv, line 1, column `x_inch`: unknown column; known columns: time_s, x_mm, y_mm, z_mm, device_time_s, qw, qx, qy, qz"
     );
     assert_eq!(
         header("time_s,x_mm,x_m,z_mm,qw,qx,qy,qz"),

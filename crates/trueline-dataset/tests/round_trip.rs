@@ -4,7 +4,8 @@
 use proptest::prelude::*;
 use std::fs;
 use std::path::Path;
-use trueline_dataset::import::csv_columns::{ColumnMapping, rename};
+use trueline_dataset::dialect::{Separator, plain_csv};
+use trueline_dataset::import::foreign_csv::{self, ColumnMapping, Renaming};
 use trueline_dataset::import::{lvs_st_calib, tum};
 use trueline_dataset::{Feature, Measured, Recording, RobotSample, Sensor, features_csv, folder, robot_csv};
 use trueline_geometry::{Plane, se3, so3};
@@ -164,14 +165,17 @@ fn tum_has_w_last_and_foreign_csv_is_renamed() {
     fs::write(&poses, "# timestamp tx ty tz qx qy qz qw\n1.5 1 2 3 0 0 1 0\n1.6 1 2 3 0 0 1 0\n").unwrap();
     let samples = tum::read_robot(&poses).unwrap();
     assert!((samples[0].base_from_tool.rotation.quaternion().k - 1.0).abs() < 1e-15);
-    let foreign = dir.path().join("log.csv");
-    fs::write(&foreign, "stamp;col;row;note\n1;10;20;a\n2;11;21;b\n").unwrap();
+    let foreign = Path::new("log.csv");
+    let read = |mapping: &[ColumnMapping]| {
+        let renaming = Renaming { map: mapping, layout: None, is_ours: &|_| false };
+        let text = b"stamp|col|row|note\n1|10|20|a\n2|11|21|b\n".to_vec();
+        foreign_csv::read(foreign, text, Some(Separator::Character('|')), &renaming)
+    };
     let map = |ours: &str, theirs: &str| ColumnMapping { ours: ours.into(), theirs: theirs.into() };
-    let mapping = [map("time_ms", "stamp"), map("u_px", "col"), map("v_px", "row")];
-    let renamed = rename(&foreign, b';', &mapping).unwrap();
+    let renamed = read(&[map("time_ms", "stamp"), map("u_px", "col"), map("v_px", "row")]).unwrap();
     assert_eq!(renamed.left_out, ["note"]);
     assert_eq!(String::from_utf8(renamed.csv).unwrap(), "time_ms,u_px,v_px\n1,10,20\n2,11,21\n");
-    assert!(rename(&foreign, b';', &[map("u_px", "nothing")]).is_err());
+    assert!(read(&[map("u_px", "nothing")]).is_err());
 }
 
 proptest! {
@@ -180,6 +184,7 @@ proptest! {
     fn any_bytes_are_survived(bytes in proptest::collection::vec(any::<u8>(), 0..200), cut in 0..120_usize) {
         let _ = robot_csv::read(Path::new("robot.csv"), bytes.as_slice());
         let _ = features_csv::read(Path::new("features.csv"), bytes.as_slice(), &Sensor::Profiler);
+        let _ = plain_csv(Path::new("robot.csv"), bytes.clone(), None);
         let text = String::from_utf8_lossy(&bytes);
         let _ = trueline_dataset::sensor_toml::parse(Path::new("sensor.toml"), &text);
         let _ = trueline_dataset::stamp::parse_nanoseconds(&text, 9);

@@ -145,7 +145,9 @@ fn an_unknown_key_is_named_with_its_line() {
 
 #[test]
 fn what_no_command_applies_yet_is_not_ignored() {
-    for rest in ["mounted = \"fixed\"\n", "[shape]\nh = [0.01, 0, 0, 0, 0]\n"] {
+    for rest in
+        ["[region_of_interest]\nx_mm = [-20, 20]\nz_mm = [60, 120]\n", "[shape]\nh = [0.01, 0, 0, 0, 0]\n"]
+    {
         let dir = tempfile::tempdir().unwrap();
         std::fs::write(dir.path().join("sensor.toml"), format!("kind = \"profiler\"\n{rest}")).unwrap();
         let error = folder::read_sensor(dir.path()).unwrap_err().to_string();

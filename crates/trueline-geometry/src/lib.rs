@@ -9,6 +9,7 @@
 
 pub mod circle;
 pub mod curve;
+pub mod euler;
 pub mod fit;
 pub mod line;
 pub mod plane;
@@ -19,6 +20,7 @@ pub mod so3;
 pub mod trajectory;
 
 pub use circle::Circle;
+pub use euler::EulerSequence;
 pub use line::{Line, OrthonormalLine, PlueckerLine};
 pub use plane::Plane;
 pub use polyline::Polyline;

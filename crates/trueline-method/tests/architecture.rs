@@ -10,6 +10,7 @@ const ALLOWED: [(&str, &[&str]); 17] = [
     ("trueline-model", &["trueline-geometry"]),
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline-method", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
+    ("trueline-export", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     ("trueline-experiments", &["trueline-method", "trueline-dataset", "trueline-geometry", "trueline-sim"]),
     ("trueline-camera", &["trueline-dataset", "trueline-live"]),
     (
@@ -38,6 +39,7 @@ const ALLOWED: [(&str, &[&str]); 17] = [
             "trueline-method",
             "trueline-dataset",
             "trueline-experiments",
+            "trueline-export",
             "trueline-geometry",
             "trueline-model",
             "trueline-plan",
@@ -65,6 +67,7 @@ const ALLOWED: [(&str, &[&str]); 17] = [
             "trueline-cell",
             "trueline-dataset",
             "trueline-experiments",
+            "trueline-export",
             "trueline-geometry",
             "trueline-live",
             "trueline-lsq",

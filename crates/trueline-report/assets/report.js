@@ -25,7 +25,7 @@
   // Rows that a legend of these names takes, and with it where the plot begins.
   const below = (c, width) => {
     let rows = 1, used = 0;
-    for (const { name } of c.series ?? c.parts) {
+    for (const { name } of [...(c.series ?? c.parts), ...(c.marks ?? [])]) {
       const wide = 40 + 6.6 * name.length;
       if (used && used + wide > width - 20) { rows++; used = 0; }
       used += wide;
@@ -36,19 +36,20 @@
   const draw = {
     plot(c) {
       const tip = (p) => `${p.marker}${p.seriesName}<br>${c.x.name}: <b>${show(p.value[0])}</b><br>${c.y.name}: <b>${show(p.value[1])}</b>`;
-      const marks = () => ({ silent: true, symbol: "none", label: { color: css("--ink"), formatter: "{b}", position: "insideEndTop" }, lineStyle: { color: css("--ink"), type: "dashed", width: 1 },
-        data: c.marks.map((m) => ({ [m.upright ? "xAxis" : "yAxis"]: m.at, name: m.name })) });
-      const one = (s, k) => {
-        const x = columns[s.x], y = columns[s.y], colour = css(s.colour), first = k === 0 && c.marks.length ? { markLine: marks() } : {};
-        if (s.line) return line(s.name, x, y, { color: colour, showSymbol: s.dotted, sampling: s.dotted ? undefined : "minmax", lineStyle: { width: 1.5, type: s.dashed ? "dashed" : "solid" }, ...first });
-        return scatter(s.name, x, y, { color: colour, ...(s.leads_to === null ? {} : { symbol: "triangle", symbolSize: 8, large: false }), ...first });
+      // Lines across are named in the legend: over the data a name would cover it.
+      const mark = (m, k) => ({ type: "line", name: m.name, data: [], color: css("--ink"), lineStyle: { type: k ? "dotted" : "dashed", width: 1 }, silent: true,
+        markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--ink"), type: k ? "dotted" : "dashed", width: 1 }, data: [{ [m.upright ? "xAxis" : "yAxis"]: m.at }] } });
+      const one = (s) => {
+        const x = columns[s.x], y = columns[s.y], colour = css(s.colour);
+        if (s.line) return line(s.name, x, y, { color: colour, showSymbol: s.dotted, sampling: s.dotted ? undefined : "minmax", lineStyle: { width: 1.5, type: s.dashed ? "dashed" : "solid" } });
+        return scatter(s.name, x, y, { color: colour, ...(s.leads_to === null ? {} : { symbol: "triangle", symbolSize: 8, large: false }) });
       };
       const host = document.getElementById(c.id);
       const ends = c.x.log || c.x.limits ? {} : { min: "dataMin", max: "dataMax", axisLabel: { hideOverlap: true, formatter: (v) => String(+v.toPrecision(6)), showMinLabel: false, showMaxLabel: false } };
       const item = add(c.id, c.alternative, (size) => ({
         ...base(), ...zoom(), grid: { ...base().grid, top: below(c, size?.width ?? host.clientWidth) },
         tooltip: { ...base().tooltip, formatter: tip },
-        xAxis: along(c.x, ends), yAxis: upright(c.y), series: c.series.map(one),
+        xAxis: along(c.x, ends), yAxis: upright(c.y), series: [...c.series.map(one), ...c.marks.map(mark)],
       }));
       item.enter = (series, index) => {
         const leads = c.series[series]?.leads_to;
@@ -102,7 +103,7 @@
         ...base(), ...zoom(), legend: { show: false }, grid,
         tooltip: { ...base().tooltip, formatter: (q) => `${c.x.name} ${show(q.value[0])}, ${c.y.name} ${show(q.value[1])}<br>${c.unit}: <b>${show(q.value[2])}</b><br>of ${q.value[3]}` },
         xAxis: along(c.x, { splitLine: { show: false } }), yAxis: upright(c.y, { splitLine: { show: false } }),
-        visualMap: { type: "continuous", dimension: 2, min: 0, max: most, calculable: false, right: 0, top: "middle", itemWidth: 12, itemHeight: 110, text: ["≥ " + show(most), "0"], inRange: { color: ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"] } },
+        visualMap: { type: "continuous", dimension: 2, min: 0, max: most, calculable: false, right: 0, top: "middle", itemWidth: 12, itemHeight: 110, text: ["≥ " + show(+most.toPrecision(2)) + " " + (c.short ?? ""), "0"], inRange: { color: ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"] } },
         series: [{ type: "custom", name: c.unit, dimensions: ["x", "y", "v", "n"], encode: { x: 0, y: 1, tooltip: 2 }, data: c.cells, clip: true, progressive: 0,
           renderItem: (_, api) => {
             const a = api.coord([api.value(0) - c.cell[0] / 2, api.value(1) - c.cell[1] / 2]), b = api.coord([api.value(0) + c.cell[0] / 2, api.value(1) + c.cell[1] / 2]);
@@ -116,11 +117,11 @@
       host.style.height = `${Math.max(10, 4 + 1.7 * c.names.length)}rem`;
       const low = c.axis.log ? 10 ** Math.floor(Math.log10(Math.min(...c.values, c.mark ? c.mark.at : Infinity))) : undefined;
       const item = add(c.id, c.alternative, () => ({
-        ...base(), legend: { show: false }, grid: { ...base().grid, top: 12, left: narrow() ? 110 : 140, right: 76 },
+        ...base(), legend: { ...base().legend, show: !!c.mark, data: c.mark ? [c.mark.name] : [] }, grid: { ...base().grid, top: c.mark ? 30 : 12, left: narrow() ? 110 : 140, right: 76 },
         tooltip: { ...base().tooltip, formatter: (q) => `${q.name}: <b>${show(q.value)}</b>` },
-        xAxis: along(c.axis, { scale: false, min: low }), yAxis: { type: "category", data: c.names, inverse: true, axisTick: { show: false } },
+        xAxis: along(c.axis, { scale: false, min: low, startValue: low }), yAxis: { type: "category", data: c.names, inverse: true, axisTick: { show: false } },
         series: [{ type: "bar", name: c.axis.name, data: c.values, color: css("--a"), barCategoryGap: "25%", label: { show: true, position: "right", color: css("--ink"), formatter: (q) => show(q.value) },
-          ...(c.mark ? { markLine: { silent: true, symbol: "none", label: { color: css("--ink"), formatter: "{b}", position: "insideEndTop" }, lineStyle: { color: css("--bad"), type: "dashed" }, data: [{ xAxis: c.mark.at, name: c.mark.name }] } } : {}) }],
+        }, ...(c.mark ? [{ type: "line", name: c.mark.name, data: [], silent: true, color: css("--bad"), lineStyle: { type: "dashed" }, markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--bad"), type: "dashed" }, data: [{ xAxis: c.mark.at }] } }] : [])],
       }));
       // A bar's dimensions are its value and its place.
       item.say = (value) => { const k = c.values.findIndex((v) => v === value[0] || v === value[1]); return `${c.names[k]}: ${show(c.values[k])}`; };
@@ -133,7 +134,7 @@
   };
 
   // Ways to write the same: tabs, and a button that copies.
-  for (const choice of document.querySelectorAll(".choice")) {
+  for (const [number, choice] of [...document.querySelectorAll(".choice")].entries()) {
     const tabs = choice.querySelector(".tabs"), forms = [...choice.querySelectorAll(".form")];
     const pick = (k, focus) => {
       forms.forEach((form, i) => { form.style.display = i === k ? "" : "none"; });
@@ -142,7 +143,7 @@
     };
     const buttons = forms.map((form, k) => {
       const button = document.createElement("button");
-      form.id = `form-${k}`;
+      form.id = `form-${number}-${k}`;
       form.setAttribute("role", "tabpanel");
       button.setAttribute("aria-controls", form.id);
       button.textContent = form.dataset.name;
@@ -189,6 +190,8 @@
     draw[chart.kind](chart);
     await new Promise((done) => setTimeout(done));
   }
+  for (const folded of document.querySelectorAll("details")) folded.open = false;
+  addEventListener("beforeprint", () => { for (const folded of document.querySelectorAll("details")) folded.open = true; });
   Charts.watch();
   // What was drawn, for the tests that look at it.
   setTimeout(() => {

@@ -3,7 +3,7 @@
 use crate::evaluated;
 use crate::page::render::render;
 use crate::page::{
-    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Verdict,
+    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Tone, Verdict,
 };
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures};
@@ -23,25 +23,19 @@ pub fn html(e: &Evaluation, title: &str, command: &str) -> String {
                 figures.rmse_m * MM_PER_M,
                 figures.max_m * MM_PER_M
             ),
-            good: None,
+            tone: Tone::Plain,
         },
         ..Page::default()
     };
     let columns = &mut page.columns;
     page.sections = vec![
-        Section { id: "figures", heading: "", blocks: first(e) },
-        Section { id: "errors", heading: "Errors", blocks: charts(e, columns) },
+        Section { id: "figures", heading: "", blocks: first(e), folded: false },
+        Section { id: "errors", heading: "Errors", blocks: charts(e, columns), folded: false },
         Section {
             id: "made",
             heading: "How this was made",
-            blocks: vec![Block::List(
-                evaluated::text(e)
-                    .lines()
-                    .filter(|l| !l.trim().is_empty())
-                    .map(|l| l.trim().to_owned())
-                    .chain([command.to_owned()])
-                    .collect(),
-            )],
+            blocks: vec![Block::Facts(vec![("command".to_owned(), command.to_owned())])],
+            folded: false,
         },
     ];
     render(&page)
@@ -60,7 +54,7 @@ fn first(e: &Evaluation) -> Vec<Block> {
         mind.push(format!("{} points beyond the ends of the reference are left out.", e.beyond_ends));
     }
     if !mind.is_empty() {
-        blocks.push(Block::Notice { heading: "Mind", items: mind, bad: false });
+        blocks.push(Block::Notice { heading: "Warnings", items: mind, bad: false });
     }
     blocks
 }

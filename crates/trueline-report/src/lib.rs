@@ -5,6 +5,7 @@
 
 pub mod calibration_page;
 pub mod checks;
+pub mod compared;
 pub mod diagnosis;
 pub mod evaluated;
 pub mod evaluation_page;
@@ -23,4 +24,3 @@ pub mod sensor_json;
 pub mod sensor_page;
 pub mod sensor_text;
 pub mod summary;
-pub mod transform_formats;

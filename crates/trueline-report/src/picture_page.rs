@@ -2,7 +2,7 @@
 
 use crate::page::render::render;
 use crate::page::{
-    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Verdict,
+    Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Tone, Verdict,
 };
 use std::collections::BTreeMap;
 
@@ -43,7 +43,7 @@ pub fn html(title: &str, words: &str, looked: &[Looked], size_px: [u32; 2], comm
         title: title.to_owned(),
         verdict: Verdict {
             text: format!("The seam is found in {found} of {} pictures.", looked.len()),
-            good: Some(found > 0),
+            tone: Tone::of(found > 0),
         },
         ..Page::default()
     };
@@ -51,9 +51,14 @@ pub fn html(title: &str, words: &str, looked: &[Looked], size_px: [u32; 2], comm
     let mut summary: Vec<String> = words.lines().map(|l| l.trim().to_owned()).collect();
     summary.push(command.to_owned());
     page.sections = vec![
-        Section { id: "seams", heading: "Where the seam is", blocks: charts(looked, size_px, columns) },
-        Section { id: "missing", heading: "Pictures without a seam", blocks: missing(looked) },
-        Section { id: "summary", heading: "In words", blocks: vec![Block::List(summary)] },
+        Section {
+            id: "seams",
+            heading: "Where the seam is",
+            blocks: charts(looked, size_px, columns),
+            folded: false,
+        },
+        Section { id: "missing", heading: "Pictures without a seam", blocks: missing(looked), folded: false },
+        Section { id: "summary", heading: "In words", blocks: vec![Block::List(summary)], folded: false },
     ];
     render(&page)
 }

@@ -3,7 +3,7 @@
 use crate::number::digits_for;
 use crate::page::render::render;
 use crate::page::{
-    Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Verdict,
+    Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Tone, Verdict,
 };
 use crate::planned::{self, Source};
 use nalgebra::{Point3, Vector3};
@@ -29,7 +29,7 @@ pub fn html(source: &Source<'_>) -> String {
         title: "A planned scan".to_owned(),
         verdict: Verdict {
             text: sentence(plan, asked.is_some(), missed.is_empty()),
-            good: asked.map(|_| missed.is_empty()),
+            tone: asked.map_or(Tone::Plain, |_| Tone::of(missed.is_empty())),
         },
         ..Page::default()
     };
@@ -46,8 +46,10 @@ pub fn html(source: &Source<'_>) -> String {
         ("limits", "Limits", vec![limits(cell, plan), room(cell, plan, columns)]),
         ("plan", "The plan in words", vec![Block::List(words(source))]),
     ];
-    page.sections =
-        sections.into_iter().map(|(id, heading, blocks)| Section { id, heading, blocks }).collect();
+    page.sections = sections
+        .into_iter()
+        .map(|(id, heading, blocks)| Section { id, heading, blocks, folded: id == "developers" })
+        .collect();
     render(&page)
 }
 

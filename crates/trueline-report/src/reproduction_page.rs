@@ -1,7 +1,9 @@
 //! The report of the paper's experiments.
 
 use crate::page::render::render;
-use crate::page::{Axis, Block, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Verdict};
+use crate::page::{
+    Axis, Block, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Tone, Verdict,
+};
 use crate::reproduced;
 use nalgebra::Vector3;
 use trueline_dataset::unit::MM_PER_M;
@@ -16,7 +18,7 @@ pub fn html(r: &Reproduction, command: &str) -> String {
         title: "The paper's experiments, simulated".to_owned(),
         verdict: Verdict {
             text: "Simulated with known truth; rows marked published are Yang et al. 2025.".to_owned(),
-            good: None,
+            tone: Tone::Plain,
         },
         ..Page::default()
     };
@@ -25,15 +27,21 @@ pub fn html(r: &Reproduction, command: &str) -> String {
         id: "convergence",
         heading: "Straight-weld calibration (Figs. 6 to 8)",
         blocks: convergence(r, columns),
+        folded: false,
     }];
     for weld in &r.welds {
         let (id, heading) = match weld.kind {
             WeldKind::Straight => ("straight", "Straight weld (Fig. 9)"),
             WeldKind::Round => ("c-type", "C-type weld, radius 600 mm (Fig. 10, Table I)"),
         };
-        sections.push(Section { id, heading, blocks: weld_blocks(weld, columns) });
+        sections.push(Section { id, heading, blocks: weld_blocks(weld, columns), folded: false });
     }
-    sections.push(Section { id: "speeds", heading: "Speed and time offset", blocks: speeds(r, columns) });
+    sections.push(Section {
+        id: "speeds",
+        heading: "Speed and time offset",
+        blocks: speeds(r, columns),
+        folded: false,
+    });
     sections.push(Section {
         id: "made",
         heading: "How this was made",
@@ -42,8 +50,7 @@ pub fn html(r: &Reproduction, command: &str) -> String {
             format!("seed {}, {} repeats, trueline {}", r.settings.seed, r.settings.repeats, env!("CARGO_PKG_VERSION")),
             "Noise: 0.3 px a feature, 0.03 mm and 0.001° a robot pose, 0.1 ms a stamp; 33 Hz camera, 250 Hz robot.".to_owned(),
             "Block by block: the published program's way, five blocks of unknowns solved as if the others were known, a fifth of the hand-eye's step taken, no step refused; once with its signs, once with the right ones.".to_owned(),
-        ])],
-    });
+        ])], folded: false });
     page.sections = sections;
     render(&page)
 }

@@ -41,6 +41,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         checks: checks::checks(c),
         rivals: c.findings.checks.ambiguity.rivals.iter().map(rival).collect(),
         decided_by: c.findings.checks.ambiguity.decided_by.map(|by| by.name().to_owned()),
+        mounted: None,
         at_torch: c.findings.checks.at_torch.as_ref().map(checks::at_torch),
         termination: c.findings.fit.termination.to_string(),
         iterations: c.findings.fit.iterations.iter().map(iteration).collect(),

@@ -2,7 +2,8 @@
 
 use crate::page::render::render;
 use crate::page::{
-    Axis, Block, Card, Chart, Colour, Columns, Drawn, Heat, Page, Section, Series, Table, TableRow, Verdict,
+    Axis, Block, Card, Chart, Colour, Columns, Drawn, Heat, Page, Section, Series, Table, TableRow, Tone,
+    Verdict,
 };
 use crate::sensor_json::CameraReport;
 use crate::sensor_text;
@@ -26,7 +27,7 @@ pub fn html(report: &CameraReport<'_>, views: &[View], command: &str) -> String 
             } else {
                 "The camera's calibration is not accepted.".to_owned()
             },
-            good: Some(accepted),
+            tone: Tone::of(accepted),
         },
         ..Page::default()
     };
@@ -48,15 +49,16 @@ pub fn html(report: &CameraReport<'_>, views: &[View], command: &str) -> String 
         words.lines().map(|line| line.trim().to_owned()).filter(|line| !line.is_empty()).collect();
     summary.push(command.to_owned());
     page.sections = vec![
-        Section { id: "camera", heading: "", blocks: first },
-        Section { id: "corners", heading: "Corners", blocks: corners(report, views, columns) },
+        Section { id: "camera", heading: "", blocks: first, folded: false },
+        Section { id: "corners", heading: "Corners", blocks: corners(report, views, columns), folded: false },
         Section {
             id: "uncertainty",
             heading: "How well it is known, and where",
             blocks: fields(report, size),
+            folded: false,
         },
-        Section { id: "models", heading: "Distortion", blocks: vec![evidence(report)] },
-        Section { id: "summary", heading: "In words", blocks: vec![Block::List(summary)] },
+        Section { id: "models", heading: "Distortion", blocks: vec![evidence(report)], folded: false },
+        Section { id: "summary", heading: "In words", blocks: vec![Block::List(summary)], folded: false },
     ];
     render(&page)
 }
@@ -230,7 +232,8 @@ fn heat(
     (cell, size): ([f64; 2], [u32; 2]),
 ) -> Block {
     let (x, y) = picture_axes(size);
-    let heat = Heat { x, y, cell, cells, strongest, unit: unit.to_owned(), equal: true };
+    let heat =
+        Heat { x, y, cell, cells, strongest, unit: unit.to_owned(), short: String::new(), equal: true };
     Block::Chart(Chart {
         id,
         title,

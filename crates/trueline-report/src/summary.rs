@@ -3,6 +3,7 @@
 use crate::number::{digits_for, with_sigma};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
+use trueline_export::time_offset;
 use trueline_method::assess::cross_validation::HeldOut;
 use trueline_method::assess::residuals::FeatureResidual;
 use trueline_method::assess::seam_point_error::SeamPointError;
@@ -35,14 +36,19 @@ pub fn sentence(c: &Calibration) -> String {
         return "Accepted, without the time offset, which this scan does not show.".to_owned();
     }
     let ms = c.best_fit().time_offset_s * MS_PER_S;
-    let which = if ms >= 0.0 { "later" } else { "earlier" };
+    let which = if ms >= 0.0 { "late" } else { "early" };
     let size = with_sigma(ms.abs(), c.sigma(TIME_OFFSET).map(|s| s * MS_PER_S), "ms");
-    let fit = format!("the seam is measured to {:.3} mm", c.findings.fit.residuals.rms_m * MM_PER_M);
-    let without = match c.findings.fit.residuals.outliers {
+    let rejected = match c.findings.fit.residuals.outliers {
         0 => String::new(),
-        n => format!(" without {n} outliers"),
+        n => format!(", {n} outliers rejected"),
     };
-    format!("Accepted: images come {size} {which} than the robot's poses, and {fit}{without}.")
+    let accepted = match c.warnings().len() {
+        0 => "Accepted".to_owned(),
+        1 => "Accepted with a warning".to_owned(),
+        n => format!("Accepted with {n} warnings"),
+    };
+    let residual = c.findings.fit.residuals.rms_m * MM_PER_M;
+    format!("{accepted}: images are stamped {size} {which}; residual {residual:.3} mm RMS{rejected}.")
 }
 
 /// The whole summary, a few lines of plain text.
@@ -64,10 +70,16 @@ pub fn text(c: &Calibration) -> String {
     out
 }
 
+/// Name of the row that is drawn in letters.
+pub const OVER_TIME: &str = "residual over time";
+
 /// Names and values of the summary's table; the report shows the same.
 #[must_use]
 pub fn rows(c: &Calibration) -> Vec<(String, String)> {
-    let mut rows = vec![("time offset".to_owned(), time_offset(c))];
+    let mut rows = vec![("time offset".to_owned(), offset(c))];
+    if c.is_known(TIME_OFFSET) {
+        rows.push(("to use it".to_owned(), time_offset::rule(c.best_fit().time_offset_s)));
+    }
     for (k, axis) in ["x", "y", "z"].iter().enumerate() {
         rows.push((format!("translation {axis}"), translation(c, k)));
     }
@@ -77,7 +89,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
         rows.push((format!("line {k}"), line(c, k)));
     }
     rows.push(("residual".to_owned(), residual(c)));
-    rows.extend(over_time(c).map(|bars| ("residual over time".to_owned(), bars)));
+    rows.extend(over_time(c).map(|bars| (OVER_TIME.to_owned(), bars)));
     rows.push(("features".to_owned(), features(c)));
     if let Some(check) = &c.findings.checks.held_out {
         rows.push(("held-out check".to_owned(), held_out(check)));
@@ -97,7 +109,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
 
 const UNSEEN: &str = "not visible in this scan";
 
-fn time_offset(c: &Calibration) -> String {
+fn offset(c: &Calibration) -> String {
     if !c.is_known(TIME_OFFSET) {
         return UNSEEN.to_owned();
     }
@@ -125,7 +137,8 @@ fn rotation(c: &Calibration) -> String {
 
 fn rotation_sigma(c: &Calibration) -> String {
     let axis = |k: usize| {
-        c.sigma(ROTATION + k).map_or_else(|| "–".to_owned(), |s| format!("± {:.4}°", s.to_degrees()))
+        let degrees = c.sigma(ROTATION + k).map(f64::to_degrees);
+        degrees.map_or_else(|| "–".to_owned(), |deg| format!("± {deg:.0$}°", digits_for(deg)))
     };
     format!("{}  {}  {}  about tool x, y, z", axis(0), axis(1), axis(2))
 }
@@ -181,7 +194,7 @@ fn over_time(c: &Calibration) -> Option<String> {
 
 fn features(c: &Calibration) -> String {
     let r = &c.findings.fit.residuals;
-    let mut text = format!("{} used, {} of them outliers", r.used, r.outliers);
+    let mut text = format!("{} used, {} rejected as outliers", r.used - r.outliers, r.outliers);
     for (reason, count) in &r.skipped {
         let _ = write!(text, "; {count} {reason}");
     }

@@ -12,6 +12,7 @@ pub mod measure;
 mod not_found;
 pub mod overlay;
 pub mod picture;
+pub mod profile;
 pub mod region;
 pub mod scan;
 pub mod seam;

@@ -9,13 +9,15 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   trueline calibrate scan
   trueline calibrate scan --json - --quiet | jq .time_offset_s
+  trueline calibrate monday tuesday --json result.json
   trueline calibrate scan --require translation=0.1mm,time=0.1ms
   trueline calibrate scan --initial guess.toml --accept-partial
   trueline calibrate scan --initial guess.toml --fix time-offset
   trueline calibrate scan --residual point-to-line --report paper.html")]
 pub struct CalibrateArgs {
-    /// Dataset folder, recording.mcap or rosbag2
-    pub dataset: PathBuf,
+    /// Dataset folder, recording.mcap or rosbag2; several of one sensor are calibrated together
+    #[arg(required = true)]
+    pub datasets: Vec<PathBuf>,
     /// Where to start, instead of the dataset's initial.toml
     #[arg(long)]
     pub initial: Option<PathBuf>,

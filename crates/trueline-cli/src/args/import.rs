@@ -1,5 +1,6 @@
 //! `trueline import`.
 
+use super::import_csv::ImportCsvArgs;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
@@ -39,37 +40,8 @@ File names are looked up in SRC. The recording's rows are
         #[arg(long, requires = "robot")]
         sensor: Option<PathBuf>,
     },
-    /// CSV files with other column names
-    #[command(after_help = "Example:
-  trueline import csv logs --robot-map time_s=t,x_mm=X,y_mm=Y,z_mm=Z,qw=w,qx=x,qy=y,qz=z \\
-      --features-map time_ms=stamp,u_px=col,v_px=row --out scan
-
-A mapping is ours=theirs; the unit stands in our name. Without a mapping a file keeps its names.")]
-    Csv {
-        /// Folder with the files
-        src: PathBuf,
-        /// Folder to write
-        #[arg(long)]
-        out: PathBuf,
-        /// Robot poses, looked up in SRC
-        #[arg(long, default_value = "robot.csv")]
-        robot: PathBuf,
-        /// Features, looked up in SRC
-        #[arg(long, default_value = "features.csv")]
-        features: PathBuf,
-        /// Sensor, looked up in SRC
-        #[arg(long, default_value = "sensor.toml")]
-        sensor: PathBuf,
-        /// Columns of the robot file, ours=theirs
-        #[arg(long, value_delimiter = ',')]
-        robot_map: Vec<String>,
-        /// Columns of the feature file, ours=theirs
-        #[arg(long, value_delimiter = ',')]
-        features_map: Vec<String>,
-        /// Character between columns
-        #[arg(long, default_value_t = ',')]
-        delimiter: char,
-    },
+    /// CSV files of any program: robots by name, every rotation, other separators and names
+    Csv(ImportCsvArgs),
     /// A TUM trajectory (timestamp tx ty tz qx qy qz qw; s, m) as robot poses
     #[command(after_help = "Example:
   trueline import tum poses.txt --features features.csv --sensor sensor.toml --out scan")]

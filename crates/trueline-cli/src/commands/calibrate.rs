@@ -8,8 +8,9 @@ use crate::opened_dataset::{self, OpenedDataset};
 use crate::outlier_frames;
 use crate::output;
 use crate::requirement;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{Error, Guess, Problem, known_toml};
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
@@ -20,7 +21,7 @@ use trueline_report::{result, summary};
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     let config = config(args)?;
-    let opened = opened_dataset::open(&args.dataset, features::joint(args.joint), args.quiet)?;
+    let opened = opened_dataset::open_all(&args.datasets, features::joint(args.joint), args.quiet)?;
     let recording = &opened.recording;
     let initial = match &args.initial {
         Some(file) => Some(read_guess(file)?),
@@ -29,6 +30,10 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     let calibration = trueline_method::calibrate(recording, initial.as_ref(), &config)?;
     write_results(args, &opened, &calibration)?;
     Ok(exit_code(&calibration))
+}
+
+fn names(datasets: &[PathBuf]) -> String {
+    datasets.iter().map(|dataset| dataset.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
 /// 0 if accepted, else 1.
@@ -47,12 +52,15 @@ fn write_results(
     if let Some(file) = &args.json {
         let mut result = result::of(calibration);
         result.stamps.meaning = opened.stamp_meaning.clone();
+        if opened.recording.setup.mounted == Mounted::Fixed {
+            result.mounted = Some("fixed".to_owned());
+        }
         output::result(file, &result)?;
     }
     let source = Source {
         calibration,
         recording: &opened.recording,
-        title: &format!("Calibration of {}", args.dataset.display()),
+        title: &format!("Calibration of {}", names(&args.datasets)),
         command: &output::command_line(),
         frames: &match args.report {
             Some(_) => outlier_frames::pictures(opened, calibration)?,

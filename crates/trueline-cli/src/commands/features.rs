@@ -2,15 +2,20 @@
 
 use crate::args::{FeaturesArgs, JointName};
 use crate::failure::Failure;
-use crate::output;
 use crate::pictures::{self, PictureOptions};
+use crate::{opened_dataset, output};
 use std::process::ExitCode;
-use trueline_dataset::folder;
+use trueline_dataset::{Profile, folder, images};
 use trueline_report::picture_page;
-use trueline_vision::{Joint, PictureRegion};
+use trueline_vision::{Joint, PictureRegion, StripeChoice};
 
 /// Runs the command.
 pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
+    if !images::index_of(&args.dataset).exists()
+        && let Some(profiles) = folder::read_profiles(&args.dataset)?
+    {
+        return of_profiles(args, &profiles);
+    }
     let options = PictureOptions {
         joint: joint(args.joint),
         region: args.region.as_deref().map(region).transpose()?,
@@ -64,6 +69,30 @@ fn region(text: &str) -> Result<PictureRegion, Failure> {
             "for example --region 200,100,2200,1900",
         )
     })
+}
+
+/// The seams of whole profiles.
+fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Failure> {
+    let for_pictures = [
+        ("--joint", !matches!(args.joint, JointName::Auto)),
+        ("--region", args.region.is_some()),
+        ("--stripe", args.stripe != StripeChoice::Strongest),
+        ("--overlay", args.overlay.is_some()),
+        ("--report", args.report.is_some()),
+        ("--json", args.json.is_some()),
+    ];
+    if let Some((option, _)) = for_pictures.iter().find(|(_, given)| *given) {
+        return Err(Failure::new(
+            format!("`{option}` is for pictures, and {} has profiles", args.dataset.display()),
+            "leave it out: the corner of two straight faces is looked for",
+        ));
+    }
+    let features = opened_dataset::profile_features(profiles, args.quiet)?;
+    let kept = folder::replace_features(&args.dataset, &features)?;
+    if let (Some(kept), false) = (kept, args.quiet) {
+        output::words(&format!("the features that were there are now in {}", kept.display()));
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// The joint of a name; `None` for whatever the pictures show.

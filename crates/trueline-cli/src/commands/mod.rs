@@ -1,13 +1,17 @@
 //! One command a file.
 
+pub mod apply;
 pub mod calibrate;
 #[cfg(feature = "gige")]
 pub mod camera_sim;
 pub mod demo;
+pub mod diff;
 pub mod doctor;
 pub mod evaluate;
+pub mod export;
 pub mod features;
 pub mod import;
+pub mod import_csv;
 pub mod listen;
 pub mod listen_source;
 pub mod plan;

@@ -64,6 +64,13 @@ pub struct Covariance {
 }
 
 impl Covariance {
+    /// The entry of two components, in the units of their names.
+    #[must_use]
+    pub fn entry(&self, row: &str, column: &str) -> Option<f64> {
+        let place = |name: &str| self.order.iter().position(|known| known == name);
+        self.matrix.get(place(row)?)?.get(place(column)?).copied().flatten()
+    }
+
     /// Standard deviation of a component, in the unit of its name.
     #[must_use]
     pub fn sigma(&self, name: &str) -> Option<f64> {

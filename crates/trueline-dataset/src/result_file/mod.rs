@@ -87,6 +87,9 @@ pub struct ResultFile {
     /// What decided between them: `guess` or `statement`; null if nothing did, or there was nothing to decide.
     #[serde(default)]
     pub decided_by: Option<String>,
+    /// `fixed` where the sensor stands beside the robot: then `tool_from_camera` is base_from_camera, and lines are in the tool.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mounted: Option<String>,
     /// Error of a seam point where it is used; null if the hand-eye is not all observable.
     #[serde(default)]
     pub at_torch: Option<AtTorch>,

@@ -1,5 +1,6 @@
 //! A calibration at work on another scan.
 
+pub mod difference;
 pub mod evaluation;
 pub mod reference_curve;
 pub mod seam_points;

@@ -87,8 +87,10 @@ fn news(recording: &Recording, times_s: &[f64]) -> (Vec<f64>, Vec<Pose>, Updates
     // Of several samples with one stamp the last counts.
     let last_of_each = |pair: &&[RobotSample]| pair[0].stamp_ns != pair[1].stamp_ns;
     let before_last = recording.robot.windows(2).filter(last_of_each).map(|pair| &pair[0]);
-    let poses: Vec<Pose> =
-        before_last.chain(recording.robot.last()).map(|sample| sample.base_from_tool).collect();
+    let poses: Vec<Pose> = before_last
+        .chain(recording.robot.last())
+        .map(|sample| recording.lines_from_carrier(sample))
+        .collect();
     let updates = repeated_poses::updates(times_s, &poses);
     let times = updates.kept.iter().map(|k| times_s[*k] - updates.late_s).collect();
     let poses = updates.kept.iter().map(|k| poses[*k]).collect();

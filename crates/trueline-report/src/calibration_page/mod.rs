@@ -3,15 +3,17 @@
 mod conventions;
 mod convergence;
 mod first_screen;
+mod motion;
 mod outliers;
 mod residuals;
 mod scene;
 mod seam;
+mod seam_error;
 mod stamps;
 mod trust;
 
 use crate::page::render::render;
-use crate::page::{Page, Section, Verdict};
+use crate::page::{Page, Section, Tone, Verdict};
 use crate::summary;
 use trueline_dataset::{Guess, Recording};
 use trueline_method::assess::residuals::FeatureResidual;
@@ -57,7 +59,7 @@ pub fn page(source: &Source<'_>) -> Page {
     let shown = Shown::of(source);
     let mut page = Page {
         title: source.title.to_owned(),
-        verdict: Verdict { text: summary::sentence(c), good: Some(c.status() == Status::Accepted) },
+        verdict: Verdict { text: summary::sentence(c), tone: tone(c) },
         ..Page::default()
     };
     let columns = &mut page.columns;
@@ -66,16 +68,33 @@ pub fn page(source: &Source<'_>) -> Page {
         ("seam", "Seam", seam::blocks(&shown, columns)),
         ("residuals", "Residuals", residuals::blocks(&shown, columns)),
         ("uncertainty", "What is known, and how well", trust::blocks(&shown, columns)),
-        ("convergence", "Convergence", convergence::blocks(c, columns)),
+        ("motion", "The motion, and what it shows", motion::blocks(&shown, columns)),
         ("stamps", "Stamps", stamps::blocks(&shown, columns)),
         ("space", "In space", scene::blocks(&shown, columns)),
         ("outliers", "Outliers", outliers::blocks(&shown)),
-        ("numbers", "All numbers", vec![crate::page::Block::Facts(summary::rows(c))]),
+        ("numbers", "All numbers", vec![crate::page::Block::Facts(numbers(c))]),
         ("conventions", "Conventions, and how to make this again", conventions::blocks(source)),
+        ("developers", "For developers: every step of the solver", convergence::blocks(c, columns)),
     ];
-    page.sections =
-        sections.into_iter().map(|(id, heading, blocks)| Section { id, heading, blocks }).collect();
+    page.sections = sections
+        .into_iter()
+        .map(|(id, heading, blocks)| Section { id, heading, blocks, folded: id == "developers" })
+        .collect();
     page
+}
+
+/// Accepted is one thing, accepted without a doubt another.
+fn tone(c: &Calibration) -> Tone {
+    match c.status() {
+        Status::Accepted if c.warnings().is_empty() => Tone::Good,
+        Status::Accepted => Tone::Doubtful,
+        Status::NotAccepted => Tone::Bad,
+    }
+}
+
+/// The summary's numbers; its bars have a chart of their own here.
+fn numbers(c: &Calibration) -> Vec<(String, String)> {
+    summary::rows(c).into_iter().filter(|(name, _)| name != summary::OVER_TIME).collect()
 }
 
 /// More points than this are thinned out for drawing; outliers never are.

@@ -19,6 +19,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         Some(over_time(shown, columns)),
         Some(along_line(shown, columns)),
         over_image(shown),
+        vectors(shown, columns),
         Some(histogram(shown)),
         over_speed(shown, columns),
         over_direction(shown, columns),
@@ -182,19 +183,86 @@ fn over_image(shown: &Shown<'_>) -> Option<Chart> {
     Some(Chart {
         id: "residual-image",
         title: "Residual over the field of view",
-        explanation: "Mean length of the residual in each part of the view. The scale ends at twice the typical one: a corner that is bright as a whole is a lens or a laser plane that is not as sensor.toml says. Empty parts were not visited."
+        explanation: "Mean length of the residual in each part of the view. The scale ends at twice the typical one: a corner that is bright as a whole is a lens or a laser plane that is not as sensor.toml says. Only what was visited is drawn."
             .to_owned(),
         alternative: format!("Mean residual in {unit} over the field of view, in {} cells", cells.len()),
         wide: false,
         drawn: Drawn::Heat(Box::new(Heat {
-            x: x.0.between(x.1[0], x.1[1]),
-            y: y.0.between(y.1[0], y.1[1]),
+            x: x.0.between(visited(&cells, 0)[0] - side, visited(&cells, 0)[1] + side),
+            y: y.0.between(visited(&cells, 1)[0] - side, visited(&cells, 1)[1] + side),
             cell: [side, side],
             cells,
             strongest,
             unit: format!("mean residual ({unit})"),
+            short: unit.to_owned(),
             equal: true,
         })),
+    })
+}
+
+/// First and last middle of the cells along an axis.
+fn visited(cells: &[[f64; 4]], axis: usize) -> [f64; 2] {
+    let at = || cells.iter().map(|cell| cell[axis]);
+    [at().fold(f64::INFINITY, f64::min), at().fold(f64::NEG_INFINITY, f64::max)]
+}
+
+/// Vectors that are drawn at most.
+const VECTORS: usize = 600;
+/// Length of a typical vector as a part of what was visited.
+const VECTOR_LENGTH: f64 = 0.04;
+
+/// Residuals as vectors over the picture, enlarged: neighbours that point the same way are a lens or a laser plane.
+fn vectors(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
+    let features = &shown.source.recording.features;
+    let both: Vec<([f64; 2], [f64; 2])> = shown
+        .features
+        .iter()
+        .filter(|f| !f.is_outlier())
+        .filter_map(|f| match features[f.row as usize].measured {
+            Measured::Pixel(pixel) => f.residual_px.map(|r| (pixel, [r.x, r.y])),
+            Measured::Profile([x, z]) => {
+                f.in_sheet_m.map(|r| ([x * MM_PER_M, z * MM_PER_M], [r.x * MM_PER_M, r.y * MM_PER_M]))
+            }
+            Measured::Point(_) => None,
+        })
+        .collect();
+    let thinned: Vec<_> = both.iter().step_by(both.len().div_ceil(VECTORS).max(1)).collect();
+    let typical = median(thinned.iter().map(|(_, r)| r[0].hypot(r[1]))).filter(|typical| *typical > 0.0)?;
+    let extent = |k: usize| {
+        let at = || thinned.iter().map(|(place, _)| place[k]);
+        at().fold(f64::NEG_INFINITY, f64::max) - at().fold(f64::INFINITY, f64::min)
+    };
+    let power = (VECTOR_LENGTH * extent(0).max(extent(1)) / typical).log10();
+    // A round number: 1, 2 or 5 times a power of ten.
+    let decade = 10f64.powf(power.floor());
+    let scale =
+        decade * [1.0, 2.0, 5.0].into_iter().rfind(|f| f * decade <= 10f64.powf(power)).unwrap_or(1.0);
+    let axis = |k: usize| {
+        let of = |(place, r): &&([f64; 2], [f64; 2])| [place[k], place[k] + scale * r[k], f64::NAN];
+        thinned.iter().flat_map(of).collect::<Vec<f64>>()
+    };
+    let (x, y) = (columns.add(axis(0)), columns.add(axis(1)));
+    let start = |k: usize| thinned.iter().map(move |(place, _)| place[k]);
+    let (from_x, from_y) = (columns.add(start(0)), columns.add(start(1)));
+    let ([x_axis, y_axis], ..) = view(shown)?;
+    Some(Chart {
+        id: "residual-vectors",
+        title: "Residual vectors",
+        explanation: format!(
+            "Measured minus predicted, {scale} times as long, for {} features. Neighbours that point the same way mean a lens or a laser plane that is not as sensor.toml says; noise points everywhere.",
+            thinned.len()
+        ),
+        alternative: format!("{} residual vectors over the field of view", thinned.len()),
+        wide: false,
+        drawn: Drawn::Plot {
+            x: x_axis.0,
+            y: y_axis.0,
+            series: vec![
+                Series::line(&format!("residual × {scale}"), x, y, Colour::A),
+                Series::points("feature", from_x, from_y, Colour::Soft),
+            ],
+            marks: Vec::new(),
+        },
     })
 }
 
@@ -258,7 +326,7 @@ fn over_speed(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     Some(Chart {
         id: "residual-speed",
         title: "Residual along the motion over speed",
-        explanation: "How far each point is ahead of where it should be, in the direction in which the seam crosses the sheet. A slope is a time offset that is wrong; a wedge is jitter of the stamps."
+        explanation: "How far each point is ahead of where it should be, in the direction in which the seam crosses the sheet. A slope means a wrong time offset; a widening cloud means time-stamp jitter."
             .to_owned(),
         alternative: "Residual in the direction of motion in mm over the speed at which the seam crosses the laser sheet in mm/s".to_owned(),
         wide: false,

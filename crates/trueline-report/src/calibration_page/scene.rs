@@ -11,14 +11,16 @@ use trueline_model::LaserSheet;
 /// Poses of the path that are drawn.
 const PATH: usize = 3000;
 /// Places at which the field of view is drawn.
-const VIEWS: usize = 14;
+const VIEWS: usize = 7;
 /// Seam points that are drawn.
 const POINTS: usize = 5000;
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let c = shown.calibration;
     let robot = &shown.source.recording.robot;
-    let path = thinned(robot, PATH).map(|sample| sample.base_from_tool.translation.vector);
+    let recording = shown.source.recording;
+    let carrier = |sample: &RobotSample| recording.lines_from_carrier(sample);
+    let path = thinned(robot, PATH).map(|sample| carrier(sample).translation.vector);
     let mut parts = vec![Part {
         name: "tool path".to_owned(),
         xyz: column(columns, path),
@@ -28,7 +30,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     if c.rotation().is_ok() {
         let corners = view_corners(shown);
         let views = thinned(robot, VIEWS)
-            .flat_map(|sample| pyramid(&(sample.base_from_tool * c.best_fit().tool_from_camera), &corners));
+            .flat_map(|sample| outline(&(carrier(sample) * c.best_fit().tool_from_camera), &corners));
         let xyz = column(columns, views);
         parts.push(Part {
             name: "field of view on the laser sheet".to_owned(),
@@ -50,6 +52,18 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         let ends = ends(line, &seam);
         let name = if c.best_fit().lines.len() > 1 { format!("line {k}") } else { "line".to_owned() };
         parts.push(Part { name, xyz: column(columns, ends), colour: Colour::D, line: true });
+    }
+    if let (Some(first), Some(last)) = (robot.first(), robot.last()) {
+        let length_m = 0.1
+            * (robot.iter())
+                .map(|s| {
+                    (s.base_from_tool.translation.vector - first.base_from_tool.translation.vector).norm()
+                })
+                .fold(0.0, f64::max);
+        for (name, sample) in [("tool at the start (x long, z short)", first), ("tool at the end", last)] {
+            let xyz = column(columns, axes(&carrier(sample), length_m));
+            parts.push(Part { name: name.to_owned(), xyz, colour: Colour::Bad, line: true });
+        }
     }
     vec![Block::Chart(Chart {
         id: "scene",
@@ -102,17 +116,22 @@ fn seen_corners(shown: &Shown<'_>) -> Vec<Vector3<f64>> {
         .to_vec()
 }
 
-/// Lines from the camera to the corners and around them; a gap ends it.
-fn pyramid(base_from_camera: &Pose, corners: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+/// The outline of the field of view; a gap ends it.
+fn outline(base_from_camera: &Pose, corners: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let in_base = |p: &Vector3<f64>| (base_from_camera * Point3::from(*p)).coords;
     let Some(first) = corners.first() else { return Vec::new() };
-    let apex = base_from_camera.translation.vector;
     let mut points: Vec<Vector3<f64>> = corners.iter().chain([first]).map(in_base).collect();
-    for corner in corners {
-        points.extend([apex, in_base(corner)]);
-    }
     points.push(Vector3::repeat(f64::NAN));
     points
+}
+
+/// The axes of the tool at a pose, x longest and z shortest; a gap ends each.
+fn axes(base_from_tool: &Pose, length_m: f64) -> Vec<Vector3<f64>> {
+    let origin = base_from_tool.translation.vector;
+    let axis = |(direction, part): (Vector3<f64>, f64)| {
+        [origin, origin + base_from_tool.rotation * direction * (length_m * part), Vector3::repeat(f64::NAN)]
+    };
+    [(Vector3::x(), 1.0), (Vector3::y(), 0.7), (Vector3::z(), 0.4)].into_iter().flat_map(axis).collect()
 }
 
 /// The stretch of a line that the points lie on.

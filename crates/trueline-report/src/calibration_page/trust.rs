@@ -12,6 +12,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let charts = [
         at_the_seam(shown),
         correlation(shown),
+        super::seam_error::map(shown),
         Some(spectrum(shown)),
         profile(shown, columns),
         held_out(shown),
@@ -87,7 +88,7 @@ fn correlation(shown: &Shown<'_>) -> Option<Chart> {
     let names: Vec<String> = known.iter().map(|(k, _)| all[*k].clone()).collect();
     Some(Chart {
         id: "correlation",
-        title: "What goes together",
+        title: "Correlations",
         explanation: "Correlation of the unknowns. Near ± 1 the scan tells two of them apart by little: more tilt about another axis does."
             .to_owned(),
         alternative: format!("Correlation matrix of {} unknowns, from −1 to 1", names.len()),
@@ -100,19 +101,19 @@ fn spectrum(shown: &Shown<'_>) -> Chart {
     let values = &shown.calibration.findings.unknowns.observability.singular_values;
     Chart {
         id: "spectrum",
-        title: "How well each direction is seen",
+        title: "Observability",
         explanation: format!(
-            "Singular values of the scaled problem, as parts of the largest. Below {RANK_THRESHOLD:.0e} a direction is not seen; {} of {} are.",
+            "Singular values of the scaled problem, as parts of the largest: the longer the bar, the better a direction is determined. Below {RANK_THRESHOLD:.0e} it cannot be determined; {} of {} can.",
             shown.calibration.findings.unknowns.observability.rank, shown.calibration.findings.unknowns.observability.size
         ),
         alternative: "Bars: singular values of the whitened, scaled Jacobian as parts of the largest, on a logarithmic axis".to_owned(),
         wide: false,
         drawn: Drawn::Bars {
-            names: (1..=values.len()).map(|k| k.to_string()).collect(),
+            names: (1..=values.len()).map(|k| format!("direction {k}")).collect(),
             // A logarithmic axis has no zero; what is below rounding is drawn at it.
             values: values.iter().map(|value| value.max(1e-16)).collect(),
             axis: Axis::log("part of the largest"),
-            mark: Some(Mark { name: "not seen below".to_owned(), at: RANK_THRESHOLD, upright: true }),
+            mark: Some(Mark { name: "not determined below".to_owned(), at: RANK_THRESHOLD, upright: true }),
         },
     }
 }
@@ -175,7 +176,7 @@ fn held_out(shown: &Shown<'_>) -> Option<Chart> {
     let values = check.parts.iter().flat_map(of).collect();
     Some(Chart {
         id: "held-out",
-        title: "The parts of the scan against each other",
+        title: "Leave-one-part-out check",
         explanation: format!(
             "How the estimate moves without each part, in standard deviations of what noise does. The rest predicts it to {:.4} mm; fitted it is {:.4} mm.",
             check.rms_m * MM_PER_M,

@@ -252,6 +252,8 @@ pub struct Heat {
     pub strongest: f64,
     /// Name and unit of the value.
     pub unit: String,
+    /// The unit alone.
+    pub short: String,
     /// Keep the scales of both axes alike.
     pub equal: bool,
 }
@@ -295,7 +297,7 @@ impl Chart {
                 })
             }
             Drawn::Heat(h) => json!({
-                "kind": "heat", "x": h.x.json(), "y": h.y.json(), "cell": h.cell, "cells": h.cells, "unit": h.unit, "strongest": h.strongest, "equal": h.equal, "points": h.cells.len(),
+                "kind": "heat", "x": h.x.json(), "y": h.y.json(), "cell": h.cell, "cells": h.cells, "unit": h.unit, "short": h.short, "strongest": h.strongest, "equal": h.equal, "points": h.cells.len(),
             }),
             Drawn::Bars { names, values, axis, mark } => json!({
                 "kind": "bars", "names": names, "values": values, "axis": axis.json(),

@@ -23,13 +23,35 @@ pub struct Page {
     pub columns: Columns,
 }
 
-/// A sentence, and whether it is good news.
+/// What kind of news a verdict is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tone {
+    /// Neither good nor bad.
+    #[default]
+    Plain,
+    /// Good.
+    Good,
+    /// Good, but there is something to look at.
+    Doubtful,
+    /// Bad.
+    Bad,
+}
+
+impl Tone {
+    /// Good or bad.
+    #[must_use]
+    pub fn of(good: bool) -> Self {
+        if good { Self::Good } else { Self::Bad }
+    }
+}
+
+/// A sentence, and what kind of news it is.
 #[derive(Debug, Default)]
 pub struct Verdict {
     /// The sentence.
     pub text: String,
-    /// Good, or bad; `None` is neither.
-    pub good: Option<bool>,
+    /// What kind of news.
+    pub tone: Tone,
 }
 
 /// A part of a report under a heading.
@@ -41,6 +63,8 @@ pub struct Section {
     pub heading: &'static str,
     /// What stands there.
     pub blocks: Vec<Block>,
+    /// Whether it is closed at first: for readers who look for it.
+    pub folded: bool,
 }
 
 /// A piece of a section.
@@ -70,7 +94,7 @@ pub enum Block {
         /// What it is.
         label: &'static str,
         /// Ways to write it.
-        forms: Vec<crate::transform_formats::Form>,
+        forms: Vec<Form>,
     },
     /// A drawing that is part of the program.
     Drawing(&'static str),
@@ -85,6 +109,17 @@ pub enum Block {
         /// The file's bytes.
         png: Vec<u8>,
     },
+}
+
+/// One way to write something.
+#[derive(Debug)]
+pub struct Form {
+    /// Whose way.
+    pub name: &'static str,
+    /// Its units, order and axes, in words.
+    pub convention: &'static str,
+    /// The text to copy.
+    pub text: String,
 }
 
 /// A large number with what it means.

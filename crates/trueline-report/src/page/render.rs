@@ -1,7 +1,6 @@
 //! Page → one HTML file with its style, its charting library and its data inside.
 
-use super::{Block, Card, Chart, Page, Section, Table};
-use crate::transform_formats::Form;
+use super::{Block, Card, Chart, Form, Page, Section, Table, Tone};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
@@ -17,10 +16,11 @@ const ECHARTS: &str = include_str!("../../assets/third_party/echarts/echarts-cus
 /// Renders a page.
 #[must_use]
 pub fn render(page: &Page) -> String {
-    let verdict_class = match page.verdict.good {
-        Some(true) => "good",
-        Some(false) => "bad",
-        None => "plain",
+    let verdict_class = match page.verdict.tone {
+        Tone::Good => "good",
+        Tone::Doubtful => "doubtful",
+        Tone::Bad => "bad",
+        Tone::Plain => "plain",
     };
     let parts = [
         ("{{title}}", escape(&page.title)),
@@ -66,18 +66,36 @@ fn links(sections: &[Section]) -> String {
 fn section(section: &Section) -> String {
     let mut out = format!("<section id=\"{}\">", section.id);
     // Writing to a String cannot fail.
-    if !section.heading.is_empty() {
+    if section.folded {
+        // Open until its charts are drawn, and on paper.
+        let _ = write!(out, "<details open><summary><h2>{}</h2></summary>", escape(section.heading));
+    } else if !section.heading.is_empty() {
         let _ = write!(out, "<h2>{}</h2>", escape(section.heading));
     }
     out.push_str("<div class=\"blocks\">");
-    for block in &section.blocks {
-        out.push_str(&html_of(block));
+    let spans = spanning(&section.blocks);
+    for (block, spans) in section.blocks.iter().zip(spans) {
+        out.push_str(&html_of(block, spans));
     }
-    out.push_str("</div></section>\n");
+    out.push_str(if section.folded { "</div></details></section>\n" } else { "</div></section>\n" });
     out
 }
 
-fn html_of(block: &Block) -> String {
+/// Which charts take the whole width: those that want it, and the last of an odd number of others in a row.
+fn spanning(blocks: &[Block]) -> Vec<bool> {
+    let is_half = |block: &Block| matches!(block, Block::Chart(chart) if !chart.wide);
+    let mut spans: Vec<bool> =
+        blocks.iter().map(|block| matches!(block, Block::Chart(chart) if chart.wide)).collect();
+    let mut run = 0;
+    for (k, block) in blocks.iter().enumerate() {
+        run = if is_half(block) { run + 1 } else { 0 };
+        let is_last = blocks.get(k + 1).is_none_or(|next| !is_half(next));
+        spans[k] |= is_last && run % 2 == 1;
+    }
+    spans
+}
+
+fn html_of(block: &Block, spans: bool) -> String {
     match block {
         Block::Text(text) => format!("<p class=\"full\">{}</p>", escape(text)),
         Block::List(items) => format!("<ul class=\"full\">{}</ul>", list(items)),
@@ -99,7 +117,7 @@ fn html_of(block: &Block) -> String {
         Block::Table(table) => table_html(table),
         Block::Choice { label, forms } => choice(label, forms),
         Block::Drawing(svg) => format!("<figure class=\"wide drawing\">{svg}</figure>"),
-        Block::Chart(chart) => figure(chart),
+        Block::Chart(chart) => figure(chart, spans),
         Block::Picture { id, caption, png } => format!(
             "<figure id=\"{0}\" class=\"picture\"><img alt=\"{1}\" src=\"data:image/png;base64,{2}\"><p>{1}</p></figure>",
             escape(id),
@@ -168,7 +186,7 @@ fn choice(label: &str, forms: &[Form]) -> String {
     out
 }
 
-fn figure(chart: &Chart) -> String {
+fn figure(chart: &Chart, spans: bool) -> String {
     let tools = match chart.drawn {
         super::Drawn::Scene(_) => {
             "<button data-look=\"iso\">Oblique</button><button data-look=\"top\">Top</button>\
@@ -185,7 +203,7 @@ fn figure(chart: &Chart) -> String {
     format!(
         "<figure class=\"chart{0}\" aria-label=\"{1}\"><figcaption><h3>{1}</h3><span class=\"tools\">{tools}</span></figcaption>\
          <p>{2}</p><div class=\"plot\" id=\"{3}\" role=\"application\" aria-roledescription=\"chart\" aria-label=\"{4}\"></div><div class=\"live\" aria-live=\"polite\"></div></figure>",
-        if chart.wide { " wide" } else { "" },
+        if spans { " wide" } else { "" },
         escape(chart.title),
         escape(&chart.explanation),
         chart.id,

@@ -1,0 +1,28 @@
+//! `trueline apply`.
+
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline apply weld --calibration result.json --out seam.csv
+  trueline apply recording.mcap --calibration result.json --out seam.ply
+
+CSV: time_s,frame,line,x_mm,y_mm,z_mm. PLY: metres. Coordinates are in the
+robot's base; time_s is the true exposure by the robot's clock, the stamp minus
+the time offset; images without a frame counter are numbered from 0.
+
+Exit code: 0 written, 2 could not be written.")]
+pub struct ApplyArgs {
+    /// Dataset folder or recording
+    pub recording: PathBuf,
+    /// The JSON of `trueline calibrate --json`, or a TOML like initial.toml
+    #[arg(long)]
+    pub calibration: PathBuf,
+    /// File to write: .csv or .ply; - is CSV on stdout
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
+}

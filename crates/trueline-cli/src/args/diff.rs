@@ -1,0 +1,39 @@
+//! `trueline diff`.
+
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline diff monday.json today.json
+  trueline diff monday.json today.json --speed-mm-s 20 --stand-off-mm 180 --json -
+
+Says whether the difference is what chance makes, or what has moved and by how
+much at the seam: over a field of the laser plane about the stand-off, at the
+working speed.
+
+Exit code: 0 the same, 1 moved, 2 could not be compared.")]
+pub struct DiffArgs {
+    /// The JSON of `trueline calibrate --json`
+    pub first: PathBuf,
+    /// That of the same sensor later
+    pub second: PathBuf,
+    /// Distance of the seam from the sensor, mm [default: that of the first result]
+    #[arg(long)]
+    pub stand_off_mm: Option<f64>,
+    /// Width of the field along the stripe, mm
+    #[arg(long, default_value_t = 60.0)]
+    pub width_mm: f64,
+    /// Depth of the field, mm
+    #[arg(long, default_value_t = 40.0)]
+    pub depth_mm: f64,
+    /// Speed along the seam, mm/s [default: that of the first result]
+    #[arg(long)]
+    pub speed_mm_s: Option<f64>,
+    /// Write the difference as JSON; - is stdout
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
+}

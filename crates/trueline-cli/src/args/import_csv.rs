@@ -1,0 +1,122 @@
+//! `trueline import csv`.
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use std::path::PathBuf;
+use trueline_dataset::dialect::Separator;
+use trueline_dataset::import::foreign_csv::ColumnMapping;
+use trueline_dataset::import::profiles::ProfileFormat;
+use trueline_dataset::import::robot_layout::RobotLayout;
+use trueline_geometry::EulerSequence;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline import csv logs --robot kuka --out scan
+  trueline import csv logs --robot kuka --profiles scan.csv --profile-format keyence-lj-x \
+      --x-start-mm -8 --x-step-mm 0.0125 --profile-start-s 1.5 --profile-rate-hz 200 --out scan
+  trueline import csv logs --robot ur --sensor sensor.toml --out scan
+  trueline import csv logs --robot-map time_ms=stamp,x_mm=pos_x --out scan
+  trueline import csv logs --euler zyz-intrinsic --robot-map e1_deg=O,e2_deg=A,e3_deg=T --out scan
+
+Separators (comma, semicolon, tab, blanks), decimal commas, UTF-16 and a byte
+order mark are recognised, and what was recognised is said. The column of time
+is time_s (or _ms, _us, _ns), or t in seconds.
+
+--robot names the maker, and with it units and the meaning of the angles:
+  abb      x y z (mm)  q1 q2 q3 q4 (w, x, y, z)
+  kuka     X Y Z (mm)  A B C (degrees; z, then the new y, then the new x)
+  ur       x y z (m)   rx ry rz (rotation vector, rad)
+  fanuc    X Y Z (mm)  W P R (degrees; fixed x, then y, then z)
+  yaskawa  X Y Z (mm)  Rx Ry Rz (degrees; fixed x, then y, then z)
+  staubli  x y z (mm)  rx ry rz (degrees; x, then the new y, then the new z)
+  matrix   x y z (mm)  r11 r12 … r33 (row by row)
+  ros      x y z (m)   qx qy qz qw
+A unit in the header, as in `X [m]`, counts before the maker's. The pose must be
+that of one tool all along: the flange, or the tool that was active.
+
+Profiles (--profile-format):
+  gocator       LMI Gocator's CSV; its stamps are used
+  gopxl         a logger's rows of x0, z0, x1, z1, …; timestamp in us
+  keyence-lj-v  TSV of the maker's sample program: X, then a column a profile
+  keyence-lj-x  a row a profile, mm; give --x-start-mm and --x-step-mm
+  scancontrol   ASC: a row a point, x and z in mm
+  wenglor       a row a profile, mm, 0 is no point
+  ply           ascii or binary, x and z in mm
+  rows, points  any program: a row a profile, or a row a point, mm
+Without stamps in the file: --profile-start-s and --profile-rate-hz, or
+--profile-times. The seam is looked for when the dataset is calibrated.
+
+A mapping is ours=theirs; the unit stands in our name. What is not mapped keeps
+its name.")]
+pub struct ImportCsvArgs {
+    /// Folder with the files
+    pub src: PathBuf,
+    /// Folder to write
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Maker of the robot: units and meaning of the columns
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(RobotLayout::names()))]
+    pub robot: Option<String>,
+    /// Sequence of the angles A B C, Rx Ry Rz or e1 e2 e3: zyx-intrinsic, xyz-fixed, …
+    #[arg(long, value_name = "SEQUENCE")]
+    pub euler: Option<EulerSequence>,
+    /// Robot poses, looked up in SRC
+    #[arg(long, default_value = "robot.csv")]
+    pub robot_file: PathBuf,
+    /// Features, looked up in SRC
+    #[arg(long, default_value = "features.csv")]
+    pub features: PathBuf,
+    /// Whole profiles instead of features, looked up in SRC [default: profiles.csv, if there are no features]
+    #[arg(long, conflicts_with = "features")]
+    pub profiles: Option<PathBuf>,
+    /// Format of the profiles [default: profiles.csv, long or wide, Gocator and PLY are recognised]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(ProfileFormat::ALL.map(|(name, _)| name)))]
+    pub profile_format: Option<String>,
+    /// Profiles a second, where the file has no stamps
+    #[arg(long, value_name = "HZ", requires = "profile_start_s")]
+    pub profile_rate_hz: Option<f64>,
+    /// Stamp of the first profile, s
+    #[arg(long, value_name = "S", requires = "profile_rate_hz", allow_negative_numbers = true)]
+    pub profile_start_s: Option<f64>,
+    /// File with one stamp for each profile, s, one a line; looked up in SRC
+    #[arg(long, value_name = "FILE", conflicts_with = "profile_rate_hz")]
+    pub profile_times: Option<PathBuf>,
+    /// Position of the first height of a row along the stripe, mm
+    #[arg(long, value_name = "MM", requires = "x_step_mm", allow_negative_numbers = true)]
+    pub x_start_mm: Option<f64>,
+    /// Distance of two heights along the stripe, mm
+    #[arg(long, value_name = "MM", requires = "x_start_mm", allow_negative_numbers = true)]
+    pub x_step_mm: Option<f64>,
+    /// Sensor, looked up in SRC and then in the current folder
+    #[arg(long, default_value = "sensor.toml")]
+    pub sensor: PathBuf,
+    /// Columns of the robot file, ours=theirs
+    #[arg(long, value_delimiter = ',', value_parser = mapping)]
+    pub robot_map: Vec<ColumnMapping>,
+    /// Columns of the feature file, ours=theirs
+    #[arg(long, value_delimiter = ',', value_parser = mapping)]
+    pub features_map: Vec<ColumnMapping>,
+    /// Character between columns, or tab, or blanks [default: recognised]
+    #[arg(long, value_parser = separator)]
+    pub delimiter: Option<Separator>,
+}
+
+fn mapping(item: &str) -> Result<ColumnMapping, String> {
+    match item.split_once('=') {
+        Some((ours, theirs)) if !ours.is_empty() && !theirs.is_empty() => {
+            Ok(ColumnMapping { ours: ours.trim().to_owned(), theirs: theirs.trim().to_owned() })
+        }
+        _ => Err("write ours=theirs, for example x_mm=pos_x".to_owned()),
+    }
+}
+
+fn separator(text: &str) -> Result<Separator, String> {
+    match text {
+        "tab" | "\\t" => Ok(Separator::Character('\t')),
+        "blanks" | " " => Ok(Separator::Blanks),
+        _ => match text.chars().collect::<Vec<_>>()[..] {
+            [one] => Ok(Separator::Character(one)),
+            _ => Err("expected one character, tab or blanks".to_owned()),
+        },
+    }
+}

@@ -1,0 +1,85 @@
+//! `trueline apply`.
+
+use crate::args::ApplyArgs;
+use crate::failure::Failure;
+use crate::{opened_dataset, output};
+use std::path::Path;
+use std::process::ExitCode;
+use trueline_dataset::{Recording, calibration_file};
+use trueline_export::points::{self, PlacedPoint};
+use trueline_export::time_offset;
+use trueline_method::Config;
+use trueline_method::evaluate::seam_points::{self, SeamPoints};
+
+/// Runs the command.
+pub fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
+    let write = writer(&args.out)?;
+    let calibration = calibration_file::read(&args.calibration)?;
+    let recording = opened_dataset::open(&args.recording, None, args.quiet)?.recording;
+    let known = &calibration.known.parameters;
+    let seam = seam_points::place(&recording, known, &Config::default())?;
+    if seam.list.is_empty() {
+        return Err(Failure::new(
+            format!("none of {} seam points can be placed", recording.features.len()),
+            "`trueline doctor DATASET` looks for the reason",
+        ));
+    }
+    let placed = placed(&recording, &seam, known.time_offset_s);
+    let text = write(&placed);
+    if args.out == Path::new("-") {
+        output::data(&text)?
+    } else {
+        output::file(&args.out, &text)?
+    }
+    if !args.quiet {
+        output::words(&format!(
+            "{} seam points in base, at the {}",
+            placed.len(),
+            time_offset::rule(known.time_offset_s)
+        ));
+        for (reason, count) in &seam.skipped {
+            output::words(&format!("not placed: {count} ({reason})"));
+        }
+        if calibration.accepted == Some(false) {
+            output::words(&format!("warning: {} was not accepted", args.calibration.display()));
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What writes the file of a name; known before the work is done.
+fn writer(out: &Path) -> Result<fn(&[PlacedPoint]) -> String, Failure> {
+    match out.extension().and_then(|extension| extension.to_str()) {
+        Some("csv") => Ok(points::csv),
+        Some("ply") => Ok(points::ply),
+        _ if out == Path::new("-") => Ok(points::csv),
+        _ => Err(Failure::new(
+            format!("`--out {}`: expected a file that ends in .csv or .ply", out.display()),
+            "for example --out seam.csv",
+        )),
+    }
+}
+
+fn placed(recording: &Recording, seam: &SeamPoints, time_offset_s: f64) -> Vec<PlacedPoint> {
+    let offset_ns = (time_offset_s * 1e9).round() as i64;
+    // Images without a counter are numbered by their stamps.
+    let mut image = 0;
+    let numbers: Vec<u64> = std::iter::once(0)
+        .chain(recording.features.windows(2).map(|two| {
+            image += u64::from(two[1].stamp_ns != two[0].stamp_ns);
+            image
+        }))
+        .collect();
+    seam.list
+        .iter()
+        .map(|point| {
+            let feature = &recording.features[point.row as usize];
+            PlacedPoint {
+                exposed_ns: feature.stamp_ns - offset_ns,
+                frame: feature.frame.unwrap_or(numbers[point.row as usize]),
+                line: point.line,
+                in_base_m: point.point_in_base.into(),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,80 @@
+//! `trueline diff`.
+
+use crate::args::DiffArgs;
+use crate::failure::Failure;
+use crate::output;
+use nalgebra::SMatrix;
+use std::path::Path;
+use std::process::ExitCode;
+use trueline_dataset::calibration_file;
+use trueline_dataset::result_file::ResultFile;
+use trueline_dataset::unit::MM_PER_M;
+use trueline_method::evaluate::difference::{ANSWERS, Estimate, Field, between};
+use trueline_report::compared;
+
+/// Runs the command.
+pub fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
+    let (first, second) = (ResultFile::read(&args.first)?, ResultFile::read(&args.second)?);
+    let field = field(args, &first)?;
+    let estimates = (estimate(&args.first, &first)?, estimate(&args.second, &second)?);
+    let difference = between(&estimates.0, &estimates.1, &field).ok_or_else(|| {
+        Failure::new("the covariances are not positive", "calibrate again: these results cannot be compared")
+    })?;
+    if let Some(file) = &args.json {
+        output::json(file, &format!("{:#}", compared::json(&difference, &field)))?;
+    }
+    if !args.quiet {
+        output::summary(args.json.as_deref(), &compared::text(&difference, &field))?;
+    }
+    Ok(if difference.moved() { ExitCode::from(1) } else { ExitCode::SUCCESS })
+}
+
+/// Where the seam is looked at, and how fast the sensor passes.
+fn field(args: &DiffArgs, first: &ResultFile) -> Result<Field, Failure> {
+    let used = first.at_torch.as_ref();
+    let stand_off_mm = args.stand_off_mm.or(used.map(|used| used.stand_off_mm)).ok_or_else(|| {
+        Failure::new(
+            format!("{} does not say how far the seam is from the sensor", args.first.display()),
+            "name it: --stand-off-mm 300",
+        )
+    })?;
+    let speed_mm_s = args.speed_mm_s.or(used.map(|used| used.speed_mm_s)).unwrap_or(0.0);
+    let lengths = [args.width_mm, args.depth_mm, stand_off_mm, speed_mm_s];
+    if lengths.iter().any(|mm| !(mm.is_finite() && *mm >= 0.0)) {
+        return Err(Failure::new(
+            format!(
+                "width, depth, stand-off and speed: expected numbers of at least zero, found {lengths:?}"
+            ),
+            "leave them out for the defaults",
+        ));
+    }
+    let [width_m, depth_m, stand_off_m, speed_m_s] = lengths.map(|mm| mm / MM_PER_M);
+    Ok(Field { width_m, depth_m, stand_off_m, speed_m_s })
+}
+
+/// The seven numbers of a result and their covariance in SI.
+fn estimate(file: &Path, result: &ResultFile) -> Result<Estimate, Failure> {
+    let known = calibration_file::known_of(file, result)?.known;
+    let names = [
+        ("time_offset_s", 1.0),
+        ("rotation_x_rad", 1.0),
+        ("rotation_y_rad", 1.0),
+        ("rotation_z_rad", 1.0),
+        ("translation_x_mm", MM_PER_M),
+        ("translation_y_mm", MM_PER_M),
+        ("translation_z_mm", MM_PER_M),
+    ];
+    let mut covariance = SMatrix::<f64, ANSWERS, ANSWERS>::zeros();
+    for (i, (row, per_row)) in names.iter().enumerate() {
+        for (j, (column, per_column)) in names.iter().enumerate() {
+            let entry = result.covariance.entry(row, column).ok_or_else(|| {
+                Failure::new(
+                    format!("{}: there is no covariance of {row} and {column}", file.display()),
+                    "what was held fixed, or not seen, cannot be compared",
+                )
+            })?;
+            covariance[(i, j)] = entry / per_row / per_column;
+        }
+    }
+    Ok(Estimate { parameters: known.parameters, covariance })
+}

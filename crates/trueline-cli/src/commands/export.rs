@@ -1,0 +1,61 @@
+//! `trueline export`.
+
+use crate::args::ExportArgs;
+use crate::failure::Failure;
+use crate::output;
+use std::process::ExitCode;
+use trueline_dataset::calibration_file;
+use trueline_export::{FORMATS, Mounting, named, time_offset};
+
+/// Runs the command.
+pub fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
+    let (Some(result), Some(form)) = (&args.result, &args.form) else {
+        output::data(&list())?;
+        return Ok(ExitCode::SUCCESS);
+    };
+    let calibration = calibration_file::read(result)?;
+    let known = &calibration.known.parameters;
+    let carrier = if calibration.beside_robot { "base" } else { "flange" };
+    let mut mounting = Mounting {
+        parent: args.parent.clone().unwrap_or_else(|| carrier.to_owned()),
+        child: args.child.clone(),
+        tool_number: args.tool_number,
+        ..Mounting::new(known.tool_from_camera, Some(known.time_offset_s))
+    };
+    if let Some(file) = &args.sensor {
+        mounting = mounting.with_camera_of(&super::import::read_sensor(file)?.sensor);
+    }
+    let format = named(form).ok_or_else(|| {
+        Failure::new(format!("there is no form `{form}`"), "`trueline export --list` names all")
+    })?;
+    let text = format.text(&mounting).map_err(|error| {
+        Failure::new(
+            format!("{}: {error}", format.title),
+            "another form says the same: `trueline export --list`",
+        )
+    })?;
+    output::data(&text)?;
+    if !args.quiet {
+        output::words(&format!("{}: {}", format.title, format.convention));
+        output::words(&format!("time offset: {}", time_offset::rule(known.time_offset_s)));
+    }
+    if calibration.beside_robot && !args.quiet {
+        output::words("the sensor stands beside the robot: this is its pose in the robot's base, no tool");
+    }
+    if calibration.accepted == Some(false) {
+        output::words(&format!("warning: {} was not accepted; its reasons are in it", result.display()));
+        return Ok(ExitCode::from(1));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn list() -> String {
+    let row = |format: &trueline_export::Format| {
+        let aliases = match format.aliases {
+            [] => String::new(),
+            aliases => format!(" (also {})", aliases.join(", ")),
+        };
+        format!("{:<14} {}{aliases}\n               {}", format.name, format.title, format.convention)
+    };
+    FORMATS.iter().map(row).collect::<Vec<_>>().join("\n")
+}

@@ -1,0 +1,280 @@
+//! How a table was written (encoding, separator, decimal sign), and the same table as plain CSV.
+//!
+//! Programs in German write `1,5;2,5`, Excel writes UTF-16, controllers write blanks. What is recognised is returned, to be said;
+//! what could be read in two ways is an error.
+
+use crate::error::{Error, Problem};
+use std::fmt;
+use std::path::Path;
+
+/// How the characters of a file are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// UTF-8, with or without a byte order mark; ASCII is a part of it.
+    Utf8,
+    /// UTF-16, least significant byte first.
+    Utf16Le,
+    /// UTF-16, most significant byte first.
+    Utf16Be,
+    /// One byte a character, as Windows in western Europe writes.
+    Latin1,
+}
+
+/// What stands between two columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Separator {
+    /// One character.
+    Character(char),
+    /// One or more blanks or tabs.
+    Blanks,
+}
+
+/// How a table was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dialect {
+    /// Its characters.
+    pub encoding: Encoding,
+    /// What separates its columns.
+    pub separator: Separator,
+    /// Whether `1,5` is one and a half.
+    pub decimal_comma: bool,
+}
+
+impl Dialect {
+    /// Whether there is nothing to be said: UTF-8, commas, decimal points.
+    #[must_use]
+    pub fn is_plain(&self) -> bool {
+        let plain =
+            Self { encoding: Encoding::Utf8, separator: Separator::Character(','), decimal_comma: false };
+        *self == plain
+    }
+}
+
+impl fmt::Display for Dialect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.encoding {
+            Encoding::Utf8 => {}
+            Encoding::Utf16Le | Encoding::Utf16Be => write!(f, "UTF-16, ")?,
+            Encoding::Latin1 => write!(f, "Latin-1, ")?,
+        }
+        match self.separator {
+            Separator::Character(';') => write!(f, "semicolons between columns")?,
+            Separator::Character('\t') => write!(f, "tabs between columns")?,
+            Separator::Character(',') => write!(f, "commas between columns")?,
+            Separator::Character(other) => write!(f, "`{other}` between columns")?,
+            Separator::Blanks => write!(f, "blanks between columns")?,
+        }
+        write!(f, ", decimal {}", if self.decimal_comma { "commas" } else { "points" })
+    }
+}
+
+/// A file as text, and how it was stored.
+///
+/// # Errors
+/// UTF-16 that is cut off or broken.
+pub fn decode(file: &Path, bytes: Vec<u8>) -> Result<(String, Encoding), Error> {
+    let half = |read: fn([u8; 2]) -> u16, from: usize| {
+        let (units, rest) = bytes[from..].as_chunks::<2>();
+        // A lone NUL at the end is no character.
+        let whole = rest.iter().all(|&byte| byte == 0);
+        let units = units.iter().map(|&unit| read(unit));
+        let text = char::decode_utf16(units).collect::<Result<String, _>>().ok().filter(|_| whole);
+        text.map(|text| text.trim_end_matches('\0').to_owned())
+            .ok_or_else(|| Error::in_file(file, Problem::Csv("broken UTF-16".to_owned())))
+    };
+    // Text in Latin letters has a zero in every second byte.
+    let zero_at = |first: usize| {
+        let looked_at = &bytes[..bytes.len().min(64)];
+        looked_at.len() >= 8 && looked_at.iter().skip(first).step_by(2).all(|&byte| byte == 0)
+    };
+    if bytes.starts_with(&[0xff, 0xfe]) {
+        return Ok((half(u16::from_le_bytes, 2)?, Encoding::Utf16Le));
+    }
+    if bytes.starts_with(&[0xfe, 0xff]) {
+        return Ok((half(u16::from_be_bytes, 2)?, Encoding::Utf16Be));
+    }
+    if zero_at(1) {
+        return Ok((half(u16::from_le_bytes, 0)?, Encoding::Utf16Le));
+    }
+    if zero_at(0) {
+        return Ok((half(u16::from_be_bytes, 0)?, Encoding::Utf16Be));
+    }
+    match String::from_utf8(bytes) {
+        Ok(text) => Ok((text, Encoding::Utf8)),
+        // The first 256 characters of Unicode are those of Latin-1.
+        Err(error) => Ok((error.as_bytes().iter().map(|&byte| char::from(byte)).collect(), Encoding::Latin1)),
+    }
+}
+
+/// A table as plain CSV with decimal points, line by line, and how it was written. A separator that the user named is used as it is.
+///
+/// # Errors
+/// Broken UTF-16, or decimal commas beside decimal points.
+pub fn plain_csv(
+    file: &Path,
+    bytes: Vec<u8>,
+    separator: Option<Separator>,
+) -> Result<(Vec<u8>, Dialect), Error> {
+    let (text, encoding) = decode(file, bytes)?;
+    let separator = separator.unwrap_or_else(|| separator_of(&text));
+    let decimal_comma = separator != Separator::Character(',') && has_decimal_commas(file, &text, separator)?;
+    let dialect = Dialect { encoding, separator, decimal_comma };
+    if separator == Separator::Character(',') {
+        return Ok((text.into_bytes(), dialect));
+    }
+    // A separator at the end of the header makes no column.
+    let columns = text.lines().next().map_or(0, |header| match fields(header, separator) {
+        named if named.last().is_some_and(|name| name.is_empty()) => named.len() - 1,
+        named => named.len(),
+    });
+    let mut csv = String::with_capacity(text.len());
+    for line in text.lines() {
+        let mut fields = fields(line, separator);
+        if fields.len() == columns + 1 && fields[columns].is_empty() {
+            fields.pop();
+        }
+        for (k, field) in fields.iter().enumerate() {
+            csv.push_str(if k > 0 { "," } else { "" });
+            if decimal_comma && is_number_with(',', field) {
+                csv.push_str(&field.replace(',', "."));
+            } else if field.contains([',', '"']) {
+                csv.push_str(&format!("\"{}\"", field.replace('"', "\"\"")));
+            } else {
+                csv.push_str(field);
+            }
+        }
+        csv.push('\n');
+    }
+    Ok((csv.into_bytes(), dialect))
+}
+
+/// The separator of the first line: the one of `;`, tab and `,` that is there, in this order, else blanks.
+fn separator_of(text: &str) -> Separator {
+    let header = text.trim_start_matches('\u{feff}').lines().find(|line| !line.trim().is_empty());
+    let header = header.unwrap_or("").trim();
+    for candidate in [';', '\t', ','] {
+        if header.contains(candidate) {
+            return Separator::Character(candidate);
+        }
+    }
+    if header.contains(' ') { Separator::Blanks } else { Separator::Character(',') }
+}
+
+/// The fields of a line; quotes around a field are taken off.
+fn fields(line: &str, separator: Separator) -> Vec<String> {
+    let line = line.trim_start_matches('\u{feff}').trim_end_matches('\r');
+    let Separator::Character(character) = separator else {
+        return line.split_whitespace().map(str::to_owned).collect();
+    };
+    let mut fields = vec![String::new()];
+    let mut quoted = false;
+    for letter in line.chars() {
+        if letter == '"' {
+            quoted = !quoted;
+        } else if letter == character && !quoted {
+            fields.push(String::new());
+        } else if let Some(field) = fields.last_mut() {
+            field.push(letter);
+        }
+    }
+    fields.iter().map(|field| field.trim().to_owned()).collect()
+}
+
+/// Whether numbers have decimal commas.
+fn has_decimal_commas(file: &Path, text: &str, separator: Separator) -> Result<bool, Error> {
+    let (mut comma, mut point) = (None, None);
+    for (index, line) in text.lines().enumerate().skip(1) {
+        for field in fields(line, separator) {
+            if is_number_with(',', &field) {
+                comma.get_or_insert((index, field));
+            } else if is_number_with('.', &field) {
+                point.get_or_insert((index, field));
+            }
+        }
+        if let (Some((_, comma)), Some((_, point))) = (&comma, &point) {
+            let problem = Problem::MixedDecimals { comma: comma.clone(), point: point.clone() };
+            return Err(Error::at_line(file, index as u64 + 1, problem));
+        }
+    }
+    Ok(comma.is_some())
+}
+
+/// Whether a field is a number with exactly one such decimal sign.
+fn is_number_with(decimal: char, field: &str) -> bool {
+    let Some((whole, fraction)) = field.split_once(decimal) else {
+        return false;
+    };
+    let whole = whole.strip_prefix(['-', '+']).unwrap_or(whole);
+    let mantissa = fraction.split(['e', 'E']).next().unwrap_or("");
+    let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    digits(whole)
+        && digits(mantissa)
+        && whole.len() + mantissa.len() > 0
+        && format!("0{whole}.{fraction}").parse::<f64>().is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    fn plain(bytes: &[u8]) -> (String, String) {
+        let (csv, dialect) = plain_csv(Path::new("robot.csv"), bytes.to_vec(), None).unwrap();
+        (String::from_utf8(csv).unwrap(), dialect.to_string())
+    }
+
+    fn utf16(text: &str, bytes_of: fn(u16) -> [u8; 2]) -> Vec<u8> {
+        text.encode_utf16().flat_map(bytes_of).collect()
+    }
+
+    #[test]
+    fn semicolons_and_decimal_commas_become_plain() {
+        let (csv, said) = plain(b"t;X;Y;name;\r\n1,000063982;-2,5;3;\"a;b\";\r\n,5;1e-3;+7,;x;\r\n");
+        assert_eq!(csv, "t,X,Y,name\n1.000063982,-2.5,3,a;b\n.5,1e-3,+7.,x\n");
+        assert_eq!(said, "semicolons between columns, decimal commas");
+    }
+
+    #[test]
+    fn tabs_and_blanks_are_recognised() {
+        assert_eq!(
+            plain(b"a\tb\n1\t2.5\n"),
+            ("a,b\n1,2.5\n".into(), "tabs between columns, decimal points".into())
+        );
+        assert_eq!(
+            plain(b"a  b\n 1   2 \n"),
+            ("a,b\n1,2\n".into(), "blanks between columns, decimal points".into())
+        );
+        let dialect = plain_csv(Path::new("f"), b"a,b\n1,2\n".to_vec(), None).unwrap().1;
+        assert!(dialect.is_plain());
+    }
+
+    #[test]
+    fn utf16_is_read_with_and_without_a_mark_and_latin1_as_such() {
+        let text = "zeit;X\n0;1,5\n1;2,5\n";
+        let expected = "zeit,X\n0,1.5\n1,2.5\n";
+        for (mark, bytes_of) in [
+            (vec![0xff, 0xfe], u16::to_le_bytes as fn(u16) -> [u8; 2]),
+            (vec![0xfe, 0xff], u16::to_be_bytes),
+            (vec![], u16::to_le_bytes),
+            (vec![], u16::to_be_bytes),
+        ] {
+            let (csv, said) = plain(&[mark, utf16(text, bytes_of)].concat());
+            assert_eq!((csv.as_str(), said.contains("UTF-16")), (expected, true));
+        }
+        let (csv, said) = plain(b"A [\xb0];X\n1;2\n");
+        assert_eq!((csv.as_str(), said.contains("Latin-1")), ("A [°],X\n1,2\n", true));
+        assert!(plain_csv(Path::new("f"), vec![0xff, 0xfe, 0x41, 0x00, 0x42], None).is_err());
+    }
+
+    #[test]
+    fn decimal_commas_beside_points_are_refused_at_their_line() {
+        let error = plain_csv(Path::new("f.csv"), b"a;b\n1,5;2\n3;2.5\n".to_vec(), None).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "f.csv, line 3: decimal commas (`1,5`) and decimal points (`2.5`) in one file"
+        );
+        // A thousands separator is no number; the text stays as it is in the file.
+        let (csv, _) = plain(b"a;b\n1.234,5;2,5\n");
+        assert_eq!(csv, "a,b\n\"1.234,5\",2.5\n");
+    }
+}

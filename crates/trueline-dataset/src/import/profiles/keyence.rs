@@ -1,0 +1,58 @@
+//! Keyence LJ-V7000: the file that the maker's sample program saves: X in the first column, one profile in each further one, all integers
+//! of 0.01 µm (LJ-V7000 series communication library, reference manual, 11.2).
+
+use super::{RawProfile, numbers};
+use crate::error::{Error, Problem};
+use crate::profile::ProfilePoint;
+use std::path::Path;
+
+/// 0.01 µm.
+const UNIT_M: f64 = 1e-8;
+/// The lowest numbers of 32 bits are no heights.
+const NO_POINT_32: f64 = -2_147_483_640.0;
+/// Nor are the lowest four of 20 bits, in which fast transfers are packed.
+const NO_POINT_20: std::ops::RangeInclusive<f64> = -524_288.0..=-524_285.0;
+
+/// Reads a table of columns.
+///
+/// # Errors
+/// Rows that are not integers, or an X that does not rise or fall.
+pub fn read_columns(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
+    let table = numbers::read(file, bytes)?;
+    let columns = table.rows[0].1.len();
+    if columns < 2 {
+        return Err(Error::at_line(
+            file,
+            table.rows[0].0,
+            Problem::FieldCount { expected: 2, found: columns },
+        ));
+    }
+    let mut profiles = vec![RawProfile::of_points(Vec::with_capacity(table.rows.len())); columns - 1];
+    let mut last_x: Option<f64> = None;
+    for (line, row) in &table.rows {
+        let at = |problem| Error::at_line(file, *line, problem);
+        if row.len() != columns {
+            return Err(at(Problem::FieldCount { expected: columns, found: row.len() }));
+        }
+        let x = row[0].filter(|x| x.fract() == 0.0).ok_or_else(|| at(not_an_integer(row[0])))?;
+        if last_x == Some(x) {
+            return Err(at(Problem::PointRepeated));
+        }
+        last_x = Some(x);
+        for (profile, value) in profiles.iter_mut().zip(&row[1..]) {
+            let z = value.filter(|z| z.fract() == 0.0).ok_or_else(|| at(not_an_integer(*value)))?;
+            if z > NO_POINT_32 && !NO_POINT_20.contains(&z) {
+                profile.points.push(ProfilePoint { x_m: x * UNIT_M, z_m: z * UNIT_M, intensity: None });
+            }
+        }
+    }
+    Ok(profiles)
+}
+
+fn not_an_integer(found: Option<f64>) -> Problem {
+    Problem::Value {
+        key: "height",
+        expected: "a whole number of 0.01 µm (for heights in mm see the format keyence-lj-x)",
+        found: found.map_or_else(|| "no number".to_owned(), |value| value.to_string()),
+    }
+}

@@ -1,0 +1,217 @@
+//! Profiles as the makers of sensors export them.
+//!
+//! | format | file | time |
+//! |---|---|---|
+//! | [`gocator`] | LMI Gocator 4 to 6, CSV with sections `Profile` or `RawProfile` | stamp of each profile, µs |
+//! | [`keyence`] | Keyence LJ-V7000, TSV: X, then one column a profile, in 0.01 µm | none |
+//! | [`rows`] | Keyence LJ-X8000, Wenglor and others: one row a profile, mm; GoPxL loggers: x, z in turn | column, or none |
+//! | [`points`] | Micro-Epsilon scanCONTROL (ASC) and others: one row a point, mm | column, or none |
+//! | [`ply`] | PLY, ascii or binary | property, or none |
+//!
+//! No axis is mirrored: the laser plane is a plane, and a mirrored x or z turns the estimated mount by half a turn with it.
+
+pub mod gocator;
+pub mod keyence;
+mod numbers;
+pub mod ply;
+pub mod points;
+pub mod rows;
+pub mod times;
+
+use crate::error::{Error, Problem};
+use crate::profile::{Profile, ProfilePoint};
+use crate::stamp;
+use std::fmt;
+use std::path::Path;
+
+/// A profile of which the file may not know when it was taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RawProfile {
+    /// Stamp, ns, where the file has one.
+    pub stamp_ns: Option<i64>,
+    /// Frame counter, where the file has one.
+    pub frame: Option<u64>,
+    /// Its points.
+    pub points: Vec<ProfilePoint>,
+}
+
+impl RawProfile {
+    fn of_points(points: Vec<ProfilePoint>) -> Self {
+        Self { stamp_ns: None, frame: None, points }
+    }
+}
+
+/// Which format a file is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileFormat {
+    /// Gocator's CSV.
+    Gocator,
+    /// A row a profile of x, z in turn, as users of GoPxL log it.
+    GoPxl,
+    /// Keyence LJ-V7000: a column a profile, integers of 0.01 µm.
+    KeyenceLjV,
+    /// Keyence LJ-X8000: a row a profile, mm.
+    KeyenceLjX,
+    /// Micro-Epsilon scanCONTROL: a row a point.
+    ScanControl,
+    /// Wenglor weCat3D: a row a profile, mm, 0 is no point.
+    Wenglor,
+    /// PLY.
+    Ply,
+    /// A row a profile.
+    Rows,
+    /// A row a point.
+    Points,
+}
+
+impl ProfileFormat {
+    /// All, with their names.
+    pub const ALL: [(&'static str, Self); 9] = [
+        ("gocator", Self::Gocator),
+        ("gopxl", Self::GoPxl),
+        ("keyence-lj-v", Self::KeyenceLjV),
+        ("keyence-lj-x", Self::KeyenceLjX),
+        ("scancontrol", Self::ScanControl),
+        ("wenglor", Self::Wenglor),
+        ("ply", Self::Ply),
+        ("rows", Self::Rows),
+        ("points", Self::Points),
+    ];
+
+    /// The format of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, format)| *format)
+    }
+
+    /// The format that the content shows beyond doubt; the others must be named.
+    #[must_use]
+    pub fn recognised(bytes: &[u8]) -> Option<Self> {
+        if bytes.starts_with(b"ply") {
+            return Some(Self::Ply);
+        }
+        let start = String::from_utf8_lossy(&bytes[..bytes.len().min(400)]).into_owned();
+        start.lines().take(2).any(|line| line.contains("CSV Version")).then_some(Self::Gocator)
+    }
+
+    /// What is assumed, in words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Gocator => "Gocator CSV: mm; stamps in µs; empty cells are no point",
+            Self::GoPxl => "x0, z0, x1, z1, … a row: mm; timestamp in µs",
+            Self::KeyenceLjV => {
+                "Keyence LJ-V: X in the first column, one profile in each further one, 0.01 µm; -524288 … -524285 and less than -2147483640 are no point"
+            }
+            Self::KeyenceLjX => {
+                "Keyence LJ-X: one row a profile, mm; -99.9999, -99999.9999 and less are no point"
+            }
+            Self::ScanControl => {
+                "scanCONTROL: one row a point, x and z in mm; z = 0 is no point; a profile ends where x steps back"
+            }
+            Self::Wenglor => "Wenglor: one row a profile, mm; 0 is no point",
+            Self::Ply => {
+                "PLY: x along the stripe and z range in mm; one profile for each value of time, frame or y"
+            }
+            Self::Rows => "one row a profile, mm; empty cells are no point",
+            Self::Points => {
+                "one row a point, x and z in mm; a profile ends where its time or frame changes or x steps back"
+            }
+        }
+    }
+}
+
+impl fmt::Display for ProfileFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(Self::ALL.iter().find(|(_, format)| format == self).map_or("", |(name, _)| name))
+    }
+}
+
+/// Where the columns of a row lie along the stripe, if the file does not tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EvenColumns {
+    /// Position of the first, mm.
+    pub first_mm: f64,
+    /// Distance between two, mm.
+    pub step_mm: f64,
+}
+
+/// When the profiles were taken, if the file does not tell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Timing {
+    /// At a steady rate.
+    Rate {
+        /// Stamp of the first, ns.
+        first_ns: i64,
+        /// Profiles a second.
+        hz: f64,
+    },
+    /// One stamp for each, ns.
+    Stamps(Vec<i64>),
+}
+
+/// Reads profiles of a format.
+///
+/// # Errors
+/// A file that is not in that format.
+pub fn read(
+    file: &Path,
+    bytes: Vec<u8>,
+    format: ProfileFormat,
+    columns: Option<EvenColumns>,
+) -> Result<Vec<RawProfile>, Error> {
+    let profiles = match format {
+        ProfileFormat::Gocator => gocator::read(file, bytes)?,
+        ProfileFormat::KeyenceLjV => keyence::read_columns(file, bytes)?,
+        ProfileFormat::GoPxl => rows::read_pairs(file, bytes)?,
+        ProfileFormat::KeyenceLjX => rows::read(file, bytes, columns, |mm| mm > -99.999)?,
+        ProfileFormat::Wenglor => rows::read(file, bytes, columns, |mm| mm != 0.0)?,
+        ProfileFormat::Rows => rows::read(file, bytes, columns, |_| true)?,
+        ProfileFormat::ScanControl => points::read(file, bytes, |z_mm| z_mm != 0.0)?,
+        ProfileFormat::Points => points::read(file, bytes, |_| true)?,
+        ProfileFormat::Ply => ply::read(file, &bytes)?,
+    };
+    if profiles.is_empty() {
+        return Err(Error::in_file(file, Problem::NoRows));
+    }
+    Ok(profiles)
+}
+
+/// Gives each profile its stamp: the file's own, or those of the timing.
+///
+/// # Errors
+/// No stamps at all, stamps that run backwards, or not one for each profile.
+pub fn stamped(file: &Path, raw: Vec<RawProfile>, timing: Option<&Timing>) -> Result<Vec<Profile>, Error> {
+    let count = raw.len();
+    if let Some(Timing::Stamps(stamps)) = timing
+        && stamps.len() != count
+    {
+        let problem = Problem::RowsDiffer {
+            other: "the list of times".to_owned(),
+            expected: stamps.len(),
+            found: count,
+        };
+        return Err(Error::in_file(file, problem));
+    }
+    let mut profiles: Vec<Profile> = Vec::with_capacity(count);
+    for (index, profile) in raw.into_iter().enumerate() {
+        let stamp_ns = match timing {
+            Some(Timing::Stamps(stamps)) => Some(stamps[index]),
+            Some(Timing::Rate { first_ns, hz }) => Some(first_ns + (index as f64 / hz * 1e9).round() as i64),
+            None => profile.stamp_ns,
+        };
+        let stamp_ns = stamp_ns.ok_or_else(|| Error::in_file(file, Problem::NoProfileTimes))?;
+        if let Some(last) = profiles.last()
+            && stamp_ns < last.stamp_ns
+        {
+            let (previous_s, this_s) = (stamp::seconds(last.stamp_ns), stamp::seconds(stamp_ns));
+            return Err(Error::in_file(file, Problem::TimeRunsBackwards { previous_s, this_s }));
+        }
+        profiles.push(Profile {
+            stamp_ns,
+            frame: profile.frame.or(Some(index as u64)),
+            points: profile.points,
+        });
+    }
+    Ok(profiles)
+}

@@ -1,0 +1,167 @@
+//! Several recordings of one sensor as one: the same time offset and hand-eye transform, each with its own lines.
+
+use crate::recording::{Recording, Sensor};
+use std::collections::BTreeMap;
+
+/// Silence between two recordings that were moved apart, ns: longer than any time offset that is searched.
+const SILENCE_NS: i64 = 30_000_000_000;
+
+/// Why recordings cannot be joined.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum JoinError {
+    /// None at all.
+    #[error("there is no recording")]
+    Nothing,
+    /// Sensors that are not the same.
+    #[error(
+        "recording {index} is of another sensor than the first: {found}, not {expected}, or calibrated otherwise"
+    )]
+    OtherSensor {
+        /// Which, from 0.
+        index: usize,
+        /// What kind it is.
+        found: &'static str,
+        /// The kind of the first.
+        expected: &'static str,
+    },
+}
+
+/// A joined recording, and what was done to the stamps.
+#[derive(Clone, Debug)]
+pub struct Joined {
+    /// All of them.
+    pub recording: Recording,
+    /// Recordings, by index, whose stamps (both streams alike) were shifted because they overlapped another.
+    pub shifted: Vec<usize>,
+}
+
+/// Joins recordings in the order of time. The lines of each are its own: the part may have been moved in between. Where two overlap in
+/// time, or clocks began anew, both streams of the later one are shifted by the same amount, which changes no time offset.
+///
+/// # Errors
+/// Different sensors, or nothing to join.
+pub fn join(recordings: Vec<Recording>) -> Result<Joined, JoinError> {
+    let mut rest = recordings.into_iter();
+    let mut recording = rest.next().ok_or(JoinError::Nothing)?;
+    let mut shifted = Vec::new();
+    let mut inputs: BTreeMap<String, String> = std::mem::take(&mut recording.inputs)
+        .into_iter()
+        .map(|(name, hash)| (format!("0/{name}"), hash))
+        .collect();
+    recording.truth = None;
+    for (index, mut next) in (1..).zip(rest) {
+        check_sensor(index, &recording.sensor, &next)?;
+        if next.setup != recording.setup {
+            let kind = next.sensor.kind();
+            return Err(JoinError::OtherSensor { index, found: kind, expected: kind });
+        }
+        if first_ns(&next) <= last_ns(&recording) + SILENCE_NS {
+            let by_ns = last_ns(&recording) + SILENCE_NS - first_ns(&next);
+            shift(&mut next, by_ns);
+            shifted.push(index);
+        }
+        let lines = recording.features.iter().map(|feature| feature.line + 1).max().unwrap_or(0);
+        for feature in &mut next.features {
+            feature.line += lines;
+        }
+        inputs.extend(next.inputs.into_iter().map(|(name, hash)| (format!("{index}/{name}"), hash)));
+        recording.robot.extend(next.robot);
+        recording.features.extend(next.features);
+        recording.initial = recording.initial.or(next.initial);
+    }
+    recording.inputs = inputs;
+    // Clocks of the devices and counters of frames may begin anew with each recording: as one stream they would lie.
+    recording.robot.iter_mut().for_each(|sample| sample.device_ns = None);
+    recording.features.iter_mut().for_each(|feature| (feature.device_ns, feature.frame) = (None, None));
+    Ok(Joined { recording, shifted })
+}
+
+fn check_sensor(index: usize, first: &Sensor, next: &Recording) -> Result<(), JoinError> {
+    if *first == next.sensor {
+        return Ok(());
+    }
+    Err(JoinError::OtherSensor { index, found: next.sensor.kind(), expected: first.kind() })
+}
+
+fn first_ns(recording: &Recording) -> i64 {
+    let robot = recording.robot.first().map(|sample| sample.stamp_ns);
+    let features = recording.features.first().map(|feature| feature.stamp_ns);
+    robot.into_iter().chain(features).min().unwrap_or(0)
+}
+
+fn last_ns(recording: &Recording) -> i64 {
+    let robot = recording.robot.last().map(|sample| sample.stamp_ns);
+    let features = recording.features.last().map(|feature| feature.stamp_ns);
+    robot.into_iter().chain(features).max().unwrap_or(0)
+}
+
+/// Shifts both streams by the same amount.
+fn shift(recording: &mut Recording, by_ns: i64) {
+    for sample in &mut recording.robot {
+        sample.stamp_ns += by_ns;
+    }
+    for feature in &mut recording.features {
+        feature.stamp_ns += by_ns;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use crate::recording::{Feature, Measured, RobotSample};
+    use trueline_geometry::Pose;
+
+    fn recording(from_ns: i64) -> Recording {
+        let robot = [0, 10, 20].map(|ns| RobotSample {
+            stamp_ns: from_ns + ns,
+            device_ns: None,
+            base_from_tool: Pose::identity(),
+        });
+        let feature = Feature {
+            stamp_ns: from_ns + 12,
+            line: 1,
+            frame: None,
+            device_ns: None,
+            measured: Measured::Profile([0.0, 0.3]),
+            sigma: None,
+        };
+        Recording {
+            sensor: Sensor::Profiler,
+            setup: crate::SensorSetup::default(),
+            robot: robot.to_vec(),
+            features: vec![feature],
+            initial: None,
+            truth: None,
+            inputs: [("robot.csv".to_owned(), "hash".to_owned())].into(),
+        }
+    }
+
+    #[test]
+    fn recordings_follow_each_other_and_keep_their_own_lines() {
+        let apart = recording(100_000_000_000);
+        let joined = join(vec![recording(0), recording(5), apart]).unwrap();
+        assert_eq!(joined.shifted, [1]);
+        let all = joined.recording;
+        assert_eq!(all.features.iter().map(|f| f.line).collect::<Vec<_>>(), [1, 3, 5]);
+        assert!(all.robot.windows(2).all(|two| two[0].stamp_ns < two[1].stamp_ns));
+        // Both streams of a shifted recording move alike.
+        assert_eq!(all.features[1].stamp_ns - all.robot[3].stamp_ns, 12);
+        assert_eq!(
+            all.inputs.keys().map(String::as_str).collect::<Vec<_>>(),
+            ["0/robot.csv", "1/robot.csv", "2/robot.csv"]
+        );
+    }
+
+    #[test]
+    fn another_sensor_is_refused() {
+        let other = Recording { sensor: Sensor::Points { laser_plane_in_camera: None }, ..recording(50) };
+        assert!(
+            join(vec![recording(0), other])
+                .unwrap_err()
+                .to_string()
+                .contains("recording 1 is of another sensor")
+        );
+        assert_eq!(join(Vec::new()).unwrap_err(), JoinError::Nothing);
+    }
+}

@@ -1,0 +1,141 @@
+//! `profiles.csv`: whole profiles, one row a point (long) or one row a profile (wide).
+//!
+//! | form | columns |
+//! |---|---|
+//! | long | `time_s`, `x_mm`, `z_mm`; optional `frame`, `intensity`; rows with the same stamp and frame are one profile |
+//! | wide | `time_s`, `x0_mm`, `dx_mm`, `z0_mm`, `z1_mm`, …; optional `frame`; an empty cell is no return |
+
+use crate::error::{Error, Problem};
+use crate::profile::{Profile, ProfilePoint};
+use crate::stamp;
+use crate::table::{self, ColumnSpec, Header, Table, optional, required};
+use crate::unit::{MM_PER_M, Quantity};
+use std::io::{Read, Write};
+use std::path::Path;
+
+const TIME: usize = 0;
+const FRAME: usize = 1;
+/// Where the columns of a form begin.
+const FIRST: usize = 2;
+
+const SHARED: [ColumnSpec<'static>; 2] =
+    [required("time", Quantity::Time), optional("frame", Quantity::Count)];
+
+const LONG: [ColumnSpec<'static>; 3] = [
+    required("x", Quantity::Length),
+    required("z", Quantity::Length),
+    optional("intensity", Quantity::Plain),
+];
+
+const WIDE: [ColumnSpec<'static>; 2] = [required("x0", Quantity::Length), required("dx", Quantity::Length)];
+
+/// Whether a name is that of a column of this file.
+#[must_use]
+pub fn is_column(name: &str) -> bool {
+    [&SHARED[..], &LONG, &WIDE].iter().any(|specs| table::is_one_of(name, specs))
+        || height_number(name).is_some()
+}
+
+/// Which height of a row a column is: `z12_mm` → 12.
+fn height_number(name: &str) -> Option<usize> {
+    let rest = name.strip_prefix('z')?;
+    let (number, _) = rest.split_once('_')?;
+    if number.starts_with('0') && number.len() > 1 {
+        return None;
+    }
+    number.parse().ok()
+}
+
+/// Reads profiles of either form.
+///
+/// # Errors
+/// Anything that is not a clean table with rising stamps.
+pub fn read(file: &Path, input: impl Read) -> Result<Vec<Profile>, Error> {
+    let header = Header::read(file, input)?;
+    let heights = header.names().iter().filter(|name| height_number(name).is_some()).count();
+    let profiles = if heights > 0 { read_wide(header, heights)? } else { read_long(header)? };
+    if profiles.is_empty() {
+        return Err(Error::in_file(file, Problem::NoRows));
+    }
+    Ok(profiles)
+}
+
+fn read_long<R: Read>(header: Header<'_, R>) -> Result<Vec<Profile>, Error> {
+    let specs: Vec<ColumnSpec<'_>> = SHARED.into_iter().chain(LONG).collect();
+    let mut table = header.find(&specs)?;
+    let mut profiles: Vec<Profile> = Vec::new();
+    while table.next_row()? {
+        let (stamp_ns, frame) = (rising_stamp(&table, profiles.last())?, table.count(FRAME)?);
+        let point = ProfilePoint {
+            x_m: table.required_number(FIRST)?,
+            z_m: table.required_number(FIRST + 1)?,
+            intensity: table.number(FIRST + 2)?,
+        };
+        match profiles.last_mut().filter(|last| (last.stamp_ns, last.frame) == (stamp_ns, frame)) {
+            Some(last) => last.points.push(point),
+            None => profiles.push(Profile { stamp_ns, frame, points: vec![point] }),
+        }
+    }
+    Ok(profiles)
+}
+
+fn read_wide<R: Read>(header: Header<'_, R>, heights: usize) -> Result<Vec<Profile>, Error> {
+    let names: Vec<String> = (0..heights).map(|k| format!("z{k}")).collect();
+    let columns = names.iter().map(|name| required(name, Quantity::Length));
+    let specs: Vec<ColumnSpec<'_>> = SHARED.into_iter().chain(WIDE).chain(columns).collect();
+    let mut table = header.find(&specs)?;
+    let mut profiles: Vec<Profile> = Vec::new();
+    while table.next_row()? {
+        let (stamp_ns, frame) = (rising_stamp(&table, profiles.last())?, table.count(FRAME)?);
+        let (x0_m, dx_m) = (table.required_number(FIRST)?, table.required_number(FIRST + 1)?);
+        let mut points = Vec::with_capacity(heights);
+        for k in 0..heights {
+            let column = FIRST + WIDE.len() + k;
+            if table.text(column).is_some_and(|text| !text.is_empty()) {
+                let (x_m, z_m) = (x0_m + dx_m * k as f64, table.required_number(column)?);
+                points.push(ProfilePoint { x_m, z_m, intensity: None });
+            }
+        }
+        profiles.push(Profile { stamp_ns, frame, points });
+    }
+    Ok(profiles)
+}
+
+fn rising_stamp<R: Read>(table: &Table<'_, R>, last: Option<&Profile>) -> Result<i64, Error> {
+    let stamp_ns = table.stamp_ns(TIME)?;
+    match last {
+        Some(last) if stamp_ns < last.stamp_ns => {
+            let (previous_s, this_s) = (stamp::seconds(last.stamp_ns), stamp::seconds(stamp_ns));
+            Err(table.error_in(TIME, Problem::TimeRunsBackwards { previous_s, this_s }))
+        }
+        _ => Ok(stamp_ns),
+    }
+}
+
+/// Writes profiles in the long form; those without a point leave no row.
+///
+/// # Errors
+/// What the writer says.
+pub fn write(mut out: impl Write, profiles: &[Profile]) -> std::io::Result<()> {
+    let frames = profiles.iter().all(|profile| profile.frame.is_some());
+    let intensity =
+        profiles.iter().flat_map(|profile| &profile.points).all(|point| point.intensity.is_some());
+    writeln!(
+        out,
+        "time_s,{}x_mm,z_mm{}",
+        if frames { "frame," } else { "" },
+        if intensity { ",intensity" } else { "" }
+    )?;
+    for profile in profiles {
+        let time = stamp::format_seconds(profile.stamp_ns);
+        let frame = profile.frame.filter(|_| frames).map_or(String::new(), |frame| format!("{frame},"));
+        for point in &profile.points {
+            write!(out, "{time},{frame}{},{}", point.x_m * MM_PER_M, point.z_m * MM_PER_M)?;
+            match point.intensity.filter(|_| intensity) {
+                Some(intensity) => writeln!(out, ",{intensity}")?,
+                None => writeln!(out)?,
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,182 @@
+//! Profiles as the makers of sensors export them, made up after the public documentation of each format.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use proptest::prelude::*;
+use std::path::Path;
+use trueline_dataset::import::profiles::{self, EvenColumns, ProfileFormat, RawProfile, Timing};
+use trueline_dataset::{Error, Profile, profiles_csv};
+
+fn read(format: ProfileFormat, text: &str, columns: Option<EvenColumns>) -> Result<Vec<RawProfile>, Error> {
+    profiles::read(Path::new("profiles.txt"), text.as_bytes().to_vec(), format, columns)
+}
+
+/// Points in mm, rounded to what files print.
+fn in_mm(profile: &RawProfile) -> Vec<[f64; 2]> {
+    profile.points.iter().map(|p| [p.x_m, p.z_m].map(|m| (m * 1e9).round() / 1e6)).collect()
+}
+
+#[test]
+fn our_own_long_form() {
+    let text = "time_s,frame,x_mm,z_mm,intensity\n0.1,4,-1,300,12\n0.1,4,0,301,13\n0.2,5,-1,302,14\n";
+    let profiles = profiles_csv::read(Path::new("profiles.csv"), text.as_bytes()).unwrap();
+    assert_eq!(profiles.len(), 2);
+    assert_eq!(
+        (profiles[0].stamp_ns, profiles[0].frame, profiles[0].points.len()),
+        (100_000_000, Some(4), 2)
+    );
+    assert_eq!(profiles[1].points[0].intensity, Some(14.0));
+    let mut written = Vec::new();
+    profiles_csv::write(&mut written, &profiles).unwrap();
+    assert_eq!(profiles_csv::read(Path::new("profiles.csv"), written.as_slice()).unwrap(), profiles);
+}
+
+#[test]
+fn our_own_wide_form_has_holes() {
+    let text = "time_s,frame,x0_mm,dx_mm,z0_mm,z1_mm,z2_mm\n0.1,1,-0.5,0.5,300,,302\n0.2,2,-0.5,0.5,,,\n";
+    let profiles = profiles_csv::read(Path::new("profiles.csv"), text.as_bytes()).unwrap();
+    let points: Vec<[f64; 2]> = profiles[0].points.iter().map(|p| [p.x_m, p.z_m]).collect();
+    assert_eq!(points, [[-0.0005, 0.3], [0.0005, 0.302]]);
+    assert!(profiles[1].points.is_empty());
+    // A column of heights is missing in the middle.
+    let broken = "time_s,x0_mm,dx_mm,z0_mm,z2_mm\n0.1,0,1,300,301\n";
+    let error = profiles_csv::read(Path::new("profiles.csv"), broken.as_bytes()).unwrap_err().to_string();
+    assert!(error.contains("z2_mm") || error.contains("z1_mm"), "{error}");
+}
+
+#[test]
+fn gocator_with_even_and_with_raw_columns() {
+    let start =
+        "Info\nCSV Version,Sensor Count,Trigger Mode\n2,1,0\nEnd\nDeviceInfo\nID,Model\n13434,2330\nEnd\n";
+    let even = format!(
+        "{start}Profile\nFrame Count,Column Count,X Offset,Y Offset,Z Offset\n2,3,0,0,0\n\
+         Frame,Source,Time,Encoder,Z Encoder,Inputs,Exposure,Y,Axis,-1.5,0,1.5\n\
+         7,0,1000500,0,0,0,100,0,Z,10.25,,10.75\n7,0,1000500,0,0,0,100,0,I,99,,98\n8,0,1010500,0,0,0,100,0,Z,11,12,13\nEnd\n"
+    );
+    assert_eq!(ProfileFormat::recognised(even.as_bytes()), Some(ProfileFormat::Gocator));
+    let profiles = read(ProfileFormat::Gocator, &even, None).unwrap();
+    assert_eq!((profiles[0].stamp_ns, profiles[0].frame), (Some(1_000_500_000), Some(7)));
+    assert_eq!(in_mm(&profiles[0]), [[-1.5, 10.25], [1.5, 10.75]]);
+    assert_eq!(profiles.len(), 2);
+    let raw = format!(
+        "{start}RawProfile\nFrame Count,Column Count,X Offset,Y Offset,Z Offset\n1,3,0,0,0\n\
+         Frame,Source,Time,Encoder,Z Encoder,Inputs,Exposure,Y,Axis,0,1,2\n\
+         0,0,5,0,0,0,100,0,X,-2,-1,\n0,0,5,0,0,0,100,0,Z,3,4,5\nEnd\n"
+    );
+    assert_eq!(in_mm(&read(ProfileFormat::Gocator, &raw, None).unwrap()[0]), [[-2.0, 3.0], [-1.0, 4.0]]);
+    // Two sensors look at different places.
+    let error = read(ProfileFormat::Gocator, &even.replace("8,0,1010500", "8,1,1010500"), None).unwrap_err();
+    assert!(error.to_string().contains("line 15") && error.to_string().contains("one sensor"), "{error}");
+}
+
+#[test]
+fn keyence_columns_of_hundredths_of_a_micrometre() {
+    let text = "-150000\t2500000\t2600000\n0\t-2147483648\t2610000\n150000\t2520000\t-524288\n";
+    let profiles = read(ProfileFormat::KeyenceLjV, text, None).unwrap();
+    assert_eq!(in_mm(&profiles[0]), [[-1.5, 25.0], [1.5, 25.2]]);
+    assert_eq!(in_mm(&profiles[1]), [[-1.5, 26.0], [0.0, 26.1]]);
+    assert!(read(ProfileFormat::KeyenceLjV, "0\t1.5\n1\t2.5\n", None).is_err());
+}
+
+#[test]
+fn keyence_rows_of_millimetres() {
+    let text = "LJ-X8080\nDate,2026/11/21\n1.2345,-99.9999,1.3\n1.25,1.26,-9999.9999\n";
+    let columns = Some(EvenColumns { first_mm: -8.0, step_mm: 0.005 });
+    let profiles = read(ProfileFormat::KeyenceLjX, text, columns).unwrap();
+    assert_eq!(in_mm(&profiles[0]), [[-8.0, 1.2345], [-7.99, 1.3]]);
+    assert_eq!(in_mm(&profiles[1]), [[-8.0, 1.25], [-7.995, 1.26]]);
+    let error = read(ProfileFormat::KeyenceLjX, text, None).unwrap_err();
+    assert!(error.to_string().contains("where the columns lie") && error.hint().contains("--x-start-mm"));
+}
+
+#[test]
+fn rows_whose_header_is_the_position() {
+    let text = "-1;0;1\n10,5;;10,7\n11,5;11,6;11,7\n";
+    let profiles = read(ProfileFormat::Rows, text, None).unwrap();
+    assert_eq!(in_mm(&profiles[0]), [[-1.0, 10.5], [1.0, 10.7]]);
+    assert_eq!(profiles.len(), 2);
+    let wenglor = read(ProfileFormat::Wenglor, "-1,0,1\n10,0,10.5\n", None).unwrap();
+    assert_eq!(in_mm(&wenglor[0]), [[-1.0, 10.0], [1.0, 10.5]]);
+}
+
+#[test]
+fn pairs_as_gopxl_is_logged() {
+    let text = "frameIndex,timestamp,encoder,x0,z0,x1,z1\n3,1500,0,-1,20,1,21\n4,2500,0,-1,22,,\n";
+    let profiles = read(ProfileFormat::GoPxl, text, None).unwrap();
+    assert_eq!((profiles[0].stamp_ns, profiles[0].frame), (Some(1_500_000), Some(3)));
+    assert_eq!(in_mm(&profiles[0]), [[-1.0, 20.0], [1.0, 21.0]]);
+    assert_eq!(in_mm(&profiles[1]), [[-1.0, 22.0]]);
+}
+
+#[test]
+fn points_as_scancontrol_and_others_write_them() {
+    let asc = "-5.0 120.5\n0.0 0.0\n5.0 121.5\n-5.0 122.5\n0.0 122.6\n";
+    let profiles = read(ProfileFormat::ScanControl, asc, None).unwrap();
+    assert_eq!(in_mm(&profiles[0]), [[-5.0, 120.5], [5.0, 121.5]]);
+    assert_eq!(in_mm(&profiles[1]).len(), 2);
+    let long = "frame,x [mm],z [mm],time_ms\n1,0,5,10\n1,1,6,10\n2,0,7,20\n";
+    let profiles = read(ProfileFormat::Points, long, None).unwrap();
+    assert_eq!((profiles.len(), profiles[1].stamp_ns, profiles[1].frame), (2, Some(20_000_000), Some(2)));
+}
+
+#[test]
+fn ply_in_all_its_encodings() {
+    let header = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\ncomment units mm\nelement vertex 3\nproperty float x\nproperty double y\nproperty float z\n\
+             property uchar intensity\nend_header\n"
+        )
+    };
+    let rows: [(f32, f64, f32, u8); 3] = [(-1.5, 0.0, 30.25, 7), (1.5, 0.0, 30.5, 8), (-1.5, 0.1, 31.0, 9)];
+    let ascii: String = rows.iter().map(|(x, y, z, i)| format!("{x} {y} {z} {i}\n")).collect();
+    let mut files = vec![(header("ascii") + &ascii).into_bytes()];
+    for (format, little) in [("binary_little_endian", true), ("binary_big_endian", false)] {
+        let mut bytes = header(format).into_bytes();
+        for (x, y, z, i) in rows {
+            if little {
+                bytes.extend([&x.to_le_bytes()[..], &y.to_le_bytes(), &z.to_le_bytes(), &[i]].concat());
+            } else {
+                bytes.extend([&x.to_be_bytes()[..], &y.to_be_bytes(), &z.to_be_bytes(), &[i]].concat());
+            }
+        }
+        files.push(bytes);
+    }
+    for bytes in files {
+        assert_eq!(ProfileFormat::recognised(&bytes), Some(ProfileFormat::Ply));
+        let cut = bytes[..bytes.len() - 6].to_vec();
+        let profiles = profiles::read(Path::new("a.ply"), bytes, ProfileFormat::Ply, None).unwrap();
+        assert_eq!(in_mm(&profiles[0]), [[-1.5, 30.25], [1.5, 30.5]]);
+        assert_eq!(in_mm(&profiles[1]), [[-1.5, 31.0]]);
+        assert!(profiles::read(Path::new("a.ply"), cut, ProfileFormat::Ply, None).is_err());
+    }
+}
+
+#[test]
+fn profiles_get_their_stamps_or_a_hint() {
+    let raw = || read(ProfileFormat::Rows, "-1,0,1\n1,2,3\n4,5,6\n", None).unwrap();
+    let stamps = |timing: Option<Timing>| -> Result<Vec<Profile>, Error> {
+        profiles::stamped(Path::new("p.csv"), raw(), timing.as_ref())
+    };
+    let at = |profiles: Vec<Profile>| profiles.iter().map(|p| p.stamp_ns).collect::<Vec<_>>();
+    assert_eq!(at(stamps(Some(Timing::Rate { first_ns: 5, hz: 100.0 })).unwrap()), [5, 10_000_005]);
+    assert_eq!(at(stamps(Some(Timing::Stamps(vec![3, 4]))).unwrap()), [3, 4]);
+    assert!(stamps(Some(Timing::Stamps(vec![3]))).unwrap_err().to_string().contains("has 2 rows"));
+    assert!(
+        stamps(Some(Timing::Stamps(vec![4, 3]))).unwrap_err().to_string().contains("time runs backwards")
+    );
+    assert!(stamps(None).unwrap_err().hint().contains("--profile-rate-hz"));
+}
+
+proptest! {
+    /// Whatever bytes a file holds, reading it ends in profiles or in an error, never in a panic.
+    #[test]
+    fn any_bytes_are_survived(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+        let headed = [b"ply\nformat binary_little_endian 1.0\nelement vertex 9999999999999\nproperty float x\nproperty int z\nproperty char y\nend_header\n".to_vec(), bytes.clone()].concat();
+        let sections = [b"Info\nCSV Version\n2\nEnd\nProfile\na\n1\nFrame,Source,Time,Axis,1,2\n".to_vec(), bytes.clone()].concat();
+        for (_, format) in ProfileFormat::ALL {
+            for content in [&bytes, &headed, &sections] {
+                let _ = profiles::read(Path::new("f"), content.clone(), format, None);
+            }
+        }
+        let _ = profiles_csv::read(Path::new("f"), bytes.as_slice());
+    }
+}

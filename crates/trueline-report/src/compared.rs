@@ -1,0 +1,80 @@
+//! Two calibrations compared, as JSON and in words.
+
+use crate::number::with_sigma;
+use nalgebra::Vector3;
+use serde_json::{Value, json};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_method::evaluate::difference::{Difference, Field, MOVED_Z};
+use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
+
+/// The difference; second minus first.
+#[must_use]
+pub fn json(difference: &Difference, field: &Field) -> Value {
+    let d = difference;
+    let three = |vector: Vector3<f64>, scale: f64| [vector.x, vector.y, vector.z].map(|x| x * scale);
+    let sigma = |first: usize, scale: f64| three(d.sigma.fixed_rows::<3>(first).into_owned(), scale);
+    let degrees = 1f64.to_degrees();
+    let parts = [("timing", d.timing_moved()), ("bracket", d.bracket_moved())];
+    json!({
+        "verdict": if d.moved() { "moved" } else { "same" },
+        "moved": parts.iter().filter(|(_, moved)| *moved).map(|(name, _)| *name).collect::<Vec<_>>(),
+        "seam_shift_rms_mm": d.seam_shift_rms_m * MM_PER_M,
+        "seam_shift_largest_mm": d.seam_shift_largest_m * MM_PER_M,
+        "seam_shift_sigma_mm": d.seam_shift_sigma_m * MM_PER_M,
+        "z": d.z,
+        "z_limit": MOVED_Z,
+        "time_offset_ms": { "change": d.time_offset_s * 1e3, "sigma": d.sigma[TIME_OFFSET] * 1e3, "z": d.z_time },
+        "hand_eye": {
+            "rotation_deg": { "change": three(d.rotation_rad, degrees), "sigma": sigma(ROTATION, degrees) },
+            "translation_mm": { "change": three(d.translation_m, MM_PER_M), "sigma": sigma(TRANSLATION, MM_PER_M) },
+            "z": d.z_hand_eye,
+        },
+        "field": {
+            "width_mm": field.width_m * MM_PER_M,
+            "depth_mm": field.depth_m * MM_PER_M,
+            "stand_off_mm": field.stand_off_m * MM_PER_M,
+        },
+        "speed_mm_s": field.speed_m_s * MM_PER_M,
+    })
+}
+
+/// The same in words.
+#[must_use]
+pub fn text(difference: &Difference, field: &Field) -> String {
+    let d = difference;
+    let mm = |m: f64| format!("{:.3} mm", m * MM_PER_M);
+    let what = match (d.timing_moved(), d.bracket_moved()) {
+        (true, true) => " (timing and bracket)",
+        (true, false) => " (timing)",
+        (false, true) => " (bracket)",
+        (false, false) => "",
+    };
+    let verdict = if d.moved() {
+        format!(
+            "Moved by {}{what}: {:.1} standard deviations, chance makes {MOVED_Z}",
+            mm(d.seam_shift_rms_m),
+            d.z
+        )
+    } else {
+        format!("The same: {:.1} standard deviations, chance makes up to {MOVED_Z}", d.z)
+    };
+    let axes = |change: &Vector3<f64>, first: usize, scale: f64, unit: &str| {
+        let axis = |k: usize| with_sigma(change[k] * scale, Some(d.sigma[first + k] * scale), unit);
+        format!("x {}, y {}, z {}", axis(0), axis(1), axis(2))
+    };
+    format!(
+        "{verdict}\n\n  seam point   {} rms, {} at most; by chance {} rms\n  \
+         where        {:.0} × {:.0} mm about {:.0} mm from the sensor, at {:.0} mm/s\n  time offset  {}\n  \
+         rotation     {}\n  translation  {}",
+        mm(d.seam_shift_rms_m),
+        mm(d.seam_shift_largest_m),
+        mm(d.seam_shift_sigma_m),
+        field.width_m * MM_PER_M,
+        field.depth_m * MM_PER_M,
+        field.stand_off_m * MM_PER_M,
+        field.speed_m_s * MM_PER_M,
+        with_sigma(d.time_offset_s * 1e3, Some(d.sigma[TIME_OFFSET] * 1e3), "ms"),
+        axes(&d.rotation_rad, ROTATION, 1f64.to_degrees(), "°"),
+        axes(&d.translation_m, TRANSLATION, MM_PER_M, "mm"),
+    )
+}

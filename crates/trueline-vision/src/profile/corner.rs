@@ -1,0 +1,242 @@
+//! The corner of a laser profile: where two straight faces meet, with its covariance.
+//!
+//! Every place where the profile could bend is tried: a robust line left of it, another right of it, and what is left over counted up
+//! to three standard deviations, so that spatter cannot buy a bend. The faces are then the points on either side of
+//! their own intersection.
+
+use crate::measure::regression::{Regression, Regressor, Shift, median};
+use nalgebra::{Matrix2, Vector2};
+
+/// Fewest points of a face.
+const FACE_POINTS: usize = 10;
+/// Places that are tried first.
+const PLACES: usize = 24;
+/// Points among which the bend is searched.
+const SEARCHED_POINTS: usize = 250;
+/// Two faces that differ in direction by less (sine) are one, or the plates of a lap joint: 10°.
+const LEAST_ANGLE_SINE: f64 = 0.17;
+/// Part of a face's points that must lie on its line.
+const LEAST_STRAIGHT: f64 = 0.6;
+/// Residuals count up to this many standard deviations.
+const COUNTED_SIGMAS: f64 = 3.0;
+/// Widest hole between the faces, as a part of the profile: what lies further away is no corner of these faces.
+const WIDEST_HOLE: f64 = 0.2;
+/// Noise is not taken to be smaller, mm: profilers print 0.1 µm.
+const LEAST_SIGMA_MM: f64 = 1e-4;
+
+/// Where two faces meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProfileCorner {
+    /// The corner (x along the stripe, z range), mm.
+    pub point_mm: Vector2<f64>,
+    /// Its covariance, mm².
+    pub covariance_mm2: Matrix2<f64>,
+    /// Angle between the faces, rad.
+    pub angle_rad: f64,
+}
+
+/// Why a profile has no corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+pub enum NoCorner {
+    /// Hardly any point came back.
+    #[error("too few points")]
+    TooFewPoints,
+    /// One straight line, or two that are parallel.
+    #[error("no two faces at an angle")]
+    NoAngle,
+    /// What lies beside the corner is no straight face.
+    #[error("the faces are not straight")]
+    NotStraight,
+    /// The faces would meet far from both.
+    #[error("the faces do not meet")]
+    Apart,
+}
+
+/// Finds corners; memory is kept from one profile to the next.
+#[derive(Clone, Debug, Default)]
+pub struct CornerFinder {
+    regressor: Regressor,
+    shifts: Vec<Shift>,
+    points: Vec<Vector2<f64>>,
+    spare: Vec<f64>,
+}
+
+/// A straight face: a point, its direction and the regression of the shifts square to it.
+#[derive(Clone, Copy)]
+struct Face {
+    origin: Vector2<f64>,
+    along: Vector2<f64>,
+    regression: Regression,
+}
+
+impl Face {
+    /// Distance of a point from the line, signed.
+    fn off(&self, point: &Vector2<f64>) -> f64 {
+        let from = point - self.origin;
+        let slope = self.regression.slope;
+        (square_to(&self.along).dot(&from) - self.regression.shift_at(self.along.dot(&from)))
+            / slope.hypot(1.0)
+    }
+
+    /// Unit direction of the line.
+    fn direction(&self) -> Vector2<f64> {
+        (self.along + square_to(&self.along) * self.regression.slope).normalize()
+    }
+
+    /// A point of the line.
+    fn anchor(&self) -> Vector2<f64> {
+        self.origin + self.along * self.regression.centre + square_to(&self.along) * self.regression.shift_px
+    }
+}
+
+fn square_to(direction: &Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(-direction.y, direction.x)
+}
+
+impl CornerFinder {
+    /// The corner of a profile of points (x, z) in mm, in any order.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn find(&mut self, profile_mm: &[[f64; 2]]) -> Result<ProfileCorner, NoCorner> {
+        self.points.clear();
+        self.points.extend(profile_mm.iter().map(|&point| Vector2::from(point)));
+        self.points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        if self.points.len() < 2 * FACE_POINTS {
+            return Err(NoCorner::TooFewPoints);
+        }
+        let sigma = self.noise_mm();
+        let split = self.best_split(sigma).ok_or(NoCorner::NotStraight)?;
+        let faces = self.settled_faces(split).ok_or(NoCorner::NoAngle)?;
+        self.checked(faces)
+    }
+
+    /// Noise of one point: the median distance from the chord of its neighbours.
+    fn noise_mm(&mut self) -> f64 {
+        self.spare.clear();
+        self.spare.extend(self.points.windows(3).filter_map(|three| {
+            let width = three[2].x - three[0].x;
+            let part = (three[1].x - three[0].x) / width;
+            let chord = three[0].y + part * (three[2].y - three[0].y);
+            // The variance of the difference, of three points with the same noise.
+            let spread = (1.0 + part * part + (1.0 - part) * (1.0 - part)).sqrt();
+            (width > 0.0).then(|| (three[1].y - chord).abs() / spread)
+        }));
+        // 1.4826: standard deviation over median of a normal distribution.
+        (1.4826 * median(&mut self.spare)).max(LEAST_SIGMA_MM)
+    }
+
+    /// Index of the first point right of the bend, searched among a few hundred of the points: the faces settle it afterwards.
+    fn best_split(&mut self, sigma: f64) -> Option<usize> {
+        let every = self.points.len().div_ceil(SEARCHED_POINTS);
+        let all = std::mem::take(&mut self.points);
+        self.points.extend(all.iter().step_by(every));
+        let split = self.best_place(sigma);
+        self.points = all;
+        Some((split? * every).clamp(FACE_POINTS, self.points.len() - FACE_POINTS))
+    }
+
+    /// A coarse search, then the places between the neighbours of the best.
+    fn best_place(&mut self, sigma: f64) -> Option<usize> {
+        let last = self.points.len().checked_sub(FACE_POINTS).filter(|&last| last >= FACE_POINTS)?;
+        let step = (last - FACE_POINTS).div_ceil(PLACES).max(1);
+        let coarse = self.cheapest((FACE_POINTS..=last).step_by(step), sigma)?;
+        let around = coarse.saturating_sub(step).max(FACE_POINTS)..=(coarse + step).min(last);
+        self.cheapest(around.step_by(step.div_ceil(4)), sigma)
+    }
+
+    fn cheapest(&mut self, places: impl Iterator<Item = usize>, sigma: f64) -> Option<usize> {
+        let priced = places.filter_map(|place| Some((self.cost(place, sigma)?, place)));
+        priced.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, place)| place)
+    }
+
+    /// What two faces with the bend at a place leave unexplained.
+    fn cost(&mut self, place: usize, sigma: f64) -> Option<f64> {
+        let left = self.face(0, place)?;
+        let right = self.face(place, self.points.len())?;
+        let counted =
+            |face: &Face, point: &Vector2<f64>| (face.off(point) / sigma).abs().min(COUNTED_SIGMAS).powi(2);
+        let left: f64 = self.points[..place].iter().map(|point| counted(&left, point)).sum();
+        let right: f64 = self.points[place..].iter().map(|point| counted(&right, point)).sum();
+        Some(left + right)
+    }
+
+    /// A robust line through a run of points, in coordinates along its rough direction, so that steep faces are like any other.
+    fn face(&mut self, from: usize, to: usize) -> Option<Face> {
+        let points = &self.points[from..to];
+        let third = (points.len() / 3).max(1);
+        let mut middle_of = |run: &[Vector2<f64>]| {
+            let mut of = |axis: usize| {
+                self.spare.clear();
+                self.spare.extend(run.iter().map(|point| point[axis]));
+                median(&mut self.spare)
+            };
+            Vector2::new(of(0), of(1))
+        };
+        let (first, last) = (middle_of(&points[..third]), middle_of(&points[points.len() - third..]));
+        let along = (last - first).try_normalize(1e-9)?;
+        let across = square_to(&along);
+        self.shifts.clear();
+        self.shifts.extend(points.iter().map(|point| {
+            let from = point - first;
+            Shift { s: along.dot(&from), shift_px: across.dot(&from), weight: 1.0, response: 1.0 }
+        }));
+        let regression = self.regressor.fit(&self.shifts)?;
+        Some(Face { origin: first, along, regression })
+    }
+
+    /// Faces on either side of their own intersection, and how many points of each are on its line.
+    fn settled_faces(&mut self, mut split: usize) -> Option<[Face; 2]> {
+        let mut faces = [self.face(0, split)?, self.face(split, self.points.len())?];
+        for _ in 0..3 {
+            let corner = intersection(&faces)?;
+            let next = self.points.partition_point(|point| point.x < corner.x);
+            let next = next.clamp(FACE_POINTS, self.points.len() - FACE_POINTS);
+            if next == split {
+                break;
+            }
+            split = next;
+            faces = [self.face(0, split)?, self.face(split, self.points.len())?];
+        }
+        Some(faces)
+    }
+
+    fn checked(&self, faces: [Face; 2]) -> Result<ProfileCorner, NoCorner> {
+        let corner = intersection(&faces).ok_or(NoCorner::NoAngle)?;
+        let split = self.points.partition_point(|point| point.x < corner.x);
+        for (face, run) in [(&faces[0], &self.points[..split]), (&faces[1], &self.points[split..])] {
+            let limit = COUNTED_SIGMAS * face.regression.sigma_px.max(LEAST_SIGMA_MM);
+            let on_line = run.iter().filter(|point| face.off(point).abs() < limit).count();
+            if run.len() < FACE_POINTS {
+                return Err(NoCorner::Apart);
+            }
+            if (on_line as f64) < LEAST_STRAIGHT * run.len() as f64 {
+                return Err(NoCorner::NotStraight);
+            }
+        }
+        let width = self.points[self.points.len() - 1].x - self.points[0].x;
+        let hole = self.points[split].x - self.points[split - 1].x;
+        if hole > WIDEST_HOLE * width {
+            return Err(NoCorner::Apart);
+        }
+        let normals = Matrix2::from_rows(&faces.map(|face| square_to(&face.direction()).transpose()));
+        let inverse = normals.try_inverse().ok_or(NoCorner::NoAngle)?;
+        let variances =
+            faces.map(|face| face.regression.variance_at(face.along.dot(&(corner - face.origin))));
+        let covariance_mm2 =
+            inverse * Matrix2::from_diagonal(&Vector2::from(variances)) * inverse.transpose();
+        let angle_rad = normals.determinant().abs().min(1.0).asin();
+        Ok(ProfileCorner { point_mm: corner, covariance_mm2, angle_rad })
+    }
+}
+
+/// Where two lines meet, unless they are nearly parallel.
+fn intersection(faces: &[Face; 2]) -> Option<Vector2<f64>> {
+    let normals = faces.map(|face| square_to(&face.direction()));
+    let matrix = Matrix2::from_rows(&normals.map(|n| n.transpose()));
+    if matrix.determinant().abs() < LEAST_ANGLE_SINE {
+        return None;
+    }
+    let distances = Vector2::new(normals[0].dot(&faces[0].anchor()), normals[1].dot(&faces[1].anchor()));
+    Some(matrix.try_inverse()? * distances)
+}

@@ -1,0 +1,7 @@
+//! Laser profiles: from the points of a stripe in the profiler's own frame to its seam.
+
+pub mod corner;
+mod scan;
+
+pub use corner::{CornerFinder, NoCorner, ProfileCorner};
+pub use scan::{ProfileSeams, seams};
