@@ -1,0 +1,84 @@
+//! What a scan gave.
+
+use numpy::ndarray::Array2;
+use numpy::{IntoPyArray, PyArray1, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::sync::Arc;
+use trueline_method::assess::residuals::FeatureResidual;
+use trueline_report::calibration_page::{self, Source};
+
+/// A result, and what it was made from.
+#[pyclass(frozen, module = "trueline._trueline")]
+pub struct Calibration {
+    inner: trueline::Calibration,
+    recording: Arc<trueline::Recording>,
+    title: String,
+}
+
+impl Calibration {
+    /// A result of a recording.
+    pub fn new(inner: trueline::Calibration, recording: Arc<trueline::Recording>, title: String) -> Self {
+        Self { inner, recording, title }
+    }
+
+    fn column<'py, T: numpy::Element>(
+        &self,
+        py: Python<'py>,
+        value: impl Fn(&FeatureResidual) -> T,
+    ) -> Bound<'py, PyArray1<T>> {
+        self.inner.findings.fit.features.iter().map(value).collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    fn pairs<'py>(
+        &self,
+        py: Python<'py>,
+        value: impl Fn(&FeatureResidual) -> Option<[f64; 2]>,
+    ) -> Bound<'py, PyArray2<f64>> {
+        let rows: Vec<_> =
+            self.inner.findings.fit.features.iter().map(|r| value(r).unwrap_or([f64::NAN; 2])).collect();
+        Array2::from_shape_fn((rows.len(), 2), |(row, column)| rows[row][column]).into_pyarray(py)
+    }
+}
+
+#[pymethods]
+impl Calibration {
+    /// The result file's text: what `trueline calibrate --json` writes.
+    fn json(&self) -> PyResult<String> {
+        let text = self.inner.to_file().to_json();
+        text.map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))
+    }
+
+    /// The summary in words.
+    fn summary(&self) -> String {
+        self.inner.to_string()
+    }
+
+    /// The report as a page.
+    fn report_html(&self) -> String {
+        calibration_page::html(&Source {
+            calibration: &self.inner,
+            recording: &self.recording,
+            title: &format!("Calibration of {}", self.title),
+            command: "trueline.calibrate(…)",
+            frames: &[],
+        })
+    }
+
+    /// The residuals, a column an array.
+    fn residuals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let columns = PyDict::new(py);
+        columns.set_item("row", self.column(py, |r| i64::from(r.row)))?;
+        columns.set_item("line", self.column(py, |r| i64::from(r.line)))?;
+        columns.set_item("time_s", self.column(py, |r| r.stamp_s))?;
+        columns.set_item("normalised", self.column(py, |r| r.normalised))?;
+        columns.set_item("weight", self.column(py, |r| r.weight))?;
+        columns.set_item("offset_m", self.pairs(py, |r| Some(r.offset_m.into())))?;
+        columns.set_item("residual_px", self.pairs(py, |r| r.residual_px.map(Into::into)))?;
+        let points: Vec<[f64; 3]> =
+            self.inner.findings.fit.features.iter().map(|r| r.point_in_base.into()).collect();
+        let points = Array2::from_shape_fn((points.len(), 3), |(row, column)| points[row][column]);
+        columns.set_item("point_in_base_m", points.into_pyarray(py))?;
+        Ok(columns)
+    }
+}

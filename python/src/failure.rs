@@ -1,0 +1,56 @@
+//! Errors as Python sees them: one exception with a hint.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+pyo3::create_exception!(
+    trueline,
+    TruelineError,
+    PyValueError,
+    "What cannot be used, and in `hint` what to do about it."
+);
+
+/// What is wrong and what to do about it, before it is raised.
+#[derive(Debug)]
+pub struct Failure {
+    message: String,
+    hint: String,
+}
+
+impl Failure {
+    /// A failure with a hint.
+    pub fn new(message: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self { message: message.into(), hint: hint.into() }
+    }
+}
+
+impl From<trueline::Error> for Failure {
+    fn from(error: trueline::Error) -> Self {
+        let hint = match &error {
+            trueline::Error::File(error) => error.hint(),
+            trueline::Error::NoFeatures(_) => {
+                "record more, or look at the pictures with `trueline features --overlay`".into()
+            }
+            _ => String::new(),
+        };
+        Self::new(error.to_string(), hint)
+    }
+}
+
+impl From<trueline_dataset::Error> for Failure {
+    fn from(error: trueline_dataset::Error) -> Self {
+        trueline::Error::from(error).into()
+    }
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        Python::attach(|py| {
+            let error = TruelineError::new_err(failure.message);
+            match error.value(py).setattr("hint", failure.hint) {
+                Ok(()) => error,
+                Err(other) => other,
+            }
+        })
+    }
+}

@@ -1,0 +1,35 @@
+//! The compiled half of the Python module `trueline`: arrays in, arrays and JSON out. Names, types and words are in Python.
+
+mod calibration;
+mod failure;
+mod interruptible;
+mod options;
+mod pictures;
+mod recording;
+mod rows;
+
+use pyo3::prelude::*;
+use std::ffi::OsString;
+use std::process::ExitCode;
+
+/// Runs the program with a command line, the first word of which is the program's name; gives its exit code.
+#[pyfunction]
+fn main(py: Python<'_>, words: Vec<OsString>) -> u8 {
+    let code = py.detach(|| trueline_cli::run(words));
+    match code {
+        code if code == ExitCode::SUCCESS => 0,
+        code if code == ExitCode::from(1) => 1,
+        _ => 2,
+    }
+}
+
+#[pymodule]
+fn _trueline(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("TruelineError", module.py().get_type::<failure::TruelineError>())?;
+    module.add_class::<recording::Recording>()?;
+    module.add_class::<calibration::Calibration>()?;
+    module.add_function(wrap_pyfunction!(main, module)?)?;
+    module.add_function(wrap_pyfunction!(pictures::find_seams, module)?)?;
+    Ok(())
+}

@@ -1,0 +1,155 @@
+//! Rows of numpy arrays as what a recording is made of. The first row that cannot be used is named.
+
+use crate::failure::Failure;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use numpy::ndarray::{ArrayView1, ArrayView2, ArrayView3, ArrayViewD};
+use trueline::{Feature, Measured, Pose, RobotSample, Sensor};
+use trueline_geometry::se3;
+
+/// A rotation matrix may be this far from orthonormal: four printed digits are.
+const ORTHONORMAL_TOLERANCE: f64 = 1e-3;
+
+/// What of a feature is not in its stamp and its point.
+#[derive(Clone, Copy)]
+pub struct Extras<'a> {
+    /// Which line each lies on.
+    pub line: Option<ArrayView1<'a, i64>>,
+    /// Standard deviations in the points' unit.
+    pub sigma: Option<ArrayView2<'a, f64>>,
+}
+
+/// Robot poses; positions in m.
+///
+/// # Errors
+/// Arrays of different length, time running backwards, or what is no pose.
+pub fn poses(
+    stamps_ns: ArrayView1<'_, i64>,
+    base_from_tool: ArrayView3<'_, f64>,
+) -> Result<Vec<RobotSample>, Failure> {
+    rows_of("base_from_tool", base_from_tool.view().into_dyn(), &[stamps_ns.len(), 4, 4])?;
+    rising("robot_times", stamps_ns)?;
+    let numbered = stamps_ns.iter().zip(base_from_tool.outer_iter()).enumerate();
+    numbered
+        .map(|(row, (&stamp_ns, matrix))| {
+            let base_from_tool = pose(matrix).map_err(|wrong| {
+                Failure::new(
+                    format!("base_from_tool[{row}]: {wrong}"),
+                    "poses are 4×4, tool to base, positions in metres; scipy's Rotation.as_matrix() gives the 3×3 part",
+                )
+            })?;
+            Ok(RobotSample { stamp_ns, device_ns: None, base_from_tool })
+        })
+        .collect()
+}
+
+/// A pose from a 4×4 matrix, m.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn pose(m: ArrayView2<'_, f64>) -> Result<Pose, String> {
+    if let Some(bad) = m.iter().find(|x| !x.is_finite()) {
+        return Err(format!("{bad} is not a number to calculate with"));
+    }
+    if m.row(3).iter().ne([0.0, 0.0, 0.0, 1.0].iter()) {
+        return Err(format!("the last row must be 0 0 0 1, found {}", m.row(3)));
+    }
+    let matrix = Matrix3::from_fn(|row, column| m[[row, column]]);
+    let off = (matrix.transpose() * matrix - Matrix3::identity()).abs().max();
+    if off > ORTHONORMAL_TOLERANCE {
+        return Err(format!("its 3×3 part is no rotation: columns are {off:.2e} from orthonormal"));
+    }
+    if matrix.determinant() < 0.0 {
+        return Err("its 3×3 part mirrors: its determinant is −1".into());
+    }
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
+    Ok(se3::from_parts(rotation, Vector3::new(m[[0, 3]], m[[1, 3]], m[[2, 3]])))
+}
+
+/// Seam features.
+///
+/// # Errors
+/// Arrays of different length, time running backwards, or points that are not of this sensor.
+pub fn features(
+    sensor: &Sensor,
+    stamps_ns: ArrayView1<'_, i64>,
+    points: ArrayView2<'_, f64>,
+    extras: Extras<'_>,
+) -> Result<Vec<Feature>, Failure> {
+    let count = stamps_ns.len();
+    let coordinates = if matches!(sensor, Sensor::Points { .. }) { 3 } else { 2 };
+    rows_of("points", points.view().into_dyn(), &[count, coordinates])?;
+    rising("feature_times", stamps_ns)?;
+    if let Some(line) = extras.line {
+        rows_of("line", line.mapv(|n| n as f64).view().into_dyn(), &[count])?;
+    }
+    if let Some(sigma) = extras.sigma {
+        rows_of("feature_sigma", sigma.view().into_dyn(), &[count, 2])?;
+    }
+    (0..count)
+        .map(|row| {
+            let line = extras.line.map_or(Ok(0), |line| u32::try_from(line[row]));
+            Ok(Feature {
+                stamp_ns: stamps_ns[row],
+                line: line.map_err(|_| {
+                    Failure::new(format!("line[{row}] is no number of a line"), "lines count from 0")
+                })?,
+                frame: None,
+                device_ns: None,
+                measured: measured(sensor, points.row(row)).ok_or_else(|| not_finite("points", row))?,
+                sigma: extras.sigma.map(|sigma| sigma_of(sigma, row)).transpose()?,
+            })
+        })
+        .collect()
+}
+
+fn measured(sensor: &Sensor, point: ArrayView1<'_, f64>) -> Option<Measured> {
+    if point.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    Some(match sensor {
+        Sensor::CameraLaser { .. } => Measured::Pixel([point[0], point[1]]),
+        Sensor::Profiler => Measured::Profile([point[0], point[1]]),
+        Sensor::Points { .. } => Measured::Point([point[0], point[1], point[2]]),
+    })
+}
+
+fn sigma_of(sigma: ArrayView2<'_, f64>, row: usize) -> Result<[f64; 2], Failure> {
+    let pair = [sigma[[row, 0]], sigma[[row, 1]]];
+    if pair.iter().all(|s| *s > 0.0 && s.is_finite()) {
+        return Ok(pair);
+    }
+    Err(Failure::new(format!("feature_sigma[{row}]: {pair:?}"), "standard deviations are numbers above zero"))
+}
+
+fn not_finite(name: &str, row: usize) -> Failure {
+    Failure::new(
+        format!("{name}[{row}] has a number that is not finite"),
+        "leave out the frames in which nothing was found",
+    )
+}
+
+fn rising(name: &str, stamps_ns: ArrayView1<'_, i64>) -> Result<(), Failure> {
+    let mut pairs = stamps_ns.iter().zip(stamps_ns.iter().skip(1)).enumerate();
+    match pairs.find(|(_, (before, after))| after < before) {
+        None => Ok(()),
+        Some((row, (before, after))) => Err(Failure::new(
+            format!(
+                "{name}: time runs backwards at row {}: {} s after {} s",
+                row + 1,
+                *after as f64 * 1e-9,
+                *before as f64 * 1e-9
+            ),
+            "sort by time; stamps of two clocks do not belong into one array",
+        )),
+    }
+}
+
+fn rows_of(name: &str, array: ArrayViewD<'_, f64>, expected: &[usize]) -> Result<(), Failure> {
+    if array.shape() == expected {
+        return Ok(());
+    }
+    Err(Failure::new(
+        format!("{name}: expected an array of shape {expected:?}, found {:?}", array.shape()),
+        "one row for each stamp; pixels and profiles have two columns, points three",
+    ))
+}

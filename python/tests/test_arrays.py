@@ -1,0 +1,116 @@
+"""Arrays in, results out."""
+
+import numpy as np
+import pytest
+import trueline
+
+# A healthy estimate exceeds this many of its σ once in two million.
+FAR = 5.0
+
+
+@pytest.fixture(scope="module")
+def scan() -> trueline.Recording:
+    return trueline.simulate("quick", seed=3)
+
+
+def arrays_of(scan: trueline.Recording) -> tuple:
+    return scan.robot_times_s, scan.base_from_tool, scan.feature_times_s, scan.points
+
+
+def test_a_scan_from_arrays_is_calibrated_within_its_sigma(scan: trueline.Recording) -> None:
+    result = trueline.calibrate(*arrays_of(scan), sensor=scan.sensor)
+    truth = scan.truth
+    assert result.accepted, result.reasons
+    assert abs(result.time_offset_s - truth.time_offset_s) < FAR * result.sigma.time_offset_s
+    off = result.tool_from_camera[:3, 3] - truth.tool_from_camera[:3, 3]
+    assert np.all(np.abs(off) < FAR * result.sigma.translation_m)
+    turn = result.tool_from_camera[:3, :3] @ truth.tool_from_camera[:3, :3].T
+    rotation = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
+    assert np.all(np.abs(rotation) < FAR * result.sigma.rotation_rad)
+
+
+def test_arrays_give_what_the_recording_they_came_from_gives(scan: trueline.Recording) -> None:
+    from_arrays = trueline.calibrate(*arrays_of(scan), sensor=scan.sensor)
+    whole = trueline.calibrate(scan)
+    # The rotation matrices' last digit is lost on the way to quaternions: 1e-15 of 50 mm and of 0.1 s, times a condition of 1e3.
+    assert from_arrays.time_offset_s == pytest.approx(whole.time_offset_s, abs=1e-12)
+    np.testing.assert_allclose(from_arrays.tool_from_camera, whole.tool_from_camera, atol=1e-10)
+
+
+def test_positions_with_a_scipy_rotation_are_poses(scan: trueline.Recording) -> None:
+    rotation = pytest.importorskip("scipy.spatial.transform").Rotation
+    poses = scan.base_from_tool
+    pair = (poses[:, :3, 3], rotation.from_matrix(poses[:, :3, :3]))
+    result = trueline.calibrate(scan.robot_times_s, pair, scan.feature_times_s, scan.points, sensor=scan.sensor)
+    assert result.accepted
+
+
+def test_residuals_are_of_the_recordings_rows(scan: trueline.Recording) -> None:
+    result = trueline.calibrate(scan)
+    residuals = result.residuals
+    assert set(residuals.row) <= set(range(len(scan.points)))
+    kept = residuals.weight > 0.5
+    # Two standard normal components each: mean square 2 ± 2/√n.
+    mean_square = np.mean(residuals.normalised[kept] ** 2)
+    assert abs(mean_square - 2.0) < FAR * 2.0 / np.sqrt(kept.sum())
+
+
+def test_the_covariance_is_that_of_the_sigmas(scan: trueline.Recording) -> None:
+    result = trueline.calibrate(scan)
+    variance = dict(zip(result.covariance.names, np.diag(result.covariance.matrix), strict=True))
+    assert np.sqrt(variance["time_offset_s"]) == pytest.approx(result.sigma.time_offset_s, rel=1e-12)
+
+
+def test_a_guess_is_taken(scan: trueline.Recording) -> None:
+    truth = scan.truth
+    result = trueline.calibrate(scan, initial=(truth.time_offset_s, truth.tool_from_camera), fix="hand-eye")
+    np.testing.assert_allclose(result.tool_from_camera, truth.tool_from_camera, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda t, p, f, x: (t[::-1], p, f, x), "runs backwards"),
+        (lambda t, p, f, x: (t, p[:-1], f, x), "shape"),
+        (lambda t, p, f, x: (t, p * 1.1, f, x), "last row"),
+        (lambda t, p, f, x: (t, p @ np.diag([1.0, 1.0, -1.0, 1.0]), f, x), "mirrors"),
+        (lambda t, p, f, x: (t, p, f, np.full_like(x, np.nan)), "not finite"),
+        (lambda t, p, f, x: (t, p, f, np.hstack([x, x[:, :1]])), "shape"),
+    ],
+)
+def test_what_cannot_be_used_is_said_with_a_hint(scan: trueline.Recording, change, words: str) -> None:
+    with pytest.raises(trueline.TruelineError, match=words) as error:
+        trueline.calibrate(*change(*arrays_of(scan)), sensor=scan.sensor)
+    assert error.value.hint
+
+
+def test_unknown_options_are_refused(scan: trueline.Recording) -> None:
+    with pytest.raises(TypeError, match="offset_within"):
+        trueline.calibrate(scan, offset_withn_s=0.2)
+    with pytest.raises(trueline.TruelineError, match="no \"best\""):
+        trueline.calibrate(scan, loss="best")
+
+
+def test_arrays_need_a_sensor(scan: trueline.Recording) -> None:
+    with pytest.raises(TypeError, match="sensor"):
+        trueline.calibrate(*arrays_of(scan))
+    with pytest.raises(TypeError, match="points"):
+        trueline.calibrate(scan, points=scan.points)
+
+
+def test_a_sensor_may_be_made_of_numbers(scan: trueline.Recording, tmp_path) -> None:
+    text = scan.sensor.toml()
+    (tmp_path / "sensor.toml").write_text(text)
+    import tomllib
+
+    tables = tomllib.loads(text)
+    camera = trueline.Camera(**tables["camera"])
+    plane = tables["laser_plane"]
+    made = trueline.CameraLaser(camera, plane["normal"], plane["offset_mm"] * 1e-3)
+    offsets = {
+        trueline.calibrate(*arrays_of(scan), sensor=sensor).time_offset_s
+        for sensor in (scan.sensor, tables, tmp_path, tmp_path / "sensor.toml")
+    }
+    assert len(offsets) == 1
+    by_classes = trueline.calibrate(*arrays_of(scan), sensor=made).time_offset_s
+    assert by_classes == pytest.approx(offsets.pop(), abs=1e-12)

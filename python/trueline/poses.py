@@ -1,0 +1,36 @@
+"""Poses in the forms that people have."""
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Poses: TypeAlias = Any
+"""A stack (N, 4, 4) in metres; a pair of positions (N, 3) in metres and a scipy ``Rotation``; or whatever has
+``as_matrix()`` that gives such a stack, as scipy's ``RigidTransform``."""
+
+
+def matrices(poses: Poses) -> NDArray[np.float64]:
+    """The poses as a stack (N, 4, 4).
+
+    >>> matrices((np.zeros((2, 3)), np.stack([np.eye(3)] * 2))).shape
+    (2, 4, 4)
+    """
+    if isinstance(poses, tuple) and len(poses) == 2:
+        return _joined(*poses)
+    array = poses.as_matrix() if hasattr(poses, "as_matrix") else poses
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _joined(positions: ArrayLike, rotations: Any) -> NDArray[np.float64]:
+    places = np.asarray(positions, dtype=np.float64)
+    turns = np.asarray(rotations.as_matrix() if hasattr(rotations, "as_matrix") else rotations, dtype=np.float64)
+    if places.ndim != 2 or places.shape[1] != 3 or turns.shape != (len(places), 3, 3):
+        raise ValueError(
+            f"poses: expected positions (N, 3) and as many rotations, found {places.shape} and {turns.shape}"
+        )
+    stack = np.zeros((len(places), 4, 4))
+    stack[:, :3, :3] = turns
+    stack[:, :3, 3] = places
+    stack[:, 3, 3] = 1.0
+    return stack

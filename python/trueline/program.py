@@ -1,0 +1,84 @@
+"""Commands of the program whose answer is a file or a text."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from ._trueline import TruelineError
+from .result import Result
+
+ResultLike: TypeAlias = Result | str | os.PathLike[str]
+"""A result, or the path of its file."""
+
+
+def export(result: ResultLike, form: str, *options: str) -> str:
+    """The transform in the form of a robot, of ROS or of another program.
+
+    Parameters
+    ----------
+    result
+        The calibration.
+    form
+        A name that :func:`export_forms` lists: ``"ur"``, ``"kuka"``, ``"ros2"``, …
+    *options
+        Further words of ``trueline export``.
+
+    Examples
+    --------
+    >>> import trueline
+    >>> result = trueline.calibrate(trueline.simulate("quick", seed=1))
+    >>> len(json.loads(export(result, "json"))) > 0
+    True
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        return run("export", str(_file(result, folder, "result.json")), "--as", form, "--quiet", *options)
+
+
+def export_forms() -> str:
+    """The forms that :func:`export` knows, each with its convention."""
+    return run("export", "--list")
+
+
+def diff(first: ResultLike, second: ResultLike, *options: str) -> dict[str, Any]:
+    """Two calibrations over the sensor's field: whether they are the same, or by how much the sensor moved.
+
+    Returns
+    -------
+    dict
+        What ``trueline diff --json`` writes: ``verdict`` is ``"same"`` or ``"moved"``.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        files = (_file(first, folder, "first.json"), _file(second, folder, "second.json"))
+        found: dict[str, Any] = json.loads(run("diff", *map(str, files), "--json", "-", "--quiet", *options))
+    return found
+
+
+def run(*words: str) -> str:
+    """Run the program; what it prints on its standard output.
+
+    Raises
+    ------
+    TruelineError
+        If it could not run, with its hint.
+    """
+    done = subprocess.run([sys.executable, "-m", "trueline", *words], capture_output=True, text=True, check=False)
+    if done.returncode in (0, 1):
+        return done.stdout
+    message, _, hint = done.stderr.strip().removeprefix("error: ").partition("\n\nhint: ")
+    error = TruelineError(message)
+    error.hint = hint
+    raise error
+
+
+def _file(result: ResultLike, folder: str, name: str) -> Path:
+    if not isinstance(result, Result):
+        return Path(result)
+    file = Path(folder) / name
+    result.save(file)
+    return file

@@ -1,0 +1,195 @@
+"""A recorded scan."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _trueline
+from .poses import Poses, matrices
+from .sensor import Sensor, SensorText, sensor_text
+from .stamps import seconds, stamps_ns
+
+
+@dataclass(frozen=True)
+class Guess:
+    """Time offset in seconds and ``tool_from_camera`` as a 4×4 matrix in metres."""
+
+    time_offset_s: float
+    tool_from_camera: NDArray[np.float64]
+
+
+class Recording:
+    """A recorded scan: robot poses, seam features and the sensor. It does not change.
+
+    Made by :func:`open`, :func:`simulate` or :meth:`from_arrays`.
+    """
+
+    def __init__(self, inner: _trueline.Recording) -> None:
+        self._inner = inner
+
+    @classmethod
+    def from_arrays(
+        cls,
+        robot_times_s: ArrayLike,
+        base_from_tool: Poses,
+        feature_times_s: ArrayLike,
+        points: ArrayLike,
+        *,
+        sensor: Sensor,
+        line: ArrayLike | None = None,
+        feature_sigma: ArrayLike | None = None,
+        initial: tuple[float, ArrayLike] | None = None,
+    ) -> Recording:
+        """A recording from arrays.
+
+        Parameters
+        ----------
+        robot_times_s, feature_times_s
+            Stamps (N,) and (M,), rising; seconds, or ``datetime64``. Both in one clock, up to the offset that is sought.
+        base_from_tool
+            Poses: (N, 4, 4) in metres, a pair (positions, scipy ``Rotation``), or a scipy ``RigidTransform``.
+        points
+            Seam features: (M, 2) distorted pixels of a camera, (M, 2) x and z in metres of a profiler, (M, 3) points in
+            metres.
+        sensor
+            The sensor: a class of this package, the tables of a ``sensor.toml``, or its path.
+        line
+            Which line each feature lies on, from 0; all on one if left out.
+        feature_sigma
+            Standard deviations (M, 2) in the unit of the points.
+        initial
+            A first guess: time offset in seconds and ``tool_from_camera``, 4×4 in metres. None is needed.
+
+        Raises
+        ------
+        TruelineError
+            The first row that cannot be used, with a hint.
+        """
+        arrays = (
+            stamps_ns(robot_times_s),
+            matrices(base_from_tool),
+            stamps_ns(feature_times_s),
+            np.ascontiguousarray(points, dtype=np.float64),
+        )
+        numbers = None if line is None else np.ascontiguousarray(line, dtype=np.int64)
+        sigma = None if feature_sigma is None else np.ascontiguousarray(feature_sigma, dtype=np.float64)
+        text = sensor_text(sensor)
+        return cls(_trueline.Recording.from_arrays(text, arrays, numbers, sigma, guess_arrays(initial)))
+
+    @cached_property
+    def robot_times_s(self) -> NDArray[np.float64]:
+        """Stamps of the poses (N,), s."""
+        return seconds(self._inner.robot_stamps_ns())
+
+    @cached_property
+    def base_from_tool(self) -> NDArray[np.float64]:
+        """Poses (N, 4, 4), m."""
+        return self._inner.base_from_tool()
+
+    @cached_property
+    def feature_times_s(self) -> NDArray[np.float64]:
+        """Stamps of the features (M,), s."""
+        return seconds(self._inner.feature_stamps_ns())
+
+    @cached_property
+    def points(self) -> NDArray[np.float64]:
+        """Features: (M, 2) px or m, or (M, 3) m."""
+        return self._inner.points()
+
+    @cached_property
+    def line(self) -> NDArray[np.int64]:
+        """Which line each feature lies on (M,)."""
+        return self._inner.lines()
+
+    @property
+    def sensor(self) -> SensorText:
+        """The sensor."""
+        return SensorText(self._inner.sensor_toml())
+
+    @property
+    def truth(self) -> Guess | None:
+        """What a simulation knows; ``None`` for a real scan."""
+        truth = self._inner.truth()
+        return None if truth is None else Guess(*truth)
+
+    @property
+    def notes(self) -> list[str]:
+        """What is worth knowing of the file it was opened from."""
+        return self._inner.notes()
+
+    def write(self, folder: str | os.PathLike[str]) -> None:
+        """Write a dataset folder."""
+        self._inner.write(folder)
+
+    def doctor(self) -> dict[str, Any]:
+        """Find out why it does not calibrate: undo the usual mistakes one at a time.
+
+        Returns
+        -------
+        dict
+            What ``trueline doctor --json`` writes.
+        """
+        found: dict[str, Any] = json.loads(self._inner.doctor(empty_options()))
+        return found
+
+    def evaluate(self, result: str | os.PathLike[str]) -> dict[str, Any]:
+        """Check the calibration in a result file on this scan.
+
+        Returns
+        -------
+        dict
+            What ``trueline evaluate --json`` writes.
+        """
+        found: dict[str, Any] = json.loads(self._inner.evaluate(result))
+        return found
+
+    def __repr__(self) -> str:
+        poses, features = len(self.robot_times_s), len(self.feature_times_s)
+        return f"<trueline.Recording: {poses} robot poses, {features} features>"
+
+
+def open(path: str | os.PathLike[str]) -> Recording:
+    """Open a dataset folder, a recording in MCAP or a bag of rosbag2; with pictures instead of features the seam is found
+    in them.
+
+    Raises
+    ------
+    TruelineError
+        The first file, line and column that cannot be used, with a hint.
+    """
+    return Recording(_trueline.Recording.open(path))
+
+
+def simulate(preset: str = "quick", *, seed: int = 1) -> Recording:
+    """Simulate a scan; its ``truth`` is known.
+
+    Examples
+    --------
+    >>> simulate("quick", seed=1)
+    <trueline.Recording: 5001 robot poses, 659 features>
+    """
+    return Recording(_trueline.Recording.simulate(preset, seed))
+
+
+def guess_arrays(guess: tuple[float, ArrayLike] | Guess | None) -> tuple[float, NDArray[np.float64]] | None:
+    """A guess as the compiled half takes it."""
+    if guess is None:
+        return None
+    time_offset_s, pose = (guess.time_offset_s, guess.tool_from_camera) if isinstance(guess, Guess) else guess
+    return float(time_offset_s), np.ascontiguousarray(pose, dtype=np.float64)
+
+
+def empty_options() -> dict[str, Any]:
+    """Options of which every one keeps its default."""
+    names = (
+        "residual loss stamps feature_sigma_px feature_sigma_mm robot_sigma_mm stamp_sigma_ms offset_within_s looks"
+        " speed_mm_s stand_off_mm"
+    )
+    return dict.fromkeys(names.split()) | {"fix": [], "accept_partial": False, "require": [None, None, None]}

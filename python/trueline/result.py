@@ -1,0 +1,294 @@
+"""What a scan gave."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _trueline
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A reason or a warning: a stable code, a sentence, and the values in it."""
+
+    code: str
+    text: str
+    values: dict[str, Any]
+
+    def __str__(self) -> str:
+        return self.text
+
+
+@dataclass(frozen=True)
+class Sigma:
+    """One standard deviation; NaN where a direction is not observable, ``None`` for what has none at all.
+
+    Rotation is a left perturbation in the tool frame.
+    """
+
+    time_offset_s: float | None
+    rotation_rad: NDArray[np.float64]
+    translation_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Covariance:
+    """Covariance of everything estimated; each name ends in its unit."""
+
+    names: list[str]
+    matrix: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line in base, m."""
+
+    label: str
+    point_m: NDArray[np.float64]
+    direction: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Residuals, one row a feature that could be used.
+
+    ``row`` is the feature's row in the recording, ``normalised`` its distance in standard deviations, ``weight`` that of the
+    robust loss.
+    """
+
+    row: NDArray[np.int64]
+    line: NDArray[np.int64]
+    time_s: NDArray[np.float64]
+    normalised: NDArray[np.float64]
+    weight: NDArray[np.float64]
+    offset_m: NDArray[np.float64]
+    residual_px: NDArray[np.float64]
+    point_in_base_m: NDArray[np.float64]
+
+
+class Result:
+    """A calibration: estimates with their uncertainty, and whether to use them.
+
+    Read from a file by :func:`load`, or made by :func:`calibrate`; only then it has ``residuals`` and a report.
+    """
+
+    def __init__(self, text: str, made_from: _trueline.Calibration | None = None) -> None:
+        self._text = text
+        self._made_from = made_from
+        self.document: dict[str, Any] = json.loads(text)
+        if "tool_from_camera" not in self.document:
+            raise ValueError("this is no result of trueline: it has no tool_from_camera")
+
+    @classmethod
+    def of(cls, calibration: _trueline.Calibration) -> Result:
+        """The result of a calibration that was just made."""
+        return cls(calibration.json(), calibration)
+
+    @property
+    def accepted(self) -> bool:
+        """Whether it can be used."""
+        return bool(self.document.get("status") == "accepted")
+
+    @property
+    def status(self) -> str | None:
+        """``accepted`` or ``not_accepted``."""
+        status: str | None = self.document.get("status")
+        return status
+
+    @cached_property
+    def reasons(self) -> list[Fact]:
+        """Why it is not accepted; empty if it is."""
+        return _facts(self.document.get("reasons", []))
+
+    @cached_property
+    def warnings(self) -> list[Fact]:
+        """Usable, but look here."""
+        return _facts(self.document.get("warnings", []))
+
+    @property
+    def time_offset_s(self) -> float | None:
+        """The image stamped t was exposed at t minus this, s; ``None`` if the scan does not show it."""
+        offset: float | None = self.document.get("time_offset_s")
+        return offset
+
+    @cached_property
+    def tool_from_camera(self) -> NDArray[np.float64]:
+        """The hand-eye transform: camera coordinates to tool coordinates, 4×4, m; NaN in what the scan does not show."""
+        entry = self.document["tool_from_camera"]
+        pose = np.eye(4)
+        quaternion = entry.get("rotation_wxyz")
+        pose[:3, :3] = np.nan if quaternion is None else _matrix(quaternion)
+        pose[:3, 3] = _numbers(entry["translation_mm"], 3) * 1e-3
+        return pose
+
+    @cached_property
+    def sigma(self) -> Sigma:
+        """Standard deviations of everything that is accounted for."""
+        return _sigma(self.document.get("sigma", {}))
+
+    @cached_property
+    def sigma_noise(self) -> Sigma:
+        """The random part of it: noise of features, robot and stamps."""
+        return _sigma(self.document.get("sigma_noise", {}))
+
+    @cached_property
+    def covariance(self) -> Covariance:
+        """Covariance of everything estimated, with names; NaN for what has no sigma."""
+        entry = self.document.get("covariance", {})
+        names = list(entry.get("order", []))
+        rows = [_numbers(row, len(names)) for row in entry.get("matrix", [])]
+        return Covariance(names, np.array(rows).reshape(len(rows), len(names)))
+
+    @cached_property
+    def lines(self) -> list[Line]:
+        """The lines in base."""
+        return [
+            Line(line["label"], _numbers(line["point_mm"], 3) * 1e-3, _numbers(line["direction"], 3))
+            for line in self.document.get("lines", [])
+        ]
+
+    @property
+    def seam_error_mm(self) -> float | None:
+        """How far off a seam point measured later will be, RMS over the working field, one standard deviation, mm."""
+        entry = self.document.get("seam_error")
+        return None if entry is None else entry["rms_mm"]
+
+    @property
+    def rivals(self) -> list[dict[str, Any]]:
+        """Answers that the scan does not tell from this one."""
+        rivals: list[dict[str, Any]] = self.document.get("rivals", [])
+        return rivals
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """The residuals.
+
+        Raises
+        ------
+        ValueError
+            For a result that was read from a file.
+        """
+        columns = self._calibration("residuals").residuals()
+        return Residuals(**{field.name: columns[field.name] for field in fields(Residuals)})  # type: ignore[literal-required]
+
+    def report(self) -> str:
+        """The report as a page of HTML.
+
+        Raises
+        ------
+        ValueError
+            For a result that was read from a file.
+        """
+        return self._calibration("a report").report_html()
+
+    def summary(self) -> str:
+        """The summary in words."""
+        return self._made_from.summary() if self._made_from else _short(self)
+
+    def json(self) -> str:
+        """The text of its file: what ``trueline calibrate --json`` writes."""
+        return self._text
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the file of the result; it appears whole or not at all."""
+        target = Path(path)
+        unfinished = target.with_name(f"{target.name}.{os.getpid()}.unfinished")
+        unfinished.write_text(self._text.rstrip() + "\n", encoding="utf-8")
+        unfinished.replace(target)
+
+    def plot_residuals(self, ax: Axes | None = None) -> Axes:
+        """Residuals over time in standard deviations (needs matplotlib)."""
+        from .plots import residuals_over_time
+
+        return residuals_over_time(self, ax)
+
+    def plot_convergence(self, ax: Axes | None = None) -> Axes:
+        """The time offset after every step of the solver, the paper's Figs. 5 and 7 (needs matplotlib)."""
+        from .plots import convergence
+
+        return convergence(self, ax)
+
+    def plot_covariance(self, ax: Axes | None = None) -> Axes:
+        """Correlations of everything estimated (needs matplotlib)."""
+        from .plots import correlations
+
+        return correlations(self, ax)
+
+    def __str__(self) -> str:
+        return self.summary()
+
+    def __repr__(self) -> str:
+        return f"<trueline.Result: {_short(self)}>"
+
+    def _repr_html_(self) -> str:
+        if self._made_from is None:
+            return f"<pre>{html.escape(self.summary())}</pre>"
+        page = html.escape(self.report(), quote=True)
+        return (
+            f'<iframe srcdoc="{page}" sandbox="allow-scripts" style="width:100%;height:800px;border:0"'
+            ' title="Report of the calibration"></iframe>'
+        )
+
+    def _calibration(self, what: str) -> _trueline.Calibration:
+        if self._made_from is None:
+            raise ValueError(f"a result that was read from a file has no {what}: calibrate the recording again")
+        return self._made_from
+
+
+def load(path: str | os.PathLike[str]) -> Result:
+    """Read the result that :meth:`Result.save` or ``trueline calibrate --json`` wrote."""
+    return Result(Path(path).read_text(encoding="utf-8"))
+
+
+def _facts(entries: list[dict[str, Any] | str]) -> list[Fact]:
+    facts = []
+    for entry in entries:
+        values = {"code": "", "text": entry} if isinstance(entry, str) else dict(entry)
+        facts.append(Fact(values.pop("code"), values.pop("text"), values))
+    return facts
+
+
+def _sigma(entry: dict[str, Any]) -> Sigma:
+    return Sigma(
+        time_offset_s=entry.get("time_offset_s"),
+        rotation_rad=_numbers(entry.get("rotation_rad"), 3),
+        translation_m=_numbers(entry.get("translation_mm"), 3) * 1e-3,
+    )
+
+
+def _numbers(values: list[float | None] | None, count: int) -> NDArray[np.float64]:
+    """An array in which null is NaN."""
+    return np.full(count, np.nan) if values is None else np.array(values, dtype=np.float64)
+
+
+def _matrix(wxyz: list[float]) -> NDArray[np.float64]:
+    w, x, y, z = wxyz
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def _short(result: Result) -> str:
+    verdict = "accepted" if result.accepted else "NOT accepted"
+    offset = result.time_offset_s
+    if offset is None:
+        return f"{verdict}, time offset not observable"
+    sigma = result.sigma.time_offset_s
+    plus_minus = "" if sigma is None else f" ± {sigma * 1e3:.2g}"
+    return f"{verdict}, time offset {offset * 1e3:.4g}{plus_minus} ms"
