@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 18] = [
+const ALLOWED: [(&str, &[&str]); 19] = [
     ("trueline-geometry", &[]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
@@ -33,6 +33,17 @@ const ALLOWED: [(&str, &[&str]); 18] = [
     ("trueline-sensor", &["trueline-geometry", "trueline-lsq", "trueline-model"]),
     ("trueline-sim", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
     ("trueline-vision", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
+    (
+        "trueline-watch",
+        &[
+            "trueline-dataset",
+            "trueline-geometry",
+            "trueline-lsq",
+            "trueline-method",
+            "trueline-model",
+            "trueline-report",
+        ],
+    ),
     (
         "trueline-report",
         &[
@@ -77,6 +88,7 @@ const ALLOWED: [(&str, &[&str]); 18] = [
             "trueline-sensor",
             "trueline-sim",
             "trueline-vision",
+            "trueline-watch",
         ],
     ),
 ];

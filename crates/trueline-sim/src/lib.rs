@@ -14,6 +14,7 @@ pub mod images;
 pub mod motion;
 pub mod noise;
 pub mod presets;
+pub mod production;
 pub mod random_cell;
 pub mod scenario;
 pub mod shutter;

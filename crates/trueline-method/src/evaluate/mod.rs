@@ -2,5 +2,6 @@
 
 pub mod difference;
 pub mod evaluation;
+pub mod placed_features;
 pub mod reference_curve;
 pub mod seam_points;

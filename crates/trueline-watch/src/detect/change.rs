@@ -1,0 +1,93 @@
+//! A change of one kind: how significant, how large, and what of it does not show.
+
+use super::tail::log10_probability;
+use crate::parameters::{Kind, UNITS};
+use crate::quadratic::Quadratic;
+use nalgebra::{DMatrix, DVector};
+
+/// Directions in which a piece says less than this do not show: a change of ten units would be one standard deviation, and
+/// what there is of information comes from noise in the derivatives.
+pub const VISIBLE: f64 = 0.01;
+
+/// A change as estimated from a window of pieces.
+#[derive(Clone, Debug)]
+pub struct Change {
+    /// What kind it is.
+    pub kind: Kind,
+    /// Estimate, in the SI unit of each column of the kind; `None` where it does not show.
+    pub value: Vec<Option<f64>>,
+    /// One standard deviation of each.
+    pub sigma: Vec<Option<f64>>,
+    /// Sum of squares that it explains.
+    pub explained: f64,
+    /// Over so many dimensions.
+    pub dimensions: usize,
+    /// log₁₀ of the probability that chance alone explains as much.
+    pub p_log10: f64,
+}
+
+/// How well the scatter behind a statistic is known.
+#[derive(Clone, Copy, Debug)]
+pub struct Confidence {
+    /// Degrees of freedom of the noise level of the features.
+    pub noise_freedom: f64,
+    /// Pieces that taught the scatter of the part.
+    pub taught_by: usize,
+    /// Variance of single pieces over what they say.
+    pub dispersion: f64,
+    /// Pieces in the window.
+    pub pieces: usize,
+}
+
+impl Change {
+    /// The most likely change of a kind by evidence about its columns, in units. `within` is that part of it which does not
+    /// depend on where the seams lie.
+    #[must_use]
+    pub fn of(kind: Kind, evidence: &Quadratic, within: Option<&Quadratic>, known: Confidence) -> Self {
+        let eigen = evidence.matrix.clone().symmetric_eigen();
+        let least = VISIBLE * known.pieces as f64;
+        let shown: Vec<usize> = (0..evidence.size()).filter(|k| eigen.eigenvalues[*k] > least).collect();
+        let (mut explained, mut share_within) = (0.0, 0.0);
+        let mut value = DVector::zeros(evidence.size());
+        let mut covariance = DMatrix::zeros(evidence.size(), evidence.size());
+        let mut visible = DVector::zeros(evidence.size());
+        for &k in &shown {
+            let (direction, information) = (eigen.eigenvectors.column(k), eigen.eigenvalues[k]);
+            let score = direction.dot(&evidence.vector);
+            explained += score * score / information;
+            value += direction * (score / information);
+            covariance += direction * direction.transpose() / information;
+            visible += direction.component_mul(&direction);
+            share_within += within.map_or(0.0, |w| direction.dot(&(&w.matrix * direction)) / information);
+        }
+        explained /= known.dispersion;
+        let dimensions = shown.len();
+        let learnt = 1.0 - (share_within / dimensions.max(1) as f64).clamp(0.0, 1.0);
+        let freedom = freedom(known, learnt, dimensions);
+        let units = &UNITS[kind.columns()];
+        let seen = |k: usize| visible[k] > MOSTLY;
+        Self {
+            kind,
+            value: (0..units.len()).map(|k| seen(k).then(|| value[k] * units[k])).collect(),
+            sigma: (0..units.len())
+                .map(|k| seen(k).then(|| (covariance[(k, k)] * known.dispersion).sqrt() * units[k]))
+                .collect(),
+            explained,
+            dimensions,
+            p_log10: log10_probability(explained, dimensions, freedom),
+        }
+    }
+}
+
+/// A component of which less than this part shows has no value of its own.
+const MOSTLY: f64 = 0.99;
+
+/// Degrees of freedom of a scatter that is partly the noise's and partly learnt: of m pieces, m − d are left for d
+/// dimensions (Hotelling), and precisions of variances add by the squares of their shares.
+fn freedom(known: Confidence, learnt_share: f64, dimensions: usize) -> f64 {
+    let learnt = known.taught_by as f64 - dimensions as f64;
+    let noise_share = 1.0 - learnt_share;
+    let inverse = noise_share.powi(2) / known.noise_freedom.max(1.0)
+        + if learnt_share > 1e-6 { learnt_share.powi(2) / learnt.max(1.0) } else { 0.0 };
+    inverse.recip()
+}

@@ -1,0 +1,14 @@
+//! One weld → what it says about the stored calibration.
+
+pub mod evidence;
+pub mod linearized;
+pub mod seam_fit;
+pub mod weld;
+pub mod weld_error;
+pub mod weld_statistic;
+
+pub use evidence::{Chunk, Evidence};
+pub use seam_fit::{SeamFit, fitted_seams};
+pub use weld::{Weld, shape_origin_m};
+pub use weld_error::WeldError;
+pub use weld_statistic::WeldStatistic;

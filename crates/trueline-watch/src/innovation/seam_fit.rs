@@ -1,0 +1,131 @@
+//! The seams of one weld by the stored calibration: robust, straight but for a bow that is known to be small.
+
+use super::linearized::{BOW, LOCAL, Linearized, SEAM, Seam, linearized};
+use super::weld_error::WeldError;
+use nalgebra::{SMatrix, SVector, Vector2, Vector3, Vector4};
+use trueline_geometry::{Line, fit};
+use trueline_lsq::Loss;
+use trueline_method::evaluate::placed_features::{PlacedFeature, PlacedFeatures};
+use trueline_method::solve::noise_scale::noise_factor;
+
+/// A seam as fitted.
+#[derive(Clone, Copy, Debug)]
+pub struct SeamFit {
+    /// The seam, anchored in the middle of what was seen.
+    pub seam: Seam,
+    /// How much larger the residuals are than expected.
+    pub noise_factor: f64,
+}
+
+/// Fewest features of a seam: two numbers each, for six unknowns of its own and something to judge them by.
+pub const LEAST_FEATURES: usize = 20;
+
+/// A seam's bow is known to be about this large at its ends before any of it is measured: 0.3 mm and 1 mm per metre.
+#[must_use]
+pub fn bow_sigma_m(half_length_m: f64) -> f64 {
+    0.3e-3 + 1e-3 * 2.0 * half_length_m
+}
+
+/// Fits every seam of a weld with the calibration held.
+///
+/// # Errors
+/// A seam with too few features, or of no line.
+pub fn fitted_seams(of: &PlacedFeatures, shape_origin_m: [f64; 2]) -> Result<Vec<SeamFit>, WeldError> {
+    let count = of.list.iter().map(|f| f.line + 1).max().unwrap_or(0);
+    if count == 0 {
+        return Err(WeldError::TooFewFeatures { line: 0, usable: 0, needed: LEAST_FEATURES });
+    }
+    (0..count).map(|line| fitted(of, line, shape_origin_m)).collect()
+}
+
+fn fitted(of: &PlacedFeatures, number: u32, shape_origin_m: [f64; 2]) -> Result<SeamFit, WeldError> {
+    let own: Vec<&PlacedFeature> = of.list.iter().filter(|f| f.line == number).collect();
+    if own.len() < LEAST_FEATURES {
+        return Err(WeldError::TooFewFeatures { line: number, usable: own.len(), needed: LEAST_FEATURES });
+    }
+    let points: Vec<Vector3<f64>> =
+        own.iter().map(|f| f.placement.point_in_base(&f.point_in_camera)).collect();
+    let mut seam = first(&points).ok_or(WeldError::NoLine { line: number })?;
+    let mut factor = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let all: Vec<Linearized> =
+            own.iter().filter_map(|f| linearized(of, f, &seam, shape_origin_m)).collect();
+        if all.len() < LEAST_FEATURES {
+            return Err(WeldError::NoLine { line: number });
+        }
+        let step = step(&all, &seam, factor).ok_or(WeldError::NoLine { line: number })?;
+        factor = noise_factor(&squared(&all, &step));
+        seam.line = seam.line.retract(&Vector4::new(step[0], step[1], step[2], step[3]));
+    }
+    Ok(SeamFit { seam, noise_factor: factor })
+}
+
+/// Rounds of the fit: each gains the ratio of the step to the distance from the sensor, a factor of a hundred; the first
+/// ones find the outliers.
+const ROUNDS: usize = 6;
+
+/// The line through the points in the direction in which they were made.
+fn first(points: &[Vector3<f64>]) -> Option<Seam> {
+    let line = fit::robust_line(points)?;
+    let along: Vec<f64> = points.iter().map(|p| line.direction().dot(&(p - line.anchor()))).collect();
+    let mut sorted = along.clone();
+    sorted.sort_by(f64::total_cmp);
+    // The ends without the wildest two in a hundred.
+    let end = |part: f64| sorted.get((part * (sorted.len() - 1) as f64) as usize).copied();
+    let (low, high) = (end(0.02)?, end(0.98)?);
+    let middle = line.anchor() + line.direction() * (0.5 * (low + high));
+    let half = points.len() / 2;
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len().max(1) as f64;
+    let forward = mean(&along[half..]) >= mean(&along[..half]);
+    let line = if forward { line } else { line.reversed() };
+    let half_length_m = 0.5 * (high - low);
+    (half_length_m > 1e-6).then(|| Seam { line: line.anchored_near(&middle), half_length_m })
+}
+
+type Own = SVector<f64, 6>;
+
+/// The Gauss–Newton step of seam and bow; the bow is linear and stays where it is counted from.
+fn step(all: &[Linearized], seam: &Seam, factor: f64) -> Option<Own> {
+    let loss = Loss::Tukey { scale: 8.0 };
+    let mut at = Own::zeros();
+    for _ in 0..2 {
+        let mut hessian = SMatrix::<f64, 6, 6>::zeros();
+        let mut gradient = Own::zeros();
+        for one in all {
+            let whiten = one.total_covariance().cholesky()?.l().try_inverse()?;
+            let jacobian = whiten * one.jacobian.fixed_columns::<{ LOCAL - SEAM }>(SEAM);
+            let residual: Vector2<f64> = whiten * one.residual;
+            let now = residual + jacobian * at;
+            // Before the level is known everything counts alike: the line was robust already.
+            let weight = if factor.is_finite() {
+                loss.weight(now.norm_squared() / factor.powi(2).max(1e-12))
+            } else {
+                1.0 / (1.0 + now.norm_squared())
+            };
+            hessian += jacobian.transpose() * jacobian * weight;
+            gradient += jacobian.transpose() * residual * weight;
+        }
+        let bow = bow_sigma_m(seam.half_length_m).powi(-2);
+        for k in BOW - SEAM..LOCAL - SEAM {
+            hessian[(k, k)] += bow;
+        }
+        at = -hessian.cholesky()?.solve(&gradient);
+    }
+    at.iter().all(|x| x.is_finite()).then_some(at)
+}
+
+fn squared(all: &[Linearized], step: &Own) -> Vec<f64> {
+    let of = |one: &Linearized| {
+        let whiten = one.total_covariance().cholesky()?.l().try_inverse()?;
+        let jacobian = one.jacobian.fixed_columns::<{ LOCAL - SEAM }>(SEAM);
+        Some((whiten * (one.residual + jacobian * step)).norm_squared())
+    };
+    all.iter().filter_map(of).collect()
+}
+
+/// A fitted seam in the chart of a part: the same line, anchored and turned as [`Line::retract`] makes it from the part's.
+#[must_use]
+pub fn in_chart(seam: &Seam, of_part: &Line) -> (Seam, Vector4<f64>) {
+    let step = crate::reference::line_step(of_part, &seam.line);
+    (Seam { line: of_part.retract(&step), ..*seam }, step)
+}

@@ -1,0 +1,67 @@
+//! A recording of a weld → its evidence, in the chart of its part.
+
+use super::evidence::{Evidence, collected};
+use super::seam_fit::{SeamFit, fitted_seams};
+use super::weld_error::WeldError;
+use crate::reference::{Part, Reference};
+use nalgebra::Vector2;
+use trueline_dataset::{Guess, Recording};
+use trueline_geometry::Line;
+use trueline_method::Config;
+use trueline_method::evaluate::placed_features::{PlacedFeatures, place};
+use trueline_method::input::timestamps::Dejittered;
+
+/// A weld whose seams are fitted by the stored calibration.
+#[derive(Clone, Debug)]
+pub struct Weld {
+    features: PlacedFeatures,
+    fits: Vec<SeamFit>,
+}
+
+impl Weld {
+    /// Places the features of a recording and fits its seams.
+    ///
+    /// # Errors
+    /// A recording that cannot be used, or a seam without enough features.
+    pub fn of(recording: &Recording, reference: &Reference) -> Result<Self, WeldError> {
+        let features = placed(recording, &reference.guess, reference.dejittered)?;
+        let fits = fitted_seams(&features, reference.shape_origin_m)?;
+        Ok(Self { features, fits })
+    }
+
+    /// The seams.
+    #[must_use]
+    pub fn seams(&self) -> Vec<Line> {
+        self.fits.iter().map(|fit| fit.seam.line).collect()
+    }
+
+    /// Whether the stamps were treated as those of the calibration.
+    #[must_use]
+    pub fn stamps_as(&self, wanted: Dejittered) -> bool {
+        self.features.dejittered == wanted
+    }
+
+    /// What the weld says, with its seams counted from those of its part.
+    ///
+    /// # Errors
+    /// A seam of which too little is left.
+    pub fn evidence(&self, part: &Part, reference: &Reference) -> Result<Evidence, WeldError> {
+        collected(&self.features, &self.fits, part, reference)
+    }
+}
+
+fn placed(recording: &Recording, by: &Guess, dejittered: Dejittered) -> Result<PlacedFeatures, WeldError> {
+    Ok(place(recording, by, dejittered, &Config::default())?)
+}
+
+/// Where the shape of the laser plane is counted from: the middle of what a first weld saw, to a millimetre.
+///
+/// # Errors
+/// A recording that cannot be used.
+pub fn shape_origin_m(recording: &Recording, by: &Guess) -> Result<[f64; 2], WeldError> {
+    let features = placed(recording, by, Dejittered::default())?;
+    let count = features.list.len().max(1) as f64;
+    let coordinates = features.list.iter().map(|f| features.sheet.coordinates(&f.point_in_camera));
+    let mean: Vector2<f64> = coordinates.sum::<Vector2<f64>>() / count;
+    Ok([mean.x, mean.y].map(|x| (x * 1e3).round() * 1e-3))
+}

@@ -1,0 +1,39 @@
+//! Why a weld says nothing.
+
+/// Why a weld says nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum WeldError {
+    /// The recording cannot be used.
+    #[error(transparent)]
+    Recording(#[from] trueline_method::Error),
+    /// A seam has too few features at places where the robot was recorded.
+    #[error("seam {line} has {usable} features that can be placed, and at least {needed} are needed")]
+    TooFewFeatures {
+        /// Which seam.
+        line: u32,
+        /// Features that can be placed and agree with a straight seam.
+        usable: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// The features of a seam lie on no line that crosses the laser plane.
+    #[error("the features of seam {line} lie on no straight line across the laser plane")]
+    NoLine {
+        /// Which seam.
+        line: u32,
+    },
+}
+
+impl WeldError {
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::Recording(error) => error.hint(),
+            Self::TooFewFeatures { .. } => "record the robot and the sensor over the whole weld",
+            Self::NoLine { .. } => {
+                "is it the calibration of this sensor? `trueline evaluate WELD --calibration RESULT` shows the points"
+            }
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! The sufficient statistic of a weld: all that the detector ever needs of it, a few kilobytes.
+
+use crate::parameters::CALIBRATION;
+use crate::quadratic::Quadratic;
+
+/// What one weld says about the calibration and its own seams.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeldStatistic {
+    /// Evidence about θ (SI) and, for each seam, its (θ₂, θ₃, δ₂, δ₃) from the part's; bows marginalised.
+    pub evidence: Quadratic,
+    /// Features that count.
+    pub used: usize,
+    /// Features that belong to no seam.
+    pub outliers: usize,
+    /// How much larger the residuals are than expected.
+    pub noise_factor: f64,
+    /// Correlation of neighbouring residuals, by which the information is reduced where it is positive.
+    pub correlation: f64,
+}
+
+impl WeldStatistic {
+    /// Number of seams.
+    #[must_use]
+    pub fn seams(&self) -> usize {
+        (self.evidence.size() - CALIBRATION) / 4
+    }
+
+    /// Numbers left over for the noise level.
+    #[must_use]
+    pub fn freedom(&self) -> f64 {
+        (2.0 * self.used as f64 - (CALIBRATION + 6 * self.seams()) as f64).max(1.0)
+    }
+}

@@ -1,0 +1,31 @@
+//! Is the calibration still good, and what moved?
+//!
+//! ```text
+//! Recording ─innovation─▶ WeldStatistic ─placement─▶ PieceInformation ─detect─▶ Judgement
+//!  one weld                b = H x, sums over          the seam's own place       alarm, change ±,
+//!                          all its features            marginalised               since, blind to
+//! ```
+//!
+//! | symbol | code | meaning |
+//! |---|---|---|
+//! | θ | [`parameters`], columns 0 … 11 | change against the stored calibration: time offset, hand-eye, shape of the laser plane |
+//! | ψ | [`parameters`], columns 12 … 17 | change of the fixture: where the part lies in base |
+//! | H, b | [`Quadratic`] | information and score: b ~ N(H x, H) |
+//! | P | [`Scatter`] | how seams scatter from piece to piece about their mean, learnt from the pieces |
+//!
+//! A weld's lines are unknown. What is left of a weld when they are marginalised needs nothing typed by anybody; what the
+//! *mean* place of many pieces tells in addition needs P, and is used as soon as P has been learnt.
+//!
+//! Pure functions, and [`store`], which keeps their values in one SQLite file. Nothing here prints.
+
+pub mod detect;
+pub mod innovation;
+pub mod parameters;
+pub mod quadratic;
+pub mod reference;
+
+pub use detect::{Alarm, Judgement, PieceInformation, Scatter};
+pub use innovation::weld_statistic::WeldStatistic;
+pub use parameters::Kind;
+pub use quadratic::Quadratic;
+pub use reference::{Part, Reference};
