@@ -138,7 +138,7 @@ fn is_nothing(error: &io::Error) -> bool {
     matches!(error.kind(), WouldBlock | TimedOut | Interrupted | ConnectionRefused)
 }
 
-struct Received {
+struct RawDatagram {
     length: usize,
     from: SocketAddr,
     kernel_wall_ns: Option<i64>,
@@ -147,7 +147,7 @@ struct Received {
 
 #[cfg(target_os = "linux")]
 mod kernel {
-    use super::Received;
+    use super::RawDatagram;
     use nix::cmsg_space;
     use nix::sys::socket::sockopt::{ReceiveTimestampns, RxqOvfl};
     use nix::sys::socket::{ControlMessageOwned, MsgFlags, SockaddrStorage, recvmsg, setsockopt};
@@ -166,7 +166,7 @@ mod kernel {
         cmsg_space!(TimeSpec, u32)
     }
 
-    pub fn receive(socket: &UdpSocket, buffer: &mut [u8], control: &mut Vec<u8>) -> io::Result<Received> {
+    pub fn receive(socket: &UdpSocket, buffer: &mut [u8], control: &mut Vec<u8>) -> io::Result<RawDatagram> {
         let flags = MsgFlags::MSG_DONTWAIT;
         control.resize(control.capacity(), 0);
         let mut parts = [IoSliceMut::new(buffer)];
@@ -184,7 +184,7 @@ mod kernel {
         }
         let from = message.address.as_ref().and_then(address);
         let from = from.ok_or_else(|| io::Error::other("a datagram came without an address"))?;
-        Ok(Received { length: message.bytes, from, kernel_wall_ns, dropped })
+        Ok(RawDatagram { length: message.bytes, from, kernel_wall_ns, dropped })
     }
 
     fn address(storage: &SockaddrStorage) -> Option<SocketAddr> {
@@ -198,7 +198,7 @@ mod kernel {
 /// Elsewhere the time of reading must do.
 #[cfg(not(target_os = "linux"))]
 mod kernel {
-    use super::Received;
+    use super::RawDatagram;
     use std::io;
     use std::net::UdpSocket;
 
@@ -210,8 +210,8 @@ mod kernel {
         Vec::new()
     }
 
-    pub fn receive(socket: &UdpSocket, buffer: &mut [u8], _: &mut Vec<u8>) -> io::Result<Received> {
+    pub fn receive(socket: &UdpSocket, buffer: &mut [u8], _: &mut Vec<u8>) -> io::Result<RawDatagram> {
         let (length, from) = socket.recv_from(buffer)?;
-        Ok(Received { length, from, kernel_wall_ns: None, dropped: None })
+        Ok(RawDatagram { length, from, kernel_wall_ns: None, dropped: None })
     }
 }

@@ -4,6 +4,7 @@
 //! milliseconds and radians degrees.
 
 pub mod calibration_page;
+pub mod camera_report;
 pub mod checks;
 pub mod compared;
 pub mod diagnosis;

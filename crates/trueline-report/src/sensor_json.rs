@@ -1,28 +1,10 @@
 //! A sensor's own calibration as JSON.
 
+pub use crate::camera_report::CameraReport;
 use serde_json::{Value, json};
 use trueline_dataset::unit::MM_PER_M;
-use trueline_sensor::intrinsics::{CameraFit, CrossValidation, Field, NextPicture};
 use trueline_sensor::laser_plane::{JointFit, PlaneFit};
 use trueline_sensor::verdict::Remark;
-
-/// A camera's calibration with all that was found about it.
-pub struct CameraReport<'a> {
-    /// The fit.
-    pub fit: &'a CameraFit,
-    /// Uncertainty over the picture.
-    pub uncertainty: &'a Field,
-    /// Halves against each other.
-    pub halves: Option<&'a CrossValidation>,
-    /// The picture to take next.
-    pub next: Option<&'a NextPicture>,
-    /// Why it is not accepted.
-    pub reasons: &'a [Remark],
-    /// What to mind.
-    pub warnings: &'a [Remark],
-    /// Pictures: file, SHA-256, and why there is no board.
-    pub files: Vec<(String, String, Option<String>)>,
-}
 
 /// The head that every result has.
 fn head(reasons: &[Remark], warnings: &[Remark]) -> Value {

@@ -7,32 +7,20 @@
 
 use crate::board::Board;
 use crate::camera_inverse::inverse_of_free;
-use crate::picture_fit::{PICTURE_SIZE, PictureEquations, PictureFit};
+pub use crate::bundle_state::{BoardState, BundleState, SHARED_SIZE};
+pub use crate::picture_fit::Picture;
+use crate::picture_fit::{PictureEquations, PictureFit};
 use crate::projection::{CAMERA_SIZE, CameraVector, from_vector, to_vector};
 use crate::sheet_tilt;
-use crate::stripe_residual::StripePixel;
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
-use trueline_geometry::{Plane, Pose};
+use nalgebra::{DMatrix, DVector, SMatrix};
 use trueline_lsq::{LeastSquares, NormalEquations};
 use trueline_model::Camera;
-
-/// Unknowns that all pictures share: nine of the camera, three of the plane.
-pub const SHARED_SIZE: usize = CAMERA_SIZE + 3;
 
 /// Most steps of a picture's own fit; it is quadratic near its end.
 const MOST_STEPS: usize = 30;
 
 /// A picture's own fit has ended when it moves by less than this, in standard deviations.
 const SETTLED: f64 = 1e-9;
-
-/// What is measured in one picture, with its noise.
-#[derive(Clone, Debug)]
-pub struct Picture {
-    /// Corners: where on the board, and the pixel.
-    pub corners: Vec<crate::board::FoundCorner>,
-    /// Pixels on the laser's stripe.
-    pub stripe: Vec<StripePixel>,
-}
 
 /// The joint problem.
 #[derive(Clone, Debug)]
@@ -94,28 +82,6 @@ impl CameraPrior {
     }
 }
 
-/// Camera, plane, and each picture's own unknowns.
-#[derive(Clone, Debug)]
-pub struct BundleState {
-    /// The camera.
-    pub camera: Camera,
-    /// The laser plane in the camera frame; `None` where there is no stripe to measure it.
-    pub laser_plane_in_camera: Option<Plane>,
-    /// For each picture, pose and flatness of its board.
-    pub boards: Vec<BoardState>,
-}
-
-/// What one picture's board is like.
-#[derive(Clone, Copy, Debug)]
-pub struct BoardState {
-    /// `camera_from_board`.
-    pub camera_from_board: Pose,
-    /// Offset of the board's surface at the stripe from its plane, m.
-    pub bulge_m: f64,
-    /// Change of that offset along the stripe, per metre.
-    pub twist: f64,
-}
-
 impl Bundle {
     /// A state whose boards are fitted to its camera and plane.
     #[must_use]
@@ -132,7 +98,13 @@ impl Bundle {
     }
 
     fn picture(&self, k: usize) -> PictureFit<'_> {
-        PictureFit { bundle: self, picture: &self.pictures[k] }
+        PictureFit {
+            board: &self.board,
+            picture: &self.pictures[k],
+            corner_sigma_px: self.corner_sigma_px,
+            stripe_sigma_px: self.stripe_sigma_px,
+            flatness_m: self.flatness_m,
+        }
     }
 
     /// The board's state that fits best, from the one that is there.
@@ -156,27 +128,6 @@ impl Bundle {
             }
         }
         board
-    }
-}
-
-impl BoardState {
-    /// A board as flat as can be.
-    #[must_use]
-    pub fn flat(camera_from_board: Pose) -> Self {
-        Self { camera_from_board, bulge_m: 0.0, twist: 0.0 }
-    }
-
-    fn moved(&self, step: &SVector<f64, PICTURE_SIZE>) -> Self {
-        let (rotation, translation) = (step.fixed_rows::<3>(0).into(), step.fixed_rows::<3>(3).into());
-        Self {
-            camera_from_board: trueline_geometry::se3::retract_decoupled(
-                &self.camera_from_board,
-                &rotation,
-                &translation,
-            ),
-            bulge_m: self.bulge_m + step[6],
-            twist: self.twist + step[7],
-        }
     }
 }
 

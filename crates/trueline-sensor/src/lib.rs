@@ -10,6 +10,7 @@
 
 pub mod board;
 pub mod bundle;
+mod bundle_state;
 pub mod camera_inverse;
 pub mod chessboard;
 pub mod error;

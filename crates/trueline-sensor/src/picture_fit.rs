@@ -4,16 +4,23 @@
 //! stripe lies on the ray of its pixel, on the board and on the laser plane: the ray meets the board in X, and n·X = d.
 //! Its residual is how far the pixel is from where the stripe should run, across the stripe.
 
-use crate::bundle::{BoardState, Bundle, BundleState, Picture, SHARED_SIZE};
+use crate::board::{Board, FoundCorner};
+use crate::bundle_state::{BoardState, BundleState, PICTURE_SIZE, SHARED_SIZE};
 use crate::projection::{CAMERA_SIZE, project_from_board};
-use crate::stripe_residual::StripePoint;
+use crate::stripe_residual::{StripePixel, StripePoint};
 use nalgebra::{SMatrix, SVector};
-
-/// Unknowns of one picture: six of the pose, two of the flatness.
-pub const PICTURE_SIZE: usize = 8;
 
 /// Where a twist is measured from: one metre of it is not seen by any board.
 const TWIST_REACH_M: f64 = 0.05;
+
+/// What is measured in one picture, with its noise.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Corners: where on the board, and the pixel.
+    pub corners: Vec<FoundCorner>,
+    /// Pixels on the laser's stripe.
+    pub stripe: Vec<StripePixel>,
+}
 
 /// Sums over one picture, split into what all pictures share and what is its own.
 #[derive(Clone, Debug)]
@@ -92,10 +99,16 @@ impl PictureEquations {
 
 /// One picture in its problem.
 pub struct PictureFit<'a> {
-    /// The problem.
-    pub bundle: &'a Bundle,
+    /// The board.
+    pub board: &'a Board,
     /// The picture.
     pub picture: &'a Picture,
+    /// Standard deviation of a corner along each axis, px.
+    pub corner_sigma_px: f64,
+    /// Standard deviation of a stripe's point across the stripe, px.
+    pub stripe_sigma_px: f64,
+    /// Standard deviation of a board's offset at its stripe, m. Zero is a perfect board.
+    pub flatness_m: f64,
 }
 
 impl PictureFit<'_> {
@@ -112,9 +125,9 @@ impl PictureFit<'_> {
     }
 
     fn add_corners(&self, state: &BundleState, board: &BoardState, equations: &mut PictureEquations) {
-        let weight = 1.0 / self.bundle.corner_sigma_px;
+        let weight = 1.0 / self.corner_sigma_px;
         for corner in &self.picture.corners {
-            let point = self.bundle.board.corner(corner.column, corner.row);
+            let point = self.board.corner(corner.column, corner.row);
             let Some(seen) = project_from_board(&state.camera, &board.camera_from_board, &point) else {
                 equations.cost = f64::INFINITY;
                 return;
@@ -139,7 +152,7 @@ impl PictureFit<'_> {
                 equations.cost = f64::INFINITY;
                 return;
             };
-            let weight = stripe.px_per_m / self.bundle.stripe_sigma_px;
+            let weight = stripe.px_per_m / self.stripe_sigma_px;
             let residual = SVector::<f64, 1>::new(point.distance_m * weight);
             equations.add(&residual, &(point.d_shared * weight), &(point.d_own * weight));
         }
@@ -148,7 +161,7 @@ impl PictureFit<'_> {
     /// What is known of the board's flatness beforehand.
     fn add_flatness(&self, board: &BoardState, equations: &mut PictureEquations) {
         // A perfect board has no bulge at all: a millionth of a millimetre stands for that.
-        let sigma_m = self.bundle.flatness_m.max(1e-9);
+        let sigma_m = self.flatness_m.max(1e-9);
         for (index, value, sigma) in [(6, board.bulge_m, sigma_m), (7, board.twist, sigma_m / TWIST_REACH_M)]
         {
             equations.own[(index, index)] += 1.0 / (sigma * sigma);

@@ -3,8 +3,7 @@
 //! With the ray r of the pixel, the board's normal m and surface m·X = m·t + b, where b is the bulge at that point:
 //! X = λ r, λ = (m·t + b)/(m·r), and s = n·X − d is the signed distance from the laser plane.
 
-use crate::bundle::{BoardState, SHARED_SIZE};
-use crate::picture_fit::PICTURE_SIZE;
+use crate::bundle_state::{BoardState, PICTURE_SIZE, SHARED_SIZE};
 use crate::projection::{CAMERA_SIZE, project};
 use crate::sheet_tilt;
 use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
