@@ -1,5 +1,7 @@
 //! What came of a camera so far.
 
+use std::fmt;
+
 /// What came of a camera so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CameraCounts {
@@ -39,5 +41,40 @@ impl CameraCounts {
         self.lost() as f64 > DOUBTFUL_LOSS * self.taken() as f64
             || self.clock_set > 0
             || self.interruptions > 0
+    }
+
+    /// What is missing or doubtful, a sentence each.
+    #[must_use]
+    pub fn losses(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        if self.lost() > 0 {
+            words.push(format!(
+                "{} of {} pictures did not arrive or are incomplete: a lower frame rate, larger packets (jumbo frames) or a \
+                 larger receive buffer (net.core.rmem_max) may help",
+                self.lost(),
+                self.taken()
+            ));
+        }
+        if self.interruptions > 0 {
+            words.push(format!(
+                "the camera went away {} times and was waited for; the pictures of that time are missing",
+                self.interruptions
+            ));
+        }
+        if self.clock_set > 0 {
+            words.push(format!(
+                "the camera's clock was set {} times; pictures stamped by their exposure may have wrong stamps around those \
+                 moments",
+                self.clock_set
+            ));
+        }
+        words
+    }
+}
+
+impl fmt::Display for CameraCounts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { frames, unusable, missing, seams, .. } = self;
+        write!(f, "{frames} pictures, {missing} missing, {unusable} incomplete, the seam found in {seams}")
     }
 }

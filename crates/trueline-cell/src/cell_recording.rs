@@ -9,7 +9,7 @@ use std::sync::Arc;
 use trueline_dataset::RobotSample;
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::StepWatch;
-use trueline_live::{HostClock, LinkWatch, Received, RobotPacket, SourceWatch};
+use trueline_live::{HostClock, LinkPacket, StreamWatch};
 use trueline_mcap::{About, Entry, NoteEntry, NoteLevel, RecordError, Recorder, RecorderHandle};
 
 /// Name of the recording in its folder.
@@ -30,8 +30,7 @@ pub struct CellRecording {
     file: PathBuf,
     recorder: Recorder,
     handle: RecorderHandle,
-    watch: LinkWatch,
-    source: SourceWatch,
+    watch: StreamWatch,
     clock: HostClock,
     steps: StepWatch,
     clock_read_ns: i64,
@@ -65,10 +64,8 @@ pub struct RecordingSettings<'a> {
 pub struct FinishedRecording {
     /// The file.
     pub file: PathBuf,
-    /// The link of an ABB robot.
-    pub watch: LinkWatch,
-    /// The stream of a robot of another make.
-    pub source: SourceWatch,
+    /// The robot's stream.
+    pub watch: StreamWatch,
     /// Why writing stopped, if it did.
     pub failure: Option<RecordError>,
     /// Entries that are missing because the disk was too slow.
@@ -84,6 +81,37 @@ impl FinishedRecording {
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.failure.is_none() && self.refused == 0
+    }
+
+    /// What is missing, a sentence each.
+    #[must_use]
+    pub fn losses(&self) -> Vec<String> {
+        match &self.failure {
+            Some(error) => vec![format!("{error} ({})", error.hint())],
+            None if self.refused > 0 => {
+                vec![format!("the disk was too slow: {} entries are missing", self.refused)]
+            }
+            None => Vec::new(),
+        }
+    }
+
+    /// What else happened, a sentence each.
+    #[must_use]
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.clock_steps > 0 {
+            notes.push(format!(
+                "this PC's clock was set {} times; the stamps in the recording are not affected",
+                self.clock_steps
+            ));
+        }
+        if self.rejected_not_kept > 0 {
+            notes.push(format!(
+                "{} datagrams that are not from the robot were counted but not kept",
+                self.rejected_not_kept
+            ));
+        }
+        notes
     }
 }
 
@@ -105,8 +133,7 @@ impl CellRecording {
             file,
             handle: recorder.handle(),
             recorder,
-            watch: LinkWatch::default(),
-            source: SourceWatch::default(),
+            watch: StreamWatch::default(),
             clock,
             steps: StepWatch::default(),
             clock_read_ns: i64::MIN,
@@ -124,9 +151,9 @@ impl CellRecording {
         self.handle.clone()
     }
 
-    /// The link so far.
+    /// The robot's stream so far.
     #[must_use]
-    pub fn watch(&self) -> &LinkWatch {
+    pub fn watch(&self) -> &StreamWatch {
         &self.watch
     }
 
@@ -141,42 +168,21 @@ impl CellRecording {
         let _counted = self.handle.offer(entry);
     }
 
-    /// Keeps a datagram.
-    pub fn datagram(&mut self, heard: &Received<'_>) {
-        self.watch.note(heard);
-        match heard.judged {
-            Ok((frame, _)) if self.estimate.is_some() => {
-                self.poses.push(entries::robot_sample(&frame, heard.datagram.arrival.steady_ns));
-            }
-            Ok(_) => {}
-            Err(_) => self.rejected += 1,
+    /// Keeps a packet.
+    pub fn packet(&mut self, packet: LinkPacket<'_>) {
+        self.watch.note(packet);
+        let sample = entries::robot_sample(packet);
+        self.rejected += u64::from(sample.is_none());
+        let is_kept = sample.is_some() || self.rejected <= MOST_REJECTED;
+        if self.estimate.is_some() {
+            self.poses.extend(sample);
         }
-        if heard.judged.is_ok() || self.rejected <= MOST_REJECTED {
-            self.keep(entries::datagram(heard));
+        if is_kept {
+            self.keep(match packet {
+                LinkPacket::Egm(received) => entries::datagram(received),
+                LinkPacket::Other(packet) => entries::packet(packet),
+            });
         }
-    }
-
-    /// Keeps a packet of a robot of any make.
-    pub fn packet(&mut self, packet: &RobotPacket<'_>) {
-        self.source.note(packet);
-        match packet.judged {
-            Ok((pose, _)) if self.estimate.is_some() => self.poses.push(RobotSample {
-                stamp_ns: packet.arrival.steady_ns,
-                device_ns: Some(pose.device_ns),
-                base_from_tool: pose.base_from_tool,
-            }),
-            Ok(_) => {}
-            Err(_) => self.rejected += 1,
-        }
-        if packet.judged.is_ok() || self.rejected <= MOST_REJECTED {
-            self.keep(entries::packet(packet));
-        }
-    }
-
-    /// The stream of a robot of any make, so far.
-    #[must_use]
-    pub fn source(&self) -> &SourceWatch {
-        &self.source
     }
 
     /// Keeps an answer.
@@ -211,14 +217,13 @@ impl CellRecording {
     /// Ends the recording.
     #[must_use]
     pub fn finish(self) -> FinishedRecording {
-        for (reason, count) in self.watch.report().talkers.values().flat_map(|t| t.rejected.clone()) {
+        for (reason, count) in self.watch.egm.report().talkers.values().flat_map(|t| t.rejected.clone()) {
             self.note(NoteLevel::Info, format!("{count} datagrams not used: {reason}"));
         }
         let refused = self.handle.state().refused;
         FinishedRecording {
             file: self.file,
             watch: self.watch,
-            source: self.source,
             failure: self.recorder.finish().err(),
             refused,
             clock_steps: self.clock_steps,

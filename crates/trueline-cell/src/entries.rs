@@ -5,7 +5,7 @@ use trueline_camera::{CameraFrame, FrameStatus, LatchSample};
 use trueline_dataset::{RobotSample, gray_png};
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::Reading;
-use trueline_live::{Received, RobotFrame, RobotPacket};
+use trueline_live::{LinkPacket, Received, RobotPacket};
 use trueline_mcap::{
     AnswerEntry, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, RejectedEntry, RobotEntry,
 };
@@ -54,14 +54,19 @@ pub fn packet(packet: &RobotPacket<'_>) -> Entry {
     }
 }
 
-/// A robot's frame that came at a steady time, as a sample of a recording.
+/// A good packet of a robot as a sample of a recording, stamped by its arrival.
 #[must_use]
-pub fn robot_sample(frame: &RobotFrame, steady_ns: i64) -> RobotSample {
-    RobotSample {
-        stamp_ns: steady_ns,
-        device_ns: Some(frame.device_ns),
-        base_from_tool: frame.base_from_tool,
-    }
+pub fn robot_sample(packet: LinkPacket<'_>) -> Option<RobotSample> {
+    let (stamp_ns, device_ns, base_from_tool) = match packet {
+        LinkPacket::Egm(Received { datagram, judged: Ok((frame, _)) }) => {
+            (datagram.arrival.steady_ns, frame.device_ns, frame.base_from_tool)
+        }
+        LinkPacket::Other(RobotPacket { arrival, judged: Ok((pose, _)), .. }) => {
+            (arrival.steady_ns, pose.device_ns, pose.base_from_tool)
+        }
+        LinkPacket::Egm(_) | LinkPacket::Other(_) => return None,
+    };
+    Some(RobotSample { stamp_ns, device_ns: Some(device_ns), base_from_tool })
 }
 
 /// An answer to the robot.

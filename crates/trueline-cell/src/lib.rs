@@ -1,7 +1,7 @@
 //! Records a robot cell and estimates while it records.
 //!
 //! ```text
-//! robot ──▶ Endpoint ──▶ CellRecording ─┬─▶ entries ─▶ Recorder ─▶ recording.mcap
+//! robot ──▶ RobotLink ─▶ CellRecording ─┬─▶ entries ─▶ Recorder ─▶ recording.mcap
 //!                                       └─▶ LiveEstimate ◀─┐
 //! camera ─▶ FrameSource ─▶ FrameStamper ─▶ CameraRecorder ─┴─▶ entries ─▶ Recorder
 //! ```
@@ -14,6 +14,8 @@
 //! | record the camera | pictures → recording, seam points → estimate | [`CameraRecorder`] |
 //! | estimate | all so far → [`Progress`] | [`LiveEstimate`] |
 //! | run | camera, estimate and robot, a thread each | [`Cell`] |
+//! | record | a robot that its own program drives → recording | [`record_robot`] |
+//! | guide | a robot that follows a path → recording | [`guide_scan`] |
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;
@@ -44,8 +46,13 @@ mod cell_recording;
 pub mod entries;
 mod error;
 mod frame_stamper;
+mod guided_scan;
 mod live_estimate;
+mod progress_text;
+mod robot_recorder;
 mod seam_finder;
+#[cfg(feature = "gige")]
+mod simulated_camera;
 
 pub use camera_clock::{CameraClock, Exchange};
 pub use camera_counts::CameraCounts;
@@ -55,5 +62,9 @@ pub use cell::{Cell, CellOutcome, CellState};
 pub use cell_recording::{ARRIVAL, CellRecording, FinishedRecording, READING, RECORDING, RecordingSettings};
 pub use error::CellError;
 pub use frame_stamper::{FrameStamper, StampChoice};
+pub use guided_scan::{EndedScan, ScanState, guide_scan};
 pub use live_estimate::{Estimated, LiveEstimate, Progress};
+pub use robot_recorder::{Until, record_robot};
 pub use seam_finder::SeamFinder;
+#[cfg(feature = "gige")]
+pub use simulated_camera::{SceneError, SimulatedScene};

@@ -1,5 +1,7 @@
 //! Why a command could not run, and what to do about it.
 
+use clap::error::ContextKind;
+use std::error::Error as _;
 use std::fmt;
 use std::path::Path;
 
@@ -29,6 +31,17 @@ impl Failure {
             _ => "check the path and its permissions",
         };
         Self::new(format!("{}: cannot be written: {error}", file.display()), hint)
+    }
+}
+
+impl Failure {
+    /// The value of an option that is not what it must be; what it must be is told by what reads it.
+    pub fn of_value(told: &clap::Error, command: Option<&str>) -> Self {
+        let option = told.get(ContextKind::InvalidArg).map(ToString::to_string).unwrap_or_default();
+        let option = option.split(' ').next().unwrap_or_default();
+        let why = told.source().map_or_else(|| told.to_string(), ToString::to_string);
+        let help = command.map_or_else(String::new, |command| format!(" {command}"));
+        Self::new(format!("`{option}`: {why}"), format!("`trueline{help} --help` explains it"))
     }
 }
 

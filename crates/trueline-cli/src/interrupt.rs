@@ -1,7 +1,9 @@
 //! Ctrl-C, and the signals that mean the same.
 
 use crate::failure::Failure;
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
 
 static TIMES: AtomicU32 = AtomicU32::new(0);
 
@@ -18,4 +20,9 @@ pub fn watch() -> Result<(), Failure> {
 /// How often it was pressed.
 pub fn times() -> u32 {
     TIMES.load(Ordering::SeqCst)
+}
+
+/// Goes on until a duration has passed, or it was pressed.
+pub fn until(passed: Duration, duration: Duration) -> ControlFlow<()> {
+    if passed >= duration || times() > 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }

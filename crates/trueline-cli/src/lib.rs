@@ -4,12 +4,10 @@
 
 mod args;
 mod board_pictures;
-mod cell_text;
 mod commands;
 mod failure;
 mod hints;
 mod interrupt;
-mod link_text;
 mod live_cell;
 mod live_screen;
 mod opened_dataset;
@@ -19,15 +17,13 @@ mod overlay;
 mod path_file;
 mod pictures;
 mod planned_scan;
-mod priority;
 mod progress;
 mod requirement;
 mod robot_link;
-mod scenario_options;
-mod source_text;
 
 use args::{Arguments, Command, SensorCommand};
 use clap::FromArgMatches;
+use clap::error::ErrorKind;
 use failure::Failure;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -37,9 +33,14 @@ use std::process::ExitCode;
 pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     let words: Vec<_> = words.into_iter().collect();
     output::remember_command_line(&words);
+    let command = words.get(1).map(|word| word.to_string_lossy().into_owned());
     let matches = args::command().try_get_matches_from(words);
     match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
         Ok(arguments) => execute(&arguments),
+        Err(told) if told.kind() == ErrorKind::ValueValidation => {
+            output::words(&Failure::of_value(&told, command.as_deref()).to_string());
+            ExitCode::from(2)
+        }
         Err(told) => {
             // If nobody reads it, nobody misses it.
             let _ = told.print();

@@ -3,7 +3,7 @@
 use crate::args::CameraArgs;
 use crate::failure::Failure;
 use crate::planned_scan::read_text;
-use crate::{cell_text, commands, interrupt, output, requirement};
+use crate::{interrupt, output};
 use std::path::Path;
 use std::sync::Arc;
 use trueline_camera::CameraError;
@@ -31,7 +31,7 @@ impl LiveCell {
         clock: HostClock,
         reconnect: bool,
     ) -> Result<Self, Failure> {
-        let want = args.want.as_deref().map(|text| requirement::parse("--want", text)).transpose()?;
+        let want = args.want;
         let sensor_toml = sensor.map(read_text).transpose()?;
         let sensor: Option<SensorFile> = match (sensor, &sensor_toml) {
             (Some(file), Some(text)) => Some(sensor_toml::parse_file(file, text)?),
@@ -75,14 +75,14 @@ impl LiveCell {
         if estimate_panicked {
             output::words("warning: the estimate failed; the recording is not affected");
         }
-        for loss in state.camera.iter().flat_map(cell_text::losses) {
+        for loss in state.camera.iter().flat_map(|counts| counts.losses()) {
             output::words(&format!("warning: {loss}"));
         }
         if let Err(error) = camera {
             output::words(&format!("warning: {error}; what was recorded is kept\n\nhint: {}", error.hint()));
         }
         if !quiet {
-            for line in cell_text::lines(&state) {
+            for line in state.lines() {
                 output::words(&line);
             }
         }
@@ -90,14 +90,24 @@ impl LiveCell {
     }
 }
 
-/// Tells what is missing in a recording, and what else happened.
-pub fn tell_recording(finished: &FinishedRecording, quiet: bool) {
-    for loss in cell_text::recording_losses(finished) {
+/// Tells what is missing in a recording, what else happened, and `report`. Whoever reads our output may be gone: what became of
+/// the recording is then told by the exit code alone.
+pub fn tell_recording(finished: &FinishedRecording, report: &str, quiet: bool) -> Result<(), Failure> {
+    for loss in finished.losses() {
         output::words(&format!("warning: {loss}"));
     }
-    for note in cell_text::recording_notes(finished).iter().filter(|_| !quiet) {
+    if quiet {
+        return Ok(());
+    }
+    for note in finished.notes() {
         output::words(&format!("note: {note}"));
     }
+    match output::data(report) {
+        Ok(()) | Err(Failure::BrokenPipe) => {}
+        Err(other) => return Err(other),
+    }
+    output::words(&format!("written to {}", finished.file.display()));
+    Ok(())
 }
 
 fn settings(args: &CameraArgs, reconnect: bool) -> Option<CameraSettings> {
@@ -106,8 +116,8 @@ fn settings(args: &CameraArgs, reconnect: bool) -> Option<CameraSettings> {
         (None, Some(address)) => CameraChoice::GigE { address, exposure_us: args.exposure_us, fps: args.fps },
         (None, None) => return None,
     };
-    let joint = commands::features::joint(args.joint).unwrap_or(Joint::Fillet);
-    Some(CameraSettings { choice, stamp: args.stamp.into(), joint, reconnect })
+    let joint = args.joint.unwrap_or(Joint::Fillet);
+    Some(CameraSettings { choice, stamp: args.stamp, joint, reconnect })
 }
 
 impl From<CellError> for Failure {

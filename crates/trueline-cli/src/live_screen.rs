@@ -1,6 +1,5 @@
 //! Some lines on a terminal that say how a scan is doing.
 
-use crate::cell_text;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use trueline_cell::CellState;
@@ -30,11 +29,11 @@ impl LiveScreen {
     pub fn show(&self, robot: &str, state: &CellState) {
         let Some((_, lines)) = &self.lines else { return };
         lines[0].set_message(format!("robot     {robot}"));
-        let camera = state.camera.as_ref().map(|counts| format!("camera    {}", cell_text::camera(counts)));
+        let camera = state.camera.as_ref().map(|counts| format!("camera    {counts}"));
         lines[1].set_message(camera.unwrap_or_default());
         let Some(progress) = &state.estimate else { return };
-        lines[2].set_message(format!("estimate  {}", cell_text::estimate(progress)));
-        let advice = cell_text::advice(progress);
+        lines[2].set_message(format!("estimate  {progress}"));
+        let advice = progress.advice();
         let missing = advice.first().map(|first| match advice.len() {
             1 => format!("not yet   {first}"),
             count => format!("not yet   {first} (and {} more)", count - 1),

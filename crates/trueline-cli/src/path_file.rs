@@ -4,6 +4,8 @@ use crate::failure::Failure;
 use crate::planned_scan::{PATH, read_text};
 use std::path::{Path, PathBuf};
 use trueline_dataset::{RobotSample, robot_csv};
+use trueline_geometry::{Pose, Trajectory};
+use trueline_live::pose_feed::small_s;
 
 /// The poses of a path.
 ///
@@ -17,4 +19,19 @@ pub fn read(path: &Path) -> Result<Vec<RobotSample>, Failure> {
 /// The file with the poses.
 pub fn file(path: &Path) -> PathBuf {
     if path.is_dir() { path.join(PATH) } else { path.to_owned() }
+}
+
+/// The path in a file, or a small S without one.
+///
+/// # Errors
+/// As [`read`], and times that do not rise.
+pub fn trajectory(path: Option<&Path>) -> Result<Trajectory, Failure> {
+    let Some(path) = path else { return Ok(small_s()) };
+    let poses = read(path)?;
+    let times = poses.iter().map(|p| (p.stamp_ns - poses[0].stamp_ns) as f64 * 1e-9).collect();
+    let poses: Vec<Pose> = poses.iter().map(|p| p.base_from_tool).collect();
+    Trajectory::new(times, &poses).map_err(|error| {
+        let message = format!("{}: {error}", file(path).display());
+        Failure::new(message, "a path has poses at rising times")
+    })
 }

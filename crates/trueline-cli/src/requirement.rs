@@ -1,6 +1,5 @@
 //! `--require` and `--want`: time=0.1ms,translation=0.1mm,rotation=0.05deg.
 
-use crate::failure::Failure;
 use trueline_method::Requirement;
 
 /// Units of each quantity and their size in SI.
@@ -11,8 +10,10 @@ const UNITS: [(&str, &[(&str, f64)]); 3] = [
 ];
 
 /// Reads the list.
-pub fn parse(option: &str, text: &str) -> Result<Requirement, Failure> {
-    let wrong = |item: &str, why: &str| wrong(option, item, why);
+pub fn parse(text: &str) -> Result<Requirement, String> {
+    let wrong = |item: &str, why: &str| {
+        format!("`{item}`: {why}; for example time=0.1ms,translation=0.1mm,rotation=0.05deg")
+    };
     let mut limits = [None; 3];
     for item in text.split(',') {
         let (name, value) = item.split_once('=').ok_or_else(|| wrong(item, "expected NAME=LIMIT"))?;
@@ -41,20 +42,13 @@ fn limit(value: &str, units: &[(&str, f64)]) -> Result<f64, String> {
     }
 }
 
-fn wrong(option: &str, item: &str, why: &str) -> Failure {
-    Failure::new(
-        format!("`{option}`: `{item}`: {why}"),
-        format!("for example {option} time=0.1ms,translation=0.1mm,rotation=0.05deg"),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn limits_are_read_with_their_units() {
-        let Ok(read) = parse("--require", "translation=0.1mm, time=50us,rotation=0.05deg") else {
+        let Ok(read) = parse("translation=0.1mm, time=50us,rotation=0.05deg") else {
             unreachable!("it is well formed")
         };
         assert_eq!(read.translation_m, Some(0.1 * 1e-3));
@@ -67,7 +61,7 @@ mod tests {
         for bad in
             ["", "time", "time=0.1", "time=0.1mm", "time=-1ms", "time=1ms,time=2ms", "tilt=1deg", "time=ms"]
         {
-            assert!(parse("--require", bad).is_err(), "{bad}");
+            assert!(parse(bad).is_err(), "{bad}");
         }
     }
 }

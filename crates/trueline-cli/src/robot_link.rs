@@ -1,82 +1,40 @@
-//! Opens what a robot speaks, from arguments.
+//! What the user can do where a robot's stream cannot be opened.
 
-use crate::args::ProtocolName;
-use crate::commands::listen;
 use crate::failure::Failure;
-use std::net::{IpAddr, SocketAddr};
-use trueline_live::fanuc::{Hspo, StreamMotion};
-use trueline_live::kuka::Rsi;
-use trueline_live::udp_source::UdpSource;
-use trueline_live::ur::RtdeSource;
-use trueline_live::{HostClock, RobotSource};
+use std::io::ErrorKind;
+use trueline_live::LinkError;
 
-/// Where PC and robot are, as far as the user says.
-#[derive(Clone, Copy)]
-pub struct Link {
-    pub protocol: ProtocolName,
-    pub bind: Option<SocketAddr>,
-    pub robot: Option<IpAddr>,
-    pub robot_port: Option<u16>,
+impl From<LinkError> for Failure {
+    fn from(error: LinkError) -> Self {
+        let (message, hint) = match &error {
+            LinkError::RobotPortNotNeeded => {
+                ("--robot-port: this robot speaks first, from a port of its own".to_owned(), "leave it out")
+            }
+            LinkError::BindMissing => (
+                "--bind IP:PORT is missing: this robot speaks first".to_owned(),
+                "the address of this PC that its controller is set to send to, for example --bind 192.168.125.10:6510",
+            ),
+            LinkError::BindNotNeeded => (
+                "--bind: the PC calls this robot, from a port that the system chooses".to_owned(),
+                "leave it out, and name the robot: --robot IP",
+            ),
+            LinkError::RobotMissing => (
+                "--robot IP is missing: the PC calls this robot".to_owned(),
+                "for example --robot 192.168.0.10",
+            ),
+            LinkError::AnyPort { .. } => {
+                (error.to_string(), "name the port that its UDPUC device has, for example 6510")
+            }
+            LinkError::Io { error: why, .. } => (error.to_string(), cannot_listen(why.kind())),
+        };
+        Self::new(message, hint)
+    }
 }
 
-impl Link {
-    /// Where the PC listens, for a robot that speaks first.
-    pub fn bind(&self) -> Result<SocketAddr, Failure> {
-        if self.robot_port.is_some() {
-            return Err(Failure::new(
-                "--robot-port: this robot speaks first, from a port of its own",
-                "leave it out",
-            ));
-        }
-        self.bind.ok_or_else(|| {
-            Failure::new(
-                "--bind IP:PORT is missing: this robot speaks first",
-                "the address of this PC that its controller is set to send to, for example --bind 192.168.125.10:6510",
-            )
-        })
-    }
-
-    fn robot(&self, port: u16) -> Result<SocketAddr, Failure> {
-        if self.bind.is_some() {
-            return Err(Failure::new(
-                "--bind: the PC calls this robot, from a port that the system chooses",
-                "leave it out, and name the robot: --robot IP",
-            ));
-        }
-        let Some(robot) = self.robot else {
-            return Err(Failure::new(
-                "--robot IP is missing: the PC calls this robot",
-                "for example --robot 192.168.0.10",
-            ));
-        };
-        Ok(SocketAddr::new(robot, self.robot_port.unwrap_or(port)))
-    }
-
-    /// Opens it.
-    pub fn open(&self, clock: HostClock) -> Result<Box<dyn RobotSource>, Failure> {
-        let heard = |bind: SocketAddr| move |error: std::io::Error| listen::bind_failure(bind, &error);
-        match self.protocol {
-            ProtocolName::Egm => Ok(Box::new(listen::bind(self.bind()?, self.robot, clock)?)),
-            ProtocolName::FanucHspo => {
-                let bind = self.bind()?;
-                let source =
-                    UdpSource::listen(bind, self.robot, Hspo::default(), clock).map_err(heard(bind))?;
-                Ok(Box::new(source))
-            }
-            ProtocolName::KukaRsi => {
-                let bind = self.bind()?;
-                let source =
-                    UdpSource::listen(bind, self.robot, Rsi::default(), clock).map_err(heard(bind))?;
-                Ok(Box::new(source))
-            }
-            ProtocolName::UrRtde => {
-                Ok(Box::new(RtdeSource::new(self.robot(trueline_live::ur::PORT)?, clock)))
-            }
-            ProtocolName::FanucStreamMotion => {
-                let robot = self.robot(trueline_live::fanuc::STREAM_MOTION_PORT)?;
-                let source = UdpSource::call(robot, StreamMotion::default(), clock).map_err(heard(robot))?;
-                Ok(Box::new(source))
-            }
-        }
+fn cannot_listen(kind: ErrorKind) -> &'static str {
+    match kind {
+        ErrorKind::AddrInUse => "another program listens there; end it, or use another port",
+        ErrorKind::AddrNotAvailable => "it is no address of this PC: `ip address` lists them",
+        _ => "ports below 1024 need more rights",
     }
 }

@@ -3,10 +3,11 @@
 use crate::error::{Error, Problem};
 use crate::recording::RobotSample;
 use crate::rotation_columns::RotationColumns;
+pub use crate::rotation_columns::unit_quaternion;
 use crate::stamp;
 use crate::table::{self, ColumnSpec, Header, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use std::io::{Read, Write};
 use std::path::Path;
 use trueline_geometry::se3;
@@ -24,22 +25,6 @@ const COLUMNS: [ColumnSpec<'static>; 5] = [
     required("z", Quantity::Length),
     optional("device_time", Quantity::Time),
 ];
-
-/// A quaternion may be this far from length 1: four printed digits are.
-const NORM_TOLERANCE: f64 = 1e-3;
-
-/// Turns (w, x, y, z) into a rotation, or says how long it is.
-///
-/// # Errors
-/// A length that printing cannot explain.
-pub fn unit_quaternion(wxyz: [f64; 4]) -> Result<UnitQuaternion<f64>, Problem> {
-    let q = Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
-    let norm = q.norm();
-    if (norm - 1.0).abs() > NORM_TOLERANCE || !norm.is_finite() {
-        return Err(Problem::QuaternionNotUnit { norm });
-    }
-    Ok(UnitQuaternion::new_normalize(q))
-}
 
 /// Whether a name is that of a column of this file.
 #[must_use]

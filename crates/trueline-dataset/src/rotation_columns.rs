@@ -12,13 +12,28 @@
 //! `rx_deg` is not among them: it means two different rotations on two robots.
 
 use crate::error::{Error, Problem};
-use crate::robot_csv::unit_quaternion;
 use crate::table::{self, ColumnSpec, Table, required};
 use crate::unit::Quantity;
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::io::Read;
 use trueline_geometry::euler::{XYZ_FIXED, ZYX_INTRINSIC};
 use trueline_geometry::{EulerSequence, so3};
+
+/// A quaternion may be this far from length 1: four printed digits are.
+const NORM_TOLERANCE: f64 = 1e-3;
+
+/// Turns (w, x, y, z) into a rotation, or says how long it is.
+///
+/// # Errors
+/// A length that printing cannot explain.
+pub fn unit_quaternion(wxyz: [f64; 4]) -> Result<UnitQuaternion<f64>, Problem> {
+    let q = Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+    let norm = q.norm();
+    if (norm - 1.0).abs() > NORM_TOLERANCE || !norm.is_finite() {
+        return Err(Problem::QuaternionNotUnit { norm });
+    }
+    Ok(UnitQuaternion::new_normalize(q))
+}
 
 /// What the numbers of a rotation mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

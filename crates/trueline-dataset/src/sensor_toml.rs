@@ -105,6 +105,18 @@ pub fn parse(file: &Path, text: &str) -> Result<Sensor, Error> {
     Ok(parse_file(file, text)?.sensor)
 }
 
+/// Reads a camera's file, whose laser plane may be missing.
+///
+/// # Errors
+/// As [`parse_camera`], and a file that is missing or no text.
+pub fn read_camera(file: &Path) -> Result<CameraFile, Error> {
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        let missing = error.kind() == std::io::ErrorKind::NotFound;
+        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
+    })?;
+    parse_camera(file, &text)
+}
+
 /// Reads a camera whose laser plane may be missing.
 ///
 /// # Errors

@@ -13,6 +13,7 @@
 
 pub mod files;
 mod format;
+mod formats;
 mod mounting;
 mod number;
 pub mod points;
@@ -20,5 +21,6 @@ pub mod robots;
 pub mod ros;
 pub mod time_offset;
 
-pub use format::{FORMATS, Format, Group, Unsupported, named};
+pub use format::{Format, Group, Unsupported};
+pub use formats::{FORMATS, named};
 pub use mounting::Mounting;

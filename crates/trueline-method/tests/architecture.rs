@@ -18,9 +18,11 @@ const ALLOWED: [(&str, &[&str]); 19] = [
         &[
             "trueline-camera",
             "trueline-dataset",
+            "trueline-geometry",
             "trueline-live",
             "trueline-mcap",
             "trueline-method",
+            "trueline-sim",
             "trueline-vision",
         ],
     ),

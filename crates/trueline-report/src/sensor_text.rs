@@ -1,7 +1,7 @@
 //! A sensor's own calibration in words.
 
-use crate::number::with_sigma;
 use crate::camera_report::CameraReport;
+use crate::number::with_sigma;
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Plane;

@@ -6,8 +6,8 @@
 //! Gauss–Newton Hessian is the Schur complement.
 
 use crate::board::Board;
-use crate::camera_inverse::inverse_of_free;
 pub use crate::bundle_state::{BoardState, BundleState, SHARED_SIZE};
+use crate::camera_inverse::inverse_of_free;
 pub use crate::picture_fit::Picture;
 use crate::picture_fit::{PictureEquations, PictureFit};
 use crate::projection::{CAMERA_SIZE, CameraVector, from_vector, to_vector};

@@ -1,5 +1,7 @@
 //! What the device did, on this machine's clock: what a test compares with.
 
+use std::fmt;
+
 /// A picture that was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SentFrame {
@@ -44,4 +46,17 @@ pub struct DeviceCounts {
     pub heartbeats_lost: u64,
     /// Packets that this machine refused to send.
     pub send_errors: u64,
+}
+
+impl fmt::Display for DeviceCounts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { exposed, sent, dropped, late, link_busy, packets, lost_packets, resent_packets, .. } =
+            self;
+        write!(
+            f,
+            "{exposed} exposures, {sent} pictures sent, {dropped} dropped (on purpose, or because nobody told where the robot \
+             was), {late} not drawn in time, {link_busy} for want of network; {packets} packets, {lost_packets} lost on purpose, \
+             {resent_packets} sent again"
+        )
+    }
 }

@@ -1,9 +1,15 @@
 //! `trueline calibrate`.
 
-use super::features::JointName;
-use clap::{Args, ValueEnum};
+use super::choice::{Choice, one_of};
+use super::features::{JOINTS, JointChoice};
+use super::number::{above_zero, zero_or_more};
+use crate::requirement;
+use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use trueline_lsq::Loss;
+use trueline_method::hypotheses::choice::ToolAxis;
+use trueline_method::{Hold, Requirement, ResidualKind, Stamps};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -22,50 +28,50 @@ pub struct CalibrateArgs {
     #[arg(long)]
     pub initial: Option<PathBuf>,
     /// What is minimised: the point in the laser sheet (default), or the paper's distance from the line
-    #[arg(long, value_enum, default_value_t = ResidualName::Sheet)]
-    pub residual: ResidualName,
+    #[arg(long, value_parser = one_of(&RESIDUALS), default_value = "sheet")]
+    pub residual: ResidualKind,
     /// Robust loss; the default is tukey for sheet and huber for point-to-line
-    #[arg(long, value_enum)]
-    pub loss: Option<LossName>,
+    #[arg(long, value_parser = one_of(&LOSSES))]
+    pub loss: Option<Loss>,
     /// Hold at the initial value (may be given twice)
-    #[arg(long, value_enum)]
-    pub fix: Vec<FixName>,
+    #[arg(long, value_parser = one_of(&HOLDS))]
+    pub fix: Vec<Hold>,
     /// Expected noise of a feature, px
-    #[arg(long)]
+    #[arg(long, value_parser = above_zero)]
     pub feature_sigma_px: Option<f64>,
     /// Expected noise of a feature of a profiler or of points, mm
-    #[arg(long)]
+    #[arg(long, value_parser = above_zero)]
     pub feature_sigma_mm: Option<f64>,
     /// Noise of the robot's position, mm; the default measures it
-    #[arg(long)]
+    #[arg(long, value_parser = above_zero)]
     pub robot_sigma_mm: Option<f64>,
     /// Expected jitter of an image stamp, ms; the default measures it
-    #[arg(long)]
+    #[arg(long, value_parser = above_zero)]
     pub stamp_sigma_ms: Option<f64>,
     /// Which timestamps to use: those that fit the data better, those recorded, or those of the sender's clock
-    #[arg(long, value_enum, default_value_t = StampsName::Auto)]
-    pub stamps: StampsName,
+    #[arg(long, value_parser = one_of(&STAMPS), default_value = "auto")]
+    pub stamps: Stamps,
     /// Accuracy to reach, or exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg (one sigma, any of them)
-    #[arg(long, value_name = "WHAT=LIMIT,…")]
-    pub require: Option<String>,
+    #[arg(long, value_name = "WHAT=LIMIT,…", value_parser = requirement::parse)]
+    pub require: Option<Requirement>,
     /// Where the scan alone does not decide: the time offset is within plus and minus this, s
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
     pub offset_within: Option<f64>,
     /// Where the scan alone does not decide: the sensor looks along this axis of the tool, to within 60 degrees
-    #[arg(long, value_enum, value_name = "AXIS", allow_hyphen_values = true)]
-    pub looks: Option<AxisName>,
+    #[arg(long, value_parser = one_of(&AXES), value_name = "AXIS", allow_hyphen_values = true)]
+    pub looks: Option<ToolAxis>,
     /// Hold what the scan cannot determine at the initial guess instead of refusing
     #[arg(long)]
     pub accept_partial: bool,
     /// Speed along the seam at which the error at the torch is predicted, mm/s
-    #[arg(long, default_value_t = 50.0)]
+    #[arg(long, default_value_t = 50.0, value_parser = zero_or_more)]
     pub speed_mm_s: f64,
     /// Distance of the seam from the sensor there, mm; the default is the scan's own
-    #[arg(long)]
+    #[arg(long, value_parser = above_zero)]
     pub stand_off_mm: Option<f64>,
     /// Joint type, for a dataset with pictures and no features
-    #[arg(long, value_enum, default_value_t = JointName::Auto)]
-    pub joint: JointName,
+    #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]
+    pub joint: JointChoice,
     /// Threads for large scans; the result is the same to the last bit
     #[arg(long, default_value_t = NonZeroUsize::MIN)]
     pub threads: NonZeroUsize,
@@ -84,58 +90,43 @@ pub struct CalibrateArgs {
     pub quiet: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum ResidualName {
-    /// Measured point against the line's intersection with the laser sheet: maximum likelihood
-    Sheet,
-    /// Distance of the point from the line in base: the paper's
-    PointToLine,
-}
+static RESIDUALS: [Choice<ResidualKind>; 2] = [
+    (
+        "sheet",
+        "Measured point against the line's intersection with the laser sheet: maximum likelihood",
+        ResidualKind::Sheet,
+    ),
+    ("point-to-line", "Distance of the point from the line in base: the paper's", ResidualKind::PointToLine),
+];
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum StampsName {
-    /// The sender's clock where that clearly fits better
-    Auto,
-    /// As recorded
-    Raw,
-    /// The sender's clock for every stream with a constant period
-    Regular,
-}
+static STAMPS: [Choice<Stamps>; 3] = [
+    ("auto", "The sender's clock where that clearly fits better", Stamps::Auto),
+    ("raw", "As recorded", Stamps::Raw),
+    ("regular", "The sender's clock for every stream with a constant period", Stamps::Regular),
+];
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum LossName {
-    /// Ordinary least squares
-    Squared,
-    /// Linear beyond 3 sigma
-    Huber,
-    /// Logarithmic beyond 3 sigma
-    Cauchy,
-    /// Saturates
-    GemanMcClure,
-    /// Ignores points beyond 8 sigma
-    Tukey,
-}
+static LOSSES: [Choice<Loss>; 5] = [
+    ("squared", "Ordinary least squares", Loss::Squared),
+    ("huber", "Linear beyond 3 sigma", Loss::Huber { scale: 3.0 }),
+    ("cauchy", "Logarithmic beyond 3 sigma", Loss::Cauchy { scale: 3.0 }),
+    ("geman-mc-clure", "Saturates", Loss::GemanMcClure { scale: 4.0 }),
+    ("tukey", "Ignores points beyond 8 sigma", Loss::Tukey { scale: 8.0 }),
+];
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum AxisName {
-    #[value(name = "+x")]
-    PlusX,
-    #[value(name = "-x")]
-    MinusX,
-    #[value(name = "+y")]
-    PlusY,
-    #[value(name = "-y")]
-    MinusY,
-    #[value(name = "+z")]
-    PlusZ,
-    #[value(name = "-z")]
-    MinusZ,
-}
+static AXES: [Choice<ToolAxis>; 6] = [
+    ("+x", "", ToolAxis::PlusX),
+    ("-x", "", ToolAxis::MinusX),
+    ("+y", "", ToolAxis::PlusY),
+    ("-y", "", ToolAxis::MinusY),
+    ("+z", "", ToolAxis::PlusZ),
+    ("-z", "", ToolAxis::MinusZ),
+];
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum FixName {
-    /// The time offset: the paper's "without temporal calibration" with an initial offset of 0
-    TimeOffset,
-    /// Hand-eye rotation and translation
-    HandEye,
-}
+static HOLDS: [Choice<Hold>; 2] = [
+    (
+        "time-offset",
+        "The time offset: the paper's \"without temporal calibration\" with an initial offset of 0",
+        Hold::TimeOffset,
+    ),
+    ("hand-eye", "Hand-eye rotation and translation", Hold::HandEye),
+];

@@ -1,9 +1,12 @@
 //! `trueline camera-sim`.
 
-use super::simulate::{LookName, SceneName};
+use super::choice::one_of;
+use super::number;
+use super::simulate::{JOINTS_OF_PICTURES, LOOKS};
 use clap::Args;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
+use trueline_sim::{Joint, Look};
 
 #[derive(Args)]
 #[command(after_help = "Example, a whole cell on this machine (three terminals):
@@ -29,49 +32,49 @@ pub struct CameraSimArgs {
     #[arg(long)]
     pub exact_guess: bool,
     /// Pictures a second
-    #[arg(long, default_value_t = 5.0)]
+    #[arg(long, default_value_t = 5.0, value_parser = number::above_zero)]
     pub fps: f64,
     /// Exposure time, ms
-    #[arg(long, default_value_t = 2.0)]
+    #[arg(long, default_value_t = 2.0, value_parser = number::above_zero)]
     pub exposure_ms: f64,
     /// Readout, ms
-    #[arg(long, default_value_t = 4.0)]
+    #[arg(long, default_value_t = 4.0, value_parser = number::below_a_billion)]
     pub readout_ms: f64,
     /// From there to the first packet, ms: the time to draw the picture in
-    #[arg(long, default_value_t = 150.0)]
+    #[arg(long, default_value_t = 150.0, value_parser = number::below_a_billion)]
     pub latency_ms: f64,
     /// How much its clock runs fast, ppm
-    #[arg(long, default_value_t = 50.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 50.0, value_parser = number::camera_drift_ppm)]
     pub drift_ppm: f64,
     /// What its clock says at the start, s
-    #[arg(long, default_value_t = 900.0)]
+    #[arg(long, default_value_t = 900.0, value_parser = number::below_a_billion)]
     pub epoch_s: f64,
     /// Its network, Mbit/s; 0 is no limit
-    #[arg(long, default_value_t = 1000.0)]
+    #[arg(long, default_value_t = 1000.0, value_parser = number::below_a_billion)]
     pub mbit_s: f64,
     /// Largest packet, bytes
-    #[arg(long, default_value_t = 9000)]
+    #[arg(long, default_value_t = 9000, value_parser = clap::value_parser!(u16).range(100..=9200))]
     pub packet_bytes: u16,
     /// Share of packets that are lost (and can be asked for again)
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, value_parser = number::partial_share)]
     pub loss: f64,
     /// Share of pictures that are dropped
-    #[arg(long, default_value_t = 0.0)]
+    #[arg(long, default_value_t = 0.0, value_parser = number::partial_share)]
     pub frame_drop: f64,
     /// How the plates look
-    #[arg(long, value_enum, default_value_t = LookName::Clean)]
-    pub look: LookName,
+    #[arg(long, value_parser = one_of(&LOOKS), default_value = "clean")]
+    pub look: fn() -> Look,
     /// Joint type
-    #[arg(long, value_enum, default_value_t = SceneName::Fillet)]
-    pub joint: SceneName,
+    #[arg(long, value_parser = one_of(&JOINTS_OF_PICTURES), default_value = "fillet")]
+    pub joint: fn() -> Joint,
     /// Write what is to be found: time offset of first-packet stamps, hand-eye, line
     #[arg(long)]
     pub truth: Option<PathBuf>,
     /// How long, s [default: until Ctrl-C]
-    #[arg(long)]
+    #[arg(long, value_parser = number::above_zero)]
     pub for_s: Option<f64>,
     /// The cable is pulled after so long, s
-    #[arg(long)]
+    #[arg(long, value_parser = number::above_zero)]
     pub unplug_at_s: Option<f64>,
     /// Seed of what is off the guess, of noise and loss
     #[arg(long, default_value_t = 1)]

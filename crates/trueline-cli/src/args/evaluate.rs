@@ -1,7 +1,9 @@
 //! `trueline evaluate` and `trueline reproduce`.
 
-use clap::{Args, ValueEnum};
+use super::choice::{Choice, one_of};
+use clap::Args;
 use std::path::PathBuf;
+use trueline_method::evaluate::reference_curve::Form;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -23,8 +25,8 @@ pub struct EvaluateArgs {
     #[arg(long)]
     pub reference: Option<PathBuf>,
     /// The form that is fitted where there is no reference
-    #[arg(long, value_enum, default_value_t = FormName::Auto, conflicts_with = "reference")]
-    pub fit: FormName,
+    #[arg(long, value_parser = one_of(&FORMS), default_value = "auto", conflicts_with = "reference")]
+    pub fit: Form,
     /// Write the figures as JSON; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,
@@ -39,17 +41,12 @@ pub struct EvaluateArgs {
     pub quiet: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum FormName {
-    /// The simplest that the points bear out
-    Auto,
-    /// A straight line
-    Line,
-    /// A circle
-    Circle,
-    /// A plane: only what sticks out of it counts
-    Plane,
-}
+static FORMS: [Choice<Form>; 4] = [
+    ("auto", "The simplest that the points bear out", Form::Auto),
+    ("line", "A straight line", Form::Line),
+    ("circle", "A circle", Form::Circle),
+    ("plane", "A plane: only what sticks out of it counts", Form::Plane),
+];
 
 #[derive(Args)]
 #[command(after_help = "Example:

@@ -1,9 +1,10 @@
 //! `trueline features`.
 
-use clap::{Args, ValueEnum};
+use super::choice::{Choice, one_of};
+use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use trueline_vision::StripeChoice;
+use trueline_vision::{Joint, StripeChoice};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -18,8 +19,8 @@ pub struct FeaturesArgs {
     /// Dataset folder with sensor.toml and images/index.csv
     pub dataset: PathBuf,
     /// Joint type
-    #[arg(long, value_enum, default_value_t = JointName::Auto)]
-    pub joint: JointName,
+    #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]
+    pub joint: JointChoice,
     /// Look here only, px: U0,V0,U1,V1, or the corners U,V,U,V,… of a polygon [default: sensor.toml's region_of_interest]
     #[arg(long, value_name = "PX")]
     pub region: Option<String>,
@@ -52,20 +53,16 @@ fn stripe(name: &str) -> Result<StripeChoice, String> {
     found.ok_or_else(|| format!("expected one of {names}"))
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum JointName {
-    /// The joint that most pictures show
-    Auto,
-    /// Two plates at an angle: their corner
-    Fillet,
-    /// A plate on a plate: the edge of the upper one
-    Lap,
-    /// Bevelled plates: the bottom of the groove
-    VGroove,
-    /// Two plates side by side: the middle of the gap
-    Butt,
-    /// The outside corner of a block, where its faces meet
-    Corner,
-    /// A plate or straightedge over nothing: where the stripe ends
-    Edge,
-}
+/// A joint, or whatever most pictures show.
+pub type JointChoice = Option<Joint>;
+
+/// Joints that are looked for.
+pub static JOINTS: [Choice<JointChoice>; 7] = [
+    ("auto", "The joint that most pictures show", None),
+    ("fillet", "Two plates at an angle: their corner", Some(Joint::Fillet)),
+    ("lap", "A plate on a plate: the edge of the upper one", Some(Joint::Lap)),
+    ("vgroove", "Bevelled plates: the bottom of the groove", Some(Joint::VGroove)),
+    ("butt", "Two plates side by side: the middle of the gap", Some(Joint::Butt)),
+    ("corner", "The outside corner of a block, where its faces meet", Some(Joint::Corner)),
+    ("edge", "A plate or straightedge over nothing: where the stripe ends", Some(Joint::Edge)),
+];

@@ -1,8 +1,10 @@
 //! `trueline import`.
 
+use super::choice::{Choice, one_of};
 use super::import_csv::ImportCsvArgs;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
+use trueline_mcap::StampClock;
 
 #[derive(Args)]
 pub struct ImportArgs {
@@ -98,14 +100,15 @@ pub struct BagArgs {
     #[arg(long)]
     pub tool: Option<String>,
     /// By which clock robot and pictures are stamped
-    #[arg(long, value_enum, default_value_t = ClockName::Recorded)]
-    pub stamps: ClockName,
+    #[arg(long, value_parser = one_of(&CLOCKS), default_value = "recorded")]
+    pub stamps: StampClock,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
-pub enum ClockName {
-    /// As the recording has it
-    Recorded,
-    /// IEEE 1588 times of controller and camera (recordings of trueline; RobotWare 7.16, and a camera that follows PTP)
-    Ptp,
-}
+static CLOCKS: [Choice<StampClock>; 2] = [
+    ("recorded", "As the recording has it", StampClock::Recorded),
+    (
+        "ptp",
+        "IEEE 1588 times of controller and camera (recordings of trueline; RobotWare 7.16, and a camera that follows PTP)",
+        StampClock::Ptp,
+    ),
+];

@@ -1,8 +1,10 @@
 //! `trueline listen`.
 
-use super::scan::LinkArgs;
+use super::number;
+use super::protocol::LinkArgs;
 use clap::Args;
 use std::path::PathBuf;
+use std::time::Duration;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -17,8 +19,8 @@ pub struct ListenArgs {
     #[command(flatten)]
     pub link: LinkArgs,
     /// How long, s; Ctrl-C ends it earlier
-    #[arg(long, default_value_t = 5.0)]
-    pub for_s: f64,
+    #[arg(long, default_value = "5", value_parser = number::duration)]
+    pub for_s: Duration,
     /// Write what was heard as JSON; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,

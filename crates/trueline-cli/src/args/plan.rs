@@ -1,8 +1,12 @@
 //! `trueline plan`.
 
-use clap::{Args, ValueEnum};
+use super::choice::{Choice, one_of};
+use crate::requirement;
+use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use trueline_method::Requirement;
+use trueline_plan::{Criterion, Shape};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -33,14 +37,14 @@ pub struct PlanArgs {
     #[arg(long, requires = "want", conflicts_with = "duration_s")]
     pub longest_s: Option<f64>,
     /// Sigmas to reach: translation=0.05mm,rotation=0.02deg,time=0.1ms (any of them)
-    #[arg(long, value_name = "WHAT=SIGMA,…")]
-    pub want: Option<String>,
+    #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse)]
+    pub want: Option<Requirement>,
     /// How sigmas become one number
-    #[arg(long, value_enum, default_value_t = CriterionName::Worst)]
-    pub criterion: CriterionName,
+    #[arg(long, value_parser = one_of(&CRITERIA), default_value = "worst")]
+    pub criterion: Criterion,
     /// Kind of path
-    #[arg(long, value_enum, default_value_t = ShapeName::Auto)]
-    pub shape: ShapeName,
+    #[arg(long, value_parser = one_of(&SHAPES), default_value = "auto")]
+    pub shape: Shapes,
     /// A calibration whose hand-eye and line replace the cell's guess, with five times their sigma as its error
     #[arg(long)]
     pub calibration: Option<PathBuf>,
@@ -58,26 +62,19 @@ pub struct PlanArgs {
     pub quiet: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum CriterionName {
-    /// The largest sigma, in units of what is wanted
-    Worst,
-    /// Their root mean square (A-optimal)
-    Mean,
-    /// The volume of the ellipsoid of confidence (D-optimal)
-    Volume,
-}
+static CRITERIA: [Choice<Criterion>; 3] = [
+    ("worst", "The largest sigma, in units of what is wanted", Criterion::Worst),
+    ("mean", "Their root mean square (A-optimal)", Criterion::Mean),
+    ("volume", "The volume of the ellipsoid of confidence (D-optimal)", Criterion::Volume),
+];
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ShapeName {
-    /// Whichever is best
-    Auto,
-    /// Once along the seam, weaving
-    S,
-    /// Once along the seam in one bow
-    C,
-    /// There and back
-    TwoPasses,
-    /// There, back, and there again
-    ThreePasses,
-}
+/// Kinds of paths.
+pub type Shapes = &'static [Shape];
+
+static SHAPES: [Choice<Shapes>; 5] = [
+    ("auto", "Whichever is best", &Shape::ALL),
+    ("s", "Once along the seam, weaving", &[Shape::S]),
+    ("c", "Once along the seam in one bow", &[Shape::C]),
+    ("two-passes", "There and back", &[Shape::TwoPasses]),
+    ("three-passes", "There, back, and there again", &[Shape::ThreePasses]),
+];

@@ -1,6 +1,8 @@
 //! `trueline rapid`.
 
-use super::robot_sim::ModeName;
+use super::choice::one_of;
+use super::number;
+use super::robot_sim::{MODES, Mode};
 use clap::Args;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -17,8 +19,8 @@ pub struct RapidArgs {
     /// A plan's folder, or a robot.csv with the path
     pub path: PathBuf,
     /// Who drives
-    #[arg(long, value_enum, default_value_t = ModeName::Stream)]
-    pub mode: ModeName,
+    #[arg(long, value_parser = one_of(&MODES), default_value = "stream")]
+    pub mode: Mode,
     /// Where the PC listens, for the notes on the configuration
     #[arg(long, value_name = "IP:PORT")]
     pub pc: SocketAddr,
@@ -41,7 +43,7 @@ pub struct RapidArgs {
     #[arg(long, default_value_t = 20.0)]
     pub approach_mm_s: f64,
     /// Share of the path's own pace
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = number::pace)]
     pub pace: f64,
     /// \MaxSpeedDeviation of the guidance, degrees/s of a joint
     #[arg(long, default_value_t = 30.0)]

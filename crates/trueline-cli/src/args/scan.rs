@@ -1,35 +1,16 @@
 //! `trueline scan` and `trueline record`.
 
-use super::features::JointName;
-use super::protocol::ProtocolName;
-use crate::robot_link::Link;
-use clap::{Args, ValueEnum};
+use super::choice::{Choice, one_of};
+use super::features::{JOINTS, JointChoice};
+use super::number;
+use super::protocol::LinkArgs;
+use crate::requirement;
+use clap::Args;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
+use std::time::Duration;
 use trueline_cell::StampChoice;
-
-#[derive(Args)]
-pub struct LinkArgs {
-    /// What the robot speaks
-    #[arg(long, value_enum, default_value_t = ProtocolName::Egm)]
-    pub protocol: ProtocolName,
-    /// Address of this PC and port to listen at, for example 192.168.125.10:6510, for a robot that speaks first
-    #[arg(long, value_name = "IP:PORT")]
-    pub bind: Option<SocketAddr>,
-    /// The robot's address; without it, whoever first sends a good frame
-    #[arg(long, value_name = "IP")]
-    pub robot: Option<IpAddr>,
-    /// Port of a robot that the PC calls [default: that of its protocol]
-    #[arg(long, value_name = "PORT")]
-    pub robot_port: Option<u16>,
-}
-
-impl LinkArgs {
-    /// Where PC and robot are.
-    pub fn link(&self) -> Link {
-        Link { protocol: self.protocol, bind: self.bind, robot: self.robot, robot_port: self.robot_port }
-    }
-}
+use trueline_method::Requirement;
 
 /// The camera beside the robot.
 #[derive(Args)]
@@ -41,41 +22,31 @@ pub struct CameraArgs {
     #[arg(long, value_name = "DATASET")]
     pub replay: Option<PathBuf>,
     /// Exposure time to set on the camera, µs [default: unchanged]
-    #[arg(long, requires = "camera")]
+    #[arg(long, requires = "camera", value_parser = number::above_zero)]
     pub exposure_us: Option<f64>,
     /// Frame rate to set on the camera, Hz [default: unchanged]
-    #[arg(long, requires = "camera")]
+    #[arg(long, requires = "camera", value_parser = number::above_zero)]
     pub fps: Option<f64>,
     /// What a picture's stamp is; all others are kept as well
-    #[arg(long, value_enum, default_value_t = StampName::FirstPacket)]
-    pub stamp: StampName,
+    #[arg(long, value_parser = one_of(&STAMPS), default_value = "first-packet")]
+    pub stamp: StampChoice,
     /// Joint type, for the live estimate [auto: fillet]
-    #[arg(long, value_enum, default_value_t = JointName::Auto)]
-    pub joint: JointName,
+    #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]
+    pub joint: JointChoice,
     /// Say when these are reached: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
-    #[arg(long, value_name = "WHAT=SIGMA,…")]
-    pub want: Option<String>,
+    #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse)]
+    pub want: Option<Requirement>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum StampName {
-    /// Arrival of the first packet, by the kernel
-    FirstPacket,
-    /// Arrival of the last packet
-    Complete,
-    /// Start of the exposure by the camera's own clock, which is asked for the time again and again (latch)
-    Exposure,
-}
-
-impl From<StampName> for StampChoice {
-    fn from(name: StampName) -> Self {
-        match name {
-            StampName::FirstPacket => Self::FirstPacket,
-            StampName::Complete => Self::Complete,
-            StampName::Exposure => Self::Exposure,
-        }
-    }
-}
+static STAMPS: [Choice<StampChoice>; 3] = [
+    ("first-packet", "Arrival of the first packet, by the kernel", StampChoice::FirstPacket),
+    ("complete", "Arrival of the last packet", StampChoice::Complete),
+    (
+        "exposure",
+        "Start of the exposure by the camera's own clock, which is asked for the time again and again (latch)",
+        StampChoice::Exposure,
+    ),
+];
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -105,8 +76,8 @@ pub struct RecordArgs {
     #[arg(long, default_value = "tool0")]
     pub tool: String,
     /// How long, s [default: until Ctrl-C, or until the robot has been silent for 5 s]
-    #[arg(long)]
-    pub for_s: Option<f64>,
+    #[arg(long, value_parser = number::duration)]
+    pub for_s: Option<Duration>,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
@@ -136,10 +107,10 @@ pub struct ScanArgs {
     pub write_limits: Option<PathBuf>,
     /// Distance from the tool's origin to the farthest point of what it carries, for limits that are derived
     /// [default: the sensor that was planned for and 100 mm; without a plan 500]
-    #[arg(long, conflicts_with = "limits")]
+    #[arg(long, conflicts_with = "limits", value_parser = number::reach_mm)]
     pub reach_mm: Option<f64>,
     /// Share of the path's own pace, up to 1
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = number::pace)]
     pub pace: f64,
     /// Lead the robot. Asks once more before anything moves
     #[arg(long, requires_all = ["limits", "bind", "robot", "out"])]
@@ -162,14 +133,14 @@ pub struct ScanArgs {
     #[arg(long, default_value = "tool0")]
     pub tool: String,
     /// Rest at the end, s: longer than \CondTime, so that the guidance ends by itself
-    #[arg(long, default_value_t = 4.0)]
-    pub hold_s: f64,
+    #[arg(long, default_value = "4", value_parser = number::hold)]
+    pub hold_s: Duration,
     /// \CommTimeout of the RAPID module, s: a longer silence ends the scan
-    #[arg(long, default_value_t = 0.2)]
+    #[arg(long, default_value_t = 0.2, value_parser = number::timeout_s)]
     pub timeout_s: f64,
     /// Longest wait for the controller to start guidance, s; after that nothing is commanded
-    #[arg(long, default_value_t = 60.0)]
-    pub armed_s: f64,
+    #[arg(long, default_value = "60", value_parser = number::armed)]
+    pub armed_s: Duration,
     /// Print nothing but errors and the question
     #[arg(long)]
     pub quiet: bool,

@@ -1,8 +1,10 @@
 //! `trueline sensor`.
 
-use clap::{Args, Subcommand, ValueEnum};
+use super::choice::{Choice, one_of};
+use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use trueline_sensor::Board;
+use trueline_sensor::intrinsics::DistortionModel;
 
 #[derive(Args)]
 pub struct SensorArgs {
@@ -39,8 +41,8 @@ pub struct IntrinsicsArgs {
     #[arg(long, value_parser = board)]
     pub board: Board,
     /// Distortion coefficients to estimate
-    #[arg(long, value_enum, default_value_t = DistortionName::Auto)]
-    pub distortion: DistortionName,
+    #[arg(long, value_parser = one_of(&DISTORTIONS), default_value = "auto")]
+    pub distortion: DistortionChoice,
     /// Write sensor.toml; it must not exist
     #[arg(long)]
     pub out: Option<PathBuf>,
@@ -55,21 +57,17 @@ pub struct IntrinsicsArgs {
     pub quiet: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum DistortionName {
-    /// Those that the pictures bear out
-    Auto,
-    /// None
-    None,
-    /// k1
-    K1,
-    /// k1, k2
-    K1K2,
-    /// k1, k2, p1, p2
-    K1K2P1P2,
-    /// k1, k2, p1, p2, k3
-    Five,
-}
+/// Coefficients, or those that the pictures bear out.
+pub type DistortionChoice = Option<DistortionModel>;
+
+static DISTORTIONS: [Choice<DistortionChoice>; 6] = [
+    ("auto", "Those that the pictures bear out", None),
+    ("none", "None", Some(DistortionModel::None)),
+    ("k1", "k1", Some(DistortionModel::K1)),
+    ("k1-k2", "k1, k2", Some(DistortionModel::K1K2)),
+    ("k1-k2-p1-p2", "k1, k2, p1, p2", Some(DistortionModel::K1K2P1P2)),
+    ("five", "k1, k2, p1, p2, k3", Some(DistortionModel::Five)),
+];
 
 #[derive(Args)]
 #[command(after_help = "Examples:

@@ -1,10 +1,12 @@
 //! `trueline simulate`.
 
+use super::choice::{Choice, one_of};
+use super::number;
 use super::simulate_path::PathArgs;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::PathBuf;
-use trueline_sim::Fault;
 use trueline_sim::faults::{FAULT_NAMES, FaultName};
+use trueline_sim::{Fault, Joint, Look, Preset};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -22,8 +24,8 @@ pub struct SimulateArgs {
     #[arg(long)]
     pub out: PathBuf,
     /// Which scan
-    #[arg(long, value_enum, default_value_t = PresetName::Quick)]
-    pub preset: PresetName,
+    #[arg(long, value_parser = one_of(&PRESETS), default_value = "quick")]
+    pub preset: Preset,
     /// Follow the plan in this folder instead: hand-eye and line are off its guess by as much as it allows for
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["preset", "random_cell", "duration_s", "robot_period_ms", "frame_period_ms", "images", "faults"])]
     pub plan: Option<PathBuf>,
@@ -40,34 +42,34 @@ pub struct SimulateArgs {
     #[arg(long)]
     pub noise_free: bool,
     /// Time offset, ms
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, value_parser = number::any)]
     pub time_offset_ms: Option<f64>,
     /// Duration, s
-    #[arg(long)]
+    #[arg(long, value_parser = number::one_or_more)]
     pub duration_s: Option<f64>,
     /// Time between robot samples, ms
-    #[arg(long)]
+    #[arg(long, value_parser = number::tenth_or_more)]
     pub robot_period_ms: Option<f64>,
     /// Standard deviation of a feature, px
-    #[arg(long)]
+    #[arg(long, value_parser = number::zero_or_more)]
     pub feature_noise_px: Option<f64>,
     /// Standard deviation of a feature of a profiler or of points, mm
-    #[arg(long)]
+    #[arg(long, value_parser = number::zero_or_more)]
     pub feature_noise_mm: Option<f64>,
     /// Standard deviation of the robot's position, mm
-    #[arg(long)]
+    #[arg(long, value_parser = number::zero_or_more)]
     pub robot_noise_mm: Option<f64>,
     /// Standard deviation of image stamps, ms
-    #[arg(long)]
+    #[arg(long, value_parser = number::zero_or_more)]
     pub stamp_jitter_ms: Option<f64>,
     /// Drift of the camera clock against the robot's, ppm
-    #[arg(long, allow_negative_numbers = true)]
+    #[arg(long, value_parser = number::any)]
     pub clock_drift_ppm: Option<f64>,
     /// Part of the features that is anywhere in the field of view, 0 to 1
-    #[arg(long)]
+    #[arg(long, value_parser = number::share)]
     pub outliers: Option<f64>,
     /// Part of the frames that is lost, 0 to 1
-    #[arg(long)]
+    #[arg(long, value_parser = number::share)]
     pub drops: Option<f64>,
     /// Something that is wrong, with its size: plane-offset=0.25 (may be given several times; --help lists all)
     #[arg(long = "fault", value_name = "NAME[=SIZE[,SIZE]]")]
@@ -75,28 +77,28 @@ pub struct SimulateArgs {
     #[command(flatten)]
     pub path: PathArgs,
     /// Time between images, ms
-    #[arg(long)]
+    #[arg(long, value_parser = number::tenth_or_more)]
     pub frame_period_ms: Option<f64>,
     /// Write pictures instead of features, and the true seam to truth_features.csv
     #[arg(long)]
     pub images: bool,
     /// What the pictures show
-    #[arg(long, value_enum, default_value_t = SceneName::Fillet, requires = "images")]
-    pub joint: SceneName,
+    #[arg(long, value_parser = one_of(&JOINTS_OF_PICTURES), default_value = "fillet", requires = "images")]
+    pub joint: fn() -> Joint,
     /// How the pictures look
-    #[arg(long, value_enum, default_value_t = LookName::Speckle, requires = "images")]
-    pub look: LookName,
+    #[arg(long, value_parser = one_of(&LOOKS), default_value = "speckle", requires = "images")]
+    pub look: fn() -> Look,
     /// Exposure time, ms
-    #[arg(long, requires = "images")]
+    #[arg(long, requires = "images", value_parser = number::zero_or_more)]
     pub exposure_ms: Option<f64>,
     /// Angle between a fillet's plates, degrees
-    #[arg(long, default_value_t = 90.0, requires = "images")]
+    #[arg(long, default_value_t = 90.0, requires = "images", value_parser = number::opening_deg)]
     pub opening_deg: f64,
     /// How far a fillet is turned about its seam, degrees
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, requires = "images")]
+    #[arg(long, default_value_t = 0.0, requires = "images", value_parser = number::any)]
     pub roll_deg: f64,
     /// How much of each plate is missing at a fillet's corner, mm
-    #[arg(long, requires = "images")]
+    #[arg(long, requires = "images", value_parser = number::zero_or_more)]
     pub corner_gap_mm: Option<f64>,
     /// Bits of a pixel, 8 or 16
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u8).range(8..=16), requires = "images")]
@@ -106,53 +108,41 @@ pub struct SimulateArgs {
     pub quiet: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum PresetName {
-    /// The paper's scan: 60 s, ±10 mm, ±5°, 33 Hz, 17.73 ms
-    Paper,
-    /// 20 s, well excited
-    Quick,
-    /// 20 s, 200 mm, ±20 mm, ±25°, ±25 mm stand-off
-    Good,
-    /// 20 s, hardly any tilt
-    Weak,
-    /// Two lines beside each other
-    TwoLines,
-    /// A laser profiler instead of a camera
-    Profiler,
-    /// S-path without rotation: the translation cannot be seen
-    ConstantAttitude,
-    /// Straight along the line: next to nothing can be seen
-    AlongLine,
-}
+static PRESETS: [Choice<Preset>; 8] = [
+    ("paper", "The paper's scan: 60 s, ±10 mm, ±5°, 33 Hz, 17.73 ms", Preset::Paper),
+    ("quick", "20 s, well excited", Preset::Quick),
+    ("good", "20 s, 200 mm, ±20 mm, ±25°, ±25 mm stand-off", Preset::Good),
+    ("weak", "20 s, hardly any tilt", Preset::Weak),
+    ("two-lines", "Two lines beside each other", Preset::TwoLines),
+    ("profiler", "A laser profiler instead of a camera", Preset::Profiler),
+    (
+        "constant-attitude",
+        "S-path without rotation: the translation cannot be seen",
+        Preset::ConstantAttitude,
+    ),
+    ("along-line", "Straight along the line: next to nothing can be seen", Preset::AlongLine),
+];
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum SceneName {
-    /// Two plates at 90°
-    Fillet,
-    /// A plate of 3 mm on another
-    Lap,
-    /// Bevelled plates, 90°, 5 mm deep
-    VGroove,
-    /// Two plates 1.5 mm apart
-    Butt,
-    /// One plate, no joint
-    Plate,
-    /// No stripe at all
-    Nothing,
-}
+/// What pictures show.
+pub static JOINTS_OF_PICTURES: [Choice<fn() -> Joint>; 6] = [
+    ("fillet", "Two plates at 90°", Joint::fillet),
+    ("lap", "A plate of 3 mm on another", || Joint::Lap { step_m: 3e-3 }),
+    ("vgroove", "Bevelled plates, 90°, 5 mm deep", || Joint::VGroove {
+        depth_m: 5e-3,
+        opening_rad: 90_f64.to_radians(),
+    }),
+    ("butt", "Two plates 1.5 mm apart", || Joint::Butt { gap_m: 1.5e-3, mismatch_m: 0.0 }),
+    ("plate", "One plate, no joint", || Joint::Plate),
+    ("nothing", "No stripe at all", || Joint::Nothing),
+];
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum LookName {
-    /// The bare stripe in whole grey levels
-    Clean,
-    /// Full speckle, shot and read noise
-    Speckle,
-    /// The same, and each plate mirrors in the other
-    Shiny,
-    /// The same, with spatter, the arc's glow and missing pieces
-    Welding,
-}
+/// How pictures look.
+pub static LOOKS: [Choice<fn() -> Look>; 4] = [
+    ("clean", "The bare stripe in whole grey levels", Look::clean),
+    ("speckle", "Full speckle, shot and read noise", Look::speckled),
+    ("shiny", "The same, and each plate mirrors in the other", Look::shiny),
+    ("welding", "The same, with spatter, the arc's glow and missing pieces", Look::welding),
+];
 
 /// The list of faults for the long help.
 fn faults_help() -> String {

@@ -1,13 +1,13 @@
 //! `trueline evaluate`.
 
-use crate::args::{EvaluateArgs, FormName};
+use crate::args::EvaluateArgs;
 use crate::failure::Failure;
 use crate::opened_dataset;
 use crate::output;
 use std::process::ExitCode;
 use trueline_dataset::{Reference, calibration_file, reference_file};
 use trueline_method::evaluate::evaluation::evaluate;
-use trueline_method::evaluate::reference_curve::{Form, ReferenceCurve};
+use trueline_method::evaluate::reference_curve::ReferenceCurve;
 use trueline_report::{evaluated, evaluation_page};
 
 /// Runs the command.
@@ -22,7 +22,7 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
         );
     }
     let references = args.reference.as_deref().map(reference_file::read).transpose()?.map(curves);
-    let evaluation = evaluate(&recording, &known.parameters, references, form(args.fit))?;
+    let evaluation = evaluate(&recording, &known.parameters, references, args.fit)?;
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", evaluated::json(&evaluation)))?;
     }
@@ -44,14 +44,5 @@ fn curves(reference: Reference) -> Vec<ReferenceCurve> {
         Reference::Lines(lines) => lines.into_iter().map(ReferenceCurve::Line).collect(),
         Reference::Circle(circle) => vec![ReferenceCurve::Circle(circle)],
         Reference::Curve(curve) => vec![ReferenceCurve::Curve(curve)],
-    }
-}
-
-fn form(name: FormName) -> Form {
-    match name {
-        FormName::Auto => Form::Auto,
-        FormName::Line => Form::Line,
-        FormName::Circle => Form::Circle,
-        FormName::Plane => Form::Plane,
     }
 }

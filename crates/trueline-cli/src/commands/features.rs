@@ -1,13 +1,13 @@
 //! `trueline features`.
 
-use crate::args::{FeaturesArgs, JointName};
+use crate::args::FeaturesArgs;
 use crate::failure::Failure;
 use crate::pictures::{self, PictureOptions};
 use crate::{opened_dataset, output};
 use std::process::ExitCode;
 use trueline_dataset::{Profile, folder, images};
 use trueline_report::picture_page;
-use trueline_vision::{Joint, PictureRegion, StripeChoice};
+use trueline_vision::{PictureRegion, StripeChoice};
 
 /// Runs the command.
 pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
@@ -17,7 +17,7 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
         return of_profiles(args, &profiles);
     }
     let options = PictureOptions {
-        joint: joint(args.joint),
+        joint: args.joint,
         region: args.region.as_deref().map(region).transpose()?,
         stripe: args.stripe,
         overlay: args.overlay.clone().map(|folder| (folder, args.overlay_every.get())),
@@ -74,7 +74,7 @@ fn region(text: &str) -> Result<PictureRegion, Failure> {
 /// The seams of whole profiles.
 fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Failure> {
     let for_pictures = [
-        ("--joint", !matches!(args.joint, JointName::Auto)),
+        ("--joint", args.joint.is_some()),
         ("--region", args.region.is_some()),
         ("--stripe", args.stripe != StripeChoice::Strongest),
         ("--overlay", args.overlay.is_some()),
@@ -93,17 +93,4 @@ fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Fa
         output::words(&format!("the features that were there are now in {}", kept.display()));
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// The joint of a name; `None` for whatever the pictures show.
-pub fn joint(name: JointName) -> Option<Joint> {
-    match name {
-        JointName::Auto => None,
-        JointName::Fillet => Some(Joint::Fillet),
-        JointName::Lap => Some(Joint::Lap),
-        JointName::VGroove => Some(Joint::VGroove),
-        JointName::Butt => Some(Joint::Butt),
-        JointName::Corner => Some(Joint::Corner),
-        JointName::Edge => Some(Joint::Edge),
-    }
 }

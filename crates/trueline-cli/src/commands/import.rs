@@ -1,6 +1,6 @@
 //! `trueline import`.
 
-use crate::args::{BagArgs, ClockName, ImportArgs, ImportCsvArgs, ImportFormat};
+use crate::args::{BagArgs, ImportArgs, ImportCsvArgs, ImportFormat};
 use crate::failure::Failure;
 use crate::{opened_dataset, output};
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use trueline_dataset::import::{csv_folder, lvs_st_calib, tum};
 use trueline_dataset::{
     Error, PictureSource, Problem, Recording, SensorFile, features_csv, folder, sensor_toml,
 };
-use trueline_mcap::{Choice, DatasetFolder, StampClock, import};
+use trueline_mcap::{Choice, DatasetFolder, import};
 
 /// Runs the command.
 pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
@@ -61,10 +61,7 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
         image_topic: args.image_topic.clone(),
         base_frame: args.base.clone(),
         tool_frame: args.tool.clone(),
-        clock: match args.stamps {
-            ClockName::Recorded => StampClock::Recorded,
-            ClockName::Ptp => StampClock::Ptp,
-        },
+        clock: args.stamps,
     };
     let folder = DatasetFolder::begin(&args.out)?;
     let imported = import(&args.src, &choice)?;

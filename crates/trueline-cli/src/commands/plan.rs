@@ -1,9 +1,9 @@
 //! `trueline plan`.
 
-use crate::args::{CriterionName, PlanArgs, ShapeName};
+use crate::args::PlanArgs;
 use crate::failure::Failure;
 use crate::planned_scan::{self, CELL, PATH};
-use crate::{output, overlay, progress, requirement};
+use crate::{output, overlay, progress};
 use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -11,7 +11,7 @@ use std::process::ExitCode;
 use trueline_dataset::{KnownCalibration, RobotSample, calibration_file, robot_csv, sensor_toml};
 use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::shortest::shortest;
-use trueline_plan::{Cell, Criterion, Goal, GuessError, PlanRequest, Shape, cell_toml, plan, prediction};
+use trueline_plan::{Cell, Criterion, Goal, GuessError, PlanRequest, cell_toml, plan, prediction};
 use trueline_report::{plan_page, planned};
 
 /// Points of the curve of sigma over time.
@@ -108,12 +108,7 @@ fn believing(mut cell: Cell, known: &KnownCalibration, file: &Path) -> Result<Ce
 
 /// What is asked, and whether the duration is fixed.
 fn ask(args: &PlanArgs) -> Result<(PlanRequest, bool), Failure> {
-    let criterion = match args.criterion {
-        CriterionName::Worst => Criterion::Worst,
-        CriterionName::Mean => Criterion::Mean,
-        CriterionName::Volume => Criterion::Volume,
-    };
-    let want = args.want.as_deref().map(|text| requirement::parse("--want", text)).transpose()?;
+    let (criterion, want) = (args.criterion, args.want);
     if want.is_some() && criterion != Criterion::Worst {
         return Err(Failure::new(
             "`--want` with `--criterion`: what is wanted is reached when the worst sigma is",
@@ -129,13 +124,7 @@ fn ask(args: &PlanArgs) -> Result<(PlanRequest, bool), Failure> {
             args.longest_s.unwrap_or(LONGEST_S)
         }),
         goal: Goal { want: want.unwrap_or(Goal::default().want), criterion },
-        shapes: match args.shape {
-            ShapeName::Auto => Shape::ALL.to_vec(),
-            ShapeName::S => vec![Shape::S],
-            ShapeName::C => vec![Shape::C],
-            ShapeName::TwoPasses => vec![Shape::TwoPasses],
-            ShapeName::ThreePasses => vec![Shape::ThreePasses],
-        },
+        shapes: args.shape.to_vec(),
         seed: args.seed,
         evaluations: args.tries,
         threads: args.threads.unwrap_or(cores).get(),

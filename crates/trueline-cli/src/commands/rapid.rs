@@ -1,6 +1,6 @@
 //! `trueline rapid`.
 
-use crate::args::{ModeName, RapidArgs};
+use crate::args::{Mode, RapidArgs};
 use crate::failure::Failure;
 use crate::{output, path_file};
 use std::process::ExitCode;
@@ -11,12 +11,6 @@ use trueline_live::rapid::{RapidCell, guidance_module, stream_module};
 pub fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
     if args.out.exists() {
         return Err(Error::in_file(&args.out, Problem::AlreadyExists).into());
-    }
-    if !(args.pace > 0.0 && args.pace <= 1.0) {
-        return Err(Failure::new(
-            format!("--pace: expected a share above 0 and up to 1, found {}", args.pace),
-            "0.1 is a rehearsal",
-        ));
     }
     if args.pc.ip().is_unspecified() || args.pc.port() == 0 {
         return Err(Failure::new(
@@ -36,8 +30,8 @@ pub fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
         timeout_s: args.timeout_s,
     };
     let module = match args.mode {
-        ModeName::Stream => stream_module(&cell, &path),
-        ModeName::Guidance => guidance_module(&cell, &path),
+        Mode::Stream => stream_module(&cell, &path),
+        Mode::Guidance => guidance_module(&cell, &path),
     };
     let module = module.map_err(|error| {
         Failure::new(error.to_string(), "names as in RAPID; the path from `trueline plan` or a robot.csv")
@@ -45,8 +39,8 @@ pub fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
     // RAPID files of controllers have DOS line ends.
     output::file(&args.out, &module.replace('\n', "\r\n"))?;
     let then = match args.mode {
-        ModeName::Stream => "start `trueline record`, then run it",
-        ModeName::Guidance => "start `trueline scan --enable-motion`, then run it",
+        Mode::Stream => "start `trueline record`, then run it",
+        Mode::Guidance => "start `trueline scan --enable-motion`, then run it",
     };
     output::words(&format!(
         "{}: written. No real controller has tried such a module here: check it in RobotStudio, run it in manual\n\

@@ -1,105 +1,76 @@
 //! `trueline scan`.
 
-use super::listen;
 use crate::args::ScanArgs;
 use crate::failure::Failure;
 use crate::live_cell::{self, LiveCell};
 use crate::live_screen::LiveScreen;
-use crate::{interrupt, link_text, output, path_file, planned_scan, priority};
-use std::fmt::Write as _;
+use crate::{interrupt, output, path_file, planned_scan};
 use std::io::BufRead;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
-use trueline_cell::{ARRIVAL, CellOutcome, CellRecording, RECORDING};
-use trueline_dataset::{Error, Problem, RobotSample};
-use trueline_live::guide::{Answer, Observer, Outcome, Patience};
-use trueline_live::link_watch::Brief;
+use trueline_cell::{ARRIVAL, CellRecording, EndedScan, RECORDING, guide_scan};
+use trueline_dataset::{Error, Problem};
+use trueline_live::guide::Patience;
 use trueline_live::motion::{
-    CheckedPath, EndReason, Gate, GateState, MotionLimits, OperatorCommand, PathError, Phase, derive_limits,
-    limits::FASTEST_M_S, limits_file,
+    CheckedPath, Gate, MotionLimits, OperatorCommand, PathError, PathSummary, derive_limits, limits_file,
 };
-use trueline_live::{Guide, HostClock, Received, ReplyTimes};
+use trueline_live::{Endpoint, Guide, HostClock, LinkAddress, Protocol, RobotLink};
 use trueline_mcap::NoteLevel;
 
 /// Runs the command.
 pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
-    check(args)?;
     let poses = path_file::read(&args.path)?;
-    let refused = |error: PathError| {
-        let hint = match error {
-            PathError::TooShort { .. } | PathError::TimeStands { .. } | PathError::Attitude { .. } => {
-                "a path is what `trueline plan` writes, or a robot.csv with poses at rising times"
-            }
-            _ => {
-                "plan within the limits, travel more slowly (--pace), or widen them (--write-limits shows what it takes)"
-            }
-        };
-        Failure::new(format!("{}: {error}", path_file::file(&args.path).display()), hint)
-    };
     let limits = match &args.limits {
         Some(file) => limits_file::parse(file, &limits_text(file)?)?,
-        None => derive_limits::limits_for(&poses, args.pace, reach_m(args)?).map_err(refused)?,
+        None => {
+            derive_limits::limits_for(&poses, args.pace, reach_m(args)?).map_err(|e| refused(args, &e))?
+        }
     };
     if let Some(file) = &args.write_limits {
         return write_limits(file, &limits);
     }
-    let path = CheckedPath::new(&poses, args.pace, &limits).map_err(refused)?;
-    let plan = plan(&path, &poses, &limits, args);
+    let path = CheckedPath::new(&poses, args.pace, &limits).map_err(|e| refused(args, &e))?;
+    let plan = PathSummary { path: &path, poses: &poses, limits: &limits, pace: args.pace }.to_string();
     let (true, Some(bind), Some(out)) = (args.enable_motion, args.bind, &args.out) else {
         output::data(&format!("{plan}Nothing moves: this was the dry run.{}", next_step(args)))?;
         return Ok(ExitCode::SUCCESS);
     };
-    let mut endpoint = listen::bind(bind, args.robot, HostClock::start())?;
+    let endpoint = endpoint(bind, args)?;
     if out.join(RECORDING).exists() {
         return Err(Error::in_file(&out.join(RECORDING), Problem::AlreadyExists).into());
     }
     confirm(&plan, args)?;
     interrupt::watch()?;
-    let sensor = sensor(args);
-    let mut cell = LiveCell::open(&args.camera, sensor.as_deref(), endpoint.clock(), false)?;
-    let recording = CellRecording::create(cell.recording(out, &args.tool, ARRIVAL), endpoint.clock())?;
-    endpoint
-        .discard_waiting()
-        .map_err(|error| Failure::new(format!("{bind}: {error}"), "did the network go away?"))?;
-    let gate = Gate::new(limits, path, args.timeout_s);
-    let patience =
-        Patience { armed: Duration::from_secs_f64(args.armed_s), hold: Duration::from_secs_f64(args.hold_s) };
-    let guide = Guide::new(endpoint, gate, patience);
-    if !args.quiet {
-        output::words(&format!("listening at {bind}: start the RAPID program within {:.0} s", args.armed_s));
-    }
-    lead(guide, recording, &mut cell, args)
+    guide(endpoint, Gate::new(limits, path, args.timeout_s), out, args)
 }
 
-fn check(args: &ScanArgs) -> Result<(), Failure> {
-    let bad = |what: &str, found: f64| {
-        Failure::new(format!("{what}, found {found}"), "`trueline scan --help` explains it")
+fn refused(args: &ScanArgs, error: &PathError) -> Failure {
+    let hint = match error {
+        PathError::TooShort { .. } | PathError::TimeStands { .. } | PathError::Attitude { .. } => {
+            "a path is what `trueline plan` writes, or a robot.csv with poses at rising times"
+        }
+        _ => {
+            "plan within the limits, travel more slowly (--pace), or widen them (--write-limits shows what it takes)"
+        }
     };
-    if !(args.pace > 0.0 && args.pace <= 1.0) {
-        return Err(bad("--pace: expected a share above 0 and up to 1", args.pace));
-    }
-    if args.reach_mm.is_some_and(|reach_mm| !(reach_mm > 0.0 && reach_mm <= 3000.0)) {
-        return Err(bad("--reach-mm: expected 1 to 3000 mm", args.reach_mm.unwrap_or_default()));
-    }
-    if !(args.hold_s > 0.0 && args.hold_s < 600.0) {
-        return Err(bad("--hold-s: expected seconds above 0", args.hold_s));
-    }
-    if !(0.02..=10.0).contains(&args.timeout_s) {
-        return Err(bad("--timeout-s: expected 0.02 to 10 s", args.timeout_s));
-    }
-    if !(1.0..=3600.0).contains(&args.armed_s) {
-        return Err(bad("--armed-s: expected 1 to 3600 s", args.armed_s));
-    }
-    if args.bind.is_some_and(|bind| bind.ip().is_unspecified()) {
+    Failure::new(format!("{}: {error}", path_file::file(&args.path).display()), hint)
+}
+
+/// Where the robot is listened to: at one network card.
+fn endpoint(bind: SocketAddr, args: &ScanArgs) -> Result<Endpoint, Failure> {
+    if bind.ip().is_unspecified() {
         return Err(Failure::new(
             "--bind 0.0.0.0: a robot is only guided through the network card that it is connected to",
             "name the address of the network card that the robot is connected to",
         ));
     }
-    Ok(())
+    let address =
+        LinkAddress { protocol: Protocol::Egm, bind: Some(bind), robot: args.robot, robot_port: None };
+    match address.open(HostClock::start())? {
+        RobotLink::Egm(endpoint) => Ok(*endpoint),
+        RobotLink::Other(_) => Err(Failure::new("only robots that speak EGM are guided", "see docs/live.md")),
+    }
 }
 
 /// How far the tool carries something: as the user says, or to the back of the sensor that was planned for.
@@ -137,60 +108,6 @@ fn write_limits(file: &Path, limits: &MotionLimits) -> Result<ExitCode, Failure>
     Ok(ExitCode::SUCCESS)
 }
 
-/// What would be sent.
-fn plan(path: &CheckedPath, poses: &[RobotSample], limits: &MotionLimits, args: &ScanArgs) -> String {
-    let mut out = String::new();
-    let most = path.extremes();
-    let [low, high] = path.extent_m().map(|corner| corner * 1e3);
-    let start = poses[0].base_from_tool.translation.vector * 1e3;
-    let _ = writeln!(
-        out,
-        "Path of {} poses, {:.1} s{}; {:.1} s to start, as many to stop",
-        poses.len(),
-        path.duration_s(),
-        if args.pace < 1.0 { format!(" at {:.0} % of its pace", 100.0 * args.pace) } else { String::new() },
-        1.0 / path.ramp().slope_per_s + 3.0 * path.ramp().lag_s,
-    );
-    let _ = writeln!(out, "  begins at    x {:.1}  y {:.1}  z {:.1} mm", start.x, start.y, start.z);
-    for (axis, k) in [("x", 0), ("y", 1), ("z", 2)] {
-        let [from, to] = limits.box_m.map(|corner| corner[k] * 1e3);
-        let _ = writeln!(
-            out,
-            "  {axis}            {:.1} to {:.1} mm, allowed {from:.1} to {to:.1}",
-            low[k], high[k]
-        );
-    }
-    let d = f64::to_degrees;
-    let rows = [
-        ("speed", most.speed_m_s * 1e3, limits.speed_m_s * 1e3, "mm/s"),
-        ("acceleration", most.acceleration_m_s2 * 1e3, limits.acceleration_m_s2 * 1e3, "mm/s²"),
-        ("jerk", most.jerk_m_s3 * 1e3, limits.jerk_m_s3 * 1e3, "mm/s³"),
-        ("turning", d(most.turn_rad_s), d(limits.turn_rad_s), "°/s"),
-        ("turn change", d(most.turn_acceleration_rad_s2), d(limits.turn_acceleration_rad_s2), "°/s²"),
-    ];
-    for (what, found, limit, unit) in rows {
-        let _ = writeln!(out, "  {what:<12} up to {found:.1} {unit}, allowed {limit:.1}");
-    }
-    let _ = writeln!(
-        out,
-        "  at the tip   up to {:.1} mm/s, allowed {:.1}: {:.0} mm from the tool's origin",
-        most.tip_m_s * 1e3,
-        FASTEST_M_S * 1e3,
-        limits.reach_m * 1e3
-    );
-    if path.longest_rest_s() > DWELL_S {
-        let _ = writeln!(
-            out,
-            "  warning      it rests for {:.1} s on the way: EGMRunPose may take that for the end",
-            path.longest_rest_s()
-        );
-    }
-    out
-}
-
-/// A rest that is longer comes near to \\CondTime, after which a guidance ends.
-const DWELL_S: f64 = 1.5;
-
 fn next_step(args: &ScanArgs) -> &'static str {
     if args.limits.is_none() {
         " No limits were given: --write-limits FILE writes some to begin with."
@@ -222,161 +139,58 @@ fn sensor(args: &ScanArgs) -> Option<PathBuf> {
     args.sensor.clone().or_else(|| beside.exists().then_some(beside))
 }
 
-struct Watching<'a> {
-    recording: CellRecording,
-    replies: ReplyTimes,
-    shown: &'a Mutex<(Brief, Phase)>,
-    unrecorded: &'a AtomicBool,
-}
-
-impl Observer for Watching<'_> {
-    fn received(&mut self, received: &Received<'_>) {
-        self.recording.datagram(received);
+fn guide(mut endpoint: Endpoint, gate: Gate, out: &Path, args: &ScanArgs) -> Result<ExitCode, Failure> {
+    let sensor = sensor(args);
+    let mut cell = LiveCell::open(&args.camera, sensor.as_deref(), endpoint.clock(), false)?;
+    let recording = CellRecording::create(cell.recording(out, &args.tool, ARRIVAL), endpoint.clock())?;
+    endpoint
+        .discard_waiting()
+        .map_err(|error| Failure::new(format!("--bind: {error}"), "did the network go away?"))?;
+    if !args.quiet {
+        let (bind, armed_s) = (endpoint.local_address().map(|a| a.to_string()), args.armed_s.as_secs_f64());
+        let bind = bind.unwrap_or_default();
+        output::words(&format!("listening at {bind}: start the RAPID program within {armed_s:.0} s"));
     }
-
-    fn answered(&mut self, answer: &Answer) {
-        self.recording.answer(answer);
-        if let Some(took_ns) = answer.since_frame_ns {
-            self.replies.add(took_ns);
-        }
-    }
-
-    fn stepped(&mut self, state: &GateState) {
-        self.recording.tick();
-        if self.recording.has_failed() {
-            self.unrecorded.store(true, Ordering::SeqCst);
-        }
-        // Never waits for the display.
-        if let Ok(mut shown) = self.shown.try_lock() {
-            *shown = (self.recording.watch().brief(), state.phase);
-        }
-    }
-}
-
-fn lead(
-    mut guide: Guide,
-    recording: CellRecording,
-    cell: &mut LiveCell,
-    args: &ScanArgs,
-) -> Result<ExitCode, Failure> {
-    let shown = Mutex::new((Brief::default(), Phase::Waiting));
-    let handle = recording.handle();
-    let unrecorded = AtomicBool::new(false);
-    let replies = ReplyTimes::default();
-    let mut watching = Watching { recording, replies, shown: &shown, unrecorded: &unrecorded };
+    let guide = Guide::new(endpoint, gate, Patience { armed: args.armed_s, hold: args.hold_s });
     let screen = LiveScreen::new(args.quiet);
-    let CellOutcome { robot, camera, estimate_panicked } = cell.cell.run(
-        &handle,
-        |blind| {
-            let hurried = priority::hurry();
-            (guide.run(|| command(&[blind, &unrecorded]), &mut watching), hurried)
-        },
-        |state| {
-            let (brief, phase) = shown.lock().map(|shown| *shown).unwrap_or_default();
-            screen.show(&format!("{}: {}", phase_text(&phase), link_text::brief(&brief)), state);
-        },
-    );
+    let ended = guide_scan(&mut cell.cell, guide, recording, command, |scan, state| {
+        screen.show(&scan.to_string(), state);
+    });
     drop(screen);
-    let Some((outcome, hurried)) = robot else {
+    let Some(ended) = ended else {
         return Err(Failure::new(
-            "the leading thread panicked; the controller stops by its timeout",
+            "the guiding thread panicked; the controller stops by its timeout",
             "please report this; the recording is kept",
         ));
     };
-    if !hurried && !args.quiet {
+    if !ended.had_priority && !args.quiet {
         output::words("warning: no real-time priority (needs CAP_SYS_NICE); a busy PC may pause the scan");
     }
-    let seen = cell.tell(&camera, estimate_panicked, args.quiet);
-    conclude(outcome, watching, seen, args)
+    let is_seen = cell.tell(&ended.camera, ended.estimate_panicked, args.quiet);
+    conclude(ended, is_seen, args.quiet)
 }
 
-/// What Ctrl-C means; a scan that is not seen or not recorded any more is stopped as well.
-fn command(failures: &[&AtomicBool]) -> OperatorCommand {
+/// What Ctrl-C means.
+fn command() -> OperatorCommand {
     match interrupt::times() {
-        0 if failures.iter().any(|failed| failed.load(Ordering::SeqCst)) => OperatorCommand::Stop,
         0 => OperatorCommand::Go,
         1 => OperatorCommand::Stop,
         _ => OperatorCommand::Silence,
     }
 }
 
-fn phase_text(phase: &Phase) -> String {
-    match phase {
-        Phase::Waiting => "waiting for the controller to be guided".to_owned(),
-        Phase::Travelling { on_path, paused_for: 0, .. } => format!("on the path at {:.1} s", on_path.path_s),
-        Phase::Travelling { on_path, .. } => format!("paused at {:.1} s: frames came late", on_path.path_s),
-        Phase::Interrupted { on_path } => format!("at rest at {:.1} s: the robot is silent", on_path.path_s),
-        Phase::Stopping { why, .. } => format!("stopping: {why}"),
-        Phase::Holding { why, .. } => format!("holding: {why}"),
-        Phase::Silent { why } => format!("silent: {why}"),
-    }
-}
-
-fn conclude(
-    outcome: std::io::Result<Outcome>,
-    watching: Watching<'_>,
-    seen: bool,
-    args: &ScanArgs,
-) -> Result<ExitCode, Failure> {
-    let Watching { recording, replies, .. } = watching;
-    let (end_reason, well) = match &outcome {
-        Ok(outcome) => (
-            ending_text(outcome, seen),
-            outcome.end_reason == EndReason::Travelled && !outcome.observer_panicked && seen,
-        ),
-        Err(error) => (format!("the socket failed: {error}"), false),
-    };
-    let level = if well { NoteLevel::Info } else { NoteLevel::Error };
-    recording.note(level, format!("the scan ended: {end_reason}"));
+fn conclude(ended: EndedScan, is_seen: bool, quiet: bool) -> Result<ExitCode, Failure> {
+    let (end, well) = (format!("the scan ended: {}", ended.end(is_seen)), ended.is_well(is_seen));
+    let EndedScan { recording, replies, .. } = ended;
+    recording.note(if well { NoteLevel::Info } else { NoteLevel::Error }, end.clone());
     let finished = recording.finish();
-    output::words(&format!("The scan ended: {end_reason}"));
-    live_cell::tell_recording(&finished, args.quiet);
-    if !args.quiet {
-        let times = [0.5, 0.99, 0.999, 1.0].map(|share| replies.within_ms(share));
-        let said = output::data(&format!(
-            "{}  answers  {}, sent within {:.2} ms (median), {:.2} ms (99 %), {:.2} ms (99.9 %), {:.2} ms (all)",
-            link_text::text(&finished.watch.report()),
-            replies.count(),
-            times[0],
-            times[1],
-            times[2],
-            times[3],
-        ));
-        verdict_first(said)?;
-        output::words(&format!("written to {}", finished.file.display()));
-    }
+    output::words(&end.replacen("the", "The", 1));
+    let [median, p99, p999, all] = [0.5, 0.99, 0.999, 1.0].map(|share| replies.within_ms(share));
+    let report = format!(
+        "{}  answers  {}, sent within {median:.2} ms (median), {p99:.2} ms (99 %), {p999:.2} ms (99.9 %), {all:.2} ms (all)",
+        finished.watch.egm.report(),
+        replies.count(),
+    );
+    live_cell::tell_recording(&finished, &report, quiet)?;
     Ok(if well && finished.is_complete() { ExitCode::SUCCESS } else { ExitCode::from(1) })
-}
-
-/// Whoever reads our output may be gone: how a scan ended is told by the exit code all the same.
-fn verdict_first(said: Result<(), Failure>) -> Result<(), Failure> {
-    match said {
-        Err(Failure::BrokenPipe) => Ok(()),
-        other => other,
-    }
-}
-
-fn ending_text(outcome: &Outcome, seen: bool) -> String {
-    let mut text = match outcome.end_reason {
-        EndReason::Stopped if interrupt::times() == 0 && !seen => "stopped because the camera failed".to_owned(),
-        EndReason::Stopped if interrupt::times() == 0 => "stopped because it is not recorded any more".to_owned(),
-        EndReason::RobotSilent { .. } if outcome.was_converged => {
-            "the controller ended the guidance: the robot was at its reference for \\CondTime (a slow path, or a rest on it; \
-             `trueline rapid` writes a window that suits the path and its pace)"
-                .to_owned()
-        }
-        end_reason => end_reason.to_string(),
-    };
-    let mut add = |count: u64, what: &str| {
-        if count > 0 {
-            let _ = write!(text, "; {what}: {count}");
-        }
-    };
-    add(outcome.pauses.into(), "pauses because frames came late or not at all");
-    add(outcome.jumps.into(), "frames not believed, the robot cannot have moved so far");
-    add(outcome.unsent, "answers that could not be sent");
-    if outcome.observer_panicked {
-        text.push_str("; a part of this program beside the leading loop failed");
-    }
-    text
 }

@@ -1,6 +1,6 @@
 //! `trueline sensor intrinsics`.
 
-use crate::args::{DistortionName, IntrinsicsArgs};
+use crate::args::IntrinsicsArgs;
 use crate::board_pictures::{self, Looked};
 use crate::failure::Failure;
 use crate::output;
@@ -10,9 +10,7 @@ use trueline_dataset::sensor_setup::{SensorCovariance, SensorParameter, SensorSe
 use trueline_dataset::sensor_toml::{CameraFile, format_camera};
 use trueline_report::sensor_json::{self, CameraReport};
 use trueline_report::{sensor_page, sensor_text};
-use trueline_sensor::intrinsics::{
-    CameraFit, DistortionModel, Sensitivity, cross_validation, fit, next_picture,
-};
+use trueline_sensor::intrinsics::{CameraFit, Sensitivity, cross_validation, fit, next_picture};
 use trueline_sensor::{View, verdict};
 
 /// Runs the command.
@@ -24,7 +22,7 @@ pub fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
     let looked = board_pictures::look(&files, &args.board)?;
     let views: Vec<View> = looked.iter().filter_map(|l| l.view.as_ref().ok().cloned()).collect();
     let size = looked.first().map_or([0, 0], |l| l.size_px);
-    let fitted = fit(size, &args.board, &views, model(args.distortion))
+    let fitted = fit(size, &args.board, &views, args.distortion)
         .map_err(|error| Failure::new(format!("{error}{}", why_not(&looked)), error.hint()))?;
     let halves = cross_validation::halves(size, &args.board, &views, fitted.model);
     let uncertainty = Sensitivity::of(&fitted.state.camera).uncertainty(&fitted.covariance);
@@ -52,17 +50,6 @@ pub fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
         output::summary(args.json.as_deref(), &sensor_text::camera(&report))?;
     }
     Ok(if reasons.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
-}
-
-fn model(name: DistortionName) -> Option<DistortionModel> {
-    match name {
-        DistortionName::Auto => None,
-        DistortionName::None => Some(DistortionModel::None),
-        DistortionName::K1 => Some(DistortionModel::K1),
-        DistortionName::K1K2 => Some(DistortionModel::K1K2),
-        DistortionName::K1K2P1P2 => Some(DistortionModel::K1K2P1P2),
-        DistortionName::Five => Some(DistortionModel::Five),
-    }
 }
 
 fn stated(looked: &Looked) -> (String, String, Option<String>) {

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use trueline_dataset::sensor_setup::{SensorCovariance, SensorParameter, SensorSetup, SensorUncertainty};
 use trueline_dataset::sensor_toml::{self, CameraFile, SensorFile};
 use trueline_dataset::unit::MM_PER_M;
-use trueline_dataset::{Error, Problem, Sensor, gray_picture, stripe_points_csv};
+use trueline_dataset::{Sensor, gray_picture, stripe_points_csv};
 use trueline_report::{sensor_json, sensor_text};
 use trueline_sensor::laser_plane::{DOUBTFUL, PlaneFit, fit_points, jackknife};
 use trueline_sensor::verdict::{self, Remark};
@@ -102,19 +102,11 @@ fn sensor_text_of(sensor: Option<&Path>, fit: &PlaneFit) -> Result<String, Failu
         let setup = SensorSetup { uncertainty: Some(uncertainty), ..SensorSetup::default() };
         return Ok(sensor_toml::format_file(&SensorFile { sensor, setup }));
     };
-    let camera = read_camera(file)?;
+    let camera = sensor_toml::read_camera(file)?;
     let before = camera.setup.uncertainty.clone().unwrap_or_default();
     let setup = SensorSetup { uncertainty: Some(with_plane(before, &fit.covariance)), ..camera.setup };
     let written = CameraFile { laser_plane_in_camera: Some(fit.plane), setup, ..camera };
     Ok(sensor_toml::format_camera(&written))
-}
-
-/// Reads a camera's file.
-pub fn read_camera(file: &Path) -> Result<CameraFile, Failure> {
-    let bytes = gray_picture::bytes(file)?;
-    let text = String::from_utf8(bytes)
-        .map_err(|_| Error::in_file(file, Problem::Toml("it is not UTF-8 text".to_owned())))?;
-    Ok(sensor_toml::parse_camera(file, &text)?)
 }
 
 /// An uncertainty with that of a plane added, independent of the camera's.

@@ -2,7 +2,8 @@
 
 use crate::args::LaserPlaneArgs;
 use crate::board_pictures;
-use crate::commands::sensor_laser_plane::{plane_numbers, read_camera};
+use crate::commands::sensor_laser_plane::plane_numbers;
+
 use crate::failure::Failure;
 use crate::output;
 use nalgebra::{DMatrix, SMatrix};
@@ -10,7 +11,7 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_dataset::sensor_setup::{SensorParameter, SensorSetup};
-use trueline_dataset::sensor_toml::{CameraFile, format_camera};
+use trueline_dataset::sensor_toml::{self, CameraFile, format_camera};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_report::{sensor_json, sensor_text};
 use trueline_sensor::laser_plane::{JointFit, KnownCamera, StripedView, fit_joint, joint, stripe};
@@ -33,7 +34,7 @@ pub fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
             "`trueline sensor intrinsics PICTURES --board … --out camera.toml` writes one",
         ));
     };
-    let camera = read_camera(sensor)?;
+    let camera = sensor_toml::read_camera(sensor)?;
     let known = known(&camera);
     let files = board_pictures::files(&args.input)?;
     let found: Vec<Found> = files

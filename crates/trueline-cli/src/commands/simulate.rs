@@ -1,16 +1,14 @@
 //! `trueline simulate`.
 
 use super::simulate_images;
-use crate::args::{FrameName, PathArgs, PresetName, ProgressName, SimulateArgs};
+use crate::args::{PathArgs, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::{self, PlannedScan};
-use crate::scenario_options::{apply, share};
 use std::process::ExitCode;
 use trueline_dataset::{Recording, folder};
 use trueline_sim::{
-    Between, Disturbance, Preset, Progress, Scan, Scenario, Timing, TrackedIn, random_cell, simulate_along,
-    simulate_with_faults,
+    Between, Disturbance, Scan, Scenario, Timing, random_cell, simulate_along, simulate_with_faults,
 };
 
 /// Offsets of random cells lie within this, s.
@@ -38,8 +36,8 @@ pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
 /// A scan along a plan.
 fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCode, Failure> {
     let PlannedScan { mut scenario, path } = planned;
-    override_timing(&mut scenario.timing, args)?;
-    override_disturbance(&mut scenario.disturbance, args)?;
+    override_timing(&mut scenario.timing, args);
+    override_disturbance(&mut scenario.disturbance, args);
     if args.noise_free {
         scenario.disturbance = Disturbance::default();
     }
@@ -63,22 +61,8 @@ fn write(args: &SimulateArgs, recording: &Recording) -> Result<ExitCode, Failure
     Ok(ExitCode::SUCCESS)
 }
 
-/// The preset of a name.
-pub fn preset(name: PresetName) -> Preset {
-    match name {
-        PresetName::Paper => Preset::Paper,
-        PresetName::Quick => Preset::Quick,
-        PresetName::Good => Preset::Good,
-        PresetName::Weak => Preset::Weak,
-        PresetName::TwoLines => Preset::TwoLines,
-        PresetName::Profiler => Preset::Profiler,
-        PresetName::ConstantAttitude => Preset::ConstantAttitude,
-        PresetName::AlongLine => Preset::AlongLine,
-    }
-}
-
 fn scenario(args: &SimulateArgs) -> Result<Scenario, Failure> {
-    let mut scenario = preset(args.preset).scenario();
+    let mut scenario = args.preset.scenario();
     if args.random_cell {
         scenario = random_cell(&scenario, args.seed, RANDOM_OFFSET_S);
     }
@@ -86,40 +70,37 @@ fn scenario(args: &SimulateArgs) -> Result<Scenario, Failure> {
         scenario.disturbance = Disturbance::default();
         scenario.timing.between = Between::Straight;
     }
-    override_timing(&mut scenario.timing, args)?;
+    override_timing(&mut scenario.timing, args);
     override_path(&mut scenario.scan, &args.path)?;
-    override_disturbance(&mut scenario.disturbance, args)?;
+    override_disturbance(&mut scenario.disturbance, args);
     Ok(scenario)
+}
+
+/// Fields, what the user says instead, and its unit in SI.
+type Overrides<'a, const N: usize> = [(&'a mut f64, Option<f64>, f64); N];
+
+fn apply<const N: usize>(overrides: Overrides<'_, N>) {
+    for (field, option, unit) in overrides {
+        *field = option.map_or(*field, |value| value * unit);
+    }
 }
 
 fn override_path(scan: &mut Scan, args: &PathArgs) -> Result<(), Failure> {
     let degree = 1f64.to_radians();
-    if let Some(frame) = args.weave_frame {
-        scan.tracked_in = match frame {
-            FrameName::Sensor => TrackedIn::Sensor,
-            FrameName::Base => TrackedIn::Base,
-        };
-    }
-    if let Some(progress) = args.progress {
-        scan.progress = match progress {
-            ProgressName::Even => Progress::Even,
-            ProgressName::Eased => Progress::Eased,
-        };
-    }
+    scan.tracked_in = args.weave_frame.unwrap_or(scan.tracked_in);
+    scan.progress = args.progress.unwrap_or(scan.progress);
     scan.passes = args.passes.unwrap_or(scan.passes);
-    let overrides = [
-        (&mut scan.lateral.amplitude, args.lateral_mm, 1e-3, "--lateral-mm", 0.0),
-        (&mut scan.lateral.frequency_hz, args.lateral_hz, 1.0, "--lateral-hz", 0.0),
-        (&mut scan.range.amplitude, args.range_mm, 1e-3, "--range-mm", 0.0),
-        (&mut scan.range.frequency_hz, args.range_hz, 1.0, "--range-hz", 0.0),
-        (&mut scan.length_m, args.length_mm, 1e-3, "--length-mm", 0.0),
-        (&mut scan.spin_by_pass_rad, args.spin_by_pass_deg, degree, "--spin-by-pass-deg", f64::NEG_INFINITY),
-    ];
-    overrides.into_iter().try_for_each(apply)?;
+    apply([
+        (&mut scan.lateral.amplitude, args.lateral_mm, 1e-3),
+        (&mut scan.lateral.frequency_hz, args.lateral_hz, 1.0),
+        (&mut scan.range.amplitude, args.range_mm, 1e-3),
+        (&mut scan.range.frequency_hz, args.range_hz, 1.0),
+        (&mut scan.length_m, args.length_mm, 1e-3),
+        (&mut scan.spin_by_pass_rad, args.spin_by_pass_deg, degree),
+    ]);
     for (axis, tilt) in scan.tilts.iter_mut().enumerate() {
-        apply((&mut tilt.amplitude, args.tilt_deg, degree, "--tilt-deg", 0.0))?;
         let own = args.tilt_hz.get(axis).or(args.tilt_hz.first()).copied();
-        apply((&mut tilt.frequency_hz, own, 1.0, "--tilt-hz", 0.0))?;
+        apply([(&mut tilt.amplitude, args.tilt_deg, degree), (&mut tilt.frequency_hz, own, 1.0)]);
     }
     if args.tilt_hz.len() == 2 {
         return Err(Failure::new(
@@ -130,26 +111,23 @@ fn override_path(scan: &mut Scan, args: &PathArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-fn override_timing(timing: &mut Timing, args: &SimulateArgs) -> Result<(), Failure> {
-    let any = f64::NEG_INFINITY;
-    let overrides = [
-        (&mut timing.time_offset_s, args.time_offset_ms, 1e-3, "--time-offset-ms", any),
-        (&mut timing.duration_s, args.duration_s, 1.0, "--duration-s", 1.0),
-        (&mut timing.robot_period_s, args.robot_period_ms, 1e-3, "--robot-period-ms", 0.1),
-        (&mut timing.frame_period_s, args.frame_period_ms, 1e-3, "--frame-period-ms", 0.1),
-    ];
-    overrides.into_iter().try_for_each(apply)
+fn override_timing(timing: &mut Timing, args: &SimulateArgs) {
+    apply([
+        (&mut timing.time_offset_s, args.time_offset_ms, 1e-3),
+        (&mut timing.duration_s, args.duration_s, 1.0),
+        (&mut timing.robot_period_s, args.robot_period_ms, 1e-3),
+        (&mut timing.frame_period_s, args.frame_period_ms, 1e-3),
+    ]);
 }
 
-fn override_disturbance(d: &mut Disturbance, args: &SimulateArgs) -> Result<(), Failure> {
-    let overrides = [
-        (&mut d.feature_noise_px, args.feature_noise_px, 1.0, "--feature-noise-px", 0.0),
-        (&mut d.feature_noise_m, args.feature_noise_mm, 1e-3, "--feature-noise-mm", 0.0),
-        (&mut d.robot_position_noise_m, args.robot_noise_mm, 1e-3, "--robot-noise-mm", 0.0),
-        (&mut d.frame_jitter_s, args.stamp_jitter_ms, 1e-3, "--stamp-jitter-ms", 0.0),
-        (&mut d.clock_drift_ppm, args.clock_drift_ppm, 1.0, "--clock-drift-ppm", f64::NEG_INFINITY),
-    ];
-    share("--outliers", args.outliers, &mut d.outlier_fraction)?;
-    share("--drops", args.drops, &mut d.drop_fraction)?;
-    overrides.into_iter().try_for_each(apply)
+fn override_disturbance(d: &mut Disturbance, args: &SimulateArgs) {
+    apply([
+        (&mut d.outlier_fraction, args.outliers, 1.0),
+        (&mut d.drop_fraction, args.drops, 1.0),
+        (&mut d.feature_noise_px, args.feature_noise_px, 1.0),
+        (&mut d.feature_noise_m, args.feature_noise_mm, 1e-3),
+        (&mut d.robot_position_noise_m, args.robot_noise_mm, 1e-3),
+        (&mut d.frame_jitter_s, args.stamp_jitter_ms, 1e-3),
+        (&mut d.clock_drift_ppm, args.clock_drift_ppm, 1.0),
+    ]);
 }

@@ -1,10 +1,9 @@
 //! `trueline simulate --images`.
 
-use crate::args::{LookName, SceneName, SimulateArgs};
+use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress;
-use crate::scenario_options::apply;
 use rayon::prelude::*;
 use std::fs;
 use std::path::Path;
@@ -14,7 +13,7 @@ use trueline_dataset::{
 };
 use trueline_sim::faults::Event;
 use trueline_sim::images::Picture;
-use trueline_sim::{Exposed, Fault, Joint, Look, PictureScan, Scenario, simulate_with_faults};
+use trueline_sim::{Exposed, Fault, Joint, PictureScan, Scenario, simulate_with_faults};
 
 /// Runs the command.
 pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
@@ -66,48 +65,18 @@ fn scan<'a>(args: &SimulateArgs, scenario: &'a Scenario) -> Result<PictureScan<'
             "leave one of them out; robot-gaps, duplicate-rows and robot-clock-step work with both",
         ));
     }
-    let mut look = look(args.look);
+    let mut look = (args.look)();
     look.bits = if args.bits > 8 { 16 } else { 8 };
-    let (mut corner_gap_m, limit) = (0.0, 0.0);
-    apply((&mut look.exposure_s, args.exposure_ms, 1e-3, "--exposure-ms", limit))?;
-    apply((&mut corner_gap_m, args.corner_gap_mm, 1e-3, "--corner-gap-mm", limit))?;
-    if !(args.opening_deg > 0.0 && args.opening_deg < 360.0 && args.roll_deg.is_finite()) {
-        return Err(Failure::new(
-            format!(
-                "`--opening-deg`, `--roll-deg`: {}° and {}° make no fillet",
-                args.opening_deg, args.roll_deg
-            ),
-            "plates open by more than 0° and less than 360°; 90° is usual",
-        ));
-    }
-    let fillet = Joint::Fillet {
-        opening_rad: args.opening_deg.to_radians(),
-        roll_rad: args.roll_deg.to_radians(),
-        gap_m: corner_gap_m,
+    look.exposure_s = args.exposure_ms.map_or(look.exposure_s, |ms| ms * 1e-3);
+    let joint = match (args.joint)() {
+        Joint::Fillet { .. } => Joint::Fillet {
+            opening_rad: args.opening_deg.to_radians(),
+            roll_rad: args.roll_deg.to_radians(),
+            gap_m: args.corner_gap_mm.map_or(0.0, |mm| mm * 1e-3),
+        },
+        other => other,
     };
-    PictureScan::new(scenario, joint(args.joint, fillet), look, args.seed).ok_or_else(no_pictures)
-}
-
-/// How plates look.
-pub fn look(name: LookName) -> Look {
-    match name {
-        LookName::Clean => Look::clean(),
-        LookName::Speckle => Look::speckled(),
-        LookName::Shiny => Look::shiny(),
-        LookName::Welding => Look::welding(),
-    }
-}
-
-/// What the laser shines on; a fillet as it is given.
-pub fn joint(name: SceneName, fillet: Joint) -> Joint {
-    match name {
-        SceneName::Fillet => fillet,
-        SceneName::Lap => Joint::Lap { step_m: 3e-3 },
-        SceneName::VGroove => Joint::VGroove { depth_m: 5e-3, opening_rad: 90_f64.to_radians() },
-        SceneName::Butt => Joint::Butt { gap_m: 1.5e-3, mismatch_m: 0.0 },
-        SceneName::Plate => Joint::Plate,
-        SceneName::Nothing => Joint::Nothing,
-    }
+    PictureScan::new(scenario, joint, look, args.seed).ok_or_else(no_pictures)
 }
 
 /// Draws and writes every picture; returns where each one is and where its seam is.

@@ -5,6 +5,7 @@ use super::network::Network;
 use crate::host_clock::HostClock;
 use crate::stamped_socket::LONGEST_BYTES;
 use crate::wait;
+use std::fmt;
 use std::io;
 use std::net::{IpAddr, SocketAddr, UdpSocket};
 use std::ops::ControlFlow;
@@ -157,4 +158,18 @@ fn nobody_there(error: &io::Error) -> bool {
 fn is_pause(error: &io::Error) -> bool {
     use io::ErrorKind::{ConnectionRefused, Interrupted, TimedOut, WouldBlock};
     matches!(error.kind(), WouldBlock | TimedOut | Interrupted | ConnectionRefused)
+}
+
+/// What was sent, lost and answered.
+impl fmt::Display for RealTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Counts { sent, unreachable, received } = self.counts;
+        let (taken, refused) = self.controller.answers();
+        let lost = self.lost();
+        write!(f, "{sent} frames sent, {lost} lost on purpose; {received} answers came, {taken} were taken")?;
+        if unreachable > 0 {
+            write!(f, "; nobody was there for {unreachable} frames")?;
+        }
+        refused.iter().try_for_each(|(reason, count)| write!(f, "\n  {count} answers refused: {reason}"))
+    }
 }

@@ -1,6 +1,7 @@
 //! Where a scan stands, what the operator wants of it, and how it can end.
 
 use super::path_timing::PathState;
+use std::fmt;
 use trueline_geometry::Pose;
 
 /// What the operator wants.
@@ -126,4 +127,24 @@ pub enum Phase {
         /// Why.
         why: EndReason,
     },
+}
+
+impl fmt::Display for Phase {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Waiting => f.write_str("waiting for the controller to be guided"),
+            Self::Travelling { on_path, paused_for: 0, .. } => {
+                write!(f, "on the path at {:.1} s", on_path.path_s)
+            }
+            Self::Travelling { on_path, .. } => {
+                write!(f, "paused at {:.1} s: frames came late", on_path.path_s)
+            }
+            Self::Interrupted { on_path } => {
+                write!(f, "at rest at {:.1} s: the robot is silent", on_path.path_s)
+            }
+            Self::Stopping { why, .. } => write!(f, "stopping: {why}"),
+            Self::Holding { why, .. } => write!(f, "holding: {why}"),
+            Self::Silent { why } => write!(f, "silent: {why}"),
+        }
+    }
 }

@@ -1,35 +1,36 @@
-//! What was heard from a robot, for people and for programs.
+//! What was received from an ABB robot, for people and for programs.
 
+use crate::RobotFrame;
+use crate::egm::{MciState, MotorState, RapidState};
+use crate::link_watch::{Brief, LinkReport, Timing};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::fmt::Write;
+use std::fmt;
 use std::net::SocketAddr;
-use trueline_live::RobotFrame;
-use trueline_live::egm::{MciState, MotorState, RapidState};
-use trueline_live::link_watch::{Brief, LinkReport, Timing};
 
 /// The link in some lines.
-pub fn text(report: &LinkReport) -> String {
-    let mut out = String::new();
-    if let Some((from, frame)) = &report.robot {
-        let _ = writeln!(out, "Robot at {from}: {}", frame.generation);
-        robot_lines(&mut out, report, frame);
+impl fmt::Display for LinkReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some((from, frame)) = &self.robot {
+            writeln!(f, "Robot at {from}: {}", frame.generation)?;
+            robot_lines(f, self, frame)?;
+        }
+        let reasons = by_reason(self);
+        if !reasons.is_empty() {
+            writeln!(f, "Not used")?;
+        }
+        for (reason, (count, senders)) in reasons {
+            let others = match senders.len() {
+                1 => String::new(),
+                more => format!(" and {} more senders", more - 1),
+            };
+            writeln!(f, "  {count:>7} from {}{others}: {reason}", senders[0])?;
+        }
+        match self.unlisted {
+            0 => Ok(()),
+            unlisted => writeln!(f, "  {unlisted:>7} from further senders"),
+        }
     }
-    let reasons = by_reason(report);
-    if !reasons.is_empty() {
-        let _ = writeln!(out, "Not used");
-    }
-    for (reason, (count, senders)) in reasons {
-        let others = match senders.len() {
-            1 => String::new(),
-            more => format!(" and {} more senders", more - 1),
-        };
-        let _ = writeln!(out, "  {count:>7} from {}{others}: {reason}", senders[0]);
-    }
-    if report.unlisted > 0 {
-        let _ = writeln!(out, "  {:>7} from further senders", report.unlisted);
-    }
-    out
 }
 
 /// Datagrams that were not used and who sent them, by reason.
@@ -45,61 +46,62 @@ fn by_reason(report: &LinkReport) -> BTreeMap<&str, (u64, Vec<SocketAddr>)> {
     reasons
 }
 
-fn robot_lines(out: &mut String, report: &LinkReport, frame: &RobotFrame) {
+fn robot_lines(f: &mut fmt::Formatter<'_>, report: &LinkReport, frame: &RobotFrame) -> fmt::Result {
+    timing_lines(f, "frames", report.frames, report.timing)?;
     let share = 100.0 * report.lost as f64 / (report.frames + report.lost).max(1) as f64;
-    if let Some(Timing { rate_hz, period_s, delay_s, drift_ppm }) = report.timing {
-        let _ = writeln!(
-            out,
-            "  frames   {}, {rate_hz:.1} a second, every {:.3} ms by its clock",
-            report.frames,
-            period_s * 1e3
-        );
-        let [median, most, worst] = delay_s.map(|s| s * 1e3);
-        let _ = writeln!(
-            out,
-            "  delay    median {median:.2} ms, 99 % {most:.2} ms, worst {worst:.2} ms above the quickest"
-        );
-        let _ = writeln!(out, "  clock    {drift_ppm:+.0} ppm against this PC's");
-    } else {
-        let _ = writeln!(out, "  frames   {}: too few to tell their rate", report.frames);
-    }
-    let _ = writeln!(
-        out,
+    writeln!(
+        f,
         "  lost     {} ({share:.2} %); overtaken {}, repeated {}; longest silence {:.0} ms",
         report.lost,
         report.late,
         report.repeated,
         report.longest_gap_s * 1e3
-    );
-    let _ = writeln!(out, "  state    {}", state(frame));
+    )?;
+    writeln!(f, "  state    {}", state(frame))?;
     let p = frame.base_from_tool.translation.vector * 1e3;
-    let _ = writeln!(out, "  tool     x {:.2}  y {:.2}  z {:.2} mm", p.x, p.y, p.z);
-    for warning in warnings(report, frame) {
-        let _ = writeln!(out, "  warning: {warning}");
-    }
+    writeln!(f, "  tool     x {:.2}  y {:.2}  z {:.2} mm", p.x, p.y, p.z)?;
+    warnings(report, frame).iter().try_for_each(|warning| writeln!(f, "  warning: {warning}"))
+}
+
+/// Rate and delays of what a robot sends.
+pub(crate) fn timing_lines(
+    f: &mut fmt::Formatter<'_>,
+    what: &str,
+    count: u64,
+    timing: Option<Timing>,
+) -> fmt::Result {
+    let Some(Timing { rate_hz, period_s, delay_s, drift_ppm }) = timing else {
+        return writeln!(f, "  {what:<8} {count}: too few to tell their rate");
+    };
+    let period_ms = period_s * 1e3;
+    writeln!(f, "  {what:<8} {count}, {rate_hz:.1} a second, every {period_ms:.3} ms by its clock")?;
+    let [median, most, worst] = delay_s.map(|s| s * 1e3);
+    writeln!(
+        f,
+        "  delay    median {median:.2} ms, 99 % {most:.2} ms, worst {worst:.2} ms above the quickest"
+    )?;
+    writeln!(f, "  clock    {drift_ppm:+.0} ppm against this PC's")
 }
 
 /// The link in half a line.
-pub fn brief(brief: &Brief) -> String {
-    match &brief.robot {
-        Some((_, frame)) => {
-            let p = frame.base_from_tool.translation.vector * 1e3;
-            format!(
-                "{} frames, {} lost, x {:.1}  y {:.1}  z {:.1} mm; {}",
-                brief.frames,
-                brief.lost,
-                p.x,
-                p.y,
-                p.z,
-                state(frame)
-            )
-        }
-        None => "no robot yet".to_owned(),
+impl fmt::Display for Brief {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some((_, frame)) = &self.robot else { return f.write_str("no robot yet") };
+        let p = frame.base_from_tool.translation.vector * 1e3;
+        let Self { frames, lost, .. } = self;
+        write!(
+            f,
+            "{frames} frames, {lost} lost, x {:.1}  y {:.1}  z {:.1} mm; {}",
+            p.x,
+            p.y,
+            p.z,
+            state(frame)
+        )
     }
 }
 
 /// The controller's states in words.
-pub fn state(frame: &RobotFrame) -> String {
+fn state(frame: &RobotFrame) -> String {
     let motors = match frame.motors {
         MotorState::On => "motors on",
         MotorState::Off => "motors OFF",
@@ -120,8 +122,8 @@ pub fn state(frame: &RobotFrame) -> String {
     format!("{motors}, {rapid}, {mci}{utilization}")
 }
 
-/// What deserves a word.
-pub fn warnings(report: &LinkReport, frame: &RobotFrame) -> Vec<String> {
+/// What the user should know.
+fn warnings(report: &LinkReport, frame: &RobotFrame) -> Vec<String> {
     let mut warnings = Vec::new();
     let mut warn = |when: bool, text: String| {
         if when {
@@ -156,7 +158,7 @@ pub fn warnings(report: &LinkReport, frame: &RobotFrame) -> Vec<String> {
 }
 
 /// The link as JSON.
-pub fn json(report: &LinkReport) -> Value {
+pub(crate) fn json(report: &LinkReport) -> Value {
     let talkers: Vec<Value> = report
         .talkers
         .iter()

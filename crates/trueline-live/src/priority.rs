@@ -5,8 +5,9 @@ use thread_priority::{
     thread_native_id,
 };
 
-/// Asks for real-time priority for this thread; whether it was granted.
-pub fn hurry() -> bool {
+/// Asks for real-time priority for this thread; returns whether it was granted.
+#[must_use]
+pub fn request_real_time() -> bool {
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     let Ok(priority) = 50_u8.try_into() else { return false };
     set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(priority), policy)

@@ -1,0 +1,36 @@
+//! All formats by name.
+
+use crate::format::Format;
+use crate::{files, robots, ros};
+
+/// The format of a name or an alias.
+#[must_use]
+pub fn named(name: &str) -> Option<&'static Format> {
+    FORMATS.iter().find(|format| format.name == name || format.aliases.contains(&name))
+}
+
+/// All of them.
+pub const FORMATS: [Format; 22] = [
+    robots::ABB_TOOLDATA,
+    robots::ABB_WOBJDATA,
+    robots::ABB_POSE,
+    robots::KUKA_TOOL,
+    robots::KUKA_FRAME,
+    robots::FANUC,
+    robots::UR,
+    robots::YASKAWA,
+    robots::STAUBLI,
+    ros::URDF,
+    ros::XACRO,
+    ros::ROS2,
+    ros::EASY_HANDEYE2,
+    files::KALIBR,
+    files::OPENCV,
+    files::MATLAB,
+    files::PYTHON,
+    files::CSV,
+    files::MATRIX,
+    files::JSON,
+    files::QUATERNION,
+    files::EULER,
+];

@@ -1,0 +1,201 @@
+//! A robot's stream, whatever it speaks: ABB's with all that EGM says, the others' poses.
+
+use crate::endpoint::{Endpoint, Received};
+use crate::link_report;
+use crate::link_watch::{Brief, LinkReport, LinkWatch};
+use crate::robot_source::{RobotPacket, RobotSource, SourceAbout, SourceError};
+use crate::source_report;
+use crate::source_watch::{SourceReport, SourceWatch};
+use serde_json::Value;
+use std::fmt;
+use std::thread;
+use std::time::Duration;
+
+/// Where packets come from.
+pub enum RobotLink {
+    /// An ABB robot.
+    Egm(Box<Endpoint>),
+    /// A robot of another make.
+    Other(Box<dyn RobotSource>),
+}
+
+/// A packet and what became of it.
+#[derive(Clone, Copy, Debug)]
+pub enum LinkPacket<'a> {
+    /// Of an ABB robot.
+    Egm(&'a Received<'a>),
+    /// Of a robot of another make.
+    Other(&'a RobotPacket<'a>),
+}
+
+/// Between calls of a robot that does not answer.
+const RETRY: Duration = Duration::from_millis(50);
+
+impl RobotLink {
+    pub(crate) fn other(source: impl RobotSource + 'static) -> Self {
+        Self::Other(Box::new(source))
+    }
+
+    /// Waits for the robot, and hands over every packet that is there.
+    ///
+    /// # Errors
+    /// As [`RobotSource::receive`].
+    pub fn receive(
+        &mut self,
+        timeout: Duration,
+        each: &mut dyn FnMut(LinkPacket<'_>),
+    ) -> Result<(), SourceError> {
+        match self {
+            Self::Egm(endpoint) => {
+                match endpoint.receive(timeout, |received| each(LinkPacket::Egm(received))) {
+                    Ok(_) => Ok(()),
+                    Err(error) => {
+                        let address = endpoint.local_address().unwrap_or_else(|_| ([0; 4], 0).into());
+                        Err(SourceError::Io { address, error })
+                    }
+                }
+            }
+            Self::Other(source) => source.receive(timeout, &mut |packet| each(LinkPacket::Other(packet))),
+        }
+    }
+
+    /// What it speaks, and what its poses are, as far as is known by now.
+    #[must_use]
+    pub fn about(&self) -> SourceAbout {
+        match self {
+            Self::Egm(endpoint) => endpoint.about(),
+            Self::Other(source) => source.about(),
+        }
+    }
+
+    /// Listens as long as `goes_on` says so. A robot that is not there yet, or went away, is called again. Returns what went
+    /// wrong last, unless good packets came after it.
+    pub fn listen(
+        &mut self,
+        watch: &mut StreamWatch,
+        mut goes_on: impl FnMut(&StreamWatch) -> bool,
+    ) -> Option<SourceError> {
+        let mut wrong = None;
+        while goes_on(watch) {
+            let before = watch.frames();
+            match self.receive(RETRY, &mut |packet| watch.note(packet)) {
+                Ok(()) if watch.frames() > before => wrong = None,
+                Ok(()) => {}
+                Err(error @ SourceError::Refused { .. }) => return Some(error),
+                Err(error) => {
+                    wrong = Some(error);
+                    thread::sleep(RETRY);
+                }
+            }
+        }
+        wrong
+    }
+}
+
+/// Takes notice of what comes.
+#[derive(Clone, Debug, Default)]
+pub struct StreamWatch {
+    /// Of an ABB robot.
+    pub egm: LinkWatch,
+    /// Of a robot of another make.
+    pub other: SourceWatch,
+}
+
+impl StreamWatch {
+    /// Takes notice of a packet.
+    pub fn note(&mut self, packet: LinkPacket<'_>) {
+        match packet {
+            LinkPacket::Egm(received) => self.egm.note(received),
+            LinkPacket::Other(packet) => self.other.note(packet),
+        }
+    }
+
+    /// Good packets so far.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.egm.brief().frames + self.other.frames()
+    }
+
+    /// The stream in half a line.
+    #[must_use]
+    pub fn brief(&self) -> StreamBrief {
+        match self.other.frames() {
+            0 => StreamBrief::Egm(self.egm.brief()),
+            poses => StreamBrief::Other { poses },
+        }
+    }
+
+    /// What there is to tell of a link's stream.
+    #[must_use]
+    pub fn report(&self, link: &RobotLink) -> StreamReport {
+        match link {
+            RobotLink::Egm(_) => StreamReport::Egm(self.egm.report()),
+            RobotLink::Other(source) => StreamReport::Other(self.other.report(), source.about()),
+        }
+    }
+}
+
+/// A stream in half a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StreamBrief {
+    /// Of an ABB robot, or nothing yet.
+    Egm(Brief),
+    /// Of a robot of another make.
+    Other {
+        /// Good poses.
+        poses: u64,
+    },
+}
+
+impl Default for StreamBrief {
+    fn default() -> Self {
+        Self::Egm(Brief::default())
+    }
+}
+
+impl fmt::Display for StreamBrief {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Egm(brief) => brief.fmt(f),
+            Self::Other { poses } => write!(f, "{poses} poses"),
+        }
+    }
+}
+
+/// A stream so far; its `Display` is some lines for a person.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StreamReport {
+    /// Of an ABB robot.
+    Egm(LinkReport),
+    /// Of a robot of another make, and what it speaks.
+    Other(SourceReport, SourceAbout),
+}
+
+impl StreamReport {
+    /// Whether there was a robot.
+    #[must_use]
+    pub fn has_robot(&self) -> bool {
+        match self {
+            Self::Egm(report) => report.robot.is_some(),
+            Self::Other(report, _) => report.robot.is_some(),
+        }
+    }
+
+    /// The report for programs.
+    #[must_use]
+    pub fn to_json(&self) -> Value {
+        match self {
+            Self::Egm(report) => link_report::json(report),
+            Self::Other(report, about) => source_report::json(report, about),
+        }
+    }
+}
+
+impl fmt::Display for StreamReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Egm(report) => report.fmt(f),
+            Self::Other(report, about) => source_report::text(f, report, about),
+        }
+    }
+}
