@@ -88,8 +88,10 @@ pub fn find_seams<'py>(
 }
 
 fn columns<'py>(py: Python<'py>, seams: &ScanSeams) -> PyResult<Bound<'py, PyDict>> {
-    let found: Vec<_> =
-        seams.frames.iter().filter_map(|frame| Some((frame.stamp, frame.seam.as_ref().ok()?))).collect();
+    let found: Vec<_> = seams
+        .detections()
+        .flat_map(|(stamp, found)| found.seams().zip(0_i64..).map(move |(seam, line)| (stamp, seam, line)))
+        .collect();
     let pixels = Array2::from_shape_fn((found.len(), 2), |(row, axis)| found[row].1.pixel[axis]);
     let sigma = Array2::from_shape_fn((found.len(), 2), |(row, axis)| {
         found[row].1.covariance_px2[(axis, axis)].sqrt()
@@ -98,18 +100,19 @@ fn columns<'py>(py: Python<'py>, seams: &ScanSeams) -> PyResult<Bound<'py, PyDic
     out.set_item("joint", seams.joint.name())?;
     out.set_item(
         "stamp_ns",
-        found.iter().map(|(stamp, _)| stamp.stamp_ns).collect::<Vec<_>>().into_pyarray(py),
+        found.iter().map(|(stamp, ..)| stamp.stamp_ns).collect::<Vec<_>>().into_pyarray(py),
     )?;
     out.set_item(
         "picture",
-        found.iter().map(|(stamp, _)| stamp.frame as i64).collect::<Vec<_>>().into_pyarray(py),
+        found.iter().map(|(stamp, ..)| stamp.frame as i64).collect::<Vec<_>>().into_pyarray(py),
     )?;
+    out.set_item("line", found.iter().map(|(.., line)| *line).collect::<Vec<_>>().into_pyarray(py))?;
     out.set_item("pixels", pixels.into_pyarray(py))?;
     out.set_item("sigma_px", sigma.into_pyarray(py))?;
     let others = seams
         .frames
         .iter()
-        .filter_map(|frame| Some((frame.stamp.frame, frame.seam.as_ref().err()?.to_string())));
+        .filter_map(|frame| Some((frame.stamp.frame, frame.found.as_ref().err()?.to_string())));
     out.set_item("not_found", others.collect::<Vec<_>>())?;
     Ok(out)
 }

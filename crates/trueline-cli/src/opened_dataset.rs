@@ -14,6 +14,7 @@ use trueline_dataset::{
 use trueline_mcap::{Choice, Imported, import};
 use trueline_vision::Joint;
 use trueline_vision::profile;
+use trueline_vision::scan::ScanSeams;
 
 /// A scan with its features, and its pictures where it has some.
 pub struct OpenedDataset {
@@ -92,8 +93,9 @@ fn open_folder(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedD
     let pictures = if images::index_of(path).exists() { Some(PictureFolder::open(path)?) } else { None };
     if let (Some(pictures), false) = (&pictures, path.join("features.csv").exists()) {
         let sensor = folder::read_sensor_file(path)?;
-        let features = find_features(pictures, &sensor, path, &options(joint, quiet))?;
-        folder::replace_features(path, &features)?;
+        let scan = find_seams(pictures, &sensor, path, &options(joint, quiet))?;
+        folder::replace_features(path, &scan.features())?;
+        folder::replace_stripes(path, &scan.stripes())?;
         if !quiet {
             output::words(&format!("written to {}\n", path.join("features.csv").display()));
         }
@@ -126,7 +128,7 @@ fn open_recording(file: &Path, joint: Option<Joint>, quiet: bool) -> Result<Open
             ));
         };
         let sensor = SensorFile { sensor: recording.sensor.clone(), setup: recording.setup.clone() };
-        recording.features = find_features(pictures, &sensor, file, &options(joint, quiet))?;
+        recording.features = find_seams(pictures, &sensor, file, &options(joint, quiet))?.features();
     }
     let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
     Ok(OpenedDataset { recording, pictures, stamp_meaning })
@@ -136,24 +138,23 @@ fn options(joint: Option<Joint>, quiet: bool) -> PictureOptions {
     PictureOptions { joint, quiet, ..PictureOptions::default() }
 }
 
-fn find_features(
+fn find_seams(
     pictures: &dyn PictureSource,
     sensor: &SensorFile,
     name: &Path,
     options: &PictureOptions,
-) -> Result<Vec<Feature>, Failure> {
+) -> Result<ScanSeams, Failure> {
     let scan = pictures::examine_source(pictures, sensor, name, options)?;
     if !options.quiet {
         output::words(&pictures::summary(&scan));
     }
-    let features = scan.features();
-    if features.is_empty() {
+    if scan.detections().next().is_none() {
         return Err(Failure::new(
             format!("there is no seam in any of {} pictures", scan.frames.len()),
             "`trueline features DATASET --overlay FOLDER` draws what is seen; --joint names the joint",
         ));
     }
-    Ok(features)
+    Ok(scan)
 }
 
 /// Says what became of a recording. Damage is told even if all is to be quiet: data is missing because of it.

@@ -44,10 +44,10 @@ impl OverlayFolder {
         for segment in detector.segments() {
             canvas.segment(segment, detector.lens());
         }
-        if let Ok(seam) = picture.seam {
-            canvas.seam(seam);
+        if let Ok(found) = picture.found {
+            found.seams().for_each(|seam| canvas.seam(seam));
         }
-        let found = if picture.seam.is_ok() { "" } else { "-not-found" };
+        let found = if picture.found.is_ok() { "" } else { "-not-found" };
         let file = self.folder.join(format!("{:06}{found}.png", picture.number));
         Ok(gray_png::write_rgb(&file, [image.width, image.height], canvas.rgb())?)
     }

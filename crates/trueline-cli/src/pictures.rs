@@ -152,8 +152,8 @@ pub fn looked(scan: &ScanSeams) -> Vec<Looked> {
     let looked = scan.frames.iter().map(|frame| Looked {
         stamp_s: (frame.stamp.stamp_ns - first_ns) as f64 * 1e-9,
         file: Path::new(&frame.name).file_name().unwrap_or_default().to_string_lossy().into_owned(),
-        seam: match &frame.seam {
-            Ok(seam) => Ok(SeamPixel { at_px: seam.pixel.into(), sigma_px: seam.sigma_px() }),
+        seam: match &frame.found {
+            Ok(found) => Ok(SeamPixel { at_px: found.seam.pixel.into(), sigma_px: found.seam.sigma_px() }),
             Err(reason) => Err(MissingSeam { code: reason.code(), text: reason.to_string() }),
         },
     });
@@ -168,7 +168,7 @@ pub fn summary(scan: &ScanSeams) -> String {
         JointSource::Default => " (looked for, since the pictures show no joint)",
     };
     let mut text = format!("Joint            {}{how}\n", scan.joint.name());
-    text += &format!("Found            {} of {} pictures\n", scan.seams().count(), scan.frames.len());
+    text += &format!("Found            {} of {} pictures\n", scan.detections().count(), scan.frames.len());
     for error in scan.unreadable.iter().take(MOST_NAMED) {
         text += &format!("                 skipped: {error}\n");
     }
@@ -186,6 +186,12 @@ pub fn summary(scan: &ScanSeams) -> String {
         let doubtful = scan.joint == Joint::Butt && distance_px > DOUBTFUL_PX;
         let doubt = if doubtful { ": are these gaps the joint? look at --overlay" } else { "" };
         text += &format!("From neighbours  {distance_px:.2} px (median){doubt}\n");
+    }
+    if let Some(distance_px) = scan.second_place_px {
+        text += &format!(
+            "Two places       the seam is found at two places in turn, {distance_px:.0} px apart: look at --overlay, then \
+             choose with --stripe or --region\n"
+        );
     }
     if let (Joint::Butt, Some(gap)) = (scan.joint, scan.median_and_p95(|seam| seam.gap_m)) {
         text += &format!("Gap              {:.2} mm (median)\n", gap[0] * 1e3);
@@ -209,11 +215,12 @@ pub fn json(scan: &ScanSeams) -> serde_json::Value {
         "joint": scan.joint.name(),
         "joint_chosen_by_pictures": scan.joint_source == JointSource::Pictures,
         "pictures": scan.frames.len(),
-        "found": scan.seams().count(),
+        "found": scan.detections().count(),
         "not_found": reasons,
         "unreadable": scan.unreadable.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "median_sigma_px": spread(0).zip(spread(1)).map(|(u, v)| [u[0], v[0]]),
         "median_px_from_neighbours": scan.neighbour_distance_px,
+        "second_place_px": scan.second_place_px,
         "median_gap_mm": gap_mm.map(|gap| gap[0]),
         "ms_per_picture": scan.ms_per_picture(),
     })

@@ -147,3 +147,36 @@ fn datasets_without_usable_pictures_are_refused() {
         assert!(!at.join("other").exists(), "{bad} wrote something");
     }
 }
+
+#[test]
+fn a_groove_gives_two_lines_and_a_fillet_the_stripes_on_its_plates() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let simulate = |joint: &str| {
+        let out = format!("--duration-s 2 --frame-period-ms 500 --out {joint} --quiet");
+        succeeds(at, &format!("simulate --images --joint {joint} {out}"));
+        succeeds(at, &format!("features {joint} --joint {joint} --quiet"));
+        fs::read_to_string(at.join(joint).join("features.csv")).unwrap()
+    };
+    let groove = simulate("groove");
+    assert!(groove.starts_with("time_s,u_px,v_px,line,frame,"), "{groove}");
+    assert!(!at.join("groove/stripes.csv").exists());
+    // The truth has the same two lines, in the same order: each point lies within a pixel of its own.
+    let truth = fs::read_to_string(at.join("groove/truth_features.csv")).unwrap();
+    let rows = |text: &str| -> Vec<Vec<f64>> {
+        text.lines().skip(1).map(|row| row.split(',').take(4).map(|x| x.parse().unwrap()).collect()).collect()
+    };
+    assert_eq!((rows(&groove).len(), rows(&truth).len()), (6, 6));
+    for (found, truth) in rows(&groove).iter().zip(rows(&truth)) {
+        assert!((found[1] - truth[1]).hypot(found[2] - truth[2]) < 1.0 && found[3] == truth[3], "{found:?}");
+    }
+    let lines = fs::read_to_string(at.join("groove/truth.toml")).unwrap().matches("[[lines]]").count();
+    assert_eq!(lines, 2);
+    simulate("fillet");
+    let stripes = fs::read_to_string(at.join("fillet/stripes.csv")).unwrap();
+    assert!(stripes.starts_with("time_s,frame,plate,u1_px,v1_px,u2_px,v2_px,sigma_px\n"), "{stripes}");
+    assert_eq!(stripes.lines().count(), 1 + 2 * 3);
+    // With another joint they are another's, and are kept under another name.
+    trueline(at, "features fillet --joint edge --quiet");
+    assert!(!at.join("fillet/stripes.csv").exists() && at.join("fillet/stripes.previous-1.csv").exists());
+}

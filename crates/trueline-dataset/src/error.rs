@@ -128,6 +128,12 @@ pub enum Problem {
         /// The field.
         text: String,
     },
+    /// A plate that is neither of two.
+    #[error("expected plate 0 or 1, found {plate}")]
+    NotAPlate {
+        /// The number.
+        plate: u64,
+    },
     /// A standard deviation of zero or less.
     #[error("expected a standard deviation above zero, found `{text}`")]
     NotPositive {
@@ -296,6 +302,7 @@ impl Problem {
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
             Self::NotFinite { .. } => "leave out rows without a measurement instead of writing nan",
             Self::NotACount { .. } => "line and frame are numbered 0, 1, 2, …",
+            Self::NotAPlate { .. } => "a seam is where two plates meet: 0 and 1",
             Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
             Self::NotAFileName { .. } => "pictures lie in images/, beside index.csv; give their names alone",
             Self::Picture { .. } => {

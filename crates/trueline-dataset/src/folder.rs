@@ -6,11 +6,12 @@ use crate::profile::Profile;
 use crate::recording::{Feature, Recording, Sensor};
 use crate::sensor_setup::{RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
+use crate::stripes_csv::{self, PlateStripe};
 use crate::{features_csv, known_toml, profiles_csv, robot_csv, sensor_toml};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Reads a dataset folder.
@@ -151,19 +152,40 @@ pub fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<()
 /// # Errors
 /// What the operating system says.
 pub fn replace_features(folder: &Path, features: &[Feature]) -> Result<Option<PathBuf>, Error> {
-    let file = folder.join("features.csv");
-    let unfinished = folder.join("features.unfinished.csv");
-    if !features.is_empty() {
-        write_with(&unfinished, |out| features_csv::write(out, features))?;
+    let write = |out: &mut dyn Write| features_csv::write(out, features);
+    replace(folder, "features", (!features.is_empty()).then_some(&write))
+}
+
+/// Writes the stripes on plates that were found in the pictures of a dataset to its `stripes.csv`. One that is there is
+/// kept as `stripes.previous-N.csv`: it belongs to the features before; its new path is returned. Without stripes none is
+/// written.
+///
+/// # Errors
+/// What the operating system says.
+pub fn replace_stripes(folder: &Path, stripes: &[PlateStripe]) -> Result<Option<PathBuf>, Error> {
+    let write = |out: &mut dyn Write| stripes_csv::write(out, stripes);
+    replace(folder, "stripes", (!stripes.is_empty()).then_some(&write))
+}
+
+/// What writes a table.
+type WriteTable<'a> = &'a dyn Fn(&mut dyn Write) -> std::io::Result<()>;
+
+/// Replaces the table of a name, or removes it if there is none to write; the one before is kept under a new name, which
+/// is returned.
+fn replace(folder: &Path, name: &str, table: Option<WriteTable<'_>>) -> Result<Option<PathBuf>, Error> {
+    let file = folder.join(format!("{name}.csv"));
+    let unfinished = folder.join(format!("{name}.unfinished.csv"));
+    if let Some(write) = table {
+        write_with(&unfinished, |out| write(out))?;
     }
     let mut kept = None;
     if file.exists() {
-        let mut names = (1..).map(|k| folder.join(format!("features.previous-{k}.csv")));
+        let mut names = (1..).map(|k| folder.join(format!("{name}.previous-{k}.csv")));
         let free = names.find(|name| !name.exists()).unwrap_or_else(|| unreachable!("numbers do not end"));
         fs::rename(&file, &free).map_err(|e| Error::in_file(&file, Problem::Io(e)))?;
         kept = Some(free);
     }
-    if !features.is_empty() {
+    if table.is_some() {
         fs::rename(&unfinished, &file).map_err(|e| Error::in_file(&file, Problem::Io(e)))?;
     }
     Ok(kept)
@@ -292,7 +314,7 @@ fn write_with(
     let write = || {
         let mut out = BufWriter::new(fs::File::create(file)?);
         body(&mut out)?;
-        std::io::Write::flush(&mut out)
+        out.flush()
     };
     write().map_err(|e| Error::in_file(file, Problem::Io(e)))
 }

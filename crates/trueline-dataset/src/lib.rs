@@ -29,6 +29,7 @@ pub mod sensor_toml;
 mod setup_toml;
 pub mod stamp;
 pub mod stripe_points_csv;
+pub mod stripes_csv;
 pub mod table;
 pub mod unit;
 pub mod written_form;
@@ -44,3 +45,4 @@ pub use recording::{Feature, Guess, Measured, Recording, RobotSample, Sensor, Tr
 pub use reference_file::Reference;
 pub use sensor_setup::SensorSetup;
 pub use sensor_toml::SensorFile;
+pub use stripes_csv::PlateStripe;

@@ -1,11 +1,13 @@
 //! From a picture to its seam point: the recipe.
 
+use crate::detection::Detection;
 use crate::evidence::Evidence;
 use crate::frame::Frame;
 use crate::joint::butt::ButtFinder;
+use crate::joint::groove::GrooveFinder;
 use crate::joint::lap::LapFinder;
 use crate::joint::plate_end::PlateEndFinder;
-use crate::joint::{edge, fillet, v_groove};
+use crate::joint::{edge, fillet, step, v_block, v_groove};
 use crate::lens::Lens;
 use crate::locate::binning::{BinnedLevels, FACTORS, bin, binned_lens, factor};
 use crate::locate::edgel::{Edgel, edgels};
@@ -90,16 +92,28 @@ impl Detector {
         &self.lens
     }
 
-    /// The seam point of a joint in a picture.
+    /// The seam point of a joint in a picture; of a joint with two lines, that of line 0.
     ///
     /// # Errors
     /// Why there is none; a point that cannot be relied on is none.
     pub fn seam<L: Level>(&mut self, picture: &Picture<'_, L>, joint: Joint) -> Result<Seam, NotFound> {
+        self.detect(picture, joint).map(|found| found.seam)
+    }
+
+    /// What a picture shows of a joint: seam points and the stripes on its plates.
+    ///
+    /// # Errors
+    /// As [`Self::seam`].
+    pub fn detect<L: Level>(
+        &mut self,
+        picture: &Picture<'_, L>,
+        joint: Joint,
+    ) -> Result<Detection, NotFound> {
         self.locator.candidates_in(picture, self.region.as_ref(), 1);
         let factor = factor(picture, &self.locator.tiles, &self.locator.candidates);
         if factor == 1 {
             self.locator.segments_in(picture, &self.lens, &mut self.segments);
-            return self.finders.seam(
+            return self.finders.find(
                 joint,
                 Frame { picture, lens: &self.lens },
                 &self.segments,
@@ -113,26 +127,34 @@ impl Detector {
         self.locator.candidates_in(&smaller, self.region.as_ref(), factor);
         self.locator.segments_in(&smaller, lens, &mut self.segments);
         let frame = Frame { picture: &smaller, lens };
-        let seam = self.finders.seam(joint, frame, &self.segments, &self.locator);
+        let found = self.finders.find(joint, frame, &self.segments, &self.locator);
         for segment in &mut self.segments {
             segment.unbin(factor);
         }
-        seam.map(|seam| seam.unbinned(factor)).map_err(|reason| reason.scaled(factor as f64))
+        found.map(|found| found.unbinned(factor)).map_err(|reason| reason.scaled(factor as f64))
     }
 
-    /// The seam point of a joint in a picture of whichever depth.
+    /// As [`Self::seam`], in a picture of whichever depth.
     ///
     /// # Errors
     /// As [`Self::seam`].
     pub fn seam_in(&mut self, image: &GrayImage, joint: Joint) -> Result<Seam, NotFound> {
+        self.detect_in(image, joint).map(|found| found.seam)
+    }
+
+    /// As [`Self::detect`], in a picture of whichever depth.
+    ///
+    /// # Errors
+    /// As [`Self::seam`].
+    pub fn detect_in(&mut self, image: &GrayImage, joint: Joint) -> Result<Detection, NotFound> {
         let (width, height) = (image.width, image.height);
         const EMPTY: NotFound = NotFound::NoStripe { contrast: 0.0 };
         match &image.pixels {
             Pixels::Eight(levels) => {
-                Picture::new(width, height, levels).map_or(Err(EMPTY), |picture| self.seam(&picture, joint))
+                Picture::new(width, height, levels).map_or(Err(EMPTY), |picture| self.detect(&picture, joint))
             }
             Pixels::Sixteen(levels) => {
-                Picture::new(width, height, levels).map_or(Err(EMPTY), |picture| self.seam(&picture, joint))
+                Picture::new(width, height, levels).map_or(Err(EMPTY), |picture| self.detect(&picture, joint))
             }
         }
     }
@@ -193,27 +215,32 @@ struct JointFinders {
     laps: LapFinder,
     butts: ButtFinder,
     edges: PlateEndFinder,
+    grooves: GrooveFinder,
 }
 
 impl JointFinders {
-    fn seam<L: Level>(
+    fn find<L: Level>(
         &mut self,
         joint: Joint,
         frame: Frame<'_, L>,
         segments: &[LineSegment],
         locator: &Locator,
-    ) -> Result<Seam, NotFound> {
+    ) -> Result<Detection, NotFound> {
         if segments.is_empty() {
             return Err(locator.no_stripe());
         }
         let evidence = Evidence { frame, segments };
+        let choice = self.choice;
         match joint {
-            Joint::Fillet => fillet::find(&evidence, false, self.choice, &mut self.corners),
-            Joint::Corner => fillet::find(&evidence, true, self.choice, &mut self.corners),
-            Joint::Lap => self.laps.find(&evidence, self.choice),
-            Joint::VGroove => v_groove::find(&evidence, self.choice, &mut self.corners),
-            Joint::Butt => self.butts.find(&evidence, self.choice),
-            Joint::Edge => edge::find(&evidence, self.choice, &mut self.edges),
+            Joint::Fillet => fillet::find(&evidence, false, choice, &mut self.corners),
+            Joint::Corner => fillet::find(&evidence, true, choice, &mut self.corners),
+            Joint::VGroove => v_groove::find(&evidence, choice, &mut self.corners),
+            Joint::VBlock => v_block::find(&evidence, choice, &mut self.corners),
+            Joint::Step => step::find(&evidence, choice, &mut self.corners),
+            Joint::Groove => self.grooves.find(&evidence, choice),
+            Joint::Lap => self.laps.find(&evidence, choice).map(Detection::from),
+            Joint::Butt => self.butts.find(&evidence, choice).map(Detection::from),
+            Joint::Edge => edge::find(&evidence, choice, &mut self.edges).map(Detection::from),
         }
     }
 }

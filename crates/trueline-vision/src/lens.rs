@@ -119,4 +119,16 @@ impl Lens {
     pub fn away(&self) -> Vector2<f64> {
         self.sheet.axes().transpose() * Vector3::z()
     }
+
+    /// How far to the right in the sheet the point is that an ideal pixel sees, m: along the sheet's direction that keeps
+    /// its distance from the camera, turned towards the right of the picture, or downwards where the sheet stands upright in
+    /// it. `None` where the ray does not meet the sheet.
+    #[must_use]
+    pub fn sideways_m(&self, ideal: &Vector2<f64>) -> Option<f64> {
+        let away = self.away();
+        let sideways = Vector2::new(away.y, -away.x).normalize();
+        let in_camera = self.sheet.axes() * sideways;
+        let forward = if in_camera.x.abs() >= in_camera.y.abs() { in_camera.x } else { in_camera.y };
+        self.on_sheet(ideal).map(|(point, _)| forward.signum() * sideways.dot(&point))
+    }
 }

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+pub mod detection;
 pub mod detector;
 pub mod evidence;
 mod fastest;
@@ -18,6 +19,7 @@ pub mod scan;
 pub mod seam;
 mod stripe_choice;
 
+pub use detection::{Detection, StripeSupport};
 pub use detector::Detector;
 pub use lens::Lens;
 pub use not_found::NotFound;

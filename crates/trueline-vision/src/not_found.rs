@@ -60,6 +60,18 @@ pub enum NotFound {
         /// Whether the corner is nearer to the camera than its arms.
         towards_camera: bool,
     },
+    /// Faces that open by another angle than those of this joint do.
+    #[error(
+        "the faces open by {opening_deg:.0}° in the sheet; {least_deg:.0}° to {most_deg:.0}° are expected"
+    )]
+    OtherOpening {
+        /// The angle between the faces, degrees.
+        opening_deg: f64,
+        /// The least that is expected, degrees.
+        least_deg: f64,
+        /// The most, degrees.
+        most_deg: f64,
+    },
     /// Several pieces, but not as this joint has them.
     #[error("the {pieces} pieces of the stripe do not form this joint")]
     NotThisJoint {
@@ -147,6 +159,7 @@ impl NotFound {
             Self::TooFlat { .. } => "too-flat",
             Self::ArmsApart { .. } => "arms-apart",
             Self::WrongSide { .. } => "wrong-side",
+            Self::OtherOpening { .. } => "other-opening",
             Self::NotThisJoint { .. } => "not-this-joint",
             Self::GoesOn => "stripe-continues",
             Self::NoClearEnd { .. } => "no-clear-end",
@@ -169,6 +182,7 @@ impl NotFound {
             Self::OnePiece { length_px } => length_px,
             Self::ArmsTooShort { arms_px: [a, b], .. } => a.min(b),
             Self::TooFlat { bend_deg, .. } => bend_deg,
+            Self::OtherOpening { opening_deg, .. } => opening_deg,
             Self::ArmsApart { gaps_px: [a, b], .. } => a + b,
             Self::NoClearEnd { fades_px, .. } => fades_px,
             Self::Jumps { distance_px, .. }

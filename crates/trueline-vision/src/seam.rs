@@ -20,11 +20,27 @@ pub enum Joint {
     Corner,
     /// A plate over nothing that the laser reaches; the seam is where the stripe ends.
     Edge,
+    /// A step whose riser is lit. Two lines: 0 where the upper surface meets the riser, 1 where the lower one does.
+    Step,
+    /// A groove whose faces are lit, with any root. Two lines, its shoulders: 0 is the left one in the picture.
+    Groove,
+    /// A V-block, or a machined V with a relief slot: the line in which its faces would meet.
+    VBlock,
 }
 
 impl Joint {
     /// All joints, in the order in which they are told apart: the special ones before the general ones.
-    pub const ALL: [Self; 6] = [Self::VGroove, Self::Fillet, Self::Lap, Self::Corner, Self::Butt, Self::Edge];
+    pub const ALL: [Self; 9] = [
+        Self::Step,
+        Self::VGroove,
+        Self::Groove,
+        Self::Fillet,
+        Self::VBlock,
+        Self::Lap,
+        Self::Corner,
+        Self::Butt,
+        Self::Edge,
+    ];
 
     /// The name on the command line.
     #[must_use]
@@ -36,6 +52,9 @@ impl Joint {
             Self::Butt => "butt",
             Self::Corner => "corner",
             Self::Edge => "edge",
+            Self::Step => "step",
+            Self::Groove => "groove",
+            Self::VBlock => "v-block",
         }
     }
 }
@@ -53,13 +72,13 @@ pub struct Seam {
     pub covariance_m2: Matrix2<f64>,
     /// How good the stripe was, 0 to 1: the part of the sections on its weaker segment that show it.
     pub quality: f64,
-    /// Width of the gap, m, for a butt joint; else zero.
+    /// Width of the gap, m: of a butt joint, and, to a tile or so, of what hides the place where two faces meet; else zero.
     pub gap_m: f64,
 }
 
 /// What is added to every covariance: light that wanders with the pixel grid and the lens, px. Clean pictures
 /// of our simulator scatter by 0.003 px where noise alone would say 0.001.
-const GRID_SIGMA_PX: f64 = 0.004;
+pub(crate) const GRID_SIGMA_PX: f64 = 0.004;
 
 impl Seam {
     /// From a point in the ideal picture and its covariance.

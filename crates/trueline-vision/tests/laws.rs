@@ -11,7 +11,8 @@ use trueline_vision::measure::stripe_end::{BANDS, BandSection, EndFinder, EndSea
 use trueline_vision::measure::template::Stack;
 use trueline_vision::scan::joint_choice;
 use trueline_vision::scan::neighbours;
-use trueline_vision::{Joint, Lens, NotFound, Seam};
+use trueline_vision::scan::two_places;
+use trueline_vision::{Detection, Joint, Lens, NotFound, Seam};
 
 fn lens() -> Lens {
     let SensorModel::CameraLaser { camera, laser_plane_in_camera } = Preset::Quick.scenario().cell.sensor
@@ -183,11 +184,11 @@ fn lines_cross_where_they_should() {
     assert!((a.moved(0.5, 0.0).distance(&a.point) + 0.5).abs() < 1e-12);
 }
 
-fn seen(gap_m: f64) -> Option<Seam> {
+fn seen(gap_m: f64) -> Option<Detection> {
     let mut seam =
         Seam::from_ideal(&lens(), &Vector2::new(1200.0, 1000.0), &Matrix2::identity(), 1.0).unwrap();
     seam.gap_m = gap_m;
-    Some(seam)
+    Some(seam.into())
 }
 
 #[test]
@@ -221,10 +222,14 @@ fn a_gap_that_is_not_as_wide_as_the_others_is_refused() {
     assert!(seams.iter().all(Result::is_ok));
 }
 
-fn at(u: f64, v: f64) -> Result<Seam, NotFound> {
-    let mut seam = seen(0.0).unwrap();
-    seam.pixel = Vector2::new(u, v);
-    Ok(seam)
+fn at(u: f64, v: f64) -> Result<Detection, NotFound> {
+    let mut found = seen(0.0).unwrap();
+    found.seam.pixel = Vector2::new(u, v);
+    Ok(found)
+}
+
+fn in_order(found: &mut [Result<Detection, NotFound>]) -> Vec<(f64, &mut Result<Detection, NotFound>)> {
+    found.iter_mut().enumerate().map(|(k, found)| (k as f64 / 33.0, found)).collect()
 }
 
 #[test]
@@ -236,7 +241,7 @@ fn points_that_jump_are_refused_and_swings_are_not() {
     seams[0] = at(1240.0, 900.0);
     seams[50] = at(1200.0 + swing(50), 870.0);
     seams[70] = Err(NotFound::NoStripe { contrast: 0.0 });
-    let typical = neighbours::refuse_jumps(seams.iter_mut().enumerate().map(|(k, seam)| (time_s(k), seam)));
+    let typical = neighbours::refuse_jumps(&mut in_order(&mut seams));
     // A parabola over ten pictures follows the swing to its fourth derivative: 300 · π⁴ · 0.15⁴ / 24 = 0.6 px.
     assert!(typical.unwrap() < 0.6);
     let refused: Vec<usize> = (0..100).filter(|k| matches!(seams[*k], Err(NotFound::Jumps { .. }))).collect();
@@ -245,8 +250,39 @@ fn points_that_jump_are_refused_and_swings_are_not() {
     let mut noise = Noise::new(1, 0);
     let mut seams: Vec<_> =
         (0..40).map(|_| at(noise.uniform(0.0, 2400.0), noise.uniform(0.0, 2000.0))).collect();
-    neighbours::refuse_jumps(seams.iter_mut().enumerate().map(|(k, seam)| (time_s(k), seam)));
+    neighbours::refuse_jumps(&mut in_order(&mut seams));
+    assert_eq!(two_places::refuse_second_place(&mut in_order(&mut seams)), None);
     assert!(seams.iter().all(Result::is_ok));
+}
+
+/// A bead whose toes are 110 px apart: each picture takes one of them, by chance or mostly the same.
+#[test]
+fn two_tracks_that_are_entered_in_turn_are_two_places() {
+    let toe = |k: usize, far: bool| {
+        let swing = (PI * k as f64 / 33.0).sin() * 150.0;
+        at(1200.0 + swing + if far { 105.0 } else { 0.0 }, 900.0 + if far { 30.0 } else { 0.0 })
+    };
+    let mut noise = Noise::new(2, 0);
+    let is_second = |found: &Result<Detection, NotFound>| matches!(found, Err(NotFound::TwoPlaces { .. }));
+    for (share, all) in [(0.5, true), (0.15, false)] {
+        let far: Vec<bool> = (0..120).map(|_| noise.happens(share)).collect();
+        let mut found: Vec<_> = far.iter().enumerate().map(|(k, far)| toe(k, *far)).collect();
+        let apart_px = two_places::refuse_second_place(&mut in_order(&mut found)).unwrap();
+        // √(105² + 30²) = 109 px.
+        assert!((apart_px - 109.2).abs() < 3.0, "{apart_px}");
+        // Half and half: neither counts. Else those of the rarer toe do not, and of the others none is lost.
+        let refused = found.iter().filter(|found| is_second(found)).count();
+        if all {
+            assert!(refused > 100, "{refused} of 120");
+        } else {
+            assert!(found.iter().zip(&far).all(|(found, far)| *far || !is_second(found)));
+        }
+    }
+    // One track, with a third of the points anywhere, is one place.
+    let mut found: Vec<_> = (0..120)
+        .map(|k| if noise.happens(0.33) { at(noise.uniform(0.0, 2400.0), 500.0) } else { toe(k, false) })
+        .collect();
+    assert_eq!(two_places::refuse_second_place(&mut in_order(&mut found)), None);
 }
 
 /// Sections without any light have no shift; whatever stands there must not reach the line.

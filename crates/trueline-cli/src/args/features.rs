@@ -14,6 +14,8 @@ use trueline_vision::{Joint, StripeChoice};
 
 An existing features.csv is kept under another name.
 
+Where the seam is where two plates meet, the stripes on them are written to stripes.csv as well.
+
 Exit code: 0 features were written, 1 there is no seam in any picture, 2 could not run.")]
 pub struct FeaturesArgs {
     /// Dataset folder with sensor.toml and images/index.csv
@@ -57,12 +59,23 @@ fn stripe(name: &str) -> Result<StripeChoice, String> {
 pub type JointChoice = Option<Joint>;
 
 /// Joints that are looked for.
-pub static JOINTS: [Choice<JointChoice>; 7] = [
+pub static JOINTS: [Choice<JointChoice>; 10] = [
     ("auto", "The joint that most pictures show", None),
     ("fillet", "Two plates at an angle: their corner", Some(Joint::Fillet)),
     ("lap", "A plate on a plate: the edge of the upper one", Some(Joint::Lap)),
-    ("vgroove", "Bevelled plates: the bottom of the groove", Some(Joint::VGroove)),
+    ("v-groove", "Bevelled plates: the bottom of the groove", Some(Joint::VGroove)),
     ("butt", "Two plates side by side: the middle of the gap", Some(Joint::Butt)),
     ("corner", "The outside corner of a block, where its faces meet", Some(Joint::Corner)),
     ("edge", "A plate or straightedge over nothing: where the stripe ends", Some(Joint::Edge)),
+    ("step", "A step whose riser is lit: two lines, its edge (0) and its foot (1)", Some(Joint::Step)),
+    (
+        "groove",
+        "A groove with lit faces and any root: two lines, its left shoulder (0) and its right one (1)",
+        Some(Joint::Groove),
+    ),
+    (
+        "v-block",
+        "A V-block or a machined V: where its faces would meet, whatever slot is there",
+        Some(Joint::VBlock),
+    ),
 ];

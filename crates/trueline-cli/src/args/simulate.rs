@@ -124,14 +124,28 @@ static PRESETS: [Choice<Preset>; 8] = [
 ];
 
 /// What pictures show.
-pub static JOINTS_OF_PICTURES: [Choice<fn() -> Joint>; 6] = [
+pub static JOINTS_OF_PICTURES: [Choice<fn() -> Joint>; 11] = [
     ("fillet", "Two plates at 90°", Joint::fillet),
     ("lap", "A plate of 3 mm on another", || Joint::Lap { step_m: 3e-3 }),
-    ("vgroove", "Bevelled plates, 90°, 5 mm deep", || Joint::VGroove {
+    ("v-groove", "Bevelled plates, 90°, 5 mm deep", || Joint::VGroove {
         depth_m: 5e-3,
         opening_rad: 90_f64.to_radians(),
     }),
     ("butt", "Two plates 1.5 mm apart", || Joint::Butt { gap_m: 1.5e-3, mismatch_m: 0.0 }),
+    ("step", "A step of 5 mm whose riser leans by 45°: two lines", || Joint::Step {
+        height_m: 5e-3,
+        lean_rad: 45_f64.to_radians(),
+    }),
+    ("groove", "A groove 14 mm wide with a flat root, 6 mm deep: two lines, its shoulders", || {
+        Joint::Groove { width_m: 14e-3, root_m: 4e-3, depth_m: 6e-3 }
+    }),
+    ("v-block", "A V-block of 90° with a relief slot of 8 mm", || Joint::VBlock {
+        depth_m: 0.1,
+        opening_rad: 90_f64.to_radians(),
+        slot_m: 8e-3,
+    }),
+    ("corner", "The outside corner of a block, 90°", || Joint::Corner { opening_rad: 90_f64.to_radians() }),
+    ("edge", "A plate over nothing", || Joint::Edge),
     ("plate", "One plate, no joint", || Joint::Plate),
     ("nothing", "No stripe at all", || Joint::Nothing),
 ];

@@ -28,8 +28,9 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     let (features, summary) = (scan.features(), pictures::summary(&scan));
     // The features first: whatever else cannot be written, they are there.
     let kept = folder::replace_features(&args.dataset, &features)?;
-    if let (Some(kept), false) = (kept, args.quiet) {
-        output::words(&format!("the features that were there are now in {}", kept.display()));
+    let kept = kept.into_iter().chain(folder::replace_stripes(&args.dataset, &scan.stripes())?);
+    if !args.quiet {
+        kept.for_each(|kept| output::words(&format!("what was there before is now in {}", kept.display())));
     }
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", pictures::json(&scan)))?;

@@ -20,13 +20,18 @@ pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure
     let scan = scan(args, scenario)?;
     let mut recording = simulate_with_faults(scenario, &args.faults, args.seed).ok_or_else(no_pictures)?;
     recording.features.clear();
+    // The joint may have other lines than the scenario's one seam; without a joint, that is where the seam would be.
+    if let Some(truth) = recording.truth.as_mut().filter(|_| !scan.lines().is_empty()) {
+        truth.lines = scan.lines();
+    }
     folder::write(&args.out, &recording)?;
     let pictures = args.out.join("images");
     fs::create_dir_all(&pictures).map_err(|e| Error::in_file(&pictures, Problem::Io(e)))?;
     let frames = draw(args, &scan)?;
     let index: Vec<FrameFile> = frames.iter().map(|(frame, _)| frame.clone()).collect();
     images::write_index(&args.out, &index)?;
-    let truth: Vec<Feature> = frames.into_iter().filter_map(|(_, feature)| feature).collect();
+    let seen = frames.iter().filter(|(_, features)| !features.is_empty()).count();
+    let truth: Vec<Feature> = frames.into_iter().flat_map(|(_, features)| features).collect();
     write_truth(&args.out.join("truth_features.csv"), &truth)?;
     if !args.quiet {
         output::words(&format!(
@@ -34,7 +39,7 @@ pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure
             args.out.display(),
             recording.robot.len(),
             index.len(),
-            truth.len(),
+            seen,
             scenario.timing.time_offset_s * 1e3,
         ));
     }
@@ -80,7 +85,7 @@ fn scan<'a>(args: &SimulateArgs, scenario: &'a Scenario) -> Result<PictureScan<'
 }
 
 /// Draws and writes every picture; returns where each one is and where its seam is.
-fn draw(args: &SimulateArgs, scan: &PictureScan<'_>) -> Result<Vec<(FrameFile, Option<Feature>)>, Failure> {
+fn draw(args: &SimulateArgs, scan: &PictureScan<'_>) -> Result<Vec<(FrameFile, Vec<Feature>)>, Failure> {
     let bar = progress::bar(scan.exposures().len() as u64, "pictures", args.quiet);
     let drawn: Result<Vec<_>, Error> = scan
         .exposures()
@@ -88,13 +93,14 @@ fn draw(args: &SimulateArgs, scan: &PictureScan<'_>) -> Result<Vec<(FrameFile, O
         .map_init(
             || scan.renderer(),
             |renderer, exposed| {
-                let Picture { image, seam_px } = scan.draw(renderer, exposed);
+                let Picture { image, seam_px, second_px } = scan.draw(renderer, exposed);
                 let path = args.out.join("images").join(format!("{:06}.png", exposed.frame));
                 gray_png::write(&path, &image)?;
                 bar.inc(1);
                 let frame =
                     FrameFile { stamp_ns: exposed.stamp_ns, frame: exposed.frame, device_ns: None, path };
-                Ok((frame, seam_px.map(|pixel| feature(exposed, pixel.into()))))
+                let lines = [seam_px, second_px].into_iter().flatten().zip(0..);
+                Ok((frame, lines.map(|(pixel, line)| feature(exposed, line, pixel.into())).collect()))
             },
         )
         .collect();
@@ -102,10 +108,10 @@ fn draw(args: &SimulateArgs, scan: &PictureScan<'_>) -> Result<Vec<(FrameFile, O
     Ok(drawn?)
 }
 
-fn feature(exposed: &Exposed, pixel: [f64; 2]) -> Feature {
+fn feature(exposed: &Exposed, line: u32, pixel: [f64; 2]) -> Feature {
     Feature {
         stamp_ns: exposed.stamp_ns,
-        line: 0,
+        line,
         frame: Some(exposed.frame),
         device_ns: None,
         measured: Measured::Pixel(pixel),

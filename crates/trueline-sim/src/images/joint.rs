@@ -40,6 +40,38 @@ pub enum Joint {
         /// How much deeper the second plate lies, m.
         mismatch_m: f64,
     },
+    /// The outside corner of a block; the seam is where its faces meet.
+    Corner {
+        /// Angle between the faces, inside the block, rad.
+        opening_rad: f64,
+    },
+    /// A plate over nothing; the seam is its edge.
+    Edge,
+    /// A step of one part; the seam is its edge, and a second line its foot.
+    Step {
+        /// Height, m.
+        height_m: f64,
+        /// How far the riser leans away from upright, rad: towards the light.
+        lean_rad: f64,
+    },
+    /// A groove with a flat root; the seam lies in the middle between its shoulders, which are the two lines.
+    Groove {
+        /// Distance of the shoulders, m.
+        width_m: f64,
+        /// Width of the root, m.
+        root_m: f64,
+        /// Depth, m.
+        depth_m: f64,
+    },
+    /// A block with a V; the seam is where its faces would meet.
+    VBlock {
+        /// How deep that is below the block's upper surface, m.
+        depth_m: f64,
+        /// Angle between the faces, rad.
+        opening_rad: f64,
+        /// Width of the relief slot, m.
+        slot_m: f64,
+    },
     /// One plate without any joint.
     Plate,
     /// Nothing that the laser could light.
@@ -93,6 +125,46 @@ impl Joint {
                     facet(right, Vector2::new(FAR_M, mismatch_m), 0.9),
                 ]
             }
+            Self::Corner { opening_rad } => {
+                let half = 0.5 * opening_rad;
+                let face = |side: f64| Vector2::new(side * half.sin(), half.cos()) * FAR_M;
+                vec![facet(face(-1.0), Vector2::zeros(), 1.0), facet(Vector2::zeros(), face(1.0), 0.9)]
+            }
+            Self::Edge => vec![facet(Vector2::new(-FAR_M, 0.0), Vector2::zeros(), 1.0)],
+            Self::Step { height_m, lean_rad } => {
+                let foot = Vector2::new(height_m * lean_rad.tan(), height_m);
+                vec![
+                    facet(Vector2::new(-FAR_M, 0.0), Vector2::zeros(), 1.0),
+                    facet(Vector2::zeros(), foot, 0.9),
+                    facet(foot, Vector2::new(FAR_M, height_m), 0.9),
+                ]
+            }
+            Self::Groove { width_m, root_m, depth_m } => {
+                let [left, right] = [-0.5, 0.5].map(|side| Vector2::new(side * width_m, 0.0));
+                let [root_left, root_right] = [-0.5, 0.5].map(|side| Vector2::new(side * root_m, depth_m));
+                vec![
+                    facet(Vector2::new(-FAR_M, 0.0), left, 1.0),
+                    facet(left, root_left, 0.9),
+                    facet(root_left, root_right, 0.7),
+                    facet(root_right, right, 0.9),
+                    facet(right, Vector2::new(FAR_M, 0.0), 0.9),
+                ]
+            }
+            Self::VBlock { depth_m, opening_rad, slot_m } => {
+                let at = |x: f64| Vector2::new(x, -x.abs() / (0.5 * opening_rad).tan());
+                let half_width_m = depth_m * (0.5 * opening_rad).tan();
+                let [left, right] = [-half_width_m, half_width_m].map(at);
+                let [slot_left, slot_right] = [-0.5 * slot_m, 0.5 * slot_m].map(at);
+                let deep = Vector2::new(0.0, FAR_M);
+                vec![
+                    facet(Vector2::new(-FAR_M, -depth_m), left, 0.9),
+                    facet(left, slot_left, 1.0),
+                    facet(slot_left, slot_left + deep, 0.0),
+                    facet(slot_right, slot_right + deep, 0.0),
+                    facet(slot_right, right, 0.9),
+                    facet(right, Vector2::new(FAR_M, -depth_m), 0.9),
+                ]
+            }
             Self::Plate => vec![facet(Vector2::new(-FAR_M, 0.0), Vector2::new(FAR_M, 0.0), 1.0)],
             Self::Nothing => Vec::new(),
         }
@@ -116,7 +188,34 @@ impl Joint {
             Self::Lap { .. } => vec![beside(0, true, BESIDE_M)],
             Self::VGroove { .. } => vec![beside(1, true, BESIDE_M), beside(2, false, BESIDE_M)],
             Self::Butt { .. } => vec![beside(0, true, BESIDE_M), beside(3, false, BESIDE_M)],
+            Self::Corner { .. } => vec![beside(0, true, BESIDE_M), beside(1, false, BESIDE_M)],
+            Self::Edge => vec![beside(0, true, BESIDE_M)],
+            Self::Step { .. } => {
+                vec![beside(0, true, BESIDE_M), beside(1, false, BESIDE_M), beside(2, false, BESIDE_M)]
+            }
+            Self::Groove { .. } => vec![
+                beside(0, true, BESIDE_M),
+                beside(1, false, BESIDE_M),
+                beside(3, true, BESIDE_M),
+                beside(4, false, BESIDE_M),
+            ],
+            Self::VBlock { .. } => vec![beside(1, true, BESIDE_M), beside(4, false, BESIDE_M)],
             Self::Plate | Self::Nothing => Vec::new(),
+        }
+    }
+
+    /// Where its lines are in the cross-section, m.
+    #[must_use]
+    pub fn lines(&self) -> Vec<Vector2<f64>> {
+        match *self {
+            Self::Step { height_m, lean_rad } => {
+                vec![Vector2::zeros(), Vector2::new(height_m * lean_rad.tan(), height_m)]
+            }
+            Self::Groove { width_m, .. } => {
+                vec![Vector2::new(-0.5 * width_m, 0.0), Vector2::new(0.5 * width_m, 0.0)]
+            }
+            Self::Plate | Self::Nothing => Vec::new(),
+            _ => vec![Vector2::zeros()],
         }
     }
 }

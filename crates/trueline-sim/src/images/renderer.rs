@@ -9,7 +9,7 @@ use super::look::Look;
 use super::patch::Patches;
 use super::speckle::Speckle;
 use crate::noise::Noise;
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Unit, Vector2, Vector3};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_geometry::{Line, Plane, Pose};
 use trueline_model::Camera;
@@ -26,7 +26,9 @@ pub struct Studio {
     sheet: Plane,
     seam: Line,
     approach: Vector3<f64>,
+    joint: Joint,
     facets: Vec<Facet>,
+    lines: Vec<Vector2<f64>>,
     witnesses: Vec<Vector2<f64>>,
     look: Look,
     speckle: Option<Speckle>,
@@ -40,8 +42,11 @@ pub struct Studio {
 pub struct Picture {
     /// Grey levels.
     pub image: GrayImage,
-    /// The seam at mid-exposure in distorted px, if it is in the picture and the stripe visible beside it.
+    /// The seam at mid-exposure in distorted px, if it is in the picture and the stripe visible beside it; of a joint
+    /// with two lines, that of line 0.
     pub seam_px: Option<Vector2<f64>>,
+    /// That of line 1, likewise.
+    pub second_px: Option<Vector2<f64>>,
 }
 
 impl Studio {
@@ -63,7 +68,9 @@ impl Studio {
         Self {
             rays: (0..height).flat_map(|v| (0..width).map(move |u| (u, v))).map(|(u, v)| ray(u, v)).collect(),
             exposure: Exposure::new(&look, seed),
+            joint,
             facets: joint.facets(),
+            lines: joint.lines(),
             witnesses: joint.witnesses(),
             camera,
             sheet,
@@ -84,12 +91,36 @@ impl Studio {
         Light::new(scene, (&self.seam, &self.approach), base_from_camera, &self.sheet)
     }
 
-    /// Where the seam is, and the places beside it at which its stripe should be seen, px.
-    fn seam_px(&self, base_from_camera: &Pose) -> (Option<Vector2<f64>>, Vec<Option<Vector2<f64>>>) {
+    /// Puts the lines of the joint in order as the camera sees them from a pose: line 0 of two equals is the left one in the
+    /// picture.
+    pub(crate) fn order_lines(&mut self, base_from_camera: &Pose) {
+        let places: Vec<Option<Vector2<f64>>> = self.places_px(base_from_camera).0;
+        if let (Joint::Groove { .. }, [Some(a), Some(b)]) = (self.joint, places.as_slice()) {
+            let across = b - a;
+            let forward = if across.x.abs() >= across.y.abs() { across.x } else { across.y };
+            if forward < 0.0 {
+                self.lines.swap(0, 1);
+            }
+        }
+    }
+
+    /// The lines of the joint in base.
+    #[must_use]
+    pub fn lines(&self) -> Vec<Line> {
+        let along = self.seam.direction();
+        let away = (self.approach - along * along.dot(&self.approach)).normalize();
+        let across = along.cross(&away);
+        let direction = Unit::new_normalize(along);
+        let moved =
+            |at: &Vector2<f64>| Line::new(self.seam.anchor() + across * at.x + away * at.y, &direction);
+        self.lines.iter().map(moved).collect()
+    }
+
+    /// Where the lines are, and the places beside them at which their stripe should be seen, px.
+    fn places_px(&self, base_from_camera: &Pose) -> (Vec<Option<Vector2<f64>>>, Vec<Option<Vector2<f64>>>) {
         let light = self.light(&[], base_from_camera);
         let pixel = |at: &Vector2<f64>| light.on_sheet(at).and_then(|point| self.camera.project(&point));
-        let seam = pixel(&Vector2::zeros()).filter(|_| !self.witnesses.is_empty());
-        (seam, self.witnesses.iter().map(pixel).collect())
+        (self.lines.iter().map(pixel).collect(), self.witnesses.iter().map(pixel).collect())
     }
 }
 
@@ -126,7 +157,8 @@ impl<'a> Renderer<'a> {
             })
             .collect();
         let lights: Vec<Light<'_>> = poses.iter().map(|pose| studio.light(&missing, pose)).collect();
-        let (seam_px, witnesses) = studio.seam_px(&base_from_camera(0.0));
+        let (lines_px, witnesses) = studio.places_px(&base_from_camera(0.0));
+        let [seam_px, second_px] = [0, 1].map(|line| lines_px.get(line).copied().flatten());
         self.picture.fill(0.0);
         self.mark(&lights, seam_px);
         self.cast(&lights);
@@ -137,7 +169,8 @@ impl<'a> Renderer<'a> {
         let middle = studio.size().map(|n| 0.5 * n as f64);
         let centre = seam_px.map_or(middle, Into::into);
         clutter::add(&mut self.picture, studio.size(), centre, &studio.look, &mut noise);
-        Picture { image: self.develop(&mut noise), seam_px: seam_px.filter(|_| visible) }
+        let [seam_px, second_px] = [seam_px, second_px].map(|pixel| pixel.filter(|_| visible));
+        Picture { image: self.develop(&mut noise), seam_px, second_px }
     }
 
     fn mark(&mut self, lights: &[Light<'_>], seam_px: Option<Vector2<f64>>) {

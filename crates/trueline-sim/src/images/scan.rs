@@ -7,6 +7,7 @@ use crate::motion::Motion;
 use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Shutter};
+use trueline_geometry::Line;
 
 /// A scan whose pictures can be drawn one by one, in any order and by several threads.
 pub struct PictureScan<'a> {
@@ -27,16 +28,22 @@ impl<'a> PictureScan<'a> {
         let scene = (joint, seam, scenario.cell.approach.into_inner());
         let (mut noise, mut chance) = (Noise::new(seed, 12), Noise::new(seed, 13));
         let mut shutter = Shutter::new(scenario);
-        let exposures = (0..shutter.count())
+        let exposures: Vec<Exposed> = (0..shutter.count())
             .map(|_| shutter.expose(&mut noise))
             .filter(|_| !chance.happens(scenario.disturbance.drop_fraction))
             .collect();
-        Some(Self {
-            scenario,
-            motion: Motion::new(scenario)?,
-            studio: Studio::new((*camera, *laser_plane_in_camera), scene, look, seed),
-            exposures,
-        })
+        let motion = Motion::new(scenario)?;
+        let mut studio = Studio::new((*camera, *laser_plane_in_camera), scene, look, seed);
+        if let Some(middle) = exposures.get(exposures.len() / 2) {
+            studio.order_lines(&(motion.base_from_tool(middle.exposed_s) * scenario.cell.tool_from_camera));
+        }
+        Some(Self { scenario, motion, studio, exposures })
+    }
+
+    /// The lines that the pictures show, in base.
+    #[must_use]
+    pub fn lines(&self) -> Vec<Line> {
+        self.studio.lines()
     }
 
     /// When the pictures are taken.

@@ -20,9 +20,17 @@ const NEEDED_PX: f64 = 80.0;
 /// Distance along an arm at which its side is judged, px.
 const SIDE_PX: f64 = 200.0;
 
+/// Least length of a face of a groove, or a riser, that edgels cover, px.
+pub const LEAST_FACE_PX: f64 = 24.0;
+
 /// What fills a corner, a weld bead, begins and ends this near to the plates, px; its corner may be further away then.
 const MEETS_PX: f64 = 40.0;
 const BRIDGED_GAPS_PX: f64 = 600.0;
+/// The relief slot of a V-block hides at most this much of each face, px, and as a part of its length; of both about as
+/// much.
+const MOST_SLOT_PX: f64 = 400.0;
+const MOST_SLOT: f64 = 1.0;
+const SLOT_EVEN: f64 = 2.0;
 
 /// How long a continuous stretch of stripe must be to be an arm, px.
 #[must_use]
@@ -82,6 +90,20 @@ impl ArmPair {
         self.arms[0].point
     }
 
+    /// The arm on a segment: 0 or 1.
+    #[must_use]
+    pub fn arm_on(&self, segment: usize) -> Option<usize> {
+        self.segments.iter().position(|number| *number == segment)
+    }
+
+    /// The same with the arm on a face that ends so near that its end must be left out: the next corner's light is there.
+    #[must_use]
+    pub fn clear_of_far_end(mut self, face: usize) -> Self {
+        let length_px = self.lengths[face];
+        self.lengths[face] = (length_px - 3.0 * self.sigmas_px[face] - 4.0).max(0.5 * length_px);
+        self
+    }
+
     /// The pair, if both arms are long enough.
     ///
     /// # Errors
@@ -95,17 +117,28 @@ impl ArmPair {
         Err(NotFound::ArmsTooShort { arms_px: self.continuous_px, needed_px })
     }
 
+    /// The directions of the arms in the sheet, from the corner outward. `None` where they do not meet it.
+    #[must_use]
+    pub fn in_sheet(&self, lens: &Lens) -> Option<[Vector2<f64>; 2]> {
+        let sheet = |ideal: &Vector2<f64>| lens.on_sheet(ideal).map(|(point, _)| point);
+        let corner = sheet(&self.corner())?;
+        let end = |k: usize| sheet(&self.arms[k].at(self.lengths[k].min(SIDE_PX)));
+        Some([(end(0)? - corner).normalize(), (end(1)? - corner).normalize()])
+    }
+
+    /// The angle between the arms in the sheet, rad.
+    #[must_use]
+    pub fn opening_rad(&self, lens: &Lens) -> Option<f64> {
+        self.in_sheet(lens).map(|[a, b]| a.angle(&b))
+    }
+
     /// The pair, if its corner lies behind its arms, seen from the camera: a valley; or before them: a ridge.
     ///
     /// # Errors
     /// [`NotFound::WrongSide`].
     pub fn on_side(self, ridge: bool, lens: &Lens) -> Result<Self, NotFound> {
-        let sheet = |ideal: &Vector2<f64>| lens.on_sheet(ideal).map(|(point, _)| point);
-        let ends = [0, 1].map(|k| sheet(&self.arms[k].at(self.lengths[k].min(SIDE_PX))));
-        let (Some(corner), [Some(a), Some(b)]) = (sheet(&self.corner()), ends) else {
-            return Err(NotFound::OutOfView);
-        };
-        let arms_away = ((a - corner).normalize() + (b - corner).normalize()).dot(&lens.away()) > 0.0;
+        let [a, b] = self.in_sheet(lens).ok_or(NotFound::OutOfView)?;
+        let arms_away = (a + b).dot(&lens.away()) > 0.0;
         if arms_away == ridge { Ok(self) } else { Err(NotFound::WrongSide { towards_camera: arms_away }) }
     }
 }
@@ -115,12 +148,25 @@ pub fn pairs<'a>(
     segments: &'a [LineSegment],
     lens: &'a Lens,
 ) -> impl Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone + 'a {
-    let numbers =
-        (0..segments.len()).flat_map(|first| (first + 1..segments.len()).map(move |second| [first, second]));
-    numbers.map(|numbers| {
+    numbers(segments.len()).map(|numbers| {
         let weight = numbers.iter().map(|number| segments[*number].weight()).sum();
-        (weight, pair(segments, numbers, lens))
+        (weight, pair(segments, numbers, lens, may_meet))
     })
+}
+
+/// The same for faces that a slot may keep from meeting.
+pub fn pairs_over_slot<'a>(
+    segments: &'a [LineSegment],
+    lens: &'a Lens,
+) -> impl Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone + 'a {
+    numbers(segments.len()).map(|numbers| {
+        let weight = numbers.iter().map(|number| segments[*number].weight()).sum();
+        (weight, pair(segments, numbers, lens, may_meet_over_slot))
+    })
+}
+
+fn numbers(segments: usize) -> impl Iterator<Item = [usize; 2]> + Clone {
+    (0..segments).flat_map(move |first| (first + 1..segments).map(move |second| [first, second]))
 }
 
 /// Why there is no corner: the reason of the pair with the most weight that is none.
@@ -133,7 +179,15 @@ pub fn heaviest_reason(
     reasons.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(otherwise, |(_, reason)| reason)
 }
 
-fn pair(segments: &[LineSegment], numbers: [usize; 2], lens: &Lens) -> Result<ArmPair, NotFound> {
+/// Whether two arms of given segments belong together, although the stripe is missing between them.
+type GapRule = fn(&[LineSegment], [usize; 2], &[Arm; 2]) -> Result<(), NotFound>;
+
+fn pair(
+    segments: &[LineSegment],
+    numbers: [usize; 2],
+    lens: &Lens,
+    gap_rule: GapRule,
+) -> Result<ArmPair, NotFound> {
     let [a, b] = numbers.map(|number| &segments[number]);
     let sine = a.line.along.perp(&b.line.along).abs();
     let flat = || NotFound::TooFlat { bend_deg: sine.asin().to_degrees(), needed_deg: FLATTEST.to_degrees() };
@@ -146,28 +200,49 @@ fn pair(segments: &[LineSegment], numbers: [usize; 2], lens: &Lens) -> Result<Ar
     if !((0.0..width).contains(&pixel.x) && (0.0..height).contains(&pixel.y)) {
         return Err(NotFound::OutOfView);
     }
-    let [first, second] = [arm(a, &corner), arm(b, &corner)];
-    let gaps_px = [first.gap_px, second.gap_px];
-    let together_px = gaps_px[0] + gaps_px[1];
-    let apart = first.is_apart() || second.is_apart() || together_px > BOTH_GAPS_PX;
-    let bridged = || together_px < BRIDGED_GAPS_PX && is_bridged(segments, numbers, &[&first, &second]);
-    if apart && !bridged() {
-        return Err(NotFound::ArmsApart { gaps_px, most_px: BOTH_GAPS_PX });
-    }
+    let arms = [arm(a, &corner), arm(b, &corner)];
+    gap_rule(segments, numbers, &arms)?;
+    let [first, second] = arms;
     Ok(ArmPair {
         segments: numbers,
         arms: [first.line, second.line],
         lengths: [first.length, second.length],
         continuous_px: [first.continuous_px, second.continuous_px],
-        gaps_px,
+        gaps_px: [first.gap_px, second.gap_px],
         sigmas_px: [a.sigma_px, b.sigma_px],
         weights: [first.weight, second.weight],
         against: first.against + second.against,
     })
 }
 
+fn may_meet(segments: &[LineSegment], numbers: [usize; 2], arms: &[Arm; 2]) -> Result<(), NotFound> {
+    let gaps_px = [arms[0].gap_px, arms[1].gap_px];
+    let together_px = gaps_px[0] + gaps_px[1];
+    let apart = arms.iter().any(Arm::is_apart) || together_px > BOTH_GAPS_PX;
+    if apart && !(together_px < BRIDGED_GAPS_PX && is_bridged(segments, numbers, arms)) {
+        return Err(NotFound::ArmsApart { gaps_px, most_px: BOTH_GAPS_PX });
+    }
+    Ok(())
+}
+
+fn may_meet_over_slot(
+    segments: &[LineSegment],
+    numbers: [usize; 2],
+    arms: &[Arm; 2],
+) -> Result<(), NotFound> {
+    let gaps_px = [arms[0].gap_px, arms[1].gap_px];
+    let hidden = |arm: &Arm| arm.gap_px > MOST_SLOT_PX.min(MOST_SLOT * arm.continuous_px);
+    let tile = TILE as f64;
+    let uneven = gaps_px[0].max(gaps_px[1]) > SLOT_EVEN * gaps_px[0].min(gaps_px[1]) + 2.0 * tile;
+    // What is lit between the faces is a root, or a bead.
+    if arms.iter().any(hidden) || uneven || is_bridged(segments, numbers, arms) {
+        return Err(NotFound::ArmsApart { gaps_px, most_px: 2.0 * MOST_SLOT_PX });
+    }
+    Ok(())
+}
+
 /// Whether other segments lead from where one arm begins to where the other does: a bead, or a chamfer, over the corner.
-fn is_bridged(segments: &[LineSegment], numbers: [usize; 2], arms: &[&Arm; 2]) -> bool {
+fn is_bridged(segments: &[LineSegment], numbers: [usize; 2], arms: &[Arm; 2]) -> bool {
     arms.iter().all(|arm| {
         let begin = arm.line.at(arm.gap_px);
         let others = segments.iter().enumerate().filter(|(number, _)| !numbers.contains(number));

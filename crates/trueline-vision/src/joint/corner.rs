@@ -1,5 +1,6 @@
 //! The corner where two arms of the stripe meet, measured.
 
+use crate::detection::{Detection, plates_in_order};
 use crate::frame::Frame;
 use crate::joint::arm_pair::ArmPair;
 use crate::lens::Lens;
@@ -27,7 +28,7 @@ const NOTHING: NotFound = NotFound::TooLittle { visible: 0.0, needed: LEAST_PRES
 /// Lines that have become parallel.
 const PARALLEL: NotFound = NotFound::TooFlat { bend_deg: 0.0, needed_deg: 0.0 };
 
-/// Measures the corner of a pair.
+/// Measures the corner of a pair, and the stripes on its two plates.
 ///
 /// # Errors
 /// Why there is none, or none that could be relied on.
@@ -35,7 +36,7 @@ pub fn measure<L: Level>(
     meter: &mut StripeMeter,
     pair: &ArmPair,
     frame: Frame<'_, L>,
-) -> Result<Seam, NotFound> {
+) -> Result<Detection, NotFound> {
     let lens = frame.lens;
     let mut arms = pair.arms;
     let mut lengths = pair.lengths;
@@ -75,7 +76,10 @@ pub fn measure<L: Level>(
             return Err(NotFound::GoesOn);
         }
     }
-    Ok(seam)
+    let ideal = a.line.cross(&b.line).ok_or(PARALLEL)?;
+    let begins = [0, 1].map(|k| lens.on_sheet(&pair.arms[k].at(pair.gaps_px[k])));
+    let gap_m = if let [Some((a, _)), Some((b, _))] = begins { (b - a).norm() } else { 0.0 };
+    Ok(Detection { plates: plates_in_order([&a, &b], &ideal, lens), ..Seam { gap_m, ..seam }.into() })
 }
 
 /// Whether a fit has moved its line so little at the corner that to repeat it would change nothing: what is

@@ -1,13 +1,13 @@
 //! A corner of two plates, seen from inside (fillet) or from outside (the corner of a block): the pair of arms with the
 //! most light on it and the least against it.
 
+use crate::detection::Detection;
 use crate::evidence::Evidence;
 use crate::joint::arm_pair::{ArmPair, heaviest_reason, pairs};
 use crate::joint::corner::measure;
 use crate::measure::stripe_meter::StripeMeter;
 use crate::not_found::NotFound;
 use crate::picture::Level;
-use crate::seam::Seam;
 use crate::stripe_choice::StripeChoice;
 
 /// A second corner with this part of the best one's evidence makes it doubtful.
@@ -25,13 +25,27 @@ pub fn find<L: Level>(
     ridge: bool,
     choice: StripeChoice,
     meter: &mut StripeMeter,
-) -> Result<Seam, NotFound> {
+) -> Result<Detection, NotFound> {
     let lens = evidence.frame.lens;
     let judged = || {
         pairs(evidence.segments, lens).map(move |(weight, pair)| {
             (weight, pair.and_then(|pair| pair.on_side(ridge, lens)).and_then(ArmPair::long))
         })
     };
+    choose(evidence, judged, choice, meter)
+}
+
+/// Measures the corner that is meant among pairs that were judged.
+///
+/// # Errors
+/// Why there is none.
+pub fn choose<L: Level, I: Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone>(
+    evidence: &Evidence<'_, L>,
+    judged: impl Fn() -> I,
+    choice: StripeChoice,
+    meter: &mut StripeMeter,
+) -> Result<Detection, NotFound> {
+    let lens = evidence.frame.lens;
     let corners = || judged().filter_map(|(_, pair)| pair.ok());
     let best = corners().max_by(|a, b| a.score().total_cmp(&b.score()));
     let best = best.ok_or_else(|| heaviest_reason(judged(), evidence.no_joint()))?;

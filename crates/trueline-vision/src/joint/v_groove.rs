@@ -1,14 +1,14 @@
 //! The bottom of a groove: where its two faces meet, each of which ends at a plate.
 
+use crate::detection::Detection;
 use crate::evidence::Evidence;
-use crate::joint::arm_pair::{ArmPair, are_alike, heaviest_reason, is_long, pairs};
+use crate::joint::arm_pair::{ArmPair, LEAST_FACE_PX, are_alike, heaviest_reason, is_long, pairs};
 use crate::joint::corner::measure;
 use crate::lens::Lens;
 use crate::locate::line_segment::LineSegment;
 use crate::measure::stripe_meter::StripeMeter;
 use crate::not_found::NotFound;
 use crate::picture::Level;
-use crate::seam::Seam;
 use crate::stripe_choice::StripeChoice;
 
 /// Distance within which the end of a face meets a plate, px.
@@ -16,8 +16,6 @@ const MEETS_PX: f64 = 40.0;
 /// A second bottom with this part of the best one's evidence makes it doubtful, if it is further away than this, px.
 const RIVAL: f64 = 0.8;
 const SAME_PX: f64 = 10.0;
-/// Least length of a face that edgels cover, px.
-const LEAST_FACE_PX: f64 = 24.0;
 
 /// Finds the bottom.
 ///
@@ -27,7 +25,7 @@ pub fn find<L: Level>(
     evidence: &Evidence<'_, L>,
     choice: StripeChoice,
     meter: &mut StripeMeter,
-) -> Result<Seam, NotFound> {
+) -> Result<Detection, NotFound> {
     let (segments, lens) = (evidence.segments, evidence.frame.lens);
     let judged =
         || pairs(segments, lens).map(|(weight, pair)| (weight, pair.and_then(|pair| face_pair(pair, lens))));

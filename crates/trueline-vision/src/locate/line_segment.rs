@@ -16,11 +16,11 @@ const PARALLEL: f32 = 0.35;
 /// Lines that are tried for one segment.
 const TRIALS: usize = 160;
 /// Edgels a segment has at least.
-const FEWEST: usize = 3;
+pub(crate) const FEWEST: usize = 3;
 /// Part of a stretch that edgels cover where the stripe is continuous; scattered glints cover less.
 const CONTINUOUS: f64 = 0.7;
 /// Segments that are looked for.
-const MOST: usize = 8;
+pub const MOST_SEGMENTS: usize = 8;
 /// An edgel in the ideal picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Mark {
@@ -120,7 +120,7 @@ impl SegmentFinder {
         self.marks.clear();
         let brightest = edgels.iter().fold(0.0_f32, |top, e| top.max(e.brightness));
         self.marks.extend(edgels.iter().filter_map(|edgel| mark(edgel, lens, brightest)));
-        while segments.len() < MOST && self.marks.len() >= FEWEST {
+        while segments.len() < MOST_SEGMENTS && self.marks.len() >= FEWEST {
             let Some(line) = self.best_line().and_then(|line| self.refitted(line)) else { break };
             self.take(&line);
             if self.members.len() < FEWEST {

@@ -3,4 +3,5 @@
 pub mod binning;
 pub mod edgel;
 pub mod line_segment;
+pub mod segment_parts;
 pub mod tiles;

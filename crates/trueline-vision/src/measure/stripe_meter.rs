@@ -188,7 +188,7 @@ impl StripeMeter {
         self.track.lay_again(&first.line, [span[0] - start, span[1] - start], frame);
         // Flanks reach further than the broad weights do.
         let template = self.stack(PRESENT * first.amplitude, 1.5 * broad.reach_px, frame.picture)?;
-        Some((first.line, template))
+        Some((first.line, if self.stack.meets_all_phases() { template } else { broad }))
     }
 
     /// Measures with given weights.

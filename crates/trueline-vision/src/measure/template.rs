@@ -11,6 +11,8 @@ const PER_PX: f64 = 8.0;
 /// The widest half that is stored, px.
 const MOST_PX: f64 = 32.0;
 const BINS: usize = (MOST_PX * PER_PX) as usize;
+/// Bins of the first pixel from the middle that must have been met.
+const MOST_PHASES: usize = 6;
 /// Entries of the table of weights for a bin, interpolated: a stripe along a row of pixels meets the same few
 /// phases of the pixel grid everywhere, and what is rounded there is a bias.
 const FINE: usize = 4;
@@ -159,6 +161,14 @@ impl Stack {
         for (sum, term) in self.sums[bin].iter_mut().zip([1.0, level, level * level, 0.0]) {
             *sum += term;
         }
+    }
+
+    /// Whether levels were added at all phases of the pixel grid, or nearly. A stripe that runs along a row of pixels to
+    /// within a fraction of one meets one phase only, and between its pixels the profile is not seen.
+    #[must_use]
+    pub fn meets_all_phases(&self) -> bool {
+        let seen = self.sums[..PER_PX as usize].iter().filter(|[count, ..]| *count > 0.0).count();
+        seen >= MOST_PHASES
     }
 
     /// The template of what was added; `None` if there is no peak in the middle.

@@ -4,9 +4,10 @@ use crate::detector::Detector;
 use crate::not_found::NotFound;
 use crate::scan::error::ScanError;
 use crate::scan::joint_choice::{self, JointTrial};
-use crate::scan::neighbours;
+use crate::scan::neighbours::{self, InOrder};
 use crate::scan::observer::{ExaminedPicture, ScanObserver, Stage};
 use crate::scan::scan_seams::{JointSource, ScanFrame, ScanSeams};
+use crate::scan::two_places;
 use crate::seam::Joint;
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
@@ -42,12 +43,23 @@ pub fn find_seams(
         unreadable.extend(one.unreadable);
     }
     if joint == Joint::Butt {
-        joint_choice::refuse_odd_gaps(frames.iter_mut().map(|frame| &mut frame.seam));
+        joint_choice::refuse_odd_gaps(frames.iter_mut().map(|frame| &mut frame.found));
     }
-    let in_order = frames.iter_mut().map(|frame| (frame.stamp.stamp_ns as f64 * 1e-9, &mut frame.seam));
-    let neighbour_distance_px = neighbours::refuse_jumps(in_order);
+    let mut in_order: InOrder<'_> =
+        frames.iter_mut().map(|frame| (frame.stamp.stamp_ns as f64 * 1e-9, &mut frame.found)).collect();
+    let second_place_px = two_places::refuse_second_place(&mut in_order);
+    let neighbour_distance_px = neighbours::refuse_jumps(&mut in_order);
     let size_px = detector.lens().camera().size;
-    Ok(ScanSeams { joint, joint_source, frames, unreadable, neighbour_distance_px, detection_time, size_px })
+    Ok(ScanSeams {
+        joint,
+        joint_source,
+        frames,
+        unreadable,
+        second_place_px,
+        neighbour_distance_px,
+        detection_time,
+        size_px,
+    })
 }
 
 fn examine_all(
@@ -70,13 +82,13 @@ fn examine_all(
                     }
                 };
                 let start = Instant::now();
-                let seam = detector.seam_in(&image, joint);
+                let found = detector.detect_in(&image, joint);
                 let taken = start.elapsed();
-                observer.examined(&ExaminedPicture { number, image: &image, seam: &seam, detector })?;
+                observer.examined(&ExaminedPicture { number, image: &image, found: &found, detector })?;
                 recycle(image, spare);
                 observer.advances(Stage::FindingSeams);
                 let none = Examined::none(source, number);
-                Ok(Examined { frame: ScanFrame { seam, ..none.frame }, taken, unreadable: None })
+                Ok(Examined { frame: ScanFrame { found, ..none.frame }, taken, unreadable: None })
             },
         )
         .collect();
@@ -98,8 +110,8 @@ struct Examined {
 
 impl Examined {
     fn none(source: &dyn PictureSource, number: usize) -> Self {
-        let seam = Err(NotFound::Unreadable);
-        let frame = ScanFrame { stamp: source.stamp(number), name: source.name(number), seam };
+        let found = Err(NotFound::Unreadable);
+        let frame = ScanFrame { stamp: source.stamp(number), name: source.name(number), found };
         Self { frame, taken: Duration::ZERO, unreadable: None }
     }
 }
@@ -122,7 +134,7 @@ fn chosen_joint(
                     observer.advances(Stage::ChoosingJoint);
                     return Ok(None);
                 };
-                let trial = Joint::ALL.map(|joint| detector.seam_in(&image, joint).ok());
+                let trial = Joint::ALL.map(|joint| detector.detect_in(&image, joint).ok());
                 recycle(image, spare);
                 observer.advances(Stage::ChoosingJoint);
                 Ok(Some(trial))

@@ -1,11 +1,12 @@
 //! Which joint a scan shows: the one that most of its pictures bear out.
 
+use crate::detection::Detection;
 use crate::measure::regression::median;
 use crate::not_found::NotFound;
-use crate::seam::{Joint, Seam};
+use crate::seam::Joint;
 
-/// The seam of each joint of [`Joint::ALL`] in one picture, where there is one.
-pub type JointTrial = [Option<Seam>; Joint::ALL.len()];
+/// What one picture shows of each joint of [`Joint::ALL`], where it shows something.
+pub type JointTrial = [Option<Detection>; Joint::ALL.len()];
 
 /// Part of the pictures in which a joint of several segments must be found to be preferred to a simpler one.
 const MOSTLY: f64 = 0.5;
@@ -14,6 +15,8 @@ const MOSTLY: f64 = 0.5;
 const EVEN: f64 = 0.15;
 const NEARLY_ALWAYS: f64 = 0.8;
 const SEVERAL: usize = 6;
+/// A groove whose faces are this far apart at the root, as a part of its width, has a flat root and no bottom.
+const FLAT: f64 = 0.2;
 /// Gaps are of the same width within this part of it.
 const ALIKE: f64 = 0.25;
 /// Part of the gaps that must share a width for it to be the joint's.
@@ -27,6 +30,7 @@ pub fn joint(trials: &[JointTrial]) -> Option<Joint> {
     for (number, joint) in Joint::ALL.into_iter().enumerate() {
         let share = found(number) as f64 / trials.len().max(1) as f64;
         let plausible = match joint {
+            Joint::VGroove => !has_flat_root(trials),
             Joint::Butt => share >= NEARLY_ALWAYS || even(trials, number),
             // Every stripe ends somewhere: an edge is a joint if it is there always, in several pictures.
             Joint::Edge => share >= NEARLY_ALWAYS && trials.len() >= SEVERAL,
@@ -45,27 +49,42 @@ pub fn joint(trials: &[JointTrial]) -> Option<Joint> {
 
 /// Refuses the gaps that are not as wide as most of the others. Where there is no width that most of them share,
 /// nothing is refused.
-pub fn refuse_odd_gaps<'a>(seams: impl Iterator<Item = &'a mut Result<Seam, NotFound>>) {
-    let mut found: Vec<&mut Result<Seam, NotFound>> = seams.filter(|seam| seam.is_ok()).collect();
+pub fn refuse_odd_gaps<'a>(seams: impl Iterator<Item = &'a mut Result<Detection, NotFound>>) {
+    let mut found: Vec<&mut Result<Detection, NotFound>> = seams.filter(|found| found.is_ok()).collect();
     let widths: Vec<f64> =
-        found.iter().filter_map(|seam| seam.as_ref().ok().map(|seam| seam.gap_m)).collect();
+        found.iter().filter_map(|found| found.as_ref().ok().map(|found| found.seam.gap_m)).collect();
     let near = |width: f64, other: f64| (width - other).abs() <= ALIKE * width;
     let sharing = |width: f64| widths.iter().filter(|other| near(width, **other)).count();
     let Some(usual) = widths.iter().copied().max_by_key(|width| sharing(*width)) else { return };
     if (sharing(usual) as f64) < SHARED * widths.len() as f64 {
         return;
     }
-    for (seam, width) in found.iter_mut().zip(&widths) {
+    for (found, width) in found.iter_mut().zip(&widths) {
         if !near(usual, *width) {
-            **seam = Err(NotFound::OddGap);
+            **found = Err(NotFound::OddGap);
         }
     }
+}
+
+/// Whether the root of a groove is flat in most of the pictures that show both its faces and its shoulders.
+fn has_flat_root(trials: &[JointTrial]) -> bool {
+    let [bottoms, shoulders] =
+        [Joint::VGroove, Joint::Groove].map(|joint| Joint::ALL.iter().position(|other| *other == joint));
+    let (Some(bottoms), Some(shoulders)) = (bottoms, shoulders) else { return false };
+    let mut parts: Vec<f64> = trials
+        .iter()
+        .filter_map(|trial| {
+            let (bottom, shoulders) = (trial[bottoms]?, trial[shoulders]?);
+            Some(bottom.seam.gap_m / (shoulders.second?.on_sheet_m - shoulders.seam.on_sheet_m).norm())
+        })
+        .collect();
+    !parts.is_empty() && median(&mut parts) > FLAT
 }
 
 /// Whether the gap is the same in all pictures: gaps that soot or scratches make are not.
 fn even(trials: &[JointTrial], number: usize) -> bool {
     let mut widths: Vec<f64> =
-        trials.iter().filter_map(|trial| trial[number].map(|seam| seam.gap_m)).collect();
+        trials.iter().filter_map(|trial| trial[number].map(|found| found.seam.gap_m)).collect();
     let middle = median(&mut widths);
     let mut off: Vec<f64> = widths.iter().map(|width| (width - middle).abs()).collect();
     median(&mut off) < EVEN * middle

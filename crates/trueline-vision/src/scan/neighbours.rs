@@ -4,9 +4,9 @@
 //! from where its neighbours have the seam. Far is measured by how well neighbours agree everywhere: a scan that
 //! moves fast, or pictures that have nothing to do with each other, are not judged by this.
 
+use crate::detection::Detection;
 use crate::measure::regression::median;
 use crate::not_found::NotFound;
-use crate::seam::Seam;
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Neighbours through which a point's place is interpolated, those on the border of the scan on one side only.
@@ -18,27 +18,43 @@ const ALIKE_PX: f64 = 0.3;
 const TYPICAL: f64 = 10.0;
 const LEAST_PX: f64 = 10.0;
 
-/// Refuses the points that jump away from those before and after. `seams` are in the order of the scan, each
-/// with its time, s. Returns how far a point typically is from where its neighbours have it, px; `None` with too few
-/// of them.
-pub fn refuse_jumps<'a>(seams: impl Iterator<Item = (f64, &'a mut Result<Seam, NotFound>)>) -> Option<f64> {
-    let mut found: Vec<(f64, &mut Result<Seam, NotFound>)> = seams.filter(|(_, seam)| seam.is_ok()).collect();
-    let points: Vec<(f64, Vector2<f64>)> = found
-        .iter()
-        .filter_map(|(time_s, seam)| seam.as_ref().ok().map(|seam| (*time_s, seam.pixel)))
-        .collect();
+/// What was found in the pictures of a scan, in its order, each with its time, s.
+pub type InOrder<'a> = Vec<(f64, &'a mut Result<Detection, NotFound>)>;
+
+/// Refuses the pictures in which the seam jumps away from where the pictures before and after have it. Returns how far a
+/// point typically is from where its neighbours have it, px; `None` with too few of them.
+pub fn refuse_jumps(scan: &mut InOrder<'_>) -> Option<f64> {
+    let first = refuse_jumps_of(scan, |found| Some(found.seam.pixel));
+    let second = refuse_jumps_of(scan, |found| found.second.map(|seam| seam.pixel));
+    first.into_iter().chain(second).max_by(f64::total_cmp)
+}
+
+fn refuse_jumps_of(
+    scan: &mut InOrder<'_>,
+    place: impl Fn(&Detection) -> Option<Vector2<f64>>,
+) -> Option<f64> {
+    let points = places(scan, place);
     if points.len() <= NEIGHBOURS {
         return None;
     }
-    let off: Vec<f64> = (0..points.len()).map(|k| (points[k].1 - expected(&points, k)).norm()).collect();
+    let tracked: Vec<(f64, Vector2<f64>)> = points.iter().map(|(_, time_s, at)| (*time_s, *at)).collect();
+    let off: Vec<f64> = (0..tracked.len()).map(|k| (tracked[k].1 - expected(&tracked, k)).norm()).collect();
     let typical_px = median(&mut off.clone());
     let limit = (TYPICAL * typical_px).max(LEAST_PX);
-    for ((_, seam), off) in found.iter_mut().zip(off) {
-        if off > limit {
-            **seam = Err(NotFound::Jumps { distance_px: off, most_px: limit });
-        }
+    for ((number, _, _), off) in points.iter().zip(off).filter(|(_, off)| *off > limit) {
+        *scan[*number].1 = Err(NotFound::Jumps { distance_px: off, most_px: limit });
     }
     Some(typical_px)
+}
+
+/// The places of one line: number of the picture, time, pixel.
+pub(crate) fn places(
+    scan: &InOrder<'_>,
+    place: impl Fn(&Detection) -> Option<Vector2<f64>>,
+) -> Vec<(usize, f64, Vector2<f64>)> {
+    let found =
+        scan.iter().enumerate().filter_map(|(k, (time_s, found))| Some((k, *time_s, found.as_ref().ok()?)));
+    found.filter_map(|(k, time_s, found)| Some((k, time_s, place(found)?))).collect()
 }
 
 /// Where its neighbours have a point: a parabola over time through them, of least absolute deviations, which a few

@@ -1,9 +1,9 @@
 //! Whoever looks on while the pictures of a scan are examined: a progress bar, overlays.
 
+use crate::detection::Detection;
 use crate::detector::Detector;
 use crate::not_found::NotFound;
 use crate::scan::error::ScanError;
-use crate::seam::Seam;
 use trueline_dataset::GrayImage;
 
 /// What is being done.
@@ -22,8 +22,8 @@ pub struct ExaminedPicture<'a> {
     pub number: usize,
     /// The picture.
     pub image: &'a GrayImage,
-    /// Its seam, or why there is none.
-    pub seam: &'a Result<Seam, NotFound>,
+    /// What it shows of the joint, or why nothing.
+    pub found: &'a Result<Detection, NotFound>,
     /// The detector, which still holds the line segments of this picture.
     pub detector: &'a Detector,
 }

@@ -1,11 +1,12 @@
 //! What was found in the pictures of a scan.
 
+use crate::detection::Detection;
 use crate::not_found::NotFound;
 use crate::scan::error::ScanError;
 use crate::seam::{Joint, Seam};
 use std::collections::BTreeMap;
 use std::time::Duration;
-use trueline_dataset::{Feature, FrameStamp};
+use trueline_dataset::{Feature, FrameStamp, PlateStripe};
 
 /// Why a joint was looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,8 +26,8 @@ pub struct ScanFrame {
     pub stamp: FrameStamp,
     /// What a person calls it.
     pub name: String,
-    /// Its seam, or why there is none.
-    pub seam: Result<Seam, NotFound>,
+    /// What it shows of the joint, or why nothing.
+    pub found: Result<Detection, NotFound>,
 }
 
 /// Pictures that have no seam for one kind of reason.
@@ -49,6 +50,8 @@ pub struct ScanSeams {
     pub frames: Vec<ScanFrame>,
     /// Why pictures could not be used, one by one; they are among the frames.
     pub unreadable: Vec<ScanError>,
+    /// How far a second place of the seam is from the first, px, where the scan shows two in turn.
+    pub second_place_px: Option<f64>,
     /// How far a point typically is from where its neighbours have it, px; `None` with too few points.
     pub neighbour_distance_px: Option<f64>,
     /// Time in detection alone, summed over threads.
@@ -58,24 +61,33 @@ pub struct ScanSeams {
 }
 
 impl ScanSeams {
-    /// The seams that were found.
+    /// What was found, picture by picture, with its stamp.
+    pub fn detections(&self) -> impl Iterator<Item = (&FrameStamp, &Detection)> {
+        self.frames.iter().filter_map(|frame| Some((&frame.stamp, frame.found.as_ref().ok()?)))
+    }
+
+    /// All seam points that were found; a picture of a joint with two lines has two.
     pub fn seams(&self) -> impl Iterator<Item = &Seam> {
-        self.frames.iter().filter_map(|frame| frame.seam.as_ref().ok())
+        self.detections().flat_map(|(_, found)| found.seams())
     }
 
     /// The features of the pictures that show the seam.
     #[must_use]
     pub fn features(&self) -> Vec<Feature> {
-        let found =
-            self.frames.iter().filter_map(|frame| Some(frame.seam.as_ref().ok()?.feature(&frame.stamp)));
-        found.collect()
+        self.detections().flat_map(|(stamp, found)| found.features(stamp)).collect()
+    }
+
+    /// The stripes on the plates that meet in the seam; none for a joint that has no such plates.
+    #[must_use]
+    pub fn stripes(&self) -> Vec<PlateStripe> {
+        self.detections().flat_map(|(stamp, found)| found.stripes(stamp)).collect()
     }
 
     /// Why pictures have no seam: for each kind of reason how many, and the one of them in the middle.
     #[must_use]
     pub fn reasons(&self) -> Vec<SkippedPictures> {
         let mut kinds: BTreeMap<&'static str, Vec<NotFound>> = BTreeMap::new();
-        for reason in self.frames.iter().filter_map(|frame| frame.seam.as_ref().err()) {
+        for reason in self.frames.iter().filter_map(|frame| frame.found.as_ref().err()) {
             kinds.entry(reason.code()).or_default().push(*reason);
         }
         let mut skipped: Vec<SkippedPictures> = kinds

@@ -37,6 +37,22 @@ pub fn pictures(
     scan.exposures().iter().map(draw).collect()
 }
 
+/// Pictures of a scan with where the lines of the joint are, if they are visible.
+pub fn pictures_with_lines(
+    scenario: &Scenario,
+    scene: Scene,
+    look: Look,
+    seed: u64,
+) -> Vec<(GrayImage, Vec<Vector2<f64>>)> {
+    let scan = PictureScan::new(scenario, scene, look, seed).unwrap();
+    let mut renderer = scan.renderer();
+    let draw = |exposed| {
+        let picture = scan.draw(&mut renderer, exposed);
+        (picture.image, picture.seam_px.into_iter().chain(picture.second_px).collect())
+    };
+    scan.exposures().iter().map(draw).collect()
+}
+
 /// The seam in a picture.
 pub fn seam(detector: &mut Detector, image: &GrayImage, joint: Joint) -> Result<Seam, NotFound> {
     match &image.pixels {

@@ -1,0 +1,93 @@
+//! A scan of every target, from rendered pictures to the calibration: within four of its own sigmas.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use nalgebra::Vector2;
+use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource};
+use trueline_geometry::so3;
+use trueline_method::{Config, calibrate};
+use trueline_sim::{Joint as Scene, Look, PictureScan, Preset, Scenario, SensorModel, simulate};
+use trueline_vision::{Detector, Joint, find_seams};
+
+/// Pictures in memory.
+struct Pictures(Vec<(FrameStamp, GrayImage)>);
+
+impl PictureSource for Pictures {
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    fn stamp(&self, number: usize) -> FrameStamp {
+        self.0[number].0
+    }
+
+    fn name(&self, number: usize) -> String {
+        format!("picture {number}")
+    }
+
+    fn read(&self, number: usize, _: &mut Vec<u8>) -> Result<GrayImage, Error> {
+        Ok(self.0[number].1.clone())
+    }
+}
+
+/// A camera of half as many pixels each way, and a picture every quarter of a second.
+fn scenario() -> Scenario {
+    let mut scenario = Preset::Good.scenario();
+    if let SensorModel::CameraLaser { camera, .. } = &mut scenario.cell.sensor {
+        camera.size = camera.size.map(|n| n / 2);
+        camera.focal *= 0.5;
+        camera.centre = 0.5 * camera.centre - Vector2::repeat(0.25);
+    }
+    scenario.timing.frame_period_s = 0.25;
+    scenario
+}
+
+fn pictures(scenario: &Scenario, scene: Scene, seed: u64) -> Pictures {
+    let scan = PictureScan::new(scenario, scene, Look::speckled(), seed).unwrap();
+    let mut renderer = scan.renderer();
+    let draw = |exposed: &trueline_sim::Exposed| {
+        let stamp = FrameStamp { stamp_ns: exposed.stamp_ns, frame: exposed.frame, device_ns: None };
+        (stamp, scan.draw(&mut renderer, exposed).image)
+    };
+    Pictures(scan.exposures().iter().map(draw).collect())
+}
+
+#[test]
+fn a_scan_of_each_target_calibrates_to_within_four_sigma() {
+    let scenario = scenario();
+    let square = std::f64::consts::FRAC_PI_2;
+    for (seed, (scene, joint)) in [
+        (Scene::fillet(), Joint::Fillet),
+        (Scene::Lap { step_m: 3e-3 }, Joint::Lap),
+        (Scene::Corner { opening_rad: square }, Joint::Corner),
+        (Scene::Edge, Joint::Edge),
+        (Scene::Step { height_m: 5e-3, lean_rad: 0.8 }, Joint::Step),
+        (Scene::Groove { width_m: 14e-3, root_m: 4e-3, depth_m: 6e-3 }, Joint::Groove),
+        (Scene::VGroove { depth_m: 5e-3, opening_rad: square }, Joint::VGroove),
+        (Scene::VBlock { depth_m: 0.1, opening_rad: square, slot_m: 10e-3 }, Joint::VBlock),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let mut data = simulate(&scenario, seed as u64).unwrap();
+        let detector = Detector::for_sensor(&data.sensor).unwrap();
+        let scan = find_seams(&pictures(&scenario, scene, seed as u64), &detector, None, &()).unwrap();
+        let found = scan.detections().count();
+        println!("{joint:?}: {found} of {} pictures, as {:?}", scan.frames.len(), scan.joint);
+        assert_eq!(scan.joint, joint, "{scene:?}");
+        assert!(found * 5 >= scan.frames.len() * 3, "{joint:?}: {found} of {}", scan.frames.len());
+        data.features = scan.features();
+        let truth = data.truth.take().unwrap().parameters;
+        let result = calibrate(&data, None, &Config::default()).unwrap();
+        let offset = result.time_offset().unwrap();
+        let hand_eye = result.tool_from_camera().unwrap();
+        let (found, true_one) = (hand_eye.tool_from_camera, truth.tool_from_camera);
+        let turned = so3::log(&(found.rotation * true_one.rotation.inverse()));
+        let moved = found.translation.vector - true_one.translation.vector;
+        let mut z = vec![(offset.value_s - truth.time_offset_s) / offset.sigma_s.unwrap()];
+        let variances = hand_eye.covariance.diagonal();
+        let errors = turned.iter().chain(moved.iter()).zip(variances.iter());
+        z.extend(errors.map(|(error, variance)| error / variance.sqrt()));
+        println!("    {:?}, z {z:.1?}, moved {:.3?} mm", result.status(), (moved * 1e3).as_slice());
+        assert!(z.iter().all(|z| z.abs() < 4.0), "{joint:?}: z {z:.2?}");
+    }
+}
