@@ -131,40 +131,9 @@ impl Joint {
                 vec![facet(face(-1.0), Vector2::zeros(), 1.0), facet(Vector2::zeros(), face(1.0), 0.9)]
             }
             Self::Edge => vec![facet(Vector2::new(-FAR_M, 0.0), Vector2::zeros(), 1.0)],
-            Self::Step { height_m, lean_rad } => {
-                let foot = Vector2::new(height_m * lean_rad.tan(), height_m);
-                vec![
-                    facet(Vector2::new(-FAR_M, 0.0), Vector2::zeros(), 1.0),
-                    facet(Vector2::zeros(), foot, 0.9),
-                    facet(foot, Vector2::new(FAR_M, height_m), 0.9),
-                ]
-            }
-            Self::Groove { width_m, root_m, depth_m } => {
-                let [left, right] = [-0.5, 0.5].map(|side| Vector2::new(side * width_m, 0.0));
-                let [root_left, root_right] = [-0.5, 0.5].map(|side| Vector2::new(side * root_m, depth_m));
-                vec![
-                    facet(Vector2::new(-FAR_M, 0.0), left, 1.0),
-                    facet(left, root_left, 0.9),
-                    facet(root_left, root_right, 0.7),
-                    facet(root_right, right, 0.9),
-                    facet(right, Vector2::new(FAR_M, 0.0), 0.9),
-                ]
-            }
-            Self::VBlock { depth_m, opening_rad, slot_m } => {
-                let at = |x: f64| Vector2::new(x, -x.abs() / (0.5 * opening_rad).tan());
-                let half_width_m = depth_m * (0.5 * opening_rad).tan();
-                let [left, right] = [-half_width_m, half_width_m].map(at);
-                let [slot_left, slot_right] = [-0.5 * slot_m, 0.5 * slot_m].map(at);
-                let deep = Vector2::new(0.0, FAR_M);
-                vec![
-                    facet(Vector2::new(-FAR_M, -depth_m), left, 0.9),
-                    facet(left, slot_left, 1.0),
-                    facet(slot_left, slot_left + deep, 0.0),
-                    facet(slot_right, slot_right + deep, 0.0),
-                    facet(slot_right, right, 0.9),
-                    facet(right, Vector2::new(FAR_M, -depth_m), 0.9),
-                ]
-            }
+            Self::Step { height_m, lean_rad } => step(height_m, lean_rad),
+            Self::Groove { width_m, root_m, depth_m } => groove(width_m, root_m, depth_m),
+            Self::VBlock { depth_m, opening_rad, slot_m } => v_block(depth_m, opening_rad, slot_m),
             Self::Plate => vec![facet(Vector2::new(-FAR_M, 0.0), Vector2::new(FAR_M, 0.0), 1.0)],
             Self::Nothing => Vec::new(),
         }
@@ -222,4 +191,41 @@ impl Joint {
 
 fn facet(from: Vector2<f64>, to: Vector2<f64>, reflectance: f64) -> Facet {
     Facet { from, to, reflectance }
+}
+
+fn step(height_m: f64, lean_rad: f64) -> Vec<Facet> {
+    let foot = Vector2::new(height_m * lean_rad.tan(), height_m);
+    vec![
+        facet(Vector2::new(-FAR_M, 0.0), Vector2::zeros(), 1.0),
+        facet(Vector2::zeros(), foot, 0.9),
+        facet(foot, Vector2::new(FAR_M, height_m), 0.9),
+    ]
+}
+
+fn groove(width_m: f64, root_m: f64, depth_m: f64) -> Vec<Facet> {
+    let [left, right] = [-0.5, 0.5].map(|side| Vector2::new(side * width_m, 0.0));
+    let [root_left, root_right] = [-0.5, 0.5].map(|side| Vector2::new(side * root_m, depth_m));
+    vec![
+        facet(Vector2::new(-FAR_M, 0.0), left, 1.0),
+        facet(left, root_left, 0.9),
+        facet(root_left, root_right, 0.7),
+        facet(root_right, right, 0.9),
+        facet(right, Vector2::new(FAR_M, 0.0), 0.9),
+    ]
+}
+
+fn v_block(depth_m: f64, opening_rad: f64, slot_m: f64) -> Vec<Facet> {
+    let at = |x: f64| Vector2::new(x, -x.abs() / (0.5 * opening_rad).tan());
+    let half_width_m = depth_m * (0.5 * opening_rad).tan();
+    let [left, right] = [-half_width_m, half_width_m].map(at);
+    let [slot_left, slot_right] = [-0.5 * slot_m, 0.5 * slot_m].map(at);
+    let deep = Vector2::new(0.0, FAR_M);
+    vec![
+        facet(Vector2::new(-FAR_M, -depth_m), left, 0.9),
+        facet(left, slot_left, 1.0),
+        facet(slot_left, slot_left + deep, 0.0),
+        facet(slot_right, slot_right + deep, 0.0),
+        facet(slot_right, right, 0.9),
+        facet(right, Vector2::new(FAR_M, -depth_m), 0.9),
+    ]
 }

@@ -38,6 +38,9 @@ pub struct Studio {
     seed: u64,
 }
 
+/// Pixels of places; `None` for those that the sheet does not pass, or that are behind the camera.
+type PlacesPx = Vec<Option<Vector2<f64>>>;
+
 /// A picture and where its seam is.
 pub struct Picture {
     /// Grey levels.
@@ -94,7 +97,7 @@ impl Studio {
     /// Puts the lines of the joint in order as the camera sees them from a pose: line 0 of two equals is the left one in the
     /// picture.
     pub(crate) fn order_lines(&mut self, base_from_camera: &Pose) {
-        let places: Vec<Option<Vector2<f64>>> = self.places_px(base_from_camera).0;
+        let places = self.places_px(base_from_camera).0;
         if let (Joint::Groove { .. }, [Some(a), Some(b)]) = (self.joint, places.as_slice()) {
             let across = b - a;
             let forward = if across.x.abs() >= across.y.abs() { across.x } else { across.y };
@@ -117,7 +120,7 @@ impl Studio {
     }
 
     /// Where the lines are, and the places beside them at which their stripe should be seen, px.
-    fn places_px(&self, base_from_camera: &Pose) -> (Vec<Option<Vector2<f64>>>, Vec<Option<Vector2<f64>>>) {
+    fn places_px(&self, base_from_camera: &Pose) -> (PlacesPx, PlacesPx) {
         let light = self.light(&[], base_from_camera);
         let pixel = |at: &Vector2<f64>| light.on_sheet(at).and_then(|point| self.camera.project(&point));
         (self.lines.iter().map(pixel).collect(), self.witnesses.iter().map(pixel).collect())
