@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+"""Checks the book against the program, and builds it.
+
+    python check.py --program ../../target/release/trueline [--python INTERPRETER] [--site DIR] [--update]
+
+Checked are: a page or a section for every code of a reason or a warning; the generated parts of the reference and the
+figures; every command of every page with its exit code and output; the links, also those to the source. Needs Python
+3.11 and what requirements.txt lists. --python names an interpreter with the module trueline, for the blocks of Python;
+without it they are not run, which is said. --update writes what differs into the book instead of failing.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+BOOK = Path(__file__).resolve().parent
+ROOT = BOOK.parents[1]
+PAGES = BOOK / "src"
+sys.path.insert(0, str(BOOK / "tools"))
+
+import blocks  # noqa: E402
+import codes  # noqa: E402
+import figures  # noqa: E402
+import gallery  # noqa: E402
+import reference  # noqa: E402
+
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+SAME_PX = 1.5
+
+
+def same_drawing(first: str, second: str) -> bool:
+    """Whether two drawings have the same words, and numbers that differ by no more than a reader can see."""
+    if NUMBER.sub("#", first) != NUMBER.sub("#", second):
+        return False
+    pairs = zip(NUMBER.findall(first), NUMBER.findall(second))
+    return all(abs(float(a) - float(b)) <= SAME_PX for a, b in pairs)
+
+
+def compare(generated: dict[str, str], folder: Path, same, update: bool) -> list[str]:
+    """Compares files with what the program gives now, or writes them; returns what differs."""
+    faults = []
+    for name, text in generated.items():
+        file = folder / name
+        if file.is_file() and same(file.read_text(), text):
+            continue
+        if update:
+            file.write_text(text)
+        else:
+            faults.append(f"{file.relative_to(ROOT)} is not what the program gives: run check.py --update")
+    known = {path.name for path in folder.iterdir()}
+    faults += [f"{folder.relative_to(ROOT)}/{name} is made by nothing" for name in sorted(known - set(generated))]
+    return faults
+
+
+def build(site: Path, environment: dict[str, str], extra: Path) -> list[str]:
+    """Builds the site; every warning is a fault."""
+    environment = {**environment, "TRUELINE_BOOK_EXTRA": str(extra), "NO_MKDOCS_2_WARNING": "1"}
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-f", BOOK / "mkdocs.yml", "-d", site]
+    done = subprocess.run(command, env=environment, text=True, capture_output=True, check=False)
+    return [] if done.returncode == 0 else [f"mkdocs:\n{done.stdout}{done.stderr}"]
+
+
+def arguments() -> argparse.Namespace:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--program", type=Path, required=True, help="the program trueline, of any profile")
+    parser.add_argument("--python", type=Path, help="an interpreter that has the module trueline")
+    parser.add_argument("--site", type=Path, help="where to leave the pages")
+    parser.add_argument("--update", action="store_true", help="write what differs")
+    return parser.parse_args()
+
+
+def check(options: argparse.Namespace, scratch: Path) -> list[str]:
+    """Every check in turn; returns what is wrong."""
+    program = scratch / "bin/trueline"
+    program.parent.mkdir()
+    shutil.copy(options.program, program)
+    environment = {**os.environ, "PATH": f"{program.parent}:{os.environ['PATH']}"}
+    if options.python:
+        environment[blocks.PYTHON] = str(options.python.absolute())
+    else:
+        print("the blocks of Python are not run: no --python", file=sys.stderr)
+    faults = codes.check(ROOT, PAGES)
+    generated = reference.generate(program, ROOT, PAGES, scratch)
+    faults += compare(generated, BOOK / "generated", str.__eq__, options.update)
+    drawings = figures.generate(program, scratch)
+    faults += compare(drawings, PAGES / "figures", same_drawing, options.update)
+    faults += blocks.check(sorted(PAGES.rglob("*.md")), scratch / "blocks", environment, options.update)
+    extra = scratch / "extra"
+    gallery.generate(program, extra, scratch)
+    return faults + build((options.site or scratch / "site").resolve(), environment, extra)
+
+
+def main() -> int:
+    """Checks, and says what is wrong."""
+    options = arguments()
+    with tempfile.TemporaryDirectory() as folder:
+        faults = check(options, Path(folder))
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    print(f"{len(faults)} faults" if faults else "the book is right", file=sys.stderr)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

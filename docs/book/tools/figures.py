@@ -1,0 +1,23 @@
+"""All figures of the book, each from what the program gives now."""
+
+import charts
+import scenes
+from scan import Scene, simulated
+
+
+def generate(program, scratch) -> dict[str, str]:
+    """All figures by the name of their file."""
+    folder = scratch / "figures"
+    folder.mkdir()
+    good = simulated(program, folder / "good", "--preset", "good")
+    scene = Scene(good)
+    return {
+        "motion.svg": scenes.film(scene),
+        "frames.svg": scenes.frames(scene),
+        "observability.svg": charts.observability(program, folder),
+        "bow.svg": charts.bow(program, folder),
+        "collapse.svg": charts.collapse(program, folder),
+        "stamps.svg": charts.stamps(program, folder),
+        "before-after.svg": charts.before_after(program, folder),
+        "convergence.svg": charts.convergence(program, folder),
+    }
