@@ -90,7 +90,9 @@ def check(options: argparse.Namespace, scratch: Path) -> list[str]:
     faults += compare(generated, BOOK / "generated", str.__eq__, options.update)
     drawings = figures.generate(program, scratch)
     faults += compare(drawings, PAGES / "figures", same_drawing, options.update)
-    faults += blocks.check(sorted(PAGES.rglob("*.md")), scratch / "blocks", environment, options.update)
+    pages = sorted(PAGES.rglob("*.md"))
+    print(blocks.counted(pages), file=sys.stderr)
+    faults += blocks.check(pages, scratch / "blocks", environment, options.update)
     extra = scratch / "extra"
     gallery.generate(program, extra, scratch)
     return faults + build((options.site or scratch / "site").resolve(), environment, extra)

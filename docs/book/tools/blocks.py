@@ -156,3 +156,9 @@ def check(pages: list[Path], scratch: Path, environment: dict[str, str], update:
     with ThreadPoolExecutor(2) as pool:
         faults = pool.map(lambda job: check_page(*job, environment, update), zip(pages, folders))
     return [fault for page in faults for fault in page]
+
+
+def counted(pages: list[Path]) -> str:
+    """How many commands are run, and how many are not."""
+    marks = [block.mark for page in pages for block in blocks_of(page.read_text()) if block.language in ("sh", "python")]
+    return f"{marks.count('run')} blocks of commands are run, {marks.count('not run')} are not, each with its reason"

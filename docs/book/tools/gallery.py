@@ -1,5 +1,6 @@
-"""The reports of the gallery: made by the program when the book is built."""
+"""The reports and pictures of the gallery: made by the program when the book is built."""
 
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -14,6 +15,8 @@ SCANS = {
     "weave": (["--weave-frame", "base", "--lateral-hz", "2", "--range-hz", "2", "--tilt-hz", "2", "--progress", "even"], []),
 }
 
+JOINTS = ("fillet", "lap", "v-groove", "butt")
+
 
 def calibrated(program: Path, name: str, reports: Path, scratch: Path) -> None:
     """Simulates one scan and writes its report; the exit code may say that it is not accepted."""
@@ -26,12 +29,22 @@ def calibrated(program: Path, name: str, reports: Path, scratch: Path) -> None:
         raise RuntimeError(f"{command} ended with {done.returncode}")
 
 
+def pictured(program: Path, joint: str, pictures: Path, scratch: Path) -> None:
+    """Draws pictures of a joint, finds the seam in them, and keeps one with what was found."""
+    scan, found = scratch / f"pictures-{joint}", scratch / f"found-{joint}"
+    asked = ["--joint", joint, "--look", "clean", "--frame-period-ms", "4000", "--duration-s", "9"]
+    subprocess.run([program, "simulate", "--quiet", "--images", *asked, "--out", scan], check=True)
+    subprocess.run([program, "features", scan, "--quiet", "--joint", joint, "--overlay", found], check=True)
+    sorted(found.glob("*.png"))[0].rename(pictures / f"{joint}.png")
+
+
 def generate(program: Path, extra: Path, scratch: Path) -> None:
-    """All reports, below `extra/gallery/reports`."""
-    reports = extra / "gallery/reports"
+    """All reports and pictures, below `extra/gallery`."""
+    reports, pictures = extra / "gallery/reports", extra / "gallery/pictures"
     reports.mkdir(parents=True)
+    pictures.mkdir()
     for name in SCANS:
         calibrated(program, name, reports, scratch)
-    paper = scratch / "gallery-paper"
-    subprocess.run([program, "reproduce", "--quiet", "--repeats", "2", "--out", paper], check=True)
-    (paper / "report.html").rename(reports / "paper.html")
+    for joint in JOINTS:
+        pictured(program, joint, pictures, scratch)
+    shutil.copy(scratch / "reproduced/report.html", reports / "paper.html")

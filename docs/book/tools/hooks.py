@@ -40,7 +40,7 @@ def on_files(files, config):
             raise PluginError(f"{pages}: there is no file {path} in the repository")
         files.append(File.generated(config, name_in_site(path), abs_src_path=str(ROOT / path)))
     extra = os.environ.get("TRUELINE_BOOK_EXTRA")
-    for file in sorted(Path(extra).rglob("*.html")) if extra else []:
+    for file in sorted(path for path in Path(extra).rglob("*.*") if path.is_file()) if extra else []:
         files.append(File.generated(config, file.relative_to(extra).as_posix(), abs_src_path=str(file)))
     return files
 

@@ -149,21 +149,21 @@ def export_forms(program: Path) -> str:
     return f"```text\n{done.stdout.rstrip()}\n```\n"
 
 
-def reproduced(program: Path, scratch: Path) -> str:
-    """The tables of the paper's experiments, a heading lower."""
-    folder = scratch / "reproduced"
-    subprocess.run([program, "reproduce", "--quiet", "--repeats", "2", "--out", folder], check=True)
-    return re.sub(r"^#+", "###", (folder / "tables.md").read_text(), flags=re.MULTILINE)
+def reproduced(tables: Path) -> str:
+    """The tables of the paper's experiments, their headings two levels lower."""
+    return re.sub(r"^#+", lambda match: f"##{match[0]}", tables.read_text(), flags=re.MULTILINE)
 
 
 def generate(program: Path, root: Path, pages: Path, scratch: Path) -> dict[str, str]:
     """All generated parts by the name of their file."""
+    repeat = [program, "reproduce", "--quiet", "--repeats", "2", "--out", scratch / "reproduced"]
+    subprocess.run(repeat, check=True)
     return {
         "commands.md": commands(program),
         "exit-codes.md": exit_codes(program),
         "presets.md": presets(program, scratch),
         "result.md": result(root / "docs/result.schema.json"),
         "not-accepted.md": not_accepted(pages),
-        "reproduced.md": reproduced(program, scratch),
+        "reproduced.md": reproduced(scratch / "reproduced/tables.md"),
         "export-forms.md": export_forms(program),
     }
