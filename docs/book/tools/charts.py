@@ -47,10 +47,12 @@ def observability(program, folder) -> str:
     return draw.svg()
 
 
-def field_error(program, folder, name: str, simulated_with: list[str], calibrated_with: list[str]) -> float:
-    """RMS distance from the true line, mm, that a calibration of one scan gives on another scan without noise."""
+def field_error(program, folder, name: str, simulated_with: list[str], calibrated_with: list[str]) -> float | None:
+    """RMS distance from the true line, mm, that a calibration of one scan gives on another scan without noise; or none."""
     scan = simulated(program, folder / name, "--preset", "good", *simulated_with)
-    calibrated(program, scan, name, *calibrated_with)
+    pose = calibrated(program, scan, name, *calibrated_with)["tool_from_camera"]
+    if None in (pose["translation_mm"], pose["rotation_wxyz"]) or None in pose["translation_mm"]:
+        return None
     other = folder / "without-noise"
     if not other.exists():
         simulated(program, other, "--preset", "good", "--noise-free", "--seed", "2")
@@ -84,10 +86,8 @@ def collapse(program, folder) -> str:
              ("the paper's distance, Huber", ["--residual", "point-to-line", "--loss", "huber"], ORANGE),
              ("in the laser plane, the default", [], BLUE))
     for k, (words, options, colour) in enumerate(kinds):
-        values = [
-            (100 * share, field_error(program, folder, f"out-{k}-{n}", ["--outliers", str(share)], options))
-            for n, share in enumerate(shares)
-        ]
+        errors = [field_error(program, folder, f"out-{k}-{n}", ["--outliers", str(share)], options) for n, share in enumerate(shares)]
+        values = [(100 * share, error) for share, error in zip(shares, errors) if error is not None]
         chart.line(values, colour, 2)
         chart.dots(values, colour, 3.5)
         draw.text(300, 66 + 18 * k, words, 12, colour)
