@@ -2,6 +2,7 @@
 //! accurate the robot is.
 
 use nalgebra::DMatrix;
+pub use trueline_model::SheetShape;
 
 /// Everything in `sensor.toml` that is not camera and laser plane. All of it is optional.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -127,17 +128,6 @@ impl SensorParameter {
             Self::Offset => "offset_mm",
         }
     }
-}
-
-/// A projective correction of the sheet's coordinates about an origin in it:
-/// a′ = ((1 + h₁) a + h₃ b)/w, b′ = (1 + h₂) b/w, w = 1 + h₄ a + h₅ b,
-/// with a along the stripe and b the range, both counted from the origin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SheetShape {
-    /// h₁ width scale, h₂ depth scale, h₃ shear, h₄ and h₅ keystone in 1/m.
-    pub h: [f64; 5],
-    /// Where a and b are zero, in the sheet's own coordinates, m.
-    pub origin_m: [f64; 2],
 }
 
 /// The part of the field of view that counts; both ends belong to it.

@@ -5,6 +5,7 @@
 //! √n, and a direction is called unseen below a stated part of the largest one.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use std::ops::Range;
 
 /// The spectrum of a scaled information matrix.
 #[derive(Clone, Debug)]
@@ -15,6 +16,7 @@ pub struct Information {
     singular_values: DVector<f64>,
     root: DMatrix<f64>,
     null: DMatrix<f64>,
+    known: usize,
 }
 
 impl Information {
@@ -24,11 +26,48 @@ impl Information {
     /// Returns `None` if the matrix is not finite or the decomposition fails.
     #[must_use]
     pub fn new(hessian: &DMatrix<f64>, fixed: &[usize], threshold: f64) -> Option<Self> {
-        let dimension = hessian.nrows();
-        let free: Vec<usize> = (0..dimension).filter(|k| !fixed.contains(k)).collect();
         if !hessian.iter().all(|x| x.is_finite()) {
             return None;
         }
+        let free = (0..hessian.nrows()).filter(|k| !fixed.contains(k)).collect();
+        Self::over(hessian, free, threshold)
+    }
+
+    /// The same where some unknowns are known beforehand, so that they are seen in any case: whatever the others do, they
+    /// follow. What is said of the others (rank, singular values, null directions) is said of the information that is
+    /// left to them, H_xx − H_xk H_kk⁻¹ H_kx; the covariance is of all.
+    ///
+    /// Returns `None` also if nothing is known of one of them after all.
+    #[must_use]
+    pub fn beside(
+        hessian: &DMatrix<f64>,
+        fixed: &[usize],
+        known: Range<usize>,
+        threshold: f64,
+    ) -> Option<Self> {
+        if known.is_empty() {
+            return Self::new(hessian, fixed, threshold);
+        }
+        if !hessian.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let (first, count) = (known.start, known.len());
+        let own = hessian.view((first, first), (count, count)).clone_owned().cholesky()?;
+        let followed = own.solve(&hessian.rows(first, count).clone_owned());
+        let left = hessian - hessian.columns(first, count) * &followed;
+        let free = (0..hessian.nrows()).filter(|k| !fixed.contains(k) && !known.contains(k)).collect();
+        let mut of_others = Self::over(&left, free, threshold)?;
+        let following = -followed * &of_others.root;
+        of_others.root.rows_mut(first, count).copy_from(&following);
+        let rank = of_others.root.ncols();
+        let mut root = of_others.root.resize_horizontally(rank + count, 0.0);
+        let inverse = own.l().solve_lower_triangular(&DMatrix::identity(count, count))?;
+        root.view_mut((first, rank), (count, count)).copy_from(&inverse.transpose());
+        Some(Self { root, known: count, ..of_others })
+    }
+
+    fn over(hessian: &DMatrix<f64>, free: Vec<usize>, threshold: f64) -> Option<Self> {
+        let dimension = hessian.nrows();
         let largest = free.iter().map(|&k| hessian[(k, k)]).fold(0.0, f64::max);
         // A column that is empty to rounding is left unscaled: it is a null direction by itself.
         let scale = DVector::from_iterator(
@@ -59,7 +98,7 @@ impl Information {
                 null[(unknown, column - rank)] = eigenvectors[(row, column)];
             }
         }
-        Some(Self { free, dimension, scale, singular_values, root, null })
+        Some(Self { free, dimension, scale, singular_values, root, null, known: 0 })
     }
 
     /// The same where only some directions count as seen: the columns of `kept` (orthonormal, in the coordinates of
@@ -81,10 +120,10 @@ impl Information {
         Self { root: &self.root * kept, null: null.qr().q(), ..self.clone() }
     }
 
-    /// Number of unknowns that are estimated.
+    /// Number of unknowns that are estimated, with those that were known beforehand.
     #[must_use]
     pub fn size(&self) -> usize {
-        self.free.len()
+        self.free.len() + self.known
     }
 
     /// Singular values of the scaled, whitened Jacobian, falling.
@@ -93,7 +132,7 @@ impl Information {
         &self.singular_values
     }
 
-    /// Number of directions that are seen.
+    /// Number of directions that are seen, with those that were known beforehand.
     #[must_use]
     pub fn rank(&self) -> usize {
         self.root.ncols()

@@ -5,8 +5,11 @@ use crate::assess::cross_validation::{self, Subject};
 use crate::assess::identifiability::{Identifiability, assess_identifiability};
 use crate::assess::observability::{Observability, RANK_THRESHOLD};
 use crate::assess::residuals::{self, FeatureResidual};
+use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
+use crate::assess::sensor_shape::SensorShape;
+use crate::assess::systematic::{Systematic, SystematicLevels};
 use crate::calibration::Calibration;
-use crate::config::{Config, Hold};
+use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::ambiguity::Ambiguity;
@@ -14,6 +17,7 @@ use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, observe, origin_ns};
+use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
@@ -46,7 +50,9 @@ pub fn calibrate(
         stamp_sigma_s: sampling.stamp_sigma_s(config, Dejittered::default()),
         factor: 1.0,
     };
-    let settings = FitSettings { config, noise, fixed: &fixed, prior: None };
+    let knowledge = ShapeKnowledge::of(recording, &observations);
+    let shape_prior = knowledge.prior(config);
+    let settings = FitSettings { config, noise, fixed: &fixed, prior: None, shape_prior };
     let found = search::find(&Solver { observations: &observations, settings }, guess)?;
     let recorded = Stamped { observations, fit: found.fit, dejittered: Dejittered::default() };
     let stamped = with_best_stamps(recording, &sampling, &settings, recorded)?;
@@ -64,6 +70,7 @@ pub fn calibrate(
         sampling: &sampling,
         dejittered: stamped.dejittered,
         settings: &settings,
+        knowledge: &knowledge,
         equal_twin: found.equal_twin,
         ambiguity: found.ambiguity,
         better: found.better,
@@ -80,6 +87,7 @@ struct Concluded<'a> {
     sampling: &'a Sampling,
     dejittered: Dejittered,
     settings: &'a FitSettings<'a>,
+    knowledge: &'a ShapeKnowledge,
     equal_twin: bool,
     ambiguity: Ambiguity,
     better: Option<Parameters>,
@@ -89,13 +97,25 @@ struct Concluded<'a> {
     observability: Observability,
 }
 
+impl Concluded<'_> {
+    /// Whether the scan shows all of time offset and hand-eye.
+    fn all_observable(&self) -> bool {
+        self.observability.observable_components[..LINES].iter().all(|seen| *seen)
+    }
+}
+
 fn conclude(from: &Concluded<'_>) -> Calibration {
     let (config, fit, observations) = (from.settings.config, &from.steady.fit, &from.steady.observations);
     let problem = fit.problem(observations, config);
     let uncertainty = covariance::assess(&problem, fit.parameters(), &fit.noise, &from.information);
-    let unknowns = unknowns(from, with_time_offset_widened(from, uncertainty.covariance.clone()));
+    let root = from.information.covariance_root();
+    let systematic = Systematic::of(&problem, fit.parameters(), root, &systematic_levels(from));
+    let unknowns = unknowns(from, &uncertainty, &systematic);
     let (features, skipped) = residuals::evaluate(&problem, fit.parameters());
-    let checks = checks(from, &uncertainty, &unknowns, &features);
+    let mut checks = checks(from, &uncertainty, &unknowns, &features);
+    if from.all_observable() {
+        checks.seam_error = seam_error(from, &uncertainty, &systematic);
+    }
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     let setup = &from.recording.setup;
@@ -127,15 +147,48 @@ fn conclude(from: &Concluded<'_>) -> Calibration {
     Calibration { findings, verdict }
 }
 
-fn unknowns(from: &Concluded<'_>, covariance: DMatrix<f64>) -> Unknowns {
+fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Unknowns {
     let parameters = from.steady.fit.parameters().clone();
+    let noise_covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
+    let covariance = &noise_covariance + systematic.covariance();
     Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
+        sensor: SensorShape::of(&parameters, &covariance, from.knowledge),
         parameters,
         covariance,
+        noise_covariance,
         observability: from.observability.clone(),
         held_at_guess: from.steady.fit.prior.is_some(),
     }
+}
+
+/// How large the errors that are no noise are taken to be.
+fn systematic_levels(from: &Concluded<'_>) -> SystematicLevels {
+    let config = from.settings.config;
+    let stated = from.recording.setup.robot_accuracy_m;
+    // A sensor that is held is still only as good as its file says, or as such sensors are.
+    let is_held = from.settings.shape_prior.is_none();
+    let is_doubted = from.knowledge.stated || config.sensor != SensorMode::Fixed;
+    SystematicLevels {
+        robot_accuracy_m: config.robot_accuracy_m.or(stated).unwrap_or(ASSUMED_ROBOT_ACCURACY_M),
+        feature_bias_px: config.feature_bias_px,
+        held_shape: (is_held && is_doubted).then_some(from.knowledge.covariance),
+    }
+}
+
+fn seam_error(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Option<SeamError> {
+    let (fit, observations) = (&from.steady.fit, &from.steady.observations);
+    let sources = SeamErrorSources {
+        hessian: &fit.solution.equations.hessian,
+        noise: &uncertainty.covariance,
+        stamps_variance_s2: {
+            let widened = with_time_offset_widened(from, uncertainty.covariance.clone());
+            widened[(TIME_OFFSET, TIME_OFFSET)] - uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)]
+        },
+        systematic,
+        speed_m_s: from.settings.config.used_at.speed_m_s,
+    };
+    seam_error::predict(observations, fit.placed.of(observations), fit.parameters(), &sources)
 }
 
 fn checks(
@@ -146,7 +199,6 @@ fn checks(
 ) -> Checks {
     let (config, fit, observations) = (from.settings.config, &from.steady.fit, &from.steady.observations);
     let at = &unknowns.parameters;
-    let all_observable = from.observability.observable_components[..LINES].iter().all(|seen| *seen);
     let list = fit.placed.of(observations);
     let predict = || seam_point_error::predict(observations, list, at, &unknowns.covariance, &config.used_at);
     Checks {
@@ -155,7 +207,8 @@ fn checks(
         better_time_offset_s: from.better.as_ref().map(|better| better.time_offset_s),
         held_out: cross_validation::check(&subject(from, uncertainty), config),
         disruptions: outlier_segments::find(observations, features, at, &fit.noise, config.offset_search_s),
-        at_torch: all_observable.then(predict).flatten(),
+        seam_error: None,
+        at_torch: from.all_observable().then(predict).flatten(),
     }
 }
 

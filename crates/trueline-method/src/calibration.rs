@@ -153,6 +153,12 @@ impl Calibration {
         self.findings.unknowns.sigma(component)
     }
 
+    /// The random part of it: noise of features, robot and stamps.
+    #[must_use]
+    pub fn noise_sigma(&self, component: usize) -> Option<f64> {
+        self.findings.unknowns.noise_sigma(component)
+    }
+
     /// Covariance of two components of the tangent, SI; `None` if one was held or is not observable.
     #[must_use]
     pub fn covariance(&self, row: usize, column: usize) -> Option<f64> {

@@ -68,6 +68,30 @@ impl Stamps {
     }
 }
 
+/// What is done about the sensor's own calibration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SensorMode {
+    /// It is taken as its file says; what its file states of its uncertainty goes into the covariance.
+    Fixed,
+    /// The shape of its sheet is estimated with what is known of it beforehand.
+    #[default]
+    Prior,
+    /// The shape is estimated from the scan alone.
+    Free,
+}
+
+impl SensorMode {
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::Prior => "prior",
+            Self::Free => "free",
+        }
+    }
+}
+
 /// Standard deviations that a result must reach to be accepted; `None` asks for nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Requirement {
@@ -107,6 +131,13 @@ pub struct Config {
     pub stamp_sigma_s: Option<f64>,
     /// Which stamps are believed.
     pub stamps: Stamps,
+    /// What is done about the sensor's own calibration.
+    pub sensor: SensorMode,
+    /// Absolute accuracy of the robot, m; `None` is what the recording's sensor file says, or
+    /// [`ASSUMED_ROBOT_ACCURACY_M`].
+    pub robot_accuracy_m: Option<f64>,
+    /// Bias of the features for each 10° of tilt, px.
+    pub feature_bias_px: f64,
     /// Whether directions that the scan does not show may be held at the initial guess.
     pub accept_partial: bool,
     /// Accuracy that is asked for.
@@ -121,6 +152,9 @@ pub struct Config {
     pub threads: usize,
 }
 
+/// Absolute accuracy of a robot of which nothing is said, m.
+pub const ASSUMED_ROBOT_ACCURACY_M: f64 = 0.3e-3;
+
 impl Default for Config {
     fn default() -> Self {
         Self {
@@ -132,6 +166,9 @@ impl Default for Config {
             robot_sigma_m: None,
             stamp_sigma_s: None,
             stamps: Stamps::Auto,
+            sensor: SensorMode::Prior,
+            robot_accuracy_m: None,
+            feature_bias_px: 0.2,
             accept_partial: false,
             require: Requirement::default(),
             known: KnownOfCell::default(),
@@ -143,6 +180,18 @@ impl Default for Config {
 }
 
 impl Config {
+    /// Nothing but noise is accounted for: the sensor is taken as it is, the robot as ideal, the features as free of bias.
+    /// A sensor whose file states its uncertainty keeps that.
+    #[must_use]
+    pub fn noise_only() -> Self {
+        Self {
+            sensor: SensorMode::Fixed,
+            robot_accuracy_m: Some(0.0),
+            feature_bias_px: 0.0,
+            ..Self::default()
+        }
+    }
+
     /// The loss of the last solve: Huber for the paper's residual \[Yang2025, Eq. 16\], Tukey's biweight for
     /// the sheet, 99.2 % efficient on Gaussian data (two components) and blind to anything beyond 8 σ.
     #[must_use]

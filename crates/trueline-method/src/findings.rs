@@ -5,7 +5,9 @@ use crate::assess::cross_validation::HeldOut;
 use crate::assess::observability::Observability;
 use crate::assess::outlier_segments::OutlierSegment;
 use crate::assess::residuals::{FeatureResidual, ResidualSummary};
+use crate::assess::seam_error::SeamError;
 use crate::assess::seam_point_error::SeamPointError;
+use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::drift_and_step::{Drift, Step};
 use crate::input::timestamps::StampReport;
@@ -41,8 +43,12 @@ pub struct Findings {
 pub struct Unknowns {
     /// Where the solver ended; what is not observable is an arbitrary number.
     pub(crate) parameters: Parameters,
-    /// Covariance of the tangent, SI units; likewise.
+    /// Covariance of the tangent, SI units; likewise: noise, sensor, robot, form of the seam, bias of the features.
     pub(crate) covariance: DMatrix<f64>,
+    /// The random part of it: noise of features, robot and stamps.
+    pub(crate) noise_covariance: DMatrix<f64>,
+    /// The shape of the sensor's sheet; `None` where it was held.
+    pub sensor: Option<SensorShape>,
     /// Whether a component of the tangent was estimated, not held.
     pub estimated: Vec<bool>,
     /// What the scan shows.
@@ -56,6 +62,13 @@ impl Unknowns {
     #[must_use]
     pub fn sigma(&self, component: usize) -> Option<f64> {
         Some(self.covariance(component, component)?.max(0.0).sqrt())
+    }
+
+    /// The random part of [`Unknowns::sigma`]: noise of features, robot and stamps.
+    #[must_use]
+    pub fn noise_sigma(&self, component: usize) -> Option<f64> {
+        let known = self.estimated[component] && self.observability.observable_components[component];
+        known.then(|| self.noise_covariance[(component, component)].max(0.0).sqrt())
     }
 
     /// Covariance of two components of the tangent, SI; `None` if one was held or is not observable.
@@ -106,6 +119,8 @@ pub struct Checks {
     pub held_out: Option<HeldOut>,
     /// Stretches of the scan that do not belong to the rest.
     pub disruptions: Vec<OutlierSegment>,
+    /// How far off a seam point is that is measured later; `None` if something of the hand-eye is not observable.
+    pub seam_error: Option<SeamError>,
     /// Error of a seam point where it is used; `None` if something of the hand-eye is not observable.
     pub at_torch: Option<SeamPointError>,
 }

@@ -78,10 +78,14 @@ fn an_ordinary_scan_is_decided_and_a_false_statement_is_refused() {
 fn statements_single_out_one_answer_and_no_other() {
     let recording = simulate(&Preset::Quick.scenario(), 1).unwrap();
     let truth = recording.truth.unwrap();
-    let answer = |time_offset_s: f64, turn: nalgebra::Vector3<f64>| Parameters {
-        time_offset_s,
-        tool_from_camera: nalgebra::Isometry3::new(nalgebra::Vector3::zeros(), turn),
-        lines: truth.lines.clone(),
+    let answer = |time_offset_s: f64, turn: nalgebra::Vector3<f64>| {
+        Parameters::straight(
+            &trueline_dataset::Guess {
+                time_offset_s,
+                tool_from_camera: nalgebra::Isometry3::new(nalgebra::Vector3::zeros(), turn),
+            },
+            truth.lines.clone(),
+        )
     };
     let upright = nalgebra::Vector3::zeros();
     let over = nalgebra::Vector3::x() * std::f64::consts::PI;

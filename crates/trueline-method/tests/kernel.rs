@@ -8,8 +8,11 @@ use trueline_lsq::{LeastSquares, Loss, NormalEquations};
 use trueline_method::input::noise_levels::NoiseLevels;
 use trueline_method::input::observations::{self, Observation, Observations};
 use trueline_method::input::timestamps::Sampling;
+use trueline_method::problem::block_priors::ShapePrior;
 use trueline_method::problem::line_problem::{Criterion, LineProblem};
 use trueline_method::problem::scalar_sums::OneByOne;
+use trueline_method::problem::usable::UsableObservations;
+use trueline_method::solve::seam_chart::{with_bows, with_shape};
 use trueline_method::{Config, Parameters, ResidualKind};
 use trueline_sim::{Preset, random_cell, simulate};
 
@@ -30,11 +33,7 @@ fn cell(preset: Preset, seed: u64, residual: ResidualKind) -> (Observations, Par
     let observed =
         observations::observe(&recording, &sampling, &Config { residual, ..Config::default() }).unwrap();
     let truth = recording.truth.unwrap();
-    let at = Parameters {
-        time_offset_s: truth.parameters.time_offset_s,
-        tool_from_camera: truth.parameters.tool_from_camera,
-        lines: truth.lines,
-    };
+    let at = Parameters::straight(&truth.parameters, truth.lines);
     (observed, at)
 }
 
@@ -57,7 +56,9 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
         whiteners: problem.whiteners.clone(),
         residual: problem.residual,
         loss: Loss::Squared,
+        unknowns: problem.unknowns,
         prior: None,
+        shape_prior: problem.shape_prior,
         threads: 1,
     };
     OneByOne(&squared).linearize(at, &mut unweighted);
@@ -99,6 +100,28 @@ fn moved(at: &Parameters, by: f64, seed: u64) -> Parameters {
     at.retract(&step)
 }
 
+/// The same cell with bows of a few tenths of a millimetre and, perhaps, a shape of some percent.
+fn bowed(observed: &Observations, at: &Parameters, shaped: bool) -> Parameters {
+    let mut at = with_bows(observed, &observed.list, at.clone());
+    for (k, curvature) in at.curvatures.iter_mut().enumerate() {
+        curvature.bow_m = [3e-4 - 1e-4 * k as f64, -2e-4];
+    }
+    if shaped {
+        at = with_shape(observed, at);
+        let step = nalgebra::SVector::from([0.01, -0.02, 0.013, 0.3, -0.4]);
+        at.shape = at.shape.map(|shape| shape.retract(&step));
+    }
+    at
+}
+
+fn shape_prior() -> Option<ShapePrior> {
+    let sigma = [5e-3, 5e-3, 5e-3, 0.15, 0.15_f64];
+    let mut information = nalgebra::SMatrix::<f64, 5, 5>::from_diagonal(&sigma.map(|s| s.powi(-2)).into());
+    information[(0, 1)] = 1e4;
+    information[(1, 0)] = 1e4;
+    Some(ShapePrior { information })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -118,7 +141,54 @@ proptest! {
         let list: &[Observation] = &observed.list[skipped..];
         let criterion = Criterion { residual, loss };
         assert_alike(&LineProblem::new(&observed, list, criterion, &noise, &truth), &at);
-        assert_alike(&LineProblem::coarse(&observed, list, loss, &noise), &at);
+        assert_alike(&LineProblem::coarse(&observed, list, loss, &noise, at.unknowns()), &at);
+    }
+
+    #[test]
+    fn sums_with_bows_and_shape_are_those_of_the_plain_loop(
+        seed in 0u64..1000,
+        preset in prop::sample::select(vec![Preset::Quick, Preset::TwoLines, Preset::Profiler]),
+        loss in prop::sample::select(LOSSES.to_vec()),
+        shaped in any::<bool>(),
+        skipped in 0usize..7,
+    ) {
+        let (observed, truth) = cell(preset, seed, ResidualKind::Sheet);
+        let at = bowed(&observed, &moved(&truth, 1e-3, seed), shaped);
+        let noise = NoiseLevels { robot_sigma_m: 2e-5, stamp_sigma_s: 1e-4, factor: 1.3 };
+        let list: &[Observation] = &observed.list[skipped..];
+        let criterion = Criterion { residual: ResidualKind::Sheet, loss };
+        let problem = LineProblem::new(&observed, list, criterion, &noise, &at).with_shape_prior(shape_prior());
+        assert_alike(&problem, &at);
+    }
+
+    /// A wrong sign in any column, also of what is known beforehand, makes the gradient another function's.
+    #[test]
+    fn the_gradient_is_the_derivative_of_the_cost(seed in 0u64..1000, shaped in any::<bool>()) {
+        let (observed, truth) = cell(Preset::TwoLines, seed, ResidualKind::Sheet);
+        let at = bowed(&observed, &moved(&truth, 1e-3, seed), shaped);
+        let noise = NoiseLevels { robot_sigma_m: 2e-5, stamp_sigma_s: 1e-4, factor: 1.0 };
+        // Nothing drops out of the list within the steps.
+        let list = UsableObservations::within(&observed, at.time_offset_s, 0.01);
+        let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
+        let problem = LineProblem::new(&observed, list.of(&observed), criterion, &noise, &at)
+            .with_shape_prior(shape_prior());
+        let mut sums = NormalEquations::zeros(problem.dimension());
+        problem.linearize(&at, &mut sums);
+        // The path has a kink at each of the robot's samples, so the time offset has its oracle where there is none: in
+        // the tests of the model.
+        for k in 1..problem.dimension() {
+            let step = 1e-2 / sums.hessian[(k, k)].sqrt();
+            let cost = |multiple: f64| {
+                let mut along = DVector::zeros(problem.dimension());
+                along[k] = multiple * step;
+                problem.cost(&at.retract(&along))
+            };
+            let slope = (cost(-2.0) - cost(2.0) + (cost(1.0) - cost(-1.0)) * 8.0) / 12.0;
+            // In steps of 1e-2 σ a cost is quadratic but for parts in 10⁴ of its slope; a cost of c is rounded at 1e-16 c,
+            // a few hundred times over.
+            let off = (slope - sums.gradient[k] * step).abs();
+            prop_assert!(off < 1e-4 * (sums.gradient[k] * step).abs() + 1e-13 * sums.cost + 1e-6, "{} {}", k, off);
+        }
     }
 
     #[test]
@@ -152,7 +222,13 @@ fn large_turns_between_samples() {
         times.iter().map(|t| se3::from_parts(wrist(*t), Vector3::new(1.0 + 0.1 * t, 0.0, 0.5))).collect();
     observed.robot.trajectory = trueline_geometry::Trajectory::new(times, &poses).unwrap();
     let noise = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
-    let problem = LineProblem::coarse(&observed, &observed.list, Loss::GemanMcClure { scale: 1e3 }, &noise);
+    let problem = LineProblem::coarse(
+        &observed,
+        &observed.list,
+        Loss::GemanMcClure { scale: 1e3 },
+        &noise,
+        truth.unknowns(),
+    );
     assert_alike(&problem, &truth);
 }
 
@@ -161,7 +237,13 @@ fn large_turns_between_samples() {
 fn what_cannot_be_placed() {
     let (observed, truth) = cell(Preset::Quick, 4, ResidualKind::Sheet);
     let noise = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
-    let problem = LineProblem::coarse(&observed, &observed.list, Loss::GemanMcClure { scale: 30.0 }, &noise);
+    let problem = LineProblem::coarse(
+        &observed,
+        &observed.list,
+        Loss::GemanMcClure { scale: 30.0 },
+        &noise,
+        truth.unknowns(),
+    );
     let late = Parameters { time_offset_s: truth.time_offset_s + 2.0, ..truth.clone() };
     assert_alike(&problem, &late);
     let squared = problem.squared_residuals(&late).len();

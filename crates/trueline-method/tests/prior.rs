@@ -44,6 +44,8 @@ fn gradient_is_the_derivative_of_the_cost() {
             guess.tool_from_camera.translation.vector + Vector3::new(0.02, -0.03, 0.01),
         ),
         lines: vec![Line::new(Vector3::new(1.0, 0.2, 0.3), &Vector3::x_axis())],
+        curvatures: Vec::new(),
+        shape: None,
     };
     let mut prior = Prior::at(&guess);
     prior.hold_time_offset();

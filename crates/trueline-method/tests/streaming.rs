@@ -42,8 +42,7 @@ fn the_estimate_follows_and_relinearised_is_the_batch_solution() {
         let truth = recording.truth.as_ref().unwrap();
         let start = Parameters {
             time_offset_s: truth.parameters.time_offset_s + 5e-4,
-            tool_from_camera: truth.parameters.tool_from_camera,
-            lines: truth.lines.clone(),
+            ..Parameters::straight(&truth.parameters, truth.lines.clone())
         };
         let start_dimension = start.dimension();
         let whole = observed(&recording);
@@ -105,11 +104,7 @@ fn poses_out_of_order_are_refused() {
     let recording = simulate(&Preset::Quick.scenario(), 22).unwrap();
     let part = observed(&recording);
     let truth = recording.truth.unwrap();
-    let at = Parameters {
-        time_offset_s: truth.parameters.time_offset_s,
-        tool_from_camera: truth.parameters.tool_from_camera,
-        lines: truth.lines,
-    };
+    let at = Parameters::straight(&truth.parameters, truth.lines);
     let noise = NoiseLevels { robot_sigma_m: 1e-5, stamp_sigma_s: 1e-4, factor: 1.0 };
     let mut stream = Streaming::new(part, at, CRITERION, noise);
     let pose = recording.robot[0].base_from_tool;

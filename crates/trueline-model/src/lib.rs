@@ -16,14 +16,19 @@
 //! solver. Metre, radian, second and pixel; pixel (0, 0) is the centre of the top-left pixel.
 
 pub mod camera;
+pub mod curvature;
 pub mod distortion;
 pub mod placement;
 pub mod point_to_line;
 pub mod sheet;
 pub mod sheet_residual;
+pub mod sheet_shape;
 
 pub use camera::{Camera, PixelError};
+pub use curvature::Curvature;
 pub use distortion::BrownConrady;
 pub use placement::{Placement, PlacementJacobian};
 pub use point_to_line::ResidualJacobian;
 pub use sheet::LaserSheet;
+pub use sheet_residual::SeamInSheet;
+pub use sheet_shape::SheetShape;

@@ -13,8 +13,9 @@
 //! dr = B (dx(q) − dl(q)): everything is evaluated at the predicted q, not at the measured p.
 
 use crate::point_to_line::ResidualJacobian;
-use crate::{LaserSheet, Placement};
-use nalgebra::{Matrix2x3, Matrix3x4, Vector2, Vector3};
+use crate::sheet_shape::ReportedPoint;
+use crate::{Curvature, LaserSheet, Placement, SheetShape};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x4, SMatrix, Vector2, Vector3};
 use trueline_geometry::Line;
 
 /// A line nearer to the sheet than this (sine of the angle, 0.06°) has no usable intersection.
@@ -77,6 +78,114 @@ pub fn linearize(
         d_line: -onto_sheet * d_point_d_line(line, &predicted_in_base),
     };
     Some((jacobian, onto_sheet))
+}
+
+/// The same with a bowed seam and a sensor whose sheet is not quite what it says.
+#[derive(Clone, Copy, Debug)]
+pub struct SeamInSheet<'a> {
+    /// The straight part of the seam, in base.
+    pub line: &'a Line,
+    /// Its bow.
+    pub curvature: &'a Curvature,
+    /// The sensor's shape; `None` is a sensor that reports what is there.
+    pub shape: Option<&'a SheetShape>,
+}
+
+/// A residual with what its bow and shape add to the Jacobian.
+#[derive(Clone, Copy, Debug)]
+pub struct SeamJacobian {
+    /// The residual, reported minus predicted report (m), and its derivatives as for a straight seam.
+    pub straight: ResidualJacobian,
+    /// d r / d (κ₂, κ₃).
+    pub d_curvature: Matrix2<f64>,
+    /// d r / d h.
+    pub d_shape: SMatrix<f64, 2, 5>,
+    /// What carries a displacement in base into the residual (2×3).
+    pub onto_sheet: Matrix2x3<f64>,
+}
+
+/// Newton's steps from the straight line's intersection to the bowed one's: each squares an error of (bow/length)².
+const INTERSECTION_STEPS: usize = 2;
+
+impl SeamInSheet<'_> {
+    /// Reported minus predicted point (m) with its Jacobians, or `None` if the seam runs along the sheet.
+    ///
+    /// The seam meets the sheet at q; the sensor is predicted to report g(q), with g the inverse of its shape; r = s − g(q).
+    /// As for a straight line, −dq = B (dx(q) − dl(q)) with the seam's tangent at q in place of the line's direction, so
+    /// dr = (∂g/∂q) B (dx(q) − dl(q)), and dr = −∂g/∂h for the shape.
+    #[must_use]
+    pub fn linearize(
+        &self,
+        placement: &Placement,
+        sheet: &LaserSheet,
+        point_in_camera: &Vector3<f64>,
+    ) -> Option<SeamJacobian> {
+        let base_from_camera = placement.base_from_camera();
+        let turn = base_from_camera.rotation.to_rotation_matrix().into_inner();
+        let (axes, normal) = (turn * sheet.axes(), turn * sheet.plane().normal().as_ref());
+        let measured = placement.point_in_base(point_in_camera);
+        let seam = self.meeting(&normal, &measured)?;
+        let onto_sheet = axes.transpose()
+            - (axes.transpose() * seam.tangent / normal.dot(&seam.tangent)) * normal.transpose();
+        let off_predicted = axes.transpose() * (measured - seam.point);
+        let predicted_in_camera = point_in_camera - sheet.axes() * off_predicted;
+        let reported = sheet.coordinates(point_in_camera);
+        let exact = ReportedPoint {
+            reported: reported - off_predicted,
+            d_true: Matrix2::identity(),
+            d_shape: SMatrix::zeros(),
+        };
+        let predicted = self.shape.map_or(exact, |shape| shape.reported(&exact.reported));
+        let onto_sheet = predicted.d_true * onto_sheet;
+        let motion = placement.jacobian(&predicted_in_camera);
+        let line_axes = self.line.axes();
+        let across = Matrix2::from_columns(&[
+            (onto_sheet * line_axes.column(1)).into_owned(),
+            (onto_sheet * line_axes.column(2)).into_owned(),
+        ]);
+        Some(SeamJacobian {
+            straight: ResidualJacobian {
+                residual: reported - predicted.reported,
+                d_time_offset: onto_sheet * motion.d_point_d_time_offset,
+                d_rotation: onto_sheet * motion.d_point_d_rotation,
+                d_translation: onto_sheet * motion.d_point_d_translation,
+                d_line: -onto_sheet * d_point_d_line(self.line, &seam.point),
+            },
+            d_curvature: -across * seam.form,
+            d_shape: -predicted.d_shape,
+            onto_sheet,
+        })
+    }
+
+    /// Where the seam meets the sheet through `measured`, all in base.
+    fn meeting(&self, normal: &Vector3<f64>, measured: &Vector3<f64>) -> Option<Meeting> {
+        let axes: Matrix3<f64> = self.line.axes();
+        let direction: Vector3<f64> = axes.column(0).into();
+        let [bow_2, bow_3] = self.curvature.bow_m;
+        let bow = axes.column(1) * bow_2 + axes.column(2) * bow_3;
+        let sine = normal.dot(&direction);
+        if sine.abs() < MIN_SINE {
+            return None;
+        }
+        let mut along = normal.dot(&(measured - self.line.anchor())) / sine;
+        let seam_at = |along: f64| {
+            let (form, slope) = self.curvature.form(along);
+            let point = self.line.anchor() + direction * along + bow * form;
+            Meeting { point, tangent: direction + bow * slope, form }
+        };
+        for _ in 0..INTERSECTION_STEPS {
+            let seam = seam_at(along);
+            along -= normal.dot(&(seam.point - measured)) / normal.dot(&seam.tangent);
+        }
+        let seam = seam_at(along);
+        (normal.dot(&seam.tangent).abs() >= MIN_SINE).then_some(seam)
+    }
+}
+
+struct Meeting {
+    point: Vector3<f64>,
+    tangent: Vector3<f64>,
+    form: f64,
 }
 
 /// Shift of the line at its point `at`, for (θ₂, θ₃, δ₂, δ₃) of [`Line::retract`] (3×4).

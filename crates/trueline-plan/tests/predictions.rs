@@ -40,11 +40,7 @@ fn bound(cell: &Cell, motion: &Motion) -> SVector<f64, LINES> {
     let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
     let observed = observations::observe(&recording, &sampling, &config).unwrap();
     let truth = recording.truth.as_ref().unwrap();
-    let at = Parameters {
-        time_offset_s: truth.parameters.time_offset_s,
-        tool_from_camera: truth.parameters.tool_from_camera,
-        lines: truth.lines.clone(),
-    };
+    let at = Parameters::straight(&truth.parameters, truth.lines.clone());
     let noise = NoiseLevels {
         robot_sigma_m: cell.noise.robot_m * trueline_geometry::smooth::noise_left(cell.robot_period_s),
         stamp_sigma_s: cell.noise.stamp_s,

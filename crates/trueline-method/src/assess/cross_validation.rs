@@ -115,7 +115,8 @@ fn root_mean(sum: f64, count: usize) -> f64 {
 }
 
 fn covariance_of(hessian: &DMatrix<f64>, subject: &Subject<'_>) -> Option<DMatrix<f64>> {
-    Some(Information::new(hessian, subject.fixed, subject.rank_threshold)?.covariance())
+    let known = subject.fit.parameters().unknowns().known_before();
+    Some(Information::beside(hessian, subject.fixed, known, subject.rank_threshold)?.covariance())
 }
 
 fn problem<'a>(subject: &Subject<'a>, config: &Config, list: &'a [Observation]) -> LineProblem<'a> {
@@ -123,6 +124,7 @@ fn problem<'a>(subject: &Subject<'a>, config: &Config, list: &'a [Observation]) 
     let fit = subject.fit;
     LineProblem::new(subject.observations, list, criterion, &fit.noise, &fit.whitened_at)
         .with_prior(fit.prior.clone())
+        .with_shape_prior(fit.shape_prior)
 }
 
 fn solve_again(
@@ -155,8 +157,9 @@ fn squared_distances(
 ) -> Vec<f64> {
     let mut hint = 0;
     let squared = |(o, _): (&Observation, &bool)| {
-        let point = placement(observations, o, at, &mut hint)?.point_in_base(&o.point_in_camera);
-        Some(at.lines[o.line as usize].offset_of(&point).norm_squared())
+        let point = at.corrected(&observations.sheet, &o.point_in_camera);
+        let point = placement(observations, o, at, &mut hint)?.point_in_base(&point);
+        Some(at.offset_from_seam(o.line as usize, &point).norm_squared())
     };
     list.iter().zip(carried).filter(|(_, carried)| **carried).filter_map(squared).collect()
 }
@@ -173,7 +176,8 @@ fn lever(
     let squared = |(o, _): (&Observation, &bool)| {
         let placement = placement(subject.observations, o, at, &mut hint)?;
         let line = &at.lines[o.line as usize];
-        let parts = trueline_model::point_to_line::linearize(&placement, &o.point_in_camera, line);
+        let point = at.corrected(&subject.observations.sheet, &o.point_in_camera);
+        let parts = trueline_model::point_to_line::linearize(&placement, &point, line);
         let mut jacobian = DMatrix::zeros(2, covariance.nrows());
         jacobian.view_mut((0, 0), (2, 1)).copy_from(&parts.d_time_offset);
         jacobian.view_mut((0, ROTATION), (2, 3)).copy_from(&parts.d_rotation);

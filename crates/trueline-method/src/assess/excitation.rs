@@ -6,9 +6,11 @@
 //! twice, by every other sample: the motion is the same in both, the noise is not, and what two Jacobians have in
 //! common is motion.
 
+use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
-use crate::problem::parameters::{LOCAL, Parameters, TIME_OFFSET, global_index};
+use crate::problem::parameters::{Parameters, TIME_OFFSET};
 use crate::problem::placement::placement_on;
+use crate::problem::unknowns::{LOCAL_ALL, Unknowns};
 use nalgebra::{DMatrix, SMatrix};
 use trueline_geometry::Trajectory;
 use trueline_lsq::{Information, LeastSquares};
@@ -38,6 +40,10 @@ impl SplitSampleInformation {
             Self { own: DMatrix::zeros(n, n), common: DMatrix::zeros(n, n), time_offset: [0.0; 2] };
         let every = problem.list.len().div_ceil(SAMPLE).max(1);
         let mut hints = [0; 3];
+        // What is known beforehand is no tremble; as much of it as there is of the scan.
+        let known = block_priors::information(problem.shape_prior.as_ref(), at) / every as f64;
+        signal.own += &known;
+        signal.common += &known;
         // Whole images, so that no line is passed over.
         for (o, whitener) in problem.selected().filter(|(o, _)| (o.frame as usize).is_multiple_of(every)) {
             let Some(here) = problem.placement(o, at, &mut hints[0]) else { continue };
@@ -52,8 +58,8 @@ impl SplitSampleInformation {
                 jacobian(&turned)
             };
             if let (Some(own), Some(one), Some(other)) = (jacobian(&here), turned(&first), turned(&second)) {
-                add(&mut signal.own, &(own.transpose() * own), o.line);
-                add(&mut signal.common, &(one.transpose() * other), o.line);
+                add(&mut signal.own, &problem.unknowns, &(own.transpose() * own), o.line);
+                add(&mut signal.common, &problem.unknowns, &(one.transpose() * other), o.line);
                 signal.time_offset[0] += own.column(TIME_OFFSET).norm_squared();
             }
             if let (Some(one), Some(other)) = (jacobian(&first), jacobian(&second)) {
@@ -99,11 +105,11 @@ impl SplitSampleInformation {
     }
 }
 
-fn add(sum: &mut DMatrix<f64>, local: &SMatrix<f64, LOCAL, LOCAL>, line: u32) {
-    for row in 0..LOCAL {
-        for column in 0..LOCAL {
-            sum[(global_index(row, line as usize), global_index(column, line as usize))] +=
-                local[(row, column)];
+fn add(sum: &mut DMatrix<f64>, unknowns: &Unknowns, local: &SMatrix<f64, LOCAL_ALL, LOCAL_ALL>, line: u32) {
+    let place = |k: usize| unknowns.place(k, line as usize);
+    for row in 0..unknowns.local() {
+        for column in 0..unknowns.local() {
+            sum[(place(row), place(column))] += local[(row, column)];
         }
     }
 }

@@ -88,7 +88,7 @@ pub fn assess_identifiability(
 }
 
 fn spectrum(fit: &Fit, settings: &FitSettings<'_>) -> Result<Information, Error> {
-    Information::new(&fit.solution.equations.hessian, settings.fixed, RANK_THRESHOLD).ok_or(Error::NoStart)
+    fit.information(settings.fixed, RANK_THRESHOLD).ok_or(Error::NoStart)
 }
 
 /// Moves everything unseen and fits the rest again: what moves with it is not known either, however well it seems to be

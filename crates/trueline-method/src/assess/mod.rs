@@ -7,4 +7,8 @@ pub mod identifiability;
 pub mod observability;
 pub mod outlier_segments;
 pub mod residuals;
+pub mod robot_field;
+pub mod seam_error;
 pub mod seam_point_error;
+pub mod sensor_shape;
+pub mod systematic;

@@ -152,9 +152,11 @@ pub fn assess(
     let only_noise = observable_components[TIME_OFFSET] && !shows_time_offset;
     observable_components[TIME_OFFSET] &= shows_time_offset;
     let shows_time_offset = observable_components[TIME_OFFSET];
+    // Bows and shape are known beforehand: they are seen in any case, and are not what is asked for.
+    let known_before = at.unknowns().known_before().len();
     Observability {
-        rank: information.rank() - usize::from(only_noise),
-        size: information.size(),
+        rank: information.rank() - usize::from(only_noise) - known_before,
+        size: information.size() - known_before,
         condition: information.condition(),
         singular_values: information
             .singular_values()

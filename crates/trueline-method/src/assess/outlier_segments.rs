@@ -148,7 +148,8 @@ fn other_offset(
     offset_search_s: f64,
 ) -> Option<f64> {
     let thin: Vec<Observation> = list.iter().step_by(list.len().div_ceil(SAMPLE)).copied().collect();
-    let problem = LineProblem::coarse(observations, &thin, Loss::GemanMcClure { scale: 10.0 }, noise);
+    let problem =
+        LineProblem::coarse(observations, &thin, Loss::GemanMcClure { scale: 10.0 }, noise, at.unknowns());
     let with_offset = |time_offset_s: f64| Parameters { time_offset_s, ..at.clone() };
     let steps = (offset_search_s / OFFSET_STEP_S) as i32;
     let grid = (-steps..=steps).map(|k| at.time_offset_s + f64::from(k) * OFFSET_STEP_S);
@@ -157,7 +158,7 @@ fn other_offset(
     let others: Vec<usize> = (0..at.dimension()).filter(|k| *k != TIME_OFFSET).collect();
     let found = solve(&problem, with_offset(start), &others, &SolveOptions::default()).ok()?.state;
     let step_s = found.time_offset_s - at.time_offset_s;
-    let all = LineProblem::coarse(observations, list, Loss::Squared, noise);
+    let all = LineProblem::coarse(observations, list, Loss::Squared, noise, at.unknowns());
     let squared = all.squared_residuals(&found);
     // Most of the stretch must be placed by it, and fit as the rest does.
     let fits = squared.len() * 2 > list.len() && noise_factor(&squared) < EXPLAINED;
@@ -181,11 +182,13 @@ fn other_line(
     let line: Line = fit::robust_line(&points)?;
     let mut with_line = at.clone();
     with_line.lines[label as usize] = line;
-    let fixed: Vec<usize> =
-        (0..line_index(label as usize)).chain(line_index(label as usize + 1)..at.dimension()).collect();
-    let problem = LineProblem::coarse(observations, &own, Loss::GemanMcClure { scale: 10.0 }, noise);
+    let own_line = line_index(label as usize)..line_index(label as usize + 1);
+    let fixed: Vec<usize> = (0..at.dimension()).filter(|k| !own_line.contains(k)).collect();
+    let problem =
+        LineProblem::coarse(observations, &own, Loss::GemanMcClure { scale: 10.0 }, noise, at.unknowns());
     let found = solve(&problem, with_line, &fixed, &SolveOptions::default()).ok()?.state;
-    let squared = LineProblem::coarse(observations, &own, Loss::Squared, noise).squared_residuals(&found);
+    let squared = LineProblem::coarse(observations, &own, Loss::Squared, noise, at.unknowns())
+        .squared_residuals(&found);
     let middle = points.iter().sum::<nalgebra::Vector3<f64>>() / points.len() as f64;
     let beside_m =
         at.lines[label as usize].distance(found.lines[label as usize].anchored_near(&middle).anchor());

@@ -9,7 +9,6 @@ use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
 use nalgebra::{Vector2, Vector3};
 use std::collections::BTreeMap;
-use trueline_model::sheet_residual;
 
 /// Squared whitened residual (two components) that good data exceed four times in a million: 5 σ.
 pub const OUTLIER_SQUARED: f64 = 25.0;
@@ -64,26 +63,25 @@ pub fn evaluate(problem: &LineProblem<'_>, at: &Parameters) -> (Vec<FeatureResid
             continue;
         };
         let seen = placement(observations, o, at, &mut hint).and_then(|placement| {
-            let line = &at.lines[o.line as usize];
-            let point_in_base = placement.point_in_base(&o.point_in_camera);
-            let offset_m = line.offset_of(&point_in_base);
-            let linear = sheet_residual::linearize(&placement, &observations.sheet, &o.point_in_camera, line);
-            let in_sheet = linear.as_ref().map(|(jacobian, _)| jacobian.residual);
+            let point = at.corrected(&observations.sheet, &o.point_in_camera);
+            let point_in_base = placement.point_in_base(&point);
+            let offset_m = at.offset_from_seam(o.line as usize, &point_in_base);
+            let in_sheet = problem.in_sheet(o, at, &placement);
             let residual = match problem.residual {
-                ResidualKind::Sheet => in_sheet?,
+                ResidualKind::Sheet => in_sheet?.residual,
                 ResidualKind::PointToLine => offset_m,
             };
-            Some((point_in_base, offset_m, linear, residual))
+            Some((point_in_base, offset_m, in_sheet, residual))
         });
-        let Some((point_in_base, offset_m, linear, residual)) = seen else {
+        let Some((point_in_base, offset_m, in_sheet, residual)) = seen else {
             *skipped.entry(Skip::AlongPlane).or_insert(0) += 1;
             continue;
         };
         let whitened = whitener.apply(&residual);
         let squared = whitened.norm_squared();
-        let in_sheet = linear.as_ref().map(|(jacobian, _)| jacobian.residual);
+        let in_sheet_m = in_sheet.map(|seen| seen.residual);
         let to_px =
-            || Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet?) * f64::from(o.sigma_px));
+            || Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet_m?) * f64::from(o.sigma_px));
         list.push(FeatureResidual {
             row: o.row,
             line: o.line,
@@ -91,8 +89,8 @@ pub fn evaluate(problem: &LineProblem<'_>, at: &Parameters) -> (Vec<FeatureResid
             point_in_base,
             offset_m,
             residual_px: observations.are_pixels.then(to_px).flatten(),
-            in_sheet_m: in_sheet,
-            crossing_m_s: linear.as_ref().map(|(jacobian, _)| jacobian.d_time_offset),
+            in_sheet_m,
+            crossing_m_s: in_sheet.map(|seen| seen.d_time_offset),
             whitened,
             normalised: squared.sqrt(),
             weight: problem.loss.weight(squared),

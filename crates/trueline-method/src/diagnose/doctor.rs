@@ -2,7 +2,7 @@
 //! without which the scan fits is named.
 
 use crate::calibrate::calibrate;
-use crate::config::Config;
+use crate::config::{Config, SensorMode};
 use crate::diagnose::mistakes::{MISTAKES, reordered};
 use crate::{Calibration, Error};
 use trueline_dataset::{Guess, Recording};
@@ -73,7 +73,9 @@ const FEATURES: usize = 1500;
 /// Examines a recording; `watch` is told the name of each trial before it begins.
 pub fn diagnose(recording: &Recording, config: &Config, mut watch: impl FnMut(&str)) -> Diagnosis {
     let thin = thinned(recording);
+    // A shape of the sensor would take up part of what a mistake makes.
     watch("as recorded");
+    let config = &Config { sensor: SensorMode::Fixed, ..config.clone() };
     let result = calibrate(&thin, None, config);
     let as_recorded = outcome(&result);
     let trials = if as_recorded.is_noise() { Vec::new() } else { try_all(&thin, config, &mut watch) };

@@ -71,9 +71,11 @@ fn solved(observations: &Observations, noise: &NoiseLevels, at: &Parameters) -> 
         return None;
     }
     let list = placed.of(observations);
-    let problem = LineProblem::coarse(observations, list, Loss::Huber { scale: 3.0 }, noise);
+    let problem = LineProblem::coarse(observations, list, Loss::Huber { scale: 3.0 }, noise, at.unknowns());
+    // One sensor for all offsets.
+    let held: Vec<usize> = std::iter::once(TIME_OFFSET).chain(at.unknowns().shape()).collect();
     let options = SolveOptions { max_iterations: 12, cost_threshold: 1e-4, ..SolveOptions::default() };
-    let solution = solve(&problem, at.clone(), &[TIME_OFFSET], &options).ok()?;
+    let solution = solve(&problem, at.clone(), &held, &options).ok()?;
     let squared = problem.squared_residuals(&solution.state);
     // Two numbers a feature: a length of √(2 ln 2) is the median where only noise is at work.
     let typical = median(squared.into_iter())? / (2.0 * std::f64::consts::LN_2);

@@ -41,11 +41,7 @@ pub struct SeamPoints {
 pub fn place(recording: &Recording, by: &Guess, config: &Config) -> Result<SeamPoints, Error> {
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
     let observations = observe_anywhere(recording, &sampling, config)?;
-    let at = Parameters {
-        time_offset_s: by.time_offset_s,
-        tool_from_camera: by.tool_from_camera,
-        lines: Vec::new(),
-    };
+    let at = Parameters::straight(by, Vec::new());
     let mut points = SeamPoints { list: Vec::new(), skipped: observations.skipped.clone() };
     let mut hint = 0;
     for o in &observations.list {

@@ -13,7 +13,6 @@ use crate::solve::covariance;
 use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
-use trueline_lsq::Information;
 
 /// A fit whose time offset does not drift.
 pub struct DriftFree {
@@ -96,7 +95,7 @@ fn clock_check(solver: &Solver<'_>, fit: &Fit) -> Option<ClockCheck> {
     if settings.fixed.contains(&TIME_OFFSET) {
         return None;
     }
-    let information = Information::new(&fit.solution.equations.hessian, settings.fixed, RANK_THRESHOLD)?;
+    let information = fit.information(settings.fixed, RANK_THRESHOLD)?;
     let problem = fit.problem(observations, settings.config);
     let covariance = information.covariance();
     let real = covariance::assess(&problem, fit.parameters(), &fit.noise, &information).covariance;

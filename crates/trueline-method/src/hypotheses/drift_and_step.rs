@@ -5,7 +5,7 @@
 //! over the observations are needed, a step can be tried at every frame in linear time.
 
 use crate::problem::line_problem::LineProblem;
-use crate::problem::parameters::{LOCAL, global_index};
+use crate::problem::unknowns::LOCAL_ALL;
 use nalgebra::{DMatrix, DVector, SVector};
 
 /// How fast the offset changes.
@@ -63,10 +63,10 @@ impl ClockCheck {
             let (residual, jacobian) = problem.whitened(pair, at, &mut hint)?;
             let weight = problem.loss.weight(residual.norm_squared());
             let column = jacobian.column(0).into_owned() * weight;
-            let local: SVector<f64, LOCAL> = jacobian.transpose() * column;
+            let local: SVector<f64, LOCAL_ALL> = jacobian.transpose() * column;
             let mut with_others = DVector::zeros(dimension);
-            for (k, value) in local.iter().enumerate() {
-                with_others[global_index(k, pair.0.line as usize)] = *value;
+            for (k, value) in local.iter().enumerate().take(problem.unknowns.local()) {
+                with_others[problem.unknowns.place(k, pair.0.line as usize)] = *value;
             }
             Some(Part {
                 stamp_s: pair.0.stamp_s,

@@ -146,8 +146,7 @@ impl Search<'_> {
 
     fn start(&self, guess: Guess) -> Option<Parameters> {
         let lines = lines_for(self.solver.observations, self.sample, &guess)?;
-        let Guess { time_offset_s, tool_from_camera } = guess;
-        Some(Parameters { time_offset_s, tool_from_camera, lines })
+        Some(Parameters::straight(&guess, lines))
     }
 
     /// Where a hand-eye transform is held, the narrowing may still turn it; the fit that follows holds it.
@@ -165,8 +164,8 @@ impl Search<'_> {
     /// Part of the sample that is within a wide limit: enough to leave out what explains next to nothing.
     fn explains(&self, at: &Parameters) -> f64 {
         let loss = Loss::Squared;
-        let problem =
-            LineProblem::coarse(self.solver.observations, self.sample, loss, &self.solver.settings.noise);
+        let Solver { observations, settings } = self.solver;
+        let problem = LineProblem::coarse(observations, self.sample, loss, &settings.noise, at.unknowns());
         let limit = 4.0 * OUTLIER_SQUARED;
         let squared = problem.squared_residuals(at);
         squared.iter().filter(|s| **s <= limit).count() as f64 / squared.len().max(1) as f64

@@ -81,6 +81,7 @@ fn advantage(one: &Stamped, other: &Stamped, noise: &NoiseLevels) -> f64 {
             stamped.fit.placed.of(&stamped.observations),
             Loss::Squared,
             noise,
+            stamped.fit.parameters().unknowns(),
         );
         noise_factor(&problem.squared_residuals(stamped.fit.parameters()))
     };

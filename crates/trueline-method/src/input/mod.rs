@@ -5,5 +5,6 @@ pub mod noise_levels;
 pub mod observations;
 pub mod repeated_poses;
 pub mod robot_motion;
+pub mod shape_knowledge;
 pub mod skip;
 pub mod timestamps;

@@ -5,11 +5,12 @@ use crate::error::Error;
 use crate::input::robot_motion::RobotMotion;
 use crate::input::skip::Skip;
 use crate::input::timestamps::Sampling;
+use crate::order_statistics::median;
 use nalgebra::{Matrix2, Vector2, Vector3};
 use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Feature, Measured, Recording, Sensor};
 use trueline_geometry::fit;
-use trueline_model::LaserSheet;
+use trueline_model::{LaserSheet, SheetShape};
 
 /// One seam point on the sheet.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,9 @@ pub struct Observations {
     pub line_count: usize,
     /// Whether features are pixels.
     pub are_pixels: bool,
+    /// Where the sensor's shape counts from, sheet coordinates, m: the middle of what it measured, or where an earlier
+    /// correction counts from.
+    pub shape_origin_m: [f64; 2],
     /// RMS of the points about the sheet that was fitted to them, m; `None` where the sheet was given.
     pub sheet_fit_rms_m: Option<f64>,
     /// Features that could not be used, by reason.
@@ -98,6 +102,7 @@ fn observe_on(
     let mut list = Vec::with_capacity(recording.features.len());
     let mut frame = 0;
     let mut image = Image::default();
+    let shape = recording.setup.shape.as_ref();
     let are_pixels = matches!(recording.sensor, Sensor::CameraLaser { .. });
     for (row, feature) in recording.features.iter().enumerate() {
         if image.repeats(feature) {
@@ -105,7 +110,9 @@ fn observe_on(
             continue;
         }
         frame += u32::from(row > 0 && recording.features[row - 1].stamp_ns != feature.stamp_ns);
-        match lift(&recording.sensor, &sheet, feature, config) {
+        let lifted = lift(&recording.sensor, &sheet, feature, config)
+            .map(|lifted| shape.map_or(lifted, |shape| corrected(&sheet, shape, lifted)));
+        match lifted {
             Ok((point_in_camera, covariance)) => list.push(Observation {
                 stamp_s: sampling.images.recorded_s[frame as usize],
                 frame,
@@ -119,7 +126,8 @@ fn observe_on(
         }
     }
     let line_count = count_lines(&list)?;
-    Ok(Observations { robot, sheet, list, line_count, are_pixels, sheet_fit_rms_m, skipped })
+    let shape_origin_m = shape.map_or_else(|| middle(&sheet, &list), |shape| shape.origin_m);
+    Ok(Observations { robot, sheet, list, line_count, are_pixels, shape_origin_m, sheet_fit_rms_m, skipped })
 }
 
 /// What the rows of one image have said so far.
@@ -195,6 +203,23 @@ fn lift(
         (Measured::Point(point), _) => Ok((Vector3::from(point), squared(sigma_m()))),
         (Measured::Pixel(_), _) => Err(Skip::NoRay),
     }
+}
+
+/// The middle of the measured points, sheet coordinates, m.
+fn middle(sheet: &LaserSheet, list: &[Observation]) -> [f64; 2] {
+    [0, 1].map(|axis| median(list.iter().map(|o| sheet.coordinates(&o.point_in_camera)[axis])).unwrap_or(0.0))
+}
+
+/// A lifted point where a sensor of known shape really saw it.
+fn corrected(
+    sheet: &LaserSheet,
+    shape: &SheetShape,
+    (point_in_camera, covariance): (Vector3<f64>, Matrix2<f64>),
+) -> (Vector3<f64>, Matrix2<f64>) {
+    let reported = sheet.coordinates(&point_in_camera);
+    let (there, slope) = shape.corrected(&reported);
+    // What sticks out of the sheet stays as it is.
+    (point_in_camera + sheet.axes() * (there - reported), slope * covariance * slope.transpose())
 }
 
 fn pixel_sigma(feature: &Feature, are_pixels: bool, config: &Config) -> f32 {

@@ -3,14 +3,18 @@
 use crate::config::ResidualKind;
 use crate::input::noise_levels::{NoiseLevels, Whitener};
 use crate::input::observations::{Observation, Observations};
-use crate::problem::parameters::{LINES, LOCAL, Parameters, line_index};
+use crate::problem::block_priors::{self, ShapePrior};
+use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
 use crate::problem::prior::Prior;
 use crate::problem::simd::{Cost, Equations, Mounting, Scan, Squared, Whitening, sweep, sweep_chunks};
-use nalgebra::{DVector, SMatrix, Vector2};
+use crate::problem::unknowns::{
+    LINES, LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT, Model, ROTATION, TIME_OFFSET, TRANSLATION, Unknowns,
+};
+use nalgebra::{DVector, Matrix2x3, SMatrix, Vector2};
 use trueline_lsq::{LeastSquares, Loss, NormalEquations};
 use trueline_model::point_to_line::{self, ResidualJacobian};
-use trueline_model::{Placement, sheet_residual};
+use trueline_model::{Placement, SeamInSheet, sheet_residual};
 
 /// Standard deviation that stands for one unit of the point-to-line residual until its spread is known, m.
 pub const POINT_TO_LINE_SIGMA_M: f64 = 5e-5;
@@ -27,8 +31,12 @@ pub struct LineProblem<'a> {
     pub residual: ResidualKind,
     /// Robust loss.
     pub loss: Loss,
+    /// Its unknowns.
+    pub unknowns: Unknowns,
     /// Directions held at a guess.
     pub prior: Option<Prior>,
+    /// What is known of the sensor's shape beforehand.
+    pub shape_prior: Option<ShapePrior>,
     /// Threads that share large scans; the result does not depend on it.
     pub threads: usize,
 }
@@ -68,7 +76,9 @@ impl<'a> LineProblem<'a> {
             whiteners,
             residual: criterion.residual,
             loss: criterion.loss,
+            unknowns: unknowns_of(criterion.residual, at),
             prior: None,
+            shape_prior: None,
             threads: 1,
         }
     }
@@ -81,9 +91,26 @@ impl<'a> LineProblem<'a> {
         list: &'a [Observation],
         loss: Loss,
         noise: &NoiseLevels,
+        unknowns: Unknowns,
     ) -> Self {
         let whiteners = list.iter().map(|o| noise.coarse_whitener(o.covariance)).collect();
-        Self { observations, list, whiteners, residual: ResidualKind::Sheet, loss, prior: None, threads: 1 }
+        Self {
+            observations,
+            list,
+            whiteners,
+            residual: ResidualKind::Sheet,
+            loss,
+            unknowns,
+            prior: None,
+            shape_prior: None,
+            threads: 1,
+        }
+    }
+
+    /// The same problem with what is known of the sensor's shape.
+    #[must_use]
+    pub fn with_shape_prior(self, shape_prior: Option<ShapePrior>) -> Self {
+        Self { shape_prior, ..self }
     }
 
     /// The same problem with directions held at a guess.
@@ -134,38 +161,66 @@ impl<'a> LineProblem<'a> {
     pub fn residual(&self, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<Vector2<f64>> {
         let placement = self.placement(o, at, hint)?;
         let line = &at.lines[o.line as usize];
-        match self.residual {
-            ResidualKind::PointToLine => Some(point_to_line::residual(&placement, &o.point_in_camera, line)),
-            ResidualKind::Sheet => {
+        match (self.residual, at.curvatures.get(o.line as usize)) {
+            (ResidualKind::PointToLine, _) => {
+                Some(point_to_line::residual(&placement, &o.point_in_camera, line))
+            }
+            (ResidualKind::Sheet, None) => {
                 sheet_residual::residual(&placement, &self.observations.sheet, &o.point_in_camera, line)
             }
+            (ResidualKind::Sheet, Some(_)) => Some(self.linearized(o, at, &placement)?.residual),
         }
     }
 
-    fn linearized(
+    /// The residual and its Jacobian, not whitened.
+    fn linearized(&self, o: &Observation, at: &Parameters, placement: &Placement) -> Option<Linearized> {
+        match self.residual {
+            ResidualKind::PointToLine => {
+                let line = &at.lines[o.line as usize];
+                let parts = point_to_line::linearize(placement, &o.point_in_camera, line);
+                let axes = line.axes();
+                let across = Matrix2x3::from_rows(&[axes.column(1).transpose(), axes.column(2).transpose()]);
+                Some(Linearized::of(&parts, across))
+            }
+            ResidualKind::Sheet => self.linearized_in_sheet(o, at, placement),
+        }
+    }
+
+    fn linearized_in_sheet(
         &self,
         o: &Observation,
         at: &Parameters,
         placement: &Placement,
-    ) -> Option<ResidualJacobian> {
+    ) -> Option<Linearized> {
         let line = &at.lines[o.line as usize];
-        match self.residual {
-            ResidualKind::PointToLine => Some(point_to_line::linearize(placement, &o.point_in_camera, line)),
-            ResidualKind::Sheet => {
-                sheet_residual::linearize(placement, &self.observations.sheet, &o.point_in_camera, line)
-                    .map(|(jacobian, _)| jacobian)
-            }
-        }
+        let sheet = &self.observations.sheet;
+        let Some(curvature) = at.curvatures.get(o.line as usize) else {
+            let (parts, onto_sheet) = sheet_residual::linearize(placement, sheet, &o.point_in_camera, line)?;
+            return Some(Linearized::of(&parts, onto_sheet));
+        };
+        let seam = SeamInSheet { line, curvature, shape: at.shape.as_ref() };
+        let parts = seam.linearize(placement, sheet, &o.point_in_camera)?;
+        let mut all = Linearized::of(&parts.straight, parts.onto_sheet);
+        all.jacobian.fixed_columns_mut::<2>(LOCAL_STRAIGHT).copy_from(&parts.d_curvature);
+        all.jacobian.fixed_columns_mut::<5>(LOCAL_BOWED).copy_from(&parts.d_shape);
+        Some(all)
     }
 
-    /// Whitened residual and Jacobian (2×11: sensor and clock, then the observation's own line).
+    /// What an observation leaves in the sheet, whichever residual is minimised; `None` where the seam runs along it.
+    #[must_use]
+    pub fn in_sheet(&self, o: &Observation, at: &Parameters, placement: &Placement) -> Option<InSheet> {
+        let parts = self.linearized_in_sheet(o, at, placement)?;
+        Some(InSheet { residual: parts.residual, d_time_offset: parts.jacobian.column(TIME_OFFSET).into() })
+    }
+
+    /// Whitened residual and Jacobian by the local unknowns; columns of what is not modelled are zero.
     #[must_use]
     pub fn whitened(
         &self,
         (observation, whitener): (&Observation, &Whitener),
         at: &Parameters,
         hint: &mut usize,
-    ) -> Option<(Vector2<f64>, SMatrix<f64, 2, LOCAL>)> {
+    ) -> Option<(Vector2<f64>, LocalJacobian)> {
         let placement = self.placement(observation, at, hint)?;
         self.whitened_where((observation, whitener), at, &placement)
     }
@@ -177,15 +232,22 @@ impl<'a> LineProblem<'a> {
         (observation, whitener): (&Observation, &Whitener),
         at: &Parameters,
         placement: &Placement,
-    ) -> Option<(Vector2<f64>, SMatrix<f64, 2, LOCAL>)> {
+    ) -> Option<(Vector2<f64>, LocalJacobian)> {
         let parts = self.linearized(observation, at, placement)?;
-        let mut jacobian = SMatrix::<f64, 2, LOCAL>::zeros();
-        jacobian.fixed_columns_mut::<1>(0).copy_from(&parts.d_time_offset);
-        jacobian.fixed_columns_mut::<3>(1).copy_from(&parts.d_rotation);
-        jacobian.fixed_columns_mut::<3>(4).copy_from(&parts.d_translation);
-        jacobian.fixed_columns_mut::<4>(LINES).copy_from(&parts.d_line);
         let whiten = whitener.matrix();
-        Some((whiten * parts.residual, whiten * jacobian))
+        Some((whiten * parts.residual, whiten * parts.jacobian))
+    }
+
+    /// What carries a displacement of the measured point in base into the whitened residual (2×3), and the same for the
+    /// time offset.
+    #[must_use]
+    pub fn whitened_displacement(
+        &self,
+        (o, whitener): (&Observation, &Whitener),
+        at: &Parameters,
+        placement: &Placement,
+    ) -> Option<Matrix2x3<f64>> {
+        Some(whitener.matrix() * self.linearized(o, at, placement)?.onto_sheet)
     }
 
     /// How the errors that all features of an image share move a whitened residual: one column for each axis
@@ -203,21 +265,58 @@ impl<'a> LineProblem<'a> {
             return None;
         }
         let placement = self.placement(o, at, hint)?;
-        let line = &at.lines[o.line as usize];
-        let (jacobian, onto_sheet) =
-            sheet_residual::linearize(&placement, &self.observations.sheet, &o.point_in_camera, line)?;
+        let parts = self.linearized(o, at, &placement)?;
         let mut errors = SMatrix::<f64, 2, 4>::zeros();
-        errors.fixed_columns_mut::<3>(0).copy_from(&(onto_sheet * noise.robot_sigma_m));
-        errors.fixed_columns_mut::<1>(3).copy_from(&(jacobian.d_time_offset * noise.stamp_sigma_s));
+        errors.fixed_columns_mut::<3>(0).copy_from(&(parts.onto_sheet * noise.robot_sigma_m));
+        let by_stamp = parts.jacobian.column(TIME_OFFSET) * noise.stamp_sigma_s;
+        errors.fixed_columns_mut::<1>(3).copy_from(&by_stamp);
         Some(whitener.matrix() * errors * noise.factor)
     }
+}
+
+/// What an observation leaves in the sheet.
+#[derive(Clone, Copy, Debug)]
+pub struct InSheet {
+    /// Measured minus predicted, m.
+    pub residual: Vector2<f64>,
+    /// d r / d t_d, m/s.
+    pub d_time_offset: Vector2<f64>,
+}
+
+/// A Jacobian by the local unknowns of an observation.
+pub type LocalJacobian = SMatrix<f64, 2, LOCAL_ALL>;
+
+struct Linearized {
+    residual: Vector2<f64>,
+    jacobian: LocalJacobian,
+    onto_sheet: Matrix2x3<f64>,
+}
+
+impl Linearized {
+    fn of(parts: &ResidualJacobian, onto_sheet: Matrix2x3<f64>) -> Self {
+        let mut jacobian = LocalJacobian::zeros();
+        jacobian.fixed_columns_mut::<1>(TIME_OFFSET).copy_from(&parts.d_time_offset);
+        jacobian.fixed_columns_mut::<3>(ROTATION).copy_from(&parts.d_rotation);
+        jacobian.fixed_columns_mut::<3>(TRANSLATION).copy_from(&parts.d_translation);
+        jacobian.fixed_columns_mut::<4>(LINES).copy_from(&parts.d_line);
+        Self { residual: parts.residual, jacobian, onto_sheet }
+    }
+}
+
+fn unknowns_of(residual: ResidualKind, at: &Parameters) -> Unknowns {
+    let unknowns = at.unknowns();
+    debug_assert!(
+        residual == ResidualKind::Sheet || unknowns.model == Model::Straight,
+        "the paper's lines are straight"
+    );
+    unknowns
 }
 
 impl LeastSquares for LineProblem<'_> {
     type State = Parameters;
 
     fn dimension(&self) -> usize {
-        line_index(self.observations.line_count)
+        self.unknowns.dimension()
     }
 
     fn retract(&self, state: &Parameters, step: &DVector<f64>) -> Parameters {
@@ -228,19 +327,33 @@ impl LeastSquares for LineProblem<'_> {
         let part = |range| Cost::new(&self.whiteners[range], self.loss);
         let parts = sweep_chunks(&self.scan(state), self.threads, part);
         parts.iter().map(Cost::total).sum::<f64>()
+            + block_priors::cost(self.shape_prior.as_ref(), state)
             + self.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
     }
 
     fn linearize(&self, state: &Parameters, equations: &mut NormalEquations) {
-        let lines = self.observations.line_count;
-        let part = |range| Equations::new(&self.whiteners[range], self.loss, lines);
-        let parts = sweep_chunks(&self.scan(state), self.threads, part);
-        let mounting = Mounting::new(&self.observations.sheet, state);
-        for part in &parts {
-            part.add_to(equations, &mounting.sheet_from_tool);
+        match self.unknowns.model {
+            Model::Straight => self.add_sums::<LOCAL_STRAIGHT>(state, equations),
+            Model::Bowed => self.add_sums::<LOCAL_BOWED>(state, equations),
+            Model::Shaped => self.add_sums::<LOCAL_ALL>(state, equations),
+        }
+        if self.unknowns.model != Model::Straight {
+            block_priors::add_to(self.shape_prior.as_ref(), state, equations);
         }
         if let Some(prior) = &self.prior {
             prior.add_to(state, equations);
+        }
+    }
+}
+
+impl LineProblem<'_> {
+    /// The sums over N local unknowns, generated for each N.
+    fn add_sums<const N: usize>(&self, state: &Parameters, equations: &mut NormalEquations) {
+        let part = |range| Equations::<N>::new(&self.whiteners[range], self.loss, self.unknowns.lines);
+        let parts = sweep_chunks(&self.scan(state), self.threads, part);
+        let mounting = Mounting::new(&self.observations.sheet, state);
+        for part in &parts {
+            part.add_to(equations, &self.unknowns, &mounting.sheet_from_tool);
         }
     }
 }

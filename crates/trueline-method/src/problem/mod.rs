@@ -1,9 +1,11 @@
 //! Observations → least-squares problem: unknowns, residuals, priors, and the sums over all samples.
 
+pub mod block_priors;
 pub mod line_problem;
 pub mod parameters;
 pub mod placement;
 pub mod prior;
 pub mod scalar_sums;
 pub(crate) mod simd;
+pub mod unknowns;
 pub mod usable;

@@ -1,24 +1,14 @@
-//! The unknowns, their order, and how a tangent step moves them.
+//! The values of all unknowns, and how a tangent step moves them.
 
-use nalgebra::{DVector, SVector, Vector3, Vector4};
+pub use crate::problem::unknowns::{LINES, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+
+use crate::problem::unknowns::{Model, Unknowns};
+use nalgebra::{DVector, SVector, Vector2, Vector3, Vector4};
 use trueline_dataset::Guess;
 use trueline_geometry::{Line, Pose, se3};
+use trueline_model::{Curvature, LaserSheet, SheetShape};
 
-/// Index of the time offset in the tangent.
-pub const TIME_OFFSET: usize = 0;
-/// First index of the hand-eye rotation.
-pub const ROTATION: usize = 1;
-/// First index of the hand-eye translation.
-pub const TRANSLATION: usize = 4;
-/// First index of the lines; each has [`Line::DIMENSION`].
-pub const LINES: usize = 7;
-/// Unknowns that one observation depends on: those of sensor and clock, and its own line's.
-pub const LOCAL: usize = LINES + Line::DIMENSION;
-
-/// One value of all unknowns.
-///
-/// Tangent: \[t_d (s) | hand-eye rotation, left, tool frame (rad) | hand-eye translation (m) | for each line
-/// θ₂, θ₃ (rad), δ₂, δ₃ (m)\].
+/// One value of all unknowns; see [`Unknowns`] for their order in the tangent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameters {
     /// Time offset t_d, s.
@@ -27,23 +17,57 @@ pub struct Parameters {
     pub tool_from_camera: Pose,
     /// The lines in base.
     pub lines: Vec<Line>,
+    /// The bow of each line; empty where lines are straight.
+    pub curvatures: Vec<Curvature>,
+    /// The sensor's shape; `None` where it is exact. Only together with bows.
+    pub shape: Option<SheetShape>,
 }
 
 impl Parameters {
+    /// Straight lines and an exact sensor.
+    #[must_use]
+    pub fn straight(guess: &Guess, lines: Vec<Line>) -> Self {
+        Self {
+            time_offset_s: guess.time_offset_s,
+            tool_from_camera: guess.tool_from_camera,
+            lines,
+            curvatures: Vec::new(),
+            shape: None,
+        }
+    }
+
+    /// Which unknowns these are the values of.
+    #[must_use]
+    pub fn unknowns(&self) -> Unknowns {
+        let model = match (self.curvatures.is_empty(), &self.shape) {
+            (true, _) => Model::Straight,
+            (false, None) => Model::Bowed,
+            (false, Some(_)) => Model::Shaped,
+        };
+        Unknowns { lines: self.lines.len(), model }
+    }
+
     /// Number of unknowns.
     #[must_use]
     pub fn dimension(&self) -> usize {
-        LINES + Line::DIMENSION * self.lines.len()
+        self.unknowns().dimension()
     }
 
     /// Moves all unknowns by a tangent step \[Yang2025, Eq. 18\].
     #[must_use]
     pub fn retract(&self, step: &DVector<f64>) -> Self {
+        let unknowns = self.unknowns();
         let three = |first: usize| Vector3::new(step[first], step[first + 1], step[first + 2]);
         let lines = self.lines.iter().enumerate().map(|(k, line)| {
             let first = line_index(k);
             line.retract(&Vector4::from_fn(|row, _| step[first + row]))
         });
+        let curvatures = self.curvatures.iter().enumerate().map(|(k, curvature)| {
+            let first = unknowns.bow(k).start;
+            curvature.retract(&Vector2::new(step[first], step[first + 1]))
+        });
+        let first = unknowns.shape().start;
+        let shape = self.shape.map(|shape| shape.retract(&SVector::from_fn(|row, _| step[first + row])));
         Self {
             time_offset_s: self.time_offset_s + step[TIME_OFFSET],
             tool_from_camera: se3::retract_decoupled(
@@ -52,6 +76,8 @@ impl Parameters {
                 &three(TRANSLATION),
             ),
             lines: lines.collect(),
+            curvatures: curvatures.collect(),
+            shape,
         }
     }
 
@@ -71,29 +97,28 @@ impl Parameters {
     pub fn guess(&self) -> Guess {
         Guess { time_offset_s: self.time_offset_s, tool_from_camera: self.tool_from_camera }
     }
+
+    /// Where a measured point of the camera frame really is, m: what sticks out of the sheet stays as it is.
+    #[must_use]
+    pub fn corrected(&self, sheet: &LaserSheet, point_in_camera: &Vector3<f64>) -> Vector3<f64> {
+        self.shape.map_or(*point_in_camera, |shape| {
+            let reported = sheet.coordinates(point_in_camera);
+            point_in_camera + sheet.axes() * (shape.corrected(&reported).0 - reported)
+        })
+    }
+
+    /// How far a point in base is from the seam along the line's two cross axes, m; its bow counts as the seam.
+    #[must_use]
+    pub fn offset_from_seam(&self, line: usize, point_in_base: &Vector3<f64>) -> Vector2<f64> {
+        let seam = &self.lines[line];
+        let straight = seam.offset_of(point_in_base);
+        let along = seam.direction().dot(&(point_in_base - seam.anchor()));
+        self.curvatures.get(line).map_or(straight, |bow| straight - bow.offset_at(along))
+    }
 }
 
-/// First index of a line in the tangent.
-#[must_use]
-pub fn line_index(line: usize) -> usize {
-    LINES + Line::DIMENSION * line
-}
-
-/// Index among all unknowns of one of those that an observation of `line` depends on.
-#[must_use]
-pub fn global_index(local: usize, line: usize) -> usize {
-    if local < LINES { local } else { line_index(line) + local - LINES }
-}
-
-/// Names of the tangent's components, with SI units.
+/// Names of the tangent's components of straight lines, with SI units.
 #[must_use]
 pub fn names(lines: usize) -> Vec<String> {
-    let mut names = vec!["time_offset_s".to_owned()];
-    names.extend(["x", "y", "z"].map(|axis| format!("rotation_{axis}_rad")));
-    names.extend(["x", "y", "z"].map(|axis| format!("translation_{axis}_m")));
-    for line in 0..lines {
-        let parts = ["turn_2_rad", "turn_3_rad", "offset_2_m", "offset_3_m"];
-        names.extend(parts.map(|part| format!("line_{line}_{part}")));
-    }
-    names
+    Unknowns { lines, model: Model::Straight }.names()
 }

@@ -1,7 +1,8 @@
 //! The same least-squares problem, one sample at a time: what the fast sums are compared with, and how to read them.
 
+use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
-use crate::problem::parameters::{Parameters, global_index};
+use crate::problem::parameters::Parameters;
 use crate::problem::usable::UNUSABLE_SQUARED;
 use nalgebra::DVector;
 use trueline_lsq::{LeastSquares, NormalEquations};
@@ -29,7 +30,8 @@ impl LeastSquares for OneByOne<'_, '_> {
             })
         };
         let data: f64 = self.0.selected().map(squared).map(|s| 0.5 * self.0.loss.value(s)).sum();
-        data + self.0.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
+        let known = block_priors::cost(self.0.shape_prior.as_ref(), state);
+        data + known + self.0.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
     }
 
     fn linearize(&self, state: &Parameters, equations: &mut NormalEquations) {
@@ -43,15 +45,17 @@ impl LeastSquares for OneByOne<'_, '_> {
             let weight = self.0.loss.weight(squared);
             let hessian = jacobian.transpose() * jacobian * weight;
             let gradient = jacobian.transpose() * residual * weight;
-            let place = |k: usize| global_index(k, o.line as usize);
-            for row in 0..gradient.len() {
+            let unknowns = &self.0.unknowns;
+            let place = |k: usize| unknowns.place(k, o.line as usize);
+            for row in 0..unknowns.local() {
                 equations.gradient[place(row)] += gradient[row];
-                for column in 0..gradient.len() {
+                for column in 0..unknowns.local() {
                     equations.hessian[(place(row), place(column))] += hessian[(row, column)];
                 }
             }
             equations.cost += 0.5 * self.0.loss.value(squared);
         }
+        block_priors::add_to(self.0.shape_prior.as_ref(), state, equations);
         if let Some(prior) = &self.0.prior {
             prior.add_to(state, equations);
         }

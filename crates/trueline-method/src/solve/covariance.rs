@@ -9,8 +9,10 @@
 //! the robot's position error and the stamp's.
 
 use crate::input::noise_levels::NoiseLevels;
+use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
-use crate::problem::parameters::{LOCAL, Parameters, global_index};
+use crate::problem::parameters::Parameters;
+use crate::problem::unknowns::{LOCAL_ALL, Unknowns};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use trueline_lsq::Information;
 
@@ -37,8 +39,11 @@ struct Moments {
 /// The scores of all frames in the root's coordinates, and what the model expects of them.
 struct Scores {
     frames: Vec<DVector<f64>>,
-    /// Expected covariance of their sum; the unit matrix where every frame has one feature.
+    /// Expected covariance of their sum; the unit matrix where every frame has one feature and nothing is known
+    /// beforehand.
     expected: DMatrix<f64>,
+    /// The part of the information that was known beforehand, in the same coordinates.
+    known: DMatrix<f64>,
     moments: Moments,
 }
 
@@ -60,11 +65,9 @@ pub fn assess(
     let per_weight = moments.score / moments.weight * freedom;
     let variance_factor = per_weight / (bend * bend);
     let (middle, model_share) = blend(&scores, per_weight);
-    Uncertainty {
-        covariance: root * middle * root.transpose() * variance_factor,
-        variance_factor,
-        model_share,
-    }
+    // The measured level is that of the residuals: what was known beforehand keeps its own.
+    let middle = middle * variance_factor + &scores.known;
+    Uncertainty { covariance: root * middle * root.transpose(), variance_factor, model_share }
 }
 
 /// Sums the scores frame by frame.
@@ -75,8 +78,9 @@ fn frame_scores(
     root: &DMatrix<f64>,
 ) -> Scores {
     let size = root.ncols();
-    let mut scores =
-        Scores { frames: Vec::new(), expected: DMatrix::identity(size, size), moments: Moments::default() };
+    let known = root.transpose() * block_priors::information(problem.shape_prior.as_ref(), at) * root;
+    let expected = DMatrix::identity(size, size) - &known;
+    let mut scores = Scores { frames: Vec::new(), expected, known, moments: Moments::default() };
     let mut shared = SharedErrors::new(size);
     let mut last_stamp = f64::NAN;
     let mut hint = 0;
@@ -96,30 +100,36 @@ fn frame_scores(
             shared.close_frame(&mut scores.expected);
             last_stamp = pair.0.stamp_s;
         }
-        let line = pair.0.line as usize;
-        let gradient: SVector<f64, LOCAL> = jacobian.transpose() * residual * weight;
+        let place = Place { unknowns: &problem.unknowns, line: pair.0.line as usize };
+        let gradient: SVector<f64, LOCAL_ALL> = jacobian.transpose() * residual * weight;
         if let Some(score) = scores.frames.last_mut() {
-            add_rows(score, root, line, &gradient);
+            add_rows(score, root, &place, &gradient);
         }
         if problem.observations.line_count > 1
             && let Some(errors) = problem.whitened_shared_errors(pair, at, noise, &mut hint)
         {
-            shared.add(root, line, &(jacobian.transpose() * errors * weight.sqrt()));
+            shared.add(root, &place, &(jacobian.transpose() * errors * weight.sqrt()));
         }
     }
     shared.close_frame(&mut scores.expected);
     scores
 }
 
+/// Where an observation's local unknowns are among all.
+struct Place<'a> {
+    unknowns: &'a Unknowns,
+    line: usize,
+}
+
 /// Adds rootᵀ times local columns, which are those of one line's observation.
 fn add_rows<const N: usize>(
     sum: &mut nalgebra::OMatrix<f64, nalgebra::Dyn, nalgebra::Const<N>>,
     root: &DMatrix<f64>,
-    line: usize,
-    columns: &SMatrix<f64, LOCAL, N>,
+    place: &Place<'_>,
+    columns: &SMatrix<f64, LOCAL_ALL, N>,
 ) {
-    for local in 0..LOCAL {
-        let row = root.row(global_index(local, line)).transpose();
+    for local in 0..place.unknowns.local() {
+        let row = root.row(place.unknowns.place(local, place.line)).transpose();
         for (mut target, column) in sum.column_iter_mut().zip(columns.column_iter()) {
             target.axpy(column[local], &row, 1.0);
         }
@@ -142,9 +152,9 @@ impl SharedErrors {
         Self { together: ErrorColumns::zeros(size), alone: DMatrix::zeros(size, size), features: 0 }
     }
 
-    fn add(&mut self, root: &DMatrix<f64>, line: usize, columns: &SMatrix<f64, LOCAL, 4>) {
+    fn add(&mut self, root: &DMatrix<f64>, place: &Place<'_>, columns: &SMatrix<f64, LOCAL_ALL, 4>) {
         let mut own = ErrorColumns::zeros(root.ncols());
-        add_rows(&mut own, root, line, columns);
+        add_rows(&mut own, root, place, columns);
         self.alone += &own * own.transpose();
         self.together += own;
         self.features += 1;

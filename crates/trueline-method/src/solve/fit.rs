@@ -3,12 +3,13 @@
 use crate::config::Config;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
+use crate::problem::block_priors::ShapePrior;
 use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::problem::parameters::Parameters;
 use crate::problem::prior::Prior;
 use crate::problem::usable::UsableObservations;
 use crate::solve::iteration_record::IterationRecord;
-use trueline_lsq::Solution;
+use trueline_lsq::{Information, Solution};
 
 /// A solved problem and how it got there.
 #[derive(Clone, Debug)]
@@ -23,6 +24,8 @@ pub struct Fit {
     pub whitened_at: Parameters,
     /// Directions that were held.
     pub prior: Option<Prior>,
+    /// What was known of the sensor's shape.
+    pub shape_prior: Option<ShapePrior>,
     /// Every step on all features.
     pub iterations: Vec<IterationRecord>,
 }
@@ -40,7 +43,15 @@ impl Fit {
             &self.whitened_at,
         )
         .with_prior(self.prior.clone())
+        .with_shape_prior(self.shape_prior)
         .with_threads(config.threads)
+    }
+
+    /// What is known of the unknowns; some of them may be held.
+    #[must_use]
+    pub fn information(&self, fixed: &[usize], threshold: f64) -> Option<Information> {
+        let known = self.parameters().unknowns().known_before();
+        Information::beside(&self.solution.equations.hessian, fixed, known, threshold)
     }
 
     /// The parameters at the optimum.

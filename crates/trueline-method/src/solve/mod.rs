@@ -7,6 +7,7 @@ pub mod line_anchors;
 pub mod narrowing;
 pub mod noise_scale;
 pub mod refine;
+pub mod seam_chart;
 pub mod settings;
 pub mod solver;
 pub mod start;

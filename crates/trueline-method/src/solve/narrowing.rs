@@ -51,7 +51,7 @@ impl Narrowing<'_> {
     #[must_use]
     pub fn narrow(&self, stage: Stage, start: Parameters) -> Option<Candidate> {
         let loss = Loss::GemanMcClure { scale: stage.scale };
-        let problem = LineProblem::coarse(self.observations, self.sample, loss, self.noise);
+        let problem = LineProblem::coarse(self.observations, self.sample, loss, self.noise, start.unknowns());
         let options = SolveOptions {
             max_iterations: stage.iterations,
             initial_damping: 1e-3,

@@ -1,5 +1,6 @@
 //! From a start to the optimum over all features.
 
+use crate::config::ResidualKind;
 use crate::error::Error;
 use crate::input::noise_levels::NoiseLevels;
 use crate::problem::line_problem::{Criterion, LineProblem};
@@ -9,6 +10,7 @@ use crate::solve::fit::Fit;
 use crate::solve::iteration_record::IterationRecord;
 use crate::solve::line_anchors::with_lines_amid_points;
 use crate::solve::noise_scale::noise_factor;
+use crate::solve::seam_chart::{with_bows, with_shape};
 use crate::solve::solver::Solver;
 use trueline_lsq::{Loss, Solution, SolveOptions, solve};
 
@@ -42,7 +44,7 @@ impl Solver<'_> {
             rounds.placed =
                 UsableObservations::within(self.observations, state.time_offset_s, NARROWING_MARGIN_S);
             let list = rounds.placed.of(self.observations);
-            let coarse = LineProblem::coarse(self.observations, list, Loss::Squared, noise);
+            let coarse = LineProblem::coarse(self.observations, list, Loss::Squared, noise, state.unknowns());
             let width = 3.0 * noise_factor(&coarse.squared_residuals(&state)).max(1.0);
             if width > 0.5 * last_width || width <= 3.0 {
                 break;
@@ -103,6 +105,7 @@ impl<'a> Rounds<'a> {
             &start,
         )
         .with_prior(self.solver.settings.prior.cloned())
+        .with_shape_prior(self.solver.settings.shape_prior)
         .with_threads(self.solver.settings.config.threads);
         let solution =
             solve(&problem, start, self.solver.settings.fixed, options).map_err(|_| Error::NoStart)?;
@@ -136,22 +139,34 @@ impl<'a> Rounds<'a> {
             noise,
             whitened_at,
             prior: self.solver.settings.prior.cloned(),
+            shape_prior: self.solver.settings.shape_prior,
             iterations: self.iterations,
         })
     }
 
-    /// Selects what can be placed, measures the noise there, and moves the lines' anchors amid the points.
+    /// Selects what can be placed, measures the noise there, and lays the charts of line, bow and shape amid the points.
     fn prepare(&mut self, mut noise: NoiseLevels, state: Parameters) -> (NoiseLevels, Parameters) {
-        self.placed =
-            UsableObservations::within(self.solver.observations, state.time_offset_s, FINAL_MARGIN_S);
-        let list = self.placed.of(self.solver.observations);
-        let criterion = Criterion {
-            residual: self.solver.settings.config.residual,
-            loss: self.solver.settings.config.final_loss(),
-        };
-        let problem = LineProblem::new(self.solver.observations, list, criterion, &noise, &state);
+        let Solver { observations, settings } = self.solver;
+        self.placed = UsableObservations::within(observations, state.time_offset_s, FINAL_MARGIN_S);
+        let list = self.placed.of(observations);
+        let criterion = Criterion { residual: settings.config.residual, loss: settings.config.final_loss() };
+        let problem = LineProblem::new(observations, list, criterion, &noise, &state);
         let larger = noise_factor(&problem.squared_residuals(&state));
         noise.factor = (noise.factor * larger).max(LEAST_NOISE_FACTOR);
-        (noise, with_lines_amid_points(self.solver.observations, state))
+        (noise, self.modelled(state))
+    }
+
+    /// The paper's residual knows straight lines and an exact sensor only. A bow is laid over its line once.
+    fn modelled(&self, mut state: Parameters) -> Parameters {
+        let Solver { observations, settings } = self.solver;
+        if state.curvatures.is_empty() {
+            state = with_lines_amid_points(observations, state);
+        }
+        if settings.config.residual == ResidualKind::PointToLine {
+            return state;
+        }
+        let list = self.placed.of(observations);
+        let state = with_bows(observations, list, state);
+        if settings.shape_prior.is_some() { with_shape(observations, state) } else { state }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::config::Config;
 use crate::input::noise_levels::NoiseLevels;
+use crate::problem::block_priors::ShapePrior;
 use crate::problem::prior::Prior;
 
 /// What every solve of a calibration shares.
@@ -15,4 +16,6 @@ pub struct FitSettings<'a> {
     pub fixed: &'a [usize],
     /// Directions that are held at a guess.
     pub prior: Option<&'a Prior>,
+    /// What is known of the sensor's shape; `None` takes the sensor for exact.
+    pub shape_prior: Option<ShapePrior>,
 }

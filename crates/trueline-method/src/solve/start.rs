@@ -26,11 +26,7 @@ const SAME_TURN_RAD: f64 = 0.05;
 /// The lines that fit the points as they fall with a time offset and a hand-eye transform.
 #[must_use]
 pub fn lines_for(observations: &Observations, list: &[Observation], guess: &Guess) -> Option<Vec<Line>> {
-    let at = Parameters {
-        time_offset_s: guess.time_offset_s,
-        tool_from_camera: guess.tool_from_camera,
-        lines: Vec::new(),
-    };
+    let at = Parameters::straight(guess, Vec::new());
     let mut points: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); observations.line_count];
     let mut hint = 0;
     for o in list {
@@ -47,7 +43,7 @@ pub fn lines_for(observations: &Observations, list: &[Observation], guess: &Gues
 /// [`Error::NoStart`] if no feature can be placed with it.
 pub fn from_guess(observations: &Observations, guess: &Guess) -> Result<Parameters, Error> {
     let lines = lines_for(observations, &observations.list, guess).ok_or(Error::NoStart)?;
-    Ok(Parameters { time_offset_s: guess.time_offset_s, tool_from_camera: guess.tool_from_camera, lines })
+    Ok(Parameters::straight(guess, lines))
 }
 
 /// The start from nothing at all.
@@ -65,11 +61,7 @@ pub fn from_nothing(
         .iter()
         .filter_map(|guess| {
             let lines = lines_for(observations, &sample, guess)?;
-            let start = Parameters {
-                time_offset_s: guess.time_offset_s,
-                tool_from_camera: guess.tool_from_camera,
-                lines,
-            };
+            let start = Parameters::straight(guess, lines);
             on_sample.narrow(Stage { scale: SCALES[0], iterations: 6 }, start)
         })
         .collect();
@@ -110,7 +102,7 @@ pub fn twin(observations: &Observations, sample: &[Observation], at: &Parameters
     let tool_from_camera = se3::from_parts(rotation, at.tool_from_camera.translation.vector + shift);
     let guess = Guess { time_offset_s: at.time_offset_s, tool_from_camera };
     let lines = lines_for(observations, sample, &guess)?;
-    Some(Parameters { time_offset_s: at.time_offset_s, tool_from_camera, lines })
+    Some(Parameters::straight(&guess, lines))
 }
 
 /// The best few candidates of which no two are the same valley.

@@ -17,11 +17,7 @@ pub fn of_features(count: usize) -> (Observations, Parameters) {
     let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
     let mut observed = observations::observe(&recording, &sampling, &Config::default()).unwrap();
     let truth = recording.truth.unwrap();
-    let at = Parameters {
-        time_offset_s: truth.parameters.time_offset_s,
-        tool_from_camera: truth.parameters.tool_from_camera,
-        lines: truth.lines,
-    };
+    let at = Parameters::straight(&truth.parameters, truth.lines);
     let times = observed.robot.trajectory.times().to_vec();
     let poses: Vec<_> = times.iter().map(|t| observed.robot.trajectory.pose_at(*t).unwrap()).collect();
     // A second of pause, so that no segment joins the end of one scan to the beginning of the next.

@@ -17,6 +17,7 @@ use trueline_method::input::noise_levels::NoiseLevels;
 use trueline_method::input::timestamps::Sampling;
 use trueline_method::problem::line_problem::{Criterion, LineProblem};
 use trueline_method::problem::usable::UsableObservations;
+use trueline_method::solve::seam_chart::with_bows;
 use trueline_method::{Config, Parameters, ResidualKind, Status, calibrate, input::observations};
 use trueline_sim::{Disturbance, Scenario, random_cell, simulate};
 
@@ -74,7 +75,7 @@ pub fn run(scenario: &Scenario, noise: Noise, start: Start, seed: u64) -> Run {
     let recording = simulate(&scenario, seed).unwrap();
     let truth = recording.truth.as_ref().unwrap();
     let guess = (start == Start::Truth).then_some(&truth.parameters);
-    let config = Config::default();
+    let config = Config::noise_only();
     let began = Instant::now();
     let calibration = calibrate(&recording, guess, &config);
     let seconds = began.elapsed().as_secs_f64();
@@ -116,14 +117,12 @@ fn bound(recording: &Recording, config: &Config) -> SVector<f64, UNKNOWNS> {
     let truth = recording.truth.as_ref().unwrap();
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
     let observed = observations::observe(recording, &sampling, config).unwrap();
-    let at = Parameters {
-        time_offset_s: truth.parameters.time_offset_s,
-        tool_from_camera: truth.parameters.tool_from_camera,
-        lines: truth.lines.clone(),
-    };
+    let at = Parameters::straight(&truth.parameters, truth.lines.clone());
     let noise = NoiseLevels { robot_sigma_m: 0.0, stamp_sigma_s: 0.0, factor: 1.0 };
     let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
     let list = UsableObservations::within(&observed, at.time_offset_s, 0.0);
+    // A bow of each seam is estimated with the rest.
+    let at = with_bows(&observed, list.of(&observed), at);
     let problem = LineProblem::new(&observed, list.of(&observed), criterion, &noise, &at);
     let mut equations = NormalEquations::zeros(problem.dimension());
     problem.linearize(&at, &mut equations);

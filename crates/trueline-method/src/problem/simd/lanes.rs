@@ -1,7 +1,8 @@
 //! Four numbers at once.
 //!
-//! Plain arrays and element-wise loops: inside a function that is compiled for AVX2 they become one instruction
-//! each, elsewhere whatever the processor has. The two kinds differ in how they multiply and add. No closures here:
+//! Plain arrays, every lane written out: inside a function that is compiled for AVX2 four of a kind become one
+//! instruction, elsewhere whatever the processor has. (Loops over the lanes would become the same, but there are
+//! thousands of them in one sweep, and a compiler takes minutes to find that out.) The two kinds differ in how they multiply and add. No closures here:
 //! one that is not inlined is compiled for the plain processor, where a fused product is a call into a library.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -24,29 +25,26 @@ impl<const FUSED: bool> Lanes<FUSED> {
     /// a · b + self, in one rounding where the processor can.
     #[inline(always)]
     pub fn plus_product(self, a: Self, b: Self) -> Self {
-        let mut sum = self;
-        for k in 0..WIDTH {
-            sum.0[k] = if FUSED { a.0[k].mul_add(b.0[k], sum.0[k]) } else { a.0[k] * b.0[k] + sum.0[k] };
+        let ([a0, a1, a2, a3], [b0, b1, b2, b3], [c0, c1, c2, c3]) = (a.0, b.0, self.0);
+        if FUSED {
+            Self([a0.mul_add(b0, c0), a1.mul_add(b1, c1), a2.mul_add(b2, c2), a3.mul_add(b3, c3)])
+        } else {
+            Self([a0 * b0 + c0, a1 * b1 + c1, a2 * b2 + c2, a3 * b3 + c3])
         }
-        sum
     }
 
     /// A function of each number, one by one.
     #[inline(always)]
-    pub fn map(mut self, function: impl Fn(f64) -> f64) -> Self {
-        for x in &mut self.0 {
-            *x = function(*x);
-        }
-        self
+    pub fn map(self, function: impl Fn(f64) -> f64) -> Self {
+        let [a, b, c, d] = self.0;
+        Self([function(a), function(b), function(c), function(d)])
     }
 
     /// Square roots.
     #[inline(always)]
-    pub fn sqrt(mut self) -> Self {
-        for x in &mut self.0 {
-            *x = x.sqrt();
-        }
-        self
+    pub fn sqrt(self) -> Self {
+        let [a, b, c, d] = self.0;
+        Self([a.sqrt(), b.sqrt(), c.sqrt(), d.sqrt()])
     }
 
     /// The largest; none may be NaN.
@@ -69,28 +67,24 @@ macro_rules! element_wise {
         impl<const FUSED: bool> $trait for Lanes<FUSED> {
             type Output = Self;
             #[inline(always)]
-            fn $function(mut self, other: Self) -> Self {
-                for k in 0..WIDTH {
-                    self.0[k] $operator other.0[k];
-                }
-                self
+            fn $function(self, other: Self) -> Self {
+                let ([a0, a1, a2, a3], [b0, b1, b2, b3]) = (self.0, other.0);
+                Self([a0 $operator b0, a1 $operator b1, a2 $operator b2, a3 $operator b3])
             }
         }
     };
 }
-element_wise!(Add, add, +=);
-element_wise!(Sub, sub, -=);
-element_wise!(Mul, mul, *=);
-element_wise!(Div, div, /=);
+element_wise!(Add, add, +);
+element_wise!(Sub, sub, -);
+element_wise!(Mul, mul, *);
+element_wise!(Div, div, /);
 
 impl<const FUSED: bool> Neg for Lanes<FUSED> {
     type Output = Self;
     #[inline(always)]
-    fn neg(mut self) -> Self {
-        for x in &mut self.0 {
-            *x = -*x;
-        }
-        self
+    fn neg(self) -> Self {
+        let [a, b, c, d] = self.0;
+        Self([-a, -b, -c, -d])
     }
 }
 

@@ -5,7 +5,10 @@
 #![allow(clippy::needless_range_loop, reason = "a lane is the same index in several arrays")]
 #![allow(clippy::inline_always, reason = "only what is inlined is compiled for the wide instructions")]
 
+mod bend;
+mod distort;
 mod lanes;
+mod located;
 mod robust;
 mod sums;
 mod sweep;

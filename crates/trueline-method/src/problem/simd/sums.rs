@@ -5,34 +5,37 @@ use super::robust::weigh;
 use super::sweep::Visit;
 use super::view::{Samples, Seen};
 use crate::input::noise_levels::Whitener;
-use crate::problem::parameters::{LOCAL, ROTATION, TRANSLATION, global_index};
+use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT, ROTATION, TRANSLATION, Unknowns};
 use crate::problem::usable::UNUSABLE_SQUARED;
 use nalgebra::{Matrix3, SMatrix, SVector};
 use trueline_lsq::{Loss, NormalEquations};
 
-/// Sums of one line over its 11 unknowns, lane by lane; rotation and translation in the sheet's axes. Of the symmetric
+/// Sums of one line over its N local unknowns, lane by lane; rotation and translation in the sheet's axes. Of the symmetric
 /// matrix only the upper half is used.
 #[derive(Clone)]
-struct LineSums {
-    hessian: [[[f64; WIDTH]; LOCAL]; LOCAL],
-    gradient: [[f64; WIDTH]; LOCAL],
+struct LineSums<const N: usize> {
+    hessian: [[[f64; WIDTH]; N]; N],
+    gradient: [[f64; WIDTH]; N],
     cost: [f64; WIDTH],
 }
 
-impl LineSums {
+impl<const N: usize> LineSums<N> {
     const ZERO: Self =
-        Self { hessian: [[[0.0; WIDTH]; LOCAL]; LOCAL], gradient: [[0.0; WIDTH]; LOCAL], cost: [0.0; WIDTH] };
+        Self { hessian: [[[0.0; WIDTH]; N]; N], gradient: [[0.0; WIDTH]; N], cost: [0.0; WIDTH] };
 
     #[inline(always)]
     fn add_row<const FUSED: bool, const ROW: usize>(
         &mut self,
-        columns: &[[Lanes<FUSED>; 2]; LOCAL],
+        columns: &[[Lanes<FUSED>; 2]; N],
         residual: &[Lanes<FUSED>; 2],
     ) {
+        if ROW >= N {
+            return;
+        }
         let [a, b] = columns[ROW];
         let gradient = Lanes::<FUSED>(self.gradient[ROW]);
         self.gradient[ROW] = gradient.plus_product(a, residual[0]).plus_product(b, residual[1]).0;
-        for column in ROW..LOCAL {
+        for column in ROW..N {
             let [c, d] = columns[column];
             let sum = Lanes::<FUSED>(self.hessian[ROW][column]);
             self.hessian[ROW][column] = sum.plus_product(a, c).plus_product(b, d).0;
@@ -83,43 +86,48 @@ pub fn unusable(samples: &Samples, usable: &[bool; WIDTH]) -> usize {
 }
 
 /// Adds up the equations of all lines.
-pub struct Equations<'a> {
+pub struct Equations<'a, const N: usize> {
     whiteners: &'a [Whitener],
     loss: Loss,
-    sums: Vec<LineSums>,
+    sums: Vec<LineSums<N>>,
     without: usize,
 }
 
-impl<'a> Equations<'a> {
+impl<'a, const N: usize> Equations<'a, N> {
     /// Nothing yet.
     pub fn new(whiteners: &'a [Whitener], loss: Loss, lines: usize) -> Self {
         Self { whiteners, loss, sums: vec![LineSums::ZERO; lines], without: 0 }
     }
 
-    /// Adds the sums to the equations; `sheet_from_tool` turns the unknowns back into the tool frame.
-    pub fn add_to(&self, equations: &mut NormalEquations, sheet_from_tool: &Matrix3<f64>) {
-        let mut sheet_from_unknowns = SMatrix::<f64, LOCAL, LOCAL>::identity();
+    /// Adds the sums to the equations of these unknowns; `sheet_from_tool` turns them back into the tool frame.
+    pub fn add_to(
+        &self,
+        equations: &mut NormalEquations,
+        unknowns: &Unknowns,
+        sheet_from_tool: &Matrix3<f64>,
+    ) {
+        let mut sheet_from_unknowns = SMatrix::<f64, N, N>::identity();
         for first in [ROTATION, TRANSLATION] {
-            sheet_from_unknowns.fixed_view_mut::<3, 3>(first, first).copy_from(sheet_from_tool);
+            sheet_from_unknowns.view_mut((first, first), (3, 3)).copy_from(sheet_from_tool);
         }
         for (line, sums) in self.sums.iter().enumerate() {
             let total = |lanes: &[f64; WIDTH]| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
-            let mut hessian = SMatrix::<f64, LOCAL, LOCAL>::zeros();
-            let mut gradient = SVector::<f64, LOCAL>::zeros();
-            for row in 0..LOCAL {
+            let mut hessian = SMatrix::<f64, N, N>::zeros();
+            let mut gradient = SVector::<f64, N>::zeros();
+            for row in 0..N {
                 gradient[row] = total(&sums.gradient[row]);
-                for column in row..LOCAL {
+                for column in row..N {
                     hessian[(row, column)] = total(&sums.hessian[row][column]);
                     hessian[(column, row)] = hessian[(row, column)];
                 }
             }
             let hessian = sheet_from_unknowns.transpose() * hessian * sheet_from_unknowns;
             let gradient = sheet_from_unknowns.transpose() * gradient;
-            for row in 0..LOCAL {
-                equations.gradient[global_index(row, line)] += gradient[row];
-                for column in 0..LOCAL {
-                    equations.hessian[(global_index(row, line), global_index(column, line))] +=
-                        hessian[(row, column)];
+            let place = |local: usize| unknowns.place(local, line);
+            for row in 0..N {
+                equations.gradient[place(row)] += gradient[row];
+                for column in 0..N {
+                    equations.hessian[(place(row), place(column))] += hessian[(row, column)];
                 }
             }
             equations.cost += 0.5 * total(&sums.cost);
@@ -128,7 +136,12 @@ impl<'a> Equations<'a> {
     }
 }
 
-impl Visit for Equations<'_> {
+impl<const N: usize> Visit for Equations<'_, N> {
+    const STRAIGHT: bool = N == LOCAL_STRAIGHT;
+    const BOWED: bool = N == LOCAL_BOWED;
+    const SHAPED: bool = N == LOCAL_ALL;
+    const TO_LINE: bool = N == LOCAL_STRAIGHT;
+
     #[inline(always)]
     fn samples<const FUSED: bool>(&mut self, line: usize, samples: &Samples, seen: &Seen<FUSED>) {
         let w = whiteners_of::<FUSED>(self.whiteners, samples, &seen.usable);
@@ -139,9 +152,10 @@ impl Visit for Equations<'_> {
         let root = weight.sqrt();
         let w = [w[0] * root, w[1] * root, w[2] * root];
         let residual = [whitened[0] * root, whitened[1] * root];
-        let mut columns = columns(seen);
-        for column in &mut columns {
-            *column = whiten(&w, *column);
+        let all = columns(seen);
+        let mut columns = [[Lanes::<FUSED>::splat(0.0); 2]; N];
+        for k in 0..N {
+            columns[k] = whiten(&w, all[k]);
         }
 
         let sums = &mut self.sums[line];
@@ -158,6 +172,13 @@ impl Visit for Equations<'_> {
         sums.add_row::<FUSED, 8>(&columns, &residual);
         sums.add_row::<FUSED, 9>(&columns, &residual);
         sums.add_row::<FUSED, 10>(&columns, &residual);
+        sums.add_row::<FUSED, 11>(&columns, &residual);
+        sums.add_row::<FUSED, 12>(&columns, &residual);
+        sums.add_row::<FUSED, 13>(&columns, &residual);
+        sums.add_row::<FUSED, 14>(&columns, &residual);
+        sums.add_row::<FUSED, 15>(&columns, &residual);
+        sums.add_row::<FUSED, 16>(&columns, &residual);
+        sums.add_row::<FUSED, 17>(&columns, &residual);
     }
 
     #[inline(always)]
@@ -166,13 +187,12 @@ impl Visit for Equations<'_> {
     }
 }
 
-/// The Jacobian, column by column: time offset, rotation, translation, line.
+/// The Jacobian, column by column, in the order of [`Unknowns`].
 #[inline(always)]
-fn columns<const FUSED: bool>(seen: &Seen<FUSED>) -> [[Lanes<FUSED>; 2]; LOCAL] {
+fn columns<const FUSED: bool>(seen: &Seen<FUSED>) -> [[Lanes<FUSED>; 2]; LOCAL_ALL] {
     let [first, second] = seen.rows;
     let turns = [seen.lever.cross(first).0, seen.lever.cross(second).0];
-    let [[a2, a3], [b2, b3]] = seen.across;
-    let along = seen.along;
+    let [line, bow, shape] = [&seen.line[..], &seen.bow[..], &seen.shape[..]];
     [
         seen.d_time_offset,
         [turns[0][0], turns[1][0]],
@@ -181,10 +201,17 @@ fn columns<const FUSED: bool>(seen: &Seen<FUSED>) -> [[Lanes<FUSED>; 2]; LOCAL] 
         [first.0[0], second.0[0]],
         [first.0[1], second.0[1]],
         [first.0[2], second.0[2]],
-        [along * a3, along * b3],
-        [-(along * a2), -(along * b2)],
-        [-a2, -b2],
-        [-a3, -b3],
+        line[0],
+        line[1],
+        line[2],
+        line[3],
+        bow[0],
+        bow[1],
+        shape[0],
+        shape[1],
+        shape[2],
+        shape[3],
+        shape[4],
     ]
 }
 
@@ -275,6 +302,10 @@ impl SquaredLengths {
 }
 
 impl Visit for SquaredLengths {
+    const STRAIGHT: bool = false;
+    const BOWED: bool = false;
+    const SHAPED: bool = false;
+
     #[inline(always)]
     fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
         let [a, b] = seen.residual;

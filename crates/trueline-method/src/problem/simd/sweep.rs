@@ -1,10 +1,12 @@
 //! All observations, four of a line at a time, in a fixed order.
 
 use super::lanes::WIDTH;
-use super::view::{InSheet, Mounting, Residual, Samples, Seen, ToLine, see};
+use super::located::{InSheet, Residual, ToLine};
+use super::view::{BowedLines, Modelled, Mounting, Samples, Seam, Seen, ShapedSheet, StraightLines, see};
 use crate::config::ResidualKind;
 use crate::input::observations::{Observation, Observations};
 use crate::problem::parameters::Parameters;
+use crate::problem::unknowns::Model;
 use trueline_geometry::Segment;
 
 /// What is swept: a list of observations, seen with some parameters.
@@ -20,8 +22,17 @@ pub struct Scan<'a> {
     pub residual: ResidualKind,
 }
 
-/// What is done with each four.
+/// What is done with each four. A visitor that never meets a model says so, and no sweep is generated for the pair.
 pub trait Visit {
+    /// Whether it meets straight lines and an exact sensor in the sheet.
+    const STRAIGHT: bool = true;
+    /// Whether it meets bowed lines.
+    const BOWED: bool = true;
+    /// Whether it meets a sensor with a shape.
+    const SHAPED: bool = true;
+    /// Whether it meets the distance from the line in base.
+    const TO_LINE: bool = true;
+
     /// Up to four samples of one line.
     fn samples<const FUSED: bool>(&mut self, line: usize, samples: &Samples, seen: &Seen<FUSED>);
 
@@ -40,7 +51,7 @@ pub fn sweep(scan: &Scan<'_>, visit: &mut impl Visit) {
         }
         return;
     }
-    sweep_with::<false>(scan, visit);
+    sweep_with::<false, _>(scan, visit);
 }
 
 /// Observations that are swept in one go: their sums are added to those of the next in this order, whoever computes
@@ -89,24 +100,41 @@ pub fn sweep_chunks<V: Visit + Send>(
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn sweep_avx2(scan: &Scan<'_>, visit: &mut impl Visit) {
-    sweep_with::<true>(scan, visit);
+    sweep_with::<true, _>(scan, visit);
 }
 
 #[inline(always)]
-fn sweep_with<const FUSED: bool>(scan: &Scan<'_>, visit: &mut impl Visit) {
-    match scan.residual {
-        ResidualKind::Sheet => sweep_residual::<FUSED, InSheet>(scan, visit),
-        ResidualKind::PointToLine => sweep_residual::<FUSED, ToLine>(scan, visit),
+fn sweep_with<const FUSED: bool, V: Visit>(scan: &Scan<'_>, visit: &mut V) {
+    match (scan.residual, scan.at.unknowns().model) {
+        (ResidualKind::Sheet, Model::Straight) if V::STRAIGHT => {
+            sweep_residual::<FUSED, InSheet, StraightLines>(scan, visit);
+        }
+        (ResidualKind::Sheet, Model::Bowed) if V::BOWED => {
+            sweep_residual::<FUSED, InSheet, BowedLines>(scan, visit);
+        }
+        (ResidualKind::Sheet, Model::Shaped) if V::SHAPED => {
+            sweep_residual::<FUSED, InSheet, ShapedSheet>(scan, visit);
+        }
+        // The paper's residual is the paper's: a straight line, an exact sensor.
+        (ResidualKind::PointToLine, _) if V::TO_LINE => {
+            sweep_residual::<FUSED, ToLine, StraightLines>(scan, visit);
+        }
+        (residual, model) => unreachable!("a visitor that says it never meets {residual:?} of {model:?}"),
     }
 }
 
 #[inline(always)]
-fn sweep_residual<const FUSED: bool, R: Residual>(scan: &Scan<'_>, visit: &mut impl Visit) {
+fn sweep_residual<const FUSED: bool, R: Residual, M: Modelled>(scan: &Scan<'_>, visit: &mut impl Visit) {
     let mounting = Mounting::new(&scan.observations.sheet, scan.at);
     let trajectory = &scan.observations.robot.trajectory;
     // Each line gathers its own four: their sums go to the same unknowns.
     let mut waiting = vec![Waiting::default(); scan.at.lines.len()];
     let mut cursor = trajectory.cursor();
+    let seam = |line: usize| Seam {
+        line: &scan.at.lines[line],
+        bow: scan.at.curvatures.get(line),
+        shape: scan.at.shape.as_ref(),
+    };
     for (index, o) in scan.list.iter().enumerate() {
         let Some(segment) = cursor
             .bracket(o.stamp_s - scan.at.time_offset_s)
@@ -122,7 +150,7 @@ fn sweep_residual<const FUSED: bool, R: Residual>(scan: &Scan<'_>, visit: &mut i
         waiting.count += 1;
         if waiting.count == WIDTH {
             let samples = waiting.gather(scan);
-            visit.samples(line, &samples, &see::<FUSED, R>(&mounting, &scan.at.lines[line], &samples));
+            visit.samples(line, &samples, &see::<FUSED, R, M>(&mounting, &seam(line), &samples));
             waiting.count = 0;
         }
     }
@@ -132,7 +160,7 @@ fn sweep_residual<const FUSED: bool, R: Residual>(scan: &Scan<'_>, visit: &mut i
             (waiting.index[lane], waiting.segment[lane]) = (waiting.index[0], waiting.segment[0]);
         }
         let samples = waiting.gather(scan);
-        visit.samples(line, &samples, &see::<FUSED, R>(&mounting, &scan.at.lines[line], &samples));
+        visit.samples(line, &samples, &see::<FUSED, R, M>(&mounting, &seam(line), &samples));
     }
 }
 

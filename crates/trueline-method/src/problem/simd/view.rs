@@ -13,12 +13,14 @@
 //! b·(l × ω − v) for the time offset, a × b for the rotation, b for the translation, and
 //! (α b·u₃, −α b·u₂, −b·u₂, −b·u₃) for the line. The scalar form is `trueline_model::{sheet_residual, point_to_line}`.
 
+use super::bend::{Bowed, bend};
+use super::distort::distort;
 use super::lanes::{Lanes, Quaternions, Rotations, Vectors, WIDTH};
+use super::located::Residual;
 use crate::problem::parameters::Parameters;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use trueline_geometry::Line;
-use trueline_model::LaserSheet;
-use trueline_model::sheet_residual::MIN_SINE;
+use trueline_model::{Curvature, LaserSheet, SheetShape};
 
 /// Where the sheet is in the tool frame: what all samples share.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +78,8 @@ pub struct Samples {
     pub point: [[f64; WIDTH]; 3],
 }
 
-/// What four samples say about the line and the unknowns.
+/// What four samples say about the line and the unknowns. What a scan does not model is zero, and costs nothing: what a
+/// visitor does not use is not computed.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen<const FUSED: bool> {
     /// Residual, m.
@@ -87,92 +90,65 @@ pub struct Seen<const FUSED: bool> {
     pub lever: Vectors<FUSED>,
     /// d r / d t_d, m/s.
     pub d_time_offset: [Lanes<FUSED>; 2],
-    /// b·u₂ and b·u₃ of each row.
-    pub across: [[Lanes<FUSED>; 2]; 2],
-    /// α: distance from the anchor along the line, m.
-    pub along: Lanes<FUSED>,
+    /// d r / d (θ₂, θ₃, δ₂, δ₃) of the line.
+    pub line: [[Lanes<FUSED>; 2]; 4],
+    /// d r / d (κ₂, κ₃) of its bow.
+    pub bow: [[Lanes<FUSED>; 2]; 2],
+    /// d r / d h of the sensor's shape.
+    pub shape: [[Lanes<FUSED>; 2]; 5],
     /// Whether the line meets the sheet.
     pub usable: [bool; WIDTH],
 }
 
-/// Which residual, as a type, so that no loop asks.
-pub trait Residual {
-    /// Rows, point x, residual and α of measured points and a line in S.
-    fn at<const FUSED: bool>(
-        measured: Vectors<FUSED>,
-        anchor: Vectors<FUSED>,
-        axes: [Vectors<FUSED>; 3],
-    ) -> Located<FUSED>;
+/// How much is modelled, as a type, so that no loop asks.
+pub trait Modelled {
+    /// Whether lines bow.
+    const BOWED: bool;
+    /// Whether the sensor's sheet has a shape.
+    const SHAPED: bool;
 }
 
-/// A residual with what its derivatives need.
-#[derive(Clone, Copy, Debug)]
-pub struct Located<const FUSED: bool> {
-    rows: [Vectors<FUSED>; 2],
-    at: Vectors<FUSED>,
-    residual: [Lanes<FUSED>; 2],
-    along: Lanes<FUSED>,
-    usable: [bool; WIDTH],
+/// Straight lines, an exact sensor.
+pub struct StraightLines;
+/// Lines that may bow.
+pub struct BowedLines;
+/// The same, and a sensor whose sheet has a shape.
+pub struct ShapedSheet;
+
+impl Modelled for StraightLines {
+    const BOWED: bool = false;
+    const SHAPED: bool = false;
 }
 
-/// Measured against predicted point in the sheet.
-pub struct InSheet;
-
-impl Residual for InSheet {
-    #[inline(always)]
-    fn at<const FUSED: bool>(
-        measured: Vectors<FUSED>,
-        anchor: Vectors<FUSED>,
-        axes: [Vectors<FUSED>; 3],
-    ) -> Located<FUSED> {
-        let (zero, one) = (Lanes::splat(0.0), Lanes::splat(1.0));
-        let u = axes[0].0;
-        let mut usable = [true; WIDTH];
-        let mut sine = u[2];
-        if (sine * sine).min() < MIN_SINE * MIN_SINE {
-            for lane in 0..WIDTH {
-                usable[lane] = sine.0[lane].abs() >= MIN_SINE;
-                // Where there is no intersection the numbers mean nothing, but they must be numbers.
-                sine.0[lane] = if usable[lane] { sine.0[lane] } else { 1.0 };
-            }
-        }
-        let inverse = one / sine;
-        let along = (measured.0[2] - anchor.0[2]) * inverse;
-        let at = anchor.plus_scaled(axes[0], along).0;
-        Located {
-            rows: [Vectors([one, zero, -(u[0] * inverse)]), Vectors([zero, one, -(u[1] * inverse)])],
-            at: Vectors([at[0], at[1], measured.0[2]]),
-            residual: [measured.0[0] - at[0], measured.0[1] - at[1]],
-            along,
-            usable,
-        }
-    }
+impl Modelled for BowedLines {
+    const BOWED: bool = true;
+    const SHAPED: bool = false;
 }
 
-/// Distance of the measured point from the line.
-pub struct ToLine;
+impl Modelled for ShapedSheet {
+    const BOWED: bool = true;
+    const SHAPED: bool = true;
+}
 
-impl Residual for ToLine {
-    #[inline(always)]
-    fn at<const FUSED: bool>(
-        measured: Vectors<FUSED>,
-        anchor: Vectors<FUSED>,
-        axes: [Vectors<FUSED>; 3],
-    ) -> Located<FUSED> {
-        let from_anchor = measured - anchor;
-        Located {
-            rows: [axes[1], axes[2]],
-            at: measured,
-            residual: [axes[1].dot(from_anchor), axes[2].dot(from_anchor)],
-            along: axes[0].dot(from_anchor),
-            usable: [true; WIDTH],
-        }
-    }
+/// One line as the samples are held against it.
+#[derive(Clone, Copy)]
+pub struct Seam<'a> {
+    /// The straight part.
+    pub line: &'a Line,
+    /// Its bow, where that is modelled.
+    pub bow: Option<&'a Curvature>,
+    /// The sensor's shape, where that is modelled.
+    pub shape: Option<&'a SheetShape>,
 }
 
 /// Everything four samples of a line have to say.
 #[inline(always)]
-pub fn see<const FUSED: bool, R: Residual>(mounting: &Mounting, line: &Line, s: &Samples) -> Seen<FUSED> {
+pub fn see<const FUSED: bool, R: Residual, M: Modelled>(
+    mounting: &Mounting,
+    seam: &Seam<'_>,
+    s: &Samples,
+) -> Seen<FUSED> {
+    let line = seam.line;
     let elapsed = Lanes(s.elapsed);
     let rate = Vectors::from_components(&s.rate);
     let velocity = Vectors::from_components(&s.velocity);
@@ -196,19 +172,41 @@ pub fn see<const FUSED: bool, R: Residual>(mounting: &Mounting, line: &Line, s: 
     let measured =
         Rotations::splat(&mounting.sheet_from_camera).apply(Vectors::from_components(&s.point)) - from_camera;
 
-    let located = R::at(measured, anchor, axes);
+    let zero = Lanes::splat(0.0);
+    let mut located = R::at(measured, anchor, axes);
+    let mut bowed = Bowed::none();
+    if let (true, Some(bow)) = (M::BOWED, seam.bow) {
+        (located, bowed) = bend(located, measured, anchor, axes, bow);
+    }
+    let mut shape_columns = [[zero; 2]; 5];
+    if let (true, Some(shape)) = (M::SHAPED, seam.shape) {
+        shape_columns = distort(&mut located, measured, shape);
+    }
     let rate_in_sheet = Rotations::splat(&mounting.sheet_from_tool).apply(rate);
     let shift = (located.at + from_tool).cross(rate_in_sheet) - sheet_from_base.apply(velocity);
+    let rows = located.rows;
+    let [[a2, a3], [b2, b3]] =
+        [[rows[0].dot(axes[1]), rows[0].dot(axes[2])], [rows[1].dot(axes[1]), rows[1].dot(axes[2])]];
+    let along = located.along;
+    let mut turns = [[along * a3, along * b3], [-(along * a2), -(along * b2)]];
+    let mut bow_columns = [[zero; 2]; 2];
+    if M::BOWED {
+        // u₂ × (α u₁ + φ (κ₂ u₂ + κ₃ u₃)) = −α u₃ + φ κ₃ u₁, and likewise for u₃; b·u₁ is no longer zero.
+        let [a1, b1] = [rows[0].dot(axes[0]), rows[1].dot(axes[0])];
+        let [offset_2, offset_3] = bowed.offset;
+        turns[0] = [turns[0][0] - offset_3 * a1, turns[0][1] - offset_3 * b1];
+        turns[1] = [turns[1][0] + offset_2 * a1, turns[1][1] + offset_2 * b1];
+        let form = bowed.form;
+        bow_columns = [[-(form * a2), -(form * b2)], [-(form * a3), -(form * b3)]];
+    }
     Seen {
         residual: located.residual,
-        rows: located.rows,
+        rows,
         lever: located.at + from_camera,
-        d_time_offset: [located.rows[0].dot(shift), located.rows[1].dot(shift)],
-        across: [
-            [located.rows[0].dot(axes[1]), located.rows[0].dot(axes[2])],
-            [located.rows[1].dot(axes[1]), located.rows[1].dot(axes[2])],
-        ],
-        along: located.along,
+        d_time_offset: [rows[0].dot(shift), rows[1].dot(shift)],
+        line: [turns[0], turns[1], [-a2, -b2], [-a3, -b3]],
+        bow: bow_columns,
+        shape: shape_columns,
         usable: located.usable,
     }
 }

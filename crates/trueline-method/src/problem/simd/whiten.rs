@@ -27,6 +27,8 @@ impl<'a> Whitening<'a> {
 }
 
 impl Visit for Whitening<'_> {
+    const TO_LINE: bool = false;
+
     #[inline(always)]
     fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
         let mut feature = [[0.0; WIDTH]; 3];

@@ -1,0 +1,173 @@
+//! How far off a seam point is that the sensor will measure later, in the tool frame, over the field that the scan
+//! visited; and which part of that comes from where.
+//!
+//! A point reported at s is taken to be at y = R_EC p(s) + p_EC, with p the corrected point of the sheet. Then
+//! dy = −\[R_EC p\]× δ + δt + R_EC ∂p/∂h dh, and at a speed v along the seam a time offset adds −v dt_d. With the
+//! covariance C of all unknowns a point's variance is the trace of Y C Yᵀ; where the sensor is held, its shape moves the
+//! estimate and the point alike, and the two are added before they are squared \[Schmidt1966\].
+
+use crate::assess::systematic::Systematic;
+use crate::input::observations::{Observation, Observations};
+use crate::order_statistics::quantile;
+use crate::problem::parameters::{Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::problem::placement::placement;
+use crate::problem::unknowns::Unknowns;
+use crate::solve::seam_chart::with_shape;
+use nalgebra::{DMatrix, Vector2, Vector3};
+use trueline_geometry::so3;
+use trueline_lsq::Information;
+
+/// Seam error: one standard deviation, root mean square over the field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeamError {
+    /// All of it, m.
+    pub rms_m: f64,
+    /// Width and depth of the field, m.
+    pub field_m: [f64; 2],
+    /// Where it comes from; the squares add up.
+    pub budget_m: SeamErrorBudget,
+}
+
+/// The parts of a seam error, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeamErrorBudget {
+    /// Noise of features, robot and stamps from sample to sample.
+    pub noise: f64,
+    /// What the stamps as a whole do not say of the time offset.
+    pub stamps: f64,
+    /// The sensor's own calibration.
+    pub sensor: f64,
+    /// The robot's accuracy.
+    pub robot: f64,
+    /// The seam's bow.
+    pub seam_form: f64,
+    /// The feature's bias with the tilt.
+    pub feature_bias: f64,
+}
+
+/// What a seam error follows from.
+pub struct SeamErrorSources<'a> {
+    /// Hessian at the solution, with what was known beforehand.
+    pub hessian: &'a DMatrix<f64>,
+    /// Covariance from noise.
+    pub noise: &'a DMatrix<f64>,
+    /// Variance of the time offset that the stamps add to it, s².
+    pub stamps_variance_s2: f64,
+    /// Everything else.
+    pub systematic: &'a Systematic,
+    /// Speed along the seam, m/s.
+    pub speed_m_s: f64,
+}
+
+/// Points of the field along each axis.
+const GRID: usize = 5;
+/// Part of the points that may lie beyond either end of the field.
+const BEYOND: f64 = 0.02;
+
+/// Predicts it; `None` where the field is empty or an unknown that is asked for is not seen at all.
+#[must_use]
+pub fn predict(
+    observations: &Observations,
+    list: &[Observation],
+    at: &Parameters,
+    sources: &SeamErrorSources<'_>,
+) -> Option<SeamError> {
+    let field = Field::of(observations, list, at, sources.speed_m_s)?;
+    let unknowns = at.unknowns();
+    let mean_square = |columns: &DMatrix<f64>| field.mean_square(columns, None);
+    let noise = field.mean_trace(sources.noise);
+    let [all, without_bow, alone] = model_shares(&field, sources.hessian, &unknowns)?;
+    let stamps = field.along.norm_squared() * sources.stamps_variance_s2;
+    let held = field.mean_square(&sources.systematic.sensor, Some(&sources.systematic.sensor_shape));
+    let parts = SeamErrorBudget {
+        noise: (noise * alone / all).sqrt(),
+        stamps: stamps.sqrt(),
+        sensor: (noise * ((without_bow - alone) / all).max(0.0) + held).sqrt(),
+        robot: mean_square(&sources.systematic.robot).sqrt(),
+        seam_form: (noise * ((all - without_bow) / all).max(0.0)).sqrt(),
+        feature_bias: mean_square(&sources.systematic.feature_bias).sqrt(),
+    };
+    let squares = [parts.noise, parts.stamps, parts.sensor, parts.robot, parts.seam_form, parts.feature_bias];
+    let rms_m = squares.iter().map(|part| part * part).sum::<f64>().sqrt();
+    Some(SeamError { rms_m, field_m: field.size_m, budget_m: parts })
+}
+
+/// Mean squared error with everything free, with the bow known, and with bow and shape known, by the model alone.
+fn model_shares(field: &Field, hessian: &DMatrix<f64>, unknowns: &Unknowns) -> Option<[f64; 3]> {
+    let bows = unknowns.bow(0).start..unknowns.bow(unknowns.lines).start;
+    let shape = unknowns.shape();
+    let share = |fixed: Vec<usize>| {
+        let covariance = Information::new(hessian, &fixed, 0.0)?.covariance();
+        Some(field.mean_trace(&covariance))
+    };
+    Some([share(Vec::new())?, share(bows.clone().collect())?, share(bows.chain(shape).collect())?])
+}
+
+/// Points of the field, and how the unknowns move them.
+struct Field {
+    size_m: [f64; 2],
+    /// Y of each point (3 × unknowns).
+    slopes: Vec<DMatrix<f64>>,
+    /// ∂y/∂h of each point (3 × 5), whether or not the shape is an unknown.
+    by_shape: Vec<DMatrix<f64>>,
+    /// ∂y/∂t_d.
+    along: Vector3<f64>,
+}
+
+impl Field {
+    fn of(
+        observations: &Observations,
+        list: &[Observation],
+        at: &Parameters,
+        speed_m_s: f64,
+    ) -> Option<Self> {
+        let range = |axis: usize| {
+            let values = || list.iter().map(|o| observations.sheet.coordinates(&o.point_in_camera)[axis]);
+            Some([quantile(values(), BEYOND)?, quantile(values(), 1.0 - BEYOND)?])
+        };
+        let (width, depth) = (range(0)?, range(1)?);
+        let middle = list.get(list.len() / 2)?;
+        let base_from_tool = placement(observations, middle, at, &mut 0)?.base_from_tool.rotation;
+        let along = base_from_tool.inverse() * at.lines.first()?.direction() * -speed_m_s;
+        let (unknowns, shaped) = (at.unknowns(), with_shape(observations, at.clone()));
+        let shape = shaped.shape?;
+        let turn = at.tool_from_camera.rotation.to_rotation_matrix().into_inner();
+        let on_grid =
+            |range: [f64; 2], k: usize| range[0] + (range[1] - range[0]) * k as f64 / (GRID - 1) as f64;
+        let (mut slopes, mut by_shape) = (Vec::new(), Vec::new());
+        for k in 0..GRID * GRID {
+            let there = Vector2::new(on_grid(width, k % GRID), on_grid(depth, k / GRID));
+            // The report is what it is: d true/dh = −(∂g/∂q)⁻¹ ∂g/∂h.
+            let report = shape.reported(&shape.corrected(&there).0);
+            let d_true = -(report.d_true.try_inverse()? * report.d_shape);
+            let d_shape = turn * observations.sheet.axes() * d_true;
+            let point = observations.sheet.point(&shape.corrected(&there).0);
+            let mut slope = DMatrix::zeros(3, unknowns.dimension());
+            slope.view_mut((0, TIME_OFFSET), (3, 1)).copy_from(&along);
+            slope.view_mut((0, ROTATION), (3, 3)).copy_from(&-so3::hat(&(turn * point)));
+            slope.view_mut((0, TRANSLATION), (3, 3)).fill_with_identity();
+            for (column, k) in unknowns.shape().enumerate() {
+                slope.view_mut((0, k), (3, 1)).copy_from(&d_shape.column(column));
+            }
+            slopes.push(slope);
+            by_shape.push(DMatrix::from_column_slice(3, 5, d_shape.as_slice()));
+        }
+        let size_m = [width[1] - width[0], depth[1] - depth[0]];
+        Some(Self { size_m, slopes, by_shape, along })
+    }
+
+    /// Mean over the points of trace(Y C Yᵀ).
+    fn mean_trace(&self, covariance: &DMatrix<f64>) -> f64 {
+        let traces = self.slopes.iter().map(|y| (y * covariance * y.transpose()).trace().max(0.0));
+        traces.sum::<f64>() / self.slopes.len() as f64
+    }
+
+    /// Mean over the points of |Y X + Y_s S|² for columns X of the tangent and S of the shape.
+    fn mean_square(&self, columns: &DMatrix<f64>, shapes: Option<&DMatrix<f64>>) -> f64 {
+        let squares = self.slopes.iter().zip(&self.by_shape).map(|(y, y_shape)| {
+            let moved = y * columns;
+            shapes.map_or_else(|| moved.norm_squared(), |s| (&moved + y_shape * s).norm_squared())
+        });
+        squares.sum::<f64>() / self.slopes.len() as f64
+    }
+}

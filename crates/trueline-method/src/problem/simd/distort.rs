@@ -1,0 +1,49 @@
+//! What a sensor of some shape reports of four predicted points. The scalar form, with the derivation, is
+//! [`trueline_model::SheetShape::reported`].
+
+use super::lanes::{Lanes, Vectors};
+use super::located::Located;
+use trueline_model::SheetShape;
+
+/// Puts the report in the place of the predicted point: its residual, its rows; returns d r / d h.
+#[inline(always)]
+pub fn distort<const FUSED: bool>(
+    located: &mut Located<FUSED>,
+    measured: Vectors<FUSED>,
+    shape: &SheetShape,
+) -> [[Lanes<FUSED>; 2]; 5] {
+    let splat = Lanes::<FUSED>::splat;
+    let [h1, h2, h3, h4, h5] = shape.h;
+    let origin = shape.origin_m.map(splat);
+    let (inverse_a, inverse_b) = (splat(1.0 / (1.0 + h1)), splat(1.0 / (1.0 + h2)));
+    let (shear, zero) = (splat(h3), splat(0.0));
+    let b = (located.at.0[1] - origin[1]) * inverse_b;
+    let a = (located.at.0[0] - origin[0] - shear * b) * inverse_a;
+    let inverse_w = splat(1.0) / (splat(1.0) - splat(h4) * a - splat(h5) * b);
+    let (x, y) = (a * inverse_w, b * inverse_w);
+    located.residual = [measured.0[0] - origin[0] - x, measured.0[1] - origin[1] - y];
+    // d reported / d m = (1 + g (h₄ h₅))/w
+    let d_m = [
+        [(splat(1.0) + x * splat(h4)) * inverse_w, x * splat(h5) * inverse_w],
+        [y * splat(h4) * inverse_w, (splat(1.0) + y * splat(h5)) * inverse_w],
+    ];
+    let first = times(d_m, [inverse_a, zero]);
+    let second = times(d_m, [-(shear * inverse_a * inverse_b), inverse_b]);
+    let [row_a, row_b] = located.rows;
+    located.rows = [
+        Vectors([zero; 3]).plus_scaled(row_a, first[0]).plus_scaled(row_b, second[0]),
+        Vectors([zero; 3]).plus_scaled(row_a, first[1]).plus_scaled(row_b, second[1]),
+    ];
+    [
+        times(d_m, [a * inverse_a, zero]),
+        times(d_m, [-(shear * b * inverse_a * inverse_b), b * inverse_b]),
+        times(d_m, [b * inverse_a, zero]),
+        [-(x * x), -(y * x)],
+        [-(x * y), -(y * y)],
+    ]
+}
+
+#[inline(always)]
+fn times<const FUSED: bool>(m: [[Lanes<FUSED>; 2]; 2], v: [Lanes<FUSED>; 2]) -> [Lanes<FUSED>; 2] {
+    [(m[0][0] * v[0]).plus_product(m[0][1], v[1]), (m[1][0] * v[0]).plus_product(m[1][1], v[1])]
+}

@@ -1,0 +1,143 @@
+//! Which unknowns a problem has, and where each block of them lies in the tangent.
+//!
+//! | block | numbers | there is one |
+//! |---|---|---|
+//! | time offset t_d (s) | 1 | always |
+//! | hand-eye rotation, left, tool frame (rad) | 3 | always |
+//! | hand-eye translation (m) | 3 | always |
+//! | line θ₂, θ₃ (rad), δ₂, δ₃ (m) | 4 | for each line |
+//! | bow κ₂, κ₃ (m) | 2 | for each line, if [`Model`] says so |
+//! | shape h₁ … h₅ (1, 1, 1, 1/m, 1/m) | 5 | if [`Model`] says so |
+//!
+//! They lie in this order. The first four are what is asked for; the others are known beforehand, more or less, and
+//! follow. An observation depends on the blocks of sensor and clock and on those of its own line: its *local* unknowns,
+//! in the same order.
+
+use std::ops::Range;
+use trueline_geometry::Line;
+use trueline_model::{Curvature, SheetShape};
+
+/// Index of the time offset in the tangent.
+pub const TIME_OFFSET: usize = 0;
+/// First index of the hand-eye rotation.
+pub const ROTATION: usize = 1;
+/// First index of the hand-eye translation.
+pub const TRANSLATION: usize = 4;
+/// First index of the lines; each has [`Line::DIMENSION`].
+pub const LINES: usize = 7;
+/// Local unknowns of a straight line and an exact sensor.
+pub const LOCAL_STRAIGHT: usize = LINES + Line::DIMENSION;
+/// The same with the line's bow.
+pub const LOCAL_BOWED: usize = LOCAL_STRAIGHT + Curvature::DIMENSION;
+/// The same with the sensor's shape: all that an observation can depend on.
+pub const LOCAL_ALL: usize = LOCAL_BOWED + SheetShape::DIMENSION;
+
+/// How much of a scan is modelled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// Straight lines, an exact sensor.
+    Straight,
+    /// Lines that may bow.
+    Bowed,
+    /// The same and a sensor whose sheet has a shape.
+    Shaped,
+}
+
+/// The blocks of a problem.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unknowns {
+    /// Number of lines.
+    pub lines: usize,
+    /// How much is modelled.
+    pub model: Model,
+}
+
+impl Unknowns {
+    /// Those that are asked for: time offset, hand-eye and lines.
+    #[must_use]
+    pub fn asked_for(&self) -> usize {
+        line_index(self.lines)
+    }
+
+    /// Those of which something is known beforehand: bows and shape.
+    #[must_use]
+    pub fn known_before(&self) -> Range<usize> {
+        self.asked_for()..self.dimension()
+    }
+
+    /// All of them.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        match self.model {
+            Model::Straight => self.asked_for(),
+            Model::Bowed => self.bow(self.lines).start,
+            Model::Shaped => self.bow(self.lines).start + SheetShape::DIMENSION,
+        }
+    }
+
+    /// Where the bow of a line lies; none of it where lines are straight.
+    #[must_use]
+    pub fn bow(&self, line: usize) -> Range<usize> {
+        if self.model == Model::Straight {
+            return 0..0;
+        }
+        let first = self.asked_for() + Curvature::DIMENSION * line;
+        first..first + Curvature::DIMENSION
+    }
+
+    /// Where the shape lies; none of it where the sensor is exact.
+    #[must_use]
+    pub fn shape(&self) -> Range<usize> {
+        if self.model == Model::Shaped { self.bow(self.lines).start..self.dimension() } else { 0..0 }
+    }
+
+    /// Number of local unknowns of an observation.
+    #[must_use]
+    pub fn local(&self) -> usize {
+        match self.model {
+            Model::Straight => LOCAL_STRAIGHT,
+            Model::Bowed => LOCAL_BOWED,
+            Model::Shaped => LOCAL_ALL,
+        }
+    }
+
+    /// Index among all unknowns of one of the local ones of an observation of `line`.
+    #[must_use]
+    pub fn place(&self, local: usize, line: usize) -> usize {
+        match local {
+            0..LINES => local,
+            LINES..LOCAL_STRAIGHT => line_index(line) + local - LINES,
+            LOCAL_STRAIGHT..LOCAL_BOWED => self.bow(line).start + local - LOCAL_STRAIGHT,
+            _ => self.shape().start + local - LOCAL_BOWED,
+        }
+    }
+
+    /// Names of the tangent's components, with SI units.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        let mut names = vec!["time_offset_s".to_owned()];
+        names.extend(["x", "y", "z"].map(|axis| format!("rotation_{axis}_rad")));
+        names.extend(["x", "y", "z"].map(|axis| format!("translation_{axis}_m")));
+        for line in 0..self.lines {
+            let parts = ["turn_2_rad", "turn_3_rad", "offset_2_m", "offset_3_m"];
+            names.extend(parts.map(|part| format!("line_{line}_{part}")));
+        }
+        if self.model != Model::Straight {
+            names.extend(
+                (0..self.lines)
+                    .flat_map(|line| ["bow_2_m", "bow_3_m"].map(|part| format!("line_{line}_{part}"))),
+            );
+        }
+        if self.model == Model::Shaped {
+            let parts = ["width", "depth", "shear", "keystone_a_per_m", "keystone_b_per_m"];
+            names.extend(parts.map(|part| format!("shape_{part}")));
+        }
+        names
+    }
+}
+
+/// First index of a line in the tangent.
+#[must_use]
+pub fn line_index(line: usize) -> usize {
+    LINES + Line::DIMENSION * line
+}

@@ -1,0 +1,165 @@
+//! A sensor whose own calibration is off: the shape takes it up, and what is said of a seam point is true.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use nalgebra::{Vector2, Vector3};
+use trueline_dataset::sensor_setup::SensorUncertainty;
+use trueline_dataset::{Measured, Recording, Sensor};
+use trueline_geometry::{Plane, so3};
+use trueline_method::{Calibration, Config, SensorMode, calibrate};
+use trueline_model::{Camera, LaserSheet};
+use trueline_sim::{Preset, random_cell, simulate};
+
+fn parts(sensor: &Sensor) -> (Camera, Plane) {
+    let Sensor::CameraLaser { camera, laser_plane_in_camera } = sensor else { panic!("a camera") };
+    (*camera, *laser_plane_in_camera)
+}
+
+/// The same recording read with another idea of the sensor.
+fn with_sensor(recording: &Recording, change: impl Fn(&mut Camera, &mut Plane)) -> Recording {
+    let mut recording = recording.clone();
+    let (mut camera, mut plane) = parts(&recording.sensor);
+    change(&mut camera, &mut plane);
+    recording.sensor = Sensor::CameraLaser { camera, laser_plane_in_camera: plane };
+    recording
+}
+
+/// Root mean square distance, in the tool frame, between where a calibration puts points that the sensor sees and where
+/// they are, over the pixels of the scan.
+fn seam_error_m(true_recording: &Recording, wrong: &Recording, c: &Calibration) -> f64 {
+    let truth = true_recording.truth.as_ref().unwrap().parameters.tool_from_camera;
+    let lift = |sensor: &Sensor, pixel: &Vector2<f64>| {
+        let (camera, plane) = parts(sensor);
+        LaserSheet::from_plane(plane).intersect(&camera.ray(pixel).unwrap().0).unwrap().0
+    };
+    let sheet = LaserSheet::from_plane(parts(&wrong.sensor).1);
+    let squared: Vec<f64> = true_recording
+        .features
+        .iter()
+        .step_by(7)
+        .map(|feature| {
+            let Measured::Pixel(pixel) = feature.measured else { panic!("pixels") };
+            let pixel = Vector2::from(pixel);
+            let there = truth * nalgebra::Point3::from(lift(&true_recording.sensor, &pixel));
+            let corrected = c.best_fit().corrected(&sheet, &lift(&wrong.sensor, &pixel));
+            let said = c.best_fit().tool_from_camera * nalgebra::Point3::from(corrected);
+            (there - said).norm_squared()
+        })
+        .collect();
+    (squared.iter().sum::<f64>() / squared.len() as f64).sqrt()
+}
+
+/// An ideal robot, features without bias, points that stand still: what is left is noise and the sensor.
+fn ideal_robot(sensor: SensorMode) -> Config {
+    let mut config = Config { sensor, ..Config::noise_only() };
+    config.used_at.speed_m_s = 0.0;
+    config
+}
+
+fn tilted(plane: &Plane, degrees: f64) -> Plane {
+    let axes = *LaserSheet::from_plane(*plane).axes();
+    let axis: Vector3<f64> = axes.column(0).into();
+    Plane::new(so3::exp(&(axis * degrees.to_radians())) * plane.normal().into_inner(), plane.offset())
+        .unwrap()
+}
+
+#[test]
+fn a_sensor_that_is_off_leaves_seam_points_where_they_are() {
+    let recording = simulate(&random_cell(&Preset::Quick.scenario(), 3, 1.0), 3).unwrap();
+    let moved = |by: f64| {
+        move |_: &mut Camera, plane: &mut Plane| {
+            *plane = Plane::new(plane.normal().into_inner(), plane.offset() + by).unwrap();
+        }
+    };
+    let wrong = [
+        ("as it is", with_sensor(&recording, moved(0.0))),
+        ("plane 0.05 mm", with_sensor(&recording, moved(0.05e-3))),
+        ("plane 0.25 mm", with_sensor(&recording, moved(0.25e-3))),
+        ("plane 1 mm", with_sensor(&recording, moved(1e-3))),
+        ("tilted 0.1°", with_sensor(&recording, |_, plane| *plane = tilted(plane, 0.1))),
+        ("tilted 0.5°", with_sensor(&recording, |_, plane| *plane = tilted(plane, 0.5))),
+        ("focal 0.5 %", with_sensor(&recording, |camera, _| camera.focal *= 1.005)),
+        ("centre 20 px", with_sensor(&recording, |camera, _| camera.centre.x += 20.0)),
+    ];
+    for (what, wrong) in wrong {
+        let c = calibrate(&wrong, None, &ideal_robot(SensorMode::Prior)).unwrap();
+        let (error, said) =
+            (seam_error_m(&recording, &wrong, &c), c.findings.checks.seam_error.unwrap().rms_m);
+        // One cell of a figure with some ten degrees of freedom: a mean square of 2.5 once in a hundred; the field of the
+        // prediction is a little wider than what the pixels cover.
+        assert!(error < 1.6 * said, "{what}: {:.4} mm, said {:.4}", error * 1e3, said * 1e3);
+        let held = calibrate(&wrong, None, &ideal_robot(SensorMode::Fixed)).unwrap();
+        let without = seam_error_m(&recording, &wrong, &held);
+        if what == "plane 1 mm" {
+            assert!(without > 5.0 * error, "{what}: held {without}, estimated {error}");
+        }
+    }
+}
+
+#[test]
+fn what_the_file_states_becomes_a_prior_of_the_shape() {
+    let recording = simulate(&random_cell(&Preset::Quick.scenario(), 5, 1.0), 5).unwrap();
+    // One millimetre, said to be one sigma: along the only direction that is uncertain, h is one sigma of its prior.
+    let mut wrong = with_sensor(&recording, |_, plane| {
+        *plane = Plane::new(plane.normal().into_inner(), plane.offset() + 1e-3).unwrap();
+    });
+    wrong.setup.uncertainty =
+        Some(SensorUncertainty { plane_offset_m: Some(1e-3), ..SensorUncertainty::default() });
+    let c = calibrate(&wrong, None, &ideal_robot(SensorMode::Prior)).unwrap();
+    let sensor = c.findings.unknowns.sensor.unwrap();
+    assert!(sensor.stated && sensor.improved());
+    let largest = (0..5).max_by(|&a, &b| sensor.prior_sigma[a].total_cmp(&sensor.prior_sigma[b])).unwrap();
+    let ratio = sensor.shape.h[largest] / sensor.prior_sigma[largest];
+    // To first order; a millimetre of 130 is a second-order 1 %, and the noise of h is a few percent of this prior.
+    assert!((ratio.abs() - 1.0).abs() < 0.1, "{ratio}");
+    // Unknown otherwise, it would have been found to be off beyond chance.
+    wrong.setup.uncertainty = None;
+    let free = calibrate(&wrong, None, &ideal_robot(SensorMode::Prior)).unwrap();
+    let free = free.findings.unknowns.sensor.unwrap();
+    assert!(free.is_off() && !free.stated, "{}", free.wald);
+}
+
+#[test]
+fn a_held_sensor_of_stated_uncertainty_is_in_the_budget() {
+    let recording = simulate(&Preset::Quick.scenario(), 7).unwrap();
+    let budget = |recording: &Recording| {
+        let c = calibrate(recording, None, &ideal_robot(SensorMode::Fixed)).unwrap();
+        assert!(c.findings.unknowns.sensor.is_none());
+        c.findings.checks.seam_error.unwrap().budget_m
+    };
+    let alone = budget(&recording);
+    assert!(alone.sensor == 0.0 && alone.robot == 0.0 && alone.feature_bias == 0.0);
+    let mut stated = recording.clone();
+    stated.setup.uncertainty =
+        Some(SensorUncertainty { plane_offset_m: Some(0.25e-3), ..SensorUncertainty::default() });
+    // Linear in what is stated.
+    let (once, mut twice) = (budget(&stated).sensor, stated);
+    twice.setup.uncertainty.as_mut().unwrap().plane_offset_m = Some(0.5e-3);
+    let ratio = budget(&twice).sensor / once;
+    // The least sigma that keeps a covariance invertible is some 1e-3 of this one.
+    assert!(once > 0.0 && (ratio - 2.0).abs() < 1e-2, "{once} {ratio}");
+}
+
+#[test]
+fn a_robot_and_a_bias_widen_what_is_said_and_move_nothing() {
+    let recording = simulate(&Preset::Quick.scenario(), 8).unwrap();
+    let with = |robot_accuracy_m: f64, feature_bias_px: f64| {
+        let config = Config {
+            robot_accuracy_m: Some(robot_accuracy_m),
+            feature_bias_px,
+            ..ideal_robot(SensorMode::Fixed)
+        };
+        calibrate(&recording, None, &config).unwrap()
+    };
+    let (alone, robot, biased) = (with(0.0, 0.0), with(0.3e-3, 0.0), with(0.0, 0.2));
+    assert!((0..7).all(|k| alone.sigma(k) == alone.noise_sigma(k)));
+    for c in [&robot, &biased] {
+        assert_eq!(c.best_fit(), alone.best_fit());
+        assert!((0..7).all(|k| c.noise_sigma(k) == alone.noise_sigma(k)));
+        assert!((0..7).all(|k| c.sigma(k) > alone.sigma(k)));
+    }
+    let twice = with(0.6e-3, 0.0);
+    let ratio = twice.findings.checks.seam_error.unwrap().budget_m.robot
+        / robot.findings.checks.seam_error.unwrap().budget_m.robot;
+    assert!((ratio - 2.0).abs() < 1e-9, "{ratio}");
+    assert!(biased.findings.checks.seam_error.unwrap().budget_m.feature_bias > 0.0);
+}
