@@ -9,12 +9,13 @@ use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
 use crate::assess::sensor_shape::SensorShape;
 use crate::assess::systematic::{Systematic, SystematicLevels};
 use crate::calibration::Calibration;
-use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode};
+use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Hold, ResidualKind, SensorMode};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
+use crate::hypotheses::search::Mirrored;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, observe, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
@@ -64,14 +65,14 @@ pub fn calibrate(
     let times_s = sampling.robot_times_s(stamped.dejittered);
     let halves = steady.observations.robot.halves(recording, times_s);
     let Identifiability { fit, information, time_offset_share, observability } =
-        assess_identifiability(&steady, &settings, guess, found.equal_twin, halves.as_ref())?;
+        assess_identifiability(&steady, &settings, guess, found.mirrored, halves.as_ref())?;
     Ok(conclude(&Concluded {
         recording,
         sampling: &sampling,
         dejittered: stamped.dejittered,
         settings: &settings,
         knowledge: &knowledge,
-        equal_twin: found.equal_twin,
+        mirrored: found.mirrored,
         ambiguity: found.ambiguity,
         better: found.better,
         steady: &DriftFree { fit, ..steady },
@@ -88,7 +89,7 @@ struct Concluded<'a> {
     dejittered: Dejittered,
     settings: &'a FitSettings<'a>,
     knowledge: &'a ShapeKnowledge,
-    equal_twin: bool,
+    mirrored: Mirrored,
     ambiguity: Ambiguity,
     better: Option<Parameters>,
     steady: &'a DriftFree,
@@ -139,7 +140,7 @@ fn conclude(from: &Concluded<'_>) -> Calibration {
             stepped: from.steady.stepped,
         },
         streams,
-        states_uncertainty: setup.uncertainty.is_some() || setup.robot_accuracy_m.is_some_and(|m| m > 0.0),
+        uncertainty_ignored: setup.uncertainty.is_some() && config.residual == ResidualKind::PointToLine,
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
     };
@@ -202,7 +203,7 @@ fn checks(
     let list = fit.placed.of(observations);
     let predict = || seam_point_error::predict(observations, list, at, &unknowns.covariance, &config.used_at);
     Checks {
-        mirror_ambiguity: from.equal_twin,
+        mirrored: from.mirrored,
         ambiguity: from.ambiguity.clone(),
         better_time_offset_s: from.better.as_ref().map(|better| better.time_offset_s),
         held_out: cross_validation::check(&subject(from, uncertainty), config),

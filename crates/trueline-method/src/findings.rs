@@ -10,6 +10,7 @@ use crate::assess::seam_point_error::SeamPointError;
 use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::drift_and_step::{Drift, Step};
+use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::Parameters;
 use crate::solve::iteration_record::IterationRecord;
@@ -30,8 +31,8 @@ pub struct Findings {
     pub clock: ClockFindings,
     /// The streams that were recorded.
     pub streams: Streams,
-    /// Whether the recording states how well sensor or robot are known, which the ± do not contain.
-    pub states_uncertainty: bool,
+    /// Whether the recording states how well the sensor is known, which the ± do not contain.
+    pub uncertainty_ignored: bool,
     /// SHA-256 of the inputs.
     pub inputs: BTreeMap<String, String>,
     /// The options it was made with.
@@ -109,8 +110,8 @@ pub struct FitFindings {
 /// What the estimate was checked against.
 #[derive(Clone, Debug)]
 pub struct Checks {
-    /// Whether a mirrored attitude of the sensor fits equally well.
-    pub mirror_ambiguity: bool,
+    /// Whether a mirrored attitude of the sensor fits as well.
+    pub mirrored: Mirrored,
     /// What else explains the scan, and what decided.
     pub ambiguity: Ambiguity,
     /// Time offset of a better minimum than the guess led to, s.

@@ -62,7 +62,7 @@ fn an_ordinary_scan_is_decided_and_a_false_statement_is_refused() {
     assert!(free.findings.checks.ambiguity.rivals.is_empty());
     // Ordinary scans of 20 s have z above 100; 5 decides.
     assert!(
-        free.findings.checks.ambiguity.runner_up.is_none_or(|rival| rival.z > 20.0),
+        free.findings.checks.ambiguity.runner_up.is_none_or(|rival| rival.test.z > 20.0),
         "{:?}",
         free.findings.checks.ambiguity.runner_up
     );

@@ -92,17 +92,28 @@ fn codes_are_those_of_the_schema() {
 }
 
 #[test]
-fn an_uncertainty_that_is_stated_and_not_applied_is_told() {
+fn an_uncertainty_that_is_stated_is_applied_or_told() {
     let mut recording = trueline_sim::simulate(&trueline_sim::Preset::Quick.scenario(), 1).unwrap();
-    let warned = |recording: &trueline_dataset::Recording| {
-        let result =
-            trueline_method::calibrate(recording, None, &trueline_method::Config::default()).unwrap();
-        result.warnings().contains(&Warning::UncertaintyNotApplied)
+    let calibrated = |recording: &trueline_dataset::Recording, residual| {
+        let config = trueline_method::Config { residual, ..trueline_method::Config::default() };
+        trueline_method::calibrate(recording, None, &config).unwrap()
     };
-    assert!(!warned(&recording));
-    recording.setup.robot_accuracy_m = Some(0.3e-3);
-    assert!(warned(&recording));
-    // An ideal robot is what the ± are for.
-    recording.setup.robot_accuracy_m = Some(0.0);
-    assert!(!warned(&recording));
+    let [sheet, papers] =
+        [trueline_method::ResidualKind::Sheet, trueline_method::ResidualKind::PointToLine];
+    let warned = |c: &trueline_method::Calibration| c.warnings().contains(&Warning::UncertaintyNotApplied);
+    assert!(!warned(&calibrated(&recording, papers)));
+    recording.setup.uncertainty = Some(trueline_dataset::sensor_setup::SensorUncertainty {
+        plane_offset_m: Some(0.1e-3),
+        ..Default::default()
+    });
+    assert!(warned(&calibrated(&recording, papers)));
+    assert!(!warned(&calibrated(&recording, sheet)));
+    // The robot's accuracy is applied whatever the residual.
+    recording.setup.uncertainty = None;
+    let sigma_with = |accuracy_m: f64| {
+        let mut recording = recording.clone();
+        recording.setup.robot_accuracy_m = Some(accuracy_m);
+        calibrated(&recording, papers).sigma(4).unwrap()
+    };
+    assert!(sigma_with(0.6e-3) > 1.5 * sigma_with(0.1e-3));
 }

@@ -59,10 +59,10 @@ pub fn checks(c: &Calibration) -> Checks {
     Checks {
         runner_up: found.ambiguity.runner_up.map(|r| RunnerUp {
             time_offset_s: r.time_offset_s,
-            explains: r.explains,
-            best_explains: r.best_explains,
-            z: r.z,
-            decided: r.decided(),
+            explains: r.test.explains,
+            best_explains: r.test.best_explains,
+            z: r.test.z,
+            decided: r.test.decided(),
         }),
         held_out: found.held_out.as_ref().map(cross_validation),
         largest_clock_step: c.findings.clock.step.map(|s| ClockStep {

@@ -76,7 +76,7 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::DecidedByUser { by, other_time_offsets_s } => {
             json!({ "by": by.name(), "other_time_offsets_s": other_time_offsets_s })
         }
-        Warning::UncertaintyNotApplied => json!({}),
+        Warning::UncertaintyNotApplied | Warning::MirrorBySensor => json!({}),
         Warning::HeldAtGuess { held } => {
             json!({ "held": held.iter().map(unobservable).collect::<Vec<_>>() })
         }

@@ -230,11 +230,12 @@ fn at_torch(torch: &SeamPointError) -> String {
 fn runner_up(c: &Calibration) -> String {
     match &c.findings.checks.ambiguity.runner_up {
         Some(other) => format!(
-            "{:.1} ms, which explains {:.0} % of the features instead of {:.0} % (z = {:.0}; above 5 it is told apart)",
+            "{:.1} ms, which explains {:.0} % of the features instead of {:.0} %: {} (z = {:.0})",
             other.time_offset_s * MS_PER_S,
-            100.0 * other.explains,
-            100.0 * other.best_explains,
-            other.z
+            100.0 * other.test.explains,
+            100.0 * other.test.best_explains,
+            if other.test.decided() { "told apart" } else { "not told apart" },
+            other.test.z
         ),
         None if c.findings.config.hold.contains(&Hold::TimeOffset) => {
             "not looked for: the offset was held".to_owned()

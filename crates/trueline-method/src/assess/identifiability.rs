@@ -4,11 +4,13 @@ use crate::assess::excitation::SplitSampleInformation;
 use crate::assess::observability::{self, Group, Observability, RANK_THRESHOLD};
 use crate::error::Error;
 use crate::hypotheses::clock_drift::DriftFree;
-use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::hypotheses::search::Mirrored;
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::problem::prior::Prior;
 use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
+use crate::solve::start::lines_for;
 use nalgebra::DVector;
 use trueline_dataset::Guess;
 use trueline_geometry::Trajectory;
@@ -45,7 +47,7 @@ pub fn assess_identifiability(
     steady: &DriftFree,
     settings: &FitSettings<'_>,
     guess: Option<&Guess>,
-    equal_twin: bool,
+    mirrored: Mirrored,
     halves: Option<&[Trajectory; 2]>,
 ) -> Result<Identifiability, Error> {
     let fit = steady.fit.clone();
@@ -65,7 +67,7 @@ pub fn assess_identifiability(
         _ => 1.0,
     };
     let mut observability = observability::assess(&information, &all, fit.parameters(), shows_time_offset);
-    if equal_twin {
+    if mirrored == Mirrored::Equal {
         observability.observable_components[ROTATION..TRANSLATION].fill(false);
     }
     if observability.unobservable.is_empty() {
@@ -77,7 +79,9 @@ pub fn assess_identifiability(
     }
     let prior = holding(&observability, guess.ok_or(Error::NoGuessToHold)?);
     let settings_held = FitSettings { prior: Some(&prior), ..*settings };
-    let held = Solver { observations: &steady.observations, settings: settings_held }.converge(&fit)?;
+    let solver = Solver { observations: &steady.observations, settings: settings_held };
+    let start = with_lines_of(&solver, &fit, prior.nearest_to(fit.parameters()))?;
+    let held = solver.converge_from(&fit, start)?;
     let held_information = spectrum(&held, settings)?;
     let (before, after) = (information.covariance(), held_information.covariance());
     for k in 0..LINES {
@@ -106,8 +110,9 @@ fn follow(
         let guess = Guess { time_offset_s: away.time_offset_s, tool_from_camera: away.tool_from_camera };
         let prior = holding(observability, &guess);
         let settings = FitSettings { prior: Some(&prior), ..*settings };
-        let moved = Solver { observations: &steady.observations, settings }
-            .converge(&steady.fit)
+        let solver = Solver { observations: &steady.observations, settings };
+        let moved = with_lines_of(&solver, &steady.fit, away)
+            .and_then(|start| solver.converge_from(&steady.fit, start))
             .map(|fit| fit.parameters().minus(&at.guess()));
         for k in 0..LINES {
             // Where nothing can be fitted nothing is known.
@@ -115,6 +120,14 @@ fn follow(
                 moved.as_ref().is_ok_and(|m| m[k].abs() < MOVED_SIGMAS * covariance[(k, k)].sqrt());
         }
     }
+}
+
+/// The same clock and sensor with the lines that follow them: from where they were before, a damped first step would spread
+/// the way to them over all other unknowns, and every feature be an outlier.
+fn with_lines_of(solver: &Solver<'_>, fit: &Fit, away: Parameters) -> Result<Parameters, Error> {
+    let list = fit.placed.of(solver.observations);
+    let lines = lines_for(solver.observations, list, &away.guess()).ok_or(Error::NoStart)?;
+    Ok(Parameters { lines, curvatures: Vec::new(), ..away })
 }
 
 /// A step along everything of offset and hand-eye that is not observable.

@@ -139,7 +139,8 @@ fn stood_still(observations: &Observations, list: &[Observation], at: &Parameter
     still.count() * 10 > list.len() * 9
 }
 
-/// The change of the time offset that makes the stretch fit, all else held.
+/// The change of the time offset that makes the stretch fit, all else held but the seam's bow: the rest of the scan does not
+/// show it there.
 fn other_offset(
     observations: &Observations,
     list: &[Observation],
@@ -155,7 +156,9 @@ fn other_offset(
     let grid = (-steps..=steps).map(|k| at.time_offset_s + f64::from(k) * OFFSET_STEP_S);
     let cost = |offset: &f64| trueline_lsq::LeastSquares::cost(&problem, &with_offset(*offset));
     let start = grid.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
-    let others: Vec<usize> = (0..at.dimension()).filter(|k| *k != TIME_OFFSET).collect();
+    let bows = at.unknowns().bow(0).start..at.unknowns().bow(at.lines.len()).start;
+    let others: Vec<usize> =
+        (0..at.dimension()).filter(|k| *k != TIME_OFFSET && !bows.contains(k)).collect();
     let found = solve(&problem, with_offset(start), &others, &SolveOptions::default()).ok()?.state;
     let step_s = found.time_offset_s - at.time_offset_s;
     let all = LineProblem::coarse(observations, list, Loss::Squared, noise, at.unknowns());

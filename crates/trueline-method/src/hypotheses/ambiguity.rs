@@ -1,7 +1,7 @@
 //! What is left of the rivals of a solution once the scan and what is known of the cell have spoken.
 
 use crate::hypotheses::choice::{DecidedBy, Statement, statements_for};
-use crate::hypotheses::paired_test::{DECISIVE_Z, PairedTest, compare};
+use crate::hypotheses::paired_test::{PairedTest, compare};
 use crate::hypotheses::rivals::Rival;
 use crate::problem::parameters::Parameters;
 use crate::solve::fit::Fit;
@@ -12,20 +12,8 @@ use crate::solve::solver::Solver;
 pub struct RunnerUp {
     /// Its time offset, s.
     pub time_offset_s: f64,
-    /// Part of the features that both can place which it explains, to within 5 σ.
-    pub explains: f64,
-    /// The same of the best.
-    pub best_explains: f64,
-    /// How clearly the best is better: z of the paired test over frames.
-    pub z: f64,
-}
-
-impl RunnerUp {
-    /// Whether it lost by more than chance can do.
-    #[must_use]
-    pub fn decided(&self) -> bool {
-        self.z > DECISIVE_Z
-    }
+    /// How it compares with the best.
+    pub test: PairedTest,
 }
 
 /// A rival that the scan does not tell from the best: a complete answer.
@@ -69,7 +57,9 @@ impl Ambiguity {
 #[must_use]
 pub fn settle(solver: &Solver<'_>, best: Fit, mut rivals: Vec<Rival>, guessed: bool) -> (Fit, Ambiguity) {
     let known = &solver.settings.config.known;
-    let runner_up = rivals.first().map(|rival| runner_up(rival.fit.parameters(), &rival.test));
+    let runner_up = rivals
+        .first()
+        .map(|rival| RunnerUp { time_offset_s: rival.fit.parameters().time_offset_s, test: rival.test });
     rivals.retain(|rival| rival.is_named() && !rival.test.decided() && !rival.test.reversed());
     let mut answers: Vec<Fit> =
         std::iter::once(best).chain(rivals.into_iter().map(|rival| rival.fit)).collect();
@@ -87,15 +77,6 @@ pub fn settle(solver: &Solver<'_>, best: Fit, mut rivals: Vec<Rival>, guessed: b
     (answers.swap_remove(0), ambiguity)
 }
 
-fn runner_up(at: &Parameters, test: &PairedTest) -> RunnerUp {
-    RunnerUp {
-        time_offset_s: at.time_offset_s,
-        explains: test.explains,
-        best_explains: test.best_explains,
-        z: test.z,
-    }
-}
-
 /// The answers but the first as rivals of it.
 fn described(solver: &Solver<'_>, answers: &[Fit], runner_up_before: Option<RunnerUp>) -> Ambiguity {
     let all: Vec<&Parameters> = answers.iter().map(Fit::parameters).collect();
@@ -110,6 +91,8 @@ fn described(solver: &Solver<'_>, answers: &[Fit], runner_up_before: Option<Runn
         }));
     }
     let statements = if rivals.is_empty() { Vec::new() } else { statements_for(0, &all) };
-    let first = rivals.first().map(|rival| runner_up(&rival.parameters, &rival.test));
+    let first = rivals
+        .first()
+        .map(|rival| RunnerUp { time_offset_s: rival.parameters.time_offset_s, test: rival.test });
     Ambiguity { runner_up: first.or(runner_up_before), rivals, statements, ..Ambiguity::default() }
 }

@@ -1,9 +1,10 @@
 //! The mirrored attitude, which looks alike while the sensor is not tilted.
 
 use crate::error::Error;
-use crate::hypotheses::likelihood_ratio::{LIKELIHOOD_RATIO_LIMIT, noise_advantage};
+use crate::hypotheses::paired_test::compare;
 use crate::problem::parameters::Parameters;
 use crate::solve::fit::Fit;
+use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use crate::solve::start::twin;
 
@@ -14,6 +15,8 @@ const TWIN_TURN_RAD: f64 = 0.02;
 pub enum MirrorComparison {
     /// It does not exist, is the same, or fits worse.
     Worse,
+    /// It fits as well if the sensor may differ from its file, and worse if it may not.
+    WorseIfSensorIsExact(Parameters),
     /// It fits as well: the scan does not tell which is right.
     Equal(Parameters),
     /// It fits better.
@@ -29,18 +32,33 @@ pub fn mirror_of(solver: &Solver<'_>, fit: &Fit) -> Result<MirrorComparison, Err
     let Some(start) = twin(observations, fit.placed.of(observations), fit.parameters()) else {
         return Ok(MirrorComparison::Worse);
     };
-    let twin = solver.fit(start)?;
-    let advantage = noise_advantage(fit.placed.len(), fit.noise.factor, twin.noise.factor);
-    let rotation = |fit: &Fit| fit.parameters().tool_from_camera.rotation;
-    let apart = rotation(&twin).angle_to(&rotation(fit));
-    Ok(if apart <= TWIN_TURN_RAD {
+    let twin = solver.fit(start.clone())?;
+    if are_one(fit, &twin) {
         // It has fallen back into the same valley.
-        MirrorComparison::Worse
-    } else if advantage < -LIKELIHOOD_RATIO_LIMIT {
-        MirrorComparison::Better(Box::new(twin))
-    } else if advantage < LIKELIHOOD_RATIO_LIMIT {
-        MirrorComparison::Equal(twin.parameters().clone())
-    } else {
-        MirrorComparison::Worse
-    })
+        return Ok(MirrorComparison::Worse);
+    }
+    // Too few frames tell nothing.
+    let test = compare(observations, solver.settings.config, fit, &twin);
+    if test.is_some_and(|test| test.decided()) {
+        return Ok(MirrorComparison::Worse);
+    }
+    if test.is_some_and(|test| test.reversed()) {
+        return Ok(MirrorComparison::Better(Box::new(twin)));
+    }
+    let twin = twin.parameters().clone();
+    if solver.settings.shape_prior.is_none() {
+        return Ok(MirrorComparison::Equal(twin));
+    }
+    let exact = Solver { settings: FitSettings { shape_prior: None, ..solver.settings }, ..*solver };
+    let here = exact.fit(Parameters::straight(&fit.parameters().guess(), fit.parameters().lines.clone()))?;
+    let there = exact.fit(start)?;
+    let told = are_one(fit, &here)
+        && !are_one(&here, &there)
+        && compare(observations, solver.settings.config, &here, &there).is_some_and(|test| test.decided());
+    Ok(if told { MirrorComparison::WorseIfSensorIsExact(twin) } else { MirrorComparison::Equal(twin) })
+}
+
+fn are_one(fit: &Fit, other: &Fit) -> bool {
+    let rotation = |fit: &Fit| fit.parameters().tool_from_camera.rotation;
+    rotation(fit).angle_to(&rotation(other)) <= TWIN_TURN_RAD
 }

@@ -4,11 +4,19 @@
 //! likelihoods is chance with a spread of tens to a hundred. Paired frame by frame it has a spread of its own, which the
 //! frames show. The loss is capped, because the residuals of a wrong rival are large and smooth in time: uncapped, they
 //! would be the yardstick; and the variance allows for neighbouring frames that are alike \[Newey1987\].
+//!
+//! In a short scan the capped differences are of two kinds, none and the cap, and their own spread hides that all of the
+//! latter speak for one side. So frames that only one of the two explains are counted as well: gross errors do not line up
+//! with another solution.
+//!
+//! What is known beforehand of the sensor's shape and the seam's bow counts as one more observation, so that a rival which
+//! bends the sensor to fit is charged for it.
 
 use crate::assess::residuals::OUTLIER_SQUARED;
 use crate::config::Config;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
+use crate::problem::block_priors;
 use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::solve::fit::Fit;
 use crate::solve::solver::REJECTING;
@@ -16,6 +24,16 @@ use crate::solve::solver::REJECTING;
 /// Beyond this z the sign of the difference is no chance: 5 σ. Scans of 20 s and more decide at z above 100; a few scans of
 /// 5 s come near it (BENCHMARKS.md, "weaves").
 pub const DECISIVE_Z: f64 = 5.0;
+
+/// The same for two solutions of one time offset, as mirrored attitudes are. They have the noise of each frame in common: if
+/// the other were right, z would be as far below zero as it is above, so it is refuted by 2 z, here 4 σ.
+pub const DECISIVE_Z_AT_ONE_OFFSET: f64 = 2.0;
+
+/// Time offsets nearer than this are one: most of a robot's noise is common, s.
+pub const ONE_OFFSET_S: f64 = 1e-3;
+
+/// Where one solution explains what another does not, the other may explain this part of as many.
+const FEW: usize = 10;
 
 /// Fewer frames than this in common …
 const LEAST_FRAMES: usize = 30;
@@ -27,26 +45,35 @@ const LEAST_SHARE: f64 = 0.25;
 pub struct PairedTest {
     /// Sum of the differences of capped losses, rival minus best, over its standard deviation.
     pub z: f64,
+    /// Beyond this it decides.
+    pub decisive_z: f64,
     /// Frames that both can place.
     pub frames: usize,
     /// Part of their features that the rival explains to within 5 σ.
     pub explains: f64,
     /// The same of the best.
     pub best_explains: f64,
+    /// Features that only the best explains, and that only the rival does.
+    pub only: [usize; 2],
 }
 
 impl PairedTest {
     /// Whether the best is better and that is no chance.
     #[must_use]
     pub fn decided(&self) -> bool {
-        self.z > DECISIVE_Z
+        self.z > self.decisive_z || outnumbers(self.only[0], self.only[1])
     }
 
     /// Whether the rival is better and that is no chance.
     #[must_use]
     pub fn reversed(&self) -> bool {
-        self.z < -DECISIVE_Z
+        self.z < -self.decisive_z || outnumbers(self.only[1], self.only[0])
     }
+}
+
+/// Whether so many features that one solution alone explains cannot be chance: its 18 unknowns fit nine gross errors.
+fn outnumbers(many: usize, few: usize) -> bool {
+    many >= LEAST_FRAMES && few * FEW <= many
 }
 
 /// Compares two solutions with the same unknowns; `None` where they share too few frames.
@@ -55,7 +82,7 @@ pub fn compare(observations: &Observations, config: &Config, best: &Fit, rival: 
     let factor = best.noise.factor.min(rival.noise.factor);
     let [of_best, of_rival] = [best, rival].map(|fit| squared_residuals(observations, config, fit, factor));
     let (mut differences, mut last_frame) = (Vec::new(), None);
-    let (mut features, mut explained) = (0_usize, [0_usize; 2]);
+    let (mut features, mut explained, mut only) = (0_usize, [0_usize; 2], [0_usize; 2]);
     let mut frames = 0;
     for ((o, best), rival) in observations.list.iter().zip(&of_best).zip(&of_rival) {
         if last_frame != Some(o.frame) {
@@ -66,8 +93,11 @@ pub fn compare(observations: &Observations, config: &Config, best: &Fit, rival: 
             continue;
         }
         features += 1;
-        explained[0] += usize::from(*best <= OUTLIER_SQUARED);
-        explained[1] += usize::from(*rival <= OUTLIER_SQUARED);
+        let by = [*best <= OUTLIER_SQUARED, *rival <= OUTLIER_SQUARED];
+        for k in 0..2 {
+            explained[k] += usize::from(by[k]);
+            only[k] += usize::from(by[k] && !by[1 - k]);
+        }
         if let Some(difference) = differences.last_mut() {
             *difference = Some(difference.unwrap_or(0.0) + REJECTING.value(*rival) - REJECTING.value(*best));
         }
@@ -78,7 +108,12 @@ pub fn compare(observations: &Observations, config: &Config, best: &Fit, rival: 
         return None;
     }
     let [best_explains, explains] = explained.map(|count| count as f64 / features as f64);
-    Some(PairedTest { z: z_of(&differences), frames: common, explains, best_explains })
+    let [of_best, of_rival] =
+        [best, rival].map(|fit| 2.0 * block_priors::cost(fit.shape_prior.as_ref(), fit.parameters()));
+    let z = z_of(&differences, of_rival - of_best);
+    let apart_s = best.parameters().time_offset_s - rival.parameters().time_offset_s;
+    let decisive_z = if apart_s.abs() < ONE_OFFSET_S { DECISIVE_Z_AT_ONE_OFFSET } else { DECISIVE_Z };
+    Some(PairedTest { z, decisive_z, frames: common, explains, best_explains, only })
 }
 
 /// Squared residuals of all observations, whitened where the solution is, for a noise factor; NaN where one cannot be
@@ -92,19 +127,23 @@ fn squared_residuals(observations: &Observations, config: &Config, fit: &Fit, fa
 
 /// Sum over its standard deviation, with Bartlett weights up to ⌈4 (n/100)^(2/9)⌉ lags \[Newey1987\]. Differences that do not
 /// vary decide at once; if they are zero, the two are one solution.
-fn z_of(differences: &[f64]) -> f64 {
+///
+/// `known_before` is the difference of what the priors cost. Of an observation of unit noise that one solution misses by δ
+/// more than the other, the squares differ by δ² ± 2δ: so much is its variance.
+fn z_of(differences: &[f64], known_before: f64) -> f64 {
     let n = differences.len() as f64;
-    let sum: f64 = differences.iter().sum();
-    let mean = sum / n;
+    let of_frames: f64 = differences.iter().sum();
+    let sum = of_frames + known_before;
+    let mean = of_frames / n;
     let lags = (4.0 * (n / 100.0).powf(2.0 / 9.0)).ceil() as usize;
     let covariance = |lag: usize| {
         let pairs = differences.iter().zip(&differences[lag..]);
         pairs.map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / n
     };
     let weighted = (1..=lags).map(|lag| 2.0 * (1.0 - lag as f64 / (lags as f64 + 1.0)) * covariance(lag));
-    let variance = covariance(0) + weighted.sum::<f64>();
+    let variance = n * (covariance(0) + weighted.sum::<f64>()) + 4.0 * known_before.abs();
     if variance > 0.0 {
-        sum / (n * variance).sqrt()
+        sum / variance.sqrt()
     } else if sum == 0.0 {
         0.0
     } else {

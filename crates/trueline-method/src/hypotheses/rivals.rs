@@ -2,7 +2,8 @@
 //!
 //! A straight line looks the same one period of the path later; with the sensor turned by half a turn about an axis of its
 //! sheet, half a period is enough. So every time offset is tried from the best attitude and from its half-turns about
-//! the sheet's normal and both of its axes, through the mean measured point.
+//! the sheet's normal and both of its axes, through the mean measured point. The mirrored attitude at the same time offset
+//! is another matter: see [`crate::hypotheses::mirror`].
 
 use crate::assess::residuals::OUTLIER_SQUARED;
 use crate::hypotheses::paired_test::{PairedTest, compare};
@@ -50,11 +51,11 @@ const SAME_TURN_RAD: f64 = 0.05;
 /// A finalist that explains less than this part of the sample is refined only if it is the best of them.
 const WORTH_REFINING: f64 = 0.3;
 
-/// Finds rivals of a solution: those that are named first, each by rising z.
+/// Finds rivals of a solution other than its mirrored twin: those that are named first, each by rising z.
 ///
 /// The best of them is there however little it explains, so that a result can say how clear the decision was.
 #[must_use]
-pub fn find(solver: &Solver<'_>, best: &Fit) -> Vec<Rival> {
+pub fn find(solver: &Solver<'_>, best: &Fit, twin: Option<&Parameters>) -> Vec<Rival> {
     let Solver { observations, settings } = *solver;
     if settings.fixed.contains(&TIME_OFFSET) {
         return Vec::new();
@@ -72,8 +73,9 @@ pub fn find(solver: &Solver<'_>, best: &Fit) -> Vec<Rival> {
     let mut rivals: Vec<Rival> = Vec::new();
     for finalist in finalists {
         let Ok(fit) = solver.fit(finalist.parameters) else { continue };
-        let known = rivals.iter().any(|rival| same(rival.fit.parameters(), fit.parameters()));
-        if known || same(fit.parameters(), best.parameters()) {
+        let found = |other: &Parameters| same(other, fit.parameters());
+        let known = rivals.iter().any(|rival| found(rival.fit.parameters()));
+        if known || twin.is_some_and(found) || found(best.parameters()) {
             continue;
         }
         if let Some(test) = compare(observations, settings.config, best, &fit) {

@@ -11,19 +11,30 @@ use crate::problem::parameters::Parameters;
 use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
-use crate::solve::start;
+use crate::solve::start::{self, Breadth};
 use trueline_dataset::Guess;
 
 /// The optimum, and what else explains the scan.
 pub struct Found {
     /// The optimum.
     pub fit: Fit,
-    /// A mirrored attitude fits equally well, and no guess tells which is right.
-    pub equal_twin: bool,
+    /// Whether a mirrored attitude fits as well.
+    pub mirrored: Mirrored,
     /// What else explains the scan, and what decided.
     pub ambiguity: Ambiguity,
     /// A better one, where the guess led elsewhere.
     pub better: Option<Parameters>,
+}
+
+/// Whether a mirrored attitude fits as well as the one found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mirrored {
+    /// The scan tells them apart, or a guess does.
+    ToldApart,
+    /// They are told apart if the sensor is as its file says.
+    ToldApartBySensor,
+    /// Nothing tells them apart.
+    Equal,
 }
 
 /// Residuals this much larger than expected, or so many features out of reach, make a solution doubtful: it is then
@@ -50,56 +61,79 @@ pub fn find(solver: &Solver<'_>, guess: Option<&Guess>) -> Result<Found, Error> 
 /// A guess is not overruled; something much better than where it leads is a reason against the result.
 fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
     let fit = solver.fit(start::from_guess(solver.observations, guess)?)?;
-    let rivals = rivals::find(solver, &fit);
     let from_guess =
         |at: &Parameters| at.tool_from_camera.rotation.angle_to(&guess.tool_from_camera.rotation);
-    let (mut better, mut equal_twin) = (None, false);
+    let (mut better, mut mirrored, mut twin) = (None, Mirrored::ToldApart, None);
     match mirror_of(solver, &fit)? {
         MirrorComparison::Worse => {}
-        MirrorComparison::Equal(twin) => {
-            equal_twin = from_guess(fit.parameters()) > CLEARLY_NEARER * from_guess(&twin)
+        MirrorComparison::WorseIfSensorIsExact(at) => {
+            (mirrored, twin) = (Mirrored::ToldApartBySensor, Some(at));
+        }
+        MirrorComparison::Equal(at) => {
+            if from_guess(fit.parameters()) > CLEARLY_NEARER * from_guess(&at) {
+                mirrored = Mirrored::Equal;
+            }
+            twin = Some(at);
         }
         MirrorComparison::Better(twin) => better = Some(twin.parameters().clone()),
     }
+    let rivals = rivals::find(solver, &fit, twin.as_ref());
     // Where something is held, the search from nothing would look elsewhere.
     if better.is_none() && solver.settings.fixed.is_empty() && is_doubtful(solver.observations, &fit) {
-        let other = search(solver)?.0;
+        let other = search(solver, Breadth::WIDE)?.fit;
         better = is_better(solver, &other, &fit).then(|| other.parameters().clone());
     }
     let (fit, ambiguity) = settle(solver, fit, rivals, true);
-    Ok(Found { fit, equal_twin, ambiguity, better })
+    Ok(Found { fit, mirrored, ambiguity, better })
 }
 
 fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
-    let (mut fit, mut equal_twin) = search(solver)?;
-    let mut rivals = rivals::find(solver, &fit);
+    let mut best = search(solver, Breadth::USUAL)?;
+    let mut rivals = rivals::find(solver, &best.fit, best.twin.as_ref());
     if let Some(better) = rivals.iter().position(|rival| rival.is_named() && rival.test.reversed()) {
-        fit = rivals.swap_remove(better).fit;
-        rivals = rivals::find(solver, &fit);
+        best = with_mirror(solver, rivals.swap_remove(better).fit)?;
+        rivals = rivals::find(solver, &best.fit, best.twin.as_ref());
     }
-    if is_doubtful(solver.observations, &fit) {
+    if is_doubtful(solver.observations, &best.fit) {
         let settings = solver.settings;
         let offset_search_s = widest_offset_s(solver.observations).max(settings.config.offset_search_s);
         let config = Config { offset_search_s, ..settings.config.clone() };
         let wider = Solver { settings: FitSettings { config: &config, ..settings }, ..*solver };
-        let (wide, wide_twin) = search(&wider)?;
-        if is_better(solver, &wide, &fit) {
-            (fit, equal_twin) = (wide, wide_twin);
-            rivals = rivals::find(solver, &fit);
+        let wide = search(&wider, Breadth::WIDE)?;
+        if is_better(solver, &wide.fit, &best.fit) {
+            best = wide;
+            rivals = rivals::find(solver, &best.fit, best.twin.as_ref());
         }
     }
-    let (fit, ambiguity) = settle(solver, fit, rivals, false);
-    Ok(Found { fit, equal_twin, ambiguity, better: None })
+    let (fit, ambiguity) = settle(solver, best.fit, rivals, false);
+    Ok(Found { fit, mirrored: best.mirrored, ambiguity, better: None })
 }
 
-/// From nothing, the better of two mirrored attitudes; and whether both fit equally well.
-fn search(solver: &Solver<'_>) -> Result<(Fit, bool), Error> {
+/// The better of two mirrored attitudes.
+struct OfTwo {
+    fit: Fit,
+    mirrored: Mirrored,
+    /// The other, where the scan alone does not tell them apart.
+    twin: Option<Parameters>,
+}
+
+/// From nothing, the better of two mirrored attitudes.
+fn search(solver: &Solver<'_>, breadth: Breadth) -> Result<OfTwo, Error> {
     let Solver { observations, settings } = solver;
-    let fit = solver.fit(start::from_nothing(observations, settings.config, &settings.noise)?)?;
+    with_mirror(
+        solver,
+        solver.fit(start::from_nothing(observations, settings.config, &settings.noise, breadth)?)?,
+    )
+}
+
+fn with_mirror(solver: &Solver<'_>, fit: Fit) -> Result<OfTwo, Error> {
     Ok(match mirror_of(solver, &fit)? {
-        MirrorComparison::Worse => (fit, false),
-        MirrorComparison::Equal(_) => (fit, true),
-        MirrorComparison::Better(twin) => (*twin, false),
+        MirrorComparison::Worse => OfTwo { fit, mirrored: Mirrored::ToldApart, twin: None },
+        MirrorComparison::WorseIfSensorIsExact(twin) => {
+            OfTwo { fit, mirrored: Mirrored::ToldApartBySensor, twin: Some(twin) }
+        }
+        MirrorComparison::Equal(twin) => OfTwo { fit, mirrored: Mirrored::Equal, twin: Some(twin) },
+        MirrorComparison::Better(twin) => OfTwo { fit: *twin, mirrored: Mirrored::ToldApart, twin: None },
     })
 }
 

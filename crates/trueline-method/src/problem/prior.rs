@@ -1,7 +1,7 @@
 //! Directions of offset and hand-eye that are held at a guess, because the scan does not show them.
 
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
-use nalgebra::{SVector, Vector3};
+use nalgebra::{DVector, SVector, Vector3};
 use trueline_dataset::Guess;
 use trueline_geometry::so3;
 use trueline_lsq::NormalEquations;
@@ -36,6 +36,17 @@ impl Prior {
     /// Holds the translation along a direction in the tool frame.
     pub fn hold_translation(&mut self, direction: &[f64; 3]) {
         self.hold(TRANSLATION, direction);
+    }
+
+    /// Clock and sensor moved to the guess in the directions that are held, and nowhere else.
+    #[must_use]
+    pub fn nearest_to(&self, at: &Parameters) -> Parameters {
+        let off = at.minus(&self.guess);
+        let mut step = DVector::zeros(at.dimension());
+        for direction in &self.directions {
+            (0..LINES).for_each(|k| step[k] -= direction[k] * direction.dot(&off));
+        }
+        at.retract(&step)
     }
 
     fn hold(&mut self, first: usize, values: &[f64]) {

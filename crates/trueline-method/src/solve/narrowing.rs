@@ -11,9 +11,6 @@ use trueline_lsq::{Loss, SolveOptions, solve};
 pub const SAMPLE: usize = 160;
 /// Scales of the loss, σ: the first is a good part of the field of view.
 pub const SCALES: [f64; 6] = [1000.0, 300.0, 100.0, 30.0, 10.0, 5.0];
-/// Valleys that a search follows to their bottom: with little tilt a mirrored solution fits almost as well as the true
-/// one.
-pub const FINALISTS: usize = 4;
 /// Candidates nearer than this in time offset, s, may be in one valley.
 pub const SAME_OFFSET_S: f64 = 0.02;
 

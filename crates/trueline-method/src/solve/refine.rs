@@ -72,8 +72,16 @@ impl Solver<'_> {
     /// # Errors
     /// As [`Solver::fit`].
     pub fn converge(&self, near: &Fit) -> Result<Fit, Error> {
+        self.converge_from(near, near.parameters().clone())
+    }
+
+    /// The same from a start beside it.
+    ///
+    /// # Errors
+    /// As [`Solver::fit`].
+    pub fn converge_from(&self, near: &Fit, start: Parameters) -> Result<Fit, Error> {
         let rounds = Rounds::after(*self, near.iterations.clone());
-        rounds.finish(near.noise, near.parameters().clone(), &[FINE])
+        rounds.finish(near.noise, start, &[FINE])
     }
 }
 

@@ -28,11 +28,13 @@ impl<'a> Solver<'a> {
         Solver { observations, settings: self.settings }
     }
 
-    /// Twice the negative log likelihood of all features, those that are outliers or cannot be placed counting as such.
+    /// Twice the negative log likelihood of all features, those that are outliers or cannot be placed counting as such, and
+    /// of what is known beforehand.
     #[must_use]
     pub fn twice_negative_log_likelihood(&self, at: &Parameters) -> f64 {
         let criterion = Criterion { residual: self.settings.config.residual, loss: REJECTING };
         let list = &self.observations.list;
-        2.0 * LineProblem::new(self.observations, list, criterion, &self.settings.noise, at).cost(at)
+        let problem = LineProblem::new(self.observations, list, criterion, &self.settings.noise, at);
+        2.0 * problem.with_shape_prior(self.settings.shape_prior).cost(at)
     }
 }

@@ -9,15 +9,29 @@ use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observation, Observations};
 use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
-use crate::solve::narrowing::{Candidate, FINALISTS, Narrowing, SAME_OFFSET_S, SAMPLE, SCALES, Stage, thin};
+use crate::solve::narrowing::{Candidate, Narrowing, SAME_OFFSET_S, SAMPLE, SCALES, Stage, thin};
 use nalgebra::Vector3;
 use trueline_dataset::Guess;
 use trueline_geometry::{Line, Pose, fit, se3, so3};
 
-/// Distance of neighbouring offsets of the grid, s. The basin reaches about 0.4 s to either side.
-const OFFSET_STEP_S: f64 = 0.4;
-/// Starts that are followed beyond the first scale.
-const SURVIVORS: usize = 24;
+/// How widely is searched.
+#[derive(Clone, Copy, Debug)]
+pub struct Breadth {
+    /// Distance of neighbouring offsets of the grid, s.
+    offset_step_s: f64,
+    /// Starts that are followed beyond the first scale.
+    survivors: usize,
+    /// Valleys that are followed to their bottom: with little tilt a mirrored solution fits almost as well as the true one.
+    finalists: usize,
+}
+
+impl Breadth {
+    /// Enough for scans of 20 s. The basin reaches about 0.4 s to either side.
+    pub const USUAL: Self = Self { offset_step_s: 0.4, survivors: 24, finalists: 4 };
+    /// Where that has found nothing good: in a scan of a few seconds a wrong attitude fits for a while.
+    pub const WIDE: Self = Self { offset_step_s: 0.2, survivors: 100, finalists: 12 };
+}
+
 /// Observations of a line that decide between the finalists.
 const FINAL_SAMPLE: usize = 500;
 /// Candidates nearer than this may be in one valley.
@@ -54,10 +68,11 @@ pub fn from_nothing(
     observations: &Observations,
     config: &Config,
     noise: &NoiseLevels,
+    breadth: Breadth,
 ) -> Result<Parameters, Error> {
     let sample = thin(observations, SAMPLE);
     let on_sample = Narrowing { observations, sample: &sample, noise };
-    let mut candidates: Vec<Candidate> = starts(config)
+    let mut candidates: Vec<Candidate> = starts(config, breadth)
         .iter()
         .filter_map(|guess| {
             let lines = lines_for(observations, &sample, guess)?;
@@ -66,12 +81,12 @@ pub fn from_nothing(
         })
         .collect();
     candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    candidates.truncate(SURVIVORS);
+    candidates.truncate(breadth.survivors);
     let followed = candidates
         .into_iter()
         .filter_map(|candidate| on_sample.follow(&SCALES[1..], 12, candidate.parameters));
     let finalists: Vec<Parameters> =
-        different(followed.collect()).into_iter().map(|c| c.parameters).collect();
+        different(followed.collect(), breadth.finalists).into_iter().map(|c| c.parameters).collect();
     let twins: Vec<Parameters> = finalists.iter().filter_map(|p| twin(observations, &sample, p)).collect();
     let denser = thin(observations, FINAL_SAMPLE);
     let on_denser = Narrowing { sample: &denser, ..on_sample };
@@ -106,7 +121,7 @@ pub fn twin(observations: &Observations, sample: &[Observation], at: &Parameters
 }
 
 /// The best few candidates of which no two are the same valley.
-fn different(mut candidates: Vec<Candidate>) -> Vec<Candidate> {
+fn different(mut candidates: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut chosen: Vec<Candidate> = Vec::new();
     for candidate in candidates {
@@ -119,16 +134,16 @@ fn different(mut candidates: Vec<Candidate>) -> Vec<Candidate> {
             let offset = (other.parameters.time_offset_s - candidate.parameters.time_offset_s).abs();
             turn < SAME_TURN_RAD && offset < SAME_OFFSET_S
         };
-        if chosen.len() < FINALISTS && !chosen.iter().any(same) {
+        if chosen.len() < most && !chosen.iter().any(same) {
             chosen.push(candidate);
         }
     }
     chosen
 }
 
-fn starts(config: &Config) -> Vec<Guess> {
-    let steps = (config.offset_search_s / OFFSET_STEP_S).round() as i32;
-    let offsets = (-steps..=steps).map(|k| f64::from(k) * OFFSET_STEP_S);
+fn starts(config: &Config, breadth: Breadth) -> Vec<Guess> {
+    let steps = (config.offset_search_s / breadth.offset_step_s).round() as i32;
+    let offsets = (-steps..=steps).map(|k| f64::from(k) * breadth.offset_step_s);
     let rotations = so3::cube_rotations();
     let with_offset = |time_offset_s: f64| {
         rotations.iter().map(move |rotation| {

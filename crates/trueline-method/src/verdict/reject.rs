@@ -5,7 +5,7 @@ use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::findings::Findings;
-use crate::hypotheses::paired_test::DECISIVE_Z;
+use crate::hypotheses::search::Mirrored;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 
 /// Why the result cannot be accepted, in the order in which a user should read it.
@@ -18,7 +18,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if !f.unknowns.held_at_guess {
         reasons.extend(f.unknowns.observability.unobservable.iter().cloned().map(Reason::Unobservable));
     }
-    if f.checks.mirror_ambiguity {
+    if f.checks.mirrored == Mirrored::Equal {
         reasons.push(Reason::MirrorAmbiguity);
     }
     reasons.extend(other_minima(f));
@@ -50,7 +50,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
 /// A rival of the answer that is better, or that the scan does not tell from it.
 fn other_minima(f: &Findings) -> Vec<Reason> {
     let (ambiguity, time_offset_s) = (&f.checks.ambiguity, f.unknowns.parameters.time_offset_s);
-    let outdone = ambiguity.runner_up.filter(|rival| rival.z < -DECISIVE_Z);
+    let outdone = ambiguity.runner_up.filter(|rival| rival.test.reversed());
     let better = f.checks.better_time_offset_s.filter(|_| outdone.is_none());
     let mut reasons: Vec<Reason> = better
         .into_iter()
@@ -59,8 +59,8 @@ fn other_minima(f: &Findings) -> Vec<Reason> {
     reasons.extend(outdone.map(|rival| Reason::WrongTimeOffset {
         time_offset_s,
         better_time_offset_s: rival.time_offset_s,
-        explains: rival.best_explains,
-        better_explains: rival.explains,
+        explains: rival.test.best_explains,
+        better_explains: rival.test.explains,
     }));
     if ambiguity.is_open() {
         reasons.push(Reason::AmbiguousTimeOffset { answers: answers(f) });

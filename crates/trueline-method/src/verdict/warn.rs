@@ -9,6 +9,7 @@ use super::warning::{StreamName, Warning};
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::findings::Findings;
+use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 
@@ -20,8 +21,11 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         by,
         other_time_offsets_s: ambiguity.rivals.iter().map(|rival| rival.parameters.time_offset_s).collect(),
     }));
-    if f.states_uncertainty {
+    if f.uncertainty_ignored {
         warnings.push(Warning::UncertaintyNotApplied);
+    }
+    if f.checks.mirrored == Mirrored::ToldApartBySensor {
+        warnings.push(Warning::MirrorBySensor);
     }
     let skipped = &f.fit.residuals.skipped;
     if skipped.values().sum::<usize>() * MANY_SKIPPED > f.streams.features {

@@ -42,8 +42,10 @@ pub enum Warning {
         /// Time offsets of the others, s.
         other_time_offsets_s: Vec<f64>,
     },
-    /// The recording states how well sensor or robot are known, and the ± do not contain it.
+    /// The recording states how well the sensor is known, and the paper's residual takes it for exact.
     UncertaintyNotApplied,
+    /// A mirrored attitude is told apart only if the sensor is as its file says.
+    MirrorBySensor,
     /// What the scan does not show was held at the initial guess, as the user allowed.
     HeldAtGuess {
         /// What was held.
@@ -147,6 +149,7 @@ impl Warning {
             Self::FeaturesSkipped { .. } => "features-skipped",
             Self::DecidedByUser { .. } => "decided-by-user",
             Self::UncertaintyNotApplied => "uncertainty-not-applied",
+            Self::MirrorBySensor => "mirror-by-sensor",
             Self::HeldAtGuess { .. } => "held-at-guess",
             Self::OtherLine { .. } => "other-line",
             Self::OutlierStretch { .. } => "outlier-stretch",
@@ -169,8 +172,11 @@ impl fmt::Display for Warning {
         f.write_str(&match *self {
             Self::FeaturesSkipped { ref skipped } => features_skipped(skipped),
             Self::DecidedByUser { by, ref other_time_offsets_s } => decided_by_user(by, other_time_offsets_s),
-            Self::UncertaintyNotApplied => "the sensor file states how well the sensor or the robot is known; this is not \
-                 applied yet: the ± hold for a sensor and a robot that are exact"
+            Self::UncertaintyNotApplied => "the sensor file states how well the sensor is known; the point-to-line residual \
+                 takes it for exact: the ± do not contain it"
+                .to_owned(),
+            Self::MirrorBySensor => "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
+                 its file by a percent or so; tilt the torch further, or give a guess"
                 .to_owned(),
             Self::HeldAtGuess { ref held } => {
                 let held: Vec<String> = held.iter().map(ToString::to_string).collect();

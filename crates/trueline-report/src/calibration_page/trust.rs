@@ -130,13 +130,13 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let y = columns.add(shown.profile.iter().map(|p| p.typical_sigmas));
     let mut marks =
         vec![Mark { name: "estimate".to_owned(), at: c.best_fit().time_offset_s * 1e3, upright: true }];
-    let other = c.findings.checks.ambiguity.runner_up.as_ref().filter(|other| other.explains >= WORTH_NAMING).map(|other| {
+    let other = c.findings.checks.ambiguity.runner_up.as_ref().filter(|other| other.test.explains >= WORTH_NAMING).map(|other| {
         marks.push(Mark { name: "next best".to_owned(), at: other.time_offset_s * 1e3, upright: true });
         format!(
             " The next best valley is at {:.1} ms and explains {:.0} % of the features instead of {:.0} %.",
             other.time_offset_s * 1e3,
-            100.0 * other.explains,
-            100.0 * other.best_explains
+            100.0 * other.test.explains,
+            100.0 * other.test.best_explains
         )
     });
     Some(Chart {
