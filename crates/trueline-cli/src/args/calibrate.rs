@@ -9,7 +9,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::ToolAxis;
-use trueline_method::{Hold, Requirement, ResidualKind, Stamps};
+use trueline_method::{Hold, Requirement, ResidualKind, SensorMode, Stamps};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -19,7 +19,9 @@ use trueline_method::{Hold, Requirement, ResidualKind, Stamps};
   trueline calibrate scan --require translation=0.1mm,time=0.1ms
   trueline calibrate scan --initial guess.toml --accept-partial
   trueline calibrate scan --initial guess.toml --fix time-offset
-  trueline calibrate scan --residual point-to-line --report paper.html")]
+  trueline calibrate scan --residual point-to-line --report paper.html
+  trueline calibrate scan --write-sensor corrected.toml
+  trueline calibrate scan --sensor fixed --robot-accuracy-mm 0 --feature-bias-px 0")]
 pub struct CalibrateArgs {
     /// Dataset folder, recording.mcap or rosbag2; several of one sensor are calibrated together
     #[arg(required = true)]
@@ -48,6 +50,18 @@ pub struct CalibrateArgs {
     /// Expected jitter of an image stamp, ms; the default measures it
     #[arg(long, value_parser = above_zero)]
     pub stamp_sigma_ms: Option<f64>,
+    /// What is done about the sensor's own calibration
+    #[arg(long, value_parser = one_of(&SENSORS), default_value = "prior")]
+    pub sensor: SensorMode,
+    /// Write the sensor's file as the scan corrects it
+    #[arg(long, value_name = "FILE")]
+    pub write_sensor: Option<PathBuf>,
+    /// Absolute accuracy of the robot, mm; 0 is an ideal robot. The default is what sensor.toml says, else 0.3
+    #[arg(long, value_name = "MM", value_parser = zero_or_more)]
+    pub robot_accuracy_mm: Option<f64>,
+    /// Bias of the features for each 10 degrees of tilt, px; 0 is none
+    #[arg(long, value_name = "PX", default_value_t = 0.2, value_parser = zero_or_more)]
+    pub feature_bias_px: f64,
     /// Which timestamps to use: those that fit the data better, those recorded, or those of the sender's clock
     #[arg(long, value_parser = one_of(&STAMPS), default_value = "auto")]
     pub stamps: Stamps,
@@ -63,7 +77,7 @@ pub struct CalibrateArgs {
     /// Hold what the scan cannot determine at the initial guess instead of refusing
     #[arg(long)]
     pub accept_partial: bool,
-    /// Speed along the seam at which the error at the torch is predicted, mm/s
+    /// Speed along the seam at which the seam error is predicted, mm/s
     #[arg(long, default_value_t = 50.0, value_parser = zero_or_more)]
     pub speed_mm_s: f64,
     /// Distance of the seam from the sensor there, mm; the default is the scan's own
@@ -97,6 +111,20 @@ static RESIDUALS: [Choice<ResidualKind>; 2] = [
         ResidualKind::Sheet,
     ),
     ("point-to-line", "Distance of the point from the line in base: the paper's", ResidualKind::PointToLine),
+];
+
+static SENSORS: [Choice<SensorMode>; 3] = [
+    (
+        "fixed",
+        "The sensor is as its file says; what the file states of its uncertainty goes into the ±",
+        SensorMode::Fixed,
+    ),
+    (
+        "prior",
+        "Its shape is estimated from the scan and from what the file states of its uncertainty",
+        SensorMode::Prior,
+    ),
+    ("free", "Its shape is estimated from the scan alone", SensorMode::Free),
 ];
 
 static STAMPS: [Choice<Stamps>; 3] = [

@@ -9,14 +9,15 @@ use crate::output;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_dataset::sensor_setup::Mounted;
-use trueline_dataset::{Error, Guess, Problem, known_toml};
+use trueline_dataset::{Error, Guess, Problem, SensorFile, SensorSetup, known_toml, sensor_toml};
 use trueline_method::hypotheses::choice::KnownOfCell;
-use trueline_method::{Calibration, Config, Status, Use};
+use trueline_method::{Calibration, Config, ResidualKind, SensorMode, Status, Use};
 use trueline_report::calibration_page::{self, Source};
 use trueline_report::{result, summary};
 
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
+    check_sensor(args)?;
     let opened = opened_dataset::open_all(&args.datasets, args.joint, args.quiet)?;
     let recording = &opened.recording;
     let initial = match &args.initial {
@@ -24,6 +25,9 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         None => recording.initial,
     };
     let calibration = trueline_method::calibrate(recording, initial.as_ref(), &config(args))?;
+    if let Some(file) = &args.write_sensor {
+        write_sensor(file, &opened, &calibration, args.quiet)?;
+    }
     write_results(args, &opened, &calibration)?;
     Ok(exit_code(&calibration))
 }
@@ -82,6 +86,51 @@ fn write_results(
     Ok(())
 }
 
+/// The sensor's file as the scan corrects it. What it said of its uncertainty held for the old one.
+fn write_sensor(
+    file: &Path,
+    opened: &OpenedDataset,
+    calibration: &Calibration,
+    quiet: bool,
+) -> Result<(), Failure> {
+    let corrected = calibration.findings.unknowns.corrected.as_ref().ok_or_else(|| {
+        Failure::new(
+            "`--write-sensor`: this scan gives no corrected sensor",
+            "`trueline doctor DATASET` looks for the reason",
+        )
+    })?;
+    let setup = SensorSetup { uncertainty: None, shape: corrected.shape, ..opened.recording.setup.clone() };
+    let text = sensor_toml::format_file(&SensorFile { sensor: corrected.sensor.clone(), setup });
+    output::file(file, &text)?;
+    if !quiet && corrected.shape.is_none() {
+        output::words(&format!(
+            "{}: goes with sensor.corrected_tool_from_camera of the result, or calibrate again with it",
+            file.display()
+        ));
+    }
+    Ok(())
+}
+
+/// The paper's residual takes the sensor for exact, and so does a sensor that is held.
+fn check_sensor(args: &CalibrateArgs) -> Result<(), Failure> {
+    let papers = args.residual == ResidualKind::PointToLine;
+    if args.write_sensor.is_some() && args.sensor == SensorMode::Fixed {
+        return Err(Failure::new(
+            "`--write-sensor`: with `--sensor fixed` nothing is corrected",
+            "use --sensor prior or --sensor free",
+        ));
+    }
+    let option = match (args.sensor, &args.write_sensor) {
+        (SensorMode::Free, _) if papers => "--sensor free",
+        (_, Some(_)) if papers => "--write-sensor",
+        _ => return Ok(()),
+    };
+    Err(Failure::new(
+        format!("`{option}`: the point-to-line residual takes the sensor for exact"),
+        "use it with --residual sheet",
+    ))
+}
+
 fn config(args: &CalibrateArgs) -> Config {
     let defaults = Config::default();
     Config {
@@ -93,6 +142,9 @@ fn config(args: &CalibrateArgs) -> Config {
         robot_sigma_m: args.robot_sigma_mm.map(|mm| mm * 1e-3),
         stamp_sigma_s: args.stamp_sigma_ms.map(|ms| ms * 1e-3),
         stamps: args.stamps,
+        sensor: args.sensor,
+        robot_accuracy_m: args.robot_accuracy_mm.map(|mm| mm * 1e-3),
+        feature_bias_px: args.feature_bias_px,
         accept_partial: args.accept_partial,
         require: args.require.unwrap_or_default(),
         known: KnownOfCell { offset_within_s: args.offset_within, looks: args.looks },
