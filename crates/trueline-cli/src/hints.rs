@@ -14,6 +14,7 @@ fn for_reason(reason: &Reason) -> Option<&'static str> {
             "`trueline doctor` tries the usual mistakes; --feature-sigma-px or --feature-sigma-mm states the noise of the \
              sensor",
         ),
+        Reason::SensorOff { .. } => Some("--sensor prior corrects it, --write-sensor FILE writes it"),
         Reason::AmbiguousTimeOffset { .. } => {
             Some("state what is known with --offset-within SECONDS or --looks AXIS")
         }
@@ -27,6 +28,7 @@ fn for_warning(warning: &Warning) -> Option<&'static str> {
         Warning::UnusualNoise { .. } => {
             Some("--feature-sigma-px or --feature-sigma-mm states the noise of the sensor")
         }
+        Warning::SensorOff { .. } => Some("--write-sensor FILE writes the corrected sensor"),
         Warning::MirrorBySensor => {
             Some("`trueline plan` finds a scan that tells them apart; --sensor fixed takes the sensor for exact")
         }

@@ -2,8 +2,9 @@
 
 use crate::error::{Error, Problem};
 use crate::known_toml;
-use crate::recording::{Guess, Truth};
-use crate::result_file::{self, Covariance, ResultFile, Status};
+use crate::recording::{Guess, Recording, Truth};
+use crate::result_file::{self, Covariance, ResultFile, SensorEntry, Status};
+use crate::sensor_setup::SheetShape;
 use crate::robot_csv::unit_quaternion;
 use crate::unit::MM_PER_M;
 use nalgebra::{UnitVector3, Vector3};
@@ -19,6 +20,8 @@ pub struct KnownCalibration {
     pub hand_eye_sigma: Option<[f64; 2]>,
     /// The same of the first line's turn about its point (rad) and its offset there (m).
     pub line_sigma: Option<[f64; 2]>,
+    /// The correction of the sensor's sheet that goes with the hand-eye transform, in place of what sensor.toml corrects.
+    pub shape: Option<SheetShape>,
     /// Whether it was accepted, where the file tells.
     pub accepted: Option<bool>,
     /// Whether the sensor stands beside the robot: then the transform is base_from_camera.
@@ -40,6 +43,7 @@ pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
         known: known_toml::parse_truth(file, &text)?,
         hand_eye_sigma: None,
         line_sigma: None,
+        shape: None,
         accepted: None,
         beside_robot: false,
         stamps_treated: false,
@@ -79,9 +83,27 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
         known: Truth { parameters, lines: lines.collect() },
         hand_eye_sigma,
         line_sigma: line_sigma(&result.covariance),
+        shape: shape_of(&result.sensor),
         accepted: result.status.map(|status| status == Status::Accepted),
         beside_robot: result.mounted.as_deref() == Some("fixed"),
         stamps_treated: result.stamps.are_treated(),
+    })
+}
+
+impl KnownCalibration {
+    /// The recording of a sensor that is corrected as this calibration found it to be.
+    #[must_use]
+    pub fn corrected(&self, mut recording: Recording) -> Recording {
+        recording.setup.shape = self.shape.or(recording.setup.shape);
+        recording
+    }
+}
+
+fn shape_of(sensor: &SensorEntry) -> Option<SheetShape> {
+    let [h1, h2, h3, h4_per_mm, h5_per_mm] = sensor.shape?;
+    Some(SheetShape {
+        h: [h1, h2, h3, h4_per_mm * MM_PER_M, h5_per_mm * MM_PER_M],
+        origin_m: sensor.shape_origin_mm?.map(|mm| mm / MM_PER_M),
     })
 }
 

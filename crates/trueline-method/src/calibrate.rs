@@ -1,6 +1,7 @@
 //! The recipe: a recording in, a calibration out.
 
 use crate::assess::convergence::without_outliers;
+use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::cross_validation::{self, Subject};
 use crate::assess::identifiability::{Identifiability, assess_identifiability};
 use crate::assess::observability::{Observability, RANK_THRESHOLD};
@@ -117,6 +118,7 @@ fn conclude(from: &Concluded<'_>) -> Calibration {
     if from.all_observable() {
         checks.seam_error = seam_error(from, &uncertainty, &systematic);
     }
+    checks.held_sensor = held_sensor(from);
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     let setup = &from.recording.setup;
@@ -154,13 +156,33 @@ fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &System
     let covariance = &noise_covariance + systematic.covariance();
     Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
-        sensor: SensorShape::of(&parameters, &covariance, from.knowledge),
+        sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
+        corrected: CorrectedSensor::of(from.recording, &from.steady.observations, &parameters),
         parameters,
         covariance,
         noise_covariance,
         observability: from.observability.clone(),
         held_at_guess: from.steady.fit.prior.is_some(),
     }
+}
+
+/// What the shape of a sensor would be that was held; `None` where it was estimated.
+fn held_sensor(from: &Concluded<'_>) -> Option<SensorShape> {
+    let settings = from.settings;
+    if settings.shape_prior.is_some() || !from.all_observable() {
+        return None;
+    }
+    let shape_prior = from.knowledge.prior_in(SensorMode::Prior, settings.config.residual);
+    let observations = &from.steady.observations;
+    let solver = Solver { observations, settings: FitSettings { shape_prior, ..*settings } };
+    let fit = shape_prior.and_then(|_| solver.refit(&from.steady.fit).ok())?;
+    let information = fit.information(settings.fixed, RANK_THRESHOLD)?;
+    let problem = fit.problem(observations, settings.config);
+    let noise = covariance::assess(&problem, fit.parameters(), &fit.noise, &information);
+    let levels = SystematicLevels { held_shape: None, ..systematic_levels(from) };
+    let systematic = Systematic::of(&problem, fit.parameters(), information.covariance_root(), &levels);
+    let covariance = noise.covariance + systematic.covariance();
+    SensorShape::of(from.recording, fit.parameters(), &covariance, from.knowledge)
 }
 
 /// How large the errors that are no noise are taken to be.
@@ -172,6 +194,7 @@ fn systematic_levels(from: &Concluded<'_>) -> SystematicLevels {
     let is_doubted = from.knowledge.stated || config.sensor != SensorMode::Fixed;
     SystematicLevels {
         robot_accuracy_m: config.robot_accuracy_m.or(stated).unwrap_or(ASSUMED_ROBOT_ACCURACY_M),
+        robot_is_stated: config.robot_accuracy_m.or(stated).is_some(),
         feature_bias_px: config.feature_bias_px,
         held_shape: (is_held && is_doubted).then_some(from.knowledge.covariance),
     }
@@ -187,6 +210,7 @@ fn seam_error(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Syst
             widened[(TIME_OFFSET, TIME_OFFSET)] - uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)]
         },
         systematic,
+        levels: systematic_levels(from),
         speed_m_s: from.settings.config.used_at.speed_m_s,
     };
     seam_error::predict(observations, fit.placed.of(observations), fit.parameters(), &sources)
@@ -209,6 +233,7 @@ fn checks(
         held_out: cross_validation::check(&subject(from, uncertainty), config),
         disruptions: outlier_segments::find(observations, features, at, &fit.noise, config.offset_search_s),
         seam_error: None,
+        held_sensor: None,
         at_torch: from.all_observable().then(predict).flatten(),
     }
 }

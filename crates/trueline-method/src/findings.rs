@@ -1,6 +1,7 @@
 //! Everything that was found of a scan, before it is judged.
 
 use crate::Config;
+use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::observability::Observability;
 use crate::assess::outlier_segments::OutlierSegment;
@@ -50,6 +51,8 @@ pub struct Unknowns {
     pub(crate) noise_covariance: DMatrix<f64>,
     /// The shape of the sensor's sheet; `None` where it was held.
     pub sensor: Option<SensorShape>,
+    /// The sensor as the scan corrects it; likewise.
+    pub corrected: Option<CorrectedSensor>,
     /// Whether a component of the tangent was estimated, not held.
     pub estimated: Vec<bool>,
     /// What the scan shows.
@@ -77,6 +80,18 @@ impl Unknowns {
     pub fn covariance(&self, row: usize, column: usize) -> Option<f64> {
         let known = |k: usize| self.estimated[k] && self.observability.observable_components[k];
         (known(row) && known(column)).then(|| self.covariance[(row, column)])
+    }
+
+    /// The bow of a line along its two cross axes, with one standard deviation of each, m at the ends of what was visible;
+    /// `None` if it was taken as straight or is not observable.
+    #[must_use]
+    pub fn bow(&self, line: usize) -> Option<[(f64, f64); 2]> {
+        let curvature = self.parameters.curvatures.get(line)?;
+        let first = self.parameters.unknowns().bow(line).start;
+        Some([
+            (curvature.bow_m[0], self.sigma(first)?),
+            (curvature.bow_m[1], self.sigma(first + 1)?),
+        ])
     }
 
     /// Whether the value of a component means anything: it was held, or it is observable.
@@ -122,6 +137,8 @@ pub struct Checks {
     pub disruptions: Vec<OutlierSegment>,
     /// How far off a seam point is that is measured later; `None` if something of the hand-eye is not observable.
     pub seam_error: Option<SeamError>,
+    /// What the shape of a sensor that was held would be; `None` if it was estimated, or cannot be.
+    pub held_sensor: Option<SensorShape>,
     /// Error of a seam point where it is used; `None` if something of the hand-eye is not observable.
     pub at_torch: Option<SeamPointError>,
 }

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 use trueline_dataset::result_file::Fact;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::assess::observability::Unobservable;
+use trueline_method::assess::sensor_shape::SensorShape;
 use trueline_method::verdict::{Quantity, Reason, Warning};
 
 /// A reason as a fact of the file.
@@ -44,6 +45,7 @@ fn reason_values(reason: &Reason) -> Value {
         }
         Reason::NotConverged { termination } => json!({ "termination": termination.to_string() }),
         Reason::ResidualsTooLarge { noise_factor } => json!({ "noise_factor": noise_factor }),
+        Reason::SensorOff { shape } => sensor_off(shape),
         Reason::TooFewUsed { used, features, mostly, mostly_count } => json!({
             "used": used,
             "features": features,
@@ -77,6 +79,7 @@ fn warning_values(warning: &Warning) -> Value {
             json!({ "by": by.name(), "other_time_offsets_s": other_time_offsets_s })
         }
         Warning::UncertaintyNotApplied | Warning::MirrorBySensor => json!({}),
+        Warning::SensorOff { shape } => sensor_off(shape),
         Warning::HeldAtGuess { held } => {
             json!({ "held": held.iter().map(unobservable).collect::<Vec<_>>() })
         }
@@ -109,6 +112,12 @@ fn warning_values(warning: &Warning) -> Value {
         }
         Warning::NoPointAtStandOff { stand_off_m } => json!({ "stand_off_mm": stand_off_m * MM_PER_M }),
     }
+}
+
+fn sensor_off(shape: &SensorShape) -> Value {
+    let [h1, h2, h3, h4, h5] = shape.found.h;
+    let found = [h1, h2, h3, h4 / MM_PER_M, h5 / MM_PER_M];
+    json!({ "shape": found, "wald": shape.wald, "words": shape.words() })
 }
 
 fn unobservable(what: &Unobservable) -> Value {

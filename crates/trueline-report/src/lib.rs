@@ -21,6 +21,7 @@ pub mod reproduction_page;
 #[cfg(feature = "rerun")]
 pub mod rerun_recording;
 pub mod result;
+pub mod seam_error;
 pub mod sensor_json;
 pub mod sensor_page;
 pub mod sensor_text;

@@ -1,7 +1,7 @@
 //! A calibration as the file of a result: the units of the file, and null for what is not observable.
 
 use crate::number::positive_w;
-use crate::{checks, facts};
+use crate::{checks, facts, seam_error};
 use trueline_dataset::result_file::{
     self, Covariance, IterationEntry, IterationLine, LineEntry, LinePosition, Observability, Options,
     OutlierEntry, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, Tool,
@@ -31,9 +31,8 @@ pub fn of(c: &Calibration) -> ResultFile {
         time_offset_s: c.time_offset().ok().map(|offset| offset.value_s),
         tool_from_camera: tool_from_camera(c),
         lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
-        sigma: sigma(c),
-        // Noise is all that is accounted for.
-        sigma_noise: sigma(c),
+        sigma: sigma(|component| c.sigma(component)),
+        sigma_noise: sigma(|component| c.noise_sigma(component)),
         covariance: covariance(c),
         observability: observability(c),
         residuals: residuals(c),
@@ -42,6 +41,8 @@ pub fn of(c: &Calibration) -> ResultFile {
         rivals: c.findings.checks.ambiguity.rivals.iter().map(rival).collect(),
         decided_by: c.findings.checks.ambiguity.decided_by.map(|by| by.name().to_owned()),
         mounted: None,
+        seam_error: c.findings.checks.seam_error.as_ref().map(seam_error::entry),
+        sensor: seam_error::sensor_entry(c),
         at_torch: c.findings.checks.at_torch.as_ref().map(checks::at_torch),
         termination: c.findings.fit.termination.to_string(),
         iterations: c.findings.fit.iterations.iter().map(iteration).collect(),
@@ -68,7 +69,25 @@ fn line(c: &Calibration, number: usize) -> LineEntry {
         let direction: [f64; 3] = at.to_pluecker().direction.into();
         return LineEntry { label, direction: Some(direction), ..LineEntry::default() };
     }
-    line_entry(label, at)
+    with_bow(c, number, line_entry(label, at))
+}
+
+/// The bow of a line, where it was estimated.
+fn with_bow(c: &Calibration, number: usize, entry: LineEntry) -> LineEntry {
+    let Some((bow, curvature)) =
+        c.findings.unknowns.bow(number).zip(c.best_fit().curvatures.get(number))
+    else {
+        return entry;
+    };
+    // Inside it is written over half of the visible length.
+    let scale = MM_PER_M * (0.1 / curvature.half_length_m).powi(2);
+    let axes = c.best_fit().lines[number].axes();
+    LineEntry {
+        curvature_mm_per_100mm_squared: Some(bow.map(|(bow_m, _)| bow_m * scale)),
+        curvature_sigma_mm_per_100mm_squared: Some(bow.map(|(_, sigma_m)| sigma_m * scale)),
+        curvature_axes: Some([1, 2].map(|k| axes.column(k).into_owned().into())),
+        ..entry
+    }
 }
 
 /// A complete answer that the scan does not tell from the one given.
@@ -103,13 +122,14 @@ fn line_entry(label: String, at: &Line) -> LineEntry {
         direction: Some(direction),
         pluecker: Some(LinePosition { moment_mm: (pluecker.moment * MM_PER_M).into(), direction }),
         orthonormal,
+        ..LineEntry::default()
     }
 }
 
-fn sigma(c: &Calibration) -> Sigma {
-    let three = |first: usize, scale: f64| [0, 1, 2].map(|k| c.sigma(first + k).map(|s| s * scale));
+fn sigma(of: impl Fn(usize) -> Option<f64>) -> Sigma {
+    let three = |first: usize, scale: f64| [0, 1, 2].map(|k| of(first + k).map(|s| s * scale));
     Sigma {
-        time_offset_s: c.sigma(TIME_OFFSET),
+        time_offset_s: of(TIME_OFFSET),
         rotation_rad: three(ROTATION, 1.0),
         translation_mm: three(TRANSLATION, MM_PER_M),
     }
@@ -199,6 +219,9 @@ pub fn options(config: &Config) -> Options {
         robot_sigma_mm: config.robot_sigma_m.map(|m| m * MM_PER_M),
         stamp_sigma_s: config.stamp_sigma_s,
         stamps: config.stamps.name().to_owned(),
+        sensor: config.sensor.name().to_owned(),
+        robot_accuracy_mm: config.robot_accuracy_m.map(|m| m * MM_PER_M),
+        feature_bias_px: config.feature_bias_px,
         offset_within_s: config.known.offset_within_s,
         looks: config.known.looks.map(|axis| axis.name().to_owned()),
         accept_partial: config.accept_partial,

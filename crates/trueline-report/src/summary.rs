@@ -1,6 +1,7 @@
 //! The summary in the terminal: what a welder reads.
 
 use crate::number::{digits_for, with_sigma};
+use crate::seam_error;
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
@@ -88,6 +89,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     for k in 0..c.best_fit().lines.len() {
         rows.push((format!("line {k}"), line(c, k)));
     }
+    rows.extend(seam_error::straightness(c));
     rows.push(("residual".to_owned(), residual(c)));
     rows.extend(over_time(c).map(|bars| (OVER_TIME.to_owned(), bars)));
     rows.push(("features".to_owned(), features(c)));

@@ -16,6 +16,7 @@ pub fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     let write = writer(&args.out)?;
     let calibration = calibration_file::read(&args.calibration)?;
     let recording = opened_dataset::open(&args.recording, None, args.quiet)?.recording;
+    let recording = calibration.corrected(recording);
     let known = &calibration.known.parameters;
     let seam = seam_points::place(&recording, known, &Config::default())?;
     if seam.list.is_empty() {

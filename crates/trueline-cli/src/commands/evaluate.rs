@@ -14,7 +14,8 @@ use trueline_report::{evaluated, evaluation_page};
 pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     let recording = opened_dataset::open(&args.dataset, None, args.quiet)?.recording;
     let calibration = calibration_file::read(&args.calibration)?;
-    let known = calibration.known;
+    let recording = calibration.corrected(recording);
+    let known = &calibration.known;
     if calibration.stamps_treated && !args.quiet {
         output::words(
             "mind: that calibration was made with stamps that were dejittered or freed of a drift; here they are taken as \

@@ -27,6 +27,12 @@ pub struct LineEntry {
     pub pluecker: Option<LinePosition>,
     /// Orthonormal form: rotation vector of U (rad), then the distance from the origin (mm); null through the origin.
     pub orthonormal: Option<[f64; 4]>,
+    /// Its bow along each of `curvature_axes`, in (s/100 mm)²; null where the line is not observable or was taken as straight.
+    pub curvature_mm_per_100mm_squared: Option<[f64; 2]>,
+    /// One standard deviation of each.
+    pub curvature_sigma_mm_per_100mm_squared: Option<[f64; 2]>,
+    /// Unit directions across the line, base frame.
+    pub curvature_axes: Option<[[f64; 3]; 2]>,
 }
 
 /// A line's Plücker coordinates: moment = point × direction.

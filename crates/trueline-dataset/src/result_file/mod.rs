@@ -9,6 +9,8 @@ mod checks;
 mod fact;
 mod options;
 mod rival;
+mod seam_error;
+mod sensor;
 mod stamps;
 
 pub use answer::{
@@ -22,6 +24,8 @@ pub use checks::{
 pub use fact::Fact;
 pub use options::{Options, RequireOptions};
 pub use rival::RivalEntry;
+pub use seam_error::{BudgetEntry, FieldEntry, SeamErrorEntry};
+pub use sensor::{SensorEntry, UncorrectedEntry};
 pub use stamps::{FeatureStream, RobotStream, Stamps, StepEntry, Stream};
 
 use crate::error::{Error, Problem};
@@ -90,6 +94,12 @@ pub struct ResultFile {
     /// `fixed` where the sensor stands beside the robot: then `tool_from_camera` is base_from_camera, and lines are in the tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mounted: Option<String>,
+    /// How far off a seam point is that is measured later; null if the hand-eye is not all observable.
+    #[serde(default)]
+    pub seam_error: Option<SeamErrorEntry>,
+    /// What the scan says of the sensor's own calibration.
+    #[serde(default)]
+    pub sensor: SensorEntry,
     /// Error of a seam point where it is used; null if the hand-eye is not all observable.
     #[serde(default)]
     pub at_torch: Option<AtTorch>,

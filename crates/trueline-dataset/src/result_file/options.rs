@@ -23,6 +23,12 @@ pub struct Options {
     pub stamp_sigma_s: Option<f64>,
     /// Which stamps were used: `auto`, `raw` or `regular`.
     pub stamps: String,
+    /// What was done about the sensor's own calibration: `fixed`, `prior` or `free`.
+    pub sensor: String,
+    /// Absolute accuracy of the robot; null is what sensor.toml says, or 0.3.
+    pub robot_accuracy_mm: Option<f64>,
+    /// Bias of the features per 10° of tilt.
+    pub feature_bias_px: f64,
     /// Window that the time offset was said to be within.
     pub offset_within_s: Option<f64>,
     /// Tool axis that the sensor was said to look along.

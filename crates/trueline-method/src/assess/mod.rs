@@ -1,6 +1,7 @@
 //! What the optimum is worth: identifiability, residuals, cross-validation, outlier segments, seam point error.
 
 pub mod convergence;
+pub mod corrected_sensor;
 pub mod cross_validation;
 pub mod excitation;
 pub mod identifiability;

@@ -6,7 +6,7 @@
 //! covariance C of all unknowns a point's variance is the trace of Y C Yᵀ; where the sensor is held, its shape moves the
 //! estimate and the point alike, and the two are added before they are squared \[Schmidt1966\].
 
-use crate::assess::systematic::Systematic;
+use crate::assess::systematic::{Systematic, SystematicLevels};
 use crate::input::observations::{Observation, Observations};
 use crate::order_statistics::quantile;
 use crate::problem::parameters::{Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
@@ -26,6 +26,17 @@ pub struct SeamError {
     pub field_m: [f64; 2],
     /// Where it comes from; the squares add up.
     pub budget_m: SeamErrorBudget,
+    /// How large the errors that are no noise were taken to be.
+    pub levels: SystematicLevels,
+}
+
+impl SeamError {
+    /// What the scan alone makes of it: noise, stamps and the seam's form, m.
+    #[must_use]
+    pub fn scan_alone_m(&self) -> f64 {
+        let SeamErrorBudget { noise, stamps, seam_form, .. } = self.budget_m;
+        noise.hypot(stamps).hypot(seam_form)
+    }
 }
 
 /// The parts of a seam error, m.
@@ -55,6 +66,8 @@ pub struct SeamErrorSources<'a> {
     pub stamps_variance_s2: f64,
     /// Everything else.
     pub systematic: &'a Systematic,
+    /// How large that was taken to be.
+    pub levels: SystematicLevels,
     /// Speed along the seam, m/s.
     pub speed_m_s: f64,
 }
@@ -89,7 +102,7 @@ pub fn predict(
     };
     let squares = [parts.noise, parts.stamps, parts.sensor, parts.robot, parts.seam_form, parts.feature_bias];
     let rms_m = squares.iter().map(|part| part * part).sum::<f64>().sqrt();
-    Some(SeamError { rms_m, field_m: field.size_m, budget_m: parts })
+    Some(SeamError { rms_m, field_m: field.size_m, budget_m: parts, levels: sources.levels })
 }
 
 /// Mean squared error with everything free, with the bow known, and with bow and shape known, by the model alone.

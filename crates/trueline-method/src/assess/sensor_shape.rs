@@ -1,14 +1,18 @@
 //! What the scan says of the sensor's own calibration.
 
+use crate::assess::corrected_sensor::total;
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, SVector};
+use trueline_dataset::Recording;
 use trueline_model::SheetShape;
 
 /// The shape of the sensor's sheet, and whether the scan shows that the sensor's own calibration is off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorShape {
-    /// The shape.
+    /// What was found on top of what the sensor's file corrects.
+    pub found: SheetShape,
+    /// Both together: the correction to use.
     pub shape: SheetShape,
     /// Standard deviation of h₁ … h₅, everything included.
     pub sigma: [f64; 5],
@@ -22,32 +26,76 @@ pub struct SensorShape {
 
 /// Above this a sensor's own calibration is off; once in thousands of scans by chance.
 pub const WALD_LIMIT: f64 = 25.0;
+/// Where in the field a shape is described, from its middle, m.
+const REACH_M: f64 = 0.030;
 /// A component that is known no better than this part of what was known before comes from there.
 const FROM_PRIOR: f64 = 0.7;
 
 impl SensorShape {
     /// From a solution and the covariance of all unknowns; `None` where the shape was held.
     #[must_use]
-    pub fn of(at: &Parameters, covariance: &DMatrix<f64>, knowledge: &ShapeKnowledge) -> Option<Self> {
-        let shape = at.shape?;
+    pub fn of(
+        recording: &Recording,
+        at: &Parameters,
+        covariance: &DMatrix<f64>,
+        knowledge: &ShapeKnowledge,
+    ) -> Option<Self> {
+        let found = at.shape?;
         let first = at.unknowns().shape().start;
         let own = covariance.fixed_view::<5, 5>(first, first).into_owned();
-        let h = SVector::from(shape.h);
+        let h = SVector::from(found.h);
         let wald = h.dot(&own.cholesky()?.solve(&h));
         let sigma = std::array::from_fn(|k| own[(k, k)].max(0.0).sqrt());
         let prior_sigma = std::array::from_fn(|k| knowledge.covariance[(k, k)].sqrt());
-        Some(Self { shape, sigma, prior_sigma, stated: knowledge.stated, wald })
+        let shape = total(recording, &found);
+        Some(Self { found, shape, sigma, prior_sigma, stated: knowledge.stated, wald })
     }
 
     /// Whether the scan has told more of the shape than was known before.
     #[must_use]
     pub fn improved(&self) -> bool {
-        self.sigma.iter().zip(self.prior_sigma).any(|(sigma, prior)| *sigma <= FROM_PRIOR * prior)
+        (0..5).any(|k| !self.is_from_prior(k))
     }
 
     /// Whether the sensor's own calibration is off.
     #[must_use]
     pub fn is_off(&self) -> bool {
         self.wald > WALD_LIMIT
+    }
+
+    /// Whether a component is known no better than before the scan.
+    #[must_use]
+    pub fn is_from_prior(&self, component: usize) -> bool {
+        self.sigma[component] > FROM_PRIOR * self.prior_sigma[component]
+    }
+
+    /// What was found, in words: what is more than twice its ±, or the most significant of all.
+    #[must_use]
+    pub fn words(&self) -> Vec<String> {
+        let significance = |k: &usize| (self.found.h[*k] / self.sigma[*k]).abs();
+        let clear: Vec<usize> = (0..5).filter(|k| significance(k) > 2.0).collect();
+        let most = (0..5).max_by(|a, b| significance(a).total_cmp(&significance(b)));
+        let named = if clear.is_empty() { most.into_iter().collect() } else { clear };
+        named.into_iter().map(|k| self.word(k)).collect()
+    }
+
+    fn word(&self, k: usize) -> String {
+        let (h, sigma) = (self.found.h[k], self.sigma[k]);
+        let reach = if k < 3 { 1.0 } else { REACH_M };
+        let percent = format!("{:.2} ± {:.2} %", 100.0 * (h * reach).abs(), 100.0 * sigma * reach);
+        let longer = if h > 0.0 { "short" } else { "long" };
+        let off_mm = (h * reach * REACH_M).abs() * 1e3;
+        let reach_mm = REACH_M * 1e3;
+        match k {
+            0 | 1 => format!(
+                "{} are {percent} too {longer}: at {reach_mm:.0} mm from the middle {off_mm:.2} mm",
+                ["widths", "depths"][k]
+            ),
+            2 => format!("width shifts with depth by {percent}: at {reach_mm:.0} mm from the middle {off_mm:.2} mm"),
+            _ => format!(
+                "the scale changes by {percent} over {reach_mm:.0} mm {}: there {off_mm:.2} mm",
+                ["along the stripe", "of depth"][k - 3]
+            ),
+        }
     }
 }

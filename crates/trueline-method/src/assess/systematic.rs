@@ -29,10 +29,12 @@ pub struct Systematic {
 }
 
 /// How large the errors are taken to be.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SystematicLevels {
     /// Absolute accuracy of the robot, m.
     pub robot_accuracy_m: f64,
+    /// Whether somebody stated it; else it is assumed.
+    pub robot_is_stated: bool,
     /// Bias of the feature per 10° of tilt, px.
     pub feature_bias_px: f64,
     /// Covariance of the shape of a sensor that is held; `None` where it is estimated, or exact.

@@ -1,5 +1,6 @@
 //! Recording → observations: stamps, clocks, the robot's path, features on the laser plane.
 
+pub mod camera_sensor;
 pub mod clock_model;
 pub mod noise_levels;
 pub mod observations;

@@ -2,6 +2,7 @@
 
 use super::quantity::{MS_PER_S, Quantity, Significant};
 use crate::assess::observability::Unobservable;
+use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::Statement;
 use crate::input::skip::Skip;
 use std::fmt;
@@ -67,6 +68,11 @@ pub enum Reason {
         /// How many that is.
         mostly_count: usize,
     },
+    /// The sensor's own calibration is off, and it was held.
+    SensorOff {
+        /// What it was found to be.
+        shape: SensorShape,
+    },
     /// Robot stamps repeat so often that they do not tell when a pose was.
     CoarseRobotStamps {
         /// Rows that repeat the stamp of the row before.
@@ -131,6 +137,7 @@ impl Reason {
             Self::NotConverged { .. } => "not-converged",
             Self::ResidualsTooLarge { .. } => "residuals-too-large",
             Self::TooFewUsed { .. } => "too-few-used",
+            Self::SensorOff { .. } => "sensor-off",
             Self::CoarseRobotStamps { .. } => "coarse-robot-stamps",
             Self::TooManyOutliers { .. } => "too-many-outliers",
             Self::OtherTimeOffset { .. } => "other-time-offset",
@@ -164,6 +171,10 @@ impl fmt::Display for Reason {
             }
             Self::NotConverged { termination } => format!("the solver did not converge ({termination})"),
             Self::ResidualsTooLarge { noise_factor } => residuals_too_large(noise_factor),
+            Self::SensorOff { ref shape } => format!(
+                "the sensor's own calibration is off, and it was held: {}",
+                shape.words().join("; ")
+            ),
             Self::TooFewUsed { used, features, mostly, mostly_count } => {
                 too_few_used([used, features], mostly, mostly_count)
             }

@@ -4,6 +4,7 @@ use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, NOISE_FACTOR, O
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
+use crate::assess::sensor_shape::SensorShape;
 use crate::findings::Findings;
 use crate::hypotheses::search::Mirrored;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
@@ -28,6 +29,8 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if f.fit.noise_factor > NOISE_FACTOR {
         reasons.push(Reason::ResidualsTooLarge { noise_factor: f.fit.noise_factor });
     }
+    let off = f.checks.held_sensor.filter(SensorShape::is_off);
+    reasons.extend(off.map(|shape| Reason::SensorOff { shape }));
     reasons.extend(too_few_used(f));
     let (repeated, rows) = (f.streams.robot.doubles, f.streams.robot_rows);
     if repeated as f64 > COARSE_STAMPS * rows as f64 {

@@ -24,6 +24,8 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     if f.uncertainty_ignored {
         warnings.push(Warning::UncertaintyNotApplied);
     }
+    let off = f.unknowns.sensor.filter(|shape| shape.is_off());
+    warnings.extend(off.map(|shape| Warning::SensorOff { shape }));
     if f.checks.mirrored == Mirrored::ToldApartBySensor {
         warnings.push(Warning::MirrorBySensor);
     }

@@ -2,6 +2,7 @@
 
 use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity};
 use crate::assess::observability::Unobservable;
+use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::DecidedBy;
 use crate::input::skip::Skip;
 use std::collections::BTreeMap;
@@ -44,6 +45,11 @@ pub enum Warning {
     },
     /// The recording states how well the sensor is known, and the paper's residual takes it for exact.
     UncertaintyNotApplied,
+    /// The sensor's own calibration is off; the result corrects it.
+    SensorOff {
+        /// What it was found to be.
+        shape: SensorShape,
+    },
     /// A mirrored attitude is told apart only if the sensor is as its file says.
     MirrorBySensor,
     /// What the scan does not show was held at the initial guess, as the user allowed.
@@ -149,6 +155,7 @@ impl Warning {
             Self::FeaturesSkipped { .. } => "features-skipped",
             Self::DecidedByUser { .. } => "decided-by-user",
             Self::UncertaintyNotApplied => "uncertainty-not-applied",
+            Self::SensorOff { .. } => "sensor-off",
             Self::MirrorBySensor => "mirror-by-sensor",
             Self::HeldAtGuess { .. } => "held-at-guess",
             Self::OtherLine { .. } => "other-line",
@@ -175,6 +182,10 @@ impl fmt::Display for Warning {
             Self::UncertaintyNotApplied => "the sensor file states how well the sensor is known; the point-to-line residual \
                  takes it for exact: the ± do not contain it"
                 .to_owned(),
+            Self::SensorOff { shape } => format!(
+                "the sensor's own calibration is off: {}; this result corrects it, and holds for the corrected sensor only",
+                shape.words().join("; ")
+            ),
             Self::MirrorBySensor => "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
                  its file by a percent or so; tilt the torch further, or give a guess"
                 .to_owned(),

@@ -1,0 +1,52 @@
+//! How far off a seam point is that is measured later.
+
+use serde::{Deserialize, Serialize};
+
+/// Seam error: one standard deviation, three-dimensional, tool frame, root mean square over the field.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct SeamErrorEntry {
+    /// All of it.
+    pub rms_mm: f64,
+    /// What the scan alone makes of it: noise, stamps and the seam's form.
+    pub scan_alone_mm: f64,
+    /// The part of the laser plane that the scan visited.
+    pub field: FieldEntry,
+    /// Where it comes from; the squares add up.
+    pub budget_mm: BudgetEntry,
+    /// Robot accuracy that was assumed or stated.
+    pub robot_accuracy_mm: f64,
+    /// Whether it was stated.
+    pub robot_is_stated: bool,
+    /// Feature bias per 10° of tilt that was assumed or stated.
+    pub feature_bias_px: f64,
+}
+
+/// A rectangle of the laser plane.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct FieldEntry {
+    /// Along the stripe.
+    pub width_mm: f64,
+    /// Away from the sensor.
+    pub depth_mm: f64,
+}
+
+/// The parts of a seam error.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct BudgetEntry {
+    /// Noise of features, robot and stamps.
+    pub noise: f64,
+    /// What the stamps as a whole do not say of the time offset.
+    pub stamps: f64,
+    /// The sensor's own calibration.
+    pub sensor: f64,
+    /// The robot's accuracy.
+    pub robot: f64,
+    /// The seam's form.
+    pub seam_form: f64,
+    /// The feature's bias with the tilt.
+    pub feature_bias: f64,
+}

@@ -1,0 +1,179 @@
+//! How far off a seam point is that is measured later: two numbers, where they come from, and what would shrink each part.
+
+use crate::number::{digits_for, positive_w};
+use trueline_dataset::result_file::{
+    BudgetEntry, FieldEntry, PoseEntry, SeamErrorEntry, SensorEntry, UncorrectedEntry,
+};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_geometry::Pose;
+use trueline_method::Calibration;
+use trueline_method::assess::seam_error::{SeamError, SeamErrorBudget};
+
+/// The entry of the result's file.
+#[must_use]
+pub fn entry(error: &SeamError) -> SeamErrorEntry {
+    let parts = &error.budget_m;
+    SeamErrorEntry {
+        rms_mm: error.rms_m * MM_PER_M,
+        scan_alone_mm: error.scan_alone_m() * MM_PER_M,
+        field: FieldEntry {
+            width_mm: error.field_m[0] * MM_PER_M,
+            depth_mm: error.field_m[1] * MM_PER_M,
+        },
+        budget_mm: BudgetEntry {
+            noise: parts.noise * MM_PER_M,
+            stamps: parts.stamps * MM_PER_M,
+            sensor: parts.sensor * MM_PER_M,
+            robot: parts.robot * MM_PER_M,
+            seam_form: parts.seam_form * MM_PER_M,
+            feature_bias: parts.feature_bias * MM_PER_M,
+        },
+        robot_accuracy_mm: error.levels.robot_accuracy_m * MM_PER_M,
+        robot_is_stated: error.levels.robot_is_stated,
+        feature_bias_px: error.levels.feature_bias_px,
+    }
+}
+
+/// The sensor in the result's file.
+#[must_use]
+pub fn sensor_entry(c: &Calibration) -> SensorEntry {
+    let mode = c.findings.config.sensor.name().to_owned();
+    let Some(shape) = c.findings.unknowns.sensor else {
+        return SensorEntry { mode, ..SensorEntry::default() };
+    };
+    let corrected = c.findings.unknowns.corrected.as_ref();
+    SensorEntry {
+        mode,
+        shape: Some(per_mm(shape.shape.h)),
+        shape_sigma: Some(per_mm(shape.sigma)),
+        shape_origin_mm: Some(shape.shape.origin_m.map(|m| m * MM_PER_M)),
+        prior_sigma: Some(per_mm(shape.prior_sigma)),
+        prior_stated: shape.stated,
+        improved: shape.improved(),
+        wald: Some(shape.wald),
+        words: shape.words(),
+        corrected_tool_from_camera: corrected.map(|corrected| pose(&corrected.tool_from_camera)),
+        uncorrected: corrected.map(|corrected| UncorrectedEntry {
+            tool_from_camera: pose(&corrected.uncorrected.tool_from_camera),
+            remains_mm: corrected.uncorrected.remains_m * MM_PER_M,
+        }),
+    }
+}
+
+/// h₄ and h₅ are 1/m inside.
+fn per_mm([h1, h2, h3, h4, h5]: [f64; 5]) -> [f64; 5] {
+    [h1, h2, h3, h4 / MM_PER_M, h5 / MM_PER_M]
+}
+
+fn pose(pose: &Pose) -> PoseEntry {
+    let translation: [f64; 3] = (pose.translation.vector * MM_PER_M).into();
+    PoseEntry {
+        translation_mm: translation.map(Some),
+        rotation_wxyz: Some(positive_w(&pose.rotation)),
+    }
+}
+
+/// The two numbers and the budget as rows of the summary; none where the hand-eye transform is not all observable.
+#[must_use]
+pub fn rows(c: &Calibration) -> Vec<(String, String)> {
+    let Some(error) = &c.findings.checks.seam_error else { return Vec::new() };
+    let mut rows = vec![("seam error".to_owned(), two_numbers(c, error))];
+    let total = error.rms_m.powi(2);
+    let shown = budget(&error.budget_m).into_iter().filter(|(_, part, _)| part * part > LEAST_SHARE * total);
+    rows.extend(shown.map(|(name, part, cure)| {
+        let share = 100.0 * part * part / total;
+        (format!("  {name}"), format!("± {}  ({share:.0} %; {cure})", mm(part)))
+    }));
+    rows.extend(sensor_rows(c));
+    rows
+}
+
+/// Smaller parts of the variance are not listed.
+const LEAST_SHARE: f64 = 1e-3;
+
+fn two_numbers(c: &Calibration, error: &SeamError) -> String {
+    let alone = format!("± {} by the scan alone", mm(error.scan_alone_m()));
+    let mut with = Vec::new();
+    let levels = &error.levels;
+    if error.budget_m.robot > 0.0 {
+        let assumed = if levels.robot_is_stated { "" } else { " (assumed)" };
+        with.push(format!("a robot of {} mm{assumed}", levels.robot_accuracy_m * MM_PER_M));
+    }
+    if error.budget_m.feature_bias > 0.0 {
+        with.push(format!("a feature bias of {} px per 10° of tilt (assumed)", levels.feature_bias_px));
+    }
+    if error.budget_m.sensor > 0.0 {
+        let stated = c.findings.unknowns.sensor.is_none_or(|shape| shape.stated);
+        with.push(if stated { "the sensor" } else { "the sensor (0.5 % assumed)" }.to_owned());
+    }
+    match with.as_slice() {
+        [] => alone,
+        [only] => format!("{alone}; ± {} with {only}", mm(error.rms_m)),
+        [first @ .., last] => format!("{alone}; ± {} with {} and {last}", mm(error.rms_m), first.join(", ")),
+    }
+}
+
+/// The parts, largest first, each with what would shrink it.
+fn budget(parts: &SeamErrorBudget) -> [(&'static str, f64, &'static str); 6] {
+    let mut list = [
+        ("noise", parts.noise, "scan longer, with more tilt and more change of stand-off"),
+        ("stamps", parts.stamps, "record the devices' own time stamps"),
+        ("sensor", parts.sensor, "state the sensor's uncertainty, or change the stand-off more while scanning"),
+        ("robot", parts.robot, "state the robot's accuracy if it is better, or calibrate the robot"),
+        ("seam form", parts.seam_form, "scan a straighter edge, or the same seam back again"),
+        ("feature bias", parts.feature_bias, "add a pass with the sensor spun by 180° about its view"),
+    ];
+    list.sort_by(|a, b| b.1.total_cmp(&a.1));
+    list
+}
+
+fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
+    let Some(shape) = c.findings.unknowns.sensor else { return Vec::new() };
+    let state = if shape.is_off() { "off" } else { "within what is known of it" };
+    let mut rows = vec![("sensor calibration".to_owned(), format!("{state}: {}", shape.words().join("; ")))];
+    let taken: Vec<&str> =
+        (0..5).filter(|k| shape.is_from_prior(*k)).map(|k| COMPONENTS[k]).collect();
+    if !taken.is_empty() {
+        rows.push(("  not seen".to_owned(), format!("{}: taken from the prior", taken.join(", "))));
+    }
+    if let Some(corrected) = c.findings.unknowns.corrected.as_ref().filter(|_| shape.is_off()) {
+        let remains = mm(corrected.uncorrected.remains_m);
+        rows.push((
+            "  uncorrected".to_owned(),
+            format!("{remains} more in every seam point, with the best hand-eye for the sensor as it is"),
+        ));
+    }
+    rows
+}
+
+/// The five numbers of a shape.
+const COMPONENTS: [&str; 5] =
+    ["width", "depth", "shear", "keystone along the stripe", "keystone in depth"];
+
+fn mm(value_m: f64) -> String {
+    let mm = value_m * MM_PER_M;
+    format!("{mm:.0$} mm", digits_for(mm))
+}
+
+/// Whether each seam is straight, with a number.
+#[must_use]
+pub fn straightness(c: &Calibration) -> Vec<(String, String)> {
+    let lines = c.best_fit().lines.iter().zip(&c.best_fit().curvatures).enumerate();
+    let row = |(k, (line, curvature)): (usize, (&trueline_geometry::Line, &trueline_model::Curvature))| {
+        let bow = c.findings.unknowns.bow(k)?;
+        let size = bow[0].0.hypot(bow[1].0);
+        let sigma = bow[0].1.hypot(bow[1].1);
+        let length_mm = 2.0 * curvature.half_length_m * MM_PER_M;
+        let across = line.axes().fixed_columns::<2>(1) * nalgebra::Vector2::new(bow[0].0, bow[1].0);
+        let direction = if size > 2.0 * sigma {
+            let [x, y, z]: [f64; 3] = across.normalize().into();
+            format!(", its ends towards ({x:.2}, {y:.2}, {z:.2})")
+        } else {
+            String::new()
+        };
+        let verdict = if size > 2.0 * sigma { "bowed" } else { "straight" };
+        let text = format!("{verdict} over {length_mm:.0} mm: {} ± {}{direction}", mm(size), mm(sigma));
+        Some((format!("seam {k}"), text))
+    };
+    lines.filter_map(row).collect()
+}
