@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use trueline_dataset::sensor_setup::SensorUncertainty;
 use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_geometry::{Plane, so3};
-use trueline_method::{Calibration, Config, SensorMode, calibrate};
+use trueline_method::{Calibration, Config, Reason, SensorMode, Warning, calibrate};
 use trueline_model::{Camera, LaserSheet};
 use trueline_sim::{Preset, random_cell, simulate};
 
@@ -62,6 +62,29 @@ fn tilted(plane: &Plane, degrees: f64) -> Plane {
         .unwrap()
 }
 
+/// What is written as the corrected camera and laser plane, with its own hand-eye transform, puts every pixel where the
+/// shape does.
+fn assert_corrected_camera_measures_the_same(what: &str, wrong: &Recording, c: &Calibration) {
+    let corrected = c.findings.unknowns.corrected.as_ref().unwrap();
+    let lift = |sensor: &Sensor, pixel: &Vector2<f64>| {
+        let (camera, plane) = parts(sensor);
+        LaserSheet::from_plane(plane).intersect(&camera.ray(pixel).unwrap().0).unwrap().0
+    };
+    let sheet = LaserSheet::from_plane(parts(&wrong.sensor).1);
+    for feature in wrong.features.iter().step_by(50) {
+        let Measured::Pixel(pixel) = feature.measured else { panic!("pixels") };
+        let pixel = Vector2::from(pixel);
+        let by_shape = c.best_fit().corrected(&sheet, &lift(&wrong.sensor, &pixel));
+        let by_shape = c.best_fit().tool_from_camera * nalgebra::Point3::from(by_shape);
+        let by_camera =
+            corrected.tool_from_camera * nalgebra::Point3::from(lift(&corrected.sensor, &pixel));
+        // The two free numbers of the seven move the lens's distortion a little: a percent of it over a few pixels.
+        assert!((by_shape - by_camera).norm() < 3e-6, "{what}: {}", (by_shape - by_camera).norm());
+    }
+    // A sensor that takes no correction is worse off, and by how much is said.
+    assert!(corrected.uncorrected.remains_m >= 0.0);
+}
+
 #[test]
 fn a_sensor_that_is_off_leaves_seam_points_where_they_are() {
     let recording = simulate(&random_cell(&Preset::Quick.scenario(), 3, 1.0), 3).unwrap();
@@ -89,8 +112,15 @@ fn a_sensor_that_is_off_leaves_seam_points_where_they_are() {
         assert!(error < 1.6 * said, "{what}: {:.4} mm, said {:.4}", error * 1e3, said * 1e3);
         let held = calibrate(&wrong, None, &ideal_robot(SensorMode::Fixed)).unwrap();
         let without = seam_error_m(&recording, &wrong, &held);
+        assert_corrected_camera_measures_the_same(what, &wrong, &c);
+        let refused = held.reasons().iter().any(|reason| matches!(reason, Reason::SensorOff { .. }));
         if what == "plane 1 mm" {
             assert!(without > 5.0 * error, "{what}: held {without}, estimated {error}");
+            assert!(refused, "{:?}", held.reasons());
+            assert!(c.warnings().iter().any(|warning| matches!(warning, Warning::SensorOff { .. })));
+        }
+        if what == "as it is" {
+            assert!(!refused, "{:?}", held.reasons());
         }
     }
 }

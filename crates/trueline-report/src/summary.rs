@@ -77,7 +77,8 @@ pub const OVER_TIME: &str = "residual over time";
 /// Names and values of the summary's table; the report shows the same.
 #[must_use]
 pub fn rows(c: &Calibration) -> Vec<(String, String)> {
-    let mut rows = vec![("time offset".to_owned(), offset(c))];
+    let mut rows = seam_error::rows(c);
+    rows.push(("time offset".to_owned(), offset(c)));
     if c.is_known(TIME_OFFSET) {
         rows.push(("to use it".to_owned(), time_offset::rule(c.best_fit().time_offset_s)));
     }
