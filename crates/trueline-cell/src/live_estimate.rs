@@ -53,11 +53,11 @@ pub enum Progress {
 pub struct Estimated {
     /// Seam points that it is made from.
     pub seam_points: usize,
-    /// Time offset and its sigma, s; `None` while it is not observable.
+    /// Time offset and the random part of its sigma, which is what a longer scan makes smaller, s; `None` while it is not observable.
     pub time_offset_s: Option<[f64; 2]>,
-    /// Largest sigma of the hand-eye translation, m; `None` while any part of it is not observable.
+    /// Largest sigma of the hand-eye translation, likewise, m; `None` while any part of it is not observable.
     pub translation_sigma_m: Option<f64>,
-    /// Largest sigma of the hand-eye rotation, rad; `None` while any part of it is not observable.
+    /// Largest sigma of the hand-eye rotation, likewise, rad; `None` while any part of it is not observable.
     pub rotation_sigma_rad: Option<f64>,
     /// Whether what was required is reached, and the calibration accepted; `None` if nothing was required.
     pub is_enough: Option<bool>,
@@ -147,7 +147,7 @@ impl LiveEstimate {
             self.want.map(|want| calibration.status() == Status::Accepted && is_reached(calibration, &want));
         Estimated {
             seam_points,
-            time_offset_s: calibration.sigma(TIME_OFFSET).map(|sigma_s| [offset_s, sigma_s]),
+            time_offset_s: calibration.noise_sigma(TIME_OFFSET).map(|sigma_s| [offset_s, sigma_s]),
             translation_sigma_m: worst(calibration, TRANSLATION),
             rotation_sigma_rad: worst(calibration, ROTATION),
             is_enough,
@@ -176,7 +176,7 @@ fn forget_old(recording: &mut Recording) {
 /// The largest sigma of three components, if all are observable.
 fn worst(calibration: &Calibration, first: usize) -> Option<f64> {
     (first..first + 3)
-        .map(|k| calibration.sigma(k))
+        .map(|k| calibration.noise_sigma(k))
         .try_fold(0.0, |worst: f64, sigma| Some(worst.max(sigma?)))
 }
 
@@ -184,7 +184,7 @@ fn is_reached(calibration: &Calibration, want: &Requirement) -> bool {
     let within = |limit: Option<f64>, sigma: Option<f64>| {
         limit.is_none_or(|limit| sigma.is_some_and(|sigma| sigma <= limit))
     };
-    within(want.time_s, calibration.sigma(TIME_OFFSET))
+    within(want.time_s, calibration.noise_sigma(TIME_OFFSET))
         && within(want.translation_m, worst(calibration, TRANSLATION))
         && within(want.rotation_rad, worst(calibration, ROTATION))
 }

@@ -165,7 +165,7 @@ fn the_estimate_is_that_of_the_calibration_afterwards() {
     for (time_s, is_enough) in [(1e-3, true), (1e-9, false)] {
         let want = Requirement { time_s: Some(time_s), ..Requirement::default() };
         let Progress::Estimated(estimated) = progress_of(&recording, want) else { panic!("no estimate") };
-        let sigma_s = afterwards.sigma(0).unwrap();
+        let sigma_s = afterwards.noise_sigma(0).unwrap();
         assert_eq!(estimated.time_offset_s, Some([afterwards.best_fit().time_offset_s, sigma_s]));
         assert_eq!(estimated.seam_points, recording.features.len());
         assert_eq!(estimated.is_enough, Some(is_enough), "sigma {sigma_s} s, wanted {time_s} s");
