@@ -29,9 +29,9 @@ fn for_warning(warning: &Warning) -> Option<&'static str> {
             Some("--feature-sigma-px or --feature-sigma-mm states the noise of the sensor")
         }
         Warning::SensorOff { .. } => Some("--write-sensor FILE writes the corrected sensor"),
-        Warning::MirrorBySensor => {
-            Some("`trueline plan` finds a scan that tells them apart; --sensor fixed takes the sensor for exact")
-        }
+        Warning::MirrorBySensor => Some(
+            "`trueline plan` finds a scan that tells them apart; --sensor fixed takes the sensor for exact",
+        ),
         _ => None,
     }
 }

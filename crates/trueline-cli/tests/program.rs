@@ -144,7 +144,7 @@ fn stamps_as_recorded_or_regularised() {
     // The preset's 0.1 ms of jitter is found either way.
     let jitter_s = raw["stamps"]["features"]["jitter_s"].as_f64().unwrap();
     assert!((5e-5..2e-4).contains(&jitter_s), "{jitter_s}");
-    assert!(raw["sigma"]["time_offset_s"].as_f64() > regular["sigma"]["time_offset_s"].as_f64());
+    assert!(raw["sigma_noise"]["time_offset_s"].as_f64() > regular["sigma_noise"]["time_offset_s"].as_f64());
 }
 
 #[test]

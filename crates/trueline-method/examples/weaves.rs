@@ -27,8 +27,13 @@ impl Tally {
             return;
         };
         self.ambiguous += usize::from(result.findings.checks.ambiguity.is_open());
-        let z =
-            result.findings.checks.ambiguity.runner_up.filter(|rival| rival.test.decided()).map(|rival| rival.test.z);
+        let z = result
+            .findings
+            .checks
+            .ambiguity
+            .runner_up
+            .filter(|rival| rival.test.decided())
+            .map(|rival| rival.test.z);
         self.smallest_z = self.smallest_z.into_iter().chain(z).reduce(f64::min);
         match (result.status(), is_right(&result, &truth)) {
             (Status::NotAccepted, _) => self.refused += 1,

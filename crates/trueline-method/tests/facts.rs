@@ -98,8 +98,7 @@ fn an_uncertainty_that_is_stated_is_applied_or_told() {
         let config = trueline_method::Config { residual, ..trueline_method::Config::default() };
         trueline_method::calibrate(recording, None, &config).unwrap()
     };
-    let [sheet, papers] =
-        [trueline_method::ResidualKind::Sheet, trueline_method::ResidualKind::PointToLine];
+    let [sheet, papers] = [trueline_method::ResidualKind::Sheet, trueline_method::ResidualKind::PointToLine];
     let warned = |c: &trueline_method::Calibration| c.warnings().contains(&Warning::UncertaintyNotApplied);
     assert!(!warned(&calibrated(&recording, papers)));
     recording.setup.uncertainty = Some(trueline_dataset::sensor_setup::SensorUncertainty {

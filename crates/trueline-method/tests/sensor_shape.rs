@@ -76,8 +76,7 @@ fn assert_corrected_camera_measures_the_same(what: &str, wrong: &Recording, c: &
         let pixel = Vector2::from(pixel);
         let by_shape = c.best_fit().corrected(&sheet, &lift(&wrong.sensor, &pixel));
         let by_shape = c.best_fit().tool_from_camera * nalgebra::Point3::from(by_shape);
-        let by_camera =
-            corrected.tool_from_camera * nalgebra::Point3::from(lift(&corrected.sensor, &pixel));
+        let by_camera = corrected.tool_from_camera * nalgebra::Point3::from(lift(&corrected.sensor, &pixel));
         // The two free numbers of the seven move the lens's distortion a little: a percent of it over a few pixels.
         assert!((by_shape - by_camera).norm() < 3e-6, "{what}: {}", (by_shape - by_camera).norm());
     }

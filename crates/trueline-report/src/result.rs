@@ -74,8 +74,7 @@ fn line(c: &Calibration, number: usize) -> LineEntry {
 
 /// The bow of a line, where it was estimated.
 fn with_bow(c: &Calibration, number: usize, entry: LineEntry) -> LineEntry {
-    let Some((bow, curvature)) =
-        c.findings.unknowns.bow(number).zip(c.best_fit().curvatures.get(number))
+    let Some((bow, curvature)) = c.findings.unknowns.bow(number).zip(c.best_fit().curvatures.get(number))
     else {
         return entry;
     };

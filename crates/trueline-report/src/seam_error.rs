@@ -16,10 +16,7 @@ pub fn entry(error: &SeamError) -> SeamErrorEntry {
     SeamErrorEntry {
         rms_mm: error.rms_m * MM_PER_M,
         scan_alone_mm: error.scan_alone_m() * MM_PER_M,
-        field: FieldEntry {
-            width_mm: error.field_m[0] * MM_PER_M,
-            depth_mm: error.field_m[1] * MM_PER_M,
-        },
+        field: FieldEntry { width_mm: error.field_m[0] * MM_PER_M, depth_mm: error.field_m[1] * MM_PER_M },
         budget_mm: BudgetEntry {
             noise: parts.noise * MM_PER_M,
             stamps: parts.stamps * MM_PER_M,
@@ -67,10 +64,7 @@ fn per_mm([h1, h2, h3, h4, h5]: [f64; 5]) -> [f64; 5] {
 
 fn pose(pose: &Pose) -> PoseEntry {
     let translation: [f64; 3] = (pose.translation.vector * MM_PER_M).into();
-    PoseEntry {
-        translation_mm: translation.map(Some),
-        rotation_wxyz: Some(positive_w(&pose.rotation)),
-    }
+    PoseEntry { translation_mm: translation.map(Some), rotation_wxyz: Some(positive_w(&pose.rotation)) }
 }
 
 /// The two numbers and the budget as rows of the summary; none where the hand-eye transform is not all observable.
@@ -89,7 +83,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
 }
 
 /// Smaller parts of the variance are not listed.
-const LEAST_SHARE: f64 = 1e-3;
+const LEAST_SHARE: f64 = 5e-3;
 
 fn two_numbers(c: &Calibration, error: &SeamError) -> String {
     let alone = format!("± {} by the scan alone", mm(error.scan_alone_m()));
@@ -118,7 +112,11 @@ fn budget(parts: &SeamErrorBudget) -> [(&'static str, f64, &'static str); 6] {
     let mut list = [
         ("noise", parts.noise, "scan longer, with more tilt and more change of stand-off"),
         ("stamps", parts.stamps, "record the devices' own time stamps"),
-        ("sensor", parts.sensor, "state the sensor's uncertainty, or change the stand-off more while scanning"),
+        (
+            "sensor",
+            parts.sensor,
+            "state the sensor's uncertainty, or change the stand-off more while scanning",
+        ),
         ("robot", parts.robot, "state the robot's accuracy if it is better, or calibrate the robot"),
         ("seam form", parts.seam_form, "scan a straighter edge, or the same seam back again"),
         ("feature bias", parts.feature_bias, "add a pass with the sensor spun by 180° about its view"),
@@ -131,8 +129,7 @@ fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
     let Some(shape) = c.findings.unknowns.sensor else { return Vec::new() };
     let state = if shape.is_off() { "off" } else { "within what is known of it" };
     let mut rows = vec![("sensor calibration".to_owned(), format!("{state}: {}", shape.words().join("; ")))];
-    let taken: Vec<&str> =
-        (0..5).filter(|k| shape.is_from_prior(*k)).map(|k| COMPONENTS[k]).collect();
+    let taken: Vec<&str> = (0..5).filter(|k| shape.is_from_prior(*k)).map(|k| COMPONENTS[k]).collect();
     if !taken.is_empty() {
         rows.push(("  not seen".to_owned(), format!("{}: taken from the prior", taken.join(", "))));
     }
@@ -147,8 +144,7 @@ fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
 }
 
 /// The five numbers of a shape.
-const COMPONENTS: [&str; 5] =
-    ["width", "depth", "shear", "keystone along the stripe", "keystone in depth"];
+const COMPONENTS: [&str; 5] = ["width", "depth", "shear", "keystone along the stripe", "keystone in depth"];
 
 fn mm(value_m: f64) -> String {
     let mm = value_m * MM_PER_M;

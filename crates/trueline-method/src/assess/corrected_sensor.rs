@@ -97,7 +97,8 @@ fn nearest_rigid(points: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Pose> {
             gap.rows_mut(3 * k, 3).copy_from(&(to - moved.coords));
         }
         let step = slopes.svd(true, true).solve(&gap, 1e-12).ok()?;
-        motion = se3::retract_decoupled(&motion, &step.fixed_rows::<3>(0).into(), &step.fixed_rows::<3>(3).into());
+        motion =
+            se3::retract_decoupled(&motion, &step.fixed_rows::<3>(0).into(), &step.fixed_rows::<3>(3).into());
     }
     Some(motion)
 }
@@ -111,7 +112,8 @@ fn uncorrected(observations: &Observations, at: &Parameters) -> Option<Uncorrect
         .map(|o| (o.point_in_camera, at.corrected(&observations.sheet, &o.point_in_camera)))
         .collect();
     let motion = nearest_rigid(&points)?;
-    let squares = points.iter().map(|(from, to)| (motion * nalgebra::Point3::from(*from) - to).coords.norm_squared());
+    let squares =
+        points.iter().map(|(from, to)| (motion * nalgebra::Point3::from(*from) - to).coords.norm_squared());
     let remains_m = (squares.sum::<f64>() / points.len() as f64).sqrt();
     Some(Uncorrected { tool_from_camera: at.tool_from_camera * motion, remains_m })
 }

@@ -157,8 +157,7 @@ fn other_offset(
     let cost = |offset: &f64| trueline_lsq::LeastSquares::cost(&problem, &with_offset(*offset));
     let start = grid.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
     let bows = at.unknowns().bow(0).start..at.unknowns().bow(at.lines.len()).start;
-    let others: Vec<usize> =
-        (0..at.dimension()).filter(|k| *k != TIME_OFFSET && !bows.contains(k)).collect();
+    let others: Vec<usize> = (0..at.dimension()).filter(|k| *k != TIME_OFFSET && !bows.contains(k)).collect();
     let found = solve(&problem, with_offset(start), &others, &SolveOptions::default()).ok()?.state;
     let step_s = found.time_offset_s - at.time_offset_s;
     let all = LineProblem::coarse(observations, list, Loss::Squared, noise, at.unknowns());

@@ -91,7 +91,9 @@ impl SensorShape {
                 "{} are {percent} too {longer}: at {reach_mm:.0} mm from the middle {off_mm:.2} mm",
                 ["widths", "depths"][k]
             ),
-            2 => format!("width shifts with depth by {percent}: at {reach_mm:.0} mm from the middle {off_mm:.2} mm"),
+            2 => format!(
+                "width shifts with depth by {percent}: at {reach_mm:.0} mm from the middle {off_mm:.2} mm"
+            ),
             _ => format!(
                 "the scale changes by {percent} over {reach_mm:.0} mm {}: there {off_mm:.2} mm",
                 ["along the stripe", "of depth"][k - 3]
