@@ -88,10 +88,7 @@ impl Unknowns {
     pub fn bow(&self, line: usize) -> Option<[(f64, f64); 2]> {
         let curvature = self.parameters.curvatures.get(line)?;
         let first = self.parameters.unknowns().bow(line).start;
-        Some([
-            (curvature.bow_m[0], self.sigma(first)?),
-            (curvature.bow_m[1], self.sigma(first + 1)?),
-        ])
+        Some([(curvature.bow_m[0], self.sigma(first)?), (curvature.bow_m[1], self.sigma(first + 1)?)])
     }
 
     /// Whether the value of a component means anything: it was held, or it is observable.
