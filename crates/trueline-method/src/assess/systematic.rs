@@ -7,11 +7,11 @@ use crate::assess::robot_field::RobotField;
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
 use crate::input::shape_knowledge::ShapeCovariance;
-use crate::problem::line_problem::LineProblem;
+use crate::problem::line_problem::{LineProblem, LocalJacobian};
 use crate::problem::parameters::Parameters;
-use crate::problem::unknowns::LOCAL_BOWED;
+use crate::problem::unknowns::{LOCAL_BOWED, Unknowns};
 use crate::solve::seam_chart::with_shape;
-use nalgebra::{DMatrix, Matrix3, SMatrix, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{DMatrix, SMatrix, UnitQuaternion, Vector2, Vector3};
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
@@ -62,55 +62,30 @@ impl Systematic {
         let poses: Vec<Pose> = seen.iter().map(|(_, placement)| placement.base_from_tool).collect();
         let field = RobotField::new(levels.robot_accuracy_m, &poses);
         let mean = mean_attitude(&poses);
-        let sheet_shape = with_shape(problem.observations, at.clone());
+        let with_shape = with_shape(problem.observations, at.clone());
         let held = levels.held_shape.and_then(|covariance| covariance.cholesky()).map(|c| c.l());
-        let n = root.nrows();
-        let modes = field.as_ref().map_or(0, RobotField::modes);
-        let mut sums = Sums {
-            robot: DMatrix::zeros(n, 6 * modes),
-            shape: DMatrix::zeros(n, 5),
-            bias: DMatrix::zeros(n, 3),
-        };
+        let mut sums = Sums::zeros(root.nrows(), field.as_ref().map_or(0, RobotField::modes));
         for (pair, placement) in &seen {
-            let (pair, o) = (*pair, pair.0);
-            let Some((residual, jacobian)) = problem.whitened_where(pair, &sheet_shape, placement) else {
+            let Some((residual, jacobian)) = problem.whitened_where(*pair, &with_shape, placement) else {
                 continue;
             };
             let weight = problem.loss.weight(residual.norm_squared()) * every as f64;
-            let place = |local: usize| problem.unknowns.place(local, o.line as usize);
-            let add = |sum: &mut DMatrix<f64>, columns: &DMatrix<f64>| {
-                for local in 0..problem.unknowns.local() {
-                    let row = jacobian.column(local).transpose() * columns * weight;
-                    let mut target = sum.row_mut(place(local));
-                    target += row;
-                }
-            };
+            let row = Row { unknowns: &problem.unknowns, line: pair.0.line as usize, jacobian, weight };
             if held.is_some() {
-                let columns: SMatrix<f64, 2, 5> = jacobian.fixed_columns::<5>(LOCAL_BOWED).into();
-                add(&mut sums.shape, &DMatrix::from_column_slice(2, 5, columns.as_slice()));
+                let columns: SMatrix<f64, 2, 5> = row.jacobian.fixed_columns::<5>(LOCAL_BOWED).into();
+                row.add(&mut sums.shape, &DMatrix::from_column_slice(2, 5, columns.as_slice()));
             }
             if levels.feature_bias_px > 0.0 {
                 let tilt = so3::log(&(mean.inverse() * placement.base_from_tool.rotation));
                 let in_sensor = at.tool_from_camera.rotation.inverse() * tilt / BIAS_TILT_RAD;
-                let shift = pair.1.matrix() * Vector2::new(0.0, range_per_px_m(o) * levels.feature_bias_px);
-                let columns = shift * in_sensor.transpose();
-                add(&mut sums.bias, &DMatrix::from_column_slice(2, 3, columns.as_slice()));
+                let shift_m = range_per_px_m(pair.0) * levels.feature_bias_px;
+                let columns = pair.1.matrix() * Vector2::new(0.0, shift_m) * in_sensor.transpose();
+                row.add(&mut sums.bias, &DMatrix::from_column_slice(2, 3, columns.as_slice()));
             }
-            if let Some(field) = &field
-                && let Some(onto) = problem.whitened_displacement(pair, at, placement)
+            if let Some(columns) =
+                field.as_ref().and_then(|field| robot_columns(field, problem, *pair, at, placement))
             {
-                let lever: Vector3<f64> = placement
-                    .point_in_base(&at.corrected(&problem.observations.sheet, &o.point_in_camera))
-                    - placement.base_from_tool.translation.vector;
-                let position = onto * Matrix3::identity() * field.position_sigma_m;
-                let attitude = onto * -so3::hat(&lever) * field.attitude_sigma_rad;
-                let by_mode = field.at(&placement.base_from_tool);
-                let mut columns = DMatrix::zeros(2, 6 * modes);
-                for (k, amplitude) in by_mode.iter().enumerate() {
-                    columns.view_mut((0, 6 * k), (2, 3)).copy_from(&(position * *amplitude));
-                    columns.view_mut((0, 6 * k + 3), (2, 3)).copy_from(&(attitude * *amplitude));
-                }
-                add(&mut sums.robot, &columns);
+                row.add(&mut sums.robot, &columns);
             }
         }
         let moved = |sum: &DMatrix<f64>| -(root * (root.transpose() * sum));
@@ -137,6 +112,54 @@ struct Sums {
     robot: DMatrix<f64>,
     shape: DMatrix<f64>,
     bias: DMatrix<f64>,
+}
+
+impl Sums {
+    fn zeros(unknowns: usize, modes: usize) -> Self {
+        let [robot, shape, bias] = [6 * modes, 5, 3].map(|columns| DMatrix::zeros(unknowns, columns));
+        Self { robot, shape, bias }
+    }
+}
+
+/// One observation's part of them.
+struct Row<'a> {
+    unknowns: &'a Unknowns,
+    line: usize,
+    jacobian: LocalJacobian,
+    weight: f64,
+}
+
+impl Row<'_> {
+    fn add(&self, sum: &mut DMatrix<f64>, columns: &DMatrix<f64>) {
+        for local in 0..self.unknowns.local() {
+            let row = self.jacobian.column(local).transpose() * columns * self.weight;
+            let mut target = sum.row_mut(self.unknowns.place(local, self.line));
+            target += row;
+        }
+    }
+}
+
+/// How each mode of the robot's field moves a whitened residual.
+fn robot_columns(
+    field: &RobotField,
+    problem: &LineProblem<'_>,
+    pair: (&Observation, &Whitener),
+    at: &Parameters,
+    placement: &Placement,
+) -> Option<DMatrix<f64>> {
+    let onto = problem.whitened_displacement(pair, at, placement)?;
+    let measured = at.corrected(&problem.observations.sheet, &pair.0.point_in_camera);
+    let lever: Vector3<f64> =
+        placement.point_in_base(&measured) - placement.base_from_tool.translation.vector;
+    let position = onto * field.position_sigma_m;
+    let attitude = onto * -so3::hat(&lever) * field.attitude_sigma_rad;
+    let by_mode = field.at(&placement.base_from_tool);
+    let mut columns = DMatrix::zeros(2, 6 * by_mode.len());
+    for (k, amplitude) in by_mode.iter().enumerate() {
+        columns.view_mut((0, 6 * k), (2, 3)).copy_from(&(position * *amplitude));
+        columns.view_mut((0, 6 * k + 3), (2, 3)).copy_from(&(attitude * *amplitude));
+    }
+    Some(columns)
 }
 
 /// Every so many observations with its whitener and where the sensor was.
