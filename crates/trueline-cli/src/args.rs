@@ -60,27 +60,37 @@ use std::path::PathBuf;
 Exit code: 0 accepted, 1 computed but not accepted (reasons listed), 2 could not run."
 )]
 pub struct Arguments {
+    /// When to use colours
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = clap::ColorChoice::Auto)]
+    pub color: clap::ColorChoice,
     #[command(subcommand)]
     pub command: Command,
 }
 
+/// Options that have a letter, the same one in every command.
+const LETTERS: [(&str, char); 6] =
+    [("quiet", 'q'), ("out", 'o'), ("json", 'j'), ("report", 'r'), ("preset", 'p'), ("calibration", 'c')];
+
 /// The command line, in which the value of every option may begin with a minus: what is out of range is then told in the
 /// command's own words.
 pub fn command() -> clap::Command {
-    fn with_negative_numbers(command: clap::Command) -> clap::Command {
-        command
-            .mut_args(|arg| {
-                match arg.get_action().takes_values()
-                    && !arg.is_positional()
-                    && !arg.is_allow_hyphen_values_set()
-                {
-                    true => arg.allow_negative_numbers(true),
-                    false => arg,
-                }
-            })
-            .mut_subcommands(with_negative_numbers)
+    fn completed(command: clap::Command) -> clap::Command {
+        command.mut_args(|arg| with_letter(with_negative_numbers(arg))).mut_subcommands(completed)
     }
-    with_negative_numbers(Arguments::command())
+    completed(Arguments::command()).max_term_width(100)
+}
+
+fn with_negative_numbers(arg: clap::Arg) -> clap::Arg {
+    let takes = arg.get_action().takes_values() && !arg.is_positional() && !arg.is_allow_hyphen_values_set();
+    if takes { arg.allow_negative_numbers(true) } else { arg }
+}
+
+fn with_letter(arg: clap::Arg) -> clap::Arg {
+    let letter = LETTERS.iter().find(|(name, _)| arg.get_id() == name && !arg.is_positional());
+    match letter {
+        Some((_, letter)) => arg.short(*letter),
+        None => arg,
+    }
 }
 
 #[derive(Subcommand)]
@@ -126,6 +136,30 @@ pub enum Command {
     CameraSim(CameraSimArgs),
     /// Find out why a dataset does not calibrate: undo the usual mistakes one at a time
     Doctor(DoctorArgs),
+    /// Print a completion script for a shell
+    Completions(CompletionsArgs),
+    /// Write the manual pages
+    Man(ManArgs),
+}
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline completions bash > ~/.local/share/bash-completion/completions/trueline
+  trueline completions zsh > ~/.zfunc/_trueline
+  trueline completions powershell >> $PROFILE")]
+pub struct CompletionsArgs {
+    /// The shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+#[derive(Args)]
+#[command(after_help = "Example:
+  trueline man --out man && man man/trueline-calibrate.1")]
+pub struct ManArgs {
+    /// Folder to write; it must be new or empty
+    #[arg(long)]
+    pub out: PathBuf,
 }
 
 #[derive(Args)]
@@ -141,6 +175,7 @@ pub struct DemoArgs {
 #[derive(Args)]
 #[command(after_help = "Example:
   trueline doctor scan
+  trueline doctor scan --fix scan-fixed
 
 Tried: mm and m, quaternion order, inverted poses or rotations, rho read as translation, degrees and radians,
 swapped or mirrored pixels, a mirrored laser plane, the order of the distortion, clocks of different origin, a
@@ -153,6 +188,12 @@ pub struct DoctorArgs {
     /// Write the diagnosis as JSON; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,
+    /// Write the dataset without the mistake that was found, to a new folder
+    #[arg(long, value_name = "OUT")]
+    pub fix: Option<PathBuf>,
+    /// Print everything that was tried, not only what was found
+    #[arg(long, short)]
+    pub verbose: bool,
     /// Print no summary
     #[arg(long)]
     pub quiet: bool,

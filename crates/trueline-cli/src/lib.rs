@@ -4,8 +4,10 @@
 
 mod args;
 mod board_pictures;
+mod clocks;
 mod commands;
 mod failure;
+mod found_before;
 mod hints;
 mod interrupt;
 mod live_cell;
@@ -50,6 +52,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 fn execute(arguments: &Arguments) -> ExitCode {
+    output::use_colours(arguments.color);
     let outcome = match &arguments.command {
         Command::Demo(args) => commands::demo::run(args),
         Command::Simulate(args) => commands::simulate::run(args),
@@ -75,6 +78,8 @@ fn execute(arguments: &Arguments) -> ExitCode {
         #[cfg(feature = "gige")]
         Command::CameraSim(args) => commands::camera_sim::run(args),
         Command::Doctor(args) => commands::doctor::run(args),
+        Command::Completions(args) => commands::completions::run(args),
+        Command::Man(args) => commands::man::run(args),
     };
     match outcome {
         Ok(code) => code,

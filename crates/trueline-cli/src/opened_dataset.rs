@@ -1,6 +1,7 @@
 //! Where a scan is read from: a dataset folder, a recording, or a folder that has a recording and nothing else yet.
 
 use crate::failure::Failure;
+use crate::found_before;
 use crate::output;
 use crate::pictures::{self, PictureOptions};
 use crate::planned_scan::read_text;
@@ -91,14 +92,23 @@ fn check(path: &Path) -> Result<(), Failure> {
 
 fn open_folder(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedDataset, Failure> {
     let pictures = if images::index_of(path).exists() { Some(PictureFolder::open(path)?) } else { None };
-    if let (Some(pictures), false) = (&pictures, path.join("features.csv").exists()) {
-        let sensor = folder::read_sensor_file(path)?;
-        let scan = find_seams(pictures, &sensor, path, &options(joint, quiet))?;
-        folder::replace_features(path, &scan.features())?;
-        folder::replace_stripes(path, &scan.stripes())?;
-        if !quiet {
-            output::words(&format!("written to {}\n", path.join("features.csv").display()));
-        }
+    let has_features = path.join("features.csv").exists();
+    if let (Some(pictures), false) = (&pictures, has_features) {
+        return open_pictures(path, pictures.clone(), joint, quiet);
+    }
+    if let (true, Some(joint)) = (has_features, joint) {
+        return Err(Failure::new(
+            format!(
+                "{}: its seam is known already, and --joint {} would change nothing",
+                path.join("features.csv").display(),
+                joint.name()
+            ),
+            format!(
+                "leave --joint out, or look again: `trueline features {} --joint {}`",
+                path.display(),
+                joint.name()
+            ),
+        ));
     }
     let FolderContent { mut recording, profiles, notes } = folder::read_content(path)?;
     if !quiet {
@@ -113,13 +123,32 @@ fn open_folder(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedD
     Ok(OpenedDataset { recording, pictures, stamp_meaning: None })
 }
 
+/// A folder of pictures whose seam has not been looked for: nothing is written into it.
+fn open_pictures(
+    path: &Path,
+    pictures: PictureFolder,
+    joint: Option<Joint>,
+    quiet: bool,
+) -> Result<OpenedDataset, Failure> {
+    let sensor = folder::read_sensor_file(path)?;
+    let (features, key) = found_before::features(path, &pictures, &sensor.sensor, joint, quiet, || {
+        Ok(find_seams(&pictures, &sensor, path, &options(joint, quiet))?.features())
+    })?;
+    let mut recording = folder::read_with_features(path, features)?;
+    recording.inputs.insert("images".to_owned(), key);
+    Ok(OpenedDataset { recording, pictures: Some(Box::new(pictures)), stamp_meaning: None })
+}
+
 fn open_recording(file: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedDataset, Failure> {
     let choice = Choice { sensor: sensor_of(file)?, ..Choice::default() };
     let imported = import(file, &choice)?;
     tell(&imported, quiet);
     let mut recording = imported.in_written_form()?;
-    let Imported { pictures, stamp_meaning, .. } = imported;
     folder::refuse_what_is_not_applied(file, &recording.setup)?;
+    if recording.features.is_empty() && !imported.profiles.is_empty() {
+        recording.features = profile_features(&imported.profiles, quiet)?;
+    }
+    let Imported { pictures, stamp_meaning, .. } = imported;
     if recording.features.is_empty() {
         let Some(pictures) = &pictures else {
             return Err(Failure::new(

@@ -25,6 +25,16 @@ pub fn data(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// Colours on a terminal that shows them, always or never.
+pub fn use_colours(when: clap::ColorChoice) {
+    let choice = match when {
+        clap::ColorChoice::Auto => anstream::ColorChoice::Auto,
+        clap::ColorChoice::Always => anstream::ColorChoice::Always,
+        clap::ColorChoice::Never => anstream::ColorChoice::Never,
+    };
+    choice.write_global();
+}
+
 /// A line on a terminal that the next one overwrites.
 pub fn status(text: &str) {
     let mut out = std::io::stderr().lock();

@@ -30,6 +30,11 @@ pub fn parse(text: &str) -> Result<Requirement, String> {
     Ok(Requirement { time_s, rotation_rad, translation_m })
 }
 
+/// Reads a length with its unit, m.
+pub fn length_m(text: &str) -> Result<f64, String> {
+    limit(text.trim(), UNITS[1].1).map_err(|why| format!("`{text}`: {why}; for example 0.5mm"))
+}
+
 fn limit(value: &str, units: &[(&str, f64)]) -> Result<f64, String> {
     let known: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
     let unit = value.trim_start_matches(|c: char| !c.is_ascii_alphabetic() || c == 'e');

@@ -60,10 +60,21 @@ fn a_scan_of_pictures_calibrates_to_within_four_sigma() {
     let turned = angle_rad(&result["tool_from_camera"]["rotation_wxyz"], &rotation);
     let limit: f64 = (0..3).map(|k| sigma["rotation_rad"][k].as_f64().unwrap().powi(2)).sum::<f64>().sqrt();
     assert!(turned < 4.0 * limit, "{turned} rad, sigma {limit}");
-    // The features were written on the way, with frames and sigmas.
+    // Nothing was written into the dataset; the next time the pictures need not be looked at again, and the result is the same.
+    assert!(!at.join("scan/features.csv").exists() && result["inputs"]["images"].is_string());
+    let output = trueline(at, "calibrate scan --json again.json");
+    assert!(
+        String::from_utf8_lossy(&output.stderr).contains("seam points as found in the same pictures before")
+    );
+    let again: Value = serde_json::from_str(&fs::read_to_string(at.join("again.json")).unwrap()).unwrap();
+    // Features are kept with the digits of features.csv.
+    let off_s = again["time_offset_s"].as_f64().unwrap() - result["time_offset_s"].as_f64().unwrap();
+    assert!(off_s.abs() < 1e-9, "{off_s}");
+    // `features` writes them, with frames and sigmas; then --joint has nothing left to do.
+    succeeds(at, "features scan --quiet");
     let features = fs::read_to_string(at.join("scan/features.csv")).unwrap();
     assert!(features.starts_with("time_s,u_px,v_px,frame,sigma_u_px,sigma_v_px\n"));
-    assert!(result["inputs"]["features.csv"].is_string());
+    refuses(at, "calibrate scan --joint lap", "its seam is known already");
 
     // A feature that is wrong is shown in its picture.
     let file = at.join("scan/features.csv");

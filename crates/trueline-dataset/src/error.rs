@@ -30,6 +30,12 @@ impl Error {
         Self { file: file.to_owned(), line: Some(line), column: None, problem }
     }
 
+    /// A file of another program that cannot be read as what it is.
+    #[must_use]
+    pub fn unreadable(file: &Path, what: impl Into<String>, hint: &'static str) -> Self {
+        Self::in_file(file, Problem::Unreadable { what: what.into(), hint })
+    }
+
     /// The same, in a named column.
     #[must_use]
     pub fn in_column(mut self, column: &str) -> Self {
@@ -218,6 +224,14 @@ pub enum Problem {
     /// A CSV or text file that is broken as such.
     #[error("not readable as a table: {0}")]
     Csv(String),
+    /// A file of another program that cannot be read as what it is.
+    #[error("is {what}, which cannot be read here")]
+    Unreadable {
+        /// What it is, and what is wrong.
+        what: String,
+        /// How to make it readable.
+        hint: &'static str,
+    },
     /// A TOML file that is broken or has wrong keys.
     #[error("{0}")]
     Toml(String),
@@ -325,24 +339,33 @@ impl Problem {
             Self::NoProfileTimes | Self::NoColumnPositions | Self::OnlyProfiles | Self::Ply(_) => {
                 self.profile_hint()
             }
+            Self::Unreadable { hint, .. } => hint,
             Self::Csv(_) => "the file should be UTF-8 text with one header line, separated by commas",
             Self::Toml(_) | Self::Value { .. } => {
                 "compare with a file that trueline has written: `trueline simulate` writes datasets, `trueline plan --example` a cell"
             }
-            Self::MissingCalibration => "`trueline calibrate DATASET --json result.json` writes one",
-            Self::MissingReference => {
-                "a reference is a CSV of points x_mm,y_mm,z_mm along the seam, or a TOML with [[lines]] or [circle]"
-            }
+            Self::MissingCalibration
+            | Self::MissingReference
+            | Self::NoResult(_)
+            | Self::NewerResult { .. }
+            | Self::NotCalibrated { .. } => self.calibration_hint(),
             Self::PointRepeated => "leave one of the two out",
-            Self::NoResult(_) => "a file that does not end in .json is read as TOML, like initial.toml",
-            Self::NewerResult { .. } => "a newer trueline wrote it: use that, or calibrate again",
-            Self::NotCalibrated { .. } => {
-                "calibrate from a scan that shows everything: `trueline plan` helps"
-            }
             Self::ForeignRow { .. } => "is this the right file for this format?",
             Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",
         };
         text.to_owned()
+    }
+
+    fn calibration_hint(&self) -> &'static str {
+        match self {
+            Self::MissingCalibration => "`trueline calibrate DATASET --json result.json` writes one",
+            Self::MissingReference => {
+                "a reference is a CSV of points x_mm,y_mm,z_mm along the seam, or a TOML with [[lines]] or [circle]"
+            }
+            Self::NoResult(_) => "a file that does not end in .json is read as TOML, like initial.toml",
+            Self::NewerResult { .. } => "a newer trueline wrote it: use that, or calibrate again",
+            _ => "calibrate from a scan that shows everything: `trueline plan` helps",
+        }
     }
 
     fn profile_hint(&self) -> &'static str {

@@ -8,6 +8,7 @@
 pub mod calibration_file;
 pub mod dialect;
 pub mod error;
+pub mod feature_cache;
 pub mod features_csv;
 pub mod folder;
 pub mod gray_picture;

@@ -88,6 +88,8 @@ pub enum ImportError {
     FramesNeeded {
         /// The transforms, as parent → child.
         links: Vec<String>,
+        /// The one frame without a parent, and the one at the end of the one chain that moves, if there is but one of each.
+        proposal: Option<[String; 2]>,
     },
     /// A frame that is not there.
     #[error("there is no frame `{frame}`; there are: {}", list(known))]
@@ -205,6 +207,11 @@ impl ImportError {
             }
             Self::NoRobot { .. } | Self::OnlyJointAngles { .. } => {
                 "record the pose of the tool as well: tf, or a PoseStamped"
+            }
+            Self::FramesNeeded { proposal: Some([base, tool]), .. } => {
+                return format!(
+                    "perhaps --base {base} --tool {tool}? the tool is the frame whose pose the robot reports"
+                );
             }
             Self::FramesNeeded { .. }
             | Self::UnknownFrame { .. }

@@ -146,7 +146,7 @@ fn refusal(name: &str, choice: &Choice) -> ImportError {
 #[test]
 fn what_is_not_said_is_not_guessed() {
     let error = refusal("tf_compressed", &choice());
-    let ImportError::FramesNeeded { links } = &error else { panic!("{error}") };
+    let ImportError::FramesNeeded { links, .. } = &error else { panic!("{error}") };
     assert!(links.contains(&"link2 → flange".to_owned()) && links.len() == 6, "{links:?}");
     assert!(error.hint().contains("--base"));
 
@@ -164,7 +164,10 @@ fn what_is_not_said_is_not_guessed() {
     assert_eq!(error.to_string(), "there is no topic `/pose` with robot poses; there are: /robot/pose");
 
     let error = refusal("pose_mono8", &Choice { image_topic: Some("/robot/pose".to_owned()), ..choice() });
-    assert!(error.to_string().ends_with("with pictures; there are: /camera/image_raw"), "{error}");
+    assert!(
+        error.to_string().ends_with("with pictures or profiles; there are: /camera/image_raw"),
+        "{error}"
+    );
 
     assert!(matches!(refusal("pose_mono8", &Choice::default()), ImportError::NoSensor));
 }

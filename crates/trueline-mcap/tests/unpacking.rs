@@ -78,7 +78,7 @@ fn poses_out_of_order_are_sorted_and_told() {
         [
             "2 robot poses were recorded behind later ones and have been sorted by stamp",
             "1 robot poses have the stamp of the one before",
-            "the recording has neither pictures nor seam points"
+            "the recording has neither pictures nor profiles nor seam points"
         ]
     );
     let robot = scan.robot();
@@ -125,10 +125,10 @@ fn a_jpeg_is_refused_whatever_it_says_it_is() {
     let error = Scan::of(&messages).unpack(&choice()).unwrap_err();
     assert_eq!(error.to_string(), "/image, message 2 at 0.000000007 s: the picture is a JPEG");
     assert!(error.hint().contains("record raw pictures"), "{}", error.hint());
-    // Colour, and nothing known.
+    // A palette, and nothing known.
     let mut color = png(0);
-    color[25] = 2;
-    for (bytes, words) in [(color.as_slice(), "png of 8 bits, colour type 2"), (b"RIFF", "webp")] {
+    color[25] = 3;
+    for (bytes, words) in [(color.as_slice(), "png of 8 bits, colour type 3"), (b"RIFF", "webp")] {
         messages.truncate(1);
         messages.push(compressed_image("/image", at(0), "webp", bytes));
         let error = Scan::of(&messages).unpack(&choice()).unwrap_err();
@@ -166,7 +166,7 @@ fn several_candidates_are_listed() {
     let mut messages = vec![pose_stamped("/pose", at(0), "base", &pose(0))];
     messages.extend(["/left", "/right"].map(|topic| compressed_image(topic, at(0), "png", &png(0))));
     let error = Scan::of(&messages).unpack(&choice()).unwrap_err();
-    assert_eq!(error.to_string(), "several topics have pictures: /left, /right");
+    assert_eq!(error.to_string(), "several topics have pictures or profiles: /left, /right");
     let scan = Scan::of(&messages);
     let right = Choice { image_topic: Some("/right".to_owned()), ..choice() };
     assert_eq!(scan.unpack(&right).unwrap().frames, 1);

@@ -7,9 +7,9 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_method::evaluate::difference::{Difference, Field, MOVED_Z};
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 
-/// The difference; second minus first.
+/// The difference; second minus first. With a tolerance, whether the seam has moved less than that.
 #[must_use]
-pub fn json(difference: &Difference, field: &Field) -> Value {
+pub fn json(difference: &Difference, field: &Field, tolerance_m: Option<f64>) -> Value {
     let d = difference;
     let three = |vector: Vector3<f64>, scale: f64| [vector.x, vector.y, vector.z].map(|x| x * scale);
     let sigma = |first: usize, scale: f64| three(d.sigma.fixed_rows::<3>(first).into_owned(), scale);
@@ -21,6 +21,8 @@ pub fn json(difference: &Difference, field: &Field) -> Value {
         "seam_shift_rms_mm": d.seam_shift_rms_m * MM_PER_M,
         "seam_shift_largest_mm": d.seam_shift_largest_m * MM_PER_M,
         "seam_shift_sigma_mm": d.seam_shift_sigma_m * MM_PER_M,
+        "tolerance_mm": tolerance_m.map(|m| m * MM_PER_M),
+        "within_tolerance": tolerance_m.map(|m| d.seam_shift_rms_m <= m),
         "z": d.z,
         "z_limit": MOVED_Z,
         "time_offset_ms": { "change": d.time_offset_s * 1e3, "sigma": d.sigma[TIME_OFFSET] * 1e3, "z": d.z_time },

@@ -4,9 +4,9 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use trueline_method::diagnose::doctor::{Diagnosis, Outcome};
 
-/// The diagnosis in a few lines of plain text.
+/// The diagnosis in a few lines of plain text; `all` lists what was tried in vain as well.
 #[must_use]
-pub fn text(d: &Diagnosis) -> String {
+pub fn text(d: &Diagnosis, all: bool) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
     if d.findings.is_empty() {
@@ -21,8 +21,13 @@ pub fn text(d: &Diagnosis) -> String {
     for reason in &d.as_recorded.said {
         let _ = writeln!(out, "  {:<40} {reason}", "");
     }
-    for trial in &d.trials {
-        let _ = writeln!(out, "  {:<40} {}", format!("without: {}", trial.name), fit(&trial.outcome));
+    let told = |name: &str| all || d.explained_by.contains(&name);
+    for trial in d.trials.iter().filter(|trial| told(trial.name)) {
+        let _ = writeln!(out, "  {:<40} {}", format!("if undone: {}", trial.name), fit(&trial.outcome));
+    }
+    let hidden = d.trials.iter().filter(|trial| !told(trial.name)).count();
+    if hidden > 0 {
+        let _ = writeln!(out, "  {hidden} other mistakes were tried in vain; --verbose lists them");
     }
     out
 }
@@ -47,6 +52,7 @@ pub fn json(d: &Diagnosis) -> Value {
     let outcome = |o: &Outcome| json!({ "fits": o.fits(), "noise_factor": o.noise_factor, "explained": o.explained, "reasons": o.said });
     json!({
         "findings": d.findings,
+        "explained_by": d.explained_by,
         "as_recorded": outcome(&d.as_recorded),
         "without": d.trials.iter().map(|t| json!({ "mistake": t.name, "outcome": outcome(&t.outcome) })).collect::<Vec<_>>(),
     })

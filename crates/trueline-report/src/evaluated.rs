@@ -3,7 +3,8 @@
 use serde_json::{Value, json};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures};
+use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures, NEEDED_WITHIN, ToleranceCheck};
+use trueline_method::evaluate::other_cell::OtherCell;
 use trueline_method::evaluate::reference_curve::ReferenceCurve;
 
 /// The two rows of every evaluation.
@@ -56,6 +57,30 @@ pub fn text(e: &Evaluation) -> String {
     out
 }
 
+/// The verdict against a tolerance.
+#[must_use]
+pub fn tolerance_text(check: &ToleranceCheck) -> String {
+    format!(
+        "{}: {:.1} % of the points are within {} mm; {:.0} % are needed",
+        if check.passed() { "Passed" } else { "NOT passed" },
+        100.0 * check.within,
+        check.tolerance_m * MM_PER_M,
+        100.0 * NEEDED_WITHIN
+    )
+}
+
+/// What it means that a calibration does not belong to a scan.
+#[must_use]
+pub fn other_cell_text(other: &OtherCell) -> String {
+    format!(
+        "This calibration does not belong to this scan: calibrated by itself the sensor sits {:.1} mm and {:.2}° elsewhere, and its images are \
+         {:+.1} ms later",
+        other.shift_m * MM_PER_M,
+        other.turn_rad.to_degrees(),
+        other.offset_s * 1e3
+    )
+}
+
 /// A reference in words.
 #[must_use]
 pub fn described(reference: &ReferenceCurve) -> String {
@@ -66,9 +91,9 @@ pub fn described(reference: &ReferenceCurve) -> String {
     }
 }
 
-/// The evaluation as JSON.
+/// The evaluation as JSON, with the verdict against a tolerance and what tells that the calibration is another cell's.
 #[must_use]
-pub fn json(e: &Evaluation) -> Value {
+pub fn json(e: &Evaluation, check: Option<&ToleranceCheck>, other: Option<&OtherCell>) -> Value {
     let figures: serde_json::Map<String, Value> =
         rows(e).into_iter().map(|(_, key, f)| (key.to_owned(), figures(&f))).collect();
     json!({
@@ -78,6 +103,16 @@ pub fn json(e: &Evaluation) -> Value {
             "seams": e.references.iter().map(reference).collect::<Vec<_>>(),
         },
         "figures": figures,
+        "tolerance": check.map(|check| json!({
+            "tolerance_mm": check.tolerance_m * MM_PER_M,
+            "share_within": check.within,
+            "passed": check.passed(),
+        })),
+        "other_cell": other.map(|other| json!({
+            "shift_mm": other.shift_m * MM_PER_M,
+            "turn_deg": other.turn_rad.to_degrees(),
+            "time_offset_s": other.offset_s,
+        })),
         "beyond_ends": e.beyond_ends,
         "skipped": e.skipped.iter().map(|(why, count)| (why.code().to_owned(), json!(count))).collect::<serde_json::Map<_, _>>(),
     })

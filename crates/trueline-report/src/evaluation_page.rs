@@ -5,12 +5,23 @@ use crate::page::render::render;
 use crate::page::{
     Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Tone, Verdict,
 };
+use nalgebra::Vector3;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures};
+use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures, ToleranceCheck};
+use trueline_method::evaluate::other_cell::OtherCell;
+
+/// What is said of an evaluation beside its figures.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Judged<'a> {
+    /// The verdict against a tolerance.
+    pub check: Option<&'a ToleranceCheck>,
+    /// That the calibration is another cell's.
+    pub other: Option<&'a OtherCell>,
+}
 
 /// Renders the report.
 #[must_use]
-pub fn html(e: &Evaluation, title: &str, command: &str) -> String {
+pub fn html(e: &Evaluation, judged: Judged<'_>, title: &str, command: &str) -> String {
     let figures = Figures::of(e.calibrated.iter().map(|d| d.error_m));
     let reference = e.references.first().map_or_else(String::new, evaluated::described);
     let mut page = Page {
@@ -27,6 +38,15 @@ pub fn html(e: &Evaluation, title: &str, command: &str) -> String {
         },
         ..Page::default()
     };
+    if let Some(check) = judged.check {
+        page.verdict = Verdict {
+            text: format!("{}. {}", evaluated::tolerance_text(check), page.verdict.text),
+            tone: Tone::of(check.passed()),
+        };
+    }
+    if let Some(other) = judged.other {
+        page.verdict = Verdict { text: evaluated::other_cell_text(other) + ".", tone: Tone::of(false) };
+    }
     let columns = &mut page.columns;
     page.sections = vec![
         Section { id: "figures", heading: "", blocks: first(e), folded: false },
@@ -62,7 +82,7 @@ fn first(e: &Evaluation) -> Vec<Block> {
 fn table(e: &Evaluation) -> Table {
     let row = |name: &str, list: &[Deviation]| {
         let f = Figures::of(list.iter().map(|d| d.error_m));
-        let mm = |m: f64| format!("{:.4}", m * MM_PER_M);
+        let mm = |m: f64| format!("{:.3}", m * MM_PER_M);
         TableRow::plain(vec![
             name.to_owned(),
             f.count.to_string(),
@@ -84,6 +104,19 @@ fn table(e: &Evaluation) -> Table {
         head: ["", "points", "RMSE (mm)", "MAE (mm)", "median (mm)", "max (mm)"].map(str::to_owned).to_vec(),
         rows,
     }
+}
+
+/// Along the seam, across it and up, at a point: up is base z without what of it is along the seam, or base x where the seam itself
+/// stands. Where the reference has no direction these are x, y and z of base.
+fn axes(e: &Evaluation, d: &Deviation) -> [Vector3<f64>; 3] {
+    let reference = e.references.get(d.measured.line as usize);
+    let Some(along) = reference.and_then(|reference| reference.direction_at(&d.measured.point_in_base))
+    else {
+        return [Vector3::x(), Vector3::y(), Vector3::z()];
+    };
+    let vertical = if along.z.abs() < 0.9 { Vector3::z() } else { Vector3::x() };
+    let up = (vertical - along * along.dot(&vertical)).normalize();
+    [along, up.cross(&along), up]
 }
 
 /// More points than this are thinned out for drawing.
@@ -121,8 +154,14 @@ fn charts(e: &Evaluation, columns: &mut Columns) -> Vec<Block> {
     };
     vec![
         chart("distance", "Distance from the reference", "distance (mm)", &|d| d.error_m.norm() * MM_PER_M),
-        chart("error-x", "Error along base x", "error x (mm)", &|d| d.error_m.x * MM_PER_M),
-        chart("error-y", "Error along base y", "error y (mm)", &|d| d.error_m.y * MM_PER_M),
-        chart("error-z", "Error along base z", "error z (mm)", &|d| d.error_m.z * MM_PER_M),
+        chart("error-across", "Error across the seam", "across (mm)", &|d| {
+            axes(e, d)[1].dot(&d.error_m) * MM_PER_M
+        }),
+        chart("error-height", "Error in height", "height (mm)", &|d| {
+            axes(e, d)[2].dot(&d.error_m) * MM_PER_M
+        }),
+        chart("error-along", "Error along the seam", "along (mm)", &|d| {
+            axes(e, d)[0].dot(&d.error_m) * MM_PER_M
+        }),
     ]
 }

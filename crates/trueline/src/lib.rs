@@ -14,6 +14,7 @@ pub use trueline_dataset::result_file::ResultFile;
 pub use trueline_dataset::{Feature, Guess, Measured, RobotSample, Sensor};
 pub use trueline_geometry::{Line, Plane, Pose};
 pub use trueline_method::assess::observability::Unobservable;
+pub use trueline_method::evaluate::live_placement::{LivePlacement, Placement};
 pub use trueline_method::evaluate::seam_points::{SeamPoint, SeamPoints};
 pub use trueline_method::verdict::Axis;
 pub use trueline_method::{

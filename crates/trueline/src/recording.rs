@@ -110,6 +110,10 @@ fn imported(path: &Path) -> Result<Recording, Error> {
     if let (true, Some(pictures)) = (data.features.is_empty(), &imported.pictures) {
         data.features = seams_in(pictures, &data.sensor)?;
     }
+    #[cfg(feature = "images")]
+    if data.features.is_empty() {
+        data.features = trueline_vision::profile::seams(&imported.profiles).features;
+    }
     if data.features.is_empty() {
         return Err(Error::NoFeatures(path.to_owned()));
     }

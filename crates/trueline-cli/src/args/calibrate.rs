@@ -86,6 +86,9 @@ pub struct CalibrateArgs {
     /// Joint type, for a dataset with pictures and no features
     #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]
     pub joint: JointChoice,
+    /// Robot and images were stamped by clocks that have nothing in common: find how far they are apart
+    #[arg(long)]
+    pub align_clocks: bool,
     /// Threads for large scans; the result is the same to the last bit
     #[arg(long, default_value_t = NonZeroUsize::MIN)]
     pub threads: NonZeroUsize,

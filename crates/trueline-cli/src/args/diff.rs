@@ -1,5 +1,6 @@
 //! `trueline diff`.
 
+use crate::requirement::length_m;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -12,7 +13,8 @@ Says whether the difference is what chance makes, or what has moved and by how
 much at the seam: over a field of the laser plane about the stand-off, at the
 working speed.
 
-Exit code: 0 the same, 1 moved, 2 could not be compared.")]
+Exit code: 0 the same, or moved by less than the tolerance, 1 moved, 2 could
+not be compared.")]
 pub struct DiffArgs {
     /// The JSON of `trueline calibrate --json`
     pub first: PathBuf,
@@ -30,6 +32,9 @@ pub struct DiffArgs {
     /// Speed along the seam, mm/s [default: that of the first result]
     #[arg(long)]
     pub speed_mm_s: Option<f64>,
+    /// How far the seam may have moved without harm: 0.2mm; then less is exit 0
+    #[arg(long, value_name = "LENGTH", value_parser = length_m)]
+    pub tolerance: Option<f64>,
     /// Write the difference as JSON; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,

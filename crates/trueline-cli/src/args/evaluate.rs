@@ -1,6 +1,7 @@
 //! `trueline evaluate` and `trueline reproduce`.
 
 use super::choice::{Choice, one_of};
+use crate::requirement::length_m;
 use clap::Args;
 use std::path::PathBuf;
 use trueline_method::evaluate::reference_curve::Form;
@@ -9,12 +10,17 @@ use trueline_method::evaluate::reference_curve::Form;
 #[command(after_help = "Examples:
   trueline evaluate weld-scan --calibration result.json
   trueline evaluate weld-scan --calibration result.json --reference taught.csv --report weld.html
+  trueline evaluate weld-scan --calibration result.json --tolerance 0.5mm
   trueline evaluate scan --calibration initial.toml --reference scan/truth.toml --json -
 
 A reference is a CSV of points along the seam (x_mm,y_mm,z_mm in base), or a TOML with [[lines]] (point_mm, direction) or
 [circle] (centre_mm, axis, radius_mm). Without one, the line, circle or plane that fits best takes its place.
 
-Exit code: 0 evaluated, 2 could not run.")]
+A calibration of another cell, or of a sensor that has moved since, is told:
+the scan is calibrated by itself and compared.
+
+Exit code: 0 evaluated, 1 beyond the tolerance, or the calibration does not
+belong to this scan, 2 could not run.")]
 pub struct EvaluateArgs {
     /// Dataset folder
     pub dataset: PathBuf,
@@ -24,6 +30,9 @@ pub struct EvaluateArgs {
     /// The seam's true form
     #[arg(long)]
     pub reference: Option<PathBuf>,
+    /// How far a point may be: 0.5mm; 95 % of the points must be nearer, or exit 1
+    #[arg(long, value_name = "LENGTH", value_parser = length_m)]
+    pub tolerance: Option<f64>,
     /// The form that is fitted where there is no reference
     #[arg(long, value_parser = one_of(&FORMS), default_value = "auto", conflicts_with = "reference")]
     pub fit: Form,

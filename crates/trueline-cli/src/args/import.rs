@@ -73,9 +73,13 @@ const BAG_HELP: &str = "Examples:
   trueline import mcap drive.mcap --sensor sensor.toml --base base_link --tool tool0 --out scan
   trueline import rosbag2 rosbag2_2026_11_21 --sensor sensor.toml --pose-topic /robot/pose --out scan
 
-Poses: PoseStamped, TransformStamped, tf and tf_static, Foxglove's PoseInFrame and FrameTransform. Pictures: Image (mono8, mono16),
-CompressedImage (png), Foxglove's RawImage and CompressedImage. Joint angles alone will not do: they need the robot's
-kinematics. The stamps are those in the headers. Where there is one of a kind it is taken; else it must be named.";
+Poses: PoseStamped, PoseWithCovarianceStamped, Odometry, TransformStamped, tf
+and tf_static, Foxglove's PoseInFrame and FrameTransform. Pictures: Image (mono,
+rgb, bgr, bayer), CompressedImage (png; jpeg with --allow-jpeg), Foxglove's
+RawImage and CompressedImage. Profiles: PointCloud2 with y = 0, LaserScan.
+Joint angles alone will not do: they need the robot's kinematics. The stamps
+are those in the headers. Where there is one of a kind it is taken; else it
+must be named.";
 
 #[derive(Args)]
 pub struct BagArgs {
@@ -90,7 +94,7 @@ pub struct BagArgs {
     /// Topic of the robot's poses
     #[arg(long)]
     pub pose_topic: Option<String>,
-    /// Topic of the pictures
+    /// Topic of the pictures or profiles
     #[arg(long)]
     pub image_topic: Option<String>,
     /// Frame of the robot's base, of tf
@@ -99,6 +103,9 @@ pub struct BagArgs {
     /// Frame of the tool, of tf
     #[arg(long)]
     pub tool: Option<String>,
+    /// Take JPEG pictures as well, although losses move edges by fractions of a pixel
+    #[arg(long)]
+    pub allow_jpeg: bool,
     /// By which clock robot and pictures are stamped
     #[arg(long, value_parser = one_of(&CLOCKS), default_value = "recorded")]
     pub stamps: StampClock,

@@ -96,6 +96,9 @@ pub struct ImportCsvArgs {
     /// Columns of the feature file, ours=theirs
     #[arg(long, value_delimiter = ',', value_parser = mapping)]
     pub features_map: Vec<ColumnMapping>,
+    /// Robot and sensor were stamped by clocks that have nothing in common: find how far they are apart
+    #[arg(long)]
+    pub align_clocks: bool,
     /// Character between columns, or tab, or blanks [default: recognised]
     #[arg(long, value_parser = separator)]
     pub delimiter: Option<Separator>,

@@ -1,6 +1,7 @@
 //! `trueline calibrate`.
 
 use crate::args::CalibrateArgs;
+use crate::clocks;
 use crate::failure::Failure;
 use crate::hints;
 use crate::opened_dataset::{self, OpenedDataset};
@@ -18,17 +19,28 @@ use trueline_report::{result, summary};
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     check_sensor(args)?;
-    let opened = opened_dataset::open_all(&args.datasets, args.joint, args.quiet)?;
+    let config = config(args);
+    let mut opened = opened_dataset::open_all(&args.datasets, args.joint, args.quiet)?;
+    let images_ahead_ns = match (args.align_clocks, args.datasets.len()) {
+        (false, _) => None,
+        (true, 1) => Some(clocks::align_recording(&mut opened.recording, &config, args.quiet)?),
+        (true, _) => {
+            return Err(Failure::new(
+                "`--align-clocks` is for one scan: several have several clocks",
+                "align each by itself: `trueline import csv DATASET --align-clocks --out ALIGNED`",
+            ));
+        }
+    };
     let recording = &opened.recording;
     let initial = match &args.initial {
         Some(file) => Some(read_guess(file)?),
         None => recording.initial,
     };
-    let calibration = trueline_method::calibrate(recording, initial.as_ref(), &config(args))?;
+    let calibration = trueline_method::calibrate(recording, initial.as_ref(), &config)?;
     if let Some(file) = &args.write_sensor {
         write_sensor(file, &opened, &calibration, args.quiet)?;
     }
-    write_results(args, &opened, &calibration)?;
+    write_results(args, &opened, &calibration, images_ahead_ns)?;
     Ok(exit_code(&calibration))
 }
 
@@ -48,12 +60,16 @@ fn write_results(
     args: &CalibrateArgs,
     opened: &OpenedDataset,
     calibration: &Calibration,
+    images_ahead_ns: Option<i64>,
 ) -> Result<(), Failure> {
     if let Some(file) = &args.json {
         let mut result = result::of(calibration);
         result.stamps.meaning = opened.stamp_meaning.clone();
         if opened.recording.setup.mounted == Mounted::Fixed {
             result.mounted = Some("fixed".to_owned());
+        }
+        if let Some(images_ahead_ns) = images_ahead_ns {
+            result = result.with_images_ahead(images_ahead_ns as f64 * 1e-9);
         }
         output::result(file, &result)?;
     }

@@ -20,13 +20,20 @@ pub fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
     let difference = between(&estimates.0, &estimates.1, &field).ok_or_else(|| {
         Failure::new("the covariances are not positive", "calibrate again: these results cannot be compared")
     })?;
+    let tolerance_m = args.tolerance;
     if let Some(file) = &args.json {
-        output::json(file, &format!("{:#}", compared::json(&difference, &field)))?;
+        output::json(file, &format!("{:#}", compared::json(&difference, &field, tolerance_m)))?;
     }
     if !args.quiet {
         output::summary(args.json.as_deref(), &compared::text(&difference, &field))?;
     }
-    Ok(if difference.moved() { ExitCode::from(1) } else { ExitCode::SUCCESS })
+    let harmless = tolerance_m.is_some_and(|tolerance_m| difference.seam_shift_rms_m <= tolerance_m);
+    if let (Some(tolerance_m), false) = (tolerance_m, args.quiet) {
+        let how = if harmless { "within" } else { "BEYOND" };
+        output::words(&format!("the seam has moved {how} the tolerance of {} mm", tolerance_m * MM_PER_M));
+    }
+    let failed = if tolerance_m.is_some() { !harmless } else { difference.moved() };
+    Ok(if failed { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
 
 /// Where the seam is looked at, and how fast the sensor passes.

@@ -6,6 +6,7 @@ use crate::opened_dataset;
 use crate::output;
 use std::io::IsTerminal;
 use std::process::ExitCode;
+use trueline_dataset::folder;
 use trueline_method::{Config, diagnose::doctor};
 use trueline_report::diagnosis;
 
@@ -26,7 +27,21 @@ pub fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
         output::json(file, &format!("{:#}", diagnosis::json(&found)))?;
     }
     if !args.quiet {
-        output::summary(args.json.as_deref(), &diagnosis::text(&found))?;
+        output::summary(args.json.as_deref(), &diagnosis::text(&found, args.verbose))?;
+    }
+    if let Some(out) = &args.fix {
+        let mended = found.mended(&recording).ok_or_else(|| {
+            Failure::new(
+                format!("{}: not written: no single mistake explains the fit", out.display()),
+                "what is found is listed above; change the files by hand, and try again",
+            )
+        })?;
+        folder::write(out, &mended)?;
+        output::words(&format!(
+            "{}: the dataset without the mistake: {}",
+            out.display(),
+            found.explained_by.join(", ")
+        ));
     }
     Ok(if found.findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

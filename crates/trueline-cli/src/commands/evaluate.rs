@@ -6,14 +6,18 @@ use crate::opened_dataset;
 use crate::output;
 use std::process::ExitCode;
 use trueline_dataset::{Reference, calibration_file, reference_file};
+use trueline_method::Config;
 use trueline_method::evaluate::evaluation::evaluate;
+use trueline_method::evaluate::other_cell::other_cell;
 use trueline_method::evaluate::reference_curve::ReferenceCurve;
+use trueline_report::evaluation_page::Judged;
 use trueline_report::{evaluated, evaluation_page};
 
 /// Runs the command.
 pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     let recording = opened_dataset::open(&args.dataset, None, args.quiet)?.recording;
     let calibration = calibration_file::read(&args.calibration)?;
+    let tolerance_m = args.tolerance;
     let recording = calibration.corrected(recording);
     let known = &calibration.known;
     if calibration.stamps_treated && !args.quiet {
@@ -24,20 +28,27 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     }
     let references = args.reference.as_deref().map(reference_file::read).transpose()?.map(curves);
     let evaluation = evaluate(&recording, &known.parameters, references, args.fit)?;
+    let check = tolerance_m.map(|tolerance_m| evaluation.check(tolerance_m));
+    let other = other_cell(&recording, &known.parameters, &Config::default());
     if let Some(file) = &args.json {
-        output::json(file, &format!("{:#}", evaluated::json(&evaluation)))?;
+        let json = evaluated::json(&evaluation, check.as_ref(), other.as_ref());
+        output::json(file, &format!("{json:#}"))?;
     }
     if let Some(file) = &args.csv {
         output::file(file, &evaluated::points_csv(&evaluation))?;
     }
     if let Some(file) = &args.report {
         let title = format!("{} by {}", args.dataset.display(), args.calibration.display());
-        output::file(file, &evaluation_page::html(&evaluation, &title, &output::command_line()))?;
+        let judged = Judged { check: check.as_ref(), other: other.as_ref() };
+        output::file(file, &evaluation_page::html(&evaluation, judged, &title, &output::command_line()))?;
     }
     if !args.quiet {
         output::summary(args.json.as_deref(), &evaluated::text(&evaluation))?;
     }
-    Ok(ExitCode::SUCCESS)
+    check.iter().for_each(|check| output::words(&evaluated::tolerance_text(check)));
+    other.iter().for_each(|other| output::words(&evaluated::other_cell_text(other)));
+    let passed = other.is_none() && check.is_none_or(|check| check.passed());
+    Ok(if passed { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 fn curves(reference: Reference) -> Vec<ReferenceCurve> {

@@ -2,7 +2,7 @@
 
 use crate::args::{BagArgs, ImportArgs, ImportCsvArgs, ImportFormat};
 use crate::failure::Failure;
-use crate::{opened_dataset, output};
+use crate::{clocks, opened_dataset, output};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -36,7 +36,10 @@ pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
 }
 
 fn import_csv(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
-    let Imported { recording, profiles, .. } = super::import_csv::read(args)?;
+    let Imported { mut recording, mut profiles, .. } = super::import_csv::read(args)?;
+    if args.align_clocks {
+        clocks::align_import(&mut recording, &mut profiles)?;
+    }
     folder::write(&args.out, &recording)?;
     let found = match profiles.len() {
         0 => format!("{} features", recording.features.len()),
@@ -62,16 +65,18 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
         base_frame: args.base.clone(),
         tool_frame: args.tool.clone(),
         clock: args.stamps,
+        allow_jpeg: args.allow_jpeg,
     };
     let folder = DatasetFolder::begin(&args.out)?;
     let imported = import(&args.src, &choice)?;
     folder.write(&imported)?;
     opened_dataset::tell(&imported, false);
     output::words(&format!(
-        "{}: {} robot poses, {} pictures, {} features",
+        "{}: {} robot poses, {} pictures, {} profiles, {} features",
         args.out.display(),
         imported.recording.robot.len(),
         imported.pictures.as_ref().map_or(0, PictureSource::count),
+        imported.profiles.len(),
         imported.recording.features.len(),
     ));
     Ok(ExitCode::SUCCESS)

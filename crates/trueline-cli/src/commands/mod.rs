@@ -4,6 +4,7 @@ pub mod apply;
 pub mod calibrate;
 #[cfg(feature = "gige")]
 pub mod camera_sim;
+pub mod completions;
 pub mod demo;
 pub mod diff;
 pub mod doctor;
@@ -13,6 +14,7 @@ pub mod features;
 pub mod import;
 pub mod import_csv;
 pub mod listen;
+pub mod man;
 pub mod plan;
 pub mod rapid;
 pub mod record;

@@ -3,6 +3,7 @@
 use super::foreign_csv::{self, ColumnMapping, ForeignTable, Renaming};
 use super::profiles::{self, EvenColumns, ProfileFormat, Timing};
 use super::robot_layout::RobotLayout;
+use super::tables_of_programs::as_text;
 use crate::dialect::Separator;
 use crate::error::{Error, Problem};
 use crate::profile::Profile;
@@ -93,7 +94,12 @@ impl CsvFolder {
     }
 
     fn read_profiles(&self, source: &ProfileSource, notes: &mut Vec<String>) -> Result<Vec<Profile>, Error> {
-        let bytes = bytes_of(&source.file)?;
+        let bytes = as_text(
+            &source.file,
+            bytes_of(&source.file)?,
+            &|name| usize::from(profiles_csv::is_column(name)),
+            notes,
+        )?;
         let Some(format) = source.format.or_else(|| ProfileFormat::recognised(&bytes)) else {
             let renaming =
                 Renaming { map: &self.features_map, layout: None, is_ours: &profiles_csv::is_column };
@@ -128,7 +134,8 @@ impl CsvFolder {
         renaming: &Renaming<'_>,
         notes: &mut Vec<String>,
     ) -> Result<ForeignTable, Error> {
-        let table = foreign_csv::read(file, bytes_of(file)?, self.separator, renaming)?;
+        let bytes = as_text(file, bytes_of(file)?, &|theirs| renaming.weight(theirs), notes)?;
+        let table = foreign_csv::read(file, bytes, self.separator, renaming)?;
         let mut said = Vec::new();
         if !table.dialect.is_plain() {
             said.push(table.dialect.to_string());

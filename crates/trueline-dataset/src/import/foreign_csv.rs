@@ -106,12 +106,22 @@ impl Renaming<'_> {
                 return Err(Error::at_line(file, 1, problem));
             }
         }
-        let name = |theirs: &String| {
-            let mapped = self.map.iter().find(|item| item.theirs == *theirs).map(|item| item.ours.clone());
-            let own = || (self.is_ours)(theirs).then(|| theirs.clone());
-            mapped.or_else(|| self.layout?.ours(theirs)).or_else(own).or_else(|| time_column(theirs))
-        };
-        Ok(header.iter().map(name).collect())
+        Ok(header.iter().map(|theirs| self.ours(theirs)).collect())
+    }
+
+    /// How much a column of theirs is wanted: what the user names counts more than what has our name by chance.
+    #[must_use]
+    pub fn weight(&self, theirs: &str) -> usize {
+        let named = self.map.iter().any(|item| item.theirs == theirs);
+        if named { 100 } else { usize::from(self.ours(theirs).is_some()) }
+    }
+
+    /// Our name of a column of theirs, or none.
+    #[must_use]
+    pub fn ours(&self, theirs: &str) -> Option<String> {
+        let mapped = self.map.iter().find(|item| item.theirs == theirs).map(|item| item.ours.clone());
+        let own = || (self.is_ours)(theirs).then(|| theirs.to_owned());
+        mapped.or_else(|| self.layout?.ours(theirs)).or_else(own).or_else(|| time_column(theirs))
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod answer;
 mod checks;
+mod clock_shift;
 mod fact;
 mod options;
 mod rival;
@@ -100,6 +101,10 @@ pub struct ResultFile {
     /// What the scan says of the sensor's own calibration.
     #[serde(default)]
     pub sensor: SensorEntry,
+    /// What `--align-clocks` found: how far image stamps were ahead of the robot's. The time offset contains it; absent where clocks
+    /// were not aligned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub images_ahead_s: Option<f64>,
     /// Error of a seam point where it is used; null if the hand-eye is not all observable.
     #[serde(default)]
     pub at_torch: Option<AtTorch>,

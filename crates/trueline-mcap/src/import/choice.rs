@@ -17,6 +17,8 @@ pub struct Choice {
     pub tool_frame: Option<String>,
     /// The clock that stamps.
     pub clock: StampClock,
+    /// Whether pictures that are compressed with losses are taken.
+    pub allow_jpeg: bool,
 }
 
 /// By which clock robot and pictures are stamped.

@@ -7,6 +7,7 @@ use crate::message::content::Kind;
 use crate::message::spatial::frame_name;
 use crate::read::survey::{LinkSurvey, Survey, TopicSurvey, is_static_topic};
 use crate::wire::frame_names::{BASE, TOOL};
+use std::collections::BTreeSet;
 
 /// Where the robot's poses are.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,12 +38,22 @@ pub const OWN_POSES: &str = "/tf";
 pub struct Chosen {
     pub robot: RobotSource,
     pub pictures: Option<String>,
+    /// The topic of whole profiles.
+    pub profiles: Option<String>,
 }
 
 impl Chosen {
     /// Decides, from what there is and what the user says.
     pub fn of(survey: &Survey, choice: &Choice) -> Result<Self, ImportError> {
-        Ok(Self { robot: robot(survey, choice)?, pictures: pictures(survey, choice)? })
+        let seen = seen(survey, choice)?;
+        let is_profile = |topic: &String| {
+            survey.topics.iter().any(|known| known.name == *topic && known.kind == Kind::Profile)
+        };
+        let (profiles, pictures) = match seen {
+            Some(topic) if is_profile(&topic) => (Some(topic), None),
+            pictures => (None, pictures),
+        };
+        Ok(Self { robot: robot(survey, choice)?, pictures, profiles })
     }
 }
 
@@ -51,9 +62,10 @@ fn names(survey: &Survey, kinds: &[Kind]) -> Vec<String> {
     topics.map(|topic| topic.name.clone()).collect()
 }
 
-fn pictures(survey: &Survey, choice: &Choice) -> Result<Option<String>, ImportError> {
-    const WANTED: &str = "pictures";
-    let mut candidates = names(survey, &[Kind::Picture]);
+/// The topic of what the sensor sees.
+fn seen(survey: &Survey, choice: &Choice) -> Result<Option<String>, ImportError> {
+    const WANTED: &str = "pictures or profiles";
+    let mut candidates = names(survey, &[Kind::Picture, Kind::Profile]);
     if let Some(topic) = choice.image_topic.clone() {
         let is_there = candidates.contains(&topic);
         return if is_there {
@@ -146,8 +158,27 @@ fn chain(survey: &Survey, choice: &Choice, only: Option<&str>) -> Result<RobotSo
             ([link], base, tool) => {
                 (base.unwrap_or_else(|| link.parent.clone()), tool.unwrap_or_else(|| link.child.clone()))
             }
-            _ => return Err(ImportError::FramesNeeded { links: links.iter().map(|l| l.words()).collect() }),
+            _ => {
+                let words = links.iter().map(|l| l.words()).collect();
+                return Err(ImportError::FramesNeeded { links: words, proposal: obvious_chain(&links) });
+            }
         };
     let steps = path(&links, &base, &tool)?;
     Ok(RobotSource::Chain(Chain { base, tool, only: only.map(str::to_owned), steps }))
+}
+
+/// From the one frame without a parent to the one frame without a child that it leads to by a transform that moves.
+fn obvious_chain(links: &[&LinkSurvey]) -> Option<[String; 2]> {
+    let roots = links.iter().map(|l| &l.parent).filter(|frame| links.iter().all(|l| l.child != **frame));
+    let roots: BTreeSet<&String> = roots.collect();
+    let leaves = links.iter().map(|l| &l.child).filter(|frame| links.iter().all(|l| l.parent != **frame));
+    let leaves: BTreeSet<&String> = leaves.collect();
+    let mut moving =
+        roots.iter().flat_map(|root| leaves.iter().map(move |leaf| (*root, *leaf))).filter(|(root, leaf)| {
+            path(links, root, leaf).is_ok_and(|steps| steps.iter().any(|step| !step.is_static))
+        });
+    match (moving.next(), moving.next()) {
+        (Some((root, leaf)), None) => Some([root.clone(), leaf.clone()]),
+        _ => None,
+    }
 }

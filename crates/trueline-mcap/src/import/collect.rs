@@ -1,16 +1,19 @@
 //! The second look at a recording: what was chosen is taken out.
 
-use crate::import::choice::StampClock;
+use crate::import::choice::{Choice, StampClock};
 use crate::import::chosen::{Chosen, OWN_POSES, RobotSource};
 use crate::import::stored_picture::{MessageType, StoredPicture};
 use crate::import::transform_chain::Samples;
 use crate::import_error::ImportError;
-use crate::message::content::{Content, FrameStamps, Kind, StampedPicture, StampedPose, StampedTransform};
+use crate::message::content::{
+    Content, FrameStamps, Kind, PictureOrigin, StampedPicture, StampedPose, StampedProfile, StampedTransform,
+};
+use crate::message::content_error::ContentError;
 use crate::message::decode::{decode, kind};
 use crate::read::bag_item::{BagItem, BagMessage};
 use crate::read::survey::is_static_topic;
 use crate::wire::frame_names::{BASE, TOOL};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use trueline_dataset::{Feature, RobotSample};
 
 /// What was taken out so far.
@@ -18,12 +21,16 @@ pub struct Collector<'a> {
     chosen: &'a Chosen,
     is_own: bool,
     clock: StampClock,
+    allow_jpeg: bool,
     numbers: HashMap<String, u64>,
     base: Option<String>,
     pub robot: Vec<RobotSample>,
     /// Of each step of the chain.
     pub transforms: Vec<Samples>,
     pub pictures: Vec<StoredPicture>,
+    /// Pictures by what they were.
+    pub origins: BTreeMap<PictureOrigin, usize>,
+    pub profiles: Vec<StampedProfile>,
     pub picture_types: Vec<MessageType>,
     pub frames: Vec<FrameStamps>,
     pub features: Vec<Feature>,
@@ -32,7 +39,7 @@ pub struct Collector<'a> {
 }
 
 impl<'a> Collector<'a> {
-    pub fn new(chosen: &'a Chosen, is_own: bool, clock: StampClock) -> Self {
+    pub fn new(chosen: &'a Chosen, is_own: bool, choice: &Choice) -> Self {
         let (steps, base) = match &chosen.robot {
             RobotSource::Chain(chain) => (chain.steps.len(), None),
             RobotSource::Poses { base, .. } => (0, base.clone()),
@@ -41,12 +48,15 @@ impl<'a> Collector<'a> {
         Self {
             chosen,
             is_own,
-            clock,
+            clock: choice.clock,
+            allow_jpeg: choice.allow_jpeg,
             numbers: HashMap::new(),
             base,
             robot: Vec::new(),
             transforms: vec![Vec::new(); steps],
             pictures: Vec::new(),
+            origins: BTreeMap::new(),
+            profiles: Vec::new(),
             picture_types: Vec::new(),
             frames: Vec::new(),
             features: Vec::new(),
@@ -75,6 +85,7 @@ impl<'a> Collector<'a> {
                 }
             },
             Kind::Picture => self.chosen.pictures.as_deref() == Some(message.topic),
+            Kind::Profile => self.chosen.profiles.as_deref() == Some(message.topic),
             Kind::Features | Kind::Frame => true,
             Kind::RobotClocks => self.clock == StampClock::Ptp,
             Kind::JointStates | Kind::Other => false,
@@ -84,13 +95,18 @@ impl<'a> Collector<'a> {
     fn add_message(&mut self, message: &BagMessage<'_>) -> Result<(), ImportError> {
         let number = self.numbers.entry(message.topic.to_owned()).or_default();
         *number += 1;
-        let content = decode(message.schema, message.encoding, message.bytes).map_err(|problem| {
-            ImportError::Message {
-                topic: message.topic.to_owned(),
-                number: *number,
-                log_time: message.log_time,
-                problem,
+        let allowed = |content: Content| match &content {
+            Content::Picture(picture) if picture.origin == PictureOrigin::Jpeg && !self.allow_jpeg => {
+                Err(ContentError::Jpeg)
             }
+            _ => Ok(content),
+        };
+        let decoded = decode(message.schema, message.encoding, message.bytes).and_then(allowed);
+        let content = decoded.map_err(|problem| ImportError::Message {
+            topic: message.topic.to_owned(),
+            number: *number,
+            log_time: message.log_time,
+            problem,
         })?;
         match content {
             Content::Pose(pose) => self.add_pose(message.topic, pose)?,
@@ -100,6 +116,7 @@ impl<'a> Collector<'a> {
                 }
             }
             Content::Picture(picture) => self.add_picture(message, &picture),
+            Content::Profile(profile) => self.profiles.push(profile),
             Content::Frame(frame) => self.frames.push(frame),
             Content::Features(features) => self.features.extend(features),
             Content::RobotClocks(steady_ns, ptp_ns) => {
@@ -146,6 +163,7 @@ impl<'a> Collector<'a> {
     /// Keeps where the picture is: its pixels are read again when they are needed.
     fn add_picture(&mut self, message: &BagMessage<'_>, picture: &StampedPicture) {
         let stamp_ns = if self.is_own { message.log_time as i64 } else { picture.stamp_ns };
+        *self.origins.entry(picture.origin).or_insert(0) += 1;
         let (sequence, place) = (message.sequence, message.place);
         let kind = MessageType { schema: message.schema.to_owned(), encoding: message.encoding.to_owned() };
         let known = self.picture_types.iter().position(|known| *known == kind);

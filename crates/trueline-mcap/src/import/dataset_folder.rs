@@ -7,7 +7,9 @@ use crate::message::content::Picture;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use trueline_dataset::{Error, FrameFile, FrameStamp, PictureSource, Problem, folder, gray_png, images};
+use trueline_dataset::{
+    Error, FrameFile, FrameStamp, PictureSource, Problem, folder, gray_picture, gray_png, images,
+};
 
 /// A folder in the making, beside where it is to be.
 pub struct DatasetFolder {
@@ -54,6 +56,9 @@ impl DatasetFolder {
             let file = self.unfinished.join("sensor.toml");
             fs::write(&file, text).map_err(|error| ImportError::io(&file, &error))?;
         }
+        if !imported.profiles.is_empty() {
+            folder::write_profiles(&self.unfinished, &imported.profiles)?;
+        }
         if let Some(pictures) = &imported.pictures {
             self.write_pictures(pictures)?;
         }
@@ -70,6 +75,9 @@ impl DatasetFolder {
             match pictures.recorded(number)? {
                 Picture::Png(bytes) => {
                     fs::write(&file, bytes).map_err(|error| ImportError::io(&file, &error))?;
+                }
+                Picture::Compressed(bytes) => {
+                    gray_png::write(&file, &gray_picture::decode(&file, &bytes)?)?;
                 }
                 Picture::Gray(image) => gray_png::write(&file, &image)?,
             }

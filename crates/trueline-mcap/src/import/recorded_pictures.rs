@@ -7,7 +7,7 @@ use crate::message::decode::decode;
 use crate::read::bag::Bag;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
-use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource, Problem, gray_png};
+use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource, Problem, gray_picture, gray_png};
 
 /// The pictures of a recording. Nothing is held in memory but where each of them is.
 pub struct RecordedPictures {
@@ -82,6 +82,7 @@ impl PictureSource for RecordedPictures {
         })?;
         match picture {
             Picture::Gray(image) => Ok(image),
+            Picture::Compressed(bytes) => gray_picture::decode(&self.file(number), &bytes),
             Picture::Png(bytes) => gray_png::decode(&self.file(number), Cursor::new(bytes), spare),
         }
     }

@@ -14,6 +14,7 @@ use crate::import::recorded_pictures::RecordedPictures;
 use crate::import::stored_picture::RecordedFrame;
 use crate::import::transform_chain::compose;
 use crate::import_error::ImportError;
+use crate::message::content::PictureOrigin;
 use crate::read::bag::Bag;
 use crate::read::damage::DamagedFile;
 use crate::read::survey::{self, Survey};
@@ -21,7 +22,8 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
 use trueline_dataset::{
-    Feature, Measured, Recording, RobotSample, Sensor, SensorFile, folder, sensor_toml, written_form,
+    Feature, Measured, Profile, ProfilePoint, Recording, RobotSample, Sensor, SensorFile, folder,
+    sensor_toml, written_form,
 };
 
 /// A recording that was read, whatever it was made of.
@@ -33,6 +35,8 @@ pub struct Imported {
     pub sensor_toml: Option<String>,
     /// The pictures, which stay in the recording until they are asked for; `None` if there are none.
     pub pictures: Option<RecordedPictures>,
+    /// Whole profiles, in the place of seam points.
+    pub profiles: Vec<Profile>,
     /// What its stamps mean, in the words of the recording, where it says so.
     pub stamp_meaning: Option<String>,
     /// What is worth knowing: what was sorted, interpolated or left out.
@@ -51,8 +55,8 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
     let survey = survey::of(&bag)?;
     let chosen = Chosen::of(&survey, choice)?;
     let mut notes = Vec::new();
-    let (sensor, sensor_toml) = sensor(path, &survey, choice, &mut notes)?;
-    let mut collected = Collector::new(&chosen, survey.is_own, choice.clock);
+    let (sensor, sensor_toml) = sensor(path, &survey, choice, chosen.profiles.is_some(), &mut notes)?;
+    let mut collected = Collector::new(&chosen, survey.is_own, choice);
     let damages = bag.read(&mut |item| collected.add(item))?;
 
     let mut frames = frames(&mut collected, &chosen, survey.is_own, &mut notes)?;
@@ -62,8 +66,10 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
         common_clock::stamp(&mut robot, &mut frames, &mut features, &collected.ptp_ns)?;
         notes.push("stamps are IEEE 1588 times of controller and camera".to_owned());
     }
-    if frames.is_empty() && features.is_empty() {
-        notes.push("the recording has neither pictures nor seam points".to_owned());
+    notes.extend(collected.origins.iter().filter_map(|(origin, count)| origin_note(*origin, *count)));
+    let profiles = profiles(&mut collected, &chosen, &sensor.sensor, &mut notes)?;
+    if frames.is_empty() && features.is_empty() && profiles.is_empty() {
+        notes.push("the recording has neither pictures nor profiles nor seam points".to_owned());
     }
     let SensorFile { sensor, setup } = sensor;
     let (initial, truth, inputs) = (None, None, hashes(&bag)?);
@@ -72,7 +78,7 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
     let types = std::mem::take(&mut collected.picture_types);
     let topic = chosen.pictures.unwrap_or_default();
     let pictures = (!frames.is_empty()).then(|| RecordedPictures::new(bag, topic, types, frames));
-    Ok(Imported { recording, sensor_toml, pictures, stamp_meaning, notes, damages })
+    Ok(Imported { recording, sensor_toml, pictures, profiles, stamp_meaning, notes, damages })
 }
 
 impl Imported {
@@ -101,6 +107,7 @@ fn sensor(
     path: &Path,
     survey: &Survey,
     choice: &Choice,
+    has_profiles: bool,
     notes: &mut Vec<String>,
 ) -> Result<(SensorFile, Option<String>), ImportError> {
     match (&choice.sensor, &survey.sensor_toml) {
@@ -112,6 +119,10 @@ fn sensor(
         }
         (None, Some(text)) => {
             Ok((sensor_toml::parse_file(&path.join("sensor.toml"), text)?, Some(text.clone())))
+        }
+        (None, None) if has_profiles => {
+            notes.push("no sensor.toml: profiles are those of a profiler".to_owned());
+            Ok((Sensor::Profiler.into(), None))
         }
         (None, None) => Err(ImportError::NoSensor),
     }
@@ -189,6 +200,43 @@ fn frames(
     let (frames, told) = recorded_frames(pictures, stamps);
     notes.extend(told);
     Ok(frames)
+}
+
+/// What is worth knowing of pictures that were not gray.
+fn origin_note(origin: PictureOrigin, count: usize) -> Option<String> {
+    let words = match origin {
+        PictureOrigin::Gray => return None,
+        PictureOrigin::Colour => "pictures are in colour: their luma is used",
+        PictureOrigin::Mosaic => "pictures are a mosaic of colours: the mean about each pixel is used",
+        PictureOrigin::Jpeg => "pictures are JPEG, which moves edges by fractions of a pixel",
+    };
+    Some(format!("{count} {words}"))
+}
+
+fn profiles(
+    collected: &mut Collector<'_>,
+    chosen: &Chosen,
+    sensor: &Sensor,
+    notes: &mut Vec<String>,
+) -> Result<Vec<Profile>, ImportError> {
+    let mut profiles = std::mem::take(&mut collected.profiles);
+    if profiles.is_empty() {
+        return Ok(Vec::new());
+    }
+    if *sensor != Sensor::Profiler {
+        return Err(ImportError::OtherSensor { sensor: sensor.kind() });
+    }
+    if not_stamped(profiles.iter().map(|profile| profile.stamp_ns)) {
+        return Err(ImportError::NotStamped { topic: chosen.profiles.clone().unwrap_or_default() });
+    }
+    notes.extend(sort(&mut profiles, |profile| profile.stamp_ns, "profiles"));
+    let point = |[x_m, z_m]: [f64; 2]| ProfilePoint { x_m, z_m, intensity: None };
+    let numbered = profiles.into_iter().zip(0..).map(|(profile, frame)| Profile {
+        stamp_ns: profile.stamp_ns,
+        frame: Some(frame),
+        points: profile.points.into_iter().map(point).collect(),
+    });
+    Ok(numbered.collect())
 }
 
 fn features(

@@ -12,6 +12,8 @@ pub enum Kind {
     Transforms,
     /// A picture.
     Picture,
+    /// A whole profile of a laser profiler.
+    Profile,
     /// Angles of a robot's joints.
     JointStates,
     /// Seam points.
@@ -33,6 +35,8 @@ pub enum Content {
     Transforms(Vec<StampedTransform>),
     /// A picture.
     Picture(StampedPicture),
+    /// A profile.
+    Profile(StampedProfile),
     /// Angles of joints.
     JointStates(JointStates),
     /// Seam points.
@@ -76,6 +80,30 @@ pub struct StampedPicture {
     pub stamp_ns: i64,
     /// The picture.
     pub picture: Picture,
+    /// What became gray levels on the way.
+    pub origin: PictureOrigin,
+}
+
+/// What a picture was before it was gray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PictureOrigin {
+    /// Gray levels, without losses.
+    Gray,
+    /// Colours: their luma counts.
+    Colour,
+    /// A colour filter's mosaic: the mean of its colours about each pixel counts.
+    Mosaic,
+    /// Compressed with losses.
+    Jpeg,
+}
+
+/// A profile of a moment, in the profiler's sheet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StampedProfile {
+    /// Stamp in the message, ns.
+    pub stamp_ns: i64,
+    /// Its points: x along the stripe, z range, m.
+    pub points: Vec<[f64; 2]>,
 }
 
 /// A picture as it was recorded.
@@ -83,6 +111,8 @@ pub struct StampedPicture {
 pub enum Picture {
     /// A gray PNG, to be passed on as it is.
     Png(Vec<u8>),
+    /// A JPEG or a PNG in colour: [`trueline_dataset::gray_picture`] makes gray levels of it.
+    Compressed(Vec<u8>),
     /// Pixels.
     Gray(GrayImage),
 }

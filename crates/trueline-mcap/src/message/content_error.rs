@@ -71,6 +71,12 @@ pub enum ContentError {
     /// A picture compressed with losses.
     #[error("the picture is a JPEG")]
     Jpeg,
+    /// A cloud of points that are not in the sheet of a profiler.
+    #[error("the points are no profile: expected y = 0 in the sensor's frame, found {y_m} m")]
+    NoProfile {
+        /// What is there, m.
+        y_m: f64,
+    },
     /// A picture in colour or in another form.
     #[error("expected a gray picture of 8 or 16 bits, found `{found}`")]
     NotGray {
@@ -97,9 +103,15 @@ impl ContentError {
     pub fn hint(&self) -> String {
         let text = match self {
             Self::Jpeg => {
-                "JPEG moves edges by fractions of a pixel, which is what is measured: record raw pictures, or PNG (image_transport: `format: png`)"
+                "JPEG moves edges by fractions of a pixel, which is what is measured: record raw pictures, or PNG (image_transport: `format: png`); \
+                 --allow-jpeg takes them as they are"
             }
-            Self::NotGray { .. } => "record mono8, mono16, 8UC1, 16UC1 or gray PNG",
+            Self::NotGray { .. } => {
+                "record mono8, mono16, rgb8, bgr8, a bayer pattern of 8 bits, PNG of 8 or 16 bits, or JPEG"
+            }
+            Self::NoProfile { .. } => {
+                "publish the profile in the sensor's own frame, not in that of the robot"
+            }
             Self::QuaternionNotUnit { .. } | Self::NotFinite { .. } => {
                 "was the sender not ready yet? cut the recording, or choose another topic"
             }

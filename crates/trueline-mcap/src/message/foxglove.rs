@@ -2,7 +2,7 @@
 
 use crate::message::content::{Content, Kind, StampedPicture, StampedPose, StampedTransform};
 use crate::message::content_error::ContentError;
-use crate::message::gray_picture::{RawPicture, checked_png};
+use crate::message::gray_picture::{RawPicture, compressed};
 use crate::message::spatial::{frame_name, pose_of};
 use foxglove::messages::{
     CompressedImage, FrameTransform, FrameTransforms, PoseInFrame, Quaternion, RawImage, Vector3,
@@ -34,8 +34,9 @@ pub fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
         "foxglove.FrameTransforms" => transforms(bytes).map(Content::Transforms),
         "foxglove.CompressedImage" => {
             let image = message::<CompressedImage>(bytes)?;
-            let picture = checked_png(&image.data, &image.format)?;
-            Ok(Content::Picture(StampedPicture { stamp_ns: message::<Stamp>(bytes)?.ns()?, picture }))
+            let (picture, origin) = compressed(&image.data, &image.format)?;
+            let stamp_ns = message::<Stamp>(bytes)?.ns()?;
+            Ok(Content::Picture(StampedPicture { stamp_ns, picture, origin }))
         }
         "foxglove.RawImage" => raw_image(bytes).map(Content::Picture),
         _ => Ok(Content::Other),
@@ -117,5 +118,6 @@ fn raw_image(bytes: &[u8]) -> Result<StampedPicture, ContentError> {
         big_endian: false,
         bytes: &wire.data,
     };
-    Ok(StampedPicture { stamp_ns: message::<Stamp>(bytes)?.ns()?, picture: picture.gray()? })
+    let (picture, origin) = picture.gray()?;
+    Ok(StampedPicture { stamp_ns: message::<Stamp>(bytes)?.ns()?, picture, origin })
 }

@@ -7,9 +7,11 @@ mod foxglove;
 mod gray_picture;
 mod ros;
 pub mod ros_cursor;
+mod ros_profile;
 pub(crate) mod spatial;
 
 pub use content::{
-    Content, FrameStamps, JointStates, Kind, Picture, StampedPicture, StampedPose, StampedTransform,
+    Content, FrameStamps, JointStates, Kind, Picture, PictureOrigin, StampedPicture, StampedPose,
+    StampedProfile, StampedTransform,
 };
 pub use decode::{decode, kind};

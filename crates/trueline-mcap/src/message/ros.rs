@@ -1,9 +1,12 @@
 //! The messages of ROS that matter here.
 
-use crate::message::content::{Content, JointStates, Kind, StampedPicture, StampedPose, StampedTransform};
+use crate::message::content::{
+    Content, JointStates, Kind, StampedPicture, StampedPose, StampedProfile, StampedTransform,
+};
 use crate::message::content_error::ContentError;
-use crate::message::gray_picture::{RawPicture, checked_png};
+use crate::message::gray_picture::{RawPicture, compressed};
 use crate::message::ros_cursor::RosCursor;
+use crate::message::ros_profile::{laser_scan, point_cloud};
 use crate::message::spatial::{frame_name, pose_of};
 
 /// What messages of a ROS type are; the type is written `package/msg/Name` in ROS 2, `package/Name` in ROS 1.
@@ -11,7 +14,10 @@ use crate::message::spatial::{frame_name, pose_of};
 pub fn kind(schema: &str) -> Kind {
     let short = schema.replace("/msg/", "/");
     match short.as_str() {
-        "geometry_msgs/PoseStamped" => Kind::Pose,
+        "geometry_msgs/PoseStamped" | "geometry_msgs/PoseWithCovarianceStamped" | "nav_msgs/Odometry" => {
+            Kind::Pose
+        }
+        "sensor_msgs/PointCloud2" | "sensor_msgs/LaserScan" => Kind::Profile,
         "geometry_msgs/TransformStamped" | "tf2_msgs/TFMessage" | "tf/tfMessage" => Kind::Transforms,
         "sensor_msgs/Image" | "sensor_msgs/CompressedImage" => Kind::Picture,
         "sensor_msgs/JointState" => Kind::JointStates,
@@ -50,7 +56,21 @@ struct Fields<'a> {
 impl<'a> Fields<'a> {
     fn content(mut self, schema: &str) -> Read<Content> {
         let content = match schema.rsplit('/').next().unwrap_or_default() {
-            "PoseStamped" if kind(schema) == Kind::Pose => Content::Pose(self.pose()?),
+            "Odometry" if kind(schema) == Kind::Pose => Content::Pose(self.odometry()?),
+            "PoseWithCovarianceStamped" if kind(schema) == Kind::Pose => {
+                let pose = self.pose()?;
+                self.covariance()?;
+                Content::Pose(pose)
+            }
+            _ if kind(schema) == Kind::Pose => Content::Pose(self.pose()?),
+            "PointCloud2" if kind(schema) == Kind::Profile => {
+                let (stamp_ns, _) = self.header()?;
+                Content::Profile(StampedProfile { stamp_ns, points: point_cloud(&mut self.cursor)? })
+            }
+            _ if kind(schema) == Kind::Profile => {
+                let (stamp_ns, _) = self.header()?;
+                Content::Profile(StampedProfile { stamp_ns, points: laser_scan(&mut self.cursor)? })
+            }
             "TransformStamped" if kind(schema) == Kind::Transforms => {
                 Content::Transforms(vec![self.transform()?])
             }
@@ -83,6 +103,27 @@ impl<'a> Fields<'a> {
         let (stamp_ns, frame) = self.header()?;
         let (position, xyzw) = (self.cursor.f64s("position")?, self.cursor.f64s("orientation")?);
         Ok(StampedPose { stamp_ns, frame, pose: pose_of(position, xyzw)? })
+    }
+
+    fn odometry(&mut self) -> Read<StampedPose> {
+        let (stamp_ns, frame) = self.header()?;
+        self.cursor.text("child_frame_id")?;
+        let (position, xyzw) = (self.cursor.f64s("position")?, self.cursor.f64s("orientation")?);
+        self.covariance()?;
+        // Linear and angular velocity.
+        for _ in 0..6 {
+            self.cursor.any_f64("twist")?;
+        }
+        self.covariance()?;
+        Ok(StampedPose { stamp_ns, frame, pose: pose_of(position, xyzw)? })
+    }
+
+    /// Not used; who does not know it may well send NaN.
+    fn covariance(&mut self) -> Read<()> {
+        for _ in 0..36 {
+            self.cursor.any_f64("covariance")?;
+        }
+        Ok(())
     }
 
     fn transform(&mut self) -> Read<StampedTransform> {
@@ -126,15 +167,15 @@ impl<'a> Fields<'a> {
         let big_endian = self.cursor.u8("is_bigendian")? != 0;
         let step = self.cursor.u32("step")?;
         let bytes = self.cursor.bytes("data")?;
-        let picture = RawPicture { width, height, step, encoding, big_endian, bytes }.gray()?;
-        Ok(StampedPicture { stamp_ns, picture })
+        let (picture, origin) = RawPicture { width, height, step, encoding, big_endian, bytes }.gray()?;
+        Ok(StampedPicture { stamp_ns, picture, origin })
     }
 
     fn compressed_image(&mut self) -> Read<StampedPicture> {
         let (stamp_ns, _) = self.header()?;
         let format = self.cursor.text("format")?;
-        let picture = checked_png(self.cursor.bytes("data")?, format)?;
-        Ok(StampedPicture { stamp_ns, picture })
+        let (picture, origin) = compressed(self.cursor.bytes("data")?, format)?;
+        Ok(StampedPicture { stamp_ns, picture, origin })
     }
 }
 

@@ -91,12 +91,28 @@ impl<'a> RosCursor<'a> {
         Ok(i32::from_le_bytes(self.number(field)?))
     }
 
+    /// A number of four bytes, also one that is not finite.
+    ///
+    /// # Errors
+    /// The end of the bytes.
+    pub fn any_f32(&mut self, field: &'static str) -> Read<f32> {
+        Ok(f32::from_le_bytes(self.number(field)?))
+    }
+
+    /// A number of eight bytes, also one that is not finite.
+    ///
+    /// # Errors
+    /// The end of the bytes.
+    pub fn any_f64(&mut self, field: &'static str) -> Read<f64> {
+        Ok(f64::from_le_bytes(self.number(field)?))
+    }
+
     /// A finite number of eight bytes.
     ///
     /// # Errors
     /// The end of the bytes, NaN or infinity.
     pub fn f64(&mut self, field: &'static str) -> Read<f64> {
-        let value = f64::from_le_bytes(self.number(field)?);
+        let value = self.any_f64(field)?;
         if value.is_finite() { Ok(value) } else { Err(ContentError::NotFinite { field }) }
     }
 

@@ -51,8 +51,19 @@ pub struct Diagnosis {
     pub as_recorded: Outcome,
     /// The recording without each mistake; empty if it fits as it is.
     pub trials: Vec<Trial>,
+    /// Names of the trials that explain a bad fit, the most likely first.
+    pub explained_by: Vec<&'static str>,
     /// What is wrong, in a user's words; the most likely first. Empty if nothing is.
     pub findings: Vec<String>,
+}
+
+impl Diagnosis {
+    /// The recording without the mistake that explains its bad fit; `None` where none does, or more than one.
+    #[must_use]
+    pub fn mended(&self, recording: &Recording) -> Option<Recording> {
+        let [name] = self.explained_by[..] else { return None };
+        MISTAKES.iter().find(|mistake| mistake.name == name).and_then(|mistake| (mistake.mend)(recording))
+    }
 }
 
 /// Residuals up to this many times the expected noise are of the right geometry.
@@ -79,7 +90,9 @@ pub fn diagnose(recording: &Recording, config: &Config, mut watch: impl FnMut(&s
     let result = calibrate(&thin, None, config);
     let as_recorded = outcome(&result);
     let trials = if as_recorded.is_noise() { Vec::new() } else { try_all(&thin, config, &mut watch) };
-    let mut findings = explanations(&as_recorded, &trials);
+    let explained = explanations(&as_recorded, &trials);
+    let explained_by = explained.iter().map(|(name, _)| *name).collect();
+    let mut findings: Vec<String> = explained.into_iter().map(|(_, words)| words).collect();
     if findings.is_empty() {
         findings = implausible(recording);
     }
@@ -95,7 +108,7 @@ pub fn diagnose(recording: &Recording, config: &Config, mut watch: impl FnMut(&s
                 .to_owned(),
         );
     }
-    Diagnosis { as_recorded, trials, findings }
+    Diagnosis { as_recorded, trials, explained_by, findings }
 }
 
 fn outcome(result: &Result<Calibration, Error>) -> Outcome {
@@ -133,8 +146,8 @@ fn try_all(recording: &Recording, config: &Config, watch: &mut impl FnMut(&str))
     MISTAKES.iter().filter_map(trial).collect()
 }
 
-/// The trials that explain a bad fit: far better than as recorded, and as good as the best of them.
-fn explanations(as_recorded: &Outcome, trials: &[Trial]) -> Vec<String> {
+/// The trials that explain a bad fit, by name and in words: far better than as recorded, and as good as the best of them.
+fn explanations(as_recorded: &Outcome, trials: &[Trial]) -> Vec<(&'static str, String)> {
     let share = if as_recorded.fits() { EXPLAINS_DOUBT } else { EXPLAINS };
     let limit = share * as_recorded.noise_factor.unwrap_or(f64::INFINITY);
     let mut good: Vec<(&Trial, f64)> = trials
@@ -150,7 +163,9 @@ fn explanations(as_recorded: &Outcome, trials: &[Trial]) -> Vec<String> {
         as_recorded.noise_factor.map_or_else(|| "no result".to_owned(), |factor| format!("{factor:.1}"));
     good.iter()
         .map(|(trial, factor)| {
-            format!("{} (residuals in units of the expected noise: {before} → {factor:.1})", trial.says)
+            let words =
+                format!("{} (residuals in units of the expected noise: {before} → {factor:.1})", trial.says);
+            (trial.name, words)
         })
         .collect()
 }

@@ -54,6 +54,26 @@ impl Figures {
     }
 }
 
+/// Whether points are near enough to their reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToleranceCheck {
+    /// How far a point may be, m.
+    pub tolerance_m: f64,
+    /// Part of the points that are not further.
+    pub within: f64,
+}
+
+/// Part of the points that must be within a tolerance: the rest are wild points, as every sensor has them.
+pub const NEEDED_WITHIN: f64 = 0.95;
+
+impl ToleranceCheck {
+    /// Whether enough points are within the tolerance.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        self.within >= NEEDED_WITHIN
+    }
+}
+
 /// What a calibration is worth on a scan.
 #[derive(Clone, Debug)]
 pub struct Evaluation {
@@ -69,6 +89,15 @@ pub struct Evaluation {
     pub beyond_ends: usize,
     /// Features that gave no point, by reason.
     pub skipped: BTreeMap<Skip, usize>,
+}
+
+impl Evaluation {
+    /// The calibrated points against a tolerance, m.
+    #[must_use]
+    pub fn check(&self, tolerance_m: f64) -> ToleranceCheck {
+        let within = self.calibrated.iter().filter(|point| point.error_m.norm() <= tolerance_m).count();
+        ToleranceCheck { tolerance_m, within: within as f64 / self.calibrated.len().max(1) as f64 }
+    }
 }
 
 /// Evaluates a calibration on a scan of seams that are known, or of the form that fits its points best.

@@ -2,6 +2,8 @@
 
 pub mod difference;
 pub mod evaluation;
+pub mod live_placement;
+pub mod other_cell;
 pub mod placed_features;
 pub mod reference_curve;
 pub mod seam_points;

@@ -49,6 +49,26 @@ impl ReferenceCurve {
         }
     }
 
+    /// Unit direction of the reference at the point of it that is nearest to a point; `None` where it has none.
+    #[must_use]
+    pub fn direction_at(&self, point: &Vector3<f64>) -> Option<Vector3<f64>> {
+        match self {
+            Self::Line(line) => Some(line.direction()),
+            Self::Circle(circle) => {
+                let radial = circle.nearest(point) - circle.centre();
+                circle.axis().cross(&radial).try_normalize(1e-12)
+            }
+            Self::Curve(curve) => {
+                let ends = curve.points().windows(2).min_by(|a, b| {
+                    let middle = |ends: &[Vector3<f64>]| ((ends[0] + ends[1]) / 2.0 - point).norm();
+                    middle(a).total_cmp(&middle(b))
+                })?;
+                (ends[1] - ends[0]).try_normalize(1e-12)
+            }
+            Self::Plane(_) => None,
+        }
+    }
+
     /// From the nearest point of the reference to a point, m; `None` beyond the ends of a curve that has some.
     #[must_use]
     pub fn deviation(&self, point: &Vector3<f64>) -> Option<Vector3<f64>> {

@@ -222,6 +222,32 @@ fn corrected(
     (point_in_camera + sheet.axes() * (there - reported), slope * covariance * slope.transpose())
 }
 
+/// Where a feature is in the camera frame, m, corrected by the sensor's shape where that is known.
+///
+/// # Errors
+/// A pixel without a ray, a ray that does not meet the laser plane, a feature of another sensor.
+pub fn point_in_camera(
+    sensor: &Sensor,
+    shape: Option<&SheetShape>,
+    measured: Measured,
+) -> Result<Vector3<f64>, Skip> {
+    let sheet = match sensor {
+        Sensor::CameraLaser { laser_plane_in_camera: plane, .. }
+        | Sensor::Points { laser_plane_in_camera: Some(plane) } => LaserSheet::from_plane(*plane),
+        Sensor::Profiler | Sensor::Points { laser_plane_in_camera: None } => LaserSheet::of_profiler(),
+    };
+    let point = match (measured, sensor) {
+        (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
+            let (ray, _) = camera.ray(&Vector2::from(pixel)).map_err(|_| Skip::NoRay)?;
+            sheet.intersect(&ray).map(|(point, _)| point).ok_or(Skip::NoIntersection)?
+        }
+        (Measured::Profile([x, z]), Sensor::Profiler) => Vector3::new(x, 0.0, z),
+        (Measured::Point(point), Sensor::Points { .. }) => Vector3::from(point),
+        _ => return Err(Skip::NoRay),
+    };
+    Ok(shape.map_or(point, |shape| corrected(&sheet, shape, (point, Matrix2::zeros())).0))
+}
+
 fn pixel_sigma(feature: &Feature, are_pixels: bool, config: &Config) -> f32 {
     let sigma = feature.sigma.map_or(config.feature_sigma_px, |[u, v]| (u * v).sqrt());
     if are_pixels { sigma as f32 } else { 0.0 }

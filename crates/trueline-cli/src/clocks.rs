@@ -1,0 +1,33 @@
+//! `--align-clocks`: streams without a common clock.
+
+use crate::failure::Failure;
+use crate::{opened_dataset, output};
+use trueline_dataset::{Profile, Recording};
+use trueline_method::Config;
+use trueline_method::diagnose::clock_alignment::{align, aligned};
+
+/// Takes from the image stamps what they are ahead of the robot's, ns, and says so.
+pub fn align_recording(recording: &mut Recording, config: &Config, quiet: bool) -> Result<i64, Failure> {
+    let found = align(recording, config).map_err(|error| Failure::new(error.to_string(), error.hint()))?;
+    *recording = aligned(recording, found.images_ahead_ns);
+    if !quiet {
+        output::words(&format!(
+            "note: image stamps are {:.3} s ahead of the robot's; below they count as so much less",
+            found.images_ahead_ns as f64 * 1e-9
+        ));
+    }
+    Ok(found.images_ahead_ns)
+}
+
+/// The same for an import, whose profiles may not have been looked at.
+pub fn align_import(recording: &mut Recording, profiles: &mut [Profile]) -> Result<(), Failure> {
+    if profiles.is_empty() {
+        align_recording(recording, &Config::default(), false)?;
+        return Ok(());
+    }
+    let features = opened_dataset::profile_features(profiles, false)?;
+    let mut seen = Recording { features, ..recording.clone() };
+    let images_ahead_ns = align_recording(&mut seen, &Config::default(), false)?;
+    profiles.iter_mut().for_each(|profile| profile.stamp_ns -= images_ahead_ns);
+    Ok(())
+}

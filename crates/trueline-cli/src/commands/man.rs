@@ -1,0 +1,33 @@
+//! `trueline man`.
+
+use crate::args::{self, ManArgs};
+use crate::failure::Failure;
+use crate::output;
+use crate::overlay;
+use clap_mangen::Man;
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Runs the command.
+pub fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
+    overlay::prepare(&args.out)?;
+    let mut command = args::command();
+    command.build();
+    let count = write(&command, "trueline", &args.out)?;
+    output::words(&format!("{}: {count} pages; read one with `man ./{}`", args.out.display(), "trueline.1"));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A page for a command and for each below it; how many that are.
+fn write(command: &clap::Command, name: &str, folder: &Path) -> Result<usize, Failure> {
+    let file = folder.join(format!("{name}.1"));
+    let mut page = Vec::new();
+    let manual = Man::new(command.clone());
+    manual.render(&mut page).map_err(|error| Failure::cannot_write(&file, &error))?;
+    output::file(&file, &String::from_utf8_lossy(&page))?;
+    let below = command.get_subcommands().filter(|below| below.get_name() != "help");
+    below
+        .map(|below| write(below, &format!("{name}-{}", below.get_name()), folder))
+        .sum::<Result<usize, _>>()
+        .map(|n| n + 1)
+}

@@ -1,0 +1,156 @@
+//! Streams without a common clock, datasets that are mended, tolerances, calibrations of another cell, and a shell's comforts.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use trueline_dataset::{features_csv, folder, robot_csv};
+
+fn trueline(folder: &Path, line: &str) -> Output {
+    let words = line.split_whitespace();
+    Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(words).output().unwrap()
+}
+
+/// Exit code, stdout and stderr.
+fn told(folder: &Path, line: &str) -> (i32, String, String) {
+    let output = trueline(folder, line);
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+fn succeeds(folder: &Path, line: &str) -> (String, String) {
+    let (code, out, words) = told(folder, line);
+    assert_eq!(code, 0, "{line}: {out}{words}");
+    (out, words)
+}
+
+fn json(file: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap()
+}
+
+#[test]
+fn streams_without_a_common_clock_are_aligned_and_the_offset_is_that_of_the_recorded_stamps() {
+    let dir = tempfile::tempdir().unwrap();
+    succeeds(dir.path(), "simulate --preset quick --out scan --quiet");
+    let mut recording = folder::read(&dir.path().join("scan")).unwrap();
+    // The camera's clock began 1234.5 s before the robot's.
+    recording.features.iter_mut().for_each(|feature| feature.stamp_ns += 1_234_500_000_000);
+    let mut csv = Vec::new();
+    features_csv::write(&mut csv, &recording.features).unwrap();
+    fs::write(dir.path().join("scan/features.csv"), csv).unwrap();
+    assert_eq!(told(dir.path(), "calibrate scan").0, 2, "without a word the streams never overlap");
+
+    let (_, words) = succeeds(dir.path(), "calibrate scan --align-clocks --json result.json");
+    assert!(words.contains("image stamps are 1234.5"), "{words}");
+    let result = json(&dir.path().join("result.json"));
+    let truth_s = recording.truth.unwrap().parameters.time_offset_s;
+    let off_s = result["time_offset_s"].as_f64().unwrap() - (1234.5 + truth_s);
+    assert!(off_s.abs() < 5.0 * result["sigma"]["time_offset_s"].as_f64().unwrap(), "{off_s}");
+    assert!((result["images_ahead_s"].as_f64().unwrap() - 1234.5).abs() < 1.0);
+    // The offset of the stamps as recorded is what the recording is used with.
+    succeeds(dir.path(), "apply scan -c result.json -o seam.csv -q");
+    assert!(fs::read_to_string(dir.path().join("seam.csv")).unwrap().lines().count() > 100);
+    // The same as a dataset of one clock.
+    succeeds(dir.path(), "import csv scan --align-clocks --out aligned");
+    succeeds(dir.path(), "calibrate aligned -q");
+    assert_eq!(told(dir.path(), "calibrate scan scan --align-clocks").0, 2);
+}
+
+#[test]
+fn doctor_writes_the_dataset_without_the_mistake() {
+    let dir = tempfile::tempdir().unwrap();
+    succeeds(dir.path(), "simulate --preset quick --out scan --quiet");
+    let mut recording = folder::read(&dir.path().join("scan")).unwrap();
+    recording.robot.iter_mut().for_each(|sample| sample.base_from_tool = sample.base_from_tool.inverse());
+    let mut csv = Vec::new();
+    robot_csv::write(&mut csv, &recording.robot).unwrap();
+    fs::write(dir.path().join("scan/robot.csv"), csv).unwrap();
+    let (code, out, words) = told(dir.path(), "doctor scan --fix mended");
+    assert_eq!(code, 1);
+    assert!(out.contains("the poses are tool_from_base") && words.contains("inverted poses"), "{out}{words}");
+    assert!(out.contains("other mistakes were tried in vain") && !out.contains("u mirrored"), "{out}");
+    succeeds(dir.path(), "calibrate mended --quiet");
+    // What is right is not mended.
+    let (code, _, words) = told(dir.path(), "doctor mended --fix again");
+    assert!(code == 2 && words.contains("no single mistake"), "{words}");
+    assert!(!dir.path().join("again").exists());
+    assert!(told(dir.path(), "doctor scan --verbose").1.contains("if undone: u mirrored"));
+}
+
+#[test]
+fn evaluate_holds_a_scan_against_a_tolerance_and_knows_a_calibration_of_another_cell() {
+    let dir = tempfile::tempdir().unwrap();
+    succeeds(dir.path(), "simulate --preset quick --out scan --quiet");
+    succeeds(dir.path(), "calibrate scan --json result.json --quiet");
+    let (_, words) = succeeds(dir.path(), "evaluate scan -c result.json --tolerance 1mm --json passed.json");
+    assert!(words.contains("Passed: ") && words.contains("within 1 mm"), "{words}");
+    let passed = json(&dir.path().join("passed.json"));
+    assert_eq!((&passed["tolerance"]["passed"], &passed["other_cell"]), (&true.into(), &Value::Null));
+    let (code, _, words) =
+        told(dir.path(), "evaluate scan -c result.json --tolerance 1um --report report.html");
+    assert!(code == 1 && words.contains("NOT passed: "), "{words}");
+    assert!(fs::read_to_string(dir.path().join("report.html")).unwrap().contains("NOT passed"));
+    assert_eq!(told(dir.path(), "evaluate scan -c result.json --tolerance 1").0, 2);
+
+    let mut other = json(&dir.path().join("result.json"));
+    let x = other["tool_from_camera"]["translation_mm"][0].as_f64().unwrap();
+    other["tool_from_camera"]["translation_mm"][0] = (x + 40.0).into();
+    fs::write(dir.path().join("other.json"), other.to_string()).unwrap();
+    let (code, _, words) = told(dir.path(), "evaluate scan -c other.json");
+    assert!(
+        code == 1 && words.contains("does not belong to this scan") && words.contains("40.0 mm"),
+        "{words}"
+    );
+    // A move of 2 mm is real, and harmless where 5 mm are allowed.
+    other["tool_from_camera"]["translation_mm"][0] = (x + 2.0).into();
+    fs::write(dir.path().join("other.json"), other.to_string()).unwrap();
+    assert_eq!(told(dir.path(), "diff result.json other.json -q").0, 1);
+    assert_eq!(told(dir.path(), "diff result.json other.json --tolerance 5mm -q").0, 0);
+    let (code, _, words) = told(dir.path(), "diff result.json other.json --tolerance 1mm");
+    assert!(code == 1 && words.contains("BEYOND the tolerance of 1 mm"), "{words}");
+}
+
+#[test]
+fn shells_complete_manuals_are_written_and_colours_can_be_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let (script, _) = succeeds(dir.path(), &format!("completions {shell}"));
+        assert!(script.contains("calibrate") && script.contains("align-clocks"), "{shell}");
+    }
+    succeeds(dir.path(), "man --out man");
+    for page in
+        ["trueline.1", "trueline-calibrate.1", "trueline-import-csv.1", "trueline-sensor-intrinsics.1"]
+    {
+        let text = fs::read_to_string(dir.path().join("man").join(page)).unwrap();
+        assert!(text.contains(".SH NAME") && text.contains(".SH SYNOPSIS"), "{page}");
+    }
+    succeeds(dir.path(), "simulate -p quick -o scan -q");
+    let always = succeeds(dir.path(), "calibrate scan --color always").0;
+    let never = succeeds(dir.path(), "calibrate scan --color never").0;
+    assert!(always.contains("\u{1b}[32m") && !never.contains('\u{1b}'));
+}
+
+/// The widest terminal that is promised to do, in columns.
+const WIDEST: usize = 100;
+
+#[test]
+fn no_line_of_help_is_wider_than_a_hundred_columns() {
+    let dir = tempfile::tempdir().unwrap();
+    succeeds(dir.path(), "man --out man");
+    let pages = fs::read_dir(dir.path().join("man")).unwrap();
+    let mut too_wide = Vec::new();
+    for page in pages {
+        let name = page.unwrap().file_name().into_string().unwrap();
+        let command = name.trim_end_matches(".1").trim_start_matches("trueline").replacen('-', " ", 1);
+        // Names of commands have hyphens too: `sensor-intrinsics` is two words, `robot-sim` one.
+        let line = match command.trim() {
+            two if two.starts_with("sensor-") || two.starts_with("import-") => two.replacen('-', " ", 1),
+            one => one.to_owned(),
+        };
+        let (help, _) = succeeds(dir.path(), &format!("{line} --help"));
+        let wide = help.lines().filter(|line| line.chars().count() > WIDEST);
+        too_wide.extend(wide.map(|line| format!("{name}: {line}")));
+    }
+    assert!(too_wide.is_empty(), "{}", too_wide.join("\n"));
+}

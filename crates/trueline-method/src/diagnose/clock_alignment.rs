@@ -1,0 +1,245 @@
+//! Two streams whose clocks have nothing in common: how far apart they are.
+//!
+//! While the sensor looks at one straight line, the seam point's place in the sheet is a function of the tool's pose alone, and to
+//! first order a linear one. So at the right shift of the image stamps a linear regression of the seam's place on the robot's six
+//! coordinates leaves little, whatever hand-eye and line are. The shifts that leave least are then calibrated, and the one that
+//! fits is the answer; where two fit, there is none.
+
+use crate::calibrate::calibrate;
+use crate::calibration::Calibration;
+use crate::config::Config;
+use crate::diagnose::shift_regression::{Place, ShiftRegression};
+use crate::order_statistics::median;
+use trueline_dataset::{Feature, Measured, Recording};
+
+/// The shift that was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClockAlignment {
+    /// What is taken from every image stamp so that it counts by the robot's clock, ns. What it leaves of the time offset is less than
+    /// a millisecond, or as much as the scan leaves open.
+    pub images_ahead_ns: i64,
+    /// Part of the seam's motion in the picture that the robot's motion explains there.
+    pub explained: f64,
+    /// The next best shift that is another answer, ns, and the part that it explains.
+    pub runner_up: Option<(i64, f64)>,
+}
+
+/// Why there is no shift.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum AlignmentError {
+    /// A stream is too short, or never overlaps for long enough.
+    #[error("the streams are too short to be aligned: {seconds:.1} s of overlap are needed")]
+    TooShort {
+        /// Least overlap, s.
+        seconds: f64,
+    },
+    /// No shift makes the scan fit.
+    #[error(
+        "no shift of the clocks makes the scan fit; the best one explains {percent:.0} % of the seam's motion"
+    )]
+    NoneFits {
+        /// What the best explains, %.
+        percent: f64,
+    },
+    /// Two shifts do.
+    #[error(
+        "two shifts of the clocks fit alike: image stamps are {first_s:.3} s or {second_s:.3} s ahead of the robot's"
+    )]
+    Ambiguous {
+        /// One shift, s.
+        first_s: f64,
+        /// The other, s.
+        second_s: f64,
+    },
+}
+
+impl AlignmentError {
+    /// What the user can do.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::TooShort { .. } => "record both streams for at least ten seconds of the same scan",
+            Self::NoneFits { .. } => {
+                "`trueline doctor` looks for other mistakes; are both files of one scan?"
+            }
+            Self::Ambiguous { .. } => {
+                "the motion repeats itself: vary its frequency, or begin and end the scan with one quick move"
+            }
+        }
+    }
+}
+
+/// Distance of two shifts that are looked at, s: a fraction of what calibration searches by itself.
+const STEP_S: f64 = 0.02;
+/// Least overlap, s.
+const LEAST_OVERLAP_S: f64 = 3.0;
+/// Least part of the images that overlaps.
+const LEAST_SHARE: f64 = 0.5;
+/// Maxima nearer to each other than this are one, s: the search of calibration reaches further.
+const APART_S: f64 = 0.4;
+/// Shifts that are calibrated.
+const CANDIDATES: usize = 4;
+/// Seam points that the regression looks at, and that a candidate's calibration looks at.
+const POINTS: usize = 400;
+/// See [`POINTS`].
+const CALIBRATED: usize = 400;
+/// Residuals of a candidate that fits, in units of the expected noise, as the doctor has it.
+const FITS: f64 = 5.0;
+/// Two candidates whose residuals are within this factor fit alike.
+const ALIKE: f64 = 1.3;
+/// Offsets within this are one answer, s.
+const SAME_S: f64 = 0.005;
+
+/// Searches the shift of the image stamps over every overlap of the two streams.
+///
+/// # Errors
+/// Streams that are too short, and scans that no shift or more than one makes fit.
+pub fn align(recording: &Recording, config: &Config) -> Result<ClockAlignment, AlignmentError> {
+    let too_short = AlignmentError::TooShort { seconds: LEAST_OVERLAP_S };
+    let (Some(robot), Some(images)) = (recording.robot.first(), recording.features.first()) else {
+        return Err(too_short);
+    };
+    let between_ns = images.stamp_ns - robot.stamp_ns;
+    let places = places(&recording.features);
+    let regression =
+        ShiftRegression::new(recording, places, LEAST_SHARE, LEAST_OVERLAP_S).ok_or(too_short)?;
+    let mut peaks = peaks(&regression);
+    peaks.truncate(CANDIDATES);
+    if peaks.is_empty() {
+        return Err(too_short);
+    }
+    let thin = thinned(recording);
+    let mut found: Vec<Candidate> =
+        peaks.iter().filter_map(|peak| Candidate::of(peak, between_ns, &thin, config)).collect();
+    found.sort_by(|a, b| a.residual.total_cmp(&b.residual));
+    chosen(&found).ok_or(AlignmentError::NoneFits { percent: 100.0 * peaks[0].explained })?
+}
+
+/// Image stamps moved by an alignment.
+#[must_use]
+pub fn aligned(recording: &Recording, images_ahead_ns: i64) -> Recording {
+    let mut moved = recording.clone();
+    for feature in &mut moved.features {
+        feature.stamp_ns -= images_ahead_ns;
+    }
+    moved
+}
+
+/// A shift whose calibration fits.
+struct Candidate {
+    images_ahead_ns: i64,
+    /// Shift and time offset together, s.
+    whole_s: f64,
+    explained: f64,
+    residual: f64,
+}
+
+impl Candidate {
+    fn of(peak: &Peak, between_ns: i64, recording: &Recording, config: &Config) -> Option<Self> {
+        let images_ahead_ns = between_ns + nanoseconds(peak.shift_s);
+        let calibration = calibrate(&aligned(recording, images_ahead_ns), None, config).ok()?;
+        let residual = residual(&calibration)?;
+        let offset_s = calibration.best_fit().time_offset_s;
+        let whole_s = images_ahead_ns as f64 * 1e-9 + offset_s;
+        // Calibration searches far by itself: whatever it found becomes part of the shift, so that no image is lost at the ends.
+        let images_ahead_ns = images_ahead_ns + nanoseconds(offset_s);
+        Some(Self { images_ahead_ns, whole_s, explained: peak.explained, residual })
+    }
+}
+
+/// Whole milliseconds, so that the shift can be written down.
+fn nanoseconds(seconds: f64) -> i64 {
+    (seconds * 1e3).round() as i64 * 1_000_000
+}
+
+/// Typical residual over expected noise, for a scan that fits.
+fn residual(calibration: &Calibration) -> Option<f64> {
+    let fit = &calibration.findings.fit;
+    (fit.noise_factor < FITS && fit.residuals.inlier_share() > 0.5)
+        .then(|| fit.noise_factor / fit.residuals.inlier_share())
+}
+
+/// The best candidate, or why there are two; `None` without any.
+fn chosen(found: &[Candidate]) -> Option<Result<ClockAlignment, AlignmentError>> {
+    let best = found.first()?;
+    let other = found.iter().find(|candidate| (candidate.whole_s - best.whole_s).abs() > SAME_S);
+    if let Some(other) = other
+        && other.residual < ALIKE * best.residual
+    {
+        return Some(Err(AlignmentError::Ambiguous { first_s: best.whole_s, second_s: other.whole_s }));
+    }
+    Some(Ok(ClockAlignment {
+        images_ahead_ns: best.images_ahead_ns,
+        explained: best.explained,
+        runner_up: other.map(|other| (other.images_ahead_ns, other.explained)),
+    }))
+}
+
+/// A shift that explains more than its neighbours, in seconds against both streams beginning together.
+struct Peak {
+    shift_s: f64,
+    explained: f64,
+    score: f64,
+}
+
+fn peaks(regression: &ShiftRegression) -> Vec<Peak> {
+    let [first, last] = regression.range_s();
+    let count = ((last - first) / STEP_S).floor().max(0.0) as usize;
+    let scored = (0..=count).filter_map(|k| {
+        let shift_s = first + k as f64 * STEP_S;
+        let at = regression.at(shift_s)?;
+        Some(Peak { shift_s, explained: at.explained, score: at.score })
+    });
+    let mut scored: Vec<Peak> = scored.collect();
+    scored.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let mut peaks: Vec<Peak> = Vec::new();
+    for peak in scored {
+        if peaks.len() == CANDIDATES {
+            break;
+        }
+        if peaks.iter().all(|known| (known.shift_s - peak.shift_s).abs() > APART_S) {
+            peaks.push(peak);
+        }
+    }
+    peaks
+}
+
+/// Where the seam is in the picture of the line that is seen most, wild points smoothed away.
+fn places(features: &[Feature]) -> Vec<Place> {
+    let lines = features.iter().map(|feature| feature.line).max().map_or(0, |last| last as usize + 1);
+    let mut counts = vec![0_usize; lines];
+    features.iter().for_each(|feature| counts[feature.line as usize] += 1);
+    let most = (0..lines).max_by_key(|line| counts[*line]).unwrap_or(0);
+    let origin_ns = features.first().map_or(0, |feature| feature.stamp_ns);
+    let raw: Vec<Place> = features
+        .iter()
+        .filter(|feature| feature.line as usize == most)
+        .map(|feature| Place {
+            time_s: (feature.stamp_ns - origin_ns) as f64 * 1e-9,
+            at: match feature.measured {
+                Measured::Pixel(at) | Measured::Profile(at) => at,
+                // The stripe spans the sheet: two of three coordinates tell it.
+                Measured::Point([x, _, z]) => [x, z],
+            },
+        })
+        .collect();
+    let every = raw.len().div_ceil(POINTS).max(1);
+    let middle = |k: usize, axis: usize| {
+        let around = raw[k.saturating_sub(3)..(k + 4).min(raw.len())].iter();
+        median(around.map(|place| place.at[axis])).unwrap_or(raw[k].at[axis])
+    };
+    (0..raw.len()).step_by(every).map(|k| Place { at: [middle(k, 0), middle(k, 1)], ..raw[k] }).collect()
+}
+
+/// Every so-many-th image, whole.
+fn thinned(recording: &Recording) -> Recording {
+    let every = recording.features.len().div_ceil(CALIBRATED).max(1);
+    let mut thin = recording.clone();
+    let (mut index, mut last) = (0, None);
+    thin.features.retain(|feature| {
+        index += usize::from(last.is_some_and(|last| last != feature.stamp_ns));
+        last = Some(feature.stamp_ns);
+        index.is_multiple_of(every)
+    });
+    thin
+}

@@ -1,0 +1,148 @@
+//! How much of the seam's motion in the sheet the robot's motion explains, if image stamps are shifted.
+
+use nalgebra::{SMatrix, SVector, Vector3};
+use trueline_dataset::Recording;
+use trueline_geometry::{Pose, so3};
+
+/// Coordinates of the robot.
+const COORDINATES: usize = 6;
+/// They, and the two of the seam.
+const ALL: usize = COORDINATES + 2;
+/// A coordinate that varies less than this (m, rad) says nothing.
+const MOVES: f64 = 1e-5;
+/// Fewest places that a regression is made of.
+const LEAST_PLACES: usize = 30;
+
+/// Where the seam is in the sheet or the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Its stamp since the first image, s.
+    pub time_s: f64,
+    /// Two coordinates, in any unit.
+    pub at: [f64; 2],
+}
+
+/// The robot's path and the seam's places, ready to be regressed.
+#[derive(Clone, Debug)]
+pub struct ShiftRegression {
+    times_s: Vec<f64>,
+    coordinates: Vec<SVector<f64, COORDINATES>>,
+    places: Vec<Place>,
+    least_places: usize,
+    least_overlap_s: f64,
+}
+
+/// What a shift explains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Explained {
+    /// Part of the variance of the seam's place.
+    pub explained: f64,
+    /// Log-likelihood against no relation at all.
+    pub score: f64,
+}
+
+impl ShiftRegression {
+    /// From a recording's poses; `None` where there is too little of either.
+    #[must_use]
+    pub fn new(
+        recording: &Recording,
+        places: Vec<Place>,
+        least_share: f64,
+        least_overlap_s: f64,
+    ) -> Option<Self> {
+        let first = recording.robot.first()?;
+        let middle = recording.lines_from_carrier(&recording.robot[recording.robot.len() / 2]);
+        let since = |stamp_ns: i64| (stamp_ns - first.stamp_ns) as f64 * 1e-9;
+        let times_s: Vec<f64> = recording.robot.iter().map(|sample| since(sample.stamp_ns)).collect();
+        let coordinates = recording.robot.iter();
+        let coordinates =
+            coordinates.map(|sample| coordinates_of(&middle, &recording.lines_from_carrier(sample)));
+        let least_places = LEAST_PLACES.max((places.len() as f64 * least_share).ceil() as usize);
+        let long_enough = *times_s.last()? >= least_overlap_s && places.last()?.time_s >= least_overlap_s;
+        (long_enough && places.len() >= least_places).then(|| Self {
+            coordinates: coordinates.collect(),
+            times_s,
+            places,
+            least_places,
+            least_overlap_s,
+        })
+    }
+
+    /// The shifts at which the streams overlap for long enough, s. At a shift s an image of `time_s` belongs to the pose
+    /// at `time_s − s` since the first one.
+    #[must_use]
+    pub fn range_s(&self) -> [f64; 2] {
+        let images_s = self.places.last().map_or(0.0, |place| place.time_s);
+        let robot_s = self.times_s.last().copied().unwrap_or(0.0);
+        [self.least_overlap_s - robot_s, images_s - self.least_overlap_s]
+    }
+
+    /// What a shift explains; `None` where too few images are left.
+    #[must_use]
+    pub fn at(&self, shift_s: f64) -> Option<Explained> {
+        let mut sums = SVector::<f64, ALL>::zeros();
+        let mut products = SMatrix::<f64, ALL, ALL>::zeros();
+        let mut count = 0_usize;
+        for place in &self.places {
+            let Some(pose) = self.coordinates_at(place.time_s - shift_s) else { continue };
+            let mut row = SVector::<f64, ALL>::zeros();
+            row.fixed_rows_mut::<COORDINATES>(0).copy_from(&pose);
+            row[COORDINATES] = place.at[0];
+            row[COORDINATES + 1] = place.at[1];
+            sums += row;
+            products += row * row.transpose();
+            count += 1;
+        }
+        if count < self.least_places {
+            return None;
+        }
+        let n = count as f64;
+        explained(&(products / n - sums * sums.transpose() / (n * n)), n)
+    }
+
+    fn coordinates_at(&self, time_s: f64) -> Option<SVector<f64, COORDINATES>> {
+        let after = self.times_s.partition_point(|t| *t <= time_s);
+        let (before, after) = (after.checked_sub(1)?, after);
+        let span = self.times_s.get(after)? - self.times_s[before];
+        let share = (time_s - self.times_s[before]) / span;
+        Some(self.coordinates[before].lerp(&self.coordinates[after], share))
+    }
+}
+
+/// Small-motion coordinates of a pose against another: shift and turn in the other's frame.
+fn coordinates_of(middle: &Pose, pose: &Pose) -> SVector<f64, COORDINATES> {
+    let relative = middle.inverse() * pose;
+    let turn: Vector3<f64> = so3::log(&relative.rotation);
+    let shift = relative.translation.vector;
+    SVector::<f64, COORDINATES>::from([shift.x, shift.y, shift.z, turn.x, turn.y, turn.z])
+}
+
+/// Regression of the last two variables on the others, from their covariance.
+fn explained(covariance: &SMatrix<f64, ALL, ALL>, count: f64) -> Option<Explained> {
+    let mut regressors = SMatrix::<f64, COORDINATES, COORDINATES>::identity();
+    let mut cross = SMatrix::<f64, COORDINATES, 2>::zeros();
+    let scale = |k: usize| covariance[(k, k)].max(0.0).sqrt();
+    for i in (0..COORDINATES).filter(|i| scale(*i) > MOVES) {
+        for j in (0..COORDINATES).filter(|j| scale(*j) > MOVES) {
+            regressors[(i, j)] = covariance[(i, j)] / (scale(i) * scale(j));
+        }
+        // What two coordinates share is theirs together; a ridge keeps it finite.
+        regressors[(i, i)] = 1.0 + 1e-6;
+        for k in 0..2 {
+            let seam = scale(COORDINATES + k);
+            cross[(i, k)] =
+                if seam > 0.0 { covariance[(i, COORDINATES + k)] / (scale(i) * seam) } else { 0.0 };
+        }
+    }
+    let solved = regressors.cholesky()?.solve(&cross);
+    let mut score = 0.0;
+    let (mut left, mut whole) = (0.0, 0.0);
+    for k in 0..2 {
+        let unexplained = (1.0 - cross.column(k).dot(&solved.column(k))).clamp(1e-9, 1.0);
+        score -= count * unexplained.ln();
+        let variance = covariance[(COORDINATES + k, COORDINATES + k)].max(0.0);
+        left += unexplained * variance;
+        whole += variance;
+    }
+    (whole > 0.0).then(|| Explained { explained: 1.0 - left / whole, score })
+}
