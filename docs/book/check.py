@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 BOOK = Path(__file__).resolve().parent
@@ -85,16 +86,16 @@ def check(options: argparse.Namespace, scratch: Path) -> list[str]:
         environment[blocks.PYTHON] = str(options.python.absolute())
     else:
         print("the blocks of Python are not run: no --python", file=sys.stderr)
-    faults = codes.check(ROOT, PAGES)
-    generated = reference.generate(program, ROOT, PAGES, scratch)
-    faults += compare(generated, BOOK / "generated", str.__eq__, options.update)
-    drawings = figures.generate(program, scratch)
-    faults += compare(drawings, PAGES / "figures", same_drawing, options.update)
-    pages = sorted(PAGES.rglob("*.md"))
+    pages, extra = sorted(PAGES.rglob("*.md")), scratch / "extra"
     print(blocks.counted(pages), file=sys.stderr)
+    with ThreadPoolExecutor(2) as pool:
+        drawings = pool.submit(figures.generate, program, scratch)
+        generated = reference.generate(program, ROOT, PAGES, scratch)
+        gallery.generate(program, extra, scratch)
+    faults = codes.check(ROOT, PAGES)
+    faults += compare(generated, BOOK / "generated", str.__eq__, options.update)
+    faults += compare(drawings.result(), PAGES / "figures", same_drawing, options.update)
     faults += blocks.check(pages, scratch / "blocks", environment, options.update)
-    extra = scratch / "extra"
-    gallery.generate(program, extra, scratch)
     return faults + build((options.site or scratch / "site").resolve(), environment, extra)
 
 

@@ -61,24 +61,28 @@ def field_error(program, folder, name: str, simulated_with: list[str], calibrate
     return json.loads(figures.read_text())["figures"]["calibrated"]["rmse_mm"]
 
 
-def bow(program, folder) -> str:
+def straightness(program, folder) -> str:
     """How straight the edge must be."""
-    bows = (0.0, 0.05, 0.1, 0.2, 0.4)
-    draw = Drawing(560, 330, "Error of seam points against the bow of the edge on which the calibration was made")
-    across = [field_error(program, folder, f"bow-a{k}", ["--fault", f"bow-across={size}"], []) for k, size in enumerate(bows)]
-    height = [field_error(program, folder, f"bow-h{k}", ["--fault", f"bow-height={size}"], []) for k, size in enumerate(bows)]
-    chart = Chart(draw, (70, 50, 450, 220), (0, 0.4), (0, 1.15 * max(*across, *height)))
-    chart.axes("bow of the edge over 200 mm (sagitta), mm", "error of seam points afterwards, mm RMS")
-    for values, colour, words, y in ((across, BLUE, "bent sideways", 66), (height, RED, "bent in height", 84)):
-        chart.line(list(zip(bows, values)), colour, 2)
-        chart.dots(list(zip(bows, values)), colour, 3.5)
-        draw.text(90, y + 4, words, 12, colour)
+    sizes = (0.0, 0.05, 0.1, 0.2)
+    draw = Drawing(560, 330, "Error of seam points against how far the edge of the calibration was from straight")
+    kinds = (("an even bow over 200 mm (sagitta)", "bow-height={}", BLUE), ("waves of about 50 mm (standard deviation)", "wobble={},50", RED))
+    curves = []
+    for k, (words, fault, colour) in enumerate(kinds):
+        errors = [field_error(program, folder, f"edge-{k}-{n}", ["--fault", fault.format(size)] if size else [], []) for n, size in enumerate(sizes)]
+        curves.append((words, [(size, error) for size, error in zip(sizes, errors) if error is not None], colour))
+    highest = max(error for _, points, _ in curves for _, error in points)
+    chart = Chart(draw, (70, 50, 450, 220), (0, sizes[-1]), (0, 1.15 * highest))
+    chart.axes("out of straight, mm", "error of seam points afterwards, mm RMS")
+    for k, (words, points, colour) in enumerate(curves):
+        chart.line(points, colour, 2)
+        chart.dots(points, colour, 3.5)
+        draw.text(90, 70 + 18 * k, words, 12, colour)
     return draw.svg()
 
 
 def collapse(program, folder) -> str:
     """The two residuals under outliers."""
-    shares = (0.0, 0.01, 0.05, 0.1, 0.2, 0.3)
+    shares = (0.0, 0.01, 0.05, 0.1, 0.3)
     draw = Drawing(560, 330, "Error of seam points against the share of outliers, for the two residuals")
     chart = Chart(draw, (70, 50, 450, 220), (0, 30), (0.001, 1000), log_y=True)
     chart.axes("outliers, % of the features", "error of seam points, mm RMS")

@@ -15,7 +15,7 @@ def generate(program, scratch) -> dict[str, str]:
         "motion.svg": scenes.film(scene),
         "frames.svg": scenes.frames(scene),
         "observability.svg": charts.observability(program, folder),
-        "bow.svg": charts.bow(program, folder),
+        "straightness.svg": charts.straightness(program, folder),
         "collapse.svg": charts.collapse(program, folder),
         "stamps.svg": charts.stamps(program, folder),
         "before-after.svg": charts.before_after(program, folder),
