@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use pyo3::prelude::*;
 use trueline::{Config, Hold, Requirement, ResidualKind, Stamps};
 use trueline_lsq::Loss;
+use trueline_method::SensorMode;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
 
 /// Keywords of `calibrate`; what is `None` keeps its default.
@@ -14,6 +15,9 @@ pub struct Options {
     loss: Option<String>,
     fix: Vec<String>,
     stamps: Option<String>,
+    sensor_mode: Option<String>,
+    robot_accuracy_mm: Option<f64>,
+    feature_bias_px: Option<f64>,
     feature_sigma_px: Option<f64>,
     feature_sigma_mm: Option<f64>,
     robot_sigma_mm: Option<f64>,
@@ -50,6 +54,15 @@ impl Options {
         if let Some(name) = self.stamps {
             config.stamps = choice("stamps", &name, &STAMPS)?;
         }
+        if let Some(name) = self.sensor_mode {
+            config.sensor = choice("sensor_mode", &name, &SENSORS)?;
+        }
+        if let Some(mm) = not_negative("robot_accuracy_mm", self.robot_accuracy_mm)? {
+            config.robot_accuracy_m = Some(mm * 1e-3);
+        }
+        if let Some(px) = not_negative("feature_bias_px", self.feature_bias_px)? {
+            config.feature_bias_px = px;
+        }
         if let Some(px) = positive("feature_sigma_px", self.feature_sigma_px)? {
             config.feature_sigma_px = px;
         }
@@ -73,6 +86,8 @@ impl Options {
 const RESIDUALS: [(&str, ResidualKind); 2] =
     [("sheet", ResidualKind::Sheet), ("point-to-line", ResidualKind::PointToLine)];
 const HOLDS: [(&str, Hold); 2] = [("time-offset", Hold::TimeOffset), ("hand-eye", Hold::HandEye)];
+const SENSORS: [(&str, SensorMode); 3] =
+    [("fixed", SensorMode::Fixed), ("prior", SensorMode::Prior), ("free", SensorMode::Free)];
 const STAMPS: [(&str, Stamps); 3] =
     [("auto", Stamps::Auto), ("raw", Stamps::Raw), ("regular", Stamps::Regular)];
 const LOSSES: [(&str, Loss); 5] = [
@@ -96,6 +111,16 @@ fn choice<T: Copy>(option: &str, name: &str, known: &[(&str, T)]) -> Result<T, F
         let names: Vec<_> = known.iter().map(|(name, _)| *name).collect();
         Failure::new(format!("{option}: there is no {name:?}"), format!("one of {}", names.join(", ")))
     })
+}
+
+fn not_negative(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
+    match value {
+        Some(x) if !(x >= 0.0 && x.is_finite()) => Err(Failure::new(
+            format!("{option}: expected a number of at least zero, found {x}"),
+            "leave it out for the default",
+        )),
+        _ => Ok(value),
+    }
 }
 
 fn positive(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {

@@ -32,6 +32,9 @@ const PRESETS: [Preset; 8] = [
     Preset::AlongLine,
 ];
 
+/// Time offsets of random cells lie within this, s: as those of `trueline simulate --random-cell`.
+const RANDOM_OFFSET_S: f64 = 1.0;
+
 /// A recorded scan; it does not change.
 #[pyclass(frozen, module = "trueline._trueline")]
 pub struct Recording {
@@ -90,9 +93,9 @@ impl Recording {
         Ok(Self { inner: Arc::new(data.into()), title: "arrays".into() })
     }
 
-    /// A simulated scan of a preset.
+    /// A simulated scan of a preset; with `random_cell` the time offset, the hand-eye transform and the seam are drawn anew.
     #[staticmethod]
-    fn simulate(py: Python<'_>, preset: &str, seed: u64) -> PyResult<Self> {
+    fn simulate(py: Python<'_>, preset: &str, seed: u64, random_cell: bool) -> PyResult<Self> {
         let known = PRESETS.iter().find(|known| known.name() == preset).copied();
         let preset = known.ok_or_else(|| {
             let names: Vec<_> = PRESETS.iter().map(|preset| preset.name()).collect();
@@ -101,8 +104,12 @@ impl Recording {
                 format!("the presets are {}", names.join(", ")),
             )
         })?;
+        let mut scenario = preset.scenario();
+        if random_cell {
+            scenario = trueline_sim::random_cell(&scenario, seed, RANDOM_OFFSET_S);
+        }
         let inner = interruptible::run(py, move || {
-            trueline_sim::simulate(&preset.scenario(), seed)
+            trueline_sim::simulate(&scenario, seed)
                 .ok_or_else(|| Failure::new("the sensor never sees the seam", "try another preset"))
         })?;
         Ok(Self {

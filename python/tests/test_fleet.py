@@ -11,6 +11,10 @@ pytest.importorskip("fsspec")
 from trueline import fleet  # noqa: E402
 
 
+# Simulated sensors and robots are perfect: all that is left is noise.
+NOISE_ALONE = {"sensor_mode": "fixed", "robot_accuracy_mm": 0.0, "feature_bias_px": 0.0}
+
+
 @pytest.fixture(scope="module")
 def scans(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("scans")
@@ -60,3 +64,35 @@ def test_the_same_scans_give_the_same_bytes(scans: list[Path], tmp_path: Path) -
     assert files[0] == files[1]
     schema = pq.read_schema(next((tmp_path / "a").iterdir()))
     assert schema.metadata[b"trueline.schema"] == b"1"
+
+
+def test_a_study_of_simulated_cells_has_true_uncertainties() -> None:
+    study = fleet.monte_carlo(range(40), preset="quick", **NOISE_ALONE)
+    assert study.table.num_rows == 40
+    assert study.acceptance > 0.8
+    # Seven degrees of freedom a cell: the mean of n cells scatters by √(2 / 7n), here by 0.09.
+    assert abs(study.nees - 1.0) < 5 * (2 / (7 * 40)) ** 0.5
+
+
+def test_the_cell_that_drifted_comes_first(tmp_path: Path) -> None:
+    offsets = {"a/1": 0.010, "a/2": 0.010, "b/1": 0.010, "b/2": 0.012}
+    rows = [
+        {
+            "url": url,
+            "status": "accepted",
+            "time_offset_s": {"value": offset, "sigma": 1e-4},
+            "translation_mm": {"value": [0.0, 0.0, 0.0], "sigma": [0.1] * 3},
+        }
+        for url, offset in offsets.items()
+    ]
+    worst, other = fleet.cells(rows)
+    assert (worst.name, other.name) == ("b", "a")
+    # 2 ms over √2 · 0.1 ms.
+    assert worst.offset_drift_sigma == pytest.approx(2.0 / (0.1 * 2**0.5), rel=1e-9)
+    assert "moved" in fleet.report(_written(tmp_path, rows))
+
+
+def _written(folder: Path, rows: list[dict]) -> Path:
+    store = fleet.Store(str(folder / "rows"))
+    store.write([dict.fromkeys(fleet.SCHEMA.names) | {"content_hash": row["url"]} | row for row in rows])
+    return folder / "rows"

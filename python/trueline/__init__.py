@@ -12,7 +12,8 @@ True
 from ._trueline import TruelineError, __version__
 from .calibrate import calibrate
 from .features import Seams, find_seams
-from .program import diff, export, export_forms
+from .frames import features_columns, from_frames, robot_columns
+from .program import diff, export, export_forms, plan
 from .recording import Guess, Recording, open, simulate
 from .result import Covariance, Fact, Line, Residuals, Result, Sigma, load
 from .sensor import Camera, CameraLaser, Points, Profiler, Sensor, SensorText
@@ -39,8 +40,12 @@ __all__ = [
     "diff",
     "export",
     "export_forms",
+    "features_columns",
     "find_seams",
+    "from_frames",
     "load",
     "open",
+    "plan",
+    "robot_columns",
     "simulate",
 ]

@@ -21,6 +21,9 @@ class Options(TypedDict, total=False):
     loss: Literal["squared", "huber", "cauchy", "geman-mcclure", "tukey"]
     fix: Sequence[Literal["time-offset", "hand-eye"]]
     stamps: Literal["auto", "raw", "regular"]
+    sensor_mode: Literal["fixed", "prior", "free"]
+    robot_accuracy_mm: float
+    feature_bias_px: float
     feature_sigma_px: float
     feature_sigma_mm: float
     robot_sigma_mm: float
@@ -78,7 +81,7 @@ def calibrate(
     initial
         A first guess: time offset in seconds and ``tool_from_camera``, 4×4 in metres. None is needed.
     **options
-        The options of ``trueline calibrate``, by their names with underscores.
+        The options of ``trueline calibrate``, by their names with underscores; ``sensor_mode`` is ``--sensor``.
 
     Returns
     -------

@@ -59,6 +59,45 @@ def diff(first: ResultLike, second: ResultLike, *options: str) -> dict[str, Any]
     return found
 
 
+def plan(
+    cell: str | os.PathLike[str] | None,
+    *,
+    out: str | os.PathLike[str],
+    want: str | None = None,
+    duration_s: float | None = None,
+    tries: int | None = None,
+    seed: int = 1,
+) -> dict[str, Any]:
+    """Plan the scan that shows most within the limits of robot, sensor and guess.
+
+    Parameters
+    ----------
+    cell
+        The ``cell.toml`` that says what is known of the cell; ``None`` plans in the paper's cell and writes its file.
+    out
+        Folder to write, new or empty: the path, the report and the plan.
+    want
+        Sigmas to reach, as ``"translation=0.05mm,rotation=0.02deg,time=0.1ms"``.
+    duration_s
+        Duration of the scan, s.
+    tries
+        Paths that are tried for each shape.
+    seed
+        Seed of the search.
+
+    Returns
+    -------
+    dict
+        ``plan.json``: what is predicted of the scan.
+    """
+    words = ["plan", "--example" if cell is None else str(cell), "--out", str(out), "--seed", str(seed), "--quiet"]
+    for option, value in (("--want", want), ("--duration-s", duration_s), ("--tries", tries)):
+        words += [] if value is None else [option, str(value)]
+    run(*words)
+    found: dict[str, Any] = json.loads((Path(out) / "plan.json").read_text(encoding="utf-8"))
+    return found
+
+
 def run(*words: str) -> str:
     """Run the program; what it prints on its standard output.
 

@@ -167,15 +167,24 @@ def open(path: str | os.PathLike[str]) -> Recording:
     return Recording(_trueline.Recording.open(path))
 
 
-def simulate(preset: str = "quick", *, seed: int = 1) -> Recording:
+def simulate(preset: str = "quick", *, seed: int = 1, random_cell: bool = False) -> Recording:
     """Simulate a scan; its ``truth`` is known.
+
+    Parameters
+    ----------
+    preset
+        A name of ``trueline simulate --preset``.
+    seed
+        Seed of the noise.
+    random_cell
+        Draw time offset, hand-eye transform and seam anew, instead of the preset's.
 
     Examples
     --------
     >>> simulate("quick", seed=1)
     <trueline.Recording: 5001 robot poses, 659 features>
     """
-    return Recording(_trueline.Recording.simulate(preset, seed))
+    return Recording(_trueline.Recording.simulate(preset, seed, random_cell))
 
 
 def guess_arrays(guess: tuple[float, ArrayLike] | Guess | None) -> tuple[float, NDArray[np.float64]] | None:
@@ -189,7 +198,8 @@ def guess_arrays(guess: tuple[float, ArrayLike] | Guess | None) -> tuple[float, 
 def empty_options() -> dict[str, Any]:
     """Options of which every one keeps its default."""
     names = (
-        "residual loss stamps feature_sigma_px feature_sigma_mm robot_sigma_mm stamp_sigma_ms offset_within_s looks"
+        "residual loss stamps sensor_mode robot_accuracy_mm feature_bias_px feature_sigma_px feature_sigma_mm"
+        " robot_sigma_mm stamp_sigma_ms offset_within_s looks"
         " speed_mm_s stand_off_mm"
     )
     return dict.fromkeys(names.split()) | {"fix": [], "accept_partial": False, "require": [None, None, None]}

@@ -5,7 +5,21 @@ a second run does only what is missing.
 """
 
 from .calibrate import Outcome, calibrate
+from .monte_carlo import Study, monte_carlo
+from .report import Cell, cells, report
 from .row import SCHEMA, Timing, row_of
 from .store import Store
 
-__all__ = ["SCHEMA", "Outcome", "Store", "Timing", "calibrate", "row_of"]
+__all__ = [
+    "SCHEMA",
+    "Cell",
+    "Outcome",
+    "Store",
+    "Study",
+    "Timing",
+    "calibrate",
+    "cells",
+    "monte_carlo",
+    "report",
+    "row_of",
+]

@@ -1,0 +1,37 @@
+# ---
+# jupyter:
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # First scan
+# A simulated scan is calibrated and looked at. With your own data, `trueline.open("folder")` takes the place of `simulate`.
+
+# %%
+import trueline
+
+scan = trueline.simulate("good", seed=1)
+scan
+
+# %%
+result = trueline.calibrate(scan)
+print(result)
+
+# %% [markdown]
+# The hand-eye transform is 4×4 in metres, and everything has its uncertainty.
+
+# %%
+result.tool_from_camera.round(4), result.sigma
+
+# %%
+result.plot_residuals()
+
+# %%
+result.plot_convergence()
+
+# %%
+assert result.accepted
+assert abs(result.time_offset_s - scan.truth.time_offset_s) < 5 * result.sigma.time_offset_s
