@@ -94,6 +94,7 @@ fn open_folder(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedD
     if let (Some(pictures), false) = (&pictures, path.join("features.csv").exists()) {
         let sensor = folder::read_sensor_file(path)?;
         let scan = find_seams(pictures, &sensor, path, &options(joint, quiet))?;
+        pictures::tell_channel(pictures, quiet);
         folder::replace_features(path, &scan.features())?;
         folder::replace_stripes(path, &scan.stripes())?;
         if !quiet {
