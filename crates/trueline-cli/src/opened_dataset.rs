@@ -134,6 +134,7 @@ fn open_pictures(
     let (features, key) = found_before::features(path, &pictures, &sensor.sensor, joint, quiet, || {
         Ok(find_seams(&pictures, &sensor, path, &options(joint, quiet))?.features())
     })?;
+    pictures::tell_channel(&pictures, quiet);
     let mut recording = folder::read_with_features(path, features)?;
     recording.inputs.insert("images".to_owned(), key);
     Ok(OpenedDataset { recording, pictures: Some(Box::new(pictures)), stamp_meaning: None })

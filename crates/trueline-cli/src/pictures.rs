@@ -1,6 +1,7 @@
 //! Examines the pictures of a dataset with all cores, and tells what was found.
 
 use crate::failure::Failure;
+use crate::output;
 use crate::overlay::OverlayFolder;
 use crate::progress;
 use indicatif::ProgressBar;
@@ -47,7 +48,20 @@ pub fn examine(dataset: &Path, options: &PictureOptions) -> Result<ScanSeams, Fa
     let sensor = folder::read_sensor_file(dataset)?;
     // Without a camera there need not be pictures, and that is what is to be told.
     detector(&sensor, dataset, options)?;
-    examine_source(&PictureFolder::open(dataset)?, &sensor, dataset, options)
+    let pictures = PictureFolder::open(dataset)?;
+    let scan = examine_source(&pictures, &sensor, dataset, options)?;
+    tell_channel(&pictures, options.quiet);
+    Ok(scan)
+}
+
+/// Says which channel of colour pictures was looked at.
+pub fn tell_channel(pictures: &PictureFolder, quiet: bool) {
+    if let (Some(channel), false) = (pictures.channel(), quiet) {
+        output::words(&format!(
+            "colour pictures: {} is looked at, where the stripe stands out most",
+            channel.name()
+        ));
+    }
 }
 
 /// Examines all pictures of a recording; `dataset` is what an error calls it.
@@ -187,6 +201,9 @@ pub fn summary(scan: &ScanSeams) -> String {
         let doubt = if doubtful { ": are these gaps the joint? look at --overlay" } else { "" };
         text += &format!("From neighbours  {distance_px:.2} px (median){doubt}\n");
     }
+    for fault in &scan.faults {
+        text += &format!("Pictures         {fault}\n");
+    }
     if let Some(distance_px) = scan.second_place_px {
         text += &format!(
             "Two places       the seam is found at two places in turn, {distance_px:.0} px apart: look at --overlay, then \
@@ -220,6 +237,9 @@ pub fn json(scan: &ScanSeams) -> serde_json::Value {
         "unreadable": scan.unreadable.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "median_sigma_px": spread(0).zip(spread(1)).map(|(u, v)| [u[0], v[0]]),
         "median_px_from_neighbours": scan.neighbour_distance_px,
+        "picture_faults": scan.faults.iter().map(|fault| {
+            serde_json::json!({ "code": fault.code(), "text": fault.to_string() })
+        }).collect::<Vec<_>>(),
         "second_place_px": scan.second_place_px,
         "median_gap_mm": gap_mm.map(|gap| gap[0]),
         "ms_per_picture": scan.ms_per_picture(),

@@ -166,5 +166,5 @@ fn mistakes_are_told_with_a_hint_and_exit_code_two() {
     }
     let output = trueline(&["sensor", "intrinsics", &name, "--board", "chessboard:9x6:25mm"]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(words(&output).contains("neither PNG nor JPEG"), "{}", words(&output));
+    assert!(words(&output).contains("neither PNG, JPEG, TIFF nor BMP"), "{}", words(&output));
 }

@@ -134,6 +134,15 @@ pub enum Problem {
         /// The field.
         text: String,
     },
+    /// A picture whose name says nothing of when it was taken.
+    #[error("there is no number in the name, or one that is too large")]
+    NoNumberInName,
+    /// Two pictures with one number.
+    #[error("another picture has the number {number} as well")]
+    NumberTwice {
+        /// The number.
+        number: i64,
+    },
     /// A plate that is neither of two.
     #[error("expected plate 0 or 1, found {plate}")]
     NotAPlate {
@@ -318,13 +327,11 @@ impl Problem {
             Self::NotACount { .. } => "line and frame are numbered 0, 1, 2, …",
             Self::NotAPlate { .. } => "a seam is where two plates meet: 0 and 1",
             Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
-            Self::NotAFileName { .. } => "pictures lie in images/, beside index.csv; give their names alone",
-            Self::Picture { .. } => {
-                "pictures are PNG; if the recording was cut off, leave the row of the broken one out of index.csv"
-            }
-            Self::NotGray { .. } => {
-                "convert it, for example: magick in.png -colorspace gray -depth 8 out.png"
-            }
+            Self::NoNumberInName
+            | Self::NumberTwice { .. }
+            | Self::NotAFileName { .. }
+            | Self::Picture { .. }
+            | Self::NotGray { .. } => self.picture_hint(),
             Self::TimeRunsBackwards { .. } => {
                 "did the clock jump, or were two recordings joined? sort or split the recording"
             }
@@ -365,6 +372,22 @@ impl Problem {
             Self::NoResult(_) => "a file that does not end in .json is read as TOML, like initial.toml",
             Self::NewerResult { .. } => "a newer trueline wrote it: use that, or calibrate again",
             _ => "calibrate from a scan that shows everything: `trueline plan` helps",
+        }
+    }
+
+    fn picture_hint(&self) -> &'static str {
+        match self {
+            Self::NoNumberInName => {
+                "pictures without index.csv are named 000001.png, 000002.png, …, or by their stamps"
+            }
+            Self::NumberTwice { .. } => "the last number in each name must be its own",
+            Self::NotAFileName { .. } => "pictures lie in images/, beside index.csv; give their names alone",
+            Self::NotGray { .. } => {
+                "convert it, for example: magick in.png -colorspace gray -depth 8 out.png"
+            }
+            _ => {
+                "pictures are PNG, JPEG, TIFF or BMP; if the recording was cut off, leave the row of the broken one out of index.csv"
+            }
         }
     }
 

@@ -6,6 +6,7 @@
 //! file, line, column, what was expected and a hint.
 
 pub mod calibration_file;
+pub mod decoded_picture;
 pub mod dialect;
 pub mod error;
 pub mod feature_cache;
@@ -17,6 +18,8 @@ pub mod images;
 pub mod import;
 pub mod join;
 pub mod known_toml;
+pub mod laser_channel;
+pub mod picture_names;
 pub mod picture_source;
 pub mod profile;
 pub mod profiles_csv;
@@ -40,6 +43,7 @@ pub use dialect::Dialect;
 pub use error::{Error, Problem};
 pub use gray_png::{GrayImage, Pixels};
 pub use images::FrameFile;
+pub use laser_channel::Channel;
 pub use picture_source::{FrameStamp, PictureFolder, PictureSource};
 pub use profile::{Profile, ProfilePoint};
 pub use recording::{Feature, Guess, Measured, Recording, RobotSample, Sensor, Truth};

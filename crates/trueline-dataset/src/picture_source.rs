@@ -1,9 +1,13 @@
 //! The pictures of a scan, wherever they are kept.
 
-use crate::error::Error;
+use crate::decoded_picture::{self, DecodedPicture};
+use crate::error::{Error, Problem};
+use crate::gray_picture;
 use crate::gray_png::{self, GrayImage};
 use crate::images::{self, FrameFile};
+use crate::laser_channel::Channel;
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// What is recorded of a frame besides its pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,10 +38,15 @@ pub trait PictureSource: Sync {
     fn read(&self, number: usize, spare: &mut Vec<u8>) -> Result<GrayImage, Error>;
 }
 
+/// Colour pictures from which the laser's channel is learnt.
+const CHANNEL_PICTURES: usize = 5;
+
 /// The pictures of a dataset folder.
 #[derive(Clone, Debug)]
 pub struct PictureFolder {
     frames: Vec<FrameFile>,
+    /// The laser's channel, once a colour picture was met.
+    channel: OnceLock<Channel>,
 }
 
 impl PictureFolder {
@@ -46,7 +55,35 @@ impl PictureFolder {
     /// # Errors
     /// As [`images::read_index`].
     pub fn open(dataset: &Path) -> Result<Self, Error> {
-        Ok(Self { frames: images::read_index(dataset)? })
+        Ok(Self { frames: images::read_index(dataset)?, channel: OnceLock::new() })
+    }
+
+    /// The channel of colour pictures that is looked at; `None` while only gray ones were met.
+    #[must_use]
+    pub fn channel(&self) -> Option<Channel> {
+        self.channel.get().copied()
+    }
+
+    /// A picture of whichever form; of one in colour the laser's channel.
+    fn read_any(&self, number: usize) -> Result<GrayImage, Error> {
+        let decoded = self.decoded(number)?;
+        if decoded.channels < 3 {
+            return Ok(Channel::Gray.image(decoded));
+        }
+        let channel = self.channel.get_or_init(|| {
+            // Spread over the scan, the same whichever picture is read first.
+            let step = self.frames.len().div_ceil(CHANNEL_PICTURES).max(1);
+            let some: Vec<DecodedPicture> =
+                (0..self.frames.len()).step_by(step).filter_map(|number| self.decoded(number).ok()).collect();
+            Channel::of_laser(some.iter())
+        });
+        Ok(channel.image(decoded))
+    }
+
+    fn decoded(&self, number: usize) -> Result<DecodedPicture, Error> {
+        let file = &self.frames[number].path;
+        let bytes = gray_picture::bytes(file)?;
+        decoded_picture::decode(&bytes).map_err(|why| Error::in_file(file, Problem::Picture { why }))
     }
 
     /// The frames.
@@ -71,6 +108,14 @@ impl PictureSource for PictureFolder {
     }
 
     fn read(&self, number: usize, spare: &mut Vec<u8>) -> Result<GrayImage, Error> {
-        gray_png::read(&self.frames[number].path, spare)
+        let file = &self.frames[number].path;
+        if !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+            return self.read_any(number);
+        }
+        // Into memory that is there already; few are not gray.
+        match gray_png::read(file, spare) {
+            Err(Error { problem: Problem::NotGray { .. }, .. }) => self.read_any(number),
+            read => read,
+        }
     }
 }

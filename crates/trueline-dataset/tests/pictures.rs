@@ -4,7 +4,10 @@
 use proptest::prelude::*;
 use std::fs;
 use std::path::Path;
-use trueline_dataset::{Feature, GrayImage, Measured, Pixels, folder, gray_png, images};
+use trueline_dataset::picture_names::{self, PictureStamps};
+use trueline_dataset::{
+    Channel, Feature, GrayImage, Measured, PictureFolder, PictureSource, Pixels, folder, gray_png, images,
+};
 
 fn dataset(index: &str) -> tempfile::TempDir {
     let dataset = tempfile::tempdir().unwrap();
@@ -172,4 +175,96 @@ proptest! {
         let _ = images::read_index(dataset(&text).path());
         let _ = images::read_index(dataset(&format!("time_s,file,frame\n{text}")).path());
     }
+}
+
+/// A stripe in red on blueish ground, row 3 of 8; the ground is brighter in blue than the stripe is in gray.
+fn colour() -> Vec<u8> {
+    (0..8 * 64).flat_map(|k| if k / 64 == 3 { [220, 30, 60] } else { [10, 20, 90] }).collect()
+}
+
+fn folder_of(name: &str, bytes: &[u8]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("images")).unwrap();
+    fs::write(folder.path().join("images").join(name), bytes).unwrap();
+    fs::write(folder.path().join("images/index.csv"), format!("time_s,file\n1,{name}\n")).unwrap();
+    folder
+}
+
+fn bmp(rgb: &[u8], [width, height]: [u32; 2]) -> Vec<u8> {
+    let size = 3 * width * height;
+    let mut bytes = b"BM".to_vec();
+    for number in [54 + size, 0, 54, 40, width, height] {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend([1, 0, 24, 0]);
+    for number in [0, size, 2835, 2835, 0, 0] {
+        bytes.extend(u32::to_le_bytes(number));
+    }
+    // Blue, green, red; the last row first.
+    for row in rgb.chunks_exact(3 * width as usize).rev() {
+        bytes.extend(row.chunks_exact(3).flat_map(|p| [p[2], p[1], p[0]]));
+    }
+    bytes
+}
+
+#[test]
+fn of_colour_pictures_of_any_form_the_laser_s_channel_is_read() {
+    let mut tiff_bytes = std::io::Cursor::new(Vec::new());
+    let mut encoder = tiff::encoder::TiffEncoder::new(&mut tiff_bytes).unwrap();
+    encoder.write_image::<tiff::encoder::colortype::RGB8>(64, 8, &colour()).unwrap();
+    let png = gray_png::encode_rgb([64, 8], &colour()).unwrap();
+    let forms = [("a.png", png), ("a.tiff", tiff_bytes.into_inner()), ("a.bmp", bmp(&colour(), [64, 8]))];
+    for (name, bytes) in forms {
+        let folder = folder_of(name, &bytes);
+        let pictures = PictureFolder::open(folder.path()).unwrap();
+        assert_eq!(pictures.channel(), None);
+        let image = pictures.read(0, &mut Vec::new()).unwrap();
+        assert_eq!(pictures.channel(), Some(Channel::Red), "{name}");
+        let red = (0..8 * 64).map(|k| if k / 64 == 3 { 220 } else { 10 }).collect();
+        assert_eq!(image, GrayImage { width: 64, height: 8, pixels: Pixels::Eight(red) }, "{name}");
+        // Cut off anywhere, it is refused in words.
+        for end in (0..bytes.len()).step_by(37) {
+            let folder = folder_of(name, &bytes[..end]);
+            let read = PictureFolder::open(folder.path()).unwrap().read(0, &mut Vec::new());
+            // What lies behind the last pixel may be missing.
+            assert!(read.is_err() || read.unwrap() == image, "{name} cut off at {end}");
+        }
+    }
+}
+
+#[test]
+fn gray_tiff_of_sixteen_bits_is_read_as_it_is() {
+    let levels: Vec<u16> = (0..8 * 64).map(|k| k * 100).collect();
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut encoder = tiff::encoder::TiffEncoder::new(&mut bytes).unwrap();
+    encoder.write_image::<tiff::encoder::colortype::Gray16>(64, 8, &levels).unwrap();
+    let folder = folder_of("a.tif", &bytes.into_inner());
+    let pictures = PictureFolder::open(folder.path()).unwrap();
+    let image = pictures.read(0, &mut Vec::new()).unwrap();
+    assert_eq!(image, GrayImage { width: 64, height: 8, pixels: Pixels::Sixteen(levels) });
+    assert_eq!(pictures.channel(), None);
+}
+
+#[test]
+fn frames_follow_from_the_numbers_in_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let images = folder.path().join("images");
+    fs::create_dir(&images).unwrap();
+    let frames = |stamps| picture_names::frames(folder.path(), stamps);
+    assert!(frames(PictureStamps::Names { unit_ns: 1 }).unwrap_err().to_string().contains("no data rows"));
+    for name in ["cam2_9.png", "cam2_10.png", "cam2_13.jpg", "notes.txt"] {
+        fs::write(images.join(name), "").unwrap();
+    }
+    // By number and not by name; a missing number is a lost picture.
+    let rate = PictureStamps::Rate { fps: 40.0, first_ns: 7 };
+    let found: Vec<_> = frames(rate).unwrap().iter().map(|frame| (frame.stamp_ns, frame.frame)).collect();
+    assert_eq!(found, [(7, 0), (25_000_007, 1), (100_000_007, 4)]);
+    let stamps = PictureStamps::Names { unit_ns: 1_000_000 };
+    let found: Vec<_> = frames(stamps).unwrap().iter().map(|frame| (frame.stamp_ns, frame.frame)).collect();
+    assert_eq!(found, [(9_000_000, 0), (10_000_000, 1), (13_000_000, 2)]);
+    fs::write(images.join("other_10.png"), "").unwrap();
+    assert!(frames(rate).unwrap_err().to_string().contains("another picture has the number 10"));
+    fs::remove_file(images.join("other_10.png")).unwrap();
+    fs::write(images.join("last.png"), "").unwrap();
+    assert!(frames(rate).unwrap_err().to_string().contains("no number in the name"));
 }

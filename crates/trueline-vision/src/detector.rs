@@ -16,6 +16,7 @@ use crate::locate::tiles::{Candidate, MOST_CANDIDATES, Tiles};
 use crate::measure::stripe_meter::StripeMeter;
 use crate::not_found::NotFound;
 use crate::picture::{Level, Picture};
+use crate::picture_light::PictureLight;
 use crate::region::PictureRegion;
 use crate::seam::{Joint, Seam};
 use crate::stripe_choice::StripeChoice;
@@ -84,6 +85,12 @@ impl Detector {
     #[must_use]
     pub fn segments(&self) -> &[LineSegment] {
         &self.segments
+    }
+
+    /// How the last picture is lit.
+    #[must_use]
+    pub fn light(&self) -> PictureLight {
+        PictureLight::of(&self.locator.tiles, &self.segments)
     }
 
     /// How pictures are taken.

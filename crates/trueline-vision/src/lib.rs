@@ -13,6 +13,7 @@ pub mod measure;
 mod not_found;
 pub mod overlay;
 pub mod picture;
+pub mod picture_light;
 pub mod profile;
 pub mod region;
 pub mod scan;

@@ -29,6 +29,12 @@ pub struct FeaturesArgs {
     /// Which of several corners, grooves, gaps or ends to take: strongest, nearest, farthest, upper, lower, left or right
     #[arg(long, value_parser = stripe, default_value = "strongest")]
     pub stripe: StripeChoice,
+    /// There is no images/index.csv: the last number in each name counts pictures of so many a second; the index is written
+    #[arg(long, value_name = "RATE", value_parser = rate, conflicts_with = "stamps_from_name")]
+    pub fps: Option<f64>,
+    /// There is no images/index.csv: the last number in each name is its stamp in s, ms, us or ns; the index is written
+    #[arg(long, value_name = "UNIT", value_parser = one_of(&STAMP_UNITS))]
+    pub stamps_from_name: Option<i64>,
     /// Folder for pictures of what was found; it must not hold any yet
     #[arg(long)]
     pub overlay: Option<PathBuf>,
@@ -47,6 +53,15 @@ pub struct FeaturesArgs {
     /// Print no summary
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// Units of stamps in names, ns.
+static STAMP_UNITS: [Choice<i64>; 4] =
+    [("s", "", 1_000_000_000), ("ms", "", 1_000_000), ("us", "", 1_000), ("ns", "", 1)];
+
+fn rate(text: &str) -> Result<f64, String> {
+    let rate = text.parse().ok().filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
+    rate.ok_or_else(|| "expected pictures a second, above 0".to_owned())
 }
 
 fn stripe(name: &str) -> Result<StripeChoice, String> {

@@ -3,9 +3,11 @@
 use crate::args::FeaturesArgs;
 use crate::failure::Failure;
 use crate::pictures::{self, PictureOptions};
+use crate::planned_scan::read_text;
 use crate::{opened_dataset, output};
 use std::process::ExitCode;
-use trueline_dataset::{Profile, folder, images};
+use trueline_dataset::picture_names::{self, PictureStamps};
+use trueline_dataset::{Profile, folder, images, robot_csv};
 use trueline_report::picture_page;
 use trueline_vision::{PictureRegion, StripeChoice};
 
@@ -16,6 +18,7 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     {
         return of_profiles(args, &profiles);
     }
+    write_index(args)?;
     let options = PictureOptions {
         joint: args.joint,
         region: args.region.as_deref().map(region).transpose()?,
@@ -53,6 +56,35 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Writes the index of pictures that have none, where a rate or their names say the stamps.
+fn write_index(args: &FeaturesArgs) -> Result<(), Failure> {
+    let first_robot_ns = || -> Result<i64, Failure> {
+        let file = args.dataset.join("robot.csv");
+        if !file.exists() {
+            return Ok(0);
+        }
+        let poses = robot_csv::read(&file, read_text(&file)?.as_bytes())?;
+        Ok(poses.first().map_or(0, |sample| sample.stamp_ns))
+    };
+    let stamps = match (args.fps, args.stamps_from_name) {
+        (Some(fps), _) => PictureStamps::Rate { fps, first_ns: first_robot_ns()? },
+        (None, Some(unit_ns)) => PictureStamps::Names { unit_ns },
+        (None, None) => return Ok(()),
+    };
+    let frames = picture_names::frames(&args.dataset, stamps)?;
+    images::write_index(&args.dataset, &frames)?;
+    if !args.quiet {
+        let from = match stamps {
+            PictureStamps::Rate { .. } => {
+                "the first picture has the stamp of the first robot pose, and the time offset counts from there"
+            }
+            PictureStamps::Names { .. } => "stamps are those of the names",
+        };
+        output::words(&format!("images/index.csv is written for {} pictures: {from}", frames.len()));
+    }
+    Ok(())
+}
+
 /// A rectangle U0,V0,U1,V1 or a polygon U0,V0,U1,V1,U2,V2,…
 fn region(text: &str) -> Result<PictureRegion, Failure> {
     let numbers: Result<Vec<f64>, _> = text.split([',', ' ']).map(str::parse).collect();
@@ -79,6 +111,8 @@ fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Fa
         ("--region", args.region.is_some()),
         ("--stripe", args.stripe != StripeChoice::Strongest),
         ("--overlay", args.overlay.is_some()),
+        ("--fps", args.fps.is_some()),
+        ("--stamps-from-name", args.stamps_from_name.is_some()),
         ("--report", args.report.is_some()),
         ("--json", args.json.is_some()),
     ];

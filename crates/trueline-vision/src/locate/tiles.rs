@@ -9,6 +9,9 @@ use crate::picture::{Level, Picture};
 /// More tiles than this are no stripe; the ones that stand out most are kept.
 pub const MOST_CANDIDATES: usize = 1500;
 
+/// Tiles from which the median level is taken.
+const SAMPLED: usize = 1000;
+
 /// Side of a tile, px.
 pub const TILE: usize = 16;
 /// Tiles beside each other that are read together: as long a stretch of a row as two registers hold.
@@ -102,6 +105,21 @@ impl Tiles {
     #[must_use]
     pub fn greatest_excess(&self) -> f32 {
         self.peaks.iter().zip(&self.means).map(|(peak, mean)| peak - mean).fold(0.0, f32::max)
+    }
+
+    /// The brightest tile's peak, levels.
+    #[must_use]
+    pub fn brightest(&self) -> f32 {
+        self.peaks.iter().copied().fold(0.0, f32::max)
+    }
+
+    /// The median of the means of about a thousand tiles, levels.
+    #[must_use]
+    pub fn median_level(&self) -> f32 {
+        let mut some: Vec<f32> =
+            self.means.iter().step_by(self.means.len().div_ceil(SAMPLED).max(1)).copied().collect();
+        let middle = some.len() / 2;
+        if some.is_empty() { 0.0 } else { *some.select_nth_unstable_by(middle, f32::total_cmp).1 }
     }
 
     /// The darkest mean of a tile and its neighbours: a stripe never covers them all.

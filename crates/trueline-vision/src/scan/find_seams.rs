@@ -2,10 +2,12 @@
 
 use crate::detector::Detector;
 use crate::not_found::NotFound;
+use crate::picture_light::PictureLight;
 use crate::scan::error::ScanError;
 use crate::scan::joint_choice::{self, JointTrial};
 use crate::scan::neighbours::{self, InOrder};
 use crate::scan::observer::{ExaminedPicture, ScanObserver, Stage};
+use crate::scan::picture_fault::picture_faults;
 use crate::scan::scan_seams::{JointSource, ScanFrame, ScanSeams};
 use crate::scan::two_places;
 use crate::seam::Joint;
@@ -37,6 +39,8 @@ pub fn find_seams(
     };
     let examined = examine_all(source, detector, joint, observer)?;
     let detection_time = examined.iter().map(|one| one.taken).sum();
+    let lights: Vec<PictureLight> = examined.iter().filter_map(|one| one.light).collect();
+    let faults = picture_faults(&lights, examined.iter().any(|one| one.wide));
     let (mut frames, mut unreadable) = (Vec::with_capacity(examined.len()), Vec::new());
     for one in examined {
         frames.push(one.frame);
@@ -55,6 +59,7 @@ pub fn find_seams(
         joint_source,
         frames,
         unreadable,
+        faults,
         second_place_px,
         neighbour_distance_px,
         detection_time,
@@ -85,10 +90,12 @@ fn examine_all(
                 let found = detector.detect_in(&image, joint);
                 let taken = start.elapsed();
                 observer.examined(&ExaminedPicture { number, image: &image, found: &found, detector })?;
+                let wide = matches!(image.pixels, Pixels::Sixteen(_));
                 recycle(image, spare);
                 observer.advances(Stage::FindingSeams);
                 let none = Examined::none(source, number);
-                Ok(Examined { frame: ScanFrame { found, ..none.frame }, taken, unreadable: None })
+                let (frame, light) = (ScanFrame { found, ..none.frame }, Some(detector.light()));
+                Ok(Examined { frame, taken, unreadable: None, light, wide })
             },
         )
         .collect();
@@ -106,13 +113,16 @@ struct Examined {
     frame: ScanFrame,
     taken: Duration,
     unreadable: Option<ScanError>,
+    light: Option<PictureLight>,
+    /// Whether it has 16 bits.
+    wide: bool,
 }
 
 impl Examined {
     fn none(source: &dyn PictureSource, number: usize) -> Self {
         let found = Err(NotFound::Unreadable);
         let frame = ScanFrame { stamp: source.stamp(number), name: source.name(number), found };
-        Self { frame, taken: Duration::ZERO, unreadable: None }
+        Self { frame, taken: Duration::ZERO, unreadable: None, light: None, wide: false }
     }
 }
 

@@ -5,10 +5,12 @@ mod find_seams;
 pub mod joint_choice;
 pub mod neighbours;
 mod observer;
+pub mod picture_fault;
 mod scan_seams;
 pub mod two_places;
 
 pub use error::ScanError;
 pub use find_seams::find_seams;
 pub use observer::{ExaminedPicture, ScanObserver, Stage};
+pub use picture_fault::PictureFault;
 pub use scan_seams::{JointSource, ScanFrame, ScanSeams, SkippedPictures};

@@ -3,6 +3,7 @@
 use crate::detection::Detection;
 use crate::not_found::NotFound;
 use crate::scan::error::ScanError;
+use crate::scan::picture_fault::PictureFault;
 use crate::seam::{Joint, Seam};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -50,6 +51,8 @@ pub struct ScanSeams {
     pub frames: Vec<ScanFrame>,
     /// Why pictures could not be used, one by one; they are among the frames.
     pub unreadable: Vec<ScanError>,
+    /// What is wrong with most of the pictures, and the setting to change.
+    pub faults: Vec<PictureFault>,
     /// How far a second place of the seam is from the first, px, where the scan shows two in turn.
     pub second_place_px: Option<f64>,
     /// How far a point typically is from where its neighbours have it, px; `None` with too few points.
