@@ -28,7 +28,8 @@ pub fn of(line: &WeldLine) -> String {
         );
     }
     if !line.stamps_treated_alike {
-        text += "  warning: this weld's stamps are too uneven to be treated as those of the calibration were\n";
+        text +=
+            "  warning: this weld's stamps are too uneven to be treated as those of the calibration were\n";
     }
     text
 }
@@ -36,7 +37,9 @@ pub fn of(line: &WeldLine) -> String {
 fn alarm_text(weld: &str, alarm: &Alarm, since: &str) -> String {
     let what = match alarm.change.kind {
         Kind::Timing => "the camera's time offset has changed",
-        Kind::Bracket => "the sensor has moved on the robot: look at its bracket, and whether the torch or tool was changed",
+        Kind::Bracket => {
+            "the sensor has moved on the robot: look at its bracket, and whether the torch or tool was changed"
+        }
         Kind::Sensor => "the sensor itself has changed: look at its window, camera and laser",
         Kind::Seam => "the part lies elsewhere: look at the fixture; the calibration is still good",
     };
@@ -48,7 +51,8 @@ fn alarm_text(weld: &str, alarm: &Alarm, since: &str) -> String {
     for part in numbers(&alarm.change) {
         text += &format!("  {part}\n");
     }
-    text += &format!("  without a change this comes once in {:.0e} welds\n", 10f64.powf(-alarm.change.p_log10));
+    text +=
+        &format!("  without a change this comes once in {:.0e} welds\n", 10f64.powf(-alarm.change.p_log10));
     if !alarm.not_told_apart.is_empty() {
         let others: Vec<&str> = alarm.not_told_apart.iter().map(|kind| noun(*kind)).collect();
         text += &format!(
@@ -78,7 +82,12 @@ fn numbers(change: &Change) -> Vec<String> {
         _ => format!("not shown ({unit})"),
     };
     let three = |first: usize, factor: f64, unit: &str| {
-        ["x", "y", "z"].iter().enumerate().map(|(k, axis)| format!("{axis} {}", one(first + k, factor, unit))).collect::<Vec<_>>().join(", ")
+        ["x", "y", "z"]
+            .iter()
+            .enumerate()
+            .map(|(k, axis)| format!("{axis} {}", one(first + k, factor, unit)))
+            .collect::<Vec<_>>()
+            .join(", ")
     };
     let degrees = 1f64.to_degrees();
     match change.kind {

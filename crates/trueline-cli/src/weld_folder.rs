@@ -51,7 +51,10 @@ impl WeldFolder {
 fn is_weld(path: &Path) -> bool {
     let is_recording = path.is_file() && path.extension().is_some_and(|end| end == "mcap");
     let holds = |name: &str| path.join(name).exists();
-    is_recording || (holds("sensor.toml") && holds("robot.csv")) || holds("recording.mcap") || holds("metadata.yaml")
+    is_recording
+        || (holds("sensor.toml") && holds("robot.csv"))
+        || holds("recording.mcap")
+        || holds("metadata.yaml")
 }
 
 fn is_settled(path: &Path) -> bool {

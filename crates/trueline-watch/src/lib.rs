@@ -19,6 +19,8 @@
 //! Pure functions, and [`store`], which keeps their values in one SQLite file. Nothing here prints.
 
 pub mod detect;
+pub mod history_csv;
+pub mod history_page;
 pub mod innovation;
 pub mod parameters;
 pub mod quadratic;

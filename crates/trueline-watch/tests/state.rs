@@ -114,7 +114,7 @@ fn a_change_raises_an_alarm_that_stands_and_names_the_first_weld_after_it() {
     let store = Store::open(&state(&folder)).unwrap();
     let mut production = production();
     let calibration = watched(&piece(&production, 0, 1));
-    let mut told = |production: &Production, number: usize| {
+    let told = |production: &Production, number: usize| {
         watch(&store, &calibration, &format!("piece {number}"), &piece(production, number, 1)).unwrap()
     };
     for number in 0..6 {

@@ -33,7 +33,10 @@ impl From<trueline_watch::store::StoreError> for Failure {
 pub fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
     let Some(folder) = &args.folder else {
         if args.welds.is_empty() {
-            return Err(Failure::new("there is no weld to watch", "name welds, or a folder that fills: --folder FOLDER"));
+            return Err(Failure::new(
+                "there is no weld to watch",
+                "name welds, or a folder that fills: --folder FOLDER",
+            ));
         }
         let mut cell = Watcher::of(args)?;
         args.welds.iter().try_for_each(|weld| cell.one(weld))?;
@@ -41,7 +44,7 @@ pub fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
     };
     let mut cell = Watcher::of(args)?;
     let mut welds = WeldFolder::of(folder);
-    let stop = interrupt::flag()?;
+    interrupt::watch()?;
     loop {
         for weld in welds.next_ones()? {
             // Of many welds one that cannot be read must not end the watch.
@@ -53,7 +56,7 @@ pub fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
                 cell.failed += 1;
             }
         }
-        if args.once || stop.load(std::sync::atomic::Ordering::Relaxed) {
+        if args.once || interrupt::times() > 0 {
             return cell.finish();
         }
         std::thread::sleep(LOOK_EVERY);
@@ -121,7 +124,10 @@ fn calibration(file: &Path) -> Result<Watched, Failure> {
         ));
     }
     let bytes = fs::read(file).map_err(|error| {
-        Failure::new(format!("{}: cannot be read: {error}", file.display()), "check the path and its permissions")
+        Failure::new(
+            format!("{}: cannot be read: {error}", file.display()),
+            "check the path and its permissions",
+        )
     })?;
     let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     Ok(Watched { name: file.display().to_string(), sha256, guess: known.known.parameters, result })
