@@ -9,6 +9,7 @@ mod diff;
 mod evaluate;
 mod export;
 mod features;
+mod history;
 mod import;
 mod import_csv;
 mod listen;
@@ -21,7 +22,9 @@ mod scan;
 mod sensor;
 mod simulate;
 mod simulate_path;
+mod simulate_production;
 mod stream_sim;
+mod watch;
 
 pub use apply::ApplyArgs;
 pub use calibrate::CalibrateArgs;
@@ -31,6 +34,7 @@ pub use diff::DiffArgs;
 pub use evaluate::{EvaluateArgs, ReproduceArgs};
 pub use export::ExportArgs;
 pub use features::FeaturesArgs;
+pub use history::HistoryArgs;
 pub use import::{BagArgs, ImportArgs, ImportFormat};
 pub use import_csv::ImportCsvArgs;
 pub use listen::ListenArgs;
@@ -41,7 +45,9 @@ pub use scan::{CameraArgs, RecordArgs, ScanArgs};
 pub use sensor::{IntrinsicsArgs, LaserPlaneArgs, SensorArgs, SensorCommand};
 pub use simulate::SimulateArgs;
 pub use simulate_path::PathArgs;
+pub use simulate_production::ProductionArgs;
 pub use stream_sim::StreamSimArgs;
+pub use watch::WatchArgs;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use std::path::PathBuf;
@@ -117,6 +123,10 @@ pub enum Command {
     Apply(ApplyArgs),
     /// Write the transform in the form of a robot or a program
     Export(ExportArgs),
+    /// Watch a calibration in production: from every weld, whether it is still good, and what moved
+    Watch(WatchArgs),
+    /// What `watch` has seen: control charts and a table
+    History(HistoryArgs),
     /// Repeat the paper's experiments in simulation: tables, CSV and a report
     Reproduce(ReproduceArgs),
     /// Listen to a robot and say who talks, how regularly, and what is wrong

@@ -22,6 +22,8 @@ mod planned_scan;
 mod progress;
 mod requirement;
 mod robot_link;
+mod watch_text;
+mod weld_folder;
 
 use args::{Arguments, Command, SensorCommand};
 use clap::FromArgMatches;
@@ -68,6 +70,8 @@ fn execute(arguments: &Arguments) -> ExitCode {
         Command::Diff(args) => commands::diff::run(args),
         Command::Apply(args) => commands::apply::run(args),
         Command::Export(args) => commands::export::run(args),
+        Command::Watch(args) => commands::watch::run(args),
+        Command::History(args) => commands::history::run(args),
         Command::Reproduce(args) => commands::reproduce::run(args),
         Command::Listen(args) => commands::listen::run(args),
         Command::Record(args) => commands::record::run(args),

@@ -19,7 +19,7 @@ use trueline_watch::parameters::{CALIBRATION, Kind, UNITS};
 use trueline_watch::{Part, PieceInformation, Quadratic, Reference, Scatter, WeldStatistic};
 
 /// Pieces before the change; the scatter is learnt from them.
-const BEFORE: usize = 240;
+const BEFORE: usize = 60;
 /// Pieces after it at most.
 const AFTER: usize = 64;
 /// One standard deviation of the stored calibration, in units: a good scan's.

@@ -19,13 +19,21 @@
 //! Pure functions, and [`store`], which keeps their values in one SQLite file. Nothing here prints.
 
 pub mod detect;
+pub mod history_csv;
+pub mod history_page;
 pub mod innovation;
 pub mod parameters;
 pub mod quadratic;
 pub mod reference;
+pub mod store;
+pub mod watch;
+pub mod weld_line;
 
 pub use detect::{Alarm, Judgement, PieceInformation, Scatter};
 pub use innovation::weld_statistic::WeldStatistic;
 pub use parameters::Kind;
 pub use quadratic::Quadratic;
 pub use reference::{Part, Reference};
+pub use store::Store;
+pub use watch::{WatchError, Watched, watch};
+pub use weld_line::WeldLine;

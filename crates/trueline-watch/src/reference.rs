@@ -101,15 +101,6 @@ pub struct Part {
     pub lines: Vec<Line>,
 }
 
-/// A part as it is kept.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SeamRecord {
-    /// The anchor, m.
-    pub point_m: [f64; 3],
-    /// The direction.
-    pub direction: [f64; 3],
-}
-
 /// Two pieces whose seams are further apart than this are different parts, m.
 const SAME_WITHIN_M: f64 = 0.020;
 /// The same for directions, rad.
@@ -153,24 +144,6 @@ impl Part {
             }
         }
         map
-    }
-
-    /// As it is kept.
-    #[must_use]
-    pub fn to_records(&self) -> Vec<SeamRecord> {
-        let record =
-            |line: &Line| SeamRecord { point_m: (*line.anchor()).into(), direction: line.direction().into() };
-        self.lines.iter().map(record).collect()
-    }
-
-    /// From what was kept; `None` if a direction has no length.
-    #[must_use]
-    pub fn of_records(records: &[SeamRecord]) -> Option<Self> {
-        let line = |record: &SeamRecord| {
-            let direction = nalgebra::UnitVector3::try_new(Vector3::from(record.direction), 1e-6)?;
-            Some(Line::new(Vector3::from(record.point_m), &direction))
-        };
-        Some(Self { lines: records.iter().map(line).collect::<Option<_>>()? })
     }
 }
 

@@ -3,6 +3,7 @@
 use super::choice::{Choice, one_of};
 use super::number;
 use super::simulate_path::PathArgs;
+use super::simulate_production::ProductionArgs;
 use clap::Args;
 use std::path::PathBuf;
 use trueline_sim::faults::{FAULT_NAMES, FaultName};
@@ -17,6 +18,7 @@ use trueline_sim::{Fault, Joint, Look, Preset};
   trueline simulate --weave-frame sensor --lateral-hz 0.75 --range-hz 0.75 --out alias
   trueline simulate --preset two-lines --noise-free --out exact
   trueline simulate --plan plan --seed 3 --out planned-scan
+  trueline simulate --production 60 --layout box-weave --change timing=0.5@40 --out production
   trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures",
     after_long_help = faults_help())]
 pub struct SimulateArgs {
@@ -76,6 +78,8 @@ pub struct SimulateArgs {
     pub faults: Vec<Fault>,
     #[command(flatten)]
     pub path: PathArgs,
+    #[command(flatten)]
+    pub production: ProductionArgs,
     /// Time between images, ms
     #[arg(long, value_parser = number::tenth_or_more)]
     pub frame_period_ms: Option<f64>,

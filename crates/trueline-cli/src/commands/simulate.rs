@@ -1,6 +1,6 @@
 //! `trueline simulate`.
 
-use super::simulate_images;
+use super::{simulate_images, simulate_production};
 use crate::args::{PathArgs, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
@@ -16,6 +16,9 @@ const RANDOM_OFFSET_S: f64 = 1.0;
 
 /// Runs the command.
 pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
+    if let Some(pieces) = args.production.production {
+        return simulate_production::run(&args.production, pieces, &args.out, args.seed, args.quiet);
+    }
     if let Some(folder) = &args.plan {
         return follow(args, planned_scan::read(folder, args.exact_guess, args.seed)?);
     }

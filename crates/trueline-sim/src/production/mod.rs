@@ -5,11 +5,13 @@
 //! everywhere in this crate; nothing here knows of the detector that is to find it.
 
 mod change;
+mod change_text;
 mod layout;
 mod piece;
 mod settings;
 
 pub use change::{Change, ScheduledChange};
+pub use change_text::CHANGE_WORDS;
 pub use layout::Layout;
 pub use piece::piece;
 pub use settings::{PlacementScatter, Production, SeamPass};

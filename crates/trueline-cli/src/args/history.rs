@@ -1,0 +1,33 @@
+//! `trueline history`.
+
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline history --state cell.sqlite --report history.html
+  trueline history --state cell.sqlite --csv history.csv
+
+One row a weld: what it says of time offset, hand-eye and sensor by itself, its noise, and the alarm that stood after it.
+
+Exit code: 0 read, 2 could not run.")]
+pub struct HistoryArgs {
+    /// The cell's memory, as `trueline watch` keeps it
+    #[arg(long)]
+    pub state: PathBuf,
+    /// Number of the calibration; else the last one
+    #[arg(long)]
+    pub calibration: Option<i64>,
+    /// The last so many welds
+    #[arg(long, default_value_t = 10_000)]
+    pub last: usize,
+    /// Write a table; - is stdout
+    #[arg(long)]
+    pub csv: Option<PathBuf>,
+    /// Write a page with control charts that opens in a browser
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
+}

@@ -1,0 +1,52 @@
+//! `trueline history`.
+
+use crate::args::HistoryArgs;
+use crate::failure::Failure;
+use crate::output;
+use std::process::ExitCode;
+use trueline_watch::store::CalibrationRow;
+use trueline_watch::{Store, history_csv, history_page};
+
+/// Runs the command.
+pub fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
+    let store = Store::open_to_read(&args.state)?;
+    let calibrations = store.calibrations()?;
+    let chosen = match args.calibration {
+        Some(id) => calibrations.iter().find(|row| row.id == id),
+        None => calibrations.last(),
+    };
+    let Some(chosen) = chosen else {
+        return Err(Failure::new(
+            format!("{}: there is no such calibration in it", args.state.display()),
+            format!("there are {}; `trueline watch` adds them", calibrations.len()),
+        ));
+    };
+    let history = store.history(chosen.id, args.last)?;
+    if let Some(file) = &args.csv {
+        output::json(file, &history_csv::csv(&history))?;
+    }
+    if let Some(file) = &args.report {
+        let title = format!("{} by {}", args.state.display(), chosen.name);
+        output::file(file, &history_page::html(&history, &title, &output::command_line()))?;
+    }
+    if !args.quiet {
+        calibrations.iter().for_each(|row| output::words(&text(row, row.id == chosen.id)));
+        let alarm = history.last().and_then(|row| row.alarm.as_ref());
+        output::words(&match alarm {
+            Some(alarm) => format!("alarm: {}, since weld {}", alarm.kind, alarm.since),
+            None => "no alarm".to_owned(),
+        });
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn text(row: &CalibrationRow, chosen: bool) -> String {
+    let mark = if chosen { "*" } else { " " };
+    format!(
+        "{mark} calibration {}: {}, time offset {:.3} ms, {} welds",
+        row.id,
+        row.name,
+        row.time_offset_s * 1e3,
+        row.welds
+    )
+}

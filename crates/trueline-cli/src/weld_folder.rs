@@ -1,0 +1,70 @@
+//! A folder that fills with welds.
+//!
+//! Whoever fills it may take its time: a weld is taken when its files have not changed between two looks and for a moment
+//! before, so that no half of one is read.
+
+use crate::failure::Failure;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// Files that have not changed for so long are finished.
+const SETTLED: Duration = Duration::from_secs(2);
+
+/// A folder and what has been taken from it.
+pub struct WeldFolder {
+    folder: PathBuf,
+    taken: BTreeMap<PathBuf, ()>,
+}
+
+impl WeldFolder {
+    /// Nothing has been taken yet.
+    pub fn of(folder: &Path) -> Self {
+        Self { folder: folder.to_owned(), taken: BTreeMap::new() }
+    }
+
+    /// Welds that are finished and have not been taken, in the order of their names.
+    ///
+    /// # Errors
+    /// A folder that cannot be read.
+    pub fn next_ones(&mut self) -> Result<Vec<PathBuf>, Failure> {
+        let cannot = |error: std::io::Error| {
+            Failure::new(
+                format!("{}: cannot be read: {error}", self.folder.display()),
+                "name the folder in which welds appear",
+            )
+        };
+        let mut found = Vec::new();
+        for entry in std::fs::read_dir(&self.folder).map_err(cannot)? {
+            let path = entry.map_err(cannot)?.path();
+            if is_weld(&path) && !self.taken.contains_key(&path) && is_settled(&path) {
+                found.push(path);
+            }
+        }
+        found.sort();
+        self.taken.extend(found.iter().map(|path| (path.clone(), ())));
+        Ok(found)
+    }
+}
+
+/// A dataset folder, a bag, or a recording.
+fn is_weld(path: &Path) -> bool {
+    let is_recording = path.is_file() && path.extension().is_some_and(|end| end == "mcap");
+    let holds = |name: &str| path.join(name).exists();
+    is_recording
+        || (holds("sensor.toml") && holds("robot.csv"))
+        || holds("recording.mcap")
+        || holds("metadata.yaml")
+}
+
+fn is_settled(path: &Path) -> bool {
+    let quiet = |path: &Path| {
+        let changed = path.metadata().and_then(|meta| meta.modified());
+        changed.is_ok_and(|at| SystemTime::now().duration_since(at).is_ok_and(|age| age >= SETTLED))
+    };
+    if path.is_file() {
+        return quiet(path);
+    }
+    let Ok(entries) = std::fs::read_dir(path) else { return false };
+    entries.flatten().all(|entry| quiet(&entry.path()))
+}

@@ -1,0 +1,181 @@
+//! The history as a page: control charts of what may change, of the noise, and of how improbable it all is.
+
+use crate::detect::judgement::ALARM_P_LOG10;
+use crate::history_csv::column;
+use crate::parameters::{Kind, ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
+use crate::store::HistoryRow;
+use std::ops::Range;
+use trueline_report::page::render::render;
+use trueline_report::page::{
+    Axis, Block, Chart, Colour, Columns, Drawn, Mark, Page, Section, Series, Table, TableRow, Tone, Verdict,
+};
+
+/// Control limits, in standard deviations of a single weld.
+const LIMITS: f64 = 3.0;
+/// Alarms in the table.
+const MOST_ALARMS: usize = 50;
+
+/// Renders the page.
+#[must_use]
+pub fn html(history: &[HistoryRow], title: &str, command: &str) -> String {
+    let mut page = Page { title: title.to_owned(), verdict: verdict(history), ..Page::default() };
+    let columns = &mut page.columns;
+    let charts = vec![
+        probabilities(history, columns),
+        control(history, columns, ("time-offset", "Time offset"), TIME_OFFSET..ROTATION),
+        control(history, columns, ("translation", "Bracket: shift, tool axes"), TRANSLATION..SHAPE),
+        control(history, columns, ("rotation", "Bracket: turn, tool axes"), ROTATION..TRANSLATION),
+        control(history, columns, ("shape", "Sensor: width, depth and shear"), SHAPE..SHAPE + 3),
+        noise(history, columns),
+    ];
+    page.sections = vec![
+        Section {
+            id: "alarms",
+            heading: "Alarms",
+            folded: false,
+            blocks: vec![Block::Table(alarms(history))],
+        },
+        Section { id: "charts", heading: "Control charts", folded: false, blocks: charts },
+        Section {
+            id: "made",
+            heading: "How this was made",
+            folded: false,
+            blocks: vec![Block::Text(command.to_owned())],
+        },
+    ];
+    render(&page)
+}
+
+fn verdict(history: &[HistoryRow]) -> Verdict {
+    let Some(last) = history.last() else {
+        return Verdict { text: "No weld has been watched yet.".to_owned(), tone: Tone::Plain };
+    };
+    match &last.alarm {
+        None => Verdict {
+            text: format!("{} welds, the last one {}: nothing has changed.", history.len(), last.name),
+            tone: Tone::Good,
+        },
+        Some(alarm) => Verdict {
+            text: format!(
+                "{}: changed since weld {} ({}).",
+                alarm.kind,
+                alarm.since,
+                name_of(history, alarm.since)
+            ),
+            tone: Tone::Bad,
+        },
+    }
+}
+
+fn name_of(history: &[HistoryRow], id: i64) -> &str {
+    history.iter().find(|row| row.id == id).map_or("before this page", |row| &row.name)
+}
+
+/// The first weld of each alarm that stood.
+fn alarms(history: &[HistoryRow]) -> Table {
+    let mut rows = Vec::new();
+    let mut before: Option<&str> = None;
+    for row in history {
+        let now = row.alarm.as_ref().map(|alarm| alarm.kind.as_str());
+        if let Some(alarm) = row.alarm.as_ref().filter(|_| now != before) {
+            rows.push(TableRow::plain(vec![
+                row.id.to_string(),
+                row.name.clone(),
+                alarm.kind.clone(),
+                format!("{} ({})", alarm.since, name_of(history, alarm.since)),
+                format!("{:.1}", alarm.p_log10),
+            ]));
+        }
+        before = now;
+    }
+    let first = rows.len().saturating_sub(MOST_ALARMS);
+    Table {
+        head: ["weld", "name", "what changed", "since weld", "log10 p"].map(str::to_owned).to_vec(),
+        rows: rows.split_off(first),
+    }
+}
+
+fn welds(history: &[HistoryRow]) -> impl Iterator<Item = f64> + '_ {
+    history.iter().map(|row| row.id as f64)
+}
+
+/// What each weld says of some columns by itself, with limits at three of its standard deviations.
+fn control(
+    history: &[HistoryRow],
+    columns: &mut Columns,
+    (id, title): (&'static str, &'static str),
+    range: Range<usize>,
+) -> Block {
+    let unit = column(range.start).0.rsplit('_').next().unwrap_or_default();
+    let x = columns.add(welds(history));
+    let mut series = Vec::new();
+    let mut widest: f64 = 0.0;
+    for (colour, k) in range.clone().enumerate() {
+        let (name, factor) = column(k);
+        let of = |row: &HistoryRow| row.estimates.get(k).copied().flatten();
+        let y = columns.add(history.iter().map(|row| of(row).map_or(f64::NAN, |[value, _]| value * factor)));
+        series.push(Series::points(name, x, y, Colour::of(colour)));
+        let mut sigmas: Vec<f64> = history.iter().filter_map(of).map(|[_, sigma]| sigma * factor).collect();
+        sigmas.sort_by(f64::total_cmp);
+        widest = widest.max(sigmas.get(sigmas.len() / 2).copied().unwrap_or(0.0));
+    }
+    let mark = |at: f64, name: &str| Mark { name: name.to_owned(), at, upright: false };
+    Block::Chart(Chart {
+        id,
+        title,
+        explanation:
+            "What each weld says by itself, as if nothing else had changed; the lines are three standard \
+                      deviations of one weld. The detector adds many welds up and sees far less than that."
+                .to_owned(),
+        alternative: format!("{title} against the stored calibration in {unit} by weld"),
+        wide: false,
+        drawn: Drawn::Plot {
+            x: Axis::of("weld"),
+            y: Axis::of(&format!("change ({unit})")),
+            series,
+            marks: vec![mark(LIMITS * widest, "+3 σ"), mark(-LIMITS * widest, "−3 σ")],
+        },
+    })
+}
+
+fn probabilities(history: &[HistoryRow], columns: &mut Columns) -> Block {
+    let x = columns.add(welds(history));
+    let series = Kind::ALL.iter().enumerate().map(|(k, kind)| {
+        let of = |row: &HistoryRow| row.p_log10.get(k).map_or(f64::NAN, |p| -p);
+        let y = columns.add(history.iter().map(of));
+        Series::points(kind.name(), x, y, Colour::of(k))
+    });
+    let series = series.collect();
+    Block::Chart(Chart {
+        id: "improbable",
+        title: "How improbable without a change",
+        explanation: "Above the line is an alarm: chance gets there about once in 100,000 pieces.".to_owned(),
+        alternative: "Minus the decimal logarithm of the probability by weld and kind of change".to_owned(),
+        wide: true,
+        drawn: Drawn::Plot {
+            x: Axis::of("weld"),
+            y: Axis::of("−log10 p"),
+            series,
+            marks: vec![Mark { name: "alarm".to_owned(), at: -ALARM_P_LOG10, upright: false }],
+        },
+    })
+}
+
+fn noise(history: &[HistoryRow], columns: &mut Columns) -> Block {
+    let x = columns.add(welds(history));
+    let y = columns.add(history.iter().map(|row| row.noise_factor));
+    Block::Chart(Chart {
+        id: "noise",
+        title: "Noise",
+        explanation: "How much larger the residuals are than features, robot and stamps let expect."
+            .to_owned(),
+        alternative: "Noise factor by weld".to_owned(),
+        wide: false,
+        drawn: Drawn::Plot {
+            x: Axis::of("weld"),
+            y: Axis::of("residuals over expected"),
+            series: vec![Series::points("noise", x, y, Colour::A)],
+            marks: Vec::new(),
+        },
+    })
+}

@@ -1,0 +1,129 @@
+//! What is kept for good: one row a weld, for charts and tables.
+
+use super::codec;
+use super::schema::Store;
+use super::store_error::StoreError;
+
+/// A stored calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalibrationRow {
+    /// Its number.
+    pub id: i64,
+    /// The name under which it came.
+    pub name: String,
+    /// When it came, s since 1970 UTC.
+    pub added_s: i64,
+    /// Its time offset, s.
+    pub time_offset_s: f64,
+    /// Welds watched with it.
+    pub welds: usize,
+}
+
+/// A weld in the history.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HistoryRow {
+    /// Its number.
+    pub id: i64,
+    /// Its name.
+    pub name: String,
+    /// Which part it is, by number.
+    pub part: i64,
+    /// When it was watched, s since 1970 UTC.
+    pub watched_s: i64,
+    /// Features that count.
+    pub used: usize,
+    /// Features that belong to no seam.
+    pub outliers: usize,
+    /// How much larger the residuals are than expected.
+    pub noise_factor: f64,
+    /// For each column of θ the change and its standard deviation (SI) if nothing else changed; `None` where this weld does
+    /// not show it.
+    pub estimates: Vec<Option<[f64; 2]>>,
+    /// log₁₀ probability of the most significant change of each kind, in the order of [`crate::Kind::ALL`].
+    pub p_log10: Vec<f64>,
+    /// The alarm that stood after it.
+    pub alarm: Option<AlarmRow>,
+}
+
+/// An alarm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AlarmRow {
+    /// Kind of change.
+    pub kind: String,
+    /// Number of the first weld after the change.
+    pub since: i64,
+    /// How improbable without a change, log₁₀.
+    pub p_log10: f64,
+}
+
+impl Store {
+    /// All calibrations, in the order in which they came.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub fn calibrations(&self) -> Result<Vec<CalibrationRow>, StoreError> {
+        let text = "SELECT id, name, added_s, time_offset_s, \
+                    (SELECT count(*) FROM welds WHERE welds.calibration = calibrations.id) FROM calibrations ORDER BY id";
+        let mut query = self.connection.prepare(text).map_err(|e| self.failed(e))?;
+        let rows = query.query_map([], |row| {
+            Ok(CalibrationRow {
+                id: row.get(0)?,
+                name: row.get(1)?,
+                added_s: row.get(2)?,
+                time_offset_s: row.get(3)?,
+                welds: row.get::<_, i64>(4)?.unsigned_abs() as usize,
+            })
+        });
+        rows.and_then(Iterator::collect).map_err(|e| self.failed(e))
+    }
+
+    /// The last welds of a calibration in order of time, at most so many.
+    ///
+    /// # Errors
+    /// A database that cannot be read, or damaged rows.
+    pub fn history(&self, calibration: i64, most: usize) -> Result<Vec<HistoryRow>, StoreError> {
+        let text = "SELECT welds.id, name, part, watched_s, used, outliers, noise_factor, estimates, welds.p_log10, \
+                    kind, since, alarms.p_log10 FROM welds LEFT JOIN alarms ON alarms.weld = welds.id \
+                    WHERE calibration = ?1 ORDER BY welds.id DESC LIMIT ?2";
+        let mut query = self.connection.prepare(text).map_err(|e| self.failed(e))?;
+        let limit = i64::try_from(most).unwrap_or(i64::MAX);
+        let mut rows = query.query((calibration, limit)).map_err(|e| self.failed(e))?;
+        let mut history = Vec::new();
+        while let Some(row) = rows.next().map_err(|e| self.failed(e))? {
+            let read = read_row(row).map_err(|e| self.failed(e))?;
+            let (mut entry, estimates, p_log10) = read;
+            entry.estimates = codec::pairs(&estimates).ok_or_else(|| self.damaged("estimates", entry.id))?;
+            entry.p_log10 = codec::pairs(&p_log10)
+                .ok_or_else(|| self.damaged("probabilities", entry.id))?
+                .into_iter()
+                .map(|pair| pair.map_or(0.0, |[value, _]| value))
+                .collect();
+            history.push(entry);
+        }
+        history.reverse();
+        Ok(history)
+    }
+}
+
+type Read = (HistoryRow, Vec<u8>, Vec<u8>);
+
+fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<Read> {
+    let count = |column: usize| row.get::<_, i64>(column).map(|n| n.unsigned_abs() as usize);
+    let alarm = match row.get::<_, Option<String>>(9)? {
+        Some(kind) => Some(AlarmRow { kind, since: row.get(10)?, p_log10: row.get(11)? }),
+        None => None,
+    };
+    let entry = HistoryRow {
+        id: row.get(0)?,
+        name: row.get(1)?,
+        part: row.get(2)?,
+        watched_s: row.get(3)?,
+        used: count(4)?,
+        outliers: count(5)?,
+        noise_factor: row.get(6)?,
+        estimates: Vec::new(),
+        p_log10: Vec::new(),
+        alarm,
+    };
+    Ok((entry, row.get(7)?, row.get(8)?))
+}

@@ -1,0 +1,148 @@
+//! The file, its tables, and how older ones become newer.
+
+use super::store_error::StoreError;
+use rusqlite::Connection;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// The newest version of the tables.
+pub const SCHEMA_VERSION: i64 = MIGRATIONS.len() as i64;
+
+/// "true" in ASCII: whose database it is.
+const APPLICATION_ID: i64 = 0x7472_7565;
+
+/// What leads from each version to the next; none of them is ever changed.
+const MIGRATIONS: [&str; 1] = ["
+CREATE TABLE calibrations (
+    id INTEGER PRIMARY KEY,
+    sha256 TEXT NOT NULL UNIQUE,
+    name TEXT NOT NULL,
+    added_s INTEGER NOT NULL,
+    time_offset_s REAL NOT NULL,
+    shape_origin_a_m REAL NOT NULL,
+    shape_origin_b_m REAL NOT NULL
+) STRICT;
+CREATE TABLE parts (
+    id INTEGER PRIMARY KEY,
+    calibration INTEGER NOT NULL REFERENCES calibrations (id),
+    seams BLOB NOT NULL,
+    scatter BLOB
+) STRICT;
+CREATE TABLE welds (
+    id INTEGER PRIMARY KEY,
+    calibration INTEGER NOT NULL REFERENCES calibrations (id),
+    part INTEGER NOT NULL REFERENCES parts (id),
+    content TEXT NOT NULL,
+    name TEXT NOT NULL,
+    watched_s INTEGER NOT NULL,
+    used INTEGER NOT NULL,
+    outliers INTEGER NOT NULL,
+    noise_factor REAL NOT NULL,
+    estimates BLOB NOT NULL,
+    p_log10 BLOB NOT NULL,
+    line TEXT NOT NULL,
+    statistic BLOB,
+    UNIQUE (calibration, content)
+) STRICT;
+CREATE INDEX welds_by_calibration ON welds (calibration, id);
+CREATE INDEX welds_with_statistic ON welds (calibration, id) WHERE statistic IS NOT NULL;
+CREATE TABLE alarms (
+    weld INTEGER PRIMARY KEY REFERENCES welds (id),
+    kind TEXT NOT NULL,
+    since INTEGER NOT NULL REFERENCES welds (id),
+    p_log10 REAL NOT NULL
+) STRICT;
+"];
+
+/// How long one program waits for another.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// The state of a cell.
+#[derive(Debug)]
+pub struct Store {
+    pub(super) connection: Connection,
+    pub(super) file: PathBuf,
+}
+
+impl Store {
+    /// Opens a state file, or makes a new one, and brings it up to date.
+    ///
+    /// # Errors
+    /// A file that cannot be opened or written, of another program, or of a newer version.
+    pub fn open(file: &Path) -> Result<Self, StoreError> {
+        let failed = |source| StoreError::Database { file: file.to_owned(), source };
+        let connection = Connection::open(file).map_err(failed)?;
+        let mut store = Self { connection, file: file.to_owned() };
+        store.connection.busy_timeout(PATIENCE).map_err(failed)?;
+        store.migrate()?;
+        Ok(store)
+    }
+
+    /// Opens a state file to read it only.
+    ///
+    /// # Errors
+    /// A file that is not there, or not one of this program and version.
+    pub fn open_to_read(file: &Path) -> Result<Self, StoreError> {
+        let failed = |source| StoreError::Database { file: file.to_owned(), source };
+        let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY;
+        let connection = Connection::open_with_flags(file, flags).map_err(failed)?;
+        connection.busy_timeout(PATIENCE).map_err(failed)?;
+        let store = Self { connection, file: file.to_owned() };
+        let (application, version) = store.versions()?;
+        if application != APPLICATION_ID || version < 1 {
+            return Err(StoreError::Foreign { file: file.to_owned() });
+        }
+        store.refuse_newer(version)?;
+        Ok(store)
+    }
+
+    fn versions(&self) -> Result<(i64, i64), StoreError> {
+        let pragma = |name: &str| self.connection.pragma_query_value(None, name, |row| row.get::<_, i64>(0));
+        let both = pragma("application_id").and_then(|id| Ok((id, pragma("user_version")?)));
+        both.map_err(|source| self.failed(source))
+    }
+
+    fn refuse_newer(&self, found: i64) -> Result<(), StoreError> {
+        if found > SCHEMA_VERSION {
+            return Err(StoreError::Newer { file: self.file.clone(), found, known: SCHEMA_VERSION });
+        }
+        Ok(())
+    }
+
+    fn migrate(&mut self) -> Result<(), StoreError> {
+        let file = self.file.clone();
+        let failed = |source| StoreError::Database { file: file.clone(), source };
+        // Readers never wait for a writer; a weld is on the disk when it is told of.
+        let settings = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;";
+        let (application, _) = self.versions()?;
+        if application != 0 && application != APPLICATION_ID {
+            return Err(StoreError::Foreign { file: file.clone() });
+        }
+        self.connection.execute_batch(settings).map_err(failed)?;
+        let behavior = rusqlite::TransactionBehavior::Immediate;
+        // What another program has done meanwhile is seen inside the transaction only.
+        let transaction = rusqlite::Transaction::new_unchecked(&self.connection, behavior).map_err(failed)?;
+        let (application, version) = self.versions()?;
+        let tables: i64 = transaction
+            .query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))
+            .map_err(failed)?;
+        if application == 0 && tables > 0 {
+            return Err(StoreError::Foreign { file: file.clone() });
+        }
+        self.refuse_newer(version)?;
+        for (k, step) in MIGRATIONS.iter().enumerate().skip(usize::try_from(version).unwrap_or(0)) {
+            transaction.execute_batch(step).map_err(failed)?;
+            transaction.pragma_update(None, "user_version", k as i64 + 1).map_err(failed)?;
+        }
+        transaction.pragma_update(None, "application_id", APPLICATION_ID).map_err(failed)?;
+        transaction.commit().map_err(failed)
+    }
+
+    pub(super) fn failed(&self, source: rusqlite::Error) -> StoreError {
+        StoreError::Database { file: self.file.clone(), source }
+    }
+
+    pub(super) fn damaged(&self, what: &'static str, row: i64) -> StoreError {
+        StoreError::Damaged { file: self.file.clone(), what, row }
+    }
+}

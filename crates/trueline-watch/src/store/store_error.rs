@@ -1,0 +1,55 @@
+//! Why the state cannot be used.
+
+use std::path::PathBuf;
+
+/// Why the state cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// SQLite refused.
+    #[error("{}: {source}", file.display())]
+    Database {
+        /// The state file.
+        file: PathBuf,
+        /// Why.
+        source: rusqlite::Error,
+    },
+    /// Written by a newer program.
+    #[error("{}: has version {found} of the state, and this program knows {known}", file.display())]
+    Newer {
+        /// The state file.
+        file: PathBuf,
+        /// Its version.
+        found: i64,
+        /// The newest that is known.
+        known: i64,
+    },
+    /// A database of something else.
+    #[error("{}: is a database of another program", file.display())]
+    Foreign {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Numbers that were not written by this program.
+    #[error("{}: {what} of row {row} is damaged", file.display())]
+    Damaged {
+        /// The state file.
+        file: PathBuf,
+        /// What is damaged.
+        what: &'static str,
+        /// Its row.
+        row: i64,
+    },
+}
+
+impl StoreError {
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::Database { .. } => "can the file and its folder be written, and is there room on the disk?",
+            Self::Newer { .. } => "use the newer trueline, or name another --state file",
+            Self::Foreign { .. } => "name another --state file; a new one is made where there is none",
+            Self::Damaged { .. } => "restore the file from a backup, or name another --state file",
+        }
+    }
+}

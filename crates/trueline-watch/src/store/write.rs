@@ -1,0 +1,239 @@
+//! What is read and written for each weld, inside one transaction.
+
+use super::KEPT_STATISTICS;
+use super::codec;
+use super::schema::Store;
+use super::store_error::StoreError;
+use crate::detect::Scatter;
+use crate::innovation::WeldStatistic;
+use crate::reference::Part;
+use rusqlite::{OptionalExtension, Transaction, TransactionBehavior, params};
+
+/// A part and what has been learnt of it.
+#[derive(Clone, Debug)]
+pub struct StoredPart {
+    /// Its number.
+    pub id: i64,
+    /// Its seams.
+    pub part: Part,
+    /// How they scatter, once learnt.
+    pub scatter: Option<Scatter>,
+}
+
+/// A weld as the detector looks back on it.
+#[derive(Clone, Debug)]
+pub struct StoredPiece {
+    /// Its number.
+    pub id: i64,
+    /// Number of its part.
+    pub part: i64,
+    /// Its name.
+    pub name: String,
+    /// Its statistic.
+    pub statistic: WeldStatistic,
+}
+
+/// A weld that has been judged.
+#[derive(Clone, Debug)]
+pub struct NewWeld {
+    /// Its name.
+    pub name: String,
+    /// SHA-256 of what it holds: the same weld is never counted twice.
+    pub content: String,
+    /// When, s since 1970 UTC.
+    pub watched_s: i64,
+    /// Number of its part.
+    pub part: i64,
+    /// Its statistic.
+    pub statistic: WeldStatistic,
+    /// For each column of θ the change and its standard deviation (SI) if nothing else changed.
+    pub estimates: Vec<Option<[f64; 2]>>,
+    /// log₁₀ probabilities by kind.
+    pub p_log10: [f64; 4],
+    /// What was told of it, a line of JSON.
+    pub line: String,
+    /// Kind, first weld after the change (`None` is this weld) and log₁₀ probability of the alarm.
+    pub alarm: Option<(&'static str, Option<i64>, f64)>,
+}
+
+impl Store {
+    /// Begins what belongs together; other programs wait until it is committed or dropped.
+    ///
+    /// # Errors
+    /// A database that another program holds for half a minute, or that cannot be written.
+    pub fn begin(&self) -> Result<Transaction<'_>, StoreError> {
+        Transaction::new_unchecked(&self.connection, TransactionBehavior::Immediate)
+            .map_err(|e| self.failed(e))
+    }
+
+    /// Ends it: from here on it survives.
+    ///
+    /// # Errors
+    /// A disk that is full or gone.
+    pub fn commit(&self, transaction: Transaction<'_>) -> Result<(), StoreError> {
+        transaction.commit().map_err(|e| self.failed(e))
+    }
+
+    /// Where the shape of the laser plane is counted from with a calibration, and its number, if it is known.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub fn calibration(&self, sha256: &str) -> Result<Option<(i64, [f64; 2])>, StoreError> {
+        let text = "SELECT id, shape_origin_a_m, shape_origin_b_m FROM calibrations WHERE sha256 = ?1";
+        let row = |row: &rusqlite::Row<'_>| Ok((row.get(0)?, [row.get(1)?, row.get(2)?]));
+        self.connection.query_row(text, [sha256], row).optional().map_err(|e| self.failed(e))
+    }
+
+    /// Adds a calibration if it is new; its number and where its shape is counted from, whoever was first.
+    ///
+    /// # Errors
+    /// A database that cannot be written.
+    pub fn add_calibration(
+        &self,
+        (sha256, name): (&str, &str),
+        added_s: i64,
+        time_offset_s: f64,
+        shape_origin_m: [f64; 2],
+    ) -> Result<(i64, [f64; 2]), StoreError> {
+        let [a, b] = shape_origin_m;
+        let text = "INSERT INTO calibrations (sha256, name, added_s, time_offset_s, shape_origin_a_m, shape_origin_b_m) \
+                    VALUES (?1, ?2, ?3, ?4, ?5, ?6) ON CONFLICT DO NOTHING";
+        self.connection
+            .execute(text, params![sha256, name, added_s, time_offset_s, a, b])
+            .map_err(|e| self.failed(e))?;
+        let found = self.calibration(sha256)?;
+        found.ok_or_else(|| self.failed(rusqlite::Error::QueryReturnedNoRows))
+    }
+
+    /// The line that was told of a weld before, if it was watched.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub fn line_of(&self, calibration: i64, content: &str) -> Result<Option<String>, StoreError> {
+        let text = "SELECT line FROM welds WHERE calibration = ?1 AND content = ?2";
+        self.connection
+            .query_row(text, params![calibration, content], |row| row.get(0))
+            .optional()
+            .map_err(|e| self.failed(e))
+    }
+
+    /// All parts of a calibration.
+    ///
+    /// # Errors
+    /// A database that cannot be read, or damaged rows.
+    pub fn parts(&self, calibration: i64) -> Result<Vec<StoredPart>, StoreError> {
+        let text = "SELECT id, seams, scatter FROM parts WHERE calibration = ?1 ORDER BY id";
+        let mut query = self.connection.prepare(text).map_err(|e| self.failed(e))?;
+        let mut rows = query.query([calibration]).map_err(|e| self.failed(e))?;
+        let mut parts = Vec::new();
+        while let Some(row) = rows.next().map_err(|e| self.failed(e))? {
+            let read = || -> rusqlite::Result<(i64, Vec<u8>, Option<Vec<u8>>)> {
+                Ok((row.get(0)?, row.get(1)?, row.get(2)?))
+            };
+            let (id, seams, scatter) = read().map_err(|e| self.failed(e))?;
+            let part = codec::part(&seams).ok_or_else(|| self.damaged("seams", id))?;
+            let scatter = scatter
+                .map(|bytes| codec::scatter(&bytes).ok_or_else(|| self.damaged("scatter", id)))
+                .transpose()?;
+            parts.push(StoredPart { id, part, scatter });
+        }
+        Ok(parts)
+    }
+
+    /// Adds a part.
+    ///
+    /// # Errors
+    /// A database that cannot be written.
+    pub fn add_part(&self, calibration: i64, part: &Part) -> Result<i64, StoreError> {
+        let text = "INSERT INTO parts (calibration, seams) VALUES (?1, ?2)";
+        self.connection
+            .execute(text, params![calibration, codec::part_bytes(part)])
+            .map_err(|e| self.failed(e))?;
+        Ok(self.connection.last_insert_rowid())
+    }
+
+    /// Keeps what has been learnt of a part.
+    ///
+    /// # Errors
+    /// A database that cannot be written.
+    pub fn keep_scatter(&self, part: i64, scatter: &Scatter) -> Result<(), StoreError> {
+        let text = "UPDATE parts SET scatter = ?2 WHERE id = ?1";
+        let bytes = codec::scatter_bytes(scatter);
+        self.connection.execute(text, params![part, bytes]).map(|_| ()).map_err(|e| self.failed(e))
+    }
+
+    /// The welds of a calibration that the detector looks back on, in order of time.
+    ///
+    /// # Errors
+    /// A database that cannot be read, or damaged rows.
+    pub fn pieces(&self, calibration: i64) -> Result<Vec<StoredPiece>, StoreError> {
+        let text = "SELECT id, part, name, statistic FROM welds \
+                    WHERE calibration = ?1 AND statistic IS NOT NULL ORDER BY id DESC LIMIT ?2";
+        let mut query = self.connection.prepare(text).map_err(|e| self.failed(e))?;
+        let mut rows =
+            query.query(params![calibration, KEPT_STATISTICS as i64]).map_err(|e| self.failed(e))?;
+        let mut pieces = Vec::new();
+        while let Some(row) = rows.next().map_err(|e| self.failed(e))? {
+            let read = || -> rusqlite::Result<(i64, i64, String, Vec<u8>)> {
+                Ok((row.get(0)?, row.get(1)?, row.get(2)?, row.get(3)?))
+            };
+            let (id, part, name, bytes) = read().map_err(|e| self.failed(e))?;
+            let statistic = codec::statistic(&bytes).ok_or_else(|| self.damaged("statistic", id))?;
+            pieces.push(StoredPiece { id, part, name, statistic });
+        }
+        pieces.reverse();
+        Ok(pieces)
+    }
+
+    /// The first weld after the change of the alarm that stood after the last weld.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub fn standing_since(&self, calibration: i64) -> Result<Option<i64>, StoreError> {
+        let text = "SELECT since FROM alarms WHERE weld = (SELECT max(id) FROM welds WHERE calibration = ?1)";
+        self.connection
+            .query_row(text, [calibration], |row| row.get(0))
+            .optional()
+            .map_err(|e| self.failed(e))
+    }
+
+    /// Adds a judged weld with its alarm, and drops the statistic of the weld that nobody looks back on any more.
+    ///
+    /// # Errors
+    /// A database that cannot be written.
+    pub fn add_weld(&self, calibration: i64, weld: &NewWeld) -> Result<i64, StoreError> {
+        let text = "INSERT INTO welds (calibration, part, content, name, watched_s, used, outliers, noise_factor, \
+                    estimates, p_log10, line, statistic) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)";
+        let statistic = &weld.statistic;
+        let p_log10 = weld.p_log10.map(|p| Some([p, 0.0]));
+        let values = params![
+            calibration,
+            weld.part,
+            weld.content,
+            weld.name,
+            weld.watched_s,
+            statistic.used as i64,
+            statistic.outliers as i64,
+            statistic.noise_factor,
+            codec::pairs_bytes(&weld.estimates),
+            codec::pairs_bytes(&p_log10),
+            weld.line,
+            codec::statistic_bytes(statistic),
+        ];
+        self.connection.execute(text, values).map_err(|e| self.failed(e))?;
+        let id = self.connection.last_insert_rowid();
+        if let Some((kind, since, p_log10)) = weld.alarm {
+            let text = "INSERT INTO alarms (weld, kind, since, p_log10) VALUES (?1, ?2, ?3, ?4)";
+            self.connection
+                .execute(text, params![id, kind, since.unwrap_or(id), p_log10])
+                .map_err(|e| self.failed(e))?;
+        }
+        let text = "UPDATE welds SET statistic = NULL WHERE calibration = ?1 AND statistic IS NOT NULL AND id < \
+                    (SELECT min(id) FROM (SELECT id FROM welds WHERE calibration = ?1 AND statistic IS NOT NULL \
+                    ORDER BY id DESC LIMIT ?2))";
+        self.connection
+            .execute(text, params![calibration, KEPT_STATISTICS as i64])
+            .map_err(|e| self.failed(e))?;
+        Ok(id)
+    }
+}

@@ -1,0 +1,273 @@
+//! One weld more: read the state, judge, keep, and tell.
+
+use crate::detect::inside::CutWeld;
+use crate::detect::scatter::{self, LESSONS};
+use crate::detect::{History, Judgement, PieceInformation, Scatter, blindness, judge};
+use crate::innovation::{Evidence, Weld, WeldError, shape_origin_m};
+use crate::parameters::{CALIBRATION, UNITS};
+use crate::reference::{Part, Reference};
+use crate::store::{NewWeld, Store, StoreError, StoredPart, StoredPiece};
+use crate::weld_line::{Learning, WeldLine};
+use nalgebra::{Matrix3, Vector3};
+use sha2::{Digest, Sha256};
+use std::time::{SystemTime, UNIX_EPOCH};
+use trueline_dataset::result_file::ResultFile;
+use trueline_dataset::{Guess, Measured, Recording, Sensor};
+use trueline_model::LaserSheet;
+
+/// The calibration that is watched.
+#[derive(Clone, Debug)]
+pub struct Watched {
+    /// The name under which it came.
+    pub name: String,
+    /// SHA-256 of its file: another one begins a history of its own.
+    pub sha256: String,
+    /// Its value.
+    pub guess: Guess,
+    /// The whole result, where there is one.
+    pub result: Option<ResultFile>,
+}
+
+/// Why a weld could not be watched.
+#[derive(Debug, thiserror::Error)]
+pub enum WatchError {
+    /// The weld cannot be used.
+    #[error(transparent)]
+    Weld(#[from] WeldError),
+    /// The state cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+impl WatchError {
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::Weld(error) => error.hint(),
+            Self::Store(error) => error.hint(),
+        }
+    }
+}
+
+impl Watched {
+    fn reference(&self, shape_origin_m: [f64; 2]) -> Reference {
+        match &self.result {
+            Some(result) => Reference::of_result(self.guess, result, shape_origin_m),
+            None => Reference::of_value(self.guess, shape_origin_m),
+        }
+    }
+}
+
+/// Watches one weld: what is told of it is kept before it is returned. A weld that was watched before is told again as it
+/// was then.
+///
+/// # Errors
+/// A weld or a state that cannot be used; nothing is kept of it then.
+pub fn watch(
+    store: &Store,
+    calibration: &Watched,
+    name: &str,
+    recording: &Recording,
+) -> Result<WeldLine, WatchError> {
+    let origin_m = match store.calibration(&calibration.sha256)? {
+        Some((_, origin_m)) => origin_m,
+        None => shape_origin_m(recording, &calibration.guess)?,
+    };
+    let content = content(recording);
+    let now_s = now_s();
+    let transaction = store.begin()?;
+    let names = (calibration.sha256.as_str(), calibration.name.as_str());
+    let (id, origin_m) = store.add_calibration(names, now_s, calibration.guess.time_offset_s, origin_m)?;
+    if let Some(line) = store.line_of(id, &content)? {
+        store.commit(transaction)?;
+        return Ok(WeldLine::again(line));
+    }
+    let reference = calibration.reference(origin_m);
+    let weld = Weld::of(recording, &reference)?;
+    let mut parts = store.parts(id)?;
+    let seams = weld.seams();
+    let own = match parts.iter().position(|part| part.part.is_like(&seams)) {
+        Some(own) => own,
+        None => {
+            let part = Part { lines: seams };
+            parts.push(StoredPart { id: store.add_part(id, &part)?, part, scatter: None });
+            parts.len() - 1
+        }
+    };
+    let evidence = weld.evidence(&parts[own].part, &reference)?;
+    let pieces = store.pieces(id)?;
+    learn(store, &pieces, &mut parts[own], store.standing_since(id)?)?;
+    let axes = sensor_axes(recording, &calibration.guess);
+    let seen = Seen { reference: &reference, parts: &parts, own, pieces: &pieces, evidence: &evidence };
+    let (judgement, information) = seen.judged();
+    let mut line = seen.line(name, &judgement, &information, &axes);
+    line.stamps_treated_alike = weld.stamps_as(reference.dejittered);
+    store.add_weld(id, &seen.kept(&line, content, now_s, &judgement, &information))?;
+    store.commit(transaction)?;
+    Ok(line)
+}
+
+/// Learns the scatter of a part when the number of its pieces, up to a standing alarm, reaches the next lesson.
+fn learn(
+    store: &Store,
+    pieces: &[StoredPiece],
+    own: &mut StoredPart,
+    standing_since: Option<i64>,
+) -> Result<(), StoreError> {
+    let in_control =
+        |piece: &&StoredPiece| piece.part == own.id && standing_since.is_none_or(|since| piece.id < since);
+    let statistics: Vec<_> = pieces.iter().filter(in_control).map(|piece| &piece.statistic).collect();
+    let known = own.scatter.as_ref().map_or(0, |scatter| scatter.pieces);
+    let Some(lesson) = scatter::lesson(statistics.len()).filter(|lesson| *lesson > known) else {
+        return Ok(());
+    };
+    if let Some(learnt) = scatter::learnt(&statistics[..lesson], &own.part) {
+        store.keep_scatter(own.id, &learnt)?;
+        own.scatter = Some(learnt);
+    }
+    Ok(())
+}
+
+/// All that a judgement is made of.
+struct Seen<'a> {
+    reference: &'a Reference,
+    parts: &'a [StoredPart],
+    own: usize,
+    pieces: &'a [StoredPiece],
+    evidence: &'a Evidence,
+}
+
+impl Seen<'_> {
+    fn scatter(&self) -> Option<&Scatter> {
+        self.parts[self.own].scatter.as_ref()
+    }
+
+    fn judged(&self) -> (Judgement, Vec<PieceInformation>) {
+        let of = |statistic, part: usize| {
+            let known = &self.parts[part];
+            PieceInformation::of(statistic, part, &known.part, known.scatter.as_ref())
+        };
+        let part_of = |piece: &StoredPiece| self.parts.iter().position(|part| part.id == piece.part);
+        let before = self.pieces.iter().filter_map(|p| Some(of(&p.statistic, part_of(p)?)));
+        let pieces: Vec<PieceInformation> = before.chain([of(&self.evidence.statistic, self.own)]).collect();
+        let scatters: Vec<Option<Scatter>> = self.parts.iter().map(|part| part.scatter.clone()).collect();
+        let cut = CutWeld {
+            chunks: &self.evidence.chunks,
+            bow_prior: &self.evidence.bow_prior,
+            part: &self.parts[self.own].part,
+            dispersion: self.scatter().map_or([1.0; 4], |scatter| scatter.dispersion),
+            freedom: self.evidence.statistic.freedom(),
+        };
+        let history = History { pieces: &pieces, prior: &self.reference.prior, scatters: &scatters };
+        (judge(&history, Some(&cut)), pieces)
+    }
+
+    fn since_name(&self, piece: usize, own: &str) -> String {
+        self.pieces.get(piece).map_or_else(|| own.to_owned(), |piece| piece.name.clone())
+    }
+
+    fn line(
+        &self,
+        name: &str,
+        judgement: &Judgement,
+        information: &[PieceInformation],
+        axes: &blindness::SensorAxes,
+    ) -> WeldLine {
+        let own_id = self.parts[self.own].id;
+        let seen = self.pieces.iter().filter(|piece| piece.part == own_id).count() + 1;
+        let statistic = &self.evidence.statistic;
+        let since = judgement.alarm.as_ref().map(|alarm| self.since_name(alarm.since.piece, name));
+        WeldLine {
+            weld: name.to_owned(),
+            used: statistic.used,
+            outliers: statistic.outliers,
+            noise_factor: statistic.noise_factor,
+            blind_to: blindness::blind_to(information, axes),
+            alarm: judgement.alarm.clone().zip(since),
+            part: own_id,
+            learning: self.scatter().is_none().then_some(Learning { pieces: seen, needed: LESSONS[0] }),
+            p_log10: judgement.p_log10,
+            stamps_treated_alike: true,
+            told_before: None,
+        }
+    }
+
+    fn kept(
+        &self,
+        line: &WeldLine,
+        content: String,
+        watched_s: i64,
+        judgement: &Judgement,
+        information: &[PieceInformation],
+    ) -> NewWeld {
+        let alarm = judgement.alarm.as_ref().map(|alarm| {
+            let since = self.pieces.get(alarm.since.piece).map(|piece| piece.id);
+            (alarm.change.kind.name(), since, alarm.change.p_log10)
+        });
+        NewWeld {
+            name: line.weld.clone(),
+            content,
+            watched_s,
+            part: line.part,
+            statistic: self.evidence.statistic.clone(),
+            estimates: information.last().map(estimates).unwrap_or_default(),
+            p_log10: judgement.p_log10,
+            line: line.to_json().to_string(),
+            alarm,
+        }
+    }
+}
+
+/// Each column of θ by itself, as if nothing else had changed; `None` below what a piece can show.
+fn estimates(piece: &PieceInformation) -> Vec<Option<[f64; 2]>> {
+    let of = |k: usize| {
+        let information = piece.within.matrix[(k, k)];
+        let shown = information > crate::detect::change::VISIBLE;
+        shown
+            .then(|| [piece.within.vector[k] / information, information.sqrt().recip()].map(|x| x * UNITS[k]))
+    };
+    (0..CALIBRATION).map(of).collect()
+}
+
+/// Along the stripe, square to the sheet and in depth, in the tool frame.
+fn sensor_axes(recording: &Recording, guess: &Guess) -> blindness::SensorAxes {
+    let sheet = match &recording.sensor {
+        Sensor::CameraLaser { laser_plane_in_camera, .. }
+        | Sensor::Points { laser_plane_in_camera: Some(laser_plane_in_camera) } => {
+            LaserSheet::from_plane(*laser_plane_in_camera)
+        }
+        Sensor::Profiler | Sensor::Points { laser_plane_in_camera: None } => LaserSheet::of_profiler(),
+    };
+    let (across, depth): (Vector3<f64>, Vector3<f64>) =
+        (sheet.axes().column(0).into(), sheet.axes().column(1).into());
+    let in_tool = |axis: &Vector3<f64>| guess.tool_from_camera.rotation * axis;
+    let along = across.cross(&depth);
+    let tool_from_axes = Matrix3::from_columns(&[in_tool(&across), in_tool(&along), in_tool(&depth)]);
+    blindness::SensorAxes { tool_from_axes }
+}
+
+/// What a recording holds, as one number: stamps, poses and features, whatever file they came from.
+fn content(recording: &Recording) -> String {
+    let mut hash = Sha256::new();
+    for sample in &recording.robot {
+        hash.update(sample.stamp_ns.to_le_bytes());
+        let pose = &sample.base_from_tool;
+        let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
+        numbers.for_each(|x| hash.update(x.to_le_bytes()));
+    }
+    for feature in &recording.features {
+        hash.update(feature.stamp_ns.to_le_bytes());
+        hash.update(feature.line.to_le_bytes());
+        let numbers: &[f64] = match &feature.measured {
+            Measured::Pixel(numbers) | Measured::Profile(numbers) => numbers,
+            Measured::Point(numbers) => numbers,
+        };
+        numbers.iter().for_each(|x| hash.update(x.to_le_bytes()));
+    }
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn now_s() -> i64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs().cast_signed())
+}

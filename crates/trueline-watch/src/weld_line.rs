@@ -1,0 +1,140 @@
+//! What is told of a weld: one line of JSON.
+
+use crate::detect::{Alarm, Change};
+use crate::parameters::Kind;
+use serde_json::{Value, json};
+
+/// How far a part has been learnt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Learning {
+    /// Pieces so far.
+    pub pieces: usize,
+    /// Pieces that are needed.
+    pub needed: usize,
+}
+
+/// What is told of a weld.
+#[derive(Clone, Debug)]
+pub struct WeldLine {
+    /// Its name.
+    pub weld: String,
+    /// Features that count.
+    pub used: usize,
+    /// Features that belong to no seam.
+    pub outliers: usize,
+    /// How much larger the residuals are than expected.
+    pub noise_factor: f64,
+    /// What welds like these would not show.
+    pub blind_to: Vec<String>,
+    /// What changed, and the name of the first weld after the change.
+    pub alarm: Option<(Alarm, String)>,
+    /// Number of the part.
+    pub part: i64,
+    /// Until the scatter of the part has been learnt: how far that is.
+    pub learning: Option<Learning>,
+    /// log₁₀ probability of the most significant change of each kind, in the order of [`Kind::ALL`].
+    pub p_log10: [f64; 4],
+    /// Whether the stamps could be treated as those of the calibration.
+    pub stamps_treated_alike: bool,
+    /// The line as it was told when this weld was watched before.
+    pub told_before: Option<String>,
+}
+
+impl WeldLine {
+    /// A weld that was watched before.
+    #[must_use]
+    pub fn again(line: String) -> Self {
+        let value: Value = serde_json::from_str(&line).unwrap_or(Value::Null);
+        let strings = |key: &str| {
+            let list = value[key].as_array().into_iter().flatten();
+            list.filter_map(|v| v.as_str().map(str::to_owned)).collect()
+        };
+        Self {
+            weld: value["weld"].as_str().unwrap_or_default().to_owned(),
+            used: value["used"].as_u64().unwrap_or(0) as usize,
+            outliers: value["outliers"].as_u64().unwrap_or(0) as usize,
+            noise_factor: value["noise_factor"].as_f64().unwrap_or(1.0),
+            blind_to: strings("blind_to"),
+            alarm: None,
+            part: value["part"].as_i64().unwrap_or(0),
+            learning: None,
+            p_log10: [0.0; 4],
+            stamps_treated_alike: true,
+            told_before: Some(line),
+        }
+    }
+
+    /// Whether an alarm stands.
+    #[must_use]
+    pub fn is_alarm(&self) -> bool {
+        match &self.told_before {
+            Some(line) => serde_json::from_str::<Value>(line).is_ok_and(|value| !value["alarm"].is_null()),
+            None => self.alarm.is_some(),
+        }
+    }
+
+    /// As JSON.
+    #[must_use]
+    pub fn to_json(&self) -> Value {
+        if let Some(told) = &self.told_before {
+            return serde_json::from_str(told).unwrap_or(Value::Null);
+        }
+        let by_kind: serde_json::Map<String, Value> =
+            Kind::ALL.iter().zip(self.p_log10).map(|(kind, p)| (kind.name().to_owned(), json!(p))).collect();
+        let learning = self.learning.map(|l| json!({ "pieces": l.pieces, "needed": l.needed }));
+        json!({
+            "weld": self.weld, "used": self.used, "outliers": self.outliers, "noise_factor": self.noise_factor,
+            "part": self.part, "learning": learning, "blind_to": self.blind_to, "p_log10": by_kind,
+            "alarm": self.alarm.as_ref().map(|(alarm, since)| alarm_json(alarm, since)),
+        })
+    }
+}
+
+fn alarm_json(alarm: &Alarm, since: &str) -> Value {
+    json!({
+        "kind": alarm.change.kind.name(),
+        "since": since,
+        "since_time_s": alarm.since.inside_s,
+        "change": change_json(&alarm.change),
+        "p_log10": alarm.change.p_log10,
+        "not_told_apart": alarm.not_told_apart.iter().map(|kind| kind.name()).collect::<Vec<_>>(),
+    })
+}
+
+/// A change in the units of files, with its standard deviations; null is what does not show.
+#[must_use]
+pub fn change_json(change: &Change) -> Value {
+    let part = |from: usize, to: usize, factor: f64| {
+        let scaled = |list: &[Option<f64>]| {
+            list[from..to].iter().map(|x| x.map(|x| x * factor)).collect::<Vec<Option<f64>>>()
+        };
+        (scaled(&change.value), scaled(&change.sigma))
+    };
+    let degrees = 1f64.to_degrees();
+    match change.kind {
+        Kind::Timing => {
+            let (value, sigma) = part(0, 1, 1e3);
+            json!({ "time_offset_ms": value[0], "sigma": { "time_offset_ms": sigma[0] } })
+        }
+        Kind::Bracket | Kind::Seam => {
+            // The bracket's rotation comes first, the part's translation.
+            let bracket = change.kind == Kind::Bracket;
+            let (turns, shifts) = if bracket { ((0, 3), (3, 6)) } else { ((3, 6), (0, 3)) };
+            let (rotation, rotation_sigma) = part(turns.0, turns.1, degrees);
+            let (translation, translation_sigma) = part(shifts.0, shifts.1, 1e3);
+            json!({
+                "translation_mm": translation, "rotation_deg": rotation,
+                "frame": if bracket { "tool" } else { "base" },
+                "sigma": { "translation_mm": translation_sigma, "rotation_deg": rotation_sigma },
+            })
+        }
+        Kind::Sensor => {
+            let (scales, scale_sigma) = part(0, 3, 1.0);
+            let (keystones, keystone_sigma) = part(3, 5, 1e-3);
+            json!({
+                "shape": (scales.into_iter().chain(keystones).collect::<Vec<_>>()),
+                "sigma": { "shape": (scale_sigma.into_iter().chain(keystone_sigma).collect::<Vec<_>>()) },
+            })
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! The state: kept through kills, by two at once, never twice, and not opened where it should not be.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use trueline_dataset::Recording;
+use trueline_sim::production::{Change, Layout, Production, ScheduledChange, piece};
+use trueline_watch::{Store, WatchError, Watched, watch};
+
+/// The environment variable that makes a copy of this test program a worker.
+const WORKER: &str = "TRUELINE_WATCH_WORKER";
+
+fn production() -> Production {
+    // Half the edge: as short as a weld can be and still quick to simulate.
+    let mut production = Layout::CheckScan.production();
+    production.speed_m_s = 0.12;
+    production
+}
+
+fn watched(recording: &Recording) -> Watched {
+    let guess = recording.truth.as_ref().unwrap().parameters;
+    Watched { name: "test".to_owned(), sha256: "0".to_owned(), guess, result: None }
+}
+
+/// Not a test by itself: watches pieces from a number on, and says each that is finished.
+#[test]
+fn worker() {
+    let Ok(what) = std::env::var(WORKER) else { return };
+    let (file, first) = what.rsplit_once(':').unwrap();
+    let store = Store::open(Path::new(file)).unwrap();
+    let production = production();
+    let calibration = watched(&piece(&production, 0, 1));
+    for number in first.parse::<usize>().unwrap().. {
+        watch(&store, &calibration, &format!("piece {number}"), &piece(&production, number, 1)).unwrap();
+        println!("\nfinished {number}");
+        std::io::stdout().flush().unwrap();
+    }
+}
+
+fn start_worker(file: &Path, first: usize) -> Child {
+    Command::new(std::env::current_exe().unwrap())
+        .args(["worker", "--exact", "--nocapture", "--test-threads=1"])
+        .env(WORKER, format!("{}:{first}", file.display()))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+/// Numbers of the pieces that a worker finished, until so many; then it is killed.
+fn finished_until_killed(mut worker: Child, pieces: usize) -> Vec<usize> {
+    let mut lines = BufReader::new(worker.stdout.take().unwrap()).lines();
+    let mut finished = Vec::new();
+    let number = |line: String| line.strip_prefix("finished ").map(|n| n.parse::<usize>().unwrap());
+    while finished.len() < pieces {
+        finished.extend(lines.next().unwrap().ok().and_then(number));
+    }
+    worker.kill().unwrap();
+    worker.wait().unwrap();
+    // What it still said before it was gone.
+    finished.extend(lines.map_while(Result::ok).filter_map(number));
+    finished
+}
+
+fn state(folder: &tempfile::TempDir) -> PathBuf {
+    folder.path().join("cell.sqlite")
+}
+
+fn names(store: &Store) -> Vec<String> {
+    let calibrations = store.calibrations().unwrap();
+    assert_eq!(calibrations.len(), 1);
+    store.history(calibrations[0].id, usize::MAX).unwrap().into_iter().map(|row| row.name).collect()
+}
+
+#[test]
+fn no_finished_weld_is_lost_when_programs_are_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = state(&folder);
+    let mut told = Vec::new();
+    for (round, pieces) in [3, 1, 4].into_iter().enumerate() {
+        // Two at once, each with pieces of its own.
+        let workers = [0, 500].map(|first| start_worker(&file, first + 100 * round));
+        for worker in workers {
+            told.extend(finished_until_killed(worker, pieces));
+        }
+    }
+    let kept = names(&Store::open(&file).unwrap());
+    for number in &told {
+        assert!(kept.contains(&format!("piece {number}")), "piece {number} was told of and is lost");
+    }
+    let mut unique = kept.clone();
+    unique.sort();
+    unique.dedup();
+    assert_eq!(unique.len(), kept.len(), "a piece is there twice");
+    assert!(told.len() >= 16);
+}
+
+#[test]
+fn a_weld_is_told_once_more_and_not_counted_twice() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(&state(&folder)).unwrap();
+    let recording = piece(&production(), 0, 1);
+    let calibration = watched(&recording);
+    let first = watch(&store, &calibration, "a", &recording).unwrap();
+    let again = watch(&store, &calibration, "a copy of it", &recording).unwrap();
+    assert_eq!(first.to_json(), again.to_json());
+    assert_eq!(names(&store), ["a"]);
+}
+
+#[test]
+fn a_change_raises_an_alarm_that_stands_and_names_the_first_weld_after_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(&state(&folder)).unwrap();
+    let mut production = production();
+    let calibration = watched(&piece(&production, 0, 1));
+    let told = |production: &Production, number: usize| {
+        watch(&store, &calibration, &format!("piece {number}"), &piece(production, number, 1)).unwrap()
+    };
+    for number in 0..6 {
+        let line = told(&production, number);
+        assert!(!line.is_alarm(), "{}", line.to_json());
+        assert!(line.blind_to.contains(&"seam".to_owned()), "the fixture has not been learnt");
+    }
+    production.change = Some(ScheduledChange { change: Change::Timing(1e-3), piece: 6, after: 0.0 });
+    for number in 6..9 {
+        let line = told(&production, number).to_json();
+        assert_eq!(line["alarm"]["kind"], "timing", "{line}");
+        assert_eq!(line["alarm"]["since"], "piece 6", "{line}");
+        let change = &line["alarm"]["change"];
+        let off = change["time_offset_ms"].as_f64().unwrap() - 1.0;
+        let sigma = change["sigma"]["time_offset_ms"].as_f64().unwrap();
+        assert!(off.abs() < 4.0 * sigma && sigma < 0.1, "{line}");
+    }
+    let history = store.history(1, 100).unwrap();
+    let alarms: Vec<Option<i64>> = history.iter().map(|row| row.alarm.as_ref().map(|a| a.since)).collect();
+    assert_eq!(alarms[..6], [None; 6]);
+    assert_eq!(alarms[6..], [Some(history[6].id); 3]);
+}
+
+#[test]
+fn files_of_others_and_of_newer_programs_are_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let foreign = folder.path().join("other.sqlite");
+    let connection = rusqlite::Connection::open(&foreign).unwrap();
+    connection.execute_batch("CREATE TABLE theirs (a)").unwrap();
+    assert!(Store::open(&foreign).unwrap_err().to_string().contains("another program"));
+    let tables: i64 = connection.query_row("SELECT count(*) FROM sqlite_schema", [], |r| r.get(0)).unwrap();
+    assert_eq!(tables, 1, "something was written");
+    let newer = state(&folder);
+    drop(Store::open(&newer).unwrap());
+    let connection = rusqlite::Connection::open(&newer).unwrap();
+    connection.pragma_update(None, "user_version", 99).unwrap();
+    assert!(Store::open(&newer).unwrap_err().to_string().contains("version 99"));
+    let text = folder.path().join("text");
+    std::fs::write(&text, "no database, but long enough to be taken for one at first sight").unwrap();
+    assert!(Store::open(&text).is_err());
+}
+
+#[test]
+fn a_weld_that_cannot_be_used_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(&state(&folder)).unwrap();
+    let mut recording = piece(&production(), 0, 1);
+    let calibration = watched(&recording);
+    recording.features.truncate(12);
+    let error = watch(&store, &calibration, "short", &recording).unwrap_err();
+    assert!(matches!(error, WatchError::Weld(_)), "{error}");
+    assert!(store.calibrations().unwrap().is_empty());
+}
