@@ -5,6 +5,7 @@
 //! that nobody takes one for the other.
 
 pub mod block_by_block;
+pub mod board_baselines;
 pub mod calibrated;
 pub mod convergence;
 pub mod published;
@@ -12,6 +13,7 @@ pub mod settings;
 pub mod speed_table;
 pub mod weld_errors;
 
+pub use board_baselines::StaticRow;
 pub use convergence::{Step, Track};
 pub use settings::Settings;
 pub use speed_table::SpeedTable;
@@ -30,6 +32,8 @@ pub struct Reproduction {
     pub welds: Vec<WeldErrors>,
     /// Errors over speed and offset.
     pub speeds: SpeedTable,
+    /// The static checkerboard by every method; empty where the sensor has no camera.
+    pub boards: Vec<StaticRow>,
 }
 
 /// Runs all experiments; `tick` is called after each part with its name.
@@ -49,5 +53,7 @@ pub fn reproduce(
     }
     let speeds = speed_table::run(settings)?;
     tick("speeds and offsets");
-    Ok(Reproduction { settings: settings.clone(), convergence, truth, welds, speeds })
+    let boards = board_baselines::static_board::run(settings).unwrap_or_default();
+    tick("static checkerboard");
+    Ok(Reproduction { settings: settings.clone(), convergence, truth, welds, speeds, boards })
 }

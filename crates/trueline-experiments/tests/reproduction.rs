@@ -18,7 +18,10 @@ fn row<'a>(reproduction: &'a Reproduction, kind: WeldKind, name: &str) -> &'a Ro
 fn every_experiment_shows_what_it_should() {
     let mut parts = Vec::new();
     let all = reproduce(&small(), |part| parts.push(part.to_owned())).unwrap();
-    assert_eq!(parts, ["convergence", "straight weld", "C-type weld", "speeds and offsets"]);
+    assert_eq!(
+        parts,
+        ["convergence", "straight weld", "C-type weld", "speeds and offsets", "static checkerboard"]
+    );
 
     // Joint solves end at the truth, the blocks near their start: 3.7 mm off.
     let shift_mm = |track: &trueline_experiments::Track| {
