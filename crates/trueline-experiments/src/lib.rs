@@ -5,18 +5,18 @@
 //! that nobody takes one for the other.
 
 pub mod block_by_block;
-pub mod board_baselines;
 pub mod calibrated;
 pub mod convergence;
 pub mod published;
 pub mod settings;
 pub mod speed_table;
+pub mod static_board;
 pub mod weld_errors;
 
-pub use board_baselines::StaticRow;
 pub use convergence::{Step, Track};
 pub use settings::Settings;
 pub use speed_table::SpeedTable;
+pub use static_board::StaticRow;
 pub use weld_errors::{WeldErrors, WeldKind};
 
 /// Everything that is reproduced.
@@ -53,7 +53,7 @@ pub fn reproduce(
     }
     let speeds = speed_table::run(settings)?;
     tick("speeds and offsets");
-    let boards = board_baselines::static_board::run(settings).unwrap_or_default();
+    let boards = static_board::run(settings).unwrap_or_default();
     tick("static checkerboard");
     Ok(Reproduction { settings: settings.clone(), convergence, truth, welds, speeds, boards })
 }

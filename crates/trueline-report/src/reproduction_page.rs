@@ -43,6 +43,12 @@ pub fn html(r: &Reproduction, command: &str) -> String {
         folded: false,
     });
     sections.push(Section {
+        id: "static-board",
+        heading: "Static checkerboard",
+        blocks: vec![Block::Text(reproduced::boards_text()), Block::Table(reproduced::board_table(r))],
+        folded: false,
+    });
+    sections.push(Section {
         id: "made",
         heading: "How this was made",
         blocks: vec![Block::List(vec![
