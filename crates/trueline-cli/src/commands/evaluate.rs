@@ -4,10 +4,12 @@ use crate::args::EvaluateArgs;
 use crate::failure::Failure;
 use crate::opened_dataset;
 use crate::output;
+use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::{Reference, calibration_file, reference_file};
+use trueline_dataset::{Guess, Reference, calibration_file, reference_file};
 use trueline_method::evaluate::evaluation::evaluate;
 use trueline_method::evaluate::reference_curve::ReferenceCurve;
+use trueline_method::evaluate::standstill::{self, Stop};
 use trueline_report::{evaluated, evaluation_page};
 
 /// Runs the command.
@@ -22,10 +24,20 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
              recorded, as a robot that follows the seam would. Their jitter and drift are in the figures.",
         );
     }
-    let references = args.reference.as_deref().map(reference_file::read).transpose()?.map(curves);
+    let stops =
+        args.static_scan.as_deref().map(|scan| stops(scan, &known.parameters, args.quiet)).transpose()?;
+    let references = match (&args.reference, &stops) {
+        (Some(file), _) => Some(curves(reference_file::read(file)?)),
+        (None, Some(stops)) => Some(through(stops)?),
+        (None, None) => None,
+    };
     let evaluation = evaluate(&recording, &known.parameters, references, args.fit)?;
     if let Some(file) = &args.json {
-        output::json(file, &format!("{:#}", evaluated::json(&evaluation)))?;
+        let mut json = evaluated::json(&evaluation);
+        if let Some(stops) = &stops {
+            json["reference"]["stops"] = evaluated::stops_json(stops);
+        }
+        output::json(file, &format!("{json:#}"))?;
     }
     if let Some(file) = &args.csv {
         output::file(file, &evaluated::points_csv(&evaluation))?;
@@ -35,9 +47,21 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
         output::file(file, &evaluation_page::html(&evaluation, &title, &output::command_line()))?;
     }
     if !args.quiet {
-        output::summary(args.json.as_deref(), &evaluated::text(&evaluation))?;
+        let stops = stops.as_deref().map(evaluated::stops_text).unwrap_or_default();
+        output::summary(args.json.as_deref(), &format!("{stops}{}", evaluated::text(&evaluation)))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The points of a scan at which the robot stood still.
+fn stops(scan: &Path, by: &Guess, quiet: bool) -> Result<Vec<Stop>, Failure> {
+    let recording = opened_dataset::open(scan, None, quiet)?.recording;
+    standstill::stops(&recording, by).map_err(|e| Failure::new(format!("{}: {e}", scan.display()), e.hint()))
+}
+
+fn through(stops: &[Stop]) -> Result<Vec<ReferenceCurve>, Failure> {
+    let curves = standstill::curves(stops).map_err(|e| Failure::new(e.to_string(), e.hint()))?;
+    Ok(curves.into_iter().map(ReferenceCurve::Curve).collect())
 }
 
 fn curves(reference: Reference) -> Vec<ReferenceCurve> {

@@ -5,3 +5,4 @@ pub mod evaluation;
 pub mod placed_features;
 pub mod reference_curve;
 pub mod seam_points;
+pub mod standstill;
