@@ -12,7 +12,7 @@ use scenes::{board, camera, plane, stripe, striped_poses, view};
 use std::path::PathBuf;
 use trueline_geometry::Plane;
 use trueline_sensor::Error;
-use trueline_sensor::laser_plane::{KnownCamera, StripedView, fit_joint, fit_points, jackknife};
+use trueline_sensor::laser_plane::{KnownCamera, StripedView, fit_joint, fit_points, jackknife, next_board};
 use trueline_sensor::sheet_tilt;
 
 /// Stripes on `count` boards: lines in the plane, each moved off it and tilted as a whole, with hardly any noise of its own.
@@ -175,4 +175,43 @@ fn pictures_give_the_plane_with_an_honest_covariance() {
     // which makes the covariance a little too large.
     let nees = sum / sets as f64;
     assert!((0.6..1.4).contains(&nees), "NEES {nees}");
+}
+
+#[test]
+fn the_board_to_add_is_where_none_has_been_and_helps_as_much_as_promised() {
+    let camera = camera();
+    let mut random = ChaCha12Rng::seed_from_u64(31);
+    let mut striped = |pose: &trueline_geometry::Pose| StripedView {
+        view: view(&camera, pose, 0.1, &mut random),
+        stripe: stripe(&camera, pose, 0.2, &mut random),
+    };
+    // Nine boards between 40 and 41 cm: hardly anything tells how the plane tilts about their stripes.
+    let n = plane().normal().into_inner();
+    let at = |depth: f64, x: f64, tilt: f64| {
+        let rotation = trueline_geometry::so3::exp(&Vector3::new(tilt, 0.3 * tilt, 0.0));
+        let middle = Vector3::new(x, (plane().offset() - n.x * x - n.z * depth) / n.y, depth);
+        trueline_geometry::se3::from_parts(rotation, middle - rotation * board().middle())
+    };
+    let mut views: Vec<StripedView> = (0..9)
+        .map(|k| {
+            striped(&at(
+                0.40 + 0.005 * f64::from(k % 3),
+                0.01 * f64::from(k - 4),
+                0.3 * f64::from(k % 2) - 0.1,
+            ))
+        })
+        .collect();
+    let exact = KnownCamera { camera, covariance: SMatrix::zeros() };
+    let fit = fit_joint(&exact, &board(), &views).unwrap();
+    let next = next_board::best(&fit).unwrap();
+    assert!(next.depth_m < next.seen_m[0] - 0.05 || next.depth_m > next.seen_m[1] + 0.05, "{next:?}");
+    assert!(next.then_m < next.now_m, "{next:?}");
+    views.push(striped(&at(next.depth_m, 0.0, 0.1)));
+    let after = fit_joint(&exact, &board(), &views).unwrap();
+    // The tilt about the stripes is what such a board shows: its sigma must fall by a factor, not by the tenth that one board
+    // more of ten is worth.
+    let tilt = |fit: &trueline_sensor::laser_plane::JointFit| {
+        fit.covariance[(9, 9)].max(fit.covariance[(10, 10)]).sqrt()
+    };
+    assert!(tilt(&after) < 0.5 * tilt(&fit), "{} {}", tilt(&after), tilt(&fit));
 }
