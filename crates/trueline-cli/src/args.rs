@@ -24,7 +24,7 @@ mod simulate_path;
 mod stream_sim;
 
 pub use apply::ApplyArgs;
-pub use calibrate::CalibrateArgs;
+pub use calibrate::{CalibrateArgs, TargetName};
 #[cfg(feature = "gige")]
 pub use camera_sim::CameraSimArgs;
 pub use diff::DiffArgs;

@@ -1,5 +1,6 @@
 //! `trueline calibrate`.
 
+use super::calibrate_board;
 use crate::args::CalibrateArgs;
 use crate::failure::Failure;
 use crate::hints;
@@ -17,6 +18,9 @@ use trueline_report::{result, summary};
 
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
+    if let Some(board) = &args.board {
+        return calibrate_board::run(args, board);
+    }
     check_sensor(args)?;
     let opened = opened_dataset::open_all(&args.datasets, args.joint, args.quiet)?;
     let recording = &opened.recording;

@@ -75,6 +75,8 @@ pub struct BoardFit {
     pub used: Vec<bool>,
     /// Sum of squared residuals by its freedom: one if the noise is as it was taken.
     pub squares_per_freedom: f64,
+    /// Root mean square distance of the board's origin from where it should be seen, m.
+    pub shift_rms_m: f64,
 }
 
 impl BoardFit {
@@ -169,12 +171,17 @@ impl<'a> BoardProblem<'a> {
         (squares.iter().map(|s| *s <= OUTLIER_SQUARED * scale).collect(), scale)
     }
 
-    /// Whitened residual of a picture; `None` where the robot's pose is not known.
-    fn residual(&self, k: usize, at: &Unknowns) -> Option<Vector6<f64>> {
+    /// Seen less predicted, rad and m; `None` where the robot's pose is not known.
+    fn difference(&self, k: usize, at: &Unknowns) -> Option<Vector6<f64>> {
         let tool = self.robot.at(k, at.time_offset_s)?;
         let predicted = predicted(&tool, at);
         let (turn, shift) = se3::difference_decoupled(&self.sightings[k].camera_from_board, &predicted);
-        Some(self.whitening[k] * Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z))
+        Some(Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z))
+    }
+
+    /// The same, whitened.
+    fn residual(&self, k: usize, at: &Unknowns) -> Option<Vector6<f64>> {
+        Some(self.whitening[k] * self.difference(k, at)?)
     }
 
     fn concluded(self, state: Unknowns) -> Result<BoardFit, Error> {
@@ -194,6 +201,11 @@ impl<'a> BoardProblem<'a> {
         }
         let freedom = (6 * self.used.iter().filter(|u| **u).count()) as f64 - information.size() as f64;
         let squares_per_freedom = 2.0 * equations.cost / freedom;
+        let shifts: Vec<f64> = (0..self.sightings.len())
+            .filter(|k| self.used[*k])
+            .filter_map(|k| Some(self.difference(k, &state)?.fixed_rows::<3>(3).norm_squared()))
+            .collect();
+        let shift_rms_m = (shifts.iter().sum::<f64>() / shifts.len().max(1) as f64).sqrt();
         Ok(BoardFit {
             unknowns: state,
             covariance: inverse * squares_per_freedom.max(1.0),
@@ -201,6 +213,7 @@ impl<'a> BoardProblem<'a> {
             residuals: (0..self.sightings.len()).map(|k| self.residual(k, &state)).collect(),
             used: self.used,
             squares_per_freedom,
+            shift_rms_m,
         })
     }
 

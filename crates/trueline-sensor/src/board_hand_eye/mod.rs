@@ -16,4 +16,4 @@ pub mod sighting;
 
 pub use joint::{BoardFit, ErrorModel, Unknowns};
 pub use robot_path::RobotPath;
-pub use sighting::BoardSighting;
+pub use sighting::{BoardSighting, Sightings};

@@ -19,6 +19,10 @@ const STEP_S: f64 = 0.005;
 const PAIR_S: f64 = 0.3;
 /// Pictures in the closed form: all pairs of them are used.
 const FEW: usize = 40;
+/// Noise of poses that were smoothed over 40 ms is shared by pictures so near to each other, s.
+const SHARED_S: f64 = 0.05;
+/// Pictures before that may be so near.
+const LAGS: usize = 3;
 /// An offset counts if so many of all pairs lie within the robot's recording there.
 const LEAST_PART: f64 = 0.5;
 
@@ -41,7 +45,26 @@ pub fn calibrate(
     let counted = counted_alike(board, sightings, &robot);
     let time_offset_s = first_offset_s(&counted, stamps_s, &robot).ok_or(Error::NoCommonTime)?;
     let start = first_hand_eye(&counted, &robot, time_offset_s).ok_or(Error::HandEyeNotFixed)?;
-    joint::fit(&counted, robot, noise, start)
+    let mut fit = joint::fit(&counted, robot, noise, start)?;
+    fit.covariance *= correlation(&fit, stamps_s);
+    Ok(fit)
+}
+
+/// How much larger the variance of a mean over the pictures is than if their errors had nothing in common: pictures that
+/// follow each other closely share noise of the robot, whose poses are smoothed. 1 + 2 Σ ρ over the first lags.
+fn correlation(fit: &BoardFit, stamps_s: &[f64]) -> f64 {
+    let at = |k: usize| fit.residuals.get(k).copied().flatten().filter(|_| fit.used[k]);
+    let squares: f64 = (0..fit.residuals.len()).filter_map(at).map(|residual| residual.norm_squared()).sum();
+    let mut factor = 1.0;
+    for lag in 1..=LAGS {
+        for k in lag..stamps_s.len() {
+            let near = stamps_s[k] - stamps_s[k - lag] < SHARED_S;
+            if let (true, Some(a), Some(b)) = (near, at(k), at(k - lag)) {
+                factor += 2.0 * a.dot(&b) / squares;
+            }
+        }
+    }
+    factor.max(1.0)
 }
 
 /// All boards counted from the same corner: of the ways in which a plain board can be counted, the one whose turn since

@@ -56,6 +56,15 @@ impl BoardSighting {
         .filter(|seen| seen.covariance.iter().chain(seen.d_camera.iter()).all(|x| x.is_finite()))
     }
 
+    /// The same with corners of another noise, in units of that which it was made with.
+    fn with_noise(self, factor: f64) -> Self {
+        Self {
+            covariance: self.covariance * (factor * factor),
+            squares: self.squares / (factor * factor),
+            ..self
+        }
+    }
+
     /// The same picture with the board counted from another of its corners: a plain board looks the same when it is turned
     /// by half a turn, a square one by a quarter. `quarters` counts quarter turns; the middle of the board stays.
     #[must_use]
@@ -73,6 +82,37 @@ impl BoardSighting {
             d_camera: carry * self.d_camera,
             ..*self
         }
+    }
+}
+
+/// Pictures whose corners scatter this many times more than usual show no sharp board.
+const BLURRED: f64 = 3.0;
+
+/// What views of a board say of its pose.
+#[derive(Clone, Debug)]
+pub struct Sightings {
+    /// One for each view; `None` where corners are missing, fix no pose, or scatter far more than usual.
+    pub list: Vec<Option<BoardSighting>>,
+    /// Noise of a corner along each axis, px, measured over all views.
+    pub corner_sigma_px: f64,
+}
+
+impl Sightings {
+    /// Sightings of complete views by one camera; the noise of the corners is the median over the views. In a view with
+    /// missing corners nobody knows which are missing, so its board has no place.
+    #[must_use]
+    pub fn of(camera: &Camera, board: &Board, views: &[View]) -> Self {
+        let of_view = |view: &View| {
+            view.complete.then(|| BoardSighting::of(camera, board, &view.corners, 1.0)).flatten()
+        };
+        let rough: Vec<Option<BoardSighting>> = views.iter().map(of_view).collect();
+        let own_sigma = |seen: &BoardSighting| (seen.squares / (2.0 * seen.corners as f64 - 6.0)).sqrt();
+        let mut sigmas: Vec<f64> = rough.iter().flatten().map(own_sigma).collect();
+        sigmas.sort_by(f64::total_cmp);
+        let corner_sigma_px = sigmas.get(sigmas.len() / 2).copied().unwrap_or(0.0);
+        let sharp = |seen: &BoardSighting| own_sigma(seen) <= BLURRED * corner_sigma_px;
+        let list = rough.into_iter().map(|seen| Some(seen.filter(sharp)?.with_noise(corner_sigma_px)));
+        Self { list: list.collect(), corner_sigma_px }
     }
 }
 
