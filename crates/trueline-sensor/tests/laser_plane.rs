@@ -204,14 +204,24 @@ fn the_board_to_add_is_where_none_has_been_and_helps_as_much_as_promised() {
     let exact = KnownCamera { camera, covariance: SMatrix::zeros() };
     let fit = fit_joint(&exact, &board(), &views).unwrap();
     let next = next_board::best(&fit).unwrap();
-    assert!(next.depth_m < next.seen_m[0] - 0.05 || next.depth_m > next.seen_m[1] + 0.05, "{next:?}");
-    assert!(next.then_m < next.now_m, "{next:?}");
-    views.push(striped(&at(next.depth_m, 0.0, 0.1)));
-    let after = fit_joint(&exact, &board(), &views).unwrap();
-    // The tilt about the stripes is what such a board shows: its sigma must fall by a factor, not by the tenth that one board
-    // more of ten is worth.
-    let tilt = |fit: &trueline_sensor::laser_plane::JointFit| {
-        fit.covariance[(9, 9)].max(fit.covariance[(10, 10)]).sqrt()
-    };
-    assert!(tilt(&after) < 0.5 * tilt(&fit), "{} {}", tilt(&after), tilt(&fit));
+    let elsewhere = next.depth_m < next.seen_m[0] || next.depth_m > next.seen_m[1];
+    assert!(elsewhere || next.turn_rad != 0.0, "{next:?}");
+    assert!(next.then_m < 0.9 * next.now_m, "{next:?}");
+    // That board: across the laser plane, its stripe turned as was said.
+    let along = (Vector3::x() - n * n.x).normalize();
+    let away = n.cross(&along);
+    let direction = along * next.turn_rad.cos() + away * (next.turn_rad.sin() * away.z.signum());
+    let z = direction.cross(&n);
+    let z = z * z.z.signum();
+    let axes = nalgebra::Matrix3::from_columns(&[direction, z.cross(&direction), z]);
+    let rotation =
+        nalgebra::UnitQuaternion::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(axes));
+    let place = at(next.depth_m, 0.04 * f64::from(next.side), 0.0) * nalgebra::Point3::from(board().middle());
+    views.push(striped(&trueline_geometry::se3::from_parts(
+        rotation,
+        place.coords - rotation * board().middle(),
+    )));
+    let after = next_board::best(&fit_joint(&exact, &board(), &views).unwrap()).unwrap();
+    // Flatness and noise are estimated anew from ten boards, each good to a fifth; the board is not all where it was taken to be.
+    assert!((0.6..1.4).contains(&(after.now_m / next.then_m)), "{} {}", after.now_m, next.then_m);
 }
