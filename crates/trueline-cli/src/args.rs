@@ -27,7 +27,7 @@ mod stream_sim;
 mod watch;
 
 pub use apply::ApplyArgs;
-pub use calibrate::CalibrateArgs;
+pub use calibrate::{CalibrateArgs, TargetName};
 #[cfg(feature = "gige")]
 pub use camera_sim::CameraSimArgs;
 pub use diff::DiffArgs;

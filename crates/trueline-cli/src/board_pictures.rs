@@ -85,7 +85,8 @@ pub fn read(file: &Path) -> Result<(Gray, String), Failure> {
     Ok((gray, folder::sha256(&bytes)))
 }
 
-fn gray(image: &GrayImage) -> Option<Gray> {
+/// A picture's gray levels; `None` of an empty one.
+pub fn gray(image: &GrayImage) -> Option<Gray> {
     let levels = match &image.pixels {
         Pixels::Eight(levels) => levels.iter().map(|x| f32::from(*x)).collect(),
         Pixels::Sixteen(levels) => levels.iter().map(|x| f32::from(*x)).collect(),

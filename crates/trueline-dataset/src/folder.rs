@@ -3,7 +3,7 @@
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
 use crate::profile::Profile;
-use crate::recording::{Feature, Recording, Sensor};
+use crate::recording::{Feature, Recording, RobotSample, Sensor};
 use crate::sensor_setup::{RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
 use crate::stripes_csv::{self, PlateStripe};
@@ -122,6 +122,20 @@ pub fn read_sensor_file(folder: &Path) -> Result<SensorFile, Error> {
     let sensor = sensor_toml::parse_file(&file, &utf8(&file, text)?)?;
     refuse_what_is_not_applied(&file, &sensor.setup)?;
     Ok(sensor)
+}
+
+/// Reads the robot's poses of a dataset folder alone, and the SHA-256 of their file.
+///
+/// # Errors
+/// A file that is missing or cannot be used.
+pub fn read_robot(folder: &Path) -> Result<(Vec<RobotSample>, String), Error> {
+    let file = folder.join("robot.csv");
+    let mut inputs = BTreeMap::new();
+    let bytes =
+        load(&file, "robot.csv", &mut inputs)?.ok_or_else(|| Error::in_file(&file, Problem::Missing))?;
+    let plain = plain(&file, bytes, &mut Vec::new())?;
+    let robot = robot_csv::read(&file, plain.as_slice())?;
+    Ok((robot, inputs.remove("robot.csv").unwrap_or_default()))
 }
 
 /// Nothing that a file states is ignored: what no command applies yet is refused.

@@ -4,6 +4,7 @@ use crate::block_by_block::TimeJacobian;
 use crate::convergence::{blocks, papers_start};
 use crate::published::{TIME_OFFSET_ERROR_S, TRANSLATION_ERROR_M};
 use crate::settings::Settings;
+use crate::static_board;
 use nalgebra::Vector3;
 use trueline_dataset::Guess;
 use trueline_method::{Config, Error, Hold, ResidualKind, calibrate};
@@ -14,6 +15,10 @@ use trueline_sim::{Scenario, simulate};
 pub struct Calibrated {
     /// What was done.
     pub name: &'static str,
+    /// What to mind of it; empty for most.
+    pub remark: String,
+    /// How long its data take to record, s; `None` for what no data were recorded for.
+    pub takes_s: Option<f64>,
     /// Time offset and hand-eye.
     pub result: Guess,
 }
@@ -41,25 +46,52 @@ pub fn all(settings: &Settings, scenario: &Scenario, seed: u64) -> Result<Vec<Ca
         let last = track.steps.last();
         Ok(last.map(|s| Guess { time_offset_s: s.time_offset_s, tool_from_camera: s.tool_from_camera }))
     };
+    let scan_s = scenario.timing.duration_s;
+    let row = |name, result| Calibrated { name, remark: String::new(), takes_s: Some(scan_s), result };
     let mut all = vec![
-        Calibrated { name: "trueline (joint, sheet residual, no guess)", result: sheet },
-        Calibrated { name: "joint, the paper's residual", result: point_to_line },
+        row("trueline (joint, sheet residual, no guess)", sheet),
+        row("joint, the paper's residual", point_to_line),
         Calibrated {
-            name: "errors as large as the paper's: 0.20 mm, 1 ms",
-            result: as_wrong_as_the_paper(&truth, seed),
+            takes_s: None,
+            ..row("errors as large as the paper's: 0.20 mm, 1 ms", as_wrong_as_the_paper(&truth, seed))
         },
-        Calibrated { name: "trueline, its time offset left out", result: without_offset(sheet) },
-        Calibrated {
-            name: "joint, the paper's residual, its time offset left out",
-            result: without_offset(point_to_line),
-        },
-        Calibrated { name: "no temporal calibration at all: offset held at 0", result: held },
+        row("trueline, its time offset left out", without_offset(sheet)),
+        row("joint, the paper's residual, its time offset left out", without_offset(point_to_line)),
+        row("no temporal calibration at all: offset held at 0", held),
     ];
+    let remark =
+        format!("the public program's way, stopped after {} steps, begun 3.7 mm off", settings.iterations);
     let corrected = walked(TimeJacobian::Corrected)?;
     let published = walked(TimeJacobian::Published)?;
-    all.extend(corrected.map(|result| Calibrated { name: "block by block, signs corrected", result }));
-    all.extend(published.map(|result| Calibrated { name: "block by block, as published", result }));
+    let blocks =
+        [("block by block, signs corrected", corrected), ("block by block, as published", published)];
+    all.extend(
+        blocks
+            .into_iter()
+            .filter_map(|(name, result)| Some(Calibrated { remark: remark.clone(), ..row(name, result?) })),
+    );
+    all.extend(static_board(scenario, &truth, seed).into_iter().flatten());
     Ok(all)
+}
+
+/// The static checkerboard, where nothing moves and where the robot does: it shows no time offset.
+fn static_board(scenario: &Scenario, truth: &Guess, seed: u64) -> Option<[Calibrated; 2]> {
+    let plan = static_board::PLANS[1];
+    let tool_from_camera = static_board::calibrated(scenario, plan, seed)?;
+    let row = |name, remark: &str, time_offset_s| Calibrated {
+        name,
+        remark: format!("{} stops; {remark}", plan.stops),
+        takes_s: Some(plan.lasts_s()),
+        result: Guess { time_offset_s, tool_from_camera },
+    };
+    Some([
+        row(
+            "static checkerboard, points measured at standstill",
+            "a stand-in for [34], which cannot be identified",
+            truth.time_offset_s,
+        ),
+        row("static checkerboard, on the moving robot", "it shows no time offset", 0.0),
+    ])
 }
 
 /// The truth with a hand-eye translation and an offset as far off as the paper says that its own may be, the

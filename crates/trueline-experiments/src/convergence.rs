@@ -1,15 +1,14 @@
 //! The straight-weld calibration, step by step \[Yang2025, Figs. 6–8\].
 
 use crate::block_by_block::{self, State, TimeJacobian};
+use crate::published;
 use crate::settings::Settings;
 use nalgebra::Vector3;
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::{PlueckerLine, Pose, se3};
 use trueline_method::input::timestamps::Sampling;
 use trueline_method::solve::iteration_record::IterationRecord;
-use trueline_method::{
-    Calibration, Config, Error, ResidualKind, calibrate, input::observations, solve::start,
-};
+use trueline_method::{Calibration, Config, Error, ResidualKind, calibrate, input::observations};
 use trueline_sim::simulate;
 
 /// The unknowns at one step.
@@ -30,11 +29,29 @@ pub struct Step {
 pub struct Track {
     /// The method.
     pub name: &'static str,
-    /// Its steps, the start first.
+    /// Its steps over the first scan, the start first.
     pub steps: Vec<Step>,
+    /// The same over the scans of the other repeats.
+    pub others: Vec<Vec<Step>>,
 }
 
-/// The paper's start: no time offset, and the hand-eye as far off as the published program puts it, 3.7 mm and 1.7°.
+impl Track {
+    /// The ends of all repeats.
+    pub fn ends(&self) -> impl Iterator<Item = &Step> {
+        std::iter::once(&self.steps).chain(&self.others).filter_map(|steps| steps.last())
+    }
+
+    /// Smallest and largest value of all repeats after so many steps; a way that has ended stays where it is.
+    #[must_use]
+    pub fn band(&self, step: usize, of: &dyn Fn(&Step) -> f64) -> [f64; 2] {
+        let at = |steps: &'_ Vec<Step>| steps.get(step).or(steps.last()).map(of);
+        let values = std::iter::once(&self.steps).chain(&self.others).filter_map(at);
+        values.fold([f64::NAN; 2], |[low, high], x| [low.min(x), high.max(x)])
+    }
+}
+
+/// The paper's start of what a guess holds: no time offset, and the hand-eye as far off as the published program puts it, 3.7 mm
+/// and 1.7°. That of the line is [`published::line_start`].
 #[must_use]
 pub fn papers_start(truth: &Guess) -> Guess {
     let (turn, shift) = (Vector3::new(0.01, 0.02, 0.02), Vector3::new(1e-3, 2e-3, 3e-3));
@@ -51,13 +68,13 @@ pub fn papers_start(truth: &Guess) -> Guess {
 pub fn run(settings: &Settings) -> Result<(Vec<Track>, Step), Error> {
     let recording = simulate(&settings.scenario(), settings.seed).ok_or(Error::NoStart)?;
     let truth = recording.truth.as_ref().ok_or(Error::NoStart)?;
-    let start = papers_start(&truth.parameters);
-    let tracks = vec![
-        joint(&recording, &start, ResidualKind::Sheet)?,
-        joint(&recording, &start, ResidualKind::PointToLine)?,
-        blocks(&recording, &start, TimeJacobian::Corrected, settings.iterations)?,
-        blocks(&recording, &start, TimeJacobian::Published, settings.iterations)?,
-    ];
+    let mut tracks = over(&recording, settings)?;
+    for seed in settings.seed + 1..settings.seed + settings.repeats {
+        let recording = simulate(&settings.scenario(), seed).ok_or(Error::NoStart)?;
+        for (track, other) in tracks.iter_mut().zip(over(&recording, settings)?) {
+            track.others.push(other.steps);
+        }
+    }
     let line = truth.lines.first().ok_or(Error::NoStart)?.to_pluecker();
     let truth = Step {
         time_offset_s: truth.parameters.time_offset_s,
@@ -68,14 +85,31 @@ pub fn run(settings: &Settings) -> Result<(Vec<Track>, Step), Error> {
     Ok((tracks, truth))
 }
 
-fn joint(recording: &Recording, start: &Guess, residual: ResidualKind) -> Result<Track, Error> {
+/// All methods' ways over one scan.
+fn over(recording: &Recording, settings: &Settings) -> Result<Vec<Track>, Error> {
+    let truth = recording.truth.as_ref().ok_or(Error::NoStart)?;
+    let start = papers_start(&truth.parameters);
+    let corrected = blocks(recording, &start, TimeJacobian::Corrected, settings.iterations)?;
+    let published = blocks(recording, &start, TimeJacobian::Published, settings.iterations)?;
+    let first = corrected.steps.first().ok_or(Error::NoStart)?;
+    Ok(vec![
+        joint(recording, &start, ResidualKind::Sheet, first)?,
+        joint(recording, &start, ResidualKind::PointToLine, first)?,
+        corrected,
+        published,
+    ])
+}
+
+/// A joint solve. It asks for no line: from where all methods start, its first step puts one through the points.
+fn joint(recording: &Recording, start: &Guess, residual: ResidualKind, first: &Step) -> Result<Track, Error> {
     let config = Config { residual, ..Config::default() };
     let calibration = calibrate(recording, Some(start), &config)?;
     let name = match residual {
         ResidualKind::Sheet => "trueline",
         ResidualKind::PointToLine => "joint, paper's residual",
     };
-    Ok(Track { name, steps: steps_of(&calibration) })
+    let steps = std::iter::once(first.clone()).chain(steps_of(&calibration)).collect();
+    Ok(Track { name, steps, others: Vec::new() })
 }
 
 fn steps_of(calibration: &Calibration) -> Vec<Step> {
@@ -99,10 +133,10 @@ fn steps_of(calibration: &Calibration) -> Vec<Step> {
     steps
 }
 
-/// The baseline's way, its line through the points as they fall from the start.
+/// The baseline's way, its line starting as the paper's.
 ///
 /// # Errors
-/// What lifting the features says, or that no line goes through them.
+/// What lifting the features says.
 pub fn blocks(
     recording: &Recording,
     start: &Guess,
@@ -113,10 +147,11 @@ pub fn blocks(
     let config = Config { residual: ResidualKind::PointToLine, ..Config::default() };
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
     let observed = observations::observe(recording, &sampling, &config)?;
-    let from = start::from_guess(&observed, start)?;
-    let line =
-        from.lines.first().and_then(|line| line.to_pluecker().to_orthonormal()).ok_or(Error::NoStart)?;
-    let start = State { time_offset_s: start.time_offset_s, tool_from_camera: start.tool_from_camera, line };
+    let start = State {
+        time_offset_s: start.time_offset_s,
+        tool_from_camera: start.tool_from_camera,
+        line: published::line_start(),
+    };
     let visits = block_by_block::walk(&observed, start, rule, iterations);
     let steps = visits
         .into_iter()
@@ -131,5 +166,5 @@ pub fn blocks(
         TimeJacobian::Corrected => "blocks, signs corrected",
         TimeJacobian::Published => "blocks, as published",
     };
-    Ok(Track { name, steps })
+    Ok(Track { name, steps, others: Vec::new() })
 }

@@ -7,14 +7,17 @@
 pub mod block_by_block;
 pub mod calibrated;
 pub mod convergence;
+pub mod papers_scene;
 pub mod published;
 pub mod settings;
 pub mod speed_table;
+pub mod static_board;
 pub mod weld_errors;
 
 pub use convergence::{Step, Track};
 pub use settings::Settings;
 pub use speed_table::SpeedTable;
+pub use static_board::StaticRow;
 pub use weld_errors::{WeldErrors, WeldKind};
 
 /// Everything that is reproduced.
@@ -30,6 +33,8 @@ pub struct Reproduction {
     pub welds: Vec<WeldErrors>,
     /// Errors over speed and offset.
     pub speeds: SpeedTable,
+    /// The static checkerboard by every method; empty where the sensor has no camera.
+    pub boards: Vec<StaticRow>,
 }
 
 /// Runs all experiments; `tick` is called after each part with its name.
@@ -49,5 +54,7 @@ pub fn reproduce(
     }
     let speeds = speed_table::run(settings)?;
     tick("speeds and offsets");
-    Ok(Reproduction { settings: settings.clone(), convergence, truth, welds, speeds })
+    let boards = static_board::run(settings).unwrap_or_default();
+    tick("static checkerboard");
+    Ok(Reproduction { settings: settings.clone(), convergence, truth, welds, speeds, boards })
 }

@@ -1,5 +1,6 @@
 //! What all experiments share.
 
+use crate::papers_scene::in_the_papers_base;
 use trueline_sim::{Preset, Scenario};
 
 /// Choices of a reproduction.
@@ -34,9 +35,9 @@ impl Default for Settings {
 
 impl Settings {
     /// The calibration scan: the paper's 60 s, 33 Hz camera, 4 ms robot, 17.73 ms, with noise of features, robot and
-    /// stamps.
+    /// stamps; in the paper's base frame.
     #[must_use]
     pub fn scenario(&self) -> Scenario {
-        Preset::Paper.scenario()
+        in_the_papers_base(Preset::Paper.scenario())
     }
 }

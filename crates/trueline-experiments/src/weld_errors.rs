@@ -36,6 +36,10 @@ impl WeldKind {
 pub struct Row {
     /// The calibration.
     pub name: &'static str,
+    /// What to mind of it; empty for most.
+    pub remark: String,
+    /// How long its data take to record, s.
+    pub takes_s: Option<f64>,
     /// Distance of measured points from where they truly are: what stopping at each of them would show.
     pub position: Figures,
     /// Smallest and largest RMSE of that among the repeats, m.
@@ -163,6 +167,8 @@ fn compare(known: &KnownScan, scan: &WeldScan, all: &[Calibrated]) -> Result<Vec
 #[derive(Clone, Debug, Default)]
 struct Gathered {
     name: &'static str,
+    remark: String,
+    takes_s: Option<f64>,
     position: Vec<Vector3<f64>>,
     repeats_rmse_m: Vec<f64>,
     from_curve: Vec<Vector3<f64>>,
@@ -170,7 +176,8 @@ struct Gathered {
 
 impl Gathered {
     fn add(&mut self, known: &KnownScan, reference: &ReferenceCurve, by: &Calibrated) -> Result<(), Error> {
-        self.name = by.name;
+        (self.name, self.takes_s) = (by.name, by.takes_s);
+        self.remark.clone_from(&by.remark);
         let errors = position_errors(known, by)?;
         self.repeats_rmse_m.push(Figures::of(errors.iter().map(|(_, e)| *e)).rmse_m);
         let measured = errors.iter().map(|(row, error)| known.truth[*row] + error);
@@ -184,6 +191,8 @@ impl Gathered {
         let high = self.repeats_rmse_m.iter().copied().fold(0.0, f64::max);
         Row {
             name: self.name,
+            remark: self.remark,
+            takes_s: self.takes_s,
             position: Figures::of(self.position.into_iter()),
             position_range_m: [low, high],
             from_curve: Figures::of(self.from_curve.into_iter()),

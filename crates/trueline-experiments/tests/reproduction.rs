@@ -1,7 +1,7 @@
 //! What the experiments show, in bounds that are derived.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use trueline_experiments::published::TIME_OFFSET_S;
+use trueline_experiments::published::{self, TIME_OFFSET_S};
 use trueline_experiments::weld_errors::Row;
 use trueline_experiments::{Reproduction, Settings, WeldKind, reproduce};
 
@@ -18,7 +18,27 @@ fn row<'a>(reproduction: &'a Reproduction, kind: WeldKind, name: &str) -> &'a Ro
 fn every_experiment_shows_what_it_should() {
     let mut parts = Vec::new();
     let all = reproduce(&small(), |part| parts.push(part.to_owned())).unwrap();
-    assert_eq!(parts, ["convergence", "straight weld", "C-type weld", "speeds and offsets"]);
+    assert_eq!(
+        parts,
+        ["convergence", "straight weld", "C-type weld", "speeds and offsets", "static checkerboard"]
+    );
+
+    // The paper's start: φ₀ is 6.5° and 16 mm from the true line, whose points begin near 14 mm from it (Fig. 6); the hand-eye
+    // transform, 3.7 mm and 1.7° off, adds to that or takes from it.
+    let first = &all.convergence[0].steps[0];
+    let [start, truth] = [&first.line, &all.truth.line].map(|line| line.to_orthonormal().unwrap());
+    assert!((start.rotation_vector() - nalgebra::Vector3::from(published::LINE_START_RAD)).norm() < 1e-9);
+    let turned_deg = start.rotation.angle_to(&truth.rotation).to_degrees();
+    assert!((turned_deg - 6.5).abs() < 0.1, "{turned_deg}");
+    assert!((truth.distance - start.distance - 0.016).abs() < 1e-4, "{}", truth.distance);
+    let rms_mm = first.rms_m.unwrap() * 1e3;
+    assert!((10.0..20.0).contains(&rms_mm), "{rms_mm}");
+    for track in &all.convergence {
+        assert_eq!(track.others.len(), 1);
+        assert_eq!(track.steps[0].rms_m, first.rms_m, "all start alike");
+        let [low, high] = track.band(usize::MAX, &|step| step.time_offset_s);
+        assert!(track.ends().all(|end| low <= end.time_offset_s && end.time_offset_s <= high) && low < high);
+    }
 
     // Joint solves end at the truth, the blocks near their start: 3.7 mm off.
     let shift_mm = |track: &trueline_experiments::Track| {

@@ -48,6 +48,19 @@ pub fn position_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64
     median / 0.674_49
 }
 
+/// The same of the attitudes, rad per axis, by their logarithms from the one in the middle of the recording: within half a radian
+/// of it these turn as the attitude does, to a tenth.
+#[must_use]
+pub fn rotation_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64) -> f64 {
+    let Some(middle) = poses.get(poses.len() / 2) else { return 0.0 };
+    let turned = |pose: &Pose| {
+        let turn = so3::log(&(middle.rotation.inverse() * pose.rotation));
+        se3::from_parts(nalgebra::UnitQuaternion::identity(), turn)
+    };
+    let turns: Vec<Pose> = poses.iter().map(turned).collect();
+    position_noise(times, &turns, period, gap_limit)
+}
+
 /// |measured − predicted| of the middle sample, per axis, over the standard deviation that noise 1 gives it.
 fn prediction_error(times: &[f64], poses: &[Pose]) -> Vector3<f64> {
     let mut nodes = [0.0; 2 * PREDICTORS];

@@ -11,7 +11,18 @@ const ALLOWED: [(&str, &[&str]); 19] = [
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline-method", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
     ("trueline-export", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
-    ("trueline-experiments", &["trueline-method", "trueline-dataset", "trueline-geometry", "trueline-sim"]),
+    (
+        "trueline-experiments",
+        &[
+            "trueline-method",
+            "trueline-dataset",
+            "trueline-geometry",
+            "trueline-lsq",
+            "trueline-model",
+            "trueline-sensor",
+            "trueline-sim",
+        ],
+    ),
     ("trueline-camera", &["trueline-dataset", "trueline-live"]),
     (
         "trueline-cell",

@@ -190,12 +190,7 @@ const Charts = (function () {
       return [lo, hi];
     });
     const mid = box.map(([lo, hi]) => (lo + hi) / 2);
-    let radius = 0; // of the ball about the middle that holds everything: turning never changes the scale
-    for (const { xyz } of scene) for (let i = 0; i < xyz.length; i += 3) {
-      const d = Math.hypot(xyz[i] - mid[0], xyz[i + 1] - mid[1], xyz[i + 2] - mid[2]);
-      if (d > radius) radius = d;
-    }
-    radius = radius * 1.06 || 1;
+    const ends = box[0].flatMap((x) => box[1].flatMap((y) => box[2].map((z) => [x, y, z]))).flat();
     function project(xyz, out) {
       const cy = Math.cos(yaw), sy = Math.sin(yaw), cp = Math.cos(pitch), sp = Math.sin(pitch), n = xyz.length / 3;
       out = out || new Float32Array(2 * n);
@@ -243,8 +238,11 @@ const Charts = (function () {
       return [{ id: "frame", data: edges }, { id: "ticks", data: ticks }, ...scene.map((s) => ({ id: s.name, data: project(s.xyz) }))];
     };
     function range(size) {
-      const place = document.getElementById(id), w = size ? size.width : place.clientWidth, h = (size ? size.height : place.clientHeight) - 60, r = radius / zoomed, k = Math.min(w, h);
-      return { xAxis: { min: -r * w / k, max: r * w / k }, yAxis: { min: -r * h / k, max: r * h / k } };
+      const place = document.getElementById(id), w = size ? size.width : place.clientWidth, h = (size ? size.height : place.clientHeight) - 60;
+      // The box about everything fills the place from wherever it is looked at, with room for its labels.
+      const seen = project(ends), wide = Math.max(...seen.filter((_, i) => i % 2 === 0).map(Math.abs)), high = Math.max(...seen.filter((_, i) => i % 2).map(Math.abs));
+      const k = Math.min((w - 40) / (2 * wide || 1), (h - 40) / (2 * high || 1)) * zoomed, [x, y] = [w / 2 / k, h / 2 / k];
+      return { xAxis: { min: -x, max: x }, yAxis: { min: -y, max: y } };
     }
     const build = (size) => {
       const data = shown(), hidden = { type: "value", show: false, splitLine: { show: false } }, r = range(size);

@@ -6,6 +6,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures, NEEDED_WITHIN, ToleranceCheck};
 use trueline_method::evaluate::other_cell::OtherCell;
 use trueline_method::evaluate::reference_curve::ReferenceCurve;
+use trueline_method::evaluate::standstill::Stop;
 
 /// The two rows of every evaluation.
 fn rows(e: &Evaluation) -> [(&'static str, &'static str, Figures); 2] {
@@ -45,7 +46,7 @@ pub fn text(e: &Evaluation) -> String {
     if !e.known {
         let _ = writeln!(
             out,
-            "\n  A fitted reference cannot show an offset of the whole seam: give --reference for that."
+            "\n  A fitted reference cannot show an offset of the whole seam: give --reference or --static for that."
         );
     }
     if e.beyond_ends > 0 {
@@ -79,6 +80,36 @@ pub fn other_cell_text(other: &OtherCell) -> String {
         other.turn_rad.to_degrees(),
         other.offset_s * 1e3
     )
+}
+
+/// The stops of a static scan in a line for each seam.
+#[must_use]
+pub fn stops_text(stops: &[Stop]) -> String {
+    let seams = stops.iter().map(|stop| stop.line + 1).max().unwrap_or(0);
+    let of = |seam: u32| {
+        let own = || stops.iter().filter(move |stop| stop.line == seam);
+        let worst = own().map(|stop| stop.sigma_m).fold(0.0, f64::max) * MM_PER_M;
+        format!(
+            "seam {seam}: {} stops, each known to ± {worst:.4} mm or better by its own scatter\n",
+            own().count()
+        )
+    };
+    (0..seams).map(of).collect()
+}
+
+/// The stops of a static scan.
+#[must_use]
+pub fn stops_json(stops: &[Stop]) -> Value {
+    let of = |stop: &Stop| {
+        let p = stop.point_in_base * MM_PER_M;
+        json!({
+            "seam": stop.line,
+            "point_mm": [p.x, p.y, p.z],
+            "images": stop.images,
+            "sigma_mm": stop.sigma_m * MM_PER_M,
+        })
+    };
+    stops.iter().map(of).collect()
 }
 
 /// A reference in words.

@@ -3,6 +3,7 @@
 //! Formatting only; every number comes from the calibration. Here metres become millimetres, seconds
 //! milliseconds and radians degrees.
 
+pub mod board_result;
 pub mod calibration_page;
 pub mod camera_report;
 pub mod checks;

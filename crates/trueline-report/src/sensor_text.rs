@@ -6,6 +6,7 @@ use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Plane;
 use trueline_sensor::intrinsics::NextPicture;
+use trueline_sensor::laser_plane::next_board::NextBoard;
 use trueline_sensor::verdict::Remark;
 
 fn verdict(out: &mut String, reasons: &[Remark], warnings: &[Remark]) {
@@ -147,4 +148,34 @@ pub fn plane(
         let _ = writeln!(out, "  {name:<18} {value}");
     }
     out
+}
+
+/// Which board to add for the laser plane.
+#[must_use]
+pub fn next_board(next: &NextBoard) -> String {
+    let [near, far] = next.seen_m;
+    let distance = if next.depth_m < near {
+        format!("{:.0} mm nearer than the nearest so far", (near - next.depth_m) * MM_PER_M)
+    } else if next.depth_m > far {
+        format!("{:.0} mm farther than the farthest so far", (next.depth_m - far) * MM_PER_M)
+    } else {
+        format!("{:.0} mm away", next.depth_m * MM_PER_M)
+    };
+    let side = match next.side {
+        0 => "",
+        k if k < 0 => ", further to the left",
+        _ => ", further to the right",
+    };
+    let turned = match next.turn_rad {
+        0.0 => String::new(),
+        turn => {
+            let nearer = if turn > 0.0 { "left" } else { "right" };
+            format!(", its {nearer} edge turned {:.0} degrees towards the camera", turn.abs().to_degrees())
+        }
+    };
+    format!(
+        "{distance}{side}{turned}: plane ± {:.4} → {:.4} mm where it was measured",
+        next.now_m * MM_PER_M,
+        next.then_m * MM_PER_M
+    )
 }

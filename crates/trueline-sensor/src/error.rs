@@ -37,6 +37,12 @@ pub enum Error {
     /// All points lie on one line.
     #[error("all points lie on one line: any plane through it fits")]
     OneLine,
+    /// The motion does not fix the hand-eye transform.
+    #[error("the robot's motion does not determine the hand-eye transform")]
+    HandEyeNotFixed,
+    /// Pictures and robot poses share no time.
+    #[error("the pictures and the robot's poses have no time in common")]
+    NoCommonTime,
 }
 
 impl Error {
@@ -50,6 +56,8 @@ impl Error {
             Self::TooFewCorners { .. } => "use a board with more squares, or more pictures",
             Self::NoPose => "is the board flat, and is --board COLSxROWS the number of inner corners?",
             Self::NotFixed => "tilt the board by about 30 degrees in different directions",
+            Self::HandEyeNotFixed => "turn the tool about two axes or more, by 15 degrees and more",
+            Self::NoCommonTime => "were robot and camera recorded together, with stamps of one clock?",
             Self::TooFewBoards { .. } | Self::OneLine => {
                 "put the board at several distances and tilts, so that the stripes spread over the plane"
             }

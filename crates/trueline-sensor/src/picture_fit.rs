@@ -11,7 +11,7 @@ use crate::stripe_residual::{StripePixel, StripePoint};
 use nalgebra::{SMatrix, SVector};
 
 /// Where a twist is measured from: one metre of it is not seen by any board.
-const TWIST_REACH_M: f64 = 0.05;
+pub const TWIST_REACH_M: f64 = 0.05;
 
 /// What is measured in one picture, with its noise.
 #[derive(Clone, Debug)]

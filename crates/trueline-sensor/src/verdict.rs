@@ -1,7 +1,8 @@
 //! Whether a sensor's calibration may be used, and what to mind.
 
+use crate::board_hand_eye::joint::{BoardFit, HAND_EYE, SIZE, TIME_OFFSET};
 use crate::intrinsics::{CameraFit, CrossValidation};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, SMatrix};
 use std::fmt;
 
 /// The focal length must be known at least this well, as a fraction.
@@ -12,6 +13,24 @@ pub const MOST_NORMAL_SIGMA_RAD: f64 = 0.035;
 
 /// The plane's offset in the middle of its points must be known at least this well, m.
 pub const MOST_MIDDLE_SIGMA_M: f64 = 1e-3;
+
+/// The fewest pictures of a moving board.
+pub const LEAST_BOARD_PICTURES: usize = 20;
+
+/// Board and robot that differ by this many times their noise tell of something else.
+pub const MOST_DISAGREEMENT: f64 = 3.0;
+
+/// Above this the noise is another than was expected, and the user should know.
+pub const USUAL_DISAGREEMENT: f64 = 1.5;
+
+/// The hand-eye transform must be known at least this well, rad.
+pub const MOST_ROTATION_SIGMA_RAD: f64 = 5e-3;
+
+/// And this well, m.
+pub const MOST_TRANSLATION_SIGMA_M: f64 = 1e-3;
+
+/// The time offset must be known at least this well, s.
+pub const MOST_TIME_OFFSET_SIGMA_S: f64 = 2e-3;
 
 /// Corners that fit worse than this are not those of a sharp board, px.
 pub const MOST_RMS_PX: f64 = 2.0;
@@ -60,6 +79,28 @@ pub enum Remark {
         /// Its offset or slope in standard deviations.
         z: f64,
     },
+    /// Few pictures of the moving board count.
+    FewBoardPictures {
+        /// How many do.
+        count: usize,
+    },
+    /// Board and robot disagree by more than their noise.
+    BoardAndRobotDisagree {
+        /// By how many times.
+        factor: f64,
+    },
+    /// The hand-eye transform is not known well enough.
+    HandEyeUncertain {
+        /// Largest standard deviation of the rotation, rad.
+        rotation_rad: f64,
+        /// And of the translation, m.
+        translation_m: f64,
+    },
+    /// The time offset is not known well enough.
+    TimeOffsetUncertain {
+        /// Standard deviation, s.
+        sigma_s: f64,
+    },
 }
 
 impl Remark {
@@ -74,6 +115,10 @@ impl Remark {
             Self::NormalUncertain { .. } => "plane-normal-uncertain",
             Self::OffsetUncertain { .. } => "plane-offset-uncertain",
             Self::BoardDoubtful { .. } => "board-doubtful",
+            Self::FewBoardPictures { .. } => "few-board-pictures",
+            Self::BoardAndRobotDisagree { .. } => "board-and-robot-disagree",
+            Self::HandEyeUncertain { .. } => "hand-eye-uncertain",
+            Self::TimeOffsetUncertain { .. } => "time-offset-uncertain",
         }
     }
 }
@@ -108,6 +153,27 @@ impl fmt::Display for Remark {
             Self::BoardDoubtful { index, z } => {
                 write!(f, "board {} lies {:.1} standard deviations off the plane", index + 1, z.abs())
             }
+            Self::FewBoardPictures { count } => {
+                write!(
+                    f,
+                    "{count} pictures count, {LEAST_BOARD_PICTURES} are needed: keep the whole board in view"
+                )
+            }
+            Self::BoardAndRobotDisagree { factor } => write!(
+                f,
+                "board and robot disagree {factor:.1} times more than their noise explains: did the board stand still, and is its square as long as stated?"
+            ),
+            Self::HandEyeUncertain { rotation_rad, translation_m } => write!(
+                f,
+                "the hand-eye transform is known to ± {:.3} degrees and ± {:.2} mm only: turn the tool further, about all axes",
+                rotation_rad.to_degrees(),
+                translation_m * 1e3
+            ),
+            Self::TimeOffsetUncertain { sigma_s } => write!(
+                f,
+                "the time offset is known to ± {:.2} ms only: move faster, and change speed and direction more often",
+                sigma_s * 1e3
+            ),
         }
     }
 }
@@ -152,4 +218,33 @@ pub fn of_plane(covariance: &Matrix3<f64>, middle_sigma_m: f64) -> Vec<Remark> {
         reasons.push(Remark::OffsetUncertain { sigma_m: middle_sigma_m });
     }
     reasons
+}
+
+/// Why a hand-eye transform from a moving board is not accepted, and what to mind. The covariance is that of all that is
+/// accounted for.
+#[must_use]
+pub fn of_board(fit: &BoardFit, covariance: &SMatrix<f64, SIZE, SIZE>) -> (Vec<Remark>, Vec<Remark>) {
+    let (mut reasons, mut warnings) = (Vec::new(), Vec::new());
+    let sigma = |k: usize| covariance[(k, k)].max(0.0).sqrt();
+    let largest = |first: usize| (first..first + 3).map(sigma).fold(0.0, f64::max);
+    let count = fit.used.iter().filter(|used| **used).count();
+    if count < LEAST_BOARD_PICTURES || 2 * count < fit.used.len() {
+        reasons.push(Remark::FewBoardPictures { count });
+    } else if count < fit.used.len() {
+        warnings.push(Remark::PicturesLeftOut { count: fit.used.len() - count });
+    }
+    let factor = fit.squares_per_freedom.sqrt();
+    if exceeds(factor, MOST_DISAGREEMENT) {
+        reasons.push(Remark::BoardAndRobotDisagree { factor });
+    } else if factor > USUAL_DISAGREEMENT {
+        warnings.push(Remark::BoardAndRobotDisagree { factor });
+    }
+    let (rotation_rad, translation_m) = (largest(HAND_EYE), largest(HAND_EYE + 3));
+    if exceeds(rotation_rad, MOST_ROTATION_SIGMA_RAD) || exceeds(translation_m, MOST_TRANSLATION_SIGMA_M) {
+        reasons.push(Remark::HandEyeUncertain { rotation_rad, translation_m });
+    }
+    if exceeds(sigma(TIME_OFFSET), MOST_TIME_OFFSET_SIGMA_S) {
+        reasons.push(Remark::TimeOffsetUncertain { sigma_s: sigma(TIME_OFFSET) });
+    }
+    (reasons, warnings)
 }

@@ -3,13 +3,15 @@
 use super::choice::{Choice, one_of};
 use super::features::{JOINTS, JointChoice};
 use super::number::{above_zero, zero_or_more};
+use super::sensor::board;
 use crate::requirement;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::ToolAxis;
 use trueline_method::{Hold, Requirement, ResidualKind, SensorMode, Stamps};
+use trueline_sensor::Board;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -21,11 +23,18 @@ use trueline_method::{Hold, Requirement, ResidualKind, SensorMode, Stamps};
   trueline calibrate scan --initial guess.toml --fix time-offset
   trueline calibrate scan --residual point-to-line --report paper.html
   trueline calibrate scan --write-sensor corrected.toml
-  trueline calibrate scan --sensor fixed --robot-accuracy-mm 0 --feature-bias-px 0")]
+  trueline calibrate scan --sensor fixed --robot-accuracy-mm 0 --feature-bias-px 0
+  trueline calibrate board-scan --target board --board chessboard:9x6:25 --json reference.json")]
 pub struct CalibrateArgs {
     /// Dataset folder, recording.mcap or rosbag2; several of one sensor are calibrated together
     #[arg(required = true)]
     pub datasets: Vec<PathBuf>,
+    /// What stands still before the sensor: a seam, or a chessboard in pictures without laser (a reference)
+    #[arg(long, value_enum, default_value_t = TargetName::Seam, requires_if("board", "board"))]
+    pub target: TargetName,
+    /// The board of --target board: chessboard:COLUMNSxROWS:SQUARE_MM
+    #[arg(long, value_parser = board, requires = "target", conflicts_with_all = OF_SEAMS)]
+    pub board: Option<Board>,
     /// Where to start, instead of the dataset's initial.toml
     #[arg(long)]
     pub initial: Option<PathBuf>,
@@ -105,6 +114,40 @@ pub struct CalibrateArgs {
     /// Print no summary
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// Options that say nothing of a board.
+const OF_SEAMS: [&str; 22] = [
+    "initial",
+    "residual",
+    "loss",
+    "fix",
+    "feature_sigma_px",
+    "feature_sigma_mm",
+    "robot_sigma_mm",
+    "stamp_sigma_ms",
+    "sensor",
+    "write_sensor",
+    "robot_accuracy_mm",
+    "feature_bias_px",
+    "stamps",
+    "require",
+    "offset_within",
+    "looks",
+    "accept_partial",
+    "speed_mm_s",
+    "stand_off_mm",
+    "joint",
+    "threads",
+    "report",
+];
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TargetName {
+    /// A straight seam or edge
+    Seam,
+    /// A chessboard: time offset, hand-eye and board together
+    Board,
 }
 
 static RESIDUALS: [Choice<ResidualKind>; 2] = [

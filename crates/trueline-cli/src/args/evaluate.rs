@@ -11,10 +11,12 @@ use trueline_method::evaluate::reference_curve::Form;
   trueline evaluate weld-scan --calibration result.json
   trueline evaluate weld-scan --calibration result.json --reference taught.csv --report weld.html
   trueline evaluate weld-scan --calibration result.json --tolerance 0.5mm
+  trueline evaluate weld-scan --calibration result.json --static stops
   trueline evaluate scan --calibration initial.toml --reference scan/truth.toml --json -
 
 A reference is a CSV of points along the seam (x_mm,y_mm,z_mm in base), or a TOML with [[lines]] (point_mm, direction) or
-[circle] (centre_mm, axis, radius_mm). Without one, the line, circle or plane that fits best takes its place.
+[circle] (centre_mm, axis, radius_mm). --static is a scan of the same seam in which the robot stands still for a second at one
+point after the other: there no time offset matters, so it is a truth that every cell can record. Without either, the line, circle or plane that fits best takes its place.
 
 A calibration of another cell, or of a sensor that has moved since, is told:
 the scan is calibrated by itself and compared.
@@ -33,8 +35,11 @@ pub struct EvaluateArgs {
     /// How far a point may be: 0.5mm; 95 % of the points must be nearer, or exit 1
     #[arg(long, value_name = "LENGTH", value_parser = length_m)]
     pub tolerance: Option<f64>,
+    /// A scan of the same seam with stops: the points measured at standstill are the truth
+    #[arg(long = "static", value_name = "SCAN", conflicts_with = "reference")]
+    pub static_scan: Option<PathBuf>,
     /// The form that is fitted where there is no reference
-    #[arg(long, value_parser = one_of(&FORMS), default_value = "auto", conflicts_with = "reference")]
+    #[arg(long, value_parser = one_of(&FORMS), default_value = "auto", conflicts_with_all = ["reference", "static_scan"])]
     pub fit: Form,
     /// Write the figures as JSON; - is stdout
     #[arg(long)]

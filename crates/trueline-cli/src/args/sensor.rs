@@ -108,7 +108,7 @@ pub struct LaserPlaneArgs {
 }
 
 /// chessboard:9x6:25 or chessboard:9x6:25mm.
-fn board(text: &str) -> Result<Board, String> {
+pub fn board(text: &str) -> Result<Board, String> {
     let wrong = || {
         format!(
             "`{text}` is no board: write chessboard:COLUMNSxROWS:SQUARE_MM, for example chessboard:9x6:25"

@@ -1,5 +1,6 @@
 //! `trueline calibrate`.
 
+use super::calibrate_board;
 use crate::args::CalibrateArgs;
 use crate::clocks;
 use crate::failure::Failure;
@@ -18,6 +19,9 @@ use trueline_report::{result, summary};
 
 /// Runs the command.
 pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
+    if let Some(board) = &args.board {
+        return calibrate_board::run(args, board);
+    }
     check_sensor(args)?;
     let config = config(args);
     let mut opened = opened_dataset::open_all(&args.datasets, args.joint, args.quiet)?;

@@ -4,12 +4,14 @@ use crate::args::EvaluateArgs;
 use crate::failure::Failure;
 use crate::opened_dataset;
 use crate::output;
+use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::{Reference, calibration_file, reference_file};
+use trueline_dataset::{Guess, Reference, calibration_file, reference_file};
 use trueline_method::Config;
 use trueline_method::evaluate::evaluation::evaluate;
 use trueline_method::evaluate::other_cell::other_cell;
 use trueline_method::evaluate::reference_curve::ReferenceCurve;
+use trueline_method::evaluate::standstill::{self, Stop};
 use trueline_report::evaluation_page::Judged;
 use trueline_report::{evaluated, evaluation_page};
 
@@ -26,12 +28,21 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
              recorded, as a robot that follows the seam would. Their jitter and drift are in the figures.",
         );
     }
-    let references = args.reference.as_deref().map(reference_file::read).transpose()?.map(curves);
+    let stops =
+        args.static_scan.as_deref().map(|scan| stops(scan, &known.parameters, args.quiet)).transpose()?;
+    let references = match (&args.reference, &stops) {
+        (Some(file), _) => Some(curves(reference_file::read(file)?)),
+        (None, Some(stops)) => Some(through(stops)?),
+        (None, None) => None,
+    };
     let evaluation = evaluate(&recording, &known.parameters, references, args.fit)?;
     let check = tolerance_m.map(|tolerance_m| evaluation.check(tolerance_m));
     let other = other_cell(&recording, &known.parameters, &Config::default());
     if let Some(file) = &args.json {
-        let json = evaluated::json(&evaluation, check.as_ref(), other.as_ref());
+        let mut json = evaluated::json(&evaluation, check.as_ref(), other.as_ref());
+        if let Some(stops) = &stops {
+            json["reference"]["stops"] = evaluated::stops_json(stops);
+        }
         output::json(file, &format!("{json:#}"))?;
     }
     if let Some(file) = &args.csv {
@@ -43,12 +54,24 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
         output::file(file, &evaluation_page::html(&evaluation, judged, &title, &output::command_line()))?;
     }
     if !args.quiet {
-        output::summary(args.json.as_deref(), &evaluated::text(&evaluation))?;
+        let stops = stops.as_deref().map(evaluated::stops_text).unwrap_or_default();
+        output::summary(args.json.as_deref(), &format!("{stops}{}", evaluated::text(&evaluation)))?;
     }
     check.iter().for_each(|check| output::words(&evaluated::tolerance_text(check)));
     other.iter().for_each(|other| output::words(&evaluated::other_cell_text(other)));
     let passed = other.is_none() && check.is_none_or(|check| check.passed());
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// The points of a scan at which the robot stood still.
+fn stops(scan: &Path, by: &Guess, quiet: bool) -> Result<Vec<Stop>, Failure> {
+    let recording = opened_dataset::open(scan, None, quiet)?.recording;
+    standstill::stops(&recording, by).map_err(|e| Failure::new(format!("{}: {e}", scan.display()), e.hint()))
+}
+
+fn through(stops: &[Stop]) -> Result<Vec<ReferenceCurve>, Failure> {
+    let curves = standstill::curves(stops).map_err(|e| Failure::new(e.to_string(), e.hint()))?;
+    Ok(curves.into_iter().map(ReferenceCurve::Curve).collect())
 }
 
 fn curves(reference: Reference) -> Vec<ReferenceCurve> {

@@ -2,6 +2,7 @@
 
 pub mod apply;
 pub mod calibrate;
+pub mod calibrate_board;
 #[cfg(feature = "gige")]
 pub mod camera_sim;
 pub mod completions;

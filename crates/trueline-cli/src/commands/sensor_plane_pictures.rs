@@ -14,6 +14,7 @@ use trueline_dataset::sensor_setup::{SensorParameter, SensorSetup};
 use trueline_dataset::sensor_toml::{self, CameraFile, format_camera};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_report::{sensor_json, sensor_text};
+use trueline_sensor::laser_plane::next_board;
 use trueline_sensor::laser_plane::{JointFit, KnownCamera, StripedView, fit_joint, joint, stripe};
 use trueline_sensor::{Board, Gray, chessboard, verdict};
 
@@ -48,7 +49,7 @@ pub fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
 }
 
 /// The camera as its file knows it.
-fn known(file: &CameraFile) -> KnownCamera {
+pub fn known(file: &CameraFile) -> KnownCamera {
     let stated = file.setup.uncertainty.as_ref().and_then(|u| u.covariance.as_ref());
     let mut covariance = SMatrix::<f64, 9, 9>::zeros();
     let Some(stated) = stated else { return KnownCamera { camera: file.camera, covariance } };
@@ -124,7 +125,7 @@ fn conclude(
         output::json(file, &format!("{json:#}"))?;
     }
     if !args.quiet {
-        let facts = [
+        let mut facts = vec![
             ("boards", format!("{}", fit.points.len())),
             (
                 "stripe",
@@ -137,6 +138,7 @@ fn conclude(
                 format!("± {:.4} mm in the middle of the points", fit.middle_sigma_m() * MM_PER_M),
             ),
         ];
+        facts.extend(next_board::best(fit).map(|next| ("board to add", sensor_text::next_board(&next))));
         let text = sensor_text::plane(&plane, &covariance, &facts, remarks);
         output::summary(args.json.as_deref(), &text)?;
         if !missing.is_empty() {

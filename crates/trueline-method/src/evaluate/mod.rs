@@ -7,3 +7,4 @@ pub mod other_cell;
 pub mod placed_features;
 pub mod reference_curve;
 pub mod seam_points;
+pub mod standstill;

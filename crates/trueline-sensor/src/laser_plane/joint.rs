@@ -53,6 +53,8 @@ pub struct JointFit {
     pub corner_sigma_px: f64,
     /// Noise of the stripe's pixels across the stripe, px.
     pub stripe_sigma_px: f64,
+    /// Pixels across the stripe for each metre off the laser plane, in the middle of all stripes.
+    pub stripe_px_per_m: f64,
     /// How flat the boards are: spread of their offsets at the stripe, m.
     pub flatness_m: f64,
     /// The stripe's points on the boards, in the camera frame, m.
@@ -256,10 +258,13 @@ impl Joint {
             })
             .collect();
         let all: Vec<f64> = points.iter().flatten().map(|p| plane.signed_distance(p)).collect();
+        let stripes = || self.bundle.pictures.iter().flat_map(|picture| &picture.stripe);
+        let stripe_px_per_m = stripes().map(|s| s.px_per_m).sum::<f64>() / stripes().count().max(1) as f64;
         Ok(JointFit {
             covariance,
             corner_sigma_px: self.bundle.corner_sigma_px,
             stripe_sigma_px: self.bundle.stripe_sigma_px,
+            stripe_px_per_m,
             flatness_m: self.bundle.flatness_m,
             rms_m: (all.iter().map(|d| d * d).sum::<f64>() / all.len().max(1) as f64).sqrt(),
             points,

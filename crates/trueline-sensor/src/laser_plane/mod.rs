@@ -1,6 +1,7 @@
 //! The laser plane from stripes on boards.
 
 pub mod joint;
+pub mod next_board;
 pub mod points;
 pub mod stripe;
 

@@ -1,0 +1,328 @@
+//! Time offset, hand-eye transform and board by maximum likelihood, from the board's pose in every picture.
+//!
+//! | symbol | code | meaning |
+//! |---|---|---|
+//! | C | `camera_from_board` of a sighting | measured, ± its corners |
+//! | T(t − t_d) | [`ToolState::base_from_tool`] | robot, ± its noise |
+//! | X, B | [`Unknowns`] | `tool_from_camera`, `base_from_board` |
+//!
+//! Predicted: P = X⁻¹ T⁻¹ B. The residual is (Log(R_C R_Pᵀ), t_C − t_P), whitened by the noise of corners, robot and stamp
+//! together. Perturbations are on the left, rotation and translation apart.
+
+use super::robot_path::{RobotPath, ToolState};
+use super::sighting::BoardSighting;
+use crate::error::Error;
+use crate::projection::CAMERA_SIZE;
+use nalgebra::{DMatrix, DVector, Matrix6, SMatrix, SVector, Vector6};
+use trueline_geometry::{Pose, se3, so3};
+use trueline_lsq::{Information, LeastSquares, NormalEquations, SolveOptions, solve};
+
+/// Number of unknowns: time offset, six of the hand-eye transform, six of the board.
+pub const SIZE: usize = 13;
+/// Index of the time offset.
+pub const TIME_OFFSET: usize = 0;
+/// First index of the hand-eye transform: three of its rotation, three of its translation.
+pub const HAND_EYE: usize = 1;
+/// First index of the board's pose.
+pub const BOARD: usize = 7;
+
+/// Rounds of whitening, fitting and leaving out.
+const ROUNDS: usize = 4;
+/// Median of the squared length of six whitened numbers.
+const MEDIAN_SQUARED: f64 = 5.348;
+/// A picture is left out beyond this squared length: by chance one of 300,000.
+const OUTLIER_SQUARED: f64 = 36.0;
+/// The fewest pictures that leave something over to check.
+pub const FEWEST: usize = 4;
+/// A direction is not seen below this part of the best seen one.
+const SEEN: f64 = 1e-6;
+
+/// What is sought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unknowns {
+    /// Image stamp less exposure, s.
+    pub time_offset_s: f64,
+    /// Hand-eye transform.
+    pub tool_from_camera: Pose,
+    /// Where the board stands.
+    pub base_from_board: Pose,
+}
+
+/// Noise of the robot and of the stamps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorModel {
+    /// Noise of the robot's position, per axis, m.
+    pub position_m: f64,
+    /// Noise of its attitude, per axis, rad.
+    pub rotation_rad: f64,
+    /// Jitter of an image's stamp, s.
+    pub stamp_s: f64,
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct BoardFit {
+    /// The estimate.
+    pub unknowns: Unknowns,
+    /// Covariance from noise, in the order of [`TIME_OFFSET`], [`HAND_EYE`], [`BOARD`]; zero for an offset that is held. Where
+    /// residuals are larger than the noise explains, it is scaled up to them.
+    pub covariance: SMatrix<f64, SIZE, SIZE>,
+    /// How the estimate follows the camera's parameters fx … k3, which are held.
+    pub d_camera: SMatrix<f64, SIZE, CAMERA_SIZE>,
+    /// Whitened residual of each picture; `None` where the robot's pose is not known.
+    pub residuals: Vec<Option<Vector6<f64>>>,
+    /// Which pictures count.
+    pub used: Vec<bool>,
+    /// Sum of squared residuals by its freedom: one if the noise is as it was taken.
+    pub squares_per_freedom: f64,
+    /// Root mean square distance of the board's origin from where it should be seen, m.
+    pub shift_rms_m: f64,
+}
+
+impl BoardFit {
+    /// Covariance with what is uncertain about the camera, whose parameters have this covariance.
+    #[must_use]
+    pub fn covariance_with(
+        &self,
+        camera: &SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>,
+    ) -> SMatrix<f64, SIZE, SIZE> {
+        self.covariance + self.d_camera * camera * self.d_camera.transpose()
+    }
+}
+
+/// The problem, whitened at one estimate.
+#[derive(Clone, Debug)]
+pub struct BoardProblem<'a> {
+    sightings: &'a [BoardSighting],
+    robot: RobotPath<'a>,
+    used: Vec<bool>,
+    whitening: Vec<Matrix6<f64>>,
+}
+
+/// Fits all unknowns from a start; at standstill the time offset stays as it is.
+///
+/// # Errors
+/// Too few pictures, or poses that do not fix the hand-eye transform.
+pub fn fit(
+    sightings: &[BoardSighting],
+    robot: RobotPath<'_>,
+    noise: &ErrorModel,
+    start: Unknowns,
+) -> Result<BoardFit, Error> {
+    let mut state = start;
+    let mut used = vec![true; sightings.len()];
+    let mut scale = f64::INFINITY;
+    for round in 0..ROUNDS {
+        let problem = BoardProblem::whitened(sightings, robot, noise, &state).keeping(&used);
+        if round > 0 {
+            (used, scale) = problem.fitting(&state, scale);
+        }
+        let problem = problem.keeping(&used);
+        let count = problem.used.iter().filter(|u| **u).count();
+        if count < FEWEST {
+            return Err(Error::TooFewPictures { found: count, needed: FEWEST });
+        }
+        let solved = solve(&problem, state, problem.held(), &SolveOptions::default());
+        state = solved.map_err(|_| Error::NoPose)?.state;
+    }
+    BoardProblem::whitened(sightings, robot, noise, &state).keeping(&used).concluded(state)
+}
+
+impl<'a> BoardProblem<'a> {
+    /// The problem with the noise as it acts at `at`; pictures without a robot pose there do not count.
+    #[must_use]
+    pub fn whitened(
+        sightings: &'a [BoardSighting],
+        robot: RobotPath<'a>,
+        noise: &ErrorModel,
+        at: &Unknowns,
+    ) -> Self {
+        let whitening: Vec<Option<Matrix6<f64>>> = (0..sightings.len())
+            .map(|k| whitening(&sightings[k], &robot.at(k, at.time_offset_s)?, noise, at))
+            .collect();
+        Self {
+            sightings,
+            robot,
+            used: whitening.iter().map(Option::is_some).collect(),
+            whitening: whitening.into_iter().map(Option::unwrap_or_default).collect(),
+        }
+    }
+
+    fn keeping(mut self, used: &[bool]) -> Self {
+        for (own, other) in self.used.iter_mut().zip(used) {
+            *own = *own && *other;
+        }
+        self
+    }
+
+    fn held(&self) -> &'static [usize] {
+        if self.robot.moves() { &[] } else { &[TIME_OFFSET] }
+    }
+
+    /// Which pictures fit, and the scale of their squares; the scale only falls from round to round.
+    fn fitting(&self, at: &Unknowns, last_scale: f64) -> (Vec<bool>, f64) {
+        let squares: Vec<f64> = (0..self.sightings.len())
+            .map(|k| self.residual(k, at).map_or(f64::INFINITY, |r| r.norm_squared()))
+            .collect();
+        let mut sorted: Vec<f64> = squares.iter().copied().filter(|s| s.is_finite()).collect();
+        sorted.sort_by(f64::total_cmp);
+        let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+        let scale = (median / MEDIAN_SQUARED).max(1.0).min(last_scale);
+        (squares.iter().map(|s| *s <= OUTLIER_SQUARED * scale).collect(), scale)
+    }
+
+    /// Seen less predicted, rad and m; `None` where the robot's pose is not known.
+    fn difference(&self, k: usize, at: &Unknowns) -> Option<Vector6<f64>> {
+        let tool = self.robot.at(k, at.time_offset_s)?;
+        let predicted = predicted(&tool, at);
+        let (turn, shift) = se3::difference_decoupled(&self.sightings[k].camera_from_board, &predicted);
+        Some(Vector6::new(turn.x, turn.y, turn.z, shift.x, shift.y, shift.z))
+    }
+
+    /// The same, whitened.
+    fn residual(&self, k: usize, at: &Unknowns) -> Option<Vector6<f64>> {
+        Some(self.whitening[k] * self.difference(k, at)?)
+    }
+
+    fn concluded(self, state: Unknowns) -> Result<BoardFit, Error> {
+        let mut equations = NormalEquations::zeros(SIZE);
+        self.linearize(&state, &mut equations);
+        let information = Information::new(&equations.hessian, self.held(), SEEN).ok_or(Error::NotFixed)?;
+        if information.rank() < information.size() {
+            return Err(Error::HandEyeNotFixed);
+        }
+        let inverse = information.covariance();
+        let inverse = SMatrix::<f64, SIZE, SIZE>::from_fn(|i, j| inverse[(i, j)]);
+        // Residuals move with the sightings, these with the camera.
+        let mut pull = SMatrix::<f64, SIZE, CAMERA_SIZE>::zeros();
+        for k in (0..self.sightings.len()).filter(|k| self.used[*k]) {
+            let Some((_, jacobian)) = self.linearized(k, &state) else { continue };
+            pull += jacobian.transpose() * self.whitening[k] * self.sightings[k].d_camera;
+        }
+        let freedom = (6 * self.used.iter().filter(|u| **u).count()) as f64 - information.size() as f64;
+        let squares_per_freedom = 2.0 * equations.cost / freedom;
+        let shifts: Vec<f64> = (0..self.sightings.len())
+            .filter(|k| self.used[*k])
+            .filter_map(|k| Some(self.difference(k, &state)?.fixed_rows::<3>(3).norm_squared()))
+            .collect();
+        let shift_rms_m = (shifts.iter().sum::<f64>() / shifts.len().max(1) as f64).sqrt();
+        Ok(BoardFit {
+            unknowns: state,
+            covariance: inverse * squares_per_freedom.max(1.0),
+            d_camera: -inverse * pull,
+            residuals: (0..self.sightings.len()).map(|k| self.residual(k, &state)).collect(),
+            used: self.used,
+            squares_per_freedom,
+            shift_rms_m,
+        })
+    }
+
+    /// Whitened residual of a picture and its derivative.
+    fn linearized(&self, k: usize, at: &Unknowns) -> Option<(Vector6<f64>, SMatrix<f64, 6, SIZE>)> {
+        let tool = self.robot.at(k, at.time_offset_s)?;
+        let seen = &self.sightings[k].camera_from_board;
+        let jacobian = derivative(seen, &tool, at);
+        Some((self.residual(k, at)?, self.whitening[k] * jacobian))
+    }
+}
+
+/// The board as the camera should see it: P = X⁻¹ T⁻¹ B.
+fn predicted(tool: &ToolState, at: &Unknowns) -> Pose {
+    at.tool_from_camera.inverse() * tool.base_from_tool.inverse() * at.base_from_board
+}
+
+/// d (Log(R_C R_Pᵀ), t_C − t_P) / d unknowns.
+///
+/// What turns the prediction, R_P ← Exp(ε) R_P, changes Log(R_C R_Pᵀ) = δ by −V⁻¹(−δ) ε.
+fn derivative(seen: &Pose, tool: &ToolState, at: &Unknowns) -> SMatrix<f64, 6, SIZE> {
+    let camera_from_tool = at.tool_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
+    let tool_from_base = tool.base_from_tool.rotation.inverse().to_rotation_matrix().into_inner();
+    let camera_from_base = camera_from_tool * tool_from_base;
+    // The board's origin from the tool's, and from the camera's, along the tool's axes.
+    let from_tool =
+        tool_from_base * (at.base_from_board.translation.vector - tool.base_from_tool.translation.vector);
+    let from_camera = from_tool - at.tool_from_camera.translation.vector;
+    let (delta, _) = se3::difference_decoupled(seen, &predicted(tool, at));
+    let turned = -so3::left_jacobian_inverse(&-delta);
+    let mut jacobian = SMatrix::<f64, 6, SIZE>::zeros();
+    // An offset that is larger by dt shows the tool earlier by dt.
+    let rate = camera_from_tool * tool.body_rate;
+    let velocity = camera_from_tool * (tool.body_rate.cross(&from_tool) + tool_from_base * tool.velocity);
+    jacobian.fixed_view_mut::<3, 1>(0, TIME_OFFSET).copy_from(&(turned * rate));
+    jacobian.fixed_view_mut::<3, 1>(3, TIME_OFFSET).copy_from(&-velocity);
+    jacobian.fixed_view_mut::<3, 3>(0, HAND_EYE).copy_from(&(-turned * camera_from_tool));
+    jacobian.fixed_view_mut::<3, 3>(3, HAND_EYE).copy_from(&(-camera_from_tool * so3::hat(&from_camera)));
+    jacobian.fixed_view_mut::<3, 3>(3, HAND_EYE + 3).copy_from(&camera_from_tool);
+    jacobian.fixed_view_mut::<3, 3>(0, BOARD).copy_from(&(turned * camera_from_base));
+    jacobian.fixed_view_mut::<3, 3>(3, BOARD + 3).copy_from(&-camera_from_base);
+    jacobian
+}
+
+/// W with WᵀW the inverse covariance of a residual: corners, robot and stamp err together.
+fn whitening(
+    seen: &BoardSighting,
+    tool: &ToolState,
+    noise: &ErrorModel,
+    at: &Unknowns,
+) -> Option<Matrix6<f64>> {
+    let predicted = predicted(tool, at);
+    let camera_from_tool = at.tool_from_camera.rotation.inverse().to_rotation_matrix().into_inner();
+    // The tool turned about its origin and shifted, in its own axes, moves the board as the camera sees it.
+    let lever = predicted.translation.vector - at.tool_from_camera.inverse().translation.vector;
+    let mut d_robot = Matrix6::zeros();
+    d_robot.fixed_view_mut::<3, 3>(0, 0).copy_from(&camera_from_tool);
+    d_robot.fixed_view_mut::<3, 3>(3, 0).copy_from(&(-so3::hat(&lever) * camera_from_tool));
+    d_robot.fixed_view_mut::<3, 3>(3, 3).copy_from(&camera_from_tool);
+    let (turn, shift) = (noise.rotation_rad.powi(2), noise.position_m.powi(2));
+    let robot = d_robot
+        * Matrix6::from_diagonal(&Vector6::new(turn, turn, turn, shift, shift, shift))
+        * d_robot.transpose();
+    let by_time = derivative(&predicted, tool, at).column(TIME_OFFSET) * noise.stamp_s;
+    let covariance = seen.covariance + robot + by_time * by_time.transpose();
+    // L Lᵀ = covariance: W = L⁻¹. Radians and metres differ by orders: scaled to a unit diagonal first.
+    let scale = covariance.diagonal().map(|v| 1.0 / v.sqrt());
+    let scaled = Matrix6::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j]);
+    let inverse = scaled.cholesky()?.l().try_inverse()?;
+    Some(inverse * Matrix6::from_diagonal(&scale))
+}
+
+impl LeastSquares for BoardProblem<'_> {
+    type State = Unknowns;
+
+    fn dimension(&self) -> usize {
+        SIZE
+    }
+
+    fn retract(&self, state: &Unknowns, step: &DVector<f64>) -> Unknowns {
+        let moved = |pose: &Pose, first: usize| {
+            let (turn, shift) = (step.fixed_rows::<3>(first).into(), step.fixed_rows::<3>(first + 3).into());
+            se3::retract_decoupled(pose, &turn, &shift)
+        };
+        Unknowns {
+            time_offset_s: state.time_offset_s + step[TIME_OFFSET],
+            tool_from_camera: moved(&state.tool_from_camera, HAND_EYE),
+            base_from_board: moved(&state.base_from_board, BOARD),
+        }
+    }
+
+    fn cost(&self, state: &Unknowns) -> f64 {
+        let counting = (0..self.sightings.len()).filter(|k| self.used[*k]);
+        counting.map(|k| self.residual(k, state).map_or(f64::INFINITY, |r| 0.5 * r.norm_squared())).sum()
+    }
+
+    fn linearize(&self, state: &Unknowns, equations: &mut NormalEquations) {
+        let (mut hessian, mut gradient) =
+            (SMatrix::<f64, SIZE, SIZE>::zeros(), SVector::<f64, SIZE>::zeros());
+        for k in (0..self.sightings.len()).filter(|k| self.used[*k]) {
+            let Some((residual, jacobian)) = self.linearized(k, state) else {
+                equations.cost = f64::INFINITY;
+                return;
+            };
+            hessian += jacobian.transpose() * jacobian;
+            gradient += jacobian.transpose() * residual;
+            equations.cost += 0.5 * residual.norm_squared();
+        }
+        equations.hessian += DMatrix::from_iterator(SIZE, SIZE, hessian.iter().copied());
+        equations.gradient += DVector::from_column_slice(gradient.as_slice());
+    }
+}

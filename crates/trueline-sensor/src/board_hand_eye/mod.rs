@@ -1,0 +1,19 @@
+//! Where the camera is on the robot, from pictures of a board that stands still: the robot stops before it, or moves.
+//!
+//! ```text
+//! corners ──sighting──▶ pose of the board, its covariance ──closed_form──▶ first hand-eye
+//!                                    └──────────────────────joint───────▶ time offset, hand-eye, board
+//! ```
+//!
+//! At standstill there is no time offset to be seen. While the robot moves ([`moving`]), all three are estimated together:
+//! a reference for calibrations that know no board.
+
+pub mod closed_form;
+pub mod joint;
+pub mod moving;
+pub mod robot_path;
+pub mod sighting;
+
+pub use joint::{BoardFit, ErrorModel, Unknowns};
+pub use robot_path::RobotPath;
+pub use sighting::{BoardSighting, Sightings};

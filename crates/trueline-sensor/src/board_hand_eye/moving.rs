@@ -1,0 +1,134 @@
+//! Start and fit while the robot moves: nothing is known but that one board stands still.
+//!
+//! Start: the time offset at which camera and robot turn by the same angles (angles do not depend on how the camera is
+//! mounted), then a closed form for the hand-eye transform.
+
+use super::closed_form::{ClosedForm, pairs};
+use super::joint::{self, BoardFit, ErrorModel, FEWEST, Unknowns};
+use super::robot_path::RobotPath;
+use super::sighting::{BoardSighting, symmetries};
+use crate::board::Board;
+use crate::error::Error;
+use trueline_geometry::{Pose, Trajectory};
+
+/// Time offsets are looked for up to this, s.
+pub const REACH_S: f64 = 1.0;
+/// In steps of this, s: the angle turned is then off by a hundredth of what is turned in the 0.3 s of a pair.
+const STEP_S: f64 = 0.005;
+/// Turns are compared over this time, s: long enough that the noise of a pose is small beside them.
+const PAIR_S: f64 = 0.3;
+/// Pictures in the closed form: all pairs of them are used.
+const FEW: usize = 40;
+/// Noise of poses that were smoothed over 40 ms is shared by pictures so near to each other, s.
+const SHARED_S: f64 = 0.05;
+/// Pictures before that may be so near.
+const LAGS: usize = 3;
+/// An offset counts if so many of all pairs lie within the robot's recording there.
+const LEAST_PART: f64 = 0.5;
+
+/// Estimates time offset, hand-eye transform and board from sightings of a board that stands still. The stamps (s) are in
+/// the time of the trajectory, rising.
+///
+/// # Errors
+/// Too few pictures, motion that does not fix the hand-eye transform, or a robot that does not turn.
+pub fn calibrate(
+    board: &Board,
+    sightings: &[BoardSighting],
+    stamps_s: &[f64],
+    trajectory: &Trajectory,
+    noise: &ErrorModel,
+) -> Result<BoardFit, Error> {
+    if sightings.len() < FEWEST {
+        return Err(Error::TooFewPictures { found: sightings.len(), needed: FEWEST });
+    }
+    let robot = RobotPath::Moving { trajectory, stamps_s };
+    let counted = counted_alike(board, sightings, &robot);
+    let time_offset_s = first_offset_s(&counted, stamps_s, &robot).ok_or(Error::NoCommonTime)?;
+    let start = first_hand_eye(&counted, &robot, time_offset_s).ok_or(Error::HandEyeNotFixed)?;
+    let mut fit = joint::fit(&counted, robot, noise, start)?;
+    fit.covariance *= correlation(&fit, stamps_s);
+    Ok(fit)
+}
+
+/// How much larger the variance of a mean over the pictures is than if their errors had nothing in common: pictures that
+/// follow each other closely share noise of the robot, whose poses are smoothed. 1 + 2 Σ ρ over the first lags.
+fn correlation(fit: &BoardFit, stamps_s: &[f64]) -> f64 {
+    let at = |k: usize| fit.residuals.get(k).copied().flatten().filter(|_| fit.used[k]);
+    let squares: f64 = (0..fit.residuals.len()).filter_map(at).map(|residual| residual.norm_squared()).sum();
+    let mut factor = 1.0;
+    for lag in 1..=LAGS {
+        for k in lag..stamps_s.len() {
+            let near = stamps_s[k] - stamps_s[k - lag] < SHARED_S;
+            if let (true, Some(a), Some(b)) = (near, at(k), at(k - lag)) {
+                factor += 2.0 * a.dot(&b) / squares;
+            }
+        }
+    }
+    factor.max(1.0)
+}
+
+/// All boards counted from the same corner: of the ways in which a plain board can be counted, the one whose turn since
+/// the picture before is nearest to the robot's.
+fn counted_alike(board: &Board, sightings: &[BoardSighting], robot: &RobotPath<'_>) -> Vec<BoardSighting> {
+    let mut counted: Vec<BoardSighting> = Vec::with_capacity(sightings.len());
+    for (k, seen) in sightings.iter().enumerate() {
+        let before = counted.last().map(|last| last.camera_from_board.rotation);
+        // An offset hardly matters here: ways of counting differ by a quarter turn at least.
+        let robot_turn = k
+            .checked_sub(1)
+            .and_then(|last| Some(robot.attitude(last, 0.0)?.angle_to(&robot.attitude(k, 0.0)?)))
+            .unwrap_or(0.0);
+        let off = |quarters: usize| {
+            let turned = seen.turned(board, quarters).camera_from_board.rotation;
+            before.map_or(0.0, |before| (before.angle_to(&turned) - robot_turn).abs())
+        };
+        let best = symmetries(board).iter().copied().min_by(|a, b| off(*a).total_cmp(&off(*b)));
+        counted.push(seen.turned(board, best.unwrap_or(0)));
+    }
+    counted
+}
+
+/// The offset at which the angles that the camera turns by are those of the robot.
+fn first_offset_s(sightings: &[BoardSighting], stamps_s: &[f64], robot: &RobotPath<'_>) -> Option<f64> {
+    let pairs: Vec<(usize, usize, f64)> = (0..sightings.len())
+        .filter_map(|k| {
+            let later = k + stamps_s.get(k..)?.partition_point(|t| *t < stamps_s[k] + PAIR_S);
+            let [a, b] = [sightings.get(k)?, sightings.get(later)?].map(|s| s.camera_from_board.rotation);
+            (stamps_s[later] - stamps_s[k] < 2.0 * PAIR_S).then(|| (k, later, a.angle_to(&b)))
+        })
+        .collect();
+    let steps = (REACH_S / STEP_S) as i32;
+    let mean_square = |offset_s: f64| {
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for (from, to, seen) in &pairs {
+            let (Some(a), Some(b)) = (robot.attitude(*from, offset_s), robot.attitude(*to, offset_s)) else {
+                continue;
+            };
+            sum += (a.angle_to(&b) - seen).powi(2);
+            count += 1;
+        }
+        let enough = count > 0 && count as f64 >= LEAST_PART * pairs.len() as f64;
+        enough.then(|| sum / count as f64)
+    };
+    let offsets = (-steps..=steps).map(|k| f64::from(k) * STEP_S);
+    let scored = offsets.filter_map(|offset_s| Some((mean_square(offset_s)?, offset_s)));
+    scored.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, offset_s)| offset_s)
+}
+
+/// Hand-eye and board by a closed form over a few pictures, spread evenly.
+fn first_hand_eye(
+    sightings: &[BoardSighting],
+    robot: &RobotPath<'_>,
+    time_offset_s: f64,
+) -> Option<Unknowns> {
+    let known: Vec<(Pose, Pose)> = sightings
+        .iter()
+        .enumerate()
+        .filter_map(|(k, seen)| Some((robot.at(k, time_offset_s)?.base_from_tool, seen.camera_from_board)))
+        .collect();
+    let stride = known.len().div_ceil(FEW).max(1);
+    let (tools, boards): (Vec<Pose>, Vec<Pose>) = known.into_iter().step_by(stride).unzip();
+    let tool_from_camera = ClosedForm::Park.solve(&pairs(&tools, &boards))?;
+    let base_from_board = tools.first()? * tool_from_camera * boards.first()?;
+    Some(Unknowns { time_offset_s, tool_from_camera, base_from_board })
+}
