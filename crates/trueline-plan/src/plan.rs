@@ -9,7 +9,7 @@ use crate::prediction::{self, Prediction, Sight, Truth};
 use crate::search::{Effort, minimise};
 use crate::shape::Shape;
 use nalgebra::DVector;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use rayon::prelude::*;
 use trueline_geometry::Pose;
 
 /// What is asked of a plan.
@@ -313,24 +313,9 @@ impl<'a> Search<'a> {
 
 /// Does one job for each item on so many threads; the answers come in the items' order.
 fn par_map<I: Sync, T: Send>(items: &[I], threads: usize, job: impl Fn(&I) -> T + Sync) -> Vec<T> {
-    let threads = threads.clamp(1, items.len().max(1));
-    let next = AtomicUsize::new(0);
-    let mut numbered: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let (job, next) = (&job, &next);
-        let work = move || {
-            let mut done = Vec::new();
-            while let Some((k, item)) = {
-                let k = next.fetch_add(1, Ordering::Relaxed);
-                items.get(k).map(|item| (k, item))
-            } {
-                done.push((k, job(item)));
-            }
-            done
-        };
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        let joined = workers.into_iter().map(|worker| worker.join());
-        joined.flat_map(|done| done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
-    });
-    numbered.sort_by_key(|(k, _)| *k);
-    numbered.into_iter().map(|(_, done)| done).collect()
+    match rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build() {
+        Ok(pool) => pool.install(|| items.par_iter().map(&job).collect()),
+        // Where the system has no threads left, this one does.
+        Err(_) => items.iter().map(&job).collect(),
+    }
 }

@@ -1,6 +1,7 @@
 //! Whether a sensor's calibration may be used, and what to mind.
 
 use crate::intrinsics::{CameraFit, CrossValidation};
+use crate::laser_plane::{DOUBTFUL, PlaneFit};
 use nalgebra::Matrix3;
 use std::fmt;
 
@@ -152,4 +153,12 @@ pub fn of_plane(covariance: &Matrix3<f64>, middle_sigma_m: f64) -> Vec<Remark> {
         reasons.push(Remark::OffsetUncertain { sigma_m: middle_sigma_m });
     }
     reasons
+}
+
+/// Boards that lie off the plane by more than chance makes.
+#[must_use]
+pub fn doubtful_boards(fit: &PlaneFit) -> Vec<Remark> {
+    let worst = |z: [f64; 2]| if z[0].abs() > z[1].abs() { z[0] } else { z[1] };
+    let boards = fit.boards.iter().enumerate().map(|(index, board)| (index, worst(board.z)));
+    boards.filter(|(_, z)| z.abs() > DOUBTFUL).map(|(index, z)| Remark::BoardDoubtful { index, z }).collect()
 }

@@ -6,6 +6,7 @@ pub mod joint_choice;
 pub mod neighbours;
 mod observer;
 mod scan_seams;
+mod summary;
 pub mod two_places;
 
 pub use error::ScanError;
