@@ -3,7 +3,7 @@
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
 use crate::seam::Seam;
-use crate::stance::Stance;
+use crate::sensor_pose::SensorPose;
 use crate::view::View;
 use nalgebra::Vector3;
 use trueline_dataset::{KnownCalibration, Sensor, Truth};
@@ -45,7 +45,7 @@ pub struct Cell {
     /// Rough line.
     pub seam: Seam,
     /// How the sensor stands over the seam where nothing is tilted.
-    pub stance: Stance,
+    pub sensor_pose: SensorPose,
     /// How rough the guess is.
     pub guess_error: GuessError,
     /// What the motion keeps to.
@@ -105,7 +105,7 @@ impl Cell {
         let onto = |point: &Vector3<f64>| *line.anchored_near(point).anchor();
         self.seam = Seam { from_m: onto(&self.seam.from_m), to_m: onto(&self.seam.to_m) };
         self.tool_from_camera = *now;
-        self.stance = self.stance.carried_by(&self.tool_from_camera);
+        self.sensor_pose = self.sensor_pose.carried_by(&self.tool_from_camera);
         Ok(())
     }
 
