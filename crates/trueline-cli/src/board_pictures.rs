@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use trueline_dataset::{GrayImage, Pixels, folder, gray_picture};
+use trueline_dataset::{folder, gray_picture};
 use trueline_sensor::{Board, Gray, View, chessboard};
 
 /// A picture that was looked at.
@@ -79,17 +79,8 @@ pub fn look(files: &[PathBuf], board: &Board) -> Result<Vec<Looked>, Failure> {
 pub fn read(file: &Path) -> Result<(Gray, String), Failure> {
     let bytes = gray_picture::bytes(file)?;
     let image = gray_picture::decode(file, &bytes)?;
-    let gray = gray(&image).ok_or_else(|| {
+    let gray = Gray::new(image.width, image.height, image.levels_f32()).ok_or_else(|| {
         Failure::new(format!("{}: the picture is empty", file.display()), "is the file cut off?")
     })?;
     Ok((gray, folder::sha256(&bytes)))
-}
-
-/// A picture's gray levels; `None` of an empty one.
-pub fn gray(image: &GrayImage) -> Option<Gray> {
-    let levels = match &image.pixels {
-        Pixels::Eight(levels) => levels.iter().map(|x| f32::from(*x)).collect(),
-        Pixels::Sixteen(levels) => levels.iter().map(|x| f32::from(*x)).collect(),
-    };
-    Gray::new(image.width, image.height, levels)
 }

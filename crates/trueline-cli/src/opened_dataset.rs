@@ -4,7 +4,6 @@ use crate::failure::Failure;
 use crate::found_before;
 use crate::output;
 use crate::pictures::{self, PictureOptions};
-use crate::planned_scan::read_text;
 use std::path::{Path, PathBuf};
 use trueline_cell::RECORDING;
 use trueline_dataset::folder::FolderContent;
@@ -176,7 +175,7 @@ fn find_seams(
 ) -> Result<ScanSeams, Failure> {
     let scan = pictures::examine_source(pictures, sensor, name, options)?;
     if !options.quiet {
-        output::words(&pictures::summary(&scan));
+        output::words(&scan.to_string());
     }
     if scan.detections().next().is_none() {
         return Err(Failure::new(
@@ -220,7 +219,7 @@ fn sensor_of(recording: &Path) -> Result<Option<SensorFile>, Failure> {
     if !(recording.is_dir() && file.exists()) {
         return Ok(None);
     }
-    Ok(Some(sensor_toml::parse_file(&file, &read_text(&file)?)?))
+    Ok(Some(sensor_toml::read(&file)?))
 }
 
 /// The seams of profiles, with what was found in words.

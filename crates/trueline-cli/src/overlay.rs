@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use std::fs;
 use std::path::{Path, PathBuf};
-use trueline_dataset::{Error, GrayImage, Pixels, Problem, gray_png};
+use trueline_dataset::{Error, Problem, gray_png};
 use trueline_vision::overlay::Canvas;
 use trueline_vision::scan::{ExaminedPicture, ScanError};
 
@@ -36,30 +36,10 @@ impl OverlayFolder {
         if !picture.number.is_multiple_of(self.every) {
             return Ok(());
         }
-        let (image, detector) = (picture.image, picture.detector);
-        let mut canvas = Canvas::new(image.width, image.height, &levels(image));
-        if let Some(region) = detector.region() {
-            canvas.region(region);
-        }
-        for segment in detector.segments() {
-            canvas.segment(segment, detector.lens());
-        }
-        if let Ok(found) = picture.found {
-            found.seams().for_each(|seam| canvas.seam(seam));
-        }
+        let seams = picture.found.iter().flat_map(|found| found.seams());
+        let canvas = Canvas::of_examined(picture.image, picture.detector, seams);
         let found = if picture.found.is_ok() { "" } else { "-not-found" };
         let file = self.folder.join(format!("{:06}{found}.png", picture.number));
-        Ok(gray_png::write_rgb(&file, [image.width, image.height], canvas.rgb())?)
-    }
-}
-
-/// Levels of 8 bits.
-fn levels(image: &GrayImage) -> Vec<u8> {
-    match &image.pixels {
-        Pixels::Eight(levels) => levels.clone(),
-        Pixels::Sixteen(levels) => {
-            let brightest = levels.iter().copied().max().unwrap_or(0).max(255);
-            levels.iter().map(|level| (u32::from(*level) * 255 / u32::from(brightest)) as u8).collect()
-        }
+        Ok(gray_png::write_rgb(&file, canvas.size(), canvas.rgb())?)
     }
 }

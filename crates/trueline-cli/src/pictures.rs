@@ -1,9 +1,8 @@
 //! Examines the pictures of a dataset with all cores, and tells what was found.
 
 use crate::failure::Failure;
-use crate::output;
 use crate::overlay::OverlayFolder;
-use crate::progress;
+use crate::{output, progress};
 use indicatif::ProgressBar;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -11,17 +10,8 @@ use std::sync::Mutex;
 use trueline_dataset::sensor_setup::RegionOfInterest;
 use trueline_dataset::{PictureFolder, PictureSource, SensorFile, folder};
 use trueline_report::picture_page::{Looked, MissingSeam, SeamPixel};
-use trueline_vision::scan::{
-    ExaminedPicture, JointSource, ScanError, ScanObserver, ScanSeams, SkippedPictures, Stage,
-};
+use trueline_vision::scan::{ExaminedPicture, ScanError, ScanObserver, ScanSeams, Stage};
 use trueline_vision::{Detector, Joint, PictureRegion, StripeChoice, find_seams};
-
-/// Gaps that are typically further than this from where their neighbours have them deserve a look, px: soot makes
-/// gaps as well. Corners and edges may just move fast.
-const DOUBTFUL_PX: f64 = 20.0;
-
-/// Pictures that could not be used and are named at most.
-const MOST_NAMED: usize = 10;
 
 /// How to examine them.
 #[derive(Default)]
@@ -82,8 +72,13 @@ pub fn examine_source(
     let pool = pool
         .build()
         .map_err(|error| Failure::new(format!("threads cannot be started: {error}"), "try --threads 1"))?;
-    pool.install(|| find_seams(pictures, &detector, options.joint, &onlooker))
-        .map_err(|error| failure(&error, None))
+    let scan = pool
+        .install(|| find_seams(pictures, &detector, options.joint, &onlooker))
+        .map_err(|error| failure(&error, None))?;
+    if scan.second_place_px.is_some() && !options.quiet {
+        output::words("hint: --overlay FOLDER draws both places; --stripe or --region chooses one");
+    }
+    Ok(scan)
 }
 
 /// The detector for a dataset's sensor, with what its file and the user say of where to look.
@@ -172,76 +167,4 @@ pub fn looked(scan: &ScanSeams) -> Vec<Looked> {
         },
     });
     looked.collect()
-}
-
-/// For a person.
-pub fn summary(scan: &ScanSeams) -> String {
-    let how = match scan.joint_source {
-        JointSource::Given => "",
-        JointSource::Pictures => " (the pictures show it; --joint decides otherwise)",
-        JointSource::Default => " (looked for, since the pictures show no joint)",
-    };
-    let mut text = format!("Joint            {}{how}\n", scan.joint.name());
-    text += &format!("Found            {} of {} pictures\n", scan.detections().count(), scan.frames.len());
-    for error in scan.unreadable.iter().take(MOST_NAMED) {
-        text += &format!("                 skipped: {error}\n");
-    }
-    for skipped in scan.reasons() {
-        text += &format!("                 {}: {}\n", skipped.count, skipped.typical);
-    }
-    let spread = |axis: usize| scan.median_and_p95(|seam| seam.sigma_px()[axis]);
-    if let (Some(u), Some(v)) = (spread(0), spread(1)) {
-        text += &format!(
-            "Uncertainty      ± {:.3} px in u, ± {:.3} px in v (median; 95 % below {:.3}, {:.3})\n",
-            u[0], v[0], u[1], v[1]
-        );
-    }
-    if let Some(distance_px) = scan.neighbour_distance_px {
-        let doubtful = scan.joint == Joint::Butt && distance_px > DOUBTFUL_PX;
-        let doubt = if doubtful { ": are these gaps the joint? look at --overlay" } else { "" };
-        text += &format!("From neighbours  {distance_px:.2} px (median){doubt}\n");
-    }
-    for fault in &scan.faults {
-        text += &format!("Pictures         {fault}\n");
-    }
-    if let Some(distance_px) = scan.second_place_px {
-        text += &format!(
-            "Two places       the seam is found at two places in turn, {distance_px:.0} px apart: look at --overlay, then \
-             choose with --stripe or --region\n"
-        );
-    }
-    if let (Joint::Butt, Some(gap)) = (scan.joint, scan.median_and_p95(|seam| seam.gap_m)) {
-        text += &format!("Gap              {:.2} mm (median)\n", gap[0] * 1e3);
-    }
-    text + &format!(
-        "Time             {:.2} ms of one core a picture, without reading it",
-        scan.ms_per_picture()
-    )
-}
-
-/// For a program.
-pub fn json(scan: &ScanSeams) -> serde_json::Value {
-    let reasons: Vec<serde_json::Value> = (scan.reasons().into_iter())
-        .map(|SkippedPictures { count, typical }| {
-            serde_json::json!({ "code": typical.code(), "count": count, "text": typical.to_string() })
-        })
-        .collect();
-    let spread = |axis: usize| scan.median_and_p95(|seam| seam.sigma_px()[axis]);
-    let gap_mm = scan.median_and_p95(|seam| seam.gap_m * 1e3).filter(|_| scan.joint == Joint::Butt);
-    serde_json::json!({
-        "joint": scan.joint.name(),
-        "joint_chosen_by_pictures": scan.joint_source == JointSource::Pictures,
-        "pictures": scan.frames.len(),
-        "found": scan.detections().count(),
-        "not_found": reasons,
-        "unreadable": scan.unreadable.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        "median_sigma_px": spread(0).zip(spread(1)).map(|(u, v)| [u[0], v[0]]),
-        "median_px_from_neighbours": scan.neighbour_distance_px,
-        "picture_faults": scan.faults.iter().map(|fault| {
-            serde_json::json!({ "code": fault.code(), "text": fault.to_string() })
-        }).collect::<Vec<_>>(),
-        "second_place_px": scan.second_place_px,
-        "median_gap_mm": gap_mm.map(|gap| gap[0]),
-        "ms_per_picture": scan.ms_per_picture(),
-    })
 }

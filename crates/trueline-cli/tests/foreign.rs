@@ -1,17 +1,15 @@
 //! The door in and the door out: a robot's log and a profiler's export become a calibration in the robot's own form.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod common;
+
+use common::trueline;
 use serde_json::Value;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 use trueline_dataset::{Measured, Recording, folder};
 use trueline_geometry::euler::{XYZ_FIXED, ZYX_INTRINSIC};
-
-fn trueline(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(arguments).output().unwrap()
-}
 
 fn succeeds(folder: &Path, arguments: &[&str]) -> String {
     let output = trueline(folder, arguments);

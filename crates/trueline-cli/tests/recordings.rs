@@ -1,26 +1,16 @@
 //! Recordings go where dataset folders go: whole, cut off, and other people's.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod common;
+
+use common::{code, trueline, words};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 use trueline_dataset::{FrameFile, Recording, folder, images};
 use trueline_live::egm::{EgmPose, Header, MessageKind, RobotMessage, RobotState};
 use trueline_mcap::{About, Entry, FeaturesEntry, FrameEntry, Recorder, RecorderHandle, RobotEntry};
-
-fn trueline(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(arguments).output().unwrap()
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().unwrap()
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
 
 fn calibrated(folder: &Path, dataset: &str) -> (i32, Value, String) {
     let output = trueline(folder, &["calibrate", dataset, "--json", "-", "--quiet"]);

@@ -2,6 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
+mod common;
+
+use common::words;
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -9,10 +12,6 @@ use std::process::{Command, Output};
 
 fn trueline(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trueline")).args(args).output().unwrap()
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// OpenCV's sample pictures, from Debian's package opencv-doc: fetched once and unpacked beside the build, never part of this

@@ -26,6 +26,29 @@ pub struct GrayImage {
     pub pixels: Pixels,
 }
 
+impl GrayImage {
+    /// The levels as numbers, row by row.
+    #[must_use]
+    pub fn levels_f32(&self) -> Vec<f32> {
+        match &self.pixels {
+            Pixels::Eight(levels) => levels.iter().map(|x| f32::from(*x)).collect(),
+            Pixels::Sixteen(levels) => levels.iter().map(|x| f32::from(*x)).collect(),
+        }
+    }
+
+    /// The levels in 8 bits, row by row; of 16 bits the brightest is white.
+    #[must_use]
+    pub fn levels_u8(&self) -> Vec<u8> {
+        match &self.pixels {
+            Pixels::Eight(levels) => levels.clone(),
+            Pixels::Sixteen(levels) => {
+                let brightest = u32::from(levels.iter().copied().max().unwrap_or(0).max(255));
+                levels.iter().map(|level| (u32::from(*level) * 255 / brightest) as u8).collect()
+            }
+        }
+    }
+}
+
 /// Pictures larger than this are refused before memory is set aside for them.
 const MOST_PIXELS: usize = 1 << 28;
 

@@ -3,7 +3,7 @@
 use crate::error::{Error, Problem};
 use crate::recording::{Guess, Truth};
 use crate::robot_csv::unit_quaternion;
-use crate::sensor_toml::parse_toml;
+use crate::sensor_toml::{parse_toml, read_text};
 use crate::unit::MM_PER_M;
 use nalgebra::{UnitVector3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -31,6 +31,14 @@ struct PoseTable {
 struct LineTable {
     point_mm: [f64; 3],
     direction: [f64; 3],
+}
+
+/// Reads a guess's file.
+///
+/// # Errors
+/// A file that is missing, and as [`parse_guess`].
+pub fn read_guess(file: &Path) -> Result<Guess, Error> {
+    parse_guess(file, &read_text(file)?)
 }
 
 /// Reads a guess.

@@ -4,6 +4,19 @@
 //! This is the one library crate that knows millimetres, milliseconds and degrees: it converts them on the
 //! way in and out. Reading never guesses, drops or clamps: what cannot be used is an [`Error`] with
 //! file, line, column, what was expected and a hint.
+//!
+//! ```
+//! use std::path::Path;
+//! use trueline_dataset::{Sensor, sensor_toml};
+//!
+//! let file = Path::new("sensor.toml");
+//! let sensor = sensor_toml::parse(file, "kind = \"points\"\n[laser_plane]\nnormal = [0, 0, 1]\noffset_mm = 300\n")?;
+//! let Sensor::Points { laser_plane_in_camera: Some(plane) } = sensor else { unreachable!("that is its kind") };
+//! assert!((plane.offset() - 0.3).abs() < 1e-15, "millimetres end here");
+//! let error = sensor_toml::parse(file, "kind = \"sonar\"\n").unwrap_err();
+//! assert!(error.to_string().contains("sensor.toml"));
+//! # Ok::<(), trueline_dataset::Error>(())
+//! ```
 
 pub mod calibration_file;
 pub mod decoded_picture;
@@ -28,6 +41,7 @@ pub mod reference_file;
 pub mod result_file;
 pub mod robot_csv;
 pub mod rotation_columns;
+mod sensor_covariance;
 pub mod sensor_setup;
 pub mod sensor_toml;
 mod setup_toml;

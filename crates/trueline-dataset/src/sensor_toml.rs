@@ -86,6 +86,25 @@ struct PlaneTable {
     offset_mm: f64,
 }
 
+/// Reads a sensor's file.
+///
+/// # Errors
+/// A file that is missing, and as [`parse_file`].
+pub fn read(file: &Path) -> Result<SensorFile, Error> {
+    parse_file(file, &read_text(file)?)
+}
+
+/// The text of a file that a user named.
+///
+/// # Errors
+/// A file that is missing, cannot be read, or is no text.
+pub fn read_text(file: &Path) -> Result<String, Error> {
+    std::fs::read_to_string(file).map_err(|error| {
+        let missing = error.kind() == std::io::ErrorKind::NotFound;
+        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
+    })
+}
+
 /// Reads a sensor, and what its file says beside it.
 ///
 /// # Errors
@@ -110,11 +129,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Sensor, Error> {
 /// # Errors
 /// As [`parse_camera`], and a file that is missing or no text.
 pub fn read_camera(file: &Path) -> Result<CameraFile, Error> {
-    let text = std::fs::read_to_string(file).map_err(|error| {
-        let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
-    })?;
-    parse_camera(file, &text)
+    parse_camera(file, &read_text(file)?)
 }
 
 /// Reads a camera whose laser plane may be missing.

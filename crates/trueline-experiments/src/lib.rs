@@ -3,6 +3,15 @@
 //! Nothing here is part of the method: scans are simulated, calibrated in several ways, and compared. Everything follows
 //! from [`Settings`]; the same settings give the same numbers. What the paper has published stands in [`published`], so
 //! that nobody takes one for the other.
+//!
+//! ```
+//! use trueline_experiments::{Settings, published, reproduce};
+//!
+//! let all = reproduce(&Settings { repeats: 1, ..Settings::default() }, |_| ())?;
+//! assert_eq!(all.welds.len(), 2, "a straight weld and one of the C type");
+//! assert_eq!(published::TIME_OFFSET_S, 0.01773);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod block_by_block;
 pub mod calibrated;

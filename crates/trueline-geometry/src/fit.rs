@@ -1,5 +1,6 @@
 //! Closed-form fits of lines and planes to points, and their robust forms.
 
+use crate::statistics::median;
 use crate::{Circle, Line, Plane};
 use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen, UnitVector3, Vector3};
 
@@ -55,9 +56,7 @@ pub fn robust_line(points: &[Vector3<f64>]) -> Option<Line> {
     for _ in 0..10 {
         squared.clear();
         squared.extend(points.iter().map(|p| fitted.distance(p).powi(2)));
-        let mut sorted = squared.clone();
-        sorted.sort_by(f64::total_cmp);
-        let scale2 = sorted[sorted.len() / 2];
+        let scale2 = median(squared.iter().copied())?;
         if scale2 <= f64::MIN_POSITIVE {
             break;
         }
@@ -98,9 +97,8 @@ pub fn plane(points: &[Vector3<f64>]) -> Option<PlaneFit> {
 pub fn robust_plane(points: &[Vector3<f64>]) -> Option<PlaneFit> {
     let mut fit = plane(points)?;
     for _ in 0..20 {
-        let mut distances: Vec<f64> = points.iter().map(|p| fit.plane.signed_distance(p).abs()).collect();
-        distances.sort_by(f64::total_cmp);
-        let limit = 5.0 * distances[distances.len() / 2].max(1e-12);
+        let usual = median(points.iter().map(|p| fit.plane.signed_distance(p).abs()))?;
+        let limit = 5.0 * usual.max(1e-12);
         let near: Vec<_> =
             points.iter().filter(|p| fit.plane.signed_distance(p).abs() <= limit).copied().collect();
         let next = plane(&near)?;
@@ -122,9 +120,7 @@ pub fn robust_circle(points: &[Vector3<f64>]) -> Option<Circle> {
     let mut circle = algebraic_circle(points)?;
     for _ in 0..50 {
         let squared: Vec<f64> = points.iter().map(|p| (p - circle.nearest(p)).norm_squared()).collect();
-        let mut sorted = squared.clone();
-        sorted.sort_by(f64::total_cmp);
-        let scale2 = sorted[sorted.len() / 2].max(1e-30);
+        let scale2 = median(squared.iter().copied())?.max(1e-30);
         let weights = squared.iter().map(|d2| (1.0 + d2 / scale2).powi(-2));
         let (next, moved) = improved(&circle, points.iter().zip(weights))?;
         circle = next;

@@ -6,6 +6,20 @@
 //! Eq. (18) of the paper (`docs/references.md`, \[Yang2025\]).
 //!
 //! No input or output, no serialisation, no other units: those live at the edges.
+//!
+//! ```
+//! use nalgebra::Vector3;
+//! use trueline_geometry::{Line, Pose, so3};
+//!
+//! // The camera stands 100 mm in front of the tool, turned by 90° about its own axis.
+//! let quarter_turn = so3::exp(&Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2));
+//! let tool_from_camera = Pose::from_parts(Vector3::new(0.0, 0.0, 0.1).into(), quarter_turn);
+//! let base_from_tool = Pose::translation(1.0, 0.0, 0.5);
+//! let base_from_camera = base_from_tool * tool_from_camera;
+//! let point_in_base = base_from_camera * nalgebra::Point3::new(0.2, 0.0, 0.3);
+//! let seam = Line::new(Vector3::new(1.0, 0.0, 0.9), &Vector3::y_axis());
+//! assert!(seam.distance(&point_in_base.coords) < 1e-12);
+//! ```
 
 pub mod circle;
 pub mod curve;
@@ -17,6 +31,7 @@ pub mod polyline;
 pub mod se3;
 pub mod smooth;
 pub mod so3;
+pub mod statistics;
 pub mod trajectory;
 
 pub use circle::Circle;

@@ -6,6 +6,7 @@
 //! acceleration of the motion and averages the noise.
 
 use crate::curve::lagrange_weights;
+use crate::statistics::median;
 use crate::{Pose, se3, so3};
 use nalgebra::{Matrix3, Vector3};
 
@@ -42,10 +43,8 @@ pub fn position_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64
     if errors.len() < 12 {
         return 0.0;
     }
-    let middle = errors.len() / 2;
-    let median = *errors.select_nth_unstable_by(middle, f64::total_cmp).1;
     // The median of |N(0, 1)| is 0.67449.
-    median / 0.674_49
+    median(errors.into_iter()).unwrap_or(0.0) / 0.674_49
 }
 
 /// The same of the attitudes, rad per axis, by their logarithms from the one in the middle of the recording: within half a radian

@@ -11,6 +11,7 @@
 //!
 //! Outside the recording, and inside a gap, there is no pose: the answer is `None`, never a clamp.
 
+use crate::statistics::median;
 use crate::{Pose, se3, so3};
 use nalgebra::Vector3;
 
@@ -285,10 +286,5 @@ impl Cursor<'_> {
 }
 
 fn median_positive_step(times: &[f64]) -> Option<f64> {
-    let mut steps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
-    if steps.is_empty() {
-        return None;
-    }
-    let middle = steps.len() / 2;
-    Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+    median(times.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0))
 }

@@ -5,6 +5,7 @@ use crate::frame_filter::{Rejection, SequenceStatus};
 use crate::robot_frame::RobotFrame;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::SocketAddr;
+use trueline_geometry::statistics::median;
 
 /// Frames over which rate and delays are told: a minute at 250 Hz.
 pub(crate) const RECENT: usize = 15_000;
@@ -186,15 +187,14 @@ pub(crate) fn timing(recent: &VecDeque<(i64, i64)>) -> Option<Timing> {
     let mut stamps: Vec<(f64, f64)> = recent.iter().map(seconds).collect();
     stamps.sort_by(|a, b| a.0.total_cmp(&b.0));
     let span_s = stamps.last()?.0;
-    let mut periods: Vec<f64> = stamps.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+    let periods = stamps.windows(2).map(|pair| pair[1].0 - pair[0].0);
     let slope = quickest_slope(&stamps);
     let mut delays: Vec<f64> = stamps.iter().map(|(device, steady)| steady - device * slope).collect();
-    periods.sort_by(f64::total_cmp);
     delays.sort_by(f64::total_cmp);
     let above = |share: f64| delays[((delays.len() - 1) as f64 * share) as usize] - delays[0];
     Some(Timing {
         rate_hz: (stamps.len() - 1) as f64 / span_s.max(1e-9),
-        period_s: periods[periods.len() / 2],
+        period_s: median(periods)?,
         delay_s: [above(0.5), above(0.99), above(1.0)],
         drift_ppm: (1.0 / slope - 1.0) * 1e6,
     })

@@ -8,6 +8,7 @@ use std::fmt::Write;
 use std::net::SocketAddr;
 use trueline_dataset::RobotSample;
 use trueline_geometry::Pose;
+use trueline_geometry::statistics::median;
 
 /// Names and figures of the user's cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -195,12 +196,8 @@ fn arrived(path: &[RobotSample]) -> Result<(f64, f64), RapidError> {
         let way_m = (to.translation.vector - from.translation.vector).norm();
         speeds.push((way_m / passed_s, from.rotation.angle_to(&to.rotation) / passed_s));
     }
-    let middle = |mut values: Vec<f64>| {
-        let place = values.len() / 2;
-        (!values.is_empty()).then(|| *values.select_nth_unstable_by(place, f64::total_cmp).1)
-    };
-    let speed_m_s = middle(speeds.iter().map(|(speed, _)| *speed).collect()).ok_or(RapidError::Path)?;
-    let turn_rad_s = middle(speeds.iter().map(|(_, turn)| *turn).collect()).ok_or(RapidError::Path)?;
+    let speed_m_s = median(speeds.iter().map(|(speed, _)| *speed)).ok_or(RapidError::Path)?;
+    let turn_rad_s = median(speeds.iter().map(|(_, turn)| *turn)).ok_or(RapidError::Path)?;
     let window = |per_s: f64| (WINDOW * BEHIND_S * per_s).clamp(0.001, 0.05);
     Ok((window(speed_m_s * 1e3), window(turn_rad_s.to_degrees())))
 }

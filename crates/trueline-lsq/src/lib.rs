@@ -6,6 +6,44 @@
 //!
 //! Residuals must be whitened: one is one standard deviation. The crate knows no robot, no camera and
 //! no laser; it does not print, and the same input gives the same bits.
+//!
+//! ```
+//! use nalgebra::DVector;
+//! use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
+//!
+//! /// The decay rate of y = exp(−k t), from measurements with noise 0.01.
+//! struct Decay(Vec<(f64, f64)>);
+//!
+//! impl LeastSquares for Decay {
+//!     type State = f64;
+//!
+//!     fn dimension(&self) -> usize {
+//!         1
+//!     }
+//!
+//!     fn retract(&self, k: &f64, step: &DVector<f64>) -> f64 {
+//!         k + step[0]
+//!     }
+//!
+//!     fn cost(&self, k: &f64) -> f64 {
+//!         self.0.iter().map(|(t, y)| 0.5 * (((-k * t).exp() - y) / 0.01).powi(2)).sum()
+//!     }
+//!
+//!     fn linearize(&self, k: &f64, equations: &mut NormalEquations) {
+//!         for (t, y) in &self.0 {
+//!             let (residual, derivative) = (((-k * t).exp() - y) / 0.01, -t * (-k * t).exp() / 0.01);
+//!             equations.hessian[(0, 0)] += derivative * derivative;
+//!             equations.gradient[0] += derivative * residual;
+//!             equations.cost += 0.5 * residual * residual;
+//!         }
+//!     }
+//! }
+//!
+//! let measured = (0..10).map(|n| f64::from(n) * 0.2).map(|t| (t, (-1.5 * t).exp())).collect();
+//! let solution = solve(&Decay(measured), 0.1, &[], &SolveOptions::default())?;
+//! assert!((solution.state - 1.5).abs() < 1e-6);
+//! # Ok::<(), trueline_lsq::SolveError>(())
+//! ```
 
 pub mod check;
 pub mod information;

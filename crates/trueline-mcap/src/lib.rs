@@ -10,6 +10,21 @@
 //!
 //! A recording that was cut off is normal: a program can be killed and a disk can be full. What was written before stays
 //! readable, and what is missing is told ([`Damage`]). Nothing that a checksum does not vouch for is taken as read.
+//!
+//! ```
+//! use trueline_mcap::{About, Entry, Recorder, survey};
+//! # use trueline_mcap::{NoteEntry, NoteLevel};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let file = folder.path().join("recording.mcap");
+//! let recorder = Recorder::create(&file, &About { tool: "weld_tcp".to_owned(), ..About::default() })?;
+//! let note = NoteEntry { steady_ns: 1, level: NoteLevel::Info, text: "begins".to_owned() };
+//! assert!(recorder.handle().offer(Entry::Note(note)), "never waits for the disk");
+//! recorder.finish()?;
+//! let found = survey(&file)?;
+//! assert!(found.is_own && found.damages.is_empty());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod import;
 mod import_error;

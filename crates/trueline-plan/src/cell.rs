@@ -3,10 +3,10 @@
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
 use crate::seam::Seam;
-use crate::stance::Stance;
+use crate::sensor_pose::SensorPose;
 use crate::view::View;
 use nalgebra::Vector3;
-use trueline_dataset::{Sensor, Truth};
+use trueline_dataset::{KnownCalibration, Sensor, Truth};
 use trueline_geometry::Pose;
 use trueline_model::LaserSheet;
 
@@ -45,7 +45,7 @@ pub struct Cell {
     /// Rough line.
     pub seam: Seam,
     /// How the sensor stands over the seam where nothing is tilted.
-    pub stance: Stance,
+    pub sensor_pose: SensorPose,
     /// How rough the guess is.
     pub guess_error: GuessError,
     /// What the motion keeps to.
@@ -105,7 +105,60 @@ impl Cell {
         let onto = |point: &Vector3<f64>| *line.anchored_near(point).anchor();
         self.seam = Seam { from_m: onto(&self.seam.from_m), to_m: onto(&self.seam.to_m) };
         self.tool_from_camera = *now;
-        self.stance = self.stance.carried_by(&self.tool_from_camera);
+        self.sensor_pose = self.sensor_pose.carried_by(&self.tool_from_camera);
         Ok(())
+    }
+
+    /// The same with a calibration's own uncertainty, some sigmas of it, as the error that the plan allows for.
+    ///
+    /// # Errors
+    /// A calibration that was not accepted, says nothing of its uncertainty, or is of another cell.
+    pub fn believe_calibration(&mut self, known: &KnownCalibration) -> Result<(), NotBelieved> {
+        if known.accepted == Some(false) {
+            return Err(NotBelieved::NotAccepted);
+        }
+        let (Some([rotation_rad, translation_m]), Some([line_rad, line_m])) =
+            (known.hand_eye_sigma, known.line_sigma)
+        else {
+            return Err(NotBelieved::NoUncertainty);
+        };
+        self.believe(&known.known)?;
+        self.guess_error = GuessError {
+            translation_m: SIGMAS * translation_m,
+            rotation_rad: SIGMAS * rotation_rad,
+            // At the seam's ends.
+            line_m: SIGMAS * (line_m + 0.5 * line_rad * self.seam.length_m()),
+        };
+        Ok(())
+    }
+}
+
+/// How far a calibration that a plan begins from may be off, in its own sigmas.
+const SIGMAS: f64 = 5.0;
+
+/// Why a plan cannot begin from a calibration.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NotBelieved {
+    /// It was not accepted.
+    #[error("the calibration was not accepted")]
+    NotAccepted,
+    /// It has no sigma.
+    #[error("says nothing about its uncertainty")]
+    NoUncertainty,
+    /// It is of another cell.
+    #[error(transparent)]
+    NotThisCell(#[from] NotThisCell),
+}
+
+impl NotBelieved {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::NotAccepted => "plan with the guess, and calibrate from that scan",
+            Self::NoUncertainty => "give the JSON that `trueline calibrate --json` wrote",
+            Self::NotThisCell(_) => "is it of another cell, or the cell's guess worse than it says?",
+        }
     }
 }

@@ -4,7 +4,7 @@ use crate::cell::{Cell, ExpectedNoise};
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
 use crate::seam::Seam;
-use crate::stance::Stance;
+use crate::sensor_pose::SensorPose;
 use crate::view::View;
 use nalgebra::{UnitVector3, Vector3};
 use serde::Deserialize;
@@ -179,7 +179,7 @@ pub fn with_guess(file: &Path, text: &str, cell: &Cell) -> Result<String, Error>
         "tool_from_camera",
         vec![("translation_mm", mm(&mounted.translation.vector)), ("rotation_wxyz", wxyz(&mounted.rotation))],
     );
-    set("attitude", vec![("base_from_tool_wxyz", wxyz(&cell.stance.nominal_attitude()))]);
+    set("attitude", vec![("base_from_tool_wxyz", wxyz(&cell.sensor_pose.nominal_attitude()))]);
     let error = &cell.guess_error;
     set(
         "guess_error",
@@ -203,8 +203,8 @@ fn cell_from(wire: CellFile, sensor: Sensor) -> Result<Cell, Problem> {
     let along = seam.direction().filter(|_| seam.length_m() >= LEAST_SEAM_M);
     let along = along
         .ok_or_else(|| wrong("seam", "ends at least 10 mm apart, in mm", &format!("{length_mm:.3} mm")))?;
-    let stance = stance(&wire.attitude, plane, &tool_from_camera, &along)?;
-    let view = view(&wire.view, &sensor, stance.stripe())?;
+    let sensor_pose = sensor_pose(&wire.attitude, plane, &tool_from_camera, &along)?;
+    let view = view(&wire.view, &sensor, sensor_pose.stripe())?;
     let rates = [
         between("rates.frames_hz", wire.rates.frames_hz, 33.0, FRAMES_HZ)?,
         between("rates.robot_hz", wire.rates.robot_hz, 250.0, ROBOT_HZ)?,
@@ -218,7 +218,7 @@ fn cell_from(wire: CellFile, sensor: Sensor) -> Result<Cell, Problem> {
         sensor,
         tool_from_camera,
         seam,
-        stance,
+        sensor_pose,
         guess_error: guess_error(&wire.guess_error)?,
         limits: limits(&wire.limits)?,
         noise: noise(&wire.noise)?,
@@ -236,12 +236,12 @@ fn sheet_plane(sensor: &Sensor) -> Result<Plane, Problem> {
     known.ok_or_else(|| wrong("laser_plane", "a laser plane in sensor.toml, to plan with", "none"))
 }
 
-fn stance(
+fn sensor_pose(
     wire: &AttitudeTable,
     plane: Plane,
     tool_from_camera: &Pose,
     along: &UnitVector3<f64>,
-) -> Result<Stance, Problem> {
+) -> Result<SensorPose, Problem> {
     let made = match (wire.approach, wire.base_from_tool_wxyz) {
         (Some(_), Some(_)) => {
             return Err(wrong("attitude", "`approach` or `base_from_tool_wxyz`", "both"));
@@ -250,14 +250,14 @@ fn stance(
             if wire.backward {
                 return Err(wrong("attitude.backward", "`approach` beside it", "`base_from_tool_wxyz`"));
             }
-            Stance::with_attitude(plane, tool_from_camera, &unit_quaternion(wxyz)?)
+            SensorPose::with_attitude(plane, tool_from_camera, &unit_quaternion(wxyz)?)
         }
         (approach, None) => {
             let approach = approach.unwrap_or([0.0, 0.0, -1.0]);
             let unit = UnitVector3::try_new(Vector3::from(approach), 1e-6)
                 .filter(|u| u.iter().all(|x| x.is_finite()))
                 .ok_or_else(|| wrong("attitude.approach", "a direction", &format!("{approach:?}")))?;
-            Stance::looking(plane, tool_from_camera, along, &unit, wire.backward)
+            SensorPose::looking(plane, tool_from_camera, along, &unit, wire.backward)
         }
     };
     made.ok_or_else(|| {

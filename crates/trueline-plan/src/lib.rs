@@ -1,20 +1,20 @@
-//! Plans a scan before the robot moves: the path that shows most of time offset, hand-eye and line.
+//! Plans a scan before the robot moves: the most informative path for time offset, hand-eye and line.
 //!
 //! ```text
 //! Cell ─┬─ Design ─▶ Motion ─┬─▶ Prediction (information of every frame → sigmas)
-//!       │                    └─▶ Demands (how much of every limit is used)
+//!       │                    └─▶ Constraints (how much of every limit is used)
 //!       └───────── search over designs: most accurate of those within all limits ─▶ Plan
 //! ```
 //!
 //! A design is a handful of numbers: where the sweeps of seam, stand-off and attitude begin, how wide and how fast
 //! they are. What a design promises is the inverse of the Fisher information at the guess, frame by frame, with the
-//! noise that the estimator itself expects. What it demands is measured on the sampled motion. The search needs both
+//! noise that the estimator itself expects. How much of every limit it uses is measured on the sampled motion. The search needs both
 //! as numbers only, so any criterion, sensor or limit is one function.
 
 pub mod cell;
 pub mod cell_toml;
+pub mod constraints;
 pub mod criterion;
-pub mod demands;
 pub mod design;
 pub mod guess_error;
 pub mod limits;
@@ -23,9 +23,9 @@ pub mod plan;
 pub mod prediction;
 pub mod seam;
 pub mod search;
+pub mod sensor_pose;
 pub mod shape;
 pub mod shortest;
-pub mod stance;
 pub mod view;
 
 pub use cell::{Cell, ExpectedNoise, NotThisCell};

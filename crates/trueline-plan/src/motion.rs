@@ -2,7 +2,7 @@
 
 use crate::cell::Cell;
 use crate::design::Design;
-use crate::stance::{Stance, Station};
+use crate::sensor_pose::{SensorPose, Station};
 use nalgebra::Vector3;
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
@@ -11,7 +11,7 @@ use trueline_model::Placement;
 #[derive(Clone, Debug)]
 pub struct Motion {
     design: Design,
-    stance: Stance,
+    sensor_pose: SensorPose,
     middle: Vector3<f64>,
     scanned: Vector3<f64>,
 }
@@ -24,7 +24,7 @@ impl Motion {
     #[must_use]
     pub fn new(cell: &Cell, design: Design) -> Self {
         Self {
-            stance: cell.stance.clone(),
+            sensor_pose: cell.sensor_pose.clone(),
             middle: 0.5 * (cell.seam.from_m + cell.seam.to_m)
                 + (cell.seam.to_m - cell.seam.from_m) * design.centre,
             scanned: (cell.seam.to_m - cell.seam.from_m) * design.length_share,
@@ -56,13 +56,13 @@ impl Motion {
     /// Pose of the tool at a time, s; before the start and after the end it rests.
     #[must_use]
     pub fn base_from_tool(&self, time_s: f64) -> Pose {
-        self.stance.base_from_tool(&self.station(time_s))
+        self.sensor_pose.base_from_tool(&self.station(time_s))
     }
 
     /// The point in the camera frame where the seam is expected, m.
     #[must_use]
     pub fn point_in_camera(&self, time_s: f64) -> Vector3<f64> {
-        self.stance.point_in_camera(&self.station(time_s))
+        self.sensor_pose.point_in_camera(&self.station(time_s))
     }
 
     /// Pose of the tool at a time, s, and how it moves; the camera sits where a hand-eye transform has it.

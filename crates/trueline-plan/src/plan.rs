@@ -1,15 +1,15 @@
 //! The plan: the best motion within all limits, what it promises and what it uses.
 
 use crate::cell::Cell;
+use crate::constraints::{self, Constraint, Constraints};
 use crate::criterion::Goal;
-use crate::demands::{self, Demand, Demands};
 use crate::design::{DIMENSION, from_unit_box};
 use crate::motion::Motion;
 use crate::prediction::{self, Prediction, Sight, Truth};
 use crate::search::{Effort, minimise};
 use crate::shape::Shape;
 use nalgebra::DVector;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use rayon::prelude::*;
 use trueline_geometry::Pose;
 
 /// What is asked of a plan.
@@ -50,7 +50,7 @@ pub struct Plan {
     /// What it promises at the guess.
     pub prediction: Prediction,
     /// What it uses of the limits, at the robot's own rate.
-    pub demands: Demands,
+    pub constraints: Constraints,
     /// Its score: see [`Goal::score`].
     pub score: f64,
     /// The point of the unit box that the motion stands for.
@@ -81,13 +81,13 @@ pub enum PlanError {
     /// No motion keeps to the limits.
     #[error(
         "no scan of {duration_s} s keeps to all limits: the best would use {percent:.0} % of the {name} allowed",
-        percent = 100.0 * used, name = demand.name()
+        percent = 100.0 * used, name = constraint.name()
     )]
     NoRoom {
         /// Its duration, s.
         duration_s: f64,
         /// The limit that stands in the way.
-        demand: Demand,
+        constraint: Constraint,
         /// How much of it would be used.
         used: f64,
     },
@@ -119,15 +119,15 @@ impl PlanError {
     pub fn hint(&self) -> &'static str {
         match self {
             Self::NoSeam => "give the points where the scan begins and ends",
-            Self::NoRoom { demand: Demand::View, .. } => {
+            Self::NoRoom { constraint: Constraint::View, .. } => {
                 "allow a larger stand_off_mm, or measure the guess better and lower [guess_error]: \
                  the seam must stay in view however wrong the guess is"
             }
-            Self::NoRoom { demand: Demand::SeamEnds, .. } => {
+            Self::NoRoom { constraint: Constraint::SeamEnds, .. } => {
                 "the seam is short against how wrong the guess may be: give a longer one, or measure the guess better and \
                  lower [guess_error]"
             }
-            Self::NoRoom { demand: Demand::Workspace, .. } => {
+            Self::NoRoom { constraint: Constraint::Workspace, .. } => {
                 "is the box in base, and does it hold the tool's origin rather than the seam?"
             }
             Self::NoRoom { .. } => "a longer duration or higher limits help",
@@ -197,13 +197,14 @@ fn check(cell: &Cell, duration_s: f64) -> Result<(), PlanError> {
 /// The best of those that keep to all limits; or what stands in the way of the one that comes nearest.
 fn best_sound(found: impl Iterator<Item = Plan>, duration_s: f64) -> Result<Plan, PlanError> {
     let best = found.min_by(|a, b| rank(a).total_cmp(&rank(b)));
-    let (demand, used) = best.as_ref().map_or((Demand::View, f64::INFINITY), |plan| plan.demands.most());
+    let (constraint, used) =
+        best.as_ref().map_or((Constraint::View, f64::INFINITY), |plan| plan.constraints.most());
     match best {
         Some(plan) if used <= 1.0 && plan.prediction.shows_all() => Ok(plan),
         Some(plan) if used <= 1.0 => {
             Err(PlanError::NotShown { duration_s, rank: plan.prediction.rank, of: prediction::UNKNOWNS })
         }
-        _ => Err(PlanError::NoRoom { duration_s, demand, used }),
+        _ => Err(PlanError::NoRoom { duration_s, constraint, used }),
     }
 }
 
@@ -225,10 +226,10 @@ fn searched(search: &Search<'_>, tick: &(dyn Fn() + Sync)) -> Option<Plan> {
 
 /// Sound plans by their score, then those that leave something unseen, then broken ones.
 fn rank(plan: &Plan) -> f64 {
-    match (plan.demands.most().1 <= 1.0, plan.prediction.shows_all()) {
+    match (plan.constraints.most().1 <= 1.0, plan.prediction.shows_all()) {
         (true, true) => plan.score,
         (true, false) => BROKEN * (1.0 - 0.01 * plan.prediction.rank as f64),
-        (false, _) => BROKEN * (1.0 + plan.demands.excess(1.0)),
+        (false, _) => BROKEN * (1.0 + plan.constraints.excess(1.0)),
     }
 }
 
@@ -283,7 +284,7 @@ impl<'a> Search<'a> {
     /// What the search minimises: the score, or for motions that break limits by how much they do.
     fn rough_value(&self, motion: &Motion) -> f64 {
         let Some(sights) = self.sights(motion, self.stride) else { return 100.0 * BROKEN };
-        let excess = demands::measure(self.cell, motion, ROUGH_PERIOD_S, &sights).excess(MARGIN);
+        let excess = constraints::measure(self.cell, motion, ROUGH_PERIOD_S, &sights).excess(MARGIN);
         if excess > 0.0 {
             return BROKEN * (1.0 + excess);
         }
@@ -301,36 +302,21 @@ impl<'a> Search<'a> {
     /// The plan with every frame looked at, and limits checked at the path's own rate.
     fn finished(&self, motion: Motion, point: DVector<f64>) -> Option<Plan> {
         let sights = self.sights(&motion, 1)?;
-        let demands = demands::measure(self.cell, &motion, PATH_PERIOD_S, &sights);
+        let constraints = constraints::measure(self.cell, &motion, PATH_PERIOD_S, &sights);
         let prediction = prediction::predict(self.cell, &sights, 1).or_else(|| {
-            // Out of view somewhere: there is nothing to promise, but a demand to name.
+            // Out of view somewhere: there is nothing to promise, but a constraint to name.
             Prediction::of(&prediction::FrameInformation::zeros())
         })?;
         let score = self.ask.goal.score(&prediction.covariance);
-        Some(Plan { motion, prediction, demands, score, point })
+        Some(Plan { motion, prediction, constraints, score, point })
     }
 }
 
 /// Does one job for each item on so many threads; the answers come in the items' order.
 fn par_map<I: Sync, T: Send>(items: &[I], threads: usize, job: impl Fn(&I) -> T + Sync) -> Vec<T> {
-    let threads = threads.clamp(1, items.len().max(1));
-    let next = AtomicUsize::new(0);
-    let mut numbered: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let (job, next) = (&job, &next);
-        let work = move || {
-            let mut done = Vec::new();
-            while let Some((k, item)) = {
-                let k = next.fetch_add(1, Ordering::Relaxed);
-                items.get(k).map(|item| (k, item))
-            } {
-                done.push((k, job(item)));
-            }
-            done
-        };
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        let joined = workers.into_iter().map(|worker| worker.join());
-        joined.flat_map(|done| done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
-    });
-    numbered.sort_by_key(|(k, _)| *k);
-    numbered.into_iter().map(|(_, done)| done).collect()
+    match rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build() {
+        Ok(pool) => pool.install(|| items.par_iter().map(&job).collect()),
+        // Where the system has no threads left, this one does.
+        Err(_) => items.iter().map(&job).collect(),
+    }
 }

@@ -7,7 +7,7 @@ use cells::{example, random, scan, scenario};
 use nalgebra::{Matrix3, Point3, Vector3};
 use trueline_dataset::Measured;
 use trueline_geometry::Pose;
-use trueline_plan::demands::Demand;
+use trueline_plan::constraints::Constraint;
 use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::{Cell, Plan, PlanError, PlanRequest, Shape, View, plan};
 use trueline_sim::Disturbance;
@@ -67,7 +67,7 @@ fn check_path(cell: &Cell, plan: &Plan) {
 /// Work angle, travel angle and spin of a pose: how it is turned from the nominal attitude, about the sheet's own axes there
 /// (seam, stripe, range), one after the other.
 fn tilts(cell: &Cell, pose: &Pose) -> [f64; 3] {
-    let nominal = cell.stance.nominal_attitude();
+    let nominal = cell.sensor_pose.nominal_attitude();
     let camera = nominal * cell.tool_from_camera.rotation;
     let normal = cell.sheet.plane().normal().into_inner();
     let across = camera * (normal * normal.y.signum());
@@ -166,12 +166,12 @@ fn what_cannot_be_planned_is_refused_with_the_limit_that_stands_in_the_way() {
     let mut cell = example();
     cell.limits.speed_m_s = 0.001;
     let hasty = plan(&cell, &small(Shape::S, 5.0), &|| ()).map(|plan| plan.score);
-    let Err(PlanError::NoRoom { demand: Demand::Speed, .. }) = hasty else {
+    let Err(PlanError::NoRoom { constraint: Constraint::Speed, .. }) = hasty else {
         panic!("neither moving nor pivoting passes 90 mm in 5 s at 1 mm/s: {hasty:?}")
     };
     let mut cell = example();
     cell.guess_error.line_m = 0.1;
-    let Err(PlanError::NoRoom { demand: Demand::View, used, .. }) =
+    let Err(PlanError::NoRoom { constraint: Constraint::View, used, .. }) =
         plan(&cell, &small(Shape::S, 20.0), &|| ())
     else {
         panic!("the view is 150 mm wide")
@@ -198,7 +198,10 @@ fn a_seam_that_is_short_against_the_error_of_its_ends_is_refused() {
     let mut cell = example();
     cell.seam.to_m = cell.seam.from_m + Vector3::x() * 0.05;
     let refused = plan(&cell, &small(Shape::S, 20.0), &|| ()).map(|plan| plan.score);
-    assert!(matches!(refused, Err(PlanError::NoRoom { demand: Demand::SeamEnds, .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(PlanError::NoRoom { constraint: Constraint::SeamEnds, .. })),
+        "{refused:?}"
+    );
 }
 
 #[test]

@@ -60,6 +60,6 @@ fn a_cell_written_with_another_guess_reads_back() {
     let read = parsed(&text, cell_toml::EXAMPLE_SENSOR).unwrap();
     assert!((read.guess_error.line_m - 1.25e-3).abs() < 1e-15);
     assert!((read.seam.to_m - cell.seam.to_m).norm() < 1e-12);
-    assert!(read.stance.nominal_attitude().angle_to(&cell.stance.nominal_attitude()) < 1e-9);
+    assert!(read.sensor_pose.nominal_attitude().angle_to(&cell.sensor_pose.nominal_attitude()) < 1e-9);
     assert_eq!(read.limits, cell.limits);
 }

@@ -2,6 +2,19 @@
 //!
 //! Formatting only; every number comes from the calibration. Here metres become millimetres, seconds
 //! milliseconds and radians degrees.
+//!
+//! ```
+//! use trueline_method::{Config, calibrate};
+//! use trueline_report::{result, summary};
+//! use trueline_sim::{Preset, simulate};
+//!
+//! let scan = simulate(&Preset::Quick.scenario(), 1).ok_or("no line in view")?;
+//! let calibration = calibrate(&scan, None, &Config::default())?;
+//! assert!(summary::text(&calibration).starts_with("Calibration accepted"));
+//! let offset_s = result::of(&calibration).time_offset_s.ok_or("not observable")?;
+//! assert!((offset_s - 0.01773).abs() < 1e-3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod board_result;
 pub mod calibration_page;

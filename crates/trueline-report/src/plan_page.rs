@@ -10,8 +10,8 @@ use nalgebra::{Point3, Vector3};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Pose;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
-use trueline_plan::demands::Demand;
-use trueline_plan::demands::worst_room;
+use trueline_plan::constraints::Constraint;
+use trueline_plan::constraints::worst_room;
 use trueline_plan::prediction::{Sight, Truth};
 use trueline_plan::{Cell, Plan, Prediction, View};
 
@@ -137,13 +137,13 @@ fn view(cell: &Cell, base_from_camera: &Pose) -> Vec<Vector3<f64>> {
     let [near, far] = cell.limits.stand_off_m;
     let Some(half) = half_width(cell, near).zip(half_width(cell, far)) else { return Vec::new() };
     let at = |stand_off_m: f64, stripe_m: f64| {
-        let station = trueline_plan::stance::Station {
+        let station = trueline_plan::sensor_pose::Station {
             seam_point: Vector3::zeros(),
             stripe_m,
             stand_off_m,
             tilt_rad: [0.0; 3],
         };
-        (base_from_camera * Point3::from(cell.stance.point_in_camera(&station))).coords
+        (base_from_camera * Point3::from(cell.sensor_pose.point_in_camera(&station))).coords
     };
     let corners = [at(near, -half.0), at(near, half.0), at(far, half.1), at(far, -half.1)];
     let apex = base_from_camera.translation.vector;
@@ -248,8 +248,9 @@ fn place_in_sheet(plan: &Plan, columns: &mut Columns) -> Block {
 }
 
 fn limits(cell: &Cell, plan: &Plan) -> Block {
-    let used = Demand::ALL.iter().filter(|d| **d != Demand::Workspace || cell.limits.workspace_m.is_some());
-    let (names, values) = used.map(|d| (d.name().to_owned(), 100.0 * plan.demands.used(*d))).unzip();
+    let used =
+        Constraint::ALL.iter().filter(|d| **d != Constraint::Workspace || cell.limits.workspace_m.is_some());
+    let (names, values) = used.map(|d| (d.name().to_owned(), 100.0 * plan.constraints.used(*d))).unzip();
     Block::Chart(Chart {
         id: "limits-used",
         title: "What is used of each limit",

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
-use trueline_plan::demands::Demand;
+use trueline_plan::constraints::Constraint;
 use trueline_plan::design::Sweep;
 use trueline_plan::{Cell, Goal, Plan, Prediction};
 
@@ -101,10 +101,12 @@ pub fn text(source: &Source<'_>) -> String {
         );
     }
     let _ = writeln!(out);
-    let used: Vec<String> = Demand::ALL
+    let used: Vec<String> = Constraint::ALL
         .iter()
-        .filter(|demand| **demand != Demand::Workspace || cell.limits.workspace_m.is_some())
-        .map(|demand| format!("{} {:.0} %", demand.name(), 100.0 * plan.demands.used(*demand)))
+        .filter(|constraint| **constraint != Constraint::Workspace || cell.limits.workspace_m.is_some())
+        .map(|constraint| {
+            format!("{} {:.0} %", constraint.name(), 100.0 * plan.constraints.used(*constraint))
+        })
         .collect();
     let _ = writeln!(out, "  of the limits it uses     {}", used.join(", "));
     let guess = &cell.guess_error;
@@ -159,9 +161,9 @@ pub fn json(source: &Source<'_>, goal: &Goal) -> Value {
             (name.replace(' ', "_"), value)
         })
         .collect();
-    let used: serde_json::Map<String, Value> = Demand::ALL
+    let used: serde_json::Map<String, Value> = Constraint::ALL
         .iter()
-        .map(|demand| (demand.name().replace(' ', "_"), json!(plan.demands.used(*demand))))
+        .map(|constraint| (constraint.name().replace(' ', "_"), json!(plan.constraints.used(*constraint))))
         .collect();
     json!({
         "tool": { "name": "trueline", "version": env!("CARGO_PKG_VERSION") },

@@ -6,7 +6,8 @@ use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Plane;
 use trueline_sensor::intrinsics::NextPicture;
-use trueline_sensor::laser_plane::next_board::NextBoard;
+use trueline_sensor::laser_plane::next_board::{self, NextBoard};
+use trueline_sensor::laser_plane::{JointFit, PlaneFit};
 use trueline_sensor::verdict::Remark;
 
 fn verdict(out: &mut String, reasons: &[Remark], warnings: &[Remark]) {
@@ -121,9 +122,43 @@ pub fn next_picture(next: &NextPicture) -> String {
     )
 }
 
-/// A laser plane in a few lines.
+/// A laser plane from points in a few lines.
 #[must_use]
-pub fn plane(
+pub fn points_plane(fit: &PlaneFit, remarks: (&[Remark], &[Remark])) -> String {
+    let (m, middle_mm) = (fit.middle * MM_PER_M, fit.middle_sigma_m * MM_PER_M);
+    let (offset_mm, slope_deg) = (fit.offset_spread_m * MM_PER_M, fit.slope_spread_rad.to_degrees());
+    let facts = [
+        (
+            "offset, middle",
+            format!(
+                "± {middle_mm:.4} mm at [{:.1}, {:.1}, {:.1}] mm, the middle of the points",
+                m.x, m.y, m.z
+            ),
+        ),
+        ("boards", fit.boards.len().to_string()),
+        ("boards differ by", format!("{offset_mm:.4} mm in offset, {slope_deg:.4} degrees in slope")),
+        ("points", format!("{:.4} mm rms from the plane", fit.rms_m * MM_PER_M)),
+    ];
+    plane(&fit.plane, &fit.covariance, &facts, remarks)
+}
+
+/// A laser plane from pictures in a few lines; `None` without a plane.
+#[must_use]
+pub fn joint_plane(fit: &JointFit, remarks: (&[Remark], &[Remark])) -> Option<String> {
+    let [rms_mm, flat_mm, middle_mm] =
+        [fit.rms_m, fit.flatness_m, fit.middle_sigma_m()].map(|m| m * MM_PER_M);
+    let mut facts = vec![
+        ("boards", fit.points.len().to_string()),
+        ("stripe", format!("{:.3} px across, corners {:.3} px", fit.stripe_sigma_px, fit.corner_sigma_px)),
+        ("points", format!("{rms_mm:.4} mm rms from the plane")),
+        ("boards are flat to", format!("{flat_mm:.4} mm")),
+        ("offset, middle", format!("± {middle_mm:.4} mm in the middle of the points")),
+    ];
+    facts.extend(next_board::best(fit).map(|next| ("board to add", next_board(&next))));
+    Some(plane(&fit.plane()?, &fit.covariance.fixed_view::<3, 3>(9, 9).into(), &facts, remarks))
+}
+
+fn plane(
     plane: &Plane,
     covariance: &nalgebra::Matrix3<f64>,
     facts: &[(&str, String)],

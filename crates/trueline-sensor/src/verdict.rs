@@ -2,6 +2,7 @@
 
 use crate::board_hand_eye::joint::{BoardFit, HAND_EYE, SIZE, TIME_OFFSET};
 use crate::intrinsics::{CameraFit, CrossValidation};
+use crate::laser_plane::{DOUBTFUL, PlaneFit};
 use nalgebra::{Matrix3, SMatrix};
 use std::fmt;
 
@@ -247,4 +248,12 @@ pub fn of_board(fit: &BoardFit, covariance: &SMatrix<f64, SIZE, SIZE>) -> (Vec<R
         reasons.push(Remark::TimeOffsetUncertain { sigma_s: sigma(TIME_OFFSET) });
     }
     (reasons, warnings)
+}
+
+/// Boards that lie off the plane by more than chance makes.
+#[must_use]
+pub fn doubtful_boards(fit: &PlaneFit) -> Vec<Remark> {
+    let worst = |z: [f64; 2]| if z[0].abs() > z[1].abs() { z[0] } else { z[1] };
+    let boards = fit.boards.iter().enumerate().map(|(index, board)| (index, worst(board.z)));
+    boards.filter(|(_, z)| z.abs() > DOUBTFUL).map(|(index, z)| Remark::BoardDoubtful { index, z }).collect()
 }

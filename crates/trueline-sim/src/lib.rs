@@ -4,6 +4,16 @@
 //! [`simulate()`] casts the scan forward: at each exposure the line is met with the laser sheet and the
 //! point projected into the camera. Nothing here inverts a measurement and nothing depends on the
 //! estimator, so that a test against it is not a test of the estimator against itself.
+//!
+//! ```
+//! use trueline_sim::{Preset, simulate};
+//!
+//! let scan = simulate(&Preset::Quick.scenario(), 1).ok_or("the sensor never sees the line")?;
+//! let truth = scan.truth.as_ref().ok_or("a simulation knows its truth")?;
+//! assert!((truth.parameters.time_offset_s - 0.01773).abs() < 1e-12);
+//! assert_eq!(Some(&scan), simulate(&Preset::Quick.scenario(), 1).as_ref(), "the same seed, the same scan");
+//! # Ok::<(), &str>(())
+//! ```
 
 pub mod arm;
 pub mod boards;

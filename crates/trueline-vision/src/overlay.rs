@@ -1,9 +1,11 @@
 //! What was found, drawn into the picture.
 
+use crate::detector::Detector;
 use crate::lens::Lens;
 use crate::locate::line_segment::LineSegment;
 use crate::region::PictureRegion;
 use crate::seam::Seam;
+use trueline_dataset::GrayImage;
 
 const PIECE: [u8; 3] = [0, 160, 255];
 const REGION: [u8; 3] = [120, 220, 120];
@@ -19,6 +21,50 @@ pub struct Canvas {
 }
 
 impl Canvas {
+    /// A picture to draw on; of 16 bits the brightest pixel is white.
+    #[must_use]
+    pub fn of_picture(image: &GrayImage) -> Self {
+        Self::new(image.width, image.height, &image.levels_u8())
+    }
+
+    /// A picture with its region, its line segments and its seams, as the detector that just examined it knows them.
+    #[must_use]
+    pub fn of_examined<'a>(
+        image: &GrayImage,
+        detector: &Detector,
+        seams: impl Iterator<Item = &'a Seam>,
+    ) -> Self {
+        let mut canvas = Self::of_picture(image);
+        if let Some(region) = detector.region() {
+            canvas.region(region);
+        }
+        for segment in detector.segments() {
+            canvas.segment(segment, detector.lens());
+        }
+        seams.for_each(|seam| canvas.seam(seam));
+        canvas
+    }
+
+    /// The part of at most `size` (columns, rows) about a pixel.
+    #[must_use]
+    pub fn cut_out(&self, about_px: [f64; 2], size: [usize; 2]) -> Self {
+        let [width, height] = [size[0].min(self.width), size[1].min(self.height)];
+        let first = |at: f64, size: usize, length: usize| {
+            (at.round().max(0.0) as usize).saturating_sub(size / 2).min(length - size)
+        };
+        let left = first(about_px[0], width, self.width);
+        let top = first(about_px[1], height, self.height);
+        let row = |v: usize| 3 * (v * self.width + left)..3 * (v * self.width + left + width);
+        let rgb = (top..top + height).flat_map(|v| self.rgb[row(v)].iter().copied()).collect();
+        Self { width, height, rgb }
+    }
+
+    /// Columns and rows, px.
+    #[must_use]
+    pub fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
     /// A gray picture to draw on, row by row; pixels that are missing are black.
     #[must_use]
     pub fn new(width: usize, height: usize, levels: &[u8]) -> Self {

@@ -8,10 +8,11 @@ use crate::hints;
 use crate::opened_dataset::{self, OpenedDataset};
 use crate::outlier_frames;
 use crate::output;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
+use trueline_dataset::known_toml;
 use trueline_dataset::sensor_setup::Mounted;
-use trueline_dataset::{Error, Guess, Problem, SensorFile, SensorSetup, known_toml, sensor_toml};
+use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
 use trueline_method::hypotheses::choice::KnownOfCell;
 use trueline_method::{Calibration, Config, ResidualKind, SensorMode, Status, Use};
 use trueline_report::calibration_page::{self, Source};
@@ -37,7 +38,7 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     };
     let recording = &opened.recording;
     let initial = match &args.initial {
-        Some(file) => Some(read_guess(file)?),
+        Some(file) => Some(known_toml::read_guess(file)?),
         None => recording.initial,
     };
     let calibration = trueline_method::calibrate(recording, initial.as_ref(), &config)?;
@@ -175,12 +176,4 @@ fn config(args: &CalibrateArgs) -> Config {
         threads: args.threads.get(),
         ..defaults
     }
-}
-
-fn read_guess(file: &Path) -> Result<Guess, Failure> {
-    let text = std::fs::read_to_string(file).map_err(|error| {
-        let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
-    })?;
-    Ok(known_toml::parse_guess(file, &text)?)
 }

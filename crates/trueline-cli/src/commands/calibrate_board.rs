@@ -166,7 +166,7 @@ fn look(
             "is this the camera of sensor.toml, at the same setting?",
         ));
     }
-    let gray = board_pictures::gray(&image).ok_or_else(|| {
+    let gray = Gray::new(image.width, image.height, image.levels_f32()).ok_or_else(|| {
         Failure::new(format!("{}: the picture is empty", pictures.name(number)), "is the file cut off?")
     })?;
     Ok(chessboard::find(&gray, board).map_err(|why| why.to_string()))

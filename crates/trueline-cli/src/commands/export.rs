@@ -4,7 +4,7 @@ use crate::args::ExportArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_dataset::calibration_file;
+use trueline_dataset::{calibration_file, sensor_toml};
 use trueline_export::{FORMATS, Mounting, named, time_offset};
 
 /// Runs the command.
@@ -23,7 +23,7 @@ pub fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         ..Mounting::new(known.tool_from_camera, Some(known.time_offset_s))
     };
     if let Some(file) = &args.sensor {
-        mounting = mounting.with_camera_of(&super::import::read_sensor(file)?.sensor);
+        mounting = mounting.with_camera_of(&sensor_toml::read(file)?.sensor);
     }
     let format = named(form).ok_or_else(|| {
         Failure::new(format!("there is no form `{form}`"), "`trueline export --list` names all")

@@ -28,7 +28,7 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
         quiet: args.quiet,
     };
     let scan = pictures::examine(&args.dataset, &options)?;
-    let (features, summary) = (scan.features(), pictures::summary(&scan));
+    let (features, summary) = (scan.features(), scan.to_string());
     // The features first: whatever else cannot be written, they are there.
     let kept = folder::replace_features(&args.dataset, &features)?;
     let kept = kept.into_iter().chain(folder::replace_stripes(&args.dataset, &scan.stripes())?);
@@ -36,7 +36,7 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
         kept.for_each(|kept| output::words(&format!("what was there before is now in {}", kept.display())));
     }
     if let Some(file) = &args.json {
-        output::json(file, &format!("{:#}", pictures::json(&scan)))?;
+        output::json(file, &format!("{:#}", scan.to_json()))?;
     }
     if let Some(file) = &args.report {
         let title = args.dataset.display().to_string();

@@ -9,9 +9,7 @@ use std::process::ExitCode;
 use trueline_dataset::dialect::plain_csv;
 use trueline_dataset::import::csv_folder::Imported;
 use trueline_dataset::import::{csv_folder, lvs_st_calib, tum};
-use trueline_dataset::{
-    Error, PictureSource, Problem, Recording, SensorFile, features_csv, folder, sensor_toml,
-};
+use trueline_dataset::{PictureSource, Recording, SensorFile, features_csv, folder, sensor_toml};
 use trueline_mcap::{Choice, DatasetFolder, import};
 
 /// Runs the command.
@@ -59,7 +57,7 @@ fn import_csv(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
 
 fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
     let choice = Choice {
-        sensor: args.sensor.as_deref().map(read_sensor).transpose()?,
+        sensor: args.sensor.as_deref().map(sensor_toml::read).transpose()?,
         pose_topic: args.pose_topic.clone(),
         image_topic: args.image_topic.clone(),
         base_frame: args.base.clone(),
@@ -86,25 +84,16 @@ fn lvs(src: &Path, files: [&Option<PathBuf>; 4]) -> Result<Recording, Failure> {
     match files {
         [Some(robot), Some(images), Some(pixels), Some(sensor)] => {
             let sensor_file = if sensor.exists() { sensor.clone() } else { src.join(sensor) };
-            let sensor = read_sensor(&sensor_file)?;
+            let sensor = sensor_toml::read(&sensor_file)?;
             Ok(lvs_st_calib::read_recording(&src.join(robot), &src.join(images), &src.join(pixels), sensor)?)
         }
         _ => Ok(lvs_st_calib::read_simulation(src)?),
     }
 }
 
-/// Reads a sensor.toml.
-pub fn read_sensor(file: &Path) -> Result<SensorFile, Failure> {
-    let text = std::fs::read_to_string(file).map_err(|error| {
-        let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
-    })?;
-    Ok(sensor_toml::parse_file(file, &text)?)
-}
-
 /// A trajectory, and the features and the sensor that belong to it.
 fn tum_recording(poses: &Path, features: &Path, sensor: &Path) -> Result<Recording, Failure> {
-    let SensorFile { sensor, setup } = read_sensor(sensor)?;
+    let SensorFile { sensor, setup } = sensor_toml::read(sensor)?;
     let (csv, dialect) = plain_csv(features, csv_folder::bytes_of(features)?, None)?;
     if !dialect.is_plain() {
         output::words(&format!("{}: {dialect}", features.display()));

@@ -8,24 +8,23 @@ use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::{KnownCalibration, RobotSample, calibration_file, robot_csv, sensor_toml};
+use trueline_dataset::{RobotSample, calibration_file, robot_csv, sensor_toml};
 use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::shortest::shortest;
-use trueline_plan::{Cell, Criterion, Goal, GuessError, PlanRequest, cell_toml, plan, prediction};
+use trueline_plan::{Cell, Criterion, Goal, PlanRequest, cell_toml, plan, prediction};
 use trueline_report::{plan_page, planned};
 
 /// Points of the curve of sigma over time.
 const TIMES: usize = 200;
 /// Longest scan for what is wanted where the user says nothing, s.
 const LONGEST_S: f64 = 60.0;
-/// How far a calibration that a plan begins from may be off, in its own sigmas.
-const SIGMAS: f64 = 5.0;
 
 /// Runs the command.
 pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     let Inputs { cell_text, sensor_text, mut cell } = inputs(args)?;
     if let Some(file) = &args.calibration {
-        cell = believing(cell, &calibration_file::read(file)?, file)?;
+        cell.believe_calibration(&calibration_file::read(file)?)
+            .map_err(|why| Failure::new(format!("{}: {why}", file.display()), why.hint()))?;
     }
     let (ask, fixed) = ask(args)?;
     overlay::prepare(&args.out)?;
@@ -75,35 +74,6 @@ fn inputs(args: &PlanArgs) -> Result<Inputs, Failure> {
     let beside = file.with_file_name(cell_toml::sensor_name(&file, &cell_text)?);
     let sensor = sensor_toml::parse(&beside, &sensor_text)?;
     Ok(Inputs { cell: cell_toml::parse(&file, &cell_text, sensor)?, cell_text, sensor_text })
-}
-
-/// The cell with a calibration's hand-eye and line, which are off by no more than some of their sigmas.
-fn believing(mut cell: Cell, known: &KnownCalibration, file: &Path) -> Result<Cell, Failure> {
-    let of_file = |what: &str, hint: &str| Failure::new(format!("{}: {what}", file.display()), hint);
-    if known.accepted == Some(false) {
-        return Err(of_file(
-            "the calibration was not accepted",
-            "plan with the guess, and calibrate from that scan",
-        ));
-    }
-    let (Some([rotation_rad, translation_m]), Some([line_rad, line_m])) =
-        (known.hand_eye_sigma, known.line_sigma)
-    else {
-        return Err(of_file(
-            "says nothing about its uncertainty",
-            "give the JSON that `trueline calibrate --json` wrote",
-        ));
-    };
-    cell.believe(&known.known).map_err(|why| {
-        of_file(&why.to_string(), "is it of another cell, or the cell's guess worse than it says?")
-    })?;
-    cell.guess_error = GuessError {
-        translation_m: SIGMAS * translation_m,
-        rotation_rad: SIGMAS * rotation_rad,
-        // At the seam's ends.
-        line_m: SIGMAS * (line_m + 0.5 * line_rad * cell.seam.length_m()),
-    };
-    Ok(cell)
 }
 
 /// What is asked, and whether the duration is fixed.

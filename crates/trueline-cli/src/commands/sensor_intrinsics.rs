@@ -4,9 +4,8 @@ use crate::args::IntrinsicsArgs;
 use crate::board_pictures::{self, Looked};
 use crate::failure::Failure;
 use crate::output;
-use nalgebra::DMatrix;
 use std::process::ExitCode;
-use trueline_dataset::sensor_setup::{SensorCovariance, SensorParameter, SensorSetup, SensorUncertainty};
+use trueline_dataset::sensor_setup::{SensorCovariance, SensorSetup, SensorUncertainty};
 use trueline_dataset::sensor_toml::{CameraFile, format_camera};
 use trueline_report::sensor_json::{self, CameraReport};
 use trueline_report::{sensor_page, sensor_text};
@@ -68,13 +67,10 @@ fn why_not(looked: &[Looked]) -> String {
 /// What is written: the camera, and how well it is known.
 fn camera_file(fit: &CameraFit) -> CameraFile {
     let (camera, sigma) = (fit.state.camera, fit.sigma());
-    let free: Vec<usize> = (0..9).filter(|k| sigma[*k] > 0.0).collect();
-    let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| fit.covariance[(free[i], free[j])]);
-    let order = free.iter().map(|k| SensorParameter::ALL[*k]).collect();
     let uncertainty = SensorUncertainty {
         focal: Some((sigma[0] / camera.focal.x).max(sigma[1] / camera.focal.y)),
         principal_point_px: Some(sigma[2].max(sigma[3])),
-        covariance: Some(SensorCovariance { order, matrix }),
+        covariance: Some(SensorCovariance::of_free(&fit.covariance)),
         ..SensorUncertainty::default()
     };
     CameraFile {

@@ -2,24 +2,21 @@
 
 use crate::args::LaserPlaneArgs;
 use crate::board_pictures;
-use crate::commands::sensor_laser_plane::plane_numbers;
 
 use crate::failure::Failure;
 use crate::output;
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::SMatrix;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_dataset::sensor_setup::{SensorParameter, SensorSetup};
+use trueline_dataset::sensor_setup::{SensorCovariance, SensorSetup};
 use trueline_dataset::sensor_toml::{self, CameraFile, format_camera};
-use trueline_dataset::unit::MM_PER_M;
 use trueline_report::{sensor_json, sensor_text};
-use trueline_sensor::laser_plane::next_board;
-use trueline_sensor::laser_plane::{JointFit, KnownCamera, StripedView, fit_joint, joint, stripe};
-use trueline_sensor::{Board, Gray, chessboard, verdict};
+use trueline_sensor::laser_plane::{JointFit, KnownCamera, StripedView, fit_joint, striped_picture};
+use trueline_sensor::{Board, verdict};
 
 /// What one picture gave.
-type Found = Result<StripedView, String>;
+type Found = Result<StripedView, striped_picture::NoStripe>;
 
 /// Runs the command.
 pub fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
@@ -51,17 +48,10 @@ pub fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
 /// The camera as its file knows it.
 pub fn known(file: &CameraFile) -> KnownCamera {
     let stated = file.setup.uncertainty.as_ref().and_then(|u| u.covariance.as_ref());
-    let mut covariance = SMatrix::<f64, 9, 9>::zeros();
-    let Some(stated) = stated else { return KnownCamera { camera: file.camera, covariance } };
-    let place = |p: SensorParameter| SensorParameter::ALL.iter().position(|q| *q == p).filter(|k| *k < 9);
-    for (i, a) in stated.order.iter().enumerate() {
-        for (j, b) in stated.order.iter().enumerate() {
-            if let (Some(row), Some(column)) = (place(*a), place(*b)) {
-                covariance[(row, column)] = stated.matrix[(i, j)];
-            }
-        }
+    KnownCamera {
+        camera: file.camera,
+        covariance: stated.map_or_else(SMatrix::zeros, SensorCovariance::of_camera),
     }
-    KnownCamera { camera: file.camera, covariance }
 }
 
 fn look(file: &Path, without: Option<&Path>, camera: &CameraFile, board: &Board) -> Result<Found, Failure> {
@@ -81,23 +71,7 @@ fn look(file: &Path, without: Option<&Path>, camera: &CameraFile, board: &Board)
         (Some(folder), Some(name)) => Some(board_pictures::read(&folder.join(name))?.0),
         _ => None,
     };
-    Ok(striped(&lit, dark.as_ref(), camera, board))
-}
-
-fn striped(lit: &Gray, dark: Option<&Gray>, camera: &CameraFile, board: &Board) -> Found {
-    let view = chessboard::find(dark.unwrap_or(lit), board).map_err(|why| why.to_string())?;
-    let pose = joint::pose_of(&camera.camera, board, &view).ok_or("the board's pose cannot be found")?;
-    let outline = joint::outline(&camera.camera, board, &pose);
-    let shown = match dark {
-        Some(dark) => lit.less(dark).ok_or("the picture without laser has another size")?,
-        None => lit.clone(),
-    };
-    let stripe = stripe::find(&shown, &camera.camera, &outline);
-    if stripe.is_empty() {
-        Err("no stripe on the board".to_owned())
-    } else {
-        Ok(StripedView { view, stripe })
-    }
+    Ok(striped_picture::look(&lit, dark.as_ref(), &camera.camera, board))
 }
 
 fn missing(files: &[PathBuf], found: &[Found]) -> String {
@@ -114,10 +88,11 @@ fn conclude(
     fit: &JointFit,
     missing: &str,
 ) -> Result<ExitCode, Failure> {
-    let plane = fit.plane().ok_or_else(|| Failure::new("no plane was found", "use more boards"))?;
     let covariance = fit.covariance.fixed_view::<3, 3>(9, 9).into();
     let reasons = verdict::of_plane(&covariance, fit.middle_sigma_m());
     let remarks = (reasons.as_slice(), [].as_slice());
+    let text = sensor_text::joint_plane(fit, remarks)
+        .ok_or_else(|| Failure::new("no plane was found", "use more boards"))?;
     if let Some(out) = &args.out {
         output::file(out, &format_camera(&written(camera, fit)))?;
     }
@@ -125,21 +100,6 @@ fn conclude(
         output::json(file, &format!("{json:#}"))?;
     }
     if !args.quiet {
-        let mut facts = vec![
-            ("boards", format!("{}", fit.points.len())),
-            (
-                "stripe",
-                format!("{:.3} px across, corners {:.3} px", fit.stripe_sigma_px, fit.corner_sigma_px),
-            ),
-            ("points", format!("{:.4} mm rms from the plane", fit.rms_m * MM_PER_M)),
-            ("boards are flat to", format!("{:.4} mm", fit.flatness_m * MM_PER_M)),
-            (
-                "offset, middle",
-                format!("± {:.4} mm in the middle of the points", fit.middle_sigma_m() * MM_PER_M),
-            ),
-        ];
-        facts.extend(next_board::best(fit).map(|next| ("board to add", sensor_text::next_board(&next))));
-        let text = sensor_text::plane(&plane, &covariance, &facts, remarks);
         output::summary(args.json.as_deref(), &text)?;
         if !missing.is_empty() {
             output::words(&format!("not used:{missing}"));
@@ -150,12 +110,8 @@ fn conclude(
 
 /// The sensor's file with camera, plane and their joint covariance.
 fn written(before: &CameraFile, fit: &JointFit) -> CameraFile {
-    let free: Vec<usize> =
-        (0..SensorParameter::ALL.len()).filter(|k| fit.covariance[(*k, *k)] > 0.0).collect();
-    let order: Vec<SensorParameter> = free.iter().map(|k| SensorParameter::ALL[*k]).collect();
-    let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| fit.covariance[(free[i], free[j])]);
     let stated = before.setup.uncertainty.clone().unwrap_or_default();
-    let uncertainty = plane_numbers(stated.focal, stated.principal_point_px, (order, matrix));
+    let uncertainty = stated.with_joint(SensorCovariance::of_free(&fit.covariance));
     CameraFile {
         camera: fit.state.camera,
         laser_plane_in_camera: fit.plane(),

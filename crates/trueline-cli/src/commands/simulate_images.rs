@@ -4,16 +4,11 @@ use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::output;
 use crate::progress;
-use rayon::prelude::*;
-use std::fs;
-use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::{
-    Error, Feature, FrameFile, Measured, Problem, features_csv, folder, gray_png, images,
-};
+use trueline_dataset::folder;
 use trueline_sim::faults::Event;
-use trueline_sim::images::Picture;
-use trueline_sim::{Exposed, Fault, Joint, PictureScan, Scenario, simulate_with_faults};
+use trueline_sim::images::{WrittenPictures, write_pictures};
+use trueline_sim::{Fault, Joint, PictureScan, Scenario, simulate_with_faults};
 
 /// Runs the command.
 pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
@@ -25,21 +20,15 @@ pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure
         truth.lines = scan.lines();
     }
     folder::write(&args.out, &recording)?;
-    let pictures = args.out.join("images");
-    fs::create_dir_all(&pictures).map_err(|e| Error::in_file(&pictures, Problem::Io(e)))?;
-    let frames = draw(args, &scan)?;
-    let index: Vec<FrameFile> = frames.iter().map(|(frame, _)| frame.clone()).collect();
-    images::write_index(&args.out, &index)?;
-    let seen = frames.iter().filter(|(_, features)| !features.is_empty()).count();
-    let truth: Vec<Feature> = frames.into_iter().flat_map(|(_, features)| features).collect();
-    write_truth(&args.out.join("truth_features.csv"), &truth)?;
+    let bar = progress::bar(scan.exposures().len() as u64, "pictures", args.quiet);
+    let written = write_pictures(&args.out, &scan, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let WrittenPictures { pictures, with_seam } = written?;
     if !args.quiet {
         output::words(&format!(
-            "{}: {} robot poses, {} pictures, the seam in {} of them, time offset {} ms",
+            "{}: {} robot poses, {pictures} pictures, the seam in {with_seam} of them, time offset {} ms",
             args.out.display(),
             recording.robot.len(),
-            index.len(),
-            seen,
             scenario.timing.time_offset_s * 1e3,
         ));
     }
@@ -82,45 +71,4 @@ fn scan<'a>(args: &SimulateArgs, scenario: &'a Scenario) -> Result<PictureScan<'
         other => other,
     };
     PictureScan::new(scenario, joint, look, args.seed).ok_or_else(no_pictures)
-}
-
-/// Draws and writes every picture; returns where each one is and where its seam is.
-fn draw(args: &SimulateArgs, scan: &PictureScan<'_>) -> Result<Vec<(FrameFile, Vec<Feature>)>, Failure> {
-    let bar = progress::bar(scan.exposures().len() as u64, "pictures", args.quiet);
-    let drawn: Result<Vec<_>, Error> = scan
-        .exposures()
-        .par_iter()
-        .map_init(
-            || scan.renderer(),
-            |renderer, exposed| {
-                let Picture { image, seam_px, second_px } = scan.draw(renderer, exposed);
-                let path = args.out.join("images").join(format!("{:06}.png", exposed.frame));
-                gray_png::write(&path, &image)?;
-                bar.inc(1);
-                let frame =
-                    FrameFile { stamp_ns: exposed.stamp_ns, frame: exposed.frame, device_ns: None, path };
-                let lines = [seam_px, second_px].into_iter().flatten().zip(0..);
-                Ok((frame, lines.map(|(pixel, line)| feature(exposed, line, pixel.into())).collect()))
-            },
-        )
-        .collect();
-    bar.finish_and_clear();
-    Ok(drawn?)
-}
-
-fn feature(exposed: &Exposed, line: u32, pixel: [f64; 2]) -> Feature {
-    Feature {
-        stamp_ns: exposed.stamp_ns,
-        line,
-        frame: Some(exposed.frame),
-        device_ns: None,
-        measured: Measured::Pixel(pixel),
-        sigma: None,
-    }
-}
-
-fn write_truth(file: &Path, truth: &[Feature]) -> Result<(), Failure> {
-    let mut text = Vec::new();
-    let written = features_csv::write(&mut text, truth).and_then(|()| fs::write(file, text));
-    written.map_err(|error| Failure::cannot_write(file, &error))
 }

@@ -1,5 +1,7 @@
 //! How large the noise really is.
 
+use crate::order_statistics::median;
+
 /// Squared whitened residual (two components) that good data exceed once in a thousand, χ²₂ at 99.9 %: up to here
 /// residuals tell how large the noise is.
 const ORDINARY_SQUARED: f64 = 13.816;
@@ -10,13 +12,8 @@ const ORDINARY_SQUARED: f64 = 13.816;
 /// below the 99.9 % limit of χ²₂ is 0.99310 (1 − 0.001·(1 + 13.816/2)/0.999).
 #[must_use]
 pub fn noise_factor(squared: &[f64]) -> f64 {
-    if squared.is_empty() {
-        return 1.0;
-    }
-    let mut sorted = squared.to_vec();
-    let middle = sorted.len() / 2;
     // The median of χ²₂ is 2 ln 2.
-    let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let Some(median) = median(squared.iter().copied()) else { return 1.0 };
     let mut variance = median / (2.0 * std::f64::consts::LN_2);
     for _ in 0..20 {
         let limit = ORDINARY_SQUARED * variance;

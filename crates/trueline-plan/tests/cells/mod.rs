@@ -13,7 +13,7 @@ use rand_distr::{Distribution, UnitSphere};
 use std::path::Path;
 use trueline_dataset::{Recording, Sensor, sensor_toml};
 use trueline_geometry::{Pose, se3, so3};
-use trueline_plan::stance::Stance;
+use trueline_plan::sensor_pose::SensorPose;
 use trueline_plan::{Cell, GuessError, Limits, Seam, cell_toml};
 use trueline_sim::{Between, Disturbance, Preset, Scenario, SensorModel, simulate_along};
 
@@ -42,7 +42,7 @@ pub fn random(seed: u64) -> Cell {
     let half = along * within(0.05, 0.25);
     cell.seam = Seam { from_m: middle - half, to_m: middle + half };
     let plane = *cell.sheet.plane();
-    cell.stance = Stance::looking(
+    cell.sensor_pose = SensorPose::looking(
         plane,
         &cell.tool_from_camera,
         &UnitVector3::new_normalize(along),

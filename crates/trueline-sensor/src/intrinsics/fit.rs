@@ -8,6 +8,7 @@ use crate::camera_inverse::inverse_of_free;
 use crate::error::Error;
 use crate::projection::{CAMERA_SIZE, project_from_board};
 use nalgebra::{SMatrix, Vector2};
+use trueline_geometry::statistics::median;
 use trueline_lsq::{SolveOptions, solve};
 
 /// A corner is left out if it is farther off than this, in robust standard deviations of its picture's fit. Of 10,000
@@ -269,10 +270,5 @@ fn camera_covariance(
 
 /// σ of one axis, from the median distance.
 fn robust_sigma<'a>(residuals: impl Iterator<Item = &'a Vector2<f64>>) -> f64 {
-    let mut distances: Vec<f64> = residuals.map(|r| r.norm()).collect();
-    if distances.is_empty() {
-        return 0.0;
-    }
-    let middle = distances.len() / 2;
-    SIGMA_FROM_MEDIAN_DISTANCE * *distances.select_nth_unstable_by(middle, f64::total_cmp).1
+    SIGMA_FROM_MEDIAN_DISTANCE * median(residuals.map(|r| r.norm())).unwrap_or(0.0)
 }

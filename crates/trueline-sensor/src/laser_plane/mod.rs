@@ -4,6 +4,7 @@ pub mod joint;
 pub mod next_board;
 pub mod points;
 pub mod stripe;
+pub mod striped_picture;
 
 pub use joint::{JointFit, KnownCamera, StripedView, fit_joint};
 pub use points::{BoardResidual, DOUBTFUL, FEWEST_BOARDS, PlaneFit, fit_points, jackknife};

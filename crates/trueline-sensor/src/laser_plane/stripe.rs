@@ -7,6 +7,7 @@
 
 use crate::gray::Gray;
 use nalgebra::Vector2;
+use trueline_geometry::statistics::median;
 use trueline_model::Camera;
 
 /// Width of the smoothing along a line of pixels, standard deviation, px.
@@ -197,10 +198,5 @@ fn on_line(
 }
 
 fn median_strength(ridges: &[Vec<Ridge>]) -> Option<f64> {
-    let mut strongest: Vec<f64> = ridges.iter().filter_map(|line| Some(line.first()?.strength)).collect();
-    if strongest.is_empty() {
-        return None;
-    }
-    let middle = strongest.len() / 2;
-    Some(*strongest.select_nth_unstable_by(middle, f64::total_cmp).1)
+    median(ridges.iter().filter_map(|line| Some(line.first()?.strength)))
 }

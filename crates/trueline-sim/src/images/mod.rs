@@ -7,6 +7,7 @@
 
 pub mod clutter;
 pub mod cross_section;
+mod dataset;
 pub mod exposure;
 pub mod joint;
 pub mod light;
@@ -16,6 +17,7 @@ pub mod renderer;
 pub mod scan;
 pub mod speckle;
 
+pub use dataset::{WrittenPictures, write_pictures};
 pub use joint::Joint;
 pub use look::Look;
 pub use renderer::{Picture, Renderer, Studio};

@@ -7,6 +7,7 @@ pub mod neighbours;
 mod observer;
 pub mod picture_fault;
 mod scan_seams;
+mod summary;
 pub mod two_places;
 
 pub use error::ScanError;

@@ -9,7 +9,7 @@ use trueline_geometry::{Pose, so3};
 
 /// Something that a motion must keep to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Demand {
+pub enum Constraint {
     /// Speed of the tool.
     Speed,
     /// Its acceleration.
@@ -30,7 +30,7 @@ pub enum Demand {
     SeamEnds,
 }
 
-impl Demand {
+impl Constraint {
     /// All of them.
     pub const ALL: [Self; 9] = [
         Self::Speed,
@@ -61,30 +61,30 @@ impl Demand {
     }
 }
 
-/// The part of each limit that is used, in the order of [`Demand::ALL`].
+/// The part of each limit that is used, in the order of [`Constraint::ALL`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Demands {
-    used: [f64; Demand::ALL.len()],
+pub struct Constraints {
+    used: [f64; Constraint::ALL.len()],
 }
 
-impl Demands {
+impl Constraints {
     /// The part of one limit that is used.
     #[must_use]
-    pub fn used(&self, demand: Demand) -> f64 {
-        self.used[demand as usize]
+    pub fn used(&self, constraint: Constraint) -> f64 {
+        self.used[constraint as usize]
     }
 
-    fn raise(&mut self, demand: Demand, used: f64) {
-        let most = &mut self.used[demand as usize];
-        // A demand that is not a number is never met.
+    fn raise(&mut self, constraint: Constraint, used: f64) {
+        let most = &mut self.used[constraint as usize];
+        // A constraint that is not a number is never kept.
         *most = if used.is_nan() { f64::INFINITY } else { most.max(used) };
     }
 
     /// The limit that is used most, and how much of it.
     #[must_use]
-    pub fn most(&self) -> (Demand, f64) {
-        let all = Demand::ALL.map(|demand| (demand, self.used(demand)));
-        all.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Demand::Speed, 0.0))
+    pub fn most(&self) -> (Constraint, f64) {
+        let all = Constraint::ALL.map(|constraint| (constraint, self.used(constraint)));
+        all.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Constraint::Speed, 0.0))
     }
 
     /// By how much limits are exceeded in all; 0 if none is.
@@ -99,19 +99,19 @@ const BOX_M: f64 = 0.1;
 
 /// Measures what a motion demands, `sights` of which are looked at.
 #[must_use]
-pub fn measure(cell: &Cell, motion: &Motion, period_s: f64, sights: &[Sight]) -> Demands {
-    let mut demands = Demands::default();
+pub fn measure(cell: &Cell, motion: &Motion, period_s: f64, sights: &[Sight]) -> Constraints {
+    let mut constraints = Constraints::default();
     let poses = motion.sampled(period_s);
-    moving(cell, &poses, period_s, &mut demands);
-    in_the_box(cell, &poses, &mut demands);
+    moving(cell, &poses, period_s, &mut constraints);
+    in_the_box(cell, &poses, &mut constraints);
     for sight in sights {
-        demands.raise(Demand::View, 1.0 - worst_room(cell, sight));
-        demands.raise(Demand::SeamEnds, towards_end(cell, sight));
+        constraints.raise(Constraint::View, 1.0 - worst_room(cell, sight));
+        constraints.raise(Constraint::SeamEnds, towards_end(cell, sight));
     }
-    demands
+    constraints
 }
 
-fn moving(cell: &Cell, poses: &[Pose], period_s: f64, demands: &mut Demands) {
+fn moving(cell: &Cell, poses: &[Pose], period_s: f64, constraints: &mut Constraints) {
     let limits = &cell.limits;
     let [mut last_speed, mut last_acceleration] = [Vector3::zeros(); 2];
     let [mut last_turn, mut last_turn_acceleration] = [Vector3::zeros(); 2];
@@ -122,26 +122,27 @@ fn moving(cell: &Cell, poses: &[Pose], period_s: f64, demands: &mut Demands) {
         let speed = (to.translation.vector - from.translation.vector) / period_s;
         let acceleration = (speed - last_speed) / period_s;
         let jerk = (acceleration - last_acceleration) / period_s;
-        demands.raise(Demand::Speed, speed.norm() / limits.speed_m_s);
-        demands.raise(Demand::Acceleration, acceleration.norm() / limits.acceleration_m_s2);
-        demands.raise(Demand::Jerk, jerk.norm() / limits.jerk_m_s3);
+        constraints.raise(Constraint::Speed, speed.norm() / limits.speed_m_s);
+        constraints.raise(Constraint::Acceleration, acceleration.norm() / limits.acceleration_m_s2);
+        constraints.raise(Constraint::Jerk, jerk.norm() / limits.jerk_m_s3);
         (last_speed, last_acceleration) = (speed, acceleration);
         let turn = so3::log(&(to.rotation * from.rotation.inverse())) / period_s;
         let turn_acceleration = (turn - last_turn) / period_s;
         let turn_jerk = (turn_acceleration - last_turn_acceleration) / period_s;
-        demands.raise(Demand::TurnRate, turn.norm() / limits.turn_rad_s);
-        demands.raise(Demand::TurnAcceleration, turn_acceleration.norm() / limits.turn_acceleration_rad_s2);
-        demands.raise(Demand::TurnJerk, turn_jerk.norm() / limits.turn_jerk_rad_s3);
+        constraints.raise(Constraint::TurnRate, turn.norm() / limits.turn_rad_s);
+        constraints
+            .raise(Constraint::TurnAcceleration, turn_acceleration.norm() / limits.turn_acceleration_rad_s2);
+        constraints.raise(Constraint::TurnJerk, turn_jerk.norm() / limits.turn_jerk_rad_s3);
         (last_turn, last_turn_acceleration) = (turn, turn_acceleration);
     }
 }
 
-fn in_the_box(cell: &Cell, poses: &[Pose], demands: &mut Demands) {
+fn in_the_box(cell: &Cell, poses: &[Pose], constraints: &mut Constraints) {
     let Some([low, high]) = &cell.limits.workspace_m else { return };
     for pose in poses {
         let at = pose.translation.vector;
         let outside = (0..3).map(|k| (low[k] - at[k]).max(at[k] - high[k])).fold(f64::NEG_INFINITY, f64::max);
-        demands.raise(Demand::Workspace, (1.0 + outside / BOX_M).max(0.0));
+        constraints.raise(Constraint::Workspace, (1.0 + outside / BOX_M).max(0.0));
     }
 }
 

@@ -18,7 +18,7 @@ pub struct Station {
 
 /// The sheet's own axes in the camera, and how they stand in base where nothing is tilted.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stance {
+pub struct SensorPose {
     /// Columns: along the stripe, normal of the sheet, range.
     camera_from_sheet: Rotation3<f64>,
     base_from_sheet: Rotation3<f64>,
@@ -29,7 +29,7 @@ pub struct Stance {
     camera_from_tool: Pose,
 }
 
-impl Stance {
+impl SensorPose {
     fn new(
         camera_from_sheet: Rotation3<f64>,
         base_from_sheet: Rotation3<f64>,
@@ -46,7 +46,7 @@ impl Stance {
         }
     }
 
-    /// The stance of a sheet in the camera that looks along `approach` at a seam of direction `along`; `backward`
+    /// The pose of a sheet in the camera that looks along `approach` at a seam of direction `along`; `backward`
     /// turns it by half a turn about the approach.
     ///
     /// `None` if the sheet is square to the camera's axis (then it has no range), or the approach runs along the
@@ -70,7 +70,7 @@ impl Stance {
 
     /// The same with the attitude that the tool has in the middle of the scan.
     ///
-    /// `None` as for [`Stance::looking`].
+    /// `None` as for [`SensorPose::looking`].
     #[must_use]
     pub fn with_attitude(
         plane: Plane,

@@ -1,0 +1,82 @@
+//! Joint covariances of a sensor's parameters: taken from a fit, put together, read back.
+
+use crate::sensor_setup::{SensorCovariance, SensorParameter, SensorUncertainty};
+use nalgebra::{DMatrix, Matrix3, SMatrix};
+
+/// Parameters of a camera: those before the plane's.
+const CAMERA: usize = 9;
+
+impl SensorCovariance {
+    /// Of the parameters in their usual order; those without variance were held, and are left out.
+    #[must_use]
+    pub fn of_free<const N: usize>(covariance: &SMatrix<f64, N, N>) -> Self {
+        let free: Vec<usize> =
+            (0..N.min(SensorParameter::ALL.len())).filter(|k| covariance[(*k, *k)] > 0.0).collect();
+        Self {
+            order: free.iter().map(|k| SensorParameter::ALL[*k]).collect(),
+            matrix: DMatrix::from_fn(free.len(), free.len(), |i, j| covariance[(free[i], free[j])]),
+        }
+    }
+
+    /// That of the camera's parameters alone, in their usual order; zero for those that are not listed.
+    #[must_use]
+    pub fn of_camera(&self) -> SMatrix<f64, CAMERA, CAMERA> {
+        let mut covariance = SMatrix::zeros();
+        let place =
+            |p: SensorParameter| SensorParameter::ALL.iter().position(|q| *q == p).filter(|k| *k < CAMERA);
+        for (i, a) in self.order.iter().enumerate() {
+            for (j, b) in self.order.iter().enumerate() {
+                if let (Some(row), Some(column)) = (place(*a), place(*b)) {
+                    covariance[(row, column)] = self.matrix[(i, j)];
+                }
+            }
+        }
+        covariance
+    }
+
+    /// With a laser plane (tilts toward e₁ and e₂ in rad, offset in m) that is independent of the camera and takes the place
+    /// of the one that was there.
+    #[must_use]
+    pub fn with_plane(&self, plane: &Matrix3<f64>) -> Self {
+        let kept: Vec<usize> =
+            (0..self.order.len()).filter(|k| self.order[*k] < SensorParameter::NormalE1).collect();
+        let count = kept.len();
+        let mut matrix = DMatrix::zeros(count + 3, count + 3);
+        for (i, &a) in kept.iter().enumerate() {
+            for (j, &b) in kept.iter().enumerate() {
+                matrix[(i, j)] = self.matrix[(a, b)];
+            }
+        }
+        matrix.view_mut((count, count), (3, 3)).copy_from(plane);
+        let order = kept.iter().map(|k| self.order[*k]).chain(SensorParameter::ALL.into_iter().skip(CAMERA));
+        Self { order: order.collect(), matrix }
+    }
+}
+
+impl SensorUncertainty {
+    /// Of a camera and a plane from their joint covariance, whose last three rows are the plane's. Focal length and principal
+    /// point are as they were stated before.
+    #[must_use]
+    pub fn with_joint(self, covariance: SensorCovariance) -> Self {
+        let last = covariance.matrix.nrows().saturating_sub(3);
+        let sigma = |k: usize| {
+            covariance.matrix.get((last + k, last + k)).map_or(0.0, |variance| variance.max(0.0).sqrt())
+        };
+        Self {
+            plane_offset_m: Some(sigma(2)),
+            plane_normal_rad: Some(sigma(0).max(sigma(1))),
+            focal: self.focal,
+            principal_point_px: self.principal_point_px,
+            covariance: Some(covariance),
+            ..Self::default()
+        }
+    }
+
+    /// With a laser plane that is independent of the camera.
+    #[must_use]
+    pub fn with_plane(mut self, plane: &Matrix3<f64>) -> Self {
+        let none = || SensorCovariance { order: Vec::new(), matrix: DMatrix::zeros(0, 0) };
+        let covariance = self.covariance.take().unwrap_or_else(none).with_plane(plane);
+        self.with_joint(covariance)
+    }
+}
