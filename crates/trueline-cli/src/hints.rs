@@ -8,6 +8,14 @@ pub fn of(calibration: &Calibration) -> Vec<&'static str> {
     reasons.chain(calibration.warnings().iter().filter_map(for_warning)).collect()
 }
 
+/// Where the book says what to do about the reasons, by their codes.
+pub fn pages(calibration: &Calibration) -> Option<String> {
+    let mut codes: Vec<&str> = calibration.reasons().iter().map(Reason::code).collect();
+    codes.dedup();
+    let named = codes.join(", ");
+    (!codes.is_empty()).then(|| format!("docs/book/src/how-to/not-accepted has a page on each reason: {named}"))
+}
+
 fn for_reason(reason: &Reason) -> Option<&'static str> {
     match reason {
         Reason::ResidualsTooLarge { .. } => Some(

@@ -102,7 +102,8 @@ fn write_results(
     }
     if !args.quiet {
         output::summary(args.json.as_deref(), &summary::text(calibration))?;
-        hints::of(calibration).iter().for_each(|hint| output::words(&format!("hint: {hint}")));
+        let hints = hints::of(calibration).into_iter().map(str::to_owned).chain(hints::pages(calibration));
+        hints.for_each(|hint| output::words(&format!("hint: {hint}")));
     }
     Ok(())
 }
