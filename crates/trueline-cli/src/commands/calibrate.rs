@@ -8,7 +8,7 @@ use crate::hints;
 use crate::opened_dataset::{self, OpenedDataset};
 use crate::outlier_frames;
 use crate::output;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_dataset::known_toml;
 use trueline_dataset::sensor_setup::Mounted;

@@ -2,7 +2,6 @@
 
 use super::sensor_plane_pictures::known;
 use crate::args::{CalibrateArgs, TargetName};
-use crate::board_pictures;
 use crate::failure::Failure;
 use crate::output;
 use rayon::prelude::*;
@@ -22,7 +21,7 @@ use trueline_method::input::timestamps::{Dejittered, Sampling};
 use trueline_report::board_result::{self, BoardReport};
 use trueline_sensor::board_hand_eye::{BoardSighting, ErrorModel, Sightings, moving};
 use trueline_sensor::laser_plane::KnownCamera;
-use trueline_sensor::{Board, View, chessboard, verdict};
+use trueline_sensor::{Board, Gray, View, chessboard, verdict};
 
 /// Runs the command.
 pub fn run(args: &CalibrateArgs, board: &Board) -> Result<ExitCode, Failure> {
