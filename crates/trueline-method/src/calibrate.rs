@@ -2,6 +2,7 @@
 
 use crate::assess::convergence::without_outliers;
 use crate::assess::corrected_sensor::CorrectedSensor;
+use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::{self, Subject};
 use crate::assess::identifiability::{Identifiability, assess_identifiability};
 use crate::assess::observability::{Observability, RANK_THRESHOLD};
@@ -24,6 +25,7 @@ use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
 use crate::solve::covariance::{self, Uncertainty};
+use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use crate::verdict;
@@ -65,8 +67,12 @@ pub fn calibrate(
     let steady = remove_drift(stamped.observations, stamped.fit, &settings, rate_sigma_ppm)?;
     let times_s = sampling.robot_times_s(stamped.dejittered);
     let halves = steady.observations.robot.halves(recording, times_s);
-    let Identifiability { fit, information, time_offset_share, observability } =
+    let Identifiability { mut fit, information, time_offset_share, observability } =
         assess_identifiability(&steady, &settings, guess, found.mirrored, halves.as_ref())?;
+    let structure = structure(&steady, &fit, config, &information);
+    if let Structure::Correlated(noise) = &structure {
+        fit.solution.state = noise.at.clone();
+    }
     Ok(conclude(&Concluded {
         recording,
         sampling: &sampling,
@@ -78,9 +84,19 @@ pub fn calibrate(
         better: found.better,
         steady: &DriftFree { fit, ..steady },
         information,
+        structure,
         time_offset_share,
         observability,
     }))
+}
+
+/// What the residuals are; where something is held at a guess, generalised least squares does not know of it.
+fn structure(steady: &DriftFree, fit: &Fit, config: &Config, information: &Information) -> Structure {
+    if fit.prior.is_some() {
+        return Structure::Unknown;
+    }
+    let problem = fit.problem(&steady.observations, config);
+    Structure::of(&problem, fit.parameters(), information.covariance_root())
 }
 
 /// All that a calibration is concluded from.
@@ -95,6 +111,7 @@ struct Concluded<'a> {
     better: Option<Parameters>,
     steady: &'a DriftFree,
     information: Information,
+    structure: Structure,
     time_offset_share: f64,
     observability: Observability,
 }
@@ -109,7 +126,10 @@ impl Concluded<'_> {
 fn conclude(from: &Concluded<'_>) -> Calibration {
     let (config, fit, observations) = (from.settings.config, &from.steady.fit, &from.steady.observations);
     let problem = fit.problem(observations, config);
-    let uncertainty = covariance::assess(&problem, fit.parameters(), &fit.noise, &from.information);
+    let mut uncertainty = covariance::assess(&problem, fit.parameters(), &fit.noise, &from.information);
+    if let Structure::Correlated(noise) = &from.structure {
+        uncertainty.covariance = noise.covariance.clone();
+    }
     let root = from.information.covariance_root();
     let systematic = Systematic::of(&problem, fit.parameters(), root, &systematic_levels(from));
     let unknowns = unknowns(from, &uncertainty, &systematic);
@@ -128,6 +148,7 @@ fn conclude(from: &Concluded<'_>) -> Calibration {
             residuals: residuals::summarise(&features, skipped),
             feature_stamps_ns: features.iter().map(stamp_of).collect(),
             noise_factor: fit.noise.factor,
+            structure: from.structure.clone(),
             covariance_model_share: uncertainty.model_share,
             termination: fit.solution.termination,
             iterations: without_outliers(fit.iterations.clone(), observations, &features),
@@ -178,11 +199,17 @@ fn held_sensor(from: &Concluded<'_>) -> Option<SensorShape> {
     let fit = shape_prior.and_then(|_| solver.refit(&from.steady.fit).ok())?;
     let information = fit.information(settings.fixed, RANK_THRESHOLD)?;
     let problem = fit.problem(observations, settings.config);
-    let noise = covariance::assess(&problem, fit.parameters(), &fit.noise, &information);
+    let root = information.covariance_root();
+    let (at, noise) = match Structure::of(&problem, fit.parameters(), root) {
+        Structure::Correlated(noise) => (noise.at.clone(), noise.covariance.clone()),
+        _ => {
+            let noise = covariance::assess(&problem, fit.parameters(), &fit.noise, &information);
+            (fit.parameters().clone(), noise.covariance)
+        }
+    };
     let levels = SystematicLevels { held_shape: None, ..systematic_levels(from) };
-    let systematic = Systematic::of(&problem, fit.parameters(), information.covariance_root(), &levels);
-    let covariance = noise.covariance + systematic.covariance();
-    SensorShape::of(from.recording, fit.parameters(), &covariance, from.knowledge)
+    let systematic = Systematic::of(&problem, fit.parameters(), root, &levels);
+    SensorShape::of(from.recording, &at, &(noise + systematic.covariance()), from.knowledge)
 }
 
 /// How large the errors that are no noise are taken to be.

@@ -2,6 +2,7 @@
 
 use crate::Config;
 use crate::assess::corrected_sensor::CorrectedSensor;
+use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::observability::Observability;
 use crate::assess::outlier_segments::OutlierSegment;
@@ -109,6 +110,8 @@ pub struct FitFindings {
     pub feature_stamps_ns: Vec<i64>,
     /// How much larger the residuals are than expected.
     pub noise_factor: f64,
+    /// Whether they are alike from one to the next.
+    pub structure: Structure,
     /// Part of the covariance that is the model's, 0 to 1.
     pub covariance_model_share: f64,
     /// Why the solver ended.

@@ -88,6 +88,7 @@ fn warning_values(warning: &Warning) -> Value {
         }
         Warning::OutlierStretch { span_s, features } => json!({ "span_s": span_s, "features": features }),
         Warning::UnusualNoise { noise_factor } => json!({ "noise_factor": noise_factor }),
+        Warning::StructuredResiduals { left } => json!({ "neighbour_correlation": left }),
         Warning::ManyOutliers { share } => json!({ "share": share }),
         Warning::ClockDrift { ppm, sigma_ppm, about_s } => {
             json!({ "drift_ppm": ppm, "drift_sigma_ppm": sigma_ppm, "about_s": about_s })

@@ -5,6 +5,7 @@ use crate::seam_error;
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
+use trueline_method::assess::correlated_noise::{Along, Structure};
 use trueline_method::assess::cross_validation::HeldOut;
 use trueline_method::assess::residuals::FeatureResidual;
 use trueline_method::assess::seam_point_error::SeamPointError;
@@ -92,6 +93,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     }
     rows.extend(seam_error::straightness(c));
     rows.push(("residual".to_owned(), residual(c)));
+    rows.extend(correlated(c).map(|text| ("  alike".to_owned(), text)));
     rows.extend(over_time(c).map(|bars| (OVER_TIME.to_owned(), bars)));
     rows.push(("features".to_owned(), features(c)));
     if let Some(check) = &c.findings.checks.held_out {
@@ -165,6 +167,20 @@ fn residual(c: &Calibration) -> String {
         Some(px) => format!("{mm}, {px:.3} px in the image"),
         None => mm,
     }
+}
+
+/// Residuals that are alike from one to the next, and what that was taken for.
+fn correlated(c: &Calibration) -> Option<String> {
+    let Structure::Correlated(noise) = &c.findings.fit.structure else { return None };
+    let [across, height] = noise.sigma_m.map(|m| m * MM_PER_M);
+    Some(match noise.along {
+        Along::Time => {
+            format!("{across:.3} and {height:.3} mm RMS last for some frames: taken as noise in time")
+        }
+        Along::Seam => {
+            format!("the seam wanders by {across:.3} and {height:.3} mm RMS: taken as its form")
+        }
+    })
 }
 
 /// Parts of the scan in [`over_time`].

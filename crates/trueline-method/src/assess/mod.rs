@@ -2,9 +2,11 @@
 
 pub mod convergence;
 pub mod corrected_sensor;
+pub mod correlated_noise;
 pub mod cross_validation;
 pub mod excitation;
 pub mod identifiability;
+pub mod noise_filter;
 pub mod observability;
 pub mod outlier_segments;
 pub mod residuals;

@@ -1,7 +1,7 @@
 //! What is known of bows and shape before the scan.
 
 use crate::problem::parameters::Parameters;
-use nalgebra::{DMatrix, SMatrix, SVector, Vector2};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2};
 use trueline_lsq::NormalEquations;
 
 /// What is known of the sensor's shape before the scan, about h = 0.
@@ -25,20 +25,23 @@ pub fn cost(shape_prior: Option<&ShapePrior>, at: &Parameters) -> f64 {
 
 /// Adds cost, gradient and Hessian.
 pub fn add_to(shape_prior: Option<&ShapePrior>, at: &Parameters, equations: &mut NormalEquations) {
-    let unknowns = at.unknowns();
-    let information = information(shape_prior, at);
-    equations.hessian += &information;
-    for (line, curvature) in at.curvatures.iter().enumerate() {
-        for (k, bow) in unknowns.bow(line).zip(curvature.bow_m) {
-            equations.gradient[k] += information[(k, k)] * bow;
-        }
-    }
-    if let Some((shape, prior)) = at.shape.zip(shape_prior) {
-        let gradient = prior.information * SVector::from(shape.h);
-        let mut block = equations.gradient.rows_mut(unknowns.shape().start, gradient.len());
-        block += gradient;
-    }
+    equations.hessian += &information(shape_prior, at);
+    equations.gradient += gradient(shape_prior, at);
     equations.cost += cost(shape_prior, at);
+}
+
+/// P⁻¹ x over all unknowns.
+#[must_use]
+pub fn gradient(shape_prior: Option<&ShapePrior>, at: &Parameters) -> DVector<f64> {
+    let mut values = DVector::zeros(at.dimension());
+    let unknowns = at.unknowns();
+    for (line, curvature) in at.curvatures.iter().enumerate() {
+        unknowns.bow(line).zip(curvature.bow_m).for_each(|(k, bow)| values[k] = bow);
+    }
+    if let Some(shape) = at.shape {
+        unknowns.shape().zip(shape.h).for_each(|(k, h)| values[k] = h);
+    }
+    information(shape_prior, at) * values
 }
 
 /// The information of the priors over all unknowns.

@@ -213,6 +213,31 @@ impl<'a> LineProblem<'a> {
         Some(InSheet { residual: parts.residual, d_time_offset: parts.jacobian.column(TIME_OFFSET).into() })
     }
 
+    /// What an observation leaves across the seam, along the line's two cross axes; `None` for the paper's residual, and
+    /// where the seam runs along the sheet.
+    #[must_use]
+    pub fn in_cross_section(
+        &self,
+        o: &Observation,
+        at: &Parameters,
+        placement: &Placement,
+    ) -> Option<InCrossSection> {
+        if self.residual == ResidualKind::PointToLine {
+            return None;
+        }
+        let parts = self.linearized_in_sheet(o, at, placement)?;
+        let line = at.lines[o.line as usize].axes();
+        let base_from_camera = placement.base_from_tool.rotation * at.tool_from_camera.rotation;
+        let across = line.fixed_columns::<2>(1).transpose()
+            * base_from_camera.to_rotation_matrix().matrix()
+            * self.observations.sheet.axes();
+        Some(InCrossSection {
+            in_sheet: parts.residual,
+            residual: across * parts.residual,
+            jacobian: across * parts.jacobian,
+        })
+    }
+
     /// Whitened residual and Jacobian by the local unknowns; columns of what is not modelled are zero.
     #[must_use]
     pub fn whitened(
@@ -281,6 +306,17 @@ pub struct InSheet {
     pub residual: Vector2<f64>,
     /// d r / d t_d, m/s.
     pub d_time_offset: Vector2<f64>,
+}
+
+/// What an observation leaves across the seam.
+#[derive(Clone, Copy, Debug)]
+pub struct InCrossSection {
+    /// The residual in the sheet, m.
+    pub in_sheet: Vector2<f64>,
+    /// The residual along the line's two cross axes, m.
+    pub residual: Vector2<f64>,
+    /// Its Jacobian by the local unknowns.
+    pub jacobian: LocalJacobian,
 }
 
 /// A Jacobian by the local unknowns of an observation.

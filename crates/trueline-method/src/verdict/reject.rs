@@ -26,7 +26,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if !f.fit.termination.is_converged() {
         reasons.push(Reason::NotConverged { termination: f.fit.termination });
     }
-    if f.fit.noise_factor > NOISE_FACTOR {
+    if f.fit.noise_factor > NOISE_FACTOR && !f.fit.structure.may_be_noise() {
         reasons.push(Reason::ResidualsTooLarge { noise_factor: f.fit.noise_factor });
     }
     let off = f.checks.held_sensor.filter(SensorShape::is_off);

@@ -6,6 +6,7 @@ use super::limits::{
 };
 use super::quantity::{Axis, Quantity};
 use super::warning::{StreamName, Warning};
+use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::findings::Findings;
@@ -37,7 +38,8 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.push(Warning::HeldAtGuess { held: f.unknowns.observability.unobservable.clone() });
     }
     warnings.extend(f.checks.disruptions.iter().filter_map(|disruption| doubtful_stretch(f, disruption)));
-    warnings.extend(unusual_noise(f.fit.noise_factor));
+    warnings.extend(unusual_noise(f));
+    warnings.extend(follows_motion(f));
     let share = f.fit.residuals.outlier_share();
     if share > MANY_OUTLIERS && share <= OUTLIERS {
         warnings.push(Warning::ManyOutliers { share });
@@ -65,10 +67,21 @@ fn doubtful_stretch(f: &Findings, disruption: &OutlierSegment) -> Option<Warning
     }
 }
 
-fn unusual_noise(noise_factor: f64) -> Option<Warning> {
-    let [least, most] = USUAL_NOISE_FACTOR;
-    let usual = noise_factor > NOISE_FACTOR || (least..=most).contains(&noise_factor);
+/// Unless it is a reason already.
+fn unusual_noise(f: &Findings) -> Option<Warning> {
+    let ([least, most], noise_factor) = (USUAL_NOISE_FACTOR, f.fit.noise_factor);
+    let refused = noise_factor > NOISE_FACTOR && !f.fit.structure.may_be_noise();
+    let usual = refused || (least..=most).contains(&noise_factor);
     (!usual).then_some(Warning::UnusualNoise { noise_factor })
+}
+
+fn follows_motion(f: &Findings) -> Option<Warning> {
+    match &f.fit.structure {
+        Structure::Correlated(noise) if !f.fit.structure.may_be_noise() => {
+            Some(Warning::StructuredResiduals { left: noise.left })
+        }
+        _ => None,
+    }
 }
 
 fn stamps(f: &Findings) -> Vec<Warning> {

@@ -78,6 +78,11 @@ pub enum Warning {
         /// How many times larger.
         noise_factor: f64,
     },
+    /// The residuals follow the motion: they are no noise.
+    StructuredResiduals {
+        /// Correlation of neighbours once correlated noise is taken out.
+        left: f64,
+    },
     /// Many features are outliers.
     ManyOutliers {
         /// Part of the features.
@@ -161,6 +166,7 @@ impl Warning {
             Self::OtherLine { .. } => "other-line",
             Self::OutlierStretch { .. } => "outlier-stretch",
             Self::UnusualNoise { .. } => "unusual-noise",
+            Self::StructuredResiduals { .. } => "structured-residuals",
             Self::ManyOutliers { .. } => "many-outliers",
             Self::ClockDrift { .. } => "clock-drift",
             Self::RepeatedPoses { .. } => "repeated-poses",
@@ -202,6 +208,11 @@ impl fmt::Display for Warning {
                 format!("from {from:.2} to {to:.2} s nearly all {features} features are outliers")
             }
             Self::UnusualNoise { noise_factor } => unusual_noise(noise_factor),
+            Self::StructuredResiduals { left } => format!(
+                "the residuals are no noise: they follow the motion (neighbours correlate by {left:.2} once noise that lasts \
+                 for some frames is taken out); the ± hold for noise. Flex, backlash or lag of the robot, or a detector whose \
+                 point moves with speed or tilt, look like this"
+            ),
             Self::ManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => format!(
                 "the image clock drifts by {ppm:+.1} ± {sigma_ppm:.1} ppm against the robot's; this is taken out, and \
