@@ -143,7 +143,7 @@ impl Recording {
             let known = calibration_file::read(&calibration)?.known;
             let evaluation = evaluate(&recording, &known.parameters, None, Form::Auto)
                 .map_err(|error| Failure::from(trueline::Error::from(error)))?;
-            Ok(format!("{:#}", evaluated::json(&evaluation)))
+            Ok(format!("{:#}", evaluated::json(&evaluation, None, None)))
         })
     }
 
