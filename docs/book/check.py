@@ -4,7 +4,7 @@
     python check.py --program ../../target/release/trueline [--python INTERPRETER] [--site DIR] [--update]
 
 Checked are: a page or a section for every code of a reason or a warning; the generated parts of the reference and the
-figures; every command of every page with its exit code and output; the links, also those to the source. Needs Python
+figures; every command of every page with its exit code and output; citations; the links, also those to the source. Needs Python
 3.11 and what requirements.txt lists. --python names an interpreter with the module trueline, for the blocks of Python;
 without it they are not run, which is said. --update writes what differs into the book instead of failing.
 """
@@ -25,6 +25,7 @@ PAGES = BOOK / "src"
 sys.path.insert(0, str(BOOK / "tools"))
 
 import blocks  # noqa: E402
+import citations  # noqa: E402
 import codes  # noqa: E402
 import figures  # noqa: E402
 import gallery  # noqa: E402
@@ -92,7 +93,7 @@ def check(options: argparse.Namespace, scratch: Path) -> list[str]:
         drawings = pool.submit(figures.generate, program, scratch)
         generated = reference.generate(program, ROOT, PAGES, scratch)
         gallery.generate(program, extra, scratch)
-    faults = codes.check(ROOT, PAGES)
+    faults = codes.check(ROOT, PAGES) + citations.check(ROOT / "docs/references.md", pages)
     faults += compare(generated, BOOK / "generated", str.__eq__, options.update)
     faults += compare(drawings.result(), PAGES / "figures", same_drawing, options.update)
     faults += blocks.check(pages, scratch / "blocks", environment, options.update)
