@@ -13,7 +13,8 @@ pub fn pages(calibration: &Calibration) -> Option<String> {
     let mut codes: Vec<&str> = calibration.reasons().iter().map(Reason::code).collect();
     codes.dedup();
     let named = codes.join(", ");
-    (!codes.is_empty()).then(|| format!("docs/book/src/how-to/not-accepted has a page on each reason: {named}"))
+    (!codes.is_empty())
+        .then(|| format!("docs/book/src/how-to/not-accepted has a page on each reason: {named}"))
 }
 
 fn for_reason(reason: &Reason) -> Option<&'static str> {
