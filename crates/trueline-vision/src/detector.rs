@@ -34,6 +34,8 @@ pub struct Detector {
     binned: BinnedLevels,
     segments: Vec<LineSegment>,
     region: Option<PictureRegion>,
+    /// Levels of the last picture that was looked at for one of the picture itself: smaller pictures hold sums.
+    level_scale: f64,
 }
 
 impl Detector {
@@ -48,6 +50,7 @@ impl Detector {
             binned: BinnedLevels::default(),
             segments: Vec::new(),
             region: None,
+            level_scale: 1.0,
         }
     }
 
@@ -90,7 +93,7 @@ impl Detector {
     /// How the last picture is lit.
     #[must_use]
     pub fn light(&self) -> PictureLight {
-        PictureLight::of(&self.locator.tiles, &self.segments)
+        PictureLight::of(&self.locator.tiles, &self.segments, self.level_scale)
     }
 
     /// How pictures are taken.
@@ -116,6 +119,7 @@ impl Detector {
         picture: &Picture<'_, L>,
         joint: Joint,
     ) -> Result<Detection, NotFound> {
+        self.level_scale = 1.0;
         self.locator.candidates_in(picture, self.region.as_ref(), 1);
         let factor = factor(picture, &self.locator.tiles, &self.locator.candidates);
         if factor == 1 {
@@ -131,6 +135,7 @@ impl Detector {
             FACTORS.iter().zip(&self.lenses).find(|(k, _)| **k == factor).and_then(|(_, lens)| lens.as_ref());
         let smaller = bin(picture, factor, &mut self.binned);
         let (Some(lens), Some(smaller)) = (lens, smaller) else { return Err(self.locator.no_stripe()) };
+        self.level_scale = (factor * factor) as f64 / f64::from(1_u32 << L::excess_bits(factor.trailing_zeros()));
         self.locator.candidates_in(&smaller, self.region.as_ref(), factor);
         self.locator.segments_in(&smaller, lens, &mut self.segments);
         let frame = Frame { picture: &smaller, lens };

@@ -17,12 +17,13 @@ pub struct PictureLight {
 }
 
 impl PictureLight {
-    pub(crate) fn of(tiles: &Tiles, segments: &[LineSegment]) -> Self {
+    pub(crate) fn of(tiles: &Tiles, segments: &[LineSegment], level_scale: f64) -> Self {
         let strongest = segments.first();
+        let stripe = strongest.map_or(f64::from(tiles.greatest_excess()), |segment| segment.brightness);
         Self {
-            brightest: f64::from(tiles.brightest()),
-            ambient: f64::from(tiles.median_level()),
-            stripe: strongest.map_or(f64::from(tiles.greatest_excess()), |segment| segment.brightness),
+            brightest: f64::from(tiles.brightest()) / level_scale,
+            ambient: f64::from(tiles.median_level()) / level_scale,
+            stripe: stripe / level_scale,
             sigma_px: strongest.map(|segment| segment.sigma_px),
         }
     }
