@@ -58,6 +58,7 @@ class SeamColumns(TypedDict):
     joint: str
     stamp_ns: NDArray[np.int64]
     picture: NDArray[np.int64]
+    line: NDArray[np.int64]
     pixels: NDArray[np.float64]
     sigma_px: NDArray[np.float64]
     not_found: list[tuple[int, str]]

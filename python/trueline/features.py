@@ -16,13 +16,15 @@ from .stamps import seconds, stamps_ns
 class Seams:
     """Seam points of the pictures that show one.
 
-    ``pixels`` (M, 2) are distorted, ``sigma_px`` (M, 2) their standard deviations, ``picture`` (M,) their pictures' numbers
+    ``line`` (M,) numbers the seams of a picture that shows two (a groove), ``pixels`` (M, 2) are distorted, ``sigma_px``
+    (M, 2) their standard deviations, ``picture`` (M,) their pictures' numbers
     and ``not_found`` the numbers of the others with the reason.
     """
 
     joint: str
     times_s: NDArray[np.float64]
     picture: NDArray[np.int64]
+    line: NDArray[np.int64]
     pixels: NDArray[np.float64]
     sigma_px: NDArray[np.float64]
     not_found: dict[int, str]
@@ -58,6 +60,7 @@ def find_seams(
         joint=found["joint"],
         times_s=seconds(found["stamp_ns"]),
         picture=found["picture"],
+        line=found["line"],
         pixels=found["pixels"],
         sigma_px=found["sigma_px"],
         not_found=dict(found["not_found"]),

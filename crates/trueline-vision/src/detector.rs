@@ -135,7 +135,8 @@ impl Detector {
             FACTORS.iter().zip(&self.lenses).find(|(k, _)| **k == factor).and_then(|(_, lens)| lens.as_ref());
         let smaller = bin(picture, factor, &mut self.binned);
         let (Some(lens), Some(smaller)) = (lens, smaller) else { return Err(self.locator.no_stripe()) };
-        self.level_scale = (factor * factor) as f64 / f64::from(1_u32 << L::excess_bits(factor.trailing_zeros()));
+        self.level_scale =
+            (factor * factor) as f64 / f64::from(1_u32 << L::excess_bits(factor.trailing_zeros()));
         self.locator.candidates_in(&smaller, self.region.as_ref(), factor);
         self.locator.segments_in(&smaller, lens, &mut self.segments);
         let frame = Frame { picture: &smaller, lens };

@@ -149,7 +149,8 @@ fn probabilities(history: &[HistoryRow], columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "improbable",
         title: "How improbable without a change",
-        explanation: "Above the line is an alarm: chance gets there about once in 100,000 pieces.".to_owned(),
+        explanation: "Above the line is an alarm; the line is set for one false alarm in 100,000 pieces."
+            .to_owned(),
         alternative: "Minus the decimal logarithm of the probability by weld and kind of change".to_owned(),
         wide: true,
         drawn: Drawn::Plot {

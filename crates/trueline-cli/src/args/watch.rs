@@ -12,7 +12,7 @@ use std::path::PathBuf;
 Each weld is a recording with robot and seam points. From how it differs from what the calibration says, and from all welds
 before, it is told whether the clock (timing), the bracket, the sensor or the fixture (seam) has changed, by how much and
 since when, and what welds like these could not show. The usual scatter of the fixture is learnt from the first 30 pieces
-of each part; nothing has to be typed. A false alarm comes about once in 100,000 pieces.
+of each part; nothing has to be typed. The limit is set for one false alarm in 100,000 pieces.
 
 The state file keeps everything; it may be used by several programs at once, and a program that is killed loses no weld
 that it has told of. A new calibration begins a new history in the same file.

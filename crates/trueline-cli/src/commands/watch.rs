@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
-use trueline_dataset::calibration_file;
+use trueline_dataset::calibration_file::{self, KnownCalibration};
 use trueline_dataset::result_file::ResultFile;
 use trueline_watch::{Store, WatchError, Watched, watch};
 
@@ -66,6 +66,7 @@ pub fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
 struct Watcher<'a> {
     args: &'a WatchArgs,
     store: Store,
+    known: KnownCalibration,
     calibration: Watched,
     alarms: usize,
     failed: usize,
@@ -74,13 +75,13 @@ struct Watcher<'a> {
 
 impl<'a> Watcher<'a> {
     fn of(args: &'a WatchArgs) -> Result<Self, Failure> {
-        let calibration = calibration(&args.calibration)?;
+        let (known, calibration) = calibration(&args.calibration)?;
         let store = Store::open(&args.state)?;
-        Ok(Self { args, store, calibration, alarms: 0, failed: 0, lines: String::new() })
+        Ok(Self { args, store, known, calibration, alarms: 0, failed: 0, lines: String::new() })
     }
 
     fn one(&mut self, weld: &Path) -> Result<(), Failure> {
-        let recording = opened_dataset::open(weld, None, true)?.recording;
+        let recording = self.known.corrected(opened_dataset::open(weld, None, true)?.recording);
         let name = weld.display().to_string();
         let line = watch(&self.store, &self.calibration, &name, &recording).map_err(|error| {
             let hint = error.hint();
@@ -113,7 +114,7 @@ impl<'a> Watcher<'a> {
 }
 
 /// The calibration with all that its file tells.
-fn calibration(file: &Path) -> Result<Watched, Failure> {
+fn calibration(file: &Path) -> Result<(KnownCalibration, Watched), Failure> {
     let known = calibration_file::read(file)?;
     let is_json = file.extension().is_some_and(|end| end.eq_ignore_ascii_case("json"));
     let result = is_json.then(|| ResultFile::read(file)).transpose()?;
@@ -130,5 +131,6 @@ fn calibration(file: &Path) -> Result<Watched, Failure> {
         )
     })?;
     let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok(Watched { name: file.display().to_string(), sha256, guess: known.known.parameters, result })
+    let watched = Watched { name: file.display().to_string(), sha256, guess: known.known.parameters, result };
+    Ok((known, watched))
 }

@@ -8,8 +8,9 @@ use super::windows::{Sums, WINDOWS, WindowEvidence};
 use crate::parameters::Kind;
 use crate::quadratic::Quadratic;
 
-/// An alarm is raised at this log₁₀ probability of the most significant of all windows and kinds, which chance reaches
-/// about once in 100,000 pieces: `BENCHMARKS.md`.
+/// An alarm is raised at this log₁₀ probability of the most significant of all windows and kinds. It is meant for one false
+/// alarm in 100,000 pieces: windows that overlap count as some two independent ones a piece. The example `false_alarms`
+/// measures it.
 pub const ALARM_P_LOG10: f64 = -6.25;
 
 /// The same for a cut inside of a weld, of which there are sixty by kind: together they are left a third of the false
