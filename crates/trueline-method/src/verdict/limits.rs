@@ -2,6 +2,8 @@
 
 /// Residuals this much larger than expected are not noise: something is wrong with the data or the frames.
 pub(super) const NOISE_FACTOR: f64 = 3.0;
+/// Beyond this no edge, however bad, explains them, even if they look like noise: real welds reach some ten.
+pub(super) const MOST_NOISE_FACTOR: f64 = 20.0;
 /// Outside of these the noise is another than was expected, and the user should know.
 pub(super) const USUAL_NOISE_FACTOR: [f64; 2] = [0.4, 1.2];
 /// A result that can use fewer of the features than this is of another scan …

@@ -1,6 +1,6 @@
 //! The criteria that a calibration must meet.
 
-use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, NOISE_FACTOR, OUTLIERS};
+use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MOST_NOISE_FACTOR, NOISE_FACTOR, OUTLIERS};
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
@@ -26,7 +26,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if !f.fit.termination.is_converged() {
         reasons.push(Reason::NotConverged { termination: f.fit.termination });
     }
-    if f.fit.noise_factor > NOISE_FACTOR && !f.fit.structure.may_be_noise() {
+    if residuals_are_too_large(f) {
         reasons.push(Reason::ResidualsTooLarge { noise_factor: f.fit.noise_factor });
     }
     let off = f.checks.held_sensor.filter(SensorShape::is_off);
@@ -48,6 +48,12 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     }));
     reasons.extend(missed_requirements(f));
     reasons
+}
+
+/// Residuals that are no noise: they follow the motion, or are larger than any edge explains.
+pub(super) fn residuals_are_too_large(f: &Findings) -> bool {
+    let factor = f.fit.noise_factor;
+    factor > MOST_NOISE_FACTOR || factor > NOISE_FACTOR && !f.fit.structure.may_be_noise()
 }
 
 /// A rival of the answer that is better, or that the scan does not tell from it.

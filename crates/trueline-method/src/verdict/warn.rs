@@ -2,9 +2,10 @@
 
 use super::limits::{
     CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_OUTLIERS, MANY_SKIPPED,
-    NOISE_FACTOR, OUTLIERS, USUAL_NOISE_FACTOR,
+    OUTLIERS, USUAL_NOISE_FACTOR,
 };
 use super::quantity::{Axis, Quantity};
+use super::reject::residuals_are_too_large;
 use super::warning::{StreamName, Warning};
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
@@ -70,8 +71,7 @@ fn doubtful_stretch(f: &Findings, disruption: &OutlierSegment) -> Option<Warning
 /// Unless it is a reason already.
 fn unusual_noise(f: &Findings) -> Option<Warning> {
     let ([least, most], noise_factor) = (USUAL_NOISE_FACTOR, f.fit.noise_factor);
-    let refused = noise_factor > NOISE_FACTOR && !f.fit.structure.may_be_noise();
-    let usual = refused || (least..=most).contains(&noise_factor);
+    let usual = residuals_are_too_large(f) || (least..=most).contains(&noise_factor);
     (!usual).then_some(Warning::UnusualNoise { noise_factor })
 }
 
