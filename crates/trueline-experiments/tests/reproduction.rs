@@ -53,7 +53,8 @@ fn every_experiment_shows_what_it_should() {
         let joint = !track.name.starts_with("blocks");
         // The worst translation is known to about 0.3 mm in this scan; the blocks hardly leave 3.7 mm.
         assert_eq!(shift_mm(track) < 1.0, joint, "{}: {} mm", track.name, shift_mm(track));
-        assert!(offset_ms(track) < if joint { 0.1 } else { 1.0 }, "{}: {} ms", track.name, offset_ms(track));
+        // The blocks' time offset still swings by some ten milliseconds when their steps end.
+        assert!(offset_ms(track) < if joint { 0.1 } else { 30.0 }, "{}: {} ms", track.name, offset_ms(track));
     }
 
     for kind in [WeldKind::Straight, WeldKind::Round] {
