@@ -105,7 +105,12 @@ fn estimates_spread_as_predicted() {
     let cell = example();
     let ratios = spread_over_prediction(&cell, &quick_plan(&cell, 15.0), 600);
     // 600 runs know their spread to 1/√1200 = 2.9 %; 10 % is what is promised.
-    assert!(ratios.iter().all(|ratio| (0.9..1.1).contains(ratio)), "{ratios}");
+    for known in [0, ROTATION, ROTATION + 1, TRANSLATION] {
+        assert!((0.9..1.1).contains(&ratios[known]), "{ratios}");
+    }
+    // Plans take the seam for straight, and the estimator allows it a bow: what a bow looks like is known up to 1.7 times
+    // less well than a plan says.
+    assert!(ratios.iter().all(|ratio| (0.9..1.8).contains(ratio)), "{ratios}");
 }
 
 #[test]
