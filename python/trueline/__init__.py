@@ -11,11 +11,12 @@ True
 
 from ._trueline import TruelineError, __version__
 from .calibrate import calibrate
+from .estimates import Covariance, Fact, Line, Residuals, Sigma
 from .features import Seams, find_seams
 from .frames import features_columns, from_frames, robot_columns
 from .program import diff, export, export_forms, plan
 from .recording import Guess, Recording, open, simulate
-from .result import Covariance, Fact, Line, Residuals, Result, Sigma, load
+from .result import Result, load
 from .sensor import Camera, CameraLaser, Points, Profiler, Sensor, SensorText
 
 __all__ = [

@@ -16,7 +16,7 @@ from .sensor import Sensor
 
 POSITION = ("x_mm", "y_mm", "z_mm")
 QUATERNION = ("qw", "qx", "qy", "qz")
-POINTS = (("u_px", "v_px"), ("x_mm", "y_mm", "z_mm"), ("x_mm", "z_mm"))
+POINTS: tuple[tuple[str, ...], ...] = (("u_px", "v_px"), ("x_mm", "y_mm", "z_mm"), ("x_mm", "z_mm"))
 MM_PER_M = 1e3
 
 

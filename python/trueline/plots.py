@@ -1,4 +1,4 @@
-"""Pictures of a result, by matplotlib."""
+"""Plots by matplotlib."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .result import Result
+    from .estimates import Covariance, Residuals
 
 
-def residuals_over_time(result: Result, ax: Axes | None = None) -> Axes:
+def residuals_over_time(residuals: Residuals, ax: Axes | None = None) -> Axes:
     """Residuals over time in standard deviations."""
     ax = _axes(ax)
-    residuals = result.residuals
     kept = residuals.weight > 0.0
     ax.plot(residuals.time_s[kept], residuals.normalised[kept], ".", markersize=3, label="used")
     ax.plot(residuals.time_s[~kept], residuals.normalised[~kept], "x", markersize=4, label="left out")
@@ -24,19 +23,17 @@ def residuals_over_time(result: Result, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def convergence(result: Result, ax: Axes | None = None) -> Axes:
+def convergence(offsets_ms: list[float], ax: Axes | None = None) -> Axes:
     """The time offset after every step of the solver."""
     ax = _axes(ax)
-    offsets = [step["time_offset_s"] * 1e3 for step in result.document["iterations"]]
-    ax.plot(np.arange(len(offsets)), offsets, "o-", markersize=3)
+    ax.plot(np.arange(len(offsets_ms)), offsets_ms, "o-", markersize=3)
     ax.set(xlabel="step of the solver", ylabel="time offset / ms", title="Convergence")
     return ax
 
 
-def correlations(result: Result, ax: Axes | None = None) -> Axes:
+def correlations(covariance: Covariance, ax: Axes | None = None) -> Axes:
     """Correlations of everything estimated."""
     ax = _axes(ax)
-    covariance = result.covariance
     sigma = np.sqrt(np.diag(covariance.matrix))
     picture = ax.imshow(covariance.matrix / np.outer(sigma, sigma), vmin=-1.0, vmax=1.0, cmap="RdBu_r")
     ticks = range(len(covariance.names))

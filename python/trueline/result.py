@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,68 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _trueline
+from .estimates import Covariance, Fact, Line, Residuals, Sigma
+from .result_json import facts_of, numbers_of, rotation_of, sigma_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-@dataclass(frozen=True)
-class Fact:
-    """A reason or a warning: a stable code, a sentence, and the values in it."""
-
-    code: str
-    text: str
-    values: dict[str, Any]
-
-    def __str__(self) -> str:
-        return self.text
-
-
-@dataclass(frozen=True)
-class Sigma:
-    """One standard deviation; NaN where a direction is not observable, ``None`` for what has none at all.
-
-    Rotation is a left perturbation in the tool frame.
-    """
-
-    time_offset_s: float | None
-    rotation_rad: NDArray[np.float64]
-    translation_m: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Covariance:
-    """Covariance of everything estimated; each name ends in its unit."""
-
-    names: list[str]
-    matrix: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Line:
-    """A line in base, m."""
-
-    label: str
-    point_m: NDArray[np.float64]
-    direction: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Residuals:
-    """Residuals, one row a feature that could be used.
-
-    ``row`` is the feature's row in the recording, ``normalised`` its distance in standard deviations, ``weight`` that of the
-    robust loss.
-    """
-
-    row: NDArray[np.int64]
-    line: NDArray[np.int64]
-    time_s: NDArray[np.float64]
-    normalised: NDArray[np.float64]
-    weight: NDArray[np.float64]
-    offset_m: NDArray[np.float64]
-    residual_px: NDArray[np.float64]
-    point_in_base_m: NDArray[np.float64]
 
 
 class Result:
@@ -110,12 +53,12 @@ class Result:
     @cached_property
     def reasons(self) -> list[Fact]:
         """Why it is not accepted; empty if it is."""
-        return _facts(self.document.get("reasons", []))
+        return facts_of(self.document.get("reasons", []))
 
     @cached_property
     def warnings(self) -> list[Fact]:
         """Usable, but look here."""
-        return _facts(self.document.get("warnings", []))
+        return facts_of(self.document.get("warnings", []))
 
     @property
     def time_offset_s(self) -> float | None:
@@ -129,33 +72,33 @@ class Result:
         entry = self.document["tool_from_camera"]
         pose = np.eye(4)
         quaternion = entry.get("rotation_wxyz")
-        pose[:3, :3] = np.nan if quaternion is None else _matrix(quaternion)
-        pose[:3, 3] = _numbers(entry["translation_mm"], 3) * 1e-3
+        pose[:3, :3] = np.nan if quaternion is None else rotation_of(quaternion)
+        pose[:3, 3] = numbers_of(entry["translation_mm"], 3) * 1e-3
         return pose
 
     @cached_property
     def sigma(self) -> Sigma:
         """Standard deviations of everything that is accounted for."""
-        return _sigma(self.document.get("sigma", {}))
+        return sigma_of(self.document.get("sigma", {}))
 
     @cached_property
     def sigma_noise(self) -> Sigma:
         """The random part of it: noise of features, robot and stamps."""
-        return _sigma(self.document.get("sigma_noise", {}))
+        return sigma_of(self.document.get("sigma_noise", {}))
 
     @cached_property
     def covariance(self) -> Covariance:
         """Covariance of everything estimated, with names; NaN for what has no sigma."""
         entry = self.document.get("covariance", {})
         names = list(entry.get("order", []))
-        rows = [_numbers(row, len(names)) for row in entry.get("matrix", [])]
+        rows = [numbers_of(row, len(names)) for row in entry.get("matrix", [])]
         return Covariance(names, np.array(rows).reshape(len(rows), len(names)))
 
     @cached_property
     def lines(self) -> list[Line]:
         """The lines in base."""
         return [
-            Line(line["label"], _numbers(line["point_mm"], 3) * 1e-3, _numbers(line["direction"], 3))
+            Line(line["label"], numbers_of(line["point_mm"], 3) * 1e-3, numbers_of(line["direction"], 3))
             for line in self.document.get("lines", [])
         ]
 
@@ -212,19 +155,19 @@ class Result:
         """Residuals over time in standard deviations (needs matplotlib)."""
         from .plots import residuals_over_time
 
-        return residuals_over_time(self, ax)
+        return residuals_over_time(self.residuals, ax)
 
     def plot_convergence(self, ax: Axes | None = None) -> Axes:
         """The time offset after every step of the solver, the paper's Figs. 5 and 7 (needs matplotlib)."""
         from .plots import convergence
 
-        return convergence(self, ax)
+        return convergence([step["time_offset_s"] * 1e3 for step in self.document["iterations"]], ax)
 
     def plot_covariance(self, ax: Axes | None = None) -> Axes:
         """Correlations of everything estimated (needs matplotlib)."""
         from .plots import correlations
 
-        return correlations(self, ax)
+        return correlations(self.covariance, ax)
 
     def __str__(self) -> str:
         return self.summary()
@@ -250,38 +193,6 @@ class Result:
 def load(path: str | os.PathLike[str]) -> Result:
     """Read the result that :meth:`Result.save` or ``trueline calibrate --json`` wrote."""
     return Result(Path(path).read_text(encoding="utf-8"))
-
-
-def _facts(entries: list[dict[str, Any] | str]) -> list[Fact]:
-    facts = []
-    for entry in entries:
-        values = {"code": "", "text": entry} if isinstance(entry, str) else dict(entry)
-        facts.append(Fact(values.pop("code"), values.pop("text"), values))
-    return facts
-
-
-def _sigma(entry: dict[str, Any]) -> Sigma:
-    return Sigma(
-        time_offset_s=entry.get("time_offset_s"),
-        rotation_rad=_numbers(entry.get("rotation_rad"), 3),
-        translation_m=_numbers(entry.get("translation_mm"), 3) * 1e-3,
-    )
-
-
-def _numbers(values: list[float | None] | None, count: int) -> NDArray[np.float64]:
-    """An array in which null is NaN."""
-    return np.full(count, np.nan) if values is None else np.array(values, dtype=np.float64)
-
-
-def _matrix(wxyz: list[float]) -> NDArray[np.float64]:
-    w, x, y, z = wxyz
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def _short(result: Result) -> str:

@@ -31,7 +31,7 @@ pub mod simulate;
 pub mod weave;
 pub mod weld;
 
-pub use faults::{Fault, simulate_with_faults};
+pub use faults::Fault;
 pub use followed_path::FollowedPath;
 pub use images::{Joint, Look, PictureScan};
 pub use presets::Preset;
@@ -40,6 +40,6 @@ pub use scenario::{
     Between, Cell, Disturbance, Progress, Scan, Scenario, SensorModel, Sine, Timing, TrackedIn,
 };
 pub use shutter::{Exposed, Shutter};
-pub use simulate::{simulate, simulate_along};
+pub use simulate::{simulate, simulate_along, simulate_with_faults};
 pub use weave::Weave;
 pub use weld::{KnownScan, Weld, WeldScan, scan_weld};

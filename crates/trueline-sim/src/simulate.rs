@@ -28,8 +28,27 @@ pub fn simulate_along(scenario: &Scenario, base_from_tool: &dyn Fn(f64) -> Pose,
     record(scenario, base_from_tool, &[], seed).unwrap_or_else(|| unreachable!("a path without faults"))
 }
 
+/// Simulates a scan with faults; the same scenario, faults and seed give the same recording, bit for bit.
+///
+/// Returns `None` for a scenario without a line, or an [arm](crate::arm) that cannot reach the path.
+#[must_use]
+pub fn simulate_with_faults(scenario: &Scenario, faults: &[Fault], seed: u64) -> Option<Recording> {
+    let motion = Motion::new(scenario)?;
+    let mut recording = record(scenario, &|time_s| motion.base_from_tool(time_s), faults, seed)?;
+    for fault in faults {
+        match fault {
+            Fault::Sensor(error) => error.apply(&mut recording, &scenario.cell.sensor)?,
+            Fault::Stream(error) => error.apply(&mut recording, scenario, seed),
+            Fault::Event(event) => event.apply(&mut recording, scenario, seed)?,
+            // These acted while the scan was cast.
+            Fault::Seam(_) | Fault::Robot(_) | Fault::Feature(_) => {}
+        }
+    }
+    Some(recording)
+}
+
 /// The recording of a scan along a path, with those faults that act while it is made.
-pub(crate) fn record(
+fn record(
     scenario: &Scenario,
     base_from_tool: &dyn Fn(f64) -> Pose,
     faults: &[Fault],

@@ -4,8 +4,9 @@ A recording that cannot be used is a row with its error and stops nothing. Rows 
 a second run does only what is missing.
 """
 
-from .calibrate import Outcome, calibrate
+from .calibrate import calibrate
 from .monte_carlo import Study, monte_carlo
+from .part import Outcome
 from .report import Cell, cells, report
 from .row import SCHEMA, Timing, row_of
 from .store import Store

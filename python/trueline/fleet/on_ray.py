@@ -7,7 +7,7 @@ from itertools import islice
 
 import ray
 
-from .calibrate import Outcome, Work, calibrate_part
+from .part import Outcome, Work, calibrate_part
 
 RETRIES = 5
 """A part whose worker dies is done again; its file has the same name and content then."""

@@ -14,7 +14,8 @@ import pyarrow as pa
 
 from .. import __version__
 from ..calibrate import Options, calibrate
-from ..result import Fact, Result
+from ..estimates import Fact
+from ..result import Result
 
 SCHEMA_VERSION = 1
 

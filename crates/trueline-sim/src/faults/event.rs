@@ -8,7 +8,7 @@ use trueline_dataset::{Feature, Measured, Recording};
 
 impl Event {
     /// Lets this happen in a recording; `None` for a scenario without a line.
-    pub(super) fn apply(self, recording: &mut Recording, scenario: &Scenario, seed: u64) -> Option<()> {
+    pub(crate) fn apply(self, recording: &mut Recording, scenario: &Scenario, seed: u64) -> Option<()> {
         let (start_ns, end_ns) = (recording.robot.first()?.stamp_ns, recording.robot.last()?.stamp_ns);
         let at = |part: f64| start_ns + ((end_ns - start_ns) as f64 * part) as i64;
         match self {

@@ -10,7 +10,7 @@ use trueline_geometry::Plane;
 impl SensorError {
     /// Spoils the stated sensor, or, where a sensor states nothing, what it measures; `None` for a kind of sensor that
     /// cannot have this error.
-    pub(super) fn apply(self, recording: &mut Recording, model: &SensorModel) -> Option<()> {
+    pub(crate) fn apply(self, recording: &mut Recording, model: &SensorModel) -> Option<()> {
         match self {
             Self::ProfileWidth { .. } | Self::ProfileDepth { .. } | Self::ProfileShear { .. } => {
                 self.distort_profiles(recording, model)

@@ -8,7 +8,7 @@ use trueline_dataset::{Feature, Recording};
 
 impl StreamError {
     /// Spoils the streams of a recording.
-    pub(super) fn apply(self, recording: &mut Recording, scenario: &Scenario, seed: u64) {
+    pub(crate) fn apply(self, recording: &mut Recording, scenario: &Scenario, seed: u64) {
         let duration_s = scenario.timing.duration_s;
         let features = &mut recording.features;
         let start_ns = scenario.timing.start_ns;
