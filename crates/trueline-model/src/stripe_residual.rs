@@ -1,0 +1,131 @@
+//! Stage 4 for a plate: measured point of the stripe against the stripe that is predicted.
+//!
+//! The plate's surface cuts the laser sheet in a curve; a support point of the stripe says how far it is from that curve,
+//! and nothing along it. So the residual is one number: the signed distance, in the sheet's reported coordinates, of the
+//! measured point x̂ from the curve φ(x) = 0, with x ↦ base through shape, hand-eye and robot.
+//!
+//! With x* the foot of x̂ on the curve, ρ = ν·(x̂ − x*) with ν = ∇φ/|∇φ|, and for every unknown θ
+//! dρ/dθ = (∂φ/∂θ)/|∇φ| *at the foot*: the foot moves along the curve, which changes no distance. At the measured point
+//! itself the derivative would carry the measurement's noise, and the estimate of a shape would be drawn aside, as in
+//! every problem with errors in its variables.
+
+use crate::{LaserSheet, Placement, Plate, SheetShape};
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
+
+/// A plate nearer to the sheet than this (sine of the angle, 0.06°) has no usable stripe.
+const MIN_SINE: f64 = 1e-3;
+/// Newton's steps to the foot: the curve bends by some 1e-4 within its distance, and each step gains that.
+const FOOT_STEPS: usize = 3;
+
+/// A plate and the sensor that looks at it.
+#[derive(Clone, Copy, Debug)]
+pub struct StripeOnPlate<'a> {
+    /// The plate.
+    pub plate: &'a Plate,
+    /// The laser sheet.
+    pub sheet: &'a LaserSheet,
+    /// The sensor's shape; `None` is a sensor that reports what is there.
+    pub shape: Option<&'a SheetShape>,
+}
+
+/// A residual with its Jacobian.
+#[derive(Clone, Copy, Debug)]
+pub struct StripeJacobian {
+    /// ρ, m.
+    pub residual: f64,
+    /// ν, unit, in the sheet's reported coordinates.
+    pub normal: Vector2<f64>,
+    /// The foot in base, m.
+    pub foot_in_base: Vector3<f64>,
+    /// dρ/dt_d, m/s.
+    pub d_time_offset: f64,
+    /// dρ/d hand-eye rotation, left, m/rad.
+    pub d_rotation: Vector3<f64>,
+    /// dρ/d hand-eye translation.
+    pub d_translation: Vector3<f64>,
+    /// dρ/d (θ_a, θ_o, δ) of the plate.
+    pub d_plate: Vector3<f64>,
+    /// dρ/dβ.
+    pub d_surface: SVector<f64, 7>,
+    /// dρ/dh.
+    pub d_shape: SVector<f64, 5>,
+    /// dρ/d a displacement of the sensor in base.
+    pub d_displacement: Vector3<f64>,
+}
+
+/// φ and what belongs to it at one point of the sheet.
+struct Local {
+    value: f64,
+    gradient: Vector2<f64>,
+    distance: crate::plate::PlateDistance,
+    point_in_camera: Vector3<f64>,
+    point_in_base: Vector3<f64>,
+    /// ∂φ/∂ true sheet coordinates.
+    by_true: Vector2<f64>,
+}
+
+impl StripeOnPlate<'_> {
+    /// The residual of a point at `reported` (sheet coordinates, m), or `None` if the plate lies along the sheet.
+    #[must_use]
+    pub fn linearize(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<StripeJacobian> {
+        let mut foot = *reported;
+        for _ in 0..FOOT_STEPS {
+            let local = self.local(placement, &foot)?;
+            let off = local.value + local.gradient.dot(&(reported - foot));
+            foot = reported - local.gradient * (off / local.gradient.norm_squared());
+        }
+        let local = self.local(placement, &foot)?;
+        let length = local.gradient.norm();
+        let normal = local.gradient / length;
+        let motion = placement.jacobian(&local.point_in_camera);
+        let by_point = local.distance.d_point / length;
+        Some(StripeJacobian {
+            residual: normal.dot(&(reported - foot)),
+            normal,
+            foot_in_base: local.point_in_base,
+            d_time_offset: by_point.dot(&motion.d_point_d_time_offset),
+            d_rotation: motion.d_point_d_rotation.transpose() * by_point,
+            d_translation: motion.d_point_d_translation.transpose() * by_point,
+            d_plate: local.distance.d_plate / length,
+            d_surface: local.distance.d_surface / length,
+            d_shape: self.true_by_shape(&foot).transpose() * local.by_true / length,
+            d_displacement: by_point,
+        })
+    }
+
+    fn local(&self, placement: &Placement, at: &Vector2<f64>) -> Option<Local> {
+        let exact = (*at, Matrix2::identity());
+        let (there, d_reported) = self.shape.map_or(exact, |shape| shape.corrected(at));
+        let point_in_camera = self.sheet.point(&there);
+        let point_in_base = placement.point_in_base(&point_in_camera);
+        let distance = self.plate.distance(&point_in_base);
+        let in_camera = placement.base_from_camera().rotation.inverse() * distance.d_point;
+        let by_true = self.sheet.axes().transpose() * in_camera;
+        let gradient = d_reported.transpose() * by_true;
+        let value = distance.value;
+        (gradient.norm() > MIN_SINE).then_some(Local {
+            value,
+            gradient,
+            distance,
+            point_in_camera,
+            point_in_base,
+            by_true,
+        })
+    }
+
+    /// ∂ true / ∂h of a point that is reported at `at`; zero without a shape.
+    fn true_by_shape(&self, at: &Vector2<f64>) -> SMatrix<f64, 2, 5> {
+        let Some(shape) = self.shape else { return SMatrix::zeros() };
+        let origin = Vector2::from(shape.origin_m);
+        let from = at - origin;
+        let moved = shape.corrected(at).0 - origin;
+        let w = 1.0 + shape.h[3] * from.x + shape.h[4] * from.y;
+        SMatrix::from_columns(&[
+            Vector2::new(from.x / w, 0.0),
+            Vector2::new(0.0, from.y / w),
+            Vector2::new(from.y / w, 0.0),
+            -moved * (from.x / w),
+            -moved * (from.y / w),
+        ])
+    }
+}

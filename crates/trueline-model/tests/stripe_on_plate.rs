@@ -1,0 +1,173 @@
+//! The stripe on a plate: the distance by a search along the curve itself, the Jacobian by differences of that, and what the
+//! obvious residual does to a sensor's shape.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use nalgebra::{DMatrix, DVector, SVector, UnitVector3, Vector2, Vector3};
+use proptest::prelude::*;
+use trueline_geometry::{Plane, Pose, Segment, Trajectory, se3, so3};
+use trueline_lsq::check::numerical_jacobian;
+use trueline_model::{LaserSheet, Placement, Plate, SheetShape, StripeOnPlate};
+
+const UNKNOWNS: usize = 22;
+
+#[derive(Clone, Debug)]
+struct Case {
+    segment: Segment,
+    exposure: f64,
+    tool_from_camera: Pose,
+    sheet: LaserSheet,
+    measured: Vector2<f64>,
+    plate: Plate,
+    shape: SheetShape,
+}
+
+fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
+    (-size..size, -size..size, -size..size).prop_map(|(x, y, z)| Vector3::new(x, y, z))
+}
+
+fn case() -> impl Strategy<Value = Case> {
+    let robot = (vector(3.0), vector(1.5), vector(0.01), vector(0.001), 0.0..0.004_f64);
+    let sensor = (vector(3.0), vector(0.2), -0.02..0.02_f64, -0.02..0.02_f64);
+    let plate = (vector(0.3), -0.001..0.001_f64, prop::array::uniform7(-3e-4..3e-4_f64), 0.3..1.2_f64);
+    let shape = (vector(0.03), vector(0.5));
+    (robot, sensor, plate, shape).prop_map(|(robot, sensor, (turn, miss_m, surface_m, lean), shape)| {
+        let start = se3::from_parts(so3::exp(&robot.0), robot.1);
+        let end = se3::from_parts(start.rotation * so3::exp(&robot.2), robot.1 + robot.3);
+        let trajectory = Trajectory::new(vec![0.0, 0.004], &[start, end]).unwrap();
+        let tool_from_camera = se3::from_parts(so3::exp(&sensor.0), sensor.1);
+        let sheet = LaserSheet::from_plane(Plane::from_height(0.036, 2.12, 0.13).unwrap());
+        let segment = *trajectory.segment(0).unwrap();
+        let placement = Placement::new(&segment, robot.4, &tool_from_camera);
+        let measured = Vector2::new(sensor.2, 0.05 + sensor.3);
+        let base_from_camera = placement.base_from_camera().rotation;
+        // The plate leans against the sheet, which it cuts along a direction of the stripe.
+        let along_stripe = base_from_camera * (sheet.axes() * Vector2::new(lean.cos(), lean.sin()));
+        let along = so3::exp(&turn) * (base_from_camera * sheet.plane().normal().into_inner());
+        let normal = UnitVector3::new_normalize(along_stripe.cross(&along));
+        let there = placement.point_in_base(&sheet.point(&measured));
+        let centre = there + normal.as_ref() * miss_m + along * 0.03 - along_stripe * 0.01;
+        let plate = Plate { surface_m, ..Plate::flat(centre, &normal, &along).unwrap() };
+        let h = [shape.0.x, shape.0.y, shape.0.z, shape.1.x, shape.1.y];
+        let shape = SheetShape { h, origin_m: [0.003, 0.045] };
+        Case { segment, exposure: robot.4, tool_from_camera, sheet, measured, plate, shape }
+    })
+}
+
+/// Where a plate's surface is, written out: height over its own plane, without the model's derivatives.
+fn height_over_plate(plate: &Plate, point: &Vector3<f64>) -> f64 {
+    let from = point - plate.chart.centre;
+    let (r, s) = (from.dot(&plate.chart.outward) / 0.025, from.dot(&plate.chart.along) / 0.1);
+    let [a, b, c, d, e, f, g] = plate.surface_m;
+    let surface = r * (a * r + b * s + r * (d * r + e * s)) + s * s * (c + f * r + g * s);
+    from.dot(&plate.normal) - plate.offset_m - surface
+}
+
+/// Signed distance after a step of all unknowns by search: along the normals of a straight guess the curve is bracketed and
+/// bisected, and the least distance is found by golden sections.
+fn searched(case: &Case, step: &DVector<f64>) -> f64 {
+    let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
+    let tool_from_camera = se3::retract_decoupled(&case.tool_from_camera, &three(1), &three(4));
+    let placement = Placement::new(&case.segment, case.exposure - step[0], &tool_from_camera);
+    let plate = case.plate.retract(&three(7), &SVector::from_fn(|k, _| step[10 + k]));
+    let shape = case.shape.retract(&SVector::from_fn(|k, _| step[17 + k]));
+    let height = |at: &Vector2<f64>| {
+        let point = case.sheet.point(&shape.corrected(at).0);
+        height_over_plate(&plate, &placement.point_in_base(&point))
+    };
+    let d = 1e-5;
+    let slope = |axis: usize| {
+        let by = Vector2::ith(axis, d);
+        (height(&(case.measured + by)) - height(&(case.measured - by))) / (2.0 * d)
+    };
+    let up = Vector2::new(slope(0), slope(1)).normalize();
+    let side = Vector2::new(-up.y, up.x);
+    let on_curve = |t: f64| {
+        let (mut low, mut high) = (-0.02, 0.02);
+        for _ in 0..80 {
+            let middle = 0.5 * (low + high);
+            let at = case.measured + side * t + up * middle;
+            if height(&at) > 0.0 { high = middle } else { low = middle }
+        }
+        Vector2::new(t, 0.5 * (low + high))
+    };
+    let (mut low, mut high) = (-2e-3, 2e-3);
+    for _ in 0..60 {
+        let [a, b] = [low + 0.382 * (high - low), low + 0.618 * (high - low)];
+        if on_curve(a).norm() < on_curve(b).norm() { high = b } else { low = a }
+    }
+    let nearest = on_curve(0.5 * (low + high));
+    -nearest.norm() * nearest.y.signum()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 25, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_residual_is_the_distance_and_its_jacobian_that_of_differences(case in case()) {
+        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let stripe = StripeOnPlate { plate: &case.plate, sheet: &case.sheet, shape: Some(&case.shape) };
+        let parts = stripe.linearize(&placement, &case.measured).unwrap();
+        // Golden sections end where distances differ by rounding of 1e-2 m: the root of 1e-16 of t, squared in ρ.
+        prop_assert!((parts.residual - searched(&case, &DVector::zeros(UNKNOWNS))).abs() < 1e-12);
+        let mut analytic = DMatrix::zeros(1, UNKNOWNS);
+        analytic[0] = parts.d_time_offset;
+        analytic.view_mut((0, 1), (1, 3)).copy_from(&parts.d_rotation.transpose());
+        analytic.view_mut((0, 4), (1, 3)).copy_from(&parts.d_translation.transpose());
+        analytic.view_mut((0, 7), (1, 3)).copy_from(&parts.d_plate.transpose());
+        analytic.view_mut((0, 10), (1, 7)).copy_from(&parts.d_surface.transpose());
+        analytic.view_mut((0, 17), (1, 5)).copy_from(&parts.d_shape.transpose());
+        let numerical = numerical_jacobian(UNKNOWNS, 1e-4, |step| DVector::from_element(1, searched(&case, step)));
+        // Entries reach some metres per radian; differences of distances with errors of 1e-13 m over 1e-4: 1e-8, and
+        // truncation h⁴ f⁽⁵⁾/30 far below it.
+        let error = (&analytic - &numerical).amax();
+        prop_assert!(error < 2e-7, "{error:e}\n{analytic}\n{numerical}");
+    }
+}
+
+#[test]
+fn a_displacement_of_the_sensor_moves_the_residual_as_it_says() {
+    let sheet = LaserSheet::from_plane(Plane::from_height(0.036, 2.12, 0.13).unwrap());
+    let trajectory = Trajectory::new(
+        vec![0.0, 1.0],
+        &[
+            Pose::identity(),
+            se3::from_parts(so3::exp(&Vector3::new(0.0, 0.1, 0.0)), Vector3::new(0.1, 0.0, 0.0)),
+        ],
+    )
+    .unwrap();
+    let normal = UnitVector3::new_normalize(Vector3::new(0.3, -0.5, 0.8));
+    let plate = Plate::flat(Vector3::new(0.0, 0.0, 0.15), &normal, &Vector3::new(0.1, 1.0, 0.2)).unwrap();
+    let stripe = StripeOnPlate { plate: &plate, sheet: &sheet, shape: None };
+    let at = |shift: Vector3<f64>| {
+        let pose = se3::from_parts(so3::exp(&Vector3::zeros()), shift);
+        let mut placement = Placement::new(trajectory.segment(0).unwrap(), 0.3, &pose);
+        placement.tool_from_camera = Pose::identity();
+        placement.base_from_tool.translation.vector += shift;
+        stripe.linearize(&placement, &Vector2::new(0.004, 0.01)).unwrap()
+    };
+    let rest = at(Vector3::zeros());
+    for axis in 0..3 {
+        let by = Vector3::ith(axis, 1e-4);
+        // A flat plate and an exact sensor: linear, to rounding over 2e-4.
+        let slope = (at(by).residual - at(-by).residual) / 2e-4;
+        assert!(
+            (slope - rest.d_displacement[axis]).abs() < 1e-9,
+            "{axis}: {slope} {}",
+            rest.d_displacement[axis]
+        );
+    }
+    // The foot lies on the plate, and the plate that lies along the sheet has no stripe.
+    assert!(plate.distance(&rest.foot_in_base).value.abs() < 1e-12);
+    let placement = Placement::new(trajectory.segment(0).unwrap(), 0.3, &Pose::identity());
+    let in_base = placement.base_from_camera() * sheet.plane().normal().into_inner();
+    let beside = Plate::flat(
+        Vector3::new(0.0, 0.0, 0.15),
+        &UnitVector3::new_normalize(in_base),
+        &in_base.cross(&Vector3::x()),
+    );
+    assert!(
+        StripeOnPlate { plate: &beside.unwrap(), ..stripe }
+            .linearize(&placement, &Vector2::zeros())
+            .is_none()
+    );
+}
