@@ -86,6 +86,7 @@ impl Recording {
             setup,
             robot: poses,
             features,
+            stripes: Vec::new(),
             initial: guess.map(|(time_offset_s, pose)| guess_of(time_offset_s, &pose)).transpose()?,
             truth: None,
             inputs: std::collections::BTreeMap::new(),

@@ -98,6 +98,7 @@ impl LiveEstimate {
             setup: self.sensor.setup.clone(),
             robot: Vec::new(),
             features: Vec::new(),
+            stripes: Vec::new(),
             initial: None,
             truth: None,
             inputs: Default::default(),

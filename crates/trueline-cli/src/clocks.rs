@@ -25,7 +25,7 @@ pub fn align_import(recording: &mut Recording, profiles: &mut [Profile]) -> Resu
         align_recording(recording, &Config::default(), false)?;
         return Ok(());
     }
-    let features = opened_dataset::profile_features(profiles, false)?;
+    let features = opened_dataset::seams_of_profiles(profiles, false)?.features;
     let mut seen = Recording { features, ..recording.clone() };
     let images_ahead_ns = align_recording(&mut seen, &Config::default(), false)?;
     profiles.iter_mut().for_each(|profile| profile.stamp_ns -= images_ahead_ns);

@@ -6,39 +6,39 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 use trueline_dataset::feature_cache::FeatureCache;
-use trueline_dataset::{Feature, PictureFolder, Sensor};
+use trueline_dataset::{FoundSeams, PictureFolder, Sensor};
 use trueline_vision::Joint;
 
-/// The features of a dataset's pictures: those that are kept, or those that `find` finds; and a hash of what they are made from.
-pub fn features(
+/// The seams of a dataset's pictures: those that are kept, or those that `find` finds; and a hash of what they are made from.
+pub fn seams(
     dataset: &Path,
     pictures: &PictureFolder,
     sensor: &Sensor,
     joint: Option<Joint>,
     quiet: bool,
-    find: impl FnOnce() -> Result<Vec<Feature>, Failure>,
-) -> Result<(Vec<Feature>, String), Failure> {
+    find: impl FnOnce() -> Result<FoundSeams, Failure>,
+) -> Result<(FoundSeams, String), Failure> {
     let how = format!("{} {} {}", env!("CARGO_PKG_VERSION"), joint.map_or("auto", Joint::name), program());
     let key = FeatureCache::key(dataset, pictures, &how)?;
     let Some(cache) = folder().map(FeatureCache::at) else {
         return Ok((find()?, key));
     };
-    if let Some(features) = cache.get(&key, sensor) {
+    if let Some(found) = cache.get(&key, sensor) {
         if !quiet {
             output::words(&format!(
                 "note: {} seam points as found in the same pictures before",
-                features.len()
+                found.features.len()
             ));
         }
-        return Ok((features, key));
+        return Ok((found, key));
     }
-    let features = find()?;
-    if let Err(error) = cache.put(&key, &features)
+    let found = find()?;
+    if let Err(error) = cache.put(&key, &found)
         && !quiet
     {
         output::words(&format!("note: the seam points are not kept for the next time: {error}"));
     }
-    Ok((features, key))
+    Ok((found, key))
 }
 
 /// Where a user's programs keep what can be made again.

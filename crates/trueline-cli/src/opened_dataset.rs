@@ -9,7 +9,8 @@ use trueline_cell::RECORDING;
 use trueline_dataset::folder::FolderContent;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{
-    Feature, PictureFolder, PictureSource, Profile, Recording, SensorFile, folder, images, join, sensor_toml,
+    FoundSeams, PictureFolder, PictureSource, Profile, Recording, SensorFile, folder, images, join,
+    sensor_toml,
 };
 use trueline_mcap::{Choice, Imported, import};
 use trueline_vision::Joint;
@@ -116,7 +117,8 @@ fn open_folder(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedD
         }
     }
     if !profiles.is_empty() {
-        recording.features = profile_features(&profiles, quiet)?;
+        let found = seams_of_profiles(&profiles, quiet)?;
+        (recording.features, recording.stripes) = (found.features, found.stripes);
     }
     let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
     Ok(OpenedDataset { recording, pictures, stamp_meaning: None })
@@ -130,11 +132,11 @@ fn open_pictures(
     quiet: bool,
 ) -> Result<OpenedDataset, Failure> {
     let sensor = folder::read_sensor_file(path)?;
-    let (features, key) = found_before::features(path, &pictures, &sensor.sensor, joint, quiet, || {
-        Ok(find_seams(&pictures, &sensor, path, &options(joint, quiet))?.features())
+    let (found, key) = found_before::seams(path, &pictures, &sensor.sensor, joint, quiet, || {
+        Ok(find_seams(&pictures, &sensor, path, &options(joint, quiet))?.found())
     })?;
     pictures::tell_channel(&pictures, quiet);
-    let mut recording = folder::read_with_features(path, features)?;
+    let mut recording = folder::read_with_features(path, found)?;
     recording.inputs.insert("images".to_owned(), key);
     Ok(OpenedDataset { recording, pictures: Some(Box::new(pictures)), stamp_meaning: None })
 }
@@ -146,7 +148,8 @@ fn open_recording(file: &Path, joint: Option<Joint>, quiet: bool) -> Result<Open
     let mut recording = imported.in_written_form()?;
     folder::refuse_what_is_not_applied(file, &recording.setup)?;
     if recording.features.is_empty() && !imported.profiles.is_empty() {
-        recording.features = profile_features(&imported.profiles, quiet)?;
+        let found = seams_of_profiles(&imported.profiles, quiet)?;
+        (recording.features, recording.stripes) = (found.features, found.stripes);
     }
     let Imported { pictures, stamp_meaning, .. } = imported;
     if recording.features.is_empty() {
@@ -157,7 +160,8 @@ fn open_recording(file: &Path, joint: Option<Joint>, quiet: bool) -> Result<Open
             ));
         };
         let sensor = SensorFile { sensor: recording.sensor.clone(), setup: recording.setup.clone() };
-        recording.features = find_seams(pictures, &sensor, file, &options(joint, quiet))?.features();
+        let found = find_seams(pictures, &sensor, file, &options(joint, quiet))?.found();
+        (recording.features, recording.stripes) = (found.features, found.stripes);
     }
     let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
     Ok(OpenedDataset { recording, pictures, stamp_meaning })
@@ -223,21 +227,21 @@ fn sensor_of(recording: &Path) -> Result<Option<SensorFile>, Failure> {
 }
 
 /// The seams of profiles, with what was found in words.
-pub fn profile_features(profiles: &[Profile], quiet: bool) -> Result<Vec<Feature>, Failure> {
+pub fn seams_of_profiles(profiles: &[Profile], quiet: bool) -> Result<FoundSeams, Failure> {
     let seams = profile::seams(profiles);
     if !quiet {
-        output::words(&format!("the seam in {} of {} profiles", seams.features.len(), profiles.len()));
+        output::words(&format!("the seam in {} of {} profiles", seams.found.features.len(), profiles.len()));
         for (reason, count) in &seams.not_found {
             output::words(&format!("  {count} without: {reason}"));
         }
     }
-    if seams.features.is_empty() {
+    if seams.found.features.is_empty() {
         return Err(Failure::new(
             format!("there is no corner in any of {} profiles", profiles.len()),
             "two straight faces that meet at an angle are looked for: a fillet, or an inner or outer edge",
         ));
     }
-    Ok(seams.features)
+    Ok(seams.found)
 }
 
 impl From<trueline_mcap::ImportError> for Failure {

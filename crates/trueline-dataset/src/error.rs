@@ -149,6 +149,18 @@ pub enum Problem {
         /// The number.
         plate: u64,
     },
+    /// Two stripes of one plate at one stamp.
+    #[error("plate {plate} twice at one stamp")]
+    PlateTwice {
+        /// The number.
+        plate: u32,
+    },
+    /// A stripe between a point and itself.
+    #[error("the two points are the same")]
+    StripeWithoutLength,
+    /// Stripes of a sensor whose laser plane does not say y of x and z.
+    #[error("x and z of a stripe say nothing without a laser plane that leans against the y axis")]
+    StripesWithoutLaserPlane,
     /// A standard deviation of zero or less.
     #[error("expected a standard deviation above zero, found `{text}`")]
     NotPositive {
@@ -325,7 +337,10 @@ impl Problem {
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
             Self::NotFinite { .. } => "leave out rows without a measurement instead of writing nan",
             Self::NotACount { .. } => "line and frame are numbered 0, 1, 2, …",
-            Self::NotAPlate { .. } => "a seam is where two plates meet: 0 and 1",
+            Self::NotAPlate { .. } | Self::PlateTwice { .. } | Self::StripeWithoutLength => {
+                "a seam is where two plates meet, 0 and 1; each stripe is two points of it, apart from each other"
+            }
+            Self::StripesWithoutLaserPlane => "give [laser_plane] in sensor.toml",
             Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
             Self::NoNumberInName
             | Self::NumberTwice { .. }

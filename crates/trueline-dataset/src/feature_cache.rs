@@ -1,9 +1,9 @@
 //! Features that were found in pictures, kept outside of the dataset: a folder that is only read stays as it was.
 
 use crate::error::{Error, Problem};
-use crate::features_csv;
-use crate::recording::{Feature, Sensor};
-use crate::{images, picture_source::PictureFolder};
+use crate::found_seams::FoundSeams;
+use crate::recording::Sensor;
+use crate::{features_csv, images, picture_source::PictureFolder, stripes_csv};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -46,22 +46,37 @@ impl FeatureCache {
 
     /// The features of a key, if they are there and whole.
     #[must_use]
-    pub fn get(&self, key: &str, sensor: &Sensor) -> Option<Vec<Feature>> {
+    pub fn get(&self, key: &str, sensor: &Sensor) -> Option<FoundSeams> {
         let file = self.file(key);
         let bytes = fs::read(&file).ok()?;
-        features_csv::read(&file, bytes.as_slice(), sensor).ok()
+        let features = features_csv::read(&file, bytes.as_slice(), sensor).ok()?;
+        let file = self.stripes_file(key);
+        let stripes = match fs::read(&file) {
+            Ok(bytes) => stripes_csv::read(&file, bytes.as_slice(), sensor).ok()?,
+            Err(_) => Vec::new(),
+        };
+        Some(FoundSeams { features, stripes })
     }
 
-    /// Keeps features; the file appears whole or not at all.
+    /// Keeps what was found; each file appears whole or not at all, that of the features last.
     ///
     /// # Errors
     /// What the operating system says.
-    pub fn put(&self, key: &str, features: &[Feature]) -> std::io::Result<()> {
+    pub fn put(&self, key: &str, found: &FoundSeams) -> std::io::Result<()> {
         fs::create_dir_all(&self.folder)?;
-        let unfinished = self.folder.join(format!("{key}.{}.unfinished", std::process::id()));
         let mut bytes = Vec::new();
-        features_csv::write(&mut bytes, features)?;
-        let written = fs::write(&unfinished, bytes).and_then(|()| fs::rename(&unfinished, self.file(key)));
+        if !found.stripes.is_empty() {
+            stripes_csv::write(&mut bytes, &found.stripes)?;
+            self.keep(key, &bytes, &self.stripes_file(key))?;
+            bytes.clear();
+        }
+        features_csv::write(&mut bytes, &found.features)?;
+        self.keep(key, &bytes, &self.file(key))
+    }
+
+    fn keep(&self, key: &str, bytes: &[u8], file: &Path) -> std::io::Result<()> {
+        let unfinished = self.folder.join(format!("{key}.{}.unfinished", std::process::id()));
+        let written = fs::write(&unfinished, bytes).and_then(|()| fs::rename(&unfinished, file));
         if written.is_err() {
             // Why it cannot be written is returned; that its rest cannot be removed would say nothing more.
             drop(fs::remove_file(&unfinished));
@@ -71,5 +86,9 @@ impl FeatureCache {
 
     fn file(&self, key: &str) -> PathBuf {
         self.folder.join(format!("{key}.csv"))
+    }
+
+    fn stripes_file(&self, key: &str) -> PathBuf {
+        self.folder.join(format!("{key}.stripes.csv"))
     }
 }

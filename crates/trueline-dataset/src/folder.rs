@@ -2,6 +2,7 @@
 
 use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
+use crate::found_seams::FoundSeams;
 use crate::profile::Profile;
 use crate::recording::{Feature, Recording, RobotSample, Sensor};
 use crate::sensor_setup::{RegionOfInterest, SensorSetup};
@@ -20,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// The first file, line and column that cannot be used.
 pub fn read(folder: &Path) -> Result<Recording, Error> {
     let content = read_content(folder)?;
-    if content.recording.features.is_empty() {
+    if content.recording.features.is_empty() && content.recording.stripes.is_empty() {
         return Err(Error::in_file(&folder.join("features.csv"), Problem::OnlyProfiles));
     }
     Ok(content.recording)
@@ -49,18 +50,20 @@ pub fn read_content(folder: &Path) -> Result<FolderContent, Error> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_with_features(folder: &Path, features: Vec<Feature>) -> Result<Recording, Error> {
-    Ok(read_folder(folder, Some(features))?.recording)
+pub fn read_with_features(folder: &Path, found: FoundSeams) -> Result<Recording, Error> {
+    Ok(read_folder(folder, Some(found))?.recording)
 }
 
-fn read_folder(folder: &Path, found: Option<Vec<Feature>>) -> Result<FolderContent, Error> {
+fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent, Error> {
     let mut notes = Vec::new();
     let mut inputs = BTreeMap::new();
     let mut load = |name: &str| load(&folder.join(name), name, &mut inputs);
     let sensor_text = required(folder, "sensor.toml", &mut load)?;
     let robot_text = required(folder, "robot.csv", &mut load)?;
     let features_text = if found.is_none() { load("features.csv")? } else { None };
-    let profiles_text = if found.is_none() && features_text.is_none() { load("profiles.csv")? } else { None };
+    let look_at_profiles = found.is_none() && features_text.is_none() && !folder.join("stripes.csv").exists();
+    let profiles_text = if look_at_profiles { load("profiles.csv")? } else { None };
+    let stripes_text = if found.is_none() && profiles_text.is_none() { load("stripes.csv")? } else { None };
     let initial_text = load("initial.toml")?;
     let truth_text = load("truth.toml")?;
 
@@ -71,17 +74,24 @@ fn read_folder(folder: &Path, found: Option<Vec<Feature>>) -> Result<FolderConte
     refuse_what_is_not_applied(&sensor_path, &setup)?;
     let robot_text = plain(&path("robot.csv"), robot_text, &mut notes)?;
     let robot = robot_csv::read(&path("robot.csv"), robot_text.as_slice())?;
-    let (mut features, mut profiles) = (Vec::new(), Vec::new());
+    let (mut features, mut stripes, mut profiles) = (Vec::new(), Vec::new(), Vec::new());
     if let Some(found) = found {
-        features = found;
+        (features, stripes) = (found.features, found.stripes);
     } else if let Some(text) = profiles_text {
         check_is_profiler(&sensor_path, &sensor)?;
         let text = plain(&path("profiles.csv"), text, &mut notes)?;
         profiles = profiles_csv::read(&path("profiles.csv"), text.as_slice())?;
     } else {
-        let text = features_text.ok_or_else(|| Error::in_file(&path("features.csv"), Problem::Missing))?;
-        let text = plain(&path("features.csv"), text, &mut notes)?;
-        features = features_csv::read(&path("features.csv"), text.as_slice(), &sensor)?;
+        if let Some(text) = features_text {
+            let text = plain(&path("features.csv"), text, &mut notes)?;
+            features = features_csv::read(&path("features.csv"), text.as_slice(), &sensor)?;
+        } else if stripes_text.is_none() {
+            return Err(Error::in_file(&path("features.csv"), Problem::Missing));
+        }
+        if let Some(text) = stripes_text {
+            let text = plain(&path("stripes.csv"), text, &mut notes)?;
+            stripes = stripes_csv::read(&path("stripes.csv"), text.as_slice(), &sensor)?;
+        }
     }
     let initial_path = path("initial.toml");
     let initial = initial_text
@@ -90,7 +100,7 @@ fn read_folder(folder: &Path, found: Option<Vec<Feature>>) -> Result<FolderConte
     let truth_path = path("truth.toml");
     let truth =
         truth_text.map(|text| known_toml::parse_truth(&truth_path, &utf8(&truth_path, text)?)).transpose()?;
-    let recording = Recording { sensor, setup, robot, features, initial, truth, inputs };
+    let recording = Recording { sensor, setup, robot, features, stripes, initial, truth, inputs };
     Ok(FolderContent { recording, profiles, notes })
 }
 
@@ -211,7 +221,7 @@ fn replace(folder: &Path, name: &str, table: Option<WriteTable<'_>>) -> Result<O
 /// # Errors
 /// Files that are there already, or that cannot be written.
 pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
-    for name in ["sensor.toml", "robot.csv", "features.csv", "initial.toml", "truth.toml"] {
+    for name in ["sensor.toml", "robot.csv", "features.csv", "stripes.csv", "initial.toml", "truth.toml"] {
         let file = folder.join(name);
         if file.exists() {
             return Err(Error::in_file(&file, Problem::AlreadyExists));
@@ -222,6 +232,9 @@ pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
     write_with(&folder.join("robot.csv"), |out| robot_csv::write(out, &recording.robot))?;
     if !recording.features.is_empty() {
         write_with(&folder.join("features.csv"), |out| features_csv::write(out, &recording.features))?;
+    }
+    if !recording.stripes.is_empty() {
+        write_with(&folder.join("stripes.csv"), |out| stripes_csv::write(out, &recording.stripes))?;
     }
     if let Some(guess) = &recording.initial {
         write_text(&folder.join("initial.toml"), &known_toml::format(guess, &[]))?;

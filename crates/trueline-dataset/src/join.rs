@@ -60,19 +60,26 @@ pub fn join(recordings: Vec<Recording>) -> Result<Joined, JoinError> {
             shift(&mut next, by_ns);
             shifted.push(index);
         }
-        let lines = recording.features.iter().map(|feature| feature.line + 1).max().unwrap_or(0);
+        let of_stripes = recording.stripes.iter().map(|stripe| stripe.plate / 2 + 1);
+        let lines =
+            recording.features.iter().map(|feature| feature.line + 1).chain(of_stripes).max().unwrap_or(0);
         for feature in &mut next.features {
             feature.line += lines;
+        }
+        for stripe in &mut next.stripes {
+            stripe.plate += 2 * lines;
         }
         inputs.extend(next.inputs.into_iter().map(|(name, hash)| (format!("{index}/{name}"), hash)));
         recording.robot.extend(next.robot);
         recording.features.extend(next.features);
+        recording.stripes.extend(next.stripes);
         recording.initial = recording.initial.or(next.initial);
     }
     recording.inputs = inputs;
     // Clocks of the devices and counters of frames may begin anew with each recording: as one stream they would lie.
     recording.robot.iter_mut().for_each(|sample| sample.device_ns = None);
     recording.features.iter_mut().for_each(|feature| (feature.device_ns, feature.frame) = (None, None));
+    recording.stripes.iter_mut().for_each(|stripe| stripe.frame = None);
     Ok(Joined { recording, shifted })
 }
 
@@ -86,13 +93,15 @@ fn check_sensor(index: usize, first: &Sensor, next: &Recording) -> Result<(), Jo
 fn first_ns(recording: &Recording) -> i64 {
     let robot = recording.robot.first().map(|sample| sample.stamp_ns);
     let features = recording.features.first().map(|feature| feature.stamp_ns);
-    robot.into_iter().chain(features).min().unwrap_or(0)
+    let stripes = recording.stripes.first().map(|stripe| stripe.stamp_ns);
+    robot.into_iter().chain(features).chain(stripes).min().unwrap_or(0)
 }
 
 fn last_ns(recording: &Recording) -> i64 {
     let robot = recording.robot.last().map(|sample| sample.stamp_ns);
     let features = recording.features.last().map(|feature| feature.stamp_ns);
-    robot.into_iter().chain(features).max().unwrap_or(0)
+    let stripes = recording.stripes.last().map(|stripe| stripe.stamp_ns);
+    robot.into_iter().chain(features).chain(stripes).max().unwrap_or(0)
 }
 
 /// Shifts both streams by the same amount.
@@ -102,6 +111,9 @@ fn shift(recording: &mut Recording, by_ns: i64) {
     }
     for feature in &mut recording.features {
         feature.stamp_ns += by_ns;
+    }
+    for stripe in &mut recording.stripes {
+        stripe.stamp_ns += by_ns;
     }
 }
 
@@ -131,6 +143,7 @@ mod tests {
             setup: crate::SensorSetup::default(),
             robot: robot.to_vec(),
             features: vec![feature],
+            stripes: Vec::new(),
             initial: None,
             truth: None,
             inputs: [("robot.csv".to_owned(), "hash".to_owned())].into(),

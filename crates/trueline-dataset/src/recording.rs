@@ -1,6 +1,7 @@
 //! What was recorded: the only thing calibration ever sees.
 
 use crate::sensor_setup::{Mounted, SensorSetup};
+use crate::stripes_csv::PlateStripe;
 use std::collections::BTreeMap;
 use trueline_geometry::{Line, Plane, Pose};
 use trueline_model::Camera;
@@ -16,6 +17,9 @@ pub struct Recording {
     pub robot: Vec<RobotSample>,
     /// Seam features by rising stamp.
     pub features: Vec<Feature>,
+    /// The stripes on the plates of the joint by rising stamp; empty where only seam points are known. Plates 2k and 2k + 1 are
+    /// those that meet in line k.
+    pub stripes: Vec<PlateStripe>,
     /// A first guess, if the recording came with one.
     pub initial: Option<Guess>,
     /// The truth, if the recording is simulated.

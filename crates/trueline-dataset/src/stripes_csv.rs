@@ -1,11 +1,20 @@
 //! `stripes.csv`: the laser's stripe on each of two plates, picture by picture, as two support points of it.
+//!
+//! | sensor | columns |
+//! |---|---|
+//! | camera | `time_s`, `plate`, `u1_px`, `v1_px`, `u2_px`, `v2_px`, `sigma_px`; optional `frame` |
+//! | profiler, points | `time_s`, `plate`, `x1_mm`, `z1_mm`, `x2_mm`, `z2_mm`, `sigma_mm`; optional `frame` |
+//!
+//! Of a sensor that reports points, x and z are those of the camera frame; y follows from its laser plane.
 
 use crate::error::{Error, Problem};
+use crate::recording::{Measured, Sensor};
 use crate::stamp;
-use crate::table::{ColumnSpec, Table, required};
-use crate::unit::Quantity;
+use crate::table::{ColumnSpec, Table, optional, required};
+use crate::unit::{MM_PER_M, Quantity};
 use std::io::{Read, Write};
 use std::path::Path;
+use trueline_geometry::Plane;
 
 const TIME: usize = 0;
 const FRAME: usize = 1;
@@ -14,10 +23,13 @@ const PLATE: usize = 2;
 const FIRST: usize = 3;
 const SIGMA: usize = 7;
 
-const COLUMNS: [ColumnSpec; 8] = [
+const SHARED: [ColumnSpec<'static>; 3] = [
     required("time", Quantity::Time),
-    required("frame", Quantity::Count),
+    optional("frame", Quantity::Count),
     required("plate", Quantity::Count),
+];
+
+const PIXELS: [ColumnSpec<'static>; 5] = [
     required("u1", Quantity::Pixel),
     required("v1", Quantity::Pixel),
     required("u2", Quantity::Pixel),
@@ -25,47 +37,54 @@ const COLUMNS: [ColumnSpec; 8] = [
     required("sigma", Quantity::Pixel),
 ];
 
-/// The stripe on one plate in one picture. Its line in the picture is known by two points, whose errors square to it are
+const LENGTHS: [ColumnSpec<'static>; 5] = [
+    required("x1", Quantity::Length),
+    required("z1", Quantity::Length),
+    required("x2", Quantity::Length),
+    required("z2", Quantity::Length),
+    required("sigma", Quantity::Length),
+];
+
+/// A laser plane that is steeper than this against the y axis (cosine) does not say y of x and z.
+const LEAST_Y: f64 = 0.05;
+
+/// The stripe on one plate in one picture, or profile. Its line is known by two points, whose errors square to it are
 /// independent of each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlateStripe {
-    /// Stamp on arrival, ns.
+    /// Stamp on arrival, ns: that of the picture's seam point.
     pub stamp_ns: i64,
-    /// Frame counter.
-    pub frame: u64,
-    /// Which plate, 0 or 1.
+    /// Frame counter, where recorded.
+    pub frame: Option<u64>,
+    /// Which plate: 0 or 1 of a file; see [`crate::Recording::stripes`].
     pub plate: u32,
-    /// Two points of the stripe, distorted pixels (u, v).
-    pub points_px: [[f64; 2]; 2],
-    /// Standard deviation of each point square to the stripe, px.
-    pub sigma_px: f64,
+    /// Two points of the stripe.
+    pub points: [Measured; 2],
+    /// Standard deviation of each point square to the stripe, px or m.
+    pub sigma: f64,
 }
 
-/// Reads the stripes.
+/// Reads the stripes of a sensor.
 ///
 /// # Errors
-/// Anything that is not a clean table of these columns with rising stamps, plates 0 and 1 and positive sigmas.
-pub fn read(file: &Path, input: impl Read) -> Result<Vec<PlateStripe>, Error> {
-    let mut table = Table::open(file, input, &COLUMNS)?;
+/// Anything that is not a clean table of these columns with rising stamps, plates 0 and 1, positive sigmas and two points
+/// that are not the same.
+pub fn read(file: &Path, input: impl Read, sensor: &Sensor) -> Result<Vec<PlateStripe>, Error> {
+    let own = if matches!(sensor, Sensor::CameraLaser { .. }) { PIXELS } else { LENGTHS };
+    let columns: Vec<ColumnSpec<'static>> = SHARED.into_iter().chain(own).collect();
+    let mut table = Table::open(file, input, &columns)?;
     let mut stripes: Vec<PlateStripe> = Vec::new();
     while table.next_row()? {
-        let at = |k: usize| table.required_number(FIRST + k);
-        let plate = table.count(PLATE)?.unwrap_or_default();
-        let stripe = PlateStripe {
-            stamp_ns: table.stamp_ns(TIME)?,
-            frame: table.count(FRAME)?.unwrap_or_default(),
-            plate: u32::from(plate == 1),
-            points_px: [[at(0)?, at(1)?], [at(2)?, at(3)?]],
-            sigma_px: table.sigma(SIGMA)?.unwrap_or(f64::NAN),
-        };
-        if plate > 1 {
-            return Err(table.error_in(PLATE, Problem::NotAPlate { plate }));
-        }
+        let stripe = read_row(&table, file, sensor)?;
         if let Some(last) = stripes.last()
             && stripe.stamp_ns < last.stamp_ns
         {
             let (previous_s, this_s) = (stamp::seconds(last.stamp_ns), stamp::seconds(stripe.stamp_ns));
             return Err(table.error_in(TIME, Problem::TimeRunsBackwards { previous_s, this_s }));
+        }
+        let same = |other: &&PlateStripe| other.stamp_ns == stripe.stamp_ns;
+        if stripes.iter().rev().take_while(same).any(|other| other.plate == stripe.plate) {
+            return Err(table.error_in(PLATE, Problem::PlateTwice { plate: stripe.plate }));
         }
         stripes.push(stripe);
     }
@@ -75,15 +94,60 @@ pub fn read(file: &Path, input: impl Read) -> Result<Vec<PlateStripe>, Error> {
     Ok(stripes)
 }
 
-/// Writes stripes.
+fn read_row<R: Read>(table: &Table<'_, R>, file: &Path, sensor: &Sensor) -> Result<PlateStripe, Error> {
+    let at = |k: usize| table.required_number(FIRST + k);
+    let plate = table.count(PLATE)?.unwrap_or_default();
+    if plate > 1 {
+        return Err(table.error_in(PLATE, Problem::NotAPlate { plate }));
+    }
+    let ends = [[at(0)?, at(1)?], [at(2)?, at(3)?]];
+    if ends[0] == ends[1] {
+        return Err(table.error_in(FIRST, Problem::StripeWithoutLength));
+    }
+    let points = match sensor {
+        Sensor::CameraLaser { .. } => ends.map(Measured::Pixel),
+        Sensor::Profiler => ends.map(Measured::Profile),
+        Sensor::Points { laser_plane_in_camera } => {
+            let plane = laser_plane_in_camera.filter(|plane| plane.normal().y.abs() > LEAST_Y);
+            let plane = plane.ok_or_else(|| Error::in_file(file, Problem::StripesWithoutLaserPlane))?;
+            ends.map(|end| on_plane(&plane, end))
+        }
+    };
+    Ok(PlateStripe {
+        stamp_ns: table.stamp_ns(TIME)?,
+        frame: table.count(FRAME)?,
+        plate: u32::from(plate == 1),
+        points,
+        sigma: table.sigma(SIGMA)?.unwrap_or(f64::NAN),
+    })
+}
+
+fn on_plane(plane: &Plane, [x, z]: [f64; 2]) -> Measured {
+    let normal = plane.normal();
+    Measured::Point([x, (plane.offset() - normal.x * x - normal.z * z) / normal.y, z])
+}
+
+/// Writes stripes; the columns follow from the first one.
 ///
 /// # Errors
 /// What the writer says.
 pub fn write(mut out: impl Write, stripes: &[PlateStripe]) -> std::io::Result<()> {
-    writeln!(out, "time_s,frame,plate,u1_px,v1_px,u2_px,v2_px,sigma_px")?;
-    for PlateStripe { stamp_ns, frame, plate, points_px: [[u1, v1], [u2, v2]], sigma_px } in stripes {
-        let time_s = stamp::format_seconds(*stamp_ns);
-        writeln!(out, "{time_s},{frame},{plate},{u1},{v1},{u2},{v2},{sigma_px}")?;
+    let are_pixels = stripes.iter().all(|stripe| matches!(stripe.points[0], Measured::Pixel(_)));
+    let frames = stripes.iter().all(|stripe| stripe.frame.is_some());
+    let (names, scale) = if are_pixels {
+        ("u1_px,v1_px,u2_px,v2_px,sigma_px", 1.0)
+    } else {
+        ("x1_mm,z1_mm,x2_mm,z2_mm,sigma_mm", MM_PER_M)
+    };
+    writeln!(out, "time_s,{}plate,{names}", if frames { "frame," } else { "" })?;
+    for PlateStripe { stamp_ns, frame, plate, points, sigma } in stripes {
+        let frame = frame.filter(|_| frames).map_or(String::new(), |frame| format!("{frame},"));
+        write!(out, "{},{frame}{plate}", stamp::format_seconds(*stamp_ns))?;
+        for point in points {
+            let (Measured::Pixel([a, b]) | Measured::Profile([a, b]) | Measured::Point([a, _, b])) = *point;
+            write!(out, ",{},{}", a * scale, b * scale)?;
+        }
+        writeln!(out, ",{}", sigma * scale)?;
     }
     Ok(())
 }
@@ -92,28 +156,61 @@ pub fn write(mut out: impl Write, stripes: &[PlateStripe]) -> std::io::Result<()
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
     use super::{PlateStripe, read, write};
+    use crate::recording::{Measured, Sensor};
     use std::path::Path;
+    use trueline_geometry::Plane;
 
-    const HEADER: &str = "time_s,frame,plate,u1_px,v1_px,u2_px,v2_px,sigma_px";
+    const HEADER: &str = "time_s,frame,plate,x1_mm,z1_mm,x2_mm,z2_mm,sigma_mm";
 
     fn refusal(rows: &str) -> String {
         let text = format!("{HEADER}\n{rows}");
-        read(Path::new("stripes.csv"), text.as_bytes()).unwrap_err().to_string()
+        read(Path::new("stripes.csv"), text.as_bytes(), &Sensor::Profiler).unwrap_err().to_string()
+    }
+
+    fn camera() -> Sensor {
+        let text = "kind = \"camera_laser\"\n[camera]\nwidth = 640\nheight = 480\nfx = 800\nfy = 800\ncx = 320\ncy = 240\n\
+                    distortion = [0, 0, 0, 0, 0]\n[laser_plane]\nnormal = [0, 0.6, 0.8]\noffset_mm = 100\n";
+        crate::sensor_toml::parse(Path::new("sensor.toml"), text).unwrap()
     }
 
     #[test]
     fn what_is_written_is_read_again() {
-        let stripe = |plate: u32| PlateStripe {
-            stamp_ns: 1_700_000_000_123_456_789,
-            frame: 7,
-            plate,
-            points_px: [[1.25, 2.5], [300.1, 40.7]],
-            sigma_px: 0.031,
-        };
-        let mut text = Vec::new();
-        write(&mut text, &[stripe(0), stripe(1)]).unwrap();
-        assert!(text.starts_with(HEADER.as_bytes()));
-        assert_eq!(read(Path::new("stripes.csv"), text.as_slice()).unwrap(), [stripe(0), stripe(1)]);
+        let plane = Plane::from_height(0.1, 2.0, 0.13).unwrap();
+        let point = |x: f64, z: f64| Measured::Point([x, (z - 0.13 - 0.1 * x) / 2.0, z]);
+        let kinds = [
+            (camera(), [Measured::Pixel([1.25, 2.5]), Measured::Pixel([300.1, 40.7])]),
+            (Sensor::Profiler, [Measured::Profile([0.001, 0.12]), Measured::Profile([0.015, 0.13])]),
+            (Sensor::Points { laser_plane_in_camera: Some(plane) }, [point(0.001, 0.12), point(0.015, 0.13)]),
+        ];
+        for (sensor, points) in kinds {
+            for frame in [Some(7), None] {
+                let stripe = |plate: u32| PlateStripe {
+                    stamp_ns: 1_700_000_000_123_456_789,
+                    frame,
+                    plate,
+                    points,
+                    sigma: 0.03125,
+                };
+                let mut text = Vec::new();
+                write(&mut text, &[stripe(0), stripe(1)]).unwrap();
+                let back = read(Path::new("stripes.csv"), text.as_slice(), &sensor).unwrap();
+                for (back, plate) in back.iter().zip(0..) {
+                    let expected = stripe(plate);
+                    assert_eq!((back.stamp_ns, back.frame, back.plate), (expected.stamp_ns, frame, plate));
+                    let numbers = |stripe: &PlateStripe| -> Vec<f64> {
+                        let of = |point: &Measured| match *point {
+                            Measured::Pixel(p) | Measured::Profile(p) => p.to_vec(),
+                            Measured::Point(p) => p.to_vec(),
+                        };
+                        stripe.points.iter().flat_map(of).chain([stripe.sigma]).collect()
+                    };
+                    // Through millimetres and back: rounding, of y after a division by 0.9.
+                    for (a, b) in numbers(back).iter().zip(numbers(&expected)) {
+                        assert!((a - b).abs() <= 1e-15 * b.abs().max(1.0), "{a} {b}");
+                    }
+                }
+            }
+        }
     }
 
     #[test]
@@ -124,5 +221,15 @@ mod tests {
         );
         assert!(refusal("0,0,0,1,1,2,2,0\n").contains("expected a standard deviation above zero"));
         assert!(refusal("1,0,0,1,1,2,2,1\n0,1,0,1,1,2,2,1\n").contains("time runs backwards"));
+        assert!(
+            refusal("0,0,0,1,1,2,2,1\n0,0,0,1,1,2,2,1\n").contains("line 3, column `plate`: plate 0 twice")
+        );
+        assert!(refusal("0,0,0,1,1,1,1,1\n").contains("line 2, column `x1_mm`: the two points are the same"));
+        let text = format!("{HEADER}\n0,0,0,1,1,2,2,1\n");
+        let without = Sensor::Points { laser_plane_in_camera: None };
+        let error = read(Path::new("stripes.csv"), text.as_bytes(), &without).unwrap_err();
+        assert!(error.to_string().contains("laser plane"), "{error}");
+        let error = read(Path::new("stripes.csv"), text.as_bytes(), &camera()).unwrap_err();
+        assert!(error.to_string().contains("u1"), "{error}");
     }
 }

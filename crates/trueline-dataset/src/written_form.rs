@@ -6,6 +6,7 @@
 use crate::error::Error;
 use crate::recording::{Feature, Measured, Recording, RobotSample, Sensor};
 use crate::sensor_toml::{self, SensorFile};
+use crate::stripes_csv::PlateStripe;
 use crate::unit::MM_PER_M;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::Path;
@@ -25,6 +26,7 @@ pub fn of(mut recording: Recording, keeps_sensor: bool) -> Result<Recording, Err
     }
     robot(&mut recording.robot);
     features(&mut recording.features, &recording.sensor);
+    stripes(&mut recording.stripes);
     Ok(recording)
 }
 
@@ -41,6 +43,23 @@ fn robot(samples: &mut [RobotSample]) {
         let rotation = UnitQuaternion::new_normalize(*pose.rotation.quaternion());
         sample.base_from_tool = se3::from_parts(rotation, position);
         sample.device_ns = sample.device_ns.filter(|_| device);
+    }
+}
+
+fn stripes(stripes: &mut [PlateStripe]) {
+    let frames = stripes.iter().all(|stripe| stripe.frame.is_some());
+    for stripe in stripes {
+        stripe.frame = stripe.frame.filter(|_| frames);
+        for point in &mut stripe.points {
+            match point {
+                Measured::Pixel(_) => continue,
+                Measured::Point(numbers) => *numbers = numbers.map(through_mm),
+                Measured::Profile(numbers) => *numbers = numbers.map(through_mm),
+            }
+        }
+        if !matches!(stripe.points[0], Measured::Pixel(_)) {
+            stripe.sigma = through_mm(stripe.sigma);
+        }
     }
 }
 

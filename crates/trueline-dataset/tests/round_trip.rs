@@ -95,6 +95,7 @@ fn folders_of_every_kind() {
             setup: Default::default(),
             robot: robot(30),
             features,
+            stripes: Vec::new(),
             initial: None,
             truth: None,
             inputs: Default::default(),

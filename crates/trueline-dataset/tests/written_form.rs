@@ -30,6 +30,7 @@ fn recording(device: bool, sigma: bool) -> Recording {
         setup: Default::default(),
         robot: (0..200).map(sample).collect(),
         features: (0..200).map(feature).collect(),
+        stripes: Vec::new(),
         initial: None,
         truth: None,
         inputs: BTreeMap::new(),

@@ -64,6 +64,7 @@ fn record(
         setup: SensorSetup::default(),
         robot: robot_samples(scenario, &|time_s| robot.reported(time_s), seed),
         features: features(scenario, &|time_s| robot.actual(time_s), faults, seed),
+        stripes: Vec::new(),
         initial: None,
         truth: Some(Truth { parameters, lines: scenario.cell.lines.clone() }),
         inputs: BTreeMap::new(),

@@ -4,7 +4,7 @@ use crate::lens::Lens;
 use crate::measure::stripe_meter::Fit;
 use crate::seam::{GRID_SIGMA_PX, Seam};
 use nalgebra::Vector2;
-use trueline_dataset::{Feature, FrameStamp, PlateStripe};
+use trueline_dataset::{Feature, FrameStamp, Measured, PlateStripe};
 
 /// What was found in one picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,10 +40,10 @@ impl Detection {
         let FrameStamp { stamp_ns, frame, .. } = *stamp;
         self.plates.into_iter().flatten().zip(0..).map(move |(support, plate)| PlateStripe {
             stamp_ns,
-            frame,
+            frame: Some(frame),
             plate,
-            points_px: support.points_px.map(Into::into),
-            sigma_px: support.sigma_px,
+            points: support.points_px.map(|point| Measured::Pixel(point.into())),
+            sigma: support.sigma_px,
         })
     }
 

@@ -7,7 +7,7 @@ use std::ops::Deref;
 use std::path::Path;
 use trueline_dataset::{Feature, Guess, RobotSample, Sensor, SensorSetup, folder};
 #[cfg(feature = "images")]
-use trueline_dataset::{PictureFolder, PictureSource, images};
+use trueline_dataset::{FoundSeams, PictureFolder, PictureSource, images};
 #[cfg(feature = "mcap")]
 use trueline_dataset::{Problem, SensorFile, sensor_toml};
 use trueline_method::evaluate::seam_points::{self, SeamPoints};
@@ -40,6 +40,20 @@ impl Recording {
         if images::index_of(path).exists() && !path.join("features.csv").exists() {
             return with_pictures(path);
         }
+        #[cfg(feature = "images")]
+        {
+            let content = folder::read_content(path)?;
+            let mut data = content.recording;
+            if !content.profiles.is_empty() {
+                let found = trueline_vision::profile::seams(&content.profiles).found;
+                if found.features.is_empty() {
+                    return Err(Error::NoFeatures(path.to_owned()));
+                }
+                (data.features, data.stripes) = (found.features, found.stripes);
+            }
+            Ok(Recording { data, notes: content.notes })
+        }
+        #[cfg(not(feature = "images"))]
         Ok(folder::read(path)?.into())
     }
 
@@ -51,6 +65,7 @@ impl Recording {
             setup: SensorSetup::default(),
             robot: poses,
             features,
+            stripes: Vec::new(),
             initial: None,
             truth: None,
             inputs: BTreeMap::new(),
@@ -108,11 +123,13 @@ fn imported(path: &Path) -> Result<Recording, Error> {
     folder::refuse_what_is_not_applied(path, &data.setup)?;
     #[cfg(feature = "images")]
     if let (true, Some(pictures)) = (data.features.is_empty(), &imported.pictures) {
-        data.features = seams_in(pictures, &data.sensor)?;
+        let found = seams_in(pictures, &data.sensor)?;
+        (data.features, data.stripes) = (found.features, found.stripes);
     }
     #[cfg(feature = "images")]
     if data.features.is_empty() {
-        data.features = trueline_vision::profile::seams(&imported.profiles).features;
+        let found = trueline_vision::profile::seams(&imported.profiles).found;
+        (data.features, data.stripes) = (found.features, found.stripes);
     }
     if data.features.is_empty() {
         return Err(Error::NoFeatures(path.to_owned()));
@@ -125,17 +142,17 @@ fn imported(path: &Path) -> Result<Recording, Error> {
 /// A dataset folder without features: they are found in its pictures, and nothing is written.
 #[cfg(feature = "images")]
 fn with_pictures(path: &Path) -> Result<Recording, Error> {
-    let features = seams_in(&PictureFolder::open(path)?, &folder::read_sensor(path)?)?;
-    if features.is_empty() {
+    let found = seams_in(&PictureFolder::open(path)?, &folder::read_sensor(path)?)?;
+    if found.features.is_empty() {
         return Err(Error::NoFeatures(path.to_owned()));
     }
-    Ok(folder::read_with_features(path, features)?.into())
+    Ok(folder::read_with_features(path, found)?.into())
 }
 
 #[cfg(feature = "images")]
-fn seams_in(pictures: &dyn PictureSource, sensor: &Sensor) -> Result<Vec<Feature>, Error> {
+fn seams_in(pictures: &dyn PictureSource, sensor: &Sensor) -> Result<FoundSeams, Error> {
     let detector = Detector::for_sensor(sensor).ok_or(ScanError::NoCamera { kind: sensor.kind() })?;
-    Ok(find_seams(pictures, &detector, None, &())?.features())
+    Ok(find_seams(pictures, &detector, None, &())?.found())
 }
 
 /// The sensor that was laid into a bag's folder.

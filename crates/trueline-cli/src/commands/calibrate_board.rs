@@ -186,6 +186,7 @@ fn stamped(robot: Vec<RobotSample>, stamps_ns: &[i64]) -> Recording {
         setup: SensorSetup::default(),
         robot,
         features: stamps_ns.iter().map(feature).collect(),
+        stripes: Vec::new(),
         initial: None,
         truth: None,
         inputs: BTreeMap::new(),

@@ -122,10 +122,11 @@ fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Fa
             "leave it out: the corner of two straight faces is looked for",
         ));
     }
-    let features = opened_dataset::profile_features(profiles, args.quiet)?;
-    let kept = folder::replace_features(&args.dataset, &features)?;
-    if let (Some(kept), false) = (kept, args.quiet) {
-        output::words(&format!("the features that were there are now in {}", kept.display()));
+    let found = opened_dataset::seams_of_profiles(profiles, args.quiet)?;
+    let kept = folder::replace_features(&args.dataset, &found.features)?;
+    let kept = kept.into_iter().chain(folder::replace_stripes(&args.dataset, &found.stripes)?);
+    if !args.quiet {
+        kept.for_each(|kept| output::words(&format!("what was there before is now in {}", kept.display())));
     }
     Ok(ExitCode::SUCCESS)
 }

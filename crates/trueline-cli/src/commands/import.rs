@@ -100,5 +100,14 @@ fn tum_recording(poses: &Path, features: &Path, sensor: &Path) -> Result<Recordi
     }
     let features = features_csv::read(features, csv.as_slice(), &sensor)?;
     let robot = tum::read_robot(poses)?;
-    Ok(Recording { sensor, setup, robot, features, initial: None, truth: None, inputs: BTreeMap::new() })
+    Ok(Recording {
+        sensor,
+        setup,
+        robot,
+        features,
+        stripes: Vec::new(),
+        initial: None,
+        truth: None,
+        inputs: BTreeMap::new(),
+    })
 }

@@ -73,8 +73,16 @@ impl CsvFolder {
             Some(source) => (Vec::new(), self.read_profiles(source, &mut notes)?),
             None => (self.read_features(&sensor, &mut notes)?, Vec::new()),
         };
-        let recording =
-            Recording { sensor, setup, robot, features, initial: None, truth: None, inputs: BTreeMap::new() };
+        let recording = Recording {
+            sensor,
+            setup,
+            robot,
+            features,
+            stripes: Vec::new(),
+            initial: None,
+            truth: None,
+            inputs: BTreeMap::new(),
+        };
         Ok(Imported { recording, profiles, notes })
     }
 

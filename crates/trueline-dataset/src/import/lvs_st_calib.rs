@@ -43,6 +43,7 @@ pub fn read_simulation(folder: &Path) -> Result<Recording, Error> {
         setup: SensorSetup::default(),
         robot: simulated_robot(&folder.join("egm.txt"))?,
         features: simulated_features(&folder.join("cam.txt"))?,
+        stripes: Vec::new(),
         initial: None,
         truth: None,
         inputs: BTreeMap::new(),
@@ -120,7 +121,16 @@ pub fn read_recording(
         .collect();
     let robot = real_robot(robot)?;
     let SensorFile { sensor, setup } = sensor;
-    Ok(Recording { sensor, setup, robot, features, initial: None, truth: None, inputs: BTreeMap::new() })
+    Ok(Recording {
+        sensor,
+        setup,
+        robot,
+        features,
+        stripes: Vec::new(),
+        initial: None,
+        truth: None,
+        inputs: BTreeMap::new(),
+    })
 }
 
 fn real_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {

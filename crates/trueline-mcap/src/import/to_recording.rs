@@ -73,7 +73,7 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
     }
     let SensorFile { sensor, setup } = sensor;
     let (initial, truth, inputs) = (None, None, hashes(&bag)?);
-    let recording = Recording { sensor, setup, robot, features, initial, truth, inputs };
+    let recording = Recording { sensor, setup, robot, features, stripes: Vec::new(), initial, truth, inputs };
     let stamp_meaning = survey.about.get("stamp_meaning").filter(|words| !words.is_empty()).cloned();
     let types = std::mem::take(&mut collected.picture_types);
     let topic = chosen.pictures.unwrap_or_default();

@@ -122,6 +122,9 @@ pub fn aligned(recording: &Recording, images_ahead_ns: i64) -> Recording {
     for feature in &mut moved.features {
         feature.stamp_ns -= images_ahead_ns;
     }
+    for stripe in &mut moved.stripes {
+        stripe.stamp_ns -= images_ahead_ns;
+    }
     moved
 }
 

@@ -33,6 +33,18 @@ pub struct ProfileCorner {
     pub covariance_mm2: Matrix2<f64>,
     /// Angle between the faces, rad.
     pub angle_rad: f64,
+    /// The faces, the left one first.
+    pub faces: [FaceSupport; 2],
+}
+
+/// All that a straight face says: two points of it, whose errors square to it are independent of each other and equally
+/// large.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceSupport {
+    /// The points (x, z), the one nearer to the corner first, mm.
+    pub points_mm: [Vector2<f64>; 2],
+    /// Standard deviation of each square to the face, mm.
+    pub sigma_mm: f64,
 }
 
 /// Why a profile has no corner.
@@ -81,6 +93,32 @@ impl Face {
     /// Unit direction of the line.
     fn direction(&self) -> Vector2<f64> {
         (self.along + square_to(&self.along) * self.regression.slope).normalize()
+    }
+
+    /// The support points of the face, as of a stripe in a picture: errors of the line at two distances x, y from the middle of
+    /// the regression covary by m₁₁ + m₁₂ (x + y) + m₂₂ x y, which vanishes for x, y = x₀ ± d with x₀ = −m₁₂/m₂₂ and
+    /// d² = (m₁₁ − m₁₂²/m₂₂)/m₂₂. A profile without any noise says nothing of it: then those of an even face, ℓ/√3 from the
+    /// middle.
+    fn support(&self, corner: &Vector2<f64>, half_length_mm: f64) -> FaceSupport {
+        let Regression { centre, covariance, slope, .. } = &self.regression;
+        let middle = -covariance.m12 / covariance.m22;
+        let variance = covariance.m11 - covariance.m12 * covariance.m12 / covariance.m22;
+        let half = (variance / covariance.m22).sqrt();
+        let (middle, half) = if half > 0.0 && half.is_finite() {
+            (middle, half)
+        } else {
+            (0.0, half_length_mm / 3_f64.sqrt())
+        };
+        let at = |from_centre: f64| {
+            let s = centre + from_centre;
+            self.origin + self.along * s + square_to(&self.along) * self.regression.shift_at(s)
+        };
+        let mut points_mm = [at(middle - half), at(middle + half)];
+        if (points_mm[0] - corner).norm_squared() > (points_mm[1] - corner).norm_squared() {
+            points_mm.swap(0, 1);
+        }
+        let sigma_mm = ((2.0 * variance.max(0.0)).sqrt() / slope.hypot(1.0)).max(LEAST_SIGMA_MM);
+        FaceSupport { points_mm, sigma_mm }
     }
 
     /// A point of the line.
@@ -226,7 +264,9 @@ impl CornerFinder {
         let covariance_mm2 =
             inverse * Matrix2::from_diagonal(&Vector2::from(variances)) * inverse.transpose();
         let angle_rad = normals.determinant().abs().min(1.0).asin();
-        Ok(ProfileCorner { point_mm: corner, covariance_mm2, angle_rad })
+        let ends = [self.points[0], self.points[self.points.len() - 1]];
+        let faces = [0, 1].map(|k| faces[k].support(&corner, 0.5 * (ends[k] - corner).norm()));
+        Ok(ProfileCorner { point_mm: corner, covariance_mm2, angle_rad, faces })
     }
 }
 

@@ -3,5 +3,5 @@
 pub mod corner;
 mod scan;
 
-pub use corner::{CornerFinder, NoCorner, ProfileCorner};
+pub use corner::{CornerFinder, FaceSupport, NoCorner, ProfileCorner};
 pub use scan::{ProfileSeams, seams};

@@ -1,16 +1,17 @@
-//! The seams of all profiles of a scan.
+//! The seams of all profiles of a scan, and the stripes on the plates that meet there.
 
-use super::corner::{CornerFinder, NoCorner};
+use super::corner::{CornerFinder, FaceSupport, NoCorner, ProfileCorner};
+use nalgebra::Vector2;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_dataset::{Feature, Measured, Profile};
+use trueline_dataset::{Feature, FoundSeams, Measured, PlateStripe, Profile};
 
 /// What was found in the profiles of a scan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProfileSeams {
-    /// One feature for each profile with a corner, by rising stamp.
-    pub features: Vec<Feature>,
+    /// One feature for each profile with a corner, by rising stamp, and the stripes of its two faces.
+    pub found: FoundSeams,
     /// Profiles without one, by reason.
     pub not_found: BTreeMap<NoCorner, usize>,
 }
@@ -18,29 +19,50 @@ pub struct ProfileSeams {
 /// Looks at every profile as a whole; nothing is remembered from the one before. The result does not depend on the number of threads.
 #[must_use]
 pub fn seams(profiles: &[Profile]) -> ProfileSeams {
-    let found: Vec<Result<Feature, NoCorner>> =
-        profiles.par_iter().map_init(CornerFinder::default, feature).collect();
+    let corners: Vec<Result<ProfileCorner, NoCorner>> =
+        profiles.par_iter().map_init(CornerFinder::default, corner).collect();
     let mut seams = ProfileSeams::default();
-    for result in found {
+    for (profile, result) in profiles.iter().zip(corners) {
         match result {
-            Ok(feature) => seams.features.push(feature),
+            Ok(corner) => {
+                seams.found.features.push(feature(profile, &corner));
+                seams.found.stripes.extend(stripes(profile, &corner));
+            }
             Err(reason) => *seams.not_found.entry(reason).or_insert(0) += 1,
         }
     }
     seams
 }
 
-fn feature(finder: &mut CornerFinder, profile: &Profile) -> Result<Feature, NoCorner> {
+fn corner(finder: &mut CornerFinder, profile: &Profile) -> Result<ProfileCorner, NoCorner> {
     let points_mm: Vec<[f64; 2]> =
         profile.points.iter().map(|point| [point.x_m * MM_PER_M, point.z_m * MM_PER_M]).collect();
-    let corner = finder.find(&points_mm)?;
+    finder.find(&points_mm)
+}
+
+fn measured(point_mm: &Vector2<f64>) -> Measured {
+    Measured::Profile([point_mm.x / MM_PER_M, point_mm.y / MM_PER_M])
+}
+
+fn feature(profile: &Profile, corner: &ProfileCorner) -> Feature {
     let covariance = corner.covariance_mm2;
-    Ok(Feature {
+    Feature {
         stamp_ns: profile.stamp_ns,
         line: 0,
         frame: profile.frame,
         device_ns: None,
-        measured: Measured::Profile([corner.point_mm.x / MM_PER_M, corner.point_mm.y / MM_PER_M]),
+        measured: measured(&corner.point_mm),
         sigma: Some([covariance.m11.sqrt() / MM_PER_M, covariance.m22.sqrt() / MM_PER_M]),
-    })
+    }
+}
+
+fn stripes(profile: &Profile, corner: &ProfileCorner) -> [PlateStripe; 2] {
+    let stripe = |plate: u32, face: &FaceSupport| PlateStripe {
+        stamp_ns: profile.stamp_ns,
+        frame: profile.frame,
+        plate,
+        points: [measured(&face.points_mm[0]), measured(&face.points_mm[1])],
+        sigma: face.sigma_mm / MM_PER_M,
+    };
+    [stripe(0, &corner.faces[0]), stripe(1, &corner.faces[1])]
 }

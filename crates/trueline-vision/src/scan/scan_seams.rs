@@ -7,7 +7,7 @@ use crate::scan::picture_fault::PictureFault;
 use crate::seam::{Joint, Seam};
 use std::collections::BTreeMap;
 use std::time::Duration;
-use trueline_dataset::{Feature, FrameStamp, PlateStripe};
+use trueline_dataset::{Feature, FoundSeams, FrameStamp, PlateStripe};
 
 /// Why a joint was looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +84,12 @@ impl ScanSeams {
     #[must_use]
     pub fn stripes(&self) -> Vec<PlateStripe> {
         self.detections().flat_map(|(stamp, found)| found.stripes(stamp)).collect()
+    }
+
+    /// Both together.
+    #[must_use]
+    pub fn found(&self) -> FoundSeams {
+        FoundSeams { features: self.features(), stripes: self.stripes() }
     }
 
     /// Why pictures have no seam: for each kind of reason how many, and the one of them in the middle.
