@@ -8,8 +8,9 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use trueline_dataset::sensor_setup::RegionOfInterest;
-use trueline_dataset::{PictureFolder, PictureSource, SensorFile, folder};
+use trueline_dataset::{PictureFolder, PictureSource, SensorFile, folder, gray_png};
 use trueline_report::picture_page::{Looked, MissingSeam, SeamPixel};
+use trueline_vision::contact_sheet::{self, Sample};
 use trueline_vision::scan::{ExaminedPicture, ScanError, ScanObserver, ScanSeams, Stage};
 use trueline_vision::{Detector, Joint, PictureRegion, StripeChoice, find_seams};
 
@@ -167,4 +168,12 @@ pub fn looked(scan: &ScanSeams) -> Vec<Looked> {
         },
     });
     looked.collect()
+}
+
+/// Some pictures for the report, PNG, with their numbers.
+pub fn samples(dataset: &Path, scan: &ScanSeams) -> Result<Vec<(usize, Vec<u8>)>, Failure> {
+    let samples = contact_sheet::samples(&PictureFolder::open(dataset)?, scan);
+    let png =
+        |Sample { number, canvas }: Sample| Ok((number, gray_png::encode_rgb(canvas.size(), canvas.rgb())?));
+    samples.into_iter().map(png).collect()
 }

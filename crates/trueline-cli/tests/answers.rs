@@ -48,6 +48,8 @@ fn streams_without_a_common_clock_are_aligned_and_the_offset_is_that_of_the_reco
     let off_s = result["time_offset_s"].as_f64().unwrap() - (1234.5 + truth_s);
     assert!(off_s.abs() < 5.0 * result["sigma"]["time_offset_s"].as_f64().unwrap(), "{off_s}");
     assert!((result["images_ahead_s"].as_f64().unwrap() - 1234.5).abs() < 1.0);
+    let rule = result["time_offset_use"]["rule"].as_str().unwrap();
+    assert!(rule.starts_with("true exposure = stamp − 12345"), "of the stamps as recorded: {rule}");
     // The offset of the stamps as recorded is what the recording is used with.
     succeeds(dir.path(), "apply scan -c result.json -o seam.csv -q");
     assert!(fs::read_to_string(dir.path().join("seam.csv")).unwrap().lines().count() > 100);

@@ -1,7 +1,7 @@
 //! All formats by name.
 
 use crate::format::Format;
-use crate::{files, robots, ros};
+use crate::{files, robots, ros, time_offset};
 
 /// The format of a name or an alias.
 #[must_use]
@@ -10,7 +10,7 @@ pub fn named(name: &str) -> Option<&'static Format> {
 }
 
 /// All of them.
-pub const FORMATS: [Format; 22] = [
+pub const FORMATS: [Format; 23] = [
     robots::ABB_TOOLDATA,
     robots::ABB_WOBJDATA,
     robots::ABB_POSE,
@@ -33,4 +33,5 @@ pub const FORMATS: [Format; 22] = [
     files::JSON,
     files::QUATERNION,
     files::EULER,
+    time_offset::FORMAT,
 ];

@@ -1,5 +1,23 @@
 //! What to do with a time offset: the rule in one line, and the lines of a program that apply it.
 
+use crate::format::{Format, Group, Unsupported};
+
+/// The rule, where it is entered, and the programs, as one text.
+pub const FORMAT: Format = Format {
+    name: "time-offset",
+    aliases: &["offset"],
+    title: "How to use the time offset",
+    group: Group::Program,
+    convention: "The rule, where to enter it, what voids it, and a seam point in base in Python, C++ and RAPID (s).",
+    write: |mounting| {
+        let offset_s = mounting.time_offset_s.ok_or(Unsupported::NoTimeOffset)?;
+        let advice = advice(offset_s).join("\n\n");
+        let programs =
+            snippets(offset_s).map(|snippet| format!("{}:\n\n{}\n", snippet.language, snippet.text));
+        Ok(format!("{}\n\n{advice}\n\n{}", rule(offset_s), programs.join("\n")))
+    },
+};
+
 /// A program that applies a time offset.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Snippet {

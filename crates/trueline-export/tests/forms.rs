@@ -114,3 +114,16 @@ fn the_rule_of_the_time_offset_has_its_sign() {
         assert!(snippet.text.contains("stamp - (0.017663)"), "{}", snippet.language);
     }
 }
+
+#[test]
+fn the_use_of_the_time_offset_is_a_form_of_its_own() {
+    let text = named("time-offset").unwrap().text(&mounting()).unwrap();
+    assert!(text.starts_with("true exposure = stamp − 17.663 ms\n"), "{text}");
+    // Each program subtracts the offset once, whatever its sign.
+    assert_eq!(text.matches("stamp - (0.017663)").count(), 3, "{text}");
+    for words in ["enter it there", "It holds as long as", "Python:", "C++:", "RAPID:"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let unknown = Mounting { time_offset_s: None, ..mounting() };
+    assert_eq!(named("time-offset").unwrap().text(&unknown), Err(Unsupported::NoTimeOffset));
+}

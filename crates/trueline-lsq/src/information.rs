@@ -14,6 +14,7 @@ pub struct Information {
     dimension: usize,
     scale: DVector<f64>,
     singular_values: DVector<f64>,
+    composition: Vec<Vec<usize>>,
     root: DMatrix<f64>,
     null: DMatrix<f64>,
     known: usize,
@@ -98,7 +99,11 @@ impl Information {
                 null[(unknown, column - rank)] = eigenvectors[(row, column)];
             }
         }
-        Some(Self { free, dimension, scale, singular_values, root, null, known: 0 })
+        let composition = eigenvectors
+            .column_iter()
+            .map(|direction| strongest(direction.as_slice()).into_iter().map(|row| free[row]).collect())
+            .collect();
+        Some(Self { free, dimension, scale, singular_values, composition, root, null, known: 0 })
     }
 
     /// The same where only some directions count as seen: the columns of `kept` (orthonormal, in the coordinates of
@@ -130,6 +135,13 @@ impl Information {
     #[must_use]
     pub fn singular_values(&self) -> &DVector<f64> {
         &self.singular_values
+    }
+
+    /// The unknowns that make up the direction of each singular value, the strongest first; those that carry less than a fifth of
+    /// it are left out.
+    #[must_use]
+    pub fn composition(&self) -> &[Vec<usize>] {
+        &self.composition
     }
 
     /// Number of directions that are seen, with those that were known beforehand.
@@ -166,6 +178,13 @@ impl Information {
     }
 }
 
+/// Places of the components that carry at least a fifth of a unit direction's square, the strongest first.
+fn strongest(direction: &[f64]) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..direction.len()).filter(|k| direction[*k].powi(2) >= 0.2).collect();
+    places.sort_by(|a, b| direction[*b].abs().total_cmp(&direction[*a].abs()));
+    places
+}
+
 /// Orthonormal columns square to the orthonormal columns given.
 fn orthogonal_complement(columns: &DMatrix<f64>) -> DMatrix<f64> {
     let (size, count) = columns.shape();
@@ -174,4 +193,24 @@ fn orthogonal_complement(columns: &DMatrix<f64>) -> DMatrix<f64> {
     let mut order: Vec<usize> = (0..size).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
     DMatrix::from_fn(size, size - count, |i, j| eigen.eigenvectors[(i, order[j])])
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn each_direction_is_named_by_the_unknowns_that_carry_it() {
+        // Unknowns 1 and 3 go together by 0.99, 2 is alone, 0 is held: scaled, the eigenvalues are 1.99, 1 and 0.01.
+        let mut hessian = DMatrix::identity(4, 4);
+        (hessian[(1, 3)], hessian[(3, 1)]) = (0.99, 0.99);
+        let information = Information::new(&hessian, &[0], 1e-9).unwrap();
+        let sorted = |k: usize| {
+            let mut unknowns = information.composition()[k].clone();
+            unknowns.sort_unstable();
+            unknowns
+        };
+        assert_eq!([sorted(0), sorted(1), sorted(2)], [vec![1, 3], vec![2], vec![1, 3]]);
+    }
 }

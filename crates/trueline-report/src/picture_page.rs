@@ -35,9 +35,25 @@ pub struct MissingSeam {
     pub text: String,
 }
 
-/// Renders the report; `words` is the summary as it is printed.
+/// All that the report is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<'a> {
+    /// What was looked at, for the heading.
+    pub title: &'a str,
+    /// Every picture.
+    pub looked: &'a [Looked],
+    /// Some pictures to show, PNG, with their numbers.
+    pub samples: &'a [(usize, Vec<u8>)],
+    /// Width and height of the pictures, px.
+    pub size_px: [u32; 2],
+    /// How to make it again.
+    pub command: &'a str,
+}
+
+/// Renders the report.
 #[must_use]
-pub fn html(title: &str, words: &str, looked: &[Looked], size_px: [u32; 2], command: &str) -> String {
+pub fn html(source: &Source<'_>) -> String {
+    let Source { title, looked, samples, size_px, command } = *source;
     let found = looked.iter().filter(|l| l.seam.is_ok()).count();
     let mut page = Page {
         title: title.to_owned(),
@@ -48,9 +64,13 @@ pub fn html(title: &str, words: &str, looked: &[Looked], size_px: [u32; 2], comm
         ..Page::default()
     };
     let columns = &mut page.columns;
-    let mut summary: Vec<String> = words.lines().map(|l| l.trim().to_owned()).collect();
-    summary.push(command.to_owned());
     page.sections = vec![
+        Section {
+            id: "pictures",
+            heading: "Across the scan, and one picture of each kind without a seam",
+            blocks: samples.iter().filter_map(|sample| picture(sample, looked)).collect(),
+            folded: false,
+        },
         Section {
             id: "seams",
             heading: "Where the seam is",
@@ -58,9 +78,24 @@ pub fn html(title: &str, words: &str, looked: &[Looked], size_px: [u32; 2], comm
             folded: false,
         },
         Section { id: "missing", heading: "Pictures without a seam", blocks: missing(looked), folded: false },
-        Section { id: "summary", heading: "In words", blocks: vec![Block::List(summary)], folded: false },
+        Section {
+            id: "made",
+            heading: "How this was made",
+            blocks: vec![Block::Facts(vec![("command".to_owned(), command.to_owned())])],
+            folded: false,
+        },
     ];
     render(&page)
+}
+
+fn picture((number, png): &(usize, Vec<u8>), looked: &[Looked]) -> Option<Block> {
+    let picture = looked.get(*number)?;
+    let found = match &picture.seam {
+        Ok(SeamPixel { at_px: [u, v], .. }) => format!("the seam at ({u:.1}, {v:.1}) px"),
+        Err(missing) => format!("no seam: {}", missing.text),
+    };
+    let caption = format!("{}, {:.2} s: {found}", picture.file, picture.stamp_s);
+    Some(Block::Picture { id: format!("picture-{number}"), caption, png: png.clone() })
 }
 
 fn charts(looked: &[Looked], size_px: [u32; 2], columns: &mut Columns) -> Vec<Block> {

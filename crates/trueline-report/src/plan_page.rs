@@ -44,7 +44,7 @@ pub fn html(source: &Source<'_>) -> String {
         ("space", "In space", vec![scene(cell, plan, columns)]),
         ("time", "Over time", over_time(source, columns)),
         ("limits", "Limits", vec![limits(cell, plan), room(cell, plan, columns)]),
-        ("plan", "The plan in words", vec![Block::List(words(source))]),
+        ("made", "How this was made", vec![Block::Facts(made(source))]),
     ];
     page.sections = sections
         .into_iter()
@@ -79,7 +79,7 @@ fn cards(plan: &Plan, wrong_guess: &[f64; LINES]) -> Vec<Card> {
             name: "Time offset",
             values: vec![sigma(TIME_OFFSET, 1e3, "ms")],
             meaning:
-                "One standard deviation; in brackets what 95 % of cells stay below whose guess is wrong."
+                "One standard deviation; in brackets: the 95th percentile if the initial guess is wrong."
                     .to_owned(),
         },
         Card {
@@ -298,14 +298,9 @@ fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
     })
 }
 
-fn words(source: &Source<'_>) -> Vec<String> {
-    let text = planned::text(source);
-    let mut words: Vec<String> = text
-        .lines()
-        .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))
-        .filter(|line| !line.is_empty())
-        .collect();
-    words.push(format!("unknowns: {LINES} of sensor and clock, predicted as the estimator's own bound"));
-    words.push(format!("made by: {}", source.command));
-    words
+/// What the charts do not show.
+fn made(source: &Source<'_>) -> Vec<(String, String)> {
+    let mut facts = planned::facts(source);
+    facts.push(("command".to_owned(), source.command.to_owned()));
+    facts
 }

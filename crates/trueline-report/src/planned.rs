@@ -91,16 +91,21 @@ pub fn text(source: &Source<'_>) -> String {
         let _ = writeln!(out, "  {name:<24} ± {sigma:.digits$} {unit}{wanted}{guessed}");
     }
     let _ = writeln!(out);
-    for (name, sweep, unit, factor) in sweeps(plan) {
-        let _ = writeln!(
-            out,
-            "  {name:<24} {:.1} ± {:.1} {unit} at {:.2} Hz",
-            sweep.mean * factor,
-            sweep.amplitude * factor,
-            sweep.frequency_hz
-        );
+    for (name, value) in facts(source) {
+        let _ = writeln!(out, "  {name:<24} {value}");
     }
-    let _ = writeln!(out);
+    out
+}
+
+/// How the sensor moves, what that takes of the limits, and how wrong the guess may be.
+#[must_use]
+pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
+    let Source { cell, plan, .. } = source;
+    let sweep = |(name, sweep, unit, factor): (&str, Sweep, &str, f64)| {
+        let (mean, amplitude) = (sweep.mean * factor, sweep.amplitude * factor);
+        (name.to_owned(), format!("{mean:.1} ± {amplitude:.1} {unit} at {:.2} Hz", sweep.frequency_hz))
+    };
+    let mut facts: Vec<(String, String)> = sweeps(plan).into_iter().map(sweep).collect();
     let used: Vec<String> = Constraint::ALL
         .iter()
         .filter(|constraint| **constraint != Constraint::Workspace || cell.limits.workspace_m.is_some())
@@ -108,16 +113,18 @@ pub fn text(source: &Source<'_>) -> String {
             format!("{} {:.0} %", constraint.name(), 100.0 * plan.constraints.used(*constraint))
         })
         .collect();
-    let _ = writeln!(out, "  of the limits it uses     {}", used.join(", "));
+    facts.push(("of the limits it uses".to_owned(), used.join(", ")));
     let guess = &cell.guess_error;
-    let _ = writeln!(
-        out,
-        "  the seam stays in view    while the hand-eye is within {:.1} mm and {:.2}°, and the line within {:.1} mm, of the guess",
-        guess.translation_m * MM_PER_M,
-        guess.rotation_rad.to_degrees(),
-        guess.line_m * MM_PER_M
-    );
-    out
+    facts.push((
+        "the seam stays in view".to_owned(),
+        format!(
+            "while the hand-eye is within {:.1} mm and {:.2}°, and the line within {:.1} mm, of the guess",
+            guess.translation_m * MM_PER_M,
+            guess.rotation_rad.to_degrees(),
+            guess.line_m * MM_PER_M
+        ),
+    ));
+    facts
 }
 
 fn in_words(shape: trueline_plan::Shape) -> &'static str {
@@ -125,7 +132,7 @@ fn in_words(shape: trueline_plan::Shape) -> &'static str {
         trueline_plan::Shape::S => "once along the seam, weaving",
         trueline_plan::Shape::C => "once along the seam in one bow",
         trueline_plan::Shape::TwoPasses => "there and back",
-        trueline_plan::Shape::ThreePasses => "there, back, and there again",
+        trueline_plan::Shape::ThreePasses => "three passes: there, back and there",
     }
 }
 

@@ -4,10 +4,11 @@ use crate::number::positive_w;
 use crate::{checks, facts, seam_error};
 use trueline_dataset::result_file::{
     self, Covariance, IterationEntry, IterationLine, LineEntry, LinePosition, Observability, Options,
-    OutlierEntry, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma, Tool,
-    UnobservableEntry,
+    OutlierEntry, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma,
+    TimeOffsetUse, Tool, UnobservableEntry,
 };
 use trueline_dataset::unit::MM_PER_M;
+use trueline_export::time_offset;
 use trueline_geometry::Line;
 use trueline_method::assess::observability::{RANK_THRESHOLD, Unobservable};
 use trueline_method::hypotheses::ambiguity::RivalAnswer;
@@ -19,6 +20,7 @@ use trueline_method::{Calibration, Config, Status};
 /// The whole result.
 #[must_use]
 pub fn of(c: &Calibration) -> ResultFile {
+    let time_offset_s = c.time_offset().ok().map(|offset| offset.value_s);
     ResultFile {
         schema_version: SCHEMA_VERSION,
         tool: Tool { name: "trueline".to_owned(), version: env!("CARGO_PKG_VERSION").to_owned() },
@@ -28,7 +30,8 @@ pub fn of(c: &Calibration) -> ResultFile {
         }),
         reasons: c.reasons().iter().map(facts::reason).collect(),
         warnings: c.warnings().iter().map(facts::warning).collect(),
-        time_offset_s: c.time_offset().ok().map(|offset| offset.value_s),
+        time_offset_s,
+        time_offset_use: time_offset_s.map(time_offset_use),
         tool_from_camera: tool_from_camera(c),
         lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
         sigma: sigma(|component| c.sigma(component)),
@@ -50,6 +53,19 @@ pub fn of(c: &Calibration) -> ResultFile {
         inputs: c.findings.inputs.clone(),
         options: options(&c.findings.config),
     }
+}
+
+/// The same where `images_ahead_s` was taken from the image stamps first: all of it in the stamps as they were recorded.
+#[must_use]
+pub fn in_recorded_stamps(result: ResultFile, images_ahead_s: f64) -> ResultFile {
+    let result = result.with_images_ahead(images_ahead_s);
+    ResultFile { time_offset_use: result.time_offset_s.map(time_offset_use), ..result }
+}
+
+fn time_offset_use(offset_s: f64) -> TimeOffsetUse {
+    let [python, cpp, rapid] = time_offset::snippets(offset_s).map(|snippet| snippet.text);
+    let advice = time_offset::advice(offset_s).to_vec();
+    TimeOffsetUse { rule: time_offset::rule(offset_s), advice, python, cpp, rapid }
 }
 
 fn tool_from_camera(c: &Calibration) -> PoseEntry {

@@ -7,7 +7,7 @@ use trueline_dataset::result_file::{
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Pose;
 use trueline_method::Calibration;
-use trueline_method::assess::seam_error::{SeamError, SeamErrorBudget};
+use trueline_method::assess::seam_error::SeamError;
 
 /// The entry of the result's file.
 #[must_use]
@@ -71,12 +71,15 @@ fn pose(pose: &Pose) -> PoseEntry {
 #[must_use]
 pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     let Some(error) = &c.findings.checks.seam_error else { return Vec::new() };
-    let mut rows = vec![("seam error".to_owned(), two_numbers(c, error))];
-    let total = error.rms_m.powi(2);
-    let shown = budget(&error.budget_m).into_iter().filter(|(_, part, _)| part * part > LEAST_SHARE * total);
-    rows.extend(shown.map(|(name, part, cure)| {
-        let share = 100.0 * part * part / total;
-        (format!("  {name}"), format!("± {}  ({share:.0} %; {cure})", mm(part)))
+    let alone = format!("± {} by the scan alone", mm(error.scan_alone_m()));
+    let both = match assumed(c, error) {
+        None => alone,
+        Some(with) => format!("{alone}; ± {} with {with}", mm(error.rms_m)),
+    };
+    let mut rows = vec![("seam error".to_owned(), both)];
+    rows.extend(budget(error).into_iter().map(|part| {
+        let BudgetPart { name, share, cure, .. } = part;
+        (format!("  {name}"), format!("± {}  ({:.0} %; {cure})", mm(part.sigma_m), 100.0 * share))
     }));
     rows.extend(sensor_rows(c));
     rows
@@ -85,8 +88,22 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
 /// Smaller parts of the variance are not listed.
 const LEAST_SHARE: f64 = 5e-3;
 
-fn two_numbers(c: &Calibration, error: &SeamError) -> String {
-    let alone = format!("± {} by the scan alone", mm(error.scan_alone_m()));
+/// A part of the seam error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BudgetPart {
+    /// Where it comes from.
+    pub name: &'static str,
+    /// One standard deviation, m.
+    pub sigma_m: f64,
+    /// Its share of the variance, 0 to 1.
+    pub share: f64,
+    /// What would shrink it.
+    pub cure: &'static str,
+}
+
+/// What beside the scan the whole error contains, in words; `None` if nothing else was taken into account.
+#[must_use]
+pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
     let mut with = Vec::new();
     let levels = &error.levels;
     if error.budget_m.robot > 0.0 {
@@ -101,14 +118,16 @@ fn two_numbers(c: &Calibration, error: &SeamError) -> String {
         with.push(if stated { "the sensor" } else { "the sensor (0.5 % assumed)" }.to_owned());
     }
     match with.as_slice() {
-        [] => alone,
-        [only] => format!("{alone}; ± {} with {only}", mm(error.rms_m)),
-        [first @ .., last] => format!("{alone}; ± {} with {} and {last}", mm(error.rms_m), first.join(", ")),
+        [] => None,
+        [only] => Some(only.clone()),
+        [first @ .., last] => Some(format!("{} and {last}", first.join(", "))),
     }
 }
 
-/// The parts, largest first, each with what would shrink it.
-fn budget(parts: &SeamErrorBudget) -> [(&'static str, f64, &'static str); 6] {
+/// The parts that matter, largest first, each with what would shrink it.
+#[must_use]
+pub fn budget(error: &SeamError) -> Vec<BudgetPart> {
+    let parts = &error.budget_m;
     let mut list = [
         ("noise", parts.noise, "scan longer, with more tilt and more change of stand-off"),
         ("stamps", parts.stamps, "record the devices' own time stamps"),
@@ -122,7 +141,11 @@ fn budget(parts: &SeamErrorBudget) -> [(&'static str, f64, &'static str); 6] {
         ("feature bias", parts.feature_bias, "add a pass with the sensor spun by 180° about its view"),
     ];
     list.sort_by(|a, b| b.1.total_cmp(&a.1));
-    list
+    let share = |sigma_m: f64| (sigma_m / error.rms_m).powi(2);
+    list.into_iter()
+        .map(|(name, sigma_m, cure)| BudgetPart { name, sigma_m, share: share(sigma_m), cure })
+        .filter(|part| part.share > LEAST_SHARE)
+        .collect()
 }
 
 fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
@@ -146,7 +169,9 @@ fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
 /// The five numbers of a shape.
 const COMPONENTS: [&str; 5] = ["width", "depth", "shear", "keystone along the stripe", "keystone in depth"];
 
-fn mm(value_m: f64) -> String {
+/// Millimetres with two digits.
+#[must_use]
+pub fn mm(value_m: f64) -> String {
     let mm = value_m * MM_PER_M;
     format!("{mm:.0$} mm", digits_for(mm))
 }

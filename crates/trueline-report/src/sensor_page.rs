@@ -44,10 +44,6 @@ pub fn html(report: &CameraReport<'_>, views: &[View], command: &str) -> String 
         first.push(Block::Text(format!("The best picture to add: {}.", sensor_text::next_picture(next))));
     }
     let size = fit.state.camera.size;
-    let words = sensor_text::camera(report);
-    let mut summary: Vec<String> =
-        words.lines().map(|line| line.trim().to_owned()).filter(|line| !line.is_empty()).collect();
-    summary.push(command.to_owned());
     page.sections = vec![
         Section { id: "camera", heading: "", blocks: first, folded: false },
         Section { id: "corners", heading: "Corners", blocks: corners(report, views, columns), folded: false },
@@ -58,9 +54,18 @@ pub fn html(report: &CameraReport<'_>, views: &[View], command: &str) -> String 
             folded: false,
         },
         Section { id: "models", heading: "Distortion", blocks: vec![evidence(report)], folded: false },
-        Section { id: "summary", heading: "In words", blocks: vec![Block::List(summary)], folded: false },
+        Section { id: "made", heading: "How this was made", blocks: made(report, command), folded: false },
     ];
     render(&page)
+}
+
+/// The pictures that were not used, and the command.
+fn made(report: &CameraReport<'_>, command: &str) -> Vec<Block> {
+    let left_out = report.files.iter().filter_map(|(file, _, reason)| {
+        Some(("not used".to_owned(), format!("{file}: {}", reason.as_ref()?)))
+    });
+    let command = ("command".to_owned(), command.to_owned());
+    vec![Block::Facts(left_out.chain([command]).collect())]
 }
 
 fn cards(report: &CameraReport<'_>) -> Block {

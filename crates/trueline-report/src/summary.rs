@@ -7,6 +7,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
 use trueline_method::assess::correlated_noise::{Along, Structure};
 use trueline_method::assess::cross_validation::HeldOut;
+use trueline_method::assess::observability::{Group, Unobservable};
 use trueline_method::assess::residuals::FeatureResidual;
 use trueline_method::assess::seam_point_error::SeamPointError;
 use trueline_method::input::timestamps::StampReport;
@@ -28,6 +29,9 @@ pub fn verdict(c: &Calibration) -> String {
 #[must_use]
 pub fn sentence(c: &Calibration) -> String {
     if let (Status::NotAccepted, Some(reason)) = (c.status(), c.reasons().first()) {
+        if let Some(motion) = missing_motion(&c.findings.unknowns.observability.unobservable) {
+            return format!("Not accepted: {motion}");
+        }
         let more = c.reasons().len() - 1;
         return format!(
             "Not accepted: {reason}{}",
@@ -51,6 +55,23 @@ pub fn sentence(c: &Calibration) -> String {
     };
     let residual = c.findings.fit.residuals.rms_m * MM_PER_M;
     format!("{accepted}: images are stamped {size} {which}; residual {residual:.3} mm RMS{rejected}.")
+}
+
+/// What the motion lacked, in two short sentences; `None` if it lacked nothing.
+fn missing_motion(unobservable: &[Unobservable]) -> Option<String> {
+    let of = |group: Group| unobservable.iter().find(|what| what.group == group);
+    if let Some(translation) = of(Group::Translation) {
+        let about = if translation.directions.len() > 1 { "two axes" } else { "a second axis" };
+        return Some(format!("the sensor was hardly tilted. Tilt it by ±10° or more about {about}."));
+    }
+    if of(Group::Rotation).is_some() {
+        let motion =
+            "the seam hardly moved through the field of view. Sweep it along the stripe and in range.";
+        return Some(motion.to_owned());
+    }
+    of(Group::TimeOffset).map(|_| {
+        "the sensor hardly moved across the seam. Sweep it across, faster and with changing speed.".to_owned()
+    })
 }
 
 /// The whole summary, a few lines of plain text.

@@ -8,7 +8,7 @@ use trueline_report::page::{Block, Drawn, Page, Series};
 use trueline_sim::{Preset, simulate};
 
 fn page_of(recording: &Recording, calibration: &Calibration) -> Page {
-    page(&Source { calibration, recording, title: "t", command: "c", frames: &[] })
+    page(&Source { calibration, recording, title: "t", command: "c", images_ahead_s: None, frames: &[] })
 }
 
 fn series<'a>(page: &'a Page, id: &str) -> &'a [Series] {
@@ -73,10 +73,35 @@ fn what_is_said_cannot_end_the_page() {
         recording: &recording,
         title: evil,
         command: evil,
+        images_ahead_s: None,
         frames: &[],
     });
     assert!(!text.contains("<script>alert") && text.contains("&lt;script&gt;alert(1)"));
     // A constant attitude is refused with the motion that cures it, first thing on the page.
-    let verdict = text.find("class=\"verdict bad\">Not accepted: translation along").unwrap();
-    assert!(text[verdict..].contains("tilt the torch"));
+    let verdict =
+        text.find("class=\"verdict bad\">Not accepted: the sensor was hardly tilted. Tilt it").unwrap();
+    let (advice, drawing) =
+        (text.find("tilt the torch by 10°").unwrap(), text.find("<figure class=\"wide drawing\">").unwrap());
+    assert!(verdict < advice && advice < drawing);
+    assert_eq!(text.matches("about axes square to them").count(), 1, "a reason is told once");
+}
+
+#[test]
+fn the_error_of_a_seam_point_comes_first_with_its_budget_and_the_numbers_add_up() {
+    let recording = simulate(&Preset::Quick.scenario(), 1).unwrap();
+    let calibration = calibrate(&recording, None, &Config::default()).unwrap();
+    let error = calibration.findings.checks.seam_error.unwrap();
+    let page = page_of(&recording, &calibration);
+    let [Block::Cards(cards), Block::Table(table), ..] = page.sections[0].blocks.as_slice() else {
+        panic!("{:?}", page.sections[0].blocks)
+    };
+    assert_eq!(cards[0].name, "Error of a seam point");
+    assert!(cards[0].values[0].ends_with("by the scan alone") && cards[0].values[1].ends_with("in all"));
+    let number = |text: &str| text.trim_matches(|c: char| !c.is_ascii_digit()).parse::<f64>().unwrap();
+    let sizes: Vec<f64> = table.rows.iter().map(|row| number(&row.cells[1])).collect();
+    assert!(sizes.is_sorted_by(|a, b| a >= b), "{sizes:?}");
+    assert!(table.rows.iter().all(|row| !row.cells[3].is_empty()));
+    // Parts below 0.5 % of the variance are left out, six of them at most, and each is rounded to two digits.
+    let sum = sizes.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
+    assert!((sum / (1e3 * error.rms_m) - 1.0).abs() < 0.06, "{sum} {}", error.rms_m);
 }

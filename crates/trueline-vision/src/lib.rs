@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+pub mod contact_sheet;
 pub mod detection;
 pub mod detector;
 pub mod evidence;

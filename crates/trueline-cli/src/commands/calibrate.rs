@@ -74,7 +74,7 @@ fn write_results(
             result.mounted = Some("fixed".to_owned());
         }
         if let Some(images_ahead_ns) = images_ahead_ns {
-            result = result.with_images_ahead(images_ahead_ns as f64 * 1e-9);
+            result = result::in_recorded_stamps(result, images_ahead_ns as f64 * 1e-9);
         }
         output::result(file, &result)?;
     }
@@ -83,6 +83,7 @@ fn write_results(
         recording: &opened.recording,
         title: &format!("Calibration of {}", names(&args.datasets)),
         command: &output::command_line(),
+        images_ahead_s: images_ahead_ns.map(|ns| ns as f64 * 1e-9),
         frames: &match args.report {
             Some(_) => outlier_frames::pictures(opened, calibration)?,
             None => Vec::new(),

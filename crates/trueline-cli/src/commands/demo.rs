@@ -29,6 +29,7 @@ pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
         recording: &recording,
         title: "Demo: a simulated 20 s scan",
         command: &output::command_line(),
+        images_ahead_s: None,
         frames: &[],
     };
     output::file(&report, &calibration_page::html(&source))?;

@@ -39,9 +39,13 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
         output::json(file, &format!("{:#}", scan.to_json()))?;
     }
     if let Some(file) = &args.report {
-        let title = args.dataset.display().to_string();
-        let looked = pictures::looked(&scan);
-        let html = picture_page::html(&title, &summary, &looked, scan.size_px, &output::command_line());
+        let html = picture_page::html(&picture_page::Source {
+            title: &args.dataset.display().to_string(),
+            looked: &pictures::looked(&scan),
+            samples: &pictures::samples(&args.dataset, &scan)?,
+            size_px: scan.size_px,
+            command: &output::command_line(),
+        });
         output::file(file, &html)?;
     }
     if !args.quiet {

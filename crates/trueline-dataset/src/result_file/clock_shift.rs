@@ -4,7 +4,7 @@ use super::ResultFile;
 
 impl ResultFile {
     /// The result of a recording from whose image stamps `images_ahead_s` was taken: every time offset then counts from the stamps as
-    /// they were recorded.
+    /// they were recorded. How to use it is left out: it was said of the shifted stamps.
     #[must_use]
     pub fn with_images_ahead(mut self, images_ahead_s: f64) -> Self {
         self.time_offset_s = self.time_offset_s.map(|offset_s| offset_s + images_ahead_s);
@@ -17,6 +17,7 @@ impl ResultFile {
         {
             *offset_s += images_ahead_s;
         }
+        self.time_offset_use = None;
         self.images_ahead_s = Some(images_ahead_s);
         self
     }

@@ -13,6 +13,7 @@ mod rival;
 mod seam_error;
 mod sensor;
 mod stamps;
+mod time_offset_use;
 
 pub use answer::{
     Covariance, IterationEntry, IterationLine, LineEntry, LinePosition, Observability, PoseEntry, Sigma,
@@ -28,6 +29,7 @@ pub use rival::RivalEntry;
 pub use seam_error::{BudgetEntry, FieldEntry, SeamErrorEntry};
 pub use sensor::{SensorEntry, UncorrectedEntry};
 pub use stamps::{FeatureStream, RobotStream, Stamps, StepEntry, Stream};
+pub use time_offset_use::TimeOffsetUse;
 
 use crate::error::{Error, Problem};
 use serde::{Deserialize, Serialize};
@@ -60,6 +62,9 @@ pub struct ResultFile {
     /// The image stamped t was exposed at t − this; null if it is not observable.
     #[serde(default)]
     pub time_offset_s: Option<f64>,
+    /// What to do with it; absent if it is not observable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_offset_use: Option<TimeOffsetUse>,
     /// The hand-eye transform: camera coordinates to tool coordinates.
     pub tool_from_camera: PoseEntry,
     /// The lines in base.

@@ -127,6 +127,8 @@ pub struct Observability {
     pub condition: f64,
     /// All singular values as parts of the largest, falling.
     pub singular_values: Vec<f64>,
+    /// The unknowns that make up the direction of each, the strongest first; numbers of the tangent's components.
+    pub composition: Vec<Vec<usize>>,
     /// What is not observable, in the order of the groups.
     pub unobservable: Vec<Unobservable>,
     /// For each component of the tangent, whether its value means anything.
@@ -163,6 +165,7 @@ pub fn assess(
             .iter()
             .map(|value| value / information.singular_values().max().max(f64::MIN_POSITIVE))
             .collect(),
+        composition: information.composition().to_vec(),
         unobservable: named(null, at, shows_time_offset),
         observable_components,
     }

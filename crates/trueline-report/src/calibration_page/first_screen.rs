@@ -1,14 +1,20 @@
 //! What a reader sees first: the answers, and what they cannot be relied on for.
 
 use crate::number::{digits_for, with_sigma};
-use crate::page::{Block, Card, Form};
+use crate::page::{Block, Card, Form, Table, TableRow};
+use crate::seam_error::{self, mm};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::{FORMATS, Format, Mounting, time_offset};
 use trueline_geometry::euler::ZYX_INTRINSIC;
+use trueline_method::assess::observability::Group;
+use trueline_method::assess::seam_error::SeamError;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::{Calibration, Reason, Status};
 
-pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
+/// What a reader sees first; `images_ahead_s` is what was taken from the image stamps before.
+pub(super) fn blocks(c: &Calibration, images_ahead_s: Option<f64>) -> Vec<Block> {
+    let offset_s =
+        c.is_known(TIME_OFFSET).then_some(c.best_fit().time_offset_s + images_ahead_s.unwrap_or(0.0));
     let mut blocks = Vec::new();
     if !c.reasons().is_empty() {
         // What could not be seen has a box of its own.
@@ -26,8 +32,13 @@ pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
             items: advice,
             bad: true,
         });
+        if c.findings.unknowns.observability.unobservable.iter().any(|what| what.group == Group::Translation)
+        {
+            blocks.push(Block::Drawing(TILT));
+        }
     }
-    blocks.push(Block::Cards(vec![offset(c), hand_eye(c), at_torch(c)]));
+    blocks.push(Block::Cards(vec![seam_error_card(c), offset(c, offset_s), hand_eye(c)]));
+    blocks.extend(c.findings.checks.seam_error.as_ref().map(|error| Block::Table(budget(error))));
     if !c.warnings().is_empty() {
         blocks.push(Block::Notice {
             heading: "Warnings",
@@ -35,11 +46,8 @@ pub(super) fn blocks(c: &Calibration) -> Vec<Block> {
             bad: false,
         });
     }
-    if c.is_known(TIME_OFFSET) {
-        blocks.extend(use_of_offset(c.best_fit().time_offset_s));
-    }
+    blocks.extend(offset_s.into_iter().flat_map(use_of_offset));
     if (ROTATION..LINES).all(|k| c.is_known(k)) {
-        let offset_s = c.is_known(TIME_OFFSET).then_some(c.best_fit().time_offset_s);
         let forms = forms(&Mounting::new(c.best_fit().tool_from_camera, offset_s));
         let label = match c.status() {
             Status::Accepted => "The hand-eye transform, to copy",
@@ -70,27 +78,26 @@ fn forms(mounting: &Mounting) -> Vec<Form> {
         let text = format.text(mounting).ok()?;
         Some(Form { name: format.title, convention: format.convention, text })
     };
-    FORMATS.iter().filter_map(form).collect()
+    // How the time offset is used stands above.
+    FORMATS.iter().filter(|format| format.name != time_offset::FORMAT.name).filter_map(form).collect()
 }
 
 const UNSEEN: &str = "not visible in this scan";
 
-fn offset(c: &Calibration) -> Card {
-    let ms = c.best_fit().time_offset_s * 1e3;
-    let value = if c.is_known(TIME_OFFSET) {
-        with_sigma(ms, c.sigma(TIME_OFFSET).map(|s| s * 1e3), "ms")
-    } else {
-        UNSEEN.to_owned()
+/// The motion that shows a translation: tilts to both sides, about the seam and along it.
+const TILT: &str = include_str!("../../assets/tilt.svg");
+
+fn offset(c: &Calibration, offset_s: Option<f64>) -> Card {
+    let Some(offset_s) = offset_s else {
+        return Card { name: "Time offset", values: vec![UNSEEN.to_owned()], meaning: String::new() };
     };
-    if !c.is_known(TIME_OFFSET) {
-        return Card { name: "Time offset", values: vec![value], meaning: String::new() };
-    }
+    let ms = offset_s * 1e3;
+    let value = with_sigma(ms, c.sigma(TIME_OFFSET).map(|s| s * 1e3), "ms");
     let meaning = format!(
         "Use the robot's pose at the true exposure, not at the stamp: images are stamped {}.",
         if ms >= 0.0 { "late" } else { "early: the robot's stamps are the late ones" }
     );
-    let rule = time_offset::rule(c.best_fit().time_offset_s);
-    Card { name: "Time offset", values: vec![value, rule], meaning }
+    Card { name: "Time offset", values: vec![value, time_offset::rule(offset_s)], meaning }
 }
 
 fn hand_eye(c: &Calibration) -> Card {
@@ -133,33 +140,44 @@ fn rotation(c: &Calibration) -> Vec<String> {
     vec![format!("z {z:.digits$}°, y {y:.digits$}°, x {x:.digits$}°"), known]
 }
 
-/// The error of a seam point: what the calibration adds, what each point brings by itself, and both.
-fn at_torch(c: &Calibration) -> Card {
+/// How far off a seam point is that is measured later: by the scan alone, and with all that is assumed.
+fn seam_error_card(c: &Calibration) -> Card {
     let name = "Error of a seam point";
-    let Some(torch) = &c.findings.checks.at_torch else {
+    let Some(error) = &c.findings.checks.seam_error else {
         let meaning =
             "Not predicted: something of the hand-eye transform cannot be determined from this scan."
                 .to_owned();
         return Card { name, values: vec!["–".to_owned()], meaning };
     };
-    let share_mm = torch.sigma_m.map(|m| m * MM_PER_M);
-    let of_share = share_mm.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
-    let point_mm = c.findings.fit.residuals.rms_m * MM_PER_M;
-    let both = of_share.hypot(point_mm);
-    let text = |mm: f64| format!("{mm:.0$}", digits_for(mm));
-    let values = vec![
-        format!("± {} mm", text(both)),
-        format!("of it the calibration ± {} mm", text(of_share)),
-        format!("noise of one point ± {} mm", text(point_mm)),
-    ];
+    let mut values = vec![format!("± {} by the scan alone", mm(error.scan_alone_m()))];
+    let assumed = seam_error::assumed(c, error).map(|with| {
+        values.push(format!("± {} in all", mm(error.rms_m)));
+        format!(" In all: with {with}.")
+    });
     let meaning = format!(
-        "In passing at {:.0} mm/s, {:.0} mm from the sensor; one standard deviation. The calibration's share is {} along, {} across, {} in \
-         height. Errors of the sensor's own calibration and of the robot's kinematics are not in it.",
-        torch.speed_m_s * MM_PER_M,
-        torch.stand_off_m * MM_PER_M,
-        text(share_mm[0]),
-        text(share_mm[1]),
-        text(share_mm[2]),
+        "One standard deviation in space, over the part of the laser plane that the scan visited, at {:.0} mm/s.{} Every single \
+         point has its own noise besides: ± {}.",
+        c.findings.config.used_at.speed_m_s * MM_PER_M,
+        assumed.unwrap_or_default(),
+        mm(c.findings.fit.residuals.rms_m),
     );
     Card { name, values, meaning }
+}
+
+/// Where the error comes from, largest first, and what would shrink each part.
+fn budget(error: &SeamError) -> Table {
+    let row = |part: seam_error::BudgetPart| {
+        TableRow::plain(vec![
+            part.name.to_owned(),
+            format!("± {}", mm(part.sigma_m)),
+            format!("{:.0} %", 100.0 * part.share),
+            part.cure.to_owned(),
+        ])
+    };
+    Table {
+        head: ["the error of a seam point comes from", "one σ", "share", "what would shrink it"]
+            .map(str::to_owned)
+            .to_vec(),
+        rows: seam_error::budget(error).into_iter().map(row).collect(),
+    }
 }

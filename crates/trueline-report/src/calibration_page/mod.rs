@@ -42,6 +42,8 @@ pub struct Source<'a> {
     pub title: &'a str,
     /// How to make it again.
     pub command: &'a str,
+    /// What was taken from the image stamps before, s: how far their clock is ahead of the robot's.
+    pub images_ahead_s: Option<f64>,
     /// Pictures of outliers, where there are pictures.
     pub frames: &'a [FramePicture],
 }
@@ -64,7 +66,7 @@ pub fn page(source: &Source<'_>) -> Page {
     };
     let columns = &mut page.columns;
     let sections = [
-        ("answers", "", first_screen::blocks(c)),
+        ("answers", "", first_screen::blocks(c, source.images_ahead_s)),
         ("seam", "Seam", seam::blocks(&shown, columns)),
         ("residuals", "Residuals", residuals::blocks(&shown, columns)),
         ("uncertainty", "What is known, and how well", trust::blocks(&shown, columns)),

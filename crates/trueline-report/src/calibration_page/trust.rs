@@ -98,18 +98,25 @@ fn correlation(shown: &Shown<'_>) -> Option<Chart> {
 }
 
 fn spectrum(shown: &Shown<'_>) -> Chart {
-    let values = &shown.calibration.findings.unknowns.observability.singular_values;
+    let c = shown.calibration;
+    let observability = &c.findings.unknowns.observability;
+    let values = &observability.singular_values;
+    let unknowns = names(c.best_fit().lines.len());
+    let name = |made_of: &Vec<usize>| {
+        let two = made_of.iter().take(2).filter_map(|k| unknowns.get(*k));
+        two.cloned().collect::<Vec<_>>().join(" and ")
+    };
     Chart {
         id: "spectrum",
         title: "Observability",
         explanation: format!(
-            "Singular values of the scaled problem, as parts of the largest: the longer the bar, the better a direction is determined. Below {RANK_THRESHOLD:.0e} it cannot be determined; {} of {} can.",
-            shown.calibration.findings.unknowns.observability.rank, shown.calibration.findings.unknowns.observability.size
+            "Singular values of the scaled problem, as parts of the largest: the longer the bar, the better a direction is determined. Each is named by the unknowns that dominate it. Below {RANK_THRESHOLD:.0e} it cannot be determined; {} of {} can.",
+            observability.rank, observability.size
         ),
         alternative: "Bars: singular values of the whitened, scaled Jacobian as parts of the largest, on a logarithmic axis".to_owned(),
         wide: false,
         drawn: Drawn::Bars {
-            names: (1..=values.len()).map(|k| format!("direction {k}")).collect(),
+            names: observability.composition.iter().map(name).collect(),
             // A logarithmic axis has no zero; what is below rounding is drawn at it.
             values: values.iter().map(|value| value.max(1e-16)).collect(),
             axis: Axis::log("part of the largest"),
