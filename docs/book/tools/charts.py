@@ -1,6 +1,7 @@
 """Charts of what the program computes: each function simulates, calibrates and draws."""
 
 import json
+import math
 
 from drawing import BLUE, GREEN, GREY, INK, ORANGE, RED, Chart, Drawing
 from scan import calibrated, run, simulated, table
@@ -154,4 +155,43 @@ def convergence(program, folder) -> str:
         chart.axes("step", words)
         chart.line(values, BLUE, 2)
         chart.dots(values, BLUE, 3)
+    return draw.svg()
+
+
+def tilts(robot: list[dict[str, float]]) -> list[tuple[float, float, float]]:
+    """The rotation vector from the first attitude, about the axes of base, degrees."""
+    first = [robot[0][key] for key in ("qw", "qx", "qy", "qz")]
+    found = []
+    for row in robot:
+        a, b = [row[key] for key in ("qw", "qx", "qy", "qz")], [first[0], -first[1], -first[2], -first[3]]
+        w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
+        x = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
+        y = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
+        z = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+        length = math.sqrt(x * x + y * y + z * z)
+        angle = 2 * math.degrees(math.atan2(length, w)) if w >= 0 else -2 * math.degrees(math.atan2(length, -w))
+        found.append(tuple(angle * part / length if length else 0.0 for part in (x, y, z)))
+    return found
+
+
+def presets(program, folder, names: list[str]) -> str:
+    """The motion of every preset: the way of the tool over time, and its tilt."""
+    rows = -(-len(names) // 4)
+    draw = Drawing(790, 40 + 300 * rows, "The motion of every preset")
+    for k, name in enumerate(names):
+        robot = table(simulated(program, folder / f"preset-{name}", "--preset", name) / "robot.csv")
+        every = robot[:: max(1, len(robot) // 300)]
+        start, end = robot[0]["time_s"], robot[-1]["time_s"]
+        left, top = 62 + 186 * (k % 4), 50 + 300 * (k // 4)
+        draw.text(left, top - 24, name, 13, INK, extra="font-weight='bold'")
+        box = (left, top, 150, 100)
+        moved = Chart(draw, box, (0, end - start), (-130, 130))
+        moved.axes("", "tool x, y, z, mm" if k % 4 == 0 else "")
+        for axis, colour in (("x_mm", BLUE), ("y_mm", ORANGE), ("z_mm", GREEN)):
+            middle = sum(row[axis] for row in robot) / len(robot)
+            moved.line([(row["time_s"] - start, row[axis] - middle) for row in every], colour)
+        turned = Chart(draw, (left, top + 145, 150, 70), (0, end - start), (-60, 60))
+        turned.axes("time, s", "tilt about x, y, z, °" if k % 4 == 0 else "")
+        for axis, colour in enumerate((BLUE, ORANGE, GREEN)):
+            turned.line([(row["time_s"] - start, tilt[axis]) for row, tilt in zip(every, tilts(every))], colour)
     return draw.svg()

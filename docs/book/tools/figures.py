@@ -1,6 +1,7 @@
 """All figures of the book, each from what the program gives now."""
 
 import charts
+import reference
 import scenes
 from scan import Scene, simulated
 
@@ -20,4 +21,5 @@ def generate(program, scratch) -> dict[str, str]:
         "stamps.svg": charts.stamps(program, folder),
         "before-after.svg": charts.before_after(program, folder),
         "convergence.svg": charts.convergence(program, folder),
+        "presets.svg": charts.presets(program, folder, [name for name, _ in reference.preset_names(program)]),
     }
