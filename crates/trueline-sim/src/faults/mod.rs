@@ -17,5 +17,7 @@ pub use fault::{Event, Fault, FeatureError, RobotError, SeamForm, SensorError, S
 pub use names::{FAULT_NAMES, FaultError, FaultName};
 
 pub(crate) use feature_error::{FeatureErrors, line_beside};
+pub use robot_error::drawn_arm;
+
 pub(crate) use robot_error::RobotErrors;
 pub(crate) use seam_form::SeamForms;

@@ -2,6 +2,7 @@
 
 use super::fault::{Fault, RobotError};
 use crate::arm::Arm;
+use crate::motion::Motion;
 use crate::noise::Noise;
 use crate::scenario::Scenario;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -93,6 +94,18 @@ impl<'a> RobotErrors<'a> {
 
 /// How many poses of the path must be in reach.
 const REACH_CHECKS: u32 = 200;
+
+/// The arm that carries the sensor in the recording which [`simulate_with_faults`](super::simulate_with_faults) makes of these;
+/// `None` where no fault draws one, or it cannot reach the path.
+#[must_use]
+pub fn drawn_arm(scenario: &Scenario, faults: &[Fault], seed: u64) -> Option<Arm> {
+    let motion = Motion::new(scenario)?;
+    let path = |time_s: f64| motion.base_from_tool(time_s);
+    faults.iter().enumerate().find_map(|(index, fault)| match *fault {
+        Fault::Robot(RobotError::Arm { rms_m }) => arm(scenario, &path, Noise::for_fault(seed, index), rms_m),
+        _ => None,
+    })
+}
 
 fn arm(scenario: &Scenario, path: &dyn Fn(f64) -> Pose, noise: Noise, rms_m: f64) -> Option<Arm> {
     let duration_s = scenario.timing.duration_s;
