@@ -6,8 +6,8 @@ use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_geometry::{Plane, se3, so3};
 use trueline_method::Config;
 use trueline_method::diagnose::doctor::{Diagnosis, diagnose};
-use trueline_model::BrownConrady;
-use trueline_sim::{Preset, SensorModel, simulate};
+use trueline_model::{BrownConrady, Camera};
+use trueline_sim::{Preset, SensorModel, random_cell, simulate};
 
 fn examined(recording: &Recording) -> Diagnosis {
     diagnose(recording, &Config::default(), |_| {})
@@ -82,6 +82,79 @@ fn orders_and_inversions_of_the_robots_poses() {
     );
 }
 
+fn with_positions(r: &mut Recording, change: fn([f64; 3]) -> [f64; 3]) {
+    for s in &mut r.robot {
+        let p: [f64; 3] = s.base_from_tool.translation.vector.into();
+        s.base_from_tool.translation.vector = change(p).into();
+    }
+}
+
+#[test]
+fn axes_of_the_robots_positions() {
+    assert_named(|r| with_positions(r, |[x, y, z]| [y, x, z]), "x and y swapped");
+    assert_named(|r| with_positions(r, |[x, y, z]| [x, z, y]), "y and z swapped");
+    assert_named(|r| with_positions(r, |[x, y, z]| [-x, y, z]), "robot's x has the wrong sign");
+    assert_named(|r| with_positions(r, |[x, y, z]| [x, y, -z]), "robot's z has the wrong sign");
+    assert_named(
+        |r| with_positions(r, |[x, y, z]| [x, y, z * 1e-3]),
+        "z is 1000 times too small or too large",
+    );
+    assert_named(|r| with_positions(r, |[x, y, z]| [x, y * 1.02, z]), "y is +2.0");
+}
+
+/// A cell whose attitudes are far from those in which Euler angles of different orders are alike.
+fn good_elsewhere() -> Recording {
+    simulate(&random_cell(&Preset::Quick.scenario(), 4, 0.1), 11).unwrap()
+}
+
+/// Spoils the attitudes of two recordings, and expects the first finding to speak of it.
+fn assert_attitude_named(spoil: fn(UnitQuaternion<f64>) -> UnitQuaternion<f64>, words: &str) {
+    for mut recording in [good(), good_elsewhere()] {
+        for s in &mut recording.robot {
+            s.base_from_tool.rotation = spoil(s.base_from_tool.rotation);
+        }
+        let found = examined(&recording);
+        assert!(found.findings.first().is_some_and(|f| f.contains(words)), "{words}: {:#?}", found.findings);
+    }
+}
+
+fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
+    so3::exp(&nalgebra::Vector3::ith(axis, angle))
+}
+
+#[test]
+fn orders_and_signs_of_euler_angles() {
+    // Angles of Rz Ry Rx, composed as Rx Ry Rz.
+    assert_attitude_named(
+        |r| {
+            let (x, y, z) = r.euler_angles();
+            about(0, x) * about(1, y) * about(2, z)
+        },
+        "(ZYX, as KUKA's A, B, C), and were composed as XYZ",
+    );
+    assert_attitude_named(
+        |r| {
+            let (x, y, z) = r.euler_angles();
+            UnitQuaternion::from_euler_angles(z, y, x)
+        },
+        "first and last were swapped",
+    );
+    assert_attitude_named(
+        |r| {
+            let (x, y, z) = r.euler_angles();
+            UnitQuaternion::from_euler_angles(x, -y, z)
+        },
+        "about y has the wrong sign",
+    );
+    assert_attitude_named(
+        |r| {
+            let v = r.scaled_axis();
+            UnitQuaternion::from_euler_angles(v.x, v.y, v.z)
+        },
+        "rotation vector (UR's rx, ry, rz)",
+    );
+}
+
 #[test]
 fn degrees_and_radians() {
     assert_named(
@@ -125,6 +198,67 @@ fn pixels_and_the_sensors_own_calibration() {
         },
         "laser plane",
     );
+}
+
+fn with_lens(preset: Preset, distortion: BrownConrady) -> Recording {
+    let mut scenario = preset.scenario();
+    let SensorModel::CameraLaser { camera, .. } = &mut scenario.cell.sensor else { panic!() };
+    camera.distortion = distortion;
+    simulate(&scenario, 11).unwrap()
+}
+
+fn assert_first(recording: &Recording, words: &str) {
+    let found = examined(recording);
+    assert!(found.findings.first().is_some_and(|f| f.contains(words)), "{words}: {:#?}", found.findings);
+}
+
+fn with_camera(recording: &mut Recording, change: impl Fn(&mut Camera)) {
+    let Sensor::CameraLaser { camera, .. } = &mut recording.sensor else { panic!("a camera") };
+    change(camera);
+}
+
+fn with_pixels(recording: &mut Recording, change: impl Fn([f64; 2]) -> [f64; 2]) {
+    for f in &mut recording.features {
+        let Measured::Pixel(p) = f.measured else { panic!("pixels") };
+        f.measured = Measured::Pixel(change(p));
+    }
+}
+
+#[test]
+fn small_mistakes_with_the_pixels() {
+    let lens = BrownConrady { k1: -0.2, k2: 0.1, p1: 2e-3, p2: -1e-3, k3: 0.05 };
+    // Pixels of an ideal lens, read with that of the file.
+    let mut undistorted = with_lens(Preset::Good, BrownConrady::default());
+    with_camera(&mut undistorted, |camera| camera.distortion = lens);
+    assert_first(&undistorted, "undistorted images");
+    let mut reversed = with_lens(Preset::Good, lens);
+    with_camera(&mut reversed, |camera| {
+        let BrownConrady { k1, k2, p1, p2, k3 } = lens;
+        camera.distortion = BrownConrady { k1: -k1, k2: -k2, p1: -p1, p2: -p2, k3: -k3 };
+    });
+    assert_first(&reversed, "distortion has the wrong sign");
+    let mut from_one = with_lens(Preset::Good, lens);
+    with_pixels(&mut from_one, |uv| uv.map(|x| x + 1.0));
+    assert_first(&from_one, "counted from 1");
+    let mut cropped = with_lens(Preset::Good, lens);
+    with_pixels(&mut cropped, |[u, v]| [u - 320.0, v - 400.0]);
+    assert_first(&cropped, "cut out of the sensor's");
+}
+
+#[test]
+fn scale_of_a_profiler() {
+    for (scale, words) in [
+        ([0.1, 1.0], "x is 10 times too small"),
+        ([1.0, 2.0], "z is twice as large"),
+        ([0.5, 1.0], "x is half as large"),
+    ] {
+        let mut recording = simulate(&Preset::Profiler.scenario(), 11).unwrap();
+        for f in &mut recording.features {
+            let Measured::Profile([x, z]) = f.measured else { panic!("a profile") };
+            f.measured = Measured::Profile([x * scale[0], z * scale[1]]);
+        }
+        assert_first(&recording, words);
+    }
 }
 
 /// A lens that bends visibly: with the preset's faint one the wrong order fits as well, and harms as little.

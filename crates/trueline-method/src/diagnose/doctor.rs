@@ -2,11 +2,15 @@
 //! without which the scan fits is named.
 
 use crate::calibrate::calibrate;
-use crate::config::{Config, SensorMode};
-use crate::diagnose::mistakes::{MISTAKES, reordered};
-use crate::{Calibration, Error};
-use trueline_dataset::{Guess, Recording};
-use trueline_geometry::{se3, so3};
+use crate::config::Config;
+use crate::diagnose::estimated_mistakes::{Estimated, axis_scale, crop};
+use crate::diagnose::mistakes::MISTAKES;
+use crate::diagnose::plausibility::{implausible, wrong_guess};
+use crate::diagnose::pose_mistakes::POSE_MISTAKES;
+use crate::diagnose::quick_fit::quick_fit;
+use crate::diagnose::sensor_mistakes::SENSOR_MISTAKES;
+use crate::{Calibration, Error, Reason};
+use trueline_dataset::Recording;
 
 /// How a recording calibrates.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +21,8 @@ pub struct Outcome {
     pub explained: f64,
     /// Why it was not accepted, or why there is no result; empty if it was.
     pub said: Vec<String>,
+    /// Whether the scan contradicts the sensor's own calibration.
+    pub sensor_is_off: bool,
 }
 
 impl Outcome {
@@ -33,19 +39,43 @@ impl Outcome {
     }
 }
 
+/// How a mistake is undone.
+#[derive(Clone, Copy, Debug)]
+pub enum Mend {
+    /// As it is listed.
+    Listed(fn(&Recording) -> Option<Recording>),
+    /// By what was estimated of it.
+    Estimated(Estimated),
+}
+
+impl Mend {
+    /// The recording without the mistake; `None` where it cannot have been made.
+    #[must_use]
+    pub fn of(&self, recording: &Recording) -> Option<Recording> {
+        match self {
+            Self::Listed(mend) => mend(recording),
+            Self::Estimated(found) => found.mend(recording),
+        }
+    }
+}
+
 /// The recording with one mistake undone.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Trial {
     /// The mistake's name.
     pub name: &'static str,
     /// What it means.
-    pub says: &'static str,
+    pub says: String,
+    /// How it is undone.
+    pub mend: Mend,
     /// How the recording calibrates without it.
     pub outcome: Outcome,
+    /// Whether only a few of its features were fitted, because another mistake explains these better.
+    pub is_screened: bool,
 }
 
 /// Everything the doctor found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Diagnosis {
     /// The recording as it is.
     pub as_recorded: Outcome,
@@ -62,7 +92,7 @@ impl Diagnosis {
     #[must_use]
     pub fn mended(&self, recording: &Recording) -> Option<Recording> {
         let [name] = self.explained_by[..] else { return None };
-        MISTAKES.iter().find(|mistake| mistake.name == name).and_then(|mistake| (mistake.mend)(recording))
+        self.trials.iter().find(|trial| trial.name == name).and_then(|trial| trial.mend.of(recording))
     }
 }
 
@@ -76,20 +106,36 @@ const EXPLAINS: f64 = 0.2;
 /// … or a doubtful one, of residuals that are merely large, if it makes them so much smaller. Of 1500 features,
 /// a fifth less is a likelihood e³³⁵ times larger: no accident.
 const EXPLAINS_DOUBT: f64 = 0.8;
+/// … or, of residuals that are noise while the sensor's own calibration seems off, if they are no larger: it must then leave
+/// a sensor that is right.
+const EXPLAINS_SENSOR: f64 = 1.0;
 /// Two mistakes that leave residuals within this factor explain equally well.
 const ALIKE: f64 = 1.1;
 /// Features that are looked at.
 const FEATURES: usize = 1500;
+/// Features on which all mistakes are tried …
+const FEW: usize = 400;
+/// … and how many of them are then looked at with all …
+const PROMISING: usize = 5;
+/// … if their residuals are within this factor of the smallest.
+const NEARLY_BEST: f64 = 2.0;
 
 /// Examines a recording; `watch` is told the name of each trial before it begins.
 pub fn diagnose(recording: &Recording, config: &Config, mut watch: impl FnMut(&str)) -> Diagnosis {
-    let thin = thinned(recording);
-    // A shape of the sensor would take up part of what a mistake makes.
+    let thin = thinned(recording, FEATURES);
+    // A shape of the sensor would take up part of what a mistake makes; robot and bias only widen what is said.
     watch("as recorded");
-    let config = &Config { sensor: SensorMode::Fixed, ..config.clone() };
+    let noise_only = Config::noise_only();
+    let config = &Config {
+        sensor: noise_only.sensor,
+        robot_accuracy_m: noise_only.robot_accuracy_m,
+        feature_bias_px: noise_only.feature_bias_px,
+        ..config.clone()
+    };
     let result = calibrate(&thin, None, config);
     let as_recorded = outcome(&result);
-    let trials = if as_recorded.is_noise() { Vec::new() } else { try_all(&thin, config, &mut watch) };
+    let is_well = as_recorded.is_noise() && !as_recorded.sensor_is_off;
+    let trials = if is_well { Vec::new() } else { try_all(&as_recorded, &thin, config, &mut watch) };
     let explained = explanations(&as_recorded, &trials);
     let explained_by = explained.iter().map(|(name, _)| *name).collect();
     let mut findings: Vec<String> = explained.into_iter().map(|(_, words)| words).collect();
@@ -117,13 +163,20 @@ fn outcome(result: &Result<Calibration, Error>) -> Outcome {
             noise_factor: Some(c.findings.fit.noise_factor),
             explained: c.findings.fit.residuals.inlier_share(),
             said: c.reasons().iter().map(ToString::to_string).collect(),
+            sensor_is_off: c.reasons().iter().any(|reason| matches!(reason, Reason::SensorOff { .. })),
         },
-        Err(error) => Outcome { noise_factor: None, explained: 0.0, said: vec![error.to_string()] },
+        Err(error) => Outcome {
+            noise_factor: None,
+            explained: 0.0,
+            said: vec![error.to_string()],
+            sensor_is_off: false,
+        },
     }
 }
 
-fn thinned(recording: &Recording) -> Recording {
-    let every = recording.features.len().div_ceil(FEATURES).max(1);
+/// Every so-many-th image, so that about `features` are left.
+fn thinned(recording: &Recording, features: usize) -> Recording {
+    let every = recording.features.len().div_ceil(features).max(1);
     let mut index = 0;
     let mut last_stamp = None;
     let mut thin = recording.clone();
@@ -136,23 +189,86 @@ fn thinned(recording: &Recording) -> Recording {
     thin
 }
 
-fn try_all(recording: &Recording, config: &Config, watch: &mut impl FnMut(&str)) -> Vec<Trial> {
-    let trial = |mistake: &crate::diagnose::mistakes::Mistake| {
-        watch(mistake.name);
-        let mended = (mistake.mend)(recording)?;
-        let outcome = outcome(&calibrate(&mended, None, config));
-        Some(Trial { name: mistake.name, says: mistake.says, outcome })
+/// A mistake whose size is known.
+type Candidate = (&'static str, String, Mend);
+
+/// Tries what is listed, and, where that explains nothing, what has a number of its own.
+fn try_all(
+    as_recorded: &Outcome,
+    recording: &Recording,
+    config: &Config,
+    watch: &mut impl FnMut(&str),
+) -> Vec<Trial> {
+    let listed = MISTAKES.iter().chain(&POSE_MISTAKES).chain(&SENSOR_MISTAKES);
+    let listed =
+        listed.map(|mistake| (mistake.name, mistake.says.to_owned(), Mend::Listed(mistake.mend))).collect();
+    let few = thinned(recording, FEW);
+    let mut trials = tried(recording, &few, listed, config, watch);
+    if explanations(as_recorded, &trials).is_empty() {
+        watch("cropped images");
+        let mut estimated: Vec<Estimated> = crop(&few, config).into_iter().collect();
+        for axis in 0..3 {
+            watch("scale of an axis");
+            estimated.extend(axis_scale(&few, config, axis));
+        }
+        let estimated = estimated.into_iter();
+        let estimated = estimated.map(|found| (found.name(), found.says(), Mend::Estimated(found))).collect();
+        trials.extend(tried(recording, &few, estimated, config, watch));
+    }
+    trials
+}
+
+/// Tries each on a few features, and the best of them on many.
+fn tried(
+    recording: &Recording,
+    few: &Recording,
+    candidates: Vec<Candidate>,
+    config: &Config,
+    watch: &mut impl FnMut(&str),
+) -> Vec<Trial> {
+    let mut screened: Vec<(f64, Trial)> = Vec::new();
+    for (name, says, mend) in candidates {
+        let Some(mended) = mend.of(few) else { continue };
+        watch(name);
+        let fit = quick_fit(&mended, config);
+        let outcome = match &fit {
+            Ok(fit) => Outcome {
+                noise_factor: Some(fit.noise_factor),
+                explained: fit.explained,
+                said: Vec::new(),
+                sensor_is_off: false,
+            },
+            Err(error) => outcome(&Err(error.clone())),
+        };
+        let left = fit.map_or(f64::INFINITY, |fit| fit.noise_factor / fit.explained);
+        screened.push((left, Trial { name, says, mend, outcome, is_screened: true }));
+    }
+    screened.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let best = screened.first().map_or(f64::INFINITY, |(left, _)| *left);
+    let again = |(k, (left, trial)): (usize, (f64, Trial))| {
+        if k >= PROMISING || left > NEARLY_BEST * best {
+            return Some(trial);
+        }
+        let outcome = outcome(&calibrate(&trial.mend.of(recording)?, None, config));
+        Some(Trial { outcome, is_screened: false, ..trial })
     };
-    MISTAKES.iter().filter_map(trial).collect()
+    screened.into_iter().enumerate().filter_map(again).collect()
 }
 
 /// The trials that explain a bad fit, by name and in words: far better than as recorded, and as good as the best of them.
 fn explanations(as_recorded: &Outcome, trials: &[Trial]) -> Vec<(&'static str, String)> {
-    let share = if as_recorded.fits() { EXPLAINS_DOUBT } else { EXPLAINS };
+    let is_geometry = as_recorded.fits();
+    let share = match (is_geometry, as_recorded.is_noise()) {
+        (false, _) => EXPLAINS,
+        (true, false) => EXPLAINS_DOUBT,
+        (true, true) => EXPLAINS_SENSOR,
+    };
     let limit = share * as_recorded.noise_factor.unwrap_or(f64::INFINITY);
     let mut good: Vec<(&Trial, f64)> = trials
         .iter()
-        .filter(|trial| trial.outcome.fits())
+        .filter(|trial| !trial.is_screened && trial.outcome.fits())
+        // Where the sensor seemed off, a mistake must leave it right.
+        .filter(|trial| !(is_geometry && trial.outcome.sensor_is_off))
         .filter_map(|trial| Some((trial, trial.outcome.noise_factor?)))
         .filter(|(_, factor)| *factor < limit)
         .collect();
@@ -168,106 +284,4 @@ fn explanations(as_recorded: &Outcome, trials: &[Trial]) -> Vec<(&'static str, S
             (trial.name, words)
         })
         .collect()
-}
-
-/// No robot's wrist turns faster, rad/s.
-const FASTEST_TURN_RAD_S: f64 = 8.0;
-/// A tool does not jump further between two samples, m …
-const JUMP_M: f64 = 0.005;
-/// … nor turn further, rad, unless its frame was switched.
-const JUMP_RAD: f64 = 0.03;
-
-/// What can be seen on the poses alone.
-fn implausible(recording: &Recording) -> Vec<String> {
-    let mut findings = Vec::new();
-    let mut turning = Vec::new();
-    let mut jump = None;
-    for pair in recording.robot.windows(2) {
-        let seconds = (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9;
-        let (turn, shift) = se3::difference_decoupled(&pair[1].base_from_tool, &pair[0].base_from_tool);
-        if seconds > 0.0 {
-            turning.push(turn.norm() / seconds);
-            // Over a gap the tool may go anywhere; a tenth of a second is none.
-            let jumped = shift.norm() > JUMP_M || turn.norm() > JUMP_RAD;
-            if seconds < 0.1 && jumped && shift.norm() / seconds > 2.0 && jump.is_none() {
-                jump = Some((pair[1].stamp_ns, shift.norm(), turn.norm()));
-            }
-        }
-    }
-    let typical = crate::order_statistics::median(turning.into_iter()).unwrap_or(0.0);
-    if typical > FASTEST_TURN_RAD_S {
-        findings.push(format!(
-            "the attitude turns at {typical:.0} rad/s, which no robot does: angles in degrees were taken for radians \
-             when the quaternions were made"
-        ));
-    }
-    if let Some((stamp_ns, shift_m, turn_rad)) = jump {
-        findings.push(format!(
-            "the pose jumps by {:.1} mm and {:.1}° at {:.3} s: the active tool or work object was switched during the \
-             recording",
-            shift_m * 1e3,
-            turn_rad.to_degrees(),
-            stamp_ns as f64 * 1e-9
-        ));
-    }
-    findings
-}
-
-/// A guess further off than this is of something else, m and rad.
-const GUESS_OFF_M: f64 = 0.020;
-const GUESS_OFF_RAD: f64 = 0.2;
-/// Nearer than this it is the same.
-const SAME_M: f64 = 0.005;
-const SAME_RAD: f64 = 0.03;
-/// The same for the offset, s.
-const SAME_S: f64 = 0.002;
-
-/// What is wrong with a guess, seen from a result that fits.
-fn wrong_guess(c: &Calibration, guess: &Guess) -> Vec<String> {
-    let mut findings = Vec::new();
-    let found_s = c.best_fit().time_offset_s;
-    let offset_seen = c.findings.unknowns.observability.observable_components[0];
-    if offset_seen
-        && (found_s - guess.time_offset_s).abs() > SAME_S
-        && (found_s + guess.time_offset_s).abs() < SAME_S
-    {
-        findings.push(format!(
-            "the initial time offset has the wrong sign: it is {:+.1} ms; positive means that images are stamped late",
-            found_s * 1e3
-        ));
-    }
-    if !c.findings.unknowns.observability.observable_components[1..7].iter().all(|seen| *seen) {
-        return findings;
-    }
-    let found = c.best_fit().tool_from_camera;
-    let off = |guess: &trueline_geometry::Pose| {
-        let (turn, shift) = se3::difference_decoupled(&found, guess);
-        (shift.norm(), turn.norm())
-    };
-    let is = |pose: &trueline_geometry::Pose| off(pose).0 < SAME_M && off(pose).1 < SAME_RAD;
-    let given = guess.tool_from_camera;
-    let (shift_m, turn_rad) = off(&given);
-    if shift_m < GUESS_OFF_M && turn_rad < GUESS_OFF_RAD {
-        return findings;
-    }
-    let with_translation = |scale: f64| se3::from_parts(given.rotation, given.translation.vector * scale);
-    let with_rotation = |rotation| se3::from_parts(rotation, given.translation.vector);
-    let explained = if is(&given.inverse()) {
-        "the initial hand-eye transform is camera_from_tool; it must be tool_from_camera".to_owned()
-    } else if is(&with_translation(1000.0)) || is(&with_translation(1e-3)) {
-        "the initial translation has the wrong unit: it must be millimetres".to_owned()
-    } else if is(&with_rotation(reordered(&given.rotation))) {
-        "the initial quaternion is x, y, z, w; it must be w, x, y, z".to_owned()
-    } else if is(&with_rotation(so3::exp(&(so3::log(&given.rotation) * 1f64.to_degrees())))) {
-        "the initial rotation was made of radians taken for degrees".to_owned()
-    } else {
-        format!(
-            "the scan fits, but the hand-eye transform is {:.0} mm and {:.1}° from the initial one: the robot stream \
-             reports another tool frame than the guess was made for, or the sensor has moved",
-            shift_m * 1e3,
-            turn_rad.to_degrees()
-        )
-    };
-    findings.push(explained);
-    findings
 }

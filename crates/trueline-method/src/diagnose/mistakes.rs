@@ -1,21 +1,13 @@
 //! The usual mistakes in recordings, and what each recording would be without it.
 
+use crate::diagnose::mistake::{
+    Mistake, reordered, with_features, with_pixels, with_poses, with_positions, with_rotations,
+};
 use crate::order_statistics::median;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use trueline_dataset::{Measured, Recording, RobotSample, Sensor};
-use trueline_geometry::{Plane, Pose, se3, so3};
+use nalgebra::{UnitQuaternion, Vector3};
+use trueline_dataset::{Measured, Recording, Sensor};
+use trueline_geometry::{Plane, so3};
 use trueline_model::BrownConrady;
-
-/// One mistake.
-#[derive(Clone, Copy, Debug)]
-pub struct Mistake {
-    /// Short name.
-    pub name: &'static str,
-    /// What was probably done, and what to do about it.
-    pub says: &'static str,
-    /// The recording without it; `None` where it cannot have been made.
-    pub mend: fn(&Recording) -> Option<Recording>,
-}
 
 /// The mistakes that are tried, the most frequent first.
 pub const MISTAKES: [Mistake; 20] = [
@@ -155,43 +147,10 @@ fn stand_off_m(recording: &Recording) -> Option<f64> {
     }))
 }
 
-fn with_poses(recording: &Recording, pose: impl Fn(&RobotSample) -> Pose) -> Recording {
-    let mend = |sample: &RobotSample| RobotSample { base_from_tool: pose(sample), ..*sample };
-    Recording { robot: recording.robot.iter().map(mend).collect(), ..recording.clone() }
-}
-
-fn with_positions(recording: &Recording, position: impl Fn(&RobotSample) -> Vector3<f64>) -> Recording {
-    with_poses(recording, |sample| se3::from_parts(sample.base_from_tool.rotation, position(sample)))
-}
-
-fn with_rotations(
-    recording: &Recording,
-    rotation: impl Fn(&RobotSample) -> UnitQuaternion<f64>,
-) -> Recording {
-    with_poses(recording, |sample| {
-        se3::from_parts(rotation(sample), sample.base_from_tool.translation.vector)
-    })
-}
-
-/// What was read as (w, x, y, z) is (x, y, z, w).
-#[must_use]
-pub fn reordered(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-    let q = rotation.quaternion();
-    UnitQuaternion::new_normalize(Quaternion::new(q.k, q.w, q.i, q.j))
-}
-
 /// Roll, pitch and yaw times a factor.
 fn scaled_angles(rotation: &UnitQuaternion<f64>, factor: f64) -> UnitQuaternion<f64> {
     let (roll, pitch, yaw) = rotation.euler_angles();
     UnitQuaternion::from_euler_angles(roll * factor, pitch * factor, yaw * factor)
-}
-
-fn with_features(recording: &Recording, measured: impl Fn(Measured) -> Measured) -> Recording {
-    let mut mended = recording.clone();
-    for feature in &mut mended.features {
-        feature.measured = measured(feature.measured);
-    }
-    mended
 }
 
 fn with_sensor_scaled(recording: &Recording, factor: f64) -> Option<Recording> {
@@ -208,15 +167,6 @@ fn with_sensor_scaled(recording: &Recording, factor: f64) -> Option<Recording> {
         Sensor::Profiler | Sensor::Points { laser_plane_in_camera: None } => {}
     }
     Some(mended)
-}
-
-fn with_pixels(recording: &Recording, pixel: impl Fn([f64; 2], [u32; 2]) -> [f64; 2]) -> Option<Recording> {
-    let Sensor::CameraLaser { camera, .. } = &recording.sensor else { return None };
-    let size = camera.size;
-    Some(with_features(recording, |measured| match measured {
-        Measured::Pixel(uv) => Measured::Pixel(pixel(uv, size)),
-        other => other,
-    }))
 }
 
 fn with_plane_mirrored(recording: &Recording) -> Option<Recording> {

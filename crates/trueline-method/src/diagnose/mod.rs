@@ -2,6 +2,12 @@
 
 pub mod clock_alignment;
 pub mod doctor;
+pub mod estimated_mistakes;
+pub mod mistake;
 pub mod mistakes;
 pub mod offset_profile;
+mod plausibility;
+pub mod pose_mistakes;
+mod quick_fit;
+pub mod sensor_mistakes;
 mod shift_regression;

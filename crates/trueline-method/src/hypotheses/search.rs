@@ -87,6 +87,14 @@ fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
     Ok(Found { fit, mirrored, ambiguity, better })
 }
 
+/// The better of two mirrored attitudes, from nothing, whatever else may explain the scan.
+///
+/// # Errors
+/// As [`find`].
+pub fn likeliest(solver: &Solver<'_>) -> Result<Fit, Error> {
+    search(solver, Breadth::USUAL).map(|best| best.fit)
+}
+
 fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
     let mut best = search(solver, Breadth::USUAL)?;
     let mut rivals = rivals::find(solver, &best.fit, best.twin.as_ref());

@@ -1,0 +1,28 @@
+//! Does the doctor leave healthy recordings alone?
+//!
+//! `cargo run --release --example healthy [RECORDINGS PER PRESET]` prints what it found in spite of that.
+
+#![allow(clippy::print_stdout, reason = "an example prints its figures")]
+
+use trueline_method::Config;
+use trueline_method::diagnose::doctor::diagnose;
+use trueline_sim::{Preset, random_cell, simulate};
+
+fn main() {
+    let count = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(20_u64);
+    for preset in [Preset::Quick, Preset::Good, Preset::Weak, Preset::TwoLines, Preset::Profiler] {
+        let (mut examined, mut tried, mut claimed) = (0, 0, 0);
+        for seed in 0..count {
+            let Some(recording) = simulate(&random_cell(&preset.scenario(), seed, 0.1), seed) else { continue };
+            let found = diagnose(&recording, &Config::default(), |_| {});
+            examined += 1;
+            tried += usize::from(!found.trials.is_empty());
+            claimed += usize::from(!found.findings.is_empty());
+            found.findings.iter().for_each(|finding| println!("  seed {seed}: {finding}"));
+        }
+        println!(
+            "preset {}: {examined} healthy recordings, mistakes looked for in {tried}, claimed in {claimed}",
+            preset.name()
+        );
+    }
+}

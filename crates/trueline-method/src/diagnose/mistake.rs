@@ -1,0 +1,69 @@
+//! A mistake, and how a recording is without it.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use trueline_dataset::{Measured, Recording, RobotSample, Sensor};
+use trueline_geometry::{Pose, se3};
+
+/// One mistake.
+#[derive(Clone, Copy, Debug)]
+pub struct Mistake {
+    /// Short name.
+    pub name: &'static str,
+    /// What was probably done, and what to do about it.
+    pub says: &'static str,
+    /// The recording without it; `None` where it cannot have been made.
+    pub mend: fn(&Recording) -> Option<Recording>,
+}
+
+/// The recording with other poses.
+pub(super) fn with_poses(recording: &Recording, pose: impl Fn(&RobotSample) -> Pose) -> Recording {
+    let mend = |sample: &RobotSample| RobotSample { base_from_tool: pose(sample), ..*sample };
+    Recording { robot: recording.robot.iter().map(mend).collect(), ..recording.clone() }
+}
+
+/// The recording with other positions.
+pub(super) fn with_positions(
+    recording: &Recording,
+    position: impl Fn(&RobotSample) -> Vector3<f64>,
+) -> Recording {
+    with_poses(recording, |sample| se3::from_parts(sample.base_from_tool.rotation, position(sample)))
+}
+
+/// The recording with other attitudes.
+pub(super) fn with_rotations(
+    recording: &Recording,
+    rotation: impl Fn(&RobotSample) -> UnitQuaternion<f64>,
+) -> Recording {
+    with_poses(recording, |sample| {
+        se3::from_parts(rotation(sample), sample.base_from_tool.translation.vector)
+    })
+}
+
+/// What was read as (w, x, y, z) is (x, y, z, w).
+#[must_use]
+pub fn reordered(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    let q = rotation.quaternion();
+    UnitQuaternion::new_normalize(Quaternion::new(q.k, q.w, q.i, q.j))
+}
+
+/// The recording with other features.
+pub(super) fn with_features(recording: &Recording, measured: impl Fn(Measured) -> Measured) -> Recording {
+    let mut mended = recording.clone();
+    for feature in &mut mended.features {
+        feature.measured = measured(feature.measured);
+    }
+    mended
+}
+
+/// The recording with other pixels, given the size of the picture; `None` without a camera.
+pub(super) fn with_pixels(
+    recording: &Recording,
+    pixel: impl Fn([f64; 2], [u32; 2]) -> [f64; 2],
+) -> Option<Recording> {
+    let Sensor::CameraLaser { camera, .. } = &recording.sensor else { return None };
+    let size = camera.size;
+    Some(with_features(recording, |measured| match measured {
+        Measured::Pixel(uv) => Measured::Pixel(pixel(uv, size)),
+        other => other,
+    }))
+}

@@ -1,0 +1,108 @@
+//! What can be seen without undoing a mistake: on the poses alone, and on a guess beside a result that fits.
+
+use crate::Calibration;
+use crate::diagnose::mistake::reordered;
+use trueline_dataset::{Guess, Recording};
+use trueline_geometry::{se3, so3};
+
+/// No robot's wrist turns faster, rad/s.
+const FASTEST_TURN_RAD_S: f64 = 8.0;
+/// A tool does not jump further between two samples, m …
+const JUMP_M: f64 = 0.005;
+/// … nor turn further, rad, unless its frame was switched.
+const JUMP_RAD: f64 = 0.03;
+
+/// What can be seen on the poses alone.
+pub(super) fn implausible(recording: &Recording) -> Vec<String> {
+    let mut findings = Vec::new();
+    let mut turning = Vec::new();
+    let mut jump = None;
+    for pair in recording.robot.windows(2) {
+        let seconds = (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9;
+        let (turn, shift) = se3::difference_decoupled(&pair[1].base_from_tool, &pair[0].base_from_tool);
+        if seconds > 0.0 {
+            turning.push(turn.norm() / seconds);
+            // Over a gap the tool may go anywhere; a tenth of a second is none.
+            let jumped = shift.norm() > JUMP_M || turn.norm() > JUMP_RAD;
+            if seconds < 0.1 && jumped && shift.norm() / seconds > 2.0 && jump.is_none() {
+                jump = Some((pair[1].stamp_ns, shift.norm(), turn.norm()));
+            }
+        }
+    }
+    let typical = crate::order_statistics::median(turning.into_iter()).unwrap_or(0.0);
+    if typical > FASTEST_TURN_RAD_S {
+        findings.push(format!(
+            "the attitude turns at {typical:.0} rad/s, which no robot does: angles in degrees were taken for radians \
+             when the quaternions were made"
+        ));
+    }
+    if let Some((stamp_ns, shift_m, turn_rad)) = jump {
+        findings.push(format!(
+            "the pose jumps by {:.1} mm and {:.1}° at {:.3} s: the active tool or work object was switched during the \
+             recording",
+            shift_m * 1e3,
+            turn_rad.to_degrees(),
+            stamp_ns as f64 * 1e-9
+        ));
+    }
+    findings
+}
+
+/// A guess further off than this is of something else, m and rad.
+const GUESS_OFF_M: f64 = 0.020;
+const GUESS_OFF_RAD: f64 = 0.2;
+/// Nearer than this it is the same.
+const SAME_M: f64 = 0.005;
+const SAME_RAD: f64 = 0.03;
+/// The same for the offset, s.
+const SAME_S: f64 = 0.002;
+
+/// What is wrong with a guess, seen from a result that fits.
+pub(super) fn wrong_guess(c: &Calibration, guess: &Guess) -> Vec<String> {
+    let mut findings = Vec::new();
+    let found_s = c.best_fit().time_offset_s;
+    let offset_seen = c.findings.unknowns.observability.observable_components[0];
+    if offset_seen
+        && (found_s - guess.time_offset_s).abs() > SAME_S
+        && (found_s + guess.time_offset_s).abs() < SAME_S
+    {
+        findings.push(format!(
+            "the initial time offset has the wrong sign: it is {:+.1} ms; positive means that images are stamped late",
+            found_s * 1e3
+        ));
+    }
+    if !c.findings.unknowns.observability.observable_components[1..7].iter().all(|seen| *seen) {
+        return findings;
+    }
+    let found = c.best_fit().tool_from_camera;
+    let off = |guess: &trueline_geometry::Pose| {
+        let (turn, shift) = se3::difference_decoupled(&found, guess);
+        (shift.norm(), turn.norm())
+    };
+    let is = |pose: &trueline_geometry::Pose| off(pose).0 < SAME_M && off(pose).1 < SAME_RAD;
+    let given = guess.tool_from_camera;
+    let (shift_m, turn_rad) = off(&given);
+    if shift_m < GUESS_OFF_M && turn_rad < GUESS_OFF_RAD {
+        return findings;
+    }
+    let with_translation = |scale: f64| se3::from_parts(given.rotation, given.translation.vector * scale);
+    let with_rotation = |rotation| se3::from_parts(rotation, given.translation.vector);
+    let explained = if is(&given.inverse()) {
+        "the initial hand-eye transform is camera_from_tool; it must be tool_from_camera".to_owned()
+    } else if is(&with_translation(1000.0)) || is(&with_translation(1e-3)) {
+        "the initial translation has the wrong unit: it must be millimetres".to_owned()
+    } else if is(&with_rotation(reordered(&given.rotation))) {
+        "the initial quaternion is x, y, z, w; it must be w, x, y, z".to_owned()
+    } else if is(&with_rotation(so3::exp(&(so3::log(&given.rotation) * 1f64.to_degrees())))) {
+        "the initial rotation was made of radians taken for degrees".to_owned()
+    } else {
+        format!(
+            "the scan fits, but the hand-eye transform is {:.0} mm and {:.1}° from the initial one: the robot stream \
+             reports another tool frame than the guess was made for, or the sensor has moved",
+            shift_m * 1e3,
+            turn_rad.to_degrees()
+        )
+    };
+    findings.push(explained);
+    findings
+}

@@ -1,0 +1,97 @@
+//! Mistakes in the sensor's numbers, most of them so small that a scan fits all the same: they are looked for where the scan
+//! contradicts the sensor's own calibration.
+
+use crate::diagnose::mistake::{Mistake, with_features, with_pixels};
+use trueline_dataset::{Measured, Recording, Sensor};
+use trueline_model::BrownConrady;
+
+/// Mistakes in the sensor's numbers.
+pub const SENSOR_MISTAKES: [Mistake; 11] = [
+    Mistake {
+        name: "pixels already undistorted",
+        says: "the pixels are of undistorted images, and are undistorted again: give distortion = [0, 0, 0, 0, 0]",
+        mend: |r| with_distortion(r, |_| BrownConrady::default()),
+    },
+    Mistake {
+        name: "distortion of the wrong sign",
+        says: "the distortion has the wrong sign: its numbers are those of the inverse, from ideal to distorted pixels they are \
+               the other way round",
+        mend: |r| {
+            with_distortion(r, |BrownConrady { k1, k2, p1, p2, k3 }| BrownConrady {
+                k1: -k1,
+                k2: -k2,
+                p1: -p1,
+                p2: -p2,
+                k3: -k3,
+            })
+        },
+    },
+    Mistake {
+        name: "pixels counted from 1",
+        says: "the pixels are counted from 1, as MATLAB and HALCON's users do: (0, 0) must be the centre of the first pixel",
+        mend: |r| with_pixels(r, |uv, _| uv.map(|x| x - 1.0)),
+    },
+    Mistake {
+        name: "profiler x 10 times too small",
+        says: "the profiler's x is 10 times too small: its unit is another one",
+        mend: |r| with_profile_scaled(r, [10.0, 1.0]),
+    },
+    Mistake {
+        name: "profiler x 10 times too large",
+        says: "the profiler's x is 10 times too large: its unit is another one",
+        mend: |r| with_profile_scaled(r, [0.1, 1.0]),
+    },
+    Mistake {
+        name: "profiler x half as large",
+        says: "the profiler's x is half as large as it is: its step is of every second point",
+        mend: |r| with_profile_scaled(r, [2.0, 1.0]),
+    },
+    Mistake {
+        name: "profiler x twice as large",
+        says: "the profiler's x is twice as large as it is: its step is of every second point",
+        mend: |r| with_profile_scaled(r, [0.5, 1.0]),
+    },
+    Mistake {
+        name: "profiler z 10 times too small",
+        says: "the profiler's z is 10 times too small: its unit is another one",
+        mend: |r| with_profile_scaled(r, [1.0, 10.0]),
+    },
+    Mistake {
+        name: "profiler z 10 times too large",
+        says: "the profiler's z is 10 times too large: its unit is another one",
+        mend: |r| with_profile_scaled(r, [1.0, 0.1]),
+    },
+    Mistake {
+        name: "profiler z half as large",
+        says: "the profiler's z is half as large as it is: check its scale",
+        mend: |r| with_profile_scaled(r, [1.0, 2.0]),
+    },
+    Mistake {
+        name: "profiler z twice as large",
+        says: "the profiler's z is twice as large as it is: check its scale",
+        mend: |r| with_profile_scaled(r, [1.0, 0.5]),
+    },
+];
+
+/// `None` without a camera, or without distortion.
+fn with_distortion(
+    recording: &Recording,
+    change: impl Fn(BrownConrady) -> BrownConrady,
+) -> Option<Recording> {
+    let mut mended = recording.clone();
+    let Sensor::CameraLaser { camera, .. } = &mut mended.sensor else { return None };
+    if camera.distortion == BrownConrady::default() {
+        return None;
+    }
+    camera.distortion = change(camera.distortion);
+    Some(mended)
+}
+
+fn with_profile_scaled(recording: &Recording, [by_x, by_z]: [f64; 2]) -> Option<Recording> {
+    matches!(recording.sensor, Sensor::Profiler).then(|| {
+        with_features(recording, |measured| match measured {
+            Measured::Profile([x, z]) => Measured::Profile([x * by_x, z * by_z]),
+            other => other,
+        })
+    })
+}
