@@ -5,34 +5,35 @@ use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::{self, Subject};
 use crate::assess::identifiability::{Identifiability, assess_identifiability};
-use crate::assess::observability::{Observability, RANK_THRESHOLD};
+use crate::assess::misfit_cause::{self, CauseKind, MisfitCause};
+use crate::assess::observability::RANK_THRESHOLD;
 use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
 use crate::assess::sensor_shape::SensorShape;
-use crate::assess::systematic::{Systematic, SystematicLevels};
+use crate::assess::systematic::{Systematic, SystematicLevels, SystematicSums};
 use crate::calibration::Calibration;
-use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Hold, ResidualKind, SensorMode};
+use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, HeldSigma, Hold, ResidualKind, SensorMode};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
+use crate::hypotheses::feature_bias::{FeatureBias, TakenBias};
 use crate::hypotheses::search::Mirrored;
 use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
+use crate::hypotheses::unbiased::{Shown, Unbiased, inflation, without_bias};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, observe, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
-use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::covariance::{self, Uncertainty};
-use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use crate::verdict;
 use crate::{assess::outlier_segments, assess::seam_point_error, hypotheses::search};
 use nalgebra::{DMatrix, SVector};
 use trueline_dataset::{Guess, Recording};
-use trueline_lsq::Information;
 
 /// Estimates time offset, hand-eye transform and lines from a recording.
 ///
@@ -67,11 +68,13 @@ pub fn calibrate(
     let steady = remove_drift(stamped.observations, stamped.fit, &settings, rate_sigma_ppm)?;
     let times_s = sampling.robot_times_s(stamped.dejittered);
     let halves = steady.observations.robot.halves(recording, times_s);
-    let Identifiability { mut fit, information, time_offset_share, observability } =
+    let Identifiability { fit, information, time_offset_share, observability } =
         assess_identifiability(&steady, &settings, guess, found.mirrored, halves.as_ref())?;
-    let structure = structure(&steady, &fit, config, &information);
+    let levels = systematic_levels(recording, &settings, &knowledge);
+    let shown = Shown { steady: DriftFree { fit, ..steady }, information, observability };
+    let Unbiased { mut shown, structure, cause, bias } = without_bias(shown, recording, &settings, &levels)?;
     if let Structure::Correlated(noise) = &structure {
-        fit.solution.state = noise.at.clone();
+        shown.steady.fit.solution.state = noise.at.clone();
     }
     Ok(conclude(&Concluded {
         recording,
@@ -82,21 +85,13 @@ pub fn calibrate(
         mirrored: found.mirrored,
         ambiguity: found.ambiguity,
         better: found.better,
-        steady: &DriftFree { fit, ..steady },
-        information,
+        levels: bias.map_or(levels, |bias| SystematicLevels { bias_is_estimated: true, ..bias.levels }),
+        bias,
+        shown: &shown,
         structure,
+        cause,
         time_offset_share,
-        observability,
     }))
-}
-
-/// What the residuals are; where something is held at a guess, generalised least squares does not know of it.
-fn structure(steady: &DriftFree, fit: &Fit, config: &Config, information: &Information) -> Structure {
-    if fit.prior.is_some() {
-        return Structure::Unknown;
-    }
-    let problem = fit.problem(&steady.observations, config);
-    Structure::of(&problem, fit.parameters(), information.covariance_root())
 }
 
 /// All that a calibration is concluded from.
@@ -109,36 +104,51 @@ struct Concluded<'a> {
     mirrored: Mirrored,
     ambiguity: Ambiguity,
     better: Option<Parameters>,
-    steady: &'a DriftFree,
-    information: Information,
+    shown: &'a Shown,
+    levels: SystematicLevels,
+    /// The bias that the features were freed of.
+    bias: Option<TakenBias>,
     structure: Structure,
+    cause: Option<MisfitCause>,
     time_offset_share: f64,
-    observability: Observability,
 }
 
 impl Concluded<'_> {
-    /// Whether the scan shows all of time offset and hand-eye.
-    fn all_observable(&self) -> bool {
-        self.observability.observable_components[..LINES].iter().all(|seen| *seen)
+    fn inflation(&self) -> f64 {
+        inflation(&self.structure, &self.shown.information)
     }
 }
 
 fn conclude(from: &Concluded<'_>) -> Calibration {
-    let (config, fit, observations) = (from.settings.config, &from.steady.fit, &from.steady.observations);
+    let (config, fit, observations) =
+        (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
     let problem = fit.problem(observations, config);
-    let mut uncertainty = covariance::assess(&problem, fit.parameters(), &fit.noise, &from.information);
+    let mut uncertainty = covariance::assess(&problem, fit.parameters(), &fit.noise, &from.shown.information);
     if let Structure::Correlated(noise) = &from.structure {
         uncertainty.covariance = noise.covariance.clone();
     }
-    let root = from.information.covariance_root();
-    let systematic = Systematic::of(&problem, fit.parameters(), root, &systematic_levels(from));
-    let unknowns = unknowns(from, &uncertainty, &systematic);
+    let root = from.shown.information.covariance_root();
+    let sums = SystematicSums::of(&problem, fit.parameters(), root, &from.levels);
+    let systematic = sums.systematic(&from.levels, from.inflation()).with_held(
+        &fit.solution.equations.hessian,
+        root,
+        &held_sigmas(from.settings),
+    );
+    let mut unknowns = unknowns(from, &uncertainty, &systematic);
+    let covariance = &unknowns.covariance;
+    unknowns.sensor =
+        unknowns.sensor.map(|shape| shape.beside(from.cause.as_ref(), &unknowns.parameters, covariance));
     let (features, skipped) = residuals::evaluate(&problem, fit.parameters());
     let mut checks = checks(from, &uncertainty, &unknowns, &features);
-    if from.all_observable() {
+    if from.shown.all_observable() {
         checks.seam_error = seam_error(from, &uncertainty, &systematic);
     }
     checks.held_sensor = held_sensor(from);
+    checks.cause = from.cause.clone();
+    checks.feature_bias = from.bias.and_then(|taken| {
+        let estimate = sums.bias(&taken.px, from.inflation())?;
+        Some(FeatureBias::new(&estimate, taken.is_plain))
+    });
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     let setup = &from.recording.setup;
@@ -157,10 +167,10 @@ fn conclude(from: &Concluded<'_>) -> Calibration {
         },
         checks,
         clock: ClockFindings {
-            drift: from.steady.drift,
-            drifted: from.steady.drifted,
-            step: from.steady.step,
-            stepped: from.steady.stepped,
+            drift: from.shown.steady.drift,
+            drifted: from.shown.steady.drifted,
+            step: from.shown.steady.step,
+            stepped: from.shown.steady.stepped,
         },
         streams,
         uncertainty_ignored: setup.uncertainty.is_some() && config.residual == ResidualKind::PointToLine,
@@ -172,31 +182,31 @@ fn conclude(from: &Concluded<'_>) -> Calibration {
 }
 
 fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Unknowns {
-    let parameters = from.steady.fit.parameters().clone();
+    let parameters = from.shown.steady.fit.parameters().clone();
     let noise_covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
     let covariance = &noise_covariance + systematic.covariance();
     Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
         sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
-        corrected: CorrectedSensor::of(from.recording, &from.steady.observations, &parameters),
+        corrected: CorrectedSensor::of(from.recording, &from.shown.steady.observations, &parameters),
         parameters,
         covariance,
         noise_covariance,
-        observability: from.observability.clone(),
-        held_at_guess: from.steady.fit.prior.is_some(),
+        observability: from.shown.observability.clone(),
+        held_at_guess: from.shown.steady.fit.prior.is_some(),
     }
 }
 
 /// What the shape of a sensor would be that was held; `None` where it was estimated.
 fn held_sensor(from: &Concluded<'_>) -> Option<SensorShape> {
     let settings = from.settings;
-    if settings.shape_prior.is_some() || !from.all_observable() {
+    if settings.shape_prior.is_some() || !from.shown.all_observable() {
         return None;
     }
     let shape_prior = from.knowledge.prior_in(SensorMode::Prior, settings.config.residual);
-    let observations = &from.steady.observations;
+    let observations = &from.shown.steady.observations;
     let solver = Solver { observations, settings: FitSettings { shape_prior, ..*settings } };
-    let fit = shape_prior.and_then(|_| solver.refit(&from.steady.fit).ok())?;
+    let fit = shape_prior.and_then(|_| solver.refit(&from.shown.steady.fit).ok())?;
     let information = fit.information(settings.fixed, RANK_THRESHOLD)?;
     let problem = fit.problem(observations, settings.config);
     let root = information.covariance_root();
@@ -207,28 +217,49 @@ fn held_sensor(from: &Concluded<'_>) -> Option<SensorShape> {
             (fit.parameters().clone(), noise.covariance)
         }
     };
-    let levels = SystematicLevels { held_shape: None, ..systematic_levels(from) };
-    let systematic = Systematic::of(&problem, fit.parameters(), root, &levels);
-    SensorShape::of(from.recording, &at, &(noise + systematic.covariance()), from.knowledge)
+    let levels = SystematicLevels { held_shape: None, ..from.levels };
+    let systematic = SystematicSums::of(&problem, fit.parameters(), root, &levels).with_bias_held();
+    let covariance = noise + systematic.covariance();
+    let cause = misfit_cause::find(from.recording, &problem, fit.parameters(), root)
+        .filter(|cause| cause.kind != CauseKind::TiltBias);
+    let shape = SensorShape::of(from.recording, &at, &covariance, from.knowledge)?;
+    Some(shape.beside(cause.as_ref(), &at, &covariance))
+}
+
+/// The components that are held and not known exactly, each with its standard deviation, SI.
+fn held_sigmas(settings: &FitSettings<'_>) -> Vec<(usize, f64)> {
+    let HeldSigma { time_s, rotation_rad, translation_m } = settings.config.held_sigma;
+    let stated = |component: &usize| match *component {
+        TIME_OFFSET => time_s,
+        ROTATION..TRANSLATION => rotation_rad,
+        TRANSLATION..LINES => translation_m,
+        _ => None,
+    };
+    settings.fixed.iter().filter_map(|component| Some((*component, stated(component)?))).collect()
 }
 
 /// How large the errors that are no noise are taken to be.
-fn systematic_levels(from: &Concluded<'_>) -> SystematicLevels {
-    let config = from.settings.config;
-    let stated = from.recording.setup.robot_accuracy_m;
+fn systematic_levels(
+    recording: &Recording,
+    settings: &FitSettings<'_>,
+    knowledge: &ShapeKnowledge,
+) -> SystematicLevels {
+    let config = settings.config;
+    let stated = recording.setup.robot_accuracy_m;
     // A sensor that is held is still only as good as its file says, or as such sensors are.
-    let is_held = from.settings.shape_prior.is_none();
-    let is_doubted = from.knowledge.stated || config.sensor != SensorMode::Fixed;
+    let is_held = settings.shape_prior.is_none();
+    let is_doubted = knowledge.stated || config.sensor != SensorMode::Fixed;
     SystematicLevels {
         robot_accuracy_m: config.robot_accuracy_m.or(stated).unwrap_or(ASSUMED_ROBOT_ACCURACY_M),
         robot_is_stated: config.robot_accuracy_m.or(stated).is_some(),
         feature_bias_px: config.feature_bias_px,
-        held_shape: (is_held && is_doubted).then_some(from.knowledge.covariance),
+        bias_is_estimated: false,
+        held_shape: (is_held && is_doubted).then_some(knowledge.covariance),
     }
 }
 
 fn seam_error(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Option<SeamError> {
-    let (fit, observations) = (&from.steady.fit, &from.steady.observations);
+    let (fit, observations) = (&from.shown.steady.fit, &from.shown.steady.observations);
     let sources = SeamErrorSources {
         hessian: &fit.solution.equations.hessian,
         noise: &uncertainty.covariance,
@@ -237,7 +268,7 @@ fn seam_error(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Syst
             widened[(TIME_OFFSET, TIME_OFFSET)] - uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)]
         },
         systematic,
-        levels: systematic_levels(from),
+        levels: from.levels,
         speed_m_s: from.settings.config.used_at.speed_m_s,
     };
     seam_error::predict(observations, fit.placed.of(observations), fit.parameters(), &sources)
@@ -249,7 +280,8 @@ fn checks(
     unknowns: &Unknowns,
     features: &[FeatureResidual],
 ) -> Checks {
-    let (config, fit, observations) = (from.settings.config, &from.steady.fit, &from.steady.observations);
+    let (config, fit, observations) =
+        (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
     let at = &unknowns.parameters;
     let list = fit.placed.of(observations);
     let predict = || seam_point_error::predict(observations, list, at, &unknowns.covariance, &config.used_at);
@@ -261,12 +293,14 @@ fn checks(
         disruptions: outlier_segments::find(observations, features, at, &fit.noise, config.offset_search_s),
         seam_error: None,
         held_sensor: None,
-        at_torch: from.all_observable().then(predict).flatten(),
+        cause: None,
+        feature_bias: None,
+        at_torch: from.shown.all_observable().then(predict).flatten(),
     }
 }
 
 fn streams(from: &Concluded<'_>, repeated_features: usize) -> Streams {
-    let robot = &from.steady.observations.robot;
+    let robot = &from.shown.steady.observations.robot;
     Streams {
         robot: from.sampling.robot.report(from.dejittered.robot),
         images: from.sampling.images.report(from.dejittered.images),
@@ -285,24 +319,24 @@ fn with_time_offset_widened(from: &Concluded<'_>, mut covariance: DMatrix<f64>) 
     let widen = from.time_offset_share.sqrt().recip();
     covariance.row_mut(TIME_OFFSET).scale_mut(widen);
     covariance.column_mut(TIME_OFFSET).scale_mut(widen);
-    let late_sigma_s = from.steady.observations.robot.late_sigma_s;
+    let late_sigma_s = from.shown.steady.observations.robot.late_sigma_s;
     let stamps_sigma_s = from.sampling.phase_sigma_s(from.dejittered).hypot(late_sigma_s);
     covariance[(TIME_OFFSET, TIME_OFFSET)] += stamps_sigma_s.powi(2);
     covariance
 }
 
 fn subject<'a>(from: &'a Concluded<'_>, real: &Uncertainty) -> Subject<'a> {
-    let model = from.information.covariance();
+    let model = from.shown.information.covariance();
     let inflation = |k: usize| {
         let ratio = real.covariance[(k, k)] / model[(k, k)];
         if ratio.is_finite() { ratio } else { 1.0 }
     };
     Subject {
-        observations: &from.steady.observations,
-        fit: &from.steady.fit,
+        observations: &from.shown.steady.observations,
+        fit: &from.shown.steady.fit,
         fixed: from.settings.fixed,
         rank_threshold: RANK_THRESHOLD,
-        seen: &from.observability.observable_components,
+        seen: &from.shown.observability.observable_components,
         inflation: SVector::from_fn(|k, _| inflation(k)),
     }
 }

@@ -44,6 +44,17 @@ impl Hold {
     }
 }
 
+/// How well what is held is known: one standard deviation of each; `None` takes it for exact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HeldSigma {
+    /// Of the time offset, s.
+    pub time_s: Option<f64>,
+    /// Of the hand-eye rotation about any axis, rad.
+    pub rotation_rad: Option<f64>,
+    /// Of the hand-eye translation along any axis, m.
+    pub translation_m: Option<f64>,
+}
+
 /// Which stamps are believed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stamps {
@@ -121,6 +132,8 @@ pub struct Config {
     pub loss: Option<Loss>,
     /// What is held at its initial value.
     pub hold: Vec<Hold>,
+    /// How well that is known.
+    pub held_sigma: HeldSigma,
     /// Expected standard deviation of a feature, px, where the recording does not say.
     pub feature_sigma_px: f64,
     /// The same for sensors that report lengths, m.
@@ -161,6 +174,7 @@ impl Default for Config {
             residual: ResidualKind::Sheet,
             loss: None,
             hold: Vec::new(),
+            held_sigma: HeldSigma::default(),
             feature_sigma_px: 0.3,
             feature_sigma_m: 0.02e-3,
             robot_sigma_m: None,

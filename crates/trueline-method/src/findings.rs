@@ -4,6 +4,7 @@ use crate::Config;
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
+use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::observability::Observability;
 use crate::assess::outlier_segments::OutlierSegment;
 use crate::assess::residuals::{FeatureResidual, ResidualSummary};
@@ -12,6 +13,7 @@ use crate::assess::seam_point_error::SeamPointError;
 use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::drift_and_step::{Drift, Step};
+use crate::hypotheses::feature_bias::FeatureBias;
 use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::Parameters;
@@ -139,6 +141,10 @@ pub struct Checks {
     pub seam_error: Option<SeamError>,
     /// What the shape of a sensor that was held would be; `None` if it was estimated, or cannot be.
     pub held_sensor: Option<SensorShape>,
+    /// What residuals that are no noise are made of, where one usual cause explains them.
+    pub cause: Option<MisfitCause>,
+    /// The bias of the features with the tilt, where it was estimated and taken out.
+    pub feature_bias: Option<FeatureBias>,
     /// Error of a seam point where it is used; `None` if something of the hand-eye is not observable.
     pub at_torch: Option<SeamPointError>,
 }

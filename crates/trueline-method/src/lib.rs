@@ -25,7 +25,7 @@ pub mod verdict;
 
 pub use calibrate::calibrate;
 pub use calibration::{Calibration, HandEye, LineEstimate, TimeOffset, Translation};
-pub use config::{Config, Hold, Requirement, ResidualKind, SensorMode, Stamps, Use};
+pub use config::{Config, HeldSigma, Hold, Requirement, ResidualKind, SensorMode, Stamps, Use};
 pub use error::Error;
 pub use input::observations::{Observation, Observations};
 pub use problem::parameters::Parameters;

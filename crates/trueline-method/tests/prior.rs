@@ -1,12 +1,13 @@
-//! Holding a direction at a guess: derivatives against numerical ones.
+//! Holding at a guess: derivatives against numerical ones, and what is not known of what is held.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{DVector, Vector3};
 use trueline_dataset::Guess;
 use trueline_geometry::{Line, se3, so3};
 use trueline_lsq::{LeastSquares, NormalEquations, check};
-use trueline_method::Parameters;
 use trueline_method::problem::prior::Prior;
+use trueline_method::{Calibration, Config, HeldSigma, Hold, Parameters, calibrate};
+use trueline_sim::{Preset, simulate};
 
 struct PriorAlone(Prior);
 
@@ -59,4 +60,40 @@ fn gradient_is_the_derivative_of_the_cost() {
     // Jacobian without the logarithm's is off by 1e7.
     let error = check::gradient_error(&problem, &state, &steps);
     assert!(error < 1e-3, "{error}");
+}
+
+/// Against the estimate itself, moved by what is held: to first order the covariance that is added is the square of the move.
+#[test]
+fn what_is_held_and_not_known_widens_what_is_said() {
+    let recording = simulate(&Preset::Quick.scenario(), 4).unwrap();
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    let (moved_s, moved_m) = (50e-6, 0.1e-3);
+    let at = |offset_s: f64, shift_m: f64, hold: Hold, held_sigma: HeldSigma| {
+        let mut guess = truth;
+        guess.time_offset_s += offset_s;
+        guess.tool_from_camera.translation.vector.y += shift_m;
+        let config = Config { hold: vec![hold], held_sigma, ..Config::noise_only() };
+        calibrate(&recording, Some(&guess), &config).unwrap()
+    };
+    let exact = HeldSigma::default();
+    let known = HeldSigma { time_s: Some(moved_s), ..exact };
+    let (here, there, unsure) = (
+        at(0.0, 0.0, Hold::TimeOffset, exact),
+        at(moved_s, 0.0, Hold::TimeOffset, exact),
+        at(0.0, 0.0, Hold::TimeOffset, known),
+    );
+    let moved = there.best_fit().minus(&here.best_fit().guess());
+    let added = unsure.best_fit_covariance() - here.best_fit_covariance();
+    for (i, j) in (0..7).flat_map(|i| (0..7).map(move |j| (i, j))) {
+        let scale = (added[(i, i)] * added[(j, j)]).sqrt();
+        // Other weights and a move of a tenth of a weave's millimetre: a percent of the largest.
+        assert!((added[(i, j)] - moved[i] * moved[j]).abs() < 0.03 * scale, "{i} {j}: {added}");
+    }
+    assert_eq!(here.best_fit(), unsure.best_fit());
+    let held = |c: &Calibration| c.findings.checks.seam_error.unwrap().budget_m.held;
+    assert!(held(&here) == 0.0 && held(&unsure) > 0.0);
+    // A hand-eye transform that is held is off by what it is known to, along each axis.
+    let known = HeldSigma { translation_m: Some(moved_m), ..exact };
+    let unsure = at(0.0, 0.0, Hold::HandEye, known);
+    assert!((held(&unsure) - moved_m * 3_f64.sqrt()).abs() < 0.2 * moved_m, "{}", held(&unsure));
 }

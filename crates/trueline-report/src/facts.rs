@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use trueline_dataset::result_file::Fact;
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::assess::misfit_cause::CauseKind;
 use trueline_method::assess::observability::Unobservable;
 use trueline_method::assess::sensor_shape::SensorShape;
 use trueline_method::verdict::{Quantity, Reason, Warning};
@@ -80,6 +81,10 @@ fn warning_values(warning: &Warning) -> Value {
         }
         Warning::UncertaintyNotApplied | Warning::MirrorBySensor => json!({}),
         Warning::SensorOff { shape } => sensor_off(shape),
+        Warning::LikelyCause { kind, size_si, sigma_si } => likely_cause(*kind, *size_si, *sigma_si),
+        Warning::FeatureBias { bias } => {
+            json!({ "px_per_10deg": bias.px, "sigma_px_per_10deg": bias.sigma_px, "wald": bias.wald })
+        }
         Warning::HeldAtGuess { held } => {
             json!({ "held": held.iter().map(unobservable).collect::<Vec<_>>() })
         }
@@ -113,6 +118,19 @@ fn warning_values(warning: &Warning) -> Value {
         }
         Warning::NoPointAtStandOff { stand_off_m } => json!({ "stand_off_mm": stand_off_m * MM_PER_M }),
     }
+}
+
+/// Size and standard deviation, with the unit of the kind in the key.
+fn likely_cause(kind: CauseKind, size_si: f64, sigma_si: f64) -> Value {
+    let (unit, scale) = match kind {
+        CauseKind::Flex => ("mm_per_m_s2", MM_PER_M),
+        CauseKind::Backlash => ("mm", MM_PER_M),
+        CauseKind::AttitudeLag | CauseKind::RollingShutter => ("s", 1.0),
+        CauseKind::SideBias => ("px", 1.0),
+        CauseKind::TiltBias => ("px_per_10deg", 1.0),
+    };
+    let value = |name: &str, value: f64| (format!("{name}_{unit}"), json!(value * scale));
+    Value::Object([value("size", size_si), value("sigma", sigma_si)].into_iter().collect())
 }
 
 fn sensor_off(shape: &SensorShape) -> Value {

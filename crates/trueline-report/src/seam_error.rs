@@ -24,6 +24,7 @@ pub fn entry(error: &SeamError) -> SeamErrorEntry {
             robot: parts.robot * MM_PER_M,
             seam_form: parts.seam_form * MM_PER_M,
             feature_bias: parts.feature_bias * MM_PER_M,
+            held: parts.held * MM_PER_M,
         },
         robot_accuracy_mm: error.levels.robot_accuracy_m * MM_PER_M,
         robot_is_stated: error.levels.robot_is_stated,
@@ -111,7 +112,11 @@ pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
         with.push(format!("a robot of {} mm{assumed}", levels.robot_accuracy_m * MM_PER_M));
     }
     if error.budget_m.feature_bias > 0.0 {
-        with.push(format!("a feature bias of {} px per 10° of tilt (assumed)", levels.feature_bias_px));
+        let state = if levels.bias_is_estimated { "estimated" } else { "assumed" };
+        with.push(format!("a feature bias of {} px per 10° of tilt ({state})", levels.feature_bias_px));
+    }
+    if error.budget_m.held > 0.0 {
+        with.push("what is held, as it was stated".to_owned());
     }
     if error.budget_m.sensor > 0.0 {
         let stated = c.findings.unknowns.sensor.is_none_or(|shape| shape.stated);
@@ -139,6 +144,7 @@ pub fn budget(error: &SeamError) -> Vec<BudgetPart> {
         ("robot", parts.robot, "state the robot's accuracy if it is better, or calibrate the robot"),
         ("seam form", parts.seam_form, "scan a straighter edge, or the same seam back again"),
         ("feature bias", parts.feature_bias, "add a pass with the sensor spun by 180° about its view"),
+        ("what is held", parts.held, "estimate it with the rest, or know it better"),
     ];
     list.sort_by(|a, b| b.1.total_cmp(&a.1));
     let share = |sigma_m: f64| (sigma_m / error.rms_m).powi(2);

@@ -56,6 +56,9 @@ pub struct CalibrateArgs {
     /// Hold at the initial value (may be given twice)
     #[arg(long, value_parser = one_of(&HOLDS))]
     pub fix: Vec<Hold>,
+    /// How well what --fix holds is known, one sigma: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
+    #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse, requires = "fix")]
+    pub fixed_sigma: Option<Requirement>,
     /// Expected noise of a feature, px
     #[arg(long, value_parser = above_zero)]
     pub feature_sigma_px: Option<f64>,
@@ -126,11 +129,12 @@ pub struct CalibrateArgs {
 }
 
 /// Options that say nothing of a board.
-const OF_SEAMS: [&str; 22] = [
+const OF_SEAMS: [&str; 23] = [
     "initial",
     "residual",
     "loss",
     "fix",
+    "fixed_sigma",
     "feature_sigma_px",
     "feature_sigma_mm",
     "robot_sigma_mm",

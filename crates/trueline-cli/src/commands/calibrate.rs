@@ -14,7 +14,7 @@ use trueline_dataset::known_toml;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
 use trueline_method::hypotheses::choice::KnownOfCell;
-use trueline_method::{Calibration, Config, ResidualKind, SensorMode, Status, Use};
+use trueline_method::{Calibration, Config, HeldSigma, Hold, ResidualKind, SensorMode, Status, Use};
 use trueline_report::calibration_page::{self, Source};
 use trueline_report::{result, summary};
 
@@ -24,6 +24,7 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         return calibrate_board::run(args, board);
     }
     check_sensor(args)?;
+    check_fixed(args)?;
     let config = config(args);
     let mut opened = opened_dataset::open_all(&args.datasets, args.joint, args.quiet)?;
     let images_ahead_ns = match (args.align_clocks, args.datasets.len()) {
@@ -154,12 +155,32 @@ fn check_sensor(args: &CalibrateArgs) -> Result<(), Failure> {
     ))
 }
 
+/// What is said of something that is not held would be ignored.
+fn check_fixed(args: &CalibrateArgs) -> Result<(), Failure> {
+    let Some(sigma) = args.fixed_sigma else { return Ok(()) };
+    let hand_eye = sigma.rotation_rad.is_some() || sigma.translation_m.is_some();
+    let missing = match () {
+        () if sigma.time_s.is_some() && !args.fix.contains(&Hold::TimeOffset) => "time-offset",
+        () if hand_eye && !args.fix.contains(&Hold::HandEye) => "hand-eye",
+        () => return Ok(()),
+    };
+    Err(Failure::new(
+        format!("`--fixed-sigma` speaks of the {missing}, which is not held"),
+        format!("add --fix {missing}"),
+    ))
+}
+
 fn config(args: &CalibrateArgs) -> Config {
     let defaults = Config::default();
     Config {
         residual: args.residual,
         loss: args.loss,
         hold: args.fix.clone(),
+        held_sigma: args.fixed_sigma.map_or_else(HeldSigma::default, |sigma| HeldSigma {
+            time_s: sigma.time_s,
+            rotation_rad: sigma.rotation_rad,
+            translation_m: sigma.translation_m,
+        }),
         feature_sigma_px: args.feature_sigma_px.unwrap_or(defaults.feature_sigma_px),
         feature_sigma_m: args.feature_sigma_mm.map_or(defaults.feature_sigma_m, |mm| mm * 1e-3),
         robot_sigma_m: args.robot_sigma_mm.map(|mm| mm * 1e-3),

@@ -49,4 +49,6 @@ pub struct BudgetEntry {
     pub seam_form: f64,
     /// The feature's bias with the tilt.
     pub feature_bias: f64,
+    /// What was held and is not known exactly.
+    pub held: f64,
 }

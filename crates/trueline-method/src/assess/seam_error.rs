@@ -54,6 +54,8 @@ pub struct SeamErrorBudget {
     pub seam_form: f64,
     /// The feature's bias with the tilt.
     pub feature_bias: f64,
+    /// What was held and is not known exactly.
+    pub held: f64,
 }
 
 /// What a seam error follows from.
@@ -91,16 +93,18 @@ pub fn predict(
     let noise = field.mean_trace(sources.noise);
     let [all, without_bow, alone] = model_shares(&field, sources.hessian, &unknowns)?;
     let stamps = field.along.norm_squared() * sources.stamps_variance_s2;
-    let held = field.mean_square(&sources.systematic.sensor, Some(&sources.systematic.sensor_shape));
+    let held_sensor = field.mean_square(&sources.systematic.sensor, Some(&sources.systematic.sensor_shape));
     let parts = SeamErrorBudget {
         noise: (noise * alone / all).sqrt(),
         stamps: stamps.sqrt(),
-        sensor: (noise * ((without_bow - alone) / all).max(0.0) + held).sqrt(),
+        sensor: (noise * ((without_bow - alone) / all).max(0.0) + held_sensor).sqrt(),
         robot: mean_square(&sources.systematic.robot).sqrt(),
         seam_form: (noise * ((all - without_bow) / all).max(0.0)).sqrt(),
         feature_bias: mean_square(&sources.systematic.feature_bias).sqrt(),
+        held: mean_square(&sources.systematic.held).sqrt(),
     };
-    let squares = [parts.noise, parts.stamps, parts.sensor, parts.robot, parts.seam_form, parts.feature_bias];
+    let SeamErrorBudget { sensor, robot, seam_form, feature_bias, held, .. } = parts;
+    let squares = [parts.noise, parts.stamps, sensor, robot, seam_form, feature_bias, held];
     let rms_m = squares.iter().map(|part| part * part).sum::<f64>().sqrt();
     Some(SeamError { rms_m, field_m: field.size_m, budget_m: parts, levels: sources.levels })
 }

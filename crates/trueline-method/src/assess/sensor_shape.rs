@@ -1,9 +1,10 @@
 //! What the scan says of the sensor's own calibration.
 
 use crate::assess::corrected_sensor::total;
+use crate::assess::misfit_cause::MisfitCause;
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::problem::parameters::Parameters;
-use nalgebra::{DMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector};
 use trueline_dataset::Recording;
 use trueline_model::SheetShape;
 
@@ -22,6 +23,8 @@ pub struct SensorShape {
     pub stated: bool,
     /// hᵀ C_h⁻¹ h with robot and feature bias in C_h: χ²₅ for a sensor without fault.
     pub wald: f64,
+    /// The same if the cause that explains the residuals is allowed for; `None` where there is no such cause.
+    pub wald_beside_cause: Option<f64>,
 }
 
 /// Above this a sensor's own calibration is off; once in thousands of scans by chance.
@@ -43,12 +46,24 @@ impl SensorShape {
         let found = at.shape?;
         let first = at.unknowns().shape().start;
         let own = covariance.fixed_view::<5, 5>(first, first).into_owned();
-        let h = SVector::from(found.h);
-        let wald = h.dot(&own.cholesky()?.solve(&h));
+        let wald = wald(&SVector::from(found.h), &own)?;
         let sigma = std::array::from_fn(|k| own[(k, k)].max(0.0).sqrt());
         let prior_sigma = std::array::from_fn(|k| knowledge.covariance[(k, k)].sqrt());
         let shape = total(recording, &found);
-        Some(Self { found, shape, sigma, prior_sigma, stated: knowledge.stated, wald })
+        let stated = knowledge.stated;
+        Some(Self { found, shape, sigma, prior_sigma, stated, wald, wald_beside_cause: None })
+    }
+
+    /// The same if a cause is allowed for that explains the residuals: what it makes of the shape is no fault of the sensor.
+    #[must_use]
+    pub fn beside(self, cause: Option<&MisfitCause>, at: &Parameters, covariance: &DMatrix<f64>) -> Self {
+        let first = at.unknowns().shape().start;
+        let wald_beside_cause = cause.and_then(|cause| {
+            let h = SVector::from(self.found.h) + cause.step.fixed_rows::<5>(first);
+            let of_both = covariance + &cause.added_covariance;
+            wald(&h, &of_both.fixed_view::<5, 5>(first, first).into_owned())
+        });
+        Self { wald_beside_cause, ..self }
     }
 
     /// Whether the scan has told more of the shape than was known before.
@@ -60,7 +75,7 @@ impl SensorShape {
     /// Whether the sensor's own calibration is off.
     #[must_use]
     pub fn is_off(&self) -> bool {
-        self.wald > WALD_LIMIT
+        self.wald > WALD_LIMIT && self.wald_beside_cause.is_none_or(|wald| wald > WALD_LIMIT)
     }
 
     /// Whether a component is known no better than before the scan.
@@ -100,4 +115,9 @@ impl SensorShape {
             ),
         }
     }
+}
+
+/// hᵀ C⁻¹ h.
+fn wald(h: &SVector<f64, 5>, covariance: &SMatrix<f64, 5, 5>) -> Option<f64> {
+    Some(h.dot(&covariance.cholesky()?.solve(h)))
 }

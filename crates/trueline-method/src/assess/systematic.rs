@@ -1,9 +1,12 @@
 //! What the estimate owes to errors that are not noise: the robot's, the sensor's where it is held, the feature's.
 //!
 //! With whitened residuals r = J x + Z ξ and ξ of unit variance, an estimate that does not know of ξ is off by
-//! −C₀ Jᵀ W Z ξ: the consider covariance \[Schmidt1966\]. Each kind of error is a set of such columns C₀ Jᵀ W Z.
+//! −C₀ Jᵀ W Z ξ: the consider covariance \[Schmidt1966\]. Each kind of error is a set of such columns C₀ Jᵀ W Z. The bias of
+//! the feature can be held so, or be estimated beside x: then x owes to it what is left of it, and to the others what both
+//! together make of them.
 
 use crate::assess::robot_field::RobotField;
+use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
 use crate::input::shape_knowledge::ShapeCovariance;
@@ -11,7 +14,7 @@ use crate::problem::line_problem::{LineProblem, LocalJacobian};
 use crate::problem::parameters::Parameters;
 use crate::problem::unknowns::{LOCAL_BOWED, Unknowns};
 use crate::solve::seam_chart::with_shape;
-use nalgebra::{DMatrix, SMatrix, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
@@ -24,8 +27,10 @@ pub struct Systematic {
     pub sensor: DMatrix<f64>,
     /// The shapes that go with the columns of `sensor` (5 × columns).
     pub sensor_shape: DMatrix<f64>,
-    /// By the feature's bias with the tilt.
+    /// By the feature's bias with the tilt, or what is left of it.
     pub feature_bias: DMatrix<f64>,
+    /// By what was held and is not known exactly; each column has that itself in its own row.
+    pub held: DMatrix<f64>,
 }
 
 /// How large the errors are taken to be.
@@ -35,21 +40,69 @@ pub struct SystematicLevels {
     pub robot_accuracy_m: f64,
     /// Whether somebody stated it; else it is assumed.
     pub robot_is_stated: bool,
-    /// Bias of the feature per 10° of tilt, px.
+    /// Bias of the feature per 10° of tilt, along and across the picture's rows, px.
     pub feature_bias_px: f64,
+    /// Whether the bias was estimated, with that as what was known of it beforehand.
+    pub bias_is_estimated: bool,
     /// Covariance of the shape of a sensor that is held; `None` where it is estimated, or exact.
     pub held_shape: Option<ShapeCovariance>,
 }
 
 /// Observations that are looked at; of more, every so many stand for the rest.
 const SAMPLE: usize = 3000;
-/// The tilt that a bias is stated for, rad.
-const BIAS_TILT_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
-/// Noise of a feature that a bias in pixels is compared with where features are lengths, px.
-const USUAL_SIGMA_PX: f64 = 0.3;
 
 impl Systematic {
-    /// At a solution whose covariance's root is `root` (C₀ = root rootᵀ).
+    /// The covariance that all of them together add.
+    #[must_use]
+    pub fn covariance(&self) -> DMatrix<f64> {
+        let own = |columns: &DMatrix<f64>| columns * columns.transpose();
+        own(&self.robot) + own(&self.sensor) + own(&self.feature_bias) + own(&self.held)
+    }
+
+    /// The same with components of the tangent that were held and have these standard deviations, SI; `hessian` is over all
+    /// components, and `root` that of the covariance of the others.
+    #[must_use]
+    pub fn with_held(self, hessian: &DMatrix<f64>, root: &DMatrix<f64>, sigmas: &[(usize, f64)]) -> Self {
+        let mut held = DMatrix::zeros(root.nrows(), sigmas.len());
+        for (column, (component, sigma)) in sigmas.iter().enumerate() {
+            let moved = root * (root.transpose() * hessian.column(*component)) * -*sigma;
+            held.set_column(column, &moved);
+            held[(*component, column)] = *sigma;
+        }
+        Self { held, ..self }
+    }
+}
+
+/// A bias that is estimated beside the other unknowns.
+#[derive(Clone, Copy, Debug)]
+pub struct BiasEstimate {
+    /// The bias, px per 10°.
+    pub px: SVector<f64, BIAS>,
+    /// Covariance of its error by noise, robot and what was known of it beforehand, px².
+    pub covariance: SMatrix<f64, BIAS, BIAS>,
+    /// uᵀ C_u⁻¹ u with what noise and robot make of the score u: χ²₆ for a detector without bias.
+    pub wald: f64,
+}
+
+/// Jᵀ W Z of each kind, for an estimate whose covariance is C₀ = root rootᵀ.
+pub struct SystematicSums {
+    /// How the bias counts tilts.
+    pub tilt: TiltBias,
+    root: DMatrix<f64>,
+    robot: DMatrix<f64>,
+    shape: DMatrix<f64>,
+    held: DMatrix<f64>,
+    bias: DMatrix<f64>,
+    bias_level_px: f64,
+    /// The products of the bias' own columns with all others, and with the residuals.
+    bias_robot: DMatrix<f64>,
+    bias_shape: DMatrix<f64>,
+    bias_square: SMatrix<f64, BIAS, BIAS>,
+    bias_gradient: SVector<f64, BIAS>,
+}
+
+impl SystematicSums {
+    /// At a solution whose covariance's root is `root`.
     #[must_use]
     pub fn of(
         problem: &LineProblem<'_>,
@@ -61,64 +114,172 @@ impl Systematic {
         let seen = placed(problem, at, every);
         let poses: Vec<Pose> = seen.iter().map(|(_, placement)| placement.base_from_tool).collect();
         let field = RobotField::new(levels.robot_accuracy_m, &poses);
-        let mean = mean_attitude(&poses);
+        let tilt = TiltBias::about(&poses);
         let with_shape = with_shape(problem.observations, at.clone());
         let held = levels.held_shape.and_then(|covariance| covariance.cholesky()).map(|c| c.l());
-        let mut sums = Sums::zeros(root.nrows(), field.as_ref().map_or(0, RobotField::modes));
+        let mut sums = Self::zeros(root, tilt, field.as_ref().map_or(0, RobotField::modes));
+        sums.bias_level_px = levels.feature_bias_px;
         for (pair, placement) in &seen {
             let Some((residual, jacobian)) = problem.whitened_where(*pair, &with_shape, placement) else {
                 continue;
             };
             let weight = problem.loss.weight(residual.norm_squared()) * every as f64;
             let row = Row { unknowns: &problem.unknowns, line: pair.0.line as usize, jacobian, weight };
+            let bias =
+                (levels.feature_bias_px > 0.0).then(|| pair.1.matrix() * tilt.slopes(pair.0, at, placement));
+            if let Some(bias) = &bias {
+                row.add(&mut sums.bias, &DMatrix::from_column_slice(2, BIAS, bias.as_slice()));
+                sums.bias_square += bias.transpose() * bias * weight;
+                sums.bias_gradient += bias.transpose() * residual * weight;
+            }
             if held.is_some() {
                 let columns: SMatrix<f64, 2, 5> = row.jacobian.fixed_columns::<5>(LOCAL_BOWED).into();
                 row.add(&mut sums.shape, &DMatrix::from_column_slice(2, 5, columns.as_slice()));
-            }
-            if levels.feature_bias_px > 0.0 {
-                let tilt = so3::log(&(mean.inverse() * placement.base_from_tool.rotation));
-                let in_sensor = at.tool_from_camera.rotation.inverse() * tilt / BIAS_TILT_RAD;
-                let shift_m = range_per_px_m(pair.0) * levels.feature_bias_px;
-                let columns = pair.1.matrix() * Vector2::new(0.0, shift_m) * in_sensor.transpose();
-                row.add(&mut sums.bias, &DMatrix::from_column_slice(2, 3, columns.as_slice()));
+                let both = bias.map(|bias| bias.transpose() * columns * weight);
+                both.into_iter().for_each(|both| sums.bias_shape += both);
             }
             if let Some(columns) =
                 field.as_ref().and_then(|field| robot_columns(field, problem, *pair, at, placement))
             {
                 row.add(&mut sums.robot, &columns);
+                bias.into_iter().for_each(|bias| sums.bias_robot += bias.transpose() * &columns * weight);
             }
         }
-        let moved = |sum: &DMatrix<f64>| -(root * (root.transpose() * sum));
-        let held =
+        sums.held =
             held.map_or_else(|| DMatrix::zeros(5, 0), |l| DMatrix::from_column_slice(5, 5, l.as_slice()));
+        sums
+    }
+
+    fn zeros(root: &DMatrix<f64>, tilt: TiltBias, modes: usize) -> Self {
+        let [robot, shape, bias] = [6 * modes, 5, BIAS].map(|columns| DMatrix::zeros(root.nrows(), columns));
+        let [bias_robot, bias_shape] = [6 * modes, 5].map(|columns| DMatrix::zeros(BIAS, columns));
         Self {
-            robot: moved(&sums.robot),
-            sensor: moved(&(&sums.shape * &held)),
-            sensor_shape: held,
-            feature_bias: moved(&sums.bias),
+            tilt,
+            root: root.clone(),
+            robot,
+            shape,
+            held: DMatrix::zeros(5, 0),
+            bias,
+            bias_level_px: 0.0,
+            bias_robot,
+            bias_shape,
+            bias_square: SMatrix::zeros(),
+            bias_gradient: SVector::zeros(),
         }
     }
 
-    /// The covariance that all of them together add.
+    /// Takes the bias to be of another size.
+    pub fn set_bias_level(&mut self, level_px: f64) {
+        self.bias_level_px = level_px;
+    }
+
+    /// C₀ times columns.
+    fn spread(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        &self.root * (self.root.transpose() * columns)
+    }
+
+    /// What each kind of error makes of an estimate, as the levels say whether the bias was estimated.
     #[must_use]
-    pub fn covariance(&self) -> DMatrix<f64> {
-        let own = |columns: &DMatrix<f64>| columns * columns.transpose();
-        own(&self.robot) + own(&self.sensor) + own(&self.feature_bias)
+    pub fn systematic(&self, levels: &SystematicLevels, inflation: f64) -> Systematic {
+        let estimated = levels.bias_is_estimated.then(|| self.with_bias_estimated(inflation)).flatten();
+        estimated.unwrap_or_else(|| self.with_bias_held())
+    }
+
+    /// What each kind of error makes of an estimate that takes the bias for zero.
+    #[must_use]
+    pub fn with_bias_held(&self) -> Systematic {
+        Systematic {
+            robot: -self.spread(&self.robot),
+            sensor: -self.spread(&(&self.shape * &self.held)),
+            sensor_shape: self.held.clone(),
+            feature_bias: -self.spread(&self.bias) * self.bias_level_px,
+            held: DMatrix::zeros(self.root.nrows(), 0),
+        }
+    }
+
+    /// The same where the bias is estimated; `inflation` is how much larger the noise's covariance is than white noise's.
+    /// `None` without a bias.
+    #[must_use]
+    pub fn with_bias_estimated(&self, inflation: f64) -> Option<Systematic> {
+        let own = self.own_score();
+        let gain = self.bias_gain(&own, inflation)?;
+        let by_bias = self.spread(&self.bias);
+        // What another error puts into the bias, and with it into the rest.
+        let moved = |columns: &DMatrix<f64>, with_bias: &DMatrix<f64>| {
+            -(self.spread(columns) - &by_bias * (dynamic(&gain) * self.in_score(columns, with_bias)))
+        };
+        let missed = (SMatrix::<f64, BIAS, BIAS>::identity() - gain * own) * self.bias_level_px;
+        let by_noise = gain * own.cholesky()?.l() * inflation.sqrt();
+        let mut left = DMatrix::zeros(BIAS, 2 * BIAS);
+        left.columns_mut(0, BIAS).copy_from(&missed);
+        left.columns_mut(BIAS, BIAS).copy_from(&by_noise);
+        Some(Systematic {
+            robot: moved(&self.robot, &self.bias_robot),
+            sensor: moved(&(&self.shape * &self.held), &(&self.bias_shape * &self.held)),
+            sensor_shape: self.held.clone(),
+            feature_bias: by_bias * left,
+            held: DMatrix::zeros(self.root.nrows(), 0),
+        })
+    }
+
+    /// The bias of features that `corrected_px` was taken out of already: the linear estimate with the least mean square,
+    /// given what noise and robot make of its score. `None` without a bias.
+    #[must_use]
+    pub fn bias(&self, corrected_px: &SVector<f64, BIAS>, inflation: f64) -> Option<BiasEstimate> {
+        let own = self.own_score();
+        let gain = self.bias_gain(&own, inflation)?;
+        // The gradient of the others is zero at their optimum, so this is the score beside them.
+        let score = self.bias_gradient + own * corrected_px;
+        let others = self.other_scores(&own, inflation);
+        let missed = (SMatrix::<f64, BIAS, BIAS>::identity() - gain * own) * self.bias_level_px;
+        let covariance = missed * missed.transpose() + gain * others * gain.transpose();
+        Some(BiasEstimate {
+            px: gain * score,
+            covariance,
+            wald: score.dot(&others.cholesky()?.solve(&score)),
+        })
+    }
+
+    /// J_bᵀ W Z − J_bᵀ W J C₀ Jᵀ W Z: what columns put into the score of the bias beside the other unknowns.
+    fn in_score(&self, columns: &DMatrix<f64>, with_bias: &DMatrix<f64>) -> DMatrix<f64> {
+        with_bias - self.bias.transpose() * self.spread(columns)
+    }
+
+    /// S: what a bias puts into its own score, and the covariance of that by white noise.
+    fn own_score(&self) -> SMatrix<f64, BIAS, BIAS> {
+        let own = self.in_score(&self.bias, &dynamic(&self.bias_square));
+        let own = fixed(&(&own + own.transpose())) * 0.5;
+        // A tilt that does not happen has no score.
+        own + SMatrix::identity() * (LEAST_SCORE * own.trace()).max(f64::MIN_POSITIVE)
+    }
+
+    /// Covariance of the score by noise and robot.
+    fn other_scores(&self, own: &SMatrix<f64, BIAS, BIAS>, inflation: f64) -> SMatrix<f64, BIAS, BIAS> {
+        let robot = self.in_score(&self.robot, &self.bias_robot);
+        own * inflation + fixed(&(&robot * robot.transpose()))
+    }
+
+    /// P S (S P S + C_u)⁻¹.
+    fn bias_gain(&self, own: &SMatrix<f64, BIAS, BIAS>, inflation: f64) -> Option<SMatrix<f64, BIAS, BIAS>> {
+        if self.bias_level_px <= 0.0 {
+            return None;
+        }
+        let prior = self.bias_level_px.powi(2);
+        let all = own * own * prior + self.other_scores(own, inflation);
+        let all = (all + all.transpose()) * 0.5;
+        Some(all.cholesky()?.solve(&(own * prior)).transpose())
     }
 }
 
-/// Jᵀ W Z of each kind.
-struct Sums {
-    robot: DMatrix<f64>,
-    shape: DMatrix<f64>,
-    bias: DMatrix<f64>,
+/// Part of the mean information of a bias that each of its numbers has at least: rounding.
+const LEAST_SCORE: f64 = 1e-9;
+
+fn dynamic(matrix: &SMatrix<f64, BIAS, BIAS>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(BIAS, BIAS, matrix.as_slice())
 }
 
-impl Sums {
-    fn zeros(unknowns: usize, modes: usize) -> Self {
-        let [robot, shape, bias] = [6 * modes, 5, 3].map(|columns| DMatrix::zeros(unknowns, columns));
-        Self { robot, shape, bias }
-    }
+fn fixed(matrix: &DMatrix<f64>) -> SMatrix<f64, BIAS, BIAS> {
+    SMatrix::from_iterator(matrix.iter().copied())
 }
 
 /// One observation's part of them.
@@ -171,16 +332,4 @@ fn placed<'a>(
     let mut hint = 0;
     let sample = problem.selected().step_by(every);
     sample.filter_map(|pair| Some((pair, problem.placement(pair.0, at, &mut hint)?))).collect()
-}
-
-fn mean_attitude(poses: &[Pose]) -> UnitQuaternion<f64> {
-    let Some(first) = poses.first() else { return UnitQuaternion::identity() };
-    let turns = poses.iter().map(|pose| so3::log(&(first.rotation.inverse() * pose.rotation)));
-    first.rotation * so3::exp(&(turns.sum::<Vector3<f64>>() / poses.len() as f64))
-}
-
-/// How far a pixel is along the range, m; of sensors that report lengths, what their noise would be.
-fn range_per_px_m(o: &Observation) -> f64 {
-    let sigma_px = if o.sigma_px > 0.0 { f64::from(o.sigma_px) } else { USUAL_SIGMA_PX };
-    o.covariance[2].sqrt() / sigma_px
 }

@@ -28,6 +28,13 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     }
     let off = f.unknowns.sensor.filter(|shape| shape.is_off());
     warnings.extend(off.map(|shape| Warning::SensorOff { shape }));
+    warnings.extend(f.checks.cause.as_ref().map(|cause| Warning::LikelyCause {
+        kind: cause.kind,
+        size_si: cause.size,
+        sigma_si: cause.sigma,
+    }));
+    let bias = f.checks.feature_bias.filter(|bias| bias.is_found);
+    warnings.extend(bias.map(|bias| Warning::FeatureBias { bias }));
     if f.checks.mirrored == Mirrored::ToldApartBySensor {
         warnings.push(Warning::MirrorBySensor);
     }

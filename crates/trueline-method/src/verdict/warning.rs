@@ -1,9 +1,11 @@
 //! What to look at though a calibration can be used.
 
 use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity};
+use crate::assess::misfit_cause::CauseKind;
 use crate::assess::observability::Unobservable;
 use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::DecidedBy;
+use crate::hypotheses::feature_bias::FeatureBias;
 use crate::input::skip::Skip;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -49,6 +51,20 @@ pub enum Warning {
     SensorOff {
         /// What it was found to be.
         shape: SensorShape,
+    },
+    /// One usual cause explains nearly all that is left and is no noise.
+    LikelyCause {
+        /// Which.
+        kind: CauseKind,
+        /// Its size: s², m, s or px, as the kind says.
+        size_si: f64,
+        /// Its standard deviation by noise.
+        sigma_si: f64,
+    },
+    /// The detector's point moves with the tilt; this was taken out.
+    FeatureBias {
+        /// By how much.
+        bias: FeatureBias,
     },
     /// A mirrored attitude is told apart only if the sensor is as its file says.
     MirrorBySensor,
@@ -161,6 +177,8 @@ impl Warning {
             Self::DecidedByUser { .. } => "decided-by-user",
             Self::UncertaintyNotApplied => "uncertainty-not-applied",
             Self::SensorOff { .. } => "sensor-off",
+            Self::LikelyCause { kind, .. } => cause_code(*kind),
+            Self::FeatureBias { .. } => "feature-bias",
             Self::MirrorBySensor => "mirror-by-sensor",
             Self::HeldAtGuess { .. } => "held-at-guess",
             Self::OtherLine { .. } => "other-line",
@@ -192,6 +210,8 @@ impl fmt::Display for Warning {
                 "the sensor's own calibration is off: {}; this result corrects it, and holds for the corrected sensor only",
                 shape.words().join("; ")
             ),
+            Self::LikelyCause { kind, size_si, sigma_si } => likely_cause(kind, size_si, sigma_si),
+            Self::FeatureBias { ref bias } => feature_bias(bias),
             Self::MirrorBySensor => "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
                  its file by a percent or so; tilt the torch further, or give a guess"
                 .to_owned(),
@@ -240,6 +260,59 @@ impl fmt::Display for Warning {
             ),
         })
     }
+}
+
+fn cause_code(kind: CauseKind) -> &'static str {
+    match kind {
+        CauseKind::Flex => "robot-flex",
+        CauseKind::Backlash => "robot-backlash",
+        CauseKind::AttitudeLag => "attitude-lag",
+        CauseKind::RollingShutter => "rolling-shutter",
+        CauseKind::SideBias => "side-bias",
+        CauseKind::TiltBias => "feature-bias",
+    }
+}
+
+fn likely_cause(kind: CauseKind, size: f64, sigma: f64) -> String {
+    let (mm, ms) =
+        (format!("{:.3} ± {:.3} mm", size * MM_PER_M, sigma * MM_PER_M), [size, sigma].map(|s| s * MS_PER_S));
+    match kind {
+        CauseKind::Flex => format!(
+            "the residuals are those of an arm that gives way: its tool lags behind by {mm} for each m/s² of acceleration; \
+             scan more slowly, or round the turns of the path"
+        ),
+        CauseKind::Backlash => format!(
+            "the residuals are those of play in the robot: {mm} whenever the motion turns round; the time offset takes up a \
+             part of it. Scan so that the axes turn round less often"
+        ),
+        CauseKind::AttitudeLag => format!(
+            "the robot's attitude is reported {:.2} ± {:.2} ms later than its position; the ± do not contain it",
+            ms[0], ms[1]
+        ),
+        CauseKind::RollingShutter => format!(
+            "the rows of a picture are exposed one after the other, {:.1} ± {:.1} ms from the first to the last; use the \
+             camera's global shutter, or scan more slowly",
+            ms[0], ms[1]
+        ),
+        CauseKind::TiltBias => tilt_bias(size, sigma),
+        CauseKind::SideBias => format!(
+            "the detector errs by {size:.2} ± {sigma:.2} px to different sides on the two halves of the picture; look at \
+             its features in the pictures"
+        ),
+    }
+}
+
+fn feature_bias(bias: &FeatureBias) -> String {
+    let (px, sigma_px) = bias.clearest_px();
+    format!("{}; this is taken out", tilt_bias(px, sigma_px))
+}
+
+fn tilt_bias(px: f64, sigma_px: f64) -> String {
+    format!(
+        "the detector's point moves with the tilt, by {:.2} ± {sigma_px:.2} px for each 10° (a pass with the sensor spun by \
+         180° about its view shows it best)",
+        px.abs()
+    )
 }
 
 fn features_skipped(skipped: &BTreeMap<Skip, usize>) -> String {

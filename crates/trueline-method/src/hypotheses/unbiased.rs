@@ -1,0 +1,136 @@
+//! The fit that is concluded from: to features that do not shift with the tilt, where that is estimated, and what is left of
+//! their residuals.
+
+use crate::assess::correlated_noise::Structure;
+use crate::assess::misfit_cause::{self, CauseKind, MisfitCause};
+use crate::assess::observability::Observability;
+use crate::assess::systematic::SystematicLevels;
+use crate::config::Config;
+use crate::error::Error;
+use crate::hypotheses::clock_drift::DriftFree;
+use crate::hypotheses::feature_bias::{BiasFree, BiasHypothesis, TakenBias, remove_bias};
+use crate::problem::parameters::LINES;
+use crate::solve::settings::FitSettings;
+use crate::solve::solver::Solver;
+use trueline_dataset::Recording;
+use trueline_lsq::Information;
+
+/// A fit to features that do not shift with the tilt, and what is left of their residuals.
+pub struct Unbiased {
+    /// The fit.
+    pub shown: Shown,
+    /// What its residuals are.
+    pub structure: Structure,
+    /// What explains the residuals and is no bias with the tilt.
+    pub cause: Option<MisfitCause>,
+    /// The bias that was taken out.
+    pub bias: Option<TakenBias>,
+}
+
+/// Residuals that are alike by more than this once a bias is taken out are not those of a bias.
+const ALIKE_WITHOUT_BIAS: f64 = 0.2;
+
+/// The fit without a bias. Residuals that are alike from one to the next tell less of a bias than they seem to, and only
+/// without a bias it is seen whether they are.
+///
+/// # Errors
+/// As [`remove_bias`].
+pub fn without_bias(
+    shown: Shown,
+    recording: &Recording,
+    settings: &FitSettings<'_>,
+    levels: &SystematicLevels,
+) -> Result<Unbiased, Error> {
+    let left = |shown: &Shown| structure(&shown.steady, settings.config, &shown.information);
+    let with = |shown: Shown, structure: Structure, bias: Option<TakenBias>| {
+        let cause = cause(recording, settings, &shown).filter(|cause| cause.kind != CauseKind::TiltBias);
+        Unbiased { shown, structure, cause, bias }
+    };
+    let cause = cause(recording, settings, &shown);
+    // What has another cause would only be taken for a bias.
+    let other = cause.as_ref().is_some_and(|cause| cause.kind != CauseKind::TiltBias);
+    let is_likely = cause.is_some_and(|cause| cause.left < ALIKE_WITHOUT_BIAS);
+    let mut hypothesis = BiasHypothesis { levels: *levels, inflation: 1.0, is_likely };
+    let free = if other { None } else { shown.without_bias(settings, &hypothesis)? };
+    let Some((free, taken)) = free else {
+        let structure = left(&shown);
+        return Ok(with(shown, structure, None));
+    };
+    let structure = left(&free);
+    hypothesis.inflation = inflation(&structure, &free.information);
+    if hypothesis.inflation == 1.0 {
+        return Ok(with(free, structure, Some(taken)));
+    }
+    let again = shown.without_bias(settings, &hypothesis)?;
+    let (shown, taken) = again.map_or((shown, None), |(free, taken)| (free, Some(taken)));
+    let structure = left(&shown);
+    Ok(with(shown, structure, taken))
+}
+
+/// What explains the residuals at the optimum of white noise.
+fn cause(recording: &Recording, settings: &FitSettings<'_>, shown: &Shown) -> Option<MisfitCause> {
+    if !shown.all_observable() || shown.steady.fit.prior.is_some() || !settings.fixed.is_empty() {
+        return None;
+    }
+    let fit = &shown.steady.fit;
+    let problem = fit.problem(&shown.steady.observations, settings.config);
+    misfit_cause::find(recording, &problem, fit.parameters(), shown.information.covariance_root())
+}
+
+/// How much larger the covariance by noise is than by white noise, on average over time offset and hand-eye.
+#[must_use]
+pub fn inflation(structure: &Structure, information: &Information) -> f64 {
+    let Structure::Correlated(noise) = structure else { return 1.0 };
+    let white = information.covariance();
+    let ratios = (0..LINES).map(|k| noise.covariance[(k, k)] / white[(k, k)]);
+    (ratios.sum::<f64>() / LINES as f64).max(1.0)
+}
+
+/// A fit and what the scan shows of its unknowns.
+pub struct Shown {
+    /// Observations and fit.
+    pub steady: DriftFree,
+    /// What is known from it.
+    pub information: Information,
+    /// What the scan shows.
+    pub observability: Observability,
+}
+
+impl Shown {
+    /// Whether the scan shows all of time offset and hand-eye.
+    #[must_use]
+    pub fn all_observable(&self) -> bool {
+        self.observability.observable_components[..LINES].iter().all(|seen| *seen)
+    }
+
+    /// The same with features that do not shift with the tilt, and how far they did; `None` where that bias cannot be
+    /// estimated or it does not pay.
+    fn without_bias(
+        &self,
+        settings: &FitSettings<'_>,
+        hypothesis: &BiasHypothesis,
+    ) -> Result<Option<(Self, TakenBias)>, Error> {
+        // A sensor that is held would leave its errors to the bias, and so would what is held at a guess.
+        let held = settings.shape_prior.is_none() || self.steady.fit.prior.is_some();
+        let assumed = hypothesis.levels.feature_bias_px > 0.0;
+        if held || !settings.fixed.is_empty() || !assumed || !self.all_observable() {
+            return Ok(None);
+        }
+        let solver = Solver { observations: &self.steady.observations, settings: *settings };
+        let free = remove_bias(&solver, &self.steady.fit, &self.information, hypothesis)?;
+        Ok(free.map(|BiasFree { observations, fit, information, taken }| {
+            let steady = DriftFree { observations, fit, ..self.steady };
+            (Self { steady, information, observability: self.observability.clone() }, taken)
+        }))
+    }
+}
+
+/// What the residuals are; where something is held at a guess, generalised least squares does not know of it.
+fn structure(steady: &DriftFree, config: &Config, information: &Information) -> Structure {
+    let fit = &steady.fit;
+    if fit.prior.is_some() {
+        return Structure::Unknown;
+    }
+    let problem = fit.problem(&steady.observations, config);
+    Structure::of(&problem, fit.parameters(), information.covariance_root())
+}
