@@ -113,7 +113,8 @@ pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
     }
     if error.budget_m.feature_bias > 0.0 {
         let state = if levels.bias_is_estimated { "estimated" } else { "assumed" };
-        with.push(format!("a feature bias of {} px per 10° of tilt ({state})", levels.feature_bias_px));
+        let px = (100.0 * levels.feature_bias_px).round() / 100.0;
+        with.push(format!("a feature bias of {px} px per 10° of tilt ({state})"));
     }
     if error.budget_m.held > 0.0 {
         with.push("what is held, as it was stated".to_owned());
