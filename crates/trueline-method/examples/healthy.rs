@@ -13,7 +13,9 @@ fn main() {
     for preset in [Preset::Quick, Preset::Good, Preset::Weak, Preset::TwoLines, Preset::Profiler] {
         let (mut examined, mut tried, mut claimed) = (0, 0, 0);
         for seed in 0..count {
-            let Some(recording) = simulate(&random_cell(&preset.scenario(), seed, 0.1), seed) else { continue };
+            let Some(recording) = simulate(&random_cell(&preset.scenario(), seed, 0.1), seed) else {
+                continue;
+            };
             let found = diagnose(&recording, &Config::default(), |_| {});
             examined += 1;
             tried += usize::from(!found.trials.is_empty());

@@ -12,7 +12,7 @@ use trueline_method::order_statistics::quantile;
 use trueline_method::{Calibration, Config, Parameters, Status, calibrate};
 use trueline_model::LaserSheet;
 use trueline_sim::arm::Arm;
-use trueline_sim::faults::drawn_arm;
+use trueline_sim::faults::{RobotError, drawn_arm};
 use trueline_sim::noise::Noise;
 use trueline_sim::{Fault, Preset, Scenario, random_cell, simulate, simulate_with_faults};
 
@@ -279,7 +279,7 @@ fn miss_squared(
 
 /// The miss at the torch with an arm of 0.3 mm, against what is said of a seam point.
 fn arms(count: u64) {
-    let Ok(fault) = "arm=0.3".parse::<Fault>() else { return };
+    let fault = Fault::Robot(RobotError::Arm { rms_m: 0.3e-3 });
     let mut moderate = Preset::Good.scenario();
     for tilt in &mut moderate.scan.tilts {
         tilt.amplitude *= 12.0 / 25.0;
@@ -329,7 +329,10 @@ fn arm_cell(scenario: &Scenario, fault: Fault, seed: u64, config: &Config) -> Op
 
 /// A seam that wanders, scanned once or there and back again: error of the hand-eye against its ±.
 fn passes(count: u64) {
-    let Ok(fault) = "wobble=0.1,5".parse::<Fault>() else { return };
+    let fault = match "wobble=0.1,5".parse::<Fault>() {
+        Ok(fault) => fault,
+        Err(error) => return println!("{error}"),
+    };
     for passes in [1, 2] {
         let mut scenario = Preset::Good.scenario();
         scenario.scan.passes = passes;

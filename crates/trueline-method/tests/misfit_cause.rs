@@ -53,7 +53,7 @@ fn a_held_sensor_is_not_refused_for_a_robot_that_gives_way() {
 
 #[test]
 fn nothing_is_named_where_nothing_is() {
-    for seed in 0..12 {
+    for seed in 0..5 {
         let scenario = random_cell(&Preset::Good.scenario(), seed, 0.1);
         for faults in [&[][..], &["correlated-noise=0.2"], &["plane-offset=1"]] {
             let c = calibrated(&scenario, faults, &Config::default(), seed);

@@ -33,6 +33,11 @@ impl Outcome {
         self.noise_factor.is_some_and(|factor| factor < FITS) && self.explained > 0.5
     }
 
+    /// What is left of the residuals, where those that are explained are fewer the more is left: in units of noise.
+    fn left(&self) -> Option<f64> {
+        Some(self.noise_factor? / self.explained.max(LEAST_EXPLAINED))
+    }
+
     /// Whether nothing but noise is left, so that no mistake need be looked for.
     fn is_noise(&self) -> bool {
         self.fits() && self.noise_factor.is_some_and(|factor| factor < NOISE)
@@ -96,6 +101,8 @@ impl Diagnosis {
     }
 }
 
+/// Fewer features explained than this are none.
+const LEAST_EXPLAINED: f64 = 0.01;
 /// Residuals up to this many times the expected noise are of the right geometry.
 const FITS: f64 = 5.0;
 /// Residuals up to this many times the expected noise are noise: sensors differ more than this from what was
@@ -240,7 +247,7 @@ fn tried(
             },
             Err(error) => outcome(&Err(error.clone())),
         };
-        let left = fit.map_or(f64::INFINITY, |fit| fit.noise_factor / fit.explained);
+        let left = outcome.left().unwrap_or(f64::INFINITY);
         screened.push((left, Trial { name, says, mend, outcome, is_screened: true }));
     }
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -263,14 +270,14 @@ fn explanations(as_recorded: &Outcome, trials: &[Trial]) -> Vec<(&'static str, S
         (true, false) => EXPLAINS_DOUBT,
         (true, true) => EXPLAINS_SENSOR,
     };
-    let limit = share * as_recorded.noise_factor.unwrap_or(f64::INFINITY);
+    let limit = share * as_recorded.left().unwrap_or(f64::INFINITY);
     let mut good: Vec<(&Trial, f64)> = trials
         .iter()
         .filter(|trial| !trial.is_screened && trial.outcome.fits())
         // Where the sensor seemed off, a mistake must leave it right.
         .filter(|trial| !(is_geometry && trial.outcome.sensor_is_off))
+        .filter(|trial| trial.outcome.left().is_some_and(|left| left < limit))
         .filter_map(|trial| Some((trial, trial.outcome.noise_factor?)))
-        .filter(|(_, factor)| *factor < limit)
         .collect();
     good.sort_by(|a, b| a.1.total_cmp(&b.1));
     let best = good.first().map_or(f64::INFINITY, |(_, factor)| *factor);

@@ -1,12 +1,10 @@
 //! Mistakes with a number of their own, which the scan tells: how far a picture was cut out, by how much an axis is too long.
 
-use crate::calibrate::calibrate;
-use crate::config::{Config, SensorMode};
+use crate::config::Config;
 use crate::diagnose::mistake::with_pixels;
 use crate::diagnose::pose_mistakes::with_axis_scaled;
 use crate::diagnose::quick_fit::quick_fit;
 use nalgebra::Vector2;
-use trueline_dataset::sensor_setup::SensorUncertainty;
 use trueline_dataset::{Measured, Recording, Sensor};
 
 /// A mistake that was estimated.
@@ -59,67 +57,85 @@ impl Estimated {
     }
 }
 
-/// How far the principal point may be off where a picture was cut out, px: a fifth of a large sensor.
-const CROP_SIGMA_PX: f64 = 500.0;
 /// A smaller cut is an ordinary error of the principal point, px.
 const LEAST_CROP_PX: f64 = 40.0;
-/// Rounds in which the pixels are moved by what was found.
-const CROP_ROUNDS: usize = 4;
+/// Corners from which the search begins are this far apart, px.
+const CROP_STEP_PX: f64 = 250.0;
+/// Distances at which a corner is moved about what was found, px.
+const CROP_STEPS_PX: [f64; 4] = [80.0, 30.0, 10.0, 3.0];
 
-/// The corner of a picture that was cut out, from where the principal point seems to be; `None` if it was not, or if the
-/// pixels would not lie in the sensor's picture.
+/// The corner of a picture that was cut out, where the residuals are smallest; `None` if it was not, or if the pixels would
+/// not lie in the sensor's picture.
 #[must_use]
 pub fn crop(recording: &Recording, config: &Config) -> Option<Estimated> {
-    let Sensor::CameraLaser { camera, .. } = &recording.sensor else { return None };
-    let config = Config { sensor: SensorMode::Prior, ..config.clone() };
-    let mut corner = Vector2::zeros();
-    for _ in 0..CROP_ROUNDS {
-        let mut moved = Estimated::Crop(corner.into()).mend(recording)?;
-        moved.setup.uncertainty = Some(SensorUncertainty {
-            principal_point_px: Some(CROP_SIGMA_PX),
-            ..SensorUncertainty::default()
-        });
-        let found = calibrate(&moved, None, &config).ok()?;
-        let Sensor::CameraLaser { camera: corrected, .. } =
-            &found.findings.unknowns.corrected.as_ref()?.sensor
-        else {
-            return None;
-        };
-        corner -= corrected.centre - camera.centre;
+    let mut corner = nearest_corner(recording, config)?;
+    for step in CROP_STEPS_PX {
+        for axis in [1, 0, 1, 0] {
+            let moved = |to: f64| {
+                let mut corner = corner;
+                corner[axis] = to;
+                left(&Estimated::Crop(corner.into()).mend(recording)?, config)
+            };
+            corner[axis] = least(moved, corner[axis], step)?;
+        }
     }
-    let inside = recording.features.iter().all(|feature| match feature.measured {
+    let is_crop = corner.min() > -LEAST_CROP_PX && corner.max() > LEAST_CROP_PX;
+    (is_crop && is_inside(recording, &corner)).then(|| Estimated::Crop(corner.map(f64::round).into()))
+}
+
+/// What is left of the residuals of a recording, squared, in units of noise.
+fn left(recording: &Recording, config: &Config) -> Option<f64> {
+    let fit = quick_fit(recording, config).ok()?;
+    Some((fit.noise_factor / fit.explained).powi(2))
+}
+
+/// Where a function is least by a parabola through three of its values, within two steps; `None` where one is missing.
+fn least(of: impl Fn(f64) -> Option<f64>, at: f64, step: f64) -> Option<f64> {
+    let [below, here, above] = [of(at - step)?, of(at)?, of(at + step)?];
+    let bend = below - 2.0 * here + above;
+    let downhill = 2.0 * step * (below - above).signum();
+    let by = if bend > 0.0 { 0.5 * step * (below - above) / bend } else { downhill };
+    Some(at + by.clamp(-2.0 * step, 2.0 * step))
+}
+
+/// Whether the pixels lie in the sensor's picture once they are moved, but for the rounding of a corner.
+fn is_inside(recording: &Recording, corner: &Vector2<f64>) -> bool {
+    let Sensor::CameraLaser { camera, .. } = &recording.sensor else { return false };
+    recording.features.iter().all(|feature| match feature.measured {
         Measured::Pixel(uv) => (0..2).all(|k| {
             let there = uv[k] + corner[k];
-            (0.0..f64::from(camera.size[k])).contains(&there)
+            (-LEAST_CROP_PX..f64::from(camera.size[k]) + LEAST_CROP_PX).contains(&there)
         }),
         _ => false,
-    });
-    let least = corner.min() > -LEAST_CROP_PX && corner.max() > LEAST_CROP_PX;
-    (inside && least).then(|| Estimated::Crop(corner.map(f64::round).into()))
+    })
+}
+
+/// Of corners all over the picture the one with which the scan fits best.
+fn nearest_corner(recording: &Recording, config: &Config) -> Option<Vector2<f64>> {
+    let Sensor::CameraLaser { camera, .. } = &recording.sensor else { return None };
+    let steps = camera.size.map(|size| (f64::from(size) / CROP_STEP_PX) as u32);
+    let corners = (0..steps[1]).flat_map(|v| (0..steps[0]).map(move |u| [u, v]));
+    let tried = corners
+        .map(|corner| Vector2::from(corner.map(f64::from)) * CROP_STEP_PX)
+        .filter(|corner| is_inside(recording, corner))
+        .filter_map(|corner| Some((left(&Estimated::Crop(corner.into()).mend(recording)?, config)?, corner)));
+    tried.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, corner)| corner)
 }
 
 /// Distances from the middle at which a scale is tried, first and then about what was found.
-const SCALE_STEPS: [f64; 3] = [0.02, 0.01, 0.003];
+const SCALE_STEPS: [f64; 2] = [0.02, 0.004];
 /// A scale further off is no scale.
 const MOST_SCALE: f64 = 0.1;
 /// A scale nearer to one is none.
 const LEAST_SCALE: f64 = 5e-4;
 
-/// The scale of an axis that leaves the smallest residuals, by a parabola through three of them.
+/// The scale of an axis that leaves the smallest residuals, of what is tried.
 #[must_use]
 pub fn axis_scale(recording: &Recording, config: &Config, axis: usize) -> Option<Estimated> {
-    let left = |factor: f64| {
-        let scaled = Estimated::AxisScale { axis, factor }.mend(recording)?;
-        Some(quick_fit(&scaled, config).ok()?.noise_factor.powi(2))
-    };
+    let scaled = |factor: f64| left(&Estimated::AxisScale { axis, factor }.mend(recording)?, config);
     let mut best = 1.0;
     for step in SCALE_STEPS {
-        let [below, here, above] = [left(best - step)?, left(best)?, left(best + step)?];
-        let bend = below - 2.0 * here + above;
-        if bend <= 0.0 {
-            return None;
-        }
-        best += (0.5 * step * (below - above) / bend).clamp(-2.0 * step, 2.0 * step);
+        best = least(scaled, best, step)?;
     }
     let off = (best - 1.0_f64).abs();
     (LEAST_SCALE..MOST_SCALE).contains(&off).then_some(Estimated::AxisScale { axis, factor: best })

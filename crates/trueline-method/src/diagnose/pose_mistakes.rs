@@ -41,7 +41,9 @@ pub const POSE_MISTAKES: [Mistake; 18] = [
         name: "rotation vector taken for Euler angles, beyond 90°",
         says: "the attitude was made from a rotation vector (UR's rx, ry, rz) that was taken for Euler angles about x, y and z",
         mend: |r| {
-            Some(with_rotations(r, |p| so3::exp(&beyond_right_angle(zyx_angles(&p.base_from_tool.rotation)).into())))
+            Some(with_rotations(r, |p| {
+                so3::exp(&beyond_right_angle(zyx_angles(&p.base_from_tool.rotation)).into())
+            }))
         },
     },
     Mistake {

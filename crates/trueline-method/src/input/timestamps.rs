@@ -125,6 +125,8 @@ fn strays_ns(stamps_ns: &[i64]) -> f64 {
     most - least
 }
 
+/// Samples that move by less than this part of a grain over a recording stay at the same place in it.
+const SAME_PLACE: f64 = 0.5;
 /// Jitter of an image stamp where it cannot be measured, s.
 const UNKNOWN_JITTER_S: f64 = 0.1e-3;
 
@@ -160,8 +162,19 @@ impl Stream {
     /// Standard deviation of what the stamps leave unknown of all sampling times alike, s.
     fn phase_sigma_s(&self, dejittered: bool) -> f64 {
         let phase_s = self.clock.as_ref().filter(|_| dejittered).map_or(0.0, |clock| clock.phase_sigma_s);
-        // Rounded down, to the nearest or up: nobody knows, so the mean is off by up to half a grain to either side.
-        phase_s.hypot(self.grain_s.map_or(0.0, |grain_s| grain_s / 12.0_f64.sqrt()))
+        // Rounded down, to the nearest or up: nobody knows, so the mean is off by up to half a grain to either side; or, where
+        // all samples were taken at the same place between two grains, each by up to a whole one.
+        let of_grain = |grain_s: f64| grain_s / if self.ticks_with(grain_s) { 3.0_f64 } else { 12.0 }.sqrt();
+        phase_s.hypot(self.grain_s.map_or(0.0, of_grain))
+    }
+
+    /// Whether samples come in whole multiples of a grain, so that over the recording they stay where they are between two.
+    fn ticks_with(&self, grain_s: f64) -> bool {
+        let drifts = |clock: &StreamClock| {
+            let grains = clock.period_s / grain_s;
+            (grains - grains.round()).abs() * self.recorded_s.len() as f64
+        };
+        self.clock.as_ref().is_some_and(|clock| drifts(clock) < SAME_PLACE)
     }
 
     /// Standard deviation of the rate of the clock behind the stamps, parts per million.

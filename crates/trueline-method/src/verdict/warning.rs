@@ -331,7 +331,8 @@ fn unusual_noise(noise_factor: f64) -> String {
 fn coarse_stamps(stream: StreamName, grain_s: f64) -> String {
     format!(
         "the {} stamps are whole multiples of {:.1} ms: if they were rounded down or up rather than to the nearest, the \
-         time offset is off by half of that; its ± allows for it",
+         time offset is off by half of that, or by all of it where samples come in whole multiples of it; its ± allows for \
+         it",
         stream.name(),
         grain_s * MS_PER_S
     )
