@@ -69,6 +69,9 @@ pub struct Arguments {
     /// When to use colours
     #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = clap::ColorChoice::Auto)]
     pub color: clap::ColorChoice,
+    /// Say more: what is read and written and how long it took; with doctor, everything that was tried
+    #[arg(long, short, global = true)]
+    pub verbose: bool,
     #[command(subcommand)]
     pub command: Command,
 }
@@ -201,9 +204,9 @@ pub struct DoctorArgs {
     /// Write the dataset without the mistake that was found, to a new folder
     #[arg(long, value_name = "OUT")]
     pub fix: Option<PathBuf>,
-    /// Print everything that was tried, not only what was found
-    #[arg(long, short)]
-    pub verbose: bool,
+    /// Replace the folder of --fix if trueline wrote it
+    #[arg(long, requires = "fix")]
+    pub force: bool,
     /// Print no summary
     #[arg(long)]
     pub quiet: bool,

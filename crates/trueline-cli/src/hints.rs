@@ -5,7 +5,13 @@ use trueline_method::{Calibration, Error, Reason, Warning};
 /// What the user can try next, once each.
 pub fn of(calibration: &Calibration) -> Vec<&'static str> {
     let reasons = calibration.reasons().iter().filter_map(for_reason);
-    reasons.chain(calibration.warnings().iter().filter_map(for_warning)).collect()
+    let mut hints: Vec<&'static str> = Vec::new();
+    for hint in reasons.chain(calibration.warnings().iter().filter_map(for_warning)) {
+        if !hints.contains(&hint) {
+            hints.push(hint);
+        }
+    }
+    hints
 }
 
 /// Where the book says what to do about the reasons, by their codes.

@@ -24,6 +24,7 @@ mod requirement;
 mod robot_link;
 mod watch_text;
 mod weld_folder;
+mod wrapped;
 
 use args::{Arguments, Command, SensorCommand};
 use clap::FromArgMatches;
@@ -55,6 +56,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 fn execute(arguments: &Arguments) -> ExitCode {
     output::use_colours(arguments.color);
+    output::say_more(arguments.verbose);
     let outcome = match &arguments.command {
         Command::Demo(args) => commands::demo::run(args),
         Command::Simulate(args) => commands::simulate::run(args),

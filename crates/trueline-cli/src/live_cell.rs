@@ -116,6 +116,7 @@ fn settings(args: &CameraArgs, reconnect: bool) -> Option<CameraSettings> {
         (None, Some(address)) => CameraChoice::GigE { address, exposure_us: args.exposure_us, fps: args.fps },
         (None, None) => return None,
     };
+    // `auto`, the one word that names no joint, is not among those of a live cell.
     let joint = args.joint.unwrap_or(Joint::Fillet);
     Some(CameraSettings { choice, stamp: args.stamp, joint, reconnect })
 }

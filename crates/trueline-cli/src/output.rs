@@ -1,6 +1,7 @@
 //! Where words and data go.
 
 use crate::failure::Failure;
+use crate::wrapped::wrapped;
 use anstyle::{AnsiColor, Style};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
@@ -13,6 +14,26 @@ pub fn words(text: &str) {
     // If stderr is gone there is nobody left to tell.
     let _ = writeln!(std::io::stderr().lock(), "{}", text.trim_end());
 }
+
+/// Words for a person who wants to know more, with -v.
+pub fn detail(text: &str) {
+    if is_verbose() {
+        words(text);
+    }
+}
+
+/// From now on details are said, or not.
+pub fn say_more(verbose: bool) {
+    // A process runs one command.
+    let _ = VERBOSE.set(verbose);
+}
+
+/// Whether details are wanted.
+pub fn is_verbose() -> bool {
+    VERBOSE.get().copied().unwrap_or(false)
+}
+
+static VERBOSE: OnceLock<bool> = OnceLock::new();
 
 /// Data for the next program: stdout.
 pub fn data(text: &str) -> Result<(), Failure> {
@@ -56,11 +77,12 @@ pub fn result(path: &Path, result: &ResultFile) -> Result<(), Failure> {
 
 /// A summary for a person: on stdout, unless JSON goes there.
 pub fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
+    let text = wrapped(text);
     if json == Some(Path::new("-")) {
-        words(text);
+        words(&text);
         return Ok(());
     }
-    data(&coloured(text))
+    data(&coloured(&text))
 }
 
 /// Marks the lines that decide: good ones green, bad ones red, doubtful ones yellow.
@@ -96,11 +118,30 @@ pub fn file(path: &Path, text: &str) -> Result<(), Failure> {
     name.push(format!(".{}.unfinished", std::process::id()));
     let unfinished = path.with_file_name(name);
     let written = std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, path));
+    if written.is_ok() {
+        detail(&format!("written: {}, {} bytes", path.display(), text.len()));
+    }
     written.map_err(|error| {
         // Why it cannot be written is told; that the rest of it cannot be removed would say nothing more.
         drop(std::fs::remove_file(&unfinished));
         cannot(error)
     })
+}
+
+/// Refuses files that cannot be written, before the work is done for them; - is stdout.
+pub fn expect_files(files: &[Option<&Path>]) -> Result<(), Failure> {
+    for file in files.iter().flatten().filter(|file| **file != Path::new("-")) {
+        if file.is_dir() {
+            let hint = format!("name a file in it, for example `{}`", file.join("result").display());
+            return Err(Failure::new(format!("{}: is a folder", file.display()), hint));
+        }
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir());
+        if let Some(folder) = folder {
+            let message = format!("{}: there is no folder `{}`", file.display(), folder.display());
+            return Err(Failure::new(message, "make it first, or name another file"));
+        }
+    }
+    Ok(())
 }
 
 static COMMAND_LINE: OnceLock<String> = OnceLock::new();

@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use std::fs;
-use std::path::{Path, PathBuf};
-use trueline_dataset::{Error, Problem, gray_png};
+use std::path::Path;
+use trueline_dataset::{Error, Problem, WholeFolder, gray_png};
 use trueline_vision::overlay::Canvas;
 use trueline_vision::scan::{ExaminedPicture, ScanError};
 
@@ -18,16 +18,20 @@ pub fn prepare(folder: &Path) -> Result<(), Failure> {
 
 /// A new folder for such pictures.
 pub struct OverlayFolder {
-    folder: PathBuf,
+    whole: WholeFolder,
     /// Every how many pictures one is drawn.
     every: usize,
 }
 
 impl OverlayFolder {
-    /// Makes the folder.
-    pub fn create(folder: &Path, every: usize) -> Result<Self, Failure> {
-        prepare(folder)?;
-        Ok(Self { folder: folder.to_owned(), every })
+    /// Begins the folder.
+    pub fn create(folder: &Path, every: usize, replace: bool) -> Result<Self, Failure> {
+        Ok(Self { whole: WholeFolder::begin(folder, replace)?, every })
+    }
+
+    /// Gives the folder its name.
+    pub fn finish(self) -> Result<(), Failure> {
+        Ok(self.whole.finish()?)
     }
 
     /// Draws a picture with its line segments and its seam, if it is one that is drawn; a picture without a seam says
@@ -39,7 +43,7 @@ impl OverlayFolder {
         let seams = picture.found.iter().flat_map(|found| found.seams());
         let canvas = Canvas::of_examined(picture.image, picture.detector, seams);
         let found = if picture.found.is_ok() { "" } else { "-not-found" };
-        let file = self.folder.join(format!("{:06}{found}.png", picture.number));
+        let file = self.whole.path().join(format!("{:06}{found}.png", picture.number));
         Ok(gray_png::write_rgb(&file, canvas.size(), canvas.rgb())?)
     }
 }

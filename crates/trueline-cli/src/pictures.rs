@@ -24,11 +24,21 @@ pub struct PictureOptions {
     /// Which of several corners.
     pub stripe: StripeChoice,
     /// Where to draw what was found, and how often.
-    pub overlay: Option<(PathBuf, usize)>,
+    pub overlay: Option<OverlayChoice>,
     /// Threads; one for each core if not given.
     pub threads: Option<NonZeroUsize>,
     /// No progress bar.
     pub quiet: bool,
+}
+
+/// Where to draw what was found.
+pub struct OverlayChoice {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Every so many pictures.
+    pub every: usize,
+    /// Whether a folder that is there may be replaced.
+    pub replace: bool,
 }
 
 /// Examines all pictures of a dataset.
@@ -67,7 +77,10 @@ pub fn examine_source(
 ) -> Result<ScanSeams, Failure> {
     let detector = detector(sensor, dataset, options)?;
     let overlay = options.overlay.as_ref();
-    let overlay = overlay.map(|(folder, every)| OverlayFolder::create(folder, *every)).transpose()?;
+    let begin = |OverlayChoice { folder, every, replace }: &OverlayChoice| {
+        OverlayFolder::create(folder, *every, *replace)
+    };
+    let overlay = overlay.map(begin).transpose()?;
     let onlooker = Onlooker { overlay, quiet: options.quiet, bar: Mutex::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads.map_or(0, NonZeroUsize::get));
     let pool = pool
@@ -76,6 +89,7 @@ pub fn examine_source(
     let scan = pool
         .install(|| find_seams(pictures, &detector, options.joint, &onlooker))
         .map_err(|error| failure(&error, None))?;
+    onlooker.overlay.map_or(Ok(()), OverlayFolder::finish)?;
     if scan.second_place_px.is_some() && !options.quiet {
         output::words("hint: --overlay FOLDER draws both places; --stripe or --region chooses one");
     }

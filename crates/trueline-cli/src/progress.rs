@@ -1,6 +1,8 @@
 //! Progress bars for what takes more than a second.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
 use std::time::Duration;
 
 /// A bar on stderr; drawn only on a terminal, and not if all is to be quiet.
@@ -11,4 +13,30 @@ pub fn bar(total: u64, what: &'static str, quiet: bool) -> ProgressBar {
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     bar.enable_steady_tick(Duration::from_millis(500));
     bar.with_style(style).with_prefix(what)
+}
+
+/// Does work of which nobody knows how much is left. After a second a terminal shows for how long it has been going on.
+pub fn during<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
+    if quiet {
+        return work();
+    }
+    let (done, waiting) = mpsc::channel::<()>();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            if waiting.recv_timeout(Duration::from_secs(1)) != Err(RecvTimeoutError::Timeout) {
+                return;
+            }
+            let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(5));
+            let style = ProgressStyle::with_template("{spinner} {prefix}  {elapsed}");
+            let spinner = spinner.with_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+            spinner.set_prefix(what);
+            spinner.enable_steady_tick(Duration::from_millis(200));
+            // It ends when the work has ended.
+            let _ = waiting.recv();
+            spinner.finish_and_clear();
+        });
+        let result = work();
+        drop(done);
+        result
+    })
 }

@@ -156,3 +156,109 @@ fn no_line_of_help_is_wider_than_a_hundred_columns() {
     }
     assert!(too_wide.is_empty(), "{}", too_wide.join("\n"));
 }
+
+#[test]
+fn folders_appear_whole_and_are_replaced_on_request_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    // What an interrupted run left stands in nobody's way.
+    fs::create_dir(dir.path().join("scan.unfinished")).unwrap();
+    fs::write(dir.path().join("scan.unfinished/robot.csv"), "half").unwrap();
+    succeeds(dir.path(), "simulate -p quick -o scan -q");
+    assert!(!dir.path().join("scan.unfinished").exists());
+    let (code, _, words) = told(dir.path(), "simulate -p profiler -o scan -q");
+    assert!(code == 2 && words.contains("already exists") && words.contains("--force"), "{words}");
+    succeeds(dir.path(), "simulate -p profiler -o scan -q --force");
+    assert!(fs::read_to_string(dir.path().join("scan/sensor.toml")).unwrap().contains("profiler"));
+    // A folder with anything else in it is not trueline's to remove.
+    fs::write(dir.path().join("scan/notes.txt"), "mine").unwrap();
+    let (code, _, words) = told(dir.path(), "simulate -p quick -o scan -q --force");
+    assert!(code == 2 && words.contains("`notes.txt` is in this folder as well"), "{words}");
+    assert_eq!(fs::read_to_string(dir.path().join("scan/notes.txt")).unwrap(), "mine");
+    let left: Vec<_> = fs::read_dir(dir.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["scan"], "nothing unfinished is left");
+}
+
+#[test]
+fn output_is_checked_before_the_work() {
+    let dir = tempfile::tempdir().unwrap();
+    succeeds(dir.path(), "simulate -p quick -o scan -q");
+    for (line, words) in [
+        ("calibrate scan --report scan", "scan: is a folder"),
+        ("calibrate scan --json nowhere/result.json", "there is no folder `nowhere`"),
+        ("calibrate scan --write-sensor scan", "scan: is a folder"),
+        ("apply scan -c scan/truth.toml -o nowhere/seam.csv", "there is no folder `nowhere`"),
+        ("evaluate scan -c scan/truth.toml --csv scan", "scan: is a folder"),
+    ] {
+        let (code, out, told) = told(dir.path(), line);
+        assert!(code == 2 && out.is_empty() && told.contains(words), "{line}: {told}");
+    }
+}
+
+#[test]
+fn reasons_are_told_with_quiet_and_more_with_verbose_and_no_line_is_long() {
+    let dir = tempfile::tempdir().unwrap();
+    succeeds(dir.path(), "simulate -p constant-attitude -o still -q");
+    let (code, out, words) = told(dir.path(), "calibrate still -q");
+    assert!(code == 1 && out.is_empty() && words.contains("not accepted: translation along"), "{words}");
+    succeeds(dir.path(), "simulate -p quick -o scan -q");
+    let (said, words) = succeeds(dir.path(), "calibrate scan -v -j result.json");
+    for part in ["read: ", "calibrated: ", "written: result.json"] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
+    assert!(said.lines().all(|line| line.chars().count() <= 100), "{said}");
+    let seam_error = said.find("seam error").unwrap();
+    assert!(seam_error < said.find("time offset").unwrap(), "the error of a seam point comes first");
+    assert!(!succeeds(dir.path(), "calibrate scan").1.contains("read: "));
+}
+
+#[test]
+fn the_demo_keeps_its_scan_and_says_what_to_try_next() {
+    let dir = tempfile::tempdir().unwrap();
+    let (said, _) = succeeds(dir.path(), "demo");
+    assert!(said.contains("in standard deviations: time offset") && said.contains("Try next:"), "{said}");
+    succeeds(dir.path(), "calibrate trueline-demo/scan -q");
+    succeeds(dir.path(), "export trueline-demo/result.json --as kuka -q");
+    succeeds(dir.path(), "apply trueline-demo/scan -c trueline-demo/result.json -o seam.csv -q");
+    // A second run replaces what the first wrote and touches nothing else.
+    fs::write(dir.path().join("trueline-demo/mine.txt"), "kept").unwrap();
+    succeeds(dir.path(), "demo -q");
+    assert!(dir.path().join("trueline-demo/mine.txt").exists());
+}
+
+#[test]
+fn mistakes_with_files_are_told_as_what_they_are() {
+    let dir = tempfile::tempdir().unwrap();
+    succeeds(dir.path(), "simulate -p quick -o scan -q");
+    let copy = |name: &str| {
+        let folder = dir.path().join(name);
+        fs::create_dir(&folder).unwrap();
+        for file in ["robot.csv", "features.csv", "sensor.toml"] {
+            fs::copy(dir.path().join("scan").join(file), folder.join(file)).unwrap();
+        }
+        folder
+    };
+    let swapped = copy("swapped");
+    fs::rename(swapped.join("robot.csv"), swapped.join("x")).unwrap();
+    fs::rename(swapped.join("features.csv"), swapped.join("robot.csv")).unwrap();
+    fs::rename(swapped.join("x"), swapped.join("features.csv")).unwrap();
+    let headless = copy("headless");
+    let text = fs::read_to_string(headless.join("robot.csv")).unwrap();
+    fs::write(headless.join("robot.csv"), text.split_once('\n').unwrap().1).unwrap();
+    let latin = copy("latin");
+    let mut bytes = b"# 5 \xb5m\n".to_vec();
+    bytes.extend(fs::read(latin.join("sensor.toml")).unwrap());
+    fs::write(latin.join("sensor.toml"), bytes).unwrap();
+    let typo = copy("typo");
+    let text = fs::read_to_string(typo.join("sensor.toml")).unwrap();
+    fs::write(typo.join("sensor.toml"), text.replace("width = ", "widht = ")).unwrap();
+    for (line, words, hint) in [
+        ("calibrate swapped", "robot.csv, line 1: has the columns of features.csv", "swapped?"),
+        ("calibrate headless", "robot.csv, line 1: there is no header", "the first line names the columns"),
+        ("calibrate latin", "sensor.toml: is not UTF-8 text", "save it as UTF-8"),
+        ("calibrate typo", "sensor.toml, line 4: column 1: unknown field `widht`", "compare with a file"),
+        ("calibrate scan --initial gess.toml", "gess.toml: there is no such file", "check its name"),
+    ] {
+        let (code, _, told) = told(dir.path(), line);
+        assert!(code == 2 && told.contains(words) && told.contains(hint), "{line}: {told}");
+    }
+}

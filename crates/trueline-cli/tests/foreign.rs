@@ -303,3 +303,36 @@ fn several_scans_of_one_sensor_are_calibrated_together() {
     fs::write(dir.path().join("second/features.csv"), "time_s,x_mm,z_mm\n1.0,1,300\n").unwrap();
     assert_eq!(trueline(dir.path(), &["calibrate", "first", "second"]).status.code(), Some(2));
 }
+
+#[test]
+fn what_an_import_lacks_is_told_with_the_option_that_gives_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let recording = simulated(dir.path(), "profiler");
+    let logs = dir.path().join("logs");
+    fs::create_dir(&logs).unwrap();
+    let refused = |more: &str| {
+        let line = format!("import csv logs --robot kuka --out scan {more}");
+        let output = trueline(dir.path(), &line.split_whitespace().collect::<Vec<_>>());
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    fs::write(logs.join("robot.csv"), kuka_log(&recording).replacen("t;X", "Zeit;X", 1)).unwrap();
+    let said = refused("");
+    assert!(
+        said.contains("neither features.csv nor profiles.csv") && said.contains("--profiles FILE"),
+        "{said}"
+    );
+    fs::write(logs.join("export.csv"), keyence_rows(&recording).0.replacen("LJ-X8200\n", "", 1)).unwrap();
+    let said = refused("--profiles export.csv");
+    assert!(
+        said.contains("column `time_s` is missing") && said.contains("--robot-map time_s=Zeit"),
+        "{said}"
+    );
+    let said = refused("--robot-map time_s=Zeit --profiles export.csv");
+    assert!(
+        said.contains("do not say whose format") && said.contains("--profile-format keyence-lj-x"),
+        "{said}"
+    );
+    let said = refused("--robot-map time_s=Zeit --profiles export.csv --profile-format keyence-lj-x");
+    assert!(said.contains("--x-start-mm"), "{said}");
+}

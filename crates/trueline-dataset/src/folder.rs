@@ -8,6 +8,7 @@ use crate::recording::{Feature, Recording, RobotSample, Sensor};
 use crate::sensor_setup::{RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
 use crate::stripes_csv::{self, PlateStripe};
+use crate::whole_folder::WholeFolder;
 use crate::{features_csv, known_toml, profiles_csv, robot_csv, sensor_toml};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -245,6 +246,16 @@ pub fn write(folder: &Path, recording: &Recording) -> Result<(), Error> {
     Ok(())
 }
 
+/// The same into a folder that appears as a whole; it must be new or empty, unless it may be replaced.
+///
+/// # Errors
+/// As [`WholeFolder::begin`], and what cannot be written.
+pub fn write_whole(folder: &Path, recording: &Recording, replace: bool) -> Result<(), Error> {
+    let whole = WholeFolder::begin(folder, replace)?;
+    write(whole.path(), recording)?;
+    whole.finish()
+}
+
 fn sensor_text(recording: &Recording) -> String {
     let (sensor, setup) = (recording.sensor.clone(), recording.setup.clone());
     sensor_toml::format_file(&SensorFile { sensor, setup })
@@ -326,8 +337,7 @@ pub fn sha256_of(mut reader: impl std::io::Read) -> std::io::Result<String> {
 }
 
 pub(crate) fn utf8(file: &Path, bytes: Vec<u8>) -> Result<String, Error> {
-    String::from_utf8(bytes)
-        .map_err(|_| Error::in_file(file, Problem::Csv("it is not UTF-8 text".to_owned())))
+    String::from_utf8(bytes).map_err(|_| Error::in_file(file, Problem::NotUtf8))
 }
 
 fn write_text(file: &Path, text: &str) -> Result<(), Error> {

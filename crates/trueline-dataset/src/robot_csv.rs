@@ -38,6 +38,9 @@ pub fn is_column(name: &str) -> bool {
 /// Anything that is not a clean table with rising stamps and one rotation in a form of [`crate::rotation_columns`].
 pub fn read(file: &Path, input: impl Read) -> Result<Vec<RobotSample>, Error> {
     let header = Header::read(file, input)?;
+    if header.names().iter().any(|name| name == "u_px" || name == "v_px") {
+        return Err(header.error(Problem::OtherTable { looks_like: "features.csv" }));
+    }
     let rotation_columns = RotationColumns::find(header.names()).map_err(|problem| header.error(problem))?;
     let specs: Vec<ColumnSpec<'_>> = COLUMNS.into_iter().chain(rotation_columns.specs()).collect();
     let mut table = header.find(&specs)?;

@@ -100,8 +100,15 @@ pub fn read(file: &Path) -> Result<SensorFile, Error> {
 /// A file that is missing, cannot be read, or is no text.
 pub fn read_text(file: &Path) -> Result<String, Error> {
     std::fs::read_to_string(file).map_err(|error| {
-        let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
+        let problem = match error.kind() {
+            std::io::ErrorKind::NotFound if file.file_name().is_some_and(|name| name == "sensor.toml") => {
+                Problem::Missing
+            }
+            std::io::ErrorKind::NotFound => Problem::NoSuchFile,
+            std::io::ErrorKind::InvalidData => Problem::NotUtf8,
+            _ => Problem::Io(error),
+        };
+        Error::in_file(file, problem)
     })
 }
 
@@ -184,8 +191,14 @@ pub fn format_camera(file: &CameraFile) -> String {
 /// Broken TOML, unknown or missing keys.
 pub fn parse_toml<T: serde::de::DeserializeOwned>(file: &Path, text: &str) -> Result<T, Error> {
     toml::from_str(text).map_err(|error| {
-        let line = error.span().map(|span| 1 + text[..span.start].matches('\n').count() as u64);
-        let problem = Problem::Toml(error.message().to_owned());
+        let place = error.span().map(|span| {
+            let before = &text[..span.start];
+            let column = 1 + before.rsplit('\n').next().unwrap_or_default().chars().count();
+            (1 + before.matches('\n').count() as u64, column)
+        });
+        let line = place.map(|(line, _)| line);
+        let column = place.map_or_else(String::new, |(_, column)| format!("column {column}: "));
+        let problem = Problem::Toml(format!("{column}{}", error.message()));
         Error { file: file.to_owned(), line, column: None, problem }
     })
 }

@@ -67,7 +67,11 @@ impl<'a, R: Read> Header<'a, R> {
         if header.is_empty() || header.iter().all(str::is_empty) {
             return Err(Error::in_file(file, Problem::NoRows));
         }
-        let names = header.iter().map(|name| name.trim_start_matches('\u{feff}').to_owned()).collect();
+        let names: Vec<String> =
+            header.iter().map(|name| name.trim_start_matches('\u{feff}').to_owned()).collect();
+        if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+            return Err(Error::at_line(file, 1, Problem::NoHeader));
+        }
         Ok(Self { file, reader, names })
     }
 

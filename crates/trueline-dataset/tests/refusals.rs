@@ -130,5 +130,5 @@ fn nothing_is_overwritten() {
     let recording = read_with("robot.csv", ROBOT).unwrap();
     folder::write(dir.path(), &recording).unwrap();
     let error = folder::write(dir.path(), &recording).unwrap_err();
-    assert!(error.to_string().ends_with("already exists and would be overwritten"), "{error}");
+    assert!(error.to_string().ends_with("already exists; it is not overwritten"), "{error}");
 }

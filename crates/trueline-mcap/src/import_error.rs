@@ -75,6 +75,29 @@ pub enum ImportError {
         /// The topic.
         topic: String,
     },
+    /// A URDF is given, and there is nothing that it explains.
+    #[error("there are no joint angles in the recording, and a URDF is given")]
+    NoJointAngles,
+    /// A URDF that cannot be used.
+    #[error("the URDF cannot be used: {why}")]
+    Urdf {
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A URDF with more than one tool.
+    #[error("the URDF has several frames that nothing is mounted on: {}", list(ends))]
+    ToolNeeded {
+        /// Those frames.
+        ends: Vec<String>,
+    },
+    /// Joint angles of a part of an arm.
+    #[error("`{topic}`: a message has some joints of the arm, but not `{joint}`")]
+    JointMissing {
+        /// The topic.
+        topic: String,
+        /// The joint.
+        joint: String,
+    },
     /// More than one topic could be meant.
     #[error("several topics have {wanted}: {}", list(candidates))]
     SeveralTopics {
@@ -205,9 +228,14 @@ impl ImportError {
             Self::NoTopic { .. } | Self::SeveralTopics { .. } => {
                 "name one of them with --pose-topic or --image-topic"
             }
-            Self::NoRobot { .. } | Self::OnlyJointAngles { .. } => {
-                "record the pose of the tool as well: tf, or a PoseStamped"
+            Self::NoRobot { .. } => "record the pose of the tool as well: tf, or a PoseStamped",
+            Self::OnlyJointAngles { .. } => {
+                "give the robot's URDF: --urdf robot.urdf --tool FRAME; or record the pose of the tool as well"
             }
+            Self::NoJointAngles => "leave --urdf out: poses and transforms need none",
+            Self::Urdf { .. } => "xacro is expanded first: xacro robot.xacro > robot.urdf",
+            Self::ToolNeeded { .. } => "name the one whose pose is wanted with --tool",
+            Self::JointMissing { .. } => "all joints between --base and --tool must come in one message",
             Self::FramesNeeded { proposal: Some([base, tool]), .. } => {
                 return format!(
                     "perhaps --base {base} --tool {tool}? the tool is the frame whose pose the robot reports"

@@ -172,6 +172,81 @@ fn what_is_not_said_is_not_guessed() {
     assert!(matches!(refusal("pose_mono8", &Choice::default()), ImportError::NoSensor));
 }
 
+/// Six joints in a row: 1 m along z to each, turning about z, y, z, y, z, y; the tool 0.5 m further.
+fn six_joints() -> String {
+    let joint = |k: usize| {
+        let axis = if k % 2 == 1 { "0 0 1" } else { "0 2 0" };
+        format!(
+            r#"<joint name="joint_{k}" type="revolute"><parent link="link_{}"/><child link="link_{k}"/>
+               <origin xyz="0 0 1" rpy="0 0 0"/><axis xyz="{axis}"/></joint>"#,
+            k - 1
+        )
+    };
+    let joints: String = (1..=6).map(joint).collect();
+    format!(
+        r#"<?xml version="1.0"?><robot name="six"><link name="link_0"/>{joints}<joint name="flange" type="fixed">
+           <parent link="link_6"/><child link="tool0"/><origin xyz="0 0 0.5" rpy="0.1 0.2 0.3"/></joint></robot>"#
+    )
+}
+
+#[test]
+fn joint_angles_become_poses_with_the_urdf() {
+    use nalgebra::{Matrix4, Rotation3, Vector3};
+    let urdf = Choice { urdf: Some(six_joints()), ..choice() };
+    for name in ["joint_states", "joint_states_mcap", "joint_states_zstd_message"] {
+        let imported = import(&fixture(name), &urdf).unwrap();
+        let robot = &imported.recording.robot;
+        assert!(robot.len() > 10 && imported.notes.iter().any(|note| note.contains("`tool0` in `link_0`")));
+        // The same by matrices, from the positions that make_fixtures.py writes.
+        for sample in robot {
+            let t = (sample.stamp_ns - T0) as f64 * 1e-9;
+            let angle = |joint: usize| {
+                let rate = 2.0 * PI * (0.2 + 0.05 * joint as f64);
+                0.1 * joint as f64 + 0.2 * (rate * t).sin()
+            };
+            let up = |z_m: f64| Matrix4::<f64>::new_translation(&Vector3::new(0.0, 0.0, z_m));
+            let mut expected = Matrix4::<f64>::identity();
+            for joint in 1..=6 {
+                let axis = if joint % 2 == 1 { Vector3::z_axis() } else { Vector3::y_axis() };
+                let turned: Matrix4<f64> = Rotation3::from_axis_angle(&axis, angle(joint)).to_homogeneous();
+                expected = expected * up(1.0) * turned;
+            }
+            let [x, y, z] = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
+            let fixed = Rotation3::from_axis_angle(&z, 0.3)
+                * Rotation3::from_axis_angle(&y, 0.2)
+                * Rotation3::from_axis_angle(&x, 0.1);
+            let fixed: Matrix4<f64> = fixed.to_homogeneous();
+            expected = expected * up(0.5) * fixed;
+            let error = (sample.base_from_tool.to_homogeneous() - expected).abs().max();
+            // Stamps are whole nanoseconds, joints turn at 0.7 rad/s at most, and the arm is 6.5 m long.
+            assert!(error < 1e-8, "{name}, {t} s: {error}");
+        }
+    }
+}
+
+#[test]
+fn a_urdf_that_does_not_fit_is_refused_with_the_reason() {
+    let with = |urdf: &str| Choice { urdf: Some(urdf.to_owned()), ..choice() };
+    let six = six_joints();
+    for (choice, words) in [
+        (with("<robot"), "the URDF cannot be used"),
+        (with("<robot/>"), "there is no joint in it"),
+        (with(&six.replace("joint_4", "elbow")), "some joints of the arm, but not `elbow`"),
+        (with(&six.replace("0 2 0", "0 0 0")), "has an axis of length zero"),
+        (with(&six.replace("\"revolute\"", "\"planar\"")), "is neither fixed, revolute, continuous nor prismatic"),
+        (Choice { tool_frame: Some("gun".to_owned()), ..with(&six) }, "gun"),
+        (
+            Choice { base_frame: Some("tool0".to_owned()), tool_frame: Some("link_2".to_owned()), ..with(&six) },
+            "frame `link_2` is not mounted on `tool0`",
+        ),
+        (with(&six.replace("</robot>", r#"<joint name="c" type="fixed"><parent link="link_3"/><child link="cable"/></joint></robot>"#)), "several frames that nothing is mounted on: cable, tool0"),
+    ] {
+        let error = refusal("joint_states", &choice);
+        assert!(error.to_string().contains(words), "{words}: {error}");
+    }
+    assert!(matches!(refusal("pose_mono8", &with(&six)), ImportError::NoJointAngles));
+}
+
 #[test]
 fn joint_angles_alone_are_refused_with_the_reason() {
     for name in ["joint_states", "joint_states_mcap", "joint_states_zstd_message"] {

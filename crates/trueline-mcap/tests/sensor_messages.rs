@@ -36,7 +36,7 @@ fn a_point_cloud_of_one_row_is_a_profile_and_odometry_is_a_pose() {
     }
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("scan");
-    DatasetFolder::begin(&out)
+    DatasetFolder::begin(&out, false)
         .unwrap()
         .write(&import(&fixture("cloud_odometry"), &Choice::default()).unwrap())
         .unwrap();

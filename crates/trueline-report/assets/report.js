@@ -120,7 +120,7 @@
         ...base(), legend: { ...base().legend, show: !!c.mark, data: c.mark ? [c.mark.name] : [] }, grid: { ...base().grid, top: c.mark ? 30 : 12, left: narrow() ? 110 : 140, right: 76 },
         tooltip: { ...base().tooltip, formatter: (q) => `${q.name}: <b>${show(q.value)}</b>` },
         xAxis: along(c.axis, { scale: false, min: low, startValue: low }), yAxis: { type: "category", data: c.names, inverse: true, axisTick: { show: false } },
-        series: [{ type: "bar", name: c.axis.name, data: c.values, color: css("--a"), barCategoryGap: "25%", label: { show: true, position: "right", color: css("--ink"), formatter: (q) => show(q.value) },
+        series: [{ type: "bar", name: c.axis.name, data: c.values, color: css("--a"), barCategoryGap: "25%", label: { show: true, position: "right", color: css("--ink"), formatter: (q) => String(+q.value.toPrecision(2)) },
         }, ...(c.mark ? [{ type: "line", name: c.mark.name, data: [], silent: true, color: css("--bad"), lineStyle: { type: "dashed" }, markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--bad"), type: "dashed" }, data: [{ xAxis: c.mark.at }] } }] : [])],
       }));
       // A bar's dimensions are its value and its place.

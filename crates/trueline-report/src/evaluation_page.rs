@@ -119,6 +119,9 @@ fn axes(e: &Evaluation, d: &Deviation) -> [Vector3<f64>; 3] {
     [along, up.cross(&along), up]
 }
 
+/// What is nearer to zero is rounding, m.
+const ROUNDING_M: f64 = 1e-9;
+
 /// More points than this are thinned out for drawing.
 const MOST: usize = 50_000;
 
@@ -152,7 +155,7 @@ fn charts(e: &Evaluation, columns: &mut Columns) -> Vec<Block> {
             },
         })
     };
-    vec![
+    let mut charts = vec![
         chart("distance", "Distance from the reference", "distance (mm)", &|d| d.error_m.norm() * MM_PER_M),
         chart("error-across", "Error across the seam", "across (mm)", &|d| {
             axes(e, d)[1].dot(&d.error_m) * MM_PER_M
@@ -160,8 +163,12 @@ fn charts(e: &Evaluation, columns: &mut Columns) -> Vec<Block> {
         chart("error-height", "Error in height", "height (mm)", &|d| {
             axes(e, d)[2].dot(&d.error_m) * MM_PER_M
         }),
-        chart("error-along", "Error along the seam", "along (mm)", &|d| {
+    ];
+    // From a line without ends nothing is off along it.
+    if e.calibrated.iter().any(|d| axes(e, d)[0].dot(&d.error_m).abs() > ROUNDING_M) {
+        charts.push(chart("error-along", "Error along the seam", "along (mm)", &|d| {
             axes(e, d)[0].dot(&d.error_m) * MM_PER_M
-        }),
-    ]
+        }));
+    }
+    charts
 }

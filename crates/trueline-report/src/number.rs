@@ -6,9 +6,10 @@ pub fn digits_for(sigma: f64) -> usize {
     if !(sigma.is_finite() && sigma > 0.0) {
         return 3;
     }
-    // Two significant digits of sigma: 0.0123 → 4.
+    // Two significant digits of sigma: 0.0123 → 4; 0.0998 is rounded to 0.10, which has them at 2.
     let exponent = sigma.log10().floor();
-    (1.0 - exponent).clamp(0.0, 9.0) as usize
+    let rounded_up = sigma * 10_f64.powf(1.0 - exponent) >= 99.5;
+    (1.0 - exponent - f64::from(rounded_up)).clamp(0.0, 9.0) as usize
 }
 
 /// `value ± sigma unit`; without a sigma, the value alone.
@@ -40,6 +41,8 @@ mod tests {
         assert_eq!(with_sigma(17.7312, Some(0.0123), "ms"), "17.731 ± 0.012 ms");
         assert_eq!(with_sigma(-4.0, Some(2.5), "mm"), "-4.0 ± 2.5 mm");
         assert_eq!(with_sigma(1234.5, Some(150.0), "mm"), "1234 ± 150 mm");
+        assert_eq!(with_sigma(0.5, Some(0.0998), "mm"), "0.50 ± 0.10 mm");
+        assert_eq!(with_sigma(0.5, Some(0.0994), "mm"), "0.500 ± 0.099 mm");
         assert_eq!(with_sigma(5.0, None, "ms"), "5.0000 ms (held)");
     }
 }

@@ -132,7 +132,7 @@ fn scene(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
     })
 }
 
-/// Outline of the field of view on the sheet and lines to its corners; a gap ends it.
+/// Outline of the field of view on the sheet; a gap ends it.
 fn view(cell: &Cell, base_from_camera: &Pose) -> Vec<Vector3<f64>> {
     let [near, far] = cell.limits.stand_off_m;
     let Some(half) = half_width(cell, near).zip(half_width(cell, far)) else { return Vec::new() };
@@ -146,10 +146,8 @@ fn view(cell: &Cell, base_from_camera: &Pose) -> Vec<Vector3<f64>> {
         (base_from_camera * Point3::from(cell.sensor_pose.point_in_camera(&station))).coords
     };
     let corners = [at(near, -half.0), at(near, half.0), at(far, half.1), at(far, -half.1)];
-    let apex = base_from_camera.translation.vector;
     let mut points: Vec<Vector3<f64>> = corners.to_vec();
     points.push(corners[0]);
-    points.extend(corners.iter().flat_map(|corner| [apex, *corner]));
     points.push(Vector3::repeat(f64::NAN));
     points
 }
@@ -262,7 +260,7 @@ fn limits(cell: &Cell, plan: &Plan) -> Block {
             names,
             values,
             axis: Axis::of("used (%)"),
-            mark: Some(Mark { name: "all".to_owned(), at: 100.0, upright: true }),
+            mark: Some(Mark { name: "the limit".to_owned(), at: 100.0, upright: true }),
         },
     })
 }

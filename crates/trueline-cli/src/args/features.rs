@@ -38,6 +38,9 @@ pub struct FeaturesArgs {
     /// Folder for pictures of what was found; it must not hold any yet
     #[arg(long)]
     pub overlay: Option<PathBuf>,
+    /// Replace the folder of --overlay if trueline wrote it
+    #[arg(long, requires = "overlay")]
+    pub force: bool,
     /// Draw every n-th picture
     #[arg(long, default_value_t = NonZeroUsize::MIN, requires = "overlay")]
     pub overlay_every: NonZeroUsize,

@@ -29,6 +29,9 @@ File names are looked up in SRC. The recording's rows are
         /// Folder to write
         #[arg(long)]
         out: PathBuf,
+        /// Replace the folder if trueline wrote it
+        #[arg(long)]
+        force: bool,
         /// Robot rows of a real recording
         #[arg(long, requires = "images")]
         robot: Option<PathBuf>,
@@ -53,6 +56,9 @@ File names are looked up in SRC. The recording's rows are
         /// Folder to write
         #[arg(long)]
         out: PathBuf,
+        /// Replace the folder if trueline wrote it
+        #[arg(long)]
+        force: bool,
         /// features.csv
         #[arg(long)]
         features: PathBuf,
@@ -71,14 +77,15 @@ File names are looked up in SRC. The recording's rows are
 const BAG_HELP: &str = "Examples:
   trueline import mcap recording.mcap --out scan
   trueline import mcap drive.mcap --sensor sensor.toml --base base_link --tool tool0 --out scan
+  trueline import rosbag2 joints --urdf robot.urdf --tool tool0 --sensor sensor.toml --out scan
   trueline import rosbag2 rosbag2_2026_11_21 --sensor sensor.toml --pose-topic /robot/pose --out scan
 
 Poses: PoseStamped, PoseWithCovarianceStamped, Odometry, TransformStamped, tf
 and tf_static, Foxglove's PoseInFrame and FrameTransform. Pictures: Image (mono,
 rgb, bgr, bayer), CompressedImage (png; jpeg with --allow-jpeg), Foxglove's
 RawImage and CompressedImage. Profiles: PointCloud2 with y = 0, LaserScan.
-Joint angles alone will not do: they need the robot's kinematics. The stamps
-are those in the headers. Where there is one of a kind it is taken; else it
+Joint angles (JointState) become poses with the robot's --urdf. The stamps are
+those in the headers. Where there is one of a kind it is taken; else it
 must be named.";
 
 #[derive(Args)]
@@ -88,6 +95,9 @@ pub struct BagArgs {
     /// Folder to write
     #[arg(long)]
     pub out: PathBuf,
+    /// Replace the folder if trueline wrote it
+    #[arg(long)]
+    pub force: bool,
     /// sensor.toml [default: the one in the recording]
     #[arg(long)]
     pub sensor: Option<PathBuf>,
@@ -97,12 +107,15 @@ pub struct BagArgs {
     /// Topic of the pictures or profiles
     #[arg(long)]
     pub image_topic: Option<String>,
-    /// Frame of the robot's base, of tf
+    /// Frame of the robot's base, of tf or of the URDF
     #[arg(long)]
     pub base: Option<String>,
-    /// Frame of the tool, of tf
+    /// Frame of the tool, of tf or of the URDF
     #[arg(long)]
     pub tool: Option<String>,
+    /// The robot's URDF, where the recording has joint angles and no poses
+    #[arg(long, value_name = "FILE")]
+    pub urdf: Option<PathBuf>,
     /// Take JPEG pictures as well, although losses move edges by fractions of a pixel
     #[arg(long)]
     pub allow_jpeg: bool,

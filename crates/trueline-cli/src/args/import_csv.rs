@@ -54,6 +54,9 @@ pub struct ImportCsvArgs {
     /// Folder to write
     #[arg(long)]
     pub out: PathBuf,
+    /// Replace the folder if trueline wrote it
+    #[arg(long)]
+    pub force: bool,
     /// Maker of the robot: units and meaning of the columns
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(RobotLayout::names()))]
     pub robot: Option<String>,

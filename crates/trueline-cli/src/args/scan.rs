@@ -30,8 +30,8 @@ pub struct CameraArgs {
     /// What a picture's stamp is; all others are kept as well
     #[arg(long, value_parser = one_of(&STAMPS), default_value = "first-packet")]
     pub stamp: StampChoice,
-    /// Joint type, for the live estimate [auto: fillet]
-    #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]
+    /// Joint type, for the live estimate alone: there is no telling it from pictures that are still to come
+    #[arg(long, value_parser = one_of(&JOINTS[1..]), default_value = "fillet")]
     pub joint: JointChoice,
     /// Say when these are reached: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse)]

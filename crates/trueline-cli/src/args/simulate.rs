@@ -22,9 +22,12 @@ use trueline_sim::{Fault, Joint, Look, Preset};
   trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures",
     after_long_help = faults_help())]
 pub struct SimulateArgs {
-    /// Folder to write; it must not hold a dataset yet
+    /// Folder to write; it must be new or empty, or see --force
     #[arg(long)]
     pub out: PathBuf,
+    /// Replace the folder if trueline wrote it
+    #[arg(long)]
+    pub force: bool,
     /// Which scan
     #[arg(long, value_parser = one_of(&PRESETS), default_value = "quick")]
     pub preset: Preset,

@@ -14,6 +14,7 @@ use trueline_method::evaluate::seam_points::{self, SeamPoints};
 /// Runs the command.
 pub fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     let write = writer(&args.out)?;
+    output::expect_files(&[Some(&args.out)])?;
     let calibration = calibration_file::read(&args.calibration)?;
     let recording = opened_dataset::open(&args.recording, None, args.quiet)?.recording;
     let recording = calibration.corrected(recording);

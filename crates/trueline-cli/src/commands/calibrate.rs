@@ -8,8 +8,10 @@ use crate::hints;
 use crate::opened_dataset::{self, OpenedDataset};
 use crate::outlier_frames;
 use crate::output;
+use crate::progress;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 use trueline_dataset::known_toml;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
@@ -25,8 +27,16 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     }
     check_sensor(args)?;
     check_fixed(args)?;
+    output::expect_files(&[args.json.as_deref(), args.report.as_deref(), args.write_sensor.as_deref()])?;
     let config = config(args);
+    let began = Instant::now();
     let mut opened = opened_dataset::open_all(&args.datasets, args.joint, args.quiet)?;
+    output::detail(&format!(
+        "read: {} robot poses, {} features, in {:.2} s",
+        opened.recording.robot.len(),
+        opened.recording.features.len(),
+        began.elapsed().as_secs_f64()
+    ));
     let images_ahead_ns = match (args.align_clocks, args.datasets.len()) {
         (false, _) => None,
         (true, 1) => Some(clocks::align_recording(&mut opened.recording, &config, args.quiet)?),
@@ -42,7 +52,14 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         Some(file) => Some(known_toml::read_guess(file)?),
         None => recording.initial,
     };
-    let calibration = trueline_method::calibrate(recording, initial.as_ref(), &config)?;
+    let began = Instant::now();
+    let calibrate = || trueline_method::calibrate(recording, initial.as_ref(), &config);
+    let calibration = progress::during("calibrating", args.quiet, calibrate)?;
+    output::detail(&format!(
+        "calibrated: {} steps, in {:.2} s",
+        calibration.findings.fit.iterations.len(),
+        began.elapsed().as_secs_f64()
+    ));
     if let Some(file) = &args.write_sensor {
         write_sensor(file, &opened, &calibration, args.quiet)?;
     }
@@ -102,7 +119,9 @@ fn write_results(
             )
         })?;
     }
-    if !args.quiet {
+    if args.quiet {
+        calibration.reasons().iter().for_each(|reason| output::words(&format!("not accepted: {reason}")));
+    } else {
         output::summary(args.json.as_deref(), &summary::text(calibration))?;
         let hints = hints::of(calibration).into_iter().map(str::to_owned).chain(hints::pages(calibration));
         hints.for_each(|hint| output::words(&format!("hint: {hint}")));

@@ -3,17 +3,30 @@
 use crate::args::DemoArgs;
 use crate::failure::Failure;
 use crate::output;
-use std::fmt::Write;
+use nalgebra::Vector3;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::Truth;
 use trueline_dataset::unit::MM_PER_M;
+use trueline_dataset::{Truth, folder as dataset_folder};
+use trueline_geometry::se3;
+use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::{Calibration, Config};
 use trueline_report::calibration_page::{self, Source};
-use trueline_report::summary;
+use trueline_report::{result, summary};
 use trueline_sim::{Preset, simulate};
 
 const FOLDER: &str = "trueline-demo";
+
+/// What to try with it.
+const NEXT: &str = "
+Written to trueline-demo: report.html (open it in a browser), result.json, scan.
+
+Try next:
+  trueline calibrate trueline-demo/scan                    the same scan by hand
+  trueline export trueline-demo/result.json --as kuka      the transform for a robot
+  trueline apply trueline-demo/scan -c trueline-demo/result.json -o seam.csv
+  trueline import csv --help                               your own data
+";
 
 /// Runs the command.
 pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
@@ -23,6 +36,8 @@ pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
     let calibration = trueline_method::calibrate(&recording, None, &Config::default())?;
     let folder = Path::new(FOLDER);
     std::fs::create_dir_all(folder).map_err(|error| Failure::cannot_write(folder, &error))?;
+    dataset_folder::write_whole(&folder.join("scan"), &recording, true)?;
+    output::result(&folder.join("result.json"), &result::of(&calibration))?;
     let report = folder.join("report.html");
     let source = Source {
         calibration: &calibration,
@@ -39,21 +54,30 @@ pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
         if let Some(truth) = &recording.truth {
             text.push_str(&against_truth(&calibration, truth));
         }
-        let _ = writeln!(text, "\nReport: {}", report.display());
+        text.push_str(NEXT);
         output::data(&output::coloured(&text))?;
     }
     Ok(super::calibrate::exit_code(&calibration))
 }
 
-/// How far the estimates are from what was simulated.
+/// How far the estimates are from what was simulated, in their own standard deviations.
 fn against_truth(calibration: &Calibration, truth: &Truth) -> String {
     let (estimate, truth) = (calibration.best_fit(), &truth.parameters);
-    let offset_ms = (estimate.time_offset_s - truth.time_offset_s) * 1e3;
-    let (a, b) = (&estimate.tool_from_camera, &truth.tool_from_camera);
-    let shift_mm = (a.translation.vector - b.translation.vector) * MM_PER_M;
-    let turn_deg = a.rotation.angle_to(&b.rotation).to_degrees();
+    let offset_s = estimate.time_offset_s - truth.time_offset_s;
+    let (turn, shift) = se3::difference_decoupled(&estimate.tool_from_camera, &truth.tool_from_camera);
+    let sigmas = |error: f64, at: usize| calibration.sigma(at).map_or(f64::NAN, |sigma| error / sigma);
+    let axes = |error: Vector3<f64>, first: usize| {
+        let each: Vec<String> = (0..3).map(|k| format!("{:+.1}", sigmas(error[k], first + k))).collect();
+        each.join(", ")
+    };
     format!(
-        "\nSimulated truth is off by {offset_ms:+.4} ms, ({:+.4}, {:+.4}, {:+.4}) mm and {turn_deg:.4}°.\n",
-        shift_mm.x, shift_mm.y, shift_mm.z
+        "\nError against the simulated truth, in standard deviations: time offset {:+.1}; rotation about x, y, z {};\n\
+         translation along x, y, z {}. Two of three are within 1, nearly all within 2. That is {:+.3} ms, {:.4}° and {:.3} mm.\n",
+        sigmas(offset_s, TIME_OFFSET),
+        axes(turn, ROTATION),
+        axes(shift, TRANSLATION),
+        offset_s * 1e3,
+        turn.norm().to_degrees(),
+        shift.norm() * MM_PER_M,
     )
 }

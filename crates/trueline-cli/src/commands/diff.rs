@@ -14,6 +14,7 @@ use trueline_report::compared;
 
 /// Runs the command.
 pub fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
+    output::expect_files(&[args.json.as_deref()])?;
     let (first, second) = (ResultFile::read(&args.first)?, ResultFile::read(&args.second)?);
     let field = field(args, &first)?;
     let estimates = (estimate(&args.first, &first)?, estimate(&args.second, &second)?);

@@ -27,7 +27,7 @@ pub fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
         output::json(file, &format!("{:#}", diagnosis::json(&found)))?;
     }
     if !args.quiet {
-        output::summary(args.json.as_deref(), &diagnosis::text(&found, args.verbose))?;
+        output::summary(args.json.as_deref(), &diagnosis::text(&found, output::is_verbose()))?;
     }
     if let Some(out) = &args.fix {
         let mended = found.mended(&recording).ok_or_else(|| {
@@ -36,7 +36,7 @@ pub fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
                 "what is found is listed above; change the files by hand, and try again",
             )
         })?;
-        folder::write(out, &mended)?;
+        folder::write_whole(out, &mended, args.force)?;
         output::words(&format!(
             "{}: the dataset without the mistake: {}",
             out.display(),

@@ -17,6 +17,7 @@ use trueline_report::{evaluated, evaluation_page};
 
 /// Runs the command.
 pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
+    output::expect_files(&[args.json.as_deref(), args.report.as_deref(), args.csv.as_deref()])?;
     let recording = opened_dataset::open(&args.dataset, None, args.quiet)?.recording;
     let calibration = calibration_file::read(&args.calibration)?;
     let tolerance_m = args.tolerance;

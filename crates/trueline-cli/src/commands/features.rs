@@ -2,7 +2,7 @@
 
 use crate::args::FeaturesArgs;
 use crate::failure::Failure;
-use crate::pictures::{self, PictureOptions};
+use crate::pictures::{self, OverlayChoice, PictureOptions};
 use crate::planned_scan::read_text;
 use crate::{opened_dataset, output};
 use std::process::ExitCode;
@@ -23,10 +23,15 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
         joint: args.joint,
         region: args.region.as_deref().map(region).transpose()?,
         stripe: args.stripe,
-        overlay: args.overlay.clone().map(|folder| (folder, args.overlay_every.get())),
+        overlay: args.overlay.clone().map(|folder| OverlayChoice {
+            folder,
+            every: args.overlay_every.get(),
+            replace: args.force,
+        }),
         threads: args.threads,
         quiet: args.quiet,
     };
+    output::expect_files(&[args.json.as_deref(), args.report.as_deref()])?;
     let scan = pictures::examine(&args.dataset, &options)?;
     let (features, summary) = (scan.features(), scan.to_string());
     // The features first: whatever else cannot be written, they are there.

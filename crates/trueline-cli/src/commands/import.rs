@@ -9,20 +9,24 @@ use std::process::ExitCode;
 use trueline_dataset::dialect::plain_csv;
 use trueline_dataset::import::csv_folder::Imported;
 use trueline_dataset::import::{csv_folder, lvs_st_calib, tum};
-use trueline_dataset::{PictureSource, Recording, SensorFile, features_csv, folder, sensor_toml};
+use trueline_dataset::{
+    PictureSource, Recording, SensorFile, WholeFolder, features_csv, folder, sensor_toml,
+};
 use trueline_mcap::{Choice, DatasetFolder, import};
 
 /// Runs the command.
 pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
-    let (recording, out) = match &args.format {
-        ImportFormat::LvsStCalib { src, out, robot, images, pixels, sensor } => {
-            (lvs(src, [robot, images, pixels, sensor])?, out)
+    let (recording, out, force) = match &args.format {
+        ImportFormat::LvsStCalib { src, out, force, robot, images, pixels, sensor } => {
+            (lvs(src, [robot, images, pixels, sensor])?, out, *force)
         }
         ImportFormat::Csv(csv) => return import_csv(csv),
-        ImportFormat::Tum { src, out, features, sensor } => (tum_recording(src, features, sensor)?, out),
+        ImportFormat::Tum { src, out, force, features, sensor } => {
+            (tum_recording(src, features, sensor)?, out, *force)
+        }
         ImportFormat::Mcap(bag) | ImportFormat::Rosbag2(bag) => return unpack_bag(bag),
     };
-    folder::write(out, &recording)?;
+    folder::write_whole(out, &recording, force)?;
     output::words(&format!(
         "{}: {} robot poses, {} features ({})",
         out.display(),
@@ -38,14 +42,16 @@ fn import_csv(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
     if args.align_clocks {
         clocks::align_import(&mut recording, &mut profiles)?;
     }
-    folder::write(&args.out, &recording)?;
+    let whole = WholeFolder::begin(&args.out, args.force)?;
+    folder::write(whole.path(), &recording)?;
     let found = match profiles.len() {
         0 => format!("{} features", recording.features.len()),
         count => {
-            folder::write_profiles(&args.out, &profiles)?;
+            folder::write_profiles(whole.path(), &profiles)?;
             format!("{count} profiles")
         }
     };
+    whole.finish()?;
     output::words(&format!(
         "{}: {} robot poses, {found} ({})",
         args.out.display(),
@@ -62,10 +68,11 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
         image_topic: args.image_topic.clone(),
         base_frame: args.base.clone(),
         tool_frame: args.tool.clone(),
+        urdf: args.urdf.as_deref().map(sensor_toml::read_text).transpose()?,
         clock: args.stamps,
         allow_jpeg: args.allow_jpeg,
     };
-    let folder = DatasetFolder::begin(&args.out)?;
+    let folder = DatasetFolder::begin(&args.out, args.force)?;
     let imported = import(&args.src, &choice)?;
     folder.write(&imported)?;
     opened_dataset::tell(&imported, false);

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use trueline_dataset::import::csv_folder::{CsvFolder, Imported, ProfileSource};
 use trueline_dataset::import::profiles::{EvenColumns, ProfileFormat, Timing, times};
 use trueline_dataset::import::robot_layout::RobotLayout;
+use trueline_dataset::{Error, Problem};
 
 /// Reads the files, and says what was recognised.
 pub fn read(args: &ImportCsvArgs) -> Result<Imported, Failure> {
@@ -25,19 +26,39 @@ pub fn read(args: &ImportCsvArgs) -> Result<Imported, Failure> {
         layout,
         separator: args.delimiter,
     }
-    .read()?;
+    .read()
+    .map_err(with_mapping)?;
     for note in &imported.notes {
         output::words(note);
     }
     Ok(imported)
 }
 
+/// A column that is missing may have another name: the hint says how to tell.
+fn with_mapping(error: Error) -> Failure {
+    let Problem::MissingColumn { name, found } = &error.problem else { return error.into() };
+    let is_time =
+        |theirs: &&str| ["time", "zeit", "stamp"].iter().any(|word| theirs.to_lowercase().contains(word));
+    let theirs = found.split(", ").find(is_time).filter(|_| name.starts_with("time")).unwrap_or("THEIRS");
+    let hint = format!(
+        "which column is it? --robot-map {name}={theirs} (or --features-map); the unit stands in our name"
+    );
+    Failure::new(error.to_string(), hint)
+}
+
 /// The profiles that are named, or `profiles.csv` where there are no features.
 fn profile_source(args: &ImportCsvArgs) -> Result<Option<ProfileSource>, Failure> {
     let usual = Path::new("profiles.csv");
+    let is_there = |file: &Path| args.src.join(file).exists();
+    if args.profiles.is_none() && !is_there(&args.features) && !is_there(usual) {
+        return Err(Failure::new(
+            format!("{}: there is neither {} nor profiles.csv", args.src.display(), args.features.display()),
+            "name the file of the sensor: --profiles FILE for whole profiles, --features FILE for seam points",
+        ));
+    }
     let file = match &args.profiles {
         Some(file) => file,
-        None if !args.src.join(&args.features).exists() && args.src.join(usual).exists() => usual,
+        None if !is_there(&args.features) => usual,
         None => return Ok(None),
     };
     let even =

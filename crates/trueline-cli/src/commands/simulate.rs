@@ -17,7 +17,7 @@ const RANDOM_OFFSET_S: f64 = 1.0;
 /// Runs the command.
 pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     if let Some(pieces) = args.production.production {
-        return simulate_production::run(&args.production, pieces, &args.out, args.seed, args.quiet);
+        return simulate_production::run(&args.production, pieces, args);
     }
     if let Some(folder) = &args.plan {
         return follow(args, planned_scan::read(folder, args.exact_guess, args.seed)?);
@@ -51,7 +51,7 @@ fn write(args: &SimulateArgs, recording: &Recording) -> Result<ExitCode, Failure
     if recording.features.is_empty() {
         return Err(Failure::new("the sensor never sees the line", "a longer duration or less tilt helps"));
     }
-    folder::write(&args.out, recording)?;
+    folder::write_whole(&args.out, recording, args.force)?;
     if !args.quiet {
         output::words(&format!(
             "{}: {} robot poses, {} features, time offset {} ms",

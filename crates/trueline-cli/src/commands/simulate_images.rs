@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::progress;
 use std::process::ExitCode;
-use trueline_dataset::folder;
+use trueline_dataset::{WholeFolder, folder};
 use trueline_sim::faults::Event;
 use trueline_sim::images::{WrittenPictures, write_pictures};
 use trueline_sim::{Fault, Joint, PictureScan, Scenario, simulate_with_faults};
@@ -19,11 +19,13 @@ pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure
     if let Some(truth) = recording.truth.as_mut().filter(|_| !scan.lines().is_empty()) {
         truth.lines = scan.lines();
     }
-    folder::write(&args.out, &recording)?;
+    let whole = WholeFolder::begin(&args.out, args.force)?;
+    folder::write(whole.path(), &recording)?;
     let bar = progress::bar(scan.exposures().len() as u64, "pictures", args.quiet);
-    let written = write_pictures(&args.out, &scan, &|| bar.inc(1));
+    let written = write_pictures(whole.path(), &scan, &|| bar.inc(1));
     bar.finish_and_clear();
     let WrittenPictures { pictures, with_seam } = written?;
+    whole.finish()?;
     if !args.quiet {
         output::words(&format!(
             "{}: {} robot poses, {pictures} pictures, the seam in {with_seam} of them, time offset {} ms",

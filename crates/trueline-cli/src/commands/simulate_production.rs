@@ -1,27 +1,21 @@
 //! `trueline simulate --production`.
 
-use crate::args::ProductionArgs;
+use crate::args::{ProductionArgs, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
-use std::path::Path;
 use std::process::ExitCode;
 use trueline_dataset::folder;
 use trueline_sim::production::{Production, piece};
 
 /// Writes so many welds.
-pub fn run(
-    args: &ProductionArgs,
-    pieces: u32,
-    out: &Path,
-    seed: u64,
-    quiet: bool,
-) -> Result<ExitCode, Failure> {
+pub fn run(args: &ProductionArgs, pieces: u32, of: &SimulateArgs) -> Result<ExitCode, Failure> {
+    let out = &of.out;
     let production = Production { change: args.change, ..args.layout.production() };
     for number in 0..pieces {
-        let recording = piece(&production, number as usize, seed);
-        folder::write(&out.join(format!("weld-{number:04}")), &recording)?;
+        let recording = piece(&production, number as usize, of.seed);
+        folder::write_whole(&out.join(format!("weld-{number:04}")), &recording, of.force)?;
     }
-    if !quiet {
+    if !of.quiet {
         output::words(&format!(
             "{}: {pieces} welds; watch them with --calibration {}, the truth of the first",
             out.display(),

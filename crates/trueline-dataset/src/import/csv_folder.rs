@@ -109,6 +109,9 @@ impl CsvFolder {
             notes,
         )?;
         let Some(format) = source.format.or_else(|| ProfileFormat::recognised(&bytes)) else {
+            if begins_with_numbers(&bytes) {
+                return Err(Error::in_file(&source.file, Problem::UnknownProfileFormat));
+            }
             let renaming =
                 Renaming { map: &self.features_map, layout: None, is_ours: &profiles_csv::is_column };
             let table = self.table(&source.file, &renaming, notes)?;
@@ -164,6 +167,15 @@ impl CsvFolder {
     }
 }
 
+/// Whether the first line has no names.
+fn begins_with_numbers(bytes: &[u8]) -> bool {
+    let line = bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let line = String::from_utf8_lossy(line);
+    let mut fields =
+        line.split([',', ';', '\t', ' ']).map(str::trim).filter(|field| !field.is_empty()).peekable();
+    fields.peek().is_some() && fields.all(|field| field.parse::<f64>().is_ok())
+}
+
 /// The error with the header that the user's file has.
 fn in_their_words(mut error: Error, table: &ForeignTable) -> Error {
     if let Problem::MissingColumn { found, .. } | Problem::NoRotation { found } = &mut error.problem {
@@ -179,6 +191,6 @@ fn in_their_words(mut error: Error, table: &ForeignTable) -> Error {
 pub fn bytes_of(file: &Path) -> Result<Vec<u8>, Error> {
     fs::read(file).map_err(|error| {
         let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
+        Error::in_file(file, if missing { Problem::NoSuchFile } else { Problem::Io(error) })
     })
 }

@@ -27,7 +27,7 @@ impl Rows {
     pub fn open(file: &Path) -> Result<Self, Error> {
         let bytes = fs::read(file).map_err(|error| {
             let missing = error.kind() == std::io::ErrorKind::NotFound;
-            Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
+            Error::in_file(file, if missing { Problem::NoSuchFile } else { Problem::Io(error) })
         })?;
         Ok(Self { file: file.to_owned(), text: utf8(file, bytes)? })
     }

@@ -15,6 +15,8 @@ pub struct Choice {
     pub base_frame: Option<String>,
     /// The frame whose pose the robot reports.
     pub tool_frame: Option<String>,
+    /// The text of the robot's URDF, with which joint angles become poses.
+    pub urdf: Option<String>,
     /// The clock that stamps.
     pub clock: StampClock,
     /// Whether pictures that are compressed with losses are taken.

@@ -1,5 +1,6 @@
 //! Which of the topics and frames of a recording are meant: the user's word, or the only possibility. Never a guess.
 
+use crate::import::arm::Arm;
 use crate::import::choice::Choice;
 use crate::import::transform_chain::{Step, path};
 use crate::import_error::ImportError;
@@ -18,6 +19,8 @@ pub enum RobotSource {
     Poses { topic: String, base: Option<String> },
     /// In transforms.
     Chain(Chain),
+    /// In joint angles.
+    Joints { topic: String, arm: Arm },
 }
 
 /// Transforms that lead from one frame to another.
@@ -81,6 +84,9 @@ fn seen(survey: &Survey, choice: &Choice) -> Result<Option<String>, ImportError>
 }
 
 fn robot(survey: &Survey, choice: &Choice) -> Result<RobotSource, ImportError> {
+    if let Some(urdf) = &choice.urdf {
+        return joints(survey, choice, urdf);
+    }
     if let Some(topic) = &choice.pose_topic {
         return named_robot(survey, choice, topic);
     }
@@ -101,6 +107,24 @@ fn robot(survey: &Survey, choice: &Choice) -> Result<RobotSource, ImportError> {
         Some(topic) => Ok(RobotSource::Poses { topic, base: frame(choice.base_frame.as_ref()) }),
         None => Err(no_robot(survey)),
     }
+}
+
+/// The topic of joint angles, and what they mean.
+fn joints(survey: &Survey, choice: &Choice, urdf: &str) -> Result<RobotSource, ImportError> {
+    const WANTED: &str = "joint angles";
+    let mut candidates = names(survey, &[Kind::JointStates]);
+    let topic = match &choice.pose_topic {
+        Some(topic) if candidates.contains(topic) => topic.clone(),
+        Some(topic) => {
+            return Err(ImportError::NoTopic { topic: topic.clone(), wanted: WANTED, candidates });
+        }
+        None if candidates.len() > 1 => {
+            return Err(ImportError::SeveralTopics { wanted: WANTED, candidates });
+        }
+        None => candidates.pop().ok_or(ImportError::NoJointAngles)?,
+    };
+    let arm = Arm::of(urdf, choice.base_frame.as_deref(), choice.tool_frame.as_deref())?;
+    Ok(RobotSource::Joints { topic, arm })
 }
 
 fn no_robot(survey: &Survey) -> ImportError {

@@ -6,7 +6,8 @@ use crate::import::stored_picture::{MessageType, StoredPicture};
 use crate::import::transform_chain::Samples;
 use crate::import_error::ImportError;
 use crate::message::content::{
-    Content, FrameStamps, Kind, PictureOrigin, StampedPicture, StampedPose, StampedProfile, StampedTransform,
+    Content, FrameStamps, JointStates, Kind, PictureOrigin, StampedPicture, StampedPose, StampedProfile,
+    StampedTransform,
 };
 use crate::message::content_error::ContentError;
 use crate::message::decode::{decode, kind};
@@ -25,6 +26,8 @@ pub struct Collector<'a> {
     numbers: HashMap<String, u64>,
     base: Option<String>,
     pub robot: Vec<RobotSample>,
+    /// Messages of joints that are not the arm's.
+    pub of_other_joints: usize,
     /// Of each step of the chain.
     pub transforms: Vec<Samples>,
     pub pictures: Vec<StoredPicture>,
@@ -43,7 +46,7 @@ impl<'a> Collector<'a> {
         let (steps, base) = match &chosen.robot {
             RobotSource::Chain(chain) => (chain.steps.len(), None),
             RobotSource::Poses { base, .. } => (0, base.clone()),
-            RobotSource::Own => (0, None),
+            RobotSource::Own | RobotSource::Joints { .. } => (0, None),
         };
         Self {
             chosen,
@@ -53,6 +56,7 @@ impl<'a> Collector<'a> {
             numbers: HashMap::new(),
             base,
             robot: Vec::new(),
+            of_other_joints: 0,
             transforms: vec![Vec::new(); steps],
             pictures: Vec::new(),
             origins: BTreeMap::new(),
@@ -78,7 +82,7 @@ impl<'a> Collector<'a> {
             }
             Kind::Transforms => match &self.chosen.robot {
                 RobotSource::Own => message.topic == OWN_POSES,
-                RobotSource::Poses { .. } => false,
+                RobotSource::Poses { .. } | RobotSource::Joints { .. } => false,
                 RobotSource::Chain(chain) => {
                     let only = chain.only.as_deref();
                     only.is_none_or(|only| only == message.topic || is_static_topic(message.topic))
@@ -88,7 +92,10 @@ impl<'a> Collector<'a> {
             Kind::Profile => self.chosen.profiles.as_deref() == Some(message.topic),
             Kind::Features | Kind::Frame => true,
             Kind::RobotClocks => self.clock == StampClock::Ptp,
-            Kind::JointStates | Kind::Other => false,
+            Kind::JointStates => {
+                matches!(&self.chosen.robot, RobotSource::Joints { topic, .. } if topic == message.topic)
+            }
+            Kind::Other => false,
         }
     }
 
@@ -122,7 +129,8 @@ impl<'a> Collector<'a> {
             Content::RobotClocks(steady_ns, ptp_ns) => {
                 self.ptp_ns.extend(ptp_ns.map(|ptp_ns| (steady_ns, ptp_ns)));
             }
-            Content::JointStates(_) | Content::Other => {}
+            Content::JointStates(states) => self.add_joints(message.topic, &states)?,
+            Content::Other => {}
         }
         Ok(())
     }
@@ -135,6 +143,20 @@ impl<'a> Collector<'a> {
         }
         let (stamp_ns, base_from_tool) = (pose.stamp_ns, pose.pose);
         self.robot.push(RobotSample { stamp_ns, device_ns: None, base_from_tool });
+        Ok(())
+    }
+
+    fn add_joints(&mut self, topic: &str, states: &JointStates) -> Result<(), ImportError> {
+        let RobotSource::Joints { arm, .. } = &self.chosen.robot else { return Ok(()) };
+        let pose = arm
+            .base_from_tool(states)
+            .map_err(|joint| ImportError::JointMissing { topic: topic.to_owned(), joint })?;
+        match pose {
+            Some(base_from_tool) => {
+                self.robot.push(RobotSample { stamp_ns: states.stamp_ns, device_ns: None, base_from_tool });
+            }
+            None => self.of_other_joints += 1,
+        }
         Ok(())
     }
 

@@ -141,6 +141,21 @@ fn robot(
             format!("{} → {}", chain.base, chain.tool)
         }
         RobotSource::Poses { topic, .. } => topic.clone(),
+        RobotSource::Joints { topic, arm } => {
+            notes.push(format!(
+                "{} robot poses are those of `{}` in `{}` by the URDF",
+                robot.len(),
+                arm.tool,
+                arm.base
+            ));
+            if collected.of_other_joints > 0 {
+                notes.push(format!(
+                    "{} messages are of other joints and were left out",
+                    collected.of_other_joints
+                ));
+            }
+            topic.clone()
+        }
         RobotSource::Own => {
             notes.extend(sort(&mut robot, |s| s.stamp_ns, WHAT));
             notes.extend(repetitions(&robot, |s| s.stamp_ns, WHAT));

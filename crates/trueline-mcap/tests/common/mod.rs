@@ -281,7 +281,7 @@ pub struct Unpacked {
 
 /// Makes a dataset folder of a recording, and holds the folder against what was read: reading it gives the same numbers.
 pub fn unpack(path: &Path, choice: &Choice, out: &Path) -> Result<Unpacked, ImportError> {
-    let folder = DatasetFolder::begin(out)?;
+    let folder = DatasetFolder::begin(out, false)?;
     let imported = import(path, choice)?;
     folder.write(&imported)?;
     let recording = &imported.in_written_form().unwrap();

@@ -46,7 +46,7 @@ pub(super) fn blocks(c: &Calibration, images_ahead_s: Option<f64>) -> Vec<Block>
             bad: false,
         });
     }
-    blocks.extend(offset_s.into_iter().flat_map(use_of_offset));
+    blocks.extend(offset_s.into_iter().flat_map(|offset_s| use_of_offset(offset_s, c.status())));
     if (ROTATION..LINES).all(|k| c.is_known(k)) {
         let forms = forms(&Mounting::new(c.best_fit().tool_from_camera, offset_s));
         let label = match c.status() {
@@ -59,17 +59,18 @@ pub(super) fn blocks(c: &Calibration, images_ahead_s: Option<f64>) -> Vec<Block>
 }
 
 /// What to do with the time offset.
-fn use_of_offset(offset_s: f64) -> [Block; 2] {
+fn use_of_offset(offset_s: f64, status: Status) -> [Block; 2] {
+    let label = match status {
+        Status::Accepted => "How to use the time offset, to copy",
+        Status::NotAccepted => "How to use the time offset (not accepted), to copy",
+    };
     let snippet = |snippet: time_offset::Snippet| Form {
         name: snippet.language,
         convention: "The pose at the true exposure, then the transform: a seam point in base.",
         text: snippet.text,
     };
     let forms = time_offset::snippets(offset_s).into_iter().map(snippet).collect();
-    [
-        Block::Choice { label: "How to use the time offset, to copy", forms },
-        Block::List(time_offset::advice(offset_s).to_vec()),
-    ]
+    [Block::Choice { label, forms }, Block::List(time_offset::advice(offset_s).to_vec())]
 }
 
 /// All ways to write the transform that have a place for it.

@@ -1,0 +1,145 @@
+//! What a user can do about a problem.
+
+use crate::error::Problem;
+
+impl Problem {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        let text = match self {
+            Self::Missing => {
+                "a dataset folder has sensor.toml, robot.csv and features.csv, or pictures that images/index.csv names"
+            }
+            Self::Io(_) => "check the path and its permissions",
+            Self::AlreadyExists => {
+                "name a new folder or file; folders of commands with --force are replaced by it"
+            }
+            Self::NotOurs { .. } => {
+                "move it away, or name a new folder: only what trueline writes is replaced"
+            }
+            Self::NoSuchFile => "check its name, and the folder that this is run in",
+            Self::NotUtf8 => {
+                "save it as UTF-8 text; letters like µ, ° or ü, written by an older program, are what usually is not"
+            }
+            Self::NoHeader => {
+                "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"
+            }
+            Self::OtherTable { .. } => "are robot.csv and features.csv swapped?",
+            Self::NoRows => "was the recording stopped before it began?",
+            Self::MissingColumn { .. } => "columns are found by name; their order does not matter",
+            Self::UnknownColumn { .. } => {
+                "correct its name or remove the column, nothing is ignored silently; `trueline import csv` takes the names and units of \
+                 other programs"
+            }
+            Self::DuplicateColumn => "keep one of the two; the same quantity in two units counts as two",
+            Self::NoUnit { .. } => {
+                "the name of a column carries its unit, for example _mm, _m, _s, _ms or _ns"
+            }
+            Self::FieldCount { .. } => "is the line cut off, or is a decimal comma used?",
+            Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
+            Self::NotFinite { .. } => "leave out rows without a measurement instead of writing nan",
+            Self::NotACount { .. } => "line and frame are numbered 0, 1, 2, …",
+            Self::NotAPlate { .. } | Self::PlateTwice { .. } | Self::StripeWithoutLength => {
+                "a seam is where two plates meet, 0 and 1; each stripe is two points of it, apart from each other"
+            }
+            Self::StripesWithoutLaserPlane => "give [laser_plane] in sensor.toml",
+            Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
+            Self::NoNumberInName
+            | Self::NumberTwice { .. }
+            | Self::NotAFileName { .. }
+            | Self::Picture { .. }
+            | Self::NotGray { .. } => self.picture_hint(),
+            Self::TimeRunsBackwards { .. } => {
+                "did the clock jump, or were two recordings joined? sort or split the recording"
+            }
+            Self::MixedDecimals { .. } => {
+                "is there a thousands separator? write every number with the same decimal sign, and none for thousands"
+            }
+            Self::NoRotation { .. }
+            | Self::TwoRotations { .. }
+            | Self::AmbiguousAngles
+            | Self::NoRotationMatrix { .. }
+            | Self::QuaternionNotUnit { .. } => self.rotation_hint(),
+            Self::NoProfileTimes
+            | Self::NoColumnPositions
+            | Self::UnknownProfileFormat
+            | Self::OnlyProfiles
+            | Self::Ply(_) => self.profile_hint(),
+            Self::Unreadable { hint, .. } => hint,
+            Self::Csv(_) => "the file should be UTF-8 text with one header line, separated by commas",
+            Self::Toml(_) | Self::Value { .. } => {
+                "compare with a file that trueline has written: `trueline simulate` writes datasets, `trueline plan --example` a cell"
+            }
+            Self::MissingCalibration
+            | Self::MissingReference
+            | Self::NoResult(_)
+            | Self::NewerResult { .. }
+            | Self::NotCalibrated { .. } => self.calibration_hint(),
+            Self::PointRepeated => "leave one of the two out",
+            Self::ForeignRow { .. } => "is this the right file for this format?",
+            Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",
+        };
+        text.to_owned()
+    }
+
+    fn calibration_hint(&self) -> &'static str {
+        match self {
+            Self::MissingCalibration => "`trueline calibrate DATASET --json result.json` writes one",
+            Self::MissingReference => {
+                "a reference is a CSV of points x_mm,y_mm,z_mm along the seam, or a TOML with [[lines]] or [circle]"
+            }
+            Self::NoResult(_) => "a file that does not end in .json is read as TOML, like initial.toml",
+            Self::NewerResult { .. } => "a newer trueline wrote it: use that, or calibrate again",
+            _ => "calibrate from a scan that shows everything: `trueline plan` helps",
+        }
+    }
+
+    fn picture_hint(&self) -> &'static str {
+        match self {
+            Self::NoNumberInName => {
+                "pictures without index.csv are named 000001.png, 000002.png, …, or by their stamps"
+            }
+            Self::NumberTwice { .. } => "the last number in each name must be its own",
+            Self::NotAFileName { .. } => "pictures lie in images/, beside index.csv; give their names alone",
+            Self::NotGray { .. } => {
+                "convert it, for example: magick in.png -colorspace gray -depth 8 out.png"
+            }
+            _ => {
+                "pictures are PNG, JPEG, TIFF or BMP; if the recording was cut off, leave the row of the broken one out of index.csv"
+            }
+        }
+    }
+
+    fn profile_hint(&self) -> &'static str {
+        match self {
+            Self::NoProfileTimes => {
+                "give the stamp of the first and the rate (--profile-start-s, --profile-rate-hz), or a file with one stamp for each \
+                 (--profile-times)"
+            }
+            Self::OnlyProfiles => "`trueline features DATASET` finds the seam and writes features.csv",
+            Self::UnknownProfileFormat => {
+                "name it: --profile-format keyence-lj-x, wenglor, … or rows; --help lists all"
+            }
+            Self::NoColumnPositions => "give them: --x-start-mm and --x-step-mm",
+            _ => "ascii or binary PLY with properties x and z of one element `vertex` is read",
+        }
+    }
+
+    fn rotation_hint(&self) -> &'static str {
+        match self {
+            Self::QuaternionNotUnit { .. } => {
+                "the order is w, x, y, z; is it perhaps x, y, z, w, or Euler angles?"
+            }
+            Self::AmbiguousAngles => {
+                "Yaskawa: euler_xyz_fixed_1_deg, _2_deg, _3_deg; Staubli: euler_xyz_intrinsic_1_deg, …; a rotation vector is in rad"
+            }
+            Self::NoRotationMatrix { .. } => {
+                "rows are r11 r12 r13, …; columns are the axes of the tool in base"
+            }
+            _ => {
+                "give one of: qw, qx, qy, qz; q1 … q4 (w first); a_deg, b_deg, c_deg (KUKA); w_deg, p_deg, r_deg (FANUC); roll_deg, \
+                 pitch_deg, yaw_deg; rx_rad, ry_rad, rz_rad (rotation vector); r11 … r33; euler_zyx_intrinsic_1_deg, _2_deg, _3_deg"
+            }
+        }
+    }
+}

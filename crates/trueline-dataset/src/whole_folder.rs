@@ -1,0 +1,124 @@
+//! A folder of results that appears as a whole or not at all.
+
+use crate::error::{Error, Problem};
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What commands write into a folder, pictures aside; only such files and folders are ever replaced.
+const OURS: [&str; 12] = [
+    "sensor.toml",
+    "robot.csv",
+    "features.csv",
+    "stripes.csv",
+    "profiles.csv",
+    "initial.toml",
+    "truth.toml",
+    "truth_features.csv",
+    "images",
+    "index.csv",
+    "report.html",
+    "result.json",
+];
+
+/// A folder in the making, beside where it is to be.
+#[derive(Debug)]
+pub struct WholeFolder {
+    target: PathBuf,
+    unfinished: PathBuf,
+    finished: bool,
+}
+
+impl WholeFolder {
+    /// Begins. The target must not exist, or be empty, unless it may be replaced; what an interrupted run left beside it is
+    /// removed.
+    ///
+    /// # Errors
+    /// A target that is in use; one that has anything in it that trueline does not write; what cannot be made.
+    pub fn begin(target: &Path, replace: bool) -> Result<Self, Error> {
+        let is_used = fs::read_dir(target).map_or(target.exists(), |mut entries| entries.next().is_some());
+        if is_used && !replace {
+            return Err(Error::in_file(target, Problem::AlreadyExists));
+        }
+        check_is_ours(target)?;
+        let unfinished = beside(target, "unfinished");
+        check_is_ours(&unfinished)?;
+        removed(&unfinished)?;
+        fs::create_dir_all(&unfinished).map_err(|error| Error::in_file(&unfinished, Problem::Io(error)))?;
+        Ok(Self { target: target.to_owned(), unfinished, finished: false })
+    }
+
+    /// Where to write.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.unfinished
+    }
+
+    /// Gives the folder its name; what it replaces is removed when it is there.
+    ///
+    /// # Errors
+    /// What the operating system says; then the target is as it was.
+    pub fn finish(mut self) -> Result<(), Error> {
+        let renamed = |from: &Path, to: &Path| {
+            fs::rename(from, to).map_err(|error| Error::in_file(to, Problem::Io(error)))
+        };
+        let replaced = beside(&self.target, "replaced");
+        let was_there = self.target.exists();
+        if was_there {
+            removed(&replaced)?;
+            renamed(&self.target, &replaced)?;
+        }
+        if let Err(error) = renamed(&self.unfinished, &self.target) {
+            if was_there {
+                renamed(&replaced, &self.target)?;
+            }
+            return Err(error);
+        }
+        self.finished = true;
+        removed(&replaced)
+    }
+}
+
+impl Drop for WholeFolder {
+    fn drop(&mut self) {
+        if !self.finished {
+            // It is told already why there is no folder.
+            drop(fs::remove_dir_all(&self.unfinished));
+        }
+    }
+}
+
+fn beside(target: &Path, what: &str) -> PathBuf {
+    let mut name = target.file_name().unwrap_or_else(|| OsStr::new("out")).to_owned();
+    name.push(".");
+    name.push(what);
+    target.with_file_name(name)
+}
+
+fn removed(folder: &Path) -> Result<(), Error> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(Error::in_file(folder, Problem::Io(error)))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a file, and a folder in which there is anything else than what commands write.
+fn check_is_ours(folder: &Path) -> Result<(), Error> {
+    if folder.is_file() {
+        return Err(Error::in_file(folder, Problem::AlreadyExists));
+    }
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let is_picture = Path::new(&name).extension().is_some_and(|end| end == "png");
+        if !OURS.contains(&name.as_str()) && !is_picture {
+            return Err(Error::in_file(folder, Problem::NotOurs { other: name }));
+        }
+        if name == "images" {
+            check_is_ours(&entry.path())?;
+        }
+    }
+    Ok(())
+}
