@@ -108,18 +108,19 @@ fn coloured_line(line: &str) -> String {
 }
 
 /// A file that a user named as output. It appears whole or not at all: what was there before stays until then.
-pub fn file(path: &Path, text: &str) -> Result<(), Failure> {
+pub fn file(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+    let content = content.as_ref();
     let cannot = |error: std::io::Error| Failure::cannot_write(path, &error);
     // Pipes and devices have no whole that could appear.
     if std::fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
-        return std::fs::write(path, text).map_err(cannot);
+        return std::fs::write(path, content).map_err(cannot);
     }
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.unfinished", std::process::id()));
     let unfinished = path.with_file_name(name);
-    let written = std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, path));
+    let written = std::fs::write(&unfinished, content).and_then(|()| std::fs::rename(&unfinished, path));
     if written.is_ok() {
-        detail(&format!("written: {}, {} bytes", path.display(), text.len()));
+        detail(&format!("written: {}, {} bytes", path.display(), content.len()));
     }
     written.map_err(|error| {
         // Why it cannot be written is told; that the rest of it cannot be removed would say nothing more.

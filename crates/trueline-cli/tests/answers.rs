@@ -219,6 +219,8 @@ fn the_demo_keeps_its_scan_and_says_what_to_try_next() {
     succeeds(dir.path(), "calibrate trueline-demo/scan -q");
     succeeds(dir.path(), "export trueline-demo/result.json --as kuka -q");
     succeeds(dir.path(), "apply trueline-demo/scan -c trueline-demo/result.json -o seam.csv -q");
+    succeeds(dir.path(), "apply trueline-demo/scan -c trueline-demo/result.json -o seam.mcap -q");
+    assert!(fs::read(dir.path().join("seam.mcap")).unwrap().starts_with(b"\x89MCAP"));
     // A second run replaces what the first wrote and touches nothing else.
     fs::write(dir.path().join("trueline-demo/mine.txt"), "kept").unwrap();
     succeeds(dir.path(), "demo -q");

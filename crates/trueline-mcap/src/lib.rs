@@ -55,4 +55,5 @@ pub use write::entry::{
 pub use write::log_writer;
 pub use write::record_error::RecordError;
 pub use write::recorder::{Recorded, Recorder, RecorderHandle, RecorderState};
+pub use write::seam_points::{ImagePoints, SEAM_TOPIC, seam_points};
 pub use write::sink::Sink;

@@ -7,8 +7,10 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   trueline apply weld --calibration result.json --out seam.csv
   trueline apply recording.mcap --calibration result.json --out seam.ply
+  trueline apply weld --calibration result.json --out seam.mcap
 
-CSV: time_s,frame,line,x_mm,y_mm,z_mm. PLY: metres. Coordinates are in the
+CSV: time_s,frame,line,x_mm,y_mm,z_mm. PLY: metres.
+MCAP: foxglove.PointCloud on /seam_points, metres, in frame base. Coordinates are in the
 robot's base; time_s is the true exposure by the robot's clock, the stamp minus
 the time offset; images without a frame counter are numbered from 0.
 
@@ -19,7 +21,7 @@ pub struct ApplyArgs {
     /// The JSON of `trueline calibrate --json`, or a TOML like initial.toml
     #[arg(long)]
     pub calibration: PathBuf,
-    /// File to write: .csv or .ply; - is CSV on stdout
+    /// File to write: .csv, .ply or .mcap; - is CSV on stdout
     #[arg(long)]
     pub out: PathBuf,
     /// Print no summary

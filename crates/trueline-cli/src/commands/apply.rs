@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use trueline_dataset::{Recording, calibration_file};
 use trueline_export::points::{self, PlacedPoint};
 use trueline_export::time_offset;
+use trueline_mcap::ImagePoints;
 use trueline_method::Config;
 use trueline_method::evaluate::seam_points::{self, SeamPoints};
 
@@ -27,11 +28,10 @@ pub fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
         ));
     }
     let placed = placed(&recording, &seam, known.time_offset_s);
-    let text = write(&placed);
     if args.out == Path::new("-") {
-        output::data(&text)?
+        output::data(&points::csv(&placed))?;
     } else {
-        output::file(&args.out, &text)?
+        output::file(&args.out, write(&placed)?)?;
     }
     if !args.quiet {
         output::words(&format!(
@@ -49,14 +49,29 @@ pub fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// What makes a file of points.
+type Writer = fn(&[PlacedPoint]) -> Result<Vec<u8>, Failure>;
+
+/// A cloud for each image.
+fn mcap(placed: &[PlacedPoint]) -> Result<Vec<u8>, Failure> {
+    let images = placed.chunk_by(|a, b| a.exposed_ns == b.exposed_ns).map(|image| ImagePoints {
+        exposed_ns: image[0].exposed_ns,
+        in_base_m: image.iter().map(|point| point.in_base_m).collect(),
+    });
+    trueline_mcap::seam_points(&images.collect::<Vec<_>>()).map_err(|error| {
+        Failure::new(format!("the points cannot be written as MCAP: {error}"), "--out seam.csv works")
+    })
+}
+
 /// What writes the file of a name; known before the work is done.
-fn writer(out: &Path) -> Result<fn(&[PlacedPoint]) -> String, Failure> {
+fn writer(out: &Path) -> Result<Writer, Failure> {
     match out.extension().and_then(|extension| extension.to_str()) {
-        Some("csv") => Ok(points::csv),
-        Some("ply") => Ok(points::ply),
-        _ if out == Path::new("-") => Ok(points::csv),
+        Some("csv") => Ok(|placed| Ok(points::csv(placed).into_bytes())),
+        Some("ply") => Ok(|placed| Ok(points::ply(placed).into_bytes())),
+        Some("mcap") => Ok(mcap),
+        _ if out == Path::new("-") => Ok(|placed| Ok(points::csv(placed).into_bytes())),
         _ => Err(Failure::new(
-            format!("`--out {}`: expected a file that ends in .csv or .ply", out.display()),
+            format!("`--out {}`: expected a file that ends in .csv, .ply or .mcap", out.display()),
             "for example --out seam.csv",
         )),
     }

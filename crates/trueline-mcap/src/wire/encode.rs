@@ -173,7 +173,8 @@ fn feature(feature: &Feature) -> proto::Feature {
 }
 
 /// For viewers only, which know the years 1970 to 2106; what is read back is the time of the message.
-fn timestamp(ns: i64) -> Timestamp {
+/// A stamp as Foxglove has it.
+pub fn timestamp(ns: i64) -> Timestamp {
     let seconds = u32::try_from(ns.div_euclid(1_000_000_000)).unwrap_or(0);
     Timestamp::new(seconds, ns.rem_euclid(1_000_000_000) as u32)
 }
