@@ -108,7 +108,7 @@ fn coloured_line(line: &str) -> String {
 }
 
 /// A file that a user named as output. It appears whole or not at all: what was there before stays until then.
-pub fn file(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Failure> {
+pub fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
     let content = content.as_ref();
     let cannot = |error: std::io::Error| Failure::cannot_write(path, &error);
     // Pipes and devices have no whole that could appear.

@@ -7,34 +7,19 @@ impl Problem {
     #[must_use]
     pub fn hint(&self) -> String {
         let text = match self {
-            Self::Missing => {
-                "a dataset folder has sensor.toml, robot.csv and features.csv, or pictures that images/index.csv names"
-            }
-            Self::Io(_) => "check the path and its permissions",
-            Self::AlreadyExists => {
-                "name a new folder or file; folders of commands with --force are replaced by it"
-            }
-            Self::NotOurs { .. } => {
-                "move it away, or name a new folder: only what trueline writes is replaced"
-            }
-            Self::NoSuchFile => "check its name, and the folder that this is run in",
-            Self::NotUtf8 => {
-                "save it as UTF-8 text; letters like µ, ° or ü, written by an older program, are what usually is not"
-            }
-            Self::NoHeader => {
-                "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"
-            }
-            Self::OtherTable { .. } => "are robot.csv and features.csv swapped?",
-            Self::NoRows => "was the recording stopped before it began?",
-            Self::MissingColumn { .. } => "columns are found by name; their order does not matter",
-            Self::UnknownColumn { .. } => {
-                "correct its name or remove the column, nothing is ignored silently; `trueline import csv` takes the names and units of \
-                 other programs"
-            }
-            Self::DuplicateColumn => "keep one of the two; the same quantity in two units counts as two",
-            Self::NoUnit { .. } => {
-                "the name of a column carries its unit, for example _mm, _m, _s, _ms or _ns"
-            }
+            Self::Missing
+            | Self::Io(_)
+            | Self::AlreadyExists
+            | Self::NotOurs { .. }
+            | Self::NoSuchFile
+            | Self::NotUtf8
+            | Self::NoHeader
+            | Self::OtherTable { .. }
+            | Self::NoRows => self.file_hint(),
+            Self::MissingColumn { .. }
+            | Self::UnknownColumn { .. }
+            | Self::DuplicateColumn
+            | Self::NoUnit { .. } => self.column_hint(),
             Self::FieldCount { .. } => "is the line cut off, or is a decimal comma used?",
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
             Self::NotFinite { .. } => "leave out rows without a measurement instead of writing nan",
@@ -80,6 +65,42 @@ impl Problem {
             Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",
         };
         text.to_owned()
+    }
+
+    fn file_hint(&self) -> &'static str {
+        match self {
+            Self::Missing => {
+                "a dataset folder has sensor.toml, robot.csv and features.csv, or pictures that images/index.csv names"
+            }
+            Self::Io(_) => "check the path and its permissions",
+            Self::AlreadyExists => {
+                "name a new folder or file; folders of commands with --force are replaced by it"
+            }
+            Self::NotOurs { .. } => {
+                "move it away, or name a new folder: only what trueline writes is replaced"
+            }
+            Self::NoSuchFile => "check its name, and the folder that this is run in",
+            Self::NotUtf8 => {
+                "save it as UTF-8 text; letters like µ, ° or ü, written by an older program, are what usually is not"
+            }
+            Self::NoHeader => {
+                "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"
+            }
+            Self::OtherTable { .. } => "are robot.csv and features.csv swapped?",
+            _ => "was the recording stopped before it began?",
+        }
+    }
+
+    fn column_hint(&self) -> &'static str {
+        match self {
+            Self::MissingColumn { .. } => "columns are found by name; their order does not matter",
+            Self::UnknownColumn { .. } => {
+                "correct its name or remove the column, nothing is ignored silently; `trueline import csv` takes the names and units of \
+                 other programs"
+            }
+            Self::DuplicateColumn => "keep one of the two; the same quantity in two units counts as two",
+            _ => "the name of a column carries its unit, for example _mm, _m, _s, _ms or _ns",
+        }
     }
 
     fn calibration_hint(&self) -> &'static str {

@@ -31,7 +31,7 @@ pub fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     if args.out == Path::new("-") {
         output::data(&points::csv(&placed))?;
     } else {
-        output::file(&args.out, write(&placed)?)?;
+        output::file(&args.out, &write(&placed)?)?;
     }
     if !args.quiet {
         output::words(&format!(

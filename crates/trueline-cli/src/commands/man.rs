@@ -24,7 +24,7 @@ fn write(command: &clap::Command, name: &str, folder: &Path) -> Result<usize, Fa
     let mut page = Vec::new();
     let manual = Man::new(command.clone());
     manual.render(&mut page).map_err(|error| Failure::cannot_write(&file, &error))?;
-    output::file(&file, &String::from_utf8_lossy(&page))?;
+    output::file(&file, &page)?;
     let below = command.get_subcommands().filter(|below| below.get_name() != "help");
     below
         .map(|below| write(below, &format!("{name}-{}", below.get_name()), folder))
