@@ -61,6 +61,7 @@ impl Calibration {
             recording: &self.recording,
             title: &format!("Calibration of {}", self.title),
             command: "trueline.calibrate(…)",
+            images_ahead_s: None,
             frames: &[],
         })
     }
