@@ -1,6 +1,6 @@
 //! Sensors drawn from their stated uncertainty, and an arm that is not where it says: is what is said of them true?
 //!
-//! `cargo run --release --example real_cells [CELLS] [nees|seam|arm|passes]` prints the figures in BENCHMARKS.md.
+//! `cargo run --release --example real_cells [CELLS] [nees|seam|arm|passes|streams]` prints the figures in BENCHMARKS.md.
 
 #![allow(clippy::print_stdout, reason = "an example prints its figures")]
 
@@ -34,6 +34,9 @@ fn main() {
     }
     if wants("passes") {
         passes(count);
+    }
+    if wants("streams") {
+        streams(count);
     }
 }
 
@@ -353,6 +356,29 @@ fn passes(count: u64) {
         println!(
             "seam that wanders by 0.1 mm over 5 mm, {passes} pass(es): normalised error squared per unknown {:.2}, median \
              error of the translation {shift_mm:.3} mm, {} of {count}",
+            mean(&values),
+            values.len()
+        );
+    }
+}
+
+/// Cameras that are faster than the robot's stream, so that frames share its samples, and a slow robot.
+fn streams(count: u64) {
+    for (camera_hz, robot_ms) in [(33.0, 4.0), (120.0, 4.0), (120.0, 12.0), (33.0, 32.0)] {
+        let mut values = Vec::new();
+        for seed in 0..count {
+            let mut cell = random_cell(&Preset::Good.scenario(), seed, 0.1);
+            cell.timing.frame_period_s = 1.0 / camera_hz;
+            cell.timing.robot_period_s = robot_ms * 1e-3;
+            let Some(recording) = simulate(&cell, seed) else { continue };
+            let Ok(c) = calibrate(&recording, None, &Config::noise_only()) else { continue };
+            let Some(truth) = recording.truth.as_ref().map(|truth| truth.parameters) else { continue };
+            let error = DVector::from_column_slice(c.best_fit().minus(&truth).as_slice());
+            let covariance = c.best_fit_covariance().view((0, 0), (7, 7)).into_owned();
+            values.extend(covariance.cholesky().map(|factor| error.dot(&factor.solve(&error)) / 7.0));
+        }
+        println!(
+            "camera of {camera_hz} Hz, robot every {robot_ms} ms: normalised error squared per unknown {:.2}, {} of {count}",
             mean(&values),
             values.len()
         );
