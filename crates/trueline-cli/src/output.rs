@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::wrapped::wrapped;
 use anstyle::{AnsiColor, Style};
+use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -12,7 +13,18 @@ use trueline_dataset::result_file::ResultFile;
 /// Words for a person: stderr.
 pub fn words(text: &str) {
     // If stderr is gone there is nobody left to tell.
-    let _ = writeln!(std::io::stderr().lock(), "{}", text.trim_end());
+    let _ = writeln!(std::io::stderr().lock(), "{}", shown(text.trim_end()));
+}
+
+/// Text without what a terminal would obey: names of files and topics are whatever strangers call them.
+pub fn shown(text: &str) -> Cow<'_, str> {
+    let obeyed = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if !text.contains(obeyed) {
+        return Cow::Borrowed(text);
+    }
+    let escaped =
+        text.chars().map(|c| if obeyed(c) { c.escape_default().to_string() } else { c.to_string() });
+    Cow::Owned(escaped.collect())
 }
 
 /// Words for a person who wants to know more, with -v.
@@ -59,7 +71,7 @@ pub fn use_colours(when: clap::ColorChoice) {
 /// A line on a terminal that the next one overwrites.
 pub fn status(text: &str) {
     let mut out = std::io::stderr().lock();
-    let _ = write!(out, "\r\x1b[2K{text}").and_then(|()| out.flush());
+    let _ = write!(out, "\r\x1b[2K{}", shown(text)).and_then(|()| out.flush());
 }
 
 /// JSON into the file that a user named; - is stdout.
@@ -87,7 +99,7 @@ pub fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
 
 /// Marks the lines that decide: good ones green, bad ones red, doubtful ones yellow.
 pub fn coloured(text: &str) -> String {
-    text.lines().map(|line| coloured_line(line) + "\n").collect()
+    shown(text).lines().map(|line| coloured_line(line) + "\n").collect()
 }
 
 fn coloured_line(line: &str) -> String {
@@ -170,4 +182,15 @@ pub fn must_not_exist(path: &Path) -> Result<(), Failure> {
         ));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shown;
+
+    #[test]
+    fn what_a_terminal_would_obey_is_written_out() {
+        assert_eq!(shown("/a\x1b[2J\x07\u{9b}31m\r"), "/a\\u{1b}[2J\\u{7}\\u{9b}31m\\r");
+        assert_eq!(shown("0.012 ± 0.003 mm\n\tµ"), "0.012 ± 0.003 mm\n\tµ");
+    }
 }

@@ -1,6 +1,7 @@
 //! Pictures decoded from whatever form they are kept in: PNG, JPEG, TIFF or BMP, gray or in colour.
 
 use crate::gray_png::Pixels;
+use crate::picture_size;
 use png::{BitDepth, ColorType, Decoder, Transformations};
 use std::io::Cursor;
 use tiff::decoder::DecodingResult;
@@ -9,9 +10,6 @@ use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
-
-/// Pictures larger than this are refused before memory is set aside for them.
-const MOST_PIXELS: usize = 1 << 28;
 
 /// A picture with its channels beside each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,7 +46,7 @@ fn jpeg(bytes: &[u8]) -> Result<DecodedPicture, String> {
     let mut decoder = JpegDecoder::new(ZCursor::new(bytes));
     decoder.decode_headers().map_err(|error| error.to_string())?;
     let (width, height) = decoder.dimensions().ok_or("it has no size")?;
-    small_enough(width, height)?;
+    picture_size::bytes([width, height], 3, bytes.len() as u64)?;
     let is_gray = decoder.input_colorspace() == Some(ColorSpace::Luma);
     let (space, channels) = if is_gray { (ColorSpace::Luma, 1) } else { (ColorSpace::RGB, 3) };
     let options = DecoderOptions::default().jpeg_set_out_colorspace(space);
@@ -62,8 +60,9 @@ fn png(bytes: &[u8]) -> Result<DecodedPicture, String> {
     decoder.set_transformations(Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(|error| error.to_string())?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
-    small_enough(width, height)?;
     let (colour, depth) = reader.output_color_type();
+    let bytes_a_pixel = colour.samples() * if depth == BitDepth::Sixteen { 2 } else { 1 };
+    picture_size::bytes([width, height], bytes_a_pixel, bytes.len() as u64)?;
     let size = reader.output_buffer_size().ok_or("it is too large")?;
     let mut raw = vec![0; size];
     reader.next_frame(&mut raw).map_err(|error| error.to_string())?;
@@ -87,7 +86,7 @@ fn tiff(bytes: &[u8]) -> Result<DecodedPicture, String> {
     let mut decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).map_err(broken)?;
     let (width, height) = decoder.dimensions().map_err(broken)?;
     let (width, height) = (width as usize, height as usize);
-    small_enough(width, height)?;
+    picture_size::bytes([width, height], 2, bytes.len() as u64)?;
     let channels = match decoder.colortype().map_err(broken)? {
         tiff::ColorType::Gray(_) => 1,
         tiff::ColorType::GrayA(_) => 2,
@@ -107,7 +106,7 @@ fn bmp(bytes: &[u8]) -> Result<DecodedPicture, String> {
     let mut decoder = BmpDecoder::new(ZCursor::new(bytes));
     decoder.decode_headers().map_err(|error| format!("{error:?}"))?;
     let (width, height) = decoder.dimensions().ok_or("it has no size")?;
-    small_enough(width, height)?;
+    picture_size::bytes([width, height], 3, bytes.len() as u64)?;
     let levels = decoder.decode().map_err(|error| format!("{error:?}"))?;
     let channels = levels.len() / (width * height).max(1);
     checked(DecodedPicture { width, height, channels, levels: Pixels::Eight(levels) })
@@ -124,9 +123,4 @@ fn checked(picture: DecodedPicture) -> Result<DecodedPicture, String> {
         return Ok(picture);
     }
     Err(format!("it has {found} levels where {} x {} pixels were expected", picture.width, picture.height))
-}
-
-fn small_enough(width: usize, height: usize) -> Result<(), String> {
-    let fits = width.checked_mul(height).is_some_and(|n| n > 0 && n <= MOST_PIXELS);
-    if fits { Ok(()) } else { Err(format!("{width} x {height} pixels cannot be read")) }
 }

@@ -4,6 +4,7 @@
 //! what could be read in two ways is an error.
 
 use crate::error::{Error, Problem};
+use crate::source_file;
 use std::fmt;
 use std::path::Path;
 
@@ -115,6 +116,7 @@ pub fn plain_csv(
     bytes: Vec<u8>,
     separator: Option<Separator>,
 ) -> Result<(Vec<u8>, Dialect), Error> {
+    source_file::expect_lines(file, &bytes)?;
     let (text, encoding) = decode(file, bytes)?;
     let separator = separator.unwrap_or_else(|| separator_of(&text));
     let decimal_comma = separator != Separator::Character(',') && has_decimal_commas(file, &text, separator)?;

@@ -1,8 +1,9 @@
 //! Features that were found in pictures, kept outside of the dataset: a folder that is only read stays as it was.
 
-use crate::error::{Error, Problem};
+use crate::error::Error;
 use crate::found_seams::FoundSeams;
 use crate::recording::Sensor;
+use crate::source_file;
 use crate::{features_csv, images, picture_source::PictureFolder, stripes_csv};
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -29,11 +30,10 @@ impl FeatureCache {
     pub fn key(dataset: &Path, pictures: &PictureFolder, how: &str) -> Result<String, Error> {
         let mut digest = Sha256::new();
         let mut add = |file: &Path| {
-            match fs::read(file) {
-                Ok(bytes) => digest.update(Sha256::digest(&bytes)),
+            match source_file::bytes_if_there(file)? {
+                Some(bytes) => digest.update(Sha256::digest(&bytes)),
                 // A picture that is not there is one without a seam.
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => digest.update(b"missing"),
-                Err(error) => return Err(Error::in_file(file, Problem::Io(error))),
+                None => digest.update(b"missing"),
             }
             Ok(())
         };

@@ -7,6 +7,7 @@ use crate::profile::Profile;
 use crate::recording::{Feature, Recording, RobotSample, Sensor};
 use crate::sensor_setup::{RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
+use crate::source_file;
 use crate::stripes_csv::{self, PlateStripe};
 use crate::whole_folder::WholeFolder;
 use crate::{features_csv, known_toml, profiles_csv, robot_csv, sensor_toml};
@@ -306,11 +307,10 @@ fn required(folder: &Path, name: &str, load: &mut Loader<'_>) -> Result<Vec<u8>,
 
 /// Reads a file as it is and notes its hash; `None` if it does not exist.
 fn load(file: &Path, name: &str, inputs: &mut BTreeMap<String, String>) -> Result<Option<Vec<u8>>, Error> {
-    let bytes = match fs::read(file) {
-        Ok(bytes) => bytes,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(Error::in_file(file, Problem::Io(error))),
-    };
+    let Some(bytes) = source_file::bytes_if_there(file)? else { return Ok(None) };
+    if name.ends_with(".csv") {
+        source_file::expect_lines(file, &bytes)?;
+    }
     inputs.insert(name.to_owned(), sha256(&bytes));
     Ok(Some(bytes))
 }

@@ -4,6 +4,7 @@ use crate::decoded_picture;
 use crate::error::{Error, Problem};
 use crate::gray_png::GrayImage;
 use crate::laser_channel::Channel;
+use crate::source_file;
 use std::path::Path;
 
 /// Whether a file's name is that of a picture: .png, .jpg, .jpeg, .tif, .tiff or .bmp.
@@ -18,10 +19,7 @@ pub fn is_picture(file: &Path) -> bool {
 /// # Errors
 /// A file that is missing or cannot be read.
 pub fn bytes(file: &Path) -> Result<Vec<u8>, Error> {
-    std::fs::read(file).map_err(|error| {
-        let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
-    })
+    source_file::bytes(file)
 }
 
 /// Decodes a picture by its first bytes, whatever its name is; `file` is for messages only.

@@ -1,9 +1,11 @@
 //! Pictures: gray PNG of 8 or 16 bits.
 
 use crate::error::{Error, Problem};
+use crate::picture_size;
+use crate::source_file;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Transformations};
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Seek};
+use std::io::{BufRead, BufReader, BufWriter, Seek, SeekFrom};
 use std::path::Path;
 
 /// Pixels of a picture, row by row.
@@ -49,26 +51,25 @@ impl GrayImage {
     }
 }
 
-/// Pictures larger than this are refused before memory is set aside for them.
-const MOST_PIXELS: usize = 1 << 28;
-
 /// Reads a gray PNG of 8 or 16 bits. `spare` is memory that may be used again.
 ///
 /// # Errors
 /// A file that is missing, no PNG, cut off, not gray, or of another depth.
 pub fn read(file: &Path, spare: &mut Vec<u8>) -> Result<GrayImage, Error> {
-    let opened = File::open(file).map_err(|error| {
-        let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(file, if missing { Problem::Missing } else { Problem::Io(error) })
-    })?;
-    decode(file, BufReader::new(opened), spare)
+    decode(file, BufReader::new(source_file::open(file)?), spare)
 }
 
 /// Decodes a gray PNG of 8 or 16 bits that begins where the reader is; `file` is what an error names.
 ///
 /// # Errors
 /// As [`read()`], but for a file that is missing.
-pub fn decode(file: &Path, input: impl BufRead + Seek, spare: &mut Vec<u8>) -> Result<GrayImage, Error> {
+pub fn decode(file: &Path, mut input: impl BufRead + Seek, spare: &mut Vec<u8>) -> Result<GrayImage, Error> {
+    let stored = input.stream_position().and_then(|start| {
+        let end = input.seek(SeekFrom::End(0))?;
+        input.seek(SeekFrom::Start(start))?;
+        Ok(end.saturating_sub(start))
+    });
+    let stored = stored.map_err(|error| Error::in_file(file, Problem::Io(error)))?;
     let broken =
         |error: png::DecodingError| Error::in_file(file, Problem::Picture { why: error.to_string() });
     let mut decoder = Decoder::new(input);
@@ -80,11 +81,9 @@ pub fn decode(file: &Path, input: impl BufRead + Seek, spare: &mut Vec<u8>) -> R
         let found = format!("{} bits, {color:?}", depth as u8);
         return Err(Error::in_file(file, Problem::NotGray { found }));
     }
-    if width.saturating_mul(height) > MOST_PIXELS {
-        let why = format!("{width} x {height} pixels are more than can be read");
-        return Err(Error::in_file(file, Problem::Picture { why }));
-    }
-    let bytes = width * height * if depth == BitDepth::Sixteen { 2 } else { 1 };
+    let bytes_a_pixel = if depth == BitDepth::Sixteen { 2 } else { 1 };
+    let bytes = picture_size::bytes([width, height], bytes_a_pixel, stored)
+        .map_err(|why| Error::in_file(file, Problem::Picture { why }))?;
     spare.resize(bytes, 0);
     reader.next_frame(spare).map_err(broken)?;
     let pixels = match depth {

@@ -1,6 +1,7 @@
 //! `images/index.csv`: the frames of a scan, and where each one's picture is.
 
 use crate::error::{Error, Problem};
+use crate::source_file;
 use crate::stamp;
 use crate::table::{ColumnSpec, Table, optional, required};
 use crate::unit::Quantity;
@@ -45,10 +46,8 @@ pub fn index_of(dataset: &Path) -> PathBuf {
 /// Anything that is not a clean table with rising stamps whose files lie in the folder of the index.
 pub fn read_index(dataset: &Path) -> Result<Vec<FrameFile>, Error> {
     let file = index_of(dataset);
-    let bytes = fs::read(&file).map_err(|error| {
-        let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(&file, if missing { Problem::Missing } else { Problem::Io(error) })
-    })?;
+    let bytes = source_file::bytes(&file)?;
+    source_file::expect_lines(&file, &bytes)?;
     let folder = dataset.join("images");
     let mut table = Table::open(&file, bytes.as_slice(), &COLUMNS)?;
     let mut frames: Vec<FrameFile> = Vec::new();

@@ -2,11 +2,11 @@
 
 use crate::error::{Error, Problem};
 use crate::sensor_toml::parse_toml;
+use crate::source_file;
 use crate::table::{ColumnSpec, Table, required};
 use crate::unit::{MM_PER_M, Quantity};
 use nalgebra::{UnitVector3, Vector3};
 use serde::Deserialize;
-use std::fs;
 use std::path::Path;
 use trueline_geometry::{Circle, Line, Polyline};
 
@@ -58,10 +58,8 @@ const COLUMNS: [ColumnSpec<'static>; 3] =
 /// # Errors
 /// A file that is missing or broken, or that names no form or two.
 pub fn read(file: &Path) -> Result<Reference, Error> {
-    let bytes = fs::read(file).map_err(|error| {
-        let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(file, if missing { Problem::MissingReference } else { Problem::Io(error) })
-    })?;
+    let bytes =
+        source_file::bytes_if_there(file)?.ok_or_else(|| Error::in_file(file, Problem::MissingReference))?;
     if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
         return parse_points(file, &bytes);
     }

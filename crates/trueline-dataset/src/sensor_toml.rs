@@ -4,6 +4,7 @@ use crate::error::{Error, Problem};
 use crate::recording::Sensor;
 use crate::sensor_setup::SensorSetup;
 use crate::setup_toml::{MountedName, RegionTable, RobotTable, ShapeTable, UncertaintyTable, setup_from};
+use crate::source_file;
 use crate::unit::MM_PER_M;
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -99,6 +100,7 @@ pub fn read(file: &Path) -> Result<SensorFile, Error> {
 /// # Errors
 /// A file that is missing, cannot be read, or is no text.
 pub fn read_text(file: &Path) -> Result<String, Error> {
+<<<<<<< HEAD
     std::fs::read_to_string(file).map_err(|error| {
         let problem = match error.kind() {
             std::io::ErrorKind::NotFound if file.file_name().is_some_and(|name| name == "sensor.toml") => {
@@ -110,6 +112,9 @@ pub fn read_text(file: &Path) -> Result<String, Error> {
         };
         Error::in_file(file, problem)
     })
+=======
+    source_file::text(file)
+>>>>>>> 5677343 (Memory is bounded by the size of what is read; names of strangers are not obeyed by the terminal)
 }
 
 /// Reads a sensor, and what its file says beside it.

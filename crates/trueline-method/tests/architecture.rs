@@ -11,6 +11,7 @@ const ALLOWED: [(&str, &[&str]); 19] = [
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline-method", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
     ("trueline-export", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
+    ("trueline-fuzz", &["trueline-dataset", "trueline-live", "trueline-mcap", "trueline-plan"]),
     (
         "trueline-experiments",
         &[

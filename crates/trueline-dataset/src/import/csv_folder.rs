@@ -10,9 +10,9 @@ use crate::profile::Profile;
 use crate::recording::{Feature, Recording, RobotSample, Sensor};
 use crate::sensor_setup::SensorSetup;
 use crate::sensor_toml::SensorFile;
+use crate::source_file;
 use crate::{features_csv, folder, profiles_csv, robot_csv, sensor_toml};
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Where the files are and what their columns mean.
@@ -189,8 +189,12 @@ fn in_their_words(mut error: Error, table: &ForeignTable) -> Error {
 /// # Errors
 /// A file that is missing or cannot be read.
 pub fn bytes_of(file: &Path) -> Result<Vec<u8>, Error> {
+<<<<<<< HEAD
     fs::read(file).map_err(|error| {
         let missing = error.kind() == std::io::ErrorKind::NotFound;
         Error::in_file(file, if missing { Problem::NoSuchFile } else { Problem::Io(error) })
     })
+=======
+    source_file::bytes(file)
+>>>>>>> 5677343 (Memory is bounded by the size of what is read; names of strangers are not obeyed by the terminal)
 }

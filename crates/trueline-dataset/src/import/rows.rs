@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Problem};
 use crate::folder::utf8;
-use std::fs;
+use crate::source_file;
 use std::path::{Path, PathBuf};
 
 /// A text file of numbers, row by row; blank lines and lines that begin with `#` are skipped.
@@ -25,10 +25,15 @@ impl Rows {
     /// # Errors
     /// A missing or unreadable file.
     pub fn open(file: &Path) -> Result<Self, Error> {
+<<<<<<< HEAD
         let bytes = fs::read(file).map_err(|error| {
             let missing = error.kind() == std::io::ErrorKind::NotFound;
             Error::in_file(file, if missing { Problem::NoSuchFile } else { Problem::Io(error) })
         })?;
+=======
+        let bytes = source_file::bytes(file)?;
+        source_file::expect_lines(file, &bytes)?;
+>>>>>>> 5677343 (Memory is bounded by the size of what is read; names of strangers are not obeyed by the terminal)
         Ok(Self { file: file.to_owned(), text: utf8(file, bytes)? })
     }
 

@@ -32,9 +32,9 @@ pub use stamps::{FeatureStream, RobotStream, Stamps, StepEntry, Stream};
 pub use time_offset_use::TimeOffsetUse;
 
 use crate::error::{Error, Problem};
+use crate::source_file;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
 /// Version of the schema that is written.
@@ -185,9 +185,9 @@ impl ResultFile {
 
 /// The text of a calibration's file.
 pub(crate) fn text_of(file: &Path) -> Result<String, Error> {
-    fs::read_to_string(file).map_err(|error| {
-        let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(file, if missing { Problem::MissingCalibration } else { Problem::Io(error) })
+    source_file::text(file).map_err(|error| match error.problem {
+        Problem::Missing => Error::in_file(file, Problem::MissingCalibration),
+        _ => error,
     })
 }
 

@@ -5,6 +5,7 @@ use crate::read::damage::{Damage, DamagedFile};
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
+use trueline_dataset::source_file;
 
 /// How a file holds messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,8 +64,10 @@ fn part(file: &Path) -> Result<(Part, Option<Damage>), ImportError> {
 
 fn first_bytes(file: &Path) -> Result<Vec<u8>, ImportError> {
     let mut start = Vec::new();
-    let read = File::open(file).and_then(|f| f.take(16).read_to_end(&mut start));
-    read.map_err(|error| ImportError::io(file, &error))?;
+    source_file::open(file)?
+        .take(16)
+        .read_to_end(&mut start)
+        .map_err(|error| ImportError::io(file, &error))?;
     Ok(start)
 }
 
@@ -102,6 +105,10 @@ fn decompressed(file: &Path) -> Result<(Part, Option<Damage>), ImportError> {
     Err(ImportError::WithoutRosbag2 { file: file.to_owned() })
 }
 
+/// A data base may be so many times its compressed size: a small file must not fill the disk.
+#[cfg(feature = "rosbag2")]
+const MOST_EXPANSION: u64 = 1000;
+
 /// A file that rosbag2 compressed as a whole: SQLite needs it as a file again.
 #[cfg(feature = "rosbag2")]
 fn decompressed(file: &Path) -> Result<(Part, Option<Damage>), ImportError> {
@@ -110,10 +117,21 @@ fn decompressed(file: &Path) -> Result<(Part, Option<Damage>), ImportError> {
     let mut decoder = File::open(file).and_then(zstd::Decoder::new).map_err(error)?;
     let mut block = vec![0; 1 << 20];
     let mut damage = None;
+    let most_bytes = fs::metadata(file).map_err(error)?.len().saturating_mul(MOST_EXPANSION);
+    let mut written = 0_u64;
     loop {
         match decoder.read(&mut block) {
             Ok(0) => break,
-            Ok(bytes) => io::Write::write_all(&mut whole, &block[..bytes]).map_err(error)?,
+            Ok(bytes) => {
+                written += bytes as u64;
+                if written > most_bytes {
+                    let why =
+                        format!("it is more than {MOST_EXPANSION} times as large when it is decompressed");
+                    damage = Some(Damage::Compressed { why });
+                    break;
+                }
+                io::Write::write_all(&mut whole, &block[..bytes]).map_err(error)?;
+            }
             // What came before it may still be read.
             Err(error) => {
                 damage = Some(Damage::Compressed { why: error.to_string() });

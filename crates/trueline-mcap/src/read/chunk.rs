@@ -1,13 +1,18 @@
 //! One chunk: nothing of it is returned before its checksum was compared.
 
 use crate::read::damage::Damage;
+use crate::read::inner_lengths;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, parse_record};
-use std::io::Read;
+use std::io::{Cursor, Read};
 
 /// Larger records, compressed or not, are taken as damaged: a bad length must not ask for all memory.
 pub const RECORD_LIMIT: usize = 256 << 20;
+/// A chunk may always be this large when it is decompressed, bytes. Dark pictures shrink to nearly nothing.
+const SMALL: u64 = 64 << 20;
+/// Above that it may be so many times its compressed size: a small file must not fill the memory.
+const MOST_EXPANSION: u64 = 256;
 /// Opcode and length before every record, bytes.
 pub const FRAME_BYTES: u64 = 9;
 /// Read at once, bytes.
@@ -22,6 +27,8 @@ pub struct ChunkHead {
     pub end_ns: u64,
     /// Bytes of the record up to the end of what is compressed.
     pub end: usize,
+    /// Bytes of it when it is decompressed.
+    pub uncompressed: usize,
 }
 
 impl ChunkHead {
@@ -36,13 +43,13 @@ impl ChunkHead {
         }
         let name = body.get(32..32 + name_bytes)?;
         let compressed = u64_at(32 + name_bytes)?;
-        let head = 40 + name_bytes as u64;
+        let end = compressed.checked_add(40 + name_bytes as u64)?;
         let is_known = matches!(name, b"" | b"lz4" | b"zstd");
-        let is_small = uncompressed <= RECORD_LIMIT as u64 && compressed <= RECORD_LIMIT as u64;
-        let fits =
-            is_small && head + compressed <= length && (!name.is_empty() || compressed == uncompressed);
-        let plausible = is_known && fits && start_ns <= end_ns;
-        plausible.then_some(Self { start_ns, end_ns, end: (head + compressed) as usize })
+        let is_small = uncompressed <= SMALL.max(compressed.saturating_mul(MOST_EXPANSION))
+            && uncompressed.max(compressed) <= RECORD_LIMIT as u64;
+        let fits = end <= length && (!name.is_empty() || compressed == uncompressed);
+        let plausible = is_known && is_small && fits && start_ns <= end_ns;
+        plausible.then_some(Self { start_ns, end_ns, end: end as usize, uncompressed: uncompressed as usize })
     }
 
     /// What is reported of a chunk that cannot be read to its end.
@@ -53,58 +60,56 @@ impl ChunkHead {
     }
 }
 
-/// The records of a chunk, and what ended them if it was not the end. With a checksum in the chunk it is all or nothing.
-#[must_use]
-pub fn records(body: &[u8], head: &ChunkHead) -> (Vec<Record<'static>>, Option<McapError>) {
-    // Padding is cut off: an uncompressed record must not run into it.
-    let body = body.get(..head.end).unwrap_or(body);
-    let mut frame = [op::CHUNK; FRAME_BYTES as usize];
-    frame[1..].copy_from_slice(&(body.len() as u64).to_le_bytes());
-    let mut source = frame.chain(body);
-    let mut reader = LinearReader::new_with_options(
-        LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(RECORD_LIMIT),
-    );
-    let mut records = Vec::new();
-    while let Some(event) = reader.next_event() {
-        match event {
-            Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                let got = source.read(reader.insert(wanted.clamp(1, READ_BLOCK))).unwrap_or(0);
-                reader.notify_read(got);
-            }
-            Ok(LinearReadEvent::Record { opcode, data }) => match parse(opcode, data) {
-                Ok(record) => records.push(record),
-                Err(error) => return (records, Some(error)),
-            },
-            Err(error) => return (records, Some(error)),
-        }
-    }
-    (records, None)
+/// The records of a chunk, one after the other: its messages may be far more than its bytes.
+pub struct ChunkRecords {
+    source: Cursor<Vec<u8>>,
+    reader: LinearReader,
 }
 
-/// [`parse_record`], which panics on an attachment that is shorter than it says (mcap 0.26.0).
+impl ChunkRecords {
+    /// Of the body of a chunk with that head. With a checksum in the chunk it is all or nothing.
+    #[must_use]
+    pub fn new(mut body: Vec<u8>, head: &ChunkHead) -> Self {
+        // Padding is cut off: an uncompressed record must not run into it.
+        body.truncate(head.end);
+        let limit = head.uncompressed.max(body.len());
+        let mut reader = LinearReader::new_with_options(
+            LinearReaderOptions::default()
+                .with_skip_start_magic(true)
+                .with_skip_end_magic(true)
+                .with_prevalidate_chunk_crcs(true)
+                .with_record_length_limit(limit),
+        );
+        let frame = reader.insert(FRAME_BYTES as usize);
+        frame[0] = op::CHUNK;
+        frame[1..].copy_from_slice(&(body.len() as u64).to_le_bytes());
+        reader.notify_read(FRAME_BYTES as usize);
+        Self { source: Cursor::new(body), reader }
+    }
+
+    /// The next record, or what ended them if it was not the end; nothing is to be asked for after that.
+    pub fn next_record(&mut self) -> Option<Result<Record<'static>, McapError>> {
+        loop {
+            match self.reader.next_event()? {
+                Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                    let got = self.source.read(self.reader.insert(wanted.clamp(1, READ_BLOCK))).unwrap_or(0);
+                    self.reader.notify_read(got);
+                }
+                Ok(LinearReadEvent::Record { opcode, data }) => return Some(parse(opcode, data)),
+                Err(error) => return Some(Err(error)),
+            }
+        }
+    }
+}
+
+/// [`parse_record`] of a record whose inner lengths fit: it sets memory aside by them, and panics on an attachment that is
+/// shorter than it says (mcap 0.26.0).
 ///
 /// # Errors
 /// A record that makes no sense.
 pub fn parse(opcode: u8, body: &[u8]) -> Result<Record<'static>, McapError> {
-    if opcode == op::ATTACHMENT && !attachment_is_whole(body) {
+    if !inner_lengths::fit(opcode, body) {
         return Err(McapError::UnexpectedEof);
     }
     Ok(parse_record(opcode, body)?.into_owned())
-}
-
-fn attachment_is_whole(body: &[u8]) -> bool {
-    let after_text = |at: usize| -> Option<usize> {
-        let bytes = u32::from_le_bytes(body.get(at..at + 4)?.try_into().ok()?);
-        (at + 4).checked_add(bytes as usize)
-    };
-    let end = || -> Option<u64> {
-        let at = after_text(after_text(16)?)?;
-        let bytes = u64::from_le_bytes(body.get(at..at.checked_add(8)?)?.try_into().ok()?);
-        (at as u64 + 8).checked_add(bytes)?.checked_add(4)
-    };
-    end().is_some_and(|end| end <= body.len() as u64)
 }

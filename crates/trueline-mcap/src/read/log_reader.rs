@@ -3,17 +3,17 @@
 //! The readers of the MCAP library either end at the first damage or return altered bytes as good ones. Here chunks are
 //! taken as a whole and read on their own, checksum first; where the framing is lost, the next plausible chunk is looked for.
 
-use crate::read::chunk::{self, ChunkHead, FRAME_BYTES, READ_BLOCK, RECORD_LIMIT};
+use crate::read::chunk::{self, ChunkHead, ChunkRecords, FRAME_BYTES, READ_BLOCK, RECORD_LIMIT};
 use crate::read::damage::Damage;
 use crate::read::place::RecordPlace;
-use crate::read::summary::read_summary;
+use crate::read::summary;
 use crate::wire::about::{ABOUT_RECORD, is_whole};
 use crate::wire::topics::{PROFILE, known_channel};
 use mcap::read::ChannelAccumulator;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{Channel, MAGIC, McapError};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -68,9 +68,24 @@ pub struct LogReader<R> {
     seen: ChannelAccumulator<'static>,
     from_summary: Option<ChannelAccumulator<'static>>,
     profile: Option<String>,
-    queue: VecDeque<Item>,
+    item: Option<Item>,
+    chunk: Option<OpenChunk>,
     orphans: BTreeMap<u16, usize>,
     damages: Vec<Damage>,
+}
+
+/// A chunk whose records are being read.
+struct OpenChunk {
+    records: ChunkRecords,
+    head: ChunkHead,
+    /// Where it begins.
+    offset: u64,
+    /// Bytes of its body.
+    length: usize,
+    /// Number of the next record.
+    number: usize,
+    /// Messages that could be read.
+    kept: usize,
 }
 
 fn options() -> LinearReaderOptions {
@@ -87,7 +102,7 @@ impl<R: Read + Seek> LogReader<R> {
     /// What the operating system says. Whatever is wrong with the content is a [`Damage`].
     pub fn open(mut source: R) -> io::Result<Self> {
         let length = source.seek(SeekFrom::End(0))?;
-        let summary = read_summary(&mut source, length);
+        let from_summary = summary::topics(&mut source, length);
         source.seek(SeekFrom::Start(0))?;
         Ok(Self {
             source,
@@ -99,9 +114,10 @@ impl<R: Read + Seek> LogReader<R> {
             in_chunks: false,
             done: length == 0,
             seen: ChannelAccumulator::default(),
-            from_summary: summary.as_ref().map(ChannelAccumulator::from_summary),
+            from_summary,
             profile: None,
-            queue: VecDeque::new(),
+            item: None,
+            chunk: None,
             orphans: BTreeMap::new(),
             damages: if length == 0 { vec![Damage::Empty] } else { Vec::new() },
         })
@@ -125,8 +141,12 @@ impl<R: Read + Seek> LogReader<R> {
     /// What the operating system says.
     pub fn next_item(&mut self) -> io::Result<Option<Item>> {
         loop {
-            if let Some(item) = self.queue.pop_front() {
+            if let Some(item) = self.item.take() {
                 return Ok(Some(item));
+            }
+            if let Some(open) = self.chunk.take() {
+                self.step_in_chunk(open)?;
+                continue;
             }
             if self.done {
                 let orphans = std::mem::take(&mut self.orphans);
@@ -234,18 +254,30 @@ impl<R: Read + Seek> LogReader<R> {
         let Some(head) = ChunkHead::read(body, length) else {
             return self.resync(offset, "the head of a chunk does not add up");
         };
-        let (records, ended) = chunk::records(body, &head);
-        let before = self.queue.len();
-        for (number, record) in records.into_iter().enumerate() {
-            if let Err(error) = self.accept(record, RecordPlace::Chunk { offset, number }) {
-                self.damages.push(Damage::Record { offset, why: error.to_string() });
+        let records = ChunkRecords::new(body.to_vec(), &head);
+        self.chunk = Some(OpenChunk { records, head, offset, length: body.len(), number: 0, kept: 0 });
+        Ok(())
+    }
+
+    fn step_in_chunk(&mut self, mut open: OpenChunk) -> io::Result<()> {
+        let offset = open.offset;
+        match open.records.next_record() {
+            None => return Ok(()),
+            Some(Ok(record)) => {
+                let place = RecordPlace::Chunk { offset, number: open.number };
+                if let Err(error) = self.accept(record, place) {
+                    self.damages.push(Damage::Record { offset, why: error.to_string() });
+                }
+                open.number += 1;
+                open.kept += usize::from(self.item.is_some());
+                self.chunk = Some(open);
             }
-        }
-        if let Some(error) = ended {
-            let kept = self.queue.len() - before;
-            self.damages.push(head.damage(offset, length + FRAME_BYTES, kept, &error));
-            if head.end != body.len() {
-                return self.resync(offset, "the length of a chunk does not fit its head");
+            Some(Err(error)) => {
+                let length = open.length as u64 + FRAME_BYTES;
+                self.damages.push(open.head.damage(offset, length, open.kept, &error));
+                if open.head.end != open.length {
+                    return self.resync(offset, "the length of a chunk does not fit its head");
+                }
             }
         }
         Ok(())
@@ -260,24 +292,26 @@ impl<R: Read + Seek> LogReader<R> {
             Record::Schema { header, data } => self.seen.add_schema(header, data)?,
             Record::Channel(channel) => self.seen.add_channel(channel)?,
             Record::Message { header, data } => match self.channel(header.channel_id) {
-                Some(channel) => self.queue.push_back(Item::Message {
-                    channel,
-                    sequence: header.sequence,
-                    log_time: header.log_time,
-                    publish_time: header.publish_time,
-                    data: data.into_owned(),
-                    place,
-                }),
+                Some(channel) => {
+                    self.item = Some(Item::Message {
+                        channel,
+                        sequence: header.sequence,
+                        log_time: header.log_time,
+                        publish_time: header.publish_time,
+                        data: data.into_owned(),
+                        place,
+                    })
+                }
                 None => *self.orphans.entry(header.channel_id).or_default() += 1,
             },
             Record::Attachment { header, data, .. } => {
-                self.queue.push_back(Item::Attachment { name: header.name, data: data.into_owned() });
+                self.item = Some(Item::Attachment { name: header.name, data: data.into_owned() });
             }
             Record::Metadata(record) => {
                 if self.is_own() && !(record.name == ABOUT_RECORD && is_whole(&record.metadata)) {
                     self.damages.push(Damage::AboutChecksum);
                 }
-                self.queue.push_back(Item::Metadata { name: record.name, values: record.metadata });
+                self.item = Some(Item::Metadata { name: record.name, values: record.metadata });
             }
             _ => {}
         }
@@ -339,7 +373,8 @@ pub fn message_at(file: &Path, offset: u64, number: Option<usize>) -> io::Result
     let record = match number {
         Some(number) => {
             let head = ChunkHead::read(&body, length as u64).ok_or_else(changed)?;
-            chunk::records(&body, &head).0.into_iter().nth(number)
+            let mut records = ChunkRecords::new(body, &head);
+            std::iter::from_fn(|| records.next_record()?.ok()).nth(number)
         }
         None => chunk::parse(opcode, &body).ok(),
     };

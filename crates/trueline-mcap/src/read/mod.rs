@@ -5,6 +5,7 @@ mod bag_files;
 pub(crate) mod bag_item;
 pub mod chunk;
 pub(crate) mod damage;
+mod inner_lengths;
 pub(crate) mod log_reader;
 pub(crate) mod place;
 #[cfg(feature = "rosbag2")]

@@ -1,27 +1,54 @@
 //! The summary at the end of a finished file: the topics again, should their first mention be damaged.
 
-use crate::read::chunk::RECORD_LIMIT;
-use mcap::Summary;
-use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
-use std::io::{Read, Seek};
+use crate::read::chunk::{FRAME_BYTES, RECORD_LIMIT, parse};
+use mcap::MAGIC;
+use mcap::read::ChannelAccumulator;
+use mcap::records::{Record, op};
+use std::io::{Read, Seek, SeekFrom};
 
-/// The summary, if there is one that can be read.
-pub fn read_summary<R: Read + Seek>(source: &mut R, length: u64) -> Option<Summary> {
-    let options =
-        SummaryReaderOptions::default().with_file_size(length).with_record_length_limit(RECORD_LIMIT);
-    let mut reader = SummaryReader::new_with_options(options);
-    while let Some(event) = reader.next_event() {
-        match event.ok()? {
-            SummaryReadEvent::SeekRequest(to) => {
-                let at = source.seek(to).ok()?;
-                reader.notify_seeked(at);
-            }
-            SummaryReadEvent::ReadRequest(wanted) if wanted > RECORD_LIMIT => return None,
-            SummaryReadEvent::ReadRequest(wanted) => {
-                let got = source.read(reader.insert(wanted)).ok()?;
-                reader.notify_read(got);
-            }
-        }
+/// Body of the last record: where the summary begins, where its offsets do, and its checksum.
+const FOOTER_BYTES: u64 = 20;
+
+/// The topics in the summary, if there is one that can be read.
+pub fn topics<R: Read + Seek>(source: &mut R, length: u64) -> Option<ChannelAccumulator<'static>> {
+    let end = length.checked_sub(FRAME_BYTES + FOOTER_BYTES + MAGIC.len() as u64)?;
+    let footer = bytes(source, end, length - end)?;
+    if footer[0] != op::FOOTER || !footer.ends_with(MAGIC) {
+        return None;
     }
-    reader.finish()
+    let start = u64::from_le_bytes(*footer.get(FRAME_BYTES as usize..)?.first_chunk()?);
+    let mut topics = ChannelAccumulator::default();
+    if start == 0 {
+        return Some(topics);
+    }
+    let summary = bytes(source, start, end.checked_sub(start)?)?;
+    let mut rest = summary.as_slice();
+    while let Some((opcode, body, after)) = first_record(rest) {
+        match parse(opcode, body).ok()? {
+            Record::Schema { header, data } => topics.add_schema(header, data).ok()?,
+            Record::Channel(channel) => topics.add_channel(channel).ok()?,
+            _ => {}
+        }
+        rest = after;
+    }
+    rest.is_empty().then_some(topics)
+}
+
+/// Opcode and body of the first record, and what follows it.
+fn first_record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
+    let (opcode, rest) = bytes.split_first()?;
+    let (length, rest) = rest.split_first_chunk::<8>()?;
+    let (body, rest) = rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)?;
+    Some((*opcode, body, rest))
+}
+
+/// So many bytes from a place in the file that is known to have them.
+fn bytes<R: Read + Seek>(source: &mut R, from: u64, count: u64) -> Option<Vec<u8>> {
+    if count > RECORD_LIMIT as u64 {
+        return None;
+    }
+    source.seek(SeekFrom::Start(from)).ok()?;
+    let mut bytes = vec![0; count as usize];
+    source.read_exact(&mut bytes).ok()?;
+    Some(bytes)
 }

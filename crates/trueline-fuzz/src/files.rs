@@ -1,0 +1,94 @@
+//! Files that a user names.
+
+use std::path::Path;
+use trueline_dataset::import::profiles::ply;
+use trueline_dataset::result_file::ResultFile;
+use trueline_dataset::{
+    Error, Sensor, dialect, features_csv, gray_picture, known_toml, profiles_csv, robot_csv, sensor_toml,
+    stripes_csv,
+};
+use trueline_live::motion::limits_file;
+use trueline_plan::cell_toml;
+
+/// What an error names.
+const FILE: &str = "file";
+
+/// Whoever made the file must be able to act on a refusal.
+fn said<T>(read: Result<T, Error>) -> Option<T> {
+    read.inspect_err(|error| assert!(!error.to_string().is_empty() && !error.hint().is_empty())).ok()
+}
+
+pub(crate) fn robot_csv(bytes: &[u8]) {
+    for sample in said(robot_csv::read(Path::new(FILE), bytes)).unwrap_or_default() {
+        let pose = sample.base_from_tool;
+        assert!(pose.translation.vector.iter().all(|x| x.is_finite()), "a pose that is no pose");
+        assert!((pose.rotation.norm() - 1.0).abs() < 1e-9, "a rotation that is none");
+    }
+}
+
+pub(crate) fn features_csv(bytes: &[u8]) {
+    for sensor in [Sensor::Profiler, Sensor::Points { laser_plane_in_camera: None }] {
+        said(features_csv::read(Path::new(FILE), bytes, &sensor));
+    }
+}
+
+pub(crate) fn profiles_csv(bytes: &[u8]) {
+    said(profiles_csv::read(Path::new(FILE), bytes));
+}
+
+pub(crate) fn stripes_csv(bytes: &[u8]) {
+    said(stripes_csv::read(Path::new(FILE), bytes, &Sensor::Profiler));
+}
+
+pub(crate) fn foreign_table(bytes: &[u8]) {
+    if let Some((plain, _)) = said(dialect::plain_csv(Path::new(FILE), bytes.to_vec(), None)) {
+        said(robot_csv::read(Path::new(FILE), plain.as_slice()));
+    }
+}
+
+pub(crate) fn sensor_toml(bytes: &[u8]) {
+    said(sensor_toml::parse_file(Path::new(FILE), &String::from_utf8_lossy(bytes)));
+}
+
+pub(crate) fn guess_toml(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    said(known_toml::parse_guess(Path::new(FILE), &text));
+    said(known_toml::parse_truth(Path::new(FILE), &text));
+}
+
+pub(crate) fn limits_toml(bytes: &[u8]) {
+    let read = limits_file::parse(Path::new(FILE), &String::from_utf8_lossy(bytes));
+    assert!(read.is_ok_or_says());
+}
+
+pub(crate) fn cell_toml(bytes: &[u8]) {
+    let read = cell_toml::parse(Path::new(FILE), &String::from_utf8_lossy(bytes), Sensor::Profiler);
+    assert!(read.is_ok_or_says());
+}
+
+pub(crate) fn result_json(bytes: &[u8]) {
+    if let Some(result) = said(ResultFile::parse(Path::new(FILE), &String::from_utf8_lossy(bytes))) {
+        assert!(result.to_json().is_ok(), "what was read can be written");
+    }
+}
+
+pub(crate) fn picture(bytes: &[u8]) {
+    if let Some(picture) = said(gray_picture::decode(Path::new(FILE), bytes)) {
+        assert_eq!(picture.levels_f32().len(), picture.width * picture.height);
+    }
+}
+
+pub(crate) fn point_cloud(bytes: &[u8]) {
+    said(ply::read(Path::new(FILE), bytes));
+}
+
+/// A value, or an error that says something.
+trait Said {
+    fn is_ok_or_says(&self) -> bool;
+}
+
+impl<T, E: std::fmt::Display> Said for Result<T, E> {
+    fn is_ok_or_says(&self) -> bool {
+        self.as_ref().err().is_none_or(|error| !error.to_string().is_empty())
+    }
+}

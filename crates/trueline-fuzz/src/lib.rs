@@ -1,0 +1,49 @@
+//! Everything that parses bytes of strangers, one function a parser, for fuzzers and for the corpus that stays.
+//!
+//! A target takes any bytes and comes back. What it refuses must say something; what it takes must be usable.
+//!
+//! ```
+//! for (_, target) in trueline_fuzz::TARGETS {
+//!     target(b"anything");
+//! }
+//! ```
+
+mod files;
+mod packets;
+mod recordings;
+
+/// A parser under test: it must come back from any bytes.
+pub type Target = fn(&[u8]);
+
+/// All parsers by name.
+pub const TARGETS: [(&str, Target); 17] = [
+    ("robot_csv", files::robot_csv),
+    ("features_csv", files::features_csv),
+    ("profiles_csv", files::profiles_csv),
+    ("stripes_csv", files::stripes_csv),
+    ("foreign_table", files::foreign_table),
+    ("sensor_toml", files::sensor_toml),
+    ("guess_toml", files::guess_toml),
+    ("limits_toml", files::limits_toml),
+    ("cell_toml", files::cell_toml),
+    ("result_json", files::result_json),
+    ("picture", files::picture),
+    ("point_cloud", files::point_cloud),
+    ("mcap", recordings::mcap),
+    ("ros_message", recordings::ros_message),
+    ("egm", packets::egm),
+    ("stream_motion", packets::stream_motion),
+    ("rsi", packets::rsi),
+];
+
+/// Runs a target by name.
+///
+/// # Panics
+/// If there is none of that name: the harness is wrong, not the parser.
+#[expect(clippy::panic, reason = "a fuzzing harness reports by panicking")]
+pub fn run(name: &str, bytes: &[u8]) {
+    let Some((_, target)) = TARGETS.iter().find(|(known, _)| *known == name) else {
+        panic!("there is no target {name}");
+    };
+    target(bytes);
+}
