@@ -100,21 +100,9 @@ pub fn read(file: &Path) -> Result<SensorFile, Error> {
 /// # Errors
 /// A file that is missing, cannot be read, or is no text.
 pub fn read_text(file: &Path) -> Result<String, Error> {
-<<<<<<< HEAD
-    std::fs::read_to_string(file).map_err(|error| {
-        let problem = match error.kind() {
-            std::io::ErrorKind::NotFound if file.file_name().is_some_and(|name| name == "sensor.toml") => {
-                Problem::Missing
-            }
-            std::io::ErrorKind::NotFound => Problem::NoSuchFile,
-            std::io::ErrorKind::InvalidData => Problem::NotUtf8,
-            _ => Problem::Io(error),
-        };
-        Error::in_file(file, problem)
-    })
-=======
-    source_file::text(file)
->>>>>>> 5677343 (Memory is bounded by the size of what is read; names of strangers are not obeyed by the terminal)
+    let read = source_file::text(file);
+    // The one of a dataset is missed, another was named.
+    if file.file_name().is_some_and(|name| name == "sensor.toml") { read } else { source_file::named(read) }
 }
 
 /// Reads a sensor, and what its file says beside it.

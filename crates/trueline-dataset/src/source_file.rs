@@ -53,8 +53,25 @@ pub fn bytes_if_there(file: &Path) -> Result<Option<Vec<u8>>, Error> {
 /// As [`open`], or a file that is not UTF-8.
 pub fn text(file: &Path) -> Result<String, Error> {
     let mut text = String::new();
-    open(file)?.read_to_string(&mut text).map_err(|error| Error::in_file(file, Problem::Io(error)))?;
+    open(file)?.read_to_string(&mut text).map_err(|error| {
+        let problem =
+            if error.kind() == ErrorKind::InvalidData { Problem::NotUtf8 } else { Problem::Io(error) };
+        Error::in_file(file, problem)
+    })?;
     Ok(text)
+}
+
+/// The same of a file that a user named himself, which is not missing in something.
+///
+/// # Errors
+/// Those of what was read.
+pub fn named<T>(read: Result<T, Error>) -> Result<T, Error> {
+    read.map_err(|mut error| {
+        if matches!(error.problem, Problem::Missing) {
+            error.problem = Problem::NoSuchFile;
+        }
+        error
+    })
 }
 
 /// Longest line of a table, bytes. A profile of 65,536 points has less than half of it.

@@ -189,12 +189,5 @@ fn in_their_words(mut error: Error, table: &ForeignTable) -> Error {
 /// # Errors
 /// A file that is missing or cannot be read.
 pub fn bytes_of(file: &Path) -> Result<Vec<u8>, Error> {
-<<<<<<< HEAD
-    fs::read(file).map_err(|error| {
-        let missing = error.kind() == std::io::ErrorKind::NotFound;
-        Error::in_file(file, if missing { Problem::NoSuchFile } else { Problem::Io(error) })
-    })
-=======
-    source_file::bytes(file)
->>>>>>> 5677343 (Memory is bounded by the size of what is read; names of strangers are not obeyed by the terminal)
+    source_file::named(source_file::bytes(file))
 }

@@ -25,15 +25,8 @@ impl Rows {
     /// # Errors
     /// A missing or unreadable file.
     pub fn open(file: &Path) -> Result<Self, Error> {
-<<<<<<< HEAD
-        let bytes = fs::read(file).map_err(|error| {
-            let missing = error.kind() == std::io::ErrorKind::NotFound;
-            Error::in_file(file, if missing { Problem::NoSuchFile } else { Problem::Io(error) })
-        })?;
-=======
-        let bytes = source_file::bytes(file)?;
+        let bytes = source_file::named(source_file::bytes(file))?;
         source_file::expect_lines(file, &bytes)?;
->>>>>>> 5677343 (Memory is bounded by the size of what is read; names of strangers are not obeyed by the terminal)
         Ok(Self { file: file.to_owned(), text: utf8(file, bytes)? })
     }
 
