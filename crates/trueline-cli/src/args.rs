@@ -22,6 +22,7 @@ mod scan;
 mod sensor;
 mod simulate;
 mod simulate_path;
+mod simulate_plates;
 mod simulate_production;
 mod stream_sim;
 mod watch;
@@ -107,7 +108,7 @@ pub enum Command {
     /// Simulate a scan, calibrate it, print the summary and write trueline-demo/report.html
     Demo(DemoArgs),
     /// Write a simulated dataset with its truth
-    Simulate(SimulateArgs),
+    Simulate(Box<SimulateArgs>),
     /// Turn a foreign recording into a dataset folder
     Import(ImportArgs),
     /// Find the seam in a dataset's pictures and write features.csv

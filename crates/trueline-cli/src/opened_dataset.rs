@@ -13,6 +13,7 @@ use trueline_dataset::{
     sensor_toml,
 };
 use trueline_mcap::{Choice, Imported, import};
+use trueline_method::stripe::corners::with_corners;
 use trueline_vision::Joint;
 use trueline_vision::profile;
 use trueline_vision::scan::ScanSeams;
@@ -33,10 +34,17 @@ pub struct OpenedDataset {
 /// Whatever cannot be read, and pictures without a seam.
 pub fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<OpenedDataset, Failure> {
     check(path)?;
-    match recording_of(path) {
+    let mut opened = match recording_of(path) {
         Some(recording) => open_recording(&recording, joint, quiet),
         None => open_folder(path, joint, quiet),
+    }?;
+    if let Some(cornered) = with_corners(&opened.recording) {
+        if !quiet {
+            output::words("note: there are stripes and no seam points: where two stripes cross is one");
+        }
+        opened.recording = cornered;
     }
+    Ok(opened)
 }
 
 /// Reads several scans of one sensor as one.

@@ -12,7 +12,7 @@ use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
 use crate::assess::sensor_shape::SensorShape;
 use crate::assess::systematic::{Systematic, SystematicLevels, SystematicSums};
 use crate::calibration::Calibration;
-use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, HeldSigma, Hold, ResidualKind, SensorMode};
+use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, HeldSigma, Hold, Measurements, ResidualKind, SensorMode};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::ambiguity::Ambiguity;
@@ -30,6 +30,9 @@ use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANS
 use crate::solve::covariance::{self, Uncertainty};
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
+use crate::stripe::corners::with_corners;
+use crate::stripe::estimate::{self, SeamEstimate};
+use crate::stripe::outcome::{Answer, StripeOutcome};
 use crate::verdict;
 use crate::{assess::outlier_segments, assess::seam_point_error, hypotheses::search};
 use nalgebra::{DMatrix, SVector};
@@ -46,6 +49,8 @@ pub fn calibrate(
     guess: Option<&Guess>,
     config: &Config,
 ) -> Result<Calibration, Error> {
+    let cornered = with_corners(recording);
+    let recording = cornered.as_ref().unwrap_or(recording);
     let sampling = Sampling::of(recording, origin_ns(recording));
     let observations = observe(recording, &sampling, config)?;
     check_overlap(&observations, config)?;
@@ -76,7 +81,7 @@ pub fn calibrate(
     if let Structure::Correlated(noise) = &structure {
         shown.steady.fit.solution.state = noise.at.clone();
     }
-    Ok(conclude(&Concluded {
+    conclude(&Concluded {
         recording,
         sampling: &sampling,
         dejittered: stamped.dejittered,
@@ -91,7 +96,7 @@ pub fn calibrate(
         structure,
         cause,
         time_offset_share,
-    }))
+    })
 }
 
 /// All that a calibration is concluded from.
@@ -119,7 +124,7 @@ impl Concluded<'_> {
     }
 }
 
-fn conclude(from: &Concluded<'_>) -> Calibration {
+fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let (config, fit, observations) =
         (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
     let problem = fit.problem(observations, config);
@@ -152,7 +157,7 @@ fn conclude(from: &Concluded<'_>) -> Calibration {
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     let setup = &from.recording.setup;
-    let findings = Findings {
+    let mut findings = Findings {
         unknowns,
         fit: FitFindings {
             residuals: residuals::summarise(&features, skipped),
@@ -173,12 +178,63 @@ fn conclude(from: &Concluded<'_>) -> Calibration {
             stepped: from.shown.steady.stepped,
         },
         streams,
+        stripes: None,
         uncertainty_ignored: setup.uncertainty.is_some() && config.residual == ResidualKind::PointToLine,
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
     };
+    add_stripes(from, &mut findings)?;
     let verdict = verdict::of(&findings);
-    Calibration { findings, verdict }
+    Ok(Calibration { findings, verdict })
+}
+
+/// Looks at whole stripes, and takes their answer where it is the one that is used. The residuals of the seam points stay those about
+/// their own seam: on bent plates their crossing is no point of it.
+fn add_stripes(from: &Concluded<'_>, findings: &mut Findings) -> Result<(), Error> {
+    let robot_times_s = from.sampling.robot_times_s(from.dejittered);
+    let unknowns = &findings.unknowns;
+    findings.stripes = estimate::estimate(&SeamEstimate {
+        recording: from.recording,
+        observations: &from.shown.steady.observations,
+        robot_times_s,
+        settings: from.settings,
+        fit: &from.shown.steady.fit,
+        answer: Answer {
+            parameters: unknowns.parameters.clone(),
+            covariance: unknowns.covariance.clone(),
+            noise_covariance: unknowns.noise_covariance.clone(),
+            observability: unknowns.observability.clone(),
+            seam_error: findings.checks.seam_error,
+        },
+        levels: from.levels,
+        held_sigmas: &held_sigmas(from.settings),
+        widened: &|covariance| with_time_offset_widened(from, covariance),
+    })?;
+    let Some(StripeOutcome {
+        used: Measurements::Stripe | Measurements::Both, estimate: Some(estimate), ..
+    }) = &findings.stripes
+    else {
+        return Ok(());
+    };
+    let Answer { parameters, covariance, noise_covariance, observability, seam_error } =
+        estimate.stripe.clone();
+    let (config, fit, observations) = (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
+    let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
+    let list = fit.placed.of(observations);
+    let torch = || seam_point_error::predict(observations, list, &parameters, &covariance, &config.used_at);
+    findings.checks.at_torch = all_seen.then(torch).flatten();
+    findings.checks.seam_error = seam_error;
+    findings.unknowns = Unknowns {
+        estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
+        sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
+        corrected: CorrectedSensor::of(from.recording, observations, &parameters),
+        parameters,
+        covariance,
+        noise_covariance,
+        observability,
+        held_at_guess: false,
+    };
+    Ok(())
 }
 
 fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Unknowns {

@@ -103,6 +103,33 @@ impl SensorMode {
     }
 }
 
+/// What of the joint is used: the point where its plates meet, or the plates themselves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Measurements {
+    /// Whole stripes where most frames show both plates and agree with the seam points; else those.
+    #[default]
+    Auto,
+    /// Seam points.
+    Seam,
+    /// The stripes on the plates.
+    Stripe,
+    /// The stripes, and the seam points of those frames that do not show both plates.
+    Both,
+}
+
+impl Measurements {
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Seam => "seam",
+            Self::Stripe => "stripe",
+            Self::Both => "both",
+        }
+    }
+}
+
 /// Standard deviations that a result must reach to be accepted; `None` asks for nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Requirement {
@@ -126,6 +153,8 @@ pub struct Use {
 /// How to calibrate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Config {
+    /// What of the joint is used.
+    pub measurements: Measurements,
     /// Which residual.
     pub residual: ResidualKind,
     /// Robust loss on the whitened residual; `None` is the residual's own: see [`Config::final_loss`].
@@ -171,6 +200,7 @@ pub const ASSUMED_ROBOT_ACCURACY_M: f64 = 0.3e-3;
 impl Default for Config {
     fn default() -> Self {
         Self {
+            measurements: Measurements::Auto,
             residual: ResidualKind::Sheet,
             loss: None,
             hold: Vec::new(),

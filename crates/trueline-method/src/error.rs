@@ -1,5 +1,6 @@
 //! Why there is no calibration at all.
 
+use crate::stripe::no_plates::NoPlates;
 use trueline_geometry::trajectory::TrajectoryError;
 
 /// A recording from which nothing can be estimated.
@@ -104,6 +105,27 @@ pub enum Error {
         /// Points that could be placed.
         points: usize,
     },
+    /// Stripes are asked for.
+    #[error("whole stripes are asked for, and the recording has none")]
+    NoStripes,
+    /// Stripes that say nothing of two plates that meet.
+    #[error("whole stripes are asked for, and {}", match why {
+        NoPlates::Missing => "one of the two plates is not in them",
+        NoPlates::NoPlane => "they do not span two planes",
+        NoPlates::Parallel => "their plates do not meet in a line",
+    })]
+    NoPlates {
+        /// Why.
+        why: NoPlates,
+    },
+    /// Stripes have no residual of the paper's kind.
+    #[error("whole stripes are asked for, and the point-to-line residual knows seam points only")]
+    StripesNeedSheet,
+    /// Stripes hold nothing at a guess.
+    #[error(
+        "whole stripes are asked for, and what the scan does not show is to be held at a guess, which they do not do"
+    )]
+    StripesHeldAtGuess,
     /// No start led to a finite cost.
     #[error("no start leads to a finite cost: the line runs along the laser sheet, or no feature is usable")]
     NoStart,
@@ -128,6 +150,11 @@ impl Error {
             Self::RobotStandsStill { .. } => {
                 "record the scan while it moves; if it did, is the stream frozen, or of another robot?"
             }
+            Self::NoStripes => {
+                "stripes.csv has them: `trueline features DATASET` writes it from pictures or profiles"
+            }
+            Self::StripesNeedSheet => "use it with --residual sheet",
+            Self::NoPlates { .. } | Self::StripesHeldAtGuess => "use the seam points",
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give an initial guess",
             Self::BeyondReference { .. } => {
                 "are the reference's units and frame right? it is in the robot's base"

@@ -18,6 +18,7 @@ use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::Parameters;
 use crate::solve::iteration_record::IterationRecord;
+use crate::stripe::outcome::StripeOutcome;
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 use trueline_lsq::Termination;
@@ -35,6 +36,8 @@ pub struct Findings {
     pub clock: ClockFindings,
     /// The streams that were recorded.
     pub streams: Streams,
+    /// What the whole stripes say; `None` if there are none, or only seam points were asked for.
+    pub stripes: Option<StripeOutcome>,
     /// Whether the recording states how well the sensor is known, which the ± do not contain.
     pub uncertainty_ignored: bool,
     /// SHA-256 of the inputs.

@@ -21,11 +21,12 @@ pub mod input;
 pub mod order_statistics;
 pub mod problem;
 pub mod solve;
+pub mod stripe;
 pub mod verdict;
 
 pub use calibrate::calibrate;
 pub use calibration::{Calibration, HandEye, LineEstimate, TimeOffset, Translation};
-pub use config::{Config, HeldSigma, Hold, Requirement, ResidualKind, SensorMode, Stamps, Use};
+pub use config::{Config, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Use};
 pub use error::Error;
 pub use input::observations::{Observation, Observations};
 pub use problem::parameters::Parameters;

@@ -79,6 +79,7 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::DecidedByUser { by, other_time_offsets_s } => {
             json!({ "by": by.name(), "other_time_offsets_s": other_time_offsets_s })
         }
+        Warning::StripesDisagree { sigmas, used } => json!({ "sigmas": sigmas, "used": used }),
         Warning::UncertaintyNotApplied | Warning::MirrorBySensor => json!({}),
         Warning::SensorOff { shape } => sensor_off(shape),
         Warning::LikelyCause { kind, size_si, sigma_si } => likely_cause(*kind, *size_si, *sigma_si),

@@ -39,4 +39,5 @@ pub mod seam_error;
 pub mod sensor_json;
 pub mod sensor_page;
 pub mod sensor_text;
+mod stripes;
 pub mod summary;

@@ -1,7 +1,7 @@
 //! A calibration as the file of a result: the units of the file, and null for what is not observable.
 
 use crate::number::positive_w;
-use crate::{checks, facts, seam_error};
+use crate::{checks, facts, seam_error, stripes};
 use trueline_dataset::result_file::{
     self, Covariance, IterationEntry, IterationLine, LineEntry, LinePosition, Observability, Options,
     OutlierEntry, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma,
@@ -34,6 +34,8 @@ pub fn of(c: &Calibration) -> ResultFile {
         time_offset_use: time_offset_s.map(time_offset_use),
         tool_from_camera: tool_from_camera(c),
         lines: (0..c.best_fit().lines.len()).map(|k| line(c, k)).collect(),
+        planes: stripes::planes(c),
+        stripes: stripes::entry(c),
         sigma: sigma(|component| c.sigma(component)),
         sigma_noise: sigma(|component| c.noise_sigma(component)),
         covariance: covariance(c),
@@ -227,6 +229,7 @@ fn iteration(i: &IterationRecord) -> IterationEntry {
 #[must_use]
 pub fn options(config: &Config) -> Options {
     Options {
+        measurements: config.measurements.name().to_owned(),
         residual: config.residual.name().to_owned(),
         loss: format!("{:?}", config.final_loss()),
         fix: config.hold.iter().map(|hold| hold.name().to_owned()).collect(),

@@ -1,7 +1,7 @@
 //! The summary in the terminal: what a welder reads.
 
 use crate::number::{digits_for, with_sigma};
-use crate::seam_error;
+use crate::{seam_error, stripes};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
@@ -113,6 +113,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
         rows.push((format!("line {k}"), line(c, k)));
     }
     rows.extend(seam_error::straightness(c));
+    rows.extend(stripes::rows(c));
     rows.push(("residual".to_owned(), residual(c)));
     rows.extend(correlated(c).map(|text| ("  alike".to_owned(), text)));
     rows.extend(over_time(c).map(|bars| (OVER_TIME.to_owned(), bars)));

@@ -22,6 +22,7 @@ pub mod followed_path;
 pub mod images;
 pub mod motion;
 pub mod noise;
+pub mod plates;
 pub mod presets;
 pub mod production;
 pub mod random_cell;
@@ -34,6 +35,7 @@ pub mod weld;
 pub use faults::Fault;
 pub use followed_path::FollowedPath;
 pub use images::{Joint, Look, PictureScan};
+pub use plates::{PlateForm, Plates, ProfileLook, scan_plates, scan_profiles};
 pub use presets::Preset;
 pub use random_cell::random_cell;
 pub use scenario::{

@@ -11,6 +11,8 @@ use trueline_dataset::{FoundSeams, PictureFolder, PictureSource, images};
 #[cfg(feature = "mcap")]
 use trueline_dataset::{Problem, SensorFile, sensor_toml};
 use trueline_method::evaluate::seam_points::{self, SeamPoints};
+#[cfg(feature = "images")]
+use trueline_method::stripe::corners::with_corners;
 use trueline_method::{Config, calibrate};
 #[cfg(feature = "images")]
 use trueline_vision::scan::ScanError;
@@ -51,6 +53,7 @@ impl Recording {
                 }
                 (data.features, data.stripes) = (found.features, found.stripes);
             }
+            let data = with_corners(&data).unwrap_or(data);
             Ok(Recording { data, notes: content.notes })
         }
         #[cfg(not(feature = "images"))]

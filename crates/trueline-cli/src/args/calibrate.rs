@@ -10,7 +10,7 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::ToolAxis;
-use trueline_method::{Hold, Requirement, ResidualKind, SensorMode, Stamps};
+use trueline_method::{Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps};
 use trueline_sensor::Board;
 
 #[derive(Args)]
@@ -23,6 +23,7 @@ use trueline_sensor::Board;
   trueline calibrate scan --initial guess.toml --fix time-offset
   trueline calibrate scan --residual point-to-line --report paper.html
   trueline calibrate scan --write-sensor corrected.toml
+  trueline calibrate scan --use both --json -
   trueline calibrate scan --sensor fixed --robot-accuracy-mm 0 --feature-bias-px 0
   trueline calibrate board-scan --target board --board chessboard:9x6:25 --json reference.json
 
@@ -47,6 +48,9 @@ pub struct CalibrateArgs {
     /// Where to start, instead of the dataset's initial.toml
     #[arg(long)]
     pub initial: Option<PathBuf>,
+    /// What of the joint is used; the default takes whole stripes where they are there and agree with the seam points
+    #[arg(long = "use", value_name = "WHAT", value_parser = one_of(&MEASUREMENTS))]
+    pub measurements: Option<Measurements>,
     /// What is minimised: the point in the laser sheet (default), or the paper's distance from the line
     #[arg(long, value_parser = one_of(&RESIDUALS), default_value = "sheet")]
     pub residual: ResidualKind,
@@ -129,7 +133,8 @@ pub struct CalibrateArgs {
 }
 
 /// Options that say nothing of a board.
-const OF_SEAMS: [&str; 23] = [
+const OF_SEAMS: [&str; 24] = [
+    "measurements",
     "initial",
     "residual",
     "loss",
@@ -170,6 +175,12 @@ static RESIDUALS: [Choice<ResidualKind>; 2] = [
         ResidualKind::Sheet,
     ),
     ("point-to-line", "Distance of the point from the line in base: the paper's", ResidualKind::PointToLine),
+];
+
+static MEASUREMENTS: [Choice<Measurements>; 3] = [
+    ("seam", "The seam point of each frame", Measurements::Seam),
+    ("stripe", "The whole stripes on both plates", Measurements::Stripe),
+    ("both", "Whole stripes, and the seam points of frames that do not show both plates", Measurements::Both),
 ];
 
 static SENSORS: [Choice<SensorMode>; 3] = [

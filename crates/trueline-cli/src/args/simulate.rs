@@ -3,6 +3,7 @@
 use super::choice::{Choice, one_of};
 use super::number;
 use super::simulate_path::PathArgs;
+use super::simulate_plates::PlatesArgs;
 use super::simulate_production::ProductionArgs;
 use clap::Args;
 use std::path::PathBuf;
@@ -19,6 +20,8 @@ use trueline_sim::{Fault, Joint, Look, Preset};
   trueline simulate --preset two-lines --noise-free --out exact
   trueline simulate --plan plan --seed 3 --out planned-scan
   trueline simulate --production 60 --layout box-weave --change timing=0.5@40 --out production
+  trueline simulate --preset paper --plates --bow-mm 0.2 --out stripes
+  trueline simulate --preset profiler --plates --out profiles
   trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures",
     after_long_help = faults_help())]
 pub struct SimulateArgs {
@@ -81,6 +84,8 @@ pub struct SimulateArgs {
     pub faults: Vec<Fault>,
     #[command(flatten)]
     pub path: PathArgs,
+    #[command(flatten)]
+    pub plates: PlatesArgs,
     #[command(flatten)]
     pub production: ProductionArgs,
     /// Time between images, ms

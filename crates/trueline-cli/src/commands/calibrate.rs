@@ -192,6 +192,7 @@ fn check_fixed(args: &CalibrateArgs) -> Result<(), Failure> {
 fn config(args: &CalibrateArgs) -> Config {
     let defaults = Config::default();
     Config {
+        measurements: args.measurements.unwrap_or_default(),
         residual: args.residual,
         loss: args.loss,
         hold: args.fix.clone(),

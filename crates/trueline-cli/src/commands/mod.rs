@@ -28,6 +28,7 @@ pub mod sensor_laser_plane;
 pub mod sensor_plane_pictures;
 pub mod simulate;
 pub mod simulate_images;
+pub mod simulate_plates;
 pub mod simulate_production;
 pub mod stream_sim;
 pub mod watch;

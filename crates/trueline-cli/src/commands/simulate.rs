@@ -1,6 +1,6 @@
 //! `trueline simulate`.
 
-use super::{simulate_images, simulate_production};
+use super::{simulate_images, simulate_plates, simulate_production};
 use crate::args::{PathArgs, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
@@ -25,6 +25,9 @@ pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     let scenario = scenario(args)?;
     if args.images {
         return simulate_images::run(args, &scenario);
+    }
+    if args.plates.plates {
+        return simulate_plates::run(args, &scenario);
     }
     let recording = simulate_with_faults(&scenario, &args.faults, args.seed).ok_or_else(|| {
         Failure::new(

@@ -13,6 +13,7 @@ mod rival;
 mod seam_error;
 mod sensor;
 mod stamps;
+mod stripes;
 mod time_offset_use;
 
 pub use answer::{
@@ -29,6 +30,7 @@ pub use rival::RivalEntry;
 pub use seam_error::{BudgetEntry, FieldEntry, SeamErrorEntry};
 pub use sensor::{SensorEntry, UncorrectedEntry};
 pub use stamps::{FeatureStream, RobotStream, Stamps, StepEntry, Stream};
+pub use stripes::{AngleEntry, AnswerEntry, PlaneEntry, StripesEntry};
 pub use time_offset_use::TimeOffsetUse;
 
 use crate::error::{Error, Problem};
@@ -70,6 +72,12 @@ pub struct ResultFile {
     /// The lines in base.
     #[serde(default)]
     pub lines: Vec<LineEntry>,
+    /// The plates in base, where whole stripes were used.
+    #[serde(default)]
+    pub planes: Vec<PlaneEntry>,
+    /// What became of the whole stripes; null if there are none, or only seam points were asked for.
+    #[serde(default)]
+    pub stripes: Option<StripesEntry>,
     /// One standard deviation of everything that is accounted for.
     #[serde(default)]
     pub sigma: Sigma,

@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Options {
+    /// What of the joint was used: `auto`, `seam`, `stripe` or `both`.
+    #[serde(rename = "use")]
+    pub measurements: String,
     /// Which residual.
     pub residual: String,
     /// Which loss, with its scale.

@@ -171,8 +171,13 @@ pub fn assess(
     }
 }
 
+/// Whether a component belongs to the null space.
+pub(crate) fn is_null(null: &DMatrix<f64>, component: usize) -> bool {
+    null.row(component).norm_squared() > SHARE
+}
+
 /// The null space by the groups of unknowns, and the time offset.
-fn named(null: &DMatrix<f64>, at: &Parameters, shows_time_offset: bool) -> Vec<Unobservable> {
+pub(crate) fn named(null: &DMatrix<f64>, at: &Parameters, shows_time_offset: bool) -> Vec<Unobservable> {
     let mut unobservable = Vec::new();
     if !shows_time_offset {
         unobservable.push(Unobservable { group: Group::TimeOffset, directions: Vec::new() });

@@ -35,14 +35,20 @@ impl TiltBias {
     /// camera's x, two about its y, two about its z.
     #[must_use]
     pub fn slopes(&self, o: &Observation, at: &Parameters, placement: &Placement) -> SMatrix<f64, 2, BIAS> {
-        let tilt = so3::log(&(self.mean.inverse() * placement.base_from_tool.rotation));
-        let in_sensor = at.tool_from_camera.rotation.inverse() * tilt / BIAS_TILT_RAD;
+        let in_sensor = self.in_sensor(&at.tool_from_camera, placement);
         let by_px = sheet_per_px(o);
         let mut slopes = SMatrix::<f64, 2, BIAS>::zeros();
         for axis in 0..3 {
             slopes.fixed_columns_mut::<2>(2 * axis).copy_from(&(by_px * in_sensor[axis]));
         }
         slopes
+    }
+
+    /// The tilt about the camera's axes, in units of that for which a bias is stated.
+    #[must_use]
+    pub fn in_sensor(&self, tool_from_camera: &Pose, placement: &Placement) -> Vector3<f64> {
+        let tilt = so3::log(&(self.mean.inverse() * placement.base_from_tool.rotation));
+        tool_from_camera.rotation.inverse() * tilt / BIAS_TILT_RAD
     }
 }
 

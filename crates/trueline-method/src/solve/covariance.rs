@@ -64,7 +64,7 @@ pub fn assess(
     let bend = moments.weight_and_slope / moments.weight;
     let per_weight = moments.score / moments.weight * freedom;
     let variance_factor = per_weight / (bend * bend);
-    let (middle, model_share) = blend(&scores, per_weight);
+    let (middle, model_share) = blend(&scores.frames, &scores.expected, per_weight);
     // The measured level is that of the residuals: what was known beforehand keeps its own.
     let middle = middle * variance_factor + &scores.known;
     Uncertainty { covariance: root * middle * root.transpose(), variance_factor, model_share }
@@ -172,8 +172,11 @@ impl SharedErrors {
 }
 
 /// The data's own covariance of the scores, drawn towards the expected one; and how far.
-fn blend(scores: &Scores, per_weight: f64) -> (DMatrix<f64>, f64) {
-    let Scores { frames, expected, .. } = scores;
+pub(crate) fn blend(
+    frames: &[DVector<f64>],
+    expected: &DMatrix<f64>,
+    per_weight: f64,
+) -> (DMatrix<f64>, f64) {
     if frames.len() < 30 || per_weight <= 0.0 {
         return (expected.clone(), 1.0);
     }

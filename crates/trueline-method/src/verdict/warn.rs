@@ -10,10 +10,13 @@ use super::warning::{StreamName, Warning};
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
+use crate::config::Measurements;
 use crate::findings::Findings;
 use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::stripe::agreement::AGREEMENT_SIGMAS;
+use crate::stripe::outcome::StripeOutcome;
 
 /// What to look at though the result can be used, in the order in which a user should read it.
 pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
@@ -38,6 +41,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     if f.checks.mirrored == Mirrored::ToldApartBySensor {
         warnings.push(Warning::MirrorBySensor);
     }
+    warnings.extend(f.stripes.as_ref().and_then(stripes_disagree));
     let skipped = &f.fit.residuals.skipped;
     if skipped.values().sum::<usize>() * MANY_SKIPPED > f.streams.features {
         warnings.push(Warning::FeaturesSkipped { skipped: skipped.clone() });
@@ -64,6 +68,13 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.push(Warning::NoPointAtStandOff { stand_off_m });
     }
     warnings
+}
+
+/// Answers of stripes and seam points that are too far apart.
+fn stripes_disagree(stripes: &StripeOutcome) -> Option<Warning> {
+    let sigmas = stripes.estimate.as_ref()?.sigmas_apart;
+    let used = stripes.used != Measurements::Seam;
+    (sigmas >= AGREEMENT_SIGMAS).then_some(Warning::StripesDisagree { sigmas, used })
 }
 
 fn doubtful_stretch(f: &Findings, disruption: &OutlierSegment) -> Option<Warning> {

@@ -73,6 +73,13 @@ pub enum Warning {
         /// What was held.
         held: Vec<Unobservable>,
     },
+    /// Whole stripes and seam points give different answers.
+    StripesDisagree {
+        /// How far apart, in sigma.
+        sigmas: f64,
+        /// Whether the stripes' answer is used all the same.
+        used: bool,
+    },
     /// In a stretch of the scan nearly all features lie on another line.
     OtherLine {
         /// First and last stamp, s.
@@ -180,6 +187,7 @@ impl Warning {
             Self::LikelyCause { kind, .. } => cause_code(*kind),
             Self::FeatureBias { .. } => "feature-bias",
             Self::MirrorBySensor => "mirror-by-sensor",
+            Self::StripesDisagree { .. } => "stripes-disagree",
             Self::HeldAtGuess { .. } => "held-at-guess",
             Self::OtherLine { .. } => "other-line",
             Self::OutlierStretch { .. } => "outlier-stretch",
@@ -215,6 +223,7 @@ impl fmt::Display for Warning {
             Self::MirrorBySensor => "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
                  its file by a percent or so; tilt the torch further, or give a guess"
                 .to_owned(),
+            Self::StripesDisagree { sigmas, used } => stripes_disagree(sigmas, used),
             Self::HeldAtGuess { ref held } => {
                 let held: Vec<String> = held.iter().map(ToString::to_string).collect();
                 format!("held at the initial guess: {}", held.join("; "))
@@ -325,6 +334,14 @@ fn unusual_noise(noise_factor: f64) -> String {
         "residuals are {noise_factor:.2} times the expected noise; the ± are scaled by it. Either the stated noise is \
          wrong, or something is left that is no noise: the sensor's own calibration, a bent line, a robot that is off \
          its path"
+    )
+}
+
+fn stripes_disagree(sigmas: f64, used: bool) -> String {
+    format!(
+        "the whole stripes and the seam points give answers that are {sigmas:.1} sigma apart: {}. Plates that are bent near the \
+         seam, a weld bead in the corner, or another edge than the plates' own look like this",
+        if used { "those of the stripes are used, as asked" } else { "the seam points are used" }
     )
 }
 

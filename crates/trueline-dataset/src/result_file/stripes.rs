@@ -1,0 +1,81 @@
+//! What whole stripes say of the plates, and their answer beside that of the seam points.
+
+use super::answer::{PoseEntry, Sigma};
+use serde::{Deserialize, Serialize};
+
+/// A plate in base: normal · p = offset.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct PlaneEntry {
+    /// Its number among the stripes.
+    pub label: String,
+    /// Unit normal; null where it is not observable.
+    pub normal: Option<[f64; 3]>,
+    /// Distance from the base's origin along the normal; null where it is not observable.
+    pub offset_mm: Option<f64>,
+    /// One standard deviation of the normal, about the axis about which it is known least.
+    pub sigma_deg: Option<f64>,
+    /// One standard deviation of the offset in the middle of the scan.
+    pub sigma_mm: Option<f64>,
+    /// Largest distance of the visible surface from the plane that fits it best.
+    pub bow_mm: f64,
+}
+
+/// An angle with its ±.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct AngleEntry {
+    /// The angle.
+    pub angle_deg: f64,
+    /// One standard deviation.
+    pub sigma_deg: f64,
+}
+
+/// One of two answers of a scan.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct AnswerEntry {
+    /// Time offset; null where it is not observable.
+    pub time_offset_s: Option<f64>,
+    /// Hand-eye transform, null likewise.
+    pub tool_from_camera: PoseEntry,
+    /// One standard deviation of everything that is accounted for.
+    pub sigma: Sigma,
+    /// Seam error, one standard deviation; null where the hand-eye is not all observable.
+    pub seam_error_mm: Option<f64>,
+    /// What the scan alone makes of it.
+    pub seam_error_scan_alone_mm: Option<f64>,
+}
+
+/// What became of the stripes of a recording.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct StripesEntry {
+    /// What the result was made of: `seam`, `stripe` or `both`.
+    pub used: String,
+    /// Why: `asked`, `agreement`, `disagreement`, `too-few-frames`, `held-at-guess`, `plates-missing`, `plates-without-plane`
+    /// or `parallel-plates`.
+    pub decided_by: String,
+    /// Frames with a seam point or a stripe.
+    pub frames: usize,
+    /// Frames with the stripes on both plates.
+    pub frames_with_both: usize,
+    /// Stripes (and, with `both`, seam points) that were looked at.
+    pub stripes: usize,
+    /// Of these, how many were left out as outliers.
+    pub rejected: usize,
+    /// How much larger their noise is than expected.
+    pub noise_factor: Option<f64>,
+    /// How far the answers of seam points and stripes are apart, in sigma.
+    pub sigmas_apart: Option<f64>,
+    /// The angle that the plates of each joint open.
+    pub joint_angles: Vec<AngleEntry>,
+    /// The answer of the seam points.
+    pub seam_answer: Option<AnswerEntry>,
+    /// The answer of the stripes.
+    pub stripe_answer: Option<AnswerEntry>,
+}

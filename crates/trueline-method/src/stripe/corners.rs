@@ -1,0 +1,87 @@
+//! Seam points of a recording that has stripes alone: where the two stripes of a frame cross.
+
+use nalgebra::{Matrix2, Vector2, Vector3};
+use std::collections::BTreeMap;
+use trueline_dataset::{Feature, Measured, PlateStripe, Recording, Sensor};
+use trueline_model::{Camera, LaserSheet};
+
+/// Stripes that differ in direction by less (sine) do not cross anywhere near: 6°.
+const LEAST_ANGLE_SINE: f64 = 0.1;
+
+/// The same recording with the crossing of the two stripes of each frame as its seam point, if it has none of its own.
+#[must_use]
+pub fn with_corners(recording: &Recording) -> Option<Recording> {
+    if !recording.features.is_empty() || recording.stripes.is_empty() {
+        return None;
+    }
+    let mut pairs: BTreeMap<(i64, u32), [Option<&PlateStripe>; 2]> = BTreeMap::new();
+    for stripe in &recording.stripes {
+        let pair = pairs.entry((stripe.stamp_ns, stripe.plate / 2)).or_default();
+        pair[stripe.plate as usize % 2] = Some(stripe);
+    }
+    let features = pairs.into_iter().filter_map(|((stamp_ns, line), [one, other])| {
+        let (one, other) = (one?, other?);
+        let (measured, sigma) = crossing(&recording.sensor, one, other)?;
+        Some(Feature { stamp_ns, line, frame: one.frame, device_ns: None, measured, sigma: Some(sigma) })
+    });
+    let features = features.collect();
+    Some(Recording { features, ..recording.clone() })
+}
+
+/// Where two stripes cross, and the standard deviations of that along both axes.
+fn crossing(sensor: &Sensor, one: &PlateStripe, other: &PlateStripe) -> Option<(Measured, [f64; 2])> {
+    let flat = |stripe: &PlateStripe| -> Option<[Vector2<f64>; 2]> {
+        let [a, b] = stripe.points.map(|point| flattened(sensor, point));
+        Some([a?, b?])
+    };
+    let lines = [flat(one)?, flat(other)?];
+    let along = lines.map(|[a, b]| (b - a).normalize());
+    let normals = along.map(|u| Vector2::new(-u.y, u.x));
+    let matrix = Matrix2::from_rows(&normals.map(|n| n.transpose()));
+    if matrix.determinant().abs() < LEAST_ANGLE_SINE {
+        return None;
+    }
+    let inverse = matrix.try_inverse()?;
+    let at = inverse * Vector2::new(normals[0].dot(&lines[0][0]), normals[1].dot(&lines[1][0]));
+    // Each line at the crossing: its two support points weighed as they lie.
+    let variance = |k: usize, sigma: f64| {
+        let [a, b] = lines[k];
+        let t = along[k].dot(&(at - a)) / (b - a).norm();
+        ((1.0 - t).powi(2) + t * t) * sigma * sigma
+    };
+    let variances = Vector2::new(variance(0, one.sigma), variance(1, other.sigma));
+    let spread =
+        (inverse * Matrix2::from_diagonal(&variances) * inverse.transpose()).diagonal().map(f64::sqrt);
+    Some((bent(sensor, &at)?, spread.into()))
+}
+
+/// A point where straight stripes are straight: the ideal pixel of a camera, the sheet of other sensors.
+fn flattened(sensor: &Sensor, point: Measured) -> Option<Vector2<f64>> {
+    match (point, sensor) {
+        (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
+            let (ray, _) = camera.ray(&Vector2::from(pixel)).ok()?;
+            Some(ray.xy().component_mul(&camera.focal) + camera.centre)
+        }
+        (Measured::Profile(point), Sensor::Profiler) => Some(Vector2::from(point)),
+        (Measured::Point(point), Sensor::Points { laser_plane_in_camera: Some(plane) }) => {
+            Some(LaserSheet::from_plane(*plane).coordinates(&point.into()))
+        }
+        _ => None,
+    }
+}
+
+/// The way back.
+fn bent(sensor: &Sensor, at: &Vector2<f64>) -> Option<Measured> {
+    match sensor {
+        Sensor::CameraLaser { camera, .. } => {
+            let Camera { centre, focal, .. } = camera;
+            let ray = (at - centre).component_div(focal);
+            camera.project(&Vector3::new(ray.x, ray.y, 1.0)).map(|pixel| Measured::Pixel(pixel.into()))
+        }
+        Sensor::Profiler => Some(Measured::Profile((*at).into())),
+        Sensor::Points { laser_plane_in_camera } => {
+            let sheet = LaserSheet::from_plane((*laser_plane_in_camera)?);
+            Some(Measured::Point(sheet.point(at).into()))
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! The plates' estimate beside that of the seam points, and which is the answer.
+
+use crate::assess::observability::{self, Group, Observability, RANK_THRESHOLD, Unobservable};
+use crate::assess::seam_error::{self, SeamErrorSources};
+use crate::assess::systematic::{Systematic, SystematicLevels};
+use crate::config::{Measurements, ResidualKind};
+use crate::error::Error;
+use crate::input::noise_levels::NoiseLevels;
+use crate::input::observations::Observations;
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
+use crate::solve::fit::Fit;
+use crate::solve::settings::FitSettings;
+use crate::stripe::agreement::{AGREEMENT_SIGMAS, sigmas_apart};
+use crate::stripe::fit::{StripeFit, StripeSolver};
+use crate::stripe::frames::{StripeFrames, frames};
+use crate::stripe::no_plates::NoPlates;
+use crate::stripe::outcome::{Answer, Because, LEAST_SHARE, StripeEstimate, StripeOutcome};
+use crate::stripe::whitening::{SharedNoise, robot_sigma_rad};
+use crate::stripe::{as_seam, planes, start, systematic, uncertainty};
+use nalgebra::{DMatrix, DVector};
+use trueline_dataset::Recording;
+use trueline_geometry::Pose;
+use trueline_lsq::Information;
+
+/// A finished estimate from seam points, and what it was made of.
+pub struct SeamEstimate<'a> {
+    /// The recording.
+    pub recording: &'a Recording,
+    /// Its seam points, with the stamps that are believed.
+    pub observations: &'a Observations,
+    /// The robot's stamps that are believed, s.
+    pub robot_times_s: &'a [f64],
+    /// How it was fitted.
+    pub settings: &'a FitSettings<'a>,
+    /// The fit.
+    pub fit: &'a Fit,
+    /// What it says.
+    pub answer: Answer,
+    /// How large the errors are that are no noise.
+    pub levels: SystematicLevels,
+    /// Components that are held and how well they are known, SI.
+    pub held_sigmas: &'a [(usize, f64)],
+    /// What the stamps leave unsaid of the time offset, added to a covariance.
+    pub widened: &'a dyn Fn(DMatrix<f64>) -> DMatrix<f64>,
+}
+
+/// Uses the stripes of a recording as its user wishes; `None` if there are none, or only seam points are wanted.
+///
+/// # Errors
+/// Stripes that are asked for and cannot be used.
+pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error> {
+    let asked = seam.settings.config.measurements;
+    let wanted = match asked {
+        Measurements::Seam => return Ok(None),
+        Measurements::Auto => Measurements::Stripe,
+        Measurements::Stripe | Measurements::Both => asked,
+    };
+    let is_asked = asked != Measurements::Auto;
+    if seam.settings.config.residual == ResidualKind::PointToLine {
+        return if is_asked { Err(Error::StripesNeedSheet) } else { Ok(None) };
+    }
+    if seam.recording.stripes.is_empty() {
+        return if is_asked { Err(Error::NoStripes) } else { Ok(None) };
+    }
+    let frames = frames(seam.recording, seam.observations, wanted, seam.settings.config);
+    let kept = |because: Because, estimate: Option<StripeEstimate>| StripeOutcome {
+        used: Measurements::Seam,
+        because,
+        frames: frames.total,
+        with_both: frames.with_both,
+        estimate: estimate.map(Box::new),
+    };
+    if seam.fit.prior.is_some() {
+        return if is_asked {
+            Err(Error::StripesHeldAtGuess)
+        } else {
+            Ok(Some(kept(Because::HeldAtGuess, None)))
+        };
+    }
+    let estimate = match of_plates(seam, &frames) {
+        Ok(estimate) => estimate,
+        Err(why) if is_asked => return Err(Error::NoPlates { why }),
+        Err(why) => return Ok(Some(kept(Because::Plates(why), None))),
+    };
+    let enough = frames.with_both as f64 >= LEAST_SHARE * frames.total as f64;
+    let agree = estimate.sigmas_apart < AGREEMENT_SIGMAS;
+    Ok(Some(match (is_asked, enough, agree) {
+        (false, false, _) => kept(Because::TooFewFrames, Some(estimate)),
+        (false, true, false) => kept(Because::Disagreement, Some(estimate)),
+        _ => {
+            let because = if is_asked { Because::Asked } else { Because::Agreement };
+            StripeOutcome { used: wanted, ..kept(because, Some(estimate)) }
+        }
+    }))
+}
+
+fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEstimate, NoPlates> {
+    let SeamEstimate { recording, observations, settings, .. } = *seam;
+    let like = &seam.answer.parameters;
+    let poses: Vec<Pose> =
+        recording.robot.iter().map(|sample| recording.lines_from_carrier(sample)).collect();
+    let times_s = seam.robot_times_s;
+    // Samples with one stamp are one: then the noise of attitudes is measured on the first of each.
+    let count = times_s.len().min(poses.len());
+    let shared = SharedNoise {
+        levels: NoiseLevels { factor: 1.0, ..settings.noise },
+        robot_sigma_rad: robot_sigma_rad(observations, &times_s[..count], &poses[..count]),
+    };
+    let shape_prior = settings.shape_prior;
+    let solver =
+        StripeSolver { observations, frames: &frames.list, shared, shape_prior, fixed: settings.fixed };
+    let begin = start::start(observations, &frames.list, like, like.shape)?;
+    let fit = solver.fit(begin).map_err(|_| NoPlates::NoPlane)?;
+    let information = fit.information(settings.fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
+    let noise = uncertainty::assess(&fit, &information);
+    let errors = systematic::systematic(&fit, &information, &seam.levels).with_held(
+        &fit.solution.equations.hessian,
+        information.covariance_root(),
+        seam.held_sigmas,
+    );
+    let (stripe, all) =
+        answer(seam, &fit, &information, (&noise.covariance, &errors)).ok_or(NoPlates::Parallel)?;
+    Ok(StripeEstimate {
+        planes: planes::planes(observations, &frames.list, fit.state(), (&all, information.null_space())),
+        angles: planes::angles(fit.state(), &all),
+        sigmas_apart: apart(&seam.answer, &stripe),
+        noise_factor: fit.noise_factor,
+        rejected: fit.rejected,
+        stripes: fit.plates,
+        seam: seam.answer.clone(),
+        stripe,
+    })
+}
+
+/// The answer in the words of a seam, and the covariance of the plates' own tangent.
+fn answer(
+    seam: &SeamEstimate<'_>,
+    fit: &StripeFit<'_>,
+    information: &Information,
+    (noise, errors): (&DMatrix<f64>, &Systematic),
+) -> Option<(Answer, DMatrix<f64>)> {
+    let parameters = as_seam::parameters(fit.state(), &seam.answer.parameters)?;
+    let slope = as_seam::slope(fit.state(), &seam.answer.parameters)?;
+    let carried = |columns: &DMatrix<f64>| &slope * columns;
+    let errors_of_seam = Systematic {
+        robot: carried(&errors.robot),
+        sensor: carried(&errors.sensor),
+        sensor_shape: errors.sensor_shape.clone(),
+        feature_bias: carried(&errors.feature_bias),
+        held: carried(&errors.held),
+    };
+    let noise_of_seam = &slope * noise * slope.transpose();
+    let noise_covariance = (seam.widened)(noise_of_seam.clone());
+    let observability = observability(seam, fit, information, &parameters);
+    let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
+    let model = &slope * information.covariance() * slope.transpose();
+    let sources = |hessian: &DMatrix<f64>| {
+        let sources = SeamErrorSources {
+            hessian,
+            noise: &noise_of_seam,
+            stamps_variance_s2: noise_covariance[(TIME_OFFSET, TIME_OFFSET)]
+                - noise_of_seam[(TIME_OFFSET, TIME_OFFSET)],
+            systematic: &errors_of_seam,
+            levels: seam.levels,
+            speed_m_s: seam.settings.config.used_at.speed_m_s,
+        };
+        let list = seam.fit.placed.of(seam.observations);
+        seam_error::predict(seam.observations, list, &parameters, &sources)
+    };
+    let hessian = Information::new(&model, &[], 0.0).map(|inverse| inverse.covariance());
+    let seam_error = hessian.filter(|_| all_seen).and_then(|hessian| sources(&hessian));
+    let answer = Answer {
+        covariance: &noise_covariance + errors_of_seam.covariance(),
+        noise_covariance,
+        observability,
+        seam_error,
+        parameters,
+    };
+    Some((answer, noise + errors.covariance()))
+}
+
+/// How far the answers of seam points and stripes are apart, over what both show of clock and hand-eye.
+fn apart(seam: &Answer, stripe: &Answer) -> f64 {
+    let seen = |answer: &Answer, k: usize| answer.observability.observable_components[k];
+    let both: Vec<usize> = (0..LINES).filter(|k| seen(seam, *k) && seen(stripe, *k)).collect();
+    let difference = stripe.parameters.minus(&seam.parameters.guess());
+    let chosen = DVector::from_iterator(both.len(), both.iter().map(|k| difference[*k]));
+    let covariance = DMatrix::from_fn(both.len(), both.len(), |i, j| {
+        seam.covariance[(both[i], both[j])] + stripe.noise_covariance[(both[i], both[j])]
+    });
+    sigmas_apart(&chosen, &covariance)
+}
+
+/// What the stripes show. No target of unknown place shows a translation that attitudes do not, nor a time offset that only
+/// noise shows: there the seam points' finding, which is tested against noise, holds for the plates as well.
+fn observability(
+    seam: &SeamEstimate<'_>,
+    fit: &StripeFit<'_>,
+    information: &Information,
+    at: &Parameters,
+) -> Observability {
+    let null = information.null_space();
+    let before = &seam.answer.observability;
+    let group_of_seam = |group: Group| before.unobservable.iter().find(|u| u.group == group).cloned();
+    let shows_time_offset =
+        !observability::is_null(null, TIME_OFFSET) && group_of_seam(Group::TimeOffset).is_none();
+    let without_lines = Parameters { lines: Vec::new(), curvatures: Vec::new(), ..at.clone() };
+    let mut unobservable = observability::named(null, &without_lines, shows_time_offset);
+    if !unobservable.iter().any(|u| u.group == Group::Translation) {
+        unobservable.extend(group_of_seam(Group::Translation));
+    }
+    let mut seen = vec![true; at.dimension()];
+    seen[TIME_OFFSET] = shows_time_offset;
+    let translation = unobservable.iter().any(|u| u.group == Group::Translation);
+    for (k, seen) in seen.iter_mut().enumerate().take(LINES).skip(ROTATION) {
+        let as_before = k < TRANSLATION || !translation || before.observable_components[k];
+        *seen = as_before && !observability::is_null(null, k);
+    }
+    for joint in 0..at.lines.len() {
+        let rows = fit.problem.unknowns.plane(joint, 0).start..fit.problem.unknowns.plane(joint, 1).end;
+        if rows.clone().any(|row| observability::is_null(null, row)) {
+            seen[line_index(joint)..line_index(joint + 1)].fill(false);
+            unobservable.push(Unobservable { group: Group::Line(joint), directions: Vec::new() });
+        }
+    }
+    let known_before = fit.problem.unknowns.known_before().len();
+    let largest = information.singular_values().max().max(f64::MIN_POSITIVE);
+    Observability {
+        rank: information.rank() - known_before,
+        size: information.size() - known_before,
+        condition: information.condition(),
+        singular_values: information.singular_values().iter().map(|value| value / largest).collect(),
+        unobservable,
+        observable_components: seen,
+    }
+}

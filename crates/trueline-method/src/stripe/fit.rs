@@ -1,0 +1,91 @@
+//! From a start to the optimum over all frames: weights, solve, weights again until they stay.
+
+use crate::input::observations::Observations;
+use crate::problem::block_priors::ShapePrior;
+use crate::stripe::frames::StripeFrame;
+use crate::stripe::problem::StripeProblem;
+use crate::stripe::state::StripeState;
+use crate::stripe::whitening::{SharedNoise, Weighed, weigh};
+use trueline_lsq::{Information, Solution, SolveError, SolveOptions, solve};
+
+/// Most rounds of weights: an outlier that held the first plane loses its hold in two or three.
+const ROUNDS: usize = 8;
+/// Weights have settled when they move the optimum by less than this, σ.
+const SETTLED_SIGMAS: f64 = 1e-2;
+/// The last solve ends with a step below this, σ.
+const FINE: f64 = 1e-6;
+
+/// A solved problem.
+pub struct StripeFit<'a> {
+    /// The problem, with the last weights.
+    pub problem: StripeProblem<'a>,
+    /// Its optimum.
+    pub solution: Solution<StripeState>,
+    /// How much larger the noise is than expected.
+    pub noise_factor: f64,
+    /// Plates (or seam points) that do not belong to the rest.
+    pub rejected: usize,
+    /// Plates (or seam points) in all frames.
+    pub plates: usize,
+}
+
+/// What a fit is made of.
+#[derive(Clone, Copy)]
+pub struct StripeSolver<'a> {
+    /// Trajectory and sheet.
+    pub observations: &'a Observations,
+    /// What the frames show.
+    pub frames: &'a [StripeFrame],
+    /// What their residuals share.
+    pub shared: SharedNoise,
+    /// What is known of the sensor's shape beforehand.
+    pub shape_prior: Option<ShapePrior>,
+    /// Components that are held where they start.
+    pub fixed: &'a [usize],
+}
+
+impl<'a> StripeSolver<'a> {
+    /// The optimum from a start.
+    ///
+    /// # Errors
+    /// [`SolveError`] if the cost is not finite there.
+    pub fn fit(&self, start: StripeState) -> Result<StripeFit<'a>, SolveError> {
+        let mut state = start;
+        let mut fit = None;
+        for round in 0..ROUNDS {
+            let Weighed { frames, rejected, plates, factor } =
+                weigh(self.observations, self.frames, &state, &self.shared);
+            let unknowns = state.unknowns();
+            let problem = StripeProblem {
+                observations: self.observations,
+                frames,
+                unknowns,
+                shape_prior: self.shape_prior,
+            };
+            let options = SolveOptions { step_threshold: FINE, ..SolveOptions::default() };
+            let solution = solve(&problem, state, self.fixed, &options)?;
+            state = solution.state.clone();
+            let first = solution.iterations.first().map_or(0.0, |step| step.step);
+            fit = Some(StripeFit { problem, solution, noise_factor: factor, rejected, plates });
+            if round > 0 && first < SETTLED_SIGMAS {
+                break;
+            }
+        }
+        fit.ok_or(SolveError::NotFiniteAtStart)
+    }
+}
+
+impl StripeFit<'_> {
+    /// The optimum.
+    #[must_use]
+    pub fn state(&self) -> &StripeState {
+        &self.solution.state
+    }
+
+    /// What is known of the unknowns; a direction counts as seen above `threshold` of the largest singular value.
+    #[must_use]
+    pub fn information(&self, fixed: &[usize], threshold: f64) -> Option<Information> {
+        let known = self.problem.unknowns.known_before();
+        Information::beside(&self.solution.equations.hessian, fixed, known, threshold)
+    }
+}

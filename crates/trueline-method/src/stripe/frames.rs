@@ -1,0 +1,198 @@
+//! Recording → what each frame shows of a joint: support points of its plates' stripes, or its seam point.
+
+use crate::assess::tilt_bias::sheet_per_px;
+use crate::config::{Config, Measurements};
+use crate::input::observations::{Observation, Observations};
+use nalgebra::{Matrix2, Vector2};
+use std::collections::BTreeMap;
+use trueline_dataset::{Measured, PlateStripe, Recording, Sensor};
+
+/// One support point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Support {
+    /// Where it is reported, sheet coordinates, m.
+    pub reported: Vector2<f64>,
+    /// Standard deviation square to the stripe, in the sheet, m.
+    pub sigma_m: f64,
+    /// How far a pixel is in the sheet, m, along the picture's rows and across them; of sensors that report lengths, what their
+    /// noise would be.
+    pub sheet_per_px: Matrix2<f64>,
+}
+
+/// A seam point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeamSight {
+    /// Where it is reported, sheet coordinates, m.
+    pub reported: Vector2<f64>,
+    /// Its covariance there, m².
+    pub covariance: Matrix2<f64>,
+    /// As for [`Support`].
+    pub sheet_per_px: Matrix2<f64>,
+}
+
+/// What is used of a joint in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sight {
+    /// The stripes on its plates; at least one of them.
+    Stripes([Option<[Support; 2]>; 2]),
+    /// Its seam point.
+    Seam(SeamSight),
+}
+
+/// A joint in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StripeFrame {
+    /// Stamp since the start of the recording, s, as the seam points' stamps are taken.
+    pub stamp_s: f64,
+    /// Which joint.
+    pub joint: usize,
+    /// What it shows.
+    pub sight: Sight,
+}
+
+/// The frames of a scan, and how many of them show what.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StripeFrames {
+    /// By rising stamp.
+    pub list: Vec<StripeFrame>,
+    /// Frames with a seam point or a stripe.
+    pub total: usize,
+    /// Frames with the stripes on both plates.
+    pub with_both: usize,
+}
+
+/// Noise of a feature that a bias in pixels is compared with where features are lengths, px.
+const USUAL_SIGMA_PX: f64 = 0.3;
+
+/// Everything that frames show of their joints.
+///
+/// Each picture counts once: the crossing of two stripes *is* the seam point of a fillet, and both together would count it
+/// twice. So where both stripes are there, they are used; with [`Measurements::Both`] a frame without both of them gives its
+/// seam point.
+#[must_use]
+pub fn frames(
+    recording: &Recording,
+    observations: &Observations,
+    wanted: Measurements,
+    config: &Config,
+) -> StripeFrames {
+    let usual_m = config.feature_sigma_m / USUAL_SIGMA_PX;
+    let stamps = Stamps::of(recording, observations);
+    let mut seen: BTreeMap<(i64, usize), Seen<'_>> = BTreeMap::new();
+    for stripe in &recording.stripes {
+        let (joint, plate) = (stripe.plate as usize / 2, stripe.plate as usize % 2);
+        seen.entry((stripe.stamp_ns, joint)).or_default().stripes[plate] =
+            lifted(recording, observations, stripe, usual_m);
+    }
+    for o in &observations.list {
+        let stamp_ns = recording.features[o.row as usize].stamp_ns;
+        seen.entry((stamp_ns, o.line as usize)).or_default().seam = Some(o);
+    }
+    let mut frames = StripeFrames { total: seen.len(), ..StripeFrames::default() };
+    for ((stamp_ns, joint), seen) in seen {
+        frames.with_both += usize::from(seen.stripes.iter().all(Option::is_some));
+        if let Some(sight) = seen.sight(observations, wanted) {
+            frames.list.push(StripeFrame { stamp_s: stamps.seconds(stamp_ns), joint, sight });
+        }
+    }
+    frames
+}
+
+#[derive(Default)]
+struct Seen<'a> {
+    stripes: [Option<[Support; 2]>; 2],
+    seam: Option<&'a Observation>,
+}
+
+impl Seen<'_> {
+    fn sight(&self, observations: &Observations, wanted: Measurements) -> Option<Sight> {
+        let both = self.stripes.iter().all(Option::is_some);
+        let seam = self.seam.filter(|_| wanted == Measurements::Both && !both);
+        if let Some(o) = seam {
+            let [xx, xy, yy] = o.covariance;
+            return Some(Sight::Seam(SeamSight {
+                reported: observations.sheet.coordinates(&o.point_in_camera),
+                covariance: Matrix2::new(xx, xy, xy, yy),
+                sheet_per_px: sheet_per_px(o),
+            }));
+        }
+        self.stripes.iter().any(Option::is_some).then_some(Sight::Stripes(self.stripes))
+    }
+}
+
+/// A stripe's support points on the sheet; `None` where one cannot be lifted.
+fn lifted(
+    recording: &Recording,
+    observations: &Observations,
+    stripe: &PlateStripe,
+    usual_m: f64,
+) -> Option<[Support; 2]> {
+    let places = stripe.points.map(|point| on_sheet(recording, observations, point));
+    let [first, second] = [places[0]?, places[1]?];
+    let chord = second.0 - first.0;
+    let normal = Vector2::new(-chord.y, chord.x).try_normalize(0.0)?;
+    let support = |(reported, slope): (Vector2<f64>, Matrix2<f64>)| Support {
+        reported,
+        // The error is square to the stripe in what the sensor reports; D carries it into the sheet.
+        sigma_m: (slope.transpose() * normal).norm() * stripe.sigma,
+        sheet_per_px: match stripe.points[0] {
+            Measured::Pixel(_) => slope,
+            _ => Matrix2::identity() * usual_m,
+        },
+    };
+    let supports = [support(first), support(second)];
+    supports.iter().all(|s| s.sigma_m > 0.0 && s.sigma_m.is_finite()).then_some(supports)
+}
+
+/// A measured point in the sheet, corrected by a known shape, and how it moves with what was measured (px or m).
+fn on_sheet(
+    recording: &Recording,
+    observations: &Observations,
+    measured: Measured,
+) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+    let sheet = &observations.sheet;
+    let (at, slope) = match (measured, &recording.sensor) {
+        (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
+            let (ray, d_ray) = camera.ray(&Vector2::from(pixel)).ok()?;
+            let (point, d_point) = sheet.intersect(&ray)?;
+            (sheet.coordinates(&point), sheet.axes().transpose() * d_point * d_ray)
+        }
+        (Measured::Profile(point), Sensor::Profiler) => (Vector2::from(point), Matrix2::identity()),
+        (Measured::Point(point), Sensor::Points { .. }) => {
+            (sheet.coordinates(&point.into()), Matrix2::identity())
+        }
+        _ => return None,
+    };
+    Some(recording.setup.shape.as_ref().map_or((at, slope), |shape| {
+        let (there, by_reported) = shape.corrected(&at);
+        (there, by_reported * slope)
+    }))
+}
+
+/// When frames were taken, as the estimate takes the stamps of the seam points.
+struct Stamps {
+    /// Recorded stamp (ns) and the one that is used (s), rising.
+    known: Vec<(i64, f64)>,
+}
+
+impl Stamps {
+    fn of(recording: &Recording, observations: &Observations) -> Self {
+        let stamp = |o: &Observation| (recording.features[o.row as usize].stamp_ns, o.stamp_s);
+        let mut known: Vec<(i64, f64)> = observations.list.iter().map(stamp).collect();
+        known.dedup_by_key(|(stamp_ns, _)| *stamp_ns);
+        Self { known }
+    }
+
+    /// The stamp of a frame; one without a seam point is as far from its neighbour as it was recorded.
+    fn seconds(&self, stamp_ns: i64) -> f64 {
+        let next = self.known.partition_point(|(known_ns, _)| *known_ns < stamp_ns);
+        let last = self.known.len().saturating_sub(1);
+        let around = [next.saturating_sub(1).min(last), next.min(last)];
+        let nearest = around
+            .into_iter()
+            .min_by_key(|&k| self.known.get(k).map_or(i64::MAX, |(ns, _)| (ns - stamp_ns).abs()));
+        nearest
+            .and_then(|k| self.known.get(k))
+            .map_or(0.0, |(ns, used_s)| used_s + (stamp_ns - ns) as f64 * 1e-9)
+    }
+}

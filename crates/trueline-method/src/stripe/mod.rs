@@ -1,0 +1,27 @@
+//! The whole stripe: both plates of the joint instead of the point where they meet.
+//!
+//! A straight stripe is two numbers a plate: two support points of it, each known square to the stripe. Four residuals a
+//! frame hold all that its columns say of the plates. The seam is where the plates meet.
+//!
+//! ```text
+//! Recording::stripes ─frames─▶ StripeFrame ─problem─▶ StripeProblem ─fit─▶ StripeFit ─as_seam─▶ Parameters of the seam
+//! ```
+//!
+//! What follows (seam error, verdict, report) is the same as for seam points.
+
+pub mod agreement;
+pub mod as_seam;
+pub mod corners;
+pub mod estimate;
+pub mod fit;
+pub mod frames;
+pub mod no_plates;
+pub mod outcome;
+pub mod planes;
+pub mod problem;
+pub mod start;
+pub mod state;
+pub mod systematic;
+pub mod uncertainty;
+pub mod unknowns;
+pub mod whitening;

@@ -1,0 +1,97 @@
+//! What the whole stripes have said beside the seam points, and which of them is the answer.
+
+use crate::assess::observability::Observability;
+use crate::assess::seam_error::SeamError;
+use crate::config::Measurements;
+use crate::problem::parameters::Parameters;
+use crate::stripe::no_plates::NoPlates;
+use crate::stripe::planes::{JointAngle, PlaneEstimate};
+use nalgebra::DMatrix;
+
+/// Part of the frames in which both plates must be seen for stripes to be used unasked.
+pub const LEAST_SHARE: f64 = 0.8;
+
+/// Why it is the answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Because {
+    /// The user asked for it.
+    Asked,
+    /// Seam points and stripes agree, and stripes know more.
+    Agreement,
+    /// They do not agree.
+    Disagreement,
+    /// Too few frames show both plates.
+    TooFewFrames,
+    /// There are no two plates that meet.
+    Plates(NoPlates),
+    /// What the scan does not show is held at a guess, which the stripes are not.
+    HeldAtGuess,
+}
+
+impl Because {
+    /// The name in the result.
+    #[must_use]
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Asked => "asked",
+            Self::Agreement => "agreement",
+            Self::Disagreement => "disagreement",
+            Self::TooFewFrames => "too-few-frames",
+            Self::Plates(NoPlates::Missing) => "plates-missing",
+            Self::Plates(NoPlates::NoPlane) => "plates-without-plane",
+            Self::Plates(NoPlates::Parallel) => "parallel-plates",
+            Self::HeldAtGuess => "held-at-guess",
+        }
+    }
+}
+
+/// One answer, in the unknowns of a seam.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// Where it is.
+    pub parameters: Parameters,
+    /// Covariance of everything that is accounted for.
+    pub covariance: DMatrix<f64>,
+    /// The part of it that is noise.
+    pub noise_covariance: DMatrix<f64>,
+    /// What is seen of it.
+    pub observability: Observability,
+    /// Error of a seam point that is measured later; `None` if something of the hand-eye is not seen.
+    pub seam_error: Option<SeamError>,
+}
+
+/// The plates' estimate, and both answers side by side.
+#[derive(Clone, Debug)]
+pub struct StripeEstimate {
+    /// The plates.
+    pub planes: Vec<PlaneEstimate>,
+    /// The angles of the joints.
+    pub angles: Vec<JointAngle>,
+    /// How far both answers are apart, in sigma.
+    pub sigmas_apart: f64,
+    /// How much larger the noise is than expected.
+    pub noise_factor: f64,
+    /// Stripes that do not belong to the rest.
+    pub rejected: usize,
+    /// Stripes (and, with both, seam points) that were looked at.
+    pub stripes: usize,
+    /// What the seam points say.
+    pub seam: Answer,
+    /// What the stripes say.
+    pub stripe: Answer,
+}
+
+/// What became of the stripes of a recording.
+#[derive(Clone, Debug)]
+pub struct StripeOutcome {
+    /// What the answer was made of.
+    pub used: Measurements,
+    /// Why.
+    pub because: Because,
+    /// Frames with a seam point or a stripe.
+    pub frames: usize,
+    /// Frames with both plates.
+    pub with_both: usize,
+    /// The estimate; `None` where there is none.
+    pub estimate: Option<Box<StripeEstimate>>,
+}

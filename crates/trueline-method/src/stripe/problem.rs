@@ -1,0 +1,239 @@
+//! Frames → problem: up to four whitened residuals for each frame, with their Jacobian by the chain rule.
+
+use crate::input::observations::Observations;
+use crate::problem::block_priors::ShapePrior;
+use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::problem::usable::UNUSABLE_SQUARED;
+use crate::stripe::frames::{SeamSight, Sight, StripeFrame};
+use crate::stripe::state::StripeState;
+use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, LOCAL_SURFACES, PLANES, StripeUnknowns};
+use nalgebra::{DVector, Matrix2, SMatrix, SVector, Vector2, Vector3};
+use trueline_lsq::{LeastSquares, NormalEquations};
+use trueline_model::{Placement, Plate, SheetShape, StripeJacobian, StripeOnPlate};
+
+/// Most residuals of a frame.
+pub const ROWS: usize = 4;
+
+/// A Jacobian by the unknowns that a frame depends on.
+pub type FrameJacobian = SMatrix<f64, ROWS, LOCAL_ALL>;
+
+/// The residuals of a frame, m; rows that it does not have are zero.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameResidual {
+    /// Residuals: support points by plate, or the seam point along both axes of the sheet.
+    pub residual: SVector<f64, ROWS>,
+    /// Their Jacobian.
+    pub jacobian: FrameJacobian,
+    /// By a displacement of the robot in base.
+    pub d_displacement: SMatrix<f64, ROWS, 3>,
+    /// By a turn of the robot in base.
+    pub d_turn: SMatrix<f64, ROWS, 3>,
+    /// By a shift of what is measured, sheet coordinates.
+    pub d_reported: SMatrix<f64, ROWS, 2>,
+}
+
+/// A frame with what whitens it; rows that do not count are zero.
+#[derive(Clone, Copy, Debug)]
+pub struct WeighedFrame {
+    /// The frame.
+    pub frame: StripeFrame,
+    /// W with W Σ Wᵀ = 1 over the rows that count.
+    pub whitener: SMatrix<f64, ROWS, ROWS>,
+    /// Rows that count.
+    pub rows: usize,
+}
+
+/// The least-squares problem of the plates. Weights are fixed: the robust loss is in the whiteners.
+pub struct StripeProblem<'a> {
+    /// Trajectory and sheet.
+    pub observations: &'a Observations,
+    /// The frames that take part.
+    pub frames: Vec<WeighedFrame>,
+    /// Its unknowns.
+    pub unknowns: StripeUnknowns,
+    /// What is known of the sensor's shape beforehand.
+    pub shape_prior: Option<ShapePrior>,
+}
+
+/// Where the sensor was when a frame was exposed; `None` outside the recording or in a gap.
+#[must_use]
+pub fn placement(
+    observations: &Observations,
+    frame: &StripeFrame,
+    at: &StripeState,
+    hint: &mut usize,
+) -> Option<Placement> {
+    let trajectory = &observations.robot.trajectory;
+    let exposure_s = frame.stamp_s - at.time_offset_s;
+    *hint = trajectory.bracket(exposure_s, *hint)?;
+    Some(Placement::new(trajectory.segment(*hint)?, exposure_s, &at.tool_from_camera))
+}
+
+/// The residuals of a frame, not whitened; `None` where a plate lies along the sheet.
+#[must_use]
+pub fn linearize_frame(
+    observations: &Observations,
+    frame: &StripeFrame,
+    at: &StripeState,
+    placement: &Placement,
+) -> Option<FrameResidual> {
+    let view =
+        View { observations, plates: at.joints.get(frame.joint)?, shape: at.shape.as_ref(), placement };
+    match &frame.sight {
+        Sight::Seam(seam) => view.seam(seam),
+        Sight::Stripes(stripes) => {
+            let mut all = EMPTY;
+            for (number, supports) in stripes.iter().enumerate() {
+                for (k, support) in supports.iter().flatten().enumerate() {
+                    let parts = view.stripe(number, &support.reported)?;
+                    view.set_row(&mut all, 2 * number + k, number, &parts);
+                }
+            }
+            Some(all)
+        }
+    }
+}
+
+const EMPTY: FrameResidual = FrameResidual {
+    residual: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0),
+    jacobian: FrameJacobian::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; LOCAL_ALL])),
+    d_displacement: SMatrix::<f64, ROWS, 3>::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; 3])),
+    d_turn: SMatrix::<f64, ROWS, 3>::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; 3])),
+    d_reported: SMatrix::<f64, ROWS, 2>::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; 2])),
+};
+
+/// A joint as the sensor sees it in one frame.
+struct View<'a> {
+    observations: &'a Observations,
+    plates: &'a [Plate; 2],
+    shape: Option<&'a SheetShape>,
+    placement: &'a Placement,
+}
+
+impl View<'_> {
+    fn stripe(&self, plate: usize, reported: &Vector2<f64>) -> Option<StripeJacobian> {
+        let sheet = &self.observations.sheet;
+        StripeOnPlate { plate: &self.plates[plate], sheet, shape: self.shape }
+            .linearize(self.placement, reported)
+    }
+
+    fn set_row(&self, all: &mut FrameResidual, row: usize, plate: usize, parts: &StripeJacobian) {
+        all.residual[row] = parts.residual;
+        let mut set = |first: usize, numbers: &[f64]| {
+            numbers.iter().enumerate().for_each(|(k, number)| all.jacobian[(row, first + k)] = *number);
+        };
+        set(TIME_OFFSET, &[parts.d_time_offset]);
+        set(ROTATION, parts.d_rotation.as_slice());
+        set(TRANSLATION, parts.d_translation.as_slice());
+        set(PLANES + Plate::DIMENSION * plate, parts.d_plate.as_slice());
+        set(LOCAL_SURFACES + Plate::SURFACE * plate, parts.d_surface.as_slice());
+        set(LOCAL_SHAPE, parts.d_shape.as_slice());
+        let lever: Vector3<f64> = parts.foot_in_base - self.placement.base_from_tool.translation.vector;
+        all.d_displacement.set_row(row, &parts.d_displacement.transpose());
+        all.d_turn.set_row(row, &lever.cross(&parts.d_displacement).transpose());
+        all.d_reported.set_row(row, &parts.normal.transpose());
+    }
+
+    /// A seam point against the crossing of both predicted stripes: with their normals as the rows of N, r = N⁻¹ ρ, and
+    /// everything is evaluated at the crossing, where ρ vanishes.
+    fn seam(&self, seam: &SeamSight) -> Option<FrameResidual> {
+        let mut crossing = seam.reported;
+        for _ in 0..CROSSING_STEPS {
+            let (parts, inverse) = self.both_at(&crossing)?;
+            crossing -= inverse * Vector2::new(parts[0].residual, parts[1].residual);
+        }
+        let (parts, inverse) = self.both_at(&crossing)?;
+        let mut by_plate = EMPTY;
+        (0..2).for_each(|plate| self.set_row(&mut by_plate, plate, plate, &parts[plate]));
+        let mut all = EMPTY;
+        all.jacobian.fixed_rows_mut::<2>(0).copy_from(&(inverse * by_plate.jacobian.fixed_rows::<2>(0)));
+        let displacement = inverse * by_plate.d_displacement.fixed_rows::<2>(0);
+        all.d_displacement.fixed_rows_mut::<2>(0).copy_from(&displacement);
+        all.d_turn.fixed_rows_mut::<2>(0).copy_from(&(inverse * by_plate.d_turn.fixed_rows::<2>(0)));
+        all.residual.fixed_rows_mut::<2>(0).copy_from(&(seam.reported - crossing));
+        all.d_reported.fixed_rows_mut::<2>(0).fill_with_identity();
+        Some(all)
+    }
+
+    fn both_at(&self, at: &Vector2<f64>) -> Option<([StripeJacobian; 2], Matrix2<f64>)> {
+        let parts = [self.stripe(0, at)?, self.stripe(1, at)?];
+        let normals = Matrix2::from_rows(&parts.map(|part| part.normal.transpose()));
+        Some((parts, normals.try_inverse()?))
+    }
+}
+
+/// Newton's steps to the crossing: stripes bend by some 1e-4.
+const CROSSING_STEPS: usize = 3;
+
+impl StripeProblem<'_> {
+    /// Whitened residuals and Jacobian of a frame; `None` where it cannot be placed.
+    #[must_use]
+    pub fn whitened(
+        &self,
+        weighed: &WeighedFrame,
+        at: &StripeState,
+        hint: &mut usize,
+    ) -> Option<(SVector<f64, ROWS>, FrameJacobian)> {
+        let placement = placement(self.observations, &weighed.frame, at, hint)?;
+        let parts = linearize_frame(self.observations, &weighed.frame, at, &placement)?;
+        Some((weighed.whitener * parts.residual, weighed.whitener * parts.jacobian))
+    }
+
+    fn cost_of_prior(&self, at: &StripeState) -> f64 {
+        let values = at.about_prior();
+        0.5 * values.dot(&(at.prior_information(self.shape_prior.as_ref()) * &values))
+    }
+}
+
+impl LeastSquares for StripeProblem<'_> {
+    type State = StripeState;
+
+    fn dimension(&self) -> usize {
+        self.unknowns.dimension()
+    }
+
+    fn retract(&self, state: &StripeState, step: &DVector<f64>) -> StripeState {
+        state.retract(step)
+    }
+
+    fn cost(&self, state: &StripeState) -> f64 {
+        let mut hint = 0;
+        let squares = self.frames.iter().map(|weighed| {
+            let placement = placement(self.observations, &weighed.frame, state, &mut hint);
+            let parts = placement.and_then(|p| linearize_frame(self.observations, &weighed.frame, state, &p));
+            parts.map_or(UNUSABLE_SQUARED, |parts| (weighed.whitener * parts.residual).norm_squared())
+        });
+        0.5 * squares.sum::<f64>() + self.cost_of_prior(state)
+    }
+
+    fn linearize(&self, state: &StripeState, equations: &mut NormalEquations) {
+        let mut hint = 0;
+        let mut joints: Vec<(SMatrix<f64, LOCAL_ALL, LOCAL_ALL>, SVector<f64, LOCAL_ALL>)> =
+            vec![(SMatrix::zeros(), SVector::zeros()); state.joints.len()];
+        for weighed in &self.frames {
+            let Some((residual, jacobian)) = self.whitened(weighed, state, &mut hint) else {
+                equations.cost += 0.5 * UNUSABLE_SQUARED;
+                continue;
+            };
+            let (hessian, gradient) = &mut joints[weighed.frame.joint];
+            let transposed = jacobian.transpose();
+            *hessian += transposed * jacobian;
+            *gradient += transposed * residual;
+            equations.cost += 0.5 * residual.norm_squared();
+        }
+        let local = self.unknowns.local();
+        for (joint, (hessian, gradient)) in joints.iter().enumerate() {
+            for row in 0..local {
+                let to = self.unknowns.place(row, joint);
+                equations.gradient[to] += gradient[row];
+                for column in 0..local {
+                    equations.hessian[(to, self.unknowns.place(column, joint))] += hessian[(row, column)];
+                }
+            }
+        }
+        let information = state.prior_information(self.shape_prior.as_ref());
+        equations.gradient += &information * state.about_prior();
+        equations.hessian += information;
+        equations.cost += self.cost_of_prior(state);
+    }
+}

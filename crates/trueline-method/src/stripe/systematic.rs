@@ -1,0 +1,125 @@
+//! Errors that are no noise, as the plates' estimate owes to them: the columns of [`Systematic`] in the tangent of the
+//! plates.
+
+use crate::assess::robot_field::RobotField;
+use crate::assess::systematic::{Systematic, SystematicLevels};
+use crate::assess::tilt_bias::{BIAS, TiltBias};
+use crate::stripe::fit::StripeFit;
+use crate::stripe::frames::Sight;
+use crate::stripe::problem::{FrameJacobian, ROWS, WeighedFrame, linearize_frame, placement};
+use crate::stripe::state::StripeState;
+use crate::stripe::unknowns::LOCAL_SHAPE;
+use nalgebra::{DMatrix, SMatrix};
+use trueline_geometry::Pose;
+use trueline_lsq::Information;
+use trueline_model::{Placement, SheetShape};
+
+/// Frames that are looked at; of more, every so many stand for the rest.
+const SAMPLE: usize = 3000;
+
+/// How far each kind of error moves the estimate.
+#[must_use]
+pub fn systematic(fit: &StripeFit<'_>, information: &Information, levels: &SystematicLevels) -> Systematic {
+    let (problem, root) = (&fit.problem, information.covariance_root());
+    let every = problem.frames.len().div_ceil(SAMPLE).max(1);
+    let at = with_shape(fit);
+    let mut hint = 0;
+    let seen: Vec<(&WeighedFrame, Placement)> = problem
+        .frames
+        .iter()
+        .step_by(every)
+        .filter_map(|weighed| {
+            Some((weighed, placement(problem.observations, &weighed.frame, &at, &mut hint)?))
+        })
+        .collect();
+    let poses: Vec<Pose> = seen.iter().map(|(_, placement)| placement.base_from_tool).collect();
+    let field = RobotField::new(levels.robot_accuracy_m, &poses);
+    let tilt = TiltBias::about(&poses);
+    let zeros = |columns: usize| DMatrix::zeros(root.nrows(), columns);
+    let mut robot = zeros(6 * field.as_ref().map_or(0, RobotField::modes));
+    let (mut shape, mut bias) = (zeros(5), zeros(BIAS));
+    for (weighed, placement) in &seen {
+        let Some(parts) = linearize_frame(problem.observations, &weighed.frame, &at, placement) else {
+            continue;
+        };
+        let row = Row { fit, weighed, jacobian: weighed.whitener * parts.jacobian, weight: every as f64 };
+        if levels.held_shape.is_some() {
+            let columns = row.jacobian.fixed_columns::<5>(LOCAL_SHAPE).into_owned();
+            row.add(&mut shape, &DMatrix::from_column_slice(ROWS, 5, columns.as_slice()));
+        }
+        if levels.feature_bias_px > 0.0 {
+            let in_sensor = tilt.in_sensor(&at.tool_from_camera, placement);
+            let by_px = by_px(&weighed.frame.sight, &parts.d_reported);
+            let mut columns = DMatrix::zeros(ROWS, BIAS);
+            for axis in 0..3 {
+                let moved = weighed.whitener * by_px * (in_sensor[axis] * levels.feature_bias_px);
+                columns.view_mut((0, 2 * axis), (ROWS, 2)).copy_from(&moved);
+            }
+            row.add(&mut bias, &columns);
+        }
+        if let Some(field) = &field {
+            let position = weighed.whitener * parts.d_displacement * field.position_sigma_m;
+            let attitude = weighed.whitener * parts.d_turn * field.attitude_sigma_rad;
+            let mut columns = DMatrix::zeros(ROWS, robot.ncols());
+            for (k, amplitude) in field.at(&placement.base_from_tool).iter().enumerate() {
+                columns.view_mut((0, 6 * k), (ROWS, 3)).copy_from(&(position * *amplitude));
+                columns.view_mut((0, 6 * k + 3), (ROWS, 3)).copy_from(&(attitude * *amplitude));
+            }
+            row.add(&mut robot, &columns);
+        }
+    }
+    let moved = |sum: &DMatrix<f64>| -(root * (root.transpose() * sum));
+    let held = levels.held_shape.and_then(|covariance| covariance.cholesky()).map(|c| c.l());
+    let held = held.map_or_else(|| DMatrix::zeros(5, 0), |l| DMatrix::from_column_slice(5, 5, l.as_slice()));
+    Systematic {
+        robot: moved(&robot),
+        sensor: moved(&(&shape * &held)),
+        sensor_shape: held,
+        feature_bias: moved(&bias),
+        held: DMatrix::zeros(root.nrows(), 0),
+    }
+}
+
+/// The optimum with a shape, for the derivative by it.
+fn with_shape(fit: &StripeFit<'_>) -> StripeState {
+    let mut at = fit.state().clone();
+    let origin = fit.problem.observations.shape_origin_m.into();
+    at.shape = at.shape.or(Some(SheetShape::exact_about(&origin)));
+    at
+}
+
+/// How far each residual moves with a pixel along the picture's rows and across them, m.
+fn by_px(sight: &Sight, d_reported: &SMatrix<f64, ROWS, 2>) -> SMatrix<f64, ROWS, 2> {
+    let mut moved = SMatrix::zeros();
+    let mut set = |row: usize, sheet_per_px: &SMatrix<f64, 2, 2>| {
+        moved.set_row(row, &(d_reported.row(row) * sheet_per_px));
+    };
+    match sight {
+        Sight::Seam(seam) => (0..2).for_each(|row| set(row, &seam.sheet_per_px)),
+        Sight::Stripes(stripes) => {
+            for (plate, supports) in stripes.iter().enumerate() {
+                supports.iter().flatten().enumerate().for_each(|(k, s)| set(2 * plate + k, &s.sheet_per_px));
+            }
+        }
+    }
+    moved
+}
+
+/// One frame's part of Jᵀ W Z.
+struct Row<'a, 'b> {
+    fit: &'a StripeFit<'b>,
+    weighed: &'a WeighedFrame,
+    jacobian: FrameJacobian,
+    weight: f64,
+}
+
+impl Row<'_, '_> {
+    fn add(&self, sum: &mut DMatrix<f64>, columns: &DMatrix<f64>) {
+        let unknowns = &self.fit.problem.unknowns;
+        for local in 0..unknowns.local() {
+            let row = self.jacobian.column(local).transpose() * columns * self.weight;
+            let mut target = sum.row_mut(unknowns.place(local, self.weighed.frame.joint));
+            target += row;
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! How large the residuals of a frame are expected to be, and which plates do not belong to the rest.
+//!
+//! Σ = D + σ_r² G Gᵀ + σ_ω² T Tᵀ + σ_t² ρ̇ ρ̇ᵀ over the four residuals of a frame: each support point's own noise, and the
+//! robot's position, its attitude and the stamp's jitter, which all four share. A plate whose stripe is off (a reflection, a
+//! tack weld) gets a larger own noise, 1/w times, with w of a redescending loss; beyond its reach the plate is left out of the
+//! frame.
+
+use crate::input::noise_levels::NoiseLevels;
+use crate::input::observations::Observations;
+use crate::solve::noise_scale::noise_factor;
+use crate::solve::solver::REJECTING;
+use crate::stripe::frames::{Sight, StripeFrame};
+use crate::stripe::problem::{FrameResidual, ROWS, WeighedFrame, linearize_frame, placement};
+use crate::stripe::state::StripeState;
+use nalgebra::{DMatrix, Matrix2, SMatrix, Vector2};
+use trueline_geometry::smooth;
+
+/// Standard deviations of what all residuals of a frame share, and of everything together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SharedNoise {
+    /// Of robot's position and stamp, and the factor on everything.
+    pub levels: NoiseLevels,
+    /// Of the robot's attitude about each axis, rad.
+    pub robot_sigma_rad: f64,
+}
+
+/// Frames with their weights.
+pub struct Weighed {
+    /// Those that take part.
+    pub frames: Vec<WeighedFrame>,
+    /// Plates (or seam points) that were left out of their frame as outliers.
+    pub rejected: usize,
+    /// Those that were looked at.
+    pub plates: usize,
+    /// The factor that was found.
+    pub factor: f64,
+}
+
+/// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
+const LEAST_FACTOR: f64 = 1e-3;
+
+/// What is left of the noise of the robot's attitudes in its path, rad; as much of it as of the positions'.
+#[must_use]
+pub fn robot_sigma_rad(
+    observations: &Observations,
+    times_s: &[f64],
+    poses: &[trueline_geometry::Pose],
+) -> f64 {
+    let robot = &observations.robot;
+    let gap_limit_s = robot.trajectory.gap_limit().max(4.0 * robot.period_s);
+    let recorded = smooth::rotation_noise(times_s, poses, robot.period_s, gap_limit_s);
+    if robot.recorded_noise_m > 0.0 { recorded * robot.noise_m / robot.recorded_noise_m } else { recorded }
+}
+
+/// Weighs every frame that can be placed at a state: first the factor by which all noise is larger than expected, then each
+/// plate for itself.
+#[must_use]
+pub fn weigh(
+    observations: &Observations,
+    frames: &[StripeFrame],
+    at: &StripeState,
+    shared: &SharedNoise,
+) -> Weighed {
+    let mut hint = 0;
+    let placed: Vec<(&StripeFrame, FrameResidual)> = frames
+        .iter()
+        .filter_map(|frame| {
+            let placement = placement(observations, frame, at, &mut hint)?;
+            Some((frame, linearize_frame(observations, frame, at, &placement)?))
+        })
+        .collect();
+    let expected = SharedNoise { levels: NoiseLevels { factor: 1.0, ..shared.levels }, ..*shared };
+    let squared: Vec<f64> = placed
+        .iter()
+        .flat_map(|(frame, parts)| squares(&frame.sight, parts, &covariance(&frame.sight, parts, &expected)))
+        .flatten()
+        .collect();
+    let factor = noise_factor(&squared).max(LEAST_FACTOR);
+    let scaled = SharedNoise { levels: NoiseLevels { factor, ..shared.levels }, ..*shared };
+    let mut all =
+        Weighed { frames: Vec::with_capacity(placed.len()), rejected: 0, plates: squared.len(), factor };
+    for (frame, parts) in &placed {
+        let covariance = covariance(&frame.sight, parts, &scaled);
+        let weights = squares(&frame.sight, parts, &covariance)
+            .map(|squared| squared.map_or(0.0, |squared| REJECTING.weight(squared)));
+        let looked_at = squares(&frame.sight, parts, &covariance).iter().flatten().count();
+        let kept = weights.iter().filter(|w| **w > 0.0).count();
+        all.rejected += looked_at - kept;
+        if let Some((whitener, rows)) = whitener(&frame.sight, &covariance, weights, factor) {
+            all.frames.push(WeighedFrame { frame: **frame, whitener, rows });
+        }
+    }
+    all
+}
+
+/// Own covariance of the two rows of a plate, or of the seam point; `None` if it is not there.
+fn own(sight: &Sight, block: usize) -> Option<Matrix2<f64>> {
+    match sight {
+        Sight::Seam(seam) => (block == 0).then_some(seam.covariance),
+        Sight::Stripes(stripes) => stripes[block]
+            .map(|[a, b]| Matrix2::from_diagonal(&Vector2::new(a.sigma_m.powi(2), b.sigma_m.powi(2)))),
+    }
+}
+
+fn covariance(sight: &Sight, parts: &FrameResidual, shared: &SharedNoise) -> SMatrix<f64, ROWS, ROWS> {
+    let NoiseLevels { robot_sigma_m, stamp_sigma_s, factor } = shared.levels;
+    let rate = parts.jacobian.column(0);
+    let mut all = parts.d_displacement * parts.d_displacement.transpose() * robot_sigma_m.powi(2)
+        + parts.d_turn * parts.d_turn.transpose() * shared.robot_sigma_rad.powi(2)
+        + rate * rate.transpose() * stamp_sigma_s.powi(2);
+    for block in 0..2 {
+        if let Some(own) = own(sight, block) {
+            let mut view = all.fixed_view_mut::<2, 2>(2 * block, 2 * block);
+            view += own;
+        }
+    }
+    all * factor.powi(2)
+}
+
+/// Squared residual of each plate (χ²₂) by what is expected of it.
+fn squares(sight: &Sight, parts: &FrameResidual, covariance: &SMatrix<f64, ROWS, ROWS>) -> [Option<f64>; 2] {
+    [0, 1].map(|block| {
+        own(sight, block)?;
+        let residual: Vector2<f64> = parts.residual.fixed_rows::<2>(2 * block).into();
+        let inverse = covariance.fixed_view::<2, 2>(2 * block, 2 * block).try_inverse()?;
+        Some(residual.dot(&(inverse * residual)))
+    })
+}
+
+/// W over the rows that count, and how many they are; `None` if none does.
+fn whitener(
+    sight: &Sight,
+    covariance: &SMatrix<f64, ROWS, ROWS>,
+    weights: [f64; 2],
+    factor: f64,
+) -> Option<(SMatrix<f64, ROWS, ROWS>, usize)> {
+    let mut inflated = *covariance;
+    let mut rows = Vec::with_capacity(ROWS);
+    for (block, weight) in weights.into_iter().enumerate() {
+        if let (Some(own), true) = (own(sight, block), weight > 0.0) {
+            let mut view = inflated.fixed_view_mut::<2, 2>(2 * block, 2 * block);
+            view += own * (factor.powi(2) * (1.0 / weight - 1.0));
+            rows.extend([2 * block, 2 * block + 1]);
+        }
+    }
+    let kept = DMatrix::from_fn(rows.len(), rows.len(), |i, j| inflated[(rows[i], rows[j])]);
+    let lower = kept.cholesky()?.l();
+    let inverse = lower.solve_lower_triangular(&DMatrix::identity(rows.len(), rows.len()))?;
+    let mut whitener = SMatrix::zeros();
+    for (i, row) in rows.iter().enumerate() {
+        for (j, column) in rows.iter().enumerate() {
+            whitener[(*row, *column)] = inverse[(i, j)];
+        }
+    }
+    (!rows.is_empty()).then_some((whitener, rows.len()))
+}

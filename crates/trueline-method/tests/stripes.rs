@@ -1,0 +1,167 @@
+//! Whole stripes: cells of known truth, plates that are not flat, outliers, and what no target shows.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use nalgebra::DVector;
+use trueline_dataset::Recording;
+use trueline_geometry::se3;
+use trueline_method::assess::observability::Group;
+use trueline_method::stripe::outcome::{Because, StripeEstimate};
+use trueline_method::{Calibration, Config, Error, Measurements, SensorMode, Status, calibrate};
+use trueline_sim::{PlateForm, Plates, Preset, Scenario, scan_plates};
+
+fn scenario(preset: Preset, duration_s: f64) -> Scenario {
+    let mut scenario = preset.scenario();
+    scenario.timing.duration_s = duration_s;
+    scenario
+}
+
+fn with(measurements: Measurements, sensor: SensorMode) -> Config {
+    Config { measurements, sensor, ..Config::noise_only() }
+}
+
+fn calibrated(recording: &Recording, config: &Config) -> Calibration {
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    calibrate(recording, Some(&truth), config).unwrap()
+}
+
+fn stripes(calibration: &Calibration) -> &StripeEstimate {
+    calibration.findings.stripes.as_ref().unwrap().estimate.as_ref().unwrap()
+}
+
+/// Error of time offset, rotation and translation, and eᵀ C⁻¹ e.
+fn error(recording: &Recording, calibration: &Calibration) -> (DVector<f64>, f64) {
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    let off = calibration.best_fit().minus(&truth);
+    let off = DVector::from_column_slice(off.as_slice());
+    let covariance = calibration.best_fit_covariance().view((0, 0), (7, 7)).into_owned();
+    let normalised = off.dot(&covariance.cholesky().unwrap().solve(&off));
+    (off, normalised)
+}
+
+#[test]
+fn on_the_papers_scan_stripes_know_the_rotation_ten_times_better_and_are_right() {
+    let scenario = scenario(Preset::Paper, 20.0);
+    let mut sum = 0.0;
+    for seed in 1..=4 {
+        let recording = scan_plates(&scenario, &Plates::default(), seed).unwrap();
+        let seam = calibrated(&recording, &with(Measurements::Seam, SensorMode::Fixed));
+        let stripe = calibrated(&recording, &with(Measurements::Auto, SensorMode::Fixed));
+        let outcome = stripe.findings.stripes.as_ref().unwrap();
+        assert_eq!((outcome.used, outcome.because), (Measurements::Stripe, Because::Agreement));
+        assert_eq!(stripe.status(), Status::Accepted, "{:?}", stripe.reasons());
+        let rotation = |c: &Calibration| (1..4).map(|k| c.sigma(k).unwrap().powi(2)).sum::<f64>().sqrt();
+        assert!(rotation(&stripe) < 0.2 * rotation(&seam), "{} {}", rotation(&stripe), rotation(&seam));
+        let (off, normalised) = error(&recording, &stripe);
+        println!(
+            "seed {seed}: {normalised:.1} rot said {:.5}° seam-only {:.5}° off {off:?} nf {}",
+            rotation(&stripe).to_degrees(),
+            rotation(&seam).to_degrees(),
+            stripes(&stripe).noise_factor
+        );
+        sum += normalised;
+    }
+    // χ²₂₈: 28 ± 7.5; ± 3.5 of them.
+    assert!((6.0..58.0).contains(&sum), "{sum}");
+}
+
+#[test]
+fn bowed_plates_do_not_move_the_answer_and_are_said_to_be_bowed() {
+    let scenario = scenario(Preset::Paper, 20.0);
+    for term in 0..7 {
+        let plates =
+            Plates { forms: [PlateForm::of_term(term, 2e-4), PlateForm::default()], ..Plates::default() };
+        let recording = scan_plates(&scenario, &plates, 5).unwrap();
+        let stripe = calibrated(&recording, &with(Measurements::Stripe, SensorMode::Fixed));
+        let (_, normalised) = error(&recording, &stripe);
+        let bows = stripes(&stripe).planes.iter().map(|plane| plane.bow_m * 1e3).collect::<Vec<_>>();
+        println!("term {term}: {normalised:.1}, bows {bows:?} mm");
+        // χ²₇ exceeds 24.3 once in a thousand.
+        assert!(normalised < 24.3, "term {term}: {normalised}");
+    }
+}
+
+#[test]
+fn constant_attitude_hides_the_translation_from_plates_as_well() {
+    let scenario = scenario(Preset::ConstantAttitude, 10.0);
+    let recording = scan_plates(&scenario, &Plates::default(), 1).unwrap();
+    let stripe = calibrated(&recording, &with(Measurements::Stripe, SensorMode::Fixed));
+    let observability = &stripe.findings.unknowns.observability;
+    println!("{observability:?}");
+    assert!(
+        observability.unobservable.iter().any(|u| u.group == Group::Translation && u.directions.len() == 3)
+    );
+    assert_eq!((observability.rank, observability.size), (10, 13));
+    assert!((4..7).all(|k| stripe.sigma(k).is_none()));
+    assert_eq!(stripe.status(), Status::NotAccepted);
+}
+
+#[test]
+fn a_recording_of_stripes_alone_calibrates_from_nothing() {
+    let scenario = scenario(Preset::Quick, 10.0);
+    let mut recording = scan_plates(&scenario, &Plates::default(), 3).unwrap();
+    recording.features.clear();
+    let config = with(Measurements::Auto, SensorMode::Prior);
+    let stripe = calibrate(&recording, None, &config).unwrap();
+    let (_, normalised) = error(&recording, &stripe);
+    assert_eq!(stripe.findings.stripes.as_ref().unwrap().used, Measurements::Stripe);
+    assert!(normalised < 24.3, "{normalised}");
+    let truth = recording.truth.as_ref().unwrap();
+    let (turn, _) =
+        se3::difference_decoupled(&stripe.best_fit().tool_from_camera, &truth.parameters.tool_from_camera);
+    assert!(turn.norm() < 1e-3);
+}
+
+#[test]
+fn stripes_that_are_off_are_left_out_and_frames_without_both_give_their_seam_point() {
+    let mut scenario = scenario(Preset::Quick, 10.0);
+    scenario.disturbance.outlier_fraction = 0.15;
+    let mut recording = scan_plates(&scenario, &Plates::default(), 4).unwrap();
+    let stamps: Vec<i64> = recording.features.iter().map(|f| f.stamp_ns).collect();
+    // Every fourth frame loses its right plate.
+    recording
+        .stripes
+        .retain(|s| s.plate == 0 || stamps.iter().position(|t| *t == s.stamp_ns).unwrap() % 4 != 0);
+    for measurements in [Measurements::Stripe, Measurements::Both] {
+        let stripe = calibrated(&recording, &with(measurements, SensorMode::Fixed));
+        let (_, normalised) = error(&recording, &stripe);
+        let outcome = stripe.findings.stripes.as_ref().unwrap();
+        let share = stripes(&stripe).rejected as f64 / stripes(&stripe).stripes as f64;
+        println!("{measurements:?}: {normalised:.1}, rejected {share:.3}");
+        assert_eq!(outcome.used, measurements);
+        assert!(normalised < 24.3, "{measurements:?}: {normalised}");
+        assert!((0.08..0.20).contains(&share), "{share}");
+    }
+    let auto = calibrated(&recording, &with(Measurements::Auto, SensorMode::Fixed));
+    assert_eq!(auto.findings.stripes.as_ref().unwrap().because, Because::TooFewFrames);
+}
+
+#[test]
+fn stripes_that_contradict_the_seam_points_are_not_used_unasked() {
+    let scenario = scenario(Preset::Quick, 10.0);
+    let mut recording = scan_plates(&scenario, &Plates::default(), 6).unwrap();
+    for feature in &mut recording.features {
+        if let trueline_dataset::Measured::Pixel([u, _]) = &mut feature.measured {
+            *u += 10.0;
+        }
+    }
+    let auto = calibrated(&recording, &with(Measurements::Auto, SensorMode::Fixed));
+    let outcome = auto.findings.stripes.as_ref().unwrap();
+    assert_eq!((outcome.used, outcome.because), (Measurements::Seam, Because::Disagreement));
+    assert!(auto.warnings().iter().any(|warning| warning.code() == "stripes-disagree"));
+}
+
+#[test]
+fn what_is_asked_for_and_cannot_be_done_is_refused() {
+    let scenario = scenario(Preset::Quick, 5.0);
+    let mut recording = scan_plates(&scenario, &Plates::default(), 6).unwrap();
+    let stripe = with(Measurements::Stripe, SensorMode::Fixed);
+    let papers = Config { residual: trueline_method::ResidualKind::PointToLine, ..stripe.clone() };
+    let refused = |recording: &Recording, config: &Config| {
+        calibrate(recording, Some(&recording.truth.as_ref().unwrap().parameters), config).unwrap_err()
+    };
+    assert_eq!(refused(&recording, &papers), Error::StripesNeedSheet);
+    recording.stripes.retain(|stripe| stripe.plate == 0);
+    assert!(matches!(refused(&recording, &stripe), Error::NoPlates { .. }));
+    recording.stripes.clear();
+    assert_eq!(refused(&recording, &stripe), Error::NoStripes);
+}

@@ -1,0 +1,156 @@
+//! Whole stripes: the plates, and the answers of stripes and seam points side by side.
+
+use crate::number::{digits_for, positive_w};
+use trueline_dataset::result_file::{AngleEntry, AnswerEntry, PlaneEntry, PoseEntry, Sigma, StripesEntry};
+use trueline_dataset::unit::MM_PER_M;
+use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
+use trueline_method::stripe::outcome::{Answer, Because, StripeEstimate, StripeOutcome};
+use trueline_method::stripe::planes::PlaneEstimate;
+use trueline_method::{Calibration, Measurements};
+
+/// The plates of a result; none where seam points were used.
+#[must_use]
+pub fn planes(c: &Calibration) -> Vec<PlaneEntry> {
+    let used = c.findings.stripes.as_ref().filter(|stripes| stripes.used != Measurements::Seam);
+    let estimate = used.and_then(|stripes| stripes.estimate.as_ref());
+    estimate.map_or_else(Vec::new, |estimate| estimate.planes.iter().map(plane).collect())
+}
+
+fn plane(plane: &PlaneEstimate) -> PlaneEntry {
+    let [normal_seen, offset_seen] = plane.seen;
+    let offset_seen = normal_seen && offset_seen;
+    PlaneEntry {
+        label: plane.number.to_string(),
+        normal: normal_seen.then(|| plane.plate.normal.into_inner().into()),
+        offset_mm: offset_seen.then(|| plane.plate.offset_in_base_m() * MM_PER_M),
+        sigma_deg: normal_seen.then(|| plane.sigma_rad.to_degrees()),
+        sigma_mm: offset_seen.then_some(plane.sigma_m * MM_PER_M),
+        bow_mm: plane.bow_m * MM_PER_M,
+    }
+}
+
+/// What became of the stripes; `None` if there are none, or only seam points were asked for.
+#[must_use]
+pub fn entry(c: &Calibration) -> Option<StripesEntry> {
+    let StripeOutcome { used, because, frames, with_both, estimate } = c.findings.stripes.as_ref()?;
+    let estimate = estimate.as_ref();
+    let angles = estimate.map_or(&[][..], |e| &e.angles);
+    Some(StripesEntry {
+        used: used.name().to_owned(),
+        decided_by: because.code().to_owned(),
+        frames: *frames,
+        frames_with_both: *with_both,
+        stripes: estimate.map_or(0, |e| e.stripes),
+        rejected: estimate.map_or(0, |e| e.rejected),
+        noise_factor: estimate.map(|e| e.noise_factor),
+        sigmas_apart: estimate.map(|e| e.sigmas_apart),
+        joint_angles: angles
+            .iter()
+            .map(|angle| AngleEntry {
+                angle_deg: angle.value_rad.to_degrees(),
+                sigma_deg: angle.sigma_rad.to_degrees(),
+            })
+            .collect(),
+        seam_answer: estimate.map(|e| answer(&e.seam)),
+        stripe_answer: estimate.map(|e| answer(&e.stripe)),
+    })
+}
+
+fn answer(answer: &Answer) -> AnswerEntry {
+    let seen = |k: usize| answer.observability.observable_components[k];
+    let sigma = |k: usize| seen(k).then(|| answer.covariance[(k, k)].max(0.0).sqrt());
+    let pose = &answer.parameters.tool_from_camera;
+    let three = |first: usize| [first, first + 1, first + 2];
+    let turn_seen = three(ROTATION).into_iter().all(seen);
+    AnswerEntry {
+        time_offset_s: seen(TIME_OFFSET).then_some(answer.parameters.time_offset_s),
+        tool_from_camera: PoseEntry {
+            translation_mm: [0, 1, 2]
+                .map(|k| seen(TRANSLATION + k).then(|| pose.translation.vector[k] * MM_PER_M)),
+            rotation_wxyz: turn_seen.then(|| positive_w(&pose.rotation)),
+        },
+        sigma: Sigma {
+            time_offset_s: sigma(TIME_OFFSET),
+            rotation_rad: three(ROTATION).map(sigma),
+            translation_mm: three(TRANSLATION).map(|k| sigma(k).map(|m| m * MM_PER_M)),
+        },
+        seam_error_mm: answer.seam_error.as_ref().map(|error| error.rms_m * MM_PER_M),
+        seam_error_scan_alone_mm: answer.seam_error.as_ref().map(|error| error.scan_alone_m() * MM_PER_M),
+    }
+}
+
+/// Rows of the summary.
+#[must_use]
+pub fn rows(c: &Calibration) -> Vec<(String, String)> {
+    let Some(stripes) = &c.findings.stripes else { return Vec::new() };
+    let mut rows = vec![("whole stripes".to_owned(), used(stripes))];
+    let Some(estimate) = &stripes.estimate else { return rows };
+    for (joint, angle) in estimate.angles.iter().enumerate() {
+        let (deg, sigma) = (angle.value_rad.to_degrees(), angle.sigma_rad.to_degrees());
+        let bows: Vec<String> = estimate.planes[2 * joint..2 * joint + 2]
+            .iter()
+            .map(|plane| format!("plate {} bowed by {}", plane.number, mm(plane.bow_m)))
+            .collect();
+        let digits = digits_for(sigma);
+        let text = format!("{deg:.digits$}° ± {sigma:.digits$}° between them; {}", bows.join(", "));
+        rows.push(("  plates".to_owned(), text));
+    }
+    rows.push(("  seam or stripe".to_owned(), side_by_side(estimate)));
+    rows
+}
+
+fn used(stripes: &StripeOutcome) -> String {
+    let StripeOutcome { used, because, frames, with_both, .. } = stripes;
+    let shown = format!("{with_both} of {frames} frames show both plates");
+    let why = match because {
+        Because::Asked => "as asked",
+        Because::Agreement => "they agree with the seam points",
+        Because::Disagreement => "they do not agree with the seam points",
+        Because::TooFewFrames => "too few for an answer of their own",
+        Because::Plates(_) => "no two plates that meet in a line",
+        Because::HeldAtGuess => "what is not seen is held at the guess",
+    };
+    match used {
+        Measurements::Seam | Measurements::Auto => format!("not used: {why}; {shown}"),
+        Measurements::Stripe => format!("used, {why}; {shown}"),
+        Measurements::Both => {
+            format!("used with the seam points of the other frames, {why}; {shown}")
+        }
+    }
+}
+
+/// Both answers, and what the stripes gained.
+fn side_by_side(estimate: &StripeEstimate) -> String {
+    let rotation = |answer: &Answer| {
+        let seen = (ROTATION..TRANSLATION).all(|k| answer.observability.observable_components[k]);
+        let variance = || (ROTATION..TRANSLATION).map(|k| answer.covariance[(k, k)]).sum::<f64>();
+        seen.then(|| variance().sqrt().to_degrees())
+    };
+    let error = |answer: &Answer| match &answer.seam_error {
+        Some(error) => format!("± {}", mm(error.scan_alone_m())),
+        None => "not seen".to_owned(),
+    };
+    let turn = |answer: &Answer| match rotation(answer) {
+        Some(deg) => format!("± {deg:.0$}°", digits_for(deg)),
+        None => "not seen".to_owned(),
+    };
+    let offset_ms = |answer: &Answer| {
+        let seen = answer.observability.observable_components[TIME_OFFSET];
+        if seen { format!("{:.3} ms", answer.parameters.time_offset_s * 1e3) } else { "not seen".to_owned() }
+    };
+    format!(
+        "{:.1} sigma apart; time offset {} and {}, rotation {} and {}, seam error by the scan alone {} and {}",
+        estimate.sigmas_apart,
+        offset_ms(&estimate.seam),
+        offset_ms(&estimate.stripe),
+        turn(&estimate.seam),
+        turn(&estimate.stripe),
+        error(&estimate.seam),
+        error(&estimate.stripe)
+    )
+}
+
+fn mm(value_m: f64) -> String {
+    let mm = value_m * MM_PER_M;
+    format!("{mm:.0$} mm", digits_for(mm))
+}

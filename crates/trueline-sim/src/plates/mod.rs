@@ -1,0 +1,12 @@
+//! Scans of two plates that meet in a seam: whole stripes instead of the seam point, and whole profiles.
+//!
+//! Everything is cast forward: a place on a plate's surface, where the sheet cuts it, into the sensor. Nothing is fitted
+//! but what a sensor's own software fits, the straight line through a stripe.
+
+mod profiles;
+mod stripes;
+mod surface;
+
+pub use profiles::{ProfileLook, scan_profiles};
+pub use stripes::scan_plates;
+pub use surface::{PlateForm, Plates};

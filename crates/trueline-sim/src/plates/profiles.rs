@@ -1,0 +1,117 @@
+//! Whole profiles of two plates: columns with noise, drop-outs, mixed pixels and second reflections.
+
+use super::surface::{PlateInBase, Plates};
+use crate::capture::{SheetAxes, measure};
+use crate::noise::Noise;
+use crate::scenario::{Scenario, SensorModel};
+use crate::shutter::{Exposed, Shutter};
+use crate::{motion::Motion, simulate};
+use nalgebra::Point3;
+use trueline_dataset::{Measured, Profile, ProfilePoint, Recording};
+use trueline_geometry::Pose;
+
+/// What profiles look like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProfileLook {
+    /// Distance of neighbouring columns, m.
+    pub column_m: f64,
+    /// Standard deviation of a range, m.
+    pub range_sigma_m: f64,
+    /// Part of the columns without a return.
+    pub drop_outs: f64,
+    /// Part of the columns within 2 mm of the corner that lie between the plates.
+    pub mixed: f64,
+    /// Part of the columns that see the other plate's reflection, up to 6 mm off.
+    pub reflections: f64,
+}
+
+impl Default for ProfileLook {
+    /// 0.1 mm columns of 0.02 mm, of which 3 % do not return and 1 % are reflections.
+    fn default() -> Self {
+        Self { column_m: 1e-4, range_sigma_m: 2e-5, drop_outs: 0.03, mixed: 0.3, reflections: 0.01 }
+    }
+}
+
+/// How far a plate is cast at most, m.
+const FAR_M: f64 = 0.12;
+/// Distance of the places at which it is cast, m.
+const STEP_M: f64 = 5e-4;
+/// Within this of the corner columns mix, m.
+const MIXED_M: f64 = 2e-3;
+/// How far off a reflection is at most, m.
+const REFLECTED_M: f64 = 6e-3;
+
+/// Scans two plates with the profiler of a scenario: a recording without features, and the profiles. `None` for a scenario
+/// without a profiler or a line.
+#[must_use]
+pub fn scan_profiles(
+    scenario: &Scenario,
+    plates: &Plates,
+    look: &ProfileLook,
+    seed: u64,
+) -> Option<(Recording, Vec<Profile>)> {
+    let SensorModel::Profiler { half_width_m, .. } = &scenario.cell.sensor else { return None };
+    let mut recording = simulate(scenario, seed)?;
+    recording.features.clear();
+    let motion = Motion::new(scenario)?;
+    let sheet = SheetAxes::of(&scenario.cell.sensor);
+    let both = PlateInBase::both(scenario, plates)?;
+    let (mut stamps, mut noise, mut chance) = (Noise::new(seed, 2), Noise::new(seed, 4), Noise::new(seed, 3));
+    let mut shutter = Shutter::new(scenario);
+    let columns = (2.0 * half_width_m / look.column_m) as usize;
+    let mut profiles = Vec::new();
+    for _ in 0..shutter.count() {
+        let Exposed { frame, exposed_s, stamp_ns } = shutter.expose(&mut stamps);
+        if chance.happens(scenario.disturbance.drop_fraction) {
+            continue;
+        }
+        let base_from_camera = motion.base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
+        let arms = both.each_ref().map(|plate| arm(plate, &sheet, &base_from_camera));
+        let ahead = |arm: &Vec<[f64; 2]>| arm.last().map_or(0.0, |end| end[0] - arm[0][0]);
+        let corner_x = arms[0].first().map_or(0.0, |at| at[0]);
+        let mut points = Vec::with_capacity(columns);
+        for k in 0..columns {
+            let x_m = (k as f64 + 0.5) * look.column_m - half_width_m;
+            let side = usize::from((ahead(&arms[1]) > 0.0) == (x_m > corner_x));
+            let Some(range_m) = range_at(&arms[side], x_m) else { continue };
+            let mut z_m = range_m + noise.normal(look.range_sigma_m) + noise.normal(plates.roughness_m);
+            if chance.happens(look.drop_outs) {
+                continue;
+            }
+            if (x_m - corner_x).abs() < MIXED_M && chance.happens(look.mixed) {
+                z_m -= chance.uniform(0.0, 1.0) * (MIXED_M - (x_m - corner_x).abs());
+            }
+            if chance.happens(look.reflections) {
+                z_m += chance.uniform(-REFLECTED_M, REFLECTED_M);
+            }
+            let in_view = measure(&scenario.cell.sensor, &nalgebra::Vector3::new(x_m, 0.0, z_m));
+            if let Some(Measured::Profile([x_m, z_m])) = in_view {
+                points.push(ProfilePoint { x_m, z_m, intensity: None });
+            }
+        }
+        profiles.push(Profile { stamp_ns, frame: Some(frame), points });
+    }
+    Some((recording, profiles))
+}
+
+/// The cut of a plate in the profiler's frame, from the corner outwards.
+fn arm(plate: &PlateInBase, sheet: &SheetAxes, base_from_camera: &Pose) -> Vec<[f64; 2]> {
+    let camera_from_base = base_from_camera.inverse();
+    let count = (FAR_M / STEP_M) as usize;
+    let cut = |k: usize| {
+        let point = plate.cut(sheet, base_from_camera, k as f64 * STEP_M)?;
+        let there = (camera_from_base * Point3::from(point)).coords;
+        Some([there.x, there.z])
+    };
+    (0..count).map_while(cut).collect()
+}
+
+/// Range of an arm at a column, between the places at which it was cast.
+fn range_at(arm: &[[f64; 2]], x_m: f64) -> Option<f64> {
+    let (first, last) = (arm.first()?[0], arm.last()?[0]);
+    let rising = last > first;
+    let beyond = arm.partition_point(|at| if rising { at[0] < x_m } else { at[0] > x_m });
+    let (before, after) = (arm.get(beyond.checked_sub(1)?)?, arm.get(beyond)?);
+    let part = (x_m - before[0]) / (after[0] - before[0]);
+    Some(before[1] + part * (after[1] - before[1]))
+}

@@ -1,0 +1,185 @@
+//! Support points of the stripes on two plates, and the seam point where they cross.
+
+use super::surface::{PlateInBase, Plates};
+use crate::capture::SheetAxes;
+use crate::noise::Noise;
+use crate::scenario::{Scenario, SensorModel};
+use crate::shutter::{Exposed, Shutter};
+use crate::{motion::Motion, simulate};
+use nalgebra::{Matrix2, Point3, Vector2, Vector3};
+use trueline_dataset::{Feature, Measured, PlateStripe, Recording};
+use trueline_geometry::Pose;
+use trueline_model::Camera;
+
+/// Places at which a stripe is cast.
+const PLACES: usize = 24;
+/// A stripe of fewer pixels is none.
+const LEAST_PX: f64 = 40.0;
+/// A shift small enough for differences, m.
+const SMALL_M: f64 = 1e-6;
+
+/// Scans two plates with the camera of a scenario: a recording with stripes, and with the seam points where they cross.
+/// Outliers and drop-outs are those of the scenario, plate by plate and frame by frame. `None` for a scenario without a camera
+/// or a line.
+#[must_use]
+pub fn scan_plates(scenario: &Scenario, plates: &Plates, seed: u64) -> Option<Recording> {
+    let SensorModel::CameraLaser { camera, .. } = &scenario.cell.sensor else { return None };
+    let mut recording = simulate(scenario, seed)?;
+    recording.features.clear();
+    let motion = Motion::new(scenario)?;
+    let sheet = SheetAxes::of(&scenario.cell.sensor);
+    let both = PlateInBase::both(scenario, plates)?;
+    let view = View { camera, sheet: &sheet, plates };
+    let (mut stamps, mut noise, mut chance) = (Noise::new(seed, 2), Noise::new(seed, 4), Noise::new(seed, 3));
+    let mut shutter = Shutter::new(scenario);
+    for _ in 0..shutter.count() {
+        let Exposed { frame, exposed_s, stamp_ns } = shutter.expose(&mut stamps);
+        if chance.happens(scenario.disturbance.drop_fraction) {
+            continue;
+        }
+        let base_from_camera = motion.base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
+        let seen = both.each_ref().map(|plate| view.stripe(plate, &base_from_camera, &mut noise));
+        let [Some(left), Some(right)] = seen else { continue };
+        let Some((pixel, sigma)) = crossing(&left, &right).and_then(|at| view.distorted(&at)) else {
+            continue;
+        };
+        let feature = |measured, sigma| Feature {
+            stamp_ns,
+            line: 0,
+            frame: Some(frame),
+            device_ns: None,
+            measured,
+            sigma: Some(sigma),
+        };
+        recording.features.push(feature(Measured::Pixel(pixel), sigma));
+        for (plate, seen) in [left, right].iter().enumerate() {
+            let is_off = chance.happens(scenario.disturbance.outlier_fraction);
+            let shift_px = if is_off { chance.uniform(-60.0, 60.0) } else { 0.0 };
+            let Some((points, sigma)) = view.reported(seen, shift_px) else { continue };
+            recording.stripes.push(PlateStripe {
+                stamp_ns,
+                frame: Some(frame),
+                plate: plate as u32,
+                points,
+                sigma,
+            });
+        }
+    }
+    Some(recording)
+}
+
+/// A fitted stripe in ideal pixels, with its errors.
+struct Seen {
+    points: [Vector2<f64>; 2],
+    normal: Vector2<f64>,
+    sigma_px: f64,
+}
+
+/// A crossing of two lines in ideal pixels, with its covariance.
+struct Crossing {
+    at: Vector2<f64>,
+    covariance: Matrix2<f64>,
+}
+
+fn crossing(one: &Seen, other: &Seen) -> Option<Crossing> {
+    let normals = [one, other].map(|seen| {
+        let along = (seen.points[1] - seen.points[0]).normalize();
+        Vector2::new(-along.y, along.x)
+    });
+    let inverse = Matrix2::from_rows(&normals.map(|n| n.transpose())).try_inverse()?;
+    let at = inverse * Vector2::new(normals[0].dot(&one.points[0]), normals[1].dot(&other.points[0]));
+    let variance = |seen: &Seen| {
+        let [a, b] = seen.points;
+        let part = (at - a).dot(&(b - a)) / (b - a).norm_squared();
+        ((1.0 - part).powi(2) + part.powi(2)) * seen.sigma_px.powi(2)
+    };
+    let variances = Matrix2::from_diagonal(&Vector2::new(variance(one), variance(other)));
+    Some(Crossing { at, covariance: inverse * variances * inverse.transpose() })
+}
+
+struct View<'a> {
+    camera: &'a Camera,
+    sheet: &'a SheetAxes,
+    plates: &'a Plates,
+}
+
+impl View<'_> {
+    /// Ideal pixel of a point in base; `None` out of view.
+    fn ideal(&self, base_from_camera: &Pose, in_base: &Vector3<f64>) -> Option<Vector2<f64>> {
+        let point = (base_from_camera.inverse() * Point3::from(*in_base)).coords;
+        self.camera.project(&point)?;
+        Some((point.xy() / point.z).component_mul(&self.camera.focal) + self.camera.centre)
+    }
+
+    /// The straight line through a plate's stripe, as even columns would give it, with noise.
+    fn stripe(&self, plate: &PlateInBase, base_from_camera: &Pose, noise: &mut Noise) -> Option<Seen> {
+        let [near, far] = self.plates.reach_m;
+        let mut places = Vec::with_capacity(PLACES);
+        for k in 0..PLACES {
+            let from_seam_m = near + (far - near) * k as f64 / (PLACES - 1) as f64;
+            let point = plate.cut(self.sheet, base_from_camera, from_seam_m)?;
+            let Some(ideal) = self.ideal(base_from_camera, &point) else { break };
+            places.push((ideal, point));
+        }
+        let (first, last) = (places.first()?.0, places.last()?.0);
+        let length_px = (last - first).norm();
+        if length_px < LEAST_PX {
+            return None;
+        }
+        let along = (last - first) / length_px;
+        let normal = Vector2::new(-along.y, along.x);
+        // Columns are even: a place stands for half of the way to its neighbours.
+        let share = |k: usize| {
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(places.len() - 1));
+            0.5 * (places[after].0 - places[before].0).norm() / length_px
+        };
+        let numbers: Vec<[f64; 3]> = (0..places.len())
+            .map(|k| [share(k), along.dot(&(places[k].0 - first)), normal.dot(&(places[k].0 - first))])
+            .collect();
+        let mean = |of: &dyn Fn(&[f64; 3]) -> f64| numbers.iter().map(|n| n[0] * of(n)).sum::<f64>();
+        let (middle, height) = (mean(&|n| n[1]), mean(&|n| n[2]));
+        let spread = mean(&|n| (n[1] - middle).powi(2));
+        let slope = mean(&|n| (n[1] - middle) * (n[2] - height)) / spread;
+        let sigma_px = self.plates.column_sigma_px * (2.0 * self.plates.alike_px / length_px).sqrt();
+        let point = places[places.len() / 2].1;
+        let raised = self.ideal(base_from_camera, &(point + plate.normal * SMALL_M))?;
+        let there = self.ideal(base_from_camera, &point)?;
+        let rough_px = normal.dot(&(raised - there)) / SMALL_M * self.plates.roughness_m;
+        let points = [-1.0, 1.0].map(|side| {
+            let s = middle + side * spread.sqrt();
+            let error = noise.normal(sigma_px) + noise.normal(rough_px.abs());
+            first + along * s + normal * (height + slope * (s - middle) + error)
+        });
+        Some(Seen { points, normal, sigma_px })
+    }
+
+    /// The distorted support points, moved off by so much, and their standard deviation square to the stripe there.
+    fn reported(&self, seen: &Seen, shift_px: f64) -> Option<([Measured; 2], f64)> {
+        let there = |at: &Vector2<f64>| {
+            let shifted = at + seen.normal * shift_px;
+            let (pixel, jacobian) = self.distort(&shifted)?;
+            let along = jacobian * Vector2::new(seen.normal.y, -seen.normal.x);
+            let square = Vector2::new(-along.y, along.x).normalize();
+            Some((Measured::Pixel(pixel.into()), square.dot(&(jacobian * seen.normal)).abs() * seen.sigma_px))
+        };
+        let (a, b) = (there(&seen.points[0])?, there(&seen.points[1])?);
+        Some(([a.0, b.0], (a.1 * b.1).sqrt()))
+    }
+
+    fn distorted(&self, crossing: &Crossing) -> Option<([f64; 2], [f64; 2])> {
+        let (pixel, jacobian) = self.distort(&crossing.at)?;
+        let covariance = jacobian * crossing.covariance * jacobian.transpose();
+        Some((pixel.into(), [covariance.m11.sqrt(), covariance.m22.sqrt()]))
+    }
+
+    /// A distorted pixel, and how it moves with the ideal one.
+    fn distort(&self, ideal: &Vector2<f64>) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        let Camera { centre, focal, distortion, size } = self.camera;
+        let (there, slope) = distortion.distort(&(ideal - centre).component_div(focal));
+        let pixel = there.component_mul(focal) + centre;
+        let inside = |x: f64, n: u32| x >= -0.5 && x <= f64::from(n) - 0.5;
+        let scale = Matrix2::from_diagonal(focal);
+        let back = Matrix2::from_diagonal(&focal.map(f64::recip));
+        (inside(pixel.x, size[0]) && inside(pixel.y, size[1])).then_some((pixel, scale * slope * back))
+    }
+}

@@ -1,0 +1,130 @@
+//! Two plates about a seam, and where the laser sheet cuts them.
+
+use crate::capture::SheetAxes;
+use crate::scenario::Scenario;
+use nalgebra::{Point3, Vector3};
+use trueline_geometry::Pose;
+
+/// How a plate is not flat: heights above its plane, m, at 25 mm from the seam and 100 mm along it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlateForm {
+    /// Bow across: r².
+    pub across: f64,
+    /// Twist: r s.
+    pub twist: f64,
+    /// Bow along: s².
+    pub along: f64,
+    /// r³, r² s, r s², s³.
+    pub cubic: [f64; 4],
+}
+
+impl PlateForm {
+    /// The form with one term alone, in the order r², rs, s², r³, r²s, rs², s³.
+    #[must_use]
+    pub fn of_term(term: usize, height_m: f64) -> Self {
+        let mut form = Self::default();
+        match term {
+            0 => form.across = height_m,
+            1 => form.twist = height_m,
+            2 => form.along = height_m,
+            cubic => form.cubic[(cubic - 3).min(3)] = height_m,
+        }
+        form
+    }
+
+    fn height_m(&self, from_seam_m: f64, along_m: f64) -> f64 {
+        let (r, s) = (from_seam_m / 0.025, along_m / 0.100);
+        let [rrr, rrs, rss, sss] = self.cubic;
+        self.across * r.powi(2)
+            + self.twist * r * s
+            + self.along * s.powi(2)
+            + rrr * r.powi(3)
+            + rrs * r.powi(2) * s
+            + rss * r * s.powi(2)
+            + sss * s.powi(3)
+    }
+}
+
+/// Two plates that meet in the first line of a scenario, and how well their stripes are measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plates {
+    /// Angle between them, rad.
+    pub opening_rad: f64,
+    /// How far the pair is turned about the seam, rad.
+    pub roll_rad: f64,
+    /// Where each plate is looked at, from the seam, m.
+    pub reach_m: [f64; 2],
+    /// How they are not flat.
+    pub forms: [PlateForm; 2],
+    /// Roughness, one standard deviation: of each support point, or each point of a profile, m.
+    pub roughness_m: f64,
+    /// Standard deviation of the stripe in one column of a picture, px.
+    pub column_sigma_px: f64,
+    /// Columns that a grain of speckle makes alike.
+    pub alike_px: f64,
+}
+
+impl Default for Plates {
+    /// A fillet of 90°, of which 25 mm of each plate are seen; columns with 0.5 px, grains of 1.75 px.
+    fn default() -> Self {
+        Self {
+            opening_rad: std::f64::consts::FRAC_PI_2,
+            roll_rad: 0.0,
+            reach_m: [0.002, 0.025],
+            forms: [PlateForm::default(); 2],
+            roughness_m: 0.0,
+            column_sigma_px: 0.5,
+            alike_px: 1.75,
+        }
+    }
+}
+
+/// One plate in base.
+pub(super) struct PlateInBase {
+    centre: Vector3<f64>,
+    along: Vector3<f64>,
+    outward: Vector3<f64>,
+    /// Unit normal.
+    pub normal: Vector3<f64>,
+    form: PlateForm,
+}
+
+/// Rounds of the search for the cut: each gains the surface's slope, a thousandth.
+const CUT_ROUNDS: usize = 8;
+
+impl PlateInBase {
+    /// Both plates of a scenario, the left one first as a sensor along the approach sees them; `None` without a line.
+    pub fn both(scenario: &Scenario, plates: &Plates) -> Option<[Self; 2]> {
+        let seam = scenario.cell.lines.first()?;
+        let along = seam.direction();
+        let approach = scenario.cell.approach.into_inner();
+        let away = (approach - along * along.dot(&approach)).normalize();
+        // As the scan's motion has it: the stripe runs along this.
+        let across = along.cross(&away);
+        Some([(-1.0, 0), (1.0, 1)].map(|(side, number)| {
+            let angle = side * 0.5 * plates.opening_rad + plates.roll_rad;
+            let outward = across * angle.sin() - away * angle.cos();
+            let form = plates.forms[number];
+            Self { centre: *seam.anchor(), along, outward, normal: along.cross(&outward), form }
+        }))
+    }
+
+    /// The point of the surface at a distance from the seam that the sheet cuts, base, m.
+    pub fn cut(&self, sheet: &SheetAxes, base_from_camera: &Pose, from_seam_m: f64) -> Option<Vector3<f64>> {
+        let normal = base_from_camera * sheet.normal;
+        let on_sheet = (base_from_camera * Point3::from(sheet.middle)).coords;
+        let toward = normal.dot(&self.along);
+        if toward.abs() < 1e-3 {
+            return None;
+        }
+        let mut along_m = 0.0;
+        let at = |along_m: f64| {
+            let height_m = self.form.height_m(from_seam_m, along_m);
+            self.centre + self.outward * from_seam_m + self.along * along_m + self.normal * height_m
+        };
+        for _ in 0..CUT_ROUNDS {
+            along_m -= normal.dot(&(at(along_m) - on_sheet)) / toward;
+        }
+        Some(at(along_m))
+    }
+}
