@@ -1,7 +1,6 @@
 //! What was found in the pictures or profiles of a scan.
 
-use crate::recording::Feature;
-use crate::stripes_csv::PlateStripe;
+use crate::recording::{Feature, PlateStripe};
 
 /// Seam points, and the stripes on the plates that meet there.
 #[derive(Clone, Debug, Default, PartialEq)]

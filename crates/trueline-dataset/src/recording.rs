@@ -1,7 +1,6 @@
 //! What was recorded: the only thing calibration ever sees.
 
 use crate::sensor_setup::{Mounted, SensorSetup};
-use crate::stripes_csv::PlateStripe;
 use std::collections::BTreeMap;
 use trueline_geometry::{Line, Plane, Pose};
 use trueline_model::Camera;
@@ -108,6 +107,22 @@ pub enum Measured {
     Point([f64; 3]),
     /// Point in a profiler's sheet (x along the stripe, z range), m.
     Profile([f64; 2]),
+}
+
+/// The stripe on one plate in one picture, or profile. Its line is known by two points, whose errors square to it are
+/// independent of each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlateStripe {
+    /// Stamp on arrival, ns: that of the picture's seam point.
+    pub stamp_ns: i64,
+    /// Frame counter, where recorded.
+    pub frame: Option<u64>,
+    /// Which plate: 0 or 1 of a file; see [`Recording::stripes`].
+    pub plate: u32,
+    /// Two points of the stripe.
+    pub points: [Measured; 2],
+    /// Standard deviation of each point square to the stripe, px or m.
+    pub sigma: f64,
 }
 
 /// A first guess of what is to be estimated.

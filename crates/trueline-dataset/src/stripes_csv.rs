@@ -8,7 +8,7 @@
 //! Of a sensor that reports points, x and z are those of the camera frame; y follows from its laser plane.
 
 use crate::error::{Error, Problem};
-use crate::recording::{Measured, Sensor};
+use crate::recording::{Measured, PlateStripe, Sensor};
 use crate::stamp;
 use crate::table::{ColumnSpec, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
@@ -47,22 +47,6 @@ const LENGTHS: [ColumnSpec<'static>; 5] = [
 
 /// A laser plane that is steeper than this against the y axis (cosine) does not say y of x and z.
 const LEAST_Y: f64 = 0.05;
-
-/// The stripe on one plate in one picture, or profile. Its line is known by two points, whose errors square to it are
-/// independent of each other.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlateStripe {
-    /// Stamp on arrival, ns: that of the picture's seam point.
-    pub stamp_ns: i64,
-    /// Frame counter, where recorded.
-    pub frame: Option<u64>,
-    /// Which plate: 0 or 1 of a file; see [`crate::Recording::stripes`].
-    pub plate: u32,
-    /// Two points of the stripe.
-    pub points: [Measured; 2],
-    /// Standard deviation of each point square to the stripe, px or m.
-    pub sigma: f64,
-}
 
 /// Reads the stripes of a sensor.
 ///
@@ -155,8 +139,8 @@ pub fn write(mut out: impl Write, stripes: &[PlateStripe]) -> std::io::Result<()
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
-    use super::{PlateStripe, read, write};
-    use crate::recording::{Measured, Sensor};
+    use super::{read, write};
+    use crate::recording::{Measured, PlateStripe, Sensor};
     use std::path::Path;
     use trueline_geometry::Plane;
 

@@ -4,9 +4,8 @@
 //! folder goes through the same form, so that both give the same result to the last digit.
 
 use crate::error::Error;
-use crate::recording::{Feature, Measured, Recording, RobotSample, Sensor};
+use crate::recording::{Feature, Measured, PlateStripe, Recording, RobotSample, Sensor};
 use crate::sensor_toml::{self, SensorFile};
-use crate::stripes_csv::PlateStripe;
 use crate::unit::MM_PER_M;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::path::Path;

@@ -12,7 +12,9 @@ use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
 use crate::assess::sensor_shape::SensorShape;
 use crate::assess::systematic::{Systematic, SystematicLevels, SystematicSums};
 use crate::calibration::Calibration;
-use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, HeldSigma, Hold, Measurements, ResidualKind, SensorMode};
+use crate::config::{
+    ASSUMED_ROBOT_ACCURACY_M, Config, HeldSigma, Hold, Measurements, ResidualKind, SensorMode,
+};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::ambiguity::Ambiguity;
@@ -157,7 +159,7 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
     let setup = &from.recording.setup;
-    let mut findings = Findings {
+    let findings = Findings {
         unknowns,
         fit: FitFindings {
             residuals: residuals::summarise(&features, skipped),
@@ -183,6 +185,11 @@ fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
     };
+    judged(from, findings)
+}
+
+/// With what the stripes say, and the verdict.
+fn judged(from: &Concluded<'_>, mut findings: Findings) -> Result<Calibration, Error> {
     add_stripes(from, &mut findings)?;
     let verdict = verdict::of(&findings);
     Ok(Calibration { findings, verdict })
@@ -218,7 +225,8 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings) -> Result<(), Erro
     };
     let Answer { parameters, covariance, noise_covariance, observability, seam_error } =
         estimate.stripe.clone();
-    let (config, fit, observations) = (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
+    let (config, fit, observations) =
+        (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
     let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
     let list = fit.placed.of(observations);
     let torch = || seam_point_error::predict(observations, list, &parameters, &covariance, &config.used_at);

@@ -1,6 +1,5 @@
 //! Everything that was found of a scan, before it is judged.
 
-use crate::Config;
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
@@ -11,6 +10,7 @@ use crate::assess::residuals::{FeatureResidual, ResidualSummary};
 use crate::assess::seam_error::SeamError;
 use crate::assess::seam_point_error::SeamPointError;
 use crate::assess::sensor_shape::SensorShape;
+use crate::config::{Config, Measurements};
 use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::drift_and_step::{Drift, Step};
 use crate::hypotheses::feature_bias::FeatureBias;
@@ -44,6 +44,18 @@ pub struct Findings {
     pub inputs: BTreeMap<String, String>,
     /// The options it was made with.
     pub config: Config,
+}
+
+impl Findings {
+    /// Part of what was measured that does not belong to the rest: of the seam points, or of the stripes if those were used
+    /// and more of them are off.
+    #[must_use]
+    pub fn outlier_share(&self) -> f64 {
+        let used = self.stripes.as_ref().filter(|stripes| stripes.used != Measurements::Seam);
+        let of_stripes = used.and_then(|stripes| stripes.estimate.as_ref());
+        let share = of_stripes.map_or(0.0, |e| e.rejected as f64 / e.stripes.max(1) as f64);
+        share.max(self.fit.residuals.outlier_share())
+    }
 }
 
 /// The unknowns, and what the scan shows of them.

@@ -171,3 +171,104 @@ fn a_displacement_of_the_sensor_moves_the_residual_as_it_says() {
             .is_none()
     );
 }
+
+/// A linear congruence, so that the seed is the whole story.
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+const POINTS: usize = 6000;
+const NOISE_M: f64 = 2e-3;
+
+/// Points of a stripe with noise square to it, and where the sensor was.
+fn noisy_points(plate: &Plate, sheet: &LaserSheet) -> Vec<(Placement, Vector2<f64>)> {
+    let mut random = Random(5);
+    let point = |_| {
+        let mut number = |size: f64| size * (2.0 * random.uniform() - 1.0);
+        let turn = Vector3::new(number(0.2), number(0.2), number(0.2));
+        let shift = Vector3::new(number(0.015), number(0.05), number(0.015));
+        let start = se3::from_parts(so3::exp(&turn), shift);
+        let trajectory = Trajectory::new(vec![0.0, 1.0], &[start, start]).unwrap();
+        let placement = Placement::new(trajectory.segment(0).unwrap(), 0.5, &Pose::identity());
+        let near = Vector2::new(number(0.015), 0.13);
+        let on_plate = StripeOnPlate { plate, sheet, shape: None }.linearize(&placement, &near).unwrap();
+        let exact = near - on_plate.normal * on_plate.residual;
+        (placement, exact + on_plate.normal * (NOISE_M * random.normal()))
+    };
+    (0..POINTS).map(point).collect()
+}
+
+/// Plane and depth scale by Gauss and Newton from the truth, from rows (r, J); the depth scale h₂ and its standard deviation.
+fn depth_scale(
+    mut rows: impl FnMut(&Plate, &SheetShape) -> Vec<(f64, SVector<f64, 4>)>,
+    plate: &Plate,
+) -> (f64, f64) {
+    let (mut plate, mut shape) = (*plate, SheetShape { h: [0.0; 5], origin_m: [0.0, 0.13] });
+    let mut variance = 0.0;
+    for _ in 0..5 {
+        let (mut hessian, mut gradient) =
+            (nalgebra::SMatrix::<f64, 4, 4>::zeros(), SVector::<f64, 4>::zeros());
+        for (residual, jacobian) in rows(&plate, &shape) {
+            hessian += jacobian * jacobian.transpose();
+            gradient += jacobian * residual;
+        }
+        let inverse = hessian.try_inverse().unwrap();
+        let step = -(inverse * gradient);
+        plate = plate.retract(&step.fixed_rows::<3>(0).into(), &SVector::zeros());
+        shape.h[1] += step[3];
+        variance = inverse[(3, 3)] * NOISE_M * NOISE_M;
+    }
+    (shape.h[1], variance.sqrt())
+}
+
+/// The obvious residual, distance of the placed point from the plate, takes the measured point for the true one in its
+/// derivative: with noise σ and depths that spread by b, the depth scale is drawn off by some σ²/b², whatever the number
+/// of points.
+#[test]
+fn the_obvious_residual_is_biased_and_the_forward_one_is_not() {
+    let sheet = LaserSheet::of_profiler();
+    let normal = UnitVector3::new_normalize(Vector3::new(0.5, 0.1, -0.85));
+    let plate = Plate::flat(Vector3::new(0.0, 0.0, 0.13), &normal, &Vector3::y()).unwrap();
+    let points = noisy_points(&plate, &sheet);
+    let forward = |plate: &Plate, shape: &SheetShape| {
+        let stripe = StripeOnPlate { plate, sheet: &sheet, shape: Some(shape) };
+        let row = |(placement, at): &(Placement, Vector2<f64>)| {
+            let parts = stripe.linearize(placement, at).unwrap();
+            let mut jacobian = SVector::<f64, 4>::zeros();
+            jacobian.fixed_rows_mut::<3>(0).copy_from(&parts.d_plate);
+            jacobian[3] = parts.d_shape[1];
+            (parts.residual, jacobian)
+        };
+        points.iter().map(row).collect()
+    };
+    let obvious = |plate: &Plate, shape: &SheetShape| {
+        let row = |(placement, at): &(Placement, Vector2<f64>)| {
+            let value = |step: &SVector<f64, 4>| {
+                let plate = plate.retract(&step.fixed_rows::<3>(0).into(), &SVector::zeros());
+                let mut shape = *shape;
+                shape.h[1] += step[3];
+                plate.distance(&placement.point_in_base(&sheet.point(&shape.corrected(at).0))).value
+            };
+            let slope = |k: usize| {
+                let step = SVector::<f64, 4>::ith(k, 1e-5);
+                (value(&step) - value(&-step)) / 2e-5
+            };
+            (value(&SVector::zeros()), SVector::from_fn(|k, _| slope(k)))
+        };
+        points.iter().map(row).collect()
+    };
+    let (unbiased, sigma) = depth_scale(forward, &plate);
+    let (biased, biased_sigma) = depth_scale(obvious, &plate);
+    println!("forward {unbiased:.5} ± {sigma:.5}, obvious {biased:.5} ± {biased_sigma:.5}");
+    assert!(unbiased.abs() < 3.5 * sigma, "{unbiased} ± {sigma}");
+    assert!(biased.abs() > 5.0 * biased_sigma, "{biased} ± {biased_sigma}");
+}

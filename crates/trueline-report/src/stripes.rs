@@ -21,8 +21,8 @@ fn plane(plane: &PlaneEstimate) -> PlaneEntry {
     let offset_seen = normal_seen && offset_seen;
     PlaneEntry {
         label: plane.number.to_string(),
-        normal: normal_seen.then(|| plane.plate.normal.into_inner().into()),
-        offset_mm: offset_seen.then(|| plane.plate.offset_in_base_m() * MM_PER_M),
+        normal: normal_seen.then(|| plane.plane.normal.into_inner().into()),
+        offset_mm: offset_seen.then(|| plane.plane.offset_in_base_m() * MM_PER_M),
         sigma_deg: normal_seen.then(|| plane.sigma_rad.to_degrees()),
         sigma_mm: offset_seen.then_some(plane.sigma_m * MM_PER_M),
         bow_mm: plane.bow_m * MM_PER_M,

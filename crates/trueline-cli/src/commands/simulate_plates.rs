@@ -4,7 +4,7 @@ use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_dataset::{Recording, folder};
+use trueline_dataset::{Recording, WholeFolder, folder};
 use trueline_sim::{PlateForm, Plates, ProfileLook, Scenario, SensorModel, scan_plates, scan_profiles};
 
 /// Runs the command.
@@ -21,8 +21,10 @@ pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure
             let look = if args.noise_free { perfect() } else { ProfileLook::default() };
             let (recording, profiles) =
                 scan_profiles(scenario, &plates, &look, args.seed).ok_or_else(nothing_seen)?;
-            folder::write(&args.out, &recording)?;
-            folder::write_profiles(&args.out, &profiles)?;
+            let whole = WholeFolder::begin(&args.out, args.force)?;
+            folder::write(whole.path(), &recording)?;
+            folder::write_profiles(whole.path(), &profiles)?;
+            whole.finish()?;
             (recording, format!("{} profiles", profiles.len()))
         }
         _ => {
@@ -30,7 +32,7 @@ pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure
             if recording.stripes.is_empty() {
                 return Err(nothing_seen());
             }
-            folder::write(&args.out, &recording)?;
+            folder::write_whole(&args.out, &recording, args.force)?;
             let what = format!("{} stripes, {} features", recording.stripes.len(), recording.features.len());
             (recording, what)
         }

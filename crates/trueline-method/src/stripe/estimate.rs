@@ -15,9 +15,11 @@ use crate::stripe::fit::{StripeFit, StripeSolver};
 use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::no_plates::NoPlates;
 use crate::stripe::outcome::{Answer, Because, LEAST_SHARE, StripeEstimate, StripeOutcome};
+use crate::stripe::unknowns::PLANES_OF_JOINT;
 use crate::stripe::whitening::{SharedNoise, robot_sigma_rad};
 use crate::stripe::{as_seam, planes, start, systematic, uncertainty};
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeSet;
 use trueline_dataset::Recording;
 use trueline_geometry::Pose;
 use trueline_lsq::Information;
@@ -120,9 +122,11 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     );
     let (stripe, all) =
         answer(seam, &fit, &information, (&noise.covariance, &errors)).ok_or(NoPlates::Parallel)?;
+    let (planes, angles) =
+        planes::planes(observations, &frames.list, fit.state(), (&all, information.null_space()));
     Ok(StripeEstimate {
-        planes: planes::planes(observations, &frames.list, fit.state(), (&all, information.null_space())),
-        angles: planes::angles(fit.state(), &all),
+        planes,
+        angles,
         sigmas_apart: apart(&seam.answer, &stripe),
         noise_factor: fit.noise_factor,
         rejected: fit.rejected,
@@ -230,7 +234,20 @@ fn observability(
         size: information.size() - known_before,
         condition: information.condition(),
         singular_values: information.singular_values().iter().map(|value| value / largest).collect(),
+        composition: information.composition().iter().map(|parts| in_seam(parts, at.lines.len())).collect(),
         unobservable,
         observable_components: seen,
     }
+}
+
+/// Components of the plates' tangent as those of the seam's: a plane counts as the line that it bounds.
+fn in_seam(parts: &[usize], joints: usize) -> Vec<usize> {
+    let place = |part: &usize| match *part {
+        clock_or_hand_eye @ 0..LINES => clock_or_hand_eye,
+        plane => line_index(((plane - LINES) / PLANES_OF_JOINT).min(joints - 1)),
+    };
+    let mut named: Vec<usize> = parts.iter().map(place).collect();
+    let mut seen = BTreeSet::new();
+    named.retain(|part| seen.insert(*part));
+    named
 }

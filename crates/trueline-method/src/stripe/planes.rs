@@ -4,28 +4,31 @@ use crate::assess::observability::is_null;
 use crate::stripe::frames::{Sight, StripeFrame};
 use crate::stripe::state::StripeState;
 use crate::{input::observations::Observations, order_statistics::quantile, stripe::problem::placement};
-use nalgebra::{DMatrix, DVector, Matrix2, Vector3};
+use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector3};
 use trueline_model::Plate;
 use trueline_model::plate::{SURFACE_LENGTH_M, SURFACE_REACH_M, surface_terms};
 
-/// One plate.
+/// One plate: the plane that fits its visible surface best.
+///
+/// The slope at the seam and a bow across the stripe are hard to tell apart; what the visible surface does as a whole is known
+/// far better than either.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneEstimate {
     /// Its number.
     pub number: usize,
-    /// The plate.
-    pub plate: Plate,
+    /// The plane, without its surface.
+    pub plane: Plate,
     /// Standard deviation of its normal, about the axis about which it is known least, rad.
     pub sigma_rad: f64,
     /// Standard deviation of its offset at the middle of the scan, m.
     pub sigma_m: f64,
     /// Whether the scan shows its normal, and its offset.
     pub seen: [bool; 2],
-    /// Largest distance of its visible surface from the plane that fits it best, m.
+    /// Largest distance of its visible surface from the plane, m.
     pub bow_m: f64,
 }
 
-/// The angle between the plates of a joint.
+/// The angle between the planes of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointAngle {
     /// Angle that the plates open to the side on which they lie, rad.
@@ -39,49 +42,107 @@ const BEYOND: f64 = 0.02;
 /// Places along each axis at which a surface is looked at.
 const GRID: usize = 5;
 
-/// The plates of a state, with the covariance of its tangent and what of that is not seen.
+/// The planes of a state and the angle of each joint, with the covariance of its tangent and what of that is not seen.
 #[must_use]
 pub fn planes(
     observations: &Observations,
     frames: &[StripeFrame],
     at: &StripeState,
     (covariance, null): (&DMatrix<f64>, &DMatrix<f64>),
-) -> Vec<PlaneEstimate> {
+) -> (Vec<PlaneEstimate>, Vec<JointAngle>) {
     let unknowns = at.unknowns();
-    let mut all = Vec::new();
+    let (mut all, mut angles) = (Vec::new(), Vec::new());
     for (joint, plates) in at.joints.iter().enumerate() {
+        let mut slopes = Vec::new();
         for (number, plate) in plates.iter().enumerate() {
             let first = unknowns.plane(joint, number).start;
-            let tilts: Matrix2<f64> = covariance.fixed_view::<2, 2>(first, first).into_owned();
-            let visible = visible(observations, frames, at, (joint, number));
+            let visible =
+                visible(observations, frames, at, (joint, number)).unwrap_or([[0.0, 1.0], [-1.0, 1.0]]);
+            let best = BestPlane::over(visible);
+            let slope = best.slope(at, (joint, number));
+            let own = &slope * covariance * slope.transpose();
+            let tilts: Matrix2<f64> = own.fixed_view::<2, 2>(0, 0).into_owned();
             all.push(PlaneEstimate {
                 number: 2 * joint + number,
-                plate: *plate,
+                plane: best.of(plate),
                 sigma_rad: tilts.symmetric_eigenvalues().max().max(0.0).sqrt(),
-                sigma_m: covariance[(first + 2, first + 2)].max(0.0).sqrt(),
+                sigma_m: own[(2, 2)].max(0.0).sqrt(),
                 seen: [!(is_null(null, first) || is_null(null, first + 1)), !is_null(null, first + 2)],
-                bow_m: visible.map_or(0.0, |visible| bow_m(plate, visible)),
+                bow_m: best.bow_m(plate),
             });
+            slopes.push(slope);
         }
+        angles.push(angle(&all[2 * joint].plane, &all[2 * joint + 1].plane, &slopes, covariance));
     }
-    all
+    (all, angles)
 }
 
-/// The angle between the plates of each joint.
-#[must_use]
-pub fn angles(at: &StripeState, covariance: &DMatrix<f64>) -> Vec<JointAngle> {
-    let unknowns = at.unknowns();
-    let of = |(joint, plates): (usize, &[Plate; 2])| {
-        let outward = plates.map(|plate| plate.chart.along.cross(&plate.normal));
-        let axis = outward[0].cross(&outward[1]).normalize();
-        // Turning plate k about the seam by θ opens the angle by −θ or θ, as the axis lies.
-        let signs = [-axis.dot(&plates[0].chart.along), axis.dot(&plates[1].chart.along)];
-        let mut slope = DVector::zeros(unknowns.dimension());
-        (0..2).for_each(|k| slope[unknowns.plane(joint, k).start] = signs[k]);
-        let variance = slope.dot(&(covariance * &slope));
-        JointAngle { value_rad: outward[0].angle(&outward[1]), sigma_rad: variance.max(0.0).sqrt() }
-    };
-    at.joints.iter().enumerate().map(of).collect()
+/// The angle between two planes; `slopes` carry the tangent into (θ_a, θ_o, δ) of each.
+fn angle(one: &Plate, other: &Plate, slopes: &[DMatrix<f64>], covariance: &DMatrix<f64>) -> JointAngle {
+    let outward = [one, other].map(|plate| plate.chart.along.cross(&plate.normal));
+    let axis = outward[0].cross(&outward[1]).normalize();
+    // Turning a plate about the seam by θ opens the angle by −θ or θ, as the axis lies.
+    let signs = [-axis.dot(&one.chart.along), axis.dot(&other.chart.along)];
+    let slope = slopes[0].row(0) * signs[0] + slopes[1].row(0) * signs[1];
+    let variance = (&slope * covariance * slope.transpose())[(0, 0)];
+    JointAngle { value_rad: outward[0].angle(&outward[1]), sigma_rad: variance.max(0.0).sqrt() }
+}
+
+/// How the plane that fits a visible surface best follows from its surface terms.
+struct BestPlane {
+    places: Vec<[f64; 2]>,
+    /// (1, r, s) of the best plane for each term.
+    by_term: SMatrix<f64, 3, 7>,
+}
+
+impl BestPlane {
+    /// Over ranges of r and s.
+    fn over([reach, length]: [[f64; 2]; 2]) -> Self {
+        let on = |range: [f64; 2], k: usize| range[0] + (range[1] - range[0]) * k as f64 / (GRID - 1) as f64;
+        let places: Vec<[f64; 2]> =
+            (0..GRID * GRID).map(|k| [on(reach, k % GRID), on(length, k / GRID)]).collect();
+        let (mut normal, mut right) = (SMatrix::<f64, 3, 3>::zeros(), SMatrix::<f64, 3, 7>::zeros());
+        for [r, s] in &places {
+            let flat = Vector3::new(1.0, *r, *s);
+            normal += flat * flat.transpose();
+            right += flat * surface_terms(*r, *s).transpose();
+        }
+        // A plate of which one place alone is seen has no plane of its own: the chart's stays.
+        let by_term = normal.try_inverse().map_or_else(SMatrix::zeros, |inverse| inverse * right);
+        Self { places, by_term }
+    }
+
+    /// A plane a + b r + c s over a chart turns it by −b about the seam and by c square to it, and lifts it by a.
+    fn turned([a, b, c]: [f64; 3]) -> Vector3<f64> {
+        Vector3::new(-b / SURFACE_REACH_M, c / SURFACE_LENGTH_M, a)
+    }
+
+    fn of(&self, plate: &Plate) -> Plate {
+        let beta = SVector::from(plate.surface_m);
+        plate.retract(&Self::turned((self.by_term * beta).into()), &-beta)
+    }
+
+    /// The plane's tangent by that of a state: 3 × all unknowns.
+    fn slope(&self, at: &StripeState, (joint, number): (usize, usize)) -> DMatrix<f64> {
+        let unknowns = at.unknowns();
+        let mut slope = DMatrix::zeros(3, unknowns.dimension());
+        slope.view_mut((0, unknowns.plane(joint, number).start), (3, 3)).fill_with_identity();
+        for (term, column) in unknowns.surface(joint, number).enumerate() {
+            let turned = Self::turned(self.by_term.column(term).into_owned().into());
+            slope.view_mut((0, column), (3, 1)).copy_from(&turned);
+        }
+        slope
+    }
+
+    /// Largest distance of the surface from it over the grid, m.
+    fn bow_m(&self, plate: &Plate) -> f64 {
+        let beta = SVector::from(plate.surface_m);
+        let flat = self.by_term * beta;
+        let off = |[r, s]: &[f64; 2]| {
+            (surface_terms(*r, *s).dot(&beta) - flat.dot(&Vector3::new(1.0, *r, *s))).abs()
+        };
+        self.places.iter().map(off).fold(0.0, f64::max)
+    }
 }
 
 /// The range of r and s in which a plate is seen.
@@ -108,20 +169,4 @@ fn visible(
         Some([of(BEYOND)?, of(1.0 - BEYOND)?])
     };
     Some([range(&places[0])?, range(&places[1])?])
-}
-
-/// Largest distance of a surface from its best plane over a grid, m.
-fn bow_m(plate: &Plate, [reach, length]: [[f64; 2]; 2]) -> f64 {
-    let on = |range: [f64; 2], k: usize| range[0] + (range[1] - range[0]) * k as f64 / (GRID - 1) as f64;
-    let places: Vec<[f64; 2]> =
-        (0..GRID * GRID).map(|k| [on(reach, k % GRID), on(length, k / GRID)]).collect();
-    let beta = nalgebra::SVector::from(plate.surface_m);
-    let heights =
-        DVector::from_iterator(places.len(), places.iter().map(|[r, s]| surface_terms(*r, *s).dot(&beta)));
-    let flat = DMatrix::from_fn(places.len(), 3, |row, column| match column {
-        0 => 1.0,
-        other => places[row][other - 1],
-    });
-    let fitted = flat.clone().svd(true, true).solve(&heights, 1e-12);
-    fitted.map_or(0.0, |fitted| (heights - flat * fitted).amax())
 }

@@ -90,7 +90,7 @@ fn with_shape(fit: &StripeFit<'_>) -> StripeState {
 
 /// How far each residual moves with a pixel along the picture's rows and across them, m.
 fn by_px(sight: &Sight, d_reported: &SMatrix<f64, ROWS, 2>) -> SMatrix<f64, ROWS, 2> {
-    let mut moved = SMatrix::zeros();
+    let mut moved = SMatrix::<f64, ROWS, 2>::zeros();
     let mut set = |row: usize, sheet_per_px: &SMatrix<f64, 2, 2>| {
         moved.set_row(row, &(d_reported.row(row) * sheet_per_px));
     };

@@ -36,7 +36,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if repeated as f64 > COARSE_STAMPS * rows as f64 {
         reasons.push(Reason::CoarseRobotStamps { repeated, rows });
     }
-    let share = f.fit.residuals.outlier_share();
+    let share = f.outlier_share();
     if share > OUTLIERS {
         reasons.push(Reason::TooManyOutliers { share });
     }

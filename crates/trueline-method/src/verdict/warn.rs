@@ -52,7 +52,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     warnings.extend(f.checks.disruptions.iter().filter_map(|disruption| doubtful_stretch(f, disruption)));
     warnings.extend(unusual_noise(f));
     warnings.extend(follows_motion(f));
-    let share = f.fit.residuals.outlier_share();
+    let share = f.outlier_share();
     if share > MANY_OUTLIERS && share <= OUTLIERS {
         warnings.push(Warning::ManyOutliers { share });
     }

@@ -1,0 +1,69 @@
+//! Whole stripes as a user uses them: a camera's, a profiler's, both together, and where they are not there.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod common;
+
+use common::{code, trueline, words};
+use serde_json::Value;
+use std::fs;
+
+/// Largest error of a translation against the truth in its own ±.
+fn sigmas_off(folder: &std::path::Path, result: &Value) -> f64 {
+    let truth: toml::Table = fs::read_to_string(folder.join("truth.toml")).unwrap().parse().unwrap();
+    let of = |k: usize| truth["tool_from_camera"]["translation_mm"][k].as_float().unwrap();
+    let off = (0..3).map(|k| {
+        let found = result["tool_from_camera"]["translation_mm"][k].as_f64().unwrap();
+        (found - of(k)).abs() / result["sigma"]["translation_mm"][k].as_f64().unwrap()
+    });
+    off.fold(0.0, f64::max)
+}
+
+#[test]
+fn stripes_of_a_camera_and_profiles_calibrate_with_the_plates_in_the_result() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    for (preset, what) in [("quick", "both"), ("profiler", "both"), ("profiler", "stripe")] {
+        let out = format!("{preset}-{what}");
+        let simulate =
+            ["simulate", "--preset", preset, "--duration-s", "8", "--plates", "--plates-deg", "95"];
+        assert_eq!(code(&run(&[&simulate[..], &["--bow-mm", "0.1", "--out", &out, "--quiet"]].concat())), 0);
+        let folder = dir.path().join(&out);
+        assert_eq!(folder.join("profiles.csv").exists(), preset == "profiler");
+        let output = run(&["calibrate", &out, "--use", what, "--json", "-", "--report", "report.html"]);
+        assert_eq!(code(&output), 0, "{out}: {}", words(&output));
+        let result: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(result["stripes"]["used"], what);
+        assert_eq!(result["stripes"]["decided_by"], "asked");
+        let planes = result["planes"].as_array().unwrap();
+        assert_eq!(planes.len(), 2);
+        for plane in planes {
+            assert!(plane["sigma_deg"].as_f64().unwrap() < 0.1, "{plane}");
+            assert!(plane["bow_mm"].as_f64().unwrap() > 0.0, "{plane}");
+        }
+        let angle = &result["stripes"]["joint_angles"][0];
+        let (deg, sigma) = (angle["angle_deg"].as_f64().unwrap(), angle["sigma_deg"].as_f64().unwrap());
+        // The bow leans both plates the same way about the seam: the angle between them stays.
+        assert!((deg - 95.0).abs() < 4.0 * sigma, "{deg} ± {sigma}");
+        assert!(sigmas_off(&folder, &result) < 4.0, "{out}: {result:#}");
+        assert!(words(&output).contains("whole stripes"), "{}", words(&output));
+    }
+}
+
+#[test]
+fn stripes_alone_are_enough_and_without_any_they_cannot_be_asked_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    assert_eq!(code(&run(&["simulate", "--plates", "--duration-s", "8", "--out", "scan", "--quiet"])), 0);
+    fs::remove_file(dir.path().join("scan/features.csv")).unwrap();
+    let output = run(&["calibrate", "scan", "--json", "-"]);
+    assert_eq!(code(&output), 0, "{}", words(&output));
+    let result: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(result["stripes"]["decided_by"], "agreement");
+    assert!(sigmas_off(&dir.path().join("scan"), &result) < 4.0, "{result:#}");
+    assert_eq!(code(&run(&["simulate", "--duration-s", "5", "--out", "points", "--quiet"])), 0);
+    let refused = run(&["calibrate", "points", "--use", "stripe"]);
+    assert_eq!(code(&refused), 2);
+    assert!(words(&refused).contains("the recording has none"), "{}", words(&refused));
+    let papers = run(&["calibrate", "scan", "--use", "both", "--residual", "point-to-line"]);
+    assert_eq!(code(&papers), 2, "{}", words(&papers));
+}
