@@ -1,9 +1,8 @@
 //! How much of every limit a motion uses: 1 is all of it.
 
 use crate::cell::Cell;
-use crate::guess_error::DIRECTIONS;
 use crate::motion::Motion;
-use crate::prediction::Sight;
+use crate::wrong_cells::Loss;
 use nalgebra::Vector3;
 use trueline_geometry::{Pose, so3};
 
@@ -24,9 +23,9 @@ pub enum Constraint {
     TurnJerk,
     /// The box that the tool stays in.
     Workspace,
-    /// The seam in view, however wrong the guess is.
+    /// The seam in view: at the guess in every frame, in cells where the guess is wrong in as many as [`Loss`] allows.
     View,
-    /// The sheet on the seam, not beyond its ends, however wrong the guess is.
+    /// The same where what is lost is lost beyond an end of the seam.
     SeamEnds,
 }
 
@@ -97,18 +96,26 @@ impl Constraints {
 /// A box that is left by this much counts as one limit's worth, m.
 const BOX_M: f64 = 0.1;
 
-/// Measures what a motion demands, `sights` of which are looked at.
+/// Measures what a motion demands of the robot.
 #[must_use]
-pub fn measure(cell: &Cell, motion: &Motion, period_s: f64, sights: &[Sight]) -> Constraints {
+pub fn of_motion(cell: &Cell, motion: &Motion, period_s: f64) -> Constraints {
     let mut constraints = Constraints::default();
     let poses = motion.sampled(period_s);
     moving(cell, &poses, period_s, &mut constraints);
     in_the_box(cell, &poses, &mut constraints);
-    for sight in sights {
-        constraints.raise(Constraint::View, 1.0 - worst_room(cell, sight));
-        constraints.raise(Constraint::SeamEnds, towards_end(cell, sight));
-    }
     constraints
+}
+
+impl Constraints {
+    /// With what the sensor sees: where the seam is in the camera at the guess, and what wrong cells lose.
+    #[must_use]
+    pub fn with_view(mut self, cell: &Cell, points: impl Iterator<Item = Vector3<f64>>, loss: &Loss) -> Self {
+        let room = points.map(|point| cell.view.room(&point)).fold(f64::INFINITY, f64::min);
+        self.raise(Constraint::View, 1.0 - room);
+        let lost = if loss.beyond_end > 0.5 { Constraint::SeamEnds } else { Constraint::View };
+        self.raise(lost, loss.used());
+        self
+    }
 }
 
 fn moving(cell: &Cell, poses: &[Pose], period_s: f64, constraints: &mut Constraints) {
@@ -144,24 +151,4 @@ fn in_the_box(cell: &Cell, poses: &[Pose], constraints: &mut Constraints) {
         let outside = (0..3).map(|k| (low[k] - at[k]).max(at[k] - high[k])).fold(f64::NEG_INFINITY, f64::max);
         constraints.raise(Constraint::Workspace, (1.0 + outside / BOX_M).max(0.0));
     }
-}
-
-/// The least room in view for any error of the guess.
-#[must_use]
-pub fn worst_room(cell: &Cell, sight: &Sight) -> f64 {
-    let point = sight.point_in_camera;
-    (0..DIRECTIONS)
-        .map(|direction| point + cell.sheet.axes() * cell.guess_error.outermost(&sight.jacobian, direction))
-        .map(|moved| cell.view.room(&moved))
-        .fold(cell.view.room(&point), f64::min)
-}
-
-/// How near to an end of the seam the sheet may meet it, as a part of half its length; beyond it above 1.
-fn towards_end(cell: &Cell, sight: &Sight) -> f64 {
-    let Some(direction) = cell.seam.direction() else { return f64::INFINITY };
-    let middle = 0.5 * (cell.seam.from_m + cell.seam.to_m);
-    let at = sight.placement.point_in_base(&sight.point_in_camera) - middle;
-    let normal = cell.sheet.plane().normal().into_inner();
-    let off = cell.guess_error.along_seam(&sight.placement, &sight.point_in_camera, &direction, &normal);
-    (direction.dot(&at).abs() + off) / (0.5 * cell.seam.length_m())
 }

@@ -3,25 +3,34 @@
 use crate::limits::Limits;
 use crate::shape::Shape;
 
+/// One harmonic of a sweep.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Swing {
+    /// Amplitude, in the unit of what swings.
+    pub amplitude: f64,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Phase, rad.
+    pub phase_rad: f64,
+}
+
 /// Something that swings about a mean over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sweep {
     /// Mean, in the unit of what swings.
     pub mean: f64,
-    /// Amplitude of the swing.
-    pub amplitude: f64,
-    /// Its frequency, Hz.
-    pub frequency_hz: f64,
-    /// Its phase, rad.
-    pub phase_rad: f64,
+    /// Two harmonics: one alone leaves the distances between its turning points unused.
+    pub swings: [Swing; 2],
 }
 
 impl Sweep {
     /// Value at a time, s.
     #[must_use]
     pub fn at(&self, time_s: f64) -> f64 {
-        let angle = std::f64::consts::TAU * self.frequency_hz * time_s + self.phase_rad;
-        self.mean + self.amplitude * angle.sin()
+        let swung = self.swings.iter().map(|swing| {
+            swing.amplitude * (std::f64::consts::TAU * swing.frequency_hz * time_s + swing.phase_rad).sin()
+        });
+        self.mean + swung.sum::<f64>()
     }
 }
 
@@ -56,8 +65,9 @@ const STRIPE: f64 = 0.577;
 /// Least part of a seam that is scanned.
 const LEAST_SHARE: f64 = 0.05;
 
-/// Numbers of a design.
-pub const DIMENSION: usize = 3 + 3 + 4 * 4;
+/// Numbers of a design: ramp, share and centre of the seam; for each sweep its reach, how its two harmonics share that,
+/// and two frequencies and phases; for all but the one along the stripe a mean.
+pub const DIMENSION: usize = 3 + 6 + 4 * 7;
 
 /// Makes the design that a point of the unit box stands for; whatever the point, means and swings stay within the
 /// limits of stand-off and tilt.
@@ -69,33 +79,34 @@ pub fn from_unit_box(limits: &Limits, shape: Shape, duration_s: f64, unit: &[f64
     let ramp_s = next(RAMP_S[0].min(longest_ramp_s), longest_ramp_s);
     let length_share = next(LEAST_SHARE, 1.0);
     let centre = 0.5 * (1.0 - length_share) * next(-1.0, 1.0);
-    let [low, high] = FREQUENCY_HZ.map(f64::ln);
-    let mut stripe = Sweep {
-        mean: 0.0,
-        amplitude: next(0.0, STRIPE),
-        frequency_hz: next(low, high).exp(),
-        phase_rad: next(-std::f64::consts::PI, std::f64::consts::PI),
-    };
+    let reach = next(0.0, STRIPE);
+    let mut stripe = Sweep { mean: 0.0, swings: swings(reach, &mut next) };
     if shape == Shape::C {
         // Half a swing over the whole scan: one bow.
-        stripe.frequency_hz = 0.5 / (duration_s - ramp_s);
+        stripe.swings[0].frequency_hz = 0.5 / (duration_s - ramp_s);
     }
     let mut within = |range: [f64; 2]| {
         let middle = 0.5 * (range[0] + range[1]);
-        let reach = 0.5 * (range[1] - range[0]);
-        let swing = reach * next(0.0, 1.0);
-        // What the swing leaves of the range is the mean's.
-        let mean = middle + (reach - swing) * next(-1.0, 1.0);
-        Sweep {
-            mean,
-            amplitude: swing,
-            frequency_hz: next(low, high).exp(),
-            phase_rad: next(-std::f64::consts::PI, std::f64::consts::PI),
-        }
+        let half = 0.5 * (range[1] - range[0]);
+        let reach = half * next(0.0, 1.0);
+        // What the swings leave of the range is the mean's.
+        let mean = middle + (half - reach) * next(-1.0, 1.0);
+        Sweep { mean, swings: swings(reach, &mut next) }
     };
     let stand_off = within(limits.stand_off_m);
     let tilts = limits.tilt_rad.map(|limit| within([-limit, limit]));
     Design { shape, duration_s, ramp_s, length_share, centre, stripe, stand_off, tilts }
+}
+
+/// Two harmonics whose amplitudes add up to `reach`.
+fn swings(reach: f64, next: &mut impl FnMut(f64, f64) -> f64) -> [Swing; 2] {
+    let first = reach * next(0.0, 1.0);
+    let [low, high] = FREQUENCY_HZ.map(f64::ln);
+    [first, reach - first].map(|amplitude| Swing {
+        amplitude,
+        frequency_hz: next(low, high).exp(),
+        phase_rad: next(-std::f64::consts::PI, std::f64::consts::PI),
+    })
 }
 
 /// Folds any number into 0 to 1, as between two mirrors, so that a search knows no walls.

@@ -8,8 +8,9 @@
 //!
 //! A design is a handful of numbers: where the sweeps of seam, stand-off and attitude begin, how wide and how fast
 //! they are. What a design promises is the inverse of the Fisher information at the guess, frame by frame, with the
-//! noise that the estimator itself expects. How much of every limit it uses is measured on the sampled motion. The search needs both
-//! as numbers only, so any criterion, sensor or limit is one function.
+//! noise that the estimator itself expects. How much of every limit it uses is measured on the sampled motion, and what is lost
+//! where the guess is wrong on a sample of such cells. The search needs all of it as numbers only, so any criterion, sensor or
+//! limit is one function.
 
 pub mod cell;
 pub mod cell_toml;
@@ -20,21 +21,28 @@ pub mod guess_error;
 pub mod limits;
 pub mod motion;
 pub mod plan;
+pub mod planner;
 pub mod prediction;
 pub mod seam;
 pub mod search;
 pub mod sensor_pose;
 pub mod shape;
 pub mod shortest;
+pub mod stand_off;
+pub mod truth;
 pub mod view;
+pub mod wrong_cells;
 
 pub use cell::{Cell, ExpectedNoise, NotThisCell};
 pub use criterion::{Criterion, Goal};
 pub use guess_error::GuessError;
 pub use limits::Limits;
 pub use motion::Motion;
-pub use plan::{Plan, PlanError, PlanRequest, plan};
+pub use plan::{Plan, PlanError, PlanRequest};
+pub use planner::plan;
 pub use prediction::Prediction;
 pub use seam::Seam;
 pub use shape::Shape;
+pub use truth::Truth;
 pub use view::View;
+pub use wrong_cells::Loss;

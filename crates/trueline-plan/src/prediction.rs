@@ -1,25 +1,30 @@
 //! What a motion promises: the covariance of the estimates, from the information of every frame.
 //!
 //! The Fisher information of a frame is JᵀΣ⁻¹J with the estimator's own sheet residual, at the point where the seam is
-//! expected, and Σ of feature, robot and stamp. Robot noise counts as the estimator leaves it, after its local fit.
+//! expected, and Σ of feature, robot and stamp. Robot noise counts as the estimator leaves it, after its local fit. As in the
+//! estimator the seam may bow; a frame counts as often as it is seen in cells where the guess is wrong.
 
 use crate::cell::Cell;
 use crate::criterion::SensorCovariance;
 use crate::motion::Motion;
-use nalgebra::{DMatrix, Matrix2, Matrix2x3, Point3, SMatrix, Vector3};
+use crate::truth::Truth;
+use crate::wrong_cells::WrongCells;
+use nalgebra::{DMatrix, Matrix2, Matrix2x3, Point3, SMatrix, Vector2, Vector3};
 use trueline_dataset::Sensor;
-use trueline_geometry::{Line, Pose, smooth, so3};
+use trueline_geometry::{smooth, so3};
 use trueline_lsq::Information;
 use trueline_method::assess::observability::RANK_THRESHOLD;
 use trueline_method::input::noise_levels::{NoiseLevels, Whitener};
 use trueline_method::problem::parameters::LINES;
-use trueline_model::{LaserSheet, Placement, ResidualJacobian, sheet_residual};
+use trueline_method::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT};
+use trueline_model::sheet_residual::{self, SeamInSheet};
+use trueline_model::{Camera, Curvature, LaserSheet, Placement, SheetShape};
 
-/// Unknowns of a scan of one line.
-pub const UNKNOWNS: usize = LINES + Line::DIMENSION;
+/// What a scan of one line is asked for: time offset, hand-eye and line.
+pub const UNKNOWNS: usize = LOCAL_STRAIGHT;
 
-/// Information about all unknowns.
-pub type FrameInformation = SMatrix<f64, UNKNOWNS, UNKNOWNS>;
+/// Information about all unknowns that an observation can depend on: also bow and shape.
+pub type FrameInformation = SMatrix<f64, LOCAL_ALL, LOCAL_ALL>;
 
 /// Standard deviations that a scan promises.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,13 +36,16 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// The prediction of a whole information; `None` if it is not finite.
+    /// The prediction of a whole information, the sensor taken for exact; `None` if it is not finite.
     #[must_use]
-    pub fn of(information: &FrameInformation) -> Option<Self> {
-        let hessian = DMatrix::from_column_slice(UNKNOWNS, UNKNOWNS, information.as_slice());
-        let analysed = Information::new(&hessian, &[], RANK_THRESHOLD)?;
+    pub fn of(told: &Told) -> Option<Self> {
+        let bowed = told.bowed();
+        let hessian = DMatrix::from_column_slice(LOCAL_BOWED, LOCAL_BOWED, bowed.as_slice());
+        let known = LOCAL_STRAIGHT..LOCAL_BOWED;
+        let analysed = Information::beside(&hessian, &[], known.clone(), RANK_THRESHOLD)?;
         let covariance = analysed.covariance().fixed_view::<LINES, LINES>(0, 0).into_owned();
-        Some(Self { covariance, rank: analysed.rank() })
+        // The bow is known beforehand, and so always counts as shown.
+        Some(Self { covariance, rank: analysed.rank() - known.len() })
     }
 
     /// Whether everything can be seen.
@@ -53,91 +61,159 @@ impl Prediction {
     }
 }
 
-/// What a cell really is, as far as it is not known: hand-eye transform and line.
+/// What frames tell together, and what is known of the bow beforehand.
 #[derive(Clone, Copy, Debug)]
-pub struct Truth {
-    /// Hand-eye transform.
-    pub tool_from_camera: Pose,
-    /// The line, anchored in the middle of the seam.
-    pub line: Line,
+pub struct Told {
+    information: FrameInformation,
+    bow_sigma_m: f64,
 }
 
-impl Truth {
-    /// As the guess has it; `None` if both ends of the seam are one point.
+impl Told {
+    /// Information about all but the shape, with what is known of the bow.
+    fn bowed(&self) -> SMatrix<f64, LOCAL_BOWED, LOCAL_BOWED> {
+        let mut bowed = self.information.fixed_view::<LOCAL_BOWED, LOCAL_BOWED>(0, 0).into_owned();
+        for k in LOCAL_STRAIGHT..LOCAL_BOWED {
+            bowed[(k, k)] += self.bow_sigma_m.powi(-2);
+        }
+        bowed
+    }
+
+    /// The covariance in a hurry; `None` if something is not shown at all.
     #[must_use]
-    pub fn guessed(cell: &Cell) -> Option<Self> {
-        Some(Self { tool_from_camera: cell.tool_from_camera, line: cell.seam.line()? })
+    pub fn covariance(&self) -> Option<SensorCovariance> {
+        let bowed = self.bowed();
+        let scale = bowed.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
+        let scaled =
+            SMatrix::<f64, LOCAL_BOWED, LOCAL_BOWED>::from_fn(|i, j| bowed[(i, j)] * scale[i] * scale[j]);
+        let inverse = scaled.cholesky()?.inverse();
+        Some(SensorCovariance::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]))
     }
 }
 
 /// One frame: where the seam is seen, and what that depends on.
 #[derive(Clone, Debug)]
 pub struct Sight {
+    /// When it is exposed, s.
+    pub time_s: f64,
     /// Where the sensor is and how it moves.
     pub placement: Placement,
     /// The point of the seam in the camera, m.
     pub point_in_camera: Vector3<f64>,
-    /// Jacobian of the sheet residual there, the line anchored at the point itself.
-    pub jacobian: ResidualJacobian,
+    /// Derivatives of the sheet residual by all unknowns.
+    columns: SMatrix<f64, 2, LOCAL_ALL>,
     /// What carries displacements in base onto the sheet.
     onto_sheet: Matrix2x3<f64>,
-    /// Distance of the point from the line's anchor, along it, m.
+}
+
+/// The frames of a scan.
+#[derive(Clone, Debug)]
+pub struct Sights {
+    /// Each.
+    pub list: Vec<Sight>,
+    /// Frames that each stands for.
+    stride: usize,
+    bow_sigma_m: f64,
+}
+
+impl Sights {
+    /// Every `stride`-th frame of a motion; `None` if the seam runs along the sheet somewhere.
+    #[must_use]
+    pub fn of(cell: &Cell, motion: &Motion, truth: &Truth, stride: usize) -> Option<Self> {
+        let met: Vec<Met> = exposures(cell, motion.design().duration_s, stride)
+            .map(|time_s| Met::at(cell, motion, truth, time_s))
+            .collect::<Option<_>>()?;
+        let (low, high) = met.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), m| {
+            (low.min(m.along_m), high.max(m.along_m))
+        });
+        let curvature = Curvature {
+            bow_m: [0.0; 2],
+            half_length_m: (0.5 * (high - low)).max(LEAST_HALF_LENGTH_M),
+            middle_m: 0.5 * (low + high),
+        };
+        let places = met.iter().map(|m| cell.sheet.coordinates(&m.point_in_camera));
+        let origin = places.sum::<Vector2<f64>>() / met.len().max(1) as f64;
+        let shape = SheetShape::exact_about(&origin);
+        let seam = SeamInSheet { line: &truth.line, curvature: &curvature, shape: Some(&shape) };
+        let list = met.into_iter().map(|met| met.seen(&cell.sheet, &seam)).collect::<Option<_>>()?;
+        Some(Self { list, stride, bow_sigma_m: curvature.prior_sigma_m() })
+    }
+
+    /// What they tell, each with its weight; a frame that no camera has tells nothing.
+    #[must_use]
+    pub fn told(&self, cell: &Cell, weights: impl Iterator<Item = f64>) -> Told {
+        let left = NoiseLeft::of(cell);
+        let mut information = FrameInformation::zeros();
+        for (sight, weight) in self.list.iter().zip(weights).filter(|(_, weight)| *weight > 0.0) {
+            if let Some(whitened) = sight.whitened(cell, &left) {
+                information += whitened.transpose() * whitened * weight;
+            }
+        }
+        Told { information: information * self.stride as f64, bow_sigma_m: self.bow_sigma_m }
+    }
+
+    /// What they tell if each is seen.
+    #[must_use]
+    pub fn all_told(&self, cell: &Cell) -> Told {
+        self.told(cell, std::iter::repeat(1.0))
+    }
+}
+
+/// Below this the estimator believes in no bow either; half of it, m.
+const LEAST_HALF_LENGTH_M: f64 = 5e-3;
+
+/// Where a line meets the sheet.
+struct Met {
+    time_s: f64,
+    placement: Placement,
+    point_in_camera: Vector3<f64>,
+    /// Along the line from its anchor, m.
     along_m: f64,
 }
 
-impl Sight {
-    /// What a frame sees that is exposed at a time, s; `None` if the seam runs along the sheet.
-    #[must_use]
-    pub fn of(cell: &Cell, motion: &Motion, truth: &Truth, time_s: f64) -> Option<Self> {
+impl Met {
+    fn at(cell: &Cell, motion: &Motion, truth: &Truth, time_s: f64) -> Option<Self> {
         let placement = motion.placement(time_s, &truth.tool_from_camera);
-        let point_in_camera = met(&cell.sheet, &placement, &truth.line)?;
-        let point_in_base = placement.point_in_base(&point_in_camera);
-        // Turns of the line about its anchor leave the point alone if the anchor is there.
-        let line = truth.line.anchored_near(&point_in_base);
-        let (jacobian, onto_sheet) =
-            sheet_residual::linearize(&placement, &cell.sheet, &point_in_camera, &line)?;
-        let along_m = truth.line.direction().dot(&(point_in_base - truth.line.anchor()));
-        Some(Self { placement, point_in_camera, jacobian, onto_sheet, along_m })
+        let camera_from_base = placement.base_from_camera().inverse();
+        let start = (camera_from_base * Point3::from(*truth.line.anchor())).coords;
+        let direction = camera_from_base.rotation * truth.line.direction();
+        let plane = cell.sheet.plane();
+        let toward = plane.normal().dot(&direction);
+        let along_m = (plane.offset() - plane.normal().dot(&start)) / toward;
+        (toward.abs() > sheet_residual::MIN_SINE).then(|| Self {
+            time_s,
+            placement,
+            point_in_camera: start + direction * along_m,
+            along_m,
+        })
     }
 
-    /// What the frame tells; `None` if the seam is not in view.
-    #[must_use]
-    pub fn information(&self, cell: &Cell, left: &NoiseLeft) -> Option<FrameInformation> {
+    fn seen(self, sheet: &LaserSheet, seam: &SeamInSheet<'_>) -> Option<Sight> {
+        let found = seam.linearize(&self.placement, sheet, &self.point_in_camera)?;
+        let mut columns = SMatrix::<f64, 2, LOCAL_ALL>::zeros();
+        columns.fixed_columns_mut::<1>(0).copy_from(&found.straight.d_time_offset);
+        columns.fixed_columns_mut::<3>(1).copy_from(&found.straight.d_rotation);
+        columns.fixed_columns_mut::<3>(4).copy_from(&found.straight.d_translation);
+        columns.fixed_columns_mut::<4>(LINES).copy_from(&found.straight.d_line);
+        columns.fixed_columns_mut::<2>(LOCAL_STRAIGHT).copy_from(&found.d_curvature);
+        columns.fixed_columns_mut::<5>(LOCAL_BOWED).copy_from(&found.d_shape);
+        let Self { time_s, placement, point_in_camera, .. } = self;
+        Some(Sight { time_s, placement, point_in_camera, columns, onto_sheet: found.onto_sheet })
+    }
+}
+
+impl Sight {
+    /// The whitened derivatives; `None` if no camera sees the point.
+    fn whitened(&self, cell: &Cell, left: &NoiseLeft) -> Option<SMatrix<f64, 2, LOCAL_ALL>> {
         let feature = feature_covariance(cell, &self.point_in_camera)?;
         let Placement { base_from_tool, tool_from_camera, .. } = &self.placement;
         let in_tool = tool_from_camera.rotation * self.point_in_camera + tool_from_camera.translation.vector;
         let turned = self.onto_sheet * so3::hat(&(base_from_tool.rotation * in_tool)) * left.robot_rad;
         let packed = |m: Matrix2<f64>| [m[(0, 0)], m[(0, 1)], m[(1, 1)]];
         let own = packed(feature + turned * turned.transpose());
-        let covariance = left.levels.covariance(own, &self.onto_sheet, &self.jacobian.d_time_offset);
-        let whitened = Whitener::of(&covariance)?.matrix() * self.columns();
-        Some(whitened.transpose() * whitened)
+        let d_time_offset: Vector2<f64> = self.columns.column(0).into();
+        let covariance = left.levels.covariance(own, &self.onto_sheet, &d_time_offset);
+        Some(Whitener::of(&covariance)?.matrix() * self.columns)
     }
-
-    /// All columns, the line turned about its own anchor: a turn about u₂ moves the point by −along · u₃, one about u₃ by
-    /// along · u₂.
-    fn columns(&self) -> SMatrix<f64, 2, UNKNOWNS> {
-        let j = &self.jacobian;
-        let mut columns = SMatrix::<f64, 2, UNKNOWNS>::zeros();
-        columns.fixed_columns_mut::<1>(0).copy_from(&j.d_time_offset);
-        columns.fixed_columns_mut::<3>(1).copy_from(&j.d_rotation);
-        columns.fixed_columns_mut::<3>(4).copy_from(&j.d_translation);
-        columns.fixed_columns_mut::<4>(LINES).copy_from(&j.d_line);
-        let (shift_2, shift_3) = (j.d_line.column(2), j.d_line.column(3));
-        columns.set_column(LINES, &(shift_3 * -self.along_m));
-        columns.set_column(LINES + 1, &(shift_2 * self.along_m));
-        columns
-    }
-}
-
-/// Where the line meets the sheet, in the camera, m.
-fn met(sheet: &LaserSheet, placement: &Placement, line: &Line) -> Option<Vector3<f64>> {
-    let camera_from_base = placement.base_from_camera().inverse();
-    let start = (camera_from_base * Point3::from(*line.anchor())).coords;
-    let direction = camera_from_base.rotation * line.direction();
-    let toward = sheet.plane().normal().dot(&direction);
-    let away = sheet.plane().offset() - sheet.plane().normal().dot(&start);
-    (toward.abs() > sheet_residual::MIN_SINE).then(|| start + direction * (away / toward))
 }
 
 /// Noise as the estimator leaves it, after its local fit of the robot's path.
@@ -167,18 +243,20 @@ impl NoiseLeft {
 fn feature_covariance(cell: &Cell, point_in_camera: &Vector3<f64>) -> Option<Matrix2<f64>> {
     match &cell.sensor {
         Sensor::CameraLaser { camera, .. } => {
-            let (_, d_ray_d_pixel) = camera.ray(&camera.project(point_in_camera)?).ok()?;
-            let ray = point_in_camera / point_in_camera.z;
-            let (_, d_point_d_ray) = cell.sheet.intersect(&ray)?;
-            let d_sheet_d_pixel = axes(&cell.sheet) * d_point_d_ray * d_ray_d_pixel;
-            Some(d_sheet_d_pixel * d_sheet_d_pixel.transpose() * cell.noise.feature_px.powi(2))
+            let sheet_from_pixel =
+                (d_pixel_d_point(camera, point_in_camera) * cell.sheet.axes()).try_inverse()?;
+            let in_front = point_in_camera.z > 0.0;
+            in_front.then(|| sheet_from_pixel * sheet_from_pixel.transpose() * cell.noise.feature_px.powi(2))
         }
         Sensor::Profiler | Sensor::Points { .. } => Some(Matrix2::identity() * cell.noise.feature_m.powi(2)),
     }
 }
 
-fn axes(sheet: &LaserSheet) -> Matrix2x3<f64> {
-    sheet.axes().transpose()
+/// How a point's pixel moves with it, px/m.
+fn d_pixel_d_point(camera: &Camera, point: &Vector3<f64>) -> Matrix2x3<f64> {
+    let ideal = point.xy() / point.z;
+    let d_ideal = Matrix2x3::new(1.0, 0.0, -ideal.x, 0.0, 1.0, -ideal.y) / point.z;
+    Matrix2::from_diagonal(&camera.focal) * camera.distortion.distort(&ideal).1 * d_ideal
 }
 
 /// When the frames of a scan are exposed, every `stride`-th of them: the first half a period after the start.
@@ -188,61 +266,36 @@ pub fn exposures(cell: &Cell, duration_s: f64, stride: usize) -> impl Iterator<I
     (0..count).step_by(stride.max(1)).map(move |k| (k as f64 + 0.5) * period_s)
 }
 
-/// What sights promise together, each standing for so many frames; `None` if the seam is lost on the way.
+/// The prediction as the scan goes on: time (s) and what is known until then, at so many times; `seen_by` is the share of cells
+/// that see each frame.
 #[must_use]
-pub fn predict(cell: &Cell, sights: &[Sight], stride: usize) -> Option<Prediction> {
-    let left = NoiseLeft::of(cell);
-    let mut sum = FrameInformation::zeros();
-    for sight in sights {
-        sum += sight.information(cell, &left)?;
-    }
-    Prediction::of(&(sum * stride as f64))
+pub fn over_time(cell: &Cell, motion: &Motion, seen_by: &[f64], times: usize) -> Vec<(f64, Prediction)> {
+    let sights = Truth::guessed(cell).and_then(|truth| Sights::of(cell, motion, &truth, 1));
+    let Some(sights) = sights else { return Vec::new() };
+    let every = sights.list.len().div_ceil(times).max(1);
+    let ends = (1..=sights.list.len()).filter(|n| n % every == 0 || *n == sights.list.len());
+    ends.filter_map(|n| {
+        let until = seen_by.iter().enumerate().map(|(k, share)| if k < n { *share } else { 0.0 });
+        Some((sights.list[n - 1].time_s, Prediction::of(&sights.told(cell, until))?))
+    })
+    .collect()
 }
-
-/// Every `stride`-th frame of a motion; `None` if the seam runs along the sheet somewhere.
-#[must_use]
-pub fn sights(cell: &Cell, motion: &Motion, truth: &Truth, stride: usize) -> Option<Vec<Sight>> {
-    exposures(cell, motion.design().duration_s, stride)
-        .map(|time_s| Sight::of(cell, motion, truth, time_s))
-        .collect()
-}
-
-/// The prediction as the scan goes on: time (s) and what is known until then, at so many times.
-#[must_use]
-pub fn over_time(cell: &Cell, motion: &Motion, times: usize) -> Vec<(f64, Prediction)> {
-    let Some(truth) = Truth::guessed(cell) else { return Vec::new() };
-    let left = NoiseLeft::of(cell);
-    let all: Vec<f64> = exposures(cell, motion.design().duration_s, 1).collect();
-    let every = all.len().div_ceil(times).max(1);
-    let mut sum = FrameInformation::zeros();
-    let mut known = Vec::new();
-    for (k, time_s) in all.iter().enumerate() {
-        let sight = Sight::of(cell, motion, &truth, *time_s);
-        sum += sight.and_then(|s| s.information(cell, &left)).unwrap_or_else(FrameInformation::zeros);
-        if (k + 1) % every == 0 || k + 1 == all.len() {
-            known.extend(Prediction::of(&sum).map(|p| (*time_s, p)));
-        }
-    }
-    known
-}
-
-/// Guesses that [`wrong_guesses`] tries.
-const GUESSES: u64 = 40;
 
 /// Standard deviations of the same motion where the guess is wrong, by anything within its error: of each component the
-/// one that 95 % of such cells stay below. A cell in which the seam leaves the view counts as knowing nothing.
+/// one that 95 % of such cells stay below.
 #[must_use]
 pub fn wrong_guesses(cell: &Cell, motion: &Motion) -> [f64; LINES] {
     let stride = (exposures(cell, motion.design().duration_s, 1).count() / 200).max(1);
-    let sigmas: Vec<[f64; LINES]> = (0..GUESSES)
-        .map(|seed| {
-            let (tool_from_camera, seam) =
-                cell.guess_error.disturbed(&cell.tool_from_camera, &cell.seam, seed);
-            let prediction = seam
-                .line()
-                .map(|line| Truth { tool_from_camera, line })
-                .and_then(|truth| sights(cell, motion, &truth, stride))
-                .and_then(|sights| predict(cell, &sights, stride))
+    let sigmas: Vec<[f64; LINES]> = WrongCells::for_wrong_guesses(cell)
+        .iter()
+        .map(|wrong| {
+            let prediction = wrong
+                .truth()
+                .and_then(|truth| Sights::of(cell, motion, &truth, stride))
+                .and_then(|sights| {
+                    let seen = sights.list.iter().map(|s| wrong.sees(cell, &s.placement.base_from_tool));
+                    Prediction::of(&sights.told(cell, seen.map(|seen| f64::from(u8::from(seen)))))
+                })
                 .filter(Prediction::shows_all);
             std::array::from_fn(|k| prediction.as_ref().map_or(f64::INFINITY, |p| p.sigma(k)))
         })
@@ -250,6 +303,6 @@ pub fn wrong_guesses(cell: &Cell, motion: &Motion) -> [f64; LINES] {
     std::array::from_fn(|k| {
         let mut of_one: Vec<f64> = sigmas.iter().map(|s| s[k]).collect();
         of_one.sort_by(f64::total_cmp);
-        of_one[(0.95 * (GUESSES - 1) as f64).round() as usize]
+        of_one[(0.95 * (of_one.len() - 1) as f64).round() as usize]
     })
 }

@@ -63,6 +63,9 @@ impl Constants {
     }
 }
 
+/// Generations for which the covariance's axes are used.
+const DECOMPOSED_EVERY: usize = 3;
+
 /// Minimises `value` from `start`. The same seed takes the same way.
 pub fn minimise(
     start: &DVector<f64>,
@@ -79,8 +82,15 @@ pub fn minimise(
     let mut covariance = DMatrix::<f64>::identity(n, n);
     let (mut path_sigma, mut path_c) = (DVector::zeros(n), DVector::zeros(n));
     let generations = effort.evaluations / effort.population;
+    let mut eigen = SymmetricEigen { eigenvectors: covariance.clone(), eigenvalues: DVector::repeat(n, 1.0) };
     for generation in 0..generations {
-        let Some(eigen) = SymmetricEigen::try_new(covariance.clone(), f64::EPSILON, 1000) else { break };
+        // It changes little from one generation to the next.
+        if generation % DECOMPOSED_EVERY == 0 {
+            match SymmetricEigen::try_new(covariance.clone(), f64::EPSILON, 1000) {
+                Some(decomposed) => eigen = decomposed,
+                None => break,
+            }
+        }
         let scales = eigen.eigenvalues.map(|x| x.max(1e-20).sqrt());
         let mut samples: Vec<(f64, DVector<f64>)> = (0..effort.population)
             .map(|_| {

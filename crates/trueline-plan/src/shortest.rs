@@ -1,7 +1,8 @@
 //! The shortest scan that reaches what is wanted.
 
 use crate::cell::Cell;
-use crate::plan::{DURATION_S, Plan, PlanError, PlanRequest, plan, replan};
+use crate::plan::{DURATION_S, Plan, PlanError, PlanRequest};
+use crate::planner::{plan, replan};
 
 /// Durations are told apart to this part.
 const RESOLUTION: f64 = 1.04;

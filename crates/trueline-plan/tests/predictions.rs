@@ -4,7 +4,7 @@
 mod cells;
 
 use cells::{exact, example, random, scan, scenario};
-use nalgebra::{SVector, Vector2};
+use nalgebra::SVector;
 use trueline_geometry::se3;
 use trueline_lsq::{Information, LeastSquares, Loss, NormalEquations};
 use trueline_method::assess::observability::RANK_THRESHOLD;
@@ -13,13 +13,11 @@ use trueline_method::input::timestamps::Sampling;
 use trueline_method::problem::line_problem::{Criterion, LineProblem};
 use trueline_method::problem::parameters::{LINES, ROTATION, TRANSLATION};
 use trueline_method::problem::usable::UsableObservations;
+use trueline_method::solve::seam_chart::with_bows;
 use trueline_method::{Config, Parameters, ResidualKind, Status, calibrate, input::observations};
-use trueline_plan::guess_error::DIRECTIONS;
-use trueline_plan::prediction::{Sight, Truth};
 use trueline_plan::shortest::shortest;
 use trueline_plan::{Cell, Goal, Motion, Plan, PlanRequest, Shape, plan};
 use trueline_sim::Disturbance;
-use trueline_sim::capture::{SheetAxes, point_on_sheet};
 
 fn quick_plan(cell: &Cell, duration_s: f64) -> Plan {
     let ask = PlanRequest {
@@ -41,6 +39,7 @@ fn bound(cell: &Cell, motion: &Motion) -> SVector<f64, LINES> {
     let observed = observations::observe(&recording, &sampling, &config).unwrap();
     let truth = recording.truth.as_ref().unwrap();
     let at = Parameters::straight(&truth.parameters, truth.lines.clone());
+    let at = with_bows(&observed, &observed.list, at);
     let noise = NoiseLevels {
         robot_sigma_m: cell.noise.robot_m * trueline_geometry::smooth::noise_left(cell.robot_period_s),
         stamp_sigma_s: cell.noise.stamp_s,
@@ -102,15 +101,12 @@ fn spread_over_prediction(cell: &Cell, plan: &Plan, runs: u64) -> SVector<f64, L
 
 #[test]
 fn estimates_spread_as_predicted() {
-    let cell = example();
-    let ratios = spread_over_prediction(&cell, &quick_plan(&cell, 15.0), 600);
-    // 600 runs know their spread to 1/√1200 = 2.9 %; 10 % is what is promised.
-    for known in [0, ROTATION, ROTATION + 1, TRANSLATION] {
-        assert!((0.9..1.1).contains(&ratios[known]), "{ratios}");
-    }
-    // Plans take the seam for straight, and the estimator allows it a bow: what a bow looks like is known up to 1.7 times
-    // less well than a plan says.
-    assert!(ratios.iter().all(|ratio| (0.9..1.8).contains(ratio)), "{ratios}");
+    let cell = exact(example());
+    let ratios = spread_over_prediction(&cell, &quick_plan(&cell, 15.0), 400);
+    // 400 runs know their spread to 1/√800 = 3.5 %: four of that above. Below, the robot's noise counts for too much, here as in
+    // the estimator's own ±: its local fit leaves 0.205 of the variance in each frame, 33 of them a second, where 250 samples a
+    // second carry 1/250; slow swings see √(33/250/0.205) = 0.8 of it.
+    assert!(ratios.iter().all(|ratio| (0.8..1.14).contains(ratio)), "{ratios}");
 }
 
 #[test]
@@ -146,48 +142,6 @@ fn the_shortest_scan_reaches_what_is_wanted_and_much_shorter_ones_do_not() {
 }
 
 #[test]
-fn the_seam_moves_in_the_sheet_as_far_as_is_said_and_no_further() {
-    for seed in 0..6 {
-        let mut cell = random(seed);
-        // So small that the second order is a thousandth of the first.
-        cell.guess_error.translation_m = 1e-5;
-        cell.guess_error.rotation_rad = 1e-4;
-        cell.guess_error.line_m = 2e-5;
-        let unit = std::array::from_fn(|k| 0.2 + 0.027 * k as f64);
-        let design = trueline_plan::design::from_unit_box(&cell.limits, Shape::S, 10.0, &unit);
-        let motion = Motion::new(&cell, design);
-        let truth = Truth::guessed(&cell).unwrap();
-        let Sight { point_in_camera: point, jacobian, .. } = Sight::of(&cell, &motion, &truth, 4.0).unwrap();
-        // Where the line meets the sheet is where the stance has put it.
-        assert!((point - motion.point_in_camera(4.0)).norm() < 1e-12);
-        let trueline_dataset::Sensor::CameraLaser { camera, laser_plane_in_camera } = cell.sensor.clone()
-        else {
-            unreachable!()
-        };
-        let axes = SheetAxes::of(&trueline_sim::SensorModel::CameraLaser { camera, laser_plane_in_camera });
-        let mut reached = [0.0_f64; DIRECTIONS];
-        for guess in 0..3000 {
-            let (tool_from_camera, seam) =
-                cell.guess_error.disturbed_most(&cell.tool_from_camera, &cell.seam, guess);
-            let base_from_camera = motion.base_from_tool(4.0) * tool_from_camera;
-            let seen = point_on_sheet(&axes, &base_from_camera, &seam.line().unwrap()).unwrap();
-            let moved: Vector2<f64> = cell.sheet.axes().transpose() * (seen - point);
-            for (direction, reached) in reached.iter_mut().enumerate() {
-                let angle = std::f64::consts::TAU * direction as f64 / DIRECTIONS as f64;
-                let d = Vector2::new(angle.cos(), angle.sin());
-                *reached =
-                    reached.max(moved.dot(&d) / cell.guess_error.outermost(&jacobian, direction).dot(&d));
-            }
-        }
-        for reached in reached {
-            assert!(reached < 1.002, "further than said: {reached}");
-            // Of 3000 random errors in nine dimensions the worst come within a third of the worst there is.
-            assert!(reached > 0.66, "not nearly as far as said: {reached}");
-        }
-    }
-}
-
-#[test]
 fn a_longer_search_of_the_same_cell_finds_little_more() {
     // Where the guess is good there is one deep valley; a rough guess leaves many, which README says.
     let cell = exact(example());
@@ -197,7 +151,7 @@ fn a_longer_search_of_the_same_cell_finds_little_more() {
         seed,
         ..PlanRequest::default()
     };
-    let short = plan(&cell, &ask(4000, 1), &|| ()).unwrap().score;
-    let long = plan(&cell, &ask(16_000, 2), &|| ()).unwrap().score;
+    let short = plan(&cell, &ask(PlanRequest::default().evaluations, 1), &|| ()).unwrap().score;
+    let long = plan(&cell, &ask(20_000, 2), &|| ()).unwrap().score;
     assert!(short < 1.15 * long, "{short} against {long}");
 }

@@ -63,3 +63,33 @@ fn a_cell_written_with_another_guess_reads_back() {
     assert!(read.sensor_pose.nominal_attitude().angle_to(&cell.sensor_pose.nominal_attitude()) < 1e-9);
     assert_eq!(read.limits, cell.limits);
 }
+
+#[test]
+fn a_sensor_that_cannot_see_at_its_stand_off_is_told_where_it_does() {
+    // The example's camera sees the seam from some 100 mm on: 300 mm further away than it may stand here.
+    let text = cell_toml::EXAMPLE.replace("stand_off_mm = [100.0, 250.0]", "stand_off_mm = [2000.0, 2500.0]");
+    let cell = parsed(&text, cell_toml::EXAMPLE_SENSOR).unwrap();
+    let ask = trueline_plan::PlanRequest { evaluations: 1, ..trueline_plan::PlanRequest::default() };
+    let refused = trueline_plan::plan(&cell, &ask, &|| ()).map(|plan| plan.score).unwrap_err();
+    let trueline_plan::PlanError::Blind { seen_m: Some([near, far]), allowed_m } = refused else {
+        panic!("{refused:?}")
+    };
+    assert!(near < far && far < allowed_m[0], "{near} {far}");
+    assert!(refused.to_string().contains("it does between"), "{refused}");
+    // Independent of the planner's own view: the seam's pixel, by the sensor's model, is in the picture at what is said to be in view,
+    // with the margin of 100 px, and not beyond.
+    let trueline_dataset::Sensor::CameraLaser { camera, .. } = &cell.sensor else { unreachable!() };
+    let in_picture = |stand_off_m: f64| {
+        let plane = cell.sheet.plane();
+        // The point of the sheet at this depth in the middle of the stripe: n·p = d along the normal's own direction in the picture.
+        let n = plane.normal();
+        let sideways = nalgebra::Vector2::new(n.x, n.y);
+        let at = sideways * ((plane.offset() - n.z * stand_off_m) / sideways.norm_squared());
+        camera.project(&nalgebra::Vector3::new(at.x, at.y, stand_off_m)).is_some_and(|pixel| {
+            let [width, height] = camera.size.map(f64::from);
+            (99.5..width - 100.5).contains(&pixel.x) && (99.5..height - 100.5).contains(&pixel.y)
+        })
+    };
+    // Distances are looked at in steps of 2 %.
+    assert!(in_picture(near) && in_picture(far) && !in_picture(near / 1.03) && !in_picture(far * 1.03));
+}

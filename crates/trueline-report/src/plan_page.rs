@@ -11,8 +11,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Pose;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;
-use trueline_plan::constraints::worst_room;
-use trueline_plan::prediction::{Sight, Truth};
+use trueline_plan::prediction::exposures;
 use trueline_plan::{Cell, Plan, Prediction, View};
 
 /// Times at which the motion is drawn.
@@ -252,8 +251,9 @@ fn limits(cell: &Cell, plan: &Plan) -> Block {
     Block::Chart(Chart {
         id: "limits-used",
         title: "What is used of each limit",
-        explanation: "At the robot's own rate; the field of view for the worst guess that is allowed for."
-            .to_owned(),
+        explanation:
+            "At the robot's own rate; of the field of view also what cells with a wrong guess may lose."
+                .to_owned(),
         alternative: "Bars: per cent of each limit that the path uses".to_owned(),
         wide: false,
         drawn: Drawn::Bars {
@@ -266,30 +266,23 @@ fn limits(cell: &Cell, plan: &Plan) -> Block {
 }
 
 fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
-    let truth = Truth::guessed(cell);
-    let rooms: Vec<(f64, f64, f64)> = times(plan, SAMPLES / 3)
-        .map(|t| {
-            let right = cell.view.room(&plan.motion.point_in_camera(t));
-            let sight = truth.as_ref().and_then(|truth| Sight::of(cell, &plan.motion, truth, t));
-            let worst = sight.map_or(f64::NAN, |sight| worst_room(cell, &sight));
-            (t, 100.0 * right, 100.0 * worst)
-        })
-        .collect();
-    let x = columns.add(rooms.iter().map(|r| r.0));
-    let (right, worst) = (columns.add(rooms.iter().map(|r| r.1)), columns.add(rooms.iter().map(|r| r.2)));
+    let exposed: Vec<f64> = exposures(cell, plan.motion.design().duration_s, 1).collect();
+    let x = columns.add(exposed.iter().copied());
+    let room = columns.add(exposed.iter().map(|t| 100.0 * cell.view.room(&plan.motion.point_in_camera(*t))));
+    let seen = columns.add(plan.seen_by.iter().map(|share| 100.0 * share));
     Block::Chart(Chart {
         id: "room",
-        title: "Room in the field of view",
-        explanation: "How far the seam is from the edge of the view, its margin left out, as a part of half the view; below zero it is lost."
+        title: "Who sees the seam",
+        explanation: "Of the cells that the guess allows, how many see the seam in each frame; and if the guess is right, how far it is from the edge of the view, its margin left out, as a part of half the view."
             .to_owned(),
-        alternative: "Distance of the seam from the edge of the view in per cent of half the view over time in s, for the guess and for the worst error of it".to_owned(),
+        alternative: "Per cent of the cells that see the seam, and distance of the seam from the edge of the view in per cent of half the view, over time in s".to_owned(),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("time (s)"),
-            y: Axis::of("room (%)"),
+            y: Axis::of("cells, room (%)"),
             series: vec![
-                Series::line("if the guess is right", x, right, Colour::A),
-                Series::line("for the worst guess", x, worst, Colour::Bad),
+                Series::line("cells that see it", x, seen, Colour::A),
+                Series::line("room if the guess is right", x, room, Colour::B),
             ],
             marks: vec![Mark { name: "lost below".to_owned(), at: 0.0, upright: false }],
         },

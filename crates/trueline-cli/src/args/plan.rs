@@ -51,8 +51,8 @@ pub struct PlanArgs {
     /// Seed of the search
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Paths that are tried for each shape
-    #[arg(long, default_value_t = 16_000)]
+    /// Paths that are tried for each kind of path; half of them to find out which kind is best, half to better the best
+    #[arg(long, default_value_t = 8_000)]
     pub tries: usize,
     /// Threads; one for each core if not given. The plan does not depend on it
     #[arg(long)]

@@ -38,7 +38,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         plan: &planned,
         asked: args.want.is_some().then_some(&ask.goal),
         wrong_guess: &prediction::wrong_guesses(&cell, &planned.motion),
-        over_time: &prediction::over_time(&cell, &planned.motion, TIMES),
+        over_time: &prediction::over_time(&cell, &planned.motion, &planned.seen_by, TIMES),
         command: &output::command_line(),
     };
     output::file(&args.out.join("sensor.toml"), &sensor_text)?;

@@ -1,0 +1,242 @@
+//! The search for the plan: which valleys are deep, then the bottom of the deepest.
+
+use crate::cell::Cell;
+use crate::constraints::{self, Constraint};
+use crate::design::{DIMENSION, from_unit_box};
+use crate::motion::Motion;
+use crate::plan::{DURATION_S, PATH_PERIOD_S, Plan, PlanError, PlanRequest};
+use crate::prediction::{Prediction, Sights, UNKNOWNS};
+use crate::search::{Effort, minimise};
+use crate::shape::Shape;
+use crate::stand_off::stand_offs_in_view;
+use crate::truth::Truth;
+use crate::wrong_cells::{Views, WrongCells};
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+/// A search keeps to this part of each limit, so that what a denser look finds is mostly still within it.
+const MARGIN: f64 = 0.98;
+/// The same for what wrong cells may lose: a search asks few of them.
+const LOSS_MARGIN: f64 = 0.8;
+/// Samples of the motion while searching, s: jerks of a swing of 1.2 Hz are then seen to 1 %.
+const ROUGH_PERIOD_S: f64 = 0.04;
+/// Frames that a search looks at are no further apart, s.
+const ROUGH_FRAMES_S: f64 = 0.2;
+/// Designs that leave something unseen come after all that show everything; then those that wrong cells lose, those that lose
+/// the seam at the guess, and those that break limits.
+const BROKEN: f64 = 1e6;
+
+/// Tries for each scout, and as many for what follows, without which it finds nothing.
+const LEAST_SCOUT: usize = 400;
+
+/// Plans a scan; `tick` is called for every design that is tried.
+///
+/// # Errors
+/// [`PlanError`] says which limit stands in the way.
+pub fn plan(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
+    check(cell, ask.duration_s)?;
+    let place = Place::of(cell, ask)?;
+    let valleys = if cell.guess_error.is_none() { 2 } else { 4 };
+    let scouts = (ask.evaluations / LEAST_SCOUT).clamp(1, valleys);
+    let effort = Effort { evaluations: ask.evaluations / (2 * scouts), spread: 0.3, population: 16 };
+    let middle = DVector::repeat(DIMENSION, 0.5);
+    let jobs: Vec<(Shape, u64)> =
+        ask.shapes.iter().flat_map(|shape| (0..scouts as u64).map(|k| (*shape, 1000 * k))).collect();
+    let mut found: Vec<Plan> = par_map(&jobs, ask.threads, |(shape, seed)| {
+        Search { place: &place, shape: *shape }.from(&middle, effort, ask.seed.wrapping_add(*seed), tick)
+    });
+    found.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+    // The other half of the tries, for as many as can be deepened as far as the scouts of two shapes were.
+    let finals = ask.shapes.len().div_ceil(2);
+    let tries = ask.evaluations * ask.shapes.len() / (2 * finals);
+    let effort = Effort { evaluations: tries, spread: 0.1, population: 16 };
+    let deepened = par_map(&found[..finals.min(found.len())], ask.threads, |best| {
+        Search { place: &place, shape: best.motion.design().shape }.from(&best.point, effort, ask.seed, tick)
+    });
+    best_sound(found.into_iter().chain(deepened), ask.duration_s)
+}
+
+/// A plan of the same shape for another duration, from one that is near: a quarter of the designs will do.
+///
+/// # Errors
+/// As [`plan`].
+pub fn replan(
+    cell: &Cell,
+    ask: &PlanRequest,
+    near: &Plan,
+    tick: &(dyn Fn() + Sync),
+) -> Result<Plan, PlanError> {
+    check(cell, ask.duration_s)?;
+    let effort = Effort { evaluations: ask.evaluations / 4, spread: 0.1, population: 16 };
+    let place = Place::of(cell, ask)?;
+    let search = Search { place: &place, shape: near.motion.design().shape };
+    let found = search.from(&near.point, effort, ask.seed, tick);
+    best_sound(found.into_iter(), ask.duration_s)
+}
+
+fn check(cell: &Cell, duration_s: f64) -> Result<(), PlanError> {
+    let [least_s, most_s] = DURATION_S;
+    if !(duration_s >= least_s && duration_s <= most_s) {
+        return Err(PlanError::Duration { duration_s, least_s, most_s });
+    }
+    if cell.seam.direction().is_none() {
+        return Err(PlanError::NoSeam);
+    }
+    let allowed_m = cell.limits.stand_off_m;
+    match stand_offs_in_view(cell) {
+        Some(seen_m) if seen_m[0] <= allowed_m[1] && seen_m[1] >= allowed_m[0] => Ok(()),
+        seen_m => Err(PlanError::Blind { allowed_m, seen_m }),
+    }
+}
+
+/// The best of those that keep to all limits; or what stands in the way of the one that comes nearest.
+fn best_sound(found: impl Iterator<Item = Plan>, duration_s: f64) -> Result<Plan, PlanError> {
+    let best = found.min_by(|a, b| rank(a).total_cmp(&rank(b)));
+    let (constraint, used) =
+        best.as_ref().map_or((Constraint::View, f64::INFINITY), |plan| plan.constraints.most());
+    match best {
+        Some(plan) if used <= 1.0 && plan.prediction.shows_all() => Ok(plan),
+        Some(plan) if used <= 1.0 => {
+            Err(PlanError::NotShown { duration_s, rank: plan.prediction.rank, of: UNKNOWNS })
+        }
+        _ => Err(PlanError::NoRoom { duration_s, constraint, used }),
+    }
+}
+
+/// Sound plans by their score, then those that leave something unseen, then broken ones.
+fn rank(plan: &Plan) -> f64 {
+    match (plan.constraints.most().1 <= 1.0, plan.prediction.shows_all()) {
+        (true, true) => plan.score.min(UNSEEN),
+        (true, false) => unseen(plan.prediction.rank),
+        (false, _) => BROKEN * (1.0 + plan.constraints.excess(1.0)),
+    }
+}
+
+/// No score is worse than something unseen.
+const UNSEEN: f64 = 0.5 * BROKEN;
+
+fn unseen(rank: usize) -> f64 {
+    BROKEN * (1.0 - 0.01 * rank as f64)
+}
+
+/// What all searches of a plan share.
+struct Place<'a> {
+    cell: &'a Cell,
+    ask: &'a PlanRequest,
+    truth: Truth,
+    stride: usize,
+    asked: WrongCells,
+    judged: WrongCells,
+}
+
+impl<'a> Place<'a> {
+    fn of(cell: &'a Cell, ask: &'a PlanRequest) -> Result<Self, PlanError> {
+        let truth = Truth::guessed(cell).ok_or(PlanError::NoSeam)?;
+        let stride = ((ROUGH_FRAMES_S / cell.frame_period_s) as usize).max(1);
+        let (asked, judged) = (WrongCells::for_search(cell), WrongCells::for_promise(cell));
+        Ok(Self { cell, ask, truth, stride, asked, judged })
+    }
+
+    /// What wrong cells see of some frames.
+    fn look(&self, cells: &WrongCells, sights: &Sights, stride: usize) -> Views {
+        let some = sights.list.iter().step_by(stride);
+        cells.look(self.cell, some.map(|sight| sight.placement.base_from_tool))
+    }
+}
+
+/// A design that is better by less is not looked at closely on the way.
+const CLEARLY: f64 = 0.99;
+
+/// The designs of one shape.
+struct Search<'a> {
+    place: &'a Place<'a>,
+    shape: Shape,
+}
+
+impl Search<'_> {
+    /// The best plan that a search from a point finds; one that breaks limits where it finds nothing else. Whenever it seems to
+    /// have found a clearly better one, and at the end, that is looked at as closely as it will be used: what counts is what then
+    /// remains.
+    fn from(
+        &self,
+        start: &DVector<f64>,
+        effort: Effort,
+        seed: u64,
+        tick: &(dyn Fn() + Sync),
+    ) -> Option<Plan> {
+        let mut best: Option<Plan> = None;
+        let found = minimise(start, effort, seed, |point| {
+            tick();
+            let Some(motion) = self.motion(point) else { return f64::INFINITY };
+            let value = self.rough_value(&motion);
+            if best.as_ref().is_some_and(|best| CLEARLY * rank(best) <= value) {
+                return value;
+            }
+            let Some(plan) = self.finished(motion, point.clone()) else { return value };
+            let value = value.max(rank(&plan));
+            if best.as_ref().is_none_or(|best| rank(&plan) < rank(best)) {
+                best = Some(plan);
+            }
+            value
+        });
+        let last = self.motion(&found.point).and_then(|motion| self.finished(motion, found.point));
+        [best, last].into_iter().flatten().min_by(|a, b| rank(a).total_cmp(&rank(b)))
+    }
+
+    fn motion(&self, point: &DVector<f64>) -> Option<Motion> {
+        let Place { cell, ask, .. } = self.place;
+        let unit: &[f64; DIMENSION] = point.as_slice().try_into().ok()?;
+        Some(Motion::new(cell, from_unit_box(&cell.limits, self.shape, ask.duration_s, unit)))
+    }
+
+    /// What the search minimises: the score, or for motions that break limits by how much they do. What is cheap to ask is asked
+    /// first.
+    fn rough_value(&self, motion: &Motion) -> f64 {
+        let Place { cell, ask, stride, .. } = self.place;
+        let excess = constraints::of_motion(cell, motion, ROUGH_PERIOD_S).excess(MARGIN);
+        if excess > 0.0 {
+            return BROKEN * (10.0 + excess);
+        }
+        let Some(sights) = Sights::of(cell, motion, &self.place.truth, *stride) else {
+            return 100.0 * BROKEN;
+        };
+        let rooms = sights.list.iter().map(|sight| cell.view.room(&sight.point_in_camera));
+        let least_room = rooms.fold(f64::INFINITY, f64::min);
+        if least_room < 1.0 - MARGIN {
+            return BROKEN * (5.0 - least_room.max(-4.0));
+        }
+        let views = self.place.look(&self.place.asked, &sights, 1);
+        let used = views.loss().used() / LOSS_MARGIN;
+        if used > 1.0 {
+            return BROKEN * used.min(4.0);
+        }
+        let told = sights.told(cell, views.seen_by.into_iter());
+        match told.covariance() {
+            Some(covariance) => ask.goal.score(&covariance).min(UNSEEN),
+            None => Prediction::of(&told).map_or(BROKEN, |prediction| unseen(prediction.rank)),
+        }
+    }
+
+    /// The plan with every frame looked at, and limits checked at the path's own rate.
+    fn finished(&self, motion: Motion, point: DVector<f64>) -> Option<Plan> {
+        let Place { cell, ask, truth, stride, judged, .. } = self.place;
+        let sights = Sights::of(cell, &motion, truth, 1)?;
+        let views = self.place.look(judged, &sights, *stride);
+        let loss = views.loss();
+        let seen_by: Vec<f64> = (0..sights.list.len()).map(|k| views.seen_by[k / stride]).collect();
+        let points = sights.list.iter().map(|sight| sight.point_in_camera);
+        let constraints = constraints::of_motion(cell, &motion, PATH_PERIOD_S).with_view(cell, points, &loss);
+        let prediction = Prediction::of(&sights.told(cell, seen_by.iter().copied()))?;
+        let score = ask.goal.score(&prediction.covariance);
+        Some(Plan { motion, prediction, constraints, loss, seen_by, score, point })
+    }
+}
+
+/// Does one job for each item on so many threads; the answers come in the items' order, without those that failed.
+fn par_map<I: Sync, T: Send>(items: &[I], threads: usize, job: impl Fn(&I) -> Option<T> + Sync) -> Vec<T> {
+    match rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build() {
+        Ok(pool) => pool.install(|| items.par_iter().filter_map(&job).collect()),
+        // Where the system has no threads left, this one does.
+        Err(_) => items.iter().filter_map(&job).collect(),
+    }
+}

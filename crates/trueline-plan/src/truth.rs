@@ -1,0 +1,21 @@
+//! What is true in a cell.
+
+use crate::cell::Cell;
+use trueline_geometry::{Line, Pose};
+
+/// What a cell really is, as far as it is not known: hand-eye transform and line.
+#[derive(Clone, Copy, Debug)]
+pub struct Truth {
+    /// Hand-eye transform.
+    pub tool_from_camera: Pose,
+    /// The line, anchored in the middle of the seam.
+    pub line: Line,
+}
+
+impl Truth {
+    /// As the guess has it; `None` if both ends of the seam are one point.
+    #[must_use]
+    pub fn guessed(cell: &Cell) -> Option<Self> {
+        Some(Self { tool_from_camera: cell.tool_from_camera, line: cell.seam.line()? })
+    }
+}

@@ -1,0 +1,216 @@
+//! Cells in which the guess is wrong: what they still see of a scan that was planned at the guess.
+//!
+//! The same cells are asked for every path (common random numbers), so that paths can be compared.
+
+use crate::cell::Cell;
+use crate::seam::Seam;
+use crate::truth::Truth;
+use nalgebra::{Matrix3, Vector3};
+use trueline_geometry::Pose;
+use trueline_model::sheet_residual::MIN_SINE;
+
+/// A pose of the tool, prepared for many questions.
+struct ToolPose {
+    tool_from_base: Matrix3<f64>,
+    origin: Vector3<f64>,
+}
+
+impl ToolPose {
+    fn of(base_from_tool: &Pose) -> Self {
+        let turn = base_from_tool.rotation.to_rotation_matrix().into_inner();
+        Self { tool_from_base: turn.transpose(), origin: base_from_tool.translation.vector }
+    }
+}
+
+/// What becomes of one frame.
+enum Frame {
+    /// It sees the seam.
+    Seen,
+    /// The seam is out of view.
+    OutOfView,
+    /// The sheet meets the line beyond an end of the seam.
+    BeyondEnd,
+}
+
+/// A cell with another hand-eye transform and another seam than was guessed.
+#[derive(Clone, Debug)]
+pub struct WrongCell {
+    /// Hand-eye transform.
+    tool_from_camera: Pose,
+    /// The seam.
+    seam: Seam,
+    camera_from_tool: Matrix3<f64>,
+    camera_origin: Vector3<f64>,
+    normal_in_tool: Vector3<f64>,
+    sheet_offset_m: f64,
+    middle: Vector3<f64>,
+    direction: Vector3<f64>,
+}
+
+impl WrongCell {
+    fn new(cell: &Cell, (tool_from_camera, seam): (Pose, Seam)) -> Option<Self> {
+        let normal_in_tool = tool_from_camera.rotation * cell.sheet.plane().normal().into_inner();
+        let camera_origin = tool_from_camera.translation.vector;
+        Some(Self {
+            camera_from_tool: tool_from_camera.rotation.to_rotation_matrix().into_inner().transpose(),
+            camera_origin,
+            normal_in_tool,
+            sheet_offset_m: cell.sheet.plane().offset() + normal_in_tool.dot(&camera_origin),
+            middle: 0.5 * (seam.from_m + seam.to_m),
+            direction: seam.direction()?.into_inner(),
+            tool_from_camera,
+            seam,
+        })
+    }
+
+    /// What is true in it.
+    #[must_use]
+    pub fn truth(&self) -> Option<Truth> {
+        Some(Truth { tool_from_camera: self.tool_from_camera, line: self.seam.line()? })
+    }
+
+    /// Whether a frame taken at a pose of the tool sees the seam.
+    #[must_use]
+    pub fn sees(&self, cell: &Cell, base_from_tool: &Pose) -> bool {
+        matches!(self.frame(cell, &ToolPose::of(base_from_tool)), Frame::Seen)
+    }
+
+    fn frame(&self, cell: &Cell, tool: &ToolPose) -> Frame {
+        let middle = tool.tool_from_base * (self.middle - tool.origin);
+        let direction = tool.tool_from_base * self.direction;
+        let toward = self.normal_in_tool.dot(&direction);
+        if toward.abs() <= MIN_SINE {
+            return Frame::OutOfView;
+        }
+        let along = (self.sheet_offset_m - self.normal_in_tool.dot(&middle)) / toward;
+        let in_camera = self.camera_from_tool * (middle + direction * along - self.camera_origin);
+        if cell.view.room(&in_camera) < 0.0 {
+            return Frame::OutOfView;
+        }
+        if along.abs() > 0.5 * self.seam.length_m() { Frame::BeyondEnd } else { Frame::Seen }
+    }
+}
+
+/// A sample of cells.
+#[derive(Clone, Debug)]
+pub struct WrongCells {
+    cells: Vec<WrongCell>,
+}
+
+/// The first seeds are those of the search; what is promised is judged by cells that no search has seen.
+const SEARCH_SEED: u64 = 0;
+/// See [`SEARCH_SEED`].
+const PROMISE_SEED: u64 = 1 << 32;
+/// Cells that a search asks.
+const SEARCH_CELLS: u64 = 40;
+/// Cells that a promise is judged by.
+const PROMISE_CELLS: u64 = 240;
+/// See [`WrongCells::for_wrong_guesses`].
+const WRONG_GUESSES: u64 = 40;
+
+impl WrongCells {
+    /// Those that a search asks.
+    #[must_use]
+    pub fn for_search(cell: &Cell) -> Self {
+        Self::sample(cell, SEARCH_SEED, SEARCH_CELLS)
+    }
+
+    /// Those that a promise is judged by.
+    #[must_use]
+    pub fn for_promise(cell: &Cell) -> Self {
+        Self::sample(cell, PROMISE_SEED, PROMISE_CELLS)
+    }
+
+    /// Wrong by anything within the cell's errors; the guess itself where nothing is wrong.
+    fn sample(cell: &Cell, seed: u64, count: u64) -> Self {
+        let count = if cell.guess_error.is_none() { 1 } else { count };
+        let drawn =
+            (0..count).map(|k| cell.guess_error.disturbed(&cell.tool_from_camera, &cell.seam, seed + k));
+        Self { cells: drawn.filter_map(|truth| WrongCell::new(cell, truth)).collect() }
+    }
+
+    /// Some, to say how much worse a wrong guess makes the sigmas.
+    #[must_use]
+    pub fn for_wrong_guesses(cell: &Cell) -> Self {
+        Self::sample(cell, PROMISE_SEED, WRONG_GUESSES)
+    }
+
+    /// Each.
+    pub fn iter(&self) -> impl Iterator<Item = &WrongCell> {
+        self.cells.iter()
+    }
+
+    /// What all of them see of frames taken at these poses.
+    #[must_use]
+    pub fn look(&self, cell: &Cell, poses: impl Iterator<Item = Pose>) -> Views {
+        let mut views =
+            Views { seen_by: Vec::new(), lost: vec![[0; 2]; self.cells.len()], cells: self.cells.len() };
+        for pose in poses {
+            let tool = ToolPose::of(&pose);
+            let mut seen = 0_u32;
+            for (wrong, [out_of_view, beyond_end]) in self.cells.iter().zip(&mut views.lost) {
+                match wrong.frame(cell, &tool) {
+                    Frame::Seen => seen += 1,
+                    Frame::OutOfView => *out_of_view += 1,
+                    Frame::BeyondEnd => *beyond_end += 1,
+                }
+            }
+            views.seen_by.push(f64::from(seen) / self.cells.len().max(1) as f64);
+        }
+        views
+    }
+}
+
+/// What wrong cells see of the frames of a scan.
+#[derive(Clone, Debug)]
+pub struct Views {
+    /// Share of the cells that see each frame.
+    pub seen_by: Vec<f64>,
+    /// Frames that each cell loses: out of view, beyond an end.
+    lost: Vec<[u32; 2]>,
+    cells: usize,
+}
+
+/// So many cells may lose more than [`LOSS`] of their frames.
+const EXCEPTIONS: f64 = 0.05;
+/// Part of the frames that all other cells may lose.
+pub const LOSS: f64 = 0.05;
+/// Part of the frames that no cell may lose.
+pub const WORST_LOSS: f64 = 0.25;
+
+/// What cells lose of their frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Loss {
+    /// 95 % of the cells lose no more than this part.
+    pub of_most: f64,
+    /// The cell that loses most.
+    pub worst: f64,
+    /// Part of all losses that are beyond an end of the seam.
+    pub beyond_end: f64,
+}
+
+impl Loss {
+    /// The part of what may be lost that is lost.
+    #[must_use]
+    pub fn used(&self) -> f64 {
+        (self.of_most / LOSS).max(self.worst / WORST_LOSS)
+    }
+}
+
+impl Views {
+    /// What is lost.
+    #[must_use]
+    pub fn loss(&self) -> Loss {
+        let frames = self.seen_by.len().max(1) as f64;
+        let mut lost: Vec<f64> =
+            self.lost.iter().map(|[out, beyond]| f64::from(out + beyond) / frames).collect();
+        lost.sort_by(|a, b| b.total_cmp(a));
+        let exceptions = (EXCEPTIONS * self.cells as f64) as usize;
+        let [out, beyond] = [0, 1].map(|k| self.lost.iter().map(|l| f64::from(l[k])).sum::<f64>());
+        Loss {
+            of_most: lost.get(exceptions).copied().unwrap_or(1.0),
+            worst: lost.first().copied().unwrap_or(1.0),
+            beyond_end: if beyond > 0.0 { beyond / (out + beyond) } else { 0.0 },
+        }
+    }
+}
