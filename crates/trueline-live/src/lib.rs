@@ -40,6 +40,7 @@ pub mod rapid;
 pub mod reply_times;
 pub mod robot_frame;
 pub mod robot_link;
+pub mod robot_program;
 pub mod robot_source;
 mod source_report;
 pub mod source_watch;

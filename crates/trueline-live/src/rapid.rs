@@ -3,11 +3,11 @@
 //! Syntax after ABB's application manual 3HAC073318 and the RAPID reference; no real controller has compiled it here, and the
 //! module says so.
 
-use nalgebra::Vector3;
+use crate::robot_program::rapid_path::{path_procedure, target};
+use crate::robot_program::waypoints::Waypoints;
 use std::fmt::Write;
 use std::net::SocketAddr;
 use trueline_dataset::RobotSample;
-use trueline_geometry::Pose;
 use trueline_geometry::statistics::median;
 
 /// Names and figures of the user's cell.
@@ -21,6 +21,8 @@ pub struct RapidCell {
     pub work_object: String,
     /// Name of the UDPUC device in the configuration.
     pub device: String,
+    /// Mechanical unit that is led, for example `ROB_1`; its task is usually `T_ROB1`.
+    pub mechanical_unit: String,
     /// Where the PC listens.
     pub pc: SocketAddr,
     /// Speed of the way to the path's first pose, mm/s.
@@ -56,7 +58,7 @@ pub enum RapidError {
 /// RAPID takes 32 letters, and procedures are named after the module with seven more.
 const LONGEST_NAME: usize = 25;
 /// Words that the module itself uses for something else.
-const TAKEN: [&str; 12] = [
+const TAKEN: [&str; 14] = [
     "module",
     "endmodule",
     "proc",
@@ -65,72 +67,53 @@ const TAKEN: [&str; 12] = [
     "var",
     "error",
     "return",
-    "noCorr",
-    "nearMm",
-    "nearDeg",
-    "egmId",
+    "raise",
+    "local",
+    "tlNoCorr",
+    "tlNearMm",
+    "tlNearDeg",
+    "tlEgmId",
 ];
-
-/// A waypoint of the robot's own program.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Waypoint {
-    time_s: f64,
-    pose: Pose,
-}
-
-/// Straight moves may leave the path by this much, m.
-const CHORD_M: f64 = 1e-4;
-/// The same for the attitude, rad.
-const CHORD_RAD: f64 = 1e-3;
-/// Longest move, s: the robot's planner looks some moves ahead.
-const LONGEST_S: f64 = 0.25;
-/// Shortest move, s: RAPID needs some time for each.
-const SHORTEST_S: f64 = 0.06;
 
 /// The module with which the robot moves along the path by itself and the PC only listens.
 ///
 /// # Errors
 /// Names or figures that RAPID does not take, or no path.
 pub fn stream_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, RapidError> {
-    let waypoints = waypoints(path)?;
+    let waypoints = Waypoints::of(path).ok_or(RapidError::Path)?;
     let mut text = head(cell, "the robot follows the path by itself; the PC only listens")?;
-    let RapidCell { module, tool, work_object, device, .. } = cell;
+    let RapidCell { module, tool, work_object, device, mechanical_unit, .. } = cell;
     let _ = write!(
         text,
-        "  VAR egmident egmId;\n\n\
+        "  LOCAL VAR egmident tlEgmId;\n\n\
          \x20 PROC {module}_Listen()\n\
+         \x20   ConfJ\\Off;\n\
          \x20   ConfL\\Off;\n\
          \x20   ! First the way to where the path begins. Look where that is before you let it run.\n\
-         \x20   MoveL {}, {}, fine, {tool}\\WObj:={work_object};\n\
+         \x20   MoveJ {}, {}, fine, {tool}\\WObj:={work_object};\n\
          \x20   WaitTime\\InPos, 1;\n\
-         \x20   EGMReset egmId;\n\
-         \x20   EGMGetId egmId;\n\
-         \x20   EGMSetupUC ROB_1, egmId, \"default\", \"{device}\"\\Pose;\n\
-         \x20   EGMActPose egmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}, noCorr, EGM_FRAME_WOBJ, noCorr, EGM_FRAME_WOBJ\\SampleRate:=4;\n\
+         \x20   EGMReset tlEgmId;\n\
+         \x20   EGMGetId tlEgmId;\n\
+         \x20   EGMSetupUC {mechanical_unit}, tlEgmId, \"default\", \"{device}\"\\Pose;\n\
+         \x20   EGMActPose tlEgmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}, tlNoCorr, EGM_FRAME_WOBJ, tlNoCorr, EGM_FRAME_WOBJ\\SampleRate:=4;\n\
          \x20   WaitTime 1;\n\
          \x20   {module}_Path;\n\
          \x20   WaitTime 1;\n\
-         \x20   EGMStreamStop egmId;\n\
-         \x20   EGMReset egmId;\n\
+         \x20   EGMStreamStop tlEgmId;\n\
+         \x20   EGMReset tlEgmId;\n\
          \x20   ConfL\\On;\n\
-         \x20 ENDPROC\n\n\
-         \x20 ! {} moves in {:.1} s. \\T is the time of each: the speed follows from it.\n\
-         \x20 PROC {module}_Path()\n",
-        target(&waypoints[0].pose),
+         \x20   ConfJ\\On;\n\
+         \x20 ERROR\n\
+         \x20   EGMReset tlEgmId;\n\
+         \x20   ConfL\\On;\n\
+         \x20   ConfJ\\On;\n\
+         \x20   RAISE;\n\
+         \x20 ENDPROC\n\n",
+        target(&waypoints.list[0].pose),
         approach(cell),
-        waypoints.len() - 1,
-        waypoints[waypoints.len() - 1].time_s,
     );
-    for (k, pair) in waypoints.windows(2).enumerate() {
-        let zone = if k + 2 == waypoints.len() { "fine" } else { "z1" };
-        let _ = writeln!(
-            text,
-            "    MoveL {}, v100\\T:={:.3}, {zone}, {tool}\\WObj:={work_object};",
-            target(&pair[1].pose),
-            pair[1].time_s - pair[0].time_s,
-        );
-    }
-    text.push_str("  ENDPROC\nENDMODULE\n");
+    text.push_str(&path_procedure(module, &waypoints, tool, work_object));
+    text.push_str("ENDMODULE\n");
     Ok(text)
 }
 
@@ -142,36 +125,49 @@ pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String,
     let first = path.first().ok_or(RapidError::Path)?;
     let (near_mm, near_deg) = arrived(path)?;
     let mut text = head(cell, "the PC leads the robot along the path")?;
-    let RapidCell { module, tool, work_object, device, speed_deviation_deg_s, timeout_s, .. } = cell;
+    let RapidCell {
+        module,
+        tool,
+        work_object,
+        device,
+        mechanical_unit,
+        speed_deviation_deg_s,
+        timeout_s,
+        ..
+    } = cell;
     let _ = write!(
         text,
-        "  VAR egmident egmId;\n\
+        "  LOCAL VAR egmident tlEgmId;\n\
          \x20 ! Within these for \\CondTime counts as arrived. They are a fifth of what this path moves in the time by which the robot\n\
          \x20 ! typically is behind: wider ones would take a slow path for a rest, and end the guidance on the way.\n\
-         \x20 CONST egm_minmax nearMm := [-{near_mm:.4}, {near_mm:.4}];\n\
-         \x20 CONST egm_minmax nearDeg := [-{near_deg:.4}, {near_deg:.4}];\n\n\
+         \x20 LOCAL CONST egm_minmax tlNearMm := [-{near_mm:.4}, {near_mm:.4}];\n\
+         \x20 LOCAL CONST egm_minmax tlNearDeg := [-{near_deg:.4}, {near_deg:.4}];\n\n\
          \x20 PROC {module}_Guide()\n\
+         \x20   ConfJ\\Off;\n\
          \x20   ConfL\\Off;\n\
          \x20   ! First the way to where the path begins, to a fine point. Look where that is before you let it run.\n\
-         \x20   MoveL {}, {}, fine, {tool}\\WObj:={work_object};\n\
+         \x20   MoveJ {}, {}, fine, {tool}\\WObj:={work_object};\n\
          \x20   WaitTime\\InPos, 1;\n\
-         \x20   EGMReset egmId;\n\
-         \x20   EGMGetId egmId;\n\
-         \x20   EGMSetupUC ROB_1, egmId, \"default\", \"{device}\"\\Pose\\CommTimeout:={timeout_s:.3};\n\
-         \x20   EGMActPose egmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}, noCorr, EGM_FRAME_WOBJ, noCorr, EGM_FRAME_WOBJ\n\
-         \x20     \\x:=nearMm\\y:=nearMm\\z:=nearMm\\rx:=nearDeg\\ry:=nearDeg\\rz:=nearDeg\n\
+         \x20   EGMReset tlEgmId;\n\
+         \x20   EGMGetId tlEgmId;\n\
+         \x20   EGMSetupUC {mechanical_unit}, tlEgmId, \"default\", \"{device}\"\\Pose\\CommTimeout:={timeout_s:.3};\n\
+         \x20   EGMActPose tlEgmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}, tlNoCorr, EGM_FRAME_WOBJ, tlNoCorr, EGM_FRAME_WOBJ\n\
+         \x20     \\x:=tlNearMm\\y:=tlNearMm\\z:=tlNearMm\\rx:=tlNearDeg\\ry:=tlNearDeg\\rz:=tlNearDeg\n\
          \x20     \\LpFilter:=20\\SampleRate:=4\\MaxPosDeviation:=60\\MaxSpeedDeviation:={speed_deviation_deg_s:.2};\n\
          \x20   ! EGM_STOP_HOLD stays where it is; EGM_STOP_RAMP_DOWN would drive back to where it began.\n\
-         \x20   EGMRunPose egmId, EGM_STOP_HOLD\\x\\y\\z\\rx\\ry\\rz\\CondTime:=3\\RampInTime:=0.5;\n\
-         \x20   EGMReset egmId;\n\
+         \x20   EGMRunPose tlEgmId, EGM_STOP_HOLD\\x\\y\\z\\rx\\ry\\rz\\CondTime:=3\\RampInTime:=0.5;\n\
+         \x20   EGMReset tlEgmId;\n\
          \x20   ConfL\\On;\n\
+         \x20   ConfJ\\On;\n\
          \x20 ERROR\n\
+         \x20   EGMReset tlEgmId;\n\
+         \x20   ConfL\\On;\n\
+         \x20   ConfJ\\On;\n\
          \x20   IF ERRNO = ERR_UDPUC_COMM THEN\n\
-         \x20     EGMReset egmId;\n\
-         \x20     ConfL\\On;\n\
          \x20     TPWrite \"{module}: the PC is silent\";\n\
          \x20     RETURN;\n\
          \x20   ENDIF\n\
+         \x20   RAISE;\n\
          \x20 ENDPROC\nENDMODULE\n",
         target(&first.base_from_tool),
         approach(cell),
@@ -203,7 +199,7 @@ fn arrived(path: &[RobotSample]) -> Result<(f64, f64), RapidError> {
 }
 
 fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
-    for name in [&cell.module, &cell.tool, &cell.work_object, &cell.device] {
+    for name in [&cell.module, &cell.tool, &cell.work_object, &cell.device, &cell.mechanical_unit] {
         let mut letters = name.chars();
         let begins = letters.next().is_some_and(|c| c.is_ascii_alphabetic())
             && !TAKEN.iter().any(|taken| taken.eq_ignore_ascii_case(name));
@@ -219,13 +215,15 @@ fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
     if let Some((what, _)) = figures.into_iter().find(|(_, value)| !(0.01..=1000.0).contains(value)) {
         return Err(RapidError::Figure { what });
     }
-    let RapidCell { module, tool, work_object, device, pc, .. } = cell;
+    let RapidCell { module, tool, work_object, device, mechanical_unit, pc, .. } = cell;
     Ok(format!(
         "MODULE {module}\n\
          \x20 ! Written by trueline: {what}.\n\
          \x20 !\n\
          \x20 ! NOT TRIED ON A REAL CONTROLLER: neither compiled nor run there by those who wrote this generator.\n\
          \x20 ! Check it in RobotStudio first, then run it in manual reduced speed with the enabling device in hand.\n\
+         \x20 !\n\
+         \x20 ! Reach, singularities and collisions of the arm are not checked. It is for the task that moves {mechanical_unit}.\n\
          \x20 !\n\
          \x20 ! Needs Externally Guided Motion (RobotWare 6: 689-1, RobotWare 7: 3124-1), and a UDPUC device:\n\
          \x20 !   name {device}, type UDPUC, remote address {}, remote port {}\n\
@@ -234,7 +232,7 @@ fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
          \x20 ! then restart the controller. Start the PC's program before this one.\n\
          \x20 !\n\
          \x20 ! Poses are of {tool} in {work_object}. The calibration is relative to that tool: keep it.\n\
-         \x20 CONST pose noCorr := [[0, 0, 0], [1, 0, 0, 0]];\n",
+         \x20 LOCAL CONST pose tlNoCorr := [[0, 0, 0], [1, 0, 0, 0]];\n",
         pc.ip(),
         pc.port(),
     ))
@@ -244,60 +242,12 @@ fn approach(cell: &RapidCell) -> String {
     format!("[{:.1}, 20, 200, 15]", cell.approach_mm_s)
 }
 
-/// `robtarget` without configuration (`ConfL\Off`) and external axes.
-fn target(pose: &Pose) -> String {
-    let p: Vector3<f64> = pose.translation.vector * 1e3;
-    let q = pose.rotation.quaternion();
-    // RAPID wants |q| = 1 to five digits or so; seven are given.
-    format!(
-        "[[{:.3}, {:.3}, {:.3}], [{:.7}, {:.7}, {:.7}, {:.7}], [0, 0, 0, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]]",
-        p.x, p.y, p.z, q.w, q.i, q.j, q.k
-    )
-}
-
-/// As few waypoints as keep straight moves between them on the path, in place and time.
-fn waypoints(path: &[RobotSample]) -> Result<Vec<Waypoint>, RapidError> {
-    let first = path.first().ok_or(RapidError::Path)?;
-    let all: Vec<Waypoint> = path
-        .iter()
-        .map(|p| Waypoint { time_s: (p.stamp_ns - first.stamp_ns) as f64 * 1e-9, pose: p.base_from_tool })
-        .collect();
-    if all.len() < 2 || all.windows(2).any(|pair| pair[1].time_s <= pair[0].time_s) {
-        return Err(RapidError::Path);
-    }
-    let (mut kept, mut from) = (vec![all[0]], 0);
-    while from + 1 < all.len() {
-        let mut to = from + 1;
-        while to + 1 < all.len() && reaches(&all[from..=to + 1]) {
-            to += 1;
-        }
-        kept.push(all[to]);
-        from = to;
-    }
-    Ok(kept)
-}
-
-/// Whether one straight move does for these poses.
-fn reaches(poses: &[Waypoint]) -> bool {
-    let [first, .., last] = poses else { return true };
-    let takes_s = last.time_s - first.time_s;
-    if takes_s <= SHORTEST_S {
-        return true;
-    }
-    takes_s <= LONGEST_S
-        && poses.iter().all(|between| {
-            let share = (between.time_s - first.time_s) / takes_s;
-            let straight = first.pose.lerp_slerp(&last.pose, share);
-            let off_m = (straight.translation.vector - between.pose.translation.vector).norm();
-            off_m <= CHORD_M && straight.rotation.angle_to(&between.pose.rotation) <= CHORD_RAD
-        })
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
-    use trueline_geometry::so3;
+    use nalgebra::Vector3;
+    use trueline_geometry::{Pose, so3};
 
     fn cell() -> RapidCell {
         RapidCell {
@@ -305,6 +255,7 @@ mod tests {
             tool: "tool0".to_owned(),
             work_object: "wobj0".to_owned(),
             device: "UCdevice".to_owned(),
+            mechanical_unit: "ROB_1".to_owned(),
             pc: "192.168.125.10:6510".parse().unwrap(),
             approach_mm_s: 20.0,
             speed_deviation_deg_s: 30.0,

@@ -39,6 +39,9 @@ pub struct RapidArgs {
     /// Name of the UDPUC device in the controller's configuration
     #[arg(long, default_value = "UCdevice")]
     pub device: String,
+    /// Mechanical unit that moves; the module belongs in its task, usually T_ROB1
+    #[arg(long, default_value = "ROB_1")]
+    pub mechanical_unit: String,
     /// Speed of the way to the path's beginning, mm/s
     #[arg(long, default_value_t = 20.0)]
     pub approach_mm_s: f64,

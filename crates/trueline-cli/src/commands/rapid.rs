@@ -24,6 +24,7 @@ pub fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
         tool: args.tool.clone(),
         work_object: args.work_object.clone(),
         device: args.device.clone(),
+        mechanical_unit: args.mechanical_unit.clone(),
         pc: args.pc,
         approach_mm_s: args.approach_mm_s,
         speed_deviation_deg_s: args.speed_deviation_deg_s,

@@ -1,0 +1,50 @@
+//! KUKA's KRL: a SPLINE block through the waypoints, with the time of each.
+//!
+//! Syntax after KUKA System Software 8.3, Operating and Programming Instructions for System Integrators, "Programming time blocks":
+//! each part's time is a share of the whole, and the shares here are per cent that add up to 100 but for rounding.
+
+use super::WARNING;
+use super::waypoints::Waypoints;
+use crate::zyx_angles::to_abc_deg;
+use std::fmt::Write;
+use trueline_geometry::Pose;
+
+/// The program.
+#[must_use]
+pub fn program(path: &Waypoints) -> String {
+    let mut text = String::from("&ACCESS RVP\n&REL 1\nDEF trueline_scan ( )\n");
+    for line in WARNING {
+        let _ = writeln!(text, "; {line}");
+    }
+    let total_s = path.duration_s();
+    let _ = write!(
+        text,
+        "; {} waypoints in {total_s:.3} s; {}; a spline through them is nearer.\n\
+         ; TOOL 0 is the flange and BASE 0 is the world: write the numbers of yours.\n\
+         BAS (#INITMOV, 0)\n\
+         BAS (#TOOL, 0)\n\
+         BAS (#BASE, 0)\n\
+         BAS (#VEL_PTP, 5)\n\
+         ; First the way to where the path begins: look where that is. Status and turn are those of now.\n\
+         PTP {{{}}}\n\
+         WAIT SEC 1.0\n\
+         SPLINE\n\
+         \x20 TIME_BLOCK START\n",
+        path.list.len(),
+        path.chords_in_words(),
+        frame(&path.list[0].pose),
+    );
+    for (pose, takes_s) in path.moves() {
+        let _ =
+            write!(text, "  SPL {{{}}}\n  TIME_BLOCK PART = {:.5}\n", frame(pose), 100.0 * takes_s / total_s);
+    }
+    let _ = write!(text, "  TIME_BLOCK END = {total_s:.4}\nENDSPLINE\nEND\n");
+    text
+}
+
+/// X, Y, Z in mm; A, B, C in degrees about z, then the new y, then the new x.
+fn frame(pose: &Pose) -> String {
+    let p = pose.translation.vector * 1e3;
+    let [a, b, c] = to_abc_deg(&pose.rotation);
+    format!("X {:.4}, Y {:.4}, Z {:.4}, A {a:.6}, B {b:.6}, C {c:.6}", p.x, p.y, p.z)
+}

@@ -1,0 +1,67 @@
+//! ABB's RAPID: linear moves with the time of each, without EGM.
+
+use super::WARNING;
+use super::waypoints::Waypoints;
+use std::fmt::Write;
+use trueline_geometry::Pose;
+
+/// The module, for `tool0` in `wobj0`.
+#[must_use]
+pub fn program(path: &Waypoints) -> String {
+    let mut text = String::from("MODULE TruelineScan\n");
+    for line in WARNING {
+        let _ = writeln!(text, "  ! {line}");
+    }
+    let _ = write!(
+        text,
+        "  ! tool0 in wobj0; write yours. To stream poses meanwhile see `trueline rapid`.\n\n\
+         \x20 PROC TruelineScan_Run()\n\
+         \x20   ConfJ\\Off;\n\
+         \x20   ConfL\\Off;\n\
+         \x20   ! First the way to where the path begins. Look where that is before you let it run.\n\
+         \x20   MoveJ {}, [20, 20, 200, 15], fine, tool0\\WObj:=wobj0;\n\
+         \x20   WaitTime\\InPos, 1;\n\
+         \x20   TruelineScan_Path;\n\
+         \x20   ConfL\\On;\n\
+         \x20   ConfJ\\On;\n\
+         \x20 ENDPROC\n\n",
+        target(&path.list[0].pose)
+    );
+    text.push_str(&path_procedure("TruelineScan", path, "tool0", "wobj0"));
+    text.push_str("ENDMODULE\n");
+    text
+}
+
+/// The procedure with the moves.
+pub(crate) fn path_procedure(module: &str, path: &Waypoints, tool: &str, work_object: &str) -> String {
+    let mut text = format!(
+        "  ! {} moves in {:.1} s; {}.\n\
+         \x20 ! \\T is the time of each: the speed follows from it.\n\
+         \x20 LOCAL PROC {module}_Path()\n",
+        path.list.len() - 1,
+        path.duration_s(),
+        path.chords_in_words(),
+    );
+    let last = path.list.len() - 2;
+    for (k, (pose, takes_s)) in path.moves().enumerate() {
+        let zone = if k == last { "fine" } else { "z1" };
+        let _ = writeln!(
+            text,
+            "    MoveL {}, v100\\T:={takes_s:.3}, {zone}, {tool}\\WObj:={work_object};",
+            target(pose)
+        );
+    }
+    text.push_str("  ENDPROC\n");
+    text
+}
+
+/// `robtarget` without configuration (`ConfJ\Off`, `ConfL\Off`) and external axes.
+pub(crate) fn target(pose: &Pose) -> String {
+    let p = pose.translation.vector * 1e3;
+    let q = pose.rotation.quaternion();
+    // RAPID wants |q| = 1 to five digits or so; seven are given.
+    format!(
+        "[[{:.3}, {:.3}, {:.3}], [{:.7}, {:.7}, {:.7}, {:.7}], [0, 0, 0, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]]",
+        p.x, p.y, p.z, q.w, q.i, q.j, q.k
+    )
+}
