@@ -30,6 +30,28 @@ pub fn parse(text: &str) -> Result<Requirement, String> {
     Ok(Requirement { time_s, rotation_rad, translation_m })
 }
 
+/// What a plan is to reach.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Want {
+    /// Standard deviations.
+    pub sigmas: Requirement,
+    /// Seam error, m.
+    pub seam_m: Option<f64>,
+}
+
+/// Reads the list of `plan --want`: as [`parse`], and seam=0.05mm.
+pub fn parse_want(text: &str) -> Result<Want, String> {
+    let (seam, sigmas): (Vec<&str>, Vec<&str>) =
+        text.split(',').partition(|item| item.trim_start().starts_with("seam="));
+    let seam_m = match seam.as_slice() {
+        [] => None,
+        [one] => Some(length_m(one.trim_start().trim_start_matches("seam="))?),
+        _ => return Err(format!("`{text}`: seam is given twice")),
+    };
+    let sigmas = if sigmas.is_empty() { Requirement::default() } else { parse(&sigmas.join(","))? };
+    Ok(Want { sigmas, seam_m })
+}
+
 /// Reads a length with its unit, m.
 pub fn length_m(text: &str) -> Result<f64, String> {
     limit(text.trim(), UNITS[1].1).map_err(|why| format!("`{text}`: {why}; for example 0.5mm"))
@@ -59,6 +81,17 @@ mod tests {
         assert_eq!(read.translation_m, Some(0.1 * 1e-3));
         assert_eq!(read.time_s, Some(50.0 * 1e-6));
         assert!((read.rotation_rad.unwrap_or(0.0) - 0.05_f64.to_radians()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_plan_may_want_a_seam_error_too() {
+        let Ok(want) = parse_want("time=0.1ms, seam=0.05mm") else { unreachable!("it is well formed") };
+        assert_eq!((want.sigmas.time_s, want.seam_m), (Some(0.1 * 1e-3), Some(0.05 * 1e-3)));
+        let Ok(alone) = parse_want("seam=50um") else { unreachable!("it is well formed") };
+        assert_eq!(alone, Want { seam_m: Some(50.0 * 1e-6), ..Want::default() });
+        for bad in ["seam=1", "seam=0mm", "seam=1mm,seam=2mm", "seam", "", "seam=1mm,tilt=1deg"] {
+            assert!(parse_want(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

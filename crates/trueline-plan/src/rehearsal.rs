@@ -90,6 +90,7 @@ fn cast(cell: &Cell, setup: &SensorSetup, motion: &Motion) -> Option<Recording> 
         setup: setup.clone(),
         robot,
         features,
+        stripes: Vec::new(),
         initial: None,
         truth: None,
         inputs: BTreeMap::new(),

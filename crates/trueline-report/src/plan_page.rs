@@ -22,8 +22,9 @@ const VIEWS: usize = 6;
 /// Renders the report.
 #[must_use]
 pub fn html(source: &Source<'_>) -> String {
-    let Source { cell, plan, asked, wrong_guess, .. } = source;
-    let missed = asked.map(|goal| planned::missed(plan, goal)).unwrap_or_default();
+    let Source { cell, plan, wrong_guess, .. } = source;
+    let asked = source.asked.goal;
+    let missed = asked.map(|goal| planned::missed(source, goal)).unwrap_or_default();
     let mut page = Page {
         title: "A planned scan".to_owned(),
         verdict: Verdict {

@@ -1,13 +1,14 @@
 //! A planned scan as words, as JSON and as a table over time.
 
 use crate::number::digits_for;
+use crate::seam_error;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;
 use trueline_plan::design::Sweep;
-use trueline_plan::{Cell, Goal, Plan, Prediction};
+use trueline_plan::{Cell, Goal, Plan, Prediction, Rehearsal};
 
 /// All that is told of a plan.
 pub struct Source<'a> {
@@ -15,14 +16,25 @@ pub struct Source<'a> {
     pub cell: &'a Cell,
     /// What was planned.
     pub plan: &'a Plan,
-    /// What was asked for, if anything was.
-    pub asked: Option<&'a Goal>,
+    /// What calibrating its scan would say; `None` if that cannot be done.
+    pub rehearsal: Option<&'a Rehearsal>,
+    /// What was asked for.
+    pub asked: Asked<'a>,
     /// Standard deviations that 95 % of the cells stay below in which the guess is wrong.
     pub wrong_guess: &'a [f64; LINES],
     /// What is promised as the scan goes on.
     pub over_time: &'a [(f64, Prediction)],
     /// How to make it again.
     pub command: &'a str,
+}
+
+/// What was asked of a plan.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Asked<'a> {
+    /// Sigmas, if anything was.
+    pub goal: Option<&'a Goal>,
+    /// Seam error, m.
+    pub seam_m: Option<f64>,
 }
 
 /// Names of the seven unknowns and the units that people read them in.
@@ -47,7 +59,8 @@ fn scale(component: usize) -> f64 {
 
 /// What is wanted and missed, one sentence each.
 #[must_use]
-pub fn missed(plan: &Plan, goal: &Goal) -> Vec<String> {
+pub fn missed(source: &Source<'_>, goal: &Goal) -> Vec<String> {
+    let plan = source.plan;
     let worse = |k: usize| {
         let (sigma, wanted) = (plan.prediction.sigma(k), goal.wanted(k)?);
         let (name, unit) = UNKNOWNS[k];
@@ -56,13 +69,42 @@ pub fn missed(plan: &Plan, goal: &Goal) -> Vec<String> {
         (sigma > wanted)
             .then(|| format!("{name}: ± {sigma_shown:.digits$} {unit}, and {wanted_shown} {unit} is wanted"))
     };
-    (0..LINES).filter_map(worse).collect()
+    // Where only a seam error was asked for, nobody wants the sigmas by which paths are compared.
+    let sigmas = if source.asked.seam_m.is_some() && *goal == Goal::default() { 0 } else { LINES };
+    (0..sigmas).filter_map(worse).chain(missed_seam_error(source)).collect()
+}
+
+/// The seam error, if one was asked for that is not reached.
+fn missed_seam_error(source: &Source<'_>) -> Option<String> {
+    let wanted_mm = source.asked.seam_m? * MM_PER_M;
+    match source.rehearsal.and_then(|rehearsal| rehearsal.seam_error) {
+        Some(error) if error.rms_m * MM_PER_M <= wanted_mm => None,
+        Some(error) => {
+            let entry = seam_error::entry(&error);
+            let parts = entry.budget_mm;
+            let names = [
+                ("noise", parts.noise),
+                ("stamps", parts.stamps),
+                ("the sensor's own calibration", parts.sensor),
+                ("the robot's accuracy", parts.robot),
+                ("the seam's form", parts.seam_form),
+                ("the feature's bias", parts.feature_bias),
+            ];
+            let most = names.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+            Some(format!(
+                "seam error: ± {:.3} mm, and {wanted_mm} mm is wanted; most of it, ± {:.3} mm, is {}",
+                entry.rms_mm, most.1, most.0
+            ))
+        }
+        None => Some(format!("seam error: it cannot be predicted, and {wanted_mm} mm is wanted")),
+    }
 }
 
 /// The plan in a few lines; what is wanted is shown where the user has asked for it.
 #[must_use]
 pub fn text(source: &Source<'_>) -> String {
-    let Source { cell, plan, asked, wrong_guess, .. } = source;
+    let Source { cell, plan, wrong_guess, .. } = source;
+    let asked = source.asked.goal.filter(|goal| source.asked.seam_m.is_none() || **goal != Goal::default());
     let design = plan.motion.design();
     let mut out = String::new();
     // Writing to a String cannot fail.
@@ -117,6 +159,7 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
         .collect();
     facts.push(("of the limits it uses".to_owned(), used.join(", ")));
     facts.push(("where the guess is wrong".to_owned(), chances(source)));
+    facts.extend(rehearsed(source));
     facts.push(("not checked".to_owned(), NOT_CHECKED.to_owned()));
     facts
 }
@@ -124,6 +167,58 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
 /// What nothing here has looked at.
 pub const NOT_CHECKED: &str =
     "reach, singularities and collisions of the arm: try the path in the robot's own simulation first";
+
+/// What calibrating the planned scan says.
+fn rehearsed(source: &Source<'_>) -> Vec<(String, String)> {
+    let Some(rehearsal) = source.rehearsal else { return Vec::new() };
+    let mut lines = Vec::new();
+    if let Some(error) = &rehearsal.seam_error {
+        let entry = seam_error::entry(error);
+        let assumed = if entry.robot_is_stated { "stated" } else { "assumed" };
+        let wanted = source.asked.seam_m.map_or_else(String::new, |wanted_m| {
+            let mark = if error.rms_m <= wanted_m { "reached" } else { "MISSED" };
+            format!("; wanted {} mm: {mark}", wanted_m * MM_PER_M)
+        });
+        let said = format!(
+            "± {:.3} mm with a robot of {} mm ({assumed}), the sensor's own calibration and a feature bias of {} px \
+             per 10°; the scan alone ± {:.3} mm{wanted}",
+            entry.rms_mm, entry.robot_accuracy_mm, entry.feature_bias_px, entry.scan_alone_mm
+        );
+        lines.push(("seam error".to_owned(), said));
+    }
+    if let Some(rival) = &rehearsal.runner_up {
+        let (ms, explains) = (rival.time_offset_s * 1e3, 100.0 * rival.test.explains);
+        let said = if rehearsal.has_alias() {
+            format!(
+                "BEWARE: the path nearly repeats itself; a time offset of {ms:.0} ms would explain {explains:.0} % of the features as well. \
+                 Another --seed or --duration-s may have none"
+            )
+        } else {
+            format!("a time offset of {ms:.0} ms explains {explains:.0} % of the features")
+        };
+        lines.push(("the best other answer".to_owned(), said));
+    }
+    if !rehearsal.accepted {
+        let said = "BEWARE: `calibrate` does not accept this scan where the guess is right";
+        lines.push(("rehearsal".to_owned(), said.to_owned()));
+    }
+    lines
+}
+
+/// The same as JSON.
+fn rehearsal_json(rehearsal: &Rehearsal) -> Value {
+    let seam_error = rehearsal.seam_error.as_ref().map(seam_error::entry);
+    let sigma = |k: usize| rehearsal.sigma[k].unwrap_or(f64::INFINITY);
+    json!({
+        "accepted": rehearsal.accepted,
+        "sigma": sigmas(&sigma),
+        "seam_error": seam_error,
+        "runner_up": rehearsal.runner_up.map(|rival| json!({
+            "time_offset_s": rival.time_offset_s,
+            "explains": rival.test.explains,
+        })),
+    })
+}
 
 /// How many frames see the seam where the guess is wrong.
 fn chances(source: &Source<'_>) -> String {
@@ -191,8 +286,9 @@ pub fn json(source: &Source<'_>, goal: &Goal) -> Value {
         .collect();
     json!({
         "tool": { "name": "trueline", "version": env!("CARGO_PKG_VERSION") },
-        "reached": plan.reaches(goal),
-        "missed": missed(plan, goal),
+        "reached": missed(source, goal).is_empty(),
+        "missed": missed(source, goal),
+        "rehearsal": source.rehearsal.map(rehearsal_json),
         "shape": design.shape.name(),
         "duration_s": design.duration_s,
         "ramp_s": design.ramp_s,

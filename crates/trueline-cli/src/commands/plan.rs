@@ -8,10 +8,14 @@ use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::{RobotSample, calibration_file, robot_csv, sensor_toml};
+use trueline_dataset::sensor_toml::SensorFile;
+use trueline_dataset::{RobotSample, SensorSetup, calibration_file, robot_csv, sensor_toml};
+use trueline_live::robot_program::{Language, Waypoints};
+use trueline_method::Requirement;
 use trueline_plan::plan::PATH_PERIOD_S;
+use trueline_plan::rehearsed_plan::{RehearsedPlan, shortest_that_reaches, without_alias};
 use trueline_plan::shortest::shortest;
-use trueline_plan::{Cell, Criterion, Goal, PlanRequest, cell_toml, plan, prediction};
+use trueline_plan::{Cell, Criterion, Goal, Plan, PlanRequest, cell_toml, plan, prediction};
 use trueline_report::{plan_page, planned};
 
 /// Points of the curve of sigma over time.
@@ -21,24 +25,37 @@ const LONGEST_S: f64 = 60.0;
 
 /// Runs the command.
 pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
-    let Inputs { cell_text, sensor_text, mut cell } = inputs(args)?;
+    let Inputs { cell_text, sensor_text, setup, mut cell } = inputs(args)?;
     if let Some(file) = &args.calibration {
         cell.believe_calibration(&calibration_file::read(file)?)
             .map_err(|why| Failure::new(format!("{}: {why}", file.display()), why.hint()))?;
     }
     let (ask, fixed) = ask(args)?;
     overlay::prepare(&args.out)?;
+    let seam_m = args.want.and_then(|want| want.seam_m);
     let bar = progress::bar((ask.evaluations * ask.shapes.len()) as u64, "paths tried", args.quiet);
     let tick = || bar.inc(1);
-    let planned = if fixed { plan(&cell, &ask, &tick) } else { shortest(&cell, &ask, &tick) };
+    let made = match (fixed, seam_m) {
+        (true, _) => without_alias(&cell, &setup, &ask, |ask| plan(&cell, ask, &tick)),
+        (false, None) => without_alias(&cell, &setup, &ask, |ask| shortest(&cell, ask, &tick)),
+        (false, Some(wanted_m)) => {
+            let sigmas_count = args.want.is_some_and(|want| want.sigmas != Requirement::default());
+            let reached = |made: &RehearsedPlan| {
+                made.reaches_seam_error(wanted_m) && (!sigmas_count || made.plan.reaches(&ask.goal))
+            };
+            shortest_that_reaches(&cell, &setup, &ask, reached, &tick)
+        }
+    };
     bar.finish_and_clear();
-    let planned = planned?;
+    let made = made?;
+    let asked = planned::Asked { goal: args.want.is_some().then_some(&ask.goal), seam_m };
     let source = planned::Source {
         cell: &cell,
-        plan: &planned,
-        asked: args.want.is_some().then_some(&ask.goal),
-        wrong_guess: &prediction::wrong_guesses(&cell, &planned.motion),
-        over_time: &prediction::over_time(&cell, &planned.motion, &planned.seen_by, TIMES),
+        plan: &made.plan,
+        rehearsal: made.rehearsal.as_ref(),
+        asked,
+        wrong_guess: &prediction::wrong_guesses(&cell, &made.plan.motion),
+        over_time: &prediction::over_time(&cell, &made.plan.motion, &made.plan.seen_by, TIMES),
         command: &output::command_line(),
     };
     output::file(&args.out.join("sensor.toml"), &sensor_text)?;
@@ -48,17 +65,39 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     };
     output::file(&args.out.join(CELL), &known)?;
     write(&args.out, &source, &ask.goal)?;
+    write_programs(args, &made.plan)?;
     if !args.quiet {
         let text = format!("{}\n  written to {}", planned::text(&source), args.out.display());
         output::data(&output::coloured(&text))?;
     }
-    let asked = args.want.is_some();
-    Ok(if !asked || planned.reaches(&ask.goal) { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    let reached = args.want.is_none() || planned::missed(&source, &ask.goal).is_empty();
+    Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// The path in the languages asked for.
+fn write_programs(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
+    if args.program.is_empty() {
+        return Ok(());
+    }
+    let waypoints = Waypoints::of(&samples(plan)).ok_or_else(|| {
+        Failure::new("the path moves too little for a robot's program", "a longer scan, or wider limits")
+    })?;
+    for language in &args.program {
+        let text = language.program(&waypoints);
+        // Controllers of ABB, KUKA and FANUC write DOS line ends.
+        let text = match language {
+            Language::Rapid | Language::Krl | Language::Ls => text.replace('\n', "\r\n"),
+            Language::UrScript | Language::Csv => text,
+        };
+        output::file(&args.out.join(language.file_name()), &text)?;
+    }
+    Ok(())
 }
 
 struct Inputs {
     cell_text: String,
     sensor_text: String,
+    setup: SensorSetup,
     cell: Cell,
 }
 
@@ -72,13 +111,14 @@ fn inputs(args: &PlanArgs) -> Result<Inputs, Failure> {
         None => (args.out.join(CELL), cell_toml::EXAMPLE.to_owned(), cell_toml::EXAMPLE_SENSOR.to_owned()),
     };
     let beside = file.with_file_name(cell_toml::sensor_name(&file, &cell_text)?);
-    let sensor = sensor_toml::parse(&beside, &sensor_text)?;
-    Ok(Inputs { cell: cell_toml::parse(&file, &cell_text, sensor)?, cell_text, sensor_text })
+    let SensorFile { sensor, setup } = sensor_toml::parse_file(&beside, &sensor_text)?;
+    Ok(Inputs { cell: cell_toml::parse(&file, &cell_text, sensor)?, cell_text, sensor_text, setup })
 }
 
 /// What is asked, and whether the duration is fixed.
 fn ask(args: &PlanArgs) -> Result<(PlanRequest, bool), Failure> {
     let (criterion, want) = (args.criterion, args.want);
+    let sigmas = want.map(|want| want.sigmas).filter(|sigmas| *sigmas != Requirement::default());
     if want.is_some() && criterion != Criterion::Worst {
         return Err(Failure::new(
             "`--want` with `--criterion`: what is wanted is reached when the worst sigma is",
@@ -93,7 +133,7 @@ fn ask(args: &PlanArgs) -> Result<(PlanRequest, bool), Failure> {
         } else {
             args.longest_s.unwrap_or(LONGEST_S)
         }),
-        goal: Goal { want: want.unwrap_or(Goal::default().want), criterion },
+        goal: Goal { want: sigmas.unwrap_or(Goal::default().want), criterion },
         shapes: args.shape.to_vec(),
         seed: args.seed,
         evaluations: args.tries,
@@ -103,18 +143,22 @@ fn ask(args: &PlanArgs) -> Result<(PlanRequest, bool), Failure> {
 }
 
 fn write(folder: &Path, source: &planned::Source<'_>, goal: &Goal) -> Result<(), Failure> {
-    let samples: Vec<RobotSample> = (source.plan.path().into_iter().enumerate())
-        .map(|(k, base_from_tool)| RobotSample {
-            stamp_ns: (k as f64 * PATH_PERIOD_S * 1e9).round() as i64,
-            device_ns: None,
-            base_from_tool,
-        })
-        .collect();
     let mut path = Vec::new();
     let file = folder.join(PATH);
-    robot_csv::write(&mut path, &samples).map_err(|error| Failure::cannot_write(&file, &error))?;
+    robot_csv::write(&mut path, &samples(source.plan))
+        .map_err(|error| Failure::cannot_write(&file, &error))?;
     fs::write(&file, path).map_err(|error| Failure::cannot_write(&file, &error))?;
     output::file(&folder.join("plan.json"), &format!("{:#}", planned::json(source, goal)))?;
     output::file(&folder.join("sigma_over_time.csv"), &planned::over_time_csv(source.over_time))?;
     output::file(&folder.join("report.html"), &plan_page::html(source))
+}
+
+fn samples(plan: &Plan) -> Vec<RobotSample> {
+    let poses = plan.path().into_iter().enumerate();
+    let sample = |(k, base_from_tool)| RobotSample {
+        stamp_ns: (k as f64 * PATH_PERIOD_S * 1e9).round() as i64,
+        device_ns: None,
+        base_from_tool,
+    };
+    poses.map(sample).collect()
 }
