@@ -23,7 +23,9 @@ fn a_planned_scan_is_simulated_calibrated_and_planned_again() {
     for file in ["path.csv", "plan.json", "sigma_over_time.csv", "cell.toml", "sensor.toml"] {
         assert!(dir.path().join("plan").join(file).exists(), "{file}");
     }
-    for file in ["TruelineScan.mod", "trueline_scan.src", "trueline_scan.script", "tl_scan.ls", "waypoints.csv"] {
+    for file in
+        ["TruelineScan.mod", "trueline_scan.src", "trueline_scan.script", "tl_scan.ls", "waypoints.csv"]
+    {
         assert!(fs::metadata(dir.path().join("plan").join(file)).unwrap().len() > 1000, "{file}");
     }
     // 20 s at 250 Hz, both ends and the header.

@@ -316,7 +316,7 @@ mod tests {
             for needed in ["NOT TRIED", "192.168.125.10", "6510", "tool0", "wobj0", "UCdevice"] {
                 assert!(text.contains(needed), "{needed}");
             }
-            assert_eq!(text.matches("  PROC ").count(), text.matches("ENDPROC").count());
+            assert_eq!(text.matches("PROC ").count(), text.matches("ENDPROC").count());
         }
     }
 
