@@ -3,7 +3,7 @@
 //! Syntax after KUKA System Software 8.3, Operating and Programming Instructions for System Integrators, "Programming time blocks":
 //! each part's time is a share of the whole, and the shares here are per cent that add up to 100 but for rounding.
 
-use super::WARNING;
+use super::warning::WARNING;
 use super::waypoints::Waypoints;
 use crate::zyx_angles::to_abc_deg;
 use std::fmt::Write;

@@ -1,6 +1,6 @@
 //! ABB's RAPID: linear moves with the time of each, without EGM.
 
-use super::WARNING;
+use super::warning::WARNING;
 use super::waypoints::Waypoints;
 use std::fmt::Write;
 use trueline_geometry::Pose;

@@ -4,7 +4,7 @@
 //! `get_inverse_kin(x, qnear)`, `interpolate_pose(p_from, p_to, alpha)`, `movej(pose, a, v)`. Poses are p\[x, y, z, rx, ry, rz\] in
 //! metres and a rotation vector in radians. `movel` with a blend radius would leave the path, and its times.
 
-use super::WARNING;
+use super::warning::WARNING;
 use super::waypoints::Waypoints;
 use std::fmt::Write;
 use trueline_geometry::{Pose, so3};
