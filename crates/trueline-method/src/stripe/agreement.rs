@@ -7,7 +7,7 @@ use trueline_lsq::Information;
 pub const AGREEMENT_SIGMAS: f64 = 3.0;
 
 /// How far two answers are apart, in standard deviations of a normal number that is as rare: d = Δᵀ C⁻¹ Δ is χ² with as many
-/// degrees as there are components, and (d/k)^⅓ is normal with mean 1 − 2/9k and variance 2/9k \[Wilson1931\]. Zero if nothing
+/// degrees as there are components, and (d/k)^⅓ is normal with mean 1 − 2/9k and variance 2/9k \[WilsonHilferty1931\]. Zero if nothing
 /// can be compared.
 #[must_use]
 pub fn sigmas_apart(difference: &DVector<f64>, covariance: &DMatrix<f64>) -> f64 {
