@@ -13,16 +13,14 @@ use trueline_geometry::Pose;
 const REMARKS: [&str; 9] = [
     "Written by trueline",
     "NOT TRIED ON A REAL CONTROLLER",
-    "Check it in ROBOGUIDE first, then",
-    "run it in T1 with the deadman",
+    "Check it in ROBOGUIDE, then run",
+    "it in T1 with the deadman",
     "Reach, singularities, collisions",
     "are not checked",
     "Look at UFRAME, UTOOL and CONFIG",
-    "of P[1]: they must be yours; keep",
-    "the tool of the calibration",
+    "of P[1]: they must be yours, and",
+    "the tool that of the calibration",
 ];
-/// Longest remark that a controller takes.
-const REMARK_LETTERS: usize = 32;
 
 /// The program. Moves last whole milliseconds; the rounding is carried over.
 #[must_use]
@@ -32,7 +30,7 @@ pub fn program(path: &Waypoints) -> String {
             format!("Leaves the path by {:.2} mm", path.chord_m * 1e3),
             format!("and {:.3} deg at most", path.chord_rad.to_degrees()),
         ])
-        .map(|remark| format!("  !{} ;", remark.chars().take(REMARK_LETTERS).collect::<String>()))
+        .map(|remark| format!("  !{remark} ;"))
         .collect();
     lines.extend(
         ["  UFRAME_NUM=0 ;", "  UTOOL_NUM=1 ;", "J P[1] 5% FINE    ;", "  WAIT   1.00(sec) ;"]
