@@ -9,8 +9,11 @@ CODE = re.compile(r'=> "([a-z][a-z0-9-]*)"')
 
 def codes_of(source: Path) -> list[str]:
     """The codes that a file of the verdict gives, in their order."""
-    body = source.read_text().split("fn code(&self)", 1)[1].split("\n    }\n", 1)[0]
-    return CODE.findall(body)
+    text = source.read_text()
+    body = text.split("fn code(&self)", 1)[1].split("\n    }\n", 1)[0]
+    # Warnings of one kind that name a cause each have the cause's code.
+    causes = text.split("fn cause_code(", 1)[1].split("\n}\n", 1)[0] if "fn cause_code(" in text else ""
+    return CODE.findall(body) + CODE.findall(causes)
 
 
 def check(root: Path, pages: Path) -> list[str]:
