@@ -24,7 +24,16 @@ fn assert_is_the_pose(sample: &trueline_dataset::RobotSample, what: &str) {
 
 fn import(robot: &str, layout: Option<RobotLayout>, map: &[(&str, &str)]) -> Result<Imported, Error> {
     let dir = tempfile::tempdir().unwrap();
-    let path = |name: &str| dir.path().join(name);
+    import_in(dir.path(), robot, layout, map)
+}
+
+fn import_in(
+    dir: &Path,
+    robot: &str,
+    layout: Option<RobotLayout>,
+    map: &[(&str, &str)],
+) -> Result<Imported, Error> {
+    let path = |name: &str| dir.join(name);
     fs::write(path("robot.csv"), robot).unwrap();
     fs::write(path("sensor.toml"), "kind = \"profiler\"\n").unwrap();
     fs::write(path("features.csv"), "t,x_mm,z_mm\n0.5,1,2\n").unwrap();
@@ -166,4 +175,25 @@ fn errors_point_into_the_foreign_file() {
     let text = "t;X;Y;Z;A;B;C\n0;1,5;2;3;1;2;3\n1;1,5;x;3;1;2;3\n";
     let error = import(text, RobotLayout::named("kuka"), &[]).unwrap_err().to_string();
     assert!(error.ends_with("robot.csv, line 3, column `y_mm`: expected a number, found `x`"), "{error}");
+}
+
+/// Nothing that was recorded is lost on the way.
+#[test]
+fn stripes_beside_the_features_come_in_as_well() {
+    let dir = tempfile::tempdir().unwrap();
+    let robot = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,1,2,3,1,0,0,0\n";
+    let stripes =
+        "time_s;frame;plate;x1_mm;z1_mm;x2_mm;z2_mm;sigma_mm\n0,5;0;1;-10,0;200,0;-2,0;201,0;0,01\n";
+    fs::write(dir.path().join("stripes.csv"), stripes).unwrap();
+    let imported = import_in(dir.path(), robot, None, &[]).unwrap();
+    let [stripe] = imported.recording.stripes.as_slice() else { panic!("{:?}", imported.recording.stripes) };
+    assert_eq!((stripe.stamp_ns, stripe.plate), (500_000_000, 1));
+    assert!(
+        imported.notes.iter().any(|note| note.contains("stripes.csv: semicolons")),
+        "{:?}",
+        imported.notes
+    );
+    fs::write(dir.path().join("stripes.csv"), stripes.replace("0,01", "-1")).unwrap();
+    let refused = import_in(dir.path(), robot, None, &[]).unwrap_err().to_string();
+    assert!(refused.contains("stripes.csv, line 2"), "{refused}");
 }

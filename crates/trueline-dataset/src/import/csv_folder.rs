@@ -4,14 +4,14 @@ use super::foreign_csv::{self, ColumnMapping, ForeignTable, Renaming};
 use super::profiles::{self, EvenColumns, ProfileFormat, Timing};
 use super::robot_layout::RobotLayout;
 use super::tables_of_programs::as_text;
-use crate::dialect::Separator;
+use crate::dialect::{self, Separator};
 use crate::error::{Error, Problem};
 use crate::profile::Profile;
-use crate::recording::{Feature, Recording, RobotSample, Sensor};
+use crate::recording::{Feature, PlateStripe, Recording, RobotSample, Sensor};
 use crate::sensor_setup::SensorSetup;
 use crate::sensor_toml::SensorFile;
 use crate::source_file;
-use crate::{features_csv, folder, profiles_csv, robot_csv, sensor_toml};
+use crate::{features_csv, folder, profiles_csv, robot_csv, sensor_toml, stripes_csv};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -73,12 +73,13 @@ impl CsvFolder {
             Some(source) => (Vec::new(), self.read_profiles(source, &mut notes)?),
             None => (self.read_features(&sensor, &mut notes)?, Vec::new()),
         };
+        let stripes = self.read_stripes(&sensor, &mut notes)?;
         let recording = Recording {
             sensor,
             setup,
             robot,
             features,
-            stripes: Vec::new(),
+            stripes,
             initial: None,
             truth: None,
             inputs: BTreeMap::new(),
@@ -129,6 +130,19 @@ impl CsvFolder {
             Renaming { map: &self.robot_map, layout: self.layout.as_ref(), is_ours: &robot_csv::is_column };
         let table = self.table(&self.robot, &renaming, notes)?;
         robot_csv::read(&self.robot, table.csv.as_slice()).map_err(|error| in_their_words(error, &table))
+    }
+
+    /// `stripes.csv` beside the features, where it is; of whole profiles the stripes are found in them.
+    fn read_stripes(&self, sensor: &Sensor, notes: &mut Vec<String>) -> Result<Vec<PlateStripe>, Error> {
+        let file = self.features.with_file_name("stripes.csv");
+        if self.profiles.is_some() || !file.exists() {
+            return Ok(Vec::new());
+        }
+        let (csv, dialect) = dialect::plain_csv(&file, bytes_of(&file)?, self.separator)?;
+        if !dialect.is_plain() {
+            notes.push(format!("{}: {dialect}", file.display()));
+        }
+        stripes_csv::read(&file, csv.as_slice(), sensor)
     }
 
     fn read_features(&self, sensor: &Sensor, notes: &mut Vec<String>) -> Result<Vec<Feature>, Error> {
