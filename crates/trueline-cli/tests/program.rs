@@ -91,7 +91,8 @@ fn a_guess_and_a_hold() {
     let guess: String = truth.split("[[lines]]").next().unwrap().replace("0.01773", "0.0");
     fs::write(dir.path().join("guess.toml"), guess).unwrap();
     let (_, free) = calibrate_json(dir.path(), &["scan", "--initial", "guess.toml"]);
-    assert!(free["iterations"].as_array().unwrap().len() <= 15);
+    // The fit is repeated with measured noise, with the stamps' choice and with the bias, about five steps each.
+    assert!(free["iterations"].as_array().unwrap().len() <= 30);
     assert_eq!(free["iterations"][0]["time_offset_s"], 0.0);
     let (_, held) = calibrate_json(dir.path(), &["scan", "--initial", "guess.toml", "--fix", "time-offset"]);
     assert_eq!(held["time_offset_s"], 0.0);

@@ -57,7 +57,8 @@ impl WholeFolder {
     /// Gives the folder its name; what it replaces is removed when it is there.
     ///
     /// # Errors
-    /// What the operating system says; then the target is as it was.
+    /// A target with files that the new folder does not have, pictures of a scan say: they would be lost. What the operating system
+    /// says. Then the target is as it was.
     pub fn finish(mut self) -> Result<(), Error> {
         let renamed = |from: &Path, to: &Path| {
             fs::rename(from, to).map_err(|error| Error::in_file(to, Problem::Io(error)))
@@ -65,6 +66,7 @@ impl WholeFolder {
         let replaced = beside(&self.target, "replaced");
         let was_there = self.target.exists();
         if was_there {
+            check_nothing_is_lost(&self.target, &self.unfinished)?;
             removed(&replaced)?;
             renamed(&self.target, &replaced)?;
         }
@@ -102,6 +104,20 @@ fn removed(folder: &Path) -> Result<(), Error> {
         }
         _ => Ok(()),
     }
+}
+
+/// Refuses to replace files by nothing.
+fn check_nothing_is_lost(before: &Path, after: &Path) -> Result<(), Error> {
+    let Ok(entries) = fs::read_dir(before) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let next = after.join(entry.file_name());
+        if !next.exists() {
+            let other = entry.file_name().to_string_lossy().into_owned();
+            return Err(Error::in_file(before, Problem::NotOurs { other }));
+        }
+        check_nothing_is_lost(&entry.path(), &next)?;
+    }
+    Ok(())
 }
 
 /// Refuses a file, and a folder in which there is anything else than what commands write.

@@ -81,7 +81,12 @@ impl Information {
         let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| {
             hessian[(free[i], free[j])] * scale[i] * scale[j]
         });
-        let eigen = SymmetricEigen::try_new(scaled, f64::EPSILON, 10_000)?;
+        // Of nothing there is no decomposition, and nothing is known.
+        let eigen = if free.is_empty() {
+            SymmetricEigen { eigenvectors: DMatrix::zeros(0, 0), eigenvalues: DVector::zeros(0) }
+        } else {
+            SymmetricEigen::try_new(scaled, f64::EPSILON, 10_000)?
+        };
         let mut order: Vec<usize> = (0..free.len()).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
         let eigenvectors = DMatrix::from_fn(free.len(), free.len(), |i, j| eigen.eigenvectors[(i, order[j])]);

@@ -169,7 +169,12 @@ fn a_step_from_the_papers_kind_of_start_takes_few_iterations() {
     };
     let calibration = calibrate(&recording, Some(&guess), &Config::default()).unwrap();
     assert_within(&calibration, &recording, 4.0, "from a guess");
-    assert!(calibration.findings.fit.iterations.len() <= 15, "{}", calibration.findings.fit.iterations.len());
+    let iterations = &calibration.findings.fit.iterations;
+    // Within its ± of the answer after a few steps; then the fit is repeated with measured noise, with the bias that the features
+    // show, and without it, some five steps each.
+    let off_s = iterations[4].parameters.time_offset_s - calibration.best_fit().time_offset_s;
+    assert!(off_s.abs() < calibration.sigma(0).unwrap(), "{off_s}");
+    assert!(iterations.len() <= 30, "{}", iterations.len());
 }
 
 #[test]

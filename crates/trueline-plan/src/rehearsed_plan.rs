@@ -61,7 +61,7 @@ const PARTS: [f64; 4] = [0.15, 0.3, 0.6, 1.0];
 /// does, the longest: what the robot and the bias of the features add does not shrink with time.
 ///
 /// # Errors
-/// As [`plan`], for the longest.
+/// As [`plan`], for the longest, where no duration has a plan.
 pub fn shortest_that_reaches(
     cell: &Cell,
     setup: &SensorSetup,
@@ -69,13 +69,17 @@ pub fn shortest_that_reaches(
     reached: impl Fn(&RehearsedPlan) -> bool,
     tick: &(dyn Fn() + Sync),
 ) -> Result<RehearsedPlan, PlanError> {
-    let mut last = Err(PlanError::NoSeam);
+    let mut longest = Err(PlanError::NoSeam);
     for part in PARTS {
         let ask = PlanRequest { duration_s: part * ask.duration_s, ..ask.clone() };
-        last = without_alias(cell, setup, &ask, |ask| plan(cell, ask, tick));
-        if last.as_ref().is_ok_and(&reached) {
+        let made = without_alias(cell, setup, &ask, |ask| plan(cell, ask, tick));
+        let is_enough = made.as_ref().is_ok_and(&reached);
+        if made.is_ok() || longest.is_err() {
+            longest = made;
+        }
+        if is_enough {
             break;
         }
     }
-    last
+    longest
 }

@@ -43,7 +43,7 @@ pub fn entry(c: &Calibration) -> Option<StripesEntry> {
         stripes: estimate.map_or(0, |e| e.stripes),
         rejected: estimate.map_or(0, |e| e.rejected),
         noise_factor: estimate.map(|e| e.noise_factor),
-        sigmas_apart: estimate.map(|e| e.sigmas_apart),
+        sigmas_apart: estimate.and_then(|e| e.sigmas_apart),
         joint_angles: angles
             .iter()
             .map(|angle| AngleEntry {
@@ -105,6 +105,7 @@ fn used(stripes: &StripeOutcome) -> String {
     let why = match because {
         Because::Asked => "as asked",
         Because::Agreement => "they agree with the seam points",
+        Because::KnowsLess => "the seam points know as much",
         Because::Disagreement => "they do not agree with the seam points",
         Because::TooFewFrames => "too few for an answer of their own",
         Because::Plates(_) => "no two plates that meet in a line",
@@ -138,9 +139,13 @@ fn side_by_side(estimate: &StripeEstimate) -> String {
         let seen = answer.observability.observable_components[TIME_OFFSET];
         if seen { format!("{:.3} ms", answer.parameters.time_offset_s * 1e3) } else { "not seen".to_owned() }
     };
+    let apart = match estimate.sigmas_apart {
+        Some(sigmas) => format!("{sigmas:.1} sigma apart"),
+        None => "nothing of them can be compared".to_owned(),
+    };
     format!(
-        "{:.1} sigma apart; time offset {} and {}, rotation {} and {}, seam error by the scan alone {} and {}",
-        estimate.sigmas_apart,
+        "{}; time offset {} and {}, rotation {} and {}, seam error by the scan alone {} and {}",
+        apart,
         offset_ms(&estimate.seam),
         offset_ms(&estimate.stripe),
         turn(&estimate.seam),

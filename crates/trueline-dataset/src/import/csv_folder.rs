@@ -122,6 +122,12 @@ impl CsvFolder {
         let raw = profiles::read(&source.file, bytes, format, source.columns)?;
         let stamped = profiles::stamped(&source.file, raw, source.timing.as_ref())?;
         notes.push(format!("{}: read as {}", source.file.display(), format.words()));
+        if let Some(Timing::Rate { .. }) = source.timing {
+            notes.push(
+                "the profiles' stamps are the start and rate that you stated: the time offset holds for this recording only"
+                    .to_owned(),
+            );
+        }
         Ok(stamped)
     }
 

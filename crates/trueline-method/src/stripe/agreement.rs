@@ -7,19 +7,19 @@ use trueline_lsq::Information;
 pub const AGREEMENT_SIGMAS: f64 = 3.0;
 
 /// How far two answers are apart, in standard deviations of a normal number that is as rare: d = Δᵀ C⁻¹ Δ is χ² with as many
-/// degrees as there are components, and (d/k)^⅓ is normal with mean 1 − 2/9k and variance 2/9k \[WilsonHilferty1931\]. Zero if nothing
+/// degrees as there are components, and (d/k)^⅓ is normal with mean 1 − 2/9k and variance 2/9k \[WilsonHilferty1931\]. `None` if nothing
 /// can be compared.
 #[must_use]
-pub fn sigmas_apart(difference: &DVector<f64>, covariance: &DMatrix<f64>) -> f64 {
-    let Some(information) = Information::new(covariance, &[], 1e-9) else { return 0.0 };
+pub fn sigmas_apart(difference: &DVector<f64>, covariance: &DMatrix<f64>) -> Option<f64> {
+    let information = Information::new(covariance, &[], 1e-9)?;
     // The root of C⁻¹ over what C does not hold exact.
     let whitened = information.covariance_root().transpose() * difference;
     let k = whitened.len() as f64;
     if k == 0.0 {
-        return 0.0;
+        return None;
     }
     let spread = 2.0 / (9.0 * k);
-    (((whitened.norm_squared() / k).cbrt() - (1.0 - spread)) / spread.sqrt()).max(0.0)
+    Some((((whitened.norm_squared() / k).cbrt() - (1.0 - spread)) / spread.sqrt()).max(0.0))
 }
 
 #[cfg(test)]
@@ -34,11 +34,11 @@ mod tests {
         let at = |squared: f64, size: usize| {
             let mut difference = DVector::zeros(size);
             difference[0] = squared.sqrt() * 2.0;
-            sigmas_apart(&difference, &(DMatrix::identity(size, size) * 4.0))
+            sigmas_apart(&difference, &(DMatrix::identity(size, size) * 4.0)).unwrap()
         };
         assert!((at(18.475, 7) - 2.326).abs() < 0.05, "{}", at(18.475, 7));
         assert!((at(24.322, 7) - 3.090).abs() < 0.05, "{}", at(24.322, 7));
         assert!(at(7.0, 7) < 0.5);
-        assert!(sigmas_apart(&DVector::zeros(0), &DMatrix::zeros(0, 0)) < 1e-12);
+        assert_eq!(sigmas_apart(&DVector::zeros(0), &DMatrix::zeros(0, 0)), None);
     }
 }

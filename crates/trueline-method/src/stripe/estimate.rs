@@ -85,15 +85,23 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
         Err(why) => return Ok(Some(kept(Because::Plates(why), None))),
     };
     let enough = frames.with_both as f64 >= LEAST_SHARE * frames.total as f64;
-    let agree = estimate.sigmas_apart < AGREEMENT_SIGMAS;
-    Ok(Some(match (is_asked, enough, agree) {
-        (false, false, _) => kept(Because::TooFewFrames, Some(estimate)),
-        (false, true, false) => kept(Because::Disagreement, Some(estimate)),
-        _ => {
-            let because = if is_asked { Because::Asked } else { Because::Agreement };
-            StripeOutcome { used: wanted, ..kept(because, Some(estimate)) }
-        }
-    }))
+    let because = match (is_asked, enough) {
+        (true, _) => Because::Asked,
+        (false, false) => Because::TooFewFrames,
+        (false, true) => decided(&estimate),
+    };
+    let used =
+        if matches!(because, Because::Asked | Because::Agreement) { wanted } else { Measurements::Seam };
+    Ok(Some(StripeOutcome { used, ..kept(because, Some(estimate)) }))
+}
+
+/// Unasked, the stripes are the answer where they agree with the seam points and know more.
+fn decided(estimate: &StripeEstimate) -> Because {
+    match estimate.sigmas_apart {
+        Some(apart) if apart >= AGREEMENT_SIGMAS => Because::Disagreement,
+        Some(_) if estimate.knows_more() => Because::Agreement,
+        _ => Because::KnowsLess,
+    }
 }
 
 fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEstimate, NoPlates> {
@@ -165,7 +173,7 @@ fn answer(
             stamps_variance_s2: noise_covariance[(TIME_OFFSET, TIME_OFFSET)]
                 - noise_of_seam[(TIME_OFFSET, TIME_OFFSET)],
             systematic: &errors_of_seam,
-            levels: seam.levels,
+            levels: SystematicLevels { bias_is_estimated: false, ..seam.levels },
             speed_m_s: seam.settings.config.used_at.speed_m_s,
         };
         let list = seam.fit.placed.of(seam.observations);
@@ -184,7 +192,7 @@ fn answer(
 }
 
 /// How far the answers of seam points and stripes are apart, over what both show of clock and hand-eye.
-fn apart(seam: &Answer, stripe: &Answer) -> f64 {
+fn apart(seam: &Answer, stripe: &Answer) -> Option<f64> {
     let seen = |answer: &Answer, k: usize| answer.observability.observable_components[k];
     let both: Vec<usize> = (0..LINES).filter(|k| seen(seam, *k) && seen(stripe, *k)).collect();
     let difference = stripe.parameters.minus(&seam.parameters.guess());

@@ -18,6 +18,8 @@ pub enum Because {
     Asked,
     /// Seam points and stripes agree, and stripes know more.
     Agreement,
+    /// They agree, or nothing of them can be compared, and the seam points know as much.
+    KnowsLess,
     /// They do not agree.
     Disagreement,
     /// Too few frames show both plates.
@@ -35,6 +37,7 @@ impl Because {
         match self {
             Self::Asked => "asked",
             Self::Agreement => "agreement",
+            Self::KnowsLess => "knows-less",
             Self::Disagreement => "disagreement",
             Self::TooFewFrames => "too-few-frames",
             Self::Plates(NoPlates::Missing) => "plates-missing",
@@ -67,8 +70,8 @@ pub struct StripeEstimate {
     pub planes: Vec<PlaneEstimate>,
     /// The angles of the joints.
     pub angles: Vec<JointAngle>,
-    /// How far both answers are apart, in sigma.
-    pub sigmas_apart: f64,
+    /// How far both answers are apart, in sigma; `None` if nothing of them can be compared.
+    pub sigmas_apart: Option<f64>,
     /// How much larger the noise is than expected.
     pub noise_factor: f64,
     /// Stripes that do not belong to the rest.
@@ -79,6 +82,17 @@ pub struct StripeEstimate {
     pub seam: Answer,
     /// What the stripes say.
     pub stripe: Answer,
+}
+
+impl StripeEstimate {
+    /// Whether a seam point that is measured later is known better by the stripes, everything counted.
+    #[must_use]
+    pub fn knows_more(&self) -> bool {
+        match (&self.stripe.seam_error, &self.seam.seam_error) {
+            (Some(by_stripe), Some(by_seam)) => by_stripe.rms_m < by_seam.rms_m,
+            (by_stripe, _) => by_stripe.is_some(),
+        }
+    }
 }
 
 /// What became of the stripes of a recording.

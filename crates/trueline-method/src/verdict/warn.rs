@@ -72,7 +72,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
 
 /// Answers of stripes and seam points that are too far apart.
 fn stripes_disagree(stripes: &StripeOutcome) -> Option<Warning> {
-    let sigmas = stripes.estimate.as_ref()?.sigmas_apart;
+    let sigmas = stripes.estimate.as_ref()?.sigmas_apart?;
     let used = stripes.used != Measurements::Seam;
     (sigmas >= AGREEMENT_SIGMAS).then_some(Warning::StripesDisagree { sigmas, used })
 }
