@@ -7,7 +7,7 @@ use trueline_geometry::{Plane, se3, so3};
 use trueline_method::Config;
 use trueline_method::diagnose::doctor::{Diagnosis, diagnose};
 use trueline_model::{BrownConrady, Camera};
-use trueline_sim::{Preset, SensorModel, random_cell, simulate};
+use trueline_sim::{Plates, Preset, SensorModel, random_cell, scan_plates, simulate};
 
 fn examined(recording: &Recording) -> Diagnosis {
     diagnose(recording, &Config::default(), |_| {})
@@ -243,6 +243,29 @@ fn small_mistakes_with_the_pixels() {
     let mut cropped = with_lens(Preset::Good, lens);
     with_pixels(&mut cropped, |[u, v]| [u - 320.0, v - 400.0]);
     assert_first(&cropped, "cut out of the sensor's");
+}
+
+/// What is mended in the seam points is mended in the stripes: `--fix` writes one recording and no mixture.
+#[test]
+fn stripes_are_mended_like_the_seam_points() {
+    let truth = scan_plates(&Preset::Quick.scenario(), &Plates::default(), 3).unwrap();
+    let mut recording = truth.clone();
+    with_pixels(&mut recording, |[u, v]| [2447.0 - u, v]);
+    for stripe in &mut recording.stripes {
+        stripe.points = stripe.points.map(|point| match point {
+            Measured::Pixel([u, v]) => Measured::Pixel([2447.0 - u, v]),
+            other => other,
+        });
+    }
+    let mended = examined(&recording).mended(&recording).unwrap();
+    let [before, after] = [&truth, &mended].map(|recording| recording.stripes[7]);
+    assert_eq!(before.points.map(rounded), after.points.map(rounded));
+    assert!((before.sigma / after.sigma - 1.0).abs() < 1e-12);
+}
+
+fn rounded(measured: Measured) -> [i64; 2] {
+    let Measured::Pixel(uv) = measured else { panic!("a camera sees pixels") };
+    uv.map(|x| (x * 1e6).round() as i64)
 }
 
 #[test]

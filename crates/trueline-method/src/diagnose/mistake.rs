@@ -46,11 +46,39 @@ pub fn reordered(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(q.k, q.w, q.i, q.j))
 }
 
-/// The recording with other features.
+/// The recording with other features, and their stripes likewise: a stripe's σ goes with its length.
 pub(super) fn with_features(recording: &Recording, measured: impl Fn(Measured) -> Measured) -> Recording {
     let mut mended = recording.clone();
     for feature in &mut mended.features {
         feature.measured = measured(feature.measured);
+    }
+    for stripe in &mut mended.stripes {
+        let before = length(&stripe.points);
+        stripe.points = stripe.points.map(&measured);
+        stripe.sigma *= length(&stripe.points) / before;
+    }
+    mended
+}
+
+/// Distance of two points, px or m; readers let no two through that are the same, or of different kinds.
+fn length(points: &[Measured; 2]) -> f64 {
+    match points {
+        [Measured::Pixel(a), Measured::Pixel(b)] | [Measured::Profile(a), Measured::Profile(b)] => {
+            (a[0] - b[0]).hypot(a[1] - b[1])
+        }
+        [Measured::Point(a), Measured::Point(b)] => (Vector3::from(*a) - Vector3::from(*b)).norm(),
+        _ => f64::NAN,
+    }
+}
+
+/// The recording with other stamps of its images, ns.
+pub(super) fn with_image_stamps(recording: &Recording, stamp_ns: impl Fn(i64) -> i64) -> Recording {
+    let mut mended = recording.clone();
+    for feature in &mut mended.features {
+        feature.stamp_ns = stamp_ns(feature.stamp_ns);
+    }
+    for stripe in &mut mended.stripes {
+        stripe.stamp_ns = stamp_ns(stripe.stamp_ns);
     }
     mended
 }

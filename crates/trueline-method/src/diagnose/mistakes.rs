@@ -1,7 +1,8 @@
 //! The usual mistakes in recordings, and what each recording would be without it.
 
 use crate::diagnose::mistake::{
-    Mistake, reordered, with_features, with_pixels, with_poses, with_positions, with_rotations,
+    Mistake, reordered, with_features, with_image_stamps, with_pixels, with_poses, with_positions,
+    with_rotations,
 };
 use crate::order_statistics::median;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -203,20 +204,14 @@ fn with_image_times(recording: &Recording, factor: f64) -> Option<Recording> {
     let robot_s = lasts_s(recording.robot.first()?.stamp_ns, recording.robot.last()?.stamp_ns);
     let first = recording.features.first()?.stamp_ns;
     let images_s = lasts_s(first, recording.features.last()?.stamp_ns) * factor;
-    let mut mended = recording.clone();
-    for feature in &mut mended.features {
-        feature.stamp_ns = (feature.stamp_ns as f64 * factor).round() as i64;
-    }
+    let mended = with_image_stamps(recording, |stamp_ns| (stamp_ns as f64 * factor).round() as i64);
     (images_s > 0.3 * robot_s && images_s < 3.0 * robot_s).then_some(mended)
 }
 
 fn with_starts_aligned(recording: &Recording) -> Option<Recording> {
     let shift_ns = recording.robot.first()?.stamp_ns - recording.features.first()?.stamp_ns;
     let apart_s = (shift_ns as f64 * 1e-9).abs();
-    let mut mended = recording.clone();
-    for feature in &mut mended.features {
-        feature.stamp_ns += shift_ns;
-    }
+    let mended = with_image_stamps(recording, |stamp_ns| stamp_ns + shift_ns);
     // Within the searched range the estimate needs no help.
     (apart_s > 1.0).then_some(mended)
 }
