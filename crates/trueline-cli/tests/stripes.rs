@@ -57,7 +57,6 @@ fn stripes_alone_are_enough_and_without_any_they_cannot_be_asked_for() {
     let run = |arguments: &[&str]| trueline(dir.path(), arguments);
     assert_eq!(code(&run(&["simulate", "--plates", "--duration-s", "8", "--out", "scan", "--quiet"])), 0);
     fs::remove_file(dir.path().join("scan/features.csv")).unwrap();
-    // Without errors that both answers share the stripes know more; with them the seam's corner may know as much.
     let output =
         run(&["calibrate", "scan", "--robot-accuracy-mm", "0", "--feature-bias-px", "0", "--json", "-"]);
     assert_eq!(code(&output), 0, "{}", words(&output));

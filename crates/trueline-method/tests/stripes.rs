@@ -150,6 +150,30 @@ fn stripes_that_contradict_the_seam_points_are_not_used_unasked() {
     assert!(auto.warnings().iter().any(|warning| warning.code() == "stripes-disagree"));
 }
 
+/// Stripes of a bad picture agree with anything: they are not the answer then.
+#[test]
+fn stripes_that_know_clearly_less_are_not_used_unasked() {
+    let scenario = scenario(Preset::Quick, 10.0);
+    let plates = Plates { column_sigma_px: 40.0, ..Plates::default() };
+    let noisy = scan_plates(&scenario, &plates, 6).unwrap();
+    // The seam points are those of a good detector.
+    let good = scan_plates(&scenario, &Plates::default(), 6).unwrap();
+    let recording = Recording { features: good.features, ..noisy };
+    let auto = calibrated(&recording, &Config::default());
+    let outcome = auto.findings.stripes.as_ref().unwrap();
+    assert_eq!((outcome.used, outcome.because), (Measurements::Seam, Because::KnowsLess));
+}
+
+/// Along the line nothing of both answers can be compared: no panic, and the seam points' refusal.
+#[test]
+fn where_nothing_can_be_compared_the_seam_points_say_what_is_missing() {
+    let scenario = scenario(Preset::AlongLine, 10.0);
+    let recording = scan_plates(&scenario, &Plates::default(), 6).unwrap();
+    let auto = calibrate(&recording, None, &Config::default()).unwrap();
+    assert_eq!(auto.status(), Status::NotAccepted);
+    assert_eq!(auto.findings.stripes.as_ref().unwrap().used, Measurements::Seam);
+}
+
 #[test]
 fn what_is_asked_for_and_cannot_be_done_is_refused() {
     let scenario = scenario(Preset::Quick, 5.0);

@@ -105,7 +105,7 @@ fn used(stripes: &StripeOutcome) -> String {
     let why = match because {
         Because::Asked => "as asked",
         Because::Agreement => "they agree with the seam points",
-        Because::KnowsLess => "the seam points know as much",
+        Because::KnowsLess => "the seam points know more",
         Because::Disagreement => "they do not agree with the seam points",
         Because::TooFewFrames => "too few for an answer of their own",
         Because::Plates(_) => "no two plates that meet in a line",

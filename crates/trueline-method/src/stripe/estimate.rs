@@ -95,11 +95,11 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
     Ok(Some(StripeOutcome { used, ..kept(because, Some(estimate)) }))
 }
 
-/// Unasked, the stripes are the answer where they agree with the seam points and know more.
+/// Unasked, the stripes are the answer where they agree with the seam points and do not know clearly less.
 fn decided(estimate: &StripeEstimate) -> Because {
     match estimate.sigmas_apart {
         Some(apart) if apart >= AGREEMENT_SIGMAS => Because::Disagreement,
-        Some(_) if estimate.knows_more() => Because::Agreement,
+        Some(_) if !estimate.knows_less() => Because::Agreement,
         _ => Because::KnowsLess,
     }
 }

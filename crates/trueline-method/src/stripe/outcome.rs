@@ -11,6 +11,10 @@ use nalgebra::DMatrix;
 /// Part of the frames in which both plates must be seen for stripes to be used unasked.
 pub const LEAST_SHARE: f64 = 0.8;
 
+/// Seam errors that differ by less than this factor are of the same kind: which errors an answer counts as estimated or assumed moves
+/// them by as much.
+const CLEARLY: f64 = 1.25;
+
 /// Why it is the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Because {
@@ -18,7 +22,7 @@ pub enum Because {
     Asked,
     /// Seam points and stripes agree, and stripes know more.
     Agreement,
-    /// They agree, or nothing of them can be compared, and the seam points know as much.
+    /// They agree, but the seam points know clearly more; or nothing of them can be compared.
     KnowsLess,
     /// They do not agree.
     Disagreement,
@@ -85,12 +89,12 @@ pub struct StripeEstimate {
 }
 
 impl StripeEstimate {
-    /// Whether a seam point that is measured later is known better by the stripes, everything counted.
+    /// Whether a seam point that is measured later is known clearly worse by the stripes, everything counted.
     #[must_use]
-    pub fn knows_more(&self) -> bool {
+    pub fn knows_less(&self) -> bool {
         match (&self.stripe.seam_error, &self.seam.seam_error) {
-            (Some(by_stripe), Some(by_seam)) => by_stripe.rms_m < by_seam.rms_m,
-            (by_stripe, _) => by_stripe.is_some(),
+            (Some(by_stripe), Some(by_seam)) => by_stripe.rms_m > CLEARLY * by_seam.rms_m,
+            (by_stripe, _) => by_stripe.is_none(),
         }
     }
 }
