@@ -95,7 +95,7 @@ impl<'a> RobotErrors<'a> {
 /// How many poses of the path must be in reach.
 const REACH_CHECKS: u32 = 200;
 
-/// The arm that carries the sensor in the recording which [`simulate_with_faults`](super::simulate_with_faults) makes of these;
+/// The arm that carries the sensor in the recording which [`simulate_with_faults`](crate::simulate_with_faults) makes of these;
 /// `None` where no fault draws one, or it cannot reach the path.
 #[must_use]
 pub fn drawn_arm(scenario: &Scenario, faults: &[Fault], seed: u64) -> Option<Arm> {
