@@ -26,13 +26,7 @@ impl Failure {
 
 impl From<trueline::Error> for Failure {
     fn from(error: trueline::Error) -> Self {
-        let hint = match &error {
-            trueline::Error::File(error) => error.hint(),
-            trueline::Error::NoFeatures(_) => {
-                "record more, or look at the pictures with `trueline features --overlay`".into()
-            }
-            _ => String::new(),
-        };
+        let hint = error.hint();
         Self::new(error.to_string(), hint)
     }
 }

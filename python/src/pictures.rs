@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::Path;
 use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource, Pixels, sensor_toml};
+use trueline_open::OpenError;
 use trueline_vision::scan::{ScanError, ScanSeams};
 use trueline_vision::{Detector, Joint};
 
@@ -84,7 +85,10 @@ pub fn find_seams<'py>(
     }
     let source = Pictures { views, stamps_ns: stamps };
     let found = py.detach(|| trueline_vision::find_seams(&source, &detector, joint, &()));
-    columns(py, &found.map_err(|error: ScanError| Failure::from(trueline::Error::from(error)))?)
+    columns(
+        py,
+        &found.map_err(|error: ScanError| Failure::from(trueline::Error::from(OpenError::from(error))))?,
+    )
 }
 
 fn columns<'py>(py: Python<'py>, seams: &ScanSeams) -> PyResult<Bound<'py, PyDict>> {

@@ -1,7 +1,7 @@
 //! `--align-clocks`: streams without a common clock.
 
 use crate::failure::Failure;
-use crate::{opened_dataset, output};
+use crate::{opening, output};
 use trueline_dataset::{Profile, Recording};
 use trueline_method::Config;
 use trueline_method::diagnose::clock_alignment::{align, aligned};
@@ -25,7 +25,7 @@ pub fn align_import(recording: &mut Recording, profiles: &mut [Profile]) -> Resu
         align_recording(recording, &Config::default(), false)?;
         return Ok(());
     }
-    let features = opened_dataset::seams_of_profiles(profiles, false)?.features;
+    let features = opening::seams_of_profiles(profiles, false)?.features;
     let mut seen = Recording { features, ..recording.clone() };
     let images_ahead_ns = align_recording(&mut seen, &Config::default(), false)?;
     profiles.iter_mut().for_each(|profile| profile.stamp_ns -= images_ahead_ns);

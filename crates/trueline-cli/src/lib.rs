@@ -2,36 +2,32 @@
 //!
 //! Exit code 0: accepted. 1: computed, but not accepted; the reasons are listed. 2: could not run.
 
-mod args;
-mod board_pictures;
 mod clocks;
 mod commands;
 mod failure;
-mod found_before;
 mod hints;
 mod interrupt;
 mod live_cell;
 mod live_screen;
-mod opened_dataset;
+mod opening;
 mod outlier_frames;
 mod output;
 mod overlay;
 mod path_file;
+mod picture_progress;
+mod picture_report;
 mod pictures;
 mod planned_scan;
 mod progress;
-mod requirement;
 mod robot_link;
-mod watch_text;
-mod weld_folder;
 mod wrapped;
 
-use args::{Arguments, Command, SensorCommand};
 use clap::FromArgMatches;
 use clap::error::ErrorKind;
 use failure::Failure;
 use std::ffi::OsString;
 use std::process::ExitCode;
+use trueline_args::{Arguments, Command, SensorCommand};
 
 /// Runs the program with the words of a command line, the first of which is its own name. Help and what is wrong with the
 /// words are printed.
@@ -39,7 +35,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     let words: Vec<_> = words.into_iter().collect();
     output::remember_command_line(&words);
     let command = words.get(1).map(|word| word.to_string_lossy().into_owned());
-    let matches = args::command().try_get_matches_from(words);
+    let matches = trueline_args::command().try_get_matches_from(words);
     match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
         Ok(arguments) => execute(&arguments),
         Err(told) if told.kind() == ErrorKind::ValueValidation => {

@@ -1,9 +1,9 @@
 //! Pictures of features that do not fit, for the report.
 
 use crate::failure::Failure;
-use crate::opened_dataset::OpenedDataset;
 use trueline_dataset::{Measured, gray_png};
 use trueline_method::Calibration;
+use trueline_open::Opened;
 use trueline_report::calibration_page::FramePicture;
 use trueline_vision::overlay::Canvas;
 
@@ -16,7 +16,7 @@ const SIZE: [usize; 2] = [480, 320];
 ///
 /// # Errors
 /// Pictures that are named and cannot be read.
-pub fn pictures(opened: &OpenedDataset, calibration: &Calibration) -> Result<Vec<FramePicture>, Failure> {
+pub fn pictures(opened: &Opened, calibration: &Calibration) -> Result<Vec<FramePicture>, Failure> {
     let Some(source) = &opened.pictures else { return Ok(Vec::new()) };
     let mut outliers: Vec<_> = calibration.findings.fit.features.iter().filter(|f| f.is_outlier()).collect();
     outliers.sort_by(|a, b| b.normalised.total_cmp(&a.normalised));

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 20] = [
+const ALLOWED: [(&str, &[&str]); 23] = [
     ("trueline-geometry", &[]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
@@ -24,6 +24,7 @@ const ALLOWED: [(&str, &[&str]); 20] = [
             "trueline-sim",
         ],
     ),
+    ("trueline-board", &["trueline-dataset", "trueline-geometry", "trueline-method", "trueline-sensor"]),
     ("trueline-camera", &["trueline-dataset", "trueline-live"]),
     (
         "trueline-cell",
@@ -40,6 +41,7 @@ const ALLOWED: [(&str, &[&str]); 20] = [
     ),
     ("trueline-live", &["trueline-dataset", "trueline-geometry"]),
     ("trueline-mcap", &["trueline-dataset", "trueline-geometry"]),
+    ("trueline-open", &["trueline-dataset", "trueline-mcap", "trueline-method", "trueline-vision"]),
     (
         "trueline-plan",
         &["trueline-method", "trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"],
@@ -77,16 +79,34 @@ const ALLOWED: [(&str, &[&str]); 20] = [
             "trueline-cell",
             "trueline-dataset",
             "trueline-geometry",
-            "trueline-mcap",
             "trueline-method",
             "trueline-model",
+            "trueline-open",
             "trueline-report",
+        ],
+    ),
+    (
+        "trueline-args",
+        &[
+            "trueline-cell",
+            "trueline-dataset",
+            "trueline-export",
+            "trueline-geometry",
+            "trueline-live",
+            "trueline-lsq",
+            "trueline-mcap",
+            "trueline-method",
+            "trueline-plan",
+            "trueline-sensor",
+            "trueline-sim",
             "trueline-vision",
         ],
     ),
     (
         "trueline-cli",
         &[
+            "trueline-args",
+            "trueline-board",
             "trueline-method",
             "trueline-camera",
             "trueline-cell",
@@ -97,6 +117,7 @@ const ALLOWED: [(&str, &[&str]); 20] = [
             "trueline-live",
             "trueline-lsq",
             "trueline-mcap",
+            "trueline-open",
             "trueline-plan",
             "trueline-report",
             "trueline-sensor",

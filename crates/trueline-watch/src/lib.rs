@@ -27,7 +27,9 @@ pub mod quadratic;
 pub mod reference;
 pub mod store;
 pub mod watch;
+pub mod weld_folder;
 pub mod weld_line;
+pub mod weld_text;
 
 pub use detect::{Alarm, Judgement, PieceInformation, Scatter};
 pub use innovation::weld_statistic::WeldStatistic;
@@ -36,4 +38,5 @@ pub use quadratic::Quadratic;
 pub use reference::{Part, Reference};
 pub use store::Store;
 pub use watch::{WatchError, Watched, watch};
+pub use weld_folder::WeldFolder;
 pub use weld_line::WeldLine;

@@ -13,20 +13,13 @@ pub enum Error {
     /// Nothing can be estimated from the recording.
     #[error(transparent)]
     Method(#[from] trueline_method::Error),
-    /// A recording in MCAP or rosbag2 cannot be used.
-    #[cfg(feature = "mcap")]
+    /// A scan cannot be opened.
+    #[cfg(feature = "open")]
     #[error(transparent)]
-    Import(#[from] trueline_mcap::ImportError),
-    /// The pictures of a recording cannot be examined.
-    #[cfg(feature = "images")]
-    #[error(transparent)]
-    Pictures(#[from] trueline_vision::scan::ScanError),
+    Open(#[from] trueline_open::OpenError),
     /// What is to be used is not observable.
     #[error(transparent)]
     Unobservable(#[from] Unobservable),
-    /// A recording without seam features.
-    #[error("{}: there are no seam features in it", .0.display())]
-    NoFeatures(PathBuf),
     /// A file cannot be written.
     #[error("{}: cannot be written: {source}", file.display())]
     Write {
@@ -35,4 +28,18 @@ pub enum Error {
         /// What the operating system says.
         source: std::io::Error,
     },
+}
+
+impl Error {
+    /// What to do about it; empty where the error says all.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        match self {
+            Self::File(error) => error.hint(),
+            Self::Method(error) => error.hint().to_owned(),
+            #[cfg(feature = "open")]
+            Self::Open(error) => error.hint(),
+            Self::Unobservable(_) | Self::Write { .. } => String::new(),
+        }
+    }
 }

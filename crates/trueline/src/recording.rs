@@ -5,19 +5,13 @@ use crate::error::Error;
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::Path;
-use trueline_dataset::{Feature, Guess, RobotSample, Sensor, SensorSetup, folder};
-#[cfg(feature = "images")]
-use trueline_dataset::{FoundSeams, PictureFolder, PictureSource, images};
-#[cfg(feature = "mcap")]
-use trueline_dataset::{Problem, SensorFile, sensor_toml};
+#[cfg(feature = "open")]
+use std::sync::Mutex;
+use trueline_dataset::{Feature, Guess, RobotSample, Sensor, SensorSetup};
 use trueline_method::evaluate::seam_points::{self, SeamPoints};
-#[cfg(feature = "images")]
-use trueline_method::stripe::corners::with_corners;
 use trueline_method::{Config, calibrate};
-#[cfg(feature = "images")]
-use trueline_vision::scan::ScanError;
-#[cfg(feature = "images")]
-use trueline_vision::{Detector, find_seams};
+#[cfg(feature = "open")]
+use trueline_open::{How, OpenObserver, Told};
 
 /// A recorded scan: everything of [`trueline_dataset::Recording`], and what can be done with it.
 #[derive(Clone, Debug)]
@@ -27,37 +21,20 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Opens a dataset folder; with the feature `mcap` also a recording in MCAP or rosbag2, and with the feature `images`
-    /// either of them with pictures instead of seam features, in which the seam is found.
+    /// Opens a dataset folder, a recording in MCAP or a rosbag2. Where it has pictures or whole profiles and no seam points, the
+    /// seam is found in them. Without the feature `open`: a dataset folder with `features.csv` alone.
     ///
     /// # Errors
-    /// The first file, line and column that cannot be used; a recording without seam features.
+    /// The first file, line and column that cannot be used; a recording without a seam.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
-        #[cfg(feature = "mcap")]
-        if path.is_file() || path.join("metadata.yaml").exists() && !path.join("robot.csv").exists() {
-            return imported(path);
-        }
-        #[cfg(feature = "images")]
-        if images::index_of(path).exists() && !path.join("features.csv").exists() {
-            return with_pictures(path);
-        }
-        #[cfg(feature = "images")]
+        #[cfg(feature = "open")]
         {
-            let content = folder::read_content(path)?;
-            let mut data = content.recording;
-            if !content.profiles.is_empty() {
-                let found = trueline_vision::profile::seams(&content.profiles).found;
-                if found.features.is_empty() {
-                    return Err(Error::NoFeatures(path.to_owned()));
-                }
-                (data.features, data.stripes) = (found.features, found.stripes);
-            }
-            let data = with_corners(&data).unwrap_or(data);
-            Ok(Recording { data, notes: content.notes })
+            let notes = Notes::default();
+            let data = trueline_open::open(path.as_ref(), &How::default(), &notes)?.recording;
+            Ok(Self { data, notes: notes.0.into_inner().unwrap_or_default() })
         }
-        #[cfg(not(feature = "images"))]
-        Ok(folder::read(path)?.into())
+        #[cfg(not(feature = "open"))]
+        Ok(trueline_dataset::folder::read(path.as_ref())?.into())
     }
 
     /// A recording from arrays: poses and features by rising stamp.
@@ -117,57 +94,19 @@ impl Recording {
     }
 }
 
-#[cfg(feature = "mcap")]
-fn imported(path: &Path) -> Result<Recording, Error> {
-    let choice = trueline_mcap::Choice { sensor: sensor_beside(path)?, ..trueline_mcap::Choice::default() };
-    let imported = trueline_mcap::import(path, &choice)?;
-    #[cfg_attr(not(feature = "images"), expect(unused_mut, reason = "features come from pictures"))]
-    let mut data = imported.in_written_form()?;
-    folder::refuse_what_is_not_applied(path, &data.setup)?;
-    #[cfg(feature = "images")]
-    if let (true, Some(pictures)) = (data.features.is_empty(), &imported.pictures) {
-        let found = seams_in(pictures, &data.sensor)?;
-        (data.features, data.stripes) = (found.features, found.stripes);
-    }
-    #[cfg(feature = "images")]
-    if data.features.is_empty() {
-        let found = trueline_vision::profile::seams(&imported.profiles).found;
-        (data.features, data.stripes) = (found.features, found.stripes);
-    }
-    if data.features.is_empty() {
-        return Err(Error::NoFeatures(path.to_owned()));
-    }
-    let damages = imported.damages.iter().map(ToString::to_string);
-    let notes = imported.stamp_meaning.into_iter().chain(imported.notes).chain(damages).collect();
-    Ok(Recording { data, notes })
-}
+/// What is worth knowing, as it is told; how the search for the seam went is not kept.
+#[cfg(feature = "open")]
+#[derive(Default)]
+struct Notes(Mutex<Vec<String>>);
 
-/// A dataset folder without features: they are found in its pictures, and nothing is written.
-#[cfg(feature = "images")]
-fn with_pictures(path: &Path) -> Result<Recording, Error> {
-    let found = seams_in(&PictureFolder::open(path)?, &folder::read_sensor(path)?)?;
-    if found.features.is_empty() {
-        return Err(Error::NoFeatures(path.to_owned()));
+#[cfg(feature = "open")]
+impl OpenObserver for Notes {
+    fn told(&self, told: &Told<'_>) {
+        let searched = matches!(told, Told::SeamsInPictures(_) | Told::SeamsInProfiles { .. });
+        if let (false, Ok(mut notes)) = (searched, self.0.lock()) {
+            notes.push(told.to_string());
+        }
     }
-    Ok(folder::read_with_features(path, found)?.into())
-}
-
-#[cfg(feature = "images")]
-fn seams_in(pictures: &dyn PictureSource, sensor: &Sensor) -> Result<FoundSeams, Error> {
-    let detector = Detector::for_sensor(sensor).ok_or(ScanError::NoCamera { kind: sensor.kind() })?;
-    Ok(find_seams(pictures, &detector, None, &())?.found())
-}
-
-/// The sensor that was laid into a bag's folder.
-#[cfg(feature = "mcap")]
-fn sensor_beside(bag: &Path) -> Result<Option<SensorFile>, Error> {
-    let file = bag.join("sensor.toml");
-    if !file.exists() {
-        return Ok(None);
-    }
-    let text = std::fs::read_to_string(&file)
-        .map_err(|error| trueline_dataset::Error::in_file(&file, Problem::Io(error)))?;
-    Ok(Some(sensor_toml::parse_file(&file, &text)?))
 }
 
 impl From<trueline_dataset::Recording> for Recording {

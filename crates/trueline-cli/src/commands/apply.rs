@@ -1,10 +1,10 @@
 //! `trueline apply`.
 
-use crate::args::ApplyArgs;
 use crate::failure::Failure;
-use crate::{opened_dataset, output};
+use crate::{opening, output};
 use std::path::Path;
 use std::process::ExitCode;
+use trueline_args::ApplyArgs;
 use trueline_dataset::{Recording, calibration_file};
 use trueline_export::points::{self, PlacedPoint};
 use trueline_export::time_offset;
@@ -17,7 +17,7 @@ pub fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     let write = writer(&args.out)?;
     output::expect_files(&[Some(&args.out)])?;
     let calibration = calibration_file::read(&args.calibration)?;
-    let recording = opened_dataset::open(&args.recording, None, args.quiet)?.recording;
+    let recording = opening::open(&args.recording, None, args.quiet)?.recording;
     let recording = calibration.corrected(recording);
     let known = &calibration.known.parameters;
     let seam = seam_points::place(&recording, known, &Config::default())?;

@@ -1,22 +1,23 @@
 //! `trueline calibrate`.
 
 use super::calibrate_board;
-use crate::args::CalibrateArgs;
 use crate::clocks;
 use crate::failure::Failure;
 use crate::hints;
-use crate::opened_dataset::{self, OpenedDataset};
+use crate::opening;
 use crate::outlier_frames;
 use crate::output;
 use crate::progress;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
+use trueline_args::CalibrateArgs;
 use trueline_dataset::known_toml;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
 use trueline_method::hypotheses::choice::KnownOfCell;
 use trueline_method::{Calibration, Config, HeldSigma, Hold, ResidualKind, SensorMode, Status, Use};
+use trueline_open::Opened;
 use trueline_report::calibration_page::{self, Source};
 use trueline_report::{result, summary};
 
@@ -30,7 +31,7 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&[args.json.as_deref(), args.report.as_deref(), args.write_sensor.as_deref()])?;
     let config = config(args);
     let began = Instant::now();
-    let mut opened = opened_dataset::open_all(&args.datasets, args.joint, args.quiet)?;
+    let mut opened = opening::open_all(&args.datasets, args.joint, args.quiet)?;
     output::detail(&format!(
         "read: {} robot poses, {} features, in {:.2} s",
         opened.recording.robot.len(),
@@ -81,7 +82,7 @@ pub fn exit_code(calibration: &Calibration) -> ExitCode {
 
 fn write_results(
     args: &CalibrateArgs,
-    opened: &OpenedDataset,
+    opened: &Opened,
     calibration: &Calibration,
     images_ahead_ns: Option<i64>,
 ) -> Result<(), Failure> {
@@ -130,12 +131,7 @@ fn write_results(
 }
 
 /// The sensor's file as the scan corrects it. What it said of its uncertainty held for the old one.
-fn write_sensor(
-    file: &Path,
-    opened: &OpenedDataset,
-    calibration: &Calibration,
-    quiet: bool,
-) -> Result<(), Failure> {
+fn write_sensor(file: &Path, opened: &Opened, calibration: &Calibration, quiet: bool) -> Result<(), Failure> {
     let corrected = calibration.findings.unknowns.corrected.as_ref().ok_or_else(|| {
         Failure::new(
             "`--write-sensor`: this scan gives no corrected sensor",

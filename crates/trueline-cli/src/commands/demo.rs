@@ -1,11 +1,11 @@
 //! `trueline demo`: what README shows first.
 
-use crate::args::DemoArgs;
 use crate::failure::Failure;
 use crate::output;
 use nalgebra::Vector3;
 use std::path::Path;
 use std::process::ExitCode;
+use trueline_args::DemoArgs;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Truth, folder as dataset_folder};
 use trueline_geometry::se3;

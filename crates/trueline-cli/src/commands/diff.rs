@@ -1,11 +1,11 @@
 //! `trueline diff`.
 
-use crate::args::DiffArgs;
 use crate::failure::Failure;
 use crate::output;
 use nalgebra::SMatrix;
 use std::path::Path;
 use std::process::ExitCode;
+use trueline_args::DiffArgs;
 use trueline_dataset::calibration_file;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::unit::MM_PER_M;

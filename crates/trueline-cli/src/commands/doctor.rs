@@ -1,18 +1,18 @@
 //! `trueline doctor`.
 
-use crate::args::DoctorArgs;
 use crate::failure::Failure;
-use crate::opened_dataset;
+use crate::opening;
 use crate::output;
 use std::io::IsTerminal;
 use std::process::ExitCode;
+use trueline_args::DoctorArgs;
 use trueline_dataset::folder;
 use trueline_method::{Config, diagnose::doctor};
 use trueline_report::diagnosis;
 
 /// Runs the command.
 pub fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
-    let recording = opened_dataset::open(&args.dataset, None, args.quiet)?.recording;
+    let recording = opening::open(&args.dataset, None, args.quiet)?.recording;
     let show = !args.quiet && std::io::stderr().is_terminal();
     let watch = |name: &str| {
         if show {

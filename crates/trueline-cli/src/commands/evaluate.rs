@@ -1,11 +1,11 @@
 //! `trueline evaluate`.
 
-use crate::args::EvaluateArgs;
 use crate::failure::Failure;
-use crate::opened_dataset;
+use crate::opening;
 use crate::output;
 use std::path::Path;
 use std::process::ExitCode;
+use trueline_args::EvaluateArgs;
 use trueline_dataset::{Guess, Reference, calibration_file, reference_file};
 use trueline_method::Config;
 use trueline_method::evaluate::evaluation::evaluate;
@@ -18,7 +18,7 @@ use trueline_report::{evaluated, evaluation_page};
 /// Runs the command.
 pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&[args.json.as_deref(), args.report.as_deref(), args.csv.as_deref()])?;
-    let recording = opened_dataset::open(&args.dataset, None, args.quiet)?.recording;
+    let recording = opening::open(&args.dataset, None, args.quiet)?.recording;
     let calibration = calibration_file::read(&args.calibration)?;
     let tolerance_m = args.tolerance;
     let recording = calibration.corrected(recording);
@@ -66,7 +66,7 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
 
 /// The points of a scan at which the robot stood still.
 fn stops(scan: &Path, by: &Guess, quiet: bool) -> Result<Vec<Stop>, Failure> {
-    let recording = opened_dataset::open(scan, None, quiet)?.recording;
+    let recording = opening::open(scan, None, quiet)?.recording;
     standstill::stops(&recording, by).map_err(|e| Failure::new(format!("{}: {e}", scan.display()), e.hint()))
 }
 

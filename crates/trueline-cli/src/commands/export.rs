@@ -1,9 +1,9 @@
 //! `trueline export`.
 
-use crate::args::ExportArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
+use trueline_args::ExportArgs;
 use trueline_dataset::{calibration_file, sensor_toml};
 use trueline_export::{FORMATS, Mounting, named, time_offset};
 

@@ -1,11 +1,11 @@
 //! `trueline features`.
 
-use crate::args::FeaturesArgs;
 use crate::failure::Failure;
 use crate::pictures::{self, OverlayChoice, PictureOptions};
 use crate::planned_scan::read_text;
-use crate::{opened_dataset, output};
+use crate::{opening, output, picture_report};
 use std::process::ExitCode;
+use trueline_args::FeaturesArgs;
 use trueline_dataset::picture_names::{self, PictureStamps};
 use trueline_dataset::{Profile, folder, images, robot_csv};
 use trueline_report::picture_page;
@@ -46,8 +46,8 @@ pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.report {
         let html = picture_page::html(&picture_page::Source {
             title: &args.dataset.display().to_string(),
-            looked: &pictures::looked(&scan),
-            samples: &pictures::samples(&args.dataset, &scan)?,
+            looked: &picture_report::looked(&scan),
+            samples: &picture_report::samples(&args.dataset, &scan)?,
             size_px: scan.size_px,
             command: &output::command_line(),
         });
@@ -131,7 +131,7 @@ fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Fa
             "leave it out: the corner of two straight faces is looked for",
         ));
     }
-    let found = opened_dataset::seams_of_profiles(profiles, args.quiet)?;
+    let found = opening::seams_of_profiles(profiles, args.quiet)?;
     let kept = folder::replace_features(&args.dataset, &found.features)?;
     let kept = kept.into_iter().chain(folder::replace_stripes(&args.dataset, &found.stripes)?);
     if !args.quiet {

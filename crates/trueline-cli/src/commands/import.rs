@@ -1,11 +1,11 @@
 //! `trueline import`.
 
-use crate::args::{BagArgs, ImportArgs, ImportCsvArgs, ImportFormat};
 use crate::failure::Failure;
-use crate::{clocks, opened_dataset, output};
+use crate::{clocks, opening, output};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use trueline_args::{BagArgs, ImportArgs, ImportCsvArgs, ImportFormat};
 use trueline_dataset::dialect::plain_csv;
 use trueline_dataset::import::csv_folder::Imported;
 use trueline_dataset::import::{csv_folder, lvs_st_calib, tum};
@@ -75,7 +75,7 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
     let folder = DatasetFolder::begin(&args.out, args.force)?;
     let imported = import(&args.src, &choice)?;
     folder.write(&imported)?;
-    opened_dataset::tell(&imported, false);
+    opening::tell(&imported);
     output::words(&format!(
         "{}: {} robot poses, {} pictures, {} profiles, {} features",
         args.out.display(),

@@ -1,9 +1,9 @@
 //! `trueline import csv`.
 
-use crate::args::ImportCsvArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::path::{Path, PathBuf};
+use trueline_args::ImportCsvArgs;
 use trueline_dataset::import::csv_folder::{CsvFolder, Imported, ProfileSource};
 use trueline_dataset::import::profiles::{EvenColumns, ProfileFormat, Timing, times};
 use trueline_dataset::import::robot_layout::RobotLayout;

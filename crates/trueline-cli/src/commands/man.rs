@@ -1,17 +1,17 @@
 //! `trueline man`.
 
-use crate::args::{self, ManArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::overlay;
 use clap_mangen::Man;
 use std::path::Path;
 use std::process::ExitCode;
+use trueline_args::ManArgs;
 
 /// Runs the command.
 pub fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
     overlay::prepare(&args.out)?;
-    let mut command = args::command();
+    let mut command = trueline_args::command();
     command.build();
     let count = write(&command, "trueline", &args.out)?;
     output::words(&format!("{}: {count} pages; read one with `man ./{}`", args.out.display(), "trueline.1"));

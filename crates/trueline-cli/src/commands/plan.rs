@@ -1,6 +1,5 @@
 //! `trueline plan`.
 
-use crate::args::PlanArgs;
 use crate::failure::Failure;
 use crate::planned_scan::{self, CELL, PATH};
 use crate::{output, overlay, progress};
@@ -8,6 +7,7 @@ use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
+use trueline_args::PlanArgs;
 use trueline_dataset::sensor_toml::SensorFile;
 use trueline_dataset::{RobotSample, SensorSetup, calibration_file, robot_csv, sensor_toml};
 use trueline_live::robot_program::{Language, Waypoints};

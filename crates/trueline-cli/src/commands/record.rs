@@ -1,12 +1,12 @@
 //! `trueline record`.
 
-use crate::args::RecordArgs;
 use crate::failure::Failure;
 use crate::live_cell::{self, LiveCell};
 use crate::live_screen::LiveScreen;
 use crate::{interrupt, output};
 use std::process::ExitCode;
 use std::sync::Mutex;
+use trueline_args::RecordArgs;
 use trueline_cell::{ARRIVAL, CellRecording, READING, Until, record_robot};
 use trueline_live::{HostClock, Protocol, StreamBrief};
 

@@ -1,6 +1,5 @@
 //! `trueline scan`.
 
-use crate::args::ScanArgs;
 use crate::failure::Failure;
 use crate::live_cell::{self, LiveCell};
 use crate::live_screen::LiveScreen;
@@ -9,6 +8,7 @@ use std::io::BufRead;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use trueline_args::ScanArgs;
 use trueline_cell::{ARRIVAL, CellRecording, EndedScan, RECORDING, guide_scan};
 use trueline_dataset::{Error, Problem};
 use trueline_live::guide::Patience;

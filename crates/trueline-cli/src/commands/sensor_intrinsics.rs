@@ -1,15 +1,15 @@
 //! `trueline sensor intrinsics`.
 
-use crate::args::IntrinsicsArgs;
-use crate::board_pictures::{self, Looked};
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
-use trueline_dataset::sensor_setup::{SensorCovariance, SensorSetup, SensorUncertainty};
-use trueline_dataset::sensor_toml::{CameraFile, format_camera};
+use trueline_args::IntrinsicsArgs;
+use trueline_board::pictures::{self, Looked};
+use trueline_board::sensor_file;
+use trueline_dataset::sensor_toml::format_camera;
 use trueline_report::sensor_json::{self, CameraReport};
 use trueline_report::{sensor_page, sensor_text};
-use trueline_sensor::intrinsics::{CameraFit, Sensitivity, cross_validation, fit, next_picture};
+use trueline_sensor::intrinsics::{Sensitivity, cross_validation, fit, next_picture};
 use trueline_sensor::{View, verdict};
 
 /// Runs the command.
@@ -17,8 +17,8 @@ pub fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
     if let Some(out) = &args.out {
         output::must_not_exist(out)?;
     }
-    let files = board_pictures::files(&args.pictures)?;
-    let looked = board_pictures::look(&files, &args.board)?;
+    let files = pictures::files(&args.pictures)?;
+    let looked = pictures::look(&files, &args.board)?;
     let views: Vec<View> = looked.iter().filter_map(|l| l.view.as_ref().ok().cloned()).collect();
     let size = looked.first().map_or([0, 0], |l| l.size_px);
     let fitted = fit(size, &args.board, &views, args.distortion)
@@ -37,7 +37,7 @@ pub fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
         files: looked.iter().map(stated).collect(),
     };
     if let Some(out) = &args.out {
-        output::file(out, &format_camera(&camera_file(&fitted)))?;
+        output::file(out, &format_camera(&sensor_file::of_camera(&fitted)))?;
     }
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", sensor_json::camera(&report)))?;
@@ -62,20 +62,4 @@ fn why_not(looked: &[Looked]) -> String {
         .iter()
         .filter_map(|l| l.view.as_ref().err().map(|reason| format!("\n  {}: {reason}", l.file.display())));
     reasons.take(5).collect()
-}
-
-/// What is written: the camera, and how well it is known.
-fn camera_file(fit: &CameraFit) -> CameraFile {
-    let (camera, sigma) = (fit.state.camera, fit.sigma());
-    let uncertainty = SensorUncertainty {
-        focal: Some((sigma[0] / camera.focal.x).max(sigma[1] / camera.focal.y)),
-        principal_point_px: Some(sigma[2].max(sigma[3])),
-        covariance: Some(SensorCovariance::of_free(&fit.covariance)),
-        ..SensorUncertainty::default()
-    };
-    CameraFile {
-        camera,
-        laser_plane_in_camera: None,
-        setup: SensorSetup { uncertainty: Some(uncertainty), ..SensorSetup::default() },
-    }
 }

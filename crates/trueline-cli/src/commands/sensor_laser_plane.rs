@@ -1,15 +1,14 @@
 //! `trueline sensor laser-plane`.
 
-use crate::args::LaserPlaneArgs;
 use crate::commands::sensor_plane_pictures;
 use crate::failure::Failure;
 use crate::output;
 use nalgebra::Vector3;
 use std::path::Path;
 use std::process::ExitCode;
-use trueline_dataset::sensor_setup::{SensorSetup, SensorUncertainty};
-use trueline_dataset::sensor_toml::{self, CameraFile, SensorFile};
-use trueline_dataset::{Sensor, gray_picture, stripe_points_csv};
+use trueline_args::LaserPlaneArgs;
+use trueline_board::sensor_file;
+use trueline_dataset::{gray_picture, sensor_toml, stripe_points_csv};
 use trueline_report::{sensor_json, sensor_text};
 use trueline_sensor::laser_plane::{PlaneFit, fit_points, jackknife};
 use trueline_sensor::verdict;
@@ -62,15 +61,11 @@ fn from_points(file: &Path, args: &LaserPlaneArgs) -> Result<ExitCode, Failure> 
 
 /// The sensor's file: with the camera of `sensor`, or for a sensor that measures points.
 fn sensor_text_of(sensor: Option<&Path>, fit: &PlaneFit) -> Result<String, Failure> {
-    let Some(file) = sensor else {
-        let uncertainty = SensorUncertainty::default().with_plane(&fit.covariance);
-        let sensor = Sensor::Points { laser_plane_in_camera: Some(fit.plane) };
-        let setup = SensorSetup { uncertainty: Some(uncertainty), ..SensorSetup::default() };
-        return Ok(sensor_toml::format_file(&SensorFile { sensor, setup }));
-    };
-    let camera = sensor_toml::read_camera(file)?;
-    let before = camera.setup.uncertainty.clone().unwrap_or_default();
-    let setup = SensorSetup { uncertainty: Some(before.with_plane(&fit.covariance)), ..camera.setup };
-    let written = CameraFile { laser_plane_in_camera: Some(fit.plane), setup, ..camera };
-    Ok(sensor_toml::format_camera(&written))
+    Ok(match sensor {
+        None => sensor_toml::format_file(&sensor_file::of_points(fit)),
+        Some(file) => {
+            let camera = sensor_toml::read_camera(file)?;
+            sensor_toml::format_camera(&sensor_file::with_plane(camera, fit))
+        }
+    })
 }

@@ -1,22 +1,16 @@
 //! `trueline sensor laser-plane` from pictures.
 
-use crate::args::LaserPlaneArgs;
-use crate::board_pictures;
-
 use crate::failure::Failure;
 use crate::output;
-use nalgebra::SMatrix;
-use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
-use trueline_dataset::sensor_setup::{SensorCovariance, SensorSetup};
+use trueline_args::LaserPlaneArgs;
+use trueline_board::striped::{self, Found};
+use trueline_board::{pictures, sensor_file};
 use trueline_dataset::sensor_toml::{self, CameraFile, format_camera};
 use trueline_report::{sensor_json, sensor_text};
-use trueline_sensor::laser_plane::{JointFit, KnownCamera, StripedView, fit_joint, striped_picture};
-use trueline_sensor::{Board, verdict};
-
-/// What one picture gave.
-type Found = Result<StripedView, striped_picture::NoStripe>;
+use trueline_sensor::laser_plane::{JointFit, StripedView, fit_joint};
+use trueline_sensor::verdict;
 
 /// Runs the command.
 pub fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
@@ -33,45 +27,12 @@ pub fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
         ));
     };
     let camera = sensor_toml::read_camera(sensor)?;
-    let known = known(&camera);
-    let files = board_pictures::files(&args.input)?;
-    let found: Vec<Found> = files
-        .par_iter()
-        .map(|file| look(file, args.without_laser.as_deref(), &camera, board))
-        .collect::<Result<_, Failure>>()?;
+    let files = pictures::files(&args.input)?;
+    let found = striped::look(&files, args.without_laser.as_deref(), &camera, board)?;
     let views: Vec<StripedView> = found.iter().filter_map(|f| f.as_ref().ok().cloned()).collect();
-    let fit = fit_joint(&known, board, &views)
+    let fit = fit_joint(&striped::known(&camera), board, &views)
         .map_err(|e| Failure::new(format!("{e}{}", missing(&files, &found)), e.hint()))?;
     conclude(args, &camera, &fit, &missing(&files, &found))
-}
-
-/// The camera as its file knows it.
-pub fn known(file: &CameraFile) -> KnownCamera {
-    let stated = file.setup.uncertainty.as_ref().and_then(|u| u.covariance.as_ref());
-    KnownCamera {
-        camera: file.camera,
-        covariance: stated.map_or_else(SMatrix::zeros, SensorCovariance::of_camera),
-    }
-}
-
-fn look(file: &Path, without: Option<&Path>, camera: &CameraFile, board: &Board) -> Result<Found, Failure> {
-    let (lit, _) = board_pictures::read(file)?;
-    if [lit.width() as u32, lit.height() as u32] != camera.camera.size {
-        return Err(Failure::new(
-            format!(
-                "{}: {} x {} pixels, unlike the camera's file",
-                file.display(),
-                lit.width(),
-                lit.height()
-            ),
-            "is this the camera of --sensor, at the same setting?",
-        ));
-    }
-    let dark = match (without, file.file_name()) {
-        (Some(folder), Some(name)) => Some(board_pictures::read(&folder.join(name))?.0),
-        _ => None,
-    };
-    Ok(striped_picture::look(&lit, dark.as_ref(), &camera.camera, board))
 }
 
 fn missing(files: &[PathBuf], found: &[Found]) -> String {
@@ -94,7 +55,7 @@ fn conclude(
     let text = sensor_text::joint_plane(fit, remarks)
         .ok_or_else(|| Failure::new("no plane was found", "use more boards"))?;
     if let Some(out) = &args.out {
-        output::file(out, &format_camera(&written(camera, fit)))?;
+        output::file(out, &format_camera(&sensor_file::with_joint_plane(camera, fit)))?;
     }
     if let (Some(file), Some(json)) = (&args.json, sensor_json::joint_plane(fit, remarks)) {
         output::json(file, &format!("{json:#}"))?;
@@ -106,15 +67,4 @@ fn conclude(
         }
     }
     Ok(if reasons.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
-}
-
-/// The sensor's file with camera, plane and their joint covariance.
-fn written(before: &CameraFile, fit: &JointFit) -> CameraFile {
-    let stated = before.setup.uncertainty.clone().unwrap_or_default();
-    let uncertainty = stated.with_joint(SensorCovariance::of_free(&fit.covariance));
-    CameraFile {
-        camera: fit.state.camera,
-        laser_plane_in_camera: fit.plane(),
-        setup: SensorSetup { uncertainty: Some(uncertainty), ..before.setup.clone() },
-    }
 }

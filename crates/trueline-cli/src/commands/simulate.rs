@@ -1,11 +1,11 @@
 //! `trueline simulate`.
 
 use super::{simulate_images, simulate_plates, simulate_production};
-use crate::args::{PathArgs, SimulateArgs};
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::{self, PlannedScan};
 use std::process::ExitCode;
+use trueline_args::{PathArgs, SimulateArgs};
 use trueline_dataset::{Recording, folder};
 use trueline_sim::{
     Between, Disturbance, Scan, Scenario, Timing, random_cell, simulate_along, simulate_with_faults,

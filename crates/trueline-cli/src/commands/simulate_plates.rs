@@ -1,9 +1,9 @@
 //! `trueline simulate --plates`.
 
-use crate::args::SimulateArgs;
 use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
+use trueline_args::SimulateArgs;
 use trueline_dataset::{Recording, WholeFolder, folder};
 use trueline_sim::{PlateForm, Plates, ProfileLook, Scenario, SensorModel, scan_plates, scan_profiles};
 

@@ -1,18 +1,17 @@
 //! `trueline watch`.
 
-use crate::args::WatchArgs;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::weld_folder::WeldFolder;
-use crate::{opened_dataset, output, watch_text};
+use crate::{opening, output};
 use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
+use trueline_args::WatchArgs;
 use trueline_dataset::calibration_file::{self, KnownCalibration};
 use trueline_dataset::result_file::ResultFile;
-use trueline_watch::{Store, WatchError, Watched, watch};
+use trueline_watch::{Store, WatchError, Watched, WeldFolder, watch, weld_text};
 
 /// How often a folder is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
@@ -46,7 +45,11 @@ pub fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
     let mut welds = WeldFolder::of(folder);
     interrupt::watch()?;
     loop {
-        for weld in welds.next_ones()? {
+        let finished = welds.next_ones().map_err(|error| {
+            let message = format!("{}: cannot be read: {error}", folder.display());
+            Failure::new(message, "name the folder in which welds appear")
+        })?;
+        for weld in finished {
             // Of many welds one that cannot be read must not end the watch.
             if let Err(failure) = cell.one(&weld) {
                 match failure {
@@ -81,7 +84,7 @@ impl<'a> Watcher<'a> {
     }
 
     fn one(&mut self, weld: &Path) -> Result<(), Failure> {
-        let recording = self.known.corrected(opened_dataset::open(weld, None, true)?.recording);
+        let recording = self.known.corrected(opening::open(weld, None, true)?.recording);
         let name = weld.display().to_string();
         let line = watch(&self.store, &self.calibration, &name, &recording).map_err(|error| {
             let hint = error.hint();
@@ -97,7 +100,7 @@ impl<'a> Watcher<'a> {
             None => {}
         }
         if !self.args.quiet {
-            output::words(&watch_text::of(&line));
+            output::words(&weld_text::of(&line));
         }
         Ok(())
     }

@@ -1,0 +1,230 @@
+//! `trueline calibrate`.
+
+use crate::choice::{Choice, one_of};
+use crate::features::{JOINTS, JointChoice};
+use crate::number::{above_zero, zero_or_more};
+use crate::requirement;
+use crate::sensor::board;
+use clap::{Args, ValueEnum};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use trueline_lsq::Loss;
+use trueline_method::hypotheses::choice::ToolAxis;
+use trueline_method::{Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps};
+use trueline_sensor::Board;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline calibrate scan
+  trueline calibrate scan --json - --quiet | jq .time_offset_s
+  trueline calibrate monday tuesday --json result.json
+  trueline calibrate scan --require translation=0.1mm,time=0.1ms
+  trueline calibrate scan --initial guess.toml --accept-partial
+  trueline calibrate scan --initial guess.toml --fix time-offset
+  trueline calibrate scan --residual point-to-line --report paper.html
+  trueline calibrate scan --write-sensor corrected.toml
+  trueline calibrate scan --use both --json -
+  trueline calibrate scan --sensor fixed --robot-accuracy-mm 0 --feature-bias-px 0
+  trueline calibrate board-scan --target board --board chessboard:9x6:25 --json reference.json
+
+How to use the time offset: true exposure = stamp - time offset. Look up the
+robot's pose at that time, between the two samples around it, and multiply:
+p_base = base_from_tool(stamp - offset) * tool_from_camera * p_camera. Where the
+sensor's driver or the robot's controller takes a delay, enter it there instead,
+once. It holds until something changes that delays an image or a pose: exposure
+time, image size, frame rate, which stamp is used, network, filters of the
+controller. `trueline export result.json --as time-offset` writes the rule with
+programs in Python, C++ and RAPID.")]
+pub struct CalibrateArgs {
+    /// Dataset folder, recording.mcap or rosbag2; several of one sensor are calibrated together
+    #[arg(required = true)]
+    pub datasets: Vec<PathBuf>,
+    /// What stands still before the sensor: a seam, or a chessboard in pictures without laser (a reference)
+    #[arg(long, value_enum, default_value_t = TargetName::Seam, requires_if("board", "board"))]
+    pub target: TargetName,
+    /// The board of --target board: chessboard:COLUMNSxROWS:SQUARE_MM
+    #[arg(long, value_parser = board, requires = "target", conflicts_with_all = OF_SEAMS)]
+    pub board: Option<Board>,
+    /// Where to start, instead of the dataset's initial.toml
+    #[arg(long)]
+    pub initial: Option<PathBuf>,
+    /// What of the joint is used; the default takes whole stripes where they are there and agree with the seam points
+    #[arg(long = "use", value_name = "WHAT", value_parser = one_of(&MEASUREMENTS))]
+    pub measurements: Option<Measurements>,
+    /// What is minimised: the point in the laser sheet (default), or the paper's distance from the line
+    #[arg(long, value_parser = one_of(&RESIDUALS), default_value = "sheet")]
+    pub residual: ResidualKind,
+    /// Robust loss; the default is tukey for sheet and huber for point-to-line
+    #[arg(long, value_parser = one_of(&LOSSES))]
+    pub loss: Option<Loss>,
+    /// Hold at the initial value (may be given twice)
+    #[arg(long, value_parser = one_of(&HOLDS))]
+    pub fix: Vec<Hold>,
+    /// How well what --fix holds is known, one sigma: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
+    #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse, requires = "fix")]
+    pub fixed_sigma: Option<Requirement>,
+    /// Expected noise of a feature, px
+    #[arg(long, value_parser = above_zero)]
+    pub feature_sigma_px: Option<f64>,
+    /// Expected noise of a feature of a profiler or of points, mm
+    #[arg(long, value_parser = above_zero)]
+    pub feature_sigma_mm: Option<f64>,
+    /// Noise of the robot's position, mm; the default measures it
+    #[arg(long, value_parser = above_zero)]
+    pub robot_sigma_mm: Option<f64>,
+    /// Expected jitter of an image stamp, ms; the default measures it
+    #[arg(long, value_parser = above_zero)]
+    pub stamp_sigma_ms: Option<f64>,
+    /// What is done about the sensor's own calibration
+    #[arg(long, value_parser = one_of(&SENSORS), default_value = "prior")]
+    pub sensor: SensorMode,
+    /// Write the sensor's file as the scan corrects it
+    #[arg(long, value_name = "FILE")]
+    pub write_sensor: Option<PathBuf>,
+    /// Absolute accuracy of the robot, mm; 0 is an ideal robot. The default is what sensor.toml says, else 0.3
+    #[arg(long, value_name = "MM", value_parser = zero_or_more)]
+    pub robot_accuracy_mm: Option<f64>,
+    /// Bias of the features for each 10 degrees of tilt, px; 0 is none
+    #[arg(long, value_name = "PX", default_value_t = 0.2, value_parser = zero_or_more)]
+    pub feature_bias_px: f64,
+    /// Which timestamps to use: those that fit the data better, those recorded, or those of the sender's clock
+    #[arg(long, value_parser = one_of(&STAMPS), default_value = "auto")]
+    pub stamps: Stamps,
+    /// Accuracy to reach, or exit 1: time=0.1ms,translation=0.1mm,rotation=0.05deg (one sigma, any of them)
+    #[arg(long, value_name = "WHAT=LIMIT,…", value_parser = requirement::parse)]
+    pub require: Option<Requirement>,
+    /// Where the scan alone does not decide: the time offset is within plus and minus this, s
+    #[arg(long, value_name = "SECONDS", value_parser = above_zero)]
+    pub offset_within: Option<f64>,
+    /// Where the scan alone does not decide: the sensor looks along this axis of the tool, to within 60 degrees
+    #[arg(long, value_parser = one_of(&AXES), value_name = "AXIS", allow_hyphen_values = true)]
+    pub looks: Option<ToolAxis>,
+    /// Hold what the scan cannot determine at the initial guess instead of refusing
+    #[arg(long)]
+    pub accept_partial: bool,
+    /// Speed along the seam at which the seam error is predicted, mm/s
+    #[arg(long, default_value_t = 50.0, value_parser = zero_or_more)]
+    pub speed_mm_s: f64,
+    /// Distance of the seam from the sensor there, mm; the default is the scan's own
+    #[arg(long, value_parser = above_zero)]
+    pub stand_off_mm: Option<f64>,
+    /// Joint type, for a dataset with pictures and no features
+    #[arg(long, value_parser = one_of(&JOINTS), default_value = "auto")]
+    pub joint: JointChoice,
+    /// Robot and images were stamped by clocks that have nothing in common: find how far they are apart
+    #[arg(long)]
+    pub align_clocks: bool,
+    /// Threads for large scans; the result is the same to the last bit
+    #[arg(long, default_value_t = NonZeroUsize::MIN)]
+    pub threads: NonZeroUsize,
+    /// Write the result as JSON; - is stdout
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Write a report that opens in a browser
+    #[arg(long)]
+    pub report: Option<PathBuf>,
+    /// Write a recording for the Rerun viewer
+    #[cfg(feature = "rerun")]
+    #[arg(long)]
+    pub rerun: Option<PathBuf>,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// Options that say nothing of a board.
+const OF_SEAMS: [&str; 24] = [
+    "measurements",
+    "initial",
+    "residual",
+    "loss",
+    "fix",
+    "fixed_sigma",
+    "feature_sigma_px",
+    "feature_sigma_mm",
+    "robot_sigma_mm",
+    "stamp_sigma_ms",
+    "sensor",
+    "write_sensor",
+    "robot_accuracy_mm",
+    "feature_bias_px",
+    "stamps",
+    "require",
+    "offset_within",
+    "looks",
+    "accept_partial",
+    "speed_mm_s",
+    "stand_off_mm",
+    "joint",
+    "threads",
+    "report",
+];
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TargetName {
+    /// A straight seam or edge
+    Seam,
+    /// A chessboard: time offset, hand-eye and board together
+    Board,
+}
+
+static RESIDUALS: [Choice<ResidualKind>; 2] = [
+    (
+        "sheet",
+        "Measured point against the line's intersection with the laser sheet: maximum likelihood",
+        ResidualKind::Sheet,
+    ),
+    ("point-to-line", "Distance of the point from the line in base: the paper's", ResidualKind::PointToLine),
+];
+
+static MEASUREMENTS: [Choice<Measurements>; 3] = [
+    ("seam", "The seam point of each frame", Measurements::Seam),
+    ("stripe", "The whole stripes on both plates", Measurements::Stripe),
+    ("both", "Whole stripes, and the seam points of frames that do not show both plates", Measurements::Both),
+];
+
+static SENSORS: [Choice<SensorMode>; 3] = [
+    (
+        "fixed",
+        "The sensor is as its file says; what the file states of its uncertainty goes into the ±",
+        SensorMode::Fixed,
+    ),
+    (
+        "prior",
+        "Its shape is estimated from the scan and from what the file states of its uncertainty",
+        SensorMode::Prior,
+    ),
+    ("free", "Its shape is estimated from the scan alone", SensorMode::Free),
+];
+
+static STAMPS: [Choice<Stamps>; 3] = [
+    ("auto", "The sender's clock where that clearly fits better", Stamps::Auto),
+    ("raw", "As recorded", Stamps::Raw),
+    ("regular", "The sender's clock for every stream with a constant period", Stamps::Regular),
+];
+
+static LOSSES: [Choice<Loss>; 5] = [
+    ("squared", "Ordinary least squares", Loss::Squared),
+    ("huber", "Linear beyond 3 sigma", Loss::Huber { scale: 3.0 }),
+    ("cauchy", "Logarithmic beyond 3 sigma", Loss::Cauchy { scale: 3.0 }),
+    ("geman-mc-clure", "Saturates", Loss::GemanMcClure { scale: 4.0 }),
+    ("tukey", "Ignores points beyond 8 sigma", Loss::Tukey { scale: 8.0 }),
+];
+
+static AXES: [Choice<ToolAxis>; 6] = [
+    ("+x", "", ToolAxis::PlusX),
+    ("-x", "", ToolAxis::MinusX),
+    ("+y", "", ToolAxis::PlusY),
+    ("-y", "", ToolAxis::MinusY),
+    ("+z", "", ToolAxis::PlusZ),
+    ("-z", "", ToolAxis::MinusZ),
+];
+
+static HOLDS: [Choice<Hold>; 2] = [
+    (
+        "time-offset",
+        "The time offset: the paper's \"without temporal calibration\" with an initial offset of 0",
+        Hold::TimeOffset,
+    ),
+    ("hand-eye", "Hand-eye rotation and translation", Hold::HandEye),
+];

@@ -1,0 +1,85 @@
+//! `trueline camera-sim`.
+
+use crate::choice::one_of;
+use crate::number;
+use crate::simulate::{JOINTS_OF_PICTURES, LOOKS};
+use clap::Args;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+use trueline_sim::{Joint, Look};
+
+#[derive(Args)]
+#[command(after_help = "Example, a whole cell on this machine (three terminals):
+  trueline plan --example --out plan --duration-s 30
+  trueline camera-sim plan --robot-truth 127.0.0.1:7001 --fps 5 --for-s 120
+  trueline robot-sim --pc 127.0.0.1:6510 --path plan --truth-to 127.0.0.1:7001
+  trueline record --bind 127.0.0.1:6510 --camera 127.0.0.1 --sensor plan/sensor.toml --out cell
+
+A GigE Vision camera at --address: what it sees is drawn from where `robot-sim` truly is at each exposure, with hand-eye and line
+off the plan's guess as far as the plan allows for. Its own clock stamps the start of each exposure. The first
+packet leaves exposure, readout and latency later; drawing has to be done by then, else the picture is dropped.
+The true time offset of first-packet stamps is half the exposure + readout + latency (+ some 0.05 ms of network).")]
+pub struct CameraSimArgs {
+    /// A plan's folder
+    pub plan: PathBuf,
+    /// Where `robot-sim --truth-to` tells where the robot is
+    #[arg(long, value_name = "IP:PORT")]
+    pub robot_truth: SocketAddr,
+    /// Address of this machine that the camera has
+    #[arg(long, default_value = "127.0.0.1")]
+    pub address: Ipv4Addr,
+    /// Hand-eye and line as the plan's guess has them
+    #[arg(long)]
+    pub exact_guess: bool,
+    /// Pictures a second
+    #[arg(long, default_value_t = 5.0, value_parser = number::above_zero)]
+    pub fps: f64,
+    /// Exposure time, ms
+    #[arg(long, default_value_t = 2.0, value_parser = number::above_zero)]
+    pub exposure_ms: f64,
+    /// Readout, ms
+    #[arg(long, default_value_t = 4.0, value_parser = number::below_a_billion)]
+    pub readout_ms: f64,
+    /// From there to the first packet, ms: the time to draw the picture in
+    #[arg(long, default_value_t = 150.0, value_parser = number::below_a_billion)]
+    pub latency_ms: f64,
+    /// How much its clock runs fast, ppm
+    #[arg(long, default_value_t = 50.0, value_parser = number::camera_drift_ppm)]
+    pub drift_ppm: f64,
+    /// What its clock says at the start, s
+    #[arg(long, default_value_t = 900.0, value_parser = number::below_a_billion)]
+    pub epoch_s: f64,
+    /// Its network, Mbit/s; 0 is no limit
+    #[arg(long, default_value_t = 1000.0, value_parser = number::below_a_billion)]
+    pub mbit_s: f64,
+    /// Largest packet, bytes
+    #[arg(long, default_value_t = 9000, value_parser = clap::value_parser!(u16).range(100..=9200))]
+    pub packet_bytes: u16,
+    /// Share of packets that are lost (and can be asked for again)
+    #[arg(long, default_value_t = 0.0, value_parser = number::partial_share)]
+    pub loss: f64,
+    /// Share of pictures that are dropped
+    #[arg(long, default_value_t = 0.0, value_parser = number::partial_share)]
+    pub frame_drop: f64,
+    /// How the plates look
+    #[arg(long, value_parser = one_of(&LOOKS), default_value = "clean")]
+    pub look: fn() -> Look,
+    /// Joint type
+    #[arg(long, value_parser = one_of(&JOINTS_OF_PICTURES), default_value = "fillet")]
+    pub joint: fn() -> Joint,
+    /// Write what is to be found: time offset of first-packet stamps, hand-eye, line
+    #[arg(long)]
+    pub truth: Option<PathBuf>,
+    /// How long, s [default: until Ctrl-C]
+    #[arg(long, value_parser = number::above_zero)]
+    pub for_s: Option<f64>,
+    /// The cable is pulled after so long, s
+    #[arg(long, value_parser = number::above_zero)]
+    pub unplug_at_s: Option<f64>,
+    /// Seed of what is off the guess, of noise and loss
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}

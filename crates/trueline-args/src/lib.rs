@@ -1,0 +1,223 @@
+//! The command line of the program `trueline`: every command, its options and their help.
+//!
+//! Values are read into the units and types of the libraries (SI); what is read here is in range. What a command does is not
+//! here: shell completions and manual pages need no more than this.
+#![allow(
+    missing_docs,
+    reason = "the documentation of what clap derives is help: that of a command stands in the list of commands"
+)]
+
+mod apply;
+mod calibrate;
+#[cfg(feature = "gige")]
+mod camera_sim;
+mod choice;
+mod diff;
+mod evaluate;
+mod export;
+mod features;
+mod history;
+mod import;
+mod import_csv;
+mod listen;
+mod number;
+mod plan;
+mod protocol;
+mod rapid;
+mod requirement;
+mod robot_sim;
+mod scan;
+mod sensor;
+mod simulate;
+mod simulate_path;
+mod simulate_plates;
+mod simulate_production;
+mod stream_sim;
+mod watch;
+
+pub use apply::ApplyArgs;
+pub use calibrate::{CalibrateArgs, TargetName};
+#[cfg(feature = "gige")]
+pub use camera_sim::CameraSimArgs;
+pub use diff::DiffArgs;
+pub use evaluate::{EvaluateArgs, ReproduceArgs};
+pub use export::ExportArgs;
+pub use features::FeaturesArgs;
+pub use history::HistoryArgs;
+pub use import::{BagArgs, ImportArgs, ImportFormat};
+pub use import_csv::ImportCsvArgs;
+pub use listen::ListenArgs;
+pub use plan::PlanArgs;
+pub use rapid::RapidArgs;
+pub use requirement::Want;
+pub use robot_sim::{Mode, RobotSimArgs};
+pub use scan::{CameraArgs, RecordArgs, ScanArgs};
+pub use sensor::{IntrinsicsArgs, LaserPlaneArgs, SensorArgs, SensorCommand};
+pub use simulate::SimulateArgs;
+pub use simulate_path::PathArgs;
+pub use simulate_production::ProductionArgs;
+pub use stream_sim::StreamSimArgs;
+pub use watch::WatchArgs;
+
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// The command line.
+#[derive(Parser)]
+#[command(
+    name = "trueline",
+    version,
+    about = "Calibrate a laser seam sensor on a robot: time offset, hand-eye and line, from one scan",
+    after_help = "Examples:
+  trueline demo
+  trueline simulate --preset quick --out scan
+  trueline calibrate scan --json result.json --report report.html
+
+Exit code: 0 accepted, 1 computed but not accepted (reasons listed), 2 could not run."
+)]
+pub struct Arguments {
+    /// When to use colours
+    #[arg(long, global = true, value_enum, value_name = "WHEN", default_value_t = clap::ColorChoice::Auto)]
+    pub color: clap::ColorChoice,
+    /// Say more: what is read and written and how long it took; with doctor, everything that was tried
+    #[arg(long, short, global = true)]
+    pub verbose: bool,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options that have a letter, the same one in every command.
+const LETTERS: [(&str, char); 6] =
+    [("quiet", 'q'), ("out", 'o'), ("json", 'j'), ("report", 'r'), ("preset", 'p'), ("calibration", 'c')];
+
+/// The command line, in which the value of every option may begin with a minus: what is out of range is then told in the
+/// command's own words.
+pub fn command() -> clap::Command {
+    fn completed(command: clap::Command) -> clap::Command {
+        command.mut_args(|arg| with_letter(with_negative_numbers(arg))).mut_subcommands(completed)
+    }
+    completed(Arguments::command()).max_term_width(100)
+}
+
+fn with_negative_numbers(arg: clap::Arg) -> clap::Arg {
+    let takes = arg.get_action().takes_values() && !arg.is_positional() && !arg.is_allow_hyphen_values_set();
+    if takes { arg.allow_negative_numbers(true) } else { arg }
+}
+
+fn with_letter(arg: clap::Arg) -> clap::Arg {
+    let letter = LETTERS.iter().find(|(name, _)| arg.get_id() == name && !arg.is_positional());
+    match letter {
+        Some((_, letter)) => arg.short(*letter),
+        None => arg,
+    }
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Simulate a scan, calibrate it, print the summary and write trueline-demo/report.html
+    Demo(DemoArgs),
+    /// Write a simulated dataset with its truth
+    Simulate(Box<SimulateArgs>),
+    /// Turn a foreign recording into a dataset folder
+    Import(ImportArgs),
+    /// Find the seam in a dataset's pictures and write features.csv
+    Features(FeaturesArgs),
+    /// Estimate time offset, hand-eye transform and lines from a dataset folder
+    Calibrate(CalibrateArgs),
+    /// Calibrate the sensor itself from pictures of a chessboard: camera intrinsics, laser plane
+    Sensor(SensorArgs),
+    /// Plan the most informative scan within the limits of robot, sensor and guess
+    Plan(PlanArgs),
+    /// Check a calibration on another scan, of a known or fitted line, circle or curve
+    Evaluate(EvaluateArgs),
+    /// Compare two calibrations of one sensor: the same, or what has moved
+    Diff(DiffArgs),
+    /// Place every seam point of a recording in the robot's base, corrected in time
+    Apply(ApplyArgs),
+    /// Write the transform in the form of a robot or a program
+    Export(ExportArgs),
+    /// Watch a calibration in production: from every weld, whether it is still good, and what moved
+    Watch(WatchArgs),
+    /// What `watch` has seen: control charts and a table
+    History(HistoryArgs),
+    /// Repeat the paper's experiments in simulation: tables, CSV and a report
+    Reproduce(ReproduceArgs),
+    /// Listen to a robot and say who talks, how regularly, and what is wrong
+    Listen(ListenArgs),
+    /// Record a robot while its own program drives it
+    Record(RecordArgs),
+    /// Guide a robot along a planned path and record it; a dry run without --enable-motion
+    Scan(ScanArgs),
+    /// Write a RAPID module for a planned path
+    Rapid(RapidArgs),
+    /// Run a simulated robot controller with EGM
+    RobotSim(RobotSimArgs),
+    /// A simulated controller of another make that streams its poses: UR, FANUC, KUKA
+    StreamSim(StreamSimArgs),
+    /// A simulated GigE Vision camera that sees what a simulated robot's camera would see
+    #[cfg(feature = "gige")]
+    CameraSim(CameraSimArgs),
+    /// Find out why a dataset does not calibrate: undo the usual mistakes one at a time
+    Doctor(DoctorArgs),
+    /// Print a completion script for a shell
+    Completions(CompletionsArgs),
+    /// Write the manual pages
+    Man(ManArgs),
+}
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline completions bash > ~/.local/share/bash-completion/completions/trueline
+  trueline completions zsh > ~/.zfunc/_trueline
+  trueline completions powershell >> $PROFILE")]
+pub struct CompletionsArgs {
+    /// The shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+#[derive(Args)]
+#[command(after_help = "Example:
+  trueline man --out man && man man/trueline-calibrate.1")]
+pub struct ManArgs {
+    /// Folder to write; it must be new or empty
+    #[arg(long)]
+    pub out: PathBuf,
+}
+
+#[derive(Args)]
+pub struct DemoArgs {
+    /// Seed of the simulated noise
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+#[command(after_help = "Example:
+  trueline doctor scan
+  trueline doctor scan --fix scan-fixed
+
+Tried: mm and m, quaternion order, inverted poses or rotations, rho read as translation, degrees and radians,
+swapped or mirrored pixels, a mirrored laser plane, the order of the distortion, clocks of different origin, a
+switched tool frame; and against initial.toml: sign of the offset, inverted transform, units, another tool frame.
+
+Exit code: 0 nothing wrong, 1 something was found, or nothing explains the bad fit, 2 could not run.")]
+pub struct DoctorArgs {
+    /// Dataset folder, recording.mcap or rosbag2
+    pub dataset: PathBuf,
+    /// Write the diagnosis as JSON; - is stdout
+    #[arg(long)]
+    pub json: Option<PathBuf>,
+    /// Write the dataset without the mistake that was found, to a new folder
+    #[arg(long, value_name = "OUT")]
+    pub fix: Option<PathBuf>,
+    /// Replace the folder of --fix if trueline wrote it
+    #[arg(long, requires = "fix")]
+    pub force: bool,
+    /// Print no summary
+    #[arg(long)]
+    pub quiet: bool,
+}

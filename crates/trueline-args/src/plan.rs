@@ -1,0 +1,96 @@
+//! `trueline plan`.
+
+use crate::choice::{Choice, one_of};
+use crate::requirement::{self, Want};
+use clap::Args;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use trueline_live::robot_program::Language;
+use trueline_plan::{Criterion, Shape};
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline plan --example --out plan            # the paper's cell; plan/cell.toml is yours to edit
+  trueline plan plan/cell.toml --out better --duration-s 30
+  trueline plan cell.toml --out quick --want translation=0.05mm,rotation=0.02deg,time=0.1ms
+  trueline plan cell.toml --out seam --want seam=0.15mm
+  trueline plan cell.toml --out cell --program krl,ls      # programs for KUKA and FANUC beside path.csv
+  trueline plan cell.toml --calibration result.json --out second   # a scan with a good guess shows more
+  trueline simulate --plan plan --out scan && trueline calibrate scan
+
+Written to the folder: path.csv (poses of the tool at the robot's rate, to be followed by `trueline scan` or any
+robot program), plan.json, sigma_over_time.csv, report.html, cell.toml and sensor.toml.
+
+Reach, singularities and collisions of the arm are not checked.
+
+Exit code: 0 planned, 1 planned but what is wanted is not reached, 2 no plan.")]
+pub struct PlanArgs {
+    /// What is known of the cell; `--example` writes one with every key explained
+    #[arg(required_unless_present = "example")]
+    pub cell: Option<PathBuf>,
+    /// Folder to write; it must be new or empty
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Plan in the paper's cell
+    #[arg(long, conflicts_with = "cell")]
+    pub example: bool,
+    /// Duration of the scan, s; with --want, and without this, the shortest that will do
+    #[arg(long)]
+    pub duration_s: Option<f64>,
+    /// Longest scan that may be planned for --want, s [default: 60]
+    #[arg(long, requires = "want", conflicts_with = "duration_s")]
+    pub longest_s: Option<f64>,
+    /// Sigmas to reach, of noise alone: translation=0.05mm,rotation=0.02deg,time=0.1ms; and the seam error with robot, sensor and
+    /// bias: seam=0.05mm (any of them)
+    #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse_want)]
+    pub want: Option<Want>,
+    /// Robot programs of the path to write beside it
+    #[arg(long, value_delimiter = ',', value_parser = one_of(&PROGRAMS))]
+    pub program: Vec<Language>,
+    /// How sigmas become one number
+    #[arg(long, value_parser = one_of(&CRITERIA), default_value = "worst")]
+    pub criterion: Criterion,
+    /// Kind of path
+    #[arg(long, value_parser = one_of(&SHAPES), default_value = "auto")]
+    pub shape: Shapes,
+    /// A calibration whose hand-eye and line replace the cell's guess, with five times their sigma as its error
+    #[arg(long)]
+    pub calibration: Option<PathBuf>,
+    /// Seed of the search
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Paths that are tried for each kind of path; half of them to find out which kind is best, half to better the best
+    #[arg(long, default_value_t = 8_000)]
+    pub tries: usize,
+    /// Threads; one for each core if not given. The plan does not depend on it
+    #[arg(long)]
+    pub threads: Option<NonZeroUsize>,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+static PROGRAMS: [Choice<Language>; 5] = [
+    ("rapid", "ABB: a RAPID module (with EGM: `trueline rapid`)", Language::Rapid),
+    ("krl", "KUKA: a SPLINE block with times", Language::Krl),
+    ("urscript", "Universal Robots: servoj along the path", Language::UrScript),
+    ("ls", "FANUC: linear moves with times", Language::Ls),
+    ("csv", "Waypoints and times, for any other", Language::Csv),
+];
+
+static CRITERIA: [Choice<Criterion>; 3] = [
+    ("worst", "The largest sigma, in units of what is wanted", Criterion::Worst),
+    ("mean", "Their root mean square (A-optimal)", Criterion::Mean),
+    ("volume", "The volume of the ellipsoid of confidence (D-optimal)", Criterion::Volume),
+];
+
+/// Kinds of paths.
+pub type Shapes = &'static [Shape];
+
+static SHAPES: [Choice<Shapes>; 5] = [
+    ("auto", "Whichever is best", &Shape::ALL),
+    ("s", "Once along the seam, weaving", &[Shape::S]),
+    ("c", "Once along the seam in one bow", &[Shape::C]),
+    ("two-passes", "There and back", &[Shape::TwoPasses]),
+    ("three-passes", "There, back, and there again", &[Shape::ThreePasses]),
+];

@@ -1,0 +1,57 @@
+//! `trueline rapid`.
+
+use crate::choice::one_of;
+use crate::number;
+use crate::robot_sim::{MODES, Mode};
+use clap::Args;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline rapid plan --pc 192.168.125.10:6510 --out LineScan.mod
+  trueline rapid plan --mode guidance --pc 192.168.125.10:6510 --tool tSensor --out LineGuide.mod
+
+stream: the robot follows the path by its own program, and `trueline record` listens. Try this first.
+guidance: `trueline scan --enable-motion` leads the robot.
+No real controller has compiled these modules here; they say so themselves.")]
+pub struct RapidArgs {
+    /// A plan's folder, or a robot.csv with the path
+    pub path: PathBuf,
+    /// Who drives
+    #[arg(long, value_parser = one_of(&MODES), default_value = "stream")]
+    pub mode: Mode,
+    /// Where the PC listens, for the notes on the configuration
+    #[arg(long, value_name = "IP:PORT")]
+    pub pc: SocketAddr,
+    /// File to write; it must not exist
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Name of the module
+    #[arg(long, default_value = "LineScan")]
+    pub module: String,
+    /// Tool whose poses the path holds
+    #[arg(long, default_value = "tool0")]
+    pub tool: String,
+    /// Work object in which they are given
+    #[arg(long, default_value = "wobj0")]
+    pub work_object: String,
+    /// Name of the UDPUC device in the controller's configuration
+    #[arg(long, default_value = "UCdevice")]
+    pub device: String,
+    /// Mechanical unit that moves; the module belongs in its task, usually T_ROB1
+    #[arg(long, default_value = "ROB_1")]
+    pub mechanical_unit: String,
+    /// Speed of the way to the path's beginning, mm/s
+    #[arg(long, default_value_t = 20.0)]
+    pub approach_mm_s: f64,
+    /// Share of the path's own pace
+    #[arg(long, default_value_t = 1.0, value_parser = number::pace)]
+    pub pace: f64,
+    /// \MaxSpeedDeviation of the guidance, degrees/s of a joint
+    #[arg(long, default_value_t = 30.0)]
+    pub speed_deviation_deg_s: f64,
+    /// \CommTimeout of the guidance, s
+    #[arg(long, default_value_t = 0.2)]
+    pub timeout_s: f64,
+}

@@ -1,0 +1,147 @@
+//! `trueline scan` and `trueline record`.
+
+use crate::choice::{Choice, one_of};
+use crate::features::{JOINTS, JointChoice};
+use crate::number;
+use crate::protocol::LinkArgs;
+use crate::requirement;
+use clap::Args;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
+use std::time::Duration;
+use trueline_cell::StampChoice;
+use trueline_method::Requirement;
+
+/// The camera beside the robot.
+#[derive(Args)]
+pub struct CameraArgs {
+    /// GigE Vision camera to record as well, by its address
+    #[arg(long, value_name = "IP", conflicts_with = "replay")]
+    pub camera: Option<Ipv4Addr>,
+    /// Take the pictures of a dataset folder instead, at the pace they were recorded
+    #[arg(long, value_name = "DATASET")]
+    pub replay: Option<PathBuf>,
+    /// Exposure time to set on the camera, µs [default: unchanged]
+    #[arg(long, requires = "camera", value_parser = number::above_zero)]
+    pub exposure_us: Option<f64>,
+    /// Frame rate to set on the camera, Hz [default: unchanged]
+    #[arg(long, requires = "camera", value_parser = number::above_zero)]
+    pub fps: Option<f64>,
+    /// What a picture's stamp is; all others are kept as well
+    #[arg(long, value_parser = one_of(&STAMPS), default_value = "first-packet")]
+    pub stamp: StampChoice,
+    /// Joint type, for the live estimate alone: there is no telling it from pictures that are still to come
+    #[arg(long, value_parser = one_of(&JOINTS[1..]), default_value = "fillet")]
+    pub joint: JointChoice,
+    /// Say when these are reached: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
+    #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse)]
+    pub want: Option<Requirement>,
+}
+
+static STAMPS: [Choice<StampChoice>; 3] = [
+    ("first-packet", "Arrival of the first packet, by the kernel", StampChoice::FirstPacket),
+    ("complete", "Arrival of the last packet", StampChoice::Complete),
+    (
+        "exposure",
+        "Start of the exposure by the camera's own clock, which is asked for the time again and again (latch)",
+        StampChoice::Exposure,
+    ),
+];
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline record --bind 192.168.125.10:6510 --sensor sensor.toml --out scan --for-s 60
+  trueline robot-sim --pc 127.0.0.1:6510 --path plan &
+  trueline record --bind 127.0.0.1:6510 --out scan
+  trueline record --protocol ur-rtde --robot 192.168.0.10 --tool weld_tcp --out scan
+  trueline record --bind 192.168.125.10:6510 --camera 192.168.1.64 --exposure-us 2000 --sensor sensor.toml --out scan \\
+      --want time=0.1ms,translation=0.1mm,rotation=0.05deg
+
+Written: OUT/recording.mcap, flushed four times a second; what was flushed survives whatever happens. Foxglove and Rerun open
+it, `trueline calibrate` reads it. Nothing that is sent moves the robot. A camera that is unplugged is waited for.
+
+Exit code: 0 recorded, 1 recorded but something was lost (said what), 2 could not record.")]
+pub struct RecordArgs {
+    #[command(flatten)]
+    pub link: LinkArgs,
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// Folder to write; it must not hold a recording
+    #[arg(long)]
+    pub out: PathBuf,
+    /// sensor.toml, kept in the recording
+    #[arg(long)]
+    pub sensor: Option<PathBuf>,
+    /// Name of the tool whose poses the controller sends, kept in the recording
+    #[arg(long, default_value = "tool0")]
+    pub tool: String,
+    /// How long, s [default: until Ctrl-C, or until the robot has been silent for 5 s]
+    #[arg(long, value_parser = number::duration)]
+    pub for_s: Option<Duration>,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline scan plan --write-limits limits.toml                 # limits to begin with; read and narrow them
+  trueline scan plan --limits limits.toml                       # dry run: what would be sent; no socket is opened
+  trueline scan plan --limits limits.toml --pace 0.1 --bind 192.168.125.10:6510 --robot 192.168.125.1 \\
+      --enable-motion --out rehearsal                           # slowly first
+  trueline scan plan --limits limits.toml --bind 192.168.125.10:6510 --robot 192.168.125.1 --enable-motion --out scan
+
+The robot runs the module of `trueline rapid --mode guidance`. Ctrl-C stops it smoothly along the path; a second Ctrl-C falls
+silent at once, and the controller stops by its own timeout. These limits are not safety-rated: fence, enabling
+device and emergency stop protect people, and EGM itself knows no password: keep its network apart.
+
+Exit code: 0 travelled to the end, 1 ended otherwise (said why), 2 could not run.")]
+pub struct ScanArgs {
+    /// A plan's folder, or a robot.csv with the path
+    pub path: PathBuf,
+    /// Limits of every command
+    #[arg(long)]
+    pub limits: Option<PathBuf>,
+    /// Write the tightest limits that contain the path, for review before use, and do nothing else
+    #[arg(long, conflicts_with_all = ["limits", "enable_motion", "bind", "robot", "out"])]
+    pub write_limits: Option<PathBuf>,
+    /// Distance from the tool's origin to the farthest point of what it carries, for limits that are derived
+    /// [default: the sensor that was planned for and 100 mm; without a plan 500]
+    #[arg(long, conflicts_with = "limits", value_parser = number::reach_mm)]
+    pub reach_mm: Option<f64>,
+    /// Share of the path's own pace, up to 1
+    #[arg(long, default_value_t = 1.0, value_parser = number::pace)]
+    pub pace: f64,
+    /// Lead the robot. Asks once more before anything moves
+    #[arg(long, requires_all = ["limits", "bind", "robot", "out"])]
+    pub enable_motion: bool,
+    /// Address of this PC and port to listen at, for example 192.168.125.10:6510
+    #[arg(long, value_name = "IP:PORT", requires = "enable_motion")]
+    pub bind: Option<SocketAddr>,
+    /// The robot's address: only this robot is commanded
+    #[arg(long, value_name = "IP", requires = "enable_motion")]
+    pub robot: Option<IpAddr>,
+    /// Folder for the recording; it must not hold one
+    #[arg(long, requires = "enable_motion")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// sensor.toml, kept in the recording [default: the plan's]
+    #[arg(long)]
+    pub sensor: Option<PathBuf>,
+    /// Name of the tool that is led, kept in the recording
+    #[arg(long, default_value = "tool0")]
+    pub tool: String,
+    /// Rest at the end, s: longer than \CondTime, so that the guidance ends by itself
+    #[arg(long, default_value = "4", value_parser = number::hold)]
+    pub hold_s: Duration,
+    /// \CommTimeout of the RAPID module, s: a longer silence ends the scan
+    #[arg(long, default_value_t = 0.2, value_parser = number::timeout_s)]
+    pub timeout_s: f64,
+    /// Longest wait for the controller to start guidance, s; after that nothing is commanded
+    #[arg(long, default_value = "60", value_parser = number::armed)]
+    pub armed_s: Duration,
+    /// Print nothing but errors and the question
+    #[arg(long)]
+    pub quiet: bool,
+}

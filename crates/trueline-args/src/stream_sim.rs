@@ -1,0 +1,59 @@
+//! `trueline stream-sim`.
+
+use crate::choice::one_of;
+use crate::number;
+use crate::protocol::PROTOCOLS;
+use clap::Args;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use trueline_live::Protocol;
+
+#[derive(Args)]
+#[command(after_help = "Examples:
+  trueline stream-sim --protocol ur-rtde --listen 127.0.0.1:30004 --path plan
+  trueline stream-sim --protocol fanuc-stream-motion --listen 127.0.0.1:60015 --version-of 4
+  trueline stream-sim --protocol fanuc-hspo --pc 127.0.0.1:15000 --loss 0.01 --burst 5
+  trueline stream-sim --protocol kuka-rsi --pc 127.0.0.1:49152 --period-ms 12
+
+Its own program moves it along the path; nothing that it is sent does. EGM is `trueline robot-sim`'s.")]
+pub struct StreamSimArgs {
+    /// What it speaks (not egm)
+    #[arg(long, value_parser = one_of(&PROTOCOLS))]
+    pub protocol: Protocol,
+    /// Where the controller listens: ur-rtde and fanuc-stream-motion
+    #[arg(long, value_name = "IP:PORT")]
+    pub listen: Option<SocketAddr>,
+    /// Where the PC listens: fanuc-hspo and kuka-rsi
+    #[arg(long, value_name = "IP:PORT")]
+    pub pc: Option<SocketAddr>,
+    /// A plan's folder or a robot.csv [default: a small S]
+    #[arg(long)]
+    pub path: Option<PathBuf>,
+    /// Rest before and after the path, s
+    #[arg(long, default_value_t = 2.0, value_parser = number::rest_s)]
+    pub rest_s: f64,
+    /// How long, s [default: as long as path and rests]
+    #[arg(long, value_parser = number::seconds)]
+    pub for_s: Option<f64>,
+    /// Version of the protocol: RTDE 1 or 2 [default: 2], Stream Motion 1 to 4 [default: 3]
+    #[arg(long, value_name = "VERSION")]
+    pub version_of: Option<u32>,
+    /// Time between messages, ms [default: 8 of FANUC, 4 of KUKA]; RTDE's clients choose
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub period_ms: Option<u32>,
+    /// How much the controller's clock runs fast, parts per million
+    #[arg(long, default_value_t = 20.0, value_parser = number::drift_ppm)]
+    pub drift_ppm: f64,
+    /// Share of datagrams that is lost
+    #[arg(long, value_parser = number::share)]
+    pub loss: Option<f64>,
+    /// Mean number of datagrams lost in a row
+    #[arg(long, requires = "loss", value_parser = number::burst)]
+    pub burst: Option<f64>,
+    /// Seed of the losses
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}

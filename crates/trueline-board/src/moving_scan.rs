@@ -1,0 +1,182 @@
+//! A scan of a robot that moves its camera before a board: time offset, hand-eye transform and the board.
+
+use crate::error::BoardError;
+use crate::striped::known;
+use nalgebra::SMatrix;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::path::Path;
+use trueline_dataset::sensor_setup::{Mounted, SensorSetup};
+use trueline_dataset::sensor_toml::{self, CameraFile};
+use trueline_dataset::{
+    Feature, Measured, PictureFolder, PictureSource, Recording, RobotSample, Sensor, folder, images,
+};
+use trueline_geometry::{Pose, smooth};
+use trueline_method::Config;
+use trueline_method::input::observations::origin_ns;
+use trueline_method::input::robot_motion::RobotMotion;
+use trueline_method::input::timestamps::{Dejittered, Sampling};
+use trueline_sensor::board_hand_eye::joint::{BoardFit, SIZE};
+use trueline_sensor::board_hand_eye::{BoardSighting, ErrorModel, Sightings, moving};
+use trueline_sensor::laser_plane::KnownCamera;
+use trueline_sensor::{Board, Gray, View, chessboard};
+
+/// A calibration before a moving board.
+#[derive(Debug)]
+pub struct BoardScan {
+    /// What was found.
+    pub fit: BoardFit,
+    /// Covariance of all that is accounted for: noise, and what is uncertain about the camera.
+    pub covariance: SMatrix<f64, SIZE, SIZE>,
+    /// Noise of a corner along each axis, px.
+    pub corner_sigma_px: f64,
+    /// Noise of a recorded position of the robot, per axis, m.
+    pub robot_noise_m: f64,
+    /// Pictures that show no whole, sharp board, by reason.
+    pub skipped: BTreeMap<String, usize>,
+    /// SHA-256 of `robot.csv`.
+    pub robot_sha256: String,
+}
+
+/// Calibrates from a dataset folder with pictures of a board, with the threads of the current rayon pool.
+///
+/// # Errors
+/// Files that cannot be used, and scans that show too little.
+pub fn calibrate(dataset: &Path, board: &Board) -> Result<BoardScan, BoardError> {
+    let camera = known(&camera_of(dataset)?);
+    let (robot, robot_sha256) = folder::read_robot(dataset)?;
+    let seen = Seen::in_pictures(dataset, board, &camera)?;
+    let scan = stamped(robot, &seen.stamps_ns);
+    let origin_ns = origin_ns(&scan);
+    let sampling = Sampling::of(&scan, origin_ns);
+    let (config, as_recorded) = (Config::default(), Dejittered::default());
+    let times_s = sampling.robot_times_s(as_recorded);
+    let motion = RobotMotion::of(&scan, times_s, &config)?;
+    let noise = ErrorModel {
+        position_m: motion.noise_m,
+        rotation_rad: rotation_noise_rad(&scan, times_s, &motion),
+        stamp_s: sampling.stamp_sigma_s(&config, as_recorded),
+    };
+    let stamps_s: Vec<f64> = seen.stamps_ns.iter().map(|ns| (ns - origin_ns) as f64 * 1e-9).collect();
+    let fit = moving::calibrate(board, &seen.sightings, &stamps_s, &motion.trajectory, &noise).map_err(
+        |error| BoardError::Calibration { dataset: dataset.to_owned(), error, why: seen.why_not() },
+    )?;
+    Ok(BoardScan {
+        covariance: fit.covariance_with(&camera.covariance),
+        fit,
+        corner_sigma_px: seen.corner_sigma_px,
+        robot_noise_m: motion.recorded_noise_m,
+        skipped: seen.skipped,
+        robot_sha256,
+    })
+}
+
+fn camera_of(dataset: &Path) -> Result<CameraFile, BoardError> {
+    let file = dataset.join("sensor.toml");
+    let camera = sensor_toml::read_camera(&file)?;
+    if camera.setup.mounted == Mounted::Fixed {
+        return Err(BoardError::Fixed(file));
+    }
+    Ok(camera)
+}
+
+/// The boards in a folder's pictures.
+struct Seen {
+    stamps_ns: Vec<i64>,
+    sightings: Vec<BoardSighting>,
+    corner_sigma_px: f64,
+    skipped: BTreeMap<String, usize>,
+}
+
+impl Seen {
+    fn in_pictures(dataset: &Path, board: &Board, known: &KnownCamera) -> Result<Self, BoardError> {
+        if !images::index_of(dataset).exists() {
+            return Err(BoardError::NoIndex(dataset.to_owned()));
+        }
+        let pictures = PictureFolder::open(dataset)?;
+        let looked: Vec<Result<View, String>> = (0..pictures.count())
+            .into_par_iter()
+            .map_init(Vec::new, |spare, number| look(&pictures, number, (board, known), spare))
+            .collect::<Result<_, BoardError>>()?;
+        let mut skipped = BTreeMap::new();
+        let mut skip = |why: &str| *skipped.entry(why.to_owned()).or_insert(0) += 1;
+        let (mut stamps_ns, mut views) = (Vec::new(), Vec::new());
+        for (number, found) in looked.into_iter().enumerate() {
+            match found {
+                Ok(view) if view.complete => {
+                    stamps_ns.push(pictures.stamp(number).stamp_ns);
+                    views.push(view);
+                }
+                Ok(_) => skip("a part of the board is missing"),
+                Err(why) => skip(&why),
+            }
+        }
+        let Sightings { list, corner_sigma_px } = Sightings::of(&known.camera, board, &views);
+        let mut kept = (Vec::new(), Vec::new());
+        for (stamp_ns, seen) in stamps_ns.into_iter().zip(list) {
+            match seen {
+                Some(seen) => {
+                    kept.0.push(stamp_ns);
+                    kept.1.push(seen);
+                }
+                None => skip("the board is not sharp, or its pose cannot be found"),
+            }
+        }
+        Ok(Self { stamps_ns: kept.0, sightings: kept.1, corner_sigma_px, skipped })
+    }
+
+    /// Why pictures show no board, one reason a line.
+    fn why_not(&self) -> String {
+        self.skipped.iter().map(|(why, count)| format!("\n  {count} pictures: {why}")).collect()
+    }
+}
+
+fn look(
+    pictures: &PictureFolder,
+    number: usize,
+    (board, known): (&Board, &KnownCamera),
+    spare: &mut Vec<u8>,
+) -> Result<Result<View, String>, BoardError> {
+    let image = pictures.read(number, spare)?;
+    let found = [image.width as u32, image.height as u32];
+    if found != known.camera.size {
+        return Err(BoardError::OtherCamera {
+            name: pictures.name(number),
+            found,
+            camera: known.camera.size,
+        });
+    }
+    let gray = Gray::new(image.width, image.height, image.levels_f32())
+        .ok_or_else(|| BoardError::Empty(pictures.name(number)))?;
+    Ok(chessboard::find(&gray, board).map_err(|why| why.to_string()))
+}
+
+/// The robot with one feature for each picture: what the streams' clocks are measured on.
+fn stamped(robot: Vec<RobotSample>, stamps_ns: &[i64]) -> Recording {
+    let feature = |stamp_ns: &i64| Feature {
+        stamp_ns: *stamp_ns,
+        line: 0,
+        frame: None,
+        device_ns: None,
+        measured: Measured::Point([0.0, 0.0, 1.0]),
+        sigma: None,
+    };
+    Recording {
+        sensor: Sensor::Points { laser_plane_in_camera: None },
+        setup: SensorSetup::default(),
+        robot,
+        features: stamps_ns.iter().map(feature).collect(),
+        stripes: Vec::new(),
+        initial: None,
+        truth: None,
+        inputs: BTreeMap::new(),
+    }
+}
+
+/// Noise of the attitudes that is left in the path: as much of it as of the positions'.
+fn rotation_noise_rad(scan: &Recording, times_s: &[f64], motion: &RobotMotion) -> f64 {
+    let poses: Vec<Pose> = scan.robot.iter().map(|sample| sample.base_from_tool).collect();
+    let gap_limit_s = motion.trajectory.gap_limit().max(4.0 * motion.period_s);
+    let recorded = smooth::rotation_noise(times_s, &poses, motion.period_s, gap_limit_s);
+    if motion.recorded_noise_m > 0.0 { recorded * motion.noise_m / motion.recorded_noise_m } else { recorded }
+}

@@ -1,0 +1,124 @@
+//! Scans are opened with words on stderr and a progress bar.
+
+use crate::failure::Failure;
+use crate::output;
+use crate::picture_progress::PictureProgress;
+use std::env;
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+use trueline_dataset::feature_cache::FeatureCache;
+use trueline_dataset::{FoundSeams, Profile};
+use trueline_mcap::Imported;
+use trueline_open::error::folder_of;
+use trueline_open::{How, OpenError, OpenObserver, Opened, Told};
+use trueline_vision::Joint;
+use trueline_vision::scan::ScanObserver;
+
+/// Reads a scan; where there are pictures and no features, the seam is looked for in the pictures.
+pub fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<Opened, Failure> {
+    trueline_open::open(path, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
+}
+
+/// Reads several scans of one sensor as one.
+pub fn open_all(paths: &[PathBuf], joint: Option<Joint>, quiet: bool) -> Result<Opened, Failure> {
+    trueline_open::open_all(paths, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
+}
+
+/// The seams of profiles, with what was found in words.
+pub fn seams_of_profiles(profiles: &[Profile], quiet: bool) -> Result<FoundSeams, Failure> {
+    trueline_open::seams_of_profiles(profiles, &Words::new(quiet)).map_err(|error| failure(&error, None))
+}
+
+/// Says what became of a recording in MCAP or rosbag2.
+pub fn tell(imported: &Imported) {
+    trueline_open::told_of_import(imported, &Words::new(false));
+}
+
+struct Words {
+    quiet: bool,
+    progress: PictureProgress,
+}
+
+impl Words {
+    fn new(quiet: bool) -> Self {
+        Self { quiet, progress: PictureProgress::new(quiet) }
+    }
+}
+
+impl OpenObserver for Words {
+    /// Damage is told even if all is to be quiet: data is missing because of it.
+    fn told(&self, told: &Told<'_>) {
+        match told {
+            Told::Damage(_) => output::words(&format!("warning: {told}")),
+            _ if self.quiet => {}
+            Told::SeamsInPictures(_) | Told::SeamsInProfiles { .. } | Told::Channel(_) => {
+                output::words(&told.to_string());
+            }
+            Told::StampMeaning(_) => output::words(&format!("stamps: {told}")),
+            _ => output::words(&format!("note: {told}")),
+        }
+        if let (Told::SeamsInPictures(scan), false) = (told, self.quiet)
+            && scan.second_place_px.is_some()
+        {
+            output::words(
+                "hint: `trueline features` draws both places with --overlay, and chooses one with --stripe",
+            );
+        }
+    }
+
+    fn of_pictures(&self) -> &dyn ScanObserver {
+        &self.progress
+    }
+}
+
+fn how(joint: Option<Joint>) -> How {
+    let found_by = format!("{} {}", env!("CARGO_PKG_VERSION"), this_program());
+    How { joint, cache: cache_folder().map(FeatureCache::at), found_by }
+}
+
+/// Where a user's programs keep what can be made again.
+fn cache_folder() -> Option<PathBuf> {
+    let absolute = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let caches = absolute("XDG_CACHE_HOME")
+        .or_else(|| absolute("LOCALAPPDATA"))
+        .or_else(|| absolute("HOME").map(|home| home.join(".cache")))?;
+    Some(caches.join("trueline").join("features"))
+}
+
+/// Another build may find another pixel.
+fn this_program() -> String {
+    let built = env::current_exe().and_then(|file| file.metadata());
+    let told = built.and_then(|meta| Ok((meta.len(), meta.modified()?)));
+    told.map_or_else(
+        |_| String::new(),
+        |(bytes, at)| {
+            format!("{bytes} {}", at.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos()))
+        },
+    )
+}
+
+/// What a person can do about it, with the options that help.
+fn failure(error: &OpenError, joint: Option<Joint>) -> Failure {
+    let hint = match error {
+        OpenError::SeamKnown(features) => {
+            let joint = joint.map_or("JOINT", Joint::name);
+            let dataset = folder_of(features).display();
+            format!("leave --joint out, or look again: `trueline features {dataset} --joint {joint}`")
+        }
+        OpenError::NoSeamInPictures(_) => {
+            "`trueline features DATASET --overlay FOLDER` draws what is seen; --joint names the joint"
+                .to_owned()
+        }
+        OpenError::NothingSeen(_) => {
+            "record the camera as well: `trueline record --camera IP --sensor sensor.toml`".to_owned()
+        }
+        other => other.hint(),
+    };
+    Failure::new(error.to_string(), hint)
+}
+
+impl From<trueline_mcap::ImportError> for Failure {
+    fn from(error: trueline_mcap::ImportError) -> Self {
+        Self::new(error.to_string(), error.hint())
+    }
+}

@@ -1,0 +1,40 @@
+//! The detector for a dataset's sensor, with what its file says of where to look.
+
+use trueline_dataset::SensorFile;
+use trueline_dataset::sensor_setup::RegionOfInterest;
+use trueline_vision::scan::ScanError;
+use trueline_vision::{Detector, PictureRegion, StripeChoice};
+
+/// Why there is no detector for a sensor.
+#[derive(Debug, thiserror::Error)]
+pub enum DetectorError {
+    /// The sensor takes no pictures.
+    #[error(transparent)]
+    Sensor(#[from] ScanError),
+    /// No picture has the region in it.
+    #[error("the region of interest lies outside of the pictures, which are {} x {} px", .0[0], .0[1])]
+    Region([u32; 2]),
+}
+
+/// The detector for a sensor. `region`, in px, is looked at instead of the one that the sensor's file may state.
+///
+/// # Errors
+/// A sensor without pictures, and a region outside of them.
+pub fn of(
+    file: &SensorFile,
+    region: Option<&PictureRegion>,
+    stripe: StripeChoice,
+) -> Result<Detector, DetectorError> {
+    let SensorFile { sensor, setup } = file;
+    let detector = Detector::for_sensor(sensor).ok_or(ScanError::NoCamera { kind: sensor.kind() })?;
+    let stated = match setup.region_of_interest {
+        Some(RegionOfInterest::Pixels { u_px, v_px }) => PictureRegion::rectangle(u_px, v_px),
+        _ => None,
+    };
+    let region = region.cloned().or(stated);
+    let size_px = detector.lens().camera().size;
+    if !region.as_ref().is_none_or(|region| region.overlaps(size_px)) {
+        return Err(DetectorError::Region(size_px));
+    }
+    Ok(detector.within(region).choosing(stripe))
+}

@@ -1,0 +1,23 @@
+//! A scan from wherever it is, with the seam found in it.
+//!
+//! ```text
+//! path ─place─▶ dataset folder ──┬─ features.csv, stripes.csv ───────────────────────┐
+//!           └─▶ MCAP, rosbag2 ───┼─ pictures ── detector ─▶ seam in every picture ────┼─▶ Opened
+//!                                └─ whole profiles ───────▶ seam in every profile ────┘
+//! ```
+//!
+//! Nothing is written and nothing is printed: an [`OpenObserver`] is told.
+
+pub mod detector;
+pub mod error;
+mod observer;
+mod open;
+mod place;
+mod profiles;
+mod several;
+
+pub use error::OpenError;
+pub use observer::{OpenObserver, Told, told_of_import};
+pub use open::{How, Opened, open};
+pub use profiles::seams_of_profiles;
+pub use several::open_all;

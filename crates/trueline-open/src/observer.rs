@@ -1,0 +1,103 @@
+//! What is told while a scan is opened.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io;
+use std::path::Path;
+use trueline_dataset::laser_channel::Channel;
+use trueline_mcap::Imported;
+use trueline_vision::profile::NoCorner;
+use trueline_vision::scan::{ScanObserver, ScanSeams};
+
+/// Something worth knowing of a scan that is being opened.
+#[derive(Debug)]
+pub enum Told<'a> {
+    /// Data is missing because a file is damaged.
+    Damage(String),
+    /// What the stamps of a recording mean.
+    StampMeaning(&'a str),
+    /// What was recognised, sorted or left out.
+    Note(&'a str),
+    /// The channel of colour pictures that is looked at.
+    Channel(Channel),
+    /// What the pictures show.
+    SeamsInPictures(&'a ScanSeams),
+    /// What whole profiles show.
+    SeamsInProfiles {
+        /// Profiles with a seam.
+        found: usize,
+        /// Profiles.
+        of: usize,
+        /// How many have none, by reason.
+        without: &'a BTreeMap<NoCorner, usize>,
+    },
+    /// So many seam points were found in the same pictures before.
+    FoundBefore(usize),
+    /// What was found in pictures could not be kept for the next time.
+    NotKept(&'a io::Error),
+    /// Seam points are where stripes cross.
+    CrossingsOfStripes,
+    /// The sensor stands beside the robot.
+    FixedSensor,
+    /// So many scans are taken together.
+    Together(usize),
+    /// Both streams of a scan were shifted alike, to come after the scan before.
+    Shifted(&'a Path),
+}
+
+impl fmt::Display for Told<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Damage(text) => f.write_str(text),
+            Self::StampMeaning(text) | Self::Note(text) => f.write_str(text),
+            Self::Channel(channel) => {
+                write!(f, "colour pictures: {} is looked at, where the stripe stands out most", channel.name())
+            }
+            Self::SeamsInPictures(scan) => write!(f, "{scan}"),
+            Self::SeamsInProfiles { found, of, without } => {
+                write!(f, "the seam in {found} of {of} profiles")?;
+                without.iter().try_for_each(|(reason, count)| write!(f, "\n  {count} without: {reason}"))
+            }
+            Self::FoundBefore(count) => write!(f, "{count} seam points as found in the same pictures before"),
+            Self::NotKept(error) => write!(f, "the seam points are not kept for the next time: {error}"),
+            Self::CrossingsOfStripes => {
+                f.write_str("there are stripes and no seam points: where two stripes cross is one")
+            }
+            Self::FixedSensor => f.write_str(
+                "the sensor stands beside the robot: what is called tool_from_camera is base_from_camera, and lines are in the \
+                 tool's frame",
+            ),
+            Self::Together(count) => write!(f, "{count} scans together, each with its own lines"),
+            Self::Shifted(path) => {
+                write!(f, "both streams of {} are shifted alike, to come after the scan before", path.display())
+            }
+        }
+    }
+}
+
+/// Is told what happens while a scan is opened. Every method does nothing unless it is written.
+pub trait OpenObserver: Sync {
+    /// Something worth knowing.
+    fn told(&self, _told: &Told<'_>) {}
+
+    /// Who looks on while pictures are examined.
+    fn of_pictures(&self) -> &dyn ScanObserver {
+        &()
+    }
+}
+
+/// Nobody looks on.
+impl OpenObserver for () {}
+
+/// Tells what became of a recording in MCAP or rosbag2.
+pub fn told_of_import(imported: &Imported, observer: &dyn OpenObserver) {
+    for damaged in &imported.damages {
+        observer.told(&Told::Damage(damaged.to_string()));
+    }
+    if let Some(meaning) = &imported.stamp_meaning {
+        observer.told(&Told::StampMeaning(meaning));
+    }
+    for note in &imported.notes {
+        observer.told(&Told::Note(note));
+    }
+}

@@ -1,0 +1,166 @@
+//! One scan, from wherever it is.
+
+use crate::detector;
+use crate::error::OpenError;
+use crate::observer::{OpenObserver, Told, told_of_import};
+use crate::place::{self, Place};
+use crate::profiles::seams_of_profiles;
+use std::fmt;
+use std::path::Path;
+use trueline_dataset::feature_cache::FeatureCache;
+use trueline_dataset::folder::FolderContent;
+use trueline_dataset::{
+    FoundSeams, PictureFolder, PictureSource, Recording, SensorFile, folder, images, sensor_toml,
+};
+use trueline_mcap::{Choice, Imported, import};
+use trueline_method::stripe::corners::with_corners;
+use trueline_vision::scan::ScanSeams;
+use trueline_vision::{Joint, StripeChoice, find_seams};
+
+/// How a scan is opened.
+#[derive(Clone, Debug, Default)]
+pub struct How {
+    /// The joint that pictures show; without one, that which most of them show.
+    pub joint: Option<Joint>,
+    /// Where seams that were found in pictures are kept for the next time.
+    pub cache: Option<FeatureCache>,
+    /// What the cached seams depend on besides dataset and joint: the build that found them.
+    pub found_by: String,
+}
+
+/// A scan with its seam, and its pictures where it has some.
+pub struct Opened {
+    /// What calibration takes.
+    pub recording: Recording,
+    /// Its pictures.
+    pub pictures: Option<Box<dyn PictureSource>>,
+    /// What its stamps mean, where the recording says so.
+    pub stamp_meaning: Option<String>,
+}
+
+impl fmt::Debug for Opened {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Opened")
+            .field("recording", &self.recording)
+            .field("pictures", &self.pictures.as_ref().map(|pictures| pictures.count()))
+            .field("stamp_meaning", &self.stamp_meaning)
+            .finish()
+    }
+}
+
+/// Reads a scan. Where there are pictures or whole profiles and no seam points, the seam is looked for in them; nothing is
+/// written into the dataset.
+///
+/// # Errors
+/// Whatever cannot be read, and pictures or profiles without a seam.
+pub fn open(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, OpenError> {
+    let mut opened = match place::of(path)? {
+        Place::Recording(file) => open_recording(&file, how, observer),
+        Place::Folder => open_folder(path, how, observer),
+    }?;
+    if let Some(cornered) = with_corners(&opened.recording) {
+        observer.told(&Told::CrossingsOfStripes);
+        opened.recording = cornered;
+    }
+    Ok(opened)
+}
+
+fn open_folder(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, OpenError> {
+    let pictures = if images::index_of(path).exists() { Some(PictureFolder::open(path)?) } else { None };
+    let features = path.join("features.csv");
+    if let (Some(pictures), false) = (&pictures, features.exists()) {
+        return open_pictures(path, pictures.clone(), how, observer);
+    }
+    if how.joint.is_some() && features.exists() {
+        return Err(OpenError::SeamKnown(features));
+    }
+    let FolderContent { mut recording, profiles, notes } = folder::read_content(path)?;
+    notes.iter().for_each(|note| observer.told(&Told::Note(note)));
+    if !profiles.is_empty() {
+        let found = seams_of_profiles(&profiles, observer)?;
+        (recording.features, recording.stripes) = (found.features, found.stripes);
+    }
+    let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
+    Ok(Opened { recording, pictures, stamp_meaning: None })
+}
+
+/// A folder of pictures whose seam has not been looked for.
+fn open_pictures(
+    path: &Path,
+    pictures: PictureFolder,
+    how: &How,
+    observer: &dyn OpenObserver,
+) -> Result<Opened, OpenError> {
+    let sensor = folder::read_sensor_file(path)?;
+    let found_how = format!("{} {}", how.joint.map_or("auto", Joint::name), how.found_by);
+    let key = FeatureCache::key(path, &pictures, &found_how)?;
+    let found = match how.cache.as_ref().and_then(|cache| cache.get(&key, &sensor.sensor)) {
+        Some(found) => {
+            observer.told(&Told::FoundBefore(found.features.len()));
+            found
+        }
+        None => {
+            let sensor_file = path.join("sensor.toml");
+            let found = seams_of_pictures(&pictures, &sensor, &sensor_file, how, observer)?;
+            if let Some(Err(error)) = how.cache.as_ref().map(|cache| cache.put(&key, &found)) {
+                observer.told(&Told::NotKept(&error));
+            }
+            found
+        }
+    };
+    if let Some(channel) = pictures.channel() {
+        observer.told(&Told::Channel(channel));
+    }
+    let mut recording = folder::read_with_features(path, found)?;
+    recording.inputs.insert("images".to_owned(), key);
+    Ok(Opened { recording, pictures: Some(Box::new(pictures)), stamp_meaning: None })
+}
+
+fn open_recording(file: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, OpenError> {
+    let choice = Choice { sensor: sensor_beside(file)?, ..Choice::default() };
+    let imported = import(file, &choice)?;
+    told_of_import(&imported, observer);
+    let mut recording = imported.in_written_form()?;
+    folder::refuse_what_is_not_applied(file, &recording.setup)?;
+    let Imported { pictures, profiles, stamp_meaning, .. } = imported;
+    if recording.features.is_empty() {
+        let found = match &pictures {
+            _ if !profiles.is_empty() => seams_of_profiles(&profiles, observer)?,
+            Some(pictures) => {
+                let sensor = SensorFile { sensor: recording.sensor.clone(), setup: recording.setup.clone() };
+                seams_of_pictures(pictures, &sensor, file, how, observer)?
+            }
+            None => return Err(OpenError::NothingSeen(file.to_owned())),
+        };
+        (recording.features, recording.stripes) = (found.features, found.stripes);
+    }
+    let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
+    Ok(Opened { recording, pictures, stamp_meaning })
+}
+
+/// The seams of pictures; `sensor_file` is where an error says that the sensor stands.
+fn seams_of_pictures(
+    pictures: &dyn PictureSource,
+    sensor: &SensorFile,
+    sensor_file: &Path,
+    how: &How,
+    observer: &dyn OpenObserver,
+) -> Result<FoundSeams, OpenError> {
+    let detector = detector::of(sensor, None, StripeChoice::default())
+        .map_err(|error| OpenError::Detector { file: sensor_file.to_owned(), error })?;
+    let scan: ScanSeams = find_seams(pictures, &detector, how.joint, observer.of_pictures())?;
+    observer.told(&Told::SeamsInPictures(&scan));
+    if scan.detections().next().is_none() {
+        return Err(OpenError::NoSeamInPictures(scan.frames.len()));
+    }
+    Ok(scan.found())
+}
+
+/// The sensor that was laid into a bag's folder.
+fn sensor_beside(recording: &Path) -> Result<Option<SensorFile>, OpenError> {
+    let file = recording.join("sensor.toml");
+    if !(recording.is_dir() && file.exists()) {
+        return Ok(None);
+    }
+    Ok(Some(sensor_toml::read(&file)?))
+}
