@@ -8,7 +8,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use trueline_dataset::{PictureFolder, folder};
 use trueline_open::Told;
-use trueline_open::detector::{self, DetectorError};
+use trueline_open::detector;
 use trueline_open::error::hint_of_pictures;
 use trueline_vision::scan::{ExaminedPicture, ScanError, ScanObserver, ScanSeams, Stage};
 use trueline_vision::{Joint, PictureRegion, StripeChoice, find_seams};
@@ -44,7 +44,7 @@ pub fn examine(dataset: &Path, options: &PictureOptions) -> Result<ScanSeams, Fa
     let sensor = folder::read_sensor_file(dataset)?;
     // Without a camera there need not be pictures, and that is what is to be told.
     let detector = detector::of(&sensor, options.region.as_ref(), options.stripe)
-        .map_err(|error| Failure::new(error.to_string(), hint(&error)))?;
+        .map_err(|error| Failure::new(error.to_string(), error.hint()))?;
     let pictures = PictureFolder::open(dataset)?;
     let begin = |OverlayChoice { folder, every, replace }: &OverlayChoice| {
         OverlayFolder::create(folder, *every, *replace)
@@ -66,13 +66,6 @@ pub fn examine(dataset: &Path, options: &PictureOptions) -> Result<ScanSeams, Fa
         pictures.channel().iter().for_each(|channel| output::words(&Told::Channel(*channel).to_string()));
     }
     Ok(scan)
-}
-
-fn hint(error: &DetectorError) -> String {
-    match error {
-        DetectorError::Sensor(error) => hint_of_pictures(error),
-        DetectorError::Region(_) => "--region U0,V0,U1,V1 in px, (0, 0) is the top-left pixel".to_owned(),
-    }
 }
 
 /// A progress bar and overlays.

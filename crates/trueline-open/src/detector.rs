@@ -2,15 +2,14 @@
 
 use trueline_dataset::SensorFile;
 use trueline_dataset::sensor_setup::RegionOfInterest;
-use trueline_vision::scan::ScanError;
 use trueline_vision::{Detector, PictureRegion, StripeChoice};
 
 /// Why there is no detector for a sensor.
 #[derive(Debug, thiserror::Error)]
 pub enum DetectorError {
     /// The sensor takes no pictures.
-    #[error(transparent)]
-    Sensor(#[from] ScanError),
+    #[error("features are found in the pictures of a camera_laser, and the sensor is of kind {0}")]
+    NoCamera(&'static str),
     /// No picture has the region in it.
     #[error("the region of interest lies outside of the pictures, which are {} x {} px", .0[0], .0[1])]
     Region([u32; 2]),
@@ -26,7 +25,7 @@ pub fn of(
     stripe: StripeChoice,
 ) -> Result<Detector, DetectorError> {
     let SensorFile { sensor, setup } = file;
-    let detector = Detector::for_sensor(sensor).ok_or(ScanError::NoCamera { kind: sensor.kind() })?;
+    let detector = Detector::for_sensor(sensor).ok_or(DetectorError::NoCamera(sensor.kind()))?;
     let stated = match setup.region_of_interest {
         Some(RegionOfInterest::Pixels { u_px, v_px }) => PictureRegion::rectangle(u_px, v_px),
         _ => None,
@@ -37,4 +36,15 @@ pub fn of(
         return Err(DetectorError::Region(size_px));
     }
     Ok(detector.within(region).choosing(stripe))
+}
+
+impl DetectorError {
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::NoCamera(_) => "profilers and point sensors bring their features along in features.csv",
+            Self::Region(_) => "a region is U0,V0,U1,V1 in px, (0, 0) is the top-left pixel",
+        }
+    }
 }

@@ -65,10 +65,8 @@ impl OpenError {
             Self::NothingSeen(_) => "record the camera as well",
             Self::File(error) => return error.hint(),
             Self::Import(error) => return error.hint(),
-            Self::Pictures(error) | Self::Detector { error: DetectorError::Sensor(error), .. } => {
-                return hint_of_pictures(error);
-            }
-            Self::Detector { error: DetectorError::Region(_), .. } => "(0, 0) is the top-left pixel",
+            Self::Pictures(error) => return hint_of_pictures(error),
+            Self::Detector { error, .. } => error.hint(),
             Self::Join(_) => "scans of different sensors, or set-ups, are calibrated one by one",
         };
         hint.to_owned()

@@ -16,7 +16,7 @@ pub enum Error {
     /// A scan cannot be opened.
     #[cfg(feature = "open")]
     #[error(transparent)]
-    Open(#[from] trueline_open::OpenError),
+    Open(Box<trueline_open::OpenError>),
     /// What is to be used is not observable.
     #[error(transparent)]
     Unobservable(#[from] Unobservable),
@@ -41,5 +41,12 @@ impl Error {
             Self::Open(error) => error.hint(),
             Self::Unobservable(_) | Self::Write { .. } => String::new(),
         }
+    }
+}
+
+#[cfg(feature = "open")]
+impl From<trueline_open::OpenError> for Error {
+    fn from(error: trueline_open::OpenError) -> Self {
+        Self::Open(Box::new(error))
     }
 }
