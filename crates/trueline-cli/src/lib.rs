@@ -10,7 +10,6 @@ mod interrupt;
 mod live_cell;
 mod live_screen;
 mod opening;
-mod outlier_frames;
 mod output;
 mod overlay;
 mod path_file;

@@ -2,6 +2,7 @@
 
 use crate::number::{fixed, m};
 use std::fmt::Write;
+use trueline_dataset::Feature;
 use trueline_dataset::stamp::format_seconds;
 use trueline_dataset::unit::MM_PER_M;
 
@@ -16,6 +17,30 @@ pub struct PlacedPoint {
     pub line: u32,
     /// Where it is in base, m.
     pub in_base_m: [f64; 3],
+}
+
+/// Seam points with their exposure and image: each is the row of its feature, its line, and where it is in base, m. Images
+/// without a counter are numbered by their stamps.
+#[must_use]
+pub fn placed(
+    features: &[Feature],
+    in_base: impl Iterator<Item = (usize, u32, [f64; 3])>,
+    time_offset_s: f64,
+) -> Vec<PlacedPoint> {
+    let offset_ns = (time_offset_s * 1e9).round() as i64;
+    let mut image = 0;
+    let later = features.windows(2).map(|two| {
+        image += u64::from(two[1].stamp_ns != two[0].stamp_ns);
+        image
+    });
+    let numbers: Vec<u64> = std::iter::once(0).chain(later).collect();
+    let point = |(row, line, in_base_m): (usize, u32, [f64; 3])| PlacedPoint {
+        exposed_ns: features[row].stamp_ns - offset_ns,
+        frame: features[row].frame.unwrap_or(numbers[row]),
+        line,
+        in_base_m,
+    };
+    in_base.map(point).collect()
 }
 
 /// `time_s,frame,line,x_mm,y_mm,z_mm`.

@@ -1,11 +1,39 @@
 //! Two calibrations compared, as JSON and in words.
 
 use crate::number::with_sigma;
-use nalgebra::Vector3;
+use nalgebra::{SMatrix, Vector3};
 use serde_json::{Value, json};
+use trueline_dataset::Guess;
+use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_method::evaluate::difference::{Difference, Field, MOVED_Z};
+use trueline_method::evaluate::difference::{ANSWERS, Difference, Estimate, Field, MOVED_Z};
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
+
+/// Entries of a result's covariance, in the order of [`Estimate`], and how many of their units are one in SI.
+const ENTRIES: [(&str, f64); ANSWERS] = [
+    ("time_offset_s", 1.0),
+    ("rotation_x_rad", 1.0),
+    ("rotation_y_rad", 1.0),
+    ("rotation_z_rad", 1.0),
+    ("translation_x_mm", MM_PER_M),
+    ("translation_y_mm", MM_PER_M),
+    ("translation_z_mm", MM_PER_M),
+];
+
+/// The seven numbers of a result and their covariance in SI.
+///
+/// # Errors
+/// The row and the column of an entry that the result does not have.
+pub fn estimate(parameters: Guess, result: &ResultFile) -> Result<Estimate, [&'static str; 2]> {
+    let mut covariance = SMatrix::<f64, ANSWERS, ANSWERS>::zeros();
+    for (i, (row, per_row)) in ENTRIES.into_iter().enumerate() {
+        for (j, (column, per_column)) in ENTRIES.into_iter().enumerate() {
+            let entry = result.covariance.entry(row, column).ok_or([row, column])?;
+            covariance[(i, j)] = entry / per_row / per_column;
+        }
+    }
+    Ok(Estimate { parameters, covariance })
+}
 
 /// The difference; second minus first. With a tolerance, whether the seam has moved less than that.
 #[must_use]

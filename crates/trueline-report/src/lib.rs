@@ -16,6 +16,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod against_truth;
 pub mod board_result;
 pub mod calibration_page;
 pub mod camera_report;

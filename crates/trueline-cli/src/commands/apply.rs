@@ -5,12 +5,12 @@ use crate::{opening, output};
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::ApplyArgs;
-use trueline_dataset::{Recording, calibration_file};
+use trueline_dataset::calibration_file;
 use trueline_export::points::{self, PlacedPoint};
 use trueline_export::time_offset;
 use trueline_mcap::ImagePoints;
 use trueline_method::Config;
-use trueline_method::evaluate::seam_points::{self, SeamPoints};
+use trueline_method::evaluate::seam_points;
 
 /// Runs the command.
 pub fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
@@ -27,7 +27,8 @@ pub fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
             "`trueline doctor DATASET` looks for the reason",
         ));
     }
-    let placed = placed(&recording, &seam, known.time_offset_s);
+    let in_base = seam.list.iter().map(|point| (point.row as usize, point.line, point.point_in_base.into()));
+    let placed = points::placed(&recording.features, in_base, known.time_offset_s);
     if args.out == Path::new("-") {
         output::data(&points::csv(&placed))?;
     } else {
@@ -75,28 +76,4 @@ fn writer(out: &Path) -> Result<Writer, Failure> {
             "for example --out seam.csv",
         )),
     }
-}
-
-fn placed(recording: &Recording, seam: &SeamPoints, time_offset_s: f64) -> Vec<PlacedPoint> {
-    let offset_ns = (time_offset_s * 1e9).round() as i64;
-    // Images without a counter are numbered by their stamps.
-    let mut image = 0;
-    let numbers: Vec<u64> = std::iter::once(0)
-        .chain(recording.features.windows(2).map(|two| {
-            image += u64::from(two[1].stamp_ns != two[0].stamp_ns);
-            image
-        }))
-        .collect();
-    seam.list
-        .iter()
-        .map(|point| {
-            let feature = &recording.features[point.row as usize];
-            PlacedPoint {
-                exposed_ns: feature.stamp_ns - offset_ns,
-                frame: feature.frame.unwrap_or(numbers[point.row as usize]),
-                line: point.line,
-                in_base_m: point.point_in_base.into(),
-            }
-        })
-        .collect()
 }

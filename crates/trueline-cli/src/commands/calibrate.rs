@@ -5,7 +5,6 @@ use crate::clocks;
 use crate::failure::Failure;
 use crate::hints;
 use crate::opening;
-use crate::outlier_frames;
 use crate::output;
 use crate::progress;
 use std::path::{Path, PathBuf};
@@ -18,7 +17,7 @@ use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
 use trueline_method::hypotheses::choice::KnownOfCell;
 use trueline_method::{Calibration, Config, HeldSigma, Hold, ResidualKind, SensorMode, Status, Use};
 use trueline_open::Opened;
-use trueline_report::calibration_page::{self, Source};
+use trueline_report::calibration_page::{self, FramePicture, Source};
 use trueline_report::{result, summary};
 
 /// Runs the command.
@@ -104,7 +103,10 @@ fn write_results(
         command: &output::command_line(),
         images_ahead_s: images_ahead_ns.map(|ns| ns as f64 * 1e-9),
         frames: &match args.report {
-            Some(_) => outlier_frames::pictures(opened, calibration)?,
+            Some(_) => trueline_open::outlier_pictures(opened, calibration)?
+                .into_iter()
+                .map(|picture| FramePicture { row: picture.row, png: picture.png })
+                .collect(),
             None => Vec::new(),
         },
     };

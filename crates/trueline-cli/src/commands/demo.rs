@@ -2,17 +2,13 @@
 
 use crate::failure::Failure;
 use crate::output;
-use nalgebra::Vector3;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::DemoArgs;
-use trueline_dataset::unit::MM_PER_M;
-use trueline_dataset::{Truth, folder as dataset_folder};
-use trueline_geometry::se3;
-use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
-use trueline_method::{Calibration, Config};
+use trueline_dataset::folder as dataset_folder;
+use trueline_method::Config;
 use trueline_report::calibration_page::{self, Source};
-use trueline_report::{result, summary};
+use trueline_report::{against_truth, result, summary};
 use trueline_sim::{Preset, simulate};
 
 const FOLDER: &str = "trueline-demo";
@@ -52,32 +48,10 @@ pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
         let mut text = String::from("A simulated scan of 20 s, calibrated without any guess.\n\n");
         text.push_str(&summary::text(&calibration));
         if let Some(truth) = &recording.truth {
-            text.push_str(&against_truth(&calibration, truth));
+            text.push_str(&against_truth::text(&calibration, truth));
         }
         text.push_str(NEXT);
         output::data(&output::coloured(&text))?;
     }
     Ok(super::calibrate::exit_code(&calibration))
-}
-
-/// How far the estimates are from what was simulated, in their own standard deviations.
-fn against_truth(calibration: &Calibration, truth: &Truth) -> String {
-    let (estimate, truth) = (calibration.best_fit(), &truth.parameters);
-    let offset_s = estimate.time_offset_s - truth.time_offset_s;
-    let (turn, shift) = se3::difference_decoupled(&estimate.tool_from_camera, &truth.tool_from_camera);
-    let sigmas = |error: f64, at: usize| calibration.sigma(at).map_or(f64::NAN, |sigma| error / sigma);
-    let axes = |error: Vector3<f64>, first: usize| {
-        let each: Vec<String> = (0..3).map(|k| format!("{:+.1}", sigmas(error[k], first + k))).collect();
-        each.join(", ")
-    };
-    format!(
-        "\nError against the simulated truth, in standard deviations: time offset {:+.1}; rotation about x, y, z {};\n\
-         translation along x, y, z {}. Two of three are within 1, nearly all within 2. That is {:+.3} ms, {:.4}° and {:.3} mm.\n",
-        sigmas(offset_s, TIME_OFFSET),
-        axes(turn, ROTATION),
-        axes(shift, TRANSLATION),
-        offset_s * 1e3,
-        turn.norm().to_degrees(),
-        shift.norm() * MM_PER_M,
-    )
 }

@@ -2,14 +2,13 @@
 
 use crate::failure::Failure;
 use crate::output;
-use nalgebra::SMatrix;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::DiffArgs;
 use trueline_dataset::calibration_file;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_method::evaluate::difference::{ANSWERS, Estimate, Field, between};
+use trueline_method::evaluate::difference::{Estimate, Field, between};
 use trueline_report::compared;
 
 /// Runs the command.
@@ -60,29 +59,13 @@ fn field(args: &DiffArgs, first: &ResultFile) -> Result<Field, Failure> {
     Ok(Field { width_m, depth_m, stand_off_m, speed_m_s })
 }
 
-/// The seven numbers of a result and their covariance in SI.
+/// The seven numbers of a result and their covariance.
 fn estimate(file: &Path, result: &ResultFile) -> Result<Estimate, Failure> {
     let known = calibration_file::known_of(file, result)?.known;
-    let names = [
-        ("time_offset_s", 1.0),
-        ("rotation_x_rad", 1.0),
-        ("rotation_y_rad", 1.0),
-        ("rotation_z_rad", 1.0),
-        ("translation_x_mm", MM_PER_M),
-        ("translation_y_mm", MM_PER_M),
-        ("translation_z_mm", MM_PER_M),
-    ];
-    let mut covariance = SMatrix::<f64, ANSWERS, ANSWERS>::zeros();
-    for (i, (row, per_row)) in names.iter().enumerate() {
-        for (j, (column, per_column)) in names.iter().enumerate() {
-            let entry = result.covariance.entry(row, column).ok_or_else(|| {
-                Failure::new(
-                    format!("{}: there is no covariance of {row} and {column}", file.display()),
-                    "what was held fixed, or not seen, cannot be compared",
-                )
-            })?;
-            covariance[(i, j)] = entry / per_row / per_column;
-        }
-    }
-    Ok(Estimate { parameters: known.parameters, covariance })
+    compared::estimate(known.parameters, result).map_err(|[row, column]| {
+        Failure::new(
+            format!("{}: there is no covariance of {row} and {column}", file.display()),
+            "what was held fixed, or not seen, cannot be compared",
+        )
+    })
 }
