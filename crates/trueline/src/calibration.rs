@@ -6,21 +6,33 @@ use std::fs;
 use std::ops::Deref;
 use std::path::Path;
 use trueline_dataset::result_file::ResultFile;
+use trueline_dataset::sensor_setup::Mounted;
 use trueline_report::{result, summary};
 
 /// A finished calibration: everything of [`trueline_method::Calibration`], its summary as `Display`, and its file.
 #[derive(Clone, Debug)]
-pub struct Calibration(trueline_method::Calibration);
+pub struct Calibration {
+    calibration: trueline_method::Calibration,
+    mounted: Mounted,
+    stamp_meaning: Option<String>,
+}
 
 impl Calibration {
-    pub(crate) fn new(calibration: trueline_method::Calibration) -> Self {
-        Self(calibration)
+    pub(crate) fn new(
+        calibration: trueline_method::Calibration,
+        mounted: Mounted,
+        stamp_meaning: Option<String>,
+    ) -> Self {
+        Self { calibration, mounted, stamp_meaning }
     }
 
     /// The result as it stands in its file.
     #[must_use]
     pub fn to_file(&self) -> ResultFile {
-        result::of(&self.0)
+        let mut file = result::of(&self.calibration);
+        file.stamps.meaning.clone_from(&self.stamp_meaning);
+        file.mounted = (self.mounted == Mounted::Fixed).then(|| "fixed".to_owned());
+        file
     }
 
     /// Writes the result as JSON; the file appears whole or not at all.
@@ -50,13 +62,13 @@ impl Deref for Calibration {
     type Target = trueline_method::Calibration;
 
     fn deref(&self) -> &Self::Target {
-        &self.0
+        &self.calibration
     }
 }
 
 /// The summary: verdict, estimates with their ±, checks.
 impl fmt::Display for Calibration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(summary::text(&self.0).trim_end())
+        f.write_str(summary::text(&self.calibration).trim_end())
     }
 }

@@ -11,13 +11,14 @@ use trueline_dataset::{Feature, Guess, RobotSample, Sensor, SensorSetup};
 use trueline_method::evaluate::seam_points::{self, SeamPoints};
 use trueline_method::{Config, calibrate};
 #[cfg(feature = "open")]
-use trueline_open::{How, OpenObserver, Told};
+use trueline_open::{How, OpenObserver, Opened, Told};
 
 /// A recorded scan: everything of [`trueline_dataset::Recording`], and what can be done with it.
 #[derive(Clone, Debug)]
 pub struct Recording {
     data: trueline_dataset::Recording,
     notes: Vec<String>,
+    stamp_meaning: Option<String>,
 }
 
 impl Recording {
@@ -28,13 +29,20 @@ impl Recording {
     /// The first file, line and column that cannot be used; a recording without a seam.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         #[cfg(feature = "open")]
-        {
-            let notes = Notes::default();
-            let data = trueline_open::open(path.as_ref(), &How::default(), &notes)?.recording;
-            Ok(Self { data, notes: notes.0.into_inner().unwrap_or_default() })
-        }
+        return Self::open_how(path, &How::default());
         #[cfg(not(feature = "open"))]
         Ok(trueline_dataset::folder::read(path.as_ref())?.into())
+    }
+
+    /// The same where pictures show a joint that is known.
+    ///
+    /// # Errors
+    /// As [`Recording::open`]; a joint for a scan whose seam is known already.
+    #[cfg(feature = "open")]
+    pub fn open_how(path: impl AsRef<Path>, how: &How) -> Result<Self, Error> {
+        let notes = Notes::default();
+        let Opened { recording: data, stamp_meaning, .. } = trueline_open::open(path.as_ref(), how, &notes)?;
+        Ok(Self { data, notes: notes.0.into_inner().unwrap_or_default(), stamp_meaning })
     }
 
     /// A recording from arrays: poses and features by rising stamp.
@@ -80,7 +88,8 @@ impl Recording {
     /// # Errors
     /// As [`Recording::calibrate`].
     pub fn calibrate_with(&self, config: &Config) -> Result<Calibration, Error> {
-        Ok(Calibration::new(calibrate(&self.data, self.data.initial.as_ref(), config)?))
+        let calibration = calibrate(&self.data, self.data.initial.as_ref(), config)?;
+        Ok(Calibration::new(calibration, self.data.setup.mounted, self.stamp_meaning.clone()))
     }
 
     /// Where the seam is in base by a calibration, with the stamps as recorded.
@@ -111,7 +120,7 @@ impl OpenObserver for Notes {
 
 impl From<trueline_dataset::Recording> for Recording {
     fn from(recording: trueline_dataset::Recording) -> Self {
-        Self { data: recording, notes: Vec::new() }
+        Self { data: recording, notes: Vec::new(), stamp_meaning: None }
     }
 }
 
