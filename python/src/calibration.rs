@@ -5,21 +5,37 @@ use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
+use std::time::Duration;
+use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
 use trueline_method::assess::residuals::FeatureResidual;
 use trueline_report::calibration_page::{self, Source};
+use trueline_report::result;
+
+/// A calibration as it was made.
+pub struct Made {
+    /// The calibration.
+    pub inner: trueline::Calibration,
+    /// What was taken from the image stamps first, s.
+    pub images_ahead_s: Option<f64>,
+    /// How long the estimate took.
+    pub took: Duration,
+}
 
 /// A result, and what it was made from.
 #[pyclass(frozen, module = "trueline._trueline")]
 pub struct Calibration {
     inner: trueline::Calibration,
+    images_ahead_s: Option<f64>,
+    took: Duration,
     recording: Arc<trueline::Recording>,
     title: String,
 }
 
 impl Calibration {
     /// A result of a recording.
-    pub fn new(inner: trueline::Calibration, recording: Arc<trueline::Recording>, title: String) -> Self {
-        Self { inner, recording, title }
+    pub fn new(made: Made, recording: Arc<trueline::Recording>, title: String) -> Self {
+        let Made { inner, images_ahead_s, took } = made;
+        Self { inner, images_ahead_s, took, recording, title }
     }
 
     fn column<'py, T: numpy::Element>(
@@ -45,7 +61,11 @@ impl Calibration {
 impl Calibration {
     /// The result file's text: what `trueline calibrate --json` writes.
     fn json(&self) -> PyResult<String> {
-        let text = self.inner.to_file().to_json();
+        let file = self.inner.to_file();
+        let text = match self.images_ahead_s {
+            Some(images_ahead_s) => result::in_recorded_stamps(file, images_ahead_s).to_json(),
+            None => file.to_json(),
+        };
         text.map_err(|error| pyo3::exceptions::PyRuntimeError::new_err(error.to_string()))
     }
 
@@ -61,9 +81,21 @@ impl Calibration {
             recording: &self.recording,
             title: &format!("Calibration of {}", self.title),
             command: "trueline.calibrate(…)",
-            images_ahead_s: None,
+            images_ahead_s: self.images_ahead_s,
             frames: &[],
         })
+    }
+
+    /// How long the estimate took, s.
+    fn took_s(&self) -> f64 {
+        self.took.as_secs_f64()
+    }
+
+    /// The sensor.toml as the scan corrects it, if it does. What it said of its uncertainty held for the old one.
+    fn corrected_sensor_toml(&self) -> Option<String> {
+        let corrected = self.inner.findings.unknowns.corrected.as_ref()?;
+        let setup = SensorSetup { uncertainty: None, shape: corrected.shape, ..self.recording.setup.clone() };
+        Some(sensor_toml::format_file(&SensorFile { sensor: corrected.sensor.clone(), setup }))
     }
 
     /// The residuals, a column an array.

@@ -3,12 +3,15 @@
 use crate::failure::Failure;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
 /// How often Python is asked whether somebody pressed Ctrl-C.
 const ASK_EVERY: Duration = Duration::from_millis(50);
+/// How often work that borrows is looked at.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 /// Does the work on a thread of its own while other Python threads run. After Ctrl-C the caller gets its `KeyboardInterrupt`
 /// at once; the work holds nothing of Python's, and what it still finds is dropped.
@@ -30,11 +33,39 @@ where
                 Ok(answer) => return answer.map_err(PyErr::from),
                 Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())?,
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(PyRuntimeError::new_err(
-                        "a bug of trueline ended the calculation; please report it",
-                    ));
+                    return Err(panicked());
                 }
             }
         }
     })
+}
+
+/// The same for work that borrows arrays: after Ctrl-C `stop` is set, and the caller waits until the work has seen it.
+///
+/// # Errors
+/// As [`run`].
+pub fn borrowing<T, F>(py: Python<'_>, stop: &AtomicBool, work: F) -> PyResult<T>
+where
+    T: Send,
+    F: FnOnce() -> Result<T, Failure> + Send,
+{
+    py.detach(|| {
+        thread::scope(|scope| {
+            let worker = scope.spawn(work);
+            while !worker.is_finished() {
+                thread::park_timeout(LOOK_EVERY);
+                if let Err(interrupted) = Python::attach(|py| py.check_signals()) {
+                    stop.store(true, Ordering::Relaxed);
+                    // What it found is dropped.
+                    drop(worker.join());
+                    return Err(interrupted);
+                }
+            }
+            worker.join().map_err(|_| panicked())?.map_err(PyErr::from)
+        })
+    })
+}
+
+fn panicked() -> PyErr {
+    PyRuntimeError::new_err("a bug of trueline ended the calculation; please report it")
 }

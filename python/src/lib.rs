@@ -1,10 +1,15 @@
 //! The compiled half of the Python module `trueline`: arrays in, arrays and JSON out. Names, types and words are in Python.
 
 mod calibration;
+mod columns;
 mod failure;
 mod interruptible;
+mod live;
+mod live_settings;
+mod named;
 mod options;
 mod pictures;
+mod profiles;
 mod recording;
 mod rows;
 
@@ -29,7 +34,9 @@ fn _trueline(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("TruelineError", module.py().get_type::<failure::TruelineError>())?;
     module.add_class::<recording::Recording>()?;
     module.add_class::<calibration::Calibration>()?;
+    module.add_class::<live::LiveRecording>()?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
-    module.add_function(wrap_pyfunction!(pictures::find_seams, module)?)?;
+    module.add_function(wrap_pyfunction!(pictures::picture_seams, module)?)?;
+    module.add_function(wrap_pyfunction!(profiles::profile_seams, module)?)?;
     Ok(())
 }

@@ -1,16 +1,20 @@
 //! Settings of a calibration, by the names of the program's options.
 
 use crate::failure::Failure;
+use crate::named::{choice, not_negative, positive, sigmas};
 use pyo3::prelude::*;
-use trueline::{Config, Hold, Requirement, ResidualKind, Stamps};
+use std::num::NonZeroUsize;
+use trueline::{Config, Hold, ResidualKind, Stamps};
 use trueline_lsq::Loss;
-use trueline_method::SensorMode;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
+use trueline_method::{HeldSigma, Measurements, SensorMode};
 
 /// Keywords of `calibrate`; what is `None` keeps its default.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Options {
+    #[pyo3(item("use"))]
+    measurements: Option<String>,
     residual: Option<String>,
     loss: Option<String>,
     fix: Vec<String>,
@@ -27,15 +31,24 @@ pub struct Options {
     speed_mm_s: Option<f64>,
     stand_off_mm: Option<f64>,
     accept_partial: bool,
+    threads: Option<NonZeroUsize>,
+    align_clocks: bool,
     require: [Option<f64>; 3],
+    fixed_sigma: [Option<f64>; 3],
 }
 
 impl Options {
+    /// Whether robot and images were stamped by clocks that have nothing in common.
+    pub fn align_clocks(&self) -> bool {
+        self.align_clocks
+    }
+
     /// The settings.
     ///
     /// # Errors
-    /// A name that is none, a number that cannot be.
+    /// A name that is none, a number that cannot be, options that contradict each other.
     pub fn config(self) -> Result<Config, Failure> {
+        let held = sigmas("fixed_sigma", self.fixed_sigma)?;
         let mut config = Config {
             loss: self.loss.as_deref().map(|name| choice("loss", name, &LOSSES)).transpose()?,
             hold: self.fix.iter().map(|name| choice("fix", name, &HOLDS)).collect::<Result<_, _>>()?,
@@ -46,8 +59,19 @@ impl Options {
             },
             robot_sigma_m: positive("robot_sigma_mm", self.robot_sigma_mm)?.map(|mm| mm * 1e-3),
             stamp_sigma_s: positive("stamp_sigma_ms", self.stamp_sigma_ms)?.map(|ms| ms * 1e-3),
+            robot_accuracy_m: not_negative("robot_accuracy_mm", self.robot_accuracy_mm)?.map(|mm| mm * 1e-3),
+            require: sigmas("require", self.require)?,
+            held_sigma: HeldSigma {
+                time_s: held.time_s,
+                rotation_rad: held.rotation_rad,
+                translation_m: held.translation_m,
+            },
+            threads: self.threads.map_or(1, NonZeroUsize::get),
             ..Config::default()
         };
+        if let Some(name) = self.measurements {
+            config.measurements = choice("use", &name, &MEASUREMENTS)?;
+        }
         if let Some(name) = self.residual {
             config.residual = choice("residual", &name, &RESIDUALS)?;
         }
@@ -56,9 +80,6 @@ impl Options {
         }
         if let Some(name) = self.sensor_mode {
             config.sensor = choice("sensor_mode", &name, &SENSORS)?;
-        }
-        if let Some(mm) = not_negative("robot_accuracy_mm", self.robot_accuracy_mm)? {
-            config.robot_accuracy_m = Some(mm * 1e-3);
         }
         if let Some(px) = not_negative("feature_bias_px", self.feature_bias_px)? {
             config.feature_bias_px = px;
@@ -69,20 +90,48 @@ impl Options {
         if let Some(mm) = positive("feature_sigma_mm", self.feature_sigma_mm)? {
             config.feature_sigma_m = mm * 1e-3;
         }
-        if let Some(mm_s) = positive("speed_mm_s", self.speed_mm_s)? {
+        if let Some(mm_s) = not_negative("speed_mm_s", self.speed_mm_s)? {
             config.used_at.speed_m_s = mm_s * 1e-3;
         }
         config.used_at.stand_off_m = positive("stand_off_mm", self.stand_off_mm)?.map(|mm| mm * 1e-3);
-        let [time_ms, rotation_deg, translation_mm] = self.require;
-        config.require = Requirement {
-            time_s: positive("require_ms", time_ms)?.map(|ms| ms * 1e-3),
-            rotation_rad: positive("require_deg", rotation_deg)?.map(f64::to_radians),
-            translation_m: positive("require_mm", translation_mm)?.map(|mm| mm * 1e-3),
-        };
+        check_sensor(&config)?;
+        check_held(&config)?;
         Ok(config)
     }
 }
 
+/// The paper's residual takes the sensor for exact.
+fn check_sensor(config: &Config) -> Result<(), Failure> {
+    if config.residual == ResidualKind::PointToLine && config.sensor == SensorMode::Free {
+        return Err(Failure::new(
+            "sensor_mode: the point-to-line residual takes the sensor for exact",
+            "use \"free\" with residual=\"sheet\"",
+        ));
+    }
+    Ok(())
+}
+
+/// What is said of something that is not held would be ignored.
+fn check_held(config: &Config) -> Result<(), Failure> {
+    let sigma = config.held_sigma;
+    let of_hand_eye = sigma.rotation_rad.is_some() || sigma.translation_m.is_some();
+    let missing = match () {
+        () if sigma.time_s.is_some() && !config.hold.contains(&Hold::TimeOffset) => "time-offset",
+        () if of_hand_eye && !config.hold.contains(&Hold::HandEye) => "hand-eye",
+        () => return Ok(()),
+    };
+    Err(Failure::new(
+        format!("fixed_sigma: speaks of the {missing}, which is not held"),
+        format!("add fix=[\"{missing}\"]"),
+    ))
+}
+
+const MEASUREMENTS: [(&str, Measurements); 4] = [
+    ("auto", Measurements::Auto),
+    ("seam", Measurements::Seam),
+    ("stripe", Measurements::Stripe),
+    ("both", Measurements::Both),
+];
 const RESIDUALS: [(&str, ResidualKind); 2] =
     [("sheet", ResidualKind::Sheet), ("point-to-line", ResidualKind::PointToLine)];
 const HOLDS: [(&str, Hold); 2] = [("time-offset", Hold::TimeOffset), ("hand-eye", Hold::HandEye)];
@@ -94,7 +143,7 @@ const LOSSES: [(&str, Loss); 5] = [
     ("squared", Loss::Squared),
     ("huber", Loss::Huber { scale: 3.0 }),
     ("cauchy", Loss::Cauchy { scale: 3.0 }),
-    ("geman-mcclure", Loss::GemanMcClure { scale: 4.0 }),
+    ("geman-mc-clure", Loss::GemanMcClure { scale: 4.0 }),
     ("tukey", Loss::Tukey { scale: 8.0 }),
 ];
 const AXES: [(&str, ToolAxis); 6] = [
@@ -105,30 +154,3 @@ const AXES: [(&str, ToolAxis); 6] = [
     ("+z", ToolAxis::PlusZ),
     ("-z", ToolAxis::MinusZ),
 ];
-
-fn choice<T: Copy>(option: &str, name: &str, known: &[(&str, T)]) -> Result<T, Failure> {
-    known.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or_else(|| {
-        let names: Vec<_> = known.iter().map(|(name, _)| *name).collect();
-        Failure::new(format!("{option}: there is no {name:?}"), format!("one of {}", names.join(", ")))
-    })
-}
-
-fn not_negative(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
-    match value {
-        Some(x) if !(x >= 0.0 && x.is_finite()) => Err(Failure::new(
-            format!("{option}: expected a number of at least zero, found {x}"),
-            "leave it out for the default",
-        )),
-        _ => Ok(value),
-    }
-}
-
-fn positive(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
-    match value {
-        Some(x) if !(x > 0.0 && x.is_finite()) => Err(Failure::new(
-            format!("{option}: expected a number above zero, found {x}"),
-            "leave it out for the default",
-        )),
-        _ => Ok(value),
-    }
-}

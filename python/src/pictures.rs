@@ -1,15 +1,20 @@
 //! Pictures as an array → seam points.
 
+use crate::columns;
 use crate::failure::Failure;
+use crate::interruptible;
+use crate::named::choice;
 use numpy::ndarray::{Array2, ArrayView3, Axis};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::Path;
-use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource, Pixels, sensor_toml};
+use std::sync::atomic::{AtomicBool, Ordering};
+use trueline_dataset::sensor_setup::RegionOfInterest;
+use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource, Pixels, SensorFile, sensor_toml};
 use trueline_open::OpenError;
-use trueline_vision::scan::{ScanError, ScanSeams};
-use trueline_vision::{Detector, Joint};
+use trueline_vision::scan::{ExaminedPicture, ScanError, ScanObserver, ScanSeams};
+use trueline_vision::{Detector, Joint, PictureRegion, StripeChoice};
 
 /// A stack of pictures: number, row, column.
 #[derive(FromPyObject)]
@@ -56,20 +61,32 @@ impl PictureSource for Pictures<'_> {
     }
 }
 
+/// Ends the search when somebody has pressed Ctrl-C.
+struct Stop<'a>(&'a AtomicBool);
+
+impl ScanObserver for Stop<'_> {
+    fn examined(&self, _picture: &ExaminedPicture<'_>) -> Result<(), ScanError> {
+        if self.0.load(Ordering::Relaxed) {
+            return Err(ScanError::Observer("interrupted".into()));
+        }
+        Ok(())
+    }
+}
+
+/// The joint, which of several places, and the corners of a region, px.
+type How = (Option<String>, Option<String>, Option<Vec<[f64; 2]>>);
+
 /// Finds the seam in pictures; a dictionary with the stamps, pixels and their ± where there is one, and the reasons of the
 /// others.
 #[pyfunction]
-pub fn find_seams<'py>(
+pub fn picture_seams<'py>(
     py: Python<'py>,
     sensor_toml: &str,
     pictures: Stack<'py>,
     stamps_ns: PyReadonlyArray1<'py, i64>,
-    joint: Option<&str>,
+    how: How,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let sensor = sensor_toml::parse(Path::new("sensor"), sensor_toml).map_err(Failure::from)?;
-    let detector = Detector::for_sensor(&sensor)
-        .ok_or_else(|| Failure::new("only cameras take pictures", "profilers and points have no pixels"))?;
-    let joint = joint.map(joint_of).transpose()?;
+    let (detector, joint) = looking_for(sensor_toml, &how)?;
     let stamps = stamps_ns.as_slice()?;
     let views = match &pictures {
         Stack::Eight(stack) => Views::Eight(stack.as_array()),
@@ -84,14 +101,36 @@ pub fn find_seams<'py>(
         return Err(Failure::new(text, "one stamp for each picture").into());
     }
     let source = Pictures { views, stamps_ns: stamps };
-    let found = py.detach(|| trueline_vision::find_seams(&source, &detector, joint, &()));
-    columns(
-        py,
-        &found.map_err(|error: ScanError| Failure::from(trueline::Error::from(OpenError::from(error))))?,
-    )
+    let stop = AtomicBool::new(false);
+    let found = interruptible::borrowing(py, &stop, || {
+        let found = trueline_vision::find_seams(&source, &detector, joint, &Stop(&stop));
+        found.map_err(|error| Failure::from(trueline::Error::from(OpenError::from(error))))
+    })?;
+    columns_of(py, &found)
 }
 
-fn columns<'py>(py: Python<'py>, seams: &ScanSeams) -> PyResult<Bound<'py, PyDict>> {
+fn looking_for(
+    sensor_toml: &str,
+    (joint, stripe, region): &How,
+) -> Result<(Detector, Option<Joint>), Failure> {
+    let SensorFile { sensor, setup } = sensor_toml::parse_file(Path::new("sensor"), sensor_toml)?;
+    let detector = Detector::for_sensor(&sensor)
+        .ok_or_else(|| Failure::new("only cameras take pictures", "profilers and points have no pixels"))?;
+    let joint = joint.as_deref().map(joint_of).transpose()?;
+    let stripe = stripe
+        .as_deref()
+        .map(|name| choice("stripe", name, &StripeChoice::ALL.map(|choice| (choice.name(), choice))))
+        .transpose()?
+        .unwrap_or_default();
+    let region = match (region, setup.region_of_interest) {
+        (Some(corners), _) => Some(region_of(corners, detector.lens().camera().size)?),
+        (None, Some(RegionOfInterest::Pixels { u_px, v_px })) => PictureRegion::rectangle(u_px, v_px),
+        _ => None,
+    };
+    Ok((detector.within(region).choosing(stripe), joint))
+}
+
+fn columns_of<'py>(py: Python<'py>, seams: &ScanSeams) -> PyResult<Bound<'py, PyDict>> {
     let found: Vec<_> = seams
         .detections()
         .flat_map(|(stamp, found)| found.seams().zip(0_i64..).map(move |(seam, line)| (stamp, seam, line)))
@@ -100,19 +139,16 @@ fn columns<'py>(py: Python<'py>, seams: &ScanSeams) -> PyResult<Bound<'py, PyDic
     let sigma = Array2::from_shape_fn((found.len(), 2), |(row, axis)| {
         found[row].1.covariance_px2[(axis, axis)].sqrt()
     });
+    let (stamps, frames): (Vec<_>, Vec<_>) =
+        found.iter().map(|(stamp, ..)| (stamp.stamp_ns, stamp.frame as i64)).unzip();
     let out = PyDict::new(py);
     out.set_item("joint", seams.joint.name())?;
-    out.set_item(
-        "stamp_ns",
-        found.iter().map(|(stamp, ..)| stamp.stamp_ns).collect::<Vec<_>>().into_pyarray(py),
-    )?;
-    out.set_item(
-        "picture",
-        found.iter().map(|(stamp, ..)| stamp.frame as i64).collect::<Vec<_>>().into_pyarray(py),
-    )?;
+    out.set_item("stamp_ns", stamps.into_pyarray(py))?;
+    out.set_item("frame", frames.into_pyarray(py))?;
     out.set_item("line", found.iter().map(|(.., line)| *line).collect::<Vec<_>>().into_pyarray(py))?;
-    out.set_item("pixels", pixels.into_pyarray(py))?;
-    out.set_item("sigma_px", sigma.into_pyarray(py))?;
+    out.set_item("points", pixels.into_pyarray(py))?;
+    out.set_item("sigma", sigma.into_pyarray(py))?;
+    out.set_item("stripes", columns::stripes(py, &seams.stripes())?)?;
     let others = seams
         .frames
         .iter()
@@ -121,9 +157,23 @@ fn columns<'py>(py: Python<'py>, seams: &ScanSeams) -> PyResult<Bound<'py, PyDic
     Ok(out)
 }
 
-fn joint_of(name: &str) -> Result<Joint, Failure> {
-    Joint::ALL.into_iter().find(|joint| joint.name() == name).ok_or_else(|| {
-        let names: Vec<_> = Joint::ALL.iter().map(|joint| joint.name()).collect();
-        Failure::new(format!("there is no joint {name:?}"), format!("one of {}", names.join(", ")))
+fn region_of(corners: &[[f64; 2]], size: [u32; 2]) -> Result<PictureRegion, Failure> {
+    let region = match corners {
+        [[u0, v0], [u1, v1]] => PictureRegion::rectangle([*u0, *u1], [*v0, *v1]),
+        more => PictureRegion::polygon(more),
+    };
+    region.filter(|region| region.overlaps(size)).ok_or_else(|| {
+        Failure::new(
+            format!("region: {corners:?} is no region of the pictures"),
+            "two opposite corners (u, v), upper left first, or three or more corners of a polygon, px",
+        )
     })
+}
+
+/// A joint by its name.
+///
+/// # Errors
+/// A name that is none.
+pub fn joint_of(name: &str) -> Result<Joint, Failure> {
+    choice("joint", name, &Joint::ALL.map(|joint| (joint.name(), joint)))
 }

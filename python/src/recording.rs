@@ -1,9 +1,11 @@
 //! A recorded scan.
 
-use crate::calibration::Calibration;
+use crate::calibration::{Calibration, Made};
+use crate::columns;
 use crate::failure::Failure;
 use crate::interruptible;
 use crate::options::Options;
+use crate::pictures::joint_of;
 use crate::rows::{self, Extras};
 use nalgebra::Matrix4;
 use numpy::ndarray::{Array2, Array3};
@@ -11,14 +13,16 @@ use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
 };
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use trueline::{Guess, Measured, Pose};
-use trueline_dataset::{SensorFile, calibration_file, folder, sensor_toml};
-use trueline_method::diagnose::doctor;
-use trueline_method::evaluate::evaluation::evaluate;
-use trueline_method::evaluate::reference_curve::Form;
-use trueline_report::{diagnosis, evaluated};
+use std::time::Instant;
+use trueline::{Guess, Pose};
+use trueline_dataset::{SensorFile, folder, join, sensor_toml};
+use trueline_method::diagnose::{clock_alignment, doctor};
+use trueline_method::stripe::corners::with_corners;
+use trueline_open::How;
+use trueline_report::diagnosis;
 use trueline_sim::Preset;
 
 const PRESETS: [Preset; 8] = [
@@ -50,16 +54,32 @@ type Arrays<'py> = (
     PyReadonlyArray2<'py, f64>,
 );
 
+/// Line numbers, frame counters and standard deviations of the features.
+type ExtraArrays<'py> = (
+    Option<PyReadonlyArray1<'py, i64>>,
+    Option<PyReadonlyArray1<'py, i64>>,
+    Option<PyReadonlyArray2<'py, f64>>,
+);
+
+/// Stamps, plates, the two support points and the standard deviations of stripes.
+type StripeArrays<'py> = (
+    PyReadonlyArray1<'py, i64>,
+    PyReadonlyArray1<'py, i64>,
+    PyReadonlyArray3<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+);
+
 /// A first guess: time offset in s and tool_from_camera.
 type GuessArrays<'py> = (f64, PyReadonlyArray2<'py, f64>);
 
 #[pymethods]
 impl Recording {
-    /// Opens a folder, an .mcap or a bag.
+    /// Opens a folder, an .mcap or a bag; pictures show the joint, or tell it.
     #[staticmethod]
-    fn open(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+    fn open(py: Python<'_>, path: PathBuf, joint: Option<&str>) -> PyResult<Self> {
         let title = path.display().to_string();
-        let inner = interruptible::run(py, move || Ok(trueline::Recording::open(path)?))?;
+        let how = How { joint: joint.map(joint_of).transpose()?, ..How::default() };
+        let inner = interruptible::run(py, move || Ok(trueline::Recording::open_how(path, &how)?))?;
         Ok(Self { inner: Arc::new(inner), title })
     }
 
@@ -68,30 +88,58 @@ impl Recording {
     fn from_arrays(
         sensor_toml: &str,
         arrays: Arrays<'_>,
-        line: Option<PyReadonlyArray1<'_, i64>>,
-        sigma: Option<PyReadonlyArray2<'_, f64>>,
+        extras: ExtraArrays<'_>,
+        stripes: Option<StripeArrays<'_>>,
         guess: Option<GuessArrays<'_>>,
     ) -> PyResult<Self> {
+        let file = Path::new("sensor");
         let SensorFile { sensor, setup } =
-            sensor_toml::parse_file(Path::new("sensor"), sensor_toml).map_err(Failure::from)?;
+            sensor_toml::parse_file(file, sensor_toml).map_err(Failure::from)?;
+        folder::refuse_what_is_not_applied(file, &setup).map_err(Failure::from)?;
         let (robot_ns, base_from_tool, feature_ns, points) = &arrays;
+        let (line, frame, sigma) = &extras;
         let poses = rows::poses(robot_ns.as_array(), base_from_tool.as_array())?;
         let extras = Extras {
             line: line.as_ref().map(|line| line.as_array()),
+            frame: frame.as_ref().map(|frame| frame.as_array()),
             sigma: sigma.as_ref().map(|sigma| sigma.as_array()),
         };
         let features = rows::features(&sensor, feature_ns.as_array(), points.as_array(), extras)?;
+        let stripes = match &stripes {
+            None => Vec::new(),
+            Some((stamps_ns, plate, points, sigma)) => rows::stripes(
+                &sensor,
+                (stamps_ns.as_array(), plate.as_array()),
+                points.as_array(),
+                sigma.as_array(),
+            )?,
+        };
         let data = trueline_dataset::Recording {
             sensor,
             setup,
             robot: poses,
             features,
-            stripes: Vec::new(),
+            stripes,
             initial: guess.map(|(time_offset_s, pose)| guess_of(time_offset_s, &pose)).transpose()?,
             truth: None,
             inputs: std::collections::BTreeMap::new(),
         };
+        let data = with_corners(&data).unwrap_or(data);
         Ok(Self { inner: Arc::new(data.into()), title: "arrays".into() })
+    }
+
+    /// Several scans of one sensor as one, each with its own lines.
+    #[staticmethod]
+    fn join(scans: Vec<PyRef<'_, Recording>>) -> PyResult<Self> {
+        let titles: Vec<&str> = scans.iter().map(|scan| scan.title.as_str()).collect();
+        let joined = join::join(scans.iter().map(|scan| (**scan.inner).clone()).collect());
+        let joined = joined.map_err(|error| {
+            Failure::new(
+                error.to_string(),
+                "scans of different sensors, or set-ups, are calibrated one by one",
+            )
+        })?;
+        Ok(Self { inner: Arc::new(joined.recording.into()), title: titles.join(", ") })
     }
 
     /// A simulated scan of a preset; with `random_cell` the time offset, the hand-eye transform and the seam are drawn anew.
@@ -126,26 +174,28 @@ impl Recording {
         options: Options,
         guess: Option<GuessArrays<'_>>,
     ) -> PyResult<Calibration> {
+        let align_clocks = options.align_clocks();
         let config = options.config()?;
         let guess = guess.map(|(time_offset_s, pose)| guess_of(time_offset_s, &pose)).transpose()?;
-        let recording = Arc::clone(&self.inner);
-        let calibration = interruptible::run(py, move || {
-            let guessed = guess.map(|guess| (*recording).clone().with_guess(guess));
-            let recording = guessed.as_ref().unwrap_or(&recording);
-            Ok(recording.calibrate_with(&config)?)
-        })?;
-        Ok(Calibration::new(calibration, Arc::clone(&self.inner), self.title.clone()))
-    }
-
-    /// Distances of the seam points by the calibration in a result file from the best line; JSON.
-    fn evaluate(&self, py: Python<'_>, calibration: PathBuf) -> PyResult<String> {
-        let recording = Arc::clone(&self.inner);
-        interruptible::run(py, move || {
-            let known = calibration_file::read(&calibration)?.known;
-            let evaluation = evaluate(&recording, &known.parameters, None, Form::Auto)
-                .map_err(|error| Failure::from(trueline::Error::from(error)))?;
-            Ok(format!("{:#}", evaluated::json(&evaluation, None, None)))
-        })
+        let recorded = Arc::clone(&self.inner);
+        let made = interruptible::run(py, move || {
+            let mut recording = recorded;
+            let mut images_ahead_s = None;
+            if align_clocks {
+                let found = clock_alignment::align(&recording, &config)
+                    .map_err(|error| Failure::new(error.to_string(), error.hint()))?;
+                images_ahead_s = Some(found.images_ahead_ns as f64 * 1e-9);
+                recording = Arc::new(clock_alignment::aligned(&recording, found.images_ahead_ns).into());
+            }
+            if let Some(guess) = guess {
+                recording = Arc::new((*recording).clone().with_guess(guess));
+            }
+            let began = Instant::now();
+            let inner = recording.calibrate_with(&config)?;
+            Ok((Made { inner, images_ahead_s, took: began.elapsed() }, recording))
+        });
+        let (made, recording) = made?;
+        Ok(Calibration::new(made, recording, self.title.clone()))
     }
 
     /// What is wrong with the recording; JSON.
@@ -183,17 +233,17 @@ impl Recording {
 
     /// The features: px, or m.
     fn points<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let features = &self.inner.features;
-        let columns = features.first().map_or(2, |feature| numbers(&feature.measured).len());
-        Array2::from_shape_fn((features.len(), columns), |(row, column)| {
-            numbers(&features[row].measured)[column]
-        })
-        .into_pyarray(py)
+        columns::points(py, self.inner.features.iter().map(|feature| &feature.measured))
     }
 
     /// Which line each feature lies on.
     fn lines<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         self.inner.features.iter().map(|feature| i64::from(feature.line)).collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    /// The stripes: stamps (ns), plates, support points (px, or m) and their standard deviations.
+    fn stripes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        columns::stripes(py, &self.inner.stripes)
     }
 
     /// Time offset (s) and tool_from_camera (m) of the simulation, if it is one.
@@ -230,11 +280,4 @@ fn guess_of(time_offset_s: f64, tool_from_camera: &PyReadonlyArray2<'_, f64>) ->
 
 fn matrix(pose: &Pose) -> Matrix4<f64> {
     pose.to_homogeneous()
-}
-
-fn numbers(measured: &Measured) -> &[f64] {
-    match measured {
-        Measured::Pixel(numbers) | Measured::Profile(numbers) => numbers,
-        Measured::Point(numbers) => numbers,
-    }
 }

@@ -2,8 +2,9 @@
 
 use crate::failure::Failure;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use numpy::ndarray::{ArrayView1, ArrayView2, ArrayView3, ArrayViewD};
+use numpy::ndarray::{ArrayView1, ArrayView2, ArrayView3, Axis};
 use trueline::{Feature, Measured, Pose, RobotSample, Sensor};
+use trueline_dataset::PlateStripe;
 use trueline_geometry::se3;
 
 /// A rotation matrix may be this far from orthonormal: four printed digits are.
@@ -14,6 +15,8 @@ const ORTHONORMAL_TOLERANCE: f64 = 1e-3;
 pub struct Extras<'a> {
     /// Which line each lies on.
     pub line: Option<ArrayView1<'a, i64>>,
+    /// Frame counters.
+    pub frame: Option<ArrayView1<'a, i64>>,
     /// Standard deviations in the points' unit.
     pub sigma: Option<ArrayView2<'a, f64>>,
 }
@@ -26,7 +29,7 @@ pub fn poses(
     stamps_ns: ArrayView1<'_, i64>,
     base_from_tool: ArrayView3<'_, f64>,
 ) -> Result<Vec<RobotSample>, Failure> {
-    rows_of("base_from_tool", base_from_tool.view().into_dyn(), &[stamps_ns.len(), 4, 4])?;
+    rows_of("base_from_tool", base_from_tool.shape(), &[stamps_ns.len(), 4, 4])?;
     rising("robot_times", stamps_ns)?;
     let numbered = stamps_ns.iter().zip(base_from_tool.outer_iter()).enumerate();
     numbered
@@ -76,30 +79,70 @@ pub fn features(
     extras: Extras<'_>,
 ) -> Result<Vec<Feature>, Failure> {
     let count = stamps_ns.len();
-    let coordinates = if matches!(sensor, Sensor::Points { .. }) { 3 } else { 2 };
-    rows_of("points", points.view().into_dyn(), &[count, coordinates])?;
+    rows_of("points", points.shape(), &[count, coordinates(sensor)])?;
     rising("feature_times", stamps_ns)?;
-    if let Some(line) = extras.line {
-        rows_of("line", line.mapv(|n| n as f64).view().into_dyn(), &[count])?;
+    for (name, numbers) in [("line", extras.line), ("frame", extras.frame)] {
+        numbers.map_or(Ok(()), |numbers| rows_of(name, numbers.shape(), &[count]))?;
     }
-    if let Some(sigma) = extras.sigma {
-        rows_of("feature_sigma", sigma.view().into_dyn(), &[count, 2])?;
-    }
+    extras.sigma.map_or(Ok(()), |sigma| rows_of("feature_sigma", sigma.shape(), &[count, 2]))?;
     (0..count)
         .map(|row| {
-            let line = extras.line.map_or(Ok(0), |line| u32::try_from(line[row]));
             Ok(Feature {
                 stamp_ns: stamps_ns[row],
-                line: line.map_err(|_| {
-                    Failure::new(format!("line[{row}] is no number of a line"), "lines count from 0")
-                })?,
-                frame: None,
+                line: extras.line.map_or(Ok(0), |line| counted("line", line, row))?,
+                frame: extras.frame.map(|frame| counted("frame", frame, row)).transpose()?,
                 device_ns: None,
                 measured: measured(sensor, points.row(row)).ok_or_else(|| not_finite("points", row))?,
                 sigma: extras.sigma.map(|sigma| sigma_of(sigma, row)).transpose()?,
             })
         })
         .collect()
+}
+
+/// Stripes on plates, each known by two of its points.
+///
+/// # Errors
+/// As [`features`].
+pub fn stripes(
+    sensor: &Sensor,
+    (stamps_ns, plate): (ArrayView1<'_, i64>, ArrayView1<'_, i64>),
+    points: ArrayView3<'_, f64>,
+    sigma: ArrayView1<'_, f64>,
+) -> Result<Vec<PlateStripe>, Failure> {
+    let count = stamps_ns.len();
+    rows_of("stripes.points", points.shape(), &[count, 2, coordinates(sensor)])?;
+    rows_of("stripes.plate", plate.shape(), &[count])?;
+    rows_of("stripes.sigma", sigma.shape(), &[count])?;
+    rising("stripes.times", stamps_ns)?;
+    (0..count)
+        .map(|row| {
+            let point = |end: usize| {
+                let point = points.index_axis(Axis(0), row).index_axis_move(Axis(0), end);
+                measured(sensor, point).ok_or_else(|| not_finite("stripes.points", row))
+            };
+            Ok(PlateStripe {
+                stamp_ns: stamps_ns[row],
+                frame: None,
+                plate: counted("stripes.plate", plate, row)?,
+                points: [point(0)?, point(1)?],
+                sigma: deviation("stripes.sigma", row, sigma[row])?,
+            })
+        })
+        .collect()
+}
+
+fn coordinates(sensor: &Sensor) -> usize {
+    if matches!(sensor, Sensor::Points { .. }) { 3 } else { 2 }
+}
+
+/// A number that counts from 0.
+fn counted<T: TryFrom<i64>>(name: &str, numbers: ArrayView1<'_, i64>, row: usize) -> Result<T, Failure> {
+    T::try_from(numbers[row]).map_err(|_| {
+        Failure::new(
+            format!("{name}[{row}] cannot be {}", numbers[row]),
+            "lines, plates and frames count from 0",
+        )
+    })
 }
 
 fn measured(sensor: &Sensor, point: ArrayView1<'_, f64>) -> Option<Measured> {
@@ -114,11 +157,14 @@ fn measured(sensor: &Sensor, point: ArrayView1<'_, f64>) -> Option<Measured> {
 }
 
 fn sigma_of(sigma: ArrayView2<'_, f64>, row: usize) -> Result<[f64; 2], Failure> {
-    let pair = [sigma[[row, 0]], sigma[[row, 1]]];
-    if pair.iter().all(|s| *s > 0.0 && s.is_finite()) {
-        return Ok(pair);
+    Ok([deviation("feature_sigma", row, sigma[[row, 0]])?, deviation("feature_sigma", row, sigma[[row, 1]])?])
+}
+
+fn deviation(name: &str, row: usize, sigma: f64) -> Result<f64, Failure> {
+    if sigma > 0.0 && sigma.is_finite() {
+        return Ok(sigma);
     }
-    Err(Failure::new(format!("feature_sigma[{row}]: {pair:?}"), "standard deviations are numbers above zero"))
+    Err(Failure::new(format!("{name}[{row}] is {sigma}"), "standard deviations are numbers above zero"))
 }
 
 fn not_finite(name: &str, row: usize) -> Failure {
@@ -144,12 +190,12 @@ fn rising(name: &str, stamps_ns: ArrayView1<'_, i64>) -> Result<(), Failure> {
     }
 }
 
-fn rows_of(name: &str, array: ArrayViewD<'_, f64>, expected: &[usize]) -> Result<(), Failure> {
-    if array.shape() == expected {
+fn rows_of(name: &str, found: &[usize], expected: &[usize]) -> Result<(), Failure> {
+    if found == expected {
         return Ok(());
     }
     Err(Failure::new(
-        format!("{name}: expected an array of shape {expected:?}, found {:?}", array.shape()),
+        format!("{name}: expected an array of shape {expected:?}, found {found:?}"),
         "one row for each stamp; pixels and profiles have two columns, points three",
     ))
 }

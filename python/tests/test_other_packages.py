@@ -2,12 +2,16 @@
 
 import json
 import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import trueline
 from matplotlib.image import imread
-from trueline.program import run
+from trueline import run
+from trueline.rotations import matrices_of, quaternion_of
 
 
 @pytest.fixture(scope="module")
@@ -40,11 +44,9 @@ def test_quaternions_are_scipys(scan: trueline.Recording) -> None:
     rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     matrices = rotation.random(200, random_state=1).as_matrix()
     half_turns = rotation.from_rotvec(np.pi * np.eye(3)).as_matrix()
-    from trueline.frames import _quaternion, _rotations
-
     for matrix in [*matrices, *half_turns]:
-        wxyz = _quaternion(matrix)
-        np.testing.assert_allclose(_rotations(wxyz[None])[0], matrix, atol=1e-14)
+        wxyz = quaternion_of(matrix)
+        np.testing.assert_allclose(matrices_of(wxyz), matrix, atol=1e-14)
         assert abs(wxyz @ np.roll(rotation.from_matrix(matrix).as_quat(), 1)) == pytest.approx(1.0, abs=1e-14)
 
 
@@ -57,22 +59,53 @@ def test_the_hand_eye_is_a_transform_of_pytransform3d(scan: trueline.Recording) 
     np.testing.assert_allclose(by_them, result.tool_from_camera, atol=1e-12)
 
 
-def test_rows_of_a_fleet_are_read_by_polars_and_duckdb(scan: trueline.Recording, tmp_path) -> None:
+def test_rows_of_a_fleet_are_read_by_polars_and_duckdb(scan: trueline.Recording, tmp_path: Path) -> None:
     polars, duckdb = pytest.importorskip("polars"), pytest.importorskip("duckdb")
     from trueline import fleet
 
     scan.write(tmp_path / "scan")
     fleet.calibrate([tmp_path / "scan"], out=tmp_path / "rows")
-    parts = str(tmp_path / "rows" / "*.parquet")
+    parts = str(tmp_path / "rows" / "rows" / "**" / "*.parquet")
+    timings = str(tmp_path / "rows" / "timings" / "**" / "*.parquet")
     expected = trueline.calibrate(tmp_path / "scan").time_offset_s
     frame = polars.read_parquet(parts)
     assert frame["time_offset_s"].struct.field("value")[0] == expected
     asked = f"select time_offset_s.value, list_transform(reasons, lambda r: r.code) from read_parquet('{parts}')"
     assert duckdb.sql(asked).fetchall() == [(expected, [])]
     assert json.loads(frame["result_json"][0])["schema_version"] == 2
+    joined = f"select r.url, t.duration_s > 0 from '{parts}' r join '{timings}' t using (content_hash)"
+    assert duckdb.sql(joined).fetchall() == [(str(tmp_path / "scan"), True)]
 
 
-def test_a_bag_that_rosbags_wrote_is_opened(tmp_path) -> None:
+def test_a_result_goes_into_a_frame_of_pandas_and_polars(scan: trueline.Recording) -> None:
+    import pandas
+    import polars
+
+    result = trueline.calibrate(scan)
+    numbers = {name: column for name, column in vars(result.residuals).items() if column.ndim == 1}
+    for frame in (pandas.DataFrame(numbers), polars.DataFrame(numbers)):
+        assert len(frame) == len(result.residuals.row)
+        np.testing.assert_array_equal(np.asarray(frame["normalised"]), result.residuals.normalised)
+    sigma_s = result.sigma.time_offset_s
+    assert sigma_s is not None
+    covariance = pandas.DataFrame(result.covariance.matrix, result.covariance.names, result.covariance.names)
+    assert covariance.loc["time_offset_s", "time_offset_s"] == pytest.approx(sigma_s**2, rel=1e-12)
+
+
+def test_poses_of_scipy_and_of_pytransform3d_go_in(scan: trueline.Recording) -> None:
+    transform = pytest.importorskip("scipy.spatial.transform")
+    trajectories = pytest.importorskip("pytransform3d.trajectories")
+    poses = scan.base_from_tool
+    rigid = transform.RigidTransform.from_matrix(poses)
+    by_pq = trajectories.transforms_from_pqs(trajectories.pqs_from_transforms(poses))
+    for form in (rigid, by_pq):
+        again = trueline.Recording.from_arrays(
+            scan.robot_times_s, form, scan.feature_times_s, scan.points, sensor=scan.sensor
+        )
+        np.testing.assert_allclose(again.base_from_tool, poses, atol=1e-14)
+
+
+def test_a_bag_that_rosbags_wrote_is_opened(tmp_path: Path) -> None:
     rosbag2 = pytest.importorskip("rosbags.rosbag2")
     from rosbags.typesys import Stores, get_typestore
 
@@ -92,19 +125,19 @@ def test_a_bag_that_rosbags_wrote_is_opened(tmp_path) -> None:
     np.testing.assert_allclose(opened.base_from_tool, scan.base_from_tool, atol=1e-9)
 
 
-def write(writer, types, topic: str, ns: int, message) -> None:
+def write(writer: Any, types: Any, topic: str, ns: int, message: Any) -> None:
     name = message.__msgtype__
     connection = next((c for c in writer.connections if c.topic == topic), None)
     connection = connection or writer.add_connection(topic, name, typestore=types)
     writer.write(connection, ns, types.serialize_cdr(message, name))
 
 
-def header(make, ns: int, frame: str):
+def header(make: Any, ns: int, frame: str) -> Any:
     stamp = make["builtin_interfaces/msg/Time"](sec=ns // 10**9, nanosec=ns % 10**9)
     return make["std_msgs/msg/Header"](stamp=stamp, frame_id=frame)
 
 
-def transforms(make, columns):
+def transforms(make: Any, columns: Any) -> Iterator[tuple[int, Any]]:
     for row in range(len(columns["time_s"])):
         ns = int(round(columns["time_s"][row] * 1e9))
         xyz = [columns[name][row] * 1e-3 for name in ("x_mm", "y_mm", "z_mm")]
@@ -119,7 +152,7 @@ def transforms(make, columns):
         yield ns, make["tf2_msgs/msg/TFMessage"](transforms=[stamped])
 
 
-def images(make, folder):
+def images(make: Any, folder: Path) -> Iterator[tuple[int, Any]]:
     rows = (folder / "images" / "index.csv").read_text().splitlines()
     for row in rows[1:]:
         entry = dict(zip(rows[0].split(","), row.split(","), strict=True))

@@ -10,43 +10,61 @@ True
 """
 
 from ._trueline import TruelineError, __version__
-from .calibrate import calibrate
-from .estimates import Covariance, Fact, Line, Residuals, Sigma
-from .features import Seams, find_seams
+from .calibrate import calibrate, calibrate_board
+from .doctor import doctor
+from .estimates import Covariance, Fact, Line, Plane, Residuals, Sigma
+from .features import Features, features
 from .frames import features_columns, from_frames, robot_columns
-from .program import diff, export, export_forms, plan
-from .recording import Guess, Recording, open, simulate
+from .live import LiveRecording, LiveState, Recorded, RecordOptions, record
+from .options import Options
+from .program import diff, evaluate, export, export_forms, plan
+from .recording import Guess, Recording, join, open, simulate
 from .result import Result, load
+from .run import run
 from .sensor import Camera, CameraLaser, Points, Profiler, Sensor, SensorText
+from .stripes import Stripes
 
 __all__ = [
     "Camera",
     "CameraLaser",
     "Covariance",
     "Fact",
+    "Features",
     "Guess",
     "Line",
+    "LiveRecording",
+    "LiveState",
+    "Options",
+    "Plane",
     "Points",
     "Profiler",
+    "RecordOptions",
+    "Recorded",
     "Recording",
     "Residuals",
     "Result",
-    "Seams",
     "Sensor",
     "SensorText",
     "Sigma",
+    "Stripes",
     "TruelineError",
     "__version__",
     "calibrate",
+    "calibrate_board",
     "diff",
+    "doctor",
+    "evaluate",
     "export",
     "export_forms",
+    "features",
     "features_columns",
-    "find_seams",
     "from_frames",
+    "join",
     "load",
     "open",
     "plan",
+    "record",
     "robot_columns",
+    "run",
     "simulate",
 ]

@@ -4,46 +4,28 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Literal, TypedDict, Unpack, overload
+from typing import TypeAlias, Unpack, overload
 
 from numpy.typing import ArrayLike
 
+from .options import Options, as_compiled
 from .poses import Poses
-from .recording import Guess, Recording, empty_options, guess_arrays, open
+from .recording import Guess, Recording, RecordingLike, guess_arrays, join, opened
 from .result import Result
+from .run import run
 from .sensor import Sensor
+from .stripes import Stripes
 
-
-class Options(TypedDict, total=False):
-    """Options of a calibration; every one is an option of ``trueline calibrate`` as well."""
-
-    residual: Literal["sheet", "point-to-line"]
-    loss: Literal["squared", "huber", "cauchy", "geman-mcclure", "tukey"]
-    fix: Sequence[Literal["time-offset", "hand-eye"]]
-    stamps: Literal["auto", "raw", "regular"]
-    sensor_mode: Literal["fixed", "prior", "free"]
-    robot_accuracy_mm: float
-    feature_bias_px: float
-    feature_sigma_px: float
-    feature_sigma_mm: float
-    robot_sigma_mm: float
-    stamp_sigma_ms: float
-    offset_within_s: float
-    looks: Literal["+x", "-x", "+y", "-y", "+z", "-z"]
-    speed_mm_s: float
-    stand_off_mm: float
-    accept_partial: bool
-    require_ms: float
-    require_deg: float
-    require_mm: float
+Initial: TypeAlias = tuple[float, ArrayLike] | Guess | None
+"""A first guess: time offset in seconds and ``tool_from_camera``, 4×4 in metres."""
 
 
 @overload
 def calibrate(
-    recording: Recording | str | os.PathLike[str],
+    recording: RecordingLike | Sequence[RecordingLike],
     /,
     *,
-    initial: tuple[float, ArrayLike] | Guess | None = None,
+    initial: Initial = None,
     **options: Unpack[Options],
 ) -> Result: ...
 @overload
@@ -55,25 +37,29 @@ def calibrate(
     *,
     sensor: Sensor,
     line: ArrayLike | None = None,
+    frame: ArrayLike | None = None,
     feature_sigma: ArrayLike | None = None,
-    initial: tuple[float, ArrayLike] | Guess | None = None,
+    stripes: Stripes | None = None,
+    initial: Initial = None,
     **options: Unpack[Options],
 ) -> Result: ...
 def calibrate(
-    robot_times_s: Recording | str | os.PathLike[str] | ArrayLike,
+    robot_times_s: RecordingLike | Sequence[RecordingLike] | ArrayLike,
     base_from_tool: Poses = None,
     feature_times_s: ArrayLike | None = None,
     points: ArrayLike | None = None,
     *,
     sensor: Sensor | None = None,
     line: ArrayLike | None = None,
+    frame: ArrayLike | None = None,
     feature_sigma: ArrayLike | None = None,
-    initial: tuple[float, ArrayLike] | Guess | None = None,
+    stripes: Stripes | None = None,
+    initial: Initial = None,
     **options: Unpack[Options],
 ) -> Result:
-    """Estimate time offset, hand-eye transform and lines from one scan.
+    """Estimate time offset, hand-eye transform and lines from one scan, or from several of one sensor.
 
-    Takes a :class:`Recording`, the path of a dataset folder, an .mcap or a bag, or arrays as
+    Takes a :class:`Recording`, the path of a dataset folder, an .mcap or a bag, several of them, or arrays as
     :meth:`Recording.from_arrays` does.
 
     Parameters
@@ -81,7 +67,7 @@ def calibrate(
     initial
         A first guess: time offset in seconds and ``tool_from_camera``, 4×4 in metres. None is needed.
     **options
-        The options of ``trueline calibrate``, by their names with underscores; ``sensor_mode`` is ``--sensor``.
+        The options of ``trueline calibrate``, by their names with underscores: :class:`Options`.
 
     Returns
     -------
@@ -105,46 +91,50 @@ def calibrate(
     >>> abs(result.time_offset_s - scan.truth.time_offset_s) < 5 * result.sigma.time_offset_s
     True
     """
-    inner = _recording(robot_times_s, base_from_tool, feature_times_s, points, sensor, line, feature_sigma)
-    return Result.of(inner._inner.calibrate(_known(options), guess_arrays(initial)))
-
-
-def _recording(
-    first: Recording | str | os.PathLike[str] | ArrayLike,
-    base_from_tool: Poses,
-    feature_times_s: ArrayLike | None,
-    points: ArrayLike | None,
-    sensor: Sensor | None,
-    line: ArrayLike | None,
-    feature_sigma: ArrayLike | None,
-) -> Recording:
-    rest = {
+    known = as_compiled(options)
+    arrays = {
         "base_from_tool": base_from_tool,
         "feature_times_s": feature_times_s,
         "points": points,
         "sensor": sensor,
     }
+    extras = {"line": line, "frame": frame, "feature_sigma": feature_sigma, "stripes": stripes}
+    recordings = _recordings(robot_times_s)
+    if recordings:
+        given = [name for name, value in (arrays | extras).items() if value is not None]
+        if given:
+            raise TypeError(f"calibrate: {', '.join(given)} cannot be given for a recording that has its own")
+        recording = join(recordings) if len(recordings) > 1 else opened(recordings[0])
+    else:
+        missing = [name for name, value in arrays.items() if value is None]
+        if missing:
+            raise TypeError(f"calibrate: from arrays, {', '.join(missing)} must be given as well")
+        recording = Recording.from_arrays(robot_times_s, **arrays, **extras)  # type: ignore[arg-type]
+    return Result.of(recording._inner.calibrate(known, guess_arrays(initial)))
+
+
+def calibrate_board(dataset: str | os.PathLike[str], board: str) -> Result:
+    """The reference by a chessboard that the camera looked at while the robot moved, the laser off.
+
+    Parameters
+    ----------
+    dataset
+        Folder with ``robot.csv``, ``sensor.toml`` and ``images/index.csv``.
+    board
+        ``"chessboard:COLUMNSxROWS:SQUARE_MM"``, inner corners.
+
+    Returns
+    -------
+    Result
+        Time offset and hand-eye transform; there are no lines.
+    """
+    return Result(run("calibrate", str(dataset), "--target", "board", "--board", board, "--json", "-", "--quiet"))
+
+
+def _recordings(first: object) -> list[RecordingLike]:
+    """The recordings in the first argument; none if it is an array."""
     if isinstance(first, Recording | str | os.PathLike):
-        extra = [name for name, value in rest.items() if value is not None]
-        extra += [name for name, value in (("line", line), ("feature_sigma", feature_sigma)) if value is not None]
-        if extra:
-            raise TypeError(f"calibrate: {', '.join(extra)} cannot be given for a recording that has its own")
-        return first if isinstance(first, Recording) else open(first)
-    missing = [name for name, value in rest.items() if value is None]
-    if missing or feature_times_s is None or points is None or sensor is None:
-        raise TypeError(f"calibrate: from arrays, {', '.join(missing)} must be given as well")
-    return Recording.from_arrays(
-        first, base_from_tool, feature_times_s, points, sensor=sensor, line=line, feature_sigma=feature_sigma
-    )
-
-
-def _known(options: Options) -> dict[str, object]:
-    known = empty_options()
-    given: dict[str, object] = dict(options)
-    known["require"] = [given.pop(name, None) for name in ("require_ms", "require_deg", "require_mm")]
-    unknown = sorted(set(given) - set(known))
-    if unknown:
-        raise TypeError(f"calibrate: there is no option {unknown[0]!r}; options are {', '.join(sorted(known))}")
-    if isinstance(given.get("fix"), str):
-        given["fix"] = [given["fix"]]
-    return known | given
+        return [first]
+    if isinstance(first, list | tuple) and first and all(isinstance(one, Recording | str | os.PathLike) for one in first):
+        return list(first)
+    return []

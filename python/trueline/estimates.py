@@ -51,6 +51,22 @@ class Line:
 
 
 @dataclass(frozen=True)
+class Plane:
+    """A plate in base: normal · point is the offset. NaN in what is not observable.
+
+    ``sigma_rad`` is the standard deviation of the normal about the axis about which it is known least, ``sigma_m`` that of the
+    offset in the middle of the scan, ``bow_m`` the largest distance of what was seen from the plane that fits it best.
+    """
+
+    label: str
+    normal: NDArray[np.float64]
+    offset_m: float
+    sigma_rad: float
+    sigma_m: float
+    bow_m: float
+
+
+@dataclass(frozen=True)
 class Residuals:
     """Residuals, one row a feature that could be used.
 

@@ -1,67 +1,98 @@
-"""Pictures as arrays to seam features."""
+"""Pictures and profiles as arrays to seam features."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _trueline
-from .sensor import Sensor, sensor_text
+from .sensor import Sensor, SensorText, sensor_text
 from .stamps import seconds, stamps_ns
+from .stripes import Stripes, stripes_of
 
 
 @dataclass(frozen=True)
-class Seams:
-    """Seam points of the pictures that show one.
+class Features:
+    """Seam points of the pictures, or profiles, that show one: what :func:`calibrate` takes.
 
-    ``line`` (M,) numbers the seams of a picture that shows two (a groove), ``pixels`` (M, 2) are distorted, ``sigma_px``
-    (M, 2) their standard deviations, ``picture`` (M,) their pictures' numbers
-    and ``not_found`` the numbers of the others with the reason.
+    ``frame`` (M,) is the number of the picture, ``line`` (M,) that of the seam in a picture that shows two (a groove),
+    ``points`` (M, 2) are distorted pixels, or x and z in metres, ``sigma`` (M, 2) their standard deviations, ``stripes`` those
+    on the plates that meet in the seam, and ``not_found`` the numbers of the other pictures with the reason.
     """
 
     joint: str
     times_s: NDArray[np.float64]
-    picture: NDArray[np.int64]
+    frame: NDArray[np.int64]
     line: NDArray[np.int64]
-    pixels: NDArray[np.float64]
-    sigma_px: NDArray[np.float64]
+    points: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+    stripes: Stripes
     not_found: dict[int, str]
 
 
-def find_seams(
-    pictures: NDArray[np.uint8] | NDArray[np.uint16],
+def features(
+    frames: NDArray[Any],
     times_s: ArrayLike,
     *,
     sensor: Sensor,
     joint: str | None = None,
-) -> Seams:
-    """Find the seam in the pictures of a scan.
+    stripe: str | None = None,
+    region: Sequence[tuple[float, float]] | None = None,
+) -> Features:
+    """Find the seam in the pictures, or the profiles, of a scan.
 
     Parameters
     ----------
-    pictures
-        Gray pictures (N, height, width), 8 or 16 bits.
+    frames
+        Of a camera, gray pictures (N, height, width) of 8 or 16 bits. Of a profiler, profiles (N, K, 2): x along the stripe and
+        z range of K points, m, NaN where nothing came back.
     times_s
         Their stamps (N,), s.
     sensor
-        A camera and its laser plane.
+        The sensor.
     joint
-        The joint's name, as in ``trueline features --joint``; by default the pictures tell.
+        The joint's name, as in ``trueline features --joint``; by default the pictures tell. Of pictures only.
+    stripe
+        Which of several places to take, as in ``trueline features --stripe``. Of pictures only.
+    region
+        Look here only: two opposite corners (u, v), upper left first, or the corners of a polygon, px. Of pictures only.
 
     Raises
     ------
     TruelineError
-        Pictures of another size than the camera's, or a sensor without a camera.
+        Pictures of another size than the camera's, names that are none, a sensor that gives neither pictures nor profiles.
+
+    Examples
+    --------
+    Profiles of a fillet of 90° whose corner is at x = 2 mm, z = 300 mm:
+
+    >>> from trueline import Profiler
+    >>> x = np.linspace(-30e-3, 30e-3, 601)
+    >>> z = 0.3 - np.abs(x - 2e-3)
+    >>> found = features(np.stack([x, z], axis=1)[None], [0.0], sensor=Profiler())
+    >>> found.points.round(6)
+    array([[0.002, 0.3  ]])
     """
-    found = _trueline.find_seams(sensor_text(sensor), pictures, stamps_ns(times_s), joint)
-    return Seams(
-        joint=found["joint"],
+    text = sensor_text(sensor)
+    if SensorText(text).kind != "profiler":
+        how = (joint, stripe, None if region is None else [list(corner) for corner in region])
+        return _features(_trueline.picture_seams(text, frames, stamps_ns(times_s), how))
+    for name, value in (("joint", joint), ("stripe", stripe), ("region", region)):
+        if value is not None:
+            raise TypeError(f"features: {name} is for pictures; in profiles the corner of two straight faces is looked for")
+    profiles = np.ascontiguousarray(frames, dtype=np.float64)
+    return _features(_trueline.profile_seams(profiles, stamps_ns(times_s)))
+
+
+def _features(found: dict[str, Any]) -> Features:
+    own = {name: found[name] for name in ("joint", "frame", "line", "points", "sigma")}
+    return Features(
+        **own,
         times_s=seconds(found["stamp_ns"]),
-        picture=found["picture"],
-        line=found["line"],
-        pixels=found["pixels"],
-        sigma_px=found["sigma_px"],
+        stripes=stripes_of(found["stripes"]),
         not_found=dict(found["not_found"]),
     )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .poses import matrices
 from .recording import Recording
+from .rotations import matrices_of, quaternion_of
 from .sensor import Sensor
 
 POSITION = ("x_mm", "y_mm", "z_mm")
@@ -60,7 +61,7 @@ def robot_columns(recording: Recording) -> dict[str, NDArray[np.float64]]:
     pose = recording.base_from_tool
     columns = {"time_s": recording.robot_times_s}
     columns |= {name: pose[:, axis, 3] * MM_PER_M for axis, name in enumerate(POSITION)}
-    quaternions = np.array([_quaternion(matrix) for matrix in pose[:, :3, :3]])
+    quaternions = np.array([quaternion_of(matrix) for matrix in pose[:, :3, :3]])
     return columns | {name: quaternions[:, k] for k, name in enumerate(QUATERNION)}
 
 
@@ -69,7 +70,7 @@ def features_columns(recording: Recording) -> dict[str, NDArray[np.float64] | ND
     points = recording.points
     if points.shape[1] == 3:
         names, scale = POINTS[1], MM_PER_M
-    elif 'kind = "profiler"' in recording.sensor.toml():
+    elif recording.sensor.kind == "profiler":
         names, scale = POINTS[2], MM_PER_M
     else:
         names, scale = POINTS[0], 1.0
@@ -97,26 +98,4 @@ def _rotations(wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
     bad = np.flatnonzero(np.abs(norm - 1.0) > 1e-3)
     if len(bad):
         raise ValueError(f"robot: row {bad[0]}: the quaternion has length {norm[bad[0]]:.4f}, not 1")
-    w, x, y, z = (wxyz / norm[:, None]).T
-    return np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=1),
-            np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=1),
-            np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1),
-        ],
-        axis=1,
-    )
-
-
-def _quaternion(m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """w, x, y, z with w ≥ 0, by the eigenvector of Bar-Itzhack's matrix: as exact near a half turn as elsewhere."""
-    k = np.array(
-        [
-            [m[0, 0] + m[1, 1] + m[2, 2], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
-            [0.0, m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
-            [0.0, 0.0, m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1]],
-            [0.0, 0.0, 0.0, m[2, 2] - m[0, 0] - m[1, 1]],
-        ]
-    )
-    vector = np.linalg.eigh(k, UPLO="U")[1][:, -1]
-    return vector if vector[0] >= 0.0 else -vector
+    return matrices_of(wxyz / norm[:, None])

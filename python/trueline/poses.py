@@ -18,13 +18,12 @@ def matrices(poses: Poses) -> NDArray[np.float64]:
     """
     if isinstance(poses, tuple) and len(poses) == 2:
         return _joined(*poses)
-    array = poses.as_matrix() if hasattr(poses, "as_matrix") else poses
-    return np.ascontiguousarray(array, dtype=np.float64)
+    return np.ascontiguousarray(_matrix(poses), dtype=np.float64)
 
 
 def _joined(positions: ArrayLike, rotations: Any) -> NDArray[np.float64]:
     places = np.asarray(positions, dtype=np.float64)
-    turns = np.asarray(rotations.as_matrix() if hasattr(rotations, "as_matrix") else rotations, dtype=np.float64)
+    turns = np.asarray(_matrix(rotations), dtype=np.float64)
     if places.ndim != 2 or places.shape[1] != 3 or turns.shape != (len(places), 3, 3):
         raise ValueError(
             f"poses: expected positions (N, 3) and as many rotations, found {places.shape} and {turns.shape}"
@@ -34,3 +33,7 @@ def _joined(positions: ArrayLike, rotations: Any) -> NDArray[np.float64]:
     stack[:, :3, 3] = places
     stack[:, 3, 3] = 1.0
     return stack
+
+
+def _matrix(rotations: Any) -> Any:
+    return rotations.as_matrix() if hasattr(rotations, "as_matrix") else rotations

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from ._trueline import TruelineError
+from .recording import Recording, RecordingLike
 from .result import Result
+from .run import run
 
 ResultLike: TypeAlias = Result | str | os.PathLike[str]
 """A result, or the path of its file."""
@@ -59,6 +58,33 @@ def diff(first: ResultLike, second: ResultLike, *options: str) -> dict[str, Any]
     return found
 
 
+def evaluate(recording: RecordingLike, result: ResultLike, *options: str) -> dict[str, Any]:
+    """Check a calibration on another scan: how far its seam points are from the true line, or from the best one.
+
+    Parameters
+    ----------
+    recording
+        The scan.
+    result
+        The calibration.
+    *options
+        Further words of ``trueline evaluate``: ``"--reference"``, ``"taught.csv"``; ``"--tolerance"``, ``"0.5mm"``; …
+
+    Returns
+    -------
+    dict
+        What ``trueline evaluate --json`` writes.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        scan = recording
+        if isinstance(recording, Recording):
+            scan = Path(folder) / "scan"
+            recording.write(scan)
+        words = ("--calibration", str(_file(result, folder, "result.json")), "--json", "-", "--quiet")
+        found: dict[str, Any] = json.loads(run("evaluate", str(scan), *words, *options))
+    return found
+
+
 def plan(
     cell: str | os.PathLike[str] | None,
     *,
@@ -96,23 +122,6 @@ def plan(
     run(*words)
     found: dict[str, Any] = json.loads((Path(out) / "plan.json").read_text(encoding="utf-8"))
     return found
-
-
-def run(*words: str) -> str:
-    """Run the program; what it prints on its standard output.
-
-    Raises
-    ------
-    TruelineError
-        If it could not run, with its hint.
-    """
-    done = subprocess.run([sys.executable, "-m", "trueline", *words], capture_output=True, text=True, check=False)
-    if done.returncode in (0, 1):
-        return done.stdout
-    message, _, hint = done.stderr.strip().removeprefix("error: ").partition("\n\nhint: ")
-    error = TruelineError(message)
-    error.hint = hint
-    raise error
 
 
 def _file(result: ResultLike, folder: str, name: str) -> Path:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import json
 import os
+import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _trueline
 from .poses import Poses, matrices
+from .run import run
 from .sensor import Sensor, SensorText, sensor_text
 from .stamps import seconds, stamps_ns
+from .stripes import Stripes, stripe_arrays, stripes_of
 
 
 @dataclass(frozen=True)
@@ -44,8 +47,10 @@ class Recording:
         *,
         sensor: Sensor,
         line: ArrayLike | None = None,
+        frame: ArrayLike | None = None,
         feature_sigma: ArrayLike | None = None,
-        initial: tuple[float, ArrayLike] | None = None,
+        stripes: Stripes | None = None,
+        initial: tuple[float, ArrayLike] | Guess | None = None,
     ) -> Recording:
         """A recording from arrays.
 
@@ -62,8 +67,12 @@ class Recording:
             The sensor: a class of this package, the tables of a ``sensor.toml``, or its path.
         line
             Which line each feature lies on, from 0; all on one if left out.
+        frame
+            The counter (M,) of the pictures; a jump in it is a lost picture.
         feature_sigma
             Standard deviations (M, 2) in the unit of the points.
+        stripes
+            The stripes on the plates that meet in the seam. With stripes alone (no points) two that cross give the point.
         initial
             A first guess: time offset in seconds and ``tool_from_camera``, 4×4 in metres. None is needed.
 
@@ -78,10 +87,11 @@ class Recording:
             stamps_ns(feature_times_s),
             np.ascontiguousarray(points, dtype=np.float64),
         )
-        numbers = None if line is None else np.ascontiguousarray(line, dtype=np.int64)
+        counts = [None if array is None else np.ascontiguousarray(array, dtype=np.int64) for array in (line, frame)]
         sigma = None if feature_sigma is None else np.ascontiguousarray(feature_sigma, dtype=np.float64)
-        text = sensor_text(sensor)
-        return cls(_trueline.Recording.from_arrays(text, arrays, numbers, sigma, guess_arrays(initial)))
+        extras, by_stripes = (counts[0], counts[1], sigma), stripe_arrays(stripes)
+        text, guess = sensor_text(sensor), guess_arrays(initial)
+        return cls(_trueline.Recording.from_arrays(text, arrays, extras, by_stripes, guess))
 
     @cached_property
     def robot_times_s(self) -> NDArray[np.float64]:
@@ -108,6 +118,12 @@ class Recording:
         """Which line each feature lies on (M,)."""
         return self._inner.lines()
 
+    @cached_property
+    def stripes(self) -> Stripes | None:
+        """The stripes on the plates that meet in the seam; ``None`` where only seam points are known."""
+        found = stripes_of(self._inner.stripes())
+        return found if len(np.asarray(found.sigma)) else None
+
     @property
     def sensor(self) -> SensorText:
         """The sensor."""
@@ -128,52 +144,54 @@ class Recording:
         """Write a dataset folder."""
         self._inner.write(folder)
 
-    def doctor(self) -> dict[str, Any]:
-        """Find out why it does not calibrate: undo the usual mistakes one at a time.
-
-        Returns
-        -------
-        dict
-            What ``trueline doctor --json`` writes.
-        """
-        found: dict[str, Any] = json.loads(self._inner.doctor(empty_options()))
-        return found
-
-    def evaluate(self, result: str | os.PathLike[str]) -> dict[str, Any]:
-        """Check the calibration in a result file on this scan.
-
-        Returns
-        -------
-        dict
-            What ``trueline evaluate --json`` writes.
-        """
-        found: dict[str, Any] = json.loads(self._inner.evaluate(result))
-        return found
-
     def __repr__(self) -> str:
         poses, features = len(self.robot_times_s), len(self.feature_times_s)
         return f"<trueline.Recording: {poses} robot poses, {features} features>"
 
 
-def open(path: str | os.PathLike[str]) -> Recording:
-    """Open a dataset folder, a recording in MCAP or a bag of rosbag2; with pictures instead of features the seam is found
-    in them.
+RecordingLike: TypeAlias = Recording | str | os.PathLike[str]
+"""A recording, or the path of a dataset folder, an .mcap or a bag."""
+
+
+def open(path: str | os.PathLike[str], *, joint: str | None = None) -> Recording:
+    """Open a dataset folder, a recording in MCAP or a bag of rosbag2; with pictures, or profiles, instead of features the seam
+    is found in them.
+
+    Parameters
+    ----------
+    path
+        The folder or the file.
+    joint
+        The joint that pictures show, as in ``trueline calibrate --joint``; by default they tell.
 
     Raises
     ------
     TruelineError
         The first file, line and column that cannot be used, with a hint.
     """
-    return Recording(_trueline.Recording.open(path))
+    return Recording(_trueline.Recording.open(path, joint))
 
 
-def simulate(preset: str = "quick", *, seed: int = 1, random_cell: bool = False) -> Recording:
+def join(recordings: Sequence[RecordingLike]) -> Recording:
+    """Several scans of one sensor as one: the same time offset and hand-eye transform, each with its own lines.
+
+    Raises
+    ------
+    TruelineError
+        Scans of different sensors.
+    """
+    return Recording(_trueline.Recording.join([opened(one)._inner for one in recordings]))
+
+
+def simulate(preset: str = "quick", *options: str, seed: int = 1, random_cell: bool = False) -> Recording:
     """Simulate a scan; its ``truth`` is known.
 
     Parameters
     ----------
     preset
         A name of ``trueline simulate --preset``.
+    *options
+        Further words of ``trueline simulate``: ``"--plates"``, ``"--outliers"``, ``"0.4"``, …
     seed
         Seed of the noise.
     random_cell
@@ -184,7 +202,17 @@ def simulate(preset: str = "quick", *, seed: int = 1, random_cell: bool = False)
     >>> simulate("quick", seed=1)
     <trueline.Recording: 5001 robot poses, 659 features>
     """
-    return Recording(_trueline.Recording.simulate(preset, seed, random_cell))
+    if not options:
+        return Recording(_trueline.Recording.simulate(preset, seed, random_cell))
+    words = ["--preset", preset, "--seed", str(seed), *(["--random-cell"] if random_cell else []), *options]
+    with tempfile.TemporaryDirectory() as folder:
+        run("simulate", "--out", f"{folder}/scan", "--quiet", *words)
+        return open(f"{folder}/scan")
+
+
+def opened(recording: RecordingLike) -> Recording:
+    """The recording itself, or that of a path."""
+    return recording if isinstance(recording, Recording) else open(recording)
 
 
 def guess_arrays(guess: tuple[float, ArrayLike] | Guess | None) -> tuple[float, NDArray[np.float64]] | None:
@@ -193,13 +221,3 @@ def guess_arrays(guess: tuple[float, ArrayLike] | Guess | None) -> tuple[float, 
         return None
     time_offset_s, pose = (guess.time_offset_s, guess.tool_from_camera) if isinstance(guess, Guess) else guess
     return float(time_offset_s), np.ascontiguousarray(pose, dtype=np.float64)
-
-
-def empty_options() -> dict[str, Any]:
-    """Options of which every one keeps its default."""
-    names = (
-        "residual loss stamps sensor_mode robot_accuracy_mm feature_bias_px feature_sigma_px feature_sigma_mm"
-        " robot_sigma_mm stamp_sigma_ms offset_within_s looks"
-        " speed_mm_s stand_off_mm"
-    )
-    return dict.fromkeys(names.split()) | {"fix": [], "accept_partial": False, "require": [None, None, None]}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import os
-from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _trueline
-from .estimates import Covariance, Fact, Line, Residuals, Sigma
-from .result_json import facts_of, numbers_of, rotation_of, sigma_of
+from .estimates import Covariance, Fact, Line, Plane, Residuals, Sigma
+from .result_json import facts_of, number_of, numbers_of, sigma_of
+from .rotations import matrices_of
+from .sensor import SensorText
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,7 +73,7 @@ class Result:
         entry = self.document["tool_from_camera"]
         pose = np.eye(4)
         quaternion = entry.get("rotation_wxyz")
-        pose[:3, :3] = np.nan if quaternion is None else rotation_of(quaternion)
+        pose[:3, :3] = np.nan if quaternion is None else matrices_of(quaternion)
         pose[:3, 3] = numbers_of(entry["translation_mm"], 3) * 1e-3
         return pose
 
@@ -102,6 +103,27 @@ class Result:
             for line in self.document.get("lines", [])
         ]
 
+    @cached_property
+    def planes(self) -> list[Plane]:
+        """The plates in base, where whole stripes were used; else empty."""
+        return [
+            Plane(
+                label=plane["label"],
+                normal=numbers_of(plane["normal"], 3),
+                offset_m=number_of(plane["offset_mm"]) * 1e-3,
+                sigma_rad=float(np.radians(number_of(plane["sigma_deg"]))),
+                sigma_m=number_of(plane["sigma_mm"]) * 1e-3,
+                bow_m=plane["bow_mm"] * 1e-3,
+            )
+            for plane in self.document.get("planes", [])
+        ]
+
+    @property
+    def stripes(self) -> dict[str, Any] | None:
+        """What became of the whole stripes, the answers of seam points and stripes side by side; ``None`` if there are none."""
+        stripes: dict[str, Any] | None = self.document.get("stripes")
+        return stripes
+
     @property
     def seam_error_mm(self) -> float | None:
         """How far off a seam point measured later will be, RMS over the working field, one standard deviation, mm."""
@@ -123,8 +145,30 @@ class Result:
         ValueError
             For a result that was read from a file.
         """
-        columns = self._calibration("residuals").residuals()
-        return Residuals(**{field.name: columns[field.name] for field in fields(Residuals)})  # type: ignore[literal-required]
+        return Residuals(**self._calibration("residuals").residuals())
+
+    @cached_property
+    def corrected_sensor(self) -> SensorText | None:
+        """The sensor as the scan corrects it, what ``--write-sensor`` writes; ``None`` if nothing was corrected.
+
+        Raises
+        ------
+        ValueError
+            For a result that was read from a file.
+        """
+        text = self._calibration("corrected sensor").corrected_sensor_toml()
+        return None if text is None else SensorText(text)
+
+    @property
+    def took_s(self) -> float:
+        """How long the estimate took, s; reading, and making this object, not included.
+
+        Raises
+        ------
+        ValueError
+            For a result that was read from a file.
+        """
+        return self._calibration("duration").took_s()
 
     def report(self) -> str:
         """The report as a page of HTML.

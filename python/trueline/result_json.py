@@ -33,13 +33,6 @@ def numbers_of(values: list[float | None] | None, count: int) -> NDArray[np.floa
     return np.full(count, np.nan) if values is None else np.array(values, dtype=np.float64)
 
 
-def rotation_of(wxyz: list[float]) -> NDArray[np.float64]:
-    """The rotation matrix of a unit quaternion."""
-    w, x, y, z = wxyz
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+def number_of(value: float | None) -> float:
+    """A number, null as NaN."""
+    return np.nan if value is None else value

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -99,6 +100,11 @@ class SensorText:
     """A sensor as the text of a ``sensor.toml``."""
 
     text: str
+
+    @property
+    def kind(self) -> str:
+        """``camera_laser``, ``profiler`` or ``points``."""
+        return str(tomllib.loads(self.text)["kind"])
 
     def toml(self) -> str:
         """The text of its ``sensor.toml``."""

@@ -1,0 +1,39 @@
+//! Features and stripes as columns.
+
+use numpy::ndarray::{Array2, Array3};
+use numpy::{IntoPyArray, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trueline::Measured;
+use trueline_dataset::PlateStripe;
+
+/// Points (N, 2) or (N, 3): px, or m.
+pub fn points<'py, 'a>(
+    py: Python<'py>,
+    points: impl ExactSizeIterator<Item = &'a Measured>,
+) -> Bound<'py, PyArray2<f64>> {
+    let rows: Vec<&[f64]> = points.map(numbers).collect();
+    let width = rows.first().map_or(2, |row| row.len());
+    Array2::from_shape_fn((rows.len(), width), |(row, column)| rows[row][column]).into_pyarray(py)
+}
+
+/// Stamps (ns), plates, support points (px, or m) and their standard deviations.
+pub fn stripes<'py>(py: Python<'py>, stripes: &[PlateStripe]) -> PyResult<Bound<'py, PyDict>> {
+    let width = stripes.first().map_or(2, |stripe| numbers(&stripe.points[0]).len());
+    let points = Array3::from_shape_fn((stripes.len(), 2, width), |(row, end, column)| {
+        numbers(&stripes[row].points[end])[column]
+    });
+    let out = PyDict::new(py);
+    out.set_item("stamp_ns", stripes.iter().map(|s| s.stamp_ns).collect::<Vec<_>>().into_pyarray(py))?;
+    out.set_item("plate", stripes.iter().map(|s| i64::from(s.plate)).collect::<Vec<_>>().into_pyarray(py))?;
+    out.set_item("points", points.into_pyarray(py))?;
+    out.set_item("sigma", stripes.iter().map(|s| s.sigma).collect::<Vec<_>>().into_pyarray(py))?;
+    Ok(out)
+}
+
+fn numbers(measured: &Measured) -> &[f64] {
+    match measured {
+        Measured::Pixel(numbers) | Measured::Profile(numbers) => numbers,
+        Measured::Point(numbers) => numbers,
+    }
+}

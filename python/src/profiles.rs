@@ -1,0 +1,73 @@
+//! Profiles as an array → seam points and stripes.
+
+use crate::columns;
+use crate::failure::Failure;
+use crate::interruptible;
+use numpy::ndarray::{Array2, ArrayView2, Axis};
+use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray3};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::collections::BTreeSet;
+use std::slice;
+use trueline_dataset::{Profile, ProfilePoint};
+use trueline_vision::profile;
+
+/// Finds the seam in profiles: number, point, (x, z) in m; a point that is not finite did not come back.
+#[pyfunction]
+pub fn profile_seams<'py>(
+    py: Python<'py>,
+    profiles: PyReadonlyArray3<'py, f64>,
+    stamps_ns: PyReadonlyArray1<'py, i64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (stack, stamps) = (profiles.as_array(), stamps_ns.as_array());
+    if stack.len_of(Axis(0)) != stamps.len() || stack.len_of(Axis(2)) != 2 {
+        return Err(Failure::new(
+            format!("profiles: an array of shape {:?} and {} stamps", stack.shape(), stamps.len()),
+            "expected (N, K, 2): x and z in metres of K points of N profiles, NaN where nothing came back; and N stamps",
+        )
+        .into());
+    }
+    let rows: Vec<Profile> = (0_u64..)
+        .zip(stack.outer_iter())
+        .zip(stamps)
+        .map(|((number, points), stamp)| of(number, *stamp, &points))
+        .collect();
+    let (found, not_found) = interruptible::run(py, move || {
+        let found = profile::seams(&rows).found;
+        let seen: BTreeSet<_> = found.features.iter().filter_map(|feature| feature.frame).collect();
+        let others = rows.iter().filter(|row| row.frame.is_some_and(|number| !seen.contains(&number)));
+        // Each by itself: that gives its own reason.
+        let reason = |row: &Profile| {
+            let reason = profile::seams(slice::from_ref(row)).not_found.into_keys().next()?;
+            Some((row.frame?, reason.to_string()))
+        };
+        let not_found: Vec<(u64, String)> = others.filter_map(reason).collect();
+        Ok((found, not_found))
+    })?;
+    let out = PyDict::new(py);
+    let features = &found.features;
+    let sigma = Array2::from_shape_fn((features.len(), 2), |(row, axis)| {
+        features[row].sigma.map_or(f64::NAN, |sigma| sigma[axis])
+    });
+    let frames = features.iter().filter_map(|feature| Some(feature.frame? as i64));
+    out.set_item("joint", "corner of two faces")?;
+    out.set_item("stamp_ns", features.iter().map(|f| f.stamp_ns).collect::<Vec<_>>().into_pyarray(py))?;
+    out.set_item("frame", frames.collect::<Vec<_>>().into_pyarray(py))?;
+    out.set_item("line", features.iter().map(|f| i64::from(f.line)).collect::<Vec<_>>().into_pyarray(py))?;
+    out.set_item("points", columns::points(py, features.iter().map(|feature| &feature.measured)))?;
+    out.set_item("sigma", sigma.into_pyarray(py))?;
+    out.set_item("stripes", columns::stripes(py, &found.stripes)?)?;
+    out.set_item("not_found", not_found)?;
+    Ok(out)
+}
+
+fn of(number: u64, stamp_ns: i64, points: &ArrayView2<'_, f64>) -> Profile {
+    let point = |x_m: f64, z_m: f64| {
+        (x_m.is_finite() && z_m.is_finite()).then_some(ProfilePoint { x_m, z_m, intensity: None })
+    };
+    Profile {
+        stamp_ns,
+        frame: Some(number),
+        points: points.outer_iter().filter_map(|row| point(row[0], row[1])).collect(),
+    }
+}
