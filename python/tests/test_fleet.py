@@ -1,98 +1,224 @@
 """Many scans."""
 
+import functools
+import http.server
+import threading
+import uuid
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import fsspec
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 import trueline
-
-pq = pytest.importorskip("pyarrow.parquet")
-pytest.importorskip("fsspec")
-
-from trueline import fleet  # noqa: E402
-
+from trueline import fleet
+from trueline.fleet.store import Hashes
 
 # Simulated sensors and robots are perfect: all that is left is noise.
-NOISE_ALONE = {"sensor_mode": "fixed", "robot_accuracy_mm": 0.0, "feature_bias_px": 0.0}
+NOISE_ALONE: trueline.Options = {"sensor_mode": "fixed", "robot_accuracy_mm": 0.0, "feature_bias_px": 0.0}
+# Short scans: what is tested here is not the estimate.
+SHORT = ("--duration-s", "6", "--frame-period-ms", "60")
 
 
 @pytest.fixture(scope="module")
 def scans(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("scans")
     for seed in range(6):
-        trueline.simulate("quick", seed=seed).write(folder / f"scan{seed}")
+        trueline.simulate("quick", *SHORT, seed=seed).write(folder / f"scan{seed}")
     broken = folder / "broken"
-    trueline.simulate("quick", seed=7).write(broken)
+    trueline.simulate("quick", *SHORT, seed=7).write(broken)
     (broken / "robot.csv").write_text("time_s,x_mm\n0,1\n")
     return sorted(folder.iterdir())
 
 
+def parts_of(out: Path) -> dict[str, bytes]:
+    return {str(part.relative_to(out)): part.read_bytes() for part in (out / "rows").rglob("*.parquet")}
+
+
 def test_every_scan_has_a_row_and_a_broken_one_stops_nothing(scans: list[Path], tmp_path: Path) -> None:
-    outcome = fleet.calibrate(scans, out=tmp_path / "rows", workers=2)
+    outcome = fleet.calibrate(scans, out=tmp_path, workers=2, recordings_in_a_part=2)
     assert (outcome.done, outcome.failed, outcome.present) == (7, 1, 0)
-    rows = fleet.Store(str(tmp_path / "rows")).table().to_pylist()
+    rows = fleet.table(tmp_path).to_pylist()
     assert len({row["content_hash"] for row in rows}) == 7
     bad = [row for row in rows if row["status"] == "error"]
     assert len(bad) == 1 and "broken" in bad[0]["url"] and "robot.csv" in bad[0]["error"]
     for row in rows:
+        assert row["version"] == trueline.__version__ and row["duration_s"] > 0.0 and ":" in row["worker"]
         if row["status"] != "error":
             assert row["time_offset_s"]["value"] == trueline.calibrate(row["url"]).time_offset_s
+            assert row["result_json"] == trueline.calibrate(row["url"]).json()
 
 
 def test_a_second_run_does_only_what_is_missing(scans: list[Path], tmp_path: Path) -> None:
-    out = tmp_path / "rows"
-    fleet.calibrate(scans[:3], out=out)
-    outcome = fleet.calibrate(scans, out=out)
+    fleet.calibrate(scans[:3], out=tmp_path)
+    outcome = fleet.calibrate(scans, out=tmp_path)
     assert (outcome.done, outcome.present) == (4, 3)
-    assert fleet.calibrate(scans, out=out).done == 0
-    assert fleet.Store(str(out)).table().num_rows == 7
+    assert fleet.calibrate(scans, out=tmp_path).done == 0
+    assert fleet.table(tmp_path).num_rows == 7
+
+
+def test_what_other_options_gave_does_not_count_as_done(scans: list[Path], tmp_path: Path) -> None:
+    fleet.calibrate(scans[1:3], out=tmp_path)
+    assert fleet.calibrate(scans[1:3], out=tmp_path, sensor_mode="fixed").done == 2
+    assert fleet.calibrate(scans[1:3], out=tmp_path, sensor_mode="fixed").done == 0
+    rows = fleet.table(tmp_path).to_pylist()
+    assert sorted(row["options"] for row in rows) == [*['{"sensor_mode": "fixed"}'] * 2, "{}", "{}"]
+    with pytest.raises(ValueError, match="options=default"):
+        fleet.report(tmp_path)
+    assert "2 scans" in fleet.report(tmp_path / "rows" / f"version={trueline.__version__}" / "options=default")
 
 
 def test_a_recording_that_is_not_there_is_a_row_and_is_tried_again(scans: list[Path], tmp_path: Path) -> None:
     late = tmp_path / "late"
-    urls = [scans[1], late]
-    outcome = fleet.calibrate(urls, out=tmp_path / "rows")
+    outcome = fleet.calibrate([scans[1], late], out=tmp_path / "rows")
     assert (outcome.done, outcome.failed) == (2, 1)
-    trueline.simulate("quick", seed=9).write(late)
-    assert fleet.calibrate(urls, out=tmp_path / "rows").done == 1
+    trueline.simulate("quick", *SHORT, seed=9).write(late)
+    assert fleet.calibrate([scans[1], late], out=tmp_path / "rows").done == 1
+
+
+def test_a_recording_that_was_given_twice_is_one_row(scans: list[Path], tmp_path: Path) -> None:
+    fleet.calibrate([scans[1], scans[1]], out=tmp_path, recordings_in_a_part=1)
+    assert fleet.table(tmp_path).num_rows == 1
 
 
 def test_the_same_scans_give_the_same_bytes(scans: list[Path], tmp_path: Path) -> None:
-    files = []
-    for name in ("a", "b"):
-        fleet.calibrate(scans, out=tmp_path / name, workers=1)
-        files.append({part.name: part.read_bytes() for part in (tmp_path / name).iterdir()})
-    assert files[0] == files[1]
-    schema = pq.read_schema(next((tmp_path / "a").iterdir()))
-    assert schema.metadata[b"trueline.schema"] == b"1"
+    for name, workers in (("a", 1), ("b", 2)):
+        fleet.calibrate(scans, out=tmp_path / name, workers=workers, recordings_in_a_part=3)
+    assert parts_of(tmp_path / "a") == parts_of(tmp_path / "b")
+    assert not list((tmp_path / "a").rglob("*unfinished*"))
 
 
-def test_a_study_of_simulated_cells_has_true_uncertainties() -> None:
-    study = fleet.monte_carlo(range(40), preset="quick", **NOISE_ALONE)
-    assert study.table.num_rows == 40
+def test_the_schema_of_the_rows_is_what_others_read(scans: list[Path], tmp_path: Path) -> None:
+    fleet.calibrate(scans[:2], out=tmp_path)
+    part = next((tmp_path / "rows").rglob("*.parquet"))
+    # Who changes this raises the number, and tells it in the changelog.
+    facts = "list<element: struct<code: string, text: string>>"
+    three = "fixed_size_list<element: double>[3]"
+    assert {field.name: str(field.type) for field in pq.read_schema(part)} == {
+        "content_hash": "string",
+        "url": "string",
+        "version": "string",
+        "options": "string",
+        "status": "string",
+        "error": "string",
+        "time_offset_s": "struct<value: double, sigma: double>",
+        "translation_mm": f"struct<value: {three}, sigma: {three}>",
+        "rotation_wxyz": "fixed_size_list<element: double>[4]",
+        "rotation_sigma_rad": three,
+        "seam_error_mm": "double",
+        "reasons": facts,
+        "warnings": facts,
+        "result_json": "string",
+    }
+    assert (pq.read_schema(part).metadata or {})[b"trueline.schema"] == b"2"
+    assert part.parent.relative_to(tmp_path / "rows").parts == (f"version={trueline.__version__}", "options=default")
+
+
+def test_any_storage_will_do(scans: list[Path]) -> None:
+    memory = fsspec.filesystem("memory")
+    root = f"/{uuid.uuid4()}"
+    for scan in scans:
+        memory.put(str(scan), f"{root}/{scan.name}", recursive=True)
+    urls = [f"memory:/{root}/{scan.name}" for scan in scans] + [f"memory:/{root}/none"]
+    outcome = fleet.calibrate(urls, out=f"memory:/{root}/out", recordings_in_a_part=3)
+    assert (outcome.done, outcome.failed) == (8, 2)
+    rows = {Path(row["url"]).name: row for row in fleet.table(f"memory:/{root}/out").to_pylist()}
+    assert rows["none"]["content_hash"] is None
+    assert rows["scan1"]["time_offset_s"]["value"] == trueline.calibrate(scans[2]).time_offset_s
+    assert fleet.calibrate(urls, out=f"memory:/{root}/out").done == 1
+    with pytest.raises(ValueError, match="memory"):
+        fleet.calibrate(urls, out=f"memory:/{root}/out", engine="ray")
+
+
+@pytest.fixture
+def server(scans: list[Path]) -> Iterator[str]:
+    class Quiet(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, format: str, *_: Any) -> None:
+            pass
+
+    handler = functools.partial(Quiet, directory=str(scans[0].parent))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as http_server:
+        threading.Thread(target=http_server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{http_server.server_port}"
+        http_server.shutdown()
+
+
+def test_recordings_come_over_a_network(scans: list[Path], server: str, tmp_path: Path) -> None:
+    pytest.importorskip("aiohttp")
+    urls = [f"{server}/scan1/", f"{server}/nothing/"]
+    outcome = fleet.calibrate(urls, out=tmp_path)
+    assert (outcome.done, outcome.failed) == (2, 1)
+    row = next(row for row in fleet.table(tmp_path).to_pylist() if row["status"] != "error")
+    assert row["time_offset_s"]["value"] == trueline.calibrate(scans[2]).time_offset_s
+
+
+def test_hashes_are_found_again() -> None:
+    # Zeros at the end of the half that is kept: bytes of numpy drop them.
+    known = [f"{n:032x}{n:032x}" for n in range(0, 5000, 5)] + ["ab" * 15 + "00" + "cd" * 16]
+    hashes = Hashes(known)
+    assert all(value in hashes for value in known)
+    assert not any(f"{n:032x}{n:032x}" in hashes for n in range(1, 5000, 5))
+    assert "00" * 32 in hashes and "ff" * 32 not in Hashes([])
+
+
+def test_a_study_of_simulated_cells_has_true_uncertainties(tmp_path: Path) -> None:
+    seen: list[int] = []
+    study = fleet.monte_carlo(
+        range(40),
+        out=tmp_path,
+        preset="quick",
+        cells_in_a_part=10,
+        progress=lambda outcome: seen.append(outcome.done),
+        **NOISE_ALONE,
+    )
+    assert seen == [10, 20, 30, 40]
+    assert study.table["seed"].to_pylist() == list(range(40))
     assert study.acceptance > 0.8
     # Seven degrees of freedom a cell: the mean of n cells scatters by √(2 / 7n), here by 0.09.
     assert abs(study.nees - 1.0) < 5 * (2 / (7 * 40)) ** 0.5
+    # What is there is not done again; what is new is.
+    outcomes: list[fleet.Outcome] = []
+    parts = sorted(tmp_path.rglob("*.parquet"))
+    parts[1].unlink()
+    kept = {part: part.stat().st_mtime_ns for part in parts if part.exists()}
+    again = fleet.monte_carlo(range(40), out=tmp_path, cells_in_a_part=10, progress=outcomes.append, **NOISE_ALONE)
+    assert (outcomes[-1].done, outcomes[-1].present) == (10, 30)
+    assert again.table == study.table
+    assert {part: part.stat().st_mtime_ns for part in kept} == kept
+
+
+def row(url: str, offset_s: float, x_mm: float = 0.0, status: str = "accepted") -> dict[str, Any]:
+    if status != "accepted":
+        return {"url": url, "status": status, "reasons": [{"code": "hand-eye", "text": "…"}]}
+    return {
+        "url": url,
+        "status": status,
+        "time_offset_s": {"value": offset_s, "sigma": 1e-4},
+        "translation_mm": {"value": [x_mm, 0.0, 0.0], "sigma": [0.1] * 3},
+        "rotation_wxyz": [1.0, 0.0, 0.0, 0.0],
+        "rotation_sigma_rad": [1e-3] * 3,
+    }
 
 
 def test_the_cell_that_drifted_comes_first(tmp_path: Path) -> None:
-    offsets = {"a/1": 0.010, "a/2": 0.010, "b/1": 0.010, "b/2": 0.012}
     rows = [
-        {
-            "url": url,
-            "status": "accepted",
-            "time_offset_s": {"value": offset, "sigma": 1e-4},
-            "translation_mm": {"value": [0.0, 0.0, 0.0], "sigma": [0.1] * 3},
-        }
-        for url, offset in offsets.items()
+        *(row("still/2", 0.010), row("still/1", 0.010)),
+        *(row("late/1", 0.010), row("late/3", 0.012), row("late/2", 0.5)),
+        *(row("bent/1", 0.010), row("bent/2", 0.010, x_mm=3.0)),
+        *(row("blind/1", 0.0, status="not_accepted"), row("blind/2", 0.0, status="error")),
     ]
-    worst, other = fleet.cells(rows)
-    assert (worst.name, other.name) == ("b", "a")
-    # 2 ms over √2 · 0.1 ms.
-    assert worst.offset_drift_sigma == pytest.approx(2.0 / (0.1 * 2**0.5), rel=1e-9)
-    assert "moved" in fleet.report(_written(tmp_path, rows))
-
-
-def _written(folder: Path, rows: list[dict]) -> Path:
-    store = fleet.Store(str(folder / "rows"))
-    store.write([dict.fromkeys(fleet.SCHEMA.names) | {"content_hash": row["url"]} | row for row in rows])
-    return folder / "rows"
+    blind, bent, late, still = fleet.cells(rows)
+    assert [blind.name, bent.name, late.name, still.name] == ["blind", "bent", "late", "still"]
+    # 3 mm over √2 · 0.1 mm, and 2 ms over √2 · 0.1 ms.
+    assert bent.drift_sigma == pytest.approx(3.0 / (0.1 * 2**0.5), rel=1e-9)
+    assert (late.drift_sigma, late.offset_drift_ms) == pytest.approx((2.0 / (0.1 * 2**0.5), 2.0), rel=1e-9)
+    assert (still.drift_sigma, blind.unreadable, blind.reasons) == (0.0, 1, {"hand-eye": 2})
+    every = [dict.fromkeys(fleet.SCHEMA.names) | {"content_hash": one["url"]} | one for one in rows]
+    fleet.Store(str(tmp_path)).write("rows/part", pa.Table.from_pylist(every, schema=fleet.SCHEMA))
+    page = fleet.report(tmp_path)
+    assert "4 cells, 9 scans" in page and "2 cells have moved" in page
+    assert page.index("blind") < page.index("bent") < page.index("late") < page.index("still")
+    with pytest.raises(ValueError, match="no rows"):
+        fleet.report(tmp_path / "nothing")

@@ -1,12 +1,14 @@
 """A fleet on a real Ray cluster of two nodes, one of which is killed in the middle. Runs where Ray is installed.
 
-`RAY_SCANS=2000 pytest tests/test_ray.py` is the large form.
+`RAY_SCANS=2000 pytest -s tests/test_ray.py` is the large form, and says how long it took.
 """
 
 import os
 import shutil
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import trueline
@@ -19,6 +21,8 @@ from trueline import fleet  # noqa: E402
 
 SCANS = int(os.environ.get("RAY_SCANS", "200"))
 MEMORY = 100 * 2**20
+# Short scans: what is tested here is not the estimate.
+SHORT = ("--duration-s", "6", "--frame-period-ms", "60")
 
 
 def scans(folder: Path) -> list[Path]:
@@ -26,7 +30,7 @@ def scans(folder: Path) -> list[Path]:
     folder.mkdir()
     kinds = [folder / f"kind{seed}" for seed in range(5)]
     for seed, kind in enumerate(kinds):
-        trueline.simulate("quick", seed=seed).write(kind)
+        trueline.simulate("quick", *SHORT, seed=seed).write(kind)
     made = []
     for number in range(SCANS):
         made.append(folder / f"scan{number:05}")
@@ -35,35 +39,91 @@ def scans(folder: Path) -> list[Path]:
     return made
 
 
-def test_two_nodes_lose_and_double_nothing_when_one_is_killed(tmp_path: Path) -> None:
-    recordings = scans(tmp_path / "scans")
-    cluster = Cluster(
+@pytest.fixture
+def cluster() -> Iterator[Any]:
+    """Two nodes with a core each."""
+    nodes = Cluster(
         initialize_head=True, head_node_args={"num_cpus": 1, "object_store_memory": MEMORY, "include_dashboard": False}
     )
-    worker = cluster.add_node(num_cpus=1, object_store_memory=MEMORY)
+    nodes.add_node(num_cpus=1, object_store_memory=MEMORY)
+    ray.init(address=nodes.address, log_to_driver=False, logging_level="ERROR")
+    yield nodes
+    ray.shutdown()
+    nodes.shutdown()
+
+
+def parts_of(out: Path) -> dict[str, bytes]:
+    return {part.name: part.read_bytes() for part in (out / "rows").rglob("*.parquet")}
+
+
+def test_two_nodes_lose_and_double_nothing_when_one_is_killed(tmp_path: Path, cluster: Any) -> None:
+    recordings = scans(tmp_path / "scans")
+    outcomes: list[fleet.Outcome] = []
+
+    def kill_one(outcome: fleet.Outcome) -> None:
+        outcomes.append(outcome)
+        if len(cluster.worker_nodes) and outcome.done >= SCANS // 3:
+            cluster.remove_node(next(iter(cluster.worker_nodes)), allow_graceful=False)
+
+    began = time.monotonic()
+    on_ray = fleet.calibrate(recordings, out=tmp_path / "ray", engine="ray", progress=kill_one)
+    on_ray_s = time.monotonic() - began
+    assert not cluster.worker_nodes and len(outcomes) > 2
+    began = time.monotonic()
+    local = fleet.calibrate(recordings, out=tmp_path / "local")
+    local_s = time.monotonic() - began
+    print(f"{SCANS} scans: {on_ray_s:.1f} s on Ray with a killed node, {on_ray.busy_s:.1f} s of it busy; "
+          f"{local_s:.1f} s on this machine's threads, {local.busy_s:.1f} s busy")  # fmt: skip
+    assert (on_ray.done, on_ray.failed) == (SCANS, 0)
+    rows = fleet.table(tmp_path / "ray")
+    assert rows.num_rows == SCANS
+    assert len(set(rows["content_hash"].to_pylist())) == SCANS
+    assert parts_of(tmp_path / "ray") == parts_of(tmp_path / "local")
+    again = fleet.calibrate(recordings, out=tmp_path / "ray", engine="ray")
+    assert (again.done, again.present) == (0, SCANS)
+
+
+def test_a_study_on_a_cluster_is_that_of_one_machine(tmp_path: Path, cluster: Any) -> None:
+    studies = [
+        fleet.monte_carlo(range(12), out=tmp_path / engine, engine=engine, cells_in_a_part=4)
+        for engine in ("ray", "local")
+    ]
+    assert studies[0].table == studies[1].table
+
+
+def test_a_cluster_reads_and_writes_an_object_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    moto = pytest.importorskip("moto.server", reason="SKIPPED: ray_object_store: pip install moto[server] s3fs")
+    fsspec = pytest.importorskip("fsspec")
+    pytest.importorskip("s3fs")
+    server = moto.ThreadedMotoServer("127.0.0.1", 0)
+    server.start()
+    host, port = server.get_host_and_port()
+    for name, value in {
+        "AWS_ENDPOINT_URL": f"http://{host}:{port}",
+        "AWS_ACCESS_KEY_ID": "nobody",
+        "AWS_SECRET_ACCESS_KEY": "nothing",
+        "AWS_DEFAULT_REGION": "us-east-1",
+    }.items():
+        monkeypatch.setenv(name, value)
+    store = fsspec.filesystem("s3")
+    store.mkdir("fleet")
+    urls = []
+    for seed in range(4):
+        trueline.simulate("quick", *SHORT, seed=seed).write(tmp_path / f"scan{seed}")
+        store.put(str(tmp_path / f"scan{seed}"), f"fleet/scan{seed}", recursive=True)
+        urls.append(f"s3://fleet/scan{seed}")
+    urls.append("s3://fleet/nothing")
+    ray.init(num_cpus=2, object_store_memory=MEMORY, include_dashboard=False, log_to_driver=False)
     try:
-        ray.init(address=cluster.address, log_to_driver=False, logging_level="ERROR")
-        killed = False
-
-        def kill_one(outcome: fleet.Outcome) -> None:
-            nonlocal killed
-            if not killed and outcome.done >= SCANS // 3:
-                killed = True
-                cluster.remove_node(worker, allow_graceful=False)
-
-        began = time.monotonic()
-        fleet.calibrate(recordings, out=tmp_path / "ray", engine="ray", progress=kill_one)
-        on_ray_s = time.monotonic() - began
-        assert killed
+        outcome = fleet.calibrate(urls, out="s3://fleet/out", engine="ray", recordings_in_a_part=2)
+        assert (outcome.done, outcome.failed) == (5, 1)
+        rows = fleet.table("s3://fleet/out").to_pylist()
+        again = fleet.calibrate(urls, out="s3://fleet/out", engine="ray")
     finally:
         ray.shutdown()
-        cluster.shutdown()
-    began = time.monotonic()
-    fleet.calibrate(recordings, out=tmp_path / "local")
-    local_s = time.monotonic() - began
-    print(f"{SCANS} scans: {on_ray_s:.1f} s on Ray with a killed node, {local_s:.1f} s on this machine's threads")
-    tables = [fleet.Store(str(tmp_path / name)).table() for name in ("ray", "local")]
-    assert tables[0].num_rows == SCANS
-    assert len(set(tables[0]["content_hash"].to_pylist())) == SCANS
-    parts = [{part.name: part.read_bytes() for part in (tmp_path / name).glob("rows-*")} for name in ("ray", "local")]
-    assert parts[0] == parts[1]
+        server.stop()
+    assert (again.done, again.present) == (1, 4)
+    for row in rows:
+        if row["status"] != "error":
+            scan = tmp_path / row["url"].rpartition("/")[2]
+            assert row["time_offset_s"]["value"] == trueline.calibrate(scan).time_offset_s

@@ -4,11 +4,12 @@ A recording that cannot be used is a row with its error and stops nothing. Rows 
 a second run does only what is missing.
 """
 
-from .calibrate import calibrate
+from .calibrate import calibrate, table
+from .cells import Cell, cells
+from .engine import Outcome
 from .monte_carlo import Study, monte_carlo
-from .part import Outcome
-from .report import Cell, cells, report
-from .row import SCHEMA, Timing, row_of
+from .report import report
+from .row import SCHEMA
 from .store import Store
 
 __all__ = [
@@ -17,10 +18,9 @@ __all__ = [
     "Outcome",
     "Store",
     "Study",
-    "Timing",
     "calibrate",
     "cells",
     "monte_carlo",
     "report",
-    "row_of",
+    "table",
 ]

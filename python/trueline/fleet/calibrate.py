@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from itertools import islice
-from typing import Literal, Unpack
+from collections.abc import Callable, Iterable
+from typing import Unpack
 
-from ..calibrate import Options
-from .part import Outcome, Work, calibrate_part
+import pyarrow as pa
 
-ROWS_IN_A_PART = 32
-"""Recordings that are kept in memory at once and written together."""
+from ..options import Options, as_compiled
+from .engine import Engine, Outcome, in_parts, run
+from .part import Shared, calibrate_part
+from .row import KEY, SCHEMA, TIMING_SCHEMA
+from .store import Store
 
 
 def calibrate(
     urls: Iterable[str | os.PathLike[str]],
     *,
     out: str | os.PathLike[str],
-    engine: Literal["local", "ray"] = "local",
+    engine: Engine = "local",
     workers: int | None = None,
+    recordings_in_a_part: int = 32,
     progress: Callable[[Outcome], None] | None = None,
     **options: Unpack[Options],
 ) -> Outcome:
@@ -31,12 +32,15 @@ def calibrate(
     urls
         Recordings: dataset folders, .mcap files or bags, by any URL that fsspec knows.
     out
-        Folder of the Parquet files, likewise a URL. What is in it already is not done again.
+        Folder of the Parquet files, likewise a URL. What is in it already, of this version and with these options, is not
+        done again.
     engine
-        ``"local"``: threads of this machine (the calculation does not hold Python's lock). ``"ray"``: a Ray cluster
+        ``"local"``: threads of this machine (the calculation does not hold Python's lock). ``"ray"``: Ray Data on a cluster
         (``pip install trueline[ray]``); ``out`` must be reachable from every node.
     workers
         Parts that are worked on at once; by default one a core, or one a core of the cluster.
+    recordings_in_a_part
+        So many are written together, into one file; a worker that dies loses no more than these.
     progress
         Called after every part.
     **options
@@ -47,44 +51,36 @@ def calibrate(
     Outcome
         How many were done, failed (their rows say why) and were there already.
     """
+    as_compiled(options)
     store = str(out)
     if engine == "ray" and store.startswith("memory:"):
         raise ValueError("out: memory:// is lost with the worker that wrote it; name a storage that all nodes reach")
-    work = ((chunk, options, store) for chunk in _chunks(map(str, urls), ROWS_IN_A_PART))
+    parts = in_parts(map(str, urls), recordings_in_a_part)
     outcome = Outcome()
-    for part in _engine(engine)(work, workers):
-        outcome.done += part.done
-        outcome.failed += part.failed
-        outcome.present += part.present
-        outcome.timings += part.timings
+    for part in run(engine, calibrate_part, parts, Shared.of(options, store), workers):
+        outcome.add(part)
         if progress is not None:
             progress(outcome)
     return outcome
 
 
-def _engine(name: str) -> Callable[[Iterator[Work], int | None], Iterator[Outcome]]:
-    if name == "local":
-        return _local
-    if name == "ray":
-        from .on_ray import parts_on_ray
+def table(out: str | os.PathLike[str]) -> pa.Table:
+    """All rows of a run's folder, one a recording, with ``duration_s`` and ``worker``.
 
-        return parts_on_ray
-    raise ValueError(f"engine: there is no {name!r}; one of local, ray")
-
-
-def _local(work: Iterator[Work], workers: int | None) -> Iterator[Outcome]:
-    """At most as many parts as there are workers are under way at once."""
-    count = workers or os.cpu_count() or 1
-    with ThreadPoolExecutor(count) as pool:
-        running: set[Future[Outcome]] = {pool.submit(calibrate_part, one) for one in islice(work, count)}
-        while running:
-            ready, running = wait(running, return_when=FIRST_COMPLETED)
-            running |= {pool.submit(calibrate_part, one) for one in islice(work, len(ready))}
-            yield from (future.result() for future in ready)
+    Two runs at once may both have done a recording; then it is here once, as everywhere the same. A recording that was done by
+    two versions, or with two sets of options, has a row of each.
+    """
+    store = Store(str(out))
+    rows, timings = store.table("rows", SCHEMA), store.table("timings", TIMING_SCHEMA)
+    took = dict(zip(_keys(timings), timings.to_pylist(), strict=True))
+    of_rows = [took.get(key, {}) for key in _keys(rows)]
+    for name in ("duration_s", "worker"):
+        field = TIMING_SCHEMA.field(name)
+        rows = rows.append_column(field, pa.array([timing.get(name) for timing in of_rows], field.type))
+    seen: set[tuple[str, ...]] = set()
+    first = [key[0] is None or not (key in seen or seen.add(key)) for key in _keys(rows)]  # type: ignore[func-returns-value]
+    return rows.filter(pa.array(first, pa.bool_())).sort_by("url")
 
 
-def _chunks(items: Iterable[str], size: int) -> Iterator[list[str]]:
-    iterator = iter(items)
-    while chunk := list(islice(iterator, size)):
-        yield chunk
-
+def _keys(rows: pa.Table) -> list[tuple[str, ...]]:
+    return list(zip(*(rows[name].to_pylist() for name in KEY), strict=True))

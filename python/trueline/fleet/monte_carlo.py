@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import os
+import time
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Unpack
 
 import numpy as np
 import pyarrow as pa
 
-from ..calibrate import Options, calibrate
+from .. import __version__
+from ..calibrate import calibrate
+from ..options import Options, as_compiled
 from ..recording import Guess, simulate
 from ..result import Result
+from ..rotations import small_rotation
+from .engine import Engine, Outcome, Part, in_parts, run
+from .store import Store, key_of
 
 SCHEMA = pa.schema(
     [
@@ -36,66 +43,120 @@ NAMES = [
 
 @dataclass(frozen=True)
 class Study:
-    """The rows of a study."""
+    """The rows of a study, in the files that they are kept in: ``folder`` below ``out``."""
 
-    table: pa.Table
+    out: str
+    folder: str
+
+    @property
+    def table(self) -> pa.Table:
+        """All rows by seed."""
+        return Store(self.out).table(self.folder, SCHEMA).sort_by("seed")
 
     @property
     def acceptance(self) -> float:
         """Share of the cells whose result is accepted."""
-        return float(np.mean(self.table["accepted"].to_numpy(zero_copy_only=False)))
+        accepted = count = 0
+        for table in self._tables("accepted"):
+            accepted, count = accepted + sum(table["accepted"].to_pylist()), count + len(table)
+        return accepted / count
 
     @property
     def nees(self) -> float:
         """Mean of ``nees`` over the accepted cells."""
-        accepted = self.table.filter(self.table["accepted"])
-        return float(np.nanmean(accepted["nees"].to_numpy(zero_copy_only=False)))
+        total, count = 0.0, 0
+        for table in self._tables("accepted", "nees"):
+            values = table.filter(table["accepted"])["nees"].drop_null().to_numpy()
+            total, count = total + float(values.sum()), count + len(values)
+        return total / count
+
+    def _tables(self, *columns: str) -> Iterable[pa.Table]:
+        return Store(self.out).tables(self.folder, columns)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """What all parts of a study share."""
+
+    out: str
+    preset: str
+    random_cell: bool
+    options: Options
+
+    @property
+    def folder(self) -> str:
+        """Where the cells of this study are: those of another version, preset or options do not count as done."""
+        what = json.dumps([self.preset, self.random_cell, self.options], sort_keys=True, default=list)
+        return f"cells/version={__version__}/preset={self.preset}/study={key_of([what])[:12]}"
 
 
 def monte_carlo(
     seeds: Iterable[int],
     *,
+    out: str | os.PathLike[str],
     preset: str = "quick",
     random_cell: bool = True,
+    engine: Engine = "local",
     workers: int | None = None,
-    progress: Callable[[int], None] | None = None,
+    cells_in_a_part: int = 1000,
+    progress: Callable[[Outcome], None] | None = None,
     **options: Unpack[Options],
 ) -> Study:
-    """Simulate and calibrate one cell a seed.
+    """Simulate and calibrate a cell for each seed; the rows go into Parquet, part by part.
 
     Parameters
     ----------
     seeds
-        One cell each.
+        Seeds of the cells: ``range(1_000_000)``.
+    out
+        Folder of the studies, by any URL that fsspec knows. Parts of this study that are in it already are not done again.
     preset
-        As for :func:`trueline.simulate`.
+        A name of ``trueline simulate --preset``.
     random_cell
-        Draw every cell anew.
-    workers
-        Threads; by default one a core.
+        Draw time offset, hand-eye transform and seam anew for each cell.
+    engine, workers
+        As for :func:`trueline.fleet.calibrate`.
+    cells_in_a_part
+        So many are in memory at once for each worker, and in one file.
     progress
-        Called with the number of cells that are done.
+        Called after every part.
+    **options
+        As for :func:`trueline.calibrate`.
 
     Examples
     --------
-    >>> study = monte_carlo(range(2))
+    >>> import tempfile
+    >>> study = monte_carlo(range(3), out=tempfile.mkdtemp(), preset="quick")
     >>> study.table.num_rows
-    2
+    3
     """
+    as_compiled(options)
+    shared = Cells(str(out), preset, random_cell, options)
+    outcome = Outcome()
+    for part in run(engine, _study_part, in_parts(seeds, cells_in_a_part), shared, workers):
+        outcome.add(part)
+        if progress is not None:
+            progress(outcome)
+    return Study(shared.out, shared.folder)
 
-    def row(seed: int) -> dict[str, Any]:
-        scan = simulate(preset, seed=seed, random_cell=random_cell)
-        truth = scan.truth
-        assert truth is not None, "a simulation has a truth"
-        return {"seed": seed} | errors(calibrate(scan, **options), truth)
 
-    rows = []
-    with ThreadPoolExecutor(workers) as pool:
-        for done, one in enumerate(pool.map(row, seeds), start=1):
-            rows.append(one)
-            if progress is not None:
-                progress(done)
-    return Study(pa.Table.from_pylist(rows, schema=SCHEMA))
+def _study_part(seeds: Part, shared: Cells) -> Outcome:
+    """A part is named by its seeds: one that is there is right."""
+    name = f"{shared.folder}/seeds-{seeds[0]}-{seeds[-1]}-{key_of(map(str, seeds))[:12]}"
+    store = Store(shared.out)
+    if store.has(name):
+        return Outcome(present=len(seeds))
+    began = time.monotonic()
+    rows = [_row(int(seed), shared) for seed in seeds]
+    store.write(name, pa.Table.from_pylist(rows, schema=SCHEMA))
+    return Outcome(done=len(rows), busy_s=time.monotonic() - began)
+
+
+def _row(seed: int, shared: Cells) -> dict[str, Any]:
+    scan = simulate(shared.preset, seed=seed, random_cell=shared.random_cell)
+    truth = scan.truth
+    assert truth is not None, "a simulation has a truth"
+    return {"seed": seed} | errors(calibrate(scan, **shared.options), truth)
 
 
 def errors(result: Result, truth: Guess) -> dict[str, Any]:
@@ -103,7 +164,7 @@ def errors(result: Result, truth: Guess) -> dict[str, Any]:
     row: dict[str, Any] = {"accepted": result.accepted}
     if result.time_offset_s is None or np.isnan(result.tool_from_camera).any():
         return row
-    rotation = _small_rotation(result.tool_from_camera[:3, :3] @ truth.tool_from_camera[:3, :3].T)
+    rotation = small_rotation(result.tool_from_camera[:3, :3] @ truth.tool_from_camera[:3, :3].T)
     translation = result.tool_from_camera[:3, 3] - truth.tool_from_camera[:3, 3]
     offset = result.time_offset_s - truth.time_offset_s
     error = np.concatenate([[offset], rotation, translation * 1e3])
@@ -115,11 +176,3 @@ def errors(result: Result, truth: Guess) -> dict[str, Any]:
         "translation_error_m": translation.tolist(),
         "nees": None if np.isnan(covariance).any() else float(error @ np.linalg.solve(covariance, error)) / len(error),
     }
-
-
-def _small_rotation(matrix: Any) -> Any:
-    """The rotation vector of a rotation of less than half a turn."""
-    axis = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]]) / 2
-    sine = np.linalg.norm(axis)
-    angle = np.arctan2(sine, (np.trace(matrix) - 1) / 2)
-    return axis if sine < 1e-12 else axis * (angle / sine)

@@ -1,26 +1,38 @@
-"""The parts on a Ray cluster; the only file that needs Ray."""
+"""Parts as rows of a Ray dataset; the only file that needs Ray.
+
+Ray does a task again whose node has died. What a part writes is named by its content, so that this leaves the same files.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import islice
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict
+from typing import Any
 
 import ray
 
-from .part import Outcome, Work, calibrate_part
+from .engine import Outcome, Part, Work
 
-RETRIES = 5
-"""A part whose worker dies is done again; its file has the same name and content then."""
+MOST_BLOCKS = 10_000
+"""Ray plans by blocks; more of them than this cost more than they spread."""
 
 
-def parts_on_ray(work: Iterator[Work], workers: int | None) -> Iterator[Outcome]:
+def on_ray(work: Work, parts: Iterable[Part], shared: Any, workers: int | None) -> Iterator[Outcome]:
     """Works on at most as many parts at once as there are workers, by default as the cluster has cores."""
     if not ray.is_initialized():
         ray.init(log_to_driver=False)
-    task = ray.remote(num_cpus=1, max_retries=RETRIES)(calibrate_part)
-    count = workers or max(1, int(ray.cluster_resources().get("CPU", 1)))
-    running = [task.remote(one) for one in islice(work, count)]
-    while running:
-        ready, running = ray.wait(running, num_returns=1)
-        running += [task.remote(one) for one in islice(work, len(ready))]
-        yield from ray.get(ready)
+    rows = [{"part": part} for part in parts]
+    if not rows:
+        return
+    context = ray.data.DataContext.get_current()
+    context.enable_progress_bars = False
+    sent = ray.put(shared)
+
+    def worked(row: dict[str, Any]) -> dict[str, Any]:
+        return asdict(work(list(row["part"]), ray.get(sent)))
+
+    dataset = ray.data.from_items(rows, override_num_blocks=min(len(rows), MOST_BLOCKS))
+    # Tasks of one part each: a block is one row, unless there are very many.
+    done = dataset.map(worked, num_cpus=1, concurrency=workers)
+    for row in done.iter_rows():
+        yield Outcome(**row)

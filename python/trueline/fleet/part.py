@@ -2,75 +2,108 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
-from dataclasses import dataclass, field
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import fsspec
+import pyarrow as pa
 
-from ..calibrate import Options
-from .row import Timing, content_hash, error_row, row_of
-from .store import Store
-
-Work = tuple[list[str], Options, str]
-"""Where the recordings are, options of the calibration, and the folder of the store."""
-
-
-@dataclass
-class Outcome:
-    """What a run did."""
-
-    done: int = 0
-    failed: int = 0
-    present: int = 0
-    timings: list[Timing] = field(default_factory=list)
+from .. import __version__
+from ..options import Options
+from .engine import Outcome, Part
+from .row import KEY, SCHEMA, TIMING_SCHEMA, content_hash, error_row, options_json, row_of
+from .store import Hashes, Store, key_of
 
 
-def calibrate_part(work: Work) -> Outcome:
-    """Calibrates a few recordings and writes their rows; what is in the store already is left out."""
-    urls, options, out = work
-    store = Store(out)
-    present = store.hashes()
-    outcome, rows = Outcome(), []
+@dataclass(frozen=True)
+class Shared:
+    """What all parts of a run share: the options, the folder of the store, and the recordings that are in it already."""
+
+    options: Options
+    out: str
+    present: Hashes
+
+    @classmethod
+    def of(cls, options: Options, out: str) -> Shared:
+        """What a run begins with."""
+        tables = Store(out).tables(f"rows/{partition(options)}", ["content_hash"])
+        hashes = (value for table in tables for value in table["content_hash"].to_pylist() if value)
+        return cls(options, out, Hashes(hashes))
+
+
+def partition(options: Options) -> str:
+    """The folder of the rows of this version and these options: results of others do not count as done."""
+    return f"version={__version__}/options={'default' if not options else key_of([options_json(options)])[:12]}"
+
+
+def calibrate_part(urls: Part, shared: Shared) -> Outcome:
+    """Calibrates a few recordings and writes their rows; those that were there when the run began are left out."""
+    began = time.monotonic()
+    outcome = Outcome()
+    rows: list[dict[str, Any]] = []
+    timings: list[dict[str, Any]] = []
     for url in urls:
-        try:
-            with _fetched(url) as path:
-                key = content_hash(path)
-                if key in present:
-                    outcome.present += 1
-                    continue
-                row, timing = row_of(url, path, key, options)
-        # What cannot be fetched is a row as well.
-        except OSError as error:
-            rows.append(error_row(url, None, error))
-            outcome.failed += 1
-        else:
-            present.add(key)
-            outcome.timings.append(timing)
-            outcome.failed += row["status"] == "error"
-            rows.append(row)
+        row = _row(url, shared, timings)
+        if row is None:
+            outcome.present += 1
+            continue
+        rows.append(row)
         outcome.done += 1
+        outcome.failed += row["status"] == "error"
     if rows:
-        store.write(rows)
+        _write(rows, timings, shared)
+    outcome.busy_s = time.monotonic() - began
     return outcome
 
 
-class _fetched:  # noqa: N801 (a context manager, used as a function)
+def _row(url: str, shared: Shared, timings: list[dict[str, Any]]) -> dict[str, Any] | None:
+    began = time.monotonic()
+    try:
+        with fetched(url) as path:
+            key = content_hash(path)
+            if key in shared.present:
+                return None
+            row = row_of(url, path, key, shared.options)
+    # What cannot be fetched is a row as well; storages have errors of their own.
+    except Exception as error:  # noqa: BLE001
+        return error_row(url, None, error, shared.options)
+    timing = {"duration_s": time.monotonic() - began, "worker": f"{os.uname().nodename}:{os.getpid()}"}
+    timings.append(timing | {name: row[name] for name in KEY})
+    return row
+
+
+def _write(rows: list[dict[str, Any]], timings: list[dict[str, Any]], shared: Shared) -> None:
+    """A part is named by the content of its recordings: writing it twice gives the same file."""
+    keys = [row["content_hash"] or row["url"] for row in rows]
+    ordered = [row for _, row in sorted(zip(keys, rows, strict=True), key=lambda pair: str(pair[0]))]
+    store, name = Store(shared.out), f"{partition(shared.options)}/part-{key_of(keys)}"
+    # The rows last: where they are, all is.
+    store.write(f"timings/{name}", pa.Table.from_pylist(timings, schema=TIMING_SCHEMA))
+    store.write(f"rows/{name}", pa.Table.from_pylist(ordered, schema=SCHEMA))
+
+
+@contextmanager
+def fetched(url: str) -> Iterator[Path]:
     """A recording as a path of this machine."""
-
-    def __init__(self, url: str) -> None:
-        self._url = url
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
-
-    def __enter__(self) -> Path:
-        files, path = fsspec.core.url_to_fs(self._url)
-        if "file" in files.protocol:
-            return Path(path)
-        self._folder = tempfile.TemporaryDirectory()
-        target = Path(self._folder.name) / Path(path).name
-        files.get(path, str(target), recursive=files.isdir(path))
-        return target
-
-    def __exit__(self, *_: object) -> None:
-        if self._folder is not None:
-            self._folder.cleanup()
+    files, path = fsspec.core.url_to_fs(url)
+    if "file" in files.protocol:
+        yield Path(path)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        prefix = path.rstrip("/")
+        target = Path(folder) / Path(prefix).name
+        found = files.find(path)
+        if not found:
+            raise FileNotFoundError(f"{url}: there is no file or folder")
+        # One by one: not every storage can copy a folder.
+        for file in found:
+            own = target / file[len(prefix) :].lstrip("/")
+            own.parent.mkdir(parents=True, exist_ok=True)
+            files.get_file(file, str(own))
+        yield target

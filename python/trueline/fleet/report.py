@@ -4,65 +4,106 @@ from __future__ import annotations
 
 import html
 import os
-from dataclasses import dataclass
-from pathlib import PurePosixPath
-from typing import Any
+from collections import Counter
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from .cells import COLUMNS, Cell, cells
 from .store import Store
 
+MOVED_SIGMA = 4.0
+"""Seven numbers a cell: beyond 4 σ once in 2,200 cells that are all right."""
 
-@dataclass(frozen=True)
-class Cell:
-    """The scans of one cell against its first accepted one."""
-
-    name: str
-    scans: int
-    refused: int
-    offset_drift_ms: float
-    offset_drift_sigma: float
-    shift_mm: float
-
-
-def cells(rows: list[dict[str, Any]]) -> list[Cell]:
-    """Cells by drift, worst first. A cell is the folder that its recordings lie in."""
-    by_cell: dict[str, list[dict[str, Any]]] = {}
-    for row in sorted(rows, key=lambda row: str(row["url"])):
-        by_cell.setdefault(str(PurePosixPath(row["url"]).parent), []).append(row)
-    found = [_cell(name, group) for name, group in by_cell.items()]
-    return sorted(found, key=lambda cell: (-cell.offset_drift_sigma, -cell.refused, cell.name))
+STYLE = """
+:root{color-scheme:light dark;--line:#8885;--moved:#f906;--lost:#f446}
+body{font:16px/1.5 system-ui,sans-serif;margin:2em auto;max-width:76em;padding:0 1em}
+h1{font-size:1.6em;margin-bottom:.2em} h2{font-size:1.2em;margin-top:2em}
+table{border-collapse:collapse;font-variant-numeric:tabular-nums}
+td,th{padding:.35em .9em;border-bottom:1px solid var(--line);text-align:right;vertical-align:top}
+td:first-child,th:first-child,:is(td,th):nth-child(n+8){text-align:left}
+thead th{position:sticky;top:0;background:Canvas}
+.moved{background:var(--moved)} .lost{background:var(--lost)}
+""".strip()
 
 
-def _cell(name: str, rows: list[dict[str, Any]]) -> Cell:
-    good = [row for row in rows if row["status"] == "accepted"]
-    drift = sigma = shift = 0.0
-    if len(good) > 1:
-        first, last = good[0], good[-1]
-        offsets = (first["time_offset_s"], last["time_offset_s"])
-        drift = (offsets[1]["value"] - offsets[0]["value"]) * 1e3
-        spread = np.hypot(offsets[0]["sigma"] or 0.0, offsets[1]["sigma"] or 0.0) * 1e3
-        sigma = abs(drift) / spread if spread > 0.0 else 0.0
-        moved = np.subtract(last["translation_mm"]["value"], first["translation_mm"]["value"])
-        shift = float(np.linalg.norm(moved))
-    return Cell(name, len(rows), len(rows) - len(good), drift, float(sigma), shift)
+def report(out: str | os.PathLike[str]) -> str:
+    """The fleet in the folder of a run as a page of HTML.
+
+    Parameters
+    ----------
+    out
+        Folder of a run, by any URL that fsspec knows. Holds it rows of several versions or options, name the one that is meant:
+        ``"out/rows/version=0.1.0/options=default"``.
+
+    Raises
+    ------
+    ValueError
+        For a folder without rows, or with rows that were not made alike.
+    """
+    store = Store(str(out))
+    folder = "rows" if store.parts("rows") else ""
+    parts = store.parts(folder)
+    made = sorted({part.rpartition("/")[0] for part in parts})
+    if len(made) != 1:
+        told = "there are no rows" if not made else f"rows of several versions or options: name one of {', '.join(made)}"
+        raise ValueError(f"{out}: {told}")
+    rows = (row for table in store.tables(folder, COLUMNS) for row in table.to_pylist())
+    return page(cells(rows), str(out))
 
 
-def report(rows: str | os.PathLike[str]) -> str:
-    """The fleet in a folder of Parquet as a page of HTML."""
-    table = "".join(map(_line, cells(Store(str(rows)).table().to_pylist())))
-    heads = ("cell", "scans", "not accepted", "time offset, last − first / ms", "in σ", "hand-eye moved / mm")
-    return (
-        '<!doctype html><html lang="en"><meta charset="utf-8"><title>Fleet</title>'
-        "<style>body{font:16px system-ui;margin:2em}table{border-collapse:collapse}"
-        "td,th{padding:.3em .8em;border-bottom:1px solid #8884;text-align:right}"
-        "td:first-child,th:first-child{text-align:left}.moved{background:#f906}</style>"
-        f"<h1>Cells by drift</h1><table><tr>{''.join(f'<th>{head}</th>' for head in heads)}</tr>{table}</table></html>\n"
+def page(fleet: Sequence[Cell], title: str) -> str:
+    """Cells as a page of HTML."""
+    scans, accepted = sum(cell.scans for cell in fleet), sum(cell.accepted for cell in fleet)
+    unreadable = sum(cell.unreadable for cell in fleet)
+    moved = sum(cell.drift_sigma > MOVED_SIGMA for cell in fleet)
+    reasons = sum((Counter(cell.reasons) for cell in fleet), Counter())
+    name = html.escape(title)
+    facts = (
+        f"{len(fleet)} cells, {scans} scans: {accepted} accepted, {scans - accepted - unreadable} not accepted, "
+        f"{unreadable} that could not be used. {moved} cells have moved."
+    )
+    return "".join(
+        (
+            f'<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+            f"<title>Fleet: {name}</title><style>{STYLE}</style><h1>Fleet</h1><p>{name}<br>{facts}</p>",
+            "<p>Each cell's last accepted scan against its first, in the order of their names. σ: the largest change of time offset, "
+            "translation or rotation over its standard deviation, which holds what both scans share as well and so rather "
+            f"understates a change. Marked: beyond {MOVED_SIGMA:g} σ, and cells without any accepted scan.</p>",
+            _table(
+                ("cell", "scans", "accepted", "σ", "time offset / ms", "moved / mm", "turned / °", "last scan", "reasons"),
+                map(_cell, fleet),
+            ),
+            "<h2>Why scans were not accepted</h2>" if reasons else "",
+            _table(("reason", "scans"), (("", (code, count)) for code, count in reasons.most_common())) if reasons else "",
+            "</html>\n",
+        )
     )
 
 
-def _line(cell: Cell) -> str:
-    numbers = (cell.scans, cell.refused, f"{cell.offset_drift_ms:+.3f}", f"{cell.offset_drift_sigma:.1f}", f"{cell.shift_mm:.2f}")
-    # Beyond 4 σ once in 16,000 cells that are all right.
-    mark = ' class="moved"' if cell.offset_drift_sigma > 4.0 else ""
-    return f"<tr{mark}><td>{html.escape(cell.name)}</td>{''.join(f'<td>{number}</td>' for number in numbers)}</tr>"
+def _cell(cell: Cell) -> tuple[str, tuple[object, ...]]:
+    mark = "lost" if cell.accepted == 0 else "moved" if cell.drift_sigma > MOVED_SIGMA else ""
+    numbers = (
+        _number(cell.drift_sigma, ".1f"),
+        _number(cell.offset_drift_ms, "+.3f"),
+        _number(cell.shift_mm, ".2f"),
+        _number(cell.turn_deg, ".3f"),
+    )
+    status = cell.last_status.replace("_", " ")
+    reasons = ", ".join(f"{code} {count}" for code, count in sorted(cell.reasons.items()))
+    return mark, (cell.name, cell.scans, cell.accepted, *numbers, status, reasons)
+
+
+def _number(value: float, form: str) -> str:
+    return "–" if np.isnan(value) else format(value, form)
+
+
+def _table(heads: Sequence[str], rows: Iterable[tuple[str, tuple[object, ...]]]) -> str:
+    head = "".join(f"<th>{head}</th>" for head in heads)
+    body = "".join(_row(mark, values) for mark, values in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _row(mark: str, values: tuple[object, ...]) -> str:
+    cells = "".join(f"<td>{html.escape(str(value))}</td>" for value in values)
+    return f'<tr class="{mark}">{cells}</tr>' if mark else f"<tr>{cells}</tr>"

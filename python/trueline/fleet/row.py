@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import time
-from dataclasses import dataclass
+import json
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +11,12 @@ import numpy as np
 import pyarrow as pa
 
 from .. import __version__
-from ..calibrate import Options, calibrate
+from ..calibrate import calibrate
 from ..estimates import Fact
+from ..options import Options
 from ..result import Result
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 _FACTS = pa.list_(pa.struct([("code", pa.string()), ("text", pa.string())]))
 _NUMBER = pa.struct([("value", pa.float64()), ("sigma", pa.float64())])
@@ -28,6 +27,7 @@ SCHEMA = pa.schema(
         ("content_hash", pa.string()),
         ("url", pa.string()),
         ("version", pa.string()),
+        ("options", pa.string()),
         ("status", pa.string()),
         ("error", pa.string()),
         ("time_offset_s", _NUMBER),
@@ -41,16 +41,22 @@ SCHEMA = pa.schema(
     ],
     metadata={b"trueline.schema": str(SCHEMA_VERSION).encode()},
 )
-"""Columns of the rows; a null struct is what was not estimated."""
+"""Columns of the rows; a null struct is what was not estimated. The same recording, version and options give the same row."""
 
+KEY = ("content_hash", "version", "options")
+"""What names a row."""
 
-@dataclass(frozen=True)
-class Timing:
-    """What differs from run to run, and so is not in the row."""
-
-    content_hash: str
-    duration_s: float
-    worker: str
+TIMING_SCHEMA = pa.schema(
+    [
+        ("content_hash", pa.string()),
+        ("version", pa.string()),
+        ("options", pa.string()),
+        ("duration_s", pa.float64()),
+        ("worker", pa.string()),
+    ],
+    metadata={b"trueline.schema": str(SCHEMA_VERSION).encode()},
+)
+"""What differs from run to run, and so is kept beside the rows."""
 
 
 def content_hash(path: Path) -> str:
@@ -64,38 +70,40 @@ def content_hash(path: Path) -> str:
     return digest.hexdigest()
 
 
-def row_of(url: str, path: Path, key: str, options: Options) -> tuple[dict[str, Any], Timing]:
+def options_json(options: Options) -> str:
+    """The options as text: the same for the same options."""
+    return json.dumps(options, sort_keys=True, default=list)
+
+
+def row_of(url: str, path: Path, key: str, options: Options) -> dict[str, Any]:
     """Calibrates a recording; its row, also where that fails."""
-    began = time.monotonic()
     try:
-        row = _empty(url, key) | _result_row(calibrate(path, **options))
+        return _empty(url, key, options) | _result_row(calibrate(path, **options))
     # A broken recording is a row and stops nothing, whatever is wrong with it.
     except Exception as error:  # noqa: BLE001
-        row = error_row(url, key, error)
-    return row, Timing(key, time.monotonic() - began, f"{os.uname().nodename}:{os.getpid()}")
+        return error_row(url, key, error, options)
 
 
-def error_row(url: str, key: str | None, error: Exception) -> dict[str, Any]:
+def error_row(url: str, key: str | None, error: Exception, options: Options) -> dict[str, Any]:
     """The row of a recording that cannot be used; without a hash it is tried again by the next run."""
     hint = getattr(error, "hint", "")
-    return _empty(url, key) | {"status": "error", "error": f"{error}\n{hint}".strip()}
+    return _empty(url, key, options) | {"status": "error", "error": f"{error}\n{hint}".strip()}
 
 
-def _empty(url: str, key: str | None) -> dict[str, Any]:
-    return dict.fromkeys(SCHEMA.names) | {"content_hash": key, "url": url, "version": __version__}
+def _empty(url: str, key: str | None, options: Options) -> dict[str, Any]:
+    known = {"content_hash": key, "url": url, "version": __version__, "options": options_json(options)}
+    return dict.fromkeys(SCHEMA.names) | known
 
 
 def _result_row(result: Result) -> dict[str, Any]:
-    entry = result.document["tool_from_camera"]
+    offset, sigma = result.time_offset_s, result.sigma
     translation = result.tool_from_camera[:3, 3] * 1e3
-    sigma = result.sigma
+    of_translation = {"value": translation.tolist(), "sigma": _known(sigma.translation_m * 1e3)}
     return {
         "status": result.status,
-        "time_offset_s": None if result.time_offset_s is None else {"value": result.time_offset_s, "sigma": sigma.time_offset_s},
-        "translation_mm": None
-        if np.isnan(translation).any()
-        else {"value": translation.tolist(), "sigma": _known(sigma.translation_m * 1e3)},
-        "rotation_wxyz": entry.get("rotation_wxyz"),
+        "time_offset_s": None if offset is None else {"value": offset, "sigma": sigma.time_offset_s},
+        "translation_mm": None if np.isnan(translation).any() else of_translation,
+        "rotation_wxyz": result.document["tool_from_camera"].get("rotation_wxyz"),
         "rotation_sigma_rad": _known(sigma.rotation_rad),
         "seam_error_mm": result.seam_error_mm,
         "reasons": _facts(result.reasons),

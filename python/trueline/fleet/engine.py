@@ -1,0 +1,75 @@
+"""Where the work of a run is done: threads of this machine, or a Ray cluster."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any, Literal, TypeAlias
+
+Engine: TypeAlias = Literal["local", "ray"]
+
+
+@dataclass
+class Outcome:
+    """What a run did. ``busy_s`` is the time that its workers spent, summed."""
+
+    done: int = 0
+    failed: int = 0
+    present: int = 0
+    busy_s: float = 0.0
+
+    def add(self, part: Outcome) -> None:
+        """Add what a part of it did."""
+        self.done += part.done
+        self.failed += part.failed
+        self.present += part.present
+        self.busy_s += part.busy_s
+
+
+Part: TypeAlias = list[Any]
+"""What is worked on and written together: URLs, or seeds."""
+
+Work: TypeAlias = Callable[[Part, Any], Outcome]
+"""Does a part, given what all parts share. Doing it twice must leave what doing it once leaves."""
+
+
+def run(engine: Engine, work: Work, parts: Iterable[Part], shared: Any, workers: int | None) -> Iterator[Outcome]:
+    """Does all parts in any order; what each did, as soon as it is done.
+
+    Parameters
+    ----------
+    engine
+        ``"local"``: threads (the calculation does not hold Python's lock). ``"ray"``: Ray Data on the cluster that Ray is, or
+        can be, connected to.
+    shared
+        Given to every call; on a cluster it is sent to every node once.
+    workers
+        Parts that are worked on at once; by default one a core.
+    """
+    if engine == "local":
+        return _local(work, iter(parts), shared, workers or os.cpu_count() or 1)
+    if engine == "ray":
+        from .on_ray import on_ray
+
+        return on_ray(work, parts, shared, workers)
+    raise ValueError(f"engine: there is no {engine!r}; one of local, ray")
+
+
+def _local(work: Work, parts: Iterator[Part], shared: Any, count: int) -> Iterator[Outcome]:
+    """At most as many parts as there are workers are under way at once."""
+    with ThreadPoolExecutor(count) as pool:
+        running: set[Future[Outcome]] = {pool.submit(work, part, shared) for part in islice(parts, count)}
+        while running:
+            ready, running = wait(running, return_when=FIRST_COMPLETED)
+            running |= {pool.submit(work, part, shared) for part in islice(parts, len(ready))}
+            yield from (future.result() for future in ready)
+
+
+def in_parts(items: Iterable[Any], size: int) -> Iterator[Part]:
+    """The items in lists of so many."""
+    iterator = iter(items)
+    while part := list(islice(iterator, size)):
+        yield part
