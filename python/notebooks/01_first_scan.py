@@ -33,5 +33,6 @@ result.plot_residuals()
 result.plot_convergence()
 
 # %%
-assert result.accepted
+assert result.accepted and result.time_offset_s is not None
+assert result.sigma.time_offset_s is not None and scan.truth is not None
 assert abs(result.time_offset_s - scan.truth.time_offset_s) < 5 * result.sigma.time_offset_s

@@ -30,3 +30,12 @@ for axis in "xyz":
     ax.plot(path["time_s"], path[name] - path[name][0], label=name)
 ax.set(xlabel="time / s", ylabel="way from the start / mm")
 ax.legend()
+
+# %% [markdown]
+# What the plan predicts, and what a simulated scan along it gives:
+
+# %%
+trueline.run("simulate", "--plan", str(folder), "--exact-guess", "--seed", "1", "--out", str(folder.with_name("scan")), "--quiet")
+result = trueline.calibrate(folder.with_name("scan"))
+print(result)
+assert result.accepted

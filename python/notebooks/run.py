@@ -11,6 +11,7 @@ import nbformat
 from nbclient import NotebookClient
 
 LIMIT_S = 300
+MOST_KB = 300
 
 
 def main() -> None:
@@ -19,8 +20,12 @@ def main() -> None:
     for source in sorted(Path(__file__).parent.glob("[0-9]*.py")):
         notebook = jupytext.read(source)
         NotebookClient(notebook, timeout=LIMIT_S, kernel_name="python3").execute(cwd=str(out))
-        nbformat.write(notebook, out / f"{source.stem}.ipynb")
-        print(f"{source.stem}: {len(notebook.cells)} cells")
+        written = out / f"{source.stem}.ipynb"
+        nbformat.write(notebook, written)
+        kilobytes = written.stat().st_size // 1000
+        if kilobytes > MOST_KB:
+            raise SystemExit(f"{source.stem}: {kilobytes} kB; show less")
+        print(f"{source.stem}: {len(notebook.cells)} cells, {kilobytes} kB")
 
 
 if __name__ == "__main__":
