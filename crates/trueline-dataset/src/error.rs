@@ -26,7 +26,7 @@ impl Error {
 
     /// A problem at a line of a file.
     #[must_use]
-    pub fn at_line(file: &Path, line: u64, problem: Problem) -> Self {
+    pub(crate) fn at_line(file: &Path, line: u64, problem: Problem) -> Self {
         Self { file: file.to_owned(), line: Some(line), column: None, problem }
     }
 
@@ -38,7 +38,7 @@ impl Error {
 
     /// The same, in a named column.
     #[must_use]
-    pub fn in_column(mut self, column: &str) -> Self {
+    pub(crate) fn in_column(mut self, column: &str) -> Self {
         self.column = Some(column.to_owned());
         self
     }

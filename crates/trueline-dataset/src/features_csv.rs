@@ -50,7 +50,7 @@ fn columns(sensor: &Sensor) -> Vec<ColumnSpec<'static>> {
 
 /// Whether a name is that of a column of a sensor's file.
 #[must_use]
-pub fn is_column(name: &str, sensor: &Sensor) -> bool {
+pub(crate) fn is_column(name: &str, sensor: &Sensor) -> bool {
     table::is_one_of(name, &columns(sensor))
 }
 

@@ -42,7 +42,7 @@ impl Channel {
 
     /// The channel in which the brightest half percent of pictures stands out most; gray where none does clearly.
     #[must_use]
-    pub fn of_laser<'a>(pictures: impl Iterator<Item = &'a DecodedPicture>) -> Self {
+    pub(crate) fn of_laser<'a>(pictures: impl Iterator<Item = &'a DecodedPicture>) -> Self {
         let mut sums = [0.0; 4];
         for picture in pictures.filter(|picture| picture.channels >= 3) {
             for (sum, channel) in sums.iter_mut().zip(Self::ALL) {

@@ -31,7 +31,7 @@ const WIDE: [ColumnSpec<'static>; 2] = [required("x0", Quantity::Length), requir
 
 /// Whether a name is that of a column of this file.
 #[must_use]
-pub fn is_column(name: &str) -> bool {
+pub(crate) fn is_column(name: &str) -> bool {
     [&SHARED[..], &LONG, &WIDE].iter().any(|specs| table::is_one_of(name, specs))
         || height_number(name).is_some()
 }

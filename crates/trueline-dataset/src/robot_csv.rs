@@ -28,7 +28,7 @@ const COLUMNS: [ColumnSpec<'static>; 5] = [
 
 /// Whether a name is that of a column of this file.
 #[must_use]
-pub fn is_column(name: &str) -> bool {
+pub(crate) fn is_column(name: &str) -> bool {
     table::is_one_of(name, &COLUMNS) || RotationColumns::is_one(name)
 }
 

@@ -139,7 +139,7 @@ impl RotationColumns {
 
     /// What a table needs to have for them.
     #[must_use]
-    pub fn specs(&self) -> Vec<ColumnSpec<'_>> {
+    pub(crate) fn specs(&self) -> Vec<ColumnSpec<'_>> {
         self.names.iter().map(|name| required(name, self.form.quantity())).collect()
     }
 

@@ -40,7 +40,7 @@ pub fn bytes(file: &Path) -> Result<Vec<u8>, Error> {
 ///
 /// # Errors
 /// As [`open`], but for a file that is missing.
-pub fn bytes_if_there(file: &Path) -> Result<Option<Vec<u8>>, Error> {
+pub(crate) fn bytes_if_there(file: &Path) -> Result<Option<Vec<u8>>, Error> {
     match bytes(file) {
         Err(error) if matches!(error.problem, Problem::Missing) => Ok(None),
         read => read.map(Some),
@@ -81,7 +81,7 @@ const LONGEST_LINE: usize = 1 << 20;
 ///
 /// # Errors
 /// A line of more than a megabyte.
-pub fn expect_lines(file: &Path, bytes: &[u8]) -> Result<(), Error> {
+pub(crate) fn expect_lines(file: &Path, bytes: &[u8]) -> Result<(), Error> {
     let mut rest = bytes;
     // The last end of a line within reach: all lines before it are short enough, and only the last of them is looked through.
     while rest.len() > LONGEST_LINE {

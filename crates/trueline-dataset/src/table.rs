@@ -130,7 +130,7 @@ impl<'a, R: Read> Table<'a, R> {
     ///
     /// # Errors
     /// A row that is not text or has too few or too many fields.
-    pub fn next_row(&mut self) -> Result<bool, Error> {
+    pub(crate) fn next_row(&mut self) -> Result<bool, Error> {
         if !self.reader.read_byte_record(&mut self.record).map_err(|e| csv_error(self.file, &e))? {
             return Ok(false);
         }
@@ -156,7 +156,7 @@ impl<'a, R: Read> Table<'a, R> {
 
     /// An error at the current row in a column.
     #[must_use]
-    pub fn error_in(&self, column: usize, problem: Problem) -> Error {
+    pub(crate) fn error_in(&self, column: usize, problem: Problem) -> Error {
         let header = self.columns[column].as_ref().map_or("", |found| found.header.as_str());
         self.error(problem).in_column(header)
     }
@@ -193,7 +193,7 @@ impl<'a, R: Read> Table<'a, R> {
     ///
     /// # Errors
     /// As [`Table::number`].
-    pub fn required_number(&self, column: usize) -> Result<f64, Error> {
+    pub(crate) fn required_number(&self, column: usize) -> Result<f64, Error> {
         self.number(column)?.ok_or_else(|| self.error(Problem::NotANumber { text: String::new() }))
     }
 
@@ -233,7 +233,7 @@ impl<'a, R: Read> Table<'a, R> {
     ///
     /// # Errors
     /// As [`Table::stamp_ns`].
-    pub fn optional_stamp_ns(&self, column: usize) -> Result<Option<i64>, Error> {
+    pub(crate) fn optional_stamp_ns(&self, column: usize) -> Result<Option<i64>, Error> {
         self.text(column).map(|_| self.stamp_ns(column)).transpose()
     }
 
@@ -252,7 +252,7 @@ impl<'a, R: Read> Table<'a, R> {
 
 /// Whether a header is one of these columns, with a unit that it can have.
 #[must_use]
-pub fn is_one_of(header: &str, specs: &[ColumnSpec<'_>]) -> bool {
+pub(crate) fn is_one_of(header: &str, specs: &[ColumnSpec<'_>]) -> bool {
     identify(header, specs).is_ok()
 }
 

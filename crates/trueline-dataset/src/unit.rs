@@ -24,7 +24,7 @@ pub enum Quantity {
 impl Quantity {
     /// The suffixes that are understood, the usual one first, with their size in SI.
     #[must_use]
-    pub fn suffixes(self) -> &'static [(&'static str, f64)] {
+    pub(crate) fn suffixes(self) -> &'static [(&'static str, f64)] {
         match self {
             Self::Time => &[("_s", 1.0), ("_ms", 1e-3), ("_us", 1e-6), ("_ns", 1e-9)],
             Self::Length => &[("_mm", 1e-3), ("_m", 1.0)],
@@ -37,7 +37,7 @@ impl Quantity {
 
     /// The usual suffix.
     #[must_use]
-    pub fn usual_suffix(self) -> &'static str {
+    pub(crate) fn usual_suffix(self) -> &'static str {
         self.suffixes()[0].0
     }
 }
@@ -46,4 +46,4 @@ impl Quantity {
 pub const MM_PER_M: f64 = 1e3;
 
 /// Radians in a degree of files.
-pub const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
+pub(crate) const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;

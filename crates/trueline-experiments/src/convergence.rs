@@ -53,7 +53,7 @@ impl Track {
 /// The paper's start of what a guess holds: no time offset, and the hand-eye as far off as the published program puts it, 3.7 mm
 /// and 1.7°. That of the line is [`published::line_start`].
 #[must_use]
-pub fn papers_start(truth: &Guess) -> Guess {
+pub(crate) fn papers_start(truth: &Guess) -> Guess {
     let (turn, shift) = (Vector3::new(0.01, 0.02, 0.02), Vector3::new(1e-3, 2e-3, 3e-3));
     Guess {
         time_offset_s: 0.0,

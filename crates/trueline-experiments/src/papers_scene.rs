@@ -18,7 +18,7 @@ const TURNED_RAD: f64 = 4.6 * std::f64::consts::PI / 180.0;
 
 /// The same scene in the paper's base frame; of its lines the first is moved, and others with it.
 #[must_use]
-pub fn in_the_papers_base(mut scenario: Scenario) -> Scenario {
+pub(crate) fn in_the_papers_base(mut scenario: Scenario) -> Scenario {
     let Some(line) = scenario.cell.lines.first() else { return scenario };
     let moved = move_to(line, &true_line(), &scenario.cell.approach);
     let in_base = |line: &Line| {

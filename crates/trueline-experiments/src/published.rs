@@ -43,11 +43,11 @@ pub const STRAIGHT_RMSE_M: f64 = 0.17e-3;
 /// Where the paper's line starts: ω of φ₀ = [ω, m], rad.
 pub const LINE_START_RAD: [f64; 3] = [0.169084, -0.000782, 0.0197593];
 /// And its distance from the base's origin, m.
-pub const LINE_START_M: f64 = 1.15286;
+pub(crate) const LINE_START_M: f64 = 1.15286;
 
 /// The paper's φ₀.
 #[must_use]
-pub fn line_start() -> OrthonormalLine {
+pub(crate) fn line_start() -> OrthonormalLine {
     OrthonormalLine { rotation: so3::exp(&Vector3::from(LINE_START_RAD)), distance: LINE_START_M }
 }
 
@@ -58,4 +58,4 @@ pub const RMSE_M: f64 = 0.32715e-3;
 /// Largest error of the hand-eye translation, m (Sect. IV-A).
 pub const TRANSLATION_ERROR_M: f64 = 0.20e-3;
 /// Largest error of the time offset, s (Sect. IV-A).
-pub const TIME_OFFSET_ERROR_S: f64 = 1e-3;
+pub(crate) const TIME_OFFSET_ERROR_S: f64 = 1e-3;

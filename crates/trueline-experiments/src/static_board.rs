@@ -40,7 +40,7 @@ pub struct StopPlan {
 }
 
 /// 8 stops of 20°, 15 of 25° and 30 of 30°.
-pub const PLANS: [StopPlan; 3] = [
+pub(crate) const PLANS: [StopPlan; 3] = [
     StopPlan { stops: 8, tilt_rad: 20.0 * DEGREE },
     StopPlan { stops: 15, tilt_rad: 25.0 * DEGREE },
     StopPlan { stops: 30, tilt_rad: 30.0 * DEGREE },

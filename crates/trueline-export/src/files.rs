@@ -10,7 +10,7 @@ use trueline_geometry::euler::ZYX_INTRINSIC;
 use trueline_model::Camera;
 
 /// Kalibr's `camchain-imucam.yaml`.
-pub const KALIBR: Format = Format {
+pub(crate) const KALIBR: Format = Format {
     name: "kalibr",
     aliases: &[],
     title: "Kalibr",
@@ -56,7 +56,7 @@ pub const MATLAB: Format = Format {
 };
 
 /// NumPy.
-pub const PYTHON: Format = Format {
+pub(crate) const PYTHON: Format = Format {
     name: "python",
     aliases: &["numpy"],
     title: "Python",
@@ -100,7 +100,7 @@ pub const CSV: Format = Format {
 };
 
 /// Four rows of four numbers.
-pub const MATRIX: Format = Format {
+pub(crate) const MATRIX: Format = Format {
     name: "matrix",
     aliases: &["4x4"],
     title: "Matrix",
@@ -136,7 +136,7 @@ pub const JSON: Format = Format {
 };
 
 /// A quaternion to copy.
-pub const QUATERNION: Format = Format {
+pub(crate) const QUATERNION: Format = Format {
     name: "quaternion",
     aliases: &[],
     title: "Quaternion",
@@ -150,7 +150,7 @@ pub const QUATERNION: Format = Format {
 };
 
 /// Three angles to copy.
-pub const EULER: Format = Format {
+pub(crate) const EULER: Format = Format {
     name: "euler",
     aliases: &[],
     title: "Euler angles",

@@ -8,7 +8,7 @@ use trueline_geometry::euler::{XYZ_FIXED, XYZ_INTRINSIC, ZYX_INTRINSIC};
 use trueline_geometry::so3;
 
 /// RAPID `tooldata`.
-pub const ABB_TOOLDATA: Format = Format {
+pub(crate) const ABB_TOOLDATA: Format = Format {
     name: "abb-tooldata",
     aliases: &["abb"],
     title: "ABB tooldata",
@@ -25,7 +25,7 @@ pub const ABB_TOOLDATA: Format = Format {
 };
 
 /// RAPID `wobjdata`.
-pub const ABB_WOBJDATA: Format = Format {
+pub(crate) const ABB_WOBJDATA: Format = Format {
     name: "abb-wobjdata",
     aliases: &[],
     title: "ABB wobjdata",
@@ -37,7 +37,7 @@ pub const ABB_WOBJDATA: Format = Format {
 };
 
 /// RAPID `pose`.
-pub const ABB_POSE: Format = Format {
+pub(crate) const ABB_POSE: Format = Format {
     name: "abb-pose",
     aliases: &[],
     title: "ABB pose",
@@ -47,7 +47,7 @@ pub const ABB_POSE: Format = Format {
 };
 
 /// KRL `$TOOL` and `TOOL_DATA`.
-pub const KUKA_TOOL: Format = Format {
+pub(crate) const KUKA_TOOL: Format = Format {
     name: "kuka-tool",
     aliases: &["kuka"],
     title: "KUKA $TOOL",
@@ -60,7 +60,7 @@ pub const KUKA_TOOL: Format = Format {
 };
 
 /// A KRL `FRAME`.
-pub const KUKA_FRAME: Format = Format {
+pub(crate) const KUKA_FRAME: Format = Format {
     name: "kuka-frame",
     aliases: &[],
     title: "KUKA FRAME",
@@ -104,7 +104,7 @@ pub const UR: Format = Format {
 };
 
 /// Yaskawa's tool window.
-pub const YASKAWA: Format = Format {
+pub(crate) const YASKAWA: Format = Format {
     name: "yaskawa",
     aliases: &[],
     title: "Yaskawa",
@@ -121,7 +121,7 @@ pub const YASKAWA: Format = Format {
 };
 
 /// VAL3 tool data.
-pub const STAUBLI: Format = Format {
+pub(crate) const STAUBLI: Format = Format {
     name: "staubli",
     aliases: &["val3"],
     title: "Staubli",

@@ -17,7 +17,7 @@ pub const URDF: Format = Format {
 };
 
 /// A macro with a fixed joint.
-pub const XACRO: Format = Format {
+pub(crate) const XACRO: Format = Format {
     name: "xacro",
     aliases: &[],
     title: "xacro",
@@ -35,7 +35,7 @@ pub const XACRO: Format = Format {
 };
 
 /// `static_transform_publisher`.
-pub const ROS2: Format = Format {
+pub(crate) const ROS2: Format = Format {
     name: "ros2",
     aliases: &["tf", "static-transform"],
     title: "ROS 2",
@@ -58,7 +58,7 @@ pub const ROS2: Format = Format {
 };
 
 /// `NAME.calib` of easy_handeye2.
-pub const EASY_HANDEYE2: Format = Format {
+pub(crate) const EASY_HANDEYE2: Format = Format {
     name: "easy-handeye2",
     aliases: &["easy_handeye2"],
     title: "easy_handeye2",

@@ -93,7 +93,7 @@ impl Bundle {
 
     /// The equations of each picture at a state, for whoever needs more than their sum.
     #[must_use]
-    pub fn picture_equations(&self, state: &BundleState) -> Vec<PictureEquations> {
+    pub(crate) fn picture_equations(&self, state: &BundleState) -> Vec<PictureEquations> {
         (0..self.pictures.len()).map(|k| self.picture(k).equations(state, &state.boards[k])).collect()
     }
 

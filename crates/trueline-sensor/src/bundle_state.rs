@@ -9,7 +9,7 @@ use trueline_model::Camera;
 pub const SHARED_SIZE: usize = CAMERA_SIZE + 3;
 
 /// Unknowns of one picture: six of the pose, two of the flatness.
-pub const PICTURE_SIZE: usize = 8;
+pub(crate) const PICTURE_SIZE: usize = 8;
 
 /// Camera, plane, and each picture's own unknowns.
 #[derive(Clone, Debug)]

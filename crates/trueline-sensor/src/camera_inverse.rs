@@ -5,7 +5,7 @@ use nalgebra::SMatrix;
 
 /// Inverse over the unknowns that are not held; zero for those that are.
 #[must_use]
-pub fn inverse_of_free(
+pub(crate) fn inverse_of_free(
     information: &SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>,
     fixed: &[usize],
 ) -> Option<SMatrix<f64, CAMERA_SIZE, CAMERA_SIZE>> {

@@ -11,7 +11,7 @@ use crate::stripe_residual::{StripePixel, StripePoint};
 use nalgebra::{SMatrix, SVector};
 
 /// Where a twist is measured from: one metre of it is not seen by any board.
-pub const TWIST_REACH_M: f64 = 0.05;
+pub(crate) const TWIST_REACH_M: f64 = 0.05;
 
 /// What is measured in one picture, with its noise.
 #[derive(Clone, Debug)]
@@ -67,7 +67,7 @@ impl PictureEquations {
 
     /// The step of the picture's own unknowns, damped.
     #[must_use]
-    pub fn own_step(&self, damping: f64) -> Option<SVector<f64, PICTURE_SIZE>> {
+    pub(crate) fn own_step(&self, damping: f64) -> Option<SVector<f64, PICTURE_SIZE>> {
         let mut matrix = self.own;
         for k in 0..PICTURE_SIZE {
             matrix[(k, k)] *= 1.0 + damping;
@@ -82,7 +82,7 @@ impl PictureEquations {
 
     /// Own unknowns as a linear function of the shared ones at the best fit: −own⁻¹ acrossᵀ.
     #[must_use]
-    pub fn own_from_shared(&self) -> Option<SMatrix<f64, PICTURE_SIZE, SHARED_SIZE>> {
+    pub(crate) fn own_from_shared(&self) -> Option<SMatrix<f64, PICTURE_SIZE, SHARED_SIZE>> {
         Some(-self.own.cholesky()?.solve(&self.across.transpose()))
     }
 

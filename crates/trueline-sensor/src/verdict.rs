@@ -7,37 +7,37 @@ use nalgebra::{Matrix3, SMatrix};
 use std::fmt;
 
 /// The focal length must be known at least this well, as a fraction.
-pub const MOST_FOCAL_SIGMA: f64 = 0.02;
+pub(crate) const MOST_FOCAL_SIGMA: f64 = 0.02;
 
 /// The plane's normal must be known at least this well, rad.
-pub const MOST_NORMAL_SIGMA_RAD: f64 = 0.035;
+pub(crate) const MOST_NORMAL_SIGMA_RAD: f64 = 0.035;
 
 /// The plane's offset in the middle of its points must be known at least this well, m.
-pub const MOST_MIDDLE_SIGMA_M: f64 = 1e-3;
+pub(crate) const MOST_MIDDLE_SIGMA_M: f64 = 1e-3;
 
 /// The fewest pictures of a moving board.
-pub const LEAST_BOARD_PICTURES: usize = 20;
+pub(crate) const LEAST_BOARD_PICTURES: usize = 20;
 
 /// Board and robot that differ by this many times their noise tell of something else.
-pub const MOST_DISAGREEMENT: f64 = 3.0;
+pub(crate) const MOST_DISAGREEMENT: f64 = 3.0;
 
 /// Above this the noise is another than was expected, and the user should know.
-pub const USUAL_DISAGREEMENT: f64 = 1.5;
+pub(crate) const USUAL_DISAGREEMENT: f64 = 1.5;
 
 /// The hand-eye transform must be known at least this well, rad.
-pub const MOST_ROTATION_SIGMA_RAD: f64 = 5e-3;
+pub(crate) const MOST_ROTATION_SIGMA_RAD: f64 = 5e-3;
 
 /// And this well, m.
-pub const MOST_TRANSLATION_SIGMA_M: f64 = 1e-3;
+pub(crate) const MOST_TRANSLATION_SIGMA_M: f64 = 1e-3;
 
 /// The time offset must be known at least this well, s.
-pub const MOST_TIME_OFFSET_SIGMA_S: f64 = 2e-3;
+pub(crate) const MOST_TIME_OFFSET_SIGMA_S: f64 = 2e-3;
 
 /// Corners that fit worse than this are not those of a sharp board, px.
-pub const MOST_RMS_PX: f64 = 2.0;
+pub(crate) const MOST_RMS_PX: f64 = 2.0;
 
 /// Halves that differ by this many times what they say of themselves disagree.
-pub const MOST_NORMALIZED: f64 = 4.0;
+pub(crate) const MOST_NORMALIZED: f64 = 4.0;
 
 /// Why a calibration is not accepted, or what to mind.
 #[derive(Clone, Copy, Debug, PartialEq)]

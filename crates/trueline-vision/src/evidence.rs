@@ -16,7 +16,7 @@ pub struct Evidence<'a, L> {
 impl<L> Evidence<'_, L> {
     /// Why there is no joint among the segments.
     #[must_use]
-    pub fn no_joint(&self) -> NotFound {
+    pub(crate) fn no_joint(&self) -> NotFound {
         match self.segments {
             [only] => NotFound::OnePiece { length_px: only.length_px() },
             segments => NotFound::NotThisJoint { pieces: segments.len() },

@@ -124,7 +124,7 @@ impl Lens {
     /// its distance from the camera, turned towards the right of the picture, or downwards where the sheet stands upright in
     /// it. `None` where the ray does not meet the sheet.
     #[must_use]
-    pub fn sideways_m(&self, ideal: &Vector2<f64>) -> Option<f64> {
+    pub(crate) fn sideways_m(&self, ideal: &Vector2<f64>) -> Option<f64> {
         let away = self.away();
         let sideways = Vector2::new(away.y, -away.x).normalize();
         let in_camera = self.sheet.axes() * sideways;

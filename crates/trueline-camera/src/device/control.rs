@@ -191,7 +191,7 @@ fn acknowledge(status: u32, answer: u16, id: u16, payload: &[u8]) -> Vec<u8> {
 }
 
 /// Hears questions to all cameras on a socket that only receives, and answers from the device's own.
-pub fn answer_broadcasts(shared: &Shared, heard: &UdpSocket, answer: &UdpSocket) {
+pub(crate) fn answer_broadcasts(shared: &Shared, heard: &UdpSocket, answer: &UdpSocket) {
     let mut buffer = [0; LONGEST];
     while !shared.is_stopped() {
         let Ok((length, from)) = heard.recv_from(&mut buffer) else { continue };

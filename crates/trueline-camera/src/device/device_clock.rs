@@ -66,7 +66,7 @@ impl RunningClock {
     }
 
     /// How long a time of this clock is on the steady one, ns.
-    pub fn steady_length_ns(&self, device_length_ns: f64) -> f64 {
+    pub(crate) fn steady_length_ns(&self, device_length_ns: f64) -> f64 {
         device_length_ns / (1.0 + self.drift)
     }
 }

@@ -20,7 +20,7 @@ impl Pacing {
     }
 
     /// Until when to wait before the next packet, ns, if it is worth it; a packet of so many bytes follows.
-    pub fn wait_until_ns(&mut self, now_ns: i64, bytes: usize) -> Option<i64> {
+    pub(crate) fn wait_until_ns(&mut self, now_ns: i64, bytes: usize) -> Option<i64> {
         let due_ns = self.start_ns.saturating_add((self.bytes as f64 * self.ns_per_byte) as i64);
         self.bytes += bytes + AROUND_BYTES;
         (due_ns - now_ns >= SHORTEST_WAIT_NS).then_some(due_ns)

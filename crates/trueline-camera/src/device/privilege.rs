@@ -29,12 +29,12 @@ impl Privilege {
     }
 
     /// Whether it may read.
-    pub fn may_read(&self, from: SocketAddr) -> bool {
+    pub(crate) fn may_read(&self, from: SocketAddr) -> bool {
         self.owner.is_none_or(|owner| owner.address == from || !owner.exclusive)
     }
 
     /// Whether it may change a register other than the privilege itself.
-    pub fn may_write(&self, from: SocketAddr) -> bool {
+    pub(crate) fn may_write(&self, from: SocketAddr) -> bool {
         self.owner.is_some_and(|owner| owner.address == from)
     }
 
@@ -50,7 +50,7 @@ impl Privilege {
     }
 
     /// Takes control away from a program that was silent for too long; `true` if it was.
-    pub fn expire(&mut self, now: Instant, timeout: Duration) -> bool {
+    pub(crate) fn expire(&mut self, now: Instant, timeout: Duration) -> bool {
         let silent = self.owner.is_some_and(|owner| now.duration_since(owner.heard) > timeout);
         if silent {
             self.owner = None;
@@ -59,7 +59,7 @@ impl Privilege {
     }
 
     /// Whether nobody has it.
-    pub fn is_free(&self) -> bool {
+    pub(crate) fn is_free(&self) -> bool {
         self.owner.is_none()
     }
 }

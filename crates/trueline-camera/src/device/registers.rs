@@ -121,7 +121,7 @@ impl Registers {
     }
 
     /// Tells where packets of pictures come from.
-    pub fn set_stream_port(&mut self, port: u16) {
+    pub(crate) fn set_stream_port(&mut self, port: u16) {
         self.device.write_reg(standard::STREAM_CHANNEL_SOURCE_PORT, u32::from(port));
     }
 
@@ -131,12 +131,12 @@ impl Registers {
     }
 
     /// Where packets of pictures go, if a program opened the stream.
-    pub fn stream_to(&self) -> Option<SocketAddr> {
+    pub(crate) fn stream_to(&self) -> Option<SocketAddr> {
         self.device.stream_dest()
     }
 
     /// How long a program in control may be silent, ms.
-    pub fn heartbeat_ms(&self) -> u32 {
+    pub(crate) fn heartbeat_ms(&self) -> u32 {
         self.device.read_reg(standard::HEARTBEAT_TIMEOUT).max(500)
     }
 
@@ -179,7 +179,7 @@ impl Registers {
     }
 
     /// Ends the acquisition of a single picture.
-    pub fn end_acquisition(&mut self) {
+    pub(crate) fn end_acquisition(&mut self) {
         self.device.clear_acquisition();
     }
 
@@ -190,7 +190,7 @@ impl Registers {
     }
 
     /// As if a program or the camera itself had changed it.
-    pub fn set_format(&mut self, format: PixelFormat) {
+    pub(crate) fn set_format(&mut self, format: PixelFormat) {
         self.device.write_reg(PIXEL_FORMAT, format.code());
     }
 

@@ -54,7 +54,7 @@ impl Shared {
         self.host.read().steady_ns
     }
 
-    pub fn is_stopped(&self) -> bool {
+    pub(crate) fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
@@ -62,7 +62,7 @@ impl Shared {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    pub fn is_unplugged(&self) -> bool {
+    pub(crate) fn is_unplugged(&self) -> bool {
         self.unplugged.load(Ordering::Relaxed)
     }
 
@@ -101,7 +101,7 @@ impl Shared {
     }
 
     /// Sleeps until a steady time, ns; `false` if the device was stopped meanwhile.
-    pub fn sleep_until(&self, at_ns: i64) -> bool {
+    pub(crate) fn sleep_until(&self, at_ns: i64) -> bool {
         loop {
             if self.is_stopped() {
                 return false;

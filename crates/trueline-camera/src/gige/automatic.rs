@@ -14,7 +14,7 @@ const EVERY: Duration = Duration::from_secs(1);
 ///
 /// # Errors
 /// One that cannot be turned off.
-pub fn turn_off(camera: &mut GenICamera) -> Result<(), CameraError> {
+pub(crate) fn turn_off(camera: &mut GenICamera) -> Result<(), CameraError> {
     AUTOMATICS.into_iter().try_for_each(|name| set_if_there(camera, name, "Off"))
 }
 

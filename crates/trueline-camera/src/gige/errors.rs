@@ -6,7 +6,7 @@ use std::net::Ipv4Addr;
 use telegenic::{CameraError as Driver, GenicamError};
 
 /// An error while the link is made.
-pub fn connecting(error: GenicamError, address: Ipv4Addr) -> CameraError {
+pub(crate) fn connecting(error: GenicamError, address: Ipv4Addr) -> CameraError {
     let at = address.to_string();
     match error {
         GenicamError::Camera(Driver::ConnectTimeout | Driver::Timeout) => CameraError::NotFound { at },
@@ -36,7 +36,7 @@ pub fn driver(doing: &str, error: &Driver) -> CameraError {
 }
 
 /// Whether an error means that the camera is not there any more: a command was repeated and never answered.
-pub fn is_silence(error: &GenicamError) -> bool {
+pub(crate) fn is_silence(error: &GenicamError) -> bool {
     matches!(
         error,
         GenicamError::Camera(Driver::Timeout | Driver::Disconnected | Driver::ControlLost | Driver::Io(_))

@@ -13,7 +13,7 @@ const FRAME_RATE_SWITCH: [&str; 2] = ["AcquisitionFrameRateEnable", "Acquisition
 ///
 /// # Errors
 /// A feature that is there and cannot be set as asked for.
-pub fn configure(camera: &mut GenICamera, settings: &GigeSettings) -> Result<(), CameraError> {
+pub(crate) fn configure(camera: &mut GenICamera, settings: &GigeSettings) -> Result<(), CameraError> {
     // A program that crashed may have left the camera running, and then it lets nothing be set.
     let _ = camera.execute("AcquisitionStop");
     let _ = camera.set_integer("TLParamsLocked", 0);
@@ -49,7 +49,7 @@ pub fn size(camera: &mut GenICamera, name: &str) -> Result<u32, CameraError> {
 }
 
 /// Sets an enumeration where the camera has it.
-pub fn set_if_there(camera: &mut GenICamera, name: &str, entry: &str) -> Result<(), CameraError> {
+pub(crate) fn set_if_there(camera: &mut GenICamera, name: &str, entry: &str) -> Result<(), CameraError> {
     if !camera.has_feature(name) {
         return Ok(());
     }

@@ -79,7 +79,7 @@ impl PixelFormat {
 
     /// The format of a code.
     #[must_use]
-    pub fn of_code(code: u32) -> Option<Self> {
+    pub(crate) fn of_code(code: u32) -> Option<Self> {
         [Self::Mono8, Self::Mono10, Self::Mono12, Self::Mono16].into_iter().find(|f| f.code() == code)
     }
 

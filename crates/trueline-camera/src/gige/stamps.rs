@@ -101,7 +101,7 @@ impl LatchStamps {
     }
 
     /// Steady time at which the answer came, ns; asked once.
-    pub fn take_answered_ns(&self) -> Option<i64> {
+    pub(crate) fn take_answered_ns(&self) -> Option<i64> {
         let mut newest = locked(&self.newest);
         newest.command = None;
         newest.answered_ns.take()

@@ -13,7 +13,7 @@ type Table = Vec<(String, Vec<f64>)>;
 ///
 /// # Errors
 /// A broken file, one without numbers, or one in which two tables could be meant.
-pub fn as_csv(
+pub(crate) fn as_csv(
     file: &Path,
     bytes: &[u8],
     wanted: &dyn Fn(&str) -> usize,

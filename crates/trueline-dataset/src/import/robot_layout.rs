@@ -225,7 +225,7 @@ fn suffix_of(unit: &str) -> Option<&'static str> {
 
 /// Our name for a column of time: `t` is in seconds, other names tell their unit.
 #[must_use]
-pub fn time_column(header: &str) -> Option<String> {
+pub(crate) fn time_column(header: &str) -> Option<String> {
     let (stem, unit) = stem_and_unit(header);
     match (stem.as_str(), unit) {
         ("t", None) if header.trim() == "t" => Some("time_s".to_owned()),

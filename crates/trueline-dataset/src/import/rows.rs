@@ -47,7 +47,7 @@ impl Rows {
 
     /// An error of the whole file.
     #[must_use]
-    pub fn file_error(&self, problem: Problem) -> Error {
+    pub(crate) fn file_error(&self, problem: Problem) -> Error {
         Error::in_file(&self.file, problem)
     }
 
@@ -73,7 +73,12 @@ impl Rows {
     ///
     /// # Errors
     /// [`Problem::ForeignRow`].
-    pub fn expect_fields(&self, row: &Row<'_>, format: &'static str, allowed: &[usize]) -> Result<(), Error> {
+    pub(crate) fn expect_fields(
+        &self,
+        row: &Row<'_>,
+        format: &'static str,
+        allowed: &[usize],
+    ) -> Result<(), Error> {
         if allowed.contains(&row.fields.len()) {
             return Ok(());
         }
@@ -86,7 +91,12 @@ impl Rows {
 ///
 /// # Errors
 /// [`Problem::TimeRunsBackwards`].
-pub fn check_order(rows: &Rows, row: &Row<'_>, previous_ns: Option<i64>, this_ns: i64) -> Result<(), Error> {
+pub(crate) fn check_order(
+    rows: &Rows,
+    row: &Row<'_>,
+    previous_ns: Option<i64>,
+    this_ns: i64,
+) -> Result<(), Error> {
     match previous_ns {
         Some(previous_ns) if this_ns < previous_ns => {
             let (previous_s, this_s) = (crate::stamp::seconds(previous_ns), crate::stamp::seconds(this_ns));

@@ -9,7 +9,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// A broken workbook, or one without a sheet.
-pub fn as_csv(file: &Path, bytes: Vec<u8>, notes: &mut Vec<String>) -> Result<Vec<u8>, Error> {
+pub(crate) fn as_csv(file: &Path, bytes: Vec<u8>, notes: &mut Vec<String>) -> Result<Vec<u8>, Error> {
     let broken = |error: String| {
         let hint = "open it and save it again, or export the sheet as CSV";
         Error::unreadable(file, format!("a workbook: {error}"), hint)

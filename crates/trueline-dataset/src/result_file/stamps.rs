@@ -27,7 +27,7 @@ pub struct Stamps {
 impl Stamps {
     /// Whether the time offset is that of stamps that were dejittered or freed of a drift, and not of those recorded.
     #[must_use]
-    pub fn are_treated(&self) -> bool {
+    pub(crate) fn are_treated(&self) -> bool {
         let dejittered = |stream: &Stream| stream.used == "regular";
         dejittered(&self.robot.stream) || dejittered(&self.features.stream) || self.features.drift_taken_out
     }

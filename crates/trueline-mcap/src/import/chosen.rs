@@ -34,7 +34,7 @@ pub struct Chain {
 }
 
 /// The topic of the pose in a recording of trueline.
-pub const OWN_POSES: &str = "/tf";
+pub(crate) const OWN_POSES: &str = "/tf";
 
 /// What is meant.
 #[derive(Clone, Debug, PartialEq)]

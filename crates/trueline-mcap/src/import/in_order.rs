@@ -19,7 +19,7 @@ pub fn sort<T>(items: &mut [T], stamp: impl Fn(&T) -> i64, what: &str) -> Option
 }
 
 /// Words for stamps that were out of order.
-pub fn late_note(late: usize, what: &str) -> Option<String> {
+pub(crate) fn late_note(late: usize, what: &str) -> Option<String> {
     (late > 0).then(|| format!("{late} {what} were recorded behind later ones and have been sorted by stamp"))
 }
 
@@ -30,6 +30,6 @@ pub fn repetitions<T>(items: &[T], stamp: impl Fn(&T) -> i64, what: &str) -> Opt
 }
 
 /// Whether whoever sent them left out the stamps.
-pub fn not_stamped(mut stamps: impl ExactSizeIterator<Item = i64>) -> bool {
+pub(crate) fn not_stamped(mut stamps: impl ExactSizeIterator<Item = i64>) -> bool {
     stamps.len() > 1 && stamps.all(|stamp| stamp == 0)
 }

@@ -88,7 +88,7 @@ pub struct Composed {
 }
 
 /// Composes the transforms along the way at the stamps of those that move; `None` if none does.
-pub fn compose(steps: &[Step], samples: Vec<Samples>) -> Result<Option<Composed>, ImportError> {
+pub(crate) fn compose(steps: &[Step], samples: Vec<Samples>) -> Result<Option<Composed>, ImportError> {
     let mut composed = Composed::default();
     let mut links = Vec::new();
     for (step, samples) in steps.iter().zip(samples) {

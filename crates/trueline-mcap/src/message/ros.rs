@@ -29,7 +29,7 @@ pub fn kind(schema: &str) -> Kind {
 ///
 /// # Errors
 /// [`ContentError`] says which field is at fault.
-pub fn decode_ros2(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
+pub(crate) fn decode_ros2(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
     if kind(schema) == Kind::Other {
         return Ok(Content::Other);
     }
@@ -40,7 +40,7 @@ pub fn decode_ros2(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> 
 ///
 /// # Errors
 /// [`ContentError`] says which field is at fault.
-pub fn decode_ros1(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
+pub(crate) fn decode_ros1(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
     Fields { cursor: RosCursor::ros1(bytes), header: Fields::header_of_ros1 }.content(schema)
 }
 

@@ -95,7 +95,7 @@ impl<'a> RosCursor<'a> {
     ///
     /// # Errors
     /// The end of the bytes.
-    pub fn any_f32(&mut self, field: &'static str) -> Read<f32> {
+    pub(crate) fn any_f32(&mut self, field: &'static str) -> Read<f32> {
         Ok(f32::from_le_bytes(self.number(field)?))
     }
 
@@ -103,7 +103,7 @@ impl<'a> RosCursor<'a> {
     ///
     /// # Errors
     /// The end of the bytes.
-    pub fn any_f64(&mut self, field: &'static str) -> Read<f64> {
+    pub(crate) fn any_f64(&mut self, field: &'static str) -> Read<f64> {
         Ok(f64::from_le_bytes(self.number(field)?))
     }
 
@@ -120,7 +120,7 @@ impl<'a> RosCursor<'a> {
     ///
     /// # Errors
     /// As [`RosCursor::f64`].
-    pub fn f64s<const N: usize>(&mut self, field: &'static str) -> Read<[f64; N]> {
+    pub(crate) fn f64s<const N: usize>(&mut self, field: &'static str) -> Read<[f64; N]> {
         let mut values = [0.0; N];
         for value in &mut values {
             *value = self.f64(field)?;

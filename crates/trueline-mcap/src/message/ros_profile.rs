@@ -49,7 +49,7 @@ pub fn point_cloud(cursor: &mut RosCursor<'_>) -> Read<Vec<[f64; 2]>> {
 ///
 /// # Errors
 /// A message that is cut off.
-pub fn laser_scan(cursor: &mut RosCursor<'_>) -> Read<Vec<[f64; 2]>> {
+pub(crate) fn laser_scan(cursor: &mut RosCursor<'_>) -> Read<Vec<[f64; 2]>> {
     let [first_rad, _, step_rad, _, _, least_m, most_m] = {
         let mut head = [0.0; 7];
         for value in &mut head {

@@ -24,6 +24,6 @@ pub fn pose_of(position: [f64; 3], xyzw: [f64; 4]) -> Result<Pose, ContentError>
 
 /// The name of a frame. Old ROS wrote `/base` where new ROS writes `base`.
 #[must_use]
-pub fn frame_name(name: &str) -> String {
+pub(crate) fn frame_name(name: &str) -> String {
     name.strip_prefix('/').unwrap_or(name).to_owned()
 }

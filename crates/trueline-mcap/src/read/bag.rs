@@ -49,7 +49,7 @@ impl Bag {
     ///
     /// # Errors
     /// A file that has changed or cannot be read any more.
-    pub fn read_again(&self, place: Place) -> Result<Vec<u8>, ImportError> {
+    pub(crate) fn read_again(&self, place: Place) -> Result<Vec<u8>, ImportError> {
         let part = &self.parts[place.file];
         let io = |error: std::io::Error| ImportError::io(&part.name, &error);
         match place.record {

@@ -30,7 +30,7 @@ pub struct Part {
 }
 
 const SQLITE: &[u8] = b"SQLite format 3\0";
-pub const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+pub(crate) const ZSTD: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 const ROS1: &[u8] = b"#ROSBAG V";
 
 type Parts = (Vec<Part>, Vec<DamagedFile>);

@@ -8,15 +8,15 @@ use mcap::{McapError, parse_record};
 use std::io::{Cursor, Read};
 
 /// Larger records, compressed or not, are taken as damaged: a bad length must not ask for all memory.
-pub const RECORD_LIMIT: usize = 256 << 20;
+pub(crate) const RECORD_LIMIT: usize = 256 << 20;
 /// A chunk may always be this large when it is decompressed, bytes. Dark pictures shrink to nearly nothing.
 const SMALL: u64 = 64 << 20;
 /// Above that it may be so many times its compressed size: a small file must not fill the memory.
 const MOST_EXPANSION: u64 = 256;
 /// Opcode and length before every record, bytes.
-pub const FRAME_BYTES: u64 = 9;
+pub(crate) const FRAME_BYTES: u64 = 9;
 /// Read at once, bytes.
-pub const READ_BLOCK: usize = 1 << 20;
+pub(crate) const READ_BLOCK: usize = 1 << 20;
 
 /// What a chunk says about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +88,7 @@ impl ChunkRecords {
     }
 
     /// The next record, or what ended them if it was not the end; nothing is to be asked for after that.
-    pub fn next_record(&mut self) -> Option<Result<Record<'static>, McapError>> {
+    pub(crate) fn next_record(&mut self) -> Option<Result<Record<'static>, McapError>> {
         loop {
             match self.reader.next_event()? {
                 Ok(LinearReadEvent::ReadRequest(wanted)) => {

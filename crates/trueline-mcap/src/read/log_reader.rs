@@ -357,7 +357,7 @@ impl<R: Read + Seek> LogReader<R> {
 }
 
 /// The bytes of the message in the record at `offset`; of the record of that number in a chunk.
-pub fn message_at(file: &Path, offset: u64, number: Option<usize>) -> io::Result<Vec<u8>> {
+pub(crate) fn message_at(file: &Path, offset: u64, number: Option<usize>) -> io::Result<Vec<u8>> {
     let changed = || io::Error::new(io::ErrorKind::InvalidData, "the file has changed since it was opened");
     let mut source = File::open(file)?;
     source.seek(SeekFrom::Start(offset))?;

@@ -81,7 +81,7 @@ impl LinkSurvey {
 
 /// Whether what is published on a topic holds for all times.
 #[must_use]
-pub fn is_static_topic(topic: &str) -> bool {
+pub(crate) fn is_static_topic(topic: &str) -> bool {
     topic.ends_with("tf_static")
 }
 

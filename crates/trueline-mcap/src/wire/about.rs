@@ -17,9 +17,9 @@ pub struct About {
 }
 
 /// Name of the attachment that holds the sensor.
-pub const SENSOR_ATTACHMENT: &str = "sensor.toml";
+pub(crate) const SENSOR_ATTACHMENT: &str = "sensor.toml";
 /// Name of the record that holds the rest of [`About`].
-pub const ABOUT_RECORD: &str = "trueline";
+pub(crate) const ABOUT_RECORD: &str = "trueline";
 
 const CHECKSUM: &str = "sha256";
 

@@ -6,6 +6,6 @@ pub const BASE: &str = "base";
 pub const TOOL: &str = "tool";
 
 /// The message counter has 32 bits, the camera's may have more.
-pub fn low_bits(frame: u64) -> u32 {
+pub(crate) fn low_bits(frame: u64) -> u32 {
     (frame & u64::from(u32::MAX)) as u32
 }

@@ -13,7 +13,7 @@ use prost_types::{
 const EGM_FILE: &str = "abb/egm.proto";
 
 /// A `FileDescriptorSet` with all of trueline's messages and what they use.
-pub fn own_descriptors() -> Vec<u8> {
+pub(crate) fn own_descriptors() -> Vec<u8> {
     FileDescriptorSet { file: vec![egm_file(), own_file()] }.encode_to_vec()
 }
 

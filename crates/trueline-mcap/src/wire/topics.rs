@@ -13,25 +13,25 @@ use std::sync::{Arc, LazyLock};
 pub const PROFILE: &str = "trueline";
 
 /// The robot's pose: this is what is read back.
-pub const TF: u16 = 1;
+pub(crate) const TF: u16 = 1;
 /// The robot's datagrams as they came.
 pub const ROBOT: u16 = 2;
 /// Datagrams that are not used.
-pub const REJECTED: u16 = 3;
+pub(crate) const REJECTED: u16 = 3;
 /// Answers to the robot.
 pub const ANSWER: u16 = 4;
 /// Readings of both clocks.
-pub const CLOCK: u16 = 5;
+pub(crate) const CLOCK: u16 = 5;
 /// Notes.
-pub const LOG: u16 = 6;
+pub(crate) const LOG: u16 = 6;
 /// Pictures.
-pub const IMAGE: u16 = 7;
+pub(crate) const IMAGE: u16 = 7;
 /// Stamps of the frames.
 pub const FRAME: u16 = 8;
 /// Seam points.
 pub const FEATURES: u16 = 9;
 /// Packets of robots that do not speak EGM, as they came.
-pub const PACKET: u16 = 10;
+pub(crate) const PACKET: u16 = 10;
 
 /// A topic with its schema. The schema has the number of the topic.
 pub struct Topic {
@@ -42,10 +42,10 @@ pub struct Topic {
 }
 
 /// How messages are encoded, and their descriptors.
-pub const ENCODING: &str = "protobuf";
+pub(crate) const ENCODING: &str = "protobuf";
 
 /// All topics.
-pub static TOPICS: LazyLock<Vec<Topic>> = LazyLock::new(|| {
+pub(crate) static TOPICS: LazyLock<Vec<Topic>> = LazyLock::new(|| {
     let own = own_descriptors();
     let own = |id, name, schema: &str| Topic {
         id,
@@ -74,7 +74,7 @@ fn standard<T: Encode>(id: u16, name: &'static str) -> Topic {
 }
 
 /// The channel that a number means in a recording of trueline whose own words about it are lost.
-pub fn known_channel(id: u16) -> Option<Arc<mcap::Channel<'static>>> {
+pub(crate) fn known_channel(id: u16) -> Option<Arc<mcap::Channel<'static>>> {
     let topic = TOPICS.iter().find(|topic| topic.id == id)?;
     let schema = mcap::Schema {
         id,

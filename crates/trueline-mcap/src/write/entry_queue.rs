@@ -7,11 +7,11 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// So many entries may wait: four minutes of a robot at 250 Hz.
-pub const MOST_ENTRIES: usize = 65_536;
+pub(crate) const MOST_ENTRIES: usize = 65_536;
 /// So many bytes of pictures may wait.
-pub const MOST_PICTURE_BYTES: usize = 1 << 30;
+pub(crate) const MOST_PICTURE_BYTES: usize = 1 << 30;
 /// A larger picture would make a larger record than the reader takes.
-pub const LARGEST_PICTURE_BYTES: usize = RECORD_LIMIT / 2;
+pub(crate) const LARGEST_PICTURE_BYTES: usize = RECORD_LIMIT / 2;
 
 /// How a recording is doing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

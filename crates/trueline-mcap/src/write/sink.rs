@@ -34,7 +34,7 @@ impl<S: Sink> SharedSink<S> {
         Self { inner: Arc::new(Mutex::new(Counted { out: BufWriter::new(sink), bytes: 0 })) }
     }
 
-    pub fn other_owner(&self) -> Self {
+    pub(crate) fn other_owner(&self) -> Self {
         Self { inner: Arc::clone(&self.inner) }
     }
 

@@ -12,7 +12,7 @@ use crate::error::Error;
 use trueline_geometry::{Pose, Trajectory};
 
 /// Time offsets are looked for up to this, s.
-pub const REACH_S: f64 = 1.0;
+pub(crate) const REACH_S: f64 = 1.0;
 /// In steps of this, s: the angle turned is then off by a hundredth of what is turned in the 0.3 s of a pair.
 const STEP_S: f64 = 0.005;
 /// Turns are compared over this time, s: long enough that the noise of a pose is small beside them.

@@ -118,6 +118,6 @@ impl Sightings {
 
 /// Quarter turns that make a board look as before.
 #[must_use]
-pub fn symmetries(board: &Board) -> &'static [usize] {
+pub(crate) fn symmetries(board: &Board) -> &'static [usize] {
     if board.columns == board.rows { &[0, 1, 2, 3] } else { &[0, 2] }
 }

@@ -26,7 +26,7 @@ pub fn start(size: [u32; 2], board: &Board, views: &[View]) -> Option<BundleStat
 
 /// The homography of a view.
 #[must_use]
-pub fn homography_of(board: &Board, view: &View) -> Option<Matrix3<f64>> {
+pub(crate) fn homography_of(board: &Board, view: &View) -> Option<Matrix3<f64>> {
     let on_board: Vec<Vector2<f64>> =
         view.corners.iter().map(|c| board.corner(c.column, c.row).xy()).collect();
     let pixels: Vec<Vector2<f64>> = view.corners.iter().map(|c| c.pixel).collect();

@@ -21,7 +21,7 @@ const NEEDED_PX: f64 = 80.0;
 const SIDE_PX: f64 = 200.0;
 
 /// Least length of a face of a groove, or a riser, that edgels cover, px.
-pub const LEAST_FACE_PX: f64 = 24.0;
+pub(crate) const LEAST_FACE_PX: f64 = 24.0;
 
 /// What fills a corner, a weld bead, begins and ends this near to the plates, px; its corner may be further away then.
 const MEETS_PX: f64 = 40.0;
@@ -45,14 +45,14 @@ const MOST_SPREAD: f64 = 2.5;
 
 /// Whether the light on two segments is of one kind.
 #[must_use]
-pub fn are_alike(a: &LineSegment, b: &LineSegment) -> bool {
+pub(crate) fn are_alike(a: &LineSegment, b: &LineSegment) -> bool {
     let within = |a: f64, b: f64, factor: f64| a.max(b) <= factor * a.min(b);
     within(a.brightness, b.brightness, MOST_CONTRAST) && within(a.sigma_px, b.sigma_px, MOST_SPREAD)
 }
 
 /// Whether a continuous stretch is as long as is needed; its ends are known to half a tile each.
 #[must_use]
-pub fn is_long(continuous_px: f64, sigma_px: f64) -> bool {
+pub(crate) fn is_long(continuous_px: f64, sigma_px: f64) -> bool {
     continuous_px + TILE as f64 >= needed_px(sigma_px)
 }
 
@@ -92,13 +92,13 @@ impl ArmPair {
 
     /// The arm on a segment: 0 or 1.
     #[must_use]
-    pub fn arm_on(&self, segment: usize) -> Option<usize> {
+    pub(crate) fn arm_on(&self, segment: usize) -> Option<usize> {
         self.segments.iter().position(|number| *number == segment)
     }
 
     /// The same with the arm on a face that ends so near that its end must be left out: the next corner's light is there.
     #[must_use]
-    pub fn clear_of_far_end(mut self, face: usize) -> Self {
+    pub(crate) fn clear_of_far_end(mut self, face: usize) -> Self {
         let length_px = self.lengths[face];
         self.lengths[face] = (length_px - 3.0 * self.sigmas_px[face] - 4.0).max(0.5 * length_px);
         self
@@ -136,7 +136,7 @@ impl ArmPair {
     ///
     /// # Errors
     /// [`NotFound::WrongSide`].
-    pub fn on_side(self, ridge: bool, lens: &Lens) -> Result<Self, NotFound> {
+    pub(crate) fn on_side(self, ridge: bool, lens: &Lens) -> Result<Self, NotFound> {
         let [a, b] = self.in_sheet(lens).ok_or(NotFound::OutOfView)?;
         let arms_away = (a + b).dot(&lens.away()) > 0.0;
         if arms_away == ridge { Ok(self) } else { Err(NotFound::WrongSide { towards_camera: arms_away }) }
@@ -155,7 +155,7 @@ pub fn pairs<'a>(
 }
 
 /// The same for faces that a slot may keep from meeting.
-pub fn pairs_over_slot<'a>(
+pub(crate) fn pairs_over_slot<'a>(
     segments: &'a [LineSegment],
     lens: &'a Lens,
 ) -> impl Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone + 'a {
@@ -171,7 +171,7 @@ fn numbers(segments: usize) -> impl Iterator<Item = [usize; 2]> + Clone {
 
 /// Why there is no corner: the reason of the pair with the most weight that is none.
 #[must_use]
-pub fn heaviest_reason(
+pub(crate) fn heaviest_reason(
     results: impl Iterator<Item = (f64, Result<ArmPair, NotFound>)>,
     otherwise: NotFound,
 ) -> NotFound {

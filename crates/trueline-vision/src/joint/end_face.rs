@@ -83,7 +83,7 @@ impl<'a, L: Level> Face<'a, L> {
 
     /// Whether the face is lit, compared with a stripe of an amplitude and thickness.
     #[must_use]
-    pub fn is_lit(&self, amplitude: f64, sigma_px: f64) -> bool {
+    pub(crate) fn is_lit(&self, amplitude: f64, sigma_px: f64) -> bool {
         let (mut light, mut count) = (0.0, 0.0);
         for mean in self.rows().filter_map(|row| self.mean(row, self.columns)) {
             light += mean - self.dark;

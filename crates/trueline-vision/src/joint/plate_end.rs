@@ -95,7 +95,7 @@ impl PlateEndFinder {
 
 /// The point at an edge and its covariance: along the line that of the edge, across it that of the line.
 #[must_use]
-pub fn edge_point(fit: &Fit, edge: &Edge) -> (Vector2<f64>, Matrix2<f64>) {
+pub(crate) fn edge_point(fit: &Fit, edge: &Edge) -> (Vector2<f64>, Matrix2<f64>) {
     let (along, across) = (fit.line.along, fit.line.normal());
     let covariance = along * along.transpose() * edge.sigma_px.powi(2)
         + across * across.transpose() * fit.variance_at(edge.s);

@@ -7,7 +7,7 @@ use crate::locate::tiles::{Candidate, Tiles};
 use crate::picture::{Level, Picture};
 
 /// Pixels that become one, along each axis, as powers of two: stripes of up to 5, 10, 20 and 40 px.
-pub const FACTORS: [usize; 4] = [1, 2, 4, 8];
+pub(crate) const FACTORS: [usize; 4] = [1, 2, 4, 8];
 /// The thickest stripe that is measured as it is, as a part of the window that finds it.
 const THICKEST: f32 = 0.23;
 /// Candidates that are asked at most.
@@ -83,7 +83,7 @@ fn add_up<L: Level>(picture: &Picture<'_, L>, factor: usize, sums: &mut [u32], b
 
 /// The lens of pictures that were made smaller. `None` for pictures that have nothing left.
 #[must_use]
-pub fn binned_lens(lens: &Lens, factor: usize) -> Option<Lens> {
+pub(crate) fn binned_lens(lens: &Lens, factor: usize) -> Option<Lens> {
     let k = factor as f64;
     let mut camera = *lens.camera();
     camera.size = camera.size.map(|n| n / factor as u32);

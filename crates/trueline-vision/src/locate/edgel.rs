@@ -37,14 +37,14 @@ pub struct Edgel {
 /// The edgel in a tile that stands out, or `None` if what is bright there has no direction.
 #[inline(always)]
 #[must_use]
-pub fn edgel<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Option<Edgel> {
+pub(crate) fn edgel<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Option<Edgel> {
     edgel_at_stride(picture, candidate, 1)
 }
 
 /// The same in a window that is `stride` times as large, of which every `stride`-th pixel is read.
 #[inline(always)]
 #[must_use]
-pub fn edgel_at_stride<L: Level>(
+pub(crate) fn edgel_at_stride<L: Level>(
     picture: &Picture<'_, L>,
     candidate: &Candidate,
     stride: usize,

@@ -20,7 +20,7 @@ pub(crate) const FEWEST: usize = 3;
 /// Part of a stretch that edgels cover where the stripe is continuous; scattered glints cover less.
 const CONTINUOUS: f64 = 0.7;
 /// Segments that are looked for.
-pub const MOST_SEGMENTS: usize = 8;
+pub(crate) const MOST_SEGMENTS: usize = 8;
 /// An edgel in the ideal picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Mark {
@@ -75,7 +75,7 @@ impl LineSegment {
 
     /// How far it is continuous from one of its ends on, px.
     #[must_use]
-    pub fn continuous_from_end_px(&self, from_last: bool) -> f64 {
+    pub(crate) fn continuous_from_end_px(&self, from_last: bool) -> f64 {
         let [first, last] = self.span();
         if from_last {
             continuous_px(self.marks.iter().rev().map(|mark| last - mark[0]))
@@ -86,13 +86,13 @@ impl LineSegment {
 
     /// Weight of the edgels in a stretch along the line.
     #[must_use]
-    pub fn weight_between(&self, from: f64, to: f64) -> f64 {
+    pub(crate) fn weight_between(&self, from: f64, to: f64) -> f64 {
         self.marks.iter().filter(|[s, _]| (from..to).contains(s)).map(|[_, weight]| weight).sum()
     }
 
     /// Length of a stretch along the line that edgels cover, px: a tile for each tile's length with one.
     #[must_use]
-    pub fn covered_px(&self, from: f64, to: f64) -> f64 {
+    pub(crate) fn covered_px(&self, from: f64, to: f64) -> f64 {
         let tile = TILE as f64;
         let mut last = f64::NEG_INFINITY;
         let mut covered = 0.0;
@@ -255,7 +255,7 @@ fn lies_on(mark: &Mark, line: &Line2) -> bool {
 
 /// The longest stretch from the first edgel on that edgels cover continuously, px; `stations` rise.
 #[must_use]
-pub fn continuous_px(stations: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn continuous_px(stations: impl Iterator<Item = f64>) -> f64 {
     let tile = TILE as f64;
     let (mut begin, mut last) = (f64::NAN, f64::NAN);
     let (mut covered, mut longest) = (0.0, 0.0);

@@ -82,7 +82,7 @@ impl Tiles {
     }
 
     /// Tiles that stand out: the pixel of their middle, their peak and the level around them.
-    pub fn standing_out(&self, contrast: Contrast) -> impl Iterator<Item = Candidate> + '_ {
+    pub(crate) fn standing_out(&self, contrast: Contrast) -> impl Iterator<Item = Candidate> + '_ {
         let tiles = self.peaks.iter().zip(&self.means).enumerate();
         tiles.filter(move |(_, (peak, mean))| *peak - *mean > contrast.least).map(move |(at, (peak, _))| {
             let (column, row) = (at % self.columns, at / self.columns);
@@ -103,7 +103,7 @@ impl Tiles {
 
     /// The greatest excess of a tile's peak over its mean, levels.
     #[must_use]
-    pub fn greatest_excess(&self) -> f32 {
+    pub(crate) fn greatest_excess(&self) -> f32 {
         self.peaks.iter().zip(&self.means).map(|(peak, mean)| peak - mean).fold(0.0, f32::max)
     }
 
@@ -115,7 +115,7 @@ impl Tiles {
 
     /// The median of the means of about a thousand tiles, levels.
     #[must_use]
-    pub fn median_level(&self) -> f32 {
+    pub(crate) fn median_level(&self) -> f32 {
         let mut some: Vec<f32> =
             self.means.iter().step_by(self.means.len().div_ceil(SAMPLED).max(1)).copied().collect();
         let middle = some.len() / 2;

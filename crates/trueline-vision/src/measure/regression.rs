@@ -46,13 +46,13 @@ pub struct Regression {
 impl Regression {
     /// Shift at a distance along the line, px.
     #[must_use]
-    pub fn shift_at(&self, s: f64) -> f64 {
+    pub(crate) fn shift_at(&self, s: f64) -> f64 {
         self.shift_px + self.slope * (s - self.centre)
     }
 
     /// Its variance, px².
     #[must_use]
-    pub fn variance_at(&self, s: f64) -> f64 {
+    pub(crate) fn variance_at(&self, s: f64) -> f64 {
         let (c, from) = (&self.covariance, s - self.centre);
         c.m11 + 2.0 * c.m12 * from + c.m22 * from * from
     }

@@ -12,7 +12,7 @@ use crate::not_found::NotFound;
 /// Bands across the stripe.
 pub const BANDS: usize = 6;
 /// Part of the stripe's reach that the bands cover, on each side of its middle.
-pub const COVERED: f64 = 0.7;
+pub(crate) const COVERED: f64 = 0.7;
 /// The least blur of an edge, by lens and pixels, px; larger ones that are tried, in thicknesses (standard deviations) of
 /// the stripe. What blurs the end blurs the stripe's flanks as well, so that more than one is a rounded or worn edge.
 const LEAST_BLUR_PX: f64 = 0.9;

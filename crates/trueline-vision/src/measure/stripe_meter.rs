@@ -52,7 +52,7 @@ pub struct Fit {
 impl Fit {
     /// Variance of the line square to itself at a distance along it from its point, px².
     #[must_use]
-    pub fn variance_at(&self, s: f64) -> f64 {
+    pub(crate) fn variance_at(&self, s: f64) -> f64 {
         self.regression.variance_at(self.regression.centre + s)
     }
 }
@@ -130,7 +130,7 @@ impl StripeMeter {
 
     /// Stretches of the last sections, along the line, in which there is less than a part of the stripe's usual
     /// light. Where sparks beside the stripe make its surroundings bright, it is not taken for dark.
-    pub fn dark_stretches(&mut self, part: f64) -> &[[f64; 2]] {
+    pub(crate) fn dark_stretches(&mut self, part: f64) -> &[[f64; 2]] {
         let usual = self.usual_amplitude();
         self.sorted.clear();
         self.sorted.extend(self.sections.iter().map(|section| section.background));
@@ -243,7 +243,7 @@ impl StripeMeter {
 
     /// The last fit without its beginning, if that does not lie on the line of the rest: mirrored light near a
     /// corner pulls many sections a little, and none of them far enough to be an outlier by itself.
-    pub fn without_bent_start(&mut self, fit: Fit) -> Fit {
+    pub(crate) fn without_bent_start(&mut self, fit: Fit) -> Fit {
         let Some([first, last]) = self.shifts.first().zip(self.shifts.last()).map(|(a, b)| [a.s, b.s]) else {
             return fit;
         };
@@ -268,7 +268,7 @@ impl StripeMeter {
 
     /// The last fit, or that of the longest stretch up to its end whose line agrees with those of all shorter ones about
     /// where the stripe is at its end: the line along a bent plate is that near its edge \[Lepski1991\].
-    pub fn straight_end(&mut self, fit: Fit) -> Fit {
+    pub(crate) fn straight_end(&mut self, fit: Fit) -> Fit {
         let Some(last) = self.shifts.last().map(|shift| shift.s) else { return fit };
         let mut stretches = ENDS_PX.map(|end_px| {
             let split = self.shifts.partition_point(|shift| shift.s < last - end_px);
@@ -289,7 +289,7 @@ impl StripeMeter {
 
     /// How far the stripe lies beside a line over a short stretch of it, px, and its standard deviation: the mean, each
     /// section by its light. `None` where there is none.
-    pub fn shift_beside<L: Level>(
+    pub(crate) fn shift_beside<L: Level>(
         &mut self,
         fit: &Fit,
         span: [f64; 2],

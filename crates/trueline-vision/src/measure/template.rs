@@ -166,7 +166,7 @@ impl Stack {
     /// Whether levels were added at all phases of the pixel grid, or nearly. A stripe that runs along a row of pixels to
     /// within a fraction of one meets one phase only, and between its pixels the profile is not seen.
     #[must_use]
-    pub fn meets_all_phases(&self) -> bool {
+    pub(crate) fn meets_all_phases(&self) -> bool {
         let seen = self.sums[..PER_PX as usize].iter().filter(|[count, ..]| *count > 0.0).count();
         seen >= MOST_PHASES
     }

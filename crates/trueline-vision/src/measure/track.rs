@@ -48,7 +48,7 @@ impl Track {
     }
 
     /// Lays sections along a line that has hardly moved: by columns, or rows, as before.
-    pub fn lay_again<L: Level>(&mut self, line: &Line2, span: [f64; 2], frame: Frame<'_, L>) {
+    pub(crate) fn lay_again<L: Level>(&mut self, line: &Line2, span: [f64; 2], frame: Frame<'_, L>) {
         self.stations.clear();
         let limit = if self.by_columns { frame.picture.width() } else { frame.picture.height() };
         let steps = ((span[1] - span[0]) / NODE_PX).ceil().max(1.0);

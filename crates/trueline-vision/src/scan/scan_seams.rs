@@ -113,7 +113,7 @@ impl ScanSeams {
     }
 
     /// Median, and 95th percentile, of a number over the seams; `None` without a seam.
-    pub fn median_and_p95(&self, of: impl Fn(&Seam) -> f64) -> Option<[f64; 2]> {
+    pub(crate) fn median_and_p95(&self, of: impl Fn(&Seam) -> f64) -> Option<[f64; 2]> {
         let mut values: Vec<f64> = self.seams().map(of).collect();
         values.sort_by(f64::total_cmp);
         let at = |part: f64| values[((values.len() - 1) as f64 * part) as usize];

@@ -17,7 +17,7 @@ const NO_POINT_20: std::ops::RangeInclusive<f64> = -524_288.0..=-524_285.0;
 ///
 /// # Errors
 /// Rows that are not integers, or an X that does not rise or fall.
-pub fn read_columns(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
+pub(crate) fn read_columns(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
     let table = numbers::read(file, bytes)?;
     let columns = table.rows[0].1.len();
     if columns < 2 {

@@ -51,7 +51,7 @@ fn rising(numbers: impl Iterator<Item = Option<f64>>) -> Option<Vec<f64>> {
 ///
 /// # Errors
 /// A header without `x0`.
-pub fn read_pairs(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
+pub(crate) fn read_pairs(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
     let table = numbers::read(file, bytes)?;
     let header: Vec<String> =
         table.header.unwrap_or_default().iter().map(|name| name.to_lowercase()).collect();
