@@ -67,7 +67,7 @@ impl CameraClock {
     ///
     /// # Errors
     /// A camera that fails.
-    pub fn keep_up(
+    pub(crate) fn keep_up(
         &mut self,
         source: &mut dyn FrameSource,
         at_once: bool,
@@ -108,7 +108,7 @@ impl CameraClock {
     /// The same for a picture between whose exposure and the last exchange the clock may have been set: of both readings, the one
     /// by which it took as long on its way as pictures usually take.
     #[must_use]
-    pub fn likely_steady_ns(&self, device_ns: i64, arrival_ns: i64, usual_ns: Option<i64>) -> i64 {
+    pub(crate) fn likely_steady_ns(&self, device_ns: i64, arrival_ns: i64, usual_ns: Option<i64>) -> i64 {
         let now_ns = self.steady_ns(device_ns);
         let (Some(before), Some(usual_ns)) = (self.before, usual_ns) else { return now_ns };
         let before_ns = before.steady_ns(device_ns);

@@ -159,7 +159,7 @@ impl CellRecording {
 
     /// Whether writing has stopped; looked at once a second.
     #[must_use]
-    pub fn has_failed(&self) -> bool {
+    pub(crate) fn has_failed(&self) -> bool {
         self.has_failed
     }
 

@@ -56,7 +56,7 @@ pub fn packet(packet: &RobotPacket<'_>) -> Entry {
 
 /// A good packet of a robot as a sample of a recording, stamped by its arrival.
 #[must_use]
-pub fn robot_sample(packet: LinkPacket<'_>) -> Option<RobotSample> {
+pub(crate) fn robot_sample(packet: LinkPacket<'_>) -> Option<RobotSample> {
     let (stamp_ns, device_ns, base_from_tool) = match packet {
         LinkPacket::Egm(Received { datagram, judged: Ok((frame, _)) }) => {
             (datagram.arrival.steady_ns, frame.device_ns, frame.base_from_tool)

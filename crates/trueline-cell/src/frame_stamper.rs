@@ -56,7 +56,7 @@ impl FrameStamper {
 
     /// Whether pictures have to wait for the next exchange with the camera's clock before they can be stamped.
     #[must_use]
-    pub fn needs_exchanges(&self) -> bool {
+    pub(crate) fn needs_exchanges(&self) -> bool {
         self.clock.is_some()
     }
 
@@ -64,7 +64,7 @@ impl FrameStamper {
     ///
     /// # Errors
     /// A camera that fails.
-    pub fn keep_up(
+    pub(crate) fn keep_up(
         &mut self,
         source: &mut dyn FrameSource,
         at_once: bool,

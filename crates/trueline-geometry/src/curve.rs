@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 const SIDE: usize = 3;
 
 /// Weights of samples at `nodes` for the value of their polynomial at `time`; the nodes differ.
-pub fn lagrange_weights(nodes: &[f64], time: f64, weights: &mut [f64]) {
+pub(crate) fn lagrange_weights(nodes: &[f64], time: f64, weights: &mut [f64]) {
     for (k, weight) in weights.iter_mut().enumerate().take(nodes.len()) {
         *weight = 1.0;
         for (other, node) in nodes.iter().enumerate() {

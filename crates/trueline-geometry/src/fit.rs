@@ -42,7 +42,7 @@ pub fn line(points: &[Vector3<f64>]) -> Option<Line> {
 
 /// Orthogonal least-squares line with a weight for each point.
 #[must_use]
-pub fn weighted_line(points: &[Vector3<f64>], weights: &[f64]) -> Option<Line> {
+pub(crate) fn weighted_line(points: &[Vector3<f64>], weights: &[f64]) -> Option<Line> {
     let fit = principal_axes(points, weights)?;
     (fit.spread[0] > 0.0).then(|| Line::new(fit.mean, &UnitVector3::new_normalize(fit.axes[0])))
 }

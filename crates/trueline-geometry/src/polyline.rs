@@ -36,7 +36,7 @@ impl Polyline {
 
     /// Whether it ends where it began, to a micrometre: then it has no ends.
     #[must_use]
-    pub fn is_closed(&self) -> bool {
+    pub(crate) fn is_closed(&self) -> bool {
         let (first, last) = (self.points[0], self.points[self.points.len() - 1]);
         self.points.len() > 2 && (last - first).norm() < CLOSED_M
     }

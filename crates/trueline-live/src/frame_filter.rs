@@ -79,7 +79,7 @@ pub enum SequenceStatus {
 }
 
 /// After so long a silence of the robot a lower sequence number, or another port, is a new session, ns.
-pub const RESTART_SILENCE_NS: i64 = 100_000_000;
+pub(crate) const RESTART_SILENCE_NS: i64 = 100_000_000;
 /// The same in periods of a robot that speaks rarely.
 const SILENT_PERIODS: i64 = 5;
 /// So many numbers cannot have been lost without a silence.

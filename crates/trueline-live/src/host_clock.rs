@@ -17,7 +17,7 @@ pub struct Reading {
 impl Reading {
     /// How far the wall clock has moved away from the steady one, ns.
     #[must_use]
-    pub fn wall_ahead_ns(&self) -> i64 {
+    pub(crate) fn wall_ahead_ns(&self) -> i64 {
         self.wall_ns - self.steady_ns
     }
 }

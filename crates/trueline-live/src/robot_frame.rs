@@ -87,7 +87,7 @@ impl RobotFrame {
     /// Whether the controller moves the robot by references of the PC. A RAPID state that is not told counts as running:
     /// controllers are known to leave it out after a restart.
     #[must_use]
-    pub fn is_guided(&self) -> bool {
+    pub(crate) fn is_guided(&self) -> bool {
         self.motors == MotorState::On && self.mci == MciState::Running && self.rapid != RapidState::Stopped
     }
 }

@@ -99,7 +99,7 @@ impl StampedSocket {
     ///
     /// # Errors
     /// What the operating system says.
-    pub fn next_waiting(&mut self) -> io::Result<Option<Datagram<'_>>> {
+    pub(crate) fn next_waiting(&mut self) -> io::Result<Option<Datagram<'_>>> {
         let received = kernel::receive(&self.socket, &mut self.buffer, &mut self.control);
         let read = self.clock.read();
         let received = match received {
@@ -156,13 +156,13 @@ mod kernel {
     use std::net::{SocketAddr, SocketAddrV4, SocketAddrV6, UdpSocket};
     use std::os::fd::AsRawFd;
 
-    pub fn ask_for_stamps(socket: &UdpSocket) -> io::Result<()> {
+    pub(crate) fn ask_for_stamps(socket: &UdpSocket) -> io::Result<()> {
         setsockopt(socket, ReceiveTimestampns, &true)?;
         setsockopt(socket, RxqOvfl, &1)?;
         Ok(())
     }
 
-    pub fn control_buffer() -> Vec<u8> {
+    pub(crate) fn control_buffer() -> Vec<u8> {
         cmsg_space!(TimeSpec, u32)
     }
 
@@ -202,11 +202,11 @@ mod kernel {
     use std::io;
     use std::net::UdpSocket;
 
-    pub fn ask_for_stamps(_: &UdpSocket) -> io::Result<()> {
+    pub(crate) fn ask_for_stamps(_: &UdpSocket) -> io::Result<()> {
         Ok(())
     }
 
-    pub fn control_buffer() -> Vec<u8> {
+    pub(crate) fn control_buffer() -> Vec<u8> {
         Vec::new()
     }
 

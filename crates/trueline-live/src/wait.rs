@@ -5,7 +5,7 @@ use std::time::Duration;
 
 /// Waits until something can be read, or for so long.
 #[cfg(target_os = "linux")]
-pub fn until_readable(socket: &UdpSocket, longest: Duration) {
+pub(crate) fn until_readable(socket: &UdpSocket, longest: Duration) {
     use nix::poll::{PollFd, PollFlags, ppoll};
     use nix::sys::time::TimeSpec;
     use std::os::fd::AsFd;
@@ -16,6 +16,6 @@ pub fn until_readable(socket: &UdpSocket, longest: Duration) {
 
 /// Waits for so long, but never longer than a millisecond.
 #[cfg(not(target_os = "linux"))]
-pub fn until_readable(_: &UdpSocket, longest: Duration) {
+pub(crate) fn until_readable(_: &UdpSocket, longest: Duration) {
     std::thread::sleep(longest.min(Duration::from_millis(1)));
 }

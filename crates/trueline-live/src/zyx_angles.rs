@@ -8,26 +8,26 @@ const MM: f64 = 1e-3;
 
 /// `Rz(r)·Ry(p)·Rx(w)`: FANUC's W, P, R, deg.
 #[must_use]
-pub fn from_wpr_deg([w, p, r]: [f64; 3]) -> UnitQuaternion<f64> {
+pub(crate) fn from_wpr_deg([w, p, r]: [f64; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::from_euler_angles(w * DEGREE, p * DEGREE, r * DEGREE)
 }
 
 /// `Rz(a)·Ry(b)·Rx(c)`: KUKA's A, B, C, deg.
 #[must_use]
-pub fn from_abc_deg([a, b, c]: [f64; 3]) -> UnitQuaternion<f64> {
+pub(crate) fn from_abc_deg([a, b, c]: [f64; 3]) -> UnitQuaternion<f64> {
     from_wpr_deg([c, b, a])
 }
 
 /// FANUC's W, P, R of an attitude, deg.
 #[must_use]
-pub fn to_wpr_deg(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
+pub(crate) fn to_wpr_deg(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let (w, p, r) = rotation.euler_angles();
     [w, p, r].map(f64::to_degrees)
 }
 
 /// KUKA's A, B, C of an attitude, deg.
 #[must_use]
-pub fn to_abc_deg(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
+pub(crate) fn to_abc_deg(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let [w, p, r] = to_wpr_deg(rotation);
     [r, p, w]
 }

@@ -13,7 +13,7 @@ const FLANGE_M: f64 = 0.200;
 
 /// Six angles, deg; the flange's z axis points out of it.
 #[must_use]
-pub fn angles_deg(base_from_flange: &Pose) -> [f64; 6] {
+pub(crate) fn angles_deg(base_from_flange: &Pose) -> [f64; 6] {
     let rotation = base_from_flange.rotation.to_rotation_matrix();
     let wrist = base_from_flange.translation.vector - rotation * Vector3::z() * FLANGE_M;
     let first = wrist.y.atan2(wrist.x);

@@ -119,7 +119,7 @@ impl<T: Ord + Clone> Network<T> {
 
     /// When the next one is due, ns.
     #[must_use]
-    pub fn next_due_ns(&self) -> Option<i64> {
+    pub(crate) fn next_due_ns(&self) -> Option<i64> {
         self.under_way.peek().map(|Reverse((due_ns, _, _))| *due_ns)
     }
 

@@ -33,7 +33,7 @@ pub enum PoseError {
 const NORM_TOLERANCE: f64 = 1e-3;
 
 /// Two forms of one attitude may be this far apart before it is told, rad: printed digits explain no more.
-pub const ATTITUDES_AGREE_RAD: f64 = 1e-4;
+pub(crate) const ATTITUDES_AGREE_RAD: f64 = 1e-4;
 
 impl EgmPose {
     /// Both forms of the attitude, as RobotWare sends them.
@@ -69,7 +69,7 @@ impl EgmPose {
 
     /// Whether there are two attitudes and they differ by more than their digits.
     #[must_use]
-    pub fn contradicts_itself(&self) -> bool {
+    pub(crate) fn contradicts_itself(&self) -> bool {
         let (Some(Ok(q)), Some(Ok(e))) =
             (self.quaternion_wxyz.map(rotation_of), self.euler_xyz_deg.map(rotation_of_euler))
         else {

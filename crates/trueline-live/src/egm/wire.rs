@@ -155,7 +155,7 @@ impl<'a> Found<'a> {
     ///
     /// # Errors
     /// Another type, or a larger number.
-    pub fn whole32(&self) -> Result<u32, WireError> {
+    pub(crate) fn whole32(&self) -> Result<u32, WireError> {
         u32::try_from(self.whole()?).map_err(|_| self.wrong())
     }
 

@@ -14,4 +14,4 @@ pub use hspo::Hspo;
 pub use stream_motion::StreamMotion;
 
 /// Where Stream Motion controllers listen.
-pub const STREAM_MOTION_PORT: u16 = 60015;
+pub(crate) const STREAM_MOTION_PORT: u16 = 60015;

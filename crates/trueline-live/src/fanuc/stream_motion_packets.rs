@@ -8,19 +8,19 @@ use trueline_geometry::Pose;
 /// Ends the stream, in both forms.
 pub const STOP: u32 = 2;
 /// Begins it, versions 1 and 2.
-pub const START_OLD: u32 = 0;
+pub(crate) const START_OLD: u32 = 0;
 /// Asks for the version, versions 1 and 2; the answer has it in its head.
-pub const VERSION_REQUEST: u32 = 6;
+pub(crate) const VERSION_REQUEST: u32 = 6;
 /// Asks what the controller can do, versions 3 and 4; the answer has the same type.
-pub const CAPABILITY: u32 = 7;
+pub(crate) const CAPABILITY: u32 = 7;
 /// Begins it, versions 3 and 4.
 pub const START: u32 = 200;
 /// Status of versions 1 and 2.
-pub const STATUS_OLD: u32 = 0;
+pub(crate) const STATUS_OLD: u32 = 0;
 /// Status of version 3.
-pub const STATUS_3: u32 = 202;
+pub(crate) const STATUS_3: u32 = 202;
 /// Status of version 4.
-pub const STATUS_4: u32 = 204;
+pub(crate) const STATUS_4: u32 = 204;
 
 /// A head alone: start, stop, version request.
 #[must_use]

@@ -181,7 +181,7 @@ impl CheckedPath {
 
     /// Longest time in which it hardly moves, s: less than 1 mm/s and 0.1°/s.
     #[must_use]
-    pub fn longest_rest_s(&self) -> f64 {
+    pub(crate) fn longest_rest_s(&self) -> f64 {
         let (mut longest_s, mut since_s) = (0.0_f64, 0.0);
         for piece in 0..self.position.pieces() {
             let (start_s, length_s) = self.position.piece_s(piece);
@@ -196,7 +196,7 @@ impl CheckedPath {
 
     /// Corners of the box about the tool's way, m.
     #[must_use]
-    pub fn extent_m(&self) -> [Vector3<f64>; 2] {
+    pub(crate) fn extent_m(&self) -> [Vector3<f64>; 2] {
         let first = self.at(0.0).base_from_tool.translation.vector;
         (0..self.position.pieces()).fold([first; 2], |[low, high], piece| {
             let (start_s, length_s) = self.position.piece_s(piece);

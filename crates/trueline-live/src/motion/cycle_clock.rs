@@ -55,7 +55,7 @@ impl CycleClock {
     }
 
     /// Time that the motion may go on by from one frame to the next, s.
-    pub fn elapsed_s(&mut self, before: &ReceivedFrame, now: &ReceivedFrame, period_s: f64) -> f64 {
+    pub(crate) fn elapsed_s(&mut self, before: &ReceivedFrame, now: &ReceivedFrame, period_s: f64) -> f64 {
         let arrivals_s = ((now.arrival_ns - before.arrival_ns) as f64 * 1e-9).max(0.0);
         let controller_s = now.frame.device_ns.saturating_sub(before.frame.device_ns) as f64 * 1e-9;
         let made_up_s = (MADE_UP_PERIODS * period_s).min(MADE_UP_S);

@@ -54,7 +54,7 @@ impl GateState {
 
     /// What was sent last.
     #[must_use]
-    pub fn last_sent(&self) -> Option<Reference> {
+    pub(crate) fn last_sent(&self) -> Option<Reference> {
         self.sent
     }
 

@@ -5,7 +5,7 @@ use trueline_geometry::Pose;
 
 /// Speed at which robots may move with people near, m/s (ISO 10218-1, 5.6.2): nothing in a limits file raises it. It holds for
 /// every point of what the tool carries, not for the tool's origin alone.
-pub const FASTEST_M_S: f64 = 0.250;
+pub(crate) const FASTEST_M_S: f64 = 0.250;
 
 /// Limits of every command, for the tool frame in base.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,7 +67,7 @@ impl MotionLimits {
 
     /// Shortest time in which a reference may move so far and turn so much, s.
     #[must_use]
-    pub fn least_time_s(&self, distance_m: f64, angle_rad: f64) -> f64 {
+    pub(crate) fn least_time_s(&self, distance_m: f64, angle_rad: f64) -> f64 {
         let tip_s = self.tip_speed_m_s(distance_m, angle_rad) / FASTEST_M_S;
         tip_s.max(distance_m / self.speed_m_s).max(angle_rad / self.turn_rad_s)
     }

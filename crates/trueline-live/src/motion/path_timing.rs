@@ -30,7 +30,7 @@ const REST: f64 = 1e-5;
 impl PathState {
     /// Path time that passes until rest if braking begins now, s.
     #[must_use]
-    pub fn until_rest_s(&self, ramp: Ramp) -> f64 {
+    pub(crate) fn until_rest_s(&self, ramp: Ramp) -> f64 {
         self.asked * self.asked / (2.0 * ramp.slope_per_s) + ramp.lag_s * self.rate
     }
 

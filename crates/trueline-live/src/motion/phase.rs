@@ -16,7 +16,7 @@ pub enum OperatorCommand {
 }
 
 /// Longest time between messages of a robot that is guided, s: a reference is a step of that length.
-pub const SLOWEST_S: f64 = 0.020;
+pub(crate) const SLOWEST_S: f64 = 0.020;
 
 /// Why a scan ended.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

@@ -44,7 +44,7 @@ impl<const N: usize> Spline<N> {
 
     /// Start of a piece and its length, s.
     #[must_use]
-    pub fn piece_s(&self, piece: usize) -> (f64, f64) {
+    pub(crate) fn piece_s(&self, piece: usize) -> (f64, f64) {
         (self.times_s[piece], self.times_s[piece + 1] - self.times_s[piece])
     }
 

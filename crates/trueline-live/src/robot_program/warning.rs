@@ -1,7 +1,7 @@
 //! What nobody has tried.
 
 /// What every program says of itself, a line each.
-pub const WARNING: [&str; 4] = [
+pub(crate) const WARNING: [&str; 4] = [
     "Written by trueline. NOT TRIED ON A REAL CONTROLLER: check it in the maker's simulation first,",
     "then run it slowly, with the enabling device in hand.",
     "Reach, singularities and collisions of the arm are not checked.",

@@ -82,7 +82,7 @@ impl Waypoints {
 
     /// How far the moves leave the path, for a program's head.
     #[must_use]
-    pub fn chords_in_words(&self) -> String {
+    pub(crate) fn chords_in_words(&self) -> String {
         format!(
             "straight moves leave the planned path by {:.2} mm and {:.3} deg at most",
             self.chord_m * 1e3,

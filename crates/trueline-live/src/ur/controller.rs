@@ -7,7 +7,7 @@ use trueline_geometry::{Pose, so3};
 /// Software that it says it is: PolyScope 5.11.
 const SOFTWARE: [u32; 4] = [5, 11, 0, 108];
 /// A controller's cycles in a second, Hz.
-pub const CYCLES_HZ: f64 = 500.0;
+pub(crate) const CYCLES_HZ: f64 = 500.0;
 
 /// What a controller knows at a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,17 +3,17 @@
 /// `V`: the version of the protocol.
 pub const VERSION: u8 = b'V';
 /// `v`: the controller's software.
-pub const CONTROLLER: u8 = b'v';
+pub(crate) const CONTROLLER: u8 = b'v';
 /// `M`: words, either way at any time.
 pub const TEXT: u8 = b'M';
 /// `O`: the fields wanted.
 pub const OUTPUTS: u8 = b'O';
 /// `I`: the fields to be written; we never do.
-pub const INPUTS: u8 = b'I';
+pub(crate) const INPUTS: u8 = b'I';
 /// `S`: begin.
 pub const START: u8 = b'S';
 /// `P`: pause.
-pub const PAUSE: u8 = b'P';
+pub(crate) const PAUSE: u8 = b'P';
 /// `U`: the fields.
 pub const DATA: u8 = b'U';
 
