@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -44,7 +43,7 @@ def cells(rows: Iterable[dict[str, Any]]) -> list[Cell]:
     found: dict[str, Cell] = {}
     ends: dict[str, dict[str, dict[str, Any]]] = {}
     for row in rows:
-        name = str(PurePosixPath(row["url"]).parent)
+        name = row["url"].rstrip("/").rpartition("/")[0]
         _count(found.setdefault(name, Cell(name)), row, ends.setdefault(name, {}))
     for name, cell in found.items():
         cell.last_status = ends[name]["newest"]["status"]

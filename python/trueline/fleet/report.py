@@ -22,6 +22,7 @@ h1{font-size:1.6em;margin-bottom:.2em} h2{font-size:1.2em;margin-top:2em}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums}
 td,th{padding:.35em .9em;border-bottom:1px solid var(--line);text-align:right;vertical-align:top}
 td:first-child,th:first-child,:is(td,th):nth-child(n+8){text-align:left}
+td:first-child,th{white-space:nowrap}
 thead th{position:sticky;top:0;background:Canvas}
 .moved{background:var(--moved)} .lost{background:var(--lost)}
 """.strip()
@@ -61,7 +62,7 @@ def page(fleet: Sequence[Cell], title: str) -> str:
     name = html.escape(title)
     facts = (
         f"{len(fleet)} cells, {scans} scans: {accepted} accepted, {scans - accepted - unreadable} not accepted, "
-        f"{unreadable} that could not be used. {moved} cells have moved."
+        f"{unreadable} that could not be used. Moved: {moved}."
     )
     return "".join(
         (
