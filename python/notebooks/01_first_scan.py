@@ -29,8 +29,15 @@ result.tool_from_camera.round(4), result.sigma
 # %%
 result.plot_residuals()
 
+# %% [markdown]
+# The solver's way there: the paper's Figs. 6 and 8.
+
 # %%
-result.plot_convergence()
+import matplotlib.pyplot as plt
+
+fig, axes = plt.subplots(1, 2, figsize=(10, 4))
+result.plot_convergence(axes[0])
+result.plot_convergence(axes[1], of="translation")
 
 # %%
 assert result.accepted and result.time_offset_s is not None

@@ -7,10 +7,12 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 import trueline
+from trueline.plots import Quantity
 
 
 def program(*words: str, check: bool = True) -> subprocess.CompletedProcess[str]:
@@ -87,5 +89,12 @@ def test_the_page_and_the_plots_are_drawn() -> None:
     matplotlib.use("Agg")
     result = trueline.calibrate(trueline.simulate("quick", seed=1))
     assert "<iframe" in result._repr_html_()
-    for draw in (result.plot_residuals, result.plot_convergence, result.plot_covariance):
+    for draw in (result.plot_residuals, result.plot_covariance):
         assert draw().get_title()
+    steps = result.document["iterations"]
+    curves = {"time offset": 1, "distance": 1, "translation": 3, "rotation": 4, "line": 3}
+    for quantity in get_args(Quantity):
+        lines = result.plot_convergence(of=quantity).get_lines()
+        assert len(lines) == curves[quantity] and all(np.size(line.get_xdata()) == len(steps) for line in lines)
+    with pytest.raises(ValueError, match="one of"):
+        result.plot_convergence(of="everything")  # type: ignore[arg-type]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -23,12 +24,41 @@ def residuals_over_time(residuals: Residuals, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def convergence(offsets_ms: list[float], ax: Axes | None = None) -> Axes:
-    """The time offset after every step of the solver."""
+Quantity: TypeAlias = Literal["time offset", "distance", "translation", "rotation", "line"]
+"""What is drawn of the solver's steps: the paper's Fig. 6a and 6b, Fig. 8 (two of them) and Fig. 7."""
+
+
+def convergence(steps: list[dict[str, Any]], of: Quantity, ax: Axes | None = None) -> Axes:
+    """A quantity after every step of the solver."""
+    if of not in get_args(Quantity):
+        raise ValueError(f"of: there is no {of!r}; one of {', '.join(get_args(Quantity))}")
+    label, curves = _curves(steps, of)
     ax = _axes(ax)
-    ax.plot(np.arange(len(offsets_ms)), offsets_ms, "o-", markersize=3)
-    ax.set(xlabel="step of the solver", ylabel="time offset / ms", title="Convergence")
+    for name, values in curves.items():
+        ax.plot(np.arange(len(steps)), values, "o-", markersize=3, label=name)
+    ax.set(xlabel="step of the solver", ylabel=label, title=f"Convergence of the {of}")
+    if len(curves) > 1:
+        ax.legend()
     return ax
+
+
+def _curves(steps: list[dict[str, Any]], of: Quantity) -> tuple[str, dict[str, list[float]]]:
+    """The label of the axis, and the curves by name."""
+    if of == "time offset":
+        return "time offset / ms", {of: [step["time_offset_s"] * 1e3 for step in steps]}
+    if of == "distance":
+        return "RMS distance from the line / mm", {of: [step["rms_mm"] for step in steps]}
+    if of == "translation":
+        return "translation / mm", _columns("xyz", [step["translation_mm"] for step in steps])
+    if of == "rotation":
+        return "rotation", _columns(("qw", "qx", "qy", "qz"), [step["rotation_wxyz"] for step in steps])
+    nearest = [[x for line in step["lines"] for x in line["nearest_point_mm"]] for step in steps]
+    names = [f"{axis} of line {number}" for number in range(len(nearest[0]) // 3) for axis in "xyz"]
+    return "point of the line nearest to the base / mm", _columns(names, nearest)
+
+
+def _columns(names: Iterable[str], rows: list[list[float]]) -> dict[str, list[float]]:
+    return dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
 
 
 def correlations(covariance: Covariance, ax: Axes | None = None) -> Axes:

@@ -21,6 +21,8 @@ from .sensor import SensorText
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from .plots import Quantity
+
 
 class Result:
     """A calibration: estimates with their uncertainty, and whether to use them.
@@ -201,11 +203,12 @@ class Result:
 
         return residuals_over_time(self.residuals, ax)
 
-    def plot_convergence(self, ax: Axes | None = None) -> Axes:
-        """The time offset after every step of the solver, the paper's Figs. 5 and 7 (needs matplotlib)."""
+    def plot_convergence(self, ax: Axes | None = None, of: Quantity = "time offset") -> Axes:
+        """A quantity after every step of the solver (needs matplotlib): ``"time offset"`` and ``"distance"`` are the paper's Fig. 6,
+        ``"line"`` is Fig. 7, ``"translation"`` and ``"rotation"`` are Fig. 8."""
         from .plots import convergence
 
-        return convergence([step["time_offset_s"] * 1e3 for step in self.document["iterations"]], ax)
+        return convergence(self.document["iterations"], of, ax)
 
     def plot_covariance(self, ax: Axes | None = None) -> Axes:
         """Correlations of everything estimated (needs matplotlib)."""
