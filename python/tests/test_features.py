@@ -34,7 +34,7 @@ def profiles_of(folder: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]
 
 def test_the_seam_is_found_in_arrays_of_pictures(tmp_path: Path) -> None:
     folder = tmp_path / "scan"
-    words = ("--preset", "quick", "--images", "--duration-s", "1", "--out", str(folder), "--quiet")
+    words = ("--preset", "quick", "--images", "--duration-s", "1", "--frame-period-ms", "100", "--out", str(folder), "--quiet")
     trueline.run("simulate", *words)
     pictures, times = pictures_of(folder)
     found = trueline.features(pictures, times, sensor=folder)

@@ -110,7 +110,7 @@ def test_a_bag_that_rosbags_wrote_is_opened(tmp_path: Path) -> None:
     from rosbags.typesys import Stores, get_typestore
 
     folder = tmp_path / "scan"
-    run("simulate", "--preset", "quick", "--images", "--duration-s", "1", "--out", str(folder), "--quiet")
+    run("simulate", "--preset", "quick", "--images", "--duration-s", "1", "--frame-period-ms", "100", "--out", str(folder), "--quiet")
     run("features", str(folder), "--quiet")
     scan = trueline.open(folder)
     types = get_typestore(Stores.ROS2_HUMBLE)

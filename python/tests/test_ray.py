@@ -22,7 +22,7 @@ from trueline import fleet  # noqa: E402
 SCANS = int(os.environ.get("RAY_SCANS", "200"))
 MEMORY = 100 * 2**20
 # Short scans: what is tested here is not the estimate.
-SHORT = ("--duration-s", "6", "--frame-period-ms", "60")
+SHORT = ("--duration-s", "4", "--frame-period-ms", "100", "--robot-period-ms", "12")
 
 
 def scans(folder: Path) -> list[Path]:
@@ -41,11 +41,11 @@ def scans(folder: Path) -> list[Path]:
 
 @pytest.fixture
 def cluster() -> Iterator[Any]:
-    """Two nodes with a core each."""
+    """Two nodes with two workers each."""
     nodes = Cluster(
-        initialize_head=True, head_node_args={"num_cpus": 1, "object_store_memory": MEMORY, "include_dashboard": False}
+        initialize_head=True, head_node_args={"num_cpus": 2, "object_store_memory": MEMORY, "include_dashboard": False}
     )
-    nodes.add_node(num_cpus=1, object_store_memory=MEMORY)
+    nodes.add_node(num_cpus=2, object_store_memory=MEMORY)
     ray.init(address=nodes.address, log_to_driver=False, logging_level="ERROR")
     yield nodes
     ray.shutdown()
@@ -62,7 +62,7 @@ def test_two_nodes_lose_and_double_nothing_when_one_is_killed(tmp_path: Path, cl
 
     def kill_one(outcome: fleet.Outcome) -> None:
         outcomes.append(outcome)
-        if len(cluster.worker_nodes) and outcome.done >= SCANS // 3:
+        if len(cluster.worker_nodes) and outcome.done >= SCANS // 2:
             cluster.remove_node(next(iter(cluster.worker_nodes)), allow_graceful=False)
 
     began = time.monotonic()
