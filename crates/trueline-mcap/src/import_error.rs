@@ -2,6 +2,7 @@
 
 use crate::message::content_error::ContentError;
 use std::path::{Path, PathBuf};
+use trueline_arm::urdf::UrdfError;
 
 /// What stands in the way: of a file, a message, or a choice that is the user's.
 #[derive(Debug, thiserror::Error)]
@@ -272,6 +273,16 @@ impl ImportError {
 
 fn seconds(log_time: u64) -> String {
     format!("{}.{:09} s", log_time / 1_000_000_000, log_time % 1_000_000_000)
+}
+
+impl From<UrdfError> for ImportError {
+    fn from(error: UrdfError) -> Self {
+        match error {
+            UrdfError::SeveralEnds { ends } => Self::ToolNeeded { ends },
+            UrdfError::UnknownFrame { frame, known } => Self::UnknownFrame { frame, known },
+            UrdfError::Unusable { why } => Self::Urdf { why },
+        }
+    }
 }
 
 fn list(names: &[String]) -> String {

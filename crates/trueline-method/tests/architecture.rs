@@ -4,8 +4,9 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 23] = [
+const ALLOWED: [(&str, &[&str]); 24] = [
     ("trueline-geometry", &[]),
+    ("trueline-arm", &["trueline-geometry"]),
     ("trueline-lsq", &[]),
     ("trueline-model", &["trueline-geometry"]),
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
@@ -40,11 +41,18 @@ const ALLOWED: [(&str, &[&str]); 23] = [
         ],
     ),
     ("trueline-live", &["trueline-dataset", "trueline-geometry"]),
-    ("trueline-mcap", &["trueline-dataset", "trueline-geometry"]),
+    ("trueline-mcap", &["trueline-arm", "trueline-dataset", "trueline-geometry"]),
     ("trueline-open", &["trueline-dataset", "trueline-mcap", "trueline-method", "trueline-vision"]),
     (
         "trueline-plan",
-        &["trueline-method", "trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"],
+        &[
+            "trueline-arm",
+            "trueline-method",
+            "trueline-dataset",
+            "trueline-geometry",
+            "trueline-lsq",
+            "trueline-model",
+        ],
     ),
     ("trueline-sensor", &["trueline-geometry", "trueline-lsq", "trueline-model"]),
     ("trueline-sim", &["trueline-dataset", "trueline-geometry", "trueline-model"]),

@@ -1,6 +1,5 @@
 //! Which of the topics and frames of a recording are meant: the user's word, or the only possibility. Never a guess.
 
-use crate::import::arm::Arm;
 use crate::import::choice::Choice;
 use crate::import::transform_chain::{Step, path};
 use crate::import_error::ImportError;
@@ -9,6 +8,7 @@ use crate::message::spatial::frame_name;
 use crate::read::survey::{LinkSurvey, Survey, TopicSurvey, is_static_topic};
 use crate::wire::frame_names::{BASE, TOOL};
 use std::collections::BTreeSet;
+use trueline_arm::urdf;
 
 /// Where the robot's poses are.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub enum RobotSource {
     /// In transforms.
     Chain(Chain),
     /// In joint angles.
-    Joints { topic: String, arm: Arm },
+    Joints { topic: String, arm: urdf::Chain },
 }
 
 /// Transforms that lead from one frame to another.
@@ -123,7 +123,7 @@ fn joints(survey: &Survey, choice: &Choice, urdf: &str) -> Result<RobotSource, I
         }
         None => candidates.pop().ok_or(ImportError::NoJointAngles)?,
     };
-    let arm = Arm::of(urdf, choice.base_frame.as_deref(), choice.tool_frame.as_deref())?;
+    let arm = urdf::Chain::of(urdf, choice.base_frame.as_deref(), choice.tool_frame.as_deref())?;
     Ok(RobotSource::Joints { topic, arm })
 }
 

@@ -148,9 +148,17 @@ impl<'a> Collector<'a> {
 
     fn add_joints(&mut self, topic: &str, states: &JointStates) -> Result<(), ImportError> {
         let RobotSource::Joints { arm, .. } = &self.chosen.robot else { return Ok(()) };
-        let pose = arm
-            .base_from_tool(states)
-            .map_err(|joint| ImportError::JointMissing { topic: topic.to_owned(), joint })?;
+        let missing =
+            |joint: &str| ImportError::JointMissing { topic: topic.to_owned(), joint: joint.to_owned() };
+        let known: BTreeMap<&str, f64> =
+            states.names.iter().map(String::as_str).zip(states.positions.iter().copied()).collect();
+        // A message may be of speeds alone.
+        if let Some(joint) =
+            states.names.iter().skip(states.positions.len()).find(|name| arm.moves_with(name))
+        {
+            return Err(missing(joint));
+        }
+        let pose = arm.base_from_tool(|name| known.get(name).copied()).map_err(|joint| missing(&joint))?;
         match pose {
             Some(base_from_tool) => {
                 self.robot.push(RobotSample { stamp_ns: states.stamp_ns, device_ns: None, base_from_tool });

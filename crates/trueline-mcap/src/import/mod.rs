@@ -1,6 +1,5 @@
 //! Items → a recording that can be calibrated, and its pictures.
 
-mod arm;
 pub(crate) mod choice;
 mod chosen;
 mod collect;

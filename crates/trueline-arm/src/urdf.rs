@@ -1,16 +1,39 @@
-//! A robot's arm from its URDF: from joint angles to the pose of the tool.
+//! The joints between two frames of a robot, from its URDF.
 
-use crate::import_error::ImportError;
-use crate::message::content::JointStates;
-use crate::message::spatial::frame_name;
+use crate::arm::{AXES, Arm, Joint as ArmJoint};
 use nalgebra::{Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
-use std::collections::BTreeMap;
+use std::f64::consts::PI;
 use trueline_geometry::Pose;
+
+/// Why a URDF is of no use.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UrdfError {
+    /// It cannot be read, or says what one number a joint does not.
+    #[error("the URDF cannot be used: {why}")]
+    Unusable {
+        /// What is wrong with it.
+        why: String,
+    },
+    /// More than one frame that nothing is mounted on.
+    #[error("the URDF has several frames that nothing is mounted on: {}", ends.join(", "))]
+    SeveralEnds {
+        /// Those frames.
+        ends: Vec<String>,
+    },
+    /// A frame that is not there.
+    #[error("there is no frame `{frame}`; there are: {}", known.join(", "))]
+    UnknownFrame {
+        /// The frame that was asked for.
+        frame: String,
+        /// All frames.
+        known: Vec<String>,
+    },
+}
 
 /// The joints between two frames of a robot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Arm {
+pub struct Chain {
     /// The frame that stands still.
     pub base: String,
     /// The frame whose pose is wanted.
@@ -28,6 +51,15 @@ struct Joint {
     parent_from_joint: Pose,
     motion: Motion,
     follows: Option<Follows>,
+    limits: Limits,
+}
+
+/// What a joint may do, where the file says it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Limits {
+    range: Option<[f64; 2]>,
+    speed: Option<f64>,
+    acceleration: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,14 +81,14 @@ struct Follows {
     offset: f64,
 }
 
-impl Arm {
+impl Chain {
     /// The joints from `base` to `tool`; without names, from the root of the tree to its only end.
     ///
     /// # Errors
     /// No URDF, frames that are not in it or do not lie one behind the other, several ends and no name, joints that one number does
     /// not describe.
-    pub fn of(urdf: &str, base: Option<&str>, tool: Option<&str>) -> Result<Self, ImportError> {
-        let wrong = |why: String| ImportError::Urdf { why };
+    pub fn of(urdf: &str, base: Option<&str>, tool: Option<&str>) -> Result<Self, UrdfError> {
+        let wrong = |why: String| UrdfError::Unusable { why };
         let document = Document::parse(urdf).map_err(|error| wrong(error.to_string()))?;
         let robot = document.root_element();
         let nodes = robot.children().filter(|node| node.has_tag_name("joint"));
@@ -98,26 +130,67 @@ impl Arm {
         Ok(Self { base: at, tool, joints: chain })
     }
 
-    /// `base_from_tool` at the positions of a message; `None` for a message of other joints.
+    /// Whether the tool moves with a joint.
+    #[must_use]
+    pub fn moves_with(&self, joint: &str) -> bool {
+        self.joints.iter().any(|known| known.motion != Motion::None && known.moved_by() == joint)
+    }
+
+    /// `base_from_tool` at positions by name; `None` where no joint that moves is known.
     ///
     /// # Errors
-    /// The name of a joint that is missing in a message with others of this arm, and a list of positions that is too short.
-    pub fn base_from_tool(&self, states: &JointStates) -> Result<Option<Pose>, String> {
-        let known: BTreeMap<&str, f64> =
-            states.names.iter().map(String::as_str).zip(states.positions.iter().copied()).collect();
+    /// The name of a joint that is missing while others are known.
+    pub fn base_from_tool(&self, position: impl Fn(&str) -> Option<f64>) -> Result<Option<Pose>, String> {
         let moving = || self.joints.iter().filter(|joint| joint.motion != Motion::None).map(Joint::moved_by);
-        if !moving().any(|name| states.names.iter().any(|known| known == name)) {
+        if !moving().any(|name| position(name).is_some()) {
             return Ok(None);
         }
-        if let Some(missing) = moving().find(|name| !known.contains_key(name)) {
+        if let Some(missing) = moving().find(|name| position(name).is_none()) {
             return Err(missing.to_owned());
         }
-        let pose = |joint: &Joint| joint.pose(known.get(joint.moved_by()).copied().unwrap_or(0.0));
+        let pose = |joint: &Joint| joint.pose(position(joint.moved_by()).unwrap_or(0.0));
         Ok(Some(self.joints.iter().map(pose).fold(Pose::identity(), |from, next| from * next)))
+    }
+
+    /// The same as an arm with the limits that the file states.
+    ///
+    /// # Errors
+    /// Not six joints that turn one behind the other, or one without range or speed.
+    pub fn arm(&self) -> Result<Arm, UrdfError> {
+        let wrong = |why: String| UrdfError::Unusable { why };
+        let mut before = Pose::identity();
+        let mut joints = Vec::with_capacity(AXES);
+        for joint in &self.joints {
+            before *= joint.parent_from_joint;
+            match joint.motion {
+                Motion::None => {}
+                Motion::Turns(axis) if joint.follows.is_none() => {
+                    joints.push(joint.in_arm(before, axis).map_err(wrong)?);
+                    before = Pose::identity();
+                }
+                _ => return Err(wrong(format!("joint `{}` is not one that turns by itself", joint.name))),
+            }
+        }
+        let count = joints.len();
+        let joints = joints
+            .try_into()
+            .map_err(|_| wrong(format!("an arm has {AXES} joints that turn, this has {count}")))?;
+        Ok(Arm { joints, last_from_flange: before })
     }
 }
 
 impl Joint {
+    fn in_arm(&self, before: Pose, axis: Unit<Vector3<f64>>) -> Result<ArmJoint, String> {
+        let lacks = |what: &str| format!("joint `{}` has no limit of its {what}", self.name);
+        Ok(ArmJoint {
+            before,
+            axis,
+            range_rad: self.limits.range.ok_or_else(|| lacks("range"))?,
+            speed_rad_s: self.limits.speed.ok_or_else(|| lacks("speed"))?,
+            acceleration_rad_s2: self.limits.acceleration,
+        })
+    }
+
     /// The joint whose position says where this one is.
     fn moved_by(&self) -> &str {
         self.follows.as_ref().map_or(&self.name, |follows| &follows.other)
@@ -164,6 +237,7 @@ fn joint(node: &Node<'_, '_>) -> Result<Joint, String> {
         "prismatic" => Motion::Slides(axis()?),
         _ => Motion::Free,
     };
+    let limits = limits(name, child_of("limit"), node.attribute("type") == Some("continuous"))?;
     let follows = child_of("mimic").map(|node| {
         let number = |key: &str, usual: f64| match node.attribute(key) {
             Some(text) => text
@@ -191,7 +265,34 @@ fn joint(node: &Node<'_, '_>) -> Result<Joint, String> {
         ),
         motion,
         follows: follows.transpose()?,
+        limits,
     })
+}
+
+/// The limits of a joint; one that turns for ever is taken to stay within a turn to either side.
+fn limits(name: &str, node: Option<Node<'_, '_>>, is_continuous: bool) -> Result<Limits, String> {
+    let number = |key: &str| match node.and_then(|node| node.attribute(key)) {
+        Some(text) => {
+            let number = text.trim().parse().ok().filter(|number: &f64| number.is_finite());
+            number.map(Some).ok_or_else(|| format!("joint `{name}`: limit {key}=\"{text}\" is no number"))
+        }
+        None => Ok(None),
+    };
+    let range = match (number("lower")?, number("upper")?) {
+        _ if is_continuous => Some([-2.0 * PI, 2.0 * PI]),
+        (Some(low), Some(high)) if low < high => Some([low, high]),
+        (Some(low), Some(high)) => {
+            return Err(format!("joint `{name}`: its limits {low} and {high} leave nothing"));
+        }
+        _ => None,
+    };
+    let speed = number("velocity")?.filter(|speed: &f64| *speed > 0.0);
+    Ok(Limits { range, speed, acceleration: number("acceleration")?.filter(|most: &f64| *most > 0.0) })
+}
+
+/// The name of a frame. Old ROS wrote `/base` where new ROS writes `base`.
+fn frame_name(name: &str) -> String {
+    name.strip_prefix('/').unwrap_or(name).to_owned()
 }
 
 /// Three finite numbers between blanks.
@@ -204,17 +305,17 @@ fn numbers(text: &str) -> Option<[f64; 3]> {
 }
 
 /// The only frame that nothing is mounted on.
-fn only_end(joints: &[Joint]) -> Result<String, ImportError> {
+fn only_end(joints: &[Joint]) -> Result<String, UrdfError> {
     let is_end = |frame: &&String| joints.iter().all(|joint| joint.parent != **frame);
     let ends: Vec<&String> = joints.iter().map(|joint| &joint.child).filter(is_end).collect();
     match ends.as_slice() {
         [end] => Ok((*end).clone()),
-        [] => Err(ImportError::Urdf { why: "there is no joint in it".to_owned() }),
-        ends => Err(ImportError::ToolNeeded { ends: ends.iter().map(|end| (*end).clone()).collect() }),
+        [] => Err(UrdfError::Unusable { why: "there is no joint in it".to_owned() }),
+        ends => Err(UrdfError::SeveralEnds { ends: ends.iter().map(|end| (*end).clone()).collect() }),
     }
 }
 
-fn check_is_there(frame: &str, joints: &[Joint]) -> Result<(), ImportError> {
+fn check_is_there(frame: &str, joints: &[Joint]) -> Result<(), UrdfError> {
     let frames = || joints.iter().flat_map(|joint| [&joint.parent, &joint.child]);
     if frames().any(|known| known == frame) {
         return Ok(());
@@ -222,5 +323,5 @@ fn check_is_there(frame: &str, joints: &[Joint]) -> Result<(), ImportError> {
     let mut known: Vec<String> = frames().cloned().collect();
     known.sort();
     known.dedup();
-    Err(ImportError::UnknownFrame { frame: frame.to_owned(), known })
+    Err(UrdfError::UnknownFrame { frame: frame.to_owned(), known })
 }
