@@ -142,7 +142,7 @@ impl CheckedPath {
     /// along them starts and stops.
     ///
     /// # Errors
-    /// The first place where a limit is passed.
+    /// The first place where box or cone is left; of speeds, accelerations and jerk the place where a limit is passed by most.
     pub fn new(poses: &[RobotSample], pace: f64, limits: &MotionLimits) -> Result<Self, PathError> {
         let times_s = times_s(poses, pace)?;
         let first_rotation = poses[0].base_from_tool.rotation;
@@ -252,39 +252,73 @@ impl CheckedPath {
         Ok(())
     }
 
+    /// The greatest derivatives, or where a limit is passed by most.
     fn check_pace(&self, limits: &MotionLimits) -> Result<Extremes, PathError> {
         let mut most = Extremes::default();
-        let degrees = 1.0_f64.to_degrees();
+        let mut worst = Worst::default();
         for piece in 0..self.position.pieces() {
-            let at_s = self.position.piece_s(piece).0;
-            let [speed, acceleration, jerk] = self.position.bounds(piece);
-            let [turn, bend, _] = self.turn.bounds(piece);
-            // α = J w'' + J' w', and neither J's norm nor that of its derivative by w is above 1.
-            let turn_acceleration = bend + turn * turn;
-            let kept = |what, found: f64, limit: f64, per_unit: f64, unit| {
-                let (found, limit) = (found * per_unit, limit * per_unit);
-                if found <= limit {
-                    Ok(())
-                } else {
-                    Err(PathError::TooMuch { at_s, what, found, limit, unit })
-                }
-            };
-            kept("the speed", speed, limits.speed_m_s, 1e3, "mm/s")?;
-            let tip = limits.tip_speed_m_s(speed, turn);
-            kept("the speed of what the tool carries", tip, FASTEST_M_S, 1e3, "mm/s")?;
-            kept("the acceleration", acceleration, limits.acceleration_m_s2, 1e3, "mm/s²")?;
-            kept("the jerk", jerk, limits.jerk_m_s3, 1e3, "mm/s³")?;
-            kept("the angular speed", turn, limits.turn_rad_s, degrees, "°/s")?;
-            let bends = limits.turn_acceleration_rad_s2;
-            kept("the angular acceleration", turn_acceleration, bends, degrees, "°/s²")?;
-            most.tip_m_s = most.tip_m_s.max(tip);
-            most.speed_m_s = most.speed_m_s.max(speed);
-            most.acceleration_m_s2 = most.acceleration_m_s2.max(acceleration);
-            most.jerk_m_s3 = most.jerk_m_s3.max(jerk);
-            most.turn_rad_s = most.turn_rad_s.max(turn);
-            most.turn_acceleration_rad_s2 = most.turn_acceleration_rad_s2.max(turn_acceleration);
+            let here = self.extremes_of(piece, limits);
+            worst.see(self.position.piece_s(piece).0, &here, limits);
+            most = most.max(&here);
         }
-        Ok(most)
+        worst.passed.map_or(Ok(most), |(_, error)| Err(error))
+    }
+
+    fn extremes_of(&self, piece: usize, limits: &MotionLimits) -> Extremes {
+        let [speed_m_s, acceleration_m_s2, jerk_m_s3] = self.position.bounds(piece);
+        let [turn_rad_s, bend, _] = self.turn.bounds(piece);
+        // α = J w'' + J' w', and neither J's norm nor that of its derivative by w is above 1.
+        let turn_acceleration_rad_s2 = bend + turn_rad_s * turn_rad_s;
+        let tip_m_s = limits.tip_speed_m_s(speed_m_s, turn_rad_s);
+        Extremes { speed_m_s, acceleration_m_s2, jerk_m_s3, turn_rad_s, turn_acceleration_rad_s2, tip_m_s }
+    }
+}
+
+impl Extremes {
+    fn max(&self, other: &Self) -> Self {
+        Self {
+            speed_m_s: self.speed_m_s.max(other.speed_m_s),
+            acceleration_m_s2: self.acceleration_m_s2.max(other.acceleration_m_s2),
+            jerk_m_s3: self.jerk_m_s3.max(other.jerk_m_s3),
+            turn_rad_s: self.turn_rad_s.max(other.turn_rad_s),
+            turn_acceleration_rad_s2: self.turn_acceleration_rad_s2.max(other.turn_acceleration_rad_s2),
+            tip_m_s: self.tip_m_s.max(other.tip_m_s),
+        }
+    }
+}
+
+/// Where a limit is passed by most, as a multiple of it.
+#[derive(Default)]
+struct Worst {
+    passed: Option<(f64, PathError)>,
+}
+
+impl Worst {
+    fn see(&mut self, at_s: f64, here: &Extremes, limits: &MotionLimits) {
+        let degrees = 1.0_f64.to_degrees();
+        let rows = [
+            ("the speed", here.speed_m_s, limits.speed_m_s, 1e3, "mm/s"),
+            ("the speed of what the tool carries", here.tip_m_s, FASTEST_M_S, 1e3, "mm/s"),
+            ("the acceleration", here.acceleration_m_s2, limits.acceleration_m_s2, 1e3, "mm/s²"),
+            ("the jerk", here.jerk_m_s3, limits.jerk_m_s3, 1e3, "mm/s³"),
+            ("the angular speed", here.turn_rad_s, limits.turn_rad_s, degrees, "°/s"),
+            (
+                "the angular acceleration",
+                here.turn_acceleration_rad_s2,
+                limits.turn_acceleration_rad_s2,
+                degrees,
+                "°/s²",
+            ),
+        ];
+        for (what, found, limit, per_unit, unit) in rows {
+            // What is not a number keeps no limit, and nothing is worse.
+            let is_kept = found <= limit;
+            let times = if found.is_nan() { f64::INFINITY } else { found / limit };
+            if !is_kept && self.passed.is_none_or(|(worst, _)| times > worst) {
+                let (found, limit) = (found * per_unit, limit * per_unit);
+                self.passed = Some((times, PathError::TooMuch { at_s, what, found, limit, unit }));
+            }
+        }
     }
 }
 
