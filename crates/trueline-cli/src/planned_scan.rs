@@ -20,7 +20,34 @@ pub fn read_cell(file: &Path) -> Result<Cell, Failure> {
     let text = read_text(file)?;
     let beside = file.with_file_name(cell_toml::sensor_name(file, &text)?);
     let sensor = sensor_toml::parse(&beside, &read_text(&beside)?)?;
-    Ok(cell_toml::parse(file, &text, sensor)?)
+    let urdf = read_urdf(file, &text)?;
+    Ok(cell_toml::parse_with_urdf(file, &text, sensor, urdf.as_ref().map(|urdf| urdf.text.as_str()))?)
+}
+
+/// The arm's URDF beside a cell's file.
+pub struct Urdf {
+    /// Its name there.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// Reads the URDF that a cell names; `None` where it names none.
+///
+/// # Errors
+/// A file that is missing, or not beside the cell's.
+pub fn read_urdf(file: &Path, cell_text: &str) -> Result<Option<Urdf>, Failure> {
+    let Some(name) = cell_toml::urdf_name(file, cell_text)? else { return Ok(None) };
+    let beside = file.with_file_name(&name);
+    if Path::new(&name).components().count() != 1 {
+        let message = format!("{}: `{name}` is not a file beside it", file.display());
+        return Err(Failure::new(
+            message,
+            "a plan's folder has its own copy: put the URDF beside the cell's file",
+        ));
+    }
+    let text = fs::read_to_string(&beside).map_err(|error| Error::in_file(&beside, Problem::Io(error)))?;
+    Ok(Some(Urdf { name, text }))
 }
 
 /// The text of a file.

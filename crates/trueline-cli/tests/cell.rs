@@ -58,7 +58,7 @@ fn write_plan(folder: &Path) {
     };
     let text: Vec<String> = fs::read_to_string(&file).unwrap().lines().map(scaled).collect();
     fs::write(&file, text.join("\n")).unwrap();
-    let limits = trueline(folder, &["scan", "plan", "--pace", "0.6", "--write-limits", "limits.toml"]);
+    let limits = trueline(folder, &["scan", "plan", "--write-limits", "limits.toml"]);
     assert_eq!(limits.status.code(), Some(0), "{}", words(&limits));
 }
 

@@ -2,7 +2,7 @@
 //! the estimates agree with the prediction?
 //!
 //! ```text
-//! cargo run --release -p trueline-plan --example wrong_cells -- [CELLS] [DURATION_S]
+//! cargo run --release -p trueline-plan --example wrong_cells -- [CELLS] [DURATION_S] [TRIES] [SEED]
 //! ```
 //!
 //! The cells are drawn and their scans cast by the simulator and by this file; of the planner only the path is used.
@@ -25,11 +25,14 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let cells: u64 = arguments.next().map_or(200, |n| n.parse().expect("a number of cells"));
     let duration_s: f64 = arguments.next().map_or(20.0, |s| s.parse().expect("seconds"));
+    let usual = PlanRequest::default();
+    let evaluations = arguments.next().map_or(usual.evaluations, |n| n.parse().expect("a number of tries"));
+    let seed = arguments.next().map_or(usual.seed, |n| n.parse().expect("a seed"));
     let file = Path::new("cell.toml");
     let sensor = sensor_toml::parse(file, cell_toml::EXAMPLE_SENSOR).expect("the example's sensor");
     let cell = cell_toml::parse(file, cell_toml::EXAMPLE, sensor).expect("the example");
     let began = Instant::now();
-    let ask = PlanRequest { duration_s, threads: 2, ..PlanRequest::default() };
+    let ask = PlanRequest { duration_s, evaluations, seed, threads: 2, ..usual };
     let plan = plan(&cell, &ask, &|| ()).expect("the example can be planned");
     println!(
         "planned in {:.1} s: {}, {:?}",

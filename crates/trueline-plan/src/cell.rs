@@ -2,8 +2,10 @@
 
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
+use crate::mounted_arm::MountedArm;
 use crate::seam::Seam;
 use crate::sensor_pose::SensorPose;
+use crate::surroundings::Surroundings;
 use crate::view::View;
 use nalgebra::Vector3;
 use trueline_dataset::{KnownCalibration, Sensor, Truth};
@@ -56,6 +58,10 @@ pub struct Cell {
     pub frame_period_s: f64,
     /// Time between robot samples, s.
     pub robot_period_s: f64,
+    /// The arm; without one reach and joints are not looked at.
+    pub arm: Option<MountedArm>,
+    /// What must not touch.
+    pub surroundings: Surroundings,
 }
 
 /// Why a calibration is of no use for planning in a cell.

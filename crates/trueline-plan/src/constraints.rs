@@ -1,7 +1,8 @@
 //! How much of every limit a motion uses: 1 is all of it.
 
 use crate::cell::Cell;
-use crate::motion::Motion;
+use crate::motion::{Motion, PATH_PERIOD_S};
+use crate::mounted_arm::{JointPath, MountedArm};
 use crate::wrong_cells::Loss;
 use nalgebra::Vector3;
 use trueline_geometry::{Pose, so3};
@@ -9,8 +10,10 @@ use trueline_geometry::{Pose, so3};
 /// Something that a motion must keep to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Constraint {
-    /// Speed of the tool.
+    /// Speed of the tool's origin.
     Speed,
+    /// Speed of the fastest point that the tool carries.
+    TipSpeed,
     /// Its acceleration.
     Acceleration,
     /// Its jerk.
@@ -27,12 +30,25 @@ pub enum Constraint {
     View,
     /// The same where what is lost is lost beyond an end of the seam.
     SeamEnds,
+    /// The reach of the arm.
+    Reach,
+    /// Ranges of its joints.
+    JointRange,
+    /// Speeds of its joints.
+    JointSpeed,
+    /// Accelerations of its joints.
+    JointAcceleration,
+    /// The distance of its wrist from the singularity.
+    Wrist,
+    /// The distance of what the robot carries from the plates.
+    Clearance,
 }
 
 impl Constraint {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 16] = [
         Self::Speed,
+        Self::TipSpeed,
         Self::Acceleration,
         Self::Jerk,
         Self::TurnRate,
@@ -41,6 +57,12 @@ impl Constraint {
         Self::Workspace,
         Self::View,
         Self::SeamEnds,
+        Self::Reach,
+        Self::JointRange,
+        Self::JointSpeed,
+        Self::JointAcceleration,
+        Self::Wrist,
+        Self::Clearance,
     ];
 
     /// The name for a person.
@@ -48,6 +70,7 @@ impl Constraint {
     pub fn name(self) -> &'static str {
         match self {
             Self::Speed => "speed",
+            Self::TipSpeed => "speed of what the tool carries",
             Self::Acceleration => "acceleration",
             Self::Jerk => "jerk",
             Self::TurnRate => "angular speed",
@@ -56,6 +79,25 @@ impl Constraint {
             Self::Workspace => "workspace",
             Self::View => "field of view",
             Self::SeamEnds => "length of the seam",
+            Self::Reach => "reach of the arm",
+            Self::JointRange => "range of the joints",
+            Self::JointSpeed => "speed of the joints",
+            Self::JointAcceleration => "acceleration of the joints",
+            Self::Wrist => "way to the wrist's singularity",
+            Self::Clearance => "room above the plates",
+        }
+    }
+
+    /// Whether a cell has this limit.
+    #[must_use]
+    pub fn applies_in(self, cell: &Cell) -> bool {
+        let joints = || cell.arm.iter().flat_map(|mounted| &mounted.arm.joints);
+        match self {
+            Self::Workspace => cell.limits.workspace_m.is_some(),
+            Self::Reach | Self::JointRange | Self::JointSpeed | Self::Wrist => cell.arm.is_some(),
+            Self::JointAcceleration => joints().any(|joint| joint.acceleration_rad_s2.is_some()),
+            Self::Clearance => !cell.surroundings.is_empty(),
+            _ => true,
         }
     }
 }
@@ -86,6 +128,15 @@ impl Constraints {
         all.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Constraint::Speed, 0.0))
     }
 
+    /// How many times too fast the motion is: a motion that takes so many times longer keeps all limits of speed, acceleration and jerk.
+    #[must_use]
+    pub fn too_fast(&self) -> f64 {
+        use Constraint::{Acceleration, Jerk, Speed, TipSpeed, TurnAcceleration, TurnJerk, TurnRate};
+        let most = |list: &[Constraint]| list.iter().map(|one| self.used(*one)).fold(0.0, f64::max);
+        let speed = most(&[Speed, TipSpeed, TurnRate]);
+        speed.max(most(&[Acceleration, TurnAcceleration]).sqrt()).max(most(&[Jerk, TurnJerk]).cbrt())
+    }
+
     /// By how much limits are exceeded in all; 0 if none is.
     #[must_use]
     pub fn excess(&self, most_used: f64) -> f64 {
@@ -93,7 +144,7 @@ impl Constraints {
     }
 }
 
-/// A box that is left by this much counts as one limit's worth, m.
+/// A box that is left, or a clearance that is missed, by this much counts as one limit's worth, m.
 const BOX_M: f64 = 0.1;
 
 /// Measures what a motion demands of the robot.
@@ -118,29 +169,109 @@ impl Constraints {
     }
 }
 
+/// What is reached of a path that is not reached to its end counts as one limit's worth for each tenth that is missing.
+const MISSING: f64 = 0.1;
+
+impl Constraints {
+    /// With what the arm must do for poses of the tool, of which it reaches the first ones; and how near what the robot carries
+    /// comes to the plates.
+    #[must_use]
+    pub fn with_arm(mut self, cell: &Cell, poses: &[Pose], joints: Option<&JointPath>) -> Self {
+        if let Some((mounted, joints)) = cell.arm.as_ref().zip(joints) {
+            self.raise_joints(mounted, joints);
+            let missing = 1.0 - joints.angles.len() as f64 / poses.len() as f64;
+            self.raise(Constraint::Reach, if missing > 0.0 { 1.0 + missing / MISSING } else { 0.0 });
+        }
+        if !cell.surroundings.is_empty() {
+            for (k, pose) in poses.iter().enumerate() {
+                let arm = cell.arm.as_ref().zip(joints.and_then(|joints| joints.angles.get(k)));
+                let room_m = cell.surroundings.distance_m(pose, arm) - cell.surroundings.clearance_m;
+                self.raise(Constraint::Clearance, (1.0 - room_m / BOX_M).max(0.0));
+            }
+        }
+        self
+    }
+
+    fn raise_joints(&mut self, mounted: &MountedArm, path: &JointPath) {
+        for angles in &path.angles {
+            let (range, wrist) = mounted.used(angles);
+            self.raise(Constraint::JointRange, range);
+            self.raise(Constraint::Wrist, wrist);
+        }
+        let [speeds, accelerations] = path.fastest();
+        for ((joint, speed), acceleration) in mounted.arm.joints.iter().zip(speeds).zip(accelerations) {
+            self.raise(Constraint::JointSpeed, speed / joint.speed_rad_s);
+            if let Some(most) = joint.acceleration_rad_s2 {
+                self.raise(Constraint::JointAcceleration, acceleration / most);
+            }
+        }
+    }
+}
+
+/// A rate, its change and the change of that, from one step to the next; before the first step everything rests.
+#[derive(Default)]
+struct Derivatives {
+    rate: Vector3<f64>,
+    acceleration: Vector3<f64>,
+}
+
+impl Derivatives {
+    /// Lengths of rate, acceleration and jerk when a step is done.
+    fn after(&mut self, step: Vector3<f64>, period_s: f64) -> [f64; 3] {
+        let rate = step / period_s;
+        let acceleration = (rate - self.rate) / period_s;
+        let jerk = (acceleration - self.acceleration) / period_s;
+        *self = Self { rate, acceleration };
+        [rate, acceleration, jerk].map(|vector| vector.norm())
+    }
+}
+
 fn moving(cell: &Cell, poses: &[Pose], period_s: f64, constraints: &mut Constraints) {
     let limits = &cell.limits;
-    let [mut last_speed, mut last_acceleration] = [Vector3::zeros(); 2];
-    let [mut last_turn, mut last_turn_acceleration] = [Vector3::zeros(); 2];
+    let (mut shift, mut turn) = (Derivatives::default(), Derivatives::default());
+    let mut tip = TipSpeed::new(limits.reach_m, period_s);
     // It begins and ends at rest.
     let rest = poses.last().map(|last| [last, last]);
     let pairs = poses.windows(2).map(|pair| [&pair[0], &pair[1]]).chain(rest);
     for [from, to] in pairs {
-        let speed = (to.translation.vector - from.translation.vector) / period_s;
-        let acceleration = (speed - last_speed) / period_s;
-        let jerk = (acceleration - last_acceleration) / period_s;
-        constraints.raise(Constraint::Speed, speed.norm() / limits.speed_m_s);
-        constraints.raise(Constraint::Acceleration, acceleration.norm() / limits.acceleration_m_s2);
-        constraints.raise(Constraint::Jerk, jerk.norm() / limits.jerk_m_s3);
-        (last_speed, last_acceleration) = (speed, acceleration);
-        let turn = so3::log(&(to.rotation * from.rotation.inverse())) / period_s;
-        let turn_acceleration = (turn - last_turn) / period_s;
-        let turn_jerk = (turn_acceleration - last_turn_acceleration) / period_s;
-        constraints.raise(Constraint::TurnRate, turn.norm() / limits.turn_rad_s);
-        constraints
-            .raise(Constraint::TurnAcceleration, turn_acceleration.norm() / limits.turn_acceleration_rad_s2);
-        constraints.raise(Constraint::TurnJerk, turn_jerk.norm() / limits.turn_jerk_rad_s3);
-        (last_turn, last_turn_acceleration) = (turn, turn_acceleration);
+        let shifted = to.translation.vector - from.translation.vector;
+        let [speed, acceleration, jerk] = shift.after(shifted, period_s);
+        constraints.raise(Constraint::Speed, speed / limits.speed_m_s);
+        constraints.raise(Constraint::Acceleration, acceleration / limits.acceleration_m_s2);
+        constraints.raise(Constraint::Jerk, jerk / limits.jerk_m_s3);
+        let turned = so3::log(&(to.rotation * from.rotation.inverse()));
+        let [rate, turn_acceleration, turn_jerk] = turn.after(turned, period_s);
+        constraints.raise(Constraint::TurnRate, rate / limits.turn_rad_s);
+        constraints.raise(Constraint::TurnAcceleration, turn_acceleration / limits.turn_acceleration_rad_s2);
+        constraints.raise(Constraint::TurnJerk, turn_jerk / limits.turn_jerk_rad_s3);
+        let vector = so3::log(&(poses[0].rotation.inverse() * to.rotation));
+        constraints.raise(Constraint::TipSpeed, tip.after(speed, vector) / limits.tip_speed_m_s);
+    }
+}
+
+/// Speed of the fastest point that the tool carries, as the gate judges it: from a spline through the poses and their rotation
+/// vectors from the first attitude, whose rate is a little above |ω|, by bounds over each time between two poses.
+struct TipSpeed {
+    reach_m: f64,
+    period_s: f64,
+    vector: Vector3<f64>,
+    /// Speed, and rate of the rotation vector, of the step before.
+    last: [f64; 2],
+}
+
+impl TipSpeed {
+    fn new(reach_m: f64, period_s: f64) -> Self {
+        Self { reach_m, period_s, vector: Vector3::zeros(), last: [0.0; 2] }
+    }
+
+    fn after(&mut self, speed: f64, vector: Vector3<f64>) -> f64 {
+        let rate = (vector - self.vector).norm() / self.period_s;
+        let [last_speed, last_rate] = self.last;
+        // Between two poses of the path either rate is above its mean by half of what it changes from one step to the next.
+        let rise = 0.5 * ((speed - last_speed).abs() + (rate - last_rate).abs() * self.reach_m);
+        self.vector = vector;
+        self.last = [speed, rate];
+        speed + rate * self.reach_m + rise * (PATH_PERIOD_S / self.period_s).min(1.0)
     }
 }
 

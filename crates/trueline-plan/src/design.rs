@@ -55,6 +55,23 @@ pub struct Design {
     pub tilts: [Sweep; 3],
 }
 
+impl Design {
+    /// The same with all swings so many times slower; the one bow of a C stays one.
+    #[must_use]
+    pub fn slowed(mut self, times: f64) -> Self {
+        let bow_hz = self.stripe.swings[0].frequency_hz;
+        for sweep in [&mut self.stripe, &mut self.stand_off].into_iter().chain(&mut self.tilts) {
+            for swing in &mut sweep.swings {
+                swing.frequency_hz /= times;
+            }
+        }
+        if self.shape == Shape::C {
+            self.stripe.swings[0].frequency_hz = bow_hz;
+        }
+        self
+    }
+}
+
 /// Slowest and fastest swing, Hz.
 const FREQUENCY_HZ: [f64; 2] = [0.04, 1.2];
 /// Shortest and longest ramp, s; never more than a quarter of the scan.

@@ -24,10 +24,15 @@ pub struct Limits {
     pub turn_acceleration_rad_s2: f64,
     /// Angular jerk, rad/s³.
     pub turn_jerk_rad_s3: f64,
+    /// Speed of the fastest point of what the tool carries, m/s: `|v| + |ω|·reach`, as the gate has it that guides a robot.
+    pub tip_speed_m_s: f64,
+    /// Distance from the tool's origin to the farthest point of what the tool carries (sensor, torch), m.
+    pub reach_m: f64,
 }
 
 impl Default for Limits {
-    /// The speed at which robots may move with people near (250 mm/s, ISO 10218-1, 5.6.2), and a gentle ride.
+    /// The speed at which robots may move with people near (250 mm/s, ISO 10218-1, 5.6.2), and a gentle ride; a sensor or a torch on
+    /// a bracket of half a metre.
     fn default() -> Self {
         Self {
             workspace_m: None,
@@ -39,6 +44,8 @@ impl Default for Limits {
             turn_rad_s: 45.0_f64.to_radians(),
             turn_acceleration_rad_s2: 180.0_f64.to_radians(),
             turn_jerk_rad_s3: 1800.0_f64.to_radians(),
+            tip_speed_m_s: 0.250,
+            reach_m: 0.5,
         }
     }
 }

@@ -16,6 +16,9 @@ pub struct Motion {
     scanned: Vector3<f64>,
 }
 
+/// Time between the poses of a path, s, whatever the rate of the robot's feedback: between them it may go straight.
+pub const PATH_PERIOD_S: f64 = 4e-3;
+
 /// Step of the difference that gives velocities, s: at 1 m/s² it is 0.05 mm/s off.
 const STEP_S: f64 = 1e-4;
 

@@ -3,6 +3,8 @@
 use crate::constraints::{Constraint, Constraints};
 use crate::criterion::Goal;
 use crate::motion::Motion;
+pub use crate::motion::PATH_PERIOD_S;
+use crate::mounted_arm::JointPath;
 use crate::prediction::Prediction;
 use crate::shape::Shape;
 use crate::wrong_cells::Loss;
@@ -50,6 +52,8 @@ pub struct Plan {
     pub constraints: Constraints,
     /// What cells lose in which the guess is wrong.
     pub loss: Loss,
+    /// Angles of the arm's joints at each pose of the path; `None` where no arm is known.
+    pub joints: Option<JointPath>,
     /// Share of those cells that see each frame.
     pub seen_by: Vec<f64>,
     /// Its score: see [`Goal::score`].
@@ -113,6 +117,12 @@ pub enum PlanError {
         /// Of so many.
         of: usize,
     },
+    /// The arm cannot bring the sensor over the seam.
+    #[error("the arm does not reach {}", if *middle { "the middle of the seam" } else { "both ends of the seam in one configuration, within its joints' ranges and past no singularity of its wrist" })]
+    OutOfReach {
+        /// Not even to the middle of the seam.
+        middle: bool,
+    },
     /// A duration that no scan has.
     #[error("a scan takes from {least_s} to {most_s} s; {duration_s} s were asked for")]
     Duration {
@@ -153,6 +163,18 @@ impl PlanError {
             Self::NoRoom { constraint: Constraint::Workspace, .. } => {
                 "is the box in base, and does it hold the tool's origin rather than the seam?"
             }
+            Self::NoRoom { constraint: Constraint::Clearance, .. } => {
+                "a sphere comes nearer to a plate than limits.clearance_mm: are at_mm and normal right, or is the stand-off too small?"
+            }
+            Self::NoRoom {
+                constraint: Constraint::Reach | Constraint::JointRange | Constraint::Wrist,
+                ..
+            } => {
+                "another configuration ([arm] near_deg), other limits of tilts and stand-off, or a shorter seam"
+            }
+            Self::OutOfReach { .. } => {
+                "are base_from_arm and flange_from_tool right, and does the sensor look where [attitude] says?"
+            }
             Self::NoRoom { .. } => "a longer duration or higher limits help",
             Self::NotShown { .. } => {
                 "allow tilting about two axes; a better guess, and lower [guess_error], leaves more of the view to sweep"
@@ -161,9 +183,6 @@ impl PlanError {
         }
     }
 }
-
-/// Time between the poses of a path, s, whatever the rate of the robot's feedback: between them it may go straight.
-pub const PATH_PERIOD_S: f64 = 4e-3;
 
 /// Durations that are planned, s.
 pub const DURATION_S: [f64; 2] = [2.0, 600.0];

@@ -1,9 +1,10 @@
 //! The search for the plan: which valleys are deep, then the bottom of the deepest.
 
 use crate::cell::Cell;
-use crate::constraints::{self, Constraint};
+use crate::constraints::{self, Constraint, Constraints};
 use crate::design::{DIMENSION, from_unit_box};
 use crate::motion::Motion;
+use crate::mounted_arm::{JointPath, NoStance, Stance};
 use crate::plan::{DURATION_S, PATH_PERIOD_S, Plan, PlanError, PlanRequest};
 use crate::prediction::{Prediction, Sights, UNKNOWNS};
 use crate::search::{Effort, minimise};
@@ -13,6 +14,7 @@ use crate::truth::Truth;
 use crate::wrong_cells::{Views, WrongCells};
 use nalgebra::DVector;
 use rayon::prelude::*;
+use trueline_geometry::Pose;
 
 /// A search keeps to this part of each limit, so that what a denser look finds is mostly still within it.
 const MARGIN: f64 = 0.98;
@@ -20,6 +22,10 @@ const MARGIN: f64 = 0.98;
 const LOSS_MARGIN: f64 = 0.8;
 /// Samples of the motion while searching, s: jerks of a swing of 1.2 Hz are then seen to 1 %.
 const ROUGH_PERIOD_S: f64 = 0.04;
+/// The same where only the pace is asked for.
+const PACE_PERIOD_S: f64 = 0.08;
+/// The same for the arm's joints, whose jerk is not looked at.
+const ROUGH_JOINTS_S: f64 = 0.08;
 /// Frames that a search looks at are no further apart, s.
 const ROUGH_FRAMES_S: f64 = 0.2;
 /// Designs that leave something unseen come after all that show everything; then those that wrong cells lose, those that lose
@@ -127,6 +133,7 @@ struct Place<'a> {
     stride: usize,
     asked: WrongCells,
     judged: WrongCells,
+    stance: Option<Stance>,
 }
 
 impl<'a> Place<'a> {
@@ -134,7 +141,29 @@ impl<'a> Place<'a> {
         let truth = Truth::guessed(cell).ok_or(PlanError::NoSeam)?;
         let stride = ((ROUGH_FRAMES_S / cell.frame_period_s) as usize).max(1);
         let (asked, judged) = (WrongCells::for_search(cell), WrongCells::for_promise(cell));
-        Ok(Self { cell, ask, truth, stride, asked, judged })
+        let stance = stance(cell)?;
+        Ok(Self { cell, ask, truth, stride, asked, judged, stance })
+    }
+
+    /// The joints' way along poses; `None` where no arm is known.
+    fn joints(&self, poses: &[Pose], period_s: f64) -> Option<JointPath> {
+        let mounted = self.cell.arm.as_ref()?;
+        Some(mounted.follow(self.stance.as_ref()?, poses, period_s))
+    }
+
+    /// How much of the arm's limits, and of the room above the plates, a motion uses.
+    fn with_arm(
+        &self,
+        constraints: Constraints,
+        motion: &Motion,
+        period_s: f64,
+    ) -> (Constraints, Option<JointPath>) {
+        if self.cell.arm.is_none() && self.cell.surroundings.is_empty() {
+            return (constraints, None);
+        }
+        let poses = motion.sampled(period_s);
+        let joints = self.joints(&poses, period_s);
+        (constraints.with_arm(self.cell, &poses, joints.as_ref()), joints)
     }
 
     /// What wrong cells see of some frames.
@@ -142,6 +171,15 @@ impl<'a> Place<'a> {
         let some = sights.list.iter().step_by(stride);
         cells.look(self.cell, some.map(|sight| sight.placement.base_from_tool))
     }
+}
+
+/// The configuration of the arm; `None` where no arm is known.
+fn stance(cell: &Cell) -> Result<Option<Stance>, PlanError> {
+    let [near, far] = cell.limits.stand_off_m;
+    let found = (cell.arm.as_ref())
+        .map(|mounted| mounted.stance(&cell.seam, &cell.sensor_pose, 0.5 * (near + far)))
+        .transpose();
+    found.map_err(|why| PlanError::OutOfReach { middle: why == NoStance::Middle })
 }
 
 /// A design that is better by less is not looked at closely on the way.
@@ -183,10 +221,18 @@ impl Search<'_> {
         [best, last].into_iter().flatten().min_by(|a, b| rank(a).total_cmp(&rank(b)))
     }
 
+    /// The motion of a point; one that is too fast is slowed down, swings as wide as they are, so that the search finds what is best
+    /// at the limit itself instead of groping for it from below.
     fn motion(&self, point: &DVector<f64>) -> Option<Motion> {
         let Place { cell, ask, .. } = self.place;
         let unit: &[f64; DIMENSION] = point.as_slice().try_into().ok()?;
-        Some(Motion::new(cell, from_unit_box(&cell.limits, self.shape, ask.duration_s, unit)))
+        let design = from_unit_box(&cell.limits, self.shape, ask.duration_s, unit);
+        let motion = Motion::new(cell, design.clone());
+        let too_fast = constraints::of_motion(cell, &motion, PACE_PERIOD_S).too_fast() / MARGIN;
+        if too_fast <= 1.0 {
+            return Some(motion);
+        }
+        Some(Motion::new(cell, design.slowed(too_fast)))
     }
 
     /// What the search minimises: the score, or for motions that break limits by how much they do. What is cheap to ask is asked
@@ -194,6 +240,11 @@ impl Search<'_> {
     fn rough_value(&self, motion: &Motion) -> f64 {
         let Place { cell, ask, stride, .. } = self.place;
         let excess = constraints::of_motion(cell, motion, ROUGH_PERIOD_S).excess(MARGIN);
+        if excess > 0.0 {
+            return BROKEN * (10.0 + excess);
+        }
+        let (constraints, _) = self.place.with_arm(Constraints::default(), motion, ROUGH_JOINTS_S);
+        let excess = constraints.excess(MARGIN);
         if excess > 0.0 {
             return BROKEN * (10.0 + excess);
         }
@@ -226,9 +277,10 @@ impl Search<'_> {
         let seen_by: Vec<f64> = (0..sights.list.len()).map(|k| views.seen_by[k / stride]).collect();
         let points = sights.list.iter().map(|sight| sight.point_in_camera);
         let constraints = constraints::of_motion(cell, &motion, PATH_PERIOD_S).with_view(cell, points, &loss);
+        let (constraints, joints) = self.place.with_arm(constraints, &motion, PATH_PERIOD_S);
         let prediction = Prediction::of(&sights.told(cell, seen_by.iter().copied()))?;
         let score = ask.goal.score(&prediction.covariance);
-        Some(Plan { motion, prediction, constraints, loss, seen_by, score, point })
+        Some(Plan { motion, prediction, constraints, loss, joints, seen_by, score, point })
     }
 }
 

@@ -5,8 +5,10 @@ mod cells;
 
 use cells::{example, random, scan, scenario};
 use nalgebra::{Matrix3, Point3, Vector3};
-use trueline_dataset::Measured;
+use trueline_dataset::{Measured, RobotSample};
 use trueline_geometry::Pose;
+use trueline_live::motion::limits::FASTEST_M_S;
+use trueline_live::motion::{CheckedPath, derive_limits};
 use trueline_plan::constraints::Constraint;
 use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::{Cell, Plan, PlanError, PlanRequest, Shape, View, plan};
@@ -126,6 +128,16 @@ fn check_view(cell: &Cell, plan: &Plan, seeds: std::ops::Range<u64>) {
     assert!(kept[0] > 0.65, "{kept:?}");
 }
 
+/// The gate that guides a robot takes the path at its own pace: its bounds on what the tool carries are kept.
+fn check_gate(cell: &Cell, plan: &Plan) {
+    let poses: Vec<RobotSample> = (plan.path().into_iter().zip(0_i64..))
+        .map(|(base_from_tool, k)| RobotSample { stamp_ns: k * 4_000_000, device_ns: None, base_from_tool })
+        .collect();
+    let limits = derive_limits::limits_for(&poses, 1.0, cell.limits.reach_m).unwrap();
+    let path = CheckedPath::new(&poses, 1.0, &limits).unwrap();
+    assert!(path.extremes().tip_m_s <= FASTEST_M_S);
+}
+
 fn small(shape: Shape, duration_s: f64) -> PlanRequest {
     PlanRequest { shapes: vec![shape], evaluations: 1500, duration_s, ..PlanRequest::default() }
 }
@@ -139,6 +151,7 @@ fn no_limit_is_exceeded_in_any_cell() {
             Ok(plan) => {
                 planned += 1;
                 check_path(&cell, &plan);
+                check_gate(&cell, &plan);
                 check_view(&cell, &plan, 0..60);
             }
             // A cell may be too tight; then that is said, and nothing is planned.

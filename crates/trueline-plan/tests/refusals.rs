@@ -37,6 +37,19 @@ fn wrong_values_are_named() {
         ("rotation_deg = 5.0", "rotation_deg = 400.0", "guess_error.rotation_deg"),
         ("to_mm = [1298.0, 105.5, 121.5]", "to_mm = [1002.3, 54.5, 118.5]", "10 mm apart"),
         ("[seam]", "[seam", "line"),
+        ("# [arm] ", "[arm]\nname = \"irb\" #", "abb-irb2600-12-1.65"),
+        ("# [arm] ", "[arm]\n#", "one of `name`, `urdf`"),
+        ("# [arm] ", "[arm]\nname = \"ur5e\"\nurdf = \"a.urdf\"#", "several"),
+        ("# [arm] ", "[arm]\nurdf = \"a.urdf\"#", "arm.urdf"),
+        ("# [arm] ", "[arm]\nname = \"ur5e\"\nwrist_deg = 95 #", "arm.wrist_deg"),
+        ("# [arm] ", "[[arm.joints]]\nrange_deg = [-1, 1]\nspeed_deg_s = 9 #", "six tables"),
+        ("# [[spheres]] ", "[[spheres]]\nat_mm = [0, 0, 0]\nradius_mm = 9 #", "together"),
+        (
+            "# [[spheres]] ",
+            "[[plates]]\nnormal = [0, 0, 1]\n[[spheres]]\nat_mm = [0, 0, 0]\nradius_mm = 9\njoint = 2 #",
+            "spheres.joint",
+        ),
+        ("tip_speed_mm_s = 250.0", "tip_speed_mm_s = 0.0", "limits.tip_speed_mm_s"),
     ] {
         let message = refusal(from, to);
         assert!(message.contains(said), "{to}: {message}");

@@ -29,8 +29,10 @@ pub mod facts;
 pub mod number;
 pub mod page;
 pub mod picture_page;
+mod plan_film;
 pub mod plan_page;
 pub mod planned;
+pub mod planned_arm;
 pub mod reproduced;
 pub mod reproduction_page;
 #[cfg(feature = "rerun")]

@@ -1,7 +1,7 @@
 //! A planned scan as words, as JSON and as a table over time.
 
 use crate::number::digits_for;
-use crate::seam_error;
+use crate::{planned_arm, seam_error};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
@@ -152,7 +152,7 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
     let mut facts: Vec<(String, String)> = sweeps(plan).into_iter().map(sweep).collect();
     let used: Vec<String> = Constraint::ALL
         .iter()
-        .filter(|constraint| **constraint != Constraint::Workspace || cell.limits.workspace_m.is_some())
+        .filter(|constraint| constraint.applies_in(cell))
         .map(|constraint| {
             format!("{} {:.0} %", constraint.name(), 100.0 * plan.constraints.used(*constraint))
         })
@@ -160,13 +160,10 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
     facts.push(("of the limits it uses".to_owned(), used.join(", ")));
     facts.push(("where the guess is wrong".to_owned(), chances(source)));
     facts.extend(rehearsed(source));
-    facts.push(("not checked".to_owned(), NOT_CHECKED.to_owned()));
+    facts.extend(planned_arm::fact(cell, plan));
+    facts.push(("not checked".to_owned(), planned_arm::not_checked(cell).to_owned()));
     facts
 }
-
-/// What nothing here has looked at.
-pub const NOT_CHECKED: &str =
-    "reach, singularities and collisions of the arm: try the path in the robot's own simulation first";
 
 /// What calibrating the planned scan says.
 fn rehearsed(source: &Source<'_>) -> Vec<(String, String)> {
@@ -300,7 +297,9 @@ pub fn json(source: &Source<'_>, goal: &Goal) -> Value {
             "by_95_percent_of_cells": 1.0 - plan.loss.of_most,
             "by_the_worst_cell_tried": 1.0 - plan.loss.worst,
         },
-        "reach_checked": false,
+        "reach_checked": cell.arm.is_some(),
+        "arm": planned_arm::json(cell, plan),
+        "least_clearance_mm": planned_arm::least_clearance_mm(cell, plan),
         "score": plan.score,
         "sweeps": sweeps,
         "used_of_limits": used,

@@ -1,7 +1,7 @@
 //! `trueline plan`.
 
 use crate::failure::Failure;
-use crate::planned_scan::{self, CELL, PATH};
+use crate::planned_scan::{self, CELL, PATH, Urdf};
 use crate::{output, overlay, progress};
 use std::fs;
 use std::num::NonZeroUsize;
@@ -18,6 +18,8 @@ use trueline_plan::shortest::shortest;
 use trueline_plan::{Cell, Criterion, Goal, Plan, PlanRequest, cell_toml, plan, prediction};
 use trueline_report::{plan_page, planned};
 
+/// Angles of the arm's joints along the path.
+const JOINTS: &str = "joints.csv";
 /// Points of the curve of sigma over time.
 const TIMES: usize = 200;
 /// Longest scan for what is wanted where the user says nothing, s.
@@ -25,7 +27,7 @@ const LONGEST_S: f64 = 60.0;
 
 /// Runs the command.
 pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
-    let Inputs { cell_text, sensor_text, setup, mut cell } = inputs(args)?;
+    let Inputs { cell_text, sensor_text, urdf, setup, mut cell } = inputs(args)?;
     if let Some(file) = &args.calibration {
         cell.believe_calibration(&calibration_file::read(file)?)
             .map_err(|why| Failure::new(format!("{}: {why}", file.display()), why.hint()))?;
@@ -64,6 +66,12 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         None => cell_toml::with_usual_sensor(&args.out.join(CELL), &cell_text)?,
     };
     output::file(&args.out.join(CELL), &known)?;
+    if let Some(Urdf { name, text }) = &urdf {
+        output::file(&args.out.join(name), text)?;
+    }
+    if let Some(joints) = &made.plan.joints {
+        output::file(&args.out.join(JOINTS), &joints.csv())?;
+    }
     write(&args.out, &source, &ask.goal)?;
     write_programs(args, &made.plan)?;
     if !args.quiet {
@@ -97,6 +105,7 @@ fn write_programs(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
 struct Inputs {
     cell_text: String,
     sensor_text: String,
+    urdf: Option<Urdf>,
     setup: SensorSetup,
     cell: Cell,
 }
@@ -112,7 +121,10 @@ fn inputs(args: &PlanArgs) -> Result<Inputs, Failure> {
     };
     let beside = file.with_file_name(cell_toml::sensor_name(&file, &cell_text)?);
     let SensorFile { sensor, setup } = sensor_toml::parse_file(&beside, &sensor_text)?;
-    Ok(Inputs { cell: cell_toml::parse(&file, &cell_text, sensor)?, cell_text, sensor_text, setup })
+    let urdf = planned_scan::read_urdf(&file, &cell_text)?;
+    let described = urdf.as_ref().map(|urdf| urdf.text.as_str());
+    let cell = cell_toml::parse_with_urdf(&file, &cell_text, sensor, described)?;
+    Ok(Inputs { cell, cell_text, sensor_text, urdf, setup })
 }
 
 /// What is asked, and whether the duration is fixed.

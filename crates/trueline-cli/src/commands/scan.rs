@@ -73,7 +73,7 @@ fn endpoint(bind: SocketAddr, args: &ScanArgs) -> Result<Endpoint, Failure> {
     }
 }
 
-/// How far the tool carries something: as the user says, or to the back of the sensor that was planned for.
+/// How far the tool carries something: as the user says, or as the plan was made for.
 fn reach_m(args: &ScanArgs) -> Result<f64, Failure> {
     if let Some(reach_mm) = args.reach_mm {
         return Ok(reach_mm * 1e-3);
@@ -82,11 +82,8 @@ fn reach_m(args: &ScanArgs) -> Result<f64, Failure> {
     if !cell.exists() {
         return Ok(derive_limits::REACH_M);
     }
-    Ok(planned_scan::read_cell(&cell)?.tool_from_camera.translation.vector.norm() + SENSOR_BODY_M)
+    Ok(planned_scan::read_cell(&cell)?.limits.reach_m)
 }
-
-/// From a camera's centre to the farthest corner of its sensor, m.
-const SENSOR_BODY_M: f64 = 0.1;
 
 fn limits_text(file: &Path) -> Result<String, Failure> {
     std::fs::read_to_string(file).map_err(|error| {

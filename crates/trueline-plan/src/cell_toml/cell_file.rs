@@ -1,10 +1,13 @@
-//! `cell.toml`: what is known before the scan, as a person writes it down.
+//! The tables of `cell.toml`, and the cell that they describe.
 
+use super::arm_table::{self, ArmTable, PlateTable, SphereTable};
+use super::values::{PoseTable, between, not_negative, point, positive, range, wrong};
 use crate::cell::{Cell, ExpectedNoise};
 use crate::guess_error::GuessError;
 use crate::limits::Limits;
 use crate::seam::Seam;
 use crate::sensor_pose::SensorPose;
+use crate::surroundings::Surroundings;
 use crate::view::View;
 use nalgebra::{UnitVector3, Vector3};
 use serde::Deserialize;
@@ -13,13 +16,8 @@ use trueline_dataset::robot_csv::unit_quaternion;
 use trueline_dataset::sensor_toml::parse_toml;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Error, Problem, Sensor};
-use trueline_geometry::{Plane, Pose, se3};
+use trueline_geometry::{Plane, Pose};
 use trueline_model::LaserSheet;
-
-/// A cell to begin with: the paper's, with every key explained.
-pub const EXAMPLE: &str = include_str!("../assets/cell.toml");
-/// The sensor of [`EXAMPLE`].
-pub const EXAMPLE_SENSOR: &str = include_str!("../assets/sensor.toml");
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -40,6 +38,11 @@ struct CellFile {
     noise: NoiseTable,
     #[serde(default)]
     rates: RatesTable,
+    arm: Option<ArmTable>,
+    #[serde(default)]
+    spheres: Vec<SphereTable>,
+    #[serde(default)]
+    plates: Vec<PlateTable>,
 }
 
 #[derive(Deserialize)]
@@ -47,13 +50,6 @@ struct CellFile {
 struct SeamTable {
     from_mm: [f64; 3],
     to_mm: [f64; 3],
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PoseTable {
-    translation_mm: [f64; 3],
-    rotation_wxyz: [f64; 4],
 }
 
 #[derive(Default, Deserialize)]
@@ -85,6 +81,9 @@ struct LimitsTable {
     turn_deg_s: Option<f64>,
     turn_acceleration_deg_s2: Option<f64>,
     turn_jerk_deg_s3: Option<f64>,
+    tip_speed_mm_s: Option<f64>,
+    reach_mm: Option<f64>,
+    clearance_mm: Option<f64>,
 }
 
 #[derive(Default, Deserialize)]
@@ -112,7 +111,7 @@ struct RatesTable {
     robot_hz: Option<f64>,
 }
 
-fn sensor_file() -> String {
+pub(super) fn sensor_file() -> String {
     "sensor.toml".to_owned()
 }
 
@@ -127,6 +126,8 @@ const MOST_DEG: ([f64; 2], &str) = ([0.0, 30.0], "degrees from 0 to 30");
 /// A shorter seam was written in another unit.
 const LEAST_SEAM_M: f64 = 0.010;
 
+/// From a camera's centre to the farthest corner of its sensor, m.
+const SENSOR_BODY_M: f64 = 0.1;
 /// Arms shorter than this are not believed by the seam detector, px.
 const MARGIN_PX: f64 = 100.0;
 
@@ -138,63 +139,34 @@ pub fn sensor_name(file: &Path, text: &str) -> Result<String, Error> {
     Ok(parse_toml::<CellFile>(file, text)?.sensor)
 }
 
+/// The name of the arm's URDF, which lies beside the cell's file; `None` where it has none.
+///
+/// # Errors
+/// Broken TOML or unknown keys.
+pub fn urdf_name(file: &Path, text: &str) -> Result<Option<String>, Error> {
+    Ok(parse_toml::<CellFile>(file, text)?.arm.and_then(|arm| arm.urdf))
+}
+
 /// Reads a cell from the text of its file, for a sensor that was read before.
 ///
 /// # Errors
-/// Broken TOML, unknown keys, or values that no cell has.
+/// Broken TOML, unknown keys, or values that no cell has; an arm that is described in another file.
 pub fn parse(file: &Path, text: &str, sensor: Sensor) -> Result<Cell, Error> {
+    parse_with_urdf(file, text, sensor, None)
+}
+
+/// The same with the text of the URDF that [`urdf_name`] names.
+///
+/// # Errors
+/// Broken TOML, unknown keys, or values that no cell has; a URDF without six joints and their limits.
+pub fn parse_with_urdf(file: &Path, text: &str, sensor: Sensor, urdf: Option<&str>) -> Result<Cell, Error> {
     let wire: CellFile = parse_toml(file, text)?;
-    cell_from(wire, sensor).map_err(|problem| Error::in_file(file, problem))
+    cell_from(wire, sensor, urdf).map_err(|problem| Error::in_file(file, problem))
 }
 
-/// The same text for a sensor's file of the usual name.
-///
-/// # Errors
-/// Broken TOML.
-pub fn with_usual_sensor(file: &Path, text: &str) -> Result<String, Error> {
-    if sensor_name(file, text)? == sensor_file() {
-        return Ok(text.to_owned());
-    }
-    let mut table: toml::Table = parse_toml(file, text)?;
-    table.insert("sensor".to_owned(), sensor_file().into());
-    Ok(table.to_string())
-}
-
-/// The same text with the guess of a cell in it: hand-eye, seam, attitude and how wrong they may be.
-///
-/// # Errors
-/// Broken TOML.
-pub fn with_guess(file: &Path, text: &str, cell: &Cell) -> Result<String, Error> {
-    let mut table: toml::Table = parse_toml(file, text)?;
-    let numbers = |values: &[f64]| toml::Value::from(values.to_vec());
-    let wxyz = |q: &nalgebra::UnitQuaternion<f64>| numbers(&[q.w, q.i, q.j, q.k]);
-    let mm = |m: &Vector3<f64>| numbers((m * MM_PER_M).as_slice());
-    let mut set = |name: &str, values: Vec<(&str, toml::Value)>| {
-        let values = values.into_iter().map(|(key, value)| (key.to_owned(), value));
-        table.insert(name.to_owned(), toml::Value::Table(values.collect()));
-    };
-    set("seam", vec![("from_mm", mm(&cell.seam.from_m)), ("to_mm", mm(&cell.seam.to_m))]);
-    let mounted = &cell.tool_from_camera;
-    set(
-        "tool_from_camera",
-        vec![("translation_mm", mm(&mounted.translation.vector)), ("rotation_wxyz", wxyz(&mounted.rotation))],
-    );
-    set("attitude", vec![("base_from_tool_wxyz", wxyz(&cell.sensor_pose.nominal_attitude()))]);
-    let error = &cell.guess_error;
-    set(
-        "guess_error",
-        vec![
-            ("translation_mm", (error.translation_m * MM_PER_M).into()),
-            ("rotation_deg", error.rotation_rad.to_degrees().into()),
-            ("line_mm", (error.line_m * MM_PER_M).into()),
-        ],
-    );
-    Ok(table.to_string())
-}
-
-fn cell_from(wire: CellFile, sensor: Sensor) -> Result<Cell, Problem> {
+fn cell_from(wire: CellFile, sensor: Sensor, urdf: Option<&str>) -> Result<Cell, Problem> {
     let plane = sheet_plane(&sensor)?;
-    let tool_from_camera = pose(&wire.tool_from_camera)?;
+    let tool_from_camera = wire.tool_from_camera.pose("tool_from_camera.translation_mm")?;
     let seam = Seam {
         from_m: point("seam.from_mm", wire.seam.from_mm)?,
         to_m: point("seam.to_mm", wire.seam.to_mm)?,
@@ -209,8 +181,11 @@ fn cell_from(wire: CellFile, sensor: Sensor) -> Result<Cell, Problem> {
         between("rates.frames_hz", wire.rates.frames_hz, 33.0, FRAMES_HZ)?,
         between("rates.robot_hz", wire.rates.robot_hz, 250.0, ROBOT_HZ)?,
     ];
+    let guess_error = guess_error(&wire.guess_error)?;
     Ok(Cell {
         view,
+        arm: wire.arm.as_ref().map(|arm| arm_table::mounted(arm, urdf)).transpose()?,
+        surroundings: surroundings(&wire, &seam, &guess_error)?,
         sheet: match sensor {
             Sensor::Profiler => LaserSheet::of_profiler(),
             _ => LaserSheet::from_plane(plane),
@@ -219,11 +194,24 @@ fn cell_from(wire: CellFile, sensor: Sensor) -> Result<Cell, Problem> {
         tool_from_camera,
         seam,
         sensor_pose,
-        guess_error: guess_error(&wire.guess_error)?,
-        limits: limits(&wire.limits)?,
+        guess_error,
+        limits: limits(&wire.limits, &tool_from_camera)?,
         noise: noise(&wire.noise)?,
         frame_period_s: 1.0 / rates[0],
         robot_period_s: 1.0 / rates[1],
+    })
+}
+
+/// What must not touch; the plates are as far off as the line may be, unless something else is said.
+fn surroundings(wire: &CellFile, seam: &Seam, guess_error: &GuessError) -> Result<Surroundings, Problem> {
+    if wire.spheres.is_empty() != wire.plates.is_empty() {
+        return Err(wrong("spheres", "`[[spheres]]` and `[[plates]]` together", "one of them"));
+    }
+    let line_mm = guess_error.line_m * MM_PER_M;
+    Ok(Surroundings {
+        spheres: arm_table::spheres(&wire.spheres, wire.arm.is_some())?,
+        plates: arm_table::plates(&wire.plates, 0.5 * (seam.from_m + seam.to_m))?,
+        clearance_m: not_negative("limits.clearance_mm", wire.limits.clearance_mm, line_mm)? / MM_PER_M,
     })
 }
 
@@ -302,8 +290,9 @@ fn guess_error(wire: &GuessErrorTable) -> Result<GuessError, Problem> {
     })
 }
 
-fn limits(wire: &LimitsTable) -> Result<Limits, Problem> {
+fn limits(wire: &LimitsTable, tool_from_camera: &Pose) -> Result<Limits, Problem> {
     let default = Limits::default();
+    let sensor_m = tool_from_camera.translation.vector.norm() + SENSOR_BODY_M;
     let mm = |key, value, m: f64| Ok::<f64, Problem>(positive(key, value, m * MM_PER_M)? / MM_PER_M);
     let deg = |key, value, rad: f64| Ok::<f64, Problem>(positive(key, value, rad.to_degrees())?.to_radians());
     let tilt_deg = wire.tilt_deg.unwrap_or(default.tilt_rad.map(f64::to_degrees));
@@ -331,6 +320,8 @@ fn limits(wire: &LimitsTable) -> Result<Limits, Problem> {
             default.turn_acceleration_rad_s2,
         )?,
         turn_jerk_rad_s3: deg("limits.turn_jerk_deg_s3", wire.turn_jerk_deg_s3, default.turn_jerk_rad_s3)?,
+        tip_speed_m_s: mm("limits.tip_speed_mm_s", wire.tip_speed_mm_s, default.tip_speed_m_s)?,
+        reach_m: mm("limits.reach_mm", wire.reach_mm, sensor_m)?,
     })
 }
 
@@ -357,58 +348,4 @@ fn noise(wire: &NoiseTable) -> Result<ExpectedNoise, Problem> {
         robot_rad: robot_deg.to_radians(),
         stamp_s: not_negative("noise.stamp_ms", wire.stamp_ms, default.stamp_s * 1e3)? * 1e-3,
     })
-}
-
-fn pose(wire: &PoseTable) -> Result<Pose, Problem> {
-    let rotation = unit_quaternion(wire.rotation_wxyz)?;
-    Ok(se3::from_parts(rotation, point("tool_from_camera.translation_mm", wire.translation_mm)?))
-}
-
-fn point(key: &'static str, mm: [f64; 3]) -> Result<Vector3<f64>, Problem> {
-    if mm.iter().all(|x| x.is_finite()) {
-        return Ok(Vector3::from(mm) / MM_PER_M);
-    }
-    Err(wrong(key, "finite numbers", &format!("{mm:?}")))
-}
-
-fn range(key: &'static str, limits: [f64; 2]) -> Result<[f64; 2], Problem> {
-    let [low, high] = limits;
-    if low > 0.0 && low < high && high.is_finite() {
-        return Ok(limits);
-    }
-    Err(wrong(key, "a smaller and a larger number above zero", &format!("{limits:?}")))
-}
-
-/// A number between two.
-fn between(
-    key: &'static str,
-    value: Option<f64>,
-    default: f64,
-    (limits, expected): ([f64; 2], &'static str),
-) -> Result<f64, Problem> {
-    let value = value.unwrap_or(default);
-    if value >= limits[0] && value <= limits[1] {
-        return Ok(value);
-    }
-    Err(wrong(key, expected, &value.to_string()))
-}
-
-fn positive(key: &'static str, value: Option<f64>, default: f64) -> Result<f64, Problem> {
-    let value = value.unwrap_or(default);
-    if value > 0.0 && value.is_finite() {
-        return Ok(value);
-    }
-    Err(wrong(key, "a number above zero", &value.to_string()))
-}
-
-fn not_negative(key: &'static str, value: Option<f64>, default: f64) -> Result<f64, Problem> {
-    let value = value.unwrap_or(default);
-    if value >= 0.0 && value.is_finite() {
-        return Ok(value);
-    }
-    Err(wrong(key, "a number of at least zero", &value.to_string()))
-}
-
-fn wrong(key: &'static str, expected: &'static str, found: &str) -> Problem {
-    Problem::Value { key, expected, found: found.to_owned() }
 }
