@@ -189,6 +189,9 @@ const Charts = (function () {
       for (const s of scene) for (let i = k; i < s.xyz.length; i += 3) { if (s.xyz[i] < lo) lo = s.xyz[i]; if (s.xyz[i] > hi) hi = s.xyz[i]; }
       return [lo, hi];
     });
+    // Parts of a film have `each` numbers for every picture; what is drawn of them is the picture of now.
+    let picture = 0;
+    const now = (s) => (s.each ? s.xyz.subarray(s.each * picture, s.each * (picture + 1)) : s.xyz);
     const mid = box.map(([lo, hi]) => (lo + hi) / 2);
     const ends = box[0].flatMap((x) => box[1].flatMap((y) => box[2].map((z) => [x, y, z]))).flat();
     function project(xyz, out) {
@@ -235,7 +238,7 @@ const Charts = (function () {
     }
     const shown = () => {
       const [edges, ticks] = frame();
-      return [{ id: "frame", data: edges }, { id: "ticks", data: ticks }, ...scene.map((s) => ({ id: s.name, data: project(s.xyz) }))];
+      return [{ id: "frame", data: edges }, { id: "ticks", data: ticks }, ...scene.map((s) => ({ id: s.name, data: project(now(s)) }))];
     };
     function range(size) {
       const place = document.getElementById(id), w = size ? size.width : place.clientWidth, h = (size ? size.height : place.clientHeight) - 60;
@@ -290,7 +293,8 @@ const Charts = (function () {
     host.addEventListener("wheel", (e) => { if (e.ctrlKey) { e.preventDefault(); scale(Math.exp(-e.deltaY * 0.002)); } }, { passive: false });
     for (const b of host.parentElement.querySelectorAll("[data-look]")) b.addEventListener("click", () => go(b.dataset.look));
     for (const b of host.parentElement.querySelectorAll("[data-scale]")) b.addEventListener("click", () => scale(+b.dataset.scale));
-    Object.assign(item, { turn, go, frameOnce: (dy) => { yaw += dy; item.chart.setOption({ series: shown() }, { silent: true }); item.chart.getZr().flush(); } });
+    const seek = (k) => { picture = k; redraw(); };
+    Object.assign(item, { turn, go, seek, frameOnce: (dy) => { yaw += dy; item.chart.setOption({ series: shown() }, { silent: true }); item.chart.getZr().flush(); } });
     return item;
   }
 

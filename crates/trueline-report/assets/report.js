@@ -133,6 +133,44 @@
     },
   };
 
+  // A film: pictures at their own pace, or where the slider is.
+  draw.film = function (c) {
+    const times = columns[c.times], last = times.length - 1;
+    const still = c.parts.map((p) => ({ name: p.name, kind: p.line ? "line" : "points", xyz: columns[p.xyz], colour: p.colour, width: 1 }));
+    const moving = c.moving.map((p) => ({ name: p.name, kind: p.line ? "line" : "points", xyz: columns[p.xyz], each: columns[p.xyz].length / times.length, colour: p.colour, width: 2.5, size: 10, tip: () => p.name }));
+    const item = view3d(c.id, c.alternative, [...still, ...moving]);
+    const bar = document.getElementById(c.id).parentElement.querySelector(".film");
+    const [play, slider, told] = ["[data-play]", "[data-time]", "output"].map((name) => bar.querySelector(name));
+    slider.max = last;
+    const show = (k) => {
+      slider.value = k;
+      told.textContent = `${times[k].toFixed(1)} of ${times[last].toFixed(1)} s`;
+      slider.setAttribute("aria-valuetext", told.textContent);
+      item.seek(k);
+    };
+    let began = null;
+    const stop = () => { began = null; play.textContent = "Play"; };
+    const step = (ms) => {
+      if (began === null) return;
+      const s = (ms - began) / 1000;
+      let k = +slider.value;
+      while (k < last && times[k + 1] <= s) k++;
+      show(k);
+      if (k < last) requestAnimationFrame(step); else stop();
+    };
+    play.addEventListener("click", () => {
+      if (began !== null) return stop();
+      play.textContent = "Pause";
+      requestAnimationFrame((ms) => {
+        if (+slider.value >= last) show(0);
+        began = ms - 1000 * times[+slider.value];
+        step(ms);
+      });
+    });
+    slider.addEventListener("input", () => { stop(); show(+slider.value); });
+    show(0);
+  };
+
   // Ways to write the same: tabs, and a button that copies.
   for (const [number, choice] of [...document.querySelectorAll(".choice")].entries()) {
     const tabs = choice.querySelector(".tabs"), forms = [...choice.querySelectorAll(".form")];

@@ -3,21 +3,18 @@
 use crate::number::digits_for;
 use crate::page::render::render;
 use crate::page::{
-    Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Tone, Verdict,
+    Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Section, Series, Tone, Verdict,
 };
+use crate::plan_film;
 use crate::planned::{self, Source};
-use nalgebra::{Point3, Vector3};
 use trueline_dataset::unit::MM_PER_M;
-use trueline_geometry::Pose;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;
 use trueline_plan::prediction::exposures;
-use trueline_plan::{Cell, Plan, Prediction, View};
+use trueline_plan::{Cell, Plan, Prediction};
 
 /// Times at which the motion is drawn.
 const SAMPLES: usize = 1500;
-/// Places at which the field of view is drawn.
-const VIEWS: usize = 6;
 
 /// Renders the report.
 #[must_use]
@@ -41,7 +38,7 @@ pub fn html(source: &Source<'_>) -> String {
     let columns = &mut page.columns;
     let sections = [
         ("promise", "", first),
-        ("space", "In space", vec![scene(cell, plan, columns)]),
+        ("space", "In space", vec![plan_film::block(cell, plan, columns)]),
         ("time", "Over time", over_time(source, columns)),
         ("limits", "Limits", vec![limits(cell, plan), room(cell, plan, columns)]),
         ("made", "How this was made", vec![Block::Facts(made(source))]),
@@ -98,75 +95,6 @@ fn cards(plan: &Plan, wrong_guess: &[f64; LINES]) -> Vec<Card> {
 fn times(plan: &Plan, count: usize) -> impl Iterator<Item = f64> {
     let duration_s = plan.motion.design().duration_s;
     (0..=count).map(move |k| duration_s * k as f64 / count as f64)
-}
-
-fn scene(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
-    let mut column = |points: Vec<Vector3<f64>>| {
-        columns.add(points.iter().flat_map(|p| [p.x, p.y, p.z]).map(|m| m * MM_PER_M).collect::<Vec<f64>>())
-    };
-    let path = times(plan, SAMPLES).map(|t| plan.motion.base_from_tool(t).translation.vector).collect();
-    let camera = times(plan, SAMPLES)
-        .map(|t| (plan.motion.base_from_tool(t) * cell.tool_from_camera).translation.vector)
-        .collect();
-    let seam = times(plan, SAMPLES).map(|t| plan.motion.station(t).seam_point).collect();
-    let views = times(plan, VIEWS)
-        .flat_map(|t| view(cell, &(plan.motion.base_from_tool(t) * cell.tool_from_camera)))
-        .collect();
-    let part = |name: &str, xyz, colour| Part { name: name.to_owned(), xyz, colour, line: true };
-    let mut parts = vec![
-        part("tool path", column(path), Colour::A),
-        part("camera path", column(camera), Colour::D),
-        part("field of view on the laser sheet", column(views), Colour::B),
-        part("seam", column(seam), Colour::C),
-    ];
-    if let Some(corners) = &cell.limits.workspace_m {
-        parts.push(part("workspace of the tool", column(edges(corners)), Colour::Soft));
-    }
-    Block::Chart(Chart {
-        id: "scene",
-        title: "Path of tool and camera, and what the camera sees",
-        explanation: "Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres in base.".to_owned(),
-        alternative: "The planned path of the tool, the field of view at some places, and the seam, in the robot's base frame in mm".to_owned(),
-        wide: true,
-        drawn: Drawn::Scene(parts),
-    })
-}
-
-/// Outline of the field of view on the sheet; a gap ends it.
-fn view(cell: &Cell, base_from_camera: &Pose) -> Vec<Vector3<f64>> {
-    let [near, far] = cell.limits.stand_off_m;
-    let Some(half) = half_width(cell, near).zip(half_width(cell, far)) else { return Vec::new() };
-    let at = |stand_off_m: f64, stripe_m: f64| {
-        let station = trueline_plan::sensor_pose::Station {
-            seam_point: Vector3::zeros(),
-            stripe_m,
-            stand_off_m,
-            tilt_rad: [0.0; 3],
-        };
-        (base_from_camera * Point3::from(cell.sensor_pose.point_in_camera(&station))).coords
-    };
-    let corners = [at(near, -half.0), at(near, half.0), at(far, half.1), at(far, -half.1)];
-    let mut points: Vec<Vector3<f64>> = corners.to_vec();
-    points.push(corners[0]);
-    points.push(Vector3::repeat(f64::NAN));
-    points
-}
-
-/// Half the width of the view at a stand-off, m.
-fn half_width(cell: &Cell, stand_off_m: f64) -> Option<f64> {
-    match &cell.view {
-        View::Camera { camera, .. } => Some(0.5 * f64::from(camera.size[0]) / camera.focal.x * stand_off_m),
-        View::Window { half_width_m, .. } => Some(*half_width_m),
-    }
-}
-
-/// Edges of a box; gaps between them.
-fn edges(corners: &[Vector3<f64>; 2]) -> Vec<Vector3<f64>> {
-    let [low, high] = corners;
-    let pick = |bits: usize| Vector3::from_fn(|k, _| if bits >> k & 1 == 1 { high[k] } else { low[k] });
-    let pairs = (0..8_usize).flat_map(|from| (0..3).map(move |axis| (from, from | 1 << axis)));
-    let edges = pairs.filter(|(from, to)| from != to);
-    edges.flat_map(|(from, to)| [pick(from), pick(to), Vector3::repeat(f64::NAN)]).collect()
 }
 
 fn over_time(source: &Source<'_>, columns: &mut Columns) -> Vec<Block> {
@@ -246,8 +174,7 @@ fn place_in_sheet(plan: &Plan, columns: &mut Columns) -> Block {
 }
 
 fn limits(cell: &Cell, plan: &Plan) -> Block {
-    let used =
-        Constraint::ALL.iter().filter(|d| **d != Constraint::Workspace || cell.limits.workspace_m.is_some());
+    let used = Constraint::ALL.iter().filter(|constraint| constraint.applies_in(cell));
     let (names, values) = used.map(|d| (d.name().to_owned(), 100.0 * plan.constraints.used(*d))).unzip();
     Block::Chart(Chart {
         id: "limits-used",

@@ -53,6 +53,15 @@ pub enum Drawn {
     },
     /// Points and lines in space, equal scales, to be turned around.
     Scene(Vec<Part>),
+    /// The same with parts that move, and a slider of time.
+    Film {
+        /// What stands still.
+        parts: Vec<Part>,
+        /// What moves: for each picture equally many points, one picture after the other.
+        moving: Vec<Part>,
+        /// When each picture is, s.
+        times: Column,
+    },
 }
 
 /// An axis.
@@ -271,6 +280,12 @@ pub struct Part {
     pub line: bool,
 }
 
+impl Part {
+    fn json(&self) -> Value {
+        json!({ "name": self.name, "xyz": self.xyz.0, "colour": self.colour.name(), "line": self.line })
+    }
+}
+
 impl Chart {
     pub(super) fn json(&self, columns: &Columns) -> Value {
         let mut value = match &self.drawn {
@@ -304,11 +319,22 @@ impl Chart {
                 "mark": mark.as_ref().map(Mark::json), "points": values.len(),
             }),
             Drawn::Scene(parts) => {
-                let part = |p: &Part| json!({ "name": p.name, "xyz": p.xyz.0, "colour": p.colour.name(), "line": p.line });
                 json!({
                     "kind": "scene",
-                    "parts": parts.iter().map(part).collect::<Vec<_>>(),
+                    "parts": parts.iter().map(Part::json).collect::<Vec<_>>(),
                     "points": parts.iter().map(|p| columns.len(p.xyz) / 3).sum::<usize>(),
+                })
+            }
+            Drawn::Film { parts, moving, times } => {
+                let still = parts.iter().map(|p| columns.len(p.xyz) / 3).sum::<usize>();
+                let filmed =
+                    moving.iter().map(|p| columns.len(p.xyz) / 3 / columns.len(*times)).sum::<usize>();
+                json!({
+                    "kind": "film",
+                    "parts": parts.iter().map(Part::json).collect::<Vec<_>>(),
+                    "moving": moving.iter().map(Part::json).collect::<Vec<_>>(),
+                    "times": times.0,
+                    "points": still + filmed,
                 })
             }
         };

@@ -188,7 +188,7 @@ fn choice(label: &str, forms: &[Form]) -> String {
 
 fn figure(chart: &Chart, spans: bool) -> String {
     let tools = match chart.drawn {
-        super::Drawn::Scene(_) => {
+        super::Drawn::Scene(_) | super::Drawn::Film { .. } => {
             "<button data-look=\"iso\">Oblique</button><button data-look=\"top\">Top</button>\
              <button data-look=\"front\">Front</button><button data-look=\"side\">Side</button>\
              <button data-scale=\"1.25\" aria-label=\"nearer\">+</button>\
@@ -200,14 +200,22 @@ fn figure(chart: &Chart, spans: bool) -> String {
             escape(chart.title)
         ),
     };
+    let slider = match chart.drawn {
+        super::Drawn::Film { .. } => {
+            "<div class=\"film\"><button data-play>Play</button><input type=\"range\" min=\"0\" value=\"0\" data-time \
+             aria-label=\"Time of the scan\"><output></output></div>"
+        }
+        _ => "",
+    };
     format!(
         "<figure class=\"chart{0}\" aria-label=\"{1}\"><figcaption><h3>{1}</h3><span class=\"tools\">{tools}</span></figcaption>\
-         <p>{2}</p><div class=\"plot\" id=\"{3}\" role=\"application\" aria-roledescription=\"chart\" aria-label=\"{4}\"></div><div class=\"live\" aria-live=\"polite\"></div></figure>",
+         <p>{2}</p><div class=\"plot\" id=\"{3}\" role=\"application\" aria-roledescription=\"chart\" aria-label=\"{4}\"></div>{5}<div class=\"live\" aria-live=\"polite\"></div></figure>",
         if spans { " wide" } else { "" },
         escape(chart.title),
         escape(&chart.explanation),
         chart.id,
-        escape(&chart.alternative)
+        escape(&chart.alternative),
+        slider
     )
 }
 
