@@ -90,6 +90,7 @@ fn write_programs(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
     let waypoints = Waypoints::of(&samples(plan)).ok_or_else(|| {
         Failure::new("the path moves too little for a robot's program", "a longer scan, or wider limits")
     })?;
+    let waypoints = waypoints.with_reach(plan.joints.is_some());
     for language in &args.program {
         let text = language.program(&waypoints);
         // Controllers of ABB, KUKA and FANUC write DOS line ends.

@@ -3,7 +3,7 @@
 //! Syntax after KUKA System Software 8.3, Operating and Programming Instructions for System Integrators, "Programming time blocks":
 //! each part's time is a share of the whole, and the shares here are per cent that add up to 100 but for rounding.
 
-use super::warning::WARNING;
+use super::warning::warning;
 use super::waypoints::Waypoints;
 use crate::zyx_angles::to_abc_deg;
 use std::fmt::Write;
@@ -13,7 +13,7 @@ use trueline_geometry::Pose;
 #[must_use]
 pub fn program(path: &Waypoints) -> String {
     let mut text = String::from("&ACCESS RVP\n&REL 1\nDEF trueline_scan ( )\n");
-    for line in WARNING {
+    for line in warning(path.reach_is_checked) {
         let _ = writeln!(text, "; {line}");
     }
     let total_s = path.duration_s();

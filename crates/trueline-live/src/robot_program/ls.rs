@@ -10,13 +10,18 @@ use std::fmt::Write;
 use trueline_geometry::Pose;
 
 /// What the program says of itself in lines of at most 32 letters.
-const REMARKS: [&str; 9] = [
+const REMARKS: [&str; 4] = [
     "Written by trueline",
     "NOT TRIED ON A REAL CONTROLLER",
     "Check it in ROBOGUIDE, then run",
     "it in T1 with the deadman",
-    "Reach, singularities, collisions",
-    "are not checked",
+];
+/// See [`REMARKS`].
+const NOTHING_CHECKED: [&str; 2] = ["Reach, singularities, collisions", "are not checked"];
+/// See [`REMARKS`].
+const REACH_CHECKED: [&str; 2] = ["Reach was checked for the arm of", "the plan; collisions were not"];
+/// See [`REMARKS`].
+const LOOK_AT: [&str; 3] = [
     "Look at UFRAME, UTOOL and CONFIG",
     "of P[1]: they must be yours, and",
     "the tool that of the calibration",
@@ -25,7 +30,9 @@ const REMARKS: [&str; 9] = [
 /// The program. Moves last whole milliseconds; the rounding is carried over.
 #[must_use]
 pub fn program(path: &Waypoints) -> String {
-    let mut lines: Vec<String> = (REMARKS.iter().map(|remark| (*remark).to_owned()))
+    let checked = if path.reach_is_checked { REACH_CHECKED } else { NOTHING_CHECKED };
+    let remarks = REMARKS.into_iter().chain(checked).chain(LOOK_AT);
+    let mut lines: Vec<String> = (remarks.map(str::to_owned))
         .chain([
             format!("Leaves the path by {:.2} mm", path.chord_m * 1e3),
             format!("and {:.3} deg at most", path.chord_rad.to_degrees()),

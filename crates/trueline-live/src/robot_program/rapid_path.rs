@@ -1,6 +1,6 @@
 //! ABB's RAPID: linear moves with the time of each, without EGM.
 
-use super::warning::WARNING;
+use super::warning::warning;
 use super::waypoints::Waypoints;
 use std::fmt::Write;
 use trueline_geometry::Pose;
@@ -9,7 +9,7 @@ use trueline_geometry::Pose;
 #[must_use]
 pub fn program(path: &Waypoints) -> String {
     let mut text = String::from("MODULE TruelineScan\n");
-    for line in WARNING {
+    for line in warning(path.reach_is_checked) {
         let _ = writeln!(text, "  ! {line}");
     }
     let _ = write!(

@@ -4,7 +4,7 @@
 //! `get_inverse_kin(x, qnear)`, `interpolate_pose(p_from, p_to, alpha)`, `movej(pose, a, v)`. Poses are p\[x, y, z, rx, ry, rz\] in
 //! metres and a rotation vector in radians. `movel` with a blend radius would leave the path, and its times.
 
-use super::warning::WARNING;
+use super::warning::warning;
 use super::waypoints::Waypoints;
 use std::fmt::Write;
 use trueline_geometry::{Pose, so3};
@@ -16,7 +16,7 @@ const STEP_S: f64 = 0.008;
 #[must_use]
 pub fn program(path: &Waypoints) -> String {
     let mut text = String::new();
-    for line in WARNING {
+    for line in warning(path.reach_is_checked) {
         let _ = writeln!(text, "# {line}");
     }
     let _ = write!(

@@ -21,6 +21,8 @@ pub struct Waypoints {
     pub chord_m: f64,
     /// The same of the attitude, rad.
     pub chord_rad: f64,
+    /// Whether an arm was followed along the path: reach, joints and wrist.
+    pub reach_is_checked: bool,
 }
 
 /// Straight moves may leave the path by this much where the time allows it, m.
@@ -66,7 +68,13 @@ impl Waypoints {
             (chord_m, chord_rad) = (chord_m.max(off_m), chord_rad.max(off_rad));
         }
         let list = kept.into_iter().map(|k| all[k]).collect();
-        Some(Self { list, chord_m, chord_rad })
+        Some(Self { list, chord_m, chord_rad, reach_is_checked: false })
+    }
+
+    /// The same, whose reach was checked or was not.
+    #[must_use]
+    pub fn with_reach(self, is_checked: bool) -> Self {
+        Self { reach_is_checked: is_checked, ..self }
     }
 
     /// Duration, s.
