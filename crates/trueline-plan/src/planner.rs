@@ -7,7 +7,7 @@ use crate::motion::Motion;
 use crate::mounted_arm::{JointPath, NoStance, Stance};
 use crate::plan::{DURATION_S, PATH_PERIOD_S, Plan, PlanError, PlanRequest};
 use crate::prediction::{Prediction, Sights, UNKNOWNS};
-use crate::search::{Effort, minimise};
+use crate::search::Minimiser;
 use crate::shape::Shape;
 use crate::stand_off::stand_offs_in_view;
 use crate::truth::Truth;
@@ -32,34 +32,57 @@ const ROUGH_FRAMES_S: f64 = 0.2;
 /// the seam at the guess, and those that break limits.
 const BROKEN: f64 = 1e6;
 
-/// Tries for each scout, and as many for what follows, without which it finds nothing.
-const LEAST_SCOUT: usize = 400;
+/// Tries for each scout, without which it finds nothing: a quarter of them at first.
+const LEAST_SCOUT: usize = 800;
 
 /// Plans a scan; `tick` is called for every design that is tried.
 ///
 /// # Errors
 /// [`PlanError`] says which limit stands in the way.
 pub fn plan(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Plan, PlanError> {
+    best_sound(searched(cell, ask, tick)?.into_iter(), ask.duration_s)
+}
+
+/// The best plan of each kind of path, the best of all first: all keep to all limits and show everything.
+///
+/// # Errors
+/// As [`plan`].
+pub fn finalists(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Vec<Plan>, PlanError> {
+    let all = searched(cell, ask, tick)?;
+    let best = best_sound(all.iter().cloned(), ask.duration_s)?;
+    let others = all.into_iter().filter(|plan| rank(plan) < UNSEEN);
+    let mut finalists = vec![best];
+    for plan in others {
+        let shape = |plan: &Plan| plan.motion.design().shape;
+        match finalists.iter_mut().find(|known| shape(known) == shape(&plan)) {
+            Some(known) if rank(&plan) < rank(known) => *known = plan,
+            Some(_) => {}
+            None => finalists.push(plan),
+        }
+    }
+    Ok(finalists)
+}
+
+/// What all scouts found: those that found most are given more tries, twice, each half of what is left.
+fn searched(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<Vec<Plan>, PlanError> {
     check(cell, ask.duration_s)?;
     let place = Place::of(cell, ask)?;
     let valleys = if cell.guess_error.is_none() { 2 } else { 4 };
-    let scouts = (ask.evaluations / LEAST_SCOUT).clamp(1, valleys);
-    let effort = Effort { evaluations: ask.evaluations / (2 * scouts), spread: 0.3, population: 16 };
+    let valleys = (ask.evaluations / LEAST_SCOUT).clamp(1, valleys);
     let middle = DVector::repeat(DIMENSION, 0.5);
-    let jobs: Vec<(Shape, u64)> =
-        ask.shapes.iter().flat_map(|shape| (0..scouts as u64).map(|k| (*shape, 1000 * k))).collect();
-    let mut found: Vec<Plan> = par_map(&jobs, ask.threads, |(shape, seed)| {
-        Search { place: &place, shape: *shape }.from(&middle, effort, ask.seed.wrapping_add(*seed), tick)
-    });
-    found.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
-    // The other half of the tries, for as many as can be deepened as far as the scouts of two shapes were.
-    let finals = ask.shapes.len().div_ceil(2);
-    let tries = ask.evaluations * ask.shapes.len() / (2 * finals);
-    let effort = Effort { evaluations: tries, spread: 0.1, population: 16 };
-    let deepened = par_map(&found[..finals.min(found.len())], ask.threads, |best| {
-        Search { place: &place, shape: best.motion.design().shape }.from(&best.point, effort, ask.seed, tick)
-    });
-    best_sound(found.into_iter().chain(deepened), ask.duration_s)
+    let one = |shape: Shape, k: usize| {
+        Search::about(&place, shape, &middle, SPREAD, ask.seed.wrapping_add(1000 * k as u64))
+    };
+    let mut searches: Vec<Search<'_>> =
+        ask.shapes.iter().flat_map(|shape| (0..valleys).map(|k| one(*shape, k))).collect();
+    let all = ask.evaluations * ask.shapes.len();
+    let count = searches.len();
+    for (kept, tries) in [(count, all / 4), (count.div_ceil(3), all / 4), (count.div_ceil(8), all - all / 2)]
+    {
+        searches.sort_by(|a, b| a.rank().total_cmp(&b.rank()));
+        par_each(&mut searches[..kept], ask.threads, |search| search.run(tries / kept, tick));
+    }
+    Ok(searches.into_iter().filter_map(|search| search.best).collect())
 }
 
 /// A plan of the same shape for another duration, from one that is near: a quarter of the designs will do.
@@ -73,12 +96,18 @@ pub fn replan(
     tick: &(dyn Fn() + Sync),
 ) -> Result<Plan, PlanError> {
     check(cell, ask.duration_s)?;
-    let effort = Effort { evaluations: ask.evaluations / 4, spread: 0.1, population: 16 };
     let place = Place::of(cell, ask)?;
-    let search = Search { place: &place, shape: near.motion.design().shape };
-    let found = search.from(&near.point, effort, ask.seed, tick);
-    best_sound(found.into_iter(), ask.duration_s)
+    let mut search = Search::about(&place, near.motion.design().shape, &near.point, NEAR_SPREAD, ask.seed);
+    search.run(ask.evaluations / 4, tick);
+    best_sound(search.best.into_iter(), ask.duration_s)
 }
+
+/// First spread of a search in the unit box, and of one that begins near a plan.
+const SPREAD: f64 = 0.3;
+/// See [`SPREAD`].
+const NEAR_SPREAD: f64 = 0.1;
+/// Designs of a generation.
+const POPULATION: usize = 16;
 
 fn check(cell: &Cell, duration_s: f64) -> Result<(), PlanError> {
     let [least_s, most_s] = DURATION_S;
@@ -185,42 +214,64 @@ fn stance(cell: &Cell) -> Result<Option<Stance>, PlanError> {
 /// A design that is better by less is not looked at closely on the way.
 const CLEARLY: f64 = 0.99;
 
-/// The designs of one shape.
+/// A search among the designs of one shape, and the best plan that it has found; one that breaks limits where it finds nothing else.
 struct Search<'a> {
+    place: &'a Place<'a>,
+    shape: Shape,
+    minimiser: Minimiser,
+    best: Option<Plan>,
+}
+
+impl<'a> Search<'a> {
+    fn about(place: &'a Place<'a>, shape: Shape, start: &DVector<f64>, spread: f64, seed: u64) -> Self {
+        Self { place, shape, minimiser: Minimiser::about(start, spread, POPULATION, seed), best: None }
+    }
+
+    /// The rank of the best plan.
+    fn rank(&self) -> f64 {
+        self.best.as_ref().map_or(f64::INFINITY, rank)
+    }
+
+    /// Tries more. Whenever it seems to have found a clearly better plan, and at the end, that is looked at as closely as it will be
+    /// used: what counts is what then remains.
+    fn run(&mut self, tries: usize, tick: &(dyn Fn() + Sync)) {
+        let designs = Designs { place: self.place, shape: self.shape };
+        let best = &mut self.best;
+        let mut keep = |plan: Plan| {
+            if best.as_ref().is_none_or(|best| rank(&plan) < rank(best)) {
+                *best = Some(plan);
+            }
+        };
+        let mut least = self.minimiser.best().map_or(f64::INFINITY, |found| found.value);
+        self.minimiser.run(tries, |point| {
+            tick();
+            let Some(motion) = designs.motion(point) else { return f64::INFINITY };
+            let value = designs.rough_value(&motion);
+            if CLEARLY * least <= value {
+                return value;
+            }
+            let Some(plan) = designs.finished(motion, point.clone()) else { return value };
+            let value = value.max(rank(&plan));
+            least = least.min(rank(&plan));
+            keep(plan);
+            value
+        });
+        if let Some(found) = self.minimiser.best()
+            && let Some(motion) = designs.motion(&found.point)
+            && let Some(plan) = designs.finished(motion, found.point.clone())
+        {
+            keep(plan);
+        }
+    }
+}
+
+/// The designs of one shape.
+struct Designs<'a> {
     place: &'a Place<'a>,
     shape: Shape,
 }
 
-impl Search<'_> {
-    /// The best plan that a search from a point finds; one that breaks limits where it finds nothing else. Whenever it seems to
-    /// have found a clearly better one, and at the end, that is looked at as closely as it will be used: what counts is what then
-    /// remains.
-    fn from(
-        &self,
-        start: &DVector<f64>,
-        effort: Effort,
-        seed: u64,
-        tick: &(dyn Fn() + Sync),
-    ) -> Option<Plan> {
-        let mut best: Option<Plan> = None;
-        let found = minimise(start, effort, seed, |point| {
-            tick();
-            let Some(motion) = self.motion(point) else { return f64::INFINITY };
-            let value = self.rough_value(&motion);
-            if best.as_ref().is_some_and(|best| CLEARLY * rank(best) <= value) {
-                return value;
-            }
-            let Some(plan) = self.finished(motion, point.clone()) else { return value };
-            let value = value.max(rank(&plan));
-            if best.as_ref().is_none_or(|best| rank(&plan) < rank(best)) {
-                best = Some(plan);
-            }
-            value
-        });
-        let last = self.motion(&found.point).and_then(|motion| self.finished(motion, found.point));
-        [best, last].into_iter().flatten().min_by(|a, b| rank(a).total_cmp(&rank(b)))
-    }
-
+impl Designs<'_> {
     /// The motion of a point; one that is too fast is slowed down, swings as wide as they are, so that the search finds what is best
     /// at the limit itself instead of groping for it from below.
     fn motion(&self, point: &DVector<f64>) -> Option<Motion> {
@@ -284,11 +335,11 @@ impl Search<'_> {
     }
 }
 
-/// Does one job for each item on so many threads; the answers come in the items' order, without those that failed.
-fn par_map<I: Sync, T: Send>(items: &[I], threads: usize, job: impl Fn(&I) -> Option<T> + Sync) -> Vec<T> {
+/// Does one job with each item on so many threads; what an item becomes does not depend on the others.
+fn par_each<I: Send>(items: &mut [I], threads: usize, job: impl Fn(&mut I) + Sync + Send) {
     match rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build() {
-        Ok(pool) => pool.install(|| items.par_iter().filter_map(&job).collect()),
+        Ok(pool) => pool.install(|| items.par_iter_mut().for_each(&job)),
         // Where the system has no threads left, this one does.
-        Err(_) => items.iter().filter_map(&job).collect(),
+        Err(_) => items.iter_mut().for_each(job),
     }
 }

@@ -6,17 +6,6 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// How long to search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Effort {
-    /// Values that may be asked for.
-    pub evaluations: usize,
-    /// First spread of the samples.
-    pub spread: f64,
-    /// Samples of a generation: more look further about.
-    pub population: usize,
-}
-
 /// The best point that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
@@ -66,66 +55,115 @@ impl Constants {
 /// Generations for which the covariance's axes are used.
 const DECOMPOSED_EVERY: usize = 3;
 
-/// Minimises `value` from `start`. The same seed takes the same way.
-pub fn minimise(
-    start: &DVector<f64>,
-    effort: Effort,
-    seed: u64,
-    mut value: impl FnMut(&DVector<f64>) -> f64,
-) -> Found {
-    let n = start.len();
-    let constants = Constants::new(n, effort.population);
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut best = Found { point: start.clone(), value: value(start) };
-    let mut mean = start.clone();
-    let mut sigma = effort.spread;
-    let mut covariance = DMatrix::<f64>::identity(n, n);
-    let (mut path_sigma, mut path_c) = (DVector::zeros(n), DVector::zeros(n));
-    let generations = effort.evaluations / effort.population;
-    let mut eigen = SymmetricEigen { eigenvectors: covariance.clone(), eigenvalues: DVector::repeat(n, 1.0) };
-    for generation in 0..generations {
-        // It changes little from one generation to the next.
-        if generation % DECOMPOSED_EVERY == 0 {
-            match SymmetricEigen::try_new(covariance.clone(), f64::EPSILON, 1000) {
-                Some(decomposed) => eigen = decomposed,
-                None => break,
-            }
+/// A search that can be taken up again where it was left.
+pub struct Minimiser {
+    constants: Constants,
+    random: ChaCha8Rng,
+    population: usize,
+    generation: usize,
+    mean: DVector<f64>,
+    sigma: f64,
+    covariance: DMatrix<f64>,
+    eigen: SymmetricEigen<f64, nalgebra::Dyn>,
+    path_sigma: DVector<f64>,
+    path_c: DVector<f64>,
+    best: Option<Found>,
+}
+
+impl Minimiser {
+    /// A search about a point, its first samples so far spread and so many in a generation: more look further about. The same seed takes
+    /// the same way.
+    #[must_use]
+    pub fn about(start: &DVector<f64>, spread: f64, population: usize, seed: u64) -> Self {
+        let n = start.len();
+        let covariance = DMatrix::<f64>::identity(n, n);
+        Self {
+            constants: Constants::new(n, population),
+            random: ChaCha8Rng::seed_from_u64(seed),
+            population,
+            generation: 0,
+            mean: start.clone(),
+            sigma: spread,
+            eigen: SymmetricEigen { eigenvectors: covariance.clone(), eigenvalues: DVector::repeat(n, 1.0) },
+            covariance,
+            path_sigma: DVector::zeros(n),
+            path_c: DVector::zeros(n),
+            best: None,
         }
-        let scales = eigen.eigenvalues.map(|x| x.max(1e-20).sqrt());
-        let mut samples: Vec<(f64, DVector<f64>)> = (0..effort.population)
-            .map(|_| {
-                let normal = DVector::from_fn(n, |k, _| {
-                    let z: f64 = StandardNormal.sample(&mut random);
-                    z * scales[k]
-                });
-                let step = &eigen.eigenvectors * normal;
-                let point = &mean + &step * sigma;
-                let found = value(&point);
-                if found < best.value {
-                    best = Found { point, value: found };
-                }
-                (found, step)
-            })
-            .collect();
-        samples.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let Constants { weights, mass, c_sigma, d_sigma, c_c, c_1, c_mu, chi, .. } = &constants;
-        let step: DVector<f64> = weights.iter().zip(&samples).map(|(w, (_, y))| y * *w).sum();
-        mean += &step * sigma;
-        let whitened = &eigen.eigenvectors * (eigen.eigenvectors.transpose() * &step).component_div(&scales);
-        path_sigma = path_sigma * (1.0 - c_sigma) + whitened * (c_sigma * (2.0 - c_sigma) * mass).sqrt();
-        let expected = (1.0 - (1.0 - c_sigma).powi(2 * (generation as i32 + 1))).sqrt();
-        let settled = path_sigma.norm() / expected < (1.4 + 2.0 / (n as f64 + 1.0)) * chi;
-        let follow = if settled { (c_c * (2.0 - c_c) * mass).sqrt() } else { 0.0 };
-        path_c = path_c * (1.0 - c_c) + step * follow;
-        let missing = if settled { 0.0 } else { c_1 * c_c * (2.0 - c_c) };
-        covariance *= 1.0 - c_1 - c_mu + missing;
-        covariance.ger(*c_1, &path_c, &path_c, 1.0);
-        for (weight, (_, y)) in weights.iter().zip(&samples) {
-            covariance.ger(c_mu * weight, y, y, 1.0);
-        }
-        sigma *= ((c_sigma / d_sigma) * (path_sigma.norm() / chi - 1.0)).exp();
     }
-    best
+
+    /// The best point so far; `None` before anything was tried.
+    #[must_use]
+    pub fn best(&self) -> Option<&Found> {
+        self.best.as_ref()
+    }
+
+    /// Makes `value` smaller with so many values asked for.
+    pub fn run(&mut self, evaluations: usize, mut value: impl FnMut(&DVector<f64>) -> f64) {
+        if self.best.is_none() {
+            self.best = Some(Found { point: self.mean.clone(), value: value(&self.mean) });
+        }
+        for _ in 0..evaluations / self.population {
+            // The axes change little from one generation to the next.
+            if self.generation.is_multiple_of(DECOMPOSED_EVERY) {
+                match SymmetricEigen::try_new(self.covariance.clone(), f64::EPSILON, 1000) {
+                    Some(decomposed) => self.eigen = decomposed,
+                    None => return,
+                }
+            }
+            let scales = self.eigen.eigenvalues.map(|x| x.max(1e-20).sqrt());
+            let samples = self.samples(&scales, &mut value);
+            self.adapt(&scales, &samples);
+            self.generation += 1;
+        }
+    }
+
+    /// A generation: values and steps from the mean, best first.
+    fn samples(
+        &mut self,
+        scales: &DVector<f64>,
+        value: &mut impl FnMut(&DVector<f64>) -> f64,
+    ) -> Vec<(f64, DVector<f64>)> {
+        let mut samples = Vec::with_capacity(self.population);
+        for _ in 0..self.population {
+            let normal = DVector::from_fn(scales.len(), |k, _| {
+                let z: f64 = StandardNormal.sample(&mut self.random);
+                z * scales[k]
+            });
+            let step = &self.eigen.eigenvectors * normal;
+            let point = &self.mean + &step * self.sigma;
+            let found = value(&point);
+            if self.best.as_ref().is_none_or(|best| found < best.value) {
+                self.best = Some(Found { point, value: found });
+            }
+            samples.push((found, step));
+        }
+        samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+        samples
+    }
+
+    fn adapt(&mut self, scales: &DVector<f64>, samples: &[(f64, DVector<f64>)]) {
+        let Constants { weights, mass, c_sigma, d_sigma, c_c, c_1, c_mu, chi } = &self.constants;
+        let n = scales.len() as f64;
+        let step: DVector<f64> = weights.iter().zip(samples).map(|(w, (_, y))| y * *w).sum();
+        self.mean += &step * self.sigma;
+        let axes = &self.eigen.eigenvectors;
+        let whitened = axes * (axes.transpose() * &step).component_div(scales);
+        self.path_sigma *= 1.0 - c_sigma;
+        self.path_sigma += whitened * (c_sigma * (2.0 - c_sigma) * mass).sqrt();
+        let expected = (1.0 - (1.0 - c_sigma).powi(2 * (self.generation as i32 + 1))).sqrt();
+        let settled = self.path_sigma.norm() / expected < (1.4 + 2.0 / (n + 1.0)) * chi;
+        let follow = if settled { (c_c * (2.0 - c_c) * mass).sqrt() } else { 0.0 };
+        self.path_c *= 1.0 - c_c;
+        self.path_c += step * follow;
+        let missing = if settled { 0.0 } else { c_1 * c_c * (2.0 - c_c) };
+        self.covariance *= 1.0 - c_1 - c_mu + missing;
+        self.covariance.ger(*c_1, &self.path_c, &self.path_c, 1.0);
+        for (weight, (_, y)) in weights.iter().zip(samples) {
+            self.covariance.ger(c_mu * weight, y, y, 1.0);
+        }
+        self.sigma *= ((c_sigma / d_sigma) * (self.path_sigma.norm() / chi - 1.0)).exp();
+    }
 }
 
 #[cfg(test)]
@@ -138,8 +176,12 @@ mod tests {
         let rosenbrock = |x: &DVector<f64>| {
             x.as_slice().windows(2).map(|w| 100.0 * (w[1] - w[0] * w[0]).powi(2) + (1.0 - w[0]).powi(2)).sum()
         };
-        let effort = Effort { evaluations: 20_000, spread: 0.5, population: 10 };
-        let found = minimise(&DVector::zeros(8), effort, 1, rosenbrock);
+        let mut search = Minimiser::about(&DVector::zeros(8), 0.5, 10, 1);
+        search.run(10_000, rosenbrock);
+        let half_way = search.best().map_or(f64::INFINITY, |found| found.value);
+        search.run(10_000, rosenbrock);
+        let Some(found) = search.best() else { unreachable!("values were asked for") };
+        assert!(found.value <= half_way);
         assert!(found.value < 1e-9, "{}", found.value);
         assert!(found.point.iter().all(|x| (x - 1.0).abs() < 1e-4), "{}", found.point);
     }

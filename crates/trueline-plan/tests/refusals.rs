@@ -106,3 +106,12 @@ fn a_sensor_that_cannot_see_at_its_stand_off_is_told_where_it_does() {
     // Distances are looked at in steps of 2 %.
     assert!(in_picture(near) && in_picture(far) && !in_picture(near / 1.03) && !in_picture(far * 1.03));
 }
+
+#[test]
+fn the_profilers_example_can_be_planned() {
+    let cell = parsed(cell_toml::PROFILER_EXAMPLE, cell_toml::PROFILER_EXAMPLE_SENSOR).unwrap();
+    let shapes = vec![trueline_plan::Shape::TwoPasses];
+    let ask = trueline_plan::PlanRequest { evaluations: 400, shapes, ..trueline_plan::PlanRequest::default() };
+    let plan = trueline_plan::plan(&cell, &ask, &|| ()).unwrap();
+    assert!(plan.prediction.shows_all() && plan.loss.used() <= 1.0);
+}

@@ -12,3 +12,8 @@ pub use rewritten::{with_guess, with_usual_sensor};
 pub const EXAMPLE: &str = include_str!("../../assets/cell.toml");
 /// The sensor of [`EXAMPLE`].
 pub const EXAMPLE_SENSOR: &str = include_str!("../../assets/sensor.toml");
+
+/// A cell of a profiler to begin with.
+pub const PROFILER_EXAMPLE: &str = include_str!("../../assets/cell-profiler.toml");
+/// The sensor of [`PROFILER_EXAMPLE`].
+pub const PROFILER_EXAMPLE_SENSOR: &str = include_str!("../../assets/sensor-profiler.toml");
