@@ -6,11 +6,12 @@ use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use trueline_live::robot_program::Language;
-use trueline_plan::{Criterion, Shape};
+use trueline_plan::{Criterion, Shape, cell_toml};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
   trueline plan --example --out plan            # the paper's cell; plan/cell.toml is yours to edit
+  trueline plan --example=profiler --out plan   # a cell of a profiler
   trueline plan plan/cell.toml --out better --duration-s 30
   trueline plan cell.toml --out quick --want translation=0.05mm,rotation=0.02deg,time=0.1ms
   trueline plan cell.toml --out seam --want seam=0.15mm
@@ -21,7 +22,7 @@ use trueline_plan::{Criterion, Shape};
 Written to the folder: path.csv (poses of the tool at the robot's rate, to be followed by `trueline scan` or any
 robot program), plan.json, sigma_over_time.csv, report.html, cell.toml and sensor.toml.
 
-Reach, singularities and collisions of the arm are not checked.
+Without an [arm] in the cell's file, reach, singularities and collisions are not checked; with one, joints.csv has its joints.
 
 Exit code: 0 planned, 1 planned but what is wanted is not reached, 2 no plan.")]
 pub struct PlanArgs {
@@ -31,9 +32,17 @@ pub struct PlanArgs {
     /// Folder to write; it must be new or empty
     #[arg(long)]
     pub out: PathBuf,
-    /// Plan in the paper's cell
-    #[arg(long, conflicts_with = "cell")]
-    pub example: bool,
+    /// Plan in an example's cell: the paper's where none is named
+    #[arg(
+        long,
+        value_name = "SENSOR",
+        conflicts_with = "cell",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "camera",
+        value_parser = one_of(&EXAMPLES)
+    )]
+    pub example: Option<Example>,
     /// Duration of the scan, s; with --want, and without this, the shortest that will do
     #[arg(long)]
     pub duration_s: Option<f64>,
@@ -69,6 +78,14 @@ pub struct PlanArgs {
     #[arg(long)]
     pub quiet: bool,
 }
+
+/// A cell's file and its sensor's.
+pub type Example = (&'static str, &'static str);
+
+static EXAMPLES: [Choice<Example>; 2] = [
+    ("camera", "The paper's: a camera and a laser", (cell_toml::EXAMPLE, cell_toml::EXAMPLE_SENSOR)),
+    ("profiler", "A profiler", (cell_toml::PROFILER_EXAMPLE, cell_toml::PROFILER_EXAMPLE_SENSOR)),
+];
 
 static PROGRAMS: [Choice<Language>; 5] = [
     ("rapid", "ABB: a RAPID module (with EGM: `trueline rapid`)", Language::Rapid),

@@ -3,8 +3,8 @@
 use crate::failure::Failure;
 use std::fs;
 use std::path::Path;
-use trueline_dataset::{Error, Problem, Sensor, robot_csv, sensor_toml};
-use trueline_plan::{Cell, View, cell_toml};
+use trueline_dataset::{Error, Problem, Sensor, robot_csv};
+use trueline_plan::{Cell, CellFiles, View, cell_toml};
 use trueline_sim::{Between, Disturbance, FollowedPath, Preset, Scenario, SensorModel, Timing};
 
 /// The poses to follow.
@@ -12,42 +12,14 @@ pub const PATH: &str = "path.csv";
 /// What was known of the cell.
 pub const CELL: &str = "cell.toml";
 
-/// Reads a cell and the sensor beside it.
+/// Reads a cell and the files beside it.
 ///
 /// # Errors
 /// Files that are missing or cannot be used.
-pub fn read_cell(file: &Path) -> Result<Cell, Failure> {
+pub fn read_files(file: &Path) -> Result<CellFiles, Failure> {
     let text = read_text(file)?;
-    let beside = file.with_file_name(cell_toml::sensor_name(file, &text)?);
-    let sensor = sensor_toml::parse(&beside, &read_text(&beside)?)?;
-    let urdf = read_urdf(file, &text)?;
-    Ok(cell_toml::parse_with_urdf(file, &text, sensor, urdf.as_ref().map(|urdf| urdf.text.as_str()))?)
-}
-
-/// The arm's URDF beside a cell's file.
-pub struct Urdf {
-    /// Its name there.
-    pub name: String,
-    /// Its text.
-    pub text: String,
-}
-
-/// Reads the URDF that a cell names; `None` where it names none.
-///
-/// # Errors
-/// A file that is missing, or not beside the cell's.
-pub fn read_urdf(file: &Path, cell_text: &str) -> Result<Option<Urdf>, Failure> {
-    let Some(name) = cell_toml::urdf_name(file, cell_text)? else { return Ok(None) };
-    let beside = file.with_file_name(&name);
-    if Path::new(&name).components().count() != 1 {
-        let message = format!("{}: `{name}` is not a file beside it", file.display());
-        return Err(Failure::new(
-            message,
-            "a plan's folder has its own copy: put the URDF beside the cell's file",
-        ));
-    }
-    let text = fs::read_to_string(&beside).map_err(|error| Error::in_file(&beside, Problem::Io(error)))?;
-    Ok(Some(Urdf { name, text }))
+    let sensor_text = read_text(&file.with_file_name(cell_toml::sensor_name(file, &text)?))?;
+    Ok(CellFiles::of(file, text, sensor_text)?)
 }
 
 /// The text of a file.
@@ -77,7 +49,7 @@ pub struct PlannedScan {
 /// # Errors
 /// Files that are missing or cannot be used.
 pub fn read(folder: &Path, exact_guess: bool, seed: u64) -> Result<PlannedScan, Failure> {
-    let cell = read_cell(&folder.join(CELL))?;
+    let cell = read_files(&folder.join(CELL))?.cell;
     let file = folder.join(PATH);
     let poses = robot_csv::read(&file, read_text(&file)?.as_bytes())?;
     let times_s = poses.iter().map(|p| (p.stamp_ns - poses[0].stamp_ns) as f64 * 1e-9).collect();

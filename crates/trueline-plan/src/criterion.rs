@@ -30,11 +30,11 @@ pub struct Goal {
 }
 
 impl Default for Goal {
-    /// An accuracy that a good scan of some seconds reaches: 0.02 ms, 0.008° and 0.012 mm are alike hard.
+    /// An accuracy that a good scan of some seconds reaches: 0.02 ms, 0.0078° and 0.012 mm are alike hard.
     fn default() -> Self {
         let want = Requirement {
             time_s: Some(0.02e-3),
-            rotation_rad: Some(0.008_f64.to_radians()),
+            rotation_rad: Some(0.0078_f64.to_radians()),
             translation_m: Some(0.012e-3),
         };
         Self { want, criterion: Criterion::Worst }

@@ -13,6 +13,7 @@
 //! limit is one function.
 
 pub mod cell;
+pub mod cell_files;
 pub mod cell_toml;
 pub mod constraints;
 pub mod criterion;
@@ -38,6 +39,7 @@ pub mod view;
 pub mod wrong_cells;
 
 pub use cell::{Cell, ExpectedNoise, NotThisCell};
+pub use cell_files::CellFiles;
 pub use criterion::{Criterion, Goal};
 pub use guess_error::GuessError;
 pub use limits::Limits;

@@ -20,10 +20,10 @@ use trueline_geometry::Pose;
 const MARGIN: f64 = 0.98;
 /// The same for what wrong cells may lose: a search asks few of them.
 const LOSS_MARGIN: f64 = 0.8;
-/// Samples of the motion while searching, s: jerks of a swing of 1.2 Hz are then seen to 1 %.
-const ROUGH_PERIOD_S: f64 = 0.04;
+/// Samples of the motion while searching, s: jerks of a swing of 1.2 Hz are then seen to 3 %.
+const ROUGH_PERIOD_S: f64 = 0.06;
 /// The same where only the pace is asked for.
-const PACE_PERIOD_S: f64 = 0.08;
+const PACE_PERIOD_S: f64 = 0.1;
 /// The same for the arm's joints, whose jerk is not looked at.
 const ROUGH_JOINTS_S: f64 = 0.08;
 /// Frames that a search looks at are no further apart, s.

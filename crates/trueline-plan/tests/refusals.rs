@@ -111,7 +111,8 @@ fn a_sensor_that_cannot_see_at_its_stand_off_is_told_where_it_does() {
 fn the_profilers_example_can_be_planned() {
     let cell = parsed(cell_toml::PROFILER_EXAMPLE, cell_toml::PROFILER_EXAMPLE_SENSOR).unwrap();
     let shapes = vec![trueline_plan::Shape::TwoPasses];
-    let ask = trueline_plan::PlanRequest { evaluations: 400, shapes, ..trueline_plan::PlanRequest::default() };
+    let ask =
+        trueline_plan::PlanRequest { evaluations: 400, shapes, ..trueline_plan::PlanRequest::default() };
     let plan = trueline_plan::plan(&cell, &ask, &|| ()).unwrap();
     assert!(plan.prediction.shows_all() && plan.loss.used() <= 1.0);
 }

@@ -1,21 +1,20 @@
 //! `trueline plan`.
 
 use crate::failure::Failure;
-use crate::planned_scan::{self, CELL, PATH, Urdf};
+use crate::planned_scan::{self, CELL, PATH};
 use crate::{output, overlay, progress};
 use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::PlanArgs;
-use trueline_dataset::sensor_toml::SensorFile;
-use trueline_dataset::{RobotSample, SensorSetup, calibration_file, robot_csv, sensor_toml};
+use trueline_dataset::{RobotSample, calibration_file, robot_csv};
 use trueline_live::robot_program::{Language, Waypoints};
 use trueline_method::Requirement;
 use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::rehearsed_plan::{RehearsedPlan, shortest_that_reaches, without_alias};
 use trueline_plan::shortest::shortest;
-use trueline_plan::{Cell, Criterion, Goal, Plan, PlanRequest, cell_toml, plan, prediction};
+use trueline_plan::{CellFiles, Criterion, Goal, Plan, PlanRequest, cell_toml, plan, prediction};
 use trueline_report::{plan_page, planned};
 
 /// Angles of the arm's joints along the path.
@@ -27,7 +26,7 @@ const LONGEST_S: f64 = 60.0;
 
 /// Runs the command.
 pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
-    let Inputs { cell_text, sensor_text, urdf, setup, mut cell } = inputs(args)?;
+    let CellFiles { cell_text, sensor_text, urdf, setup, mut cell } = inputs(args)?;
     if let Some(file) = &args.calibration {
         cell.believe_calibration(&calibration_file::read(file)?)
             .map_err(|why| Failure::new(format!("{}: {why}", file.display()), why.hint()))?;
@@ -66,7 +65,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         None => cell_toml::with_usual_sensor(&args.out.join(CELL), &cell_text)?,
     };
     output::file(&args.out.join(CELL), &known)?;
-    if let Some(Urdf { name, text }) = &urdf {
+    if let Some([name, text]) = &urdf {
         output::file(&args.out.join(name), text)?;
     }
     if let Some(joints) = &made.plan.joints {
@@ -103,29 +102,12 @@ fn write_programs(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
     Ok(())
 }
 
-struct Inputs {
-    cell_text: String,
-    sensor_text: String,
-    urdf: Option<Urdf>,
-    setup: SensorSetup,
-    cell: Cell,
-}
-
-fn inputs(args: &PlanArgs) -> Result<Inputs, Failure> {
-    let (file, cell_text, sensor_text) = match &args.cell {
-        Some(file) => {
-            let text = planned_scan::read_text(file)?;
-            let beside = file.with_file_name(cell_toml::sensor_name(file, &text)?);
-            (file.clone(), text, planned_scan::read_text(&beside)?)
-        }
-        None => (args.out.join(CELL), cell_toml::EXAMPLE.to_owned(), cell_toml::EXAMPLE_SENSOR.to_owned()),
-    };
-    let beside = file.with_file_name(cell_toml::sensor_name(&file, &cell_text)?);
-    let SensorFile { sensor, setup } = sensor_toml::parse_file(&beside, &sensor_text)?;
-    let urdf = planned_scan::read_urdf(&file, &cell_text)?;
-    let described = urdf.as_ref().map(|urdf| urdf.text.as_str());
-    let cell = cell_toml::parse_with_urdf(&file, &cell_text, sensor, described)?;
-    Ok(Inputs { cell, cell_text, sensor_text, urdf, setup })
+fn inputs(args: &PlanArgs) -> Result<CellFiles, Failure> {
+    if let Some(file) = &args.cell {
+        return planned_scan::read_files(file);
+    }
+    let (cell, sensor) = args.example.unwrap_or((cell_toml::EXAMPLE, cell_toml::EXAMPLE_SENSOR));
+    Ok(CellFiles::of(&args.out.join(CELL), cell.to_owned(), sensor.to_owned())?)
 }
 
 /// What is asked, and whether the duration is fixed.

@@ -82,7 +82,7 @@ fn reach_m(args: &ScanArgs) -> Result<f64, Failure> {
     if !cell.exists() {
         return Ok(derive_limits::REACH_M);
     }
-    Ok(planned_scan::read_cell(&cell)?.limits.reach_m)
+    Ok(planned_scan::read_files(&cell)?.cell.limits.reach_m)
 }
 
 fn limits_text(file: &Path) -> Result<String, Failure> {
