@@ -186,7 +186,7 @@ const Charts = (function () {
     let yaw = -0.7, pitch = 0.45, zoomed = 1, item;
     const box = [0, 1, 2].map((k) => {
       let lo = Infinity, hi = -Infinity;
-      for (const s of scene) for (let i = k; i < s.xyz.length; i += 3) { if (s.xyz[i] < lo) lo = s.xyz[i]; if (s.xyz[i] > hi) hi = s.xyz[i]; }
+      for (const s of scene) for (let i = k; !s.beyond && i < s.xyz.length; i += 3) { if (s.xyz[i] < lo) lo = s.xyz[i]; if (s.xyz[i] > hi) hi = s.xyz[i]; }
       return [lo, hi];
     });
     // Parts of a film have `each` numbers for every picture; what is drawn of them is the picture of now.
@@ -259,7 +259,7 @@ const Charts = (function () {
           { ...data[1], name: "ticks", type: "scatter", silent: true, symbolSize: 3, clip: false, color: css("--soft"),
             label: { show: true, position: "bottom", distance: 2, fontSize: 11, color: css("--soft"), formatter: (p) => labels[p.dataIndex] }, labelLayout: { hideOverlap: true } },
           ...scene.map((s, k) => s.kind === "line"
-            ? { ...data[k + 2], name: s.name, type: "line", showSymbol: false, symbol: "none", silent: true, clip: false, color: css(s.colour), lineStyle: { width: s.width || 1.5 } }
+            ? { ...data[k + 2], name: s.name, type: "line", showSymbol: false, symbol: "none", silent: true, clip: !!s.beyond, color: css(s.colour), lineStyle: { width: s.width || 1.5 } }
             : { ...data[k + 2], name: s.name, type: "scatter", clip: false, large: true, largeThreshold: 0, progressive: 0, symbolSize: s.size || dot(s.xyz.length / 3), color: css(s.colour),
                 tooltip: { formatter: (p) => s.tip(p.dataIndex) } }),
         ],

@@ -138,7 +138,8 @@
     const times = columns[c.times], last = times.length - 1;
     const still = c.parts.map((p) => ({ name: p.name, kind: p.line ? "line" : "points", xyz: columns[p.xyz], colour: p.colour, width: 1 }));
     const moving = c.moving.map((p) => ({ name: p.name, kind: p.line ? "line" : "points", xyz: columns[p.xyz], each: columns[p.xyz].length / times.length, colour: p.colour, width: 2.5, size: 10, tip: () => p.name }));
-    const item = view3d(c.id, c.alternative, [...still, ...moving]);
+    const arm = (c.arm ? [c.arm] : []).map((p) => ({ name: p.name, kind: "line", xyz: columns[p.xyz], each: columns[p.xyz].length / times.length, colour: p.colour, width: 5, beyond: true }));
+    const item = view3d(c.id, c.alternative, [...still, ...arm, ...moving]);
     const bar = document.getElementById(c.id).parentElement.querySelector(".film");
     const [play, slider, told] = ["[data-play]", "[data-time]", "output"].map((name) => bar.querySelector(name));
     slider.max = last;

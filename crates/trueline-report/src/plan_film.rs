@@ -4,7 +4,7 @@ use crate::page::{Block, Chart, Colour, Column, Columns, Drawn, Part};
 use nalgebra::{Point3, Vector3};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Pose;
-use trueline_plan::{Cell, Plan, View};
+use trueline_plan::{Cell, JointPath, MountedArm, Plan, View};
 
 /// Places of the paths that are drawn.
 const PLACES: usize = 1500;
@@ -25,39 +25,35 @@ pub(crate) fn block(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
         let all = poses.iter().flat_map(|(t, pose)| points(*t, pose)).collect();
         Part { name: name.to_owned(), xyz: column(columns, all), colour, line }
     };
-    let mut moving = vec![
-        filmed("tool (x long, z short) and camera", Colour::A, true, &|_, pose| tool(cell, pose)),
-        filmed("view on the laser plane", Colour::B, true, &|_, pose| {
-            fan(cell, &(pose * cell.tool_from_camera))
-        }),
-        filmed("seam point that is seen", Colour::Bad, false, &|t, _| {
-            vec![plan.motion.station(t).seam_point]
-        }),
+    let moving = vec![
+        filmed("tool and camera", Colour::A, true, &|_, pose| tool(cell, pose)),
+        filmed("view", Colour::B, true, &|_, pose| fan(cell, &(pose * cell.tool_from_camera))),
+        filmed("seam point", Colour::Bad, false, &|t, _| vec![plan.motion.station(t).seam_point]),
     ];
-    if let Some((mounted, joints)) = cell.arm.as_ref().zip(plan.joints.as_ref()) {
-        moving.push(filmed(&mounted.name, Colour::Soft, true, &|t, _| {
-            let k = ((t / joints.period_s).round() as usize).min(joints.angles.len().saturating_sub(1));
-            let state = joints.angles.get(k).map(|angles| mounted.arm.state(angles));
-            let state = state.into_iter();
-            let bones = state.flat_map(|s| {
-                s.base_from_joint
-                    .into_iter()
-                    .chain([s.base_from_flange, s.base_from_flange * mounted.flange_from_tool])
-            });
-            let foot = [mounted.base_from_arm.translation.vector].into_iter();
-            foot.chain(bones.map(|bone| (mounted.base_from_arm * bone).translation.vector)).collect()
-        }));
-    }
+    let arm = cell.arm.as_ref().zip(plan.joints.as_ref()).map(|(mounted, joints)| {
+        filmed(&mounted.name, Colour::Soft, true, &|t, _| bones(mounted, joints, t))
+    });
     let times = columns.add(times());
     let parts = paths(cell, plan, columns);
     Block::Chart(Chart {
         id: "scene",
         title: "The scan as a film: tool, view and seam",
-        explanation: "Play, or move the slider. Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres in base.".to_owned(),
+        explanation: "Play, or move the slider. The tool's x axis is long, its z axis short. Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres in base.".to_owned(),
         alternative: "The tool's planned path, the tool, the field of view on the laser plane and the seam over time, in the robot's base frame in mm".to_owned(),
         wide: true,
-        drawn: Drawn::Film { parts, moving, times },
+        drawn: Drawn::Film { parts, moving, arm, times },
     })
+}
+
+/// From the arm's foot over its joints to the tool, at a time, s.
+fn bones(mounted: &MountedArm, joints: &JointPath, time_s: f64) -> Vec<Vector3<f64>> {
+    let k = ((time_s / joints.period_s).round() as usize).min(joints.angles.len().saturating_sub(1));
+    let Some(angles) = joints.angles.get(k) else { return Vec::new() };
+    let state = mounted.arm.state(angles);
+    let tool = state.base_from_flange * mounted.flange_from_tool;
+    let bones = state.base_from_joint.into_iter().chain([state.base_from_flange, tool]);
+    let foot = mounted.base_from_arm.translation.vector;
+    std::iter::once(foot).chain(bones.map(|bone| (mounted.base_from_arm * bone).translation.vector)).collect()
 }
 
 fn column(columns: &mut Columns, points: Vec<Vector3<f64>>) -> Column {

@@ -59,6 +59,8 @@ pub enum Drawn {
         parts: Vec<Part>,
         /// What moves: for each picture equally many points, one picture after the other.
         moving: Vec<Part>,
+        /// What moves them, likewise; it may reach beyond what is shown.
+        arm: Option<Part>,
         /// When each picture is, s.
         times: Column,
     },
@@ -325,7 +327,7 @@ impl Chart {
                     "points": parts.iter().map(|p| columns.len(p.xyz) / 3).sum::<usize>(),
                 })
             }
-            Drawn::Film { parts, moving, times } => {
+            Drawn::Film { parts, moving, arm, times } => {
                 let still = parts.iter().map(|p| columns.len(p.xyz) / 3).sum::<usize>();
                 let filmed =
                     moving.iter().map(|p| columns.len(p.xyz) / 3 / columns.len(*times)).sum::<usize>();
@@ -333,6 +335,7 @@ impl Chart {
                     "kind": "film",
                     "parts": parts.iter().map(Part::json).collect::<Vec<_>>(),
                     "moving": moving.iter().map(Part::json).collect::<Vec<_>>(),
+                    "arm": arm.as_ref().map(Part::json),
                     "times": times.0,
                     "points": still + filmed,
                 })
