@@ -3,9 +3,10 @@
 use crate::failure::Failure;
 use std::fs;
 use std::path::Path;
-use trueline_dataset::{Error, Problem, Sensor, robot_csv};
-use trueline_plan::{Cell, CellFiles, View, cell_toml};
-use trueline_sim::{Between, Disturbance, FollowedPath, Preset, Scenario, SensorModel, Timing};
+use trueline_dataset::{Error, Problem, robot_csv};
+use trueline_experiments::planned;
+use trueline_plan::{CellFiles, cell_toml};
+use trueline_sim::{FollowedPath, Scenario};
 
 /// The poses to follow.
 pub const PATH: &str = "path.csv";
@@ -56,52 +57,7 @@ pub fn read(folder: &Path, exact_guess: bool, seed: u64) -> Result<PlannedScan, 
     let poses: Vec<_> = poses.iter().map(|p| p.base_from_tool).collect();
     let path = FollowedPath::new(times_s, &poses)
         .map_err(|error| Failure::new(format!("{}: {error}", file.display()), "plan it again"))?;
-    let scenario = scenario(&cell, path.duration_s(), (!exact_guess).then_some(seed))?;
+    let scenario = planned::scenario(&cell, path.duration_s(), (!exact_guess).then_some(seed))
+        .map_err(|error| Failure::new(error.to_string(), error.hint()))?;
     Ok(PlannedScan { scenario, path })
-}
-
-fn scenario(cell: &Cell, duration_s: f64, off_guess: Option<u64>) -> Result<Scenario, Failure> {
-    let mut scenario = Preset::Quick.scenario();
-    let (tool_from_camera, seam) = match off_guess {
-        Some(seed) => cell.guess_error.disturbed(&cell.tool_from_camera, &cell.seam, seed),
-        None => (cell.tool_from_camera, cell.seam),
-    };
-    scenario.cell.sensor = sensor_model(cell)?;
-    scenario.cell.tool_from_camera = tool_from_camera;
-    scenario.cell.lines = vec![seam.line().ok_or(trueline_plan::PlanError::NoSeam)?];
-    scenario.timing = Timing {
-        duration_s,
-        robot_period_s: cell.robot_period_s,
-        frame_period_s: cell.frame_period_s,
-        between: Between::Smooth,
-        ..scenario.timing
-    };
-    scenario.disturbance = Disturbance {
-        feature_noise_px: cell.noise.feature_px,
-        feature_noise_m: cell.noise.feature_m,
-        robot_position_noise_m: cell.noise.robot_m,
-        robot_rotation_noise_rad: cell.noise.robot_rad,
-        frame_jitter_s: cell.noise.stamp_s,
-        ..Disturbance::default()
-    };
-    Ok(scenario)
-}
-
-fn sensor_model(cell: &Cell) -> Result<SensorModel, Failure> {
-    let range = |view: &View| match view {
-        View::Window { half_width_m, depth_m, .. } => Some((*half_width_m, *depth_m)),
-        View::Camera { .. } => None,
-    };
-    match (&cell.sensor, range(&cell.view)) {
-        (Sensor::CameraLaser { camera, laser_plane_in_camera }, _) => {
-            Ok(SensorModel::CameraLaser { camera: *camera, laser_plane_in_camera: *laser_plane_in_camera })
-        }
-        (Sensor::Profiler, Some((half_width_m, range_m))) => {
-            Ok(SensorModel::Profiler { half_width_m, range_m })
-        }
-        (other, _) => Err(Failure::new(
-            format!("a planned scan of a sensor of kind {} cannot be simulated", other.kind()),
-            "the simulator knows camera_laser and profiler",
-        )),
-    }
 }

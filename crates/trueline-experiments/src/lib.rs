@@ -17,6 +17,7 @@ pub mod block_by_block;
 pub mod calibrated;
 pub mod convergence;
 pub mod papers_scene;
+pub mod planned;
 pub mod published;
 pub mod settings;
 pub mod speed_table;

@@ -21,6 +21,7 @@ const ALLOWED: [(&str, &[&str]); 24] = [
             "trueline-geometry",
             "trueline-lsq",
             "trueline-model",
+            "trueline-plan",
             "trueline-sensor",
             "trueline-sim",
         ],
