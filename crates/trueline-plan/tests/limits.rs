@@ -208,7 +208,7 @@ fn what_cannot_be_planned_is_refused_with_the_limit_that_stands_in_the_way() {
 #[test]
 fn a_seam_that_is_short_against_the_error_of_its_ends_is_refused() {
     let mut cell = example();
-    cell.seam.to_m = cell.seam.from_m + Vector3::x() * 0.05;
+    cell.seam.to_m = cell.seam.from_m + Vector3::x() * 0.03;
     let refused = plan(&cell, &small(Shape::S, 20.0), &|| ()).map(|plan| plan.score);
     assert!(
         matches!(refused, Err(PlanError::NoRoom { constraint: Constraint::SeamEnds, .. })),
