@@ -5,23 +5,26 @@
 //! sufficient statistic, b = H x + N(0, H), with the place of the part and of its seams drawn anew each time. That is exact
 //! where the model is linear, and a thousand times as fast. `tests/production.rs` goes through recordings.
 //!
-//! `cargo run -p trueline-watch --example watch_table -- RUNS [LAYOUT]`
+//! `cargo run -p trueline-watch --example watch_table -- RUNS PIECES [LAYOUT]`
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "an example prints, and fails by panicking")]
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use std::collections::BTreeMap;
+use trueline_dataset::Sensor;
+use trueline_model::LaserSheet;
 use trueline_sim::production::{Layout, PlacementScatter, piece};
-use trueline_watch::detect::{History, judge, scatter};
+use trueline_watch::detect::{Alarm, History, blindness, judge, scatter};
 use trueline_watch::innovation::{Weld, shape_origin_m};
 use trueline_watch::parameters::{CALIBRATION, Kind, UNITS};
 use trueline_watch::{Part, PieceInformation, Quadratic, Reference, Scatter, WeldStatistic};
 
 /// Pieces before the change; the scatter is learnt from them.
 const BEFORE: usize = 60;
-/// Pieces after it at most.
-const AFTER: usize = 64;
+/// Pieces after it at most, unless said otherwise.
+const AFTER: u64 = 64;
 /// One standard deviation of the stored calibration, in units: a good scan's.
 const CALIBRATED: [f64; CALIBRATION] =
     [0.09, 0.08, 0.08, 0.08, 0.06, 0.06, 0.06, 0.03, 0.03, 0.06, 0.05, 0.04];
@@ -31,6 +34,7 @@ struct Line {
     statistic: WeldStatistic,
     root: DMatrix<f64>,
     scatter: PlacementScatter,
+    tool_from_axes: Matrix3<f64>,
 }
 
 impl Line {
@@ -45,7 +49,14 @@ impl Line {
         let eigen = statistic.evidence.matrix.clone().symmetric_eigen();
         let root = &eigen.eigenvectors
             * DMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()));
-        Self { part, statistic, root, scatter: production.scatter }
+        let Sensor::CameraLaser { laser_plane_in_camera, .. } = &first.sensor else {
+            unreachable!("a camera")
+        };
+        let sheet = LaserSheet::from_plane(*laser_plane_in_camera);
+        let [across, depth] = [0, 1].map(|k| sheet.axes().column(k).into_owned());
+        let tool_from_camera = guess.tool_from_camera.rotation.to_rotation_matrix();
+        let tool_from_axes = tool_from_camera * Matrix3::from_columns(&[across, across.cross(&depth), depth]);
+        Self { part, statistic, root, scatter: production.scatter, tool_from_axes }
     }
 
     /// A piece at an error θ of the calibration and a change ψ of the fixture, SI.
@@ -100,65 +111,101 @@ const CASES: [Case; 13] = [
 struct Outcome {
     delay: Option<usize>,
     named: bool,
-    early: bool,
 }
 
-fn run(line: &Line, case: &Case, seed: u64) -> Outcome {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let error = DVector::from_fn(CALIBRATION, |k, _| {
-        let unit: f64 = StandardNormal.sample(&mut random);
-        unit * CALIBRATED[k] * UNITS[k]
-    });
-    let still = DVector::zeros(6);
-    let before: Vec<WeldStatistic> = (0..BEFORE).map(|_| line.draw(&error, &still, &mut random)).collect();
-    let learnt = scatter::learnt(&before.iter().collect::<Vec<_>>(), &line.part);
-    let scatters: [Option<Scatter>; 1] = [learnt];
-    let information =
-        |statistic: &WeldStatistic| PieceInformation::of(statistic, 0, &line.part, scatters[0].as_ref());
-    let mut pieces: Vec<PieceInformation> = before.iter().map(information).collect();
-    let variances = DVector::from_fn(CALIBRATION, |k, _| CALIBRATED[k].powi(-2));
-    let prior = Quadratic { matrix: DMatrix::from_diagonal(&variances), vector: DVector::zeros(CALIBRATION) };
-    let judged = |pieces: &[PieceInformation]| {
-        judge(&History { pieces, prior: &prior, scatters: &scatters }, None).alarm
-    };
-    let early = judged(&pieces).is_some();
-    let (mut theta, mut fixture) = (error, still);
-    let change = case.units * UNITS[case.column];
-    if case.column < CALIBRATION {
-        theta[case.column] += change;
-    } else {
-        fixture[case.column - CALIBRATION] += change;
+/// A production before anything changed, and what it has taught.
+struct Taught<'a> {
+    line: &'a Line,
+    error: DVector<f64>,
+    scatters: [Option<Scatter>; 1],
+    pieces: Vec<PieceInformation>,
+    prior: Quadratic,
+}
+
+impl<'a> Taught<'a> {
+    fn by(line: &'a Line, random: &mut ChaCha8Rng) -> Self {
+        let error = DVector::from_fn(CALIBRATION, |k, _| {
+            let unit: f64 = StandardNormal.sample(random);
+            unit * CALIBRATED[k] * UNITS[k]
+        });
+        let still = DVector::zeros(6);
+        let before: Vec<WeldStatistic> = (0..BEFORE).map(|_| line.draw(&error, &still, random)).collect();
+        let scatters = [scatter::learnt(&before.iter().collect::<Vec<_>>(), &line.part)];
+        let variances = DVector::from_fn(CALIBRATION, |k, _| CALIBRATED[k].powi(-2));
+        let prior =
+            Quadratic { matrix: DMatrix::from_diagonal(&variances), vector: DVector::zeros(CALIBRATION) };
+        let pieces =
+            before.iter().map(|s| PieceInformation::of(s, 0, &line.part, scatters[0].as_ref())).collect();
+        Self { line, error, scatters, pieces, prior }
     }
-    for after in 1..=AFTER {
-        pieces.push(information(&line.draw(&theta, &fixture, &mut random)));
-        if let Some(alarm) = judged(&pieces) {
-            return Outcome { delay: Some(after), named: alarm.change.kind == case.kind, early };
+
+    fn alarm(&self, pieces: &[PieceInformation]) -> Option<Alarm> {
+        judge(&History { pieces, prior: &self.prior, scatters: &self.scatters }, None).alarm
+    }
+
+    /// Welds on after a change until an alarm, at most so many pieces.
+    fn after(&self, case: &Case, most: usize, random: &mut ChaCha8Rng) -> Outcome {
+        let (mut theta, mut fixture) = (self.error.clone(), DVector::zeros(6));
+        let change = case.units * UNITS[case.column];
+        if case.column < CALIBRATION {
+            theta[case.column] += change;
+        } else {
+            fixture[case.column - CALIBRATION] += change;
+        }
+        let mut pieces = self.pieces.clone();
+        for after in 1..=most {
+            let drawn = self.line.draw(&theta, &fixture, random);
+            pieces.push(PieceInformation::of(&drawn, 0, &self.line.part, self.scatters[0].as_ref()));
+            if let Some(alarm) = self.alarm(&pieces) {
+                return Outcome { delay: Some(after), named: alarm.change.kind == case.kind };
+            }
+        }
+        Outcome { delay: None, named: false }
+    }
+}
+
+/// What a page about these welds would say they do not show.
+fn blind(line: &Line, taught: &Taught<'_>) -> String {
+    let sheet_axes = blindness::SensorAxes { tool_from_axes: line.tool_from_axes };
+    let blind = blindness::blind_to(&taught.pieces, &sheet_axes);
+    if blind.is_empty() { "nothing".to_owned() } else { blind.join(", ") }
+}
+
+fn table(line: &Line, runs: u64, most: usize) {
+    let mut outcomes: Vec<Vec<Outcome>> = CASES.iter().map(|_| Vec::new()).collect();
+    let (mut early, mut blinds) = (0, BTreeMap::new());
+    for seed in 0..runs {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let taught = Taught::by(line, &mut random);
+        early += usize::from(taught.alarm(&taught.pieces).is_some());
+        *blinds.entry(blind(line, &taught)).or_insert(0) += 1;
+        for (k, case) in CASES.iter().enumerate() {
+            let mut random = ChaCha8Rng::seed_from_u64(1_000_000 + 1000 * k as u64 + seed);
+            outcomes[k].push(taught.after(case, most, &mut random));
         }
     }
-    Outcome { delay: None, named: false, early }
+    println!("| change | median | 95 % | found | named rightly |\n|---|---|---|---|---|");
+    for (case, outcomes) in CASES.iter().zip(&outcomes) {
+        let mut delays: Vec<usize> = outcomes.iter().map(|o| o.delay.unwrap_or(usize::MAX)).collect();
+        delays.sort_unstable();
+        let at = |part: f64| match delays[((delays.len() - 1) as f64 * part).ceil() as usize] {
+            usize::MAX => "–".to_owned(),
+            delay => delay.to_string(),
+        };
+        let found = outcomes.iter().filter(|o| o.delay.is_some()).count();
+        let named = outcomes.iter().filter(|o| o.named).count();
+        println!("| {} | {} | {} | {found} | {named} |", case.name, at(0.5), at(0.95));
+    }
+    println!("alarms before any change: {early} of {runs}; said to be blind to (productions): {blinds:?}");
 }
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
-    let runs: u64 = arguments.next().map_or(10, |text| text.parse().unwrap());
+    let mut number = |default: u64| arguments.next().map_or(default, |text| text.parse().unwrap());
+    let (runs, most) = (number(10), number(AFTER) as usize);
     let chosen = arguments.next();
     for layout in Layout::ALL.into_iter().filter(|l| chosen.as_ref().is_none_or(|name| l.name() == name)) {
-        let line = Line::of(layout);
-        println!("\n{} ({runs} runs a row; not found within {AFTER}: –)", layout.name());
-        println!("| change | median | 95 % | found | named rightly |\n|---|---|---|---|---|");
-        for (k, case) in CASES.iter().enumerate() {
-            let outcomes: Vec<Outcome> =
-                (0..runs).map(|seed| run(&line, case, 1000 * k as u64 + seed)).collect();
-            let mut delays: Vec<usize> = outcomes.iter().map(|o| o.delay.unwrap_or(usize::MAX)).collect();
-            delays.sort_unstable();
-            let at = |part: f64| match delays[((delays.len() - 1) as f64 * part).round() as usize] {
-                usize::MAX => "–".to_owned(),
-                delay => delay.to_string(),
-            };
-            let found = outcomes.iter().filter(|o| o.delay.is_some()).count();
-            let named = outcomes.iter().filter(|o| o.named).count();
-            let early = outcomes.iter().filter(|o| o.early).count();
-            println!("| {} | {} | {} | {found} | {named} ({early} early) |", case.name, at(0.5), at(0.95));
-        }
+        println!("\n{} ({runs} runs a row; not found within {most} pieces: –)", layout.name());
+        table(&Line::of(layout), runs, most);
     }
 }

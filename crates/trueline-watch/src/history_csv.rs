@@ -1,77 +1,29 @@
 //! The history as a table.
 
-use crate::parameters::{CALIBRATION, Kind, ROTATION, SHAPE, TRANSLATION};
+use crate::history_table::{Values, columns};
 use crate::store::HistoryRow;
-
-/// A column of θ as a person reads it: its name with the unit of files, and the factor from SI.
-#[must_use]
-pub fn column(k: usize) -> (&'static str, f64) {
-    const NAMES: [&str; CALIBRATION] = [
-        "time_offset_ms",
-        "rotation_x_deg",
-        "rotation_y_deg",
-        "rotation_z_deg",
-        "translation_x_mm",
-        "translation_y_mm",
-        "translation_z_mm",
-        "width_percent",
-        "depth_percent",
-        "shear_percent",
-        "keystone_across_percent_per_mm",
-        "keystone_depth_percent_per_mm",
-    ];
-    let factor = match k {
-        0 => 1e3,
-        ROTATION..TRANSLATION => 1f64.to_degrees(),
-        TRANSLATION..SHAPE => 1e3,
-        7..=9 => 100.0,
-        _ => 0.1,
-    };
-    (NAMES[k], factor)
-}
 
 /// One row a weld: what of each number it would show if nothing else had changed, with its standard deviation; empty is
 /// what it does not show.
 #[must_use]
 pub fn csv(history: &[HistoryRow]) -> String {
-    let mut head = "weld,name,watched_unix_s,part,used,outliers,noise_factor".to_owned();
-    for k in 0..CALIBRATION {
-        let (name, _) = column(k);
-        head += &format!(",change_{name},sigma_{name}");
+    let table = columns(history);
+    let names: Vec<&str> = table.iter().map(|(name, _)| name.as_str()).collect();
+    let mut text = names.join(",") + "\n";
+    for row in 0..history.len() {
+        let cells: Vec<String> =
+            table.iter().map(|(_, values)| cell(values, row).unwrap_or_default()).collect();
+        text += &(cells.join(",") + "\n");
     }
-    for kind in Kind::ALL {
-        head += &format!(",p_log10_{}", kind.name());
-    }
-    head += ",alarm,alarm_since_weld,alarm_p_log10\n";
-    history.iter().fold(head, |text, row| text + &line(row))
+    text
 }
 
-fn line(row: &HistoryRow) -> String {
-    let mut text = format!(
-        "{},{},{},{},{},{},{:.4}",
-        row.id,
-        quoted(&row.name),
-        row.watched_s,
-        row.part,
-        row.used,
-        row.outliers,
-        row.noise_factor
-    );
-    for k in 0..CALIBRATION {
-        let factor = column(k).1;
-        text += &match row.estimates.get(k).copied().flatten() {
-            Some([value, sigma]) => format!(",{:.6},{:.6}", value * factor, sigma * factor),
-            None => ",,".to_owned(),
-        };
+fn cell(values: &Values, row: usize) -> Option<String> {
+    match values {
+        Values::Whole(list) => Some(list.get(row)?.as_ref()?.to_string()),
+        Values::Number(list) => Some(format!("{:.6}", list.get(row)?.as_ref()?)),
+        Values::Text(list) => Some(quoted(list.get(row)?.as_ref()?)),
     }
-    for k in 0..Kind::ALL.len() {
-        text += &row.p_log10.get(k).map_or_else(|| ",".to_owned(), |p| format!(",{p:.3}"));
-    }
-    text += &match &row.alarm {
-        Some(alarm) => format!(",{},{},{:.3}\n", alarm.kind, alarm.since, alarm.p_log10),
-        None => ",,,\n".to_owned(),
-    };
-    text
 }
 
 /// Names with a comma, a quote or a line break stand in quotes (RFC 4180).
@@ -85,6 +37,7 @@ fn quoted(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parameters::CALIBRATION;
 
     #[test]
     fn every_row_has_as_many_cells_as_the_head() {

@@ -1,7 +1,7 @@
 //! The history as a page: control charts of what may change, of the noise, and of how improbable it all is.
 
 use crate::detect::judgement::ALARM_P_LOG10;
-use crate::history_csv::column;
+use crate::history_table::column;
 use crate::parameters::{Kind, ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
 use crate::store::HistoryRow;
 use std::ops::Range;

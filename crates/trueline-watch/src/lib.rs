@@ -18,15 +18,21 @@
 //!
 //! Pure functions, and [`store`], which keeps their values in one SQLite file. Nothing here prints.
 
+pub mod alarm_message;
 pub mod detect;
 pub mod history_csv;
 pub mod history_page;
+#[cfg(feature = "parquet")]
+pub mod history_parquet;
+pub mod history_table;
 pub mod innovation;
 pub mod parameters;
 pub mod quadratic;
 pub mod reference;
 pub mod store;
+pub mod tell;
 pub mod watch;
+pub mod watcher;
 pub mod weld_folder;
 pub mod weld_line;
 pub mod weld_text;
@@ -38,5 +44,6 @@ pub use quadratic::Quadratic;
 pub use reference::{Part, Reference};
 pub use store::Store;
 pub use watch::{WatchError, Watched, watch};
+pub use watcher::{Watcher, WatcherError, WatcherSettings};
 pub use weld_folder::WeldFolder;
 pub use weld_line::WeldLine;

@@ -1,5 +1,6 @@
 //! One weld more: read the state, judge, keep, and tell.
 
+use crate::alarm_message::{self, Event};
 use crate::detect::inside::CutWeld;
 use crate::detect::scatter::{self, LESSONS};
 use crate::detect::{History, Judgement, PieceInformation, Scatter, blindness, judge};
@@ -97,13 +98,19 @@ pub fn watch(
     };
     let evidence = weld.evidence(&parts[own].part, &reference)?;
     let pieces = store.pieces(id)?;
-    learn(store, &pieces, &mut parts[own], store.standing_since(id)?)?;
+    let standing = store.standing(id)?;
+    learn(store, &pieces, &mut parts[own], standing.as_ref().map(|alarm| alarm.since))?;
     let axes = sensor_axes(recording, &calibration.guess);
     let seen = Seen { reference: &reference, parts: &parts, own, pieces: &pieces, evidence: &evidence };
     let (judgement, information) = seen.judged();
     let mut line = seen.line(name, &judgement, &information, &axes);
     line.stamps_treated_alike = weld.stamps_as(reference.dejittered);
     store.add_weld(id, &seen.kept(&line, content, now_s, &judgement, &information))?;
+    let kind = line.alarm.as_ref().map(|(alarm, _)| alarm.change.kind.name());
+    if let Some(event) = Event::between(standing.as_ref(), kind) {
+        let body = alarm_message::body(event, &store.cell(), &calibration.name, now_s, &line.to_json());
+        store.add_message(&body.to_string())?;
+    }
     store.commit(transaction)?;
     Ok(line)
 }

@@ -24,8 +24,8 @@ pub fn of(line: &WeldLine) -> String {
     }
     if !line.blind_to.is_empty() {
         text += &format!(
-            "  these welds would not show: {}; a scan of 5 s over a fixed edge, moving and tilting, shows all of it \
-             (`trueline plan`)\n",
+            "  these welds would not show: {}; a scan of 5 s over a fixed edge shows all of it: \
+             `trueline plan cell.toml --calibration RESULT --duration-s 5 --out check-scan`\n",
             line.blind_to.join(", ")
         );
     }

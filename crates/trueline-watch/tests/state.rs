@@ -168,3 +168,94 @@ fn a_weld_that_cannot_be_used_leaves_nothing() {
     assert!(matches!(error, WatchError::Weld(_)), "{error}");
     assert!(store.calibrations().unwrap().is_empty());
 }
+
+/// As version 1 of the tables was written by the program that made them: five pieces, the clock 1 ms late from piece 3 on.
+#[test]
+fn a_state_of_the_first_version_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = state(&folder);
+    std::fs::write(&file, include_bytes!("data/state-v1.sqlite")).unwrap();
+    let before = Store::open_to_read(&file).unwrap();
+    let old = before.history(1, 100).unwrap();
+    assert!(before.receivers().unwrap().is_empty());
+    drop(before);
+    assert_eq!(
+        old.iter().map(|row| row.alarm.as_ref().map(|a| a.since)).collect::<Vec<_>>(),
+        [None, None, None, Some(4), Some(4)]
+    );
+    let store = Store::open(&file).unwrap();
+    assert_eq!(store.history(1, 100).unwrap(), old, "a row has changed");
+    let mut production = production();
+    let calibration = watched(&piece(&production, 0, 1));
+    production.change = Some(ScheduledChange { change: Change::Timing(1e-3), piece: 3, after: 0.0 });
+    let again = watch(&store, &calibration, "piece 4", &piece(&production, 4, 1)).unwrap();
+    assert!(again.told_before.is_some() && again.is_alarm());
+    let next = watch(&store, &calibration, "piece 5", &piece(&production, 5, 1)).unwrap().to_json();
+    assert_eq!(
+        (&next["alarm"]["kind"], &next["alarm"]["since"]),
+        (&"timing".into(), &"piece 3".into()),
+        "{next}"
+    );
+    drop(store);
+    assert_eq!(Store::open(&file).unwrap().history(1, 100).unwrap().len(), 6);
+}
+
+#[test]
+fn an_alarm_is_told_once_and_is_due_again_where_it_was_not_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(&state(&folder)).unwrap();
+    let mut production = production();
+    let calibration = watched(&piece(&production, 0, 1));
+    let receiver = store.receiver("http://cell-pc/alarm", "cell-pc").unwrap();
+    production.change = Some(ScheduledChange { change: Change::Timing(1e-3), piece: 4, after: 0.0 });
+    for number in 0..6 {
+        watch(&store, &calibration, &format!("piece {number}"), &piece(&production, number, 1)).unwrap();
+    }
+    let message = store.take_message(receiver, 1000, 1030).unwrap().unwrap();
+    let body: serde_json::Value = serde_json::from_str(&message.body).unwrap();
+    assert_eq!((&body["event"], &body["alarm"]["since"]), (&"raised".into(), &"piece 4".into()), "{body}");
+    assert!(body["text"].as_str().unwrap().contains("timing has changed since piece 4"), "{body}");
+    assert_eq!(store.take_message(receiver, 1029, 2000).unwrap(), None, "it is taken");
+    store.not_told(receiver, 1100, "no answer").unwrap();
+    assert_eq!(store.take_message(receiver, 1099, 2000).unwrap(), None, "it is not due");
+    assert_eq!(store.take_message(receiver, 1100, 1130).unwrap().unwrap().tries, 1);
+    store.told(receiver, message.id).unwrap();
+    assert_eq!(store.take_message(receiver, 5000, 5030).unwrap(), None, "an alarm that stands is told once");
+    // A receiver that comes late is told nothing old.
+    let late = store.receiver("http://other/alarm", "other").unwrap();
+    assert_eq!(store.take_message(late, 5000, 5030).unwrap(), None);
+}
+
+#[test]
+fn old_welds_are_forgotten_and_what_the_detector_needs_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = state(&folder);
+    let store = Store::open(&file).unwrap();
+    let production = production();
+    let calibration = watched(&piece(&production, 0, 1));
+    watch(&store, &calibration, "piece 0", &piece(&production, 0, 1)).unwrap();
+    let connection = rusqlite::Connection::open(&file).unwrap();
+    connection.execute_batch(&copies(300)).unwrap();
+    connection
+        .execute_batch("INSERT INTO alarms SELECT id, 'timing', 1, -9 FROM welds WHERE id % 7 = 0")
+        .unwrap();
+    assert_eq!(store.forget_before(2_000).unwrap(), 0, "all are younger");
+    let year_3000 = 32_503_680_000;
+    // Piece 0 has a statistic that the detector looks back on: it stays, however old.
+    let forgotten: Vec<usize> = (0..5).map(|_| store.forget_before(year_3000).unwrap()).collect();
+    assert_eq!(forgotten, [100, 100, 100, 0, 0]);
+    let rest = store.history(1, 1000).unwrap();
+    assert_eq!(rest.iter().map(|row| row.id).collect::<Vec<_>>(), [1]);
+    let alarms: i64 = connection.query_row("SELECT count(*) FROM alarms", [], |row| row.get(0)).unwrap();
+    assert_eq!(alarms, 0, "alarms go with their welds");
+}
+
+/// Copies of the first weld, each with a content of its own and without a statistic.
+fn copies(count: usize) -> String {
+    format!(
+        "WITH RECURSIVE n (k) AS (SELECT 1 UNION ALL SELECT k + 1 FROM n WHERE k < {count}) \
+         INSERT INTO welds (calibration, part, content, name, watched_s, used, outliers, noise_factor, estimates, p_log10, line) \
+         SELECT calibration, part, 'copy ' || k, 'copy ' || k, watched_s, used, outliers, noise_factor, estimates, p_log10, \
+         line FROM n, welds WHERE welds.id = 1"
+    )
+}

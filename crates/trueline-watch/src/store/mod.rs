@@ -1,19 +1,22 @@
 //! State that survives: one SQLite file for each cell.
 //!
-//! Calibrations, parts, welds with their statistics, alarms. Every weld is one transaction; a program that is killed leaves
-//! the welds that were finished, and two programs at once wait for each other. Statistics are kept of as many welds as the
-//! detector looks back; what a chart needs of a weld is kept for good.
+//! Calibrations, parts, welds with their statistics, alarms, messages about them. Every weld is one transaction; a program
+//! that is killed leaves the welds that were finished, and two programs at once wait for each other. Statistics are kept of
+//! as many welds as the detector looks back; what a chart needs of a weld is kept for good, or as long as is asked for
+//! ([`Store::forget_before`]).
 
 mod codec;
+mod messages;
 mod rows;
 mod schema;
 mod store_error;
 mod write;
 
+pub use messages::{Message, ReceiverRow};
 pub use rows::{AlarmRow, CalibrationRow, HistoryRow};
 pub use schema::{SCHEMA_VERSION, Store};
 pub use store_error::StoreError;
-pub use write::{NewWeld, StoredPart, StoredPiece};
+pub use write::{NewWeld, Standing, StoredPart, StoredPiece};
 
 /// Welds of which the statistic is kept, for each calibration: twice the longest window.
 pub const KEPT_STATISTICS: usize = 512;

@@ -3,6 +3,7 @@
 use super::codec;
 use super::schema::Store;
 use super::store_error::StoreError;
+use rusqlite::OptionalExtension;
 
 /// A stored calibration.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,6 +103,32 @@ impl Store {
         }
         history.reverse();
         Ok(history)
+    }
+
+    /// What was told of the last weld of a calibration, a line of JSON, and when, s since 1970 UTC.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub fn last_line(&self, calibration: i64) -> Result<Option<(String, i64)>, StoreError> {
+        self.line(
+            "SELECT line, watched_s FROM welds WHERE calibration = ?1 ORDER BY id DESC LIMIT 1",
+            calibration,
+        )
+    }
+
+    /// The same of the last weld with an alarm.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub fn last_alarm_line(&self, calibration: i64) -> Result<Option<(String, i64)>, StoreError> {
+        let text = "SELECT line, watched_s FROM alarms CROSS JOIN welds ON welds.id = alarms.weld \
+                    WHERE calibration = ?1 ORDER BY alarms.weld DESC LIMIT 1";
+        self.line(text, calibration)
+    }
+
+    fn line(&self, text: &str, calibration: i64) -> Result<Option<(String, i64)>, StoreError> {
+        let row = |row: &rusqlite::Row<'_>| Ok((row.get(0)?, row.get(1)?));
+        self.connection.query_row(text, [calibration], row).optional().map_err(|e| self.failed(e))
     }
 }
 

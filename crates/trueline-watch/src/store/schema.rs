@@ -12,7 +12,9 @@ pub const SCHEMA_VERSION: i64 = MIGRATIONS.len() as i64;
 const APPLICATION_ID: i64 = 0x7472_7565;
 
 /// What leads from each version to the next; none of them is ever changed.
-const MIGRATIONS: [&str; 1] = ["
+const MIGRATIONS: [&str; 2] = [VERSION_1, VERSION_2];
+
+const VERSION_1: &str = "
 CREATE TABLE calibrations (
     id INTEGER PRIMARY KEY,
     sha256 TEXT NOT NULL UNIQUE,
@@ -52,7 +54,33 @@ CREATE TABLE alarms (
     since INTEGER NOT NULL REFERENCES welds (id),
     p_log10 REAL NOT NULL
 ) STRICT;
-"];
+";
+
+/// Messages about alarms and who has been told; alarms go with their weld, and may name one that is kept no more.
+const VERSION_2: &str = "
+CREATE TABLE alarms_2 (
+    weld INTEGER PRIMARY KEY REFERENCES welds (id) ON DELETE CASCADE,
+    kind TEXT NOT NULL,
+    since INTEGER NOT NULL,
+    p_log10 REAL NOT NULL
+) STRICT;
+INSERT INTO alarms_2 SELECT weld, kind, since, p_log10 FROM alarms;
+DROP TABLE alarms;
+ALTER TABLE alarms_2 RENAME TO alarms;
+CREATE TABLE messages (
+    id INTEGER PRIMARY KEY AUTOINCREMENT,
+    body TEXT NOT NULL
+) STRICT;
+CREATE TABLE receivers (
+    id INTEGER PRIMARY KEY,
+    address_sha256 TEXT NOT NULL UNIQUE,
+    name TEXT NOT NULL,
+    told_up_to INTEGER NOT NULL,
+    tries INTEGER NOT NULL DEFAULT 0,
+    next_try_s INTEGER NOT NULL DEFAULT 0,
+    error TEXT
+) STRICT;
+";
 
 /// How long one program waits for another.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -96,7 +124,13 @@ impl Store {
         Ok(store)
     }
 
-    fn versions(&self) -> Result<(i64, i64), StoreError> {
+    /// The name of the cell: that of the file, without its ending.
+    #[must_use]
+    pub fn cell(&self) -> String {
+        self.file.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+
+    pub(super) fn versions(&self) -> Result<(i64, i64), StoreError> {
         let pragma = |name: &str| self.connection.pragma_query_value(None, name, |row| row.get::<_, i64>(0));
         let both = pragma("application_id").and_then(|id| Ok((id, pragma("user_version")?)));
         both.map_err(|source| self.failed(source))

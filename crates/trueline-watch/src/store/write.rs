@@ -33,6 +33,15 @@ pub struct StoredPiece {
     pub statistic: WeldStatistic,
 }
 
+/// An alarm that stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Standing {
+    /// Kind of change.
+    pub kind: String,
+    /// Number of the first weld after the change.
+    pub since: i64,
+}
+
 /// A weld that has been judged.
 #[derive(Clone, Debug)]
 pub struct NewWeld {
@@ -185,16 +194,26 @@ impl Store {
         Ok(pieces)
     }
 
-    /// The first weld after the change of the alarm that stood after the last weld.
+    /// The alarm that stood after the last weld.
     ///
     /// # Errors
     /// A database that cannot be read.
-    pub fn standing_since(&self, calibration: i64) -> Result<Option<i64>, StoreError> {
-        let text = "SELECT since FROM alarms WHERE weld = (SELECT max(id) FROM welds WHERE calibration = ?1)";
-        self.connection
-            .query_row(text, [calibration], |row| row.get(0))
-            .optional()
-            .map_err(|e| self.failed(e))
+    pub fn standing(&self, calibration: i64) -> Result<Option<Standing>, StoreError> {
+        let text =
+            "SELECT kind, since FROM alarms WHERE weld = (SELECT max(id) FROM welds WHERE calibration = ?1)";
+        let row = |row: &rusqlite::Row<'_>| Ok(Standing { kind: row.get(0)?, since: row.get(1)? });
+        self.connection.query_row(text, [calibration], row).optional().map_err(|e| self.failed(e))
+    }
+
+    /// Forgets the oldest welds and their alarms if they were watched before a time (s since 1970 UTC): a hundred at most, so
+    /// that no weld waits for it, and none that the detector looks back on. How many.
+    ///
+    /// # Errors
+    /// A database that cannot be written.
+    pub fn forget_before(&self, watched_s: i64) -> Result<usize, StoreError> {
+        let text = "DELETE FROM welds WHERE id IN (SELECT id FROM (SELECT id, watched_s FROM welds \
+                    WHERE statistic IS NULL ORDER BY id LIMIT 100) WHERE watched_s < ?1)";
+        self.connection.execute(text, [watched_s]).map_err(|e| self.failed(e))
     }
 
     /// Adds a judged weld with its alarm, and drops the statistic of the weld that nobody looks back on any more.

@@ -1,0 +1,58 @@
+//! Who is told: a web address or a topic of an MQTT broker.
+
+use std::time::Duration;
+
+/// How long one try may take: connecting, sending and the answer together.
+pub const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Who is told.
+pub trait Receiver: Send {
+    /// Its address, whole: what makes it this receiver and no other.
+    fn address(&self) -> &str;
+
+    /// Its name for people: the host, without what may be secret.
+    fn name(&self) -> String;
+
+    /// Tells it a message, JSON.
+    ///
+    /// # Errors
+    /// A sentence that says why it has not surely been told.
+    fn tell(&self, body: &str) -> Result<(), String>;
+}
+
+/// Why nobody can be told at an address.
+#[derive(Debug, thiserror::Error)]
+pub enum ReceiverError {
+    /// Not an address of a kind that is known.
+    #[error("an address begins with {}", known())]
+    Kind,
+    /// No host, or no topic.
+    #[error("the address has no {0}")]
+    Missing(&'static str),
+    /// Not an address at all.
+    #[error("it is no address: {0}")]
+    Malformed(String),
+}
+
+fn known() -> &'static str {
+    match (cfg!(feature = "webhook"), cfg!(feature = "mqtt")) {
+        (true, true) => "http://, https:// or mqtt://",
+        (true, false) => "http:// or https:// (this program was built without MQTT)",
+        (false, true) => "mqtt:// (this program was built without webhooks)",
+        (false, false) => "nothing: this program was built without webhooks and MQTT",
+    }
+}
+
+/// The receiver at an address: `http://…` and `https://…` are told by POST, `mqtt://HOST[:PORT]/TOPIC` by publishing.
+///
+/// # Errors
+/// An address of no known kind, or half of one.
+pub fn at(address: &str) -> Result<Box<dyn Receiver>, ReceiverError> {
+    match address.split_once("://").map(|(scheme, _)| scheme) {
+        #[cfg(feature = "webhook")]
+        Some("http" | "https") => Ok(Box::new(super::webhook::Webhook::at(address)?)),
+        #[cfg(feature = "mqtt")]
+        Some("mqtt") => Ok(Box::new(super::mqtt::Topic::at(address)?)),
+        _ => Err(ReceiverError::Kind),
+    }
+}

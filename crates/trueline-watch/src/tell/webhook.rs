@@ -1,0 +1,47 @@
+//! A web address that is told by POST.
+
+use super::receiver::{PATIENCE, Receiver, ReceiverError};
+use ureq::http::Uri;
+
+/// A web address.
+pub struct Webhook {
+    address: String,
+    host: String,
+    agent: ureq::Agent,
+}
+
+impl Webhook {
+    /// The webhook at an address.
+    pub fn at(address: &str) -> Result<Self, ReceiverError> {
+        let uri: Uri = address
+            .parse()
+            .map_err(|e: ureq::http::uri::InvalidUri| ReceiverError::Malformed(e.to_string()))?;
+        let host =
+            uri.host().filter(|host| !host.is_empty()).ok_or(ReceiverError::Missing("host"))?.to_owned();
+        // Who is sent elsewhere would be told something about this cell that nobody meant to tell there.
+        let config = ureq::Agent::config_builder()
+            .timeout_global(Some(PATIENCE))
+            .max_redirects(0)
+            .max_redirects_will_error(false)
+            .http_status_as_error(false)
+            .build();
+        Ok(Self { address: address.to_owned(), host, agent: config.into() })
+    }
+}
+
+impl Receiver for Webhook {
+    fn address(&self) -> &str {
+        &self.address
+    }
+
+    fn name(&self) -> String {
+        self.host.clone()
+    }
+
+    /// What it answers is not read: the status says it all.
+    fn tell(&self, body: &str) -> Result<(), String> {
+        let sent = self.agent.post(&self.address).header("content-type", "application/json").send(body);
+        let status = sent.map_err(|error| error.to_string())?.status();
+        if status.is_success() { Ok(()) } else { Err(format!("it answered {status}")) }
+    }
+}

@@ -1,0 +1,146 @@
+//! Watches weld after weld with one calibration, forgets old ones, and has alarms told to others.
+
+use crate::store::{ReceiverRow, Store, StoreError};
+use crate::tell::courier::{Courier, CourierError};
+use crate::tell::receiver::{self, ReceiverError};
+use crate::watch::{WatchError, Watched, watch};
+use crate::weld_line::WeldLine;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use trueline_dataset::Recording;
+use trueline_dataset::calibration_file::{self, KnownCalibration};
+use trueline_dataset::result_file::ResultFile;
+
+/// What is watched, and who is told.
+pub struct WatcherSettings<'a> {
+    /// The state file.
+    pub state: &'a Path,
+    /// The file of the calibration.
+    pub calibration: &'a Path,
+    /// Addresses that alarms are told to.
+    pub tell: &'a [String],
+    /// Welds older than this are forgotten.
+    pub keep: Option<Duration>,
+}
+
+/// Why nothing can be watched.
+#[derive(Debug, thiserror::Error)]
+pub enum WatcherError {
+    /// The calibration cannot be read.
+    #[error(transparent)]
+    Calibration(#[from] trueline_dataset::Error),
+    /// The calibration cannot be read once more.
+    #[error("{}: cannot be read: {why}", file.display())]
+    Read {
+        /// Its file.
+        file: PathBuf,
+        /// What the operating system says.
+        why: std::io::Error,
+    },
+    /// The state cannot be used.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// Nobody can be told at an address.
+    #[error("{0}")]
+    Receiver(#[from] ReceiverError),
+    /// Nobody can be told now.
+    #[error(transparent)]
+    Courier(#[from] CourierError),
+    /// A weld cannot be watched.
+    #[error("{name}: {error}")]
+    Weld {
+        /// The weld.
+        name: String,
+        /// Why.
+        error: WatchError,
+    },
+}
+
+impl WatcherError {
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(&self) -> String {
+        match self {
+            Self::Calibration(error) => error.hint(),
+            Self::Read { .. } => "check the path and its permissions".to_owned(),
+            Self::Store(error) | Self::Courier(CourierError::Store(error)) => error.hint().to_owned(),
+            Self::Receiver(_) => {
+                "http://HOST/PATH, https://HOST/PATH, or mqtt://HOST[:PORT]/TOPIC".to_owned()
+            }
+            Self::Courier(CourierError::Thread(_)) => "are there too many processes?".to_owned(),
+            Self::Weld { error, .. } => error.hint().to_owned(),
+        }
+    }
+}
+
+/// Watches weld after weld.
+pub struct Watcher {
+    store: Store,
+    known: KnownCalibration,
+    calibration: Watched,
+    keep: Option<Duration>,
+    couriers: Vec<Courier>,
+    /// Welds with an alarm.
+    pub alarms: usize,
+}
+
+impl Watcher {
+    /// Opens state and calibration, and begins to tell.
+    ///
+    /// # Errors
+    /// A file that cannot be used, or an address of no known kind.
+    pub fn of(settings: &WatcherSettings<'_>) -> Result<Self, WatcherError> {
+        let known = calibration_file::read(settings.calibration)?;
+        let calibration = watched(settings.calibration, &known)?;
+        let store = Store::open(settings.state)?;
+        let mut couriers = Vec::new();
+        for address in settings.tell {
+            couriers.push(Courier::start(settings.state, receiver::at(address)?)?);
+        }
+        Ok(Self { store, known, calibration, keep: settings.keep, couriers, alarms: 0 })
+    }
+
+    /// Whether the calibration was accepted when it was made, where its file says so.
+    #[must_use]
+    pub fn was_accepted(&self) -> Option<bool> {
+        self.known.accepted
+    }
+
+    /// Watches a weld.
+    ///
+    /// # Errors
+    /// A weld or a state that cannot be used.
+    pub fn one(&mut self, name: &str, recording: Recording) -> Result<WeldLine, WatcherError> {
+        let recording = self.known.corrected(recording);
+        let line = watch(&self.store, &self.calibration, name, &recording)
+            .map_err(|error| WatcherError::Weld { name: name.to_owned(), error })?;
+        self.alarms += usize::from(line.is_alarm());
+        if let Some(keep) = self.keep {
+            let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+            self.store.forget_before(now.saturating_sub(keep).as_secs().cast_signed())?;
+        }
+        Ok(line)
+    }
+
+    /// Tells whoever can be told once more, and returns those who could not. Their messages are kept.
+    ///
+    /// # Errors
+    /// A state that cannot be read.
+    pub fn finish(&mut self) -> Result<Vec<ReceiverRow>, StoreError> {
+        if self.couriers.is_empty() {
+            return Ok(Vec::new());
+        }
+        self.couriers.clear();
+        Ok(self.store.receivers()?.into_iter().filter(|receiver| receiver.waiting > 0).collect())
+    }
+}
+
+/// The calibration with all that its file tells.
+fn watched(file: &Path, known: &KnownCalibration) -> Result<Watched, WatcherError> {
+    let is_json = file.extension().is_some_and(|end| end.eq_ignore_ascii_case("json"));
+    let result = is_json.then(|| ResultFile::read(file)).transpose()?;
+    let bytes = std::fs::read(file).map_err(|why| WatcherError::Read { file: file.to_owned(), why })?;
+    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    Ok(Watched { name: file.display().to_string(), sha256, guess: known.known.parameters, result })
+}
