@@ -6,10 +6,12 @@ use crate::entries;
 use crate::error::CellError;
 use crate::frame_stamper::{FrameStamper, StampChoice};
 use crate::live_estimate::LiveEstimate;
+use crate::live_picture::LivePicture;
+use crate::live_welds::LiveWelds;
 use crate::seam_finder::SeamFinder;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use trueline_camera::{CameraError, CameraFrame, FrameSource};
 use trueline_dataset::{FrameStamp, Sensor};
@@ -32,6 +34,7 @@ pub struct CameraRecorder {
     last: Option<u64>,
     /// Pictures that wait for the next exchange with the camera's clock.
     waiting: VecDeque<CameraFrame>,
+    picture: Arc<LivePicture>,
 }
 
 impl CameraRecorder {
@@ -65,7 +68,21 @@ impl CameraRecorder {
             Some(sensor) => SeamFinder::new(sensor, joint, source.about())?,
             None => None,
         };
-        Ok(Self { source, stamper, finder, is_replay: false, last: None, waiting: VecDeque::new() })
+        Ok(Self {
+            source,
+            stamper,
+            finder,
+            is_replay: false,
+            last: None,
+            waiting: VecDeque::new(),
+            picture: Arc::default(),
+        })
+    }
+
+    /// The last picture, for whoever looks.
+    #[must_use]
+    pub fn picture(&self) -> Arc<LivePicture> {
+        Arc::clone(&self.picture)
     }
 
     /// What gives the pictures and what their stamps are, in the words of the recording.
@@ -82,18 +99,17 @@ impl CameraRecorder {
         format!("{}: {stamp}, by a steady clock; device: {}", about.name, about.stamp_meaning)
     }
 
-    /// Records until all is over, or the camera is; counts into `counts` meanwhile.
+    /// Records until all is over, or the camera is.
     ///
     /// # Errors
     /// A camera that fails; what came before is recorded.
     pub fn run(
         &mut self,
         handle: &RecorderHandle,
-        estimate: Option<&LiveEstimate>,
-        counts: &Mutex<CameraCounts>,
+        goal: &SeamPoints<'_>,
         over: &AtomicBool,
     ) -> Result<(), CameraError> {
-        let sink = Sink { handle, estimate, counts };
+        let sink = Sink { handle, goal };
         let mut seen = Ok(());
         while seen.is_ok() && !over.load(Ordering::SeqCst) && !self.source.has_ended() {
             seen = self.take(&sink, false);
@@ -153,17 +169,33 @@ impl CameraRecorder {
             counts.unusable += u64::from(is_unusable);
             counts.seams += u64::from(seam.is_some());
         });
-        if let (Some(estimate), Some(seam)) = (sink.estimate, seam) {
+        if let Some(image) = &frame.image {
+            let _nobody_looks = self.picture.offer(image, frame.frame, seam.as_ref());
+        }
+        let Some(seam) = seam else { return };
+        if let Some(estimate) = sink.goal.estimate {
             estimate.add_feature(seam);
         }
+        if let Some(welds) = sink.goal.welds {
+            welds.add_feature(seam);
+        }
     }
+}
+
+/// Where seam points go beside the recording.
+pub struct SeamPoints<'a> {
+    /// The estimate, if there is one.
+    pub estimate: Option<&'a LiveEstimate>,
+    /// What cuts them into welds, if anything does.
+    pub welds: Option<&'a LiveWelds>,
+    /// Pictures are counted there.
+    pub counts: &'a Mutex<CameraCounts>,
 }
 
 /// Where pictures go.
 struct Sink<'a> {
     handle: &'a RecorderHandle,
-    estimate: Option<&'a LiveEstimate>,
-    counts: &'a Mutex<CameraCounts>,
+    goal: &'a SeamPoints<'a>,
 }
 
 impl Sink<'_> {
@@ -173,6 +205,6 @@ impl Sink<'_> {
     }
 
     fn count(&self, add: impl FnOnce(&mut CameraCounts)) {
-        add(&mut self.counts.lock().unwrap_or_else(PoisonError::into_inner));
+        add(&mut self.goal.counts.lock().unwrap_or_else(PoisonError::into_inner));
     }
 }

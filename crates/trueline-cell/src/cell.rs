@@ -1,8 +1,10 @@
 //! What records beside the robot: the camera and the estimate, a thread each; both end when the robot's side does.
 
 use crate::camera_counts::CameraCounts;
-use crate::camera_recorder::CameraRecorder;
+use crate::camera_recorder::{CameraRecorder, SeamPoints};
 use crate::live_estimate::{LiveEstimate, Progress};
+use crate::live_picture::LivePicture;
+use crate::live_welds::LiveWelds;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -18,6 +20,7 @@ const REFRESH: Duration = Duration::from_millis(200);
 pub struct Cell {
     camera: Option<CameraRecorder>,
     estimate: Option<Arc<LiveEstimate>>,
+    welds: Option<Arc<LiveWelds>>,
     counts: Mutex<CameraCounts>,
 }
 
@@ -53,7 +56,13 @@ impl Cell {
     /// A robot with a camera, an estimate, both or neither beside it.
     #[must_use]
     pub fn new(camera: Option<CameraRecorder>, estimate: Option<Arc<LiveEstimate>>) -> Self {
-        Self { camera, estimate, counts: Mutex::default() }
+        Self { camera, estimate, welds: None, counts: Mutex::default() }
+    }
+
+    /// The same, with its seam points cut into welds.
+    #[must_use]
+    pub fn with_welds(self, welds: Arc<LiveWelds>) -> Self {
+        Self { welds: Some(welds), ..self }
     }
 
     /// What gives pictures and what their stamps are, in the words of the recording.
@@ -62,10 +71,22 @@ impl Cell {
         self.camera.as_ref().map(CameraRecorder::stamp_meaning)
     }
 
+    /// The camera's last picture, for whoever looks.
+    #[must_use]
+    pub fn picture(&self) -> Option<Arc<LivePicture>> {
+        self.camera.as_ref().map(CameraRecorder::picture)
+    }
+
     /// Who wants the poses.
     #[must_use]
     pub fn estimate(&self) -> Option<Arc<LiveEstimate>> {
         self.estimate.clone()
+    }
+
+    /// Who cuts welds out of what comes.
+    #[must_use]
+    pub fn welds(&self) -> Option<Arc<LiveWelds>> {
+        self.welds.clone()
     }
 
     /// How it is doing.
@@ -82,8 +103,9 @@ impl Cell {
         robot: impl FnOnce(&AtomicBool) -> T + Send,
         mut observe: impl FnMut(&CellState),
     ) -> CellOutcome<T> {
-        let Self { camera, estimate, counts } = self;
+        let Self { camera, estimate, welds, counts } = self;
         let (counts, estimate, has_camera) = (&*counts, estimate.as_deref(), camera.is_some());
+        let goal = SeamPoints { estimate, welds: welds.as_deref(), counts };
         let (over, blind) = (&AtomicBool::new(false), &AtomicBool::new(false));
         thread::scope(|scope| {
             let leading = scope.spawn(move || {
@@ -94,8 +116,7 @@ impl Cell {
             let looking = scope.spawn(move || {
                 // Should it panic, the scan is to be stopped as well.
                 let blinded = Blinded(blind);
-                let seen =
-                    camera.as_mut().map_or(Ok(()), |camera| camera.run(handle, estimate, counts, over));
+                let seen = camera.as_mut().map_or(Ok(()), |camera| camera.run(handle, &goal, over));
                 if seen.is_ok() {
                     std::mem::forget(blinded);
                 }

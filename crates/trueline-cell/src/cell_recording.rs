@@ -3,6 +3,8 @@
 use crate::entries;
 use crate::error::CellError;
 use crate::live_estimate::LiveEstimate;
+use crate::live_welds::LiveWelds;
+use crate::robot_brief::RobotBrief;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -39,6 +41,9 @@ pub struct CellRecording {
     has_failed: bool,
     estimate: Option<Arc<LiveEstimate>>,
     poses: Vec<RobotSample>,
+    welds: Option<Arc<LiveWelds>>,
+    poses_of_welds: Vec<RobotSample>,
+    last: Option<RobotSample>,
 }
 
 /// What a recording is made for.
@@ -58,6 +63,8 @@ pub struct RecordingSettings<'a> {
     pub camera: Option<String>,
     /// Who wants to have the poses as well.
     pub estimate: Option<Arc<LiveEstimate>>,
+    /// Who cuts them into welds.
+    pub welds: Option<Arc<LiveWelds>>,
 }
 
 /// What became of a recording.
@@ -121,7 +128,8 @@ impl CellRecording {
     /// # Errors
     /// A folder or file that cannot be written, or a recording that already exists.
     pub fn create(settings: RecordingSettings<'_>, clock: HostClock) -> Result<Self, CellError> {
-        let RecordingSettings { folder, sensor_toml, tool, robot, command, camera, estimate } = settings;
+        let RecordingSettings { folder, sensor_toml, tool, robot, command, camera, estimate, welds } =
+            settings;
         fs::create_dir_all(folder).map_err(|why| CellError::Folder { folder: folder.to_owned(), why })?;
         let file = folder.join(RECORDING);
         let robot = format!("robot: {robot}, by a steady clock; device: the controller's");
@@ -142,6 +150,9 @@ impl CellRecording {
             has_failed: false,
             estimate,
             poses: Vec::new(),
+            welds,
+            poses_of_welds: Vec::new(),
+            last: None,
         })
     }
 
@@ -155,6 +166,16 @@ impl CellRecording {
     #[must_use]
     pub fn watch(&self) -> &StreamWatch {
         &self.watch
+    }
+
+    /// The robot in short.
+    #[must_use]
+    pub fn brief(&self) -> RobotBrief {
+        RobotBrief {
+            link: self.watch.brief(),
+            poses: self.watch.frames(),
+            base_from_tool: self.last.map(|sample| sample.base_from_tool),
+        }
     }
 
     /// Whether writing has stopped; looked at once a second.
@@ -173,9 +194,13 @@ impl CellRecording {
         self.watch.note(packet);
         let sample = entries::robot_sample(packet);
         self.rejected += u64::from(sample.is_none());
+        self.last = sample.or(self.last);
         let is_kept = sample.is_some() || self.rejected <= MOST_REJECTED;
         if self.estimate.is_some() {
             self.poses.extend(sample);
+        }
+        if self.welds.is_some() {
+            self.poses_of_welds.extend(sample);
         }
         if is_kept {
             self.keep(match packet {
@@ -200,6 +225,9 @@ impl CellRecording {
     pub fn tick(&mut self) {
         if let Some(estimate) = &self.estimate {
             estimate.offer_poses(&mut self.poses);
+        }
+        if let Some(welds) = &self.welds {
+            welds.offer_poses(&mut self.poses_of_welds);
         }
         let reading = self.clock.read();
         if let Some(step_ns) = self.steps.step_ns(reading) {

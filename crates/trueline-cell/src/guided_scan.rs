@@ -2,6 +2,7 @@
 
 use crate::cell::{Cell, CellOutcome, CellState};
 use crate::cell_recording::CellRecording;
+use crate::robot_brief::RobotBrief;
 use std::fmt;
 use std::io;
 use std::sync::Mutex;
@@ -9,20 +10,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use trueline_camera::CameraError;
 use trueline_live::guide::{Answer, Observer, Outcome};
 use trueline_live::motion::{EndReason, GateState, OperatorCommand, Phase};
-use trueline_live::{Guide, LinkPacket, Received, ReplyTimes, StreamBrief, priority};
+use trueline_live::{Guide, LinkPacket, Received, ReplyTimes, priority};
 
 /// How a scan is doing; its `Display` is half a line.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ScanState {
-    /// The robot's link.
-    pub link: StreamBrief,
+    /// The robot.
+    pub robot: RobotBrief,
     /// What the gate is about.
     pub phase: Phase,
 }
 
 impl fmt::Display for ScanState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.phase, self.link)
+        write!(f, "{}: {}", self.phase, self.robot)
     }
 }
 
@@ -116,7 +117,7 @@ impl Observer for Watching<'_> {
         }
         // Never waits for the display.
         if let Ok(mut shown) = self.shown.try_lock() {
-            *shown = ScanState { link: self.recording.watch().brief(), phase: state.phase };
+            *shown = ScanState { robot: self.recording.brief(), phase: state.phase };
         }
     }
 }

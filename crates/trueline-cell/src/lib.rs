@@ -48,7 +48,10 @@ mod error;
 mod frame_stamper;
 mod guided_scan;
 mod live_estimate;
+mod live_picture;
+mod live_welds;
 mod progress_text;
+mod robot_brief;
 mod robot_recorder;
 mod seam_finder;
 #[cfg(feature = "gige")]
@@ -64,6 +67,9 @@ pub use error::CellError;
 pub use frame_stamper::{FrameStamper, StampChoice};
 pub use guided_scan::{EndedScan, ScanState, guide_scan};
 pub use live_estimate::{Estimated, LiveEstimate, Progress};
+pub use live_picture::{LivePicture, SmallPicture};
+pub use live_welds::LiveWelds;
+pub use robot_brief::RobotBrief;
 pub use robot_recorder::{Until, record_robot};
 pub use seam_finder::SeamFinder;
 #[cfg(feature = "gige")]

@@ -1,11 +1,12 @@
 //! Records a robot that its own program drives.
 
 use crate::cell_recording::CellRecording;
+use crate::robot_brief::RobotBrief;
 use std::sync::Mutex;
 use std::thread;
 use std::time::{Duration, Instant};
 use trueline_live::robot_source::SourceError;
-use trueline_live::{LinkPacket, RobotLink, SequenceStatus, StreamBrief};
+use trueline_live::{LinkPacket, RobotLink, SequenceStatus};
 use trueline_mcap::NoteLevel;
 
 /// A robot that sends nothing for so long has ended its program.
@@ -27,7 +28,7 @@ pub fn record_robot(
     link: &mut RobotLink,
     recording: &mut CellRecording,
     until: &Until<'_>,
-    shown: &Mutex<StreamBrief>,
+    shown: &Mutex<RobotBrief>,
 ) -> Option<SourceError> {
     let start = Instant::now();
     let (mut frames, mut changed, mut is_lost) = (0, start, false);
@@ -37,7 +38,7 @@ pub fn record_robot(
     {
         let received = link.receive(WAIT, &mut |packet| keep(packet, recording));
         recording.tick();
-        let brief = recording.watch().brief();
+        let brief = recording.brief();
         let came = recording.watch().frames();
         if came > frames {
             (frames, changed, is_lost) = (came, Instant::now(), false);
