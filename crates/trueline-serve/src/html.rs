@@ -1,0 +1,88 @@
+//! Pages as text: everything that was not written here is escaped on its way in.
+
+use std::fmt::Write;
+
+/// Path of the style sheet.
+pub const STYLE_PATH: &str = "/live.css";
+/// Path of the script.
+pub const SCRIPT_PATH: &str = "/live.js";
+/// The style sheet.
+pub const STYLE: &str = include_str!("../assets/live.css");
+/// The script: it replaces what has changed. Without it the page is whole, and stands.
+pub const SCRIPT: &str = include_str!("../assets/live.js");
+
+/// What a reader of HTML takes for text, also inside an attribute.
+#[must_use]
+pub fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// A whole page; `blocks` is markup. It is asked for again every so many milliseconds.
+#[must_use]
+pub fn page(title: &str, every_ms: u32, blocks: &str) -> String {
+    let (title, version) = (escape(title), env!("CARGO_PKG_VERSION"));
+    format!(
+        "<!doctype html>\n<html lang=\"en\" data-every=\"{every_ms}\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>{title}</title>\
+        <link rel=\"stylesheet\" href=\"{STYLE_PATH}\"><script src=\"{SCRIPT_PATH}\" defer></script></head>\
+         <body><p class=\"silence\" role=\"alert\">No answer: what stands here is old.</p>\
+         <header><h1>{title}</h1></header><main>{blocks}</main>\
+         <footer>trueline {version} · read-only</footer></body></html>\n"
+    )
+}
+
+/// A block that is replaced by itself when it changes.
+#[must_use]
+pub fn block(id: &str, markup: &str) -> String {
+    format!("<section id=\"{}\" data-block>{markup}</section>", escape(id))
+}
+
+/// A card with a heading.
+#[must_use]
+pub fn card(heading: &str, class: &str, markup: &str) -> String {
+    format!("<div class=\"card {class}\"><h3>{}</h3>{markup}</div>", escape(heading))
+}
+
+/// Names and values.
+#[must_use]
+pub fn facts<'a>(rows: impl IntoIterator<Item = (&'a str, String)>) -> String {
+    let mut out = "<table>".to_owned();
+    for (name, value) in rows {
+        // Writing to a String cannot fail.
+        let _ = write!(out, "<tr><th scope=\"row\">{}</th><td>{}</td></tr>", escape(name), escape(&value));
+    }
+    out + "</table>"
+}
+
+/// Items, one a line; nothing for none.
+#[must_use]
+pub fn list(items: impl IntoIterator<Item = String>) -> String {
+    let items: String = items.into_iter().map(|item| format!("<li>{}</li>", escape(&item))).collect();
+    if items.is_empty() { items } else { format!("<ul>{items}</ul>") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_written_here_is_text() {
+        let evil = "<script>alert(\"1\")</script>' onload='x";
+        for markup in
+            [page(evil, 1, ""), card(evil, "", ""), facts([("a", evil.to_owned())]), list([evil.to_owned()])]
+        {
+            assert!(!markup.contains("<script>") && !markup.contains("' onload"), "{markup}");
+        }
+    }
+}

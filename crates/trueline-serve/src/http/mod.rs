@@ -1,0 +1,11 @@
+//! A small read-only web server.
+
+mod guard;
+mod headers;
+mod reply;
+mod serve_error;
+mod server;
+
+pub use reply::{Media, Reply, Site};
+pub use serve_error::ServeError;
+pub use server::{Limits, LiveServer};

@@ -1,0 +1,102 @@
+//! Cells as numbers, in the OpenMetrics text format.
+
+use super::view::CellView;
+use prometheus_client::encoding::text::encode;
+use prometheus_client::metrics::family::Family;
+use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::registry::{Registry, Unit};
+use std::fmt;
+use std::sync::atomic::AtomicU64;
+use trueline_watch::Kind;
+use trueline_watch::parameters::TIME_OFFSET;
+
+type Labels = Vec<(&'static str, String)>;
+type Gauges = Family<Labels, Gauge<f64, AtomicU64>>;
+
+/// All gauges.
+struct Numbers {
+    registry: Registry,
+    welds: Gauges,
+    last_weld_s: Gauges,
+    alarm: Gauges,
+    evidence: Gauges,
+    time_offset_s: Gauges,
+    time_offset_sigma_s: Gauges,
+    noise: Gauges,
+    waiting: Gauges,
+}
+
+impl Numbers {
+    fn new() -> Self {
+        let mut registry = Registry::with_prefix("trueline_watch");
+        let mut plain = |name: &str, help: &str| {
+            let gauges = Gauges::default();
+            registry.register(name, help, gauges.clone());
+            gauges
+        };
+        let welds = plain("welds", "Welds that are kept of the calibration in use");
+        let alarm = plain("alarm", "1 while an alarm of this kind stands");
+        let evidence =
+            plain("evidence", "Minus log10 of the probability without a change; an alarm is at 6.25");
+        let noise = plain("noise_factor", "Residuals of the last weld over what was expected");
+        let waiting = plain("messages_waiting", "Messages about alarms that a receiver has not been told");
+        let mut seconds = |name: &str, help: &str| {
+            let gauges = Gauges::default();
+            registry.register_with_unit(name, help, Unit::Seconds, gauges.clone());
+            gauges
+        };
+        let last_weld_s = seconds("last_weld_timestamp", "When the last weld was watched, since 1970 UTC");
+        let time_offset_s = seconds("time_offset_change", "Change of the time offset by the last weld alone");
+        let time_offset_sigma_s = seconds("time_offset_change_sigma", "One standard deviation of it");
+        Self {
+            registry,
+            welds,
+            last_weld_s,
+            alarm,
+            evidence,
+            time_offset_s,
+            time_offset_sigma_s,
+            noise,
+            waiting,
+        }
+    }
+
+    fn take(&self, cell: &CellView) {
+        let labels = |more: Option<(&'static str, &str)>| -> Labels {
+            let more = more.map(|(name, value)| (name, value.to_owned()));
+            [("cell", cell.name.clone())].into_iter().chain(more).collect()
+        };
+        let set = |gauges: &Gauges, value: f64| gauges.get_or_create(&labels(None)).set(value);
+        for receiver in &cell.receivers {
+            let own = labels(Some(("receiver", &receiver.name)));
+            self.waiting.get_or_create(&own).set(receiver.waiting as f64);
+        }
+        let (Some(calibration), Some(last)) = (&cell.calibration, cell.history.last()) else { return };
+        set(&self.welds, calibration.welds as f64);
+        set(&self.last_weld_s, last.watched_s as f64);
+        set(&self.noise, last.noise_factor);
+        for (k, kind) in Kind::ALL.into_iter().enumerate() {
+            let own = labels(Some(("kind", kind.name())));
+            let stands = last.alarm.as_ref().is_some_and(|alarm| alarm.kind == kind.name());
+            self.alarm.get_or_create(&own).set(f64::from(u8::from(stands)));
+            let evidence = last.p_log10.get(k).map_or(0.0, |p| -p);
+            self.evidence.get_or_create(&own).set(evidence);
+        }
+        if let Some([change_s, sigma_s]) = last.estimates.get(TIME_OFFSET).copied().flatten() {
+            set(&self.time_offset_s, change_s);
+            set(&self.time_offset_sigma_s, sigma_s);
+        }
+    }
+}
+
+/// All cells as text.
+///
+/// # Errors
+/// Text that cannot be made.
+pub fn text(cells: &[CellView]) -> Result<String, fmt::Error> {
+    let numbers = Numbers::new();
+    cells.iter().for_each(|cell| numbers.take(cell));
+    let mut out = String::new();
+    encode(&mut out, &numbers.registry)?;
+    Ok(out)
+}

@@ -1,0 +1,164 @@
+//! Cells as a page: state, trend, the last alarm with its evidence.
+
+use super::evidence;
+use super::view::CellView;
+use crate::html::{block, card, escape, facts, list};
+use crate::trend::{Series, Trend};
+use serde_json::Value;
+use trueline_watch::Kind;
+use trueline_watch::detect::judgement::ALARM_P_LOG10;
+use trueline_watch::history_table::column;
+use trueline_watch::parameters::{ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
+use trueline_watch::store::HistoryRow;
+
+/// The blocks of all cells; `Err` is what stands in the place of a cell that cannot be read.
+#[must_use]
+pub fn blocks(cells: &[(String, Result<CellView, String>)], now_s: i64) -> String {
+    let of = |(k, (name, cell)): (usize, &(String, Result<CellView, String>))| {
+        let inside = match cell {
+            Ok(cell) => inside(cell, now_s),
+            Err(why) => format!("<p class=\"state mind\">cannot be read</p><p>{}</p>", escape(why)),
+        };
+        block(&format!("cell-{k}"), &format!("<h2>{}</h2>{inside}", escape(name)))
+    };
+    cells.iter().enumerate().map(of).collect()
+}
+
+fn inside(cell: &CellView, now_s: i64) -> String {
+    let Some(last) = cell.history.last() else {
+        return "<p class=\"state\">No weld has been watched yet.</p>".to_owned();
+    };
+    let state = match cell.alarm() {
+        None => "<p class=\"state good\">Nothing has changed.</p>".to_owned(),
+        Some(alarm) => {
+            let since = evidence::since(alarm);
+            format!(
+                "<p class=\"state bad\">ALARM: {}, since {}</p>",
+                escape(evidence::what(alarm)),
+                escape(&since)
+            )
+        }
+    };
+    let mut cards = card("Now", "", &now(cell, last, now_s));
+    if let Some((line, at_s)) = &cell.last_alarm {
+        cards += &alarm_card(line, *at_s, now_s, cell.alarm().is_some());
+    }
+    cards += &card("Evidence of a change: −log10 p (dashed: alarm)", "", &improbable(&cell.history).svg());
+    let charts = [
+        ("Time offset: change (ms)", TIME_OFFSET..ROTATION, ["change", "", ""]),
+        ("Bracket: shift, tool axes (mm)", TRANSLATION..SHAPE, ["x", "y", "z"]),
+        ("Bracket: turn, tool axes (°)", ROTATION..TRANSLATION, ["x", "y", "z"]),
+        ("Sensor: scale (%)", SHAPE..SHAPE + 3, ["width", "depth", "shear"]),
+    ];
+    for (heading, range, names) in charts {
+        cards += &card(heading, "", &by_weld(&cell.history, range, names, heading).svg());
+    }
+    cards += &card("Noise: residuals over expected", "", &noise(&cell.history).svg());
+    format!("{state}<div class=\"blocks\">{cards}</div>")
+}
+
+fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
+    let line = cell.last.as_ref().unwrap_or(&Value::Null);
+    let calibration = cell.calibration.as_ref();
+    let mut rows = vec![
+        ("last weld", last.name.clone()),
+        ("watched", ago(now_s - last.watched_s)),
+        ("welds", calibration.map_or(0, |c| c.welds).to_string()),
+        ("calibration", calibration.map_or_else(String::new, |c| c.name.clone())),
+        ("seam points", format!("{} used, {} outliers", last.used, last.outliers)),
+    ];
+    if let (Some(seen), Some(needed)) =
+        (line["learning"]["pieces"].as_u64(), line["learning"]["needed"].as_u64())
+    {
+        rows.push(("fixture", format!("is being learnt: {} of {needed} pieces", seen.min(needed))));
+    }
+    let blind = evidence::words(&line["blind_to"]);
+    let seen = if blind.is_empty() { "nothing".to_owned() } else { blind.join(", ") };
+    rows.push(("blind to", seen));
+    for receiver in &cell.receivers {
+        let waiting = match (receiver.waiting, &receiver.error) {
+            (0, _) => "has been told everything".to_owned(),
+            (n, None) => format!("{n} messages are on their way"),
+            (n, Some(why)) => format!("{n} messages wait: {why}"),
+        };
+        rows.push(("alarms to", format!("{}: {waiting}", receiver.name)));
+    }
+    let mut out = facts(rows);
+    if !blind.is_empty() {
+        out += "<p class=\"soft\">A scan of 5 s over a fixed edge, moving and tilting, shows what these welds do not.</p>";
+    }
+    out
+}
+
+fn alarm_card(line: &Value, at_s: i64, now_s: i64, stands: bool) -> String {
+    let alarm = &line["alarm"];
+    let p = alarm["p_log10"].as_f64().unwrap_or(0.0);
+    let mut rows = vec![
+        ("what", evidence::what(alarm).to_owned()),
+        ("since", evidence::since(alarm)),
+        ("told at", format!("{}, {}", line["weld"].as_str().unwrap_or_default(), ago(now_s - at_s))),
+        ("without a change", format!("once in {:.0e} welds", 10f64.powf(-p))),
+    ];
+    rows.extend(evidence::numbers(alarm));
+    let others = evidence::words(&alarm["not_told_apart"]);
+    let others = others
+        .into_iter()
+        .map(|kind| format!("it may also be the {kind}: these welds do not tell them apart"));
+    let heading = if stands { "The alarm that stands" } else { "The last alarm; it is over" };
+    card(heading, if stands { "alarm" } else { "" }, &(facts(rows) + &list(others)))
+}
+
+fn improbable(history: &[HistoryRow]) -> Trend {
+    let of = |(k, kind): (usize, Kind)| Series {
+        name: kind.name(),
+        points: history
+            .iter()
+            .map(|row| [row.id as f64, row.p_log10.get(k).map_or(f64::NAN, |p| -p)])
+            .collect(),
+        ..Series::default()
+    };
+    Trend {
+        alternative: "Minus log10 of the probability without a change, by weld and kind".to_owned(),
+        along: "weld",
+        series: Kind::ALL.into_iter().enumerate().map(of).collect(),
+        limits: vec![-ALARM_P_LOG10],
+    }
+}
+
+fn by_weld(
+    history: &[HistoryRow],
+    range: std::ops::Range<usize>,
+    names: [&'static str; 3],
+    alternative: &str,
+) -> Trend {
+    let series = range.zip(names).map(|(k, name)| {
+        let factor = column(k).1;
+        let value = |row: &HistoryRow| {
+            row.estimates.get(k).copied().flatten().map_or(f64::NAN, |[value, _]| value * factor)
+        };
+        let points = history.iter().map(|row| [row.id as f64, value(row)]).collect();
+        Series { name, points, dotted: true, ..Series::default() }
+    });
+    Trend {
+        alternative: format!("{alternative} by weld"),
+        along: "weld",
+        series: series.collect(),
+        limits: Vec::new(),
+    }
+}
+
+fn noise(history: &[HistoryRow]) -> Trend {
+    let points = history.iter().map(|row| [row.id as f64, row.noise_factor]).collect();
+    let series = vec![Series { name: "noise", points, dotted: true, ..Series::default() }];
+    Trend { alternative: "Noise factor by weld".to_owned(), along: "weld", series, limits: Vec::new() }
+}
+
+/// A time that has passed, in the unit that suits it.
+fn ago(s: i64) -> String {
+    match s {
+        ..60 => format!("{} s ago", s.max(0)),
+        60..7200 => format!("{} min ago", s / 60),
+        7200..172_800 => format!("{} h ago", s / 3600),
+        _ => format!("{} days ago", s / 86_400),
+    }
+}

@@ -1,0 +1,114 @@
+//! The live pages in a real browser: nothing is blocked, nothing complains, and what changes is drawn without a reload.
+//!
+//! Needs Chromium (`TRUELINE_CHROMIUM`, or one in the path); where there is none, this says so and tests nothing.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod common;
+
+use common::{Growing, offer_picture, state_with_an_alarm};
+use std::io::Write as _;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use trueline_serve::http::Reply;
+use trueline_serve::{Limits, LiveServer, Site, WatchSite};
+
+fn browser() -> Option<PathBuf> {
+    let named = std::env::var_os("TRUELINE_CHROMIUM").map(PathBuf::from);
+    let folders: Vec<PathBuf> =
+        std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).collect();
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    let found =
+        folders.iter().flat_map(|folder| names.map(|name| folder.join(name))).find(|file| file.exists());
+    if named.is_none() && found.is_none() {
+        writeln!(std::io::stderr(), "SKIPPED: browser: no Chromium here, the live pages are not looked at")
+            .unwrap();
+    }
+    named.or(found)
+}
+
+/// The page as it is after some seconds, and what the browser said meanwhile.
+fn opened(browser: &Path, folder: &Path, server: &LiveServer, width: u32) -> (String, String) {
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--no-first-run",
+            "--disable-background-networking",
+        ])
+        .args(["--disable-component-update", "--disable-sync", "--disable-quic", "--enable-logging=stderr"])
+        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
+        .arg(format!("--window-size={width},1200"))
+        // The script has looked three times by then.
+        .args(["--virtual-time-budget=9000", "--dump-dom"])
+        .arg(format!("http://{}/", server.address()))
+        .output()
+        .unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    (text(output.stdout), text(output.stderr))
+}
+
+fn attribute<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+    let start = text.find(&format!("{name}=\""))? + name.len() + 2;
+    text[start..].split('"').next()
+}
+
+fn is_well(page: &str, said: &str) {
+    let root = page.split_once("<head>").map_or("", |(root, _)| root);
+    assert!(!said.contains(":CONSOLE"), "{said}");
+    assert_eq!(attribute(root, "data-problems"), Some(""), "{root}");
+    assert_eq!(attribute(root, "data-overflow"), Some("0"), "wider than the window: {root}");
+    assert!(attribute(root, "data-silent").is_none(), "no answer: {root}");
+    let asked: u32 = attribute(root, "data-asked").expect("the script did not run").parse().unwrap();
+    assert!(asked >= 2, "{root}");
+}
+
+/// A recording that has grown when its page is asked for once more.
+struct GrowsWhenAsked {
+    growing: Growing,
+    asked: AtomicU32,
+}
+
+impl Site for GrowsWhenAsked {
+    fn paths(&self) -> &'static [&'static str] {
+        self.growing.site.paths()
+    }
+
+    fn reply(&self, path: &str) -> Result<Reply, String> {
+        if path == "/" && self.asked.fetch_add(1, Ordering::SeqCst) == 1 {
+            self.growing.grow(1.0);
+        }
+        self.growing.site.reply(path)
+    }
+}
+
+fn serve(site: Arc<dyn Site>) -> LiveServer {
+    LiveServer::start(SocketAddr::from(([127, 0, 0, 1], 0)), &[], Limits::default(), site).unwrap()
+}
+
+#[test]
+fn live_pages_draw_what_changes_and_nothing_is_blocked() {
+    let Some(browser) = browser() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let watched = serve(Arc::new(WatchSite::of(vec![state_with_an_alarm(folder.path())])));
+    for width in [1400, 520] {
+        let (page, said) = opened(&browser, folder.path(), &watched, width);
+        is_well(&page, &said);
+        assert!(page.contains("ALARM: the camera's time offset has changed"), "{page}");
+    }
+
+    let growing = Growing::new();
+    growing.grow(0.4);
+    offer_picture(&growing.picture, 17);
+    let first = String::from_utf8(growing.site.reply("/").unwrap().body).unwrap();
+    let recorded = serve(Arc::new(GrowsWhenAsked { growing, asked: AtomicU32::new(0) }));
+    let (page, said) = opened(&browser, folder.path(), &recorded, 1400);
+    is_well(&page, &said);
+    assert!(page.contains("the seam is marked"), "{page}");
+    let points =
+        |page: &str| page.split("seam points</th><td>").nth(1)?.split('<').next()?.parse::<u32>().ok();
+    assert!(points(&page) > points(&first), "it did not grow: {:?} {:?}", points(&first), points(&page));
+}
