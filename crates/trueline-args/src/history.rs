@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Args)]
 #[command(after_help = "Examples:
   trueline history --state cell.sqlite --report history.html
-  trueline history --state cell.sqlite --csv history.csv
+  trueline history --state cell.sqlite --csv history.csv --parquet history.parquet
 
 One row a weld: what it says of time offset, hand-eye and sensor by itself, its noise, and the alarm that stood after it.
 
@@ -24,6 +24,9 @@ pub struct HistoryArgs {
     /// Write a table; - is stdout
     #[arg(long)]
     pub csv: Option<PathBuf>,
+    /// Write the same table as a Parquet file
+    #[arg(long, value_name = "FILE")]
+    pub parquet: Option<PathBuf>,
     /// Write a page with control charts that opens in a browser
     #[arg(long)]
     pub report: Option<PathBuf>,

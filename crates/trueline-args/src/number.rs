@@ -48,6 +48,12 @@ pub fn pace(text: &str) -> Result<f64, String> {
     number(text, "a share above 0 and up to 1", |x| x > 0.0 && x <= 1.0)
 }
 
+/// Days, as a duration: up to a century.
+pub fn days(text: &str) -> Result<Duration, String> {
+    let days = number(text, "a number of days above 0 and up to 36 500", |x| x > 0.0 && x <= 36_500.0)?;
+    Ok(Duration::from_secs_f64(days * 86_400.0))
+}
+
 /// Parts per million of a clock that runs fast or slow.
 pub fn drift_ppm(text: &str) -> Result<f64, String> {
     number(text, "-100 000 to 100 000", |x| x.abs() <= 1e5)

@@ -5,6 +5,7 @@ use crate::features::{JOINTS, JointChoice};
 use crate::number;
 use crate::protocol::LinkArgs;
 use crate::requirement;
+use crate::serve::ServeArgs;
 use clap::Args;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -55,12 +56,14 @@ static STAMPS: [Choice<StampChoice>; 3] = [
   trueline record --bind 127.0.0.1:6510 --out scan
   trueline record --protocol ur-rtde --robot 192.168.0.10 --tool weld_tcp --out scan
   trueline record --bind 192.168.125.10:6510 --camera 192.168.1.64 --exposure-us 2000 --sensor sensor.toml --out scan \\
-      --want time=0.1ms,translation=0.1mm,rotation=0.05deg
+      --want time=0.1ms,translation=0.1mm,rotation=0.05deg --serve 8080
+  trueline record --bind 192.168.125.10:6510 --camera 192.168.1.64 --sensor sensor.toml --out monday \\
+      --watch cell.sqlite --calibration result.json        # every weld of the day as it ends
 
 Written: OUT/recording.mcap, flushed four times a second; what was flushed survives whatever happens. Foxglove and Rerun open
 it, `trueline calibrate` reads it. Nothing that is sent moves the robot. A camera that is unplugged is waited for.
 
-Exit code: 0 recorded, 1 recorded but something was lost (said what), 2 could not record.")]
+Exit code: 0 recorded, 1 recorded but something was lost (said what) or --watch raised an alarm, 2 could not record.")]
 pub struct RecordArgs {
     #[command(flatten)]
     pub link: LinkArgs,
@@ -75,6 +78,20 @@ pub struct RecordArgs {
     /// Name of the tool whose poses the controller sends, kept in the recording
     #[arg(long, default_value = "tool0")]
     pub tool: String,
+    /// Watch every weld as it ends with the cell's memory, as `trueline watch` does
+    #[arg(long, value_name = "STATE", requires_all = ["calibration", "sensor"])]
+    pub watch: Option<PathBuf>,
+    /// With --watch: the calibration in use
+    #[arg(long, requires = "watch")]
+    pub calibration: Option<PathBuf>,
+    /// With --watch: who is told of alarms, as for `trueline watch`
+    #[arg(long, value_name = "URL", requires = "watch")]
+    pub tell: Vec<String>,
+    /// With --watch: a weld has ended when no seam point has come for so long, s: longer than between the seams of a part
+    #[arg(long, default_value = "10", value_parser = number::duration, requires = "watch")]
+    pub weld_pause_s: Duration,
+    #[command(flatten)]
+    pub serve: ServeArgs,
     /// How long, s [default: until Ctrl-C, or until the robot has been silent for 5 s]
     #[arg(long, value_parser = number::duration)]
     pub for_s: Option<Duration>,
@@ -141,6 +158,8 @@ pub struct ScanArgs {
     /// Longest wait for the controller to start guidance, s; after that nothing is commanded
     #[arg(long, default_value = "60", value_parser = number::armed)]
     pub armed_s: Duration,
+    #[command(flatten)]
+    pub serve: ServeArgs,
     /// Print nothing but errors and the question
     #[arg(long)]
     pub quiet: bool,

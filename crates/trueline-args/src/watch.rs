@@ -1,13 +1,18 @@
 //! `trueline watch`.
 
+use crate::number;
+use crate::serve::ServeArgs;
 use clap::Args;
 use std::path::PathBuf;
+use std::time::Duration;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
   trueline watch --state cell.sqlite --calibration result.json weld-0001 weld-0002
   trueline watch --state cell.sqlite --calibration result.json weld-0003 --json -
-  trueline watch --state cell.sqlite --calibration result.json --folder welds
+  trueline watch --state cell.sqlite --calibration result.json --folder welds --serve 8080
+  trueline watch --state cell.sqlite --calibration result.json --folder welds --tell https://chat.example/hook
+  trueline watch --state cell.sqlite --also cell-2.sqlite --serve 8080          # only show
 
 Each weld is a recording with robot and seam points. From how it differs from what the calibration says, and from all welds
 before, it is told whether the clock (timing), the bracket, the sensor or the fixture (seam) has changed, by how much and
@@ -15,7 +20,11 @@ since when, and what welds like these could not show. The usual scatter of the f
 of each part; nothing has to be typed. The limit is set for one false alarm in 100,000 pieces.
 
 The state file keeps everything; it may be used by several programs at once, and a program that is killed loses no weld
-that it has told of. A new calibration begins a new history in the same file.
+that it has told of. A new calibration begins a new history in the same file. What a weld takes there is about 1 KB: half a GB a year at one a minute.
+
+--serve: state, trend and the last alarm with its evidence in the browser, and /metrics for Prometheus; read-only.
+--tell: a message (JSON) when an alarm is raised, becomes another one, or is over. It is kept with the weld until the receiver
+has taken it, through dead networks and restarts; welds never wait for it.
 
 Exit code: 0 nothing changed, 1 an alarm stands after the last weld, or was raised after one of these, 2 could not run.")]
 pub struct WatchArgs {
@@ -25,14 +34,25 @@ pub struct WatchArgs {
     #[arg(long)]
     pub state: PathBuf,
     /// The calibration in use: the JSON of `trueline calibrate --json`
-    #[arg(long)]
-    pub calibration: PathBuf,
+    #[arg(long, required_unless_present = "serve")]
+    pub calibration: Option<PathBuf>,
     /// Watch a folder that fills: every weld that appears in it, in the order of their names, until interrupted
     #[arg(long, conflicts_with = "welds")]
     pub folder: Option<PathBuf>,
     /// With --folder: stop when all welds that are there have been watched
     #[arg(long, requires = "folder")]
     pub once: bool,
+    /// Tell alarms to a web address (POST) or a topic of an MQTT broker: https://HOST/PATH, mqtt://HOST[:PORT]/TOPIC; may be repeated
+    #[arg(long, value_name = "URL", requires = "calibration")]
+    pub tell: Vec<String>,
+    /// Forget welds, but for the last 512 of each calibration, after so many days [default: never]
+    #[arg(long, value_name = "DAYS", value_parser = number::days, requires = "calibration")]
+    pub keep_days: Option<Duration>,
+    #[command(flatten)]
+    pub serve: ServeArgs,
+    /// Show this cell as well, by its memory; may be repeated
+    #[arg(long, value_name = "STATE", requires = "serve")]
+    pub also: Vec<PathBuf>,
     /// Write one line of JSON for each weld; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,

@@ -5,11 +5,12 @@ use crate::planned_scan::read_text;
 use crate::{interrupt, output};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 use trueline_args::CameraArgs;
 use trueline_camera::CameraError;
 use trueline_cell::{
     CameraChoice, CameraRecorder, CameraSettings, Cell, CellError, FinishedRecording, LiveEstimate,
-    RecordingSettings,
+    LiveWelds, RecordingSettings,
 };
 use trueline_dataset::{SensorFile, sensor_toml};
 use trueline_live::HostClock;
@@ -19,6 +20,7 @@ use trueline_vision::Joint;
 pub struct LiveCell {
     /// Camera and estimate.
     pub cell: Cell,
+    sensor: Option<SensorFile>,
     sensor_toml: Option<String>,
 }
 
@@ -43,7 +45,7 @@ impl LiveCell {
                 CameraRecorder::open(&settings, sensor.as_ref().map(|file| &file.sensor), clock, &give_up)
             })
             .transpose()?;
-        let estimate = match (&camera, sensor) {
+        let estimate = match (&camera, sensor.clone()) {
             (Some(_), Some(sensor)) => Some(Arc::new(LiveEstimate::new(sensor, want))),
             _ if want.is_some() => {
                 return Err(Failure::new(
@@ -53,7 +55,15 @@ impl LiveCell {
             }
             _ => None,
         };
-        Ok(Self { cell: Cell::new(camera, estimate), sensor_toml })
+        Ok(Self { cell: Cell::new(camera, estimate), sensor, sensor_toml })
+    }
+
+    /// Has what comes cut into welds, where a camera gives seam points.
+    pub fn cut_into_welds(&mut self, pause: Duration) -> Option<Arc<LiveWelds>> {
+        self.cell.estimate()?;
+        let welds = Arc::new(LiveWelds::new(self.sensor.clone()?, pause));
+        self.cell = std::mem::take(&mut self.cell).with_welds(Arc::clone(&welds));
+        Some(welds)
     }
 
     /// What a recording of it is made for.
@@ -66,6 +76,7 @@ impl LiveCell {
             command: output::command_line(),
             camera: self.cell.stamp_meaning(),
             estimate: self.cell.estimate(),
+            welds: self.cell.welds(),
         }
     }
 

@@ -2,8 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use serde_json::Value;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn trueline(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trueline")).current_dir(folder).args(arguments).output().unwrap()
@@ -61,8 +63,65 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     let table = String::from_utf8_lossy(&history.stdout).into_owned();
     assert_eq!(table.lines().count(), 7, "{table}");
     assert!(words(&history).contains("alarm: timing, since weld 5"), "{}", words(&history));
+    let parquet = run(&["history", "--state", "cell.sqlite", "--parquet", "history.parquet", "--quiet"]);
+    assert_eq!(parquet.status.code(), Some(0), "{}", words(&parquet));
+    assert!(std::fs::read(dir.path().join("history.parquet")).unwrap().starts_with(b"PAR1"));
+    is_served(dir.path());
     let page = std::fs::read_to_string(dir.path().join("history.html")).unwrap();
     assert!(page.contains("Control charts") && page.contains("timing: changed since weld 5"));
+}
+
+/// What a program that only shows says of the state, until it is interrupted.
+#[cfg(feature = "serve")]
+fn is_served(folder: &Path) {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_trueline"))
+        .current_dir(folder)
+        .args(["watch", "--state", "cell.sqlite", "--serve", "0"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut said = String::new();
+    BufReader::new(program.stderr.take().unwrap()).read_line(&mut said).unwrap();
+    let address =
+        said.split("http://").nth(1).and_then(|rest| rest.split('/').next()).expect("no address").to_owned();
+    assert!(address.starts_with("127.0.0.1:"), "loopback unless named: {said}");
+    let get = |path: &str| {
+        let mut stream = TcpStream::connect(&address).unwrap();
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
+        let mut reply = String::new();
+        stream.read_to_string(&mut reply).unwrap();
+        reply
+    };
+    assert!(get("/").contains("ALARM: the camera&#39;s time offset has changed"));
+    assert!(get("/metrics").contains("trueline_watch_alarm{cell=\"cell\",kind=\"timing\"} 1.0"));
+    program.kill().unwrap();
+    program.wait().unwrap();
+}
+
+#[cfg(feature = "webhook")]
+#[test]
+fn a_receiver_that_is_not_there_changes_nothing_and_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    let change = ["--layout", "check-scan", "--change", "timing=1@2", "--out", "welds", "--quiet"];
+    assert!(run(&[&["simulate", "--production", "3"], change.as_slice()].concat()).status.success());
+    let watched = run(&[
+        "watch",
+        "--state",
+        "cell.sqlite",
+        "--calibration",
+        "welds/weld-0000/truth.toml",
+        "--tell",
+        "http://127.0.0.1:9/alarm?token=secret",
+        "welds/weld-0000",
+        "welds/weld-0001",
+        "welds/weld-0002",
+    ]);
+    assert_eq!(watched.status.code(), Some(1), "an alarm: {}", words(&watched));
+    let said = words(&watched);
+    assert!(said.contains("127.0.0.1 has not been told 1 messages") && !said.contains("secret"), "{said}");
+    let wrong = run(&["watch", "--state", "cell.sqlite", "--calibration", "x", "--tell", "ftp://a/b"]);
+    assert_eq!(wrong.status.code(), Some(2));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
 use trueline_args::HistoryArgs;
-use trueline_watch::store::CalibrationRow;
+use trueline_watch::store::{CalibrationRow, HistoryRow};
 use trueline_watch::{Store, history_csv, history_page};
 
 /// Runs the command.
@@ -25,6 +25,9 @@ pub fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.csv {
         output::json(file, &history_csv::csv(&history))?;
     }
+    if let Some(file) = &args.parquet {
+        output::file(file, &parquet(&history)?)?;
+    }
     if let Some(file) = &args.report {
         let title = format!("{} by {}", args.state.display(), chosen.name);
         output::file(file, &history_page::html(&history, &title, &output::command_line()))?;
@@ -38,6 +41,25 @@ pub fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
         });
     }
     Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(feature = "parquet")]
+fn parquet(history: &[HistoryRow]) -> Result<Vec<u8>, Failure> {
+    let bytes = trueline_watch::history_parquet::bytes(history);
+    bytes.map_err(|error| {
+        Failure::new(
+            format!("the table cannot be written: {error}"),
+            "please report this; --csv has the same",
+        )
+    })
+}
+
+#[cfg(not(feature = "parquet"))]
+fn parquet(_: &[HistoryRow]) -> Result<Vec<u8>, Failure> {
+    Err(Failure::new(
+        "--parquet: this program was built without it",
+        "build it with the feature `parquet`, or use --csv",
+    ))
 }
 
 fn text(row: &CalibrationRow, chosen: bool) -> String {

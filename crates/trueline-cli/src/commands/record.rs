@@ -2,13 +2,15 @@
 
 use crate::failure::Failure;
 use crate::live_cell::{self, LiveCell};
+use crate::live_page::CellPage;
 use crate::live_screen::LiveScreen;
+use crate::live_watch::LiveWatch;
 use crate::{interrupt, output};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use trueline_args::RecordArgs;
-use trueline_cell::{ARRIVAL, CellRecording, READING, Until, record_robot};
-use trueline_live::{HostClock, Protocol, StreamBrief};
+use trueline_cell::{ARRIVAL, CellRecording, READING, RobotBrief, Until, record_robot};
+use trueline_live::{HostClock, Protocol};
 
 /// Runs the command.
 pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
@@ -17,16 +19,26 @@ pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     interrupt::watch()?;
     let clock = HostClock::start();
     let mut cell = LiveCell::open(&args.camera, args.sensor.as_deref(), clock, true)?;
+    let mut watched = LiveWatch::of(args, &mut cell)?;
+    let page = CellPage::of(&args.serve, "trueline record", &cell.cell)?;
     let mut link = address.open(clock)?;
     let stamps = if address.protocol == Protocol::UrRtde { READING } else { ARRIVAL };
     let mut recording = CellRecording::create(cell.recording(&args.out, &args.tool, stamps), clock)?;
-    let (handle, shown) = (recording.handle(), Mutex::new(StreamBrief::default()));
+    let (handle, shown) = (recording.handle(), Mutex::new(RobotBrief::default()));
     let until = Until { longest: args.for_s, stop: &|| interrupt::times() > 0 };
     let screen = LiveScreen::new(args.quiet);
     let outcome = cell.cell.run(
         &handle,
         |_| record_robot(&mut link, &mut recording, &until, &shown),
-        |state| screen.show(&shown.lock().map(|brief| brief.to_string()).unwrap_or_default(), state),
+        |state| {
+            let brief = shown.lock().map(|brief| *brief).unwrap_or_default();
+            let robot = brief.to_string();
+            screen.show(&robot, state);
+            page.show(&robot, brief, state);
+            if let Some(watched) = &mut watched {
+                watched.look(false);
+            }
+        },
     );
     drop(screen);
     let wrong = match outcome.robot {
@@ -43,6 +55,7 @@ pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     if !report.has_robot() {
         output::words("no robot was heard: `trueline listen` says why");
     }
-    let well = wrong.is_none() && seen && report.has_robot() && finished.is_complete();
+    let is_good = watched.map_or(Ok(true), LiveWatch::finish)?;
+    let well = is_good && wrong.is_none() && seen && report.has_robot() && finished.is_complete();
     Ok(if well { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

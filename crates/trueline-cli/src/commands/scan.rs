@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::live_cell::{self, LiveCell};
+use crate::live_page::CellPage;
 use crate::live_screen::LiveScreen;
 use crate::{interrupt, output, path_file, planned_scan};
 use std::io::BufRead;
@@ -149,9 +150,12 @@ fn guide(mut endpoint: Endpoint, gate: Gate, out: &Path, args: &ScanArgs) -> Res
         output::words(&format!("listening at {bind}: start the RAPID program within {armed_s:.0} s"));
     }
     let guide = Guide::new(endpoint, gate, Patience { armed: args.armed_s, hold: args.hold_s });
+    let page = CellPage::of(&args.serve, "trueline scan", &cell.cell)?;
     let screen = LiveScreen::new(args.quiet);
     let ended = guide_scan(&mut cell.cell, guide, recording, command, |scan, state| {
-        screen.show(&scan.to_string(), state);
+        let robot = scan.to_string();
+        screen.show(&robot, state);
+        page.show(&robot, scan.robot, state);
     });
     drop(screen);
     let Some(ended) = ended else {

@@ -1,139 +1,133 @@
 //! `trueline watch`.
 
 use crate::failure::Failure;
-use crate::interrupt;
-use crate::{opening, output};
-use sha2::{Digest, Sha256};
-use std::fs;
-use std::path::Path;
+use crate::live_page::WatchPage;
+use crate::live_watch::{tell_who_was_not_told, told, warn_of_calibration};
+use crate::{interrupt, opening, output};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 use trueline_args::WatchArgs;
-use trueline_dataset::calibration_file::{self, KnownCalibration};
-use trueline_dataset::result_file::ResultFile;
-use trueline_watch::{Store, WatchError, Watched, WeldFolder, watch, weld_text};
+use trueline_watch::{Store, Watcher, WatcherSettings, WeldFolder};
 
 /// How often a folder is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 
-impl From<WatchError> for Failure {
-    fn from(error: WatchError) -> Self {
-        Self::new(error.to_string(), error.hint())
-    }
-}
-
-impl From<trueline_watch::store::StoreError> for Failure {
-    fn from(error: trueline_watch::store::StoreError) -> Self {
-        Self::new(error.to_string(), error.hint())
-    }
-}
-
 /// Runs the command.
 pub fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
-    let Some(folder) = &args.folder else {
-        if args.welds.is_empty() {
-            return Err(Failure::new(
-                "there is no weld to watch",
-                "name welds, or a folder that fills: --folder FOLDER",
-            ));
-        }
-        let mut cell = Watcher::of(args)?;
-        args.welds.iter().try_for_each(|weld| cell.one(weld))?;
-        return cell.finish();
-    };
-    let mut cell = Watcher::of(args)?;
-    let mut welds = WeldFolder::of(folder);
-    interrupt::watch()?;
-    loop {
-        let finished = welds.next_ones().map_err(|error| {
-            let message = format!("{}: cannot be read: {error}", folder.display());
-            Failure::new(message, "name the folder in which welds appear")
-        })?;
-        for weld in finished {
-            // Of many welds one that cannot be read must not end the watch.
-            if let Err(failure) = cell.one(&weld) {
-                match failure {
-                    Failure::BrokenPipe => return Err(Failure::BrokenPipe),
-                    failure => output::words(&failure.to_string()),
-                }
-                cell.failed += 1;
+    let Some(calibration) = &args.calibration else { return serve_only(args) };
+    if args.folder.is_none() && args.welds.is_empty() && args.serve.serve.is_none() {
+        return Err(Failure::new(
+            "there is no weld to watch",
+            "name welds, or a folder that fills: --folder FOLDER",
+        ));
+    }
+    let watcher = Watcher::of(&WatcherSettings {
+        state: &args.state,
+        calibration,
+        tell: &args.tell,
+        keep: args.keep_days,
+    })?;
+    warn_of_calibration(&watcher, calibration);
+    let page = WatchPage::of(&args.serve, states(args))?;
+    let mut session = Welds { args, watcher, failed: 0, lines: String::new() };
+    match &args.folder {
+        Some(folder) => session.fills(folder)?,
+        None => {
+            args.welds.iter().try_for_each(|weld| session.one(weld))?;
+            if args.serve.serve.is_some() {
+                until_interrupted()?;
             }
         }
-        if args.once || interrupt::times() > 0 {
-            return cell.finish();
-        }
-        std::thread::sleep(LOOK_EVERY);
     }
+    drop(page);
+    session.finish()
 }
 
-struct Watcher<'a> {
+/// Shows what other programs watch.
+fn serve_only(args: &WatchArgs) -> Result<ExitCode, Failure> {
+    if args.folder.is_some() || !args.welds.is_empty() {
+        return Err(Failure::new(
+            "welds are compared with a calibration, and none is named",
+            "--calibration RESULT, the JSON of `trueline calibrate --json`",
+        ));
+    }
+    // A state that is not there yet is made, so that the page has something to show.
+    drop(Store::open(&args.state)?);
+    let page = WatchPage::of(&args.serve, states(args))?;
+    until_interrupted()?;
+    drop(page);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn states(args: &WatchArgs) -> Vec<PathBuf> {
+    std::iter::once(&args.state).chain(&args.also).cloned().collect()
+}
+
+fn until_interrupted() -> Result<(), Failure> {
+    interrupt::watch()?;
+    while interrupt::times() == 0 {
+        std::thread::sleep(LOOK_EVERY);
+    }
+    Ok(())
+}
+
+/// Welds as they are named or appear.
+struct Welds<'a> {
     args: &'a WatchArgs,
-    store: Store,
-    known: KnownCalibration,
-    calibration: Watched,
-    alarms: usize,
+    watcher: Watcher,
     failed: usize,
     lines: String,
 }
 
-impl<'a> Watcher<'a> {
-    fn of(args: &'a WatchArgs) -> Result<Self, Failure> {
-        let (known, calibration) = calibration(&args.calibration)?;
-        let store = Store::open(&args.state)?;
-        Ok(Self { args, store, known, calibration, alarms: 0, failed: 0, lines: String::new() })
+impl Welds<'_> {
+    fn fills(&mut self, folder: &Path) -> Result<(), Failure> {
+        let mut welds = WeldFolder::of(folder);
+        interrupt::watch()?;
+        loop {
+            let finished = welds.next_ones().map_err(|error| {
+                let message = format!("{}: cannot be read: {error}", folder.display());
+                Failure::new(message, "name the folder in which welds appear")
+            })?;
+            for weld in finished {
+                // Of many welds one that cannot be read must not end the watch.
+                if let Err(failure) = self.one(&weld) {
+                    match failure {
+                        Failure::BrokenPipe => return Err(Failure::BrokenPipe),
+                        failure => output::words(&failure.to_string()),
+                    }
+                    self.failed += 1;
+                }
+            }
+            if self.args.once || interrupt::times() > 0 {
+                return Ok(());
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
     }
 
     fn one(&mut self, weld: &Path) -> Result<(), Failure> {
-        let recording = self.known.corrected(opening::open(weld, None, true)?.recording);
-        let name = weld.display().to_string();
-        let line = watch(&self.store, &self.calibration, &name, &recording).map_err(|error| {
-            let hint = error.hint();
-            Failure::new(format!("{name}: {error}"), hint)
-        })?;
-        self.alarms += usize::from(line.is_alarm());
+        let recording = opening::open(weld, None, true)?.recording;
+        let line = told(&mut self.watcher, &weld.display().to_string(), recording, self.args.quiet)?;
         match &self.args.json {
-            Some(path) if path == Path::new("-") => output::data(&line.to_json().to_string())?,
+            Some(path) if path == Path::new("-") => output::data(&line)?,
             Some(path) => {
-                self.lines += &format!("{}\n", line.to_json());
+                self.lines += &format!("{line}\n");
                 output::file(path, &self.lines)?;
             }
             None => {}
         }
-        if !self.args.quiet {
-            output::words(&weld_text::of(&line));
-        }
         Ok(())
     }
 
-    fn finish(&self) -> Result<ExitCode, Failure> {
+    fn finish(&mut self) -> Result<ExitCode, Failure> {
+        tell_who_was_not_told(&mut self.watcher)?;
         if self.failed > 0 {
             return Err(Failure::new(
                 format!("{} welds could not be watched", self.failed),
                 "the reasons stand above; all other welds have been watched",
             ));
         }
-        Ok(ExitCode::from(u8::from(self.alarms > 0)))
+        Ok(ExitCode::from(u8::from(self.watcher.alarms > 0)))
     }
-}
-
-/// The calibration with all that its file tells.
-fn calibration(file: &Path) -> Result<(KnownCalibration, Watched), Failure> {
-    let known = calibration_file::read(file)?;
-    let is_json = file.extension().is_some_and(|end| end.eq_ignore_ascii_case("json"));
-    let result = is_json.then(|| ResultFile::read(file)).transpose()?;
-    if known.accepted == Some(false) {
-        output::words(&format!(
-            "mind: {} was not accepted when it was made; what is watched is change against it",
-            file.display()
-        ));
-    }
-    let bytes = fs::read(file).map_err(|error| {
-        Failure::new(
-            format!("{}: cannot be read: {error}", file.display()),
-            "check the path and its permissions",
-        )
-    })?;
-    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    let watched = Watched { name: file.display().to_string(), sha256, guess: known.known.parameters, result };
-    Ok((known, watched))
 }

@@ -1,0 +1,112 @@
+//! The live pages that `--serve` asks for.
+
+use crate::failure::Failure;
+use trueline_args::ServeArgs;
+
+#[cfg(feature = "serve")]
+pub use with_server::{CellPage, WatchPage};
+
+#[cfg(feature = "serve")]
+mod with_server {
+    use super::{Failure, ServeArgs};
+    use crate::output;
+    use std::path::PathBuf;
+    use std::sync::Arc;
+    use trueline_cell::{Cell, CellState, RobotBrief};
+    use trueline_serve::{CellSite, Limits, LiveServer, ServeError, Site, WatchSite};
+
+    impl From<ServeError> for Failure {
+        fn from(error: ServeError) -> Self {
+            Self::new(error.to_string(), error.hint())
+        }
+    }
+
+    /// Serves a site if that is asked for, and says where.
+    fn serve(args: &ServeArgs, site: Arc<dyn Site>) -> Result<Option<LiveServer>, Failure> {
+        let Some(address) = args.serve else { return Ok(None) };
+        let server = LiveServer::start(address, &args.serve_name, Limits::default(), site)?;
+        let who = if address.ip().is_loopback() {
+            "this PC alone"
+        } else {
+            "everybody who reaches this address may read it"
+        };
+        output::words(&format!("live page: http://{}/ ({who})", server.address()));
+        Ok(Some(server))
+    }
+
+    /// The page of productions, as long as it lives.
+    pub struct WatchPage {
+        _server: Option<LiveServer>,
+    }
+
+    impl WatchPage {
+        /// Of the cells with these states.
+        pub fn of(args: &ServeArgs, states: Vec<PathBuf>) -> Result<Self, Failure> {
+            Ok(Self { _server: serve(args, Arc::new(WatchSite::of(states)))? })
+        }
+    }
+
+    /// The page of a recording, as long as it lives.
+    pub struct CellPage {
+        site: Arc<CellSite>,
+        _server: Option<LiveServer>,
+    }
+
+    impl CellPage {
+        /// Of a cell that is about to be recorded.
+        pub fn of(args: &ServeArgs, title: &str, cell: &Cell) -> Result<Self, Failure> {
+            let site = Arc::new(CellSite::new(title.to_owned(), cell.picture()));
+            let shared: Arc<dyn Site> = Arc::<CellSite>::clone(&site);
+            Ok(Self { _server: serve(args, shared)?, site })
+        }
+
+        /// Shows how things are.
+        pub fn show(&self, robot: &str, brief: RobotBrief, state: &CellState) {
+            self.site.show(robot.to_owned(), brief, state);
+        }
+    }
+}
+
+#[cfg(not(feature = "serve"))]
+pub use without_server::{CellPage, WatchPage};
+
+/// This program has no web server: what asks for one is refused.
+#[cfg(not(feature = "serve"))]
+mod without_server {
+    use super::{Failure, ServeArgs};
+    use std::path::PathBuf;
+    use trueline_cell::{Cell, CellState, RobotBrief};
+
+    fn refuse(args: &ServeArgs) -> Result<(), Failure> {
+        match args.serve {
+            Some(_) => Err(Failure::new(
+                "--serve: this program was built without its web server",
+                "build it with the feature `serve`",
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// Nothing.
+    pub struct WatchPage;
+
+    impl WatchPage {
+        /// Refuses to serve.
+        pub fn of(args: &ServeArgs, _: Vec<PathBuf>) -> Result<Self, Failure> {
+            refuse(args).map(|()| Self)
+        }
+    }
+
+    /// Nothing.
+    pub struct CellPage;
+
+    impl CellPage {
+        /// Refuses to serve.
+        pub fn of(args: &ServeArgs, _: &str, _: &Cell) -> Result<Self, Failure> {
+            refuse(args).map(|()| Self)
+        }
+
+        /// Shows nothing.
+        pub fn show(&self, _: &str, _: RobotBrief, _: &CellState) {}
+    }
+}

@@ -1,0 +1,101 @@
+//! Tells of welds as they are watched; watches those of a recording as they end.
+
+use crate::failure::Failure;
+use crate::live_cell::LiveCell;
+use crate::output;
+use std::path::Path;
+use std::sync::Arc;
+use trueline_args::RecordArgs;
+use trueline_cell::LiveWelds;
+use trueline_dataset::Recording;
+use trueline_watch::{Watcher, WatcherError, WatcherSettings, weld_text};
+
+impl From<WatcherError> for Failure {
+    fn from(error: WatcherError) -> Self {
+        let hint = error.hint();
+        Self::new(error.to_string(), hint)
+    }
+}
+
+impl From<trueline_watch::store::StoreError> for Failure {
+    fn from(error: trueline_watch::store::StoreError) -> Self {
+        Self::new(error.to_string(), error.hint())
+    }
+}
+
+/// Says if the calibration was not accepted.
+pub fn warn_of_calibration(watcher: &Watcher, file: &Path) {
+    if watcher.was_accepted() == Some(false) {
+        output::words(&format!(
+            "mind: {} was not accepted when it was made; what is watched is change against it",
+            file.display()
+        ));
+    }
+}
+
+/// Watches a weld and tells of it; its line of JSON.
+pub fn told(watcher: &mut Watcher, name: &str, recording: Recording, quiet: bool) -> Result<String, Failure> {
+    let line = watcher.one(name, recording)?;
+    if !quiet {
+        output::words(&weld_text::of(&line));
+    }
+    Ok(line.to_json().to_string())
+}
+
+/// Says who could not be told of alarms.
+pub fn tell_who_was_not_told(watcher: &mut Watcher) -> Result<(), Failure> {
+    for receiver in watcher.finish()? {
+        output::words(&format!(
+            "warning: {} has not been told {} messages about alarms ({}); they are kept, and told by the next program with \
+             the same --state and --tell",
+            receiver.name,
+            receiver.waiting,
+            receiver.error.as_deref().unwrap_or("no try yet")
+        ));
+    }
+    Ok(())
+}
+
+/// A watcher of what is being recorded.
+pub struct LiveWatch<'a> {
+    welds: Arc<LiveWelds>,
+    watcher: Watcher,
+    args: &'a RecordArgs,
+    number: usize,
+    failed: usize,
+}
+
+impl<'a> LiveWatch<'a> {
+    /// Cuts what a cell records into welds, if that is asked for.
+    pub fn of(args: &'a RecordArgs, cell: &mut LiveCell) -> Result<Option<Self>, Failure> {
+        let (Some(state), Some(calibration)) = (&args.watch, &args.calibration) else { return Ok(None) };
+        let Some(welds) = cell.cut_into_welds(args.weld_pause_s) else {
+            return Err(Failure::new(
+                "--watch needs a camera and its sensor.toml",
+                "--camera IP or --replay DATASET, and --sensor FILE",
+            ));
+        };
+        let watcher = Watcher::of(&WatcherSettings { state, calibration, tell: &args.tell, keep: None })?;
+        warn_of_calibration(&watcher, calibration);
+        Ok(Some(Self { welds, watcher, args, number: 0, failed: 0 }))
+    }
+
+    /// Watches the welds that have ended; `is_over`: nothing more will come. One that cannot be watched ends nothing.
+    pub fn look(&mut self, is_over: bool) {
+        for recording in self.welds.take_ended(is_over) {
+            let name = format!("{}#{}", self.args.out.display(), self.number);
+            self.number += 1;
+            if let Err(failure) = told(&mut self.watcher, &name, recording, self.args.quiet) {
+                output::words(&failure.to_string());
+                self.failed += 1;
+            }
+        }
+    }
+
+    /// The last look; whether nothing failed and no alarm was raised.
+    pub fn finish(mut self) -> Result<bool, Failure> {
+        self.look(true);
+        tell_who_was_not_told(&mut self.watcher)?;
+        Ok(self.failed == 0 && self.watcher.alarms == 0)
+    }
+}
