@@ -207,6 +207,8 @@ fn a_topic_is_told_when_the_broker_has_acknowledged() {
         assert_eq!(serde_json::from_slice::<Value>(&body[11..]).unwrap()["n"], 1);
         if acknowledges {
             stream.write_all(&[0x40, 2, body[9], body[10]]).unwrap();
+            // A broker goes on; it is the client that leaves.
+            let _left = stream.read_to_end(&mut Vec::new());
         }
         drop(stream);
     }
