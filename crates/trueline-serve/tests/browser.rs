@@ -23,8 +23,8 @@ fn browser() -> Option<PathBuf> {
     let found =
         folders.iter().flat_map(|folder| names.map(|name| folder.join(name))).find(|file| file.exists());
     if named.is_none() && found.is_none() {
-        writeln!(std::io::stderr(), "SKIPPED: browser: no Chromium here, the live pages are not looked at")
-            .unwrap();
+        let mut stderr = std::io::stderr();
+        writeln!(stderr, "SKIPPED: browser: no Chromium here, the live pages are not looked at").unwrap();
     }
     named.or(found)
 }
