@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-const ALLOWED: [(&str, &[&str]); 24] = [
+const ALLOWED: [(&str, &[&str]); 25] = [
     ("trueline-geometry", &[]),
     ("trueline-arm", &["trueline-geometry"]),
     ("trueline-lsq", &[]),
