@@ -14,8 +14,10 @@ use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
 
 /// A plate nearer to the sheet than this (sine of the angle, 0.06°) has no usable stripe.
 const MIN_SINE: f64 = 1e-3;
-/// Newton's steps to the foot: the curve bends by some 1e-4 within its distance, and each step gains that.
+/// Most of Newton's steps to the foot: on a curve of radius R, at a distance d from it, each leaves d/R of the one before.
 const FOOT_STEPS: usize = 3;
+/// After a step below this the foot is where it is to d/R of that, m, and its distance to the square of it.
+const FOOT_FOUND_M: f64 = 1e-7;
 
 /// A plate and the sensor that looks at it.
 #[derive(Clone, Copy, Debug)]
@@ -67,14 +69,15 @@ struct Local {
 impl StripeOnPlate<'_> {
     /// The residual of a point at `reported` (sheet coordinates, m), or `None` if the plate lies along the sheet.
     #[must_use]
+    pub fn residual(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<f64> {
+        let (foot, local) = self.foot(placement, reported)?;
+        Some(local.gradient.dot(&(reported - foot)) / local.gradient.norm())
+    }
+
+    /// [`StripeOnPlate::residual`] with its derivatives.
+    #[must_use]
     pub fn linearize(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<StripeJacobian> {
-        let mut foot = *reported;
-        for _ in 0..FOOT_STEPS {
-            let local = self.local(placement, &foot)?;
-            let off = local.value + local.gradient.dot(&(reported - foot));
-            foot = reported - local.gradient * (off / local.gradient.norm_squared());
-        }
-        let local = self.local(placement, &foot)?;
+        let (foot, local) = self.foot(placement, reported)?;
         let length = local.gradient.norm();
         let normal = local.gradient / length;
         let motion = placement.jacobian(&local.point_in_camera);
@@ -91,6 +94,22 @@ impl StripeOnPlate<'_> {
             d_shape: self.true_by_shape(&foot).transpose() * local.by_true / length,
             d_displacement: by_point,
         })
+    }
+
+    /// The foot of a point on the predicted stripe, and φ there.
+    fn foot(&self, placement: &Placement, reported: &Vector2<f64>) -> Option<(Vector2<f64>, Local)> {
+        let mut foot = *reported;
+        for _ in 0..FOOT_STEPS {
+            let local = self.local(placement, &foot)?;
+            let off = local.value + local.gradient.dot(&(reported - foot));
+            let next = reported - local.gradient * (off / local.gradient.norm_squared());
+            let step = next - foot;
+            foot = next;
+            if step.norm_squared() < FOOT_FOUND_M * FOOT_FOUND_M {
+                break;
+            }
+        }
+        Some((foot, self.local(placement, &foot)?))
     }
 
     fn local(&self, placement: &Placement, at: &Vector2<f64>) -> Option<Local> {

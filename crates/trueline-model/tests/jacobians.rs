@@ -3,57 +3,40 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod dual;
+mod view;
 
 use dual::{Dual, Vec3, rotate_exp};
 use nalgebra::{DMatrix, DVector, Matrix2x3, UnitVector3, Vector2, Vector3, Vector4};
 use proptest::prelude::*;
-use trueline_geometry::{Line, Plane, Pose, Segment, Trajectory, se3, so3};
+use trueline_geometry::{Line, Plane, Pose};
 use trueline_lsq::check::numerical_jacobian;
 use trueline_model::point_to_line::{self, ResidualJacobian};
 use trueline_model::{BrownConrady, Camera, LaserSheet, Placement, sheet_residual};
+use view::{View, vector, view};
 
 /// One measured point with everything around it.
 #[derive(Clone, Debug)]
 struct Case {
-    segment: Segment,
-    exposure: f64,
-    tool_from_camera: Pose,
-    sheet: LaserSheet,
+    view: View,
+    placement: Placement,
     point_in_camera: Vector3<f64>,
     line: Line,
 }
 
-fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
-    (-size..size, -size..size, -size..size).prop_map(|(x, y, z)| Vector3::new(x, y, z))
-}
-
 fn case() -> impl Strategy<Value = Case> {
-    let robot = (vector(3.0), vector(1.5), vector(0.01), vector(0.001), 0.0..0.004_f64);
-    let sensor = (vector(3.0), vector(0.2), -0.02..0.02_f64, -0.02..0.02_f64);
-    let line = (vector(0.4), vector(0.002));
-    (robot, sensor, line).prop_map(|(robot, sensor, (turn, miss))| {
-        let start = se3::from_parts(so3::exp(&robot.0), robot.1);
-        let end = se3::from_parts(start.rotation * so3::exp(&robot.2), robot.1 + robot.3);
-        let trajectory = Trajectory::new(vec![0.0, 0.004], &[start, end]).unwrap();
-        let segment = *trajectory.segment(0).unwrap();
-        let tool_from_camera = se3::from_parts(so3::exp(&sensor.0), sensor.1);
-        let sheet = LaserSheet::from_plane(Plane::from_height(0.036, 2.12, 0.13).unwrap());
-        let point_in_camera = sheet.point(&Vector2::new(sensor.2, 0.05 + sensor.3));
-        let placement = Placement::new(&segment, robot.4, &tool_from_camera);
-        // The line crosses the sheet within 0.4 rad of square to it, and misses the point by up to 2 mm.
-        let normal = placement.base_from_camera() * sheet.plane().normal().into_inner();
-        let direction = UnitVector3::new_normalize(so3::exp(&turn) * normal);
-        let line = Line::new(placement.point_in_base(&point_in_camera) + miss, &direction);
-        Case { segment, exposure: robot.4, tool_from_camera, sheet, point_in_camera, line }
+    // The line crosses the sheet within 0.4 rad of square to it, and misses the point by up to 2 mm.
+    (view(), vector(0.4), vector(0.002)).prop_map(|(view, turn, miss)| Case {
+        placement: view.placement(),
+        point_in_camera: view.point_in_camera(),
+        line: view.line(&turn, &miss),
+        view,
     })
 }
 
 /// Perturbs (t_d, rotation, translation, line) as the conventions say and measures again.
 fn perturbed(case: &Case, step: &DVector<f64>) -> (Placement, Line) {
-    let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
-    let tool_from_camera = se3::retract_decoupled(&case.tool_from_camera, &three(1), &three(4));
-    let placement = Placement::new(&case.segment, case.exposure - step[0], &tool_from_camera);
-    (placement, case.line.retract(&Vector4::new(step[7], step[8], step[9], step[10])))
+    let line = case.line.retract(&Vector4::new(step[7], step[8], step[9], step[10]));
+    (case.view.stepped(step), line)
 }
 
 fn stacked(j: &ResidualJacobian) -> DMatrix<f64> {
@@ -85,13 +68,13 @@ fn sheet_residual_by_duals(case: &Case, unknown: usize) -> [f64; 2] {
     // Line in the camera frame, then n·(a + s v) = d.
     let to_camera = |p: Vec3| axes.map(|e| dual::dot(e, p));
     let (a, v) = (to_camera(dual::sub(anchor, origin)), to_camera(direction));
-    let n = dual::constant(case.sheet.plane().normal().into_inner().into());
-    let s = (Dual::constant(case.sheet.plane().offset()) - dual::dot(n, a)) / dual::dot(n, v);
+    let n = dual::constant(case.view.sheet.plane().normal().into_inner().into());
+    let s = (Dual::constant(case.view.sheet.plane().offset()) - dual::dot(n, a)) / dual::dot(n, v);
     let hit = dual::add(a, v.map(|x| x * s));
-    let measured = case.sheet.coordinates(&case.point_in_camera);
-    let foot = case.sheet.point(&Vector2::zeros());
+    let measured = case.view.sheet.coordinates(&case.point_in_camera);
+    let foot = case.view.sheet.point(&Vector2::zeros());
     [0, 1].map(|row| {
-        let e: [f64; 3] = case.sheet.axes().column(row).into_owned().into();
+        let e: [f64; 3] = case.view.sheet.axes().column(row).into_owned().into();
         let predicted = dual::dot(dual::constant(e), dual::sub(hit, dual::constant(foot.into())));
         (Dual::constant(measured[row]) - predicted).slope
     })
@@ -112,13 +95,13 @@ fn case_arrays(case: &Case) -> dual::Chain {
         [0, 1, 2].map(|r| [0, 1, 2].map(|c| m[(r, c)]))
     };
     dual::Chain {
-        robot_rotation: rotation(&case.segment.base_from_tool),
-        robot_position: case.segment.base_from_tool.translation.vector.into(),
-        body_rate: case.segment.body_rate.into(),
-        velocity: case.segment.velocity.into(),
-        elapsed: case.exposure - case.segment.start,
-        hand_eye_rotation: rotation(&case.tool_from_camera),
-        hand_eye_translation: case.tool_from_camera.translation.vector.into(),
+        robot_rotation: rotation(&case.view.segment.base_from_tool),
+        robot_position: case.view.segment.base_from_tool.translation.vector.into(),
+        body_rate: case.view.segment.body_rate.into(),
+        velocity: case.view.segment.velocity.into(),
+        elapsed: case.view.exposure - case.view.segment.start,
+        hand_eye_rotation: rotation(&case.view.tool_from_camera),
+        hand_eye_translation: case.view.tool_from_camera.translation.vector.into(),
     }
 }
 
@@ -137,13 +120,13 @@ proptest! {
 
     #[test]
     fn sheet_residual_jacobian(case in case()) {
-        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let placement = case.placement;
         let (parts, _) =
-            sheet_residual::linearize(&placement, &case.sheet, &case.point_in_camera, &case.line).unwrap();
+            sheet_residual::linearize(&placement, &case.view.sheet, &case.point_in_camera, &case.line).unwrap();
         let analytic = stacked(&parts);
         let numerical = numerical_jacobian(11, 1e-3, |step| {
             let (placement, line) = perturbed(&case, step);
-            let r = sheet_residual::residual(&placement, &case.sheet, &case.point_in_camera, &line).unwrap();
+            let r = sheet_residual::residual(&placement, &case.view.sheet, &case.point_in_camera, &line).unwrap();
             DVector::from_column_slice(r.as_slice())
         });
         // Five-point stencil, h = 1e-3: truncation h⁴/30·f⁽⁵⁾ ≈ 1e-12·(a few), rounding eps/h = 2e-13.
@@ -155,7 +138,7 @@ proptest! {
 
     #[test]
     fn point_to_line_jacobian(case in case()) {
-        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let placement = case.placement;
         let analytic = stacked(&point_to_line::linearize(&placement, &case.point_in_camera, &case.line));
         let numerical = numerical_jacobian(11, 1e-3, |step| {
             let (placement, line) = perturbed(&case, step);
@@ -169,24 +152,24 @@ proptest! {
 
     #[test]
     fn noise_in_base_is_carried_into_the_sheet(case in case(), push in vector(1e-3)) {
-        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let placement = case.placement;
         let (parts, onto_sheet): (_, Matrix2x3<f64>) =
-            sheet_residual::linearize(&placement, &case.sheet, &case.point_in_camera, &case.line).unwrap();
+            sheet_residual::linearize(&placement, &case.view.sheet, &case.point_in_camera, &case.line).unwrap();
         let mut pushed = placement;
         pushed.base_from_tool.translation.vector += push;
-        let r = sheet_residual::residual(&pushed, &case.sheet, &case.point_in_camera, &case.line).unwrap();
+        let r = sheet_residual::residual(&pushed, &case.view.sheet, &case.point_in_camera, &case.line).unwrap();
         // A shift of the sensor moves the residual exactly linearly.
         prop_assert!((r - parts.residual - onto_sheet * push).norm() < 1e-13);
     }
 
     #[test]
     fn residuals_agree_that_a_point_on_the_line_is_on_it(case in case(), along in -0.3..0.3_f64) {
-        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let placement = case.placement;
         let through = Line::new(
             placement.point_in_base(&case.point_in_camera) + case.line.direction() * along,
             &UnitVector3::new_normalize(case.line.direction()),
         );
-        let sheet = sheet_residual::residual(&placement, &case.sheet, &case.point_in_camera, &through).unwrap();
+        let sheet = sheet_residual::residual(&placement, &case.view.sheet, &case.point_in_camera, &through).unwrap();
         let distance = point_to_line::residual(&placement, &case.point_in_camera, &through);
         // Coordinates of metres: 1e-15 each, a handful of operations.
         prop_assert!(sheet.norm() < 1e-13 && distance.norm() < 1e-13);

@@ -1,63 +1,45 @@
 //! A bowed seam seen by a sensor whose sheet has a shape: the geometry by construction, the Jacobian by differences.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use nalgebra::{DMatrix, DVector, SVector, UnitVector3, Vector2, Vector3, Vector4};
+use nalgebra::{DMatrix, DVector, SVector, Vector2, Vector3, Vector4};
 use proptest::prelude::*;
-use trueline_geometry::{Line, Plane, Pose, Segment, Trajectory, se3, so3};
+use trueline_geometry::Line;
 use trueline_lsq::check::numerical_jacobian;
-use trueline_model::{Curvature, LaserSheet, Placement, SeamInSheet, SheetShape, sheet_residual};
+use trueline_model::{Curvature, Placement, SeamInSheet, SheetShape, sheet_residual};
+use view::{View, shape, vector, view};
+
+mod view;
 
 #[derive(Clone, Debug)]
 struct Case {
-    segment: Segment,
-    exposure: f64,
-    tool_from_camera: Pose,
-    sheet: LaserSheet,
+    view: View,
+    placement: Placement,
     point_in_camera: Vector3<f64>,
     line: Line,
     curvature: Curvature,
     shape: SheetShape,
 }
 
-fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
-    (-size..size, -size..size, -size..size).prop_map(|(x, y, z)| Vector3::new(x, y, z))
-}
-
 fn case() -> impl Strategy<Value = Case> {
-    let robot = (vector(3.0), vector(1.5), vector(0.01), vector(0.001), 0.0..0.004_f64);
-    let sensor = (vector(3.0), vector(0.2), -0.02..0.02_f64, -0.02..0.02_f64);
     let line = (vector(0.4), vector(0.002), vector(0.0005), -0.05..0.05_f64);
-    let shape = (vector(0.03), vector(0.5));
-    (robot, sensor, line, shape).prop_map(|(robot, sensor, (turn, miss, bow, middle_m), shape)| {
-        let start = se3::from_parts(so3::exp(&robot.0), robot.1);
-        let end = se3::from_parts(start.rotation * so3::exp(&robot.2), robot.1 + robot.3);
-        let trajectory = Trajectory::new(vec![0.0, 0.004], &[start, end]).unwrap();
-        let tool_from_camera = se3::from_parts(so3::exp(&sensor.0), sensor.1);
-        let sheet = LaserSheet::from_plane(Plane::from_height(0.036, 2.12, 0.13).unwrap());
-        let middle = Vector2::new(sensor.2, 0.05 + sensor.3);
-        let point_in_camera = sheet.point(&middle);
-        let segment = *trajectory.segment(0).unwrap();
-        let placement = Placement::new(&segment, robot.4, &tool_from_camera);
-        let normal = placement.base_from_camera() * sheet.plane().normal().into_inner();
-        let direction = UnitVector3::new_normalize(so3::exp(&turn) * normal);
-        let line = Line::new(placement.point_in_base(&point_in_camera) + miss, &direction);
-        let curvature = Curvature { bow_m: [bow.x, bow.y], half_length_m: 0.1, middle_m };
-        let h = [shape.0.x, shape.0.y, shape.0.z, shape.1.x, shape.1.y];
-        let shape = SheetShape { h, origin_m: [0.003, 0.045] };
-        Case { segment, exposure: robot.4, tool_from_camera, sheet, point_in_camera, line, curvature, shape }
+    (view(), line, shape()).prop_map(|(view, (turn, miss, bow, middle_m), shape)| Case {
+        placement: view.placement(),
+        point_in_camera: view.point_in_camera(),
+        line: view.line(&turn, &miss),
+        curvature: Curvature { bow_m: [bow.x, bow.y], half_length_m: 0.1, middle_m },
+        shape,
+        view,
     })
 }
 
 /// Residual after a step of all 18 unknowns.
 fn residual(case: &Case, step: &DVector<f64>) -> Vector2<f64> {
-    let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
-    let tool_from_camera = se3::retract_decoupled(&case.tool_from_camera, &three(1), &three(4));
-    let placement = Placement::new(&case.segment, case.exposure - step[0], &tool_from_camera);
+    let placement = case.view.stepped(step);
     let line = case.line.retract(&Vector4::new(step[7], step[8], step[9], step[10]));
     let curvature = case.curvature.retract(&Vector2::new(step[11], step[12]));
     let shape = case.shape.retract(&SVector::from_fn(|k, _| step[13 + k]));
     let seam = SeamInSheet { line: &line, curvature: &curvature, shape: Some(&shape) };
-    seam.linearize(&placement, &case.sheet, &case.point_in_camera).unwrap().straight.residual
+    seam.linearize(&placement, &case.view.sheet, &case.point_in_camera).unwrap().straight.residual
 }
 
 proptest! {
@@ -65,9 +47,9 @@ proptest! {
 
     #[test]
     fn the_jacobian_is_that_of_differences(case in case()) {
-        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let placement = case.placement;
         let seam = SeamInSheet { line: &case.line, curvature: &case.curvature, shape: Some(&case.shape) };
-        let parts = seam.linearize(&placement, &case.sheet, &case.point_in_camera).unwrap();
+        let parts = seam.linearize(&placement, &case.view.sheet, &case.point_in_camera).unwrap();
         let mut analytic = DMatrix::zeros(2, 18);
         analytic.view_mut((0, 0), (2, 1)).copy_from(&parts.straight.d_time_offset);
         analytic.view_mut((0, 1), (2, 3)).copy_from(&parts.straight.d_rotation);
@@ -91,25 +73,25 @@ proptest! {
         let offset = case.curvature.offset_at(along);
         let in_base = case.line.anchor() + axes * Vector3::new(along, offset.x, offset.y);
         // The sheet passes through that point: the tool is moved there.
-        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
-        let there = case.sheet.coordinates(&case.point_in_camera);
+        let placement = case.placement;
+        let there = case.view.sheet.coordinates(&case.point_in_camera);
         let mut moved = placement;
         moved.base_from_tool.translation.vector += in_base - placement.point_in_base(&case.point_in_camera);
-        let reported = case.sheet.point(&case.shape.reported(&there).reported);
+        let reported = case.view.sheet.point(&case.shape.reported(&there).reported);
         let seam = SeamInSheet { line: &case.line, curvature: &case.curvature, shape: Some(&case.shape) };
-        let residual = seam.linearize(&moved, &case.sheet, &reported).unwrap().straight.residual;
+        let residual = seam.linearize(&moved, &case.view.sheet, &reported).unwrap().straight.residual;
         // Metres to 1e-15, a dozen operations, an oblique intersection.
         prop_assert!(residual.norm() < 1e-13, "{}", residual.norm());
     }
 
     #[test]
     fn a_straight_seam_and_an_exact_sensor_are_the_plain_residual(case in case()) {
-        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
+        let placement = case.placement;
         let straight = Curvature { bow_m: [0.0; 2], ..case.curvature };
         let seam = SeamInSheet { line: &case.line, curvature: &straight, shape: None };
-        let parts = seam.linearize(&placement, &case.sheet, &case.point_in_camera).unwrap();
+        let parts = seam.linearize(&placement, &case.view.sheet, &case.point_in_camera).unwrap();
         let (plain, onto_sheet) =
-            sheet_residual::linearize(&placement, &case.sheet, &case.point_in_camera, &case.line).unwrap();
+            sheet_residual::linearize(&placement, &case.view.sheet, &case.point_in_camera, &case.line).unwrap();
         prop_assert!((parts.straight.residual - plain.residual).norm() < 1e-14);
         prop_assert!((parts.straight.d_rotation - plain.d_rotation).norm() < 1e-13);
         prop_assert!((parts.straight.d_line - plain.d_line).norm() < 1e-13);

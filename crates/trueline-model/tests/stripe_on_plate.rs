@@ -4,52 +4,35 @@
 
 use nalgebra::{DMatrix, DVector, SVector, UnitVector3, Vector2, Vector3};
 use proptest::prelude::*;
-use trueline_geometry::{Plane, Pose, Segment, Trajectory, se3, so3};
+use trueline_geometry::{Plane, Pose, Trajectory, se3, so3};
 use trueline_lsq::check::numerical_jacobian;
 use trueline_model::{LaserSheet, Placement, Plate, SheetShape, StripeOnPlate};
+use view::{View, shape, vector, view};
 
 const UNKNOWNS: usize = 22;
 
+mod view;
+
 #[derive(Clone, Debug)]
 struct Case {
-    segment: Segment,
-    exposure: f64,
-    tool_from_camera: Pose,
-    sheet: LaserSheet,
-    measured: Vector2<f64>,
+    view: View,
     plate: Plate,
     shape: SheetShape,
 }
 
-fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
-    (-size..size, -size..size, -size..size).prop_map(|(x, y, z)| Vector3::new(x, y, z))
-}
-
 fn case() -> impl Strategy<Value = Case> {
-    let robot = (vector(3.0), vector(1.5), vector(0.01), vector(0.001), 0.0..0.004_f64);
-    let sensor = (vector(3.0), vector(0.2), -0.02..0.02_f64, -0.02..0.02_f64);
     let plate = (vector(0.3), -0.001..0.001_f64, prop::array::uniform7(-3e-4..3e-4_f64), 0.3..1.2_f64);
-    let shape = (vector(0.03), vector(0.5));
-    (robot, sensor, plate, shape).prop_map(|(robot, sensor, (turn, miss_m, surface_m, lean), shape)| {
-        let start = se3::from_parts(so3::exp(&robot.0), robot.1);
-        let end = se3::from_parts(start.rotation * so3::exp(&robot.2), robot.1 + robot.3);
-        let trajectory = Trajectory::new(vec![0.0, 0.004], &[start, end]).unwrap();
-        let tool_from_camera = se3::from_parts(so3::exp(&sensor.0), sensor.1);
-        let sheet = LaserSheet::from_plane(Plane::from_height(0.036, 2.12, 0.13).unwrap());
-        let segment = *trajectory.segment(0).unwrap();
-        let placement = Placement::new(&segment, robot.4, &tool_from_camera);
-        let measured = Vector2::new(sensor.2, 0.05 + sensor.3);
+    (view(), plate, shape()).prop_map(|(view, (turn, miss_m, surface_m, lean), shape)| {
+        let placement = view.placement();
         let base_from_camera = placement.base_from_camera().rotation;
         // The plate leans against the sheet, which it cuts along a direction of the stripe.
-        let along_stripe = base_from_camera * (sheet.axes() * Vector2::new(lean.cos(), lean.sin()));
-        let along = so3::exp(&turn) * (base_from_camera * sheet.plane().normal().into_inner());
+        let along_stripe = base_from_camera * (view.sheet.axes() * Vector2::new(lean.cos(), lean.sin()));
+        let along = so3::exp(&turn) * (base_from_camera * view.sheet.plane().normal().into_inner());
         let normal = UnitVector3::new_normalize(along_stripe.cross(&along));
-        let there = placement.point_in_base(&sheet.point(&measured));
+        let there = placement.point_in_base(&view.point_in_camera());
         let centre = there + normal.as_ref() * miss_m + along * 0.03 - along_stripe * 0.01;
         let plate = Plate { surface_m, ..Plate::flat(centre, &normal, &along).unwrap() };
-        let h = [shape.0.x, shape.0.y, shape.0.z, shape.1.x, shape.1.y];
-        let shape = SheetShape { h, origin_m: [0.003, 0.045] };
-        Case { segment, exposure: robot.4, tool_from_camera, sheet, measured, plate, shape }
+        Case { view, plate, shape }
     })
 }
 
@@ -66,18 +49,17 @@ fn height_over_plate(plate: &Plate, point: &Vector3<f64>) -> f64 {
 /// bisected, and the least distance is found by golden sections.
 fn searched(case: &Case, step: &DVector<f64>) -> f64 {
     let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
-    let tool_from_camera = se3::retract_decoupled(&case.tool_from_camera, &three(1), &three(4));
-    let placement = Placement::new(&case.segment, case.exposure - step[0], &tool_from_camera);
+    let placement = case.view.stepped(step);
     let plate = case.plate.retract(&three(7), &SVector::from_fn(|k, _| step[10 + k]));
     let shape = case.shape.retract(&SVector::from_fn(|k, _| step[17 + k]));
     let height = |at: &Vector2<f64>| {
-        let point = case.sheet.point(&shape.corrected(at).0);
+        let point = case.view.sheet.point(&shape.corrected(at).0);
         height_over_plate(&plate, &placement.point_in_base(&point))
     };
     let d = 1e-5;
     let slope = |axis: usize| {
         let by = Vector2::ith(axis, d);
-        (height(&(case.measured + by)) - height(&(case.measured - by))) / (2.0 * d)
+        (height(&(case.view.in_sheet + by)) - height(&(case.view.in_sheet - by))) / (2.0 * d)
     };
     let up = Vector2::new(slope(0), slope(1)).normalize();
     let side = Vector2::new(-up.y, up.x);
@@ -85,7 +67,7 @@ fn searched(case: &Case, step: &DVector<f64>) -> f64 {
         let (mut low, mut high) = (-0.02, 0.02);
         for _ in 0..80 {
             let middle = 0.5 * (low + high);
-            let at = case.measured + side * t + up * middle;
+            let at = case.view.in_sheet + side * t + up * middle;
             if height(&at) > 0.0 { high = middle } else { low = middle }
         }
         Vector2::new(t, 0.5 * (low + high))
@@ -104,9 +86,11 @@ proptest! {
 
     #[test]
     fn the_residual_is_the_distance_and_its_jacobian_that_of_differences(case in case()) {
-        let placement = Placement::new(&case.segment, case.exposure, &case.tool_from_camera);
-        let stripe = StripeOnPlate { plate: &case.plate, sheet: &case.sheet, shape: Some(&case.shape) };
-        let parts = stripe.linearize(&placement, &case.measured).unwrap();
+        let placement = case.view.placement();
+        let stripe = StripeOnPlate { plate: &case.plate, sheet: &case.view.sheet, shape: Some(&case.shape) };
+        let parts = stripe.linearize(&placement, &case.view.in_sheet).unwrap();
+        let alone = stripe.residual(&placement, &case.view.in_sheet).unwrap();
+        prop_assert!((alone - parts.residual).abs() < 1e-15);
         // Golden sections end where distances differ by rounding of 1e-2 m: the root of 1e-16 of t, squared in ρ.
         prop_assert!((parts.residual - searched(&case, &DVector::zeros(UNKNOWNS))).abs() < 1e-12);
         let mut analytic = DMatrix::zeros(1, UNKNOWNS);
