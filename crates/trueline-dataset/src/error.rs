@@ -179,6 +179,14 @@ pub enum Problem {
     /// A stripe between a point and itself.
     #[error("the two points are the same")]
     StripeWithoutLength,
+    /// A stripe that is known worse than it is long.
+    #[error("a standard deviation of {sigma} is no less than the distance of the two points, {length}")]
+    StripeWithoutDirection {
+        /// In the unit of the table.
+        sigma: f64,
+        /// Likewise.
+        length: f64,
+    },
     /// Stripes of a sensor whose laser plane does not say y of x and z.
     #[error("x and z of a stripe say nothing without a laser plane that leans against the y axis")]
     StripesWithoutLaserPlane,

@@ -27,6 +27,9 @@ impl Problem {
             Self::NotAPlate { .. } | Self::PlateTwice { .. } | Self::StripeWithoutLength => {
                 "a seam is where two plates meet, 0 and 1; each stripe is two points of it, apart from each other"
             }
+            Self::StripeWithoutDirection { .. } => {
+                "sigma is that of a support point square to the stripe, in the unit of the points; leave out stripes without a direction"
+            }
             Self::StripesWithoutLaserPlane => "give [laser_plane] in sensor.toml",
             Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
             Self::NoNumberInName

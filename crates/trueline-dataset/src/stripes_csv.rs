@@ -88,6 +88,12 @@ fn read_row<R: Read>(table: &Table<'_, R>, file: &Path, sensor: &Sensor) -> Resu
     if ends[0] == ends[1] {
         return Err(table.error_in(FIRST, Problem::StripeWithoutLength));
     }
+    let sigma = table.sigma(SIGMA)?.unwrap_or(f64::NAN);
+    let length = (ends[1][0] - ends[0][0]).hypot(ends[1][1] - ends[0][1]);
+    // What is not a number passes no comparison.
+    if !(sigma < length && length.is_finite()) {
+        return Err(table.error_in(SIGMA, without_direction(sigma, length, sensor)));
+    }
     let points = match sensor {
         Sensor::CameraLaser { .. } => ends.map(Measured::Pixel),
         Sensor::Profiler => ends.map(Measured::Profile),
@@ -102,8 +108,13 @@ fn read_row<R: Read>(table: &Table<'_, R>, file: &Path, sensor: &Sensor) -> Resu
         frame: table.count(FRAME)?,
         plate: u32::from(plate == 1),
         points,
-        sigma: table.sigma(SIGMA)?.unwrap_or(f64::NAN),
+        sigma,
     })
+}
+
+fn without_direction(sigma: f64, length: f64, sensor: &Sensor) -> Problem {
+    let in_table = if matches!(sensor, Sensor::CameraLaser { .. }) { 1.0 } else { MM_PER_M };
+    Problem::StripeWithoutDirection { sigma: sigma * in_table, length: length * in_table }
 }
 
 fn on_plane(plane: &Plane, [x, z]: [f64; 2]) -> Measured {
@@ -173,7 +184,7 @@ mod tests {
                     frame,
                     plate,
                     points,
-                    sigma: 0.03125,
+                    sigma: 0.003125,
                 };
                 let mut text = Vec::new();
                 write(&mut text, &[stripe(0), stripe(1)]).unwrap();
@@ -209,6 +220,11 @@ mod tests {
             refusal("0,0,0,1,1,2,2,1\n0,0,0,1,1,2,2,1\n").contains("line 3, column `plate`: plate 0 twice")
         );
         assert!(refusal("0,0,0,1,1,1,1,1\n").contains("line 2, column `x1_mm`: the two points are the same"));
+        for sigma in ["1.5", "1e300"] {
+            let text = refusal(&format!("0,0,0,1,1,2,2,{sigma}\n"));
+            assert!(text.contains("line 2, column `sigma_mm`: a standard deviation of"), "{text}");
+        }
+        assert!(refusal("0,0,0,1e300,1,-1e300,2,1\n").contains("line 2, column `sigma_mm`"));
         let text = format!("{HEADER}\n0,0,0,1,1,2,2,1\n");
         let without = Sensor::Points { laser_plane_in_camera: None };
         let error = read(Path::new("stripes.csv"), text.as_bytes(), &without).unwrap_err();
