@@ -4,7 +4,8 @@ use super::fault::{Fault, FeatureError};
 use crate::capture::SheetAxes;
 use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
-use nalgebra::{Matrix3, Rotation3, UnitVector3, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector3};
+use std::f64::consts::PI;
 use trueline_dataset::Measured;
 use trueline_geometry::{Line, Pose};
 
@@ -120,8 +121,7 @@ impl FeatureErrors {
         base_from_camera: &Pose,
     ) -> Measured {
         let base_from_sheet = base_from_camera.rotation.to_rotation_matrix() * sheet.camera_from_sheet;
-        // Turns about the stripe, about the seam and about the range direction.
-        let tilt = (self.base_from_square_sheet.inverse() * base_from_sheet).scaled_axis();
+        let tilt = own_tilt(&(self.base_from_square_sheet.inverse() * base_from_sheet));
         let bias_px: f64 = self
             .errors
             .iter()
@@ -135,6 +135,16 @@ impl FeatureErrors {
             .sum();
         shifted(seen, bias_px, sheet)
     }
+}
+
+/// Turns about the stripe, about the seam and about the range direction, as the sensor itself sees them: spun by half a turn
+/// about its view, it is tilted the other way. A half turn is no tilt.
+fn own_tilt(turn: &Rotation3<f64>) -> Vector3<f64> {
+    let turn = UnitQuaternion::from_rotation_matrix(turn);
+    let spin_rad = 2.0 * turn.k.atan2(turn.w);
+    let swing = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -spin_rad) * turn;
+    let swing = swing.scaled_axis();
+    Vector3::new(swing.x, swing.y, spin_rad - PI * (spin_rad / PI).round())
 }
 
 /// Stream of random numbers for what happens to features by chance.
