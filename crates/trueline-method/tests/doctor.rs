@@ -345,3 +345,20 @@ fn guesses() {
     );
     with_guess(&|g| g.tool_from_camera.translation.vector.z += 0.25, "another tool frame");
 }
+
+/// A profiler that sends 250 profiles a second, read as one of 240, and one of 125 as one of 240.
+#[test]
+fn stamps_counted_with_another_rate() {
+    for factor in [1.0417, 0.52] {
+        let mut recording = simulate(&Preset::Profiler.scenario(), 11).unwrap();
+        let first_ns = recording.features[0].stamp_ns;
+        for feature in &mut recording.features {
+            feature.stamp_ns = first_ns + ((feature.stamp_ns - first_ns) as f64 * factor).round() as i64;
+        }
+        let found = examined(&recording);
+        let said = found.findings.first().cloned().unwrap_or_default();
+        assert!(said.contains("a rate that is not the sensor's"), "{factor}: {:#?}", found.findings);
+        // Their distances must be multiplied by 1/factor, to a tenth of a percent.
+        assert!(said.contains(&format!("it sends {:.2}", factor)), "{factor}: {said}");
+    }
+}

@@ -208,7 +208,7 @@ fn peaks(regression: &ShiftRegression) -> Vec<Peak> {
 }
 
 /// Where the seam is in the picture of the line that is seen most, wild points smoothed away.
-fn places(features: &[Feature]) -> Vec<Place> {
+pub(super) fn places(features: &[Feature]) -> Vec<Place> {
     let lines = features.iter().map(|feature| feature.line).max().map_or(0, |last| last as usize + 1);
     let mut counts = vec![0_usize; lines];
     features.iter().for_each(|feature| counts[feature.line as usize] += 1);

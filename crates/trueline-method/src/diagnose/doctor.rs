@@ -5,10 +5,11 @@ use crate::calibrate::calibrate;
 use crate::config::Config;
 use crate::diagnose::estimated_mistakes::{Estimated, axis_scale, crop};
 use crate::diagnose::mistakes::MISTAKES;
-use crate::diagnose::plausibility::{implausible, wrong_guess};
+use crate::diagnose::plausibility::{implausible, wrong_guess, wrong_rate};
 use crate::diagnose::pose_mistakes::POSE_MISTAKES;
 use crate::diagnose::quick_fit::quick_fit;
 use crate::diagnose::sensor_mistakes::SENSOR_MISTAKES;
+use crate::diagnose::stamp_rate::stamp_rate;
 use crate::{Calibration, Error, Reason};
 use trueline_dataset::Recording;
 
@@ -149,6 +150,11 @@ pub fn diagnose(recording: &Recording, config: &Config, mut watch: impl FnMut(&s
     if findings.is_empty() {
         findings = implausible(recording);
     }
+    if let Ok(calibration) = &result
+        && as_recorded.fits()
+    {
+        findings.extend(wrong_rate(calibration));
+    }
     if let (Ok(calibration), Some(guess)) = (&result, &recording.initial)
         && as_recorded.fits()
     {
@@ -214,6 +220,8 @@ fn try_all(
     if explanations(as_recorded, &trials).is_empty() {
         watch("cropped images");
         let mut estimated: Vec<Estimated> = crop(&few, config).into_iter().collect();
+        watch("rate of the image stamps");
+        estimated.extend(stamp_rate(&few, config));
         for axis in 0..3 {
             watch("scale of an axis");
             estimated.extend(axis_scale(&few, config, axis));

@@ -1,7 +1,7 @@
 //! Mistakes with a number of their own, which the scan tells: how far a picture was cut out, by how much an axis is too long.
 
 use crate::config::Config;
-use crate::diagnose::mistake::with_pixels;
+use crate::diagnose::mistake::{with_image_stamps, with_pixels};
 use crate::diagnose::pose_mistakes::with_axis_scaled;
 use crate::diagnose::quick_fit::quick_fit;
 use nalgebra::Vector2;
@@ -19,6 +19,11 @@ pub enum Estimated {
         /// Longer than it is.
         factor: f64,
     },
+    /// Image stamps that were counted with another rate: their distances must be so many times as long.
+    StampRate {
+        /// Times.
+        factor: f64,
+    },
 }
 
 impl Estimated {
@@ -28,6 +33,7 @@ impl Estimated {
         match self {
             Self::Crop(_) => "cropped images",
             Self::AxisScale { axis, .. } => ["robot x scaled", "robot y scaled", "robot z scaled"][*axis],
+            Self::StampRate { .. } => "rate of the image stamps",
         }
     }
 
@@ -44,6 +50,11 @@ impl Estimated {
                 ["x", "y", "z"][*axis],
                 100.0 * (factor - 1.0)
             ),
+            Self::StampRate { factor } => format!(
+                "the image (or profile) stamps were made with a rate that is not the sensor's: it sends {:.3} times as often as \
+                 was taken; give the rate that it really has, or record a stamp with every image",
+                1.0 / factor
+            ),
         }
     }
 
@@ -53,6 +64,11 @@ impl Estimated {
         match *self {
             Self::Crop([u0, v0]) => with_pixels(recording, |[u, v], _| [u + u0, v + v0]),
             Self::AxisScale { axis, factor } => Some(with_axis_scaled(recording, axis, 1.0 / factor)),
+            Self::StampRate { factor } => {
+                let first_ns = recording.features.first()?.stamp_ns;
+                let since = |stamp_ns: i64| ((stamp_ns - first_ns) as f64 * factor).round() as i64;
+                Some(with_image_stamps(recording, |stamp_ns| first_ns + since(stamp_ns)))
+            }
         }
     }
 }
@@ -84,13 +100,13 @@ pub fn crop(recording: &Recording, config: &Config) -> Option<Estimated> {
 }
 
 /// What is left of the residuals of a recording, squared, in units of noise.
-fn left(recording: &Recording, config: &Config) -> Option<f64> {
+pub(super) fn left(recording: &Recording, config: &Config) -> Option<f64> {
     let fit = quick_fit(recording, config).ok()?;
     Some((fit.noise_factor / fit.explained).powi(2))
 }
 
 /// Where a function is least by a parabola through three of its values, within two steps; `None` where one is missing.
-fn least(of: impl Fn(f64) -> Option<f64>, at: f64, step: f64) -> Option<f64> {
+pub(super) fn least(of: impl Fn(f64) -> Option<f64>, at: f64, step: f64) -> Option<f64> {
     let [below, here, above] = [of(at - step)?, of(at)?, of(at + step)?];
     let bend = below - 2.0 * here + above;
     let downhill = 2.0 * step * (below - above).signum();

@@ -11,3 +11,4 @@ pub mod pose_mistakes;
 mod quick_fit;
 pub mod sensor_mistakes;
 mod shift_regression;
+mod stamp_rate;

@@ -1,6 +1,7 @@
 //! What can be seen without undoing a mistake: on the poses alone, and on a guess beside a result that fits.
 
 use crate::Calibration;
+use crate::diagnose::estimated_mistakes::Estimated;
 use crate::diagnose::mistake::reordered;
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::{se3, so3};
@@ -46,6 +47,15 @@ pub(super) fn implausible(recording: &Recording) -> Vec<String> {
         ));
     }
     findings
+}
+
+/// No clock drifts by more than this, parts per million.
+const WORST_CLOCK_PPM: f64 = 1000.0;
+
+/// Stamps that fit with a drift that no clock has were made with another rate.
+pub(super) fn wrong_rate(c: &Calibration) -> Option<String> {
+    let drift = c.findings.clock.drifted.filter(|drift| drift.ppm.abs() > WORST_CLOCK_PPM)?;
+    Some(Estimated::StampRate { factor: 1.0 / (1.0 + drift.ppm * 1e-6) }.says())
 }
 
 /// A guess further off than this is of something else, m and rad.

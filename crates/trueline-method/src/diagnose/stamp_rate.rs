@@ -1,0 +1,56 @@
+//! Image stamps that were made by counting with a rate that is not the sensor's.
+//!
+//! At the right rate a linear regression of the seam's place on the robot's coordinates leaves least (see
+//! [`crate::diagnose::shift_regression`]); what that finds is refined by fits.
+
+use crate::config::Config;
+use crate::diagnose::clock_alignment::places;
+use crate::diagnose::estimated_mistakes::{Estimated, least, left};
+use crate::diagnose::shift_regression::{Place, ShiftRegression};
+use trueline_dataset::Recording;
+
+/// Rates that are tried about the one with which both streams last equally long, and their distance, parts.
+const RANGE: f64 = 0.03;
+/// See [`RANGE`].
+const STEP: f64 = 0.002;
+/// Shifts that are tried with each, s, to either side.
+const SHIFT_S: f64 = 1.2;
+/// Their distance, s.
+const SHIFT_STEP_S: f64 = 0.05;
+/// Distances at which a rate is moved about what was found.
+const STEPS: [f64; 2] = [1e-3, 3e-4];
+/// A rate nearer to one than this is that of a clock that drifts.
+const LEAST_RATE: f64 = 2e-3;
+/// Overlap of both streams, as a part of the images and in s.
+const OVERLAP: (f64, f64) = (0.5, 2.0);
+
+/// The rate with which the scan fits best; `None` where it is that of the stamps.
+#[must_use]
+pub fn stamp_rate(recording: &Recording, config: &Config) -> Option<Estimated> {
+    let (first, last) = (recording.features.first()?, recording.features.last()?);
+    let (robot_first, robot_last) = (recording.robot.first()?, recording.robot.last()?);
+    let lasts_s = |from_ns: i64, to_ns: i64| (to_ns - from_ns) as f64 * 1e-9;
+    let equal = lasts_s(robot_first.stamp_ns, robot_last.stamp_ns) / lasts_s(first.stamp_ns, last.stamp_ns);
+    let ahead_s = lasts_s(robot_first.stamp_ns, first.stamp_ns);
+    let places = places(&recording.features);
+    let explained = |factor: f64| {
+        let scaled = places.iter().map(|place| Place { time_s: place.time_s * factor, ..*place }).collect();
+        let regression = ShiftRegression::new(recording, scaled, OVERLAP.0, OVERLAP.1)?;
+        let shifts = (0..=(2.0 * SHIFT_S / SHIFT_STEP_S) as usize)
+            .map(|k| k as f64 * SHIFT_STEP_S - SHIFT_S - ahead_s)
+            .filter_map(|shift_s| regression.at(shift_s));
+        shifts.map(|shift| shift.score).max_by(f64::total_cmp)
+    };
+    let steps = (RANGE / STEP).round() as i32;
+    let tried = (-steps..=steps).map(|k| equal * (1.0 + f64::from(k) * STEP));
+    let scored = tried.filter_map(|factor| Some((explained(factor)?, factor)));
+    let mut factor = scored.max_by(|a, b| a.0.total_cmp(&b.0))?.1;
+    for step in STEPS {
+        factor = least(
+            |rate| left(&Estimated::StampRate { factor: rate }.mend(recording)?, config),
+            factor,
+            step,
+        )?;
+    }
+    ((factor - 1.0).abs() > LEAST_RATE).then_some(Estimated::StampRate { factor })
+}
