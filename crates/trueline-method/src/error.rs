@@ -78,6 +78,17 @@ pub enum Error {
         /// What is held.
         held: &'static str,
     },
+    /// A line is drawn that the scan does not have.
+    #[error("line {line} is to be held where it is drawn, and the features name {lines} line(s)")]
+    NoSuchLine {
+        /// Its number.
+        line: usize,
+        /// Lines of the features.
+        lines: usize,
+    },
+    /// Stripes know no drawn lines.
+    #[error("whole stripes are asked for, and a line is to be held where it is drawn, which they do not do")]
+    StripesOfDrawnLine,
     /// Partial acceptance needs a guess.
     #[error("what the scan does not show is to be held at the initial guess, but there is none")]
     NoGuessToHold,
@@ -109,14 +120,22 @@ pub enum Error {
     #[error("whole stripes are asked for, and the recording has none")]
     NoStripes,
     /// Stripes that say nothing of two plates that meet.
-    #[error("whole stripes are asked for, and {}", match why {
-        NoPlates::Missing => "one of the two plates is not in them",
-        NoPlates::NoPlane => "they do not span two planes",
-        NoPlates::Parallel => "their plates do not meet in a line",
-    })]
+    #[error("whole stripes are asked for, and {why}")]
     NoPlates {
         /// Why.
         why: NoPlates,
+    },
+    /// Two tables that count their frames differently.
+    #[error(
+        "frame {frame} is stamped {feature_s:.6} s in features.csv and {stripe_s:.6} s in stripes.csv, more than a picture apart"
+    )]
+    FramesDisagree {
+        /// Its number.
+        frame: u64,
+        /// Stamp of its seam point, s.
+        feature_s: f64,
+        /// Stamp of its stripes, s.
+        stripe_s: f64,
     },
     /// Stripes have no residual of the paper's kind.
     #[error("whole stripes are asked for, and the point-to-line residual knows seam points only")]
@@ -154,7 +173,12 @@ impl Error {
                 "stripes.csv has them: `trueline features DATASET` writes it from pictures or profiles"
             }
             Self::StripesNeedSheet => "use it with --residual sheet",
-            Self::NoPlates { .. } | Self::StripesHeldAtGuess => "use the seam points",
+            Self::NoPlates { why } => why.hint(),
+            Self::FramesDisagree { .. } => {
+                "both tables must count the same pictures, or leave the column `frame` out of one of them"
+            }
+            Self::StripesHeldAtGuess | Self::StripesOfDrawnLine => "use the seam points",
+            Self::NoSuchLine { .. } => "lines are numbered from 0, as in the column `line`",
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give an initial guess",
             Self::BeyondReference { .. } => {
                 "are the reference's units and frame right? it is in the robot's base"

@@ -1,9 +1,10 @@
 //! Whole stripes: cells of known truth, plates that are not flat, outliers, and what no target shows.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use nalgebra::DVector;
-use trueline_dataset::Recording;
-use trueline_geometry::se3;
+use nalgebra::{DVector, Vector2, Vector3};
+use trueline_dataset::join::join;
+use trueline_dataset::{Measured, Recording};
+use trueline_geometry::{se3, so3};
 use trueline_method::assess::observability::Group;
 use trueline_method::stripe::outcome::{Because, StripeEstimate};
 use trueline_method::{Calibration, Config, Error, Measurements, SensorMode, Status, calibrate};
@@ -188,4 +189,98 @@ fn what_is_asked_for_and_cannot_be_done_is_refused() {
     assert!(matches!(refused(&recording, &stripe), Error::NoPlates { .. }));
     recording.stripes.clear();
     assert_eq!(refused(&recording, &stripe), Error::NoStripes);
+}
+
+/// Another program stamps the stripes a third of a picture later than the seam points: their number tells that they are of one picture.
+#[test]
+fn stripes_and_seam_points_of_one_frame_are_one_picture_whatever_their_stamps() {
+    let scenario = scenario(Preset::Quick, 10.0);
+    let mut recording = scan_plates(&scenario, &Plates::default(), 7).unwrap();
+    let as_recorded = calibrated(&recording, &with(Measurements::Both, SensorMode::Fixed));
+    recording.stripes.iter_mut().for_each(|stripe| stripe.stamp_ns += 10_000_000);
+    let stamped_apart = calibrated(&recording, &with(Measurements::Both, SensorMode::Fixed));
+    let outcome = |c: &Calibration| {
+        let stripes = c.findings.stripes.as_ref().unwrap();
+        (stripes.frames, stripes.with_both)
+    };
+    assert_eq!(outcome(&stamped_apart), outcome(&as_recorded));
+    assert_eq!(stamped_apart.best_fit(), as_recorded.best_fit());
+    // More than a picture later they are another picture.
+    recording.stripes.iter_mut().for_each(|stripe| stripe.stamp_ns += 100_000_000);
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    let refused = calibrate(&recording, Some(&truth), &with(Measurements::Both, SensorMode::Fixed));
+    assert!(matches!(refused.unwrap_err(), Error::FramesDisagree { .. }));
+}
+
+/// Of two scans one shows no plates: its seam points stand for them, and say what they say alone.
+#[test]
+fn a_joint_without_plates_counts_by_its_seam_points() {
+    let scenario = scenario(Preset::Quick, 8.0);
+    let [first, mut second] = [8, 9].map(|seed| scan_plates(&scenario, &Plates::default(), seed).unwrap());
+    second.stripes.clear();
+    let truth = first.truth.clone();
+    let mut recording = join(vec![first, second]).unwrap().recording;
+    recording.truth = truth;
+    let both = calibrated(&recording, &with(Measurements::Both, SensorMode::Fixed));
+    assert_eq!(both.findings.stripes.as_ref().unwrap().used, Measurements::Both);
+    let (_, normalised) = error(&recording, &both);
+    assert!(normalised < 24.3, "{normalised}");
+    assert_eq!(stripes(&both).planes.iter().map(|plane| plane.number).collect::<Vec<_>>(), [0, 1]);
+    assert_eq!(both.status(), Status::Accepted, "{:?}", both.reasons());
+    let line = both.line(1).unwrap().line_in_base;
+    let seam = calibrated(&recording, &with(Measurements::Seam, SensorMode::Fixed)).line(1).unwrap();
+    let sigma_rad = seam.covariance[(0, 0)].max(seam.covariance[(1, 1)]).sqrt();
+    assert!(line.direction().angle(&seam.line_in_base.direction()) < 4.0 * sigma_rad);
+    let asked = with(Measurements::Stripe, SensorMode::Fixed);
+    let refused = calibrate(&recording, Some(&recording.truth.as_ref().unwrap().parameters), &asked);
+    assert!(refused.unwrap_err().to_string().contains("line 1 has no stripes"));
+}
+
+/// A detector whose stripes move down the picture, and half as much to the right, with the tilt about the seam.
+fn with_bias(recording: &Recording, px_per_10_deg: f64) -> Recording {
+    let truth = recording.truth.as_ref().unwrap().parameters;
+    let first = recording.robot[0].base_from_tool.rotation;
+    // Tilts are counted from the mean attitude: large turns do not add.
+    let turns =
+        recording.robot.iter().map(|sample| so3::log(&(first.inverse() * sample.base_from_tool.rotation)));
+    let first = first * so3::exp(&(turns.sum::<Vector3<f64>>() / recording.robot.len() as f64));
+    let seam_in_tool = first.inverse() * recording.truth.as_ref().unwrap().lines[0].direction();
+    let shift = |stamp_ns: i64| {
+        let exposed_ns = stamp_ns - (truth.time_offset_s * 1e9) as i64;
+        let k = recording.robot.partition_point(|sample| sample.stamp_ns < exposed_ns);
+        let pose = recording.robot[k.min(recording.robot.len() - 1)].base_from_tool;
+        let turn = so3::log(&(first.inverse() * pose.rotation)).dot(&seam_in_tool);
+        Vector2::new(0.5, 1.0) * (px_per_10_deg * turn.to_degrees() / 10.0)
+    };
+    let moved = |measured: &mut Measured, by: Vector2<f64>| {
+        if let Measured::Pixel([u, v]) = measured {
+            (*u, *v) = (*u + by.x, *v + by.y);
+        }
+    };
+    let mut biased = recording.clone();
+    biased.features.iter_mut().for_each(|f| moved(&mut f.measured, shift(f.stamp_ns)));
+    biased.stripes.iter_mut().for_each(|s| {
+        let by = shift(s.stamp_ns);
+        s.points.iter_mut().for_each(|point| moved(point, by));
+    });
+    biased
+}
+
+/// With 1.3 px per 10° left in them, stripes put the sensor half a millimetre beside where it is.
+#[test]
+fn a_bias_with_the_tilt_is_taken_out_of_the_stripes_as_well() {
+    let scenario = scenario(Preset::Good, 20.0);
+    let recording = with_bias(&scan_plates(&scenario, &Plates::default(), 5).unwrap(), 0.2);
+    let config =
+        Config { robot_accuracy_m: Some(0.0), measurements: Measurements::Stripe, ..Config::default() };
+    let stripe = calibrated(&recording, &config);
+    let bias = stripe.findings.checks.feature_bias.unwrap();
+    println!("{bias:?}");
+    assert!(bias.is_found, "{:?}", stripe.warnings());
+    let (off, normalised) = error(&recording, &stripe);
+    let left_m = off.rows(4, 3).norm();
+    println!("off by {:.3} mm, {normalised:.1}, apart {:?}", left_m * 1e3, stripes(&stripe).sigmas_apart);
+    assert!(left_m < 0.15e-3, "{left_m}");
+    assert!(normalised < 24.3, "{normalised}");
+    assert!(stripes(&stripe).sigmas_apart.unwrap() < 3.0);
 }

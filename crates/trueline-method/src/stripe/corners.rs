@@ -14,6 +14,7 @@ pub fn with_corners(recording: &Recording) -> Option<Recording> {
     if !recording.features.is_empty() || recording.stripes.is_empty() {
         return None;
     }
+    // Stripes of one table: their stamps are those of their pictures.
     let mut pairs: BTreeMap<(i64, u32), [Option<&PlateStripe>; 2]> = BTreeMap::new();
     for stripe in &recording.stripes {
         let pair = pairs.entry((stripe.stamp_ns, stripe.plate / 2)).or_default();

@@ -2,9 +2,10 @@
 
 use crate::assess::observability::{self, Group, Observability, RANK_THRESHOLD, Unobservable};
 use crate::assess::seam_error::{self, SeamErrorSources};
-use crate::assess::systematic::{Systematic, SystematicLevels};
+use crate::assess::systematic::Systematic;
 use crate::config::{Measurements, ResidualKind};
 use crate::error::Error;
+use crate::hypotheses::feature_bias::TakenBias;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
@@ -13,8 +14,10 @@ use crate::solve::settings::FitSettings;
 use crate::stripe::agreement::{AGREEMENT_SIGMAS, sigmas_apart};
 use crate::stripe::fit::{StripeFit, StripeSolver};
 use crate::stripe::frames::{StripeFrames, frames};
+use crate::stripe::freed::without_bias;
 use crate::stripe::no_plates::NoPlates;
 use crate::stripe::outcome::{Answer, Because, LEAST_SHARE, StripeEstimate, StripeOutcome};
+use crate::stripe::systematic::SharedErrors;
 use crate::stripe::unknowns::PLANES_OF_JOINT;
 use crate::stripe::whitening::{SharedNoise, robot_sigma_rad};
 use crate::stripe::{as_seam, planes, start, systematic, uncertainty};
@@ -38,8 +41,14 @@ pub struct SeamEstimate<'a> {
     pub fit: &'a Fit,
     /// What it says.
     pub answer: Answer,
-    /// How large the errors are that are no noise.
-    pub levels: SystematicLevels,
+    /// Its covariance by noise alone.
+    pub noise: &'a DMatrix<f64>,
+    /// What it owes to errors that are no noise.
+    pub systematic: &'a Systematic,
+    /// Those errors.
+    pub shared: SharedErrors<'a>,
+    /// A detector's bias that its seam points were freed of.
+    pub bias: Option<&'a TakenBias>,
     /// Components that are held and how well they are known, SI.
     pub held_sigmas: &'a [(usize, f64)],
     /// What the stamps leave unsaid of the time offset, added to a covariance.
@@ -64,7 +73,13 @@ pub fn estimate(seam: &SeamEstimate<'_>) -> Result<Option<StripeOutcome>, Error>
     if seam.recording.stripes.is_empty() {
         return if is_asked { Err(Error::NoStripes) } else { Ok(None) };
     }
-    let frames = frames(seam.recording, seam.observations, wanted, seam.settings.config);
+    if !seam.settings.config.drawn_lines.is_empty() {
+        return if is_asked { Err(Error::StripesOfDrawnLine) } else { Ok(None) };
+    }
+    let mut frames = frames(seam.recording, seam.observations, wanted, seam.settings.config)?;
+    if let Some(bias) = seam.bias {
+        without_bias(&mut frames, seam.observations, seam.fit.parameters(), bias);
+    }
     let kept = |because: Because, estimate: Option<StripeEstimate>| StripeOutcome {
         used: Measurements::Seam,
         because,
@@ -117,25 +132,27 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         robot_sigma_rad: robot_sigma_rad(observations, &times_s[..count], &poses[..count]),
     };
     let shape_prior = settings.shape_prior;
-    let solver =
-        StripeSolver { observations, frames: &frames.list, shared, shape_prior, fixed: settings.fixed };
-    let begin = start::start(observations, &frames.list, like, like.shape)?;
+    let begin = start::start(observations, frames, like, like.shape)?;
+    let fixed = [settings.fixed, &start::held(&begin, &frames.bare)].concat();
+    let solver = StripeSolver { observations, frames: &frames.list, shared, shape_prior, fixed: &fixed };
     let fit = solver.fit(begin).map_err(|_| NoPlates::NoPlane)?;
-    let information = fit.information(settings.fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
+    let information = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
     let noise = uncertainty::assess(&fit, &information);
-    let errors = systematic::systematic(&fit, &information, &seam.levels).with_held(
+    let errors = systematic::systematic(&fit, &information, &seam.shared).with_held(
         &fit.solution.equations.hessian,
         information.covariance_root(),
         seam.held_sigmas,
     );
-    let (stripe, all) =
+    let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
         answer(seam, &fit, &information, (&noise.covariance, &errors)).ok_or(NoPlates::Parallel)?;
+    let all = noise.covariance + errors.covariance();
     let (planes, angles) =
-        planes::planes(observations, &frames.list, fit.state(), (&all, information.null_space()));
+        planes::planes(observations, frames, fit.state(), (&all, information.null_space()));
+    let apart = apart(seam, &stripe, &noise_of_seam, &errors_of_seam);
     Ok(StripeEstimate {
         planes,
         angles,
-        sigmas_apart: apart(&seam.answer, &stripe),
+        sigmas_apart: apart,
         noise_factor: fit.noise_factor,
         rejected: fit.rejected,
         stripes: fit.plates,
@@ -144,13 +161,20 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     })
 }
 
-/// The answer in the words of a seam, and the covariance of the plates' own tangent.
+/// An answer in the words of a seam, and what it owes to noise and to errors that are no noise.
+struct InSeam {
+    answer: Answer,
+    noise: DMatrix<f64>,
+    errors: Systematic,
+}
+
+/// The answer in the words of a seam.
 fn answer(
     seam: &SeamEstimate<'_>,
     fit: &StripeFit<'_>,
     information: &Information,
     (noise, errors): (&DMatrix<f64>, &Systematic),
-) -> Option<(Answer, DMatrix<f64>)> {
+) -> Option<InSeam> {
     let parameters = as_seam::parameters(fit.state(), &seam.answer.parameters)?;
     let slope = as_seam::slope(fit.state(), &seam.answer.parameters)?;
     let carried = |columns: &DMatrix<f64>| &slope * columns;
@@ -173,7 +197,7 @@ fn answer(
             stamps_variance_s2: noise_covariance[(TIME_OFFSET, TIME_OFFSET)]
                 - noise_of_seam[(TIME_OFFSET, TIME_OFFSET)],
             systematic: &errors_of_seam,
-            levels: SystematicLevels { bias_is_estimated: false, ..seam.levels },
+            levels: seam.shared.levels,
             speed_m_s: seam.settings.config.used_at.speed_m_s,
         };
         let list = seam.fit.placed.of(seam.observations);
@@ -188,17 +212,20 @@ fn answer(
         seam_error,
         parameters,
     };
-    Some((answer, noise + errors.covariance()))
+    Some(InSeam { answer, noise: noise_of_seam, errors: errors_of_seam })
 }
 
-/// How far the answers of seam points and stripes are apart, over what both show of clock and hand-eye.
-fn apart(seam: &Answer, stripe: &Answer) -> Option<f64> {
+/// How far the answers of seam points and stripes are apart, over what both show of clock and hand-eye. Both see the same robot,
+/// sensor and detector: of these errors only what they make of the two answers differently lets them differ.
+fn apart(seam: &SeamEstimate<'_>, stripe: &Answer, noise: &DMatrix<f64>, errors: &Systematic) -> Option<f64> {
     let seen = |answer: &Answer, k: usize| answer.observability.observable_components[k];
-    let both: Vec<usize> = (0..LINES).filter(|k| seen(seam, *k) && seen(stripe, *k)).collect();
-    let difference = stripe.parameters.minus(&seam.parameters.guess());
+    let both: Vec<usize> = (0..LINES).filter(|k| seen(&seam.answer, *k) && seen(stripe, *k)).collect();
+    let difference = stripe.parameters.minus(&seam.answer.parameters.guess());
     let chosen = DVector::from_iterator(both.len(), both.iter().map(|k| difference[*k]));
+    let by_errors = errors.minus(seam.systematic, LINES).covariance();
     let covariance = DMatrix::from_fn(both.len(), both.len(), |i, j| {
-        seam.covariance[(both[i], both[j])] + stripe.noise_covariance[(both[i], both[j])]
+        let place = (both[i], both[j]);
+        seam.noise[place] + noise[place] + by_errors[place]
     });
     sigmas_apart(&chosen, &covariance)
 }

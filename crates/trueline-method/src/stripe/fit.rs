@@ -12,7 +12,10 @@ use trueline_lsq::{Information, Solution, SolveError, SolveOptions, solve};
 const ROUNDS: usize = 8;
 /// Weights have settled when they move the optimum by less than this, σ.
 const SETTLED_SIGMAS: f64 = 1e-2;
-/// The last solve ends with a step below this, σ.
+/// A solve with weights that may change ends with a step below this, σ: as steps shrink by far more than ten, its optimum is then
+/// met to a hundredth.
+const ROUGH: f64 = 0.1;
+/// The last one, σ.
 const FINE: f64 = 1e-6;
 
 /// A solved problem.
@@ -51,28 +54,50 @@ impl<'a> StripeSolver<'a> {
     /// [`SolveError`] if the cost is not finite there.
     pub fn fit(&self, start: StripeState) -> Result<StripeFit<'a>, SolveError> {
         let mut state = start;
-        let mut fit = None;
-        for round in 0..ROUNDS {
-            let Weighed { frames, rejected, plates, factor } =
-                weigh(self.observations, self.frames, &state, &self.shared);
-            let unknowns = state.unknowns();
-            let problem = StripeProblem {
-                observations: self.observations,
-                frames,
-                unknowns,
-                shape_prior: self.shape_prior,
-            };
-            let options = SolveOptions { step_threshold: FINE, ..SolveOptions::default() };
-            let solution = solve(&problem, state, self.fixed, &options)?;
-            state = solution.state.clone();
+        for _ in 0..ROUNDS {
+            let solution = self.solved(&self.weighed(&state), state, ROUGH)?;
             let first = solution.iterations.first().map_or(0.0, |step| step.step);
-            fit = Some(StripeFit { problem, solution, noise_factor: factor, rejected, plates });
-            if round > 0 && first < SETTLED_SIGMAS {
+            state = solution.state;
+            if first < SETTLED_SIGMAS {
                 break;
             }
         }
-        fit.ok_or(SolveError::NotFiniteAtStart)
+        let round = self.weighed(&state);
+        let solution = self.solved(&round, state, FINE)?;
+        let Round { problem, noise_factor, rejected, plates } = round;
+        Ok(StripeFit { problem, solution, noise_factor, rejected, plates })
     }
+
+    /// The problem with the weights of a state.
+    fn weighed(&self, state: &StripeState) -> Round<'a> {
+        let Weighed { frames, rejected, plates, factor } =
+            weigh(self.observations, self.frames, state, &self.shared);
+        let problem = StripeProblem {
+            observations: self.observations,
+            frames,
+            unknowns: state.unknowns(),
+            shape_prior: self.shape_prior,
+        };
+        Round { problem, noise_factor: factor, rejected, plates }
+    }
+
+    fn solved(
+        &self,
+        round: &Round<'a>,
+        state: StripeState,
+        step_threshold: f64,
+    ) -> Result<Solution<StripeState>, SolveError> {
+        let options = SolveOptions { step_threshold, ..SolveOptions::default() };
+        solve(&round.problem, state, self.fixed, &options)
+    }
+}
+
+/// A problem and what its weights were made of.
+struct Round<'a> {
+    problem: StripeProblem<'a>,
+    noise_factor: f64,
+    rejected: usize,
+    plates: usize,
 }
 
 impl StripeFit<'_> {

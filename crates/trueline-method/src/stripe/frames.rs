@@ -2,7 +2,9 @@
 
 use crate::assess::tilt_bias::sheet_per_px;
 use crate::config::{Config, Measurements};
+use crate::error::Error;
 use crate::input::observations::{Observation, Observations};
+use crate::stripe::pictures::Pictures;
 use nalgebra::{Matrix2, Vector2};
 use std::collections::BTreeMap;
 use trueline_dataset::{Measured, PlateStripe, Recording, Sensor};
@@ -59,7 +61,12 @@ pub struct StripeFrames {
     pub total: usize,
     /// Frames with the stripes on both plates.
     pub with_both: usize,
+    /// Joints of which the plates are not seen, and the seam points are used in their place.
+    pub bare: Vec<usize>,
 }
+
+/// Fewest stripes of a plate: three support points make a plane.
+const LEAST_STRIPES: usize = 2;
 
 /// Noise of a feature that a bias in pixels is compared with where features are lengths, px.
 const USUAL_SIGMA_PX: f64 = 0.3;
@@ -68,56 +75,83 @@ const USUAL_SIGMA_PX: f64 = 0.3;
 ///
 /// Each picture counts once: the crossing of two stripes *is* the seam point of a fillet, and both together would count it
 /// twice. So where both stripes are there, they are used; with [`Measurements::Both`] a frame without both of them gives its
-/// seam point.
-#[must_use]
+/// seam point, and so does every frame of a joint whose plates are not seen.
+///
+/// # Errors
+/// As [`Pictures::of`].
 pub fn frames(
     recording: &Recording,
     observations: &Observations,
     wanted: Measurements,
     config: &Config,
-) -> StripeFrames {
+) -> Result<StripeFrames, Error> {
     let usual_m = config.feature_sigma_m / USUAL_SIGMA_PX;
-    let stamps = Stamps::of(recording, observations);
+    let (pictures, stamps) = (Pictures::of(recording)?, Stamps::of(recording, observations));
     let mut seen: BTreeMap<(i64, usize), Seen<'_>> = BTreeMap::new();
     for stripe in &recording.stripes {
         let (joint, plate) = (stripe.plate as usize / 2, stripe.plate as usize % 2);
-        seen.entry((stripe.stamp_ns, joint)).or_default().stripes[plate] =
-            lifted(recording, observations, stripe, usual_m);
+        let seen = seen.entry((pictures.of_stripe(stripe), joint)).or_default();
+        seen.stripes[plate] = lifted(recording, observations, stripe, usual_m);
+        seen.stamp_ns = stripe.stamp_ns;
     }
     for o in &observations.list {
-        let stamp_ns = recording.features[o.row as usize].stamp_ns;
-        seen.entry((stamp_ns, o.line as usize)).or_default().seam = Some(o);
+        let feature = &recording.features[o.row as usize];
+        let seen = seen.entry((pictures.of_feature(feature), o.line as usize)).or_default();
+        (seen.seam, seen.stamp_ns) = (Some(o), feature.stamp_ns);
     }
-    let mut frames = StripeFrames { total: seen.len(), ..StripeFrames::default() };
-    for ((stamp_ns, joint), seen) in seen {
-        frames.with_both += usize::from(seen.stripes.iter().all(Option::is_some));
-        if let Some(sight) = seen.sight(observations, wanted) {
-            frames.list.push(StripeFrame { stamp_s: stamps.seconds(stamp_ns), joint, sight });
-        }
+    let bare = if wanted == Measurements::Both { bare(&seen, observations.line_count) } else { Vec::new() };
+    let mut frames = StripeFrames { total: seen.len(), bare, ..StripeFrames::default() };
+    for ((_, joint), seen) in seen {
+        frames.with_both += usize::from(seen.has_both());
+        let sight = if frames.bare.contains(&joint) {
+            seen.seam.map(|o| seam_sight(observations, o))
+        } else {
+            seen.sight(observations, wanted)
+        };
+        let stamp_s = stamps.seconds(seen.stamp_ns);
+        frames.list.extend(sight.map(|sight| StripeFrame { stamp_s, joint, sight }));
     }
-    frames
+    frames.list.sort_by(|a, b| a.stamp_s.total_cmp(&b.stamp_s));
+    Ok(frames)
 }
 
+/// The joints of which one plate or both have too few stripes.
+fn bare(seen: &BTreeMap<(i64, usize), Seen<'_>>, joints: usize) -> Vec<usize> {
+    let stripes = |joint: usize, plate: usize| {
+        seen.iter().filter(|((_, of), seen)| *of == joint && seen.stripes[plate].is_some()).count()
+    };
+    (0..joints).filter(|&joint| (0..2).any(|plate| stripes(joint, plate) < LEAST_STRIPES)).collect()
+}
+
+/// What one picture shows of a joint.
 #[derive(Default)]
 struct Seen<'a> {
     stripes: [Option<[Support; 2]>; 2],
     seam: Option<&'a Observation>,
+    /// Stamp of the picture, that of the seam point if there is one.
+    stamp_ns: i64,
 }
 
 impl Seen<'_> {
+    fn has_both(&self) -> bool {
+        self.stripes.iter().all(Option::is_some)
+    }
+
     fn sight(&self, observations: &Observations, wanted: Measurements) -> Option<Sight> {
-        let both = self.stripes.iter().all(Option::is_some);
-        let seam = self.seam.filter(|_| wanted == Measurements::Both && !both);
-        if let Some(o) = seam {
-            let [xx, xy, yy] = o.covariance;
-            return Some(Sight::Seam(SeamSight {
-                reported: observations.sheet.coordinates(&o.point_in_camera),
-                covariance: Matrix2::new(xx, xy, xy, yy),
-                sheet_per_px: sheet_per_px(o),
-            }));
+        if let Some(o) = self.seam.filter(|_| wanted == Measurements::Both && !self.has_both()) {
+            return Some(seam_sight(observations, o));
         }
         self.stripes.iter().any(Option::is_some).then_some(Sight::Stripes(self.stripes))
     }
+}
+
+fn seam_sight(observations: &Observations, o: &Observation) -> Sight {
+    let [xx, xy, yy] = o.covariance;
+    Sight::Seam(SeamSight {
+        reported: observations.sheet.coordinates(&o.point_in_camera),
+        covariance: Matrix2::new(xx, xy, xy, yy),
+        sheet_per_px: sheet_per_px(o),
+    })
 }
 
 /// A stripe's support points on the sheet; `None` where one cannot be lifted.

@@ -1,12 +1,43 @@
 //! Why stripes say nothing of plates.
 
+use std::fmt;
+
 /// Why the stripes are not used though there are some.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoPlates {
     /// A joint has no stripes on one of its plates, or none at all.
-    Missing,
+    Missing {
+        /// The seam of the joint.
+        line: usize,
+    },
     /// Points of a plate that do not span a plane.
     NoPlane,
     /// Two plates that do not meet in a line.
     Parallel,
+}
+
+impl fmt::Display for NoPlates {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Missing { line } => {
+                write!(f, "line {line} has no stripes, or too few, on one of its two plates")
+            }
+            Self::NoPlane => f.write_str("the support points of a plate lie on one line and span no plane"),
+            Self::Parallel => f.write_str("the two plates are parallel to within 6° and meet in no line"),
+        }
+    }
+}
+
+impl NoPlates {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::Missing { .. } => {
+                "number the plates 0 and 1 in stripes.csv, or take --use both: a line without plates then counts by its seam points"
+            }
+            Self::NoPlane => "let the robot move along the seam or tilt while it scans, or take --use seam",
+            Self::Parallel => "on a lap or a step only the edge is a seam: take --use seam",
+        }
+    }
 }

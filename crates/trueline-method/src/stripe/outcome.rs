@@ -44,7 +44,7 @@ impl Because {
             Self::KnowsLess => "knows-less",
             Self::Disagreement => "disagreement",
             Self::TooFewFrames => "too-few-frames",
-            Self::Plates(NoPlates::Missing) => "plates-missing",
+            Self::Plates(NoPlates::Missing { .. }) => "plates-missing",
             Self::Plates(NoPlates::NoPlane) => "plates-without-plane",
             Self::Plates(NoPlates::Parallel) => "parallel-plates",
             Self::HeldAtGuess => "held-at-guess",

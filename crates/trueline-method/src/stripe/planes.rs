@@ -1,7 +1,7 @@
 //! What the scan says of the plates themselves: where they are, how well that is known, and whether they are flat.
 
 use crate::assess::observability::is_null;
-use crate::stripe::frames::{Sight, StripeFrame};
+use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
 use crate::stripe::state::StripeState;
 use crate::{input::observations::Observations, order_statistics::quantile, stripe::problem::placement};
 use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector3};
@@ -31,6 +31,8 @@ pub struct PlaneEstimate {
 /// The angle between the planes of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointAngle {
+    /// Number of the joint.
+    pub joint: usize,
     /// Angle that the plates open to the side on which they lie, rad.
     pub value_rad: f64,
     /// Standard deviation, rad.
@@ -42,22 +44,23 @@ const BEYOND: f64 = 0.02;
 /// Places along each axis at which a surface is looked at.
 const GRID: usize = 5;
 
-/// The planes of a state and the angle of each joint, with the covariance of its tangent and what of that is not seen.
+/// The planes of a state and the angle of each joint whose plates are seen, with the covariance of its tangent and what of that is not seen.
 #[must_use]
 pub fn planes(
     observations: &Observations,
-    frames: &[StripeFrame],
+    frames: &StripeFrames,
     at: &StripeState,
     (covariance, null): (&DMatrix<f64>, &DMatrix<f64>),
 ) -> (Vec<PlaneEstimate>, Vec<JointAngle>) {
     let unknowns = at.unknowns();
     let (mut all, mut angles) = (Vec::new(), Vec::new());
-    for (joint, plates) in at.joints.iter().enumerate() {
+    let seen = |(joint, _): &(usize, &[Plate; 2])| !frames.bare.contains(joint);
+    for (joint, plates) in at.joints.iter().enumerate().filter(seen) {
         let mut slopes = Vec::new();
         for (number, plate) in plates.iter().enumerate() {
             let first = unknowns.plane(joint, number).start;
             let visible =
-                visible(observations, frames, at, (joint, number)).unwrap_or([[0.0, 1.0], [-1.0, 1.0]]);
+                visible(observations, &frames.list, at, (joint, number)).unwrap_or([[0.0, 1.0], [-1.0, 1.0]]);
             let best = BestPlane::over(visible);
             let slope = best.slope(at, (joint, number));
             let own = &slope * covariance * slope.transpose();
@@ -72,20 +75,23 @@ pub fn planes(
             });
             slopes.push(slope);
         }
-        angles.push(angle(&all[2 * joint].plane, &all[2 * joint + 1].plane, &slopes, covariance));
+        if let [.., one, other] = &all[..] {
+            let (value_rad, sigma_rad) = angle(&one.plane, &other.plane, &slopes, covariance);
+            angles.push(JointAngle { joint, value_rad, sigma_rad });
+        }
     }
     (all, angles)
 }
 
-/// The angle between two planes; `slopes` carry the tangent into (θ_a, θ_o, δ) of each.
-fn angle(one: &Plate, other: &Plate, slopes: &[DMatrix<f64>], covariance: &DMatrix<f64>) -> JointAngle {
+/// The angle between two planes and its standard deviation, rad; `slopes` carry the tangent into (θ_a, θ_o, δ) of each.
+fn angle(one: &Plate, other: &Plate, slopes: &[DMatrix<f64>], covariance: &DMatrix<f64>) -> (f64, f64) {
     let outward = [one, other].map(|plate| plate.chart.along.cross(&plate.normal));
     let axis = outward[0].cross(&outward[1]).normalize();
     // Turning a plate about the seam by θ opens the angle by −θ or θ, as the axis lies.
     let signs = [-axis.dot(&one.chart.along), axis.dot(&other.chart.along)];
     let slope = slopes[0].row(0) * signs[0] + slopes[1].row(0) * signs[1];
     let variance = (&slope * covariance * slope.transpose())[(0, 0)];
-    JointAngle { value_rad: outward[0].angle(&outward[1]), sigma_rad: variance.max(0.0).sqrt() }
+    (outward[0].angle(&outward[1]), variance.max(0.0).sqrt())
 }
 
 /// How the plane that fits a visible surface best follows from its surface terms.

@@ -3,6 +3,7 @@
 use crate::input::observations::Observations;
 use crate::problem::block_priors::ShapePrior;
 use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::problem::placement::placement_then;
 use crate::problem::usable::UNUSABLE_SQUARED;
 use crate::stripe::frames::{SeamSight, Sight, StripeFrame};
 use crate::stripe::state::StripeState;
@@ -63,10 +64,8 @@ pub fn placement(
     at: &StripeState,
     hint: &mut usize,
 ) -> Option<Placement> {
-    let trajectory = &observations.robot.trajectory;
     let exposure_s = frame.stamp_s - at.time_offset_s;
-    *hint = trajectory.bracket(exposure_s, *hint)?;
-    Some(Placement::new(trajectory.segment(*hint)?, exposure_s, &at.tool_from_camera))
+    placement_then(&observations.robot.trajectory, exposure_s, &at.tool_from_camera, hint)
 }
 
 /// The residuals of a frame, not whitened; `None` where a plate lies along the sheet.
@@ -92,6 +91,27 @@ pub fn linearize_frame(
             Some(all)
         }
     }
+}
+
+/// The residuals of a frame alone; `None` as for [`linearize_frame`].
+fn residual_of_frame(
+    observations: &Observations,
+    frame: &StripeFrame,
+    at: &StripeState,
+    placement: &Placement,
+) -> Option<SVector<f64, ROWS>> {
+    let Sight::Stripes(stripes) = &frame.sight else {
+        return Some(linearize_frame(observations, frame, at, placement)?.residual);
+    };
+    let (plates, shape) = (at.joints.get(frame.joint)?, at.shape.as_ref());
+    let mut residual = SVector::<f64, ROWS>::zeros();
+    for (number, supports) in stripes.iter().enumerate() {
+        let stripe = StripeOnPlate { plate: &plates[number], sheet: &observations.sheet, shape };
+        for (k, support) in supports.iter().flatten().enumerate() {
+            residual[2 * number + k] = stripe.residual(placement, &support.reported)?;
+        }
+    }
+    Some(residual)
 }
 
 const EMPTY: FrameResidual = FrameResidual {
@@ -200,8 +220,9 @@ impl LeastSquares for StripeProblem<'_> {
         let mut hint = 0;
         let squares = self.frames.iter().map(|weighed| {
             let placement = placement(self.observations, &weighed.frame, state, &mut hint);
-            let parts = placement.and_then(|p| linearize_frame(self.observations, &weighed.frame, state, &p));
-            parts.map_or(UNUSABLE_SQUARED, |parts| (weighed.whitener * parts.residual).norm_squared())
+            let residual =
+                placement.and_then(|p| residual_of_frame(self.observations, &weighed.frame, state, &p));
+            residual.map_or(UNUSABLE_SQUARED, |residual| (weighed.whitener * residual).norm_squared())
         });
         0.5 * squares.sum::<f64>() + self.cost_of_prior(state)
     }
@@ -210,24 +231,30 @@ impl LeastSquares for StripeProblem<'_> {
         let mut hint = 0;
         let mut joints: Vec<(SMatrix<f64, LOCAL_ALL, LOCAL_ALL>, SVector<f64, LOCAL_ALL>)> =
             vec![(SMatrix::zeros(), SVector::zeros()); state.joints.len()];
+        let local = self.unknowns.local();
         for weighed in &self.frames {
             let Some((residual, jacobian)) = self.whitened(weighed, state, &mut hint) else {
                 equations.cost += 0.5 * UNUSABLE_SQUARED;
                 continue;
             };
             let (hessian, gradient) = &mut joints[weighed.frame.joint];
-            let transposed = jacobian.transpose();
-            *hessian += transposed * jacobian;
-            *gradient += transposed * residual;
+            // Of a symmetric matrix one half is enough.
+            for column in 0..local {
+                let of_column = jacobian.column(column);
+                gradient[column] += of_column.dot(&residual);
+                for row in 0..=column {
+                    hessian[(row, column)] += jacobian.column(row).dot(&of_column);
+                }
+            }
             equations.cost += 0.5 * residual.norm_squared();
         }
-        let local = self.unknowns.local();
         for (joint, (hessian, gradient)) in joints.iter().enumerate() {
             for row in 0..local {
                 let to = self.unknowns.place(row, joint);
                 equations.gradient[to] += gradient[row];
                 for column in 0..local {
-                    equations.hessian[(to, self.unknowns.place(column, joint))] += hessian[(row, column)];
+                    let value = hessian[(row.min(column), row.max(column))];
+                    equations.hessian[(to, self.unknowns.place(column, joint))] += value;
                 }
             }
         }

@@ -2,7 +2,7 @@
 //! plates.
 
 use crate::assess::robot_field::RobotField;
-use crate::assess::systematic::{Systematic, SystematicLevels};
+use crate::assess::systematic::{BiasError, Systematic, SystematicLevels};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::stripe::fit::StripeFit;
 use crate::stripe::frames::Sight;
@@ -10,16 +10,28 @@ use crate::stripe::problem::{FrameJacobian, ROWS, WeighedFrame, linearize_frame,
 use crate::stripe::state::StripeState;
 use crate::stripe::unknowns::LOCAL_SHAPE;
 use nalgebra::{DMatrix, SMatrix};
-use trueline_geometry::Pose;
 use trueline_lsq::Information;
 use trueline_model::{Placement, SheetShape};
 
+/// Errors that seam points and plates have in common: the columns of both estimates are of the same errors, one by one.
+pub struct SharedErrors<'a> {
+    /// How large they are taken to be.
+    pub levels: SystematicLevels,
+    /// The robot's; `None` for an ideal robot.
+    pub field: Option<&'a RobotField>,
+    /// How the detector's bias counts tilts.
+    pub tilt: TiltBias,
+    /// How far off what was taken out of it is.
+    pub bias: BiasError,
+}
+
 /// Frames that are looked at; of more, every so many stand for the rest.
-const SAMPLE: usize = 3000;
+const SAMPLE: usize = 800;
 
 /// How far each kind of error moves the estimate.
 #[must_use]
-pub fn systematic(fit: &StripeFit<'_>, information: &Information, levels: &SystematicLevels) -> Systematic {
+pub fn systematic(fit: &StripeFit<'_>, information: &Information, shared: &SharedErrors<'_>) -> Systematic {
+    let SharedErrors { levels, field, tilt, bias: bias_error } = shared;
     let (problem, root) = (&fit.problem, information.covariance_root());
     let every = problem.frames.len().div_ceil(SAMPLE).max(1);
     let at = with_shape(fit);
@@ -32,11 +44,8 @@ pub fn systematic(fit: &StripeFit<'_>, information: &Information, levels: &Syste
             Some((weighed, placement(problem.observations, &weighed.frame, &at, &mut hint)?))
         })
         .collect();
-    let poses: Vec<Pose> = seen.iter().map(|(_, placement)| placement.base_from_tool).collect();
-    let field = RobotField::new(levels.robot_accuracy_m, &poses);
-    let tilt = TiltBias::about(&poses);
     let zeros = |columns: usize| DMatrix::zeros(root.nrows(), columns);
-    let mut robot = zeros(6 * field.as_ref().map_or(0, RobotField::modes));
+    let mut robot = zeros(6 * field.map_or(0, RobotField::modes));
     let (mut shape, mut bias) = (zeros(5), zeros(BIAS));
     for (weighed, placement) in &seen {
         let Some(parts) = linearize_frame(problem.observations, &weighed.frame, &at, placement) else {
@@ -52,14 +61,14 @@ pub fn systematic(fit: &StripeFit<'_>, information: &Information, levels: &Syste
             let by_px = by_px(&weighed.frame.sight, &parts.d_reported);
             let mut columns = DMatrix::zeros(ROWS, BIAS);
             for axis in 0..3 {
-                let moved = weighed.whitener * by_px * (in_sensor[axis] * levels.feature_bias_px);
+                let moved = weighed.whitener * by_px * (in_sensor[axis]);
                 columns.view_mut((0, 2 * axis), (ROWS, 2)).copy_from(&moved);
             }
             row.add(&mut bias, &columns);
         }
-        if let Some(field) = &field {
-            let position = weighed.whitener * parts.d_displacement * field.position_sigma_m;
-            let attitude = weighed.whitener * parts.d_turn * field.attitude_sigma_rad;
+        if let Some(field) = field {
+            let position = weighed.whitener * parts.d_displacement * field.sigmas.position_m;
+            let attitude = weighed.whitener * parts.d_turn * field.sigmas.attitude_rad;
             let mut columns = DMatrix::zeros(ROWS, robot.ncols());
             for (k, amplitude) in field.at(&placement.base_from_tool).iter().enumerate() {
                 columns.view_mut((0, 6 * k), (ROWS, 3)).copy_from(&(position * *amplitude));
@@ -71,11 +80,12 @@ pub fn systematic(fit: &StripeFit<'_>, information: &Information, levels: &Syste
     let moved = |sum: &DMatrix<f64>| -(root * (root.transpose() * sum));
     let held = levels.held_shape.and_then(|covariance| covariance.cholesky()).map(|c| c.l());
     let held = held.map_or_else(|| DMatrix::zeros(5, 0), |l| DMatrix::from_column_slice(5, 5, l.as_slice()));
+    let by_bias = moved(&bias);
     Systematic {
-        robot: moved(&robot),
-        sensor: moved(&(&shape * &held)),
+        robot: moved(&robot) - &by_bias * &bias_error.robot,
+        sensor: moved(&(&shape * &held)) - &by_bias * &bias_error.sensor,
         sensor_shape: held,
-        feature_bias: moved(&bias),
+        feature_bias: -by_bias * &bias_error.own,
         held: DMatrix::zeros(root.nrows(), 0),
     }
 }

@@ -1,0 +1,363 @@
+//! What a fit says: its findings and the verdict.
+
+use crate::assess::convergence::without_outliers;
+use crate::assess::corrected_sensor::CorrectedSensor;
+use crate::assess::correlated_noise::Structure;
+use crate::assess::cross_validation::{self, Subject};
+use crate::assess::misfit_cause::{self, CauseKind, MisfitCause};
+use crate::assess::observability::RANK_THRESHOLD;
+use crate::assess::profile_likelihood;
+use crate::assess::residuals::{self, FeatureResidual};
+use crate::assess::robot_field::RobotSigmas;
+use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
+use crate::assess::sensor_shape::SensorShape;
+use crate::assess::systematic::{Systematic, SystematicLevels, SystematicSums};
+use crate::assess::{outlier_segments, seam_point_error};
+use crate::calibration::Calibration;
+use crate::config::{HeldSigma, Measurements, ResidualKind, SensorMode};
+use crate::error::Error;
+use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
+use crate::hypotheses::ambiguity::Ambiguity;
+use crate::hypotheses::feature_bias::{FeatureBias, TakenBias};
+use crate::hypotheses::search::Mirrored;
+use crate::hypotheses::unbiased::{Shown, inflation};
+use crate::input::observations::origin_ns;
+use crate::input::shape_knowledge::ShapeKnowledge;
+use crate::input::skip::Skip;
+use crate::input::timestamps::{Dejittered, Sampling};
+use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::solve::covariance::{self, Uncertainty};
+use crate::solve::drawn_lines;
+use crate::solve::settings::FitSettings;
+use crate::solve::solver::Solver;
+use crate::stripe::estimate::{self, SeamEstimate};
+use crate::stripe::outcome::{Answer, StripeOutcome};
+use crate::stripe::systematic::SharedErrors;
+use crate::verdict;
+use nalgebra::{DMatrix, SVector};
+use trueline_dataset::Recording;
+
+/// All that a calibration is concluded from.
+pub(crate) struct Concluded<'a> {
+    pub(crate) recording: &'a Recording,
+    pub(crate) sampling: &'a Sampling,
+    pub(crate) dejittered: Dejittered,
+    pub(crate) settings: &'a FitSettings<'a>,
+    pub(crate) knowledge: &'a ShapeKnowledge,
+    pub(crate) mirrored: Mirrored,
+    pub(crate) ambiguity: Ambiguity,
+    pub(crate) better: Option<Parameters>,
+    pub(crate) shown: &'a Shown,
+    pub(crate) levels: SystematicLevels,
+    /// How far the robot was taken to be off.
+    pub(crate) robot_taken: RobotSigmas,
+    /// What its residuals show, where that is plainly worse.
+    pub(crate) robot_seems: Option<RobotSigmas>,
+    /// The bias that the features were freed of.
+    pub(crate) bias: Option<TakenBias>,
+    pub(crate) structure: Structure,
+    pub(crate) cause: Option<MisfitCause>,
+    pub(crate) time_offset_share: f64,
+}
+
+impl Concluded<'_> {
+    fn inflation(&self) -> f64 {
+        inflation(&self.structure, &self.shown.information)
+    }
+}
+
+/// Everything that is said of a fit.
+///
+/// # Errors
+/// Stripes that are asked for and cannot be used.
+pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
+    let (config, fit, observations) =
+        (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
+    let problem = fit.problem(observations, config);
+    let mut uncertainty = covariance::assess(&problem, fit.parameters(), &fit.noise, &from.shown.information);
+    if let Structure::Correlated(noise) = &from.structure {
+        uncertainty.covariance = noise.covariance.clone();
+    }
+    let solver = Solver { observations, settings: *from.settings };
+    let is_seen = from.shown.all_observable();
+    let widening = profile_likelihood::widening(&solver, fit, &uncertainty.covariance).filter(|_| is_seen);
+    if let Some(widening) = &widening {
+        uncertainty.covariance += widening.covariance();
+    }
+    let root = from.shown.information.covariance_root();
+    let sums = SystematicSums::of(&problem, fit.parameters(), root, &from.levels);
+    let systematic = sums.systematic(&from.levels, from.inflation()).with_held(
+        &fit.solution.equations.hessian,
+        root,
+        &held_sigmas(from.settings),
+    );
+    let mut unknowns = unknowns(from, &uncertainty, &systematic);
+    let covariance = &unknowns.covariance;
+    unknowns.sensor =
+        unknowns.sensor.map(|shape| shape.beside(from.cause.as_ref(), &unknowns.parameters, covariance));
+    let (features, skipped) = residuals::evaluate(&problem, fit.parameters());
+    let mut checks = checks(from, &uncertainty, &unknowns, &features);
+    if from.shown.all_observable() {
+        checks.seam_error = seam_error(from, &uncertainty, &systematic);
+    }
+    checks.held_sensor = held_sensor(from);
+    checks.cause = from.cause.clone();
+    checks.feature_bias = from.bias.as_ref().and_then(|taken| {
+        let estimate = sums.bias(&taken.px, from.inflation())?;
+        Some(FeatureBias::new(&estimate, taken.is_plain))
+    });
+    let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
+    let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
+    let setup = &from.recording.setup;
+    let findings = Findings {
+        unknowns,
+        fit: FitFindings {
+            residuals: residuals::summarise(&features, skipped),
+            feature_stamps_ns: features.iter().map(stamp_of).collect(),
+            noise_factor: fit.noise.factor,
+            structure: from.structure.clone(),
+            widened_by: widening.map(|widening| widening.by),
+            covariance_model_share: uncertainty.model_share,
+            termination: fit.solution.termination,
+            iterations: without_outliers(fit.iterations.clone(), observations, &features),
+            sheet_fit_rms_m: observations.sheet_fit_rms_m,
+            features,
+        },
+        checks,
+        clock: ClockFindings {
+            drift: from.shown.steady.drift,
+            drifted: from.shown.steady.drifted,
+            step: from.shown.steady.step,
+            stepped: from.shown.steady.stepped,
+        },
+        streams,
+        stripes: None,
+        uncertainty_ignored: setup.uncertainty.is_some() && config.residual == ResidualKind::PointToLine,
+        inputs: from.recording.inputs.clone(),
+        config: config.clone(),
+    };
+    judged(
+        from,
+        findings,
+        &SeamErrors { sums: &sums, systematic: &systematic, noise: &uncertainty.covariance },
+    )
+}
+
+/// What the estimate from seam points owes to noise and to errors that are no noise.
+struct SeamErrors<'a> {
+    sums: &'a SystematicSums,
+    systematic: &'a Systematic,
+    noise: &'a DMatrix<f64>,
+}
+
+/// With what the stripes say, and the verdict.
+fn judged(
+    from: &Concluded<'_>,
+    mut findings: Findings,
+    errors: &SeamErrors<'_>,
+) -> Result<Calibration, Error> {
+    add_stripes(from, &mut findings, errors)?;
+    let verdict = verdict::of(&findings);
+    Ok(Calibration { findings, verdict })
+}
+
+/// Looks at whole stripes, and takes their answer where it is the one that is used. The residuals of the seam points stay those about
+/// their own seam: on bent plates their crossing is no point of it.
+fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamErrors<'_>) -> Result<(), Error> {
+    let robot_times_s = from.sampling.robot_times_s(from.dejittered);
+    let unknowns = &findings.unknowns;
+    findings.stripes = estimate::estimate(&SeamEstimate {
+        recording: from.recording,
+        observations: &from.shown.steady.observations,
+        robot_times_s,
+        settings: from.settings,
+        fit: &from.shown.steady.fit,
+        answer: Answer {
+            parameters: unknowns.parameters.clone(),
+            covariance: unknowns.covariance.clone(),
+            noise_covariance: unknowns.noise_covariance.clone(),
+            observability: unknowns.observability.clone(),
+            seam_error: findings.checks.seam_error,
+        },
+        noise: errors.noise,
+        systematic: errors.systematic,
+        shared: SharedErrors {
+            levels: from.levels,
+            field: errors.sums.field.as_ref(),
+            tilt: errors.sums.tilt,
+            bias: errors.sums.bias_error(&from.levels, from.inflation()),
+        },
+        bias: from.bias.as_ref(),
+        held_sigmas: &held_sigmas(from.settings),
+        widened: &|covariance| with_time_offset_widened(from, covariance),
+    })?;
+    let Some(StripeOutcome {
+        used: Measurements::Stripe | Measurements::Both, estimate: Some(estimate), ..
+    }) = &findings.stripes
+    else {
+        return Ok(());
+    };
+    let Answer { parameters, covariance, noise_covariance, observability, seam_error } =
+        estimate.stripe.clone();
+    let (config, fit, observations) =
+        (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
+    let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
+    let list = fit.placed.of(observations);
+    let torch = || seam_point_error::predict(observations, list, &parameters, &covariance, &config.used_at);
+    findings.checks.at_torch = all_seen.then(torch).flatten();
+    findings.checks.seam_error = seam_error;
+    findings.unknowns = Unknowns {
+        estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
+        sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
+        corrected: CorrectedSensor::of(from.recording, observations, &parameters),
+        parameters,
+        covariance,
+        noise_covariance,
+        observability,
+        held_at_guess: false,
+    };
+    Ok(())
+}
+
+fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Unknowns {
+    let parameters = from.shown.steady.fit.parameters().clone();
+    let noise_covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
+    let covariance = &noise_covariance + systematic.covariance();
+    Unknowns {
+        estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
+        sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
+        corrected: CorrectedSensor::of(from.recording, &from.shown.steady.observations, &parameters),
+        parameters,
+        covariance,
+        noise_covariance,
+        observability: from.shown.observability.clone(),
+        held_at_guess: from.shown.steady.fit.prior.is_some(),
+    }
+}
+
+/// What the shape of a sensor would be that was held; `None` where it was estimated.
+fn held_sensor(from: &Concluded<'_>) -> Option<SensorShape> {
+    let settings = from.settings;
+    if settings.shape_prior.is_some() || !from.shown.all_observable() {
+        return None;
+    }
+    let shape_prior = from.knowledge.prior_in(SensorMode::Prior, settings.config.residual);
+    let observations = &from.shown.steady.observations;
+    let solver = Solver { observations, settings: FitSettings { shape_prior, ..*settings } };
+    let fit = shape_prior.and_then(|_| solver.refit(&from.shown.steady.fit).ok())?;
+    let information = fit.information(settings.fixed, RANK_THRESHOLD)?;
+    let problem = fit.problem(observations, settings.config);
+    let root = information.covariance_root();
+    let (at, noise) = match Structure::of(&problem, fit.parameters(), root) {
+        Structure::Correlated(noise) => (noise.at.clone(), noise.covariance.clone()),
+        _ => {
+            let noise = covariance::assess(&problem, fit.parameters(), &fit.noise, &information);
+            (fit.parameters().clone(), noise.covariance)
+        }
+    };
+    let levels = SystematicLevels { held_shape: None, ..from.levels };
+    let systematic = SystematicSums::of(&problem, fit.parameters(), root, &levels).with_bias_held();
+    let covariance = noise + systematic.covariance();
+    let cause = misfit_cause::find(from.recording, &problem, fit.parameters(), root)
+        .filter(|cause| cause.kind != CauseKind::TiltBias);
+    let shape = SensorShape::of(from.recording, &at, &covariance, from.knowledge)?;
+    Some(shape.beside(cause.as_ref(), &at, &covariance))
+}
+
+/// The components that are held and not known exactly, each with its standard deviation, SI.
+fn held_sigmas(settings: &FitSettings<'_>) -> Vec<(usize, f64)> {
+    let HeldSigma { time_s, rotation_rad, translation_m } = settings.config.held_sigma;
+    let stated = |component: &usize| match *component {
+        TIME_OFFSET => time_s,
+        ROTATION..TRANSLATION => rotation_rad,
+        TRANSLATION..LINES => translation_m,
+        _ => None,
+    };
+    let of_groups = settings.fixed.iter().filter_map(|component| Some((*component, stated(component)?)));
+    of_groups.chain(drawn_lines::sigmas(&settings.config.drawn_lines)).collect()
+}
+
+fn seam_error(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Option<SeamError> {
+    let (fit, observations) = (&from.shown.steady.fit, &from.shown.steady.observations);
+    let sources = SeamErrorSources {
+        hessian: &fit.solution.equations.hessian,
+        noise: &uncertainty.covariance,
+        stamps_variance_s2: {
+            let widened = with_time_offset_widened(from, uncertainty.covariance.clone());
+            widened[(TIME_OFFSET, TIME_OFFSET)] - uncertainty.covariance[(TIME_OFFSET, TIME_OFFSET)]
+        },
+        systematic,
+        levels: from.levels,
+        speed_m_s: from.settings.config.used_at.speed_m_s,
+    };
+    seam_error::predict(observations, fit.placed.of(observations), fit.parameters(), &sources)
+}
+
+fn checks(
+    from: &Concluded<'_>,
+    uncertainty: &Uncertainty,
+    unknowns: &Unknowns,
+    features: &[FeatureResidual],
+) -> Checks {
+    let (config, fit, observations) =
+        (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
+    let at = &unknowns.parameters;
+    let list = fit.placed.of(observations);
+    let predict = || seam_point_error::predict(observations, list, at, &unknowns.covariance, &config.used_at);
+    Checks {
+        mirrored: from.mirrored,
+        ambiguity: from.ambiguity.clone(),
+        better_time_offset_s: from.better.as_ref().map(|better| better.time_offset_s),
+        held_out: cross_validation::check(&subject(from, uncertainty), config),
+        disruptions: outlier_segments::find(observations, features, at, &fit.noise, config.offset_search_s),
+        seam_error: None,
+        held_sensor: None,
+        cause: None,
+        robot_taken: from.robot_taken,
+        robot_seems: from.robot_seems,
+        feature_bias: None,
+        at_torch: from.shown.all_observable().then(predict).flatten(),
+    }
+}
+
+fn streams(from: &Concluded<'_>, repeated_features: usize) -> Streams {
+    let robot = &from.shown.steady.observations.robot;
+    Streams {
+        robot: from.sampling.robot.report(from.dejittered.robot),
+        images: from.sampling.images.report(from.dejittered.images),
+        robot_rows: from.recording.robot.len(),
+        features: from.recording.features.len() - repeated_features,
+        robot_noise_m: robot.recorded_noise_m,
+        robot_poses_repeated: robot.repeated,
+        robot_smoothed: robot.smoothed,
+        origin_ns: origin_ns(from.recording),
+    }
+}
+
+/// What the residuals cannot tell of the time offset: noise in its column, and what the stamps leave unsaid.
+fn with_time_offset_widened(from: &Concluded<'_>, mut covariance: DMatrix<f64>) -> DMatrix<f64> {
+    // Noise in its column makes it look better known than it is.
+    let widen = from.time_offset_share.sqrt().recip();
+    covariance.row_mut(TIME_OFFSET).scale_mut(widen);
+    covariance.column_mut(TIME_OFFSET).scale_mut(widen);
+    let late_sigma_s = from.shown.steady.observations.robot.late_sigma_s;
+    let stamps_sigma_s = from.sampling.phase_sigma_s(from.dejittered).hypot(late_sigma_s);
+    covariance[(TIME_OFFSET, TIME_OFFSET)] += stamps_sigma_s.powi(2);
+    covariance
+}
+
+fn subject<'a>(from: &'a Concluded<'_>, real: &Uncertainty) -> Subject<'a> {
+    let model = from.shown.information.covariance();
+    let inflation = |k: usize| {
+        let ratio = real.covariance[(k, k)] / model[(k, k)];
+        if ratio.is_finite() { ratio } else { 1.0 }
+    };
+    Subject {
+        observations: &from.shown.steady.observations,
+        fit: &from.shown.steady.fit,
+        fixed: from.settings.fixed,
+        rank_threshold: RANK_THRESHOLD,
+        seen: &from.shown.observability.observable_components,
+        inflation: SVector::from_fn(|k, _| inflation(k)),
+    }
+}

@@ -1,0 +1,38 @@
+//! Support points freed of a detector's bias with the tilt, as the seam points of the scan were.
+
+use crate::hypotheses::feature_bias::TakenBias;
+use crate::input::observations::Observations;
+use crate::problem::parameters::Parameters;
+use crate::problem::placement::placement_then;
+use crate::stripe::frames::{Sight, StripeFrames};
+use nalgebra::{Matrix2x3, Vector2};
+use trueline_model::Placement;
+
+/// Takes out of every stripe what the bias made of it; seam points are those of `observations`, which were freed of it already.
+pub fn without_bias(
+    frames: &mut StripeFrames,
+    observations: &Observations,
+    at: &Parameters,
+    bias: &TakenBias,
+) {
+    let mut hint = 0;
+    for frame in &mut frames.list {
+        // What cannot be placed takes no part in the fit.
+        let exposure_s = frame.stamp_s - at.time_offset_s;
+        let trajectory = &observations.robot.trajectory;
+        let placement = placement_then(trajectory, exposure_s, &at.tool_from_camera, &mut hint);
+        let Some(placement) = placement else { continue };
+        let moved_px = moved_px(at, bias, &placement);
+        let Sight::Stripes(stripes) = &mut frame.sight else { continue };
+        for support in stripes.iter_mut().flatten().flatten() {
+            support.reported -= support.sheet_per_px * moved_px;
+        }
+    }
+}
+
+/// How far the detector errs at an attitude, along the picture's rows and across them, px.
+fn moved_px(at: &Parameters, bias: &TakenBias, placement: &Placement) -> Vector2<f64> {
+    let in_sensor = bias.tilt.in_sensor(&at.tool_from_camera, placement);
+    let by_axis = Matrix2x3::from_column_slice(bias.px.as_slice());
+    by_axis * in_sensor
+}
