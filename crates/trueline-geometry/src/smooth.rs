@@ -10,10 +10,20 @@ use crate::statistics::median;
 use crate::{Pose, se3, so3};
 use nalgebra::{Matrix3, Vector3};
 
-/// Half the window, s: 20 ms keeps a motion of 5 Hz to 0.05 % of its amplitude.
+/// Half the window of a motion of which nothing is known, s: 20 ms keeps a motion of 5 Hz to 0.05 % of its amplitude.
 pub const HALF_WINDOW_S: f64 = 0.020;
-/// Fewest samples to either side: slower streams stay as they are, for a longer window would bend the motion.
+/// Fewest samples to either side: with fewer a sample stays as it is.
 const MIN_SIDE: usize = 2;
+/// Each window that is tried is so much wider than the one before.
+const WIDER: f64 = 1.2;
+/// A window may bend the motion by this part of the noise (root mean square): far below what it takes out of it.
+const BENT: f64 = 0.02;
+/// A window twice as wide bends a motion 16 times as much, for what a local quadratic leaves of it begins with its fourth derivative.
+const BENT_BY_TWICE: f64 = 16.0;
+/// A point of the tool by which turns are compared with shifts, m along each axis.
+const TIP_M: f64 = 0.12;
+/// Samples on which a window is tried.
+const TRIED: usize = 1500;
 
 /// Neighbours to either side from which a sample is predicted.
 const PREDICTORS: usize = 4;
@@ -78,37 +88,84 @@ fn prediction_error(times: &[f64], poses: &[Pose]) -> Vector3<f64> {
 /// Part of a sample's noise that [`local_quadratic`] leaves, for evenly spaced samples:
 /// √(3(3m² + 3m − 1) / ((2m − 1)(2m + 1)(2m + 3))) with m neighbours to either side \[Savitzky1964\].
 #[must_use]
-pub fn noise_left(period_s: f64) -> f64 {
-    let m = (HALF_WINDOW_S / period_s * (1.0 + 1e-9)).floor();
-    if m < MIN_SIDE as f64 {
-        return 1.0;
+pub fn noise_left(period_s: f64, half_window_s: f64) -> f64 {
+    let m = (half_window_s / period_s * (1.0 + 1e-9)).floor();
+    if m < MIN_SIDE as f64 { 1.0 } else { variance_left(m as usize).sqrt() }
+}
+
+/// The square of it, with so many neighbours to either side.
+fn variance_left(side: usize) -> f64 {
+    let m = side as f64;
+    3.0 * (3.0 * m * m + 3.0 * m - 1.0) / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0))
+}
+
+/// Half the widest window, s, from [`HALF_WINDOW_S`] to `most_s`, that leaves the motion as it is: what it bends is told from
+/// the difference to a window twice as wide, less what noise makes of that.
+#[must_use]
+pub fn half_window_s(times: &[f64], poses: &[Pose], gap_limit: f64, noise_m: f64, most_s: f64) -> f64 {
+    let tip = |pose: &Pose| pose * nalgebra::Point3::new(TIP_M, TIP_M, TIP_M);
+    let tips: Vec<Vector3<f64>> = poses.iter().map(|pose| tip(pose).coords).collect();
+    let every = poses.len().div_ceil(TRIED).max(1);
+    let mut half_s = HALF_WINDOW_S;
+    while half_s * WIDER <= most_s {
+        let (narrow_s, wide_s) = (half_s * WIDER, 2.0 * half_s * WIDER);
+        let tried = (0..poses.len()).step_by(every).filter_map(|k| {
+            let sides = [side(times, k, gap_limit, narrow_s), side(times, k, gap_limit, wide_s)];
+            // At the ends and beside gaps the wide one has no room.
+            if sides[1] < 2 * sides[0] || sides[0] < MIN_SIDE {
+                return None;
+            }
+            let [near, far] = sides.map(|side| value_at(times, &tips, k, side));
+            let by_noise = sides.map(variance_left);
+            Some(((near? - far?).norm_squared() / 3.0, by_noise[0] - by_noise[1]))
+        });
+        let (squares, by_noise): (Vec<f64>, Vec<f64>) = tried.unzip();
+        let count = squares.len() as f64;
+        let bent =
+            squares.iter().sum::<f64>() / count - by_noise.iter().sum::<f64>() / count * noise_m.powi(2);
+        // Nothing to try it on is no reason to widen; so is a comparison that fails.
+        if !(bent.max(0.0).sqrt() <= BENT * noise_m * (BENT_BY_TWICE - 1.0)) {
+            break;
+        }
+        half_s *= WIDER;
     }
-    (3.0 * (3.0 * m * m + 3.0 * m - 1.0) / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0))).sqrt()
+    half_s
 }
 
-/// Replaces each pose by the value there of a quadratic fitted to its neighbours within
-/// [`HALF_WINDOW_S`], never across a gap. Poses with too few neighbours stay as they are.
+/// Replaces each pose by the value there of a quadratic fitted to its neighbours within `half_window_s`, never across a gap.
+/// Poses with too few neighbours stay as they are.
 #[must_use]
-pub fn local_quadratic(times: &[f64], poses: &[Pose], gap_limit: f64) -> Vec<Pose> {
-    (0..poses.len()).map(|k| smoothed(times, poses, k, gap_limit)).collect()
+pub fn local_quadratic(times: &[f64], poses: &[Pose], gap_limit: f64, half_window_s: f64) -> Vec<Pose> {
+    (0..poses.len()).map(|k| smoothed(times, poses, k, [gap_limit, half_window_s])).collect()
 }
 
-/// [`local_quadratic`] of one pose.
-#[must_use]
-pub fn smoothed(times: &[f64], poses: &[Pose], k: usize, gap_limit: f64) -> Pose {
+/// Neighbours to either side of a sample within half a window and before a gap: as many on both sides, so that a cubic motion is
+/// kept too.
+fn side(times: &[f64], k: usize, gap_limit: f64, half_window_s: f64) -> usize {
     let reaches = |from: usize, to: usize| {
         (times[to] - times[from]).abs() <= gap_limit
-            && (times[to] - times[k]).abs() <= HALF_WINDOW_S * (1.0 + 1e-9)
+            && (times[to] - times[k]).abs() <= half_window_s * (1.0 + 1e-9)
     };
     let mut side = 0;
-    // The same number of neighbours on both sides, so that a cubic motion is kept too.
     while side < k
-        && k + side + 1 < poses.len()
+        && k + side + 1 < times.len()
         && reaches(k - side, k - side - 1)
         && reaches(k + side, k + side + 1)
     {
         side += 1;
     }
+    side
+}
+
+/// Value at a sample of the quadratic through so many neighbours to either side, less the sample itself.
+fn value_at(times: &[f64], values: &[Vector3<f64>], k: usize, side: usize) -> Option<Vector3<f64>> {
+    constant_of_quadratic((k - side..=k + side).map(|i| (times[i] - times[k], values[i] - values[k])))
+}
+
+/// [`local_quadratic`] of one pose, with the longest step over which it reaches and half its window, s.
+#[must_use]
+pub fn smoothed(times: &[f64], poses: &[Pose], k: usize, [gap_limit, half_window_s]: [f64; 2]) -> Pose {
+    let side = side(times, k, gap_limit, half_window_s);
     if side < MIN_SIDE {
         return poses[k];
     }

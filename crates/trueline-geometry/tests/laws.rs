@@ -185,7 +185,7 @@ fn the_local_fit_keeps_a_quadratic_motion_and_measures_noise() {
     let smooth_motion: Vec<Pose> = (times.iter())
         .map(|t| se3::from_parts(so3::exp(&Vector3::new(0.0, 0.0, 0.1)), Vector3::new(*t, t * t, 1.0)))
         .collect();
-    let kept = smooth::local_quadratic(&times, &smooth_motion, 0.016);
+    let kept = smooth::local_quadratic(&times, &smooth_motion, 0.016, smooth::HALF_WINDOW_S);
     for (a, b) in kept.iter().zip(&smooth_motion) {
         assert!((a.translation.vector - b.translation.vector).norm() < 1e-13);
     }

@@ -1,6 +1,7 @@
 //! What a user may choose; every field has a sensible default.
 
 use crate::hypotheses::choice::KnownOfCell;
+use trueline_geometry::Line;
 use trueline_lsq::Loss;
 
 /// Which residual is minimised.
@@ -53,6 +54,19 @@ pub struct HeldSigma {
     pub rotation_rad: Option<f64>,
     /// Of the hand-eye translation along any axis, m.
     pub translation_m: Option<f64>,
+}
+
+/// A line of which a drawing, or a measurement of the part, says where it is: it is held there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrawnLine {
+    /// Its number among the features.
+    pub line: usize,
+    /// Where it is, in base.
+    pub line_in_base: Line,
+    /// Standard deviation of its direction about any axis, rad.
+    pub direction_sigma_rad: f64,
+    /// Standard deviation of its place to any side, amid the scan, m.
+    pub offset_sigma_m: f64,
 }
 
 /// Which stamps are believed.
@@ -163,6 +177,8 @@ pub struct Config {
     pub hold: Vec<Hold>,
     /// How well that is known.
     pub held_sigma: HeldSigma,
+    /// Lines that are held where a drawing has them.
+    pub drawn_lines: Vec<DrawnLine>,
     /// Expected standard deviation of a feature, px, where the recording does not say.
     pub feature_sigma_px: f64,
     /// The same for sensors that report lengths, m.
@@ -205,6 +221,7 @@ impl Default for Config {
             loss: None,
             hold: Vec::new(),
             held_sigma: HeldSigma::default(),
+            drawn_lines: Vec::new(),
             feature_sigma_px: 0.3,
             feature_sigma_m: 0.02e-3,
             robot_sigma_m: None,

@@ -7,6 +7,7 @@ use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::observability::Observability;
 use crate::assess::outlier_segments::OutlierSegment;
 use crate::assess::residuals::{FeatureResidual, ResidualSummary};
+use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::SeamError;
 use crate::assess::seam_point_error::SeamPointError;
 use crate::assess::sensor_shape::SensorShape;
@@ -18,7 +19,7 @@ use crate::hypotheses::search::Mirrored;
 use crate::input::timestamps::StampReport;
 use crate::problem::parameters::Parameters;
 use crate::solve::iteration_record::IterationRecord;
-use crate::stripe::outcome::StripeOutcome;
+use crate::stripe::outcome::{StripeEstimate, StripeOutcome};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
 use trueline_lsq::Termination;
@@ -51,10 +52,19 @@ impl Findings {
     /// and more of them are off.
     #[must_use]
     pub fn outlier_share(&self) -> f64 {
-        let used = self.stripes.as_ref().filter(|stripes| stripes.used != Measurements::Seam);
-        let of_stripes = used.and_then(|stripes| stripes.estimate.as_ref());
-        let share = of_stripes.map_or(0.0, |e| e.rejected as f64 / e.stripes.max(1) as f64);
+        let share = self.used_stripes().map_or(0.0, |e| e.rejected as f64 / e.stripes.max(1) as f64);
         share.max(self.fit.residuals.outlier_share())
+    }
+
+    /// How much larger the noise of the stripes is than expected, where the answer was made of them.
+    #[must_use]
+    pub fn stripe_noise_factor(&self) -> Option<f64> {
+        self.used_stripes().map(|estimate| estimate.noise_factor)
+    }
+
+    fn used_stripes(&self) -> Option<&StripeEstimate> {
+        let used = self.stripes.as_ref().filter(|stripes| stripes.used != Measurements::Seam)?;
+        used.estimate.as_deref()
     }
 }
 
@@ -129,6 +139,8 @@ pub struct FitFindings {
     pub noise_factor: f64,
     /// Whether they are alike from one to the next.
     pub structure: Structure,
+    /// How many times larger than by the curvature at the optimum the ± of the turn that is known least is; `None` where they agree.
+    pub widened_by: Option<f64>,
     /// Part of the covariance that is the model's, 0 to 1.
     pub covariance_model_share: f64,
     /// Why the solver ended.
@@ -158,6 +170,10 @@ pub struct Checks {
     pub held_sensor: Option<SensorShape>,
     /// What residuals that are no noise are made of, where one usual cause explains them.
     pub cause: Option<MisfitCause>,
+    /// How far the robot was taken to be off within the scan.
+    pub robot_taken: RobotSigmas,
+    /// How far it is off by its residuals, where that is plainly more.
+    pub robot_seems: Option<RobotSigmas>,
     /// The bias of the features with the tilt, where it was estimated and taken out.
     pub feature_bias: Option<FeatureBias>,
     /// Error of a seam point where it is used; `None` if something of the hand-eye is not observable.

@@ -11,6 +11,7 @@
 pub mod assess;
 pub mod calibrate;
 pub mod calibration;
+mod conclude;
 pub mod config;
 pub mod diagnose;
 pub mod error;
@@ -26,7 +27,9 @@ pub mod verdict;
 
 pub use calibrate::calibrate;
 pub use calibration::{Calibration, HandEye, LineEstimate, TimeOffset, Translation};
-pub use config::{Config, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Use};
+pub use config::{
+    Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Use,
+};
 pub use error::Error;
 pub use input::observations::{Observation, Observations};
 pub use problem::parameters::Parameters;

@@ -46,7 +46,7 @@ fn sentences_give_values_in_the_units_of_a_person() {
         missed.to_string().starts_with("translation: ± 0.123 mm is more than the required 0.001 mm"),
         "{missed}"
     );
-    let step = Reason::ClockStep { at_s: 12.3456, step_s: -0.0123, sigma_s: 0.0004 };
+    let step = Reason::ClockStep { at_s: 12.3456, step_s: -0.0123, sigma_s: 0.0004, pictures: None };
     assert_eq!(
         step.to_string(),
         "one of the clocks stepped at about 12.346 s: the time offset changes there by -12.300 ± 0.400 ms"
@@ -84,7 +84,10 @@ fn the_question_on_clocks_is_asked_where_features_lie_outside_the_robot_recordin
 fn codes_are_those_of_the_schema() {
     assert_eq!(Reason::MirrorAmbiguity.code(), "mirror-ambiguity");
     assert_eq!(Reason::Unobservable(hidden(Group::TimeOffset, &[])).code(), "unobservable");
-    assert_eq!(Reason::ClockStep { at_s: 0.0, step_s: 0.0, sigma_s: 0.0 }.code(), "clock-step");
+    assert_eq!(
+        Reason::ClockStep { at_s: 0.0, step_s: 0.0, sigma_s: 0.0, pictures: None }.code(),
+        "clock-step"
+    );
     assert_eq!(Reason::TooManyOutliers { share: 0.6 }.code(), "too-many-outliers");
     assert_eq!(Warning::ManyOutliers { share: 0.3 }.code(), "many-outliers");
     assert_eq!(Warning::ClockDrift { ppm: 1.0, sigma_ppm: 0.1, about_s: 2.0 }.code(), "clock-drift");

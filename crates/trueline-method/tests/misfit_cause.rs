@@ -51,6 +51,43 @@ fn a_held_sensor_is_not_refused_for_a_robot_that_gives_way() {
     assert!(codes(&c).contains(&"sensor-off"), "{:?}", codes(&c));
 }
 
+/// Two passes, the second with the sensor spun by half a turn about its view: a bias of a third of a pixel, which a scan without
+/// that pass takes for another hand-eye transform, is seen, measured, and gone from the answer.
+#[test]
+fn a_spun_pass_shows_a_bias_and_measures_it() {
+    let mut spun = Preset::Good.scenario();
+    (spun.scan.passes, spun.scan.spin_by_pass_rad) = (2, std::f64::consts::PI);
+    let config = Config { robot_accuracy_m: Some(0.0), ..Config::default() };
+    let plain = calibrated(&Preset::Good.scenario(), &["bias-work-angle=0.33"], &config, 3);
+    let c = calibrated(&spun, &["bias-work-angle=0.33"], &config, 3);
+    let bias = c.findings.checks.feature_bias.unwrap_or_else(|| panic!("{:?}", codes(&c)));
+    // 0.33 px down the picture and half as much along its rows, about an axis square to the view.
+    let size = |row: usize| bias.px.iter().map(|px| px[row].powi(2)).sum::<f64>().sqrt();
+    println!("{bias:?} {:?}", plain.findings.checks.feature_bias);
+    assert!(bias.is_found, "{bias:?}");
+    assert!((size(1) / 0.33 - 1.0).abs() < 0.15 && (size(0) / 0.165 - 1.0).abs() < 0.3, "{bias:?}");
+    let truth = spun.cell.tool_from_camera.translation.vector;
+    let off_mm = (c.best_fit().tool_from_camera.translation.vector - truth).norm() * 1e3;
+    let plain_mm = (plain.best_fit().tool_from_camera.translation.vector - truth).norm() * 1e3;
+    println!("{off_mm:.3} mm with the spun pass, {plain_mm:.3} mm without");
+    assert!(off_mm < 0.05, "{off_mm}");
+    let budget_mm = |c: &Calibration| c.findings.checks.seam_error.unwrap().budget_m.feature_bias * 1e3;
+    assert!(budget_mm(&c) < 0.5 * budget_mm(&plain), "{} {}", budget_mm(&c), budget_mm(&plain));
+}
+
+/// 0.05° of attitude is 1.3 mm at the end of an arm: four times the assumed robot, and it is the robot that is named.
+#[test]
+fn a_robot_that_is_worse_than_assumed_is_named() {
+    for seed in [1, 2] {
+        let c = calibrated(&Preset::Good.scenario(), &["robot-attitude=0.05,500"], &Config::default(), seed);
+        println!("{:?} {:?}", c.findings.checks.robot_seems, codes(&c));
+        assert!(codes(&c).contains(&"robot-inaccurate"), "{:?}", codes(&c));
+        let ordinary =
+            calibrated(&Preset::Good.scenario(), &["robot-field=0.05,500"], &Config::default(), seed);
+        assert!(!codes(&ordinary).contains(&"robot-inaccurate"), "{:?}", codes(&ordinary));
+    }
+}
+
 #[test]
 fn nothing_is_named_where_nothing_is() {
     for seed in 0..5 {

@@ -227,7 +227,7 @@ impl NoiseLeft {
     /// What is left of a cell's noise.
     #[must_use]
     pub fn of(cell: &Cell) -> Self {
-        let left = smooth::noise_left(cell.robot_period_s);
+        let left = smooth::noise_left(cell.robot_period_s, smooth::HALF_WINDOW_S);
         Self {
             levels: NoiseLevels {
                 robot_sigma_m: cell.noise.robot_m * left,

@@ -41,7 +41,7 @@ fn reason_values(reason: &Reason) -> Value {
             "explains": explains,
             "better_explains": better_explains,
         }),
-        Reason::AmbiguousTimeOffset { answers } => {
+        Reason::AmbiguousTimeOffset { answers, .. } => {
             json!({ "time_offsets_s": answers.iter().map(|answer| answer.time_offset_s).collect::<Vec<_>>() })
         }
         Reason::NotConverged { termination } => json!({ "termination": termination.to_string() }),
@@ -57,8 +57,8 @@ fn reason_values(reason: &Reason) -> Value {
         Reason::TooManyOutliers { share } => json!({ "share": share }),
         Reason::OtherTimeOffset { span_s, step_s } => json!({ "span_s": span_s, "step_s": step_s }),
         Reason::RobotStreamFroze { span_s } => json!({ "span_s": span_s }),
-        Reason::ClockStep { at_s, step_s, sigma_s } => {
-            json!({ "at_s": at_s, "step_s": step_s, "sigma_s": sigma_s })
+        Reason::ClockStep { at_s, step_s, sigma_s, pictures } => {
+            json!({ "at_s": at_s, "step_s": step_s, "sigma_s": sigma_s, "pictures": pictures })
         }
         Reason::RequirementMissed { quantity, sigma_si, required_si } => {
             measured(*quantity, &[("sigma", *sigma_si), ("required", *required_si)])
@@ -79,6 +79,16 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::DecidedByUser { by, other_time_offsets_s } => {
             json!({ "by": by.name(), "other_time_offsets_s": other_time_offsets_s })
         }
+        Warning::StripeNoise { noise_factor } => json!({ "noise_factor": noise_factor }),
+        Warning::WidenedByProfile { by } => json!({ "by": by }),
+        Warning::RobotWorse { seems, taken, stated } => json!({
+            "position_mm": seems.position_m * MM_PER_M,
+            "attitude_deg": seems.attitude_rad.to_degrees(),
+            "taken_position_mm": taken.position_m * MM_PER_M,
+            "taken_attitude_deg": taken.attitude_rad.to_degrees(),
+            "stated": stated,
+        }),
+        Warning::PoorlyKnown { scan_alone_m } => json!({ "seam_error_mm": scan_alone_m * MM_PER_M }),
         Warning::StripesDisagree { sigmas, used } => json!({ "sigmas": sigmas, "used": used }),
         Warning::UncertaintyNotApplied | Warning::MirrorBySensor => json!({}),
         Warning::SensorOff { shape } => sensor_off(shape),

@@ -85,12 +85,11 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     let Some(stripes) = &c.findings.stripes else { return Vec::new() };
     let mut rows = vec![("whole stripes".to_owned(), used(stripes))];
     let Some(estimate) = &stripes.estimate else { return rows };
-    for (joint, angle) in estimate.angles.iter().enumerate() {
+    for angle in &estimate.angles {
         let (deg, sigma) = (angle.value_rad.to_degrees(), angle.sigma_rad.to_degrees());
-        let bows: Vec<String> = estimate.planes[2 * joint..2 * joint + 2]
-            .iter()
-            .map(|plane| format!("plate {} bowed by {}", plane.number, mm(plane.bow_m)))
-            .collect();
+        let of_joint = estimate.planes.iter().filter(|plane| plane.number / 2 == angle.joint);
+        let bows: Vec<String> =
+            of_joint.map(|plane| format!("plate {} bowed by {}", plane.number, mm(plane.bow_m))).collect();
         let digits = digits_for(sigma);
         let text = format!("{deg:.digits$}° ± {sigma:.digits$}° between them; {}", bows.join(", "));
         rows.push(("  plates".to_owned(), text));

@@ -85,7 +85,11 @@ impl fmt::Display for Unobservable {
             Group::Translation => write!(
                 f,
                 "translation along the tool's {axes} cannot be seen: tilt the torch by 10° or more about {}",
-                if self.directions.len() > 1 { "axes square to them" } else { "an axis square to it" }
+                match self.directions.len() {
+                    1 => "an axis square to it",
+                    2 => "the axis square to both",
+                    _ => "two different axes",
+                }
             ),
             Group::Line(number) => together(f, &format!("line {number}")),
         }

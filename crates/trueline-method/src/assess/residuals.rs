@@ -80,8 +80,7 @@ pub fn evaluate(problem: &LineProblem<'_>, at: &Parameters) -> (Vec<FeatureResid
         let whitened = whitener.apply(&residual);
         let squared = whitened.norm_squared();
         let in_sheet_m = in_sheet.map(|seen| seen.residual);
-        let to_px =
-            || Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet_m?) * f64::from(o.sigma_px));
+        let to_px = || Some(Whitener::of(&symmetric(o.covariance))?.apply(&in_sheet_m?) * o.mean_sigma_px());
         list.push(FeatureResidual {
             row: o.row,
             line: o.line,

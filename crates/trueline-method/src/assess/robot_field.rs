@@ -20,22 +20,38 @@ const POSES: usize = 120;
 /// Modes of less than this part of the largest are left out.
 const LEAST_MODE: f64 = 1e-4;
 
+/// How far a robot is off within a scan: one standard deviation per axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RobotSigmas {
+    /// Of its position, m.
+    pub position_m: f64,
+    /// Of its attitude, rad.
+    pub attitude_rad: f64,
+}
+
+impl RobotSigmas {
+    /// Of a robot of an absolute accuracy, m.
+    #[must_use]
+    pub fn of_accuracy(accuracy_m: f64) -> Self {
+        let position_m = accuracy_m * SHARE_OF_ACCURACY;
+        Self { position_m, attitude_rad: position_m / ARM_M }
+    }
+}
+
 /// The process over the poses of a scan, as independent modes of unit variance.
 pub struct RobotField {
     poses: Vec<Pose>,
     /// Kernel to modes: Λ^(−1/2) Vᵀ.
     modes: DMatrix<f64>,
-    /// Standard deviation of the position along each axis, m.
-    pub position_sigma_m: f64,
-    /// Standard deviation of the attitude about each axis, rad.
-    pub attitude_sigma_rad: f64,
+    /// How large it is.
+    pub sigmas: RobotSigmas,
 }
 
 impl RobotField {
-    /// Of a robot of this absolute accuracy (m) on a path; `None` for an ideal robot.
+    /// Of a robot on a path; `None` for an ideal robot.
     #[must_use]
-    pub fn new(accuracy_m: f64, path: &[Pose]) -> Option<Self> {
-        if accuracy_m <= 0.0 || path.is_empty() {
+    pub fn new(sigmas: RobotSigmas, path: &[Pose]) -> Option<Self> {
+        if sigmas == RobotSigmas::default() || path.is_empty() {
             return None;
         }
         let poses: Vec<Pose> = path.iter().step_by(path.len().div_ceil(POSES)).copied().collect();
@@ -46,8 +62,18 @@ impl RobotField {
         let modes = DMatrix::from_fn(kept.len(), poses.len(), |row, column| {
             eigen.eigenvectors[(column, kept[row])] / eigen.eigenvalues[kept[row]].sqrt()
         });
-        let position_sigma_m = accuracy_m * SHARE_OF_ACCURACY;
-        Some(Self { poses, modes, position_sigma_m, attitude_sigma_rad: position_sigma_m / ARM_M })
+        Some(Self { poses, modes, sigmas })
+    }
+
+    /// The same by its strongest modes alone.
+    #[must_use]
+    pub fn strongest(mut self, count: usize) -> Self {
+        // A mode of eigenvalue λ is weighed by λ^(−1/2): the rows of the strongest are the shortest.
+        let mut order: Vec<usize> = (0..self.modes.nrows()).collect();
+        order.sort_by(|a, b| self.modes.row(*a).norm().total_cmp(&self.modes.row(*b).norm()));
+        order.truncate(count);
+        self.modes = self.modes.select_rows(&order);
+        self
     }
 
     /// Number of modes of each of the six errors.

@@ -5,7 +5,7 @@
 //! the feature can be held so, or be estimated beside x: then x owes to it what is left of it, and to the others what both
 //! together make of them.
 
-use crate::assess::robot_field::RobotField;
+use crate::assess::robot_field::{RobotField, RobotSigmas};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
@@ -38,6 +38,8 @@ pub struct Systematic {
 pub struct SystematicLevels {
     /// Absolute accuracy of the robot, m.
     pub robot_accuracy_m: f64,
+    /// How far it is off within a scan: as such a robot is, or as its residuals show.
+    pub robot: RobotSigmas,
     /// Whether somebody stated it; else it is assumed.
     pub robot_is_stated: bool,
     /// Bias of the feature per 10° of tilt, along and across the picture's rows, px.
@@ -48,8 +50,9 @@ pub struct SystematicLevels {
     pub held_shape: Option<ShapeCovariance>,
 }
 
-/// Observations that are looked at; of more, every so many stand for the rest.
-const SAMPLE: usize = 3000;
+/// Observations on which the robot's errors are looked at; of more, every so many stand for the rest, for these errors change
+/// slowly along the path.
+const SAMPLE: usize = 800;
 
 impl Systematic {
     /// The covariance that all of them together add.
@@ -57,6 +60,19 @@ impl Systematic {
     pub fn covariance(&self) -> DMatrix<f64> {
         let own = |columns: &DMatrix<f64>| columns * columns.transpose();
         own(&self.robot) + own(&self.sensor) + own(&self.feature_bias) + own(&self.held)
+    }
+
+    /// What moves this estimate and not another of the same errors, over the first `size` components of both.
+    #[must_use]
+    pub fn minus(&self, other: &Self, size: usize) -> Self {
+        let apart = |own: &DMatrix<f64>, others: &DMatrix<f64>| own.rows(0, size) - others.rows(0, size);
+        Self {
+            robot: apart(&self.robot, &other.robot),
+            sensor: apart(&self.sensor, &other.sensor),
+            sensor_shape: self.sensor_shape.clone(),
+            feature_bias: apart(&self.feature_bias, &other.feature_bias),
+            held: apart(&self.held, &other.held),
+        }
     }
 
     /// The same with components of the tangent that were held and have these standard deviations, SI; `hessian` is over all
@@ -84,10 +100,24 @@ pub struct BiasEstimate {
     pub wald: f64,
 }
 
+/// How far off the bias is that the features were freed of, px per 10°, by each kind of error: columns of unit variance, those
+/// of [`Systematic`].
+#[derive(Clone, Debug)]
+pub struct BiasError {
+    /// By what was missed of the bias, and by noise.
+    pub own: DMatrix<f64>,
+    /// By the robot.
+    pub robot: DMatrix<f64>,
+    /// By the sensor's own calibration, where that is held.
+    pub sensor: DMatrix<f64>,
+}
+
 /// Jᵀ W Z of each kind, for an estimate whose covariance is C₀ = root rootᵀ.
 pub struct SystematicSums {
     /// How the bias counts tilts.
     pub tilt: TiltBias,
+    /// The robot's errors; `None` for an ideal robot.
+    pub field: Option<RobotField>,
     root: DMatrix<f64>,
     robot: DMatrix<f64>,
     shape: DMatrix<f64>,
@@ -111,19 +141,19 @@ impl SystematicSums {
         levels: &SystematicLevels,
     ) -> Self {
         let every = problem.list.len().div_ceil(SAMPLE).max(1);
-        let seen = placed(problem, at, every);
+        let seen = placed(problem, at);
         let poses: Vec<Pose> = seen.iter().map(|(_, placement)| placement.base_from_tool).collect();
-        let field = RobotField::new(levels.robot_accuracy_m, &poses);
+        let field = RobotField::new(levels.robot, &poses);
         let tilt = TiltBias::about(&poses);
         let with_shape = with_shape(problem.observations, at.clone());
         let held = levels.held_shape.and_then(|covariance| covariance.cholesky()).map(|c| c.l());
         let mut sums = Self::zeros(root, tilt, field.as_ref().map_or(0, RobotField::modes));
         sums.bias_level_px = levels.feature_bias_px;
-        for (pair, placement) in &seen {
+        for (k, (pair, placement)) in seen.iter().enumerate() {
             let Some((residual, jacobian)) = problem.whitened_where(*pair, &with_shape, placement) else {
                 continue;
             };
-            let weight = problem.loss.weight(residual.norm_squared()) * every as f64;
+            let weight = problem.loss.weight(residual.norm_squared());
             let row = Row { unknowns: &problem.unknowns, line: pair.0.line as usize, jacobian, weight };
             let bias =
                 (levels.feature_bias_px > 0.0).then(|| pair.1.matrix() * tilt.slopes(pair.0, at, placement));
@@ -138,15 +168,16 @@ impl SystematicSums {
                 let both = bias.map(|bias| bias.transpose() * columns * weight);
                 both.into_iter().for_each(|both| sums.bias_shape += both);
             }
-            if let Some(columns) =
-                field.as_ref().and_then(|field| robot_columns(field, problem, *pair, at, placement))
-            {
+            let Some(field) = field.as_ref().filter(|_| k.is_multiple_of(every)) else { continue };
+            if let Some(columns) = robot_columns(field, problem, *pair, at, placement) {
+                let row = Row { weight: weight * every as f64, ..row };
                 row.add(&mut sums.robot, &columns);
-                bias.into_iter().for_each(|bias| sums.bias_robot += bias.transpose() * &columns * weight);
+                bias.into_iter().for_each(|b| sums.bias_robot += b.transpose() * &columns * row.weight);
             }
         }
         sums.held =
             held.map_or_else(|| DMatrix::zeros(5, 0), |l| DMatrix::from_column_slice(5, 5, l.as_slice()));
+        sums.field = field;
         sums
     }
 
@@ -155,6 +186,7 @@ impl SystematicSums {
         let [bias_robot, bias_shape] = [6 * modes, 5].map(|columns| DMatrix::zeros(BIAS, columns));
         Self {
             tilt,
+            field: None,
             root: root.clone(),
             robot,
             shape,
@@ -181,44 +213,63 @@ impl SystematicSums {
     /// What each kind of error makes of an estimate, as the levels say whether the bias was estimated.
     #[must_use]
     pub fn systematic(&self, levels: &SystematicLevels, inflation: f64) -> Systematic {
-        let estimated = levels.bias_is_estimated.then(|| self.with_bias_estimated(inflation)).flatten();
-        estimated.unwrap_or_else(|| self.with_bias_held())
+        self.with(&self.bias_error(levels, inflation))
     }
 
-    /// What each kind of error makes of an estimate that takes the bias for zero.
+    /// The same of an estimate that takes the bias for zero.
     #[must_use]
     pub fn with_bias_held(&self) -> Systematic {
-        Systematic {
-            robot: -self.spread(&self.robot),
-            sensor: -self.spread(&(&self.shape * &self.held)),
-            sensor_shape: self.held.clone(),
-            feature_bias: -self.spread(&self.bias) * self.bias_level_px,
-            held: DMatrix::zeros(self.root.nrows(), 0),
-        }
+        self.with(&self.held_bias())
     }
 
     /// The same where the bias is estimated; `inflation` is how much larger the noise's covariance is than white noise's.
     /// `None` without a bias.
     #[must_use]
     pub fn with_bias_estimated(&self, inflation: f64) -> Option<Systematic> {
+        Some(self.with(&self.estimated_bias(inflation)?))
+    }
+
+    /// How far off the bias is, as the levels say whether it was estimated.
+    #[must_use]
+    pub fn bias_error(&self, levels: &SystematicLevels, inflation: f64) -> BiasError {
+        let estimated = levels.bias_is_estimated.then(|| self.estimated_bias(inflation)).flatten();
+        estimated.unwrap_or_else(|| self.held_bias())
+    }
+
+    fn with(&self, bias: &BiasError) -> Systematic {
+        let by_bias = self.spread(&self.bias);
+        Systematic {
+            robot: &by_bias * &bias.robot - self.spread(&self.robot),
+            sensor: &by_bias * &bias.sensor - self.spread(&(&self.shape * &self.held)),
+            sensor_shape: self.held.clone(),
+            feature_bias: by_bias * &bias.own,
+            held: DMatrix::zeros(self.root.nrows(), 0),
+        }
+    }
+
+    /// A bias that is taken for zero is missed whole.
+    fn held_bias(&self) -> BiasError {
+        BiasError {
+            own: DMatrix::identity(BIAS, BIAS) * -self.bias_level_px,
+            robot: DMatrix::zeros(BIAS, self.robot.ncols()),
+            sensor: DMatrix::zeros(BIAS, self.held.ncols()),
+        }
+    }
+
+    /// What is left of an estimated one: G(S b + u) − b, with u what noise, robot and sensor put into its score.
+    fn estimated_bias(&self, inflation: f64) -> Option<BiasError> {
         let own = self.own_score();
         let gain = self.bias_gain(&own, inflation)?;
-        let by_bias = self.spread(&self.bias);
-        // What another error puts into the bias, and with it into the rest.
-        let moved = |columns: &DMatrix<f64>, with_bias: &DMatrix<f64>| {
-            -(self.spread(columns) - &by_bias * (dynamic(&gain) * self.in_score(columns, with_bias)))
-        };
-        let missed = (SMatrix::<f64, BIAS, BIAS>::identity() - gain * own) * self.bias_level_px;
+        let missed = (gain * own - SMatrix::<f64, BIAS, BIAS>::identity()) * self.bias_level_px;
         let by_noise = gain * own.cholesky()?.l() * inflation.sqrt();
         let mut left = DMatrix::zeros(BIAS, 2 * BIAS);
         left.columns_mut(0, BIAS).copy_from(&missed);
         left.columns_mut(BIAS, BIAS).copy_from(&by_noise);
-        Some(Systematic {
-            robot: moved(&self.robot, &self.bias_robot),
-            sensor: moved(&(&self.shape * &self.held), &(&self.bias_shape * &self.held)),
-            sensor_shape: self.held.clone(),
-            feature_bias: by_bias * left,
-            held: DMatrix::zeros(self.root.nrows(), 0),
+        let gain = dynamic(&gain);
+        Some(BiasError {
+            own: left,
+            robot: &gain * self.in_score(&self.robot, &self.bias_robot),
+            sensor: &gain * self.in_score(&(&self.shape * &self.held), &(&self.bias_shape * &self.held)),
         })
     }
 
@@ -301,7 +352,7 @@ impl Row<'_> {
 }
 
 /// How each mode of the robot's field moves a whitened residual.
-fn robot_columns(
+pub(crate) fn robot_columns(
     field: &RobotField,
     problem: &LineProblem<'_>,
     pair: (&Observation, &Whitener),
@@ -312,8 +363,8 @@ fn robot_columns(
     let measured = at.corrected(&problem.observations.sheet, &pair.0.point_in_camera);
     let lever: Vector3<f64> =
         placement.point_in_base(&measured) - placement.base_from_tool.translation.vector;
-    let position = onto * field.position_sigma_m;
-    let attitude = onto * -so3::hat(&lever) * field.attitude_sigma_rad;
+    let position = onto * field.sigmas.position_m;
+    let attitude = onto * -so3::hat(&lever) * field.sigmas.attitude_rad;
     let by_mode = field.at(&placement.base_from_tool);
     let mut columns = DMatrix::zeros(2, 6 * by_mode.len());
     for (k, amplitude) in by_mode.iter().enumerate() {
@@ -323,13 +374,15 @@ fn robot_columns(
     Some(columns)
 }
 
-/// Every so many observations with its whitener and where the sensor was.
+/// The observations with their whiteners and where the sensor was.
 fn placed<'a>(
     problem: &'a LineProblem<'_>,
     at: &Parameters,
-    every: usize,
 ) -> Vec<((&'a Observation, &'a Whitener), Placement)> {
     let mut hint = 0;
-    let sample = problem.selected().step_by(every);
-    sample.filter_map(|pair| Some((pair, problem.placement(pair.0, at, &mut hint)?))).collect()
+    let placed = |pair: (&'a Observation, &'a Whitener)| {
+        let placement = problem.placement(pair.0, at, &mut hint)?;
+        Some((pair, placement))
+    };
+    problem.selected().filter_map(placed).collect()
 }

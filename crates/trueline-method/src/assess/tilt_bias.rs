@@ -6,6 +6,7 @@
 use crate::input::observations::Observation;
 use crate::problem::parameters::Parameters;
 use nalgebra::{SMatrix, UnitQuaternion, Vector3};
+use std::f64::consts::PI;
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
@@ -16,19 +17,38 @@ pub const BIAS_TILT_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Noise of a feature that a bias in pixels is compared with where features are lengths, px.
 const USUAL_SIGMA_PX: f64 = 0.3;
 
-/// Tilts are counted from the mean attitude of a scan.
+/// Tilts are counted from the mean attitude of a scan; spun by half a turn or so about its view, the sensor is tilted the other
+/// way, and the spin itself is no tilt.
 #[derive(Clone, Copy, Debug)]
 pub struct TiltBias {
     mean: UnitQuaternion<f64>,
+    /// The axis about which a later pass is spun, in the tool.
+    spun_about: Option<Vector3<f64>>,
 }
+
+/// Attitudes within this of the first are of its pass, rad …
+const SAME_PASS_RAD: f64 = 1.2;
+/// … and those beyond this are spun.
+const SPUN_RAD: f64 = 2.0;
+/// A spun pass has at least this part of the poses.
+const LEAST_SPUN: f64 = 0.1;
 
 impl TiltBias {
     /// About the mean of these poses, `base_from_tool`.
     #[must_use]
     pub fn about(poses: &[Pose]) -> Self {
-        let Some(first) = poses.first() else { return Self { mean: UnitQuaternion::identity() } };
-        let turns = poses.iter().map(|pose| so3::log(&(first.rotation.inverse() * pose.rotation)));
-        Self { mean: first.rotation * so3::exp(&(turns.sum::<Vector3<f64>>() / poses.len() as f64)) }
+        let Some(first) = poses.first() else {
+            return Self { mean: UnitQuaternion::identity(), spun_about: None };
+        };
+        let turned = |pose: &Pose| so3::log(&(first.rotation.inverse() * pose.rotation)).norm();
+        let mean = mean_of(poses.iter().filter(|pose| turned(pose) < SAME_PASS_RAD), &first.rotation);
+        let spun: Vec<&Pose> = poses.iter().filter(|pose| turned(pose) > SPUN_RAD).collect();
+        let is_pass = spun.len() as f64 > LEAST_SPUN * poses.len() as f64;
+        let spun_about = spun.first().filter(|_| is_pass).and_then(|first| {
+            let of_pass = mean_of(spun.iter().copied(), &first.rotation);
+            so3::log(&(mean.inverse() * of_pass)).try_normalize(1e-9)
+        });
+        Self { mean, spun_about }
     }
 
     /// How far the feature moves in the sheet, m, for each number of the bias, px per 10°: two for the tilt about the
@@ -47,9 +67,27 @@ impl TiltBias {
     /// The tilt about the camera's axes, in units of that for which a bias is stated.
     #[must_use]
     pub fn in_sensor(&self, tool_from_camera: &Pose, placement: &Placement) -> Vector3<f64> {
-        let tilt = so3::log(&(self.mean.inverse() * placement.base_from_tool.rotation));
+        let turn = self.mean.inverse() * placement.base_from_tool.rotation;
+        let tilt = self.spun_about.map_or_else(|| so3::log(&turn), |axis| without_spin(&turn, &axis));
         tool_from_camera.rotation.inverse() * tilt / BIAS_TILT_RAD
     }
+}
+
+/// The mean of attitudes that are near to one of them.
+fn mean_of<'a>(poses: impl Iterator<Item = &'a Pose>, near: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+    let (mut sum, mut count) = (Vector3::zeros(), 0.0);
+    for pose in poses {
+        sum += so3::log(&(near.inverse() * pose.rotation));
+        count += 1.0;
+    }
+    near * so3::exp(&(sum / f64::max(count, 1.0)))
+}
+
+/// A turn as a spin about an axis and then a tilt in the frame that was spun, half turns of the spin left out.
+fn without_spin(turn: &UnitQuaternion<f64>, axis: &Vector3<f64>) -> Vector3<f64> {
+    let spin_rad = 2.0 * turn.imag().dot(axis).atan2(turn.w);
+    let tilt = so3::log(&(so3::exp(&(axis * -spin_rad)) * turn));
+    tilt + axis * (spin_rad - PI * (spin_rad / PI).round())
 }
 
 /// How far a pixel is in the sheet, m, along the picture's rows and across them: the root of the feature's covariance over
@@ -58,9 +96,46 @@ impl TiltBias {
 /// sensors that report lengths, what their noise would be.
 #[must_use]
 pub fn sheet_per_px(o: &Observation) -> SMatrix<f64, 2, 2> {
-    let sigma_px = if o.sigma_px > 0.0 { f64::from(o.sigma_px) } else { USUAL_SIGMA_PX };
+    let [sigma_u, sigma_v] =
+        o.sigma_px.map(|sigma| if sigma > 0.0 { f64::from(sigma) } else { USUAL_SIGMA_PX });
     let [xx, xy, yy] = o.covariance;
     let depth = yy.sqrt();
     let beside = if depth > 0.0 { xy / depth } else { 0.0 };
-    SMatrix::<f64, 2, 2>::new((xx - beside * beside).max(0.0).sqrt(), beside, 0.0, depth) / sigma_px
+    let along = (xx - beside * beside).max(0.0).sqrt();
+    SMatrix::<f64, 2, 2>::new(along / sigma_u, beside / sigma_v, 0.0, depth / sigma_v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{TiltBias, without_spin};
+    use nalgebra::{UnitQuaternion, Vector3};
+    use std::f64::consts::PI;
+    use trueline_geometry::{Pose, se3, so3};
+
+    #[test]
+    fn spun_by_half_a_turn_a_sensor_is_tilted_as_it_sees_itself() {
+        let axis = Vector3::new(0.0, 0.6, 0.8);
+        for spin_rad in [0.0, PI, -PI, 1.3] {
+            let tilt = Vector3::new(0.2, 0.08, -0.06);
+            let turn: UnitQuaternion<f64> = so3::exp(&(axis * spin_rad)) * so3::exp(&tilt);
+            // The tilt is square to the axis, but for rounding.
+            assert!(tilt.dot(&axis).abs() < 1e-15);
+            let wanted = tilt + axis * (spin_rad - PI * (spin_rad / PI).round());
+            assert!((without_spin(&turn, &axis) - wanted).norm() < 1e-12, "{spin_rad}");
+        }
+    }
+
+    #[test]
+    fn a_spun_pass_is_recognised_and_an_ordinary_scan_has_none() {
+        let pose = |k: usize, spin_rad: f64| -> Pose {
+            let tilt = so3::exp(&Vector3::new((k as f64).sin() * 0.4, (k as f64 * 0.7).cos() * 0.4, 0.0));
+            se3::from_parts(so3::exp(&(Vector3::z() * spin_rad)) * tilt, Vector3::zeros())
+        };
+        let one: Vec<Pose> = (0..100).map(|k| pose(k, 0.0)).collect();
+        assert!(TiltBias::about(&one).spun_about.is_none());
+        let two: Vec<Pose> = (0..200).map(|k| pose(k, if k < 100 { 0.0 } else { PI })).collect();
+        let axis = TiltBias::about(&two).spun_about.unwrap_or_default();
+        // The means are those of a hundred tilts of 0.3 rad: some 0.04 rad.
+        assert!(axis.z.abs() > 0.99, "{axis}");
+    }
 }

@@ -64,6 +64,8 @@ pub struct BiasFree {
 pub struct TakenBias {
     /// The bias, px per 10°.
     pub px: SVector<f64, BIAS>,
+    /// How it counts tilts.
+    pub tilt: TiltBias,
     /// The levels with a bias as large as it turned out to be.
     pub levels: SystematicLevels,
     /// Whether it is plainly there.
@@ -116,7 +118,8 @@ pub fn remove_bias(
         let moved = found.px - bias_px;
         bias_px = found.px;
         let last = free.as_ref().map_or(fit, |free| &free.fit);
-        let observations = corrected(solver.observations, last, &sums.tilt, &bias_px);
+        let tilt = sums.tilt;
+        let observations = corrected(solver.observations, last, &tilt, &bias_px);
         let fit = solver.on(&observations).converge(last)?;
         let Some(information) = spectrum(&fit, solver) else { return Ok(None) };
         let problem = fit.problem(&observations, solver.settings.config);
@@ -125,7 +128,7 @@ pub fn remove_bias(
             observations,
             fit,
             information,
-            taken: TakenBias { px: bias_px, levels, is_plain },
+            taken: TakenBias { px: bias_px, tilt, levels, is_plain },
         });
         if (0..BIAS).all(|k| moved[k].abs() < SETTLED * found.covariance[(k, k)].sqrt()) {
             break;

@@ -23,13 +23,21 @@ pub struct Observation {
     pub line: u32,
     /// Row of the feature in the recording, from 0.
     pub row: u32,
-    /// Standard deviation of the pixel that it was, mean (geometric) of u and v, px; 0 where features are lengths. Single
-    /// precision: there is room for it.
-    pub sigma_px: f32,
+    /// Standard deviation of the pixel that it was, u and v, px; 0 where features are lengths. Single precision is enough.
+    pub sigma_px: [f32; 2],
     /// The point in the camera frame, m.
     pub point_in_camera: Vector3<f64>,
     /// Covariance of the measurement in the sheet, m²: \[xx, xy, yy\].
     pub covariance: [f64; 3],
+}
+
+impl Observation {
+    /// Standard deviation of the pixel that it was, mean (geometric) of u and v, px; 0 where features are lengths.
+    #[must_use]
+    pub fn mean_sigma_px(&self) -> f64 {
+        let [u, v] = self.sigma_px.map(f64::from);
+        (u * v).sqrt()
+    }
 }
 
 /// Everything the problem is made of.
@@ -248,9 +256,9 @@ pub fn point_in_camera(
     Ok(shape.map_or(point, |shape| corrected(&sheet, shape, (point, Matrix2::zeros())).0))
 }
 
-fn pixel_sigma(feature: &Feature, are_pixels: bool, config: &Config) -> f32 {
-    let sigma = feature.sigma.map_or(config.feature_sigma_px, |[u, v]| (u * v).sqrt());
-    if are_pixels { sigma as f32 } else { 0.0 }
+fn pixel_sigma(feature: &Feature, are_pixels: bool, config: &Config) -> [f32; 2] {
+    let sigma = feature.sigma.unwrap_or([config.feature_sigma_px; 2]);
+    if are_pixels { sigma.map(|sigma| sigma as f32) } else { [0.0; 2] }
 }
 
 fn count_lines(list: &[Observation]) -> Result<usize, Error> {

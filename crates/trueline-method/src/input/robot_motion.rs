@@ -3,6 +3,7 @@
 use crate::config::{Config, ResidualKind};
 use crate::error::Error;
 use crate::input::repeated_poses::{self, Updates};
+use crate::order_statistics::median;
 use trueline_dataset::{Recording, RobotSample};
 use trueline_geometry::trajectory::{GAP_PERIODS, TrajectoryError};
 use trueline_geometry::{Pose, Trajectory, curve, smooth};
@@ -20,6 +21,8 @@ pub struct RobotMotion {
     pub noise_m: f64,
     /// Whether the trajectory is a local fit to the recorded poses.
     pub smoothed: bool,
+    /// Half the window of that fit, s.
+    pub half_window_s: f64,
     /// Samples that only repeat the pose of the one before while the robot moves, and are left out.
     pub repeated: usize,
     /// Standard deviation of how late the others are for that, s.
@@ -29,6 +32,9 @@ pub struct RobotMotion {
 /// Below this the robot's noise does not matter, and its poses are taken as recorded: a twentieth of what
 /// the feature itself contributes.
 const SMOOTH_ABOVE_M: f64 = 1e-6;
+/// Half a window of this part of the time between pictures: what local quadratics leave of the noise is then alike in no two of
+/// them (its correlation crosses zero at 1.25 times half a window).
+const UNSHARED: f64 = 0.8;
 /// For so long a robot's path is straight: at 2 m/s² it then bends by 2 · T²/8 = 6 µm.
 const STRAIGHT_S: f64 = 0.005;
 /// A robot that stays within this shift and [`LEAST_TURN_RAD`] does not move.
@@ -49,12 +55,16 @@ impl RobotMotion {
         let recorded_noise_m = smooth::position_noise(recorded.times(), &poses, period_s, gap_limit_s);
         // The paper's residual comes with the paper's motion: straight between samples as they are.
         let as_recorded = config.residual == ResidualKind::PointToLine;
-        let noise_left = smooth::noise_left(period_s);
+        let most_s = frame_period_s(recording) * UNSHARED;
+        let half_window_s =
+            smooth::half_window_s(recorded.times(), &poses, gap_limit_s, recorded_noise_m, most_s);
+        let noise_left = smooth::noise_left(period_s, half_window_s);
         let smoothed = !as_recorded && recorded_noise_m > SMOOTH_ABOVE_M && noise_left < 1.0;
         let trajectory = if as_recorded {
             recorded
         } else {
-            path(recorded.times(), &poses, gap_limit_s, smoothed).map_err(Error::Trajectory)?
+            path(recorded.times(), &poses, gap_limit_s, smoothed.then_some(half_window_s))
+                .map_err(Error::Trajectory)?
         };
         Ok(Self {
             trajectory,
@@ -62,6 +72,7 @@ impl RobotMotion {
             recorded_noise_m,
             noise_m: recorded_noise_m * if smoothed { noise_left } else { 1.0 },
             smoothed,
+            half_window_s,
             repeated: updates.repeated,
             late_sigma_s: updates.late_sigma_s,
         })
@@ -76,7 +87,7 @@ impl RobotMotion {
         let every_other = |first: usize| {
             let samples = times.iter().copied().zip(poses.iter().copied());
             let (times, poses): (Vec<f64>, Vec<Pose>) = samples.skip(first).step_by(2).unzip();
-            path(&times, &poses, gap_limit_s, self.smoothed).ok()
+            path(&times, &poses, gap_limit_s, self.smoothed.then_some(self.half_window_s)).ok()
         };
         Some([every_other(0)?, every_other(1)?])
     }
@@ -97,14 +108,21 @@ fn news(recording: &Recording, times_s: &[f64]) -> (Vec<f64>, Vec<Pose>, Updates
     (times, poses, updates)
 }
 
-/// The path through samples: their noise taken out, and curved where they are far apart.
+/// Median time between pictures, s.
+fn frame_period_s(recording: &Recording) -> f64 {
+    let steps = recording.features.windows(2).map(|pair| (pair[1].stamp_ns - pair[0].stamp_ns) as f64 * 1e-9);
+    median(steps.filter(|step_s| *step_s > 0.0)).unwrap_or(0.0)
+}
+
+/// The path through samples: their noise taken out within half a window (s), and curved where they are far apart.
 fn path(
     times: &[f64],
     poses: &[Pose],
     gap_limit_s: f64,
-    smoothed: bool,
+    half_window_s: Option<f64>,
 ) -> Result<Trajectory, TrajectoryError> {
-    let poses = if smoothed { smooth::local_quadratic(times, poses, gap_limit_s) } else { poses.to_vec() };
+    let smoothed = |half_s: f64| smooth::local_quadratic(times, poses, gap_limit_s, half_s);
+    let poses = half_window_s.map_or_else(|| poses.to_vec(), smoothed);
     let (times, poses) = curve::densified(times, &poses, gap_limit_s, STRAIGHT_S);
     Trajectory::new(times, &poses)
 }

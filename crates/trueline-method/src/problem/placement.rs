@@ -2,7 +2,7 @@
 
 use crate::input::observations::{Observation, Observations};
 use crate::problem::parameters::Parameters;
-use trueline_geometry::Trajectory;
+use trueline_geometry::{Pose, Trajectory};
 use trueline_model::Placement;
 
 /// Where the sensor was at the exposure of an observation; `None` outside the recording or in a gap.
@@ -24,9 +24,17 @@ pub fn placement_on(
     at: &Parameters,
     hint: &mut usize,
 ) -> Option<Placement> {
-    let exposure_s = observation.stamp_s - at.time_offset_s;
-    let index = trajectory.bracket(exposure_s, *hint)?;
-    *hint = index;
-    let segment = trajectory.segment(index)?;
-    Some(Placement::new(segment, exposure_s, &at.tool_from_camera))
+    placement_then(trajectory, observation.stamp_s - at.time_offset_s, &at.tool_from_camera, hint)
+}
+
+/// The same at an exposure, s.
+#[must_use]
+pub fn placement_then(
+    trajectory: &Trajectory,
+    exposure_s: f64,
+    tool_from_camera: &Pose,
+    hint: &mut usize,
+) -> Option<Placement> {
+    *hint = trajectory.bracket(exposure_s, *hint)?;
+    Some(Placement::new(trajectory.segment(*hint)?, exposure_s, tool_from_camera))
 }

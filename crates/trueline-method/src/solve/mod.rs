@@ -1,6 +1,7 @@
 //! Start → optimum → covariance.
 
 pub mod covariance;
+pub mod drawn_lines;
 pub mod fit;
 pub mod iteration_record;
 pub mod line_anchors;

@@ -76,12 +76,13 @@ impl Streaming {
             return Err(TrajectoryError::TimeRunsBackwards { index: self.recent.len() });
         }
         self.recent.push_back((time_s, base_from_tool));
-        let window_s = if self.observations.robot.smoothed { smooth::HALF_WINDOW_S } else { 0.0 };
+        let robot = &self.observations.robot;
+        let window_s = if robot.smoothed { robot.half_window_s } else { 0.0 };
         let (times, poses): (Vec<f64>, Vec<Pose>) = self.recent.iter().copied().unzip();
         let gap_limit_s = self.observations.robot.trajectory.gap_limit();
         while self.settled < times.len() && time_s - times[self.settled] >= window_s {
             let pose = if window_s > 0.0 {
-                smooth::smoothed(&times, &poses, self.settled, gap_limit_s)
+                smooth::smoothed(&times, &poses, self.settled, [gap_limit_s, window_s])
             } else {
                 poses[self.settled]
             };

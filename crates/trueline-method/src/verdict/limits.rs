@@ -24,3 +24,5 @@ pub(super) const CROSS_VALIDATION_SIGMAS: f64 = 5.0;
 pub(super) const CROSS_VALIDATION_RATIO: f64 = 1.1;
 /// A dozen unknowns make the error of prediction: chance does not make its square four times what is expected.
 pub(super) const CROSS_VALIDATION_SURPLUS: f64 = 4.0;
+/// A seam point that the scan alone leaves less well known than this is not what a user expects, m.
+pub(super) const POORLY_KNOWN_M: f64 = 0.5e-3;

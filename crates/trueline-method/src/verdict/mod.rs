@@ -4,12 +4,15 @@ mod limits;
 mod quantity;
 mod reason;
 mod reject;
+mod stream_name;
 mod warn;
 mod warning;
+mod warning_words;
 
 pub use quantity::{Axis, Quantity};
 pub use reason::{Answer, Reason};
-pub use warning::{StreamName, Warning};
+pub use stream_name::StreamName;
+pub use warning::Warning;
 
 use crate::findings::Findings;
 

@@ -44,6 +44,8 @@ pub enum Reason {
     AmbiguousTimeOffset {
         /// The answers, the one given first.
         answers: Vec<Answer>,
+        /// How long was scanned, s.
+        lasts_s: f64,
     },
     /// The answer contradicts what was stated of the cell.
     StatementContradicted,
@@ -105,6 +107,8 @@ pub enum Reason {
         step_s: f64,
         /// Its standard deviation, s.
         sigma_s: f64,
+        /// How many pictures that is, where it is a whole number of them.
+        pictures: Option<u32>,
     },
     /// A required accuracy is missed.
     RequirementMissed {
@@ -163,7 +167,7 @@ impl fmt::Display for Reason {
             Self::WrongTimeOffset { time_offset_s, better_time_offset_s, explains, better_explains } => {
                 wrong_time_offset([time_offset_s, better_time_offset_s], [explains, better_explains])
             }
-            Self::AmbiguousTimeOffset { ref answers } => ambiguous_time_offset(answers),
+            Self::AmbiguousTimeOffset { ref answers, lasts_s } => ambiguous_time_offset(answers, lasts_s),
             Self::StatementContradicted => {
                 "the answer contradicts what was stated of the cell: the time offset is outside of the window, or the \
                  sensor looks along another axis of the tool"
@@ -182,7 +186,9 @@ impl fmt::Display for Reason {
             Self::TooManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
             Self::OtherTimeOffset { span_s, step_s } => other_time_offset(span_s, step_s),
             Self::RobotStreamFroze { span_s } => robot_stream_froze(span_s),
-            Self::ClockStep { at_s, step_s, sigma_s } => clock_step(at_s, step_s, sigma_s),
+            Self::ClockStep { at_s, step_s, sigma_s, pictures } => {
+                clock_step([at_s, step_s, sigma_s], pictures)
+            }
             Self::RequirementMissed { quantity, sigma_si, required_si } => {
                 requirement_missed(quantity, sigma_si, required_si)
             }
@@ -212,11 +218,20 @@ fn wrong_time_offset(offsets_s: [f64; 2], explain: [f64; 2]) -> String {
     )
 }
 
-fn ambiguous_time_offset(answers: &[Answer]) -> String {
+/// A scan of less than this shows some turns of a weave only, s.
+const SHORT_S: f64 = 8.0;
+
+fn ambiguous_time_offset(answers: &[Answer], lasts_s: f64) -> String {
     let list: Vec<String> = answers.iter().map(answer).collect();
+    let (because, instead) = if lasts_s < SHORT_S {
+        let because = format!("it lasts {lasts_s:.1} s only, or its path repeats itself");
+        (because, "scan for 20 s, with frequencies that have no common multiple")
+    } else {
+        ("the path repeats itself".to_owned(), "scan with frequencies that have no common multiple")
+    };
     format!(
-        "{} answers explain the scan equally well, because the path repeats itself: {}. State what is known of the cell, \
-         give an initial guess, or scan with frequencies that have no common multiple",
+        "{} answers explain the scan equally well, because {because}: {}. State what is known of the cell, give an initial \
+         guess, or {instead}",
         list.len(),
         list.join("; ")
     )
@@ -266,12 +281,17 @@ fn robot_stream_froze([from, to]: [f64; 2]) -> String {
     )
 }
 
-fn clock_step(at_s: f64, step_s: f64, sigma_s: f64) -> String {
-    format!(
-        "one of the clocks stepped at about {at_s:.3} s: the time offset changes there by {:+.3} ± {:.3} ms",
-        step_s * MS_PER_S,
-        sigma_s * MS_PER_S
-    )
+fn clock_step([at_s, step_s, sigma_s]: [f64; 3], pictures: Option<u32>) -> String {
+    let by = format!("{:+.3} ± {:.3} ms", step_s * MS_PER_S, sigma_s * MS_PER_S);
+    match pictures {
+        None => {
+            format!("one of the clocks stepped at about {at_s:.3} s: the time offset changes there by {by}")
+        }
+        Some(pictures) => format!(
+            "the time offset changes at about {at_s:.3} s by {by}, which is {pictures} picture(s): they are missing (or doubled) there, and the others were stamped by \
+             counting; or one of the clocks stepped"
+        ),
+    }
 }
 
 fn requirement_missed(quantity: Quantity, sigma_si: f64, required_si: f64) -> String {

@@ -6,8 +6,19 @@ use super::reason::{Answer, Reason};
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::sensor_shape::SensorShape;
 use crate::findings::Findings;
+use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::Mirrored;
+use crate::input::timestamps::StampReport;
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
+
+/// A step is a whole number of pictures if it is one to within so many standard deviations …
+const WHOLE_SIGMAS: f64 = 4.0;
+/// … of at least this part of a picture …
+const LEAST_SPREAD: f64 = 0.01;
+/// … and if these are less than this part of one.
+const MOST_SPREAD: f64 = 0.4;
+/// Stamps that stray by less than this part of a picture were made by counting.
+const EVEN_JITTER: f64 = 1e-3;
 
 /// Why the result cannot be accepted, in the order in which a user should read it.
 pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
@@ -27,7 +38,8 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
         reasons.push(Reason::NotConverged { termination: f.fit.termination });
     }
     if residuals_are_too_large(f) {
-        reasons.push(Reason::ResidualsTooLarge { noise_factor: f.fit.noise_factor });
+        let noise_factor = f.stripe_noise_factor().map_or(f.fit.noise_factor, |n| n.max(f.fit.noise_factor));
+        reasons.push(Reason::ResidualsTooLarge { noise_factor });
     }
     let off = f.checks.held_sensor.filter(SensorShape::is_off);
     reasons.extend(off.map(|shape| Reason::SensorOff { shape }));
@@ -45,6 +57,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
         at_s: f.streams.stamp_s(step.at_s),
         step_s: step.step_s,
         sigma_s: step.sigma_s,
+        pictures: whole_pictures(&f.streams.images, &step),
     }));
     reasons.extend(missed_requirements(f));
     reasons
@@ -53,7 +66,8 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
 /// Residuals that are no noise: they follow the motion, or are larger than any edge explains.
 pub(super) fn residuals_are_too_large(f: &Findings) -> bool {
     let factor = f.fit.noise_factor;
-    factor > MOST_NOISE_FACTOR || factor > NOISE_FACTOR && !f.fit.structure.may_be_noise()
+    let stripes_are = f.stripe_noise_factor().is_some_and(|factor| factor > MOST_NOISE_FACTOR);
+    stripes_are || factor > MOST_NOISE_FACTOR || factor > NOISE_FACTOR && !f.fit.structure.may_be_noise()
 }
 
 /// A rival of the answer that is better, or that the scan does not tell from it.
@@ -72,12 +86,22 @@ fn other_minima(f: &Findings) -> Vec<Reason> {
         better_explains: rival.test.explains,
     }));
     if ambiguity.is_open() {
-        reasons.push(Reason::AmbiguousTimeOffset { answers: answers(f) });
+        let lasts_s = f.streams.images.median_period_s * f.streams.images.count as f64;
+        reasons.push(Reason::AmbiguousTimeOffset { answers: answers(f), lasts_s });
     }
     if ambiguity.contradicted {
         reasons.push(Reason::StatementContradicted);
     }
     reasons
+}
+
+/// How many pictures a step of the time offset is, where their stamps are even, as those that were made by counting are.
+fn whole_pictures(images: &StampReport, step: &Step) -> Option<u32> {
+    let period_s = images.period_s?;
+    let (pictures, spread) = (step.step_s.abs() / period_s, images.jitter_s?.hypot(step.sigma_s) / period_s);
+    let is_whole = (pictures - pictures.round()).abs() < WHOLE_SIGMAS * spread.max(LEAST_SPREAD);
+    let is_even = images.jitter_s? < EVEN_JITTER * period_s && WHOLE_SIGMAS * spread < MOST_SPREAD;
+    (is_even && is_whole && pictures > MOST_SPREAD).then_some(pictures.round() as u32)
 }
 
 /// The answer given and those that the scan does not tell from it.

@@ -2,11 +2,12 @@
 
 use super::limits::{
     CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_OUTLIERS, MANY_SKIPPED,
-    OUTLIERS, USUAL_NOISE_FACTOR,
+    OUTLIERS, POORLY_KNOWN_M, USUAL_NOISE_FACTOR,
 };
 use super::quantity::{Axis, Quantity};
 use super::reject::residuals_are_too_large;
-use super::warning::{StreamName, Warning};
+use super::stream_name::StreamName;
+use super::warning::Warning;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
@@ -36,6 +37,14 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         size_si: cause.size,
         sigma_si: cause.sigma,
     }));
+    warnings.extend(f.checks.robot_seems.map(|seems| Warning::RobotWorse {
+        seems,
+        taken: f.checks.robot_taken,
+        stated: f.checks.seam_error.is_some_and(|error| error.levels.robot_is_stated),
+    }));
+    warnings.extend(f.fit.widened_by.map(|by| Warning::WidenedByProfile { by }));
+    let scan_alone_m = f.checks.seam_error.map(|error| error.scan_alone_m()).filter(|m| *m > POORLY_KNOWN_M);
+    warnings.extend(scan_alone_m.map(|scan_alone_m| Warning::PoorlyKnown { scan_alone_m }));
     let bias = f.checks.feature_bias.filter(|bias| bias.is_found);
     warnings.extend(bias.map(|bias| Warning::FeatureBias { bias }));
     if f.checks.mirrored == Mirrored::ToldApartBySensor {
@@ -51,6 +60,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     }
     warnings.extend(f.checks.disruptions.iter().filter_map(|disruption| doubtful_stretch(f, disruption)));
     warnings.extend(unusual_noise(f));
+    warnings.extend(stripe_noise(f));
     warnings.extend(follows_motion(f));
     let share = f.outlier_share();
     if share > MANY_OUTLIERS && share <= OUTLIERS {
@@ -91,6 +101,13 @@ fn unusual_noise(f: &Findings) -> Option<Warning> {
     let ([least, most], noise_factor) = (USUAL_NOISE_FACTOR, f.fit.noise_factor);
     let usual = residuals_are_too_large(f) || (least..=most).contains(&noise_factor);
     (!usual).then_some(Warning::UnusualNoise { noise_factor })
+}
+
+/// That of the stripes, where they are the answer.
+fn stripe_noise(f: &Findings) -> Option<Warning> {
+    let (noise_factor, [least, most]) = (f.stripe_noise_factor()?, USUAL_NOISE_FACTOR);
+    let usual = residuals_are_too_large(f) || (least..=most).contains(&noise_factor);
+    (!usual).then_some(Warning::StripeNoise { noise_factor })
 }
 
 fn follows_motion(f: &Findings) -> Option<Warning> {

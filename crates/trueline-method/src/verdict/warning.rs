@@ -1,34 +1,20 @@
 //! What to look at though a calibration can be used.
 
-use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity};
+use super::quantity::{Axis, MM_PER_M, Quantity};
+use super::stream_name::StreamName;
+use super::warning_words::{
+    clock_drift, coarse_stamps, decided_by_user, feature_bias, features_skipped, likely_cause, misfit, moves,
+    robot_worse, stamp_steps, stripe_noise, stripes_disagree, unusual_noise,
+};
 use crate::assess::misfit_cause::CauseKind;
 use crate::assess::observability::Unobservable;
+use crate::assess::robot_field::RobotSigmas;
 use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::DecidedBy;
 use crate::hypotheses::feature_bias::FeatureBias;
 use crate::input::skip::Skip;
 use std::collections::BTreeMap;
 use std::fmt;
-
-/// Which stream of the recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StreamName {
-    /// The robot's poses.
-    Robot,
-    /// The images.
-    Images,
-}
-
-impl StreamName {
-    /// Its name in a sentence.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Robot => "robot",
-            Self::Images => "image",
-        }
-    }
-}
 
 /// One warning. Times are those of the recording's files, s.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,6 +65,30 @@ pub enum Warning {
         sigmas: f64,
         /// Whether the stripes' answer is used all the same.
         used: bool,
+    },
+    /// The scan does not behave as a quadratic within its ±, and these were widened to what the likelihood says.
+    WidenedByProfile {
+        /// How many times, along the turn that is known least.
+        by: f64,
+    },
+    /// The residuals are those of a robot that is further off its poses than it was taken to be.
+    RobotWorse {
+        /// How far it is off within the scan by the residuals.
+        seems: RobotSigmas,
+        /// What was taken.
+        taken: RobotSigmas,
+        /// Whether somebody stated that.
+        stated: bool,
+    },
+    /// The scan alone leaves a seam point known badly.
+    PoorlyKnown {
+        /// One standard deviation of a seam point by the scan alone, m.
+        scan_alone_m: f64,
+    },
+    /// The stripes that the answer was made of are noisier, or less noisy, than is said of them.
+    StripeNoise {
+        /// How many times.
+        noise_factor: f64,
     },
     /// In a stretch of the scan nearly all features lie on another line.
     OtherLine {
@@ -188,6 +198,10 @@ impl Warning {
             Self::FeatureBias { .. } => "feature-bias",
             Self::MirrorBySensor => "mirror-by-sensor",
             Self::StripesDisagree { .. } => "stripes-disagree",
+            Self::WidenedByProfile { .. } => "widened",
+            Self::RobotWorse { .. } => "robot-inaccurate",
+            Self::PoorlyKnown { .. } => "poorly-known",
+            Self::StripeNoise { .. } => "stripe-noise",
             Self::HeldAtGuess { .. } => "held-at-guess",
             Self::OtherLine { .. } => "other-line",
             Self::OutlierStretch { .. } => "outlier-stretch",
@@ -224,6 +238,17 @@ impl fmt::Display for Warning {
                  its file by a percent or so; tilt the torch further, or give a guess"
                 .to_owned(),
             Self::StripesDisagree { sigmas, used } => stripes_disagree(sigmas, used),
+            Self::WidenedByProfile { by } => format!(
+                "this scan shows a turn of the sensor so weakly that the usual ± would be too small: it is {by:.1} times as large \
+                 there, as the likelihood says; tilt further, or change the stand-off more"
+            ),
+            Self::RobotWorse { seems, taken, stated } => robot_worse(seems, taken, stated),
+            Self::PoorlyKnown { scan_alone_m } => format!(
+                "a seam point is known to ± {:.1} mm only by this scan: scan for 20 s, tilt by 15° or more about two axes, and \
+                 change the stand-off (`trueline plan` finds a path)",
+                scan_alone_m * MM_PER_M
+            ),
+            Self::StripeNoise { noise_factor } => stripe_noise(noise_factor),
             Self::HeldAtGuess { ref held } => {
                 let held: Vec<String> = held.iter().map(ToString::to_string).collect();
                 format!("held at the initial guess: {}", held.join("; "))
@@ -243,10 +268,7 @@ impl fmt::Display for Warning {
                  point moves with speed or tilt, look like this"
             ),
             Self::ManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
-            Self::ClockDrift { ppm, sigma_ppm, about_s } => format!(
-                "the image clock drifts by {ppm:+.1} ± {sigma_ppm:.1} ppm against the robot's; this is taken out, and \
-                 the time offset holds at {about_s:.1} s"
-            ),
+            Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
             Self::RepeatedPoses { repeated, rows } => format!(
                 "{repeated} of {rows} robot rows only repeat the pose before: the controller has news less often than \
                  it is asked; the first of each is used"
@@ -280,130 +302,4 @@ fn cause_code(kind: CauseKind) -> &'static str {
         CauseKind::SideBias => "side-bias",
         CauseKind::TiltBias => "feature-bias",
     }
-}
-
-fn likely_cause(kind: CauseKind, size: f64, sigma: f64) -> String {
-    let (mm, ms) =
-        (format!("{:.3} ± {:.3} mm", size * MM_PER_M, sigma * MM_PER_M), [size, sigma].map(|s| s * MS_PER_S));
-    match kind {
-        CauseKind::Flex => format!(
-            "the residuals are those of an arm that gives way: its tool lags behind by {mm} for each m/s² of acceleration; \
-             scan more slowly, or round the turns of the path"
-        ),
-        CauseKind::Backlash => format!(
-            "the residuals are those of play in the robot: {mm} whenever the motion turns round; the time offset takes up a \
-             part of it. Scan so that the axes turn round less often"
-        ),
-        CauseKind::AttitudeLag => format!(
-            "the robot's attitude is reported {:.2} ± {:.2} ms later than its position; the ± do not contain it",
-            ms[0], ms[1]
-        ),
-        CauseKind::RollingShutter => format!(
-            "the rows of a picture are exposed one after the other, {:.1} ± {:.1} ms from the first to the last; use the \
-             camera's global shutter, or scan more slowly",
-            ms[0], ms[1]
-        ),
-        CauseKind::TiltBias => tilt_bias(size, sigma),
-        CauseKind::SideBias => format!(
-            "the detector errs by {size:.2} ± {sigma:.2} px to different sides on the two halves of the picture; look at \
-             its features in the pictures"
-        ),
-    }
-}
-
-fn feature_bias(bias: &FeatureBias) -> String {
-    let (px, sigma_px) = bias.clearest_px();
-    format!("{}; this is taken out", tilt_bias(px, sigma_px))
-}
-
-fn tilt_bias(px: f64, sigma_px: f64) -> String {
-    format!(
-        "the detector's point moves with the tilt, by {:.2} ± {sigma_px:.2} px for each 10° (a pass with the sensor spun by \
-         180° about its view shows it best)",
-        px.abs()
-    )
-}
-
-fn features_skipped(skipped: &BTreeMap<Skip, usize>) -> String {
-    let list: Vec<String> = skipped.iter().map(|(why, count)| format!("{count}: {why}")).collect();
-    format!("{} features could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
-}
-
-fn unusual_noise(noise_factor: f64) -> String {
-    format!(
-        "residuals are {noise_factor:.2} times the expected noise; the ± are scaled by it. Either the stated noise is \
-         wrong, or something is left that is no noise: the sensor's own calibration, a bent line, a robot that is off \
-         its path"
-    )
-}
-
-fn stripes_disagree(sigmas: f64, used: bool) -> String {
-    format!(
-        "the whole stripes and the seam points give answers that are {sigmas:.1} sigma apart: {}. Plates that are bent near the \
-         seam, a weld bead in the corner, or another edge than the plates' own look like this",
-        if used { "those of the stripes are used, as asked" } else { "the seam points are used" }
-    )
-}
-
-fn coarse_stamps(stream: StreamName, grain_s: f64) -> String {
-    format!(
-        "the {} stamps are whole multiples of {:.1} ms: if they were rounded down or up rather than to the nearest, the \
-         time offset is off by half of that, or by all of it where samples come in whole multiples of it; its ± allows for \
-         it",
-        stream.name(),
-        grain_s * MS_PER_S
-    )
-}
-
-/// Most steps of a stream's stamps that are listed in the sentence.
-const MOST_STEPS: usize = 3;
-
-/// A step of a clock shows in its stream only up to whole periods.
-fn stamp_steps(stream: StreamName, steps: &[(f64, f64)], period_s: f64) -> String {
-    let first = steps.iter().take(MOST_STEPS);
-    let list: Vec<String> =
-        first.map(|(at_s, step_s)| format!("{:+.2} ms at {at_s:.3} s", step_s * MS_PER_S)).collect();
-    let more = match steps.len().saturating_sub(MOST_STEPS) {
-        0 => String::new(),
-        more => format!(" and {more} times more"),
-    };
-    format!(
-        "the {} stamps step by {}{more} (known up to whole periods of {:.2} ms)",
-        stream.name(),
-        list.join(", "),
-        period_s * MS_PER_S
-    )
-}
-
-fn misfit(rms_m: f64, fitted_rms_m: f64) -> String {
-    format!(
-        "the parts of the scan disagree: what the others predict of a part is {:.4} mm off, {:.2} times the fitted \
-         {:.4} mm; is the edge straight, and did nothing move?",
-        rms_m * MM_PER_M,
-        rms_m / fitted_rms_m,
-        fitted_rms_m * MM_PER_M
-    )
-}
-
-fn moves(quantity: Quantity, axis: Option<Axis>, moved_si: f64) -> String {
-    let (axis, moved) = (axis.map_or("", Axis::name), quantity.shown(moved_si));
-    match quantity {
-        Quantity::TimeOffset => format!("the time offset moves by {moved:.3} ms"),
-        Quantity::Rotation => format!("the rotation about {axis} moves by {moved:.4}°"),
-        Quantity::Translation => format!("the translation {axis} moves by {moved:.3} mm"),
-    }
-}
-
-fn decided_by_user(by: DecidedBy, other_time_offsets_s: &[f64]) -> String {
-    let others: Vec<String> =
-        other_time_offsets_s.iter().map(|offset_s| format!("{:.1} ms", offset_s * MS_PER_S)).collect();
-    let by = match by {
-        DecidedBy::Guess => "the initial guess",
-        DecidedBy::Statement => "what was stated of the cell",
-    };
-    format!(
-        "the scan alone does not tell this answer from {} other(s), with time offsets of {}: {by} decided",
-        others.len(),
-        others.join(", ")
-    )
 }

@@ -1,0 +1,77 @@
+//! Where the curvature at the optimum does not tell the ±: the profile of the likelihood.
+//!
+//! A scan that shows a turn of the sensor by half a degree or less well bends within its own ±. So the turn that is known least is
+//! moved by two standard deviations to either side, everything else is fitted again, and what the cost has grown by is compared
+//! with the 4 of a quadratic: a side that grows by less reaches so much further \[Pawitan2001, ch. 3\].
+
+use crate::problem::parameters::ROTATION;
+use crate::problem::prior::Prior;
+use crate::solve::fit::Fit;
+use crate::solve::settings::FitSettings;
+use crate::solve::solver::Solver;
+use nalgebra::{DMatrix, DVector, Matrix3};
+use trueline_lsq::LeastSquares;
+
+/// Turns that are known better than this behave as a quadratic, rad: 0.5°.
+const CURVED_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// So many standard deviations are gone to either side.
+const SIGMAS: f64 = 2.0;
+/// A smaller widening is that of the last digits of two fits.
+const LEAST: f64 = 1.1;
+/// A side that hardly grows at all is not known: more than this is said of no ±.
+const MOST: f64 = 20.0;
+
+/// A ± that is larger than the curvature says.
+#[derive(Clone, Debug)]
+pub struct Widening {
+    /// One standard deviation by the curvature, as a step of all unknowns.
+    pub sigma: DVector<f64>,
+    /// How many times larger it is.
+    pub by: f64,
+}
+
+impl Widening {
+    /// What it adds to the covariance.
+    #[must_use]
+    pub fn covariance(&self) -> DMatrix<f64> {
+        &self.sigma * self.sigma.transpose() * (self.by.powi(2) - 1.0)
+    }
+}
+
+/// Finds it for a fit and its covariance by noise; `None` where a quadratic is right.
+#[must_use]
+pub fn widening(solver: &Solver<'_>, fit: &Fit, covariance: &DMatrix<f64>) -> Option<Widening> {
+    if !solver.settings.fixed.is_empty() || fit.prior.is_some() {
+        return None;
+    }
+    let turns: Matrix3<f64> = covariance.fixed_view::<3, 3>(ROTATION, ROTATION).into();
+    let eigen = turns.symmetric_eigen();
+    let worst = eigen.eigenvalues.imax();
+    let sigma_rad = eigen.eigenvalues[worst].max(0.0).sqrt();
+    if sigma_rad <= CURVED_RAD {
+        return None;
+    }
+    let about = eigen.eigenvectors.column(worst).into_owned();
+    // The others follow the turn as the covariance has it.
+    let sigma = covariance.columns(ROTATION, 3) * about / sigma_rad;
+    let by = [1.0, -1.0].into_iter().map(|side| {
+        let grown = growth(solver, fit, &(&sigma * (side * SIGMAS)), &about.into());
+        grown.map_or(MOST, |grown| SIGMAS / grown.max(SIGMAS.powi(2) / MOST.powi(2)).sqrt())
+    });
+    let by = by.fold(1.0, f64::max);
+    (by > LEAST).then_some(Widening { sigma, by })
+}
+
+/// By how much twice the cost has grown where the turn about an axis of the tool is moved by a step and held there; `None` where
+/// nothing fits.
+fn growth(solver: &Solver<'_>, fit: &Fit, step: &DVector<f64>, about: &[f64; 3]) -> Option<f64> {
+    let at = fit.parameters();
+    let away = at.retract(step);
+    let mut prior = Prior::at(&away.guess());
+    prior.hold_rotation(about);
+    let held = Solver { settings: FitSettings { prior: Some(&prior), ..solver.settings }, ..*solver };
+    let moved = held.converge_from(fit, away).ok()?;
+    // Both by the weights of the one.
+    let problem = fit.problem(solver.observations, solver.settings.config);
+    Some(2.0 * (problem.cost(moved.parameters()) - problem.cost(at)))
+}

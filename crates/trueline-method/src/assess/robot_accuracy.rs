@@ -1,0 +1,147 @@
+//! How far the robot is off within the scan, as the residuals show it.
+//!
+//! Beside all other unknowns the score of the robot's modes is u = Zᵀ W r, and with S = Zᵀ W Z − Zᵀ W J C₀ Jᵀ W Z and errors that are α
+//! times those the modes were made for, u ~ N(0, S + α² S²): α is where that is most likely, on a grid. Errors of position and of
+//! attitude are tried, each for itself. They are said only where they explain most of the residuals: noise that lasts, or a seam that
+//! wanders, moves the modes as well.
+
+use crate::assess::robot_field::{RobotField, RobotSigmas};
+use crate::assess::systematic::robot_columns;
+use crate::config::ASSUMED_ROBOT_ACCURACY_M;
+use crate::problem::line_problem::LineProblem;
+use crate::problem::parameters::Parameters;
+use nalgebra::{DMatrix, DVector};
+use trueline_geometry::Pose;
+
+/// Modes that are looked at, the strongest of each of the six errors.
+const STRONGEST: usize = 8;
+/// The modes must explain this part of the residuals' squares.
+const EXPLAINS: f64 = 0.4;
+/// A robot that is less than so much worse than it was taken to be is as good as that.
+const WORSE: f64 = 1.5;
+/// The likelihood must be e⁵ times as large: once in a thousand scans.
+const LOG_RATIO: f64 = 5.0;
+/// Errors that are tried, times those of the robot that is assumed.
+const TRIED: [f64; 12] = [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 50.0];
+/// Directions of which the other unknowns leave less than this part of the strongest are theirs: the robot's constant part is the
+/// hand-eye transform's.
+const LEAST: f64 = 1e-6;
+
+/// The errors that the residuals of a solution show, whose covariance's root is `root`; `None` where they are not plainly larger than
+/// those that were taken. What is not plainly larger stays as it was taken.
+#[must_use]
+pub fn shown(
+    problem: &LineProblem<'_>,
+    at: &Parameters,
+    root: &DMatrix<f64>,
+    taken: RobotSigmas,
+) -> Option<RobotSigmas> {
+    let assumed = RobotSigmas::of_accuracy(ASSUMED_ROBOT_ACCURACY_M);
+    let scores = Scores::of(problem, at, root, assumed)?;
+    let [position, attitude] = [0, 1].map(|kind| scores.beside_others(kind));
+    let taken_times = [taken.position_m / assumed.position_m, taken.attitude_rad / assumed.attitude_rad];
+    if attitude.explained() > position.explained() {
+        let times = attitude.times(taken_times[1], scores.squares)?;
+        Some(RobotSigmas { attitude_rad: times * assumed.attitude_rad, ..taken })
+    } else {
+        let times = position.times(taken_times[0], scores.squares)?;
+        Some(RobotSigmas { position_m: times * assumed.position_m, ..taken })
+    }
+}
+
+/// Eigenvalues of S and what the score is along each direction.
+struct Beside(Vec<(f64, f64)>);
+
+impl Beside {
+    /// uᵀ S⁻¹ u.
+    fn explained(&self) -> f64 {
+        self.0.iter().map(|(value, score)| score * score / value).sum()
+    }
+
+    /// How many times larger than assumed the errors are; `None` where they are not plainly larger than `taken` times.
+    fn times(&self, taken: f64, squares: f64) -> Option<f64> {
+        let log_likelihood = |times: f64| {
+            let of = |(value, score): &(f64, f64)| {
+                let variance = value + times * times * value * value;
+                -0.5 * (variance.ln() + score * score / variance)
+            };
+            self.0.iter().map(of).sum::<f64>()
+        };
+        let best = TRIED.into_iter().max_by(|a, b| log_likelihood(*a).total_cmp(&log_likelihood(*b)))?;
+        let is_worse = best > WORSE * taken && log_likelihood(best) > log_likelihood(taken) + LOG_RATIO;
+        (is_worse && self.explained() > EXPLAINS * squares).then_some(best)
+    }
+}
+
+/// Sums over all observations.
+struct Scores {
+    /// Zᵀ W r.
+    score: DVector<f64>,
+    /// C½ᵀ Jᵀ W r, which only what is known beforehand keeps from zero.
+    others: DVector<f64>,
+    /// Zᵀ W Z.
+    own: DMatrix<f64>,
+    /// C½ᵀ Jᵀ W Z.
+    cross: DMatrix<f64>,
+    /// rᵀ W r.
+    squares: f64,
+}
+
+impl Scores {
+    fn of(
+        problem: &LineProblem<'_>,
+        at: &Parameters,
+        root: &DMatrix<f64>,
+        assumed: RobotSigmas,
+    ) -> Option<Self> {
+        let mut hint = 0;
+        let placed: Vec<_> = problem
+            .selected()
+            .filter_map(|pair| Some((pair, problem.placement(pair.0, at, &mut hint)?)))
+            .collect();
+        let poses: Vec<Pose> = placed.iter().map(|(_, placement)| placement.base_from_tool).collect();
+        let field = RobotField::new(assumed, &poses)?.strongest(STRONGEST);
+        let size = 6 * field.modes();
+        let mut sums = Self {
+            score: DVector::zeros(size),
+            others: DVector::zeros(root.ncols()),
+            own: DMatrix::zeros(size, size),
+            cross: DMatrix::zeros(root.ncols(), size),
+            squares: 0.0,
+        };
+        for (pair, placement) in &placed {
+            let (Some((residual, jacobian)), Some(columns)) = (
+                problem.whitened_where(*pair, at, placement),
+                robot_columns(&field, problem, *pair, at, placement),
+            ) else {
+                continue;
+            };
+            let weight = problem.loss.weight(residual.norm_squared());
+            let mut slopes = DMatrix::zeros(2, root.ncols());
+            for local in 0..problem.unknowns.local() {
+                let row = root.row(problem.unknowns.place(local, pair.0.line as usize));
+                slopes.ger(1.0, &jacobian.column(local), &row.transpose(), 1.0);
+            }
+            sums.score += columns.transpose() * residual * weight;
+            sums.others += slopes.transpose() * residual * weight;
+            sums.own.gemm_tr(weight, &columns, &columns, 1.0);
+            sums.cross.gemm_tr(weight, &slopes, &columns, 1.0);
+            sums.squares += weight * residual.norm_squared();
+        }
+        Some(sums)
+    }
+
+    /// What the other unknowns leave of the scores of position (0) or attitude (1).
+    fn beside_others(&self, kind: usize) -> Beside {
+        let chosen: Vec<usize> = (0..self.score.len()).filter(|k| k / 3 % 2 == kind).collect();
+        let cross = self.cross.select_columns(&chosen);
+        let raw = self.own.select_columns(&chosen).select_rows(&chosen);
+        let least = LEAST * raw.diagonal().max();
+        let own = raw - cross.transpose() * &cross;
+        let eigen = ((&own + own.transpose()) * 0.5).symmetric_eigen();
+        let beside = self.score.select_rows(&chosen) - cross.transpose() * &self.others;
+        let score = eigen.eigenvectors.transpose() * beside;
+        let pairs = eigen.eigenvalues.iter().copied().zip(score.iter().copied());
+        Beside(pairs.filter(|(value, _)| *value > least).collect())
+    }
+}

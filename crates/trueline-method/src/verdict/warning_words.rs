@@ -1,0 +1,174 @@
+//! Warnings that take more than a line to say.
+
+use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity};
+use super::stream_name::StreamName;
+use crate::assess::misfit_cause::CauseKind;
+use crate::assess::robot_field::RobotSigmas;
+use crate::hypotheses::choice::DecidedBy;
+use crate::hypotheses::feature_bias::FeatureBias;
+use crate::input::skip::Skip;
+use std::collections::BTreeMap;
+
+pub(super) fn likely_cause(kind: CauseKind, size: f64, sigma: f64) -> String {
+    let (mm, ms) =
+        (format!("{:.3} ± {:.3} mm", size * MM_PER_M, sigma * MM_PER_M), [size, sigma].map(|s| s * MS_PER_S));
+    match kind {
+        CauseKind::Flex => format!(
+            "the residuals are those of an arm that gives way: its tool lags behind by {mm} for each m/s² of acceleration; \
+             scan more slowly, or round the turns of the path"
+        ),
+        CauseKind::Backlash => format!(
+            "the residuals are those of play in the robot: {mm} whenever the motion turns round; the time offset takes up a \
+             part of it. Scan so that the axes turn round less often"
+        ),
+        CauseKind::AttitudeLag => format!(
+            "the robot's attitude is reported {:.2} ± {:.2} ms later than its position; the ± do not contain it",
+            ms[0], ms[1]
+        ),
+        CauseKind::RollingShutter => format!(
+            "the rows of a picture are exposed one after the other, {:.1} ± {:.1} ms from the first to the last; use the \
+             camera's global shutter, or scan more slowly",
+            ms[0], ms[1]
+        ),
+        CauseKind::TiltBias => tilt_bias(size, sigma),
+        CauseKind::SideBias => format!(
+            "the detector errs by {size:.2} ± {sigma:.2} px to different sides on the two halves of the picture; look at \
+             its features in the pictures"
+        ),
+    }
+}
+
+pub(super) fn feature_bias(bias: &FeatureBias) -> String {
+    let (px, sigma_px) = bias.clearest_px();
+    format!("{}; this is taken out", tilt_bias(px, sigma_px))
+}
+
+fn tilt_bias(px: f64, sigma_px: f64) -> String {
+    format!(
+        "the detector's point moves with the tilt, by {:.2} ± {sigma_px:.2} px for each 10° (a pass with the sensor spun by \
+         180° about its view shows it best)",
+        px.abs()
+    )
+}
+
+pub(super) fn features_skipped(skipped: &BTreeMap<Skip, usize>) -> String {
+    let list: Vec<String> = skipped.iter().map(|(why, count)| format!("{count}: {why}")).collect();
+    format!("{} features could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
+}
+
+pub(super) fn unusual_noise(noise_factor: f64) -> String {
+    format!(
+        "residuals are {noise_factor:.2} times the expected noise; the ± are scaled by it. Either the stated noise is \
+         wrong, or something is left that is no noise: the sensor's own calibration, a bent line, a robot that is off \
+         its path"
+    )
+}
+
+/// No clock drifts by more, ppm.
+const WORST_CLOCK_PPM: f64 = 1000.0;
+
+pub(super) fn clock_drift(ppm: f64, sigma_ppm: f64, about_s: f64) -> String {
+    let cause = if ppm.abs() > WORST_CLOCK_PPM {
+        "; no clock is that far off: the rate with which the stamps were made is not the sensor's"
+    } else {
+        ""
+    };
+    format!(
+        "the image clock drifts by {ppm:+.1} ± {sigma_ppm:.1} ppm against the robot's{cause}; this is taken out, and the time \
+         offset holds at {about_s:.1} s"
+    )
+}
+
+pub(super) fn robot_worse(seems: RobotSigmas, taken: RobotSigmas, stated: bool) -> String {
+    let off = if seems.attitude_rad > taken.attitude_rad {
+        let [seems, taken] = [seems, taken].map(|sigmas| sigmas.attitude_rad.to_degrees());
+        format!("whose attitude is off by some {seems:.3}° within the scan ({taken:.3}°")
+    } else {
+        let [seems, taken] = [seems, taken].map(|sigmas| sigmas.position_m * MM_PER_M);
+        format!("whose position is off by some {seems:.2} mm within the scan ({taken:.2} mm")
+    };
+    format!(
+        "the residuals change with the robot's pose as those of a robot {off} {}); the ± take it for as bad as it shows itself. \
+         Is the tool's frame right, and is the robot calibrated?",
+        if stated { "follow from its stated accuracy" } else { "were assumed" }
+    )
+}
+
+pub(super) fn stripe_noise(noise_factor: f64) -> String {
+    format!(
+        "the stripes are {noise_factor:.2} times as noisy as is said of them; the ± are scaled by it. Either their σ is wrong, or \
+         something is left that is no noise: plates that are rough or bent more than by 0.2 mm, reflections, a robot that is off \
+         its path"
+    )
+}
+
+pub(super) fn stripes_disagree(sigmas: f64, used: bool) -> String {
+    format!(
+        "the whole stripes and the seam points give answers that are {sigmas:.1} sigma apart: {}. Plates that are bent near the \
+         seam, a weld bead in the corner, or another edge than the plates' own look like this",
+        if used { "those of the stripes are used, as asked" } else { "the seam points are used" }
+    )
+}
+
+pub(super) fn coarse_stamps(stream: StreamName, grain_s: f64) -> String {
+    format!(
+        "the {} stamps are whole multiples of {:.1} ms: if they were rounded down or up rather than to the nearest, the \
+         time offset is off by half of that, or by all of it where samples come in whole multiples of it; its ± allows for \
+         it",
+        stream.name(),
+        grain_s * MS_PER_S
+    )
+}
+
+/// Most steps of a stream's stamps that are listed in the sentence.
+const MOST_STEPS: usize = 3;
+
+/// A step of a clock shows in its stream only up to whole periods.
+pub(super) fn stamp_steps(stream: StreamName, steps: &[(f64, f64)], period_s: f64) -> String {
+    let first = steps.iter().take(MOST_STEPS);
+    let list: Vec<String> =
+        first.map(|(at_s, step_s)| format!("{:+.2} ms at {at_s:.3} s", step_s * MS_PER_S)).collect();
+    let more = match steps.len().saturating_sub(MOST_STEPS) {
+        0 => String::new(),
+        more => format!(" and {more} times more"),
+    };
+    format!(
+        "the {} stamps step by {}{more} (known up to whole periods of {:.2} ms)",
+        stream.name(),
+        list.join(", "),
+        period_s * MS_PER_S
+    )
+}
+
+pub(super) fn misfit(rms_m: f64, fitted_rms_m: f64) -> String {
+    format!(
+        "the parts of the scan disagree: what the others predict of a part is {:.4} mm off, {:.2} times the fitted \
+         {:.4} mm; is the edge straight, and did nothing move?",
+        rms_m * MM_PER_M,
+        rms_m / fitted_rms_m,
+        fitted_rms_m * MM_PER_M
+    )
+}
+
+pub(super) fn moves(quantity: Quantity, axis: Option<Axis>, moved_si: f64) -> String {
+    let (axis, moved) = (axis.map_or("", Axis::name), quantity.shown(moved_si));
+    match quantity {
+        Quantity::TimeOffset => format!("the time offset moves by {moved:.3} ms"),
+        Quantity::Rotation => format!("the rotation about {axis} moves by {moved:.4}°"),
+        Quantity::Translation => format!("the translation {axis} moves by {moved:.3} mm"),
+    }
+}
+
+pub(super) fn decided_by_user(by: DecidedBy, other_time_offsets_s: &[f64]) -> String {
+    let others: Vec<String> =
+        other_time_offsets_s.iter().map(|offset_s| format!("{:.1} ms", offset_s * MS_PER_S)).collect();
+    let by = match by {
+        DecidedBy::Guess => "the initial guess",
+        DecidedBy::Statement => "what was stated of the cell",
+    };
+    format!(
+        "the scan alone does not tell this answer from {} other(s), with time offsets of {}: {by} decided",
+        others.len(),
+        others.join(", ")
+    )
+}
