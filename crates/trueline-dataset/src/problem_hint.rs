@@ -24,13 +24,11 @@ impl Problem {
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
             Self::NotFinite { .. } => "leave out rows without a measurement instead of writing nan",
             Self::NotACount { .. } => "line and frame are numbered 0, 1, 2, …",
-            Self::NotAPlate { .. } | Self::PlateTwice { .. } | Self::StripeWithoutLength => {
-                "a seam is where two plates meet, 0 and 1; each stripe is two points of it, apart from each other"
-            }
-            Self::StripeWithoutDirection { .. } => {
-                "sigma is that of a support point square to the stripe, in the unit of the points; leave out stripes without a direction"
-            }
-            Self::StripesWithoutLaserPlane => "give [laser_plane] in sensor.toml",
+            Self::NotAPlate { .. }
+            | Self::PlateTwice { .. }
+            | Self::StripeWithoutLength
+            | Self::StripeWithoutDirection { .. }
+            | Self::StripesWithoutLaserPlane => self.stripe_hint(),
             Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
             Self::NoNumberInName
             | Self::NumberTwice { .. }
@@ -130,6 +128,15 @@ impl Problem {
             }
             _ => {
                 "pictures are PNG, JPEG, TIFF or BMP; if the recording was cut off, leave the row of the broken one out of index.csv"
+            }
+        }
+    }
+
+    fn stripe_hint(&self) -> &'static str {
+        match self {
+            Self::StripesWithoutLaserPlane => "give [laser_plane] in sensor.toml",
+            _ => {
+                "a seam is where two plates meet, 0 and 1; each stripe is two points of it, further apart than its sigma"
             }
         }
     }

@@ -123,8 +123,8 @@ pub fn half_window_s(times: &[f64], poses: &[Pose], gap_limit: f64, noise_m: f64
         let count = squares.len() as f64;
         let bent =
             squares.iter().sum::<f64>() / count - by_noise.iter().sum::<f64>() / count * noise_m.powi(2);
-        // Nothing to try it on is no reason to widen; so is a comparison that fails.
-        if !(bent.max(0.0).sqrt() <= BENT * noise_m * (BENT_BY_TWICE - 1.0)) {
+        // Nothing to try it on is no reason to widen.
+        if squares.is_empty() || bent.max(0.0).sqrt() > BENT * noise_m * (BENT_BY_TWICE - 1.0) {
             break;
         }
         half_s *= WIDER;

@@ -179,6 +179,33 @@ fn equal_stamps_and_falling_stamps() {
     assert!(Trajectory::new(vec![0.0], &turning(&[0.0])).is_err());
 }
 
+/// What a window 0.048 s wide to either side leaves of a sine, x⁗ h⁴/280 \[Savitzky1964\], is 0.3 µm of 10 mm at 1 Hz and 0.1 mm of 5 mm
+/// at 5 Hz; the bound is 15 times 0.02 of the noise, 9 µm.
+#[test]
+fn the_window_is_as_wide_as_the_motion_allows() {
+    let times: Vec<f64> = (0..1500).map(|k| f64::from(k) * 0.012).collect();
+    let mut state = 1_u64;
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt() * 3e-5
+    };
+    let mut width = |amplitude_m: f64, frequency_hz: f64, most_s: f64| {
+        let at = |t: &f64| amplitude_m * (std::f64::consts::TAU * frequency_hz * t).sin();
+        let poses: Vec<Pose> = times
+            .iter()
+            .map(|t| {
+                se3::from_parts(so3::exp(&Vector3::zeros()), Vector3::new(at(t) + noise(), noise(), noise()))
+            })
+            .collect();
+        smooth::half_window_s(&times, &poses, 0.048, 3e-5, most_s)
+    };
+    assert!((0.045..=0.053).contains(&width(0.010, 1.0, 0.053)));
+    assert_eq!(width(0.005, 5.0, 0.053), smooth::HALF_WINDOW_S);
+    assert_eq!(width(0.010, 1.0, 0.023), smooth::HALF_WINDOW_S);
+    // With four neighbours to either side half of the noise is left.
+    assert!((smooth::noise_left(0.012, 0.048) - 0.505).abs() < 1e-3);
+}
+
 #[test]
 fn the_local_fit_keeps_a_quadratic_motion_and_measures_noise() {
     let times: Vec<f64> = (0..500).map(|k| f64::from(k) * 0.004).collect();

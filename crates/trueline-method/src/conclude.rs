@@ -6,7 +6,7 @@ use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::{self, Subject};
 use crate::assess::misfit_cause::{self, CauseKind, MisfitCause};
 use crate::assess::observability::RANK_THRESHOLD;
-use crate::assess::profile_likelihood;
+use crate::assess::profile_likelihood::{self, Widening};
 use crate::assess::residuals::{self, FeatureResidual};
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::{self, SeamError, SeamErrorSources};
@@ -18,6 +18,7 @@ use crate::config::{HeldSigma, Measurements, ResidualKind, SensorMode};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::ambiguity::Ambiguity;
+use crate::hypotheses::clock_drift::DriftFree;
 use crate::hypotheses::feature_bias::{FeatureBias, TakenBias};
 use crate::hypotheses::search::Mirrored;
 use crate::hypotheses::unbiased::{Shown, inflation};
@@ -25,6 +26,7 @@ use crate::input::observations::origin_ns;
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
+use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
 use crate::solve::covariance::{self, Uncertainty};
 use crate::solve::drawn_lines;
@@ -74,16 +76,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let (config, fit, observations) =
         (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
     let problem = fit.problem(observations, config);
-    let mut uncertainty = covariance::assess(&problem, fit.parameters(), &fit.noise, &from.shown.information);
-    if let Structure::Correlated(noise) = &from.structure {
-        uncertainty.covariance = noise.covariance.clone();
-    }
-    let solver = Solver { observations, settings: *from.settings };
-    let is_seen = from.shown.all_observable();
-    let widening = profile_likelihood::widening(&solver, fit, &uncertainty.covariance).filter(|_| is_seen);
-    if let Some(widening) = &widening {
-        uncertainty.covariance += widening.covariance();
-    }
+    let (uncertainty, widening) = by_noise(from, &problem);
     let root = from.shown.information.covariance_root();
     let sums = SystematicSums::of(&problem, fit.parameters(), root, &from.levels);
     let systematic = sums.systematic(&from.levels, from.inflation()).with_held(
@@ -108,7 +101,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     });
     let streams = streams(from, skipped.get(&Skip::Repeated).copied().unwrap_or(0));
     let stamp_of = |f: &FeatureResidual| from.recording.features[f.row as usize].stamp_ns;
-    let setup = &from.recording.setup;
+    let is_stated = from.recording.setup.uncertainty.is_some();
     let findings = Findings {
         unknowns,
         fit: FitFindings {
@@ -124,23 +117,35 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
             features,
         },
         checks,
-        clock: ClockFindings {
-            drift: from.shown.steady.drift,
-            drifted: from.shown.steady.drifted,
-            step: from.shown.steady.step,
-            stepped: from.shown.steady.stepped,
-        },
+        clock: clock(&from.shown.steady),
         streams,
         stripes: None,
-        uncertainty_ignored: setup.uncertainty.is_some() && config.residual == ResidualKind::PointToLine,
+        uncertainty_ignored: is_stated && config.residual == ResidualKind::PointToLine,
         inputs: from.recording.inputs.clone(),
         config: config.clone(),
     };
-    judged(
-        from,
-        findings,
-        &SeamErrors { sums: &sums, systematic: &systematic, noise: &uncertainty.covariance },
-    )
+    let errors = SeamErrors { sums: &sums, systematic: &systematic, noise: &uncertainty.covariance };
+    judged(from, findings, &errors)
+}
+
+/// The covariance by noise, and how it was widened where a quadratic does not hold.
+fn by_noise(from: &Concluded<'_>, problem: &LineProblem<'_>) -> (Uncertainty, Option<Widening>) {
+    let (fit, observations) = (&from.shown.steady.fit, &from.shown.steady.observations);
+    let mut uncertainty = covariance::assess(problem, fit.parameters(), &fit.noise, &from.shown.information);
+    if let Structure::Correlated(noise) = &from.structure {
+        uncertainty.covariance = noise.covariance.clone();
+    }
+    let solver = Solver { observations, settings: *from.settings };
+    let is_seen = from.shown.all_observable();
+    let widening = profile_likelihood::widening(&solver, fit, &uncertainty.covariance).filter(|_| is_seen);
+    if let Some(widening) = &widening {
+        uncertainty.covariance += widening.covariance();
+    }
+    (uncertainty, widening)
+}
+
+fn clock(steady: &DriftFree) -> ClockFindings {
+    ClockFindings { drift: steady.drift, drifted: steady.drifted, step: steady.step, stepped: steady.stepped }
 }
 
 /// What the estimate from seam points owes to noise and to errors that are no noise.

@@ -45,7 +45,7 @@ pub fn fit_to(solver: &Solver<'_>, near: Fit, drawn: &[DrawnLine]) -> Result<Fit
         let found = &start.lines[*line];
         let agrees = line_in_base.direction().dot(&found.direction()) >= 0.0;
         let towards = if agrees { *line_in_base } else { line_in_base.reversed() };
-        start.lines[*line] = towards.anchored_near(&found.anchor());
+        start.lines[*line] = towards.anchored_near(found.anchor());
     }
     solver.fit(start)
 }

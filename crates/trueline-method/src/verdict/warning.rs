@@ -4,7 +4,8 @@ use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::stream_name::StreamName;
 use super::warning_words::{
     clock_drift, coarse_stamps, decided_by_user, feature_bias, features_skipped, likely_cause, misfit, moves,
-    robot_worse, stamp_steps, stripe_noise, stripes_disagree, unusual_noise,
+    poorly_known, robot_worse, stamp_steps, stripe_noise, stripes_disagree, structured, unusual_noise,
+    widened,
 };
 use crate::assess::misfit_cause::CauseKind;
 use crate::assess::observability::Unobservable;
@@ -238,16 +239,9 @@ impl fmt::Display for Warning {
                  its file by a percent or so; tilt the torch further, or give a guess"
                 .to_owned(),
             Self::StripesDisagree { sigmas, used } => stripes_disagree(sigmas, used),
-            Self::WidenedByProfile { by } => format!(
-                "this scan shows a turn of the sensor so weakly that the usual ± would be too small: it is {by:.1} times as large \
-                 there, as the likelihood says; tilt further, or change the stand-off more"
-            ),
+            Self::WidenedByProfile { by } => widened(by),
             Self::RobotWorse { seems, taken, stated } => robot_worse(seems, taken, stated),
-            Self::PoorlyKnown { scan_alone_m } => format!(
-                "a seam point is known to ± {:.1} mm only by this scan: scan for 20 s, tilt by 15° or more about two axes, and \
-                 change the stand-off (`trueline plan` finds a path)",
-                scan_alone_m * MM_PER_M
-            ),
+            Self::PoorlyKnown { scan_alone_m } => poorly_known(scan_alone_m),
             Self::StripeNoise { noise_factor } => stripe_noise(noise_factor),
             Self::HeldAtGuess { ref held } => {
                 let held: Vec<String> = held.iter().map(ToString::to_string).collect();
@@ -262,11 +256,7 @@ impl fmt::Display for Warning {
                 format!("from {from:.2} to {to:.2} s nearly all {features} features are outliers")
             }
             Self::UnusualNoise { noise_factor } => unusual_noise(noise_factor),
-            Self::StructuredResiduals { left } => format!(
-                "the residuals are no noise: they follow the motion (neighbours correlate by {left:.2} once noise that lasts \
-                 for some frames is taken out); the ± hold for noise. Flex, backlash or lag of the robot, or a detector whose \
-                 point moves with speed or tilt, look like this"
-            ),
+            Self::StructuredResiduals { left } => structured(left),
             Self::ManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
             Self::RepeatedPoses { repeated, rows } => format!(

@@ -79,6 +79,29 @@ pub(super) fn clock_drift(ppm: f64, sigma_ppm: f64, about_s: f64) -> String {
     )
 }
 
+pub(super) fn widened(by: f64) -> String {
+    format!(
+        "this scan shows a turn of the sensor so weakly that the usual ± would be too small: it is {by:.1} times as large there, as \
+         the likelihood says; tilt further, or change the stand-off more"
+    )
+}
+
+pub(super) fn poorly_known(scan_alone_m: f64) -> String {
+    format!(
+        "a seam point is known to ± {:.1} mm only by this scan: scan for 20 s, tilt by 15° or more about two axes, and change the \
+         stand-off (`trueline plan` finds a path)",
+        scan_alone_m * MM_PER_M
+    )
+}
+
+pub(super) fn structured(left: f64) -> String {
+    format!(
+        "the residuals are no noise: they follow the motion (neighbours correlate by {left:.2} once noise that lasts for some \
+         frames is taken out); the ± hold for noise. Flex, backlash or lag of the robot, or a detector whose point moves with speed \
+         or tilt, look like this"
+    )
+}
+
 pub(super) fn robot_worse(seems: RobotSigmas, taken: RobotSigmas, stated: bool) -> String {
     let off = if seems.attitude_rad > taken.attitude_rad {
         let [seems, taken] = [seems, taken].map(|sigmas| sigmas.attitude_rad.to_degrees());
