@@ -41,7 +41,8 @@ fn bound(cell: &Cell, motion: &Motion) -> SVector<f64, LINES> {
     let at = Parameters::straight(&truth.parameters, truth.lines.clone());
     let at = with_bows(&observed, &observed.list, at);
     let noise = NoiseLevels {
-        robot_sigma_m: cell.noise.robot_m * trueline_geometry::smooth::noise_left(
+        robot_sigma_m: cell.noise.robot_m
+            * trueline_geometry::smooth::noise_left(
                 cell.robot_period_s,
                 trueline_geometry::smooth::HALF_WINDOW_S,
             ),
