@@ -55,9 +55,13 @@ impl RobotMotion {
         let recorded_noise_m = smooth::position_noise(recorded.times(), &poses, period_s, gap_limit_s);
         // The paper's residual comes with the paper's motion: straight between samples as they are.
         let as_recorded = config.residual == ResidualKind::PointToLine;
-        let most_s = frame_period_s(recording) * UNSHARED;
-        let half_window_s =
-            smooth::half_window_s(recorded.times(), &poses, gap_limit_s, recorded_noise_m, most_s);
+        // A stream that the usual window holds enough of needs no wider one.
+        let half_window_s = if smooth::noise_left(period_s, smooth::HALF_WINDOW_S) < 1.0 {
+            smooth::HALF_WINDOW_S
+        } else {
+            let most_s = frame_period_s(recording) * UNSHARED;
+            smooth::half_window_s(recorded.times(), &poses, gap_limit_s, recorded_noise_m, most_s)
+        };
         let noise_left = smooth::noise_left(period_s, half_window_s);
         let smoothed = !as_recorded && recorded_noise_m > SMOOTH_ABOVE_M && noise_left < 1.0;
         let trajectory = if as_recorded {
