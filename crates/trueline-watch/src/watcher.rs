@@ -1,8 +1,9 @@
 //! Watches weld after weld with one calibration, forgets old ones, and has alarms told to others.
 
 use crate::store::{ReceiverRow, Store, StoreError};
+use crate::tell;
 use crate::tell::courier::{Courier, CourierError};
-use crate::tell::receiver::{self, ReceiverError};
+use crate::tell::receiver::ReceiverError;
 use crate::watch::{WatchError, Watched, watch};
 use crate::weld_line::WeldLine;
 use sha2::{Digest, Sha256};
@@ -96,7 +97,7 @@ impl Watcher {
         let store = Store::open(settings.state)?;
         let mut couriers = Vec::new();
         for address in settings.tell {
-            couriers.push(Courier::start(settings.state, receiver::at(address)?)?);
+            couriers.push(Courier::start(settings.state, tell::at(address)?)?);
         }
         Ok(Self { store, known, calibration, keep: settings.keep, couriers, alarms: 0 })
     }

@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver as Ear, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use trueline_watch::Store;
-use trueline_watch::tell::{Courier, receiver};
+use trueline_watch::tell::{Courier, at};
 
 const LONG: Duration = Duration::from_secs(30);
 
@@ -19,7 +19,7 @@ fn state(folder: &tempfile::TempDir) -> PathBuf {
 }
 
 fn courier(state: &Path, address: &str) -> Courier {
-    Courier::start(state, receiver::at(address).unwrap()).unwrap()
+    Courier::start(state, at(address).unwrap()).unwrap()
 }
 
 fn address(of: SocketAddr) -> String {
@@ -174,7 +174,7 @@ fn two_programs_tell_every_message_once() {
 fn what_is_no_address_is_refused() {
     for wrong in ["cell-pc", "ftp://a/b", "http://", "mqtt://host", "mqtt://host:x/topic", "mqtt://host/a/#"]
     {
-        assert!(receiver::at(wrong).is_err(), "{wrong}");
+        assert!(at(wrong).is_err(), "{wrong}");
     }
 }
 

@@ -1,5 +1,6 @@
 //! Tells others of alarms: who is told ([`Receiver`]), and how nothing of it is lost ([`Courier`]).
 
+mod address;
 pub mod courier;
 #[cfg(feature = "mqtt")]
 mod mqtt;
@@ -7,5 +8,6 @@ pub mod receiver;
 #[cfg(feature = "webhook")]
 mod webhook;
 
+pub use address::at;
 pub use courier::Courier;
 pub use receiver::{Receiver, ReceiverError};
