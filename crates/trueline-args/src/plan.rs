@@ -68,7 +68,7 @@ pub struct PlanArgs {
     /// Seed of the search
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Paths that are tried for each kind of path; half of them to find out which kind is best, half to better the best
+    /// Paths that are tried for each kind of path: a quarter of them anywhere, the rest near the best of these
     #[arg(long, default_value_t = 8_000)]
     pub tries: usize,
     /// Threads; one for each core if not given. The plan does not depend on it

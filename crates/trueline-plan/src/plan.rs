@@ -22,7 +22,7 @@ pub struct PlanRequest {
     pub shapes: Vec<Shape>,
     /// Seed of the search: the same gives the same plan.
     pub seed: u64,
-    /// Designs that are tried, times the number of shapes: half to find out which valleys are deep, half for the deepest.
+    /// Designs that are tried, times the number of shapes: a quarter to find out which valleys are deep, the rest for the deepest.
     pub evaluations: usize,
     /// Threads that search shapes side by side; the plan does not depend on it.
     pub threads: usize,
