@@ -9,15 +9,15 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
-use trueline::live::{CellRecording, CellState, Progress, Until, record_robot};
-use trueline_live::{HostClock, StreamBrief};
+use trueline::live::{CellRecording, CellState, Progress, RobotBrief, Until, record_robot};
+use trueline_live::HostClock;
 
 /// How often Python is asked whether somebody pressed Ctrl-C.
 const ASK_EVERY: Duration = Duration::from_millis(50);
 
 /// How a recording is doing, five times a second.
 struct Doing {
-    robot: StreamBrief,
+    robot: RobotBrief,
     cell: CellState,
 }
 
@@ -91,7 +91,7 @@ fn record(settings: &LiveSettings, stop: &AtomicBool, states: &Sender<Doing>) ->
     let mut cell = settings.cell(clock, &stopped)?;
     let mut link = settings.address()?.open(clock).map_err(Failure::from)?;
     let mut recording = CellRecording::create(settings.recording(&cell), clock).map_err(Failure::from)?;
-    let (handle, shown) = (recording.handle(), Mutex::new(StreamBrief::default()));
+    let (handle, shown) = (recording.handle(), Mutex::new(RobotBrief::default()));
     let until = Until { longest: settings.longest()?, stop: &stopped };
     let outcome = cell.run(
         &handle,
@@ -119,11 +119,7 @@ fn record(settings: &LiveSettings, stop: &AtomicBool, states: &Sender<Doing>) ->
 
 fn columns<'py>(py: Python<'py>, doing: &Doing) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
-    let poses = match doing.robot {
-        StreamBrief::Egm(brief) => brief.frames,
-        StreamBrief::Other { poses } => poses,
-    };
-    out.set_item("robot_poses", poses)?;
+    out.set_item("robot_poses", doing.robot.poses)?;
     out.set_item("robot", doing.robot.to_string())?;
     let camera = doing.cell.camera.unwrap_or_default();
     out.set_item("pictures", camera.frames)?;

@@ -136,6 +136,7 @@ impl LiveSettings {
             command: "trueline.record(…)".to_owned(),
             camera: cell.stamp_meaning(),
             estimate: cell.estimate(),
+            welds: cell.welds(),
         }
     }
 
