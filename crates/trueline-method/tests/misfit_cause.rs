@@ -42,6 +42,15 @@ fn each_cause_is_named_with_its_size_and_the_sensor_is_not_blamed() {
     }
 }
 
+/// Its robot goes straight from pose to pose; a smoothed path cuts those corners, which no arm that gives way would do.
+#[test]
+fn the_corners_of_the_papers_path_are_no_arm_that_gives_way() {
+    for seed in 1..4 {
+        let c = calibrated(&Preset::Paper.scenario(), &[], &Config::default(), seed);
+        assert!(!codes(&c).iter().any(|code| code.starts_with("robot-")), "{seed}: {:?}", codes(&c));
+    }
+}
+
 #[test]
 fn a_held_sensor_is_not_refused_for_a_robot_that_gives_way() {
     let config = Config { sensor: SensorMode::Fixed, ..Config::noise_only() };

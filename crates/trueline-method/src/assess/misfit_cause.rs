@@ -55,6 +55,11 @@ impl CauseKind {
     const ALL: [Self; 6] =
         [Self::Flex, Self::Backlash, Self::AttitudeLag, Self::RollingShutter, Self::SideBias, Self::TiltBias];
 
+    /// Whether only a size above zero has a meaning: nothing gives way towards what pushes it, and play has no sign.
+    fn is_one_sided(self) -> bool {
+        matches!(self, Self::Flex | Self::Backlash)
+    }
+
     /// Its columns among [`COLUMNS`].
     fn columns(self) -> Range<usize> {
         match self {
@@ -114,6 +119,10 @@ pub fn find(
     }
     let clearest = |k: &usize| (solved.size[*k] / solved.covariance[(*k, *k)].sqrt()).abs();
     let k = kind.columns().max_by(|a, b| clearest(a).total_cmp(&clearest(b)))?;
+    // The corners that a smoothed path cuts off look like an arm that runs ahead of its acceleration: no arm does.
+    if kind.is_one_sided() && solved.size[k] <= 0.0 {
+        return None;
+    }
     let by_cause = root * &sums.cross;
     let covariance = DMatrix::from_column_slice(COLUMNS, COLUMNS, (solved.covariance * inflation).as_slice());
     Some(MisfitCause {
