@@ -168,3 +168,37 @@ def test_lost_pictures_are_told_by_their_counter(scan: trueline.Recording) -> No
         trueline.calibrate(*arrays_of(scan), sensor=scan.sensor, frame=counter - 5)
     # Every second picture is missing.
     assert result.document["stamps"]["features"]["drops"] == len(counter) - 1
+
+
+def test_nanoseconds_as_integers_are_the_same_scan(scan: trueline.Recording) -> None:
+    robot_s, poses, seen_s, points = arrays_of(scan)
+    for since_s in (0.0, 1.7e9):
+        whole = [np.rint(times * 1e9).astype(np.int64) + int(since_s) * 10**9 for times in (robot_s, seen_s)]
+        recording = trueline.Recording.from_arrays(whole[0], poses, whole[1], points, sensor=scan.sensor)
+        # As floating-point numbers nanoseconds since 1970 are 256 ns apart and seconds 238 ns: each end is off by half of both.
+        assert np.allclose(np.diff(recording.robot_times_s) * 1e9, np.diff(whole[0]), rtol=0.0, atol=494.0)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "why"),
+    [
+        (lambda times: times * 1e3, "milliseconds"),
+        (lambda times: times * 1e9 + 1.7e18, "nanoseconds are given as integers"),
+        (lambda times: times[:, None], "one dimension"),
+        (lambda times: np.where(times > 5.0, np.datetime64("NaT"), np.datetime64("2026-01-01", "ns")), "NaT"),
+    ],
+)
+def test_times_that_are_no_seconds_are_refused(
+    scan: trueline.Recording, spoil: Callable[[NDArray[np.float64]], NDArray[np.float64]], why: str
+) -> None:
+    robot_s, poses, seen_s, points = arrays_of(scan)
+    with pytest.raises(ValueError, match=why):
+        trueline.calibrate(spoil(robot_s), poses, spoil(seen_s), points, sensor=scan.sensor)
+
+
+def test_arrays_of_another_shape_are_refused_by_name(scan: trueline.Recording) -> None:
+    robot_s, poses, seen_s, points = arrays_of(scan)
+    with pytest.raises(ValueError, match="poses: expected a stack"):
+        trueline.calibrate(robot_s, poses[:, :3, 3], seen_s, points, sensor=scan.sensor)
+    with pytest.raises(ValueError, match="points: expected a table"):
+        trueline.calibrate(robot_s, poses, seen_s, points[:, 0], sensor=scan.sensor)

@@ -3,6 +3,7 @@
 import functools
 import http.server
 import threading
+import time
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 import trueline
 from trueline import fleet
+from trueline.fleet.engine import run
 from trueline.fleet.store import Hashes
 
 # Simulated sensors and robots are perfect: all that is left is noise.
@@ -76,6 +78,29 @@ def test_a_recording_that_is_not_there_is_a_row_and_is_tried_again(scans: list[P
     assert (outcome.done, outcome.failed) == (2, 1)
     trueline.simulate("quick", *SHORT, seed=9).write(late)
     assert fleet.calibrate([scans[1], late], out=tmp_path / "rows").done == 1
+    rows = fleet.table(tmp_path / "rows").to_pylist()
+    assert len(rows) == 2 and all(row["status"] != "error" for row in rows)
+
+
+def test_one_recording_and_parts_of_nothing_are_refused(scans: list[Path], tmp_path: Path) -> None:
+    with pytest.raises(TypeError, match="give a list"):
+        fleet.calibrate(str(scans[1]), out=tmp_path)
+    with pytest.raises(ValueError, match="recordings_in_a_part"):
+        fleet.calibrate(scans, out=tmp_path, recordings_in_a_part=0)
+
+
+def test_a_run_that_is_left_ends_after_what_is_under_way() -> None:
+    began: list[int] = []
+
+    def work(part: list[int], _: Any) -> fleet.Outcome:
+        for number in part:
+            began.append(number)
+            time.sleep(0.02)
+        return fleet.Outcome()
+
+    for _ in run("local", work, [[0], list(range(1, 1000))], None, 2):
+        break
+    assert len(began) < 100
 
 
 def test_a_recording_that_was_given_twice_is_one_row(scans: list[Path], tmp_path: Path) -> None:

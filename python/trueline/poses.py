@@ -16,9 +16,16 @@ def matrices(poses: Poses) -> NDArray[np.float64]:
     >>> matrices((np.zeros((2, 3)), np.stack([np.eye(3)] * 2))).shape
     (2, 4, 4)
     """
+    if isinstance(poses, (tuple, list)) and len(poses) == 2 and any(hasattr(part, "as_matrix") for part in poses):
+        if hasattr(poses[0], "as_matrix"):
+            raise ValueError("poses: positions come first, then the rotations")
+        return _joined(*poses)
     if isinstance(poses, tuple) and len(poses) == 2:
         return _joined(*poses)
-    return np.ascontiguousarray(_matrix(poses), dtype=np.float64)
+    stack = np.ascontiguousarray(_matrix(poses), dtype=np.float64)
+    if stack.ndim != 3 or stack.shape[1:] != (4, 4):
+        raise ValueError(f"poses: expected a stack (N, 4, 4) or a pair (positions, rotations), found {stack.shape}")
+    return stack
 
 
 def _joined(positions: ArrayLike, rotations: Any) -> NDArray[np.float64]:

@@ -57,7 +57,7 @@ class Recording:
         Parameters
         ----------
         robot_times_s, feature_times_s
-            Stamps (N,) and (M,), rising; seconds, or ``datetime64``. Both in one clock, up to the offset that is sought.
+            Stamps (N,) and (M,), rising; seconds, nanoseconds as integers, or ``datetime64``. Both in one clock, up to the offset that is sought.
         base_from_tool
             Poses: (N, 4, 4) in metres, a pair (positions, scipy ``Rotation``), or a scipy ``RigidTransform``.
         points
@@ -82,13 +82,13 @@ class Recording:
             The first row that cannot be used, with a hint.
         """
         arrays = (
-            stamps_ns(robot_times_s),
+            _robot_stamps_ns(robot_times_s),
             matrices(base_from_tool),
             stamps_ns(feature_times_s),
-            np.ascontiguousarray(points, dtype=np.float64),
+            _table("points", points),
         )
         counts = [None if array is None else np.ascontiguousarray(array, dtype=np.int64) for array in (line, frame)]
-        sigma = None if feature_sigma is None else np.ascontiguousarray(feature_sigma, dtype=np.float64)
+        sigma = None if feature_sigma is None else _table("feature_sigma", feature_sigma)
         extras, by_stripes = (counts[0], counts[1], sigma), stripe_arrays(stripes)
         text, guess = sensor_text(sensor), guess_arrays(initial)
         return cls(_trueline.Recording.from_arrays(text, arrays, extras, by_stripes, guess))
@@ -208,6 +208,25 @@ def simulate(preset: str = "quick", *options: str, seed: int = 1, random_cell: b
     with tempfile.TemporaryDirectory() as folder:
         run("simulate", "--out", f"{folder}/scan", "--quiet", *words)
         return open(f"{folder}/scan")
+
+
+# No scan is driven with a pose every second: such times are milliseconds.
+_LONGEST_STEP_NS = 10**9
+
+
+def _robot_stamps_ns(times: ArrayLike) -> NDArray[np.int64]:
+    stamps = stamps_ns(times)
+    if len(stamps) > 1 and float(np.median(np.diff(stamps))) > _LONGEST_STEP_NS:
+        step_s = float(np.median(np.diff(stamps))) / 1e9
+        raise ValueError(f"robot_times_s: the poses are {step_s:g} s apart; are these times in milliseconds?")
+    return stamps
+
+
+def _table(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    table = np.ascontiguousarray(values, dtype=np.float64)
+    if np.ndim(values) != 2:
+        raise ValueError(f"{name}: expected a table (M, 2) or (M, 3), found {np.shape(values)}")
+    return table
 
 
 def opened(recording: RecordingLike) -> Recording:

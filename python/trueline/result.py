@@ -180,7 +180,7 @@ class Result:
         ValueError
             For a result that was read from a file.
         """
-        return self._calibration("a report").report_html()
+        return self._calibration("report").report_html()
 
     def summary(self) -> str:
         """The summary in words."""

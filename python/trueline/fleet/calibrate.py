@@ -52,6 +52,10 @@ def calibrate(
         How many were done, failed (their rows say why) and were there already.
     """
     as_compiled(options)
+    if isinstance(urls, (str, os.PathLike)):
+        raise TypeError(f"urls: expected several recordings, found one; give a list: [{str(urls)!r}]")
+    if recordings_in_a_part < 1:
+        raise ValueError(f"recordings_in_a_part: expected one or more, found {recordings_in_a_part}")
     store = str(out)
     if engine == "ray" and store.startswith("memory:"):
         raise ValueError("out: memory:// is lost with the worker that wrote it; name a storage that all nodes reach")
@@ -77,9 +81,21 @@ def table(out: str | os.PathLike[str]) -> pa.Table:
     for name in ("duration_s", "worker"):
         field = TIMING_SCHEMA.field(name)
         rows = rows.append_column(field, pa.array([timing.get(name) for timing in of_rows], field.type))
+    return rows.filter(pa.array(_first_of_each(rows), pa.bool_())).sort_by("url")
+
+
+def _first_of_each(rows: pa.Table) -> list[bool]:
+    """Whether a row is the first of its recording. One that could not be read goes by its URL, and gives way once it could."""
+    urls, keys = rows["url"].to_pylist(), _keys(rows)
+    read = {(url, *key[1:]) for url, key in zip(urls, keys, strict=True) if key[0] is not None}
     seen: set[tuple[str, ...]] = set()
-    first = [key[0] is None or not (key in seen or seen.add(key)) for key in _keys(rows)]  # type: ignore[func-returns-value]
-    return rows.filter(pa.array(first, pa.bool_())).sort_by("url")
+    first = []
+    for url, key in zip(urls, keys, strict=True):
+        place = (url, *key[1:])
+        name = ("url", *place) if key[0] is None else ("content", *key)
+        first.append(name not in seen and not (key[0] is None and place in read))
+        seen.add(name)
+    return first
 
 
 def _keys(rows: pa.Table) -> list[tuple[str, ...]]:

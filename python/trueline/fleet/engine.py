@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any, Literal, TypeAlias
@@ -59,13 +60,32 @@ def run(engine: Engine, work: Work, parts: Iterable[Part], shared: Any, workers:
 
 
 def _local(work: Work, parts: Iterator[Part], shared: Any, count: int) -> Iterator[Outcome]:
-    """At most as many parts as there are workers are under way at once."""
+    """At most as many parts as there are workers are under way at once; Ctrl-C ends each after what it is doing."""
+    stop = threading.Event()
+    stoppable = (_StoppablePart(part, stop) for part in parts)
     with ThreadPoolExecutor(count) as pool:
-        running: set[Future[Outcome]] = {pool.submit(work, part, shared) for part in islice(parts, count)}
-        while running:
-            ready, running = wait(running, return_when=FIRST_COMPLETED)
-            running |= {pool.submit(work, part, shared) for part in islice(parts, len(ready))}
-            yield from (future.result() for future in ready)
+        running: set[Future[Outcome]] = {pool.submit(work, part, shared) for part in islice(stoppable, count)}
+        try:
+            while running:
+                ready, running = wait(running, return_when=FIRST_COMPLETED)
+                running |= {pool.submit(work, part, shared) for part in islice(stoppable, len(ready))}
+                yield from (future.result() for future in ready)
+        finally:
+            stop.set()
+
+
+class _StoppablePart(list[Any]):
+    """A part that hands out nothing more once its run has ended; what is unfinished is not written."""
+
+    def __init__(self, items: Part, stop: threading.Event) -> None:
+        super().__init__(items)
+        self._stop = stop
+
+    def __iter__(self) -> Iterator[Any]:
+        for item in super().__iter__():
+            if self._stop.is_set():
+                raise CancelledError
+            yield item
 
 
 def in_parts(items: Iterable[Any], size: int) -> Iterator[Part]:

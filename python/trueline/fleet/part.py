@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import tempfile
 import time
 from collections.abc import Iterator
@@ -73,7 +74,7 @@ def _row(url: str, shared: Shared, timings: list[dict[str, Any]]) -> dict[str, A
     # What cannot be fetched is a row as well; storages have errors of their own.
     except Exception as error:  # noqa: BLE001
         return error_row(url, None, error, shared.options)
-    timing = {"duration_s": time.monotonic() - began, "worker": f"{os.uname().nodename}:{os.getpid()}"}
+    timing = {"duration_s": time.monotonic() - began, "worker": f"{platform.node()}:{os.getpid()}"}
     timings.append(timing | {name: row[name] for name in KEY})
     return row
 

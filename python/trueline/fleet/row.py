@@ -72,7 +72,12 @@ def content_hash(path: Path) -> str:
 
 def options_json(options: Options) -> str:
     """The options as text: the same for the same options."""
-    return json.dumps(options, sort_keys=True, default=list)
+    return json.dumps(options, sort_keys=True, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    """What JSON does not know: numbers of numpy, and tuples."""
+    return value.item() if isinstance(value, np.generic) else list(value)
 
 
 def row_of(url: str, path: Path, key: str, options: Options) -> dict[str, Any]:
