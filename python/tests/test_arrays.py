@@ -1,5 +1,7 @@
 """Arrays in, results out."""
 
+import copy
+import pickle
 import statistics
 import time
 import tomllib
@@ -202,3 +204,12 @@ def test_arrays_of_another_shape_are_refused_by_name(scan: trueline.Recording) -
         trueline.calibrate(robot_s, poses[:, :3, 3], seen_s, points, sensor=scan.sensor)
     with pytest.raises(ValueError, match="points: expected a table"):
         trueline.calibrate(robot_s, poses, seen_s, points[:, 0], sensor=scan.sensor)
+
+
+def test_results_are_copied_and_pickled(scan: trueline.Recording, tmp_path: Path) -> None:
+    result = trueline.calibrate(scan)
+    for other in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result)):
+        assert other.json() == result.json() and other.accepted == result.accepted
+    (tmp_path / "no.json").write_text('"tool_from_camera"')
+    with pytest.raises(ValueError, match="no.json"):
+        trueline.load(tmp_path / "no.json")

@@ -33,9 +33,14 @@ class Result:
     def __init__(self, text: str, made_from: _trueline.Calibration | None = None) -> None:
         self._text = text
         self._made_from = made_from
-        self.document: dict[str, Any] = json.loads(text)
-        if "tool_from_camera" not in self.document:
+        document = json.loads(text)
+        if not isinstance(document, dict) or "tool_from_camera" not in document:
             raise ValueError("this is no result of trueline: it has no tool_from_camera")
+        self.document: dict[str, Any] = document
+
+    def __reduce__(self) -> tuple[type[Result], tuple[str]]:
+        """Copies and pickles are as if read from its file: without residuals and report."""
+        return type(self), (self._text,)
 
     @classmethod
     def of(cls, calibration: _trueline.Calibration) -> Result:
@@ -239,7 +244,10 @@ class Result:
 
 def load(path: str | os.PathLike[str]) -> Result:
     """Read the result that :meth:`Result.save` or ``trueline calibrate --json`` wrote."""
-    return Result(Path(path).read_text(encoding="utf-8"))
+    try:
+        return Result(Path(path).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
 
 
 def _short(result: Result) -> str:
