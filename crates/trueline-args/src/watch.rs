@@ -42,7 +42,7 @@ pub struct WatchArgs {
     /// With --folder: stop when all welds that are there have been watched
     #[arg(long, requires = "folder")]
     pub once: bool,
-    /// Tell alarms to a web address (POST) or a topic of an MQTT broker: https://HOST/PATH, mqtt://HOST[:PORT]/TOPIC; may be repeated
+    /// Tell alarms to a web address (POST) or a topic of an MQTT broker: https://HOST/PATH, mqtt://HOST:PORT/TOPIC; may be repeated
     #[arg(long, value_name = "URL", requires = "calibration")]
     pub tell: Vec<String>,
     /// Forget welds, but for the last 512 of each calibration, after so many days [default: never]

@@ -2,7 +2,7 @@
 
 use super::receiver::{Receiver, ReceiverError};
 
-/// The receiver at an address: `http://…` and `https://…` are told by POST, `mqtt://HOST[:PORT]/TOPIC` by publishing.
+/// The receiver at an address: `http://…` and `https://…` are told by POST, `mqtt://HOST:PORT/TOPIC` by publishing.
 ///
 /// # Errors
 /// An address of no known kind, or half of one.

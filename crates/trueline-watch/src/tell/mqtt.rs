@@ -15,7 +15,7 @@ pub struct Topic {
 }
 
 impl Topic {
-    /// The topic at `mqtt://HOST[:PORT]/TOPIC`.
+    /// The topic at `mqtt://HOST:PORT/TOPIC`.
     pub fn at(address: &str) -> Result<Self, ReceiverError> {
         let rest = address.strip_prefix("mqtt://").ok_or(ReceiverError::Kind)?;
         let (server, topic) = rest.split_once('/').ok_or(ReceiverError::Missing("topic"))?;
