@@ -66,9 +66,7 @@ impl WatcherError {
             Self::Calibration(error) => error.hint(),
             Self::Read { .. } => "check the path and its permissions".to_owned(),
             Self::Store(error) | Self::Courier(CourierError::Store(error)) => error.hint().to_owned(),
-            Self::Receiver(_) => {
-                "http://HOST/PATH, https://HOST/PATH, or mqtt://HOST:PORT/TOPIC".to_owned()
-            }
+            Self::Receiver(_) => "http://HOST/PATH, https://HOST/PATH, or mqtt://HOST:PORT/TOPIC".to_owned(),
             Self::Courier(CourierError::Thread(_)) => "are there too many processes?".to_owned(),
             Self::Weld { error, .. } => error.hint().to_owned(),
         }
