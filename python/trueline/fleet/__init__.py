@@ -6,7 +6,7 @@ a second run does only what is missing.
 
 from .calibrate import calibrate, table
 from .cells import Cell, cells
-from .engine import Outcome
+from .outcome import Outcome
 from .monte_carlo import Study, monte_carlo
 from .report import report
 from .row import SCHEMA

@@ -9,7 +9,8 @@ from typing import Unpack
 import pyarrow as pa
 
 from ..options import Options, as_compiled
-from .engine import Engine, Outcome, in_parts, run
+from .engine import Engine, in_parts, run
+from .outcome import Outcome
 from .part import Shared, calibrate_part
 from .row import KEY, SCHEMA, TIMING_SCHEMA
 from .store import Store

@@ -18,7 +18,8 @@ from ..options import Options, as_compiled
 from ..recording import Guess, simulate
 from ..result import Result
 from ..rotations import small_rotation
-from .engine import Engine, Outcome, Part, in_parts, run
+from .engine import Engine, in_parts, run
+from .outcome import Outcome, Part
 from .store import Store, key_of
 
 SCHEMA = pa.schema(

@@ -11,7 +11,7 @@ from typing import Any
 
 import ray
 
-from .engine import Outcome, Part, Work
+from .outcome import Outcome, Part, Work
 
 MOST_BLOCKS = 10_000
 """Ray plans by blocks; more of them than this cost more than they spread."""

@@ -17,7 +17,7 @@ import pyarrow as pa
 
 from .. import __version__
 from ..options import Options
-from .engine import Outcome, Part
+from .outcome import Outcome, Part
 from .row import KEY, SCHEMA, TIMING_SCHEMA, content_hash, error_row, options_json, row_of
 from .store import Hashes, Store, key_of
 

@@ -1,0 +1,31 @@
+"""What is worked on, and what became of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+
+@dataclass
+class Outcome:
+    """What a run did. ``busy_s`` is the time that its workers spent, summed."""
+
+    done: int = 0
+    failed: int = 0
+    present: int = 0
+    busy_s: float = 0.0
+
+    def add(self, part: Outcome) -> None:
+        """Add what a part of it did."""
+        self.done += part.done
+        self.failed += part.failed
+        self.present += part.present
+        self.busy_s += part.busy_s
+
+
+Part: TypeAlias = list[Any]
+"""What is worked on and written together: URLs, or seeds."""
+
+Work: TypeAlias = Callable[[Part, Any], Outcome]
+"""Does a part, given what all parts share. Doing it twice must leave what doing it once leaves."""
