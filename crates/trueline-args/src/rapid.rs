@@ -39,9 +39,12 @@ pub struct RapidArgs {
     /// Name of the UDPUC device in the controller's configuration
     #[arg(long, default_value = "UCdevice")]
     pub device: String,
-    /// Mechanical unit that moves; the module belongs in its task, usually T_ROB1
+    /// Mechanical unit that moves
     #[arg(long, default_value = "ROB_1")]
     pub mechanical_unit: String,
+    /// Task that moves it, into which the module is loaded
+    #[arg(long, default_value = "T_ROB1")]
+    pub task: String,
     /// Speed of the way to the path's beginning, mm/s
     #[arg(long, default_value_t = 20.0)]
     pub approach_mm_s: f64,

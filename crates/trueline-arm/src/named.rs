@@ -37,7 +37,7 @@ pub const ALL: [NamedArm; 5] = [UR5E, UR10E, IRB_1200_5_09, IRB_2600_12_165, KR_
 const UR5E: NamedArm = NamedArm {
     name: "ur5e",
     title: "Universal Robots UR5e",
-    source: "Universal Robots, DH parameters for calculations of kinematics and dynamics (support article); ranges and speeds: \
+    source: "Universal Robots, Parameters for calculations of kinematics and dynamics (support article 45257); ranges and speeds: \
              User Manual UR5e 5.8, the elbow's range as UniversalRobots/Universal_Robots_ROS2_Description has it",
     joints: [
         ([0.0, 0.0, 162.5], Z, TURN, 180.0),
@@ -53,7 +53,8 @@ const UR5E: NamedArm = NamedArm {
 const UR10E: NamedArm = NamedArm {
     name: "ur10e",
     title: "Universal Robots UR10e",
-    source: "Universal Robots, DH parameters for calculations of kinematics and dynamics (support article); ranges and speeds: \
+    source: "Universal Robots, Parameters for calculations of kinematics and dynamics (support article 45257), the last distance also in \
+             ros-industrial/universal_robot, ur_description/config/ur10e/physical_parameters.yaml; ranges and speeds: \
              User Manual UR10e 5.8, the elbow's range as UniversalRobots/Universal_Robots_ROS2_Description has it",
     joints: [
         ([0.0, 0.0, 180.7], Z, TURN, 120.0),

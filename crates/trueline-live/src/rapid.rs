@@ -21,8 +21,10 @@ pub struct RapidCell {
     pub work_object: String,
     /// Name of the UDPUC device in the configuration.
     pub device: String,
-    /// Mechanical unit that is led, for example `ROB_1`; its task is usually `T_ROB1`.
+    /// Mechanical unit that is led, for example `ROB_1`.
     pub mechanical_unit: String,
+    /// The task that moves it, into which the module is loaded: `T_ROB1` where there is one robot.
+    pub task: String,
     /// Where the PC listens.
     pub pc: SocketAddr,
     /// Speed of the way to the path's first pose, mm/s.
@@ -199,7 +201,8 @@ fn arrived(path: &[RobotSample]) -> Result<(f64, f64), RapidError> {
 }
 
 fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
-    for name in [&cell.module, &cell.tool, &cell.work_object, &cell.device, &cell.mechanical_unit] {
+    let RapidCell { module, tool, work_object, device, mechanical_unit, task, .. } = cell;
+    for name in [module, tool, work_object, device, mechanical_unit, task] {
         let mut letters = name.chars();
         let begins = letters.next().is_some_and(|c| c.is_ascii_alphabetic())
             && !TAKEN.iter().any(|taken| taken.eq_ignore_ascii_case(name));
@@ -215,7 +218,7 @@ fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
     if let Some((what, _)) = figures.into_iter().find(|(_, value)| !(0.01..=1000.0).contains(value)) {
         return Err(RapidError::Figure { what });
     }
-    let RapidCell { module, tool, work_object, device, mechanical_unit, pc, .. } = cell;
+    let pc = cell.pc;
     Ok(format!(
         "MODULE {module}\n\
          \x20 ! Written by trueline: {what}.\n\
@@ -223,7 +226,8 @@ fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
          \x20 ! NOT TRIED ON A REAL CONTROLLER: neither compiled nor run there by those who wrote this generator.\n\
          \x20 ! Check it in RobotStudio first, then run it in manual reduced speed with the enabling device in hand.\n\
          \x20 !\n\
-         \x20 ! Reach, singularities and collisions of the arm are not checked. It is for the task that moves {mechanical_unit}.\n\
+         \x20 ! Reach, singularities and collisions of the arm are not checked.\n\
+         \x20 ! Load it into the task {task}, which is to be the one that moves {mechanical_unit}.\n\
          \x20 !\n\
          \x20 ! Needs Externally Guided Motion (RobotWare 6: 689-1, RobotWare 7: 3124-1), and a UDPUC device:\n\
          \x20 !   name {device}, type UDPUC, remote address {}, remote port {}\n\
@@ -256,6 +260,7 @@ mod tests {
             work_object: "wobj0".to_owned(),
             device: "UCdevice".to_owned(),
             mechanical_unit: "ROB_1".to_owned(),
+            task: "T_ROB1".to_owned(),
             pc: "192.168.125.10:6510".parse().unwrap(),
             approach_mm_s: 20.0,
             speed_deviation_deg_s: 30.0,
@@ -313,7 +318,7 @@ mod tests {
     fn both_modules_say_that_nobody_tried_them_and_name_the_users_cell() {
         for text in [stream_module(&cell(), &path()).unwrap(), guidance_module(&cell(), &path()).unwrap()] {
             assert!(text.starts_with("MODULE LineScan\n") && text.ends_with("ENDMODULE\n"));
-            for needed in ["NOT TRIED", "192.168.125.10", "6510", "tool0", "wobj0", "UCdevice"] {
+            for needed in ["NOT TRIED", "192.168.125.10", "6510", "tool0", "wobj0", "UCdevice", "T_ROB1"] {
                 assert!(text.contains(needed), "{needed}");
             }
             assert_eq!(text.matches("PROC ").count(), text.matches("ENDPROC").count());
@@ -323,8 +328,10 @@ mod tests {
     #[test]
     fn names_that_rapid_does_not_take_are_refused() {
         for bad in ["", "1tool", "my tool", "a-b", "t;Stop", "averylongnamethatrapidwouldnotacceptatall"] {
-            let cell = RapidCell { tool: bad.to_owned(), ..cell() };
-            assert!(matches!(stream_module(&cell, &path()), Err(RapidError::Name { .. })), "{bad}");
+            let bad_tool = RapidCell { tool: bad.to_owned(), ..cell() };
+            assert!(matches!(stream_module(&bad_tool, &path()), Err(RapidError::Name { .. })), "{bad}");
+            let bad_task = RapidCell { task: bad.to_owned(), ..cell() };
+            assert!(matches!(guidance_module(&bad_task, &path()), Err(RapidError::Name { .. })), "{bad}");
         }
         let still = RapidCell { approach_mm_s: f64::NAN, ..cell() };
         assert!(matches!(guidance_module(&still, &path()), Err(RapidError::Figure { .. })));

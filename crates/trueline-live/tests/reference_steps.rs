@@ -336,7 +336,7 @@ proptest! {
         robot.check();
         for (_, sent) in &robot.sent {
             prop_assert!(limits().contain(&sent.base_from_tool));
-            let tip = limits().tip_speed_m_s(sent.velocity_m_s.norm(), sent.angular_velocity_rad_s.norm());
+            let tip = limits().tip_speed_m_s(&sent.velocity_m_s, &sent.angular_velocity_rad_s);
             prop_assert!(tip <= TIP_M_S, "{tip}");
         }
     }

@@ -4,7 +4,7 @@ use crate::cell::Cell;
 use crate::motion::{Motion, PATH_PERIOD_S};
 use crate::mounted_arm::{JointPath, MountedArm};
 use crate::wrong_cells::Loss;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use trueline_geometry::{Pose, so3};
 
 /// Something that a motion must keep to.
@@ -229,8 +229,6 @@ impl Derivatives {
 fn moving(cell: &Cell, poses: &[Pose], period_s: f64, constraints: &mut Constraints) {
     let limits = &cell.limits;
     let (mut shift, mut turn) = (Derivatives::default(), Derivatives::default());
-    let Some(first) = poses.first() else { return };
-    let mut tip = TipSpeed { first: first.rotation, reach_m: limits.reach_m, period_s, last: [0.0; 2] };
     // It begins and ends at rest.
     let rest = poses.last().map(|last| [last, last]);
     let pairs = poses.windows(2).map(|pair| [&pair[0], &pair[1]]).chain(rest);
@@ -245,41 +243,25 @@ fn moving(cell: &Cell, poses: &[Pose], period_s: f64, constraints: &mut Constrai
         constraints.raise(Constraint::TurnRate, rate / limits.turn_rad_s);
         constraints.raise(Constraint::TurnAcceleration, turn_acceleration / limits.turn_acceleration_rad_s2);
         constraints.raise(Constraint::TurnJerk, turn_jerk / limits.turn_jerk_rad_s3);
-        let most = constraints.used(Constraint::TipSpeed) * limits.tip_speed_m_s;
-        let fastest = tip.after([speed, rate], [&from.rotation, &to.rotation], most);
+        // The gate bounds it over the time between two poses of the path, from the ends of that time by h²/8 of its second derivative;
+        // and an end is off the mean of the steps about it by no more than h²/6, their means off the middles by h²/24.
+        let between = PATH_PERIOD_S * PATH_PERIOD_S / 3.0 * (jerk + turn_jerk * limits.reach_m);
+        let fastest = fastest_m_s(&shift.rate, &turn.rate, limits.reach_m) + between;
         constraints.raise(Constraint::TipSpeed, fastest / limits.tip_speed_m_s);
     }
 }
 
-/// Speed of the fastest point that the tool carries, as the gate judges it: from a spline through the poses and their rotation
-/// vectors from the first attitude, whose rate is a little above |ω|, by bounds over each time between two poses.
-struct TipSpeed {
-    first: UnitQuaternion<f64>,
-    reach_m: f64,
-    period_s: f64,
-    /// Speed and angular speed of the step before.
-    last: [f64; 2],
-}
-
-impl TipSpeed {
-    /// The speed after a step of so much speed and angular speed, or 0 where it is surely below `most`: that needs no logarithm.
-    fn after(&mut self, [speed, rate]: [f64; 2], [from, to]: [&UnitQuaternion<f64>; 2], most: f64) -> f64 {
-        let [last_speed, last_rate] = self.last;
-        self.last = [speed, rate];
-        // Between two poses of the path either rate is above its mean by half of what it changes from one step to the next.
-        let rise = 0.5 * ((speed - last_speed).abs() + (rate - last_rate).abs() * self.reach_m);
-        let rise = rise * (PATH_PERIOD_S / self.period_s).min(1.0);
-        // A rotation vector's rate is at most x / sin x times |ω|, x half its length; that is convex in sin² x, so below its chord.
-        let cosine = self.first.coords.dot(&to.coords);
-        let longest = 1.0 + (std::f64::consts::FRAC_PI_2 - 1.0) * (1.0 - cosine * cosine).max(0.0);
-        let step = rate * self.period_s;
-        // The angle changes over the step as well: by no more than the step.
-        if speed + rate * (longest + step) * self.reach_m + rise <= most {
-            return 0.0;
-        }
-        let vector = |at: &UnitQuaternion<f64>| so3::log(&(self.first.inverse() * at));
-        speed + (vector(to) - vector(from)).norm() / self.period_s * self.reach_m + rise
+/// Speed of the fastest point of a ball about the tool's origin, for the velocity of the origin and the angular velocity ω: ω × p fills
+/// a disc square to ω, so √(v∥² + (v⊥ + |ω|·reach)²).
+fn fastest_m_s(velocity: &Vector3<f64>, turn: &Vector3<f64>, reach_m: f64) -> f64 {
+    let rate = turn.norm();
+    if rate == 0.0 {
+        return velocity.norm();
     }
+    let along = velocity.dot(turn) / rate;
+    let square = (velocity.norm_squared() - along * along).max(0.0).sqrt();
+    let sideways = square + rate * reach_m;
+    (along * along + sideways * sideways).sqrt()
 }
 
 fn in_the_box(cell: &Cell, poses: &[Pose], constraints: &mut Constraints) {

@@ -41,6 +41,9 @@ impl Default for Goal {
     }
 }
 
+/// See [`Goal::smooth_score`]: of seven equal sigmas it is 1.13 times the worst.
+const SMOOTH_POWER: i32 = 16;
+
 impl Goal {
     /// The sigma wanted of a component; `None` if it does not count.
     #[must_use]
@@ -68,6 +71,17 @@ impl Goal {
                 scaled.determinant().max(0.0).powf(0.5 / counted.len() as f64)
             }
         }
+    }
+
+    /// A score that a search can follow: of the worst sigma, which jumps from one to the next, a mean of a high power.
+    #[must_use]
+    pub fn smooth_score(&self, covariance: &SensorCovariance) -> f64 {
+        if self.criterion != Criterion::Worst {
+            return self.score(covariance);
+        }
+        let ratio = |k: usize| Some(covariance[(k, k)].max(0.0).sqrt() / self.wanted(k)?);
+        let powers = (0..LINES).filter_map(ratio).map(|ratio| ratio.powi(SMOOTH_POWER));
+        powers.sum::<f64>().powf(1.0 / f64::from(SMOOTH_POWER))
     }
 
     /// The most that any wanted sigma is missed by: at most 1 if all are reached.

@@ -56,6 +56,13 @@ pub struct Design {
 }
 
 impl Design {
+    /// All sweeps: along the stripe, stand-off, work angle, travel angle, spin.
+    #[must_use]
+    pub fn sweeps(&self) -> [&Sweep; 5] {
+        let [work, travel, spin] = &self.tilts;
+        [&self.stripe, &self.stand_off, work, travel, spin]
+    }
+
     /// The same with all swings so many times slower; the one bow of a C stays one.
     #[must_use]
     pub fn slowed(mut self, times: f64) -> Self {

@@ -24,7 +24,7 @@ pub struct Limits {
     pub turn_acceleration_rad_s2: f64,
     /// Angular jerk, rad/s³.
     pub turn_jerk_rad_s3: f64,
-    /// Speed of the fastest point of what the tool carries, m/s: `|v| + |ω|·reach`, as the gate has it that guides a robot.
+    /// Speed of the fastest point of what the tool carries, m/s: of a ball about the tool's origin, as the gate has it that guides a robot.
     pub tip_speed_m_s: f64,
     /// Distance from the tool's origin to the farthest point of what the tool carries (sensor, torch), m.
     pub reach_m: f64,

@@ -2,6 +2,7 @@
 
 use crate::cell::Cell;
 use crate::design::Design;
+use crate::evenly_swung::EvenlySwung;
 use crate::sensor_pose::{SensorPose, Station};
 use nalgebra::Vector3;
 use trueline_geometry::{Pose, so3};
@@ -44,15 +45,19 @@ impl Motion {
     /// Where the seam is to appear at a time, s, and how the sensor stands then.
     #[must_use]
     pub fn station(&self, time_s: f64) -> Station {
-        let Design { shape, duration_s, ramp_s, stripe, stand_off, tilts, .. } = &self.design;
-        let eased_s = eased(time_s, *duration_s, *ramp_s);
+        let Design { duration_s, ramp_s, .. } = self.design;
+        let eased_s = eased(time_s, duration_s, ramp_s);
+        self.station_of(eased_s, self.design.sweeps().map(|sweep| sweep.at(eased_s)))
+    }
+
+    fn station_of(&self, eased_s: f64, [stripe, stand_off_m, work, travel, spin]: [f64; 5]) -> Station {
+        let Design { shape, duration_s, ramp_s, .. } = self.design;
         let done = eased_s / (duration_s - ramp_s);
-        let stand_off_m = stand_off.at(eased_s);
         Station {
             seam_point: self.middle + self.scanned * shape.progress(done),
-            stripe_m: stripe.at(eased_s) * stand_off_m,
+            stripe_m: stripe * stand_off_m,
             stand_off_m,
-            tilt_rad: tilts.map(|tilt| tilt.at(eased_s)),
+            tilt_rad: [work, travel, spin],
         }
     }
 
@@ -68,15 +73,37 @@ impl Motion {
         self.sensor_pose.point_in_camera(&self.station(time_s))
     }
 
-    /// Pose of the tool at a time, s, and how it moves; the camera sits where a hand-eye transform has it.
-    #[must_use]
-    pub fn placement(&self, time_s: f64, tool_from_camera: &Pose) -> Placement {
-        let (now, after) = (self.base_from_tool(time_s), self.base_from_tool(time_s + STEP_S));
-        Placement {
-            base_from_tool: now,
-            tool_from_camera: *tool_from_camera,
-            angular_velocity: so3::log(&(after.rotation * now.rotation.inverse())) / STEP_S,
-            velocity: (after.translation.vector - now.translation.vector) / STEP_S,
+    /// Pose of the tool at so many times that begin at one, s, and are evenly spaced, and how it moves; the camera sits where a hand-eye
+    /// transform has it.
+    pub fn placements(
+        &self,
+        [first_s, step_s]: [f64; 2],
+        count: usize,
+        tool_from_camera: &Pose,
+    ) -> impl Iterator<Item = (f64, Placement)> {
+        let mut now = self.evenly(step_s);
+        let mut after = self.evenly(step_s);
+        let tool_from_camera = *tool_from_camera;
+        (0..count).map(move |k| {
+            let time_s = first_s + k as f64 * step_s;
+            let (now, after) = (now(time_s), after(time_s + STEP_S));
+            let placement = Placement {
+                base_from_tool: now,
+                tool_from_camera,
+                angular_velocity: so3::log(&(after.rotation * now.rotation.inverse())) / STEP_S,
+                velocity: (after.translation.vector - now.translation.vector) / STEP_S,
+            };
+            (time_s, placement)
+        })
+    }
+
+    /// Pose of the tool at one time, s, after another; quick where they are a step apart.
+    fn evenly(&self, step_s: f64) -> impl FnMut(f64) -> Pose + '_ {
+        let Design { duration_s, ramp_s, .. } = self.design;
+        let mut swung = EvenlySwung::new(self.design.sweeps(), step_s);
+        move |time_s| {
+            let eased_s = eased(time_s, duration_s, ramp_s);
+            self.sensor_pose.base_from_tool(&self.station_of(eased_s, swung.at(eased_s)))
         }
     }
 
@@ -84,7 +111,8 @@ impl Motion {
     #[must_use]
     pub fn sampled(&self, period_s: f64) -> Vec<Pose> {
         let count = (self.design.duration_s / period_s - 1e-9).ceil() as usize + 1;
-        (0..count).map(|k| self.base_from_tool(k as f64 * period_s)).collect()
+        let mut pose = self.evenly(period_s);
+        (0..count).map(|k| pose(k as f64 * period_s)).collect()
     }
 }
 

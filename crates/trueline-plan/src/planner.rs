@@ -5,6 +5,7 @@ use crate::constraints::{self, Constraint, Constraints};
 use crate::design::{DIMENSION, from_unit_box};
 use crate::motion::Motion;
 use crate::mounted_arm::{JointPath, NoStance, Stance};
+use crate::pattern;
 use crate::plan::{DURATION_S, PATH_PERIOD_S, Plan, PlanError, PlanRequest};
 use crate::prediction::{Prediction, Sights, UNKNOWNS};
 use crate::search::Minimiser;
@@ -17,17 +18,21 @@ use rayon::prelude::*;
 use trueline_geometry::Pose;
 
 /// A search keeps to this part of each limit, so that what a denser look finds is mostly still within it.
-const MARGIN: f64 = 0.98;
+const MARGIN: f64 = 0.99;
 /// The same for what wrong cells may lose: a search asks few of them.
-const LOSS_MARGIN: f64 = 0.8;
-/// Samples of the motion while searching, s: jerks of a swing of 1.2 Hz are then seen to 3 %.
-const ROUGH_PERIOD_S: f64 = 0.06;
-/// The same where only the pace is asked for.
-const PACE_PERIOD_S: f64 = 0.1;
+const LOSS_MARGIN: f64 = 0.85;
+/// Samples of the motion while searching, s: speeds of a swing of 1.2 Hz are then seen to 1.5 %, jerks to 5 %.
+const ROUGH_PERIOD_S: f64 = 0.08;
+/// Times that a motion is slowed down.
+const SLOWED: usize = 3;
+/// What goes along the seam is not slowed: a little more than enough, so that it need not be done often.
+const SLOWER: f64 = 1.002;
 /// The same for the arm's joints, whose jerk is not looked at.
 const ROUGH_JOINTS_S: f64 = 0.08;
 /// Frames that a search looks at are no further apart, s.
 const ROUGH_FRAMES_S: f64 = 0.2;
+/// Of these frames wrong cells look at one of so many.
+const ROUGH_VIEWS: usize = 2;
 /// Designs that leave something unseen come after all that show everything; then those that wrong cells lose, those that lose
 /// the seam at the guess, and those that break limits.
 const BROKEN: f64 = 1e6;
@@ -69,9 +74,14 @@ fn searched(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<
     let place = Place::of(cell, ask)?;
     let valleys = if cell.guess_error.is_none() { 2 } else { 4 };
     let valleys = (ask.evaluations / LEAST_SCOUT).clamp(1, valleys);
-    let middle = DVector::repeat(DIMENSION, 0.5);
     let one = |shape: Shape, k: usize| {
-        Search::about(&place, shape, &middle, SPREAD, ask.seed.wrapping_add(1000 * k as u64))
+        let seed = ask.seed.wrapping_add(1000 * k as u64);
+        match pattern::of(shape).filter(|_| k == 0) {
+            Some(known) => {
+                Search::about(&place, shape, &DVector::from_column_slice(known), NEAR_SPREAD, seed)
+            }
+            None => Search::about(&place, shape, &DVector::repeat(DIMENSION, 0.5), SPREAD, seed),
+        }
     };
     let mut searches: Vec<Search<'_>> =
         ask.shapes.iter().flat_map(|shape| (0..valleys).map(|k| one(*shape, k))).collect();
@@ -102,8 +112,8 @@ pub fn replan(
     best_sound(search.best.into_iter(), ask.duration_s)
 }
 
-/// First spread of a search in the unit box, and of one that begins near a plan.
-const SPREAD: f64 = 0.3;
+/// First spread of a search in the unit box, and of one that begins near a plan or a pattern.
+const SPREAD: f64 = 0.15;
 /// See [`SPREAD`].
 const NEAR_SPREAD: f64 = 0.1;
 /// Designs of a generation.
@@ -212,7 +222,7 @@ fn stance(cell: &Cell) -> Result<Option<Stance>, PlanError> {
 }
 
 /// A design that is better by less is not looked at closely on the way.
-const CLEARLY: f64 = 0.99;
+const CLEARLY: f64 = 0.995;
 
 /// A search among the designs of one shape, and the best plan that it has found; one that breaks limits where it finds nothing else.
 struct Search<'a> {
@@ -245,24 +255,40 @@ impl<'a> Search<'a> {
         let mut least = self.minimiser.best().map_or(f64::INFINITY, |found| found.value);
         self.minimiser.run(tries, |point| {
             tick();
-            let Some(motion) = designs.motion(point) else { return f64::INFINITY };
-            let value = designs.rough_value(&motion);
+            let Some((motion, demand)) = designs.motion(point) else { return f64::INFINITY };
+            let value = designs.rough_value(&motion, &demand);
             if CLEARLY * least <= value {
                 return value;
             }
             let Some(plan) = designs.finished(motion, point.clone()) else { return value };
-            let value = value.max(rank(&plan));
-            least = least.min(rank(&plan));
+            let is_sound = rank(&plan) < UNSEEN;
+            let value = if is_sound { value } else { value.max(rank(&plan)) };
+            least = least.min(value);
             keep(plan);
             value
         });
         if let Some(found) = self.minimiser.best()
-            && let Some(motion) = designs.motion(&found.point)
+            && let Some((motion, _)) = designs.motion(&found.point)
             && let Some(plan) = designs.finished(motion, found.point.clone())
         {
             keep(plan);
         }
     }
+}
+
+/// A motion and what it demands, sampled so often; swings so much slower, as wide as they are, that it keeps a part of all limits of speed
+/// and its derivatives.
+fn paced(cell: &Cell, mut motion: Motion, period_s: f64, most: f64) -> (Motion, Constraints) {
+    let mut demand = constraints::of_motion(cell, &motion, period_s);
+    for _ in 0..SLOWED {
+        let too_fast = demand.too_fast() / most;
+        if too_fast <= 1.0 {
+            break;
+        }
+        motion = Motion::new(cell, motion.design().clone().slowed(SLOWER * too_fast));
+        demand = constraints::of_motion(cell, &motion, period_s);
+    }
+    (motion, demand)
 }
 
 /// The designs of one shape.
@@ -272,25 +298,22 @@ struct Designs<'a> {
 }
 
 impl Designs<'_> {
-    /// The motion of a point; one that is too fast is slowed down, swings as wide as they are, so that the search finds what is best
-    /// at the limit itself instead of groping for it from below.
-    fn motion(&self, point: &DVector<f64>) -> Option<Motion> {
+    /// The motion of a point and what it demands; one that is too fast is slowed down, swings as wide as they are, so that the search
+    /// finds what is best at the limit itself instead of groping for it from below.
+    fn motion(&self, point: &DVector<f64>) -> Option<(Motion, Constraints)> {
         let Place { cell, ask, .. } = self.place;
         let unit: &[f64; DIMENSION] = point.as_slice().try_into().ok()?;
         let design = from_unit_box(&cell.limits, self.shape, ask.duration_s, unit);
-        let motion = Motion::new(cell, design.clone());
-        let too_fast = constraints::of_motion(cell, &motion, PACE_PERIOD_S).too_fast() / MARGIN;
-        if too_fast <= 1.0 {
-            return Some(motion);
-        }
-        Some(Motion::new(cell, design.slowed(too_fast)))
+        // Mostly a rougher look is enough to find the pace.
+        let (motion, _) = paced(cell, Motion::new(cell, design), 2.0 * ROUGH_PERIOD_S, MARGIN);
+        Some(paced(cell, motion, ROUGH_PERIOD_S, MARGIN))
     }
 
     /// What the search minimises: the score, or for motions that break limits by how much they do. What is cheap to ask is asked
     /// first.
-    fn rough_value(&self, motion: &Motion) -> f64 {
+    fn rough_value(&self, motion: &Motion, demand: &Constraints) -> f64 {
         let Place { cell, ask, stride, .. } = self.place;
-        let excess = constraints::of_motion(cell, motion, ROUGH_PERIOD_S).excess(MARGIN);
+        let excess = demand.excess(MARGIN);
         if excess > 0.0 {
             return BROKEN * (10.0 + excess);
         }
@@ -307,27 +330,29 @@ impl Designs<'_> {
         if least_room < 1.0 - MARGIN {
             return BROKEN * (5.0 - least_room.max(-4.0));
         }
-        let views = self.place.look(&self.place.asked, &sights, 1);
+        let views = self.place.look(&self.place.asked, &sights, ROUGH_VIEWS);
         let used = views.loss().used() / LOSS_MARGIN;
         if used > 1.0 {
             return BROKEN * used.min(4.0);
         }
-        let told = sights.told(cell, views.seen_by.into_iter());
+        let seen_by = (0..sights.list.len()).map(|k| views.seen_by[k / ROUGH_VIEWS]);
+        let told = sights.told(cell, seen_by);
         match told.covariance() {
-            Some(covariance) => ask.goal.score(&covariance).min(UNSEEN),
+            Some(covariance) => ask.goal.smooth_score(&covariance).min(UNSEEN),
             None => Prediction::of(&told).map_or(BROKEN, |prediction| unseen(prediction.rank)),
         }
     }
 
-    /// The plan with every frame looked at, and limits checked at the path's own rate.
+    /// The plan with every frame looked at, and limits checked at the path's own rate, at which it may have to be a little slower.
     fn finished(&self, motion: Motion, point: DVector<f64>) -> Option<Plan> {
         let Place { cell, ask, truth, stride, judged, .. } = self.place;
+        let (motion, demand) = paced(cell, motion, PATH_PERIOD_S, 1.0);
         let sights = Sights::of(cell, &motion, truth, 1)?;
         let views = self.place.look(judged, &sights, *stride);
         let loss = views.loss();
         let seen_by: Vec<f64> = (0..sights.list.len()).map(|k| views.seen_by[k / stride]).collect();
         let points = sights.list.iter().map(|sight| sight.point_in_camera);
-        let constraints = constraints::of_motion(cell, &motion, PATH_PERIOD_S).with_view(cell, points, &loss);
+        let constraints = demand.with_view(cell, points, &loss);
         let (constraints, joints) = self.place.with_arm(constraints, &motion, PATH_PERIOD_S);
         let prediction = Prediction::of(&sights.told(cell, seen_by.iter().copied()))?;
         let score = ask.goal.score(&prediction.covariance);

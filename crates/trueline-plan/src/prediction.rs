@@ -119,8 +119,11 @@ impl Sights {
     /// Every `stride`-th frame of a motion; `None` if the seam runs along the sheet somewhere.
     #[must_use]
     pub fn of(cell: &Cell, motion: &Motion, truth: &Truth, stride: usize) -> Option<Self> {
-        let met: Vec<Met> = exposures(cell, motion.design().duration_s, stride)
-            .map(|time_s| Met::at(cell, motion, truth, time_s))
+        let step_s = stride.max(1) as f64 * cell.frame_period_s;
+        let count = exposures(cell, motion.design().duration_s, stride).count();
+        let met: Vec<Met> = motion
+            .placements([0.5 * cell.frame_period_s, step_s], count, &truth.tool_from_camera)
+            .map(|(time_s, placement)| Met::at(cell, truth, time_s, placement))
             .collect::<Option<_>>()?;
         let (low, high) = met.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), m| {
             (low.min(m.along_m), high.max(m.along_m))
@@ -171,8 +174,7 @@ struct Met {
 }
 
 impl Met {
-    fn at(cell: &Cell, motion: &Motion, truth: &Truth, time_s: f64) -> Option<Self> {
-        let placement = motion.placement(time_s, &truth.tool_from_camera);
+    fn at(cell: &Cell, truth: &Truth, time_s: f64, placement: Placement) -> Option<Self> {
         let camera_from_base = placement.base_from_camera().inverse();
         let start = (camera_from_base * Point3::from(*truth.line.anchor())).coords;
         let direction = camera_from_base.rotation * truth.line.direction();

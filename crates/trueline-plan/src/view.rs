@@ -14,6 +14,8 @@ pub enum View {
         margin_px: f64,
         /// Squared radius of the ideal picture within which the lens model holds.
         believed_squared: f64,
+        /// Corners of a part of the ideal picture that is surely in view, however the lens distorts.
+        surely: [Vector2<f64>; 2],
     },
     /// A window in the sheet: along the stripe, and in depth.
     Window {
@@ -33,7 +35,23 @@ impl View {
     /// A camera's picture with a margin, px.
     #[must_use]
     pub fn of_camera(camera: Camera, margin_px: f64) -> Self {
-        Self::Camera { camera, margin_px, believed_squared: camera.distortion.invertible_radius_squared() }
+        let believed_squared = camera.distortion.invertible_radius_squared();
+        let surely = surely_seen(&camera, margin_px, believed_squared);
+        Self::Camera { camera, margin_px, believed_squared, surely }
+    }
+
+    /// Whether a point of the camera frame (m) is in view.
+    #[must_use]
+    pub fn contains(&self, point_in_camera: &Vector3<f64>) -> bool {
+        if let Self::Camera { surely: [low, high], .. } = self
+            && point_in_camera.z > 0.0
+        {
+            let [x, y] = [point_in_camera.x, point_in_camera.y].map(|a| a / point_in_camera.z);
+            if x >= low.x && x <= high.x && y >= low.y && y <= high.y {
+                return true;
+            }
+        }
+        self.room(point_in_camera) >= 0.0
     }
 
     /// How far inside the view a point of the camera frame (m) is, as a part of half the view's size; negative
@@ -41,7 +59,7 @@ impl View {
     #[must_use]
     pub fn room(&self, point_in_camera: &Vector3<f64>) -> f64 {
         match self {
-            Self::Camera { camera, margin_px, believed_squared } => {
+            Self::Camera { camera, margin_px, believed_squared, .. } => {
                 room_in_picture(camera, *margin_px, *believed_squared, point_in_camera)
             }
             Self::Window { half_width_m, depth_m, stripe } => {
@@ -51,6 +69,23 @@ impl View {
                 aside.min(1.0 - (point_in_camera.z - middle).abs() / half_depth)
             }
         }
+    }
+}
+
+/// The picture without its margin as ideal coordinates, drawn in by the most that the lens moves any point within its corners'
+/// radius; empty where the lens model does not hold so far out.
+fn surely_seen(camera: &Camera, margin_px: f64, believed_squared: f64) -> [Vector2<f64>; 2] {
+    let edge = |k: usize, pixel: f64| (pixel - 0.5 - camera.centre[k]) / camera.focal[k];
+    let low = Vector2::from_fn(|k, _| edge(k, margin_px));
+    let high = Vector2::from_fn(|k, _| edge(k, f64::from(camera.size[k]) - margin_px));
+    let r = low.abs().sup(&high.abs()).norm();
+    let d = &camera.distortion;
+    let radial = d.k1.abs() * r.powi(3) + d.k2.abs() * r.powi(5) + d.k3.abs() * r.powi(7);
+    let moved = radial + 3.0 * (d.p1.abs() + d.p2.abs()) * r * r;
+    if r * r < believed_squared {
+        [low.add_scalar(moved), high.add_scalar(-moved)]
+    } else {
+        [Vector2::repeat(1.0), Vector2::repeat(-1.0)]
     }
 }
 

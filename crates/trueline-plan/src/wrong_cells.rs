@@ -45,6 +45,7 @@ pub struct WrongCell {
     sheet_offset_m: f64,
     middle: Vector3<f64>,
     direction: Vector3<f64>,
+    half_length_m: f64,
 }
 
 impl WrongCell {
@@ -58,6 +59,7 @@ impl WrongCell {
             sheet_offset_m: cell.sheet.plane().offset() + normal_in_tool.dot(&camera_origin),
             middle: 0.5 * (seam.from_m + seam.to_m),
             direction: seam.direction()?.into_inner(),
+            half_length_m: 0.5 * seam.length_m(),
             tool_from_camera,
             seam,
         })
@@ -84,10 +86,10 @@ impl WrongCell {
         }
         let along = (self.sheet_offset_m - self.normal_in_tool.dot(&middle)) / toward;
         let in_camera = self.camera_from_tool * (middle + direction * along - self.camera_origin);
-        if cell.view.room(&in_camera) < 0.0 {
+        if !cell.view.contains(&in_camera) {
             return Frame::OutOfView;
         }
-        if along.abs() > 0.5 * self.seam.length_m() { Frame::BeyondEnd } else { Frame::Seen }
+        if along.abs() > self.half_length_m { Frame::BeyondEnd } else { Frame::Seen }
     }
 }
 
@@ -102,7 +104,7 @@ const SEARCH_SEED: u64 = 0;
 /// See [`SEARCH_SEED`].
 const PROMISE_SEED: u64 = 1 << 32;
 /// Cells that a search asks.
-const SEARCH_CELLS: u64 = 40;
+const SEARCH_CELLS: u64 = 120;
 /// Cells that a promise is judged by.
 const PROMISE_CELLS: u64 = 240;
 /// See [`WrongCells::for_wrong_guesses`].

@@ -148,7 +148,7 @@ fn the_shortest_scan_reaches_what_is_wanted_and_much_shorter_ones_do_not() {
 
 #[test]
 fn a_longer_search_of_the_same_cell_finds_little_more() {
-    // Where the guess is good there are few deep valleys, of which another seed may find a deeper one: 1.18 when this was written.
+    // Where the guess is good there are few deep valleys, of which another seed may find a deeper one.
     let cell = exact(example());
     let ask = |evaluations, seed| PlanRequest {
         shapes: vec![Shape::TwoPasses],
@@ -158,5 +158,17 @@ fn a_longer_search_of_the_same_cell_finds_little_more() {
     };
     let short = plan(&cell, &ask(PlanRequest::default().evaluations, 1), &|| ()).unwrap().score;
     let long = plan(&cell, &ask(20_000, 2), &|| ()).unwrap().score;
-    assert!(short < 1.3 * long, "{short} against {long}");
+    assert!(short < 1.15 * long, "{short} against {long}");
+}
+
+#[test]
+fn the_first_scan_of_the_example_is_as_accurate_as_is_said() {
+    let ask = PlanRequest { shapes: vec![Shape::TwoPasses], ..PlanRequest::default() };
+    let prediction = plan(&example(), &ask, &|| ()).unwrap().prediction;
+    // 0.0126 ms, 0.0051° and 0.0077 mm when this was written, all shapes tried.
+    assert!(prediction.sigma(0) <= 0.014e-3, "{} s", prediction.sigma(0));
+    for k in 0..3 {
+        let (turn, shift) = (prediction.sigma(ROTATION + k), prediction.sigma(TRANSLATION + k));
+        assert!(turn <= 0.0055_f64.to_radians() && shift <= 0.0085e-3, "{turn} rad, {shift} m");
+    }
 }

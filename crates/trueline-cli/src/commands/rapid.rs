@@ -25,6 +25,7 @@ pub fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
         work_object: args.work_object.clone(),
         device: args.device.clone(),
         mechanical_unit: args.mechanical_unit.clone(),
+        task: args.task.clone(),
         pc: args.pc,
         approach_mm_s: args.approach_mm_s,
         speed_deviation_deg_s: args.speed_deviation_deg_s,
@@ -45,8 +46,9 @@ pub fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
     };
     output::words(&format!(
         "{}: written. No real controller has tried such a module here: check it in RobotStudio, run it in manual\n\
-         reduced speed first. Load it, {then}.",
-        args.out.display()
+         reduced speed first. Load it into the task {}, {then}.",
+        args.out.display(),
+        args.task
     ));
     Ok(ExitCode::SUCCESS)
 }

@@ -266,11 +266,26 @@ impl CheckedPath {
 
     fn extremes_of(&self, piece: usize, limits: &MotionLimits) -> Extremes {
         let [speed_m_s, acceleration_m_s2, jerk_m_s3] = self.position.bounds(piece);
-        let [turn_rad_s, bend, _] = self.turn.bounds(piece);
+        let [turn_rad_s, bend, bend_more] = self.turn.bounds(piece);
         // α = J w'' + J' w', and neither J's norm nor that of its derivative by w is above 1.
         let turn_acceleration_rad_s2 = bend + turn_rad_s * turn_rad_s;
-        let tip_m_s = limits.tip_speed_m_s(speed_m_s, turn_rad_s);
+        // ω'' = J w''' + 2 J' w'' + J'' w', with J = ∫ exp(s w) ds over 0 to 1: |J'| ≤ |w'|/2, |J''| ≤ (|w''| + |w'|²)/2.
+        let turn_jerk_rad_s3 = bend_more + 1.5 * turn_rad_s * bend + 0.5 * turn_rad_s.powi(3);
+        let tip_m_s = self.tip_m_s(piece, jerk_m_s3 + turn_jerk_rad_s3 * limits.reach_m, limits);
         Extremes { speed_m_s, acceleration_m_s2, jerk_m_s3, turn_rad_s, turn_acceleration_rad_s2, tip_m_s }
+    }
+}
+
+impl CheckedPath {
+    /// The speed of the fastest point that the tool carries: a convex function of (v, ω), so that within a piece it is above the larger of
+    /// its ends by no more than v and ω leave their chords, h²/8 of their second derivatives.
+    fn tip_m_s(&self, piece: usize, most_second_m_s3: f64, limits: &MotionLimits) -> f64 {
+        let (start_s, length_s) = self.position.piece_s(piece);
+        let [from, to] = [start_s, start_s + length_s].map(|at_s| {
+            let at = self.at(at_s);
+            limits.tip_speed_m_s(&at.velocity_m_s, &at.angular_velocity_rad_s)
+        });
+        from.max(to) + length_s * length_s / 8.0 * most_second_m_s3
     }
 }
 

@@ -14,7 +14,7 @@ pub fn program(path: &Waypoints) -> String {
     }
     let _ = write!(
         text,
-        "  ! tool0 in wobj0; write yours. To stream poses meanwhile see `trueline rapid`.\n\n\
+        "  ! tool0 in wobj0, for the task T_ROB1: `trueline rapid` writes the names of yours, and streams poses meanwhile.\n\n\
          \x20 PROC TruelineScan_Run()\n\
          \x20   ConfJ\\Off;\n\
          \x20   ConfL\\Off;\n\
@@ -24,6 +24,10 @@ pub fn program(path: &Waypoints) -> String {
          \x20   TruelineScan_Path;\n\
          \x20   ConfL\\On;\n\
          \x20   ConfJ\\On;\n\
+         \x20 ERROR\n\
+         \x20   ConfL\\On;\n\
+         \x20   ConfJ\\On;\n\
+         \x20   RAISE;\n\
          \x20 ENDPROC\n\n",
         target(&path.list[0].pose)
     );
