@@ -1,27 +1,16 @@
 //! Every report in a real browser: nothing is loaded, nothing complains, every chart shows all its points.
 //!
-//! Needs Chromium (`TRUELINE_CHROMIUM`, or one in the path); where there is none, this says so and tests nothing.
+//! Needs Chromium: see the tests of `trueline-serve`, which look at their pages in the same way.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "../../trueline-serve/tests/common/chromium.rs"]
+mod chromium;
+
+use chromium::attribute;
 use serde_json::Value;
 use std::fs;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn browser() -> Option<PathBuf> {
-    let named = std::env::var_os("TRUELINE_CHROMIUM").map(PathBuf::from);
-    let folders: Vec<PathBuf> =
-        std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).collect();
-    let names = ["chromium", "chromium-browser", "google-chrome"];
-    let found =
-        folders.iter().flat_map(|folder| names.map(|name| folder.join(name))).find(|file| file.exists());
-    if named.is_none() && found.is_none() {
-        let mut stderr = std::io::stderr();
-        writeln!(stderr, "SKIPPED: browser: no Chromium here, the reports are not looked at").unwrap();
-    }
-    named.or(found)
-}
+use std::path::Path;
+use std::process::Command;
 
 struct Look {
     width: u32,
@@ -29,35 +18,11 @@ struct Look {
 }
 
 /// The page as the browser has built it, and what it said meanwhile.
-fn open(browser: &Path, folder: &Path, report: &Path, look: &Look, more: &[&str]) -> (String, String) {
-    let profile = folder.join("profile");
-    let output: Output = Command::new(browser)
-        .args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--no-first-run",
-            "--disable-background-networking",
-        ])
-        .args(["--disable-component-update", "--disable-sync", "--disable-quic", "--hide-scrollbars"])
-        .args(["--enable-logging=stderr", "--virtual-time-budget=30000"])
-        .arg(format!("--user-data-dir={}", profile.display()))
-        .arg(format!("--window-size={},1200", look.width))
-        .arg(format!("--blink-settings=preferredColorScheme={}", if look.dark { 0 } else { 1 }))
-        .args(more)
-        .arg(format!("file://{}", report.display()))
-        .output()
-        .unwrap();
-    (
-        String::from_utf8_lossy(&output.stdout).into_owned(),
-        String::from_utf8_lossy(&output.stderr).into_owned(),
-    )
-}
-
-/// An attribute of the first element in a text.
-fn attribute<'a>(text: &'a str, name: &str) -> Option<&'a str> {
-    let start = text.find(&format!("{name}=\""))? + name.len() + 2;
-    text[start..].split('"').next()
+fn open(browser: &Path, folder: &Path, report: &Path, look: &Look, more: &[&str]) -> [String; 2] {
+    let address = format!("file://{}", report.display());
+    let scheme = format!("--blink-settings=preferredColorScheme={}", if look.dark { 0 } else { 1 });
+    let all = [&["--hide-scrollbars", "--virtual-time-budget=30000", &scheme], more].concat();
+    chromium::opened(browser, folder, &address, look.width, &all)
 }
 
 /// The charts that the page should draw, with their numbers of points.
@@ -71,7 +36,7 @@ fn expected(report: &Path) -> Vec<(String, u64)> {
 }
 
 fn check(browser: &Path, folder: &Path, report: &Path, look: &Look) {
-    let (page, said) = open(browser, folder, report, look, &["--dump-dom"]);
+    let [page, said] = open(browser, folder, report, look, &["--dump-dom"]);
     let what = format!("{} at {} px, dark: {}", report.display(), look.width, look.dark);
     let root = page.split_once("<head>").map_or("", |(root, _)| root);
     assert!(!said.contains(":CONSOLE"), "{what}: {said}");
@@ -96,7 +61,7 @@ fn trueline(folder: &Path, arguments: &[&str]) {
 
 #[test]
 fn every_report_draws_all_its_charts_and_loads_nothing() {
-    let Some(browser) = browser() else { return };
+    let Some(browser) = chromium::browser("reports") else { return };
     let dir = tempfile::tempdir().unwrap();
     let folder = dir.path();
     for arguments in [

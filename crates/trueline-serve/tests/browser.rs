@@ -1,59 +1,25 @@
 //! The live pages in a real browser: nothing is blocked, nothing complains, and what changes is drawn without a reload.
 //!
-//! Needs Chromium (`TRUELINE_CHROMIUM`, or one in the path); where there is none, this says so and tests nothing.
+//! Needs Chromium: see `common/chromium.rs`.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "common/chromium.rs"]
+mod chromium;
 mod common;
 
+use chromium::attribute;
 use common::{Growing, offer_picture, state_with_an_alarm};
-use std::io::Write as _;
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use trueline_serve::http::Reply;
 use trueline_serve::{Limits, LiveServer, Site, WatchSite};
 
-fn browser() -> Option<PathBuf> {
-    let named = std::env::var_os("TRUELINE_CHROMIUM").map(PathBuf::from);
-    let folders: Vec<PathBuf> =
-        std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).collect();
-    let names = ["chromium", "chromium-browser", "google-chrome"];
-    let found =
-        folders.iter().flat_map(|folder| names.map(|name| folder.join(name))).find(|file| file.exists());
-    if named.is_none() && found.is_none() {
-        let mut stderr = std::io::stderr();
-        writeln!(stderr, "SKIPPED: browser: no Chromium here, the live pages are not looked at").unwrap();
-    }
-    named.or(found)
-}
-
-/// The page as it is after some seconds, and what the browser said meanwhile.
-fn opened(browser: &Path, folder: &Path, server: &LiveServer, width: u32) -> (String, String) {
-    let output = Command::new(browser)
-        .args([
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--no-first-run",
-            "--disable-background-networking",
-        ])
-        .args(["--disable-component-update", "--disable-sync", "--disable-quic", "--enable-logging=stderr"])
-        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
-        .arg(format!("--window-size={width},1200"))
-        // The script has looked three times by then.
-        .args(["--virtual-time-budget=9000", "--dump-dom"])
-        .arg(format!("http://{}/", server.address()))
-        .output()
-        .unwrap();
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    (text(output.stdout), text(output.stderr))
-}
-
-fn attribute<'a>(text: &'a str, name: &str) -> Option<&'a str> {
-    let start = text.find(&format!("{name}=\""))? + name.len() + 2;
-    text[start..].split('"').next()
+/// The page as it is after some seconds, when its script has looked three times, and what the browser said meanwhile.
+fn opened(browser: &Path, folder: &Path, server: &LiveServer, width_px: u32) -> [String; 2] {
+    let address = format!("http://{}/", server.address());
+    chromium::opened(browser, folder, &address, width_px, &["--virtual-time-budget=9000", "--dump-dom"])
 }
 
 fn is_well(page: &str, said: &str) {
@@ -91,11 +57,11 @@ fn serve(site: Arc<dyn Site>) -> LiveServer {
 
 #[test]
 fn live_pages_draw_what_changes_and_nothing_is_blocked() {
-    let Some(browser) = browser() else { return };
+    let Some(browser) = chromium::browser("live pages") else { return };
     let folder = tempfile::tempdir().unwrap();
     let watched = serve(Arc::new(WatchSite::of(vec![state_with_an_alarm(folder.path())])));
     for width in [1400, 520] {
-        let (page, said) = opened(&browser, folder.path(), &watched, width);
+        let [page, said] = opened(&browser, folder.path(), &watched, width);
         is_well(&page, &said);
         assert!(page.contains("ALARM: the camera's time offset has changed"), "{page}");
     }
@@ -105,7 +71,7 @@ fn live_pages_draw_what_changes_and_nothing_is_blocked() {
     offer_picture(&growing.picture, 17);
     let first = String::from_utf8(growing.site.reply("/").unwrap().body).unwrap();
     let recorded = serve(Arc::new(GrowsWhenAsked { growing, asked: AtomicU32::new(0) }));
-    let (page, said) = opened(&browser, folder.path(), &recorded, 1400);
+    let [page, said] = opened(&browser, folder.path(), &recorded, 1400);
     is_well(&page, &said);
     assert!(page.contains("the seam is marked"), "{page}");
     let points =
