@@ -9,8 +9,10 @@ use clap::{Args, ValueEnum};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use trueline_lsq::Loss;
-use trueline_method::hypotheses::choice::ToolAxis;
-use trueline_method::{Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps};
+use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
+use trueline_method::{
+    Config, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Use,
+};
 use trueline_sensor::Board;
 
 #[derive(Args)]
@@ -130,6 +132,41 @@ pub struct CalibrateArgs {
     /// Print no summary
     #[arg(long)]
     pub quiet: bool,
+}
+
+impl CalibrateArgs {
+    /// What a calibration is told, in SI.
+    pub fn config(&self) -> Config {
+        let defaults = Config::default();
+        Config {
+            measurements: self.measurements.unwrap_or_default(),
+            residual: self.residual,
+            loss: self.loss,
+            hold: self.fix.clone(),
+            held_sigma: self.fixed_sigma.map_or_else(HeldSigma::default, |sigma| HeldSigma {
+                time_s: sigma.time_s,
+                rotation_rad: sigma.rotation_rad,
+                translation_m: sigma.translation_m,
+            }),
+            feature_sigma_px: self.feature_sigma_px.unwrap_or(defaults.feature_sigma_px),
+            feature_sigma_m: self.feature_sigma_mm.map_or(defaults.feature_sigma_m, |mm| mm * 1e-3),
+            robot_sigma_m: self.robot_sigma_mm.map(|mm| mm * 1e-3),
+            stamp_sigma_s: self.stamp_sigma_ms.map(|ms| ms * 1e-3),
+            stamps: self.stamps,
+            sensor: self.sensor,
+            robot_accuracy_m: self.robot_accuracy_mm.map(|mm| mm * 1e-3),
+            feature_bias_px: self.feature_bias_px,
+            accept_partial: self.accept_partial,
+            require: self.require.unwrap_or_default(),
+            known: KnownOfCell { offset_within_s: self.offset_within, looks: self.looks },
+            used_at: Use {
+                speed_m_s: self.speed_mm_s * 1e-3,
+                stand_off_m: self.stand_off_mm.map(|mm| mm * 1e-3),
+            },
+            threads: self.threads.get(),
+            ..defaults
+        }
+    }
 }
 
 /// Options that say nothing of a board.

@@ -6,6 +6,7 @@ use crate::simulate::{JOINTS_OF_PICTURES, LOOKS};
 use clap::Args;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
+use trueline_camera::device::{DeviceClock, DeviceSettings};
 use trueline_sim::{Joint, Look};
 
 #[derive(Args)]
@@ -82,4 +83,40 @@ pub struct CameraSimArgs {
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
+}
+
+impl CameraSimArgs {
+    /// How its pictures look.
+    pub fn look(&self) -> Look {
+        Look { exposure_s: self.exposure_ms * 1e-3, ..(self.look)() }
+    }
+
+    /// The true time offset of first-packet stamps, s.
+    pub fn time_offset_s(&self) -> f64 {
+        1e-3 * (0.5 * self.exposure_ms + self.readout_ms + self.latency_ms)
+    }
+
+    /// The camera whose pictures have this size, px.
+    pub fn device(&self, [width, height]: [u32; 2]) -> DeviceSettings {
+        DeviceSettings {
+            address: self.address,
+            width,
+            height,
+            period_s: 1.0 / self.fps,
+            exposure_us: self.exposure_ms * 1e3,
+            readout_s: self.readout_ms * 1e-3,
+            latency_s: self.latency_ms * 1e-3,
+            clock: DeviceClock {
+                epoch_ns: (self.epoch_s * 1e9) as i64,
+                drift_ppm: self.drift_ppm,
+                ..DeviceClock::default()
+            },
+            packet_bytes: self.packet_bytes,
+            pace_bits_per_s: self.mbit_s * 1e6,
+            loss: self.loss,
+            frame_drop: self.frame_drop,
+            seed: self.seed,
+            serial: format!("SIM-{}", self.seed),
+        }
+    }
 }

@@ -12,6 +12,17 @@ pub struct ImportArgs {
     pub format: ImportFormat,
 }
 
+/// The dataset folder that an import writes.
+#[derive(Args)]
+pub struct NewFolder {
+    /// Folder to write
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Replace the folder if trueline wrote it
+    #[arg(long)]
+    pub force: bool,
+}
+
 #[derive(Subcommand)]
 pub enum ImportFormat {
     /// The text files of the paper's authors: the simulation (egm.txt, cam.txt), or real recordings
@@ -26,12 +37,8 @@ File names are looked up in SRC. The recording's rows are
     LvsStCalib {
         /// Folder with the files
         src: PathBuf,
-        /// Folder to write
-        #[arg(long)]
-        out: PathBuf,
-        /// Replace the folder if trueline wrote it
-        #[arg(long)]
-        force: bool,
+        #[command(flatten)]
+        folder: NewFolder,
         /// Robot rows of a real recording
         #[arg(long, requires = "images")]
         robot: Option<PathBuf>,
@@ -53,12 +60,8 @@ File names are looked up in SRC. The recording's rows are
     Tum {
         /// The trajectory
         src: PathBuf,
-        /// Folder to write
-        #[arg(long)]
-        out: PathBuf,
-        /// Replace the folder if trueline wrote it
-        #[arg(long)]
-        force: bool,
+        #[command(flatten)]
+        folder: NewFolder,
         /// features.csv
         #[arg(long)]
         features: PathBuf,
@@ -92,12 +95,8 @@ must be named.";
 pub struct BagArgs {
     /// The recording
     pub src: PathBuf,
-    /// Folder to write
-    #[arg(long)]
-    pub out: PathBuf,
-    /// Replace the folder if trueline wrote it
-    #[arg(long)]
-    pub force: bool,
+    #[command(flatten)]
+    pub folder: NewFolder,
     /// sensor.toml [default: the one in the recording]
     #[arg(long)]
     pub sensor: Option<PathBuf>,

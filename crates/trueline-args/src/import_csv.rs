@@ -1,5 +1,6 @@
 //! `trueline import csv`.
 
+use crate::import::NewFolder;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::PathBuf;
@@ -51,12 +52,8 @@ its name.")]
 pub struct ImportCsvArgs {
     /// Folder with the files
     pub src: PathBuf,
-    /// Folder to write
-    #[arg(long)]
-    pub out: PathBuf,
-    /// Replace the folder if trueline wrote it
-    #[arg(long)]
-    pub force: bool,
+    #[command(flatten)]
+    pub folder: NewFolder,
     /// Maker of the robot: units and meaning of the columns
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(RobotLayout::names()))]
     pub robot: Option<String>,

@@ -2,6 +2,17 @@
 //!
 //! Values are read into the units and types of the libraries (SI); what is read here is in range. What a command does is not
 //! here: shell completions and manual pages need no more than this.
+//!
+//! ```
+//! use clap::FromArgMatches;
+//! use trueline_args::{Arguments, Command};
+//!
+//! let words = ["trueline", "calibrate", "scan", "--speed-mm-s", "100"];
+//! let arguments = Arguments::from_arg_matches(&trueline_args::command().try_get_matches_from(words)?)?;
+//! let Command::Calibrate(calibrate) = arguments.command else { unreachable!("that is the word") };
+//! assert_eq!(calibrate.config().used_at.speed_m_s, 0.1, "millimetres end here");
+//! # Ok::<(), clap::Error>(())
+//! ```
 #![allow(
     missing_docs,
     reason = "the documentation of what clap derives is help: that of a command stands in the list of commands"
@@ -33,6 +44,7 @@ mod simulate;
 mod simulate_path;
 mod simulate_plates;
 mod simulate_production;
+mod simulated_scenario;
 mod stream_sim;
 mod watch;
 
@@ -45,7 +57,7 @@ pub use evaluate::{EvaluateArgs, ReproduceArgs};
 pub use export::ExportArgs;
 pub use features::FeaturesArgs;
 pub use history::HistoryArgs;
-pub use import::{BagArgs, ImportArgs, ImportFormat};
+pub use import::{BagArgs, ImportArgs, ImportFormat, NewFolder};
 pub use import_csv::ImportCsvArgs;
 pub use listen::ListenArgs;
 pub use plan::PlanArgs;

@@ -10,8 +10,9 @@ use clap::Args;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Duration;
-use trueline_cell::StampChoice;
+use trueline_cell::{CameraChoice, CameraSettings, StampChoice};
 use trueline_method::Requirement;
+use trueline_vision::Joint;
 
 /// The camera beside the robot.
 #[derive(Args)]
@@ -37,6 +38,22 @@ pub struct CameraArgs {
     /// Say when these are reached: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse)]
     pub want: Option<Requirement>,
+}
+
+impl CameraArgs {
+    /// The camera, if one is named; `reconnect`: it is waited for when it is unplugged.
+    pub fn settings(&self, reconnect: bool) -> Option<CameraSettings> {
+        let choice = match (&self.replay, self.camera) {
+            (Some(folder), _) => CameraChoice::Replay(folder.clone()),
+            (None, Some(address)) => {
+                CameraChoice::GigE { address, exposure_us: self.exposure_us, fps: self.fps }
+            }
+            (None, None) => return None,
+        };
+        // `auto`, the one word that names no joint, is not among those of a live cell.
+        let joint = self.joint.unwrap_or(Joint::Fillet);
+        Some(CameraSettings { choice, stamp: self.stamp, joint, reconnect })
+    }
 }
 
 static STAMPS: [Choice<StampChoice>; 3] = [

@@ -2,6 +2,7 @@
 
 use crate::number;
 use clap::Args;
+use trueline_sim::{PlateForm, Plates};
 
 #[derive(Args)]
 #[group(id = "of_plates")]
@@ -24,4 +25,26 @@ pub struct PlatesArgs {
     /// Noise of the stripe in one column of a picture, px
     #[arg(long, requires = "plates", default_value_t = 0.5, value_parser = number::above_zero)]
     pub column_noise_px: f64,
+}
+
+/// What is left of the stripe's noise where there is to be none, px: the weight of a column is finite.
+const NOISE_FREE_PX: f64 = 1e-6;
+
+impl PlatesArgs {
+    /// The plates.
+    pub fn plates(&self, noise_free: bool) -> Plates {
+        let form = PlateForm {
+            across: self.bow_mm * 1e-3,
+            along: self.bow_mm * 1e-3,
+            twist: self.twist_mm * 1e-3,
+            ..PlateForm::default()
+        };
+        Plates {
+            opening_rad: self.plates_deg.to_radians(),
+            forms: [form; 2],
+            roughness_m: self.roughness_mm * 1e-3,
+            column_sigma_px: if noise_free { NOISE_FREE_PX } else { self.column_noise_px },
+            ..Plates::default()
+        }
+    }
 }

@@ -21,7 +21,6 @@ mod pictures;
 mod planned_scan;
 mod progress;
 mod robot_link;
-mod wrapped;
 
 use clap::FromArgMatches;
 use clap::error::ErrorKind;

@@ -9,12 +9,10 @@ use std::time::Duration;
 use trueline_args::CameraArgs;
 use trueline_camera::CameraError;
 use trueline_cell::{
-    CameraChoice, CameraRecorder, CameraSettings, Cell, CellError, FinishedRecording, LiveEstimate,
-    LiveWelds, RecordingSettings,
+    CameraRecorder, Cell, CellError, FinishedRecording, LiveEstimate, LiveWelds, RecordingSettings,
 };
 use trueline_dataset::{SensorFile, sensor_toml};
 use trueline_live::HostClock;
-use trueline_vision::Joint;
 
 /// What the arguments name.
 pub struct LiveCell {
@@ -40,7 +38,8 @@ impl LiveCell {
             _ => None,
         };
         let give_up = || interrupt::times() > 0;
-        let camera = settings(args, reconnect)
+        let camera = args
+            .settings(reconnect)
             .map(|settings| {
                 CameraRecorder::open(&settings, sensor.as_ref().map(|file| &file.sensor), clock, &give_up)
             })
@@ -119,17 +118,6 @@ pub fn tell_recording(finished: &FinishedRecording, report: &str, quiet: bool) -
     }
     output::words(&format!("written to {}", finished.file.display()));
     Ok(())
-}
-
-fn settings(args: &CameraArgs, reconnect: bool) -> Option<CameraSettings> {
-    let choice = match (&args.replay, args.camera) {
-        (Some(folder), _) => CameraChoice::Replay(folder.clone()),
-        (None, Some(address)) => CameraChoice::GigE { address, exposure_us: args.exposure_us, fps: args.fps },
-        (None, None) => return None,
-    };
-    // `auto`, the one word that names no joint, is not among those of a live cell.
-    let joint = args.joint.unwrap_or(Joint::Fillet);
-    Some(CameraSettings { choice, stamp: args.stamp, joint, reconnect })
 }
 
 impl From<CellError> for Failure {

@@ -1,7 +1,6 @@
 //! Where words and data go.
 
 use crate::failure::Failure;
-use crate::wrapped::wrapped;
 use anstyle::{AnsiColor, Style};
 use std::borrow::Cow;
 use std::ffi::OsString;
@@ -9,6 +8,8 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::sync::OnceLock;
 use trueline_dataset::result_file::ResultFile;
+use trueline_dataset::whole_file;
+use trueline_report::wrapped::wrapped;
 
 /// Words for a person: stderr.
 pub fn words(text: &str) {
@@ -122,23 +123,9 @@ fn coloured_line(line: &str) -> String {
 /// A file that a user named as output. It appears whole or not at all: what was there before stays until then.
 pub fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
     let content = content.as_ref();
-    let cannot = |error: std::io::Error| Failure::cannot_write(path, &error);
-    // Pipes and devices have no whole that could appear.
-    if std::fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
-        return std::fs::write(path, content).map_err(cannot);
-    }
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.unfinished", std::process::id()));
-    let unfinished = path.with_file_name(name);
-    let written = std::fs::write(&unfinished, content).and_then(|()| std::fs::rename(&unfinished, path));
-    if written.is_ok() {
-        detail(&format!("written: {}, {} bytes", path.display(), content.len()));
-    }
-    written.map_err(|error| {
-        // Why it cannot be written is told; that the rest of it cannot be removed would say nothing more.
-        drop(std::fs::remove_file(&unfinished));
-        cannot(error)
-    })
+    whole_file::write(path, content).map_err(|error| Failure::cannot_write(path, &error))?;
+    detail(&format!("written: {}, {} bytes", path.display(), content.len()));
+    Ok(())
 }
 
 /// Refuses files that cannot be written, before the work is done for them; - is stdout.

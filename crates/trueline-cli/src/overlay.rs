@@ -1,20 +1,10 @@
 //! Pictures that show a person what was found in a frame.
 
 use crate::failure::Failure;
-use std::fs;
 use std::path::Path;
-use trueline_dataset::{Error, Problem, WholeFolder, gray_png};
+use trueline_dataset::{WholeFolder, gray_png};
 use trueline_vision::overlay::Canvas;
 use trueline_vision::scan::{ExaminedPicture, ScanError};
-
-/// Makes a folder that must not hold anything yet.
-pub fn prepare(folder: &Path) -> Result<(), Failure> {
-    let used = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
-    if used {
-        return Err(Error::in_file(folder, Problem::AlreadyExists).into());
-    }
-    Ok(fs::create_dir_all(folder).map_err(|e| Error::in_file(folder, Problem::Io(e)))?)
-}
 
 /// A new folder for such pictures.
 pub struct OverlayFolder {

@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::found_seams::FoundSeams;
 use crate::recording::Sensor;
 use crate::source_file;
+use crate::whole_file;
 use crate::{features_csv, images, picture_source::PictureFolder, stripes_csv};
 use sha2::{Digest, Sha256};
 use std::fs;
@@ -67,21 +68,11 @@ impl FeatureCache {
         let mut bytes = Vec::new();
         if !found.stripes.is_empty() {
             stripes_csv::write(&mut bytes, &found.stripes)?;
-            self.keep(key, &bytes, &self.stripes_file(key))?;
+            whole_file::write(&self.stripes_file(key), &bytes)?;
             bytes.clear();
         }
         features_csv::write(&mut bytes, &found.features)?;
-        self.keep(key, &bytes, &self.file(key))
-    }
-
-    fn keep(&self, key: &str, bytes: &[u8], file: &Path) -> std::io::Result<()> {
-        let unfinished = self.folder.join(format!("{key}.{}.unfinished", std::process::id()));
-        let written = fs::write(&unfinished, bytes).and_then(|()| fs::rename(&unfinished, file));
-        if written.is_err() {
-            // Why it cannot be written is returned; that its rest cannot be removed would say nothing more.
-            drop(fs::remove_file(&unfinished));
-        }
-        written
+        whole_file::write(&self.file(key), &bytes)
     }
 
     fn file(&self, key: &str) -> PathBuf {

@@ -90,6 +90,18 @@ impl Drop for WholeFolder {
     }
 }
 
+/// Makes a folder that must not hold anything yet.
+///
+/// # Errors
+/// One that does; what the operating system says.
+pub fn make_empty(folder: &Path) -> Result<(), Error> {
+    let is_used = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
+    if is_used {
+        return Err(Error::in_file(folder, Problem::AlreadyExists));
+    }
+    fs::create_dir_all(folder).map_err(|error| Error::in_file(folder, Problem::Io(error)))
+}
+
 fn beside(target: &Path, what: &str) -> PathBuf {
     let mut name = target.file_name().unwrap_or_else(|| OsStr::new("out")).to_owned();
     name.push(".");

@@ -17,9 +17,11 @@
 //! ```
 
 pub mod against_truth;
+#[cfg(feature = "sensor")]
 pub mod board_result;
 pub mod calibration_page;
-pub mod camera_report;
+#[cfg(feature = "sensor")]
+mod camera_report;
 pub mod checks;
 pub mod compared;
 pub mod diagnosis;
@@ -29,18 +31,28 @@ pub mod facts;
 pub mod number;
 pub mod page;
 pub mod picture_page;
+#[cfg(feature = "plan")]
 mod plan_film;
+#[cfg(feature = "plan")]
 pub mod plan_page;
+#[cfg(feature = "plan")]
 pub mod planned;
-pub mod planned_arm;
+#[cfg(feature = "plan")]
+mod planned_arm;
+#[cfg(feature = "experiments")]
 pub mod reproduced;
+#[cfg(feature = "experiments")]
 pub mod reproduction_page;
 #[cfg(feature = "rerun")]
 pub mod rerun_recording;
 pub mod result;
 pub mod seam_error;
+#[cfg(feature = "sensor")]
 pub mod sensor_json;
+#[cfg(feature = "sensor")]
 pub mod sensor_page;
+#[cfg(feature = "sensor")]
 pub mod sensor_text;
 mod stripes;
 pub mod summary;
+pub mod wrapped;

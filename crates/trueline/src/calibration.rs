@@ -2,11 +2,11 @@
 
 use crate::error::Error;
 use std::fmt;
-use std::fs;
 use std::ops::Deref;
 use std::path::Path;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::sensor_setup::Mounted;
+use trueline_dataset::whole_file;
 use trueline_report::{result, summary};
 
 /// A finished calibration: everything of [`trueline_method::Calibration`], its summary as `Display`, and its file.
@@ -43,10 +43,7 @@ impl Calibration {
         let file = file.as_ref();
         let cannot = |source| Error::Write { file: file.to_owned(), source };
         let text = self.to_file().to_json().map_err(|error| cannot(error.into()))?;
-        let mut name = file.file_name().unwrap_or_default().to_owned();
-        name.push(".unfinished");
-        let unfinished = file.with_file_name(name);
-        fs::write(&unfinished, text + "\n").and_then(|()| fs::rename(&unfinished, file)).map_err(cannot)
+        whole_file::write(file, (text + "\n").as_bytes()).map_err(cannot)
     }
 }
 

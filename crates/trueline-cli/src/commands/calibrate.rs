@@ -14,8 +14,7 @@ use trueline_args::CalibrateArgs;
 use trueline_dataset::known_toml;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
-use trueline_method::hypotheses::choice::KnownOfCell;
-use trueline_method::{Calibration, Config, HeldSigma, Hold, ResidualKind, SensorMode, Status, Use};
+use trueline_method::{Calibration, Hold, ResidualKind, SensorMode, Status};
 use trueline_open::Opened;
 use trueline_report::calibration_page::{self, FramePicture, Source};
 use trueline_report::{result, summary};
@@ -28,7 +27,7 @@ pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     check_sensor(args)?;
     check_fixed(args)?;
     output::expect_files(&[args.json.as_deref(), args.report.as_deref(), args.write_sensor.as_deref()])?;
-    let config = config(args);
+    let config = args.config();
     let began = Instant::now();
     let mut opened = opening::open_all(&args.datasets, args.joint, args.quiet)?;
     output::detail(&format!(
@@ -185,36 +184,4 @@ fn check_fixed(args: &CalibrateArgs) -> Result<(), Failure> {
         format!("`--fixed-sigma` speaks of the {missing}, which is not held"),
         format!("add --fix {missing}"),
     ))
-}
-
-fn config(args: &CalibrateArgs) -> Config {
-    let defaults = Config::default();
-    Config {
-        measurements: args.measurements.unwrap_or_default(),
-        residual: args.residual,
-        loss: args.loss,
-        hold: args.fix.clone(),
-        held_sigma: args.fixed_sigma.map_or_else(HeldSigma::default, |sigma| HeldSigma {
-            time_s: sigma.time_s,
-            rotation_rad: sigma.rotation_rad,
-            translation_m: sigma.translation_m,
-        }),
-        feature_sigma_px: args.feature_sigma_px.unwrap_or(defaults.feature_sigma_px),
-        feature_sigma_m: args.feature_sigma_mm.map_or(defaults.feature_sigma_m, |mm| mm * 1e-3),
-        robot_sigma_m: args.robot_sigma_mm.map(|mm| mm * 1e-3),
-        stamp_sigma_s: args.stamp_sigma_ms.map(|ms| ms * 1e-3),
-        stamps: args.stamps,
-        sensor: args.sensor,
-        robot_accuracy_m: args.robot_accuracy_mm.map(|mm| mm * 1e-3),
-        feature_bias_px: args.feature_bias_px,
-        accept_partial: args.accept_partial,
-        require: args.require.unwrap_or_default(),
-        known: KnownOfCell { offset_within_s: args.offset_within, looks: args.looks },
-        used_at: Use {
-            speed_m_s: args.speed_mm_s * 1e-3,
-            stand_off_m: args.stand_off_mm.map(|mm| mm * 1e-3),
-        },
-        threads: args.threads.get(),
-        ..defaults
-    }
 }

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
 use trueline_args::CameraSimArgs;
-use trueline_camera::device::{Device, DeviceClock, DeviceHandle, DeviceSettings};
+use trueline_camera::device::{Device, DeviceHandle};
 use trueline_cell::{SceneError, SimulatedScene};
 use trueline_dataset::{Guess, known_toml};
 use trueline_live::HostClock;
@@ -27,18 +27,14 @@ pub fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
     }
     interrupt::watch()?;
     let cell = planned_scan::read(&args.plan, args.exact_guess, args.seed)?.scenario.cell;
-    let mut look = (args.look)();
-    look.exposure_s = args.exposure_ms * 1e-3;
-    let scene = SimulatedScene::new(&cell, (args.joint)(), look, args.seed, args.robot_truth)?;
+    let scene = SimulatedScene::new(&cell, (args.joint)(), args.look(), args.seed, args.robot_truth)?;
     tell_drawing_time(&scene, args)?;
     if let Some(file) = &args.truth {
-        let parameters = Guess {
-            time_offset_s: 1e-3 * (0.5 * args.exposure_ms + args.readout_ms + args.latency_ms),
-            tool_from_camera: cell.tool_from_camera,
-        };
+        let parameters =
+            Guess { time_offset_s: args.time_offset_s(), tool_from_camera: cell.tool_from_camera };
         output::file(file, &known_toml::format(&parameters, &cell.lines))?;
     }
-    let device = Device::start(settings(args, scene.size()), HostClock::start(), scene).map_err(|error| {
+    let device = Device::start(args.device(scene.size()), HostClock::start(), scene).map_err(|error| {
         Failure::new(
             format!("{}: no camera can be there: {error}", args.address),
             "is another camera (or this command) running at that address? 127.0.0.2 is another one",
@@ -84,29 +80,6 @@ fn serve(device: &DeviceHandle, args: &CameraSimArgs) {
             plugged = false;
         }
         thread::sleep(LOOK);
-    }
-}
-
-fn settings(args: &CameraSimArgs, [width, height]: [u32; 2]) -> DeviceSettings {
-    DeviceSettings {
-        address: args.address,
-        width,
-        height,
-        period_s: 1.0 / args.fps,
-        exposure_us: args.exposure_ms * 1e3,
-        readout_s: args.readout_ms * 1e-3,
-        latency_s: args.latency_ms * 1e-3,
-        clock: DeviceClock {
-            epoch_ns: (args.epoch_s * 1e9) as i64,
-            drift_ppm: args.drift_ppm,
-            ..DeviceClock::default()
-        },
-        packet_bytes: args.packet_bytes,
-        pace_bits_per_s: args.mbit_s * 1e6,
-        loss: args.loss,
-        frame_drop: args.frame_drop,
-        seed: args.seed,
-        serial: format!("SIM-{}", args.seed),
     }
 }
 

@@ -5,7 +5,7 @@ use crate::{clocks, opening, output};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use trueline_args::{BagArgs, ImportArgs, ImportCsvArgs, ImportFormat};
+use trueline_args::{BagArgs, ImportArgs, ImportCsvArgs, ImportFormat, NewFolder};
 use trueline_dataset::dialect::plain_csv;
 use trueline_dataset::import::csv_folder::Imported;
 use trueline_dataset::import::{csv_folder, lvs_st_calib, tum};
@@ -16,17 +16,17 @@ use trueline_mcap::{Choice, DatasetFolder, import};
 
 /// Runs the command.
 pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
-    let (recording, out, force) = match &args.format {
-        ImportFormat::LvsStCalib { src, out, force, robot, images, pixels, sensor } => {
-            (lvs(src, [robot, images, pixels, sensor])?, out, *force)
+    let (recording, NewFolder { out, force }) = match &args.format {
+        ImportFormat::LvsStCalib { src, folder, robot, images, pixels, sensor } => {
+            (lvs(src, [robot, images, pixels, sensor])?, folder)
         }
         ImportFormat::Csv(csv) => return import_csv(csv),
-        ImportFormat::Tum { src, out, force, features, sensor } => {
-            (tum_recording(src, features, sensor)?, out, *force)
+        ImportFormat::Tum { src, folder, features, sensor } => {
+            (tum_recording(src, features, sensor)?, folder)
         }
         ImportFormat::Mcap(bag) | ImportFormat::Rosbag2(bag) => return unpack_bag(bag),
     };
-    folder::write_whole(out, &recording, force)?;
+    folder::write_whole(out, &recording, *force)?;
     output::words(&format!(
         "{}: {} robot poses, {} features ({})",
         out.display(),
@@ -42,7 +42,7 @@ fn import_csv(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
     if args.align_clocks {
         clocks::align_import(&mut recording, &mut profiles)?;
     }
-    let whole = WholeFolder::begin(&args.out, args.force)?;
+    let whole = WholeFolder::begin(&args.folder.out, args.folder.force)?;
     folder::write(whole.path(), &recording)?;
     let found = match profiles.len() {
         0 => format!("{} features", recording.features.len()),
@@ -54,7 +54,7 @@ fn import_csv(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
     whole.finish()?;
     output::words(&format!(
         "{}: {} robot poses, {found} ({})",
-        args.out.display(),
+        args.folder.out.display(),
         recording.robot.len(),
         recording.sensor.kind(),
     ));
@@ -72,13 +72,13 @@ fn unpack_bag(args: &BagArgs) -> Result<ExitCode, Failure> {
         clock: args.stamps,
         allow_jpeg: args.allow_jpeg,
     };
-    let folder = DatasetFolder::begin(&args.out, args.force)?;
+    let folder = DatasetFolder::begin(&args.folder.out, args.folder.force)?;
     let imported = import(&args.src, &choice)?;
     folder.write(&imported)?;
     opening::tell(&imported);
     output::words(&format!(
         "{}: {} robot poses, {} pictures, {} profiles, {} features",
-        args.out.display(),
+        args.folder.out.display(),
         imported.recording.robot.len(),
         imported.pictures.as_ref().map_or(0, PictureSource::count),
         imported.profiles.len(),

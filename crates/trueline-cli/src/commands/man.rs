@@ -2,15 +2,15 @@
 
 use crate::failure::Failure;
 use crate::output;
-use crate::overlay;
 use clap_mangen::Man;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::ManArgs;
+use trueline_dataset::whole_folder;
 
 /// Runs the command.
 pub fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
-    overlay::prepare(&args.out)?;
+    whole_folder::make_empty(&args.out)?;
     let mut command = trueline_args::command();
     command.build();
     let count = write(&command, "trueline", &args.out)?;

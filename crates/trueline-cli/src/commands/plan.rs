@@ -2,13 +2,12 @@
 
 use crate::failure::Failure;
 use crate::planned_scan::{self, CELL, PATH};
-use crate::{output, overlay, progress};
-use std::fs;
+use crate::{output, progress};
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::PlanArgs;
-use trueline_dataset::{RobotSample, calibration_file, robot_csv};
+use trueline_dataset::{RobotSample, calibration_file, robot_csv, whole_folder};
 use trueline_live::robot_program::{Language, Waypoints};
 use trueline_method::Requirement;
 use trueline_plan::plan::PATH_PERIOD_S;
@@ -32,7 +31,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
             .map_err(|why| Failure::new(format!("{}: {why}", file.display()), why.hint()))?;
     }
     let (ask, fixed) = ask(args)?;
-    overlay::prepare(&args.out)?;
+    whole_folder::make_empty(&args.out)?;
     let seam_m = args.want.and_then(|want| want.seam_m);
     let bar = progress::bar((ask.evaluations * ask.shapes.len()) as u64, "paths tried", args.quiet);
     let tick = || bar.inc(1);
@@ -142,7 +141,7 @@ fn write(folder: &Path, source: &planned::Source<'_>, goal: &Goal) -> Result<(),
     let file = folder.join(PATH);
     robot_csv::write(&mut path, &samples(source.plan))
         .map_err(|error| Failure::cannot_write(&file, &error))?;
-    fs::write(&file, path).map_err(|error| Failure::cannot_write(&file, &error))?;
+    output::file(&file, &path)?;
     output::file(&folder.join("plan.json"), &format!("{:#}", planned::json(source, goal)))?;
     output::file(&folder.join("sigma_over_time.csv"), &planned::over_time_csv(source.over_time))?;
     output::file(&folder.join("report.html"), &plan_page::html(source))

@@ -1,9 +1,10 @@
 //! `trueline reproduce`.
 
 use crate::failure::Failure;
-use crate::{output, overlay, progress};
+use crate::{output, progress};
 use std::process::ExitCode;
 use trueline_args::ReproduceArgs;
+use trueline_dataset::whole_folder;
 use trueline_experiments::{Settings, reproduce};
 use trueline_report::{reproduced, reproduction_page};
 
@@ -12,7 +13,7 @@ const PARTS: u64 = 4;
 
 /// Runs the command.
 pub fn run(args: &ReproduceArgs) -> Result<ExitCode, Failure> {
-    overlay::prepare(&args.out)?;
+    whole_folder::make_empty(&args.out)?;
     let settings = Settings { seed: args.seed, repeats: args.repeats, ..Settings::default() };
     let bar = progress::bar(PARTS, "experiments", args.quiet);
     let all = reproduce(&settings, |_| bar.inc(1));

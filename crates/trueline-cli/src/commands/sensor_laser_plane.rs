@@ -3,7 +3,6 @@
 use crate::commands::sensor_plane_pictures;
 use crate::failure::Failure;
 use crate::output;
-use nalgebra::Vector3;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::LaserPlaneArgs;
@@ -36,7 +35,7 @@ fn from_points(file: &Path, args: &LaserPlaneArgs) -> Result<ExitCode, Failure> 
     let bytes = gray_picture::bytes(file)?;
     let table = stripe_points_csv::read(file, bytes.as_slice())?;
     let names: Vec<u64> = table.keys().copied().collect();
-    let boards: Vec<Vec<Vector3<f64>>> = table.into_values().collect();
+    let boards: Vec<_> = table.into_values().collect();
     let fit = fit_points(&boards).map_err(|e| Failure::new(format!("{}: {e}", file.display()), e.hint()))?;
     let by_jackknife = jackknife(&boards, &fit.plane);
     let reasons = verdict::of_plane(&fit.covariance, fit.middle_sigma_m);

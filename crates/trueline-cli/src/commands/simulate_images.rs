@@ -8,7 +8,7 @@ use trueline_args::SimulateArgs;
 use trueline_dataset::{WholeFolder, folder};
 use trueline_sim::faults::Event;
 use trueline_sim::images::{WrittenPictures, write_pictures};
-use trueline_sim::{Fault, Joint, PictureScan, Scenario, simulate_with_faults};
+use trueline_sim::{Fault, PictureScan, Scenario, simulate_with_faults};
 
 /// Runs the command.
 pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
@@ -61,16 +61,5 @@ fn scan<'a>(args: &SimulateArgs, scenario: &'a Scenario) -> Result<PictureScan<'
             "leave one of them out; robot-gaps, duplicate-rows and robot-clock-step work with both",
         ));
     }
-    let mut look = (args.look)();
-    look.bits = if args.bits > 8 { 16 } else { 8 };
-    look.exposure_s = args.exposure_ms.map_or(look.exposure_s, |ms| ms * 1e-3);
-    let joint = match (args.joint)() {
-        Joint::Fillet { .. } => Joint::Fillet {
-            opening_rad: args.opening_deg.to_radians(),
-            roll_rad: args.roll_deg.to_radians(),
-            gap_m: args.corner_gap_mm.map_or(0.0, |mm| mm * 1e-3),
-        },
-        other => other,
-    };
-    PictureScan::new(scenario, joint, look, args.seed).ok_or_else(no_pictures)
+    PictureScan::new(scenario, args.joint(), args.look(), args.seed).ok_or_else(no_pictures)
 }

@@ -5,7 +5,7 @@ use crate::output;
 use std::process::ExitCode;
 use trueline_args::SimulateArgs;
 use trueline_dataset::{Recording, WholeFolder, folder};
-use trueline_sim::{PlateForm, Plates, ProfileLook, Scenario, SensorModel, scan_plates, scan_profiles};
+use trueline_sim::{ProfileLook, Scenario, SensorModel, scan_plates, scan_profiles};
 
 /// Runs the command.
 pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
@@ -15,7 +15,7 @@ pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure
             "choose another preset",
         ));
     }
-    let plates = plates(args);
+    let plates = args.plates.plates(args.noise_free);
     let (recording, what) = match &scenario.cell.sensor {
         SensorModel::Profiler { .. } => {
             let look = if args.noise_free { perfect() } else { ProfileLook::default() };
@@ -41,23 +41,6 @@ pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure
         tell(args, &recording, &what);
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn plates(args: &SimulateArgs) -> Plates {
-    let options = &args.plates;
-    let form = PlateForm {
-        across: options.bow_mm * 1e-3,
-        along: options.bow_mm * 1e-3,
-        twist: options.twist_mm * 1e-3,
-        ..PlateForm::default()
-    };
-    Plates {
-        opening_rad: options.plates_deg.to_radians(),
-        forms: [form; 2],
-        roughness_m: options.roughness_mm * 1e-3,
-        column_sigma_px: if args.noise_free { 1e-6 } else { options.column_noise_px },
-        ..Plates::default()
-    }
 }
 
 /// Columns without noise and drop-outs.

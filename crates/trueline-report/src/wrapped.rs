@@ -4,6 +4,7 @@
 const WIDTH: usize = 100;
 
 /// The same text with long lines broken between words; what goes on stands below where the line's value begins.
+#[must_use]
 pub fn wrapped(text: &str) -> String {
     text.lines().map(|line| broken(line) + "\n").collect()
 }

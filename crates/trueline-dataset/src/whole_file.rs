@@ -1,0 +1,46 @@
+//! A file that appears whole or not at all: what was there before stays until then.
+
+use std::path::Path;
+use std::{fs, io};
+
+/// Writes beside the file and gives it its name when it is complete.
+///
+/// # Errors
+/// What the operating system says; the file is as it was then, and nothing is left beside it.
+pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
+    // Pipes and devices have no whole that could appear.
+    if fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
+        return fs::write(path, content);
+    }
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.unfinished", std::process::id()));
+    let unfinished = path.with_file_name(name);
+    let written = fs::write(&unfinished, content).and_then(|()| fs::rename(&unfinished, path));
+    if written.is_err() {
+        // Why it cannot be written is told; that the rest of it cannot be removed would say nothing more.
+        drop(fs::remove_file(&unfinished));
+    }
+    written
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_finished_leaves_what_was_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("result.json");
+        write(&file, b"first").unwrap();
+        write(&file, b"second").unwrap();
+        assert_eq!(fs::read(&file).unwrap(), b"second");
+        // A folder of that name is in the way of the last step.
+        let taken = folder.path().join("taken");
+        fs::create_dir(&taken).unwrap();
+        assert!(write(&taken, b"lost").is_err());
+        let left: Vec<_> =
+            fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert_eq!(left.len(), 2, "{left:?}");
+    }
+}
