@@ -8,6 +8,26 @@
 //! ```
 //!
 //! Nothing is printed and nothing is written.
+//!
+//! ```
+//! use std::path::Path;
+//! use trueline_board::sensor_file;
+//! use trueline_dataset::{sensor_toml, stripe_points_csv};
+//! use trueline_sensor::laser_plane::fit_points;
+//!
+//! // The laser's stripe on four boards, in the plane z = 300 mm.
+//! let mut table = "board,x_mm,y_mm,z_mm\n".to_owned();
+//! for board in 0..4 {
+//!     for k in 0..10 {
+//!         table += &format!("{board},{},{},300\n", 5 * k, 20 * board);
+//!     }
+//! }
+//! let boards = stripe_points_csv::read(Path::new("points.csv"), table.as_bytes())?;
+//! let fit = fit_points(&boards.into_values().collect::<Vec<_>>())?;
+//! let text = sensor_toml::format_file(&sensor_file::of_points(&fit));
+//! assert!(text.contains("[laser_plane]") && text.contains("300"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod error;
 pub mod moving_scan;

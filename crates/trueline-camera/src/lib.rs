@@ -24,12 +24,12 @@
 #[cfg(feature = "gige")]
 pub mod device;
 pub mod error;
-pub mod frame_source;
+mod frame_source;
 #[cfg(feature = "gige")]
 pub mod gige;
-pub mod in_process;
-pub mod latch_clock;
-pub mod reconnecting;
+mod in_process;
+mod latch_clock;
+mod reconnecting;
 pub mod replay;
 
 pub use error::CameraError;

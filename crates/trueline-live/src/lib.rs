@@ -37,7 +37,7 @@ pub mod pose_feed;
 pub mod priority;
 pub mod protocol;
 pub mod rapid;
-pub mod reply_times;
+mod reply_times;
 pub mod robot_frame;
 pub mod robot_link;
 pub mod robot_program;

@@ -8,7 +8,7 @@ use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 
 /// Longest datagram that is looked at, bytes: EGM's are under 500.
-pub const LONGEST_BYTES: usize = 2048;
+pub(crate) const LONGEST_BYTES: usize = 2048;
 /// Room for some seconds of EGM in the kernel, bytes, should this program be held up.
 const BUFFER_BYTES: usize = 4 << 20;
 

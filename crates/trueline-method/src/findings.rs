@@ -51,14 +51,14 @@ impl Findings {
     /// Part of what was measured that does not belong to the rest: of the seam points, or of the stripes if those were used
     /// and more of them are off.
     #[must_use]
-    pub fn outlier_share(&self) -> f64 {
+    pub(crate) fn outlier_share(&self) -> f64 {
         let share = self.used_stripes().map_or(0.0, |e| e.rejected as f64 / e.stripes.max(1) as f64);
         share.max(self.fit.residuals.outlier_share())
     }
 
     /// How much larger the noise of the stripes is than expected, where the answer was made of them.
     #[must_use]
-    pub fn stripe_noise_factor(&self) -> Option<f64> {
+    pub(crate) fn stripe_noise_factor(&self) -> Option<f64> {
         self.used_stripes().map(|estimate| estimate.noise_factor)
     }
 

@@ -7,6 +7,19 @@
 //! One call does it all ([`calibrate()`]); the steps are public and pure, one file each. Nothing here
 //! prints or reads files, and threads start only where [`Config::threads`] asks for them. Source: \[Yang2025\],
 //! corrected where `docs/references.md` says.
+//!
+//! ```
+//! use trueline_method::{Config, Status, calibrate};
+//! use trueline_sim::{Preset, simulate};
+//!
+//! let scan = simulate(&Preset::Quick.scenario(), 1).ok_or("no seam in view")?;
+//! let calibration = calibrate(&scan, None, &Config::default())?; // without any guess
+//! assert_eq!(calibration.status(), Status::Accepted);
+//! let offset = calibration.time_offset()?; // or the motion that is missing
+//! let sigma_s = offset.sigma_s.ok_or("it was held")?;
+//! assert!((offset.value_s - 0.01773).abs() < 4.0 * sigma_s, "the simulated offset is 17.73 ms");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod assess;
 pub mod calibrate;

@@ -15,6 +15,28 @@
 //!
 //! A residual with its Jacobian is the chain rule over the stages it needs. Pure functions: no data, no
 //! solver. Metre, radian, second and pixel; pixel (0, 0) is the centre of the top-left pixel.
+//!
+//! ```
+//! use nalgebra::{Vector2, Vector3};
+//! use trueline_geometry::Plane;
+//! use trueline_model::{BrownConrady, Camera, LaserSheet};
+//!
+//! let camera = Camera {
+//!     width: 1280,
+//!     height: 1024,
+//!     focal: Vector2::new(2400.0, 2400.0),
+//!     centre: Vector2::new(640.0, 512.0),
+//!     distortion: BrownConrady::from_opencv([-0.1, 0.02, 0.0, 0.0, 0.0]),
+//! };
+//! let plane = Plane::new(Vector3::new(0.0, -1.0, 1.0), 0.2).ok_or("no plane")?;
+//! let pixel = Vector2::new(800.0, 300.0);
+//! let (ray, _d_ray_d_pixel) = camera.ray(&pixel)?;
+//! let (point_in_camera, _d_point_d_ray) =
+//!     LaserSheet::from_plane(plane).intersect(&ray).ok_or("the ray runs along the laser plane")?;
+//! let seen = camera.project(&point_in_camera).ok_or("behind the camera")?;
+//! assert!((seen - pixel).norm() < 1e-6);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod camera;
 pub mod curvature;

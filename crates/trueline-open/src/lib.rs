@@ -7,6 +7,18 @@
 //! ```
 //!
 //! Nothing is written and nothing is printed: an [`OpenObserver`] is told.
+//!
+//! ```
+//! use trueline_open::{How, open};
+//! use trueline_sim::{Preset, simulate};
+//!
+//! let place = tempfile::tempdir()?;
+//! let scan = simulate(&Preset::Quick.scenario(), 1).ok_or("no seam in view")?;
+//! trueline_dataset::folder::write(place.path(), &scan)?;
+//! let opened = open(place.path(), &How::default(), &())?; // a recording.mcap or a rosbag2 likewise
+//! assert_eq!(opened.recording.features, scan.features);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod detector;
 pub mod error;

@@ -11,6 +11,18 @@
 //! noise that the estimator itself expects. How much of every limit it uses is measured on the sampled motion, and what is lost
 //! where the guess is wrong on a sample of such cells. The search needs all of it as numbers only, so any criterion, sensor or
 //! limit is one function.
+//!
+//! ```
+//! use std::path::Path;
+//! use trueline_plan::{PlanRequest, Shape, cell_toml, plan};
+//!
+//! let sensor = trueline_dataset::sensor_toml::parse(Path::new("sensor.toml"), cell_toml::EXAMPLE_SENSOR)?;
+//! let cell = cell_toml::parse(Path::new("cell.toml"), cell_toml::EXAMPLE, sensor)?;
+//! let request = PlanRequest { shapes: vec![Shape::TwoPasses], evaluations: 300, ..PlanRequest::default() };
+//! let planned = plan(&cell, &request, &|| ())?;
+//! assert!(planned.prediction.shows_all(), "time offset, hand-eye and line");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod cell;
 pub mod cell_files;

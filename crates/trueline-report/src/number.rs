@@ -2,7 +2,7 @@
 
 /// Digits after the point that show two digits of `sigma`.
 #[must_use]
-pub fn digits_for(sigma: f64) -> usize {
+pub(crate) fn digits_for(sigma: f64) -> usize {
     if !(sigma.is_finite() && sigma > 0.0) {
         return 3;
     }
@@ -14,7 +14,7 @@ pub fn digits_for(sigma: f64) -> usize {
 
 /// `value ± sigma unit`; without a sigma, the value alone.
 #[must_use]
-pub fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
+pub(crate) fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
     match sigma {
         Some(sigma) => {
             let digits = digits_for(sigma);
@@ -26,7 +26,7 @@ pub fn with_sigma(value: f64, sigma: Option<f64>, unit: &str) -> String {
 
 /// A rotation as \[w, x, y, z\] with w ≥ 0: of the two quaternions that mean it, always the same one.
 #[must_use]
-pub fn positive_w(rotation: &nalgebra::UnitQuaternion<f64>) -> [f64; 4] {
+pub(crate) fn positive_w(rotation: &nalgebra::UnitQuaternion<f64>) -> [f64; 4] {
     let q = rotation.quaternion();
     let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
     [q.w, q.i, q.j, q.k].map(|x| x * sign)

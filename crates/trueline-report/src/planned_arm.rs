@@ -6,7 +6,7 @@ use trueline_plan::{Cell, JointPath, MountedArm, Plan};
 
 /// What nobody has looked at, in one sentence.
 #[must_use]
-pub fn not_checked(cell: &Cell) -> &'static str {
+pub(crate) fn not_checked(cell: &Cell) -> &'static str {
     match (cell.arm.is_some(), cell.surroundings.is_empty()) {
         (false, true) => {
             "reach, singularities and collisions of the arm: try the path in the robot's own simulation first"

@@ -51,7 +51,7 @@ fn boards(out: &mut String, r: &Reproduction) {
 
 /// What [`board_table`] shows.
 #[must_use]
-pub fn boards_text() -> String {
+pub(crate) fn boards_text() -> String {
     format!(
         "A stand-in for the calibration that the paper compares itself with, which cannot be identified in public text: a board of \
          11 x 8 squares of 6 mm, the robot stops before it, tilted to every side by 20°, 25° and 30°; corners ± 0.1 px, poses \
@@ -63,7 +63,7 @@ pub fn boards_text() -> String {
 
 /// The static checkerboard by every method.
 #[must_use]
-pub fn board_table(r: &Reproduction) -> Table {
+pub(crate) fn board_table(r: &Reproduction) -> Table {
     let head = ["method", "stops", "takes s", "standing, mm", "moving, mm", ""];
     let rows = r.boards.iter().map(|row| {
         TableRow::plain(vec![
@@ -97,7 +97,7 @@ const PUBLISHED: &str = "published";
 
 /// Where every method ends.
 #[must_use]
-pub fn convergence_table(r: &Reproduction) -> Table {
+pub(crate) fn convergence_table(r: &Reproduction) -> Table {
     let simulated = r.convergence.iter().filter_map(|track| {
         track.steps.last()?;
         let over = |of: &dyn Fn(&Step) -> f64, digits: usize| spread(track.ends().map(of), digits);
@@ -151,7 +151,7 @@ fn spread(values: impl Iterator<Item = f64>, digits: usize) -> String {
 
 /// How far a step is from the truth: mm and degrees.
 #[must_use]
-pub fn off_by(step: &Step, truth: &Step) -> (f64, f64) {
+pub(crate) fn off_by(step: &Step, truth: &Step) -> (f64, f64) {
     let (a, b) = (&step.tool_from_camera, &truth.tool_from_camera);
     let shift = (a.translation.vector - b.translation.vector).norm() * MM_PER_M;
     (shift, a.rotation.angle_to(&b.rotation).to_degrees())
@@ -181,7 +181,7 @@ fn weld_section(out: &mut String, r: &Reproduction, weld: &WeldErrors) {
 
 /// Every calibration's errors on a weld, and what the paper has published of it.
 #[must_use]
-pub fn weld_table(weld: &WeldErrors) -> Table {
+pub(crate) fn weld_table(weld: &WeldErrors) -> Table {
     let mm = |m: f64| format!("{:.3}", m * MM_PER_M);
     let three = |f: &Figures| [f.rmse_m, f.mae_m, f.max_m].map(mm);
     let simulated = weld.rows.iter().map(|row| {
@@ -235,7 +235,7 @@ fn speeds(out: &mut String, r: &Reproduction) {
 }
 
 /// What [`speed_table`] shows.
-pub const SPEEDS: &str =
+pub(crate) const SPEEDS: &str =
     "RMSE of positions on a straight weld of 300 mm, mm: without temporal calibration → with trueline's.";
 
 /// Errors over speed and time offset.

@@ -34,7 +34,7 @@ pub fn entry(error: &SeamError) -> SeamErrorEntry {
 
 /// The sensor in the result's file.
 #[must_use]
-pub fn sensor_entry(c: &Calibration) -> SensorEntry {
+pub(crate) fn sensor_entry(c: &Calibration) -> SensorEntry {
     let mode = c.findings.config.sensor.name().to_owned();
     let Some(shape) = c.findings.unknowns.sensor else {
         return SensorEntry { mode, ..SensorEntry::default() };
@@ -185,7 +185,7 @@ pub fn mm(value_m: f64) -> String {
 
 /// Whether each seam is straight, with a number.
 #[must_use]
-pub fn straightness(c: &Calibration) -> Vec<(String, String)> {
+pub(crate) fn straightness(c: &Calibration) -> Vec<(String, String)> {
     let lines = c.best_fit().lines.iter().zip(&c.best_fit().curvatures).enumerate();
     let row = |(k, (line, curvature)): (usize, (&trueline_geometry::Line, &trueline_model::Curvature))| {
         let bow = c.findings.unknowns.bow(k)?;

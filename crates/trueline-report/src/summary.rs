@@ -94,7 +94,7 @@ pub fn text(c: &Calibration) -> String {
 }
 
 /// Name of the row that is drawn in letters.
-pub const OVER_TIME: &str = "residual over time";
+pub(crate) const OVER_TIME: &str = "residual over time";
 
 /// Names and values of the summary's table; the report shows the same.
 #[must_use]

@@ -9,19 +9,31 @@
 //!
 //! Pictures come in as gray levels and results go out as values: no files, no threads, no printing. Metre, radian and
 //! pixel; pixel (0, 0) is the centre of the top-left pixel.
+//!
+//! ```
+//! use nalgebra::Vector3;
+//! use trueline_sensor::laser_plane::fit_points;
+//!
+//! // The stripe on six boards in a plane that leans by 45°, y = z − 0.3 m, each board nearer or farther.
+//! let stripe = |z: f64| (0..20).map(|k| Vector3::new(0.002 * f64::from(k), z - 0.3, z)).collect::<Vec<_>>();
+//! let boards: Vec<_> = (0..6).map(|k| stripe(0.25 + 0.02 * f64::from(k))).collect();
+//! let fit = fit_points(&boards)?;
+//! assert!((fit.plane.offset() - 0.3 / 2_f64.sqrt()).abs() < 1e-9 && fit.rms_m < 1e-9);
+//! # Ok::<(), trueline_sensor::Error>(())
+//! ```
 
 pub mod board;
 pub mod board_hand_eye;
 pub mod bundle;
 mod bundle_state;
-pub mod camera_inverse;
+mod camera_inverse;
 pub mod chessboard;
 pub mod error;
 pub mod gray;
 pub mod homography;
 pub mod intrinsics;
 pub mod laser_plane;
-pub mod picture_fit;
+mod picture_fit;
 pub mod projection;
 pub mod sheet_tilt;
 pub mod stripe_residual;

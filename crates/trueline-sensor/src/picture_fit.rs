@@ -24,7 +24,7 @@ pub struct Picture {
 
 /// Sums over one picture, split into what all pictures share and what is its own.
 #[derive(Clone, Debug)]
-pub struct PictureEquations {
+pub(crate) struct PictureEquations {
     /// Shared with shared.
     pub shared: SMatrix<f64, SHARED_SIZE, SHARED_SIZE>,
     /// Shared with own.
@@ -98,7 +98,7 @@ impl PictureEquations {
 }
 
 /// One picture in its problem.
-pub struct PictureFit<'a> {
+pub(crate) struct PictureFit<'a> {
     /// The board.
     pub board: &'a Board,
     /// The picture.

@@ -24,7 +24,7 @@ pub struct StripePixel {
 
 /// A pixel of the stripe, put on the board.
 #[derive(Clone, Debug)]
-pub struct StripePoint {
+pub(crate) struct StripePoint {
     /// Signed distance from the laser plane, m.
     pub distance_m: f64,
     /// d distance / d (camera, plane).

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 /// Path of the style sheet.
-pub const STYLE_PATH: &str = "/live.css";
+pub(crate) const STYLE_PATH: &str = "/live.css";
 /// Path of the script.
-pub const SCRIPT_PATH: &str = "/live.js";
+pub(crate) const SCRIPT_PATH: &str = "/live.js";
 /// The style sheet.
 pub const STYLE: &str = include_str!("../assets/live.css");
 /// The script: it replaces what has changed. Without it the page is whole, and stands.

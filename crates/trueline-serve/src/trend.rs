@@ -4,7 +4,7 @@ use crate::html::escape;
 use std::fmt::Write;
 
 /// Colours by their class in the style sheet.
-pub const COLOURS: [&str; 4] = ["a", "b", "c", "d"];
+pub(crate) const COLOURS: [&str; 4] = ["a", "b", "c", "d"];
 
 const SIZE: [f64; 2] = [400.0, 200.0];
 /// Left, top, right and bottom of the plot.

@@ -22,7 +22,7 @@ pub struct Link {
 }
 
 /// The geometry of an arm.
-pub type Links = [Link; 6];
+pub(crate) type Links = [Link; 6];
 
 const fn link(offset_rad: f64, d_m: f64, a_m: f64, alpha_rad: f64) -> Link {
     Link { offset_rad, d_m, a_m, alpha_rad }

@@ -47,7 +47,11 @@ impl SheetAxes {
 
 /// The true point of a line on the sheet in the camera frame (m), or `None` if they do not meet.
 #[must_use]
-pub fn point_on_sheet(sheet: &SheetAxes, base_from_camera: &Pose, line: &Line) -> Option<Vector3<f64>> {
+pub(crate) fn point_on_sheet(
+    sheet: &SheetAxes,
+    base_from_camera: &Pose,
+    line: &Line,
+) -> Option<Vector3<f64>> {
     let camera_from_base = base_from_camera.inverse();
     let start = (camera_from_base * Point3::from(*line.anchor())).coords;
     let direction = camera_from_base * line.direction();
@@ -57,7 +61,7 @@ pub fn point_on_sheet(sheet: &SheetAxes, base_from_camera: &Pose, line: &Line) -
 
 /// The same for a seam that is displaced from the line by `beside` (in base, m) at each place along it, m.
 #[must_use]
-pub fn point_on_sheet_beside(
+pub(crate) fn point_on_sheet_beside(
     sheet: &SheetAxes,
     base_from_camera: &Pose,
     line: &Line,

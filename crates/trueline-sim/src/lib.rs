@@ -18,7 +18,7 @@ pub mod arm;
 pub mod boards;
 pub mod capture;
 pub mod faults;
-pub mod followed_path;
+mod followed_path;
 pub mod images;
 pub mod motion;
 pub mod noise;

@@ -171,7 +171,7 @@ pub struct Disturbance {
 impl Scenario {
     /// Direction of the first line.
     #[must_use]
-    pub fn seam_direction(&self) -> Vector3<f64> {
+    pub(crate) fn seam_direction(&self) -> Vector3<f64> {
         self.cell.lines.first().map_or_else(Vector3::x, Line::direction)
     }
 }

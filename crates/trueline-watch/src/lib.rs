@@ -17,8 +17,28 @@
 //! *mean* place of many pieces tells in addition needs P, and is used as soon as P has been learnt.
 //!
 //! Pure functions, and [`store`], which keeps their values in one SQLite file. Nothing here prints.
+//!
+//! ```
+//! use trueline_sim::production::{Change, Layout, ScheduledChange, piece};
+//! use trueline_watch::{Store, Watched, watch};
+//!
+//! // Six parts; from the fifth on the camera's stamps are 1 ms late.
+//! let mut production = Layout::CheckScan.production();
+//! production.change = Some(ScheduledChange { change: Change::Timing(1e-3), piece: 4, after: 0.0 });
+//! let welds: Vec<_> = (0..6).map(|number| piece(&production, number, 1)).collect();
+//! let truth = welds[0].truth.as_ref().ok_or("a simulation knows its truth")?;
+//! let calibration =
+//!     Watched { name: "result.json".into(), sha256: "0".into(), guess: truth.parameters, result: None };
+//!
+//! let folder = tempfile::tempdir()?;
+//! let store = Store::open(&folder.path().join("cell.sqlite"))?;
+//! let told = welds.iter().enumerate().map(|(k, weld)| watch(&store, &calibration, &format!("weld {k}"), weld));
+//! let lines = told.collect::<Result<Vec<_>, _>>()?;
+//! assert!(lines[3].alarm.is_none() && lines[5].alarm.is_some());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-pub mod alarm_message;
+mod alarm_message;
 pub mod detect;
 pub mod history_csv;
 pub mod history_page;
@@ -33,8 +53,8 @@ pub mod store;
 pub mod tell;
 pub mod watch;
 pub mod watcher;
-pub mod weld_folder;
-pub mod weld_line;
+mod weld_folder;
+mod weld_line;
 pub mod weld_text;
 
 pub use detect::{Alarm, Judgement, PieceInformation, Scatter};
@@ -46,4 +66,4 @@ pub use store::Store;
 pub use watch::{WatchError, Watched, watch};
 pub use watcher::{Watcher, WatcherError, WatcherSettings};
 pub use weld_folder::WeldFolder;
-pub use weld_line::WeldLine;
+pub use weld_line::{Learning, WeldLine};

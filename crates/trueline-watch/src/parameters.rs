@@ -16,9 +16,9 @@ pub const SHAPE: usize = 7;
 /// Number of columns of the calibration, θ.
 pub const CALIBRATION: usize = 12;
 /// First column of the part's translation in base.
-pub const PART_TRANSLATION: usize = 12;
+pub(crate) const PART_TRANSLATION: usize = 12;
 /// First column of the part's rotation about its middle, base axes.
-pub const PART_ROTATION: usize = 15;
+pub(crate) const PART_ROTATION: usize = 15;
 /// Number of all columns, θ and ψ.
 pub const ALL: usize = 18;
 

@@ -45,7 +45,7 @@ impl Quadratic {
 
     /// The same evidence about y where x = T y.
     #[must_use]
-    pub fn of_unknowns(&self, x_from_y: &DMatrix<f64>) -> Self {
+    pub(crate) fn of_unknowns(&self, x_from_y: &DMatrix<f64>) -> Self {
         Self {
             matrix: x_from_y.transpose() * &self.matrix * x_from_y,
             vector: x_from_y.transpose() * &self.vector,
@@ -54,7 +54,7 @@ impl Quadratic {
 
     /// The same evidence with unknown k counted in units of `units[k]`.
     #[must_use]
-    pub fn in_units(&self, units: &[f64]) -> Self {
+    pub(crate) fn in_units(&self, units: &[f64]) -> Self {
         let matrix =
             DMatrix::from_fn(self.size(), self.size(), |i, j| self.matrix[(i, j)] * units[i] * units[j]);
         Self { matrix, vector: DVector::from_fn(self.size(), |i, _| self.vector[i] * units[i]) }
@@ -73,7 +73,7 @@ impl Quadratic {
     /// Evidence about the first `kept` unknowns whatever the others are: the Schur complement. Directions of the others
     /// that nothing is known of say nothing.
     #[must_use]
-    pub fn marginal(&self, kept: usize) -> Self {
+    pub(crate) fn marginal(&self, kept: usize) -> Self {
         let other = self.size() - kept;
         if other == 0 {
             return self.clone();
@@ -89,7 +89,7 @@ impl Quadratic {
 
     /// The indices of a range, for [`Self::restricted`].
     #[must_use]
-    pub fn indices(ranges: &[Range<usize>]) -> Vec<usize> {
+    pub(crate) fn indices(ranges: &[Range<usize>]) -> Vec<usize> {
         ranges.iter().flat_map(Clone::clone).collect()
     }
 }

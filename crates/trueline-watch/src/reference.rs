@@ -50,7 +50,7 @@ impl Reference {
 
     /// A calibration with the covariance that its result states.
     #[must_use]
-    pub fn of_result(guess: Guess, result: &ResultFile, shape_origin_m: [f64; 2]) -> Self {
+    pub(crate) fn of_result(guess: Guess, result: &ResultFile, shape_origin_m: [f64; 2]) -> Self {
         let regular = |used: &str| used == "regular";
         Self {
             dejittered: Dejittered {
@@ -116,7 +116,7 @@ impl Part {
 
     /// Whether a piece with these seams is one of this part.
     #[must_use]
-    pub fn is_like(&self, seams: &[Line]) -> bool {
+    pub(crate) fn is_like(&self, seams: &[Line]) -> bool {
         let near = |(a, b): (&Line, &Line)| {
             a.distance(b.anchor()) < SAME_WITHIN_M && a.direction().angle(&b.direction()) < SAME_WITHIN_RAD
         };
@@ -149,7 +149,7 @@ impl Part {
 
 /// The step (θ₂, θ₃, δ₂, δ₃) with which `from` becomes `to`: the inverse of [`Line::retract`].
 #[must_use]
-pub fn line_step(from: &Line, to: &Line) -> Vector4<f64> {
+pub(crate) fn line_step(from: &Line, to: &Line) -> Vector4<f64> {
     let axes = from.axes();
     let (u1, u2, u3): (Vector3<f64>, Vector3<f64>, Vector3<f64>) =
         (axes.column(0).into(), axes.column(1).into(), axes.column(2).into());

@@ -103,7 +103,7 @@ fn alarm_json(alarm: &Alarm, since: &str) -> Value {
 
 /// A change in the units of files, with its standard deviations; null is what does not show.
 #[must_use]
-pub fn change_json(change: &Change) -> Value {
+pub(crate) fn change_json(change: &Change) -> Value {
     let part = |from: usize, to: usize, factor: f64| {
         let scaled = |list: &[Option<f64>]| {
             list[from..to].iter().map(|x| x.map(|x| x * factor)).collect::<Vec<Option<f64>>>()

@@ -8,7 +8,7 @@ pub mod matlab;
 pub mod profiles;
 pub mod robot_layout;
 pub mod rows;
-pub mod tables_of_programs;
+pub(crate) mod tables_of_programs;
 pub mod tum;
 #[cfg(feature = "foreign-tables")]
 pub mod workbook;

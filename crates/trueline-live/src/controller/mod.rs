@@ -8,8 +8,8 @@ pub mod joints;
 pub mod network;
 pub mod real_time;
 pub mod settings;
-pub mod truth_feed;
-pub mod virtual_time;
+pub(crate) mod truth_feed;
+pub(crate) mod virtual_time;
 
 pub use controller::{Controller, GuidanceEnd};
 pub use network::{Network, NetworkSettings};

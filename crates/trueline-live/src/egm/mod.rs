@@ -3,8 +3,8 @@
 pub mod generation;
 pub mod header;
 pub mod pose;
-pub mod robot_message;
-pub mod sensor_message;
+pub(crate) mod robot_message;
+pub(crate) mod sensor_message;
 pub mod wire;
 
 pub use generation::Generation;

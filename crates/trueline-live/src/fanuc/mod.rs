@@ -8,7 +8,7 @@ pub mod hspo_sim;
 pub mod stream_motion;
 pub mod stream_motion_packets;
 pub mod stream_motion_sim;
-pub mod wrapping_clock;
+pub(crate) mod wrapping_clock;
 
 pub use hspo::Hspo;
 pub use stream_motion::StreamMotion;

@@ -6,7 +6,7 @@
 pub mod krl;
 pub mod language;
 pub mod ls;
-pub mod rapid_path;
+pub(crate) mod rapid_path;
 pub mod table;
 pub mod urscript;
 mod warning;

@@ -1,7 +1,7 @@
 //! What messages say: one vocabulary ([`Content`]) for the schemas of trueline, ROS and Foxglove.
 
 pub(crate) mod content;
-pub mod content_error;
+pub(crate) mod content_error;
 pub(crate) mod decode;
 mod foxglove;
 mod gray_picture;

@@ -8,7 +8,7 @@ use std::collections::HashSet;
 /// The same steps with distances of those observations only that turned out to be no outliers: what is wild would hide how
 /// the rest converges.
 #[must_use]
-pub fn without_outliers(
+pub(crate) fn without_outliers(
     mut steps: Vec<IterationRecord>,
     observations: &Observations,
     features: &[FeatureResidual],

@@ -17,7 +17,7 @@ use trueline_lsq::{Information, LeastSquares};
 use trueline_model::Placement;
 
 /// Information of the Jacobian with itself, and of the two halves' with each other.
-pub struct SplitSampleInformation {
+pub(crate) struct SplitSampleInformation {
     own: DMatrix<f64>,
     common: DMatrix<f64>,
     time_offset: [f64; 2],
@@ -71,13 +71,13 @@ impl SplitSampleInformation {
 
     /// Part of what the time offset's column seems to know that is motion.
     #[must_use]
-    pub fn time_offset_share(&self) -> f64 {
+    pub(crate) fn time_offset_share(&self) -> f64 {
         (self.time_offset[1] / self.time_offset[0].max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
     }
 
     /// Whether the time offset's column is motion.
     #[must_use]
-    pub fn shows_time_offset(&self) -> bool {
+    pub(crate) fn shows_time_offset(&self) -> bool {
         self.time_offset_share() >= LEAST_TIME_OFFSET_SHARE
     }
 
@@ -86,7 +86,7 @@ impl SplitSampleInformation {
     /// In the coordinates of the covariance's root the shares are the eigenvalues of one symmetric matrix, relative to
     /// another: tremble and motion come apart although they share unknowns.
     #[must_use]
-    pub fn shown_by(&self, information: &Information) -> Information {
+    pub(crate) fn shown_by(&self, information: &Information) -> Information {
         let root = information.covariance_root();
         if root.ncols() == 0 {
             return information.clone();

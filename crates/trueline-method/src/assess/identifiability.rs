@@ -17,7 +17,7 @@ use trueline_geometry::Trajectory;
 use trueline_lsq::Information;
 
 /// A fit, what is known from it and what can be seen.
-pub struct Identifiability {
+pub(crate) struct Identifiability {
     /// The fit; with unseen directions held if that was accepted.
     pub fit: Fit,
     /// What is known from it.
@@ -43,7 +43,7 @@ const HELD_SHARE: f64 = 0.1;
 ///
 /// # Errors
 /// [`Error::NoGuessToHold`] where the rest is to be held and there is no guess.
-pub fn assess_identifiability(
+pub(crate) fn assess_identifiability(
     steady: &DriftFree,
     settings: &FitSettings<'_>,
     guess: Option<&Guess>,

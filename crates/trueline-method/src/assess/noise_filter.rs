@@ -16,7 +16,7 @@ pub struct Correlation {
 }
 
 /// Nothing is correlated.
-pub const WHITE: Correlation = Correlation { neighbours: 0.0, white_share: 1.0 };
+pub(crate) const WHITE: Correlation = Correlation { neighbours: 0.0, white_share: 1.0 };
 
 /// One number of an observation: where it is, in steps, its residual and its row of the Jacobian.
 pub struct Sample {
@@ -66,7 +66,11 @@ pub fn whiten(samples: &[Sample], correlation: Correlation, unknowns: usize) -> 
 
 /// The innovations of r + J δ, of unit variance times the level.
 #[must_use]
-pub fn whitened_residuals(samples: &[Sample], correlation: Correlation, step: &DVector<f64>) -> Vec<f64> {
+pub(crate) fn whitened_residuals(
+    samples: &[Sample],
+    correlation: Correlation,
+    step: &DVector<f64>,
+) -> Vec<f64> {
     let mut all = Vec::with_capacity(samples.len());
     innovations(samples, correlation, step.len(), |slope, residual, _| all.push(residual + slope.dot(step)));
     all

@@ -23,7 +23,7 @@ const MOST: f64 = 20.0;
 
 /// A ± that is larger than the curvature says.
 #[derive(Clone, Debug)]
-pub struct Widening {
+pub(crate) struct Widening {
     /// One standard deviation by the curvature, as a step of all unknowns.
     pub sigma: DVector<f64>,
     /// How many times larger it is.

@@ -126,20 +126,20 @@ pub struct ResidualSummary {
 impl ResidualSummary {
     /// Part of the evaluated features that are outliers.
     #[must_use]
-    pub fn outlier_share(&self) -> f64 {
+    pub(crate) fn outlier_share(&self) -> f64 {
         self.outliers as f64 / self.used.max(1) as f64
     }
 
     /// Part of the evaluated features that are none.
     #[must_use]
-    pub fn inlier_share(&self) -> f64 {
+    pub(crate) fn inlier_share(&self) -> f64 {
         self.inliers as f64 / self.used.max(1) as f64
     }
 }
 
 /// Sums up residuals.
 #[must_use]
-pub fn summarise(list: &[FeatureResidual], skipped: BTreeMap<Skip, usize>) -> ResidualSummary {
+pub(crate) fn summarise(list: &[FeatureResidual], skipped: BTreeMap<Skip, usize>) -> ResidualSummary {
     let inliers = list.iter().filter(|r| !r.is_outlier()).count();
     let carrying = || list.iter().filter(|r| r.weight > LEAST_WEIGHT);
     let count = carrying().count();

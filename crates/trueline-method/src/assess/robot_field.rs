@@ -32,7 +32,7 @@ pub struct RobotSigmas {
 impl RobotSigmas {
     /// Of a robot of an absolute accuracy, m.
     #[must_use]
-    pub fn of_accuracy(accuracy_m: f64) -> Self {
+    pub(crate) fn of_accuracy(accuracy_m: f64) -> Self {
         let position_m = accuracy_m * SHARE_OF_ACCURACY;
         Self { position_m, attitude_rad: position_m / ARM_M }
     }
@@ -78,7 +78,7 @@ impl RobotField {
 
     /// Number of modes of each of the six errors.
     #[must_use]
-    pub fn modes(&self) -> usize {
+    pub(crate) fn modes(&self) -> usize {
         self.modes.nrows()
     }
 

@@ -78,7 +78,12 @@ impl Systematic {
     /// The same with components of the tangent that were held and have these standard deviations, SI; `hessian` is over all
     /// components, and `root` that of the covariance of the others.
     #[must_use]
-    pub fn with_held(self, hessian: &DMatrix<f64>, root: &DMatrix<f64>, sigmas: &[(usize, f64)]) -> Self {
+    pub(crate) fn with_held(
+        self,
+        hessian: &DMatrix<f64>,
+        root: &DMatrix<f64>,
+        sigmas: &[(usize, f64)],
+    ) -> Self {
         let mut held = DMatrix::zeros(root.nrows(), sigmas.len());
         for (column, (component, sigma)) in sigmas.iter().enumerate() {
             let moved = root * (root.transpose() * hessian.column(*component)) * -*sigma;
@@ -113,7 +118,7 @@ pub struct BiasError {
 }
 
 /// Jᵀ W Z of each kind, for an estimate whose covariance is C₀ = root rootᵀ.
-pub struct SystematicSums {
+pub(crate) struct SystematicSums {
     /// How the bias counts tilts.
     pub tilt: TiltBias,
     /// The robot's errors; `None` for an ideal robot.
@@ -201,7 +206,7 @@ impl SystematicSums {
     }
 
     /// Takes the bias to be of another size.
-    pub fn set_bias_level(&mut self, level_px: f64) {
+    pub(crate) fn set_bias_level(&mut self, level_px: f64) {
         self.bias_level_px = level_px;
     }
 
@@ -212,26 +217,26 @@ impl SystematicSums {
 
     /// What each kind of error makes of an estimate, as the levels say whether the bias was estimated.
     #[must_use]
-    pub fn systematic(&self, levels: &SystematicLevels, inflation: f64) -> Systematic {
+    pub(crate) fn systematic(&self, levels: &SystematicLevels, inflation: f64) -> Systematic {
         self.with(&self.bias_error(levels, inflation))
     }
 
     /// The same of an estimate that takes the bias for zero.
     #[must_use]
-    pub fn with_bias_held(&self) -> Systematic {
+    pub(crate) fn with_bias_held(&self) -> Systematic {
         self.with(&self.held_bias())
     }
 
     /// The same where the bias is estimated; `inflation` is how much larger the noise's covariance is than white noise's.
     /// `None` without a bias.
     #[must_use]
-    pub fn with_bias_estimated(&self, inflation: f64) -> Option<Systematic> {
+    pub(crate) fn with_bias_estimated(&self, inflation: f64) -> Option<Systematic> {
         Some(self.with(&self.estimated_bias(inflation)?))
     }
 
     /// How far off the bias is, as the levels say whether it was estimated.
     #[must_use]
-    pub fn bias_error(&self, levels: &SystematicLevels, inflation: f64) -> BiasError {
+    pub(crate) fn bias_error(&self, levels: &SystematicLevels, inflation: f64) -> BiasError {
         let estimated = levels.bias_is_estimated.then(|| self.estimated_bias(inflation)).flatten();
         estimated.unwrap_or_else(|| self.held_bias())
     }

@@ -11,9 +11,9 @@ use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
 /// Numbers of a bias: along and across the picture's rows for each axis of tilt.
-pub const BIAS: usize = 6;
+pub(crate) const BIAS: usize = 6;
 /// The tilt that a bias is stated for, rad.
-pub const BIAS_TILT_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
+pub(crate) const BIAS_TILT_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Noise of a feature that a bias in pixels is compared with where features are lengths, px.
 const USUAL_SIGMA_PX: f64 = 0.3;
 
@@ -95,7 +95,7 @@ fn without_spin(turn: &UnitQuaternion<f64>, axis: &Vector3<f64>) -> Vector3<f64>
 /// and the root is the upper triangular one; where the sheet is turned about the view, it is off by that small turn. Of
 /// sensors that report lengths, what their noise would be.
 #[must_use]
-pub fn sheet_per_px(o: &Observation) -> SMatrix<f64, 2, 2> {
+pub(crate) fn sheet_per_px(o: &Observation) -> SMatrix<f64, 2, 2> {
     let [sigma_u, sigma_v] =
         o.sigma_px.map(|sigma| if sigma > 0.0 { f64::from(sigma) } else { USUAL_SIGMA_PX });
     let [xx, xy, yy] = o.covariance;

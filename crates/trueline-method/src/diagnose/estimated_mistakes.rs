@@ -60,7 +60,7 @@ impl Estimated {
 
     /// The recording without it.
     #[must_use]
-    pub fn mend(&self, recording: &Recording) -> Option<Recording> {
+    pub(crate) fn mend(&self, recording: &Recording) -> Option<Recording> {
         match *self {
             Self::Crop([u0, v0]) => with_pixels(recording, |[u, v], _| [u + u0, v + v0]),
             Self::AxisScale { axis, factor } => Some(with_axis_scaled(recording, axis, 1.0 / factor)),
@@ -83,7 +83,7 @@ const CROP_STEPS_PX: [f64; 4] = [80.0, 30.0, 10.0, 3.0];
 /// The corner of a picture that was cut out, where the residuals are smallest; `None` if it was not, or if the pixels would
 /// not lie in the sensor's picture.
 #[must_use]
-pub fn crop(recording: &Recording, config: &Config) -> Option<Estimated> {
+pub(crate) fn crop(recording: &Recording, config: &Config) -> Option<Estimated> {
     let mut corner = nearest_corner(recording, config)?;
     for step in CROP_STEPS_PX {
         for axis in [1, 0, 1, 0] {
@@ -147,7 +147,7 @@ const LEAST_SCALE: f64 = 5e-4;
 
 /// The scale of an axis that leaves the smallest residuals, of what is tried.
 #[must_use]
-pub fn axis_scale(recording: &Recording, config: &Config, axis: usize) -> Option<Estimated> {
+pub(crate) fn axis_scale(recording: &Recording, config: &Config, axis: usize) -> Option<Estimated> {
     let scaled = |factor: f64| left(&Estimated::AxisScale { axis, factor }.mend(recording)?, config);
     let mut best = 1.0;
     for step in SCALE_STEPS {

@@ -6,7 +6,7 @@ use trueline_geometry::{Pose, se3};
 
 /// One mistake.
 #[derive(Clone, Copy, Debug)]
-pub struct Mistake {
+pub(crate) struct Mistake {
     /// Short name.
     pub name: &'static str,
     /// What was probably done, and what to do about it.
@@ -41,7 +41,7 @@ pub(super) fn with_rotations(
 
 /// What was read as (w, x, y, z) is (x, y, z, w).
 #[must_use]
-pub fn reordered(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
+pub(crate) fn reordered(rotation: &UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     let q = rotation.quaternion();
     UnitQuaternion::new_normalize(Quaternion::new(q.k, q.w, q.i, q.j))
 }

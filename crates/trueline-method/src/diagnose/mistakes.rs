@@ -11,7 +11,7 @@ use trueline_geometry::{Plane, so3};
 use trueline_model::BrownConrady;
 
 /// The mistakes that are tried, the most frequent first.
-pub const MISTAKES: [Mistake; 20] = [
+pub(crate) const MISTAKES: [Mistake; 20] = [
     Mistake {
         name: "robot in m, labelled mm",
         says: "the robot's positions are 1000 times too small: they are metres; name the columns x_m, y_m, z_m",

@@ -13,7 +13,7 @@ use trueline_dataset::Recording;
 
 /// How well a recording fits.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct QuickFit {
+pub(crate) struct QuickFit {
     /// How much larger the residuals are than noise explains.
     pub noise_factor: f64,
     /// Part of the features that is no outlier.

@@ -6,7 +6,7 @@ use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_model::BrownConrady;
 
 /// Mistakes in the sensor's numbers.
-pub const SENSOR_MISTAKES: [Mistake; 11] = [
+pub(crate) const SENSOR_MISTAKES: [Mistake; 11] = [
     Mistake {
         name: "pixels already undistorted",
         says: "the pixels are of undistorted images, and are undistorted again: give distortion = [0, 0, 0, 0, 0]",

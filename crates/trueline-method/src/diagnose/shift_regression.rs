@@ -24,7 +24,7 @@ pub struct Place {
 
 /// The robot's path and the seam's places, ready to be regressed.
 #[derive(Clone, Debug)]
-pub struct ShiftRegression {
+pub(crate) struct ShiftRegression {
     times_s: Vec<f64>,
     coordinates: Vec<SVector<f64, COORDINATES>>,
     places: Vec<Place>,
@@ -34,7 +34,7 @@ pub struct ShiftRegression {
 
 /// What a shift explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Explained {
+pub(crate) struct Explained {
     /// Part of the variance of the seam's place.
     pub explained: f64,
     /// Log-likelihood against no relation at all.

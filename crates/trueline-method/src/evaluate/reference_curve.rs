@@ -85,7 +85,7 @@ impl ReferenceCurve {
 
     /// Distance of a point, also from the ends of a curve that has some, m.
     #[must_use]
-    pub fn distance_with_ends(&self, point: &Vector3<f64>) -> f64 {
+    pub(crate) fn distance_with_ends(&self, point: &Vector3<f64>) -> f64 {
         match self {
             Self::Curve(curve) => (point - curve.nearest(point).point).norm(),
             other => other.deviation(point).map_or(f64::INFINITY, |deviation| deviation.norm()),

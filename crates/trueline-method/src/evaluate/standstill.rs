@@ -22,7 +22,7 @@ const MARGIN_S: f64 = 0.15;
 /// The fewest images of a stop.
 const FEWEST_IMAGES: usize = 3;
 /// The fewest stops of a seam.
-pub const FEWEST_STOPS: usize = 3;
+pub(crate) const FEWEST_STOPS: usize = 3;
 /// Stops nearer to each other than this are one place of the seam, m.
 const SAME_PLACE_M: f64 = 1e-3;
 

@@ -40,7 +40,7 @@ const ROUNDS: usize = 5;
 
 /// Whether a drift is more than chance.
 #[must_use]
-pub fn is_significant(drift: &Drift) -> bool {
+pub(crate) fn is_significant(drift: &Drift) -> bool {
     drift.ppm.abs() > DRIFT_SIGMAS * drift.sigma_ppm
 }
 
@@ -50,7 +50,7 @@ pub fn is_significant(drift: &Drift) -> bool {
 ///
 /// # Errors
 /// As [`Solver::converge`].
-pub fn remove_drift(
+pub(crate) fn remove_drift(
     observations: Observations,
     fit: Fit,
     settings: &FitSettings<'_>,

@@ -39,7 +39,7 @@ struct Part {
 }
 
 /// The sums of a solution, from which drift and step follow.
-pub struct ClockCheck {
+pub(crate) struct ClockCheck {
     parts: Vec<Part>,
     covariance: DMatrix<f64>,
     variance: f64,
@@ -104,7 +104,7 @@ impl ClockCheck {
 
     /// How much larger than from noise alone the standard deviations are.
     #[must_use]
-    pub fn inflation(&self) -> f64 {
+    pub(crate) fn inflation(&self) -> f64 {
         self.variance.sqrt()
     }
 
@@ -117,7 +117,7 @@ impl ClockCheck {
 
     /// The step at a stamp; `None` if nothing can be said.
     #[must_use]
-    pub fn step_at(&self, at_s: f64) -> Option<Step> {
+    pub(crate) fn step_at(&self, at_s: f64) -> Option<Step> {
         let off = |step: &Step| (step.at_s - at_s).abs();
         self.steps().into_iter().min_by(|a, b| off(a).total_cmp(&off(b)))
     }

@@ -48,7 +48,7 @@ impl FeatureBias {
 }
 
 /// A fit of features freed of their bias.
-pub struct BiasFree {
+pub(crate) struct BiasFree {
     /// The features without it.
     pub observations: Observations,
     /// The fit to them.
@@ -74,7 +74,7 @@ pub struct TakenBias {
 
 /// A bias and what is taken of the noise it is estimated in.
 #[derive(Clone, Copy, Debug)]
-pub struct BiasHypothesis {
+pub(crate) struct BiasHypothesis {
     /// How large errors are taken to be.
     pub levels: SystematicLevels,
     /// How much larger the noise's covariance is than that of white noise.
@@ -95,7 +95,7 @@ const LEVEL_ROUNDS: usize = 5;
 ///
 /// # Errors
 /// As [`Solver::converge`].
-pub fn remove_bias(
+pub(crate) fn remove_bias(
     solver: &Solver<'_>,
     fit: &Fit,
     information: &Information,

@@ -1,11 +1,11 @@
 //! When data tell two explanations apart.
 
 /// Difference in twice the log likelihood below which data do not tell two solutions apart: 5 σ.
-pub const LIKELIHOOD_RATIO_LIMIT: f64 = 25.0;
+pub(crate) const LIKELIHOOD_RATIO_LIMIT: f64 = 25.0;
 
 /// Twice the log likelihood of residuals that are `factor` times the expected noise over ones of `other_factor`, for n
 /// features of two numbers each: −2 log L = 2 n ln f².
 #[must_use]
-pub fn noise_advantage(features: usize, factor: f64, other_factor: f64) -> f64 {
+pub(crate) fn noise_advantage(features: usize, factor: f64, other_factor: f64) -> f64 {
     4.0 * features as f64 * (other_factor / factor).ln()
 }

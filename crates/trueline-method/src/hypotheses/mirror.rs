@@ -12,7 +12,7 @@ use crate::solve::start::twin;
 const TWIN_TURN_RAD: f64 = 0.02;
 
 /// How the mirrored attitude compares with the one found.
-pub enum MirrorComparison {
+pub(crate) enum MirrorComparison {
     /// It does not exist, is the same, or fits worse.
     Worse,
     /// It fits as well if the sensor may differ from its file, and worse if it may not.
@@ -27,7 +27,7 @@ pub enum MirrorComparison {
 ///
 /// # Errors
 /// As [`Solver::fit`].
-pub fn mirror_of(solver: &Solver<'_>, fit: &Fit) -> Result<MirrorComparison, Error> {
+pub(crate) fn mirror_of(solver: &Solver<'_>, fit: &Fit) -> Result<MirrorComparison, Error> {
     let observations = solver.observations;
     let Some(start) = twin(observations, fit.placed.of(observations), fit.parameters()) else {
         return Ok(MirrorComparison::Worse);

@@ -23,14 +23,14 @@ use crate::solve::solver::REJECTING;
 
 /// Beyond this z the sign of the difference is no chance: 5 σ. Scans of 20 s and more decide at z above 100; a few scans of
 /// 5 s come near it (BENCHMARKS.md, "weaves").
-pub const DECISIVE_Z: f64 = 5.0;
+pub(crate) const DECISIVE_Z: f64 = 5.0;
 
 /// The same for two solutions of one time offset, as mirrored attitudes are. They have the noise of each frame in common: if
 /// the other were right, z would be as far below zero as it is above, so it is refuted by 2 z, here 4 σ.
-pub const DECISIVE_Z_AT_ONE_OFFSET: f64 = 2.0;
+pub(crate) const DECISIVE_Z_AT_ONE_OFFSET: f64 = 2.0;
 
 /// Time offsets nearer than this are one: most of a robot's noise is common, s.
-pub const ONE_OFFSET_S: f64 = 1e-3;
+pub(crate) const ONE_OFFSET_S: f64 = 1e-3;
 
 /// Where one solution explains what another does not, the other may explain this part of as many.
 const FEW: usize = 10;

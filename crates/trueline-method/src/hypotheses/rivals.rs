@@ -31,7 +31,7 @@ pub struct Rival {
 impl Rival {
     /// Whether it explains more than half of what the best explains, and so is named.
     #[must_use]
-    pub fn is_named(&self) -> bool {
+    pub(crate) fn is_named(&self) -> bool {
         self.test.explains > NAMED * self.test.best_explains
     }
 }
@@ -94,7 +94,7 @@ fn same(one: &Parameters, other: &Parameters) -> bool {
 
 /// The sensor turned by half a turn about an axis (camera frame) through a point (camera frame, m).
 #[must_use]
-pub fn half_turned(tool_from_camera: &Pose, axis: &UnitVector3<f64>, centre: &Vector3<f64>) -> Pose {
+pub(crate) fn half_turned(tool_from_camera: &Pose, axis: &UnitVector3<f64>, centre: &Vector3<f64>) -> Pose {
     let rotation = tool_from_camera.rotation * so3::exp(&(axis.into_inner() * std::f64::consts::PI));
     let shift = tool_from_camera.rotation * centre - rotation * centre;
     se3::from_parts(rotation, tool_from_camera.translation.vector + shift)

@@ -91,7 +91,7 @@ fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
 ///
 /// # Errors
 /// As [`find`].
-pub fn likeliest(solver: &Solver<'_>) -> Result<Fit, Error> {
+pub(crate) fn likeliest(solver: &Solver<'_>) -> Result<Fit, Error> {
     search(solver, Breadth::USUAL).map(|best| best.fit)
 }
 

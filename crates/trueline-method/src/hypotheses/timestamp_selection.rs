@@ -16,7 +16,7 @@ use trueline_dataset::Recording;
 use trueline_lsq::Loss;
 
 /// A fit, the observations it was made of, and how their stamps were treated.
-pub struct Stamped {
+pub(crate) struct Stamped {
     /// Observations with the stamps that are used.
     pub observations: Observations,
     /// The fit to them.
@@ -29,7 +29,7 @@ pub struct Stamped {
 ///
 /// # Errors
 /// As [`Solver::refit`].
-pub fn with_best_stamps(
+pub(crate) fn with_best_stamps(
     recording: &Recording,
     sampling: &Sampling,
     settings: &FitSettings<'_>,

@@ -79,7 +79,7 @@ fn cause(recording: &Recording, settings: &FitSettings<'_>, shown: &Shown) -> Op
 
 /// How much larger the covariance by noise is than by white noise, on average over time offset and hand-eye.
 #[must_use]
-pub fn inflation(structure: &Structure, information: &Information) -> f64 {
+pub(crate) fn inflation(structure: &Structure, information: &Information) -> f64 {
     let Structure::Correlated(noise) = structure else { return 1.0 };
     let white = information.covariance();
     let ratios = (0..LINES).map(|k| noise.covariance[(k, k)] / white[(k, k)]);
@@ -99,7 +99,7 @@ pub struct Shown {
 impl Shown {
     /// Whether the scan shows all of time offset and hand-eye.
     #[must_use]
-    pub fn all_observable(&self) -> bool {
+    pub(crate) fn all_observable(&self) -> bool {
         self.observability.observable_components[..LINES].iter().all(|seen| *seen)
     }
 

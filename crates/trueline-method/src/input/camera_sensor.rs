@@ -11,7 +11,7 @@ const SAMPLE: usize = 60;
 
 /// A camera and its laser plane as they are calibrated.
 #[derive(Clone, Copy, Debug)]
-pub struct CameraSensor {
+pub(crate) struct CameraSensor {
     /// The camera.
     pub camera: Camera,
     /// The laser plane in its frame.
@@ -117,7 +117,11 @@ impl CameraSensor {
 
 /// How a rigid motion (rotation, translation) and the shape move points of the sheet: 3N × 11.
 #[must_use]
-pub fn rigid_and_shape(sheet: &LaserSheet, origin_m: &[f64; 2], points: &[Vector3<f64>]) -> DMatrix<f64> {
+pub(crate) fn rigid_and_shape(
+    sheet: &LaserSheet,
+    origin_m: &[f64; 2],
+    points: &[Vector3<f64>],
+) -> DMatrix<f64> {
     let mut basis = DMatrix::zeros(3 * points.len(), 11);
     for (k, point) in points.iter().enumerate() {
         let [a, b]: [f64; 2] = (sheet.coordinates(point) - Vector2::from(*origin_m)).into();

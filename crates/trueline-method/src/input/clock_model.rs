@@ -72,7 +72,7 @@ const ONE_SIDED_SKEWNESS: f64 = 1.0;
 const WANDER_LIMIT: f64 = 1.5;
 
 /// A silence is longer than this many ticks.
-pub const SILENCE_TICKS: f64 = 4.0;
+pub(crate) const SILENCE_TICKS: f64 = 4.0;
 
 /// Number of samples missing between the first and the last: periods without a stamp.
 #[must_use]

@@ -1,10 +1,10 @@
 //! Recording → observations: stamps, clocks, the robot's path, features on the laser plane.
 
-pub mod camera_sensor;
+pub(crate) mod camera_sensor;
 pub mod clock_model;
 pub mod noise_levels;
 pub mod observations;
-pub mod repeated_poses;
+pub(crate) mod repeated_poses;
 pub mod robot_motion;
 pub mod shape_knowledge;
 pub mod skip;

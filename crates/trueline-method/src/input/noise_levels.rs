@@ -37,7 +37,7 @@ impl Whitener {
 
     /// The same for a standard deviation that is alike in all directions.
     #[must_use]
-    pub fn isotropic(sigma: f64) -> Self {
+    pub(crate) fn isotropic(sigma: f64) -> Self {
         Self([1.0 / sigma, 0.0, 1.0 / sigma].map(|w| w as f32))
     }
 
@@ -81,7 +81,7 @@ impl NoiseLevels {
 
     /// The whitener for the noise of feature and robot alone, the sheet standing square to the line.
     #[must_use]
-    pub fn coarse_whitener(&self, feature: [f64; 3]) -> Whitener {
+    pub(crate) fn coarse_whitener(&self, feature: [f64; 3]) -> Whitener {
         let robot = self.robot_sigma_m.powi(2);
         let expected = symmetric([feature[0] + robot, feature[1], feature[2] + robot]);
         Whitener::of(&(expected * self.factor.powi(2)))

@@ -34,7 +34,7 @@ pub struct Observation {
 impl Observation {
     /// Standard deviation of the pixel that it was, mean (geometric) of u and v, px; 0 where features are lengths.
     #[must_use]
-    pub fn mean_sigma_px(&self) -> f64 {
+    pub(crate) fn mean_sigma_px(&self) -> f64 {
         let [u, v] = self.sigma_px.map(f64::from);
         (u * v).sqrt()
     }
@@ -84,7 +84,7 @@ pub fn observe(recording: &Recording, sampling: &Sampling, config: &Config) -> R
 ///
 /// # Errors
 /// As [`observe`], but for a sheet that cannot be fitted.
-pub fn observe_anywhere(
+pub(crate) fn observe_anywhere(
     recording: &Recording,
     sampling: &Sampling,
     config: &Config,

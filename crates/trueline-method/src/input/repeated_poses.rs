@@ -9,7 +9,7 @@ use trueline_geometry::Pose;
 
 /// Which samples are news.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Updates {
+pub(crate) struct Updates {
     /// Indices of the samples to keep, rising.
     pub kept: Vec<usize>,
     /// How many are left out.
@@ -30,7 +30,7 @@ const IN_STEP: f64 = 0.98;
 
 /// Finds the samples that are news.
 #[must_use]
-pub fn updates(times_s: &[f64], poses: &[Pose]) -> Updates {
+pub(crate) fn updates(times_s: &[f64], poses: &[Pose]) -> Updates {
     let mut kept = Vec::with_capacity(poses.len());
     let (mut repeated, mut moving) = (0, 0);
     let mut lengths: Vec<usize> = Vec::new();

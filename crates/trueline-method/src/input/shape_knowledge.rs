@@ -13,7 +13,7 @@ use trueline_dataset::sensor_setup::{KEYSTONE_REACH_M, SensorUncertainty};
 use trueline_dataset::{Recording, Sensor};
 
 /// A covariance of h₁ … h₅.
-pub type ShapeCovariance = SMatrix<f64, 5, 5>;
+pub(crate) type ShapeCovariance = SMatrix<f64, 5, 5>;
 
 /// What is known of a sensor's shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +57,7 @@ impl ShapeKnowledge {
 
     /// The prior of a fit in a mode; `None` where the sensor is held, and for the paper's residual.
     #[must_use]
-    pub fn prior_in(&self, mode: SensorMode, residual: ResidualKind) -> Option<ShapePrior> {
+    pub(crate) fn prior_in(&self, mode: SensorMode, residual: ResidualKind) -> Option<ShapePrior> {
         let covariance = match mode {
             SensorMode::Prior => self.covariance,
             SensorMode::Free => diagonal(FREE_SIGMA),

@@ -179,7 +179,7 @@ impl Stream {
 
     /// Standard deviation of the rate of the clock behind the stamps, parts per million.
     #[must_use]
-    pub fn rate_sigma_ppm(&self, dejittered: bool) -> f64 {
+    pub(crate) fn rate_sigma_ppm(&self, dejittered: bool) -> f64 {
         let Some(clock) = self.clock.as_ref().filter(|_| dejittered) else { return 0.0 };
         let lasts_s = self.recorded_s[self.recorded_s.len() - 1] - self.recorded_s[0];
         // Slope of a line through n points of even spacing.
@@ -239,13 +239,13 @@ impl Sampling {
 
     /// Standard deviation of what regularising leaves unknown of the clocks' rates, parts per million.
     #[must_use]
-    pub fn rate_sigma_ppm(&self, dejittered: Dejittered) -> f64 {
+    pub(crate) fn rate_sigma_ppm(&self, dejittered: Dejittered) -> f64 {
         self.robot.rate_sigma_ppm(dejittered.robot).hypot(self.images.rate_sigma_ppm(dejittered.images))
     }
 
     /// Standard deviation of what regularising leaves unknown of the time offset, s.
     #[must_use]
-    pub fn phase_sigma_s(&self, dejittered: Dejittered) -> f64 {
+    pub(crate) fn phase_sigma_s(&self, dejittered: Dejittered) -> f64 {
         self.robot.phase_sigma_s(dejittered.robot).hypot(self.images.phase_sigma_s(dejittered.images))
     }
 

@@ -17,7 +17,7 @@ use trueline_model::point_to_line::{self, ResidualJacobian};
 use trueline_model::{Placement, SeamInSheet, sheet_residual};
 
 /// Standard deviation that stands for one unit of the point-to-line residual until its spread is known, m.
-pub const POINT_TO_LINE_SIGMA_M: f64 = 5e-5;
+pub(crate) const POINT_TO_LINE_SIGMA_M: f64 = 5e-5;
 
 /// The least-squares problem of a scan.
 pub struct LineProblem<'a> {
@@ -115,7 +115,7 @@ impl<'a> LineProblem<'a> {
 
     /// The same problem with directions held at a guess.
     #[must_use]
-    pub fn with_prior(self, prior: Option<Prior>) -> Self {
+    pub(crate) fn with_prior(self, prior: Option<Prior>) -> Self {
         Self { prior, ..self }
     }
 
@@ -144,7 +144,7 @@ impl<'a> LineProblem<'a> {
 
     /// The same of each observation in turn; NaN where one cannot be evaluated.
     #[must_use]
-    pub fn squared_residual_of_each(&self, at: &Parameters) -> Vec<f64> {
+    pub(crate) fn squared_residual_of_each(&self, at: &Parameters) -> Vec<f64> {
         let mut squared = Squared::new(&self.whiteners);
         sweep(&self.scan(at), &mut squared);
         squared.values
@@ -208,7 +208,12 @@ impl<'a> LineProblem<'a> {
 
     /// What an observation leaves in the sheet, whichever residual is minimised; `None` where the seam runs along it.
     #[must_use]
-    pub fn in_sheet(&self, o: &Observation, at: &Parameters, placement: &Placement) -> Option<InSheet> {
+    pub(crate) fn in_sheet(
+        &self,
+        o: &Observation,
+        at: &Parameters,
+        placement: &Placement,
+    ) -> Option<InSheet> {
         let parts = self.linearized_in_sheet(o, at, placement)?;
         Some(InSheet { residual: parts.residual, d_time_offset: parts.jacobian.column(TIME_OFFSET).into() })
     }
@@ -216,7 +221,7 @@ impl<'a> LineProblem<'a> {
     /// What an observation leaves across the seam, along the line's two cross axes; `None` for the paper's residual, and
     /// where the seam runs along the sheet.
     #[must_use]
-    pub fn in_cross_section(
+    pub(crate) fn in_cross_section(
         &self,
         o: &Observation,
         at: &Parameters,
@@ -252,7 +257,7 @@ impl<'a> LineProblem<'a> {
 
     /// The same with the sensor placed elsewhere.
     #[must_use]
-    pub fn whitened_where(
+    pub(crate) fn whitened_where(
         &self,
         (observation, whitener): (&Observation, &Whitener),
         at: &Parameters,
@@ -266,7 +271,7 @@ impl<'a> LineProblem<'a> {
     /// What carries a displacement of the measured point in base into the whitened residual (2×3), and the same for the
     /// time offset.
     #[must_use]
-    pub fn whitened_displacement(
+    pub(crate) fn whitened_displacement(
         &self,
         (o, whitener): (&Observation, &Whitener),
         at: &Parameters,
@@ -279,7 +284,7 @@ impl<'a> LineProblem<'a> {
     /// of the robot's position and one for the stamp, per standard deviation (2×4). The point-to-line
     /// residual has no model of its noise, so nothing is expected of it.
     #[must_use]
-    pub fn whitened_shared_errors(
+    pub(crate) fn whitened_shared_errors(
         &self,
         (o, whitener): (&Observation, &Whitener),
         at: &Parameters,
@@ -301,7 +306,7 @@ impl<'a> LineProblem<'a> {
 
 /// What an observation leaves in the sheet.
 #[derive(Clone, Copy, Debug)]
-pub struct InSheet {
+pub(crate) struct InSheet {
     /// Measured minus predicted, m.
     pub residual: Vector2<f64>,
     /// d r / d t_d, m/s.
@@ -310,7 +315,7 @@ pub struct InSheet {
 
 /// What an observation leaves across the seam.
 #[derive(Clone, Copy, Debug)]
-pub struct InCrossSection {
+pub(crate) struct InCrossSection {
     /// The residual in the sheet, m.
     pub in_sheet: Vector2<f64>,
     /// The residual along the line's two cross axes, m.
@@ -320,7 +325,7 @@ pub struct InCrossSection {
 }
 
 /// A Jacobian by the local unknowns of an observation.
-pub type LocalJacobian = SMatrix<f64, 2, LOCAL_ALL>;
+pub(crate) type LocalJacobian = SMatrix<f64, 2, LOCAL_ALL>;
 
 struct Linearized {
     residual: Vector2<f64>,

@@ -109,7 +109,7 @@ impl Parameters {
 
     /// How far a point in base is from the seam along the line's two cross axes, m; its bow counts as the seam.
     #[must_use]
-    pub fn offset_from_seam(&self, line: usize, point_in_base: &Vector3<f64>) -> Vector2<f64> {
+    pub(crate) fn offset_from_seam(&self, line: usize, point_in_base: &Vector3<f64>) -> Vector2<f64> {
         let seam = &self.lines[line];
         let straight = seam.offset_of(point_in_base);
         let along = seam.direction().dot(&(point_in_base - seam.anchor()));

@@ -18,7 +18,7 @@ pub fn placement(
 
 /// The same on another path of the robot.
 #[must_use]
-pub fn placement_on(
+pub(crate) fn placement_on(
     trajectory: &Trajectory,
     observation: &Observation,
     at: &Parameters,
@@ -29,7 +29,7 @@ pub fn placement_on(
 
 /// The same at an exposure, s.
 #[must_use]
-pub fn placement_then(
+pub(crate) fn placement_then(
     trajectory: &Trajectory,
     exposure_s: f64,
     tool_from_camera: &Pose,

@@ -40,7 +40,7 @@ impl Prior {
 
     /// Clock and sensor moved to the guess in the directions that are held, and nowhere else.
     #[must_use]
-    pub fn nearest_to(&self, at: &Parameters) -> Parameters {
+    pub(crate) fn nearest_to(&self, at: &Parameters) -> Parameters {
         let off = at.minus(&self.guess);
         let mut step = DVector::zeros(at.dimension());
         for direction in &self.directions {

@@ -55,13 +55,13 @@ pub struct Unknowns {
 impl Unknowns {
     /// Those that are asked for: time offset, hand-eye and lines.
     #[must_use]
-    pub fn asked_for(&self) -> usize {
+    pub(crate) fn asked_for(&self) -> usize {
         line_index(self.lines)
     }
 
     /// Those of which something is known beforehand: bows and shape.
     #[must_use]
-    pub fn known_before(&self) -> Range<usize> {
+    pub(crate) fn known_before(&self) -> Range<usize> {
         self.asked_for()..self.dimension()
     }
 

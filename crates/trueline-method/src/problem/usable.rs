@@ -6,7 +6,7 @@ use std::ops::Range;
 /// The part of an observation that cannot be evaluated (outside the recording, in a gap, or the line
 /// along the sheet), in squared standard deviations: as bad as a residual of 1000 σ. A redescending loss
 /// has long saturated there, so that a search gains nothing by pushing features off the recording.
-pub const UNUSABLE_SQUARED: f64 = 1e6;
+pub(crate) const UNUSABLE_SQUARED: f64 = 1e6;
 
 /// Observations that take part in a solve.
 #[derive(Clone, Debug)]

@@ -36,7 +36,7 @@ pub fn sigmas(drawn: &[DrawnLine]) -> Vec<(usize, f64)> {
 ///
 /// # Errors
 /// As [`Solver::fit`].
-pub fn fit_to(solver: &Solver<'_>, near: Fit, drawn: &[DrawnLine]) -> Result<Fit, Error> {
+pub(crate) fn fit_to(solver: &Solver<'_>, near: Fit, drawn: &[DrawnLine]) -> Result<Fit, Error> {
     if drawn.is_empty() {
         return Ok(near);
     }

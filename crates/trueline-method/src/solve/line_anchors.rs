@@ -9,7 +9,7 @@ use crate::problem::placement::placement;
 ///
 /// Medians, so that wild points do not matter. A scan without progress keeps the direction it has.
 #[must_use]
-pub fn with_lines_amid_points(observations: &Observations, mut at: Parameters) -> Parameters {
+pub(crate) fn with_lines_amid_points(observations: &Observations, mut at: Parameters) -> Parameters {
     let mut progress: Vec<Vec<(f64, f64)>> = vec![Vec::new(); observations.line_count];
     let mut hint = 0;
     for o in &observations.list {

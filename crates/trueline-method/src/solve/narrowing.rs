@@ -8,11 +8,11 @@ use crate::problem::parameters::Parameters;
 use trueline_lsq::{Loss, SolveOptions, solve};
 
 /// Observations of a line that a search looks at.
-pub const SAMPLE: usize = 160;
+pub(crate) const SAMPLE: usize = 160;
 /// Scales of the loss, σ: the first is a good part of the field of view.
-pub const SCALES: [f64; 6] = [1000.0, 300.0, 100.0, 30.0, 10.0, 5.0];
+pub(crate) const SCALES: [f64; 6] = [1000.0, 300.0, 100.0, 30.0, 10.0, 5.0];
 /// Candidates nearer than this in time offset, s, may be in one valley.
-pub const SAME_OFFSET_S: f64 = 0.02;
+pub(crate) const SAME_OFFSET_S: f64 = 0.02;
 
 /// Where a narrowing has led.
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ pub struct Stage {
 
 /// What a search narrows on.
 #[derive(Clone, Copy)]
-pub struct Narrowing<'a> {
+pub(crate) struct Narrowing<'a> {
     /// Trajectory and sheet.
     pub observations: &'a Observations,
     /// The observations that are looked at.

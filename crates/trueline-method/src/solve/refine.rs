@@ -62,7 +62,7 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// As [`Solver::fit`].
-    pub fn refit(&self, near: &Fit) -> Result<Fit, Error> {
+    pub(crate) fn refit(&self, near: &Fit) -> Result<Fit, Error> {
         let rounds = Rounds::after(*self, near.iterations.clone());
         rounds.finish(self.settings.noise, near.parameters().clone(), &[ROUGH])
     }
@@ -71,7 +71,7 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// As [`Solver::fit`].
-    pub fn converge(&self, near: &Fit) -> Result<Fit, Error> {
+    pub(crate) fn converge(&self, near: &Fit) -> Result<Fit, Error> {
         self.converge_from(near, near.parameters().clone())
     }
 
@@ -79,7 +79,7 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// As [`Solver::fit`].
-    pub fn converge_from(&self, near: &Fit, start: Parameters) -> Result<Fit, Error> {
+    pub(crate) fn converge_from(&self, near: &Fit, start: Parameters) -> Result<Fit, Error> {
         let rounds = Rounds::after(*self, near.iterations.clone());
         rounds.finish(near.noise, start, &[FINE])
     }

@@ -16,7 +16,7 @@ pub struct Solver<'a> {
 }
 
 /// A loss for which everything beyond 8 σ is an outlier.
-pub const REJECTING: Loss = Loss::Tukey { scale: 8.0 };
+pub(crate) const REJECTING: Loss = Loss::Tukey { scale: 8.0 };
 
 impl<'a> Solver<'a> {
     /// The same settings on other observations.
@@ -31,7 +31,7 @@ impl<'a> Solver<'a> {
     /// Twice the negative log likelihood of all features, those that are outliers or cannot be placed counting as such, and
     /// of what is known beforehand.
     #[must_use]
-    pub fn twice_negative_log_likelihood(&self, at: &Parameters) -> f64 {
+    pub(crate) fn twice_negative_log_likelihood(&self, at: &Parameters) -> f64 {
         let criterion = Criterion { residual: self.settings.config.residual, loss: REJECTING };
         let list = &self.observations.list;
         let problem = LineProblem::new(self.observations, list, criterion, &self.settings.noise, at);

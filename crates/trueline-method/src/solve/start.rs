@@ -27,7 +27,7 @@ pub struct Breadth {
 
 impl Breadth {
     /// Enough for scans of 20 s. The basin reaches about 0.4 s to either side.
-    pub const USUAL: Self = Self { offset_step_s: 0.4, survivors: 24, finalists: 4 };
+    pub(crate) const USUAL: Self = Self { offset_step_s: 0.4, survivors: 24, finalists: 4 };
     /// Where that has found nothing good: in a scan of a few seconds a wrong attitude fits for a while.
     pub const WIDE: Self = Self { offset_step_s: 0.2, survivors: 100, finalists: 12 };
 }
@@ -39,7 +39,11 @@ const SAME_TURN_RAD: f64 = 0.05;
 
 /// The lines that fit the points as they fall with a time offset and a hand-eye transform.
 #[must_use]
-pub fn lines_for(observations: &Observations, list: &[Observation], guess: &Guess) -> Option<Vec<Line>> {
+pub(crate) fn lines_for(
+    observations: &Observations,
+    list: &[Observation],
+    guess: &Guess,
+) -> Option<Vec<Line>> {
     let at = Parameters::straight(guess, Vec::new());
     let mut points: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); observations.line_count];
     let mut hint = 0;
@@ -103,7 +107,11 @@ pub fn from_nothing(
 /// offset square to the line and reverses those along it, which a line cannot show. Only tilting tells
 /// the two apart, so with little tilt a search can end in the wrong one.
 #[must_use]
-pub fn twin(observations: &Observations, sample: &[Observation], at: &Parameters) -> Option<Parameters> {
+pub(crate) fn twin(
+    observations: &Observations,
+    sample: &[Observation],
+    at: &Parameters,
+) -> Option<Parameters> {
     let half_turn = |axis: &Vector3<f64>| so3::exp(&(axis * std::f64::consts::PI));
     let middle = &sample[sample.len() / 2];
     let base_from_tool = placement(observations, middle, at, &mut 0)?.base_from_tool.rotation;

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use trueline_lsq::Information;
 
 /// Answers that differ by more standard deviations do not agree.
-pub const AGREEMENT_SIGMAS: f64 = 3.0;
+pub(crate) const AGREEMENT_SIGMAS: f64 = 3.0;
 
 /// How far two answers are apart, in standard deviations of a normal number that is as rare: d = Δᵀ C⁻¹ Δ is χ² with as many
 /// degrees as there are components, and (d/k)^⅓ is normal with mean 1 − 2/9k and variance 2/9k \[WilsonHilferty1931\]. `None` if nothing

@@ -34,7 +34,7 @@ pub struct StripeFit<'a> {
 
 /// What a fit is made of.
 #[derive(Clone, Copy)]
-pub struct StripeSolver<'a> {
+pub(crate) struct StripeSolver<'a> {
     /// Trajectory and sheet.
     pub observations: &'a Observations,
     /// What the frames show.

@@ -10,7 +10,7 @@
 //! What follows (seam error, verdict, report) is the same as for seam points.
 
 pub mod agreement;
-pub mod as_seam;
+pub(crate) mod as_seam;
 pub mod corners;
 pub mod estimate;
 pub mod fit;

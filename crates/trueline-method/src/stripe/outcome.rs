@@ -91,7 +91,7 @@ pub struct StripeEstimate {
 impl StripeEstimate {
     /// Whether a seam point that is measured later is known clearly worse by the stripes, everything counted.
     #[must_use]
-    pub fn knows_less(&self) -> bool {
+    pub(crate) fn knows_less(&self) -> bool {
         match (&self.stripe.seam_error, &self.seam.seam_error) {
             (Some(by_stripe), Some(by_seam)) => by_stripe.rms_m > CLEARLY * by_seam.rms_m,
             (by_stripe, _) => by_stripe.is_none(),

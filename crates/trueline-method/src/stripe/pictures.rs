@@ -42,13 +42,13 @@ impl Pictures {
 
     /// What names the picture of a stripe.
     #[must_use]
-    pub fn of_stripe(self, stripe: &PlateStripe) -> i64 {
+    pub(crate) fn of_stripe(self, stripe: &PlateStripe) -> i64 {
         self.name(stripe.frame, stripe.stamp_ns)
     }
 
     /// What names the picture of a seam point.
     #[must_use]
-    pub fn of_feature(self, feature: &Feature) -> i64 {
+    pub(crate) fn of_feature(self, feature: &Feature) -> i64 {
         self.name(feature.frame, feature.stamp_ns)
     }
 

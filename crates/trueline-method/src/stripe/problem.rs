@@ -16,11 +16,11 @@ use trueline_model::{Placement, Plate, SheetShape, StripeJacobian, StripeOnPlate
 pub const ROWS: usize = 4;
 
 /// A Jacobian by the unknowns that a frame depends on.
-pub type FrameJacobian = SMatrix<f64, ROWS, LOCAL_ALL>;
+pub(crate) type FrameJacobian = SMatrix<f64, ROWS, LOCAL_ALL>;
 
 /// The residuals of a frame, m; rows that it does not have are zero.
 #[derive(Clone, Copy, Debug)]
-pub struct FrameResidual {
+pub(crate) struct FrameResidual {
     /// Residuals: support points by plate, or the seam point along both axes of the sheet.
     pub residual: SVector<f64, ROWS>,
     /// Their Jacobian.
@@ -70,7 +70,7 @@ pub fn placement(
 
 /// The residuals of a frame, not whitened; `None` where a plate lies along the sheet.
 #[must_use]
-pub fn linearize_frame(
+pub(crate) fn linearize_frame(
     observations: &Observations,
     frame: &StripeFrame,
     at: &StripeState,

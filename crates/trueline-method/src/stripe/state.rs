@@ -8,7 +8,7 @@ use trueline_geometry::{Pose, se3};
 use trueline_model::{Plate, SheetShape};
 
 /// Standard deviation of each surface term before the scan, m.
-pub const SURFACE_SIGMA_M: f64 = 0.2e-3;
+pub(crate) const SURFACE_SIGMA_M: f64 = 0.2e-3;
 
 /// One value of all unknowns; see [`StripeUnknowns`] for their order in the tangent.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +54,7 @@ impl StripeState {
 
     /// The values of those unknowns of which something is known beforehand; zero for the others.
     #[must_use]
-    pub fn about_prior(&self) -> DVector<f64> {
+    pub(crate) fn about_prior(&self) -> DVector<f64> {
         let unknowns = self.unknowns();
         let mut values = DVector::zeros(unknowns.dimension());
         for (joint, plates) in self.joints.iter().enumerate() {
@@ -70,7 +70,7 @@ impl StripeState {
 
     /// The information of what is known beforehand, over all unknowns.
     #[must_use]
-    pub fn prior_information(&self, shape_prior: Option<&ShapePrior>) -> DMatrix<f64> {
+    pub(crate) fn prior_information(&self, shape_prior: Option<&ShapePrior>) -> DMatrix<f64> {
         let unknowns = self.unknowns();
         let mut all = DMatrix::zeros(unknowns.dimension(), unknowns.dimension());
         for k in unknowns.asked_for()..unknowns.shape().start {

@@ -30,7 +30,11 @@ const SAMPLE: usize = 800;
 
 /// How far each kind of error moves the estimate.
 #[must_use]
-pub fn systematic(fit: &StripeFit<'_>, information: &Information, shared: &SharedErrors<'_>) -> Systematic {
+pub(crate) fn systematic(
+    fit: &StripeFit<'_>,
+    information: &Information,
+    shared: &SharedErrors<'_>,
+) -> Systematic {
     let SharedErrors { levels, field, tilt, bias: bias_error } = shared;
     let (problem, root) = (&fit.problem, information.covariance_root());
     let every = problem.frames.len().div_ceil(SAMPLE).max(1);

@@ -14,15 +14,15 @@ use std::ops::Range;
 use trueline_model::{Plate, SheetShape};
 
 /// First index of the planes.
-pub const PLANES: usize = LINES;
+pub(crate) const PLANES: usize = LINES;
 /// Numbers of the two planes of a joint.
-pub const PLANES_OF_JOINT: usize = 2 * Plate::DIMENSION;
+pub(crate) const PLANES_OF_JOINT: usize = 2 * Plate::DIMENSION;
 /// Numbers of their surfaces.
-pub const SURFACES_OF_JOINT: usize = 2 * Plate::SURFACE;
+pub(crate) const SURFACES_OF_JOINT: usize = 2 * Plate::SURFACE;
 /// Where the surfaces begin among the unknowns that one frame depends on.
-pub const LOCAL_SURFACES: usize = PLANES + PLANES_OF_JOINT;
+pub(crate) const LOCAL_SURFACES: usize = PLANES + PLANES_OF_JOINT;
 /// Where the shape begins there.
-pub const LOCAL_SHAPE: usize = LOCAL_SURFACES + SURFACES_OF_JOINT;
+pub(crate) const LOCAL_SHAPE: usize = LOCAL_SURFACES + SURFACES_OF_JOINT;
 /// All that one frame can depend on.
 pub const LOCAL_ALL: usize = LOCAL_SHAPE + SheetShape::DIMENSION;
 
@@ -38,7 +38,7 @@ pub struct StripeUnknowns {
 impl StripeUnknowns {
     /// Those that are asked for.
     #[must_use]
-    pub fn asked_for(&self) -> usize {
+    pub(crate) fn asked_for(&self) -> usize {
         PLANES + PLANES_OF_JOINT * self.joints
     }
 
@@ -51,7 +51,7 @@ impl StripeUnknowns {
 
     /// Those of which something is known beforehand.
     #[must_use]
-    pub fn known_before(&self) -> Range<usize> {
+    pub(crate) fn known_before(&self) -> Range<usize> {
         self.asked_for()..self.dimension()
     }
 

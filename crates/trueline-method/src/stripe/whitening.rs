@@ -41,7 +41,7 @@ const LEAST_FACTOR: f64 = 1e-3;
 
 /// What is left of the noise of the robot's attitudes in its path, rad; as much of it as of the positions'.
 #[must_use]
-pub fn robot_sigma_rad(
+pub(crate) fn robot_sigma_rad(
     observations: &Observations,
     times_s: &[f64],
     poses: &[trueline_geometry::Pose],

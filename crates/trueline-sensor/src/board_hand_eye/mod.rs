@@ -12,7 +12,7 @@ pub mod closed_form;
 pub mod joint;
 pub mod moving;
 pub mod robot_path;
-pub mod sighting;
+pub(crate) mod sighting;
 
 pub use joint::{BoardFit, ErrorModel, Unknowns};
 pub use robot_path::RobotPath;

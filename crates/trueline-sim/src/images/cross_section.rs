@@ -25,7 +25,7 @@ impl Facet {
 
 /// Where a ray in the cross-section meets a facet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
+pub(crate) struct Hit {
     /// Which facet.
     pub facet: usize,
     /// How far along the ray, in lengths of its direction.
@@ -34,7 +34,7 @@ pub struct Hit {
 
 /// The first facet that a ray from `origin` meets further than `beyond` along it.
 #[must_use]
-pub fn first_hit(
+pub(crate) fn first_hit(
     facets: &[Facet],
     origin: &Vector2<f64>,
     direction: &Vector2<f64>,

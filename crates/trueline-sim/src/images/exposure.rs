@@ -31,7 +31,7 @@ impl Exposure {
     }
 
     /// Grey levels of a picture (parts of full scale), from 0 to `full`.
-    pub fn develop(
+    pub(crate) fn develop(
         &self,
         picture: &[f32],
         width: usize,

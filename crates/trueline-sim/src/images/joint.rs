@@ -144,7 +144,7 @@ impl Joint {
     /// Places of the cross-section beside the seam, m, where the stripe must be bright for the seam to be visible.
     /// None for what has no seam.
     #[must_use]
-    pub fn witnesses(&self) -> Vec<Vector2<f64>> {
+    pub(crate) fn witnesses(&self) -> Vec<Vector2<f64>> {
         let facets = self.facets();
         let beside = |number: usize, from_end: bool, away_m: f64| {
             let piece = &facets[number];

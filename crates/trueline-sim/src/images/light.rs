@@ -70,7 +70,7 @@ impl<'a> Light<'a> {
     /// Where the sheet lights a facet, in the camera frame: its two ends, m. `None` where the seam runs along
     /// the sheet.
     #[must_use]
-    pub fn stripe_on(&self, facet: &Facet) -> Option<[Vector3<f64>; 2]> {
+    pub(crate) fn stripe_on(&self, facet: &Facet) -> Option<[Vector3<f64>; 2]> {
         let toward = self.normal.dot(&self.along);
         (toward.abs() > 1e-6).then(|| {
             [facet.from, facet.to].map(|end| {

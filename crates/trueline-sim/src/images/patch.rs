@@ -5,7 +5,7 @@ pub const TILE: usize = 16;
 
 /// The tiles of a picture that are worked on.
 #[derive(Clone, Debug)]
-pub struct Patches {
+pub(crate) struct Patches {
     columns: usize,
     rows: usize,
     marked: Vec<bool>,
@@ -13,7 +13,7 @@ pub struct Patches {
 
 /// Pixels from..to in columns and rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Patch {
+pub(crate) struct Patch {
     /// First column and the one after the last.
     pub columns: [usize; 2],
     /// First row and the one after the last.

@@ -11,7 +11,7 @@ const HEIGHT: usize = 1024;
 
 /// A periodic pattern, entered at a random place for each picture.
 #[derive(Clone, Debug)]
-pub struct Speckle {
+pub(crate) struct Speckle {
     intensity: Vec<f32>,
 }
 

@@ -46,7 +46,7 @@ impl Gap {
 
 /// Finds gaps; memory is kept from one to the next.
 #[derive(Clone, Debug, Default)]
-pub struct ButtFinder {
+pub(crate) struct ButtFinder {
     ends: PlateEndFinder,
     gaps: Vec<Gap>,
 }

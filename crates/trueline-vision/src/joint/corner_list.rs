@@ -9,7 +9,7 @@ const MOST_CORNERS: usize = MOST_SEGMENTS * (MOST_SEGMENTS - 1) / 2;
 
 /// Corners of one kind.
 #[derive(Clone, Copy, Debug)]
-pub struct CornerList([Option<ArmPair>; MOST_CORNERS]);
+pub(crate) struct CornerList([Option<ArmPair>; MOST_CORNERS]);
 
 impl CornerList {
     /// The ridges, or else the valleys, among the segments.

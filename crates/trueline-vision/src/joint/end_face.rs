@@ -22,7 +22,7 @@ const GATHERED: f64 = 3.0;
 
 /// Finds where faces begin; memory is kept from one to the next.
 #[derive(Clone, Debug, Default)]
-pub struct FaceFinder {
+pub(crate) struct FaceFinder {
     middles: Vec<Shift>,
     regressor: Regressor,
 }
@@ -49,7 +49,7 @@ impl FaceFinder {
 }
 
 /// The strip between the two stripes of a lap.
-pub struct Face<'a, L> {
+pub(crate) struct Face<'a, L> {
     line: Line2,
     columns: [f64; 2],
     rows: [f64; 2],

@@ -41,7 +41,7 @@ impl Shoulders {
 
 /// Finds grooves; memory is kept from one to the next.
 #[derive(Clone, Debug, Default)]
-pub struct GrooveFinder {
+pub(crate) struct GrooveFinder {
     parts: SegmentParts,
     meter: StripeMeter,
 }

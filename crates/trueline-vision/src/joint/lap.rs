@@ -40,7 +40,7 @@ struct Plates {
 
 /// Finds edges; memory is kept from one to the next.
 #[derive(Clone, Debug, Default)]
-pub struct LapFinder {
+pub(crate) struct LapFinder {
     ends: PlateEndFinder,
     faces: FaceFinder,
 }

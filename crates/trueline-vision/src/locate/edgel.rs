@@ -21,7 +21,7 @@ const REMEMBERED: usize = 24;
 
 /// A short element of the stripe's ridge in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edgel {
+pub(crate) struct Edgel {
     /// Column of its middle, px.
     pub u: f32,
     /// Row of its middle, px.

@@ -106,7 +106,7 @@ impl LineSegment {
 
 /// Finds segments; keeps its memory from one picture to the next.
 #[derive(Clone, Debug, Default)]
-pub struct SegmentFinder {
+pub(crate) struct SegmentFinder {
     marks: Vec<Mark>,
     members: Vec<Mark>,
     /// Memory of segments that are gone.

@@ -1,7 +1,7 @@
 //! Where there is a stripe: tiles that stand out → edgels → straight line segments.
 
 pub mod binning;
-pub mod edgel;
+pub(crate) mod edgel;
 pub mod line_segment;
-pub mod segment_parts;
+pub(crate) mod segment_parts;
 pub mod tiles;

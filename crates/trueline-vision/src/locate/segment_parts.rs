@@ -7,7 +7,7 @@ const GAP_PX: f64 = 40.0;
 
 /// Parts of segments; keeps its memory from one picture to the next.
 #[derive(Clone, Debug, Default)]
-pub struct SegmentParts {
+pub(crate) struct SegmentParts {
     parts: Vec<LineSegment>,
     spare: Vec<Vec<[f64; 2]>>,
 }

@@ -6,7 +6,7 @@ use crate::not_found::NotFound;
 use crate::seam::Joint;
 
 /// What one picture shows of each joint of [`Joint::ALL`], where it shows something.
-pub type JointTrial = [Option<Detection>; Joint::ALL.len()];
+pub(crate) type JointTrial = [Option<Detection>; Joint::ALL.len()];
 
 /// Part of the pictures in which a joint of several segments must be found to be preferred to a simpler one.
 const MOSTLY: f64 = 0.5;

@@ -5,7 +5,7 @@ mod find_seams;
 pub mod joint_choice;
 pub mod neighbours;
 mod observer;
-pub mod picture_fault;
+pub(crate) mod picture_fault;
 mod scan_seams;
 mod summary;
 pub mod two_places;

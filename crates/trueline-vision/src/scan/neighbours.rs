@@ -19,7 +19,7 @@ const TYPICAL: f64 = 10.0;
 const LEAST_PX: f64 = 10.0;
 
 /// What was found in the pictures of a scan, in its order, each with its time, s.
-pub type InOrder<'a> = Vec<(f64, &'a mut Result<Detection, NotFound>)>;
+pub(crate) type InOrder<'a> = Vec<(f64, &'a mut Result<Detection, NotFound>)>;
 
 /// Refuses the pictures in which the seam jumps away from where the pictures before and after have it. Returns how far a
 /// point typically is from where its neighbours have it, px; `None` with too few of them.

@@ -15,7 +15,7 @@ pub const ALARM_P_LOG10: f64 = -6.25;
 
 /// The same for a cut inside of a weld, of which there are sixty by kind: together they are left a third of the false
 /// alarms, whatever their correlation.
-pub const INSIDE_P_LOG10: f64 = -7.25;
+pub(crate) const INSIDE_P_LOG10: f64 = -7.25;
 
 /// How much better the best cut inside a weld must be than the best window of whole welds to be believed, log₁₀: there
 /// are more cuts than windows.

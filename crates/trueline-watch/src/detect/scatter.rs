@@ -27,7 +27,7 @@ pub struct Scatter {
 }
 
 /// Pieces after which scatter is learnt, and learnt again: twice as many each time.
-pub const LESSONS: [usize; 5] = [30, 60, 120, 240, 480];
+pub(crate) const LESSONS: [usize; 5] = [30, 60, 120, 240, 480];
 
 /// Scatter below this part of a unit (5 µm, 0.0025°) cannot be told from none.
 const FLOOR: f64 = 0.05;
@@ -36,7 +36,7 @@ const SETTLED: f64 = 1e-3;
 
 /// How many of so many pieces the scatter is learnt from; `None` if there are too few.
 #[must_use]
-pub fn lesson(pieces: usize) -> Option<usize> {
+pub(crate) fn lesson(pieces: usize) -> Option<usize> {
     LESSONS.into_iter().rev().find(|lesson| *lesson <= pieces)
 }
 

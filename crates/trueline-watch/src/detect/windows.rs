@@ -34,7 +34,7 @@ pub struct Sums {
 
 /// Evidence about a change: (θ₀, δ), and the part of it that does not depend on where seams lie: (θ₀, δ of θ).
 #[derive(Clone, Debug)]
-pub struct WindowEvidence {
+pub(crate) struct WindowEvidence {
     all: Quadratic,
     within: Quadratic,
     /// Degrees of freedom of the noise in the window.

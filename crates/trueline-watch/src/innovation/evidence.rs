@@ -37,7 +37,7 @@ pub struct Evidence {
 }
 
 /// Stretches of a weld: a change inside is dated to a sixteenth of it.
-pub const CHUNKS: usize = 16;
+pub(crate) const CHUNKS: usize = 16;
 /// Beyond this correlation residuals are no noise at all.
 const MOST_CORRELATION: f64 = 0.95;
 

@@ -55,7 +55,7 @@ impl Linearized {
 
 /// How the shape moves a point at sheet coordinates from the shape's origin (2×5).
 #[must_use]
-pub fn d_point_d_shape(at: &Vector2<f64>) -> SMatrix<f64, 2, 5> {
+pub(crate) fn d_point_d_shape(at: &Vector2<f64>) -> SMatrix<f64, 2, 5> {
     let (a, b) = (at.x, at.y);
     SMatrix::<f64, 2, 5>::new(a, 0.0, b, -a * a, -b * a, 0.0, b, 0.0, -a * b, -b * b)
 }

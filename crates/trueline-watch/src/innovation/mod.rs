@@ -2,10 +2,10 @@
 
 pub mod evidence;
 pub mod linearized;
-pub mod seam_fit;
+pub(crate) mod seam_fit;
 pub mod weld;
-pub mod weld_error;
-pub mod weld_statistic;
+pub(crate) mod weld_error;
+pub(crate) mod weld_statistic;
 
 pub use evidence::{Chunk, Evidence};
 pub use seam_fit::{SeamFit, fitted_seams};

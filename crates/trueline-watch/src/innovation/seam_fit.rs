@@ -18,7 +18,7 @@ pub struct SeamFit {
 }
 
 /// Fewest features of a seam: two numbers each, for six unknowns of its own and something to judge them by.
-pub const LEAST_FEATURES: usize = 20;
+pub(crate) const LEAST_FEATURES: usize = 20;
 
 /// A seam's bow is known to be about this large at its ends before any of it is measured: 0.3 mm and 1 mm per metre.
 #[must_use]
@@ -125,7 +125,7 @@ fn squared(all: &[Linearized], step: &Own) -> Vec<f64> {
 
 /// A fitted seam in the chart of a part: the same line, anchored and turned as [`Line::retract`] makes it from the part's.
 #[must_use]
-pub fn in_chart(seam: &Seam, of_part: &Line) -> (Seam, Vector4<f64>) {
+pub(crate) fn in_chart(seam: &Seam, of_part: &Line) -> (Seam, Vector4<f64>) {
     let step = crate::reference::line_step(of_part, &seam.line);
     (Seam { line: of_part.retract(&step), ..*seam }, step)
 }

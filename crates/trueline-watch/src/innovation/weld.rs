@@ -37,7 +37,7 @@ impl Weld {
 
     /// Whether the stamps were treated as those of the calibration.
     #[must_use]
-    pub fn stamps_as(&self, wanted: Dejittered) -> bool {
+    pub(crate) fn stamps_as(&self, wanted: Dejittered) -> bool {
         self.features.dejittered == wanted
     }
 

@@ -19,4 +19,4 @@ pub use store_error::StoreError;
 pub use write::{NewWeld, Standing, StoredPart, StoredPiece};
 
 /// Welds of which the statistic is kept, for each calibration: twice the longest window.
-pub const KEPT_STATISTICS: usize = 512;
+pub(crate) const KEPT_STATISTICS: usize = 512;

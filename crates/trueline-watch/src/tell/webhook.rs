@@ -4,7 +4,7 @@ use super::receiver::{PATIENCE, Receiver, ReceiverError};
 use ureq::http::Uri;
 
 /// A web address.
-pub struct Webhook {
+pub(crate) struct Webhook {
     address: String,
     host: String,
     agent: ureq::Agent,

@@ -9,7 +9,7 @@ use trueline_model::sheet_residual::MIN_SINE;
 
 /// What a bow does to a sample.
 #[derive(Clone, Copy)]
-pub struct Bowed<const FUSED: bool> {
+pub(crate) struct Bowed<const FUSED: bool> {
     /// φ at the intersection.
     pub form: Lanes<FUSED>,
     /// φ κ₂ and φ κ₃, m.

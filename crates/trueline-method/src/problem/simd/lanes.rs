@@ -13,7 +13,7 @@ pub const WIDTH: usize = 4;
 /// Four numbers; `FUSED` where the processor multiplies and adds in one instruction.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
-pub struct Lanes<const FUSED: bool>(pub [f64; WIDTH]);
+pub(crate) struct Lanes<const FUSED: bool>(pub [f64; WIDTH]);
 
 impl<const FUSED: bool> Lanes<FUSED> {
     /// The same number four times.

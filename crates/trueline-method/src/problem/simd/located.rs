@@ -15,7 +15,7 @@ pub trait Residual {
 
 /// A residual with what its derivatives need.
 #[derive(Clone, Copy, Debug)]
-pub struct Located<const FUSED: bool> {
+pub(crate) struct Located<const FUSED: bool> {
     pub rows: [Vectors<FUSED>; 2],
     pub at: Vectors<FUSED>,
     pub residual: [Lanes<FUSED>; 2],
@@ -58,7 +58,7 @@ impl Residual for InSheet {
 }
 
 /// Distance of the measured point from the line.
-pub struct ToLine;
+pub(crate) struct ToLine;
 
 impl Residual for ToLine {
     #[inline(always)]

@@ -101,7 +101,7 @@ pub struct Seen<const FUSED: bool> {
 }
 
 /// How much is modelled, as a type, so that no loop asks.
-pub trait Modelled {
+pub(crate) trait Modelled {
     /// Whether lines bow.
     const BOWED: bool;
     /// Whether the sensor's sheet has a shape.
@@ -109,11 +109,11 @@ pub trait Modelled {
 }
 
 /// Straight lines, an exact sensor.
-pub struct StraightLines;
+pub(crate) struct StraightLines;
 /// Lines that may bow.
-pub struct BowedLines;
+pub(crate) struct BowedLines;
 /// The same, and a sensor whose sheet has a shape.
-pub struct ShapedSheet;
+pub(crate) struct ShapedSheet;
 
 impl Modelled for StraightLines {
     const BOWED: bool = false;
