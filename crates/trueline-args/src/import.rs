@@ -2,6 +2,7 @@
 
 use crate::choice::{Choice, one_of};
 use crate::import_csv::ImportCsvArgs;
+use crate::new_folder::NewFolder;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use trueline_mcap::StampClock;
@@ -10,17 +11,6 @@ use trueline_mcap::StampClock;
 pub struct ImportArgs {
     #[command(subcommand)]
     pub format: ImportFormat,
-}
-
-/// The dataset folder that an import writes.
-#[derive(Args)]
-pub struct NewFolder {
-    /// Folder to write
-    #[arg(long)]
-    pub out: PathBuf,
-    /// Replace the folder if trueline wrote it
-    #[arg(long)]
-    pub force: bool,
 }
 
 #[derive(Subcommand)]

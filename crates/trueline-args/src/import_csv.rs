@@ -1,6 +1,6 @@
 //! `trueline import csv`.
 
-use crate::import::NewFolder;
+use crate::new_folder::NewFolder;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::PathBuf;
