@@ -163,8 +163,7 @@ fn value_at(times: &[f64], values: &[Vector3<f64>], k: usize, side: usize) -> Op
 }
 
 /// [`local_quadratic`] of one pose, with the longest step over which it reaches and half its window, s.
-#[must_use]
-pub fn smoothed(times: &[f64], poses: &[Pose], k: usize, [gap_limit, half_window_s]: [f64; 2]) -> Pose {
+fn smoothed(times: &[f64], poses: &[Pose], k: usize, [gap_limit, half_window_s]: [f64; 2]) -> Pose {
     let side = side(times, k, gap_limit, half_window_s);
     if side < MIN_SIDE {
         return poses[k];

@@ -92,7 +92,6 @@ pub struct Trajectory {
     median_period: f64,
     /// Samples in a second.
     frequency: f64,
-    last: Pose,
 }
 
 impl Trajectory {
@@ -115,28 +114,7 @@ impl Trajectory {
         let median_period = median_positive_step(&times).ok_or(TrajectoryError::TooFewSamples)?;
         let pairs = times.windows(2).zip(poses.windows(2));
         let segments = pairs.map(|(t, p)| Segment::between(t[0], &p[0], t[1], &p[1])).collect();
-        Ok(Self {
-            times,
-            segments,
-            median_period,
-            frequency: 1.0 / median_period,
-            last: poses[poses.len() - 1],
-        })
-    }
-
-    /// Adds a sample at the end; the median period stays that of the samples it was made from.
-    ///
-    /// # Errors
-    /// A time that is not after the last.
-    pub fn push(&mut self, time: f64, pose: &Pose) -> Result<(), TrajectoryError> {
-        let end = self.times[self.times.len() - 1];
-        if time.is_nan() || time <= end {
-            return Err(TrajectoryError::TimeRunsBackwards { index: self.times.len() });
-        }
-        self.segments.push(Segment::between(end, &self.last, time, pose));
-        self.times.push(time);
-        self.last = *pose;
-        Ok(())
+        Ok(Self { times, segments, median_period, frequency: 1.0 / median_period })
     }
 
     /// Sample times, s.

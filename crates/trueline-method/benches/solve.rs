@@ -1,6 +1,6 @@
 //! What a calibration is made of: one linearisation, one cost, a solve, a whole calibration from nothing.
 //!
-//! `cargo bench -p trueline`. Times per feature should not depend on the number of features.
+//! `cargo bench -p trueline-method`. Times per feature should not depend on the number of features.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic, reason = "a benchmark fails by panicking")]
 
 #[path = "../tests/large_scan/mod.rs"]
@@ -13,7 +13,6 @@ use std::hint::black_box;
 use trueline_lsq::{LeastSquares, Loss, NormalEquations, SolveOptions, solve};
 use trueline_method::problem::line_problem::LineProblem;
 use trueline_method::problem::scalar_sums::OneByOne;
-use trueline_method::solve::streaming::Streaming;
 use trueline_method::{Config, ResidualKind, calibrate, problem::line_problem};
 use trueline_sim::{Preset, simulate};
 
@@ -76,20 +75,5 @@ fn from_nothing(c: &mut Criterion) {
     }
 }
 
-/// One image of a scan of twenty seconds, its estimate and its covariance.
-fn streaming(c: &mut Criterion) {
-    let (observed, at) = of_features(600);
-    let list = observed.list.clone();
-    let criterion = line_problem::Criterion { residual: ResidualKind::Sheet, loss: TUKEY };
-    let mut stream = Streaming::new(observed, at, criterion, NOISE);
-    let mut next = 0;
-    c.bench_function("streaming, one image", |b| {
-        b.iter(|| {
-            next = (next + 1) % list.len();
-            stream.add_frame(black_box(&list[next..=next])).unwrap()
-        });
-    });
-}
-
-criterion_group!(benches, sums, optimum, streaming, from_nothing);
+criterion_group!(benches, sums, optimum, from_nothing);
 criterion_main!(benches);

@@ -12,4 +12,3 @@ pub mod seam_chart;
 pub mod settings;
 pub mod solver;
 pub mod start;
-pub mod streaming;
