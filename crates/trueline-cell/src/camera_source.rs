@@ -36,7 +36,7 @@ pub struct CameraSettings {
     pub choice: CameraChoice,
     /// Which stamp of a picture calibration uses.
     pub stamp: StampChoice,
-    /// What the laser shines on, for the estimate.
+    /// Joint type, for the estimate.
     pub joint: Joint,
     /// A camera that is unplugged is waited for; else it is an error.
     pub reconnect: bool,

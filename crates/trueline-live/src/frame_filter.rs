@@ -103,7 +103,7 @@ pub struct FrameFilter {
 }
 
 impl FrameFilter {
-    /// Listens to one machine, or to whoever first sends a good frame.
+    /// Listens to one machine, or to the first sender of a valid frame.
     #[must_use]
     pub fn new(allowed: Option<IpAddr>) -> Self {
         Self { allowed, ..Self::default() }

@@ -19,7 +19,7 @@ pub enum Termination {
         /// Threshold.
         threshold: f64,
     },
-    /// No step, however short, lowers the cost any more: rounding has the last word.
+    /// No step, however short, lowers the cost any more: it is limited by rounding error.
     NoFurtherDecrease {
         /// Damping at the end.
         damping: f64,

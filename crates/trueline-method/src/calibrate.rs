@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::search;
 use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
-use crate::hypotheses::unbiased::{Shown, Unbiased, without_bias};
+use crate::hypotheses::unbiased::{Assessed, Unbiased, without_bias};
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, observe, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
@@ -61,20 +61,21 @@ pub fn calibrate(
         NoiseLevels { stamp_sigma_s: sampling.stamp_sigma_s(config, stamped.dejittered), ..settings.noise };
     let settings = FitSettings { noise, ..settings };
     let rate_sigma_ppm = sampling.rate_sigma_ppm(stamped.dejittered);
-    let steady = remove_drift(stamped.observations, stamped.fit, &settings, rate_sigma_ppm)?;
+    let drift_free = remove_drift(stamped.observations, stamped.fit, &settings, rate_sigma_ppm)?;
     let times_s = sampling.robot_times_s(stamped.dejittered);
-    let halves = steady.observations.robot.halves(recording, times_s);
+    let halves = drift_free.observations.robot.halves(recording, times_s);
     let Identifiability { fit, information, time_offset_share, observability } =
-        assess_identifiability(&steady, &settings, guess, found.mirrored, halves.as_ref())?;
+        assess_identifiability(&drift_free, &settings, guess, found.mirrored, halves.as_ref())?;
     let levels = systematic_levels(recording, &settings, &knowledge);
-    let shown = Shown { steady: DriftFree { fit, ..steady }, information, observability };
-    let Unbiased { mut shown, structure, cause, bias } = without_bias(shown, recording, &settings, &levels)?;
+    let assessed = Assessed { drift_free: DriftFree { fit, ..drift_free }, information, observability };
+    let Unbiased { mut assessed, structure, cause, bias } =
+        without_bias(assessed, recording, &settings, &levels)?;
     if let Structure::Correlated(noise) = &structure {
-        shown.steady.fit.solution.state = noise.at.clone();
+        assessed.drift_free.fit.solution.state = noise.at.clone();
     }
     let levels =
         bias.as_ref().map_or(levels, |bias| SystematicLevels { bias_is_estimated: true, ..bias.levels });
-    let robot_seems = robot_seems(&shown, &settings, &structure, levels.robot)
+    let robot_seems = robot_seems(&assessed, &settings, &structure, levels.robot)
         .filter(|_| cause.is_none() && bias.as_ref().is_none_or(|bias| !bias.is_plain));
     conclude(&Concluded {
         recording,
@@ -89,7 +90,7 @@ pub fn calibrate(
         robot_taken: levels.robot,
         robot_seems,
         bias,
-        shown: &shown,
+        assessed: &assessed,
         structure,
         cause,
         time_offset_share,
@@ -101,18 +102,18 @@ const LARGE: f64 = 1.2;
 
 /// How far the robot is off by residuals that are no noise; `None` where they are, or the robot does not explain them.
 fn robot_seems(
-    shown: &Shown,
+    assessed: &Assessed,
     settings: &FitSettings<'_>,
     structure: &Structure,
     taken: RobotSigmas,
 ) -> Option<RobotSigmas> {
-    let fit = &shown.steady.fit;
+    let fit = &assessed.drift_free.fit;
     let is_alike = matches!(structure, Structure::Correlated(_));
-    if !(is_alike || fit.noise.factor > LARGE) || !shown.all_observable() {
+    if !(is_alike || fit.noise.factor > LARGE) || !assessed.all_observable() {
         return None;
     }
-    let problem = fit.problem(&shown.steady.observations, settings.config);
-    robot_accuracy::shown(&problem, fit.parameters(), shown.information.covariance_root(), taken)
+    let problem = fit.problem(&assessed.drift_free.observations, settings.config);
+    robot_accuracy::shown(&problem, fit.parameters(), assessed.information.covariance_root(), taken)
 }
 
 /// How large the errors that are no noise are taken to be.

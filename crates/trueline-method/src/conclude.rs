@@ -21,7 +21,7 @@ use crate::hypotheses::ambiguity::Ambiguity;
 use crate::hypotheses::clock_drift::DriftFree;
 use crate::hypotheses::feature_bias::{FeatureBias, TakenBias};
 use crate::hypotheses::search::Mirrored;
-use crate::hypotheses::unbiased::{Shown, inflation};
+use crate::hypotheses::unbiased::{Assessed, inflation};
 use crate::input::observations::origin_ns;
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::skip::Skip;
@@ -49,7 +49,7 @@ pub(crate) struct Concluded<'a> {
     pub(crate) mirrored: Mirrored,
     pub(crate) ambiguity: Ambiguity,
     pub(crate) better: Option<Parameters>,
-    pub(crate) shown: &'a Shown,
+    pub(crate) assessed: &'a Assessed,
     pub(crate) levels: SystematicLevels,
     /// How far the robot was taken to be off.
     pub(crate) robot_taken: RobotSigmas,
@@ -64,7 +64,7 @@ pub(crate) struct Concluded<'a> {
 
 impl Concluded<'_> {
     fn inflation(&self) -> f64 {
-        inflation(&self.structure, &self.shown.information)
+        inflation(&self.structure, &self.assessed.information)
     }
 }
 
@@ -74,10 +74,10 @@ impl Concluded<'_> {
 /// Stripes that are asked for and cannot be used.
 pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     let (config, fit, observations) =
-        (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
+        (from.settings.config, &from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
     let problem = fit.problem(observations, config);
     let (uncertainty, widening) = by_noise(from, &problem);
-    let root = from.shown.information.covariance_root();
+    let root = from.assessed.information.covariance_root();
     let sums = SystematicSums::of(&problem, fit.parameters(), root, &from.levels);
     let systematic = sums.systematic(&from.levels, from.inflation()).with_held(
         &fit.solution.equations.hessian,
@@ -90,7 +90,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         unknowns.sensor.map(|shape| shape.beside(from.cause.as_ref(), &unknowns.parameters, covariance));
     let (features, skipped) = residuals::evaluate(&problem, fit.parameters());
     let mut checks = checks(from, &uncertainty, &unknowns, &features);
-    if from.shown.all_observable() {
+    if from.assessed.all_observable() {
         checks.seam_error = seam_error(from, &uncertainty, &systematic);
     }
     checks.held_sensor = held_sensor(from);
@@ -117,7 +117,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
             features,
         },
         checks,
-        clock: clock(&from.shown.steady),
+        clock: clock(&from.assessed.drift_free),
         streams,
         stripes: None,
         uncertainty_ignored: is_stated && config.residual == ResidualKind::PointToLine,
@@ -130,13 +130,14 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
 
 /// The covariance by noise, and how it was widened where a quadratic does not hold.
 fn by_noise(from: &Concluded<'_>, problem: &LineProblem<'_>) -> (Uncertainty, Option<Widening>) {
-    let (fit, observations) = (&from.shown.steady.fit, &from.shown.steady.observations);
-    let mut uncertainty = covariance::assess(problem, fit.parameters(), &fit.noise, &from.shown.information);
+    let (fit, observations) = (&from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
+    let mut uncertainty =
+        covariance::assess(problem, fit.parameters(), &fit.noise, &from.assessed.information);
     if let Structure::Correlated(noise) = &from.structure {
         uncertainty.covariance = noise.covariance.clone();
     }
     let solver = Solver { observations, settings: *from.settings };
-    let is_seen = from.shown.all_observable();
+    let is_seen = from.assessed.all_observable();
     let widening = profile_likelihood::widening(&solver, fit, &uncertainty.covariance).filter(|_| is_seen);
     if let Some(widening) = &widening {
         uncertainty.covariance += widening.covariance();
@@ -144,8 +145,13 @@ fn by_noise(from: &Concluded<'_>, problem: &LineProblem<'_>) -> (Uncertainty, Op
     (uncertainty, widening)
 }
 
-fn clock(steady: &DriftFree) -> ClockFindings {
-    ClockFindings { drift: steady.drift, drifted: steady.drifted, step: steady.step, stepped: steady.stepped }
+fn clock(drift_free: &DriftFree) -> ClockFindings {
+    ClockFindings {
+        drift: drift_free.drift,
+        drifted: drift_free.drifted,
+        step: drift_free.step,
+        stepped: drift_free.stepped,
+    }
 }
 
 /// What the estimate from seam points owes to noise and to errors that are no noise.
@@ -173,10 +179,10 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
     let unknowns = &findings.unknowns;
     findings.stripes = estimate::estimate(&SeamEstimate {
         recording: from.recording,
-        observations: &from.shown.steady.observations,
+        observations: &from.assessed.drift_free.observations,
         robot_times_s,
         settings: from.settings,
-        fit: &from.shown.steady.fit,
+        fit: &from.assessed.drift_free.fit,
         answer: Answer {
             parameters: unknowns.parameters.clone(),
             covariance: unknowns.covariance.clone(),
@@ -205,7 +211,7 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
     let Answer { parameters, covariance, noise_covariance, observability, seam_error } =
         estimate.stripe.clone();
     let (config, fit, observations) =
-        (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
+        (from.settings.config, &from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
     let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
     let list = fit.placed.of(observations);
     let torch = || seam_point_error::predict(observations, list, &parameters, &covariance, &config.used_at);
@@ -225,31 +231,31 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
 }
 
 fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Unknowns {
-    let parameters = from.shown.steady.fit.parameters().clone();
+    let parameters = from.assessed.drift_free.fit.parameters().clone();
     let noise_covariance = with_time_offset_widened(from, uncertainty.covariance.clone());
     let covariance = &noise_covariance + systematic.covariance();
     Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
         sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
-        corrected: CorrectedSensor::of(from.recording, &from.shown.steady.observations, &parameters),
+        corrected: CorrectedSensor::of(from.recording, &from.assessed.drift_free.observations, &parameters),
         parameters,
         covariance,
         noise_covariance,
-        observability: from.shown.observability.clone(),
-        held_at_guess: from.shown.steady.fit.prior.is_some(),
+        observability: from.assessed.observability.clone(),
+        held_at_guess: from.assessed.drift_free.fit.prior.is_some(),
     }
 }
 
 /// What the shape of a sensor would be that was held; `None` where it was estimated.
 fn held_sensor(from: &Concluded<'_>) -> Option<SensorShape> {
     let settings = from.settings;
-    if settings.shape_prior.is_some() || !from.shown.all_observable() {
+    if settings.shape_prior.is_some() || !from.assessed.all_observable() {
         return None;
     }
     let shape_prior = from.knowledge.prior_in(SensorMode::Prior, settings.config.residual);
-    let observations = &from.shown.steady.observations;
+    let observations = &from.assessed.drift_free.observations;
     let solver = Solver { observations, settings: FitSettings { shape_prior, ..*settings } };
-    let fit = shape_prior.and_then(|_| solver.refit(&from.shown.steady.fit).ok())?;
+    let fit = shape_prior.and_then(|_| solver.refit(&from.assessed.drift_free.fit).ok())?;
     let information = fit.information(settings.fixed, RANK_THRESHOLD)?;
     let problem = fit.problem(observations, settings.config);
     let root = information.covariance_root();
@@ -283,7 +289,7 @@ fn held_sigmas(settings: &FitSettings<'_>) -> Vec<(usize, f64)> {
 }
 
 fn seam_error(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &Systematic) -> Option<SeamError> {
-    let (fit, observations) = (&from.shown.steady.fit, &from.shown.steady.observations);
+    let (fit, observations) = (&from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
     let sources = SeamErrorSources {
         hessian: &fit.solution.equations.hessian,
         noise: &uncertainty.covariance,
@@ -305,7 +311,7 @@ fn checks(
     features: &[FeatureResidual],
 ) -> Checks {
     let (config, fit, observations) =
-        (from.settings.config, &from.shown.steady.fit, &from.shown.steady.observations);
+        (from.settings.config, &from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
     let at = &unknowns.parameters;
     let list = fit.placed.of(observations);
     let predict = || seam_point_error::predict(observations, list, at, &unknowns.covariance, &config.used_at);
@@ -321,12 +327,12 @@ fn checks(
         robot_taken: from.robot_taken,
         robot_seems: from.robot_seems,
         feature_bias: None,
-        at_torch: from.shown.all_observable().then(predict).flatten(),
+        at_torch: from.assessed.all_observable().then(predict).flatten(),
     }
 }
 
 fn streams(from: &Concluded<'_>, repeated_features: usize) -> Streams {
-    let robot = &from.shown.steady.observations.robot;
+    let robot = &from.assessed.drift_free.observations.robot;
     Streams {
         robot: from.sampling.robot.report(from.dejittered.robot),
         images: from.sampling.images.report(from.dejittered.images),
@@ -345,24 +351,24 @@ fn with_time_offset_widened(from: &Concluded<'_>, mut covariance: DMatrix<f64>) 
     let widen = from.time_offset_share.sqrt().recip();
     covariance.row_mut(TIME_OFFSET).scale_mut(widen);
     covariance.column_mut(TIME_OFFSET).scale_mut(widen);
-    let late_sigma_s = from.shown.steady.observations.robot.late_sigma_s;
+    let late_sigma_s = from.assessed.drift_free.observations.robot.late_sigma_s;
     let stamps_sigma_s = from.sampling.phase_sigma_s(from.dejittered).hypot(late_sigma_s);
     covariance[(TIME_OFFSET, TIME_OFFSET)] += stamps_sigma_s.powi(2);
     covariance
 }
 
 fn subject<'a>(from: &'a Concluded<'_>, real: &Uncertainty) -> Subject<'a> {
-    let model = from.shown.information.covariance();
+    let model = from.assessed.information.covariance();
     let inflation = |k: usize| {
         let ratio = real.covariance[(k, k)] / model[(k, k)];
         if ratio.is_finite() { ratio } else { 1.0 }
     };
     Subject {
-        observations: &from.shown.steady.observations,
-        fit: &from.shown.steady.fit,
+        observations: &from.assessed.drift_free.observations,
+        fit: &from.assessed.drift_free.fit,
         fixed: from.settings.fixed,
         rank_threshold: RANK_THRESHOLD,
-        seen: &from.shown.observability.observable_components,
+        seen: &from.assessed.observability.observable_components,
         inflation: SVector::from_fn(|k, _| inflation(k)),
     }
 }

@@ -72,7 +72,7 @@ pub struct DrawnLine {
 /// Which stamps are believed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stamps {
-    /// Those that the scan bears out: the clock's if they leave clearly less residual.
+    /// The timestamps that fit the data better: the clock's if they leave clearly less residual.
     #[default]
     Auto,
     /// As recorded.

@@ -245,7 +245,7 @@ fn features(c: &Calibration) -> String {
 fn held_out(check: &HeldOut) -> String {
     let parts = if check.passes { "passes" } else { "blocks of time" };
     if check.parts.iter().all(|p| p.sigmas.amax() == 0.0) {
-        return "nothing that can be seen can be compared".to_owned();
+        return "cross-validation not possible: no parameter is observable".to_owned();
     }
     let disagreement = check.parts.iter().map(|p| p.sigmas.amax()).fold(0.0, f64::max);
     format!(
@@ -296,7 +296,10 @@ fn robot(c: &Calibration) -> String {
 
 fn stream(s: &StampReport) -> String {
     let (Some(period_s), Some(jitter_s)) = (s.period_s, s.jitter_s) else {
-        return format!("{:.3} ms median period, no even tick", s.median_period_s * MS_PER_S);
+        return format!(
+            "{:.3} ms median period, no constant sampling period found",
+            s.median_period_s * MS_PER_S
+        );
     };
     let silences = match s.silences {
         0 => String::new(),

@@ -11,7 +11,7 @@ pub enum OperatorCommand {
     Go,
     /// Stop along the path, then hold.
     Stop,
-    /// One last word of rest, then silence.
+    /// Send one final hold command, then stop sending.
     Silence,
 }
 

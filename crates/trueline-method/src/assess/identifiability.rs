@@ -44,17 +44,17 @@ const HELD_SHARE: f64 = 0.1;
 /// # Errors
 /// [`Error::NoGuessToHold`] where the rest is to be held and there is no guess.
 pub(crate) fn assess_identifiability(
-    steady: &DriftFree,
+    drift_free: &DriftFree,
     settings: &FitSettings<'_>,
     guess: Option<&Guess>,
     mirrored: Mirrored,
     halves: Option<&[Trajectory; 2]>,
 ) -> Result<Identifiability, Error> {
-    let fit = steady.fit.clone();
+    let fit = drift_free.fit.clone();
     let all = spectrum(&fit, settings)?;
     let signal = halves.map(|halves| {
         SplitSampleInformation::of(
-            &fit.problem(&steady.observations, settings.config),
+            &fit.problem(&drift_free.observations, settings.config),
             fit.parameters(),
             halves,
         )
@@ -73,13 +73,13 @@ pub(crate) fn assess_identifiability(
     if observability.unobservable.is_empty() {
         return Ok(Identifiability { fit, information, time_offset_share, observability });
     }
-    follow(steady, settings, &information, &mut observability);
+    follow(drift_free, settings, &information, &mut observability);
     if !settings.config.accept_partial {
         return Ok(Identifiability { fit, information, time_offset_share, observability });
     }
     let prior = holding(&observability, guess.ok_or(Error::NoGuessToHold)?);
     let settings_held = FitSettings { prior: Some(&prior), ..*settings };
-    let solver = Solver { observations: &steady.observations, settings: settings_held };
+    let solver = Solver { observations: &drift_free.observations, settings: settings_held };
     let start = with_lines_of(&solver, &fit, prior.nearest_to(fit.parameters()))?;
     let held = solver.converge_from(&fit, start)?;
     let held_information = spectrum(&held, settings)?;
@@ -98,21 +98,21 @@ fn spectrum(fit: &Fit, settings: &FitSettings<'_>) -> Result<Information, Error>
 /// Moves everything unseen and fits the rest again: what moves with it is not known either, however well it seems to be
 /// where the search happened to end.
 fn follow(
-    steady: &DriftFree,
+    drift_free: &DriftFree,
     settings: &FitSettings<'_>,
     information: &Information,
     observability: &mut Observability,
 ) {
-    let at = steady.fit.parameters();
+    let at = drift_free.fit.parameters();
     let covariance = information.covariance();
     for sign in [1.0, -1.0] {
         let away = at.retract(&(unobservable_step(observability, at.dimension()) * sign));
         let guess = Guess { time_offset_s: away.time_offset_s, tool_from_camera: away.tool_from_camera };
         let prior = holding(observability, &guess);
         let settings = FitSettings { prior: Some(&prior), ..*settings };
-        let solver = Solver { observations: &steady.observations, settings };
-        let moved = with_lines_of(&solver, &steady.fit, away)
-            .and_then(|start| solver.converge_from(&steady.fit, start))
+        let solver = Solver { observations: &drift_free.observations, settings };
+        let moved = with_lines_of(&solver, &drift_free.fit, away)
+            .and_then(|start| solver.converge_from(&drift_free.fit, start))
             .map(|fit| fit.parameters().minus(&at.guess()));
         for k in 0..LINES {
             // Where nothing can be fitted nothing is known.

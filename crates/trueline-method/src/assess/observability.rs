@@ -99,7 +99,7 @@ impl fmt::Display for Unobservable {
 impl std::error::Error for Unobservable {}
 
 fn together(f: &mut fmt::Formatter<'_>, what: &str) -> fmt::Result {
-    write!(f, "{what} is known only together with what else cannot be seen; the same motion cures it")
+    write!(f, "{what} is not independently observable; the motion above fixes this too")
 }
 
 /// Directions in words: "x axis", "x, y and z axes", "direction (0.71, 0.71, 0.00)".

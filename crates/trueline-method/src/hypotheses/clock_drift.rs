@@ -20,7 +20,7 @@ pub struct DriftFree {
     pub observations: Observations,
     /// The fit.
     pub fit: Fit,
-    /// The drift, be it chance.
+    /// Estimated clock drift, even if not significant.
     pub drift: Option<Drift>,
     /// The drift that was taken out.
     pub drifted: Option<Drift>,

@@ -18,7 +18,7 @@ use trueline_lsq::Information;
 /// A fit to features that do not shift with the tilt, and what is left of their residuals.
 pub struct Unbiased {
     /// The fit.
-    pub shown: Shown,
+    pub assessed: Assessed,
     /// What its residuals are.
     pub structure: Structure,
     /// What explains the residuals and is no bias with the tilt.
@@ -36,45 +36,45 @@ const ALIKE_WITHOUT_BIAS: f64 = 0.2;
 /// # Errors
 /// As [`remove_bias`].
 pub fn without_bias(
-    shown: Shown,
+    assessed: Assessed,
     recording: &Recording,
     settings: &FitSettings<'_>,
     levels: &SystematicLevels,
 ) -> Result<Unbiased, Error> {
-    let left = |shown: &Shown| structure(&shown.steady, settings.config, &shown.information);
-    let with = |shown: Shown, structure: Structure, bias: Option<TakenBias>| {
-        let cause = cause(recording, settings, &shown).filter(|cause| cause.kind != CauseKind::TiltBias);
-        Unbiased { shown, structure, cause, bias }
+    let left = |assessed: &Assessed| structure(&assessed.drift_free, settings.config, &assessed.information);
+    let with = |assessed: Assessed, structure: Structure, bias: Option<TakenBias>| {
+        let cause = cause(recording, settings, &assessed).filter(|cause| cause.kind != CauseKind::TiltBias);
+        Unbiased { assessed, structure, cause, bias }
     };
-    let cause = cause(recording, settings, &shown);
+    let cause = cause(recording, settings, &assessed);
     // What has another cause would only be taken for a bias.
     let other = cause.as_ref().is_some_and(|cause| cause.kind != CauseKind::TiltBias);
     let is_likely = cause.is_some_and(|cause| cause.left < ALIKE_WITHOUT_BIAS);
     let mut hypothesis = BiasHypothesis { levels: *levels, inflation: 1.0, is_likely };
-    let free = if other { None } else { shown.without_bias(settings, &hypothesis)? };
+    let free = if other { None } else { assessed.without_bias(settings, &hypothesis)? };
     let Some((free, taken)) = free else {
-        let structure = left(&shown);
-        return Ok(with(shown, structure, None));
+        let structure = left(&assessed);
+        return Ok(with(assessed, structure, None));
     };
     let structure = left(&free);
     hypothesis.inflation = inflation(&structure, &free.information);
     if hypothesis.inflation == 1.0 {
         return Ok(with(free, structure, Some(taken)));
     }
-    let again = shown.without_bias(settings, &hypothesis)?;
-    let (shown, taken) = again.map_or((shown, None), |(free, taken)| (free, Some(taken)));
-    let structure = left(&shown);
-    Ok(with(shown, structure, taken))
+    let again = assessed.without_bias(settings, &hypothesis)?;
+    let (assessed, taken) = again.map_or((assessed, None), |(free, taken)| (free, Some(taken)));
+    let structure = left(&assessed);
+    Ok(with(assessed, structure, taken))
 }
 
 /// What explains the residuals at the optimum of white noise.
-fn cause(recording: &Recording, settings: &FitSettings<'_>, shown: &Shown) -> Option<MisfitCause> {
-    if !shown.all_observable() || shown.steady.fit.prior.is_some() || !settings.fixed.is_empty() {
+fn cause(recording: &Recording, settings: &FitSettings<'_>, assessed: &Assessed) -> Option<MisfitCause> {
+    if !assessed.all_observable() || assessed.drift_free.fit.prior.is_some() || !settings.fixed.is_empty() {
         return None;
     }
-    let fit = &shown.steady.fit;
-    let problem = fit.problem(&shown.steady.observations, settings.config);
-    misfit_cause::find(recording, &problem, fit.parameters(), shown.information.covariance_root())
+    let fit = &assessed.drift_free.fit;
+    let problem = fit.problem(&assessed.drift_free.observations, settings.config);
+    misfit_cause::find(recording, &problem, fit.parameters(), assessed.information.covariance_root())
 }
 
 /// How much larger the covariance by noise is than by white noise, on average over time offset and hand-eye.
@@ -87,16 +87,16 @@ pub(crate) fn inflation(structure: &Structure, information: &Information) -> f64
 }
 
 /// A fit and what the scan shows of its unknowns.
-pub struct Shown {
+pub struct Assessed {
     /// Observations and fit.
-    pub steady: DriftFree,
+    pub drift_free: DriftFree,
     /// What is known from it.
     pub information: Information,
     /// What the scan shows.
     pub observability: Observability,
 }
 
-impl Shown {
+impl Assessed {
     /// Whether the scan shows all of time offset and hand-eye.
     #[must_use]
     pub(crate) fn all_observable(&self) -> bool {
@@ -111,26 +111,26 @@ impl Shown {
         hypothesis: &BiasHypothesis,
     ) -> Result<Option<(Self, TakenBias)>, Error> {
         // A sensor that is held would leave its errors to the bias, and so would what is held at a guess.
-        let held = settings.shape_prior.is_none() || self.steady.fit.prior.is_some();
+        let held = settings.shape_prior.is_none() || self.drift_free.fit.prior.is_some();
         let assumed = hypothesis.levels.feature_bias_px > 0.0;
         if held || !settings.fixed.is_empty() || !assumed || !self.all_observable() {
             return Ok(None);
         }
-        let solver = Solver { observations: &self.steady.observations, settings: *settings };
-        let free = remove_bias(&solver, &self.steady.fit, &self.information, hypothesis)?;
+        let solver = Solver { observations: &self.drift_free.observations, settings: *settings };
+        let free = remove_bias(&solver, &self.drift_free.fit, &self.information, hypothesis)?;
         Ok(free.map(|BiasFree { observations, fit, information, taken }| {
-            let steady = DriftFree { observations, fit, ..self.steady };
-            (Self { steady, information, observability: self.observability.clone() }, taken)
+            let drift_free = DriftFree { observations, fit, ..self.drift_free };
+            (Self { drift_free, information, observability: self.observability.clone() }, taken)
         }))
     }
 }
 
 /// What the residuals are; where something is held at a guess, generalised least squares does not know of it.
-fn structure(steady: &DriftFree, config: &Config, information: &Information) -> Structure {
-    let fit = &steady.fit;
+fn structure(drift_free: &DriftFree, config: &Config, information: &Information) -> Structure {
+    let fit = &drift_free.fit;
     if fit.prior.is_some() {
         return Structure::Unknown;
     }
-    let problem = fit.problem(&steady.observations, config);
+    let problem = fit.problem(&drift_free.observations, config);
     Structure::of(&problem, fit.parameters(), information.covariance_root())
 }

@@ -55,7 +55,7 @@ const MIN_STAMPS: usize = 20;
 const JITTER_LIMIT: f64 = 0.3;
 /// Stamps to either side of a suspected step of the clock.
 const STEP_WINDOW: usize = 20;
-/// No standard deviation is taken to be smaller than this, s: steps of some microseconds matter to nobody.
+/// No standard deviation is taken to be smaller than this, s: steps of a few microseconds are negligible.
 const LEAST_STEP_S: f64 = 1e-5;
 /// Stamps to either side over which a step must last.
 const STAY_WINDOW: usize = 200;

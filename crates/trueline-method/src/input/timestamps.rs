@@ -47,7 +47,7 @@ pub struct StampReport {
     pub median_period_s: f64,
     /// Longest time between stamps, s.
     pub longest_gap_s: f64,
-    /// Time between samples by the clock, s; `None` where the stamps come from no even tick.
+    /// Time between samples by the clock, s; `None` where no constant sampling period was found.
     pub period_s: Option<f64>,
     /// Standard deviation of the stamps about that clock, s.
     pub jitter_s: Option<f64>,

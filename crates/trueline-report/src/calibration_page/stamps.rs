@@ -47,7 +47,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
 /// The clock behind the stamps, if there is one.
 fn about_the_clock(report: &StampReport) -> String {
     let (Some(period_s), Some(jitter_s)) = (report.period_s, report.jitter_s) else {
-        return "They come from no even tick.".to_owned();
+        return "No constant sampling period was found.".to_owned();
     };
     let used =
         if report.dejittered { "the clock's stamps were used" } else { "the stamps were used as recorded" };

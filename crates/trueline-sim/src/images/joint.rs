@@ -9,7 +9,7 @@ const FAR_M: f64 = 0.5;
 /// How far beside the seam it is looked whether the stripe is visible, m.
 const BESIDE_M: f64 = 3e-3;
 
-/// What the laser shines on. The seam is the line of the scenario.
+/// Joint type. The seam is the line of the scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Joint {
     /// Two plates that meet at an angle; the seam is where their surfaces meet.
