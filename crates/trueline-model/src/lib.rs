@@ -22,8 +22,7 @@
 //! use trueline_model::{BrownConrady, Camera, LaserSheet};
 //!
 //! let camera = Camera {
-//!     width: 1280,
-//!     height: 1024,
+//!     size: [1280, 1024],
 //!     focal: Vector2::new(2400.0, 2400.0),
 //!     centre: Vector2::new(640.0, 512.0),
 //!     distortion: BrownConrady::from_opencv([-0.1, 0.02, 0.0, 0.0, 0.0]),
