@@ -9,6 +9,8 @@ use std::time::Duration;
 use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
 use trueline_method::assess::residuals::FeatureResidual;
 use trueline_report::calibration_page::{self, Source};
+use trueline_report::page::render::render;
+use trueline_report::page::{Block, Columns};
 use trueline_report::result;
 
 /// A calibration as it was made.
@@ -36,6 +38,18 @@ impl Calibration {
     pub fn new(made: Made, recording: Arc<trueline::Recording>, title: String) -> Self {
         let Made { inner, images_ahead_s, took } = made;
         Self { inner, images_ahead_s, took, recording, title }
+    }
+
+    /// What is made of all that the report is made from.
+    fn with_source<T>(&self, of: impl FnOnce(&Source<'_>) -> T) -> T {
+        of(&Source {
+            calibration: &self.inner,
+            recording: &self.recording,
+            title: &format!("Calibration of {}", self.title),
+            command: "trueline.calibrate(…)",
+            images_ahead_s: self.images_ahead_s,
+            frames: &[],
+        })
     }
 
     fn column<'py, T: numpy::Element>(
@@ -76,14 +90,18 @@ impl Calibration {
 
     /// The report as a page.
     fn report_html(&self) -> String {
-        calibration_page::html(&Source {
-            calibration: &self.inner,
-            recording: &self.recording,
-            title: &format!("Calibration of {}", self.title),
-            command: "trueline.calibrate(…)",
-            images_ahead_s: self.images_ahead_s,
-            frames: &[],
-        })
+        self.with_source(calibration_page::html)
+    }
+
+    /// The words and tables of the report: charts, and the library that draws them, are nine tenths of it.
+    fn brief_html(&self) -> String {
+        let mut page = self.with_source(calibration_page::page);
+        for section in &mut page.sections {
+            section.blocks.retain(|block| !matches!(block, Block::Chart(_)));
+        }
+        page.sections.retain(|section| !section.blocks.is_empty());
+        page.columns = Columns::default();
+        render(&page)
     }
 
     /// How long the estimate took, s.

@@ -1,11 +1,17 @@
-//! Features and stripes as columns.
+//! Poses, features and stripes as arrays.
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{IntoPyArray, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trueline::Measured;
+use trueline::{Measured, Pose};
 use trueline_dataset::PlateStripe;
+
+/// A pose as a 4×4 matrix, m.
+pub fn pose<'py>(py: Python<'py>, pose: &Pose) -> Bound<'py, PyArray2<f64>> {
+    let matrix = pose.to_homogeneous();
+    Array2::from_shape_fn((4, 4), |place| matrix[place]).into_pyarray(py)
+}
 
 /// Points (N, 2) or (N, 3): px, or m.
 pub fn points<'py, 'a>(

@@ -1,5 +1,6 @@
 //! A recording that is under way.
 
+use crate::columns;
 use crate::failure::Failure;
 use crate::live_settings::LiveSettings;
 use pyo3::prelude::*;
@@ -65,7 +66,7 @@ impl LiveRecording {
                 }
             }
         })?;
-        doing.map(|doing| columns(py, &doing)).transpose()
+        doing.map(|doing| state(py, &doing)).transpose()
     }
 
     /// Ends the recording and waits until all of it is in the file; what became of it, once.
@@ -117,9 +118,10 @@ fn record(settings: &LiveSettings, stop: &AtomicBool, states: &Sender<Doing>) ->
     Ok(Ended { file: finished.file.display().to_string(), poses: finished.watch.frames(), complete, words })
 }
 
-fn columns<'py>(py: Python<'py>, doing: &Doing) -> PyResult<Bound<'py, PyDict>> {
+fn state<'py>(py: Python<'py>, doing: &Doing) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("robot_poses", doing.robot.poses)?;
+    out.set_item("base_from_tool", doing.robot.base_from_tool.map(|pose| columns::pose(py, &pose)))?;
     out.set_item("robot", doing.robot.to_string())?;
     let camera = doing.cell.camera.unwrap_or_default();
     out.set_item("pictures", camera.frames)?;

@@ -3,6 +3,7 @@
 use crate::columns;
 use crate::failure::Failure;
 use crate::interruptible;
+use crate::rows::{FARTHEST_SEEN_M, not_metres};
 use numpy::ndarray::{Array2, ArrayView2, Axis};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
@@ -26,6 +27,10 @@ pub fn profile_seams<'py>(
             "expected (N, K, 2): x and z in metres of K points of N profiles, NaN where nothing came back; and N stamps",
         )
         .into());
+    }
+    let too_far = stack.indexed_iter().find(|(_, x)| x.is_finite() && x.abs() > FARTHEST_SEEN_M);
+    if let Some(((number, point, _), far)) = too_far {
+        return Err(not_metres(&format!("profiles[{number}, {point}]"), *far).into());
     }
     let rows: Vec<Profile> = (0_u64..)
         .zip(stack.outer_iter())

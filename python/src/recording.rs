@@ -6,9 +6,8 @@ use crate::failure::Failure;
 use crate::interruptible;
 use crate::options::Options;
 use crate::pictures::joint_of;
-use crate::rows::{self, Extras};
-use nalgebra::Matrix4;
-use numpy::ndarray::{Array2, Array3};
+use crate::rows::{self, Extras, FARTHEST_SEEN_M};
+use numpy::ndarray::Array3;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
 };
@@ -17,7 +16,7 @@ use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-use trueline::{Guess, Pose};
+use trueline::Guess;
 use trueline_dataset::{SensorFile, folder, join, sensor_toml};
 use trueline_method::diagnose::{clock_alignment, doctor};
 use trueline_method::stripe::corners::with_corners;
@@ -221,7 +220,8 @@ impl Recording {
 
     /// The robot's poses, m.
     fn base_from_tool<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray3<f64>> {
-        let matrices: Vec<_> = self.inner.robot.iter().map(|sample| matrix(&sample.base_from_tool)).collect();
+        let matrices: Vec<_> =
+            self.inner.robot.iter().map(|sample| sample.base_from_tool.to_homogeneous()).collect();
         Array3::from_shape_fn((matrices.len(), 4, 4), |(n, row, column)| matrices[n][(row, column)])
             .into_pyarray(py)
     }
@@ -249,9 +249,7 @@ impl Recording {
     /// Time offset (s) and tool_from_camera (m) of the simulation, if it is one.
     fn truth<'py>(&self, py: Python<'py>) -> Option<(f64, Bound<'py, PyArray2<f64>>)> {
         let truth = &self.inner.truth.as_ref()?.parameters;
-        let matrix = matrix(&truth.tool_from_camera);
-        let array = Array2::from_shape_fn((4, 4), |(row, column)| matrix[(row, column)]);
-        Some((truth.time_offset_s, array.into_pyarray(py)))
+        Some((truth.time_offset_s, columns::pose(py, &truth.tool_from_camera)))
     }
 
     /// The sensor as the text of a sensor.toml.
@@ -275,9 +273,6 @@ fn guess_of(time_offset_s: f64, tool_from_camera: &PyReadonlyArray2<'_, f64>) ->
     if tool_from_camera.as_array().shape() != [4, 4] || !time_offset_s.is_finite() {
         return Err(wrong("expected a finite time offset and a 4×4 matrix".into()));
     }
-    Ok(Guess { time_offset_s, tool_from_camera: rows::pose(tool_from_camera.as_array()).map_err(wrong)? })
-}
-
-fn matrix(pose: &Pose) -> Matrix4<f64> {
-    pose.to_homogeneous()
+    let tool_from_camera = rows::pose(tool_from_camera.as_array(), FARTHEST_SEEN_M).map_err(wrong)?;
+    Ok(Guess { time_offset_s, tool_from_camera })
 }

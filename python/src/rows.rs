@@ -10,6 +10,12 @@ use trueline_geometry::se3;
 /// A rotation matrix may be this far from orthonormal: four printed digits are.
 const ORTHONORMAL_TOLERANCE: f64 = 1e-3;
 
+/// No laser sensor on a tool sees, or is mounted, farther away, m: more are millimetres.
+pub const FARTHEST_SEEN_M: f64 = 10.0;
+
+/// No robot reaches farther, also on a gantry, m.
+const FARTHEST_REACHED_M: f64 = 100.0;
+
 /// What of a feature is not in its stamp and its point.
 #[derive(Clone, Copy)]
 pub struct Extras<'a> {
@@ -34,7 +40,7 @@ pub fn poses(
     let numbered = stamps_ns.iter().zip(base_from_tool.outer_iter()).enumerate();
     numbered
         .map(|(row, (&stamp_ns, matrix))| {
-            let base_from_tool = pose(matrix).map_err(|wrong| {
+            let base_from_tool = pose(matrix, FARTHEST_REACHED_M).map_err(|wrong| {
                 Failure::new(
                     format!("base_from_tool[{row}]: {wrong}"),
                     "poses are 4×4, tool to base, positions in metres; scipy's Rotation.as_matrix() gives the 3×3 part",
@@ -45,11 +51,11 @@ pub fn poses(
         .collect()
 }
 
-/// A pose from a 4×4 matrix, m.
+/// A pose from a 4×4 matrix, m, no farther away than that.
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn pose(m: ArrayView2<'_, f64>) -> Result<Pose, String> {
+pub fn pose(m: ArrayView2<'_, f64>, farthest_m: f64) -> Result<Pose, String> {
     if let Some(bad) = m.iter().find(|x| !x.is_finite()) {
         return Err(format!("{bad} is not a number to calculate with"));
     }
@@ -63,6 +69,9 @@ pub fn pose(m: ArrayView2<'_, f64>) -> Result<Pose, String> {
     }
     if matrix.determinant() < 0.0 {
         return Err("its 3×3 part mirrors: its determinant is −1".into());
+    }
+    if let Some(far) = (0..3).map(|axis| m[[axis, 3]]).find(|x| x.abs() > farthest_m) {
+        return Err(format!("a position of {far} is in millimetres, or wrong; metres are expected"));
     }
     let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
     Ok(se3::from_parts(rotation, Vector3::new(m[[0, 3]], m[[1, 3]], m[[2, 3]])))
@@ -92,7 +101,7 @@ pub fn features(
                 line: extras.line.map_or(Ok(0), |line| counted("line", line, row))?,
                 frame: extras.frame.map(|frame| counted("frame", frame, row)).transpose()?,
                 device_ns: None,
-                measured: measured(sensor, points.row(row)).ok_or_else(|| not_finite("points", row))?,
+                measured: measured(sensor, points.row(row)).map_err(|wrong| wrong.at("points", row))?,
                 sigma: extras.sigma.map(|sigma| sigma_of(sigma, row)).transpose()?,
             })
         })
@@ -118,7 +127,7 @@ pub fn stripes(
         .map(|row| {
             let point = |end: usize| {
                 let point = points.index_axis(Axis(0), row).index_axis_move(Axis(0), end);
-                measured(sensor, point).ok_or_else(|| not_finite("stripes.points", row))
+                measured(sensor, point).map_err(|wrong| wrong.at("stripes.points", row))
             };
             Ok(PlateStripe {
                 stamp_ns: stamps_ns[row],
@@ -145,15 +154,43 @@ fn counted<T: TryFrom<i64>>(name: &str, numbers: ArrayView1<'_, i64>, row: usize
     })
 }
 
-fn measured(sensor: &Sensor, point: ArrayView1<'_, f64>) -> Option<Measured> {
-    if point.iter().any(|x| !x.is_finite()) {
-        return None;
+/// What is wrong with a number.
+enum WrongNumber {
+    NotFinite,
+    NotMetres(f64),
+}
+
+impl WrongNumber {
+    fn at(&self, name: &str, row: usize) -> Failure {
+        match self {
+            Self::NotFinite => Failure::new(
+                format!("{name}[{row}] has a number that is not finite"),
+                "leave out the frames in which nothing was found",
+            ),
+            Self::NotMetres(far) => not_metres(&format!("{name}[{row}]"), *far),
+        }
     }
-    Some(match sensor {
-        Sensor::CameraLaser { .. } => Measured::Pixel([point[0], point[1]]),
-        Sensor::Profiler => Measured::Profile([point[0], point[1]]),
-        Sensor::Points { .. } => Measured::Point([point[0], point[1], point[2]]),
-    })
+}
+
+/// A length that no laser sensor measures.
+pub fn not_metres(place: &str, far: f64) -> Failure {
+    Failure::new(
+        format!("{place}: {far} is farther away than a laser sensor sees, in metres"),
+        "lengths are in metres: divide millimetres by 1000",
+    )
+}
+
+fn measured(sensor: &Sensor, point: ArrayView1<'_, f64>) -> Result<Measured, WrongNumber> {
+    if point.iter().any(|x| !x.is_finite()) {
+        return Err(WrongNumber::NotFinite);
+    }
+    let far = point.iter().find(|x| x.abs() > FARTHEST_SEEN_M);
+    match (sensor, far) {
+        (Sensor::CameraLaser { .. }, _) => Ok(Measured::Pixel([point[0], point[1]])),
+        (_, Some(far)) => Err(WrongNumber::NotMetres(*far)),
+        (Sensor::Profiler, None) => Ok(Measured::Profile([point[0], point[1]])),
+        (Sensor::Points { .. }, None) => Ok(Measured::Point([point[0], point[1], point[2]])),
+    }
 }
 
 fn sigma_of(sigma: ArrayView2<'_, f64>, row: usize) -> Result<[f64; 2], Failure> {
@@ -165,13 +202,6 @@ fn deviation(name: &str, row: usize, sigma: f64) -> Result<f64, Failure> {
         return Ok(sigma);
     }
     Err(Failure::new(format!("{name}[{row}] is {sigma}"), "standard deviations are numbers above zero"))
-}
-
-fn not_finite(name: &str, row: usize) -> Failure {
-    Failure::new(
-        format!("{name}[{row}] has a number that is not finite"),
-        "leave out the frames in which nothing was found",
-    )
 }
 
 fn rising(name: &str, stamps_ns: ArrayView1<'_, i64>) -> Result<(), Failure> {

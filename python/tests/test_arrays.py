@@ -7,6 +7,7 @@ import time
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -109,6 +110,80 @@ def test_what_cannot_be_used_is_said_with_a_hint(scan: trueline.Recording, chang
     assert error.value.hint
 
 
+def test_millimetres_are_not_taken_for_metres(scan: trueline.Recording) -> None:
+    robot_s, poses, seen_s, points = arrays_of(scan)
+    millimetres = poses * np.array([[1.0, 1.0, 1.0, 1e3]] * 3 + [[1.0] * 4])
+    with pytest.raises(trueline.TruelineError, match="millimetres"):
+        trueline.calibrate(robot_s, millimetres, seen_s, points, sensor=scan.sensor)
+    profiler = trueline.simulate("profiler", seed=3)
+    robot_s, poses, seen_s, points = arrays_of(profiler)
+    with pytest.raises(trueline.TruelineError, match="in metres") as error:
+        trueline.calibrate(robot_s, poses, seen_s, points * 1e3, sensor=profiler.sensor)
+    assert "1000" in error.value.hint
+    guess = np.eye(4)
+    guess[0, 3] = 62.0
+    with pytest.raises(trueline.TruelineError, match="guess.*millimetres"):
+        trueline.calibrate(scan, initial=(0.0, guess))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "why"),
+    [
+        (lambda x: np.ma.masked_array(x, x > 500.0), "masked"),
+        (lambda x: x + 0j, "complex128"),
+        (lambda x: x.astype(str), "expected numbers"),
+        (lambda x: x[None], "expected an array"),
+    ],
+)
+def test_nothing_of_an_array_is_dropped_silently(scan: trueline.Recording, spoil: Callable[[Any], Any], why: str) -> None:
+    robot_s, poses, seen_s, points = arrays_of(scan)
+    with pytest.raises(ValueError, match=why):
+        trueline.calibrate(robot_s, poses, seen_s, spoil(points), sensor=scan.sensor)
+    halves = np.full(len(points), 0.5)
+    with pytest.raises(ValueError, match="line: expected whole"):
+        trueline.calibrate(robot_s, poses, seen_s, points, sensor=scan.sensor, line=halves)
+    with pytest.raises(ValueError, match="frame: expected whole"):
+        trueline.calibrate(robot_s, poses, seen_s, points, sensor=scan.sensor, frame=halves)
+
+
+def test_arrays_of_any_order_and_that_cannot_be_written_to_are_taken(scan: trueline.Recording) -> None:
+    robot_s, poses, seen_s, points = arrays_of(scan)
+    every_second = np.repeat(points, 2, axis=0)[::2]
+    assert not every_second.flags["C_CONTIGUOUS"]
+    frozen = robot_s.copy()
+    frozen.flags.writeable = False
+    expected = trueline.calibrate(*arrays_of(scan), sensor=scan.sensor).json()
+    for other in (
+        (frozen, np.asfortranarray(poses), list(seen_s), every_second),
+        (robot_s.astype(">f8"), poses, seen_s, points.tolist()),
+    ):
+        assert trueline.calibrate(*other, sensor=scan.sensor).json() == expected
+
+
+def test_options_of_another_type_are_refused_by_name(scan: trueline.Recording) -> None:
+    cases: list[tuple[dict[str, Any], str]] = [
+        ({"offset_within_s": "0.2"}, "offset_within_s: expected a number, found '0.2'"),
+        ({"threads": 1.5}, "threads: expected a whole number"),
+        ({"accept_partial": 1}, "accept_partial: expected True or False"),
+        ({"fix": 5}, "fix: expected a name"),
+        ({"robot_accuracy_mm": True}, "robot_accuracy_mm: expected a number"),
+        ({"initial": 5}, "initial: expected"),
+    ]
+    for options, words in cases:
+        with pytest.raises(TypeError, match=words):
+            trueline.calibrate(scan, **options)
+    within = np.float32(0.2)
+    assert trueline.calibrate(scan, offset_within_s=within, threads=np.int64(1)).accepted  # type: ignore[call-overload]
+    with pytest.raises(ValueError, match="threads"):
+        trueline.calibrate(scan, threads=0)
+
+
+@pytest.mark.parametrize(("sensor", "why"), [(5, "expected a sensor"), ("kind = 1\n", "SensorText"), ({"camera": {"lens": {}}}, "table")])
+def test_what_is_no_sensor_is_said(scan: trueline.Recording, sensor: Any, why: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=why):
+        trueline.calibrate(*arrays_of(scan), sensor=sensor)
+
+
 def test_unknown_options_are_refused(scan: trueline.Recording) -> None:
     with pytest.raises(TypeError, match="offset_within"):
         trueline.calibrate(scan, offset_withn_s=0.2)  # type: ignore[call-overload]
@@ -174,6 +249,9 @@ def test_lost_pictures_are_told_by_their_counter(scan: trueline.Recording) -> No
 
 def test_nanoseconds_as_integers_are_the_same_scan(scan: trueline.Recording) -> None:
     robot_s, poses, seen_s, points = arrays_of(scan)
+    as_dates = [np.rint(times * 1e9).astype("timedelta64[ns]") for times in (robot_s, seen_s)]
+    since = trueline.Recording.from_arrays(as_dates[0], poses, as_dates[1], points, sensor=scan.sensor)
+    np.testing.assert_array_equal(since.robot_times_s, scan.robot_times_s)
     for since_s in (0.0, 1.7e9):
         whole = [np.rint(times * 1e9).astype(np.int64) + int(since_s) * 10**9 for times in (robot_s, seen_s)]
         recording = trueline.Recording.from_arrays(whole[0], poses, whole[1], points, sensor=scan.sensor)
@@ -187,6 +265,10 @@ def test_nanoseconds_as_integers_are_the_same_scan(scan: trueline.Recording) -> 
         (lambda times: times * 1e3, "milliseconds"),
         (lambda times: times * 1e9 + 1.7e18, "nanoseconds are given as integers"),
         (lambda times: times[:, None], "one dimension"),
+        (lambda times: (times * 1e6).astype(np.int64) + 1_700_000_000_000_000, "microseconds"),
+        (lambda times: (times * 1e3).astype(np.int64) + 1_700_000_000_000, "milliseconds"),
+        (lambda times: times > 0.0, "array of bool"),
+        (lambda times: np.full(len(times), 2**63, dtype=np.uint64), "64 bits"),
         (lambda times: np.where(times > 5.0, np.datetime64("NaT"), np.datetime64("2026-01-01", "ns")), "NaT"),
     ],
 )
@@ -202,7 +284,7 @@ def test_arrays_of_another_shape_are_refused_by_name(scan: trueline.Recording) -
     robot_s, poses, seen_s, points = arrays_of(scan)
     with pytest.raises(ValueError, match="poses: expected a stack"):
         trueline.calibrate(robot_s, poses[:, :3, 3], seen_s, points, sensor=scan.sensor)
-    with pytest.raises(ValueError, match="points: expected a table"):
+    with pytest.raises(ValueError, match="points: expected an array"):
         trueline.calibrate(robot_s, poses, seen_s, points[:, 0], sensor=scan.sensor)
 
 

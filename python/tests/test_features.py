@@ -91,6 +91,38 @@ def test_profiles_without_a_corner_say_why() -> None:
         trueline.features(flat[None], [0.0], sensor=trueline.Profiler(), joint="fillet")
 
 
+def test_profiles_in_millimetres_are_refused() -> None:
+    x = np.linspace(-30.0, 30.0, 301)
+    millimetres = np.stack([x, 300.0 - np.abs(x)], axis=1)[None]
+    with pytest.raises(trueline.TruelineError, match="in metres") as error:
+        trueline.features(millimetres, [0.0], sensor=trueline.Profiler())
+    assert "1000" in error.value.hint
+
+
+@pytest.mark.parametrize(
+    ("pictures", "why"),
+    [
+        (np.zeros((2, 8, 8)), "uint8 or uint16, found float64"),
+        (np.zeros((2, 8, 8), dtype=bool), "found bool"),
+        (np.zeros((2, 8, 8), dtype=np.uint32), "found uint32"),
+        (np.zeros((2, 8, 8, 3), dtype=np.uint8), "colour"),
+        (np.zeros((8, 8), dtype=np.uint8), "gray pictures"),
+    ],
+)
+def test_pictures_of_another_kind_are_refused_by_what_they_are(pictures: NDArray[np.uint8], why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        trueline.features(pictures, [0.0, 0.1], sensor=trueline.simulate().sensor)
+
+
+def test_pictures_of_another_byte_order_are_the_same_pictures() -> None:
+    scan = trueline.simulate()
+    size = trueline.simulate().sensor.toml()
+    width, height = (int(size.partition(f"{side} = ")[2].split()[0]) for side in ("width", "height"))
+    dark = np.full((1, height, width), 260, dtype=np.uint16)
+    found = [trueline.features(kind, [0.0], sensor=scan.sensor).not_found for kind in (dark, dark.astype(">u2"), dark[:, ::-1])]
+    assert found[0] == found[1] == found[2] and found[0]
+
+
 def test_stripes_of_a_recording_go_out_and_in(tmp_path: Path) -> None:
     scan = trueline.simulate("quick", "--plates", seed=3)
     stripes = scan.stripes

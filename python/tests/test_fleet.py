@@ -2,10 +2,12 @@
 
 import functools
 import http.server
+import shutil
 import threading
 import time
 import uuid
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ import pytest
 import trueline
 from trueline import fleet
 from trueline.fleet.engine import run
+from trueline.fleet.outcome import Each
 from trueline.fleet.store import Hashes
 
 # Simulated sensors and robots are perfect: all that is left is noise.
@@ -87,16 +90,76 @@ def test_one_recording_and_parts_of_nothing_are_refused(scans: list[Path], tmp_p
         fleet.calibrate(str(scans[1]), out=tmp_path)
     with pytest.raises(ValueError, match="recordings_in_a_part"):
         fleet.calibrate(scans, out=tmp_path, recordings_in_a_part=0)
+    with pytest.raises(ValueError, match="workers"):
+        fleet.calibrate(scans, out=tmp_path, workers=0)
+    with pytest.raises(ValueError, match="engine"):
+        fleet.calibrate(scans, out=tmp_path, engine="spark")  # type: ignore[arg-type]
+
+
+def test_all_threads_work_also_on_a_single_part() -> None:
+    together = threading.Barrier(3)
+
+    def work(part: list[int], _: Any, each: Each) -> fleet.Outcome:
+        # Passes only when three are in it at once.
+        return fleet.Outcome(done=len(list(each(lambda _: together.wait(timeout=20.0), part))))
+
+    assert [outcome.done for outcome in run("local", work, [[1, 2, 3]], None, 3)] == [3]
+
+
+def test_two_runs_at_once_write_the_same(scans: list[Path], tmp_path: Path) -> None:
+    with ThreadPoolExecutor(2) as pool:
+        both = [pool.submit(fleet.calibrate, scans, out=tmp_path / "both", recordings_in_a_part=1) for _ in range(2)]
+        assert all(run.result().failed == 1 for run in both)
+    fleet.calibrate(scans, out=tmp_path / "one", recordings_in_a_part=1)
+    assert parts_of(tmp_path / "both") == parts_of(tmp_path / "one")
+    assert not list(tmp_path.rglob("*unfinished*"))
+
+
+def test_a_run_that_was_interrupted_is_taken_up_again(scans: list[Path], tmp_path: Path) -> None:
+    def interrupt(outcome: fleet.Outcome) -> None:
+        if outcome.done >= 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fleet.calibrate(scans, out=tmp_path / "a", workers=1, recordings_in_a_part=1, progress=interrupt)
+    kept = parts_of(tmp_path / "a")
+    assert 2 <= len(kept) < len(scans)
+    again = fleet.calibrate(scans, out=tmp_path / "a", workers=1, recordings_in_a_part=1)
+    assert (again.present, again.done) == (len(kept), len(scans) - len(kept))
+    fleet.calibrate(scans, out=tmp_path / "b", recordings_in_a_part=1)
+    assert parts_of(tmp_path / "a") == parts_of(tmp_path / "b")
+
+
+def test_a_recording_that_has_changed_has_a_row_of_each_content(tmp_path: Path) -> None:
+    scan = tmp_path / "scan"
+    for seed in range(2):
+        shutil.rmtree(scan, ignore_errors=True)
+        trueline.simulate("quick", *SHORT, seed=seed).write(scan)
+        assert fleet.calibrate([scan], out=tmp_path / "out").done == 1
+    rows = fleet.table(tmp_path / "out").to_pylist()
+    assert {row["url"] for row in rows} == {str(scan)} and len({row["content_hash"] for row in rows}) == 2
+
+
+def test_a_folder_that_cannot_be_written_is_said_before_the_work(scans: list[Path], tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    began: list[fleet.Outcome] = []
+    for out in (tmp_path / "file", tmp_path / "file" / "below", Path("/proc/trueline")):
+        with pytest.raises(OSError):
+            fleet.calibrate(scans, out=out, progress=began.append)
+        with pytest.raises(OSError):
+            fleet.monte_carlo(range(2), out=out, progress=began.append)
+    assert not began
 
 
 def test_a_run_that_is_left_ends_after_what_is_under_way() -> None:
     began: list[int] = []
 
-    def work(part: list[int], _: Any) -> fleet.Outcome:
-        for number in part:
-            began.append(number)
-            time.sleep(0.02)
-        return fleet.Outcome()
+    def one(number: int) -> None:
+        began.append(number)
+        time.sleep(0.02)
+
+    def work(part: list[int], _: Any, each: Each) -> fleet.Outcome:
+        return fleet.Outcome(done=len(list(each(one, part))))
 
     for _ in run("local", work, [[0], list(range(1, 1000))], None, 2):
         break

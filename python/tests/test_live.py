@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trueline
 
@@ -33,7 +34,15 @@ def test_a_recording_is_an_iterator_and_ends_when_it_is_left(bind: str, tmp_path
     recorded = cell.recorded
     assert recorded is not None and recorded.robot_poses > 50
     assert Path(recorded.file).exists()
+    pose = state.base_from_tool
+    assert pose is not None and np.allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-12)
+    # Where the simulated robot is: some metres from its base at most.
+    assert pose.shape == (4, 4) and 0.01 < np.linalg.norm(pose[:3, 3]) < 5.0
     assert state.estimate is not None and state.time_offset_s is None and state.is_enough is None
+    # What it recorded is an .mcap, which holds the pose that was shown.
+    scan = trueline.open(recorded.file)
+    assert len(scan.robot_times_s) == recorded.robot_poses and scan.sensor.kind == "camera_laser"
+    assert np.abs(scan.base_from_tool - pose).max(axis=(1, 2)).min() < 1e-9
     # It is over: there is no state any more, and its address is free.
     assert list(cell) == []
     again = trueline.record(tmp_path / "again", bind=bind, for_s=0.5)

@@ -88,7 +88,10 @@ def test_the_page_and_the_plots_are_drawn() -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     result = trueline.calibrate(trueline.simulate("quick", seed=1))
-    assert "<iframe" in result._repr_html_()
+    # A notebook keeps what it shows: the words by default, the charts for who asks.
+    brief, whole = result._repr_html_(), result.report()
+    assert "<iframe" in brief and "Accepted" in brief and len(brief) < 150_000
+    assert "Apache ECharts" not in brief and "Apache ECharts" in whole and whole._repr_html_().startswith("<iframe")
     for draw in (result.plot_residuals, result.plot_covariance):
         assert draw().get_title()
     steps = result.document["iterations"]

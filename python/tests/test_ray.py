@@ -1,6 +1,6 @@
-"""A fleet on a real Ray cluster of two nodes, one of which is killed in the middle. Runs where Ray is installed.
+"""A fleet on a real Ray cluster of two nodes, one of which is killed in the middle. Runs where Ray is installed, as `.ci/run` has it.
 
-`RAY_SCANS=2000 pytest -s tests/test_ray.py` is the large form, and says how long it took.
+`RAY_SCANS=2000 pytest -s tests/test_ray.py -k killed` is the large form, and says how long it took.
 """
 
 import os
@@ -19,7 +19,7 @@ os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
 from ray.cluster_utils import Cluster  # noqa: E402
 from trueline import fleet  # noqa: E402
 
-SCANS = int(os.environ.get("RAY_SCANS", "200"))
+SCANS = int(os.environ.get("RAY_SCANS", "60"))
 MEMORY = 100 * 2**20
 # Short scans: what is tested here is not the estimate.
 SHORT = ("--duration-s", "4", "--frame-period-ms", "100", "--robot-period-ms", "12")
@@ -39,9 +39,9 @@ def scans(folder: Path) -> list[Path]:
     return made
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
-    """Two nodes with two workers each."""
+    """Two nodes with two workers each; the last test kills one of them."""
     nodes = Cluster(
         initialize_head=True, head_node_args={"num_cpus": 2, "object_store_memory": MEMORY, "include_dashboard": False}
     )
@@ -54,41 +54,6 @@ def cluster() -> Iterator[Any]:
 
 def parts_of(out: Path) -> dict[str, bytes]:
     return {part.name: part.read_bytes() for part in (out / "rows").rglob("*.parquet")}
-
-
-def test_two_nodes_lose_and_double_nothing_when_one_is_killed(tmp_path: Path, cluster: Any) -> None:
-    recordings = scans(tmp_path / "scans")
-    outcomes: list[fleet.Outcome] = []
-
-    def kill_one(outcome: fleet.Outcome) -> None:
-        outcomes.append(outcome)
-        if len(cluster.worker_nodes) and outcome.done >= SCANS // 2:
-            cluster.remove_node(next(iter(cluster.worker_nodes)), allow_graceful=False)
-
-    began = time.monotonic()
-    on_ray = fleet.calibrate(recordings, out=tmp_path / "ray", engine="ray", progress=kill_one)
-    on_ray_s = time.monotonic() - began
-    assert not cluster.worker_nodes and len(outcomes) > 2
-    began = time.monotonic()
-    local = fleet.calibrate(recordings, out=tmp_path / "local")
-    local_s = time.monotonic() - began
-    print(f"{SCANS} scans: {on_ray_s:.1f} s on Ray with a killed node, {on_ray.busy_s:.1f} s of it busy; "
-          f"{local_s:.1f} s on this machine's threads, {local.busy_s:.1f} s busy")  # fmt: skip
-    assert (on_ray.done, on_ray.failed) == (SCANS, 0)
-    rows = fleet.table(tmp_path / "ray")
-    assert rows.num_rows == SCANS
-    assert len(set(rows["content_hash"].to_pylist())) == SCANS
-    assert parts_of(tmp_path / "ray") == parts_of(tmp_path / "local")
-    again = fleet.calibrate(recordings, out=tmp_path / "ray", engine="ray")
-    assert (again.done, again.present) == (0, SCANS)
-
-
-def test_a_study_on_a_cluster_is_that_of_one_machine(tmp_path: Path, cluster: Any) -> None:
-    studies = [
-        fleet.monte_carlo(range(12), out=tmp_path / engine, engine=engine, cells_in_a_part=4)
-        for engine in ("ray", "local")
-    ]
-    assert studies[0].table == studies[1].table
 
 
 def test_a_cluster_reads_and_writes_an_object_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,3 +92,38 @@ def test_a_cluster_reads_and_writes_an_object_store(tmp_path: Path, monkeypatch:
         if row["status"] != "error":
             scan = tmp_path / row["url"].rpartition("/")[2]
             assert row["time_offset_s"]["value"] == trueline.calibrate(scan).time_offset_s
+
+
+def test_a_study_on_a_cluster_is_that_of_one_machine(tmp_path: Path, cluster: Any) -> None:
+    studies = [
+        fleet.monte_carlo(range(12), out=tmp_path / engine, engine=engine, cells_in_a_part=4)
+        for engine in ("ray", "local")
+    ]
+    assert studies[0].table == studies[1].table
+
+
+def test_two_nodes_lose_and_double_nothing_when_one_is_killed(tmp_path: Path, cluster: Any) -> None:
+    recordings = scans(tmp_path / "scans")
+    outcomes: list[fleet.Outcome] = []
+
+    def kill_one(outcome: fleet.Outcome) -> None:
+        outcomes.append(outcome)
+        if len(cluster.worker_nodes) and outcome.done >= SCANS // 2:
+            cluster.remove_node(next(iter(cluster.worker_nodes)), allow_graceful=False)
+
+    began = time.monotonic()
+    on_ray = fleet.calibrate(recordings, out=tmp_path / "ray", engine="ray", progress=kill_one)
+    on_ray_s = time.monotonic() - began
+    assert not cluster.worker_nodes and len(outcomes) > 2
+    began = time.monotonic()
+    local = fleet.calibrate(recordings, out=tmp_path / "local")
+    local_s = time.monotonic() - began
+    print(f"{SCANS} scans: {on_ray_s:.1f} s on Ray with a killed node, {on_ray.busy_s:.1f} s of it busy; "
+          f"{local_s:.1f} s on this machine's threads, {local.busy_s:.1f} s busy")  # fmt: skip
+    assert (on_ray.done, on_ray.failed) == (SCANS, 0)
+    rows = fleet.table(tmp_path / "ray")
+    assert rows.num_rows == SCANS
+    assert len(set(rows["content_hash"].to_pylist())) == SCANS
+    assert parts_of(tmp_path / "ray") == parts_of(tmp_path / "local")
+    again = fleet.calibrate(recordings, out=tmp_path / "ray", engine="ray")
+    assert (again.done, again.present) == (0, SCANS)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _trueline
+from .arrays import floats, unmasked
 from .sensor import Sensor, SensorText, sensor_text
 from .stamps import seconds, stamps_ns
 from .stripes import Stripes, stripes_of
@@ -49,7 +50,7 @@ def features(
     ----------
     frames
         Of a camera, gray pictures (N, height, width) of 8 or 16 bits. Of a profiler, profiles (N, K, 2): x along the stripe and
-        z range of K points, m, NaN where nothing came back.
+        z range of K points, m, NaN where nothing came back. Views and arrays of any order are taken as they are.
     times_s
         Their stamps (N,), s.
     sensor
@@ -64,7 +65,10 @@ def features(
     Raises
     ------
     TruelineError
-        Pictures of another size than the camera's, names that are none, a sensor that gives neither pictures nor profiles.
+        Pictures of another size than the camera's, names that are none, a sensor that gives neither pictures nor profiles, profiles
+        in millimetres.
+    ValueError
+        An array of another shape or type.
 
     Examples
     --------
@@ -80,12 +84,24 @@ def features(
     text = sensor_text(sensor)
     if SensorText(text).kind != "profiler":
         how = (joint, stripe, None if region is None else [list(corner) for corner in region])
-        return _features(_trueline.picture_seams(text, frames, stamps_ns(times_s), how))
+        return _features(_trueline.picture_seams(text, _pictures(frames), stamps_ns(times_s, "times_s"), how))
     for name, value in (("joint", joint), ("stripe", stripe), ("region", region)):
         if value is not None:
             raise TypeError(f"features: {name} is for pictures; in profiles the corner of two straight faces is looked for")
-    profiles = np.ascontiguousarray(frames, dtype=np.float64)
-    return _features(_trueline.profile_seams(profiles, stamps_ns(times_s)))
+    profiles = floats("profiles", frames, "N", "K", "2")
+    return _features(_trueline.profile_seams(profiles, stamps_ns(times_s, "times_s")))
+
+
+def _pictures(frames: NDArray[Any]) -> NDArray[Any]:
+    pictures = unmasked("pictures", frames)
+    if pictures.ndim != 3:
+        raise ValueError(
+            f"pictures: expected gray pictures (N, height, width), found {pictures.shape}; of colour take the channel of the laser"
+        )
+    if pictures.dtype.kind != "u" or pictures.dtype.itemsize > 2:
+        raise ValueError(f"pictures: expected uint8 or uint16, found {pictures.dtype}; scaling and rounding are yours to choose")
+    # Of another machine's byte order.
+    return pictures if pictures.dtype.isnative else pictures.astype(pictures.dtype.newbyteorder("="))
 
 
 def _features(found: dict[str, Any]) -> Features:

@@ -52,7 +52,7 @@ def from_frames(robot: Any, features: Any, *, sensor: Sensor) -> Recording:
         _column(features, "time_s"),
         _columns(features, names) / scale,
         sensor=sensor,
-        line=_column(features, "line").astype(np.int64) if "line" in _names(features) else None,
+        line=_column(features, "line") if "line" in _names(features) else None,
     )
 
 

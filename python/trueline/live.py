@@ -9,8 +9,11 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Literal, TypedDict, Unpack
 
+import numpy as np
+from numpy.typing import NDArray
+
 from . import _trueline
-from .options import in_units
+from .options import checked, in_units
 from .sensor import Sensor, sensor_text
 
 
@@ -44,11 +47,12 @@ DEFAULTS = {"protocol": "egm", "stamp": "first-packet", "joint": "fillet", "tool
 class LiveState:
     """How a recording is doing.
 
-    ``robot`` and ``estimate`` are for people; the sigmas are the random part, what a longer scan makes smaller; ``None`` is what
+    ``base_from_tool`` is the robot's newest pose, 4×4 in metres. ``robot`` and ``estimate`` are for people; the sigmas are the random part, what a longer scan makes smaller; ``None`` is what
     cannot be told yet. ``is_enough`` tells whether what was wanted is reached, and the calibration accepted.
     """
 
     robot_poses: int
+    base_from_tool: NDArray[np.float64] | None
     robot: str
     pictures: int
     pictures_lost: int
@@ -141,10 +145,7 @@ def record(
                     break
         result = trueline.calibrate("scan")
     """
-    unknown = sorted(set(options) - set(RecordOptions.__annotations__))
-    if unknown:
-        raise TypeError(f"there is no option {unknown[0]!r}; options are {', '.join(sorted(RecordOptions.__annotations__))}")
-    taken = dict.fromkeys(RecordOptions.__annotations__) | DEFAULTS | dict(options)
+    taken = dict.fromkeys(RecordOptions.__annotations__) | DEFAULTS | checked(options, RecordOptions)
     text = None if sensor is None else sensor_text(sensor)
     settings = taken | {"out": out, "sensor_toml": text, "want": in_units(taken, "want")}
     return LiveRecording(_trueline.LiveRecording(settings))

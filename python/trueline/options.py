@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numbers
+import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypeAlias, TypedDict
+from typing import Any, Literal, TypeAlias, TypedDict, get_type_hints
 
 Held: TypeAlias = Literal["time-offset", "hand-eye"]
 
@@ -52,16 +54,44 @@ def as_compiled(options: Options) -> dict[str, Any]:
     Raises
     ------
     TypeError
-        For an option that there is not.
+        For an option that there is not, or a value of another type.
+    ValueError
+        For less than one thread.
     """
-    unknown = sorted(set(options) - set(Options.__annotations__))
-    if unknown:
-        raise TypeError(f"there is no option {unknown[0]!r}; options are {', '.join(sorted(Options.__annotations__))}")
-    every = dict.fromkeys(Options.__annotations__) | {"fix": [], "accept_partial": False, "align_clocks": False}
-    taken = every | dict(options)
-    if isinstance(taken["fix"], str):
-        taken["fix"] = [taken["fix"]]
-    return taken | {group: in_units(taken, group) for group in GROUPS}
+    taken = {"fix": [], "accept_partial": False, "align_clocks": False}
+    every = dict.fromkeys(Options.__annotations__) | taken | checked(options, Options)
+    if every["threads"] is not None and every["threads"] < 1:
+        raise ValueError(f"threads: expected one or more, found {every['threads']}")
+    if isinstance(every["fix"], str):
+        every["fix"] = [every["fix"]]
+    return every | {group: in_units(every, group) for group in GROUPS}
+
+
+WORDS: dict[Any, tuple[Any, str]] = {
+    float: (numbers.Real, "a number"),
+    int: (numbers.Integral, "a whole number"),
+    bool: (bool, "True or False"),
+    Held | Sequence[Held]: (str | list | tuple, "a name or a list of names"),
+    str | os.PathLike[str]: (str | os.PathLike, "a path"),
+}
+"""What a value may be by its hint, and what that is called; everything else is a name."""
+
+
+def checked(given: Mapping[str, Any], of: type) -> dict[str, Any]:
+    """Options that are given, if there are such options and their values are of their type; ``None`` is as if left out.
+
+    >>> checked({"threads": None, "looks": "+z"}, Options)
+    {'looks': '+z'}
+    """
+    hints = get_type_hints(of)
+    for name, value in given.items():
+        if name not in hints:
+            raise TypeError(f"there is no option {name!r}; options are {', '.join(sorted(hints))}")
+        kind, words = WORDS.get(hints[name], (str, "a name"))
+        # To Python True is a number.
+        if value is not None and (not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool)):
+            raise TypeError(f"{name}: expected {words}, found {value!r}")
+    return {name: value for name, value in given.items() if value is not None}
 
 
 def in_units(values: Mapping[str, Any], group: str) -> list[float | None]:

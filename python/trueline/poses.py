@@ -5,6 +5,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import floats
+
 Poses: TypeAlias = Any
 """A stack (N, 4, 4) in metres; a pair of positions (N, 3) in metres and a scipy ``Rotation``; or whatever has
 ``as_matrix()`` that gives such a stack, as scipy's ``RigidTransform``."""
@@ -22,16 +24,16 @@ def matrices(poses: Poses) -> NDArray[np.float64]:
         return _joined(*poses)
     if isinstance(poses, tuple) and len(poses) == 2:
         return _joined(*poses)
-    stack = np.ascontiguousarray(_matrix(poses), dtype=np.float64)
-    if stack.ndim != 3 or stack.shape[1:] != (4, 4):
-        raise ValueError(f"poses: expected a stack (N, 4, 4) or a pair (positions, rotations), found {stack.shape}")
-    return stack
+    matrices = _matrix(poses)
+    if np.ndim(matrices) != 3 or np.shape(matrices)[1:] != (4, 4):
+        raise ValueError(f"poses: expected a stack (N, 4, 4) or a pair (positions, rotations), found {np.shape(matrices)}")
+    return floats("poses", matrices, "N", "4", "4")
 
 
 def _joined(positions: ArrayLike, rotations: Any) -> NDArray[np.float64]:
-    places = np.asarray(positions, dtype=np.float64)
-    turns = np.asarray(_matrix(rotations), dtype=np.float64)
-    if places.ndim != 2 or places.shape[1] != 3 or turns.shape != (len(places), 3, 3):
+    places = floats("positions", positions, "N", "3")
+    turns = floats("rotations", _matrix(rotations), "N", "3", "3")
+    if places.shape[1] != 3 or turns.shape != (len(places), 3, 3):
         raise ValueError(
             f"poses: expected positions (N, 3) and as many rotations, found {places.shape} and {turns.shape}"
         )

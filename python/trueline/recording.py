@@ -7,12 +7,14 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _trueline
+from .arrays import floats, whole
 from .poses import Poses, matrices
 from .run import run
 from .sensor import Sensor, SensorText, sensor_text
@@ -84,12 +86,15 @@ class Recording:
         arrays = (
             _robot_stamps_ns(robot_times_s),
             matrices(base_from_tool),
-            stamps_ns(feature_times_s),
-            _table("points", points),
+            stamps_ns(feature_times_s, "feature_times_s"),
+            floats("points", points, "M", "2 or 3"),
         )
-        counts = [None if array is None else np.ascontiguousarray(array, dtype=np.int64) for array in (line, frame)]
-        sigma = None if feature_sigma is None else _table("feature_sigma", feature_sigma)
-        extras, by_stripes = (counts[0], counts[1], sigma), stripe_arrays(stripes)
+        extras = (
+            None if line is None else whole("line", line),
+            None if frame is None else whole("frame", frame),
+            None if feature_sigma is None else floats("feature_sigma", feature_sigma, "M", "2"),
+        )
+        by_stripes = stripe_arrays(stripes)
         text, guess = sensor_text(sensor), guess_arrays(initial)
         return cls(_trueline.Recording.from_arrays(text, arrays, extras, by_stripes, guess))
 
@@ -215,18 +220,11 @@ _LONGEST_STEP_NS = 10**9
 
 
 def _robot_stamps_ns(times: ArrayLike) -> NDArray[np.int64]:
-    stamps = stamps_ns(times)
+    stamps = stamps_ns(times, "robot_times_s")
     if len(stamps) > 1 and float(np.median(np.diff(stamps))) > _LONGEST_STEP_NS:
         step_s = float(np.median(np.diff(stamps))) / 1e9
         raise ValueError(f"robot_times_s: the poses are {step_s:g} s apart; are these times in milliseconds?")
     return stamps
-
-
-def _table(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    table = np.ascontiguousarray(values, dtype=np.float64)
-    if np.ndim(values) != 2:
-        raise ValueError(f"{name}: expected a table (M, 2) or (M, 3), found {np.shape(values)}")
-    return table
 
 
 def opened(recording: RecordingLike) -> Recording:
@@ -238,5 +236,8 @@ def guess_arrays(guess: tuple[float, ArrayLike] | Guess | None) -> tuple[float, 
     """A guess as the compiled half takes it."""
     if guess is None:
         return None
-    time_offset_s, pose = (guess.time_offset_s, guess.tool_from_camera) if isinstance(guess, Guess) else guess
-    return float(time_offset_s), np.ascontiguousarray(pose, dtype=np.float64)
+    if isinstance(guess, Guess):
+        guess = (guess.time_offset_s, guess.tool_from_camera)
+    if not isinstance(guess, tuple) or len(guess) != 2 or not isinstance(guess[0], Real):
+        raise TypeError(f"initial: expected (time offset in s, tool_from_camera 4×4 in m), found {guess!r}")
+    return float(guess[0]), floats("initial", guess[1], "4", "4")

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import _trueline
 from .estimates import Covariance, Fact, Line, Plane, Residuals, Sigma
+from .page import Page, framed
 from .result_json import facts_of, number_of, numbers_of, sigma_of
 from .rotations import matrices_of
 from .sensor import SensorText
@@ -177,15 +178,15 @@ class Result:
         """
         return self._calibration("duration").took_s()
 
-    def report(self) -> str:
-        """The report as a page of HTML.
+    def report(self) -> Page:
+        """The report with all its charts as a page of HTML, which a notebook shows; about 1 MB.
 
         Raises
         ------
         ValueError
             For a result that was read from a file.
         """
-        return self._calibration("report").report_html()
+        return Page(self._calibration("report").report_html())
 
     def summary(self) -> str:
         """The summary in words."""
@@ -199,8 +200,11 @@ class Result:
         """Write the file of the result; it appears whole or not at all."""
         target = Path(path)
         unfinished = target.with_name(f"{target.name}.{os.getpid()}.unfinished")
-        unfinished.write_text(self._text.rstrip() + "\n", encoding="utf-8")
-        unfinished.replace(target)
+        try:
+            unfinished.write_text(self._text.rstrip() + "\n", encoding="utf-8")
+            unfinished.replace(target)
+        finally:
+            unfinished.unlink(missing_ok=True)
 
     def plot_residuals(self, ax: Axes | None = None) -> Axes:
         """Residuals over time in standard deviations (needs matplotlib)."""
@@ -230,11 +234,8 @@ class Result:
     def _repr_html_(self) -> str:
         if self._made_from is None:
             return f"<pre>{html.escape(self.summary())}</pre>"
-        page = html.escape(self.report(), quote=True)
-        return (
-            f'<iframe srcdoc="{page}" sandbox="allow-scripts" style="width:100%;height:800px;border:0"'
-            ' title="Report of the calibration"></iframe>'
-        )
+        # Notebooks keep what they show: the charts are left to who asks for them.
+        return framed(self._made_from.brief_html(), "600px") + "<p>With all charts: <code>.report()</code></p>"
 
     def _calibration(self, what: str) -> _trueline.Calibration:
         if self._made_from is None:

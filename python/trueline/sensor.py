@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 import os
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -121,6 +122,10 @@ def sensor_text(sensor: Sensor) -> str:
         return sensor.toml()
     if isinstance(sensor, Mapping):
         return _toml(sensor)
+    if not isinstance(sensor, str | os.PathLike):
+        raise TypeError(f"sensor: expected a sensor of this package, tables, or the path of a sensor.toml, found {sensor!r}")
+    if isinstance(sensor, str) and "\n" in sensor:
+        raise ValueError("sensor: expected a path, found several lines; SensorText(text) is a sensor of this text")
     path = Path(sensor)
     return (path / "sensor.toml" if path.is_dir() else path).read_text(encoding="utf-8")
 
@@ -139,8 +144,10 @@ def _value(value: Any) -> str:
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, int):
-        return str(value)
+    if isinstance(value, numbers.Integral):
+        return str(int(value))
+    if isinstance(value, Mapping):
+        raise TypeError(f"sensor: a table inside of a table: {dict(value)}")
     if hasattr(value, "__iter__"):
         return "[" + ", ".join(_value(one) for one in value) + "]"
     return repr(float(value))

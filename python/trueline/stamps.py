@@ -1,7 +1,11 @@
 """Stamps: seconds as numbers, or nanoseconds as integers."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from .arrays import unmasked
 
 NS_PER_S = 1e9
 
@@ -13,11 +17,11 @@ _LEAST_STEP_NS = 10_000
 _LEAST_NS = 10**12
 
 
-def stamps_ns(times: ArrayLike) -> NDArray[np.int64]:
+def stamps_ns(times: ArrayLike, name: str = "times") -> NDArray[np.int64]:
     """Whole nanoseconds of an array of times.
 
-    Floating-point numbers are seconds, integers nanoseconds (whole seconds where they are a few). ``datetime64`` arrays are
-    taken to the nanosecond; floating-point seconds since 1970 are no finer than 0.24 µs.
+    Floating-point numbers are seconds, integers nanoseconds (whole seconds where they are a few). ``datetime64`` and
+    ``timedelta64`` arrays are taken to the nanosecond; floating-point seconds since 1970 are no finer than 0.24 µs.
 
     >>> stamps_ns([0.0, 0.0125])
     array([       0, 12500000])
@@ -25,19 +29,39 @@ def stamps_ns(times: ArrayLike) -> NDArray[np.int64]:
     array([       0, 12500000])
     >>> stamps_ns(np.array(["1970-01-01T00:00:01"], dtype="datetime64[ms]"))
     array([1000000000])
+    >>> stamps_ns(np.array([1, 5], dtype="timedelta64[ms]"))
+    array([1000000, 5000000])
     """
-    array = np.asarray(times)
+    array = unmasked(name, times)
     if array.ndim != 1:
-        raise ValueError(f"times: expected one dimension (N,), found {array.shape}")
-    if np.issubdtype(array.dtype, np.datetime64):
-        _refuse_row(np.isnat(array), "is no time (NaT)")
-        return np.ascontiguousarray(array.astype("datetime64[ns]").astype(np.int64))
-    if np.issubdtype(array.dtype, np.integer) and _are_nanoseconds(array.astype(np.int64)):
+        raise ValueError(f"{name}: expected one dimension (N,), found {array.shape}")
+    stamps = _whole_ns(array, name)
+    step_ns = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    if 0.0 < step_ns < _LEAST_STEP_NS:
+        raise ValueError(
+            f"{name}: the stamps are {step_ns:g} ns apart; floating-point numbers are seconds, integers nanoseconds. "
+            "Are these milliseconds or microseconds?"
+        )
+    return stamps
+
+
+def _whole_ns(array: NDArray[Any], name: str) -> NDArray[np.int64]:
+    if array.dtype.kind in "mM":
+        _refuse_row(np.isnat(array), "is no time (NaT)", name)
+        return np.ascontiguousarray(array.astype(f"{array.dtype.kind}8[ns]").astype(np.int64))
+    if array.dtype.kind not in "fiu":
+        raise ValueError(
+            f"{name}: expected seconds, whole nanoseconds or datetime64, found an array of {array.dtype}; "
+            "times with a time zone come by .to_numpy('datetime64[ns]')"
+        )
+    if array.dtype.kind == "u":
+        _refuse_row(array > np.iinfo(np.int64).max, "is beyond 64 bits of nanoseconds", name)
+    if array.dtype.kind != "f" and _are_nanoseconds(array.astype(np.int64)):
         return np.ascontiguousarray(array, dtype=np.int64)
     seconds = np.ascontiguousarray(array, dtype=np.float64)
-    _refuse_row(~np.isfinite(seconds), "is not a finite number")
+    _refuse_row(~np.isfinite(seconds), "is not a finite number", name)
     _refuse_row(
-        np.abs(seconds) > _LONGEST_S, "is no time in seconds; nanoseconds are given as integers, or as datetime64"
+        np.abs(seconds) > _LONGEST_S, "is no time in seconds; nanoseconds are given as integers, or as datetime64", name
     )
     return np.rint(seconds * NS_PER_S).astype(np.int64)
 
@@ -49,9 +73,9 @@ def _are_nanoseconds(whole: NDArray[np.int64]) -> bool:
     return step >= _LEAST_STEP_NS or bool((whole >= _LEAST_NS).any() or (whole <= -_LEAST_NS).any())
 
 
-def _refuse_row(bad: NDArray[np.bool_], why: str) -> None:
+def _refuse_row(bad: NDArray[np.bool_], why: str, name: str) -> None:
     if bad.any():
-        raise ValueError(f"times: row {int(np.flatnonzero(bad)[0])} {why}")
+        raise ValueError(f"{name}: row {int(np.flatnonzero(bad)[0])} {why}")
 
 
 def seconds(stamps: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import floats, whole
 from .stamps import seconds, stamps_ns
 
 
@@ -41,10 +42,10 @@ def stripe_arrays(stripes: Stripes | None) -> StripeArrays | None:
     if stripes is None:
         return None
     return (
-        stamps_ns(stripes.times_s),
-        np.ascontiguousarray(stripes.plate, dtype=np.int64),
-        np.ascontiguousarray(stripes.points, dtype=np.float64),
-        np.ascontiguousarray(stripes.sigma, dtype=np.float64),
+        stamps_ns(stripes.times_s, "stripes.times_s"),
+        whole("stripes.plate", stripes.plate),
+        floats("stripes.points", stripes.points, "S", "2", "2 or 3"),
+        floats("stripes.sigma", stripes.sigma, "S"),
     )
 
 

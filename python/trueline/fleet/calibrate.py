@@ -9,7 +9,7 @@ from typing import Unpack
 import pyarrow as pa
 
 from ..options import Options, as_compiled
-from .engine import Engine, in_parts, run
+from .engine import Engine, in_parts, part_size, run
 from .outcome import Outcome
 from .part import Shared, calibrate_part
 from .row import KEY, SCHEMA, TIMING_SCHEMA
@@ -22,7 +22,7 @@ def calibrate(
     out: str | os.PathLike[str],
     engine: Engine = "local",
     workers: int | None = None,
-    recordings_in_a_part: int = 32,
+    recordings_in_a_part: int | None = None,
     progress: Callable[[Outcome], None] | None = None,
     **options: Unpack[Options],
 ) -> Outcome:
@@ -39,9 +39,10 @@ def calibrate(
         ``"local"``: threads of this machine (the calculation does not hold Python's lock). ``"ray"``: Ray Data on a cluster
         (``pip install trueline[ray]``); ``out`` must be reachable from every node.
     workers
-        Parts that are worked on at once; by default one a core, or one a core of the cluster.
+        Recordings that are worked on at once, on a cluster parts; by default one a core.
     recordings_in_a_part
-        So many are written together, into one file; a worker that dies loses no more than these.
+        So many are written together, into one file; a worker that dies loses no more than these. By default 1/128 of all, at
+        least one and at most 32. Millions want more: 1000 make 10,000 files of ten millions.
     progress
         Called after every part.
     **options
@@ -55,12 +56,18 @@ def calibrate(
     as_compiled(options)
     if isinstance(urls, (str, os.PathLike)):
         raise TypeError(f"urls: expected several recordings, found one; give a list: [{str(urls)!r}]")
-    if recordings_in_a_part < 1:
+    if recordings_in_a_part is not None and recordings_in_a_part < 1:
         raise ValueError(f"recordings_in_a_part: expected one or more, found {recordings_in_a_part}")
     store = str(out)
     if engine == "ray" and store.startswith("memory:"):
         raise ValueError("out: memory:// is lost with the worker that wrote it; name a storage that all nodes reach")
-    parts = in_parts(map(str, urls), recordings_in_a_part)
+    Store(store).create()
+    names = map(str, urls)
+    if recordings_in_a_part is None:
+        counted = list(names)
+        parts = in_parts(counted, part_size(len(counted)))
+    else:
+        parts = in_parts(names, recordings_in_a_part)
     outcome = Outcome()
     for part in run(engine, calibrate_part, parts, Shared.of(options, store), workers):
         outcome.add(part)

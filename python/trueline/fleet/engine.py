@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-import threading
 from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from itertools import islice
 from typing import Any, Literal, TypeAlias
 
@@ -25,8 +24,10 @@ def run(engine: Engine, work: Work, parts: Iterable[Part], shared: Any, workers:
     shared
         Given to every call; on a cluster it is sent to every node once.
     workers
-        Parts that are worked on at once; by default one a core.
+        Threads, or on a cluster parts that are worked on at once; by default one a core.
     """
+    if workers is not None and workers < 1:
+        raise ValueError(f"workers: expected one or more, found {workers}")
     if engine == "local":
         return _local(work, iter(parts), shared, workers or os.cpu_count() or 1)
     if engine == "ray":
@@ -37,32 +38,21 @@ def run(engine: Engine, work: Work, parts: Iterable[Part], shared: Any, workers:
 
 
 def _local(work: Work, parts: Iterator[Part], shared: Any, count: int) -> Iterator[Outcome]:
-    """At most as many parts as there are workers are under way at once; Ctrl-C ends each after what it is doing."""
-    stop = threading.Event()
-    stoppable = (_StoppablePart(part, stop) for part in parts)
-    with ThreadPoolExecutor(count) as pool:
-        running: set[Future[Outcome]] = {pool.submit(work, part, shared) for part in islice(stoppable, count)}
+    """At most as many parts as there are threads are under way at once, and their items share the threads: all of them work
+    also where there is one part alone. Ctrl-C ends each thread after what it is doing; what is unfinished is not written."""
+    with ThreadPoolExecutor(count) as threads, ThreadPoolExecutor(count) as writers:
+
+        def begin(most: int) -> set[Future[Outcome]]:
+            return {writers.submit(work, part, shared, threads.map) for part in islice(parts, most)}
+
+        running = begin(count)
         try:
             while running:
                 ready, running = wait(running, return_when=FIRST_COMPLETED)
-                running |= {pool.submit(work, part, shared) for part in islice(stoppable, len(ready))}
+                running |= begin(len(ready))
                 yield from (future.result() for future in ready)
         finally:
-            stop.set()
-
-
-class _StoppablePart(list[Any]):
-    """A part that hands out nothing more once its run has ended; what is unfinished is not written."""
-
-    def __init__(self, items: Part, stop: threading.Event) -> None:
-        super().__init__(items)
-        self._stop = stop
-
-    def __iter__(self) -> Iterator[Any]:
-        for item in super().__iter__():
-            if self._stop.is_set():
-                raise CancelledError
-            yield item
+            threads.shutdown(wait=False, cancel_futures=True)
 
 
 def in_parts(items: Iterable[Any], size: int) -> Iterator[Part]:
@@ -70,3 +60,19 @@ def in_parts(items: Iterable[Any], size: int) -> Iterator[Part]:
     iterator = iter(items)
     while part := list(islice(iterator, size)):
         yield part
+
+
+MOST_PARTS = 128
+"""So many parts keep the cores of a cluster busy."""
+
+MOST_IN_A_PART = 32
+"""A worker that dies loses no more than these."""
+
+
+def part_size(count: int) -> int:
+    """How many of so many items go into a part: the same wherever they are done, so that the files are the same.
+
+    >>> [part_size(count) for count in (0, 5, 300, 2000, 10_000_000)]
+    [1, 1, 3, 16, 32]
+    """
+    return min(MOST_IN_A_PART, -(-count // MOST_PARTS)) or 1

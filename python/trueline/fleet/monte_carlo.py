@@ -7,6 +7,7 @@ import os
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Unpack
 
 import numpy as np
@@ -19,7 +20,7 @@ from ..recording import Guess, simulate
 from ..result import Result
 from ..rotations import small_rotation
 from .engine import Engine, in_parts, run
-from .outcome import Outcome, Part
+from .outcome import Each, Outcome, Part
 from .store import Store, key_of
 
 SCHEMA = pa.schema(
@@ -60,7 +61,7 @@ class Study:
         accepted = count = 0
         for table in self._tables("accepted"):
             accepted, count = accepted + sum(table["accepted"].to_pylist()), count + len(table)
-        return accepted / count
+        return accepted / count if count else np.nan
 
     @property
     def nees(self) -> float:
@@ -69,7 +70,7 @@ class Study:
         for table in self._tables("accepted", "nees"):
             values = table.filter(table["accepted"])["nees"].drop_null().to_numpy()
             total, count = total + float(values.sum()), count + len(values)
-        return total / count
+        return total / count if count else np.nan
 
     def _tables(self, *columns: str) -> Iterable[pa.Table]:
         return Store(self.out).tables(self.folder, columns)
@@ -118,7 +119,7 @@ def monte_carlo(
     engine, workers
         As for :func:`trueline.fleet.calibrate`.
     cells_in_a_part
-        So many are in memory at once for each worker, and in one file.
+        So many are in memory at once for each worker, and in one file. On a cluster a part is what one core does.
     progress
         Called after every part.
     **options
@@ -132,6 +133,9 @@ def monte_carlo(
     3
     """
     as_compiled(options)
+    if cells_in_a_part < 1:
+        raise ValueError(f"cells_in_a_part: expected one or more, found {cells_in_a_part}")
+    Store(str(out)).create()
     shared = Cells(str(out), preset, random_cell, options)
     outcome = Outcome()
     for part in run(engine, _study_part, in_parts(seeds, cells_in_a_part), shared, workers):
@@ -141,23 +145,25 @@ def monte_carlo(
     return Study(shared.out, shared.folder)
 
 
-def _study_part(seeds: Part, shared: Cells) -> Outcome:
+def _study_part(seeds: Part, shared: Cells, each: Each) -> Outcome:
     """A part is named by its seeds: one that is there is right."""
     name = f"{shared.folder}/seeds-{seeds[0]}-{seeds[-1]}-{key_of(map(str, seeds))[:12]}"
     store = Store(shared.out)
     if store.has(name):
         return Outcome(present=len(seeds))
+    answers = list(each(partial(_row, shared), seeds))
+    store.write(name, pa.Table.from_pylist([row for row, _ in answers], schema=SCHEMA))
+    return Outcome(done=len(seeds), busy_s=sum(duration_s for _, duration_s in answers))
+
+
+def _row(shared: Cells, seed: int) -> tuple[dict[str, Any], float]:
+    """The row of a cell, and how long it took, s."""
     began = time.monotonic()
-    rows = [_row(int(seed), shared) for seed in seeds]
-    store.write(name, pa.Table.from_pylist(rows, schema=SCHEMA))
-    return Outcome(done=len(rows), busy_s=time.monotonic() - began)
-
-
-def _row(seed: int, shared: Cells) -> dict[str, Any]:
-    scan = simulate(shared.preset, seed=seed, random_cell=shared.random_cell)
+    scan = simulate(shared.preset, seed=int(seed), random_cell=shared.random_cell)
     truth = scan.truth
     assert truth is not None, "a simulation has a truth"
-    return {"seed": seed} | errors(calibrate(scan, **shared.options), truth)
+    row = {"seed": int(seed)} | errors(calibrate(scan, **shared.options), truth)
+    return row, time.monotonic() - began
 
 
 def errors(result: Result, truth: Guess) -> dict[str, Any]:

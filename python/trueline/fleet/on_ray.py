@@ -29,7 +29,7 @@ def on_ray(work: Work, parts: Iterable[Part], shared: Any, workers: int | None) 
     sent = ray.put(shared)
 
     def worked(row: dict[str, Any]) -> dict[str, Any]:
-        return asdict(work(list(row["part"]), ray.get(sent)))
+        return asdict(work(list(row["part"]), ray.get(sent), map))
 
     dataset = ray.data.from_items(rows, override_num_blocks=min(len(rows), MOST_BLOCKS))
     # Tasks of one part each: a block is one row, unless there are very many.

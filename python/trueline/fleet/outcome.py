@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -27,5 +27,8 @@ class Outcome:
 Part: TypeAlias = list[Any]
 """What is worked on and written together: URLs, or seeds."""
 
-Work: TypeAlias = Callable[[Part, Any], Outcome]
+Each: TypeAlias = Callable[[Callable[[Any], Any], Part], Iterable[Any]]
+"""Does something with each item of a part, and gives the answers in their order: ``map``, or several at once."""
+
+Work: TypeAlias = Callable[[Part, Any, Each], Outcome]
 """Does a part, given what all parts share. Doing it twice must leave what doing it once leaves."""

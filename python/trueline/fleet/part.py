@@ -9,6 +9,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ import pyarrow as pa
 
 from .. import __version__
 from ..options import Options
-from .outcome import Outcome, Part
+from .outcome import Each, Outcome, Part
 from .row import KEY, SCHEMA, TIMING_SCHEMA, content_hash, error_row, options_json, row_of
 from .store import Hashes, Store, key_of
 
@@ -43,40 +44,42 @@ def partition(options: Options) -> str:
     return f"version={__version__}/options={'default' if not options else key_of([options_json(options)])[:12]}"
 
 
-def calibrate_part(urls: Part, shared: Shared) -> Outcome:
+def calibrate_part(urls: Part, shared: Shared, each: Each) -> Outcome:
     """Calibrates a few recordings and writes their rows; those that were there when the run began are left out."""
-    began = time.monotonic()
     outcome = Outcome()
     rows: list[dict[str, Any]] = []
     timings: list[dict[str, Any]] = []
-    for url in urls:
-        row = _row(url, shared, timings)
+    for row, duration_s in each(partial(_row, shared), urls):
+        outcome.busy_s += duration_s
         if row is None:
             outcome.present += 1
             continue
         rows.append(row)
         outcome.done += 1
         outcome.failed += row["status"] == "error"
+        if row["content_hash"] is not None:
+            timing = {"duration_s": duration_s, "worker": f"{platform.node()}:{os.getpid()}"}
+            timings.append(timing | {name: row[name] for name in KEY})
+    began = time.monotonic()
     if rows:
         _write(rows, timings, shared)
-    outcome.busy_s = time.monotonic() - began
+    outcome.busy_s += time.monotonic() - began
     return outcome
 
 
-def _row(url: str, shared: Shared, timings: list[dict[str, Any]]) -> dict[str, Any] | None:
+def _row(shared: Shared, url: str) -> tuple[dict[str, Any] | None, float]:
+    """The row of a recording, none if it is there already; and how long that took, s."""
     began = time.monotonic()
+    row = None
     try:
         with fetched(url) as path:
             key = content_hash(path)
-            if key in shared.present:
-                return None
-            row = row_of(url, path, key, shared.options)
+            if key not in shared.present:
+                row = row_of(url, path, key, shared.options)
     # What cannot be fetched is a row as well; storages have errors of their own.
     except Exception as error:  # noqa: BLE001
-        return error_row(url, None, error, shared.options)
-    timing = {"duration_s": time.monotonic() - began, "worker": f"{platform.node()}:{os.getpid()}"}
-    timings.append(timing | {name: row[name] for name in KEY})
-    return row
+        row = error_row(url, None, error, shared.options)
+    return row, time.monotonic() - began
 
 
 def _write(rows: list[dict[str, Any]], timings: list[dict[str, Any]], shared: Shared) -> None:

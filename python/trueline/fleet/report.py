@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from ..page import Page
 from .cells import COLUMNS, Cell, cells
 from .store import Store
 
@@ -28,8 +29,8 @@ thead th{position:sticky;top:0;background:Canvas}
 """.strip()
 
 
-def report(out: str | os.PathLike[str]) -> str:
-    """The fleet in the folder of a run as a page of HTML.
+def report(out: str | os.PathLike[str]) -> Page:
+    """The fleet in the folder of a run as a page of HTML, which a notebook shows.
 
     Parameters
     ----------
@@ -50,7 +51,7 @@ def report(out: str | os.PathLike[str]) -> str:
         told = "there are no rows" if not made else f"rows of several versions or options: name one of {', '.join(made)}"
         raise ValueError(f"{out}: {told}")
     rows = (row for table in store.tables(folder, COLUMNS) for row in table.to_pylist())
-    return page(cells(rows), str(out))
+    return Page(page(cells(rows), str(out)))
 
 
 def page(fleet: Sequence[Cell], title: str) -> str:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import io
+import os
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from tempfile import TemporaryFile
+from uuid import uuid4
 
 import fsspec
 import numpy as np
@@ -24,6 +27,13 @@ class Store:
         self._files, self._root = fsspec.core.url_to_fs(url)
         self._local = "file" in self._files.protocol
 
+    def create(self) -> None:
+        """Make the folder; where nothing can be written, better now than after the first part."""
+        self._files.makedirs(self._root, exist_ok=True)
+        if self._local:
+            with TemporaryFile(dir=self._root):
+                pass
+
     def write(self, name: str, table: pa.Table) -> None:
         """Write a part."""
         buffer = io.BytesIO()
@@ -31,10 +41,11 @@ class Store:
         target = f"{self._root}/{name}.parquet"
         self._files.makedirs(target.rpartition("/")[0], exist_ok=True)
         # Object stores show an object when it is whole; folders need a name of its own until then.
-        beside = f"{target}.unfinished" if self._local else target
+        # Of each writer's own: two runs may write the same part at once.
+        beside = f"{target}.{uuid4().hex}.unfinished" if self._local else target
         self._files.pipe_file(beside, buffer.getvalue())
         if self._local:
-            self._files.mv(beside, target)
+            os.replace(beside, target)
 
     def has(self, name: str) -> bool:
         """Whether a part is there."""

@@ -12,8 +12,9 @@ const CHARTS: &str = include_str!("../../assets/charts.js");
 const SCRIPT: &str = include_str!("../../assets/report.js");
 /// Apache ECharts 6.1.0: see assets/third_party/echarts.
 const ECHARTS: &str = include_str!("../../assets/third_party/echarts/echarts-custom.min.js");
+const CHARTS_HINT: &str = " · charts: Apache ECharts 6.1.0 (Apache-2.0). <span class=\"hint\">Charts: drag to zoom, double click to reset, Ctrl and wheel zooms; with the keyboard arrows walk through the points, + and − zoom, 0 resets.</span>";
 
-/// Renders a page.
+/// Renders a page; the charting library is in it only where there are charts.
 #[must_use]
 pub fn render(page: &Page) -> String {
     let verdict_class = match page.verdict.tone {
@@ -30,7 +31,8 @@ pub fn render(page: &Page) -> String {
         ("{{links}}", links(&page.sections)),
         ("{{sections}}", page.sections.iter().map(section).collect()),
         ("{{version}}", env!("CARGO_PKG_VERSION").to_owned()),
-        ("{{echarts}}", ECHARTS.to_owned()),
+        ("{{charts_hint}}", if has_charts(page) { CHARTS_HINT.to_owned() } else { String::new() }),
+        ("{{echarts}}", if has_charts(page) { ECHARTS.to_owned() } else { String::new() }),
         ("{{charts}}", CHARTS.to_owned()),
         ("{{data}}", in_script(&data(page))),
         ("{{script}}", SCRIPT.to_owned()),
@@ -48,6 +50,10 @@ pub fn render(page: &Page) -> String {
     }
     out.push_str(rest);
     out
+}
+
+fn has_charts(page: &Page) -> bool {
+    page.sections.iter().flat_map(|section| &section.blocks).any(|block| matches!(block, Block::Chart(_)))
 }
 
 fn data(page: &Page) -> Value {
