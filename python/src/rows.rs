@@ -176,7 +176,7 @@ impl WrongNumber {
 pub fn not_metres(place: &str, far: f64) -> Failure {
     Failure::new(
         format!("{place}: {far} is farther away than a laser sensor sees, in metres"),
-        "lengths are in metres: divide millimetres by 1000",
+        "lengths are in metres: divide millimetres by 1000; pixels are a camera's",
     )
 }
 

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from numbers import Real
+from numbers import Integral, Real
 from typing import TypeAlias
 
 import numpy as np
@@ -207,8 +207,10 @@ def simulate(preset: str = "quick", *options: str, seed: int = 1, random_cell: b
     >>> simulate("quick", seed=1)
     <trueline.Recording: 5001 robot poses, 659 features>
     """
+    if not isinstance(seed, Integral) or seed < 0:
+        raise ValueError(f"seed: expected a whole number of at least zero, found {seed!r}")
     if not options:
-        return Recording(_trueline.Recording.simulate(preset, seed, random_cell))
+        return Recording(_trueline.Recording.simulate(preset, int(seed), random_cell))
     words = ["--preset", preset, "--seed", str(seed), *(["--random-cell"] if random_cell else []), *options]
     with tempfile.TemporaryDirectory() as folder:
         run("simulate", "--out", f"{folder}/scan", "--quiet", *words)
