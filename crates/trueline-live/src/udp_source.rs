@@ -101,7 +101,7 @@ impl<P: DatagramProtocol> UdpSource<P> {
         Ok(())
     }
 
-    fn hear(&mut self, timeout: Duration, each: &mut dyn FnMut(&RobotPacket<'_>)) -> io::Result<()> {
+    fn receive_each(&mut self, timeout: Duration, each: &mut dyn FnMut(&RobotPacket<'_>)) -> io::Result<()> {
         let Self { socket, filter, protocol, .. } = self;
         let mut waiting = socket.wait(timeout)?;
         for _ in 0..MOST_AT_ONCE {
@@ -134,7 +134,7 @@ impl<P: DatagramProtocol> RobotSource for UdpSource<P> {
         each: &mut dyn FnMut(&RobotPacket<'_>),
     ) -> Result<(), SourceError> {
         self.speak().map_err(|error| self.error(error))?;
-        self.hear(timeout, each).map_err(|error| self.error(error))?;
+        self.receive_each(timeout, each).map_err(|error| self.error(error))?;
         match self.protocol.refusal() {
             Some(why) => Err(SourceError::Refused { address: self.robot.unwrap_or(self.local), why }),
             None => Ok(()),

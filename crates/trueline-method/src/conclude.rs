@@ -215,7 +215,7 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
     let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);
     let list = fit.placed.of(observations);
     let torch = || seam_point_error::predict(observations, list, &parameters, &covariance, &config.used_at);
-    findings.checks.at_torch = all_seen.then(torch).flatten();
+    findings.checks.seam_point_error = all_seen.then(torch).flatten();
     findings.checks.seam_error = seam_error;
     findings.unknowns = Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
@@ -320,14 +320,20 @@ fn checks(
         ambiguity: from.ambiguity.clone(),
         better_time_offset_s: from.better.as_ref().map(|better| better.time_offset_s),
         held_out: cross_validation::check(&subject(from, uncertainty), config),
-        disruptions: outlier_segments::find(observations, features, at, &fit.noise, config.offset_search_s),
+        outlier_segments: outlier_segments::find(
+            observations,
+            features,
+            at,
+            &fit.noise,
+            config.offset_search_s,
+        ),
         seam_error: None,
         held_sensor: None,
         cause: None,
         robot_taken: from.robot_taken,
         robot_seems: from.robot_seems,
         feature_bias: None,
-        at_torch: from.assessed.all_observable().then(predict).flatten(),
+        seam_point_error: from.assessed.all_observable().then(predict).flatten(),
     }
 }
 

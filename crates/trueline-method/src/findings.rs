@@ -163,7 +163,7 @@ pub struct Checks {
     /// The parts of the scan against each other.
     pub held_out: Option<HeldOut>,
     /// Stretches of the scan that do not belong to the rest.
-    pub disruptions: Vec<OutlierSegment>,
+    pub outlier_segments: Vec<OutlierSegment>,
     /// How far off a seam point is that is measured later; `None` if something of the hand-eye is not observable.
     pub seam_error: Option<SeamError>,
     /// What the shape of a sensor that was held would be; `None` if it was estimated, or cannot be.
@@ -177,7 +177,7 @@ pub struct Checks {
     /// The bias of the features with the tilt, where it was estimated and taken out.
     pub feature_bias: Option<FeatureBias>,
     /// Error of a seam point where it is used; `None` if something of the hand-eye is not observable.
-    pub at_torch: Option<SeamPointError>,
+    pub seam_point_error: Option<SeamPointError>,
 }
 
 /// Whether one time offset holds for the whole scan.

@@ -33,7 +33,7 @@ fn predicted_error_is_that_of_sampled_calibrations() {
     // A bias of the features that is estimated and taken out would move the point that stands for the scan.
     let config = Config { used_at, feature_bias_px: 0.0, ..Config::default() };
     let c = calibrate(&recording, None, &config).unwrap();
-    let torch = c.findings.checks.at_torch.unwrap();
+    let torch = c.findings.checks.seam_point_error.unwrap();
     // The middle of the scan as robot.csv has it, 4 ms apart: at 30°/s of tilting 0.1°, which turns the ellipsoid by
     // 0.002 of its size.
     let stamps = &c.findings.fit.features;
@@ -96,7 +96,7 @@ fn another_stand_off_is_along_the_sheet() {
             .unwrap()
             .findings
             .checks
-            .at_torch
+            .seam_point_error
             .unwrap()
     };
     let [near, own, far] = [Some(0.2), None, Some(1.5)].map(predicted);

@@ -61,11 +61,11 @@ fn what_robustness_can_mend_is_mended() {
 #[test]
 fn bursts_and_a_second_line_are_named_with_their_time() {
     let bursts = assert_right(&spoilt(Event::Bursts, 1), "bursts");
-    assert_eq!(bursts.findings.checks.disruptions.len(), 3);
-    assert!(bursts.findings.checks.disruptions.iter().all(|d| (18..=22).contains(&d.features)));
+    assert_eq!(bursts.findings.checks.outlier_segments.len(), 3);
+    assert!(bursts.findings.checks.outlier_segments.iter().all(|d| (18..=22).contains(&d.features)));
     let astray = assert_right(&spoilt(Event::SecondLine, 2), "second line");
-    let [only] = astray.findings.checks.disruptions[..] else {
-        panic!("{:?}", astray.findings.checks.disruptions)
+    let [only] = astray.findings.checks.outlier_segments[..] else {
+        panic!("{:?}", astray.findings.checks.outlier_segments)
     };
     // The edge is 5 mm beside; a line through 165 points of 0.04 mm noise, tilts included, lies within 0.05.
     let Cause::OtherLine(beside_m) = only.cause else { panic!("{only:?}") };
@@ -83,7 +83,7 @@ fn a_clock_that_steps_is_refused_and_the_step_named() {
         for seed in 0..3 {
             let calibration = calibrated(&spoilt(event, seed));
             assert_eq!(calibration.status(), Status::NotAccepted, "{event:?} {seed}");
-            let found = calibration.findings.checks.disruptions.iter().find_map(|d| match d.cause {
+            let found = calibration.findings.checks.outlier_segments.iter().find_map(|d| match d.cause {
                 Cause::ClockStep(found_s) => Some(found_s),
                 _ => None,
             });
@@ -137,7 +137,7 @@ fn a_steady_scan_shows_neither_step_nor_drift_nor_disagreement() {
         let recording = simulate(&cell(Preset::TwoLines, seed), seed).unwrap();
         let calibration = assert_right(&recording, "steady");
         assert!(calibration.warnings().is_empty(), "{:?}", calibration.warnings());
-        assert!(calibration.findings.checks.disruptions.is_empty());
+        assert!(calibration.findings.checks.outlier_segments.is_empty());
     }
 }
 
@@ -300,7 +300,7 @@ fn noise_of_the_attitude_shows_nothing() {
 }
 
 #[test]
-fn a_guess_in_the_mirrored_valley_is_refused() {
+fn a_guess_in_the_mirrored_minimum_is_refused() {
     let recording = simulate(&Preset::Weak.scenario(), 2).unwrap();
     let tool_from_camera =
         se3::from_parts(nalgebra::UnitQuaternion::identity(), nalgebra::Vector3::new(0.0, 0.0, 0.1));

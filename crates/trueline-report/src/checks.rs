@@ -70,7 +70,7 @@ pub fn checks(c: &Calibration) -> Checks {
             step_s: s.step_s,
             sigma_s: s.sigma_s,
         }),
-        disruptions: found.disruptions.iter().map(stretch).collect(),
+        disruptions: found.outlier_segments.iter().map(stretch).collect(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The report of an evaluation: figures, and every error along the seam.
 
-use crate::evaluated;
+use crate::evaluation_summary;
 use crate::page::render::render;
 use crate::page::{
     Axis, Block, Chart, Colour, Columns, Drawn, Page, Section, Series, Table, TableRow, Tone, Verdict,
@@ -23,7 +23,7 @@ pub struct Judged<'a> {
 #[must_use]
 pub fn html(e: &Evaluation, judged: Judged<'_>, title: &str, command: &str) -> String {
     let figures = Figures::of(e.calibrated.iter().map(|d| d.error_m));
-    let reference = e.references.first().map_or_else(String::new, evaluated::described);
+    let reference = e.references.first().map_or_else(String::new, evaluation_summary::described);
     let mut page = Page {
         title: title.to_owned(),
         verdict: Verdict {
@@ -40,12 +40,13 @@ pub fn html(e: &Evaluation, judged: Judged<'_>, title: &str, command: &str) -> S
     };
     if let Some(check) = judged.check {
         page.verdict = Verdict {
-            text: format!("{}. {}", evaluated::tolerance_text(check), page.verdict.text),
+            text: format!("{}. {}", evaluation_summary::tolerance_text(check), page.verdict.text),
             tone: Tone::of(check.passed()),
         };
     }
     if let Some(other) = judged.other {
-        page.verdict = Verdict { text: evaluated::other_cell_text(other) + ".", tone: Tone::of(false) };
+        page.verdict =
+            Verdict { text: evaluation_summary::other_cell_text(other) + ".", tone: Tone::of(false) };
     }
     let columns = &mut page.columns;
     page.sections = vec![
@@ -97,7 +98,7 @@ fn table(e: &Evaluation) -> Table {
         rows.extend(e.references.iter().enumerate().map(|(k, reference)| {
             let own: Vec<Deviation> =
                 e.calibrated.iter().filter(|d| d.measured.line as usize == k).copied().collect();
-            row(&format!("seam {k}, a {}", evaluated::described(reference)), &own)
+            row(&format!("seam {k}, a {}", evaluation_summary::described(reference)), &own)
         }));
     }
     Table {

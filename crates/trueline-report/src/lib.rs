@@ -17,16 +17,18 @@
 //! ```
 
 pub mod against_truth;
+#[cfg(feature = "plan")]
+mod arm_summary;
 #[cfg(feature = "sensor")]
 pub mod board_result;
 pub mod calibration_page;
 #[cfg(feature = "sensor")]
 mod camera_report;
 pub mod checks;
-pub mod compared;
+pub mod comparison;
 pub mod diagnosis;
-pub mod evaluated;
 pub mod evaluation_page;
+pub mod evaluation_summary;
 pub mod facts;
 pub mod number;
 pub mod page;
@@ -36,13 +38,11 @@ mod plan_film;
 #[cfg(feature = "plan")]
 pub mod plan_page;
 #[cfg(feature = "plan")]
-pub mod planned;
-#[cfg(feature = "plan")]
-mod planned_arm;
-#[cfg(feature = "experiments")]
-pub mod reproduced;
+pub mod plan_summary;
 #[cfg(feature = "experiments")]
 pub mod reproduction_page;
+#[cfg(feature = "experiments")]
+pub mod reproduction_tables;
 #[cfg(feature = "rerun")]
 pub mod rerun_recording;
 pub mod result;

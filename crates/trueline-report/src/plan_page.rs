@@ -6,7 +6,7 @@ use crate::page::{
     Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Section, Series, Tone, Verdict,
 };
 use crate::plan_film;
-use crate::planned::{self, Source};
+use crate::plan_summary::{self, Source};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;
@@ -21,7 +21,7 @@ const SAMPLES: usize = 1500;
 pub fn html(source: &Source<'_>) -> String {
     let Source { cell, plan, wrong_guess, .. } = source;
     let asked = source.asked.goal;
-    let missed = asked.map(|goal| planned::missed(source, goal)).unwrap_or_default();
+    let missed = asked.map(|goal| plan_summary::missed(source, goal)).unwrap_or_default();
     let mut page = Page {
         title: "A planned scan".to_owned(),
         verdict: Verdict {
@@ -219,7 +219,7 @@ fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
 
 /// What the charts do not show.
 fn made(source: &Source<'_>) -> Vec<(String, String)> {
-    let mut facts = planned::facts(source);
+    let mut facts = plan_summary::facts(source);
     facts.push(("command".to_owned(), source.command.to_owned()));
     facts
 }

@@ -4,7 +4,7 @@ use crate::page::render::render;
 use crate::page::{
     Axis, Block, Chart, Colour, Columns, Drawn, Mark, Page, Part, Section, Series, Tone, Verdict,
 };
-use crate::reproduced;
+use crate::reproduction_tables;
 use nalgebra::Vector3;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_experiments::weld_errors::Point;
@@ -44,7 +44,10 @@ pub fn html(r: &Reproduction, command: &str) -> String {
     sections.push(Section {
         id: "static-board",
         heading: "Static checkerboard",
-        blocks: vec![Block::Text(reproduced::boards_text()), Block::Table(reproduced::board_table(r))],
+        blocks: vec![
+            Block::Text(reproduction_tables::boards_text()),
+            Block::Table(reproduction_tables::board_table(r)),
+        ],
         folded: false,
     });
     sections.push(Section {
@@ -117,7 +120,7 @@ fn convergence(r: &Reproduction, columns: &mut Columns) -> Vec<Block> {
              dashed: least and largest of {} scans.",
             r.settings.iterations, r.settings.repeats
         )),
-        Block::Table(reproduced::convergence_table(r)),
+        Block::Table(reproduction_tables::convergence_table(r)),
     ];
     let figures = offset_and_rms(&r.truth).into_iter().chain(line_figures(&r.truth));
     blocks.extend(figures.chain(hand_eye_figures(&r.truth)).map(|figure| figure(r, columns)));
@@ -223,7 +226,7 @@ fn hand_eye_figures(truth: &Step) -> Vec<Drawing> {
 }
 
 fn weld_blocks(weld: &WeldErrors, columns: &mut Columns) -> Vec<Block> {
-    let mut blocks = vec![Block::Table(reproduced::weld_table(weld))];
+    let mut blocks = vec![Block::Table(reproduction_tables::weld_table(weld))];
     let x = columns.add(weld.points.iter().map(|p| p.along_m * MM_PER_M));
     let round = weld.kind == WeldKind::Round;
     let mut chart = |id: &'static str, title, axis: &str, of: &dyn Fn(&Point, &Vector3<f64>) -> f64| {
@@ -303,8 +306,8 @@ fn speeds(r: &Reproduction, columns: &mut Columns) -> Vec<Block> {
         }
     }
     vec![
-        Block::Text(reproduced::SPEEDS.to_owned()),
-        Block::Table(reproduced::speed_table(r)),
+        Block::Text(reproduction_tables::SPEEDS.to_owned()),
+        Block::Table(reproduction_tables::speed_table(r)),
         Block::Chart(Chart {
             id: "speed-table",
             title: "Error over speed",

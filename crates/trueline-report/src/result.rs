@@ -49,7 +49,7 @@ pub fn of(c: &Calibration) -> ResultFile {
         seam_error: c.findings.checks.seam_error.as_ref().map(seam_error::entry),
         sensor: seam_error::sensor_entry(c),
         images_ahead_s: None,
-        at_torch: c.findings.checks.at_torch.as_ref().map(checks::at_torch),
+        at_torch: c.findings.checks.seam_point_error.as_ref().map(checks::at_torch),
         termination: c.findings.fit.termination.to_string(),
         iterations: c.findings.fit.iterations.iter().map(iteration).collect(),
         inputs: c.findings.inputs.clone(),

@@ -121,7 +121,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     if let Some(check) = &c.findings.checks.held_out {
         rows.push(("held-out check".to_owned(), held_out(check)));
     }
-    if let Some(torch) = &c.findings.checks.at_torch {
+    if let Some(torch) = &c.findings.checks.seam_point_error {
         rows.push(("at the torch".to_owned(), at_torch(torch)));
     }
     rows.push(("next best offset".to_owned(), runner_up(c)));

@@ -9,7 +9,7 @@ use trueline_dataset::calibration_file;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::evaluate::difference::{Estimate, Field, between};
-use trueline_report::compared;
+use trueline_report::comparison;
 
 /// Runs the command.
 pub fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
@@ -22,10 +22,10 @@ pub fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
     })?;
     let tolerance_m = args.tolerance;
     if let Some(file) = &args.json {
-        output::json(file, &format!("{:#}", compared::json(&difference, &field, tolerance_m)))?;
+        output::json(file, &format!("{:#}", comparison::json(&difference, &field, tolerance_m)))?;
     }
     if !args.quiet {
-        output::summary(args.json.as_deref(), &compared::text(&difference, &field))?;
+        output::summary(args.json.as_deref(), &comparison::text(&difference, &field))?;
     }
     let harmless = tolerance_m.is_some_and(|tolerance_m| difference.seam_shift_rms_m <= tolerance_m);
     if let (Some(tolerance_m), false) = (tolerance_m, args.quiet) {
@@ -62,7 +62,7 @@ fn field(args: &DiffArgs, first: &ResultFile) -> Result<Field, Failure> {
 /// The seven numbers of a result and their covariance.
 fn estimate(file: &Path, result: &ResultFile) -> Result<Estimate, Failure> {
     let known = calibration_file::known_of(file, result)?.known;
-    compared::estimate(known.parameters, result).map_err(|[row, column]| {
+    comparison::estimate(known.parameters, result).map_err(|[row, column]| {
         Failure::new(
             format!("{}: there is no covariance of {row} and {column}", file.display()),
             "what was held fixed, or not seen, cannot be compared",

@@ -13,7 +13,7 @@ use trueline_method::evaluate::other_cell::other_cell;
 use trueline_method::evaluate::reference_curve::ReferenceCurve;
 use trueline_method::evaluate::standstill::{self, Stop};
 use trueline_report::evaluation_page::Judged;
-use trueline_report::{evaluated, evaluation_page};
+use trueline_report::{evaluation_page, evaluation_summary};
 
 /// Runs the command.
 pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
@@ -40,14 +40,14 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     let check = tolerance_m.map(|tolerance_m| evaluation.check(tolerance_m));
     let other = other_cell(&recording, &known.parameters, &Config::default());
     if let Some(file) = &args.json {
-        let mut json = evaluated::json(&evaluation, check.as_ref(), other.as_ref());
+        let mut json = evaluation_summary::json(&evaluation, check.as_ref(), other.as_ref());
         if let Some(stops) = &stops {
-            json["reference"]["stops"] = evaluated::stops_json(stops);
+            json["reference"]["stops"] = evaluation_summary::stops_json(stops);
         }
         output::json(file, &format!("{json:#}"))?;
     }
     if let Some(file) = &args.csv {
-        output::file(file, &evaluated::points_csv(&evaluation))?;
+        output::file(file, &evaluation_summary::points_csv(&evaluation))?;
     }
     if let Some(file) = &args.report {
         let title = format!("{} by {}", args.dataset.display(), args.calibration.display());
@@ -55,11 +55,11 @@ pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
         output::file(file, &evaluation_page::html(&evaluation, judged, &title, &output::command_line()))?;
     }
     if !args.quiet {
-        let stops = stops.as_deref().map(evaluated::stops_text).unwrap_or_default();
-        output::summary(args.json.as_deref(), &format!("{stops}{}", evaluated::text(&evaluation)))?;
+        let stops = stops.as_deref().map(evaluation_summary::stops_text).unwrap_or_default();
+        output::summary(args.json.as_deref(), &format!("{stops}{}", evaluation_summary::text(&evaluation)))?;
     }
-    check.iter().for_each(|check| output::words(&evaluated::tolerance_text(check)));
-    other.iter().for_each(|other| output::words(&evaluated::other_cell_text(other)));
+    check.iter().for_each(|check| output::words(&evaluation_summary::tolerance_text(check)));
+    other.iter().for_each(|other| output::words(&evaluation_summary::other_cell_text(other)));
     let passed = other.is_none() && check.is_none_or(|check| check.passed());
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

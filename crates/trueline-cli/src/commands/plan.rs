@@ -14,7 +14,7 @@ use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::rehearsed_plan::{RehearsedPlan, shortest_that_reaches, without_alias};
 use trueline_plan::shortest::shortest;
 use trueline_plan::{CellFiles, Criterion, Goal, Plan, PlanRequest, cell_toml, plan, prediction};
-use trueline_report::{plan_page, planned};
+use trueline_report::{plan_page, plan_summary};
 
 /// Angles of the arm's joints along the path.
 const JOINTS: &str = "joints.csv";
@@ -48,8 +48,8 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     };
     bar.finish_and_clear();
     let made = made?;
-    let asked = planned::Asked { goal: args.want.is_some().then_some(&ask.goal), seam_m };
-    let source = planned::Source {
+    let asked = plan_summary::Asked { goal: args.want.is_some().then_some(&ask.goal), seam_m };
+    let source = plan_summary::Source {
         cell: &cell,
         plan: &made.plan,
         rehearsal: made.rehearsal.as_ref(),
@@ -73,10 +73,10 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     write(&args.out, &source, &ask.goal)?;
     write_programs(args, &made.plan)?;
     if !args.quiet {
-        let text = format!("{}\n  written to {}", planned::text(&source), args.out.display());
+        let text = format!("{}\n  written to {}", plan_summary::text(&source), args.out.display());
         output::data(&output::coloured(&text))?;
     }
-    let reached = args.want.is_none() || planned::missed(&source, &ask.goal).is_empty();
+    let reached = args.want.is_none() || plan_summary::missed(&source, &ask.goal).is_empty();
     Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
@@ -136,14 +136,14 @@ fn ask(args: &PlanArgs) -> Result<(PlanRequest, bool), Failure> {
     Ok((ask, fixed))
 }
 
-fn write(folder: &Path, source: &planned::Source<'_>, goal: &Goal) -> Result<(), Failure> {
+fn write(folder: &Path, source: &plan_summary::Source<'_>, goal: &Goal) -> Result<(), Failure> {
     let mut path = Vec::new();
     let file = folder.join(PATH);
     robot_csv::write(&mut path, &samples(source.plan))
         .map_err(|error| Failure::cannot_write(&file, &error))?;
     output::file(&file, &path)?;
-    output::file(&folder.join("plan.json"), &format!("{:#}", planned::json(source, goal)))?;
-    output::file(&folder.join("sigma_over_time.csv"), &planned::over_time_csv(source.over_time))?;
+    output::file(&folder.join("plan.json"), &format!("{:#}", plan_summary::json(source, goal)))?;
+    output::file(&folder.join("sigma_over_time.csv"), &plan_summary::over_time_csv(source.over_time))?;
     output::file(&folder.join("report.html"), &plan_page::html(source))
 }
 

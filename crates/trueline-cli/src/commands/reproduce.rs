@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use trueline_args::ReproduceArgs;
 use trueline_dataset::whole_folder;
 use trueline_experiments::{Settings, reproduce};
-use trueline_report::{reproduced, reproduction_page};
+use trueline_report::{reproduction_page, reproduction_tables};
 
 /// Experiments, for the progress bar.
 const PARTS: u64 = 4;
@@ -19,16 +19,16 @@ pub fn run(args: &ReproduceArgs) -> Result<ExitCode, Failure> {
     let all = reproduce(&settings, |_| bar.inc(1));
     bar.finish_and_clear();
     let all = all?;
-    let markdown = reproduced::markdown(&all);
+    let markdown = reproduction_tables::markdown(&all);
     let file = |name: &str, text: &str| output::file(&args.out.join(name), text);
     file("tables.md", &markdown)?;
     file("report.html", &reproduction_page::html(&all, &output::command_line()))?;
-    file("convergence.csv", &reproduced::convergence_csv(&all.convergence))?;
-    file("welds.csv", &reproduced::welds_csv(&all.welds))?;
-    file("speeds.csv", &reproduced::speeds_csv(&all))?;
+    file("convergence.csv", &reproduction_tables::convergence_csv(&all.convergence))?;
+    file("welds.csv", &reproduction_tables::welds_csv(&all.welds))?;
+    file("speeds.csv", &reproduction_tables::speeds_csv(&all))?;
     for weld in &all.welds {
         let name = weld.kind.name().to_lowercase().replace([' ', '-'], "_");
-        file(&format!("{name}_points.csv"), &reproduced::points_csv(weld))?;
+        file(&format!("{name}_points.csv"), &reproduction_tables::points_csv(weld))?;
     }
     if !args.quiet {
         output::data(&markdown)?;

@@ -31,7 +31,7 @@ const FAR: (usize, f64) = (30, 0.04);
 const LEAST_PLACED: usize = 30;
 
 /// The profile about a calibration, by rising offset. Each offset starts where its neighbour on the side of the optimum
-/// ended; linear loss beyond 3 σ, so that no valley is a wall.
+/// ended; linear loss beyond 3 σ, so that no local minimum has walls.
 ///
 /// # Errors
 /// As [`observe`].

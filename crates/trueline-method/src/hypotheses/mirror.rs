@@ -6,7 +6,7 @@ use crate::problem::parameters::Parameters;
 use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
-use crate::solve::start::twin;
+use crate::solve::start::mirrored;
 
 /// Twins nearer than this have met again in one solution.
 const TWIN_TURN_RAD: f64 = 0.02;
@@ -23,31 +23,31 @@ pub(crate) enum MirrorComparison {
     Better(Box<Fit>),
 }
 
-/// Follows the mirrored twin of a solution.
+/// Follows the mirror image of a solution.
 ///
 /// # Errors
 /// As [`Solver::fit`].
 pub(crate) fn mirror_of(solver: &Solver<'_>, fit: &Fit) -> Result<MirrorComparison, Error> {
     let observations = solver.observations;
-    let Some(start) = twin(observations, fit.placed.of(observations), fit.parameters()) else {
+    let Some(start) = mirrored(observations, fit.placed.of(observations), fit.parameters()) else {
         return Ok(MirrorComparison::Worse);
     };
-    let twin = solver.fit(start.clone())?;
-    if are_one(fit, &twin) {
-        // It has fallen back into the same valley.
+    let mirror = solver.fit(start.clone())?;
+    if are_one(fit, &mirror) {
+        // It has fallen back into the same local minimum.
         return Ok(MirrorComparison::Worse);
     }
     // Too few frames tell nothing.
-    let test = compare(observations, solver.settings.config, fit, &twin);
+    let test = compare(observations, solver.settings.config, fit, &mirror);
     if test.is_some_and(|test| test.decided()) {
         return Ok(MirrorComparison::Worse);
     }
     if test.is_some_and(|test| test.reversed()) {
-        return Ok(MirrorComparison::Better(Box::new(twin)));
+        return Ok(MirrorComparison::Better(Box::new(mirror)));
     }
-    let twin = twin.parameters().clone();
+    let mirror = mirror.parameters().clone();
     if solver.settings.shape_prior.is_none() {
-        return Ok(MirrorComparison::Equal(twin));
+        return Ok(MirrorComparison::Equal(mirror));
     }
     let exact = Solver { settings: FitSettings { shape_prior: None, ..solver.settings }, ..*solver };
     let here = exact.fit(Parameters::straight(&fit.parameters().guess(), fit.parameters().lines.clone()))?;
@@ -55,7 +55,7 @@ pub(crate) fn mirror_of(solver: &Solver<'_>, fit: &Fit) -> Result<MirrorComparis
     let told = are_one(fit, &here)
         && !are_one(&here, &there)
         && compare(observations, solver.settings.config, &here, &there).is_some_and(|test| test.decided());
-    Ok(if told { MirrorComparison::WorseIfSensorIsExact(twin) } else { MirrorComparison::Equal(twin) })
+    Ok(if told { MirrorComparison::WorseIfSensorIsExact(mirror) } else { MirrorComparison::Equal(mirror) })
 }
 
 fn are_one(fit: &Fit, other: &Fit) -> bool {

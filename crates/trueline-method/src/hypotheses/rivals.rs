@@ -51,11 +51,11 @@ const SAME_TURN_RAD: f64 = 0.05;
 /// A finalist that explains less than this part of the sample is refined only if it is the best of them.
 const WORTH_REFINING: f64 = 0.3;
 
-/// Finds rivals of a solution other than its mirrored twin: those that are named first, each by rising z.
+/// Finds rivals of a solution other than its mirror image: those that are named first, each by rising z.
 ///
 /// The best of them is there however little it explains, so that a result can say how clear the decision was.
 #[must_use]
-pub fn find(solver: &Solver<'_>, best: &Fit, twin: Option<&Parameters>) -> Vec<Rival> {
+pub fn find(solver: &Solver<'_>, best: &Fit, mirror: Option<&Parameters>) -> Vec<Rival> {
     let Solver { observations, settings } = *solver;
     if settings.fixed.contains(&TIME_OFFSET) {
         return Vec::new();
@@ -75,7 +75,7 @@ pub fn find(solver: &Solver<'_>, best: &Fit, twin: Option<&Parameters>) -> Vec<R
         let Ok(fit) = solver.fit(finalist.parameters) else { continue };
         let found = |other: &Parameters| same(other, fit.parameters());
         let known = rivals.iter().any(|rival| found(rival.fit.parameters()));
-        if known || twin.is_some_and(found) || found(best.parameters()) {
+        if known || mirror.is_some_and(found) || found(best.parameters()) {
             continue;
         }
         if let Some(test) = compare(observations, settings.config, best, &fit) {

@@ -63,21 +63,21 @@ fn from_guess(solver: &Solver<'_>, guess: &Guess) -> Result<Found, Error> {
     let fit = solver.fit(start::from_guess(solver.observations, guess)?)?;
     let from_guess =
         |at: &Parameters| at.tool_from_camera.rotation.angle_to(&guess.tool_from_camera.rotation);
-    let (mut better, mut mirrored, mut twin) = (None, Mirrored::ToldApart, None);
+    let (mut better, mut mirrored, mut mirror) = (None, Mirrored::ToldApart, None);
     match mirror_of(solver, &fit)? {
         MirrorComparison::Worse => {}
         MirrorComparison::WorseIfSensorIsExact(at) => {
-            (mirrored, twin) = (Mirrored::ToldApartBySensor, Some(at));
+            (mirrored, mirror) = (Mirrored::ToldApartBySensor, Some(at));
         }
         MirrorComparison::Equal(at) => {
             if from_guess(fit.parameters()) > CLEARLY_NEARER * from_guess(&at) {
                 mirrored = Mirrored::Equal;
             }
-            twin = Some(at);
+            mirror = Some(at);
         }
-        MirrorComparison::Better(twin) => better = Some(twin.parameters().clone()),
+        MirrorComparison::Better(mirror) => better = Some(mirror.parameters().clone()),
     }
-    let rivals = rivals::find(solver, &fit, twin.as_ref());
+    let rivals = rivals::find(solver, &fit, mirror.as_ref());
     // Where something is held, the search from nothing would look elsewhere.
     if better.is_none() && solver.settings.fixed.is_empty() && is_doubtful(solver.observations, &fit) {
         let other = search(solver, Breadth::WIDE)?.fit;
@@ -97,10 +97,10 @@ pub(crate) fn likeliest(solver: &Solver<'_>) -> Result<Fit, Error> {
 
 fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
     let mut best = search(solver, Breadth::USUAL)?;
-    let mut rivals = rivals::find(solver, &best.fit, best.twin.as_ref());
+    let mut rivals = rivals::find(solver, &best.fit, best.mirror.as_ref());
     if let Some(better) = rivals.iter().position(|rival| rival.is_named() && rival.test.reversed()) {
         best = with_mirror(solver, rivals.swap_remove(better).fit)?;
-        rivals = rivals::find(solver, &best.fit, best.twin.as_ref());
+        rivals = rivals::find(solver, &best.fit, best.mirror.as_ref());
     }
     if is_doubtful(solver.observations, &best.fit) {
         let settings = solver.settings;
@@ -110,7 +110,7 @@ fn from_nothing(solver: &Solver<'_>) -> Result<Found, Error> {
         let wide = search(&wider, Breadth::WIDE)?;
         if is_better(solver, &wide.fit, &best.fit) {
             best = wide;
-            rivals = rivals::find(solver, &best.fit, best.twin.as_ref());
+            rivals = rivals::find(solver, &best.fit, best.mirror.as_ref());
         }
     }
     let (fit, ambiguity) = settle(solver, best.fit, rivals, false);
@@ -122,7 +122,7 @@ struct OfTwo {
     fit: Fit,
     mirrored: Mirrored,
     /// The other, where the scan alone does not tell them apart.
-    twin: Option<Parameters>,
+    mirror: Option<Parameters>,
 }
 
 /// From nothing, the better of two mirrored attitudes.
@@ -136,12 +136,14 @@ fn search(solver: &Solver<'_>, breadth: Breadth) -> Result<OfTwo, Error> {
 
 fn with_mirror(solver: &Solver<'_>, fit: Fit) -> Result<OfTwo, Error> {
     Ok(match mirror_of(solver, &fit)? {
-        MirrorComparison::Worse => OfTwo { fit, mirrored: Mirrored::ToldApart, twin: None },
-        MirrorComparison::WorseIfSensorIsExact(twin) => {
-            OfTwo { fit, mirrored: Mirrored::ToldApartBySensor, twin: Some(twin) }
+        MirrorComparison::Worse => OfTwo { fit, mirrored: Mirrored::ToldApart, mirror: None },
+        MirrorComparison::WorseIfSensorIsExact(mirror) => {
+            OfTwo { fit, mirrored: Mirrored::ToldApartBySensor, mirror: Some(mirror) }
         }
-        MirrorComparison::Equal(twin) => OfTwo { fit, mirrored: Mirrored::Equal, twin: Some(twin) },
-        MirrorComparison::Better(twin) => OfTwo { fit: *twin, mirrored: Mirrored::ToldApart, twin: None },
+        MirrorComparison::Equal(mirror) => OfTwo { fit, mirrored: Mirrored::Equal, mirror: Some(mirror) },
+        MirrorComparison::Better(mirror) => {
+            OfTwo { fit: *mirror, mirrored: Mirrored::ToldApart, mirror: None }
+        }
     })
 }
 

@@ -11,7 +11,7 @@ use trueline_lsq::{Loss, SolveOptions, solve};
 pub(crate) const SAMPLE: usize = 160;
 /// Scales of the loss, σ: the first is a good part of the field of view.
 pub(crate) const SCALES: [f64; 6] = [1000.0, 300.0, 100.0, 30.0, 10.0, 5.0];
-/// Candidates nearer than this in time offset, s, may be in one valley.
+/// Candidates nearer than this in time offset, s, may be in one local minimum.
 pub(crate) const SAME_OFFSET_S: f64 = 0.02;
 
 /// Where a narrowing has led.

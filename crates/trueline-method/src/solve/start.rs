@@ -34,7 +34,7 @@ impl Breadth {
 
 /// Observations of a line that decide between the finalists.
 const FINAL_SAMPLE: usize = 500;
-/// Candidates nearer than this may be in one valley.
+/// Candidates nearer than this may be in one local minimum.
 const SAME_TURN_RAD: f64 = 0.05;
 
 /// The lines that fit the points as they fall with a time offset and a hand-eye transform.
@@ -91,10 +91,11 @@ pub fn from_nothing(
         .filter_map(|candidate| on_sample.follow(&SCALES[1..], 12, candidate.parameters));
     let finalists: Vec<Parameters> =
         different(followed.collect(), breadth.finalists).into_iter().map(|c| c.parameters).collect();
-    let twins: Vec<Parameters> = finalists.iter().filter_map(|p| twin(observations, &sample, p)).collect();
+    let mirrors: Vec<Parameters> =
+        finalists.iter().filter_map(|p| mirrored(observations, &sample, p)).collect();
     let denser = thin(observations, FINAL_SAMPLE);
     let on_denser = Narrowing { sample: &denser, ..on_sample };
-    let finished = finalists.into_iter().chain(twins).filter_map(|start| {
+    let finished = finalists.into_iter().chain(mirrors).filter_map(|start| {
         let near = on_denser.narrow(Stage { scale: SCALES[3], iterations: 30 }, start)?;
         on_denser.narrow(Stage { scale: SCALES[5], iterations: 60 }, near.parameters)
     });
@@ -107,7 +108,7 @@ pub fn from_nothing(
 /// offset square to the line and reverses those along it, which a line cannot show. Only tilting tells
 /// the two apart, so with little tilt a search can end in the wrong one.
 #[must_use]
-pub(crate) fn twin(
+pub(crate) fn mirrored(
     observations: &Observations,
     sample: &[Observation],
     at: &Parameters,
@@ -128,7 +129,7 @@ pub(crate) fn twin(
     Some(Parameters::straight(&guess, lines))
 }
 
-/// The best few candidates of which no two are the same valley.
+/// The best few candidates of which no two are in the same local minimum.
 fn different(mut candidates: Vec<Candidate>, most: usize) -> Vec<Candidate> {
     candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut chosen: Vec<Candidate> = Vec::new();

@@ -52,7 +52,7 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     if share > OUTLIERS {
         reasons.push(Reason::TooManyOutliers { share });
     }
-    reasons.extend(f.checks.disruptions.iter().filter_map(|disruption| broken_stretch(f, disruption)));
+    reasons.extend(f.checks.outlier_segments.iter().filter_map(|segment| broken_stretch(f, segment)));
     reasons.extend(f.clock.stepped.map(|step| Reason::ClockStep {
         at_s: f.streams.stamp_s(step.at_s),
         step_s: step.step_s,
@@ -129,9 +129,9 @@ fn too_few_used(f: &Findings) -> Option<Reason> {
     Some(Reason::TooFewUsed { used, features, mostly: *mostly, mostly_count: *mostly_count })
 }
 
-fn broken_stretch(f: &Findings, disruption: &OutlierSegment) -> Option<Reason> {
-    let span_s = disruption.span_s.map(|s| f.streams.stamp_s(s));
-    match disruption.cause {
+fn broken_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Reason> {
+    let span_s = segment.span_s.map(|s| f.streams.stamp_s(s));
+    match segment.cause {
         Cause::ClockStep(step_s) => Some(Reason::OtherTimeOffset { span_s, step_s }),
         Cause::RobotStoodStill => Some(Reason::RobotStreamFroze { span_s }),
         Cause::OtherLine(_) | Cause::Unknown => None,

@@ -58,7 +58,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     if f.unknowns.held_at_guess {
         warnings.push(Warning::HeldAtGuess { held: f.unknowns.observability.unobservable.clone() });
     }
-    warnings.extend(f.checks.disruptions.iter().filter_map(|disruption| doubtful_stretch(f, disruption)));
+    warnings.extend(f.checks.outlier_segments.iter().filter_map(|segment| doubtful_stretch(f, segment)));
     warnings.extend(unusual_noise(f));
     warnings.extend(stripe_noise(f));
     warnings.extend(follows_motion(f));
@@ -74,7 +74,8 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     warnings.extend(stamps(f));
     warnings.extend(f.checks.held_out.as_ref().and_then(|check| disagreement(f, check)));
     let seen = (0..LINES).all(|k| f.unknowns.observability.observable_components[k]);
-    if let (true, None, Some(stand_off_m)) = (seen, &f.checks.at_torch, f.config.used_at.stand_off_m) {
+    if let (true, None, Some(stand_off_m)) = (seen, &f.checks.seam_point_error, f.config.used_at.stand_off_m)
+    {
         warnings.push(Warning::NoPointAtStandOff { stand_off_m });
     }
     warnings
@@ -87,9 +88,9 @@ fn stripes_disagree(stripes: &StripeOutcome) -> Option<Warning> {
     (sigmas >= AGREEMENT_SIGMAS).then_some(Warning::StripesDisagree { sigmas, used })
 }
 
-fn doubtful_stretch(f: &Findings, disruption: &OutlierSegment) -> Option<Warning> {
-    let (span_s, features) = (disruption.span_s.map(|s| f.streams.stamp_s(s)), disruption.features);
-    match disruption.cause {
+fn doubtful_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Warning> {
+    let (span_s, features) = (segment.span_s.map(|s| f.streams.stamp_s(s)), segment.features);
+    match segment.cause {
         Cause::ClockStep(_) | Cause::RobotStoodStill => None,
         Cause::OtherLine(beside_m) => Some(Warning::OtherLine { span_s, features, beside_m }),
         Cause::Unknown => Some(Warning::OutlierStretch { span_s, features }),

@@ -1,5 +1,6 @@
 //! The report of a calibration: verdict, answers, pictures, conventions.
 
+mod checks;
 mod conventions;
 mod convergence;
 mod first_screen;
@@ -10,7 +11,6 @@ mod scene;
 mod seam;
 mod seam_error;
 mod stamps;
-mod trust;
 
 use crate::page::render::render;
 use crate::page::{Page, Section, Tone, Verdict};
@@ -69,7 +69,7 @@ pub fn page(source: &Source<'_>) -> Page {
         ("answers", "", first_screen::blocks(c, source.images_ahead_s)),
         ("seam", "Seam", seam::blocks(&shown, columns)),
         ("residuals", "Residuals", residuals::blocks(&shown, columns)),
-        ("uncertainty", "What is known, and how well", trust::blocks(&shown, columns)),
+        ("uncertainty", "What is known, and how well", checks::blocks(&shown, columns)),
         ("motion", "The motion, and what it shows", motion::blocks(&shown, columns)),
         ("stamps", "Stamps", stamps::blocks(&shown, columns)),
         ("space", "In space", scene::blocks(&shown, columns)),

@@ -17,7 +17,7 @@ const BEYOND: f64 = 0.25;
 /// One standard deviation of a seam point in each part of the laser plane; `None` where something is not known.
 pub(super) fn map(shown: &Shown<'_>) -> Option<Chart> {
     let c = shown.calibration;
-    let torch = c.findings.checks.at_torch.as_ref()?;
+    let torch = c.findings.checks.seam_point_error.as_ref()?;
     if !(0..LINES).all(|k| c.sigma(k).is_some()) {
         return None;
     }

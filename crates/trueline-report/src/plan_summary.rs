@@ -1,7 +1,7 @@
 //! A planned scan as words, as JSON and as a table over time.
 
 use crate::number::digits_for;
-use crate::{planned_arm, seam_error};
+use crate::{arm_summary, seam_error};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
@@ -160,8 +160,8 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
     facts.push(("of the limits it uses".to_owned(), used.join(", ")));
     facts.push(("where the guess is wrong".to_owned(), chances(source)));
     facts.extend(rehearsed(source));
-    facts.extend(planned_arm::fact(cell, plan));
-    facts.push(("not checked".to_owned(), planned_arm::not_checked(cell).to_owned()));
+    facts.extend(arm_summary::fact(cell, plan));
+    facts.push(("not checked".to_owned(), arm_summary::not_checked(cell).to_owned()));
     facts
 }
 
@@ -298,8 +298,8 @@ pub fn json(source: &Source<'_>, goal: &Goal) -> Value {
             "by_the_worst_cell_tried": 1.0 - plan.loss.worst,
         },
         "reach_checked": cell.arm.is_some(),
-        "arm": planned_arm::json(cell, plan),
-        "least_clearance_mm": planned_arm::least_clearance_mm(cell, plan),
+        "arm": arm_summary::json(cell, plan),
+        "least_clearance_mm": arm_summary::least_clearance_mm(cell, plan),
         "score": plan.score,
         "sweeps": sweeps,
         "used_of_limits": used,

@@ -31,7 +31,7 @@ fn names(lines: usize) -> Vec<String> {
 
 fn at_the_seam(shown: &Shown<'_>) -> Option<Chart> {
     let c = shown.calibration;
-    let torch = c.findings.checks.at_torch.as_ref()?;
+    let torch = c.findings.checks.seam_point_error.as_ref()?;
     let reach = |k: usize| match k {
         TIME_OFFSET => torch.speed_m_s,
         ROTATION..TRANSLATION => torch.stand_off_m,
@@ -140,7 +140,7 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
     let other = c.findings.checks.ambiguity.runner_up.as_ref().filter(|other| other.test.explains >= WORTH_NAMING).map(|other| {
         marks.push(Mark { name: "next best".to_owned(), at: other.time_offset_s * 1e3, upright: true });
         format!(
-            " The next best valley is at {:.1} ms and explains {:.0} % of the features instead of {:.0} %.",
+            " The next best local minimum is at {:.1} ms and explains {:.0} % of the features instead of {:.0} %.",
             other.time_offset_s * 1e3,
             100.0 * other.test.explains,
             100.0 * other.test.best_explains
@@ -150,10 +150,10 @@ fn profile(shown: &Shown<'_>, columns: &mut Columns) -> Option<Chart> {
         id: "offset-profile",
         title: "Other time offsets",
         explanation: format!(
-            "Typical residual every 40 ms, and every 1 ms near the estimate, all else solved anew. A path that repeats itself has several valleys; the estimate must be the only deep one.{}",
-            other.unwrap_or_else(
-                || " No other valley explains as much as a twentieth of the features.".to_owned()
-            )
+            "Typical residual every 40 ms, and every 1 ms near the estimate, all else solved anew. A path that repeats itself has several local minima; the estimate must be the only deep one.{}",
+            other.unwrap_or_else(|| {
+                " No other local minimum explains as much as a twentieth of the features.".to_owned()
+            })
         ),
         alternative:
             "Typical residual in standard deviations over the time offset in ms, on a logarithmic axis"
