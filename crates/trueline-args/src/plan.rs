@@ -6,6 +6,7 @@ use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use trueline_live::robot_program::Language;
+use trueline_method::Measurements;
 use trueline_plan::{Criterion, Shape, cell_toml};
 
 #[derive(Args)]
@@ -56,6 +57,9 @@ pub struct PlanArgs {
     /// Robot programs of the path to write beside it
     #[arg(long, value_delimiter = ',', value_parser = one_of(&PROGRAMS))]
     pub program: Vec<Language>,
+    /// What `calibrate --use` will use, for the rehearsal; whole stripes need two [[plates]] in the cell's file that hold the seam
+    #[arg(long = "use", value_name = "WHAT", value_parser = one_of(&MEASUREMENTS), default_value = "seam")]
+    pub measurements: Measurements,
     /// How sigmas become one number
     #[arg(long, value_parser = one_of(&CRITERIA), default_value = "worst")]
     pub criterion: Criterion,
@@ -95,6 +99,11 @@ static PROGRAMS: [Choice<Language>; 5] = [
     ("csv", "Waypoints and times, for any other", Language::Csv),
 ];
 
+static MEASUREMENTS: [Choice<Measurements>; 2] = [
+    ("seam", "The seam point of each frame", Measurements::Seam),
+    ("stripe", "The whole stripes on both plates", Measurements::Stripe),
+];
+
 static CRITERIA: [Choice<Criterion>; 3] = [
     ("worst", "The largest sigma, in units of what is wanted", Criterion::Worst),
     ("mean", "Their root mean square (A-optimal)", Criterion::Mean),
@@ -104,10 +113,11 @@ static CRITERIA: [Choice<Criterion>; 3] = [
 /// Kinds of paths.
 pub type Shapes = &'static [Shape];
 
-static SHAPES: [Choice<Shapes>; 5] = [
+static SHAPES: [Choice<Shapes>; 6] = [
     ("auto", "Whichever is best", &Shape::ALL),
     ("s", "Once along the seam, weaving", &[Shape::S]),
     ("c", "Once along the seam in one bow", &[Shape::C]),
     ("two-passes", "There and back", &[Shape::TwoPasses]),
     ("three-passes", "There, back, and there again", &[Shape::ThreePasses]),
+    ("spun", "There, then back with the sensor spun by half a turn", &[Shape::Spun]),
 ];

@@ -211,7 +211,7 @@ pub struct Config {
 }
 
 /// Absolute accuracy of a robot of which nothing is said, m.
-pub(crate) const ASSUMED_ROBOT_ACCURACY_M: f64 = 0.3e-3;
+pub const ASSUMED_ROBOT_ACCURACY_M: f64 = 0.3e-3;
 
 impl Default for Config {
     fn default() -> Self {

@@ -8,16 +8,16 @@
 //! The cells are drawn and their scans cast by the simulator and by this file; of the planner only the path is used.
 #![allow(clippy::print_stdout, clippy::expect_used, reason = "an example that prints and fails by panicking")]
 
-use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::path::Path;
 use std::time::Instant;
-use trueline_dataset::sensor_toml;
-use trueline_geometry::{Line, Pose};
+use trueline_geometry::Pose;
 use trueline_method::{Config, Status, calibrate};
-use trueline_plan::{Cell, Plan, PlanRequest, cell_toml, plan};
-use trueline_sim::{Between, Disturbance, Preset, Scenario, SensorModel, simulate_along};
+use trueline_plan::{Cell, Plan, PlanRequest, Seam, plan};
+
+#[path = "../tests/cells/mod.rs"]
+mod cells;
 
 const NAMES: [&str; 7] = ["t_d ms", "rx deg", "ry deg", "rz deg", "tx mm", "ty mm", "tz mm"];
 
@@ -28,9 +28,7 @@ fn main() {
     let usual = PlanRequest::default();
     let evaluations = arguments.next().map_or(usual.evaluations, |n| n.parse().expect("a number of tries"));
     let seed = arguments.next().map_or(usual.seed, |n| n.parse().expect("a seed"));
-    let file = Path::new("cell.toml");
-    let sensor = sensor_toml::parse(file, cell_toml::EXAMPLE_SENSOR).expect("the example's sensor");
-    let cell = cell_toml::parse(file, cell_toml::EXAMPLE, sensor).expect("the example");
+    let cell = cells::example();
     let began = Instant::now();
     let ask = PlanRequest { duration_s, evaluations, seed, threads: 2, ..usual };
     let plan = plan(&cell, &ask, &|| ()).expect("the example can be planned");
@@ -112,8 +110,9 @@ fn outcome(cell: &Cell, plan: &Plan, seed: u64) -> Outcome {
     );
     let from = cell.seam.from_m + within(&mut random, guess.line_m);
     let to = cell.seam.to_m + within(&mut random, guess.line_m);
-    let scenario = scenario(cell, tool_from_camera, [from, to], plan.motion.design().duration_s);
-    let mut scan = simulate_along(&scenario, &|time_s| plan.motion.base_from_tool(time_s), seed);
+    let seam = Seam { from_m: from, to_m: to };
+    let scenario = cells::scenario(cell, (tool_from_camera, seam), plan.motion.design().duration_s);
+    let mut scan = cells::scan(&scenario, &plan.motion, seed);
     // The simulator's line has no ends, the seam has.
     let truth = scan.truth.clone().expect("a simulation knows its truth").parameters;
     let frames = (plan.motion.design().duration_s / cell.frame_period_s - 0.5).floor();
@@ -146,26 +145,4 @@ fn outcome(cell: &Cell, plan: &Plan, seed: u64) -> Outcome {
         error: std::array::from_fn(|k| off[k]),
         sigma: std::array::from_fn(|k| found.noise_sigma(k).unwrap_or(f64::NAN)),
     }
-}
-
-fn scenario(cell: &Cell, tool_from_camera: Pose, [from, to]: [Vector3<f64>; 2], duration_s: f64) -> Scenario {
-    let mut scenario = Preset::Quick.scenario();
-    let trueline_dataset::Sensor::CameraLaser { camera, laser_plane_in_camera } = cell.sensor.clone() else {
-        unreachable!("the example has a camera")
-    };
-    scenario.cell.sensor = SensorModel::CameraLaser { camera, laser_plane_in_camera };
-    scenario.cell.tool_from_camera = tool_from_camera;
-    scenario.cell.lines = vec![Line::new(0.5 * (from + to), &UnitVector3::new_normalize(to - from))];
-    scenario.timing.duration_s = duration_s;
-    scenario.timing.frame_period_s = cell.frame_period_s;
-    scenario.timing.robot_period_s = cell.robot_period_s;
-    scenario.timing.between = Between::Smooth;
-    scenario.disturbance = Disturbance {
-        feature_noise_px: cell.noise.feature_px,
-        robot_position_noise_m: cell.noise.robot_m,
-        robot_rotation_noise_rad: cell.noise.robot_rad,
-        frame_jitter_s: cell.noise.stamp_s,
-        ..Disturbance::default()
-    };
-    scenario
 }

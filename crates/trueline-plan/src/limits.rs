@@ -26,6 +26,8 @@ pub struct Limits {
     pub turn_jerk_rad_s3: f64,
     /// Speed of the fastest point of what the tool carries, m/s: of a ball about the tool's origin, as the gate has it that guides a robot.
     pub tip_speed_m_s: f64,
+    /// Whether a second pass may be made with the sensor spun by half a turn about its view, as far as cables and joints are concerned.
+    pub spun_pass: bool,
     /// Distance from the tool's origin to the farthest point of what the tool carries (sensor, torch), m.
     pub reach_m: f64,
 }
@@ -45,6 +47,7 @@ impl Default for Limits {
             turn_acceleration_rad_s2: 180.0_f64.to_radians(),
             turn_jerk_rad_s3: 1800.0_f64.to_radians(),
             tip_speed_m_s: 0.250,
+            spun_pass: false,
             reach_m: 0.5,
         }
     }

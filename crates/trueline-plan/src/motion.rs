@@ -1,9 +1,10 @@
 //! A design as motion: smooth from rest to rest.
 
 use crate::cell::Cell;
-use crate::design::Design;
+use crate::design::{Design, Sweep};
 use crate::evenly_swung::EvenlySwung;
 use crate::sensor_pose::{SensorPose, Station};
+use crate::shape::Shape;
 use nalgebra::Vector3;
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
@@ -15,7 +16,14 @@ pub struct Motion {
     sensor_pose: SensorPose,
     middle: Vector3<f64>,
     scanned: Vector3<f64>,
+    /// Time in which the sensor is spun between two passes, s; 0 where it is not.
+    spin_s: f64,
 }
+
+/// Part of the time of a spin in which it gets up to speed, and again to rest.
+const SPIN_RAMP: f64 = 0.25;
+/// Part of a limit of speed that a spin uses.
+const SPIN_USES: f64 = 0.98;
 
 /// Time between the poses of a path, s, whatever the rate of the robot's feedback: between them it may go straight.
 pub const PATH_PERIOD_S: f64 = 4e-3;
@@ -27,13 +35,72 @@ impl Motion {
     /// The motion of a design in a cell.
     #[must_use]
     pub fn new(cell: &Cell, design: Design) -> Self {
-        Self {
+        let still = Self {
             sensor_pose: cell.sensor_pose.clone(),
             middle: 0.5 * (cell.seam.from_m + cell.seam.to_m)
                 + (cell.seam.to_m - cell.seam.from_m) * design.centre,
             scanned: (cell.seam.to_m - cell.seam.from_m) * design.length_share,
             design,
+            spin_s: 0.0,
+        };
+        let spin_s = if still.design.shape == Shape::Spun { still.spin_needs_s(cell) } else { 0.0 };
+        Self { spin_s, ..still }
+    }
+
+    /// How long half a turn takes at the limits of speed: it is made between the passes, while everything else rests.
+    fn spin_needs_s(&self, cell: &Cell) -> f64 {
+        let limits = &cell.limits;
+        let reach = |low: &Sweep| low.swings.iter().map(|swing| swing.amplitude.abs()).sum::<f64>();
+        let Design { stripe, stand_off, .. } = &self.design;
+        let far_m = stand_off.mean + reach(stand_off);
+        let levers = [-1.0, 1.0].into_iter().flat_map(|side| {
+            [-1.0, 1.0].map(|end| {
+                let stripe_m = side * reach(stripe) * far_m;
+                let stand_off_m = stand_off.mean + end * reach(stand_off);
+                let station =
+                    Station { seam_point: Vector3::zeros(), stripe_m, stand_off_m, tilt_rad: [0.0; 3] };
+                self.sensor_pose.lever_m(&station)
+            })
+        });
+        let lever_m = levers.fold(0.0, f64::max);
+        let fastest = (limits.tip_speed_m_s / (lever_m + limits.reach_m)).min(limits.speed_m_s / lever_m);
+        std::f64::consts::PI / ((1.0 - SPIN_RAMP) * SPIN_USES * fastest.min(limits.turn_rad_s))
+    }
+
+    /// From when to when the sensor is spun, s; the two are one where it is not.
+    #[must_use]
+    pub fn spun_s(&self) -> [f64; 2] {
+        let middle_s = 0.5 * self.design.duration_s;
+        [middle_s - 0.5 * self.spin_s, middle_s + 0.5 * self.spin_s]
+    }
+
+    /// Whether there is time for the passes beside the spin.
+    #[must_use]
+    pub fn has_time(&self) -> bool {
+        self.pass_s() >= 3.0 * self.design.ramp_s
+    }
+
+    /// How long a pass takes, s, that begins and ends at rest: the whole scan where nothing is spun.
+    fn pass_s(&self) -> f64 {
+        if self.spin_s > 0.0 { 0.5 * (self.design.duration_s - self.spin_s) } else { self.design.duration_s }
+    }
+
+    /// Eased time of all passes together, s.
+    fn eased_total_s(&self) -> f64 {
+        let passes = if self.spin_s > 0.0 { 2.0 } else { 1.0 };
+        passes * (self.pass_s() - self.design.ramp_s)
+    }
+
+    /// Eased time of the passes at a time, s, and how far the sensor is spun, rad.
+    fn eased_and_spun(&self, time_s: f64) -> (f64, f64) {
+        let (pass_s, ramp_s) = (self.pass_s(), self.design.ramp_s);
+        let first_s = eased(time_s, pass_s, ramp_s);
+        if self.spin_s == 0.0 || time_s <= pass_s {
+            return (first_s, 0.0);
         }
+        let second_s = eased(time_s - pass_s - self.spin_s, pass_s, ramp_s);
+        let spun_s = eased(time_s - pass_s, self.spin_s, SPIN_RAMP * self.spin_s);
+        (first_s + second_s, std::f64::consts::PI * spun_s / ((1.0 - SPIN_RAMP) * self.spin_s))
     }
 
     /// The design.
@@ -45,19 +112,22 @@ impl Motion {
     /// Where the seam is to appear at a time, s, and how the sensor stands then.
     #[must_use]
     pub fn station(&self, time_s: f64) -> Station {
-        let Design { duration_s, ramp_s, .. } = self.design;
-        let eased_s = eased(time_s, duration_s, ramp_s);
-        self.station_of(eased_s, self.design.sweeps().map(|sweep| sweep.at(eased_s)))
+        let (eased_s, spun_rad) = self.eased_and_spun(time_s);
+        self.station_of(eased_s, spun_rad, self.design.sweeps().map(|sweep| sweep.at(eased_s)))
     }
 
-    fn station_of(&self, eased_s: f64, [stripe, stand_off_m, work, travel, spin]: [f64; 5]) -> Station {
-        let Design { shape, duration_s, ramp_s, .. } = self.design;
-        let done = eased_s / (duration_s - ramp_s);
+    fn station_of(
+        &self,
+        eased_s: f64,
+        spun_rad: f64,
+        [stripe, stand_off_m, work, travel, spin]: [f64; 5],
+    ) -> Station {
+        let done = eased_s / self.eased_total_s();
         Station {
-            seam_point: self.middle + self.scanned * shape.progress(done),
+            seam_point: self.middle + self.scanned * self.design.shape.progress(done),
             stripe_m: stripe * stand_off_m,
             stand_off_m,
-            tilt_rad: [work, travel, spin],
+            tilt_rad: [work, travel, spin + spun_rad],
         }
     }
 
@@ -73,19 +143,17 @@ impl Motion {
         self.sensor_pose.point_in_camera(&self.station(time_s))
     }
 
-    /// Pose of the tool at so many times that begin at one, s, and are evenly spaced, and how it moves; the camera sits where a hand-eye
-    /// transform has it.
+    /// Pose of the tool at times, s, that are mostly a step apart, and how it moves; the camera sits where a hand-eye transform has it.
     pub fn placements(
         &self,
-        [first_s, step_s]: [f64; 2],
-        count: usize,
+        times_s: impl Iterator<Item = f64>,
+        step_s: f64,
         tool_from_camera: &Pose,
     ) -> impl Iterator<Item = (f64, Placement)> {
         let mut now = self.evenly(step_s);
         let mut after = self.evenly(step_s);
         let tool_from_camera = *tool_from_camera;
-        (0..count).map(move |k| {
-            let time_s = first_s + k as f64 * step_s;
+        times_s.map(move |time_s| {
             let (now, after) = (now(time_s), after(time_s + STEP_S));
             let placement = Placement {
                 base_from_tool: now,
@@ -99,11 +167,10 @@ impl Motion {
 
     /// Pose of the tool at one time, s, after another; quick where they are a step apart.
     fn evenly(&self, step_s: f64) -> impl FnMut(f64) -> Pose + '_ {
-        let Design { duration_s, ramp_s, .. } = self.design;
         let mut swung = EvenlySwung::new(self.design.sweeps(), step_s);
         move |time_s| {
-            let eased_s = eased(time_s, duration_s, ramp_s);
-            self.sensor_pose.base_from_tool(&self.station_of(eased_s, swung.at(eased_s)))
+            let (eased_s, spun_rad) = self.eased_and_spun(time_s);
+            self.sensor_pose.base_from_tool(&self.station_of(eased_s, spun_rad, swung.at(eased_s)))
         }
     }
 

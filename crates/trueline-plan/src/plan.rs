@@ -6,10 +6,12 @@ use crate::motion::Motion;
 pub use crate::motion::PATH_PERIOD_S;
 use crate::mounted_arm::JointPath;
 use crate::prediction::Prediction;
+use crate::seam_goal::SeamGoal;
 use crate::shape::Shape;
 use crate::wrong_cells::Loss;
 use nalgebra::DVector;
 use trueline_geometry::Pose;
+use trueline_method::Measurements;
 
 /// What is asked of a plan.
 #[derive(Clone, Debug)]
@@ -18,6 +20,10 @@ pub struct PlanRequest {
     pub duration_s: f64,
     /// What is wanted of it.
     pub goal: Goal,
+    /// The seam error that is wanted, if one is: then paths are compared by that.
+    pub seam: Option<SeamGoal>,
+    /// What the calibration will be made of: whole stripes need a cell that names its plates. The search itself goes by seam points.
+    pub measurements: Measurements,
     /// Shapes that may be used; the best wins.
     pub shapes: Vec<Shape>,
     /// Seed of the search: the same gives the same plan.
@@ -33,6 +39,8 @@ impl Default for PlanRequest {
         Self {
             duration_s: 20.0,
             goal: Goal::default(),
+            seam: None,
+            measurements: Measurements::Seam,
             shapes: Shape::ALL.to_vec(),
             seed: 1,
             evaluations: 8_000,
@@ -56,7 +64,7 @@ pub struct Plan {
     pub joints: Option<JointPath>,
     /// Share of those cells that see each frame.
     pub seen_by: Vec<f64>,
-    /// Its score: see [`Goal::score`].
+    /// Its score: see [`Goal::score`]; where a seam error is wanted, that over what is wanted.
     pub score: f64,
     /// The point of the unit box that the motion stands for.
     pub(crate) point: DVector<f64>,

@@ -8,6 +8,7 @@ use crate::mounted_arm::{JointPath, NoStance, Stance};
 use crate::pattern;
 use crate::plan::{DURATION_S, PATH_PERIOD_S, Plan, PlanError, PlanRequest};
 use crate::prediction::{Prediction, Sights, UNKNOWNS};
+use crate::seam_goal::SeamGoal;
 use crate::search::Minimiser;
 use crate::shape::Shape;
 use crate::stand_off::stand_offs_in_view;
@@ -305,7 +306,11 @@ impl Designs<'_> {
         let unit: &[f64; DIMENSION] = point.as_slice().try_into().ok()?;
         let design = from_unit_box(&cell.limits, self.shape, ask.duration_s, unit);
         // Mostly a rougher look is enough to find the pace.
-        let (motion, _) = paced(cell, Motion::new(cell, design), 2.0 * ROUGH_PERIOD_S, MARGIN);
+        let motion = Motion::new(cell, design);
+        if !motion.has_time() {
+            return None;
+        }
+        let (motion, _) = paced(cell, motion, 2.0 * ROUGH_PERIOD_S, MARGIN);
         Some(paced(cell, motion, ROUGH_PERIOD_S, MARGIN))
     }
 
@@ -336,9 +341,16 @@ impl Designs<'_> {
             return BROKEN * used.min(4.0);
         }
         let seen_by = (0..sights.list.len()).map(|k| views.seen_by[k / ROUGH_VIEWS]);
-        let told = sights.told(cell, seen_by);
+        let seen_by: Vec<f64> = seen_by.collect();
+        let told = sights.told(cell, seen_by.iter().copied());
+        let by_seam = |goal: &SeamGoal| {
+            goal.left_m(cell, &sights, &seen_by).map_or(UNSEEN, |left_m| left_m / goal.wanted_m)
+        };
         match told.covariance() {
-            Some(covariance) => ask.goal.smooth_score(&covariance).min(UNSEEN),
+            Some(covariance) => match &ask.seam {
+                Some(goal) => by_seam(goal).min(UNSEEN),
+                None => ask.goal.smooth_score(&covariance).min(UNSEEN),
+            },
             None => Prediction::of(&told).map_or(BROKEN, |prediction| unseen(prediction.rank)),
         }
     }
@@ -355,7 +367,10 @@ impl Designs<'_> {
         let constraints = demand.with_view(cell, points, &loss);
         let (constraints, joints) = self.place.with_arm(constraints, &motion, PATH_PERIOD_S);
         let prediction = Prediction::of(&sights.told(cell, seen_by.iter().copied()))?;
-        let score = ask.goal.score(&prediction.covariance);
+        let score = match &ask.seam {
+            Some(goal) => goal.left_m(cell, &sights, &seen_by)? / goal.wanted_m,
+            None => ask.goal.score(&prediction.covariance),
+        };
         Some(Plan { motion, prediction, constraints, loss, joints, seen_by, score, point })
     }
 }

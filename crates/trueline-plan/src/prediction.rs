@@ -120,9 +120,8 @@ impl Sights {
     #[must_use]
     pub fn of(cell: &Cell, motion: &Motion, truth: &Truth, stride: usize) -> Option<Self> {
         let step_s = stride.max(1) as f64 * cell.frame_period_s;
-        let count = exposures(cell, motion.design().duration_s, stride).count();
         let met: Vec<Met> = motion
-            .placements([0.5 * cell.frame_period_s, step_s], count, &truth.tool_from_camera)
+            .placements(exposures(cell, motion, stride), step_s, &truth.tool_from_camera)
             .map(|(time_s, placement)| Met::at(cell, truth, time_s, placement))
             .collect::<Option<_>>()?;
         let (low, high) = met.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), m| {
@@ -152,6 +151,16 @@ impl Sights {
             }
         }
         Told { information: information * self.stride as f64, bow_sigma_m: self.bow_sigma_m }
+    }
+
+    /// Frames that each stands for.
+    pub(crate) fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// Standard deviation of the bow as it is known beforehand, m.
+    pub(crate) fn bow_sigma_m(&self) -> f64 {
+        self.bow_sigma_m
     }
 
     /// What they tell if each is seen.
@@ -206,7 +215,13 @@ impl Met {
 impl Sight {
     /// The whitened derivatives; `None` if no camera sees the point.
     fn whitened(&self, cell: &Cell, left: &NoiseLeft) -> Option<SMatrix<f64, 2, LOCAL_ALL>> {
-        let feature = feature_covariance(cell, &self.point_in_camera)?;
+        Some(self.whitener(cell, left)?.0 * self.columns)
+    }
+
+    /// What whitens its residual, and how far a pixel is in the sheet, m; `None` if no camera sees the point.
+    pub(crate) fn whitener(&self, cell: &Cell, left: &NoiseLeft) -> Option<(Matrix2<f64>, Matrix2<f64>)> {
+        let sheet_per_px = sheet_per_px(cell, &self.point_in_camera)?;
+        let feature = sheet_per_px * sheet_per_px.transpose() * feature_px(cell).powi(2);
         let Placement { base_from_tool, tool_from_camera, .. } = &self.placement;
         let in_tool = tool_from_camera.rotation * self.point_in_camera + tool_from_camera.translation.vector;
         let turned = self.onto_sheet * so3::hat(&(base_from_tool.rotation * in_tool)) * left.robot_rad;
@@ -214,7 +229,17 @@ impl Sight {
         let own = packed(feature + turned * turned.transpose());
         let d_time_offset: Vector2<f64> = self.columns.column(0).into();
         let covariance = left.levels.covariance(own, &self.onto_sheet, &d_time_offset);
-        Some(Whitener::of(&covariance)?.matrix() * self.columns)
+        Some((Whitener::of(&covariance)?.matrix(), sheet_per_px))
+    }
+
+    /// Derivatives of the sheet residual by all unknowns.
+    pub(crate) fn columns(&self) -> &SMatrix<f64, 2, LOCAL_ALL> {
+        &self.columns
+    }
+
+    /// What carries displacements in base onto the sheet.
+    pub(crate) fn onto_sheet(&self) -> &Matrix2x3<f64> {
+        &self.onto_sheet
     }
 }
 
@@ -241,16 +266,28 @@ impl NoiseLeft {
     }
 }
 
-/// Covariance of a feature in the sheet, m².
-fn feature_covariance(cell: &Cell, point_in_camera: &Vector3<f64>) -> Option<Matrix2<f64>> {
+/// Noise of a feature that a pixel is compared with where features are lengths, px: as the estimator has it.
+const USUAL_SIGMA_PX: f64 = 0.3;
+
+/// Noise of a feature, px.
+fn feature_px(cell: &Cell) -> f64 {
+    match &cell.sensor {
+        Sensor::CameraLaser { .. } => cell.noise.feature_px,
+        Sensor::Profiler | Sensor::Points { .. } => USUAL_SIGMA_PX,
+    }
+}
+
+/// How far a pixel is in the sheet, m; `None` if no camera sees the point.
+fn sheet_per_px(cell: &Cell, point_in_camera: &Vector3<f64>) -> Option<Matrix2<f64>> {
     match &cell.sensor {
         Sensor::CameraLaser { camera, .. } => {
             let sheet_from_pixel =
                 (d_pixel_d_point(camera, point_in_camera) * cell.sheet.axes()).try_inverse()?;
-            let in_front = point_in_camera.z > 0.0;
-            in_front.then(|| sheet_from_pixel * sheet_from_pixel.transpose() * cell.noise.feature_px.powi(2))
+            (point_in_camera.z > 0.0).then_some(sheet_from_pixel)
         }
-        Sensor::Profiler | Sensor::Points { .. } => Some(Matrix2::identity() * cell.noise.feature_m.powi(2)),
+        Sensor::Profiler | Sensor::Points { .. } => {
+            Some(Matrix2::identity() * (cell.noise.feature_m / USUAL_SIGMA_PX))
+        }
     }
 }
 
@@ -261,11 +298,14 @@ fn d_pixel_d_point(camera: &Camera, point: &Vector3<f64>) -> Matrix2x3<f64> {
     Matrix2::from_diagonal(&camera.focal) * camera.distortion.distort(&ideal).1 * d_ideal
 }
 
-/// When the frames of a scan are exposed, every `stride`-th of them: the first half a period after the start.
-pub fn exposures(cell: &Cell, duration_s: f64, stride: usize) -> impl Iterator<Item = f64> {
+/// When the frames of a scan are exposed, every `stride`-th of them: the first half a period after the start. While the sensor is spun
+/// between two passes none counts.
+pub fn exposures(cell: &Cell, motion: &Motion, stride: usize) -> impl Iterator<Item = f64> {
     let period_s = cell.frame_period_s;
-    let count = (duration_s / period_s - 0.5).floor().max(0.0) as usize;
-    (0..count).step_by(stride.max(1)).map(move |k| (k as f64 + 0.5) * period_s)
+    let count = (motion.design().duration_s / period_s - 0.5).floor().max(0.0) as usize;
+    let [from_s, to_s] = motion.spun_s();
+    let all = (0..count).map(move |k| (k as f64 + 0.5) * period_s);
+    all.filter(move |time_s| !(from_s..to_s).contains(time_s)).step_by(stride.max(1))
 }
 
 /// The prediction as the scan goes on: time (s) and what is known until then, at so many times; `seen_by` is the share of cells
@@ -287,7 +327,7 @@ pub fn over_time(cell: &Cell, motion: &Motion, seen_by: &[f64], times: usize) ->
 /// one that 95 % of such cells stay below.
 #[must_use]
 pub fn wrong_guesses(cell: &Cell, motion: &Motion) -> [f64; LINES] {
-    let stride = (exposures(cell, motion.design().duration_s, 1).count() / 200).max(1);
+    let stride = (exposures(cell, motion, 1).count() / 200).max(1);
     let sigmas: Vec<[f64; LINES]> = WrongCells::for_wrong_guesses(cell)
         .iter()
         .map(|wrong| {

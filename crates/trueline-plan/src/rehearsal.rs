@@ -5,8 +5,11 @@
 //! seam error with robot, sensor and bias, and whether another time offset or a turned sensor would explain the scan as well.
 
 use crate::cell::Cell;
+use crate::design::{DIMENSION, from_unit_box};
 use crate::motion::Motion;
 use crate::prediction::{Sight, Sights};
+use crate::shape::Shape;
+use crate::stripes_ahead::{plates, stripes_of};
 use crate::truth::Truth;
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -15,16 +18,23 @@ use rand_distr::{Distribution, StandardNormal};
 use std::collections::BTreeMap;
 use trueline_dataset::{Feature, Measured, Recording, RobotSample, Sensor, SensorSetup};
 use trueline_geometry::so3;
+use trueline_method::assess::robot_field::RobotSigmas;
 use trueline_method::assess::seam_error::SeamError;
+use trueline_method::config::ASSUMED_ROBOT_ACCURACY_M;
 use trueline_method::hypotheses::ambiguity::RunnerUp;
+use trueline_method::input::observations;
+use trueline_method::input::shape_knowledge::{ShapeCovariance, ShapeKnowledge};
+use trueline_method::input::timestamps::Sampling;
 use trueline_method::problem::parameters::LINES;
-use trueline_method::{Config, Status, calibrate};
+use trueline_method::{Config, Measurements, Status, calibrate};
 
 /// What a calibration of the planned scan says.
 #[derive(Clone, Debug)]
 pub struct Rehearsal {
     /// Whether it would be accepted.
     pub accepted: bool,
+    /// Whether its answer would be made of whole stripes.
+    pub by_stripes: bool,
     /// How far off a seam point will be that is measured later.
     pub seam_error: Option<SeamError>,
     /// Standard deviation of time offset and hand-eye with robot, sensor and bias, in SI units.
@@ -47,21 +57,52 @@ impl Rehearsal {
 /// Seed of the noise.
 const SEED: u64 = 1;
 
-/// Calibrates a motion's scan at the guess; `None` if the scan is too short for it, or a sensor's features cannot be made.
+/// Calibrates a motion's scan at the guess; `None` if the scan is too short for it, a sensor's features cannot be made, or stripes are asked
+/// for and the cell does not name its plates.
 #[must_use]
-pub fn rehearse(cell: &Cell, setup: &SensorSetup, motion: &Motion) -> Option<Rehearsal> {
-    let recording = cast(cell, setup, motion)?;
-    let found = calibrate(&recording, None, &Config::default()).ok()?;
+pub fn rehearse(
+    cell: &Cell,
+    setup: &SensorSetup,
+    measurements: Measurements,
+    motion: &Motion,
+) -> Option<Rehearsal> {
+    let recording = cast(cell, setup, measurements, motion)?;
+    let found = calibrate(&recording, None, &Config { measurements, ..Config::default() }).ok()?;
     let checks = &found.findings.checks;
     Some(Rehearsal {
         accepted: found.status() == Status::Accepted,
+        by_stripes: found.findings.stripes.as_ref().is_some_and(|s| s.used != Measurements::Seam),
         seam_error: checks.seam_error,
         sigma: std::array::from_fn(|component| found.sigma(component)),
         runner_up: checks.ambiguity.runner_up,
     })
 }
 
-fn cast(cell: &Cell, setup: &SensorSetup, motion: &Motion) -> Option<Recording> {
+/// Duration of a middling scan, s.
+const MIDDLING_S: f64 = 20.0;
+
+/// What a calibration would take for known of the sensor's shape and of the errors that are no noise, and the speed of its seam error.
+/// The points of a path decide a little of it: those of a middling one stand for all.
+pub(crate) fn knowledge(
+    cell: &Cell,
+    setup: &SensorSetup,
+) -> Option<(ShapeCovariance, RobotSigmas, f64, f64)> {
+    let config = Config::default();
+    let middling = from_unit_box(&cell.limits, Shape::TwoPasses, MIDDLING_S, &[0.5; DIMENSION]);
+    let recording = cast(cell, setup, Measurements::Seam, &Motion::new(cell, middling))?;
+    let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
+    let observed = observations::observe(&recording, &sampling, &config).ok()?;
+    let shape = ShapeKnowledge::of(&recording, &observed).covariance;
+    let accuracy_m = setup.robot_accuracy_m.unwrap_or(ASSUMED_ROBOT_ACCURACY_M);
+    let robot = RobotSigmas::of_accuracy(accuracy_m);
+    Some((shape, robot, config.feature_bias_px, config.used_at.speed_m_s))
+}
+
+fn cast(cell: &Cell, setup: &SensorSetup, measurements: Measurements, motion: &Motion) -> Option<Recording> {
+    let plates = match measurements {
+        Measurements::Seam => None,
+        Measurements::Auto | Measurements::Stripe | Measurements::Both => Some(plates(cell)?),
+    };
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
     let sights = Sights::of(cell, motion, &Truth::guessed(cell)?, 1)?;
@@ -78,19 +119,23 @@ fn cast(cell: &Cell, setup: &SensorSetup, motion: &Motion) -> Option<Recording> 
         }
     });
     let robot = robot.collect();
-    let mut features = Vec::with_capacity(sights.list.len());
+    let (mut features, mut stripes) = (Vec::with_capacity(sights.list.len()), Vec::new());
     for sight in &sights.list {
         let measured = measured(cell, sight, [normal(), normal()])?;
         let stamp_ns = nanoseconds(sight.time_s + normal() * cell.noise.stamp_s);
         features.push(Feature { stamp_ns, line: 0, frame: None, device_ns: None, measured, sigma: None });
+        if let Some(plates) = &plates {
+            stripes.extend(stripes_of(cell, plates, sight, stamp_ns, &mut normal));
+        }
     }
     features.sort_by_key(|feature| feature.stamp_ns);
+    stripes.sort_by_key(|stripe| stripe.stamp_ns);
     Some(Recording {
         sensor: cell.sensor.clone(),
         setup: setup.clone(),
         robot,
         features,
-        stripes: Vec::new(),
+        stripes,
         initial: None,
         truth: None,
         inputs: BTreeMap::new(),

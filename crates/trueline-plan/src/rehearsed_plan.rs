@@ -4,6 +4,7 @@ use crate::cell::Cell;
 use crate::plan::{Plan, PlanError, PlanRequest};
 use crate::planner::finalists;
 use crate::rehearsal::{Rehearsal, rehearse};
+use crate::shape::Shape;
 use trueline_dataset::SensorSetup;
 
 /// A plan and what its calibration would say.
@@ -40,7 +41,7 @@ pub fn without_alias(
 ) -> Result<RehearsedPlan, PlanError> {
     let attempt = |ask: &PlanRequest| {
         let plan = planner(ask)?;
-        let rehearsal = rehearse(cell, setup, &plan.motion);
+        let rehearsal = rehearse(cell, setup, ask.measurements, &plan.motion);
         Ok(RehearsedPlan { plan, rehearsal })
     };
     let is_clear =
@@ -65,8 +66,12 @@ pub fn least_seam_error(
     ask: &PlanRequest,
     tick: &(dyn Fn() + Sync),
 ) -> Result<RehearsedPlan, PlanError> {
-    let rehearsed = finalists(cell, ask, tick)?.into_iter().map(|plan| {
-        let rehearsal = rehearse(cell, setup, &plan.motion);
+    // A pass with the sensor spun competes where the cell allows it, and there is time; it wins when it pays.
+    let spun = PlanRequest { shapes: vec![Shape::Spun], ..ask.clone() };
+    let may_spin = cell.limits.spun_pass && !ask.shapes.contains(&Shape::Spun);
+    let spun = if may_spin { finalists(cell, &spun, tick).unwrap_or_default() } else { Vec::new() };
+    let rehearsed = finalists(cell, ask, tick)?.into_iter().chain(spun).map(|plan| {
+        let rehearsal = rehearse(cell, setup, ask.measurements, &plan.motion);
         RehearsedPlan { plan, rehearsal }
     });
     let cost = |made: &RehearsedPlan| {

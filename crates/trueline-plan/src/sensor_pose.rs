@@ -112,6 +112,15 @@ impl SensorPose {
         Vector3::new(middle.x, middle.y, station.stand_off_m) + self.stripe() * station.stripe_m
     }
 
+    /// Distance of the tool's origin from the axis of the range through a station's point of the seam, m: what spinning the sensor there
+    /// swings it by.
+    #[must_use]
+    pub fn lever_m(&self, station: &Station) -> f64 {
+        let axis = self.camera_from_sheet * Vector3::z();
+        let from_axis = self.camera_from_tool.translation.vector - self.point_in_camera(station);
+        axis.cross(&from_axis).norm()
+    }
+
     /// Pose of the tool at a station.
     #[must_use]
     pub fn base_from_tool(&self, station: &Station) -> Pose {

@@ -11,10 +11,12 @@ pub enum Shape {
     TwoPasses,
     /// There, back, and there again.
     ThreePasses,
+    /// There, then back with the sensor spun by half a turn about its view: what a feature is off by with the tilt then shows.
+    Spun,
 }
 
 impl Shape {
-    /// All shapes.
+    /// All that keep the sensor as it stands.
     pub const ALL: [Self; 4] = [Self::S, Self::C, Self::TwoPasses, Self::ThreePasses];
 
     /// The name on the command line.
@@ -25,6 +27,7 @@ impl Shape {
             Self::C => "c",
             Self::TwoPasses => "two-passes",
             Self::ThreePasses => "three-passes",
+            Self::Spun => "spun",
         }
     }
 
@@ -34,7 +37,7 @@ impl Shape {
         let there_and_back = |passes: f64| -0.5 * (std::f64::consts::PI * passes * done).cos();
         match self {
             Self::S | Self::C => done - 0.5,
-            Self::TwoPasses => there_and_back(2.0),
+            Self::TwoPasses | Self::Spun => there_and_back(2.0),
             Self::ThreePasses => there_and_back(3.0),
         }
     }

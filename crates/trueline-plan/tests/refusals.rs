@@ -43,7 +43,7 @@ fn wrong_values_are_named() {
         ("# [arm] ", "[arm]\nurdf = \"a.urdf\"#", "arm.urdf"),
         ("# [arm] ", "[arm]\nname = \"ur5e\"\nwrist_deg = 95 #", "arm.wrist_deg"),
         ("# [arm] ", "[[arm.joints]]\nrange_deg = [-1, 1]\nspeed_deg_s = 9 #", "six tables"),
-        ("# [[spheres]] ", "[[spheres]]\nat_mm = [0, 0, 0]\nradius_mm = 9 #", "together"),
+        ("# [[spheres]] ", "[[spheres]]\nat_mm = [0, 0, 0]\nradius_mm = 9 #", "beside"),
         (
             "# [[spheres]] ",
             "[[plates]]\nnormal = [0, 0, 1]\n[[spheres]]\nat_mm = [0, 0, 0]\nradius_mm = 9\njoint = 2 #",

@@ -194,7 +194,7 @@ fn limits(cell: &Cell, plan: &Plan) -> Block {
 }
 
 fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
-    let exposed: Vec<f64> = exposures(cell, plan.motion.design().duration_s, 1).collect();
+    let exposed: Vec<f64> = exposures(cell, &plan.motion, 1).collect();
     let x = columns.add(exposed.iter().copied());
     let room = columns.add(exposed.iter().map(|t| 100.0 * cell.view.room(&plan.motion.point_in_camera(*t))));
     let seen = columns.add(plan.seen_by.iter().map(|share| 100.0 * share));

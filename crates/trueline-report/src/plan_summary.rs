@@ -176,8 +176,9 @@ fn rehearsed(source: &Source<'_>) -> Vec<(String, String)> {
             let mark = if error.rms_m <= wanted_m { "reached" } else { "MISSED" };
             format!("; wanted {} mm: {mark}", wanted_m * MM_PER_M)
         });
+        let by = if rehearsal.by_stripes { " from whole stripes" } else { "" };
         let said = format!(
-            "± {:.3} mm with a robot of {} mm ({assumed}), the sensor's own calibration and a feature bias of {} px \
+            "± {:.3} mm{by} with a robot of {} mm ({assumed}), the sensor's own calibration and a feature bias of {} px \
              per 10°; the scan alone ± {:.3} mm{wanted}",
             entry.rms_mm, entry.robot_accuracy_mm, entry.feature_bias_px, entry.scan_alone_mm
         );
@@ -208,6 +209,7 @@ fn rehearsal_json(rehearsal: &Rehearsal) -> Value {
     let sigma = |k: usize| rehearsal.sigma[k].unwrap_or(f64::INFINITY);
     json!({
         "accepted": rehearsal.accepted,
+        "by_stripes": rehearsal.by_stripes,
         "sigma": sigmas(&sigma),
         "seam_error": seam_error,
         "runner_up": rehearsal.runner_up.map(|rival| json!({
@@ -242,6 +244,7 @@ fn in_words(shape: trueline_plan::Shape) -> &'static str {
         trueline_plan::Shape::C => "once along the seam in one bow",
         trueline_plan::Shape::TwoPasses => "there and back",
         trueline_plan::Shape::ThreePasses => "three passes: there, back and there",
+        trueline_plan::Shape::Spun => "there, then back with the sensor spun by half a turn",
     }
 }
 

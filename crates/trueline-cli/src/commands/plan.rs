@@ -7,13 +7,16 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::PlanArgs;
-use trueline_dataset::{RobotSample, calibration_file, robot_csv, whole_folder};
+use trueline_dataset::{RobotSample, SensorSetup, calibration_file, robot_csv, whole_folder};
 use trueline_live::robot_program::{Language, Waypoints};
-use trueline_method::Requirement;
+use trueline_method::{Measurements, Requirement};
 use trueline_plan::plan::PATH_PERIOD_S;
-use trueline_plan::rehearsed_plan::{RehearsedPlan, shortest_that_reaches, without_alias};
+use trueline_plan::rehearsed_plan::{RehearsedPlan, least_seam_error, shortest_that_reaches, without_alias};
 use trueline_plan::shortest::shortest;
-use trueline_plan::{CellFiles, Criterion, Goal, Plan, PlanRequest, cell_toml, plan, prediction};
+use trueline_plan::stripes_ahead::plates;
+use trueline_plan::{
+    Cell, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, cell_toml, plan, prediction,
+};
 use trueline_report::{plan_page, plan_summary};
 
 /// Angles of the arm's joints along the path.
@@ -30,24 +33,12 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         cell.believe_calibration(&calibration_file::read(file)?)
             .map_err(|why| Failure::new(format!("{}: {why}", file.display()), why.hint()))?;
     }
-    let (ask, fixed) = ask(args)?;
+    let (mut ask, fixed) = ask(args)?;
+    ask.seam = args.want.and_then(|want| want.seam_m).and_then(|m| SeamGoal::of(&cell, &setup, m));
+    check_plates(args, &cell)?;
     whole_folder::make_empty(&args.out)?;
+    let made = searched(args, (&cell, &setup), &ask, fixed)?;
     let seam_m = args.want.and_then(|want| want.seam_m);
-    let bar = progress::bar((ask.evaluations * ask.shapes.len()) as u64, "paths tried", args.quiet);
-    let tick = || bar.inc(1);
-    let made = match (fixed, seam_m) {
-        (true, _) => without_alias(&cell, &setup, &ask, |ask| plan(&cell, ask, &tick)),
-        (false, None) => without_alias(&cell, &setup, &ask, |ask| shortest(&cell, ask, &tick)),
-        (false, Some(wanted_m)) => {
-            let sigmas_count = args.want.is_some_and(|want| want.sigmas != Requirement::default());
-            let reached = |made: &RehearsedPlan| {
-                made.reaches_seam_error(wanted_m) && (!sigmas_count || made.plan.reaches(&ask.goal))
-            };
-            shortest_that_reaches(&cell, &setup, &ask, reached, &tick)
-        }
-    };
-    bar.finish_and_clear();
-    let made = made?;
     let asked = plan_summary::Asked { goal: args.want.is_some().then_some(&ask.goal), seam_m };
     let source = plan_summary::Source {
         cell: &cell,
@@ -78,6 +69,43 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     }
     let reached = args.want.is_none() || plan_summary::missed(&source, &ask.goal).is_empty();
     Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// Plans, with a bar of what is tried.
+fn searched(
+    args: &PlanArgs,
+    (cell, setup): (&Cell, &SensorSetup),
+    ask: &PlanRequest,
+    fixed: bool,
+) -> Result<RehearsedPlan, Failure> {
+    let seam_m = args.want.and_then(|want| want.seam_m);
+    let bar = progress::bar((ask.evaluations * ask.shapes.len()) as u64, "paths tried", args.quiet);
+    let tick = || bar.inc(1);
+    let made = match (fixed, seam_m) {
+        (true, Some(_)) => least_seam_error(cell, setup, ask, &tick),
+        (true, None) => without_alias(cell, setup, ask, |ask| plan(cell, ask, &tick)),
+        (false, None) => without_alias(cell, setup, ask, |ask| shortest(cell, ask, &tick)),
+        (false, Some(wanted_m)) => {
+            let sigmas_count = args.want.is_some_and(|want| want.sigmas != Requirement::default());
+            let reached = |made: &RehearsedPlan| {
+                made.reaches_seam_error(wanted_m) && (!sigmas_count || made.plan.reaches(&ask.goal))
+            };
+            shortest_that_reaches(cell, setup, ask, reached, &tick)
+        }
+    };
+    bar.finish_and_clear();
+    Ok(made?)
+}
+
+/// Stripes can be rehearsed where the cell's file says what they are on.
+fn check_plates(args: &PlanArgs, cell: &Cell) -> Result<(), Failure> {
+    if args.measurements != Measurements::Seam && plates(cell).is_none() {
+        return Err(Failure::new(
+            "--use stripe: the cell's file does not name the two plates that meet in the seam",
+            "two [[plates]], each with its normal into the free side; a point_mm of a plate is to be on it where it holds the seam",
+        ));
+    }
+    Ok(())
 }
 
 /// The path in the languages asked for.
@@ -127,6 +155,8 @@ fn ask(args: &PlanArgs) -> Result<(PlanRequest, bool), Failure> {
         } else {
             args.longest_s.unwrap_or(LONGEST_S)
         }),
+        seam: None,
+        measurements: args.measurements,
         goal: Goal { want: sigmas.unwrap_or(Goal::default().want), criterion },
         shapes: args.shape.to_vec(),
         seed: args.seed,

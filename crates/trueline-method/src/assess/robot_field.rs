@@ -32,7 +32,7 @@ pub struct RobotSigmas {
 impl RobotSigmas {
     /// Of a robot of an absolute accuracy, m.
     #[must_use]
-    pub(crate) fn of_accuracy(accuracy_m: f64) -> Self {
+    pub fn of_accuracy(accuracy_m: f64) -> Self {
         let position_m = accuracy_m * SHARE_OF_ACCURACY;
         Self { position_m, attitude_rad: position_m / ARM_M }
     }
@@ -90,7 +90,9 @@ impl RobotField {
     }
 }
 
-fn alike(one: &Pose, other: &Pose) -> f64 {
+/// How alike the errors at two poses are: the correlation of the process.
+#[must_use]
+pub fn alike(one: &Pose, other: &Pose) -> f64 {
     let shift: Vector3<f64> = one.translation.vector - other.translation.vector;
     let turn = so3::log(&(one.rotation.inverse() * other.rotation));
     (-0.5 * (shift.norm_squared() / REACH_M.powi(2) + turn.norm_squared() / REACH_RAD.powi(2))).exp()

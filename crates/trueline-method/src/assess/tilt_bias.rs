@@ -11,7 +11,7 @@ use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
 /// Numbers of a bias: along and across the picture's rows for each axis of tilt.
-pub(crate) const BIAS: usize = 6;
+pub const BIAS: usize = 6;
 /// The tilt that a bias is stated for, rad.
 pub(crate) const BIAS_TILT_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 /// Noise of a feature that a bias in pixels is compared with where features are lengths, px.

@@ -13,7 +13,7 @@ use trueline_dataset::sensor_setup::{KEYSTONE_REACH_M, SensorUncertainty};
 use trueline_dataset::{Recording, Sensor};
 
 /// A covariance of h₁ … h₅.
-pub(crate) type ShapeCovariance = SMatrix<f64, 5, 5>;
+pub type ShapeCovariance = SMatrix<f64, 5, 5>;
 
 /// What is known of a sensor's shape.
 #[derive(Clone, Copy, Debug, PartialEq)]

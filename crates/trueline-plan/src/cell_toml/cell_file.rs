@@ -83,6 +83,7 @@ struct LimitsTable {
     turn_jerk_deg_s3: Option<f64>,
     tip_speed_mm_s: Option<f64>,
     reach_mm: Option<f64>,
+    spun_pass: Option<bool>,
     clearance_mm: Option<f64>,
 }
 
@@ -204,8 +205,9 @@ fn cell_from(wire: CellFile, sensor: Sensor, urdf: Option<&str>) -> Result<Cell,
 
 /// What must not touch; the plates are as far off as the line may be, unless something else is said.
 fn surroundings(wire: &CellFile, seam: &Seam, guess_error: &GuessError) -> Result<Surroundings, Problem> {
-    if wire.spheres.is_empty() != wire.plates.is_empty() {
-        return Err(wrong("spheres", "`[[spheres]]` and `[[plates]]` together", "one of them"));
+    // Plates alone say what stripes are of; spheres alone have nothing to touch.
+    if !wire.spheres.is_empty() && wire.plates.is_empty() {
+        return Err(wrong("spheres", "`[[plates]]` beside `[[spheres]]`", "none"));
     }
     let line_mm = guess_error.line_m * MM_PER_M;
     Ok(Surroundings {
@@ -322,6 +324,7 @@ fn limits(wire: &LimitsTable, tool_from_camera: &Pose) -> Result<Limits, Problem
         turn_jerk_rad_s3: deg("limits.turn_jerk_deg_s3", wire.turn_jerk_deg_s3, default.turn_jerk_rad_s3)?,
         tip_speed_m_s: mm("limits.tip_speed_mm_s", wire.tip_speed_mm_s, default.tip_speed_m_s)?,
         reach_m: mm("limits.reach_mm", wire.reach_mm, sensor_m)?,
+        spun_pass: wire.spun_pass.unwrap_or(default.spun_pass),
     })
 }
 

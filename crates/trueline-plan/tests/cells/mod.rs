@@ -67,6 +67,7 @@ pub fn random(seed: u64) -> Cell {
         turn_acceleration_rad_s2: within(0.3, 5.0),
         turn_jerk_rad_s3: within(3.0, 50.0),
         tip_speed_m_s: 0.25,
+        spun_pass: false,
         reach_m: within(0.1, 0.6),
         workspace_m: None,
     };
