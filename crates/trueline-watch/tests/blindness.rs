@@ -44,6 +44,16 @@ fn blind(layout: Layout) -> Vec<String> {
     blind_to(&[PieceInformation::of(&statistic, 0, &part, Some(&scatter))], &axes)
 }
 
+/// The tool goes along the seam and turns about the point that the sensor sees: a time offset moves that point along the seam,
+/// where nothing shows. Noise of the poses must not pass for a velocity across it.
+#[test]
+fn welds_straight_along_their_seams_are_blind_to_timing_and_say_so() {
+    for layout in [Layout::OneSeam, Layout::Box] {
+        let blind = blind(layout);
+        assert!(blind.iter().any(|b| b == "timing"), "{layout:?}: {blind:?}");
+    }
+}
+
 #[test]
 fn plain_welds_are_blind_to_width_and_keystone_and_say_so() {
     // The cases of which no simulation finds the change, however many pieces: a stripe that always stands at one place of the

@@ -32,9 +32,19 @@ fn stepped(guess: &Guess, column: usize, step: f64) -> Guess {
     moved
 }
 
+/// What noise of the robot would be as a velocity is smoothed away; a difference has it all.
+fn of_an_exact_robot() -> Production {
+    let mut production = Layout::BoxAngles.production();
+    let disturbance = &mut production.scenario.disturbance;
+    disturbance.robot_position_noise_m = 0.0;
+    disturbance.robot_rotation_noise_rad = 0.0;
+    disturbance.robot_jitter_s = 0.0;
+    production
+}
+
 #[test]
 fn jacobians_are_the_differences_of_the_residual() {
-    let production = Layout::BoxAngles.production();
+    let production = of_an_exact_robot();
     let reference = exact(&production);
     let guess = reference.guess;
     let origin = reference.shape_origin_m;
@@ -42,8 +52,9 @@ fn jacobians_are_the_differences_of_the_residual() {
     let seams: Vec<_> = fitted_seams(&of, origin).unwrap().iter().map(|fit| fit.seam).collect();
     let some: Vec<usize> = (0..of.list.len()).step_by(97).collect();
     for (column, unit) in UNITS.iter().enumerate().take(SHAPE) {
-        // Half a thousandth of a unit and less: curvature over it is below 1e-7 of the slope, rounding 1e-9.
-        let step = 1e-3 * unit;
+        // A thousandth of a unit: curvature over it is below 1e-7 of the slope, rounding 1e-9. The robot's path is of straight
+        // pieces of 4 ms: over one on either side.
+        let step = if column == 0 { 4e-3 } else { 1e-3 * unit };
         let (low, high) = (
             placed_at(&production, &stepped(&guess, column, -step)),
             placed_at(&production, &stepped(&guess, column, step)),
@@ -58,10 +69,12 @@ fn jacobians_are_the_differences_of_the_residual() {
             let difference = (at(&high) - at(&low)) / (2.0 * step);
             let own: Vector2<f64> = one.jacobian.column(column).into();
             // The Jacobian is taken at the predicted point, which noise keeps some 0.1 mm from the measured one: of the
-            // 130 mm that a rotation acts over that is a thousandth; an offset in time changes segment every 4 ms.
+            // 130 mm that a rotation acts over that is a thousandth. The slope of a cubic through ±60 ms of a weave of 2 Hz is
+            // right to 0.4 %, and its change over the 2 ms between samples is some 0.1 mm/s.
             let size = own.norm().max(1e-2 * difference.norm()) + 1e-6;
+            let rest = if column == 0 { 0.3e-3 } else { 0.0 };
             assert!(
-                (difference - own).norm() < 5e-3 * size,
+                (difference - own).norm() < 5e-3 * size + rest,
                 "column {column}, feature {k}: {difference} {own}"
             );
         }

@@ -7,4 +7,5 @@ pub mod other_cell;
 pub mod placed_features;
 pub mod reference_curve;
 pub mod seam_points;
+mod smoothed_velocity;
 pub mod standstill;

@@ -1,6 +1,7 @@
 //! Every feature with the sensor's place at its exposure, by a calibration that is known: what a test of that calibration
 //! is made of.
 
+use super::smoothed_velocity::smoothed_velocity;
 use crate::assess::residuals::why_not_placed;
 use crate::config::Config;
 use crate::error::Error;
@@ -23,7 +24,8 @@ pub struct PlacedFeature {
     pub frame: u32,
     /// Which seam.
     pub line: u32,
-    /// Where the sensor was at the exposure, and how it moved.
+    /// Where the sensor was at the exposure, and how it moved: velocities of many samples, so that their noise does not pass
+    /// for motion.
     pub placement: Placement,
     /// The point in the camera frame, m.
     pub point_in_camera: Vector3<f64>,
@@ -87,7 +89,11 @@ pub fn place(
             continue;
         };
         hint = index.unwrap_or(hint);
-        let placement = Placement::new(segment, exposure_s, &by.tool_from_camera);
+        let mut placement = Placement::new(segment, exposure_s, &by.tool_from_camera);
+        if let Some(smooth) = smoothed_velocity(trajectory, hint, exposure_s) {
+            placement.velocity = smooth.velocity;
+            placement.angular_velocity = smooth.angular_velocity;
+        }
         list.push(PlacedFeature {
             stamp_s: o.stamp_s,
             frame: o.frame,
