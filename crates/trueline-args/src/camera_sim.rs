@@ -16,9 +16,9 @@ use trueline_sim::{Joint, Look};
   trueline robot-sim --pc 127.0.0.1:6510 --path plan --truth-to 127.0.0.1:7001
   trueline record --bind 127.0.0.1:6510 --camera 127.0.0.1 --sensor plan/sensor.toml --out cell
 
-A GigE Vision camera at --address: what it sees is drawn from where `robot-sim` truly is at each exposure, with hand-eye and line
-off the plan's guess as far as the plan allows for. Its own clock stamps the start of each exposure. The first
-packet leaves exposure, readout and latency later; drawing has to be done by then, else the picture is dropped.
+A GigE Vision camera at --address: what it sees is drawn from where `robot-sim` truly is at each exposure, with hand-eye and line \
+off the plan's guess as far as the plan allows for. Its own clock stamps the start of each exposure. The first \
+packet leaves exposure, readout and latency later; drawing has to be done by then, else the picture is dropped. \
 The true time offset of first-packet stamps is half the exposure + readout + latency (+ some 0.05 ms of network).")]
 pub struct CameraSimArgs {
     /// A plan's folder

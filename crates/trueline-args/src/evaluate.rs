@@ -14,8 +14,8 @@ use trueline_method::evaluate::reference_curve::Form;
   trueline evaluate weld-scan --calibration result.json --static stops
   trueline evaluate scan --calibration initial.toml --reference scan/truth.toml --json -
 
-A reference is a CSV of points along the seam (x_mm,y_mm,z_mm in base), or a TOML with [[lines]] (point_mm, direction) or
-[circle] (centre_mm, axis, radius_mm). --static is a scan of the same seam in which the robot stands still for a second at one
+A reference is a CSV of points along the seam (x_mm,y_mm,z_mm in base), or a TOML with [[lines]] (point_mm, direction) or \
+[circle] (centre_mm, axis, radius_mm). --static is a scan of the same seam in which the robot stands still for a second at one \
 point after the other: there no time offset matters, so it is a truth that every cell can record. Without either, the line, circle or plane that fits best takes its place.
 
 A calibration of another cell, or of a sensor that has moved since, is told:
@@ -66,7 +66,7 @@ static FORMS: [Choice<Form>; 4] = [
 #[command(after_help = "Example:
   trueline reproduce --out paper
 
-Written to the folder: report.html, tables.md, convergence.csv, welds.csv, straight_weld_points.csv,
+Written to the folder: report.html, tables.md, convergence.csv, welds.csv, straight_weld_points.csv, \
 c_type_weld_points.csv, speeds.csv. The same seed gives the same numbers. It takes some seconds.")]
 pub struct ReproduceArgs {
     /// Folder to write; it must be new or empty

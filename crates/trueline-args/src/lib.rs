@@ -216,8 +216,8 @@ pub struct DemoArgs {
   trueline doctor scan
   trueline doctor scan --fix scan-fixed
 
-Tried: mm and m, quaternion order, inverted poses or rotations, rho read as translation, degrees and radians,
-swapped or mirrored pixels, a mirrored laser plane, the order of the distortion, clocks of different origin, a
+Tried: mm and m, quaternion order, inverted poses or rotations, rho read as translation, degrees and radians, \
+swapped or mirrored pixels, a mirrored laser plane, the order of the distortion, clocks of different origin, a \
 switched tool frame; and against initial.toml: sign of the offset, inverted transform, units, another tool frame.
 
 Exit code: 0 nothing wrong, 1 something was found, or nothing explains the bad fit, 2 could not run.")]

@@ -20,7 +20,7 @@ use trueline_plan::{Criterion, Shape, cell_toml};
   trueline plan cell.toml --calibration result.json --out second   # a scan with a good guess shows more
   trueline simulate --plan plan --out scan && trueline calibrate scan
 
-Written to the folder: path.csv (poses of the tool at the robot's rate, to be followed by `trueline scan` or any
+Written to the folder: path.csv (poses of the tool at the robot's rate, to be followed by `trueline scan` or any \
 robot program), plan.json, sigma_over_time.csv, report.html, cell.toml and sensor.toml.
 
 Without an [arm] in the cell's file, reach, singularities and collisions are not checked; with one, joints.csv has its joints.

@@ -12,7 +12,7 @@ use std::path::PathBuf;
   trueline rapid plan --pc 192.168.125.10:6510 --out LineScan.mod
   trueline rapid plan --mode guidance --pc 192.168.125.10:6510 --tool tSensor --out LineGuide.mod
 
-stream: the robot follows the path by its own program, and `trueline record` listens. Try this first.
+stream: the robot follows the path by its own program, and `trueline record` listens. Try this first. \
 guidance: `trueline scan --enable-motion` leads the robot.
 No real controller has compiled these modules here; they say so themselves.")]
 pub struct RapidArgs {

@@ -77,7 +77,7 @@ static STAMPS: [Choice<StampChoice>; 3] = [
   trueline record --bind 192.168.125.10:6510 --camera 192.168.1.64 --sensor sensor.toml --out monday \\
       --watch cell.sqlite --calibration result.json        # every weld of the day as it ends
 
-Written: OUT/recording.mcap, flushed four times a second; what was flushed survives whatever happens. Foxglove and Rerun open
+Written: OUT/recording.mcap, flushed four times a second; what was flushed survives whatever happens. Foxglove and Rerun open \
 it, `trueline calibrate` reads it. Nothing that is sent moves the robot. A camera that is unplugged is waited for.
 
 Exit code: 0 recorded, 1 recorded but something was lost (said what) or --watch raised an alarm, 2 could not record.")]
@@ -125,8 +125,8 @@ pub struct RecordArgs {
       --enable-motion --out rehearsal                           # slowly first
   trueline scan plan --limits limits.toml --bind 192.168.125.10:6510 --robot 192.168.125.1 --enable-motion --out scan
 
-The robot runs the module of `trueline rapid --mode guidance`. Ctrl-C stops it smoothly along the path; a second Ctrl-C falls
-silent at once, and the controller stops by its own timeout. These limits are not safety-rated: fence, enabling
+The robot runs the module of `trueline rapid --mode guidance`. Ctrl-C stops it smoothly along the path; a second Ctrl-C falls \
+silent at once, and the controller stops by its own timeout. These limits are not safety-rated: fence, enabling \
 device and emergency stop protect people, and EGM itself knows no password: keep its network apart.
 
 Exit code: 0 travelled to the end, 1 ended otherwise (said why), 2 could not run.")]

@@ -25,11 +25,11 @@ pub enum SensorCommand {
   trueline sensor intrinsics pictures --board chessboard:9x6:25 --out sensor.toml --report camera.html
   trueline sensor intrinsics left*.png --board chessboard:9x6:25mm --json -
 
-How to: print a chessboard, glue it on something flat and measure a square. 9x6 counts the inner corners, where four squares
-meet. Take 10 to 20 sharp pictures with the laser off: the board fills a third to two thirds of the picture, reaches every
+How to: print a chessboard, glue it on something flat and measure a square. 9x6 counts the inner corners, where four squares \
+meet. Take 10 to 20 sharp pictures with the laser off: the board fills a third to two thirds of the picture, reaches every \
 corner of the picture in turn, and is tilted by about 30 degrees to every side. The summary says which picture to add.
 
---out writes a sensor.toml with [camera] and its uncertainty. `trueline sensor laser-plane --sensor sensor.toml` adds the
+--out writes a sensor.toml with [camera] and its uncertainty. `trueline sensor laser-plane --sensor sensor.toml` adds the \
 laser plane.
 
 Exit code: 0 accepted, 1 computed but not accepted (reasons listed), 2 could not run.")]
@@ -75,8 +75,8 @@ static DISTORTIONS: [Choice<DistortionChoice>; 6] = [
   trueline sensor laser-plane stripes --without-laser boards --board chessboard:9x6:25 --sensor camera.toml --out sensor.toml
   trueline sensor laser-plane points.csv --json -
 
-From pictures: the laser's stripe falls on the board, and board and stripe are in one picture. Where the stripe drowns in the
-light, take two pictures of every pose, with and without laser, under the same name in two folders. Put the board at 10 or more
+From pictures: the laser's stripe falls on the board, and board and stripe are in one picture. Where the stripe drowns in the \
+light, take two pictures of every pose, with and without laser, under the same name in two folders. Put the board at 10 or more \
 poses, near and far, tilted to every side.
 From points: columns board,x_mm,y_mm,z_mm: points of the stripe in the camera frame, each with the number of its board.
 

@@ -14,16 +14,16 @@ use std::time::Duration;
   trueline watch --state cell.sqlite --calibration result.json --folder welds --tell https://chat.example/hook
   trueline watch --state cell.sqlite --also cell-2.sqlite --serve 8080          # only show
 
-Each weld is a recording with robot and seam points. From how it differs from what the calibration says, and from all welds
-before, it is told whether the clock (timing), the bracket, the sensor or the fixture (seam) has changed, by how much and
-since when, and what welds like these could not show. The usual scatter of the fixture is learnt from the first 30 pieces
+Each weld is a recording with robot and seam points. From how it differs from what the calibration says, and from all welds \
+before, it is told whether the clock (timing), the bracket, the sensor or the fixture (seam) has changed, by how much and \
+since when, and what welds like these could not show. The usual scatter of the fixture is learnt from the first 30 pieces \
 of each part; nothing has to be typed. The limit is set for one false alarm in 100,000 pieces.
 
-The state file keeps everything; it may be used by several programs at once, and a program that is killed loses no weld
+The state file keeps everything; it may be used by several programs at once, and a program that is killed loses no weld \
 that it has told of. A new calibration begins a new history in the same file. What a weld takes there is about 1 KB: half a GB a year at one a minute.
 
 --serve: state, trend and the last alarm with its evidence in the browser, and /metrics for Prometheus; read-only.
---tell: a message (JSON) when an alarm is raised, becomes another one, or is over. It is kept with the weld until the receiver
+--tell: a message (JSON) when an alarm is raised, becomes another one, or is over. It is kept with the weld until the receiver \
 has taken it, through dead networks and restarts; welds never wait for it.
 
 Exit code: 0 nothing changed, 1 an alarm stands after the last weld, or was raised after one of these, 2 could not run.")]

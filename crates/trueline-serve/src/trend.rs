@@ -9,8 +9,8 @@ pub(crate) const COLOURS: [&str; 4] = ["a", "b", "c", "d"];
 const SIZE: [f64; 2] = [400.0, 200.0];
 /// Left, top, right and bottom of the plot.
 const FRAME: [f64; 4] = [46.0, 22.0, 394.0, 180.0];
-/// Ticks upright at least.
-const TICKS: f64 = 3.0;
+/// Ticks upright, about.
+const TICKS: f64 = 4.0;
 
 /// One line of a chart.
 #[derive(Clone, Debug, Default)]
@@ -177,7 +177,8 @@ fn path(points: impl Iterator<Item = [f64; 2]>, scale: &Scale) -> String {
 fn ticks(low: f64, high: f64) -> Vec<f64> {
     let rough = (high - low) / TICKS;
     let power = 10f64.powf(rough.log10().floor());
-    let step = power * [1.0, 2.0, 5.0, 10.0].into_iter().find(|m| m * power >= rough).unwrap_or(10.0);
+    // The largest round step that is no larger than that: at least TICKS of them.
+    let step = power * [5.0, 2.0, 1.0].into_iter().find(|m| m * power <= rough).unwrap_or(1.0);
     let first = (low / step).ceil();
     (0..20).map(|k| (first + f64::from(k)) * step).take_while(|tick| *tick <= high).collect()
 }
@@ -200,7 +201,8 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_inside() {
-        assert_eq!(ticks(-0.3, 6.5), [0.0, 5.0]);
+        assert_eq!(ticks(-0.3, 6.5), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(ticks(-0.5, 9.0), [0.0, 2.0, 4.0, 6.0, 8.0]);
         let fine = ticks(1.234, 1.241);
         assert!(fine.len() >= 2 && fine.iter().all(|t| (1.234..=1.241).contains(t)), "{fine:?}");
         assert_eq!((number(0.05, 0.2), number(-0.0, 5.0)), ("0.05".to_owned(), "0.0".to_owned()));

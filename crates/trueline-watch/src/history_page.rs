@@ -4,6 +4,7 @@ use crate::detect::judgement::ALARM_P_LOG10;
 use crate::history_table::column;
 use crate::parameters::{Kind, ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
 use crate::store::HistoryRow;
+use crate::weld_text::{how_rarely, what_changed};
 use std::ops::Range;
 use trueline_report::page::render::render;
 use trueline_report::page::{
@@ -12,6 +13,8 @@ use trueline_report::page::{
 
 /// Control limits, in standard deviations of a single weld.
 const LIMITS: f64 = 3.0;
+/// What is less improbable than this (eight welds in ten) is drawn at the foot of its logarithmic axis.
+const LEAST_SHOWN: f64 = 0.1;
 /// Alarms in the table.
 const MOST_ALARMS: usize = 50;
 
@@ -57,10 +60,10 @@ fn verdict(history: &[HistoryRow]) -> Verdict {
         },
         Some(alarm) => Verdict {
             text: format!(
-                "{}: changed since weld {} ({}).",
-                alarm.kind,
+                "Since weld {} ({}): {}.",
                 alarm.since,
-                name_of(history, alarm.since)
+                name_of(history, alarm.since),
+                said(&alarm.kind)
             ),
             tone: Tone::Bad,
         },
@@ -69,6 +72,11 @@ fn verdict(history: &[HistoryRow]) -> Verdict {
 
 fn name_of(history: &[HistoryRow], id: i64) -> &str {
     history.iter().find(|row| row.id == id).map_or("before this page", |row| &row.name)
+}
+
+/// A kind of change as a person would say it; a word of another version stays as it is.
+fn said(kind: &str) -> &str {
+    Kind::ALL.into_iter().find(|known| known.name() == kind).map_or(kind, what_changed)
 }
 
 /// The first weld of each alarm that stood.
@@ -81,16 +89,16 @@ fn alarms(history: &[HistoryRow]) -> Table {
             rows.push(TableRow::plain(vec![
                 row.id.to_string(),
                 row.name.clone(),
-                alarm.kind.clone(),
+                said(&alarm.kind).to_owned(),
                 format!("{} ({})", alarm.since, name_of(history, alarm.since)),
-                format!("{:.1}", alarm.p_log10),
+                how_rarely(alarm.p_log10),
             ]));
         }
         before = now;
     }
     let first = rows.len().saturating_sub(MOST_ALARMS);
     Table {
-        head: ["weld", "name", "what changed", "since weld", "log10 p"].map(str::to_owned).to_vec(),
+        head: ["weld", "name", "what changed", "since weld", "without a change"].map(str::to_owned).to_vec(),
         rows: rows.split_off(first),
     }
 }
@@ -141,21 +149,23 @@ fn control(
 fn probabilities(history: &[HistoryRow], columns: &mut Columns) -> Block {
     let x = columns.add(welds(history));
     let series = Kind::ALL.iter().enumerate().map(|(k, kind)| {
-        let of = |row: &HistoryRow| row.p_log10.get(k).map_or(f64::NAN, |p| -p);
+        let of = |row: &HistoryRow| row.p_log10.get(k).map_or(f64::NAN, |p| (-p).max(LEAST_SHOWN));
         let y = columns.add(history.iter().map(of));
         Series::points(kind.name(), x, y, Colour::of(k))
     });
     let series = series.collect();
+    let most = history.iter().flat_map(|row| row.p_log10).map(|p| -p).fold(0.0, f64::max);
     Block::Chart(Chart {
         id: "improbable",
         title: "How improbable without a change",
-        explanation: "Above the line is an alarm; the line is set for one false alarm in 100,000 pieces."
+        explanation: "3 is once in 1,000 welds, 6 once in a million. Above the line is an alarm; the line is set for one \
+                      false alarm in 100,000 pieces."
             .to_owned(),
         alternative: "Minus the decimal logarithm of the probability by weld and kind of change".to_owned(),
         wide: true,
         drawn: Drawn::Plot {
             x: Axis::of("weld"),
-            y: Axis::of("−log10 p"),
+            y: Axis::log("−log10 of the probability").between(LEAST_SHOWN, most.max(10.0)),
             series,
             marks: vec![Mark { name: "alarm".to_owned(), at: -ALARM_P_LOG10, upright: false }],
         },

@@ -37,14 +37,7 @@ pub fn of(line: &WeldLine) -> String {
 }
 
 fn alarm_text(weld: &str, alarm: &Alarm, since: &str) -> String {
-    let what = match alarm.change.kind {
-        Kind::Timing => "the camera's time offset has changed",
-        Kind::Bracket => {
-            "the sensor has moved on the robot: look at its bracket, and whether the torch or tool was changed"
-        }
-        Kind::Sensor => "the sensor itself has changed: look at its window, camera and laser",
-        Kind::Seam => "the part lies elsewhere: look at the fixture; the calibration is still good",
-    };
+    let what = what_changed(alarm.change.kind);
     let when = match alarm.since.inside_s {
         Some(at_s) => format!("since {at_s:.1} s into {since}"),
         None => format!("since {since}"),
@@ -53,8 +46,7 @@ fn alarm_text(weld: &str, alarm: &Alarm, since: &str) -> String {
     for part in numbers(&alarm.change) {
         text += &format!("  {part}\n");
     }
-    text +=
-        &format!("  without a change this comes once in {:.0e} welds\n", 10f64.powf(-alarm.change.p_log10));
+    text += &format!("  without a change this comes {}\n", how_rarely(alarm.change.p_log10));
     if !alarm.not_told_apart.is_empty() {
         let others: Vec<&str> = alarm.not_told_apart.iter().map(|kind| noun(*kind)).collect();
         text += &format!(
@@ -66,6 +58,29 @@ fn alarm_text(weld: &str, alarm: &Alarm, since: &str) -> String {
         text += "  repair it or calibrate again: `trueline calibrate`\n";
     }
     text
+}
+
+/// What has changed, and where to look.
+pub(crate) fn what_changed(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Timing => "the camera's time offset has changed",
+        Kind::Bracket => {
+            "the sensor has moved on the robot: look at its bracket, and whether the torch or tool was changed"
+        }
+        Kind::Sensor => "the sensor itself has changed: look at its window, camera and laser",
+        Kind::Seam => "the part lies elsewhere: look at the fixture; the calibration is still good",
+    }
+}
+
+/// Beyond this log₁₀ the tail of the distribution is a figure of the model, and not of any cell.
+const RAREST_LOG10: f64 = -12.0;
+
+/// A probability in words.
+pub(crate) fn how_rarely(p_log10: f64) -> String {
+    if p_log10 < RAREST_LOG10 {
+        return format!("less than once in {:.0e} welds", 10f64.powf(-RAREST_LOG10));
+    }
+    format!("once in {:.0e} welds", 10f64.powf(-p_log10))
 }
 
 fn noun(kind: Kind) -> &'static str {
