@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 CSV: time_s,frame,line,x_mm,y_mm,z_mm. PLY: metres.
 MCAP: foxglove.PointCloud on /seam_points, metres, in frame base. Coordinates are in the \
-robot's base; time_s is the true exposure by the robot's clock, the stamp minus
+robot's base; time_s is the true exposure by the robot's clock, the stamp minus \
 the time offset; images without a frame counter are numbered from 0.
 
 Exit code: 0 written, 2 could not be written.")]

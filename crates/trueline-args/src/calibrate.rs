@@ -29,13 +29,15 @@ use trueline_sensor::Board;
   trueline calibrate scan --sensor fixed --robot-accuracy-mm 0 --feature-bias-px 0
   trueline calibrate board-scan --target board --board chessboard:9x6:25 --json reference.json
 
-How to use the time offset: true exposure = stamp - time offset. Look up the
+How to use the time offset: true exposure = stamp - time offset. Look up the \
 robot's pose at that time, between the two samples around it, and multiply:
-p_base = base_from_tool(stamp - offset) * tool_from_camera * p_camera. Where the
-sensor's driver or the robot's controller takes a delay, enter it there instead,
-once. It holds until something changes that delays an image or a pose: exposure
-time, image size, frame rate, which stamp is used, network, filters of the
-controller. `trueline export result.json --as time-offset` writes the rule with
+
+  p_base = base_from_tool(stamp - offset) * tool_from_camera * p_camera
+
+Where the sensor's driver or the robot's controller takes a delay, enter it there instead, \
+once. It holds until something changes that delays an image or a pose: exposure \
+time, image size, frame rate, which stamp is used, network, filters of the \
+controller. `trueline export result.json --as time-offset` writes the rule with \
 programs in Python, C++ and RAPID.")]
 pub struct CalibrateArgs {
     /// Dataset folder, recording.mcap or rosbag2; several of one sensor are calibrated together

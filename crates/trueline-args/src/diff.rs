@@ -9,11 +9,11 @@ use std::path::PathBuf;
   trueline diff monday.json today.json
   trueline diff monday.json today.json --speed-mm-s 20 --stand-off-mm 180 --json -
 
-Says whether the difference is what chance makes, or what has moved and by how
-much at the seam: over a field of the laser plane about the stand-off, at the
+Says whether the difference is what chance makes, or what has moved and by how \
+much at the seam: over a field of the laser plane about the stand-off, at the \
 working speed.
 
-Exit code: 0 the same, or moved by less than the tolerance, 1 moved, 2 could
+Exit code: 0 the same, or moved by less than the tolerance, 1 moved, 2 could \
 not be compared.")]
 pub struct DiffArgs {
     /// The JSON of `trueline calibrate --json`

@@ -18,10 +18,10 @@ A reference is a CSV of points along the seam (x_mm,y_mm,z_mm in base), or a TOM
 [circle] (centre_mm, axis, radius_mm). --static is a scan of the same seam in which the robot stands still for a second at one \
 point after the other: there no time offset matters, so it is a truth that every cell can record. Without either, the line, circle or plane that fits best takes its place.
 
-A calibration of another cell, or of a sensor that has moved since, is told:
+A calibration of another cell, or of a sensor that has moved since, is told: \
 the scan is calibrated by itself and compared.
 
-Exit code: 0 evaluated, 1 beyond the tolerance, or the calibration does not
+Exit code: 0 evaluated, 1 beyond the tolerance, or the calibration does not \
 belong to this scan, 2 could not run.")]
 pub struct EvaluateArgs {
     /// Dataset folder

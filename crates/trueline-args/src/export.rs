@@ -12,11 +12,11 @@ use trueline_export::FORMATS;
   trueline export result.json --as urdf --parent tool0 --child laser > laser.urdf
   trueline export result.json --as kalibr --sensor scan/sensor.toml
 
-The text goes to stdout, its convention in words to stderr. All forms say the
-same: the pose of the sensor in the frame whose pose the robot reported while
+The text goes to stdout, its convention in words to stderr. All forms say the \
+same: the pose of the sensor in the frame whose pose the robot reported while \
 it was recorded (the flange, or the tool that was active).
 
-Exit code: 0 written, 1 written although the result was not accepted, 2 could
+Exit code: 0 written, 1 written although the result was not accepted, 2 could \
 not be written.")]
 pub struct ExportArgs {
     /// The JSON of `trueline calibrate --json`, or a TOML like initial.toml

@@ -73,12 +73,12 @@ const BAG_HELP: &str = "Examples:
   trueline import rosbag2 joints --urdf robot.urdf --tool tool0 --sensor sensor.toml --out scan
   trueline import rosbag2 rosbag2_2026_11_21 --sensor sensor.toml --pose-topic /robot/pose --out scan
 
-Poses: PoseStamped, PoseWithCovarianceStamped, Odometry, TransformStamped, tf
-and tf_static, Foxglove's PoseInFrame and FrameTransform. Pictures: Image (mono,
+Poses: PoseStamped, PoseWithCovarianceStamped, Odometry, TransformStamped, tf \
+and tf_static, Foxglove's PoseInFrame and FrameTransform. Pictures: Image (mono, \
 rgb, bgr, bayer), CompressedImage (png; jpeg with --allow-jpeg), Foxglove's
 RawImage and CompressedImage. Profiles: PointCloud2 with y = 0, LaserScan.
-Joint angles (JointState) become poses with the robot's --urdf. The stamps are
-those in the headers. Where there is one of a kind it is taken; else it
+Joint angles (JointState) become poses with the robot's --urdf. The stamps are \
+those in the headers. Where there is one of a kind it is taken; else it \
 must be named.";
 
 #[derive(Args)]

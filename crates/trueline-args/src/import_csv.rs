@@ -19,8 +19,8 @@ use trueline_geometry::EulerSequence;
   trueline import csv logs --robot-map time_ms=stamp,x_mm=pos_x --out scan
   trueline import csv logs --euler zyz-intrinsic --robot-map e1_deg=O,e2_deg=A,e3_deg=T --out scan
 
-Separators (comma, semicolon, tab, blanks), decimal commas, UTF-16 and a byte
-order mark are recognised, and what was recognised is said. The column of time
+Separators (comma, semicolon, tab, blanks), decimal commas, UTF-16 and a byte \
+order mark are recognised, and what was recognised is said. The column of time \
 is time_s (or _ms, _us, _ns), or t in seconds.
 
 --robot names the maker, and with it units and the meaning of the angles:
@@ -32,7 +32,7 @@ is time_s (or _ms, _us, _ns), or t in seconds.
   staubli  x y z (mm)  rx ry rz (degrees; x, then the new y, then the new z)
   matrix   x y z (mm)  r11 r12 … r33 (row by row)
   ros      x y z (m)   qx qy qz qw
-A unit in the header, as in `X [m]`, counts before the maker's. The pose must be
+A unit in the header, as in `X [m]`, counts before the maker's. The pose must be \
 that of one tool all along: the flange, or the tool that was active.
 
 Profiles (--profile-format):
@@ -47,7 +47,7 @@ Profiles (--profile-format):
 Without stamps in the file: --profile-start-s and --profile-rate-hz, or
 --profile-times. The seam is looked for when the dataset is calibrated.
 
-A mapping is ours=theirs; the unit stands in our name. What is not mapped keeps
+A mapping is ours=theirs; the unit stands in our name. What is not mapped keeps \
 its name.")]
 pub struct ImportCsvArgs {
     /// Folder with the files

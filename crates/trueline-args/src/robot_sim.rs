@@ -19,8 +19,10 @@ use trueline_live::egm::Generation;
 A controller with EGM as its manual and its users describe it: it speaks first, reads one answer a cycle, follows with \
 gain, low pass and dead time, ends by timeout (event 41822) or when it rests at its reference. Not known of real ones, and \
 assumed: what becomes of several answers in a cycle, how old a feedback is, how far `planned` is ahead. Its limits are \
-those of the tool, not of joints; joint references and path corrections are refused. It answers to whoever sends it datagrams:
-use it on 127.0.0.1. Exit code: 0 ran, 1 a guidance ended by an event (41822, or the range was left), 2 could not run.")]
+those of the tool, not of joints; joint references and path corrections are refused. It answers to whoever sends it datagrams: \
+use it on 127.0.0.1.
+
+Exit code: 0 ran, 1 a guidance ended by an event (41822, or the range was left), 2 could not run.")]
 pub struct RobotSimArgs {
     /// Where the PC listens
     #[arg(long, value_name = "IP:PORT")]

@@ -68,7 +68,7 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     assert!(std::fs::read(dir.path().join("history.parquet")).unwrap().starts_with(b"PAR1"));
     is_served(dir.path());
     let page = std::fs::read_to_string(dir.path().join("history.html")).unwrap();
-    assert!(page.contains("Control charts") && page.contains("timing: changed since weld 5"));
+    assert!(page.contains("Control charts") && page.contains("Since weld 5 ("));
 }
 
 /// What a program that only shows says of the state, until it is interrupted.

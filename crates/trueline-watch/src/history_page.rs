@@ -76,7 +76,7 @@ fn name_of(history: &[HistoryRow], id: i64) -> &str {
 
 /// A kind of change as a person would say it; a word of another version stays as it is.
 fn said(kind: &str) -> &str {
-    Kind::ALL.into_iter().find(|known| known.name() == kind).map_or(kind, what_changed)
+    Kind::ALL.into_iter().find(|known| known.name() == kind).map_or(kind, |known| what_changed(known))
 }
 
 /// The first weld of each alarm that stood.
@@ -154,7 +154,7 @@ fn probabilities(history: &[HistoryRow], columns: &mut Columns) -> Block {
         Series::points(kind.name(), x, y, Colour::of(k))
     });
     let series = series.collect();
-    let most = history.iter().flat_map(|row| row.p_log10).map(|p| -p).fold(0.0, f64::max);
+    let most = history.iter().flat_map(|row| &row.p_log10).map(|p| -p).fold(0.0, f64::max);
     Block::Chart(Chart {
         id: "improbable",
         title: "How improbable without a change",
