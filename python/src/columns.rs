@@ -8,13 +8,13 @@ use trueline::{Measured, Pose};
 use trueline_dataset::PlateStripe;
 
 /// A pose as a 4×4 matrix, m.
-pub fn pose<'py>(py: Python<'py>, pose: &Pose) -> Bound<'py, PyArray2<f64>> {
+pub(crate) fn pose<'py>(py: Python<'py>, pose: &Pose) -> Bound<'py, PyArray2<f64>> {
     let matrix = pose.to_homogeneous();
     Array2::from_shape_fn((4, 4), |place| matrix[place]).into_pyarray(py)
 }
 
 /// Points (N, 2) or (N, 3): px, or m.
-pub fn points<'py, 'a>(
+pub(crate) fn points<'py, 'a>(
     py: Python<'py>,
     points: impl ExactSizeIterator<Item = &'a Measured>,
 ) -> Bound<'py, PyArray2<f64>> {
@@ -24,7 +24,7 @@ pub fn points<'py, 'a>(
 }
 
 /// Stamps (ns), plates, support points (px, or m) and their standard deviations.
-pub fn stripes<'py>(py: Python<'py>, stripes: &[PlateStripe]) -> PyResult<Bound<'py, PyDict>> {
+pub(crate) fn stripes<'py>(py: Python<'py>, stripes: &[PlateStripe]) -> PyResult<Bound<'py, PyDict>> {
     let width = stripes.first().map_or(2, |stripe| numbers(&stripe.points[0]).len());
     let points = Array3::from_shape_fn((stripes.len(), 2, width), |(row, end, column)| {
         numbers(&stripes[row].points[end])[column]

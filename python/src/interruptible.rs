@@ -18,7 +18,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(5);
 ///
 /// # Errors
 /// That of the work, `KeyboardInterrupt`, or `RuntimeError` if the work panicked.
-pub fn run<T, F>(py: Python<'_>, work: F) -> PyResult<T>
+pub(crate) fn run<T, F>(py: Python<'_>, work: F) -> PyResult<T>
 where
     T: Send + 'static,
     F: FnOnce() -> Result<T, Failure> + Send + 'static,
@@ -44,7 +44,7 @@ where
 ///
 /// # Errors
 /// As [`run`].
-pub fn borrowing<T, F>(py: Python<'_>, stop: &AtomicBool, work: F) -> PyResult<T>
+pub(crate) fn borrowing<T, F>(py: Python<'_>, stop: &AtomicBool, work: F) -> PyResult<T>
 where
     T: Send,
     F: FnOnce() -> Result<T, Failure> + Send,

@@ -32,7 +32,7 @@ const STAMPS: [(&str, StampChoice); 3] = [
 /// Keywords of `record`.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct LiveSettings {
+pub(crate) struct LiveSettings {
     out: PathBuf,
     protocol: String,
     bind: Option<String>,
@@ -55,7 +55,7 @@ impl LiveSettings {
     ///
     /// # Errors
     /// What is no address, or is missing.
-    pub fn address(&self) -> Result<LinkAddress, Failure> {
+    pub(crate) fn address(&self) -> Result<LinkAddress, Failure> {
         let address = LinkAddress {
             protocol: choice("protocol", &self.protocol, &PROTOCOLS)?,
             bind: parsed::<SocketAddr>("bind", self.bind.as_deref())?,
@@ -70,7 +70,7 @@ impl LiveSettings {
     ///
     /// # Errors
     /// A camera or a sensor that cannot be used.
-    pub fn cell(&self, clock: HostClock, give_up: &dyn Fn() -> bool) -> Result<Cell, Failure> {
+    pub(crate) fn cell(&self, clock: HostClock, give_up: &dyn Fn() -> bool) -> Result<Cell, Failure> {
         self.address()?;
         let sensor: Option<SensorFile> = match &self.sensor_toml {
             Some(text) => Some(sensor_toml::parse_file(Path::new("sensor"), text)?),
@@ -127,7 +127,7 @@ impl LiveSettings {
     }
 
     /// What the recording is made for.
-    pub fn recording(&self, cell: &Cell) -> RecordingSettings<'_> {
+    pub(crate) fn recording(&self, cell: &Cell) -> RecordingSettings<'_> {
         RecordingSettings {
             folder: &self.out,
             sensor_toml: self.sensor_toml.clone(),
@@ -141,7 +141,7 @@ impl LiveSettings {
     }
 
     /// How long, at most.
-    pub fn longest(&self) -> Result<Option<Duration>, Failure> {
+    pub(crate) fn longest(&self) -> Result<Option<Duration>, Failure> {
         Ok(positive("for_s", self.for_s)?.map(Duration::from_secs_f64))
     }
 }

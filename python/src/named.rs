@@ -7,7 +7,7 @@ use trueline::Requirement;
 ///
 /// # Errors
 /// A name that is none, with those that are.
-pub fn choice<T: Copy>(option: &str, name: &str, known: &[(&str, T)]) -> Result<T, Failure> {
+pub(crate) fn choice<T: Copy>(option: &str, name: &str, known: &[(&str, T)]) -> Result<T, Failure> {
     known.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or_else(|| {
         let names: Vec<_> = known.iter().map(|(name, _)| *name).collect();
         Failure::new(format!("{option}: there is no {name:?}"), format!("one of {}", names.join(", ")))
@@ -18,7 +18,7 @@ pub fn choice<T: Copy>(option: &str, name: &str, known: &[(&str, T)]) -> Result<
 ///
 /// # Errors
 /// Any other.
-pub fn not_negative(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
+pub(crate) fn not_negative(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
     match value {
         Some(x) if !(x >= 0.0 && x.is_finite()) => Err(Failure::new(
             format!("{option}: expected a number of at least zero, found {x}"),
@@ -32,7 +32,7 @@ pub fn not_negative(option: &str, value: Option<f64>) -> Result<Option<f64>, Fai
 ///
 /// # Errors
 /// Any other.
-pub fn positive(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
+pub(crate) fn positive(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure> {
     match value {
         Some(x) if !(x > 0.0 && x.is_finite()) => Err(Failure::new(
             format!("{option}: expected a number above zero, found {x}"),
@@ -46,7 +46,7 @@ pub fn positive(option: &str, value: Option<f64>) -> Result<Option<f64>, Failure
 ///
 /// # Errors
 /// A number that is not above zero.
-pub fn sigmas(
+pub(crate) fn sigmas(
     option: &str,
     [time_ms, rotation_deg, translation_mm]: [Option<f64>; 3],
 ) -> Result<Requirement, Failure> {

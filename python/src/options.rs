@@ -12,7 +12,7 @@ use trueline_method::{HeldSigma, Measurements, SensorMode};
 /// Keywords of `calibrate`; what is `None` keeps its default.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Options {
+pub(crate) struct Options {
     #[pyo3(item("use"))]
     measurements: Option<String>,
     residual: Option<String>,
@@ -39,7 +39,7 @@ pub struct Options {
 
 impl Options {
     /// Whether robot and images were stamped by clocks that have nothing in common.
-    pub fn align_clocks(&self) -> bool {
+    pub(crate) fn align_clocks(&self) -> bool {
         self.align_clocks
     }
 
@@ -47,7 +47,7 @@ impl Options {
     ///
     /// # Errors
     /// A name that is none, a number that cannot be, options that contradict each other.
-    pub fn config(self) -> Result<Config, Failure> {
+    pub(crate) fn config(self) -> Result<Config, Failure> {
         let held = sigmas("fixed_sigma", self.fixed_sigma)?;
         let mut config = Config {
             loss: self.loss.as_deref().map(|name| choice("loss", name, &LOSSES)).transpose()?,

@@ -18,7 +18,7 @@ use trueline_vision::{Detector, Joint, PictureRegion, StripeChoice};
 
 /// A stack of pictures: number, row, column.
 #[derive(FromPyObject)]
-pub enum Stack<'py> {
+pub(crate) enum Stack<'py> {
     Eight(PyReadonlyArray3<'py, u8>),
     Sixteen(PyReadonlyArray3<'py, u16>),
 }
@@ -79,7 +79,7 @@ type How = (Option<String>, Option<String>, Option<Vec<[f64; 2]>>);
 /// Finds the seam in pictures; a dictionary with the stamps, pixels and their ± where there is one, and the reasons of the
 /// others.
 #[pyfunction]
-pub fn picture_seams<'py>(
+pub(crate) fn picture_seams<'py>(
     py: Python<'py>,
     sensor_toml: &str,
     pictures: Stack<'py>,
@@ -174,6 +174,6 @@ fn region_of(corners: &[[f64; 2]], size: [u32; 2]) -> Result<PictureRegion, Fail
 ///
 /// # Errors
 /// A name that is none.
-pub fn joint_of(name: &str) -> Result<Joint, Failure> {
+pub(crate) fn joint_of(name: &str) -> Result<Joint, Failure> {
     choice("joint", name, &Joint::ALL.map(|joint| (joint.name(), joint)))
 }

@@ -15,7 +15,7 @@ use trueline_vision::profile;
 
 /// Finds the seam in profiles: number, point, (x, z) in m; a point that is not finite did not come back.
 #[pyfunction]
-pub fn profile_seams<'py>(
+pub(crate) fn profile_seams<'py>(
     py: Python<'py>,
     profiles: PyReadonlyArray3<'py, f64>,
     stamps_ns: PyReadonlyArray1<'py, i64>,

@@ -11,14 +11,14 @@ use trueline_geometry::se3;
 const ORTHONORMAL_TOLERANCE: f64 = 1e-3;
 
 /// No laser sensor on a tool sees, or is mounted, farther away, m: more are millimetres.
-pub const FARTHEST_SEEN_M: f64 = 10.0;
+pub(crate) const FARTHEST_SEEN_M: f64 = 10.0;
 
 /// No robot reaches farther, also on a gantry, m.
 const FARTHEST_REACHED_M: f64 = 100.0;
 
 /// What of a feature is not in its stamp and its point.
 #[derive(Clone, Copy)]
-pub struct Extras<'a> {
+pub(crate) struct Extras<'a> {
     /// Which line each lies on.
     pub line: Option<ArrayView1<'a, i64>>,
     /// Frame counters.
@@ -31,7 +31,7 @@ pub struct Extras<'a> {
 ///
 /// # Errors
 /// Arrays of different length, time running backwards, or what is no pose.
-pub fn poses(
+pub(crate) fn poses(
     stamps_ns: ArrayView1<'_, i64>,
     base_from_tool: ArrayView3<'_, f64>,
 ) -> Result<Vec<RobotSample>, Failure> {
@@ -55,7 +55,7 @@ pub fn poses(
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn pose(m: ArrayView2<'_, f64>, farthest_m: f64) -> Result<Pose, String> {
+pub(crate) fn pose(m: ArrayView2<'_, f64>, farthest_m: f64) -> Result<Pose, String> {
     if let Some(bad) = m.iter().find(|x| !x.is_finite()) {
         return Err(format!("{bad} is not a number to calculate with"));
     }
@@ -81,7 +81,7 @@ pub fn pose(m: ArrayView2<'_, f64>, farthest_m: f64) -> Result<Pose, String> {
 ///
 /// # Errors
 /// Arrays of different length, time running backwards, or points that are not of this sensor.
-pub fn features(
+pub(crate) fn features(
     sensor: &Sensor,
     stamps_ns: ArrayView1<'_, i64>,
     points: ArrayView2<'_, f64>,
@@ -112,7 +112,7 @@ pub fn features(
 ///
 /// # Errors
 /// As [`features`].
-pub fn stripes(
+pub(crate) fn stripes(
     sensor: &Sensor,
     (stamps_ns, plate): (ArrayView1<'_, i64>, ArrayView1<'_, i64>),
     points: ArrayView3<'_, f64>,
@@ -173,7 +173,7 @@ impl WrongNumber {
 }
 
 /// A length that no laser sensor measures.
-pub fn not_metres(place: &str, far: f64) -> Failure {
+pub(crate) fn not_metres(place: &str, far: f64) -> Failure {
     Failure::new(
         format!("{place}: {far} is farther away than a laser sensor sees, in metres"),
         "lengths are in metres: divide millimetres by 1000; pixels are a camera's",

@@ -3,10 +3,10 @@
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 /// A word, what it means (may be empty), and the value that it stands for.
-pub type Choice<T> = (&'static str, &'static str, T);
+pub(crate) type Choice<T> = (&'static str, &'static str, T);
 
 /// Reads one of the words; help lists them with their meaning.
-pub fn one_of<T>(choices: &'static [Choice<T>]) -> impl TypedValueParser<Value = T>
+pub(crate) fn one_of<T>(choices: &'static [Choice<T>]) -> impl TypedValueParser<Value = T>
 where
     T: Clone + Send + Sync + 'static,
 {
@@ -18,7 +18,7 @@ where
 }
 
 /// The value of a word.
-pub fn named<T: Clone>(choices: &[Choice<T>], found: &str) -> Result<T, String> {
+pub(crate) fn named<T: Clone>(choices: &[Choice<T>], found: &str) -> Result<T, String> {
     let value = choices.iter().find(|(word, ..)| *word == found).map(|(_, _, value)| value.clone());
     value.ok_or_else(|| {
         let words: Vec<&str> = choices.iter().map(|(word, ..)| *word).collect();

@@ -74,10 +74,10 @@ fn stripe(name: &str) -> Result<StripeChoice, String> {
 }
 
 /// A joint, or whatever most pictures show.
-pub type JointChoice = Option<Joint>;
+pub(crate) type JointChoice = Option<Joint>;
 
 /// Joints that are looked for.
-pub static JOINTS: [Choice<JointChoice>; 10] = [
+pub(crate) static JOINTS: [Choice<JointChoice>; 10] = [
     ("auto", "The joint that most pictures show", None),
     ("fillet", "Two plates at an angle: their corner", Some(Joint::Fillet)),
     ("lap", "A plate on a plate: the edge of the upper one", Some(Joint::Lap)),

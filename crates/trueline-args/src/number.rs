@@ -9,117 +9,117 @@ fn number(text: &str, expected: &str, is_good: impl Fn(f64) -> bool) -> Result<f
 }
 
 /// Above zero.
-pub fn above_zero(text: &str) -> Result<f64, String> {
+pub(crate) fn above_zero(text: &str) -> Result<f64, String> {
     number(text, "a number above zero", |x| x > 0.0)
 }
 
 /// Zero or more.
-pub fn zero_or_more(text: &str) -> Result<f64, String> {
+pub(crate) fn zero_or_more(text: &str) -> Result<f64, String> {
     number(text, "a number of at least zero", |x| x >= 0.0)
 }
 
 /// A duration of a simulated scan.
-pub fn one_or_more(text: &str) -> Result<f64, String> {
+pub(crate) fn one_or_more(text: &str) -> Result<f64, String> {
     number(text, "a number of 1 or more", |x| x >= 1.0)
 }
 
 /// A period of a simulated stream.
-pub fn tenth_or_more(text: &str) -> Result<f64, String> {
+pub(crate) fn tenth_or_more(text: &str) -> Result<f64, String> {
     number(text, "a number of 0.1 or more", |x| x >= 0.1)
 }
 
 /// An angle between plates, degrees.
-pub fn opening_deg(text: &str) -> Result<f64, String> {
+pub(crate) fn opening_deg(text: &str) -> Result<f64, String> {
     number(text, "more than 0° and less than 360° (90 is usual)", |x| x > 0.0 && x < 360.0)
 }
 
 /// Any number.
-pub fn any(text: &str) -> Result<f64, String> {
+pub(crate) fn any(text: &str) -> Result<f64, String> {
     number(text, "a number", |_| true)
 }
 
 /// From 0 to 1.
-pub fn share(text: &str) -> Result<f64, String> {
+pub(crate) fn share(text: &str) -> Result<f64, String> {
     number(text, "a share from 0 to 1", |x| (0.0..=1.0).contains(&x))
 }
 
 /// Above 0 and up to 1.
-pub fn pace(text: &str) -> Result<f64, String> {
+pub(crate) fn pace(text: &str) -> Result<f64, String> {
     number(text, "a share above 0 and up to 1", |x| x > 0.0 && x <= 1.0)
 }
 
 /// Days, as a duration: up to a century.
-pub fn days(text: &str) -> Result<Duration, String> {
+pub(crate) fn days(text: &str) -> Result<Duration, String> {
     let days = number(text, "a number of days above 0 and up to 36 500", |x| x > 0.0 && x <= 36_500.0)?;
     Ok(Duration::from_secs_f64(days * 86_400.0))
 }
 
 /// Parts per million of a clock that runs fast or slow.
-pub fn drift_ppm(text: &str) -> Result<f64, String> {
+pub(crate) fn drift_ppm(text: &str) -> Result<f64, String> {
     number(text, "-100 000 to 100 000", |x| x.abs() <= 1e5)
 }
 
 /// The same of a camera.
-pub fn camera_drift_ppm(text: &str) -> Result<f64, String> {
+pub(crate) fn camera_drift_ppm(text: &str) -> Result<f64, String> {
     number(text, "a number up to 10 000", |x| x.abs() <= 1e4)
 }
 
 /// Datagrams lost in a row.
-pub fn burst(text: &str) -> Result<f64, String> {
+pub(crate) fn burst(text: &str) -> Result<f64, String> {
     number(text, "1 to 10 000", |x| (1.0..=1e4).contains(&x))
 }
 
 /// What a clock shows, s.
-pub fn epoch_s(text: &str) -> Result<f64, String> {
+pub(crate) fn epoch_s(text: &str) -> Result<f64, String> {
     number(text, "0 or more, below 4 000 000 000", |x| (0.0..4e9).contains(&x))
 }
 
 /// A time that must pass, s.
-pub fn seconds(text: &str) -> Result<f64, String> {
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
     number(text, "seconds above 0 and below a million", |x| x > 0.0 && x < 1e6)
 }
 
 /// When a clock is set, or by how much, s.
-pub fn clock_step_s(text: &str) -> Result<f64, String> {
+pub(crate) fn clock_step_s(text: &str) -> Result<f64, String> {
     number(text, "a number of seconds", |x| x.abs() <= 1e9)
 }
 
 /// A time that may be none, s.
-pub fn rest_s(text: &str) -> Result<f64, String> {
+pub(crate) fn rest_s(text: &str) -> Result<f64, String> {
     number(text, "seconds of 0 or more, below a million", |x| (0.0..1e6).contains(&x))
 }
 
 /// The same as a duration.
-pub fn duration(text: &str) -> Result<Duration, String> {
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     seconds(text).map(Duration::from_secs_f64)
 }
 
 /// How far a tool carries something, mm.
-pub fn reach_mm(text: &str) -> Result<f64, String> {
+pub(crate) fn reach_mm(text: &str) -> Result<f64, String> {
     number(text, "1 to 3000 mm", |x| (1.0..=3000.0).contains(&x))
 }
 
 /// Rest at the end of a guidance.
-pub fn hold(text: &str) -> Result<Duration, String> {
+pub(crate) fn hold(text: &str) -> Result<Duration, String> {
     number(text, "seconds above 0 and below 600", |x| x > 0.0 && x < 600.0).map(Duration::from_secs_f64)
 }
 
 /// \\CommTimeout, s.
-pub fn timeout_s(text: &str) -> Result<f64, String> {
+pub(crate) fn timeout_s(text: &str) -> Result<f64, String> {
     number(text, "0.02 to 10 s", |x| (0.02..=10.0).contains(&x))
 }
 
 /// Wait for a guidance to begin.
-pub fn armed(text: &str) -> Result<Duration, String> {
+pub(crate) fn armed(text: &str) -> Result<Duration, String> {
     number(text, "1 to 3600 s", |x| (1.0..=3600.0).contains(&x)).map(Duration::from_secs_f64)
 }
 
 /// Readout, latency, bandwidth of a simulated camera.
-pub fn below_a_billion(text: &str) -> Result<f64, String> {
+pub(crate) fn below_a_billion(text: &str) -> Result<f64, String> {
     number(text, "0 or more, below a billion", |x| (0.0..1e9).contains(&x))
 }
 
 /// A share that leaves something.
-pub fn partial_share(text: &str) -> Result<f64, String> {
+pub(crate) fn partial_share(text: &str) -> Result<f64, String> {
     number(text, "a share from 0 to less than 1", |x| (0.0..1.0).contains(&x))
 }

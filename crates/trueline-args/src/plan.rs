@@ -57,7 +57,7 @@ pub struct PlanArgs {
     /// Robot programs of the path to write beside it
     #[arg(long, value_delimiter = ',', value_parser = one_of(&PROGRAMS))]
     pub program: Vec<Language>,
-    /// What `calibrate --use` will use, for the rehearsal; whole stripes need two [[plates]] in the cell's file that hold the seam
+    /// What `calibrate --use` will use, for the rehearsal; whole stripes need two tables `plates` in the cell's file that hold the seam
     #[arg(long = "use", value_name = "WHAT", value_parser = one_of(&MEASUREMENTS), default_value = "seam")]
     pub measurements: Measurements,
     /// How sigmas become one number
@@ -84,7 +84,7 @@ pub struct PlanArgs {
 }
 
 /// A cell's file and its sensor's.
-pub type Example = (&'static str, &'static str);
+pub(crate) type Example = (&'static str, &'static str);
 
 static EXAMPLES: [Choice<Example>; 2] = [
     ("camera", "The paper's: a camera and a laser", (cell_toml::EXAMPLE, cell_toml::EXAMPLE_SENSOR)),
@@ -111,7 +111,7 @@ static CRITERIA: [Choice<Criterion>; 3] = [
 ];
 
 /// Kinds of paths.
-pub type Shapes = &'static [Shape];
+pub(crate) type Shapes = &'static [Shape];
 
 static SHAPES: [Choice<Shapes>; 6] = [
     ("auto", "Whichever is best", &Shape::ALL),

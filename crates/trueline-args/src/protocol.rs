@@ -6,7 +6,7 @@ use std::net::{IpAddr, SocketAddr};
 use trueline_live::{LinkAddress, Protocol};
 
 /// What robots speak.
-pub static PROTOCOLS: [Choice<Protocol>; 5] = [
+pub(crate) static PROTOCOLS: [Choice<Protocol>; 5] = [
     ("egm", "ABB's Externally Guided Motion: the robot speaks first (UDP)", Protocol::Egm),
     ("ur-rtde", "Universal Robots' RTDE: the PC calls (TCP 30004)", Protocol::UrRtde),
     ("fanuc-hspo", "FANUC's High Speed Position Output: the robot speaks first (UDP)", Protocol::FanucHspo),

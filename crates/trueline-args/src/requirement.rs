@@ -10,7 +10,7 @@ const UNITS: [(&str, &[(&str, f64)]); 3] = [
 ];
 
 /// Reads the list.
-pub fn parse(text: &str) -> Result<Requirement, String> {
+pub(crate) fn parse(text: &str) -> Result<Requirement, String> {
     let wrong = |item: &str, why: &str| {
         format!("`{item}`: {why}; for example time=0.1ms,translation=0.1mm,rotation=0.05deg")
     };
@@ -40,7 +40,7 @@ pub struct Want {
 }
 
 /// Reads the list of `plan --want`: as [`parse`], and seam=0.05mm.
-pub fn parse_want(text: &str) -> Result<Want, String> {
+pub(crate) fn parse_want(text: &str) -> Result<Want, String> {
     let (seam, sigmas): (Vec<&str>, Vec<&str>) =
         text.split(',').partition(|item| item.trim_start().starts_with("seam="));
     let seam_m = match seam.as_slice() {
@@ -53,7 +53,7 @@ pub fn parse_want(text: &str) -> Result<Want, String> {
 }
 
 /// Reads a length with its unit, m.
-pub fn length_m(text: &str) -> Result<f64, String> {
+pub(crate) fn length_m(text: &str) -> Result<f64, String> {
     limit(text.trim(), UNITS[1].1).map_err(|why| format!("`{text}`: {why}; for example 0.5mm"))
 }
 

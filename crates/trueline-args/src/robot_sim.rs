@@ -133,7 +133,7 @@ pub enum Mode {
 }
 
 /// Who drives, of `robot-sim` and `rapid`.
-pub static MODES: [Choice<Mode>; 2] = [
+pub(crate) static MODES: [Choice<Mode>; 2] = [
     ("stream", "The robot's own program, along the path; answers are not used", Mode::Stream),
     ("guidance", "The PC's references", Mode::Guidance),
 ];

@@ -58,7 +58,7 @@ pub struct IntrinsicsArgs {
 }
 
 /// Coefficients, or those that the pictures bear out.
-pub type DistortionChoice = Option<DistortionModel>;
+pub(crate) type DistortionChoice = Option<DistortionModel>;
 
 static DISTORTIONS: [Choice<DistortionChoice>; 6] = [
     ("auto", "Those that the pictures bear out", None),
@@ -108,7 +108,7 @@ pub struct LaserPlaneArgs {
 }
 
 /// chessboard:9x6:25 or chessboard:9x6:25mm.
-pub fn board(text: &str) -> Result<Board, String> {
+pub(crate) fn board(text: &str) -> Result<Board, String> {
     let wrong = || {
         format!(
             "`{text}` is no board: write chessboard:COLUMNSxROWS:SQUARE_MM, for example chessboard:9x6:25"

@@ -136,7 +136,7 @@ static PRESETS: [Choice<Preset>; 8] = [
 ];
 
 /// What pictures show.
-pub static JOINTS_OF_PICTURES: [Choice<fn() -> Joint>; 11] = [
+pub(crate) static JOINTS_OF_PICTURES: [Choice<fn() -> Joint>; 11] = [
     ("fillet", "Two plates at 90°", Joint::fillet),
     ("lap", "A plate of 3 mm on another", || Joint::Lap { step_m: 3e-3 }),
     ("v-groove", "Bevelled plates, 90°, 5 mm deep", || Joint::VGroove {
@@ -163,7 +163,7 @@ pub static JOINTS_OF_PICTURES: [Choice<fn() -> Joint>; 11] = [
 ];
 
 /// How pictures look.
-pub static LOOKS: [Choice<fn() -> Look>; 4] = [
+pub(crate) static LOOKS: [Choice<fn() -> Look>; 4] = [
     ("clean", "The bare stripe in whole grey levels", Look::clean),
     ("speckle", "Full speckle, shot and read noise", Look::speckled),
     ("shiny", "The same, and each plate mirrors in the other", Look::shiny),

@@ -26,7 +26,7 @@ pub struct InProcessSettings {
 }
 
 /// Pictures by the start of their exposure on the steady clock, ns; `None` drops one.
-pub type Scene = Box<dyn FnMut(i64) -> Option<GrayImage> + Send>;
+pub(crate) type Scene = Box<dyn FnMut(i64) -> Option<GrayImage> + Send>;
 
 /// The camera.
 pub struct InProcess {

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Opens the camera again.
-pub type Reopen = Box<dyn FnMut() -> Result<Box<dyn FrameSource>, CameraError> + Send>;
+pub(crate) type Reopen = Box<dyn FnMut() -> Result<Box<dyn FrameSource>, CameraError> + Send>;
 
 /// A camera that is opened again after it was unplugged.
 pub struct Reconnecting {

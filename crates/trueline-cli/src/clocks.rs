@@ -7,7 +7,11 @@ use trueline_method::Config;
 use trueline_method::diagnose::clock_alignment::{align, aligned};
 
 /// Takes from the image stamps what they are ahead of the robot's, ns, and says so.
-pub fn align_recording(recording: &mut Recording, config: &Config, quiet: bool) -> Result<i64, Failure> {
+pub(crate) fn align_recording(
+    recording: &mut Recording,
+    config: &Config,
+    quiet: bool,
+) -> Result<i64, Failure> {
     let found = align(recording, config).map_err(|error| Failure::new(error.to_string(), error.hint()))?;
     *recording = aligned(recording, found.images_ahead_ns);
     if !quiet {
@@ -20,7 +24,7 @@ pub fn align_recording(recording: &mut Recording, config: &Config, quiet: bool) 
 }
 
 /// The same for an import, whose profiles may not have been looked at.
-pub fn align_import(recording: &mut Recording, profiles: &mut [Profile]) -> Result<(), Failure> {
+pub(crate) fn align_import(recording: &mut Recording, profiles: &mut [Profile]) -> Result<(), Failure> {
     if profiles.is_empty() {
         align_recording(recording, &Config::default(), false)?;
         return Ok(());

@@ -6,7 +6,7 @@ use std::fmt;
 use std::path::Path;
 
 /// An error as the user reads it: what, and a hint on a line of its own.
-pub enum Failure {
+pub(crate) enum Failure {
     /// Something cannot be used.
     Said {
         /// What is wrong.
@@ -20,12 +20,12 @@ pub enum Failure {
 
 impl Failure {
     /// A failure with a hint.
-    pub fn new(message: impl Into<String>, hint: impl Into<String>) -> Self {
+    pub(crate) fn new(message: impl Into<String>, hint: impl Into<String>) -> Self {
         Self::Said { message: message.into(), hint: hint.into() }
     }
 
     /// A file that cannot be written.
-    pub fn cannot_write(file: &Path, error: &std::io::Error) -> Self {
+    pub(crate) fn cannot_write(file: &Path, error: &std::io::Error) -> Self {
         let hint = match error.kind() {
             std::io::ErrorKind::StorageFull => "the disk is full: free some space, or write to another one",
             _ => "check the path and its permissions",
@@ -36,7 +36,7 @@ impl Failure {
 
 impl Failure {
     /// The value of an option that is not what it must be; what it must be is told by what reads it.
-    pub fn of_value(told: &clap::Error, command: Option<&str>) -> Self {
+    pub(crate) fn of_value(told: &clap::Error, command: Option<&str>) -> Self {
         let option = told.get(ContextKind::InvalidArg).map(ToString::to_string).unwrap_or_default();
         let option = option.split(' ').next().unwrap_or_default();
         let why = told.source().map_or_else(|| told.to_string(), ToString::to_string);

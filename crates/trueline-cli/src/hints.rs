@@ -3,7 +3,7 @@
 use trueline_method::{Calibration, Error, Reason, Warning};
 
 /// What the user can try next, once each.
-pub fn of(calibration: &Calibration) -> Vec<&'static str> {
+pub(crate) fn of(calibration: &Calibration) -> Vec<&'static str> {
     let reasons = calibration.reasons().iter().filter_map(for_reason);
     let mut hints: Vec<&'static str> = Vec::new();
     for hint in reasons.chain(calibration.warnings().iter().filter_map(for_warning)) {
@@ -15,7 +15,7 @@ pub fn of(calibration: &Calibration) -> Vec<&'static str> {
 }
 
 /// Where the book says what to do about the reasons, by their codes.
-pub fn pages(calibration: &Calibration) -> Option<String> {
+pub(crate) fn pages(calibration: &Calibration) -> Option<String> {
     let mut codes: Vec<&str> = calibration.reasons().iter().map(Reason::code).collect();
     codes.dedup();
     let named = codes.join(", ");
@@ -52,7 +52,7 @@ fn for_warning(warning: &Warning) -> Option<&'static str> {
 }
 
 /// The same for a recording without any result; else the library's own hint.
-pub fn for_error(error: &Error) -> &'static str {
+pub(crate) fn for_error(error: &Error) -> &'static str {
     match error {
         Error::PointsNotInSheet { .. } => {
             "are all points measured by the same laser plane, in the camera frame? --residual point-to-line needs none"

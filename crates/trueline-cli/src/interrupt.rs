@@ -8,7 +8,7 @@ use std::time::Duration;
 static TIMES: AtomicU32 = AtomicU32::new(0);
 
 /// From now on Ctrl-C, SIGTERM and SIGHUP are counted and end nothing by themselves.
-pub fn watch() -> Result<(), Failure> {
+pub(crate) fn watch() -> Result<(), Failure> {
     ctrlc::set_handler(|| {
         TIMES.fetch_add(1, Ordering::SeqCst);
     })
@@ -18,11 +18,11 @@ pub fn watch() -> Result<(), Failure> {
 }
 
 /// How often it was pressed.
-pub fn times() -> u32 {
+pub(crate) fn times() -> u32 {
     TIMES.load(Ordering::SeqCst)
 }
 
 /// Goes on until a duration has passed, or it was pressed.
-pub fn until(passed: Duration, duration: Duration) -> ControlFlow<()> {
+pub(crate) fn until(passed: Duration, duration: Duration) -> ControlFlow<()> {
     if passed >= duration || times() > 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }

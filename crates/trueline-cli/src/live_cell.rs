@@ -15,7 +15,7 @@ use trueline_dataset::{SensorFile, sensor_toml};
 use trueline_live::HostClock;
 
 /// What the arguments name.
-pub struct LiveCell {
+pub(crate) struct LiveCell {
     /// Camera and estimate.
     pub cell: Cell,
     sensor: Option<SensorFile>,
@@ -25,7 +25,7 @@ pub struct LiveCell {
 impl LiveCell {
     /// Opens the camera, if one is named.
     /// `reconnect`: a camera that is unplugged is waited for, else it is an error.
-    pub fn open(
+    pub(crate) fn open(
         args: &CameraArgs,
         sensor: Option<&Path>,
         clock: HostClock,
@@ -58,7 +58,7 @@ impl LiveCell {
     }
 
     /// Has what comes cut into welds, where a camera gives seam points.
-    pub fn cut_into_welds(&mut self, pause: Duration) -> Option<Arc<LiveWelds>> {
+    pub(crate) fn cut_into_welds(&mut self, pause: Duration) -> Option<Arc<LiveWelds>> {
         self.cell.estimate()?;
         let welds = Arc::new(LiveWelds::new(self.sensor.clone()?, pause));
         self.cell = std::mem::take(&mut self.cell).with_welds(Arc::clone(&welds));
@@ -66,7 +66,12 @@ impl LiveCell {
     }
 
     /// What a recording of it is made for.
-    pub fn recording<'a>(&self, folder: &'a Path, tool: &'a str, robot: &'a str) -> RecordingSettings<'a> {
+    pub(crate) fn recording<'a>(
+        &self,
+        folder: &'a Path,
+        tool: &'a str,
+        robot: &'a str,
+    ) -> RecordingSettings<'a> {
         RecordingSettings {
             folder,
             sensor_toml: self.sensor_toml.clone(),
@@ -80,7 +85,12 @@ impl LiveCell {
     }
 
     /// Tells what camera and estimate came to; whether all is well.
-    pub fn tell(&self, camera: &Result<(), CameraError>, estimate_panicked: bool, quiet: bool) -> bool {
+    pub(crate) fn tell(
+        &self,
+        camera: &Result<(), CameraError>,
+        estimate_panicked: bool,
+        quiet: bool,
+    ) -> bool {
         let state = self.cell.state();
         if estimate_panicked {
             output::words("warning: the estimate failed; the recording is not affected");
@@ -102,7 +112,7 @@ impl LiveCell {
 
 /// Tells what is missing in a recording, what else happened, and `report`. Whoever reads our output may be gone: what became of
 /// the recording is then told by the exit code alone.
-pub fn tell_recording(finished: &FinishedRecording, report: &str, quiet: bool) -> Result<(), Failure> {
+pub(crate) fn tell_recording(finished: &FinishedRecording, report: &str, quiet: bool) -> Result<(), Failure> {
     for loss in finished.losses() {
         output::words(&format!("warning: {loss}"));
     }

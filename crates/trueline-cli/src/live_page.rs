@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use trueline_args::ServeArgs;
 
 #[cfg(feature = "serve")]
-pub use with_server::{CellPage, WatchPage};
+pub(crate) use with_server::{CellPage, WatchPage};
 
 #[cfg(feature = "serve")]
 mod with_server {
@@ -35,33 +35,33 @@ mod with_server {
     }
 
     /// The page of productions, as long as it lives.
-    pub struct WatchPage {
+    pub(crate) struct WatchPage {
         _server: Option<LiveServer>,
     }
 
     impl WatchPage {
         /// Of the cells with these states.
-        pub fn of(args: &ServeArgs, states: Vec<PathBuf>) -> Result<Self, Failure> {
+        pub(crate) fn of(args: &ServeArgs, states: Vec<PathBuf>) -> Result<Self, Failure> {
             Ok(Self { _server: serve(args, Arc::new(WatchSite::of(states)))? })
         }
     }
 
     /// The page of a recording, as long as it lives.
-    pub struct CellPage {
+    pub(crate) struct CellPage {
         site: Arc<CellSite>,
         _server: Option<LiveServer>,
     }
 
     impl CellPage {
         /// Of a cell that is about to be recorded.
-        pub fn of(args: &ServeArgs, title: &str, cell: &Cell) -> Result<Self, Failure> {
+        pub(crate) fn of(args: &ServeArgs, title: &str, cell: &Cell) -> Result<Self, Failure> {
             let site = Arc::new(CellSite::new(title.to_owned(), cell.picture()));
             let shared: Arc<dyn Site> = Arc::<CellSite>::clone(&site);
             Ok(Self { _server: serve(args, shared)?, site })
         }
 
         /// Shows how things are.
-        pub fn show(&self, robot: &str, brief: RobotBrief, state: &CellState) {
+        pub(crate) fn show(&self, robot: &str, brief: RobotBrief, state: &CellState) {
             self.site.show(robot.to_owned(), brief, state);
         }
     }

@@ -8,13 +8,13 @@ use trueline_cell::CellState;
 const LINES: usize = 4;
 
 /// The lines; nothing at all where there is no terminal.
-pub struct LiveScreen {
+pub(crate) struct LiveScreen {
     lines: Option<(MultiProgress, [ProgressBar; LINES])>,
 }
 
 impl LiveScreen {
     /// Empty lines on stderr.
-    pub fn new(quiet: bool) -> Self {
+    pub(crate) fn new(quiet: bool) -> Self {
         if quiet || !std::io::stderr().is_terminal() {
             return Self { lines: None };
         }
@@ -26,7 +26,7 @@ impl LiveScreen {
     }
 
     /// Shows how things are.
-    pub fn show(&self, robot: &str, state: &CellState) {
+    pub(crate) fn show(&self, robot: &str, state: &CellState) {
         let Some((_, lines)) = &self.lines else { return };
         lines[0].set_message(format!("robot     {robot}"));
         let camera = state.camera.as_ref().map(|counts| format!("camera    {counts}"));

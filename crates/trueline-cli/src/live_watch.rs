@@ -24,7 +24,7 @@ impl From<trueline_watch::store::StoreError> for Failure {
 }
 
 /// Says if the calibration was not accepted.
-pub fn warn_of_calibration(watcher: &Watcher, file: &Path) {
+pub(crate) fn warn_of_calibration(watcher: &Watcher, file: &Path) {
     if watcher.was_accepted() == Some(false) {
         output::words(&format!(
             "mind: {} was not accepted when it was made; what is watched is change against it",
@@ -34,7 +34,12 @@ pub fn warn_of_calibration(watcher: &Watcher, file: &Path) {
 }
 
 /// Watches a weld and tells of it; its line of JSON.
-pub fn told(watcher: &mut Watcher, name: &str, recording: Recording, quiet: bool) -> Result<String, Failure> {
+pub(crate) fn told(
+    watcher: &mut Watcher,
+    name: &str,
+    recording: Recording,
+    quiet: bool,
+) -> Result<String, Failure> {
     let line = watcher.one(name, recording)?;
     if !quiet {
         output::words(&weld_text::of(&line));
@@ -43,7 +48,7 @@ pub fn told(watcher: &mut Watcher, name: &str, recording: Recording, quiet: bool
 }
 
 /// Says who could not be told of alarms.
-pub fn tell_who_was_not_told(watcher: &mut Watcher) -> Result<(), Failure> {
+pub(crate) fn tell_who_was_not_told(watcher: &mut Watcher) -> Result<(), Failure> {
     for receiver in watcher.finish()? {
         output::words(&format!(
             "warning: {} has not been told {} messages about alarms ({}); they are kept, and told by the next program with \
@@ -57,7 +62,7 @@ pub fn tell_who_was_not_told(watcher: &mut Watcher) -> Result<(), Failure> {
 }
 
 /// A watcher of what is being recorded.
-pub struct LiveWatch<'a> {
+pub(crate) struct LiveWatch<'a> {
     welds: Arc<LiveWelds>,
     watcher: Watcher,
     args: &'a RecordArgs,
@@ -67,7 +72,7 @@ pub struct LiveWatch<'a> {
 
 impl<'a> LiveWatch<'a> {
     /// Cuts what a cell records into welds, if that is asked for.
-    pub fn of(args: &'a RecordArgs, cell: &mut LiveCell) -> Result<Option<Self>, Failure> {
+    pub(crate) fn of(args: &'a RecordArgs, cell: &mut LiveCell) -> Result<Option<Self>, Failure> {
         let (Some(state), Some(calibration)) = (&args.watch, &args.calibration) else { return Ok(None) };
         let Some(welds) = cell.cut_into_welds(args.weld_pause_s) else {
             return Err(Failure::new(
@@ -81,7 +86,7 @@ impl<'a> LiveWatch<'a> {
     }
 
     /// Watches the welds that have ended; `is_over`: nothing more will come. One that cannot be watched ends nothing.
-    pub fn look(&mut self, is_over: bool) {
+    pub(crate) fn look(&mut self, is_over: bool) {
         for recording in self.welds.take_ended(is_over) {
             let name = format!("{}#{}", self.args.out.display(), self.number);
             self.number += 1;
@@ -93,7 +98,7 @@ impl<'a> LiveWatch<'a> {
     }
 
     /// The last look; whether nothing failed and no alarm was raised.
-    pub fn finish(mut self) -> Result<bool, Failure> {
+    pub(crate) fn finish(mut self) -> Result<bool, Failure> {
         self.look(true);
         tell_who_was_not_told(&mut self.watcher)?;
         Ok(self.failed == 0 && self.watcher.alarms == 0)

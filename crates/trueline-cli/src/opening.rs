@@ -15,22 +15,22 @@ use trueline_vision::Joint;
 use trueline_vision::scan::ScanObserver;
 
 /// Reads a scan; where there are pictures and no features, the seam is looked for in the pictures.
-pub fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<Opened, Failure> {
+pub(crate) fn open(path: &Path, joint: Option<Joint>, quiet: bool) -> Result<Opened, Failure> {
     trueline_open::open(path, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
 /// Reads several scans of one sensor as one.
-pub fn open_all(paths: &[PathBuf], joint: Option<Joint>, quiet: bool) -> Result<Opened, Failure> {
+pub(crate) fn open_all(paths: &[PathBuf], joint: Option<Joint>, quiet: bool) -> Result<Opened, Failure> {
     trueline_open::open_all(paths, &how(joint), &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
 /// The seams of profiles, with what was found in words.
-pub fn seams_of_profiles(profiles: &[Profile], quiet: bool) -> Result<FoundSeams, Failure> {
+pub(crate) fn seams_of_profiles(profiles: &[Profile], quiet: bool) -> Result<FoundSeams, Failure> {
     trueline_open::seams_of_profiles(profiles, &Words::new(quiet)).map_err(|error| failure(&error, None))
 }
 
 /// Says what became of a recording in MCAP or rosbag2.
-pub fn tell(imported: &Imported) {
+pub(crate) fn tell(imported: &Imported) {
     trueline_open::told_of_import(imported, &Words::new(false));
 }
 

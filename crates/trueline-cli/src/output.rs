@@ -12,13 +12,13 @@ use trueline_dataset::whole_file;
 use trueline_report::wrapped::wrapped;
 
 /// Words for a person: stderr.
-pub fn words(text: &str) {
+pub(crate) fn words(text: &str) {
     // If stderr is gone there is nobody left to tell.
     let _ = writeln!(std::io::stderr().lock(), "{}", shown(text.trim_end()));
 }
 
 /// Text without what a terminal would obey: names of files and topics are whatever strangers call them.
-pub fn shown(text: &str) -> Cow<'_, str> {
+pub(crate) fn shown(text: &str) -> Cow<'_, str> {
     let obeyed = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
     if !text.contains(obeyed) {
         return Cow::Borrowed(text);
@@ -29,27 +29,27 @@ pub fn shown(text: &str) -> Cow<'_, str> {
 }
 
 /// Words for a person who wants to know more, with -v.
-pub fn detail(text: &str) {
+pub(crate) fn detail(text: &str) {
     if is_verbose() {
         words(text);
     }
 }
 
 /// From now on details are said, or not.
-pub fn say_more(verbose: bool) {
+pub(crate) fn say_more(verbose: bool) {
     // A process runs one command.
     let _ = VERBOSE.set(verbose);
 }
 
 /// Whether details are wanted.
-pub fn is_verbose() -> bool {
+pub(crate) fn is_verbose() -> bool {
     VERBOSE.get().copied().unwrap_or(false)
 }
 
 static VERBOSE: OnceLock<bool> = OnceLock::new();
 
 /// Data for the next program: stdout.
-pub fn data(text: &str) -> Result<(), Failure> {
+pub(crate) fn data(text: &str) -> Result<(), Failure> {
     // Colours go to terminals that want them, and to nothing else.
     let mut out = anstream::stdout().lock();
     match writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush()) {
@@ -60,7 +60,7 @@ pub fn data(text: &str) -> Result<(), Failure> {
 }
 
 /// Colours on a terminal that shows them, always or never.
-pub fn use_colours(when: clap::ColorChoice) {
+pub(crate) fn use_colours(when: clap::ColorChoice) {
     let choice = match when {
         clap::ColorChoice::Auto => anstream::ColorChoice::Auto,
         clap::ColorChoice::Always => anstream::ColorChoice::Always,
@@ -70,18 +70,18 @@ pub fn use_colours(when: clap::ColorChoice) {
 }
 
 /// A line on a terminal that the next one overwrites.
-pub fn status(text: &str) {
+pub(crate) fn status(text: &str) {
     let mut out = std::io::stderr().lock();
     let _ = write!(out, "\r\x1b[2K{}", shown(text)).and_then(|()| out.flush());
 }
 
 /// JSON into the file that a user named; - is stdout.
-pub fn json(path: &Path, text: &str) -> Result<(), Failure> {
+pub(crate) fn json(path: &Path, text: &str) -> Result<(), Failure> {
     if path == Path::new("-") { data(text) } else { file(path, text) }
 }
 
 /// A calibration's result as JSON into the file that a user named.
-pub fn result(path: &Path, result: &ResultFile) -> Result<(), Failure> {
+pub(crate) fn result(path: &Path, result: &ResultFile) -> Result<(), Failure> {
     let text = result.to_json().map_err(|error| {
         Failure::new(format!("the result cannot be written as JSON: {error}"), "this is a bug of trueline")
     })?;
@@ -89,7 +89,7 @@ pub fn result(path: &Path, result: &ResultFile) -> Result<(), Failure> {
 }
 
 /// A summary for a person: on stdout, unless JSON goes there.
-pub fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
+pub(crate) fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
     let text = wrapped(text);
     if json == Some(Path::new("-")) {
         words(&text);
@@ -99,7 +99,7 @@ pub fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
 }
 
 /// Marks the lines that decide: good ones green, bad ones red, doubtful ones yellow.
-pub fn coloured(text: &str) -> String {
+pub(crate) fn coloured(text: &str) -> String {
     shown(text).lines().map(|line| coloured_line(line) + "\n").collect()
 }
 
@@ -121,7 +121,7 @@ fn coloured_line(line: &str) -> String {
 }
 
 /// A file that a user named as output. It appears whole or not at all: what was there before stays until then.
-pub fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
+pub(crate) fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Failure> {
     let content = content.as_ref();
     whole_file::write(path, content).map_err(|error| Failure::cannot_write(path, &error))?;
     detail(&format!("written: {}, {} bytes", path.display(), content.len()));
@@ -129,7 +129,7 @@ pub fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), Fa
 }
 
 /// Refuses files that cannot be written, before the work is done for them; - is stdout.
-pub fn expect_files(files: &[Option<&Path>]) -> Result<(), Failure> {
+pub(crate) fn expect_files(files: &[Option<&Path>]) -> Result<(), Failure> {
     for file in files.iter().flatten().filter(|file| **file != Path::new("-")) {
         if file.is_dir() {
             let hint = format!("name a file in it, for example `{}`", file.join("result").display());
@@ -147,7 +147,7 @@ pub fn expect_files(files: &[Option<&Path>]) -> Result<(), Failure> {
 static COMMAND_LINE: OnceLock<String> = OnceLock::new();
 
 /// Remembers the command line, its first word being the program's own name, for reports to show.
-pub fn remember_command_line(words: &[OsString]) {
+pub(crate) fn remember_command_line(words: &[OsString]) {
     let quoted = |word: String| if word.contains([' ', '"', '\'']) { format!("{word:?}") } else { word };
     let words = words.iter().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
     let line = std::iter::once("trueline".to_owned()).chain(words).collect::<Vec<_>>().join(" ");
@@ -156,12 +156,12 @@ pub fn remember_command_line(words: &[OsString]) {
 }
 
 /// The command that is running, as a person types it.
-pub fn command_line() -> String {
+pub(crate) fn command_line() -> String {
     COMMAND_LINE.get().cloned().unwrap_or_default()
 }
 
 /// Refuses to write over a file that somebody may still need.
-pub fn must_not_exist(path: &Path) -> Result<(), Failure> {
+pub(crate) fn must_not_exist(path: &Path) -> Result<(), Failure> {
     if path.exists() {
         return Err(Failure::new(
             format!("{}: already exists", path.display()),

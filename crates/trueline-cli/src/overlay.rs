@@ -7,7 +7,7 @@ use trueline_vision::overlay::Canvas;
 use trueline_vision::scan::{ExaminedPicture, ScanError};
 
 /// A new folder for such pictures.
-pub struct OverlayFolder {
+pub(crate) struct OverlayFolder {
     whole: WholeFolder,
     /// Every how many pictures one is drawn.
     every: usize,
@@ -15,18 +15,18 @@ pub struct OverlayFolder {
 
 impl OverlayFolder {
     /// Begins the folder.
-    pub fn create(folder: &Path, every: usize, replace: bool) -> Result<Self, Failure> {
+    pub(crate) fn create(folder: &Path, every: usize, replace: bool) -> Result<Self, Failure> {
         Ok(Self { whole: WholeFolder::begin(folder, replace)?, every })
     }
 
     /// Gives the folder its name.
-    pub fn finish(self) -> Result<(), Failure> {
+    pub(crate) fn finish(self) -> Result<(), Failure> {
         Ok(self.whole.finish()?)
     }
 
     /// Draws a picture with its line segments and its seam, if it is one that is drawn; a picture without a seam says
     /// so in its name.
-    pub fn draw(&self, picture: &ExaminedPicture<'_>) -> Result<(), ScanError> {
+    pub(crate) fn draw(&self, picture: &ExaminedPicture<'_>) -> Result<(), ScanError> {
         if !picture.number.is_multiple_of(self.every) {
             return Ok(());
         }

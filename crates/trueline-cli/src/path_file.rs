@@ -11,13 +11,13 @@ use trueline_live::pose_feed::small_s;
 ///
 /// # Errors
 /// A file that is missing or cannot be used.
-pub fn read(path: &Path) -> Result<Vec<RobotSample>, Failure> {
+pub(crate) fn read(path: &Path) -> Result<Vec<RobotSample>, Failure> {
     let file = file(path);
     Ok(robot_csv::read(&file, read_text(&file)?.as_bytes())?)
 }
 
 /// The file with the poses.
-pub fn file(path: &Path) -> PathBuf {
+pub(crate) fn file(path: &Path) -> PathBuf {
     if path.is_dir() { path.join(PATH) } else { path.to_owned() }
 }
 
@@ -25,7 +25,7 @@ pub fn file(path: &Path) -> PathBuf {
 ///
 /// # Errors
 /// As [`read`], and times that do not rise.
-pub fn trajectory(path: Option<&Path>) -> Result<Trajectory, Failure> {
+pub(crate) fn trajectory(path: Option<&Path>) -> Result<Trajectory, Failure> {
     let Some(path) = path else { return Ok(small_s()) };
     let poses = read(path)?;
     let times = poses.iter().map(|p| (p.stamp_ns - poses[0].stamp_ns) as f64 * 1e-9).collect();

@@ -6,14 +6,14 @@ use std::sync::Mutex;
 use trueline_vision::scan::{ScanObserver, Stage};
 
 /// One bar for each stage.
-pub struct PictureProgress {
+pub(crate) struct PictureProgress {
     quiet: bool,
     bar: Mutex<Option<ProgressBar>>,
 }
 
 impl PictureProgress {
     /// No bar yet.
-    pub fn new(quiet: bool) -> Self {
+    pub(crate) fn new(quiet: bool) -> Self {
         Self { quiet, bar: Mutex::default() }
     }
 

@@ -8,7 +8,7 @@ use trueline_vision::contact_sheet::{self, Sample};
 use trueline_vision::scan::ScanSeams;
 
 /// Every picture, for the report.
-pub fn looked(scan: &ScanSeams) -> Vec<Looked> {
+pub(crate) fn looked(scan: &ScanSeams) -> Vec<Looked> {
     let first_ns = scan.frames.first().map_or(0, |frame| frame.stamp.stamp_ns);
     let looked = scan.frames.iter().map(|frame| Looked {
         stamp_s: (frame.stamp.stamp_ns - first_ns) as f64 * 1e-9,
@@ -22,7 +22,7 @@ pub fn looked(scan: &ScanSeams) -> Vec<Looked> {
 }
 
 /// Some pictures for the report, PNG, with their numbers.
-pub fn samples(dataset: &Path, scan: &ScanSeams) -> Result<Vec<(usize, Vec<u8>)>, Failure> {
+pub(crate) fn samples(dataset: &Path, scan: &ScanSeams) -> Result<Vec<(usize, Vec<u8>)>, Failure> {
     let samples = contact_sheet::samples(&PictureFolder::open(dataset)?, scan);
     let png =
         |Sample { number, canvas }: Sample| Ok((number, gray_png::encode_rgb(canvas.size(), canvas.rgb())?));

@@ -14,7 +14,7 @@ use trueline_vision::scan::{ExaminedPicture, ScanError, ScanObserver, ScanSeams,
 use trueline_vision::{Joint, PictureRegion, StripeChoice, find_seams};
 
 /// How to examine them.
-pub struct PictureOptions {
+pub(crate) struct PictureOptions {
     /// The joint, or whatever most pictures show.
     pub joint: Option<Joint>,
     /// Where in the pictures, if not where sensor.toml says.
@@ -30,7 +30,7 @@ pub struct PictureOptions {
 }
 
 /// Where to draw what was found.
-pub struct OverlayChoice {
+pub(crate) struct OverlayChoice {
     /// The folder.
     pub folder: PathBuf,
     /// Every so many pictures.
@@ -40,7 +40,7 @@ pub struct OverlayChoice {
 }
 
 /// Examines all pictures of a dataset.
-pub fn examine(dataset: &Path, options: &PictureOptions) -> Result<ScanSeams, Failure> {
+pub(crate) fn examine(dataset: &Path, options: &PictureOptions) -> Result<ScanSeams, Failure> {
     let sensor = folder::read_sensor_file(dataset)?;
     // Without a camera there need not be pictures, and that is what is to be told.
     let detector = detector::of(&sensor, options.region.as_ref(), options.stripe)

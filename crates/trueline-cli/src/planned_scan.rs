@@ -9,22 +9,22 @@ use trueline_plan::{CellFiles, cell_toml};
 use trueline_sim::{FollowedPath, Scenario};
 
 /// The poses to follow.
-pub const PATH: &str = "path.csv";
+pub(crate) const PATH: &str = "path.csv";
 /// What was known of the cell.
-pub const CELL: &str = "cell.toml";
+pub(crate) const CELL: &str = "cell.toml";
 
 /// Reads a cell and the files beside it.
 ///
 /// # Errors
 /// Files that are missing or cannot be used.
-pub fn read_files(file: &Path) -> Result<CellFiles, Failure> {
+pub(crate) fn read_files(file: &Path) -> Result<CellFiles, Failure> {
     let text = read_text(file)?;
     let sensor_text = read_text(&file.with_file_name(cell_toml::sensor_name(file, &text)?))?;
     Ok(CellFiles::of(file, text, sensor_text)?)
 }
 
 /// The text of a file.
-pub fn read_text(file: &Path) -> Result<String, Failure> {
+pub(crate) fn read_text(file: &Path) -> Result<String, Failure> {
     fs::read_to_string(file).map_err(|error| {
         if error.kind() == std::io::ErrorKind::NotFound {
             return Failure::new(
@@ -37,7 +37,7 @@ pub fn read_text(file: &Path) -> Result<String, Failure> {
 }
 
 /// A scan along a planned path.
-pub struct PlannedScan {
+pub(crate) struct PlannedScan {
     /// What the simulation needs; its own movement is not used.
     pub scenario: Scenario,
     /// The path.
@@ -49,7 +49,7 @@ pub struct PlannedScan {
 ///
 /// # Errors
 /// Files that are missing or cannot be used.
-pub fn read(folder: &Path, exact_guess: bool, seed: u64) -> Result<PlannedScan, Failure> {
+pub(crate) fn read(folder: &Path, exact_guess: bool, seed: u64) -> Result<PlannedScan, Failure> {
     let cell = read_files(&folder.join(CELL))?.cell;
     let file = folder.join(PATH);
     let poses = robot_csv::read(&file, read_text(&file)?.as_bytes())?;

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 /// A bar on stderr; drawn only on a terminal, and not if all is to be quiet.
-pub fn bar(total: u64, what: &'static str, quiet: bool) -> ProgressBar {
+pub(crate) fn bar(total: u64, what: &'static str, quiet: bool) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(5) };
     let bar = ProgressBar::with_draw_target(Some(total), target);
     let template = "{bar:30} {pos}/{len} {prefix}  {per_sec}  {eta} left";
@@ -16,7 +16,7 @@ pub fn bar(total: u64, what: &'static str, quiet: bool) -> ProgressBar {
 }
 
 /// Does work of which nobody knows how much is left. After a second a terminal shows for how long it has been going on.
-pub fn during<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
+pub(crate) fn during<T>(what: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
     if quiet {
         return work();
     }

@@ -12,7 +12,7 @@ const SMALL: u64 = 1 << 20;
 ///
 /// # Errors
 /// A size that is none or too large, in words.
-pub fn bytes([width, height]: [usize; 2], bytes_a_pixel: usize, stored: u64) -> Result<usize, String> {
+pub(crate) fn bytes([width, height]: [usize; 2], bytes_a_pixel: usize, stored: u64) -> Result<usize, String> {
     let pixels = width.checked_mul(height).filter(|&n| n > 0 && n <= MOST_PIXELS);
     let bytes = pixels.map(|pixels| pixels * bytes_a_pixel);
     let possible = SMALL.max(stored.saturating_mul(MOST_EXPANSION));

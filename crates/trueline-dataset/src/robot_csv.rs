@@ -1,4 +1,4 @@
-//! `robot.csv`: base_from_tool over time, with rotations in any form of [`crate::rotation_columns`].
+//! `robot.csv`: base_from_tool over time, with rotations in any form of `rotation_columns`.
 
 use crate::error::{Error, Problem};
 use crate::recording::RobotSample;
@@ -35,7 +35,7 @@ pub(crate) fn is_column(name: &str) -> bool {
 /// Reads the robot's poses.
 ///
 /// # Errors
-/// Anything that is not a clean table with rising stamps and one rotation in a form of [`crate::rotation_columns`].
+/// Anything that is not a clean table with rising stamps and one rotation in a form of `rotation_columns`.
 pub fn read(file: &Path, input: impl Read) -> Result<Vec<RobotSample>, Error> {
     let header = Header::read(file, input)?;
     if header.names().iter().any(|name| name == "u_px" || name == "v_px") {

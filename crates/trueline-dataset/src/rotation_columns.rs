@@ -37,7 +37,7 @@ pub fn unit_quaternion(wxyz: [f64; 4]) -> Result<UnitQuaternion<f64>, Problem> {
 
 /// What the numbers of a rotation mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RotationForm {
+pub(crate) enum RotationForm {
     /// w, x, y, z.
     Quaternion,
     /// Three angles.
@@ -50,7 +50,7 @@ pub enum RotationForm {
 
 /// The columns of a table that hold its rotations.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RotationColumns {
+pub(crate) struct RotationColumns {
     /// What they mean.
     pub form: RotationForm,
     /// Their names without unit.
@@ -85,7 +85,7 @@ impl RotationColumns {
     ///
     /// # Errors
     /// No rotation, two of them, or angles whose meaning depends on the robot.
-    pub fn find(header: &[String]) -> Result<Self, Problem> {
+    pub(crate) fn find(header: &[String]) -> Result<Self, Problem> {
         let mut forms: Vec<Self> = PLAIN_NAMES
             .iter()
             .map(|(form, names)| Self { form: *form, names: names.iter().map(|&n| n.to_owned()).collect() })
@@ -110,7 +110,7 @@ impl RotationColumns {
 
     /// Whether a name is that of a column of any form.
     #[must_use]
-    pub fn is_one(name: &str) -> bool {
+    pub(crate) fn is_one(name: &str) -> bool {
         let among = |(form, names): &(RotationForm, &[&str])| {
             names.iter().any(|n| table::is_one_of(name, &[required(n, form.quantity())]))
         };
@@ -147,7 +147,11 @@ impl RotationColumns {
     ///
     /// # Errors
     /// Numbers that are missing, not finite, or no rotation.
-    pub fn read<R: Read>(&self, table: &Table<'_, R>, first: usize) -> Result<UnitQuaternion<f64>, Error> {
+    pub(crate) fn read<R: Read>(
+        &self,
+        table: &Table<'_, R>,
+        first: usize,
+    ) -> Result<UnitQuaternion<f64>, Error> {
         let at = |problem| table.error_in(first, problem);
         match self.form {
             RotationForm::Quaternion => unit_quaternion(numbers(table, first)?).map_err(at),

@@ -28,7 +28,7 @@ pub struct Arrival {
 /// A datagram in the socket's buffer.
 #[derive(Clone, Copy, Debug)]
 pub struct Datagram<'a> {
-    /// Its bytes; one more than [`LONGEST_BYTES`] if it was longer.
+    /// Its bytes; one more than `LONGEST_BYTES` if it was longer.
     pub bytes: &'a [u8],
     /// Its sender.
     pub from: SocketAddr,
@@ -166,7 +166,11 @@ mod kernel {
         cmsg_space!(TimeSpec, u32)
     }
 
-    pub fn receive(socket: &UdpSocket, buffer: &mut [u8], control: &mut Vec<u8>) -> io::Result<RawDatagram> {
+    pub(super) fn receive(
+        socket: &UdpSocket,
+        buffer: &mut [u8],
+        control: &mut Vec<u8>,
+    ) -> io::Result<RawDatagram> {
         let flags = MsgFlags::MSG_DONTWAIT;
         control.resize(control.capacity(), 0);
         let mut parts = [IoSliceMut::new(buffer)];

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 const RECORDING: &str = "recording.mcap";
 
 /// What a path leads to.
-pub enum Place {
+pub(crate) enum Place {
     /// A dataset folder.
     Folder,
     /// A recording in MCAP or rosbag2.
@@ -18,7 +18,7 @@ pub enum Place {
 ///
 /// # Errors
 /// The two mistakes that are made most: a name that is mistyped, and a file instead of its folder.
-pub fn of(path: &Path) -> Result<Place, OpenError> {
+pub(crate) fn of(path: &Path) -> Result<Place, OpenError> {
     if !path.exists() {
         return Err(OpenError::NoPlace(path.to_owned()));
     }

@@ -18,6 +18,6 @@ const TWO_PASSES: [f64; DIMENSION] = [
 
 /// The pattern of a shape; `None` where none is known.
 #[must_use]
-pub fn of(shape: Shape) -> Option<&'static [f64; DIMENSION]> {
+pub(crate) fn of(shape: Shape) -> Option<&'static [f64; DIMENSION]> {
     (shape == Shape::TwoPasses).then_some(&TWO_PASSES)
 }

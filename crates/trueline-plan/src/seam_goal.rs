@@ -2,7 +2,7 @@
 //!
 //! Unknown are time offset, hand-eye, line and bow, and with what is known of them beforehand the sensor's five numbers of shape and the
 //! six of the feature's bias with the tilt. The robot's errors are a Gaussian process over the poses that is not estimated: it moves
-//! the estimate [Schmidt1966]. The seam error is the root mean square over the field that the scan visits, as in
+//! the estimate \[Schmidt1966\]. The seam error is the root mean square over the field that the scan visits, as in
 //! `trueline_method::assess::seam_error`.
 
 use crate::cell::Cell;

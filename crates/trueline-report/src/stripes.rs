@@ -10,7 +10,7 @@ use trueline_method::{Calibration, Measurements};
 
 /// The plates of a result; none where seam points were used.
 #[must_use]
-pub fn planes(c: &Calibration) -> Vec<PlaneEntry> {
+pub(crate) fn planes(c: &Calibration) -> Vec<PlaneEntry> {
     let used = c.findings.stripes.as_ref().filter(|stripes| stripes.used != Measurements::Seam);
     let estimate = used.and_then(|stripes| stripes.estimate.as_ref());
     estimate.map_or_else(Vec::new, |estimate| estimate.planes.iter().map(plane).collect())
@@ -31,7 +31,7 @@ fn plane(plane: &PlaneEstimate) -> PlaneEntry {
 
 /// What became of the stripes; `None` if there are none, or only seam points were asked for.
 #[must_use]
-pub fn entry(c: &Calibration) -> Option<StripesEntry> {
+pub(crate) fn entry(c: &Calibration) -> Option<StripesEntry> {
     let StripeOutcome { used, because, frames, with_both, estimate } = c.findings.stripes.as_ref()?;
     let estimate = estimate.as_ref();
     let angles = estimate.map_or(&[][..], |e| &e.angles);
@@ -81,7 +81,7 @@ fn answer(answer: &Answer) -> AnswerEntry {
 
 /// Rows of the summary.
 #[must_use]
-pub fn rows(c: &Calibration) -> Vec<(String, String)> {
+pub(crate) fn rows(c: &Calibration) -> Vec<(String, String)> {
     let Some(stripes) = &c.findings.stripes else { return Vec::new() };
     let mut rows = vec![("whole stripes".to_owned(), used(stripes))];
     let Some(estimate) = &stripes.estimate else { return rows };

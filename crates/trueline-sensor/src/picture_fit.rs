@@ -88,7 +88,9 @@ impl PictureEquations {
 
     /// Hessian and gradient of what is shared, after the own unknowns are eliminated (Schur complement).
     #[must_use]
-    pub fn reduced(&self) -> Option<(SMatrix<f64, SHARED_SIZE, SHARED_SIZE>, SVector<f64, SHARED_SIZE>)> {
+    pub(crate) fn reduced(
+        &self,
+    ) -> Option<(SMatrix<f64, SHARED_SIZE, SHARED_SIZE>, SVector<f64, SHARED_SIZE>)> {
         let own = self.own.cholesky()?;
         let hessian = self.shared - self.across * own.solve(&self.across.transpose());
         let gradient = self.shared_gradient - self.across * own.solve(&self.own_gradient);
@@ -114,7 +116,7 @@ pub(crate) struct PictureFit<'a> {
 impl PictureFit<'_> {
     /// The equations at a state of all and of its board. A corner that the state cannot see makes the cost infinite.
     #[must_use]
-    pub fn equations(&self, state: &BundleState, board: &BoardState) -> PictureEquations {
+    pub(crate) fn equations(&self, state: &BundleState, board: &BoardState) -> PictureEquations {
         let mut equations = PictureEquations::zero();
         self.add_corners(state, board, &mut equations);
         if let Some(plane) = &state.laser_plane_in_camera {

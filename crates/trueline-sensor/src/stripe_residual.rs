@@ -57,7 +57,12 @@ impl Ray {
 impl StripePoint {
     /// The point that a pixel of the stripe shows. `None` where the pixel has no ray, or the ray does not meet the board.
     #[must_use]
-    pub fn of(camera: &Camera, plane: &Plane, board: &BoardState, stripe: &StripePixel) -> Option<Self> {
+    pub(crate) fn of(
+        camera: &Camera,
+        plane: &Plane,
+        board: &BoardState,
+        stripe: &StripePixel,
+    ) -> Option<Self> {
         let ray = Ray::of(camera, &stripe.pixel)?;
         let pose = &board.camera_from_board;
         let board_normal = pose.rotation * Vector3::z();

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 /// What happened to the alarm of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
+pub(crate) enum Event {
     /// There was none before.
     Raised,
     /// It names another kind than before.
@@ -18,7 +18,7 @@ pub enum Event {
 impl Event {
     /// What happened between two welds, if anything did, by the kinds of their alarms.
     #[must_use]
-    pub fn between(before: Option<&Standing>, now: Option<&str>) -> Option<Self> {
+    pub(crate) fn between(before: Option<&Standing>, now: Option<&str>) -> Option<Self> {
         match (before, now) {
             (None, Some(_)) => Some(Self::Raised),
             (Some(before), Some(now)) if before.kind != now => Some(Self::Changed),
@@ -29,7 +29,7 @@ impl Event {
 
     /// The word in files.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Raised => "raised",
             Self::Changed => "changed",
@@ -40,7 +40,7 @@ impl Event {
 
 /// The message about a weld, whose line is given as JSON. Its `text` is a sentence: chat programs show it as it is.
 #[must_use]
-pub fn body(event: Event, cell: &str, calibration: &str, watched_s: i64, line: &Value) -> Value {
+pub(crate) fn body(event: Event, cell: &str, calibration: &str, watched_s: i64, line: &Value) -> Value {
     let (weld, alarm) = (line["weld"].as_str().unwrap_or_default(), &line["alarm"]);
     let kind = alarm["kind"].as_str().unwrap_or_default();
     let since = alarm["since"].as_str().unwrap_or_default();

@@ -26,7 +26,7 @@ const HEADERS: usize = 28;
 const PAYLOAD: u32 = 3 << 24;
 
 /// The thread that answers.
-pub struct Control {
+pub(super) struct Control {
     shared: Arc<Shared>,
     socket: UdpSocket,
     stream: UdpSocket,
@@ -35,14 +35,14 @@ pub struct Control {
 }
 
 impl Control {
-    pub fn new(shared: Arc<Shared>, socket: UdpSocket, stream: UdpSocket) -> io::Result<Self> {
+    pub(super) fn new(shared: Arc<Shared>, socket: UdpSocket, stream: UdpSocket) -> io::Result<Self> {
         socket.set_read_timeout(Some(LOOK))?;
         let rng = ChaCha8Rng::seed_from_u64(shared.settings.seed.wrapping_add(2));
         Ok(Self { shared, socket, stream, privilege: Privilege::default(), rng })
     }
 
     /// Answers until the device is stopped.
-    pub fn run(mut self) {
+    pub(super) fn run(mut self) {
         let mut buffer = [0; LONGEST];
         while !self.shared.is_stopped() {
             let received = self.socket.recv_from(&mut buffer);

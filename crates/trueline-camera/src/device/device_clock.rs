@@ -31,7 +31,7 @@ impl Default for DeviceClock {
 }
 
 /// A clock that runs.
-pub struct RunningClock {
+pub(super) struct RunningClock {
     start_ns: i64,
     epoch_ns: i64,
     drift: f64,
@@ -41,7 +41,7 @@ pub struct RunningClock {
 
 impl RunningClock {
     /// Starts at a steady time, ns.
-    pub fn start(clock: DeviceClock, start_ns: i64) -> Self {
+    pub(super) fn start(clock: DeviceClock, start_ns: i64) -> Self {
         let first = clock.step.map(|step| (start_ns.saturating_add((step.after_s * 1e9) as i64), step.by_ns));
         Self {
             start_ns,
@@ -52,12 +52,12 @@ impl RunningClock {
     }
 
     /// Sets it by so much from a steady time on, ns.
-    pub fn step(&self, from_ns: i64, by_ns: i64) {
+    pub(super) fn step(&self, from_ns: i64, by_ns: i64) {
         locked(&self.steps).push((from_ns, by_ns));
     }
 
     /// What it shows at a steady time, ns.
-    pub fn device_ns(&self, steady_ns: i64) -> i64 {
+    pub(super) fn device_ns(&self, steady_ns: i64) -> i64 {
         let since = steady_ns - self.start_ns;
         let gained = (since as f64 * self.drift).round() as i64;
         let steps = locked(&self.steps);

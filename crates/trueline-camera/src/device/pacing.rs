@@ -6,7 +6,7 @@ const AROUND_BYTES: usize = 28 + 38;
 const SHORTEST_WAIT_NS: i64 = 100_000;
 
 /// The pace of one picture.
-pub struct Pacing {
+pub(super) struct Pacing {
     start_ns: i64,
     ns_per_byte: f64,
     bytes: usize,
@@ -14,7 +14,7 @@ pub struct Pacing {
 
 impl Pacing {
     /// From a steady time on, ns, at a speed, bit/s; 0 for no limit.
-    pub fn start(start_ns: i64, bits_per_s: f64) -> Self {
+    pub(super) fn start(start_ns: i64, bits_per_s: f64) -> Self {
         let ns_per_byte = if bits_per_s > 0.0 { 8e9 / bits_per_s } else { 0.0 };
         Self { start_ns, ns_per_byte, bytes: 0 }
     }

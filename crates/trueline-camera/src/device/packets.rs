@@ -12,17 +12,17 @@ use trueline_dataset::{GrayImage, Pixels};
 const LEADER_FIELDS: Range<usize> = 20..40;
 
 /// Makes packets. Registers of its own spare the thread that answers commands from waiting for it.
-pub struct Packer {
+pub(super) struct Packer {
     encoder: GigeDevice,
 }
 
 impl Packer {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { encoder: GigeDevice::new(Ipv4Addr::UNSPECIFIED, &DeviceConfig::default()) }
     }
 
     /// The packets of a picture as it is wanted, with its number and the stamp of its leader.
-    pub fn packets(
+    pub(super) fn packets(
         &mut self,
         wanted: &Wanted,
         block_id: u16,

@@ -14,13 +14,13 @@ struct Owner {
 
 /// Who is in control.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Privilege {
+pub(super) struct Privilege {
     owner: Option<Owner>,
 }
 
 impl Privilege {
     /// Notes a sign of life.
-    pub fn hear(&mut self, from: SocketAddr, now: Instant) {
+    pub(super) fn hear(&mut self, from: SocketAddr, now: Instant) {
         if let Some(owner) = &mut self.owner
             && owner.address == from
         {
@@ -39,7 +39,7 @@ impl Privilege {
     }
 
     /// Takes or gives back control by a value for the register; `false` if another program has it.
-    pub fn claim(&mut self, from: SocketAddr, value: u32, now: Instant) -> bool {
+    pub(super) fn claim(&mut self, from: SocketAddr, value: u32, now: Instant) -> bool {
         if self.owner.is_some_and(|owner| owner.address != from) {
             return false;
         }

@@ -38,7 +38,7 @@ const EXPOSURES_US: [f64; 2] = [1.0, 1e6];
 const FRAME_RATES: [f64; 2] = [0.1, 1000.0];
 
 /// The registers.
-pub struct Registers {
+pub(super) struct Registers {
     device: GigeDevice,
     period_s: f64,
     /// The frame rate register as it started: as long as it stands, the period is the exact one.
@@ -47,7 +47,7 @@ pub struct Registers {
 
 /// What a program wants now.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted {
+pub(super) struct Wanted {
     /// Columns and rows, px.
     pub size: [u32; 2],
     /// First column and row, px.
@@ -68,7 +68,7 @@ pub struct Wanted {
 
 impl Registers {
     /// As after switching on.
-    pub fn new(settings: &DeviceSettings) -> Self {
+    pub(super) fn new(settings: &DeviceSettings) -> Self {
         let [a, b, c, d] = settings.address.octets();
         let config = DeviceConfig {
             width: settings.width,
@@ -126,7 +126,7 @@ impl Registers {
     }
 
     /// Lets the registers answer a command.
-    pub fn answer(&mut self, command: &[u8], from: SocketAddr) -> Reaction {
+    pub(super) fn answer(&mut self, command: &[u8], from: SocketAddr) -> Reaction {
         self.device.handle_datagram(command, from)
     }
 
@@ -141,21 +141,21 @@ impl Registers {
     }
 
     /// Shows a latched clock, ns.
-    pub fn latch(&mut self, device_ns: i64) {
+    pub(super) fn latch(&mut self, device_ns: i64) {
         let ticks = device_ns.cast_unsigned();
         self.device.write_reg(standard::TIMESTAMP_LATCHED_HIGH, (ticks >> 32) as u32);
         self.device.write_reg(standard::TIMESTAMP_LATCHED_LOW, ticks as u32);
     }
 
     /// Nobody has control any more: no pictures either.
-    pub fn release(&mut self) {
+    pub(super) fn release(&mut self) {
         for register in [standard::CONTROL_CHANNEL_PRIVILEGE, ACQUISITION, standard::STREAM_CHANNEL_PORT] {
             self.device.write_reg(register, 0);
         }
     }
 
     /// What a program wants now; `None` while it wants no pictures.
-    pub fn wanted(&self) -> Option<Wanted> {
+    pub(super) fn wanted(&self) -> Option<Wanted> {
         let read = |register| self.device.read_reg(register);
         let to = self.device.stream_dest().filter(|_| read(ACQUISITION) == 1)?;
         let real = |register, [least, most]: [f64; 2]| {
@@ -184,7 +184,7 @@ impl Registers {
     }
 
     /// As if a program or the camera itself had changed it.
-    pub fn set_size(&mut self, width: u32, height: u32) {
+    pub(super) fn set_size(&mut self, width: u32, height: u32) {
         self.device.write_reg(WIDTH, width);
         self.device.write_reg(HEIGHT, height);
     }
@@ -195,17 +195,17 @@ impl Registers {
     }
 
     /// As if a program or the camera itself had changed it.
-    pub fn set_exposure_auto(&mut self, on: bool) {
+    pub(super) fn set_exposure_auto(&mut self, on: bool) {
         self.device.write_reg(EXPOSURE_AUTO, if on { AUTO_CONTINUOUS } else { 0 });
     }
 
     /// As if a program or the camera itself had changed it.
-    pub fn set_gain_auto(&mut self, on: bool) {
+    pub(super) fn set_gain_auto(&mut self, on: bool) {
         self.device.write_reg(GAIN_AUTO, if on { AUTO_CONTINUOUS } else { 0 });
     }
 
     /// Switches the precision time protocol on, and has it follow a clock or look for one.
-    pub fn set_ptp(&mut self, on: bool, slave: bool) {
+    pub(super) fn set_ptp(&mut self, on: bool, slave: bool) {
         self.device.write_reg(PTP_ENABLE, u32::from(on));
         self.device.write_reg(PTP_STATUS, if slave { PTP_SLAVE } else { PTP_LISTENING });
     }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 
 /// A picture that is ready.
-pub struct Outgoing {
+pub(super) struct Outgoing {
     pub block_id: u16,
     pub packets: PacketList,
     pub to: SocketAddr,
@@ -25,20 +25,20 @@ pub struct Outgoing {
 }
 
 /// The thread that sends.
-pub struct Sender {
+pub(super) struct Sender {
     shared: Arc<Shared>,
     socket: UdpSocket,
     rng: ChaCha8Rng,
 }
 
 impl Sender {
-    pub fn new(shared: Arc<Shared>, socket: UdpSocket) -> Self {
+    pub(super) fn new(shared: Arc<Shared>, socket: UdpSocket) -> Self {
         let rng = ChaCha8Rng::seed_from_u64(shared.settings.seed);
         Self { shared, socket, rng }
     }
 
     /// Sends what comes until the device is stopped.
-    pub fn run(mut self, pictures: &Receiver<Outgoing>) {
+    pub(super) fn run(mut self, pictures: &Receiver<Outgoing>) {
         loop {
             match pictures.recv_timeout(LOOK) {
                 Ok(picture) if self.shared.sleep_until(picture.due_ns) => self.send(&picture),

@@ -55,7 +55,7 @@ impl Sequence {
 }
 
 /// The thread that exposes.
-pub struct Sensor {
+pub(super) struct Sensor {
     shared: Arc<Shared>,
     pictures: Box<dyn Pictures>,
     packer: Packer,
@@ -64,13 +64,13 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    pub fn new(shared: Arc<Shared>, pictures: Box<dyn Pictures>, out: Sender<Outgoing>) -> Self {
+    pub(super) fn new(shared: Arc<Shared>, pictures: Box<dyn Pictures>, out: Sender<Outgoing>) -> Self {
         let rng = ChaCha8Rng::seed_from_u64(shared.settings.seed.wrapping_add(1));
         Self { shared, pictures, packer: Packer::new(), rng, out }
     }
 
     /// Exposes whenever pictures are wanted, until the device is stopped.
-    pub fn run(mut self) {
+    pub(super) fn run(mut self) {
         let mut sequence: Option<Sequence> = None;
         while !self.shared.is_stopped() {
             let wanted = locked(&self.shared.registers).wanted();

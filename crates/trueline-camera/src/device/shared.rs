@@ -16,13 +16,13 @@ const PICTURES_KEPT: usize = 6;
 /// Facts that are kept.
 const FACTS_KEPT: usize = 4096;
 /// Threads look this often whether they are to stop.
-pub const LOOK: Duration = Duration::from_millis(20);
+pub(super) const LOOK: Duration = Duration::from_millis(20);
 
 /// The packets of a picture.
-pub type PacketList = Arc<Vec<Vec<u8>>>;
+pub(super) type PacketList = Arc<Vec<Vec<u8>>>;
 
 /// What the device's threads have in common.
-pub struct Shared {
+pub(super) struct Shared {
     pub host: HostClock,
     pub clock: RunningClock,
     pub settings: DeviceSettings,
@@ -36,7 +36,7 @@ pub struct Shared {
 }
 
 impl Shared {
-    pub fn new(settings: DeviceSettings, host: HostClock) -> Self {
+    pub(super) fn new(settings: DeviceSettings, host: HostClock) -> Self {
         Self {
             host,
             clock: RunningClock::start(settings.clock, host.read().steady_ns),
@@ -50,7 +50,7 @@ impl Shared {
         }
     }
 
-    pub fn now_ns(&self) -> i64 {
+    pub(super) fn now_ns(&self) -> i64 {
         self.host.read().steady_ns
     }
 
@@ -58,7 +58,7 @@ impl Shared {
         self.stop.load(Ordering::Relaxed)
     }
 
-    pub fn stop(&self) {
+    pub(super) fn stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
     }
 
@@ -66,29 +66,29 @@ impl Shared {
         self.unplugged.load(Ordering::Relaxed)
     }
 
-    pub fn unplug(&self) {
+    pub(super) fn unplug(&self) {
         self.unplugged.store(true, Ordering::Relaxed);
     }
 
-    pub fn count(&self, change: impl FnOnce(&mut DeviceCounts)) {
+    pub(super) fn count(&self, change: impl FnOnce(&mut DeviceCounts)) {
         change(&mut locked(&self.counts));
     }
 
-    pub fn counts(&self) -> DeviceCounts {
+    pub(super) fn counts(&self) -> DeviceCounts {
         *locked(&self.counts)
     }
 
-    pub fn keep(&self, block_id: u64, packets: PacketList) {
+    pub(super) fn keep(&self, block_id: u64, packets: PacketList) {
         let mut again = locked(&self.again);
         again.truncate(PICTURES_KEPT - 1);
         again.push_front((block_id, packets));
     }
 
-    pub fn kept(&self, block_id: u64) -> Option<PacketList> {
+    pub(super) fn kept(&self, block_id: u64) -> Option<PacketList> {
         locked(&self.again).iter().find(|(id, _)| *id == block_id).map(|(_, packets)| Arc::clone(packets))
     }
 
-    pub fn tell(&self, frame: SentFrame) {
+    pub(super) fn tell(&self, frame: SentFrame) {
         let mut sent = locked(&self.sent);
         if sent.len() >= FACTS_KEPT {
             sent.pop_front();
@@ -96,7 +96,7 @@ impl Shared {
         sent.push_back(frame);
     }
 
-    pub fn sent(&self) -> Vec<SentFrame> {
+    pub(super) fn sent(&self) -> Vec<SentFrame> {
         locked(&self.sent).iter().copied().collect()
     }
 

@@ -19,7 +19,7 @@ pub(crate) fn turn_off(camera: &mut GenICamera) -> Result<(), CameraError> {
 }
 
 /// What a look found.
-pub enum Look {
+pub(super) enum Look {
     /// Not time yet, or all is well.
     Fine,
     /// The exposure time, µs, and all is well.
@@ -29,13 +29,13 @@ pub enum Look {
 }
 
 /// Looks now and then whether they stayed off.
-pub struct Watch {
+pub(super) struct Watch {
     due: Instant,
 }
 
 impl Watch {
     /// The first look is due after the usual time.
-    pub fn start() -> Self {
+    pub(super) fn start() -> Self {
         Self { due: Instant::now() + EVERY }
     }
 
@@ -43,7 +43,7 @@ impl Watch {
     ///
     /// # Errors
     /// [`CameraError::ExposureAuto`] if one is on.
-    pub fn look(&mut self, camera: &mut GenICamera) -> Result<Look, CameraError> {
+    pub(super) fn look(&mut self, camera: &mut GenICamera) -> Result<Look, CameraError> {
         if Instant::now() < self.due {
             return Ok(Look::Fine);
         }

@@ -5,7 +5,7 @@ const LAST_OF_16_BITS: i64 = 0xffff;
 
 /// Makes a counter that never falls out of one that wraps.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct BlockIds {
+pub(super) struct BlockIds {
     last: Option<(u64, u64)>,
 }
 
@@ -17,7 +17,7 @@ const MOST_LOST_BEFORE_A_PART: i64 = 64;
 impl BlockIds {
     /// The unwrapped number of a block; pictures come in the order of the stream. `None` for what is no picture of the
     /// stream: a part of one, with a number that the counter cannot have reached.
-    pub fn unwrapped(&mut self, id: u64, is_whole: bool) -> Option<u64> {
+    pub(super) fn unwrapped(&mut self, id: u64, is_whole: bool) -> Option<u64> {
         let number = match self.last {
             None => is_whole.then_some(id)?,
             Some((last_id, number)) => {

@@ -20,7 +20,7 @@ pub(crate) fn connecting(error: GenicamError, address: Ipv4Addr) -> CameraError 
 }
 
 /// An error of a feature.
-pub fn feature(name: &str, error: &GenicamError) -> CameraError {
+pub(super) fn feature(name: &str, error: &GenicamError) -> CameraError {
     match error {
         GenicamError::Camera(error) => driver(name, error),
         other => CameraError::Feature { name: name.to_owned(), why: other.to_string() },
@@ -28,7 +28,7 @@ pub fn feature(name: &str, error: &GenicamError) -> CameraError {
 }
 
 /// An error of the driver, and what it was doing.
-pub fn driver(doing: &str, error: &Driver) -> CameraError {
+pub(super) fn driver(doing: &str, error: &Driver) -> CameraError {
     match error {
         Driver::Io(e) => CameraError::Io(io::Error::new(e.kind(), format!("{doing}: {e}"))),
         other => CameraError::Feature { name: doing.to_owned(), why: other.to_string() },

@@ -33,7 +33,7 @@ pub(crate) fn configure(camera: &mut GenICamera, settings: &GigeSettings) -> Res
 }
 
 /// Exposure time as the camera tells it, µs.
-pub fn exposure_us(camera: &mut GenICamera) -> Option<f64> {
+pub(super) fn exposure_us(camera: &mut GenICamera) -> Option<f64> {
     let name = EXPOSURE.into_iter().find(|name| camera.has_feature(name))?;
     camera.get_float(name).ok().filter(|us| us.is_finite())
 }
@@ -42,7 +42,7 @@ pub fn exposure_us(camera: &mut GenICamera) -> Option<f64> {
 ///
 /// # Errors
 /// A feature that is missing, or no size.
-pub fn size(camera: &mut GenICamera, name: &str) -> Result<u32, CameraError> {
+pub(super) fn size(camera: &mut GenICamera, name: &str) -> Result<u32, CameraError> {
     let value = camera.get_integer(name).map_err(|e| feature(name, &e))?;
     u32::try_from(value)
         .map_err(|_| CameraError::Feature { name: name.to_owned(), why: format!("{value} is no size") })

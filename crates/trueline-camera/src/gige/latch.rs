@@ -15,7 +15,7 @@ const LATCH: u32 = 2;
 const WAIT: Duration = Duration::from_secs(2);
 
 /// What came of asking.
-pub enum Asked {
+pub(super) enum Asked {
     /// An exchange.
     Answer(LatchSample),
     /// The camera cannot, or not this time.
@@ -25,7 +25,7 @@ pub enum Asked {
 }
 
 /// Asks.
-pub struct Latch {
+pub(super) struct Latch {
     clock: HostClock,
     stamps: LatchStamps,
     /// Some cameras take the command and never move the value.
@@ -35,12 +35,12 @@ pub struct Latch {
 
 impl Latch {
     /// Has asked nothing yet.
-    pub fn new(clock: HostClock, stamps: LatchStamps) -> Self {
+    pub(super) fn new(clock: HostClock, stamps: LatchStamps) -> Self {
         Self { clock, stamps, last_ticks: None, unsupported: false }
     }
 
     /// One exchange; `device_ns` makes nanoseconds of ticks.
-    pub fn ask(&mut self, camera: &GigECamera, device_ns: impl Fn(u64) -> i64) -> Asked {
+    pub(super) fn ask(&mut self, camera: &GigECamera, device_ns: impl Fn(u64) -> i64) -> Asked {
         if self.unsupported {
             return Asked::No;
         }

@@ -8,7 +8,7 @@ use trueline_dataset::{GrayImage, Pixels};
 
 /// Size and format that every picture of a session has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Session {
+pub(super) struct Session {
     /// Columns and rows, px.
     pub size: [u32; 2],
     /// Format.
@@ -16,7 +16,11 @@ pub struct Session {
 }
 
 /// How a picture is, and itself if it can be used.
-pub fn of(frame: &Frame, packets: Option<&Packets>, session: Session) -> (FrameStatus, Option<GrayImage>) {
+pub(super) fn of(
+    frame: &Frame,
+    packets: Option<&Packets>,
+    session: Session,
+) -> (FrameStatus, Option<GrayImage>) {
     let status = status(frame, packets, session);
     let image = (status == FrameStatus::Complete).then(|| image(frame.data(), frame, session));
     match image {

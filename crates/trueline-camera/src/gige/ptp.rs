@@ -23,7 +23,7 @@ const NAMES: [[&str; 3]; 3] = [
 ];
 
 /// Reads the state.
-pub fn state(camera: &mut GenICamera) -> PtpState {
+pub(super) fn state(camera: &mut GenICamera) -> PtpState {
     let Some([switch, latch, status]) = NAMES
         .into_iter()
         .find(|[switch, _, status]| camera.has_feature(switch) && camera.has_feature(status))

@@ -14,7 +14,7 @@ const MOST_PICTURES: usize = 64;
 
 /// The packets of one picture.
 #[derive(Clone, Copy, Debug)]
-pub struct Packets {
+pub(super) struct Packets {
     block: u64,
     /// Steady time of the first packet, ns.
     pub first_ns: i64,
@@ -28,26 +28,26 @@ pub struct Packets {
 
 /// The packets of the pictures under way.
 #[derive(Clone)]
-pub struct PacketStamps {
+pub(super) struct PacketStamps {
     clock: HostClock,
     pictures: Arc<Mutex<VecDeque<Packets>>>,
 }
 
 impl PacketStamps {
     /// Nothing yet.
-    pub fn new(clock: HostClock) -> Self {
+    pub(super) fn new(clock: HostClock) -> Self {
         Self { clock, pictures: Arc::default() }
     }
 
     /// The packets of a picture, which with all older ones is forgotten.
-    pub fn take(&self, block: u64) -> Option<Packets> {
+    pub(super) fn take(&self, block: u64) -> Option<Packets> {
         let mut pictures = locked(&self.pictures);
         let at = pictures.iter().position(|packets| packets.block == block)?;
         pictures.drain(..=at).next_back()
     }
 
     /// Steady time of the newest packet, ns.
-    pub fn newest_ns(&self) -> Option<i64> {
+    pub(super) fn newest_ns(&self) -> Option<i64> {
         locked(&self.pictures).back().map(|packets| packets.last_ns)
     }
 }
@@ -83,7 +83,7 @@ impl TelemetrySink<GvcpCmd, GvspPacket> for PacketStamps {
 
 /// When the answer to the newest latch command came.
 #[derive(Clone)]
-pub struct LatchStamps {
+pub(super) struct LatchStamps {
     clock: HostClock,
     newest: Arc<Mutex<Newest>>,
 }
@@ -96,7 +96,7 @@ struct Newest {
 
 impl LatchStamps {
     /// Nothing yet.
-    pub fn new(clock: HostClock) -> Self {
+    pub(super) fn new(clock: HostClock) -> Self {
         Self { clock, newest: Arc::default() }
     }
 

@@ -10,18 +10,18 @@ use trueline_dataset::{GrayImage, Pixels};
 use trueline_live::HostClock;
 
 /// No test waits longer than this for anything.
-pub const LONGEST: Duration = Duration::from_secs(15);
+pub(crate) const LONGEST: Duration = Duration::from_secs(15);
 /// Pictures are made in much less; a machine that is busy with other things gets this long.
-pub const PATIENT_S: f64 = 0.08;
+pub(crate) const PATIENT_S: f64 = 0.08;
 
 /// An address that no other test and no other run of the tests uses.
-pub fn address(test: u8) -> Ipv4Addr {
+pub(crate) fn address(test: u8) -> Ipv4Addr {
     let [_, _, high, low] = std::process::id().to_be_bytes();
     Ipv4Addr::new(127, 1 + high % 250, low, test)
 }
 
 /// Pictures that say when they were exposed.
-pub struct Known {
+pub(crate) struct Known {
     pub width: usize,
     pub height: usize,
 }
@@ -33,7 +33,7 @@ impl Pictures for Known {
 }
 
 /// The picture of an exposure.
-pub fn known(width: usize, height: usize, exposure_start_ns: i64) -> GrayImage {
+pub(crate) fn known(width: usize, height: usize, exposure_start_ns: i64) -> GrayImage {
     let seed = (exposure_start_ns / 1000) as usize;
     let mut pixels: Vec<u8> =
         (0..width * height).map(|i| ((i * 7 + seed) >> 2) as u8 ^ (i >> 9) as u8).collect();
@@ -41,25 +41,25 @@ pub fn known(width: usize, height: usize, exposure_start_ns: i64) -> GrayImage {
     GrayImage { width, height, pixels: Pixels::Eight(pixels) }
 }
 
-pub fn patient(test: u8) -> DeviceSettings {
+pub(crate) fn patient(test: u8) -> DeviceSettings {
     DeviceSettings { latency_s: PATIENT_S, ..DeviceSettings::small(address(test)) }
 }
 
-pub fn start(settings: &DeviceSettings, host: HostClock) -> DeviceHandle {
+pub(crate) fn start(settings: &DeviceSettings, host: HostClock) -> DeviceHandle {
     let pictures = Known { width: settings.width as usize, height: settings.height as usize };
     Device::start(settings.clone(), host, pictures).unwrap()
 }
 
-pub fn asked(settings: &DeviceSettings) -> GigeSettings {
+pub(crate) fn asked(settings: &DeviceSettings) -> GigeSettings {
     GigeSettings { packet_size: Some(settings.packet_bytes), ..GigeSettings::at(settings.address) }
 }
 
-pub fn open(settings: &DeviceSettings, host: HostClock) -> GigeCamera {
+pub(crate) fn open(settings: &DeviceSettings, host: HostClock) -> GigeCamera {
     GigeCamera::open(&asked(settings), host).unwrap()
 }
 
 /// So many pictures, or fewer if they do not come in time.
-pub fn take(camera: &mut dyn FrameSource, count: usize) -> Vec<CameraFrame> {
+pub(crate) fn take(camera: &mut dyn FrameSource, count: usize) -> Vec<CameraFrame> {
     let begin = Instant::now();
     let mut frames = Vec::new();
     while frames.len() < count && begin.elapsed() < LONGEST {
@@ -69,7 +69,10 @@ pub fn take(camera: &mut dyn FrameSource, count: usize) -> Vec<CameraFrame> {
 }
 
 /// Pictures until the first error, which must come in time.
-pub fn until_error(camera: &mut dyn FrameSource, longest: Duration) -> (Vec<CameraFrame>, CameraError) {
+pub(crate) fn until_error(
+    camera: &mut dyn FrameSource,
+    longest: Duration,
+) -> (Vec<CameraFrame>, CameraError) {
     let begin = Instant::now();
     let mut frames = Vec::new();
     loop {
@@ -82,7 +85,7 @@ pub fn until_error(camera: &mut dyn FrameSource, longest: Duration) -> (Vec<Came
 }
 
 /// What a picture of eight bits becomes in a format of two bytes.
-pub fn widened(image: &GrayImage, format: PixelFormat) -> GrayImage {
+pub(crate) fn widened(image: &GrayImage, format: PixelFormat) -> GrayImage {
     let Pixels::Eight(levels) = &image.pixels else { panic!("eight bits are widened") };
     let mask = u16::MAX << (16 - format.bits());
     let pixels = Pixels::Sixteen(levels.iter().map(|level| (u16::from(*level) * 257) & mask).collect());

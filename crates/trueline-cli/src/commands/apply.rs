@@ -13,7 +13,7 @@ use trueline_method::Config;
 use trueline_method::evaluate::seam_points;
 
 /// Runs the command.
-pub fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     let write = writer(&args.out)?;
     output::expect_files(&[Some(&args.out)])?;
     let calibration = calibration_file::read(&args.calibration)?;

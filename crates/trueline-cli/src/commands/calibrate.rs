@@ -20,7 +20,7 @@ use trueline_report::calibration_page::{self, FramePicture, Source};
 use trueline_report::{result, summary};
 
 /// Runs the command.
-pub fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     if let Some(board) = &args.board {
         return calibrate_board::run(args, board);
     }
@@ -71,7 +71,7 @@ fn names(datasets: &[PathBuf]) -> String {
 }
 
 /// 0 if accepted, else 1.
-pub fn exit_code(calibration: &Calibration) -> ExitCode {
+pub(crate) fn exit_code(calibration: &Calibration) -> ExitCode {
     match calibration.status() {
         Status::Accepted => ExitCode::SUCCESS,
         Status::NotAccepted => ExitCode::from(1),

@@ -10,7 +10,7 @@ use trueline_report::board_result::{self, BoardReport};
 use trueline_sensor::{Board, verdict};
 
 /// Runs the command.
-pub fn run(args: &CalibrateArgs, board: &Board) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &CalibrateArgs, board: &Board) -> Result<ExitCode, Failure> {
     if args.target != TargetName::Board {
         return Err(Failure::new(
             "--board belongs to --target board",

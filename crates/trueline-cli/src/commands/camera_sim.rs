@@ -15,7 +15,7 @@ use trueline_live::HostClock;
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Runs the command.
-pub fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
     if args.exposure_ms * 1e-3 > 1.0 / args.fps {
         return Err(Failure::new(
             format!(

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use trueline_args::CompletionsArgs;
 
 /// Runs the command.
-pub fn run(args: &CompletionsArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &CompletionsArgs) -> Result<ExitCode, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut trueline_args::command(), "trueline", &mut script);
     output::data(&String::from_utf8_lossy(&script))?;

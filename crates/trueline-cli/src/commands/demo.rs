@@ -25,7 +25,7 @@ Try next:
 ";
 
 /// Runs the command.
-pub fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
     let scenario = Preset::Quick.scenario();
     let recording = simulate(&scenario, args.seed)
         .ok_or_else(|| Failure::new("the demo has no line", "this is a bug of trueline"))?;

@@ -12,7 +12,7 @@ use trueline_method::evaluate::difference::{Estimate, Field, between};
 use trueline_report::comparison;
 
 /// Runs the command.
-pub fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&[args.json.as_deref()])?;
     let (first, second) = (ResultFile::read(&args.first)?, ResultFile::read(&args.second)?);
     let field = field(args, &first)?;

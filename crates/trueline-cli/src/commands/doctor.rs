@@ -11,7 +11,7 @@ use trueline_method::{Config, diagnose::doctor};
 use trueline_report::diagnosis;
 
 /// Runs the command.
-pub fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
     let recording = opening::open(&args.dataset, None, args.quiet)?.recording;
     let show = !args.quiet && std::io::stderr().is_terminal();
     let watch = |name: &str| {

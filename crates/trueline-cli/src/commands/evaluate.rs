@@ -16,7 +16,7 @@ use trueline_report::evaluation_page::Judged;
 use trueline_report::{evaluation_page, evaluation_summary};
 
 /// Runs the command.
-pub fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&[args.json.as_deref(), args.report.as_deref(), args.csv.as_deref()])?;
     let recording = opening::open(&args.dataset, None, args.quiet)?.recording;
     let calibration = calibration_file::read(&args.calibration)?;

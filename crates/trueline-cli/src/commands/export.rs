@@ -8,7 +8,7 @@ use trueline_dataset::{calibration_file, sensor_toml};
 use trueline_export::{FORMATS, Mounting, named, time_offset};
 
 /// Runs the command.
-pub fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     let (Some(result), Some(form)) = (&args.result, &args.form) else {
         output::data(&list())?;
         return Ok(ExitCode::SUCCESS);

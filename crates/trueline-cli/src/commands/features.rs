@@ -12,7 +12,7 @@ use trueline_report::picture_page;
 use trueline_vision::{PictureRegion, StripeChoice};
 
 /// Runs the command.
-pub fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     if !images::index_of(&args.dataset).exists()
         && let Some(profiles) = folder::read_profiles(&args.dataset)?
     {

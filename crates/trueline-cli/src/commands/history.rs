@@ -8,7 +8,7 @@ use trueline_watch::store::{CalibrationRow, HistoryRow};
 use trueline_watch::{Store, history_csv, history_page};
 
 /// Runs the command.
-pub fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
     let store = Store::open_to_read(&args.state)?;
     let calibrations = store.calibrations()?;
     let chosen = match args.calibration {

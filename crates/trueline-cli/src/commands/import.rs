@@ -15,7 +15,7 @@ use trueline_dataset::{
 use trueline_mcap::{Choice, DatasetFolder, import};
 
 /// Runs the command.
-pub fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &ImportArgs) -> Result<ExitCode, Failure> {
     let (recording, NewFolder { out, force }) = match &args.format {
         ImportFormat::LvsStCalib { src, folder, robot, images, pixels, sensor } => {
             (lvs(src, [robot, images, pixels, sensor])?, folder)

@@ -10,7 +10,7 @@ use trueline_dataset::import::robot_layout::RobotLayout;
 use trueline_dataset::{Error, Problem};
 
 /// Reads the files, and says what was recognised.
-pub fn read(args: &ImportCsvArgs) -> Result<Imported, Failure> {
+pub(crate) fn read(args: &ImportCsvArgs) -> Result<Imported, Failure> {
     let maker = args.robot.as_deref().and_then(RobotLayout::named);
     let layout = match args.euler {
         Some(sequence) => Some(RobotLayout::with_sequence(maker.as_ref(), sequence)),

@@ -10,7 +10,7 @@ use trueline_live::link_watch::LinkReport;
 use trueline_live::{HostClock, LinkAddress, Rejection, RobotLink, StreamReport, StreamWatch};
 
 /// Runs the command.
-pub fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
     let address = args.link.address();
     interrupt::watch()?;
     let mut link = address.open(HostClock::start())?;

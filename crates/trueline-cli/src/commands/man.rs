@@ -9,7 +9,7 @@ use trueline_args::ManArgs;
 use trueline_dataset::whole_folder;
 
 /// Runs the command.
-pub fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &ManArgs) -> Result<ExitCode, Failure> {
     whole_folder::make_empty(&args.out)?;
     let mut command = trueline_args::command();
     command.build();

@@ -27,7 +27,7 @@ const TIMES: usize = 200;
 const LONGEST_S: f64 = 60.0;
 
 /// Runs the command.
-pub fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     let CellFiles { cell_text, sensor_text, urdf, setup, mut cell } = inputs(args)?;
     if let Some(file) = &args.calibration {
         cell.believe_calibration(&calibration_file::read(file)?)

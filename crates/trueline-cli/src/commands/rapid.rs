@@ -8,7 +8,7 @@ use trueline_dataset::{Error, Problem, RobotSample};
 use trueline_live::rapid::{RapidCell, guidance_module, stream_module};
 
 /// Runs the command.
-pub fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
     if args.out.exists() {
         return Err(Error::in_file(&args.out, Problem::AlreadyExists).into());
     }

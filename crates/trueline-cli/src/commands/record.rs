@@ -13,7 +13,7 @@ use trueline_cell::{ARRIVAL, CellRecording, READING, RobotBrief, Until, record_r
 use trueline_live::{HostClock, Protocol};
 
 /// Runs the command.
-pub fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     let address = args.link.address();
     address.check()?;
     interrupt::watch()?;

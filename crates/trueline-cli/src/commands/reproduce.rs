@@ -12,7 +12,7 @@ use trueline_report::{reproduction_page, reproduction_tables};
 const PARTS: u64 = 4;
 
 /// Runs the command.
-pub fn run(args: &ReproduceArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &ReproduceArgs) -> Result<ExitCode, Failure> {
     whole_folder::make_empty(&args.out)?;
     let settings = Settings { seed: args.seed, repeats: args.repeats, ..Settings::default() };
     let bar = progress::bar(PARTS, "experiments", args.quiet);

@@ -12,7 +12,7 @@ use trueline_live::controller::{Controller, GuidanceEnd, Network, RealTime, Trut
 use trueline_live::{HostClock, priority};
 
 /// Runs the command.
-pub fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
     interrupt::watch()?;
     let path = path_file::trajectory(args.path.as_deref())?;
     let duration_s = args.for_s.unwrap_or(match args.mode {

@@ -20,7 +20,7 @@ use trueline_live::{Endpoint, Guide, HostClock, LinkAddress, Protocol, RobotLink
 use trueline_mcap::NoteLevel;
 
 /// Runs the command.
-pub fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
     let poses = path_file::read(&args.path)?;
     let limits = match &args.limits {
         Some(file) => limits_file::parse(file, &limits_text(file)?)?,

@@ -13,7 +13,7 @@ use trueline_sensor::intrinsics::{Sensitivity, cross_validation, fit, next_pictu
 use trueline_sensor::{View, verdict};
 
 /// Runs the command.
-pub fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
     if let Some(out) = &args.out {
         output::must_not_exist(out)?;
     }

@@ -13,7 +13,7 @@ use trueline_sensor::laser_plane::{PlaneFit, fit_points, jackknife};
 use trueline_sensor::verdict;
 
 /// Runs the command.
-pub fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
     if let Some(out) = &args.out {
         output::must_not_exist(out)?;
     }

@@ -13,7 +13,7 @@ use trueline_sensor::laser_plane::{JointFit, StripedView, fit_joint};
 use trueline_sensor::verdict;
 
 /// Runs the command.
-pub fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
     let Some(board) = &args.board else {
         return Err(Failure::new(
             "pictures need --board",

@@ -10,7 +10,7 @@ use trueline_dataset::{Recording, folder};
 use trueline_sim::{simulate_along, simulate_with_faults};
 
 /// Runs the command.
-pub fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
     if let Some(pieces) = args.production.production {
         return simulate_production::run(&args.production, pieces, args);
     }

@@ -11,7 +11,7 @@ use trueline_sim::images::{WrittenPictures, write_pictures};
 use trueline_sim::{Fault, PictureScan, Scenario, simulate_with_faults};
 
 /// Runs the command.
-pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
     let scan = scan(args, scenario)?;
     let mut recording = simulate_with_faults(scenario, &args.faults, args.seed).ok_or_else(no_pictures)?;
     recording.features.clear();

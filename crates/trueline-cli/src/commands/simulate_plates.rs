@@ -8,7 +8,7 @@ use trueline_dataset::{Recording, WholeFolder, folder};
 use trueline_sim::{ProfileLook, Scenario, SensorModel, scan_plates, scan_profiles};
 
 /// Runs the command.
-pub fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
     if scenario.cell.lines.len() != 1 {
         return Err(Failure::new(
             "two plates meet in one seam, and this preset has several",

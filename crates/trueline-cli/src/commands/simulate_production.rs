@@ -8,7 +8,7 @@ use trueline_dataset::folder;
 use trueline_sim::production::{Production, piece};
 
 /// Writes so many welds.
-pub fn run(args: &ProductionArgs, pieces: u32, of: &SimulateArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &ProductionArgs, pieces: u32, of: &SimulateArgs) -> Result<ExitCode, Failure> {
     let out = &of.out;
     let production = Production { change: args.change, ..args.layout.production() };
     for number in 0..pieces {

@@ -12,7 +12,7 @@ use trueline_live::pose_feed::PoseFeed;
 use trueline_live::stream_sim::{StreamSim, versions};
 
 /// Runs the command.
-pub fn run(args: &StreamSimArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &StreamSimArgs) -> Result<ExitCode, Failure> {
     check(args)?;
     interrupt::watch()?;
     let feed = PoseFeed::new(path_file::trajectory(args.path.as_deref())?, args.rest_s);

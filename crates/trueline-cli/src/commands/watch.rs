@@ -14,7 +14,7 @@ use trueline_watch::{Store, Watcher, WatcherSettings, WeldFolder};
 const LOOK_EVERY: Duration = Duration::from_millis(500);
 
 /// Runs the command.
-pub fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
     let Some(calibration) = &args.calibration else { return serve_only(args) };
     if args.folder.is_none() && args.welds.is_empty() && args.serve.serve.is_none() {
         return Err(Failure::new(

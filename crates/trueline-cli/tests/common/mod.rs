@@ -6,28 +6,28 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 /// The program in a folder, not yet started; nobody types anything.
-pub fn command(folder: &Path, arguments: &[&str]) -> Command {
+pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trueline"));
     command.current_dir(folder).args(arguments).stdin(Stdio::null());
     command
 }
 
 /// Runs it to its end.
-pub fn trueline(folder: &Path, arguments: &[&str]) -> Output {
+pub(crate) fn trueline(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().unwrap()
 }
 
 /// Its exit code.
-pub fn code(output: &Output) -> i32 {
+pub(crate) fn code(output: &Output) -> i32 {
     output.status.code().unwrap()
 }
 
 /// What it said on stderr.
-pub fn words(output: &Output) -> String {
+pub(crate) fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 /// An address of this machine with a port that is free.
-pub fn address() -> String {
+pub(crate) fn address() -> String {
     UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string()
 }

@@ -7,7 +7,7 @@ use trueline_geometry::Pose;
 /// What lies between the path's first pose and the robot's: the place is shifted in base, the attitude turned in the tool, so
 /// that speeds stay as they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Anchor {
+pub(super) struct Anchor {
     shift_m: Vector3<f64>,
     turn: UnitQuaternion<f64>,
 }
@@ -21,7 +21,7 @@ impl Default for Anchor {
 impl Anchor {
     /// Lays the path's first pose at the robot.
     #[must_use]
-    pub fn between(path_start: &Pose, robot: &Pose) -> Self {
+    pub(super) fn between(path_start: &Pose, robot: &Pose) -> Self {
         Self {
             shift_m: robot.translation.vector - path_start.translation.vector,
             turn: path_start.rotation.inverse() * robot.rotation,
@@ -30,7 +30,7 @@ impl Anchor {
 
     /// A reference of the path where it is laid.
     #[must_use]
-    pub fn lay(&self, mut reference: Reference) -> Reference {
+    pub(super) fn lay(&self, mut reference: Reference) -> Reference {
         reference.base_from_tool.translation.vector += self.shift_m;
         reference.base_from_tool.rotation *= self.turn;
         reference

@@ -24,7 +24,7 @@ pub struct ReceivedFrame {
 
 /// The robot's cycle clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CycleClock {
+pub(super) struct CycleClock {
     first: Option<(u32, i64)>,
     frames: u32,
     period_s: Option<f64>,
@@ -35,12 +35,12 @@ pub struct CycleClock {
 impl CycleClock {
     /// Time between the robot's messages, s, once it is known: by this PC's clock and the robot's numbers.
     #[must_use]
-    pub fn period_s(&self) -> Option<f64> {
+    pub(super) fn period_s(&self) -> Option<f64> {
         self.period_s
     }
 
     /// Learns from a frame until the period is known.
-    pub fn learn(&mut self, received: &ReceivedFrame) {
+    pub(super) fn learn(&mut self, received: &ReceivedFrame) {
         if self.period_s.is_some() {
             return;
         }
@@ -68,7 +68,7 @@ impl CycleClock {
     }
 
     /// Nothing is owed any more.
-    pub fn settle(&mut self) {
+    pub(super) fn settle(&mut self) {
         self.ahead_s = 0.0;
     }
 }

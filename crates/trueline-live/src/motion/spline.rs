@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 /// Value and derivatives at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jet<const N: usize> {
+pub(super) struct Jet<const N: usize> {
     /// Value.
     pub value: SVector<f64, N>,
     /// First derivative.
@@ -15,7 +15,7 @@ pub struct Jet<const N: usize> {
 
 /// A cubic spline of `N` numbers whose outermost pieces are parabolas: a path may begin and end in the midst of motion.
 #[derive(Clone, Debug)]
-pub struct Spline<const N: usize> {
+pub(super) struct Spline<const N: usize> {
     times_s: Vec<f64>,
     values: Vec<SVector<f64, N>>,
     /// Second derivatives at the knots.
@@ -25,20 +25,20 @@ pub struct Spline<const N: usize> {
 impl<const N: usize> Spline<N> {
     /// Through values at rising times; at least two.
     #[must_use]
-    pub fn through(times_s: Vec<f64>, values: Vec<SVector<f64, N>>) -> Self {
+    pub(super) fn through(times_s: Vec<f64>, values: Vec<SVector<f64, N>>) -> Self {
         let bends = bends(&times_s, &values);
         Self { times_s, values, bends }
     }
 
     /// Last time, s.
     #[must_use]
-    pub fn end_s(&self) -> f64 {
+    pub(super) fn end_s(&self) -> f64 {
         *self.times_s.last().unwrap_or(&0.0)
     }
 
     /// Number of pieces.
     #[must_use]
-    pub fn pieces(&self) -> usize {
+    pub(super) fn pieces(&self) -> usize {
         self.times_s.len() - 1
     }
 
@@ -50,7 +50,7 @@ impl<const N: usize> Spline<N> {
 
     /// Value and derivatives; before the first time and after the last the outermost pieces go on.
     #[must_use]
-    pub fn at(&self, time_s: f64) -> Jet<N> {
+    pub(super) fn at(&self, time_s: f64) -> Jet<N> {
         let after = self.times_s.partition_point(|t| *t <= time_s);
         self.in_piece(after.clamp(1, self.pieces()) - 1, time_s)
     }
@@ -73,7 +73,7 @@ impl<const N: usize> Spline<N> {
     /// constant there, so theirs are exact; the first leaves the chord of its ends by at most h²/8 of its own second
     /// derivative.
     #[must_use]
-    pub fn bounds(&self, piece: usize) -> [f64; 3] {
+    pub(super) fn bounds(&self, piece: usize) -> [f64; 3] {
         let (start_s, length_s) = self.piece_s(piece);
         let ends = [self.in_piece(piece, start_s), self.in_piece(piece, start_s + length_s)];
         let third = (self.bends[piece + 1] - self.bends[piece]).norm() / length_s;

@@ -7,7 +7,7 @@ use trueline_geometry::Pose;
 
 /// The module, for `tool0` in `wobj0`.
 #[must_use]
-pub fn program(path: &Waypoints) -> String {
+pub(crate) fn program(path: &Waypoints) -> String {
     let mut text = String::from("MODULE TruelineScan\n");
     for line in warning(path.reach_is_checked) {
         let _ = writeln!(text, "  ! {line}");

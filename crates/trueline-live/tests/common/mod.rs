@@ -10,12 +10,12 @@ use trueline_live::egm::{Generation, MciState, MotorState, RapidState};
 use trueline_live::motion::MotionLimits;
 
 /// Time between frames.
-pub const PERIOD_S: f64 = 0.004_032;
+pub(crate) const PERIOD_S: f64 = 0.004_032;
 /// The same, ns.
-pub const PERIOD_NS: i64 = 4_032_000;
+pub(crate) const PERIOD_NS: i64 = 4_032_000;
 
 /// Limits of a small cell.
-pub fn limits() -> MotionLimits {
+pub(crate) fn limits() -> MotionLimits {
     MotionLimits {
         box_m: [Vector3::new(0.7, -0.2, 0.4), Vector3::new(1.3, 0.2, 0.8)],
         tool_axis: UnitVector3::new_normalize(-Vector3::z()),
@@ -34,7 +34,7 @@ pub fn limits() -> MotionLimits {
 }
 
 /// An S of 6 s that begins and ends in the midst of motion: the gate has to start and stop it.
-pub fn s_path(scale: f64) -> Vec<RobotSample> {
+pub(crate) fn s_path(scale: f64) -> Vec<RobotSample> {
     let down = so3::exp(&Vector3::new(std::f64::consts::PI, 0.0, 0.0));
     (0..=600)
         .map(|k| {
@@ -52,7 +52,7 @@ pub fn s_path(scale: f64) -> Vec<RobotSample> {
 }
 
 /// A good frame of a guided robot.
-pub fn frame(k: i64, pose: Pose) -> RobotFrame {
+pub(crate) fn frame(k: i64, pose: Pose) -> RobotFrame {
     RobotFrame {
         sequence: k as u32,
         base_from_tool: pose,

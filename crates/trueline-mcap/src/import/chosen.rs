@@ -12,7 +12,7 @@ use trueline_arm::urdf;
 
 /// Where the robot's poses are.
 #[derive(Clone, Debug, PartialEq)]
-pub enum RobotSource {
+pub(super) enum RobotSource {
     /// In a recording of trueline.
     Own,
     /// In a topic of poses, told in a frame.
@@ -25,7 +25,7 @@ pub enum RobotSource {
 
 /// Transforms that lead from one frame to another.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Chain {
+pub(super) struct Chain {
     pub base: String,
     pub tool: String,
     /// The one topic of moving transforms, if the user named one.
@@ -38,7 +38,7 @@ pub(crate) const OWN_POSES: &str = "/tf";
 
 /// What is meant.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Chosen {
+pub(super) struct Chosen {
     pub robot: RobotSource,
     pub pictures: Option<String>,
     /// The topic of whole profiles.
@@ -47,7 +47,7 @@ pub struct Chosen {
 
 impl Chosen {
     /// Decides, from what there is and what the user says.
-    pub fn of(survey: &Survey, choice: &Choice) -> Result<Self, ImportError> {
+    pub(super) fn of(survey: &Survey, choice: &Choice) -> Result<Self, ImportError> {
         let seen = seen(survey, choice)?;
         let is_profile = |topic: &String| {
             survey.topics.iter().any(|known| known.name == *topic && known.kind == Kind::Profile)

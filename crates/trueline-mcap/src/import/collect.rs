@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, HashMap};
 use trueline_dataset::{Feature, RobotSample};
 
 /// What was taken out so far.
-pub struct Collector<'a> {
+pub(super) struct Collector<'a> {
     chosen: &'a Chosen,
     is_own: bool,
     clock: StampClock,
@@ -42,7 +42,7 @@ pub struct Collector<'a> {
 }
 
 impl<'a> Collector<'a> {
-    pub fn new(chosen: &'a Chosen, is_own: bool, choice: &Choice) -> Self {
+    pub(super) fn new(chosen: &'a Chosen, is_own: bool, choice: &Choice) -> Self {
         let (steps, base) = match &chosen.robot {
             RobotSource::Chain(chain) => (chain.steps.len(), None),
             RobotSource::Poses { base, .. } => (0, base.clone()),
@@ -68,7 +68,7 @@ impl<'a> Collector<'a> {
         }
     }
 
-    pub fn add(&mut self, item: BagItem<'_>) -> Result<(), ImportError> {
+    pub(super) fn add(&mut self, item: BagItem<'_>) -> Result<(), ImportError> {
         match item {
             BagItem::Message(message) if self.is_wanted(&message) => self.add_message(&message),
             _ => Ok(()),

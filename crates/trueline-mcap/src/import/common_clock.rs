@@ -9,7 +9,7 @@ use trueline_dataset::{Feature, RobotSample};
 ///
 /// # Errors
 /// Something that has no such time, or two clocks that never show the same time.
-pub fn stamp(
+pub(super) fn stamp(
     robot: &mut [RobotSample],
     frames: &mut [RecordedFrame],
     features: &mut [Feature],

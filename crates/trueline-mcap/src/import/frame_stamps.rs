@@ -9,7 +9,7 @@ use std::collections::{HashMap, VecDeque};
 const WHAT: &str = "pictures";
 
 /// The frames in their order, and what is worth knowing. `stamps` are those of a recording of trueline.
-pub fn recorded_frames(
+pub(super) fn recorded_frames(
     mut pictures: Vec<StoredPicture>,
     stamps: Option<Vec<FrameStamps>>,
 ) -> (Vec<RecordedFrame>, Vec<String>) {

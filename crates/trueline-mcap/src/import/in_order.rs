@@ -1,7 +1,7 @@
 //! Stamps that do not rise: sorted, and told.
 
 /// How many stamps come behind a later one.
-pub fn late(stamps: impl Iterator<Item = i64>) -> usize {
+pub(super) fn late(stamps: impl Iterator<Item = i64>) -> usize {
     let mut newest = i64::MIN;
     let mut late = 0;
     for stamp in stamps {
@@ -12,7 +12,7 @@ pub fn late(stamps: impl Iterator<Item = i64>) -> usize {
 }
 
 /// Sorts by stamp, those of equal stamps as they were; tells what was out of order.
-pub fn sort<T>(items: &mut [T], stamp: impl Fn(&T) -> i64, what: &str) -> Option<String> {
+pub(super) fn sort<T>(items: &mut [T], stamp: impl Fn(&T) -> i64, what: &str) -> Option<String> {
     let late = late(items.iter().map(&stamp));
     items.sort_by_key(stamp);
     late_note(late, what)
@@ -24,7 +24,7 @@ pub(crate) fn late_note(late: usize, what: &str) -> Option<String> {
 }
 
 /// Tells how many items have the stamp of the one before; they are kept.
-pub fn repetitions<T>(items: &[T], stamp: impl Fn(&T) -> i64, what: &str) -> Option<String> {
+pub(super) fn repetitions<T>(items: &[T], stamp: impl Fn(&T) -> i64, what: &str) -> Option<String> {
     let count = items.windows(2).filter(|w| stamp(&w[0]) == stamp(&w[1])).count();
     (count > 0).then(|| format!("{count} {what} have the stamp of the one before"))
 }

@@ -3,7 +3,7 @@
 use crate::read::place::Place;
 
 /// A picture that was found in a recording.
-pub struct StoredPicture {
+pub(super) struct StoredPicture {
     pub stamp_ns: i64,
     pub sequence: u32,
     pub place: Place,
@@ -13,14 +13,14 @@ pub struct StoredPicture {
 
 /// How a picture's message is to be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MessageType {
+pub(crate) struct MessageType {
     pub schema: String,
     pub encoding: String,
 }
 
 /// A picture with all that is known of its frame.
 #[derive(Clone, Copy, Debug)]
-pub struct RecordedFrame {
+pub(crate) struct RecordedFrame {
     pub stamp_ns: i64,
     pub frame: u64,
     pub device_ns: Option<i64>,

@@ -12,7 +12,7 @@ use trueline_geometry::{Pose, Trajectory};
 
 /// One transform on the way from the base to the tool.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Step {
+pub(super) struct Step {
     pub parent: String,
     pub child: String,
     /// The way leads from the child to the parent.
@@ -21,10 +21,10 @@ pub struct Step {
 }
 
 /// A transform's samples, ns and `parent_from_child`, in the order in which they were recorded.
-pub type Samples = Vec<(i64, Pose)>;
+pub(super) type Samples = Vec<(i64, Pose)>;
 
 /// The way from one frame to another.
-pub fn path(links: &[&LinkSurvey], base: &str, tool: &str) -> Result<Vec<Step>, ImportError> {
+pub(super) fn path(links: &[&LinkSurvey], base: &str, tool: &str) -> Result<Vec<Step>, ImportError> {
     let known: BTreeSet<&str> = links.iter().flat_map(|l| [l.parent.as_str(), l.child.as_str()]).collect();
     for frame in [base, tool] {
         if !known.contains(frame) {
@@ -74,7 +74,7 @@ fn one_parent(links: &[&LinkSurvey], child: &str) -> Result<(), ImportError> {
 
 /// Poses over time, and what became of the stamps.
 #[derive(Clone, Debug, Default)]
-pub struct Composed {
+pub(super) struct Composed {
     /// Stamp in ns, and the pose.
     pub poses: Vec<(i64, Pose)>,
     /// Stamps at which not every transform is known.

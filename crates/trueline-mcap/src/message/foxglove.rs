@@ -11,7 +11,7 @@ use prost::Message;
 
 /// What messages of a schema are.
 #[must_use]
-pub fn kind(schema: &str) -> Kind {
+pub(super) fn kind(schema: &str) -> Kind {
     match schema {
         "foxglove.PoseInFrame" => Kind::Pose,
         "foxglove.FrameTransform" | "foxglove.FrameTransforms" => Kind::Transforms,
@@ -24,7 +24,7 @@ pub fn kind(schema: &str) -> Kind {
 ///
 /// # Errors
 /// [`ContentError`] says which field is at fault.
-pub fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
+pub(super) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
     match schema {
         "foxglove.PoseInFrame" => pose(bytes).map(Content::Pose),
         "foxglove.FrameTransform" => {

@@ -5,7 +5,7 @@ use crate::message::content_error::ContentError;
 use trueline_dataset::{GrayImage, Pixels};
 
 /// Rows of pixels with padding.
-pub struct RawPicture<'a> {
+pub(super) struct RawPicture<'a> {
     /// Columns, px.
     pub width: u32,
     /// Rows, px.
@@ -38,7 +38,7 @@ impl RawPicture<'_> {
     ///
     /// # Errors
     /// Another encoding, or a size that does not fit.
-    pub fn gray(&self) -> Result<(Picture, PictureOrigin), ContentError> {
+    pub(super) fn gray(&self) -> Result<(Picture, PictureOrigin), ContentError> {
         let (layout, origin) = match self.encoding {
             "mono8" | "8UC1" => (Layout::Eight, PictureOrigin::Gray),
             "mono16" | "16UC1" => (Layout::Sixteen, PictureOrigin::Gray),
@@ -126,7 +126,7 @@ const JPEG: &[u8] = &[0xff, 0xd8, 0xff];
 ///
 /// # Errors
 /// Anything else: by its bytes, for what a message says of its format is not always so.
-pub fn compressed(bytes: &[u8], format: &str) -> Result<(Picture, PictureOrigin), ContentError> {
+pub(super) fn compressed(bytes: &[u8], format: &str) -> Result<(Picture, PictureOrigin), ContentError> {
     if bytes.starts_with(JPEG) {
         return Ok((Picture::Compressed(bytes.to_vec()), PictureOrigin::Jpeg));
     }

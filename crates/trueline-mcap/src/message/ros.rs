@@ -11,7 +11,7 @@ use crate::message::spatial::{frame_name, pose_of};
 
 /// What messages of a ROS type are; the type is written `package/msg/Name` in ROS 2, `package/Name` in ROS 1.
 #[must_use]
-pub fn kind(schema: &str) -> Kind {
+pub(super) fn kind(schema: &str) -> Kind {
     let short = schema.replace("/msg/", "/");
     match short.as_str() {
         "geometry_msgs/PoseStamped" | "geometry_msgs/PoseWithCovarianceStamped" | "nav_msgs/Odometry" => {

@@ -12,7 +12,7 @@ const OFF_PLANE_M: f64 = 1e-6;
 ///
 /// # Errors
 /// A cloud without x, y and z in single or double precision, or one that is no profile.
-pub fn point_cloud(cursor: &mut RosCursor<'_>) -> Read<Vec<[f64; 2]>> {
+pub(super) fn point_cloud(cursor: &mut RosCursor<'_>) -> Read<Vec<[f64; 2]>> {
     let (height, width) = (cursor.u32("height")?, cursor.u32("width")?);
     let fields = fields(cursor)?;
     let big_endian = cursor.u8("is_bigendian")? != 0;

@@ -10,7 +10,7 @@ use trueline_geometry::{Pose, se3};
 ///
 /// # Errors
 /// Numbers that are not finite, or a quaternion that is no rotation.
-pub fn pose_of(position: [f64; 3], xyzw: [f64; 4]) -> Result<Pose, ContentError> {
+pub(crate) fn pose_of(position: [f64; 3], xyzw: [f64; 4]) -> Result<Pose, ContentError> {
     if !position.iter().all(|v| v.is_finite()) {
         return Err(ContentError::NotFinite { field: "the position" });
     }

@@ -9,7 +9,7 @@ use trueline_dataset::source_file;
 
 /// How a file holds messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Storage {
+pub(super) enum Storage {
     /// MCAP.
     Mcap,
     /// SQLite with the tables of rosbag2.
@@ -18,7 +18,7 @@ pub enum Storage {
 }
 
 /// One file of a recording.
-pub struct Part {
+pub(super) struct Part {
     /// The file as the user knows it.
     pub name: PathBuf,
     /// Where its messages are: beside it, if it is compressed as a whole.
@@ -36,7 +36,7 @@ const ROS1: &[u8] = b"#ROSBAG V";
 type Parts = (Vec<Part>, Vec<DamagedFile>);
 
 /// The files of a recording, in their order.
-pub fn parts(path: &Path) -> Result<Parts, ImportError> {
+pub(super) fn parts(path: &Path) -> Result<Parts, ImportError> {
     let meta = fs::metadata(path).map_err(|error| ImportError::io(path, &error))?;
     let (files, mut damages) = if meta.is_dir() { in_folder(path)? } else { (vec![path.to_owned()], vec![]) };
     let mut parts = Vec::new();

@@ -49,4 +49,4 @@ pub enum BagItem<'a> {
 }
 
 /// What is done with every item.
-pub type Visit<'a> = dyn FnMut(BagItem<'_>) -> Result<(), ImportError> + 'a;
+pub(crate) type Visit<'a> = dyn FnMut(BagItem<'_>) -> Result<(), ImportError> + 'a;

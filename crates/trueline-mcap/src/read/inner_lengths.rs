@@ -37,7 +37,7 @@ const fn layout(opcode: u8) -> &'static [Part] {
 
 /// Whether everything that a record's body says to be in it is in it.
 #[must_use]
-pub fn fit(opcode: u8, body: &[u8]) -> bool {
+pub(super) fn fit(opcode: u8, body: &[u8]) -> bool {
     let rest = layout(opcode).iter().try_fold(body, |rest, part| after(*part, rest));
     rest.is_some()
 }

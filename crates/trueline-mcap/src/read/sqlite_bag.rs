@@ -19,7 +19,7 @@ struct Topic {
 }
 
 /// Reads all messages in the order in which they were written.
-pub fn read(file: &Path, number: usize, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportError> {
+pub(super) fn read(file: &Path, number: usize, visit: &mut Visit<'_>) -> Result<Vec<Damage>, ImportError> {
     let refused =
         |error: rusqlite::Error| ImportError::Database { file: file.to_owned(), why: error.to_string() };
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
@@ -95,7 +95,7 @@ fn message<'a>(row: &'a Row<'_>) -> Result<Message<'a>, String> {
 }
 
 /// The bytes of the message with an id.
-pub fn read_row(file: &Path, id: i64) -> Result<Vec<u8>, ImportError> {
+pub(super) fn read_row(file: &Path, id: i64) -> Result<Vec<u8>, ImportError> {
     let refused = |why: String| ImportError::Database { file: file.to_owned(), why };
     let words = |error: rusqlite::Error| refused(error.to_string());
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;

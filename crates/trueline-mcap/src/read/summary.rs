@@ -10,7 +10,7 @@ use std::io::{Read, Seek, SeekFrom};
 const FOOTER_BYTES: u64 = 20;
 
 /// The topics in the summary, if there is one that can be read.
-pub fn topics<R: Read + Seek>(source: &mut R, length: u64) -> Option<ChannelAccumulator<'static>> {
+pub(super) fn topics<R: Read + Seek>(source: &mut R, length: u64) -> Option<ChannelAccumulator<'static>> {
     let end = length.checked_sub(FRAME_BYTES + FOOTER_BYTES + MAGIC.len() as u64)?;
     let footer = bytes(source, end, length - end)?;
     if footer[0] != op::FOOTER || !footer.ends_with(MAGIC) {

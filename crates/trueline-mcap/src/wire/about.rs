@@ -42,7 +42,7 @@ impl About {
 
 /// Whether a record is as it was written.
 #[must_use]
-pub fn is_whole(record: &BTreeMap<String, String>) -> bool {
+pub(crate) fn is_whole(record: &BTreeMap<String, String>) -> bool {
     record.get(CHECKSUM).is_some_and(|found| *found == checksum(record))
 }
 

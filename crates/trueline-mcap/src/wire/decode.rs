@@ -8,7 +8,7 @@ use trueline_dataset::{Feature, Measured};
 
 /// What messages of a schema are.
 #[must_use]
-pub fn kind(schema: &str) -> Kind {
+pub(crate) fn kind(schema: &str) -> Kind {
     match schema {
         "trueline.Frame" => Kind::Frame,
         "trueline.Features" => Kind::Features,
@@ -21,7 +21,7 @@ pub fn kind(schema: &str) -> Kind {
 ///
 /// # Errors
 /// [`ContentError`] says which field is at fault.
-pub fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
+pub(crate) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError> {
     let broken = |error: prost::DecodeError| ContentError::Protobuf { why: error.to_string() };
     match kind(schema) {
         Kind::Frame => {

@@ -10,7 +10,7 @@ use trueline_dataset::{Feature, Measured};
 use trueline_geometry::Pose;
 
 /// A message before it has a file.
-pub struct Outgoing {
+pub(crate) struct Outgoing {
     pub topic: u16,
     pub sequence: u32,
     pub log_ns: i64,
@@ -29,7 +29,7 @@ impl Outgoing {
 }
 
 /// The messages of an entry, in the order in which they are written.
-pub fn messages(entry: Entry) -> Vec<Outgoing> {
+pub(crate) fn messages(entry: Entry) -> Vec<Outgoing> {
     match entry {
         Entry::Robot(robot) => robot_messages(robot).into(),
         Entry::Packet(packet) => packet_messages(packet).into(),
@@ -174,7 +174,7 @@ fn feature(feature: &Feature) -> proto::Feature {
 
 /// For viewers only, which know the years 1970 to 2106; what is read back is the time of the message.
 /// A stamp as Foxglove has it.
-pub fn timestamp(ns: i64) -> Timestamp {
+pub(crate) fn timestamp(ns: i64) -> Timestamp {
     let seconds = u32::try_from(ns.div_euclid(1_000_000_000)).unwrap_or(0);
     Timestamp::new(seconds, ns.rem_euclid(1_000_000_000) as u32)
 }

@@ -1,9 +1,9 @@
 //! Names of the frames in a recording of trueline, and how its frames are numbered.
 
 /// Name of the frame that robot poses are told in.
-pub const BASE: &str = "base";
+pub(crate) const BASE: &str = "base";
 /// Name of the frame whose pose the robot tells.
-pub const TOOL: &str = "tool";
+pub(crate) const TOOL: &str = "tool";
 
 /// The message counter has 32 bits, the camera's may have more.
 pub(crate) fn low_bits(frame: u64) -> u32 {

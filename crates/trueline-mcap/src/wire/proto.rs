@@ -4,7 +4,7 @@ use prost::Message;
 
 /// `trueline.RobotDatagram`; `robot` is an `abb.egm.EgmRobot` as it came.
 #[derive(Clone, PartialEq, Message)]
-pub struct RobotDatagram {
+pub(super) struct RobotDatagram {
     #[prost(bytes = "vec", tag = "1")]
     pub robot: Vec<u8>,
     #[prost(string, tag = "2")]
@@ -23,7 +23,7 @@ pub struct RobotDatagram {
 
 /// `trueline.RobotPacket`
 #[derive(Clone, PartialEq, Message)]
-pub struct RobotPacket {
+pub(super) struct RobotPacket {
     #[prost(bytes = "vec", tag = "1")]
     pub packet: Vec<u8>,
     #[prost(string, tag = "2")]
@@ -40,7 +40,7 @@ pub struct RobotPacket {
 
 /// `trueline.RejectedDatagram`
 #[derive(Clone, PartialEq, Message)]
-pub struct RejectedDatagram {
+pub(super) struct RejectedDatagram {
     #[prost(bytes = "vec", tag = "1")]
     pub datagram: Vec<u8>,
     #[prost(string, tag = "2")]
@@ -53,7 +53,7 @@ pub struct RejectedDatagram {
 
 /// `trueline.Answer`; `sensor` is an `abb.egm.EgmSensor` as it was sent.
 #[derive(Clone, PartialEq, Message)]
-pub struct Answer {
+pub(super) struct Answer {
     #[prost(bytes = "vec", tag = "1")]
     pub sensor: Vec<u8>,
     #[prost(string, tag = "2")]
@@ -66,7 +66,7 @@ pub struct Answer {
 
 /// `trueline.Clock`
 #[derive(Clone, PartialEq, Message)]
-pub struct Clock {
+pub(super) struct Clock {
     #[prost(int64, tag = "1")]
     pub steady_ns: i64,
     #[prost(int64, tag = "2")]
@@ -75,7 +75,7 @@ pub struct Clock {
 
 /// `trueline.Frame`
 #[derive(Clone, PartialEq, Message)]
-pub struct Frame {
+pub(super) struct Frame {
     #[prost(uint64, tag = "1")]
     pub frame: u64,
     #[prost(int64, tag = "2")]
@@ -96,14 +96,14 @@ pub struct Frame {
 
 /// `trueline.Features`
 #[derive(Clone, PartialEq, Message)]
-pub struct Features {
+pub(super) struct Features {
     #[prost(message, repeated, tag = "1")]
     pub features: Vec<Feature>,
 }
 
 /// `trueline.Feature`: exactly one of `pixel` (2 numbers, px), `point` (3, m) and `profile` (2, m) has numbers.
 #[derive(Clone, PartialEq, Message)]
-pub struct Feature {
+pub(super) struct Feature {
     #[prost(int64, tag = "1")]
     pub stamp_ns: i64,
     #[prost(uint32, tag = "2")]

@@ -10,16 +10,16 @@ use std::borrow::Cow;
 use std::sync::{Arc, LazyLock};
 
 /// The profile in the header of a recording of trueline.
-pub const PROFILE: &str = "trueline";
+pub(crate) const PROFILE: &str = "trueline";
 
 /// The robot's pose: this is what is read back.
 pub(crate) const TF: u16 = 1;
 /// The robot's datagrams as they came.
-pub const ROBOT: u16 = 2;
+pub(crate) const ROBOT: u16 = 2;
 /// Datagrams that are not used.
 pub(crate) const REJECTED: u16 = 3;
 /// Answers to the robot.
-pub const ANSWER: u16 = 4;
+pub(crate) const ANSWER: u16 = 4;
 /// Readings of both clocks.
 pub(crate) const CLOCK: u16 = 5;
 /// Notes.
@@ -27,14 +27,14 @@ pub(crate) const LOG: u16 = 6;
 /// Pictures.
 pub(crate) const IMAGE: u16 = 7;
 /// Stamps of the frames.
-pub const FRAME: u16 = 8;
+pub(crate) const FRAME: u16 = 8;
 /// Seam points.
-pub const FEATURES: u16 = 9;
+pub(crate) const FEATURES: u16 = 9;
 /// Packets of robots that do not speak EGM, as they came.
 pub(crate) const PACKET: u16 = 10;
 
 /// A topic with its schema. The schema has the number of the topic.
-pub struct Topic {
+pub(crate) struct Topic {
     pub id: u16,
     pub name: &'static str,
     pub schema: String,

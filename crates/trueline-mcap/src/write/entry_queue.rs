@@ -42,7 +42,7 @@ struct State {
 }
 
 /// What the writer is to do next.
-pub enum Next {
+pub(super) enum Next {
     /// Write this.
     Entry(Box<Entry>),
     /// Nothing came in time.
@@ -52,20 +52,20 @@ pub enum Next {
 }
 
 /// The queue between whoever records and the writer.
-pub struct EntryQueue {
+pub(super) struct EntryQueue {
     state: Mutex<State>,
     arrived: Condvar,
 }
 
 impl EntryQueue {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         // Growing would copy everything while whoever records waits; boxed, all the room there can be is half a megabyte.
         let entries = VecDeque::with_capacity(MOST_ENTRIES);
         Self { state: Mutex::new(State { entries, ..State::default() }), arrived: Condvar::new() }
     }
 
     /// Takes an entry if there is room. Waits for nothing but the moment in which the writer takes one out.
-    pub fn offer(&self, entry: Entry) -> bool {
+    pub(super) fn offer(&self, entry: Entry) -> bool {
         let mut state = self.lock();
         let picture_bytes = state.picture_bytes.saturating_add(entry.picture_bytes());
         let full = state.entries.len() >= MOST_ENTRIES
@@ -83,7 +83,7 @@ impl EntryQueue {
     }
 
     /// The oldest entry; waits for one at most until `deadline`.
-    pub fn next(&self, deadline: Instant) -> Next {
+    pub(super) fn next(&self, deadline: Instant) -> Next {
         let mut state = self.lock();
         loop {
             if let Some(entry) = state.entries.pop_front() {
@@ -103,20 +103,20 @@ impl EntryQueue {
     }
 
     /// Everything that was taken out is with the operating system.
-    pub fn flushed(&self, bytes: u64) {
+    pub(super) fn flushed(&self, bytes: u64) {
         let mut state = self.lock();
         state.written += std::mem::take(&mut state.in_writer);
         state.bytes = bytes;
     }
 
     /// Nothing is accepted any more.
-    pub fn close(&self) {
+    pub(super) fn close(&self) {
         self.lock().closed = true;
         self.arrived.notify_all();
     }
 
     /// Nothing can be written any more: what waits is lost, and told to be.
-    pub fn fail(&self, why: String) {
+    pub(super) fn fail(&self, why: String) {
         let mut state = self.lock();
         state.closed = true;
         state.failure.get_or_insert(why);
@@ -128,7 +128,7 @@ impl EntryQueue {
         drop(lost);
     }
 
-    pub fn state(&self) -> RecorderState {
+    pub(super) fn state(&self) -> RecorderState {
         let state = self.lock();
         RecorderState {
             written: state.written,

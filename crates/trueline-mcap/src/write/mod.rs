@@ -5,5 +5,5 @@ mod entry_queue;
 pub mod log_writer;
 pub(crate) mod record_error;
 pub(crate) mod recorder;
-pub mod seam_points;
+pub(crate) mod seam_points;
 pub(crate) mod sink;

@@ -20,7 +20,7 @@ impl Sink for File {
 }
 
 /// A sink with two owners: the MCAP writer takes one and lets nobody at it, but somebody must sync it.
-pub struct SharedSink<S: Sink> {
+pub(crate) struct SharedSink<S: Sink> {
     inner: Arc<Mutex<Counted<S>>>,
 }
 
@@ -30,7 +30,7 @@ struct Counted<S: Sink> {
 }
 
 impl<S: Sink> SharedSink<S> {
-    pub fn new(sink: S) -> Self {
+    pub(crate) fn new(sink: S) -> Self {
         Self { inner: Arc::new(Mutex::new(Counted { out: BufWriter::new(sink), bytes: 0 })) }
     }
 
@@ -39,11 +39,11 @@ impl<S: Sink> SharedSink<S> {
     }
 
     /// Bytes written so far.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         self.lock().bytes
     }
 
-    pub fn sync(&self) -> io::Result<()> {
+    pub(crate) fn sync(&self) -> io::Result<()> {
         let mut inner = self.lock();
         inner.out.flush()?;
         inner.out.get_mut().sync()

@@ -14,10 +14,10 @@ use trueline_mcap::{
     Sink, import,
 };
 
-pub const T0: i64 = 1_700_000_000_000_000_000;
-pub const SENSOR: &str = "kind = \"profiler\"\n# in its own words\n";
+pub(crate) const T0: i64 = 1_700_000_000_000_000_000;
+pub(crate) const SENSOR: &str = "kind = \"profiler\"\n# in its own words\n";
 
-pub fn about() -> About {
+pub(crate) fn about() -> About {
     About {
         sensor_toml: Some(SENSOR.to_owned()),
         stamp_meaning: "middle of the exposure".to_owned(),
@@ -26,12 +26,12 @@ pub fn about() -> About {
     }
 }
 
-pub fn pose(k: u32) -> Pose {
+pub(crate) fn pose(k: u32) -> Pose {
     let t = f64::from(k) * 0.004;
     se3::from_parts(so3::exp(&Vector3::new(0.1 * t, 0.3, -0.2 * t)), Vector3::new(0.5 + t, -0.2, 0.4 - t))
 }
 
-pub fn robot(k: u32) -> RobotEntry {
+pub(crate) fn robot(k: u32) -> RobotEntry {
     // Not to be pressed together: a chunk must be able to be full.
     let mut x = u64::from(k).wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     let noise = || {
@@ -54,7 +54,7 @@ pub fn robot(k: u32) -> RobotEntry {
     }
 }
 
-pub fn frame(k: u32) -> FrameEntry {
+pub(crate) fn frame(k: u32) -> FrameEntry {
     FrameEntry {
         frame: (1 << 33) + u64::from(k),
         stamp_ns: T0 + 33_000_000 * i64::from(k),
@@ -68,14 +68,14 @@ pub fn frame(k: u32) -> FrameEntry {
 }
 
 /// The smallest head that a gray PNG has, and some bytes; only a picture that is looked at must be one.
-pub fn png(fill: u8) -> Vec<u8> {
+pub(crate) fn png(fill: u8) -> Vec<u8> {
     let mut bytes = vec![0x89, b'P', b'N', b'G', 0x0d, 0x0a, 0x1a, 0x0a, 0, 0, 0, 13, b'I', b'H', b'D', b'R'];
     bytes.extend([0, 0, 0, 2, 0, 0, 0, 1, 8, 0, 0, 0, 0]);
     bytes.extend([fill; 40]);
     bytes
 }
 
-pub fn profile(k: u32) -> Feature {
+pub(crate) fn profile(k: u32) -> Feature {
     Feature {
         stamp_ns: T0 + 5_000_000 * i64::from(k),
         line: k % 2,
@@ -87,7 +87,7 @@ pub fn profile(k: u32) -> Feature {
 }
 
 /// Something of everything.
-pub fn entries(count: u32) -> Vec<Entry> {
+pub(crate) fn entries(count: u32) -> Vec<Entry> {
     let mut entries = Vec::new();
     for k in 0..count {
         entries.push(Entry::Robot(robot(k)));
@@ -122,10 +122,10 @@ pub fn entries(count: u32) -> Vec<Entry> {
 
 /// A sink whose bytes can be looked at.
 #[derive(Clone, Default)]
-pub struct Memory(pub Arc<Mutex<Vec<u8>>>);
+pub(crate) struct Memory(pub Arc<Mutex<Vec<u8>>>);
 
 impl Memory {
-    pub fn bytes(&self) -> Vec<u8> {
+    pub(crate) fn bytes(&self) -> Vec<u8> {
         self.0.lock().unwrap().clone()
     }
 }
@@ -147,7 +147,7 @@ impl Sink for Memory {
 }
 
 /// A finished recording.
-pub fn recorded(entries: Vec<Entry>) -> Vec<u8> {
+pub(crate) fn recorded(entries: Vec<Entry>) -> Vec<u8> {
     let memory = Memory::default();
     let recorder = Recorder::onto(memory.clone(), Path::new("memory"), &about()).unwrap();
     for entry in entries {
@@ -158,7 +158,7 @@ pub fn recorded(entries: Vec<Entry>) -> Vec<u8> {
 }
 
 /// The same as a program that was killed leaves it, in several chunks.
-pub fn unfinished(entries: Vec<Entry>) -> Vec<u8> {
+pub(crate) fn unfinished(entries: Vec<Entry>) -> Vec<u8> {
     let memory = Memory::default();
     let mut log = trueline_mcap::log_writer::LogWriter::new(memory.clone(), &about()).unwrap();
     for (k, entry) in entries.into_iter().enumerate() {
@@ -175,7 +175,7 @@ pub fn unfinished(entries: Vec<Entry>) -> Vec<u8> {
     bytes
 }
 
-pub fn read_items(bytes: &[u8]) -> (Vec<Item>, Vec<Damage>) {
+pub(crate) fn read_items(bytes: &[u8]) -> (Vec<Item>, Vec<Damage>) {
     let mut reader = LogReader::open(Cursor::new(bytes)).unwrap();
     let mut items = Vec::new();
     while let Some(item) = reader.next_item().unwrap() {
@@ -185,7 +185,7 @@ pub fn read_items(bytes: &[u8]) -> (Vec<Item>, Vec<Damage>) {
 }
 
 /// Messages of a topic.
-pub fn messages<'a>(items: &'a [Item], topic: &str) -> Vec<(u32, u64, u64, &'a [u8])> {
+pub(crate) fn messages<'a>(items: &'a [Item], topic: &str) -> Vec<(u32, u64, u64, &'a [u8])> {
     let of_topic = items.iter().filter_map(|item| match item {
         Item::Message { channel, sequence, log_time, publish_time, data, .. } if channel.topic == topic => {
             Some((*sequence, *log_time, *publish_time, data.as_slice()))
@@ -196,7 +196,7 @@ pub fn messages<'a>(items: &'a [Item], topic: &str) -> Vec<(u32, u64, u64, &'a [
 }
 
 /// A message of somebody else.
-pub struct Foreign {
+pub(crate) struct Foreign {
     pub topic: &'static str,
     pub schema: &'static str,
     pub encoding: &'static str,
@@ -204,7 +204,7 @@ pub struct Foreign {
 }
 
 /// Writes an MCAP file as somebody else would; times of recording are those of nothing in particular.
-pub fn write_foreign(file: &Path, messages: &[Foreign]) {
+pub(crate) fn write_foreign(file: &Path, messages: &[Foreign]) {
     let out = std::fs::File::create(file).unwrap();
     let mut writer = mcap::WriteOptions::new().compression_threads(0).create(out).unwrap();
     for (k, message) in messages.iter().enumerate() {
@@ -226,7 +226,7 @@ fn ros1_header(stamp_ns: i64, frame: &str) -> Vec<u8> {
     bytes
 }
 
-pub fn ros1_text(text: &str) -> Vec<u8> {
+pub(crate) fn ros1_text(text: &str) -> Vec<u8> {
     let mut bytes = u32::try_from(text.len()).unwrap().to_le_bytes().to_vec();
     bytes.extend(text.as_bytes());
     bytes
@@ -237,12 +237,12 @@ fn numbers(pose: &Pose) -> Vec<u8> {
     [p.x, p.y, p.z, q.i, q.j, q.k, q.w].iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
-pub fn pose_stamped(topic: &'static str, stamp_ns: i64, frame: &str, pose: &Pose) -> Foreign {
+pub(crate) fn pose_stamped(topic: &'static str, stamp_ns: i64, frame: &str, pose: &Pose) -> Foreign {
     let bytes = [ros1_header(stamp_ns, frame), numbers(pose)].concat();
     Foreign { topic, schema: "geometry_msgs/PoseStamped", encoding: "ros1", bytes }
 }
 
-pub fn tf(topic: &'static str, transforms: &[(i64, &str, &str, Pose)]) -> Foreign {
+pub(crate) fn tf(topic: &'static str, transforms: &[(i64, &str, &str, Pose)]) -> Foreign {
     let mut bytes = u32::try_from(transforms.len()).unwrap().to_le_bytes().to_vec();
     for (stamp_ns, parent, child, pose) in transforms {
         bytes.extend([ros1_header(*stamp_ns, parent), ros1_text(child), numbers(pose)].concat());
@@ -250,7 +250,7 @@ pub fn tf(topic: &'static str, transforms: &[(i64, &str, &str, Pose)]) -> Foreig
     Foreign { topic, schema: "tf2_msgs/TFMessage", encoding: "ros1", bytes }
 }
 
-pub fn compressed_image(topic: &'static str, stamp_ns: i64, format: &str, data: &[u8]) -> Foreign {
+pub(crate) fn compressed_image(topic: &'static str, stamp_ns: i64, format: &str, data: &[u8]) -> Foreign {
     let mut bytes = ros1_header(stamp_ns, "camera");
     bytes.extend(ros1_text(format));
     bytes.extend(u32::try_from(data.len()).unwrap().to_le_bytes());
@@ -258,19 +258,19 @@ pub fn compressed_image(topic: &'static str, stamp_ns: i64, format: &str, data: 
     Foreign { topic, schema: "sensor_msgs/CompressedImage", encoding: "ros1", bytes }
 }
 
-pub fn profiler() -> Option<SensorFile> {
+pub(crate) fn profiler() -> Option<SensorFile> {
     Some(Sensor::Profiler.into())
 }
 
 /// A pose of a position, m, and a quaternion in the order x, y, z, w.
-pub fn pose_xyzw(p: [f64; 3], q: [f64; 4]) -> Pose {
+pub(crate) fn pose_xyzw(p: [f64; 3], q: [f64; 4]) -> Pose {
     let rotation = UnitQuaternion::new_normalize(Quaternion::new(q[3], q[0], q[1], q[2]));
     se3::from_parts(rotation, Vector3::from(p))
 }
 
 /// What came of a recording that was made into a dataset folder.
 #[derive(Debug)]
-pub struct Unpacked {
+pub(crate) struct Unpacked {
     pub robot: usize,
     pub frames: usize,
     pub features: usize,
@@ -280,7 +280,7 @@ pub struct Unpacked {
 }
 
 /// Makes a dataset folder of a recording, and holds the folder against what was read: reading it gives the same numbers.
-pub fn unpack(path: &Path, choice: &Choice, out: &Path) -> Result<Unpacked, ImportError> {
+pub(crate) fn unpack(path: &Path, choice: &Choice, out: &Path) -> Result<Unpacked, ImportError> {
     let folder = DatasetFolder::begin(out, false)?;
     let imported = import(path, choice)?;
     folder.write(&imported)?;

@@ -7,7 +7,7 @@ use trueline_live::egm::{
 };
 
 /// `measuredForce` in the form of RobotWare 6 or 7, by turns.
-pub fn full_datagram(k: u32) -> Vec<u8> {
+pub(crate) fn full_datagram(k: u32) -> Vec<u8> {
     let axes = Axes::from([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     let state = RobotState {
         joints_deg: Some(axes),

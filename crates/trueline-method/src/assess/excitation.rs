@@ -34,7 +34,7 @@ const LEAST_TIME_OFFSET_SHARE: f64 = 0.25;
 impl SplitSampleInformation {
     /// Of a problem at its solution, with the robot's path by every other sample and by those between.
     #[must_use]
-    pub fn of(problem: &LineProblem<'_>, at: &Parameters, halves: &[Trajectory; 2]) -> Self {
+    pub(crate) fn of(problem: &LineProblem<'_>, at: &Parameters, halves: &[Trajectory; 2]) -> Self {
         let n = problem.dimension();
         let mut signal =
             Self { own: DMatrix::zeros(n, n), common: DMatrix::zeros(n, n), time_offset: [0.0; 2] };

@@ -33,14 +33,14 @@ pub(crate) struct Widening {
 impl Widening {
     /// What it adds to the covariance.
     #[must_use]
-    pub fn covariance(&self) -> DMatrix<f64> {
+    pub(crate) fn covariance(&self) -> DMatrix<f64> {
         &self.sigma * self.sigma.transpose() * (self.by.powi(2) - 1.0)
     }
 }
 
 /// Finds it for a fit and its covariance by noise; `None` where a quadratic is right.
 #[must_use]
-pub fn widening(solver: &Solver<'_>, fit: &Fit, covariance: &DMatrix<f64>) -> Option<Widening> {
+pub(crate) fn widening(solver: &Solver<'_>, fit: &Fit, covariance: &DMatrix<f64>) -> Option<Widening> {
     if !solver.settings.fixed.is_empty() || fit.prior.is_some() {
         return None;
     }

@@ -30,7 +30,7 @@ const LEAST: f64 = 1e-6;
 /// The errors that the residuals of a solution show, whose covariance's root is `root`; `None` where they are not plainly larger than
 /// those that were taken. What is not plainly larger stays as it was taken.
 #[must_use]
-pub fn shown(
+pub(crate) fn shown(
     problem: &LineProblem<'_>,
     at: &Parameters,
     root: &DMatrix<f64>,

@@ -139,7 +139,7 @@ pub(crate) struct SystematicSums {
 impl SystematicSums {
     /// At a solution whose covariance's root is `root`.
     #[must_use]
-    pub fn of(
+    pub(crate) fn of(
         problem: &LineProblem<'_>,
         at: &Parameters,
         root: &DMatrix<f64>,
@@ -281,7 +281,7 @@ impl SystematicSums {
     /// The bias of features that `corrected_px` was taken out of already: the linear estimate with the least mean square,
     /// given what noise and robot make of its score. `None` without a bias.
     #[must_use]
-    pub fn bias(&self, corrected_px: &SVector<f64, BIAS>, inflation: f64) -> Option<BiasEstimate> {
+    pub(crate) fn bias(&self, corrected_px: &SVector<f64, BIAS>, inflation: f64) -> Option<BiasEstimate> {
         let own = self.own_score();
         let gain = self.bias_gain(&own, inflation)?;
         // The gradient of the others is zero at their optimum, so this is the score beside them.

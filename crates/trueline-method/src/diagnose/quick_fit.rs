@@ -24,7 +24,7 @@ pub(crate) struct QuickFit {
 ///
 /// # Errors
 /// As [`calibrate`](crate::calibrate()).
-pub fn quick_fit(recording: &Recording, config: &Config) -> Result<QuickFit, Error> {
+pub(super) fn quick_fit(recording: &Recording, config: &Config) -> Result<QuickFit, Error> {
     let sampling = Sampling::of(recording, origin_ns(recording));
     let observations = observe(recording, &sampling, config)?;
     let noise = NoiseLevels {

@@ -15,7 +15,7 @@ const LEAST_PLACES: usize = 30;
 
 /// Where the seam is in the sheet or the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub(super) struct Place {
     /// Its stamp since the first image, s.
     pub time_s: f64,
     /// Two coordinates, in any unit.
@@ -44,7 +44,7 @@ pub(crate) struct Explained {
 impl ShiftRegression {
     /// From a recording's poses; `None` where there is too little of either.
     #[must_use]
-    pub fn new(
+    pub(super) fn new(
         recording: &Recording,
         places: Vec<Place>,
         least_share: f64,
@@ -71,7 +71,7 @@ impl ShiftRegression {
     /// The shifts at which the streams overlap for long enough, s. At a shift s an image of `time_s` belongs to the pose
     /// at `time_s − s` since the first one.
     #[must_use]
-    pub fn range_s(&self) -> [f64; 2] {
+    pub(super) fn range_s(&self) -> [f64; 2] {
         let images_s = self.places.last().map_or(0.0, |place| place.time_s);
         let robot_s = self.times_s.last().copied().unwrap_or(0.0);
         [self.least_overlap_s - robot_s, images_s - self.least_overlap_s]
@@ -79,7 +79,7 @@ impl ShiftRegression {
 
     /// What a shift explains; `None` where too few images are left.
     #[must_use]
-    pub fn at(&self, shift_s: f64) -> Option<Explained> {
+    pub(super) fn at(&self, shift_s: f64) -> Option<Explained> {
         let mut sums = SVector::<f64, ALL>::zeros();
         let mut products = SMatrix::<f64, ALL, ALL>::zeros();
         let mut count = 0_usize;

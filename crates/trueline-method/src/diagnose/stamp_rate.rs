@@ -26,7 +26,7 @@ const OVERLAP: (f64, f64) = (0.5, 2.0);
 
 /// The rate with which the scan fits best; `None` where it is that of the stamps.
 #[must_use]
-pub fn stamp_rate(recording: &Recording, config: &Config) -> Option<Estimated> {
+pub(super) fn stamp_rate(recording: &Recording, config: &Config) -> Option<Estimated> {
     let (first, last) = (recording.features.first()?, recording.features.last()?);
     let (robot_first, robot_last) = (recording.robot.first()?, recording.robot.last()?);
     let lasts_s = |from_ns: i64, to_ns: i64| (to_ns - from_ns) as f64 * 1e-9;

@@ -37,7 +37,7 @@ pub struct SeamPoints {
 /// Places every feature of a recording in base. Stamps are taken as recorded, as a robot that follows the seam would.
 ///
 /// # Errors
-/// A recording that cannot be lifted onto the sheet: see [`observe_anywhere`].
+/// A recording that cannot be lifted onto the sheet: see `observe_anywhere`.
 pub fn place(recording: &Recording, by: &Guess, config: &Config) -> Result<SeamPoints, Error> {
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
     let observations = observe_anywhere(recording, &sampling, config)?;

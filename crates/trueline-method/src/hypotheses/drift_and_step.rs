@@ -51,7 +51,7 @@ const LEAST_SIDE: f64 = 0.05;
 impl ClockCheck {
     /// Prepares the sums; `covariance` is H⁻¹, `variance` how much larger the offset's variance really is.
     #[must_use]
-    pub fn new(
+    pub(crate) fn new(
         problem: &LineProblem<'_>,
         at: &crate::Parameters,
         covariance: DMatrix<f64>,
@@ -87,7 +87,7 @@ impl ClockCheck {
 
     /// The drift of the time offset; `None` if nothing can be said.
     #[must_use]
-    pub fn drift(&self) -> Option<Drift> {
+    pub(crate) fn drift(&self) -> Option<Drift> {
         let own: f64 = self.parts.iter().map(|p| p.own).sum();
         // About the centre of what is known of the offset the two are nearly independent.
         let about_s = self.parts.iter().map(|p| p.own * p.stamp_s).sum::<f64>() / own;
@@ -110,7 +110,7 @@ impl ClockCheck {
 
     /// The most significant step; `None` if nothing can be said.
     #[must_use]
-    pub fn step(&self) -> Option<Step> {
+    pub(crate) fn step(&self) -> Option<Step> {
         let significance = |step: &Step| (step.step_s / step.sigma_s).abs();
         self.steps().into_iter().max_by(|a, b| significance(a).total_cmp(&significance(b)))
     }

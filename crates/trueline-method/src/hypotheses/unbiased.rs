@@ -34,7 +34,7 @@ const ALIKE_WITHOUT_BIAS: f64 = 0.2;
 /// without a bias it is seen whether they are.
 ///
 /// # Errors
-/// As [`remove_bias`].
+/// As `remove_bias`.
 pub fn without_bias(
     assessed: Assessed,
     recording: &Recording,

@@ -21,7 +21,7 @@ pub(crate) struct CameraSensor {
 impl CameraSensor {
     /// Some pixels of a recording that meet the laser plane.
     #[must_use]
-    pub fn sample(&self, recording: &Recording) -> Vec<Vector2<f64>> {
+    pub(crate) fn sample(&self, recording: &Recording) -> Vec<Vector2<f64>> {
         let every = recording.features.len().div_ceil(SAMPLE).max(1);
         let pixel = |feature: &trueline_dataset::Feature| match feature.measured {
             Measured::Pixel(pixel) => Some(Vector2::from(pixel)),
@@ -33,7 +33,10 @@ impl CameraSensor {
 
     /// Parameters and their joint covariance.
     #[must_use]
-    pub fn stated(&self, uncertainty: &SensorUncertainty) -> Option<(Vec<SensorParameter>, DMatrix<f64>)> {
+    pub(crate) fn stated(
+        &self,
+        uncertainty: &SensorUncertainty,
+    ) -> Option<(Vec<SensorParameter>, DMatrix<f64>)> {
         if let Some(joint) = &uncertainty.covariance {
             return Some((joint.order.clone(), joint.matrix.clone()));
         }
@@ -64,14 +67,14 @@ impl CameraSensor {
 
     /// Where a pixel meets the laser plane, camera frame, m.
     #[must_use]
-    pub fn point(&self, pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
+    pub(crate) fn point(&self, pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
         let (ray, _) = self.camera.ray(pixel).ok()?;
         Some(LaserSheet::from_plane(self.plane).intersect(&ray)?.0)
     }
 
     /// The sensor with one parameter off by so much.
     #[must_use]
-    pub fn moved(&self, parameter: SensorParameter, by: f64) -> Option<Self> {
+    pub(crate) fn moved(&self, parameter: SensorParameter, by: f64) -> Option<Self> {
         let (mut camera, mut plane) = (self.camera, self.plane);
         let axes = *LaserSheet::from_plane(plane).axes();
         let tilted = |axis: usize| {
@@ -97,7 +100,7 @@ impl CameraSensor {
 
     /// How each parameter moves each point, by central differences: 3N × parameters.
     #[must_use]
-    pub fn fields(&self, order: &[SensorParameter], pixels: &[Vector2<f64>]) -> Option<DMatrix<f64>> {
+    pub(crate) fn fields(&self, order: &[SensorParameter], pixels: &[Vector2<f64>]) -> Option<DMatrix<f64>> {
         let mut fields = DMatrix::zeros(3 * pixels.len(), order.len());
         for (column, &parameter) in order.iter().enumerate() {
             // Pixels by thousandths; angles, metres and coefficients by millionths: rounding stays below 1e-9.

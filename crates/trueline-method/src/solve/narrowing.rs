@@ -16,7 +16,7 @@ pub(crate) const SAME_OFFSET_S: f64 = 0.02;
 
 /// Where a narrowing has led.
 #[derive(Clone, Debug)]
-pub struct Candidate {
+pub(crate) struct Candidate {
     /// Cost at its last scale.
     pub cost: f64,
     /// The parameters.
@@ -25,7 +25,7 @@ pub struct Candidate {
 
 /// One scale of a narrowing.
 #[derive(Clone, Copy, Debug)]
-pub struct Stage {
+pub(crate) struct Stage {
     /// Scale of the loss, σ.
     pub scale: f64,
     /// Most iterations.
@@ -46,7 +46,7 @@ pub(crate) struct Narrowing<'a> {
 impl Narrowing<'_> {
     /// Follows a start through one scale; `None` if the cost is not finite there.
     #[must_use]
-    pub fn narrow(&self, stage: Stage, start: Parameters) -> Option<Candidate> {
+    pub(crate) fn narrow(&self, stage: Stage, start: Parameters) -> Option<Candidate> {
         let loss = Loss::GemanMcClure { scale: stage.scale };
         let problem = LineProblem::coarse(self.observations, self.sample, loss, self.noise, start.unknowns());
         let options = SolveOptions {
@@ -61,7 +61,7 @@ impl Narrowing<'_> {
 
     /// Follows a start through several scales.
     #[must_use]
-    pub fn follow(&self, scales: &[f64], iterations: usize, start: Parameters) -> Option<Candidate> {
+    pub(crate) fn follow(&self, scales: &[f64], iterations: usize, start: Parameters) -> Option<Candidate> {
         let start = Candidate { cost: f64::INFINITY, parameters: start };
         scales.iter().try_fold(start, |candidate, &scale| {
             self.narrow(Stage { scale, iterations }, candidate.parameters)
@@ -71,7 +71,7 @@ impl Narrowing<'_> {
 
 /// Every n-th observation of each line, so that about `wanted` of each are left.
 #[must_use]
-pub fn thin(observations: &Observations, wanted: usize) -> Vec<Observation> {
+pub(crate) fn thin(observations: &Observations, wanted: usize) -> Vec<Observation> {
     let mut totals = vec![0_usize; observations.line_count];
     for o in &observations.list {
         totals[o.line as usize] += 1;

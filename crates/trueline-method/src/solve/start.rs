@@ -1,7 +1,7 @@
 //! Start: from a guess, or from nothing.
 //!
 //! From nothing: all 24 attitudes of a cube times a coarse grid of time offsets, zero translation, the
-//! lines by robust principal axes of the points that follow; then [`crate::solve::narrowing`].
+//! lines by robust principal axes of the points that follow; then `solve::narrowing`.
 
 use crate::config::Config;
 use crate::error::Error;

@@ -21,7 +21,7 @@ const STEP: f64 = 1e-6;
 
 /// The seam of a state; ℓ of each line is that of `like`.
 #[must_use]
-pub fn parameters(at: &StripeState, like: &Parameters) -> Option<Parameters> {
+pub(crate) fn parameters(at: &StripeState, like: &Parameters) -> Option<Parameters> {
     let mut seam = Parameters {
         time_offset_s: at.time_offset_s,
         tool_from_camera: at.tool_from_camera,
@@ -76,7 +76,7 @@ impl Meeting {
 
 /// How the tangent of the seam's parameters moves with that of the plates, by central differences: seam × plates.
 #[must_use]
-pub fn slope(at: &StripeState, like: &Parameters) -> Option<DMatrix<f64>> {
+pub(crate) fn slope(at: &StripeState, like: &Parameters) -> Option<DMatrix<f64>> {
     let middle = parameters(at, like)?;
     let (from, to) = (at.unknowns(), middle.unknowns());
     let mut slope = DMatrix::zeros(to.dimension(), from.dimension());

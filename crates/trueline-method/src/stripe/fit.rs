@@ -52,7 +52,7 @@ impl<'a> StripeSolver<'a> {
     ///
     /// # Errors
     /// [`SolveError`] if the cost is not finite there.
-    pub fn fit(&self, start: StripeState) -> Result<StripeFit<'a>, SolveError> {
+    pub(crate) fn fit(&self, start: StripeState) -> Result<StripeFit<'a>, SolveError> {
         let mut state = start;
         for _ in 0..ROUNDS {
             let solution = self.solved(&self.weighed(&state), state, ROUGH)?;

@@ -9,10 +9,10 @@ use trueline_method::{Config, Parameters};
 use trueline_sim::{Preset, simulate};
 
 /// Noise that goes with the scans.
-pub const NOISE: NoiseLevels = NoiseLevels { robot_sigma_m: 1.5e-5, stamp_sigma_s: 0.0, factor: 1.0 };
+pub(crate) const NOISE: NoiseLevels = NoiseLevels { robot_sigma_m: 1.5e-5, stamp_sigma_s: 0.0, factor: 1.0 };
 
 /// Observations of about so many features, and the truth. The robot is sampled at 250 Hz, the camera at 33 Hz.
-pub fn of_features(count: usize) -> (Observations, Parameters) {
+pub(crate) fn of_features(count: usize) -> (Observations, Parameters) {
     let recording = simulate(&Preset::Quick.scenario(), 1).unwrap();
     let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
     let mut observed = observations::observe(&recording, &sampling, &Config::default()).unwrap();

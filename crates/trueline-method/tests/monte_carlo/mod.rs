@@ -22,11 +22,11 @@ use trueline_method::{Config, Parameters, ResidualKind, Status, calibrate, input
 use trueline_sim::{Disturbance, Scenario, random_cell, simulate};
 
 /// Time offset, rotation, translation.
-pub const UNKNOWNS: usize = 7;
+pub(crate) const UNKNOWNS: usize = 7;
 
 /// Where a run starts.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Start {
+pub(crate) enum Start {
     /// From nothing.
     Nothing,
     /// From the truth: the same optimum, sooner.
@@ -35,7 +35,7 @@ pub enum Start {
 
 /// What is disturbed.
 #[derive(Clone, Copy, PartialEq)]
-pub enum Noise {
+pub(crate) enum Noise {
     /// Everything as in the preset: features, robot poses, stamps of both streams.
     Preset,
     /// Independent Gaussian features alone, for which the Cramér–Rao bound is known.
@@ -44,7 +44,7 @@ pub enum Noise {
 
 /// One run's outcome.
 #[derive(Clone)]
-pub struct Run {
+pub(crate) struct Run {
     pub seed: u64,
     pub accepted: bool,
     pub said: String,
@@ -59,13 +59,13 @@ pub struct Run {
 
 impl Run {
     /// Accepted, and further off than honest sigmas allow once in 10⁸ such runs.
-    pub fn is_wrong(&self) -> bool {
+    pub(crate) fn is_wrong(&self) -> bool {
         self.accepted && !(0..UNKNOWNS).all(|k| self.error[k].abs() < 6.0 * self.sigma[k])
     }
 }
 
 /// Simulates a random cell with this scan and calibrates it.
-pub fn run(scenario: &Scenario, noise: Noise, start: Start, seed: u64) -> Run {
+pub(crate) fn run(scenario: &Scenario, noise: Noise, start: Start, seed: u64) -> Run {
     let mut scenario = random_cell(scenario, seed, 1.0);
     if noise == Noise::GaussianFeatures {
         let Disturbance { feature_noise_px, feature_noise_m, .. } = scenario.disturbance;
@@ -131,7 +131,7 @@ fn bound(recording: &Recording, config: &Config) -> SVector<f64, UNKNOWNS> {
 }
 
 /// All runs of some seeds, on all cores.
-pub fn runs(scenario: &Scenario, noise: Noise, start: Start, seeds: std::ops::Range<u64>) -> Vec<Run> {
+pub(crate) fn runs(scenario: &Scenario, noise: Noise, start: Start, seeds: std::ops::Range<u64>) -> Vec<Run> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from) as u64;
     let mut all: Vec<Run> = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads)
@@ -147,7 +147,7 @@ pub fn runs(scenario: &Scenario, noise: Noise, start: Start, seeds: std::ops::Ra
 }
 
 /// Figures over the accepted runs.
-pub struct Statistics {
+pub(crate) struct Statistics {
     pub runs: usize,
     pub accepted: usize,
     pub wrong: usize,
@@ -161,7 +161,7 @@ pub struct Statistics {
 }
 
 /// Sums runs up.
-pub fn statistics(runs: &[Run]) -> Statistics {
+pub(crate) fn statistics(runs: &[Run]) -> Statistics {
     let accepted: Vec<&Run> = runs.iter().filter(|r| r.accepted).collect();
     let count = accepted.len() as f64;
     let mean = |f: &dyn Fn(&Run) -> f64| accepted.iter().map(|r| f(r)).sum::<f64>() / count;

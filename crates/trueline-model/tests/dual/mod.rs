@@ -6,13 +6,13 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// value + slope·ε with ε² = 0.
 #[derive(Clone, Copy, Debug)]
-pub struct Dual {
+pub(crate) struct Dual {
     pub value: f64,
     pub slope: f64,
 }
 
 impl Dual {
-    pub fn constant(value: f64) -> Self {
+    pub(crate) fn constant(value: f64) -> Self {
         Self { value, slope: 0.0 }
     }
 }
@@ -49,29 +49,29 @@ impl Neg for Dual {
     }
 }
 
-pub type Vec3 = [Dual; 3];
+pub(crate) type Vec3 = [Dual; 3];
 
-pub fn constant(v: [f64; 3]) -> Vec3 {
+pub(crate) fn constant(v: [f64; 3]) -> Vec3 {
     v.map(Dual::constant)
 }
-pub fn add(a: Vec3, b: Vec3) -> Vec3 {
+pub(crate) fn add(a: Vec3, b: Vec3) -> Vec3 {
     [0, 1, 2].map(|k| a[k] + b[k])
 }
-pub fn sub(a: Vec3, b: Vec3) -> Vec3 {
+pub(crate) fn sub(a: Vec3, b: Vec3) -> Vec3 {
     [0, 1, 2].map(|k| a[k] - b[k])
 }
-pub fn dot(a: Vec3, b: Vec3) -> Dual {
+pub(crate) fn dot(a: Vec3, b: Vec3) -> Dual {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
-pub fn cross(a: Vec3, b: Vec3) -> Vec3 {
+pub(crate) fn cross(a: Vec3, b: Vec3) -> Vec3 {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
-pub fn matrix(m: [[f64; 3]; 3], v: Vec3) -> Vec3 {
+pub(crate) fn matrix(m: [[f64; 3]; 3], v: Vec3) -> Vec3 {
     m.map(|row| dot(constant(row), v))
 }
 
 /// Exp(w) v by its power series, 30 terms: exact to rounding for |w| < 3.
-pub fn rotate_exp(w: Vec3, v: Vec3) -> Vec3 {
+pub(crate) fn rotate_exp(w: Vec3, v: Vec3) -> Vec3 {
     let (mut sum, mut term) = (v, v);
     for k in 1..30 {
         term = cross(w, term).map(|x| x / Dual::constant(f64::from(k)));
@@ -82,7 +82,7 @@ pub fn rotate_exp(w: Vec3, v: Vec3) -> Vec3 {
 
 /// Numbers of one placement.
 #[derive(Clone, Copy)]
-pub struct Chain {
+pub(crate) struct Chain {
     pub robot_rotation: [[f64; 3]; 3],
     pub robot_position: [f64; 3],
     pub body_rate: [f64; 3],
@@ -94,7 +94,7 @@ pub struct Chain {
 
 /// A point of the camera frame in base, the unknowns moved by `d`: 0 the time offset, 1–3 the hand-eye
 /// rotation (left), 4–6 its translation.
-pub fn base_from_camera(chain: Chain, point: Vec3, d: &dyn Fn(usize) -> Dual) -> Vec3 {
+pub(crate) fn base_from_camera(chain: Chain, point: Vec3, d: &dyn Fn(usize) -> Dual) -> Vec3 {
     let rotated = rotate_exp([d(1), d(2), d(3)], matrix(chain.hand_eye_rotation, point));
     let in_tool = add(add(rotated, constant(chain.hand_eye_translation)), [d(4), d(5), d(6)]);
     // The image was exposed at stamp − time offset.

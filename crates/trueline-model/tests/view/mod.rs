@@ -8,7 +8,7 @@ use trueline_model::{LaserSheet, Placement, SheetShape};
 
 /// One exposure of a sensor.
 #[derive(Clone, Debug)]
-pub struct View {
+pub(crate) struct View {
     pub segment: Segment,
     pub exposure: f64,
     pub tool_from_camera: Pose,
@@ -18,12 +18,12 @@ pub struct View {
 }
 
 /// A vector in a cube.
-pub fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
+pub(crate) fn vector(size: f64) -> impl Strategy<Value = Vector3<f64>> {
     (-size..size, -size..size, -size..size).prop_map(|(x, y, z)| Vector3::new(x, y, z))
 }
 
 /// Any attitude of robot and sensor, within the working field.
-pub fn view() -> impl Strategy<Value = View> {
+pub(crate) fn view() -> impl Strategy<Value = View> {
     let robot = (vector(3.0), vector(1.5), vector(0.01), vector(0.001), 0.0..0.004_f64);
     let sensor = (vector(3.0), vector(0.2), -0.02..0.02_f64, -0.02..0.02_f64);
     (robot, sensor).prop_map(|(robot, sensor)| {
@@ -41,7 +41,7 @@ pub fn view() -> impl Strategy<Value = View> {
 }
 
 /// A shape of the sensor within some percent.
-pub fn shape() -> impl Strategy<Value = SheetShape> {
+pub(crate) fn shape() -> impl Strategy<Value = SheetShape> {
     (vector(0.03), vector(0.5)).prop_map(|(scales, keystone)| SheetShape {
         h: [scales.x, scales.y, scales.z, keystone.x, keystone.y],
         origin_m: [0.003, 0.045],
@@ -49,23 +49,23 @@ pub fn shape() -> impl Strategy<Value = SheetShape> {
 }
 
 impl View {
-    pub fn placement(&self) -> Placement {
+    pub(crate) fn placement(&self) -> Placement {
         self.stepped(&DVector::zeros(7))
     }
 
     /// Perturbs (t_d, rotation, translation), the first seven of a step, as the conventions say.
-    pub fn stepped(&self, step: &DVector<f64>) -> Placement {
+    pub(crate) fn stepped(&self, step: &DVector<f64>) -> Placement {
         let three = |k: usize| Vector3::new(step[k], step[k + 1], step[k + 2]);
         let tool_from_camera = se3::retract_decoupled(&self.tool_from_camera, &three(1), &three(4));
         Placement::new(&self.segment, self.exposure - step[0], &tool_from_camera)
     }
 
-    pub fn point_in_camera(&self) -> Vector3<f64> {
+    pub(crate) fn point_in_camera(&self) -> Vector3<f64> {
         self.sheet.point(&self.in_sheet)
     }
 
     /// A line that crosses the sheet at a turn from square to it, and misses the point.
-    pub fn line(&self, turn: &Vector3<f64>, miss: &Vector3<f64>) -> Line {
+    pub(crate) fn line(&self, turn: &Vector3<f64>, miss: &Vector3<f64>) -> Line {
         let placement = self.placement();
         let normal = placement.base_from_camera() * self.sheet.plane().normal().into_inner();
         let direction = UnitVector3::new_normalize(so3::exp(turn) * normal);

@@ -17,19 +17,19 @@ use trueline_plan::sensor_pose::SensorPose;
 use trueline_plan::{Cell, GuessError, Limits, Seam, cell_toml};
 use trueline_sim::{Between, Disturbance, Preset, Scenario, SensorModel, simulate_along};
 
-pub fn example() -> Cell {
+pub(crate) fn example() -> Cell {
     let file = Path::new("cell.toml");
     let sensor = sensor_toml::parse(file, cell_toml::EXAMPLE_SENSOR).unwrap();
     cell_toml::parse(file, cell_toml::EXAMPLE, sensor).unwrap()
 }
 
 /// No error of the guess at all.
-pub fn exact(cell: Cell) -> Cell {
+pub(crate) fn exact(cell: Cell) -> Cell {
     Cell { guess_error: GuessError { translation_m: 0.0, rotation_rad: 0.0, line_m: 0.0 }, ..cell }
 }
 
 /// The example's sensor on any mounting over any seam, with other limits.
-pub fn random(seed: u64) -> Cell {
+pub(crate) fn random(seed: u64) -> Cell {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut direction = || Vector3::from(UnitSphere.sample(&mut random));
     let (along, turn, approach, place, arm) =
@@ -75,7 +75,7 @@ pub fn random(seed: u64) -> Cell {
 }
 
 /// What the simulator is told of a cell in which hand-eye and seam are really these.
-pub fn scenario(cell: &Cell, truth: (Pose, Seam), duration_s: f64) -> Scenario {
+pub(crate) fn scenario(cell: &Cell, truth: (Pose, Seam), duration_s: f64) -> Scenario {
     let mut scenario = Preset::Quick.scenario();
     let Sensor::CameraLaser { camera, laser_plane_in_camera } = cell.sensor.clone() else { unreachable!() };
     scenario.cell.sensor = SensorModel::CameraLaser { camera, laser_plane_in_camera };
@@ -96,6 +96,6 @@ pub fn scenario(cell: &Cell, truth: (Pose, Seam), duration_s: f64) -> Scenario {
 }
 
 /// A scan along a motion.
-pub fn scan(scenario: &Scenario, motion: &trueline_plan::Motion, seed: u64) -> Recording {
+pub(crate) fn scan(scenario: &Scenario, motion: &trueline_plan::Motion, seed: u64) -> Recording {
     simulate_along(scenario, &|time_s| motion.base_from_tool(time_s), seed)
 }

@@ -14,7 +14,7 @@ const LEAST_EVENNESS: f64 = 0.35;
 
 /// Contrast of the edge that runs from one corner to another: positive where the left side, seen along the way, is
 /// bright. `None` if no such edge runs there.
-pub fn contrast(picture: &Gray, from: &Vector2<f64>, to: &Vector2<f64>) -> Option<f64> {
+pub(super) fn contrast(picture: &Gray, from: &Vector2<f64>, to: &Vector2<f64>) -> Option<f64> {
     let along = to - from;
     let left = Vector2::new(along.y, -along.x) * BESIDE;
     let mut contrasts = [0.0; ALONG.len()];

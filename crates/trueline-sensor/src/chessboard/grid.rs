@@ -18,7 +18,7 @@ const TOLERANCE: f64 = 0.35;
 const LEAST_CONTRAST: f64 = 0.25;
 
 /// Place in the grid.
-pub type Place = (i32, i32);
+pub(super) type Place = (i32, i32);
 
 /// An edge to a neighbour: its index and the contrast on the way to it.
 #[derive(Clone, Copy)]
@@ -28,7 +28,7 @@ struct Edge {
 }
 
 /// Corners by their place in the largest grid that they form.
-pub fn largest(picture: &Gray, corners: &[Vector2<f64>]) -> BTreeMap<Place, usize> {
+pub(super) fn largest(picture: &Gray, corners: &[Vector2<f64>]) -> BTreeMap<Place, usize> {
     let edges = edges(picture, corners);
     let mut taken = vec![false; corners.len()];
     let mut best = BTreeMap::new();

@@ -37,7 +37,7 @@ const APART: usize = 4;
 const MOST_CANDIDATES: usize = 6000;
 
 /// Pixels that look like corners, the strongest first.
-pub fn candidates(picture: &Gray) -> Vec<Vector2<f64>> {
+pub(super) fn candidates(picture: &Gray) -> Vec<Vector2<f64>> {
     let (width, height) = (picture.width(), picture.height());
     let mut response = vec![0.0_f32; width * height];
     for row in 5..height.saturating_sub(5) {

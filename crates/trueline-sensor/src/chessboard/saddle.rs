@@ -15,7 +15,7 @@ const SETTLED_PX: f64 = 1e-3;
 
 /// The corner near `start`, seen through a window that reaches `reach` pixels from its middle. `None` where there is
 /// none, or where the window leaves the picture.
-pub fn refine(picture: &Gray, start: &Vector2<f64>, reach: i32) -> Option<Vector2<f64>> {
+pub(super) fn refine(picture: &Gray, start: &Vector2<f64>, reach: i32) -> Option<Vector2<f64>> {
     let mut corner = *start;
     for _ in 0..MOST_MOVES {
         let moved = step(picture, &corner, reach)?;

@@ -14,7 +14,7 @@ const TYPICAL_FOCAL_WIDTHS: f64 = 1.2;
 
 /// A state to begin with: a camera, and where each board is. `None` where a picture gives no pose.
 #[must_use]
-pub fn start(size: [u32; 2], board: &Board, views: &[View]) -> Option<BundleState> {
+pub(super) fn start(size: [u32; 2], board: &Board, views: &[View]) -> Option<BundleState> {
     let homographies: Option<Vec<Matrix3<f64>>> =
         views.iter().map(|view| homography_of(board, view)).collect();
     let homographies = homographies?;

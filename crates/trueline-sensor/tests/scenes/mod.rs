@@ -12,7 +12,7 @@ use trueline_sensor::projection::{CAMERA_SIZE, project_from_board};
 use trueline_sensor::stripe_residual::StripePixel;
 use trueline_sensor::{Board, FoundCorner, View};
 
-pub fn camera() -> Camera {
+pub(crate) fn camera() -> Camera {
     Camera {
         size: [640, 480],
         focal: Vector2::new(533.0, 531.0),
@@ -21,17 +21,17 @@ pub fn camera() -> Camera {
     }
 }
 
-pub fn board() -> Board {
+pub(crate) fn board() -> Board {
     Board { columns: 9, rows: 6, square_m: 0.020 }
 }
 
 /// A laser plane that crosses the view about half a metre away, 60° to the camera's axis.
-pub fn plane() -> Plane {
+pub(crate) fn plane() -> Plane {
     Plane::new(Vector3::new(0.03, 0.866, 0.5), 0.2).unwrap()
 }
 
 /// Poses of the board: tilted to every side, near and far, over the whole picture.
-pub fn poses(count: usize) -> Vec<Pose> {
+pub(crate) fn poses(count: usize) -> Vec<Pose> {
     let golden = 2.399_963;
     (0..count)
         .map(|k| {
@@ -47,7 +47,7 @@ pub fn poses(count: usize) -> Vec<Pose> {
 }
 
 /// Corners as the camera sees them, with noise, of what is in the picture.
-pub fn view(camera: &Camera, pose: &Pose, noise_px: f64, random: &mut ChaCha12Rng) -> View {
+pub(crate) fn view(camera: &Camera, pose: &Pose, noise_px: f64, random: &mut ChaCha12Rng) -> View {
     let noise = Normal::new(0.0, noise_px).unwrap();
     let mut corners = Vec::new();
     for row in 0..board().rows {
@@ -64,7 +64,12 @@ pub fn view(camera: &Camera, pose: &Pose, noise_px: f64, random: &mut ChaCha12Rn
 }
 
 /// Pixels of the stripe on a board: points of the line where plane and board meet, projected, with noise across.
-pub fn stripe(camera: &Camera, pose: &Pose, noise_px: f64, random: &mut ChaCha12Rng) -> Vec<Vector2<f64>> {
+pub(crate) fn stripe(
+    camera: &Camera,
+    pose: &Pose,
+    noise_px: f64,
+    random: &mut ChaCha12Rng,
+) -> Vec<Vector2<f64>> {
     let plane = plane();
     let mut pixels = Vec::new();
     for k in 0..60 {
@@ -86,7 +91,7 @@ pub fn stripe(camera: &Camera, pose: &Pose, noise_px: f64, random: &mut ChaCha12
 }
 
 /// A problem with corners, stripes, flatness and a prior, and a state near its optimum.
-pub fn striped_bundle(seed: u64) -> (Bundle, BundleState) {
+pub(crate) fn striped_bundle(seed: u64) -> (Bundle, BundleState) {
     let mut random = ChaCha12Rng::seed_from_u64(seed);
     let camera = camera();
     let mut pictures = Vec::new();
@@ -120,7 +125,7 @@ pub fn striped_bundle(seed: u64) -> (Bundle, BundleState) {
 }
 
 /// Poses whose middle is on the laser plane: tilted to every side, near and far, from the left to the right.
-pub fn striped_poses(count: usize) -> Vec<Pose> {
+pub(crate) fn striped_poses(count: usize) -> Vec<Pose> {
     let plane = plane();
     let n = plane.normal().into_inner();
     (0..count)

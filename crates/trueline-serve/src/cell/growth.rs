@@ -10,7 +10,7 @@ const RECENT_S: f64 = 5.0;
 
 /// What is drawn of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub(super) struct Point {
     /// Since the page began, s.
     pub at_s: f64,
     /// Time offset and its standard deviation, s; NaN before they are known.
@@ -23,14 +23,14 @@ pub struct Point {
 
 /// An estimate as it grew.
 #[derive(Clone, Debug, Default)]
-pub struct Growth {
+pub(super) struct Growth {
     points: Vec<Point>,
     seam_points: usize,
 }
 
 impl Growth {
     /// Adds an estimate if it is another one than the last.
-    pub fn add(&mut self, at_s: f64, estimated: &Estimated) {
+    pub(super) fn add(&mut self, at_s: f64, estimated: &Estimated) {
         if estimated.seam_points == self.seam_points {
             return;
         }
@@ -52,20 +52,20 @@ impl Growth {
 
     /// The points in order of time.
     #[must_use]
-    pub fn points(&self) -> &[Point] {
+    pub(super) fn points(&self) -> &[Point] {
         &self.points
     }
 }
 
 /// A count as it grew lately.
 #[derive(Clone, Debug, Default)]
-pub struct Rate {
+pub(super) struct Rate {
     counts: VecDeque<(f64, u64)>,
 }
 
 impl Rate {
     /// Adds what a counter says.
-    pub fn add(&mut self, at_s: f64, count: u64) {
+    pub(super) fn add(&mut self, at_s: f64, count: u64) {
         while self.counts.len() > 1
             && self.counts.front().is_some_and(|(first_s, _)| at_s - first_s > RECENT_S)
         {
@@ -76,7 +76,7 @@ impl Rate {
 
     /// How many a second; `None` before two looks.
     #[must_use]
-    pub fn hz(&self) -> Option<f64> {
+    pub(super) fn hz(&self) -> Option<f64> {
         let ((first_s, first), (last_s, last)) = (self.counts.front()?, self.counts.back()?);
         (last_s > first_s).then(|| last.saturating_sub(*first) as f64 / (last_s - first_s))
     }

@@ -9,7 +9,7 @@ use trueline_cell::{CellState, Estimated, Progress, RobotBrief, SmallPicture};
 
 /// The blocks of a recording.
 #[must_use]
-pub fn blocks(shown: &Shown, picture: Option<&SmallPicture>, has_camera: bool) -> String {
+pub(super) fn blocks(shown: &Shown, picture: Option<&SmallPicture>, has_camera: bool) -> String {
     let Some(state) = &shown.state else {
         return block("state", "<p class=\"state\">Nothing has come yet.</p>");
     };

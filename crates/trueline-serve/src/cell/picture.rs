@@ -7,7 +7,7 @@ use trueline_cell::SmallPicture;
 ///
 /// # Errors
 /// What the encoder says.
-pub fn png(picture: &SmallPicture) -> Result<Vec<u8>, png::EncodingError> {
+pub(super) fn png(picture: &SmallPicture) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.width as u32, picture.height as u32);
     encoder.set_color(png::ColorType::Grayscale);
@@ -21,7 +21,7 @@ pub fn png(picture: &SmallPicture) -> Result<Vec<u8>, png::EncodingError> {
 
 /// The picture at `path` with a cross where the seam was found.
 #[must_use]
-pub fn markup(picture: &SmallPicture, path: &str) -> String {
+pub(super) fn markup(picture: &SmallPicture, path: &str) -> String {
     let [width, height] = picture.size_px;
     let found = if picture.seam_px.is_some() { "the seam is marked" } else { "no seam found" };
     let mut out = format!(

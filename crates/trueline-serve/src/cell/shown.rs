@@ -4,11 +4,11 @@ use super::growth::{Growth, Rate};
 use trueline_cell::{CellState, RobotBrief};
 
 /// Path of the picture.
-pub const PICTURE_PATH: &str = "/picture.png";
+pub(super) const PICTURE_PATH: &str = "/picture.png";
 
 /// What is known of a recording now.
 #[derive(Debug, Default)]
-pub struct Shown {
+pub(super) struct Shown {
     /// Since it began, s.
     pub at_s: f64,
     /// The robot in words.

@@ -9,11 +9,11 @@ use std::net::{Ipv4Addr, Ipv6Addr};
 
 /// Names by which this PC may be asked for, beside literal addresses and `localhost`.
 #[derive(Clone, Debug, Default)]
-pub struct HostNames(Vec<String>);
+pub(super) struct HostNames(Vec<String>);
 
 impl HostNames {
     /// These names; `Err` is the first that is none.
-    pub fn new(names: &[String]) -> Result<Self, String> {
+    pub(super) fn new(names: &[String]) -> Result<Self, String> {
         let is_name = |name: &str| {
             let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '.';
             !name.is_empty() && name.len() <= 253 && name.chars().all(allowed)
@@ -25,7 +25,7 @@ impl HostNames {
     }
 
     /// Whether a request may be answered: exactly one Host, that of this PC, and the same in an absolute address.
-    pub fn admit(&self, headers: &HeaderMap, uri: &Uri) -> bool {
+    pub(super) fn admit(&self, headers: &HeaderMap, uri: &Uri) -> bool {
         let mut hosts = headers.get_all(header::HOST).iter();
         let (Some(host), None) = (hosts.next(), hosts.next()) else { return false };
         let own = host.to_str().is_ok_and(|host| self.is_this_pc(host));

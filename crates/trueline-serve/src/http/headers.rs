@@ -19,7 +19,7 @@ const FORBIDDEN: [(HeaderName, &str); 8] = [
 ];
 
 /// Adds them.
-pub fn forbid(headers: &mut HeaderMap) {
+pub(super) fn forbid(headers: &mut HeaderMap) {
     for (name, value) in FORBIDDEN {
         headers.insert(name, HeaderValue::from_static(value));
     }

@@ -4,7 +4,7 @@ use serde_json::Value;
 
 /// What the change is called.
 #[must_use]
-pub fn what(alarm: &Value) -> &'static str {
+pub(super) fn what(alarm: &Value) -> &'static str {
     match alarm["kind"].as_str() {
         Some("timing") => "the camera's time offset has changed",
         Some("bracket") => "the sensor has moved on the robot: look at its bracket and at the tool",
@@ -16,7 +16,7 @@ pub fn what(alarm: &Value) -> &'static str {
 
 /// When it changed.
 #[must_use]
-pub fn since(alarm: &Value) -> String {
+pub(super) fn since(alarm: &Value) -> String {
     let weld = alarm["since"].as_str().unwrap_or("an unknown weld");
     match alarm["since_time_s"].as_f64() {
         Some(at_s) => format!("{at_s:.1} s into {weld}"),
@@ -26,7 +26,7 @@ pub fn since(alarm: &Value) -> String {
 
 /// Every number with its ± and unit.
 #[must_use]
-pub fn numbers(alarm: &Value) -> Vec<(&'static str, String)> {
+pub(super) fn numbers(alarm: &Value) -> Vec<(&'static str, String)> {
     let change = &alarm["change"];
     let sigma = &change["sigma"];
     let one = |value: &Value, sigma: &Value, factor: f64, unit: &str| match (value.as_f64(), sigma.as_f64()) {
@@ -66,7 +66,7 @@ pub fn numbers(alarm: &Value) -> Vec<(&'static str, String)> {
 
 /// Words of a list in a line.
 #[must_use]
-pub fn words(list: &Value) -> Vec<String> {
+pub(super) fn words(list: &Value) -> Vec<String> {
     list.as_array().into_iter().flatten().filter_map(Value::as_str).map(str::to_owned).collect()
 }
 

@@ -93,7 +93,7 @@ impl Numbers {
 ///
 /// # Errors
 /// Text that cannot be made.
-pub fn text(cells: &[CellView]) -> Result<String, fmt::Error> {
+pub(super) fn text(cells: &[CellView]) -> Result<String, fmt::Error> {
     let numbers = Numbers::new();
     cells.iter().for_each(|cell| numbers.take(cell));
     let mut out = String::new();

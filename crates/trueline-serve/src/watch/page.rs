@@ -13,7 +13,7 @@ use trueline_watch::store::HistoryRow;
 
 /// The blocks of all cells; `Err` is what stands in the place of a cell that cannot be read.
 #[must_use]
-pub fn blocks(cells: &[(String, Result<CellView, String>)], now_s: i64) -> String {
+pub(super) fn blocks(cells: &[(String, Result<CellView, String>)], now_s: i64) -> String {
     let of = |(k, (name, cell)): (usize, &(String, Result<CellView, String>))| {
         let inside = match cell {
             Ok(cell) => inside(cell, now_s),

@@ -6,7 +6,7 @@ use trueline_watch::Store;
 use trueline_watch::store::{CalibrationRow, HistoryRow, ReceiverRow, StoreError};
 
 /// Welds in a trend.
-pub const WELDS: usize = 300;
+pub(super) const WELDS: usize = 300;
 
 /// A cell as its state has it now.
 #[derive(Clone, Debug)]

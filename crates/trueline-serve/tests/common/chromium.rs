@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// The browser, or the word that the test is skipped: `shown` is what nobody looks at then.
-pub fn browser(shown: &str) -> Option<PathBuf> {
+pub(crate) fn browser(shown: &str) -> Option<PathBuf> {
     let named = std::env::var_os("TRUELINE_CHROMIUM").map(PathBuf::from);
     let folders: Vec<PathBuf> =
         std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()).collect();
@@ -23,7 +23,13 @@ pub fn browser(shown: &str) -> Option<PathBuf> {
 }
 
 /// What the browser prints of an address, and what it says meanwhile. It keeps its profile in `folder`.
-pub fn opened(browser: &Path, folder: &Path, address: &str, width_px: u32, more: &[&str]) -> [String; 2] {
+pub(crate) fn opened(
+    browser: &Path,
+    folder: &Path,
+    address: &str,
+    width_px: u32,
+    more: &[&str],
+) -> [String; 2] {
     let output = Command::new(browser)
         .args([
             "--headless",
@@ -43,7 +49,7 @@ pub fn opened(browser: &Path, folder: &Path, address: &str, width_px: u32, more:
 }
 
 /// An attribute of the first element in a text.
-pub fn attribute<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+pub(crate) fn attribute<'a>(text: &'a str, name: &str) -> Option<&'a str> {
     let start = text.find(&format!("{name}=\""))? + name.len() + 2;
     text[start..].split('"').next()
 }

@@ -12,7 +12,7 @@ use trueline_sim::{Preset, simulate};
 use trueline_watch::{Store, Watched, watch};
 
 /// Six pieces, the clock 1 ms late from the fifth on. One of them has a name that is markup.
-pub fn state_with_an_alarm(folder: &Path) -> PathBuf {
+pub(crate) fn state_with_an_alarm(folder: &Path) -> PathBuf {
     let file = folder.join("cell-7.sqlite");
     let store = Store::open(&file).unwrap();
     let mut production = Layout::CheckScan.production();
@@ -30,14 +30,14 @@ pub fn state_with_an_alarm(folder: &Path) -> PathBuf {
 }
 
 /// A recording as it grows: an estimate from a part of a scan, then from more of it.
-pub struct Growing {
+pub(crate) struct Growing {
     pub site: CellSite,
     pub picture: Arc<LivePicture>,
     scan: Recording,
 }
 
 impl Growing {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let scan = simulate(&Preset::Quick.scenario(), 1).unwrap();
         let picture = Arc::new(LivePicture::default());
         let site = CellSite::new("trueline record".to_owned(), Some(Arc::clone(&picture)));
@@ -45,7 +45,7 @@ impl Growing {
     }
 
     /// Shows what there is when so much of the scan has come.
-    pub fn grow(&self, share: f64) {
+    pub(crate) fn grow(&self, share: f64) {
         let part = |count: usize| (count as f64 * share) as usize;
         let estimate = LiveEstimate::new(self.scan.sensor.clone(), None);
         let mut poses = self.scan.robot[..part(self.scan.robot.len())].to_vec();
@@ -63,7 +63,7 @@ impl Growing {
 }
 
 /// A picture of a stripe with its seam, as a camera would leave it for a page that looks.
-pub fn offer_picture(to: &LivePicture, frame: u64) {
+pub(crate) fn offer_picture(to: &LivePicture, frame: u64) {
     let (width, height) = (640, 480);
     let level = |k: usize| {
         let (x, y) = ((k % width) as f64, (k / width) as f64);

@@ -8,7 +8,7 @@ use trueline_model::Camera;
 const ROUNDS: usize = 15;
 
 /// The ray (x, y, 1) of a pixel.
-pub fn ray(camera: &Camera, u_px: f64, v_px: f64) -> Vector3<f64> {
+pub(super) fn ray(camera: &Camera, u_px: f64, v_px: f64) -> Vector3<f64> {
     let k = &camera.distortion;
     let seen =
         Vector2::new((u_px - camera.centre.x) / camera.focal.x, (v_px - camera.centre.y) / camera.focal.y);

@@ -23,18 +23,18 @@ pub(crate) struct Patch {
 impl Patches {
     /// No tiles of a picture of this size.
     #[must_use]
-    pub fn none(size: [usize; 2]) -> Self {
+    pub(crate) fn none(size: [usize; 2]) -> Self {
         let [columns, rows] = size.map(|n| n.div_ceil(TILE));
         Self { columns, rows, marked: vec![false; columns * rows] }
     }
 
     /// Forgets all.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.marked.fill(false);
     }
 
     /// Marks the tiles within `reach` px of a pixel.
-    pub fn mark(&mut self, pixel: [f64; 2], reach: f64) {
+    pub(crate) fn mark(&mut self, pixel: [f64; 2], reach: f64) {
         let span = |centre: f64, count: usize| {
             let low = ((centre - reach) / TILE as f64).floor().max(0.0) as usize;
             let high = ((centre + reach) / TILE as f64).floor();
@@ -48,7 +48,7 @@ impl Patches {
     }
 
     /// The marked tiles of a picture of this size.
-    pub fn iter(&self, size: [usize; 2]) -> impl Iterator<Item = Patch> + '_ {
+    pub(crate) fn iter(&self, size: [usize; 2]) -> impl Iterator<Item = Patch> + '_ {
         self.marked.iter().enumerate().filter(|(_, marked)| **marked).map(move |(index, _)| {
             let span = |tile: usize, n: usize| [tile * TILE, ((tile + 1) * TILE).min(n)];
             Patch { columns: span(index % self.columns, size[0]), rows: span(index / self.columns, size[1]) }

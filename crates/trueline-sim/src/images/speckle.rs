@@ -18,7 +18,7 @@ pub(crate) struct Speckle {
 impl Speckle {
     /// The pattern of a contrast and a correlation length (1/e of the intensity's covariance), px.
     #[must_use]
-    pub fn new(contrast: f64, length_px: f64, seed: u64) -> Self {
+    pub(crate) fn new(contrast: f64, length_px: f64, seed: u64) -> Self {
         let mut noise = Noise::new(seed, 10);
         let kernel = kernel(length_px / std::f64::consts::SQRT_2);
         let mut intensity = vec![0.0_f32; WIDTH * HEIGHT];
@@ -38,13 +38,13 @@ impl Speckle {
 
     /// Factor of the brightness at a pixel, with a place where the picture's corner lies in the pattern.
     #[must_use]
-    pub fn at(&self, column: usize, row: usize, corner: [usize; 2]) -> f32 {
+    pub(crate) fn at(&self, column: usize, row: usize, corner: [usize; 2]) -> f32 {
         let (x, y) = ((column + corner[0]) % WIDTH, (row + corner[1]) % HEIGHT);
         self.intensity[y * WIDTH + x]
     }
 
     /// A place for a picture's corner.
-    pub fn corner(noise: &mut Noise) -> [usize; 2] {
+    pub(crate) fn corner(noise: &mut Noise) -> [usize; 2] {
         [WIDTH, HEIGHT].map(|n| noise.uniform(0.0, n as f64) as usize)
     }
 }

@@ -94,7 +94,7 @@ const CUT_ROUNDS: usize = 8;
 
 impl PlateInBase {
     /// Both plates of a scenario, the left one first as a sensor along the approach sees them; `None` without a line.
-    pub fn both(scenario: &Scenario, plates: &Plates) -> Option<[Self; 2]> {
+    pub(super) fn both(scenario: &Scenario, plates: &Plates) -> Option<[Self; 2]> {
         let seam = scenario.cell.lines.first()?;
         let along = seam.direction();
         let approach = scenario.cell.approach.into_inner();
@@ -110,7 +110,12 @@ impl PlateInBase {
     }
 
     /// The point of the surface at a distance from the seam that the sheet cuts, base, m.
-    pub fn cut(&self, sheet: &SheetAxes, base_from_camera: &Pose, from_seam_m: f64) -> Option<Vector3<f64>> {
+    pub(super) fn cut(
+        &self,
+        sheet: &SheetAxes,
+        base_from_camera: &Pose,
+        from_seam_m: f64,
+    ) -> Option<Vector3<f64>> {
         let normal = base_from_camera * sheet.normal;
         let on_sheet = (base_from_camera * Point3::from(sheet.middle)).coords;
         let toward = normal.dot(&self.along);

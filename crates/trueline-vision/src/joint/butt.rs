@@ -56,7 +56,7 @@ impl ButtFinder {
     ///
     /// # Errors
     /// Why there is none.
-    pub fn find<L: Level>(
+    pub(crate) fn find<L: Level>(
         &mut self,
         evidence: &Evidence<'_, L>,
         choice: StripeChoice,

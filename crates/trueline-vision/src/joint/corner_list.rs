@@ -14,7 +14,7 @@ pub(crate) struct CornerList([Option<ArmPair>; MOST_CORNERS]);
 impl CornerList {
     /// The ridges, or else the valleys, among the segments.
     #[must_use]
-    pub fn of(segments: &[LineSegment], ridge: bool, lens: &Lens) -> Self {
+    pub(crate) fn of(segments: &[LineSegment], ridge: bool, lens: &Lens) -> Self {
         let mut list = [None; MOST_CORNERS];
         let corners = pairs(segments, lens).filter_map(|(_, pair)| pair.ok()?.on_side(ridge, lens).ok());
         for (place, corner) in list.iter_mut().zip(corners.filter(|pair| pair.score() > 0.0)) {
@@ -24,7 +24,7 @@ impl CornerList {
     }
 
     /// The corners.
-    pub fn iter(&self) -> impl Iterator<Item = &ArmPair> + Clone {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &ArmPair> + Clone {
         self.0.iter().flatten()
     }
 }

@@ -29,7 +29,7 @@ pub(crate) struct FaceFinder {
 
 impl FaceFinder {
     /// Where a face, a straight line, meets the upper plate's stripe.
-    pub fn edge<L: Level>(&mut self, face: &Face<'_, L>, sigma_px: f64) -> Option<Edge> {
+    pub(crate) fn edge<L: Level>(&mut self, face: &Face<'_, L>, sigma_px: f64) -> Option<Edge> {
         self.middles.clear();
         self.middles.extend(face.rows().filter_map(|row| face.middle(row, face.columns)));
         for _ in 0..2 {
@@ -61,7 +61,12 @@ impl<'a, L: Level> Face<'a, L> {
     /// The strip between the upper plate's stripe, which ends near `edge_s` on its line, and the lower one's
     /// start. `None` if it is not all in the picture.
     #[must_use]
-    pub fn between(fit: &Fit, edge_s: f64, lower_start: &Vector2<f64>, frame: Frame<'a, L>) -> Option<Self> {
+    pub(crate) fn between(
+        fit: &Fit,
+        edge_s: f64,
+        lower_start: &Vector2<f64>,
+        frame: Frame<'a, L>,
+    ) -> Option<Self> {
         let line = fit.line;
         let (step, ahead) = (line.distance(lower_start), line.station(lower_start) - edge_s);
         let beside = -step.signum() * DARK_PX;

@@ -51,7 +51,7 @@ impl GrooveFinder {
     ///
     /// # Errors
     /// Why there are none.
-    pub fn find<L: Level>(
+    pub(crate) fn find<L: Level>(
         &mut self,
         evidence: &Evidence<'_, L>,
         choice: StripeChoice,

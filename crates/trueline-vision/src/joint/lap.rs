@@ -50,7 +50,7 @@ impl LapFinder {
     ///
     /// # Errors
     /// Why there is none.
-    pub fn find<L: Level>(
+    pub(crate) fn find<L: Level>(
         &mut self,
         evidence: &Evidence<'_, L>,
         choice: StripeChoice,

@@ -21,7 +21,7 @@ const SAME_PX: f64 = 10.0;
 ///
 /// # Errors
 /// Why there is none.
-pub fn find<L: Level>(
+pub(crate) fn find<L: Level>(
     evidence: &Evidence<'_, L>,
     choice: StripeChoice,
     meter: &mut StripeMeter,
@@ -69,7 +69,7 @@ fn face_pair(pair: ArmPair, lens: &Lens) -> Result<ArmPair, NotFound> {
 
 /// How many of the faces end at a plate, 0 to 2.
 #[must_use]
-pub fn flanks(segments: &[LineSegment], pair: &ArmPair) -> usize {
+pub(crate) fn flanks(segments: &[LineSegment], pair: &ArmPair) -> usize {
     (0..2)
         .filter(|face| {
             let end = pair.arms[*face].at(pair.lengths[*face]);

@@ -9,7 +9,7 @@ use crate::locate::tiles::{Candidate, TILE};
 use crate::picture::{Level, Picture};
 
 /// Side of the window, px: three vectors of eight.
-pub const WINDOW: usize = 24;
+pub(crate) const WINDOW: usize = 24;
 const HALF: f32 = (WINDOW - 1) as f32 * 0.5;
 /// Part of a tile's contrast below which brightness has no mass.
 const FLOOR: f32 = 0.12;
@@ -77,7 +77,7 @@ pub(crate) fn edgel_at_stride<L: Level>(
 }
 
 /// The edgels of all candidates.
-pub fn edgels<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Edgel>) {
+pub(crate) fn edgels<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Edgel>) {
     found.clear();
     fastest!(extend(picture, candidates, found));
 }

@@ -115,7 +115,7 @@ pub(crate) struct SegmentFinder {
 
 impl SegmentFinder {
     /// The straight segments among the edgels, the strongest first.
-    pub fn find(&mut self, edgels: &[Edgel], lens: &Lens, segments: &mut Vec<LineSegment>) {
+    pub(crate) fn find(&mut self, edgels: &[Edgel], lens: &Lens, segments: &mut Vec<LineSegment>) {
         self.spare.extend(segments.drain(..).map(|segment| segment.marks));
         self.marks.clear();
         let brightest = edgels.iter().fold(0.0_f32, |top, e| top.max(e.brightness));

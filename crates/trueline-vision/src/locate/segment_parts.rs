@@ -14,7 +14,7 @@ pub(crate) struct SegmentParts {
 
 impl SegmentParts {
     /// The parts of segments, the strongest first, and no more than there may be segments.
-    pub fn of(&mut self, segments: &[LineSegment]) -> &[LineSegment] {
+    pub(crate) fn of(&mut self, segments: &[LineSegment]) -> &[LineSegment] {
         self.spare.extend(self.parts.drain(..).map(|part| part.marks));
         for segment in segments {
             for marks in segment.marks.chunk_by(|a, b| b[0] - a[0] < GAP_PX) {

@@ -94,7 +94,7 @@ impl PictureFault {
 /// The faults of pictures by their typical light; `wide` pictures have 16 bits, of which the brightest shows how many are
 /// used.
 #[must_use]
-pub fn picture_faults(lights: &[PictureLight], wide: bool) -> Vec<PictureFault> {
+pub(crate) fn picture_faults(lights: &[PictureLight], wide: bool) -> Vec<PictureFault> {
     let brightest = lights.iter().fold(0.0, |top: f64, light| top.max(light.brightest));
     let full = full_scale(brightest, wide);
     let typical = |of: &dyn Fn(&PictureLight) -> Option<f64>| -> Option<f64> {

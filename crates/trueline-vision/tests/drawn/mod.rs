@@ -8,7 +8,7 @@ use trueline_sim::noise::Noise;
 use trueline_vision::{Detector, Joint, Lens, NotFound, Picture, Seam};
 
 /// A camera whose laser plane leans away by 25°: what is higher in the picture is further away.
-pub fn detector([width, height]: [usize; 2]) -> Detector {
+pub(crate) fn detector([width, height]: [usize; 2]) -> Detector {
     let size = [width, height].map(|n| f64::from(n as u32));
     let camera = Camera {
         size: [width as u32, height as u32],
@@ -22,7 +22,7 @@ pub fn detector([width, height]: [usize; 2]) -> Detector {
 }
 
 /// A picture that is drawn on.
-pub struct Paper {
+pub(crate) struct Paper {
     pub size: [usize; 2],
     light: Vec<f64>,
     noise: Noise,
@@ -30,7 +30,7 @@ pub struct Paper {
 
 /// A straight stroke.
 #[derive(Clone, Copy)]
-pub struct Stroke {
+pub(crate) struct Stroke {
     pub from: [f64; 2],
     /// Direction, degrees from u towards v.
     pub heading_deg: f64,
@@ -43,7 +43,7 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    pub fn new(from: [f64; 2], heading_deg: f64, length_px: f64, sigma_px: f64) -> Self {
+    pub(crate) fn new(from: [f64; 2], heading_deg: f64, length_px: f64, sigma_px: f64) -> Self {
         Self { from, heading_deg, length_px, sigma_px, blur_px: 0.6, rounding_px: 0.0 }
     }
 
@@ -62,12 +62,12 @@ impl Stroke {
 }
 
 impl Paper {
-    pub fn new(size: [usize; 2], seed: u64) -> Self {
+    pub(crate) fn new(size: [usize; 2], seed: u64) -> Self {
         Self { size, light: vec![0.0; size[0] * size[1]], noise: Noise::new(seed, 3) }
     }
 
     /// Draws a stroke with mild speckle over what is there.
-    pub fn stroke(&mut self, stroke: &Stroke) {
+    pub(crate) fn stroke(&mut self, stroke: &Stroke) {
         let [width, height] = self.size;
         for v in 0..height {
             for u in 0..width {
@@ -82,7 +82,7 @@ impl Paper {
     }
 
     /// Grey levels with read noise; this part of the pixels is hot.
-    pub fn levels(&mut self, hot: f64) -> Vec<u8> {
+    pub(crate) fn levels(&mut self, hot: f64) -> Vec<u8> {
         let noise = &mut self.noise;
         let level = |light: &f64| {
             let stuck = if noise.happens(hot) { noise.uniform(60.0, 250.0) } else { 0.0 };
@@ -91,14 +91,14 @@ impl Paper {
         self.light.iter().map(level).collect()
     }
 
-    pub fn seam(&mut self, detector: &mut Detector, joint: Joint) -> Result<Seam, NotFound> {
+    pub(crate) fn seam(&mut self, detector: &mut Detector, joint: Joint) -> Result<Seam, NotFound> {
         let levels = self.levels(0.0);
         detector.seam(&Picture::new(self.size[0], self.size[1], &levels).unwrap(), joint)
     }
 }
 
 /// Two arms of a length from a corner, each 60° beside the vertical: downwards a valley, upwards a ridge.
-pub fn arms(corner: [f64; 2], length_px: f64, sigma_px: f64, ridge: bool) -> [Stroke; 2] {
+pub(crate) fn arms(corner: [f64; 2], length_px: f64, sigma_px: f64, ridge: bool) -> [Stroke; 2] {
     let headings = if ridge { [-150.0, -30.0] } else { [150.0, 30.0] };
     headings.map(|heading| Stroke::new(corner, heading, length_px, sigma_px))
 }

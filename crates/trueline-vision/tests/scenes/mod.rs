@@ -7,14 +7,14 @@ use trueline_sim::{Joint as Scene, Look, PictureScan, Preset, Scenario, SensorMo
 use trueline_vision::{Detector, Joint, Lens, NotFound, Picture, Seam};
 
 /// A well excited scan with so many pictures.
-pub fn scenario(pictures: usize) -> Scenario {
+pub(crate) fn scenario(pictures: usize) -> Scenario {
     let mut scenario = Preset::Quick.scenario();
     scenario.timing.frame_period_s = scenario.timing.duration_s / (pictures as f64 + 1.0);
     scenario
 }
 
 /// A detector for a scenario's camera.
-pub fn detector(scenario: &Scenario) -> Detector {
+pub(crate) fn detector(scenario: &Scenario) -> Detector {
     let SensorModel::CameraLaser { camera, laser_plane_in_camera } = scenario.cell.sensor else {
         panic!("the scan has a camera");
     };
@@ -22,7 +22,7 @@ pub fn detector(scenario: &Scenario) -> Detector {
 }
 
 /// Pictures of a scan with the true seam, where it is visible.
-pub fn pictures(
+pub(crate) fn pictures(
     scenario: &Scenario,
     scene: Scene,
     look: Look,
@@ -38,7 +38,7 @@ pub fn pictures(
 }
 
 /// Pictures of a scan with where the lines of the joint are, if they are visible.
-pub fn pictures_with_lines(
+pub(crate) fn pictures_with_lines(
     scenario: &Scenario,
     scene: Scene,
     look: Look,
@@ -54,7 +54,7 @@ pub fn pictures_with_lines(
 }
 
 /// The seam in a picture.
-pub fn seam(detector: &mut Detector, image: &GrayImage, joint: Joint) -> Result<Seam, NotFound> {
+pub(crate) fn seam(detector: &mut Detector, image: &GrayImage, joint: Joint) -> Result<Seam, NotFound> {
     match &image.pixels {
         Pixels::Eight(levels) => {
             detector.seam(&Picture::new(image.width, image.height, levels).unwrap(), joint)
@@ -67,7 +67,7 @@ pub fn seam(detector: &mut Detector, image: &GrayImage, joint: Joint) -> Result<
 
 /// How well a detector does on a set of pictures.
 #[derive(Debug, Default)]
-pub struct Score {
+pub(crate) struct Score {
     pub visible: usize,
     pub found: usize,
     pub invented: usize,
@@ -77,7 +77,11 @@ pub struct Score {
 }
 
 impl Score {
-    pub fn of(detector: &mut Detector, pictures: &[(GrayImage, Option<Vector2<f64>>)], joint: Joint) -> Self {
+    pub(crate) fn of(
+        detector: &mut Detector,
+        pictures: &[(GrayImage, Option<Vector2<f64>>)],
+        joint: Joint,
+    ) -> Self {
         let mut score = Self::default();
         for (image, truth) in pictures {
             let found = seam(detector, image, joint);
@@ -98,15 +102,15 @@ impl Score {
         score
     }
 
-    pub fn rms_px(&self) -> f64 {
+    pub(crate) fn rms_px(&self) -> f64 {
         (self.errors.iter().map(Vector2::norm_squared).sum::<f64>() / self.errors.len() as f64).sqrt()
     }
 
-    pub fn worst_px(&self) -> f64 {
+    pub(crate) fn worst_px(&self) -> f64 {
         self.errors.iter().map(Vector2::norm).fold(0.0, f64::max)
     }
 
-    pub fn mean_normalised(&self) -> f64 {
+    pub(crate) fn mean_normalised(&self) -> f64 {
         self.normalised.iter().sum::<f64>() / self.normalised.len() as f64
     }
 }

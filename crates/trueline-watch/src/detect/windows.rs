@@ -97,7 +97,7 @@ impl WindowEvidence {
     /// Evidence about a change between the pieces before and those inside of a window. The place of `part` may have changed;
     /// those of other parts have not.
     #[must_use]
-    pub fn of(before: &Sums, inside: &Sums, part: usize, prior: &Quadratic) -> Self {
+    pub(crate) fn of(before: &Sums, inside: &Sums, part: usize, prior: &Quadratic) -> Self {
         let mut all = Quadratic::nothing(LEVEL_AND_CHANGE);
         add_corner(&mut all, prior);
         for (k, (old, new)) in before.evidence.iter().zip(&inside.evidence).enumerate() {
@@ -117,13 +117,13 @@ impl WindowEvidence {
 
     /// Evidence about a change of one kind alone.
     #[must_use]
-    pub fn about(&self, kind: Kind) -> Quadratic {
+    pub(crate) fn about(&self, kind: Kind) -> Quadratic {
         alone(&self.all, kind)
     }
 
     /// The part of it that does not depend on where seams lie; `None` for a change of just that.
     #[must_use]
-    pub fn within(&self, kind: Kind) -> Option<Quadratic> {
+    pub(crate) fn within(&self, kind: Kind) -> Option<Quadratic> {
         (kind != Kind::Seam).then(|| alone(&self.within, kind))
     }
 }

@@ -22,7 +22,7 @@ pub(crate) const LEAST_FEATURES: usize = 20;
 
 /// A seam's bow is known to be about this large at its ends before any of it is measured: 0.3 mm and 1 mm per metre.
 #[must_use]
-pub fn bow_sigma_m(half_length_m: f64) -> f64 {
+pub(crate) fn bow_sigma_m(half_length_m: f64) -> f64 {
     0.3e-3 + 1e-3 * 2.0 * half_length_m
 }
 

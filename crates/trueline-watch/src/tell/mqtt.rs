@@ -7,7 +7,7 @@ use std::time::Instant;
 const PORT: u16 = 1883;
 
 /// A topic.
-pub struct Topic {
+pub(super) struct Topic {
     address: String,
     host: String,
     port: u16,
@@ -16,7 +16,7 @@ pub struct Topic {
 
 impl Topic {
     /// The topic at `mqtt://HOST:PORT/TOPIC`.
-    pub fn at(address: &str) -> Result<Self, ReceiverError> {
+    pub(super) fn at(address: &str) -> Result<Self, ReceiverError> {
         let rest = address.strip_prefix("mqtt://").ok_or(ReceiverError::Kind)?;
         let (server, topic) = rest.split_once('/').ok_or(ReceiverError::Missing("topic"))?;
         if topic.is_empty() {

@@ -12,7 +12,7 @@ pub(crate) struct Webhook {
 
 impl Webhook {
     /// The webhook at an address.
-    pub fn at(address: &str) -> Result<Self, ReceiverError> {
+    pub(super) fn at(address: &str) -> Result<Self, ReceiverError> {
         let uri: Uri = address
             .parse()
             .map_err(|e: ureq::http::uri::InvalidUri| ReceiverError::Malformed(e.to_string()))?;

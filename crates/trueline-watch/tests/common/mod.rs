@@ -8,7 +8,7 @@ use trueline_watch::parameters::CALIBRATION;
 use trueline_watch::{Part, PieceInformation, Quadratic, Reference};
 
 /// A calibration that is exactly right, and known to be.
-pub fn exact(production: &Production) -> Reference {
+pub(crate) fn exact(production: &Production) -> Reference {
     let first = piece(production, 0, 1);
     let guess = first.truth.as_ref().unwrap().parameters;
     let mut reference = Reference::of_value(guess, shape_origin_m(&first, &guess).unwrap());
@@ -20,12 +20,12 @@ pub fn exact(production: &Production) -> Reference {
 }
 
 /// The part as its first piece shows it.
-pub fn part(production: &Production, reference: &Reference) -> Part {
+pub(crate) fn part(production: &Production, reference: &Reference) -> Part {
     Part { lines: Weld::of(&piece(production, 0, 1), reference).unwrap().seams() }
 }
 
 /// What a piece says.
-pub fn evidence(
+pub(crate) fn evidence(
     production: &Production,
     reference: &Reference,
     part: &Part,
@@ -36,6 +36,6 @@ pub fn evidence(
 }
 
 /// The same without anything known of scatter.
-pub fn information(evidence: &Evidence, part: &Part) -> PieceInformation {
+pub(crate) fn information(evidence: &Evidence, part: &Part) -> PieceInformation {
     PieceInformation::of(&evidence.statistic, 0, part, None)
 }

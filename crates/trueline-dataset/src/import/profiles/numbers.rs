@@ -5,7 +5,7 @@ use crate::error::{Error, Problem};
 use std::path::Path;
 
 /// The lines of a table: header lines as words, then rows of numbers; an empty field or one that is no number is no value.
-pub struct NumberTable {
+pub(super) struct NumberTable {
     /// The last line before the first row of numbers that has as many fields, if any.
     pub header: Option<Vec<String>>,
     /// Rows with their line numbers.
@@ -16,7 +16,7 @@ pub struct NumberTable {
 ///
 /// # Errors
 /// Broken text, or no row of numbers.
-pub fn read(file: &Path, bytes: Vec<u8>) -> Result<NumberTable, Error> {
+pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<NumberTable, Error> {
     let (csv, _) = plain_csv(file, bytes, None)?;
     let text = String::from_utf8(csv)
         .map_err(|_| Error::in_file(file, Problem::Csv("it is not text".to_owned())))?;

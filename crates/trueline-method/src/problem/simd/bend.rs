@@ -19,7 +19,7 @@ pub(crate) struct Bowed<const FUSED: bool> {
 impl<const FUSED: bool> Bowed<FUSED> {
     /// A straight line's.
     #[inline(always)]
-    pub fn none() -> Self {
+    pub(super) fn none() -> Self {
         let zero = Lanes::splat(0.0);
         Self { form: zero, offset: [zero; 2] }
     }
@@ -27,7 +27,7 @@ impl<const FUSED: bool> Bowed<FUSED> {
 
 /// Moves what was located on straight lines to their bowed seams.
 #[inline(always)]
-pub fn bend<const FUSED: bool>(
+pub(super) fn bend<const FUSED: bool>(
     straight: Located<FUSED>,
     measured: Vectors<FUSED>,
     anchor: Vectors<FUSED>,

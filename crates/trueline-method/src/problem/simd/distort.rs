@@ -7,7 +7,7 @@ use trueline_model::SheetShape;
 
 /// Puts the report in the place of the predicted point: its residual, its rows; returns d r / d h.
 #[inline(always)]
-pub fn distort<const FUSED: bool>(
+pub(super) fn distort<const FUSED: bool>(
     located: &mut Located<FUSED>,
     measured: Vectors<FUSED>,
     shape: &SheetShape,

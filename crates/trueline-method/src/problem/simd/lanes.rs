@@ -8,7 +8,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Samples side by side.
-pub const WIDTH: usize = 4;
+pub(super) const WIDTH: usize = 4;
 
 /// Four numbers; `FUSED` where the processor multiplies and adds in one instruction.
 #[derive(Clone, Copy, Debug)]
@@ -18,13 +18,13 @@ pub(crate) struct Lanes<const FUSED: bool>(pub [f64; WIDTH]);
 impl<const FUSED: bool> Lanes<FUSED> {
     /// The same number four times.
     #[inline(always)]
-    pub fn splat(value: f64) -> Self {
+    pub(crate) fn splat(value: f64) -> Self {
         Self([value; WIDTH])
     }
 
     /// a · b + self, in one rounding where the processor can.
     #[inline(always)]
-    pub fn plus_product(self, a: Self, b: Self) -> Self {
+    pub(crate) fn plus_product(self, a: Self, b: Self) -> Self {
         let ([a0, a1, a2, a3], [b0, b1, b2, b3], [c0, c1, c2, c3]) = (a.0, b.0, self.0);
         if FUSED {
             Self([a0.mul_add(b0, c0), a1.mul_add(b1, c1), a2.mul_add(b2, c2), a3.mul_add(b3, c3)])
@@ -35,28 +35,28 @@ impl<const FUSED: bool> Lanes<FUSED> {
 
     /// A function of each number, one by one.
     #[inline(always)]
-    pub fn map(self, function: impl Fn(f64) -> f64) -> Self {
+    pub(crate) fn map(self, function: impl Fn(f64) -> f64) -> Self {
         let [a, b, c, d] = self.0;
         Self([function(a), function(b), function(c), function(d)])
     }
 
     /// Square roots.
     #[inline(always)]
-    pub fn sqrt(self) -> Self {
+    pub(crate) fn sqrt(self) -> Self {
         let [a, b, c, d] = self.0;
         Self([a.sqrt(), b.sqrt(), c.sqrt(), d.sqrt()])
     }
 
     /// The largest; none may be NaN.
     #[inline(always)]
-    pub fn max(self) -> f64 {
+    pub(crate) fn max(self) -> f64 {
         let larger = |a: f64, b: f64| if a > b { a } else { b };
         larger(larger(self.0[0], self.0[1]), larger(self.0[2], self.0[3]))
     }
 
     /// The smallest; none may be NaN.
     #[inline(always)]
-    pub fn min(self) -> f64 {
+    pub(crate) fn min(self) -> f64 {
         let smaller = |a: f64, b: f64| if a < b { a } else { b };
         smaller(smaller(self.0[0], self.0[1]), smaller(self.0[2], self.0[3]))
     }
@@ -90,32 +90,32 @@ impl<const FUSED: bool> Neg for Lanes<FUSED> {
 
 /// Four vectors.
 #[derive(Clone, Copy, Debug)]
-pub struct Vectors<const FUSED: bool>(pub [Lanes<FUSED>; 3]);
+pub(crate) struct Vectors<const FUSED: bool>(pub [Lanes<FUSED>; 3]);
 
 impl<const FUSED: bool> Vectors<FUSED> {
     /// The same vector four times.
     #[inline(always)]
-    pub fn splat(vector: &nalgebra::Vector3<f64>) -> Self {
+    pub(crate) fn splat(vector: &nalgebra::Vector3<f64>) -> Self {
         Self([Lanes::splat(vector.x), Lanes::splat(vector.y), Lanes::splat(vector.z)])
     }
 
     /// From each component of four.
     #[inline(always)]
-    pub fn from_components(components: &[[f64; WIDTH]; 3]) -> Self {
+    pub(crate) fn from_components(components: &[[f64; WIDTH]; 3]) -> Self {
         let [x, y, z] = *components;
         Self([Lanes(x), Lanes(y), Lanes(z)])
     }
 
     /// Scalar products.
     #[inline(always)]
-    pub fn dot(self, other: Self) -> Lanes<FUSED> {
+    pub(crate) fn dot(self, other: Self) -> Lanes<FUSED> {
         let [a, b] = [self.0, other.0];
         (a[0] * b[0]).plus_product(a[1], b[1]).plus_product(a[2], b[2])
     }
 
     /// Vector products.
     #[inline(always)]
-    pub fn cross(self, other: Self) -> Self {
+    pub(crate) fn cross(self, other: Self) -> Self {
         let ([ax, ay, az], [bx, by, bz]) = (self.0, other.0);
         Self([
             (ay * bz).plus_product(-az, by),
@@ -126,7 +126,7 @@ impl<const FUSED: bool> Vectors<FUSED> {
 
     /// self + vector · factor.
     #[inline(always)]
-    pub fn plus_scaled(self, vector: Self, factor: Lanes<FUSED>) -> Self {
+    pub(crate) fn plus_scaled(self, vector: Self, factor: Lanes<FUSED>) -> Self {
         let ([x, y, z], [a, b, c]) = (self.0, vector.0);
         Self([x.plus_product(a, factor), y.plus_product(b, factor), z.plus_product(c, factor)])
     }
@@ -152,12 +152,12 @@ impl<const FUSED: bool> Sub for Vectors<FUSED> {
 
 /// Four rotations, by rows.
 #[derive(Clone, Copy, Debug)]
-pub struct Rotations<const FUSED: bool>(pub [Vectors<FUSED>; 3]);
+pub(super) struct Rotations<const FUSED: bool>(pub [Vectors<FUSED>; 3]);
 
 impl<const FUSED: bool> Rotations<FUSED> {
     /// The same rotation four times.
     #[inline(always)]
-    pub fn splat(matrix: &nalgebra::Matrix3<f64>) -> Self {
+    pub(super) fn splat(matrix: &nalgebra::Matrix3<f64>) -> Self {
         let rows = matrix.transpose();
         Self([
             Vectors::splat(&rows.column(0).into_owned()),
@@ -168,7 +168,7 @@ impl<const FUSED: bool> Rotations<FUSED> {
 
     /// Rotates.
     #[inline(always)]
-    pub fn apply(&self, vector: Vectors<FUSED>) -> Vectors<FUSED> {
+    pub(super) fn apply(&self, vector: Vectors<FUSED>) -> Vectors<FUSED> {
         let [x, y, z] = self.0;
         Vectors([x.dot(vector), y.dot(vector), z.dot(vector)])
     }
@@ -176,7 +176,7 @@ impl<const FUSED: bool> Rotations<FUSED> {
 
 /// Four unit quaternions, w x y z.
 #[derive(Clone, Copy, Debug)]
-pub struct Quaternions<const FUSED: bool>(pub [Lanes<FUSED>; 4]);
+pub(super) struct Quaternions<const FUSED: bool>(pub [Lanes<FUSED>; 4]);
 
 /// Half angles (squared) up to which the series of sine and cosine are exact: the first omitted settings are
 /// x⁵/10! and x⁵/11!, 3e-17 at 0.1 rad.
@@ -185,13 +185,13 @@ const SERIES_SQUARED: f64 = 0.01;
 impl<const FUSED: bool> Quaternions<FUSED> {
     /// The same rotation four times.
     #[inline(always)]
-    pub fn splat(q: &nalgebra::UnitQuaternion<f64>) -> Self {
+    pub(super) fn splat(q: &nalgebra::UnitQuaternion<f64>) -> Self {
         Self([Lanes::splat(q.w), Lanes::splat(q.i), Lanes::splat(q.j), Lanes::splat(q.k)])
     }
 
     /// Exp of half the rotation vectors given.
     #[inline(always)]
-    pub fn exp_of_half(half: Vectors<FUSED>) -> Self {
+    pub(super) fn exp_of_half(half: Vectors<FUSED>) -> Self {
         let x = half.dot(half);
         let (cosine, sine_over_angle) = if x.max() <= SERIES_SQUARED { short_turn(x) } else { long_turn(x) };
         let [a, b, c] = half.0;
@@ -200,7 +200,7 @@ impl<const FUSED: bool> Quaternions<FUSED> {
 
     /// The product: first `other`, then self.
     #[inline(always)]
-    pub fn times(&self, other: &Self) -> Self {
+    pub(super) fn times(&self, other: &Self) -> Self {
         let ([aw, ax, ay, az], [bw, bx, by, bz]) = (self.0, other.0);
         Self([
             (aw * bw).plus_product(-ax, bx).plus_product(-ay, by).plus_product(-az, bz),
@@ -212,7 +212,7 @@ impl<const FUSED: bool> Quaternions<FUSED> {
 
     /// The matrices of the inverse rotations.
     #[inline(always)]
-    pub fn inverse_matrices(&self) -> Rotations<FUSED> {
+    pub(super) fn inverse_matrices(&self) -> Rotations<FUSED> {
         let [w, x, y, z] = self.0;
         let [x2, y2, z2] = [x + x, y + y, z + z];
         let one = Lanes::splat(1.0);

@@ -4,7 +4,7 @@ use super::lanes::{Lanes, Vectors, WIDTH};
 use trueline_model::sheet_residual::MIN_SINE;
 
 /// Which residual, as a type, so that no loop asks.
-pub trait Residual {
+pub(super) trait Residual {
     /// Rows, point x, residual and α of measured points and a line in S.
     fn at<const FUSED: bool>(
         measured: Vectors<FUSED>,
@@ -24,7 +24,7 @@ pub(crate) struct Located<const FUSED: bool> {
 }
 
 /// Measured against predicted point in the sheet.
-pub struct InSheet;
+pub(super) struct InSheet;
 
 impl Residual for InSheet {
     #[inline(always)]

@@ -15,7 +15,7 @@ mod sweep;
 mod view;
 mod whiten;
 
-pub use sums::{Cost, Equations, Squared, SquaredLengths};
-pub use sweep::{Scan, sweep, sweep_chunks};
-pub use view::Mounting;
-pub use whiten::Whitening;
+pub(crate) use sums::{Cost, Equations, Squared, SquaredLengths};
+pub(crate) use sweep::{Scan, sweep, sweep_chunks};
+pub(crate) use view::Mounting;
+pub(crate) use whiten::Whitening;

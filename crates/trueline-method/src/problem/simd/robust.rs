@@ -5,7 +5,7 @@ use trueline_lsq::Loss;
 
 /// ρ and the weight ρ′ of squared residuals.
 #[inline(always)]
-pub fn weigh<const FUSED: bool>(loss: Loss, squared: Lanes<FUSED>) -> (Lanes<FUSED>, Lanes<FUSED>) {
+pub(super) fn weigh<const FUSED: bool>(loss: Loss, squared: Lanes<FUSED>) -> (Lanes<FUSED>, Lanes<FUSED>) {
     let splat = Lanes::splat;
     match loss {
         Loss::Squared => (squared, splat(1.0)),

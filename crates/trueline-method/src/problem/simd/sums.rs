@@ -45,7 +45,7 @@ impl<const N: usize> LineSums<N> {
 
 /// The whiteners of four samples; zero for lanes that have none, or no intersection.
 #[inline(always)]
-pub fn whiteners_of<const FUSED: bool>(
+pub(super) fn whiteners_of<const FUSED: bool>(
     whiteners: &[Whitener],
     samples: &Samples,
     usable: &[bool; WIDTH],
@@ -81,12 +81,12 @@ fn whiten<const FUSED: bool>(w: &[Lanes<FUSED>; 3], column: [Lanes<FUSED>; 2]) -
 
 /// Lanes that hold a sample without an intersection.
 #[inline(always)]
-pub fn unusable(samples: &Samples, usable: &[bool; WIDTH]) -> usize {
+pub(super) fn unusable(samples: &Samples, usable: &[bool; WIDTH]) -> usize {
     usable[..samples.count].iter().filter(|usable| !**usable).count()
 }
 
 /// Adds up the equations of all lines.
-pub struct Equations<'a, const N: usize> {
+pub(crate) struct Equations<'a, const N: usize> {
     whiteners: &'a [Whitener],
     loss: Loss,
     sums: Vec<LineSums<N>>,
@@ -95,12 +95,12 @@ pub struct Equations<'a, const N: usize> {
 
 impl<'a, const N: usize> Equations<'a, N> {
     /// Nothing yet.
-    pub fn new(whiteners: &'a [Whitener], loss: Loss, lines: usize) -> Self {
+    pub(crate) fn new(whiteners: &'a [Whitener], loss: Loss, lines: usize) -> Self {
         Self { whiteners, loss, sums: vec![LineSums::ZERO; lines], without: 0 }
     }
 
     /// Adds the sums to the equations of these unknowns; `sheet_from_tool` turns them back into the tool frame.
-    pub fn add_to(
+    pub(crate) fn add_to(
         &self,
         equations: &mut NormalEquations,
         unknowns: &Unknowns,
@@ -216,7 +216,7 @@ fn columns<const FUSED: bool>(seen: &Seen<FUSED>) -> [[Lanes<FUSED>; 2]; LOCAL_A
 }
 
 /// Adds up the cost alone.
-pub struct Cost<'a> {
+pub(crate) struct Cost<'a> {
     whiteners: &'a [Whitener],
     loss: Loss,
     sum: [f64; WIDTH],
@@ -225,12 +225,12 @@ pub struct Cost<'a> {
 
 impl<'a> Cost<'a> {
     /// Nothing yet.
-    pub fn new(whiteners: &'a [Whitener], loss: Loss) -> Self {
+    pub(crate) fn new(whiteners: &'a [Whitener], loss: Loss) -> Self {
         Self { whiteners, loss, sum: [0.0; WIDTH], without: 0 }
     }
 
     /// ½ Σ ρ.
-    pub fn total(&self) -> f64 {
+    pub(crate) fn total(&self) -> f64 {
         let sum = (self.sum[0] + self.sum[1]) + (self.sum[2] + self.sum[3]);
         0.5 * (sum + self.without as f64 * self.loss.value(UNUSABLE_SQUARED))
     }
@@ -258,7 +258,7 @@ fn squared<const FUSED: bool>(whiteners: &[Whitener], samples: &Samples, seen: &
 }
 
 /// Collects the squared whitened residuals.
-pub struct Squared<'a> {
+pub(crate) struct Squared<'a> {
     whiteners: &'a [Whitener],
     /// Of each observation; NaN where it cannot be evaluated.
     pub values: Vec<f64>,
@@ -266,7 +266,7 @@ pub struct Squared<'a> {
 
 impl<'a> Squared<'a> {
     /// Nothing yet.
-    pub fn new(whiteners: &'a [Whitener]) -> Self {
+    pub(crate) fn new(whiteners: &'a [Whitener]) -> Self {
         Self { whiteners, values: vec![f64::NAN; whiteners.len()] }
     }
 }
@@ -288,14 +288,14 @@ impl Visit for Squared<'_> {
 
 /// Adds up squared residuals as they are, in m².
 #[derive(Default)]
-pub struct SquaredLengths {
+pub(crate) struct SquaredLengths {
     sum: [f64; WIDTH],
     count: usize,
 }
 
 impl SquaredLengths {
     /// Root mean square, m.
-    pub fn root_mean(&self) -> f64 {
+    pub(crate) fn root_mean(&self) -> f64 {
         let sum = (self.sum[0] + self.sum[1]) + (self.sum[2] + self.sum[3]);
         (sum / self.count.max(1) as f64).sqrt()
     }

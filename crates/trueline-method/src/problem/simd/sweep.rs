@@ -11,7 +11,7 @@ use trueline_geometry::Segment;
 
 /// What is swept: a list of observations, seen with some parameters.
 #[derive(Clone, Copy)]
-pub struct Scan<'a> {
+pub(crate) struct Scan<'a> {
     /// Trajectory and sheet.
     pub observations: &'a Observations,
     /// The observations, by rising stamp.
@@ -23,7 +23,7 @@ pub struct Scan<'a> {
 }
 
 /// What is done with each four. A visitor that never meets a model says so, and no sweep is generated for the pair.
-pub trait Visit {
+pub(crate) trait Visit {
     /// Whether it meets straight lines and an exact sensor in the sheet.
     const STRAIGHT: bool = true;
     /// Whether it meets bowed lines.
@@ -41,7 +41,7 @@ pub trait Visit {
 }
 
 /// Sweeps with the widest instructions that the processor has.
-pub fn sweep(scan: &Scan<'_>, visit: &mut impl Visit) {
+pub(crate) fn sweep(scan: &Scan<'_>, visit: &mut impl Visit) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
         // SAFETY: the function asks for AVX2 and FMA, and the processor has just said that it has both.
@@ -59,7 +59,7 @@ pub fn sweep(scan: &Scan<'_>, visit: &mut impl Visit) {
 const CHUNK: usize = 16_384;
 
 /// Sweeps chunk by chunk, on so many threads; what each chunk's visitor has seen, in order.
-pub fn sweep_chunks<V: Visit + Send>(
+pub(crate) fn sweep_chunks<V: Visit + Send>(
     scan: &Scan<'_>,
     threads: usize,
     visitor: impl Fn(std::ops::Range<usize>) -> V + Sync,

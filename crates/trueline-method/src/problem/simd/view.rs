@@ -24,7 +24,7 @@ use trueline_model::{Curvature, LaserSheet, SheetShape};
 
 /// Where the sheet is in the tool frame: what all samples share.
 #[derive(Clone, Copy, Debug)]
-pub struct Mounting {
+pub(crate) struct Mounting {
     /// `tool_from_sheet` rotation.
     pub tool_from_sheet: UnitQuaternion<f64>,
     /// Its inverse as a matrix.
@@ -39,7 +39,7 @@ pub struct Mounting {
 
 impl Mounting {
     /// Of a sheet on a tool.
-    pub fn new(sheet: &LaserSheet, at: &Parameters) -> Self {
+    pub(crate) fn new(sheet: &LaserSheet, at: &Parameters) -> Self {
         let (x, y) = (sheet.axes().column(0).into_owned(), sheet.axes().column(1).into_owned());
         let camera_from_sheet = Matrix3::from_columns(&[x, y, x.cross(&y)]);
         let rotation =
@@ -59,7 +59,7 @@ impl Mounting {
 
 /// Up to four measurements of one line, and the robot's motion about each.
 #[derive(Clone, Copy, Debug)]
-pub struct Samples {
+pub(crate) struct Samples {
     /// Index of each in the list.
     pub index: [u32; WIDTH],
     /// How many there are; the others repeat the first.
@@ -81,7 +81,7 @@ pub struct Samples {
 /// What four samples say about the line and the unknowns. What a scan does not model is zero, and costs nothing: what a
 /// visitor does not use is not computed.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<const FUSED: bool> {
+pub(crate) struct Seen<const FUSED: bool> {
     /// Residual, m.
     pub residual: [Lanes<FUSED>; 2],
     /// b₁, b₂ in S.
@@ -132,7 +132,7 @@ impl Modelled for ShapedSheet {
 
 /// One line as the samples are held against it.
 #[derive(Clone, Copy)]
-pub struct Seam<'a> {
+pub(super) struct Seam<'a> {
     /// The straight part.
     pub line: &'a Line,
     /// Its bow, where that is modelled.
@@ -143,7 +143,7 @@ pub struct Seam<'a> {
 
 /// Everything four samples of a line have to say.
 #[inline(always)]
-pub fn see<const FUSED: bool, R: Residual, M: Modelled>(
+pub(super) fn see<const FUSED: bool, R: Residual, M: Modelled>(
     mounting: &Mounting,
     seam: &Seam<'_>,
     s: &Samples,

@@ -7,7 +7,7 @@ use crate::input::noise_levels::{NoiseLevels, Whitener};
 use crate::input::observations::Observation;
 
 /// Collects whiteners: those of [`NoiseLevels::covariance`], four at once.
-pub struct Whitening<'a> {
+pub(crate) struct Whitening<'a> {
     list: &'a [Observation],
     noise: NoiseLevels,
     /// Of each observation; the coarse one where it cannot be placed.
@@ -16,7 +16,7 @@ pub struct Whitening<'a> {
 
 impl<'a> Whitening<'a> {
     /// Nothing yet.
-    pub fn new(list: &'a [Observation], noise: &NoiseLevels) -> Self {
+    pub(crate) fn new(list: &'a [Observation], noise: &NoiseLevels) -> Self {
         let whiteners = vec![Whitener([0.0; 3]); list.len()];
         Self { list, noise: *noise, whiteners }
     }
