@@ -30,7 +30,7 @@ fn all_axes_of_a_group_make_one_sentence() {
         &[oblique],
         "translation along the tool's direction (0.60, 0.80, 0.00) cannot",
     );
-    begins(Group::Translation, &[], "the hand-eye translation is known only together with");
+    begins(Group::Translation, &[], "the hand-eye translation is not independently observable");
     assert_eq!(hidden(Group::Translation, &[x, oblique]).one_by_one().len(), 2);
     assert_eq!(hidden(Group::TimeOffset, &[]).one_by_one().len(), 1);
 }
