@@ -130,7 +130,7 @@ impl Constraints {
 
     /// How many times too fast the motion is: a motion that takes so many times longer keeps all limits of speed, acceleration and jerk.
     #[must_use]
-    pub fn too_fast(&self) -> f64 {
+    pub(crate) fn too_fast(&self) -> f64 {
         use Constraint::{Acceleration, Jerk, Speed, TipSpeed, TurnAcceleration, TurnJerk, TurnRate};
         let most = |list: &[Constraint]| list.iter().map(|one| self.used(*one)).fold(0.0, f64::max);
         let speed = most(&[Speed, TipSpeed, TurnRate]);
@@ -149,7 +149,7 @@ const BOX_M: f64 = 0.1;
 
 /// Measures what a motion demands of the robot.
 #[must_use]
-pub fn of_motion(cell: &Cell, motion: &Motion, period_s: f64) -> Constraints {
+pub(crate) fn of_motion(cell: &Cell, motion: &Motion, period_s: f64) -> Constraints {
     let mut constraints = Constraints::default();
     let poses = motion.sampled(period_s);
     moving(cell, &poses, period_s, &mut constraints);
@@ -160,7 +160,12 @@ pub fn of_motion(cell: &Cell, motion: &Motion, period_s: f64) -> Constraints {
 impl Constraints {
     /// With what the sensor sees: where the seam is in the camera at the guess, and what wrong cells lose.
     #[must_use]
-    pub fn with_view(mut self, cell: &Cell, points: impl Iterator<Item = Vector3<f64>>, loss: &Loss) -> Self {
+    pub(crate) fn with_view(
+        mut self,
+        cell: &Cell,
+        points: impl Iterator<Item = Vector3<f64>>,
+        loss: &Loss,
+    ) -> Self {
         let room = points.map(|point| cell.view.room(&point)).fold(f64::INFINITY, f64::min);
         self.raise(Constraint::View, 1.0 - room);
         let lost = if loss.beyond_end > 0.5 { Constraint::SeamEnds } else { Constraint::View };
@@ -176,7 +181,7 @@ impl Constraints {
     /// With what the arm must do for poses of the tool, of which it reaches the first ones; and how near what the robot carries
     /// comes to the plates.
     #[must_use]
-    pub fn with_arm(mut self, cell: &Cell, poses: &[Pose], joints: Option<&JointPath>) -> Self {
+    pub(crate) fn with_arm(mut self, cell: &Cell, poses: &[Pose], joints: Option<&JointPath>) -> Self {
         if let Some((mounted, joints)) = cell.arm.as_ref().zip(joints) {
             self.raise_joints(mounted, joints);
             let missing = 1.0 - joints.angles.len() as f64 / poses.len() as f64;

@@ -75,7 +75,7 @@ impl Goal {
 
     /// A score that a search can follow: of the worst sigma, which jumps from one to the next, a mean of a high power.
     #[must_use]
-    pub fn smooth_score(&self, covariance: &SensorCovariance) -> f64 {
+    pub(crate) fn smooth_score(&self, covariance: &SensorCovariance) -> f64 {
         if self.criterion != Criterion::Worst {
             return self.score(covariance);
         }
@@ -86,7 +86,7 @@ impl Goal {
 
     /// The most that any wanted sigma is missed by: at most 1 if all are reached.
     #[must_use]
-    pub fn missed_by(&self, covariance: &SensorCovariance) -> f64 {
+    pub(crate) fn missed_by(&self, covariance: &SensorCovariance) -> f64 {
         Self { criterion: Criterion::Worst, ..*self }.score(covariance)
     }
 }

@@ -65,7 +65,7 @@ impl Design {
 
     /// The same with all swings so many times slower; the one bow of a C stays one.
     #[must_use]
-    pub fn slowed(mut self, times: f64) -> Self {
+    pub(crate) fn slowed(mut self, times: f64) -> Self {
         let bow_hz = self.stripe.swings[0].frequency_hz;
         for sweep in [&mut self.stripe, &mut self.stand_off].into_iter().chain(&mut self.tilts) {
             for swing in &mut sweep.swings {
@@ -96,7 +96,12 @@ pub const DIMENSION: usize = 3 + 6 + 4 * 7;
 /// Makes the design that a point of the unit box stands for; whatever the point, means and swings stay within the
 /// limits of stand-off and tilt.
 #[must_use]
-pub fn from_unit_box(limits: &Limits, shape: Shape, duration_s: f64, unit: &[f64; DIMENSION]) -> Design {
+pub(crate) fn from_unit_box(
+    limits: &Limits,
+    shape: Shape,
+    duration_s: f64,
+    unit: &[f64; DIMENSION],
+) -> Design {
     let mut rest = unit.iter().map(|x| mirrored(*x));
     let mut next = |low: f64, high: f64| low + (high - low) * rest.next().unwrap_or(0.5);
     let longest_ramp_s = RAMP_S[1].min(0.25 * duration_s);

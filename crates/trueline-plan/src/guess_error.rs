@@ -4,7 +4,7 @@ use crate::seam::Seam;
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, UnitBall, UnitSphere};
+use rand_distr::{Distribution, UnitBall};
 use trueline_geometry::{Pose, se3};
 
 /// Largest errors of the guess: cells are wrong by anything within them.
@@ -25,36 +25,21 @@ impl Default for GuessError {
 }
 
 impl GuessError {
-    /// A hand-eye transform and a seam that are wrong at random, anywhere within the errors allowed.
+    /// A hand-eye transform and a seam that are wrong at random, anywhere within the errors allowed. Both ends of the seam
+    /// move on their own: what lies between them is then no further off than they are.
     #[must_use]
     pub fn disturbed(&self, tool_from_camera: &Pose, seam: &Seam, seed: u64) -> (Pose, Seam) {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        self.moved(tool_from_camera, seam, || Vector3::from(UnitBall.sample(&mut random)))
-    }
-
-    /// The same with every error as large as is allowed: only its direction is random.
-    #[must_use]
-    pub fn disturbed_most(&self, tool_from_camera: &Pose, seam: &Seam, seed: u64) -> (Pose, Seam) {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        self.moved(tool_from_camera, seam, || Vector3::from(UnitSphere.sample(&mut random)))
+        let mut part = || Vector3::from(UnitBall.sample(&mut random));
+        let (turn, shift) = (part() * self.rotation_rad, part() * self.translation_m);
+        let mut off = |end: &Vector3<f64>| end + part() * self.line_m;
+        let moved = Seam { from_m: off(&seam.from_m), to_m: off(&seam.to_m) };
+        (se3::retract_decoupled(tool_from_camera, &turn, &shift), moved)
     }
 
     /// Whether nothing can be wrong.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.translation_m == 0.0 && self.rotation_rad == 0.0 && self.line_m == 0.0
-    }
-
-    /// Both ends of the seam move on their own: what lies between them is then no further off than they are.
-    fn moved(
-        &self,
-        tool_from_camera: &Pose,
-        seam: &Seam,
-        mut part: impl FnMut() -> Vector3<f64>,
-    ) -> (Pose, Seam) {
-        let (turn, shift) = (part() * self.rotation_rad, part() * self.translation_m);
-        let mut off = |end: &Vector3<f64>| end + part() * self.line_m;
-        let moved = Seam { from_m: off(&seam.from_m), to_m: off(&seam.to_m) };
-        (se3::retract_decoupled(tool_from_camera, &turn, &shift), moved)
     }
 }

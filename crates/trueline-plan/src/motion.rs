@@ -144,7 +144,7 @@ impl Motion {
     }
 
     /// Pose of the tool at times, s, that are mostly a step apart, and how it moves; the camera sits where a hand-eye transform has it.
-    pub fn placements(
+    pub(crate) fn placements(
         &self,
         times_s: impl Iterator<Item = f64>,
         step_s: f64,

@@ -78,7 +78,12 @@ impl MountedArm {
     ///
     /// # Errors
     /// Where the arm does not reach.
-    pub fn stance(&self, seam: &Seam, sensor: &SensorPose, stand_off_m: f64) -> Result<Stance, NoStance> {
+    pub(crate) fn stance(
+        &self,
+        seam: &Seam,
+        sensor: &SensorPose,
+        stand_off_m: f64,
+    ) -> Result<Stance, NoStance> {
         let over = |seam_point: Vector3<f64>| {
             sensor.base_from_tool(&Station { seam_point, stripe_m: 0.0, stand_off_m, tilt_rad: [0.0; 3] })
         };

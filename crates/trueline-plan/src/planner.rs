@@ -100,7 +100,7 @@ fn searched(cell: &Cell, ask: &PlanRequest, tick: &(dyn Fn() + Sync)) -> Result<
 ///
 /// # Errors
 /// As [`plan`].
-pub fn replan(
+pub(crate) fn replan(
     cell: &Cell,
     ask: &PlanRequest,
     near: &Plan,

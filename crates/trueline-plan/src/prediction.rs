@@ -162,12 +162,6 @@ impl Sights {
     pub(crate) fn bow_sigma_m(&self) -> f64 {
         self.bow_sigma_m
     }
-
-    /// What they tell if each is seen.
-    #[must_use]
-    pub fn all_told(&self, cell: &Cell) -> Told {
-        self.told(cell, std::iter::repeat(1.0))
-    }
 }
 
 /// Below this the estimator believes in no bow either; half of it, m.

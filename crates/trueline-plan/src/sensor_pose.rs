@@ -72,7 +72,7 @@ impl SensorPose {
     ///
     /// `None` as for [`SensorPose::looking`].
     #[must_use]
-    pub fn with_attitude(
+    pub(crate) fn with_attitude(
         plane: Plane,
         tool_from_camera: &Pose,
         base_from_tool: &UnitQuaternion<f64>,
@@ -84,7 +84,7 @@ impl SensorPose {
 
     /// The same sheet on another mounting.
     #[must_use]
-    pub fn carried_by(&self, tool_from_camera: &Pose) -> Self {
+    pub(crate) fn carried_by(&self, tool_from_camera: &Pose) -> Self {
         Self { camera_from_tool: tool_from_camera.inverse(), ..self.clone() }
     }
 
@@ -115,7 +115,7 @@ impl SensorPose {
     /// Distance of the tool's origin from the axis of the range through a station's point of the seam, m: what spinning the sensor there
     /// swings it by.
     #[must_use]
-    pub fn lever_m(&self, station: &Station) -> f64 {
+    pub(crate) fn lever_m(&self, station: &Station) -> f64 {
         let axis = self.camera_from_sheet * Vector3::z();
         let from_axis = self.camera_from_tool.translation.vector - self.point_in_camera(station);
         axis.cross(&from_axis).norm()

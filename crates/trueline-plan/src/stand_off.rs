@@ -11,7 +11,7 @@ const STEP: f64 = 1.02;
 /// Nearest and furthest stand-off at which the sensor, untilted, sees a seam in the middle of its stripe, m; `None` if there is
 /// none. The lines of sight of a camera meet its sheet in one stretch, so all between them will do.
 #[must_use]
-pub fn stand_offs_in_view(cell: &Cell) -> Option<[f64; 2]> {
+pub(crate) fn stand_offs_in_view(cell: &Cell) -> Option<[f64; 2]> {
     let sees = |stand_off_m: &f64| {
         let station = Station {
             seam_point: Vector3::zeros(),

@@ -113,13 +113,13 @@ const WRONG_GUESSES: u64 = 40;
 impl WrongCells {
     /// Those that a search asks.
     #[must_use]
-    pub fn for_search(cell: &Cell) -> Self {
+    pub(crate) fn for_search(cell: &Cell) -> Self {
         Self::sample(cell, SEARCH_SEED, SEARCH_CELLS)
     }
 
     /// Those that a promise is judged by.
     #[must_use]
-    pub fn for_promise(cell: &Cell) -> Self {
+    pub(crate) fn for_promise(cell: &Cell) -> Self {
         Self::sample(cell, PROMISE_SEED, PROMISE_CELLS)
     }
 
@@ -133,7 +133,7 @@ impl WrongCells {
 
     /// Some, to say how much worse a wrong guess makes the sigmas.
     #[must_use]
-    pub fn for_wrong_guesses(cell: &Cell) -> Self {
+    pub(crate) fn for_wrong_guesses(cell: &Cell) -> Self {
         Self::sample(cell, PROMISE_SEED, WRONG_GUESSES)
     }
 
@@ -178,7 +178,7 @@ const EXCEPTIONS: f64 = 0.05;
 /// Part of the frames that all other cells may lose.
 pub const LOSS: f64 = 0.05;
 /// Part of the frames that no cell may lose.
-pub const WORST_LOSS: f64 = 0.25;
+pub(crate) const WORST_LOSS: f64 = 0.25;
 
 /// What cells lose of their frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

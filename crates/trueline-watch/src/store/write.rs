@@ -97,7 +97,7 @@ impl Store {
     ///
     /// # Errors
     /// A database that cannot be written.
-    pub fn add_calibration(
+    pub(crate) fn add_calibration(
         &self,
         (sha256, name): (&str, &str),
         added_s: i64,
@@ -118,7 +118,7 @@ impl Store {
     ///
     /// # Errors
     /// A database that cannot be read.
-    pub fn line_of(&self, calibration: i64, content: &str) -> Result<Option<String>, StoreError> {
+    pub(crate) fn line_of(&self, calibration: i64, content: &str) -> Result<Option<String>, StoreError> {
         let text = "SELECT line FROM welds WHERE calibration = ?1 AND content = ?2";
         self.connection
             .query_row(text, params![calibration, content], |row| row.get(0))
@@ -153,7 +153,7 @@ impl Store {
     ///
     /// # Errors
     /// A database that cannot be written.
-    pub fn add_part(&self, calibration: i64, part: &Part) -> Result<i64, StoreError> {
+    pub(crate) fn add_part(&self, calibration: i64, part: &Part) -> Result<i64, StoreError> {
         let text = "INSERT INTO parts (calibration, seams) VALUES (?1, ?2)";
         self.connection
             .execute(text, params![calibration, codec::part_bytes(part)])
@@ -165,7 +165,7 @@ impl Store {
     ///
     /// # Errors
     /// A database that cannot be written.
-    pub fn keep_scatter(&self, part: i64, scatter: &Scatter) -> Result<(), StoreError> {
+    pub(crate) fn keep_scatter(&self, part: i64, scatter: &Scatter) -> Result<(), StoreError> {
         let text = "UPDATE parts SET scatter = ?2 WHERE id = ?1";
         let bytes = codec::scatter_bytes(scatter);
         self.connection.execute(text, params![part, bytes]).map(|_| ()).map_err(|e| self.failed(e))
@@ -220,7 +220,7 @@ impl Store {
     ///
     /// # Errors
     /// A database that cannot be written.
-    pub fn add_weld(&self, calibration: i64, weld: &NewWeld) -> Result<i64, StoreError> {
+    pub(crate) fn add_weld(&self, calibration: i64, weld: &NewWeld) -> Result<i64, StoreError> {
         let text = "INSERT INTO welds (calibration, part, content, name, watched_s, used, outliers, noise_factor, \
                     estimates, p_log10, line, statistic) VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)";
         let statistic = &weld.statistic;
