@@ -2,8 +2,9 @@
 //!
 //! Two neighbouring poses with 0.03 mm of noise, 4 ms apart, differ by a velocity of 10 mm/s that is no motion. In the
 //! derivative of a residual with respect to the time offset such a velocity looks like information: a weld that runs
-//! straight along its seam would seem to show its time offset. A cubic through the samples of [`half_window_s`] on either
-//! side has a twentieth of that noise, and its slope is right to 3 % for motions up to 5 Hz.
+//! straight along its seam would seem to show its time offset. A cubic through the samples of [`half_window_s`] on
+//! either side has a twentieth of that noise, and its slope is right to 0.4 % for a weave of 2 Hz and to 14 % for one
+//! of 5 Hz, by which a change of the time offset then seems larger.
 
 use nalgebra::{Matrix4, SMatrix, Vector3, Vector4};
 use trueline_geometry::{Trajectory, so3};
@@ -105,7 +106,8 @@ mod tests {
             of(&trajectory, 1.0).unwrap().velocity.x
         };
         assert!((weave(2.0) - 1.0).abs() < 0.005, "{}", weave(2.0));
-        assert!((weave(5.0) - 1.0).abs() < 0.13, "{}", weave(5.0));
+        // 13.5 % by the same formula; the next order makes it a little less.
+        assert!((weave(5.0) - 1.0).abs() < 0.14 && weave(5.0) < 1.0, "{}", weave(5.0));
     }
 
     #[test]
