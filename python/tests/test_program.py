@@ -1,5 +1,6 @@
 """The module beside the program: files, errors, threads, Ctrl-C."""
 
+import json
 import shutil
 import signal
 import subprocess
@@ -101,3 +102,14 @@ def test_the_page_and_the_plots_are_drawn() -> None:
         assert len(lines) == curves[quantity] and all(np.size(line.get_xdata()) == len(steps) for line in lines)
     with pytest.raises(ValueError, match="one of"):
         result.plot_convergence(of="everything")  # type: ignore[arg-type]
+
+
+def test_two_calibrations_are_compared_as_the_program_does(tmp_path: Path) -> None:
+    """Two scans of one sensor agree; a result whose sensor is a millimetre further along has moved."""
+    first = trueline.calibrate(trueline.simulate("good", seed=1))
+    second = trueline.calibrate(trueline.simulate("good", seed=2))
+    assert trueline.diff(first, second)["verdict"] == "same"
+    document = json.loads(json.dumps(second.document))
+    document["tool_from_camera"]["translation_mm"][0] += 1.0
+    (tmp_path / "moved.json").write_text(json.dumps(document))
+    assert trueline.diff(first, tmp_path / "moved.json")["verdict"] == "moved"
