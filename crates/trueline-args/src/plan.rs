@@ -57,7 +57,7 @@ pub struct PlanArgs {
     /// Robot programs of the path to write beside it
     #[arg(long, value_delimiter = ',', value_parser = one_of(&PROGRAMS))]
     pub program: Vec<Language>,
-    /// What `calibrate --use` will use, for the rehearsal; whole stripes need two tables `plates` in the cell's file that hold the seam
+    /// What `calibrate --use` will use; whole stripes need two tables `plates` in the cell's file that hold the seam
     #[arg(long = "use", value_name = "WHAT", value_parser = one_of(&MEASUREMENTS), default_value = "seam")]
     pub measurements: Measurements,
     /// How sigmas become one number

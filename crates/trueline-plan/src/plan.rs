@@ -8,7 +8,8 @@ use crate::mounted_arm::JointPath;
 use crate::prediction::Prediction;
 use crate::seam_goal::SeamGoal;
 use crate::shape::Shape;
-use crate::wrong_cells::Loss;
+use crate::target::Target;
+use crate::wrong_cells::{Loss, SeenBy};
 use nalgebra::DVector;
 use trueline_geometry::Pose;
 use trueline_method::Measurements;
@@ -22,7 +23,7 @@ pub struct PlanRequest {
     pub goal: Goal,
     /// The seam error that is wanted, if one is: then paths are compared by that.
     pub seam: Option<SeamGoal>,
-    /// What the calibration will be made of: whole stripes need a cell that names its plates. The search itself goes by seam points.
+    /// What the calibration will be made of: whole stripes need a cell that names its plates.
     pub measurements: Measurements,
     /// Shapes that may be used; the best wins.
     pub shapes: Vec<Shape>,
@@ -54,6 +55,8 @@ impl Default for PlanRequest {
 pub struct Plan {
     /// The motion.
     pub motion: Motion,
+    /// What its prediction is made of.
+    pub target: Target,
     /// What it promises at the guess, each frame counting as often as wrong cells see it.
     pub prediction: Prediction,
     /// What it uses of the limits, at the robot's own rate.
@@ -63,7 +66,7 @@ pub struct Plan {
     /// Angles of the arm's joints at each pose of the path; `None` where no arm is known.
     pub joints: Option<JointPath>,
     /// Share of those cells that see each frame.
-    pub seen_by: Vec<f64>,
+    pub seen_by: Vec<SeenBy>,
     /// Its score: see [`Goal::score`]; where a seam error is wanted, that over what is wanted.
     pub score: f64,
     /// The point of the unit box that the motion stands for.
@@ -91,6 +94,9 @@ pub enum PlanError {
     /// The seam has no length.
     #[error("the seam's two ends are one point")]
     NoSeam,
+    /// Whole stripes are asked for, and what they are on is not known.
+    #[error("the cell's file does not name the two plates that meet in the seam")]
+    NoPlates,
     /// No motion keeps to the limits.
     #[error(
         "no scan of {duration_s} s keeps to all limits: the best would use {percent:.0} % of the {name} allowed",
@@ -154,6 +160,9 @@ impl PlanError {
     pub fn hint(&self) -> &'static str {
         match self {
             Self::NoSeam => "give the points where the scan begins and ends",
+            Self::NoPlates => {
+                "two [[plates]], each with its normal into the free side; a point_mm of a plate is to be on it where it holds the seam"
+            }
             Self::NoRoom { constraint: Constraint::View, .. } => {
                 "measure the guess better and lower [guess_error]: 95 % of the cells that it allows must see the seam in 95 % of \
                  the frames. Where the view widens with the distance, a larger stand_off_mm helps"

@@ -7,13 +7,14 @@ use crate::motion::Motion;
 use crate::mounted_arm::{JointPath, NoStance, Stance};
 use crate::pattern;
 use crate::plan::{DURATION_S, PATH_PERIOD_S, Plan, PlanError, PlanRequest};
-use crate::prediction::{Prediction, Sights, UNKNOWNS};
-use crate::seam_goal::SeamGoal;
+
 use crate::search::Minimiser;
 use crate::shape::Shape;
+use crate::sights::Sights;
 use crate::stand_off::stand_offs_in_view;
+use crate::target::Target;
 use crate::truth::Truth;
-use crate::wrong_cells::{Views, WrongCells};
+use crate::wrong_cells::{SeenBy, Views, WrongCells};
 use nalgebra::DVector;
 use rayon::prelude::*;
 use trueline_geometry::Pose;
@@ -143,7 +144,7 @@ fn best_sound(found: impl Iterator<Item = Plan>, duration_s: f64) -> Result<Plan
     match best {
         Some(plan) if used <= 1.0 && plan.prediction.shows_all() => Ok(plan),
         Some(plan) if used <= 1.0 => {
-            Err(PlanError::NotShown { duration_s, rank: plan.prediction.rank, of: UNKNOWNS })
+            Err(PlanError::NotShown { duration_s, rank: plan.prediction.rank, of: plan.prediction.asked })
         }
         _ => Err(PlanError::NoRoom { duration_s, constraint, used }),
     }
@@ -170,6 +171,7 @@ struct Place<'a> {
     cell: &'a Cell,
     ask: &'a PlanRequest,
     truth: Truth,
+    target: Target,
     stride: usize,
     asked: WrongCells,
     judged: WrongCells,
@@ -179,10 +181,11 @@ struct Place<'a> {
 impl<'a> Place<'a> {
     fn of(cell: &'a Cell, ask: &'a PlanRequest) -> Result<Self, PlanError> {
         let truth = Truth::guessed(cell).ok_or(PlanError::NoSeam)?;
+        let target = Target::of(cell, ask.measurements).ok_or(PlanError::NoPlates)?;
         let stride = ((ROUGH_FRAMES_S / cell.frame_period_s) as usize).max(1);
         let (asked, judged) = (WrongCells::for_search(cell), WrongCells::for_promise(cell));
         let stance = stance(cell)?;
-        Ok(Self { cell, ask, truth, stride, asked, judged, stance })
+        Ok(Self { cell, ask, truth, target, stride, asked, judged, stance })
     }
 
     /// The joints' way along poses; `None` where no arm is known.
@@ -209,7 +212,8 @@ impl<'a> Place<'a> {
     /// What wrong cells see of some frames.
     fn look(&self, cells: &WrongCells, sights: &Sights, stride: usize) -> Views {
         let some = sights.list.iter().step_by(stride);
-        cells.look(self.cell, some.map(|sight| sight.placement.base_from_tool))
+        let poses = some.map(|sight| sight.placement.base_from_tool);
+        cells.look(self.cell, self.target.normals().as_ref(), poses)
     }
 }
 
@@ -340,38 +344,41 @@ impl Designs<'_> {
         if used > 1.0 {
             return BROKEN * used.min(4.0);
         }
-        let seen_by = (0..sights.list.len()).map(|k| views.seen_by[k / ROUGH_VIEWS]);
-        let seen_by: Vec<f64> = seen_by.collect();
-        let told = sights.told(cell, seen_by.iter().copied());
-        let by_seam = |goal: &SeamGoal| {
-            goal.left_m(cell, &sights, &seen_by).map_or(UNSEEN, |left_m| left_m / goal.wanted_m)
+        let every = self.place.target.rough_frames();
+        let sights = sights.thinned(every);
+        let seen_by: Vec<SeenBy> =
+            (0..sights.list.len()).map(|k| views.seen_by[k * every / ROUGH_VIEWS]).collect();
+        let measured = self.place.target.measured(cell, &self.place.truth, &sights, &seen_by);
+        let Some(covariance) = measured.covariance() else {
+            return measured.prediction().map_or(BROKEN, |prediction| unseen(prediction.rank));
         };
-        match told.covariance() {
-            Some(covariance) => match &ask.seam {
-                Some(goal) => by_seam(goal).min(UNSEEN),
-                None => ask.goal.smooth_score(&covariance).min(UNSEEN),
-            },
-            None => Prediction::of(&told).map_or(BROKEN, |prediction| unseen(prediction.rank)),
-        }
+        let score = match &ask.seam {
+            Some(goal) => {
+                measured.seam_error_m(goal, cell, &sights, &seen_by).map(|left_m| left_m / goal.wanted_m)
+            }
+            None => Some(ask.goal.smooth_score(&covariance)),
+        };
+        score.map_or(UNSEEN, |score| score.min(UNSEEN))
     }
 
     /// The plan with every frame looked at, and limits checked at the path's own rate, at which it may have to be a little slower.
     fn finished(&self, motion: Motion, point: DVector<f64>) -> Option<Plan> {
-        let Place { cell, ask, truth, stride, judged, .. } = self.place;
+        let Place { cell, ask, truth, target, stride, judged, .. } = self.place;
         let (motion, demand) = paced(cell, motion, PATH_PERIOD_S, 1.0);
         let sights = Sights::of(cell, &motion, truth, 1)?;
         let views = self.place.look(judged, &sights, *stride);
         let loss = views.loss();
-        let seen_by: Vec<f64> = (0..sights.list.len()).map(|k| views.seen_by[k / stride]).collect();
+        let seen_by: Vec<SeenBy> = (0..sights.list.len()).map(|k| views.seen_by[k / stride]).collect();
         let points = sights.list.iter().map(|sight| sight.point_in_camera);
         let constraints = demand.with_view(cell, points, &loss);
         let (constraints, joints) = self.place.with_arm(constraints, &motion, PATH_PERIOD_S);
-        let prediction = Prediction::of(&sights.told(cell, seen_by.iter().copied()))?;
+        let measured = target.measured(cell, truth, &sights, &seen_by);
+        let prediction = measured.prediction()?;
         let score = match &ask.seam {
-            Some(goal) => goal.left_m(cell, &sights, &seen_by)? / goal.wanted_m,
+            Some(goal) => measured.seam_error_m(goal, cell, &sights, &seen_by)? / goal.wanted_m,
             None => ask.goal.score(&prediction.covariance),
         };
-        Some(Plan { motion, prediction, constraints, loss, joints, seen_by, score, point })
+        Some(Plan { motion, target: *target, prediction, constraints, loss, joints, seen_by, score, point })
     }
 }
 

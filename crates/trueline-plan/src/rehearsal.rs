@@ -7,8 +7,8 @@
 use crate::cell::Cell;
 use crate::design::{DIMENSION, from_unit_box};
 use crate::motion::Motion;
-use crate::prediction::{Sight, Sights};
 use crate::shape::Shape;
+use crate::sights::{Sight, Sights};
 use crate::stripes_ahead::{plates, stripes_of};
 use crate::truth::Truth;
 use nalgebra::Vector3;

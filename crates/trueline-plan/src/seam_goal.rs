@@ -1,21 +1,22 @@
 //! A wanted seam error, and what a path leaves of it: quick enough for a search, which the rehearsal then confirms.
 //!
-//! Unknown are time offset, hand-eye, line and bow, and with what is known of them beforehand the sensor's five numbers of shape and the
-//! six of the feature's bias with the tilt. The robot's errors are a Gaussian process over the poses that is not estimated: it moves
+//! Unknown are time offset, hand-eye, line and bow (or the planes of both plates and how they are not flat), and with what is known of them
+//! beforehand the sensor's five numbers of shape and the six of the feature's bias with the tilt; in stripes the estimator does not look
+//! for that: what the seam points leave of it moves the estimate there. The robot's errors are a Gaussian process over the poses that is not estimated: it moves
 //! the estimate \[Schmidt1966\]. The seam error is the root mean square over the field that the scan visits, as in
 //! `trueline_method::assess::seam_error`.
 
 use crate::cell::Cell;
-use crate::prediction::{NoiseLeft, Sight, Sights};
+use crate::evidence::{Evidence, FrameRows, add_square};
 use crate::rehearsal::knowledge;
-use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
+use crate::sights::Sights;
+use nalgebra::{SMatrix, Vector2, Vector3};
 use trueline_dataset::SensorSetup;
 use trueline_geometry::so3;
 use trueline_method::assess::robot_field::{RobotSigmas, alike};
 use trueline_method::assess::tilt_bias::{BIAS, TiltBias};
 use trueline_method::input::shape_knowledge::ShapeCovariance;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
-use trueline_method::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT};
 use trueline_model::SheetShape;
 
 /// What is wanted of the seam error, and what is known beforehand of everything that adds to it.
@@ -33,16 +34,16 @@ pub struct SeamGoal {
     pub speed_m_s: f64,
 }
 
-/// Unknowns with the bias.
-const ALL: usize = LOCAL_ALL + BIAS;
 /// Robot errors change slowly along a path: of a search's frames about so many are asked.
 const ROBOT_POSES: usize = 36;
+/// So much is known of a number that is not estimated: one over its variance.
+const HELD: f64 = 1e150;
+/// Covariance of what is left of the bias, px per 10° of tilt.
+pub(crate) type BiasLeft = SMatrix<f64, BIAS, BIAS>;
 /// Points of the field along each axis.
 const GRID: usize = 3;
 /// Part of the points that may lie beyond either end of the field.
 const BEYOND: f64 = 0.02;
-
-type Square = SMatrix<f64, ALL, ALL>;
 
 impl SeamGoal {
     /// For a cell and what the sensor's file says; `None` where no scan of it can be made.
@@ -52,63 +53,104 @@ impl SeamGoal {
         Some(Self { wanted_m, shape, robot, bias_px, speed_m_s })
     }
 
-    /// The seam error that frames leave, each with its weight, m; `None` where something is not shown at all.
+    /// The seam error that frames leave, m; `None` where something is not shown at all. A is N and the numbers of the bias, which is
+    /// estimated with the rest, or moves the estimate by what is left of it.
     #[must_use]
-    pub fn left_m(&self, cell: &Cell, sights: &Sights, weights: &[f64]) -> Option<f64> {
-        let seen = self.seen(cell, sights, weights);
-        let mut information = sights.prior();
-        for frame in &seen {
-            information += frame.columns.transpose() * frame.columns * frame.weight;
-        }
-        let known = self.shape.cholesky()?.inverse();
-        let mut shape = information.fixed_view_mut::<5, 5>(LOCAL_BOWED, LOCAL_BOWED);
-        shape += known;
-        let bias = if self.bias_px > 0.0 { self.bias_px.powi(-2) } else { f64::MAX.sqrt() };
-        (LOCAL_ALL..ALL).for_each(|k| information[(k, k)] += bias);
+    pub(crate) fn left_m<const ROWS: usize, const N: usize, const A: usize>(
+        &self,
+        cell: &Cell,
+        sights: &Sights,
+        evidence: &Evidence<ROWS, N>,
+        bias_left: Option<BiasLeft>,
+    ) -> Option<f64> {
+        let seen = self.seen::<ROWS, N, A>(sights, evidence);
+        let mut information = self.told(evidence, &seen)?;
+        let by_bias = information.fixed_columns::<BIAS>(N).into_owned();
+        let known = if bias_left.is_some() { HELD } else { self.known_of_bias() };
+        (N..A).for_each(|k| information[(k, k)] += known);
         let covariance = inverse(&information)?;
-        let field = self.field(cell, sights, weights)?;
+        let field = self.field(cell, sights, evidence)?;
         let noise = (field * covariance).trace();
         let spread = covariance * field * covariance;
-        Some((noise + self.by_robot(&seen, &spread)).max(0.0).sqrt())
+        let moved = bias_left.map_or(0.0, |left| (by_bias.transpose() * spread * by_bias * left).trace());
+        Some((noise + moved + self.by_robot(&seen, &spread)).max(0.0).sqrt())
+    }
+
+    /// What seam points leave unknown of the bias; `None` where something is not shown at all.
+    pub(crate) fn bias_left<const ROWS: usize, const N: usize, const A: usize>(
+        &self,
+        sights: &Sights,
+        points: &Evidence<ROWS, N>,
+    ) -> Option<BiasLeft> {
+        let mut information = self.told(points, &self.seen::<ROWS, N, A>(sights, points))?;
+        (N..A).for_each(|k| information[(k, k)] += self.known_of_bias());
+        Some(inverse(&information)?.fixed_view::<BIAS, BIAS>(N, N).into_owned())
+    }
+
+    /// What is known of each number of the bias beforehand: one over its variance.
+    fn known_of_bias(&self) -> f64 {
+        if self.bias_px > 0.0 { self.bias_px.powi(-2) } else { HELD }
+    }
+
+    /// What frames tell, with what is known of form and shape beforehand; `None` for a shape that is known exactly.
+    fn told<const ROWS: usize, const N: usize, const A: usize>(
+        &self,
+        evidence: &Evidence<ROWS, N>,
+        seen: &[Seen<ROWS, A>],
+    ) -> Option<SMatrix<f64, A, A>> {
+        let mut information = SMatrix::<f64, A, A>::zeros();
+        (evidence.asked..evidence.shape).for_each(|k| information[(k, k)] = evidence.known_of_form);
+        for frame in seen {
+            add_square(&mut information, &frame.columns.transpose(), frame.weight);
+        }
+        information.fill_lower_triangle_with_upper_triangle();
+        let known = self.shape.cholesky()?.inverse();
+        let mut shape = information.fixed_view_mut::<5, 5>(evidence.shape, evidence.shape);
+        shape += known;
+        Some(information)
     }
 
     /// Whitened derivatives by all unknowns and the bias.
-    fn seen(&self, cell: &Cell, sights: &Sights, weights: &[f64]) -> Vec<Seen> {
-        let left = NoiseLeft::of(cell);
+    fn seen<const ROWS: usize, const N: usize, const A: usize>(
+        &self,
+        sights: &Sights,
+        evidence: &Evidence<ROWS, N>,
+    ) -> Vec<Seen<ROWS, A>> {
         let poses: Vec<_> = sights.list.iter().map(|sight| sight.placement.base_from_tool).collect();
         let tilt = TiltBias::about(&poses);
         let every = sights.list.len().div_ceil(ROBOT_POSES).max(1);
-        let frames = sights.list.iter().zip(weights).enumerate().filter(|(_, (_, weight))| **weight > 0.0);
-        let seen = frames.filter_map(|(k, (sight, weight))| {
-            let (whitener, by_px) = sight.whitener(cell, &left)?;
-            let mut columns = SMatrix::<f64, 2, ALL>::zeros();
-            columns.fixed_columns_mut::<LOCAL_ALL>(0).copy_from(&(whitener * sight.columns()));
-            let tilted = tilt.in_sensor(&sight.placement.tool_from_camera, &sight.placement);
+        let seen = evidence.frames.iter().map(|frame| {
+            let placement = &sights.list[frame.sight].placement;
+            let mut columns = SMatrix::<f64, ROWS, A>::zeros();
+            columns.fixed_columns_mut::<N>(0).copy_from(&frame.columns);
+            let tilted = tilt.in_sensor(&placement.tool_from_camera, placement);
             for axis in 0..3 {
-                let moved = whitener * by_px * tilted[axis];
-                columns.fixed_columns_mut::<2>(LOCAL_ALL + 2 * axis).copy_from(&moved);
+                columns.fixed_columns_mut::<2>(N + 2 * axis).copy_from(&(frame.by_px * tilted[axis]));
             }
-            let weight = weight * sights.stride() as f64;
-            let robot = k.is_multiple_of(every).then(|| self.robot_columns(sight, &whitener) * every as f64);
-            Some(Seen { columns, weight, robot, pose: sight.placement.base_from_tool })
+            let is_asked = frame.sight.is_multiple_of(every);
+            let robot = is_asked.then(|| self.robot_columns(frame) * every as f64);
+            Seen { columns, weight: frame.share * evidence.stride, robot, pose: placement.base_from_tool }
         });
         seen.collect()
     }
 
     /// How a unit of each of the robot's six errors moves the whitened residual.
-    fn robot_columns(&self, sight: &Sight, whitener: &Matrix2<f64>) -> SMatrix<f64, 2, 6> {
-        let placement = &sight.placement;
-        let in_tool = placement.tool_from_camera * nalgebra::Point3::from(sight.point_in_camera);
-        let arm = placement.base_from_tool.rotation * in_tool.coords;
-        let by_base = whitener * sight.onto_sheet();
-        let mut columns = SMatrix::<f64, 2, 6>::zeros();
-        columns.fixed_columns_mut::<3>(0).copy_from(&(by_base * self.robot.position_m));
-        columns.fixed_columns_mut::<3>(3).copy_from(&(by_base * so3::hat(&arm) * -self.robot.attitude_rad));
+    fn robot_columns<const ROWS: usize, const N: usize>(
+        &self,
+        frame: &FrameRows<ROWS, N>,
+    ) -> SMatrix<f64, ROWS, 6> {
+        let mut columns = SMatrix::<f64, ROWS, 6>::zeros();
+        columns.fixed_columns_mut::<3>(0).copy_from(&(frame.by_shift * self.robot.position_m));
+        columns.fixed_columns_mut::<3>(3).copy_from(&(frame.by_turn * self.robot.attitude_rad));
         columns
     }
 
     /// Σ k(i, j) tr(aᵢᵀ N aⱼ) with aᵢ what the robot's errors at a pose put into the gradient.
-    fn by_robot(&self, seen: &[Seen], spread: &Square) -> f64 {
+    fn by_robot<const ROWS: usize, const A: usize>(
+        &self,
+        seen: &[Seen<ROWS, A>],
+        spread: &SMatrix<f64, A, A>,
+    ) -> f64 {
         if self.robot == RobotSigmas::default() {
             return 0.0;
         }
@@ -130,17 +172,21 @@ impl SeamGoal {
     }
 
     /// The mean of YᵀY over the field: how the unknowns move a seam point that is measured later.
-    fn field(&self, cell: &Cell, sights: &Sights, weights: &[f64]) -> Option<Square> {
-        let seen = sights.list.iter().zip(weights).filter(|(_, weight)| **weight > 0.0);
-        let places: Vec<Vector2<f64>> =
-            seen.map(|(sight, _)| cell.sheet.coordinates(&sight.point_in_camera)).collect();
+    fn field<const ROWS: usize, const N: usize, const A: usize>(
+        &self,
+        cell: &Cell,
+        sights: &Sights,
+        evidence: &Evidence<ROWS, N>,
+    ) -> Option<SMatrix<f64, A, A>> {
+        let seen = evidence.frames.iter().map(|frame| &sights.list[frame.sight].point_in_camera);
+        let places: Vec<Vector2<f64>> = seen.map(|point| cell.sheet.coordinates(point)).collect();
         let ends: Vec<[f64; 2]> = (0..2).map(|axis| ends(&places, axis)).collect::<Option<_>>()?;
         let middle = sights.list.get(sights.list.len() / 2)?;
         let along = middle.placement.base_from_tool.rotation.inverse() * cell.seam.direction()?.into_inner();
         let origin = places.iter().sum::<Vector2<f64>>() / places.len() as f64;
         let shape = SheetShape::exact_about(&origin);
         let turn = cell.tool_from_camera.rotation.to_rotation_matrix().into_inner();
-        let mut sum = Square::zeros();
+        let mut sum = SMatrix::<f64, A, A>::zeros();
         for k in 0..GRID * GRID {
             let part = |axis: usize, k: usize| {
                 let [low, high] = ends[axis];
@@ -150,11 +196,11 @@ impl SeamGoal {
             let report = shape.reported(&there);
             let d_shape = turn * cell.sheet.axes() * -(report.d_true.try_inverse()? * report.d_shape);
             let point: Vector3<f64> = turn * cell.sheet.point(&there);
-            let mut slope = SMatrix::<f64, 3, ALL>::zeros();
+            let mut slope = SMatrix::<f64, 3, A>::zeros();
             slope.fixed_columns_mut::<1>(TIME_OFFSET).copy_from(&(along * -self.speed_m_s));
             slope.fixed_columns_mut::<3>(ROTATION).copy_from(&-so3::hat(&point));
             slope.fixed_columns_mut::<3>(TRANSLATION).fill_with_identity();
-            slope.fixed_columns_mut::<5>(LOCAL_BOWED).copy_from(&d_shape);
+            slope.fixed_columns_mut::<5>(evidence.shape).copy_from(&d_shape);
             sum += slope.transpose() * slope / (GRID * GRID) as f64;
         }
         Some(sum)
@@ -162,10 +208,10 @@ impl SeamGoal {
 }
 
 /// A frame's whitened derivatives.
-struct Seen {
-    columns: SMatrix<f64, 2, ALL>,
+struct Seen<const ROWS: usize, const A: usize> {
+    columns: SMatrix<f64, ROWS, A>,
     weight: f64,
-    robot: Option<SMatrix<f64, 2, 6>>,
+    robot: Option<SMatrix<f64, ROWS, 6>>,
     pose: trueline_geometry::Pose,
 }
 
@@ -177,18 +223,9 @@ fn ends(places: &[Vector2<f64>], axis: usize) -> Option<[f64; 2]> {
 }
 
 /// By Cholesky, scaled; `None` if it is singular.
-fn inverse(information: &Square) -> Option<Square> {
+fn inverse<const A: usize>(information: &SMatrix<f64, A, A>) -> Option<SMatrix<f64, A, A>> {
     let scale = information.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
-    let scaled = Square::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
+    let scaled = SMatrix::<f64, A, A>::from_fn(|i, j| information[(i, j)] * scale[i] * scale[j]);
     let inverse = scaled.cholesky()?.inverse();
-    Some(Square::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]))
-}
-
-impl Sights {
-    /// What is known of the bow beforehand.
-    fn prior(&self) -> Square {
-        let mut prior = Square::zeros();
-        (LOCAL_STRAIGHT..LOCAL_BOWED).for_each(|k| prior[(k, k)] = self.bow_sigma_m().powi(-2));
-        prior
-    }
+    Some(SMatrix::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]))
 }

@@ -1,10 +1,10 @@
-//! The stripes on both plates of a joint as a planned scan will show them, for the rehearsal of `calibrate --use stripe`.
+//! The stripes on both plates of a joint as a planned scan will show them, to `calibrate --use stripe`.
 //!
 //! The plates are two of the cell's that hold the seam; each reaches from it to the free side of the other. A stripe is known by two points
 //! whose errors are independent: of N columns with errors σ that are alike over 1.75 columns, σ √(2 · 1.75 / N) at ± ℓ/√3 of its middle.
 
 use crate::cell::Cell;
-use crate::prediction::Sight;
+use crate::sights::Sight;
 use crate::surroundings::Plate;
 use nalgebra::{Vector2, Vector3};
 use trueline_dataset::{Measured, PlateStripe, Sensor};
@@ -32,6 +32,53 @@ pub fn plates(cell: &Cell) -> Option<[Plate; 2]> {
     (one.normal.dot(&other.normal).abs() < PARALLEL).then_some([one, other])
 }
 
+/// From where to where the stripes on both plates are used, in the camera, m; the plates' normals are in the camera as well. `None` for a
+/// plate along the sheet.
+pub(crate) fn ends(
+    cell: &Cell,
+    normals: &[Vector3<f64>; 2],
+    corner: &Vector3<f64>,
+) -> [Option<[Vector3<f64>; 2]>; 2] {
+    let sheet = cell.sheet.plane().normal().into_inner();
+    [0, 1].map(|plate| {
+        let along = outward(&sheet, &normals[plate], &normals[1 - plate])?;
+        Some(FROM_SEAM_M.map(|m| corner + along * m))
+    })
+}
+
+/// The direction in which a plate's stripe leaves the corner: to the free side of the other plate.
+pub(crate) fn outward(
+    sheet: &Vector3<f64>,
+    normal: &Vector3<f64>,
+    other: &Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    let along = sheet.cross(normal).try_normalize(1e-3)?;
+    Some(along * along.dot(other).signum())
+}
+
+/// Whether all of a stripe is in view: of one that is cut off no use is made.
+pub(crate) fn is_in_view(cell: &Cell, ends: &[Vector3<f64>; 2]) -> bool {
+    ends.iter().all(|end| cell.view.contains(end))
+}
+
+/// A stripe's support points.
+pub(crate) struct Stripe {
+    /// Where they are in the camera, m.
+    pub places: [Vector3<f64>; 2],
+    /// Their noise, square to the stripe, as a part of a seam point's.
+    pub noise: f64,
+}
+
+/// The support points of a stripe between two ends; `None` where the camera does not see them.
+pub(crate) fn stripe(cell: &Cell, [from, to]: &[Vector3<f64>; 2]) -> Option<Stripe> {
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from) / 3.0_f64.sqrt());
+    let columns = match &cell.sensor {
+        Sensor::CameraLaser { camera, .. } => (camera.project(to)? - camera.project(from)?).norm(),
+        Sensor::Profiler | Sensor::Points { .. } => (to - from).norm() / PROFILE_STEP_M,
+    };
+    Some(Stripe { places: [middle - half, middle + half], noise: (2.0 * ALIKE / columns).sqrt() })
+}
+
 /// The stripes of a frame, those that are in view; `normal` draws standard normal numbers.
 pub(crate) fn stripes_of(
     cell: &Cell,
@@ -42,42 +89,35 @@ pub(crate) fn stripes_of(
 ) -> Vec<PlateStripe> {
     let camera_from_base = sight.placement.base_from_camera().rotation.inverse();
     let normals = [0, 1].map(|k| camera_from_base * plates[k].normal.into_inner());
-    let sheet = cell.sheet.plane().normal().into_inner();
-    let mut one = |plate: usize| {
-        let along = sheet.cross(&normals[plate]).try_normalize(1e-3)?;
-        let along = along * along.dot(&normals[1 - plate]).signum();
-        let [from, to] = FROM_SEAM_M.map(|m| sight.point_in_camera + along * m);
-        let in_view = cell.view.contains(&from) && cell.view.contains(&to);
-        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from) / 3.0_f64.sqrt());
-        let places = [middle - half, middle + half];
-        if in_view { supports(cell, [from, to], places, normal) } else { None }
+    let mut one = |ends: [Vector3<f64>; 2]| {
+        if is_in_view(cell, &ends) { supports(cell, &ends, normal) } else { None }
     };
-    let found = [one(0), one(1)];
+    let found = ends(cell, &normals, &sight.point_in_camera).map(|ends| one(ends?));
     let known = (0_u32..).zip(found).filter_map(|(plate, found)| Some((plate, found?)));
     known
         .map(|(plate, (points, sigma))| PlateStripe { stamp_ns, frame: None, plate, points, sigma })
         .collect()
 }
 
-/// What the sensor reports of two points of a stripe between two ends, and how well, px or m.
+/// What the sensor reports of the support points of a stripe between two ends, and how well, px or m.
 fn supports(
     cell: &Cell,
-    [from, to]: [Vector3<f64>; 2],
-    places: [Vector3<f64>; 2],
+    ends: &[Vector3<f64>; 2],
     normal: &mut impl FnMut() -> f64,
 ) -> Option<([Measured; 2], f64)> {
+    let Stripe { places, noise } = stripe(cell, ends)?;
+    let [from, to] = ends;
     match &cell.sensor {
         Sensor::CameraLaser { camera, .. } => {
-            let along = camera.project(&to)? - camera.project(&from)?;
-            let (columns, across) = (along.norm(), Vector2::new(-along.y, along.x).normalize());
-            let sigma = cell.noise.feature_px * (2.0 * ALIKE / columns).sqrt();
+            let along = camera.project(to)? - camera.project(from)?;
+            let across = Vector2::new(-along.y, along.x).normalize();
+            let sigma = cell.noise.feature_px * noise;
             let mut seen = |at: &Vector3<f64>| Some(camera.project(at)? + across * (sigma * normal()));
             let [a, b] = [seen(&places[0])?, seen(&places[1])?];
             Some(([Measured::Pixel(a.into()), Measured::Pixel(b.into())], sigma))
         }
         Sensor::Profiler | Sensor::Points { .. } => {
-            let columns = (to - from).norm() / PROFILE_STEP_M;
-            let sigma = cell.noise.feature_m * (2.0 * ALIKE / columns).sqrt();
+            let sigma = cell.noise.feature_m * noise;
             let across = cell.sheet.plane().normal().cross(&(to - from)).normalize();
             let mut seen = |at: &Vector3<f64>| {
                 let at = at + across * (sigma * normal());

@@ -4,8 +4,9 @@
 
 use crate::cell::Cell;
 use crate::seam::Seam;
+use crate::stripes_ahead::{ends, is_in_view};
 use crate::truth::Truth;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitVector3, Vector3};
 use trueline_geometry::Pose;
 use trueline_model::sheet_residual::MIN_SINE;
 
@@ -24,8 +25,8 @@ impl ToolPose {
 
 /// What becomes of one frame.
 enum Frame {
-    /// It sees the seam.
-    Seen,
+    /// It sees the seam, there in the camera.
+    Seen(Vector3<f64>),
     /// The seam is out of view.
     OutOfView,
     /// The sheet meets the line beyond an end of the seam.
@@ -71,12 +72,26 @@ impl WrongCell {
         Some(Truth { tool_from_camera: self.tool_from_camera, line: self.seam.line()? })
     }
 
-    /// Whether a frame taken at a pose of the tool sees the seam.
+    /// What a frame taken at a pose of the tool sees of the seam, and of plates with these normals.
     #[must_use]
-    pub fn sees(&self, cell: &Cell, base_from_tool: &Pose) -> bool {
-        matches!(self.frame(cell, &ToolPose::of(base_from_tool)), Frame::Seen)
+    pub(crate) fn sees(
+        &self,
+        cell: &Cell,
+        plates: Option<&[UnitVector3<f64>; 2]>,
+        base_from_tool: &Pose,
+    ) -> SeenBy {
+        let tool = ToolPose::of(base_from_tool);
+        let mut seen = SeenBy::default();
+        if let Frame::Seen(corner) = self.frame(cell, &tool) {
+            seen.seam = 1.0;
+            if let Some(which) = plates.and_then(|normals| self.stripes(cell, &tool, (normals, &corner))) {
+                seen.stripes[which] = 1.0;
+            }
+        }
+        seen
     }
 
+    /// Where the sheet meets the line, and what becomes of the frame.
     fn frame(&self, cell: &Cell, tool: &ToolPose) -> Frame {
         let middle = tool.tool_from_base * (self.middle - tool.origin);
         let direction = tool.tool_from_base * self.direction;
@@ -89,8 +104,38 @@ impl WrongCell {
         if !cell.view.contains(&in_camera) {
             return Frame::OutOfView;
         }
-        if along.abs() > self.half_length_m { Frame::BeyondEnd } else { Frame::Seen }
+        if along.abs() > self.half_length_m { Frame::BeyondEnd } else { Frame::Seen(in_camera) }
     }
+
+    /// Which of two plates' stripes are in view about a corner, as an index into [`SeenBy::stripes`]; the plates turn with the seam.
+    fn stripes(
+        &self,
+        cell: &Cell,
+        tool: &ToolPose,
+        (normals, corner): (&[UnitVector3<f64>; 2], &Vector3<f64>),
+    ) -> Option<usize> {
+        let held = |normal: &UnitVector3<f64>| {
+            let normal = normal.into_inner() - self.direction * self.direction.dot(normal);
+            self.camera_from_tool * (tool.tool_from_base * normal)
+        };
+        let ends = ends(cell, &normals.each_ref().map(held), corner);
+        let is_seen = ends.map(|ends| ends.is_some_and(|ends| is_in_view(cell, &ends)));
+        match is_seen {
+            [true, false] => Some(0),
+            [false, true] => Some(1),
+            [true, true] => Some(2),
+            [false, false] => None,
+        }
+    }
+}
+
+/// Share of the cells that see something in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SeenBy {
+    /// The seam.
+    pub seam: f64,
+    /// With it the stripe of the first plate alone, of the second alone, and both; zero where plates are not looked at.
+    pub stripes: [f64; 3],
 }
 
 /// A sample of cells.
@@ -107,6 +152,8 @@ const PROMISE_SEED: u64 = 1 << 32;
 const SEARCH_CELLS: u64 = 120;
 /// Cells that a promise is judged by.
 const PROMISE_CELLS: u64 = 240;
+/// Of so many cells one is asked for the stripes: each weighs the frames alike, and no limit hangs on them.
+const STRIPES_ONE_IN: usize = 4;
 /// See [`WrongCells::for_wrong_guesses`].
 const WRONG_GUESSES: u64 = 40;
 
@@ -142,22 +189,36 @@ impl WrongCells {
         self.cells.iter()
     }
 
-    /// What all of them see of frames taken at these poses.
+    /// What all of them see of frames taken at these poses, and of plates with these normals.
     #[must_use]
-    pub fn look(&self, cell: &Cell, poses: impl Iterator<Item = Pose>) -> Views {
+    pub(crate) fn look(
+        &self,
+        cell: &Cell,
+        plates: Option<&[UnitVector3<f64>; 2]>,
+        poses: impl Iterator<Item = Pose>,
+    ) -> Views {
         let mut views =
             Views { seen_by: Vec::new(), lost: vec![[0; 2]; self.cells.len()], cells: self.cells.len() };
+        let asked = self.cells.len().div_ceil(STRIPES_ONE_IN);
         for pose in poses {
             let tool = ToolPose::of(&pose);
-            let mut seen = 0_u32;
-            for (wrong, [out_of_view, beyond_end]) in self.cells.iter().zip(&mut views.lost) {
+            let (mut seen, mut stripes) = (0_u32, [0_u32; 3]);
+            for (k, (wrong, [out_of_view, beyond_end])) in self.cells.iter().zip(&mut views.lost).enumerate()
+            {
                 match wrong.frame(cell, &tool) {
-                    Frame::Seen => seen += 1,
+                    Frame::Seen(corner) => {
+                        seen += 1;
+                        let plates = plates.filter(|_| k < asked);
+                        let which = plates.and_then(|n| wrong.stripes(cell, &tool, (n, &corner)));
+                        which.into_iter().for_each(|which| stripes[which] += 1);
+                    }
                     Frame::OutOfView => *out_of_view += 1,
                     Frame::BeyondEnd => *beyond_end += 1,
                 }
             }
-            views.seen_by.push(f64::from(seen) / self.cells.len().max(1) as f64);
+            let share = |count: u32, of: usize| f64::from(count) / of.max(1) as f64;
+            let stripes = stripes.map(|count| share(count, asked));
+            views.seen_by.push(SeenBy { seam: share(seen, self.cells.len()), stripes });
         }
         views
     }
@@ -167,7 +228,7 @@ impl WrongCells {
 #[derive(Clone, Debug)]
 pub struct Views {
     /// Share of the cells that see each frame.
-    pub seen_by: Vec<f64>,
+    pub seen_by: Vec<SeenBy>,
     /// Frames that each cell loses: out of view, beyond an end.
     lost: Vec<[u32; 2]>,
     cells: usize,

@@ -7,7 +7,7 @@ use trueline_plan::constraints::Constraint;
 use trueline_plan::plan::PATH_PERIOD_S;
 use trueline_plan::rehearsal::rehearse;
 use trueline_plan::rehearsed_plan::{RehearsedPlan, least_seam_error};
-use trueline_plan::{CellFiles, PlanRequest, Rehearsal, SeamGoal, Shape, cell_toml};
+use trueline_plan::{CellFiles, PlanError, PlanRequest, Rehearsal, SeamGoal, Shape, cell_toml, plan};
 
 /// The example's cell, with more under `[limits]`, and more in its sensor's file.
 fn files(limits: &str, sensor: &str) -> CellFiles {
@@ -80,13 +80,19 @@ fn a_spun_pass_keeps_the_limits_and_pays_where_the_bias_is_what_is_left() {
     assert!(plan.constraints.used(Constraint::View) <= 1.0);
 }
 
+/// A fillet of 90° about the example's seam, its opening towards the sensor, which looks down.
+const PLATES: &str = "\n[[plates]]\nnormal = [-0.127023, 0.695640, 0.707072]\n[[plates]]\nnormal = [0.113104, -0.698038, 0.707072]\n";
+
+fn with_plates(sensor: &str) -> CellFiles {
+    let one = files("", sensor);
+    CellFiles::of(Path::new("cell.toml"), format!("{}{PLATES}", one.cell_text), one.sensor_text.clone())
+        .unwrap()
+}
+
 #[test]
 fn whole_stripes_of_two_plates_leave_less_and_cells_without_plates_have_none() {
-    // A fillet of 90° about the example's seam, its opening towards the sensor, which looks down.
-    let plates = "\n[[plates]]\nnormal = [-0.127023, 0.695640, 0.707072]\n[[plates]]\nnormal = [0.113104, -0.698038, 0.707072]\n";
     let one = files("", "[robot]\naccuracy_mm = 0.0");
-    let cell_text = format!("{}{plates}", one.cell_text);
-    let both = CellFiles::of(Path::new("cell.toml"), cell_text, one.sensor_text.clone()).unwrap();
+    let both = with_plates("[robot]\naccuracy_mm = 0.0");
     let (_, made) = planned(&both, Shape::TwoPasses, 15.0);
     let left = |measurements| rehearse(&both.cell, &both.setup, measurements, &made.plan.motion).unwrap();
     let (seam, stripe) = (left(Measurements::Seam), left(Measurements::Stripe));
@@ -95,4 +101,28 @@ fn whole_stripes_of_two_plates_leave_less_and_cells_without_plates_have_none() {
     // Twice 25 mm of stripe know far more than the point where they meet (on a good scan a third, with the robot's noise as the floor).
     assert!(noise(&stripe) < 0.8 * noise(&seam), "{} of {}", noise(&stripe), noise(&seam));
     assert!(rehearse(&one.cell, &one.setup, Measurements::Stripe, &made.plan.motion).is_none());
+    let ask = PlanRequest { measurements: Measurements::Stripe, ..PlanRequest::default() };
+    assert_eq!(plan(&one.cell, &ask, &|| ()).unwrap_err(), PlanError::NoPlates);
+}
+
+#[test]
+fn the_seam_error_of_stripes_that_is_searched_for_is_the_one_that_a_calibration_states() {
+    for sensor in ["", "[robot]\naccuracy_mm = 0.0"] {
+        let files = with_plates(sensor);
+        let seam = SeamGoal::of(&files.cell, &files.setup, 0.05e-3);
+        let ask = PlanRequest {
+            seam,
+            measurements: Measurements::Stripe,
+            shapes: vec![Shape::TwoPasses],
+            evaluations: 800,
+            duration_s: 15.0,
+            ..PlanRequest::default()
+        };
+        let made = least_seam_error(&files.cell, &files.setup, &ask, &|| ()).unwrap();
+        let rehearsal = made.rehearsal.unwrap();
+        assert!(rehearsal.accepted && rehearsal.by_stripes);
+        let ratio = made.plan.score * ask.seam.unwrap().wanted_m / rehearsal.seam_error.unwrap().rms_m;
+        // As for seam points: a finer grid and field there, and measured noise.
+        assert!((0.75..1.25).contains(&ratio), "{sensor}: {ratio}");
+    }
 }

@@ -10,7 +10,7 @@ use crate::plan_summary::{self, Source};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;
-use trueline_plan::prediction::exposures;
+use trueline_plan::sights::exposures;
 use trueline_plan::{Cell, Plan, Prediction};
 
 /// Times at which the motion is drawn.
@@ -197,7 +197,7 @@ fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
     let exposed: Vec<f64> = exposures(cell, &plan.motion, 1).collect();
     let x = columns.add(exposed.iter().copied());
     let room = columns.add(exposed.iter().map(|t| 100.0 * cell.view.room(&plan.motion.point_in_camera(*t))));
-    let seen = columns.add(plan.seen_by.iter().map(|share| 100.0 * share));
+    let seen = columns.add(plan.seen_by.iter().map(|share| 100.0 * share.seam));
     Block::Chart(Chart {
         id: "room",
         title: "Who sees the seam",

@@ -15,7 +15,7 @@ use trueline_plan::rehearsed_plan::{RehearsedPlan, least_seam_error, shortest_th
 use trueline_plan::shortest::shortest;
 use trueline_plan::stripes_ahead::plates;
 use trueline_plan::{
-    Cell, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, cell_toml, plan, prediction,
+    Cell, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, cell_toml, outlook, plan,
 };
 use trueline_report::{plan_page, plan_summary};
 
@@ -45,8 +45,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         plan: &made.plan,
         rehearsal: made.rehearsal.as_ref(),
         asked,
-        wrong_guess: &prediction::wrong_guesses(&cell, &made.plan.motion),
-        over_time: &prediction::over_time(&cell, &made.plan.motion, &made.plan.seen_by, TIMES),
+        wrong_guess: &outlook::wrong_guesses(&cell, &made.plan),
+        over_time: &outlook::over_time(&cell, &made.plan, TIMES),
         command: &output::command_line(),
     };
     output::file(&args.out.join("sensor.toml"), &sensor_text)?;

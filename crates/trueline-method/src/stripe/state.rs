@@ -8,7 +8,7 @@ use trueline_geometry::{Pose, se3};
 use trueline_model::{Plate, SheetShape};
 
 /// Standard deviation of each surface term before the scan, m.
-pub(crate) const SURFACE_SIGMA_M: f64 = 0.2e-3;
+pub const SURFACE_SIGMA_M: f64 = 0.2e-3;
 
 /// One value of all unknowns; see [`StripeUnknowns`] for their order in the tangent.
 #[derive(Clone, Debug, PartialEq)]

@@ -14,15 +14,15 @@ use std::ops::Range;
 use trueline_model::{Plate, SheetShape};
 
 /// First index of the planes.
-pub(crate) const PLANES: usize = LINES;
+pub const PLANES: usize = LINES;
 /// Numbers of the two planes of a joint.
 pub(crate) const PLANES_OF_JOINT: usize = 2 * Plate::DIMENSION;
 /// Numbers of their surfaces.
 pub(crate) const SURFACES_OF_JOINT: usize = 2 * Plate::SURFACE;
 /// Where the surfaces begin among the unknowns that one frame depends on.
-pub(crate) const LOCAL_SURFACES: usize = PLANES + PLANES_OF_JOINT;
+pub const LOCAL_SURFACES: usize = PLANES + PLANES_OF_JOINT;
 /// Where the shape begins there.
-pub(crate) const LOCAL_SHAPE: usize = LOCAL_SURFACES + SURFACES_OF_JOINT;
+pub const LOCAL_SHAPE: usize = LOCAL_SURFACES + SURFACES_OF_JOINT;
 /// All that one frame can depend on.
 pub const LOCAL_ALL: usize = LOCAL_SHAPE + SheetShape::DIMENSION;
 

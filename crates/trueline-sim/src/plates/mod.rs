@@ -8,5 +8,5 @@ mod stripes;
 mod surface;
 
 pub use profiles::{ProfileLook, scan_profiles};
-pub use stripes::scan_plates;
+pub use stripes::{scan_plates, scan_plates_along};
 pub use surface::{PlateForm, Plates};

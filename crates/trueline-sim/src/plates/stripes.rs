@@ -5,7 +5,7 @@ use crate::capture::SheetAxes;
 use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Shutter};
-use crate::{motion::Motion, simulate};
+use crate::{motion::Motion, simulate_along};
 use nalgebra::{Matrix2, Point3, Vector2, Vector3};
 use trueline_dataset::{Feature, Measured, PlateStripe, Recording};
 use trueline_geometry::Pose;
@@ -23,10 +23,21 @@ const SMALL_M: f64 = 1e-6;
 /// or a line.
 #[must_use]
 pub fn scan_plates(scenario: &Scenario, plates: &Plates, seed: u64) -> Option<Recording> {
-    let SensorModel::CameraLaser { camera, .. } = &scenario.cell.sensor else { return None };
-    let mut recording = simulate(scenario, seed)?;
-    recording.features.clear();
     let motion = Motion::new(scenario)?;
+    scan_plates_along(scenario, plates, &|time_s| motion.base_from_tool(time_s), seed)
+}
+
+/// The same where the robot moves as it is told: `base_from_tool` gives its true pose at a time since the start, s.
+#[must_use]
+pub fn scan_plates_along(
+    scenario: &Scenario,
+    plates: &Plates,
+    base_from_tool: &dyn Fn(f64) -> Pose,
+    seed: u64,
+) -> Option<Recording> {
+    let SensorModel::CameraLaser { camera, .. } = &scenario.cell.sensor else { return None };
+    let mut recording = simulate_along(scenario, base_from_tool, seed);
+    recording.features.clear();
     let sheet = SheetAxes::of(&scenario.cell.sensor);
     let both = PlateInBase::both(scenario, plates)?;
     let view = View { camera, sheet: &sheet, plates };
@@ -37,7 +48,7 @@ pub fn scan_plates(scenario: &Scenario, plates: &Plates, seed: u64) -> Option<Re
         if chance.happens(scenario.disturbance.drop_fraction) {
             continue;
         }
-        let base_from_camera = motion.base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
+        let base_from_camera = base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
         let seen = both.each_ref().map(|plate| view.stripe(plate, &base_from_camera, &mut noise));
         let [Some(left), Some(right)] = seen else { continue };
         let Some((pixel, sigma)) = crossing(&left, &right).and_then(|at| view.distorted(&at)) else {

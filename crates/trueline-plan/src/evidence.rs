@@ -1,0 +1,82 @@
+//! What frames say together: their residuals, whitened, with the derivatives by everything that moves them.
+
+use crate::criterion::SensorCovariance;
+use crate::prediction::Prediction;
+use nalgebra::{DMatrix, SMatrix};
+
+/// The whitened residuals of a frame.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameRows<const ROWS: usize, const N: usize> {
+    /// The frame, counted among the sights.
+    pub sight: usize,
+    /// Share of the cells that see it like this.
+    pub share: f64,
+    /// By the unknowns.
+    pub columns: SMatrix<f64, ROWS, N>,
+    /// By a shift along the picture's rows and across them, px.
+    pub by_px: SMatrix<f64, ROWS, 2>,
+    /// By a displacement of the robot in base, m.
+    pub by_shift: SMatrix<f64, ROWS, 3>,
+    /// By a turn of the robot in base, rad.
+    pub by_turn: SMatrix<f64, ROWS, 3>,
+}
+
+/// The frames of a scan. Unknowns are those that are asked for, then the form of what is seen, then the sensor's shape.
+#[derive(Clone, Debug)]
+pub(crate) struct Evidence<const ROWS: usize, const N: usize> {
+    /// Each frame; more than one of a frame of which some cells see less.
+    pub frames: Vec<FrameRows<ROWS, N>>,
+    /// Frames that each stands for.
+    pub stride: f64,
+    /// How many unknowns are asked for.
+    pub asked: usize,
+    /// Where the sensor's shape begins.
+    pub shape: usize,
+    /// What is known of each number of the form beforehand: one over its variance.
+    pub known_of_form: f64,
+}
+
+impl<const ROWS: usize, const N: usize> Evidence<ROWS, N> {
+    /// What the first so many sights tell of everything but the shape, K unknowns, with what is known of the form beforehand.
+    fn told<const K: usize>(&self, until: usize) -> SMatrix<f64, K, K> {
+        let mut information = SMatrix::<f64, K, K>::zeros();
+        for frame in self.frames.iter().filter(|frame| frame.sight < until) {
+            let rows = frame.columns.fixed_columns::<K>(0).transpose();
+            add_square(&mut information, &rows, frame.share);
+        }
+        information.fill_lower_triangle_with_upper_triangle();
+        let mut told = information * self.stride;
+        (self.asked..self.shape).for_each(|k| told[(k, k)] += self.known_of_form);
+        told
+    }
+
+    /// The covariance of clock and hand-eye in a hurry, the sensor taken for exact; `None` if something is not shown at all.
+    pub(crate) fn covariance<const K: usize>(&self) -> Option<SensorCovariance> {
+        let told = self.told::<K>(usize::MAX);
+        let scale = told.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
+        let scaled = SMatrix::<f64, K, K>::from_fn(|i, j| told[(i, j)] * scale[i] * scale[j]);
+        let inverse = scaled.cholesky()?.inverse();
+        Some(SensorCovariance::from_fn(|i, j| inverse[(i, j)] * scale[i] * scale[j]))
+    }
+
+    /// What the first so many sights promise, the sensor taken for exact; `None` if that is not finite.
+    pub(crate) fn prediction<const K: usize>(&self, until: usize) -> Option<Prediction> {
+        let told = self.told::<K>(until);
+        Prediction::of(&DMatrix::from_column_slice(K, K, told.as_slice()), self.asked)
+    }
+}
+
+/// Adds J Jᵀ w to the upper half of a symmetric sum; J has a column for each residual.
+pub(crate) fn add_square<const ROWS: usize, const N: usize>(
+    sum: &mut SMatrix<f64, N, N>,
+    rows: &SMatrix<f64, N, ROWS>,
+    weight: f64,
+) {
+    for (j, mut column) in sum.column_iter_mut().enumerate() {
+        let by: [f64; ROWS] = std::array::from_fn(|row| rows[(j, row)]);
+        for (i, sum) in column.iter_mut().take(j + 1).enumerate() {
+            let product = (1..ROWS).fold(rows[(i, 0)] * by[0], |sum, row| sum + rows[(i, row)] * by[row]);
+            *sum += product * weight;
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! A plan's promise as the scan goes on, and where the guess is wrong.
+
+use crate::cell::Cell;
+use crate::plan::Plan;
+use crate::prediction::Prediction;
+use crate::sights::{Sights, exposures};
+use crate::truth::Truth;
+use crate::wrong_cells::{SeenBy, WrongCells};
+use trueline_method::problem::parameters::LINES;
+
+/// The prediction as the scan goes on: time (s) and what is known until then, at so many times.
+#[must_use]
+pub fn over_time(cell: &Cell, plan: &Plan, times: usize) -> Vec<(f64, Prediction)> {
+    let truth = Truth::guessed(cell);
+    let sights = truth.and_then(|truth| Some((truth, Sights::of(cell, &plan.motion, &truth, 1)?)));
+    let Some((truth, sights)) = sights else { return Vec::new() };
+    let measured = plan.target.measured(cell, &truth, &sights, &plan.seen_by);
+    let every = sights.list.len().div_ceil(times).max(1);
+    let ends = (1..=sights.list.len()).filter(|n| n % every == 0 || *n == sights.list.len());
+    ends.filter_map(|n| Some((sights.list[n - 1].time_s, measured.prediction_until(n)?))).collect()
+}
+
+/// Standard deviations of the same motion where the guess is wrong, by anything within its error: of each component the
+/// one that 95 % of such cells stay below.
+#[must_use]
+pub fn wrong_guesses(cell: &Cell, plan: &Plan) -> [f64; LINES] {
+    let stride = (exposures(cell, &plan.motion, 1).count() / 200).max(1);
+    let normals = plan.target.normals();
+    let sigmas: Vec<[f64; LINES]> = WrongCells::for_wrong_guesses(cell)
+        .iter()
+        .map(|wrong| {
+            let promised = wrong.truth().and_then(|truth| {
+                let sights = Sights::of(cell, &plan.motion, &truth, stride)?;
+                let sees = |pose| wrong.sees(cell, normals.as_ref(), pose);
+                let seen: Vec<SeenBy> =
+                    sights.list.iter().map(|sight| sees(&sight.placement.base_from_tool)).collect();
+                plan.target.measured(cell, &truth, &sights, &seen).prediction()
+            });
+            let promised = promised.filter(Prediction::shows_all);
+            std::array::from_fn(|k| promised.as_ref().map_or(f64::INFINITY, |p| p.sigma(k)))
+        })
+        .collect();
+    std::array::from_fn(|k| {
+        let mut of_one: Vec<f64> = sigmas.iter().map(|s| s[k]).collect();
+        of_one.sort_by(f64::total_cmp);
+        of_one[(0.95 * (of_one.len() - 1) as f64).round() as usize]
+    })
+}
