@@ -8,7 +8,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;
 use trueline_plan::design::Sweep;
-use trueline_plan::{Cell, Goal, Plan, Prediction, Rehearsal};
+use trueline_plan::{Cell, Goal, Plan, Prediction, Rehearsal, Shape};
 
 /// All that is told of a plan.
 pub struct Source<'a> {
@@ -161,9 +161,15 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
     facts.push(("where the guess is wrong".to_owned(), chances(source)));
     facts.extend(rehearsed(source));
     facts.extend(arm_summary::fact(cell, plan));
+    if plan.motion.design().shape == Shape::Spun {
+        facts.push(("for".to_owned(), SPUN.to_owned()));
+    }
     facts.push(("not checked".to_owned(), arm_summary::not_checked(cell).to_owned()));
     facts
 }
+
+/// What is to be known of a path with a pass that is spun.
+const SPUN: &str = "the robot's own program (--program): `trueline scan` guides no path that turns by half a turn";
 
 /// What calibrating the planned scan says.
 fn rehearsed(source: &Source<'_>) -> Vec<(String, String)> {

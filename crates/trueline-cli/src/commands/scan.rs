@@ -48,7 +48,10 @@ pub(crate) fn run(args: &ScanArgs) -> Result<ExitCode, Failure> {
 
 fn refused(args: &ScanArgs, error: &PathError) -> Failure {
     let hint = match error {
-        PathError::TooShort { .. } | PathError::TimeStands { .. } | PathError::Attitude { .. } => {
+        PathError::Attitude { .. } => {
+            "a path with a pass that is spun by half a turn is for the robot's own program (`trueline plan --program`); others do not jump"
+        }
+        PathError::TooShort { .. } | PathError::TimeStands { .. } => {
             "a path is what `trueline plan` writes, or a robot.csv with poses at rising times"
         }
         _ => {
