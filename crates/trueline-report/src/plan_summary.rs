@@ -169,7 +169,8 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
 }
 
 /// What is to be known of a path with a pass that is spun.
-const SPUN: &str = "the robot's own program (--program): `trueline scan` guides no path that turns by half a turn";
+const SPUN: &str =
+    "the robot's own program (--program): `trueline scan` guides no path that turns by half a turn";
 
 /// What calibrating the planned scan says.
 fn rehearsed(source: &Source<'_>) -> Vec<(String, String)> {
