@@ -23,9 +23,9 @@ const WORSE: f64 = 1.5;
 const LOG_RATIO: f64 = 5.0;
 /// Errors that are tried, times those of the robot that is assumed.
 const TRIED: [f64; 12] = [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 50.0];
-/// Directions of which the other unknowns leave less than this part of the strongest are theirs: the robot's constant part is the
-/// hand-eye transform's.
-const LEAST: f64 = 1e-6;
+/// Variance over that of the noise with which the assumed errors must show along a direction. Where they would not, whatever else is
+/// wrong decides how large they seem; among those are the directions of the robot's constant part, which is the hand-eye transform's.
+const VISIBLE: f64 = 1.0;
 
 /// The errors that the residuals of a solution show, whose covariance's root is `root`; `None` where they are not plainly larger than
 /// those that were taken. What is not plainly larger stays as it was taken.
@@ -40,7 +40,7 @@ pub(crate) fn shown(
     let scores = Scores::of(problem, at, root, assumed)?;
     let [position, attitude] = [0, 1].map(|kind| scores.beside_others(kind));
     let taken_times = [taken.position_m / assumed.position_m, taken.attitude_rad / assumed.attitude_rad];
-    if attitude.explained() > position.explained() {
+    if attitude.gain(taken_times[1]) > position.gain(taken_times[0]) {
         let times = attitude.times(taken_times[1], scores.squares)?;
         Some(RobotSigmas { attitude_rad: times * assumed.attitude_rad, ..taken })
     } else {
@@ -49,7 +49,7 @@ pub(crate) fn shown(
     }
 }
 
-/// Eigenvalues of S and what the score is along each direction.
+/// Eigenvalues of S and what the score is along each direction, where the errors that are assumed would show above the noise.
 struct Beside(Vec<(f64, f64)>);
 
 impl Beside {
@@ -58,17 +58,30 @@ impl Beside {
         self.0.iter().map(|(value, score)| score * score / value).sum()
     }
 
+    /// Of errors that are so many times those that are assumed.
+    fn log_likelihood(&self, times: f64) -> f64 {
+        let of = |(value, score): &(f64, f64)| {
+            let variance = value + times * times * value * value;
+            -0.5 * (variance.ln() + score * score / variance)
+        };
+        self.0.iter().map(of).sum::<f64>()
+    }
+
+    /// The most likely multiple.
+    fn best(&self) -> f64 {
+        let likeliest = |a: &f64, b: &f64| self.log_likelihood(*a).total_cmp(&self.log_likelihood(*b));
+        TRIED.into_iter().max_by(likeliest).unwrap_or(1.0)
+    }
+
+    /// By how much the most likely multiple is likelier than `taken` times, as a logarithm.
+    fn gain(&self, taken: f64) -> f64 {
+        self.log_likelihood(self.best()) - self.log_likelihood(taken)
+    }
+
     /// How many times larger than assumed the errors are; `None` where they are not plainly larger than `taken` times.
     fn times(&self, taken: f64, squares: f64) -> Option<f64> {
-        let log_likelihood = |times: f64| {
-            let of = |(value, score): &(f64, f64)| {
-                let variance = value + times * times * value * value;
-                -0.5 * (variance.ln() + score * score / variance)
-            };
-            self.0.iter().map(of).sum::<f64>()
-        };
-        let best = TRIED.into_iter().max_by(|a, b| log_likelihood(*a).total_cmp(&log_likelihood(*b)))?;
-        let is_worse = best > WORSE * taken && log_likelihood(best) > log_likelihood(taken) + LOG_RATIO;
+        let best = self.best();
+        let is_worse = best > WORSE * taken && self.gain(taken) > LOG_RATIO;
         (is_worse && self.explained() > EXPLAINS * squares).then_some(best)
     }
 }
@@ -136,12 +149,11 @@ impl Scores {
         let chosen: Vec<usize> = (0..self.score.len()).filter(|k| k / 3 % 2 == kind).collect();
         let cross = self.cross.select_columns(&chosen);
         let raw = self.own.select_columns(&chosen).select_rows(&chosen);
-        let least = LEAST * raw.diagonal().max();
         let own = raw - cross.transpose() * &cross;
         let eigen = ((&own + own.transpose()) * 0.5).symmetric_eigen();
         let beside = self.score.select_rows(&chosen) - cross.transpose() * &self.others;
         let score = eigen.eigenvectors.transpose() * beside;
         let pairs = eigen.eigenvalues.iter().copied().zip(score.iter().copied());
-        Beside(pairs.filter(|(value, _)| *value > least).collect())
+        Beside(pairs.filter(|(value, _)| *value > VISIBLE).collect())
     }
 }

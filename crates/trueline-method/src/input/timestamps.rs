@@ -76,6 +76,12 @@ const GRAIN_WINDOW: usize = 200;
 /// Rounded stamps stray by a grain from an even tick; jitter before rounding and the fit of the tick add to it.
 const STRAYS: f64 = 1.4;
 
+/// Usual steps of fewer grains may be single ticks of a clock that ticks in grains, with rows lost between.
+const MANY_GRAINS: i64 = 3;
+
+/// RMS distance from an even tick, in grains, where no rows can be lost: 0.29 of rounding, and jitter of up to half a grain.
+const STRAYS_RMS: f64 = 0.6;
+
 /// The multiple of which all stamps are, in ns, if it is coarse and rounding is why: the stamps are an even tick to
 /// within a grain. Rows that are lost from a clock of just that period leave it further and further.
 fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
@@ -94,24 +100,46 @@ fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
         return None;
     }
     let windows: Vec<&[i64]> = stamps_ns.chunks(GRAIN_WINDOW).filter(|window| is_ragged(window)).collect();
-    let even = windows.iter().filter(|window| strays_ns(window) <= STRAYS * grain as f64).count();
+    let is_even = |window: &&&[i64]| {
+        let Strays { range_ns, rms_ns } = strays(window);
+        let usual = usual_step_ns(window);
+        if usual >= MANY_GRAINS * grain {
+            rms_ns <= STRAYS_RMS * grain as f64
+        } else {
+            range_ns <= STRAYS * grain as f64
+        }
+    };
+    let even = windows.iter().filter(is_even).count();
     (even > 0 && even * 10 >= windows.len() * 8).then_some(grain)
 }
 
 /// Whether more than one step in fifty is not the usual one: a row lost now and then is no rounding.
 fn is_ragged(stamps_ns: &[i64]) -> bool {
-    let mut steps: Vec<i64> = stamps_ns.windows(2).map(|w| w[1] - w[0]).collect();
-    if steps.len() < GRAIN_WINDOW / 4 {
+    let steps = stamps_ns.len() - 1;
+    if steps < GRAIN_WINDOW / 4 {
         return false;
     }
-    steps.sort_unstable();
-    let usual = steps[steps.len() / 2];
-    let others = steps.iter().filter(|step| (*step - usual).abs() > 1000).count();
-    others * 50 > steps.len()
+    let usual = usual_step_ns(stamps_ns);
+    let others = stamps_ns.windows(2).filter(|w| (w[1] - w[0] - usual).abs() > 1000).count();
+    others * 50 > steps
 }
 
-/// How far stamps stray from an even tick through the window, from the earliest to the latest, ns.
-fn strays_ns(stamps_ns: &[i64]) -> f64 {
+/// Median step of two stamps or more.
+fn usual_step_ns(stamps_ns: &[i64]) -> i64 {
+    let mut steps: Vec<i64> = stamps_ns.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_unstable();
+    steps[steps.len() / 2]
+}
+
+/// How far stamps stray from an even tick through a window.
+struct Strays {
+    /// From the earliest to the latest, ns.
+    range_ns: f64,
+    /// Root mean square, ns.
+    rms_ns: f64,
+}
+
+fn strays(stamps_ns: &[i64]) -> Strays {
     let n = stamps_ns.len() as f64;
     let at = |k: usize| (stamps_ns[k] - stamps_ns[0]) as f64;
     let centre = 0.5 * (n - 1.0);
@@ -119,10 +147,10 @@ fn strays_ns(stamps_ns: &[i64]) -> f64 {
     let slope = (0..stamps_ns.len()).map(|k| (k as f64 - centre) * (at(k) - mean)).sum::<f64>()
         / (n * (n * n - 1.0) / 12.0);
     let off = |k: usize| at(k) - mean - slope * (k as f64 - centre);
-    let (least, most) = (0..stamps_ns.len())
+    let (least, most, squares) = (0..stamps_ns.len())
         .map(off)
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-    most - least
+        .fold((f64::INFINITY, f64::NEG_INFINITY, 0.0), |(a, b, sum), x| (a.min(x), b.max(x), sum + x * x));
+    Strays { range_ns: most - least, rms_ns: (squares / n).sqrt() }
 }
 
 /// Samples that move by less than this part of a grain over a recording stay at the same place in it.
