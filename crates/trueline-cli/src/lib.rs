@@ -13,7 +13,6 @@ mod live_screen;
 mod live_watch;
 mod opening;
 mod output;
-mod overlay;
 mod path_file;
 mod picture_progress;
 mod picture_report;

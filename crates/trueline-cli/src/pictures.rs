@@ -2,7 +2,6 @@
 
 use crate::failure::Failure;
 use crate::output;
-use crate::overlay::OverlayFolder;
 use crate::picture_progress::PictureProgress;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -10,6 +9,7 @@ use trueline_dataset::{PictureFolder, folder};
 use trueline_open::Told;
 use trueline_open::detector;
 use trueline_open::error::hint_of_pictures;
+use trueline_vision::overlay_folder::OverlayFolder;
 use trueline_vision::scan::{ExaminedPicture, ScanError, ScanObserver, ScanSeams, Stage};
 use trueline_vision::{Joint, PictureRegion, StripeChoice, find_seams};
 

@@ -13,6 +13,7 @@ pub mod locate;
 pub mod measure;
 mod not_found;
 pub mod overlay;
+pub mod overlay_folder;
 pub mod picture;
 pub mod picture_light;
 pub mod profile;

@@ -1,13 +1,13 @@
-//! Pictures that show a person what was found in a frame.
+//! A folder of pictures that show a person what was found in a frame.
 
-use crate::failure::Failure;
+use crate::overlay::Canvas;
+use crate::scan::{ExaminedPicture, ScanError};
 use std::path::Path;
-use trueline_dataset::{WholeFolder, gray_png};
-use trueline_vision::overlay::Canvas;
-use trueline_vision::scan::{ExaminedPicture, ScanError};
+use trueline_dataset::{Error, WholeFolder, gray_png};
 
-/// A new folder for such pictures.
-pub(crate) struct OverlayFolder {
+/// A new folder for such pictures; it appears whole or not at all.
+#[derive(Debug)]
+pub struct OverlayFolder {
     whole: WholeFolder,
     /// Every how many pictures one is drawn.
     every: usize,
@@ -15,18 +15,27 @@ pub(crate) struct OverlayFolder {
 
 impl OverlayFolder {
     /// Begins the folder.
-    pub(crate) fn create(folder: &Path, every: usize, replace: bool) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// A folder that has something in it, unless it may be replaced, or that cannot be made.
+    pub fn create(folder: &Path, every: usize, replace: bool) -> Result<Self, Error> {
         Ok(Self { whole: WholeFolder::begin(folder, replace)?, every })
     }
 
     /// Gives the folder its name.
-    pub(crate) fn finish(self) -> Result<(), Failure> {
-        Ok(self.whole.finish()?)
+    ///
+    /// # Errors
+    /// As of [`WholeFolder::finish`].
+    pub fn finish(self) -> Result<(), Error> {
+        self.whole.finish()
     }
 
     /// Draws a picture with its line segments and its seam, if it is one that is drawn; a picture without a seam says
     /// so in its name.
-    pub(crate) fn draw(&self, picture: &ExaminedPicture<'_>) -> Result<(), ScanError> {
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn draw(&self, picture: &ExaminedPicture<'_>) -> Result<(), ScanError> {
         if !picture.number.is_multiple_of(self.every) {
             return Ok(());
         }
