@@ -2,12 +2,13 @@
 
 use crate::failure::Failure;
 use crate::named::{choice, not_negative, positive, sigmas};
+use nalgebra::Vector3;
 use pyo3::prelude::*;
 use std::num::NonZeroUsize;
 use trueline::{Config, Hold, ResidualKind, Stamps};
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
-use trueline_method::{HeldSigma, Measurements, SensorMode};
+use trueline_method::{DrawnLine, HeldSigma, Measurements, SensorMode};
 
 /// Keywords of `calibrate`; what is `None` keeps its default.
 #[derive(FromPyObject)]
@@ -35,6 +36,8 @@ pub(crate) struct Options {
     align_clocks: bool,
     require: [Option<f64>; 3],
     fixed_sigma: [Option<f64>; 3],
+    drawn_line: Vec<[[f64; 3]; 2]>,
+    drawn_line_sigma_mm: Option<f64>,
 }
 
 impl Options {
@@ -66,6 +69,7 @@ impl Options {
                 rotation_rad: held.rotation_rad,
                 translation_m: held.translation_m,
             },
+            drawn_lines: drawn_lines(&self.drawn_line, self.drawn_line_sigma_mm)?,
             threads: self.threads.map_or(1, NonZeroUsize::get),
             ..Config::default()
         };
@@ -98,6 +102,37 @@ impl Options {
         check_held(&config)?;
         Ok(config)
     }
+}
+
+/// Lines of a drawing, each through two points in mm, known to `sigma_mm`.
+fn drawn_lines(lines: &[[[f64; 3]; 2]], sigma_mm: Option<f64>) -> Result<Vec<DrawnLine>, Failure> {
+    let Some(sigma_mm) = positive("drawn_line_sigma_mm", sigma_mm)? else {
+        return if lines.is_empty() {
+            Ok(Vec::new())
+        } else {
+            Err(Failure::new(
+                "drawn_line: it is not said how well its points are known",
+                "add drawn_line_sigma_mm=0.05",
+            ))
+        };
+    };
+    if lines.is_empty() {
+        return Err(Failure::new(
+            "drawn_line_sigma_mm: no line is given",
+            "add drawn_line=[((1150, 80, 120), (1450, 80, 120))]",
+        ));
+    }
+    let line = |(k, points): (usize, &[[f64; 3]; 2])| {
+        let finite = points.iter().flatten().all(|x| x.is_finite());
+        let drawn = DrawnLine::through(k, points.map(|point| Vector3::from(point) * 1e-3), sigma_mm * 1e-3);
+        drawn.filter(|_| finite).ok_or_else(|| {
+            Failure::new(
+                format!("drawn_line: {:?} and {:?} name no line", points[0], points[1]),
+                "give two points of the seam in the robot's base, in mm, far apart",
+            )
+        })
+    };
+    lines.iter().enumerate().map(line).collect()
 }
 
 /// The paper's residual takes the sensor for exact.

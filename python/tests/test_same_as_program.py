@@ -129,6 +129,22 @@ def test_what_was_held_with_a_sigma_is_held_likewise(tmp_path: Path) -> None:
         trueline.calibrate(folder, fixed_sigma_mm=0.1)
 
 
+def test_a_drawn_seam_is_held_likewise(tmp_path: Path) -> None:
+    folder = tmp_path / "scan"
+    trueline.simulate("quick", seed=9).write(folder)
+    points = ((1051.476, 62.909, 118.995), (1248.524, 97.091, 121.005))
+    held = trueline.calibrate(folder, drawn_line=[points], drawn_line_sigma_mm=0.05)
+    text = ":".join(",".join(str(x) for x in point) for point in points)
+    done = program(
+        "calibrate", str(folder), "--drawn-line", text, "--drawn-line-sigma-mm", "0.05", "--json", "-", "--quiet"
+    )
+    assert held.json().strip() == done.stdout.strip(), done.stderr
+    with pytest.raises(trueline.TruelineError, match="how well"):
+        trueline.calibrate(folder, drawn_line=[points])
+    with pytest.raises(trueline.TruelineError, match="no line"):
+        trueline.calibrate(folder, drawn_line_sigma_mm=0.05)
+
+
 def test_the_corrected_sensor_is_what_write_sensor_writes(tmp_path: Path) -> None:
     folder, file = tmp_path / "scan", tmp_path / "corrected.toml"
     stated_uncertainty(folder)

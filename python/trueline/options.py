@@ -8,13 +8,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypeAlias, TypedDict, get_type_hints
 
 Held: TypeAlias = Literal["time-offset", "hand-eye"]
+Segment: TypeAlias = tuple[Sequence[float], Sequence[float]]
 
 
 class Options(TypedDict, total=False):
     """Options of a calibration; those of ``trueline calibrate`` by their names with underscores.
 
     ``sensor_mode`` is ``--sensor``; ``require_…`` are the parts of ``--require``, ``fixed_sigma_…`` those of
-    ``--fixed-sigma``.
+    ``--fixed-sigma``. ``drawn_line`` lists two points for each seam, each three numbers in mm.
     """
 
     use: Literal["auto", "seam", "stripe", "both"]
@@ -24,6 +25,8 @@ class Options(TypedDict, total=False):
     fixed_sigma_ms: float
     fixed_sigma_deg: float
     fixed_sigma_mm: float
+    drawn_line: Sequence[Segment]
+    drawn_line_sigma_mm: float
     stamps: Literal["auto", "raw", "regular"]
     sensor_mode: Literal["fixed", "prior", "free"]
     robot_accuracy_mm: float
@@ -58,7 +61,7 @@ def as_compiled(options: Options) -> dict[str, Any]:
     ValueError
         For less than one thread.
     """
-    taken = {"fix": [], "accept_partial": False, "align_clocks": False}
+    taken = {"fix": [], "drawn_line": [], "accept_partial": False, "align_clocks": False}
     every = dict.fromkeys(Options.__annotations__) | taken | checked(options, Options)
     if every["threads"] is not None and every["threads"] < 1:
         raise ValueError(f"threads: expected one or more, found {every['threads']}")
@@ -72,6 +75,7 @@ WORDS: dict[Any, tuple[Any, str]] = {
     int: (numbers.Integral, "a whole number"),
     bool: (bool, "True or False"),
     Held | Sequence[Held]: (str | list | tuple, "a name or a list of names"),
+    Sequence[Segment]: (list | tuple, "a list of pairs of points"),
     str | os.PathLike[str]: (str | os.PathLike, "a path"),
 }
 """What a value may be by its hint, and what that is called; everything else is a name."""

@@ -1,17 +1,19 @@
 //! `trueline calibrate`.
 
 use crate::choice::{Choice, one_of};
+use crate::drawn_line;
 use crate::features::{JOINTS, JointChoice};
 use crate::number::{above_zero, zero_or_more};
 use crate::requirement;
 use crate::sensor::board;
 use clap::{Args, ValueEnum};
+use nalgebra::Vector3;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use trueline_lsq::Loss;
 use trueline_method::hypotheses::choice::{KnownOfCell, ToolAxis};
 use trueline_method::{
-    Config, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Use,
+    Config, DrawnLine, HeldSigma, Hold, Measurements, Requirement, ResidualKind, SensorMode, Stamps, Use,
 };
 use trueline_sensor::Board;
 
@@ -23,6 +25,7 @@ use trueline_sensor::Board;
   trueline calibrate scan --require translation=0.1mm,time=0.1ms
   trueline calibrate scan --initial guess.toml --accept-partial
   trueline calibrate scan --initial guess.toml --fix time-offset
+  trueline calibrate scan --drawn-line 1150,80,120:1450,80,120 --drawn-line-sigma-mm 0.05
   trueline calibrate scan --residual point-to-line --report paper.html
   trueline calibrate scan --write-sensor corrected.toml
   trueline calibrate scan --use both --json -
@@ -67,6 +70,18 @@ pub struct CalibrateArgs {
     /// How well what --fix holds is known, one sigma: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse, requires = "fix")]
     pub fixed_sigma: Option<Requirement>,
+    /// Hold the seam where a drawing has it: two of its points in the robot's base, mm. For several seams give it once for each, in their order
+    #[arg(
+        long,
+        value_name = "X,Y,Z:X,Y,Z",
+        value_parser = drawn_line::points_m,
+        allow_hyphen_values = true,
+        requires = "drawn_line_sigma_mm"
+    )]
+    pub drawn_line: Vec<[Vector3<f64>; 2]>,
+    /// How well each of these points is known, one sigma to any side, mm
+    #[arg(long, value_name = "MM", value_parser = above_zero, requires = "drawn_line")]
+    pub drawn_line_sigma_mm: Option<f64>,
     /// Expected noise of a feature, px
     #[arg(long, value_parser = above_zero)]
     pub feature_sigma_px: Option<f64>,
@@ -150,6 +165,7 @@ impl CalibrateArgs {
                 rotation_rad: sigma.rotation_rad,
                 translation_m: sigma.translation_m,
             }),
+            drawn_lines: self.drawn_lines(),
             feature_sigma_px: self.feature_sigma_px.unwrap_or(defaults.feature_sigma_px),
             feature_sigma_m: self.feature_sigma_mm.map_or(defaults.feature_sigma_m, |mm| mm * 1e-3),
             robot_sigma_m: self.robot_sigma_mm.map(|mm| mm * 1e-3),
@@ -169,16 +185,23 @@ impl CalibrateArgs {
             ..defaults
         }
     }
+
+    fn drawn_lines(&self) -> Vec<DrawnLine> {
+        let sigma_m = self.drawn_line_sigma_mm.unwrap_or_default() * 1e-3;
+        let lines = self.drawn_line.iter().enumerate();
+        lines.filter_map(|(line, points)| DrawnLine::through(line, *points, sigma_m)).collect()
+    }
 }
 
 /// Options that say nothing of a board.
-const OF_SEAMS: [&str; 24] = [
+const OF_SEAMS: [&str; 25] = [
     "measurements",
     "initial",
     "residual",
     "loss",
     "fix",
     "fixed_sigma",
+    "drawn_line",
     "feature_sigma_px",
     "feature_sigma_mm",
     "robot_sigma_mm",

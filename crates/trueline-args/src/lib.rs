@@ -24,6 +24,7 @@ mod calibrate;
 mod camera_sim;
 mod choice;
 mod diff;
+mod drawn_line;
 mod evaluate;
 mod export;
 mod features;

@@ -99,6 +99,27 @@ fn a_guess_and_a_hold() {
     assert!(held["sigma"]["time_offset_s"].is_null());
 }
 
+/// The preset's seam through two of its points; how well they are known is what the seam error owes to them.
+#[test]
+fn a_seam_is_held_where_a_drawing_has_it() {
+    let dir = tempfile::tempdir().unwrap();
+    assert_eq!(code(&trueline(dir.path(), &["simulate", "--out", "scan", "--quiet"])), 0);
+    let drawn = "1051.476,62.909,118.995:1248.524,97.091,121.005";
+    let held_mm = |sigma_mm: &str| {
+        let words = ["scan", "--drawn-line", drawn, "--drawn-line-sigma-mm", sigma_mm];
+        let (_, result) = calibrate_json(dir.path(), &words);
+        let line = &result["options"]["drawn_lines"][0];
+        assert_eq!(line["anchor_mm"][0], 1051.476, "{line}");
+        assert_eq!(line["offset_sigma_mm"].as_f64().unwrap().to_string(), sigma_mm);
+        result["seam_error"]["budget_mm"]["held"].as_f64().unwrap()
+    };
+    // It is linear in what is said of the points.
+    let (coarse, fine) = (held_mm("0.5"), held_mm("0.05"));
+    assert!(fine > 0.0 && (coarse / fine - 10.0).abs() < 0.01, "{coarse} {fine}");
+    let missing = trueline(dir.path(), &["calibrate", "scan", "--drawn-line", drawn]);
+    assert_eq!(code(&missing), 2);
+}
+
 #[test]
 fn a_wanted_accuracy_that_is_not_met_exits_1_with_the_reason() {
     let dir = tempfile::tempdir().unwrap();

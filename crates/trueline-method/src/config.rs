@@ -1,6 +1,7 @@
 //! What a user may choose; every field has a sensible default.
 
 use crate::hypotheses::choice::KnownOfCell;
+use nalgebra::{UnitVector3, Vector3};
 use trueline_geometry::Line;
 use trueline_lsq::Loss;
 
@@ -67,6 +68,24 @@ pub struct DrawnLine {
     pub direction_sigma_rad: f64,
     /// Standard deviation of its place to any side, amid the scan, m.
     pub offset_sigma_m: f64,
+}
+
+impl DrawnLine {
+    /// Nearer points name no direction, m.
+    const NEAREST_M: f64 = 1e-3;
+
+    /// Through two points in base, each known to `sigma_m` to any side; `None` for points less than a millimetre apart.
+    #[must_use]
+    pub fn through(line: usize, points_in_base: [Vector3<f64>; 2], sigma_m: f64) -> Option<Self> {
+        let [from, to] = points_in_base;
+        let direction = UnitVector3::try_new(to - from, Self::NEAREST_M)?;
+        Some(Self {
+            line,
+            line_in_base: Line::new(from, &direction),
+            direction_sigma_rad: std::f64::consts::SQRT_2 * sigma_m / (to - from).norm(),
+            offset_sigma_m: sigma_m,
+        })
+    }
 }
 
 /// Which stamps are believed.

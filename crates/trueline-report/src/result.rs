@@ -3,9 +3,9 @@
 use crate::number::positive_w;
 use crate::{checks, facts, seam_error, stripes};
 use trueline_dataset::result_file::{
-    self, Covariance, IterationEntry, IterationLine, LineEntry, LinePosition, Observability, Options,
-    OutlierEntry, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry, SCHEMA_VERSION, Sigma,
-    TimeOffsetUse, Tool, UnobservableEntry,
+    self, Covariance, DrawnLineOptions, IterationEntry, IterationLine, LineEntry, LinePosition,
+    Observability, Options, OutlierEntry, PoseEntry, RequireOptions, Residuals, ResultFile, RivalEntry,
+    SCHEMA_VERSION, Sigma, TimeOffsetUse, Tool, UnobservableEntry,
 };
 use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
@@ -15,7 +15,7 @@ use trueline_method::hypotheses::ambiguity::RivalAnswer;
 use trueline_method::problem::parameters::{self, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::solve::iteration_record::IterationRecord;
 use trueline_method::verdict::Axis;
-use trueline_method::{Calibration, Config, Status};
+use trueline_method::{Calibration, Config, DrawnLine, Status};
 
 /// The whole result.
 #[must_use]
@@ -233,6 +233,12 @@ pub fn options(config: &Config) -> Options {
         residual: config.residual.name().to_owned(),
         loss: format!("{:?}", config.final_loss()),
         fix: config.hold.iter().map(|hold| hold.name().to_owned()).collect(),
+        fixed_sigma: RequireOptions {
+            time_offset_s: config.held_sigma.time_s,
+            rotation_rad: config.held_sigma.rotation_rad,
+            translation_mm: config.held_sigma.translation_m.map(|m| m * MM_PER_M),
+        },
+        drawn_lines: config.drawn_lines.iter().map(drawn_line).collect(),
         feature_sigma_px: config.feature_sigma_px,
         feature_sigma_mm: config.feature_sigma_m * MM_PER_M,
         robot_sigma_mm: config.robot_sigma_m.map(|m| m * MM_PER_M),
@@ -252,5 +258,15 @@ pub fn options(config: &Config) -> Options {
         speed_mm_s: config.used_at.speed_m_s * MM_PER_M,
         stand_off_mm: config.used_at.stand_off_m.map(|m| m * MM_PER_M),
         offset_search_s: config.offset_search_s,
+    }
+}
+
+fn drawn_line(drawn: &DrawnLine) -> DrawnLineOptions {
+    DrawnLineOptions {
+        line: drawn.line,
+        anchor_mm: (drawn.line_in_base.anchor() * MM_PER_M).into(),
+        direction: drawn.line_in_base.direction().into(),
+        direction_sigma_rad: drawn.direction_sigma_rad,
+        offset_sigma_mm: drawn.offset_sigma_m * MM_PER_M,
     }
 }

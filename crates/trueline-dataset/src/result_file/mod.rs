@@ -25,7 +25,7 @@ pub use checks::{
     Residuals, RunnerUp,
 };
 pub use fact::Fact;
-pub use options::{Options, RequireOptions};
+pub use options::{DrawnLineOptions, Options, RequireOptions};
 pub use rival::RivalEntry;
 pub use seam_error::{BudgetEntry, FieldEntry, SeamErrorEntry};
 pub use sensor::{SensorEntry, UncorrectedEntry};

@@ -16,6 +16,10 @@ pub struct Options {
     pub loss: String,
     /// What was held fixed.
     pub fix: Vec<String>,
+    /// How well that is known; null is exactly.
+    pub fixed_sigma: RequireOptions,
+    /// Lines that were held where a drawing has them.
+    pub drawn_lines: Vec<DrawnLineOptions>,
     /// Expected noise of a feature where the recording does not say.
     pub feature_sigma_px: f64,
     /// The same of sensors that report lengths.
@@ -48,7 +52,23 @@ pub struct Options {
     pub offset_search_s: f64,
 }
 
-/// Largest standard deviations that are accepted; null asks for nothing.
+/// A line of a drawing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct DrawnLineOptions {
+    /// Its number among the features.
+    pub line: usize,
+    /// A point of it, in base.
+    pub anchor_mm: [f64; 3],
+    /// Unit vector along it, in base.
+    pub direction: [f64; 3],
+    /// Standard deviation of its direction about any axis.
+    pub direction_sigma_rad: f64,
+    /// Standard deviation of its place to any side.
+    pub offset_sigma_mm: f64,
+}
+
+/// Standard deviations of the time offset and the hand-eye transform; null is none.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
