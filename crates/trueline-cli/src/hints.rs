@@ -43,7 +43,9 @@ fn for_warning(warning: &Warning) -> Option<&'static str> {
         Warning::UnusualNoise { .. } => {
             Some("--feature-sigma-px or --feature-sigma-mm states the noise of the sensor")
         }
-        Warning::SensorOff { .. } => Some("--write-sensor FILE writes the corrected sensor"),
+        Warning::SensorOff { .. } | Warning::LensOff { .. } => {
+            Some("--write-sensor FILE writes the corrected sensor")
+        }
         Warning::MirrorBySensor => Some(
             "`trueline plan` finds a scan that tells them apart; --sensor fixed takes the sensor for exact",
         ),

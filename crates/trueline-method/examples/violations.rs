@@ -14,55 +14,120 @@ use trueline_model::LaserSheet;
 use trueline_sim::capture::{SheetAxes, measure};
 use trueline_sim::{Fault, Preset, Scenario, random_cell, simulate_with_faults};
 
-/// Each row: its name, and the faults as `trueline simulate --fault` takes them.
-const ROWS: [(&str, &[&str]); 46] = [
-    ("none", &[]),
-    ("plane offset 0.05 mm", &["plane-offset=0.05"]),
-    ("plane offset 0.1 mm", &["plane-offset=0.1"]),
-    ("plane offset 0.25 mm", &["plane-offset=0.25"]),
-    ("plane offset 1 mm", &["plane-offset=1"]),
-    ("plane tilt 0.1° about the stripe", &["plane-tilt-stripe=0.1"]),
-    ("plane tilt 0.1° along it", &["plane-tilt-range=0.1"]),
-    ("plane tilt 0.5° about the stripe", &["plane-tilt-stripe=0.5"]),
-    ("plane tilt 0.5° along it", &["plane-tilt-range=0.5"]),
-    ("focal +0.2 %", &["focal=0.2"]),
-    ("focal +0.5 %", &["focal=0.5"]),
-    ("principal point u +20 px", &["principal-point-u=20"]),
-    ("principal point v +5 px", &["principal-point-v=5"]),
-    ("principal point v +20 px", &["principal-point-v=20"]),
-    ("distortion left out (k1)", &["distortion=-0.08"]),
-    ("bow 0.2 mm, lateral", &["bow-across=0.2"]),
-    ("bow 0.2 mm, height", &["bow-height=0.2"]),
-    ("bow 0.5 mm", &["bow-across=0.5"]),
-    ("weld wobble 0.1 mm", &["wobble=0.1,5"]),
-    ("weld wobble 0.3 mm", &["wobble=0.3,5"]),
-    ("real weld: correlated 0.2 mm, bow 0.2 mm", &["correlated-noise=0.2", "bow-across=0.2"]),
-    ("robot field 0.1 mm per 500 mm", &["robot-field=0.1,500"]),
-    ("robot field 0.5 mm per 2000 mm", &["robot-field=0.5,2000"]),
-    ("robot attitude 0.05°", &["robot-attitude=0.05,500"]),
-    ("flex 0.05 mm per m/s²", &["flex=0.05"]),
-    ("flex 0.2 mm per m/s²", &["flex=0.2"]),
-    ("backlash 0.02 mm", &["backlash=0.02"]),
-    ("backlash 0.1 mm", &["backlash=0.1"]),
-    ("offset drifts 1 ms", &["offset-drift=1"]),
-    ("offset swings 1 ms", &["offset-swing=1"]),
-    ("offset steps 1 ms", &["offset-step=1"]),
-    ("bias 0.33 px per 10° of work angle", &["bias-work-angle=0.33"]),
-    ("bias 1.3 px per 10° of work angle", &["bias-work-angle=1.3"]),
-    ("bias 0.33 px per 10° of the other tilts", &["bias-travel-angle=0.33", "bias-spin=0.33"]),
-    ("bias 2 px by side", &["bias-side=2"]),
-    ("rolling shutter 25 ms", &["rolling-shutter=25"]),
-    ("image stamps cut to 1 ms", &["image-grain=1"]),
-    ("image stamps cut to 10 ms", &["image-grain=10"]),
-    ("robot stamps cut to 1 ms", &["robot-grain=1"]),
-    ("doubled frames 20 %", &["doubled-frames=20"]),
-    ("lost frames 5 %, not counted", &["uncounted-losses=5"]),
-    ("features slip by a frame", &["frame-slip=1"]),
-    ("late arrival 5 ms", &["late-arrival=5"]),
-    ("attitude 2 ms later than position", &["attitude-lag=2"]),
-    ("parallel line 3 mm, 40 %", &["parallel-line=3,40"]),
-    ("last 55 % on a line 3 mm beside", &["parallel-line-at-end=3,55"]),
+/// What is done to a scan of the preset `good` in a random cell.
+enum Wrong {
+    /// Faults, as `trueline simulate --fault` takes them.
+    Faults(&'static [&'static str]),
+    /// Faults on a scan with hardly any tilt.
+    Weak(&'static [&'static str]),
+    /// Another scan, timing or disturbance.
+    Scenario(fn(&mut Scenario)),
+    /// A guess that is wrong.
+    Guess(fn(&mut Guess)),
+}
+
+use Wrong::{Faults, Guess as Guessed, Scenario as Changed, Weak};
+
+/// Each row with its name.
+const ROWS: [(&str, Wrong); 85] = [
+    ("none", Faults(&[])),
+    ("none, weak scan", Weak(&[])),
+    ("plane offset 0.05 mm", Faults(&["plane-offset=0.05"])),
+    ("plane offset 0.1 mm", Faults(&["plane-offset=0.1"])),
+    ("plane offset 0.25 mm", Faults(&["plane-offset=0.25"])),
+    ("plane offset 0.5 mm", Faults(&["plane-offset=0.5"])),
+    ("plane offset 1 mm", Faults(&["plane-offset=1"])),
+    ("plane tilt 0.1° about the stripe", Faults(&["plane-tilt-stripe=0.1"])),
+    ("plane tilt 0.1° along it", Faults(&["plane-tilt-range=0.1"])),
+    ("plane tilt 0.5° about the stripe", Faults(&["plane-tilt-stripe=0.5"])),
+    ("plane tilt 0.5° along it", Faults(&["plane-tilt-range=0.5"])),
+    ("plane tilt 0.5° about the stripe, weak scan", Weak(&["plane-tilt-stripe=0.5"])),
+    ("plane tilt 0.5° along it, weak scan", Weak(&["plane-tilt-range=0.5"])),
+    ("focal +0.2 %", Faults(&["focal=0.2"])),
+    ("focal +0.5 %", Faults(&["focal=0.5"])),
+    ("principal point u +5 px", Faults(&["principal-point-u=5"])),
+    ("principal point u +20 px", Faults(&["principal-point-u=20"])),
+    ("principal point v +5 px", Faults(&["principal-point-v=5"])),
+    ("principal point v +20 px", Faults(&["principal-point-v=20"])),
+    ("distortion left out (k1)", Faults(&["distortion=-0.08"])),
+    ("bow 0.2 mm, lateral", Faults(&["bow-across=0.2"])),
+    ("bow 0.2 mm, height", Faults(&["bow-height=0.2"])),
+    ("bow 0.5 mm", Faults(&["bow-across=0.5"])),
+    ("bow 1 mm", Faults(&["bow-across=1"])),
+    ("weld wobble 0.1 mm", Faults(&["wobble=0.1,5"])),
+    ("weld wobble 0.3 mm", Faults(&["wobble=0.3,5"])),
+    ("real weld: correlated 0.2 mm, bow 0.2 mm", Faults(&["correlated-noise=0.2", "bow-across=0.2"])),
+    ("robot field 0.1 mm per 500 mm", Faults(&["robot-field=0.1,500"])),
+    ("robot field 0.2 mm per 500 mm", Faults(&["robot-field=0.2,500"])),
+    ("robot field 0.5 mm per 500 mm", Faults(&["robot-field=0.5,500"])),
+    ("robot field 0.5 mm per 2000 mm", Faults(&["robot-field=0.5,2000"])),
+    ("robot attitude 0.05°", Faults(&["robot-attitude=0.05,500"])),
+    ("flex 0.05 mm per m/s²", Faults(&["flex=0.05"])),
+    ("flex 0.2 mm per m/s²", Faults(&["flex=0.2"])),
+    ("backlash 0.02 mm", Faults(&["backlash=0.02"])),
+    ("backlash 0.1 mm", Faults(&["backlash=0.1"])),
+    ("offset drifts 1 ms", Faults(&["offset-drift=1"])),
+    ("offset drifts 5 ms", Faults(&["offset-drift=5"])),
+    ("offset swings 1 ms", Faults(&["offset-swing=1"])),
+    ("offset steps 1 ms", Faults(&["offset-step=1"])),
+    ("offset steps 0.2 ms", Faults(&["offset-step=0.2"])),
+    ("offset steps a frame", Faults(&["offset-step=30.3"])),
+    ("bias 0.33 px per 10° of work angle", Faults(&["bias-work-angle=0.33"])),
+    ("bias 1.3 px per 10° of work angle", Faults(&["bias-work-angle=1.3"])),
+    ("bias 0.33 px per 10° of the other tilts", Faults(&["bias-travel-angle=0.33", "bias-spin=0.33"])),
+    ("bias 0.5 px by side", Faults(&["bias-side=0.5"])),
+    ("bias 2 px by side", Faults(&["bias-side=2"])),
+    ("rolling shutter 10 ms", Faults(&["rolling-shutter=10"])),
+    ("rolling shutter 25 ms", Faults(&["rolling-shutter=25"])),
+    ("image stamps cut to 1 ms", Faults(&["image-grain=1"])),
+    ("image stamps cut to 10 ms", Faults(&["image-grain=10"])),
+    ("image stamps cut to 33 ms", Faults(&["image-grain=33"])),
+    ("robot stamps cut to 1 ms", Faults(&["robot-grain=1"])),
+    ("robot stamps cut to 10 ms", Faults(&["robot-grain=10"])),
+    ("doubled frames 5 %", Faults(&["doubled-frames=5"])),
+    ("doubled frames 20 %", Faults(&["doubled-frames=20"])),
+    ("lost frames 5 %, not counted", Faults(&["uncounted-losses=5"])),
+    ("features slip by a frame", Faults(&["frame-slip=1"])),
+    ("late arrival 5 ms", Faults(&["late-arrival=5"])),
+    ("command for the pose, lag 20 ms", Faults(&["command-lag=20"])),
+    ("attitude 0.5 ms later than position", Faults(&["attitude-lag=0.5"])),
+    ("attitude 2 ms later than position", Faults(&["attitude-lag=2"])),
+    ("attitude 8 ms later than position", Faults(&["attitude-lag=8"])),
+    ("parallel line 3 mm, 40 %", Faults(&["parallel-line=3,40"])),
+    ("parallel line 0.3 mm, 40 %", Faults(&["parallel-line=0.3,40"])),
+    ("parallel line 3 mm, 45 %", Faults(&["parallel-line=3,45"])),
+    ("parallel line 3 mm, 55 %", Faults(&["parallel-line=3,55"])),
+    ("last 40 % on a line 0.3 mm beside", Faults(&["parallel-line-at-end=0.3,40"])),
+    ("last 55 % on a line 3 mm beside", Faults(&["parallel-line-at-end=3,55"])),
+    ("gross outliers 40 %", Changed(|s| s.disturbance.outlier_fraction = 0.4)),
+    ("gross outliers 50 %", Changed(|s| s.disturbance.outlier_fraction = 0.5)),
+    ("gross outliers 60 %", Changed(|s| s.disturbance.outlier_fraction = 0.6)),
+    ("gross outliers 70 %", Changed(|s| s.disturbance.outlier_fraction = 0.7)),
+    ("30 frames in 1 s", Changed(|s| s.timing.duration_s = 30.0 / 33.0)),
+    ("30 frames in 20 s", Changed(|s| s.timing.frame_period_s = 20.0 / 30.0)),
+    (
+        "camera of 1000 Hz, robot of 10 Hz",
+        Changed(|s| (s.timing.frame_period_s, s.timing.robot_period_s) = (1e-3, 0.1)),
+    ),
+    ("seam of 20 mm", Changed(|s| s.scan.length_m = 0.020)),
+    ("seam of 5 mm", Changed(|s| s.scan.length_m = 0.005)),
+    ("guess 90° off", Guessed(|g| turn(g, 90.0))),
+    ("guess 180° off", Guessed(|g| turn(g, 180.0))),
+    ("guess 300 mm off", Guessed(|g| g.tool_from_camera.translation.vector.x += 0.3)),
+    ("guess 0.4 s off", Guessed(|g| g.time_offset_s += 0.4)),
+    ("guess 2 s off", Guessed(|g| g.time_offset_s += 2.0)),
+    ("guess inverted", Guessed(|g| g.tool_from_camera = g.tool_from_camera.inverse())),
+    (
+        "guess with its rotation transposed",
+        Guessed(|g| g.tool_from_camera.rotation = g.tool_from_camera.rotation.inverse()),
+    ),
 ];
+
+/// Turned about an oblique axis.
+fn turn(guess: &mut Guess, angle_deg: f64) {
+    let axis = nalgebra::Vector3::new(1.0, 2.0, 3.0).normalize();
+    guess.tool_from_camera.rotation *= trueline_geometry::so3::exp(&(axis * angle_deg.to_radians()));
+}
 
 /// Figures of one accepted scan.
 struct Figures {
@@ -88,15 +153,14 @@ fn main() {
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     let words = std::env::args().nth(2).unwrap_or_default();
-    for (name, faults) in ROWS.into_iter().filter(|(name, _)| name.contains(&words)) {
-        let faults: Vec<Fault> = faults.iter().filter_map(|fault| fault.parse().ok()).collect();
-        let mut said: BTreeMap<&'static str, usize> = BTreeMap::new();
-        let accepted: Vec<Figures> = (0..count).filter_map(|seed| scan(&faults, seed, &mut said)).collect();
+    for (name, wrong) in ROWS.iter().filter(|(name, _)| name.contains(&words)) {
+        let mut said: BTreeMap<String, usize> = BTreeMap::new();
+        let accepted: Vec<Figures> = (0..count).filter_map(|seed| scan(wrong, seed, &mut said)).collect();
         print_row(name, &accepted, count, &said);
     }
 }
 
-fn print_row(name: &str, accepted: &[Figures], count: u64, said: &BTreeMap<&'static str, usize>) {
+fn print_row(name: &str, accepted: &[Figures], count: u64, said: &BTreeMap<String, usize>) {
     let of = |figure: fn(&Figures) -> f64, digits: usize| {
         median(accepted.iter().map(figure))
             .map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
@@ -118,18 +182,39 @@ fn print_row(name: &str, accepted: &[Figures], count: u64, said: &BTreeMap<&'sta
     );
 }
 
-/// A good scan in a random cell with faults; `None` if it was not accepted.
-fn scan(faults: &[Fault], seed: u64, said: &mut BTreeMap<&'static str, usize>) -> Option<Figures> {
-    let scenario = random_cell(&Preset::Good.scenario(), seed, 0.1);
-    let recording = simulate_with_faults(&scenario, faults, seed)?;
-    let truth = recording.truth.as_ref()?.parameters;
-    let Ok(result) = calibrate(&recording, None, &Config::default()) else {
-        *said.entry("no result").or_insert(0) += 1;
-        return None;
+/// A scan with something wrong; `None` if it was not accepted.
+fn scan(wrong: &Wrong, seed: u64, said: &mut BTreeMap<String, usize>) -> Option<Figures> {
+    let preset = if matches!(wrong, Weak(_)) { Preset::Weak } else { Preset::Good };
+    let mut scenario = random_cell(&preset.scenario(), seed, 0.1);
+    let faults: Vec<Fault> = match wrong {
+        Faults(faults) | Weak(faults) => faults.iter().filter_map(|fault| fault.parse().ok()).collect(),
+        Changed(_) | Guessed(_) => Vec::new(),
     };
-    let codes = result.reasons().iter().map(Reason::code).chain(result.warnings().iter().map(Warning::code));
-    codes.for_each(|code| *said.entry(code).or_insert(0) += 1);
-    (result.status() == Status::Accepted).then(|| figures(&scenario, &recording, &truth, &result))
+    if let Changed(change) = wrong {
+        change(&mut scenario);
+    }
+    let recording = simulate_with_faults(&scenario, &faults, seed)?;
+    let truth = recording.truth.as_ref()?.parameters;
+    let guess = match wrong {
+        Guessed(spoil) => {
+            let mut guess = truth;
+            spoil(&mut guess);
+            Some(guess)
+        }
+        _ => None,
+    };
+    match calibrate(&recording, guess.as_ref(), &Config::default()) {
+        Ok(result) => {
+            let codes = result.reasons().iter().map(Reason::code);
+            let codes = codes.chain(result.warnings().iter().map(Warning::code));
+            codes.for_each(|code| *said.entry(code.to_owned()).or_insert(0) += 1);
+            (result.status() == Status::Accepted).then(|| figures(&scenario, &recording, &truth, &result))
+        }
+        Err(error) => {
+            *said.entry(error.to_string()).or_insert(0) += 1;
+            None
+        }
+    }
 }
 
 fn figures(scenario: &Scenario, recording: &Recording, truth: &Guess, result: &Calibration) -> Figures {

@@ -8,6 +8,7 @@ use crate::assess::systematic::SystematicLevels;
 use crate::calibration::Calibration;
 use crate::conclude::{Concluded, conclude};
 use crate::config::{ASSUMED_ROBOT_ACCURACY_M, Config, Hold, SensorMode};
+use crate::corrected_lens;
 use crate::error::Error;
 use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::search;
@@ -31,6 +32,17 @@ use trueline_dataset::{Guess, Recording};
 /// # Errors
 /// [`Error`] if there is no estimate at all. A doubtful one is a [`Calibration`] that is not accepted.
 pub fn calibrate(
+    recording: &Recording,
+    guess: Option<&Guess>,
+    config: &Config,
+) -> Result<Calibration, Error> {
+    let as_stated = with_stated_lens(recording, guess, config)?;
+    corrected_lens::corrected(as_stated, recording, |with_lens, guess| {
+        with_stated_lens(with_lens, Some(guess), config)
+    })
+}
+
+fn with_stated_lens(
     recording: &Recording,
     guess: Option<&Guess>,
     config: &Config,

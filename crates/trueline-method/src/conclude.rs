@@ -330,6 +330,7 @@ fn checks(
         seam_error: None,
         held_sensor: None,
         cause: None,
+        lens: None,
         robot_taken: from.robot_taken,
         robot_seems: from.robot_seems,
         feature_bias: None,

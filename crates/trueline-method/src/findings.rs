@@ -3,6 +3,7 @@
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
+use crate::assess::lens::LensCorrection;
 use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::observability::Observability;
 use crate::assess::outlier_segments::OutlierSegment;
@@ -170,6 +171,8 @@ pub struct Checks {
     pub held_sensor: Option<SensorShape>,
     /// What residuals that are no noise are made of, where one usual cause explains them.
     pub cause: Option<MisfitCause>,
+    /// What the lens is beside its file, where that is the cause.
+    pub lens: Option<LensCorrection>,
     /// How far the robot was taken to be off within the scan.
     pub robot_taken: RobotSigmas,
     /// How far it is off by its residuals, where that is plainly more.

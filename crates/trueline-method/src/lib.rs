@@ -26,6 +26,7 @@ pub mod calibrate;
 pub mod calibration;
 mod conclude;
 pub mod config;
+mod corrected_lens;
 pub mod diagnose;
 pub mod error;
 pub mod evaluate;

@@ -1,6 +1,7 @@
 //! What residuals that are no noise are made of is named with its size, and nothing is named where there is nothing.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+use trueline_dataset::{Recording, Sensor};
 use trueline_method::assess::misfit_cause::CauseKind;
 use trueline_method::{Calibration, Config, Reason, SensorMode, Warning, calibrate};
 use trueline_sim::{Preset, Scenario, random_cell, simulate_with_faults};
@@ -23,6 +24,8 @@ fn each_cause_is_named_with_its_size_and_the_sensor_is_not_blamed() {
         ("attitude-lag=2", CauseKind::AttitudeLag, 2e-3, 0.15),
         ("rolling-shutter=25", CauseKind::RollingShutter, 25e-3, 0.15),
         ("bias-side=2", CauseKind::SideBias, 2.0, 0.15),
+        // Its ± are an eighth.
+        ("command-lag=20", CauseKind::CommandedPose, 0.4e-3, 0.4),
     ];
     for (fault, kind, size, share) in rows {
         for scenario in [Preset::Good.scenario(), random_cell(&Preset::Good.scenario(), 2, 0.1)] {
@@ -39,6 +42,35 @@ fn each_cause_is_named_with_its_size_and_the_sensor_is_not_blamed() {
             assert!(kind == CauseKind::SideBias || cause.size > 0.0, "{fault}: {}", cause.size);
             assert!(!codes(&c).contains(&"sensor-off"), "{fault}: {:?}", codes(&c));
         }
+    }
+}
+
+/// The file leaves k1 out; k2 and the rest are right.
+#[test]
+fn a_lens_that_the_file_has_not_is_found_and_the_corrected_file_has_it() {
+    for seed in 1..4 {
+        let scenario = random_cell(&Preset::Good.scenario(), seed, 0.1);
+        let fault = "distortion=-0.08".parse().unwrap();
+        let recording = simulate_with_faults(&scenario, &[fault], seed).unwrap();
+        let c = calibrate(&recording, None, &Config::default()).unwrap();
+        assert!(codes(&c).contains(&"lens-off") && !codes(&c).contains(&"sensor-off"), "{:?}", codes(&c));
+        let lens = c.findings.checks.lens.unwrap();
+        let corrected = c.findings.unknowns.corrected.clone().unwrap();
+        let [found, stated] = [&corrected.sensor, &recording.sensor].map(|sensor| match sensor {
+            Sensor::CameraLaser { camera, .. } => [camera.distortion.k1, camera.distortion.k2],
+            _ => unreachable!("the preset has a camera"),
+        });
+        for (k, wrong) in [-0.08, 0.0].into_iter().enumerate() {
+            println!("{seed} k{}: {} ± {}", k + 1, lens.distortion[k], lens.sigma[k]);
+            assert!((found[k] - stated[k] - lens.distortion[k]).abs() < 1e-12);
+            // A number that is not shown is zero, with no ±.
+            let off = if lens.sigma[k] > 0.0 { (lens.distortion[k] - wrong) / lens.sigma[k] } else { 0.0 };
+            assert!(off.abs() < 4.5, "{off}");
+        }
+        // With the corrected file nothing is left to be found.
+        let again = calibrate(&Recording { sensor: corrected.sensor, ..recording }, None, &Config::default());
+        let again = again.unwrap();
+        assert!(!codes(&again).iter().any(|code| code.ends_with("-off")), "{:?}", codes(&again));
     }
 }
 

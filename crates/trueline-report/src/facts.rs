@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use trueline_dataset::result_file::Fact;
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::assess::lens::LensCorrection;
 use trueline_method::assess::misfit_cause::CauseKind;
 use trueline_method::assess::observability::Unobservable;
 use trueline_method::assess::sensor_shape::SensorShape;
@@ -92,6 +93,7 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::StripesDisagree { sigmas, used } => json!({ "sigmas": sigmas, "used": used }),
         Warning::UncertaintyNotApplied | Warning::MirrorBySensor => json!({}),
         Warning::SensorOff { shape } => sensor_off(shape),
+        Warning::LensOff { lens } => lens_off(lens),
         Warning::LikelyCause { kind, size_si, sigma_si } => likely_cause(*kind, *size_si, *sigma_si),
         Warning::FeatureBias { bias } => {
             json!({ "px_per_10deg": bias.px, "sigma_px_per_10deg": bias.sigma_px, "wald": bias.wald })
@@ -138,10 +140,17 @@ fn likely_cause(kind: CauseKind, size_si: f64, sigma_si: f64) -> Value {
         CauseKind::Backlash => ("mm", MM_PER_M),
         CauseKind::AttitudeLag | CauseKind::RollingShutter => ("s", 1.0),
         CauseKind::SideBias => ("px", 1.0),
+        CauseKind::CommandedPose => ("s2", 1.0),
+        CauseKind::Lens => ("k1", 1.0),
         CauseKind::TiltBias => ("px_per_10deg", 1.0),
     };
     let value = |name: &str, value: f64| (format!("{name}_{unit}"), json!(value * scale));
     Value::Object([value("size", size_si), value("sigma", sigma_si)].into_iter().collect())
+}
+
+fn lens_off(lens: &LensCorrection) -> Value {
+    let [[k1, k2], [sigma_k1, sigma_k2]] = [lens.distortion, lens.sigma];
+    json!({ "k1": k1, "k2": k2, "sigma_k1": sigma_k1, "sigma_k2": sigma_k2 })
 }
 
 fn sensor_off(shape: &SensorShape) -> Value {

@@ -5,12 +5,13 @@
 //! uᵀ S⁻¹ u of their squares, with u = J_cᵀ W r and S = J_cᵀ W J_c − J_cᵀ W J C₀ Jᵀ W J_c (the score test, \[Rao1948\]); its
 //! size is S⁻¹ u. Residuals that are alike from one to the next make that look more than it is, by (1 + ρ)/(1 − ρ).
 
+use crate::assess::lens;
 use crate::assess::tilt_bias::{BIAS, TiltBias, sheet_per_px};
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
 use crate::problem::line_problem::{LineProblem, LocalJacobian};
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{DMatrix, DVector, Point3, SMatrix, SVector, Vector2, Vector3};
 use std::ops::Range;
 use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_geometry::Pose;
@@ -29,6 +30,10 @@ pub enum CauseKind {
     RollingShutter,
     /// The detector errs to different sides on the two sides of the picture (px).
     SideBias,
+    /// What is reported is the commanded pose, and the arm follows it as a first-order lag (the square of its time constant, s²).
+    CommandedPose,
+    /// The camera's distortion is not what its file states: k1, and k2 where the scan shows it (true minus stated).
+    Lens,
     /// The detector's point moves with the tilt (px per 10°): what the robot's errors look like too, so that it is said only
     /// where it was estimated beside them.
     TiltBias,
@@ -43,6 +48,8 @@ pub struct MisfitCause {
     pub size: f64,
     /// Standard deviation of that by noise.
     pub sigma: f64,
+    /// All its numbers, and their standard deviations by noise; a number that the scan does not show is zero.
+    pub numbers: Vec<(f64, f64)>,
     /// Correlation of neighbours that it leaves.
     pub left: f64,
     /// How the unknowns move if it is allowed for, and the covariance that this adds.
@@ -52,12 +59,21 @@ pub struct MisfitCause {
 }
 
 impl CauseKind {
-    const ALL: [Self; 6] =
-        [Self::Flex, Self::Backlash, Self::AttitudeLag, Self::RollingShutter, Self::SideBias, Self::TiltBias];
+    const ALL: [Self; 8] = [
+        Self::Flex,
+        Self::Backlash,
+        Self::AttitudeLag,
+        Self::RollingShutter,
+        Self::SideBias,
+        Self::CommandedPose,
+        Self::Lens,
+        Self::TiltBias,
+    ];
 
-    /// Whether only a size above zero has a meaning: nothing gives way towards what pushes it, and play has no sign.
+    /// Whether only a size above zero has a meaning: nothing gives way towards what pushes it, play has no sign, and no arm
+    /// runs ahead of its command.
     fn is_one_sided(self) -> bool {
-        matches!(self, Self::Flex | Self::Backlash)
+        matches!(self, Self::Flex | Self::Backlash | Self::CommandedPose)
     }
 
     /// Its columns among [`COLUMNS`].
@@ -68,13 +84,19 @@ impl CauseKind {
             Self::AttitudeLag => 4..5,
             Self::RollingShutter => 5..6,
             Self::SideBias => 6..8,
-            Self::TiltBias => 8..8 + BIAS,
+            Self::CommandedPose => 8..9,
+            Self::Lens => LENS..LENS + 2,
+            Self::TiltBias => LENS + 2..COLUMNS,
         }
     }
 }
 
 /// Numbers of all causes together.
-const COLUMNS: usize = 8 + BIAS;
+const COLUMNS: usize = LENS + 2 + BIAS;
+/// The first of the lens.
+const LENS: usize = 9;
+/// Half of what k2 of a camera is known to beforehand: a scan that shows it no better does not tell it from k1.
+const SHOWS_K2: f64 = 0.025;
 /// Observations that are looked at.
 const SAMPLE: usize = 3000;
 /// Fewer tell nothing.
@@ -85,8 +107,11 @@ const LEAST_GAIN: f64 = 30.0;
 const LEAST_SHARE: f64 = 0.7;
 /// A pattern of which the other unknowns leave less than this part cannot be told from them.
 const LEAST_OWN: f64 = 1e-3;
-/// Half of the time over which accelerations are taken, s: long against the robot's noise, short against a weave.
-const HALF_SPAN_S: f64 = 0.1;
+/// Accelerations are taken from poses so long before and after, s: long against the robot's noise, short against a weave, and none
+/// near the exposure, for that one's noise is in the residual and would look like an acceleration.
+const NEAR_S: f64 = 0.06;
+/// See [`NEAR_S`].
+const FAR_S: f64 = 0.12;
 /// The same for the direction of motion, s.
 const HALF_STEP_S: f64 = 0.04;
 /// Slower than this an axis stands still as far as play goes, m/s.
@@ -106,10 +131,24 @@ pub fn find(
         return None;
     }
     let sums = Sums::of(&rows, root.ncols());
-    let gain = |columns: Range<usize>| sums.solve(columns).map_or(0.0, |solved| solved.gain);
-    let kind = CauseKind::ALL.into_iter().max_by(|a, b| gain(a.columns()).total_cmp(&gain(b.columns())))?;
-    let solved = sums.solve(kind.columns())?;
-    if solved.gain < LEAST_GAIN || solved.gain < LEAST_SHARE * gain(0..COLUMNS) {
+    // The corners that a smoothed path cuts off look like an arm that runs ahead of its acceleration: no arm does.
+    let is_possible = |kind: &CauseKind| {
+        !kind.is_one_sided()
+            || sums.solve(kind.columns()).is_some_and(|solved| clearest(&solved, kind.columns()).0 > 0.0)
+    };
+    let possible: Vec<CauseKind> = CauseKind::ALL.into_iter().filter(is_possible).collect();
+    let gain = |kinds: &[CauseKind]| {
+        let columns = kinds.iter().flat_map(|kind| kind.columns());
+        sums.solve(columns).map_or(0.0, |solved| solved.gain)
+    };
+    let kind = possible.iter().copied().max_by(|a, b| gain(&[*a]).total_cmp(&gain(&[*b])))?;
+    let mut columns = kind.columns();
+    let mut solved = sums.solve(columns.clone())?;
+    if kind == CauseKind::Lens && solved.covariance[(LENS + 1, LENS + 1)].sqrt() > SHOWS_K2 {
+        columns = LENS..LENS + 1;
+        solved = sums.solve(columns.clone())?;
+    }
+    if solved.gain < LEAST_GAIN || solved.gain < LEAST_SHARE * gain(&possible) {
         return None;
     }
     let alike = neighbours(&rows, &solved, &sums).max(0.0);
@@ -117,22 +156,28 @@ pub fn find(
     if solved.gain < LEAST_GAIN * inflation {
         return None;
     }
-    let clearest = |k: &usize| (solved.size[*k] / solved.covariance[(*k, *k)].sqrt()).abs();
-    let k = kind.columns().max_by(|a, b| clearest(a).total_cmp(&clearest(b)))?;
-    // The corners that a smoothed path cuts off look like an arm that runs ahead of its acceleration: no arm does.
-    if kind.is_one_sided() && solved.size[k] <= 0.0 {
-        return None;
-    }
+    let (size, variance) = clearest(&solved, columns);
     let by_cause = root * &sums.cross;
     let covariance = DMatrix::from_column_slice(COLUMNS, COLUMNS, (solved.covariance * inflation).as_slice());
     Some(MisfitCause {
         kind,
-        size: solved.size[k],
-        sigma: (solved.covariance[(k, k)] * inflation).sqrt(),
+        size,
+        sigma: (variance * inflation).sqrt(),
+        numbers: kind
+            .columns()
+            .map(|k| (solved.size[k], (solved.covariance[(k, k)] * inflation).sqrt()))
+            .collect(),
         left: alike,
         step: &by_cause * solved.size,
         added_covariance: &by_cause * covariance * by_cause.transpose(),
     })
+}
+
+/// The number that is clearest beside its standard deviation, and its variance.
+fn clearest(solved: &Solved, columns: Range<usize>) -> (f64, f64) {
+    let numbers = columns.map(|k| (solved.size[k], solved.covariance[(k, k)]));
+    let clear = |(size, variance): &(f64, f64)| size * size / variance;
+    numbers.max_by(|a, b| clear(a).total_cmp(&clear(b))).unwrap_or((0.0, 0.0))
 }
 
 /// One observation: whitened and weighted.
@@ -183,13 +228,15 @@ fn causes(
     let exposure_s = pair.0.stamp_s - at.time_offset_s;
     let trajectory = &problem.observations.robot.trajectory;
     let place = |time_s: f64| Some(trajectory.pose_at(time_s)?.translation.vector);
-    let [before, here, after] = [-HALF_SPAN_S, 0.0, HALF_SPAN_S].map(|by| place(exposure_s + by));
-    let acceleration = (after? - here? * 2.0 + before?) / (HALF_SPAN_S * HALF_SPAN_S);
+    let acceleration = acceleration(exposure_s, place)?;
     let velocity =
         (place(exposure_s + HALF_STEP_S)? - place(exposure_s - HALF_STEP_S)?) / (2.0 * HALF_STEP_S);
     let measured = at.corrected(&problem.observations.sheet, &pair.0.point_in_camera);
     let lever: Vector3<f64> =
         placement.point_in_base(&measured) - placement.base_from_tool.translation.vector;
+    let point_in_tool = at.tool_from_camera * Point3::from(measured);
+    let carried = |time_s: f64| Some((trajectory.pose_at(time_s)? * point_in_tool).coords);
+    let of_point = self::acceleration(exposure_s, carried)?;
     let (side, row) = in_picture(recording, pair.0);
     let mut columns = SMatrix::<f64, 2, COLUMNS>::zeros();
     // The tool is −c a beside its reported place, so what is measured seems +c a beside the seam.
@@ -202,7 +249,19 @@ fn causes(
     // An exposure that is later than thought is a time offset that is smaller.
     columns.set_column(5, &(jacobian.column(TIME_OFFSET) * row));
     columns.fixed_columns_mut::<2>(6).copy_from(&(pair.1.matrix() * sheet_per_px(pair.0) * side));
+    // Of 1/(1 + τ s) = exp(−τ s) + τ² s²/2 + … the delay is the time offset's: the tool is τ²/2 of its acceleration ahead.
+    columns.set_column(8, &(onto * of_point * -0.5));
+    // The stated lens leaves the point where the true one would not: that much before it.
+    let by_lens = lens::moves(recording, &problem.observations.sheet, pair.0.row as usize);
+    columns.fixed_columns_mut::<2>(LENS).copy_from(&(pair.1.matrix() * -by_lens.unwrap_or_default()));
     Some(columns)
+}
+
+/// The second derivative of a place, from four times around.
+fn acceleration(time_s: f64, place: impl Fn(f64) -> Option<Vector3<f64>>) -> Option<Vector3<f64>> {
+    let [before, near_before, near_after, after] =
+        [-FAR_S, -NEAR_S, NEAR_S, FAR_S].map(|by| place(time_s + by));
+    Some((before? - near_before? - near_after? + after?) / (FAR_S * FAR_S - NEAR_S * NEAR_S))
 }
 
 /// On which side of the picture's middle a feature is (−1, 1), and how far down it, from −½ to ½; 0 where there is no picture.
@@ -245,12 +304,13 @@ impl Sums {
     }
 
     /// The most likely sizes of some of the causes beside the other unknowns; patterns that these can make are left out.
-    fn solve(&self, columns: Range<usize>) -> Option<Solved> {
+    fn solve(&self, columns: impl IntoIterator<Item = usize>) -> Option<Solved> {
         let left = self.own
             - SMatrix::<f64, COLUMNS, COLUMNS>::from_iterator(
                 (self.cross.transpose() * &self.cross).iter().copied(),
             );
         let told: Vec<usize> = columns
+            .into_iter()
             .filter(|k| left[(*k, *k)] > LEAST_OWN * self.own[(*k, *k)] && left[(*k, *k)] > 0.0)
             .collect();
         if told.is_empty() {

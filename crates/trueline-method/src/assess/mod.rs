@@ -6,6 +6,7 @@ pub mod correlated_noise;
 pub mod cross_validation;
 pub(crate) mod excitation;
 pub(crate) mod identifiability;
+pub mod lens;
 pub mod misfit_cause;
 pub mod noise_filter;
 pub mod observability;

@@ -23,9 +23,12 @@ const WORSE: f64 = 1.5;
 const LOG_RATIO: f64 = 5.0;
 /// Errors that are tried, times those of the robot that is assumed.
 const TRIED: [f64; 12] = [0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 50.0];
-/// Variance over that of the noise with which the assumed errors must show along a direction. Where they would not, whatever else is
-/// wrong decides how large they seem; among those are the directions of the robot's constant part, which is the hand-eye transform's.
-const VISIBLE: f64 = 1.0;
+/// Directions of which the other unknowns leave less than this part of the strongest are theirs: the robot's constant part is the
+/// hand-eye transform's.
+const LEAST: f64 = 1e-6;
+/// Variance over that of the noise with which the assumed errors must show along a direction to say how large they are. Where they
+/// hardly show, whatever else is wrong would decide that.
+const VISIBLE: f64 = 0.1;
 
 /// The errors that the residuals of a solution show, whose covariance's root is `root`; `None` where they are not plainly larger than
 /// those that were taken. What is not plainly larger stays as it was taken.
@@ -49,7 +52,7 @@ pub(crate) fn shown(
     }
 }
 
-/// Eigenvalues of S and what the score is along each direction, where the errors that are assumed would show above the noise.
+/// Eigenvalues of S and what the score is along each direction, where the other unknowns leave something of it.
 struct Beside(Vec<(f64, f64)>);
 
 impl Beside {
@@ -64,7 +67,7 @@ impl Beside {
             let variance = value + times * times * value * value;
             -0.5 * (variance.ln() + score * score / variance)
         };
-        self.0.iter().map(of).sum::<f64>()
+        self.0.iter().filter(|(value, _)| *value > VISIBLE).map(of).sum::<f64>()
     }
 
     /// The most likely multiple.
@@ -149,11 +152,12 @@ impl Scores {
         let chosen: Vec<usize> = (0..self.score.len()).filter(|k| k / 3 % 2 == kind).collect();
         let cross = self.cross.select_columns(&chosen);
         let raw = self.own.select_columns(&chosen).select_rows(&chosen);
+        let least = LEAST * raw.diagonal().max();
         let own = raw - cross.transpose() * &cross;
         let eigen = ((&own + own.transpose()) * 0.5).symmetric_eigen();
         let beside = self.score.select_rows(&chosen) - cross.transpose() * &self.others;
         let score = eigen.eigenvectors.transpose() * beside;
         let pairs = eigen.eigenvalues.iter().copied().zip(score.iter().copied());
-        Beside(pairs.filter(|(value, _)| *value > VISIBLE).collect())
+        Beside(pairs.filter(|(value, _)| *value > least).collect())
     }
 }

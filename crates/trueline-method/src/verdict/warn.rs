@@ -32,7 +32,9 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     }
     let off = f.unknowns.sensor.filter(|shape| shape.is_off());
     warnings.extend(off.map(|shape| Warning::SensorOff { shape }));
-    warnings.extend(f.checks.cause.as_ref().map(|cause| Warning::LikelyCause {
+    warnings.extend(f.checks.lens.map(|lens| Warning::LensOff { lens }));
+    let cause = f.checks.cause.as_ref().filter(|_| f.checks.lens.is_none());
+    warnings.extend(cause.map(|cause| Warning::LikelyCause {
         kind: cause.kind,
         size_si: cause.size,
         sigma_si: cause.sigma,

@@ -3,10 +3,11 @@
 use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::stream_name::StreamName;
 use super::warning_words::{
-    clock_drift, coarse_stamps, decided_by_user, feature_bias, features_skipped, likely_cause, misfit, moves,
-    poorly_known, robot_worse, stamp_steps, stripe_noise, stripes_disagree, structured, unusual_noise,
-    widened,
+    clock_drift, coarse_stamps, decided_by_user, feature_bias, features_skipped, lens_off, likely_cause,
+    misfit, moves, poorly_known, robot_worse, stamp_steps, stripe_noise, stripes_disagree, structured,
+    unusual_noise, widened,
 };
+use crate::assess::lens::LensCorrection;
 use crate::assess::misfit_cause::CauseKind;
 use crate::assess::observability::Unobservable;
 use crate::assess::robot_field::RobotSigmas;
@@ -38,6 +39,11 @@ pub enum Warning {
     SensorOff {
         /// What it was found to be.
         shape: SensorShape,
+    },
+    /// The lens is not what the sensor's file states.
+    LensOff {
+        /// What it is beside that.
+        lens: LensCorrection,
     },
     /// One usual cause explains nearly all that is left and is no noise.
     LikelyCause {
@@ -195,6 +201,7 @@ impl Warning {
             Self::DecidedByUser { .. } => "decided-by-user",
             Self::UncertaintyNotApplied => "uncertainty-not-applied",
             Self::SensorOff { .. } => "sensor-off",
+            Self::LensOff { .. } => "lens-off",
             Self::LikelyCause { kind, .. } => cause_code(*kind),
             Self::FeatureBias { .. } => "feature-bias",
             Self::MirrorBySensor => "mirror-by-sensor",
@@ -233,6 +240,7 @@ impl fmt::Display for Warning {
                 "the sensor's own calibration is off: {}; this result corrects it, and holds for the corrected sensor only",
                 shape.words().join("; ")
             ),
+            Self::LensOff { ref lens } => lens_off(lens),
             Self::LikelyCause { kind, size_si, sigma_si } => likely_cause(kind, size_si, sigma_si),
             Self::FeatureBias { ref bias } => feature_bias(bias),
             Self::MirrorBySensor => "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
@@ -290,6 +298,8 @@ fn cause_code(kind: CauseKind) -> &'static str {
         CauseKind::AttitudeLag => "attitude-lag",
         CauseKind::RollingShutter => "rolling-shutter",
         CauseKind::SideBias => "side-bias",
+        CauseKind::CommandedPose => "commanded-pose",
+        CauseKind::Lens => "lens-off",
         CauseKind::TiltBias => "feature-bias",
     }
 }

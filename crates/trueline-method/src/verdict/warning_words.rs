@@ -2,6 +2,7 @@
 
 use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity};
 use super::stream_name::StreamName;
+use crate::assess::lens::LensCorrection;
 use crate::assess::misfit_cause::CauseKind;
 use crate::assess::robot_field::RobotSigmas;
 use crate::hypotheses::choice::DecidedBy;
@@ -30,12 +31,35 @@ pub(super) fn likely_cause(kind: CauseKind, size: f64, sigma: f64) -> String {
              camera's global shutter, or scan more slowly",
             ms[0], ms[1]
         ),
+        CauseKind::CommandedPose => {
+            let constant_s = size.max(0.0).sqrt();
+            format!(
+                "the recorded poses seem to be the commanded ones: the arm follows them with a time constant of {:.0} ± {:.0} ms, \
+                 and the time offset contains that delay; record the actual pose",
+                constant_s * MS_PER_S,
+                sigma / (2.0 * constant_s) * MS_PER_S
+            )
+        }
+        CauseKind::Lens => "the distortion of the lens is not what sensor.toml states".to_owned(),
         CauseKind::TiltBias => tilt_bias(size, sigma),
         CauseKind::SideBias => format!(
             "the detector errs by {size:.2} ± {sigma:.2} px to different sides on the two halves of the picture; look at \
              its features in the pictures"
         ),
     }
+}
+
+pub(super) fn lens_off(lens: &LensCorrection) -> String {
+    let number = |k: usize| {
+        let (by, sigma) = (lens.distortion[k], lens.sigma[k]);
+        (by != 0.0).then(|| format!("k{} by {by:+.4} ± {sigma:.4}", k + 1))
+    };
+    let numbers: Vec<String> = [number(0), number(1)].into_iter().flatten().collect();
+    format!(
+        "the distortion of the lens is not what sensor.toml states: {}; write the sensor as the scan corrects it with \
+         --write-sensor, and calibrate with that file",
+        numbers.join(" and ")
+    )
 }
 
 pub(super) fn feature_bias(bias: &FeatureBias) -> String {
