@@ -95,7 +95,8 @@ fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
     };
     // Microseconds, for seconds that were written with some digits are not exact.
     let grain = steps.iter().fold(0, |grain, step| gcd(grain, (step + 500) / 1000)) * 1000;
-    let differ = steps.iter().any(|step| (step - steps[0]).abs() > 1000);
+    // Of a grain that is longer than a period some stamps are equal and all other steps alike.
+    let differ = stamps_ns.windows(2).any(|w| (w[1] - w[0] - steps[0]).abs() > 1000);
     if grain < COARSE_GRAIN_NS || !differ {
         return None;
     }
