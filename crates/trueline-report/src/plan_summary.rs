@@ -8,7 +8,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;
 use trueline_plan::design::Sweep;
-use trueline_plan::{Cell, Goal, Plan, Prediction, Rehearsal, Shape};
+use trueline_plan::{Cell, Goal, Plan, Prediction, Rehearsal, Shape, Target};
 
 /// All that is told of a plan.
 pub struct Source<'a> {
@@ -159,6 +159,12 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
         .collect();
     facts.push(("of the limits it uses".to_owned(), used.join(", ")));
     facts.push(("where the guess is wrong".to_owned(), chances(source)));
+    if let Target::Plates(_) = plan.target {
+        facts.push((
+            "measured".to_owned(),
+            "whole stripes on both plates: calibrate with --use stripe".to_owned(),
+        ));
+    }
     facts.extend(rehearsed(source));
     facts.extend(arm_summary::fact(cell, plan));
     if plan.motion.design().shape == Shape::Spun {
