@@ -86,6 +86,7 @@ const STRAYS_RMS: f64 = 0.6;
 /// within a grain. Rows that are lost from a clock of just that period leave it further and further.
 fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
     let steps: Vec<i64> = stamps_ns.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0).collect();
+    let first = *steps.first()?;
     let gcd = |a: i64, b: i64| {
         let (mut a, mut b) = (a, b);
         while b != 0 {
@@ -96,7 +97,7 @@ fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
     // Microseconds, for seconds that were written with some digits are not exact.
     let grain = steps.iter().fold(0, |grain, step| gcd(grain, (step + 500) / 1000)) * 1000;
     // Of a grain that is longer than a period some stamps are equal and all other steps alike.
-    let differ = stamps_ns.windows(2).any(|w| (w[1] - w[0] - steps[0]).abs() > 1000);
+    let differ = stamps_ns.windows(2).any(|w| (w[1] - w[0] - first).abs() > 1000);
     if grain < COARSE_GRAIN_NS || !differ {
         return None;
     }
