@@ -6,9 +6,10 @@
 //! acceleration of the motion and averages the noise.
 
 use crate::curve::lagrange_weights;
+use crate::local_polynomial::coefficients;
 use crate::statistics::median;
 use crate::{Pose, se3, so3};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 /// Half the window of a motion of which nothing is known, s: 20 ms keeps a motion of 5 Hz to 0.05 % of its amplitude.
 pub const HALF_WINDOW_S: f64 = 0.020;
@@ -189,14 +190,5 @@ fn smoothed(times: &[f64], poses: &[Pose], k: usize, [gap_limit, half_window_s]:
 /// Value at time 0 of the least-squares quadratic through (time, value).
 fn constant_of_quadratic(samples: impl Iterator<Item = (f64, Vector3<f64>)> + Clone) -> Option<Vector3<f64>> {
     let span = samples.clone().map(|(t, _)| t.abs()).fold(0.0, f64::max);
-    let mut normal = Matrix3::zeros();
-    let mut right = Matrix3::zeros();
-    for (time, value) in samples {
-        let t = time / span;
-        let row = Vector3::new(1.0, t, t * t);
-        normal += row * row.transpose();
-        right += row * value.transpose();
-    }
-    let coefficients = normal.cholesky()?.solve(&right);
-    Some(coefficients.row(0).transpose())
+    Some(coefficients::<3, 3>(samples, span)?.row(0).transpose())
 }

@@ -7,5 +7,4 @@ pub mod other_cell;
 pub mod placed_features;
 pub mod reference_curve;
 pub mod seam_points;
-mod smoothed_velocity;
 pub mod standstill;

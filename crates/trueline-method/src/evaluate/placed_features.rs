@@ -1,7 +1,6 @@
 //! Every feature with the sensor's place at its exposure, by a calibration that is known: what a test of that calibration
 //! is made of.
 
-use super::smoothed_velocity::smoothed_velocity;
 use crate::assess::residuals::why_not_placed;
 use crate::config::Config;
 use crate::error::Error;
@@ -13,6 +12,7 @@ use crate::input::timestamps::{Dejittered, Sampling};
 use nalgebra::{Matrix2, Vector3};
 use std::collections::BTreeMap;
 use trueline_dataset::{Guess, Recording};
+use trueline_geometry::smoothed_velocity::smoothed_velocity;
 use trueline_model::{LaserSheet, Placement};
 
 /// One feature and where the sensor was.
