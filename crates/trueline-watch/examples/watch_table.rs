@@ -5,20 +5,22 @@
 //! sufficient statistic, b = H x + N(0, H), with the place of the part and of its seams drawn anew each time. That is exact
 //! where the model is linear, and a thousand times as fast. `tests/production.rs` goes through recordings.
 //!
-//! `cargo run -p trueline-watch --example watch_table -- RUNS PIECES [LAYOUT]`
+//! `cargo run -p trueline-watch --example watch_table -- RUNS PIECES [LAYOUT [CHANGE]]`; a LAYOUT that ends in `-swung` is the same
+//! with attitudes that turn about the camera instead of the seam's point, CHANGE the beginning of a row's name.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "an example prints, and fails by panicking")]
 
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::BTreeMap;
 use trueline_dataset::Sensor;
 use trueline_model::LaserSheet;
-use trueline_sim::production::{Layout, PlacementScatter, piece};
+use trueline_sim::production::{Layout, PlacementScatter, Production, piece};
+use trueline_watch::detect::sensor_axes::SensorAxes;
 use trueline_watch::detect::{Alarm, History, blindness, judge, scatter};
 use trueline_watch::innovation::{Weld, shape_origin_m};
-use trueline_watch::parameters::{CALIBRATION, Kind, UNITS};
+use trueline_watch::parameters::{CALIBRATION, Kind, TRANSLATION, UNITS};
 use trueline_watch::{Part, PieceInformation, Quadratic, Reference, Scatter, WeldStatistic};
 
 /// Pieces before the change; the scatter is learnt from them.
@@ -35,12 +37,13 @@ struct Line {
     root: DMatrix<f64>,
     scatter: PlacementScatter,
     tool_from_axes: Matrix3<f64>,
+    /// How deep in the sheet the welds lie, from the sensor, m.
+    depth_m: f64,
 }
 
 impl Line {
-    fn of(layout: Layout) -> Self {
-        let production = layout.production();
-        let first = piece(&production, 0, 1);
+    fn of(production: &Production) -> Self {
+        let first = piece(production, 0, 1);
         let guess = first.truth.as_ref().unwrap().parameters;
         let reference = Reference::of_value(guess, shape_origin_m(&first, &guess).unwrap());
         let weld = Weld::of(&first, &reference).unwrap();
@@ -56,7 +59,8 @@ impl Line {
         let [across, depth] = [0, 1].map(|k| sheet.axes().column(k).into_owned());
         let tool_from_camera = guess.tool_from_camera.rotation.to_rotation_matrix();
         let tool_from_axes = tool_from_camera * Matrix3::from_columns(&[across, across.cross(&depth), depth]);
-        Self { part, statistic, root, scatter: production.scatter, tool_from_axes }
+        let depth_m = reference.shape_origin_m[1];
+        Self { part, statistic, root, scatter: production.scatter, tool_from_axes, depth_m }
     }
 
     /// A piece at an error θ of the calibration and a change ψ of the fixture, SI.
@@ -86,31 +90,63 @@ struct Case {
     kind: Kind,
     column: usize,
     units: f64,
+    /// The word by which `watch` says that it does not see it, where there is one for just that.
+    blindness: Option<&'static str>,
 }
 
 const fn case(name: &'static str, kind: Kind, column: usize, units: f64) -> Case {
-    Case { name, kind, column, units }
+    Case { name, kind, column, units, blindness: None }
 }
 
-const CASES: [Case; 13] = [
-    case("time offset 0.5 ms", Kind::Timing, 0, 5.0),
-    case("time offset 0.1 ms", Kind::Timing, 0, 1.0),
+const fn said(blindness: &'static str, case: Case) -> Case {
+    Case { blindness: Some(blindness), ..case }
+}
+
+/// Depths that are wrong in proportion to the distance from the sensor; its column is that of a change about the welds.
+const FROM_SENSOR: &str = "sensor depth 0.3 %, from the sensor";
+
+const CASES: [Case; 16] = [
+    said("timing", case("time offset 0.5 ms", Kind::Timing, 0, 5.0)),
+    said("timing", case("time offset 0.1 ms", Kind::Timing, 0, 1.0)),
     case("bracket 0.1 mm, tool x", Kind::Bracket, 4, 1.0),
     case("bracket 0.1 mm, tool y", Kind::Bracket, 5, 1.0),
     case("bracket 0.1 mm, tool z", Kind::Bracket, 6, 1.0),
     case("bracket 0.05°, tool x", Kind::Bracket, 1, 1.0),
     case("bracket 0.05°, tool y", Kind::Bracket, 2, 1.0),
     case("bracket 0.05°, tool z (spin)", Kind::Bracket, 3, 1.0),
-    case("sensor width 0.3 %", Kind::Sensor, 7, 1.0),
-    case("sensor depth 0.3 %", Kind::Sensor, 8, 1.0),
-    case("sensor keystone 1e-4/mm", Kind::Sensor, 10, 1.0),
+    said("sensor width", case("sensor width 0.3 %", Kind::Sensor, 7, 1.0)),
+    said("sensor depth", case("sensor depth 0.3 %, about the welds", Kind::Sensor, 8, 1.0)),
+    case(FROM_SENSOR, Kind::Sensor, 8, 1.0),
+    said("sensor keystone across", case("sensor keystone 1e-4/mm", Kind::Sensor, 10, 1.0)),
     case("fixture 0.3 mm, base x", Kind::Seam, 12, 3.0),
+    case("fixture 1 mm, base x", Kind::Seam, 12, 10.0),
+    case("fixture 1 mm, base y", Kind::Seam, 13, 10.0),
     case("nothing", Kind::Seam, 12, 0.0),
 ];
+
+impl Case {
+    /// The calibration's error and the fixture's change once it has happened, SI.
+    fn applied(&self, line: &Line, error: &DVector<f64>) -> (DVector<f64>, DVector<f64>) {
+        let (mut theta, mut fixture) = (error.clone(), DVector::zeros(6));
+        let change = self.units * UNITS[self.column];
+        if self.column < CALIBRATION {
+            theta[self.column] += change;
+        } else {
+            fixture[self.column - CALIBRATION] += change;
+        }
+        if self.name == FROM_SENSOR {
+            let mut shift = theta.rows_mut(TRANSLATION, 3);
+            shift += line.tool_from_axes.column(2) * (change * line.depth_m);
+        }
+        (theta, fixture)
+    }
+}
 
 struct Outcome {
     delay: Option<usize>,
     named: bool,
+    /// Or named as something that is not told apart from what was found.
+    rival: bool,
 }
 
 /// A production before anything changed, and what it has taught.
@@ -145,67 +181,78 @@ impl<'a> Taught<'a> {
 
     /// Welds on after a change until an alarm, at most so many pieces.
     fn after(&self, case: &Case, most: usize, random: &mut ChaCha8Rng) -> Outcome {
-        let (mut theta, mut fixture) = (self.error.clone(), DVector::zeros(6));
-        let change = case.units * UNITS[case.column];
-        if case.column < CALIBRATION {
-            theta[case.column] += change;
-        } else {
-            fixture[case.column - CALIBRATION] += change;
-        }
+        let (theta, fixture) = case.applied(self.line, &self.error);
         let mut pieces = self.pieces.clone();
         for after in 1..=most {
             let drawn = self.line.draw(&theta, &fixture, random);
             pieces.push(PieceInformation::of(&drawn, 0, &self.line.part, self.scatters[0].as_ref()));
             if let Some(alarm) = self.alarm(&pieces) {
-                return Outcome { delay: Some(after), named: alarm.change.kind == case.kind };
+                let rival = alarm.not_told_apart.contains(&case.kind);
+                return Outcome { delay: Some(after), named: alarm.change.kind == case.kind, rival };
             }
         }
-        Outcome { delay: None, named: false }
+        Outcome { delay: None, named: false, rival: false }
     }
 }
 
 /// What a page about these welds would say they do not show.
-fn blind(line: &Line, taught: &Taught<'_>) -> String {
-    let sheet_axes = blindness::SensorAxes { tool_from_axes: line.tool_from_axes };
-    let blind = blindness::blind_to(&taught.pieces, &sheet_axes);
-    if blind.is_empty() { "nothing".to_owned() } else { blind.join(", ") }
+fn blind(line: &Line, taught: &Taught<'_>) -> Vec<String> {
+    let sheet_axes = SensorAxes { tool_from_axes: line.tool_from_axes, camera_to_seam_m: Vector3::zeros() };
+    blindness::blind_to(&taught.pieces, &sheet_axes)
 }
 
-fn table(line: &Line, runs: u64, most: usize) {
-    let mut outcomes: Vec<Vec<Outcome>> = CASES.iter().map(|_| Vec::new()).collect();
+fn table(line: &Line, runs: u64, most: usize, rows: &[(usize, &Case)]) {
+    let mut outcomes: Vec<Vec<Outcome>> = rows.iter().map(|_| Vec::new()).collect();
+    let mut said_blind = vec![0; rows.len()];
     let (mut early, mut blinds) = (0, BTreeMap::new());
     for seed in 0..runs {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let taught = Taught::by(line, &mut random);
         early += usize::from(taught.alarm(&taught.pieces).is_some());
-        *blinds.entry(blind(line, &taught)).or_insert(0) += 1;
-        for (k, case) in CASES.iter().enumerate() {
-            let mut random = ChaCha8Rng::seed_from_u64(1_000_000 + 1000 * k as u64 + seed);
-            outcomes[k].push(taught.after(case, most, &mut random));
+        let words = blind(line, &taught);
+        for (row, (k, case)) in rows.iter().enumerate() {
+            let says = |word: &String| word == case.kind.name() || Some(word.as_str()) == case.blindness;
+            said_blind[row] += usize::from(words.iter().any(says));
+            let mut random = ChaCha8Rng::seed_from_u64(1_000_000 + 1000 * *k as u64 + seed);
+            outcomes[row].push(taught.after(case, most, &mut random));
         }
+        *blinds.entry(words.join(", ")).or_insert(0) += 1;
     }
-    println!("| change | median | 95 % | found | named rightly |\n|---|---|---|---|---|");
-    for (case, outcomes) in CASES.iter().zip(&outcomes) {
+    println!("| change | median | 95 % | found | named rightly | or not told apart | said to be blind |");
+    println!("|---|---|---|---|---|---|---|");
+    for (((_, case), outcomes), said) in rows.iter().zip(&outcomes).zip(&said_blind) {
         let mut delays: Vec<usize> = outcomes.iter().map(|o| o.delay.unwrap_or(usize::MAX)).collect();
         delays.sort_unstable();
         let at = |part: f64| match delays[((delays.len() - 1) as f64 * part).ceil() as usize] {
             usize::MAX => "–".to_owned(),
             delay => delay.to_string(),
         };
-        let found = outcomes.iter().filter(|o| o.delay.is_some()).count();
-        let named = outcomes.iter().filter(|o| o.named).count();
-        println!("| {} | {} | {} | {found} | {named} |", case.name, at(0.5), at(0.95));
+        let count = |of: fn(&Outcome) -> bool| outcomes.iter().filter(|o| of(o)).count();
+        let (found, named, rival) = (count(|o| o.delay.is_some()), count(|o| o.named), count(|o| o.rival));
+        println!("| {} | {} | {} | {found} | {named} | {rival} | {said} |", case.name, at(0.5), at(0.95));
     }
     println!("alarms before any change: {early} of {runs}; said to be blind to (productions): {blinds:?}");
 }
 
+/// The production of a name.
+fn production(name: &str) -> Production {
+    let (name, is_swung) = name.strip_suffix("-swung").map_or((name, false), |name| (name, true));
+    let layout = Layout::ALL.into_iter().find(|layout| layout.name() == name).unwrap();
+    let pivot_m = is_swung.then(Vector3::zeros);
+    Production { pivot_m, ..layout.production() }
+}
+
 fn main() {
-    let mut arguments = std::env::args().skip(1);
-    let mut number = |default: u64| arguments.next().map_or(default, |text| text.parse().unwrap());
-    let (runs, most) = (number(10), number(AFTER) as usize);
-    let chosen = arguments.next();
-    for layout in Layout::ALL.into_iter().filter(|l| chosen.as_ref().is_none_or(|name| l.name() == name)) {
-        println!("\n{} ({runs} runs a row; not found within {most} pieces: –)", layout.name());
-        table(&Line::of(layout), runs, most);
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |k: usize, default: u64| arguments.get(k).map_or(default, |text| text.parse().unwrap());
+    let (runs, most) = (number(0, 10), number(1, AFTER) as usize);
+    let all = Layout::ALL.map(|layout| layout.name().to_owned()).to_vec();
+    let names = arguments.get(2).map_or(all, |name| vec![name.clone()]);
+    let wanted = arguments.get(3).map_or("", String::as_str);
+    let rows: Vec<(usize, &Case)> =
+        CASES.iter().enumerate().filter(|(_, case)| case.name.starts_with(wanted)).collect();
+    for name in names {
+        println!("\n{name} ({runs} runs a row; not found within {most} pieces: –)");
+        table(&Line::of(&production(&name)), runs, most, &rows);
     }
 }

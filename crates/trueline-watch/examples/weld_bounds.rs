@@ -4,7 +4,7 @@
 //! `cargo run -p trueline-watch --example weld_bounds`
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "an example prints, and fails by panicking")]
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector3};
 use trueline_sim::production::{Layout, Production, piece};
 use trueline_sim::scenario::Sine;
 use trueline_watch::innovation::{Weld, shape_origin_m};
@@ -66,6 +66,8 @@ fn main() {
     let tilted = [sine(three, 0.23, 0.5), sine(three, 0.17, 2.0), sine(three, 0.13, 4.0)];
     bounds("straight", &Production { tilts: none, ..one.clone() });
     bounds("3° of tilt", &Production { tilts: tilted, ..one.clone() });
+    let about_camera = Production { tilts: tilted, pivot_m: Some(Vector3::zeros()), ..one.clone() };
+    bounds("3° of tilt about the camera", &about_camera);
     bounds("weave", &Production { tilts: none, weave: sine(0.003, 2.0, 0.0), ..one });
     for layout in Layout::ALL {
         bounds(layout.name(), &layout.production());

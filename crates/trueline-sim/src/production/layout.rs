@@ -58,6 +58,7 @@ impl Layout {
             weave: Sine::default(),
             range: Sine::default(),
             tilts: tilts(degree),
+            pivot_m: None,
             scatter: usual,
             change: None,
             scenario,

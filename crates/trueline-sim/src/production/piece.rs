@@ -192,14 +192,18 @@ impl<'a> Taught<'a> {
         let range = (approach - along * along.dot(&approach)).normalize();
         let across =
             Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[along.cross(&range), along, range]));
-        let [work, travel, spin] = [0, 1, 2].map(|axis| production.tilts[axis].at(time_s));
-        let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), seam.work_angle_rad + work)
-            * Rotation3::from_axis_angle(&Vector3::x_axis(), travel)
-            * Rotation3::from_axis_angle(&Vector3::z_axis(), spin);
-        let base_from_camera = across * tilt * self.sheet.camera_from_sheet.inverse();
+        let tilts = [0, 1, 2].map(|axis| production.tilts[axis].at(time_s));
+        let attitude = |[work, travel, spin]: [f64; 3]| {
+            let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), seam.work_angle_rad + work)
+                * Rotation3::from_axis_angle(&Vector3::x_axis(), travel)
+                * Rotation3::from_axis_angle(&Vector3::z_axis(), spin);
+            across * tilt * self.sheet.camera_from_sheet.inverse()
+        };
+        let (steady, base_from_camera) = (attitude([0.0; 3]), attitude(tilts));
         let aim = self.sheet.point(production.weave.at(time_s), production.range.at(time_s));
+        let pivot = production.pivot_m.unwrap_or(aim);
         let rotation = UnitQuaternion::from_rotation_matrix(&base_from_camera);
-        let origin = place - base_from_camera * aim;
+        let origin = place + steady * (pivot - aim) - base_from_camera * pivot;
         Pose::from_parts(origin.into(), rotation) * production.scenario.cell.tool_from_camera.inverse()
     }
 }

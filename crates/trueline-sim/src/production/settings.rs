@@ -19,6 +19,8 @@ pub struct Production {
     pub range: Sine,
     /// Work angle, travel angle and spin about those of each seam, rad.
     pub tilts: [Sine; 3],
+    /// The point of the camera frame about which the tilts turn, m; `None`: the point of the seam, which then rests in the sheet.
+    pub pivot_m: Option<Vector3<f64>>,
     /// How pieces differ.
     pub scatter: PlacementScatter,
     /// What changes, and when.
