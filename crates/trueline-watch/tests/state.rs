@@ -178,6 +178,7 @@ fn a_state_of_the_first_version_goes_on() {
     let before = Store::open_to_read(&file).unwrap();
     let old = before.history(1, 100).unwrap();
     assert!(before.receivers().unwrap().is_empty());
+    assert_eq!(before.calibrations().unwrap()[0].welds, 5);
     drop(before);
     assert_eq!(
         old.iter().map(|row| row.alarm.as_ref().map(|a| a.since)).collect::<Vec<_>>(),
@@ -196,6 +197,7 @@ fn a_state_of_the_first_version_goes_on() {
         (&"timing".into(), &"piece 3".into()),
         "{next}"
     );
+    assert_eq!(store.calibrations().unwrap()[0].welds, 6);
     drop(store);
     assert_eq!(Store::open(&file).unwrap().history(1, 100).unwrap().len(), 6);
 }
@@ -239,11 +241,14 @@ fn old_welds_are_forgotten_and_what_the_detector_needs_is_not() {
     connection
         .execute_batch("INSERT INTO alarms SELECT id, 'timing', 1, -9 FROM welds WHERE id % 7 = 0")
         .unwrap();
+    let welds = || store.calibrations().unwrap()[0].welds;
+    assert_eq!(welds(), 301);
     assert_eq!(store.forget_before(2_000).unwrap(), 0, "all are younger");
     let year_3000 = 32_503_680_000;
     // Piece 0 has a statistic that the detector looks back on: it stays, however old.
     let forgotten: Vec<usize> = (0..5).map(|_| store.forget_before(year_3000).unwrap()).collect();
     assert_eq!(forgotten, [100, 100, 100, 0, 0]);
+    assert_eq!(welds(), 1);
     let rest = store.history(1, 1000).unwrap();
     assert_eq!(rest.iter().map(|row| row.id).collect::<Vec<_>>(), [1]);
     let alarms: i64 = connection.query_row("SELECT count(*) FROM alarms", [], |row| row.get(0)).unwrap();

@@ -5,6 +5,9 @@ use super::schema::Store;
 use super::store_error::StoreError;
 use rusqlite::OptionalExtension;
 
+/// Older files are read without being changed.
+const FIRST_WITH_COUNTS: i64 = 3;
+
 /// A stored calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationRow {
@@ -63,9 +66,13 @@ impl Store {
     /// # Errors
     /// A database that cannot be read.
     pub fn calibrations(&self) -> Result<Vec<CalibrationRow>, StoreError> {
-        let text = "SELECT id, name, added_s, time_offset_s, \
-                    (SELECT count(*) FROM welds WHERE welds.calibration = calibrations.id) FROM calibrations ORDER BY id";
-        let mut query = self.connection.prepare(text).map_err(|e| self.failed(e))?;
+        let welds = if self.versions()?.1 < FIRST_WITH_COUNTS {
+            "(SELECT count(*) FROM welds WHERE welds.calibration = calibrations.id)"
+        } else {
+            "welds"
+        };
+        let text = format!("SELECT id, name, added_s, time_offset_s, {welds} FROM calibrations ORDER BY id");
+        let mut query = self.connection.prepare(&text).map_err(|e| self.failed(e))?;
         let rows = query.query_map([], |row| {
             Ok(CalibrationRow {
                 id: row.get(0)?,
