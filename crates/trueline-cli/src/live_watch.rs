@@ -50,13 +50,7 @@ pub(crate) fn told(
 /// Says who could not be told of alarms.
 pub(crate) fn tell_who_was_not_told(watcher: &mut Watcher) -> Result<(), Failure> {
     for receiver in watcher.finish()? {
-        output::words(&format!(
-            "warning: {} has not been told {} messages about alarms ({}); they are kept, and told by the next program with \
-             the same --state and --tell",
-            receiver.name,
-            receiver.waiting,
-            receiver.error.as_deref().unwrap_or("no try yet")
-        ));
+        output::words(&weld_text::not_told(&receiver));
     }
     Ok(())
 }

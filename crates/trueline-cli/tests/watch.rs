@@ -44,8 +44,14 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     }
 
     let watched = run(&[&["watch", "--folder", "welds", "--once", "--json", "-"], STATE.as_slice()].concat());
-    // Files younger than two seconds may still be written to.
-    assert!(watched.status.code().unwrap() < 2, "{}", words(&watched));
+    // Files that were written a moment ago are waited for: all six have been watched, two of them before.
+    assert_eq!(watched.status.code(), Some(1), "{}", words(&watched));
+    assert_eq!(lines(&watched).len(), 6);
+    assert!(words(&watched).contains("weld-0000: watched before"), "{}", words(&watched));
+    std::fs::create_dir(dir.path().join("empty")).unwrap();
+    let empty = run(&[&["watch", "--folder", "empty", "--once"], STATE.as_slice()].concat());
+    assert_eq!(empty.status.code(), Some(0));
+    assert!(words(&empty).contains("there is no weld in it"), "{}", words(&empty));
     let rest = ["welds/weld-0002", "welds/weld-0003", "welds/weld-0004", "welds/weld-0005"];
     let watched = run(&[&["watch", "--json", "-"], rest.as_slice(), STATE.as_slice()].concat());
     assert_eq!(watched.status.code(), Some(1), "{}", words(&watched));

@@ -2,7 +2,7 @@
 
 use crate::detect::judgement::ALARM_P_LOG10;
 use crate::history_table::column;
-use crate::parameters::{Kind, ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
+use crate::parameters::{CALIBRATION, Kind, ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
 use crate::store::HistoryRow;
 use crate::weld_text::{how_rarely, what_changed};
 use std::ops::Range;
@@ -29,6 +29,7 @@ pub fn html(history: &[HistoryRow], title: &str, command: &str) -> String {
         control(history, columns, ("translation", "Bracket: shift, tool axes"), TRANSLATION..SHAPE),
         control(history, columns, ("rotation", "Bracket: turn, tool axes"), ROTATION..TRANSLATION),
         control(history, columns, ("shape", "Sensor: width, depth and shear"), SHAPE..SHAPE + 3),
+        control(history, columns, ("keystone", "Sensor: keystone"), SHAPE + 3..CALIBRATION),
         noise(history, columns),
     ];
     page.sections = vec![
@@ -117,16 +118,20 @@ fn control(
     let unit = column(range.start).0.rsplit('_').next().unwrap_or_default();
     let x = columns.add(welds(history));
     let mut series = Vec::new();
-    let mut widest: f64 = 0.0;
+    let (mut widest, mut farthest) = (0.0_f64, 0.0_f64);
     for (colour, k) in range.clone().enumerate() {
         let (name, factor) = column(k);
         let of = |row: &HistoryRow| row.estimates.get(k).copied().flatten();
         let y = columns.add(history.iter().map(|row| of(row).map_or(f64::NAN, |[value, _]| value * factor)));
         series.push(Series::points(name, x, y, Colour::of(colour)));
+        farthest =
+            history.iter().filter_map(of).map(|[value, _]| (value * factor).abs()).fold(farthest, f64::max);
         let mut sigmas: Vec<f64> = history.iter().filter_map(of).map(|[_, sigma]| sigma * factor).collect();
         sigmas.sort_by(f64::total_cmp);
         widest = widest.max(sigmas.get(sigmas.len() / 2).copied().unwrap_or(0.0));
     }
+    // Both limits are always in view.
+    let half = (1.05 * farthest.max(LIMITS * widest)).max(f64::MIN_POSITIVE);
     let mark = |at: f64, name: &str| Mark { name: name.to_owned(), at, upright: false };
     Block::Chart(Chart {
         id,
@@ -139,7 +144,7 @@ fn control(
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("weld"),
-            y: Axis::of(&format!("change ({unit})")),
+            y: Axis::of(&format!("change ({unit})")).between(-half, half),
             series,
             marks: vec![mark(LIMITS * widest, "+3 σ"), mark(-LIMITS * widest, "−3 σ")],
         },

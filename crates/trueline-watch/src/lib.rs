@@ -65,5 +65,5 @@ pub use reference::{Part, Reference};
 pub use store::Store;
 pub use watch::{WatchError, Watched, watch};
 pub use watcher::{Watcher, WatcherError, WatcherSettings};
-pub use weld_folder::WeldFolder;
+pub use weld_folder::{Found, WeldFolder};
 pub use weld_line::{Learning, WeldLine};

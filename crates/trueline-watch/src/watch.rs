@@ -3,12 +3,13 @@
 use crate::alarm_message::{self, Event};
 use crate::detect::inside::CutWeld;
 use crate::detect::scatter::{self, LESSONS};
+use crate::detect::sensor_axes::SensorAxes;
 use crate::detect::{History, Judgement, PieceInformation, Scatter, blindness, judge};
 use crate::innovation::{Evidence, Weld, WeldError, shape_origin_m};
 use crate::parameters::{CALIBRATION, UNITS};
 use crate::reference::{Part, Reference};
 use crate::store::{NewWeld, Store, StoreError, StoredPart, StoredPiece};
-use crate::weld_line::{Learning, WeldLine};
+use crate::weld_line::{Learning, Told, WeldLine};
 use nalgebra::{Matrix3, Vector3};
 use sha2::{Digest, Sha256};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -100,13 +101,13 @@ pub fn watch(
     let pieces = store.pieces(id)?;
     let standing = store.standing(id)?;
     learn(store, &pieces, &mut parts[own], standing.as_ref().map(|alarm| alarm.since))?;
-    let axes = sensor_axes(recording, &calibration.guess);
+    let axes = sensor_axes(recording, &calibration.guess, origin_m);
     let seen = Seen { reference: &reference, parts: &parts, own, pieces: &pieces, evidence: &evidence };
     let (judgement, information) = seen.judged();
     let mut line = seen.line(name, &judgement, &information, &axes);
     line.stamps_treated_alike = weld.stamps_as(reference.dejittered);
     store.add_weld(id, &seen.kept(&line, content, now_s, &judgement, &information))?;
-    let kind = line.alarm.as_ref().map(|(alarm, _)| alarm.change.kind.name());
+    let kind = line.alarm.as_ref().map(|told| told.alarm.change.kind.name());
     if let Some(event) = Event::between(standing.as_ref(), kind) {
         let body = alarm_message::body(event, &store.cell(), &calibration.name, now_s, &line.to_json());
         store.add_message(&body.to_string())?;
@@ -179,7 +180,7 @@ impl Seen<'_> {
         name: &str,
         judgement: &Judgement,
         information: &[PieceInformation],
-        axes: &blindness::SensorAxes,
+        axes: &SensorAxes,
     ) -> WeldLine {
         let own_id = self.parts[self.own].id;
         let seen = self.pieces.iter().filter(|piece| piece.part == own_id).count() + 1;
@@ -191,7 +192,8 @@ impl Seen<'_> {
             outliers: statistic.outliers,
             noise_factor: statistic.noise_factor,
             blind_to: blindness::blind_to(information, axes),
-            alarm: judgement.alarm.clone().zip(since),
+            blindness_is_news: true,
+            alarm: judgement.alarm.clone().zip(since).map(|(alarm, since)| Told::of(alarm, since, axes)),
             part: own_id,
             learning: self.scatter().is_none().then_some(Learning { pieces: seen, needed: LESSONS[0] }),
             p_log10: judgement.p_log10,
@@ -237,8 +239,8 @@ fn estimates(piece: &PieceInformation) -> Vec<Option<[f64; 2]>> {
     (0..CALIBRATION).map(of).collect()
 }
 
-/// Along the stripe, square to the sheet and in depth, in the tool frame.
-fn sensor_axes(recording: &Recording, guess: &Guess) -> blindness::SensorAxes {
+/// The sensor's axes, and how far it is to the middle of what it sees (sheet coordinates), in the tool frame.
+fn sensor_axes(recording: &Recording, guess: &Guess, middle_m: [f64; 2]) -> SensorAxes {
     let sheet = match &recording.sensor {
         Sensor::CameraLaser { laser_plane_in_camera, .. }
         | Sensor::Points { laser_plane_in_camera: Some(laser_plane_in_camera) } => {
@@ -251,7 +253,8 @@ fn sensor_axes(recording: &Recording, guess: &Guess) -> blindness::SensorAxes {
     let in_tool = |axis: &Vector3<f64>| guess.tool_from_camera.rotation * axis;
     let along = across.cross(&depth);
     let tool_from_axes = Matrix3::from_columns(&[in_tool(&across), in_tool(&along), in_tool(&depth)]);
-    blindness::SensorAxes { tool_from_axes }
+    let camera_to_seam_m = in_tool(&sheet.point(&middle_m.into()));
+    SensorAxes { tool_from_axes, camera_to_seam_m }
 }
 
 /// What a recording holds, as one number: stamps, poses and features, whatever file they came from.

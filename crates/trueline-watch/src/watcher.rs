@@ -80,6 +80,7 @@ pub struct Watcher {
     calibration: Watched,
     keep: Option<Duration>,
     couriers: Vec<Courier>,
+    blind_to: Option<Vec<String>>,
     /// Welds with an alarm.
     pub alarms: usize,
 }
@@ -97,7 +98,7 @@ impl Watcher {
         for address in settings.tell {
             couriers.push(Courier::start(settings.state, tell::at(address)?)?);
         }
-        Ok(Self { store, known, calibration, keep: settings.keep, couriers, alarms: 0 })
+        Ok(Self { store, known, calibration, keep: settings.keep, couriers, blind_to: None, alarms: 0 })
     }
 
     /// Whether the calibration was accepted when it was made, where its file says so.
@@ -112,8 +113,10 @@ impl Watcher {
     /// A weld or a state that cannot be used.
     pub fn one(&mut self, name: &str, recording: Recording) -> Result<WeldLine, WatcherError> {
         let recording = self.known.corrected(recording);
-        let line = watch(&self.store, &self.calibration, name, &recording)
+        let mut line = watch(&self.store, &self.calibration, name, &recording)
             .map_err(|error| WatcherError::Weld { name: name.to_owned(), error })?;
+        line.blindness_is_news &= self.blind_to.as_ref() != Some(&line.blind_to);
+        self.blind_to = Some(line.blind_to.clone());
         self.alarms += usize::from(line.is_alarm());
         if let Some(keep) = self.keep {
             let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();

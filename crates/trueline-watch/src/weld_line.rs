@@ -1,5 +1,6 @@
 //! What is told of a weld: one line of JSON.
 
+use crate::detect::sensor_axes::SensorAxes;
 use crate::detect::{Alarm, Change};
 use crate::parameters::Kind;
 use serde_json::{Value, json};
@@ -11,6 +12,44 @@ pub struct Learning {
     pub pieces: usize,
     /// Pieces that are needed.
     pub needed: usize,
+}
+
+/// An alarm as it is told.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// The alarm.
+    pub alarm: Alarm,
+    /// The name of the first weld after the change.
+    pub since: String,
+    /// Of a bracket: how far a seam point has moved by [`crate::detect::sensor_axes::AXES`], with the standard deviation, m.
+    pub seam_point: Option<[Option<[f64; 2]>; 3]>,
+}
+
+impl Told {
+    /// An alarm with its words' numbers.
+    #[must_use]
+    pub fn of(alarm: Alarm, since: String, axes: &SensorAxes) -> Self {
+        let seam_point = (alarm.change.kind == Kind::Bracket).then(|| axes.seam_point(&alarm.change));
+        Self { alarm, since, seam_point }
+    }
+
+    fn to_json(&self) -> Value {
+        let alarm = &self.alarm;
+        let mut change = change_json(&alarm.change);
+        if let Some(moved) = &self.seam_point {
+            let of = |k: usize| moved.map(|axis| axis.map(|pair| pair[k] * 1e3));
+            change["seam_point_mm"] = json!(of(0));
+            change["sigma"]["seam_point_mm"] = json!(of(1));
+        }
+        json!({
+            "kind": alarm.change.kind.name(),
+            "since": self.since,
+            "since_time_s": alarm.since.inside_s,
+            "change": change,
+            "p_log10": alarm.change.p_log10,
+            "not_told_apart": alarm.not_told_apart.iter().map(|kind| kind.name()).collect::<Vec<_>>(),
+        })
+    }
 }
 
 /// What is told of a weld.
@@ -26,8 +65,10 @@ pub struct WeldLine {
     pub noise_factor: f64,
     /// What welds like these would not show.
     pub blind_to: Vec<String>,
-    /// What changed, and the name of the first weld after the change.
-    pub alarm: Option<(Alarm, String)>,
+    /// Whether that is something else than after the weld before: then it is worth words.
+    pub blindness_is_news: bool,
+    /// What changed.
+    pub alarm: Option<Told>,
     /// Number of the part.
     pub part: i64,
     /// Until the scatter of the part has been learnt: how far that is.
@@ -55,6 +96,7 @@ impl WeldLine {
             outliers: value["outliers"].as_u64().unwrap_or(0) as usize,
             noise_factor: value["noise_factor"].as_f64().unwrap_or(1.0),
             blind_to: strings("blind_to"),
+            blindness_is_news: false,
             alarm: None,
             part: value["part"].as_i64().unwrap_or(0),
             learning: None,
@@ -85,25 +127,14 @@ impl WeldLine {
         json!({
             "weld": self.weld, "used": self.used, "outliers": self.outliers, "noise_factor": self.noise_factor,
             "part": self.part, "learning": learning, "blind_to": self.blind_to, "p_log10": by_kind,
-            "alarm": self.alarm.as_ref().map(|(alarm, since)| alarm_json(alarm, since)),
+            "alarm": self.alarm.as_ref().map(Told::to_json),
         })
     }
 }
 
-fn alarm_json(alarm: &Alarm, since: &str) -> Value {
-    json!({
-        "kind": alarm.change.kind.name(),
-        "since": since,
-        "since_time_s": alarm.since.inside_s,
-        "change": change_json(&alarm.change),
-        "p_log10": alarm.change.p_log10,
-        "not_told_apart": alarm.not_told_apart.iter().map(|kind| kind.name()).collect::<Vec<_>>(),
-    })
-}
-
 /// A change in the units of files, with its standard deviations; null is what does not show.
 #[must_use]
-pub(crate) fn change_json(change: &Change) -> Value {
+fn change_json(change: &Change) -> Value {
     let part = |from: usize, to: usize, factor: f64| {
         let scaled = |list: &[Option<f64>]| {
             list[from..to].iter().map(|x| x.map(|x| x * factor)).collect::<Vec<Option<f64>>>()

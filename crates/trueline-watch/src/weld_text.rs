@@ -1,8 +1,10 @@
 //! What is told of a weld, for the person who welds.
 
-use crate::detect::{Alarm, Change};
+use crate::detect::Change;
+use crate::detect::sensor_axes::AXES;
 use crate::parameters::Kind;
-use crate::weld_line::WeldLine;
+use crate::store::ReceiverRow;
+use crate::weld_line::{Told, WeldLine};
 
 /// What is told of a weld.
 #[must_use]
@@ -13,7 +15,7 @@ pub fn of(line: &WeldLine) -> String {
     }
     let mut text = match &line.alarm {
         None => format!("{}: nothing has changed ({} seam points)\n", line.weld, line.used),
-        Some((alarm, since)) => alarm_text(&line.weld, alarm, since),
+        Some(told) => alarm_text(&line.weld, told),
     };
     if let Some(learning) = line.learning {
         text += &format!(
@@ -22,12 +24,8 @@ pub fn of(line: &WeldLine) -> String {
             learning.needed
         );
     }
-    if !line.blind_to.is_empty() {
-        text += &format!(
-            "  these welds would not show: {}; a scan of 5 s over a fixed edge shows all of it: \
-             `trueline plan cell.toml --calibration RESULT --duration-s 5 --out check-scan`\n",
-            line.blind_to.join(", ")
-        );
+    if line.blindness_is_news {
+        text += &blindness_text(&line.blind_to);
     }
     if !line.stamps_treated_alike {
         text +=
@@ -36,14 +34,31 @@ pub fn of(line: &WeldLine) -> String {
     text
 }
 
-fn alarm_text(weld: &str, alarm: &Alarm, since: &str) -> String {
+fn blindness_text(blind_to: &[String]) -> String {
+    if blind_to.is_empty() {
+        return String::new();
+    }
+    let hidden = blind_to.join(", ");
+    // Where a part lies is the fixture's, and no scan of an edge shows it.
+    if blind_to.iter().all(|what| what == Kind::Seam.name()) {
+        return format!("  these welds would not show: {hidden} (where the part lies)\n");
+    }
+    format!(
+        "  these welds would not show: {hidden}; a scan of 5 s over a fixed edge shows timing, bracket and sensor: \
+         `trueline plan cell.toml --calibration RESULT --duration-s 5 --out check-scan`, to be watched with a --state of its own\n"
+    )
+}
+
+fn alarm_text(weld: &str, told: &Told) -> String {
+    let Told { alarm, since, seam_point } = told;
     let what = what_changed(alarm.change.kind);
     let when = match alarm.since.inside_s {
         Some(at_s) => format!("since {at_s:.1} s into {since}"),
         None => format!("since {since}"),
     };
-    let mut text = format!("{weld}: ALARM: {what}, {when}\n");
-    for part in numbers(&alarm.change) {
+    let mut text =
+        format!("{weld}: ALARM: {what}, {when}\n  look at: {}\n", where_to_look(alarm.change.kind));
+    for part in seam_point.iter().map(seam_point_text).chain(numbers(&alarm.change)) {
         text += &format!("  {part}\n");
     }
     text += &format!("  without a change this comes {}\n", how_rarely(alarm.change.p_log10));
@@ -60,15 +75,49 @@ fn alarm_text(weld: &str, alarm: &Alarm, since: &str) -> String {
     text
 }
 
-/// What has changed, and where to look.
-pub(crate) fn what_changed(kind: Kind) -> &'static str {
+/// What is told of a receiver that could not be told of alarms.
+#[must_use]
+pub fn not_told(receiver: &ReceiverRow) -> String {
+    format!(
+        "warning: {} has not been told {} messages about alarms ({}); they are kept, and told by the next program with the same \
+         --state and --tell",
+        receiver.name,
+        receiver.waiting,
+        receiver.error.as_deref().unwrap_or("no try yet")
+    )
+}
+
+/// How far a bracket has moved a seam point.
+fn seam_point_text(moved: &[Option<[f64; 2]>; 3]) -> String {
+    let one = |(name, axis): (&&str, &Option<[f64; 2]>)| match axis {
+        Some([value, sigma]) => format!("{name} {:+.3} ± {:.3} mm", value * 1e3, sigma * 1e3),
+        None => format!("{name} not shown"),
+    };
+    let all: Vec<String> = AXES.iter().zip(moved).map(one).collect();
+    format!("a seam point moves with it (along the stripe, along the seam, in depth): {}", all.join(", "))
+}
+
+/// What has changed.
+#[must_use]
+pub fn what_changed(kind: Kind) -> &'static str {
     match kind {
         Kind::Timing => "the camera's time offset has changed",
+        Kind::Bracket => "the sensor has moved on the robot",
+        Kind::Sensor => "the sensor itself has changed",
+        Kind::Seam => "the part lies elsewhere",
+    }
+}
+
+/// Where to look then.
+#[must_use]
+pub fn where_to_look(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Timing => "exposure, driver, network, and who set a clock",
         Kind::Bracket => {
-            "the sensor has moved on the robot: look at its bracket, and whether the torch or tool was changed"
+            "the sensor's bracket, the torch or tool, and the sensor's camera and laser, for one that has shifted inside looks the same"
         }
-        Kind::Sensor => "the sensor itself has changed: look at its window, camera and laser",
-        Kind::Seam => "the part lies elsewhere: look at the fixture; the calibration is still good",
+        Kind::Sensor => "the sensor's window, camera and laser, and its temperature",
+        Kind::Seam => "the fixture; the calibration is still good",
     }
 }
 
@@ -76,7 +125,8 @@ pub(crate) fn what_changed(kind: Kind) -> &'static str {
 const RAREST_LOG10: f64 = -12.0;
 
 /// A probability in words.
-pub(crate) fn how_rarely(p_log10: f64) -> String {
+#[must_use]
+pub fn how_rarely(p_log10: f64) -> String {
     if p_log10 < RAREST_LOG10 {
         return format!("less than once in {:.0e} welds", 10f64.powf(-RAREST_LOG10));
     }
@@ -98,7 +148,11 @@ fn numbers(change: &Change) -> Vec<String> {
         (Some(value), Some(sigma)) => format!("{:+.3} ± {:.3} {unit}", value * factor, sigma * factor),
         _ => format!("not shown ({unit})"),
     };
+    let is_shown = |first: usize| (first..first + 3).any(|k| change.value[k].is_some());
     let three = |first: usize, factor: f64, unit: &str| {
+        if !is_shown(first) {
+            return "by itself not shown by these welds".to_owned();
+        }
         ["x", "y", "z"]
             .iter()
             .enumerate()

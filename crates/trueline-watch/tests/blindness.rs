@@ -4,11 +4,12 @@
 mod common;
 
 use common::{evidence, exact, part};
-use nalgebra::{DMatrix, DVector, Matrix3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use trueline_dataset::Sensor;
 use trueline_model::LaserSheet;
 use trueline_sim::production::{Layout, PlacementScatter, piece};
-use trueline_watch::detect::blindness::{SensorAxes, blind_to};
+use trueline_watch::detect::blindness::blind_to;
+use trueline_watch::detect::sensor_axes::SensorAxes;
 use trueline_watch::{Part, PieceInformation, Scatter};
 
 /// The scatter as it would have been learnt from very many pieces.
@@ -38,8 +39,8 @@ fn blind(layout: Layout) -> Vec<String> {
     let sheet = LaserSheet::from_plane(laser_plane_in_camera);
     let [across, depth] = [0, 1].map(|k| sheet.axes().column(k).into_owned());
     let turn = reference.guess.tool_from_camera.rotation.to_rotation_matrix();
-    let axes =
-        SensorAxes { tool_from_axes: turn * Matrix3::from_columns(&[across, across.cross(&depth), depth]) };
+    let tool_from_axes = turn * Matrix3::from_columns(&[across, across.cross(&depth), depth]);
+    let axes = SensorAxes { tool_from_axes, camera_to_seam_m: Vector3::zeros() };
     let scatter = known(&part, production.scatter);
     blind_to(&[PieceInformation::of(&statistic, 0, &part, Some(&scatter))], &axes)
 }

@@ -85,11 +85,11 @@ impl Welds<'_> {
         let mut welds = WeldFolder::of(folder);
         interrupt::watch()?;
         loop {
-            let finished = welds.next_ones().map_err(|error| {
+            let found = welds.look().map_err(|error| {
                 let message = format!("{}: cannot be read: {error}", folder.display());
                 Failure::new(message, "name the folder in which welds appear")
             })?;
-            for weld in finished {
+            for weld in found.finished {
                 // Of many welds one that cannot be read must not end the watch.
                 if let Err(failure) = self.one(&weld) {
                     match failure {
@@ -99,7 +99,11 @@ impl Welds<'_> {
                     self.failed += 1;
                 }
             }
-            if self.args.once || interrupt::times() > 0 {
+            let is_done = self.args.once && found.unfinished == 0;
+            if is_done && welds.is_empty() {
+                output::words(&format!("{}: there is no weld in it", folder.display()));
+            }
+            if is_done || interrupt::times() > 0 {
                 return Ok(());
             }
             std::thread::sleep(LOOK_EVERY);

@@ -1,17 +1,14 @@
 //! An alarm's numbers in words, from the line that was told of its weld.
 
 use serde_json::Value;
+use trueline_watch::Kind;
+use trueline_watch::weld_text::{what_changed, where_to_look};
 
-/// What the change is called.
+/// What the change is called, and where to look.
 #[must_use]
-pub(super) fn what(alarm: &Value) -> &'static str {
-    match alarm["kind"].as_str() {
-        Some("timing") => "the camera's time offset has changed",
-        Some("bracket") => "the sensor has moved on the robot: look at its bracket and at the tool",
-        Some("sensor") => "the sensor itself has changed: look at its window, camera and laser",
-        Some("seam") => "the part lies elsewhere: look at the fixture; the calibration is still good",
-        _ => "something has changed",
-    }
+pub(super) fn what(alarm: &Value) -> [&'static str; 2] {
+    let kind = Kind::ALL.into_iter().find(|kind| alarm["kind"].as_str() == Some(kind.name()));
+    kind.map_or(["something has changed", ""], |kind| [what_changed(kind), where_to_look(kind)])
 }
 
 /// When it changed.
@@ -24,16 +21,29 @@ pub(super) fn since(alarm: &Value) -> String {
     }
 }
 
-/// Every number with its ± and unit.
+/// Every number that shows, with its ± and unit; the names of the others in a row.
 #[must_use]
 pub(super) fn numbers(alarm: &Value) -> Vec<(&'static str, String)> {
+    let (shown, hidden): (Vec<_>, Vec<_>) =
+        all_numbers(alarm).into_iter().partition(|(_, text)| text.is_some());
+    let mut rows: Vec<_> = shown.into_iter().filter_map(|(name, text)| Some((name, text?))).collect();
+    if !hidden.is_empty() {
+        let names: Vec<&str> = hidden.iter().map(|(name, _)| *name).collect();
+        rows.push(("these welds do not show", names.join(", ")));
+    }
+    rows
+}
+
+type Row = (&'static str, Option<String>);
+
+fn all_numbers(alarm: &Value) -> Vec<Row> {
     let change = &alarm["change"];
     let sigma = &change["sigma"];
     let one = |value: &Value, sigma: &Value, factor: f64, unit: &str| match (value.as_f64(), sigma.as_f64()) {
-        (Some(value), Some(sigma)) => format!("{:+.3} ± {:.3} {unit}", value * factor, sigma * factor),
-        _ => "does not show in these welds".to_owned(),
+        (Some(value), Some(sigma)) => Some(format!("{:+.3} ± {:.3} {unit}", value * factor, sigma * factor)),
+        _ => None,
     };
-    let list = |key: &str, names: &[&'static str], factor: f64, unit: &str| -> Vec<(&'static str, String)> {
+    let list = |key: &str, names: &[&'static str], factor: f64, unit: &str| -> Vec<Row> {
         let row =
             |(k, name): (usize, &&'static str)| (*name, one(&change[key][k], &sigma[key][k], factor, unit));
         names.iter().enumerate().map(row).collect()
@@ -52,11 +62,18 @@ pub(super) fn numbers(alarm: &Value) -> Vec<(&'static str, String)> {
             let unit = |k: usize| if k < 3 { "%" } else { "% per mm" };
             all.into_iter()
                 .enumerate()
-                .map(|(k, (name, text))| (name, format!("{text}{}", unit(k))))
+                .map(|(k, (name, text))| (name, text.map(|text| format!("{text}{}", unit(k)))))
                 .collect()
         }
         Some("bracket" | "seam") => {
-            let mut rows = list("translation_mm", &["shift x", "shift y", "shift z"], 1.0, "mm");
+            // Older states do not have it.
+            let mut rows = if change["seam_point_mm"].is_array() {
+                let names = ["seam point across", "seam point along", "seam point, depth"];
+                list("seam_point_mm", &names, 1.0, "mm")
+            } else {
+                Vec::new()
+            };
+            rows.extend(list("translation_mm", &["shift x", "shift y", "shift z"], 1.0, "mm"));
             rows.extend(list("rotation_deg", &["turn x", "turn y", "turn z"], 1.0, "°"));
             rows
         }
@@ -78,12 +95,13 @@ mod tests {
     #[test]
     fn numbers_keep_their_units_and_what_does_not_show_is_no_number() {
         let bracket = json!({ "kind": "bracket", "since": "weld-3", "since_time_s": 2.25, "change": {
-            "translation_mm": [0.1, null, -0.2], "rotation_deg": [null, null, 0.05],
-            "sigma": { "translation_mm": [0.01, null, 0.02], "rotation_deg": [null, null, 0.004] } } });
+            "translation_mm": [0.1, null, -0.2], "rotation_deg": [null, null, 0.05], "seam_point_mm": [0.3, null, 0.1],
+            "sigma": { "seam_point_mm": [0.02, null, 0.01], "translation_mm": [0.01, null, 0.02], "rotation_deg": [null, null, 0.004] } } });
         let rows = numbers(&bracket);
-        assert_eq!(rows[0], ("shift x", "+0.100 ± 0.010 mm".to_owned()));
-        assert_eq!(rows[1].1, "does not show in these welds");
-        assert_eq!(rows[5], ("turn z", "+0.050 ± 0.004 °".to_owned()));
+        assert_eq!(rows[0], ("seam point across", "+0.300 ± 0.020 mm".to_owned()));
+        assert_eq!(rows[2], ("shift x", "+0.100 ± 0.010 mm".to_owned()));
+        assert_eq!(rows[4], ("turn z", "+0.050 ± 0.004 °".to_owned()));
+        assert_eq!(rows[5].1, "seam point along, shift y, turn x, turn y");
         assert_eq!(since(&bracket), "2.2 s into weld-3");
         let sensor = json!({ "kind": "sensor", "change": {
             "shape": [0.003, 0.0, 0.0, 1e-4, 0.0], "sigma": { "shape": [1e-4, 1e-4, 1e-4, 1e-5, 1e-5] } } });

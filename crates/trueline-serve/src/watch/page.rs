@@ -10,6 +10,7 @@ use trueline_watch::detect::judgement::ALARM_P_LOG10;
 use trueline_watch::history_table::column;
 use trueline_watch::parameters::{ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
 use trueline_watch::store::HistoryRow;
+use trueline_watch::weld_text::how_rarely;
 
 /// The blocks of all cells; `Err` is what stands in the place of a cell that cannot be read.
 #[must_use]
@@ -34,7 +35,7 @@ fn inside(cell: &CellView, now_s: i64) -> String {
             let since = evidence::since(alarm);
             format!(
                 "<p class=\"state bad\">ALARM: {}, since {}</p>",
-                escape(evidence::what(alarm)),
+                escape(evidence::what(alarm)[0]),
                 escape(&since)
             )
         }
@@ -43,7 +44,7 @@ fn inside(cell: &CellView, now_s: i64) -> String {
     if let Some((line, at_s)) = &cell.last_alarm {
         cards += &alarm_card(line, *at_s, now_s, cell.alarm().is_some());
     }
-    cards += &card("Evidence of a change: −log10 p (dashed: alarm)", "", &improbable(&cell.history).svg());
+    cards += &card("How improbable without a change", "", &(improbable(&cell.history).svg() + IMPROBABLE));
     let charts = [
         ("Time offset: change (ms)", TIME_OFFSET..ROTATION, ["change", "", ""]),
         ("Bracket: shift, tool axes (mm)", TRANSLATION..SHAPE, ["x", "y", "z"]),
@@ -56,6 +57,10 @@ fn inside(cell: &CellView, now_s: i64) -> String {
     cards += &card("Noise: residuals over expected", "", &noise(&cell.history).svg());
     format!("{state}<div class=\"blocks\">{cards}</div>")
 }
+
+/// How the chart above it is read.
+const IMPROBABLE: &str =
+    "<p class=\"soft\">3 is once in 1,000 welds, 6 once in a million. Above the dashed line is an alarm.</p>";
 
 fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     let line = cell.last.as_ref().unwrap_or(&Value::Null);
@@ -85,7 +90,7 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     }
     let mut out = facts(rows);
     if !blind.is_empty() {
-        out += "<p class=\"soft\">A scan of 5 s over a fixed edge, moving and tilting, shows what these welds do not.</p>";
+        out += "<p class=\"soft\">A scan of 5 s over a fixed edge, moving and tilting, shows timing, bracket and sensor.</p>";
     }
     out
 }
@@ -93,11 +98,13 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
 fn alarm_card(line: &Value, at_s: i64, now_s: i64, stands: bool) -> String {
     let alarm = &line["alarm"];
     let p = alarm["p_log10"].as_f64().unwrap_or(0.0);
+    let [what, look_at] = evidence::what(alarm);
     let mut rows = vec![
-        ("what", evidence::what(alarm).to_owned()),
+        ("what", what.to_owned()),
+        ("look at", look_at.to_owned()),
         ("since", evidence::since(alarm)),
         ("told at", format!("{}, {}", line["weld"].as_str().unwrap_or_default(), ago(now_s - at_s))),
-        ("without a change", format!("once in {:.0e} welds", 10f64.powf(-p))),
+        ("without a change", how_rarely(p)),
     ];
     rows.extend(evidence::numbers(alarm));
     let others = evidence::words(&alarm["not_told_apart"]);
@@ -118,7 +125,9 @@ fn improbable(history: &[HistoryRow]) -> Trend {
         ..Series::default()
     };
     Trend {
-        alternative: "Minus log10 of the probability without a change, by weld and kind".to_owned(),
+        alternative:
+            "How many zeros the number of welds has in which it comes once without a change, by weld and kind"
+                .to_owned(),
         along: "weld",
         series: Kind::ALL.into_iter().enumerate().map(of).collect(),
         limits: vec![-ALARM_P_LOG10],

@@ -1,27 +1,20 @@
 //! What welds like these could not show, however many of them.
 //!
-//! A change of the size that matters (one unit: 0.1 ms, 0.1 mm, 0.05°, 0.3 %, 1e-4 per mm) that adds less than 16 to the sum
-//! of squares of the longest window stays below four standard deviations of chance: it would hardly ever be told.
+//! A change of the size that matters (one unit: 0.1 ms, 0.1 mm, 0.05°, 0.3 %, 1e-4 per mm) that adds less than 25 to the sum
+//! of squares of the longest window stays below five standard deviations of chance, where the limit of an alarm is: more often
+//! than not it would never be told.
 
 use super::piece::PieceInformation;
+use super::sensor_axes::{AXES, SensorAxes};
 use super::windows::WINDOWS;
 use crate::parameters::{CALIBRATION, Kind, PART_ROTATION, PART_TRANSLATION, ROTATION, SHAPE, TRANSLATION};
-use nalgebra::{DVector, Matrix3, Vector3};
+use nalgebra::{DVector, Vector3};
 
 /// Least sum of squares that the longest window must gather.
-const LEAST: f64 = 16.0;
+const LEAST: f64 = 25.0;
 /// Welds over which the information is averaged.
 const RECENT: usize = 16;
 
-/// The sensor's own axes in the tool frame, for words that a person can point at: along the stripe, along the seam (square
-/// to the laser plane), and depth.
-#[derive(Clone, Copy, Debug)]
-pub struct SensorAxes {
-    /// As columns.
-    pub tool_from_axes: Matrix3<f64>,
-}
-
-const AXES: [&str; 3] = ["across", "along", "depth"];
 const SHAPE_NAMES: [&str; 5] = ["width", "depth", "shear", "keystone across", "keystone in depth"];
 
 /// What the last welds are blind to: the name of a kind if nothing of it would show, else its name and what would not.

@@ -24,6 +24,25 @@ pub struct Change {
     pub dimensions: usize,
     /// log₁₀ of the probability that chance alone explains as much.
     pub p_log10: f64,
+    shown: Shown,
+}
+
+/// The estimate where it shows, in units.
+#[derive(Clone, Debug)]
+struct Shown {
+    value: DVector<f64>,
+    covariance: DMatrix<f64>,
+    /// Onto the directions that show.
+    projector: DMatrix<f64>,
+}
+
+impl Shown {
+    /// A weighted sum of the columns and its standard deviation; `None` where a part of it does not show.
+    fn combination(&self, weights: &DVector<f64>) -> Option<[f64; 2]> {
+        let seen = weights.dot(&(&self.projector * weights)) > MOSTLY * weights.norm_squared();
+        let variance = weights.dot(&(&self.covariance * weights));
+        seen.then(|| [weights.dot(&self.value), variance.sqrt()])
+    }
 }
 
 /// How well the scatter behind a statistic is known.
@@ -50,14 +69,14 @@ impl Change {
         let (mut explained, mut share_within) = (0.0, 0.0);
         let mut value = DVector::zeros(evidence.size());
         let mut covariance = DMatrix::zeros(evidence.size(), evidence.size());
-        let mut visible = DVector::zeros(evidence.size());
+        let mut projector = DMatrix::zeros(evidence.size(), evidence.size());
         for &k in &shown {
             let (direction, information) = (eigen.eigenvectors.column(k), eigen.eigenvalues[k]);
             let score = direction.dot(&evidence.vector);
             explained += score * score / information;
             value += direction * (score / information);
             covariance += direction * direction.transpose() / information;
-            visible += direction.component_mul(&direction);
+            projector += direction * direction.transpose();
             share_within += within.map_or(0.0, |w| direction.dot(&(&w.matrix * direction)) / information);
         }
         explained /= known.dispersion;
@@ -65,21 +84,31 @@ impl Change {
         let learnt = 1.0 - (share_within / dimensions.max(1) as f64).clamp(0.0, 1.0);
         let freedom = freedom(known, learnt, dimensions);
         let units = &UNITS[kind.columns()];
-        let seen = |k: usize| visible[k] > MOSTLY;
+        let shown = Shown { value, covariance: covariance * known.dispersion, projector };
+        let of_column =
+            |k: usize| shown.combination(&DVector::from_fn(units.len(), |i, _| f64::from(i == k) * units[i]));
+        let columns: Vec<Option<[f64; 2]>> = (0..units.len()).map(of_column).collect();
         Self {
             kind,
-            value: (0..units.len()).map(|k| seen(k).then(|| value[k] * units[k])).collect(),
-            sigma: (0..units.len())
-                .map(|k| seen(k).then(|| (covariance[(k, k)] * known.dispersion).sqrt() * units[k]))
-                .collect(),
+            value: columns.iter().map(|column| column.map(|[value, _]| value)).collect(),
+            sigma: columns.iter().map(|column| column.map(|[_, sigma]| sigma)).collect(),
             explained,
             dimensions,
             p_log10: log10_probability(explained, dimensions, freedom),
+            shown,
         }
+    }
+
+    /// A sum of the kind's columns with these weights (SI) and its standard deviation; `None` where these welds do not show it.
+    #[must_use]
+    pub fn combination(&self, weights: &[f64]) -> Option<[f64; 2]> {
+        let units = &UNITS[self.kind.columns()];
+        self.shown
+            .combination(&DVector::from_iterator(units.len(), weights.iter().zip(units).map(|(w, u)| w * u)))
     }
 }
 
-/// A component of which less than this part shows has no value of its own.
+/// What shows by less than this part has no value of its own.
 const MOSTLY: f64 = 0.99;
 
 /// Degrees of freedom of a scatter that is partly the noise's and partly learnt: of m pieces, m − d are left for d

@@ -6,6 +6,7 @@ pub mod inside;
 pub mod judgement;
 pub mod piece;
 pub mod scatter;
+pub mod sensor_axes;
 pub mod tail;
 pub mod windows;
 
