@@ -7,7 +7,7 @@
 
 use crate::board::Board;
 pub use crate::bundle_state::{BoardState, BundleState, SHARED_SIZE};
-use crate::camera_inverse::inverse_of_free;
+use crate::inverse_of_free::inverse_of_free;
 pub use crate::picture_fit::Picture;
 use crate::picture_fit::{PictureEquations, PictureFit};
 use crate::projection::{CAMERA_SIZE, CameraVector, from_vector, to_vector};
@@ -64,12 +64,12 @@ impl CameraPrior {
         self.held.clone()
     }
 
-    fn cost(&self, camera: &Camera) -> f64 {
+    pub(crate) fn cost(&self, camera: &Camera) -> f64 {
         let off = to_vector(camera) - self.mean;
         0.5 * off.dot(&(self.information * off))
     }
 
-    fn add(&self, camera: &Camera, equations: &mut NormalEquations) {
+    pub(crate) fn add(&self, camera: &Camera, equations: &mut NormalEquations) {
         let off = to_vector(camera) - self.mean;
         let pull = self.information * off;
         for i in 0..CAMERA_SIZE {

@@ -34,6 +34,17 @@ pub enum Error {
         /// The fewest that will do.
         needed: usize,
     },
+    /// Too few stops before a plate.
+    #[error("the stripe was found at {found} stops; {needed} are needed")]
+    TooFewStops {
+        /// Stops with a stripe.
+        found: usize,
+        /// The fewest that will do.
+        needed: usize,
+    },
+    /// No plate and no laser plane explain the stripes.
+    #[error("no flat plate and no laser plane explain the stripes at the robot's poses")]
+    NoPlate,
     /// All points lie on one line.
     #[error("all points lie on one line: any plane through it fits")]
     OneLine,
@@ -58,6 +69,12 @@ impl Error {
             Self::NotFixed => "tilt the board by about 30 degrees in different directions",
             Self::HandEyeNotFixed => "turn the tool about two axes or more, by 15 degrees and more",
             Self::NoCommonTime => "were robot and camera recorded together, with stamps of one clock?",
+            Self::TooFewStops { .. } => {
+                "stop 15 to 20 times before the plate, near and far, the tool tilted by 20 degrees to every side"
+            }
+            Self::NoPlate => {
+                "is each pose that of its picture, does the plate stand still, and is the hand-eye transform right to 10 degrees?"
+            }
             Self::TooFewBoards { .. } | Self::OneLine => {
                 "put the board at several distances and tilts, so that the stripes spread over the plane"
             }

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! picture ──chessboard──▶ view ──intrinsics──▶ camera ─┐
-//! picture ──stripe──────▶ pixels of the stripe ────────┴─laser_plane──▶ plane
+//! picture ──stripe──────▶ pixels of the stripe ────────┴─laser_plane──▶ plane (boards, or a plain plate and the robot)
 //! views and robot ──board_hand_eye──▶ time offset and hand-eye transform
 //! ```
 //!
@@ -26,14 +26,15 @@ pub mod board;
 pub mod board_hand_eye;
 pub mod bundle;
 mod bundle_state;
-mod camera_inverse;
 pub mod chessboard;
 pub mod error;
 pub mod gray;
 pub mod homography;
 pub mod intrinsics;
+mod inverse_of_free;
 pub mod laser_plane;
 mod picture_fit;
+mod pixel_ray;
 pub mod projection;
 pub mod sheet_tilt;
 pub mod stripe_residual;

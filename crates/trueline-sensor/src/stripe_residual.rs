@@ -4,9 +4,10 @@
 //! X = λ r, λ = (m·t + b)/(m·r), and s = n·X − d is the signed distance from the laser plane.
 
 use crate::bundle_state::{BoardState, PICTURE_SIZE, SHARED_SIZE};
-use crate::projection::{CAMERA_SIZE, project};
+use crate::pixel_ray::PixelRay;
+use crate::projection::CAMERA_SIZE;
 use crate::sheet_tilt;
-use nalgebra::{Matrix2, SMatrix, Vector2, Vector3};
+use nalgebra::{SMatrix, Vector2, Vector3};
 use trueline_geometry::{Plane, so3};
 use trueline_model::Camera;
 
@@ -37,23 +38,6 @@ pub(crate) struct StripePoint {
     pub px_per_m: f64,
 }
 
-/// The ray of a pixel with d (x, y) / d pixel and d (x, y) / d camera.
-struct Ray {
-    ray: Vector3<f64>,
-    d_pixel: Matrix2<f64>,
-    d_camera: SMatrix<f64, 2, CAMERA_SIZE>,
-}
-
-impl Ray {
-    fn of(camera: &Camera, pixel: &Vector2<f64>) -> Option<Self> {
-        let (ray, _) = camera.ray(pixel).ok()?;
-        let (_, d_pixel_d_camera, d_pixel_d_point) = project(camera, &ray)?;
-        // At depth one the ray's x and y are those of the point.
-        let d_pixel = d_pixel_d_point.fixed_columns::<2>(0).try_inverse()?;
-        Some(Self { ray, d_pixel, d_camera: -d_pixel * d_pixel_d_camera })
-    }
-}
-
 impl StripePoint {
     /// The point that a pixel of the stripe shows. `None` where the pixel has no ray, or the ray does not meet the board.
     #[must_use]
@@ -63,7 +47,7 @@ impl StripePoint {
         board: &BoardState,
         stripe: &StripePixel,
     ) -> Option<Self> {
-        let ray = Ray::of(camera, &stripe.pixel)?;
+        let ray = PixelRay::of(camera, &stripe.pixel)?;
         let pose = &board.camera_from_board;
         let board_normal = pose.rotation * Vector3::z();
         let toward = board_normal.dot(&ray.ray);

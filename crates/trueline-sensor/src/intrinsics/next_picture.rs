@@ -4,7 +4,7 @@ use super::field::Sensitivity;
 use super::fit::CameraFit;
 use crate::board::{Board, FoundCorner};
 use crate::bundle::{BoardState, Bundle, BundleState, Picture};
-use crate::camera_inverse::inverse_of_free;
+use crate::inverse_of_free::inverse_of_free;
 use crate::projection::{CAMERA_SIZE, project_from_board};
 use nalgebra::{SMatrix, UnitQuaternion, Vector2, Vector3};
 use trueline_geometry::{Pose, se3};

@@ -7,10 +7,11 @@ use crate::board::{Board, View};
 use crate::bundle::{BoardState, Bundle, BundleState, CameraPrior, Picture, SHARED_SIZE};
 use crate::error::Error;
 use crate::homography;
+use crate::inverse_of_free::inverse_of_free;
 use crate::laser_plane::FEWEST_BOARDS;
 use crate::projection::{CAMERA_SIZE, project_from_board};
 use crate::stripe_residual::{StripePixel, StripePoint};
-use nalgebra::{DMatrix, SMatrix, Vector2, Vector3};
+use nalgebra::{SMatrix, Vector2, Vector3};
 use trueline_geometry::{Plane, Pose, fit};
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 use trueline_model::Camera;
@@ -249,7 +250,8 @@ impl Joint {
     fn conclude(self) -> Result<JointFit, Error> {
         let mut equations = NormalEquations::zeros(SHARED_SIZE);
         self.bundle.linearize(&self.state, &mut equations);
-        let covariance = inverse(&equations.hessian, &self.fixed).ok_or(Error::NotFixed)?;
+        let information = SMatrix::from_fn(|i, j| equations.hessian[(i, j)]);
+        let covariance = inverse_of_free(&information, &self.fixed).ok_or(Error::NotFixed)?;
         let plane = self.state.laser_plane_in_camera.ok_or(Error::OneLine)?;
         let points: Vec<Vec<Vector3<f64>>> = (self.bundle.pictures.iter().zip(&self.state.boards))
             .map(|(picture, board)| {
@@ -279,19 +281,4 @@ fn on_board(camera: &Camera, board: &BoardState, pixel: &Vector2<f64>) -> Option
     let normal = board.camera_from_board.rotation * Vector3::z();
     let depth = normal.dot(&board.camera_from_board.translation.vector) / normal.dot(&ray);
     (depth > 0.0 && depth.is_finite()).then(|| ray * depth)
-}
-
-fn inverse(hessian: &DMatrix<f64>, fixed: &[usize]) -> Option<SMatrix<f64, SHARED_SIZE, SHARED_SIZE>> {
-    type Square = SMatrix<f64, SHARED_SIZE, SHARED_SIZE>;
-    let held = |k: usize| fixed.contains(&k);
-    let matrix = Square::from_fn(|i, j| match (held(i) || held(j), i == j) {
-        (false, _) => hessian[(i, j)],
-        (true, same) => f64::from(u8::from(same)),
-    });
-    let scale = matrix.diagonal().map(|d| 1.0 / d.sqrt());
-    let scaled = Square::from_fn(|i, j| matrix[(i, j)] * scale[i] * scale[j]);
-    let inverse = nalgebra::Cholesky::new(scaled)?.inverse();
-    let covariance =
-        Square::from_fn(|i, j| if held(i) || held(j) { 0.0 } else { inverse[(i, j)] * scale[i] * scale[j] });
-    covariance.iter().all(|x| x.is_finite()).then_some(covariance)
 }

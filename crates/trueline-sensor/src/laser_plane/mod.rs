@@ -1,7 +1,8 @@
-//! The laser plane from stripes on boards.
+//! The laser plane from stripes on boards, or on a plain plate before a robot.
 
 pub mod joint;
 pub mod next_board;
+pub mod plate;
 pub mod points;
 pub mod stripe;
 pub mod striped_picture;

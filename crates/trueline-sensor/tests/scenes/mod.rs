@@ -1,6 +1,8 @@
 //! A camera, a laser plane and boards before them, for tests.
 #![allow(dead_code, reason = "every test uses a part of it")]
 
+pub(crate) mod plate;
+
 use nalgebra::{UnitQuaternion, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;

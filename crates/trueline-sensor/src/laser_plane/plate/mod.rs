@@ -1,0 +1,23 @@
+//! The laser plane from a plain flat plate: no board, but a robot that moves sensor or plate from stop to stop.
+//!
+//! ```text
+//! p_base = base_from_tool · tool_from_camera · λ r,   λ from  n_plate · p_base = d_plate,   n_laser · λ r = d_laser
+//! ```
+//!
+//! Where the plate stands and where the camera is on the robot are not known, so they are estimated with the plane:
+//! twelve unknowns, and nine of a camera that is not exact. The robot's motion gives the scale. A stop gives two numbers,
+//! however many pixels its stripe has: the stripe is straight, and errors of plate and robot move all of it.
+//!
+//! At one attitude it does not work, however the tool moves: nearer or farther along a plane of unknown distance looks the same for
+//! another distance and another laser plane. The plate must be seen tilted about two axes, near and far.
+
+mod fit;
+mod problem;
+mod residual;
+mod spread;
+mod start;
+mod stop;
+
+pub use fit::{FEWEST_STOPS, PlateFit, StopResidual, fit_plate};
+pub use problem::{CAMERA, HAND_EYE, LASER_PLANE, PLATE, PlateProblem, PlateState, SIZE};
+pub use stop::{PlateStop, Support};
