@@ -16,7 +16,7 @@ use trueline_dataset::Pixels;
 use trueline_geometry::{Plane, Pose, se3, so3};
 use trueline_model::{BrownConrady, Camera, LaserSheet};
 use trueline_sensor::intrinsics::{DistortionModel, fit};
-use trueline_sensor::laser_plane::{KnownCamera, StripedView, fit_joint, joint, stripe};
+use trueline_sensor::laser_plane::{Ground, KnownCamera, StripedView, fit_joint, joint, stripe};
 use trueline_sensor::projection::{project_from_board, to_vector};
 use trueline_sensor::{Board, Gray, View, chessboard};
 use trueline_sim::boards::{BoardScene, Stripe, render};
@@ -154,7 +154,7 @@ fn plane_set(random: &mut ChaCha12Rng) -> Option<(DVector<f64>, DMatrix<f64>)> {
             let lit = picture(pose(random, on_plane), Some(laser), random.random())?;
             let view = chessboard::find(&lit, &BOARD).ok()?;
             let found = joint::pose_of(&exact.camera, &BOARD, &view)?;
-            let stripe = stripe::find(&lit, &exact.camera, &joint::outline(&exact.camera, &BOARD, &found));
+            let stripe = stripe::find(&lit, &exact.camera, &Ground::board(&exact.camera, &BOARD, &found));
             (!stripe.is_empty()).then_some(StripedView { view, stripe })
         })
         .collect();

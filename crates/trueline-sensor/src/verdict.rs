@@ -2,7 +2,8 @@
 
 use crate::board_hand_eye::joint::{BoardFit, HAND_EYE, SIZE, TIME_OFFSET};
 use crate::intrinsics::{CameraFit, CrossValidation};
-use crate::laser_plane::{DOUBTFUL, PlaneFit};
+use crate::laser_plane::plate::PlateFit;
+use crate::laser_plane::{DOUBTFUL, JointFit, PlaneFit};
 use nalgebra::{Matrix3, SMatrix};
 use std::fmt;
 
@@ -73,6 +74,11 @@ pub enum Remark {
         /// Standard deviation, m.
         sigma_m: f64,
     },
+    /// The plate was seen at too few attitudes.
+    TooLittleTilt {
+        /// Standard deviation of its attitude about two axes, the larger first, rad.
+        tilts_rad: [f64; 2],
+    },
     /// A board lies off the plane.
     BoardDoubtful {
         /// Which, by its place in the order.
@@ -115,6 +121,7 @@ impl Remark {
             Self::PicturesLeftOut { .. } => "pictures-left-out",
             Self::NormalUncertain { .. } => "plane-normal-uncertain",
             Self::OffsetUncertain { .. } => "plane-offset-uncertain",
+            Self::TooLittleTilt { .. } => "too-little-tilt",
             Self::BoardDoubtful { .. } => "board-doubtful",
             Self::FewBoardPictures { .. } => "few-board-pictures",
             Self::BoardAndRobotDisagree { .. } => "board-and-robot-disagree",
@@ -151,6 +158,12 @@ impl fmt::Display for Remark {
             Self::OffsetUncertain { sigma_m } => {
                 write!(f, "the plane's offset is known to ± {:.2} mm only: use more boards", sigma_m * 1e3)
             }
+            Self::TooLittleTilt { tilts_rad: [first, second] } => write!(
+                f,
+                "tilt the tool by 20 degrees and more to every side, near and far: it was tilted by ± {:.1} degrees about one axis and ± {:.1} about the other",
+                first.to_degrees(),
+                second.to_degrees()
+            ),
             Self::BoardDoubtful { index, z } => {
                 write!(f, "board {} lies {:.1} standard deviations off the plane", index + 1, z.abs())
             }
@@ -221,6 +234,17 @@ pub fn of_plane(covariance: &Matrix3<f64>, middle_sigma_m: f64) -> Vec<Remark> {
     reasons
 }
 
+/// Why a plane from a plate is not accepted, and what to mind.
+#[must_use]
+pub fn of_plate(fit: &PlateFit) -> (Vec<Remark>, Vec<Remark>) {
+    let mut reasons = of_plane(&fit.plane_covariance(), fit.middle_sigma_m());
+    if !reasons.is_empty() {
+        reasons.push(Remark::TooLittleTilt { tilts_rad: fit.tilts_rad });
+    }
+    let count = fit.stops.len() - fit.used();
+    (reasons, (count > 0).then_some(Remark::PicturesLeftOut { count }).into_iter().collect())
+}
+
 /// Why a hand-eye transform from a moving board is not accepted, and what to mind. The covariance is that of all that is
 /// accounted for.
 #[must_use]
@@ -248,6 +272,12 @@ pub fn of_board(fit: &BoardFit, covariance: &SMatrix<f64, SIZE, SIZE>) -> (Vec<R
         reasons.push(Remark::TimeOffsetUncertain { sigma_s: sigma(TIME_OFFSET) });
     }
     (reasons, warnings)
+}
+
+/// Pictures whose stripe is none.
+#[must_use]
+pub fn stripes_left_out(fit: &JointFit) -> Vec<Remark> {
+    (fit.left_out > 0).then_some(Remark::PicturesLeftOut { count: fit.left_out }).into_iter().collect()
 }
 
 /// Boards that lie off the plane by more than chance makes.

@@ -8,7 +8,7 @@ use scenes::{board, camera, plane, poses, striped_poses};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_geometry::Pose;
 use trueline_sensor::intrinsics::{DistortionModel, fit};
-use trueline_sensor::laser_plane::{KnownCamera, StripedView, fit_joint, joint, stripe};
+use trueline_sensor::laser_plane::{Ground, KnownCamera, StripedView, fit_joint, joint, stripe};
 use trueline_sensor::projection::{project_from_board, to_vector};
 use trueline_sensor::{Board, Gray, View, chessboard};
 use trueline_sim::boards::{BoardScene, Stripe, render};
@@ -100,9 +100,9 @@ fn the_plane_follows_from_stripes_on_boards_alone_and_in_pairs() {
             let dark = gray(&render(&scene(*pose, None), 90 + k as u64));
             let view = chessboard::find(if pairs { &dark } else { &lit }, &board()).unwrap();
             let found = joint::pose_of(&camera(), &board(), &view).unwrap();
-            let outline = joint::outline(&camera(), &board(), &found);
+            let ground = Ground::board(&camera(), &board(), &found);
             let shown = if pairs { lit.less(&dark).unwrap() } else { lit };
-            let stripe = stripe::find(&shown, &camera(), &outline);
+            let stripe = stripe::find(&shown, &camera(), &ground);
             if !stripe.is_empty() {
                 views.push(StripedView { view, stripe });
             }

@@ -51,7 +51,8 @@ fn conclude(
 ) -> Result<ExitCode, Failure> {
     let covariance = fit.covariance.fixed_view::<3, 3>(9, 9).into();
     let reasons = verdict::of_plane(&covariance, fit.middle_sigma_m());
-    let remarks = (reasons.as_slice(), [].as_slice());
+    let warnings = verdict::stripes_left_out(fit);
+    let remarks = (reasons.as_slice(), warnings.as_slice());
     let text = sensor_text::joint_plane(fit, remarks)
         .ok_or_else(|| Failure::new("no plane was found", "use more boards"))?;
     if let Some(out) = &args.out {

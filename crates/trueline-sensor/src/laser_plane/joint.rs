@@ -12,6 +12,7 @@ use crate::laser_plane::FEWEST_BOARDS;
 use crate::projection::{CAMERA_SIZE, project_from_board};
 use crate::stripe_residual::{StripePixel, StripePoint};
 use nalgebra::{SMatrix, Vector2, Vector3};
+use trueline_geometry::statistics::median;
 use trueline_geometry::{Plane, Pose, fit};
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 use trueline_model::Camera;
@@ -24,6 +25,9 @@ const FIRST_FLATNESS_M: f64 = 2e-5;
 
 /// A stripe's pixel farther off than this is left out, in standard deviations.
 const OUTLIER_SIGMAS: f64 = 5.0;
+
+/// A stripe that is farther off the plane that most share, by so many times what is typical, is none.
+const GROSS: f64 = 30.0;
 
 /// A board with a stripe.
 #[derive(Clone, Debug)]
@@ -62,6 +66,8 @@ pub struct JointFit {
     pub points: Vec<Vec<Vector3<f64>>>,
     /// Root mean square distance of these from the plane, m.
     pub rms_m: f64,
+    /// Boards whose stripe lies nowhere near the plane of the others, and do not count.
+    pub left_out: usize,
 }
 
 impl JointFit {
@@ -95,21 +101,6 @@ pub fn pose_of(camera: &Camera, board: &Board, view: &View) -> Option<Pose> {
     homography::pose(&homography::fit(&on_board, &ideal?)?, &Vector2::repeat(1.0), &Vector2::zeros())
 }
 
-/// The outline of the board in a picture: around the squares that surround its inner corners, px.
-#[must_use]
-pub fn outline(camera: &Camera, board: &Board, pose: &Pose) -> Vec<Vector2<f64>> {
-    let (last_column, last_row) = ((board.columns - 1) as f64, (board.rows - 1) as f64);
-    let beyond = 0.8;
-    let [left, right, top, bottom] = [-beyond, last_column + beyond, -beyond, last_row + beyond];
-    [(left, top), (right, top), (right, bottom), (left, bottom)]
-        .into_iter()
-        .filter_map(|(x, y)| {
-            let point = Vector3::new(x, y, 0.0) * board.square_m;
-            Some(project_from_board(camera, pose, &point)?.pixel)
-        })
-        .collect()
-}
-
 /// Fits the plane.
 ///
 /// # Errors
@@ -119,11 +110,52 @@ pub fn fit_joint(known: &KnownCamera, board: &Board, views: &[StripedView]) -> R
     if views.len() < FEWEST_BOARDS {
         return Err(Error::TooFewBoards { found: views.len(), needed: FEWEST_BOARDS });
     }
-    let mut joint = Joint::begin(known, board, &views)?;
+    let (near, left_out) = on_one_plane(&known.camera, board, &views)?;
+    if near.len() < FEWEST_BOARDS {
+        return Err(Error::TooFewBoards { found: near.len(), needed: FEWEST_BOARDS });
+    }
+    let mut joint = Joint::begin(known, board, &near)?;
     for _ in 0..ROUNDS {
         joint.round()?;
     }
-    joint.conclude()
+    Ok(JointFit { left_out, ..joint.conclude()? })
+}
+
+/// The boards whose stripes lie on the plane that most of them share, and how many do not: what was taken for a stripe there was
+/// none.
+fn on_one_plane<'a>(
+    camera: &Camera,
+    board: &Board,
+    views: &[&'a StripedView],
+) -> Result<(Vec<&'a StripedView>, usize), Error> {
+    let on_boards: Vec<Vec<Vector3<f64>>> = views
+        .iter()
+        .map(|view| {
+            let state = pose_of(camera, board, &view.view).map(BoardState::flat).ok_or(Error::NoPose)?;
+            Ok(view.stripe.iter().filter_map(|pixel| on_board(camera, &state, pixel)).collect())
+        })
+        .collect::<Result<_, Error>>()?;
+    // A plane through each two boards: the one from which the boards' median is the least.
+    let distance = |plane: &Plane, points: &[Vector3<f64>]| {
+        median(points.iter().map(|p| plane.signed_distance(p).abs())).unwrap_or(f64::INFINITY)
+    };
+    let pairs = (0..views.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    let planes = pairs
+        .filter_map(|(i, j)| Some(fit::plane(&[on_boards[i].as_slice(), &on_boards[j]].concat())?.plane));
+    let typical = |plane: &Plane| {
+        median(on_boards.iter().map(|points| distance(plane, points))).unwrap_or(f64::INFINITY)
+    };
+    let (typical_m, plane) = planes
+        .map(|plane| (typical(&plane), plane))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .ok_or(Error::OneLine)?;
+    let most_m = GROSS * typical_m.max(FIRST_FLATNESS_M);
+    let near: Vec<&StripedView> = (views.iter().zip(&on_boards))
+        .filter(|(_, points)| distance(&plane, points) <= most_m)
+        .map(|(view, _)| *view)
+        .collect();
+    let left_out = views.len() - near.len();
+    Ok((near, left_out))
 }
 
 struct Joint {
@@ -269,6 +301,7 @@ impl Joint {
             stripe_px_per_m,
             flatness_m: self.bundle.flatness_m,
             rms_m: (all.iter().map(|d| d * d).sum::<f64>() / all.len().max(1) as f64).sqrt(),
+            left_out: 0,
             points,
             state: self.state,
         })

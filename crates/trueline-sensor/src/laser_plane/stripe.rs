@@ -6,12 +6,13 @@
 //! stripe whose middle is shifted by one: such ridges are left out.
 
 use crate::gray::Gray;
+use crate::laser_plane::ground::Ground;
 use nalgebra::Vector2;
 use trueline_geometry::statistics::median;
 use trueline_model::Camera;
 
-/// Width of the smoothing along a line of pixels, standard deviation, px.
-const SMOOTHING_PX: f64 = 2.0;
+/// Width of the smoothing along a line of pixels, standard deviation, by how far beside the stripe the ground is looked at.
+const SMOOTHING: f64 = 0.4;
 
 /// Ridges of a line of pixels that are considered.
 const RIDGES: usize = 4;
@@ -28,8 +29,8 @@ const MOST_UNEVEN: f64 = 0.2;
 /// A ridge of the stripe has this part of the usual strength at least: black reflects a third of what white does.
 const LEAST_STRENGTH: f64 = 0.2;
 
-/// How far beside the stripe the ground is, px.
-const BESIDE_PX: f64 = 5.0;
+/// A line of pixels that crosses the ground on less than this is not looked at, px.
+const LEAST_SPAN_PX: f64 = 20.0;
 
 /// A ridge in a line of pixels.
 #[derive(Clone, Copy)]
@@ -39,27 +40,26 @@ struct Ridge {
     strength: f64,
 }
 
-/// Pixels along the stripe's middle, within the outline of the board (corners in order around it, px). Empty where there
-/// is no stripe.
+/// Pixels along the stripe's middle, within the outline of what it falls on. Empty where there is no stripe.
 #[must_use]
-pub fn find(picture: &Gray, camera: &Camera, outline: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
-    let upright = along(picture, camera, outline, false);
-    let level = along(picture, camera, outline, true);
+pub fn find(picture: &Gray, camera: &Camera, ground: &Ground) -> Vec<Vector2<f64>> {
+    let upright = along(picture, camera, ground, false);
+    let level = along(picture, camera, ground, true);
     if upright.len() > level.len() { upright } else { level }
 }
 
 /// The stripe as seen by columns (`by_column`) or rows of pixels.
-fn along(picture: &Gray, camera: &Camera, outline: &[Vector2<f64>], by_column: bool) -> Vec<Vector2<f64>> {
+fn along(picture: &Gray, camera: &Camera, ground: &Ground, by_column: bool) -> Vec<Vector2<f64>> {
     let lines = if by_column { picture.width() } else { picture.height() };
     let mut ridges = Vec::new();
     let mut looked_at = 0;
     for line in 0..lines {
-        let Some((from, to)) = span(outline, line as f64, by_column) else { continue };
-        if to - from < 4.0 * BESIDE_PX {
+        let Some((from, to)) = span(&ground.outline, line as f64, by_column) else { continue };
+        if to - from < LEAST_SPAN_PX {
             continue;
         }
         looked_at += 1;
-        ridges.push(ridges_of(picture, camera, (line, by_column), (from, to)));
+        ridges.push(ridges_of(picture, (camera, ground), (line, by_column), (from, to)));
     }
     let Some(stripe) = straight(&ridges, camera.focal.x) else { return Vec::new() };
     if (stripe.len() as f64) < LEAST_PART * f64::from(looked_at) {
@@ -85,7 +85,7 @@ fn span(outline: &[Vector2<f64>], line: f64, by_column: bool) -> Option<(f64, f6
 /// The strongest ridges of a line of pixels, between two places on it.
 fn ridges_of(
     picture: &Gray,
-    camera: &Camera,
+    (camera, ground): (&Camera, &Ground),
     (line, by_column): (usize, bool),
     (from, to): (f64, f64),
 ) -> Vec<Ridge> {
@@ -97,10 +97,21 @@ fn ridges_of(
     }
     let level = |k: usize| f64::from(if by_column { picture.at(line, k) } else { picture.at(k, line) });
     let profile: Vec<f64> = (first..=last).map(level).collect();
-    let bend = second_derivative(&profile);
+    let beside_px = ground.beside_px;
+    let bend = second_derivative(&profile, SMOOTHING * f64::from(beside_px));
+    let pixel =
+        |at: f64| if by_column { Vector2::new(line as f64, at) } else { Vector2::new(at, line as f64) };
+    let on_one_square = |k: usize| {
+        let (at, reach) = ((first + k) as f64, f64::from(beside_px) + 1.0);
+        ground.is_plain_between(&pixel(at - reach), &pixel(at + reach))
+    };
     let mut peaks: Vec<(f64, usize)> = (1..bend.len() - 1)
         .filter(|&k| {
-            -bend[k] > 0.0 && bend[k] <= bend[k - 1] && bend[k] < bend[k + 1] && is_clean(&profile, k)
+            -bend[k] > 0.0
+                && bend[k] <= bend[k - 1]
+                && bend[k] < bend[k + 1]
+                && is_clean(&profile, k, beside_px as usize)
+                && on_one_square(k)
         })
         .map(|k| (-bend[k], k))
         .collect();
@@ -112,7 +123,7 @@ fn ridges_of(
             // The vertex of the parabola through three values.
             let (a, b, c) = (bend[k - 1], bend[k], bend[k + 1]);
             let at = (first + k) as f64 + 0.5 * (a - c) / (a - 2.0 * b + c);
-            let pixel = if by_column { Vector2::new(line as f64, at) } else { Vector2::new(at, line as f64) };
+            let pixel = pixel(at);
             let (ray, _) = camera.ray(&pixel).ok()?;
             Some(Ridge { pixel, ideal: ray.xy(), strength })
         })
@@ -120,8 +131,7 @@ fn ridges_of(
 }
 
 /// Whether the ground is alike on both sides of a ridge.
-fn is_clean(profile: &[f64], k: usize) -> bool {
-    let reach = BESIDE_PX as usize;
+fn is_clean(profile: &[f64], k: usize, reach: usize) -> bool {
     if k < reach + 1 || k + reach + 1 >= profile.len() {
         return false;
     }
@@ -132,9 +142,9 @@ fn is_clean(profile: &[f64], k: usize) -> bool {
 }
 
 /// Second derivative of the smoothed profile; beyond its ends the last value goes on.
-fn second_derivative(profile: &[f64]) -> Vec<f64> {
-    let reach = (4.0 * SMOOTHING_PX) as isize;
-    let variance = SMOOTHING_PX * SMOOTHING_PX;
+fn second_derivative(profile: &[f64], smoothing_px: f64) -> Vec<f64> {
+    let reach = (4.0 * smoothing_px) as isize;
+    let variance = smoothing_px * smoothing_px;
     let weights: Vec<f64> = (-reach..=reach)
         .map(|k| {
             let x = k as f64;

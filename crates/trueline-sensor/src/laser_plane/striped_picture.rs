@@ -3,8 +3,10 @@
 use crate::board::Board;
 use crate::chessboard::{self, NoBoard};
 use crate::gray::Gray;
-use crate::laser_plane::joint::{StripedView, outline, pose_of};
+use crate::laser_plane::ground::Ground;
+use crate::laser_plane::joint::{StripedView, pose_of};
 use crate::laser_plane::stripe;
+use nalgebra::Vector2;
 use trueline_model::Camera;
 
 /// Why a picture gives nothing.
@@ -21,7 +23,7 @@ pub enum NoStripe {
     #[error("the picture without laser has another size")]
     OtherSize,
     /// The laser does not meet the board.
-    #[error("no stripe on the board")]
+    #[error("no stripe")]
     NoStripe,
 }
 
@@ -38,11 +40,19 @@ pub fn look(
 ) -> Result<StripedView, NoStripe> {
     let view = chessboard::find(dark.unwrap_or(lit), board)?;
     let pose = pose_of(camera, board, &view).ok_or(NoStripe::NoPose)?;
-    let outline = outline(camera, board, &pose);
     let shown = match dark {
         Some(dark) => lit.less(dark).ok_or(NoStripe::OtherSize)?,
         None => lit.clone(),
     };
-    let stripe = stripe::find(&shown, camera, &outline);
+    let stripe = stripe::find(&shown, camera, &Ground::board(camera, board, &pose));
     if stripe.is_empty() { Err(NoStripe::NoStripe) } else { Ok(StripedView { view, stripe }) }
+}
+
+/// Looks for the stripe in a picture of a plain plate.
+///
+/// # Errors
+/// [`NoStripe::NoStripe`].
+pub fn on_plate(lit: &Gray, camera: &Camera) -> Result<Vec<Vector2<f64>>, NoStripe> {
+    let stripe = stripe::find(lit, camera, &Ground::plate(camera));
+    if stripe.is_empty() { Err(NoStripe::NoStripe) } else { Ok(stripe) }
 }

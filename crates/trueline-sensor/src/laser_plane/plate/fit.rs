@@ -327,7 +327,7 @@ impl Fit {
     }
 
     /// The spreads are themselves estimated from few numbers: on average the inverse of such a variance is too large by
-    /// ν/(ν − 2), and so would be what the result claims to know (\[Student1908\]).
+    /// ν/(ν − 2), and so would be what the result claims to know.
     fn allow_for_few_stops(&mut self) {
         let measured = self.measured(&self.problem.stops);
         for kind in 0..2 {
