@@ -1,8 +1,9 @@
 //! The fit, with its covariance by stops.
 
-use super::problem::{HAND_EYE, LASER_PLANE, PlateProblem, PlateState, SIZE, StopRows};
+use super::problem::{PlateProblem, StopRows};
 use super::spread::{Measured, freedom, spread_m};
 use super::start;
+use super::state::{HAND_EYE, LASER_PLANE, PlateState, SIZE};
 use super::stop::{PlateStop, Support};
 use crate::bundle::CameraPrior;
 use crate::error::Error;
@@ -50,7 +51,7 @@ const MOST_LEFT_OUT: f64 = 0.2;
 pub struct PlateFit {
     /// Camera, laser plane, hand-eye transform and plate.
     pub state: PlateState,
-    /// Covariance in the order of [`super::problem`]; zero for what is held.
+    /// Covariance in the order of [`super::state`]; zero for what is held.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// Spread of the stops beyond the noise of their pixels: of the stripe's distance from where it should be, and of its slope at
     /// a standard deviation from its middle, along the plate's normal, m.

@@ -16,8 +16,10 @@ mod problem;
 mod residual;
 mod spread;
 mod start;
+mod state;
 mod stop;
 
 pub use fit::{FEWEST_STOPS, PlateFit, StopResidual, fit_plate};
-pub use problem::{CAMERA, HAND_EYE, LASER_PLANE, PLATE, PlateProblem, PlateState, SIZE};
+pub use problem::PlateProblem;
+pub use state::{CAMERA, HAND_EYE, LASER_PLANE, PLATE, PlateState, SIZE};
 pub use stop::{PlateStop, Support};

@@ -1,41 +1,17 @@
 //! Camera, laser plane, hand-eye transform and plate as one least-squares problem.
 
 use super::residual::OnPlate;
+use super::state::{CAMERA, HAND_EYE, LASER_PLANE, PLATE, PlateState, SIZE};
 use super::stop::Support;
 use crate::bundle::CameraPrior;
 use crate::projection::{CAMERA_SIZE, CameraVector, from_vector, to_vector};
 use crate::sheet_tilt;
 use nalgebra::{DMatrix, DVector, Matrix3, RowSVector, SMatrix, Vector3};
-use trueline_geometry::{Plane, Pose, se3, so3};
+use trueline_geometry::{Pose, se3, so3};
 use trueline_lsq::{LeastSquares, NormalEquations};
-use trueline_model::Camera;
-
-/// Where the camera's nine unknowns begin.
-pub const CAMERA: usize = 0;
-/// Where the laser plane's begin: two tilts (rad) and the offset (m).
-pub const LASER_PLANE: usize = CAMERA_SIZE;
-/// Where the hand-eye transform's begin: rotation (rad) and translation (m), perturbed on the left.
-pub const HAND_EYE: usize = LASER_PLANE + 3;
-/// Where the plate's begin: two tilts (rad) and the offset (m).
-pub const PLATE: usize = HAND_EYE + 6;
-/// Number of unknowns.
-pub const SIZE: usize = PLATE + 3;
 
 /// How well a rough hand-eye transform is taken to be known: rotation, rad, and translation, m.
 const ROUGH: [f64; 2] = [0.2, 0.050];
-
-/// Camera, laser plane, hand-eye transform and plate.
-#[derive(Clone, Copy, Debug)]
-pub struct PlateState {
-    /// The camera.
-    pub camera: Camera,
-    /// The laser plane in the camera frame.
-    pub laser_plane_in_camera: Plane,
-    /// The hand-eye transform.
-    pub tool_from_camera: Pose,
-    /// The plate in base; in the tool frame where the robot carries the plate.
-    pub plate_in_base: Plane,
-}
 
 /// The problem: two residuals a stop.
 #[derive(Clone, Debug)]

@@ -3,7 +3,7 @@
 //! With the pixel's ray r, the plate's normal m in the camera frame and its distance δ from the camera: X = λ r, λ = δ/(m·r), and
 //! s = n·X − d is the signed distance from the laser plane.
 
-use super::problem::{CAMERA, HAND_EYE, LASER_PLANE, PLATE, PlateState, SIZE};
+use super::state::{CAMERA, HAND_EYE, LASER_PLANE, PLATE, PlateState, SIZE};
 use crate::pixel_ray::PixelRay;
 use crate::projection::CAMERA_SIZE;
 use crate::sheet_tilt;

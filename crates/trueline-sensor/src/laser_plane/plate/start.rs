@@ -4,7 +4,7 @@
 //! laser plane l·X = 1 then says (l·r) (d − n·c) = n·r: linear in l and a = d l, if these are taken for independent. So the
 //! normal is all that has to be searched for.
 
-use super::problem::PlateState;
+use super::state::PlateState;
 use super::stop::Support;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use trueline_geometry::{Plane, Pose};
