@@ -106,6 +106,7 @@ fn every_maker_by_name() {
     let mm = "61.97,-17.996,145.008";
     for (robot, text) in [
         ("kuka", format!("t,X,Y,Z,A,B,C,S,T\n0,{mm},83.713024,2.771150,25.819737,2,35\n")),
+        ("kuka", format!("t,$POS_ACT_MES.X,$POS_ACT_MES.Y,$POS_ACT_MES.Z,$POS_ACT_MES.A,$POS_ACT_MES.B,$POS_ACT_MES.C\n0,{mm},83.713024,2.771150,25.819737\n")),
         ("kuka", "t;X [mm];Y [mm];Z [mm];A [°];B [°];C [°]\n0;61,97;-17,996;145,008;83,713024;2,771150;25,819737\n".into()),
         ("fanuc", format!("time_s,X,Y,Z,W,P,R\n0,{mm},25.819737,2.771150,83.713024\n")),
         ("yaskawa", format!("t,X,Y,Z,Rx,Ry,Rz\n0,{mm},25.819737,2.771150,83.713024\n")),

@@ -47,12 +47,12 @@ const MAKERS: [Maker; 8] = [
         name: "kuka",
         words: "KUKA: X, Y, Z in mm; A, B, C in degrees, about z, then the new y, then the new x",
         columns: &[
-            (&["x"], "x", "_mm"),
-            (&["y"], "y", "_mm"),
-            (&["z"], "z", "_mm"),
-            (&["a"], "a", "_deg"),
-            (&["b"], "b", "_deg"),
-            (&["c"], "c", "_deg"),
+            (&["x", "pos_act_mes.x", "pos_act.x"], "x", "_mm"),
+            (&["y", "pos_act_mes.y", "pos_act.y"], "y", "_mm"),
+            (&["z", "pos_act_mes.z", "pos_act.z"], "z", "_mm"),
+            (&["a", "pos_act_mes.a", "pos_act.a"], "a", "_deg"),
+            (&["b", "pos_act_mes.b", "pos_act.b"], "b", "_deg"),
+            (&["c", "pos_act_mes.c", "pos_act.c"], "c", "_deg"),
         ],
     },
     Maker {

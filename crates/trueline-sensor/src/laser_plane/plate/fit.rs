@@ -51,7 +51,7 @@ const MOST_LEFT_OUT: f64 = 0.2;
 pub struct PlateFit {
     /// Camera, laser plane, hand-eye transform and plate.
     pub state: PlateState,
-    /// Covariance in the order of [`super::state`]; zero for what is held.
+    /// Covariance in the order of the plate's state; zero for what is held.
     pub covariance: SMatrix<f64, SIZE, SIZE>,
     /// Spread of the stops beyond the noise of their pixels: of the stripe's distance from where it should be, and of its slope at
     /// a standard deviation from its middle, along the plate's normal, m.
