@@ -115,7 +115,9 @@ fn control(
     (id, title): (&'static str, &'static str),
     range: Range<usize>,
 ) -> Block {
-    let unit = column(range.start).0.rsplit('_').next().unwrap_or_default();
+    let name = column(range.start).0;
+    let per_mm = name.ends_with("percent_per_mm").then_some("percent per mm");
+    let unit = per_mm.or_else(|| name.rsplit('_').next()).unwrap_or_default();
     let x = columns.add(welds(history));
     let mut series = Vec::new();
     let (mut widest, mut farthest) = (0.0_f64, 0.0_f64);
