@@ -285,6 +285,19 @@ fn coarse_stamps() {
     assert!(matches!(robot.reasons()[0], Reason::CoarseRobotStamps { .. }), "{:?}", robot.reasons());
 }
 
+/// A grain that is longer than a period makes equal stamps; so do two lines in one picture, and these are exact.
+#[test]
+fn equal_stamps_are_a_grain_only_where_the_pictures_differ() {
+    let mut recording = simulate(&cell(Preset::Quick, 10), 10).unwrap();
+    recording.features.iter_mut().for_each(|f| f.stamp_ns -= f.stamp_ns.rem_euclid(33_000_000));
+    let c = calibrated(&recording);
+    assert!((c.findings.streams.images.grain_s.unwrap() - 0.033).abs() < 1e-12);
+    let mut scenario = cell(Preset::TwoLines, 10);
+    scenario.disturbance.frame_jitter_s = 0.0;
+    let c = calibrated(&simulate(&scenario, 10).unwrap());
+    assert_eq!(c.findings.streams.images.grain_s, None);
+}
+
 /// An attitude that only trembles is no tilt, however much it trembles.
 #[test]
 fn noise_of_the_attitude_shows_nothing() {

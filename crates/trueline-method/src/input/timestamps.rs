@@ -180,8 +180,12 @@ impl Stream {
             (None, None) => Ticks::Counted,
         };
         let clock = clock_model::fit(&recorded_s, ticks);
-        let grain_s = grain_ns(stamps_ns).map(|ns| ns as f64 * 1e-9);
-        Self { doubles: stamps_ns.len() - recorded_s.len(), recorded_s, clock, grain_s }
+        Self { doubles: stamps_ns.len() - recorded_s.len(), recorded_s, clock, grain_s: None }
+    }
+
+    /// With the grain of these stamps.
+    fn with_grain(self, stamps_ns: &[i64]) -> Self {
+        Self { grain_s: grain_ns(stamps_ns).map(|ns| ns as f64 * 1e-9), ..self }
     }
 
     /// Standard deviation of a stamp that is used, s.
@@ -253,9 +257,14 @@ impl Sampling {
         let image_stamps: Vec<i64> = features.iter().map(|f| f.stamp_ns).collect();
         let image_device: Vec<Option<i64>> = features.iter().map(|f| f.device_ns).collect();
         let counter: Vec<Option<u64>> = features.iter().map(|f| f.frame).collect();
+        // Rows of a robot that are there twice, and several lines of one picture, have equal stamps without being rounded.
+        let mut rows = robot_stamps.clone();
+        rows.dedup();
+        let line = features.first().map_or(0, |first| first.line);
+        let pictures: Vec<i64> = features.iter().filter(|f| f.line == line).map(|f| f.stamp_ns).collect();
         Self {
-            robot: Stream::new(&robot_stamps, origin_ns, &robot_device, &[]),
-            images: Stream::new(&image_stamps, origin_ns, &image_device, &counter),
+            robot: Stream::new(&robot_stamps, origin_ns, &robot_device, &[]).with_grain(&rows),
+            images: Stream::new(&image_stamps, origin_ns, &image_device, &counter).with_grain(&pictures),
         }
     }
 
