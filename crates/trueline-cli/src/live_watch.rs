@@ -40,6 +40,9 @@ pub(crate) fn told(
     recording: Recording,
     quiet: bool,
 ) -> Result<String, Failure> {
+    if watcher.meets_another_sensor(&recording) {
+        output::words(output::OTHER_SENSOR);
+    }
     let line = watcher.one(name, recording)?;
     if !quiet {
         output::words(&weld_text::of(&line));

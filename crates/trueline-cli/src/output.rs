@@ -7,6 +7,8 @@ use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::sync::OnceLock;
+use trueline_dataset::Recording;
+use trueline_dataset::calibration_file::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::whole_file;
 use trueline_report::wrapped::wrapped;
@@ -169,6 +171,17 @@ pub(crate) fn must_not_exist(path: &Path) -> Result<(), Failure> {
         ));
     }
     Ok(())
+}
+
+/// What is said where a result corrects the sensor of another file.
+pub(crate) const OTHER_SENSOR: &str = "warning: sensor.toml is not the file that the calibration was made with, and the calibration corrects \
+     the sensor of that file; if camera, laser plane or shape differ, calibrate again with this one";
+
+/// Says so.
+pub(crate) fn warn_of_sensor(calibration: &KnownCalibration, recording: &Recording) {
+    if calibration.corrects_another_file(recording) {
+        words(OTHER_SENSOR);
+    }
 }
 
 #[cfg(test)]

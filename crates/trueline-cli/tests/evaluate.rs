@@ -60,6 +60,30 @@ fn what_cannot_be_evaluated_exits_2_with_the_reason() {
     }
 }
 
+/// Its correction belongs to the file that it was made with; the corrected file would be corrected twice.
+#[test]
+fn a_result_with_another_sensors_file_is_warned_of() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |words: &[&str]| {
+        let output = trueline(dir.path(), words);
+        assert_eq!(code(&output), 0, "{words:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    run(&["simulate", "--preset", "good", "--fault", "plane-tilt-stripe=0.5", "--out", "scan", "--quiet"]);
+    run(&["calibrate", "scan", "--quiet", "--json", "result.json", "--write-sensor", "corrected.toml"]);
+    assert!(run(&["export", "result.json", "--as", "kuka"]).contains("goes with the result's correction"));
+    run(&["simulate", "--preset", "good", "--out", "other", "--quiet"]);
+    fs::copy(dir.path().join("corrected.toml"), dir.path().join("other/sensor.toml")).unwrap();
+    let [with_its_own, with_another] = ["scan", "other"].map(|scan| {
+        let placed = format!("{scan}.csv");
+        let applied = run(&["apply", scan, "--calibration", "result.json", "--out", &placed, "--quiet"]);
+        let evaluated = trueline(dir.path(), &["evaluate", scan, "--calibration", "result.json", "--quiet"]);
+        applied + &String::from_utf8(evaluated.stderr).unwrap()
+    });
+    assert_eq!(with_its_own.matches("not the file").count(), 0, "{with_its_own}");
+    assert_eq!(with_another.matches("not the file").count(), 2, "{with_another}");
+}
+
 #[test]
 fn the_papers_experiments_are_one_command() {
     let dir = tempfile::tempdir().unwrap();

@@ -22,6 +22,10 @@ pub struct KnownCalibration {
     pub line_sigma: Option<[f64; 2]>,
     /// The correction of the sensor's sheet that goes with the hand-eye transform, in place of what sensor.toml corrects.
     pub shape: Option<SheetShape>,
+    /// SHA-256 of the sensor.toml that `shape` corrects, where the file tells.
+    pub sensor_sha256: Option<String>,
+    /// Whether it was warned that the sensor is not as its file says, so that `shape` is no small correction.
+    pub sensor_is_off: bool,
     /// Whether it was accepted, where the file tells.
     pub accepted: Option<bool>,
     /// Whether the sensor stands beside the robot: then the transform is base_from_camera.
@@ -44,6 +48,8 @@ pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
         hand_eye_sigma: None,
         line_sigma: None,
         shape: None,
+        sensor_sha256: None,
+        sensor_is_off: false,
         accepted: None,
         beside_robot: false,
         stamps_treated: false,
@@ -84,13 +90,29 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
         hand_eye_sigma,
         line_sigma: line_sigma(&result.covariance),
         shape: shape_of(&result.sensor),
+        sensor_sha256: result.inputs.get(SENSOR).cloned(),
+        sensor_is_off: result.warnings.iter().any(|warning| OF_SENSOR.contains(&warning.code.as_str())),
         accepted: result.status.map(|status| status == Status::Accepted),
         beside_robot: result.mounted.as_deref() == Some("fixed"),
         stamps_treated: result.stamps.are_treated(),
     })
 }
 
+/// The sensor's file among the inputs of a result and of a recording.
+const SENSOR: &str = "sensor.toml";
+
+/// Warnings of a sensor that is not as its file says.
+const OF_SENSOR: [&str; 2] = ["sensor-off", "lens-off"];
+
 impl KnownCalibration {
+    /// Whether it corrects the sensor of another file than that of a recording: of the same sensor that file may be corrected
+    /// already. Where one of the files is not known, this is not known either, and false.
+    #[must_use]
+    pub fn corrects_another_file(&self, recording: &Recording) -> bool {
+        let both = self.sensor_sha256.as_ref().zip(recording.inputs.get(SENSOR));
+        self.shape.is_some() && both.is_some_and(|(corrected, read)| corrected != read)
+    }
+
     /// The recording of a sensor that is corrected as this calibration found it to be.
     #[must_use]
     pub fn corrected(&self, mut recording: Recording) -> Recording {

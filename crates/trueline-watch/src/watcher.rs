@@ -81,6 +81,7 @@ pub struct Watcher {
     keep: Option<Duration>,
     couriers: Vec<Courier>,
     blind_to: Option<Vec<String>>,
+    met_another_sensor: bool,
     /// Welds with an alarm.
     pub alarms: usize,
 }
@@ -98,13 +99,30 @@ impl Watcher {
         for address in settings.tell {
             couriers.push(Courier::start(settings.state, tell::at(address)?)?);
         }
-        Ok(Self { store, known, calibration, keep: settings.keep, couriers, blind_to: None, alarms: 0 })
+        let keep = settings.keep;
+        Ok(Self {
+            store,
+            known,
+            calibration,
+            keep,
+            couriers,
+            blind_to: None,
+            met_another_sensor: false,
+            alarms: 0,
+        })
     }
 
     /// Whether the calibration was accepted when it was made, where its file says so.
     #[must_use]
     pub fn was_accepted(&self) -> Option<bool> {
         self.known.accepted
+    }
+
+    /// Whether the sensor's file of a weld is another than that which the calibration corrects, and this has not been asked of
+    /// such a weld before.
+    pub fn meets_another_sensor(&mut self, weld: &Recording) -> bool {
+        let is_another = self.known.corrects_another_file(weld);
+        is_another && !std::mem::replace(&mut self.met_another_sensor, is_another)
     }
 
     /// Watches a weld.

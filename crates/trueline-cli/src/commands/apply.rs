@@ -18,6 +18,7 @@ pub(crate) fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&[Some(&args.out)])?;
     let calibration = calibration_file::read(&args.calibration)?;
     let recording = opening::open(&args.recording, None, args.quiet)?.recording;
+    output::warn_of_sensor(&calibration, &recording);
     let recording = calibration.corrected(recording);
     let known = &calibration.known.parameters;
     let seam = seam_points::place(&recording, known, &Config::default())?;

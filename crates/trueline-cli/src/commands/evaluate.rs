@@ -21,6 +21,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     let recording = opening::open(&args.dataset, None, args.quiet)?.recording;
     let calibration = calibration_file::read(&args.calibration)?;
     let tolerance_m = args.tolerance;
+    output::warn_of_sensor(&calibration, &recording);
     let recording = calibration.corrected(recording);
     let known = &calibration.known;
     if calibration.stamps_treated && !args.quiet {

@@ -42,6 +42,13 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     if calibration.beside_robot && !args.quiet {
         output::words("the sensor stands beside the robot: this is its pose in the robot's base, no tool");
     }
+    if calibration.sensor_is_off {
+        output::words(
+            "warning: the sensor is not as its file says, and this transform goes with the result's correction of it: calibrate \
+             again with the file of `calibrate --write-sensor` and export that. For a sensor that takes no correction \
+             `sensor.uncorrected.tool_from_camera` of the result is the best there is",
+        );
+    }
     if calibration.accepted == Some(false) {
         output::words(&format!("warning: {} was not accepted; its reasons are in it", result.display()));
         return Ok(ExitCode::from(1));
