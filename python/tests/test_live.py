@@ -74,7 +74,9 @@ def test_an_option_that_there_is_not_is_refused(tmp_path: Path) -> None:
 
 
 def test_ctrl_c_ends_a_recording_that_is_whole(bind: str, tmp_path: Path) -> None:
-    code = f"""import trueline
+    # Started in the background, as a shell does it, a process ignores the signal.
+    code = f"""import signal, trueline
+signal.signal(signal.SIGINT, signal.default_int_handler)
 for state in trueline.record({str(tmp_path / "live")!r}, bind={bind!r}, sensor=trueline.simulate().sensor):
     print(state.robot_poses, flush=True)"""
     child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
