@@ -28,6 +28,7 @@ mod drawn_line;
 mod evaluate;
 mod export;
 mod features;
+pub mod hints;
 mod history;
 mod import;
 mod import_csv;

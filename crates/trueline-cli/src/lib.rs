@@ -5,7 +5,6 @@
 mod clocks;
 mod commands;
 mod failure;
-mod hints;
 mod interrupt;
 mod live_cell;
 mod live_page;

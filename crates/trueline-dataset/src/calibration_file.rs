@@ -3,13 +3,13 @@
 use crate::error::{Error, Problem};
 use crate::known_toml;
 use crate::recording::{Guess, Recording, Truth};
-use crate::result_file::{self, Covariance, ResultFile, SensorEntry, Status};
+use crate::result_file::{self, Covariance, PoseEntry, ResultFile, SensorEntry, Status};
 use crate::robot_csv::unit_quaternion;
 use crate::sensor_setup::SheetShape;
 use crate::unit::MM_PER_M;
 use nalgebra::{UnitVector3, Vector3};
 use std::path::Path;
-use trueline_geometry::{Line, se3};
+use trueline_geometry::{Line, Pose, se3};
 
 /// What a calibration file says.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +22,8 @@ pub struct KnownCalibration {
     pub line_sigma: Option<[f64; 2]>,
     /// The correction of the sensor's sheet that goes with the hand-eye transform, in place of what sensor.toml corrects.
     pub shape: Option<SheetShape>,
+    /// The hand-eye transforms that go with other files of the sensor.
+    pub poses: PosesBySensor,
     /// SHA-256 of the sensor.toml that `shape` corrects, where the file tells.
     pub sensor_sha256: Option<String>,
     /// Whether it was warned that the sensor is not as its file says, so that `shape` is no small correction.
@@ -32,6 +34,44 @@ pub struct KnownCalibration {
     pub beside_robot: bool,
     /// Whether its time offset is that of stamps that were made regular, or freed of a drift, and not of those recorded.
     pub stamps_treated: bool,
+}
+
+/// The sensor that a hand-eye transform goes with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorAs {
+    /// As its file says, with the result's correction of its shape.
+    Found,
+    /// As the file of `calibrate --write-sensor` says.
+    Corrected,
+    /// As its file says, without any correction: the transform is then the best of all that are wrong.
+    Uncorrected,
+}
+
+/// The hand-eye transforms of a result that go with other sensors than the one found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PosesBySensor {
+    /// With the corrected file.
+    pub corrected: Option<Pose>,
+    /// With the file as it was, for a sensor that takes no correction.
+    pub uncorrected: Option<Pose>,
+}
+
+impl PosesBySensor {
+    fn of(sensor: &SensorEntry) -> Result<Self, Problem> {
+        let pose = |entry: Option<&PoseEntry>| entry.and_then(pose_of).transpose();
+        let uncorrected = sensor.uncorrected.as_ref().map(|uncorrected| &uncorrected.tool_from_camera);
+        Ok(Self {
+            corrected: pose(sensor.corrected_tool_from_camera.as_ref())?,
+            uncorrected: pose(uncorrected)?,
+        })
+    }
+}
+
+/// `None` where a part is not observable.
+fn pose_of(entry: &PoseEntry) -> Option<Result<Pose, Problem>> {
+    let [x, y, z] = entry.translation_mm;
+    let (translation_mm, wxyz) = (Vector3::new(x?, y?, z?), entry.rotation_wxyz?);
+    Some(unit_quaternion(wxyz).map(|rotation| se3::from_parts(rotation, translation_mm / MM_PER_M)))
 }
 
 /// Reads a calibration: JSON if the file's name ends in `.json`, else TOML.
@@ -48,6 +88,7 @@ pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
         hand_eye_sigma: None,
         line_sigma: None,
         shape: None,
+        poses: PosesBySensor::default(),
         sensor_sha256: None,
         sensor_is_off: false,
         accepted: None,
@@ -90,6 +131,7 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
         hand_eye_sigma,
         line_sigma: line_sigma(&result.covariance),
         shape: shape_of(&result.sensor),
+        poses: PosesBySensor::of(&result.sensor).map_err(at)?,
         sensor_sha256: result.inputs.get(SENSOR).cloned(),
         sensor_is_off: result.warnings.iter().any(|warning| OF_SENSOR.contains(&warning.code.as_str())),
         accepted: result.status.map(|status| status == Status::Accepted),
@@ -111,6 +153,22 @@ impl KnownCalibration {
     pub fn corrects_another_file(&self, recording: &Recording) -> bool {
         let both = self.sensor_sha256.as_ref().zip(recording.inputs.get(SENSOR));
         self.shape.is_some() && both.is_some_and(|(corrected, read)| corrected != read)
+    }
+
+    /// Whether another sensor file was read for it than for another calibration, where both tell.
+    #[must_use]
+    pub fn is_of_another_file(&self, other: &Self) -> bool {
+        self.sensor_sha256.as_ref().zip(other.sensor_sha256.as_ref()).is_some_and(|(a, b)| a != b)
+    }
+
+    /// The hand-eye transform that goes with a sensor; `None` where the file does not have it.
+    #[must_use]
+    pub fn tool_from_camera(&self, sensor: SensorAs) -> Option<Pose> {
+        match sensor {
+            SensorAs::Found => Some(self.known.parameters.tool_from_camera),
+            SensorAs::Corrected => self.poses.corrected,
+            SensorAs::Uncorrected => self.poses.uncorrected,
+        }
     }
 
     /// The recording of a sensor that is corrected as this calibration found it to be.

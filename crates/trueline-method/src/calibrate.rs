@@ -19,6 +19,7 @@ use crate::input::observations::{Observations, observe, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET};
+use crate::released::released;
 use crate::solve::drawn_lines;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
@@ -36,9 +37,14 @@ pub fn calibrate(
     guess: Option<&Guess>,
     config: &Config,
 ) -> Result<Calibration, Error> {
-    let as_stated = with_stated_lens(recording, guess, config)?;
+    if let Some(released) = released(config) {
+        // What holds nothing of these: it is not released again.
+        let released = calibrate(recording, guess, &released).ok();
+        return with_stated_lens(recording, guess, config, released.as_ref());
+    }
+    let as_stated = with_stated_lens(recording, guess, config, None)?;
     corrected_lens::corrected(as_stated, recording, |with_lens, guess| {
-        with_stated_lens(with_lens, Some(guess), config)
+        with_stated_lens(with_lens, Some(guess), config, None)
     })
 }
 
@@ -46,6 +52,7 @@ fn with_stated_lens(
     recording: &Recording,
     guess: Option<&Guess>,
     config: &Config,
+    released: Option<&Calibration>,
 ) -> Result<Calibration, Error> {
     let cornered = with_corners(recording);
     let recording = cornered.as_ref().unwrap_or(recording);
@@ -87,8 +94,12 @@ fn with_stated_lens(
     }
     let levels =
         bias.as_ref().map_or(levels, |bias| SystematicLevels { bias_is_estimated: true, ..bias.levels });
-    let robot_seems = robot_seems(&assessed, &settings, &structure, levels.robot)
-        .filter(|_| cause.is_none() && bias.as_ref().is_none_or(|bias| !bias.is_plain));
+    let cause = released.map_or(cause, |released| released.findings.checks.cause.clone());
+    let robot_seems = match released {
+        Some(released) => released.findings.checks.robot_seems,
+        None => robot_seems(&assessed, &settings, &structure, levels.robot)
+            .filter(|_| cause.is_none() && bias.as_ref().is_none_or(|bias| !bias.is_plain)),
+    };
     conclude(&Concluded {
         recording,
         sampling: &sampling,
@@ -106,6 +117,7 @@ fn with_stated_lens(
         structure,
         cause,
         time_offset_share,
+        released,
     })
 }
 

@@ -4,7 +4,7 @@ use crate::assess::convergence::without_outliers;
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::{self, Subject};
-use crate::assess::misfit_cause::{self, CauseKind, MisfitCause};
+use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::assess::profile_likelihood::{self, Widening};
 use crate::assess::residuals::{self, FeatureResidual};
@@ -14,7 +14,7 @@ use crate::assess::sensor_shape::SensorShape;
 use crate::assess::systematic::{Systematic, SystematicLevels, SystematicSums};
 use crate::assess::{outlier_segments, seam_point_error};
 use crate::calibration::Calibration;
-use crate::config::{HeldSigma, Measurements, ResidualKind, SensorMode};
+use crate::config::{HeldSigma, Measurements, ResidualKind};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::ambiguity::Ambiguity;
@@ -28,6 +28,7 @@ use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::released::{better_without_drawing_m, held_sensor, shifted_lines};
 use crate::solve::covariance::{self, Uncertainty};
 use crate::solve::drawn_lines;
 use crate::solve::settings::FitSettings;
@@ -60,6 +61,8 @@ pub(crate) struct Concluded<'a> {
     pub(crate) structure: Structure,
     pub(crate) cause: Option<MisfitCause>,
     pub(crate) time_offset_share: f64,
+    /// The same scan with the sensor and the lines released, where they are held.
+    pub(crate) released: Option<&'a Calibration>,
 }
 
 impl Concluded<'_> {
@@ -93,7 +96,16 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     if from.assessed.all_observable() {
         checks.seam_error = seam_error(from, &uncertainty, &systematic);
     }
-    checks.held_sensor = held_sensor(from);
+    if let Some(released) = from.released {
+        checks.held_sensor = held_sensor(config, released);
+        checks.drawn_line_shifts = shifted_lines(config, released);
+        checks.lens = released.findings.checks.lens;
+        checks.better_without_drawing_m = better_without_drawing_m(config, &checks, released);
+    }
+    if checks.contradict_what_is_held() {
+        checks.seam_error = None;
+        checks.seam_point_error = None;
+    }
     checks.cause = from.cause.clone();
     checks.feature_bias = from.bias.as_ref().and_then(|taken| {
         let estimate = sums.bias(&taken.px, from.inflation())?;
@@ -246,35 +258,6 @@ fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &System
     }
 }
 
-/// What the shape of a sensor would be that was held; `None` where it was estimated.
-fn held_sensor(from: &Concluded<'_>) -> Option<SensorShape> {
-    let settings = from.settings;
-    if settings.shape_prior.is_some() || !from.assessed.all_observable() {
-        return None;
-    }
-    let shape_prior = from.knowledge.prior_in(SensorMode::Prior, settings.config.residual);
-    let observations = &from.assessed.drift_free.observations;
-    let solver = Solver { observations, settings: FitSettings { shape_prior, ..*settings } };
-    let fit = shape_prior.and_then(|_| solver.refit(&from.assessed.drift_free.fit).ok())?;
-    let information = fit.information(settings.fixed, RANK_THRESHOLD)?;
-    let problem = fit.problem(observations, settings.config);
-    let root = information.covariance_root();
-    let (at, noise) = match Structure::of(&problem, fit.parameters(), root) {
-        Structure::Correlated(noise) => (noise.at.clone(), noise.covariance.clone()),
-        _ => {
-            let noise = covariance::assess(&problem, fit.parameters(), &fit.noise, &information);
-            (fit.parameters().clone(), noise.covariance)
-        }
-    };
-    let levels = SystematicLevels { held_shape: None, ..from.levels };
-    let systematic = SystematicSums::of(&problem, fit.parameters(), root, &levels).with_bias_held();
-    let covariance = noise + systematic.covariance();
-    let cause = misfit_cause::find(from.recording, &problem, fit.parameters(), root)
-        .filter(|cause| cause.kind != CauseKind::TiltBias);
-    let shape = SensorShape::of(from.recording, &at, &covariance, from.knowledge)?;
-    Some(shape.beside(cause.as_ref(), &at, &covariance))
-}
-
 /// The components that are held and not known exactly, each with its standard deviation, SI.
 fn held_sigmas(settings: &FitSettings<'_>) -> Vec<(usize, f64)> {
     let HeldSigma { time_s, rotation_rad, translation_m } = settings.config.held_sigma;
@@ -329,6 +312,8 @@ fn checks(
         ),
         seam_error: None,
         held_sensor: None,
+        drawn_line_shifts: Vec::new(),
+        better_without_drawing_m: None,
         cause: None,
         lens: None,
         robot_taken: from.robot_taken,

@@ -3,6 +3,7 @@
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
+use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::lens::LensCorrection;
 use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::observability::Observability;
@@ -169,6 +170,10 @@ pub struct Checks {
     pub seam_error: Option<SeamError>,
     /// What the shape of a sensor that was held would be; `None` if it was estimated, or cannot be.
     pub held_sensor: Option<SensorShape>,
+    /// Lines that are not where they were drawn and held.
+    pub drawn_line_shifts: Vec<DrawnLineShift>,
+    /// How far off a seam point is without the drawn lines, m, where that is less than with them.
+    pub better_without_drawing_m: Option<f64>,
     /// What residuals that are no noise are made of, where one usual cause explains them.
     pub cause: Option<MisfitCause>,
     /// What the lens is beside its file, where that is the cause.
@@ -181,6 +186,15 @@ pub struct Checks {
     pub feature_bias: Option<FeatureBias>,
     /// Error of a seam point where it is used; `None` if something of the hand-eye is not observable.
     pub seam_point_error: Option<SeamPointError>,
+}
+
+impl Checks {
+    /// Whether the scan contradicts a sensor or a line that was held: then the residuals, and all that follows from them, are
+    /// those of that error.
+    #[must_use]
+    pub(crate) fn contradict_what_is_held(&self) -> bool {
+        !self.drawn_line_shifts.is_empty() || self.held_sensor.is_some_and(|shape| shape.is_off())
+    }
 }
 
 /// Whether one time offset holds for the whole scan.

@@ -35,6 +35,7 @@ pub mod hypotheses;
 pub mod input;
 pub mod order_statistics;
 pub mod problem;
+mod released;
 pub mod solve;
 pub mod stripe;
 pub mod verdict;

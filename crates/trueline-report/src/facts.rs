@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use trueline_dataset::result_file::Fact;
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::assess::drawn_line_shift::DrawnLineShift;
 use trueline_method::assess::lens::LensCorrection;
 use trueline_method::assess::misfit_cause::CauseKind;
 use trueline_method::assess::observability::Unobservable;
@@ -48,6 +49,7 @@ fn reason_values(reason: &Reason) -> Value {
         Reason::NotConverged { termination } => json!({ "termination": termination.to_string() }),
         Reason::ResidualsTooLarge { noise_factor } => json!({ "noise_factor": noise_factor }),
         Reason::SensorOff { shape } => sensor_off(shape),
+        Reason::DrawnLineOff { shift } => drawn_line_off(shift),
         Reason::TooFewUsed { used, features, mostly, mostly_count } => json!({
             "used": used,
             "features": features,
@@ -105,7 +107,10 @@ fn warning_values(warning: &Warning) -> Value {
             json!({ "span_s": span_s, "features": features, "beside_mm": beside_m * MM_PER_M })
         }
         Warning::OutlierStretch { span_s, features } => json!({ "span_s": span_s, "features": features }),
-        Warning::UnusualNoise { noise_factor } => json!({ "noise_factor": noise_factor }),
+        Warning::DrawnLineNotNeeded { with_m, without_m } => {
+            json!({ "with_mm": with_m * MM_PER_M, "without_mm": without_m * MM_PER_M })
+        }
+        Warning::UnusualNoise { noise_factor, .. } => json!({ "noise_factor": noise_factor }),
         Warning::StructuredResiduals { left } => json!({ "neighbour_correlation": left }),
         Warning::ManyOutliers { share } => json!({ "share": share }),
         Warning::ClockDrift { ppm, sigma_ppm, about_s } => {
@@ -157,6 +162,17 @@ fn sensor_off(shape: &SensorShape) -> Value {
     let [h1, h2, h3, h4, h5] = shape.found.h;
     let found = [h1, h2, h3, h4 / MM_PER_M, h5 / MM_PER_M];
     json!({ "shape": found, "wald": shape.wald, "words": shape.words() })
+}
+
+fn drawn_line_off(shift: &DrawnLineShift) -> Value {
+    let (beside, turned) = (shift.beside_m.unzip(), shift.turned_rad.unzip());
+    json!({
+        "line": shift.line,
+        "beside_mm": beside.0.map(|m| m * MM_PER_M),
+        "beside_sigma_mm": beside.1.map(|m| m * MM_PER_M),
+        "turned_rad": turned.0,
+        "turned_sigma_rad": turned.1,
+    })
 }
 
 fn unobservable(what: &Unobservable) -> Value {

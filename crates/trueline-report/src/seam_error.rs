@@ -8,6 +8,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Pose;
 use trueline_method::Calibration;
 use trueline_method::assess::seam_error::SeamError;
+use trueline_method::assess::sensor_shape::{SensorShape, WALD_LIMIT};
 
 /// The entry of the result's file.
 #[must_use]
@@ -78,9 +79,12 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
         Some(with) => format!("{alone}; ± {} with {with}", mm(error.rms_m)),
     };
     let mut rows = vec![("seam error".to_owned(), both)];
-    rows.extend(budget(error).into_iter().map(|part| {
+    let robot_is_doubted = c.findings.checks.robot_seems.is_some();
+    rows.extend(budget(error, robot_is_doubted).into_iter().enumerate().map(|(k, part)| {
         let BudgetPart { name, share, cure, .. } = part;
-        (format!("  {name}"), format!("± {}  ({:.0} %; {cure})", mm(part.sigma_m), 100.0 * share))
+        // The parts add up by their squares: 0.09 of 0.10 mm is 81 %.
+        let of_what = if k == 0 { " of the variance" } else { "" };
+        (format!("  {name}"), format!("± {}  ({:.0} %{of_what}; {cure})", mm(part.sigma_m), 100.0 * share))
     }));
     rows.extend(sensor_rows(c));
     rows
@@ -130,10 +134,16 @@ pub fn assumed(c: &Calibration, error: &SeamError) -> Option<String> {
     }
 }
 
-/// The parts that matter, largest first, each with what would shrink it.
+/// The parts that matter, largest first, each with what would shrink it; of a robot that seems worse than it was taken to be, nobody
+/// is asked to state that it is better.
 #[must_use]
-pub fn budget(error: &SeamError) -> Vec<BudgetPart> {
+pub fn budget(error: &SeamError, robot_is_doubted: bool) -> Vec<BudgetPart> {
     let parts = &error.budget_m;
+    let of_robot = if robot_is_doubted {
+        "check the tool's frame, or calibrate the robot"
+    } else {
+        "state the robot's accuracy if it is better, or calibrate the robot"
+    };
     let mut list = [
         ("noise", parts.noise, "scan longer, with more tilt and more change of stand-off"),
         ("stamps", parts.stamps, "record the devices' own time stamps"),
@@ -142,7 +152,7 @@ pub fn budget(error: &SeamError) -> Vec<BudgetPart> {
             parts.sensor,
             "state the sensor's uncertainty, or change the stand-off more while scanning",
         ),
-        ("robot", parts.robot, "state the robot's accuracy if it is better, or calibrate the robot"),
+        ("robot", parts.robot, of_robot),
         ("seam form", parts.seam_form, "scan a straighter edge, or the same seam back again"),
         ("feature bias", parts.feature_bias, "add a pass with the sensor spun by 180° about its view"),
         ("what is held", parts.held, "estimate it with the rest, or know it better"),
@@ -157,8 +167,7 @@ pub fn budget(error: &SeamError) -> Vec<BudgetPart> {
 
 fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
     let Some(shape) = c.findings.unknowns.sensor else { return Vec::new() };
-    let state = if shape.is_off() { "off" } else { "within what is known of it" };
-    let mut rows = vec![("sensor calibration".to_owned(), format!("{state}: {}", shape.words().join("; ")))];
+    let mut rows = vec![("sensor calibration".to_owned(), sensor_state(&shape))];
     let taken: Vec<&str> = (0..5).filter(|k| shape.is_from_prior(*k)).map(|k| COMPONENTS[k]).collect();
     if !taken.is_empty() {
         rows.push(("  not seen".to_owned(), format!("{}: taken from the prior", taken.join(", "))));
@@ -171,6 +180,17 @@ fn sensor_rows(c: &Calibration) -> Vec<(String, String)> {
         ));
     }
     rows
+}
+
+fn sensor_state(shape: &SensorShape) -> String {
+    let words = shape.words().join("; ");
+    if shape.is_off() {
+        format!("off: {words}")
+    } else if shape.wald > WALD_LIMIT {
+        format!("not blamed: the cause named above makes the fit believe that {words}")
+    } else {
+        format!("no fault seen: {words}")
+    }
 }
 
 /// The five numbers of a shape.

@@ -7,6 +7,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_export::time_offset;
 use trueline_method::assess::correlated_noise::{Along, Structure};
 use trueline_method::assess::cross_validation::HeldOut;
+use trueline_method::assess::misfit_cause::CauseKind;
 use trueline_method::assess::observability::{Group, Unobservable};
 use trueline_method::assess::residuals::FeatureResidual;
 use trueline_method::assess::seam_point_error::SeamPointError;
@@ -93,6 +94,17 @@ pub fn text(c: &Calibration) -> String {
     out
 }
 
+/// The rule for a driver; a time offset that contains how far the arm lags behind its command is for that stream alone.
+fn rule(c: &Calibration) -> String {
+    let rule = time_offset::rule(c.best_fit().time_offset_s);
+    let cause = c.findings.checks.cause.as_ref();
+    if cause.is_some_and(|cause| cause.kind == CauseKind::CommandedPose) {
+        format!("{rule}, for this stream of commanded poses only")
+    } else {
+        rule
+    }
+}
+
 /// Name of the row that is drawn in letters.
 pub(crate) const OVER_TIME: &str = "residual over time";
 
@@ -102,7 +114,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     let mut rows = seam_error::rows(c);
     rows.push(("time offset".to_owned(), offset(c)));
     if c.is_known(TIME_OFFSET) {
-        rows.push(("to use it".to_owned(), time_offset::rule(c.best_fit().time_offset_s)));
+        rows.push(("to use it".to_owned(), rule(c)));
     }
     for (k, axis) in ["x", "y", "z"].iter().enumerate() {
         rows.push((format!("translation {axis}"), translation(c, k)));

@@ -3,7 +3,6 @@
 use super::calibrate_board;
 use crate::clocks;
 use crate::failure::Failure;
-use crate::hints;
 use crate::opening;
 use crate::output;
 use crate::progress;
@@ -11,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 use trueline_args::CalibrateArgs;
+use trueline_args::hints;
 use trueline_dataset::known_toml;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};

@@ -5,6 +5,7 @@ use crate::output;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::DiffArgs;
+use trueline_dataset::Guess;
 use trueline_dataset::calibration_file;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::unit::MM_PER_M;
@@ -16,7 +17,12 @@ pub(crate) fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
     output::expect_files(&[args.json.as_deref()])?;
     let (first, second) = (ResultFile::read(&args.first)?, ResultFile::read(&args.second)?);
     let field = field(args, &first)?;
-    let estimates = (estimate(&args.first, &first)?, estimate(&args.second, &second)?);
+    let known = [
+        &calibration_file::known_of(&args.first, &first)?,
+        &calibration_file::known_of(&args.second, &second)?,
+    ];
+    let ([of_first, of_second], note) = comparison::comparable(known);
+    let estimates = (estimate(&args.first, of_first, &first)?, estimate(&args.second, of_second, &second)?);
     let difference = between(&estimates.0, &estimates.1, &field).ok_or_else(|| {
         Failure::new("the covariances are not positive", "calibrate again: these results cannot be compared")
     })?;
@@ -24,6 +30,7 @@ pub(crate) fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", comparison::json(&difference, &field, tolerance_m)))?;
     }
+    note.into_iter().for_each(output::words);
     if !args.quiet {
         output::summary(args.json.as_deref(), &comparison::text(&difference, &field))?;
     }
@@ -60,9 +67,8 @@ fn field(args: &DiffArgs, first: &ResultFile) -> Result<Field, Failure> {
 }
 
 /// The seven numbers of a result and their covariance.
-fn estimate(file: &Path, result: &ResultFile) -> Result<Estimate, Failure> {
-    let known = calibration_file::known_of(file, result)?.known;
-    comparison::estimate(known.parameters, result).map_err(|[row, column]| {
+fn estimate(file: &Path, parameters: Guess, result: &ResultFile) -> Result<Estimate, Failure> {
+    comparison::estimate(parameters, result).map_err(|[row, column]| {
         Failure::new(
             format!("{}: there is no covariance of {row} and {column}", file.display()),
             "what was held fixed, or not seen, cannot be compared",

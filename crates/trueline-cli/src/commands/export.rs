@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
 use trueline_args::ExportArgs;
+use trueline_dataset::calibration_file::SensorAs;
 use trueline_dataset::{calibration_file, sensor_toml};
 use trueline_export::{FORMATS, Mounting, named, time_offset};
 
@@ -15,12 +16,16 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     };
     let calibration = calibration_file::read(result)?;
     let known = &calibration.known.parameters;
+    let tool_from_camera = calibration.tool_from_camera(args.for_sensor).ok_or_else(|| {
+        let missing = format!("{} has no transform for that sensor", result.display());
+        Failure::new(missing, "of a sensor that was held, or not seen, there is only --for-sensor found")
+    })?;
     let carrier = if calibration.beside_robot { "base" } else { "flange" };
     let mut mounting = Mounting {
         parent: args.parent.clone().unwrap_or_else(|| carrier.to_owned()),
         child: args.child.clone(),
         tool_number: args.tool_number,
-        ..Mounting::new(known.tool_from_camera, Some(known.time_offset_s))
+        ..Mounting::new(tool_from_camera, Some(known.time_offset_s))
     };
     if let Some(file) = &args.sensor {
         mounting = mounting.with_camera_of(&sensor_toml::read(file)?.sensor);
@@ -42,11 +47,11 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     if calibration.beside_robot && !args.quiet {
         output::words("the sensor stands beside the robot: this is its pose in the robot's base, no tool");
     }
-    if calibration.sensor_is_off {
+    if calibration.sensor_is_off && args.for_sensor == SensorAs::Found {
         output::words(
-            "warning: the sensor is not as its file says, and this transform goes with the result's correction of it: calibrate \
-             again with the file of `calibrate --write-sensor` and export that. For a sensor that takes no correction \
-             `sensor.uncorrected.tool_from_camera` of the result is the best there is",
+            "warning: the sensor is not as its file says, and this transform goes with the result's correction of it: \
+             --for-sensor corrected is for the file of `calibrate --write-sensor`, --for-sensor uncorrected for a sensor that \
+             takes no correction",
         );
     }
     if calibration.accepted == Some(false) {

@@ -4,6 +4,7 @@ pub mod convergence;
 pub mod corrected_sensor;
 pub mod correlated_noise;
 pub mod cross_validation;
+pub mod drawn_line_shift;
 pub(crate) mod excitation;
 pub(crate) mod identifiability;
 pub mod lens;

@@ -28,7 +28,7 @@ pub struct SensorShape {
 }
 
 /// Above this a sensor's own calibration is off; once in thousands of scans by chance.
-pub(crate) const WALD_LIMIT: f64 = 25.0;
+pub const WALD_LIMIT: f64 = 25.0;
 /// Where in the field a shape is described, from its middle, m.
 const REACH_M: f64 = 0.030;
 /// A component that is known no better than this part of what was known before comes from there.

@@ -1,6 +1,7 @@
 //! Why a calibration is not accepted.
 
-use super::quantity::{MS_PER_S, Quantity, Significant};
+use super::quantity::{MM_PER_M, MS_PER_S, Quantity, Significant};
+use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::observability::Unobservable;
 use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::Statement;
@@ -75,6 +76,11 @@ pub enum Reason {
         /// What it was found to be.
         shape: SensorShape,
     },
+    /// A line was held where it was drawn, and is not there.
+    DrawnLineOff {
+        /// Which, and how far off.
+        shift: DrawnLineShift,
+    },
     /// Robot stamps repeat so often that they do not tell when a pose was.
     CoarseRobotStamps {
         /// Rows that repeat the stamp of the row before.
@@ -142,6 +148,7 @@ impl Reason {
             Self::ResidualsTooLarge { .. } => "residuals-too-large",
             Self::TooFewUsed { .. } => "too-few-used",
             Self::SensorOff { .. } => "sensor-off",
+            Self::DrawnLineOff { .. } => "drawn-line-off",
             Self::CoarseRobotStamps { .. } => "coarse-robot-stamps",
             Self::TooManyOutliers { .. } => "too-many-outliers",
             Self::OtherTimeOffset { .. } => "other-time-offset",
@@ -179,6 +186,7 @@ impl fmt::Display for Reason {
                 "the sensor's own calibration is off, and it was held: {}",
                 shape.words().join("; ")
             ),
+            Self::DrawnLineOff { shift } => drawn_line_off(&shift),
             Self::TooFewUsed { used, features, mostly, mostly_count } => {
                 too_few_used([used, features], mostly, mostly_count)
             }
@@ -248,6 +256,22 @@ fn residuals_too_large(noise_factor: f64) -> String {
         "residuals are {noise_factor:.1} times larger than noise explains: wrong units, frames or laser plane, another \
          line, more than half of the features outliers, or stamps that do not tell when; or the sensor is noisier than \
          was stated"
+    )
+}
+
+fn drawn_line_off(shift: &DrawnLineShift) -> String {
+    let beside = shift
+        .beside_m
+        .map(|(off, sigma)| format!("passes {:.2} ± {:.2} mm beside it", off * MM_PER_M, sigma * MM_PER_M));
+    let turned = shift.turned_rad.map(|(off, sigma)| {
+        format!("is turned from it by {:.2} ± {:.2}°", off.to_degrees(), sigma.to_degrees())
+    });
+    let how: Vec<String> = [beside, turned].into_iter().flatten().collect();
+    format!(
+        "line {} is not where it was drawn: without the drawing the scan's line {}. Are the two points in millimetres and in the \
+         robot's base frame, on the edge that was scanned, and is the part where the drawing has it?",
+        shift.line,
+        how.join(" and ")
     )
 }
 

@@ -26,7 +26,11 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
         // Nothing else that could be said means anything.
         return too_few_used(f).into_iter().collect();
     }
-    let mut reasons = Vec::new();
+    let mut reasons = contradicted(f);
+    if !reasons.is_empty() {
+        // All else that the fit says would be said of that error.
+        return reasons;
+    }
     if !f.unknowns.held_at_guess {
         reasons.extend(f.unknowns.observability.unobservable.iter().cloned().map(Reason::Unobservable));
     }
@@ -41,8 +45,6 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
         let noise_factor = f.stripe_noise_factor().map_or(f.fit.noise_factor, |n| n.max(f.fit.noise_factor));
         reasons.push(Reason::ResidualsTooLarge { noise_factor });
     }
-    let off = f.checks.held_sensor.filter(SensorShape::is_off);
-    reasons.extend(off.map(|shape| Reason::SensorOff { shape }));
     reasons.extend(too_few_used(f));
     let (repeated, rows) = (f.streams.robot.doubles, f.streams.robot_rows);
     if repeated as f64 > COARSE_STAMPS * rows as f64 {
@@ -65,9 +67,20 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
 
 /// Residuals that are no noise: they follow the motion, or are larger than any edge explains.
 pub(super) fn residuals_are_too_large(f: &Findings) -> bool {
+    if f.checks.better_without_drawing_m.is_some() {
+        // They are the error of a drawing, within its ±: without it they are not too large.
+        return false;
+    }
     let factor = f.fit.noise_factor;
     let stripes_are = f.stripe_noise_factor().is_some_and(|factor| factor > MOST_NOISE_FACTOR);
     stripes_are || factor > MOST_NOISE_FACTOR || factor > NOISE_FACTOR && !f.fit.structure.may_be_noise()
+}
+
+/// What was held and is not so by the scan.
+fn contradicted(f: &Findings) -> Vec<Reason> {
+    let lines = f.checks.drawn_line_shifts.iter().map(|shift| Reason::DrawnLineOff { shift: *shift });
+    let sensor = f.checks.held_sensor.filter(SensorShape::is_off).map(|shape| Reason::SensorOff { shape });
+    lines.chain(sensor).collect()
 }
 
 /// A rival of the answer that is better, or that the scan does not tell from it.

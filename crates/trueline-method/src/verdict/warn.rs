@@ -30,6 +30,11 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     if f.uncertainty_ignored {
         warnings.push(Warning::UncertaintyNotApplied);
     }
+    if f.checks.contradict_what_is_held() {
+        warnings.extend(stamps(f));
+        return warnings;
+    }
+    warnings.extend(drawn_line_not_needed(f));
     let off = f.unknowns.sensor.filter(|shape| shape.is_off());
     warnings.extend(off.map(|shape| Warning::SensorOff { shape }));
     warnings.extend(f.checks.lens.map(|lens| Warning::LensOff { lens }));
@@ -90,6 +95,12 @@ fn stripes_disagree(stripes: &StripeOutcome) -> Option<Warning> {
     (sigmas >= AGREEMENT_SIGMAS).then_some(Warning::StripesDisagree { sigmas, used })
 }
 
+fn drawn_line_not_needed(f: &Findings) -> Option<Warning> {
+    let with_m = f.checks.seam_error?.rms_m;
+    let without_m = f.checks.better_without_drawing_m?;
+    Some(Warning::DrawnLineNotNeeded { with_m, without_m })
+}
+
 fn doubtful_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Warning> {
     let (span_s, features) = (segment.span_s.map(|s| f.streams.stamp_s(s)), segment.features);
     match segment.cause {
@@ -103,7 +114,8 @@ fn doubtful_stretch(f: &Findings, segment: &OutlierSegment) -> Option<Warning> {
 fn unusual_noise(f: &Findings) -> Option<Warning> {
     let ([least, most], noise_factor) = (USUAL_NOISE_FACTOR, f.fit.noise_factor);
     let usual = residuals_are_too_large(f) || (least..=most).contains(&noise_factor);
-    (!usual).then_some(Warning::UnusualNoise { noise_factor })
+    let is_explained = f.checks.cause.is_some() || f.checks.better_without_drawing_m.is_some();
+    (!usual).then_some(Warning::UnusualNoise { noise_factor, is_explained })
 }
 
 /// That of the stripes, where they are the answer.
@@ -147,6 +159,10 @@ fn stream_stamps(f: &Findings, stream: StreamName, stamps: &StampReport) -> Opti
 }
 
 fn disagreement(f: &Findings, check: &HeldOut) -> Option<Warning> {
+    if f.checks.better_without_drawing_m.is_some() {
+        // The error of the drawing, within its ±, and the parts show it.
+        return None;
+    }
     let part = check.parts.iter().max_by(|a, b| a.sigmas.amax().total_cmp(&b.sigmas.amax()))?;
     let k = part.sigmas.iamax();
     if part.sigmas[k].abs() <= CROSS_VALIDATION_SIGMAS {

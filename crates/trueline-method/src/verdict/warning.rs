@@ -3,9 +3,9 @@
 use super::quantity::{Axis, MM_PER_M, Quantity};
 use super::stream_name::StreamName;
 use super::warning_words::{
-    clock_drift, coarse_stamps, decided_by_user, feature_bias, features_skipped, lens_off, likely_cause,
-    misfit, moves, poorly_known, robot_worse, stamp_steps, stripe_noise, stripes_disagree, structured,
-    unusual_noise, widened,
+    clock_drift, coarse_stamps, decided_by_user, drawn_line_not_needed, feature_bias, features_skipped,
+    lens_off, likely_cause, misfit, moves, poorly_known, robot_worse, stamp_steps, stripe_noise,
+    stripes_disagree, structured, unusual_noise, widened,
 };
 use crate::assess::lens::LensCorrection;
 use crate::assess::misfit_cause::CauseKind;
@@ -44,6 +44,13 @@ pub enum Warning {
     LensOff {
         /// What it is beside that.
         lens: LensCorrection,
+    },
+    /// The scan shows a line better than the drawing that it was held by.
+    DrawnLineNotNeeded {
+        /// How far off a seam point is with the drawing, m.
+        with_m: f64,
+        /// The same without, m.
+        without_m: f64,
     },
     /// One usual cause explains nearly all that is left and is no noise.
     LikelyCause {
@@ -117,6 +124,8 @@ pub enum Warning {
     UnusualNoise {
         /// How many times larger.
         noise_factor: f64,
+        /// Whether a cause is named that explains most of them.
+        is_explained: bool,
     },
     /// The residuals follow the motion: they are no noise.
     StructuredResiduals {
@@ -202,6 +211,7 @@ impl Warning {
             Self::UncertaintyNotApplied => "uncertainty-not-applied",
             Self::SensorOff { .. } => "sensor-off",
             Self::LensOff { .. } => "lens-off",
+            Self::DrawnLineNotNeeded { .. } => "drawn-line-not-needed",
             Self::LikelyCause { kind, .. } => cause_code(*kind),
             Self::FeatureBias { .. } => "feature-bias",
             Self::MirrorBySensor => "mirror-by-sensor",
@@ -241,6 +251,7 @@ impl fmt::Display for Warning {
                 shape.words().join("; ")
             ),
             Self::LensOff { ref lens } => lens_off(lens),
+            Self::DrawnLineNotNeeded { with_m, without_m } => drawn_line_not_needed([with_m, without_m]),
             Self::LikelyCause { kind, size_si, sigma_si } => likely_cause(kind, size_si, sigma_si),
             Self::FeatureBias { ref bias } => feature_bias(bias),
             Self::MirrorBySensor => "a mirrored attitude of the sensor explains the scan as well if the sensor differs from \
@@ -263,7 +274,7 @@ impl fmt::Display for Warning {
             Self::OutlierStretch { span_s: [from, to], features } => {
                 format!("from {from:.2} to {to:.2} s nearly all {features} features are outliers")
             }
-            Self::UnusualNoise { noise_factor } => unusual_noise(noise_factor),
+            Self::UnusualNoise { noise_factor, is_explained } => unusual_noise(noise_factor, is_explained),
             Self::StructuredResiduals { left } => structured(left),
             Self::ManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),

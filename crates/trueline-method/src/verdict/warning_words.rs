@@ -62,6 +62,14 @@ pub(super) fn lens_off(lens: &LensCorrection) -> String {
     )
 }
 
+pub(super) fn drawn_line_not_needed(known_m: [f64; 2]) -> String {
+    let [with, without] = known_m.map(|m| m * MM_PER_M);
+    format!(
+        "the scan shows the seam better than the drawing does: without --drawn-line a seam point is known to ± {without:.2} mm, with it \
+         to ± {with:.2} mm. Leave it out, unless the drawing is known better than was stated"
+    )
+}
+
 pub(super) fn feature_bias(bias: &FeatureBias) -> String {
     let (px, sigma_px) = bias.clearest_px();
     format!("{}; this is taken out", tilt_bias(px, sigma_px))
@@ -80,12 +88,14 @@ pub(super) fn features_skipped(skipped: &BTreeMap<Skip, usize>) -> String {
     format!("{} features could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
 }
 
-pub(super) fn unusual_noise(noise_factor: f64) -> String {
-    format!(
-        "residuals are {noise_factor:.2} times the expected noise; the ± are scaled by it. Either the stated noise is \
-         wrong, or something is left that is no noise: the sensor's own calibration, a bent line, a robot that is off \
-         its path"
-    )
+pub(super) fn unusual_noise(noise_factor: f64, is_explained: bool) -> String {
+    let because = if is_explained {
+        "The cause named above makes most of them"
+    } else {
+        "Either the stated noise is wrong, or something is left that is no noise: the sensor's own calibration, a bent line, a \
+         robot that is off its path"
+    };
+    format!("residuals are {noise_factor:.2} times the expected noise; the ± are scaled by it. {because}")
 }
 
 /// No clock drifts by more, ppm.

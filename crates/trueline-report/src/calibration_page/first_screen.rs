@@ -38,7 +38,7 @@ pub(super) fn blocks(c: &Calibration, images_ahead_s: Option<f64>) -> Vec<Block>
         }
     }
     blocks.push(Block::Cards(vec![seam_error_card(c), offset(c, offset_s), hand_eye(c)]));
-    blocks.extend(c.findings.checks.seam_error.as_ref().map(|error| Block::Table(budget(error))));
+    blocks.extend(c.findings.checks.seam_error.as_ref().map(|error| Block::Table(budget(c, error))));
     if !c.warnings().is_empty() {
         blocks.push(Block::Notice {
             heading: "Warnings",
@@ -166,7 +166,7 @@ fn seam_error_card(c: &Calibration) -> Card {
 }
 
 /// Where the error comes from, largest first, and what would shrink each part.
-fn budget(error: &SeamError) -> Table {
+fn budget(c: &Calibration, error: &SeamError) -> Table {
     let row = |part: seam_error::BudgetPart| {
         TableRow::plain(vec![
             part.name.to_owned(),
@@ -176,9 +176,17 @@ fn budget(error: &SeamError) -> Table {
         ])
     };
     Table {
-        head: ["the error of a seam point comes from", "one σ", "share", "what would shrink it"]
-            .map(str::to_owned)
-            .to_vec(),
-        rows: seam_error::budget(error).into_iter().map(row).collect(),
+        head: [
+            "the error of a seam point comes from",
+            "one σ",
+            "share of the variance",
+            "what would shrink it",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
+        rows: seam_error::budget(error, c.findings.checks.robot_seems.is_some())
+            .into_iter()
+            .map(row)
+            .collect(),
     }
 }

@@ -3,7 +3,7 @@
 use trueline_method::{Calibration, Error, Reason, Warning};
 
 /// What the user can try next, once each.
-pub(crate) fn of(calibration: &Calibration) -> Vec<&'static str> {
+pub fn of(calibration: &Calibration) -> Vec<&'static str> {
     let reasons = calibration.reasons().iter().filter_map(for_reason);
     let mut hints: Vec<&'static str> = Vec::new();
     for hint in reasons.chain(calibration.warnings().iter().filter_map(for_warning)) {
@@ -15,12 +15,13 @@ pub(crate) fn of(calibration: &Calibration) -> Vec<&'static str> {
 }
 
 /// Where the book says what to do about the reasons, by their codes.
-pub(crate) fn pages(calibration: &Calibration) -> Option<String> {
+pub fn pages(calibration: &Calibration) -> Option<String> {
     let mut codes: Vec<&str> = calibration.reasons().iter().map(Reason::code).collect();
     codes.dedup();
     let named = codes.join(", ");
-    (!codes.is_empty())
-        .then(|| format!("docs/book/src/how-to/not-accepted has a page on each reason: {named}"))
+    (!codes.is_empty()).then(|| {
+        format!("the documentation (docs/book, “It was not accepted”) has a page on each reason: {named}")
+    })
 }
 
 fn for_reason(reason: &Reason) -> Option<&'static str> {
@@ -30,6 +31,10 @@ fn for_reason(reason: &Reason) -> Option<&'static str> {
              sensor",
         ),
         Reason::SensorOff { .. } => Some("--sensor prior corrects it, --write-sensor FILE writes it"),
+        Reason::DrawnLineOff { .. } => Some(
+            "without --drawn-line the result's `lines` say where the scan sees the edge; --drawn-line-sigma-mm states how well the \
+             drawing is known",
+        ),
         Reason::AmbiguousTimeOffset { .. } => {
             Some("state what is known with --offset-within SECONDS or --looks AXIS")
         }
@@ -54,7 +59,7 @@ fn for_warning(warning: &Warning) -> Option<&'static str> {
 }
 
 /// The same for a recording without any result; else the library's own hint.
-pub(crate) fn for_error(error: &Error) -> &'static str {
+pub fn for_error(error: &Error) -> &'static str {
     match error {
         Error::PointsNotInSheet { .. } => {
             "are all points measured by the same laser plane, in the camera frame? --residual point-to-line needs none"

@@ -1,0 +1,53 @@
+//! What is held, beside the same scan with it released: whether the scan contradicts it.
+//!
+//! The error of a sensor or of a line that is held goes into the residuals, where it looks like a bad robot, another lens or a bent
+//! seam. So nothing else is concluded from these residuals: causes are looked for with sensor and lines released.
+
+use crate::assess::drawn_line_shift::DrawnLineShift;
+use crate::assess::sensor_shape::SensorShape;
+use crate::calibration::Calibration;
+use crate::config::{Config, DrawnLine, ResidualKind, SensorMode};
+use crate::findings::Checks;
+use crate::problem::parameters::line_index;
+use crate::verdict::Status;
+use nalgebra::Matrix4;
+
+/// The same options with the sensor and the lines released; `None` where neither is held.
+pub(crate) fn released(config: &Config) -> Option<Config> {
+    let holds_sensor = config.sensor == SensorMode::Fixed && config.residual == ResidualKind::Sheet;
+    if !holds_sensor && config.drawn_lines.is_empty() {
+        return None;
+    }
+    let sensor = if holds_sensor { SensorMode::Prior } else { config.sensor };
+    Some(Config { sensor, drawn_lines: Vec::new(), ..config.clone() })
+}
+
+/// The shape of a sensor that was held; `None` where it was not, or the scan does not show it.
+pub(crate) fn held_sensor(held: &Config, released: &Calibration) -> Option<SensorShape> {
+    let unknowns = &released.findings.unknowns;
+    let is_seen = unknowns.observability.unobservable.is_empty();
+    unknowns.sensor.filter(|_| is_seen && held.sensor == SensorMode::Fixed)
+}
+
+/// How far off a seam point is without the drawing, m, where the scan shows the lines better than that is known.
+pub(crate) fn better_without_drawing_m(
+    held: &Config,
+    checks: &Checks,
+    released: &Calibration,
+) -> Option<f64> {
+    let (with, without) = (checks.seam_error?.rms_m, released.findings.checks.seam_error?.rms_m);
+    let is_good = released.status() == Status::Accepted;
+    (is_good && !held.drawn_lines.is_empty() && without < with).then_some(without)
+}
+
+/// The lines that are not where they were drawn, by what the scan shows without the drawing.
+pub(crate) fn shifted_lines(held: &Config, released: &Calibration) -> Vec<DrawnLineShift> {
+    let shift = |drawn: &DrawnLine| {
+        let (found, first) = (released.best_fit().lines.get(drawn.line)?, line_index(drawn.line));
+        let covariance =
+            Matrix4::from_fn(|i, j| released.covariance(first + i, first + j).unwrap_or_default());
+        let seen = std::array::from_fn(|k| released.sigma(first + k).is_some());
+        DrawnLineShift::of(drawn, found, &covariance, seen)
+    };
+    held.drawn_lines.iter().filter_map(shift).collect()
+}
