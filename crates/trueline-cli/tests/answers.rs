@@ -113,6 +113,26 @@ fn evaluate_holds_a_scan_against_a_tolerance_and_knows_a_calibration_of_another_
     assert!(code == 1 && words.contains("BEYOND the tolerance of 1 mm"), "{words}");
 }
 
+/// One sensor, once with the file that is off and once with the file as the scan corrected it: the bracket has not moved.
+#[test]
+fn the_file_of_the_sensor_is_told_from_the_bracket() {
+    let dir = tempfile::tempdir().unwrap();
+    succeeds(dir.path(), "simulate -p good --fault plane-offset=1 -o scan -q");
+    succeeds(dir.path(), "calibrate scan -q --json off.json --write-sensor corrected.toml");
+    fs::copy(dir.path().join("corrected.toml"), dir.path().join("scan/sensor.toml")).unwrap();
+    succeeds(dir.path(), "calibrate scan -q --json right.json");
+    let (code, table, words) = told(dir.path(), "diff off.json right.json");
+    assert!(code == 0 && words.contains("different sensor files"), "{table}{words}");
+    let (of_found, words) = succeeds(dir.path(), "export off.json --as matrix");
+    assert!(words.contains("--for-sensor corrected"), "{words}");
+    let of_corrected = succeeds(dir.path(), "export off.json --as matrix --for-sensor corrected").0;
+    let of_uncorrected = succeeds(dir.path(), "export off.json --as matrix --for-sensor uncorrected").0;
+    assert!(of_found != of_corrected && of_found != of_uncorrected && of_corrected != of_uncorrected);
+    told(dir.path(), "calibrate scan -q --sensor fixed --json held.json");
+    let (code, _, words) = told(dir.path(), "export held.json --as matrix --for-sensor corrected");
+    assert!(code == 2 && words.contains("no transform for that sensor"), "{words}");
+}
+
 #[test]
 fn shells_complete_manuals_are_written_and_colours_can_be_asked_for() {
     let dir = tempfile::tempdir().unwrap();

@@ -87,19 +87,13 @@ fn with_stated_lens(
         assess_identifiability(&drift_free, &settings, guess, found.mirrored, halves.as_ref())?;
     let levels = systematic_levels(recording, &settings, &knowledge);
     let assessed = Assessed { drift_free: DriftFree { fit, ..drift_free }, information, observability };
-    let Unbiased { mut assessed, structure, cause, bias } =
-        without_bias(assessed, recording, &settings, &levels)?;
-    if let Structure::Correlated(noise) = &structure {
-        assessed.drift_free.fit.solution.state = noise.at.clone();
-    }
-    let levels =
-        bias.as_ref().map_or(levels, |bias| SystematicLevels { bias_is_estimated: true, ..bias.levels });
-    let cause = released.map_or(cause, |released| released.findings.checks.cause.clone());
+    let unbiased = without_bias(assessed, recording, &settings, &levels)?;
+    let levels = unbiased.levels(levels);
     let robot_seems = match released {
         Some(released) => released.findings.checks.robot_seems,
-        None => robot_seems(&assessed, &settings, &structure, levels.robot)
-            .filter(|_| cause.is_none() && bias.as_ref().is_none_or(|bias| !bias.is_plain)),
+        None => robot_seems(&unbiased, &settings, levels.robot),
     };
+    let Unbiased { assessed, structure, cause, bias } = unbiased;
     conclude(&Concluded {
         recording,
         sampling: &sampling,
@@ -115,7 +109,7 @@ fn with_stated_lens(
         bias,
         assessed: &assessed,
         structure,
-        cause,
+        cause: released.map_or(cause, |released| released.findings.checks.cause.clone()),
         time_offset_share,
         released,
     })
@@ -124,16 +118,12 @@ fn with_stated_lens(
 /// Residuals up to this many times the expected noise are not looked at for the robot's errors, unless neighbours are alike.
 const LARGE: f64 = 1.2;
 
-/// How far the robot is off by residuals that are no noise; `None` where they are, or the robot does not explain them.
-fn robot_seems(
-    assessed: &Assessed,
-    settings: &FitSettings<'_>,
-    structure: &Structure,
-    taken: RobotSigmas,
-) -> Option<RobotSigmas> {
+/// How far the robot is off by residuals that are no noise; `None` where they are, or something else explains them.
+fn robot_seems(unbiased: &Unbiased, settings: &FitSettings<'_>, taken: RobotSigmas) -> Option<RobotSigmas> {
+    let Unbiased { assessed, structure, .. } = unbiased;
     let fit = &assessed.drift_free.fit;
-    let is_alike = matches!(structure, Structure::Correlated(_));
-    if !(is_alike || fit.noise.factor > LARGE) || !assessed.all_observable() {
+    let is_large = matches!(structure, Structure::Correlated(_)) || fit.noise.factor > LARGE;
+    if !is_large || unbiased.is_explained() || !assessed.all_observable() {
         return None;
     }
     let problem = fit.problem(&assessed.drift_free.observations, settings.config);

@@ -14,7 +14,7 @@ use crate::assess::sensor_shape::SensorShape;
 use crate::assess::systematic::{Systematic, SystematicLevels, SystematicSums};
 use crate::assess::{outlier_segments, seam_point_error};
 use crate::calibration::Calibration;
-use crate::config::{HeldSigma, Measurements, ResidualKind};
+use crate::config::{Config, HeldSigma, Measurements, ResidualKind};
 use crate::error::Error;
 use crate::findings::{Checks, ClockFindings, Findings, FitFindings, Streams, Unknowns};
 use crate::hypotheses::ambiguity::Ambiguity;
@@ -96,16 +96,6 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     if from.assessed.all_observable() {
         checks.seam_error = seam_error(from, &uncertainty, &systematic);
     }
-    if let Some(released) = from.released {
-        checks.held_sensor = held_sensor(config, released);
-        checks.drawn_line_shifts = shifted_lines(config, released);
-        checks.lens = released.findings.checks.lens;
-        checks.better_without_drawing_m = better_without_drawing_m(config, &checks, released);
-    }
-    if checks.contradict_what_is_held() {
-        checks.seam_error = None;
-        checks.seam_point_error = None;
-    }
     checks.cause = from.cause.clone();
     checks.feature_bias = from.bias.as_ref().and_then(|taken| {
         let estimate = sums.bias(&taken.px, from.inflation())?;
@@ -180,8 +170,23 @@ fn judged(
     errors: &SeamErrors<'_>,
 ) -> Result<Calibration, Error> {
     add_stripes(from, &mut findings, errors)?;
+    if let Some(released) = from.released {
+        compare(&findings.config, &mut findings.checks, released);
+    }
     let verdict = verdict::of(&findings);
     Ok(Calibration { findings, verdict })
+}
+
+/// What is held against the same scan with it released; what the scan contradicts leaves no accuracy to be claimed.
+fn compare(config: &Config, checks: &mut Checks, released: &Calibration) {
+    checks.held_sensor = held_sensor(config, released);
+    checks.drawn_line_shifts = shifted_lines(config, released);
+    checks.lens = released.findings.checks.lens;
+    checks.better_without_drawing_m = better_without_drawing_m(config, checks, released);
+    if checks.contradict_what_is_held() {
+        checks.seam_error = None;
+        checks.seam_point_error = None;
+    }
 }
 
 /// Looks at whole stripes, and takes their answer where it is the one that is used. The residuals of the seam points stay those about

@@ -7,6 +7,7 @@ use trueline_method::assess::drawn_line_shift::DrawnLineShift;
 use trueline_method::assess::lens::LensCorrection;
 use trueline_method::assess::misfit_cause::CauseKind;
 use trueline_method::assess::observability::Unobservable;
+use trueline_method::assess::robot_field::RobotSigmas;
 use trueline_method::assess::sensor_shape::SensorShape;
 use trueline_method::verdict::{Quantity, Reason, Warning};
 
@@ -84,13 +85,7 @@ fn warning_values(warning: &Warning) -> Value {
         }
         Warning::StripeNoise { noise_factor } => json!({ "noise_factor": noise_factor }),
         Warning::WidenedByProfile { by } => json!({ "by": by }),
-        Warning::RobotWorse { seems, taken, stated } => json!({
-            "position_mm": seems.position_m * MM_PER_M,
-            "attitude_deg": seems.attitude_rad.to_degrees(),
-            "taken_position_mm": taken.position_m * MM_PER_M,
-            "taken_attitude_deg": taken.attitude_rad.to_degrees(),
-            "stated": stated,
-        }),
+        Warning::RobotWorse { seems, taken, stated } => robot_worse(*seems, *taken, *stated),
         Warning::PoorlyKnown { scan_alone_m } => json!({ "seam_error_mm": scan_alone_m * MM_PER_M }),
         Warning::StripesDisagree { sigmas, used } => json!({ "sigmas": sigmas, "used": used }),
         Warning::UncertaintyNotApplied | Warning::MirrorBySensor => json!({}),
@@ -162,6 +157,16 @@ fn sensor_off(shape: &SensorShape) -> Value {
     let [h1, h2, h3, h4, h5] = shape.found.h;
     let found = [h1, h2, h3, h4 / MM_PER_M, h5 / MM_PER_M];
     json!({ "shape": found, "wald": shape.wald, "words": shape.words() })
+}
+
+fn robot_worse(seems: RobotSigmas, taken: RobotSigmas, stated: bool) -> Value {
+    json!({
+        "position_mm": seems.position_m * MM_PER_M,
+        "attitude_deg": seems.attitude_rad.to_degrees(),
+        "taken_position_mm": taken.position_m * MM_PER_M,
+        "taken_attitude_deg": taken.attitude_rad.to_degrees(),
+        "stated": stated,
+    })
 }
 
 fn drawn_line_off(shift: &DrawnLineShift) -> Value {

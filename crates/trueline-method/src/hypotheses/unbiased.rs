@@ -17,7 +17,7 @@ use trueline_lsq::Information;
 
 /// A fit to features that do not shift with the tilt, and what is left of their residuals.
 pub struct Unbiased {
-    /// The fit.
+    /// The fit, at the optimum by noise as correlated as it was found to be.
     pub assessed: Assessed,
     /// What its residuals are.
     pub structure: Structure,
@@ -25,6 +25,21 @@ pub struct Unbiased {
     pub cause: Option<MisfitCause>,
     /// The bias that was taken out.
     pub bias: Option<TakenBias>,
+}
+
+impl Unbiased {
+    /// How large the errors that are no noise are taken to be, `taken` being what was assumed of them.
+    #[must_use]
+    pub(crate) fn levels(&self, taken: SystematicLevels) -> SystematicLevels {
+        let estimated = |bias: &TakenBias| SystematicLevels { bias_is_estimated: true, ..bias.levels };
+        self.bias.as_ref().map_or(taken, estimated)
+    }
+
+    /// Whether a cause is known that is not the robot's accuracy.
+    #[must_use]
+    pub(crate) fn is_explained(&self) -> bool {
+        self.cause.is_some() || self.bias.as_ref().is_some_and(|bias| bias.is_plain)
+    }
 }
 
 /// Residuals that are alike by more than this once a bias is taken out are not those of a bias.
@@ -42,8 +57,11 @@ pub fn without_bias(
     levels: &SystematicLevels,
 ) -> Result<Unbiased, Error> {
     let left = |assessed: &Assessed| structure(&assessed.drift_free, settings.config, &assessed.information);
-    let with = |assessed: Assessed, structure: Structure, bias: Option<TakenBias>| {
+    let with = |mut assessed: Assessed, structure: Structure, bias: Option<TakenBias>| {
         let cause = cause(recording, settings, &assessed).filter(|cause| cause.kind != CauseKind::TiltBias);
+        if let Structure::Correlated(noise) = &structure {
+            assessed.drift_free.fit.solution.state = noise.at.clone();
+        }
         Unbiased { assessed, structure, cause, bias }
     };
     let cause = cause(recording, settings, &assessed);

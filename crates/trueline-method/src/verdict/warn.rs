@@ -35,20 +35,7 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         return warnings;
     }
     warnings.extend(drawn_line_not_needed(f));
-    let off = f.unknowns.sensor.filter(|shape| shape.is_off());
-    warnings.extend(off.map(|shape| Warning::SensorOff { shape }));
-    warnings.extend(f.checks.lens.map(|lens| Warning::LensOff { lens }));
-    let cause = f.checks.cause.as_ref().filter(|_| f.checks.lens.is_none());
-    warnings.extend(cause.map(|cause| Warning::LikelyCause {
-        kind: cause.kind,
-        size_si: cause.size,
-        sigma_si: cause.sigma,
-    }));
-    warnings.extend(f.checks.robot_seems.map(|seems| Warning::RobotWorse {
-        seems,
-        taken: f.checks.robot_taken,
-        stated: f.checks.seam_error.is_some_and(|error| error.levels.robot_is_stated),
-    }));
+    warnings.extend(causes(f));
     warnings.extend(f.fit.widened_by.map(|by| Warning::WidenedByProfile { by }));
     let scan_alone_m = f.checks.seam_error.map(|error| error.scan_alone_m()).filter(|m| *m > POORLY_KNOWN_M);
     warnings.extend(scan_alone_m.map(|scan_alone_m| Warning::PoorlyKnown { scan_alone_m }));
@@ -86,6 +73,24 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.push(Warning::NoPointAtStandOff { stand_off_m });
     }
     warnings
+}
+
+/// What the residuals, or the shape of the sensor, are due to.
+fn causes(f: &Findings) -> impl Iterator<Item = Warning> {
+    let off = f.unknowns.sensor.filter(|shape| shape.is_off()).map(|shape| Warning::SensorOff { shape });
+    let lens = f.checks.lens.map(|lens| Warning::LensOff { lens });
+    let cause = f.checks.cause.as_ref().filter(|_| f.checks.lens.is_none());
+    let cause = cause.map(|cause| Warning::LikelyCause {
+        kind: cause.kind,
+        size_si: cause.size,
+        sigma_si: cause.sigma,
+    });
+    let robot = f.checks.robot_seems.map(|seems| Warning::RobotWorse {
+        seems,
+        taken: f.checks.robot_taken,
+        stated: f.checks.seam_error.is_some_and(|error| error.levels.robot_is_stated),
+    });
+    [off, lens, cause, robot].into_iter().flatten()
 }
 
 /// Answers of stripes and seam points that are too far apart.
