@@ -73,18 +73,24 @@ static DISTORTIONS: [Choice<DistortionChoice>; 6] = [
 #[command(after_help = "Examples:
   trueline sensor laser-plane stripes --board chessboard:9x6:25 --sensor camera.toml --out sensor.toml
   trueline sensor laser-plane stripes --without-laser boards --board chessboard:9x6:25 --sensor camera.toml --out sensor.toml
+  trueline sensor laser-plane stops/poses.csv --plate --sensor camera.toml --initial initial.toml --out sensor.toml
   trueline sensor laser-plane points.csv --json -
 
 From pictures: the laser's stripe falls on the board, and board and stripe are in one picture. Where the stripe drowns in the \
 light, take two pictures of every pose, with and without laser, under the same name in two folders. Put the board at 10 or more \
 poses, near and far, tilted to every side.
+From a plain flat plate and the robot, with --plate: stop 15 to 20 times before the plate, near and far, the tool tilted by 20 \
+degrees to every side, the stripe on the plate right across the picture, and write a table: picture,x_mm,y_mm,z_mm,qw,qx,qy,qz, \
+the tool's pose at each picture, with the pictures beside the table. The plate may be anywhere, it must only stand still. --initial \
+says roughly how the camera sits on the tool, to 10 degrees and 30 mm; it is estimated with the plane. At one attitude the plane's \
+offset cannot be seen, however the tool moves.
 From points: columns board,x_mm,y_mm,z_mm: points of the stripe in the camera frame, each with the number of its board.
 
 The uncertainty is by boards, not by points: the points of one board share its errors.
 
 Exit code: 0 accepted, 1 computed but not accepted (reasons listed), 2 could not run.")]
 pub struct LaserPlaneArgs {
-    /// A CSV of points, a folder of pictures, or the pictures
+    /// A CSV of points, a folder of pictures, or the pictures; with --plate a CSV of pictures and poses
     #[arg(required = true)]
     pub input: Vec<PathBuf>,
     /// The board in the pictures: chessboard:COLUMNSxROWS:SQUARE
@@ -93,6 +99,12 @@ pub struct LaserPlaneArgs {
     /// Folder with the same pictures without the laser
     #[arg(long, requires = "board")]
     pub without_laser: Option<PathBuf>,
+    /// A plain plate instead of a board: INPUT is a CSV picture,x_mm,y_mm,z_mm,qw,qx,qy,qz
+    #[arg(long, conflicts_with_all = ["board", "without_laser"], requires_all = ["sensor", "initial"])]
+    pub plate: bool,
+    /// Roughly where the camera is on the tool, for --plate: a TOML as `calibrate --initial` takes it
+    #[arg(long, requires = "plate")]
+    pub initial: Option<PathBuf>,
     /// sensor.toml with the camera
     #[arg(long)]
     pub sensor: Option<PathBuf>,

@@ -3,6 +3,7 @@
 //! ```text
 //! pictures of a board ────────────pictures──▶ views ──▶ trueline_sensor::intrinsics
 //! pictures of a board with stripe ─striped──▶ views ──▶ trueline_sensor::laser_plane
+//! pictures of a plate, with poses ─plate_stops──▶ stops ──▶ trueline_sensor::laser_plane::plate
 //! dataset folder with pictures ─moving_scan──▶ time offset and hand-eye transform
 //! what was found ──────────────sensor_file──▶ sensor.toml
 //! ```
@@ -32,6 +33,7 @@
 mod error;
 pub mod moving_scan;
 pub mod pictures;
+pub mod plate_stops;
 pub mod sensor_file;
 pub mod striped;
 

@@ -1,9 +1,11 @@
 //! What was found of a sensor, as its file.
 
+use nalgebra::SMatrix;
 use trueline_dataset::Sensor;
 use trueline_dataset::sensor_setup::{SensorCovariance, SensorSetup, SensorUncertainty};
 use trueline_dataset::sensor_toml::{CameraFile, SensorFile};
 use trueline_sensor::intrinsics::CameraFit;
+use trueline_sensor::laser_plane::plate::PlateFit;
 use trueline_sensor::laser_plane::{JointFit, PlaneFit};
 
 /// A camera, and how well it is known.
@@ -31,6 +33,19 @@ pub fn with_joint_plane(before: &CameraFile, fit: &JointFit) -> CameraFile {
     CameraFile {
         camera: fit.state.camera,
         laser_plane_in_camera: fit.plane(),
+        setup: SensorSetup { uncertainty: Some(uncertainty), ..before.setup.clone() },
+    }
+}
+
+/// A camera's file with camera, laser plane and their joint covariance, from a plain plate.
+#[must_use]
+pub fn with_plate_plane(before: &CameraFile, fit: &PlateFit) -> CameraFile {
+    let stated = before.setup.uncertainty.clone().unwrap_or_default();
+    let of_sensor: SMatrix<f64, 12, 12> = fit.covariance.fixed_view::<12, 12>(0, 0).into();
+    let uncertainty = stated.with_joint(SensorCovariance::of_free(&of_sensor));
+    CameraFile {
+        camera: fit.state.camera,
+        laser_plane_in_camera: Some(fit.plane()),
         setup: SensorSetup { uncertainty: Some(uncertainty), ..before.setup.clone() },
     }
 }

@@ -34,6 +34,7 @@ pub mod join;
 pub mod known_toml;
 pub mod laser_channel;
 pub mod picture_names;
+pub mod picture_poses_csv;
 mod picture_size;
 mod picture_source;
 mod problem_hint;

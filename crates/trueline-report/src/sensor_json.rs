@@ -3,6 +3,7 @@
 pub use crate::camera_report::CameraReport;
 use serde_json::{Value, json};
 use trueline_dataset::unit::MM_PER_M;
+use trueline_sensor::laser_plane::plate::PlateFit;
 use trueline_sensor::laser_plane::{JointFit, PlaneFit};
 use trueline_sensor::verdict::Remark;
 
@@ -118,6 +119,7 @@ pub fn joint_plane(fit: &JointFit, (reasons, warnings): (&[Remark], &[Remark])) 
     let mut value = plane_head(&plane, &covariance, (reasons, warnings));
     let camera = &fit.state.camera;
     value["boards"] = json!(fit.points.len());
+    value["boards_left_out"] = json!(fit.left_out);
     value["rms_mm"] = json!(fit.rms_m * MM_PER_M);
     value["stripe_pixels"] = json!(fit.points.iter().map(Vec::len).sum::<usize>());
     value["stripe_sigma_px"] = json!(fit.stripe_sigma_px);
@@ -129,6 +131,33 @@ pub fn joint_plane(fit: &JointFit, (reasons, warnings): (&[Remark], &[Remark])) 
         "distortion": camera.distortion.to_opencv(),
     });
     Some(value)
+}
+
+/// The result of `trueline sensor laser-plane --plate`. `names` are the stops' pictures.
+#[must_use]
+pub fn plate_plane(fit: &PlateFit, names: &[&str], remarks: (&[Remark], &[Remark])) -> Value {
+    let mut value = plane_head(&fit.plane(), &fit.plane_covariance(), remarks);
+    let (pose, sigma) = (&fit.state.tool_from_camera, fit.hand_eye_sigma());
+    let q = pose.rotation.quaternion();
+    value["stops"] = json!(fit.used());
+    value["rms_mm"] = json!(fit.rms_m * MM_PER_M);
+    value["middle_mm"] = json!((fit.middle * MM_PER_M).as_slice());
+    value["sigma_offset_at_middle_mm"] = json!(fit.middle_sigma_m() * MM_PER_M);
+    value["stop_spread_mm"] = json!(fit.spread_m.map(|m| m * MM_PER_M));
+    value["tilts_deg"] = json!(fit.tilts_rad.map(f64::to_degrees));
+    value["tool_from_camera"] = json!({
+        "translation_mm": (pose.translation.vector * MM_PER_M).as_slice(),
+        "rotation_wxyz": [q.w, q.i, q.j, q.k],
+        "sigma_rotation_deg": (sigma[..3].iter().map(|s| s.to_degrees()).collect::<Vec<_>>()),
+        "sigma_translation_mm": (sigma[3..].iter().map(|s| s * MM_PER_M).collect::<Vec<_>>()),
+    });
+    value["per_stop"] = fit
+        .stops
+        .iter()
+        .zip(names)
+        .map(|(stop, name)| json!({ "picture": name, "used": stop.used, "z": stop.z }))
+        .collect();
+    value
 }
 
 fn plane_head(

@@ -7,6 +7,7 @@ use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Plane;
 use trueline_sensor::intrinsics::NextPicture;
 use trueline_sensor::laser_plane::next_board::{self, NextBoard};
+use trueline_sensor::laser_plane::plate::PlateFit;
 use trueline_sensor::laser_plane::{JointFit, PlaneFit};
 use trueline_sensor::verdict::Remark;
 
@@ -156,6 +157,45 @@ pub fn joint_plane(fit: &JointFit, remarks: (&[Remark], &[Remark])) -> Option<St
     ];
     facts.extend(next_board::best(fit).map(|next| ("board to add", next_board(&next))));
     Some(plane(&fit.plane()?, &fit.covariance.fixed_view::<3, 3>(9, 9).into(), &facts, remarks))
+}
+
+/// A laser plane from a plain plate in a few lines. `names` are the stops' pictures.
+#[must_use]
+pub fn plate_plane(fit: &PlateFit, names: &[&str], remarks: (&[Remark], &[Remark])) -> String {
+    let [offset_mm, slope_mm] = fit.spread_m.map(|m| m * MM_PER_M);
+    let sigma = fit.hand_eye_sigma();
+    let largest = |first: usize| sigma[first..first + 3].iter().copied().fold(0.0, f64::max);
+    let [first, second] = fit.tilts_rad.map(f64::to_degrees);
+    let t = fit.state.tool_from_camera.translation.vector * MM_PER_M;
+    let left_out = fit.stops.iter().zip(names).filter(|(stop, _)| !stop.used).map(|(_, name)| *name);
+    let mut facts = vec![
+        (
+            "offset, middle",
+            format!("± {:.4} mm in the middle of the points", fit.middle_sigma_m() * MM_PER_M),
+        ),
+        (
+            "stops",
+            format!(
+                "{} of {}, tilted by ± {first:.0} and ± {second:.0} degrees",
+                fit.used(),
+                fit.stops.len()
+            ),
+        ),
+        ("stops differ by", format!("{offset_mm:.4} mm in distance, {slope_mm:.4} mm along the stripe")),
+        (
+            "camera on the tool",
+            format!(
+                "[{:.2}, {:.2}, {:.2}] mm ± {:.2} mm and {:.3} degrees at most",
+                t.x,
+                t.y,
+                t.z,
+                largest(3) * MM_PER_M,
+                largest(0).to_degrees()
+            ),
+        ),
+    ];
+    facts.extend(left_out.map(|name| ("left out", name.to_owned())));
+    plane(&fit.plane(), &fit.plane_covariance(), &facts, remarks)
 }
 
 fn plane(

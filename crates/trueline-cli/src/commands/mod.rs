@@ -26,6 +26,7 @@ pub(crate) mod scan;
 pub(crate) mod sensor_intrinsics;
 pub(crate) mod sensor_laser_plane;
 pub(crate) mod sensor_plane_pictures;
+pub(crate) mod sensor_plane_plate;
 pub(crate) mod simulate;
 pub(crate) mod simulate_images;
 pub(crate) mod simulate_plates;

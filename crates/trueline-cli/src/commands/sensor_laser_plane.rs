@@ -1,6 +1,6 @@
 //! `trueline sensor laser-plane`.
 
-use crate::commands::sensor_plane_pictures;
+use crate::commands::{sensor_plane_pictures, sensor_plane_plate};
 use crate::failure::Failure;
 use crate::output;
 use std::path::Path;
@@ -16,6 +16,9 @@ use trueline_sensor::verdict;
 pub(crate) fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
     if let Some(out) = &args.out {
         output::must_not_exist(out)?;
+    }
+    if args.plate {
+        return sensor_plane_plate::run(args);
     }
     match args.input.as_slice() {
         [file] if file.is_file() && !gray_picture::is_picture(file) => {

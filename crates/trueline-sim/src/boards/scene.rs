@@ -16,7 +16,7 @@ pub struct BoardScene {
     pub camera: Camera,
     /// Where the board is: x along its columns, y along its rows, the first inner corner at the origin.
     pub camera_from_board: Pose,
-    /// Inner corners along x and y.
+    /// Inner corners along x and y; [0, 0] is a plain white plate, 1.5 squares to one side of its origin and half of one to the other.
     pub corners: [usize; 2],
     /// Side of a square, m.
     pub square_m: f64,
@@ -115,7 +115,7 @@ fn of_ray(scene: &BoardScene, board_from_camera: &Pose, ray: &Vector3<f64>) -> f
     let place = from + along * depth;
     let square = [place.x, place.y].map(|x| (x / scene.square_m).floor() as i64);
     // A square around the inner corners, and half a square of white margin around those.
-    let inside = |k: usize| square[k] >= -1 && square[k] < scene.corners[k] as i64;
+    let inside = |k: usize| scene.corners[k] > 0 && square[k] >= -1 && square[k] < scene.corners[k] as i64;
     let margin = |k: usize, x: f64| {
         let x = x / scene.square_m;
         x >= -1.5 && x < scene.corners[k] as f64 + 0.5
