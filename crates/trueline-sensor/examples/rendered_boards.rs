@@ -2,7 +2,8 @@
 //! plane of each, and compares the errors with what is stated of them.
 //!
 //! ```sh
-//! cargo run -p trueline-sensor --example rendered_boards -- 100
+//! cargo run -p trueline-sensor --example rendered_boards -- 100          # both
+//! cargo run -p trueline-sensor --example rendered_boards -- 100 plane    # or camera
 //! ```
 //!
 //! Printed: squared error by covariance over its dimension (one if honest), and the part of the 95 % intervals that hold the
@@ -28,18 +29,26 @@ const PICTURES: usize = 10;
 
 fn main() {
     let sets: u64 = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(20);
-    let (mut cameras, mut planes) = (Honesty::default(), Honesty::default());
+    let what = std::env::args().nth(2);
+    let asked = |name: &str| what.as_deref().is_none_or(|what| what == name);
+    if asked("camera") {
+        honesty(sets, camera_set).print("camera", sets);
+    }
+    if asked("plane") {
+        honesty(sets, plane_set).print("laser plane", sets);
+    }
+}
+
+type Outcome = Option<(DVector<f64>, DMatrix<f64>)>;
+
+fn honesty(sets: u64, of_set: impl Fn(&mut ChaCha12Rng) -> Outcome) -> Honesty {
+    let mut sums = Honesty::default();
     for set in 0..sets {
-        let mut random = ChaCha12Rng::seed_from_u64(set);
-        if let Some((error, covariance)) = camera_set(&mut random) {
-            cameras.add(&error, &covariance);
-        }
-        if let Some((error, covariance)) = plane_set(&mut random) {
-            planes.add(&error, &covariance);
+        if let Some((error, covariance)) = of_set(&mut ChaCha12Rng::seed_from_u64(set)) {
+            sums.add(&error, &covariance);
         }
     }
-    cameras.print("camera", sets);
-    planes.print("laser plane", sets);
+    sums
 }
 
 /// Sums over sets.
@@ -124,7 +133,7 @@ fn pose(random: &mut ChaCha12Rng, middle: impl Fn(&mut ChaCha12Rng, f64) -> Vect
     }
 }
 
-fn camera_set(random: &mut ChaCha12Rng) -> Option<(DVector<f64>, DMatrix<f64>)> {
+fn camera_set(random: &mut ChaCha12Rng) -> Outcome {
     let anywhere = |random: &mut ChaCha12Rng, depth: f64| {
         Vector3::new(random.random_range(-0.25..0.25), random.random_range(-0.2..0.2), 1.0) * depth
     };
@@ -140,7 +149,7 @@ fn camera_set(random: &mut ChaCha12Rng) -> Option<(DVector<f64>, DMatrix<f64>)> 
     Some((DVector::from_fn(free, |k, _| off[k]), DMatrix::from_fn(free, free, |i, j| fit.covariance[(i, j)])))
 }
 
-fn plane_set(random: &mut ChaCha12Rng) -> Option<(DVector<f64>, DMatrix<f64>)> {
+fn plane_set(random: &mut ChaCha12Rng) -> Outcome {
     let plane = plane()?;
     let n = plane.normal().into_inner();
     let on_plane = |random: &mut ChaCha12Rng, depth: f64| {

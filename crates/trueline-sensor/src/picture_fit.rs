@@ -162,13 +162,21 @@ impl PictureFit<'_> {
 
     /// What is known of the board's flatness beforehand.
     fn add_flatness(&self, board: &BoardState, equations: &mut PictureEquations) {
-        // A perfect board has no bulge at all: a millionth of a millimetre stands for that.
-        let sigma_m = self.flatness_m.max(1e-9);
-        for (index, value, sigma) in [(6, board.bulge_m, sigma_m), (7, board.twist, sigma_m / TWIST_REACH_M)]
+        let values = [board.bulge_m, board.twist];
+        for ((index, information), value) in
+            [6, 7].into_iter().zip(flatness_information(self.flatness_m)).zip(values)
         {
-            equations.own[(index, index)] += 1.0 / (sigma * sigma);
-            equations.own_gradient[index] += value / (sigma * sigma);
-            equations.cost += 0.5 * (value / sigma).powi(2);
+            equations.own[(index, index)] += information;
+            equations.own_gradient[index] += value * information;
+            equations.cost += 0.5 * value * value * information;
         }
     }
+}
+
+/// Information of offset and twist of boards that are flat to so much, m.
+#[must_use]
+pub(crate) fn flatness_information(flatness_m: f64) -> [f64; 2] {
+    // A perfect board has no bulge at all: a millionth of a millimetre stands for that.
+    let sigma_m = flatness_m.max(1e-9);
+    [1.0 / sigma_m.powi(2), (TWIST_REACH_M / sigma_m).powi(2)]
 }

@@ -1,42 +1,35 @@
 //! The laser plane together with the camera and the boards, from corners and stripes in the same pictures.
 //!
-//! How flat the boards are is estimated with it: each board's surface may be offset and twisted at its stripe, by as much
-//! as the boards differ from the plane (expectation and maximisation, \[Dempster1977\]).
+//! How flat the boards are is estimated with it (`flatness`): each board's surface may be offset and twisted at its stripe,
+//! by as much as the boards differ from the plane.
 
-use crate::board::{Board, View};
+use crate::board::Board;
 use crate::bundle::{BoardState, Bundle, BundleState, CameraPrior, Picture, SHARED_SIZE};
 use crate::error::Error;
-use crate::homography;
 use crate::inverse_of_free::inverse_of_free;
 use crate::laser_plane::FEWEST_BOARDS;
+use crate::laser_plane::flatness::Flatness;
+use crate::laser_plane::shared_plane;
+use crate::laser_plane::striped_view::on_board;
+pub use crate::laser_plane::striped_view::{StripedView, pose_of};
 use crate::projection::{CAMERA_SIZE, project_from_board};
 use crate::stripe_residual::{StripePixel, StripePoint};
-use nalgebra::{SMatrix, Vector2, Vector3};
-use trueline_geometry::statistics::median;
-use trueline_geometry::{Plane, Pose, fit};
+use nalgebra::{SMatrix, Vector3};
+use trueline_geometry::{Plane, fit};
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 use trueline_model::Camera;
 
 /// Rounds of fitting, with weights, noise and flatness from the round before.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 6;
 
-/// Boards are at first taken to be this flat, m.
-const FIRST_FLATNESS_M: f64 = 2e-5;
+/// Noise and flatness at first: corners alone shall say where the boards are, and noise shall not be explained by a plane that is
+/// nowhere near the stripes.
+const FIRST_CORNER_PX: f64 = 0.2;
+const FIRST_STRIPE_PX: f64 = 1.0;
+const FIRST_FLATNESS_M: f64 = 1e-4;
 
 /// A stripe's pixel farther off than this is left out, in standard deviations.
 const OUTLIER_SIGMAS: f64 = 5.0;
-
-/// A stripe that is farther off the plane that most share, by so many times what is typical, is none.
-const GROSS: f64 = 30.0;
-
-/// A board with a stripe.
-#[derive(Clone, Debug)]
-pub struct StripedView {
-    /// Its corners.
-    pub view: View,
-    /// Pixels along the stripe.
-    pub stripe: Vec<Vector2<f64>>,
-}
 
 /// What is known of the camera beforehand.
 #[derive(Clone, Debug)]
@@ -91,16 +84,6 @@ impl JointFit {
     }
 }
 
-/// `camera_from_board` of a view by a known camera.
-#[must_use]
-pub fn pose_of(camera: &Camera, board: &Board, view: &View) -> Option<Pose> {
-    let on_board: Vec<Vector2<f64>> =
-        view.corners.iter().map(|c| board.corner(c.column, c.row).xy()).collect();
-    let ideal: Option<Vec<Vector2<f64>>> =
-        view.corners.iter().map(|c| camera.ray(&c.pixel).ok().map(|(ray, _)| ray.xy())).collect();
-    homography::pose(&homography::fit(&on_board, &ideal?)?, &Vector2::repeat(1.0), &Vector2::zeros())
-}
-
 /// Fits the plane.
 ///
 /// # Errors
@@ -110,52 +93,16 @@ pub fn fit_joint(known: &KnownCamera, board: &Board, views: &[StripedView]) -> R
     if views.len() < FEWEST_BOARDS {
         return Err(Error::TooFewBoards { found: views.len(), needed: FEWEST_BOARDS });
     }
-    let (near, left_out) = on_one_plane(&known.camera, board, &views)?;
+    let (near, plane) = shared_plane::of_most(&known.camera, board, &views)?;
     if near.len() < FEWEST_BOARDS {
         return Err(Error::TooFewBoards { found: near.len(), needed: FEWEST_BOARDS });
     }
-    let mut joint = Joint::begin(known, board, &near)?;
+    let mut joint = Joint::begin(known, board, &near, plane)?;
     for _ in 0..ROUNDS {
         joint.round()?;
     }
+    let left_out = views.len() - joint.state.boards.len();
     Ok(JointFit { left_out, ..joint.conclude()? })
-}
-
-/// The boards whose stripes lie on the plane that most of them share, and how many do not: what was taken for a stripe there was
-/// none.
-fn on_one_plane<'a>(
-    camera: &Camera,
-    board: &Board,
-    views: &[&'a StripedView],
-) -> Result<(Vec<&'a StripedView>, usize), Error> {
-    let on_boards: Vec<Vec<Vector3<f64>>> = views
-        .iter()
-        .map(|view| {
-            let state = pose_of(camera, board, &view.view).map(BoardState::flat).ok_or(Error::NoPose)?;
-            Ok(view.stripe.iter().filter_map(|pixel| on_board(camera, &state, pixel)).collect())
-        })
-        .collect::<Result<_, Error>>()?;
-    // A plane through each two boards: the one from which the boards' median is the least.
-    let distance = |plane: &Plane, points: &[Vector3<f64>]| {
-        median(points.iter().map(|p| plane.signed_distance(p).abs())).unwrap_or(f64::INFINITY)
-    };
-    let pairs = (0..views.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-    let planes = pairs
-        .filter_map(|(i, j)| Some(fit::plane(&[on_boards[i].as_slice(), &on_boards[j]].concat())?.plane));
-    let typical = |plane: &Plane| {
-        median(on_boards.iter().map(|points| distance(plane, points))).unwrap_or(f64::INFINITY)
-    };
-    let (typical_m, plane) = planes
-        .map(|plane| (typical(&plane), plane))
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .ok_or(Error::OneLine)?;
-    let most_m = GROSS * typical_m.max(FIRST_FLATNESS_M);
-    let near: Vec<&StripedView> = (views.iter().zip(&on_boards))
-        .filter(|(_, points)| distance(&plane, points) <= most_m)
-        .map(|(view, _)| *view)
-        .collect();
-    let left_out = views.len() - near.len();
-    Ok((near, left_out))
 }
 
 struct Joint {
@@ -165,19 +112,18 @@ struct Joint {
 }
 
 impl Joint {
-    fn begin(known: &KnownCamera, board: &Board, views: &[&StripedView]) -> Result<Self, Error> {
+    fn begin(
+        known: &KnownCamera,
+        board: &Board,
+        views: &[&StripedView],
+        plane: Plane,
+    ) -> Result<Self, Error> {
         let camera = known.camera;
         let prior = CameraPrior::new(&camera, &known.covariance).ok_or(Error::NotFixed)?;
         let fixed = prior.held();
         let poses: Option<Vec<BoardState>> =
             views.iter().map(|v| Some(BoardState::flat(pose_of(&camera, board, &v.view)?))).collect();
         let boards = poses.ok_or(Error::NoPose)?;
-        let rough: Vec<Vector3<f64>> = views
-            .iter()
-            .zip(&boards)
-            .flat_map(|(view, board)| view.stripe.iter().filter_map(|pixel| on_board(&camera, board, pixel)))
-            .collect();
-        let plane = fit::robust_plane(&rough).ok_or(Error::OneLine)?.plane;
         let pictures = views.iter().map(|v| Picture {
             corners: v.view.corners.clone(),
             stripe: v.stripe.iter().map(|p| StripePixel { pixel: *p, px_per_m: 1.0, along_m: 0.0 }).collect(),
@@ -185,8 +131,8 @@ impl Joint {
         let bundle = Bundle {
             board: *board,
             pictures: pictures.collect(),
-            corner_sigma_px: 0.2,
-            stripe_sigma_px: 0.2,
+            corner_sigma_px: FIRST_CORNER_PX,
+            stripe_sigma_px: FIRST_STRIPE_PX,
             flatness_m: FIRST_FLATNESS_M,
             camera_prior: Some(prior),
         };
@@ -204,7 +150,17 @@ impl Joint {
         let (corners, stripe) = self.noise();
         self.bundle.corner_sigma_px = corners;
         self.bundle.stripe_sigma_px = stripe;
-        self.bundle.flatness_m = self.flatness();
+        let at =
+            |joint: &Self| Flatness::at(&joint.bundle, &joint.state, &joint.fixed).ok_or(Error::NotFixed);
+        let mut flatness = at(self)?;
+        while self.state.boards.len() > FEWEST_BOARDS
+            && let Some(k) = flatness.strange()
+        {
+            self.bundle.pictures.remove(k);
+            self.state.boards.remove(k);
+            flatness = at(self)?;
+        }
+        self.bundle.flatness_m = flatness.most_likely().ok_or(Error::NotFixed)?;
         Ok(())
     }
 
@@ -268,17 +224,6 @@ impl Joint {
         (sigma(corner_sum, corners), sigma(stripe_sum, pixels))
     }
 
-    /// Root mean square bulge, each with what is uncertain about it.
-    fn flatness(&self) -> f64 {
-        let equations = self.bundle.picture_equations(&self.state);
-        let squares = self.state.boards.iter().zip(&equations).filter_map(|(board, equations)| {
-            let variance = equations.own.try_inverse()?[(6, 6)];
-            Some(board.bulge_m * board.bulge_m + variance)
-        });
-        let squares: Vec<f64> = squares.collect();
-        (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
-    }
-
     fn conclude(self) -> Result<JointFit, Error> {
         let mut equations = NormalEquations::zeros(SHARED_SIZE);
         self.bundle.linearize(&self.state, &mut equations);
@@ -306,12 +251,4 @@ impl Joint {
             state: self.state,
         })
     }
-}
-
-/// Where a pixel's ray meets the board, in the camera frame, m.
-fn on_board(camera: &Camera, board: &BoardState, pixel: &Vector2<f64>) -> Option<Vector3<f64>> {
-    let (ray, _) = camera.ray(pixel).ok()?;
-    let normal = board.camera_from_board.rotation * Vector3::z();
-    let depth = normal.dot(&board.camera_from_board.translation.vector) / normal.dot(&ray);
-    (depth > 0.0 && depth.is_finite()).then(|| ray * depth)
 }

@@ -1,12 +1,15 @@
 //! The laser plane from stripes on boards, or on a plain plate before a robot.
 
+mod flatness;
 pub mod ground;
 pub mod joint;
 pub mod next_board;
 pub mod plate;
 pub mod points;
+mod shared_plane;
 pub mod stripe;
 pub mod striped_picture;
+mod striped_view;
 
 pub use ground::Ground;
 pub use joint::{JointFit, KnownCamera, StripedView, fit_joint};

@@ -29,6 +29,12 @@ const MOST_UNEVEN: f64 = 0.2;
 /// A ridge of the stripe has this part of the usual strength at least: black reflects a third of what white does.
 const LEAST_STRENGTH: f64 = 0.2;
 
+/// A ridge of the stripe is stronger than noise by this much: noise makes ridges too, and among many some lie on a straight line.
+const ABOVE_NOISE: f64 = 3.0;
+
+/// The ridge of a line of pixels, by strength, that is noise: the stripe and perhaps its reflection are stronger.
+const NOISE_RIDGE: usize = 2;
+
 /// A line of pixels that crosses the ground on less than this is not looked at, px.
 const LEAST_SPAN_PX: f64 = 20.0;
 
@@ -166,7 +172,7 @@ fn second_derivative(profile: &[f64], smoothing_px: f64) -> Vec<f64> {
 /// tried, so that the result does not depend on chance.
 fn straight(ridges: &[Vec<Ridge>], focal_px: f64) -> Option<Vec<Ridge>> {
     let near = NEAR_PX / focal_px;
-    let usual = median_strength(ridges)?;
+    let least = least_strength(ridges)?;
     let step = (ridges.len() / 12).max(1);
     let anchors: Vec<usize> = (0..ridges.len()).step_by(step).collect();
     let mut best: Vec<Ridge> = Vec::new();
@@ -174,11 +180,11 @@ fn straight(ridges: &[Vec<Ridge>], focal_px: f64) -> Option<Vec<Ridge>> {
         for &j in &anchors[n + 3.min(anchors.len() - n)..] {
             for a in &ridges[i] {
                 for b in &ridges[j] {
-                    if a.strength.min(b.strength) < LEAST_STRENGTH * usual {
+                    if a.strength.min(b.strength) < least {
                         continue;
                     }
                     let along = (b.ideal - a.ideal).normalize();
-                    let found = on_line(ridges, &a.ideal, &along, near, LEAST_STRENGTH * usual);
+                    let found = on_line(ridges, &a.ideal, &along, near, least);
                     if found.len() > best.len() {
                         best = found;
                     }
@@ -207,6 +213,9 @@ fn on_line(
     ridges.iter().filter_map(nearest).collect()
 }
 
-fn median_strength(ridges: &[Vec<Ridge>]) -> Option<f64> {
-    median(ridges.iter().filter_map(|line| Some(line.first()?.strength)))
+/// The least strength of a ridge that may be the stripe's.
+fn least_strength(ridges: &[Vec<Ridge>]) -> Option<f64> {
+    let usual = |rank: usize| median(ridges.iter().filter_map(|line| Some(line.get(rank)?.strength)));
+    let noise = usual(NOISE_RIDGE).unwrap_or(0.0);
+    Some((LEAST_STRENGTH * usual(0)?).max(ABOVE_NOISE * noise))
 }
