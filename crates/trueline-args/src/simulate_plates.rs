@@ -7,8 +7,9 @@ use trueline_sim::{PlateForm, Plates};
 #[derive(Args)]
 #[group(id = "of_plates")]
 pub struct PlatesArgs {
-    /// Whole stripes on two plates: a camera gives stripes.csv and features.csv, a profiler profiles.csv
-    #[arg(long, conflicts_with_all = ["images", "plan", "faults", "production"])]
+    /// Whole stripes on two plates: a camera gives stripes.csv and features.csv, a profiler profiles.csv. With --production each weld
+    /// has them
+    #[arg(long, conflicts_with_all = ["images", "plan", "faults"])]
     pub plates: bool,
     /// Bow of both plates across and along, mm at 25 mm from the seam and 100 mm along it
     #[arg(long, requires = "plates", default_value_t = 0.0, allow_hyphen_values = true, value_parser = number::any)]

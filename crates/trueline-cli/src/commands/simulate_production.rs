@@ -10,7 +10,8 @@ use trueline_sim::production::{Production, piece};
 /// Writes so many welds.
 pub(crate) fn run(args: &ProductionArgs, pieces: u32, of: &SimulateArgs) -> Result<ExitCode, Failure> {
     let out = &of.out;
-    let production = Production { change: args.change, ..args.layout.production() };
+    let plates = of.plates.plates.then(|| of.plates.plates(false));
+    let production = Production { change: args.change, plates, ..args.layout.production() };
     for number in 0..pieces {
         let recording = piece(&production, number as usize, of.seed);
         folder::write_whole(&out.join(format!("weld-{number:04}")), &recording, of.force)?;

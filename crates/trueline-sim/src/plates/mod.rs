@@ -8,5 +8,6 @@ mod stripes;
 mod surface;
 
 pub use profiles::{ProfileLook, scan_profiles};
+pub(crate) use stripes::SeamView;
 pub use stripes::{scan_plates, scan_plates_along};
 pub use surface::{PlateForm, Plates};

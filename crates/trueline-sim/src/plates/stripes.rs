@@ -6,9 +6,9 @@ use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Shutter};
 use crate::{motion::Motion, simulate_along};
-use nalgebra::{Matrix2, Point3, Vector2, Vector3};
+use nalgebra::{Matrix2, Point3, UnitVector3, Vector2, Vector3};
 use trueline_dataset::{Feature, Measured, PlateStripe, Recording};
-use trueline_geometry::Pose;
+use trueline_geometry::{Line, Pose};
 use trueline_model::Camera;
 
 /// Places at which a stripe is cast.
@@ -40,7 +40,7 @@ pub fn scan_plates_along(
     recording.features.clear();
     let sheet = SheetAxes::of(&scenario.cell.sensor);
     let both = PlateInBase::both(scenario, plates)?;
-    let view = View { camera, sheet: &sheet, plates };
+    let view = View { camera, sheet: &sheet, plates, reported: &|point| point };
     let (mut stamps, mut noise, mut chance) = (Noise::new(seed, 2), Noise::new(seed, 4), Noise::new(seed, 3));
     let mut shutter = Shutter::new(scenario);
     for _ in 0..shutter.count() {
@@ -112,12 +112,45 @@ struct View<'a> {
     camera: &'a Camera,
     sheet: &'a SheetAxes,
     plates: &'a Plates,
+    /// Where a sensor that has changed takes a true point for, camera frame.
+    reported: &'a dyn Fn(Vector3<f64>) -> Vector3<f64>,
+}
+
+/// A seam of a production, and the sensor that looks at its plates.
+pub(crate) struct SeamView<'a> {
+    /// The camera.
+    pub camera: &'a Camera,
+    /// Its laser sheet.
+    pub sheet: &'a SheetAxes,
+    /// How the plates stand and are measured.
+    pub plates: &'a Plates,
+    /// Where the seam is.
+    pub line: Line,
+    /// From where it is looked at.
+    pub approach: UnitVector3<f64>,
+    /// Where a sensor that has changed takes a true point for, camera frame.
+    pub reported: &'a dyn Fn(Vector3<f64>) -> Vector3<f64>,
+}
+
+impl SeamView<'_> {
+    /// The support points of both plates' stripes with their standard deviations; `None` where one of the stripes is not seen.
+    pub(crate) fn seen(
+        &self,
+        base_from_camera: &Pose,
+        noise: &mut Noise,
+    ) -> Option<[([Measured; 2], f64); 2]> {
+        let view =
+            View { camera: self.camera, sheet: self.sheet, plates: self.plates, reported: self.reported };
+        let both = PlateInBase::about(&self.line, &self.approach, self.plates);
+        let [left, right] = both.each_ref().map(|plate| view.stripe(plate, base_from_camera, noise));
+        Some([view.reported(&left?, 0.0)?, view.reported(&right?, 0.0)?])
+    }
 }
 
 impl View<'_> {
     /// Ideal pixel of a point in base; `None` out of view.
     fn ideal(&self, base_from_camera: &Pose, in_base: &Vector3<f64>) -> Option<Vector2<f64>> {
-        let point = (base_from_camera.inverse() * Point3::from(*in_base)).coords;
+        let point = (self.reported)((base_from_camera.inverse() * Point3::from(*in_base)).coords);
         self.camera.project(&point)?;
         Some((point.xy() / point.z).component_mul(&self.camera.focal) + self.camera.centre)
     }

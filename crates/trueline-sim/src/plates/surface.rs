@@ -2,8 +2,8 @@
 
 use crate::capture::SheetAxes;
 use crate::scenario::Scenario;
-use nalgebra::{Point3, Vector3};
-use trueline_geometry::Pose;
+use nalgebra::{Point3, UnitVector3, Vector3};
+use trueline_geometry::{Line, Pose};
 
 /// How a plate is not flat: heights above its plane, m, at 25 mm from the seam and 100 mm along it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -95,18 +95,21 @@ const CUT_ROUNDS: usize = 8;
 impl PlateInBase {
     /// Both plates of a scenario, the left one first as a sensor along the approach sees them; `None` without a line.
     pub(super) fn both(scenario: &Scenario, plates: &Plates) -> Option<[Self; 2]> {
-        let seam = scenario.cell.lines.first()?;
+        Some(Self::about(scenario.cell.lines.first()?, &scenario.cell.approach, plates))
+    }
+
+    /// Both plates of a seam that is looked at from `approach`, likewise.
+    pub(super) fn about(seam: &Line, approach: &UnitVector3<f64>, plates: &Plates) -> [Self; 2] {
         let along = seam.direction();
-        let approach = scenario.cell.approach.into_inner();
-        let away = (approach - along * along.dot(&approach)).normalize();
+        let away = (approach.into_inner() - along * along.dot(approach)).normalize();
         // As the scan's motion has it: the stripe runs along this.
         let across = along.cross(&away);
-        Some([(-1.0, 0), (1.0, 1)].map(|(side, number)| {
+        [(-1.0, 0), (1.0, 1)].map(|(side, number)| {
             let angle = side * 0.5 * plates.opening_rad + plates.roll_rad;
             let outward = across * angle.sin() - away * angle.cos();
             let form = plates.forms[number];
             Self { centre: *seam.anchor(), along, outward, normal: along.cross(&outward), form }
-        }))
+        })
     }
 
     /// The point of the surface at a distance from the seam that the sheet cuts, base, m.

@@ -59,6 +59,7 @@ impl Layout {
             range: Sine::default(),
             tilts: tilts(degree),
             pivot_m: None,
+            plates: None,
             scatter: usual,
             change: None,
             scenario,

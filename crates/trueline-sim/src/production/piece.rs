@@ -4,11 +4,12 @@ use super::change::Change;
 use super::settings::{PlacementScatter, Production, SeamPass};
 use crate::capture::{SheetAxes, measure, point_on_sheet};
 use crate::noise::Noise;
+use crate::plates::SeamView;
 use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Shutter};
 use crate::simulate::simulate_along;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, UnitVector3, Vector3};
-use trueline_dataset::{Feature, Recording};
+use trueline_dataset::{Feature, Measured, PlateStripe, Recording};
 use trueline_geometry::{Line, Pose, so3};
 use trueline_model::LaserSheet;
 
@@ -16,6 +17,8 @@ use trueline_model::LaserSheet;
 const TRANSIT_S: f64 = 2.0;
 /// Stream of random numbers for where pieces lie.
 const PLACEMENT_STREAM: u64 = 31;
+/// The same for the noise of stripes.
+const STRIPES_STREAM: u64 = 32;
 
 /// Simulates a piece. The same production, number and seed give the same recording, bit for bit; its truth has the clock,
 /// the bracket and the seams of the end of the weld.
@@ -35,6 +38,7 @@ pub fn piece(production: &Production, number: usize, seed: u64) -> Recording {
         lines: &lines,
     };
     let (mut noise, mut chance) = (Noise::new(seed, 2), Noise::new(seed, 3));
+    let mut noise_of_stripes = Noise::new(seed, STRIPES_STREAM);
     let mut shutter = Shutter::new(&scenario);
     for _ in 0..shutter.count() {
         let Exposed { frame, exposed_s, stamp_ns } = shutter.expose(&mut noise);
@@ -43,7 +47,8 @@ pub fn piece(production: &Production, number: usize, seed: u64) -> Recording {
             continue;
         }
         let change = production.change.as_ref().and_then(|c| c.at(number, taught.done(exposed_s)));
-        let Some(seen) = view.seen(seam, &taught.base_from_tool(exposed_s), change) else { continue };
+        let base_from_tool = taught.base_from_tool(exposed_s);
+        let Some(seen) = view.seen(seam, &base_from_tool, change) else { continue };
         let late_ns = (change.map_or(0.0, Change::late_s) * 1e9).round() as i64;
         recording.features.push(Feature {
             stamp_ns: stamp_ns + late_ns,
@@ -53,6 +58,11 @@ pub fn piece(production: &Production, number: usize, seed: u64) -> Recording {
             measured: noise.feature(&seen, &view.sheet, &scenario.disturbance),
             sigma: None,
         });
+        let stripes = view.stripes(seam, &base_from_tool, change, &mut noise_of_stripes);
+        recording.stripes.extend(stripes.into_iter().flatten().enumerate().map(|(k, (points, sigma))| {
+            let plate = 2 * seam as u32 + k as u32;
+            PlateStripe { stamp_ns: stamp_ns + late_ns, frame: Some(frame), plate, points, sigma }
+        }));
     }
     if let Some(truth) = &mut recording.truth {
         let change = production.change.as_ref().and_then(|c| c.at(number, 1.0));
@@ -113,16 +123,34 @@ impl View<'_> {
         moved(&self.lines[seam], &turn, &shift, &self.production.middle())
     }
 
-    fn seen(
-        &self,
-        seam: usize,
-        base_from_tool: &Pose,
-        change: Option<&Change>,
-    ) -> Option<trueline_dataset::Measured> {
+    fn seen(&self, seam: usize, base_from_tool: &Pose, change: Option<&Change>) -> Option<Measured> {
         let base_from_camera = base_from_tool * self.mounting(change);
         let point = point_on_sheet(&self.sheet, &base_from_camera, &self.line(seam, change))?;
         let point = change.map_or(point, |change| change.reported(&self.laser, &self.sheet.middle, &point));
         measure(&self.production.scenario.cell.sensor, &point)
+    }
+
+    /// Both plates' stripes, if the production has plates, its sensor is a camera and both are in view.
+    fn stripes(
+        &self,
+        seam: usize,
+        base_from_tool: &Pose,
+        change: Option<&Change>,
+        noise: &mut Noise,
+    ) -> Option<[([Measured; 2], f64); 2]> {
+        let SensorModel::CameraLaser { camera, .. } = &self.production.scenario.cell.sensor else {
+            return None;
+        };
+        let reported = |point| change.map_or(point, |c| c.reported(&self.laser, &self.sheet.middle, &point));
+        let view = SeamView {
+            camera,
+            sheet: &self.sheet,
+            plates: self.production.plates.as_ref()?,
+            line: self.line(seam, change),
+            approach: self.production.seams[seam].approach,
+            reported: &reported,
+        };
+        view.seen(&(base_from_tool * self.mounting(change)), noise)
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a production is.
 
 use super::change::ScheduledChange;
+use crate::plates::Plates;
 use crate::scenario::{Scenario, Sine};
 use nalgebra::{UnitVector3, Vector3};
 
@@ -21,6 +22,8 @@ pub struct Production {
     pub tilts: [Sine; 3],
     /// The point of the camera frame about which the tilts turn, m; `None`: the point of the seam, which then rests in the sheet.
     pub pivot_m: Option<Vector3<f64>>,
+    /// The plates of each seam, of which a camera sees whole stripes; `None`: seam points alone.
+    pub plates: Option<Plates>,
     /// How pieces differ.
     pub scatter: PlacementScatter,
     /// What changes, and when.
