@@ -2,16 +2,19 @@
 //! is made of.
 
 use crate::assess::residuals::why_not_placed;
-use crate::config::Config;
+use crate::config::{Config, Measurements};
 use crate::error::Error;
 use crate::input::noise_levels::{NoiseLevels, symmetric};
-use crate::input::observations::{self, observe};
+use crate::input::observations::{self, Observations, observe};
 use crate::input::robot_motion::RobotMotion;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
+use crate::stripe::frames::{Sight, StripeFrame, Support, frames};
+use crate::stripe::whitening::robot_sigma_rad;
 use nalgebra::{Matrix2, Vector3};
 use std::collections::BTreeMap;
 use trueline_dataset::{Guess, Recording};
+use trueline_geometry::Pose;
 use trueline_geometry::smoothed_velocity::smoothed_velocity;
 use trueline_model::{LaserSheet, Placement};
 
@@ -33,15 +36,32 @@ pub struct PlacedFeature {
     pub covariance: Matrix2<f64>,
 }
 
+/// The stripes of both plates of a joint in one image, and where the sensor was.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedStripes {
+    /// Stamp of the image since the first robot sample, s: that of the seam point in it, if there is one.
+    pub stamp_s: f64,
+    /// Which joint; plates of other numbers are those of other seams.
+    pub line: u32,
+    /// As for [`PlacedFeature`].
+    pub placement: Placement,
+    /// Two support points of each plate.
+    pub plates: [[Support; 2]; 2],
+}
+
 /// All features of a recording that can be placed.
 #[derive(Clone, Debug)]
 pub struct PlacedFeatures {
     /// By rising stamp.
     pub list: Vec<PlacedFeature>,
+    /// The stripes of images that show both plates of a joint; none but by [`place_with_stripes`].
+    pub stripes: Vec<PlacedStripes>,
     /// The sheet they lie in.
     pub sheet: LaserSheet,
     /// Noise that features of one image share.
     pub noise: NoiseLevels,
+    /// The same of the robot's attitude about each axis, rad; measured with the stripes.
+    pub robot_sigma_rad: f64,
     /// Whether the stamps could be treated as asked.
     pub dejittered: Dejittered,
     /// How many are missing, and why.
@@ -59,6 +79,34 @@ pub fn place(
     wanted: Dejittered,
     config: &Config,
 ) -> Result<PlacedFeatures, Error> {
+    Ok(placed(recording, by, wanted, config)?.0)
+}
+
+/// The same with the stripes of those images that show both plates of a joint.
+///
+/// # Errors
+/// As [`place`], and a recording whose stripes and seam points count their pictures differently.
+pub fn place_with_stripes(
+    recording: &Recording,
+    by: &Guess,
+    wanted: Dejittered,
+    config: &Config,
+) -> Result<PlacedFeatures, Error> {
+    let (mut features, observations, robot_times_s) = placed(recording, by, wanted, config)?;
+    if !recording.stripes.is_empty() {
+        features.stripes = placed_stripes(recording, &observations, by, config)?;
+        features.robot_sigma_rad = attitude_noise_rad(recording, &observations, &robot_times_s);
+    }
+    Ok(features)
+}
+
+/// What can be placed, from what, and the robot's times, s.
+fn placed(
+    recording: &Recording,
+    by: &Guess,
+    wanted: Dejittered,
+    config: &Config,
+) -> Result<(PlacedFeatures, Observations, Vec<f64>), Error> {
     let sampling = Sampling::of(recording, observations::origin_ns(recording));
     let mut observations = observe(recording, &sampling, config)?;
     let (images, robot) = (sampling.images.clock.as_ref(), sampling.robot.clock.as_ref());
@@ -79,21 +127,12 @@ pub fn place(
     };
     let mut skipped = observations.skipped.clone();
     let mut list = Vec::with_capacity(observations.list.len());
-    let trajectory = &observations.robot.trajectory;
     let mut hint = 0;
     for o in &observations.list {
-        let exposure_s = o.stamp_s - by.time_offset_s;
-        let index = trajectory.bracket(exposure_s, hint);
-        let Some(segment) = index.and_then(|index| trajectory.segment(index)) else {
-            *skipped.entry(why_not_placed(&observations, exposure_s)).or_insert(0) += 1;
+        let Some(placement) = placement(&observations, by, o.stamp_s, &mut hint) else {
+            *skipped.entry(why_not_placed(&observations, o.stamp_s - by.time_offset_s)).or_insert(0) += 1;
             continue;
         };
-        hint = index.unwrap_or(hint);
-        let mut placement = Placement::new(segment, exposure_s, &by.tool_from_camera);
-        if let Some(smooth) = smoothed_velocity(trajectory, hint, exposure_s) {
-            placement.velocity = smooth.velocity;
-            placement.angular_velocity = smooth.angular_velocity;
-        }
         list.push(PlacedFeature {
             stamp_s: o.stamp_s,
             frame: o.frame,
@@ -103,5 +142,43 @@ pub fn place(
             covariance: symmetric(o.covariance),
         });
     }
-    Ok(PlacedFeatures { list, sheet: observations.sheet, noise, dejittered, skipped })
+    let (stripes, sheet) = (Vec::new(), observations.sheet);
+    let features = PlacedFeatures { list, stripes, sheet, noise, robot_sigma_rad: 0.0, dejittered, skipped };
+    Ok((features, observations, sampling.robot_times_s(dejittered).to_vec()))
+}
+
+/// Where the sensor was when an image was exposed, and how it moved; `None` outside the recording or in a gap.
+fn placement(observations: &Observations, by: &Guess, stamp_s: f64, hint: &mut usize) -> Option<Placement> {
+    let (trajectory, exposure_s) = (&observations.robot.trajectory, stamp_s - by.time_offset_s);
+    *hint = trajectory.bracket(exposure_s, *hint)?;
+    let mut placement = Placement::new(trajectory.segment(*hint)?, exposure_s, &by.tool_from_camera);
+    if let Some(smooth) = smoothed_velocity(trajectory, *hint, exposure_s) {
+        placement.velocity = smooth.velocity;
+        placement.angular_velocity = smooth.angular_velocity;
+    }
+    Some(placement)
+}
+
+fn placed_stripes(
+    recording: &Recording,
+    observations: &Observations,
+    by: &Guess,
+    config: &Config,
+) -> Result<Vec<PlacedStripes>, Error> {
+    let frames = frames(recording, observations, Measurements::Stripe, config)?;
+    let mut hint = 0;
+    let of = |frame: &StripeFrame| {
+        let Sight::Stripes([Some(left), Some(right)]) = frame.sight else { return None };
+        let placement = placement(observations, by, frame.stamp_s, &mut hint)?;
+        let (stamp_s, line) = (frame.stamp_s, frame.joint as u32);
+        Some(PlacedStripes { stamp_s, line, placement, plates: [left, right] })
+    };
+    Ok(frames.list.iter().filter_map(of).collect())
+}
+
+fn attitude_noise_rad(recording: &Recording, observations: &Observations, times_s: &[f64]) -> f64 {
+    let poses: Vec<Pose> =
+        recording.robot.iter().map(|sample| recording.lines_from_carrier(sample)).collect();
+    let count = times_s.len().min(poses.len());
+    robot_sigma_rad(observations, &times_s[..count], &poses[..count])
 }
