@@ -8,7 +8,8 @@ use std::path::PathBuf;
   trueline history --state cell.sqlite --report history.html
   trueline history --state cell.sqlite --csv history.csv --parquet history.parquet
 
-One row a weld: what it says of time offset, hand-eye and sensor by itself, its noise, and the alarm that stood after it.
+One row a weld: what it says of time offset, hand-eye and sensor by itself, its noise, what welds like it are blind to, and the alarm \
+that stood after it. Welds are numbered from 0 in the order in which the state took them, as `trueline watch` says them.
 
 Exit code: 0 read, 2 could not run.")]
 pub struct HistoryArgs {

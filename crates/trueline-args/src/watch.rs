@@ -7,7 +7,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 #[derive(Args)]
-#[command(after_help = "Examples:
+#[command(
+    override_usage = "trueline watch [OPTIONS] --state <STATE> --calibration <CALIBRATION> <WELDS>...
+       trueline watch [OPTIONS] --state <STATE> --calibration <CALIBRATION> --folder <FOLDER>
+       trueline watch --state <STATE> --serve <[IP:]PORT>",
+    after_help = "Examples:
   trueline watch --state cell.sqlite --calibration result.json weld-0001 weld-0002
   trueline watch --state cell.sqlite --calibration result.json weld-0003 --json -
   trueline watch --state cell.sqlite --calibration result.json --folder welds --serve 8080
@@ -17,7 +21,12 @@ use std::time::Duration;
 Each weld is a recording with robot and seam points. From how it differs from what the calibration says, and from all welds \
 before, it is told whether the clock (timing), the bracket, the sensor or the fixture (seam) has changed, by how much and \
 since when, and what welds like these could not show. The usual scatter of the fixture is learnt from the first 30 pieces \
-of each part; nothing has to be typed. The limit is set for one false alarm in 100,000 pieces.
+of each part; nothing has to be typed. The limit is set for one false alarm in 100,000 pieces. No change seen is said with what \
+the welds are blind to: a change of that kind may be there.
+
+An alarm is told in full once, and then in one line a weld while it stands. Where it began inside of a weld, that weld says nothing of \
+its size. Welds are numbered from 0 in the order in which the state took them, across its calibrations, as `simulate --production` numbers \
+its folders and `--change` its pieces; the name stands beside the number.
 
 The state file keeps everything; it may be used by several programs at once, and a program that is killed loses no weld \
 that it has told of. A new calibration begins a new history in the same file. What a weld takes there is about 1 KB: half a GB a year at one a minute.
@@ -26,7 +35,8 @@ that it has told of. A new calibration begins a new history in the same file. Wh
 --tell: a message (JSON) when an alarm is raised, becomes another one, or is over. It is kept with the weld until the receiver \
 has taken it, through dead networks and restarts; welds never wait for it.
 
-Exit code: 0 nothing changed, 1 an alarm stands after the last weld, or was raised after one of these, 2 could not run.")]
+Exit code: 0 no change seen, 1 an alarm stands after the last weld, or was raised after one of these, 2 could not run."
+)]
 pub struct WatchArgs {
     /// Welds in order of time: dataset folders, recording.mcap or rosbag2
     pub welds: Vec<PathBuf>,

@@ -41,7 +41,7 @@ pub(crate) fn told(
     quiet: bool,
 ) -> Result<String, Failure> {
     if watcher.meets_another_sensor(&recording) {
-        output::words(output::OTHER_SENSOR);
+        output::words(&format!("warning: {}", weld_text::OTHER_SENSOR));
     }
     let line = watcher.one(name, recording)?;
     if !quiet {

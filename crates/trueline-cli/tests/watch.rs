@@ -47,7 +47,13 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     // Files that were written a moment ago are waited for: all six have been watched, two of them before.
     assert_eq!(watched.status.code(), Some(1), "{}", words(&watched));
     assert_eq!(lines(&watched).len(), 6);
-    assert!(words(&watched).contains("weld-0000: watched before"), "{}", words(&watched));
+    let said = words(&watched);
+    assert!(said.contains("weld 0 (welds/weld-0000): watched before; no change was seen"), "{said}");
+    // The two late welds: all words once, then one line.
+    assert_eq!(said.matches("  look at: ").count(), 1, "{said}");
+    assert_eq!(said.matches("since weld 4 (welds/weld-0004)").count(), 2, "{said}");
+    let silent: Vec<&str> = said.lines().filter(|line| line.contains("no change")).collect();
+    assert!(silent.len() == 4 && silent.iter().all(|line| line.contains("blind to: seam")), "{said}");
     std::fs::create_dir(dir.path().join("empty")).unwrap();
     let empty = run(&[&["watch", "--folder", "empty", "--once"], STATE.as_slice()].concat());
     assert_eq!(empty.status.code(), Some(0));
@@ -68,13 +74,28 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     assert_eq!(history.status.code(), Some(0), "{}", words(&history));
     let table = String::from_utf8_lossy(&history.stdout).into_owned();
     assert_eq!(table.lines().count(), 7, "{table}");
-    assert!(words(&history).contains("alarm: timing, since weld 5"), "{}", words(&history));
+    assert!(words(&history).contains("alarm: timing, since weld 4 (welds/weld-0004)"), "{}", words(&history));
     let parquet = run(&["history", "--state", "cell.sqlite", "--parquet", "history.parquet", "--quiet"]);
     assert_eq!(parquet.status.code(), Some(0), "{}", words(&parquet));
     assert!(std::fs::read(dir.path().join("history.parquet")).unwrap().starts_with(b"PAR1"));
     is_served(dir.path());
+    // The same welds with another file of the sensor: what that may look like is said, and stands in every line.
+    assert!(told.iter().all(|line| line["sensor_file_differs"] == false), "{told:?}");
+    let sensor = dir.path().join("welds/weld-0000/sensor.toml");
+    let another = std::fs::read_to_string(&sensor).unwrap() + "\n# measured anew\n";
+    std::fs::write(&sensor, another).unwrap();
+    let other = ["--state", "other.sqlite", "--calibration", "result.json", "--json", "-"];
+    let watched = run(&[&["watch", "welds/weld-0000"], other.as_slice()].concat());
+    assert_eq!(lines(&watched)[0]["sensor_file_differs"], true);
+    assert!(
+        words(&watched).contains("sensor.toml is not the file that the calibration"),
+        "{}",
+        words(&watched)
+    );
     let page = std::fs::read_to_string(dir.path().join("history.html")).unwrap();
-    assert!(page.contains("Control charts") && page.contains("Since weld 5 ("));
+    assert!(
+        page.contains("Control charts") && page.contains("Since weld 4 (") && page.contains("blind to: seam")
+    );
 }
 
 /// What a program that only shows says of the state, until it is interrupted.
@@ -134,9 +155,12 @@ fn a_receiver_that_is_not_there_changes_nothing_and_is_named() {
 fn what_cannot_be_watched_is_told_and_is_no_alarm() {
     let dir = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| trueline(dir.path(), arguments);
-    let nothing = run(&[&["watch"], STATE.as_slice()].concat());
-    assert_eq!(nothing.status.code(), Some(2));
-    assert!(words(&nothing).contains("hint:"), "{}", words(&nothing));
+    for nothing in [&["watch"][..], &["watch", "--folder", "nothing"], &["watch", "nothing"]] {
+        let nothing = run(&[nothing, STATE.as_slice()].concat());
+        assert_eq!(nothing.status.code(), Some(2));
+        assert!(words(&nothing).contains("hint:"), "{}", words(&nothing));
+        assert!(!dir.path().join("cell.sqlite").exists(), "a state of nothing: {}", words(&nothing));
+    }
     let history = run(&["history", "--state", "none.sqlite"]);
     assert_eq!(history.status.code(), Some(2));
     assert!(!dir.path().join("none.sqlite").exists(), "reading made a file");

@@ -8,15 +8,15 @@
     for (let k = 0; k < binary.length; k++) bytes[k] = binary.charCodeAt(k);
     return new Float32Array(bytes.buffer);
   });
-  const power = (v) => {
-    const e = Math.round(Math.log10(v));
-    return "10" + String(e).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
-  };
+  const raised = (e) => "10" + String(e).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
+  const power = (v) => raised(Math.round(Math.log10(v)));
+  const oneIn = (v) => (v < 1 ? "" : v < 2 ? "1 in 10" : `1 in ${raised(Math.round(v))}`);
   const logAxis = { type: "log", scale: undefined, minorSplitLine: { show: true }, minorTick: { show: true, splitNumber: 9 }, axisLabel: { hideOverlap: true, formatter: power } };
   const round = (a) => a.limits.every((end) => Number.isInteger(end));
   const limits = (a) => (a.limits ? { min: a.limits[0], max: a.limits[1], axisLabel: { hideOverlap: true, formatter: (v) => String(+v.toPrecision(6)), showMinLabel: round(a), showMaxLabel: round(a) } } : {});
   const along = (a, extra) => axis(a.name, { ...(a.log ? logAxis : {}), inverse: a.inverse, ...limits(a), ...extra });
-  const upright = (a, extra) => yAxis(a.name, { ...(a.log ? logAxis : {}), inverse: a.inverse, ...limits(a), ...extra });
+  const words = (a) => (a.rarity ? { axisLabel: { hideOverlap: true, formatter: oneIn }, nameGap: 66 } : {});
+  const upright = (a, extra) => yAxis(a.name, { ...(a.log ? logAxis : {}), inverse: a.inverse, ...limits(a), ...words(a), ...extra });
   const lead = (target) => {
     const place = document.getElementById(target);
     if (place) { location.hash = target; place.scrollIntoView({ block: "center" }); }
@@ -35,10 +35,12 @@
 
   const draw = {
     plot(c) {
-      const tip = (p) => `${p.marker}${p.seriesName}<br>${c.x.name}: <b>${show(p.value[0])}</b><br>${c.y.name}: <b>${show(p.value[1])}</b>`;
+      const tip = (p) => `${p.marker}${p.seriesName}<br>${c.x.name}: <b>${show(p.value[0])}</b><br>${c.y.name}: <b>${c.y.rarity ? `1 in ${raised(p.value[1].toFixed(1))}` : show(p.value[1])}</b>`;
+      // Limits on both sides of zero are one limit.
+      const drawn = (m) => (Math.abs(m.at) === Math.abs(c.marks[0].at) ? "dashed" : "dotted");
       // Lines across are named in the legend: over the data a name would cover it.
-      const mark = (m, k) => ({ type: "line", name: m.name, data: [], color: css("--ink"), lineStyle: { type: k ? "dotted" : "dashed", width: 1 }, silent: true,
-        markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--ink"), type: k ? "dotted" : "dashed", width: 1 }, data: [{ [m.upright ? "xAxis" : "yAxis"]: m.at }] } });
+      const mark = (m) => ({ type: "line", name: m.name, data: [], color: css("--ink"), lineStyle: { type: drawn(m), width: 1 }, silent: true,
+        markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--ink"), type: drawn(m), width: 1 }, data: [{ [m.upright ? "xAxis" : "yAxis"]: m.at }] } });
       const one = (s) => {
         const x = columns[s.x], y = columns[s.y], colour = css(s.colour);
         if (s.line) return line(s.name, x, y, { color: colour, showSymbol: s.dotted, sampling: s.dotted ? undefined : "minmax", lineStyle: { width: 1.5, type: s.dashed ? "dashed" : "solid" } });

@@ -33,7 +33,8 @@ fn a_page_tells_state_alarm_and_evidence_of_every_cell() {
     is_inert(&page.replace("&lt;img src=x onerror=alert(1)&gt;", ""));
     for expected in [
         "cell-7",
-        "ALARM: the camera&#39;s time offset has changed, since &lt;img src=x onerror=alert(1)&gt;",
+        "ALARM: the camera&#39;s time offset has changed, since weld 4 (&lt;img src=x onerror=alert(1)&gt;)",
+        "These welds are blind to: seam.",
         "The alarm that stands",
         "blind to",
         "fixture",
@@ -65,6 +66,9 @@ fn metrics_are_open_metrics_with_units_and_labels() {
         "trueline_watch_welds{cell=\"cell-7\"} 6.0",
         "trueline_watch_alarm{cell=\"cell-7\",kind=\"timing\"} 1.0",
         "trueline_watch_alarm{cell=\"cell-7\",kind=\"bracket\"} 0.0",
+        "trueline_watch_blind{cell=\"cell-7\",change=\"seam\"} 1.0",
+        "trueline_watch_blind{cell=\"cell-7\",change=\"timing\"} 0.0",
+        "trueline_watch_blind{cell=\"cell-7\",change=\"bracket turn about depth\"} 0.0",
         "trueline_watch_messages_waiting{cell=\"cell-7\",receiver=\"plc.example\"} 1.0",
         "# UNIT trueline_watch_time_offset_change_seconds seconds",
     ] {

@@ -7,13 +7,19 @@
 //!
 //! `cargo run -p trueline-watch --example watch_table -- RUNS PIECES [LAYOUT [CHANGE]]`; a LAYOUT that ends in `-swung` is the same
 //! with attitudes that turn about the camera instead of the seam's point, CHANGE the beginning of a row's name.
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "an example prints, and fails by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "an example prints, and fails by panicking"
+)]
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::collections::BTreeMap;
+use std::process::ExitCode;
 use trueline_dataset::Sensor;
 use trueline_model::LaserSheet;
 use trueline_sim::production::{Layout, PlacementScatter, Production, piece};
@@ -176,7 +182,7 @@ impl<'a> Taught<'a> {
     }
 
     fn alarm(&self, pieces: &[PieceInformation]) -> Option<Alarm> {
-        judge(&History { pieces, prior: &self.prior, scatters: &self.scatters }, None).alarm
+        judge(&History { pieces, prior: &self.prior, scatters: &self.scatters, dated: None }, None).alarm
     }
 
     /// Welds on after a change until an alarm, at most so many pieces.
@@ -235,14 +241,14 @@ fn table(line: &Line, runs: u64, most: usize, rows: &[(usize, &Case)]) {
 }
 
 /// The production of a name.
-fn production(name: &str) -> Production {
+fn production(name: &str) -> Option<Production> {
     let (name, is_swung) = name.strip_suffix("-swung").map_or((name, false), |name| (name, true));
-    let layout = Layout::ALL.into_iter().find(|layout| layout.name() == name).unwrap();
+    let layout = Layout::ALL.into_iter().find(|layout| layout.name() == name)?;
     let pivot_m = is_swung.then(Vector3::zeros);
-    Production { pivot_m, ..layout.production() }
+    Some(Production { pivot_m, ..layout.production() })
 }
 
-fn main() {
+fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |k: usize, default: u64| arguments.get(k).map_or(default, |text| text.parse().unwrap());
     let (runs, most) = (number(0, 10), number(1, AFTER) as usize);
@@ -252,7 +258,13 @@ fn main() {
     let rows: Vec<(usize, &Case)> =
         CASES.iter().enumerate().filter(|(_, case)| case.name.starts_with(wanted)).collect();
     for name in names {
+        let Some(production) = production(&name) else {
+            let all = Layout::ALL.map(Layout::name).join(", ");
+            eprintln!("{name}: no layout; there are {all}, each also with -swung");
+            return ExitCode::from(2);
+        };
         println!("\n{name} ({runs} runs a row; not found within {most} pieces: –)");
-        table(&Line::of(&production(&name)), runs, most, &rows);
+        table(&Line::of(&production), runs, most, &rows);
     }
+    ExitCode::SUCCESS
 }

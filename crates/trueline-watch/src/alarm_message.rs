@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 /// What happened to the alarm of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Event {
+pub enum Event {
     /// There was none before.
     Raised,
     /// It names another kind than before.
@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn only_a_difference_is_an_event() {
-        let standing = Standing { kind: "timing".to_owned(), since: 3 };
+        let standing = Standing { kind: "timing".to_owned(), since: 3, inside_s: None };
         assert_eq!(Event::between(None, None), None);
         assert_eq!(Event::between(None, Some("timing")), Some(Event::Raised));
         assert_eq!(Event::between(Some(&standing), Some("timing")), None);

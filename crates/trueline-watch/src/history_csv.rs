@@ -44,7 +44,7 @@ mod tests {
         let mut estimates = vec![Some([1e-3, 1e-5]); CALIBRATION];
         estimates[3] = None;
         let row = HistoryRow {
-            id: 7,
+            number: 7,
             name: "a, \"b\"".to_owned(),
             part: 1,
             watched_s: 0,
@@ -53,12 +53,14 @@ mod tests {
             noise_factor: 1.0,
             estimates,
             p_log10: vec![-1.0, -2.0, -3.0, -4.0],
+            blind_to: vec!["seam".to_owned(), "bracket shift along".to_owned()],
             alarm: None,
         };
         let text = csv(&[row]);
         let cells: Vec<usize> =
             text.replace("\"a, \"\"b\"\"\"", "name").lines().map(|l| l.split(',').count()).collect();
-        assert_eq!(cells, [7 + 24 + 4 + 3; 2]);
+        assert_eq!(cells, [7 + 24 + 4 + 1 + 4; 2]);
         assert!(text.contains(",1.000000,0.010000,"), "1 ms ± 0.01 ms: {text}");
+        assert!(text.contains(",seam; bracket shift along,"), "{text}");
     }
 }

@@ -4,7 +4,7 @@ use crate::detect::judgement::ALARM_P_LOG10;
 use crate::history_table::column;
 use crate::parameters::{CALIBRATION, Kind, ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
 use crate::store::HistoryRow;
-use crate::weld_text::{how_rarely, what_changed};
+use crate::weld_text::{hidden, how_rarely, numbered, what_changed};
 use std::ops::Range;
 use trueline_report::page::render::render;
 use trueline_report::page::{
@@ -56,23 +56,28 @@ fn verdict(history: &[HistoryRow]) -> Verdict {
     };
     match &last.alarm {
         None => Verdict {
-            text: format!("{} welds, the last one {}: nothing has changed.", history.len(), last.name),
+            text: format!(
+                "{} welds up to {}: no change seen. These welds are blind to: {}.",
+                history.len(),
+                numbered(last.number, &last.name),
+                hidden(&last.blind_to)
+            ),
             tone: Tone::Good,
         },
         Some(alarm) => Verdict {
             text: format!(
-                "Since weld {} ({}): {}.",
-                alarm.since,
-                name_of(history, alarm.since),
-                said(&alarm.kind)
+                "Since {}: {}. These welds are blind to: {}.",
+                numbered(alarm.since, name_of(history, alarm.since)),
+                said(&alarm.kind),
+                hidden(&last.blind_to)
             ),
             tone: Tone::Bad,
         },
     }
 }
 
-fn name_of(history: &[HistoryRow], id: i64) -> &str {
-    history.iter().find(|row| row.id == id).map_or("before this page", |row| &row.name)
+fn name_of(history: &[HistoryRow], number: i64) -> &str {
+    history.iter().find(|row| row.number == number).map_or("before this page", |row| &row.name)
 }
 
 /// A kind of change as a person would say it; a word of another version stays as it is.
@@ -88,10 +93,10 @@ fn alarms(history: &[HistoryRow]) -> Table {
         let now = row.alarm.as_ref().map(|alarm| alarm.kind.as_str());
         if let Some(alarm) = row.alarm.as_ref().filter(|_| now != before) {
             rows.push(TableRow::plain(vec![
-                row.id.to_string(),
+                row.number.to_string(),
                 row.name.clone(),
                 said(&alarm.kind).to_owned(),
-                format!("{} ({})", alarm.since, name_of(history, alarm.since)),
+                numbered(alarm.since, name_of(history, alarm.since)),
                 how_rarely(alarm.p_log10),
             ]));
         }
@@ -99,13 +104,13 @@ fn alarms(history: &[HistoryRow]) -> Table {
     }
     let first = rows.len().saturating_sub(MOST_ALARMS);
     Table {
-        head: ["weld", "name", "what changed", "since weld", "without a change"].map(str::to_owned).to_vec(),
+        head: ["weld", "name", "what changed", "since", "without a change"].map(str::to_owned).to_vec(),
         rows: rows.split_off(first),
     }
 }
 
 fn welds(history: &[HistoryRow]) -> impl Iterator<Item = f64> + '_ {
-    history.iter().map(|row| row.id as f64)
+    history.iter().map(|row| row.number as f64)
 }
 
 /// What each weld says of some columns by itself, with limits at three of its standard deviations.
@@ -165,14 +170,14 @@ fn probabilities(history: &[HistoryRow], columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "improbable",
         title: "How improbable without a change",
-        explanation: "3 is once in 1,000 welds, 6 once in a million. Above the line is an alarm; the line is set for one \
-                      false alarm in 100,000 pieces."
+        explanation: "How rarely welds look like these if nothing has changed. Above the line is an alarm; the line is set for \
+                      one false alarm in 100,000 pieces."
             .to_owned(),
-        alternative: "Minus the decimal logarithm of the probability by weld and kind of change".to_owned(),
+        alternative: "In how many welds it comes once without a change, by weld and kind of change".to_owned(),
         wide: true,
         drawn: Drawn::Plot {
             x: Axis::of("weld"),
-            y: Axis::log("−log10 of the probability").between(LEAST_SHOWN, most.max(10.0)),
+            y: Axis::rarity("without a change").between(LEAST_SHOWN, most.max(10.0)),
             series,
             marks: vec![Mark { name: "alarm".to_owned(), at: -ALARM_P_LOG10, upright: false }],
         },

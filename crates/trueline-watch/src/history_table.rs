@@ -48,7 +48,7 @@ pub fn columns(history: &[HistoryRow]) -> Vec<(String, Values)> {
     let number = |of: &dyn Fn(&HistoryRow) -> Option<f64>| Values::Number(history.iter().map(of).collect());
     let text = |of: &dyn Fn(&HistoryRow) -> Option<String>| Values::Text(history.iter().map(of).collect());
     let mut all = vec![
-        ("weld".to_owned(), whole(&|row| Some(row.id))),
+        ("weld".to_owned(), whole(&|row| Some(row.number))),
         ("name".to_owned(), text(&|row| Some(row.name.clone()))),
         ("watched_unix_s".to_owned(), whole(&|row| Some(row.watched_s))),
         ("part".to_owned(), whole(&|row| Some(row.part))),
@@ -66,8 +66,14 @@ pub fn columns(history: &[HistoryRow]) -> Vec<(String, Values)> {
     for (k, kind) in Kind::ALL.into_iter().enumerate() {
         all.push((format!("p_log10_{}", kind.name()), number(&|row| row.p_log10.get(k).copied())));
     }
+    all.push(("blind_to".to_owned(), text(&|row| Some(row.blind_to.join("; ")))));
     all.push(("alarm".to_owned(), text(&|row| row.alarm.as_ref().map(|alarm| alarm.kind.clone()))));
     all.push(("alarm_since_weld".to_owned(), whole(&|row| row.alarm.as_ref().map(|alarm| alarm.since))));
+    let name_of = |number: i64| {
+        let at = history.binary_search_by_key(&number, |row| row.number).ok()?;
+        Some(history[at].name.clone())
+    };
+    all.push(("alarm_since_name".to_owned(), text(&|row| name_of(row.alarm.as_ref()?.since))));
     all.push(("alarm_p_log10".to_owned(), number(&|row| row.alarm.as_ref().map(|alarm| alarm.p_log10))));
     all
 }

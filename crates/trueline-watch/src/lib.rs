@@ -53,6 +53,7 @@ pub mod store;
 pub mod tell;
 pub mod watch;
 pub mod watcher;
+mod weld_content;
 mod weld_folder;
 mod weld_line;
 pub mod weld_text;

@@ -73,7 +73,7 @@ impl Quadratic {
     /// Evidence about the first `kept` unknowns whatever the others are: the Schur complement. Directions of the others
     /// that nothing is known of say nothing.
     #[must_use]
-    pub(crate) fn marginal(&self, kept: usize) -> Self {
+    pub fn marginal(&self, kept: usize) -> Self {
         let other = self.size() - kept;
         if other == 0 {
             return self.clone();

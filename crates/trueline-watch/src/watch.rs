@@ -4,18 +4,21 @@ use crate::alarm_message::{self, Event};
 use crate::detect::inside::CutWeld;
 use crate::detect::scatter::{self, LESSONS};
 use crate::detect::sensor_axes::SensorAxes;
-use crate::detect::{History, Judgement, PieceInformation, Scatter, blindness, judge};
+use crate::detect::{History, Judgement, PieceInformation, Scatter, Since, blindness, judge};
 use crate::innovation::{Evidence, Weld, WeldError, shape_origin_m};
 use crate::parameters::{CALIBRATION, UNITS};
 use crate::reference::{Part, Reference};
-use crate::store::{NewWeld, Store, StoreError, StoredPart, StoredPiece};
+use crate::store::{NewWeld, Standing, Store, StoreError, StoredPart, StoredPiece, weld_number};
+use crate::weld_content::content;
 use crate::weld_line::{Learning, Told, WeldLine};
 use nalgebra::{Matrix3, Vector3};
-use sha2::{Digest, Sha256};
 use std::time::{SystemTime, UNIX_EPOCH};
 use trueline_dataset::result_file::ResultFile;
-use trueline_dataset::{Guess, Measured, Recording, Sensor};
+use trueline_dataset::{Guess, Recording, Sensor};
 use trueline_model::LaserSheet;
+
+/// The sensor's file among the inputs of a result and of a recording.
+const SENSOR: &str = "sensor.toml";
 
 /// The calibration that is watched.
 #[derive(Clone, Debug)]
@@ -53,6 +56,13 @@ impl WatchError {
 }
 
 impl Watched {
+    /// Whether a weld was recorded with another sensor.toml than the one the calibration was made with; `None` where one of the
+    /// two is not known.
+    pub(crate) fn sensor_file_differs(&self, weld: &Recording) -> Option<bool> {
+        let made_with = self.result.as_ref()?.inputs.get(SENSOR)?;
+        Some(made_with != weld.inputs.get(SENSOR)?)
+    }
+
     fn reference(&self, shape_origin_m: [f64; 2]) -> Reference {
         match &self.result {
             Some(result) => Reference::of_result(self.guess, result, shape_origin_m),
@@ -81,9 +91,9 @@ pub fn watch(
     let transaction = store.begin()?;
     let names = (calibration.sha256.as_str(), calibration.name.as_str());
     let (id, origin_m) = store.add_calibration(names, now_s, calibration.guess.time_offset_s, origin_m)?;
-    if let Some(line) = store.line_of(id, &content)? {
+    if let Some((row, line)) = store.line_of(id, &content)? {
         store.commit(transaction)?;
-        return Ok(WeldLine::again(line));
+        return Ok(WeldLine::again(weld_number(row), line));
     }
     let reference = calibration.reference(origin_m);
     let weld = Weld::of(recording, &reference)?;
@@ -100,15 +110,21 @@ pub fn watch(
     let evidence = weld.evidence(&parts[own].part, &reference)?;
     let pieces = store.pieces(id)?;
     let standing = store.standing(id)?;
-    learn(store, &pieces, &mut parts[own], standing.as_ref().map(|alarm| alarm.since))?;
+    let in_control = learn(store, &pieces, &mut parts[own], standing.as_ref().map(|alarm| alarm.since))?;
     let axes = sensor_axes(recording, &calibration.guess, origin_m);
+    let number = weld_number(store.next_row()?);
     let seen = Seen { reference: &reference, parts: &parts, own, pieces: &pieces, evidence: &evidence };
-    let (judgement, information) = seen.judged();
-    let mut line = seen.line(name, &judgement, &information, &axes);
+    let (judgement, information) = seen.judged(standing.as_ref());
+    let mut line = seen.line((number, name), &judgement, &information, &axes);
+    line.learning = line
+        .learning
+        .map(|learning| Learning { pieces: in_control + usize::from(judgement.alarm.is_none()), ..learning });
+    line.sensor_file_differs = calibration.sensor_file_differs(recording);
     line.stamps_treated_alike = weld.stamps_as(reference.dejittered);
-    store.add_weld(id, &seen.kept(&line, content, now_s, &judgement, &information))?;
     let kind = line.alarm.as_ref().map(|told| told.alarm.change.kind.name());
-    if let Some(event) = Event::between(standing.as_ref(), kind) {
+    line.event = Event::between(standing.as_ref(), kind);
+    store.add_weld(id, &seen.kept(&line, content, now_s, &judgement, &information))?;
+    if let Some(event) = line.event {
         let body = alarm_message::body(event, &store.cell(), &calibration.name, now_s, &line.to_json());
         store.add_message(&body.to_string())?;
     }
@@ -116,25 +132,25 @@ pub fn watch(
     Ok(line)
 }
 
-/// Learns the scatter of a part when the number of its pieces, up to a standing alarm, reaches the next lesson.
+/// Learns the scatter of a part when the number of its pieces, up to a standing alarm, reaches the next lesson. That number.
 fn learn(
     store: &Store,
     pieces: &[StoredPiece],
     own: &mut StoredPart,
     standing_since: Option<i64>,
-) -> Result<(), StoreError> {
+) -> Result<usize, StoreError> {
     let in_control =
         |piece: &&StoredPiece| piece.part == own.id && standing_since.is_none_or(|since| piece.id < since);
     let statistics: Vec<_> = pieces.iter().filter(in_control).map(|piece| &piece.statistic).collect();
     let known = own.scatter.as_ref().map_or(0, |scatter| scatter.pieces);
     let Some(lesson) = scatter::lesson(statistics.len()).filter(|lesson| *lesson > known) else {
-        return Ok(());
+        return Ok(statistics.len());
     };
     if let Some(learnt) = scatter::learnt(&statistics[..lesson], &own.part) {
         store.keep_scatter(own.id, &learnt)?;
         own.scatter = Some(learnt);
     }
-    Ok(())
+    Ok(statistics.len())
 }
 
 /// All that a judgement is made of.
@@ -151,7 +167,7 @@ impl Seen<'_> {
         self.parts[self.own].scatter.as_ref()
     }
 
-    fn judged(&self) -> (Judgement, Vec<PieceInformation>) {
+    fn judged(&self, standing: Option<&Standing>) -> (Judgement, Vec<PieceInformation>) {
         let of = |statistic, part: usize| {
             let known = &self.parts[part];
             PieceInformation::of(statistic, part, &known.part, known.scatter.as_ref())
@@ -167,26 +183,30 @@ impl Seen<'_> {
             dispersion: self.scatter().map_or([1.0; 4], |scatter| scatter.dispersion),
             freedom: self.evidence.statistic.freedom(),
         };
-        let history = History { pieces: &pieces, prior: &self.reference.prior, scatters: &scatters };
+        let dated = standing.and_then(|alarm| {
+            let piece = self.pieces.iter().position(|piece| piece.id == alarm.since)?;
+            Some(Since { piece, inside_s: Some(alarm.inside_s?) })
+        });
+        let history = History { pieces: &pieces, prior: &self.reference.prior, scatters: &scatters, dated };
         (judge(&history, Some(&cut)), pieces)
     }
 
-    fn since_name(&self, piece: usize, own: &str) -> String {
-        self.pieces.get(piece).map_or_else(|| own.to_owned(), |piece| piece.name.clone())
+    fn since(&self, piece: usize, (number, name): (i64, &str)) -> (i64, String) {
+        let before = self.pieces.get(piece);
+        before.map_or_else(|| (number, name.to_owned()), |piece| (weld_number(piece.id), piece.name.clone()))
     }
 
     fn line(
         &self,
-        name: &str,
+        (number, name): (i64, &str),
         judgement: &Judgement,
         information: &[PieceInformation],
         axes: &SensorAxes,
     ) -> WeldLine {
-        let own_id = self.parts[self.own].id;
-        let seen = self.pieces.iter().filter(|piece| piece.part == own_id).count() + 1;
         let statistic = &self.evidence.statistic;
-        let since = judgement.alarm.as_ref().map(|alarm| self.since_name(alarm.since.piece, name));
+        let since = judgement.alarm.as_ref().map(|alarm| self.since(alarm.since.piece, (number, name)));
         WeldLine {
+            number,
             weld: name.to_owned(),
             used: statistic.used,
             outliers: statistic.outliers,
@@ -194,8 +214,10 @@ impl Seen<'_> {
             blind_to: blindness::blind_to(information, axes),
             blindness_is_news: true,
             alarm: judgement.alarm.clone().zip(since).map(|(alarm, since)| Told::of(alarm, since, axes)),
-            part: own_id,
-            learning: self.scatter().is_none().then_some(Learning { pieces: seen, needed: LESSONS[0] }),
+            event: None,
+            sensor_file_differs: None,
+            part: self.parts[self.own].id,
+            learning: self.scatter().is_none().then_some(Learning { pieces: 0, needed: LESSONS[0] }),
             p_log10: judgement.p_log10,
             stamps_treated_alike: true,
             told_before: None,
@@ -255,27 +277,6 @@ fn sensor_axes(recording: &Recording, guess: &Guess, middle_m: [f64; 2]) -> Sens
     let tool_from_axes = Matrix3::from_columns(&[in_tool(&across), in_tool(&along), in_tool(&depth)]);
     let camera_to_seam_m = in_tool(&sheet.point(&middle_m.into()));
     SensorAxes { tool_from_axes, camera_to_seam_m }
-}
-
-/// What a recording holds, as one number: stamps, poses and features, whatever file they came from.
-fn content(recording: &Recording) -> String {
-    let mut hash = Sha256::new();
-    for sample in &recording.robot {
-        hash.update(sample.stamp_ns.to_le_bytes());
-        let pose = &sample.base_from_tool;
-        let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
-        numbers.for_each(|x| hash.update(x.to_le_bytes()));
-    }
-    for feature in &recording.features {
-        hash.update(feature.stamp_ns.to_le_bytes());
-        hash.update(feature.line.to_le_bytes());
-        let numbers: &[f64] = match &feature.measured {
-            Measured::Pixel(numbers) | Measured::Profile(numbers) => numbers,
-            Measured::Point(numbers) => numbers,
-        };
-        numbers.iter().for_each(|x| hash.update(x.to_le_bytes()));
-    }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn now_s() -> i64 {

@@ -118,10 +118,10 @@ impl Watcher {
         self.known.accepted
     }
 
-    /// Whether the sensor's file of a weld is another than that which the calibration corrects, and this has not been asked of
-    /// such a weld before.
+    /// Whether the sensor's file of a weld is another than that of the calibration, and this has not been asked of such a weld
+    /// before.
     pub fn meets_another_sensor(&mut self, weld: &Recording) -> bool {
-        let is_another = self.known.corrects_another_file(weld);
+        let is_another = self.calibration.sensor_file_differs(weld) == Some(true);
         is_another && !std::mem::replace(&mut self.met_another_sensor, is_another)
     }
 

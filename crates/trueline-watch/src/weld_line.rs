@@ -1,5 +1,6 @@
 //! What is told of a weld: one line of JSON.
 
+use crate::alarm_message::Event;
 use crate::detect::sensor_axes::SensorAxes;
 use crate::detect::{Alarm, Change};
 use crate::parameters::Kind;
@@ -8,7 +9,7 @@ use serde_json::{Value, json};
 /// How far a part has been learnt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Learning {
-    /// Pieces so far.
+    /// Pieces so far; those after the beginning of an alarm do not count.
     pub pieces: usize,
     /// Pieces that are needed.
     pub needed: usize,
@@ -19,7 +20,9 @@ pub struct Learning {
 pub struct Told {
     /// The alarm.
     pub alarm: Alarm,
-    /// The name of the first weld after the change.
+    /// The number of the first weld after the change.
+    pub since_number: i64,
+    /// Its name.
     pub since: String,
     /// Of a bracket: how far a seam point has moved by [`crate::detect::sensor_axes::AXES`], with the standard deviation, m.
     pub seam_point: Option<[Option<[f64; 2]>; 3]>,
@@ -28,9 +31,9 @@ pub struct Told {
 impl Told {
     /// An alarm with its words' numbers.
     #[must_use]
-    pub fn of(alarm: Alarm, since: String, axes: &SensorAxes) -> Self {
+    pub fn of(alarm: Alarm, (since_number, since): (i64, String), axes: &SensorAxes) -> Self {
         let seam_point = (alarm.change.kind == Kind::Bracket).then(|| axes.seam_point(&alarm.change));
-        Self { alarm, since, seam_point }
+        Self { alarm, since_number, since, seam_point }
     }
 
     fn to_json(&self) -> Value {
@@ -44,6 +47,7 @@ impl Told {
         json!({
             "kind": alarm.change.kind.name(),
             "since": self.since,
+            "since_number": self.since_number,
             "since_time_s": alarm.since.inside_s,
             "change": change,
             "p_log10": alarm.change.p_log10,
@@ -55,6 +59,8 @@ impl Told {
 /// What is told of a weld.
 #[derive(Clone, Debug)]
 pub struct WeldLine {
+    /// Its number: welds are counted from 0 in the order in which the state took them, whatever the calibration.
+    pub number: i64,
     /// Its name.
     pub weld: String,
     /// Features that count.
@@ -69,9 +75,13 @@ pub struct WeldLine {
     pub blindness_is_news: bool,
     /// What changed.
     pub alarm: Option<Told>,
+    /// How the alarm differs from that of the weld before: then it is worth all its words.
+    pub event: Option<Event>,
+    /// Whether its sensor's file is another than that of the calibration; `None` where one of them is not known.
+    pub sensor_file_differs: Option<bool>,
     /// Number of the part.
     pub part: i64,
-    /// Until the scatter of the part has been learnt: how far that is.
+    /// Until the scatter of the part is in use: how far it has been learnt.
     pub learning: Option<Learning>,
     /// log₁₀ probability of the most significant change of each kind, in the order of [`Kind::ALL`].
     pub p_log10: [f64; 4],
@@ -84,13 +94,14 @@ pub struct WeldLine {
 impl WeldLine {
     /// A weld that was watched before.
     #[must_use]
-    pub fn again(line: String) -> Self {
+    pub fn again(number: i64, line: String) -> Self {
         let value: Value = serde_json::from_str(&line).unwrap_or(Value::Null);
         let strings = |key: &str| {
             let list = value[key].as_array().into_iter().flatten();
             list.filter_map(|v| v.as_str().map(str::to_owned)).collect()
         };
         Self {
+            number,
             weld: value["weld"].as_str().unwrap_or_default().to_owned(),
             used: value["used"].as_u64().unwrap_or(0) as usize,
             outliers: value["outliers"].as_u64().unwrap_or(0) as usize,
@@ -98,6 +109,8 @@ impl WeldLine {
             blind_to: strings("blind_to"),
             blindness_is_news: false,
             alarm: None,
+            event: None,
+            sensor_file_differs: value["sensor_file_differs"].as_bool(),
             part: value["part"].as_i64().unwrap_or(0),
             learning: None,
             p_log10: [0.0; 4],
@@ -125,8 +138,8 @@ impl WeldLine {
             Kind::ALL.iter().zip(self.p_log10).map(|(kind, p)| (kind.name().to_owned(), json!(p))).collect();
         let learning = self.learning.map(|l| json!({ "pieces": l.pieces, "needed": l.needed }));
         json!({
-            "weld": self.weld, "used": self.used, "outliers": self.outliers, "noise_factor": self.noise_factor,
-            "part": self.part, "learning": learning, "blind_to": self.blind_to, "p_log10": by_kind,
+            "number": self.number, "weld": self.weld, "used": self.used, "outliers": self.outliers, "noise_factor": self.noise_factor,
+            "sensor_file_differs": self.sensor_file_differs, "part": self.part, "learning": learning, "blind_to": self.blind_to, "p_log10": by_kind,
             "alarm": self.alarm.as_ref().map(Told::to_json),
         })
     }

@@ -4,26 +4,30 @@ use crate::detect::Change;
 use crate::detect::sensor_axes::AXES;
 use crate::parameters::Kind;
 use crate::store::ReceiverRow;
-use crate::weld_line::{Told, WeldLine};
+use crate::weld_line::{Learning, Told, WeldLine};
+use std::cmp::Ordering;
 
 /// What is told of a weld.
 #[must_use]
 pub fn of(line: &WeldLine) -> String {
+    let weld = numbered(line.number, &line.weld);
     if line.told_before.is_some() {
-        let state = if line.is_alarm() { "an alarm stood" } else { "nothing had changed" };
-        return format!("{}: watched before; {state}\n", line.weld);
+        let state = if line.is_alarm() { "an alarm stood" } else { "no change was seen" };
+        return format!("{weld}: watched before; {state}; blind to: {}\n", hidden(&line.blind_to));
     }
-    let mut text = match &line.alarm {
-        None => format!("{}: nothing has changed ({} seam points)\n", line.weld, line.used),
-        Some(told) => alarm_text(&line.weld, told),
+    let mut text = match (&line.alarm, line.event) {
+        (None, event) => {
+            let over = if event.is_some() { "the alarm is over; " } else { "" };
+            let points = line.used;
+            format!(
+                "{weld}: {over}no change seen in {points} seam points; blind to: {}\n",
+                hidden(&line.blind_to)
+            )
+        }
+        (Some(told), None) => standing_text(&weld, told),
+        (Some(told), Some(_)) => alarm_text(&weld, told),
     };
-    if let Some(learning) = line.learning {
-        text += &format!(
-            "  the fixture is being learnt: {} of {} pieces; until then a part that lies elsewhere raises no alarm\n",
-            learning.pieces.min(learning.needed),
-            learning.needed
-        );
-    }
+    text += &line.learning.map(learning_text).unwrap_or_default();
     if line.blindness_is_news {
         text += &blindness_text(&line.blind_to);
     }
@@ -31,31 +35,79 @@ pub fn of(line: &WeldLine) -> String {
         text +=
             "  warning: this weld's stamps are too uneven to be treated as those of the calibration were\n";
     }
+    if line.sensor_file_differs == Some(true) && line.event.is_some() && line.is_alarm() {
+        text += &format!("  warning: {OTHER_SENSOR}\n");
+    }
     text
+}
+
+/// What a difference between the files of the sensor does.
+pub const OTHER_SENSOR: &str = "sensor.toml is not the file that the calibration was made with: where the two differ, welds look \
+                                as if the bracket or the sensor had changed";
+
+/// A weld by its number and name.
+#[must_use]
+pub fn numbered(number: i64, name: &str) -> String {
+    format!("weld {number} ({name})")
+}
+
+/// What welds would not show, in words.
+#[must_use]
+pub fn hidden(blind_to: &[String]) -> String {
+    if blind_to.is_empty() { "nothing".to_owned() } else { blind_to.join(", ") }
+}
+
+fn learning_text(learning: Learning) -> String {
+    let Learning { pieces, needed } = learning;
+    match pieces.cmp(&needed) {
+        Ordering::Less => format!(
+            "  the fixture is being learnt: {pieces} of {needed} pieces; until then a part that lies elsewhere raises no alarm\n"
+        ),
+        Ordering::Equal => {
+            format!(
+                "  the fixture has been learnt from {pieces} pieces; from the next one on it is watched\n"
+            )
+        }
+        Ordering::Greater => {
+            format!(
+                "  the fixture could not be learnt from {pieces} pieces; a part that lies elsewhere raises no alarm\n"
+            )
+        }
+    }
 }
 
 fn blindness_text(blind_to: &[String]) -> String {
     if blind_to.is_empty() {
         return String::new();
     }
-    let hidden = blind_to.join(", ");
     // Where a part lies is the fixture's, and no scan of an edge shows it.
     if blind_to.iter().all(|what| what == Kind::Seam.name()) {
-        return format!("  these welds would not show: {hidden} (where the part lies)\n");
+        return "  seam: these welds would not show where the part lies\n".to_owned();
     }
-    format!(
-        "  these welds would not show: {hidden}; a scan of 5 s over a fixed edge shows timing, bracket and sensor: \
-         `trueline plan cell.toml --calibration RESULT --duration-s 5 --out check-scan`, to be watched with a --state of its own\n"
-    )
+    "  blind to: what welds like these would not show, however many; a scan of 5 s over a fixed edge shows timing, bracket and \
+     sensor: `trueline plan cell.toml --calibration RESULT --duration-s 5 --out check-scan`, to be watched with a --state of its own\n"
+        .to_owned()
+}
+
+fn since_text(told: &Told) -> String {
+    let since = numbered(told.since_number, &told.since);
+    match told.alarm.since.inside_s {
+        Some(at_s) => format!("since {at_s:.1} s into {since}"),
+        None => format!("since {since}"),
+    }
+}
+
+/// An alarm that was told in full at an earlier weld.
+fn standing_text(weld: &str, told: &Told) -> String {
+    let change = &told.alarm.change;
+    let amount =
+        told.seam_point.iter().map(seam_point_text).chain(numbers(change)).next().unwrap_or_default();
+    format!("{weld}: {} {}: {amount}\n", what_changed(change.kind), since_text(told))
 }
 
 fn alarm_text(weld: &str, told: &Told) -> String {
-    let Told { alarm, since, seam_point } = told;
-    let what = what_changed(alarm.change.kind);
-    let when = match alarm.since.inside_s {
-        Some(at_s) => format!("since {at_s:.1} s into {since}"),
-        None => format!("since {since}"),
-    };
+    let Told { alarm, seam_point, .. } = told;
+    let (what, when) = (what_changed(alarm.change.kind), since_text(told));
     let mut text =
         format!("{weld}: ALARM: {what}, {when}\n  look at: {}\n", where_to_look(alarm.change.kind));
     for part in seam_point.iter().map(seam_point_text).chain(numbers(&alarm.change)) {

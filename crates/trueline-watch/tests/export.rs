@@ -11,7 +11,7 @@ fn row(id: i64, alarm: Option<AlarmRow>) -> HistoryRow {
     let mut estimates = vec![Some([1e-3, 1e-5]); 12];
     estimates[3] = None;
     HistoryRow {
-        id,
+        number: id,
         name: format!("weld, \"{id}\""),
         part: 1,
         watched_s: 1_700_000_000,
@@ -20,6 +20,7 @@ fn row(id: i64, alarm: Option<AlarmRow>) -> HistoryRow {
         noise_factor: 1.25,
         estimates,
         p_log10: vec![-1.0, -2.0, -3.0, -4.0],
+        blind_to: vec!["seam".to_owned()],
         alarm,
     }
 }
@@ -42,6 +43,7 @@ fn every_number_is_there_and_what_is_not_known_is_null() {
         (Field::Double(1.0), Field::Double(0.01))
     );
     assert_eq!(value(0, "change_rotation_z_deg"), Field::Null);
+    assert_eq!(value(0, "blind_to"), Field::Str("seam".to_owned()));
     assert_eq!(value(0, "p_log10_seam"), Field::Double(-4.0));
     assert_eq!((value(0, "alarm"), value(1, "alarm")), (Field::Null, Field::Str("bracket".to_owned())));
     assert_eq!(

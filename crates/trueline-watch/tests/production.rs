@@ -41,7 +41,10 @@ impl Cell {
             dispersion: self.scatters[0].as_ref().map_or([1.0; 4], |s| s.dispersion),
             freedom: last.statistic.freedom(),
         };
-        judge(&History { pieces, prior: &self.reference.prior, scatters: &self.scatters }, Some(&cut))
+        judge(
+            &History { pieces, prior: &self.reference.prior, scatters: &self.scatters, dated: None },
+            Some(&cut),
+        )
     }
 
     /// Welds on until an alarm, at most so many pieces: the alarm and how many it took.

@@ -4,6 +4,7 @@
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::Barrier;
 use trueline_dataset::Recording;
 use trueline_sim::production::{Change, Layout, Production, ScheduledChange, piece};
 use trueline_watch::{Store, WatchError, Watched, watch};
@@ -43,7 +44,6 @@ fn start_worker(file: &Path, first: usize) -> Child {
         .args(["worker", "--exact", "--nocapture", "--test-threads=1"])
         .env(WORKER, format!("{}:{first}", file.display()))
         .stdout(Stdio::piped())
-        .stderr(Stdio::null())
         .spawn()
         .unwrap()
 }
@@ -54,7 +54,8 @@ fn finished_until_killed(mut worker: Child, pieces: usize) -> Vec<usize> {
     let mut finished = Vec::new();
     let number = |line: String| line.strip_prefix("finished ").map(|n| n.parse::<usize>().unwrap());
     while finished.len() < pieces {
-        finished.extend(lines.next().unwrap().ok().and_then(number));
+        let line = lines.next().expect("the worker has ended by itself: its words stand above").unwrap();
+        finished.extend(number(line));
     }
     worker.kill().unwrap();
     worker.wait().unwrap();
@@ -96,6 +97,26 @@ fn no_finished_weld_is_lost_when_programs_are_killed() {
     assert!(told.len() >= 16);
 }
 
+/// Setting the journal of a new file is what the library refuses at once when another program is about it: 7 of 1000 such
+/// openings failed before they were tried again. A hundred times four find that in half of all runs, and never a wrong one.
+#[test]
+fn programs_that_open_a_new_state_at_once_all_get_it() {
+    let folder = tempfile::tempdir().unwrap();
+    for round in 0..100 {
+        let file = folder.path().join(format!("cell-{round}.sqlite"));
+        let together = Barrier::new(4);
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    together.wait();
+                    let opened = Store::open(&file);
+                    assert!(opened.is_ok(), "{:?}", opened.err());
+                });
+            }
+        });
+    }
+}
+
 #[test]
 fn a_weld_is_told_once_more_and_not_counted_twice() {
     let folder = tempfile::tempdir().unwrap();
@@ -135,7 +156,7 @@ fn a_change_raises_an_alarm_that_stands_and_names_the_first_weld_after_it() {
     let history = store.history(1, 100).unwrap();
     let alarms: Vec<Option<i64>> = history.iter().map(|row| row.alarm.as_ref().map(|a| a.since)).collect();
     assert_eq!(alarms[..6], [None; 6]);
-    assert_eq!(alarms[6..], [Some(history[6].id); 3]);
+    assert_eq!(alarms[6..], [Some(history[6].number); 3]);
 }
 
 #[test]
@@ -182,7 +203,7 @@ fn a_state_of_the_first_version_goes_on() {
     drop(before);
     assert_eq!(
         old.iter().map(|row| row.alarm.as_ref().map(|a| a.since)).collect::<Vec<_>>(),
-        [None, None, None, Some(4), Some(4)]
+        [None, None, None, Some(3), Some(3)]
     );
     let store = Store::open(&file).unwrap();
     assert_eq!(store.history(1, 100).unwrap(), old, "a row has changed");
@@ -250,7 +271,7 @@ fn old_welds_are_forgotten_and_what_the_detector_needs_is_not() {
     assert_eq!(forgotten, [100, 100, 100, 0, 0]);
     assert_eq!(welds(), 1);
     let rest = store.history(1, 1000).unwrap();
-    assert_eq!(rest.iter().map(|row| row.id).collect::<Vec<_>>(), [1]);
+    assert_eq!(rest.iter().map(|row| row.number).collect::<Vec<_>>(), [0]);
     let alarms: i64 = connection.query_row("SELECT count(*) FROM alarms", [], |row| row.get(0)).unwrap();
     assert_eq!(alarms, 0, "alarms go with their welds");
 }

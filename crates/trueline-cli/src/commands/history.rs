@@ -5,6 +5,7 @@ use crate::output;
 use std::process::ExitCode;
 use trueline_args::HistoryArgs;
 use trueline_watch::store::{CalibrationRow, HistoryRow};
+use trueline_watch::weld_text::{hidden, numbered};
 use trueline_watch::{Store, history_csv, history_page};
 
 /// Runs the command.
@@ -36,11 +37,22 @@ pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
         calibrations.iter().for_each(|row| output::words(&text(row, row.id == chosen.id)));
         let alarm = history.last().and_then(|row| row.alarm.as_ref());
         output::words(&match alarm {
-            Some(alarm) => format!("alarm: {}, since weld {}", alarm.kind, alarm.since),
-            None => "no alarm".to_owned(),
+            Some(alarm) => format!("alarm: {}, since {}", alarm.kind, since(&store, alarm.since)?),
+            None => "no change seen".to_owned(),
         });
+        if let Some(last) = history.last() {
+            output::words(&format!("blind to: {}", hidden(&last.blind_to)));
+        }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A weld by its number and its name, if that is still kept.
+fn since(store: &Store, number: i64) -> Result<String, Failure> {
+    Ok(match store.name(number)? {
+        Some(name) => numbered(number, &name),
+        None => format!("weld {number}"),
+    })
 }
 
 #[cfg(feature = "parquet")]

@@ -22,6 +22,7 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
             "name welds, or a folder that fills: --folder FOLDER",
         ));
     }
+    inputs_are_there(args)?;
     let watcher = Watcher::of(&WatcherSettings {
         state: &args.state,
         calibration,
@@ -42,6 +43,20 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
     }
     drop(page);
     session.finish()
+}
+
+/// What is to be watched, before anything is written.
+fn inputs_are_there(args: &WatchArgs) -> Result<(), Failure> {
+    if let Some(folder) = &args.folder {
+        std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
+    }
+    let missing = args.welds.iter().find(|weld| !weld.exists());
+    missing.map_or(Ok(()), |weld| opening::open(weld, None, true).map(|_| ()))
+}
+
+fn unreadable(folder: &Path, error: &std::io::Error) -> Failure {
+    let message = format!("{}: cannot be read: {error}", folder.display());
+    Failure::new(message, "name the folder in which welds appear")
 }
 
 /// Shows what other programs watch.
@@ -85,10 +100,7 @@ impl Welds<'_> {
         let mut welds = WeldFolder::of(folder);
         interrupt::watch()?;
         loop {
-            let found = welds.look().map_err(|error| {
-                let message = format!("{}: cannot be read: {error}", folder.display());
-                Failure::new(message, "name the folder in which welds appear")
-            })?;
+            let found = welds.look().map_err(|error| unreadable(folder, &error))?;
             for weld in found.finished {
                 // Of many welds one that cannot be read must not end the watch.
                 if let Err(failure) = self.one(&weld) {

@@ -73,6 +73,8 @@ pub struct Axis {
     pub name: String,
     /// Logarithmic.
     pub log: bool,
+    /// The values are decimal exponents of how rare something is: 3 is written 1 in 10³.
+    pub rarity: bool,
     /// Runs downwards.
     pub inverse: bool,
     /// Its ends; else those of the values.
@@ -92,6 +94,12 @@ impl Axis {
         Self { name: name.to_owned(), log: true, ..Self::default() }
     }
 
+    /// One of how rare something is, by the decimal exponent, itself on a logarithmic scale.
+    #[must_use]
+    pub fn rarity(name: &str) -> Self {
+        Self { rarity: true, ..Self::log(name) }
+    }
+
     /// The same from one value to another.
     #[must_use]
     pub fn between(self, low: f64, high: f64) -> Self {
@@ -99,7 +107,7 @@ impl Axis {
     }
 
     fn json(&self) -> Value {
-        json!({ "name": self.name, "log": self.log, "inverse": self.inverse, "limits": self.limits })
+        json!({ "name": self.name, "log": self.log, "rarity": self.rarity, "inverse": self.inverse, "limits": self.limits })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use trueline_watch::Kind;
-use trueline_watch::weld_text::{what_changed, where_to_look};
+use trueline_watch::weld_text::{numbered, what_changed, where_to_look};
 
 /// What the change is called, and where to look.
 #[must_use]
@@ -14,11 +14,18 @@ pub(super) fn what(alarm: &Value) -> [&'static str; 2] {
 /// When it changed.
 #[must_use]
 pub(super) fn since(alarm: &Value) -> String {
-    let weld = alarm["since"].as_str().unwrap_or("an unknown weld");
+    let weld = weld(alarm, "since_number", "since");
     match alarm["since_time_s"].as_f64() {
         Some(at_s) => format!("{at_s:.1} s into {weld}"),
-        None => weld.to_owned(),
+        None => weld,
     }
+}
+
+/// A weld by its number and name; older lines have the name alone.
+#[must_use]
+pub(super) fn weld(of: &Value, number: &str, name: &str) -> String {
+    let name = of[name].as_str().unwrap_or("an unknown weld");
+    of[number].as_i64().map_or_else(|| name.to_owned(), |number| numbered(number, name))
 }
 
 /// Every number that shows, with its ± and unit; the names of the others in a row.
@@ -94,7 +101,7 @@ mod tests {
 
     #[test]
     fn numbers_keep_their_units_and_what_does_not_show_is_no_number() {
-        let bracket = json!({ "kind": "bracket", "since": "weld-3", "since_time_s": 2.25, "change": {
+        let bracket = json!({ "kind": "bracket", "since": "weld-3", "since_number": 3, "since_time_s": 2.25, "change": {
             "translation_mm": [0.1, null, -0.2], "rotation_deg": [null, null, 0.05], "seam_point_mm": [0.3, null, 0.1],
             "sigma": { "seam_point_mm": [0.02, null, 0.01], "translation_mm": [0.01, null, 0.02], "rotation_deg": [null, null, 0.004] } } });
         let rows = numbers(&bracket);
@@ -102,7 +109,7 @@ mod tests {
         assert_eq!(rows[2], ("shift x", "+0.100 ± 0.010 mm".to_owned()));
         assert_eq!(rows[4], ("turn z", "+0.050 ± 0.004 °".to_owned()));
         assert_eq!(rows[5].1, "seam point along, shift y, turn x, turn y");
-        assert_eq!(since(&bracket), "2.2 s into weld-3");
+        assert_eq!(since(&bracket), "2.2 s into weld 3 (weld-3)");
         let sensor = json!({ "kind": "sensor", "change": {
             "shape": [0.003, 0.0, 0.0, 1e-4, 0.0], "sigma": { "shape": [1e-4, 1e-4, 1e-4, 1e-5, 1e-5] } } });
         assert_eq!(numbers(&sensor)[0], ("width", "+0.300 ± 0.010 %".to_owned()));

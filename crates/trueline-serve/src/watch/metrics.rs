@@ -8,6 +8,7 @@ use prometheus_client::registry::{Registry, Unit};
 use std::fmt;
 use std::sync::atomic::AtomicU64;
 use trueline_watch::Kind;
+use trueline_watch::detect::blindness::names;
 use trueline_watch::parameters::TIME_OFFSET;
 
 type Labels = Vec<(&'static str, String)>;
@@ -24,6 +25,7 @@ struct Numbers {
     time_offset_sigma_s: Gauges,
     noise: Gauges,
     waiting: Gauges,
+    blind: Gauges,
 }
 
 impl Numbers {
@@ -40,6 +42,8 @@ impl Numbers {
             plain("evidence", "Minus log10 of the probability without a change; an alarm is at 6.25");
         let noise = plain("noise_factor", "Residuals of the last weld over what was expected");
         let waiting = plain("messages_waiting", "Messages about alarms that a receiver has not been told");
+        let blind =
+            plain("blind", "1 while welds like the last ones would not show such a change, however many");
         let mut seconds = |name: &str, help: &str| {
             let gauges = Gauges::default();
             registry.register_with_unit(name, help, Unit::Seconds, gauges.clone());
@@ -58,6 +62,7 @@ impl Numbers {
             time_offset_sigma_s,
             noise,
             waiting,
+            blind,
         }
     }
 
@@ -81,6 +86,12 @@ impl Numbers {
             self.alarm.get_or_create(&own).set(f64::from(u8::from(stands)));
             let evidence = last.p_log10.get(k).map_or(0.0, |p| -p);
             self.evidence.get_or_create(&own).set(evidence);
+        }
+        for (kind, what) in names() {
+            let word =
+                if what.is_empty() { kind.name().to_owned() } else { format!("{} {what}", kind.name()) };
+            let is_blind = last.blind_to.iter().any(|hidden| *hidden == word || hidden == kind.name());
+            self.blind.get_or_create(&labels(Some(("change", &word)))).set(f64::from(u8::from(is_blind)));
         }
         if let Some([change_s, sigma_s]) = last.estimates.get(TIME_OFFSET).copied().flatten() {
             set(&self.time_offset_s, change_s);

@@ -10,7 +10,7 @@ use trueline_watch::detect::judgement::ALARM_P_LOG10;
 use trueline_watch::history_table::column;
 use trueline_watch::parameters::{ROTATION, SHAPE, TIME_OFFSET, TRANSLATION};
 use trueline_watch::store::HistoryRow;
-use trueline_watch::weld_text::how_rarely;
+use trueline_watch::weld_text::{OTHER_SENSOR, hidden, how_rarely, numbered};
 
 /// The blocks of all cells; `Err` is what stands in the place of a cell that cannot be read.
 #[must_use]
@@ -30,7 +30,7 @@ fn inside(cell: &CellView, now_s: i64) -> String {
         return "<p class=\"state\">No weld has been watched yet.</p>".to_owned();
     };
     let state = match cell.alarm() {
-        None => "<p class=\"state good\">Nothing has changed.</p>".to_owned(),
+        None => "<p class=\"state good\">No change seen.</p>".to_owned(),
         Some(alarm) => {
             let since = evidence::since(alarm);
             format!(
@@ -40,6 +40,8 @@ fn inside(cell: &CellView, now_s: i64) -> String {
             )
         }
     };
+    let blind = escape(&hidden(&last.blind_to));
+    let state = format!("{state}<p>These welds are blind to: {blind}.</p>");
     let mut cards = card("Now", "", &now(cell, last, now_s));
     if let Some((line, at_s)) = &cell.last_alarm {
         cards += &alarm_card(line, *at_s, now_s, cell.alarm().is_some());
@@ -66,7 +68,7 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     let line = cell.last.as_ref().unwrap_or(&Value::Null);
     let calibration = cell.calibration.as_ref();
     let mut rows = vec![
-        ("last weld", last.name.clone()),
+        ("last weld", numbered(last.number, &last.name)),
         ("watched", ago(now_s - last.watched_s)),
         ("welds", calibration.map_or(0, |c| c.welds).to_string()),
         ("calibration", calibration.map_or_else(String::new, |c| c.name.clone())),
@@ -77,9 +79,10 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     {
         rows.push(("fixture", format!("is being learnt: {} of {needed} pieces", seen.min(needed))));
     }
-    let blind = evidence::words(&line["blind_to"]);
-    let seen = if blind.is_empty() { "nothing".to_owned() } else { blind.join(", ") };
-    rows.push(("blind to", seen));
+    rows.push(("blind to", hidden(&last.blind_to)));
+    if line["sensor_file_differs"].as_bool() == Some(true) {
+        rows.push(("sensor", OTHER_SENSOR.to_owned()));
+    }
     for receiver in &cell.receivers {
         let waiting = match (receiver.waiting, &receiver.error) {
             (0, _) => "has been told everything".to_owned(),
@@ -89,7 +92,7 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
         rows.push(("alarms to", format!("{}: {waiting}", receiver.name)));
     }
     let mut out = facts(rows);
-    if !blind.is_empty() {
+    if !last.blind_to.is_empty() {
         out += "<p class=\"soft\">A scan of 5 s over a fixed edge, moving and tilting, shows timing, bracket and sensor.</p>";
     }
     out
@@ -103,7 +106,7 @@ fn alarm_card(line: &Value, at_s: i64, now_s: i64, stands: bool) -> String {
         ("what", what.to_owned()),
         ("look at", look_at.to_owned()),
         ("since", evidence::since(alarm)),
-        ("told at", format!("{}, {}", line["weld"].as_str().unwrap_or_default(), ago(now_s - at_s))),
+        ("told at", format!("{}, {}", evidence::weld(line, "number", "weld"), ago(now_s - at_s))),
         ("without a change", how_rarely(p)),
     ];
     rows.extend(evidence::numbers(alarm));
@@ -120,7 +123,7 @@ fn improbable(history: &[HistoryRow]) -> Trend {
         name: kind.name(),
         points: history
             .iter()
-            .map(|row| [row.id as f64, row.p_log10.get(k).map_or(f64::NAN, |p| -p)])
+            .map(|row| [row.number as f64, row.p_log10.get(k).map_or(f64::NAN, |p| -p)])
             .collect(),
         ..Series::default()
     };
@@ -145,7 +148,7 @@ fn by_weld(
         let value = |row: &HistoryRow| {
             row.estimates.get(k).copied().flatten().map_or(f64::NAN, |[value, _]| value * factor)
         };
-        let points = history.iter().map(|row| [row.id as f64, value(row)]).collect();
+        let points = history.iter().map(|row| [row.number as f64, value(row)]).collect();
         Series { name, points, dotted: true, ..Series::default() }
     });
     Trend {
@@ -157,7 +160,7 @@ fn by_weld(
 }
 
 fn noise(history: &[HistoryRow]) -> Trend {
-    let points = history.iter().map(|row| [row.id as f64, row.noise_factor]).collect();
+    let points = history.iter().map(|row| [row.number as f64, row.noise_factor]).collect();
     let series = vec![Series { name: "noise", points, dotted: true, ..Series::default() }];
     Trend { alternative: "Noise factor by weld".to_owned(), along: "weld", series, limits: Vec::new() }
 }

@@ -7,8 +7,10 @@
 use super::piece::PieceInformation;
 use super::sensor_axes::{AXES, SensorAxes};
 use super::windows::WINDOWS;
-use crate::parameters::{CALIBRATION, Kind, PART_ROTATION, PART_TRANSLATION, ROTATION, SHAPE, TRANSLATION};
-use nalgebra::{DVector, Vector3};
+use crate::parameters::{
+    ALL, CALIBRATION, Kind, PART_ROTATION, PART_TRANSLATION, ROTATION, SHAPE, TRANSLATION,
+};
+use nalgebra::{DVector, Matrix3, Vector3};
 
 /// Least sum of squares that the longest window must gather.
 const LEAST: f64 = 25.0;
@@ -42,6 +44,16 @@ pub fn blind_to(pieces: &[PieceInformation], axes: &SensorAxes) -> Vec<String> {
         }
     }
     blind
+}
+
+/// Every change that may be named as hidden: its kind, and what of it, which is empty for a kind as a whole.
+#[must_use]
+pub fn names() -> Vec<(Kind, String)> {
+    let axes = SensorAxes { tool_from_axes: Matrix3::identity(), camera_to_seam_m: Vector3::zeros() };
+    let of = |kind| directions(kind, ALL, &axes).into_iter().map(move |(name, _)| (kind, name));
+    let mut all: Vec<_> = Kind::ALL.into_iter().flat_map(of).collect();
+    all.dedup();
+    all
 }
 
 /// Unit changes of a kind, by name.

@@ -99,6 +99,12 @@ impl Change {
         }
     }
 
+    /// This change, as significant as it is, with the amount of another estimate of it.
+    #[must_use]
+    pub(crate) fn with_amount_of(&self, other: Self) -> Self {
+        Self { explained: self.explained, dimensions: self.dimensions, p_log10: self.p_log10, ..other }
+    }
+
     /// A sum of the kind's columns with these weights (SI) and its standard deviation; `None` where these welds do not show it.
     #[must_use]
     pub fn combination(&self, weights: &[f64]) -> Option<[f64; 2]> {

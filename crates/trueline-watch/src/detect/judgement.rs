@@ -34,6 +34,8 @@ pub struct History<'a> {
     pub prior: &'a Quadratic,
     /// Scatter of each part, where it has been learnt.
     pub scatters: &'a [Option<Scatter>],
+    /// When an alarm that stands began, if that was found to be inside of a weld.
+    pub dated: Option<Since>,
 }
 
 /// When something changed.
@@ -133,12 +135,12 @@ fn change(history: &History<'_>, evidence: &WindowEvidence, part: usize, kind: K
 }
 
 /// The most significant change, its place found to a single piece, and what could be taken for it.
-fn named(history: &History<'_>, total: &Sums, part: usize, found: &[(Change, usize)]) -> Option<Alarm> {
+fn named(history: &History<'_>, total: &Sums, last_part: usize, found: &[(Change, usize)]) -> Option<Alarm> {
     let (best, length) = found.iter().min_by(|a, b| a.0.p_log10.total_cmp(&b.0.p_log10))?;
     // Between the windows before and after the best.
     let shortest = length / 2 + usize::from(*length == 1);
     let lengths: Vec<usize> = (shortest..=(2 * length).min(history.pieces.len())).collect();
-    let all = changes(history, total, part, &lengths);
+    let all = changes(history, total, last_part, &lengths);
     let (own, length) = all
         .iter()
         .filter(|(change, _)| change.kind == best.kind)
@@ -154,9 +156,33 @@ fn named(history: &History<'_>, total: &Sums, part: usize, found: &[(Change, usi
     // bracket that must be looked at.
     let doubt = rivals.iter().find(|rival| own.kind == Kind::Seam && rival.kind == Kind::Bracket);
     let change = doubt.map_or_else(|| own.clone(), |bracket| (*bracket).clone());
+    let since = since(history, history.pieces.len() - length);
+    let change = sized(history, &change, since, last_part);
     let kinds = rivals.iter().map(|rival| rival.kind).chain([own.kind]);
     let mut not_told_apart: Vec<Kind> = kinds.filter(|kind| *kind != change.kind).collect();
     not_told_apart.sort_unstable();
-    let since = Since { piece: history.pieces.len() - length, inside_s: None };
     Some(Alarm { change, since, not_told_apart })
+}
+
+/// When something changed, if whole welds say that `first` was the first one after it. A weld in the middle of which something
+/// changed is like those before it or like those after it: what was found inside of it stays.
+fn since(history: &History<'_>, first: usize) -> Since {
+    let dated = history.dated.filter(|dated| dated.piece == first || dated.piece + 1 == first);
+    dated.unwrap_or(Since { piece: first, inside_s: None })
+}
+
+/// The same change with its amount from welds that lie wholly before or wholly after it. The one in which it happened says an
+/// amount between none and all of it, and which one that was is known to two welds: the first that is more like those after,
+/// and the one before it.
+fn sized(history: &History<'_>, change: &Change, since: Since, last_part: usize) -> Change {
+    let count = history.pieces.len();
+    let (before, after) = match since {
+        Since { piece, inside_s: Some(_) } => (piece, piece + 1),
+        Since { piece, inside_s: None } => (piece.saturating_sub(1), piece + 1),
+    };
+    // The only weld after a change is all that there is to say how large it is.
+    let after = if after < count { after } else { count - 1 };
+    let [before, after] = [0..before, after..count].map(|range| sums(history, range));
+    let evidence = WindowEvidence::of(&before, &after, last_part, history.prior);
+    change.with_amount_of(self::change(history, &evidence, last_part, change.kind))
 }

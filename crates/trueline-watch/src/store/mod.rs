@@ -13,6 +13,7 @@ mod store_error;
 mod write;
 
 pub use messages::{Message, ReceiverRow};
+pub(crate) use rows::weld_number;
 pub use rows::{AlarmRow, CalibrationRow, HistoryRow};
 pub use schema::{SCHEMA_VERSION, Store};
 pub use store_error::StoreError;

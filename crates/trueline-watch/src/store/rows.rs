@@ -26,8 +26,8 @@ pub struct CalibrationRow {
 /// A weld in the history.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HistoryRow {
-    /// Its number.
-    pub id: i64,
+    /// Its number: welds are counted from 0 in the order in which the state took them, whatever the calibration.
+    pub number: i64,
     /// Its name.
     pub name: String,
     /// Which part it is, by number.
@@ -45,6 +45,8 @@ pub struct HistoryRow {
     pub estimates: Vec<Option<[f64; 2]>>,
     /// log₁₀ probability of the most significant change of each kind, in the order of [`crate::Kind::ALL`].
     pub p_log10: Vec<f64>,
+    /// What welds like it would not show.
+    pub blind_to: Vec<String>,
     /// The alarm that stood after it.
     pub alarm: Option<AlarmRow>,
 }
@@ -91,7 +93,7 @@ impl Store {
     /// A database that cannot be read, or damaged rows.
     pub fn history(&self, calibration: i64, most: usize) -> Result<Vec<HistoryRow>, StoreError> {
         let text = "SELECT welds.id, name, part, watched_s, used, outliers, noise_factor, estimates, welds.p_log10, \
-                    kind, since, alarms.p_log10 FROM welds LEFT JOIN alarms ON alarms.weld = welds.id \
+                    kind, since, alarms.p_log10, json_extract(line, '$.blind_to') FROM welds LEFT JOIN alarms ON alarms.weld = welds.id \
                     WHERE calibration = ?1 ORDER BY welds.id DESC LIMIT ?2";
         let mut query = self.connection.prepare(text).map_err(|e| self.failed(e))?;
         let limit = i64::try_from(most).unwrap_or(i64::MAX);
@@ -100,9 +102,10 @@ impl Store {
         while let Some(row) = rows.next().map_err(|e| self.failed(e))? {
             let read = read_row(row).map_err(|e| self.failed(e))?;
             let (mut entry, estimates, p_log10) = read;
-            entry.estimates = codec::pairs(&estimates).ok_or_else(|| self.damaged("estimates", entry.id))?;
+            entry.estimates =
+                codec::pairs(&estimates).ok_or_else(|| self.damaged("estimates", entry.number))?;
             entry.p_log10 = codec::pairs(&p_log10)
-                .ok_or_else(|| self.damaged("probabilities", entry.id))?
+                .ok_or_else(|| self.damaged("probabilities", entry.number))?
                 .into_iter()
                 .map(|pair| pair.map_or(0.0, |[value, _]| value))
                 .collect();
@@ -110,6 +113,16 @@ impl Store {
         }
         history.reverse();
         Ok(history)
+    }
+
+    /// The name of a weld by its number; `None` if it is not kept.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub fn name(&self, number: i64) -> Result<Option<String>, StoreError> {
+        let found =
+            self.connection.query_row("SELECT name FROM welds WHERE id = ?1", [number + 1], |row| row.get(0));
+        found.optional().map_err(|e| self.failed(e))
     }
 
     /// What was told of the last weld of a calibration, a line of JSON, and when, s since 1970 UTC.
@@ -139,16 +152,23 @@ impl Store {
     }
 }
 
+/// The number of a weld by that of its row, which counts from 1.
+#[must_use]
+pub(crate) const fn weld_number(row: i64) -> i64 {
+    row - 1
+}
+
 type Read = (HistoryRow, Vec<u8>, Vec<u8>);
 
 fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<Read> {
     let count = |column: usize| row.get::<_, i64>(column).map(|n| n.unsigned_abs() as usize);
     let alarm = match row.get::<_, Option<String>>(9)? {
-        Some(kind) => Some(AlarmRow { kind, since: row.get(10)?, p_log10: row.get(11)? }),
+        Some(kind) => Some(AlarmRow { kind, since: weld_number(row.get(10)?), p_log10: row.get(11)? }),
         None => None,
     };
+    let blind_to: Option<String> = row.get(12)?;
     let entry = HistoryRow {
-        id: row.get(0)?,
+        number: weld_number(row.get(0)?),
         name: row.get(1)?,
         part: row.get(2)?,
         watched_s: row.get(3)?,
@@ -157,6 +177,7 @@ fn read_row(row: &rusqlite::Row<'_>) -> rusqlite::Result<Read> {
         noise_factor: row.get(6)?,
         estimates: Vec::new(),
         p_log10: Vec::new(),
+        blind_to: blind_to.and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default(),
         alarm,
     };
     Ok((entry, row.get(7)?, row.get(8)?))

@@ -1,9 +1,9 @@
 //! The file, its tables, and how older ones become newer.
 
 use super::store_error::StoreError;
-use rusqlite::Connection;
+use rusqlite::{Connection, ErrorCode};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The newest version of the tables.
 pub const SCHEMA_VERSION: i64 = MIGRATIONS.len() as i64;
@@ -97,6 +97,8 @@ END;
 
 /// How long one program waits for another.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// Between two tries of what the library does not wait for.
+const AGAIN: Duration = Duration::from_millis(5);
 
 /// The state of a cell.
 #[derive(Debug)]
@@ -160,11 +162,12 @@ impl Store {
         let file = self.file.clone();
         let failed = |source| StoreError::Database { file: file.clone(), source };
         // Readers never wait for a writer; a weld is on the disk when it is told of.
-        let settings = "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;";
+        let settings = "PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;";
         let (application, _) = self.versions()?;
         if application != 0 && application != APPLICATION_ID {
             return Err(StoreError::Foreign { file: file.clone() });
         }
+        self.write_ahead().map_err(failed)?;
         self.connection.execute_batch(settings).map_err(failed)?;
         let behavior = rusqlite::TransactionBehavior::Immediate;
         // What another program has done meanwhile is seen inside the transaction only.
@@ -183,6 +186,21 @@ impl Store {
         }
         transaction.pragma_update(None, "application_id", APPLICATION_ID).map_err(failed)?;
         transaction.commit().map_err(failed)
+    }
+
+    /// Sets the journal. Of two programs that do so for one new file at once the library refuses one, however long it may wait
+    /// otherwise.
+    fn write_ahead(&self) -> rusqlite::Result<()> {
+        let begin = Instant::now();
+        loop {
+            let set = self.connection.execute_batch("PRAGMA journal_mode = WAL;");
+            match set.as_ref().err().and_then(rusqlite::Error::sqlite_error_code) {
+                Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) if begin.elapsed() < PATIENCE => {
+                    std::thread::sleep(AGAIN);
+                }
+                _ => return set,
+            }
+        }
     }
 
     pub(super) fn failed(&self, source: rusqlite::Error) -> StoreError {

@@ -38,8 +38,10 @@ pub struct StoredPiece {
 pub struct Standing {
     /// Kind of change.
     pub kind: String,
-    /// Number of the first weld after the change.
+    /// The row of the first weld after the change.
     pub since: i64,
+    /// When it changed inside of that weld, s after its first robot sample.
+    pub inside_s: Option<f64>,
 }
 
 /// A weld that has been judged.
@@ -114,14 +116,27 @@ impl Store {
         found.ok_or_else(|| self.failed(rusqlite::Error::QueryReturnedNoRows))
     }
 
-    /// The line that was told of a weld before, if it was watched.
+    /// The row that the next weld will take; to be called in its transaction.
     ///
     /// # Errors
     /// A database that cannot be read.
-    pub(crate) fn line_of(&self, calibration: i64, content: &str) -> Result<Option<String>, StoreError> {
-        let text = "SELECT line FROM welds WHERE calibration = ?1 AND content = ?2";
+    pub(crate) fn next_row(&self) -> Result<i64, StoreError> {
+        let text = "SELECT coalesce(max(id), 0) + 1 FROM welds";
+        self.connection.query_row(text, [], |row| row.get(0)).map_err(|e| self.failed(e))
+    }
+
+    /// The row of a weld and the line that was told of it before, if it was watched.
+    ///
+    /// # Errors
+    /// A database that cannot be read.
+    pub(crate) fn line_of(
+        &self,
+        calibration: i64,
+        content: &str,
+    ) -> Result<Option<(i64, String)>, StoreError> {
+        let text = "SELECT id, line FROM welds WHERE calibration = ?1 AND content = ?2";
         self.connection
-            .query_row(text, params![calibration, content], |row| row.get(0))
+            .query_row(text, params![calibration, content], |row| Ok((row.get(0)?, row.get(1)?)))
             .optional()
             .map_err(|e| self.failed(e))
     }
@@ -199,9 +214,11 @@ impl Store {
     /// # Errors
     /// A database that cannot be read.
     pub fn standing(&self, calibration: i64) -> Result<Option<Standing>, StoreError> {
-        let text =
-            "SELECT kind, since FROM alarms WHERE weld = (SELECT max(id) FROM welds WHERE calibration = ?1)";
-        let row = |row: &rusqlite::Row<'_>| Ok(Standing { kind: row.get(0)?, since: row.get(1)? });
+        let text = "SELECT kind, since, json_extract(line, '$.alarm.since_time_s') FROM alarms JOIN welds ON welds.id = weld \
+                    WHERE weld = (SELECT max(id) FROM welds WHERE calibration = ?1)";
+        let row = |row: &rusqlite::Row<'_>| {
+            Ok(Standing { kind: row.get(0)?, since: row.get(1)?, inside_s: row.get(2)? })
+        };
         self.connection.query_row(text, [calibration], row).optional().map_err(|e| self.failed(e))
     }
 
