@@ -38,7 +38,7 @@ fn a_page_tells_state_alarm_and_evidence_of_every_cell() {
         "The alarm that stands",
         "blind to",
         "fixture",
-        "is being learnt: 6 of 30 pieces",
+        "is being learnt: 4 of 30 pieces",
         "plc.example: 1 messages",
         "missing",
         "cannot be read",

@@ -5,6 +5,7 @@ use super::view::CellView;
 use crate::html::{block, card, escape, facts, list};
 use crate::trend::{Series, Trend};
 use serde_json::Value;
+use std::cmp::Ordering;
 use trueline_watch::Kind;
 use trueline_watch::detect::judgement::ALARM_P_LOG10;
 use trueline_watch::history_table::column;
@@ -77,7 +78,7 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     if let (Some(seen), Some(needed)) =
         (line["learning"]["pieces"].as_u64(), line["learning"]["needed"].as_u64())
     {
-        rows.push(("fixture", format!("is being learnt: {} of {needed} pieces", seen.min(needed))));
+        rows.push(("fixture", learning(seen, needed)));
     }
     rows.push(("blind to", hidden(&last.blind_to)));
     if line["sensor_file_differs"].as_bool() == Some(true) {
@@ -96,6 +97,14 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
         out += "<p class=\"soft\">A scan of 5 s over a fixed edge, moving and tilting, shows timing, bracket and sensor.</p>";
     }
     out
+}
+
+fn learning(pieces: u64, needed: u64) -> String {
+    match pieces.cmp(&needed) {
+        Ordering::Less => format!("is being learnt: {pieces} of {needed} pieces"),
+        Ordering::Equal => format!("has been learnt from {pieces} pieces"),
+        Ordering::Greater => format!("could not be learnt from {pieces} pieces"),
+    }
 }
 
 fn alarm_card(line: &Value, at_s: i64, now_s: i64, stands: bool) -> String {
