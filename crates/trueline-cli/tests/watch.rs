@@ -79,22 +79,35 @@ fn a_production_is_watched_from_its_calibration_to_an_alarm() {
     assert_eq!(parquet.status.code(), Some(0), "{}", words(&parquet));
     assert!(std::fs::read(dir.path().join("history.parquet")).unwrap().starts_with(b"PAR1"));
     is_served(dir.path());
-    // The same welds with another file of the sensor: what that may look like is said, and stands in every line.
     assert!(told.iter().all(|line| line["sensor_file_differs"] == false), "{told:?}");
-    let sensor = dir.path().join("welds/weld-0000/sensor.toml");
+    another_sensor_file_is_said(dir.path());
+    let page = std::fs::read_to_string(dir.path().join("history.html")).unwrap();
+    assert!(
+        page.contains("Control charts") && page.contains("Since weld 4 (") && page.contains("blind to: seam")
+    );
+}
+
+/// The same weld with another file of the sensor: what that may look like is said, and stands in its line.
+fn another_sensor_file_is_said(folder: &Path) {
+    let sensor = folder.join("welds/weld-0000/sensor.toml");
     let another = std::fs::read_to_string(&sensor).unwrap() + "\n# measured anew\n";
     std::fs::write(&sensor, another).unwrap();
-    let other = ["--state", "other.sqlite", "--calibration", "result.json", "--json", "-"];
-    let watched = run(&[&["watch", "welds/weld-0000"], other.as_slice()].concat());
+    let other = [
+        "watch",
+        "welds/weld-0000",
+        "--state",
+        "other.sqlite",
+        "--calibration",
+        "result.json",
+        "--json",
+        "-",
+    ];
+    let watched = trueline(folder, &other);
     assert_eq!(lines(&watched)[0]["sensor_file_differs"], true);
     assert!(
         words(&watched).contains("sensor.toml is not the file that the calibration"),
         "{}",
         words(&watched)
-    );
-    let page = std::fs::read_to_string(dir.path().join("history.html")).unwrap();
-    assert!(
-        page.contains("Control charts") && page.contains("Since weld 4 (") && page.contains("blind to: seam")
     );
 }
 
