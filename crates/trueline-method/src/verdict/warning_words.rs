@@ -200,7 +200,7 @@ pub(super) fn stamp_steps(stream: StreamName, steps: &[(f64, f64)], period_s: f6
 pub(super) fn misfit(rms_m: f64, fitted_rms_m: f64) -> String {
     format!(
         "the parts of the scan disagree: what the others predict of a part is {:.4} mm off, {:.2} times the fitted \
-         {:.4} mm; is the edge straight, and did nothing move?",
+         {:.4} mm. An edge that is not straight, a part that moved, or a detector whose point moves with the tilt does this",
         rms_m * MM_PER_M,
         rms_m / fitted_rms_m,
         fitted_rms_m * MM_PER_M
