@@ -14,7 +14,7 @@ from .stamps import seconds, stamps_ns
 
 @dataclass(frozen=True)
 class Stripes:
-    """Stripes on plates, each known by two of its points whose errors square to it are independent.
+    """Stripes on plates, each known by two of its points whose errors perpendicular to it are independent.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class Stripes:
     points
         Two support points (S, 2, 2) or (S, 2, 3): px, or m.
     sigma
-        Standard deviation (S,) of each point square to the stripe, px or m.
+        Standard deviation (S,) of each point perpendicular to the stripe, px or m.
     """
 
     times_s: ArrayLike

@@ -83,7 +83,7 @@ From a plain flat plate and the robot, with --plate: stop 15 to 20 times before 
 degrees to every side, the stripe on the plate right across the picture, and write a table: picture,x_mm,y_mm,z_mm,qw,qx,qy,qz, \
 the tool's pose at each picture, with the pictures beside the table. The plate may be anywhere, it must only stand still. --initial \
 says roughly how the camera sits on the tool, to 10 degrees and 30 mm; it is estimated with the plane. At one attitude the plane's \
-offset cannot be seen, however the tool moves.
+offset cannot be determined, however the tool moves.
 From points: columns board,x_mm,y_mm,z_mm: points of the stripe in the camera frame, each with the number of its board.
 
 The uncertainty is by boards, not by points: the points of one board share its errors.

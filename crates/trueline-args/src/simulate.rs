@@ -129,7 +129,7 @@ static PRESETS: [Choice<Preset>; 8] = [
     ("profiler", "A laser profiler instead of a camera", Preset::Profiler),
     (
         "constant-attitude",
-        "S-path without rotation: the translation cannot be seen",
+        "S-path without rotation: the translation cannot be determined",
         Preset::ConstantAttitude,
     ),
     ("along-line", "Straight along the line: next to nothing can be seen", Preset::AlongLine),

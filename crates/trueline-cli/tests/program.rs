@@ -26,7 +26,10 @@ fn demo_writes_its_report() {
     let output = trueline(dir.path(), &["demo"]);
     assert_eq!(code(&output), 0);
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(text.contains("Calibration accepted") && text.contains("ms  (images late)"), "{text}");
+    assert!(
+        text.contains("Calibration accepted") && text.contains("ms  (images are stamped late)"),
+        "{text}"
+    );
     let report = fs::read_to_string(dir.path().join("trueline-demo/report.html")).unwrap();
     assert!(report.starts_with("<!doctype html>") && !report.contains("{{"), "unfilled placeholder");
     // Self-contained: nothing is loaded from anywhere.

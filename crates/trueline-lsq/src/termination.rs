@@ -57,7 +57,7 @@ impl fmt::Display for Termination {
                 write!(f, "converged: last step {step:.1e} sigma, below {threshold:.0e}")
             }
             Self::CostConverged { decrease, threshold } => {
-                write!(f, "converged: cost fell by {decrease:.1e} of itself, below {threshold:.0e}")
+                write!(f, "converged: relative cost change {decrease:.1e}, below {threshold:.0e}")
             }
             Self::NoFurtherDecrease { damping, threshold, step } => write!(
                 f,

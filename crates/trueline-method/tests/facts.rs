@@ -20,10 +20,14 @@ fn all_axes_of_a_group_make_one_sentence() {
     begins(
         Group::Translation,
         &[x, y, z],
-        "translation along the tool's x, y and z axes cannot be seen: tilt",
+        "translation along the tool's x, y and z axes cannot be determined from this scan: tilt",
     );
-    begins(Group::Rotation, &[x, z], "rotation about the tool's x and z axes cannot be seen: let the seam");
-    begins(Group::Rotation, &[y], "rotation about the tool's y axis cannot be seen");
+    begins(
+        Group::Rotation,
+        &[x, z],
+        "rotation about the tool's x and z axes cannot be determined from this scan: let the seam",
+    );
+    begins(Group::Rotation, &[y], "rotation about the tool's y axis cannot be determined from this scan");
     let oblique = [0.6, 0.8, 0.0];
     begins(
         Group::Translation,

@@ -113,7 +113,7 @@ pub fn next_picture(next: &NextPicture) -> String {
         (p, _) if p < 0.0 => format!("tilted by {degrees:.0} degrees, lower edge nearer"),
         (_, y) if y > 0.0 => format!("tilted by {degrees:.0} degrees, left edge nearer"),
         (_, y) if y < 0.0 => format!("tilted by {degrees:.0} degrees, right edge nearer"),
-        _ => "square to the view".to_owned(),
+        _ => "perpendicular to the view".to_owned(),
     };
     format!(
         "board in {place} of the picture, {:.0} % as wide as the picture, {tilt}: uncertainty {:.3} → {:.3} px",

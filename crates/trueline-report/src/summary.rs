@@ -136,7 +136,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     if let Some(torch) = &c.findings.checks.seam_point_error {
         rows.push(("at the torch".to_owned(), at_torch(torch)));
     }
-    rows.push(("next best offset".to_owned(), runner_up(c)));
+    rows.push(("runner-up".to_owned(), runner_up(c)));
     rows.push(("robot stream".to_owned(), robot(c)));
     rows.push(("image stream".to_owned(), stream(&c.findings.streams.images)));
     rows.push((
@@ -146,7 +146,7 @@ pub fn rows(c: &Calibration) -> Vec<(String, String)> {
     rows
 }
 
-const UNSEEN: &str = "not visible in this scan";
+const UNSEEN: &str = "cannot be determined from this scan";
 
 fn offset(c: &Calibration) -> String {
     if !c.is_known(TIME_OFFSET) {
@@ -154,7 +154,7 @@ fn offset(c: &Calibration) -> String {
     }
     let sigma = c.sigma(TIME_OFFSET).map(|s| s * MS_PER_S);
     let value = c.best_fit().time_offset_s * MS_PER_S;
-    let late = if value >= 0.0 { "images late" } else { "images early" };
+    let late = if value >= 0.0 { "images are stamped late" } else { "images are stamped early" };
     format!("{}  ({late})", with_sigma(value, sigma, "ms"))
 }
 
@@ -283,7 +283,7 @@ fn at_torch(torch: &SeamPointError) -> String {
 fn runner_up(c: &Calibration) -> String {
     match &c.findings.checks.ambiguity.runner_up {
         Some(other) => format!(
-            "{:.1} ms, which explains {:.0} % of the features instead of {:.0} %: {} (z = {:.0})",
+            "{:.1} ms (fits {:.0} % of the points; the best fits {:.0} %): {}, z = {:.0}",
             other.time_offset_s * MS_PER_S,
             100.0 * other.test.explains,
             100.0 * other.test.best_explains,

@@ -22,7 +22,7 @@ pub enum Preset {
     TwoLines,
     /// As `Quick`, with a laser profiler.
     Profiler,
-    /// S-path without any rotation: the hand-eye translation cannot be seen.
+    /// S-path without any rotation: the hand-eye translation cannot be determined.
     ConstantAttitude,
     /// Straight along the line: next to nothing can be seen.
     AlongLine,

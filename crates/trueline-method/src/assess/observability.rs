@@ -72,22 +72,22 @@ impl fmt::Display for Unobservable {
         let axes = axis_names(&self.directions);
         match self.group {
             Group::TimeOffset => f.write_str(
-                "the time offset cannot be seen: sweep the sensor across the line, faster and with changing speed, for \
+                "the time offset cannot be determined from this scan: sweep the sensor across the line, faster and with changing speed, for \
                  example an S-path of ±10 mm at 0.5 Hz",
             ),
             Group::Rotation if axes.is_empty() => together(f, "the hand-eye rotation"),
             Group::Rotation => write!(
                 f,
-                "rotation about the tool's {axes} cannot be seen: let the seam sweep the field of view, along the stripe \
+                "rotation about the tool's {axes} cannot be determined from this scan: let the seam sweep the field of view, along the stripe \
                  and in range, while it is scanned"
             ),
             Group::Translation if axes.is_empty() => together(f, "the hand-eye translation"),
             Group::Translation => write!(
                 f,
-                "translation along the tool's {axes} cannot be seen: tilt the torch by 10° or more about {}",
+                "translation along the tool's {axes} cannot be determined from this scan: tilt the torch by at least ±10° about {}",
                 match self.directions.len() {
-                    1 => "an axis square to it",
-                    2 => "the axis square to both",
+                    1 => "an axis perpendicular to it",
+                    2 => "the axis perpendicular to both",
                     _ => "two different axes",
                 }
             ),

@@ -166,8 +166,8 @@ impl fmt::Display for Reason {
         f.write_str(&match *self {
             Self::Unobservable(ref what) => what.to_string(),
             Self::MirrorAmbiguity => {
-                "two mirrored attitudes of the sensor fit equally well: tilt the torch by 10° or \
-                 more, or give an initial guess of the hand-eye transform"
+                "two mirrored attitudes of the sensor fit equally well: tilt the torch by at least \
+                 ±10°, or give an initial guess of the hand-eye transform"
                     .to_owned()
             }
             Self::WorseMinimum { better_time_offset_s } => worse_minimum(better_time_offset_s),
@@ -201,7 +201,7 @@ impl fmt::Display for Reason {
                 requirement_missed(quantity, sigma_si, required_si)
             }
             Self::RequirementUnobservable { quantity, required_si } => format!(
-                "{quantity}: an accuracy of {} {} is required, but it cannot be seen in this scan",
+                "{quantity}: an accuracy of {} {} is required, but it cannot be determined from this scan",
                 Significant(quantity.shown(required_si)),
                 quantity.unit()
             ),

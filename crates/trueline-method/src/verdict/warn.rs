@@ -31,6 +31,8 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
         warnings.push(Warning::UncertaintyNotApplied);
     }
     if f.checks.contradict_what_is_held() {
+        // What does not follow from the fit.
+        warnings.extend(f.stripes.as_ref().and_then(stripes_disagree));
         warnings.extend(stamps(f));
         return warnings;
     }

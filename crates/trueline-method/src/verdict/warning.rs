@@ -267,12 +267,12 @@ impl fmt::Display for Warning {
                 format!("held at the initial guess: {}", held.join("; "))
             }
             Self::OtherLine { span_s: [from, to], features, beside_m } => format!(
-                "from {from:.2} to {to:.2} s nearly all {features} features lie on another line, {:.2} mm beside: the \
+                "from {from:.2} to {to:.2} s nearly all of the {features} features lie on another line, {:.2} mm beside: the \
                  detector followed something else; they are not used",
                 beside_m * MM_PER_M
             ),
             Self::OutlierStretch { span_s: [from, to], features } => {
-                format!("from {from:.2} to {to:.2} s nearly all {features} features are outliers")
+                format!("from {from:.2} to {to:.2} s nearly all of the {features} features are outliers")
             }
             Self::UnusualNoise { noise_factor, is_explained } => unusual_noise(noise_factor, is_explained),
             Self::StructuredResiduals { left } => structured(left),

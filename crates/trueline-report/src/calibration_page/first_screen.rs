@@ -83,7 +83,7 @@ fn forms(mounting: &Mounting) -> Vec<Form> {
     FORMATS.iter().filter(|format| format.name != time_offset::FORMAT.name).filter_map(form).collect()
 }
 
-const UNSEEN: &str = "not visible in this scan";
+const UNSEEN: &str = "cannot be determined from this scan";
 
 /// The motion that shows a translation: tilts to both sides, about the seam and along it.
 const TILT: &str = include_str!("../../assets/tilt.svg");

@@ -34,7 +34,7 @@ fn two_sides(shown: &Shown<'_>, columns: &mut Columns, x: impl Fn(&FeatureResidu
     let square = columns.add(shown.inliers(|f| f.offset_m.y * MM_PER_M));
     let mut series = vec![
         Series::points("across", at, across, Colour::A),
-        Series::points("square to it", at, square, Colour::B),
+        Series::points("perpendicular to it", at, square, Colour::B),
     ];
     if shown.features.iter().any(|f| f.is_outlier()) {
         let wild = columns.add(shown.outliers(&x));
@@ -76,7 +76,7 @@ fn over_time(shown: &Shown<'_>, columns: &mut Columns) -> Chart {
         id: "residual-time",
         title: "Distance from the line over time",
         explanation:
-            "In two directions square to the line and to each other. Good is noise without a pattern."
+            "In two directions perpendicular to the line and to each other. Good is noise without a pattern."
                 .to_owned(),
         alternative: "Offset of each seam point from the line in mm over time in s".to_owned(),
         wide: false,

@@ -16,7 +16,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
     let mut charts = Vec::new();
     let views = [
         ("seam-2", "Seam from one side", "across the line (mm)", 0),
-        ("seam-3", "Seam from the other side", "square to that (mm)", 1),
+        ("seam-3", "Seam from the other side", "perpendicular to that (mm)", 1),
     ];
     for (id, title, axis, part) in views {
         let mut series = Vec::new();
