@@ -9,7 +9,7 @@ SCANS = {
     "quick": (["--preset", "quick"], []),
     "profiler": (["--preset", "profiler"], []),
     "constant-attitude": (["--preset", "constant-attitude"], []),
-    "attitude-lag": (["--fault", "attitude-lag=2"], []),
+    "attitude-lag": (["--fault", "attitude-lag=10"], []),
     "late-images": (["--fault", "late-images"], []),
     "second-line": (["--fault", "second-line"], []),
     "weave": (["--weave-frame", "base", "--lateral-hz", "2", "--range-hz", "2", "--tilt-hz", "2", "--progress", "even"], []),
