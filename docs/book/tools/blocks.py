@@ -23,7 +23,7 @@ FENCE = re.compile(r"^```\s*([\w-]*)\s*$")
 COMMENT = re.compile(r"^<!-- (run|not run|output)(?:: (.*))? -->$")
 EXIT = re.compile(r"^exit (\d+)$")
 CODE_IN = re.compile(r"^([a-z-]+) in (\S+)$")
-LONGEST_S = 60
+LONGEST_S = 180
 PYTHON = "TRUELINE_PYTHON"
 
 
@@ -130,7 +130,7 @@ def replaced(text: str, block: Block, printed: list[str]) -> str:
 def check_page(page: Path, folder: Path, environment: dict[str, str], update: bool) -> list[str]:
     """Runs the blocks of one page; returns what is wrong."""
     folder.mkdir(parents=True)
-    faults, outputs, printed = [], [], ""
+    faults, outputs, printed, wrong = [], [], "", []
     for block in blocks_of(page.read_text()):
         where = f"{page.name}:{block.line}"
         if block.language == "python" and PYTHON not in environment:
@@ -140,7 +140,7 @@ def check_page(page: Path, folder: Path, environment: dict[str, str], update: bo
             faults += [f"{where}: {fault}" for fault in wrong]
         elif block.language == "sh" and not (block.mark == "not run" and block.detail):
             faults.append(f"{where}: say `<!-- run -->` or `<!-- not run: why -->` before it")
-        elif block.mark == "output" and not same(block.lines, printed.splitlines()):
+        elif block.mark == "output" and not wrong and not same(block.lines, printed.splitlines()):
             if update and "…" not in (line.strip() for line in block.lines):
                 outputs.append((block, printed.splitlines()))
             else:
