@@ -19,7 +19,7 @@ def worst(result: dict, key: str, factor: float) -> str:
     """The largest ± of an unknown."""
     values = (result["sigma_noise"] or {}).get(key)
     values = values if isinstance(values, list) else [values]
-    return "not visible" if None in values else f"± {factor * max(values):.2g}"
+    return "undetermined" if None in values else f"± {factor * max(values):.2g}"
 
 
 def observability(program, folder) -> str:

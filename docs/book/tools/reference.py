@@ -85,7 +85,7 @@ def preset_row(program: Path, name: str, words: str, scratch: Path) -> str:
     for key, factor in parts:
         values = sigma.get(key)
         values = values if isinstance(values, list) else [values]
-        cells.append("not visible" if None in values else significant(factor * max(values)))
+        cells.append("undetermined" if None in values else significant(factor * max(values)))
     codes = ", ".join(dict.fromkeys(fact["code"] for fact in found["reasons"])) or "accepted"
     return f"| `{name}` | {words} | {found['residuals']['used']} | {codes} | {' | '.join(cells)} |"
 
