@@ -63,7 +63,7 @@ def film(scene: Scene) -> str:
     for name, (colour, opacity) in looks.items():
         draw.area(parts[name][0], colour, opacity, animated([points_of(points) for points in parts[name]]))
     draw.text(14, 24, "Sensor (grey), laser plane (red), path of the camera (blue), seam (black)", 13)
-    draw.text(14, 366, "20 s of the preset `good`, shown at about three times its speed", 12, GREY)
+    draw.text(14, 366, "20 s of the preset good, shown at about three times its speed", 12, GREY)
     return draw.svg()
 
 
@@ -79,7 +79,7 @@ def axes(draw: Drawing, eye: Eye, origin, to_base, name: str, length=38.0, dx=8,
 def frames(scene: Scene) -> str:
     """Tool, camera, laser plane, line and base of the simulated cell."""
     draw = Drawing(760, 470, "The frames: base, tool, camera; the laser plane and the line")
-    eye = Eye(18, 22, 1.45, (1190, 90, 235), (430, 235))
+    eye = Eye(18, 22, 1.45, (1190, 90, 235), (430, 248))
     row = len(scene.robot) // 2
     plates(scene, draw, eye, (-125, 125))
     position, q = scene.tool(row)
@@ -91,9 +91,9 @@ def frames(scene: Scene) -> str:
     draw.dots([eye.at(hit)], ORANGE, 5)
     draw.line([eye.at(position), eye.at(camera)], GREY, 1.5, "3 3")
     axes(draw, eye, position, lambda p: turn(q, p), "tool")
-    axes(draw, eye, camera, lambda p: turn(q, turn(scene.rotation, p)), "camera", 32, 10, 20)
+    axes(draw, eye, camera, lambda p: turn(q, turn(scene.rotation, p)), "camera", 32, 14, -10)
     base = [1045.0, 20.0, 110.0]
-    axes(draw, eye, base, lambda p: p, "base (its axes; it stands in the robot's foot)", 42, 6, 22)
+    axes(draw, eye, base, lambda p: p, "base (axes only: its origin is in the robot's foot)", 42, 6, 22)
     x, y = eye.at(hit)
     draw.text(x + 10, y + 22, "seam point", 13, ORANGE)
     x, y = corners[1]
@@ -101,6 +101,6 @@ def frames(scene: Scene) -> str:
     x, y = eye.at(plus(scene.point, scene.direction, 118))
     draw.text(x - 4, y + 20, "line", 13)
     first, second = eye.at(position), eye.at(camera)
-    draw.text((first[0] + second[0]) / 2 + 8, (first[1] + second[1]) / 2 - 6, "tool_from_camera (hand-eye)", 13, GREY)
-    draw.text(14, 24, "Axes: x red, y green, z blue. Drawn from one simulated scan (preset `good`).", 12, GREY)
+    draw.text((first[0] + second[0]) / 2 + 16, (first[1] + second[1]) / 2 + 4, "tool_from_camera (hand-eye)", 13, GREY)
+    draw.text(14, 24, "Axes: x red, y green, z blue. Drawn from one simulated scan (preset good).", 12, GREY)
     return draw.svg()
