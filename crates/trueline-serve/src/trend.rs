@@ -111,8 +111,18 @@ impl Trend {
                 number(tick, high - scale.from[1])
             );
         }
-        let _ =
-            write!(out, "<text x=\"{right}\" y=\"196\" text-anchor=\"end\">{}</text>", escape(self.along));
+        let name = escape(self.along);
+        let _ = write!(out, "<text x=\"{right}\" y=\"196\" text-anchor=\"end\">{name}</text>");
+        let last = scale.from[0] + (right - left) / scale.per[0];
+        for tick in ticks(scale.from[0], last) {
+            let x = scale.x(tick);
+            // The end is the name's.
+            if x < right - 9.0 * self.along.chars().count() as f64 {
+                let text = number(tick, last - scale.from[0]);
+                let text = text.strip_suffix(".0").unwrap_or(&text);
+                let _ = write!(out, "<text x=\"{x:.1}\" y=\"196\" text-anchor=\"middle\">{text}</text>");
+            }
+        }
         let mut key_at = left;
         for (series, colour) in self.series.iter().zip(COLOURS) {
             let _ = write!(

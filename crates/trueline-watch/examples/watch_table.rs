@@ -6,7 +6,8 @@
 //! where the model is linear, and a thousand times as fast. `tests/production.rs` goes through recordings.
 //!
 //! `cargo run -p trueline-watch --example watch_table -- RUNS PIECES [LAYOUT [CHANGE]]`; a LAYOUT that ends in `-swung` is the same
-//! with attitudes that turn about the camera instead of the seam's point, CHANGE the beginning of a row's name.
+//! with attitudes that turn about the camera instead of the seam's point, one in `-stripes` with both plates' whole stripes, CHANGE the
+//! beginning of a row's name.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -22,6 +23,7 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 use trueline_dataset::Sensor;
 use trueline_model::LaserSheet;
+use trueline_sim::Plates;
 use trueline_sim::production::{Layout, PlacementScatter, Production, piece};
 use trueline_watch::detect::sensor_axes::SensorAxes;
 use trueline_watch::detect::{Alarm, History, blindness, judge, scatter};
@@ -242,10 +244,12 @@ fn table(line: &Line, runs: u64, most: usize, rows: &[(usize, &Case)]) {
 
 /// The production of a name.
 fn production(name: &str) -> Option<Production> {
+    let (name, is_striped) = name.strip_suffix("-stripes").map_or((name, false), |name| (name, true));
     let (name, is_swung) = name.strip_suffix("-swung").map_or((name, false), |name| (name, true));
     let layout = Layout::ALL.into_iter().find(|layout| layout.name() == name)?;
     let pivot_m = is_swung.then(Vector3::zeros);
-    Some(Production { pivot_m, ..layout.production() })
+    let plates = is_striped.then(Plates::default);
+    Some(Production { pivot_m, plates, ..layout.production() })
 }
 
 fn main() -> ExitCode {
@@ -260,7 +264,7 @@ fn main() -> ExitCode {
     for name in names {
         let Some(production) = production(&name) else {
             let all = Layout::ALL.map(Layout::name).join(", ");
-            eprintln!("{name}: no layout; there are {all}, each also with -swung");
+            eprintln!("{name}: no layout; there are {all}, each also with -swung and with -stripes");
             return ExitCode::from(2);
         };
         println!("\n{name} ({runs} runs a row; not found within {most} pieces: –)");

@@ -27,7 +27,9 @@ pub fn of(line: &WeldLine) -> String {
         (Some(told), None) => standing_text(&weld, told),
         (Some(told), Some(_)) => alarm_text(&weld, told),
     };
-    text += &line.learning.map(learning_text).unwrap_or_default();
+    // While an alarm stands nothing is learnt.
+    let learns = line.alarm.is_none() || line.event.is_some();
+    text += &line.learning.filter(|_| learns).map(learning_text).unwrap_or_default();
     if line.blindness_is_news {
         text += &blindness_text(&line.blind_to);
     }

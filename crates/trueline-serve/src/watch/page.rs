@@ -93,7 +93,8 @@ fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
         rows.push(("alarms to", format!("{}: {waiting}", receiver.name)));
     }
     let mut out = facts(rows);
-    if !last.blind_to.is_empty() {
+    // Where a part lies is the fixture's, and no scan of an edge shows it.
+    if last.blind_to.iter().any(|what| what != Kind::Seam.name()) {
         out += "<p class=\"soft\">A scan of 5 s over a fixed edge, moving and tilting, shows timing, bracket and sensor.</p>";
     }
     out

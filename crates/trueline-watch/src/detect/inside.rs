@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 pub struct CutWeld<'a> {
     /// Its stretches.
     pub chunks: &'a [Chunk],
-    /// What is known of its seams' bows.
+    /// What is known of its seams' bows and plates.
     pub bow_prior: &'a Quadratic,
     /// Its part.
     pub part: &'a Part,
@@ -29,7 +29,7 @@ pub struct CutWeld<'a> {
 #[must_use]
 pub fn strongest(weld: &CutWeld<'_>, before: &Quadratic) -> Option<(Change, f64)> {
     let mut best: Option<(Change, f64)> = None;
-    let maps = [piece_from_unknowns(weld.part, false), piece_from_unknowns(weld.part, true)];
+    let maps = [false, true].map(|changed| piece_from_unknowns(weld.part, weld.bow_prior.size(), changed));
     let mut base = weld.bow_prior.of_unknowns(&maps[0]);
     let mut level = base.matrix.view_mut((ALL, ALL), (CALIBRATION, CALIBRATION));
     level += &before.matrix;
@@ -59,10 +59,10 @@ pub fn strongest(weld: &CutWeld<'_>, before: &Quadratic) -> Option<(Change, f64)
     best
 }
 
-/// (θ, seams, bows), SI, from (δ, θ₀ in units; seams and bows in SI).
-fn piece_from_unknowns(part: &Part, changed: bool) -> DMatrix<f64> {
+/// (θ, seams, bows and plates), SI, together `size`, from (δ, θ₀ in units; the others in SI).
+fn piece_from_unknowns(part: &Part, size: usize, changed: bool) -> DMatrix<f64> {
     let own = 4 * part.lines.len();
-    let rest = own + 2 * part.lines.len();
+    let rest = size - CALIBRATION;
     let units = |first: usize, count: usize| {
         DMatrix::from_diagonal(&nalgebra::DVector::from_column_slice(&UNITS[first..first + count]))
     };

@@ -4,24 +4,30 @@
 //! level is measured on this weld with every unknown free, so that a change of the calibration is no noise; where
 //! neighbouring residuals are alike, the information is less by (1 − ρ)/(1 + ρ).
 
-use super::linearized::{BOW, LOCAL, Linearized, SEAM, Seam, linearized};
+use super::linearized::{Seam, linearized};
+use super::plate_rows::plate_rows;
+use super::row::{Row, SHARED};
 use super::seam_fit::{LEAST_FEATURES, SeamFit, bow_sigma_m, in_chart};
+use super::unknowns::Unknowns;
 use super::weld_error::WeldError;
 use super::weld_statistic::WeldStatistic;
 use crate::parameters::{CALIBRATION, UNITS};
 use crate::quadratic::Quadratic;
 use crate::reference::{Part, Reference};
 use nalgebra::{DMatrix, DVector, Vector2, Vector4};
+use std::collections::HashSet;
 use trueline_lsq::Loss;
 use trueline_method::evaluate::placed_features::PlacedFeatures;
 use trueline_method::solve::noise_scale::noise_factor;
+use trueline_method::stripe::state::SURFACE_SIGMA_M;
+use trueline_model::Plate;
 
 /// A stretch of a weld.
 #[derive(Clone, Debug)]
 pub struct Chunk {
     /// When it begins, s after the first robot sample.
     pub from_s: f64,
-    /// Evidence about θ, the seams and their bows (κ₂, κ₃ of each seam, last), SI.
+    /// Evidence about θ, the seams, their bows (κ₂, κ₃ of each seam) and, of a weld with whole stripes, their plates, SI.
     pub evidence: Quadratic,
 }
 
@@ -32,7 +38,7 @@ pub struct Evidence {
     pub statistic: WeldStatistic,
     /// The stretches in order of time.
     pub chunks: Vec<Chunk>,
-    /// What is known of the bows of its seams, which is in none of the stretches.
+    /// What is known of the bows of its seams and of its plates, which is in none of the stretches.
     pub bow_prior: Quadratic,
 }
 
@@ -40,15 +46,6 @@ pub struct Evidence {
 pub(crate) const CHUNKS: usize = 16;
 /// Beyond this correlation residuals are no noise at all.
 const MOST_CORRELATION: f64 = 0.95;
-
-/// One feature ready to be summed.
-struct Row {
-    stamp_s: f64,
-    frame: u32,
-    line: usize,
-    linearized: Linearized,
-    weight: f64,
-}
 
 /// Sums a weld at the stored calibration and its own fitted seams, in the chart of its part.
 ///
@@ -63,73 +60,73 @@ pub fn collected(
     let charted: Vec<(Seam, Vector4<f64>)> =
         fits.iter().zip(&part.lines).map(|(fit, line)| in_chart(&fit.seam, line)).collect();
     let seams: Vec<Seam> = charted.iter().map(|(seam, _)| *seam).collect();
-    let mut rows: Vec<Row> = of
-        .list
-        .iter()
-        .filter_map(|feature| {
-            let line = feature.line as usize;
-            let linearized = linearized(of, feature, seams.get(line)?, reference.shape_origin_m)?;
-            Some(Row { stamp_s: feature.stamp_s, frame: feature.frame, line, linearized, weight: 1.0 })
-        })
-        .collect();
+    let mut rows = rows(of, &seams, reference);
+    let unknowns = Unknowns { seams: seams.len(), plates: rows.iter().any(|row| row.plate.is_some()) };
     let factors: Vec<f64> = fits.iter().map(|fit| fit.noise_factor.max(1e-6)).collect();
-    let level = level(&mut rows, &seams, &factors);
+    let level = level(&mut rows, &seams, unknowns, &factors);
     for line in 0..seams.len() {
-        let usable = rows.iter().filter(|row| row.line == line && row.weight > 0.0).count();
+        let usable = rows.iter().filter(|row| row.line == line && row.counts() && row.weight > 0.0).count();
         if usable < LEAST_FEATURES {
             return Err(WeldError::TooFewFeatures { line: line as u32, usable, needed: LEAST_FEATURES });
         }
     }
-    let shift = shift(&charted, seams.len());
+    let shift = shift(&charted, unknowns);
     let share = information_share(level.correlation, rows.len()) / level.factor.powi(2);
-    let chunks = chunks(&rows, seams.len(), share, &shift);
-    let bow_prior = bow_prior(&seams);
+    let chunks = chunks(&rows, unknowns, share, &shift);
+    let bow_prior = bow_prior(&seams, unknowns);
     let mut whole = bow_prior.clone();
     chunks.iter().for_each(|chunk| whole.add(&chunk.evidence));
-    let used = rows.iter().filter(|row| row.weight > 0.0).count();
+    let counted = rows.iter().filter(|row| row.counts()).count();
+    let used = rows.iter().filter(|row| row.counts() && row.weight > 0.0).count();
     let statistic = WeldStatistic {
         evidence: whole.marginal(CALIBRATION + 4 * seams.len()),
         used,
-        outliers: rows.len() - used,
+        outliers: counted - used,
         noise_factor: level.factor,
         correlation: level.correlation,
     };
     Ok(Evidence { statistic, chunks, bow_prior })
 }
 
-/// What is known of the bows before any feature.
-fn bow_prior(seams: &[Seam]) -> Quadratic {
-    let mut prior = Quadratic::nothing(size(seams.len()));
+/// What is seen of the seams, by rising stamp: of an image that shows both plates of a seam their stripes, whose crossing the seam
+/// point is, and else the seam point.
+fn rows(of: &PlacedFeatures, seams: &[Seam], reference: &Reference) -> Vec<Row> {
+    let mut rows = plate_rows(of, seams, reference.shape_origin_m);
+    let striped: HashSet<(u64, usize)> = rows.iter().map(|row| (row.stamp_s.to_bits(), row.line)).collect();
+    rows.extend(of.list.iter().filter_map(|feature| {
+        let line = feature.line as usize;
+        if striped.contains(&(feature.stamp_s.to_bits(), line)) {
+            return None;
+        }
+        Some(Row::of_feature(feature, &linearized(of, feature, seams.get(line)?, reference.shape_origin_m)?))
+    }));
+    rows.sort_by(|a, b| a.stamp_s.total_cmp(&b.stamp_s));
+    rows
+}
+
+/// A roll is known to a turn, which is nothing, and yet has an inverse.
+const ROLL_SIGMA_RAD: f64 = 1.0;
+
+/// What is known of bows and plates before anything is seen.
+fn bow_prior(seams: &[Seam], unknowns: Unknowns) -> Quadratic {
+    let mut prior = Quadratic::nothing(unknowns.size());
     for (k, seam) in seams.iter().enumerate() {
-        for column in bow(k, seams.len())..bow(k, seams.len()) + 2 {
+        for column in unknowns.bow(k)..unknowns.bow(k) + 2 {
             prior.matrix[(column, column)] = bow_sigma_m(seam.half_length_m).powi(-2);
+        }
+    }
+    for roll in unknowns.rolls() {
+        prior.matrix[(roll, roll)] = ROLL_SIGMA_RAD.powi(-2);
+        for surface in roll + 1..=roll + Plate::SURFACE {
+            prior.matrix[(surface, surface)] = SURFACE_SIGMA_M.powi(-2);
         }
     }
     prior
 }
 
-const fn size(seams: usize) -> usize {
-    CALIBRATION + 6 * seams
-}
-
-const fn bow(seam: usize, seams: usize) -> usize {
-    CALIBRATION + 4 * seams + 2 * seam
-}
-
-/// Where a local column of a seam's feature lies among all.
-const fn place(local: usize, seam: usize, seams: usize) -> usize {
-    if local < SEAM {
-        local
-    } else if local < BOW {
-        CALIBRATION + 4 * seam + local - SEAM
-    } else {
-        bow(seam, seams) + local - BOW
-    }
-}
-
 /// The seams' places in the part's chart: evidence is counted from there and not from the fitted seams.
-fn shift(charted: &[(Seam, Vector4<f64>)], seams: usize) -> DVector<f64> {
-    let mut shift = DVector::zeros(size(seams));
+fn shift(charted: &[(Seam, Vector4<f64>)], unknowns: Unknowns) -> DVector<f64> {
+    let mut shift = DVector::zeros(unknowns.size());
     for (k, (_, step)) in charted.iter().enumerate() {
         shift.rows_mut(CALIBRATION + 4 * k, 4).copy_from(step);
     }
@@ -142,20 +139,20 @@ struct Level {
 }
 
 /// The noise of a weld with everything free; sets the weights.
-fn level(rows: &mut [Row], seams: &[Seam], factors: &[f64]) -> Level {
+fn level(rows: &mut [Row], seams: &[Seam], unknowns: Unknowns, factors: &[f64]) -> Level {
     let loss = Loss::Tukey { scale: 8.0 };
     let first = factors.iter().copied().fold(0.0, f64::max);
     let mut level = Level { factor: first, correlation: 0.0 };
     for _ in 0..3 {
-        let mut all = bow_prior(seams);
+        let mut all = bow_prior(seams, unknowns);
         // θ is as good as free: a hundred units are 10 ms, 5°, 10 mm.
         for (k, unit) in UNITS.iter().take(CALIBRATION).enumerate() {
             all.matrix[(k, k)] += (100.0 * unit).powi(-2);
         }
-        all.add(&summed(rows, seams.len(), level.factor.powi(-2)));
+        all.add(&summed(rows, unknowns, level.factor.powi(-2)));
         let estimate = all.matrix.clone().cholesky().map(|root| root.solve(&all.vector));
         let whitened: Vec<Option<Vector2<f64>>> =
-            rows.iter().map(|row| left_over(row, seams.len(), estimate.as_ref())).collect();
+            rows.iter().map(|row| row.left_over(unknowns, estimate.as_ref())).collect();
         let squared: Vec<f64> = whitened.iter().flatten().map(Vector2::norm_squared).collect();
         level.factor = noise_factor(&squared).max(1e-3);
         for (row, left) in rows.iter_mut().zip(&whitened) {
@@ -166,28 +163,17 @@ fn level(rows: &mut [Row], seams: &[Seam], factors: &[f64]) -> Level {
     level
 }
 
-/// A feature's whitened residual at the estimate of everything.
-fn left_over(row: &Row, seams: usize, estimate: Option<&DVector<f64>>) -> Option<Vector2<f64>> {
-    let one = &row.linearized;
-    let mut residual = one.residual;
-    if let Some(x) = estimate {
-        for local in 0..LOCAL {
-            residual += one.jacobian.column(local) * x[place(local, row.line, seams)];
-        }
-    }
-    Some(one.total_covariance().cholesky()?.l().try_inverse()? * residual)
-}
-
-/// Correlation of a seam's residuals from one feature to its next; outliers are no neighbours.
+/// Correlation of the residuals of a seam, or of one of its plates, from one image to the next; outliers are no neighbours.
 fn correlation(rows: &[Row], whitened: &[Option<Vector2<f64>>]) -> f64 {
     let (mut product, mut power) = (0.0, 0.0);
     let mut before: Vec<Option<Vector2<f64>>> = Vec::new();
     for (row, left) in rows.iter().zip(whitened) {
         let Some(left) = left.filter(|_| row.weight > 0.5) else { continue };
-        if before.len() <= row.line {
-            before.resize(row.line + 1, None);
+        let own = 3 * row.line + row.plate.map_or(0, |plate| 1 + plate);
+        if before.len() <= own {
+            before.resize(own + 1, None);
         }
-        if let Some(last) = before[row.line].replace(left) {
+        if let Some(last) = before[own].replace(left) {
             product += last.dot(&left);
             power += 0.5 * (last.norm_squared() + left.norm_squared());
         }
@@ -206,7 +192,7 @@ fn information_share(correlation: f64, features: usize) -> f64 {
     (1.0 - rho) / (1.0 + rho)
 }
 
-fn chunks(rows: &[Row], seams: usize, share: f64, shift: &DVector<f64>) -> Vec<Chunk> {
+fn chunks(rows: &[Row], unknowns: Unknowns, share: f64, shift: &DVector<f64>) -> Vec<Chunk> {
     let first = rows.first().map_or(0.0, |row| row.stamp_s);
     let last = rows.last().map_or(0.0, |row| row.stamp_s);
     let length = (last - first).max(1e-9) / CHUNKS as f64;
@@ -215,7 +201,7 @@ fn chunks(rows: &[Row], seams: usize, share: f64, shift: &DVector<f64>) -> Vec<C
             let from_s = first + k as f64 * length;
             let begin = rows.partition_point(|row| k > 0 && row.stamp_s < from_s);
             let end = rows.partition_point(|row| k + 1 == CHUNKS || row.stamp_s < from_s + length);
-            let mut evidence = summed(&rows[begin.min(end)..end], seams, share);
+            let mut evidence = summed(&rows[begin.min(end)..end], unknowns, share);
             let moved = &evidence.matrix * shift;
             evidence.vector += moved;
             Chunk { from_s, evidence }
@@ -223,13 +209,13 @@ fn chunks(rows: &[Row], seams: usize, share: f64, shift: &DVector<f64>) -> Vec<C
         .collect()
 }
 
-/// Sums features image by image, times a share.
-fn summed(rows: &[Row], seams: usize, share: f64) -> Quadratic {
-    let mut sum = Quadratic::nothing(size(seams));
-    for image in rows.chunk_by(|a, b| a.frame == b.frame) {
+/// Sums rows image by image, times a share.
+fn summed(rows: &[Row], unknowns: Unknowns, share: f64) -> Quadratic {
+    let mut sum = Quadratic::nothing(unknowns.size());
+    for image in rows.chunk_by(|a, b| a.stamp_s.to_bits() == b.stamp_s.to_bits()) {
         let used: Vec<&Row> = image.iter().filter(|row| row.weight > 0.0).collect();
         if !used.is_empty() {
-            add_image(&mut sum, &used, seams);
+            add_image(&mut sum, &used, unknowns);
         }
     }
     sum.matrix *= share;
@@ -237,22 +223,19 @@ fn summed(rows: &[Row], seams: usize, share: f64) -> Quadratic {
     sum
 }
 
-fn add_image(sum: &mut Quadratic, rows: &[&Row], seams: usize) {
+fn add_image(sum: &mut Quadratic, rows: &[&Row], unknowns: Unknowns) {
     let n = 2 * rows.len();
     let mut covariance = DMatrix::zeros(n, n);
-    let mut shared = DMatrix::zeros(n, 4);
-    let mut jacobian = DMatrix::zeros(n, size(seams));
+    let mut shared = DMatrix::zeros(n, SHARED);
+    let mut jacobian = DMatrix::zeros(n, unknowns.size());
     let mut residual = DVector::zeros(n);
     for (k, row) in rows.iter().enumerate() {
-        let one = &row.linearized;
-        covariance.view_mut((2 * k, 2 * k), (2, 2)).copy_from(&(one.covariance / row.weight));
-        // A feature of little weight is one of large errors, whoever made them.
-        shared.view_mut((2 * k, 0), (2, 4)).copy_from(&(one.shared / row.weight.sqrt()));
-        residual.rows_mut(2 * k, 2).copy_from(&one.residual);
-        for local in 0..LOCAL {
-            jacobian
-                .view_mut((2 * k, place(local, row.line, seams)), (2, 1))
-                .copy_from(&one.jacobian.column(local));
+        covariance.view_mut((2 * k, 2 * k), (2, 2)).copy_from(&(row.covariance / row.weight));
+        // A row of little weight is one of large errors, whoever made them.
+        shared.view_mut((2 * k, 0), (2, SHARED)).copy_from(&(row.shared / row.weight.sqrt()));
+        residual.rows_mut(2 * k, 2).copy_from(&row.residual);
+        for (local, place) in row.columns(unknowns) {
+            jacobian.view_mut((2 * k, place), (2, 1)).copy_from(&row.jacobian.column(local));
         }
     }
     covariance += &shared * shared.transpose();

@@ -2,7 +2,10 @@
 
 pub mod evidence;
 pub mod linearized;
+pub(crate) mod plate_rows;
+pub(crate) mod row;
 pub(crate) mod seam_fit;
+pub(crate) mod unknowns;
 pub mod weld;
 pub(crate) mod weld_error;
 pub(crate) mod weld_statistic;

@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 use trueline_dataset::{Guess, Recording};
 use trueline_geometry::Line;
 use trueline_method::Config;
-use trueline_method::evaluate::placed_features::{PlacedFeatures, place};
+use trueline_method::evaluate::placed_features::{PlacedFeatures, place_with_stripes};
 use trueline_method::input::timestamps::Dejittered;
 
 /// A weld whose seams are fitted by the stored calibration.
@@ -51,7 +51,7 @@ impl Weld {
 }
 
 fn placed(recording: &Recording, by: &Guess, dejittered: Dejittered) -> Result<PlacedFeatures, WeldError> {
-    Ok(place(recording, by, dejittered, &Config::default())?)
+    Ok(place_with_stripes(recording, by, dejittered, &Config::default())?)
 }
 
 /// Where the shape of the laser plane is counted from: the middle of what a first weld saw, to a millimetre.
