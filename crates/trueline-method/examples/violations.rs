@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use trueline_dataset::{Guess, Measured, Recording, Sensor};
 use trueline_geometry::se3;
 use trueline_method::order_statistics::median;
-use trueline_method::{Calibration, Config, Reason, Status, Warning, calibrate};
+use trueline_method::{Calibration, Config, DrawnLine, Reason, SensorMode, Status, Warning, calibrate};
 use trueline_model::LaserSheet;
 use trueline_sim::capture::{SheetAxes, measure};
 use trueline_sim::{Fault, Preset, Scenario, random_cell, simulate_with_faults};
@@ -24,12 +24,16 @@ enum Wrong {
     Scenario(fn(&mut Scenario)),
     /// A guess that is wrong.
     Guess(fn(&mut Guess)),
+    /// Faults on a scan whose sensor is held as its file says.
+    Held(&'static [&'static str]),
+    /// A seam that is held where it was drawn, so many metres beside where it is and known to 0.1 mm.
+    Drawn(f64),
 }
 
-use Wrong::{Faults, Guess as Guessed, Scenario as Changed, Weak};
+use Wrong::{Drawn, Faults, Guess as Guessed, Held, Scenario as Changed, Weak};
 
 /// Each row with its name.
-const ROWS: [(&str, Wrong); 85] = [
+const ROWS: [(&str, Wrong); 93] = [
     ("none", Faults(&[])),
     ("none, weak scan", Weak(&[])),
     ("plane offset 0.05 mm", Faults(&["plane-offset=0.05"])),
@@ -121,7 +125,34 @@ const ROWS: [(&str, Wrong); 85] = [
         "guess with its rotation transposed",
         Guessed(|g| g.tool_from_camera.rotation = g.tool_from_camera.rotation.inverse()),
     ),
+    ("sensor held, none", Held(&[])),
+    ("sensor held, plane offset 0.25 mm", Held(&["plane-offset=0.25"])),
+    ("sensor held, plane tilt 0.5° about the stripe", Held(&["plane-tilt-stripe=0.5"])),
+    ("sensor held, robot arm 0.3 mm", Held(&["robot-arm=0.3"])),
+    ("seam drawn where it is", Drawn(0.0)),
+    ("seam drawn 0.1 mm beside, one sigma", Drawn(1e-4)),
+    ("seam drawn 1 mm beside", Drawn(1e-3)),
+    ("seam drawn 5 mm beside", Drawn(5e-3)),
 ];
+
+const DRAWN_SIGMA_M: f64 = 1e-4;
+
+/// The options of a row.
+fn config(wrong: &Wrong, recording: &Recording) -> Option<Config> {
+    let config = Config::default();
+    Some(match wrong {
+        Held(_) => Config { sensor: SensorMode::Fixed, ..config },
+        Drawn(beside_m) => {
+            let line = recording.truth.as_ref()?.lines.first()?;
+            let amid = recording.robot.get(recording.robot.len() / 2)?.base_from_tool.translation.vector;
+            let amid = line.anchored_near(&amid).anchor() + line.axes().column(1) * *beside_m;
+            // Two points that are 200 mm apart.
+            let ends = [-0.1, 0.1].map(|along| amid + line.direction() * along);
+            Config { drawn_lines: vec![DrawnLine::through(0, ends, DRAWN_SIGMA_M)?], ..config }
+        }
+        Faults(_) | Weak(_) | Changed(_) | Guessed(_) => config,
+    })
+}
 
 /// Turned about an oblique axis.
 fn turn(guess: &mut Guess, angle_deg: f64) {
@@ -187,8 +218,10 @@ fn scan(wrong: &Wrong, seed: u64, said: &mut BTreeMap<String, usize>) -> Option<
     let preset = if matches!(wrong, Weak(_)) { Preset::Weak } else { Preset::Good };
     let mut scenario = random_cell(&preset.scenario(), seed, 0.1);
     let faults: Vec<Fault> = match wrong {
-        Faults(faults) | Weak(faults) => faults.iter().filter_map(|fault| fault.parse().ok()).collect(),
-        Changed(_) | Guessed(_) => Vec::new(),
+        Faults(faults) | Weak(faults) | Held(faults) => {
+            faults.iter().filter_map(|fault| fault.parse().ok()).collect()
+        }
+        Changed(_) | Guessed(_) | Drawn(_) => Vec::new(),
     };
     if let Changed(change) = wrong {
         change(&mut scenario);
@@ -203,7 +236,7 @@ fn scan(wrong: &Wrong, seed: u64, said: &mut BTreeMap<String, usize>) -> Option<
         }
         _ => None,
     };
-    match calibrate(&recording, guess.as_ref(), &Config::default()) {
+    match calibrate(&recording, guess.as_ref(), &config(wrong, &recording)?) {
         Ok(result) => {
             let codes = result.reasons().iter().map(Reason::code);
             let codes = codes.chain(result.warnings().iter().map(Warning::code));
