@@ -16,6 +16,7 @@ use trueline_plan::{Criterion, Shape, cell_toml};
   trueline plan plan/cell.toml --out better --duration-s 30
   trueline plan cell.toml --out quick --want translation=0.05mm,rotation=0.02deg,time=0.1ms
   trueline plan cell.toml --out seam --want seam=0.15mm
+  trueline plan --example --use stripe --out stripes && trueline simulate --plan stripes --plates --out stripe-scan
   trueline plan cell.toml --out cell --program krl,ls      # programs for KUKA and FANUC beside path.csv
   trueline plan cell.toml --calibration result.json --out second   # a scan with a good guess shows more
   trueline simulate --plan plan --out scan && trueline calibrate scan
@@ -50,14 +51,14 @@ pub struct PlanArgs {
     /// Longest scan that may be planned for --want, s [default: 60]
     #[arg(long, requires = "want", conflicts_with = "duration_s")]
     pub longest_s: Option<f64>,
-    /// Sigmas to reach, of noise alone: translation=0.05mm,rotation=0.02deg,time=0.1ms; and the seam error with robot, sensor and
-    /// bias: seam=0.05mm (any of them)
+    /// What to reach: sigmas of noise alone, translation=0.05mm,rotation=0.02deg,time=0.1ms, and the seam error, which includes robot, sensor
+    /// and bias, seam=0.15mm (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse_want)]
     pub want: Option<Want>,
     /// Robot programs of the path to write beside it
     #[arg(long, value_delimiter = ',', value_parser = one_of(&PROGRAMS))]
     pub program: Vec<Language>,
-    /// What `calibrate --use` will use; whole stripes need two tables `plates` in the cell's file that hold the seam
+    /// What `calibrate --use` will use; whole stripes need the two plates that meet in the seam, `[[plates]]`, in the cell's file
     #[arg(long = "use", value_name = "WHAT", value_parser = one_of(&MEASUREMENTS), default_value = "seam")]
     pub measurements: Measurements,
     /// How sigmas become one number
@@ -72,9 +73,9 @@ pub struct PlanArgs {
     /// Seed of the search
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Paths that are tried for each kind of path: a quarter of them anywhere, the rest near the best of these
-    #[arg(long, default_value_t = 8_000)]
-    pub tries: usize,
+    /// Paths to try for each kind of path: a quarter of them anywhere, the rest near the best of those [default: 8000; 5000 with --use stripe]
+    #[arg(long)]
+    pub tries: Option<usize>,
     /// Threads; one for each core if not given. The plan does not depend on it
     #[arg(long)]
     pub threads: Option<NonZeroUsize>,
@@ -119,5 +120,9 @@ static SHAPES: [Choice<Shapes>; 6] = [
     ("c", "Once along the seam in one bow", &[Shape::C]),
     ("two-passes", "There and back", &[Shape::TwoPasses]),
     ("three-passes", "There, back, and there again", &[Shape::ThreePasses]),
-    ("spun", "There, then back with the sensor spun by half a turn", &[Shape::Spun]),
+    (
+        "spun",
+        "There, then back with the sensor spun by half a turn: against a bias of the feature, and worse against noise",
+        &[Shape::Spun],
+    ),
 ];

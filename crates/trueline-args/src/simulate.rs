@@ -19,6 +19,7 @@ use trueline_sim::{Fault, Joint, Look, Preset};
   trueline simulate --weave-frame sensor --lateral-hz 0.75 --range-hz 0.75 --out alias
   trueline simulate --preset two-lines --noise-free --out exact
   trueline simulate --plan plan --seed 3 --out planned-scan
+  trueline simulate --plan stripe-plan --plates --out planned-stripes   # a plan made with --use stripe
   trueline simulate --production 60 --layout box-weave --change timing=0.5@40 --out production
   trueline simulate --preset paper --plates --bow-mm 0.2 --out stripes
   trueline simulate --preset profiler --plates --out profiles

@@ -8,8 +8,8 @@ use trueline_sim::{PlateForm, Plates};
 #[group(id = "of_plates")]
 pub struct PlatesArgs {
     /// Whole stripes on two plates: a camera gives stripes.csv and features.csv, a profiler profiles.csv. With --production each weld
-    /// has them
-    #[arg(long, conflicts_with_all = ["images", "plan", "faults"])]
+    /// has them; with --plan they are those of the plan's cell
+    #[arg(long, conflicts_with_all = ["images", "faults"])]
     pub plates: bool,
     /// Bow of both plates across and along, mm at 25 mm from the seam and 100 mm along it
     #[arg(long, requires = "plates", default_value_t = 0.0, allow_hyphen_values = true, value_parser = number::any)]
@@ -20,20 +20,20 @@ pub struct PlatesArgs {
     /// Roughness, one standard deviation, mm
     #[arg(long, requires = "plates", default_value_t = 0.0, value_parser = number::zero_or_more)]
     pub roughness_mm: f64,
-    /// Angle between the plates, degrees
-    #[arg(long, requires = "plates", default_value_t = 90.0, value_parser = number::opening_deg)]
-    pub plates_deg: f64,
-    /// Noise of the stripe in one column of a picture, px
-    #[arg(long, requires = "plates", default_value_t = 0.5, value_parser = number::above_zero)]
-    pub column_noise_px: f64,
+    /// Angle between the plates, degrees [default: 90]
+    #[arg(long, requires = "plates", conflicts_with = "plan", value_parser = number::opening_deg)]
+    pub plates_deg: Option<f64>,
+    /// Noise of the stripe in one column of a picture, px [default: 0.5; with --plan the cell's feature_px]
+    #[arg(long, requires = "plates", value_parser = number::above_zero)]
+    pub column_noise_px: Option<f64>,
 }
 
 /// What is left of the stripe's noise where there is to be none, px: the weight of a column is finite.
 const NOISE_FREE_PX: f64 = 1e-6;
 
 impl PlatesArgs {
-    /// The plates.
-    pub fn plates(&self, noise_free: bool) -> Plates {
+    /// The plates; what is not said of them is as in `usual`.
+    pub fn plates(&self, usual: Plates, noise_free: bool) -> Plates {
         let form = PlateForm {
             across: self.bow_mm * 1e-3,
             along: self.bow_mm * 1e-3,
@@ -41,11 +41,15 @@ impl PlatesArgs {
             ..PlateForm::default()
         };
         Plates {
-            opening_rad: self.plates_deg.to_radians(),
+            opening_rad: self.plates_deg.map_or(usual.opening_rad, f64::to_radians),
             forms: [form; 2],
             roughness_m: self.roughness_mm * 1e-3,
-            column_sigma_px: if noise_free { NOISE_FREE_PX } else { self.column_noise_px },
-            ..Plates::default()
+            column_sigma_px: if noise_free {
+                NOISE_FREE_PX
+            } else {
+                self.column_noise_px.unwrap_or(usual.column_sigma_px)
+            },
+            ..usual
         }
     }
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use trueline_dataset::{Error, Problem, robot_csv};
 use trueline_experiments::planned;
-use trueline_plan::{CellFiles, cell_toml};
+use trueline_plan::{Cell, CellFiles, cell_toml};
 use trueline_sim::{FollowedPath, Scenario};
 
 /// The poses to follow.
@@ -42,6 +42,8 @@ pub(crate) struct PlannedScan {
     pub scenario: Scenario,
     /// The path.
     pub path: FollowedPath,
+    /// The cell as it was guessed.
+    pub cell: Cell,
 }
 
 /// Reads the plan in a folder as a scan to simulate: hand-eye and line are off the guess at random, by as much as the
@@ -59,5 +61,5 @@ pub(crate) fn read(folder: &Path, exact_guess: bool, seed: u64) -> Result<Planne
         .map_err(|error| Failure::new(format!("{}: {error}", file.display()), "plan it again"))?;
     let scenario = planned::scenario(&cell, path.duration_s(), (!exact_guess).then_some(seed))
         .map_err(|error| Failure::new(error.to_string(), error.hint()))?;
-    Ok(PlannedScan { scenario, path })
+    Ok(PlannedScan { scenario, path, cell })
 }

@@ -1,8 +1,9 @@
 //! The cell of a plan as a scenario to simulate.
 
+use nalgebra::{UnitVector3, Vector3};
 use trueline_dataset::Sensor;
-use trueline_plan::{Cell, PlanError, View};
-use trueline_sim::{Between, Disturbance, Preset, Scenario, SensorModel, Timing};
+use trueline_plan::{Cell, PlanError, View, stripes_ahead};
+use trueline_sim::{Between, Disturbance, Plates, Preset, Scenario, SensorModel, Timing};
 
 /// Why a plan cannot be simulated.
 #[derive(Debug, thiserror::Error)]
@@ -56,6 +57,26 @@ pub fn scenario(cell: &Cell, duration_s: f64, off_guess: Option<u64>) -> Result<
         ..Disturbance::default()
     };
     Ok(scenario)
+}
+
+/// The two plates of a cell as the simulator has them, about the line of a scenario of it: turns the scenario's approach to halfway between
+/// them. Their columns are as noisy as a feature is expected to be. `None` if the cell does not name two plates that hold its seam.
+#[must_use]
+pub fn plates(cell: &Cell, scenario: &mut Scenario) -> Option<Plates> {
+    let [one, other] = stripes_ahead::plates(cell)?;
+    let along = cell.seam.direction()?.into_inner();
+    // From the seam along each plate, to the free side of the other.
+    let outward = |normal: &Vector3<f64>, free: &Vector3<f64>| {
+        let out = along.cross(normal).normalize();
+        out * out.dot(free).signum()
+    };
+    let [one_out, other_out] = [outward(&one.normal, &other.normal), outward(&other.normal, &one.normal)];
+    scenario.cell.approach = UnitVector3::try_new(-(one_out + other_out), 1e-6)?;
+    Some(Plates {
+        opening_rad: one_out.angle(&other_out),
+        column_sigma_px: cell.noise.feature_px,
+        ..Plates::default()
+    })
 }
 
 fn sensor_model(cell: &Cell) -> Result<SensorModel, PlannedError> {

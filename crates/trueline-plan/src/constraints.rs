@@ -70,7 +70,7 @@ impl Constraint {
     pub fn name(self) -> &'static str {
         match self {
             Self::Speed => "speed",
-            Self::TipSpeed => "speed of what the tool carries",
+            Self::TipSpeed => "tip speed",
             Self::Acceleration => "acceleration",
             Self::Jerk => "jerk",
             Self::TurnRate => "angular speed",
@@ -78,13 +78,36 @@ impl Constraint {
             Self::TurnJerk => "angular jerk",
             Self::Workspace => "workspace",
             Self::View => "field of view",
-            Self::SeamEnds => "length of the seam",
-            Self::Reach => "reach of the arm",
-            Self::JointRange => "range of the joints",
-            Self::JointSpeed => "speed of the joints",
-            Self::JointAcceleration => "acceleration of the joints",
-            Self::Wrist => "way to the wrist's singularity",
-            Self::Clearance => "room above the plates",
+            Self::SeamEnds => "frames past the seam's ends",
+            Self::Reach => "reach",
+            Self::JointRange => "joint range",
+            Self::JointSpeed => "joint speed",
+            Self::JointAcceleration => "joint acceleration",
+            Self::Wrist => "margin to the wrist singularity",
+            Self::Clearance => "clearance to the plates",
+        }
+    }
+
+    /// The name in files.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::TipSpeed => "speed_of_what_the_tool_carries",
+            Self::Acceleration => "acceleration",
+            Self::Jerk => "jerk",
+            Self::TurnRate => "angular_speed",
+            Self::TurnAcceleration => "angular_acceleration",
+            Self::TurnJerk => "angular_jerk",
+            Self::Workspace => "workspace",
+            Self::View => "field_of_view",
+            Self::SeamEnds => "length_of_the_seam",
+            Self::Reach => "reach_of_the_arm",
+            Self::JointRange => "range_of_the_joints",
+            Self::JointSpeed => "speed_of_the_joints",
+            Self::JointAcceleration => "acceleration_of_the_joints",
+            Self::Wrist => "way_to_the_wrist's_singularity",
+            Self::Clearance => "room_above_the_plates",
         }
     }
 

@@ -1,6 +1,7 @@
 //! The numbers that a path is made of, and the box that they are searched in.
 
 use crate::limits::Limits;
+use crate::seam::Seam;
 use crate::shape::Shape;
 
 /// One harmonic of a sweep.
@@ -86,8 +87,17 @@ const RAMP_S: [f64; 2] = [0.4, 2.0];
 /// Widest sweep along the stripe to either side: 30°.
 const STRIPE: f64 = 0.577;
 
-/// Least part of a seam that is scanned.
-const LEAST_SHARE: f64 = 0.05;
+/// At least so much of a seam is scanned, m: on less the answer would hang on one bead, tack or dent, and the seam's direction on almost
+/// nothing.
+const LEAST_LENGTH_M: f64 = 0.05;
+/// Of a short seam this part will do, for its ends may be elsewhere.
+const LEAST_SHARE: f64 = 1.0 / 3.0;
+
+/// The least part of a seam that is scanned.
+#[must_use]
+pub(crate) fn least_share(seam: &Seam) -> f64 {
+    (LEAST_LENGTH_M / seam.length_m()).min(LEAST_SHARE)
+}
 
 /// Numbers of a design: ramp, share and centre of the seam; for each sweep its reach, how its two harmonics share that,
 /// and two frequencies and phases; for all but the one along the stripe a mean.
@@ -97,7 +107,7 @@ pub const DIMENSION: usize = 3 + 6 + 4 * 7;
 /// limits of stand-off and tilt.
 #[must_use]
 pub(crate) fn from_unit_box(
-    limits: &Limits,
+    (limits, seam): (&Limits, &Seam),
     shape: Shape,
     duration_s: f64,
     unit: &[f64; DIMENSION],
@@ -106,7 +116,7 @@ pub(crate) fn from_unit_box(
     let mut next = |low: f64, high: f64| low + (high - low) * rest.next().unwrap_or(0.5);
     let longest_ramp_s = RAMP_S[1].min(0.25 * duration_s);
     let ramp_s = next(RAMP_S[0].min(longest_ramp_s), longest_ramp_s);
-    let length_share = next(LEAST_SHARE, 1.0);
+    let length_share = next(least_share(seam), 1.0);
     let centre = 0.5 * (1.0 - length_share) * next(-1.0, 1.0);
     let reach = next(0.0, STRIPE);
     let mut stripe = Sweep { mean: 0.0, swings: swings(reach, &mut next) };

@@ -50,6 +50,20 @@ impl Default for PlanRequest {
     }
 }
 
+/// What the sigmas of noise add to a wanted seam error: of two paths that leave about the same of it, the one with the smaller sigmas is
+/// the better one.
+const TIE_BREAK: f64 = 0.04;
+
+impl PlanRequest {
+    /// The score of a path that leaves so many times the seam error that is wanted, and has a score by its sigmas. Sigmas that were asked for
+    /// count as much as the seam error.
+    #[must_use]
+    pub(crate) fn seam_score(&self, of_wanted: f64, by_sigmas: f64) -> f64 {
+        let worst = if self.goal == Goal::default() { of_wanted } else { of_wanted.max(by_sigmas) };
+        worst * (1.0 + TIE_BREAK * by_sigmas)
+    }
+}
+
 /// A planned scan.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -67,7 +81,7 @@ pub struct Plan {
     pub joints: Option<JointPath>,
     /// Share of those cells that see each frame.
     pub seen_by: Vec<SeenBy>,
-    /// Its score: see [`Goal::score`]; where a seam error is wanted, that over what is wanted.
+    /// Its score: see [`Goal::score`]; where a seam error is wanted, about that over what is wanted.
     pub score: f64,
     /// The point of the unit box that the motion stands for.
     pub(crate) point: DVector<f64>,
@@ -99,7 +113,7 @@ pub enum PlanError {
     NoPlates,
     /// No motion keeps to the limits.
     #[error(
-        "no scan of {duration_s} s keeps to all limits: the best would use {percent:.0} % of the {name} allowed",
+        "no scan of {duration_s} s keeps to all limits: the best one found needs {percent:.0} % of what is allowed for {name}",
         percent = 100.0 * used, name = constraint.name()
     )]
     NoRoom {
@@ -161,7 +175,8 @@ impl PlanError {
         match self {
             Self::NoSeam => "give the points where the scan begins and ends",
             Self::NoPlates => {
-                "two [[plates]], each with its normal into the free side; a point_mm of a plate is to be on it where it holds the seam"
+                "add two tables [[plates]] to cell.toml, each with its normal, which points out of the plate into the free side; the planes run \
+                 through the seam, or through point_mm"
             }
             Self::NoRoom { constraint: Constraint::View, .. } => {
                 "measure the guess better and lower [guess_error]: 95 % of the cells that it allows must see the seam in 95 % of \

@@ -308,7 +308,7 @@ impl Designs<'_> {
     fn motion(&self, point: &DVector<f64>) -> Option<(Motion, Constraints)> {
         let Place { cell, ask, .. } = self.place;
         let unit: &[f64; DIMENSION] = point.as_slice().try_into().ok()?;
-        let design = from_unit_box(&cell.limits, self.shape, ask.duration_s, unit);
+        let design = from_unit_box((&cell.limits, &cell.seam), self.shape, ask.duration_s, unit);
         // Mostly a rougher look is enough to find the pace.
         let motion = Motion::new(cell, design);
         if !motion.has_time() {
@@ -352,11 +352,13 @@ impl Designs<'_> {
         let Some(covariance) = measured.covariance() else {
             return measured.prediction().map_or(BROKEN, |prediction| unseen(prediction.rank));
         };
+        let by_sigmas = ask.goal.smooth_score(&covariance);
         let score = match &ask.seam {
             Some(goal) => {
-                measured.seam_error_m(goal, cell, &sights, &seen_by).map(|left_m| left_m / goal.wanted_m)
+                let left_m = measured.seam_error_m(goal, cell, &sights, &seen_by);
+                left_m.map(|left_m| ask.seam_score(left_m / goal.wanted_m, by_sigmas))
             }
-            None => Some(ask.goal.smooth_score(&covariance)),
+            None => Some(by_sigmas),
         };
         score.map_or(UNSEEN, |score| score.min(UNSEEN))
     }
@@ -374,9 +376,13 @@ impl Designs<'_> {
         let (constraints, joints) = self.place.with_arm(constraints, &motion, PATH_PERIOD_S);
         let measured = target.measured(cell, truth, &sights, &seen_by);
         let prediction = measured.prediction()?;
+        let by_sigmas = ask.goal.score(&prediction.covariance);
         let score = match &ask.seam {
-            Some(goal) => measured.seam_error_m(goal, cell, &sights, &seen_by)? / goal.wanted_m,
-            None => ask.goal.score(&prediction.covariance),
+            Some(goal) => {
+                let left_m = measured.seam_error_m(goal, cell, &sights, &seen_by)?;
+                ask.seam_score(left_m / goal.wanted_m, by_sigmas)
+            }
+            None => by_sigmas,
         };
         Some(Plan { motion, target: *target, prediction, constraints, loss, joints, seen_by, score, point })
     }

@@ -88,7 +88,7 @@ pub(crate) fn knowledge(
     setup: &SensorSetup,
 ) -> Option<(ShapeCovariance, RobotSigmas, f64, f64)> {
     let config = Config::default();
-    let middling = from_unit_box(&cell.limits, Shape::TwoPasses, MIDDLING_S, &[0.5; DIMENSION]);
+    let middling = from_unit_box((&cell.limits, &cell.seam), Shape::TwoPasses, MIDDLING_S, &[0.5; DIMENSION]);
     let recording = cast(cell, setup, Measurements::Seam, &Motion::new(cell, middling))?;
     let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
     let observed = observations::observe(&recording, &sampling, &config).ok()?;

@@ -1,6 +1,7 @@
 //! A plan that is rehearsed before it is given out: no path with aliases if there is another, and one for a wanted seam error.
 
 use crate::cell::Cell;
+use crate::criterion::Goal;
 use crate::plan::{Plan, PlanError, PlanRequest};
 use crate::planner::finalists;
 use crate::rehearsal::{Rehearsal, rehearse};
@@ -14,14 +15,29 @@ pub struct RehearsedPlan {
     pub plan: Plan,
     /// What calibrating its scan says; `None` if that cannot be done.
     pub rehearsal: Option<Rehearsal>,
+    /// The longer scans that were planned as well, and not chosen: duration, s, and the seam error that each leaves, m.
+    pub longer: Vec<(f64, f64)>,
 }
 
 impl RehearsedPlan {
-    /// Whether the seam error stays below a limit, m.
+    fn of(cell: &Cell, setup: &SensorSetup, ask: &PlanRequest, plan: Plan) -> Self {
+        let rehearsal = rehearse(cell, setup, ask.measurements, &plan.motion);
+        Self { plan, rehearsal, longer: Vec::new() }
+    }
+
+    /// The seam error, m; infinite where none can be told.
     #[must_use]
-    pub fn reaches_seam_error(&self, wanted_m: f64) -> bool {
+    pub fn seam_error_m(&self) -> f64 {
         let error = self.rehearsal.as_ref().and_then(|rehearsal| rehearsal.seam_error);
-        error.is_some_and(|error| error.rms_m <= wanted_m)
+        error.map_or(f64::INFINITY, |error| error.rms_m)
+    }
+
+    /// By how many times what is asked for is missed: a seam error, and the sigmas where they were asked for too. At most 1 if all is reached.
+    #[must_use]
+    pub fn missed_by(&self, ask: &PlanRequest) -> f64 {
+        let seam = ask.seam.as_ref().map_or(f64::INFINITY, |goal| self.seam_error_m() / goal.wanted_m);
+        let by_sigmas = ask.goal.missed_by(&self.plan.prediction.covariance);
+        if ask.goal == Goal::default() { seam } else { seam.max(by_sigmas) }
     }
 }
 
@@ -39,11 +55,7 @@ pub fn without_alias(
     ask: &PlanRequest,
     planner: impl Fn(&PlanRequest) -> Result<Plan, PlanError>,
 ) -> Result<RehearsedPlan, PlanError> {
-    let attempt = |ask: &PlanRequest| {
-        let plan = planner(ask)?;
-        let rehearsal = rehearse(cell, setup, ask.measurements, &plan.motion);
-        Ok(RehearsedPlan { plan, rehearsal })
-    };
+    let attempt = |ask: &PlanRequest| Ok(RehearsedPlan::of(cell, setup, ask, planner(ask)?));
     let is_clear =
         |made: &RehearsedPlan| !made.rehearsal.as_ref().is_some_and(|rehearsal| rehearsal.has_alias());
     let first = attempt(ask)?;
@@ -70,14 +82,13 @@ pub fn least_seam_error(
     let spun = PlanRequest { shapes: vec![Shape::Spun], ..ask.clone() };
     let may_spin = cell.limits.spun_pass && !ask.shapes.contains(&Shape::Spun);
     let spun = if may_spin { finalists(cell, &spun, tick).unwrap_or_default() } else { Vec::new() };
-    let rehearsed = finalists(cell, ask, tick)?.into_iter().chain(spun).map(|plan| {
-        let rehearsal = rehearse(cell, setup, ask.measurements, &plan.motion);
-        RehearsedPlan { plan, rehearsal }
-    });
+    let plans = finalists(cell, ask, tick)?.into_iter().chain(spun);
+    let rehearsed = plans.map(|plan| RehearsedPlan::of(cell, setup, ask, plan));
+    let wanted_m = ask.seam.as_ref().map_or(1.0, |goal| goal.wanted_m);
     let cost = |made: &RehearsedPlan| {
-        let rehearsal = made.rehearsal.as_ref();
-        let error_m = rehearsal.and_then(|r| r.seam_error).map_or(f64::INFINITY, |error| error.rms_m);
-        (rehearsal.is_some_and(Rehearsal::has_alias), error_m)
+        let by_sigmas = ask.goal.score(&made.plan.prediction.covariance);
+        let has_alias = made.rehearsal.as_ref().is_some_and(Rehearsal::has_alias);
+        (has_alias, ask.seam_score(made.seam_error_m() / wanted_m, by_sigmas))
     };
     let best = rehearsed.min_by(|a, b| {
         let (a, b) = (cost(a), cost(b));
@@ -88,9 +99,12 @@ pub fn least_seam_error(
 
 /// Durations that are tried for a wanted seam error, as parts of the longest.
 const PARTS: [f64; 4] = [0.15, 0.3, 0.6, 1.0];
+/// A longer scan must come nearer to what is wanted than this part of the way that a shorter one leaves; else its time buys nothing.
+const WORTH_ITS_TIME: f64 = 0.95;
 
-/// Plans the shortest of four durations up to [`PlanRequest::duration_s`] that reaches what is wanted, a seam error say; where none
-/// does, the longest: what the robot and the bias of the features add does not shrink with time.
+/// Plans the shortest of four durations up to [`PlanRequest::duration_s`] that reaches what is wanted, a seam error say. Where a longer scan
+/// comes no nearer to it, the shorter one: what the robot and the bias of the features add does not shrink with time. What the longer one
+/// would have left is in [`RehearsedPlan::longer`].
 ///
 /// # Errors
 /// As [`crate::planner::plan`], for the longest, where no duration has a plan.
@@ -98,20 +112,57 @@ pub fn shortest_that_reaches(
     cell: &Cell,
     setup: &SensorSetup,
     ask: &PlanRequest,
-    reached: impl Fn(&RehearsedPlan) -> bool,
     tick: &(dyn Fn() + Sync),
 ) -> Result<RehearsedPlan, PlanError> {
-    let mut longest = Err(PlanError::NoSeam);
+    let mut best: Result<RehearsedPlan, PlanError> = Err(PlanError::NoSeam);
     for part in PARTS {
         let ask = PlanRequest { duration_s: part * ask.duration_s, ..ask.clone() };
         let made = least_seam_error(cell, setup, &ask, tick);
-        let is_enough = made.as_ref().is_ok_and(&reached);
-        if made.is_ok() || longest.is_err() {
-            longest = made;
+        match (&mut best, made) {
+            (Ok(shorter), Ok(longer)) if !is_worth_its_time(&ask, shorter, &longer) => {
+                shorter.longer.push((ask.duration_s, longer.seam_error_m()));
+                break;
+            }
+            (Ok(_), Err(_)) => {}
+            (best, made) => *best = made,
         }
-        if is_enough {
+        if best.as_ref().is_ok_and(|best| best.missed_by(&ask) <= 1.0) {
             break;
         }
     }
-    longest
+    best
+}
+
+/// Whether a longer scan reaches what is wanted, or comes clearly nearer to it.
+fn is_worth_its_time(ask: &PlanRequest, shorter: &RehearsedPlan, longer: &RehearsedPlan) -> bool {
+    let missed_by = longer.missed_by(ask);
+    missed_by <= 1.0 || missed_by < WORTH_ITS_TIME * shorter.missed_by(ask)
+}
+
+/// Accuracies of a robot that is better than the one that is known or assumed, m.
+const BETTER_ROBOTS_M: [f64; 4] = [0.2e-3, 0.1e-3, 0.05e-3, 0.02e-3];
+
+/// What the same scan leaves with a better robot: its accuracy and the seam error, m, until what is wanted is reached. The bias of the features
+/// shrinks with it, for the robot's errors hide it.
+#[must_use]
+pub fn with_better_robots(
+    (cell, setup): (&Cell, &SensorSetup),
+    ask: &PlanRequest,
+    made: &RehearsedPlan,
+) -> Vec<(f64, f64)> {
+    let Some(now) = made.rehearsal.as_ref().and_then(|rehearsal| rehearsal.seam_error) else {
+        return Vec::new();
+    };
+    let wanted_m = ask.seam.as_ref().map_or(0.0, |goal| goal.wanted_m);
+    let mut found = Vec::new();
+    for accuracy_m in BETTER_ROBOTS_M.into_iter().filter(|m| *m < 0.99 * now.levels.robot_accuracy_m) {
+        let better = SensorSetup { robot_accuracy_m: Some(accuracy_m), ..setup.clone() };
+        let error = rehearse(cell, &better, ask.measurements, &made.plan.motion).and_then(|r| r.seam_error);
+        let Some(error) = error else { continue };
+        found.push((accuracy_m, error.rms_m));
+        if error.rms_m <= wanted_m {
+            break;
+        }
+    }
+    found
 }

@@ -153,7 +153,7 @@ const SEARCH_CELLS: u64 = 120;
 /// Cells that a promise is judged by.
 const PROMISE_CELLS: u64 = 240;
 /// Of so many cells one is asked for the stripes: each weighs the frames alike, and no limit hangs on them.
-const STRIPES_ONE_IN: usize = 4;
+const STRIPES_ONE_IN: usize = 6;
 /// See [`WrongCells::for_wrong_guesses`].
 const WRONG_GUESSES: u64 = 40;
 

@@ -67,9 +67,9 @@ fn the_prediction_is_the_estimators_own_bound() {
         let bound = bound(&cell, &plan.motion);
         for k in 0..LINES {
             let ratio = plan.prediction.sigma(k) / bound[k];
-            // Velocities between samples 4 ms apart against true ones, and one frame less at the end of the recording:
-            // 1/660 in the variance each.
-            assert!((ratio - 1.0).abs() < 5e-3, "unknown {k}: {ratio}");
+            // Velocities between samples 4 ms apart against true ones, and one frame less at the end of the recording: 1/660 in the variance
+            // each on average, and up to ten times that for a frame at the far end of a slow swing, which tells most of an unknown.
+            assert!((ratio - 1.0).abs() < 8e-3, "unknown {k}: {ratio}");
         }
     }
 }

@@ -9,15 +9,15 @@ use trueline_plan::{Cell, JointPath, MountedArm, Plan};
 pub(crate) fn not_checked(cell: &Cell) -> &'static str {
     match (cell.arm.is_some(), cell.surroundings.is_empty()) {
         (false, true) => {
-            "reach, singularities and collisions of the arm: try the path in the robot's own simulation first"
+            "the arm's reach, singularities and collisions: run the path in the manufacturer's simulation first"
         }
         (false, false) => {
-            "reach and singularities of the arm, and collisions but for the stated spheres with the plates: try the path in the robot's \
-             own simulation first"
+            "the arm's reach and singularities, and collisions other than those of the stated spheres with the plates: run the path in the \
+             manufacturer's simulation first"
         }
-        (true, true) => "collisions: try the path in the robot's own simulation first",
+        (true, true) => "collisions: run the path in the manufacturer's simulation first",
         (true, false) => {
-            "collisions but for the stated spheres with the plates: try the path in the robot's own simulation first"
+            "collisions other than those of the stated spheres with the plates: run the path in the manufacturer's simulation first"
         }
     }
 }
@@ -32,14 +32,14 @@ pub(crate) fn fact(cell: &Cell, plan: &Plan) -> Option<(String, String)> {
         })
         .collect();
     let said = format!(
-        "{}: joints {}°; the wrist stays {:.0}° from its singularity; accelerations {}",
+        "{}: joints 1 to 6 move through {}°; the wrist stays {:.0}° from its singularity; joint accelerations {}",
         mounted.name,
         joints.join(", "),
         least_wrist_rad(mounted, path).to_degrees(),
         if has_accelerations(mounted) {
-            "are within what was stated"
+            "stay within those stated"
         } else {
-            "of the joints are not known, and not checked"
+            "are not checked, since none are stated"
         },
     );
     Some(("arm".to_owned(), said))

@@ -38,6 +38,8 @@ mod plan_film;
 #[cfg(feature = "plan")]
 pub mod plan_page;
 #[cfg(feature = "plan")]
+mod plan_seam_error;
+#[cfg(feature = "plan")]
 pub mod plan_summary;
 #[cfg(feature = "experiments")]
 pub mod reproduction_page;

@@ -6,6 +6,7 @@ use crate::page::{
     Axis, Block, Card, Chart, Colour, Columns, Drawn, Mark, Page, Section, Series, Tone, Verdict,
 };
 use crate::plan_film;
+use crate::plan_seam_error;
 use crate::plan_summary::{self, Source};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
@@ -32,7 +33,12 @@ pub fn html(source: &Source<'_>) -> String {
     };
     let mut first = Vec::new();
     if !missed.is_empty() {
-        first.push(Block::Notice { heading: "What is missed", items: missed, bad: true });
+        first.push(Block::Notice { heading: "What is not reached", items: missed, bad: true });
+        let mut advice = plan_seam_error::advice(source);
+        advice.extend(plan_seam_error::longer(source));
+        if !advice.is_empty() {
+            first.push(Block::Notice { heading: "What would help", items: advice, bad: false });
+        }
     }
     first.push(Block::Cards(cards(plan, wrong_guess)));
     let columns = &mut page.columns;
@@ -53,9 +59,11 @@ pub fn html(source: &Source<'_>) -> String {
 fn sentence(plan: &Plan, asked: bool, reached: bool) -> String {
     let seconds = plan.motion.design().duration_s;
     match (asked, reached) {
-        (true, true) => format!("A scan of {seconds:.1} s reaches what is wanted."),
-        (true, false) => format!("The best scan of {seconds:.1} s misses what is wanted."),
-        (false, _) => format!("A scan of {seconds:.1} s, planned within all limits."),
+        (true, true) => format!("This scan of {seconds:.1} s reaches what was asked for."),
+        (true, false) => {
+            format!("The best scan found, of {seconds:.1} s, does not reach what was asked for.")
+        }
+        (false, _) => format!("A scan of {seconds:.1} s within all limits."),
     }
 }
 
@@ -76,7 +84,7 @@ fn cards(plan: &Plan, wrong_guess: &[f64; LINES]) -> Vec<Card> {
             name: "Time offset",
             values: vec![sigma(TIME_OFFSET, 1e3, "ms")],
             meaning:
-                "One standard deviation; in brackets: the 95th percentile if the initial guess is wrong."
+                "One standard deviation of noise; in brackets, what 95 % of the cells with a wrong guess stay below."
                     .to_owned(),
         },
         Card {
@@ -112,7 +120,7 @@ fn over_time(source: &Source<'_>, columns: &mut Columns) -> Vec<Block> {
         Block::Chart(Chart {
             id,
             title,
-            explanation: "What is known once so much of the scan is done.".to_owned(),
+            explanation: "One standard deviation if the scan stopped at this time.".to_owned(),
             alternative: format!("{title} over time in s, logarithmic"),
             wide: false,
             drawn: Drawn::Plot { x: Axis::of("time (s)"), y: Axis::log(axis), series, marks: Vec::new() },
@@ -161,7 +169,7 @@ fn place_in_sheet(plan: &Plan, columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "in-the-sheet",
         title: "Where the seam appears in the view",
-        explanation: "If the guess is right. The wider it sweeps, the more is learnt.".to_owned(),
+        explanation: "With a correct guess. The wider the sweep, the more the scan tells.".to_owned(),
         alternative: "Stand-off in mm over the place along the stripe in mm".to_owned(),
         wide: false,
         drawn: Drawn::Plot {
@@ -178,9 +186,9 @@ fn limits(cell: &Cell, plan: &Plan) -> Block {
     let (names, values) = used.map(|d| (d.name().to_owned(), 100.0 * plan.constraints.used(*d))).unzip();
     Block::Chart(Chart {
         id: "limits-used",
-        title: "What is used of each limit",
+        title: "Share of each limit that is used",
         explanation:
-            "At the robot's own rate; of the field of view also what cells with a wrong guess may lose."
+            "Measured on the path at 250 Hz. For the field of view this includes the frames that cells with a wrong guess may lose."
                 .to_owned(),
         alternative: "Bars: per cent of each limit that the path uses".to_owned(),
         wide: false,
@@ -200,19 +208,19 @@ fn room(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
     let seen = columns.add(plan.seen_by.iter().map(|share| 100.0 * share.seam));
     Block::Chart(Chart {
         id: "room",
-        title: "Who sees the seam",
-        explanation: "Of the cells that the guess allows, how many see the seam in each frame; and if the guess is right, how far it is from the edge of the view, its margin left out, as a part of half the view."
+        title: "Frames in which the seam is in view",
+        explanation: "How many of the cells that the guess allows see the seam in each frame; and, with a correct guess, how far the seam is from the edge of the usable view, as a percentage of half the view."
             .to_owned(),
         alternative: "Per cent of the cells that see the seam, and distance of the seam from the edge of the view in per cent of half the view, over time in s".to_owned(),
         wide: false,
         drawn: Drawn::Plot {
             x: Axis::of("time (s)"),
-            y: Axis::of("cells, room (%)"),
+            y: Axis::of("cells, margin (%)"),
             series: vec![
                 Series::line("cells that see it", x, seen, Colour::A),
-                Series::line("room if the guess is right", x, room, Colour::B),
+                Series::line("margin with a correct guess", x, room, Colour::B),
             ],
-            marks: vec![Mark { name: "lost below".to_owned(), at: 0.0, upright: false }],
+            marks: vec![Mark { name: "out of view below".to_owned(), at: 0.0, upright: false }],
         },
     })
 }

@@ -1,13 +1,14 @@
 //! A planned scan as words, as JSON and as a table over time.
 
 use crate::number::digits_for;
-use crate::{arm_summary, seam_error};
+use crate::{arm_summary, plan_seam_error, seam_error};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;
 use trueline_plan::design::Sweep;
+use trueline_plan::plan::DURATION_S;
 use trueline_plan::{Cell, Goal, Plan, Prediction, Rehearsal, Shape, Target};
 
 /// All that is told of a plan.
@@ -24,6 +25,10 @@ pub struct Source<'a> {
     pub wrong_guess: &'a [f64; LINES],
     /// What is promised as the scan goes on.
     pub over_time: &'a [(f64, Prediction)],
+    /// Longer scans that come no nearer to the seam error that is wanted: duration, s, and what each leaves, m.
+    pub longer: &'a [(f64, f64)],
+    /// Where a wanted seam error is missed, what better robots would leave: their accuracy and the seam error, m.
+    pub better_robots: &'a [(f64, f64)],
     /// How to make it again.
     pub command: &'a str,
 }
@@ -66,38 +71,20 @@ pub fn missed(source: &Source<'_>, goal: &Goal) -> Vec<String> {
         let (name, unit) = UNKNOWNS[k];
         let (sigma_shown, wanted_shown) = (sigma * scale(k), wanted * scale(k));
         let digits = digits_for(sigma_shown);
-        (sigma > wanted)
-            .then(|| format!("{name}: ± {sigma_shown:.digits$} {unit}, and {wanted_shown} {unit} is wanted"))
+        // Noise falls with the root of the time.
+        let needs_s = plan.motion.design().duration_s * (sigma / wanted).powi(2);
+        let cure = if needs_s <= DURATION_S[1] {
+            format!("about {:.0} s would reach it (--longest-s), or wider limits", needs_s.ceil())
+        } else {
+            format!("no scan of up to {:.0} s would reach it within these limits", DURATION_S[1])
+        };
+        (sigma > wanted).then(|| {
+            format!("{name}: ± {sigma_shown:.digits$} {unit}, and {wanted_shown:.4} {unit} is wanted; it is noise alone: {cure}")
+        })
     };
     // Where only a seam error was asked for, nobody wants the sigmas by which paths are compared.
     let sigmas = if source.asked.seam_m.is_some() && *goal == Goal::default() { 0 } else { LINES };
-    (0..sigmas).filter_map(worse).chain(missed_seam_error(source)).collect()
-}
-
-/// The seam error, if one was asked for that is not reached.
-fn missed_seam_error(source: &Source<'_>) -> Option<String> {
-    let wanted_mm = source.asked.seam_m? * MM_PER_M;
-    match source.rehearsal.and_then(|rehearsal| rehearsal.seam_error) {
-        Some(error) if error.rms_m * MM_PER_M <= wanted_mm => None,
-        Some(error) => {
-            let entry = seam_error::entry(&error);
-            let parts = entry.budget_mm;
-            let names = [
-                ("noise", parts.noise),
-                ("stamps", parts.stamps),
-                ("the sensor's own calibration", parts.sensor),
-                ("the robot's accuracy", parts.robot),
-                ("the seam's form", parts.seam_form),
-                ("the feature's bias", parts.feature_bias),
-            ];
-            let most = names.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-            Some(format!(
-                "seam error: ± {:.3} mm, and {wanted_mm} mm is wanted; most of it, ± {:.3} mm, is {}",
-                entry.rms_mm, most.1, most.0
-            ))
-        }
-        None => Some(format!("seam error: it cannot be predicted, and {wanted_mm} mm is wanted")),
-    }
+    (0..sigmas).filter_map(worse).chain(plan_seam_error::missed(source)).collect()
 }
 
 /// The plan in a few lines; what is wanted is shown where the user has asked for it.
@@ -116,21 +103,20 @@ pub fn text(source: &Source<'_>) -> String {
         cell.seam.length_m() * design.length_share * MM_PER_M,
         design.duration_s / cell.frame_period_s - 0.5,
     );
+    let is_rough = !cell.guess_error.is_none();
+    let brackets =
+        if is_rough { "; in brackets, what 95 % of the cells with a wrong guess stay below" } else { "" };
+    let _ = writeln!(out, "  One standard deviation of noise{brackets}:");
     for (k, (name, unit)) in UNKNOWNS.iter().enumerate() {
         let sigma = plan.prediction.sigma(k) * scale(k);
         let digits = digits_for(sigma);
-        let wanted = asked.and_then(|goal| goal.wanted(k)).map(|wanted| {
+        let wanted = asked.and_then(|goal| goal.wanted(k)).map_or_else(String::new, |wanted| {
             let mark = if plan.prediction.sigma(k) <= wanted { "reached" } else { "MISSED" };
             format!("   wanted {:.4} {unit}: {mark}", wanted * scale(k))
         });
         let wrong = wrong_guess[k] * scale(k);
-        let guessed = if wrong > 1.01 * sigma {
-            format!("   (up to {wrong:.digits$} {unit} in 95 % of cells with a wrong guess)")
-        } else {
-            String::new()
-        };
-        let wanted = wanted.unwrap_or_default();
-        let _ = writeln!(out, "  {name:<24} ± {sigma:.digits$} {unit}{wanted}{guessed}");
+        let guessed = if is_rough { format!(" ({wrong:.digits$})") } else { String::new() };
+        let _ = writeln!(out, "  {name:<24} ± {sigma:.digits$}{guessed} {unit}{wanted}");
     }
     let _ = writeln!(out);
     for (name, value) in facts(source) {
@@ -143,77 +129,88 @@ pub fn text(source: &Source<'_>) -> String {
 #[must_use]
 pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
     let Source { cell, plan, .. } = source;
-    let sweep = |(name, sweep, unit, factor): (&str, Sweep, &str, f64)| {
-        let swung: Vec<String> = (sweep.swings.iter())
-            .map(|swing| format!("± {:.1} at {:.2} Hz", swing.amplitude * factor, swing.frequency_hz))
-            .collect();
-        (name.to_owned(), format!("{:.1} {} {unit}", sweep.mean * factor, swung.join(" ")))
-    };
-    let mut facts: Vec<(String, String)> = sweeps(plan).into_iter().map(sweep).collect();
+    let mut facts: Vec<(String, String)> = sweeps(plan).into_iter().map(swung).collect();
     let used: Vec<String> = Constraint::ALL
         .iter()
         .filter(|constraint| constraint.applies_in(cell))
-        .map(|constraint| {
-            format!("{} {:.0} %", constraint.name(), 100.0 * plan.constraints.used(*constraint))
-        })
+        .map(|constraint| (constraint.name(), plan.constraints.used(*constraint)))
+        // Of frames that are lost beyond the seam's ends there mostly are none.
+        .filter(|(_, used)| *used >= 5e-3)
+        .map(|(name, used)| format!("{name} {:.0} %", 100.0 * used))
         .collect();
-    facts.push(("of the limits it uses".to_owned(), used.join(", ")));
-    facts.push(("where the guess is wrong".to_owned(), chances(source)));
+    facts.push(("limits used".to_owned(), used.join(", ")));
+    facts.push(("if the guess is off".to_owned(), chances(source)));
     if let Target::Plates(_) = plan.target {
         facts.push((
             "measured".to_owned(),
-            "whole stripes on both plates: calibrate with --use stripe".to_owned(),
+            "whole stripes on both plates: `simulate --plates`, `calibrate --use stripe`".to_owned(),
         ));
     }
     facts.extend(rehearsed(source));
     facts.extend(arm_summary::fact(cell, plan));
     if plan.motion.design().shape == Shape::Spun {
-        facts.push(("for".to_owned(), SPUN.to_owned()));
+        facts.push(("half turn".to_owned(), half_turn(plan)));
     }
     facts.push(("not checked".to_owned(), arm_summary::not_checked(cell).to_owned()));
     facts
 }
 
+/// What swings, in words: its mean and its swings, those that are too small to show left out.
+fn swung((name, sweep, unit, factor): (&str, Sweep, &str, f64)) -> (String, String) {
+    // A tenth that is rounded from below is no minus zero.
+    let tenths = |x: f64| (10.0 * x).round() / 10.0 + 0.0;
+    // "% of the stand-off" is said once.
+    let (unit, of) =
+        unit.split_once(" of ").map_or((unit, String::new()), |(unit, of)| (unit, format!(" of {of}")));
+    let space = if unit == "°" { "" } else { " " };
+    let mean = tenths(sweep.mean * factor);
+    let swings: Vec<String> = (sweep.swings.iter())
+        .map(|swing| (tenths(swing.amplitude * factor).abs(), swing.frequency_hz))
+        .filter(|(amplitude, _)| *amplitude > 0.0)
+        .map(|(amplitude, hz)| format!("± {amplitude:.1}{space}{unit} at {hz:.2} Hz"))
+        .collect();
+    let swings = if swings.is_empty() { "constant".to_owned() } else { swings.join(" and ") };
+    (name.to_owned(), format!("{mean:.1}{space}{unit}{of}, {swings}"))
+}
+
 /// What is to be known of a path with a pass that is spun.
-const SPUN: &str =
-    "the robot's own program (--program): `trueline scan` guides no path that turns by half a turn";
+fn half_turn(plan: &Plan) -> String {
+    let [from_s, to_s] = plan.motion.spun_s();
+    format!(
+        "takes {:.1} s in which nothing is measured; it pays for a seam error where the feature's bias is most of it, not for noise. Run it as \
+         the robot's own program (--program): `trueline scan` does not guide a half turn",
+        to_s - from_s
+    )
+}
 
 /// What calibrating the planned scan says.
 fn rehearsed(source: &Source<'_>) -> Vec<(String, String)> {
     let Some(rehearsal) = source.rehearsal else { return Vec::new() };
-    let mut lines = Vec::new();
-    if let Some(error) = &rehearsal.seam_error {
-        let entry = seam_error::entry(error);
-        let assumed = if entry.robot_is_stated { "stated" } else { "assumed" };
-        let wanted = source.asked.seam_m.map_or_else(String::new, |wanted_m| {
-            let mark = if error.rms_m <= wanted_m { "reached" } else { "MISSED" };
-            format!("; wanted {} mm: {mark}", wanted_m * MM_PER_M)
-        });
-        let by = if rehearsal.by_stripes { " from whole stripes" } else { "" };
-        let said = format!(
-            "± {:.3} mm{by} with a robot of {} mm ({assumed}), the sensor's own calibration and a feature bias of {} px \
-             per 10°; the scan alone ± {:.3} mm{wanted}",
-            entry.rms_mm, entry.robot_accuracy_mm, entry.feature_bias_px, entry.scan_alone_mm
-        );
-        lines.push(("seam error".to_owned(), said));
-    }
-    if let Some(rival) = &rehearsal.runner_up {
-        let (ms, explains) = (rival.time_offset_s * 1e3, 100.0 * rival.test.explains);
-        let said = if rehearsal.has_alias() {
-            format!(
-                "BEWARE: the path nearly repeats itself; a time offset of {ms:.0} ms would explain {explains:.0} % of the features as well. \
-                 Another --seed or --duration-s may have none"
-            )
-        } else {
-            format!("a time offset of {ms:.0} ms explains {explains:.0} % of the features")
-        };
-        lines.push(("the best other answer".to_owned(), said));
-    }
+    let mut lines = plan_seam_error::rows(source);
+    lines.push(("runner-up".to_owned(), runner_up(rehearsal)));
     if !rehearsal.accepted {
-        let said = "BEWARE: `calibrate` does not accept this scan where the guess is right";
+        let said = "BEWARE: `calibrate` would not accept this scan, even with a correct guess";
         lines.push(("rehearsal".to_owned(), said.to_owned()));
     }
     lines
+}
+
+/// The next best time offset, and how much it explains.
+fn runner_up(rehearsal: &Rehearsal) -> String {
+    let Some(rival) = &rehearsal.runner_up else {
+        return "none: no other time offset fits any part of the scan".to_owned();
+    };
+    let (ms, explains) = (rival.time_offset_s * 1e3, 100.0 * rival.test.explains);
+    if rehearsal.has_alias() {
+        format!(
+            "BEWARE: the path nearly repeats itself: a time offset of {ms:.0} ms explains {explains:.0} % of the features as well. \
+             Try another --seed or --duration-s"
+        )
+    } else if explains < 1.0 {
+        "none: no other time offset explains as much as 1 % of the features".to_owned()
+    } else {
+        format!("a time offset of {ms:.0} ms, which explains {explains:.0} % of the features")
+    }
 }
 
 /// The same as JSON.
@@ -237,12 +234,12 @@ fn chances(source: &Source<'_>) -> String {
     let Source { cell, plan, .. } = source;
     let guess = &cell.guess_error;
     if guess.is_none() {
-        return "it is taken for exact: every frame sees the seam".to_owned();
+        return "it is taken as exact: every frame sees the seam".to_owned();
     }
     let kept = |lost: f64| 100.0 * (1.0 - lost);
     format!(
-        "hand-eye up to {:.1} mm and {:.2}° and line up to {:.1} mm off: 95 % of the cells keep at least {:.0} % of the frames, the worst \
-         that was tried {:.0} %; the ± are those of the frames that stay",
+        "with the hand-eye off by up to {:.1} mm and {:.2}° and the seam by up to {:.1} mm, 95 % of the simulated cells keep at least \
+         {:.0} % of the frames, and the worst one keeps {:.0} %; the ± count only the frames that are kept",
         guess.translation_m * MM_PER_M,
         guess.rotation_rad.to_degrees(),
         guess.line_m * MM_PER_M,
@@ -256,7 +253,7 @@ fn in_words(shape: trueline_plan::Shape) -> &'static str {
         trueline_plan::Shape::S => "once along the seam, weaving",
         trueline_plan::Shape::C => "once along the seam in one bow",
         trueline_plan::Shape::TwoPasses => "there and back",
-        trueline_plan::Shape::ThreePasses => "three passes: there, back and there",
+        trueline_plan::Shape::ThreePasses => "three passes: there, back and there again",
         trueline_plan::Shape::Spun => "there, then back with the sensor spun by half a turn",
     }
 }
@@ -295,12 +292,16 @@ pub fn json(source: &Source<'_>, goal: &Goal) -> Value {
         .collect();
     let used: serde_json::Map<String, Value> = Constraint::ALL
         .iter()
-        .map(|constraint| (constraint.name().replace(' ', "_"), json!(plan.constraints.used(*constraint))))
+        .map(|constraint| (constraint.key().to_owned(), json!(plan.constraints.used(*constraint))))
         .collect();
+    let [advice, longer, better_robots] = plan_seam_error::json(source);
     json!({
         "tool": { "name": "trueline", "version": env!("CARGO_PKG_VERSION") },
         "reached": missed(source, goal).is_empty(),
         "missed": missed(source, goal),
+        "advice": advice,
+        "longer_scans": longer,
+        "with_better_robots": better_robots,
         "rehearsal": source.rehearsal.map(rehearsal_json),
         "shape": design.shape.name(),
         "duration_s": design.duration_s,

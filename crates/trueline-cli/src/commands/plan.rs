@@ -11,11 +11,13 @@ use trueline_dataset::{RobotSample, SensorSetup, calibration_file, robot_csv, wh
 use trueline_live::robot_program::{Language, Waypoints};
 use trueline_method::{Measurements, Requirement};
 use trueline_plan::plan::PATH_PERIOD_S;
-use trueline_plan::rehearsed_plan::{RehearsedPlan, least_seam_error, shortest_that_reaches, without_alias};
+use trueline_plan::rehearsed_plan::{
+    RehearsedPlan, least_seam_error, shortest_that_reaches, with_better_robots, without_alias,
+};
 use trueline_plan::shortest::shortest;
 use trueline_plan::stripes_ahead::plates;
 use trueline_plan::{
-    Cell, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, cell_toml, outlook, plan,
+    Cell, CellFiles, Criterion, Goal, Plan, PlanError, PlanRequest, SeamGoal, cell_toml, outlook, plan,
 };
 use trueline_report::{plan_page, plan_summary};
 
@@ -23,6 +25,8 @@ use trueline_report::{plan_page, plan_summary};
 const JOINTS: &str = "joints.csv";
 /// Points of the curve of sigma over time.
 const TIMES: usize = 200;
+/// Paths that are tried for each kind of path where stripes are measured: each costs more, and more of them find no better path.
+const STRIPE_TRIES: usize = 5_000;
 /// Longest scan for what is wanted where the user says nothing, s.
 const LONGEST_S: f64 = 60.0;
 
@@ -38,6 +42,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     check_plates(args, &cell)?;
     whole_folder::make_empty(&args.out)?;
     let made = searched(args, (&cell, &setup), &ask, fixed)?;
+    let is_missed = ask.seam.as_ref().is_some_and(|goal| made.seam_error_m() > goal.wanted_m);
+    let better_robots = if is_missed { with_better_robots((&cell, &setup), &ask, &made) } else { Vec::new() };
     let seam_m = args.want.and_then(|want| want.seam_m);
     let asked = plan_summary::Asked { goal: args.want.is_some().then_some(&ask.goal), seam_m };
     let source = plan_summary::Source {
@@ -47,6 +53,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         asked,
         wrong_guess: &outlook::wrong_guesses(&cell, &made.plan),
         over_time: &outlook::over_time(&cell, &made.plan, TIMES),
+        longer: &made.longer,
+        better_robots: &better_robots,
         command: &output::command_line(),
     };
     output::file(&args.out.join("sensor.toml"), &sensor_text)?;
@@ -85,13 +93,7 @@ fn searched(
         (true, Some(_)) => least_seam_error(cell, setup, ask, &tick),
         (true, None) => without_alias(cell, setup, ask, |ask| plan(cell, ask, &tick)),
         (false, None) => without_alias(cell, setup, ask, |ask| shortest(cell, ask, &tick)),
-        (false, Some(wanted_m)) => {
-            let sigmas_count = args.want.is_some_and(|want| want.sigmas != Requirement::default());
-            let reached = |made: &RehearsedPlan| {
-                made.reaches_seam_error(wanted_m) && (!sigmas_count || made.plan.reaches(&ask.goal))
-            };
-            shortest_that_reaches(cell, setup, ask, reached, &tick)
-        }
+        (false, Some(_)) => shortest_that_reaches(cell, setup, ask, &tick),
     };
     bar.finish_and_clear();
     Ok(made?)
@@ -101,8 +103,8 @@ fn searched(
 fn check_plates(args: &PlanArgs, cell: &Cell) -> Result<(), Failure> {
     if args.measurements != Measurements::Seam && plates(cell).is_none() {
         return Err(Failure::new(
-            "--use stripe: the cell's file does not name the two plates that meet in the seam",
-            "two [[plates]], each with its normal into the free side; a point_mm of a plate is to be on it where it holds the seam",
+            format!("--use stripe: {}", PlanError::NoPlates),
+            PlanError::NoPlates.hint(),
         ));
     }
     Ok(())
@@ -134,7 +136,11 @@ fn inputs(args: &PlanArgs) -> Result<CellFiles, Failure> {
         return planned_scan::read_files(file);
     }
     let (cell, sensor) = args.example.unwrap_or((cell_toml::EXAMPLE, cell_toml::EXAMPLE_SENSOR));
-    Ok(CellFiles::of(&args.out.join(CELL), cell.to_owned(), sensor.to_owned())?)
+    let cell = match args.measurements {
+        Measurements::Seam => cell.to_owned(),
+        _ => cell_toml::with_plates(cell),
+    };
+    Ok(CellFiles::of(&args.out.join(CELL), cell, sensor.to_owned())?)
 }
 
 /// What is asked, and whether the duration is fixed.
@@ -160,7 +166,10 @@ fn ask(args: &PlanArgs) -> Result<(PlanRequest, bool), Failure> {
         goal: Goal { want: sigmas.unwrap_or(Goal::default().want), criterion },
         shapes: args.shape.to_vec(),
         seed: args.seed,
-        evaluations: args.tries,
+        evaluations: args.tries.unwrap_or(match args.measurements {
+            Measurements::Seam => PlanRequest::default().evaluations,
+            _ => STRIPE_TRIES,
+        }),
         threads: args.threads.unwrap_or(cores).get(),
     };
     Ok((ask, fixed))

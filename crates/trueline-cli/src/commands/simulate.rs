@@ -15,7 +15,12 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
         return simulate_production::run(&args.production, pieces, args);
     }
     if let Some(folder) = &args.plan {
-        return follow(args, planned_scan::read(folder, args.exact_guess, args.seed)?);
+        let planned = planned_scan::read(folder, args.exact_guess, args.seed)?;
+        return if args.plates.plates {
+            simulate_plates::follow(args, planned)
+        } else {
+            follow(args, planned)
+        };
     }
     if args.path.tilt_hz.len() == 2 {
         return Err(Failure::new(
@@ -42,7 +47,7 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
 
 /// A scan along a plan.
 fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCode, Failure> {
-    let PlannedScan { mut scenario, path } = planned;
+    let PlannedScan { mut scenario, path, .. } = planned;
     args.adapt(&mut scenario);
     write(args, &simulate_along(&scenario, &|time_s| path.base_from_tool(time_s), args.seed))
 }

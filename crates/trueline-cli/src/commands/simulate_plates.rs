@@ -2,12 +2,17 @@
 
 use crate::failure::Failure;
 use crate::output;
+use crate::planned_scan::PlannedScan;
 use std::process::ExitCode;
 use trueline_args::SimulateArgs;
 use trueline_dataset::{Recording, WholeFolder, folder};
-use trueline_sim::{ProfileLook, Scenario, SensorModel, scan_plates, scan_profiles};
+use trueline_experiments::planned;
+use trueline_geometry::Pose;
+use trueline_plan::PlanError;
+use trueline_sim::motion::Motion;
+use trueline_sim::{Plates, ProfileLook, Scenario, SensorModel, scan_plates_along, scan_profiles_along};
 
-/// Runs the command.
+/// Runs the command along the scenario's own path.
 pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, Failure> {
     if scenario.cell.lines.len() != 1 {
         return Err(Failure::new(
@@ -15,12 +20,35 @@ pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, 
             "choose another preset",
         ));
     }
-    let plates = args.plates.plates(args.noise_free);
+    let motion = Motion::new(scenario).ok_or_else(nothing_seen)?;
+    let plates = args.plates.plates(Plates::default(), args.noise_free);
+    along(args, scenario, (&plates, ProfileLook::default()), &|time_s| motion.base_from_tool(time_s))
+}
+
+/// The same along a plan, with the plates of its cell.
+pub(crate) fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCode, Failure> {
+    let PlannedScan { mut scenario, path, cell } = planned;
+    args.adapt(&mut scenario);
+    let usual = planned::plates(&cell, &mut scenario).ok_or_else(|| {
+        Failure::new(format!("--plates: {}", PlanError::NoPlates), PlanError::NoPlates.hint())
+    })?;
+    let plates = args.plates.plates(usual, args.noise_free);
+    let look = ProfileLook { range_sigma_m: scenario.disturbance.feature_noise_m, ..ProfileLook::default() };
+    along(args, &scenario, (&plates, look), &|time_s| path.base_from_tool(time_s))
+}
+
+fn along(
+    args: &SimulateArgs,
+    scenario: &Scenario,
+    (plates, look): (&Plates, ProfileLook),
+    base_from_tool: &dyn Fn(f64) -> Pose,
+) -> Result<ExitCode, Failure> {
     let (recording, what) = match &scenario.cell.sensor {
         SensorModel::Profiler { .. } => {
-            let look = if args.noise_free { perfect() } else { ProfileLook::default() };
+            let look = if args.noise_free { perfect() } else { look };
             let (recording, profiles) =
-                scan_profiles(scenario, &plates, &look, args.seed).ok_or_else(nothing_seen)?;
+                scan_profiles_along(scenario, plates, &look, base_from_tool, args.seed)
+                    .ok_or_else(nothing_seen)?;
             let whole = WholeFolder::begin(&args.out, args.force)?;
             folder::write(whole.path(), &recording)?;
             folder::write_profiles(whole.path(), &profiles)?;
@@ -28,7 +56,8 @@ pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, 
             (recording, format!("{} profiles", profiles.len()))
         }
         _ => {
-            let recording = scan_plates(scenario, &plates, args.seed).ok_or_else(nothing_seen)?;
+            let recording =
+                scan_plates_along(scenario, plates, base_from_tool, args.seed).ok_or_else(nothing_seen)?;
             if recording.stripes.is_empty() {
                 return Err(nothing_seen());
             }

@@ -19,13 +19,13 @@ pub fn program(path: &Waypoints) -> String {
     let total_s = path.duration_s();
     let _ = write!(
         text,
-        "; {} waypoints in {total_s:.3} s; {}; a spline through them is nearer.\n\
-         ; TOOL 0 is the flange and BASE 0 is the world: write the numbers of yours.\n\
+        "; {} waypoints in {total_s:.3} s; {}; the spline through them stays closer.\n\
+         ; TOOL 0 is the flange and BASE 0 the world: replace them by your own numbers.\n\
          BAS (#INITMOV, 0)\n\
          BAS (#TOOL, 0)\n\
          BAS (#BASE, 0)\n\
          BAS (#VEL_PTP, 5)\n\
-         ; First the way to where the path begins: look where that is. Status and turn are those of now.\n\
+         ; Approach to the start of the path: check where that is before you run it. Status and turn are the current ones.\n\
          PTP {{{}}}\n\
          WAIT SEC 1.0\n\
          SPLINE\n\

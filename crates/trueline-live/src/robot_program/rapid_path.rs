@@ -14,11 +14,11 @@ pub(crate) fn program(path: &Waypoints) -> String {
     }
     let _ = write!(
         text,
-        "  ! tool0 in wobj0, for the task T_ROB1: `trueline rapid` writes the names of yours, and streams poses meanwhile.\n\n\
+        "  ! For tool0 in wobj0 and the task T_ROB1; `trueline rapid` takes your own names, and streams poses while it runs.\n\n\
          \x20 PROC TruelineScan_Run()\n\
          \x20   ConfJ\\Off;\n\
          \x20   ConfL\\Off;\n\
-         \x20   ! First the way to where the path begins. Look where that is before you let it run.\n\
+         \x20   ! Approach to the start of the path: check where that is before you run it.\n\
          \x20   MoveJ {}, [20, 20, 200, 15], fine, tool0\\WObj:=wobj0;\n\
          \x20   WaitTime\\InPos, 1;\n\
          \x20   TruelineScan_Path;\n\
@@ -40,7 +40,7 @@ pub(crate) fn program(path: &Waypoints) -> String {
 pub(crate) fn path_procedure(module: &str, path: &Waypoints, tool: &str, work_object: &str) -> String {
     let mut text = format!(
         "  ! {} moves in {:.1} s; {}.\n\
-         \x20 ! \\T is the time of each: the speed follows from it.\n\
+         \x20 ! \\T is the duration of each move; the speed follows from it.\n\
          \x20 LOCAL PROC {module}_Path()\n",
         path.list.len() - 1,
         path.duration_s(),

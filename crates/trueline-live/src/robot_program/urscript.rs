@@ -22,7 +22,7 @@ pub fn program(path: &Waypoints) -> String {
     let _ = write!(
         text,
         "# {} waypoints in {:.3} s; {}.\n\
-         # The active TCP must be that tool; poses are in the robot's base.\n\
+         # Poses are in the robot's base frame, and the active TCP must be that tool.\n\
          def trueline_scan():\n\
          \x20 global tl_from = {}\n\
          \x20 def tl_go(tl_to, tl_steps):\n\
@@ -34,7 +34,7 @@ pub fn program(path: &Waypoints) -> String {
          \x20   end\n\
          \x20   global tl_from = tl_to\n\
          \x20 end\n\
-         \x20 # First the way to where the path begins: look where that is.\n\
+         \x20 # Approach to the start of the path: check where that is before you run it.\n\
          \x20 movej(tl_from, a=0.5, v=0.1)\n\
          \x20 sleep(1.0)\n",
         path.list.len(),

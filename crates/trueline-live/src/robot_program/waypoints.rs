@@ -92,7 +92,7 @@ impl Waypoints {
     #[must_use]
     pub(crate) fn chords_in_words(&self) -> String {
         format!(
-            "straight moves leave the planned path by {:.2} mm and {:.3} deg at most",
+            "straight moves deviate from the planned path by at most {:.2} mm and {:.3} deg",
             self.chord_m * 1e3,
             self.chord_rad.to_degrees()
         )

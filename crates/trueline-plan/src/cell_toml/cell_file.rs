@@ -137,7 +137,7 @@ const MARGIN_PX: f64 = 100.0;
 /// # Errors
 /// Broken TOML or unknown keys.
 pub fn sensor_name(file: &Path, text: &str) -> Result<String, Error> {
-    Ok(parse_toml::<CellFile>(file, text)?.sensor)
+    Ok(tables(file, text)?.sensor)
 }
 
 /// The name of the arm's URDF, which lies beside the cell's file; `None` where it has none.
@@ -145,7 +145,7 @@ pub fn sensor_name(file: &Path, text: &str) -> Result<String, Error> {
 /// # Errors
 /// Broken TOML or unknown keys.
 pub fn urdf_name(file: &Path, text: &str) -> Result<Option<String>, Error> {
-    Ok(parse_toml::<CellFile>(file, text)?.arm.and_then(|arm| arm.urdf))
+    Ok(tables(file, text)?.arm.and_then(|arm| arm.urdf))
 }
 
 /// Reads a cell from the text of its file, for a sensor that was read before.
@@ -161,8 +161,19 @@ pub fn parse(file: &Path, text: &str, sensor: Sensor) -> Result<Cell, Error> {
 /// # Errors
 /// Broken TOML, unknown keys, or values that no cell has; a URDF without six joints and their limits.
 pub fn parse_with_urdf(file: &Path, text: &str, sensor: Sensor, urdf: Option<&str>) -> Result<Cell, Error> {
-    let wire: CellFile = parse_toml(file, text)?;
+    let wire = tables(file, text)?;
     cell_from(wire, sensor, urdf).map_err(|problem| Error::in_file(file, problem))
+}
+
+/// The tables of a file. A scan is planned along one seam: several are several files, and `calibrate` takes their scans together.
+fn tables(file: &Path, text: &str) -> Result<CellFile, Error> {
+    const ONE: &str =
+        "one table [seam]: plan each further seam from a file of its own, then calibrate the scans together";
+    let table: toml::Table = parse_toml(file, text)?;
+    match table.get("seam").and_then(toml::Value::as_array) {
+        Some(seams) => Err(Error::in_file(file, wrong("seam", ONE, &format!("{} tables", seams.len())))),
+        None => parse_toml(file, text),
+    }
 }
 
 fn cell_from(wire: CellFile, sensor: Sensor, urdf: Option<&str>) -> Result<Cell, Problem> {

@@ -6,7 +6,7 @@ mod rewritten;
 mod values;
 
 pub use cell_file::{parse, parse_with_urdf, sensor_name, urdf_name};
-pub use rewritten::{with_guess, with_usual_sensor};
+pub use rewritten::{with_guess, with_plates, with_usual_sensor};
 
 /// A cell to begin with: the paper's, with every key explained.
 pub const EXAMPLE: &str = include_str!("../../assets/cell.toml");

@@ -21,6 +21,17 @@ pub fn with_usual_sensor(file: &Path, text: &str) -> Result<String, Error> {
     Ok(table.to_string())
 }
 
+/// An example's text with its two plates in use, which are commented out in it.
+#[must_use]
+pub fn with_plates(example: &str) -> String {
+    let mut is_plate = false;
+    let line = |line: &str| {
+        is_plate = line.starts_with("# [[plates]]") || is_plate && line.starts_with("# ");
+        format!("{}\n", line.strip_prefix("# ").filter(|_| is_plate).unwrap_or(line))
+    };
+    example.lines().map(line).collect()
+}
+
 /// The same text with the guess of a cell in it: hand-eye, seam, attitude and how wrong they may be.
 ///
 /// # Errors

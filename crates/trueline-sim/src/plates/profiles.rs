@@ -5,7 +5,7 @@ use crate::capture::{SheetAxes, measure};
 use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Shutter};
-use crate::{motion::Motion, simulate};
+use crate::{motion::Motion, simulate_along};
 use nalgebra::Point3;
 use trueline_dataset::{Measured, Profile, ProfilePoint, Recording};
 use trueline_geometry::Pose;
@@ -50,10 +50,22 @@ pub fn scan_profiles(
     look: &ProfileLook,
     seed: u64,
 ) -> Option<(Recording, Vec<Profile>)> {
-    let SensorModel::Profiler { half_width_m, .. } = &scenario.cell.sensor else { return None };
-    let mut recording = simulate(scenario, seed)?;
-    recording.features.clear();
     let motion = Motion::new(scenario)?;
+    scan_profiles_along(scenario, plates, look, &|time_s| motion.base_from_tool(time_s), seed)
+}
+
+/// The same where the robot moves as it is told: `base_from_tool` gives its true pose at a time since the start, s.
+#[must_use]
+pub fn scan_profiles_along(
+    scenario: &Scenario,
+    plates: &Plates,
+    look: &ProfileLook,
+    base_from_tool: &dyn Fn(f64) -> Pose,
+    seed: u64,
+) -> Option<(Recording, Vec<Profile>)> {
+    let SensorModel::Profiler { half_width_m, .. } = &scenario.cell.sensor else { return None };
+    let mut recording = simulate_along(scenario, base_from_tool, seed);
+    recording.features.clear();
     let sheet = SheetAxes::of(&scenario.cell.sensor);
     let both = PlateInBase::both(scenario, plates)?;
     let (mut stamps, mut noise, mut chance) = (Noise::new(seed, 2), Noise::new(seed, 4), Noise::new(seed, 3));
@@ -65,7 +77,7 @@ pub fn scan_profiles(
         if chance.happens(scenario.disturbance.drop_fraction) {
             continue;
         }
-        let base_from_camera = motion.base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
+        let base_from_camera = base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
         let arms = both.each_ref().map(|plate| arm(plate, &sheet, &base_from_camera));
         let ahead = |arm: &Vec<[f64; 2]>| arm.last().map_or(0.0, |end| end[0] - arm[0][0]);
         let corner_x = arms[0].first().map_or(0.0, |at| at[0]);
