@@ -25,6 +25,11 @@ impl RehearsedPlan {
         Self { plan, rehearsal, longer: Vec::new() }
     }
 
+    /// Whether its scan would be accepted, and no other answer explains much of it; true where it cannot be rehearsed.
+    fn is_sound(&self) -> bool {
+        self.rehearsal.as_ref().is_none_or(|rehearsal| rehearsal.accepted && !rehearsal.has_alias())
+    }
+
     /// The seam error, m; infinite where none can be told.
     #[must_use]
     pub fn seam_error_m(&self) -> f64 {
@@ -56,23 +61,39 @@ pub fn without_alias(
     planner: impl Fn(&PlanRequest) -> Result<Plan, PlanError>,
 ) -> Result<RehearsedPlan, PlanError> {
     let attempt = |ask: &PlanRequest| Ok(RehearsedPlan::of(cell, setup, ask, planner(ask)?));
-    let is_clear =
-        |made: &RehearsedPlan| !made.rehearsal.as_ref().is_some_and(|rehearsal| rehearsal.has_alias());
+    first_sound(ask, attempt)
+}
+
+/// The plan of an attempt, or of further ones from other random numbers where it is not sound; if none is, the first one, which says so.
+fn first_sound(
+    ask: &PlanRequest,
+    attempt: impl Fn(&PlanRequest) -> Result<RehearsedPlan, PlanError>,
+) -> Result<RehearsedPlan, PlanError> {
     let first = attempt(ask)?;
-    if is_clear(&first) {
+    if first.is_sound() {
         return Ok(first);
     }
     let others = (1..ATTEMPTS)
         .filter_map(|k| attempt(&PlanRequest { seed: ask.seed.wrapping_add(k), ..ask.clone() }).ok());
-    Ok(others.into_iter().find(is_clear).unwrap_or(first))
+    Ok(others.into_iter().find(RehearsedPlan::is_sound).unwrap_or(first))
 }
 
-/// Plans for the least seam error: the best path of each kind is rehearsed, and of those without an alias the one that leaves least is
-/// taken. Noise alone does not tell them apart: what the sensor, the robot and the feature's bias do differs from path to path.
+/// Plans for the least seam error; again from other random numbers where the plan would not be accepted or has an alias.
 ///
 /// # Errors
 /// As [`crate::planner::plan`].
 pub fn least_seam_error(
+    cell: &Cell,
+    setup: &SensorSetup,
+    ask: &PlanRequest,
+    tick: &(dyn Fn() + Sync),
+) -> Result<RehearsedPlan, PlanError> {
+    first_sound(ask, |ask| least_of_finalists(cell, setup, ask, tick))
+}
+
+/// Plans for the least seam error: the best path of each kind is rehearsed, and of those that are sound the one that leaves least is
+/// taken. Noise alone does not tell them apart: what the sensor, the robot and the feature's bias do differs from path to path.
+fn least_of_finalists(
     cell: &Cell,
     setup: &SensorSetup,
     ask: &PlanRequest,
@@ -87,8 +108,7 @@ pub fn least_seam_error(
     let wanted_m = ask.seam.as_ref().map_or(1.0, |goal| goal.wanted_m);
     let cost = |made: &RehearsedPlan| {
         let by_sigmas = ask.goal.score(&made.plan.prediction.covariance);
-        let has_alias = made.rehearsal.as_ref().is_some_and(Rehearsal::has_alias);
-        (has_alias, ask.seam_score(made.seam_error_m() / wanted_m, by_sigmas))
+        (!made.is_sound(), ask.seam_score(made.seam_error_m() / wanted_m, by_sigmas))
     };
     let best = rehearsed.min_by(|a, b| {
         let (a, b) = (cost(a), cost(b));
@@ -126,15 +146,18 @@ pub fn shortest_that_reaches(
             (Ok(_), Err(_)) => {}
             (best, made) => *best = made,
         }
-        if best.as_ref().is_ok_and(|best| best.missed_by(&ask) <= 1.0) {
+        if best.as_ref().is_ok_and(|best| best.is_sound() && best.missed_by(&ask) <= 1.0) {
             break;
         }
     }
     best
 }
 
-/// Whether a longer scan reaches what is wanted, or comes clearly nearer to it.
+/// Whether a longer scan reaches what is wanted, or comes clearly nearer to it; or is sound where the shorter one is not.
 fn is_worth_its_time(ask: &PlanRequest, shorter: &RehearsedPlan, longer: &RehearsedPlan) -> bool {
+    if longer.is_sound() != shorter.is_sound() {
+        return longer.is_sound();
+    }
     let missed_by = longer.missed_by(ask);
     missed_by <= 1.0 || missed_by < WORTH_ITS_TIME * shorter.missed_by(ask)
 }

@@ -5,12 +5,13 @@ use crate::output;
 use std::process::ExitCode;
 use trueline_args::{ProductionArgs, SimulateArgs};
 use trueline_dataset::folder;
+use trueline_sim::Plates;
 use trueline_sim::production::{Production, piece};
 
 /// Writes so many welds.
 pub(crate) fn run(args: &ProductionArgs, pieces: u32, of: &SimulateArgs) -> Result<ExitCode, Failure> {
     let out = &of.out;
-    let plates = of.plates.plates.then(|| of.plates.plates(false));
+    let plates = of.plates.plates.then(|| of.plates.plates(Plates::default(), false));
     let production = Production { change: args.change, plates, ..args.layout.production() };
     for number in 0..pieces {
         let recording = piece(&production, number as usize, of.seed);
