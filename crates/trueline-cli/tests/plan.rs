@@ -217,10 +217,11 @@ fn a_plan_for_stripes_is_rehearsed_with_stripes() {
         assert_eq!(code(&calibrated), 0, "{}", String::from_utf8_lossy(&calibrated.stdout));
         let result = json(&dir.path().join(&result));
         for axis in 0..3 {
-            // The guess is wrong in this cell: sigmas are not quite those of the plan.
+            // The guess is wrong in this cell: sigmas are not quite those of the plan. Of the profiler's plates `calibrate` uses all that is
+            // in view, where the plan counts on 25 mm of each.
             let sigma = |of: &Value| of["translation_mm"][axis].as_f64().unwrap();
             let ratio = sigma(&result["sigma"]) / sigma(&plan["predicted_sigma"]);
-            assert!((0.5..2.0).contains(&ratio), "{cell}, axis {axis}: {ratio}");
+            assert!((0.3..2.0).contains(&ratio), "{cell}, axis {axis}: {ratio}");
         }
     }
     assert_eq!(

@@ -31,7 +31,7 @@ pub(crate) fn rows(source: &Source<'_>) -> Vec<(String, String)> {
     );
     let mut rows = vec![("seam error".to_owned(), said)];
     if source.asked.seam_m.is_some() {
-        rows.extend(seam_error::budget(error).iter().map(|part| {
+        rows.extend(budget(error).iter().map(|part| {
             let share = 100.0 * part.share;
             let said = format!(
                 "± {}  ({share:.0} % of the variance; {})",
@@ -56,10 +56,8 @@ pub(crate) fn missed(source: &Source<'_>) -> Option<String> {
     if error.rms_m <= wanted_m {
         return None;
     }
-    let parts: Vec<String> = seam_error::budget(error)
-        .iter()
-        .map(|part| format!("{} ± {}", part.name, mm(part.sigma_m)))
-        .collect();
+    let parts: Vec<String> =
+        budget(error).iter().map(|part| format!("{} ± {}", part.name, mm(part.sigma_m))).collect();
     Some(format!(
         "seam error: ± {}, and {wanted_mm} mm is wanted; largest first: {}",
         mm(error.rms_m),
@@ -86,7 +84,7 @@ pub(crate) fn advice(source: &Source<'_>) -> Vec<String> {
             if known { "that file says" } else { "assumed" },
         ));
     }
-    let parts = of(source).map(seam_error::budget).unwrap_or_default();
+    let parts = of(source).map(budget).unwrap_or_default();
     if parts.first().is_some_and(|part| matches!(part.name, "noise" | "stamps" | "seam form")) {
         list.push("allow a longer scan, --longest-s, or more tilt and stand-off under [limits]".to_owned());
     }
@@ -118,6 +116,11 @@ pub(crate) fn json(source: &Source<'_>) -> [Value; 3] {
 
 fn of<'a>(source: &Source<'a>) -> Option<&'a SeamError> {
     source.rehearsal.and_then(|rehearsal| rehearsal.seam_error.as_ref())
+}
+
+/// The parts that matter, largest first: a simulated robot gives no reason for doubt.
+fn budget(error: &SeamError) -> Vec<BudgetPart> {
+    seam_error::budget(error, false)
 }
 
 /// What would shrink a part, for somebody who plans a scan.
