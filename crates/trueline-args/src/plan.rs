@@ -6,8 +6,8 @@ use clap::Args;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use trueline_live::robot_program::Language;
-use trueline_method::Measurements;
-use trueline_plan::{Criterion, Shape, cell_toml};
+use trueline_method::{Measurements, Requirement};
+use trueline_plan::{Criterion, Goal, PlanRequest, Shape, cell_toml};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -86,6 +86,43 @@ pub struct PlanArgs {
 
 /// A cell's file and its sensor's.
 pub(crate) type Example = (&'static str, &'static str);
+
+/// Paths that are tried for each kind of path where stripes are measured: each costs more, and more of them find no better path.
+const STRIPE_TRIES: usize = 5_000;
+/// Longest scan for what is wanted where the user says nothing, s.
+const LONGEST_S: f64 = 60.0;
+
+impl PlanArgs {
+    /// Whether the scan is as long as is said, and not as long as what is wanted needs.
+    #[must_use]
+    pub fn has_fixed_duration(&self) -> bool {
+        self.duration_s.is_some() || self.want.is_none()
+    }
+
+    /// What is asked, but for a seam error: that is asked of a cell.
+    #[must_use]
+    pub fn request(&self) -> PlanRequest {
+        let sigmas = self.want.map(|want| want.sigmas).filter(|sigmas| *sigmas != Requirement::default());
+        let usual = PlanRequest::default();
+        let longest_s =
+            if self.has_fixed_duration() { usual.duration_s } else { self.longest_s.unwrap_or(LONGEST_S) };
+        let tries = match self.measurements {
+            Measurements::Seam => usual.evaluations,
+            _ => STRIPE_TRIES,
+        };
+        let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        PlanRequest {
+            duration_s: self.duration_s.unwrap_or(longest_s),
+            seam: None,
+            measurements: self.measurements,
+            goal: Goal { want: sigmas.unwrap_or(Goal::default().want), criterion: self.criterion },
+            shapes: self.shape.to_vec(),
+            seed: self.seed,
+            evaluations: self.tries.unwrap_or(tries),
+            threads: self.threads.unwrap_or(cores).get(),
+        }
+    }
+}
 
 static EXAMPLES: [Choice<Example>; 2] = [
     ("camera", "The paper's: a camera and a laser", (cell_toml::EXAMPLE, cell_toml::EXAMPLE_SENSOR)),

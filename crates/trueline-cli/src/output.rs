@@ -2,7 +2,6 @@
 
 use crate::failure::Failure;
 use anstyle::{AnsiColor, Style};
-use std::borrow::Cow;
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -11,23 +10,13 @@ use trueline_dataset::Recording;
 use trueline_dataset::calibration_file::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::whole_file;
+use trueline_report::terminal_text::shown;
 use trueline_report::wrapped::wrapped;
 
 /// Words for a person: stderr.
 pub(crate) fn words(text: &str) {
     // If stderr is gone there is nobody left to tell.
     let _ = writeln!(std::io::stderr().lock(), "{}", shown(text.trim_end()));
-}
-
-/// Text without what a terminal would obey: names of files and topics are whatever strangers call them.
-pub(crate) fn shown(text: &str) -> Cow<'_, str> {
-    let obeyed = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
-    if !text.contains(obeyed) {
-        return Cow::Borrowed(text);
-    }
-    let escaped =
-        text.chars().map(|c| if obeyed(c) { c.escape_default().to_string() } else { c.to_string() });
-    Cow::Owned(escaped.collect())
 }
 
 /// Words for a person who wants to know more, with -v.
@@ -181,16 +170,5 @@ pub(crate) const OTHER_SENSOR: &str = "warning: sensor.toml is not the file that
 pub(crate) fn warn_of_sensor(calibration: &KnownCalibration, recording: &Recording) {
     if calibration.corrects_another_file(recording) {
         words(OTHER_SENSOR);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::shown;
-
-    #[test]
-    fn what_a_terminal_would_obey_is_written_out() {
-        assert_eq!(shown("/a\x1b[2J\x07\u{9b}31m\r"), "/a\\u{1b}[2J\\u{7}\\u{9b}31m\\r");
-        assert_eq!(shown("0.012 ± 0.003 mm\n\tµ"), "0.012 ± 0.003 mm\n\tµ");
     }
 }

@@ -11,6 +11,7 @@ use crate::shape::Shape;
 use crate::target::Target;
 use crate::wrong_cells::{Loss, SeenBy};
 use nalgebra::DVector;
+use trueline_dataset::RobotSample;
 use trueline_geometry::Pose;
 use trueline_method::Measurements;
 
@@ -98,6 +99,17 @@ impl Plan {
     #[must_use]
     pub fn path(&self) -> Vec<Pose> {
         self.motion.sampled(PATH_PERIOD_S)
+    }
+
+    /// The same with their times, from zero.
+    #[must_use]
+    pub fn samples(&self) -> Vec<RobotSample> {
+        let sample = |(k, base_from_tool)| RobotSample {
+            stamp_ns: (k as f64 * PATH_PERIOD_S * 1e9).round() as i64,
+            device_ns: None,
+            base_from_tool,
+        };
+        self.path().into_iter().enumerate().map(sample).collect()
     }
 }
 

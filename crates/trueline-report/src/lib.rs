@@ -57,4 +57,5 @@ pub mod sensor_page;
 pub mod sensor_text;
 mod stripes;
 pub mod summary;
+pub mod terminal_text;
 pub mod wrapped;

@@ -3,14 +3,12 @@
 use crate::failure::Failure;
 use crate::planned_scan::{self, CELL, PATH};
 use crate::{output, progress};
-use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::PlanArgs;
-use trueline_dataset::{RobotSample, SensorSetup, calibration_file, robot_csv, whole_folder};
+use trueline_dataset::{SensorSetup, calibration_file, robot_csv, whole_folder};
 use trueline_live::robot_program::{Language, Waypoints};
-use trueline_method::{Measurements, Requirement};
-use trueline_plan::plan::PATH_PERIOD_S;
+use trueline_method::Measurements;
 use trueline_plan::rehearsed_plan::{
     RehearsedPlan, least_seam_error, shortest_that_reaches, with_better_robots, without_alias,
 };
@@ -25,11 +23,6 @@ use trueline_report::{plan_page, plan_summary};
 const JOINTS: &str = "joints.csv";
 /// Points of the curve of sigma over time.
 const TIMES: usize = 200;
-/// Paths that are tried for each kind of path where stripes are measured: each costs more, and more of them find no better path.
-const STRIPE_TRIES: usize = 5_000;
-/// Longest scan for what is wanted where the user says nothing, s.
-const LONGEST_S: f64 = 60.0;
-
 /// Runs the command.
 pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     let CellFiles { cell_text, sensor_text, urdf, setup, mut cell } = inputs(args)?;
@@ -37,7 +30,13 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
         cell.believe_calibration(&calibration_file::read(file)?)
             .map_err(|why| Failure::new(format!("{}: {why}", file.display()), why.hint()))?;
     }
-    let (mut ask, fixed) = ask(args)?;
+    if args.want.is_some() && args.criterion != Criterion::Worst {
+        return Err(Failure::new(
+            "`--want` with `--criterion`: what is wanted is reached when the worst sigma is",
+            "leave out --criterion, or --want",
+        ));
+    }
+    let (mut ask, fixed) = (args.request(), args.has_fixed_duration());
     ask.seam = args.want.and_then(|want| want.seam_m).and_then(|m| SeamGoal::of(&cell, &setup, m));
     check_plates(args, &cell)?;
     whole_folder::make_empty(&args.out)?;
@@ -115,7 +114,7 @@ fn write_programs(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
     if args.program.is_empty() {
         return Ok(());
     }
-    let waypoints = Waypoints::of(&samples(plan)).ok_or_else(|| {
+    let waypoints = Waypoints::of(&plan.samples()).ok_or_else(|| {
         Failure::new("the path moves too little for a robot's program", "a longer scan, or wider limits")
     })?;
     let waypoints = waypoints.with_reach(plan.joints.is_some());
@@ -143,55 +142,13 @@ fn inputs(args: &PlanArgs) -> Result<CellFiles, Failure> {
     Ok(CellFiles::of(&args.out.join(CELL), cell, sensor.to_owned())?)
 }
 
-/// What is asked, and whether the duration is fixed.
-fn ask(args: &PlanArgs) -> Result<(PlanRequest, bool), Failure> {
-    let (criterion, want) = (args.criterion, args.want);
-    let sigmas = want.map(|want| want.sigmas).filter(|sigmas| *sigmas != Requirement::default());
-    if want.is_some() && criterion != Criterion::Worst {
-        return Err(Failure::new(
-            "`--want` with `--criterion`: what is wanted is reached when the worst sigma is",
-            "leave out --criterion, or --want",
-        ));
-    }
-    let fixed = args.duration_s.is_some() || want.is_none();
-    let cores = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
-    let ask = PlanRequest {
-        duration_s: args.duration_s.unwrap_or(if fixed {
-            PlanRequest::default().duration_s
-        } else {
-            args.longest_s.unwrap_or(LONGEST_S)
-        }),
-        seam: None,
-        measurements: args.measurements,
-        goal: Goal { want: sigmas.unwrap_or(Goal::default().want), criterion },
-        shapes: args.shape.to_vec(),
-        seed: args.seed,
-        evaluations: args.tries.unwrap_or(match args.measurements {
-            Measurements::Seam => PlanRequest::default().evaluations,
-            _ => STRIPE_TRIES,
-        }),
-        threads: args.threads.unwrap_or(cores).get(),
-    };
-    Ok((ask, fixed))
-}
-
 fn write(folder: &Path, source: &plan_summary::Source<'_>, goal: &Goal) -> Result<(), Failure> {
     let mut path = Vec::new();
     let file = folder.join(PATH);
-    robot_csv::write(&mut path, &samples(source.plan))
+    robot_csv::write(&mut path, &source.plan.samples())
         .map_err(|error| Failure::cannot_write(&file, &error))?;
     output::file(&file, &path)?;
     output::file(&folder.join("plan.json"), &format!("{:#}", plan_summary::json(source, goal)))?;
     output::file(&folder.join("sigma_over_time.csv"), &plan_summary::over_time_csv(source.over_time))?;
     output::file(&folder.join("report.html"), &plan_page::html(source))
-}
-
-fn samples(plan: &Plan) -> Vec<RobotSample> {
-    let poses = plan.path().into_iter().enumerate();
-    let sample = |(k, base_from_tool)| RobotSample {
-        stamp_ns: (k as f64 * PATH_PERIOD_S * 1e9).round() as i64,
-        device_ns: None,
-        base_from_tool,
-    };
-    poses.map(sample).collect()
 }

@@ -45,7 +45,7 @@ fn along(
 ) -> Result<ExitCode, Failure> {
     let (recording, what) = match &scenario.cell.sensor {
         SensorModel::Profiler { .. } => {
-            let look = if args.noise_free { perfect() } else { look };
+            let look = if args.noise_free { look.without_noise() } else { look };
             let (recording, profiles) =
                 scan_profiles_along(scenario, plates, &look, base_from_tool, args.seed)
                     .ok_or_else(nothing_seen)?;
@@ -70,11 +70,6 @@ fn along(
         tell(args, &recording, &what);
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// Columns without noise and drop-outs.
-fn perfect() -> ProfileLook {
-    ProfileLook { range_sigma_m: 0.0, drop_outs: 0.0, mixed: 0.0, reflections: 0.0, ..ProfileLook::default() }
 }
 
 fn nothing_seen() -> Failure {

@@ -32,6 +32,14 @@ impl Default for ProfileLook {
     }
 }
 
+impl ProfileLook {
+    /// The same columns without noise, drop-outs and reflections.
+    #[must_use]
+    pub fn without_noise(self) -> Self {
+        Self { range_sigma_m: 0.0, drop_outs: 0.0, mixed: 0.0, reflections: 0.0, ..self }
+    }
+}
+
 /// How far a plate is cast at most, m.
 const FAR_M: f64 = 0.12;
 /// Distance of the places at which it is cast, m.
