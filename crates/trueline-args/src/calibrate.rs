@@ -27,7 +27,7 @@ use trueline_sensor::Board;
   trueline calibrate scan --initial guess.toml --fix time-offset
   trueline calibrate scan --drawn-line 1150,80,120:1450,80,120 --drawn-line-sigma-mm 0.05
   trueline calibrate scan --residual point-to-line --report paper.html
-  trueline calibrate scan --write-sensor corrected.toml
+  trueline calibrate scan --write-sensor corrected.toml --certificate sensor.html
   trueline calibrate scan --use both --json -
   trueline calibrate scan --sensor fixed --robot-accuracy-mm 0 --feature-bias-px 0
   trueline calibrate board-scan --target board --board chessboard:9x6:25 --json reference.json
@@ -100,6 +100,12 @@ pub struct CalibrateArgs {
     /// Write the sensor's file as the scan corrects it
     #[arg(long, value_name = "FILE")]
     pub write_sensor: Option<PathBuf>,
+    /// Write a certificate of the sensor: who, when, what, figures with their uncertainty, checks; .json or a page
+    #[arg(long, value_name = "FILE")]
+    pub certificate: Option<PathBuf>,
+    /// Who answers for the certificate
+    #[arg(long, value_name = "NAME", requires = "certificate")]
+    pub operator: Option<String>,
     /// Absolute accuracy of the robot, mm; 0 is an ideal robot. The default is what sensor.toml says, else 0.3
     #[arg(long, value_name = "MM", value_parser = zero_or_more)]
     pub robot_accuracy_mm: Option<f64>,
@@ -194,7 +200,7 @@ impl CalibrateArgs {
 }
 
 /// Options that say nothing of a board.
-const OF_SEAMS: [&str; 25] = [
+const OF_SEAMS: [&str; 27] = [
     "measurements",
     "initial",
     "residual",
@@ -208,6 +214,8 @@ const OF_SEAMS: [&str; 25] = [
     "stamp_sigma_ms",
     "sensor",
     "write_sensor",
+    "certificate",
+    "operator",
     "robot_accuracy_mm",
     "feature_bias_px",
     "stamps",

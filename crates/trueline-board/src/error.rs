@@ -15,6 +15,9 @@ pub enum BoardError {
         /// What the operating system says.
         error: io::Error,
     },
+    /// Nothing of that name.
+    #[error("{}: there is no such folder or picture", .0.display())]
+    Missing(PathBuf),
     /// A folder without pictures.
     #[error("{}: there are no pictures", .0.display())]
     NoPictures(PathBuf),
@@ -69,11 +72,15 @@ impl BoardError {
     pub fn hint(&self) -> String {
         match self {
             Self::Folder { .. } => "check the path".to_owned(),
+            Self::Missing(_) => "name a folder of pictures, or the pictures".to_owned(),
             Self::NoPictures(_) => "pictures are .png, .jpg or .jpeg".to_owned(),
             Self::NoIndex(_) => {
                 "record robot and camera while the sensor looks at the board, the laser off".to_owned()
             }
             Self::Empty(_) => "is the file cut off?".to_owned(),
+            Self::Sizes { one, other } if one.1[0] == other.1[1] && one.1[1] == other.1[0] => {
+                "one was turned on its side after it was taken: turn it back, or leave it out".to_owned()
+            }
             Self::Sizes { .. } => "all pictures must be of one camera and one setting".to_owned(),
             Self::OtherCamera { .. } => {
                 "is this the camera of the sensor's file, at the same setting?".to_owned()

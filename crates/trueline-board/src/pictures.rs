@@ -4,7 +4,7 @@ use crate::error::BoardError;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use trueline_dataset::{folder, gray_picture};
-use trueline_sensor::{Board, Gray, View, chessboard};
+use trueline_sensor::{Board, FoundCorner, Gray, View, chessboard};
 
 /// A picture that was looked at.
 #[derive(Debug)]
@@ -28,6 +28,8 @@ pub fn files(named: &[PathBuf]) -> Result<Vec<PathBuf>, BoardError> {
     for path in named {
         if path.is_dir() {
             files.extend(in_folder(path)?);
+        } else if !path.exists() {
+            return Err(BoardError::Missing(path.clone()));
         } else {
             files.push(path.clone());
         }
@@ -48,18 +50,38 @@ fn in_folder(path: &Path) -> Result<Vec<PathBuf>, BoardError> {
     Ok(files)
 }
 
-/// Looks for the board in every file, with the threads of the current rayon pool.
+/// Corners of two pictures that are nearer than this, root mean square, are of one picture, px: a second one from a tripod has
+/// noise of its own, but also the same errors of corners and board.
+const SAME_PX: f64 = 0.05;
+
+/// Looks for the board in every file, with the threads of the current rayon pool. A picture that is there twice counts once.
 ///
 /// # Errors
 /// Files that are no pictures, and pictures of different sizes.
 pub fn look(files: &[PathBuf], board: &Board) -> Result<Vec<Looked>, BoardError> {
-    let looked: Vec<Looked> =
+    let mut looked: Vec<Looked> =
         files.par_iter().map(|file| look_at(file, board)).collect::<Result<_, BoardError>>()?;
     if let Some(pair) = looked.windows(2).find(|pair| pair[0].size_px != pair[1].size_px) {
         let named = |looked: &Looked| (looked.file.clone(), looked.size_px);
         return Err(BoardError::Sizes { one: named(&pair[0]), other: named(&pair[1]) });
     }
+    for k in 1..looked.len() {
+        if let Some(of) = (0..k).find(|first| is_same(&looked[*first], &looked[k])) {
+            let of = looked[of].file.file_name().unwrap_or_default().display().to_string();
+            looked[k].view = Err(chessboard::NoBoard::Repeated { of });
+        }
+    }
     Ok(looked)
+}
+
+/// Whether two pictures show the same corners in the same places.
+fn is_same(one: &Looked, other: &Looked) -> bool {
+    let (Ok(one), Ok(other)) = (&one.view, &other.view) else { return false };
+    let place = |corner: &FoundCorner| (corner.column, corner.row);
+    let pairs = one.corners.iter().zip(&other.corners);
+    let alike = one.corners.len() == other.corners.len() && pairs.clone().all(|(a, b)| place(a) == place(b));
+    let sum: f64 = pairs.map(|(a, b)| (a.pixel - b.pixel).norm_squared()).sum();
+    alike && sum <= SAME_PX * SAME_PX * one.corners.len() as f64
 }
 
 fn look_at(file: &Path, board: &Board) -> Result<Looked, BoardError> {

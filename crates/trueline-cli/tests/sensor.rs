@@ -60,7 +60,11 @@ fn opencv_samples_give_the_camera_that_opencv_finds() {
     let Some(folder) = samples() else { return };
     let out = tempfile::tempdir().unwrap();
     for (name, most_rms, [fx, fy, cx, cy], sigma) in ANCHORS {
-        let pictures = of_camera(&folder, name);
+        let mut pictures = of_camera(&folder, name);
+        // A copy of a picture counts for nothing.
+        let copy = out.path().join(format!("{name}_copy.jpg"));
+        std::fs::copy(&pictures[0], &copy).unwrap();
+        pictures.push(copy.to_str().unwrap().to_owned());
         let toml = out.path().join(format!("{name}.toml"));
         let page = out.path().join(format!("{name}.html"));
         let mut args = vec!["sensor", "intrinsics"];
@@ -72,6 +76,7 @@ fn opencv_samples_give_the_camera_that_opencv_finds() {
         let result: Value = serde_json::from_slice(&output.stdout).unwrap();
         assert_eq!(result["status"], "accepted");
         assert_eq!(result["pictures"], 13);
+        assert!(result.to_string().contains("the same picture again"), "{result}");
         assert_eq!(result["corners"], 13 * 54);
         assert_eq!(result["distortion_model"], "k1,k2,p1,p2,k3");
         let number = |value: &Value| value.as_f64().unwrap();
@@ -163,6 +168,9 @@ fn mistakes_are_told_with_a_hint_and_exit_code_two() {
         assert_eq!(output.status.code(), Some(2), "{board}");
         assert!(words(&output).contains("COLUMNSxROWS"), "{}", words(&output));
     }
+    let output = trueline(&["sensor", "intrinsics", "nowhere", "--board", "chessboard:9x6:25mm"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(words(&output).contains("nowhere: there is no such folder or picture"), "{}", words(&output));
     let output = trueline(&["sensor", "intrinsics", &name, "--board", "chessboard:9x6:25mm"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(words(&output).contains("neither PNG, JPEG, TIFF nor BMP"), "{}", words(&output));

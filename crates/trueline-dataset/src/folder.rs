@@ -155,20 +155,12 @@ pub fn read_robot(folder: &Path) -> Result<(Vec<RobotSample>, String), Error> {
 /// # Errors
 /// The first such statement.
 pub fn refuse_what_is_not_applied(file: &Path, setup: &SensorSetup) -> Result<(), Error> {
-    let refused = [
-        (setup.shape.is_some(), "shape", "no [shape]: it is not applied yet"),
-        (
-            matches!(setup.region_of_interest, Some(RegionOfInterest::Sheet { .. })),
-            "region_of_interest",
-            "no such table: for profiles it is not applied yet",
-        ),
-    ];
-    match refused.into_iter().find(|(stated, ..)| *stated) {
-        Some((_, key, expected)) => {
-            Err(Error::in_file(file, Problem::Value { key, expected, found: "it".to_owned() }))
-        }
-        None => Ok(()),
+    if matches!(setup.region_of_interest, Some(RegionOfInterest::Sheet { .. })) {
+        let expected = "no such table: for profiles it is not applied yet";
+        let problem = Problem::Value { key: "region_of_interest", expected, found: "it".to_owned() };
+        return Err(Error::in_file(file, problem));
     }
+    Ok(())
 }
 
 /// Replaces the features of a dataset folder; without features there is no file. What was there is kept: it is renamed

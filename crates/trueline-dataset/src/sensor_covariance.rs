@@ -1,10 +1,13 @@
 //! Joint covariances of a sensor's parameters: taken from a fit, put together, read back.
 
-use crate::sensor_setup::{SensorCovariance, SensorParameter, SensorUncertainty};
+use crate::sensor_setup::{KEYSTONE_REACH_M, SensorCovariance, SensorParameter, SensorUncertainty};
 use nalgebra::{DMatrix, Matrix3, SMatrix};
 
 /// Parameters of a camera: those before the plane's.
 const CAMERA: usize = 9;
+
+/// Parameters of a shape.
+const SHAPE: usize = 5;
 
 impl SensorCovariance {
     /// Of the parameters in their usual order; those without variance were held, and are left out.
@@ -16,6 +19,24 @@ impl SensorCovariance {
             order: free.iter().map(|k| SensorParameter::ALL[*k]).collect(),
             matrix: DMatrix::from_fn(free.len(), free.len(), |i, j| covariance[(free[i], free[j])]),
         }
+    }
+
+    /// Of the shape h₁ … h₅ of a profiler's sheet.
+    #[must_use]
+    pub fn of_shape(covariance: &SMatrix<f64, SHAPE, SHAPE>) -> Self {
+        Self {
+            order: SensorParameter::SHAPE.to_vec(),
+            matrix: DMatrix::from_fn(SHAPE, SHAPE, |i, j| covariance[(i, j)]),
+        }
+    }
+
+    /// That of the shape alone, zero for those that are not listed; `None` if none is.
+    #[must_use]
+    pub fn shape(&self) -> Option<SMatrix<f64, SHAPE, SHAPE>> {
+        let places = SensorParameter::SHAPE.map(|h| self.order.iter().position(|p| *p == h));
+        let of = |i: usize, j: usize| Some(self.matrix[(places[i]?, places[j]?)]);
+        let listed = places.iter().any(Option::is_some);
+        listed.then(|| SMatrix::from_fn(|i, j| of(i, j).unwrap_or(0.0)))
     }
 
     /// That of the camera's parameters alone, in their usual order; zero for those that are not listed.
@@ -48,12 +69,26 @@ impl SensorCovariance {
             }
         }
         matrix.view_mut((count, count), (3, 3)).copy_from(plane);
-        let order = kept.iter().map(|k| self.order[*k]).chain(SensorParameter::ALL.into_iter().skip(CAMERA));
+        let order =
+            kept.iter().map(|k| self.order[*k]).chain(SensorParameter::ALL.into_iter().skip(CAMERA).take(3));
         Self { order: order.collect(), matrix }
     }
 }
 
 impl SensorUncertainty {
+    /// Of a profiler whose shape was calibrated: single numbers for people, and the covariance that counts.
+    #[must_use]
+    pub fn of_shape(covariance: &SMatrix<f64, SHAPE, SHAPE>) -> Self {
+        let sigma = covariance.diagonal().map(|variance| variance.max(0.0).sqrt());
+        Self {
+            scale: Some(sigma[0].max(sigma[1])),
+            shear_rad: Some(sigma[2]),
+            keystone: Some(sigma[3].max(sigma[4]) * KEYSTONE_REACH_M),
+            covariance: Some(SensorCovariance::of_shape(covariance)),
+            ..Self::default()
+        }
+    }
+
     /// Of a camera and a plane from their joint covariance, whose last three rows are the plane's. Focal length and principal
     /// point are as they were stated before.
     #[must_use]

@@ -91,11 +91,21 @@ pub enum SensorParameter {
     NormalE2,
     /// Offset of the plane, m.
     Offset,
+    /// Profilers and points: h₁ of the shape, about the origin of `[shape]`, and without one about the middle of the scan.
+    H1,
+    /// h₂.
+    H2,
+    /// h₃.
+    H3,
+    /// h₄, 1/m.
+    H4,
+    /// h₅, 1/m.
+    H5,
 }
 
 impl SensorParameter {
     /// All, in their usual order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 17] = [
         Self::Fx,
         Self::Fy,
         Self::Cx,
@@ -108,7 +118,15 @@ impl SensorParameter {
         Self::NormalE1,
         Self::NormalE2,
         Self::Offset,
+        Self::H1,
+        Self::H2,
+        Self::H3,
+        Self::H4,
+        Self::H5,
     ];
+
+    /// Those of a shape, in their order.
+    pub const SHAPE: [Self; 5] = [Self::H1, Self::H2, Self::H3, Self::H4, Self::H5];
 
     /// The name in `sensor.toml`, with its unit.
     #[must_use]
@@ -126,6 +144,11 @@ impl SensorParameter {
             Self::NormalE1 => "normal_e1_rad",
             Self::NormalE2 => "normal_e2_rad",
             Self::Offset => "offset_mm",
+            Self::H1 => "h1",
+            Self::H2 => "h2",
+            Self::H3 => "h3",
+            Self::H4 => "h4_per_mm",
+            Self::H5 => "h5_per_mm",
         }
     }
 }

@@ -247,7 +247,11 @@ impl UncertaintyTable {
 
 /// Files have millimetres where the inside has metres.
 fn per_si(parameter: SensorParameter) -> f64 {
-    if parameter == SensorParameter::Offset { MM_PER_M } else { 1.0 }
+    match parameter {
+        SensorParameter::Offset => MM_PER_M,
+        SensorParameter::H4 | SensorParameter::H5 => 1.0 / MM_PER_M,
+        _ => 1.0,
+    }
 }
 
 impl CovarianceTable {
@@ -287,13 +291,15 @@ impl CovarianceTable {
         let mut order = Vec::new();
         for name in &self.order {
             let known = SensorParameter::ALL.into_iter().find(|p| p.name() == name);
-            let usable = known.filter(|p| of_camera || *p >= SensorParameter::NormalE1);
+            let usable = known.filter(|p| {
+                if of_camera { *p <= SensorParameter::Offset } else { *p >= SensorParameter::NormalE1 }
+            });
             match usable {
                 Some(parameter) if !order.contains(&parameter) => order.push(parameter),
                 _ => {
                     return Err(Problem::Value {
                         key: "uncertainty.covariance.order",
-                        expected: "parameters of this sensor, each once: fx_px, fy_px, cx_px, cy_px, k1, k2, p1, p2, k3, normal_e1_rad, normal_e2_rad, offset_mm",
+                        expected: "parameters of this sensor, each once: fx_px, fy_px, cx_px, cy_px, k1, k2, p1, p2, k3, normal_e1_rad, normal_e2_rad, offset_mm; of a profiler h1, h2, h3, h4_per_mm, h5_per_mm",
                         found: name.clone(),
                     });
                 }

@@ -145,12 +145,31 @@ fn an_unknown_key_is_named_with_its_line() {
 
 #[test]
 fn what_no_command_applies_yet_is_not_ignored() {
-    for rest in
-        ["[region_of_interest]\nx_mm = [-20, 20]\nz_mm = [60, 120]\n", "[shape]\nh = [0.01, 0, 0, 0, 0]\n"]
-    {
-        let dir = tempfile::tempdir().unwrap();
-        std::fs::write(dir.path().join("sensor.toml"), format!("kind = \"profiler\"\n{rest}")).unwrap();
-        let error = folder::read_sensor(dir.path()).unwrap_err().to_string();
-        assert!(error.contains("yet"), "{error}");
-    }
+    let dir = tempfile::tempdir().unwrap();
+    let rest = "[region_of_interest]\nx_mm = [-20, 20]\nz_mm = [60, 120]\n";
+    std::fs::write(dir.path().join("sensor.toml"), format!("kind = \"profiler\"\n{rest}")).unwrap();
+    let error = folder::read_sensor(dir.path()).unwrap_err().to_string();
+    assert!(error.contains("yet"), "{error}");
+}
+
+#[test]
+fn a_profilers_covariance_is_written_in_millimetres_and_read_in_metres() {
+    let sigma = [1e-3, 2e-3, 3e-3, 0.04, 0.05];
+    let covariance =
+        nalgebra::SMatrix::<f64, 5, 5>::from_fn(|i, j| sigma[i] * sigma[j] * if i == j { 1.0 } else { 0.3 });
+    let uncertainty = SensorUncertainty::of_shape(&covariance);
+    // Half a tenth per metre over 30 mm.
+    assert!((uncertainty.keystone.unwrap() - 0.05 * 0.03).abs() < 1e-15);
+    let setup = SensorSetup { uncertainty: Some(uncertainty), ..SensorSetup::default() };
+    let text = sensor_toml::format_file(&SensorFile { sensor: Sensor::Profiler, setup });
+    // (0.04/m)² is 1.6e-9/mm².
+    let table: toml::Table = text.parse().unwrap();
+    let of_h4 = table["uncertainty"]["covariance"]["matrix"][3][3].as_float().unwrap();
+    assert!((of_h4 / 1.6e-9 - 1.0).abs() < 1e-12 && text.contains("h4_per_mm"), "{text}");
+    let read = parse(&text).unwrap().setup.uncertainty.unwrap();
+    let back = read.covariance.unwrap().shape().unwrap();
+    assert!((back - covariance).component_div(&covariance).amax() < 1e-12, "{back}");
+    // A profiler has no focal length, and a camera no such shape.
+    let wrong = text.replace("h4_per_mm", "fx_px");
+    assert!(parse(&wrong).is_err());
 }

@@ -237,7 +237,7 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
     findings.unknowns = Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
         sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
-        corrected: CorrectedSensor::of(from.recording, observations, &parameters),
+        corrected: CorrectedSensor::of(from.recording, observations, &parameters, &covariance),
         parameters,
         covariance,
         noise_covariance,
@@ -254,7 +254,12 @@ fn unknowns(from: &Concluded<'_>, uncertainty: &Uncertainty, systematic: &System
     Unknowns {
         estimated: (0..parameters.dimension()).map(|k| !from.settings.fixed.contains(&k)).collect(),
         sensor: SensorShape::of(from.recording, &parameters, &covariance, from.knowledge),
-        corrected: CorrectedSensor::of(from.recording, &from.assessed.drift_free.observations, &parameters),
+        corrected: CorrectedSensor::of(
+            from.recording,
+            &from.assessed.drift_free.observations,
+            &parameters,
+            &covariance,
+        ),
         parameters,
         covariance,
         noise_covariance,

@@ -20,3 +20,19 @@ pub struct CameraReport<'a> {
     /// Pictures: file, SHA-256, and why there is no board.
     pub files: Vec<(String, String, Option<String>)>,
 }
+
+impl CameraReport<'_> {
+    /// The pictures that do not count, and why: those without a board, and those that do not fit the others.
+    #[must_use]
+    pub fn not_used(&self) -> Vec<(String, String)> {
+        let mut views = self.fit.used.iter();
+        let why = |(file, _, reason): &(String, String, Option<String>)| match reason {
+            Some(reason) => Some((file.clone(), reason.clone())),
+            None => {
+                let counts = views.next().is_none_or(|corners| corners.contains(&true));
+                (!counts).then(|| (file.clone(), "it does not fit the others".to_owned()))
+            }
+        };
+        self.files.iter().filter_map(why).collect()
+    }
+}

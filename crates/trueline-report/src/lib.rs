@@ -24,6 +24,7 @@ pub mod board_result;
 pub mod calibration_page;
 #[cfg(feature = "sensor")]
 mod camera_report;
+pub mod certificate;
 pub mod checks;
 pub mod comparison;
 pub mod diagnosis;

@@ -70,11 +70,8 @@ pub fn camera(report: &CameraReport<'_>) -> Value {
             "width_part": next.width, "uncertainty_now_px": next.now_px, "uncertainty_then_px": next.then_px,
         })
     });
-    value["skipped"] = report
-        .files
-        .iter()
-        .filter_map(|(file, _, reason)| Some(json!({ "file": file, "reason": reason.as_ref()? })))
-        .collect();
+    let skipped = report.not_used().into_iter();
+    value["skipped"] = skipped.map(|(file, reason)| json!({ "file": file, "reason": reason })).collect();
     value["inputs"] = report.files.iter().map(|(file, sha256, _)| (file.clone(), json!(sha256))).collect();
     value
 }

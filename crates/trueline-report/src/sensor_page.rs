@@ -61,9 +61,8 @@ pub fn html(report: &CameraReport<'_>, views: &[View], command: &str) -> String 
 
 /// The pictures that were not used, and the command.
 fn made(report: &CameraReport<'_>, command: &str) -> Vec<Block> {
-    let left_out = report.files.iter().filter_map(|(file, _, reason)| {
-        Some(("not used".to_owned(), format!("{file}: {}", reason.as_ref()?)))
-    });
+    let left_out = report.not_used().into_iter();
+    let left_out = left_out.map(|(file, reason)| ("not used".to_owned(), format!("{file}: {reason}")));
     let command = ("command".to_owned(), command.to_owned());
     vec![Block::Facts(left_out.chain([command]).collect())]
 }

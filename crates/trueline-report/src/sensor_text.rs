@@ -74,10 +74,8 @@ pub fn camera(report: &CameraReport<'_>) -> String {
     if let Some(next) = report.next {
         let _ = writeln!(out, "  {:<18} {}", "next picture", next_picture(next));
     }
-    for (file, _, reason) in &report.files {
-        if let Some(reason) = reason {
-            let _ = writeln!(out, "  {:<18} {file}: {reason}", "not used");
-        }
+    for (file, reason) in report.not_used() {
+        let _ = writeln!(out, "  {:<18} {file}: {reason}", "not used");
     }
     out
 }

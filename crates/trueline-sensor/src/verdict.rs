@@ -147,6 +147,9 @@ impl fmt::Display for Remark {
                 "two halves of the pictures differ {:.1} times more than their uncertainty explains: is the board flat, the lens fixed?",
                 normalized.sqrt()
             ),
+            Self::PicturesLeftOut { count: 1 } => {
+                write!(f, "a picture does not fit the others and was left out")
+            }
             Self::PicturesLeftOut { count } => {
                 write!(f, "{count} pictures do not fit the others and were left out")
             }

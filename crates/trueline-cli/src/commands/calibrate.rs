@@ -17,7 +17,7 @@ use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
 use trueline_method::{Calibration, Hold, ResidualKind, SensorMode, Status};
 use trueline_open::Opened;
 use trueline_report::calibration_page::{self, FramePicture, Source};
-use trueline_report::{result, summary};
+use trueline_report::{certificate::Certificate, result, summary};
 
 /// Runs the command.
 pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
@@ -26,7 +26,9 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     }
     check_sensor(args)?;
     check_fixed(args)?;
-    output::expect_files(&[args.json.as_deref(), args.report.as_deref(), args.write_sensor.as_deref()])?;
+    output::expect_files(
+        &[&args.json, &args.report, &args.write_sensor, &args.certificate].map(|f| f.as_deref()),
+    )?;
     let config = args.config();
     let began = Instant::now();
     let mut opened = opening::open_all(&args.datasets, args.joint, args.quiet)?;
@@ -112,6 +114,10 @@ fn write_results(
     if let Some(file) = &args.report {
         output::file(file, &calibration_page::html(&source))?;
     }
+    if let Some(file) = &args.certificate {
+        let by = (args.operator.as_deref(), output::command_line());
+        output::file(file, &Certificate::of(calibration, by).text(file))?;
+    }
     #[cfg(feature = "rerun")]
     if let Some(file) = &args.rerun {
         trueline_report::rerun_recording::write(file, &source).map_err(|error| {
@@ -139,7 +145,8 @@ fn write_sensor(file: &Path, opened: &Opened, calibration: &Calibration, quiet: 
             "`trueline doctor DATASET` looks for the reason",
         )
     })?;
-    let setup = SensorSetup { uncertainty: None, shape: corrected.shape, ..opened.recording.setup.clone() };
+    let (shape, uncertainty) = (corrected.shape, corrected.uncertainty.clone());
+    let setup = SensorSetup { uncertainty, shape, ..opened.recording.setup.clone() };
     let text = sensor_toml::format_file(&SensorFile { sensor: corrected.sensor.clone(), setup });
     output::file(file, &text)?;
     if !quiet && corrected.shape.is_none() {
@@ -154,15 +161,17 @@ fn write_sensor(file: &Path, opened: &Opened, calibration: &Calibration, quiet: 
 /// The paper's residual takes the sensor for exact, and so does a sensor that is held.
 fn check_sensor(args: &CalibrateArgs) -> Result<(), Failure> {
     let papers = args.residual == ResidualKind::PointToLine;
-    if args.write_sensor.is_some() && args.sensor == SensorMode::Fixed {
+    let asked = args.write_sensor.as_ref().map(|_| "--write-sensor");
+    let asked = asked.or(args.certificate.as_ref().map(|_| "--certificate"));
+    if let (Some(option), SensorMode::Fixed) = (asked, args.sensor) {
         return Err(Failure::new(
-            "`--write-sensor`: with `--sensor fixed` nothing is corrected",
+            format!("`{option}`: with `--sensor fixed` nothing is corrected"),
             "use --sensor prior or --sensor free",
         ));
     }
-    let option = match (args.sensor, &args.write_sensor) {
+    let option = match (args.sensor, asked) {
         (SensorMode::Free, _) if papers => "--sensor free",
-        (_, Some(_)) if papers => "--write-sensor",
+        (_, Some(option)) if papers => option,
         _ => return Ok(()),
     };
     Err(Failure::new(

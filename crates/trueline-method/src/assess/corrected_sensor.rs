@@ -9,7 +9,7 @@ use crate::input::camera_sensor::CameraSensor;
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
-use trueline_dataset::sensor_setup::{SensorParameter, SheetShape};
+use trueline_dataset::sensor_setup::{SensorParameter, SensorUncertainty, SheetShape};
 use trueline_dataset::{Recording, Sensor};
 use trueline_geometry::{Pose, se3, so3};
 
@@ -20,6 +20,9 @@ pub struct CorrectedSensor {
     pub sensor: Sensor,
     /// The correction of its sheet, where it takes one.
     pub shape: Option<SheetShape>,
+    /// How well that correction is known: what is known of the sensor before another scan. `None` of a camera, whose numbers
+    /// a scan tells apart only with what was known of them before.
+    pub uncertainty: Option<SensorUncertainty>,
     /// The hand-eye transform that goes with it.
     pub tool_from_camera: Pose,
     /// What a sensor that takes no correction is served best by.
@@ -49,9 +52,14 @@ const STEPS: usize = 8;
 const SAMPLE: usize = 200;
 
 impl CorrectedSensor {
-    /// Of a solution with a shape; `None` without one, or where no camera has it.
+    /// Of a solution with a shape, and the covariance of all unknowns; `None` without one, or where no camera has it.
     #[must_use]
-    pub fn of(recording: &Recording, observations: &Observations, at: &Parameters) -> Option<Self> {
+    pub fn of(
+        recording: &Recording,
+        observations: &Observations,
+        at: &Parameters,
+        covariance: &DMatrix<f64>,
+    ) -> Option<Self> {
         let shape = at.shape?;
         let uncorrected = uncorrected(observations, at)?;
         let (sensor, camera_from_corrected) = match &recording.sensor {
@@ -72,6 +80,10 @@ impl CorrectedSensor {
         Some(Self {
             sensor,
             shape: takes_shape.then(|| total(recording, &shape)),
+            uncertainty: takes_shape.then(|| {
+                let first = at.unknowns().shape().start;
+                SensorUncertainty::of_shape(&covariance.fixed_view::<5, 5>(first, first).into_owned())
+            }),
             tool_from_camera: at.tool_from_camera * camera_from_corrected,
             uncorrected,
         })

@@ -94,6 +94,11 @@ impl CameraSensor {
             SensorParameter::NormalE1 => plane = tilted(0)?,
             SensorParameter::NormalE2 => plane = tilted(1)?,
             SensorParameter::Offset => plane = Plane::new(plane.normal().into_inner(), plane.offset() + by)?,
+            SensorParameter::H1
+            | SensorParameter::H2
+            | SensorParameter::H3
+            | SensorParameter::H4
+            | SensorParameter::H5 => return None,
         }
         Some(Self { camera, plane })
     }

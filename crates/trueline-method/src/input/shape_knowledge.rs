@@ -9,7 +9,7 @@ use crate::input::camera_sensor::{CameraSensor, rigid_and_shape};
 use crate::input::observations::Observations;
 use crate::problem::block_priors::ShapePrior;
 use nalgebra::{SMatrix, Vector3};
-use trueline_dataset::sensor_setup::{KEYSTONE_REACH_M, SensorUncertainty};
+use trueline_dataset::sensor_setup::{KEYSTONE_REACH_M, SensorCovariance, SensorUncertainty};
 use trueline_dataset::{Recording, Sensor};
 
 /// A covariance of h₁ … h₅.
@@ -73,6 +73,9 @@ fn diagonal(sigma: [f64; 5]) -> ShapeCovariance {
 }
 
 fn of_profiler(uncertainty: &SensorUncertainty) -> ShapeCovariance {
+    if let Some(joint) = uncertainty.covariance.as_ref().and_then(SensorCovariance::shape) {
+        return joint;
+    }
     let [scale, shear, keystone] =
         [uncertainty.scale, uncertainty.shear_rad, uncertainty.keystone].map(|stated| stated.unwrap_or(0.0));
     let keystone = keystone / KEYSTONE_REACH_M;

@@ -30,7 +30,7 @@ const SPARSE_LINE: f64 = 0.5;
 const LEAST_SIDE_PX: usize = 200;
 
 /// Why there is no board.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoBoard {
     /// Nothing like a board.
     #[error("no board is visible")]
@@ -56,6 +56,12 @@ pub enum NoBoard {
         expected_columns: usize,
         /// Rows of the stated board.
         expected_rows: usize,
+    },
+    /// The board where another picture has it.
+    #[error("it shows the board where {of} does: the same picture again says nothing new")]
+    Repeated {
+        /// The other picture.
+        of: String,
     },
 }
 

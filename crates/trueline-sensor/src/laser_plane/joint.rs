@@ -3,7 +3,7 @@
 //! How flat the boards are is estimated with it (`flatness`): each board's surface may be offset and twisted at its stripe,
 //! by as much as the boards differ from the plane.
 
-use crate::board::Board;
+use crate::board::{Board, FoundCorner};
 use crate::bundle::{BoardState, Bundle, BundleState, CameraPrior, Picture, SHARED_SIZE};
 use crate::error::Error;
 use crate::inverse_of_free::inverse_of_free;
@@ -15,6 +15,7 @@ pub use crate::laser_plane::striped_view::{StripedView, pose_of};
 use crate::projection::{CAMERA_SIZE, project_from_board};
 use crate::stripe_residual::{StripePixel, StripePoint};
 use nalgebra::{SMatrix, Vector3};
+use trueline_geometry::statistics::median;
 use trueline_geometry::{Plane, fit};
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 use trueline_model::Camera;
@@ -27,6 +28,12 @@ const ROUNDS: usize = 6;
 const FIRST_CORNER_PX: f64 = 0.2;
 const FIRST_STRIPE_PX: f64 = 1.0;
 const FIRST_FLATNESS_M: f64 = 1e-4;
+
+/// A corner farther off than so many times the median is left out: five standard deviations of one axis (Rayleigh).
+const MOVED_CORNER: f64 = 4.2;
+
+/// A picture keeps so many corners at least, or all.
+const FEWEST_CORNERS: usize = 12;
 
 /// A stripe's pixel farther off than this is left out, in standard deviations.
 const OUTLIER_SIGMAS: f64 = 5.0;
@@ -192,9 +199,32 @@ impl Joint {
         self.bundle.pictures[k].stripe.iter().map(residual).collect()
     }
 
+    /// Distances of a picture's corners from where they should be, px.
+    fn corner_distances(&self, k: usize) -> Vec<f64> {
+        let pose = &self.state.boards[k].camera_from_board;
+        let distance = |corner: &FoundCorner| {
+            let point = self.bundle.board.corner(corner.column, corner.row);
+            let seen = project_from_board(&self.state.camera, pose, &point);
+            seen.map_or(f64::INFINITY, |seen| (seen.pixel - corner.pixel).norm())
+        };
+        self.bundle.pictures[k].corners.iter().map(distance).collect()
+    }
+
+    /// Corners that the stripe's light has moved, and pixels that are not on the stripe.
     fn leave_out(&mut self) {
+        let pictures = self.bundle.pictures.len();
+        let usual_px = median((0..pictures).flat_map(|k| self.corner_distances(k))).unwrap_or(0.0);
+        for k in 0..pictures {
+            let distances = self.corner_distances(k);
+            let mut fine = distances.iter().map(|distance| *distance <= MOVED_CORNER * usual_px);
+            if distances.iter().filter(|distance| **distance <= MOVED_CORNER * usual_px).count()
+                >= FEWEST_CORNERS
+            {
+                self.bundle.pictures[k].corners.retain(|_| fine.next().unwrap_or(false));
+            }
+        }
         let most = OUTLIER_SIGMAS * self.bundle.stripe_sigma_px.max(self.noise().1);
-        for k in 0..self.bundle.pictures.len() {
+        for k in 0..pictures {
             let residuals = self.stripe_residuals(k);
             let mut fine = residuals.iter().map(|r| r.abs() <= most);
             self.bundle.pictures[k].stripe.retain(|_| fine.next().unwrap_or(false));
