@@ -41,6 +41,8 @@ pub mod plan_page;
 #[cfg(feature = "plan")]
 mod plan_seam_error;
 #[cfg(feature = "plan")]
+pub mod plan_source;
+#[cfg(feature = "plan")]
 pub mod plan_summary;
 #[cfg(feature = "experiments")]
 pub mod reproduction_page;

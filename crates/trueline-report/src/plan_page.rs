@@ -7,7 +7,8 @@ use crate::page::{
 };
 use crate::plan_film;
 use crate::plan_seam_error;
-use crate::plan_summary::{self, Source};
+use crate::plan_source::Source;
+use crate::plan_summary;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_plan::constraints::Constraint;

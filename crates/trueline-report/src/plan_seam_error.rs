@@ -1,7 +1,7 @@
 //! What a plan says of the seam error: how large it will be, where it comes from, and where more is wanted what would shrink it.
 
 use crate::number::digits_for;
-use crate::plan_summary::Source;
+use crate::plan_source::Source;
 use crate::seam_error::{self, BudgetPart, mm};
 use serde_json::{Value, json};
 use trueline_dataset::unit::MM_PER_M;

@@ -1,6 +1,7 @@
 //! A planned scan as words, as JSON and as a table over time.
 
 use crate::number::digits_for;
+use crate::plan_source::Source;
 use crate::{arm_summary, plan_seam_error, seam_error};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -9,38 +10,7 @@ use trueline_method::problem::parameters::{LINES, ROTATION, TIME_OFFSET, TRANSLA
 use trueline_plan::constraints::Constraint;
 use trueline_plan::design::Sweep;
 use trueline_plan::plan::DURATION_S;
-use trueline_plan::{Cell, Goal, Plan, Prediction, Rehearsal, Shape, Target};
-
-/// All that is told of a plan.
-pub struct Source<'a> {
-    /// What was known.
-    pub cell: &'a Cell,
-    /// What was planned.
-    pub plan: &'a Plan,
-    /// What calibrating its scan would say; `None` if that cannot be done.
-    pub rehearsal: Option<&'a Rehearsal>,
-    /// What was asked for.
-    pub asked: Asked<'a>,
-    /// Standard deviations that 95 % of the cells stay below in which the guess is wrong.
-    pub wrong_guess: &'a [f64; LINES],
-    /// What is promised as the scan goes on.
-    pub over_time: &'a [(f64, Prediction)],
-    /// Longer scans that come no nearer to the seam error that is wanted: duration, s, and what each leaves, m.
-    pub longer: &'a [(f64, f64)],
-    /// Where a wanted seam error is missed, what better robots would leave: their accuracy and the seam error, m.
-    pub better_robots: &'a [(f64, f64)],
-    /// How to make it again.
-    pub command: &'a str,
-}
-
-/// What was asked of a plan.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Asked<'a> {
-    /// Sigmas, if anything was.
-    pub goal: Option<&'a Goal>,
-    /// Seam error, m.
-    pub seam_m: Option<f64>,
-}
+use trueline_plan::{Goal, Plan, Prediction, Rehearsal, Shape, Target};
 
 /// Names of the seven unknowns and the units that people read them in.
 const UNKNOWNS: [(&str, &str); LINES] = [

@@ -17,7 +17,7 @@ use trueline_plan::stripes_ahead::plates;
 use trueline_plan::{
     Cell, CellFiles, Criterion, Goal, Plan, PlanError, PlanRequest, SeamGoal, cell_toml, outlook, plan,
 };
-use trueline_report::{plan_page, plan_summary};
+use trueline_report::{plan_page, plan_source, plan_summary};
 
 /// Angles of the arm's joints along the path.
 const JOINTS: &str = "joints.csv";
@@ -44,8 +44,8 @@ pub(crate) fn run(args: &PlanArgs) -> Result<ExitCode, Failure> {
     let is_missed = ask.seam.as_ref().is_some_and(|goal| made.seam_error_m() > goal.wanted_m);
     let better_robots = if is_missed { with_better_robots((&cell, &setup), &ask, &made) } else { Vec::new() };
     let seam_m = args.want.and_then(|want| want.seam_m);
-    let asked = plan_summary::Asked { goal: args.want.is_some().then_some(&ask.goal), seam_m };
-    let source = plan_summary::Source {
+    let asked = plan_source::Asked { goal: args.want.is_some().then_some(&ask.goal), seam_m };
+    let source = plan_source::Source {
         cell: &cell,
         plan: &made.plan,
         rehearsal: made.rehearsal.as_ref(),
@@ -142,7 +142,7 @@ fn inputs(args: &PlanArgs) -> Result<CellFiles, Failure> {
     Ok(CellFiles::of(&args.out.join(CELL), cell, sensor.to_owned())?)
 }
 
-fn write(folder: &Path, source: &plan_summary::Source<'_>, goal: &Goal) -> Result<(), Failure> {
+fn write(folder: &Path, source: &plan_source::Source<'_>, goal: &Goal) -> Result<(), Failure> {
     let mut path = Vec::new();
     let file = folder.join(PATH);
     robot_csv::write(&mut path, &source.plan.samples())
