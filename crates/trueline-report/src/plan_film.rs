@@ -38,7 +38,7 @@ pub(crate) fn block(cell: &Cell, plan: &Plan, columns: &mut Columns) -> Block {
     Block::Chart(Chart {
         id: "scene",
         title: "The scan as a film: tool, view and seam",
-        explanation: "Play, or move the slider. The tool's x axis is long, its z axis short. Drag to turn; Ctrl and wheel, or + and −, zoom. Scales are alike; millimetres in base.".to_owned(),
+        explanation: "Press Play or move the slider. The tool's x axis is drawn long, its z axis short. Drag to rotate; Ctrl and wheel, or + and −, to zoom. All axes have the same scale: millimetres in base.".to_owned(),
         alternative: "The tool's planned path, the tool, the field of view on the laser plane and the seam over time, in the robot's base frame in mm".to_owned(),
         wide: true,
         drawn: Drawn::Film { parts, moving, arm, times },
