@@ -164,11 +164,46 @@ fn a_receiver_that_is_not_there_changes_nothing_and_is_named() {
     assert_eq!(wrong.status.code(), Some(2));
 }
 
+/// A spin of 0.2° in a box with a weave: its whole stripes show it, in files as in memory.
+#[test]
+fn welds_with_stripes_are_watched_by_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    let change = [
+        "--layout",
+        "box-weave",
+        "--plates",
+        "--change",
+        "bracket-turn-z=0.2@2",
+        "--out",
+        "welds",
+        "--quiet",
+    ];
+    assert!(run(&[&["simulate", "--production", "3"], change.as_slice()].concat()).status.success());
+    let truth = ["--state", "cell.sqlite", "--calibration", "welds/weld-0000/truth.toml", "--json", "-"];
+    let watched = run(&[
+        &["watch", "welds/weld-0000", "welds/weld-0001", "welds/weld-0002"],
+        truth.as_slice(),
+    ]
+    .concat());
+    assert_eq!(watched.status.code(), Some(1), "{}", words(&watched));
+    let told = lines(&watched);
+    assert!(told[1]["alarm"].is_null(), "{}", told[1]);
+    let alarm = &told[2]["alarm"];
+    assert_eq!((&alarm["kind"], &alarm["since_number"]), (&"bracket".into(), &2.into()), "{alarm}");
+    let (value, sigma) = (&alarm["change"]["rotation_deg"][2], &alarm["change"]["sigma"]["rotation_deg"][2]);
+    let sigma = sigma.as_f64().unwrap();
+    assert!(sigma < 0.05 && (value.as_f64().unwrap() - 0.2).abs() < 4.0 * sigma, "{alarm}");
+}
+
 #[test]
 fn what_cannot_be_watched_is_told_and_is_no_alarm() {
     let dir = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| trueline(dir.path(), arguments);
-    for nothing in [&["watch"][..], &["watch", "--folder", "nothing"], &["watch", "nothing"]] {
+    std::fs::create_dir(dir.path().join("empty")).unwrap();
+    for nothing in
+        [&["watch"][..], &["watch", "--folder", "nothing"], &["watch", "nothing"], &["watch", "empty"]]
+    {
         let nothing = run(&[nothing, STATE.as_slice()].concat());
         assert_eq!(nothing.status.code(), Some(2));
         assert!(words(&nothing).contains("hint:"), "{}", words(&nothing));

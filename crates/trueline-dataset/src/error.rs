@@ -164,11 +164,13 @@ pub enum Problem {
         /// The number.
         number: i64,
     },
-    /// A plate that is neither of two.
-    #[error("expected plate 0 or 1, found {plate}")]
+    /// A plate of no line.
+    #[error("expected plate {}, found {plate}", if *last == 1 { "0 or 1".to_owned() } else { format!("0 to {last}") })]
     NotAPlate {
         /// The number.
         plate: u64,
+        /// The last one that there may be.
+        last: u64,
     },
     /// Two stripes of one plate at one stamp.
     #[error("plate {plate} twice at one stamp")]

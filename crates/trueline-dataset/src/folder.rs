@@ -92,7 +92,8 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
         }
         if let Some(text) = stripes_text {
             let text = plain(&path("stripes.csv"), text, &mut notes)?;
-            stripes = stripes_csv::read(&path("stripes.csv"), text.as_slice(), &sensor)?;
+            let lines = features.iter().map(|feature| feature.line + 1).max().unwrap_or(1);
+            stripes = stripes_csv::read_of_lines(&path("stripes.csv"), text.as_slice(), &sensor, lines)?;
         }
     }
     let initial_path = path("initial.toml");

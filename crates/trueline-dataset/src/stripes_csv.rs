@@ -48,18 +48,32 @@ const LENGTHS: [ColumnSpec<'static>; 5] = [
 /// A laser plane that is steeper than this against the y axis (cosine) does not say y of x and z.
 const LEAST_Y: f64 = 0.05;
 
-/// Reads the stripes of a sensor.
+/// Reads the stripes of a sensor that looks at one line.
 ///
 /// # Errors
 /// Anything that is not a clean table of these columns with rising stamps, plates 0 and 1, positive sigmas and two points
 /// that are not the same.
 pub fn read(file: &Path, input: impl Read, sensor: &Sensor) -> Result<Vec<PlateStripe>, Error> {
+    read_of_lines(file, input, sensor, 1)
+}
+
+/// The same of so many lines: plates 2k and 2k + 1 are those of line k.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_of_lines(
+    file: &Path,
+    input: impl Read,
+    sensor: &Sensor,
+    lines: u32,
+) -> Result<Vec<PlateStripe>, Error> {
+    let last_plate = 2 * lines.max(1) - 1;
     let own = if matches!(sensor, Sensor::CameraLaser { .. }) { PIXELS } else { LENGTHS };
     let columns: Vec<ColumnSpec<'static>> = SHARED.into_iter().chain(own).collect();
     let mut table = Table::open(file, input, &columns)?;
     let mut stripes: Vec<PlateStripe> = Vec::new();
     while table.next_row()? {
-        let stripe = read_row(&table, file, sensor)?;
+        let stripe = read_row(&table, file, sensor, last_plate)?;
         if let Some(last) = stripes.last()
             && stripe.stamp_ns < last.stamp_ns
         {
@@ -78,12 +92,17 @@ pub fn read(file: &Path, input: impl Read, sensor: &Sensor) -> Result<Vec<PlateS
     Ok(stripes)
 }
 
-fn read_row<R: Read>(table: &Table<'_, R>, file: &Path, sensor: &Sensor) -> Result<PlateStripe, Error> {
+fn read_row<R: Read>(
+    table: &Table<'_, R>,
+    file: &Path,
+    sensor: &Sensor,
+    last_plate: u32,
+) -> Result<PlateStripe, Error> {
     let at = |k: usize| table.required_number(FIRST + k);
-    let plate = table.count(PLATE)?.unwrap_or_default();
-    if plate > 1 {
-        return Err(table.error_in(PLATE, Problem::NotAPlate { plate }));
-    }
+    let number = table.count(PLATE)?.unwrap_or_default();
+    let plate = u32::try_from(number).ok().filter(|plate| *plate <= last_plate).ok_or_else(|| {
+        table.error_in(PLATE, Problem::NotAPlate { plate: number, last: u64::from(last_plate) })
+    })?;
     let ends = [[at(0)?, at(1)?], [at(2)?, at(3)?]];
     if ends[0] == ends[1] {
         return Err(table.error_in(FIRST, Problem::StripeWithoutLength));
@@ -103,13 +122,7 @@ fn read_row<R: Read>(table: &Table<'_, R>, file: &Path, sensor: &Sensor) -> Resu
             ends.map(|end| on_plane(&plane, end))
         }
     };
-    Ok(PlateStripe {
-        stamp_ns: table.stamp_ns(TIME)?,
-        frame: table.count(FRAME)?,
-        plate: u32::from(plate == 1),
-        points,
-        sigma,
-    })
+    Ok(PlateStripe { stamp_ns: table.stamp_ns(TIME)?, frame: table.count(FRAME)?, plate, points, sigma })
 }
 
 fn without_direction(sigma: f64, length: f64, sensor: &Sensor) -> Problem {
@@ -206,6 +219,17 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn plates_of_several_lines_are_those_lines_and_no_others() {
+        let text = format!("{HEADER}\n0,0,2,1,1,2,2,0.1\n0,0,3,1,1,2,2,0.1\n");
+        let of = |lines| read_of_lines(Path::new("stripes.csv"), text.as_bytes(), &Sensor::Profiler, lines);
+        assert_eq!(of(2).unwrap().iter().map(|stripe| stripe.plate).collect::<Vec<_>>(), [2, 3]);
+        let text = text.replace("0,0,3", "0,0,4");
+        let refused = read_of_lines(Path::new("stripes.csv"), text.as_bytes(), &Sensor::Profiler, 2);
+        let refused = refused.unwrap_err().to_string();
+        assert!(refused.contains("line 3, column `plate`: expected plate 0 to 3, found 4"), "{refused}");
     }
 
     #[test]

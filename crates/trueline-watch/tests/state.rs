@@ -97,8 +97,8 @@ fn no_finished_weld_is_lost_when_programs_are_killed() {
     assert!(told.len() >= 16);
 }
 
-/// Setting the journal of a new file is what the library refuses at once when another program is about it: 7 of 1000 such
-/// openings failed before they were tried again. A hundred times four find that in half of all runs, and never a wrong one.
+/// Setting the journal of a new file is what the library refuses at once when another program is about it. Of a
+/// hundred times four openings at least one failed in each of six runs before they were tried again.
 #[test]
 fn programs_that_open_a_new_state_at_once_all_get_it() {
     let folder = tempfile::tempdir().unwrap();

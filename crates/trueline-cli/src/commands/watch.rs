@@ -50,8 +50,8 @@ fn inputs_are_there(args: &WatchArgs) -> Result<(), Failure> {
     if let Some(folder) = &args.folder {
         std::fs::read_dir(folder).map_err(|error| unreadable(folder, &error))?;
     }
-    let missing = args.welds.iter().find(|weld| !weld.exists());
-    missing.map_or(Ok(()), |weld| opening::open(weld, None, true).map(|_| ()))
+    let doubtful = args.welds.iter().find(|weld| !weld.exists()).or(args.welds.first());
+    doubtful.map_or(Ok(()), |weld| opening::open(weld, None, true).map(|_| ()))
 }
 
 fn unreadable(folder: &Path, error: &std::io::Error) -> Failure {
