@@ -163,7 +163,7 @@ pub fn write(mut out: impl Write, stripes: &[PlateStripe]) -> std::io::Result<()
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
-    use super::{read, write};
+    use super::{read, read_of_lines, write};
     use crate::recording::{Measured, PlateStripe, Sensor};
     use std::path::Path;
     use trueline_geometry::Plane;
