@@ -285,6 +285,21 @@ fn coarse_stamps() {
     assert!(matches!(robot.reasons()[0], Reason::CoarseRobotStamps { .. }), "{:?}", robot.reasons());
 }
 
+/// Stamps of arrival that are late by milliseconds hide that they are cut to whole ones; the earliest of them, which tell the time offset,
+/// are early by up to a millisecond all the same.
+#[test]
+fn stamps_that_arrive_late_hide_no_grain() {
+    let late: Vec<_> =
+        ["late-arrival=2", "image-grain=1"].iter().map(|fault| fault.parse().unwrap()).collect();
+    for seed in 1..4 {
+        let recording = trueline_sim::simulate_with_faults(&Preset::Good.scenario(), &late, seed).unwrap();
+        let c = assert_right(&recording, "late by 2 ms, in whole milliseconds");
+        assert!((c.findings.streams.images.grain_s.unwrap() - 0.001).abs() < 1e-12);
+        let only = trueline_sim::simulate_with_faults(&Preset::Good.scenario(), &late[..1], seed).unwrap();
+        assert_eq!(calibrated(&only).findings.streams.images.grain_s, None);
+    }
+}
+
 /// A grain that is longer than a period makes equal stamps; so do two lines in one picture, and these are exact.
 #[test]
 fn equal_stamps_are_a_grain_only_where_the_pictures_differ() {

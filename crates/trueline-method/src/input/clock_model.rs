@@ -49,6 +49,14 @@ pub struct StreamClock {
     pub steps: Vec<(f64, f64)>,
 }
 
+impl StreamClock {
+    /// Whether it follows the earliest stamps: jitter to one side.
+    #[must_use]
+    pub fn is_one_sided(&self) -> bool {
+        self.fit_kind == FitKind::LowerEnvelope
+    }
+}
+
 /// Fewest stamps that show a period.
 const MIN_STAMPS: usize = 20;
 /// More jitter than this part of the period, and periods cannot be counted.

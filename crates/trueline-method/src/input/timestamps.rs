@@ -1,7 +1,7 @@
 //! When the samples of both streams were taken: as stamped, or as their clocks say.
 
 use crate::config::{Config, ResidualKind, Stamps};
-use crate::input::clock_model::{self, FitKind, SILENCE_TICKS, StreamClock, Ticks};
+use crate::input::clock_model::{self, SILENCE_TICKS, StreamClock, Ticks};
 use crate::order_statistics::median;
 use trueline_dataset::Recording;
 
@@ -82,8 +82,12 @@ const MANY_GRAINS: i64 = 3;
 /// RMS distance from an even tick, in grains, where no rows can be lost: 0.29 of rounding, and jitter of up to half a grain.
 const STRAYS_RMS: f64 = 0.6;
 
+/// Steps of so many lengths, each of them one in a hundred, are no rows that are lost from an even tick.
+const MANY_STEPS: usize = 6;
+
 /// The multiple of which all stamps are, in ns, if it is coarse and rounding is why: the stamps are an even tick to
-/// within a grain. Rows that are lost from a clock of just that period leave it further and further.
+/// within a grain, or they arrive with a jitter of many grains. Rows that are lost from a clock of just that period leave an even
+/// tick further and further, in steps of few lengths.
 fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
     let steps: Vec<i64> = stamps_ns.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0).collect();
     let first = *steps.first()?;
@@ -101,6 +105,9 @@ fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
     if grain < COARSE_GRAIN_NS || !differ {
         return None;
     }
+    if usual_step_ns(stamps_ns) >= MANY_GRAINS * grain && has_many_steps(&steps) {
+        return Some(grain);
+    }
     let windows: Vec<&[i64]> = stamps_ns.chunks(GRAIN_WINDOW).filter(|window| is_ragged(window)).collect();
     let is_even = |window: &&&[i64]| {
         let Strays { range_ns, rms_ns } = strays(window);
@@ -113,6 +120,14 @@ fn grain_ns(stamps_ns: &[i64]) -> Option<i64> {
     };
     let even = windows.iter().filter(is_even).count();
     (even > 0 && even * 10 >= windows.len() * 8).then_some(grain)
+}
+
+fn has_many_steps(steps: &[i64]) -> bool {
+    let mut steps = steps.to_vec();
+    steps.sort_unstable();
+    let alike = steps.chunk_by(|a, b| b - a <= 1000);
+    steps.len() >= GRAIN_WINDOW
+        && alike.filter(|chunk| chunk.len() * 100 >= steps.len()).count() >= MANY_STEPS
 }
 
 /// Whether more than one step in fifty is not the usual one: a row lost now and then is no rounding.
@@ -197,8 +212,12 @@ impl Stream {
     fn phase_sigma_s(&self, dejittered: bool) -> f64 {
         let phase_s = self.clock.as_ref().filter(|_| dejittered).map_or(0.0, |clock| clock.phase_sigma_s);
         // Rounded down, to the nearest or up: nobody knows, so the mean is off by up to half a grain to either side; or, where
-        // all samples were taken at the same place between two grains, each by up to a whole one.
-        let of_grain = |grain_s: f64| grain_s / if self.ticks_with(grain_s) { 3.0_f64 } else { 12.0 }.sqrt();
+        // all samples were taken at the same place between two grains, or only the earliest stamps count, by up to a whole one.
+        let by_earliest = dejittered && self.clock.as_ref().is_some_and(StreamClock::is_one_sided);
+        let of_grain = |grain_s: f64| {
+            let is_whole = by_earliest || self.ticks_with(grain_s);
+            grain_s / if is_whole { 3.0_f64 } else { 12.0 }.sqrt()
+        };
         phase_s.hypot(self.grain_s.map_or(0.0, of_grain))
     }
 
@@ -238,7 +257,7 @@ impl Stream {
             missing: clock.map(|c| clock_model::missing(&self.recorded_s, c.period_s)),
             silences: steps().filter(|step| *step > silence_s).count(),
             device_drift_ppm: clock.and_then(|c| c.device_drift_ppm),
-            one_sided: clock.is_some_and(|c| c.fit_kind == FitKind::LowerEnvelope),
+            one_sided: clock.is_some_and(StreamClock::is_one_sided),
             steps: clock.map_or_else(Vec::new, |c| c.steps.clone()),
             grain_s: self.grain_s,
             dejittered,
