@@ -1,18 +1,28 @@
 //! Whole stripes against seam points on simulated cells: what is said and what is achieved, side by side; how often 95 %
-//! intervals hold the truth; and what plates that are not flat do.
+//! intervals hold the truth; how near the Cramér–Rao bound the estimates are; and what plates that are not flat do.
 //!
-//! `cargo run --release -p trueline-vision --example stripes [CELLS]`; 100 cells a row take some minutes.
+//! `cargo run --release -p trueline-vision --example stripes [CELLS [FILTER]]`; only rows that hold the filter's words are made.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a program for the terminal")]
 
-use nalgebra::{DMatrix, SVector, Vector2, Vector3};
+use nalgebra::{DMatrix, SMatrix, SVector, Vector2, Vector3};
 use rayon::prelude::*;
 use trueline_dataset::{Recording, Sensor};
 use trueline_geometry::so3;
-use trueline_method::{Calibration, Config, Measurements, SensorMode, calibrate};
-use trueline_model::LaserSheet;
+use trueline_lsq::{Information, LeastSquares, NormalEquations};
+use trueline_method::assess::observability::RANK_THRESHOLD;
+use trueline_method::input::observations::{self, Observations};
+use trueline_method::input::shape_knowledge::ShapeKnowledge;
+use trueline_method::input::timestamps::Sampling;
+use trueline_method::problem::usable::UsableObservations;
+use trueline_method::solve::seam_chart::with_bows;
+use trueline_method::stripe::frames::{Sight, StripeFrame, frames};
+use trueline_method::stripe::problem::{PoseError, StripeProblem, WeighedFrame};
+use trueline_method::stripe::start::start;
+use trueline_method::{Calibration, Config, Measurements, Parameters, SensorMode, calibrate};
+use trueline_model::{LaserSheet, SheetShape};
 use trueline_sim::{
-    PlateForm, Plates, Preset, ProfileLook, Scenario, SensorModel, Sine, random_cell, scan_plates,
-    scan_profiles,
+    Between, Disturbance, PlateForm, Plates, Preset, ProfileLook, Scenario, SensorModel, Sine, random_cell,
+    scan_plates, scan_profiles,
 };
 use trueline_vision::profile;
 
@@ -20,6 +30,8 @@ use trueline_vision::profile;
 const HALF_FIELD_M: f64 = 0.030;
 /// A normal number is within so many standard deviations in 95 of 100 cases.
 const WITHIN_95: f64 = 1.96;
+/// Offset, rotation, translation.
+const UNKNOWNS: usize = 7;
 
 /// Offset, rotation (norm), translation (norm) and seam error: squared.
 #[derive(Clone, Copy, Default)]
@@ -30,44 +42,94 @@ struct Squares([f64; 4]);
 struct Cell {
     said: Squares,
     error: Squares,
-    /// Components within their 95 % interval, of seven.
+    /// Components within their 95 % interval.
     covered: u32,
     normalised: f64,
+    /// Each component's error over what is said of it.
+    over_said: SVector<f64, UNKNOWNS>,
+    /// Each component's error over its Cramér–Rao bound, where that is known.
+    over_bound: Option<SVector<f64, UNKNOWNS>>,
+}
+
+/// A row of the table: one kind of scan, and what is made of it.
+struct Case {
+    name: String,
+    scenario: Scenario,
+    plates: Plates,
+    measurements: Measurements,
+    sensor: SensorMode,
+    /// Noise of the stripes alone, for which the bound is known.
+    own_noise: bool,
 }
 
 fn main() {
-    let cells: u64 = std::env::args().nth(1).map_or(20, |text| text.parse().unwrap());
+    let mut arguments = std::env::args().skip(1);
+    let cells: u64 = arguments.next().map_or(20, |text| text.parse().unwrap());
+    let filter = arguments.next().unwrap_or_default();
     println!(
         "{cells} cells a row; rotation and translation: norms; seam: RMS over ±30 mm × ±30 mm of the sheet"
     );
     println!(
-        "{:<34}{:<8}{:>17}{:>19}{:>19}{:>19}{:>8}{:>8}",
-        "scan", "use", "offset µs", "rotation °", "translation mm", "seam mm", "95 %", "NEES/7"
+        "{:<44}{:<8}{:>17}{:>19}{:>19}{:>19}{:>8}{:>8}{:>7}{:>7}",
+        "scan",
+        "use",
+        "offset µs",
+        "rotation °",
+        "translation mm",
+        "seam mm",
+        "95 %",
+        "NEES/7",
+        "/said",
+        "/bound"
     );
+    for case in cases().iter().chain(&bowed()).filter(|case| case.name.contains(&filter)) {
+        print_row(case, &row(cells, case));
+    }
+}
+
+fn cases() -> Vec<Case> {
     let paper = Preset::Paper.scenario();
     let good = Preset::Good.scenario();
-    for (name, scenario) in [("S-scan 60 s", &paper), ("good 20 s", &good), ("mild 10 s", &mild())] {
+    let profiler = Preset::Profiler.scenario();
+    let profiled = |scenario: &Scenario| Scenario { scan: scenario.scan.clone(), ..profiler.clone() };
+    let profiled_paper = Scenario { timing: paper.timing.clone(), ..profiled(&paper) };
+    let scans = [
+        ("camera, S-scan 60 s", paper),
+        ("camera, good 20 s", good.clone()),
+        ("camera, mild 10 s", mild()),
+        ("profiler, S-scan 60 s", profiled_paper),
+        ("profiler, good 20 s", profiled(&good)),
+    ];
+    let mut cases = Vec::new();
+    for (name, scenario) in &scans {
         for (suffix, sensor) in [("", SensorMode::Fixed), (" + h", SensorMode::Free)] {
-            for measurements in [Measurements::Seam, Measurements::Stripe] {
-                let row = row(cells, scenario, &Plates::default(), (measurements, sensor));
-                print_row(&format!("camera, {name}{suffix}"), measurements, &row);
+            for (noise, own_noise) in [("", false), (", stripes' noise alone", true)] {
+                for measurements in [Measurements::Seam, Measurements::Stripe] {
+                    if own_noise && measurements == Measurements::Seam {
+                        continue;
+                    }
+                    let (name, scenario) = (format!("{name}{suffix}{noise}"), scenario.clone());
+                    let plates = Plates::default();
+                    cases.push(Case { name, scenario, plates, measurements, sensor, own_noise });
+                }
             }
         }
     }
-    let profiler = Scenario { scan: good.scan.clone(), ..Preset::Profiler.scenario() };
-    for (suffix, sensor) in [("", SensorMode::Fixed), (" + h", SensorMode::Free)] {
-        for measurements in [Measurements::Seam, Measurements::Stripe] {
-            let row = row(cells, &profiler, &Plates::default(), (measurements, sensor));
-            print_row(&format!("profiler, good 20 s{suffix}"), measurements, &row);
-        }
-    }
-    println!("\n0.2 mm in each surface term of both plates, S-scan 60 s: seam achieved / said");
-    for (term, name) in ["r²", "rs", "s²", "r³", "r²s", "rs²", "s³"].into_iter().enumerate() {
-        let plates = Plates { forms: [PlateForm::of_term(term, 2e-4); 2], ..Plates::default() };
-        let row = row(cells.div_ceil(2), &paper, &plates, (Measurements::Stripe, SensorMode::Fixed));
-        let [said, error] = [|c: &Cell| c.said.0[3], |c: &Cell| c.error.0[3]].map(|of| root_mean(&row, of));
-        println!("  {name:<4} {:.4} / {:.4} mm = {:.2}", error * 1e3, said * 1e3, error / said);
-    }
+    cases
+}
+
+/// 0.2 mm in each surface term of both plates.
+fn bowed() -> Vec<Case> {
+    let terms = ["r²", "rs", "s²", "r³", "r²s", "rs²", "s³"].into_iter().enumerate();
+    let case = |(term, name): (usize, &str)| Case {
+        name: format!("bowed 0.2 mm in {name}, S-scan 60 s"),
+        scenario: Preset::Paper.scenario(),
+        plates: Plates { forms: [PlateForm::of_term(term, 2e-4); 2], ..Plates::default() },
+        measurements: Measurements::Stripe,
+        sensor: SensorMode::Fixed,
+        own_noise: false,
+    };
+    terms.map(case).collect()
 }
 
 /// ±5 mm, ±5 mm stand-off, ±5° in 10 s.
@@ -81,20 +143,58 @@ fn mild() -> Scenario {
     scenario
 }
 
-fn row(
-    cells: u64,
-    scenario: &Scenario,
-    plates: &Plates,
-    (measurements, sensor): (Measurements, SensorMode),
-) -> Vec<Cell> {
+fn row(cells: u64, case: &Case) -> Vec<Cell> {
     let one = |seed: u64| {
-        let scenario = random_cell(scenario, seed, 0.1);
-        let recording = recorded(&scenario, plates, seed)?;
+        let mut scenario = random_cell(&case.scenario, seed, 0.1);
+        if case.own_noise {
+            scenario.disturbance = Disturbance::default();
+            scenario.timing.between = Between::Straight;
+        }
+        let recording = recorded(&scenario, &case.plates, seed)?;
+        let Case { measurements, sensor, .. } = *case;
         let config = Config { measurements, sensor, ..Config::noise_only() };
         let guess = recording.truth.as_ref()?.parameters;
-        cell(&recording, &calibrate(&recording, Some(&guess), &config).ok()?)
+        let bound = if case.own_noise { Some(bound(&recording, &config)?) } else { None };
+        cell(&recording, &calibrate(&recording, Some(&guess), &config).ok()?, bound)
     };
     (1..=cells).into_par_iter().filter_map(one).collect()
+}
+
+/// Cramér–Rao bound of each standard deviation at the truth, for the stated noise of the support points alone.
+fn bound(recording: &Recording, config: &Config) -> Option<SVector<f64, UNKNOWNS>> {
+    let truth = recording.truth.as_ref()?;
+    let sampling = Sampling::of(recording, observations::origin_ns(recording));
+    let observed = observations::observe(recording, &sampling, config).ok()?;
+    let straight = Parameters::straight(&truth.parameters, truth.lines.clone());
+    let usable = UsableObservations::within(&observed, straight.time_offset_s, 0.0);
+    let seam = with_bows(&observed, usable.of(&observed), straight);
+    let frames = frames(recording, &observed, config.measurements, config).ok()?;
+    let shape_prior = ShapeKnowledge::of(recording, &observed).prior(config);
+    let shape = shape_prior.map(|_| SheetShape::exact_about(&observed.shape_origin_m.into()));
+    let at = start(&observed, &frames, &seam, shape).ok()?;
+    let weighed = frames.list.iter().filter_map(|frame| by_own_noise(&observed, frame)).collect();
+    let problem =
+        StripeProblem { observations: &observed, frames: weighed, unknowns: at.unknowns(), shape_prior };
+    let mut equations = NormalEquations::zeros(problem.dimension());
+    problem.linearize(&at, &mut equations);
+    let covariance = Information::new(&equations.hessian, &[], RANK_THRESHOLD)?.covariance();
+    Some(SVector::from_fn(|k, _| covariance[(k, k)].sqrt()))
+}
+
+/// A frame within the recording, whitened by what is stated of each support point.
+fn by_own_noise(observed: &Observations, frame: &StripeFrame) -> Option<WeighedFrame> {
+    let Sight::Stripes(stripes) = &frame.sight else { return None };
+    let mut whitener = SMatrix::zeros();
+    let mut rows = 0;
+    for (plate, supports) in stripes.iter().enumerate() {
+        for (k, support) in supports.iter().flatten().enumerate() {
+            let row = 2 * plate + k;
+            whitener[(row, row)] = support.sigma_m.recip();
+            rows += 1;
+        }
+    }
+    let inside = observed.robot.trajectory.bracket(frame.stamp_s - 0.1, 0).is_some();
+    inside.then_some(WeighedFrame { frame: *frame, whitener, rows, pose_error: PoseError::NONE })
 }
 
 fn recorded(scenario: &Scenario, plates: &Plates, seed: u64) -> Option<Recording> {
@@ -107,13 +207,17 @@ fn recorded(scenario: &Scenario, plates: &Plates, seed: u64) -> Option<Recording
     Some(recording)
 }
 
-fn cell(recording: &Recording, calibration: &Calibration) -> Option<Cell> {
+fn cell(
+    recording: &Recording,
+    calibration: &Calibration,
+    bound: Option<SVector<f64, UNKNOWNS>>,
+) -> Option<Cell> {
     let truth = recording.truth.as_ref()?.parameters;
     let at = calibration.best_fit();
-    let off: SVector<f64, 7> = at.minus(&truth);
+    let off: SVector<f64, UNKNOWNS> = at.minus(&truth);
     let covariance = calibration.best_fit_covariance();
     let variance = |k: usize| covariance[(k, k)];
-    let covered = (0..7).filter(|&k| off[k].abs() < WITHIN_95 * variance(k).sqrt()).count() as u32;
+    let covered = (0..UNKNOWNS).filter(|&k| off[k].abs() < WITHIN_95 * variance(k).sqrt()).count() as u32;
     let own = covariance.fixed_view::<7, 7>(0, 0).into_owned();
     let (seam_said, seam_error) = seam(recording, calibration)?;
     let sum = |first: usize, of: &dyn Fn(usize) -> f64| (first..first + 3).map(of).sum::<f64>();
@@ -127,6 +231,8 @@ fn cell(recording: &Recording, calibration: &Calibration) -> Option<Cell> {
         ]),
         covered,
         normalised: off.dot(&own.cholesky()?.solve(&off)),
+        over_said: SVector::from_fn(|k, _| off[k] / variance(k).sqrt()),
+        over_bound: bound.map(|bound| off.component_div(&bound)),
     })
 }
 
@@ -171,21 +277,29 @@ fn root_mean(row: &[Cell], of: impl Fn(&Cell) -> f64) -> f64 {
     (row.iter().map(of).sum::<f64>() / row.len().max(1) as f64).sqrt()
 }
 
-fn print_row(name: &str, measurements: Measurements, row: &[Cell]) {
+fn print_row(case: &Case, row: &[Cell]) {
     let pair = |k: usize, scale: f64, digits: usize| {
         let [error, said] =
             [root_mean(row, |c| c.error.0[k]) * scale, root_mean(row, |c| c.said.0[k]) * scale];
         format!("{error:.digits$} ({said:.digits$})")
     };
-    let covered = row.iter().map(|c| f64::from(c.covered)).sum::<f64>() / (7.0 * row.len().max(1) as f64);
-    let normalised = row.iter().map(|c| c.normalised).sum::<f64>() / (7.0 * row.len().max(1) as f64);
+    let parts = (UNKNOWNS * row.len().max(1)) as f64;
+    let covered = row.iter().map(|c| f64::from(c.covered)).sum::<f64>() / parts;
+    let normalised = row.iter().map(|c| c.normalised).sum::<f64>() / parts;
+    let over_said = root_mean(row, |c| c.over_said.norm_squared() / UNKNOWNS as f64);
+    let over_bound =
+        root_mean(row, |c| c.over_bound.map_or(f64::NAN, |over| over.norm_squared() / UNKNOWNS as f64));
     println!(
-        "{name:<34}{:<8}{:>17}{:>19}{:>19}{:>19}{:>7.1}%{normalised:>8.2}",
-        measurements.name(),
+        "{:<44}{:<8}{:>17}{:>19}{:>19}{:>19}{:>7.1}%{normalised:>8.3}{over_said:>7.3}{over_bound:>7.3}",
+        case.name,
+        case.measurements.name(),
         pair(0, 1e6, 1),
         pair(1, 1_f64.to_degrees(), 4),
         pair(2, 1e3, 4),
         pair(3, 1e3, 4),
         100.0 * covered
     );
+    let mean = row.iter().map(|c| c.over_said).sum::<SVector<f64, UNKNOWNS>>() / row.len().max(1) as f64;
+    let bias: Vec<String> = mean.iter().map(|bias| format!("{bias:+.2}")).collect();
+    println!("    mean error in its own sigmas, offset, rotation, translation: {}", bias.join(" "));
 }

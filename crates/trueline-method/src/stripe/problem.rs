@@ -9,6 +9,7 @@ use crate::stripe::frames::{SeamSight, Sight, StripeFrame};
 use crate::stripe::state::StripeState;
 use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, LOCAL_SURFACES, PLANES, StripeUnknowns};
 use nalgebra::{DVector, Matrix2, SMatrix, SVector, Vector2, Vector3};
+use trueline_geometry::so3;
 use trueline_lsq::{LeastSquares, NormalEquations};
 use trueline_model::{Placement, Plate, SheetShape, StripeJacobian, StripeOnPlate};
 
@@ -33,6 +34,33 @@ pub(crate) struct FrameResidual {
     pub d_reported: SMatrix<f64, ROWS, 2>,
 }
 
+/// What the residuals of a frame say of the errors that they share.
+///
+/// A derivative that shares an error with the residual is biased wherever little else varies it, as in every problem with errors
+/// in its variables. The foot of a stripe is free of the stripe's own error, but at the robot's reported pose it holds the
+/// robot's. So derivatives are taken where the robot most likely was, and the residual stays that of the reported pose.
+#[derive(Clone, Copy, Debug)]
+pub struct PoseError {
+    /// By how much the reported position is off, base, m.
+    pub shift_m: Vector3<f64>,
+    /// By how much the reported attitude is turned, base, rad.
+    pub turn_rad: Vector3<f64>,
+    /// By how much the time offset of this frame differs, s.
+    pub late_s: f64,
+    /// What they make of the residuals, m.
+    pub in_residual: SVector<f64, ROWS>,
+}
+
+impl PoseError {
+    /// No error.
+    pub const NONE: Self = Self {
+        shift_m: Vector3::new(0.0, 0.0, 0.0),
+        turn_rad: Vector3::new(0.0, 0.0, 0.0),
+        late_s: 0.0,
+        in_residual: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0),
+    };
+}
+
 /// A frame with what whitens it; rows that do not count are zero.
 #[derive(Clone, Copy, Debug)]
 pub struct WeighedFrame {
@@ -42,6 +70,27 @@ pub struct WeighedFrame {
     pub whitener: SMatrix<f64, ROWS, ROWS>,
     /// Rows that count.
     pub rows: usize,
+    /// How far the robot's report is expected to be off in it.
+    pub pose_error: PoseError,
+}
+
+impl WeighedFrame {
+    /// Where the sensor most likely was; `None` as for [`placement`].
+    #[must_use]
+    pub fn placement(
+        &self,
+        observations: &Observations,
+        at: &StripeState,
+        hint: &mut usize,
+    ) -> Option<Placement> {
+        let PoseError { shift_m, turn_rad, late_s, .. } = &self.pose_error;
+        let exposed = StripeFrame { stamp_s: self.frame.stamp_s + late_s, ..self.frame };
+        let mut placement = placement(observations, &exposed, at, hint)?;
+        let robot = &mut placement.base_from_tool;
+        robot.translation.vector -= shift_m;
+        robot.rotation = so3::exp(&-turn_rad) * robot.rotation;
+        Some(placement)
+    }
 }
 
 /// The least-squares problem of the plates. Weights are fixed: the robust loss is in the whiteners.
@@ -94,7 +143,7 @@ pub(crate) fn linearize_frame(
 }
 
 /// The residuals of a frame alone; `None` as for [`linearize_frame`].
-fn residual_of_frame(
+pub(crate) fn residual_of_frame(
     observations: &Observations,
     frame: &StripeFrame,
     at: &StripeState,
@@ -194,9 +243,10 @@ impl StripeProblem<'_> {
         at: &StripeState,
         hint: &mut usize,
     ) -> Option<(SVector<f64, ROWS>, FrameJacobian)> {
-        let placement = placement(self.observations, &weighed.frame, at, hint)?;
+        let placement = weighed.placement(self.observations, at, hint)?;
         let parts = linearize_frame(self.observations, &weighed.frame, at, &placement)?;
-        Some((weighed.whitener * parts.residual, weighed.whitener * parts.jacobian))
+        let residual = parts.residual + weighed.pose_error.in_residual;
+        Some((weighed.whitener * residual, weighed.whitener * parts.jacobian))
     }
 
     fn cost_of_prior(&self, at: &StripeState) -> f64 {
@@ -219,10 +269,12 @@ impl LeastSquares for StripeProblem<'_> {
     fn cost(&self, state: &StripeState) -> f64 {
         let mut hint = 0;
         let squares = self.frames.iter().map(|weighed| {
-            let placement = placement(self.observations, &weighed.frame, state, &mut hint);
+            let placement = weighed.placement(self.observations, state, &mut hint);
             let residual =
                 placement.and_then(|p| residual_of_frame(self.observations, &weighed.frame, state, &p));
-            residual.map_or(UNUSABLE_SQUARED, |residual| (weighed.whitener * residual).norm_squared())
+            residual.map_or(UNUSABLE_SQUARED, |residual| {
+                (weighed.whitener * (residual + weighed.pose_error.in_residual)).norm_squared()
+            })
         });
         0.5 * squares.sum::<f64>() + self.cost_of_prior(state)
     }

@@ -6,7 +6,7 @@ use crate::assess::systematic::{BiasError, Systematic, SystematicLevels};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::stripe::fit::StripeFit;
 use crate::stripe::frames::Sight;
-use crate::stripe::problem::{FrameJacobian, ROWS, WeighedFrame, linearize_frame, placement};
+use crate::stripe::problem::{FrameJacobian, ROWS, WeighedFrame, linearize_frame};
 use crate::stripe::state::StripeState;
 use crate::stripe::unknowns::LOCAL_SHAPE;
 use nalgebra::{DMatrix, SMatrix};
@@ -44,9 +44,7 @@ pub(crate) fn systematic(
         .frames
         .iter()
         .step_by(every)
-        .filter_map(|weighed| {
-            Some((weighed, placement(problem.observations, &weighed.frame, &at, &mut hint)?))
-        })
+        .filter_map(|weighed| Some((weighed, weighed.placement(problem.observations, &at, &mut hint)?)))
         .collect();
     let zeros = |columns: usize| DMatrix::zeros(root.nrows(), columns);
     let mut robot = zeros(6 * field.map_or(0, RobotField::modes));

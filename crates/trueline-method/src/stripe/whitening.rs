@@ -10,9 +10,11 @@ use crate::input::observations::Observations;
 use crate::solve::noise_scale::noise_factor;
 use crate::solve::solver::REJECTING;
 use crate::stripe::frames::{Sight, StripeFrame};
-use crate::stripe::problem::{FrameResidual, ROWS, WeighedFrame, linearize_frame, placement};
+use crate::stripe::problem::{
+    FrameResidual, PoseError, ROWS, WeighedFrame, linearize_frame, placement, residual_of_frame,
+};
 use crate::stripe::state::StripeState;
-use nalgebra::{DMatrix, Matrix2, SMatrix, Vector2};
+use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector2};
 use trueline_geometry::smooth;
 
 /// Standard deviations of what all residuals of a frame share, and of everything together.
@@ -79,6 +81,7 @@ pub fn weigh(
     let scaled = SharedNoise { levels: NoiseLevels { factor, ..shared.levels }, ..*shared };
     let mut all =
         Weighed { frames: Vec::with_capacity(placed.len()), rejected: 0, plates: squared.len(), factor };
+    let mut hint = 0;
     for (frame, parts) in &placed {
         let covariance = covariance(&frame.sight, parts, &scaled);
         let weights = squares(&frame.sight, parts, &covariance)
@@ -87,7 +90,9 @@ pub fn weigh(
         let kept = weights.iter().filter(|w| **w > 0.0).count();
         all.rejected += looked_at - kept;
         if let Some((whitener, rows)) = whitener(&frame.sight, &covariance, weights, factor) {
-            all.frames.push(WeighedFrame { frame: **frame, whitener, rows });
+            let weighed = WeighedFrame { frame: **frame, whitener, rows, pose_error: PoseError::NONE };
+            let pose_error = pose_error(observations, &weighed, parts, at, &scaled, &mut hint);
+            all.frames.push(WeighedFrame { pose_error: pose_error.unwrap_or(PoseError::NONE), ..weighed });
         }
     }
     all
@@ -115,6 +120,31 @@ fn covariance(sight: &Sight, parts: &FrameResidual, shared: &SharedNoise) -> SMa
         }
     }
     all * factor.powi(2)
+}
+
+/// The errors that the residuals of a frame share, as they are expected given these: σ² Gᵀ Σ⁻¹ ρ of each. `None` where the frame
+/// cannot be placed there.
+fn pose_error(
+    observations: &Observations,
+    weighed: &WeighedFrame,
+    parts: &FrameResidual,
+    at: &StripeState,
+    shared: &SharedNoise,
+    hint: &mut usize,
+) -> Option<PoseError> {
+    let NoiseLevels { robot_sigma_m, stamp_sigma_s, factor } = shared.levels;
+    let over_covariance = weighed.whitener.transpose() * (weighed.whitener * parts.residual);
+    let variance = |sigma: f64| (factor * sigma).powi(2);
+    let mut error = PoseError {
+        shift_m: parts.d_displacement.transpose() * over_covariance * variance(robot_sigma_m),
+        turn_rad: parts.d_turn.transpose() * over_covariance * variance(shared.robot_sigma_rad),
+        late_s: parts.jacobian.column(0).dot(&over_covariance) * variance(stamp_sigma_s),
+        in_residual: SVector::zeros(),
+    };
+    let there = WeighedFrame { pose_error: error, ..*weighed };
+    let placement = there.placement(observations, at, hint)?;
+    error.in_residual = parts.residual - residual_of_frame(observations, &weighed.frame, at, &placement)?;
+    Some(error)
 }
 
 /// Squared residual of each plate (χ²₂) by what is expected of it.
