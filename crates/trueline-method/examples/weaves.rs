@@ -4,6 +4,7 @@
 
 #![allow(clippy::print_stdout, reason = "an example prints its table")]
 
+use nalgebra::DVector;
 use trueline_dataset::{Guess, Recording};
 use trueline_method::hypotheses::choice::KnownOfCell;
 use trueline_method::{Calibration, Config, Status, calibrate};
@@ -51,10 +52,14 @@ impl Tally {
     }
 }
 
-/// Far wrong, as an alias is: not a matter of a few standard deviations.
+/// Once in a million answers by chance: χ²₇.
+const LARGEST_SQUARE: f64 = 40.0;
+
+/// Whether time offset and hand-eye are where the result says, by its own covariance.
 fn is_right(result: &Calibration, truth: &Guess) -> bool {
-    let turn_rad = result.best_fit().tool_from_camera.rotation.angle_to(&truth.tool_from_camera.rotation);
-    (result.best_fit().time_offset_s - truth.time_offset_s).abs() < 0.05 && turn_rad < 0.2
+    let error = DVector::from_column_slice(result.best_fit().minus(truth).as_slice());
+    let covariance = result.best_fit_covariance().view((0, 0), (7, 7)).into_owned();
+    covariance.cholesky().is_some_and(|root| error.dot(&root.solve(&error)) < LARGEST_SQUARE)
 }
 
 fn main() {

@@ -349,10 +349,13 @@ fn streams(from: &Concluded<'_>, repeated_features: usize) -> Streams {
 
 /// What the residuals cannot tell of the time offset: noise in its column, and what the stamps leave unsaid.
 fn with_time_offset_widened(from: &Concluded<'_>, mut covariance: DMatrix<f64>) -> DMatrix<f64> {
-    // Noise in its column makes it look better known than it is.
-    let widen = from.time_offset_share.sqrt().recip();
-    covariance.row_mut(TIME_OFFSET).scale_mut(widen);
-    covariance.column_mut(TIME_OFFSET).scale_mut(widen);
+    // Noise in its column makes it look better known than it is, and with it all that goes with it: of a share s the optimum's
+    // variance is that of the gradient, 1, over the square of the curvature that motion gives, s².
+    let variance = covariance[(TIME_OFFSET, TIME_OFFSET)];
+    if from.time_offset_share < 1.0 && variance > 0.0 {
+        let along = covariance.column(TIME_OFFSET).into_owned();
+        covariance.ger((from.time_offset_share.powi(-2) - 1.0) / variance, &along, &along, 1.0);
+    }
     let late_sigma_s = from.assessed.drift_free.observations.robot.late_sigma_s;
     let stamps_sigma_s = from.sampling.phase_sigma_s(from.dejittered).hypot(late_sigma_s);
     covariance[(TIME_OFFSET, TIME_OFFSET)] += stamps_sigma_s.powi(2);

@@ -19,8 +19,10 @@ use trueline_model::Placement;
 /// Information of the Jacobian with itself, and of the two halves' with each other.
 pub(crate) struct SplitSampleInformation {
     own: DMatrix<f64>,
+    /// With the attitude of the halves alone.
+    common_attitude: DMatrix<f64>,
+    /// With their velocities too.
     common: DMatrix<f64>,
-    time_offset: [f64; 2],
 }
 
 /// Observations that are looked at.
@@ -29,20 +31,21 @@ const SAMPLE: usize = 1000;
 const LEAST_SHARE: f64 = 0.9;
 /// The same for the time offset, whose column's noise is not in the residual and so only makes it look better known,
 /// which can be allowed for.
-const LEAST_TIME_OFFSET_SHARE: f64 = 0.25;
+pub(crate) const LEAST_TIME_OFFSET_SHARE: f64 = 0.25;
 
 impl SplitSampleInformation {
     /// Of a problem at its solution, with the robot's path by every other sample and by those between.
     #[must_use]
     pub(crate) fn of(problem: &LineProblem<'_>, at: &Parameters, halves: &[Trajectory; 2]) -> Self {
         let n = problem.dimension();
-        let mut signal =
-            Self { own: DMatrix::zeros(n, n), common: DMatrix::zeros(n, n), time_offset: [0.0; 2] };
+        let zeros = || DMatrix::zeros(n, n);
+        let mut signal = Self { own: zeros(), common_attitude: zeros(), common: zeros() };
         let every = problem.list.len().div_ceil(SAMPLE).max(1);
         let mut hints = [0; 3];
         // What is known beforehand is no tremble; as much of it as there is of the scan.
         let known = block_priors::information(problem.shape_prior.as_ref(), at) / every as f64;
         signal.own += &known;
+        signal.common_attitude += &known;
         signal.common += &known;
         // Whole images, so that no line is passed over.
         for (o, whitener) in problem.selected().filter(|(o, _)| (o.frame as usize).is_multiple_of(every)) {
@@ -57,28 +60,29 @@ impl SplitSampleInformation {
                 turned.base_from_tool.rotation = half.base_from_tool.rotation;
                 jacobian(&turned)
             };
-            if let (Some(own), Some(one), Some(other)) = (jacobian(&here), turned(&first), turned(&second)) {
-                add(&mut signal.own, &problem.unknowns, &(own.transpose() * own), o.line);
-                add(&mut signal.common, &problem.unknowns, &(one.transpose() * other), o.line);
-                signal.time_offset[0] += own.column(TIME_OFFSET).norm_squared();
-            }
-            if let (Some(one), Some(other)) = (jacobian(&first), jacobian(&second)) {
-                signal.time_offset[1] += one.column(TIME_OFFSET).dot(&other.column(TIME_OFFSET));
-            }
+            let (Some(own), Some(one), Some(other)) = (jacobian(&here), turned(&first), turned(&second))
+            else {
+                continue;
+            };
+            let (Some(first), Some(second)) = (jacobian(&first), jacobian(&second)) else { continue };
+            add(&mut signal.own, &problem.unknowns, &(own.transpose() * own), o.line);
+            add(&mut signal.common_attitude, &problem.unknowns, &(one.transpose() * other), o.line);
+            add(&mut signal.common, &problem.unknowns, &(first.transpose() * second), o.line);
         }
         signal
     }
 
-    /// Part of what the time offset's column seems to know that is motion.
+    /// Part of what the scan seems to know of the time offset, beside all other unknowns, that is motion.
+    ///
+    /// A weave of one frequency moves the seam over the sheet as a turn and a shape of the sheet do: what is left for the time
+    /// offset is then noise, however fast the robot moves. So it is asked for the combination of unknowns that the time
+    /// offset's variance belongs to, the column v of the covariance: vᵀ J₁ᵀ J₂ v / vᵀ Jᵀ J v.
     #[must_use]
-    pub(crate) fn time_offset_share(&self) -> f64 {
-        (self.time_offset[1] / self.time_offset[0].max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
-    }
-
-    /// Whether the time offset's column is motion.
-    #[must_use]
-    pub(crate) fn shows_time_offset(&self) -> bool {
-        self.time_offset_share() >= LEAST_TIME_OFFSET_SHARE
+    pub(crate) fn time_offset_share(&self, information: &Information) -> f64 {
+        let root = information.covariance_root();
+        let combination = root * root.row(TIME_OFFSET).transpose();
+        let in_combination = |matrix: &DMatrix<f64>| combination.dot(&(matrix * &combination));
+        (in_combination(&self.common) / in_combination(&self.own).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
     }
 
     /// What is seen of an information without the directions that rest on tremble of the attitude.
@@ -95,7 +99,7 @@ impl SplitSampleInformation {
         let Some(factor) = in_root(&self.own).cholesky() else { return information.clone() };
         let inverse = factor.l().solve_lower_triangular(&DMatrix::identity(root.ncols(), root.ncols()));
         let Some(inverse) = inverse else { return information.clone() };
-        let eigen = (&inverse * in_root(&self.common) * inverse.transpose()).symmetric_eigen();
+        let eigen = (&inverse * in_root(&self.common_attitude) * inverse.transpose()).symmetric_eigen();
         let moved: Vec<usize> = (0..root.ncols()).filter(|k| eigen.eigenvalues[*k] >= LEAST_SHARE).collect();
         if moved.len() == root.ncols() {
             return information.clone();

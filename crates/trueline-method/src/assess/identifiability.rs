@@ -1,6 +1,6 @@
 //! What a scan shows, and, where the user accepts it, a fit that holds the rest at a guess.
 
-use crate::assess::excitation::SplitSampleInformation;
+use crate::assess::excitation::{LEAST_TIME_OFFSET_SHARE, SplitSampleInformation};
 use crate::assess::observability::{self, Group, Observability, RANK_THRESHOLD};
 use crate::error::Error;
 use crate::hypotheses::clock_drift::DriftFree;
@@ -60,12 +60,12 @@ pub(crate) fn assess_identifiability(
         )
     });
     let information = signal.as_ref().map_or_else(|| all.clone(), |signal| signal.shown_by(&all));
-    let held = settings.fixed.contains(&TIME_OFFSET);
-    let shows_time_offset = held || signal.as_ref().is_none_or(SplitSampleInformation::shows_time_offset);
     let time_offset_share = match &signal {
-        Some(signal) if !held && shows_time_offset => signal.time_offset_share(),
+        Some(signal) if !settings.fixed.contains(&TIME_OFFSET) => signal.time_offset_share(&all),
         _ => 1.0,
     };
+    let shows_time_offset = time_offset_share >= LEAST_TIME_OFFSET_SHARE;
+    let time_offset_share = if shows_time_offset { time_offset_share } else { 1.0 };
     let mut observability = observability::assess(&information, &all, fit.parameters(), shows_time_offset);
     if mirrored == Mirrored::Equal {
         observability.observable_components[ROTATION..TRANSLATION].fill(false);

@@ -73,7 +73,7 @@ impl fmt::Display for Unobservable {
         match self.group {
             Group::TimeOffset => f.write_str(
                 "the time offset cannot be determined from this scan: sweep the sensor across the line, faster and with changing speed, for \
-                 example an S-path of ±10 mm at 0.5 Hz",
+                 example an S-path of ±10 mm at 0.5 Hz; a stand-off that swings must do so at another frequency",
             ),
             Group::Rotation if axes.is_empty() => together(f, "the hand-eye rotation"),
             Group::Rotation => write!(

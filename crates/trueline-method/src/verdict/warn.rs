@@ -69,17 +69,24 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     }));
     warnings.extend(stamps(f));
     warnings.extend(f.checks.held_out.as_ref().and_then(|check| disagreement(f, check)));
-    let seen = (0..LINES).all(|k| f.unknowns.observability.observable_components[k]);
-    if let (true, None, Some(stand_off_m)) = (seen, &f.checks.seam_point_error, f.config.used_at.stand_off_m)
+    if let (true, None, Some(stand_off_m)) =
+        (all_seen(f), &f.checks.seam_point_error, f.config.used_at.stand_off_m)
     {
         warnings.push(Warning::NoPointAtStandOff { stand_off_m });
     }
     warnings
 }
 
+/// Whether the scan shows all of time offset and hand-eye.
+fn all_seen(f: &Findings) -> bool {
+    f.unknowns.observability.observable_components[..LINES].iter().all(|seen| *seen)
+}
+
 /// What the residuals, or the shape of the sensor, are due to.
 fn causes(f: &Findings) -> impl Iterator<Item = Warning> {
-    let off = f.unknowns.sensor.filter(|shape| shape.is_off()).map(|shape| Warning::SensorOff { shape });
+    // What is not seen of time offset and hand-eye is in the shape too.
+    let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));
+    let off = off.map(|shape| Warning::SensorOff { shape });
     let lens = f.checks.lens.map(|lens| Warning::LensOff { lens });
     let cause = f.checks.cause.as_ref().filter(|_| f.checks.lens.is_none());
     let cause = cause.map(|cause| Warning::LikelyCause {
