@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use trueline_dataset::{Guess, Measured, Recording, Sensor};
 use trueline_geometry::se3;
 use trueline_method::order_statistics::median;
-use trueline_method::{Calibration, Config, DrawnLine, Reason, SensorMode, Status, Warning, calibrate};
+use trueline_method::{Calibration, Config, DrawnLine, SensorMode, Status, Warning, calibrate};
 use trueline_model::LaserSheet;
 use trueline_sim::capture::{SheetAxes, measure};
 use trueline_sim::{Fault, Preset, Scenario, random_cell, simulate_with_faults};
@@ -20,6 +20,8 @@ enum Wrong {
     Faults(&'static [&'static str]),
     /// Faults on a scan with hardly any tilt.
     Weak(&'static [&'static str]),
+    /// Faults on a scan whose seam swings with one frequency.
+    Swing(&'static [&'static str]),
     /// Another scan, timing or disturbance.
     Scenario(fn(&mut Scenario)),
     /// A guess that is wrong.
@@ -30,12 +32,13 @@ enum Wrong {
     Drawn(f64),
 }
 
-use Wrong::{Drawn, Faults, Guess as Guessed, Held, Scenario as Changed, Weak};
+use Wrong::{Drawn, Faults, Guess as Guessed, Held, Scenario as Changed, Swing, Weak};
 
 /// Each row with its name.
-const ROWS: [(&str, Wrong); 93] = [
+const ROWS: [(&str, Wrong); 96] = [
     ("none", Faults(&[])),
     ("none, weak scan", Weak(&[])),
+    ("none, one frequency", Swing(&[])),
     ("plane offset 0.05 mm", Faults(&["plane-offset=0.05"])),
     ("plane offset 0.1 mm", Faults(&["plane-offset=0.1"])),
     ("plane offset 0.25 mm", Faults(&["plane-offset=0.25"])),
@@ -47,6 +50,7 @@ const ROWS: [(&str, Wrong); 93] = [
     ("plane tilt 0.5° along it", Faults(&["plane-tilt-range=0.5"])),
     ("plane tilt 0.5° about the stripe, weak scan", Weak(&["plane-tilt-stripe=0.5"])),
     ("plane tilt 0.5° along it, weak scan", Weak(&["plane-tilt-range=0.5"])),
+    ("plane tilt 0.5° about the stripe, one frequency", Swing(&["plane-tilt-stripe=0.5"])),
     ("focal +0.2 %", Faults(&["focal=0.2"])),
     ("focal +0.5 %", Faults(&["focal=0.5"])),
     ("principal point u +5 px", Faults(&["principal-point-u=5"])),
@@ -94,6 +98,7 @@ const ROWS: [(&str, Wrong); 93] = [
     ("features slip by a frame", Faults(&["frame-slip=1"])),
     ("late arrival 5 ms", Faults(&["late-arrival=5"])),
     ("command for the pose, lag 20 ms", Faults(&["command-lag=20"])),
+    ("command for the pose, lag 20 ms, one frequency", Swing(&["command-lag=20"])),
     ("attitude 0.5 ms later than position", Faults(&["attitude-lag=0.5"])),
     ("attitude 2 ms later than position", Faults(&["attitude-lag=2"])),
     ("attitude 8 ms later than position", Faults(&["attitude-lag=8"])),
@@ -150,7 +155,7 @@ fn config(wrong: &Wrong, recording: &Recording) -> Option<Config> {
             let ends = [-0.1, 0.1].map(|along| amid + line.direction() * along);
             Config { drawn_lines: vec![DrawnLine::through(0, ends, DRAWN_SIGMA_M)?], ..config }
         }
-        Faults(_) | Weak(_) | Changed(_) | Guessed(_) => config,
+        Faults(_) | Weak(_) | Swing(_) | Changed(_) | Guessed(_) => config,
     })
 }
 
@@ -215,10 +220,14 @@ fn print_row(name: &str, accepted: &[Figures], count: u64, said: &BTreeMap<Strin
 
 /// A scan with something wrong; `None` if it was not accepted.
 fn scan(wrong: &Wrong, seed: u64, said: &mut BTreeMap<String, usize>) -> Option<Figures> {
-    let preset = if matches!(wrong, Weak(_)) { Preset::Weak } else { Preset::Good };
+    let preset = match wrong {
+        Weak(_) => Preset::Weak,
+        Swing(_) => Preset::Quick,
+        _ => Preset::Good,
+    };
     let mut scenario = random_cell(&preset.scenario(), seed, 0.1);
     let faults: Vec<Fault> = match wrong {
-        Faults(faults) | Weak(faults) | Held(faults) => {
+        Faults(faults) | Weak(faults) | Swing(faults) | Held(faults) => {
             faults.iter().filter_map(|fault| fault.parse().ok()).collect()
         }
         Changed(_) | Guessed(_) | Drawn(_) => Vec::new(),
@@ -238,9 +247,9 @@ fn scan(wrong: &Wrong, seed: u64, said: &mut BTreeMap<String, usize>) -> Option<
     };
     match calibrate(&recording, guess.as_ref(), &config(wrong, &recording)?) {
         Ok(result) => {
-            let codes = result.reasons().iter().map(Reason::code);
-            let codes = codes.chain(result.warnings().iter().map(Warning::code));
-            codes.for_each(|code| *said.entry(code.to_owned()).or_insert(0) += 1);
+            let codes = result.reasons().iter().map(|reason| reason.code().to_owned());
+            let codes = codes.chain(result.warnings().iter().map(code));
+            codes.for_each(|code| *said.entry(code).or_insert(0) += 1);
             (result.status() == Status::Accepted).then(|| figures(&scenario, &recording, &truth, &result))
         }
         Err(error) => {
@@ -248,6 +257,16 @@ fn scan(wrong: &Wrong, seed: u64, said: &mut BTreeMap<String, usize>) -> Option<
             None
         }
     }
+}
+
+/// The code of a warning, with what it leaves open.
+fn code(warning: &Warning) -> String {
+    let instead = match warning {
+        Warning::SensorOff { instead, .. } => instead.as_slice(),
+        _ => &[],
+    };
+    let codes = [warning.code()].into_iter().chain(instead.iter().map(|cause| cause.kind.code()));
+    codes.collect::<Vec<_>>().join(" or ")
 }
 
 fn figures(scenario: &Scenario, recording: &Recording, truth: &Guess, result: &Calibration) -> Figures {

@@ -4,7 +4,9 @@ use crate::assess::convergence::without_outliers;
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::{self, Subject};
+use crate::assess::instead_of_sensor::{self, InsteadOfSensor};
 use crate::assess::misfit_cause::MisfitCause;
+use crate::assess::misfit_patterns::Patterns;
 use crate::assess::observability::RANK_THRESHOLD;
 use crate::assess::profile_likelihood::{self, Widening};
 use crate::assess::residuals::{self, FeatureResidual};
@@ -97,6 +99,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         checks.seam_error = seam_error(from, &uncertainty, &systematic);
     }
     checks.cause = from.cause.clone();
+    checks.instead_of_sensor = instead_of_sensor(from, &problem, &unknowns);
     checks.feature_bias = from.bias.as_ref().and_then(|taken| {
         let estimate = sums.bias(&taken.px, from.inflation())?;
         Some(FeatureBias::new(&estimate, taken.is_plain))
@@ -128,6 +131,20 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
     };
     let errors = SeamErrors { sums: &sums, systematic: &systematic, noise: &uncertainty.covariance };
     judged(from, findings, &errors)
+}
+
+/// What may be there in place of a sensor that seems off, where no cause is known.
+fn instead_of_sensor(
+    from: &Concluded<'_>,
+    problem: &LineProblem<'_>,
+    unknowns: &Unknowns,
+) -> Vec<InsteadOfSensor> {
+    let is_open =
+        |shape: &SensorShape| shape.is_off() && from.cause.is_none() && from.assessed.all_observable();
+    let Some(shape) = unknowns.sensor.filter(is_open) else { return Vec::new() };
+    let at = &unknowns.parameters;
+    let patterns = Patterns::of(from.recording, problem, at, from.assessed.information.covariance_root());
+    instead_of_sensor::find(&patterns, &shape, at, &unknowns.covariance)
 }
 
 /// The covariance by noise, and how it was widened where a quadratic does not hold.
@@ -180,6 +197,7 @@ fn judged(
 /// What is held against the same scan with it released; what the scan contradicts leaves no accuracy to be claimed.
 fn compare(config: &Config, checks: &mut Checks, released: &Calibration) {
     checks.held_sensor = held_sensor(config, released);
+    checks.instead_of_sensor = released.findings.checks.instead_of_sensor.clone();
     checks.drawn_line_shifts = shifted_lines(config, released);
     checks.lens = released.findings.checks.lens;
     checks.better_without_drawing_m = better_without_drawing_m(config, checks, released);
@@ -322,6 +340,7 @@ fn checks(
         ),
         seam_error: None,
         held_sensor: None,
+        instead_of_sensor: Vec::new(),
         drawn_line_shifts: Vec::new(),
         better_without_drawing_m: None,
         cause: None,

@@ -4,8 +4,9 @@
 //! again with the lens that was found, until nothing is left of the pattern. The answer stays that of the stated sensor, which
 //! everything that uses the answer has; the corrected sensor's file has the lens.
 
+use crate::assess::cause_kind::CauseKind;
 use crate::assess::lens::{self, LensCorrection};
-use crate::assess::misfit_cause::{CauseKind, MisfitCause};
+use crate::assess::misfit_cause::MisfitCause;
 use crate::calibration::Calibration;
 use crate::error::Error;
 use crate::verdict;

@@ -4,6 +4,7 @@ use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::HeldOut;
 use crate::assess::drawn_line_shift::DrawnLineShift;
+use crate::assess::instead_of_sensor::InsteadOfSensor;
 use crate::assess::lens::LensCorrection;
 use crate::assess::misfit_cause::MisfitCause;
 use crate::assess::observability::Observability;
@@ -170,6 +171,8 @@ pub struct Checks {
     pub seam_error: Option<SeamError>,
     /// What the shape of a sensor that was held would be; `None` if it was estimated, or cannot be.
     pub held_sensor: Option<SensorShape>,
+    /// Causes that the scan does not tell from a sensor that is off, where it seems so.
+    pub instead_of_sensor: Vec<InsteadOfSensor>,
     /// Lines that are not where they were drawn and held.
     pub drawn_line_shifts: Vec<DrawnLineShift>,
     /// How far off a seam point is without the drawn lines, m, where that is less than with them.

@@ -3,9 +3,10 @@
 use serde_json::{Value, json};
 use trueline_dataset::result_file::Fact;
 use trueline_dataset::unit::MM_PER_M;
+use trueline_method::assess::cause_kind::CauseKind;
 use trueline_method::assess::drawn_line_shift::DrawnLineShift;
+use trueline_method::assess::instead_of_sensor::InsteadOfSensor;
 use trueline_method::assess::lens::LensCorrection;
-use trueline_method::assess::misfit_cause::CauseKind;
 use trueline_method::assess::observability::Unobservable;
 use trueline_method::assess::robot_field::RobotSigmas;
 use trueline_method::assess::sensor_shape::SensorShape;
@@ -49,7 +50,7 @@ fn reason_values(reason: &Reason) -> Value {
         }
         Reason::NotConverged { termination } => json!({ "termination": termination.to_string() }),
         Reason::ResidualsTooLarge { noise_factor } => json!({ "noise_factor": noise_factor }),
-        Reason::SensorOff { shape } => sensor_off(shape),
+        Reason::SensorOff { shape, instead } => sensor_off(shape, instead),
         Reason::DrawnLineOff { shift } => drawn_line_off(shift),
         Reason::TooFewUsed { used, features, mostly, mostly_count } => json!({
             "used": used,
@@ -89,7 +90,7 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::PoorlyKnown { scan_alone_m } => json!({ "seam_error_mm": scan_alone_m * MM_PER_M }),
         Warning::StripesDisagree { sigmas, used } => json!({ "sigmas": sigmas, "used": used }),
         Warning::UncertaintyNotApplied | Warning::MirrorBySensor => json!({}),
-        Warning::SensorOff { shape } => sensor_off(shape),
+        Warning::SensorOff { shape, instead } => sensor_off(shape, instead),
         Warning::LensOff { lens } => lens_off(lens),
         Warning::LikelyCause { kind, size_si, sigma_si } => likely_cause(*kind, *size_si, *sigma_si),
         Warning::FeatureBias { bias } => {
@@ -135,6 +136,12 @@ fn warning_values(warning: &Warning) -> Value {
 
 /// Size and standard deviation, with the unit of the kind in the key.
 fn likely_cause(kind: CauseKind, size_si: f64, sigma_si: f64) -> Value {
+    let values = [("size", size_si), ("sigma", sigma_si)];
+    Value::Object(values.map(|(name, value)| size_of(kind, name, value)).into_iter().collect())
+}
+
+/// A size of a cause, in the unit that its name ends with.
+fn size_of(kind: CauseKind, name: &str, value: f64) -> (String, Value) {
     let (unit, scale) = match kind {
         CauseKind::Flex => ("mm_per_m_s2", MM_PER_M),
         CauseKind::Backlash => ("mm", MM_PER_M),
@@ -144,8 +151,7 @@ fn likely_cause(kind: CauseKind, size_si: f64, sigma_si: f64) -> Value {
         CauseKind::Lens => ("k1", 1.0),
         CauseKind::TiltBias => ("px_per_10deg", 1.0),
     };
-    let value = |name: &str, value: f64| (format!("{name}_{unit}"), json!(value * scale));
-    Value::Object([value("size", size_si), value("sigma", sigma_si)].into_iter().collect())
+    (format!("{name}_{unit}"), json!(value * scale))
 }
 
 fn lens_off(lens: &LensCorrection) -> Value {
@@ -153,10 +159,14 @@ fn lens_off(lens: &LensCorrection) -> Value {
     json!({ "k1": k1, "k2": k2, "sigma_k1": sigma_k1, "sigma_k2": sigma_k2 })
 }
 
-fn sensor_off(shape: &SensorShape) -> Value {
+fn sensor_off(shape: &SensorShape, instead: &[InsteadOfSensor]) -> Value {
     let [h1, h2, h3, h4, h5] = shape.found.h;
     let found = [h1, h2, h3, h4 / MM_PER_M, h5 / MM_PER_M];
-    json!({ "shape": found, "wald": shape.wald, "words": shape.words() })
+    let instead = instead.iter().map(|cause| {
+        let (name, size) = size_of(cause.kind, "size", cause.size);
+        Value::Object([("code".to_owned(), json!(cause.kind.code())), (name, size)].into_iter().collect())
+    });
+    json!({ "shape": found, "wald": shape.wald, "words": shape.words(), "instead": instead.collect::<Vec<_>>() })
 }
 
 fn robot_worse(seems: RobotSigmas, taken: RobotSigmas, stated: bool) -> Value {

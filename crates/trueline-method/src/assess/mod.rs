@@ -1,5 +1,6 @@
 //! What the optimum is worth: identifiability, residuals, cross-validation, outlier segments, seam point error.
 
+pub mod cause_kind;
 pub mod convergence;
 pub mod corrected_sensor;
 pub mod correlated_noise;
@@ -7,8 +8,10 @@ pub mod cross_validation;
 pub mod drawn_line_shift;
 pub(crate) mod excitation;
 pub(crate) mod identifiability;
+pub mod instead_of_sensor;
 pub mod lens;
 pub mod misfit_cause;
+pub(crate) mod misfit_patterns;
 pub mod noise_filter;
 pub mod observability;
 pub mod outlier_segments;

@@ -1,8 +1,10 @@
 //! The fit that is concluded from: to features that do not shift with the tilt, where that is estimated, and what is left of
 //! their residuals.
 
+use crate::assess::cause_kind::CauseKind;
 use crate::assess::correlated_noise::Structure;
-use crate::assess::misfit_cause::{self, CauseKind, MisfitCause};
+use crate::assess::misfit_cause::{self, MisfitCause};
+use crate::assess::misfit_patterns::Patterns;
 use crate::assess::observability::Observability;
 use crate::assess::systematic::SystematicLevels;
 use crate::config::Config;
@@ -92,7 +94,8 @@ fn cause(recording: &Recording, settings: &FitSettings<'_>, assessed: &Assessed)
     }
     let fit = &assessed.drift_free.fit;
     let problem = fit.problem(&assessed.drift_free.observations, settings.config);
-    misfit_cause::find(recording, &problem, fit.parameters(), assessed.information.covariance_root())
+    let root = assessed.information.covariance_root();
+    misfit_cause::find(&Patterns::of(recording, &problem, fit.parameters(), root))
 }
 
 /// How much larger the covariance by noise is than by white noise, on average over time offset and hand-eye.

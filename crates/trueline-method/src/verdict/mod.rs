@@ -4,6 +4,7 @@ mod limits;
 mod quantity;
 mod reason;
 mod reject;
+mod sensor_words;
 mod stream_name;
 mod warn;
 mod warning;

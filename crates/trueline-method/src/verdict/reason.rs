@@ -1,7 +1,9 @@
 //! Why a calibration is not accepted.
 
 use super::quantity::{MM_PER_M, MS_PER_S, Quantity, Significant};
+use super::sensor_words::held_sensor_off;
 use crate::assess::drawn_line_shift::DrawnLineShift;
+use crate::assess::instead_of_sensor::InsteadOfSensor;
 use crate::assess::observability::Unobservable;
 use crate::assess::sensor_shape::SensorShape;
 use crate::hypotheses::choice::Statement;
@@ -75,6 +77,8 @@ pub enum Reason {
     SensorOff {
         /// What it was found to be.
         shape: SensorShape,
+        /// What may be there in its place.
+        instead: Vec<InsteadOfSensor>,
     },
     /// A line was held where it was drawn, and is not there.
     DrawnLineOff {
@@ -182,10 +186,7 @@ impl fmt::Display for Reason {
             }
             Self::NotConverged { termination } => format!("the solver did not converge ({termination})"),
             Self::ResidualsTooLarge { noise_factor } => residuals_too_large(noise_factor),
-            Self::SensorOff { ref shape } => format!(
-                "the sensor's own calibration is off, and it was held: {}",
-                shape.words().join("; ")
-            ),
+            Self::SensorOff { ref shape, ref instead } => held_sensor_off(shape, instead),
             Self::DrawnLineOff { shift } => drawn_line_off(&shift),
             Self::TooFewUsed { used, features, mostly, mostly_count } => {
                 too_few_used([used, features], mostly, mostly_count)

@@ -79,7 +79,9 @@ pub(super) fn residuals_are_too_large(f: &Findings) -> bool {
 /// What was held and is not so by the scan.
 fn contradicted(f: &Findings) -> Vec<Reason> {
     let lines = f.checks.drawn_line_shifts.iter().map(|shift| Reason::DrawnLineOff { shift: *shift });
-    let sensor = f.checks.held_sensor.filter(SensorShape::is_off).map(|shape| Reason::SensorOff { shape });
+    let instead = &f.checks.instead_of_sensor;
+    let sensor = f.checks.held_sensor.filter(SensorShape::is_off);
+    let sensor = sensor.map(|shape| Reason::SensorOff { shape, instead: instead.clone() });
     lines.chain(sensor).collect()
 }
 

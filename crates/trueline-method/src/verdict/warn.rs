@@ -86,7 +86,8 @@ fn all_seen(f: &Findings) -> bool {
 fn causes(f: &Findings) -> impl Iterator<Item = Warning> {
     // What is not seen of time offset and hand-eye is in the shape too.
     let off = f.unknowns.sensor.filter(|shape| shape.is_off() && all_seen(f));
-    let off = off.map(|shape| Warning::SensorOff { shape });
+    let instead = &f.checks.instead_of_sensor;
+    let off = off.map(|shape| Warning::SensorOff { shape, instead: instead.clone() });
     let lens = f.checks.lens.map(|lens| Warning::LensOff { lens });
     let cause = f.checks.cause.as_ref().filter(|_| f.checks.lens.is_none());
     let cause = cause.map(|cause| Warning::LikelyCause {

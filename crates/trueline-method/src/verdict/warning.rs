@@ -1,14 +1,16 @@
 //! What to look at though a calibration can be used.
 
 use super::quantity::{Axis, MM_PER_M, Quantity};
+use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
     clock_drift, coarse_stamps, decided_by_user, drawn_line_not_needed, feature_bias, features_skipped,
     lens_off, likely_cause, misfit, moves, poorly_known, robot_worse, stamp_steps, stripe_noise,
     stripes_disagree, structured, unusual_noise, widened,
 };
+use crate::assess::cause_kind::CauseKind;
+use crate::assess::instead_of_sensor::InsteadOfSensor;
 use crate::assess::lens::LensCorrection;
-use crate::assess::misfit_cause::CauseKind;
 use crate::assess::observability::Unobservable;
 use crate::assess::robot_field::RobotSigmas;
 use crate::assess::sensor_shape::SensorShape;
@@ -39,6 +41,8 @@ pub enum Warning {
     SensorOff {
         /// What it was found to be.
         shape: SensorShape,
+        /// What may be there in its place.
+        instead: Vec<InsteadOfSensor>,
     },
     /// The lens is not what the sensor's file states.
     LensOff {
@@ -212,7 +216,7 @@ impl Warning {
             Self::SensorOff { .. } => "sensor-off",
             Self::LensOff { .. } => "lens-off",
             Self::DrawnLineNotNeeded { .. } => "drawn-line-not-needed",
-            Self::LikelyCause { kind, .. } => cause_code(*kind),
+            Self::LikelyCause { kind, .. } => kind.code(),
             Self::FeatureBias { .. } => "feature-bias",
             Self::MirrorBySensor => "mirror-by-sensor",
             Self::StripesDisagree { .. } => "stripes-disagree",
@@ -246,10 +250,7 @@ impl fmt::Display for Warning {
             Self::UncertaintyNotApplied => "the sensor file states how well the sensor is known; the point-to-line residual \
                  takes it for exact: the ± do not contain it"
                 .to_owned(),
-            Self::SensorOff { shape } => format!(
-                "the sensor's own calibration is off: {}; this result corrects it, and holds for the corrected sensor only",
-                shape.words().join("; ")
-            ),
+            Self::SensorOff { ref shape, ref instead } => sensor_off(shape, instead),
             Self::LensOff { ref lens } => lens_off(lens),
             Self::DrawnLineNotNeeded { with_m, without_m } => drawn_line_not_needed([with_m, without_m]),
             Self::LikelyCause { kind, size_si, sigma_si } => likely_cause(kind, size_si, sigma_si),
@@ -299,18 +300,5 @@ impl fmt::Display for Warning {
                 stand_off_m * MM_PER_M
             ),
         })
-    }
-}
-
-fn cause_code(kind: CauseKind) -> &'static str {
-    match kind {
-        CauseKind::Flex => "robot-flex",
-        CauseKind::Backlash => "robot-backlash",
-        CauseKind::AttitudeLag => "attitude-lag",
-        CauseKind::RollingShutter => "rolling-shutter",
-        CauseKind::SideBias => "side-bias",
-        CauseKind::CommandedPose => "commanded-pose",
-        CauseKind::Lens => "lens-off",
-        CauseKind::TiltBias => "feature-bias",
     }
 }

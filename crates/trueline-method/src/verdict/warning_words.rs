@@ -2,8 +2,8 @@
 
 use super::quantity::{Axis, MM_PER_M, MS_PER_S, Quantity};
 use super::stream_name::StreamName;
+use crate::assess::cause_kind::CauseKind;
 use crate::assess::lens::LensCorrection;
-use crate::assess::misfit_cause::CauseKind;
 use crate::assess::robot_field::RobotSigmas;
 use crate::hypotheses::choice::DecidedBy;
 use crate::hypotheses::feature_bias::FeatureBias;
