@@ -30,6 +30,9 @@ fn for_reason(reason: &Reason) -> Option<&'static str> {
             "`trueline doctor` tries the usual mistakes; --feature-sigma-px or --feature-sigma-mm states the noise of the \
              sensor",
         ),
+        Reason::SensorOff { beyond_stated: true, .. } => Some(
+            "--sensor free estimates it without what [uncertainty] in sensor.toml states; correct that, or calibrate the sensor again",
+        ),
         Reason::SensorOff { .. } => Some("--sensor prior corrects it, --write-sensor FILE writes it"),
         Reason::DrawnLineOff { .. } => Some(
             "without --drawn-line the result's `lines` say where the scan sees the edge; --drawn-line-sigma-mm states how well the \

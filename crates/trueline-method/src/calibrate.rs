@@ -19,7 +19,7 @@ use crate::input::observations::{Observations, observe, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::parameters::{LINES, ROTATION, TIME_OFFSET};
-use crate::released::released;
+use crate::released::{freed, held_sensor, released};
 use crate::solve::drawn_lines;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
@@ -43,6 +43,13 @@ pub fn calibrate(
         return with_stated_lens(recording, guess, config, released.as_ref());
     }
     let as_stated = with_stated_lens(recording, guess, config, None)?;
+    if let Some(freed) = freed(config, &as_stated) {
+        let freed = calibrate(recording, guess, &freed).ok();
+        if freed.as_ref().is_some_and(|freed| held_sensor(config, freed).is_some_and(|shape| shape.is_off()))
+        {
+            return with_stated_lens(recording, guess, config, freed.as_ref());
+        }
+    }
     corrected_lens::corrected(as_stated, recording, |with_lens, guess| {
         with_stated_lens(with_lens, Some(guess), config, None)
     })

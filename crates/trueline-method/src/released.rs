@@ -22,11 +22,26 @@ pub(crate) fn released(config: &Config) -> Option<Config> {
     Some(Config { sensor, drawn_lines: Vec::new(), ..config.clone() })
 }
 
-/// The shape of a sensor that was held; `None` where it was not, or the scan does not show it.
+/// The same options without what the sensor's file states of its uncertainty, where a fit that takes it for true leaves something that
+/// a sensor which is worse than that would leave; else `None`.
+pub(crate) fn freed(config: &Config, as_stated: &Calibration) -> Option<Config> {
+    let findings = &as_stated.findings;
+    let shape =
+        findings.unknowns.sensor.filter(|shape| shape.stated && config.sensor == SensorMode::Prior)?;
+    let is_doubted = shape.is_off() || findings.checks.cause.is_some();
+    is_doubted.then(|| Config { sensor: SensorMode::Free, ..config.clone() })
+}
+
+/// The shape of a sensor that was held, or taken for as good as its file states; `None` where it was not, or the scan does not show
+/// it.
 pub(crate) fn held_sensor(held: &Config, released: &Calibration) -> Option<SensorShape> {
     let unknowns = &released.findings.unknowns;
-    let is_seen = unknowns.observability.unobservable.is_empty();
-    unknowns.sensor.filter(|_| is_seen && held.sensor == SensorMode::Fixed)
+    let shape = unknowns.sensor.filter(|_| unknowns.observability.unobservable.is_empty())?;
+    match held.sensor {
+        SensorMode::Fixed => Some(shape),
+        SensorMode::Prior => shape.beyond_stated(),
+        SensorMode::Free => None,
+    }
 }
 
 /// How far off a seam point is without the drawing, m, where the scan shows the lines better than that is known.

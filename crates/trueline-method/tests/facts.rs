@@ -53,7 +53,8 @@ fn sentences_give_values_in_the_units_of_a_person() {
     let step = Reason::ClockStep { at_s: 12.3456, step_s: -0.0123, sigma_s: 0.0004, pictures: None };
     assert_eq!(
         step.to_string(),
-        "one of the clocks stepped at about 12.346 s: the time offset changes there by -12.300 ± 0.400 ms"
+        "the time offset is not the same all over the scan: at about 12.346 s it changes by -12.300 ± 0.400 ms. One of the clocks stepped there, \
+         or is steered to and fro (as network time does)"
     );
     let moved = Warning::CrossValidationShift {
         span_s: [1.0, 2.5],

@@ -5,7 +5,7 @@ use nalgebra::{Vector2, Vector3};
 use trueline_dataset::sensor_setup::SensorUncertainty;
 use trueline_dataset::{Measured, Recording, Sensor};
 use trueline_geometry::{Plane, so3};
-use trueline_method::{Calibration, Config, Reason, SensorMode, Warning, calibrate};
+use trueline_method::{Calibration, Config, Reason, SensorMode, Status, Warning, calibrate};
 use trueline_model::{Camera, LaserSheet};
 use trueline_sim::{Preset, random_cell, simulate};
 
@@ -158,6 +158,30 @@ fn what_the_file_states_becomes_a_prior_of_the_shape() {
     let free = calibrate(&wrong, None, &ideal_robot(SensorMode::Prior)).unwrap();
     let free = free.findings.unknowns.sensor.unwrap();
     assert!(free.is_off() && !free.stated, "{}", free.wald);
+}
+
+/// What a false statement leaves in the residuals is no lag, no bias and no bad robot.
+#[test]
+fn a_sensor_that_is_worse_than_its_file_states_is_the_only_thing_to_be_named() {
+    for (preset, seed) in [(Preset::Good, 1), (Preset::Quick, 1), (Preset::Quick, 2)] {
+        let recording = simulate(&random_cell(&preset.scenario(), seed, 1.0), seed).unwrap();
+        let stated = |normal_deg: f64| {
+            let mut wrong = with_sensor(&recording, |_, plane| *plane = tilted(plane, 0.5));
+            wrong.setup.uncertainty = Some(SensorUncertainty {
+                plane_offset_m: Some(0.05e-3),
+                plane_normal_rad: Some(normal_deg.to_radians()),
+                ..SensorUncertainty::default()
+            });
+            calibrate(&wrong, None, &Config::default()).unwrap()
+        };
+        let off = |reason: &Reason| matches!(reason, Reason::SensorOff { beyond_stated: true, .. });
+        let contradicted = stated(0.02);
+        assert!(contradicted.reasons().iter().all(off), "{:?}", contradicted.reasons());
+        assert_eq!(contradicted.status(), Status::NotAccepted);
+        assert!(contradicted.warnings().is_empty(), "{:?}", contradicted.warnings());
+        // The same tilt, said to be one sigma.
+        assert_eq!(stated(0.5).status(), Status::Accepted, "{:?}", stated(0.5).reasons());
+    }
 }
 
 #[test]

@@ -50,7 +50,11 @@ fn reason_values(reason: &Reason) -> Value {
         }
         Reason::NotConverged { termination } => json!({ "termination": termination.to_string() }),
         Reason::ResidualsTooLarge { noise_factor } => json!({ "noise_factor": noise_factor }),
-        Reason::SensorOff { shape, instead } => sensor_off(shape, instead),
+        Reason::SensorOff { shape, instead, beyond_stated } => {
+            let mut facts = sensor_off(shape, instead);
+            facts["beyond_stated"] = json!(beyond_stated);
+            facts
+        }
         Reason::DrawnLineOff { shift } => drawn_line_off(shift),
         Reason::TooFewUsed { used, features, mostly, mostly_count } => json!({
             "used": used,

@@ -23,6 +23,8 @@ pub struct SensorShape {
     pub stated: bool,
     /// hᵀ C_h⁻¹ h with robot and feature bias in C_h: χ²₅ for a sensor without fault.
     pub wald: f64,
+    /// The same with what the file states of the sensor in C_h as well: how far off it is beyond that. `None` where nothing is stated.
+    pub wald_beyond_stated: Option<f64>,
     /// The same if the cause that explains the residuals is allowed for; `None` where there is no such cause.
     pub wald_beside_cause: Option<f64>,
 }
@@ -51,7 +53,16 @@ impl SensorShape {
         let prior_sigma = std::array::from_fn(|k| knowledge.covariance[(k, k)].sqrt());
         let shape = total(recording, &found);
         let stated = knowledge.stated;
-        Some(Self { found, shape, sigma, prior_sigma, stated, wald, wald_beside_cause: None })
+        let beyond = || self::wald(&SVector::from(found.h), &(own + knowledge.covariance));
+        let wald_beyond_stated = stated.then(beyond).flatten();
+        let wald_beside_cause = None;
+        Some(Self { found, shape, sigma, prior_sigma, stated, wald, wald_beyond_stated, wald_beside_cause })
+    }
+
+    /// The same shape, judged by what the file states of the sensor; `None` where it states nothing.
+    #[must_use]
+    pub(crate) fn beyond_stated(self) -> Option<Self> {
+        Some(Self { wald: self.wald_beyond_stated?, ..self })
     }
 
     /// The same if a cause is allowed for that explains the residuals: what it makes of the shape is no fault of the sensor.

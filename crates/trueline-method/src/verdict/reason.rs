@@ -1,7 +1,7 @@
 //! Why a calibration is not accepted.
 
 use super::quantity::{MM_PER_M, MS_PER_S, Quantity, Significant};
-use super::sensor_words::held_sensor_off;
+use super::sensor_words::contradicted_sensor;
 use crate::assess::drawn_line_shift::DrawnLineShift;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
 use crate::assess::observability::Unobservable;
@@ -76,9 +76,11 @@ pub enum Reason {
     /// The sensor's own calibration is off, and it was held.
     SensorOff {
         /// What it was found to be.
-        shape: SensorShape,
+        shape: Box<SensorShape>,
         /// What may be there in its place.
         instead: Vec<InsteadOfSensor>,
+        /// Whether it was estimated as well known as its file states; else it was held.
+        beyond_stated: bool,
     },
     /// A line was held where it was drawn, and is not there.
     DrawnLineOff {
@@ -186,7 +188,9 @@ impl fmt::Display for Reason {
             }
             Self::NotConverged { termination } => format!("the solver did not converge ({termination})"),
             Self::ResidualsTooLarge { noise_factor } => residuals_too_large(noise_factor),
-            Self::SensorOff { ref shape, ref instead } => held_sensor_off(shape, instead),
+            Self::SensorOff { ref shape, ref instead, beyond_stated } => {
+                contradicted_sensor(shape, instead, beyond_stated)
+            }
             Self::DrawnLineOff { shift } => drawn_line_off(&shift),
             Self::TooFewUsed { used, features, mostly, mostly_count } => {
                 too_few_used([used, features], mostly, mostly_count)
@@ -310,7 +314,10 @@ fn clock_step([at_s, step_s, sigma_s]: [f64; 3], pictures: Option<u32>) -> Strin
     let by = format!("{:+.3} ± {:.3} ms", step_s * MS_PER_S, sigma_s * MS_PER_S);
     match pictures {
         None => {
-            format!("one of the clocks stepped at about {at_s:.3} s: the time offset changes there by {by}")
+            format!(
+                "the time offset is not the same all over the scan: at about {at_s:.3} s it changes by {by}. One of the clocks stepped there, or \
+                 is steered to and fro (as network time does)"
+            )
         }
         Some(pictures) => format!(
             "the time offset changes at about {at_s:.3} s by {by}, which is {pictures} picture(s): they are missing (or doubled) there, and the others were stamped by \

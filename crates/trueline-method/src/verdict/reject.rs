@@ -5,6 +5,7 @@ use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
 use crate::assess::sensor_shape::SensorShape;
+use crate::config::SensorMode;
 use crate::findings::Findings;
 use crate::hypotheses::drift_and_step::Step;
 use crate::hypotheses::search::Mirrored;
@@ -81,7 +82,12 @@ fn contradicted(f: &Findings) -> Vec<Reason> {
     let lines = f.checks.drawn_line_shifts.iter().map(|shift| Reason::DrawnLineOff { shift: *shift });
     let instead = &f.checks.instead_of_sensor;
     let sensor = f.checks.held_sensor.filter(SensorShape::is_off);
-    let sensor = sensor.map(|shape| Reason::SensorOff { shape, instead: instead.clone() });
+    let beyond_stated = f.config.sensor != SensorMode::Fixed;
+    let sensor = sensor.map(|shape| Reason::SensorOff {
+        shape: Box::new(shape),
+        instead: instead.clone(),
+        beyond_stated,
+    });
     lines.chain(sensor).collect()
 }
 

@@ -20,14 +20,23 @@ pub(super) fn sensor_off(shape: &SensorShape, instead: &[InsteadOfSensor]) -> St
     )
 }
 
-/// Of a sensor that was held.
-pub(super) fn held_sensor_off(shape: &SensorShape, instead: &[InsteadOfSensor]) -> String {
+/// Of a sensor that was held, or taken for as good as its file states.
+pub(super) fn contradicted_sensor(
+    shape: &SensorShape,
+    instead: &[InsteadOfSensor],
+    beyond_stated: bool,
+) -> String {
     let found = shape.words().join("; ");
+    let off = if beyond_stated {
+        "the sensor's own calibration is off by more than its file states"
+    } else {
+        "the sensor's own calibration is off, and it was held"
+    };
     if instead.is_empty() {
-        return format!("the sensor's own calibration is off, and it was held: {found}");
+        return format!("{off}: {found}");
     }
     format!(
-        "either the sensor's own calibration is off, and it was held: {found}; or it is right, and {}. This scan does not tell: scan once \
+        "either {off}: {found}; or it is right, and {}. This scan does not tell: scan once \
          more at another speed, or with a weave of another frequency",
         words(instead)
     )

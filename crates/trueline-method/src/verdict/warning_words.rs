@@ -146,7 +146,7 @@ pub(super) fn robot_worse(seems: RobotSigmas, taken: RobotSigmas, stated: bool) 
     };
     format!(
         "the residuals change with the robot's pose as those of a robot {off} {}); the ± take it for as bad as it shows itself. \
-         Is the tool's frame right, and is the robot calibrated?",
+         Is the tool's frame right, and is the robot calibrated? In a single pass a seam that is not straight looks the same",
         if stated { "follow from its stated accuracy" } else { "were assumed" }
     )
 }
