@@ -149,6 +149,12 @@ pub enum Problem {
         /// The field.
         text: String,
     },
+    /// A number that stands for "nothing measured".
+    #[error("expected a measured number, found `{text}`")]
+    NotMeasured {
+        /// The field.
+        text: String,
+    },
     /// A negative or fractional number where a count belongs.
     #[error("expected a whole number of 0 or more, found `{text}`")]
     NotACount {

@@ -22,7 +22,7 @@ impl Problem {
             | Self::NoUnit { .. } => self.column_hint(),
             Self::FieldCount { .. } => "is the line cut off, or is a decimal comma used?",
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
-            Self::NotFinite { .. } => "leave out rows without a measurement instead of writing nan",
+            Self::NotFinite { .. } | Self::NotMeasured { .. } => "leave out rows without a measurement",
             Self::NotACount { .. } => "line and frame are numbered 0, 1, 2, …",
             Self::NotAPlate { .. }
             | Self::PlateTwice { .. }

@@ -7,6 +7,9 @@ use csv::ByteRecord;
 use std::io::Read;
 use std::path::Path;
 
+/// No place, picture or brightness has a number as large as this in SI units; programs write such for "nothing measured".
+const LARGEST: f64 = 1e12;
+
 /// A column that a table may have.
 #[derive(Clone, Copy, Debug)]
 pub struct ColumnSpec<'a> {
@@ -176,7 +179,7 @@ impl<'a, R: Read> Table<'a, R> {
     /// A number in SI, or `None` if the column is not there.
     ///
     /// # Errors
-    /// A field that is no finite number.
+    /// A field that is no finite number, or larger than anything that is measured.
     pub fn number(&self, column: usize) -> Result<Option<f64>, Error> {
         let Some((text, scale)) = self.field(column) else {
             return Ok(None);
@@ -185,6 +188,9 @@ impl<'a, R: Read> Table<'a, R> {
             text.parse().map_err(|_| self.error_in(column, Problem::NotANumber { text: text.to_owned() }))?;
         if !value.is_finite() {
             return Err(self.error_in(column, Problem::NotFinite { text: text.to_owned() }));
+        }
+        if (value * scale).abs() > LARGEST {
+            return Err(self.error_in(column, Problem::NotMeasured { text: text.to_owned() }));
         }
         Ok(Some(value * scale))
     }

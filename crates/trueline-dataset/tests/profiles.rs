@@ -30,6 +30,16 @@ fn our_own_long_form() {
     assert_eq!(profiles_csv::read(Path::new("profiles.csv"), written.as_slice()).unwrap(), profiles);
 }
 
+/// What stands for "no return" in other programs' files is no range.
+#[test]
+fn a_huge_number_is_no_measurement() {
+    for text in ["time_s,x_mm,z_mm\n0,1,1e300\n", "time_s,x0_mm,dx_mm,z0_mm,z1_mm\n0,1,1,2,-1e300\n"] {
+        let refused = profiles_csv::read(Path::new("profiles.csv"), text.as_bytes()).unwrap_err().to_string();
+        assert!(refused.contains("profiles.csv, line 2, column `z"), "{refused}");
+        assert!(refused.contains("expected a measured number"), "{refused}");
+    }
+}
+
 #[test]
 fn our_own_wide_form_has_holes() {
     let text = "time_s,frame,x0_mm,dx_mm,z0_mm,z1_mm,z2_mm\n0.1,1,-0.5,0.5,300,,302\n0.2,2,-0.5,0.5,,,\n";

@@ -105,7 +105,7 @@
         ...base(), ...zoom(), legend: { show: false }, grid,
         tooltip: { ...base().tooltip, formatter: (q) => `${c.x.name} ${show(q.value[0])}, ${c.y.name} ${show(q.value[1])}<br>${c.unit}: <b>${show(q.value[2])}</b><br>of ${q.value[3]}` },
         xAxis: along(c.x, { splitLine: { show: false } }), yAxis: upright(c.y, { splitLine: { show: false } }),
-        visualMap: { type: "continuous", dimension: 2, min: 0, max: most, calculable: false, right: 0, top: "middle", itemWidth: 12, itemHeight: 110, text: ["≥ " + show(+most.toPrecision(2)) + " " + (c.short ?? ""), "0"], inRange: { color: ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"] } },
+        visualMap: { type: "continuous", dimension: 2, min: c.signed ? -most : 0, max: most, calculable: false, right: 0, top: "middle", itemWidth: 12, itemHeight: 110, text: [(c.signed ? "+" : "≥ ") + show(+most.toPrecision(2)) + " " + (c.short ?? ""), c.signed ? "−" + show(+most.toPrecision(2)) : "0"], inRange: { color: c.signed ? ["#2166ac", "#92c5de", "#f7f7f7", "#f4a582", "#b2182b"] : ["#440154", "#3b528b", "#21918c", "#5ec962", "#fde725"] } },
         series: [{ type: "custom", name: c.unit, dimensions: ["x", "y", "v", "n"], encode: { x: 0, y: 1, tooltip: 2 }, data: c.cells, clip: true, progressive: 0,
           renderItem: (_, api) => {
             const a = api.coord([api.value(0) - c.cell[0] / 2, api.value(1) - c.cell[1] / 2]), b = api.coord([api.value(0) + c.cell[0] / 2, api.value(1) + c.cell[1] / 2]);

@@ -236,8 +236,17 @@ fn heat(
     (cell, size): ([f64; 2], [u32; 2]),
 ) -> Block {
     let (x, y) = picture_axes(size);
-    let heat =
-        Heat { x, y, cell, cells, strongest, unit: unit.to_owned(), short: String::new(), equal: true };
+    let heat = Heat {
+        x,
+        y,
+        cell,
+        cells,
+        strongest,
+        unit: unit.to_owned(),
+        short: String::new(),
+        signed: false,
+        equal: true,
+    };
     Block::Chart(Chart {
         id,
         title,

@@ -5,7 +5,7 @@ use trueline_dataset::Recording;
 use trueline_method::{Calibration, Config, Hold, calibrate};
 use trueline_report::calibration_page::{Source, html, page};
 use trueline_report::page::{Block, Drawn, Page, Series};
-use trueline_sim::{Preset, simulate};
+use trueline_sim::{PlateForm, Plates, Preset, scan_plates, simulate};
 
 fn page_of(recording: &Recording, calibration: &Calibration) -> Page {
     page(&Source { calibration, recording, title: "t", command: "c", images_ahead_s: None, frames: &[] })
@@ -106,4 +106,43 @@ fn the_error_of_a_seam_point_comes_first_with_its_budget_and_the_numbers_add_up(
     // Parts below 0.5 % of the variance are left out, six of them at most, and each is rounded to two digits.
     let sum = sizes.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
     assert!((sum / (1e3 * error.rms_m) - 1.0).abs() < 0.06, "{sum} {}", error.rms_m);
+}
+
+/// Heights of a chart's cells by their place along the seam, mm.
+fn heights(page: &Page, id: &str) -> Vec<[f64; 2]> {
+    let blocks = page.sections.iter().flat_map(|section| &section.blocks);
+    let mut found = blocks.filter_map(|block| match block {
+        Block::Chart(chart) if chart.id == id => Some(&chart.drawn),
+        _ => None,
+    });
+    let Some(Drawn::Heat(heat)) = found.next() else { panic!("{id} is no map") };
+    heat.cells.iter().map(|cell| [cell[0], cell[2]]).collect()
+}
+
+#[test]
+fn a_bowed_plate_is_seen_bowed_and_a_flat_one_flat() {
+    let scenario = Preset::Quick.scenario();
+    // 0.3 mm at 100 mm along the seam.
+    let forms = [PlateForm::of_term(2, 0.3e-3), PlateForm::default()];
+    let recording = scan_plates(&scenario, &Plates { forms, ..Plates::default() }, 4).unwrap();
+    let calibration = calibrate(&recording, None, &Config::default()).unwrap();
+    let page = page_of(&recording, &calibration);
+    let mean = |id: &str, near: bool| {
+        let of = heights(&page, id);
+        let end_mm = of.iter().map(|[s, _]| s.abs()).fold(0.0, f64::max);
+        let of =
+            of.iter().filter(|[s, _]| if near { s.abs() < 0.2 * end_mm } else { s.abs() > 0.8 * end_mm });
+        let (sum, count) = of.fold((0.0, 0.0), |(sum, n), [_, height]| (sum + height, n + 1.0));
+        (sum / count, end_mm)
+    };
+    for (id, bow_mm) in [("plate-0", 0.3), ("plate-1", 0.0)] {
+        let ((middle, end_mm), (ends, _)) = (mean(id, true), mean(id, false));
+        // s² over cells within 0.2 and beyond 0.8 of the ends is 0.013 and 0.81 of that at the ends; cells are a twelfth of it.
+        let expected = bow_mm * (end_mm / 100.0).powi(2) * 0.8;
+        println!("{id}: {middle:.4} mm in the middle, {ends:.4} mm at the ends, bow {expected:.4} mm");
+        assert!(((ends - middle).abs() - expected).abs() < 0.1 * expected + 0.01, "{id}");
+    }
+    let without = simulate(&scenario, 4).unwrap();
+    let calibration = calibrate(&without, None, &Config::default()).unwrap();
+    assert!(page_of(&without, &calibration).sections.iter().all(|section| section.id != "plates"));
 }

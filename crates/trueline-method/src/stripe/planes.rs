@@ -26,6 +26,19 @@ pub struct PlaneEstimate {
     pub seen: [bool; 2],
     /// Largest distance of its visible surface from the plane, m.
     pub bow_m: f64,
+    /// Where support points lie on it.
+    pub points: Vec<PlatePoint>,
+}
+
+/// A support point on its plate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlatePoint {
+    /// In base, m.
+    pub in_base: Vector3<f64>,
+    /// Its place along the seam from the scan's centre, and away from the seam, m.
+    pub place_m: [f64; 2],
+    /// Its height above the plane on the sensor's side, m.
+    pub height_m: f64,
 }
 
 /// The angle between the planes of a joint.
@@ -59,15 +72,16 @@ pub fn planes(
         let mut slopes = Vec::new();
         for (number, plate) in plates.iter().enumerate() {
             let first = unknowns.plane(joint, number).start;
-            let visible =
-                visible(observations, &frames.list, at, (joint, number)).unwrap_or([[0.0, 1.0], [-1.0, 1.0]]);
-            let best = BestPlane::over(visible);
+            let seen = seen_points(observations, &frames.list, at, (joint, number));
+            let best = BestPlane::over(visible(plate, &seen).unwrap_or([[0.0, 1.0], [-1.0, 1.0]]));
             let slope = best.slope(at, (joint, number));
             let own = &slope * covariance * slope.transpose();
             let tilts: Matrix2<f64> = own.fixed_view::<2, 2>(0, 0).into_owned();
+            let plane = best.of(plate);
             all.push(PlaneEstimate {
                 number: 2 * joint + number,
-                plane: best.of(plate),
+                points: on_plane(&plane, &seen),
+                plane,
                 sigma_rad: tilts.symmetric_eigenvalues().max().max(0.0).sqrt(),
                 sigma_m: own[(2, 2)].max(0.0).sqrt(),
                 seen: [!(is_null(null, first) || is_null(null, first + 1)), !is_null(null, first + 2)],
@@ -151,28 +165,59 @@ impl BestPlane {
     }
 }
 
-/// The range of r and s in which a plate is seen.
-fn visible(
+/// A support point in base and where the sensor was, m.
+struct SeenPoint {
+    point: Vector3<f64>,
+    from: Vector3<f64>,
+}
+
+/// Support points of a plate that are looked at; of more frames, every so many stand for the rest.
+const MOST_FRAMES: usize = 5000;
+
+/// The support points of a plate.
+fn seen_points(
     observations: &Observations,
     frames: &[StripeFrame],
     at: &StripeState,
     (joint, number): (usize, usize),
-) -> Option<[[f64; 2]; 2]> {
-    let chart = &at.joints[joint][number].chart;
+) -> Vec<SeenPoint> {
     let mut hint = 0;
-    let mut places: [Vec<f64>; 2] = Default::default();
-    for frame in frames.iter().filter(|frame| frame.joint == joint) {
+    let mut seen = Vec::new();
+    let every = frames.len().div_ceil(MOST_FRAMES).max(1);
+    for frame in frames.iter().filter(|frame| frame.joint == joint).step_by(every) {
         let Sight::Stripes(stripes) = &frame.sight else { continue };
         let Some(placement) = placement(observations, frame, at, &mut hint) else { continue };
+        let from = placement.base_from_camera().translation.vector;
         for support in stripes[number].iter().flatten() {
-            let point: Vector3<f64> = placement.point_in_base(&observations.sheet.point(&support.reported));
-            places[0].push(chart.outward.dot(&(point - chart.centre)) / SURFACE_REACH_M);
-            places[1].push(chart.along.dot(&(point - chart.centre)) / SURFACE_LENGTH_M);
+            let there = at.shape.map_or(support.reported, |shape| shape.corrected(&support.reported).0);
+            let point = placement.point_in_base(&observations.sheet.point(&there));
+            seen.push(SeenPoint { point, from });
         }
     }
-    let range = |values: &[f64]| {
-        let of = |share: f64| quantile(values.iter().copied(), share);
-        Some([of(BEYOND)?, of(1.0 - BEYOND)?])
+    seen
+}
+
+/// A point's place along the seam and away from it, m.
+fn place_m(plate: &Plate, point: &Vector3<f64>) -> [f64; 2] {
+    let from_centre = point - plate.chart.centre;
+    [plate.chart.along.dot(&from_centre), plate.chart.outward.dot(&from_centre)]
+}
+
+/// The range of r and s in which a plate is seen.
+fn visible(plate: &Plate, seen: &[SeenPoint]) -> Option<[[f64; 2]; 2]> {
+    let range = |axis: usize, unit_m: f64| {
+        let places = || seen.iter().map(|seen| place_m(plate, &seen.point)[axis] / unit_m);
+        Some([quantile(places(), BEYOND)?, quantile(places(), 1.0 - BEYOND)?])
     };
-    Some([range(&places[0])?, range(&places[1])?])
+    Some([range(1, SURFACE_REACH_M)?, range(0, SURFACE_LENGTH_M)?])
+}
+
+/// The points as they lie on the plane that fits best.
+fn on_plane(plane: &Plate, seen: &[SeenPoint]) -> Vec<PlatePoint> {
+    let on = |SeenPoint { point, from }: &SeenPoint| PlatePoint {
+        in_base: *point,
+        place_m: place_m(plane, point),
+        height_m: plane.distance(point).value * plane.normal.dot(&(from - point)).signum(),
+    };
+    seen.iter().map(on).collect()
 }

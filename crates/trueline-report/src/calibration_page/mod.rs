@@ -6,6 +6,7 @@ mod convergence;
 mod first_screen;
 mod motion;
 mod outliers;
+mod plates;
 mod residuals;
 mod scene;
 mod seam;
@@ -68,6 +69,7 @@ pub fn page(source: &Source<'_>) -> Page {
     let sections = [
         ("answers", "", first_screen::blocks(c, source.images_ahead_s)),
         ("seam", "Seam", seam::blocks(&shown, columns)),
+        ("plates", "Plates", plates::blocks(c)),
         ("residuals", "Residuals", residuals::blocks(&shown, columns)),
         ("uncertainty", "What is known, and how well", checks::blocks(&shown, columns)),
         ("motion", "The motion, and what it shows", motion::blocks(&shown, columns)),
@@ -80,6 +82,7 @@ pub fn page(source: &Source<'_>) -> Page {
     ];
     page.sections = sections
         .into_iter()
+        .filter(|(id, _, blocks)| *id != "plates" || !blocks.is_empty())
         .map(|(id, heading, blocks)| Section { id, heading, blocks, folded: id == "developers" })
         .collect();
     page

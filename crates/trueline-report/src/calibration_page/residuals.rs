@@ -195,6 +195,7 @@ fn over_image(shown: &Shown<'_>) -> Option<Chart> {
             strongest,
             unit: format!("mean residual ({unit})"),
             short: unit.to_owned(),
+            signed: false,
             equal: true,
         })),
     })

@@ -6,6 +6,7 @@ use nalgebra::{Point3, Vector2, Vector3};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{RobotSample, Sensor};
 use trueline_geometry::{Line, Pose};
+use trueline_method::stripe::planes::PlaneEstimate;
 use trueline_model::LaserSheet;
 
 /// Poses of the path that are drawn.
@@ -53,6 +54,7 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         let name = if c.best_fit().lines.len() > 1 { format!("line {k}") } else { "line".to_owned() };
         parts.push(Part { name, xyz: column(columns, ends), colour: Colour::D, line: true });
     }
+    parts.extend(plates(shown, columns));
     if let (Some(first), Some(last)) = (robot.first(), robot.last()) {
         let length_m = 0.1
             * (robot.iter())
@@ -73,6 +75,18 @@ pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
         wide: true,
         drawn: Drawn::Scene(parts),
     })]
+}
+
+/// The support points of each plate's stripes.
+fn plates(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Part> {
+    let estimate = shown.calibration.findings.stripes.as_ref().and_then(|stripes| stripes.estimate.as_ref());
+    let mut part = |plane: &PlaneEstimate| {
+        let stride = plane.points.len().div_ceil(POINTS).max(1);
+        let points = plane.points.iter().step_by(stride).map(|point| point.in_base);
+        let name = format!("plate {}", plane.number);
+        Part { name, xyz: column(columns, points), colour: Colour::Soft, line: false }
+    };
+    estimate.map_or_else(Vec::new, |estimate| estimate.planes.iter().map(&mut part).collect())
 }
 
 fn column(columns: &mut Columns, points: impl IntoIterator<Item = Vector3<f64>>) -> crate::page::Column {

@@ -29,9 +29,7 @@ pub(super) fn map(shown: &Shown<'_>) -> Option<Chart> {
         [low - more, high + more]
     });
     let cell: [f64; 2] = limits.map(|[low, high]| (high - low) / CELLS as f64);
-    if cell.iter().any(|side| side.is_nan() || *side <= 0.0) {
-        return None;
-    }
+    cell.iter().all(|side| *side > 0.0).then_some(())?;
     let covariance: SMatrix<f64, LINES, LINES> =
         c.best_fit_covariance().fixed_view::<LINES, LINES>(0, 0).into();
     let sigma_mm = |place: Vector2<f64>| {
@@ -73,6 +71,7 @@ pub(super) fn map(shown: &Shown<'_>) -> Option<Chart> {
             strongest,
             unit: "standard deviation (mm)".to_owned(),
             short: "mm".to_owned(),
+            signed: false,
             equal: false,
         })),
     })

@@ -269,6 +269,8 @@ pub struct Heat {
     pub cells: Vec<[f64; 4]>,
     /// Value of the strongest colour.
     pub strongest: f64,
+    /// Whether values lie on both sides of zero.
+    pub signed: bool,
     /// Name and unit of the value.
     pub unit: String,
     /// The unit alone.
@@ -322,7 +324,7 @@ impl Chart {
                 })
             }
             Drawn::Heat(h) => json!({
-                "kind": "heat", "x": h.x.json(), "y": h.y.json(), "cell": h.cell, "cells": h.cells, "unit": h.unit, "short": h.short, "strongest": h.strongest, "equal": h.equal, "points": h.cells.len(),
+                "kind": "heat", "x": h.x.json(), "y": h.y.json(), "cell": h.cell, "cells": h.cells, "unit": h.unit, "short": h.short, "strongest": h.strongest, "signed": h.signed, "equal": h.equal, "points": h.cells.len(),
             }),
             Drawn::Bars { names, values, axis, mark } => json!({
                 "kind": "bars", "names": names, "values": values, "axis": axis.json(),
