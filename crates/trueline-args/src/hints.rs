@@ -67,6 +67,10 @@ pub fn for_error(error: &Error) -> &'static str {
         Error::PointsNotInSheet { .. } => {
             "are all points measured by the same laser plane, in the camera frame? --residual point-to-line needs none"
         }
+        Error::NoOverlap { .. } => {
+            "were they stamped by two clocks? --align-clocks finds how far these are apart; `trueline doctor` knows wrong units of \
+             time"
+        }
         Error::NothingToHold { .. } | Error::NoGuessToHold => "give it in initial.toml or with --initial",
         other => other.hint(),
     }

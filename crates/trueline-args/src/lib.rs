@@ -77,6 +77,7 @@ pub use simulate_production::ProductionArgs;
 pub use stream_sim::StreamSimArgs;
 pub use watch::WatchArgs;
 
+use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -115,6 +116,18 @@ pub fn command() -> clap::Command {
         command.mut_args(|arg| with_letter(with_negative_numbers(arg))).mut_subcommands(completed)
     }
     completed(Arguments::command()).max_term_width(100)
+}
+
+/// The same error, with the suggestion first that is most like what was typed.
+#[must_use]
+pub fn nearest_first(mut told: clap::Error) -> clap::Error {
+    let kind = ContextKind::SuggestedSubcommand;
+    // They come sorted, the nearest last.
+    if let Some(ContextValue::Strings(names)) = told.get(kind) {
+        let nearest_first = names.iter().rev().cloned().collect();
+        told.insert(kind, ContextValue::Strings(nearest_first));
+    }
+    told
 }
 
 fn with_negative_numbers(arg: clap::Arg) -> clap::Arg {

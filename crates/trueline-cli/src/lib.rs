@@ -42,6 +42,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
         }
         Err(told) => {
             // If nobody reads it, nobody misses it.
+            let told = trueline_args::nearest_first(told);
             let _ = told.print();
             u8::try_from(told.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
         }

@@ -6,17 +6,26 @@ use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::sync::OnceLock;
+use terminal_size::{Width, terminal_size_of};
 use trueline_dataset::Recording;
 use trueline_dataset::calibration_file::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::whole_file;
 use trueline_report::terminal_text::shown;
-use trueline_report::wrapped::wrapped;
+use trueline_report::wrapped::wrapped_to;
 
-/// Words for a person: stderr.
+/// Words for a person: stderr. Lines are broken for a terminal alone: what is piped is searched line by line.
 pub(crate) fn words(text: &str) {
+    let text = shown(text.trim_end());
+    let text = columns().map_or_else(|| text.to_string(), |columns| wrapped_to(&text, columns));
     // If stderr is gone there is nobody left to tell.
-    let _ = writeln!(std::io::stderr().lock(), "{}", shown(text.trim_end()));
+    let _ = writeln!(std::io::stderr().lock(), "{}", text.trim_end());
+}
+
+/// Columns of the terminal that words appear on, or what COLUMNS says.
+fn columns() -> Option<usize> {
+    let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    said.or_else(|| terminal_size_of(std::io::stderr()).map(|(Width(columns), _)| columns.into()))
 }
 
 /// Words for a person who wants to know more, with -v.
@@ -81,7 +90,7 @@ pub(crate) fn result(path: &Path, result: &ResultFile) -> Result<(), Failure> {
 
 /// A summary for a person: on stdout, unless JSON goes there.
 pub(crate) fn summary(json: Option<&Path>, text: &str) -> Result<(), Failure> {
-    let text = wrapped(text);
+    let text = wrapped_to(text, columns().unwrap_or(usize::MAX));
     if json == Some(Path::new("-")) {
         words(&text);
         return Ok(());
@@ -121,18 +130,8 @@ pub(crate) fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result
 
 /// Refuses files that cannot be written, before the work is done for them; - is stdout.
 pub(crate) fn expect_files(files: &[Option<&Path>]) -> Result<(), Failure> {
-    for file in files.iter().flatten().filter(|file| **file != Path::new("-")) {
-        if file.is_dir() {
-            let hint = format!("name a file in it, for example `{}`", file.join("result").display());
-            return Err(Failure::new(format!("{}: is a folder", file.display()), hint));
-        }
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir());
-        if let Some(folder) = folder {
-            let message = format!("{}: there is no folder `{}`", file.display(), folder.display());
-            return Err(Failure::new(message, "make it first, or name another file"));
-        }
-    }
-    Ok(())
+    let mut named = files.iter().flatten().filter(|file| **file != Path::new("-"));
+    Ok(named.try_for_each(|file| whole_file::expect_writable(file))?)
 }
 
 static COMMAND_LINE: OnceLock<String> = OnceLock::new();

@@ -247,6 +247,15 @@ fn the_demo_keeps_its_scan_and_says_what_to_try_next() {
     assert!(dir.path().join("trueline-demo/mine.txt").exists());
 }
 
+/// A row with some of its numbers multiplied and shifted; a header stays.
+fn scaled(line: &str, factor: f64, columns: std::ops::Range<usize>, shift: f64) -> String {
+    let fields = line.split(',').enumerate().map(|(k, field)| match field.parse::<f64>() {
+        Ok(number) if columns.contains(&k) => format!("{}", number * factor + shift),
+        _ => field.to_owned(),
+    });
+    fields.collect::<Vec<_>>().join(",")
+}
+
 #[test]
 fn mistakes_with_files_are_told_as_what_they_are() {
     let dir = tempfile::tempdir().unwrap();
@@ -273,14 +282,51 @@ fn mistakes_with_files_are_told_as_what_they_are() {
     let typo = copy("typo");
     let text = fs::read_to_string(typo.join("sensor.toml")).unwrap();
     fs::write(typo.join("sensor.toml"), text.replace("width = ", "widht = ")).unwrap();
+    let changed = |name: &str, file: &str, row: &dyn Fn(usize, &str) -> String| {
+        let file = copy(name).join(file);
+        let text = fs::read_to_string(&file).unwrap();
+        let rows: Vec<String> = text.lines().enumerate().map(|(k, line)| row(k, line)).collect();
+        fs::write(file, rows.join("\n") + "\n").unwrap();
+    };
+    changed("renamed", "robot.csv", &|_, line| line.replace("x_mm,y_mm,z_mm", "X,Y,Z"));
+    changed("metres", "robot.csv", &|k, line| scaled(line, if k > 0 { 1e-3 } else { 1.0 }, 1..4, 0.0));
+    changed("late", "features.csv", &|k, line| scaled(line, 1.0, 0..1, if k > 0 { 500.0 } else { 0.0 }));
     for (line, words, hint) in [
         ("calibrate swapped", "robot.csv, line 1: has the columns of features.csv", "swapped?"),
         ("calibrate headless", "robot.csv, line 1: there is no header", "the first line names the columns"),
         ("calibrate latin", "sensor.toml: is not UTF-8 text", "save it as UTF-8"),
         ("calibrate typo", "sensor.toml, line 4: column 1: unknown field `widht`", "compare with a file"),
+        ("calibrate renamed", "column `X`: unknown column", "is it `x_mm`?"),
+        ("calibrate metres", "all positions of the robot lie within 0.2", "are they in metres"),
+        ("calibrate late", "do not overlap in time", "--align-clocks"),
+        ("features scan", "there are no pictures", "the seam is known without them"),
+        ("import lvs-st-calib nowhere --out x", "there is no folder `nowhere`", "check its name"),
+        ("callibrate scan", "unrecognized subcommand", "'calibrate', 'evaluate'"),
         ("calibrate scan --initial gess.toml", "gess.toml: there is no such file", "check its name"),
     ] {
         let (code, _, told) = told(dir.path(), line);
-        assert!(code == 2 && told.contains(words) && told.contains(hint), "{line}: {told}");
+        // Metres under a name that says mm calibrate, to something that is not accepted.
+        let expected = if line.ends_with("metres") { 1 } else { 2 };
+        assert!(code == expected && told.contains(words) && told.contains(hint), "{line}: {told}");
+    }
+}
+
+/// Lines for a terminal are broken for it; what is piped stays whole, for those who search it line by line.
+#[test]
+fn words_fit_the_terminal() {
+    let dir = tempfile::tempdir().unwrap();
+    let said = |columns: Option<&str>| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_trueline"));
+        command.current_dir(dir.path()).args(["calibrate", "."]).env_remove("COLUMNS");
+        columns.iter().for_each(|columns| drop(command.env("COLUMNS", columns)));
+        String::from_utf8(command.output().unwrap().stderr).unwrap()
+    };
+    let widest = |text: &str| text.lines().map(|line| line.chars().count()).max().unwrap();
+    assert!(widest(&said(None)) > WIDEST, "or nothing is shown here: {}", said(None));
+    for columns in [80, WIDEST] {
+        let text = said(Some(&columns.to_string()));
+        assert!(widest(&text) <= columns, "{text}");
+        let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(words(&text), words(&said(None)), "no word is lost");
     }
 }

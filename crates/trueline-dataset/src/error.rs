@@ -88,6 +88,21 @@ pub enum Problem {
         /// What is not of a kind that is replaced.
         other: String,
     },
+    /// A folder in the place of a file that is to be written.
+    #[error("is a folder")]
+    IsFolder,
+    /// A file that is to be written, or read, in a folder that is not there.
+    #[error("there is no folder `{}`", folder.display())]
+    NoFolder {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// Pictures are to be looked at, and there are none.
+    #[error("there are no pictures")]
+    NoPictures {
+        /// Whether the seam is known without them.
+        has_features: bool,
+    },
     /// A file that was named is not there.
     #[error("there is no such file")]
     NoSuchFile,
@@ -117,6 +132,8 @@ pub enum Problem {
     /// A column that means nothing here.
     #[error("unknown column; known columns: {known}")]
     UnknownColumn {
+        /// The known column that is most likely meant.
+        meant: Option<String>,
         /// What would be understood.
         known: String,
     },

@@ -46,6 +46,10 @@ pub fn index_of(dataset: &Path) -> PathBuf {
 /// Anything that is not a clean table with rising stamps whose files lie in the folder of the index.
 pub fn read_index(dataset: &Path) -> Result<Vec<FrameFile>, Error> {
     let file = index_of(dataset);
+    if !file.exists() && dataset.is_dir() {
+        let has_features = dataset.join("features.csv").exists();
+        return Err(Error::in_file(&file, Problem::NoPictures { has_features }));
+    }
     let bytes = source_file::bytes(&file)?;
     source_file::expect_lines(&file, &bytes)?;
     let folder = dataset.join("images");

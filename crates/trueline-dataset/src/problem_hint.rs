@@ -12,10 +12,19 @@ impl Problem {
             | Self::AlreadyExists
             | Self::NotOurs { .. }
             | Self::NoSuchFile
+            | Self::IsFolder
+            | Self::NoPictures { .. }
             | Self::NotUtf8
             | Self::NoHeader
             | Self::OtherTable { .. }
             | Self::NoRows => self.file_hint(),
+            Self::NoFolder { .. } => "make it first, or check its name and the folder that this is run in",
+            Self::UnknownColumn { meant: Some(meant), .. } => {
+                return format!(
+                    "is it `{meant}`? correct its name or remove the column, nothing is ignored silently; `trueline import csv` takes \
+                     the names and units of other programs"
+                );
+            }
             Self::MissingColumn { .. }
             | Self::UnknownColumn { .. }
             | Self::DuplicateColumn
@@ -74,11 +83,16 @@ impl Problem {
                 "a dataset folder has sensor.toml, robot.csv and features.csv, or pictures that images/index.csv names"
             }
             Self::Io(_) => "check the path and its permissions",
-            Self::AlreadyExists => {
-                "name a new folder or file; folders of commands with --force are replaced by it"
-            }
+            Self::AlreadyExists => "name a new one, or let --force replace a folder that trueline wrote",
             Self::NotOurs { .. } => {
                 "move it away, or name a new folder: only what trueline writes is replaced"
+            }
+            Self::IsFolder => "name a file in it",
+            Self::NoPictures { has_features: true } => {
+                "the seam is known without them: `trueline calibrate DATASET` takes features.csv as it is"
+            }
+            Self::NoPictures { has_features: false } => {
+                "they lie in images/, where images/index.csv gives each its stamp; --fps or --stamps-from-name writes that file"
             }
             Self::NoSuchFile => "check its name, and the folder that this is run in",
             Self::NotUtf8 => {

@@ -276,7 +276,17 @@ fn identify(header: &str, specs: &[ColumnSpec<'_>]) -> Result<(usize, f64), Prob
     }
     let known: Vec<String> =
         specs.iter().map(|s| format!("{}{}", s.name, s.quantity.usual_suffix())).collect();
-    Err(Problem::UnknownColumn { known: known.join(", ") })
+    Err(Problem::UnknownColumn { meant: meant(header, specs, &known), known: known.join(", ") })
+}
+
+/// The known column that a header without its unit, or with other letters, is most likely to mean.
+fn meant(header: &str, specs: &[ColumnSpec<'_>], known: &[String]) -> Option<String> {
+    let lower = header.trim().to_ascii_lowercase();
+    let name = if lower == "t" { "time" } else { lower.as_str() };
+    let index = specs.iter().zip(known).position(|(spec, known)| {
+        spec.name.trim_end_matches('_') == name || known.eq_ignore_ascii_case(&lower)
+    })?;
+    known.get(index).cloned()
 }
 
 fn csv_error(file: &Path, error: &csv::Error) -> Error {

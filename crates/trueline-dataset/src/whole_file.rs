@@ -1,5 +1,6 @@
 //! A file that appears whole or not at all: what was there before stays until then.
 
+use crate::error::{Error, Problem};
 use std::path::Path;
 use std::{fs, io};
 
@@ -21,6 +22,18 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
         drop(fs::remove_file(&unfinished));
     }
     written
+}
+
+/// Looks whether a file can be written where it is to be, before the work is done for it.
+///
+/// # Errors
+/// A folder of that name, and a folder that is not there.
+pub fn expect_writable(path: &Path) -> Result<(), Error> {
+    if path.is_dir() {
+        return Err(Error::in_file(path, Problem::IsFolder));
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir());
+    folder.map_or(Ok(()), |folder| Err(Error::in_file(path, Problem::NoFolder { folder: folder.to_owned() })))
 }
 
 #[cfg(test)]

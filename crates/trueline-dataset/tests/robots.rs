@@ -166,6 +166,11 @@ fn a_sequence_that_the_user_names() {
         "t,x_mm,y_mm,z_mm,e1_deg,e2_deg,e3_deg\n0,61.97,-17.996,145.008,-0.580786,25.957870,83.658513\n";
     let imported = import(text, Some(RobotLayout::with_sequence(None, sequence)), &[]).unwrap();
     assert_is_the_pose(&imported.recording.robot[0], "zyz");
+    // Kawasaki's O, A, T: what the user names, the layout turns into the sequence.
+    let kawasaki = text.replace("e1_deg,e2_deg,e3_deg", "O,A,T");
+    let map = [("e1_deg", "O"), ("e2_deg", "A"), ("e3_deg", "T")];
+    let imported = import(&kawasaki, Some(RobotLayout::with_sequence(None, sequence)), &map).unwrap();
+    assert_is_the_pose(&imported.recording.robot[0], "O, A, T");
     // Without a maker the unit must be told.
     let bare = import(&text.replace("e1_deg", "e1"), Some(RobotLayout::with_sequence(None, sequence)), &[]);
     assert!(bare.unwrap_err().to_string().contains("has no unit in its name"));

@@ -187,7 +187,9 @@ impl Error {
             Self::NothingToFit { .. } => {
                 "do images and robot overlap in time, with the calibration's time offset?"
             }
-            Self::NoStart => "does the laser stripe cross the line, and are the frames of the poses right?",
+            Self::NoStart => {
+                "does the laser stripe cross the line, are the frames of the poses right, and does robot.csv cover the features' time?"
+            }
         }
     }
 }

@@ -39,6 +39,8 @@ pub enum Told<'a> {
     CrossingsOfStripes,
     /// The sensor stands beside the robot.
     FixedSensor,
+    /// All of the robot's positions lie within so few millimetres.
+    SmallPath(f64),
     /// So many scans are taken together.
     Together(usize),
     /// Both streams of a scan were shifted alike, to come after the scan before.
@@ -66,6 +68,10 @@ impl fmt::Display for Told<'_> {
             Self::FixedSensor => f.write_str(
                 "the sensor stands beside the robot: what is called tool_from_camera is base_from_camera, and lines are in the \
                  tool's frame",
+            ),
+            Self::SmallPath(shift_mm) => write!(
+                f,
+                "all positions of the robot lie within {shift_mm:.2} mm: are they in metres, under a name that says mm?"
             ),
             Self::Together(count) => write!(f, "{count} scans together, each with its own lines"),
             Self::Shifted(path) => {

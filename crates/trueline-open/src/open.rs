@@ -62,7 +62,21 @@ pub fn open(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opene
         observer.told(&Told::CrossingsOfStripes);
         opened.recording = cornered;
     }
+    if let Some(shift_m) = small_path_m(&opened.recording) {
+        observer.told(&Told::SmallPath(shift_m * 1e3));
+    }
     Ok(opened)
+}
+
+/// A scan is centimetres long at the least; metres that are taken for millimetres are less than this, m.
+const SMALL_PATH_M: f64 = 0.003;
+
+/// How far the robot goes from where it begins, m, if that is too little to be meant. One that stands still is another matter.
+fn small_path_m(recording: &Recording) -> Option<f64> {
+    let positions = || recording.robot.iter().map(|sample| sample.base_from_tool.translation.vector);
+    let first = positions().next()?;
+    let shift_m = positions().map(|position| (position - first).norm()).fold(0.0, f64::max);
+    (shift_m > 0.0 && shift_m < SMALL_PATH_M).then_some(shift_m)
 }
 
 fn open_folder(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, OpenError> {

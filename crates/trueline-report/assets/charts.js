@@ -30,12 +30,12 @@ const Charts = (function () {
   const base = () => ({
     animation: false,
     legend: { type: "plain", top: 0, left: 0, itemGap: 12, itemWidth: 16, itemHeight: 9 }, // v6 puts the legend at the bottom by default, over the axis name
-    grid: { left: 62, right: 18, top: 30, bottom: 46, outerBoundsMode: "none" }, // v6 shrinks the grid to fit labels by default
+    grid: { left: 70, right: 18, top: 30, bottom: 46, outerBoundsMode: "none" }, // v6 shrinks the grid to fit labels by default
     tooltip: { trigger: "item", confine: true, transitionDuration: 0, enterable: false },
   });
   const tickText = (v) => String(+v.toPrecision(6)); // no thousands separators
   const axis = (name, extra) => Object.assign({ type: "value", name, nameLocation: "middle", nameGap: 28, nameMoveOverlap: false, scale: true, axisLabel: { hideOverlap: true, formatter: tickText } }, extra);
-  const yAxis = (name, extra) => axis(name, { nameGap: 46, ...extra });
+  const yAxis = (name, extra) => axis(name, { nameGap: 54, ...extra });
   // Zooming: drag a rectangle, Ctrl + wheel, pinch; the wheel alone scrolls the page.
   const zoom = () => ({
     dataZoom: [
@@ -307,7 +307,7 @@ const Charts = (function () {
   }
   const pairs = (x, y) => { const a = new Float64Array(2 * x.length); for (let i = 0; i < x.length; i++) { a[2 * i] = x[i]; a[2 * i + 1] = y[i]; } return a; };
   // Below a size of 4, `large` draws squares with fillRect: many times faster than circles.
-  const dot = (n) => (n > 5000 ? 3 : 4);
+  const dot = (n) => (n > 5000 ? 3 : n > 300 ? 4 : n > 60 ? 6 : 8);
   // Rows without a finite y are left out: one NaN in a `large` scatter makes all of it deaf to the mouse.
   const scatter = (name, x, y, extra) => {
     const keep = []; for (let i = 0; i < y.length; i++) if (Number.isFinite(y[i])) keep.push(i);

@@ -25,7 +25,8 @@
   // Rows that a legend of these names takes, and with it where the plot begins.
   const below = (c, width) => {
     let rows = 1, used = 0;
-    for (const { name } of [...(c.series ?? c.parts), ...(c.marks ?? [])]) {
+    // Series of one name share a place in the legend.
+    for (const name of new Set([...(c.series ?? c.parts), ...(c.marks ?? [])].map((part) => part.name))) {
       const wide = 40 + 6.6 * name.length;
       if (used && used + wide > width - 20) { rows++; used = 0; }
       used += wide;
@@ -43,7 +44,8 @@
         markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--ink"), type: drawn(m), width: 1 }, data: [{ [m.upright ? "xAxis" : "yAxis"]: m.at }] } });
       const one = (s) => {
         const x = columns[s.x], y = columns[s.y], colour = css(s.colour);
-        if (s.line) return line(s.name, x, y, { color: colour, showSymbol: s.dotted, sampling: s.dotted ? undefined : "minmax", lineStyle: { width: 1.5, type: s.dashed ? "dashed" : "solid" } });
+        // Sampling drops the gaps, and with them what they keep apart.
+        if (s.line) return line(s.name, x, y, { color: colour, showSymbol: s.dotted, sampling: s.dotted || y.some(Number.isNaN) ? undefined : "minmax", lineStyle: { width: 1.5, type: s.dashed ? "dashed" : "solid" } });
         return scatter(s.name, x, y, { color: colour, ...(s.leads_to === null ? {} : { symbol: "triangle", symbolSize: 8, large: false }) });
       };
       const host = document.getElementById(c.id);
@@ -118,10 +120,13 @@
       const host = document.getElementById(c.id);
       host.style.height = `${Math.max(10, 4 + 1.7 * c.names.length)}rem`;
       const low = c.axis.log ? 10 ** Math.floor(Math.log10(Math.min(...c.values, c.mark ? c.mark.at : Infinity))) : undefined;
-      const item = add(c.id, c.alternative, () => ({
-        ...base(), legend: { ...base().legend, show: !!c.mark, data: c.mark ? [c.mark.name] : [] }, grid: { ...base().grid, top: c.mark ? 30 : 12, left: narrow() ? 110 : 140, right: 76 },
+      // Names take what they need, at most two fifths; longer ones are broken into lines.
+      const longest = Math.max(...c.names.map((name) => name.length));
+      const left = (width) => Math.round(Math.min(24 + 6.6 * longest, 0.4 * width));
+      const item = add(c.id, c.alternative, (size) => ({
+        ...base(), legend: { ...base().legend, show: !!c.mark, data: c.mark ? [c.mark.name] : [] }, grid: { ...base().grid, top: c.mark ? 30 : 12, left: left(size?.width ?? host.clientWidth), right: narrow() ? 56 : 76 },
         tooltip: { ...base().tooltip, formatter: (q) => `${q.name}: <b>${show(q.value)}</b>` },
-        xAxis: along(c.axis, { scale: false, min: low, startValue: low }), yAxis: { type: "category", data: c.names, inverse: true, axisTick: { show: false } },
+        xAxis: along(c.axis, { scale: false, min: low, startValue: low }), yAxis: { type: "category", data: c.names, inverse: true, axisTick: { show: false }, axisLabel: { interval: 0, fontSize: 11, lineHeight: 12, width: left(size?.width ?? host.clientWidth) - 14, overflow: "break" } },
         series: [{ type: "bar", name: c.axis.name, data: c.values, color: css("--a"), barCategoryGap: "25%", label: { show: true, position: "right", color: css("--ink"), formatter: (q) => String(+q.value.toPrecision(2)) },
         }, ...(c.mark ? [{ type: "line", name: c.mark.name, data: [], silent: true, color: css("--bad"), lineStyle: { type: "dashed" }, markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--bad"), type: "dashed" }, data: [{ xAxis: c.mark.at }] } }] : [])],
       }));

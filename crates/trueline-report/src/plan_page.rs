@@ -71,7 +71,8 @@ fn sentence(plan: &Plan, asked: bool, reached: bool) -> String {
 fn cards(plan: &Plan, wrong_guess: &[f64; LINES]) -> Vec<Card> {
     let sigma = |k: usize, factor: f64, unit: &str| {
         let value = plan.prediction.sigma(k) * factor;
-        format!("± {value:.0$} {unit}  (± {1:.0$} {unit})", digits_for(value), wrong_guess[k] * factor)
+        let unit = if unit == "°" { unit.to_owned() } else { format!(" {unit}") };
+        format!("± {value:.0$}{unit}  (± {1:.0$}{unit})", digits_for(value), wrong_guess[k] * factor)
     };
     let three = |first: usize, factor: f64, unit: &str| {
         ["x", "y", "z"]

@@ -3,14 +3,25 @@
 /// Columns of a line, at most; a word that is longer stays whole.
 const WIDTH: usize = 100;
 
-/// The same text with long lines broken between words; what goes on stands below where the line's value begins.
+/// Narrower terminals get lines of this many columns: what is left beside an indent must hold a word.
+const NARROWEST: usize = 60;
+
+/// The same text with lines of more than a hundred columns broken between words; what goes on stands below where the line's
+/// value begins.
 #[must_use]
 pub fn wrapped(text: &str) -> String {
-    text.lines().map(|line| broken(line) + "\n").collect()
+    wrapped_to(text, WIDTH)
 }
 
-fn broken(line: &str) -> String {
-    if line.chars().count() <= WIDTH {
+/// The same for a terminal of so many columns; of a wider one no more than a hundred are used.
+#[must_use]
+pub fn wrapped_to(text: &str, columns: usize) -> String {
+    let width = columns.clamp(NARROWEST, WIDTH);
+    text.lines().map(|line| broken(line, width) + "\n").collect()
+}
+
+fn broken(line: &str, width: usize) -> String {
+    if line.chars().count() <= width {
         return line.to_owned();
     }
     let indent = value_column(line);
@@ -25,7 +36,7 @@ fn broken(line: &str) -> String {
         if begins {
             out.push_str(&head);
             column = indent;
-        } else if column + 1 + length > WIDTH {
+        } else if column + 1 + length > width {
             out.push('\n');
             out.push_str(&" ".repeat(indent));
             column = indent;
@@ -47,9 +58,12 @@ fn value_column(line: &str) -> usize {
     match gap {
         Some(gap) => gap + text[gap..].iter().take_while(|c| **c == ' ').count(),
         None if line[start..].starts_with("- ") => start + 2,
-        None => start,
+        None => start + LABELS.iter().find(|label| line.starts_with(*label)).map_or(0, |label| label.len()),
     }
 }
+
+/// What lines on stderr begin with.
+const LABELS: [&str; 5] = ["error: ", "hint: ", "mind: ", "note: ", "warning: "];
 
 #[cfg(test)]
 mod tests {
@@ -73,5 +87,19 @@ mod tests {
             || line.starts_with("    by")
             || line.starts_with("    more")));
         assert_eq!(wrapped("short\n"), "short\n");
+    }
+
+    #[test]
+    fn a_narrow_terminal_gets_shorter_lines_below_their_label() {
+        let hint = format!("hint: {}", "name a new file ".repeat(8).trim_end());
+        for (columns, widest) in [(80, 80), (250, WIDTH), (10, NARROWEST)] {
+            let text = wrapped_to(&hint, columns);
+            let longest = text.lines().map(|line| line.chars().count()).max();
+            // No word of it is longer than four letters, so that no line ends more than four columns before the edge.
+            assert!(longest.is_some_and(|longest| longest <= widest && longest + 5 > widest), "{text}");
+            assert!(
+                text.lines().skip(1).all(|line| line.starts_with("      ") && !line.starts_with("       "))
+            );
+        }
     }
 }

@@ -113,6 +113,13 @@ fn welds(history: &[HistoryRow]) -> impl Iterator<Item = f64> + '_ {
     history.iter().map(|row| row.number as f64)
 }
 
+/// `translation_x_mm` as a legend has it: the unit stands at the axis.
+fn in_words(column: &str) -> String {
+    let units = ["_percent_per_mm", "_percent", "_ms", "_mm", "_deg"];
+    let stem = units.iter().find_map(|unit| column.strip_suffix(unit)).unwrap_or(column);
+    stem.replace('_', " ")
+}
+
 /// What each weld says of some columns by itself, with limits at three of its standard deviations.
 fn control(
     history: &[HistoryRow],
@@ -130,7 +137,7 @@ fn control(
         let (name, factor) = column(k);
         let of = |row: &HistoryRow| row.estimates.get(k).copied().flatten();
         let y = columns.add(history.iter().map(|row| of(row).map_or(f64::NAN, |[value, _]| value * factor)));
-        series.push(Series::points(name, x, y, Colour::of(colour)));
+        series.push(Series::points(&in_words(name), x, y, Colour::of(colour)));
         farthest =
             history.iter().filter_map(of).map(|[value, _]| (value * factor).abs()).fold(farthest, f64::max);
         let mut sigmas: Vec<f64> = history.iter().filter_map(of).map(|[_, sigma]| sigma * factor).collect();

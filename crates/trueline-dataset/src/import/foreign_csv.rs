@@ -121,7 +121,11 @@ impl Renaming<'_> {
     pub fn ours(&self, theirs: &str) -> Option<String> {
         let mapped = self.map.iter().find(|item| item.theirs == theirs).map(|item| item.ours.clone());
         let own = || (self.is_ours)(theirs).then(|| theirs.to_owned());
-        mapped.or_else(|| self.layout?.ours(theirs)).or_else(own).or_else(|| time_column(theirs))
+        // A user may name what a column is to a robot, `e1_deg` say: the layout knows what that is to us.
+        let by_layout = |name: &str| self.layout.and_then(|layout| layout.ours(name));
+        let named =
+            |name: String| if (self.is_ours)(&name) { name } else { by_layout(&name).unwrap_or(name) };
+        mapped.map(named).or_else(|| by_layout(theirs)).or_else(own).or_else(|| time_column(theirs))
     }
 }
 

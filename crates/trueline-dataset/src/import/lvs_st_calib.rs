@@ -38,6 +38,9 @@ const US_DIGITS: usize = 3;
 /// # Errors
 /// The first file and line that cannot be used.
 pub fn read_simulation(folder: &Path) -> Result<Recording, Error> {
+    if !folder.is_dir() {
+        return Err(Error::in_file(&folder.join("egm.txt"), Problem::NoFolder { folder: folder.to_owned() }));
+    }
     Ok(Recording {
         sensor: Sensor::Points { laser_plane_in_camera: None },
         setup: SensorSetup::default(),

@@ -170,7 +170,8 @@ fn budget(c: &Calibration, error: &SeamError) -> Table {
     let row = |part: seam_error::BudgetPart| {
         TableRow::plain(vec![
             part.name.to_owned(),
-            format!("± {}", mm(part.sigma_m)),
+            // Number and unit stay in one line of a narrow column.
+            format!("± {}", mm(part.sigma_m)).replace(' ', "\u{a0}"),
             format!("{:.0} %", 100.0 * part.share),
             part.cure.to_owned(),
         ])

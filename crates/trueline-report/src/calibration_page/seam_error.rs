@@ -11,8 +11,10 @@ use trueline_model::LaserSheet;
 
 /// Cells along each side.
 const CELLS: usize = 15;
-/// The field is drawn wider than what was visited by this part on each side.
+/// The field is drawn wider than what was visited by this part on each side …
 const BEYOND: f64 = 0.25;
+/// … and at least this wide and deep about its middle, m, as `diff` takes it: others weld at other stand-offs.
+const LEAST_FIELD_M: [f64; 2] = [0.06, 0.04];
 
 /// One standard deviation of a seam point in each part of the laser plane; `None` where something is not known.
 pub(super) fn map(shown: &Shown<'_>) -> Option<Chart> {
@@ -25,8 +27,8 @@ pub(super) fn map(shown: &Shown<'_>) -> Option<Chart> {
     let limits: [[f64; 2]; 2] = std::array::from_fn(|k| {
         let at = || places.iter().map(|place| place[k]);
         let (low, high) = (at().fold(f64::INFINITY, f64::min), at().fold(f64::NEG_INFINITY, f64::max));
-        let more = BEYOND * (high - low);
-        [low - more, high + more]
+        let half = ((0.5 + BEYOND) * (high - low)).max(0.5 * LEAST_FIELD_M[k]);
+        [0.5 * (low + high) - half, 0.5 * (low + high) + half]
     });
     let cell: [f64; 2] = limits.map(|[low, high]| (high - low) / CELLS as f64);
     cell.iter().all(|side| *side > 0.0).then_some(())?;
@@ -56,7 +58,7 @@ pub(super) fn map(shown: &Shown<'_>) -> Option<Chart> {
         id: "seam-error",
         title: "What the calibration adds to the error of a seam point",
         explanation: format!(
-            "One standard deviation in space at {:.0} mm/s, over the laser plane: what was visited, and a quarter more on each side. Without the noise of the point itself, the sensor's own calibration and the robot's kinematics.",
+            "One standard deviation in space at {:.0} mm/s, over the laser plane: what was visited and a quarter more on each side, at least 60 mm by 40 mm. Without the noise of the point itself, the sensor's own calibration and the robot's kinematics.",
             torch.speed_m_s * MM_PER_M
         ),
         alternative: format!(
