@@ -6,25 +6,28 @@ impl Problem {
     /// What the user can do about it.
     #[must_use]
     pub fn hint(&self) -> String {
-        let text = match self {
+        match self {
+            Self::UnknownColumn { meant: Some(meant), .. } => {
+                format!("is it `{meant}`? {}", self.usual_hint())
+            }
+            _ => self.usual_hint().to_owned(),
+        }
+    }
+
+    fn usual_hint(&self) -> &str {
+        match self {
             Self::Missing
             | Self::Io(_)
             | Self::AlreadyExists
             | Self::NotOurs { .. }
             | Self::NoSuchFile
             | Self::IsFolder
+            | Self::NoFolder { .. }
             | Self::NoPictures { .. }
             | Self::NotUtf8
             | Self::NoHeader
             | Self::OtherTable { .. }
             | Self::NoRows => self.file_hint(),
-            Self::NoFolder { .. } => "make it first, or check its name and the folder that this is run in",
-            Self::UnknownColumn { meant: Some(meant), .. } => {
-                return format!(
-                    "is it `{meant}`? correct its name or remove the column, nothing is ignored silently; `trueline import csv` takes \
-                     the names and units of other programs"
-                );
-            }
             Self::MissingColumn { .. }
             | Self::UnknownColumn { .. }
             | Self::DuplicateColumn
@@ -44,9 +47,7 @@ impl Problem {
             | Self::NotAFileName { .. }
             | Self::Picture { .. }
             | Self::NotGray { .. } => self.picture_hint(),
-            Self::TimeRunsBackwards { .. } => {
-                "did the clock jump, or were two recordings joined? sort or split the recording"
-            }
+            Self::TimeRunsBackwards { .. } => "did the clock jump, or are two joined? sort or split it",
             Self::MixedDecimals { .. } => {
                 "is there a thousands separator? write every number with the same decimal sign, and none for thousands"
             }
@@ -73,8 +74,7 @@ impl Problem {
             Self::PointRepeated => "leave one of the two out",
             Self::ForeignRow { .. } => "is this the right file for this format?",
             Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",
-        };
-        text.to_owned()
+        }
     }
 
     fn file_hint(&self) -> &'static str {
@@ -88,6 +88,7 @@ impl Problem {
                 "move it away, or name a new folder: only what trueline writes is replaced"
             }
             Self::IsFolder => "name a file in it",
+            Self::NoFolder { .. } => "make it first, or check its name and the folder that this is run in",
             Self::NoPictures { has_features: true } => {
                 "the seam is known without them: `trueline calibrate DATASET` takes features.csv as it is"
             }

@@ -9,6 +9,19 @@ pub fn named(name: &str) -> Option<&'static Format> {
     FORMATS.iter().find(|format| format.name == name || format.aliases.contains(&name))
 }
 
+/// Name, title and convention of every format, in lines for a person.
+#[must_use]
+pub fn list() -> String {
+    let row = |format: &Format| {
+        let aliases = match format.aliases {
+            [] => String::new(),
+            aliases => format!(" (also {})", aliases.join(", ")),
+        };
+        format!("{:<14} {}{aliases}\n               {}", format.name, format.title, format.convention)
+    };
+    FORMATS.iter().map(row).collect::<Vec<_>>().join("\n")
+}
+
 /// All of them.
 pub const FORMATS: [Format; 23] = [
     robots::ABB_TOOLDATA,

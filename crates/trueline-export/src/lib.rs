@@ -22,5 +22,5 @@ pub mod ros;
 pub mod time_offset;
 
 pub use format::{Format, Group, Unsupported};
-pub use formats::{FORMATS, named};
+pub use formats::{FORMATS, list, named};
 pub use mounting::Mounting;

@@ -103,6 +103,28 @@ def readers(result):
     yield "euler", angles("ZYX", n[3:]), n[:3], None
 
 
+def seam_point_by_the_snippet(result, true_wxyz, translation):
+    """Runs the Python of the form `time-offset` on a robot that moves evenly; mm off where the seam point must be."""
+    text = export(result, "time-offset")
+    (rule_ms,) = re.findall(rf"^true exposure = stamp − ({NUMBER}) ms$", text, re.M)
+    assert float(rule_ms) == 17.663, text
+    snippet = re.search(r"^import numpy as np\n.*?^p_base = [^\n]*", text, re.M | re.S).group(0)
+    truth = np.eye(4)
+    truth[:3, :3], truth[:3, 3] = true_wxyz.as_matrix(), translation
+    scope = {
+        "stamp": 1.5,
+        "robot_t": np.array([1.0, 2.0]),
+        "robot_xyz": np.array([[0.0, 10.0, 20.0], [100.0, 10.0, 20.0]]),
+        "robot_xyzw": np.array([[0.0, 0.0, 0.0, 1.0]] * 2),
+        "T": truth,
+        "p_camera": np.array([1.0, 2.0, 300.0]),
+    }
+    exec(snippet, scope)
+    # At the true exposure, 1.482337 s, the tool is at 48.2337 mm.
+    expected = np.array([48.2337, 10.0, 20.0]) + (truth @ [1.0, 2.0, 300.0, 1.0])[:3]
+    return np.abs(scope["p_base"] - expected).max()
+
+
 def main():
     listed = subprocess.run([PROGRAM, "export", "--list"], capture_output=True, text=True, check=True).stdout
     names = {line.split()[0] for line in listed.splitlines() if not line.startswith(" ")}
@@ -120,6 +142,8 @@ def main():
             # Six decimals of a millimetre; twelve of a quaternion, or nine of a degree; near a singularity the root of 1e-16.
             assert turn < 5e-8 and away < 2e-6, (case, name, turn, away)
             assert offset is None or abs(offset - 0.017663) < 1e-9, (case, name, offset)
+        assert seam_point_by_the_snippet(str(result), truth, translation) < 1e-9, case
+        read.add("time-offset")
         assert read == names, names ^ read
         print(f"{case}: {len(read)} forms read back")
 

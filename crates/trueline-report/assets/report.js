@@ -51,7 +51,7 @@
       const host = document.getElementById(c.id);
       const ends = c.x.log || c.x.limits ? {} : { min: "dataMin", max: "dataMax", axisLabel: { hideOverlap: true, formatter: (v) => String(+v.toPrecision(6)), showMinLabel: false, showMaxLabel: false } };
       const item = add(c.id, c.alternative, (size) => ({
-        ...base(), ...zoom(), grid: { ...base().grid, top: below(c, size?.width ?? host.clientWidth) },
+        ...base(), ...zoom(), grid: { ...base().grid, top: below(c, size?.width ?? host.clientWidth), ...(c.y.rarity ? { left: 84 } : {}) },
         tooltip: { ...base().tooltip, formatter: tip },
         xAxis: along(c.x, ends), yAxis: upright(c.y), series: [...c.series.map(one), ...c.marks.map(mark)],
       }));

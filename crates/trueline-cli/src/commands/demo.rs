@@ -51,7 +51,7 @@ pub(crate) fn run(args: &DemoArgs) -> Result<ExitCode, Failure> {
             text.push_str(&against_truth::text(&calibration, truth));
         }
         text.push_str(NEXT);
-        output::data(&output::coloured(&text))?;
+        output::summary(None, &text)?;
     }
     Ok(super::calibrate::exit_code(&calibration))
 }

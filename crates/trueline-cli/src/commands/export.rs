@@ -6,12 +6,12 @@ use std::process::ExitCode;
 use trueline_args::ExportArgs;
 use trueline_dataset::calibration_file::SensorAs;
 use trueline_dataset::{calibration_file, sensor_toml};
-use trueline_export::{FORMATS, Mounting, named, time_offset};
+use trueline_export::{Mounting, named, time_offset};
 
 /// Runs the command.
 pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
     let (Some(result), Some(form)) = (&args.result, &args.form) else {
-        output::data(&list())?;
+        output::summary(None, &trueline_export::list())?;
         return Ok(ExitCode::SUCCESS);
     };
     let calibration = calibration_file::read(result)?;
@@ -39,7 +39,12 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
             "another form says the same: `trueline export --list`",
         )
     })?;
-    output::data(&text)?;
+    // Sentences are broken for the terminal; what a machine reads is not.
+    if format.name == "time-offset" {
+        output::summary(None, &text)?
+    } else {
+        output::data(&text)?
+    }
     if !args.quiet {
         output::words(&format!("{}: {}", format.title, format.convention));
         output::words(&format!("time offset: {}", time_offset::rule(known.time_offset_s)));
@@ -59,15 +64,4 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::from(1));
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn list() -> String {
-    let row = |format: &trueline_export::Format| {
-        let aliases = match format.aliases {
-            [] => String::new(),
-            aliases => format!(" (also {})", aliases.join(", ")),
-        };
-        format!("{:<14} {}{aliases}\n               {}", format.name, format.title, format.convention)
-    };
-    FORMATS.iter().map(row).collect::<Vec<_>>().join("\n")
 }
