@@ -27,7 +27,23 @@ pub struct Recording {
     pub inputs: BTreeMap<String, String>,
 }
 
+/// What a recording is read from beside what was measured: two scans may share these.
+const NOT_MEASURED: [&str; 3] = ["sensor.toml", "initial.toml", "truth.toml"];
+
 impl Recording {
+    /// SHA-256 of the files with what was measured, of every recording that was joined.
+    pub fn measured_inputs(&self) -> impl Iterator<Item = &String> {
+        let is_measured = |name: &str| !NOT_MEASURED.contains(&name.rsplit('/').next().unwrap_or(name));
+        self.inputs.iter().filter(move |(name, _)| is_measured(name)).map(|(_, hash)| hash)
+    }
+
+    /// Whether what the sensor's file states of its uncertainty was found from this scan.
+    #[must_use]
+    pub fn is_in_its_sensors_uncertainty(&self) -> bool {
+        let stated = self.setup.uncertainty.as_ref();
+        stated.is_some_and(|stated| self.measured_inputs().any(|hash| stated.found_from.contains(hash)))
+    }
+
     /// The pose of what carries the sensor in the frame of the lines: `base_from_tool`; where the sensor stands beside the robot and the
     /// robot moves the part, `tool_from_base`. Then what is called `tool_from_camera` is `base_from_camera`, and lines are in the tool.
     #[must_use]

@@ -49,6 +49,8 @@ pub struct SensorUncertainty {
     /// The joint covariance, as `trueline sensor` writes it. Where it is present, it is what counts, and the single
     /// numbers beside it are for people.
     pub covariance: Option<SensorCovariance>,
+    /// SHA-256 of the files of the scans that this was found from: none of them is counted once more. Empty where no scan is in it.
+    pub found_from: Vec<String>,
 }
 
 /// The distance from the middle of the field at which a profiler's keystone is stated, m.

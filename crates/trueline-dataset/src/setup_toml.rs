@@ -65,6 +65,8 @@ pub(crate) struct UncertaintyTable {
     shear_deg: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     keystone_percent: Option<f64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    found_from: Vec<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     covariance: Option<CovarianceTable>,
 }
@@ -209,6 +211,7 @@ impl UncertaintyTable {
             shear_deg: of.shear_rad.map(f64::to_degrees),
             keystone_percent: of.keystone.map(|x| x * PERCENT),
             covariance: of.covariance.as_ref().map(CovarianceTable::of),
+            found_from: of.found_from.clone(),
         }
     }
 
@@ -241,6 +244,7 @@ impl UncertaintyTable {
             shear_rad: self.shear_deg.map(f64::to_radians),
             keystone: self.keystone_percent.map(|x| x / PERCENT),
             covariance: self.covariance.as_ref().map(|c| c.to_si(of_camera)).transpose()?,
+            found_from: self.found_from.clone(),
         })
     }
 }

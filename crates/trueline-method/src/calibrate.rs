@@ -37,7 +37,12 @@ pub fn calibrate(
     guess: Option<&Guess>,
     config: &Config,
 ) -> Result<Calibration, Error> {
-    if let Some(released) = released(config) {
+    if config.sensor == SensorMode::Prior && recording.is_in_its_sensors_uncertainty() {
+        // The optimum beside the shape that this scan gave is the joint one, and with the shape's covariance so are the ±.
+        let held = Config { sensor: SensorMode::Fixed, ..config.clone() };
+        return Ok(calibrate(recording, guess, &held)?.with_sensor_of_its_own_scan());
+    }
+    if let Some(released) = released(config, recording) {
         // What holds nothing of these: it is not released again.
         let released = calibrate(recording, guess, &released).ok();
         return with_stated_lens(recording, guess, config, released.as_ref());

@@ -6,7 +6,7 @@
 use crate::assess::observability::{Group, Unobservable};
 use crate::findings::Findings;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET, TRANSLATION, line_index};
-use crate::verdict::{Axis, Reason, Status, Verdict, Warning};
+use crate::verdict::{self, Axis, Reason, Status, Verdict, Warning};
 use nalgebra::{DMatrix, SMatrix, UnitQuaternion};
 use std::ops::Range;
 use trueline_geometry::{Line, Pose};
@@ -57,6 +57,13 @@ pub struct LineEstimate {
 }
 
 impl Calibration {
+    /// The same, with a sensor that was held because its file was written from this scan.
+    #[must_use]
+    pub(crate) fn with_sensor_of_its_own_scan(mut self) -> Self {
+        self.findings.sensor_of_its_own_scan = true;
+        Self { verdict: verdict::of(&self.findings), findings: self.findings }
+    }
+
     /// Whether it can be accepted.
     #[must_use]
     pub fn status(&self) -> Status {

@@ -125,6 +125,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
         clock: clock(&from.assessed.drift_free),
         streams,
         stripes: None,
+        sensor_of_its_own_scan: false,
         uncertainty_ignored: is_stated && config.residual == ResidualKind::PointToLine,
         inputs: from.recording.inputs.clone(),
         config: config.clone(),

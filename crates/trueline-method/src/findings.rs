@@ -44,6 +44,8 @@ pub struct Findings {
     pub stripes: Option<StripeOutcome>,
     /// Whether the recording states how well the sensor is known, which the ± do not contain.
     pub uncertainty_ignored: bool,
+    /// Whether the sensor was held because its file was written from this scan.
+    pub sensor_of_its_own_scan: bool,
     /// SHA-256 of the inputs.
     pub inputs: BTreeMap<String, String>,
     /// The options it was made with.

@@ -11,14 +11,20 @@ use crate::findings::Checks;
 use crate::problem::parameters::line_index;
 use crate::verdict::Status;
 use nalgebra::Matrix4;
+use trueline_dataset::Recording;
 
 /// The same options with the sensor and the lines released; `None` where neither is held.
-pub(crate) fn released(config: &Config) -> Option<Config> {
+pub(crate) fn released(config: &Config, recording: &Recording) -> Option<Config> {
     let holds_sensor = config.sensor == SensorMode::Fixed && config.residual == ResidualKind::Sheet;
     if !holds_sensor && config.drawn_lines.is_empty() {
         return None;
     }
-    let sensor = if holds_sensor { SensorMode::Prior } else { config.sensor };
+    let sensor = match config.sensor {
+        // What the file states has this scan in it.
+        SensorMode::Fixed if holds_sensor && recording.is_in_its_sensors_uncertainty() => SensorMode::Free,
+        SensorMode::Fixed if holds_sensor => SensorMode::Prior,
+        other => other,
+    };
     Some(Config { sensor, drawn_lines: Vec::new(), ..config.clone() })
 }
 

@@ -160,6 +160,39 @@ fn what_the_file_states_becomes_a_prior_of_the_shape() {
     assert!(free.is_off() && !free.stated, "{}", free.wald);
 }
 
+/// The file that a scan has corrected, put in place of the scan's own: the same answer with the same ±.
+#[test]
+fn a_scan_counts_once_although_its_sensors_file_was_written_from_it() {
+    let mut recording = simulate(&random_cell(&Preset::Profiler.scenario(), 3, 0.1), 3).unwrap();
+    recording.inputs.insert("robot.csv".to_owned(), "the digest of the robot's file".to_owned());
+    let config = ideal_robot(SensorMode::Prior);
+    let first = calibrate(&recording, None, &config).unwrap();
+    let corrected = first.findings.unknowns.corrected.clone().unwrap();
+    let mut again = recording.clone();
+    again.setup.shape = corrected.shape;
+    again.setup.uncertainty = corrected.uncertainty;
+    let second = calibrate(&again, None, &config).unwrap();
+    assert_eq!(second.status(), Status::Accepted, "{:?}", second.reasons());
+    assert!(second.warnings().contains(&Warning::SensorOfItsOwnScan), "{:?}", second.warnings());
+    let moved = second.best_fit().minus(&first.best_fit().guess());
+    for k in 0..7 {
+        let [before, after] = [&first, &second].map(|c| c.sigma(k).unwrap());
+        // The robust weights follow the shape to second order.
+        assert!(moved[k].abs() < 0.02 * before, "{k}: {} of {before}", moved[k]);
+        assert!((after / before - 1.0).abs() < 0.02, "{k}: {before} {after}");
+    }
+    // Another scan of the same sensor takes the file for what it says.
+    again.inputs.insert("robot.csv".to_owned(), "another".to_owned());
+    let other = calibrate(&again, None, &config).unwrap();
+    assert!(!other.warnings().contains(&Warning::SensorOfItsOwnScan));
+    assert!(other.findings.unknowns.sensor.is_some_and(|sensor| sensor.stated));
+    // … which a scan that counts twice would be the better for: by the root of two where only the scan tells the sensor.
+    let ratios = (0..7).map(|k| other.sigma(k).unwrap() / first.sigma(k).unwrap());
+    let least = ratios.fold(1.0, f64::min);
+    println!("{least}");
+    assert!(least < 0.9, "{least}");
+}
+
 /// What a false statement leaves in the residuals is no lag, no bias and no bad robot.
 #[test]
 fn a_sensor_that_is_worse_than_its_file_states_is_the_only_thing_to_be_named() {

@@ -93,7 +93,7 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::RobotWorse { seems, taken, stated } => robot_worse(*seems, *taken, *stated),
         Warning::PoorlyKnown { scan_alone_m } => json!({ "seam_error_mm": scan_alone_m * MM_PER_M }),
         Warning::StripesDisagree { sigmas, used } => json!({ "sigmas": sigmas, "used": used }),
-        Warning::UncertaintyNotApplied | Warning::MirrorBySensor => json!({}),
+        Warning::UncertaintyNotApplied | Warning::SensorOfItsOwnScan | Warning::MirrorBySensor => json!({}),
         Warning::SensorOff { shape, instead } => sensor_off(shape, instead),
         Warning::LensOff { lens } => lens_off(lens),
         Warning::LikelyCause { kind, size_si, sigma_si } => likely_cause(*kind, *size_si, *sigma_si),

@@ -82,7 +82,10 @@ impl CorrectedSensor {
             shape: takes_shape.then(|| total(recording, &shape)),
             uncertainty: takes_shape.then(|| {
                 let first = at.unknowns().shape().start;
-                SensorUncertainty::of_shape(&covariance.fixed_view::<5, 5>(first, first).into_owned())
+                let covariance = covariance.fixed_view::<5, 5>(first, first).into_owned();
+                let before = recording.setup.uncertainty.iter().flat_map(|before| before.found_from.iter());
+                let found_from = before.chain(recording.measured_inputs()).cloned().collect();
+                SensorUncertainty { found_from, ..SensorUncertainty::of_shape(&covariance) }
             }),
             tool_from_camera: at.tool_from_camera * camera_from_corrected,
             uncorrected,

@@ -30,6 +30,9 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     if f.uncertainty_ignored {
         warnings.push(Warning::UncertaintyNotApplied);
     }
+    if f.sensor_of_its_own_scan {
+        warnings.push(Warning::SensorOfItsOwnScan);
+    }
     if f.checks.contradict_what_is_held() {
         // What does not follow from the fit.
         warnings.extend(f.stripes.as_ref().and_then(stripes_disagree));

@@ -37,6 +37,8 @@ pub enum Warning {
     },
     /// The recording states how well the sensor is known, and the paper's residual takes it for exact.
     UncertaintyNotApplied,
+    /// The sensor's file was written from this scan: it is held as it says.
+    SensorOfItsOwnScan,
     /// The sensor's own calibration is off; the result corrects it.
     SensorOff {
         /// What it was found to be.
@@ -213,6 +215,7 @@ impl Warning {
             Self::FeaturesSkipped { .. } => "features-skipped",
             Self::DecidedByUser { .. } => "decided-by-user",
             Self::UncertaintyNotApplied => "uncertainty-not-applied",
+            Self::SensorOfItsOwnScan => "sensor-of-its-own-scan",
             Self::SensorOff { .. } => "sensor-off",
             Self::LensOff { .. } => "lens-off",
             Self::DrawnLineNotNeeded { .. } => "drawn-line-not-needed",
@@ -247,6 +250,9 @@ impl fmt::Display for Warning {
         f.write_str(&match *self {
             Self::FeaturesSkipped { ref skipped } => features_skipped(skipped),
             Self::DecidedByUser { by, ref other_time_offsets_s } => decided_by_user(by, other_time_offsets_s),
+            Self::SensorOfItsOwnScan => "sensor.toml was written from this scan, which counts once only: the sensor is held as the file says, and \
+                 the ± contain what the file states of it"
+                .to_owned(),
             Self::UncertaintyNotApplied => "the sensor file states how well the sensor is known; the point-to-line residual \
                  takes it for exact: the ± do not contain it"
                 .to_owned(),
