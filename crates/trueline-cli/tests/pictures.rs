@@ -152,7 +152,7 @@ fn datasets_without_usable_pictures_are_refused() {
     let output = trueline(at, "features scan --joint fillet --region 0,0,60,60");
     assert_eq!(output.status.code(), Some(1));
     fs::remove_dir_all(at.join("scan/images")).unwrap();
-    refuses(at, "features scan", "index.csv: the file is missing");
+    refuses(at, "features scan", "index.csv: there are no pictures");
     for bad in ["--preset two-lines", "--preset profiler", "--fault bursts", "--exposure-ms=-1"] {
         refuses(at, &format!("simulate --images --duration-s 2 {bad} --out other"), "error: ");
         assert!(!at.join("other").exists(), "{bad} wrote something");

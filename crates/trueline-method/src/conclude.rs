@@ -1,5 +1,6 @@
 //! What a fit says: its findings and the verdict.
 
+use crate::assess::cause_kind::CauseKind;
 use crate::assess::convergence::without_outliers;
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
@@ -40,7 +41,7 @@ use crate::stripe::outcome::{Answer, StripeOutcome};
 use crate::stripe::systematic::SharedErrors;
 use crate::verdict;
 use nalgebra::{DMatrix, SVector};
-use trueline_dataset::Recording;
+use trueline_dataset::{Recording, Sensor};
 
 /// All that a calibration is concluded from.
 pub(crate) struct Concluded<'a> {
@@ -145,7 +146,11 @@ fn instead_of_sensor(
     let Some(shape) = unknowns.sensor.filter(is_open) else { return Vec::new() };
     let at = &unknowns.parameters;
     let patterns = Patterns::of(from.recording, problem, at, from.assessed.information.covariance_root());
-    instead_of_sensor::find(&patterns, &shape, at, &unknowns.covariance)
+    let mut instead = instead_of_sensor::find(&patterns, &shape, at, &unknowns.covariance);
+    // What has no picture has no two halves of one.
+    let has_picture = matches!(from.recording.sensor, Sensor::CameraLaser { .. });
+    instead.retain(|cause| has_picture || cause.kind != CauseKind::SideBias);
+    instead
 }
 
 /// The covariance by noise, and how it was widened where a quadratic does not hold.

@@ -91,7 +91,9 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::StripeNoise { noise_factor } => json!({ "noise_factor": noise_factor }),
         Warning::WidenedByProfile { by } => json!({ "by": by }),
         Warning::RobotWorse { seems, taken, stated } => robot_worse(*seems, *taken, *stated),
-        Warning::PoorlyKnown { scan_alone_m } => json!({ "seam_error_mm": scan_alone_m * MM_PER_M }),
+        Warning::PoorlyKnown { scan_alone_m, all_m } => {
+            json!({ "seam_error_mm": scan_alone_m * MM_PER_M, "seam_error_with_assumed_mm": all_m * MM_PER_M })
+        }
         Warning::StripesDisagree { sigmas, used } => json!({ "sigmas": sigmas, "used": used }),
         Warning::UncertaintyNotApplied | Warning::SensorOfItsOwnScan | Warning::MirrorBySensor => json!({}),
         Warning::SensorOff { shape, instead } => sensor_off(shape, instead),

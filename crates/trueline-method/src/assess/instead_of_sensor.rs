@@ -22,6 +22,9 @@ pub struct InsteadOfSensor {
 /// What leaves so much more of hᵀ C⁻¹ h than another cause is told from it: three standard deviations.
 const TOLD_APART: f64 = 9.0;
 
+/// Less than this part of its usual size is none.
+const WORTH_NAMING: f64 = 0.05;
+
 /// The causes that may be there in place of a shape, the likeliest first, at a solution with the covariance of all unknowns,
 /// everything included.
 #[must_use]
@@ -45,7 +48,8 @@ pub(crate) fn find(
             // As large as it is if the sensor is right.
             let sizes = &allowed.size - with_size * solved;
             let size = sizes.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
-            let is_possible = size > 0.0 || !kind.is_one_sided();
+            let usual = usual_sizes(kind).first().copied().unwrap_or_default();
+            let is_possible = (size > 0.0 || !kind.is_one_sided()) && size.abs() > WORTH_NAMING * usual;
             let wald = beside.dot(&solved);
             (wald < WALD_LIMIT && is_possible).then_some((wald, InsteadOfSensor { kind, size }))
         })

@@ -72,8 +72,8 @@ impl fmt::Display for Unobservable {
         let axes = axis_names(&self.directions);
         match self.group {
             Group::TimeOffset => f.write_str(
-                "the time offset cannot be determined from this scan: sweep the sensor across the line, faster and with changing speed, for \
-                 example an S-path of ±10 mm at 0.5 Hz; a stand-off that swings must do so at another frequency",
+                "the time offset cannot be determined from this scan: sweep the sensor across the line, for example along an S-path of \
+                 ±10 mm at 0.5 Hz, or faster, and let the stand-off swing at another frequency than the sweep or not at all",
             ),
             Group::Rotation if axes.is_empty() => together(f, "the hand-eye rotation"),
             Group::Rotation => write!(

@@ -4,6 +4,7 @@ use crate::config::{Config, ResidualKind};
 use crate::error::Error;
 use crate::input::repeated_poses::{self, Updates};
 use crate::order_statistics::median;
+use nalgebra::{Point3, Vector3};
 use trueline_dataset::{Recording, RobotSample};
 use trueline_geometry::trajectory::{GAP_PERIODS, TrajectoryError};
 use trueline_geometry::{Pose, Trajectory, curve, smooth};
@@ -35,8 +36,17 @@ const SMOOTH_ABOVE_M: f64 = 1e-6;
 /// Half a window of this part of the time between pictures: what local quadratics leave of the noise is then alike in no two of
 /// them (its correlation crosses zero at 1.25 times half a window).
 const UNSHARED: f64 = 0.8;
-/// For so long a robot's path is straight: at 2 m/s² it then bends by 2 · T²/8 = 6 µm.
+/// For so long a robot's path is straight at most: at 2 m/s² it then bends by 2 · T²/8 = 6 µm.
 const STRAIGHT_S: f64 = 0.005;
+/// … and no longer than it bends by this, m. Straight pieces have corners at the same places of the path in every frame: small as they
+/// are, they are no noise, and a scan that tells the time offset from little else is drawn by them.
+const LEAST_BEND_M: f64 = 0.5e-6;
+/// Shorter pieces are no use: at 10 m/s², which no arm reaches with a sensor, they bend by 0.3 µm.
+const SHORTEST_S: f64 = 0.0005;
+/// Accelerations are second differences over this time, s: of noise of 0.03 mm they see 0.15 m/s².
+const ACCELERATION_S: f64 = 0.02;
+/// How far from the tool's origin the sensor's field is, m: half a metre at most.
+const LEVER_M: f64 = 0.25;
 /// A robot that stays within this shift and [`LEAST_TURN_RAD`] does not move.
 const LEAST_SHIFT_M: f64 = 1e-4;
 /// See [`LEAST_SHIFT_M`].
@@ -67,7 +77,8 @@ impl RobotMotion {
         let trajectory = if as_recorded {
             recorded
         } else {
-            path(recorded.times(), &poses, gap_limit_s, smoothed.then_some(half_window_s))
+            let straight_s = straight_s(recorded.times(), &poses, recorded_noise_m);
+            path(recorded.times(), &poses, gap_limit_s, smoothed.then_some(half_window_s), straight_s)
                 .map_err(Error::Trajectory)?
         };
         Ok(Self {
@@ -91,7 +102,8 @@ impl RobotMotion {
         let every_other = |first: usize| {
             let samples = times.iter().copied().zip(poses.iter().copied());
             let (times, poses): (Vec<f64>, Vec<Pose>) = samples.skip(first).step_by(2).unzip();
-            path(&times, &poses, gap_limit_s, self.smoothed.then_some(self.half_window_s)).ok()
+            let straight_s = straight_s(&times, &poses, self.recorded_noise_m);
+            path(&times, &poses, gap_limit_s, self.smoothed.then_some(self.half_window_s), straight_s).ok()
         };
         Some([every_other(0)?, every_other(1)?])
     }
@@ -118,17 +130,54 @@ fn frame_period_s(recording: &Recording) -> f64 {
     median(steps.filter(|step_s| *step_s > 0.0)).unwrap_or(0.0)
 }
 
-/// The path through samples: their noise taken out within half a window (s), and curved where they are far apart.
+/// The path through samples: their noise taken out within half a window (s), and curved where they are further apart than it is
+/// straight (s).
 fn path(
     times: &[f64],
     poses: &[Pose],
     gap_limit_s: f64,
     half_window_s: Option<f64>,
+    straight_s: f64,
 ) -> Result<Trajectory, TrajectoryError> {
     let smoothed = |half_s: f64| smooth::local_quadratic(times, poses, gap_limit_s, half_s);
     let poses = half_window_s.map_or_else(|| poses.to_vec(), smoothed);
-    let (times, poses) = curve::densified(times, &poses, gap_limit_s, STRAIGHT_S);
+    let (times, poses) = curve::densified(times, &poses, gap_limit_s, straight_s);
     Trajectory::new(times, &poses)
+}
+
+/// For how long a path is straight, s: a sine of its acceleration bends by √2 a T²/8. Samples without noise are taken as they are.
+fn straight_s(times: &[f64], poses: &[Pose], noise_m: f64) -> f64 {
+    if noise_m <= SMOOTH_ABOVE_M {
+        return STRAIGHT_S;
+    }
+    let acceleration = acceleration_m_s2(times, poses);
+    (8.0 * LEAST_BEND_M / (std::f64::consts::SQRT_2 * acceleration)).sqrt().clamp(SHORTEST_S, STRAIGHT_S)
+}
+
+/// RMS acceleration of a point that the tool carries [`LEVER_M`] away, m/s².
+fn acceleration_m_s2(times: &[f64], poses: &[Pose]) -> f64 {
+    let lever = Point3::from(Vector3::repeat(LEVER_M / 3.0_f64.sqrt()));
+    let (mut sum, mut count) = (0.0, 0);
+    let mut first = 0;
+    while let Some(middle) = later(times, first) {
+        let Some(last) = later(times, middle) else { break };
+        let [before, now, after] = [first, middle, last].map(|k| poses[k] * lever);
+        let (step, next) = (times[middle] - times[first], times[last] - times[middle]);
+        // A gap says nothing of the time in it.
+        if step.max(next) < 2.0 * ACCELERATION_S {
+            let change = (after - now) / next - (now - before) / step;
+            sum += (change * (2.0 / (step + next))).norm_squared();
+            count += 1;
+        }
+        first = middle;
+    }
+    (sum / f64::from(count.max(1))).sqrt()
+}
+
+/// The first sample that is [`ACCELERATION_S`] or more after another.
+fn later(times: &[f64], from: usize) -> Option<usize> {
+    let after = times[from..].iter().position(|time| *time >= times[from] + ACCELERATION_S)?;
+    Some(from + after)
 }
 
 fn check_motion(poses: &[Pose]) -> Result<(), Error> {

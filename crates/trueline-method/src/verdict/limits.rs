@@ -26,3 +26,5 @@ pub(super) const CROSS_VALIDATION_RATIO: f64 = 1.1;
 pub(super) const CROSS_VALIDATION_SURPLUS: f64 = 4.0;
 /// A seam point that the scan alone leaves less well known than this is not what a user expects, m.
 pub(super) const POORLY_KNOWN_M: f64 = 0.5e-3;
+/// … nor is one that is known worse than this with the robot, the sensor and the bias that are assumed.
+pub(super) const USELESS_M: f64 = 2e-3;

@@ -8,6 +8,12 @@ use crate::assess::sensor_shape::SensorShape;
 /// Of a sensor that was corrected.
 pub(super) fn sensor_off(shape: &SensorShape, instead: &[InsteadOfSensor]) -> String {
     let found = shape.words().join("; ");
+    if shape.stated {
+        return format!(
+            "the sensor differs from its file, within what that states of it: {found}; this result corrects it, and holds for the corrected \
+             sensor only"
+        );
+    }
     if instead.is_empty() {
         return format!(
             "the sensor's own calibration is off: {found}; this result corrects it, and holds for the corrected sensor only"
@@ -67,7 +73,8 @@ fn word(InsteadOfSensor { kind, size }: &InsteadOfSensor) -> String {
             )
         }
         CauseKind::CommandedPose => format!(
-            "the recorded poses are the commanded ones, which the arm follows with a time constant of about {:.0} ms",
+            "the recorded poses are the commanded ones, which the arm follows with a time constant of about {:.0} ms (and the time offset \
+             contains that delay)",
             size.max(0.0).sqrt() * MS_PER_S
         ),
         CauseKind::Lens => "the distortion of the lens is not what sensor.toml states".to_owned(),

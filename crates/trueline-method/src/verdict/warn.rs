@@ -2,7 +2,7 @@
 
 use super::limits::{
     CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_OUTLIERS, MANY_SKIPPED,
-    OUTLIERS, POORLY_KNOWN_M, USUAL_NOISE_FACTOR,
+    OUTLIERS, POORLY_KNOWN_M, USELESS_M, USUAL_NOISE_FACTOR,
 };
 use super::quantity::{Axis, Quantity};
 use super::reject::residuals_are_too_large;
@@ -42,8 +42,9 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     warnings.extend(drawn_line_not_needed(f));
     warnings.extend(causes(f));
     warnings.extend(f.fit.widened_by.map(|by| Warning::WidenedByProfile { by }));
-    let scan_alone_m = f.checks.seam_error.map(|error| error.scan_alone_m()).filter(|m| *m > POORLY_KNOWN_M);
-    warnings.extend(scan_alone_m.map(|scan_alone_m| Warning::PoorlyKnown { scan_alone_m }));
+    let known = f.checks.seam_error.map(|error| (error.scan_alone_m(), error.rms_m));
+    let poorly = known.filter(|(scan_alone_m, all_m)| *scan_alone_m > POORLY_KNOWN_M || *all_m > USELESS_M);
+    warnings.extend(poorly.map(|(scan_alone_m, all_m)| Warning::PoorlyKnown { scan_alone_m, all_m }));
     let bias = f.checks.feature_bias.filter(|bias| bias.is_found);
     warnings.extend(bias.map(|bias| Warning::FeatureBias { bias }));
     if f.checks.mirrored == Mirrored::ToldApartBySensor {

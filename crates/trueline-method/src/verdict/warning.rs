@@ -104,6 +104,8 @@ pub enum Warning {
     PoorlyKnown {
         /// One standard deviation of a seam point by the scan alone, m.
         scan_alone_m: f64,
+        /// The same with the robot, the sensor and the bias that are assumed, m.
+        all_m: f64,
     },
     /// The stripes that the answer was made of are noisier, or less noisy, than is said of them.
     StripeNoise {
@@ -267,7 +269,7 @@ impl fmt::Display for Warning {
             Self::StripesDisagree { sigmas, used } => stripes_disagree(sigmas, used),
             Self::WidenedByProfile { by } => widened(by),
             Self::RobotWorse { seems, taken, stated } => robot_worse(seems, taken, stated),
-            Self::PoorlyKnown { scan_alone_m } => poorly_known(scan_alone_m),
+            Self::PoorlyKnown { scan_alone_m, all_m } => poorly_known(scan_alone_m, all_m),
             Self::StripeNoise { noise_factor } => stripe_noise(noise_factor),
             Self::HeldAtGuess { ref held } => {
                 let held: Vec<String> = held.iter().map(ToString::to_string).collect();

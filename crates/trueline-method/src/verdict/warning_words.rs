@@ -120,11 +120,12 @@ pub(super) fn widened(by: f64) -> String {
     )
 }
 
-pub(super) fn poorly_known(scan_alone_m: f64) -> String {
+pub(super) fn poorly_known(scan_alone_m: f64, all_m: f64) -> String {
     format!(
-        "a seam point is known to ± {:.1} mm only by this scan: scan for 20 s, tilt by 15° or more about two axes, and change the \
+        "a seam point is known to ± {:.1} mm only by this scan, and to ± {:.1} mm with the robot and the sensor that are assumed: scan for 20 s, tilt by 15° or more about two axes, and change the \
          stand-off (`trueline plan` finds a path)",
-        scan_alone_m * MM_PER_M
+        scan_alone_m * MM_PER_M,
+        all_m * MM_PER_M
     )
 }
 
