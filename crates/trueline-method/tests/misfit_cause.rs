@@ -197,8 +197,10 @@ fn a_bias_with_the_tilt_is_found_and_taken_out() {
         assert!(bias.is_found && codes(&c).contains(&"feature-bias"), "{:?}", codes(&c));
         let (px, sigma_px) = bias.clearest_px();
         assert!(px.abs() > 0.9 && px.abs() < 1.7 && sigma_px < 0.3, "{px} ± {sigma_px}");
-        // Residuals are noise again.
-        assert!(c.findings.fit.noise_factor < 1.1, "{}", c.findings.fit.noise_factor);
+        // Residuals are noise again, but for what a bias leaves that is linear in the tilt to a few percent only.
+        let [with, without] =
+            [&c, &calibrated(&scenario, &[], &Config::default(), seed)].map(|c| c.findings.fit.noise_factor);
+        assert!(with < 1.06 * without, "{with} {without}");
         let truth = scenario.cell.tool_from_camera;
         let off = (c.best_fit().tool_from_camera.translation.vector - truth.translation.vector).norm();
         let sigma = (4..7).map(|k| c.sigma(k).unwrap().powi(2)).sum::<f64>().sqrt();

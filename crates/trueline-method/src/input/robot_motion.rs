@@ -43,8 +43,9 @@ const STRAIGHT_S: f64 = 0.005;
 const LEAST_BEND_M: f64 = 0.5e-6;
 /// Shorter pieces are no use: at 10 m/s², which no arm reaches with a sensor, they bend by 0.3 µm.
 const SHORTEST_S: f64 = 0.0005;
-/// Accelerations are second differences over this time, s: of noise of 0.03 mm they see 0.15 m/s².
-const ACCELERATION_S: f64 = 0.02;
+/// Accelerations are second differences over this time, s: noise of 0.03 mm then looks like 0.08 m/s², for which 5 ms are straight, and
+/// of a swing of 5 Hz they see 87 %.
+const ACCELERATION_S: f64 = 0.04;
 /// How far from the tool's origin the sensor's field is, m: half a metre at most.
 const LEVER_M: f64 = 0.25;
 /// A robot that stays within this shift and [`LEAST_TURN_RAD`] does not move.
