@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::DVector;
-use trueline_method::{Calibration, Config, Warning, calibrate};
-use trueline_sim::{Preset, random_cell, simulate};
+use trueline_method::{Calibration, Config, Reason, Warning, calibrate};
+use trueline_sim::{Preset, random_cell, simulate, simulate_with_faults};
 
 /// A scan of 6 s with tilts of 2°, and its normalised error squared per unknown.
 fn weak(seed: u64) -> (Calibration, f64) {
@@ -39,4 +39,15 @@ fn a_scan_that_shows_its_turns_well_is_left_as_it_is() {
     let recording = simulate(&Preset::Good.scenario(), 1).unwrap();
     let c = calibrate(&recording, None, &Config::noise_only()).unwrap();
     assert_eq!(c.findings.fit.widened_by, None);
+}
+
+/// Play in the robot hides the little that an S-scan shows of one turn: a ± of it would be a guess.
+#[test]
+fn a_turn_without_a_bound_is_refused() {
+    let recording =
+        simulate_with_faults(&Preset::Paper.scenario(), &["backlash=0.1".parse().unwrap()], 1).unwrap();
+    let c = calibrate(&recording, None, &Config::default()).unwrap();
+    assert!(c.reasons().contains(&Reason::UndeterminedTurn), "{:?}", c.reasons());
+    let codes: Vec<&str> = c.warnings().iter().map(Warning::code).collect();
+    assert!(codes.contains(&"robot-backlash") && !codes.contains(&"widened"), "{codes:?}");
 }

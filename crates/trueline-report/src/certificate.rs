@@ -74,7 +74,14 @@ pub struct Check {
 const CHECKS: [(&str, &[&str]); 6] = [
     (
         "The scan shows every unknown",
-        &["unobservable", "poorly-known", "requirement-missed", "requirement-unobservable", "held-at-guess"],
+        &[
+            "unobservable",
+            "undetermined-turn",
+            "poorly-known",
+            "requirement-missed",
+            "requirement-unobservable",
+            "held-at-guess",
+        ],
     ),
     (
         "No other answer explains the scan",

@@ -35,7 +35,7 @@ fn fact(code: &str, text: String, values: Value) -> Fact {
 fn reason_values(reason: &Reason) -> Value {
     match reason {
         Reason::Unobservable(what) => unobservable(what),
-        Reason::MirrorAmbiguity | Reason::StatementContradicted => json!({}),
+        Reason::MirrorAmbiguity | Reason::UndeterminedTurn | Reason::StatementContradicted => json!({}),
         Reason::WorseMinimum { better_time_offset_s } => {
             json!({ "better_time_offset_s": better_time_offset_s })
         }

@@ -18,8 +18,8 @@ const CURVED_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
 const SIGMAS: f64 = 2.0;
 /// A smaller widening is that of the last digits of two fits.
 const LEAST: f64 = 1.1;
-/// A side that hardly grows at all is not known: more than this is said of no ±.
-const MOST: f64 = 20.0;
+/// A side that hardly grows at all is not known: more than this is said of no ±, and where it comes to this the scan is refused.
+pub(crate) const MOST: f64 = 20.0;
 
 /// A ± that is larger than the curvature says.
 #[derive(Clone, Debug)]

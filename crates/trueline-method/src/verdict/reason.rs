@@ -27,6 +27,8 @@ pub enum Reason {
     Unobservable(Unobservable),
     /// Two mirrored attitudes of the sensor fit equally well.
     MirrorAmbiguity,
+    /// The likelihood hardly changes while the sensor is turned by more than its ±: the ± has no bound.
+    UndeterminedTurn,
     /// From the guess the solve ended in a worse minimum than can be found without it.
     WorseMinimum {
         /// Time offset of the better one, s.
@@ -147,6 +149,7 @@ impl Reason {
         match self {
             Self::Unobservable(_) => "unobservable",
             Self::MirrorAmbiguity => "mirror-ambiguity",
+            Self::UndeterminedTurn => "undetermined-turn",
             Self::WorseMinimum { .. } => "worse-minimum",
             Self::WrongTimeOffset { .. } => "wrong-time-offset",
             Self::AmbiguousTimeOffset { .. } => "ambiguous-time-offset",
@@ -174,6 +177,12 @@ impl fmt::Display for Reason {
             Self::MirrorAmbiguity => {
                 "two mirrored attitudes of the sensor fit equally well: tilt the torch by at least \
                  ±10°, or give an initial guess of the hand-eye transform"
+                    .to_owned()
+            }
+            Self::UndeterminedTurn => {
+                "the scan fits hardly worse while the sensor is turned further and further about one axis, so that no ± can \
+                 be stated of this turn: tilt the torch by at least ±10°, or change the stand-off more; cure what the warnings \
+                 name"
                     .to_owned()
             }
             Self::WorseMinimum { better_time_offset_s } => worse_minimum(better_time_offset_s),

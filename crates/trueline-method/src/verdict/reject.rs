@@ -4,6 +4,7 @@ use super::limits::{COARSE_STAMPS, LEAST_USED, LEAST_USED_BADLY, MOST_NOISE_FACT
 use super::quantity::Quantity;
 use super::reason::{Answer, Reason};
 use crate::assess::outlier_segments::{Cause, OutlierSegment};
+use crate::assess::profile_likelihood;
 use crate::assess::sensor_shape::SensorShape;
 use crate::config::SensorMode;
 use crate::findings::Findings;
@@ -37,6 +38,8 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     }
     if f.checks.mirrored == Mirrored::Equal {
         reasons.push(Reason::MirrorAmbiguity);
+    } else if turn_is_undetermined(f) {
+        reasons.push(Reason::UndeterminedTurn);
     }
     reasons.extend(other_minima(f));
     if !f.fit.termination.is_converged() {
@@ -64,6 +67,11 @@ pub(super) fn reasons(f: &Findings) -> Vec<Reason> {
     }));
     reasons.extend(missed_requirements(f));
     reasons
+}
+
+/// Whether the profile of the likelihood sets no bound to a turn of the sensor.
+pub(super) fn turn_is_undetermined(f: &Findings) -> bool {
+    f.fit.widened_by.is_some_and(|by| by >= profile_likelihood::MOST)
 }
 
 /// Residuals that are no noise: they follow the motion, or are larger than any edge explains.

@@ -5,7 +5,7 @@ use super::limits::{
     OUTLIERS, POORLY_KNOWN_M, USELESS_M, USUAL_NOISE_FACTOR,
 };
 use super::quantity::{Axis, Quantity};
-use super::reject::residuals_are_too_large;
+use super::reject::{residuals_are_too_large, turn_is_undetermined};
 use super::stream_name::StreamName;
 use super::warning::Warning;
 use crate::assess::correlated_noise::Structure;
@@ -41,7 +41,8 @@ pub(super) fn warnings(f: &Findings) -> Vec<Warning> {
     }
     warnings.extend(drawn_line_not_needed(f));
     warnings.extend(causes(f));
-    warnings.extend(f.fit.widened_by.map(|by| Warning::WidenedByProfile { by }));
+    let widened_by = f.fit.widened_by.filter(|_| !turn_is_undetermined(f));
+    warnings.extend(widened_by.map(|by| Warning::WidenedByProfile { by }));
     let known = f.checks.seam_error.map(|error| (error.scan_alone_m(), error.rms_m));
     let poorly = known.filter(|(scan_alone_m, all_m)| *scan_alone_m > POORLY_KNOWN_M || *all_m > USELESS_M);
     warnings.extend(poorly.map(|(scan_alone_m, all_m)| Warning::PoorlyKnown { scan_alone_m, all_m }));
