@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::Vector2;
-use trueline_vision::profile::{CornerFinder, NoCorner};
+use trueline_dataset::{Measured, Profile, ProfilePoint};
+use trueline_vision::profile::{CornerFinder, NoCorner, seams};
 
 /// Normal numbers from a linear congruence, so that the seed is the whole story.
 struct Noise(u64);
@@ -120,4 +121,63 @@ fn support_points_of_the_faces_are_as_good_as_they_say_and_independent() {
         assert!((0.8..1.25).contains(&(squared / f64::from(runs))), "{}", squared / f64::from(runs));
         assert!((product / f64::from(runs)).abs() < 0.2, "{}", product / f64::from(runs));
     }
+}
+
+/// Profiles of one pair of faces, one every 30 ms, each with its own noise.
+fn scan(count: i64, mut points: impl FnMut(i64) -> Vec<[f64; 2]>) -> Vec<Profile> {
+    let profile = |k: i64| {
+        let point = |at: [f64; 2]| ProfilePoint { x_m: at[0] * 1e-3, z_m: at[1] * 1e-3, intensity: None };
+        let points = points(k).into_iter().map(point).collect();
+        Profile { stamp_ns: k * 30_000_000, frame: Some(k as u64), points }
+    };
+    (0..count).map(profile).collect()
+}
+
+#[test]
+fn what_is_stated_of_faces_hardly_scatters_so_that_many_together_are_not_too_sure() {
+    let (mut noise, slopes) = (Noise(31), [-0.9, 0.7]);
+    let found = seams(&scan(300, |_| profile([0.0, 5.0], slopes, 0.05, &mut noise))).found.stripes;
+    for plate in [0, 1] {
+        let variances = found.iter().filter(|stripe| stripe.plate == plate).map(|s| s.sigma.powi(2));
+        let count = variances.clone().count() as f64;
+        assert_eq!(count, 300.0);
+        let mean = variances.clone().sum::<f64>() / count;
+        let weight = variances.map(f64::recip).sum::<f64>() / count;
+        // 1 + c² with c ≈ 15 %/√33 = 3 %, and the edge of the cut, which moves with the corner; alone it were 1.025.
+        assert!((1.0..1.003).contains(&(mean * weight)), "{}", mean * weight);
+    }
+}
+
+#[test]
+fn columns_that_see_both_faces_do_not_draw_these_together() {
+    let (mut noise, slopes) = (Noise(41), [-0.9, 0.7]);
+    let mixed = |_| {
+        let mut points = profile([0.0, 5.0], slopes, 0.02, &mut noise);
+        // What a column of 4 mm sees of both: up to 0.2 mm, which no robust line recognises as foreign.
+        points.iter_mut().for_each(|p| p[1] += 0.05 * (2.0 - p[0].abs()).max(0.0) * noise.uniform());
+        points
+    };
+    let found = seams(&scan(300, mixed)).found.stripes;
+    for stripe in [0, 1].map(|plate| found.iter().filter(move |s| s.plate == plate)) {
+        let (mut mean, mut count) = (0.0, 0.0);
+        for s in stripe {
+            let slope = slopes[s.plate as usize];
+            let Measured::Profile([x, z]) = s.points[0] else { panic!("a profile") };
+            mean += (z - 5e-3 - slope * x) / f64::hypot(slope, 1.0) / s.sigma;
+            count += 1.0;
+        }
+        // Mean of 300 numbers of unit variance: ± 0.058; four of them. With the columns of the corner it is 1.8.
+        assert!((mean / count).abs() < 0.24, "{}", mean / count);
+    }
+}
+
+#[test]
+fn a_profile_with_noise_of_its_own_keeps_it() {
+    let (mut noise, slopes) = (Noise(51), [-0.9, 0.7]);
+    let of = |k: i64| if k == 20 { 0.3 } else { 0.03 };
+    let found = seams(&scan(41, |k| profile([0.0, 5.0], slopes, of(k), &mut noise))).found.stripes;
+    let sigma = |frame: u64| found.iter().find(|s| s.frame == Some(frame)).unwrap().sigma;
+    // Ten times the noise, of which one face knows 10 %; the others have nothing of it.
+    assert!((7.0..13.0).contains(&(sigma(20) / sigma(10))), "{}", sigma(20) / sigma(10));
+    assert!((0.97..1.03).contains(&(sigma(21) / sigma(19))), "{}", sigma(21) / sigma(19));
 }

@@ -4,6 +4,7 @@ use crate::input::observations::Observations;
 use crate::problem::block_priors::ShapePrior;
 use crate::stripe::frames::StripeFrame;
 use crate::stripe::problem::StripeProblem;
+use crate::stripe::robust_moments::RobustMoments;
 use crate::stripe::state::StripeState;
 use crate::stripe::whitening::{SharedNoise, Weighed, weigh};
 use trueline_lsq::{Information, Solution, SolveError, SolveOptions, solve};
@@ -30,6 +31,8 @@ pub struct StripeFit<'a> {
     pub rejected: usize,
     /// Plates (or seam points) in all frames.
     pub plates: usize,
+    /// What the loss makes of the covariance.
+    pub moments: RobustMoments,
 }
 
 /// What a fit is made of.
@@ -64,13 +67,13 @@ impl<'a> StripeSolver<'a> {
         }
         let round = self.weighed(&state);
         let solution = self.solved(&round, state, FINE)?;
-        let Round { problem, noise_factor, rejected, plates } = round;
-        Ok(StripeFit { problem, solution, noise_factor, rejected, plates })
+        let Round { problem, noise_factor, rejected, plates, moments } = round;
+        Ok(StripeFit { problem, solution, noise_factor, rejected, plates, moments })
     }
 
     /// The problem with the weights of a state.
     fn weighed(&self, state: &StripeState) -> Round<'a> {
-        let Weighed { frames, rejected, plates, factor } =
+        let Weighed { frames, rejected, plates, factor, moments } =
             weigh(self.observations, self.frames, state, &self.shared);
         let problem = StripeProblem {
             observations: self.observations,
@@ -78,7 +81,7 @@ impl<'a> StripeSolver<'a> {
             unknowns: state.unknowns(),
             shape_prior: self.shape_prior,
         };
-        Round { problem, noise_factor: factor, rejected, plates }
+        Round { problem, noise_factor: factor, rejected, plates, moments }
     }
 
     fn solved(
@@ -98,6 +101,7 @@ struct Round<'a> {
     noise_factor: f64,
     rejected: usize,
     plates: usize,
+    moments: RobustMoments,
 }
 
 impl StripeFit<'_> {

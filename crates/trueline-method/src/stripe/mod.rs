@@ -21,6 +21,7 @@ pub mod outcome;
 pub mod pictures;
 pub mod planes;
 pub mod problem;
+pub(crate) mod robust_moments;
 pub mod start;
 pub mod state;
 pub mod systematic;

@@ -25,7 +25,7 @@ pub fn assess(fit: &StripeFit<'_>, information: &Information) -> StripeUncertain
     let root = information.covariance_root();
     let known = root.transpose() * at.prior_information(problem.shape_prior.as_ref()) * root;
     let expected = DMatrix::identity(root.ncols(), root.ncols()) - &known;
-    let (mut frames, mut squares, mut rows, mut hint) = (Vec::new(), 0.0, 0, 0);
+    let (mut frames, mut rows, mut hint) = (Vec::new(), 0, 0);
     for weighed in &problem.frames {
         let Some((residual, jacobian)) = problem.whitened(weighed, at, &mut hint) else { continue };
         let gradient: SVector<f64, LOCAL_ALL> = jacobian.transpose() * residual;
@@ -35,13 +35,14 @@ pub fn assess(fit: &StripeFit<'_>, information: &Information) -> StripeUncertain
             score.axpy(gradient[local], &root.row(place).transpose(), 1.0);
         }
         frames.push(score);
-        squares += residual.norm_squared();
         rows += weighed.rows;
     }
     // What the priors say is no unknown that the residuals paid for.
     let unknowns = expected.trace();
-    let variance = squares / (rows as f64 - unknowns).max(1.0);
-    let (middle, model_share) = blend(&frames, &expected, variance);
-    let covariance = root * (middle * variance + known) * root.transpose();
+    let freedom = rows as f64 / (rows as f64 - unknowns).max(1.0);
+    let (variance, bend) = fit.moments.variance_and_bend();
+    let per_weight = variance * freedom;
+    let (middle, model_share) = blend(&frames, &expected, per_weight);
+    let covariance = root * (middle * (per_weight / bend.powi(2)) + known) * root.transpose();
     StripeUncertainty { covariance, model_share }
 }

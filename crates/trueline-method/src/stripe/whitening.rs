@@ -13,6 +13,7 @@ use crate::stripe::frames::{Sight, StripeFrame};
 use crate::stripe::problem::{
     FrameResidual, PoseError, ROWS, WeighedFrame, linearize_frame, placement, residual_of_frame,
 };
+use crate::stripe::robust_moments::{Pull, RobustMoments};
 use crate::stripe::state::StripeState;
 use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector2};
 use trueline_geometry::smooth;
@@ -36,6 +37,8 @@ pub struct Weighed {
     pub plates: usize,
     /// The factor that was found.
     pub factor: f64,
+    /// What the loss makes of a covariance.
+    pub moments: RobustMoments,
 }
 
 /// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
@@ -79,17 +82,23 @@ pub fn weigh(
         .collect();
     let factor = noise_factor(&squared).max(LEAST_FACTOR);
     let scaled = SharedNoise { levels: NoiseLevels { factor, ..shared.levels }, ..*shared };
-    let mut all =
-        Weighed { frames: Vec::with_capacity(placed.len()), rejected: 0, plates: squared.len(), factor };
+    let (moments, plates) = (RobustMoments::default(), squared.len());
+    let mut all = Weighed { frames: Vec::with_capacity(placed.len()), rejected: 0, plates, factor, moments };
     let mut hint = 0;
     for (frame, parts) in &placed {
         let covariance = covariance(&frame.sight, parts, &scaled);
-        let weights = squares(&frame.sight, parts, &covariance)
-            .map(|squared| squared.map_or(0.0, |squared| REJECTING.weight(squared)));
-        let looked_at = squares(&frame.sight, parts, &covariance).iter().flatten().count();
+        let squared = squares(&frame.sight, parts, &covariance);
+        let weights = squared.map(|squared| squared.map_or(0.0, |squared| REJECTING.weight(squared)));
+        let looked_at = squared.iter().flatten().count();
         let kept = weights.iter().filter(|w| **w > 0.0).count();
         all.rejected += looked_at - kept;
         if let Some((whitener, rows)) = whitener(&frame.sight, &covariance, weights, factor) {
+            let pulls = [0, 1].map(|block| {
+                let own = own(&frame.sight, block)? * factor.powi(2);
+                let slope = REJECTING.weight_slope(squared[block]?);
+                (weights[block] > 0.0).then_some(Pull { own, weight: weights[block], slope })
+            });
+            all.moments.add(&covariance, &whitener, &parts.residual, &pulls);
             let weighed = WeighedFrame { frame: **frame, whitener, rows, pose_error: PoseError::NONE };
             let pose_error = pose_error(observations, &weighed, parts, at, &scaled, &mut hint);
             all.frames.push(WeighedFrame { pose_error: pose_error.unwrap_or(PoseError::NONE), ..weighed });

@@ -37,6 +37,8 @@ pub struct Regression {
     pub slope: f64,
     /// Covariance of (shift, slope), with the correlation of neighbours.
     pub covariance: Matrix2<f64>,
+    /// Inverse of what the covariance would be of independent shifts with a variance of one.
+    pub information: Matrix2<f64>,
     /// Standard deviation of one shift, px.
     pub sigma_px: f64,
     /// Shifts that count, by weight.
@@ -92,11 +94,19 @@ impl Regressor {
             shifts.iter().map(|shift| shift.shift_px - shift.response * (at.x + at.y * (shift.s - centre))),
         );
         let (bread, filling) = self.sandwich(shifts, sigma, centre);
-        let bread = bread.try_inverse()?;
+        let (information, bread) = (bread, bread.try_inverse()?);
         let covariance = bread * filling * bread * self.correlation(shifts, sigma);
         let weights = self.sums(at, sigma)[5];
         let sigma_px = self.spread(shifts, BLIND * sigma);
-        Some(Regression { centre, shift_px: at.x, slope: at.y, covariance, sigma_px, count: weights })
+        Some(Regression {
+            centre,
+            shift_px: at.x,
+            slope: at.y,
+            covariance,
+            information,
+            sigma_px,
+            count: weights,
+        })
     }
 
     /// Root mean square of the residuals within a limit: what a single shift scatters by.

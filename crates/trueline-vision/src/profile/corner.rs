@@ -2,7 +2,7 @@
 //!
 //! Every place where the profile could bend is tried: a robust line left of it, another right of it, and what is left over counted up
 //! to three standard deviations, so that spatter cannot buy a bend. The faces are then the points on either side of
-//! their own intersection.
+//! their own intersection, without the last millimetres before it: there a column sees both faces at once, or a mirrored stripe.
 
 use crate::measure::regression::{Regression, Regressor, Shift, median};
 use nalgebra::{Matrix2, Vector2};
@@ -21,6 +21,10 @@ const LEAST_STRAIGHT: f64 = 0.6;
 const COUNTED_SIGMAS: f64 = 3.0;
 /// Widest hole between the faces, as a part of the profile: what lies further away is no corner of these faces.
 const WIDEST_HOLE: f64 = 0.2;
+/// So much of a face next to the corner is left out, mm along x (what a column sees at once is as wide in x on any face), ...
+const LEFT_OUT_MM: f64 = 2.0;
+/// ... and no more than this part of the face.
+const LEFT_OUT_PART: f64 = 0.2;
 /// Noise is not taken to be smaller, mm: profilers print 0.1 µm.
 const LEAST_SIGMA_MM: f64 = 1e-4;
 
@@ -75,10 +79,34 @@ pub struct CornerFinder {
 
 /// A straight face: a point, its direction and the regression of the shifts square to it.
 #[derive(Clone, Copy)]
-struct Face {
+pub(super) struct Face {
     origin: Vector2<f64>,
     along: Vector2<f64>,
-    regression: Regression,
+    pub(super) regression: Regression,
+}
+
+/// Two faces that meet, the left one first.
+#[derive(Clone, Copy)]
+pub(super) struct MeetingFaces {
+    pub(super) faces: [Face; 2],
+    corner: Vector2<f64>,
+    half_lengths_mm: [f64; 2],
+}
+
+impl MeetingFaces {
+    /// Where they meet and what each says; `None` if they are parallel.
+    pub(super) fn corner(&self) -> Option<ProfileCorner> {
+        let Self { faces, corner, half_lengths_mm } = self;
+        let normals = Matrix2::from_rows(&faces.map(|face| square_to(&face.direction()).transpose()));
+        let inverse = normals.try_inverse()?;
+        let variances =
+            faces.map(|face| face.regression.variance_at(face.along.dot(&(corner - face.origin))));
+        let covariance_mm2 =
+            inverse * Matrix2::from_diagonal(&Vector2::from(variances)) * inverse.transpose();
+        let angle_rad = normals.determinant().abs().min(1.0).asin();
+        let faces = [0, 1].map(|k| faces[k].support(corner, half_lengths_mm[k]));
+        Some(ProfileCorner { point_mm: *corner, covariance_mm2, angle_rad, faces })
+    }
 }
 
 impl Face {
@@ -137,6 +165,11 @@ impl CornerFinder {
     /// # Errors
     /// Why there is none.
     pub fn find(&mut self, profile_mm: &[[f64; 2]]) -> Result<ProfileCorner, NoCorner> {
+        self.faces(profile_mm)?.corner().ok_or(NoCorner::NoAngle)
+    }
+
+    /// The faces that meet there.
+    pub(super) fn faces(&mut self, profile_mm: &[[f64; 2]]) -> Result<MeetingFaces, NoCorner> {
         self.points.clear();
         self.points.extend(profile_mm.iter().map(|&point| Vector2::from(point)));
         self.points.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -239,7 +272,7 @@ impl CornerFinder {
         Some(faces)
     }
 
-    fn checked(&self, faces: [Face; 2]) -> Result<ProfileCorner, NoCorner> {
+    fn checked(&mut self, faces: [Face; 2]) -> Result<MeetingFaces, NoCorner> {
         let corner = intersection(&faces).ok_or(NoCorner::NoAngle)?;
         let split = self.points.partition_point(|point| point.x < corner.x);
         for (face, run) in [(&faces[0], &self.points[..split]), (&faces[1], &self.points[split..])] {
@@ -252,21 +285,24 @@ impl CornerFinder {
                 return Err(NoCorner::NotStraight);
             }
         }
-        let width = self.points[self.points.len() - 1].x - self.points[0].x;
+        let ends = [self.points[0], self.points[self.points.len() - 1]];
         let hole = self.points[split].x - self.points[split - 1].x;
-        if hole > WIDEST_HOLE * width {
+        if hole > WIDEST_HOLE * (ends[1].x - ends[0].x) {
             return Err(NoCorner::Apart);
         }
-        let normals = Matrix2::from_rows(&faces.map(|face| square_to(&face.direction()).transpose()));
-        let inverse = normals.try_inverse().ok_or(NoCorner::NoAngle)?;
-        let variances =
-            faces.map(|face| face.regression.variance_at(face.along.dot(&(corner - face.origin))));
-        let covariance_mm2 =
-            inverse * Matrix2::from_diagonal(&Vector2::from(variances)) * inverse.transpose();
-        let angle_rad = normals.determinant().abs().min(1.0).asin();
-        let ends = [self.points[0], self.points[self.points.len() - 1]];
-        let faces = [0, 1].map(|k| faces[k].support(&corner, 0.5 * (ends[k] - corner).norm()));
-        Ok(ProfileCorner { point_mm: corner, covariance_mm2, angle_rad, faces })
+        let faces = self.beside_corner(corner.x, ends.map(|end| end.x)).ok_or(NoCorner::NotStraight)?;
+        let corner = intersection(&faces).ok_or(NoCorner::NoAngle)?;
+        let half_lengths_mm = ends.map(|end| 0.5 * (end - corner).norm());
+        Ok(MeetingFaces { faces, corner, half_lengths_mm })
+    }
+
+    /// The same faces without what lies next to the corner.
+    fn beside_corner(&mut self, corner_x: f64, ends_x: [f64; 2]) -> Option<[Face; 2]> {
+        let [left, right] = ends_x.map(|end| LEFT_OUT_MM.min(LEFT_OUT_PART * (end - corner_x).abs()));
+        let last = self.points.partition_point(|point| point.x < corner_x - left).max(FACE_POINTS);
+        let first = self.points.partition_point(|point| point.x < corner_x + right);
+        let first = first.min(self.points.len() - FACE_POINTS);
+        Some([self.face(0, last)?, self.face(first, self.points.len())?])
     }
 }
 

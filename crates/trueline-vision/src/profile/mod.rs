@@ -2,6 +2,7 @@
 
 pub mod corner;
 mod scan;
+mod shared_noise;
 
 pub use corner::{CornerFinder, FaceSupport, NoCorner, ProfileCorner};
 pub use scan::{ProfileSeams, seams};

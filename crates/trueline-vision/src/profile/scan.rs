@@ -1,6 +1,7 @@
 //! The seams of all profiles of a scan, and the stripes on the plates that meet there.
 
-use super::corner::{CornerFinder, FaceSupport, NoCorner, ProfileCorner};
+use super::corner::{CornerFinder, FaceSupport, MeetingFaces, NoCorner, ProfileCorner};
+use super::shared_noise::share_noise;
 use nalgebra::Vector2;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -16,14 +17,16 @@ pub struct ProfileSeams {
     pub not_found: BTreeMap<NoCorner, usize>,
 }
 
-/// Looks at every profile as a whole; nothing is remembered from the one before. The result does not depend on the number of threads.
+/// Looks at every profile as a whole; from its neighbours it has but the noise. The result does not depend on the number of
+/// threads.
 #[must_use]
 pub fn seams(profiles: &[Profile]) -> ProfileSeams {
-    let corners: Vec<Result<ProfileCorner, NoCorner>> =
-        profiles.par_iter().map_init(CornerFinder::default, corner).collect();
+    let mut faces: Vec<Result<MeetingFaces, NoCorner>> =
+        profiles.par_iter().map_init(CornerFinder::default, faces).collect();
+    share_noise(&mut faces.iter_mut().flatten().collect::<Vec<_>>());
     let mut seams = ProfileSeams::default();
-    for (profile, result) in profiles.iter().zip(corners) {
-        match result {
+    for (profile, faces) in profiles.iter().zip(faces) {
+        match faces.and_then(|faces| faces.corner().ok_or(NoCorner::NoAngle)) {
             Ok(corner) => {
                 seams.found.features.push(feature(profile, &corner));
                 seams.found.stripes.extend(stripes(profile, &corner));
@@ -34,10 +37,10 @@ pub fn seams(profiles: &[Profile]) -> ProfileSeams {
     seams
 }
 
-fn corner(finder: &mut CornerFinder, profile: &Profile) -> Result<ProfileCorner, NoCorner> {
+fn faces(finder: &mut CornerFinder, profile: &Profile) -> Result<MeetingFaces, NoCorner> {
     let points_mm: Vec<[f64; 2]> =
         profile.points.iter().map(|point| [point.x_m * MM_PER_M, point.z_m * MM_PER_M]).collect();
-    finder.find(&points_mm)
+    finder.faces(&points_mm)
 }
 
 fn measured(point_mm: &Vector2<f64>) -> Measured {
