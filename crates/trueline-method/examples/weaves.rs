@@ -5,9 +5,10 @@
 #![allow(clippy::print_stdout, reason = "an example prints its table")]
 
 use nalgebra::DVector;
+use std::collections::{BTreeMap, BTreeSet};
 use trueline_dataset::{Guess, Recording};
 use trueline_method::hypotheses::choice::KnownOfCell;
-use trueline_method::{Calibration, Config, Status, calibrate};
+use trueline_method::{Calibration, Config, Reason, Status, calibrate};
 use trueline_sim::{Preset, Weave, random_cell, simulate};
 
 /// What became of the scans of one family.
@@ -16,7 +17,7 @@ struct Tally {
     right: usize,
     refused: usize,
     wrong: usize,
-    ambiguous: usize,
+    reasons: BTreeMap<&'static str, usize>,
     smallest_z: Option<f64>,
 }
 
@@ -27,7 +28,9 @@ impl Tally {
             self.refused += 1;
             return;
         };
-        self.ambiguous += usize::from(result.findings.checks.ambiguity.is_open());
+        for code in result.reasons().iter().map(Reason::code).collect::<BTreeSet<_>>() {
+            *self.reasons.entry(code).or_default() += 1;
+        }
         let z = result
             .findings
             .checks
@@ -44,10 +47,15 @@ impl Tally {
     }
 
     fn print(&self, name: &str) {
+        let reasons: Vec<String> =
+            self.reasons.iter().map(|(code, count)| format!("{code} {count}")).collect();
         let z = self.smallest_z.map_or_else(|| "-".to_owned(), |z| format!("{z:.1}"));
         println!(
-            "| {name} | {} | {} | {} | {} | {z} |",
-            self.right, self.refused, self.wrong, self.ambiguous
+            "| {name} | {} | {} | {} | {z} | {} |",
+            self.right,
+            self.refused,
+            self.wrong,
+            reasons.join(", ")
         );
     }
 }
@@ -64,7 +72,7 @@ fn is_right(result: &Calibration, truth: &Guess) -> bool {
 
 fn main() {
     let count = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(40_u64);
-    println!("| path | right | refused | accepted and wrong | ambiguous | smallest z of those decided |");
+    println!("| path | right | refused | accepted and wrong | smallest z of those decided | refused for |");
     println!("|---|---|---|---|---|---|");
     let free = Config::default();
     let stated =
