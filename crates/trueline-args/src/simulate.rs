@@ -2,6 +2,7 @@
 
 use crate::choice::{Choice, one_of};
 use crate::number;
+use crate::simulate_boards::BoardsArgs;
 use crate::simulate_path::PathArgs;
 use crate::simulate_plates::PlatesArgs;
 use crate::simulate_production::ProductionArgs;
@@ -23,7 +24,8 @@ use trueline_sim::{Fault, Joint, Look, Preset};
   trueline simulate --production 60 --layout box-weave --change timing=0.5@40 --out production
   trueline simulate --preset paper --plates --bow-mm 0.2 --out stripes
   trueline simulate --preset profiler --plates --out profiles
-  trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures",
+  trueline simulate --images --joint lap --look welding --duration-s 10 --out pictures
+  trueline simulate --boards chessboard:9x6:20 --out bench     # pictures for `sensor` and `calibrate --target board`",
     after_long_help = faults_help())]
 pub struct SimulateArgs {
     /// Folder to write; it must be new or empty, or see --force
@@ -89,6 +91,8 @@ pub struct SimulateArgs {
     pub plates: PlatesArgs,
     #[command(flatten)]
     pub production: ProductionArgs,
+    #[command(flatten)]
+    pub boards: BoardsArgs,
     /// Time between images, ms
     #[arg(long, value_parser = number::tenth_or_more)]
     pub frame_period_ms: Option<f64>,

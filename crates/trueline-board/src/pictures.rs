@@ -19,6 +19,22 @@ pub struct Looked {
     pub view: Result<View, chessboard::NoBoard>,
 }
 
+impl Looked {
+    /// File, SHA-256 and, without a board, the reason.
+    #[must_use]
+    pub fn stated(&self) -> (String, String, Option<String>) {
+        let reason = self.view.as_ref().err().map(ToString::to_string);
+        (self.file.display().to_string(), self.sha256.clone(), reason)
+    }
+}
+
+/// The first reasons why pictures show no board, one a line.
+#[must_use]
+pub fn why_not(looked: &[Looked]) -> String {
+    let reason = |l: &Looked| Some(format!("\n  {}: {}", l.file.display(), l.view.as_ref().err()?));
+    looked.iter().filter_map(reason).take(5).collect()
+}
+
 /// The files that a user named: all pictures of a folder, by name, or the files themselves.
 ///
 /// # Errors

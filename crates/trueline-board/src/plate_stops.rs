@@ -25,6 +25,12 @@ pub fn look(table: &Path, camera: &CameraFile) -> Result<Vec<Stop>, BoardError> 
     poses.into_par_iter().map(|pose| look_at(&folder.join(&pose.picture), pose, camera)).collect()
 }
 
+/// Why pictures are not used, one reason a line.
+#[must_use]
+pub fn why_not(stops: &[Stop]) -> String {
+    stops.iter().filter_map(|(name, stop)| Some(format!("\n  {name}: {}", stop.as_ref().err()?))).collect()
+}
+
 fn look_at(file: &Path, pose: PicturePose, camera: &CameraFile) -> Result<Stop, BoardError> {
     let (lit, _) = pictures::read(file)?;
     let found = [lit.width() as u32, lit.height() as u32];

@@ -37,6 +37,15 @@ pub fn look(
     files.par_iter().map(|file| look_at(file, without_laser, camera, board)).collect()
 }
 
+/// Why pictures are not used, one reason a line.
+#[must_use]
+pub fn why_not(files: &[PathBuf], found: &[Found]) -> String {
+    let reason = |(file, found): (&PathBuf, &Found)| {
+        Some(format!("\n  {}: {}", file.display(), found.as_ref().err()?))
+    };
+    files.iter().zip(found).filter_map(reason).collect()
+}
+
 fn look_at(
     file: &Path,
     without_laser: Option<&Path>,

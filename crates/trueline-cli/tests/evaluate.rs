@@ -3,9 +3,13 @@
 
 mod common;
 
-use common::{code, trueline};
+use common::{code, trueline, words};
 use serde_json::Value;
 use std::fs;
+use std::path::Path;
+use trueline_dataset::folder;
+use trueline_sim::motion::Motion;
+use trueline_sim::{Preset, simulate_along};
 
 #[test]
 fn a_calibration_is_evaluated_on_the_scan_of_another_day() {
@@ -82,6 +86,69 @@ fn a_result_with_another_sensors_file_is_warned_of() {
     });
     assert_eq!(with_its_own.matches("not the file").count(), 0, "{with_its_own}");
     assert_eq!(with_another.matches("not the file").count(), 2, "{with_another}");
+}
+
+const STOPS: u32 = 12;
+const REST_S: f64 = 1.0;
+const MOVE_S: f64 = 0.4;
+
+/// The quick scan's path with a rest of a second at every twelfth of it, as a dataset.
+fn write_stops(folder: &Path) {
+    let scenario = Preset::Quick.scenario();
+    let motion = Motion::new(&scenario).unwrap();
+    let place = |k: f64| k.min(f64::from(STOPS - 1)) * scenario.timing.duration_s / f64::from(STOPS);
+    let path = |time_s: f64| {
+        let k = (time_s / (REST_S + MOVE_S)).floor().max(0.0);
+        let part = ((time_s - k * (REST_S + MOVE_S) - REST_S) / MOVE_S).clamp(0.0, 1.0);
+        let eased = part * part * (3.0 - 2.0 * part);
+        motion.base_from_tool(place(k) * (1.0 - eased) + place(k + 1.0) * eased)
+    };
+    let mut slow = scenario.clone();
+    slow.timing.duration_s = f64::from(STOPS) * (REST_S + MOVE_S);
+    folder::write_whole(folder, &simulate_along(&slow, &path, 5), false).unwrap();
+}
+
+/// On a real cell nobody has a truth: stops on the seam are one, and they show what the time offset does.
+#[test]
+fn stops_on_the_seam_are_the_truth_of_a_moving_scan_and_show_the_time_offset() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    write_stops(&dir.path().join("stops"));
+    for (seed, out) in [("1", "first"), ("6", "moving")] {
+        assert_eq!(code(&run(&["simulate", "--seed", seed, "--out", out, "--quiet"])), 0);
+    }
+    assert_eq!(code(&run(&["calibrate", "first", "--json", "result.json", "--quiet"])), 0);
+    // The same hand-eye transform without a time offset.
+    let truth = fs::read_to_string(dir.path().join("first/truth.toml")).unwrap();
+    let without: Vec<&str> = truth.lines().filter(|line| !line.starts_with("time_offset_s")).collect();
+    fs::write(dir.path().join("none.toml"), format!("time_offset_s = 0.0\n{}\n", without.join("\n")))
+        .unwrap();
+    let figures = |calibration: &str| -> Value {
+        let arguments =
+            ["evaluate", "moving", "--calibration", calibration, "--static", "stops", "--json", "-"];
+        let output = run(&arguments);
+        assert!(String::from_utf8_lossy(&output.stderr).contains("stops"), "{output:?}");
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let rmse_mm = |v: &Value, which: &str| v["figures"][which]["rmse_mm"].as_f64().unwrap();
+    let (calibrated, none) = (figures("result.json"), figures("none.toml"));
+    // Features of 0.3 px and a robot of 0.03 mm; and 17.73 ms at up to 30 mm/s across, whoever leaves the offset out.
+    assert!(rmse_mm(&calibrated, "calibrated") < 0.08, "{calibrated}");
+    let left_out_mm = [rmse_mm(&calibrated, "without_time_offset"), rmse_mm(&none, "calibrated")];
+    assert!(left_out_mm.iter().all(|mm| *mm > 0.3), "{left_out_mm:?}");
+    // Standing still, no offset matters: both have the same stops, to what 20 images of 0.02 mm and a robot of 0.03 mm are good to.
+    let stops = |v: &Value| v["reference"]["stops"].as_array().unwrap().clone();
+    assert_eq!((stops(&calibrated).len(), stops(&none).len()), (STOPS as usize, STOPS as usize));
+    for (a, b) in stops(&calibrated).iter().zip(stops(&none)) {
+        for axis in 0..3 {
+            let [a, b] = [a, &b].map(|stop| stop["point_mm"][axis].as_f64().unwrap());
+            assert!((a - b).abs() < 0.1, "{a} {b}");
+        }
+    }
+    // A scan without stops is no truth.
+    let output = run(&["evaluate", "moving", "--calibration", "result.json", "--static", "first"]);
+    assert_eq!(code(&output), 2);
+    assert!(words(&output).contains("stood still") && words(&output).contains("hint:"), "{}", words(&output));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What commands write into a folder, pictures aside; only such files and folders are ever replaced.
-const OURS: [&str; 12] = [
+const OURS: [&str; 17] = [
     "sensor.toml",
     "robot.csv",
     "features.csv",
@@ -15,11 +15,19 @@ const OURS: [&str; 12] = [
     "initial.toml",
     "truth.toml",
     "truth_features.csv",
+    "truth_sensor.toml",
     "images",
+    "boards",
+    "stripes",
+    "without-laser",
+    "moving",
     "index.csv",
     "report.html",
     "result.json",
 ];
+
+/// Those of them that are folders.
+const FOLDERS: [&str; 5] = ["images", "boards", "stripes", "without-laser", "moving"];
 
 /// A folder in the making, beside where it is to be.
 #[derive(Debug)]
@@ -144,7 +152,7 @@ fn check_is_ours(folder: &Path) -> Result<(), Error> {
         if !OURS.contains(&name.as_str()) && !is_picture {
             return Err(Error::in_file(folder, Problem::NotOurs { other: name }));
         }
-        if name == "images" {
+        if FOLDERS.contains(&name.as_str()) {
             check_is_ours(&entry.path())?;
         }
     }

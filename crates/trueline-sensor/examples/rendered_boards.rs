@@ -17,7 +17,7 @@ use trueline_dataset::Pixels;
 use trueline_geometry::{Plane, Pose, se3, so3};
 use trueline_model::{BrownConrady, Camera, LaserSheet};
 use trueline_sensor::intrinsics::{DistortionModel, fit};
-use trueline_sensor::laser_plane::{Ground, KnownCamera, StripedView, fit_joint, joint, stripe};
+use trueline_sensor::laser_plane::{KnownCamera, StripedView, fit_joint, striped_picture};
 use trueline_sensor::projection::{project_from_board, to_vector};
 use trueline_sensor::{Board, Gray, View, chessboard};
 use trueline_sim::boards::{BoardScene, Stripe, render};
@@ -161,10 +161,7 @@ fn plane_set(random: &mut ChaCha12Rng) -> Outcome {
     let views: Vec<StripedView> = (0..PICTURES)
         .filter_map(|_| {
             let lit = picture(pose(random, on_plane), Some(laser), random.random())?;
-            let view = chessboard::find(&lit, &BOARD).ok()?;
-            let found = joint::pose_of(&exact.camera, &BOARD, &view)?;
-            let stripe = stripe::find(&lit, &exact.camera, &Ground::board(&exact.camera, &BOARD, &found));
-            (!stripe.is_empty()).then_some(StripedView { view, stripe })
+            striped_picture::look(&lit, None, &exact.camera, &BOARD).ok()
         })
         .collect();
     let fit = fit_joint(&exact, &BOARD, &views).ok()?;

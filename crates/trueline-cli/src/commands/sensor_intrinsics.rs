@@ -22,7 +22,7 @@ pub(crate) fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
     let views: Vec<View> = looked.iter().filter_map(|l| l.view.as_ref().ok().cloned()).collect();
     let size = looked.first().map_or([0, 0], |l| l.size_px);
     let fitted = fit(size, &args.board, &views, args.distortion)
-        .map_err(|error| Failure::new(format!("{error}{}", why_not(&looked)), error.hint()))?;
+        .map_err(|error| Failure::new(format!("{error}{}", pictures::why_not(&looked)), error.hint()))?;
     let halves = cross_validation::halves(size, &args.board, &views, fitted.model);
     let uncertainty = Sensitivity::of(&fitted.state.camera).uncertainty(&fitted.covariance);
     let next = next_picture::best(&fitted, &args.board);
@@ -34,7 +34,7 @@ pub(crate) fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
         next: next.as_ref(),
         reasons: &reasons,
         warnings: &warnings,
-        files: looked.iter().map(stated).collect(),
+        files: looked.iter().map(Looked::stated).collect(),
     };
     if let Some(out) = &args.out {
         output::file(out, &format_camera(&sensor_file::of_camera(&fitted)))?;
@@ -49,17 +49,4 @@ pub(crate) fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
         output::summary(args.json.as_deref(), &sensor_text::camera(&report))?;
     }
     Ok(if reasons.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
-}
-
-fn stated(looked: &Looked) -> (String, String, Option<String>) {
-    let reason = looked.view.as_ref().err().map(ToString::to_string);
-    (looked.file.display().to_string(), looked.sha256.clone(), reason)
-}
-
-/// The first reasons why pictures show no board.
-fn why_not(looked: &[Looked]) -> String {
-    let reasons = looked
-        .iter()
-        .filter_map(|l| l.view.as_ref().err().map(|reason| format!("\n  {}: {reason}", l.file.display())));
-    reasons.take(5).collect()
 }

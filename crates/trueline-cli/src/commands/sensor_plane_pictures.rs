@@ -2,11 +2,9 @@
 
 use crate::failure::Failure;
 use crate::output;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use trueline_args::LaserPlaneArgs;
-use trueline_board::striped::{self, Found};
-use trueline_board::{pictures, sensor_file};
+use trueline_board::{pictures, sensor_file, striped};
 use trueline_dataset::sensor_toml::{self, CameraFile, format_camera};
 use trueline_report::{sensor_json, sensor_text};
 use trueline_sensor::laser_plane::{JointFit, StripedView, fit_joint};
@@ -31,16 +29,8 @@ pub(crate) fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
     let found = striped::look(&files, args.without_laser.as_deref(), &camera, board)?;
     let views: Vec<StripedView> = found.iter().filter_map(|f| f.as_ref().ok().cloned()).collect();
     let fit = fit_joint(&striped::known(&camera), board, &views)
-        .map_err(|e| Failure::new(format!("{e}{}", missing(&files, &found)), e.hint()))?;
-    conclude(args, &camera, &fit, &missing(&files, &found))
-}
-
-fn missing(files: &[PathBuf], found: &[Found]) -> String {
-    let reasons = files
-        .iter()
-        .zip(found)
-        .filter_map(|(file, found)| found.as_ref().err().map(|why| format!("\n  {}: {why}", file.display())));
-    reasons.collect()
+        .map_err(|e| Failure::new(format!("{e}{}", striped::why_not(&files, &found)), e.hint()))?;
+    conclude(args, &camera, &fit, &striped::why_not(&files, &found))
 }
 
 fn conclude(

@@ -4,8 +4,7 @@ use crate::failure::Failure;
 use crate::output;
 use std::process::ExitCode;
 use trueline_args::LaserPlaneArgs;
-use trueline_board::plate_stops::{self, Stop};
-use trueline_board::{sensor_file, striped};
+use trueline_board::{plate_stops, sensor_file, striped};
 use trueline_dataset::known_toml;
 use trueline_dataset::sensor_toml::{self, format_camera};
 use trueline_report::{sensor_json, sensor_text};
@@ -27,7 +26,7 @@ pub(crate) fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
     let names: Vec<&str> =
         looked.iter().filter(|(_, stop)| stop.is_ok()).map(|(name, _)| name.as_str()).collect();
     let fit = fit_plate(&striped::known(&camera), &rough, &stops)
-        .map_err(|e| Failure::new(format!("{e}{}", missing(&looked)), e.hint()))?;
+        .map_err(|e| Failure::new(format!("{e}{}", plate_stops::why_not(&looked)), e.hint()))?;
     let (reasons, warnings) = verdict::of_plate(&fit);
     let remarks = (reasons.as_slice(), warnings.as_slice());
     if let Some(out) = &args.out {
@@ -38,14 +37,10 @@ pub(crate) fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
     }
     if !args.quiet {
         output::summary(args.json.as_deref(), &sensor_text::plate_plane(&fit, &names, remarks))?;
-        let missing = missing(&looked);
+        let missing = plate_stops::why_not(&looked);
         if !missing.is_empty() {
             output::words(&format!("not used:{missing}"));
         }
     }
     Ok(if reasons.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
-}
-
-fn missing(looked: &[Stop]) -> String {
-    looked.iter().filter_map(|(name, stop)| Some(format!("\n  {name}: {}", stop.as_ref().err()?))).collect()
 }

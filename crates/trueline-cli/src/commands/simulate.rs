@@ -1,6 +1,6 @@
 //! `trueline simulate`.
 
-use super::{simulate_images, simulate_plates, simulate_production};
+use super::{simulate_boards, simulate_images, simulate_plates, simulate_production};
 use crate::failure::Failure;
 use crate::output;
 use crate::planned_scan::{self, PlannedScan};
@@ -11,6 +11,9 @@ use trueline_sim::{simulate_along, simulate_with_faults};
 
 /// Runs the command.
 pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
+    if let Some(board) = &args.boards.boards {
+        return simulate_boards::run(args, board);
+    }
     if let Some(pieces) = args.production.production {
         return simulate_production::run(&args.production, pieces, args);
     }

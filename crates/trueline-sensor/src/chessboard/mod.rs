@@ -15,10 +15,10 @@ use nalgebra::Vector2;
 use std::collections::BTreeMap;
 
 /// The window of the sub-pixel corner reaches at most this far, px.
-const FARTHEST_REACH_PX: i32 = 5;
+pub(crate) const FARTHEST_REACH_PX: i32 = 5;
 
 /// And at most this part of the way to the next corner, so that it sees one corner only.
-const REACH_PART: f64 = 0.35;
+pub(crate) const REACH_PART: f64 = 0.35;
 
 /// A board of which less than this part was found is not used.
 const LEAST_PART: f64 = 0.5;
