@@ -8,7 +8,9 @@ use scenes::{board, camera, plane, poses, striped_poses};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_geometry::Pose;
 use trueline_sensor::intrinsics::{DistortionModel, fit};
-use trueline_sensor::laser_plane::{Ground, KnownCamera, StripedView, fit_joint, joint, stripe};
+use trueline_sensor::laser_plane::{
+    Ground, KnownCamera, StripedView, fit_joint, joint, stripe, striped_picture,
+};
 use trueline_sensor::projection::{project_from_board, to_vector};
 use trueline_sensor::{Board, Gray, View, chessboard};
 use trueline_sim::boards::{BoardScene, Stripe, render};
@@ -89,6 +91,27 @@ fn a_board_of_another_size_and_a_picture_without_one_are_told() {
     assert!(matches!(error, chessboard::NoBoard::OtherSize { columns: 9, rows: 6, .. }), "{error}");
     let empty = Gray::new(320, 240, vec![90.0; 320 * 240]).unwrap();
     assert_eq!(chessboard::find(&empty, &board()).unwrap_err(), chessboard::NoBoard::Nothing);
+}
+
+/// Corners that a stripe's light falls on are moved by it, all of a row to one side. Those that are kept are as good as without laser.
+#[test]
+fn corners_under_the_stripe_are_left_out() {
+    let square = |off: &[f64]| off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64;
+    let [mut all, mut kept, mut dark] = [Vec::new(), Vec::new(), Vec::new()];
+    for (k, pose) in striped_poses(9).iter().enumerate() {
+        let lit = gray(&render(&scene(*pose, Some(laser())), 150 + k as u64));
+        let Ok(StripedView { view, .. }) = striped_picture::look(&lit, None, &camera(), &board()) else {
+            continue;
+        };
+        kept.extend(distances(&view, pose));
+        all.extend(distances(&chessboard::find(&lit, &board()).unwrap(), pose));
+        let picture = gray(&render(&scene(*pose, None), 190 + k as u64));
+        dark.extend(distances(&chessboard::find(&picture, &board()).unwrap(), pose));
+    }
+    // Some 200 corners of two axes: squares are good to 1/√200 = 7 %, three times that to a quarter.
+    assert!(kept.len() > 150 && kept.len() < all.len(), "{} of {}", kept.len(), all.len());
+    assert!(square(&kept) < 1.25 * square(&dark), "{} {}", square(&kept), square(&dark));
+    assert!(square(&all) > 1.5 * square(&dark), "{} {}", square(&all), square(&dark));
 }
 
 #[test]

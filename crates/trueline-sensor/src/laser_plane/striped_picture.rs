@@ -73,7 +73,16 @@ fn beside(view: View, stripe: &[Vector2<f64>], width_px: f64) -> View {
         stripe_distance(stripe, &corner.pixel) > window_px + width_px
     };
     let corners: Vec<FoundCorner> = view.corners.iter().copied().filter(is_free).collect();
-    if corners.len() < ENOUGH_CORNERS { view } else { View { corners, complete: false } }
+    // One row alone leaves the board free to turn about it.
+    let first = corners.first().copied();
+    let spreads = corners.iter().any(|corner| first.is_some_and(|first| corner.row != first.row))
+        && corners.iter().any(|corner| first.is_some_and(|first| corner.column != first.column));
+    let enough = spreads && corners.len() >= ENOUGH_CORNERS;
+    if enough {
+        View { complete: view.complete && corners.len() == view.corners.len(), corners }
+    } else {
+        view
+    }
 }
 
 /// From the line of a stripe to a pixel, px. A lens bends the line by less than the window is wide.
