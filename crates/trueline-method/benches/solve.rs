@@ -8,12 +8,13 @@ mod large_scan;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use large_scan::{NOISE, of_features};
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector2};
 use std::hint::black_box;
 use trueline_lsq::{LeastSquares, Loss, NormalEquations, SolveOptions, solve};
 use trueline_method::problem::line_problem::LineProblem;
 use trueline_method::problem::scalar_sums::OneByOne;
-use trueline_method::{Config, ResidualKind, calibrate, problem::line_problem};
+use trueline_method::{Config, Parameters, ResidualKind, calibrate, problem::line_problem};
+use trueline_model::{Curvature, SheetShape};
 use trueline_sim::{Preset, simulate};
 
 const TUKEY: Loss = Loss::Tukey { scale: 6.0 };
@@ -46,6 +47,27 @@ fn sums(c: &mut Criterion) {
     }
 }
 
+/// What the bow of the seam and the shape of the sensor cost.
+fn unknowns(c: &mut Criterion) {
+    let mut group = c.benchmark_group("linearize 10000");
+    let (observed, straight) = of_features(10_000);
+    let bow = Curvature { bow_m: [0.0; 2], middle_m: 0.0, half_length_m: 0.1 };
+    let bowed = Parameters { curvatures: vec![bow; straight.lines.len()], ..straight.clone() };
+    let exact = SheetShape::exact_about(&Vector2::zeros());
+    let shaped = Parameters { shape: Some(exact), ..bowed.clone() };
+    for at in [straight, bowed, shaped] {
+        let criterion = line_problem::Criterion { residual: ResidualKind::Sheet, loss: TUKEY };
+        let problem = LineProblem::new(&observed, &observed.list, criterion, &NOISE, &at);
+        let mut equations = NormalEquations::zeros(problem.dimension());
+        group.bench_function(BenchmarkId::new("unknowns", problem.dimension()), |b| {
+            b.iter(|| {
+                equations.clear();
+                problem.linearize(black_box(&at), &mut equations);
+            });
+        });
+    }
+}
+
 fn optimum(c: &mut Criterion) {
     let mut group = c.benchmark_group("solve");
     group.sample_size(20);
@@ -75,5 +97,5 @@ fn from_nothing(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, sums, optimum, from_nothing);
+criterion_group!(benches, sums, unknowns, optimum, from_nothing);
 criterion_main!(benches);
