@@ -9,8 +9,13 @@ use trueline_geometry::Segment;
 
 /// Little-endian f64 throughout: counts (observations, lines, segments), sheet (x, y, n, origin), start (offset, rotation
 /// w x y z, translation, for each line anchor and three axes), segments (start, duration, rotation w x y z, position,
-/// body rate, velocity), observations (stamp, point, whitener, line).
-pub fn write(problem: &LineProblem<'_>, start: &Parameters, file: &str) -> std::io::Result<()> {
+/// body rate, velocity), observations (stamp, point, whitener, line), standard deviations (offset, turn, shift).
+pub fn write(
+    problem: &LineProblem<'_>,
+    start: &Parameters,
+    sigma: &[f64],
+    file: &str,
+) -> std::io::Result<()> {
     let trajectory = &problem.observations.robot.trajectory;
     let mut numbers =
         vec![problem.list.len() as f64, start.lines.len() as f64, trajectory.segments().len() as f64];
@@ -28,6 +33,7 @@ pub fn write(problem: &LineProblem<'_>, start: &Parameters, file: &str) -> std::
     }
     trajectory.segments().iter().for_each(|s| numbers.extend(segment(s)));
     problem.selected().for_each(|(o, w)| numbers.extend(observation(o, w)));
+    numbers.extend(sigma);
     let mut out = std::io::BufWriter::new(std::fs::File::create(file)?);
     for number in numbers {
         out.write_all(&number.to_le_bytes())?;

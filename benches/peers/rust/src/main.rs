@@ -9,7 +9,7 @@ use nalgebra::DVector;
 use std::time::Instant;
 use trueline_method::input::noise_levels::NoiseLevels;
 use trueline_method::input::observations::{self, Observations};
-use trueline_method::problem::usable::Placed;
+use trueline_method::problem::usable::UsableObservations;
 use trueline_method::problem::line_problem::{Criterion, LineProblem};
 use trueline_method::problem::scalar_sums::OneByOne;
 use trueline_method::input::timestamps::Sampling;
@@ -37,22 +37,23 @@ fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().collect();
     let recording = recording(arguments.get(2).map(String::as_str))?;
     let config = Config::default();
-    let found = calibrate(&recording, None, &config)?.parameters;
+    let calibrated = calibrate(&recording, None, &config)?;
+    // Straight lines and the sensor as its file has it: the model of the paper, which every side solves.
+    let found = Parameters::straight(&calibrated.best_fit().guess(), calibrated.best_fit().lines.clone());
     let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
     let observed: Observations = observations::observe(&recording, &sampling, &config)?;
     let noise = NoiseLevels { robot_sigma_m: observed.robot.noise_m, stamp_sigma_s: 1e-4, factor: 1.0 };
-    let placed = Placed::safely(&observed, found.time_offset_s, 0.03);
+    let usable = UsableObservations::within(&observed, found.time_offset_s, 0.03);
     let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
-    let problem = LineProblem::new(&observed, placed.of(&observed), criterion, &noise, &found);
+    let problem = LineProblem::new(&observed, usable.of(&observed), criterion, &noise, &found);
     let start = paper_start(&found);
-    exported::write(&problem, &start, &arguments[1])?;
-
     let options = SolveOptions { step_threshold: 1e-6, ..SolveOptions::default() };
     let (solution, seconds) = fastest(|| solve(&problem, start.clone(), &[], &options));
     let solution: Solution<Parameters> = solution?;
     let covariance =
         Information::new(&solution.equations.hessian, &[], 1e-9).ok_or("no covariance")?.covariance();
     let sigma: Vec<f64> = (0..7).map(|k| covariance[(k, k)].sqrt()).collect();
+    exported::write(&problem, &start, &sigma, &arguments[1])?;
     let count = problem.list.len();
     println!(
         "{{\"side\":\"problem\",\"features\":{count},\"unknowns\":{},\"sigma\":{sigma:?}}}",
