@@ -2,6 +2,7 @@
 
 use crate::number;
 use clap::Args;
+use trueline_dataset::ProfileForm;
 use trueline_sim::{PlateForm, Plates};
 
 #[derive(Args)]
@@ -26,12 +27,20 @@ pub struct PlatesArgs {
     /// Noise of the stripe in one column of a picture, px [default: 0.5; with --plan the cell's feature_px]
     #[arg(long, requires = "plates", value_parser = number::above_zero)]
     pub column_noise_px: Option<f64>,
+    /// A profiler's profiles as profiles.parquet instead of profiles.csv
+    #[arg(long, requires = "plates", conflicts_with = "production")]
+    pub parquet: bool,
 }
 
 /// What is left of the stripe's noise where there is to be none, px: the weight of a column is finite.
 const NOISE_FREE_PX: f64 = 1e-6;
 
 impl PlatesArgs {
+    /// The form in which profiles are written.
+    pub fn profile_form(&self) -> ProfileForm {
+        if self.parquet { ProfileForm::Parquet } else { ProfileForm::Csv }
+    }
+
     /// The plates; what is not said of them is as in `usual`.
     pub fn plates(&self, usual: Plates, noise_free: bool) -> Plates {
         let form = PlateForm {

@@ -4,13 +4,15 @@ use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
 use crate::found_seams::FoundSeams;
 use crate::profile::Profile;
+use crate::profile_file::{self, ProfileFile, ProfileForm};
 use crate::recording::{Feature, PlateStripe, Recording, RobotSample, Sensor};
 use crate::sensor_setup::{RegionOfInterest, SensorSetup};
 use crate::sensor_toml::SensorFile;
 use crate::source_file;
 use crate::stripes_csv;
+use crate::whole_file;
 use crate::whole_folder::WholeFolder;
-use crate::{features_csv, known_toml, profiles_csv, robot_csv, sensor_toml};
+use crate::{features_csv, known_toml, robot_csv, sensor_toml};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::fs;
@@ -40,7 +42,7 @@ pub struct FolderContent {
     pub notes: Vec<String>,
 }
 
-/// Reads a dataset folder that may have `profiles.csv` in the place of `features.csv`.
+/// Reads a dataset folder that may have `profiles.csv` or `profiles.parquet` in the place of `features.csv`.
 ///
 /// # Errors
 /// As [`read`].
@@ -64,8 +66,8 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let robot_text = required(folder, "robot.csv", &mut load)?;
     let features_text = if found.is_none() { load("features.csv")? } else { None };
     let look_at_profiles = found.is_none() && features_text.is_none() && !folder.join("stripes.csv").exists();
-    let profiles_text = if look_at_profiles { load("profiles.csv")? } else { None };
-    let stripes_text = if found.is_none() && profiles_text.is_none() { load("stripes.csv")? } else { None };
+    let profile_file = if look_at_profiles { ProfileFile::of(folder)? } else { None };
+    let stripes_text = if found.is_none() && profile_file.is_none() { load("stripes.csv")? } else { None };
     let initial_text = load("initial.toml")?;
     let truth_text = load("truth.toml")?;
 
@@ -79,10 +81,10 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let (mut features, mut stripes, mut profiles) = (Vec::new(), Vec::new(), Vec::new());
     if let Some(found) = found {
         (features, stripes) = (found.features, found.stripes);
-    } else if let Some(text) = profiles_text {
+    } else if let Some(file) = profile_file {
         check_is_profiler(&sensor_path, &sensor)?;
-        let text = plain(&path("profiles.csv"), text, &mut notes)?;
-        profiles = profiles_csv::read(&path("profiles.csv"), text.as_slice())?;
+        inputs.insert(file.form.file_name().to_owned(), sha256(&file.bytes));
+        profiles = file.read(&mut notes)?;
     } else {
         if let Some(text) = features_text {
             let text = plain(&path("features.csv"), text, &mut notes)?;
@@ -260,13 +262,9 @@ fn sensor_text(recording: &Recording) -> String {
 /// # Errors
 /// A file that cannot be used, or a sensor that is no profiler.
 pub fn read_profiles(folder: &Path) -> Result<Option<Vec<Profile>>, Error> {
-    let file = folder.join("profiles.csv");
-    let Some(text) = load(&file, "profiles.csv", &mut BTreeMap::new())? else {
-        return Ok(None);
-    };
+    let Some(file) = ProfileFile::of(folder)? else { return Ok(None) };
     check_is_profiler(&folder.join("sensor.toml"), &read_sensor(folder)?)?;
-    let text = plain(&file, text, &mut Vec::new())?;
-    profiles_csv::read(&file, text.as_slice()).map(Some)
+    file.read(&mut Vec::new()).map(Some)
 }
 
 /// Profiles are those of a profiler.
@@ -274,22 +272,21 @@ fn check_is_profiler(file: &Path, sensor: &Sensor) -> Result<(), Error> {
     if *sensor == Sensor::Profiler {
         return Ok(());
     }
-    let expected = "\"profiler\" for profiles.csv";
+    let expected = "\"profiler\" for whole profiles";
     Err(Error::in_file(file, Problem::Value { key: "kind", expected, found: sensor.kind().to_owned() }))
 }
 
-/// Writes `profiles.csv` into a dataset folder, whole or not at all; it may not be there yet.
+/// Writes profiles into a dataset folder, whole or not at all; their file may not be there yet.
 ///
 /// # Errors
 /// A file that is there already, or that cannot be written.
-pub fn write_profiles(folder: &Path, profiles: &[Profile]) -> Result<(), Error> {
-    let file = folder.join("profiles.csv");
+pub fn write_profiles(folder: &Path, profiles: &[Profile], form: ProfileForm) -> Result<(), Error> {
+    let file = folder.join(form.file_name());
     if file.exists() {
         return Err(Error::in_file(&file, Problem::AlreadyExists));
     }
-    let unfinished = folder.join("profiles.unfinished.csv");
-    write_with(&unfinished, |out| profiles_csv::write(out, profiles))?;
-    fs::rename(&unfinished, &file).map_err(|e| Error::in_file(&file, Problem::Io(e)))
+    let bytes = profile_file::bytes_of(&file, profiles, form)?;
+    whole_file::write(&file, &bytes).map_err(|e| Error::in_file(&file, Problem::Io(e)))
 }
 
 type Loader<'a> = dyn FnMut(&str) -> Result<Option<Vec<u8>>, Error> + 'a;

@@ -39,7 +39,10 @@ mod picture_size;
 mod picture_source;
 mod problem_hint;
 pub mod profile;
+pub mod profile_file;
 pub mod profiles_csv;
+#[cfg(feature = "parquet")]
+pub mod profiles_parquet;
 pub mod recording;
 pub mod reference_file;
 pub mod result_file;
@@ -68,6 +71,7 @@ pub use images::FrameFile;
 pub use laser_channel::Channel;
 pub use picture_source::{FrameStamp, PictureFolder, PictureSource};
 pub use profile::{Profile, ProfilePoint};
+pub use profile_file::ProfileForm;
 pub use recording::{Feature, Guess, Measured, PlateStripe, Recording, RobotSample, Sensor, Truth};
 pub use reference_file::Reference;
 pub use sensor_setup::SensorSetup;

@@ -13,15 +13,15 @@ use crate::unit::{MM_PER_M, Quantity};
 use std::io::{Read, Write};
 use std::path::Path;
 
-const TIME: usize = 0;
-const FRAME: usize = 1;
+pub(crate) const TIME: usize = 0;
+pub(crate) const FRAME: usize = 1;
 /// Where the columns of a form begin.
-const FIRST: usize = 2;
+pub(crate) const FIRST: usize = 2;
 
-const SHARED: [ColumnSpec<'static>; 2] =
+pub(crate) const SHARED: [ColumnSpec<'static>; 2] =
     [required("time", Quantity::Time), optional("frame", Quantity::Count)];
 
-const LONG: [ColumnSpec<'static>; 3] = [
+pub(crate) const LONG: [ColumnSpec<'static>; 3] = [
     required("x", Quantity::Length),
     required("z", Quantity::Length),
     optional("intensity", Quantity::Plain),

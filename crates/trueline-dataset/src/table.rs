@@ -8,7 +8,7 @@ use std::io::Read;
 use std::path::Path;
 
 /// No place, picture or brightness has a number as large as this in SI units; programs write such for "nothing measured".
-const LARGEST: f64 = 1e12;
+pub(crate) const LARGEST: f64 = 1e12;
 
 /// A column that a table may have.
 #[derive(Clone, Copy, Debug)]
@@ -263,7 +263,7 @@ pub(crate) fn is_one_of(header: &str, specs: &[ColumnSpec<'_>]) -> bool {
 }
 
 /// Which column a header names, and the size of its unit.
-fn identify(header: &str, specs: &[ColumnSpec<'_>]) -> Result<(usize, f64), Problem> {
+pub(crate) fn identify(header: &str, specs: &[ColumnSpec<'_>]) -> Result<(usize, f64), Problem> {
     for (index, spec) in specs.iter().enumerate() {
         if let Some(suffix) = header.strip_prefix(spec.name)
             && let Some((_, scale)) = spec.quantity.suffixes().iter().find(|(s, _)| *s == suffix)

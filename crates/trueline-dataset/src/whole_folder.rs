@@ -6,12 +6,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What commands write into a folder, pictures aside; only such files and folders are ever replaced.
-const OURS: [&str; 17] = [
+const OURS: [&str; 18] = [
     "sensor.toml",
     "robot.csv",
     "features.csv",
     "stripes.csv",
     "profiles.csv",
+    "profiles.parquet",
     "initial.toml",
     "truth.toml",
     "truth_features.csv",

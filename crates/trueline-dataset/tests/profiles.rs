@@ -190,3 +190,156 @@ proptest! {
         let _ = profiles_csv::read(Path::new("f"), bytes.as_slice());
     }
 }
+
+#[cfg(feature = "parquet")]
+mod as_parquet {
+    use super::{Error, Path, Profile, profiles_csv};
+    use parquet::basic::{Compression, Repetition, Type};
+    use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, FloatType, Int32Type, Int64Type};
+    use parquet::file::properties::WriterProperties;
+    use parquet::file::writer::SerializedFileWriter;
+    use std::sync::Arc;
+    use trueline_dataset::profiles_parquet;
+
+    enum Values<'a> {
+        Real(&'a [f64]),
+        Single(&'a [f32]),
+        Long(&'a [i64]),
+        Short(&'a [i32]),
+        Text(&'a [&'a str]),
+        /// Numbers with nulls.
+        Holed(&'a [Option<f64>]),
+    }
+
+    /// A file as another program would write it: compressed by Snappy, as pandas does, in two groups of the same rows.
+    fn file(columns: &[(&str, Values<'_>)]) -> Vec<u8> {
+        let field = |(name, values): &(&str, Values<'_>)| {
+            let (kind, repetition) = match values {
+                Values::Real(_) => (Type::DOUBLE, Repetition::REQUIRED),
+                Values::Single(_) => (Type::FLOAT, Repetition::REQUIRED),
+                Values::Long(_) => (Type::INT64, Repetition::REQUIRED),
+                Values::Short(_) => (Type::INT32, Repetition::REQUIRED),
+                Values::Text(_) => (Type::BYTE_ARRAY, Repetition::REQUIRED),
+                Values::Holed(_) => (Type::DOUBLE, Repetition::OPTIONAL),
+            };
+            let builder = parquet::schema::types::Type::primitive_type_builder(name, kind);
+            Arc::new(builder.with_repetition(repetition).build().unwrap())
+        };
+        let schema = parquet::schema::types::Type::group_type_builder("table");
+        let schema = schema.with_fields(columns.iter().map(field).collect()).build().unwrap();
+        let settings = WriterProperties::builder().set_compression(Compression::SNAPPY).build();
+        let mut bytes = Vec::new();
+        let mut writer = SerializedFileWriter::new(&mut bytes, Arc::new(schema), Arc::new(settings)).unwrap();
+        let mut group = writer.next_row_group().unwrap();
+        for (_, values) in columns {
+            let mut column = group.next_column().unwrap().unwrap();
+            match values {
+                Values::Real(list) => column.typed::<DoubleType>().write_batch(list, None, None),
+                Values::Single(list) => column.typed::<FloatType>().write_batch(list, None, None),
+                Values::Long(list) => column.typed::<Int64Type>().write_batch(list, None, None),
+                Values::Short(list) => column.typed::<Int32Type>().write_batch(list, None, None),
+                Values::Text(list) => {
+                    let list: Vec<ByteArray> = list.iter().map(|text| ByteArray::from(*text)).collect();
+                    column.typed::<ByteArrayType>().write_batch(&list, None, None)
+                }
+                Values::Holed(list) => {
+                    let known: Vec<f64> = list.iter().flatten().copied().collect();
+                    let levels: Vec<i16> = list.iter().map(|value| i16::from(value.is_some())).collect();
+                    column.typed::<DoubleType>().write_batch(&known, Some(&levels), None)
+                }
+            }
+            .unwrap();
+            column.close().unwrap();
+        }
+        group.close().unwrap();
+        writer.close().unwrap();
+        bytes
+    }
+
+    fn read(columns: &[(&str, Values<'_>)]) -> Result<Vec<Profile>, Error> {
+        profiles_parquet::read(Path::new("profiles.parquet"), file(columns))
+    }
+
+    fn refused(columns: &[(&str, Values<'_>)]) -> String {
+        read(columns).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_same_as_the_text() {
+        let text = "time_s,frame,x_mm,z_mm,intensity\n0.1,4,-1,300,12\n0.1,4,0,301,13\n0.2,5,-1,302,14\n";
+        let profiles = profiles_csv::read(Path::new("profiles.csv"), text.as_bytes()).unwrap();
+        let bytes = profiles_parquet::bytes(&profiles).unwrap();
+        assert_eq!(profiles_parquet::read(Path::new("profiles.parquet"), bytes).unwrap(), profiles);
+    }
+
+    #[test]
+    fn numbers_of_any_width_and_unit_and_holes() {
+        let profiles = read(&[
+            ("z_mm", Values::Holed(&[Some(300.0), None, Some(f64::NAN), Some(301.0)])),
+            ("x_m", Values::Single(&[0.5, 0.25, 0.75, -0.5])),
+            (
+                "time_us",
+                Values::Long(&[
+                    1_700_000_000_000_001,
+                    1_700_000_000_000_001,
+                    1_700_000_000_000_001,
+                    1_700_000_000_000_900,
+                ]),
+            ),
+            ("frame", Values::Short(&[7, 7, 7, 8])),
+        ])
+        .unwrap();
+        // All that these fractions of two have is exact.
+        let points = |k: usize| profiles[k].points.iter().map(|p| [p.x_m, p.z_m]).collect::<Vec<_>>();
+        assert_eq!(profiles.iter().map(|p| p.frame).collect::<Vec<_>>(), [Some(7), Some(8)]);
+        assert_eq!(profiles[0].stamp_ns, 1_700_000_000_000_001_000);
+        assert_eq!(profiles[1].stamp_ns - profiles[0].stamp_ns, 899_000);
+        assert_eq!((points(0), points(1)), (vec![[0.5, 0.3]], vec![[-0.5, 0.301]]));
+    }
+
+    #[test]
+    fn what_is_no_table_of_profiles_is_refused_by_name() {
+        let x = || ("x_mm", Values::Real(&[1.0, 2.0]));
+        let z = || ("z_mm", Values::Real(&[1.0, 2.0]));
+        let time = |list| ("time_s", Values::Real(list));
+        assert!(refused(&[x(), z()]).contains("time_s"));
+        assert!(refused(&[time(&[2.0, 1.0]), x(), z()]).contains("backwards"));
+        assert!(refused(&[time(&[1.0, f64::INFINITY]), x(), z()]).contains("time_s"));
+        assert!(refused(&[time(&[1.0, 1e300]), x(), z()]).contains("time_s"));
+        assert!(refused(&[time(&[1.0, 2.0]), x(), ("z_mm", Values::Text(&["a", "b"]))]).contains("z_mm"));
+        assert!(
+            refused(&[time(&[1.0, 2.0]), x(), ("z_mm", Values::Real(&[1.0, 1e300]))]).contains("measured")
+        );
+        assert!(refused(&[time(&[1.0, 2.0]), x(), z(), ("z_m", Values::Real(&[1.0, 1.0]))]).contains("z_m"));
+        assert!(refused(&[time(&[1.0, 2.0]), x(), z(), ("frame", Values::Long(&[-1, 2]))]).contains("frame"));
+        assert!(
+            refused(&[time(&[1.0, 2.0]), x(), z(), ("width", Values::Real(&[1.0, 1.0]))]).contains("width")
+        );
+        assert!(
+            refused(&[time(&[]), ("x_mm", Values::Real(&[])), ("z_mm", Values::Real(&[]))]).contains("row")
+        );
+    }
+
+    #[test]
+    fn a_damaged_file_is_refused_or_read_and_never_more() {
+        let profile = |k: i64| Profile {
+            stamp_ns: k,
+            frame: None,
+            points: vec![trueline_dataset::ProfilePoint { x_m: 0.1, z_m: k as f64, intensity: None }; 40],
+        };
+        let bytes = profiles_parquet::bytes(&(0..20).map(profile).collect::<Vec<_>>()).unwrap();
+        let path = Path::new("profiles.parquet");
+        for end in 0..bytes.len() {
+            assert!(profiles_parquet::read(path, bytes[..end].to_vec()).is_err(), "cut at {end}");
+        }
+        for at in 0..bytes.len() {
+            for bit in 0..8 {
+                let mut flipped = bytes.clone();
+                flipped[at] ^= 1 << bit;
+                if let Err(error) = profiles_parquet::read(path, flipped) {
+                    assert!(error.to_string().contains("profiles.parquet"), "{error}");
+                }
+            }
+        }
+    }
+}

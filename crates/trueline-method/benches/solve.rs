@@ -13,9 +13,9 @@ use std::hint::black_box;
 use trueline_lsq::{LeastSquares, Loss, NormalEquations, SolveOptions, solve};
 use trueline_method::problem::line_problem::LineProblem;
 use trueline_method::problem::scalar_sums::OneByOne;
-use trueline_method::{Config, Parameters, ResidualKind, calibrate, problem::line_problem};
+use trueline_method::{Config, Measurements, Parameters, ResidualKind, calibrate, problem::line_problem};
 use trueline_model::{Curvature, SheetShape};
-use trueline_sim::{Preset, simulate};
+use trueline_sim::{Plates, Preset, scan_plates, simulate};
 
 const TUKEY: Loss = Loss::Tukey { scale: 6.0 };
 
@@ -97,5 +97,18 @@ fn from_nothing(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, sums, unknowns, optimum, from_nothing);
+/// What the plates cost beside the seam points: a whole calibration of the paper's scan of 60 s, from nothing.
+fn whole_stripes(c: &mut Criterion) {
+    let mut group = c.benchmark_group("calibrate with whole stripes");
+    group.sample_size(10);
+    let recording = scan_plates(&Preset::Paper.scenario(), &Plates::default(), 1).unwrap();
+    for measurements in [Measurements::Seam, Measurements::Stripe, Measurements::Both] {
+        let config = Config { measurements, ..Config::default() };
+        group.bench_function(measurements.name(), |b| {
+            b.iter(|| calibrate(black_box(&recording), None, &config).unwrap());
+        });
+    }
+}
+
+criterion_group!(benches, sums, unknowns, optimum, from_nothing, whole_stripes);
 criterion_main!(benches);

@@ -10,7 +10,7 @@ use trueline_dataset::dialect::plain_csv;
 use trueline_dataset::import::csv_folder::Imported;
 use trueline_dataset::import::{csv_folder, lvs_st_calib, tum};
 use trueline_dataset::{
-    PictureSource, Recording, SensorFile, WholeFolder, features_csv, folder, sensor_toml,
+    PictureSource, ProfileForm, Recording, SensorFile, WholeFolder, features_csv, folder, sensor_toml,
 };
 use trueline_mcap::{Choice, DatasetFolder, import};
 
@@ -47,7 +47,7 @@ fn import_csv(args: &ImportCsvArgs) -> Result<ExitCode, Failure> {
     let found = match profiles.len() {
         0 => format!("{} features", recording.features.len()),
         count => {
-            folder::write_profiles(whole.path(), &profiles)?;
+            folder::write_profiles(whole.path(), &profiles, ProfileForm::Csv)?;
             format!("{count} profiles")
         }
     };

@@ -51,7 +51,7 @@ fn along(
                     .ok_or_else(nothing_seen)?;
             let whole = WholeFolder::begin(&args.out, args.force)?;
             folder::write(whole.path(), &recording)?;
-            folder::write_profiles(whole.path(), &profiles)?;
+            folder::write_profiles(whole.path(), &profiles, args.plates.profile_form())?;
             whole.finish()?;
             (recording, format!("{} profiles", profiles.len()))
         }

@@ -11,7 +11,7 @@ use crate::recording::{Feature, PlateStripe, Recording, RobotSample, Sensor};
 use crate::sensor_setup::SensorSetup;
 use crate::sensor_toml::SensorFile;
 use crate::source_file;
-use crate::{features_csv, folder, profiles_csv, robot_csv, sensor_toml, stripes_csv};
+use crate::{features_csv, folder, profile_file, profiles_csv, robot_csv, sensor_toml, stripes_csv};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -103,12 +103,11 @@ impl CsvFolder {
     }
 
     fn read_profiles(&self, source: &ProfileSource, notes: &mut Vec<String>) -> Result<Vec<Profile>, Error> {
-        let bytes = as_text(
-            &source.file,
-            bytes_of(&source.file)?,
-            &|name| usize::from(profiles_csv::is_column(name)),
-            notes,
-        )?;
+        let bytes = bytes_of(&source.file)?;
+        if source.format.is_none() && bytes.starts_with(b"PAR1") {
+            return profile_file::from_parquet(&source.file, bytes);
+        }
+        let bytes = as_text(&source.file, bytes, &|name| usize::from(profiles_csv::is_column(name)), notes)?;
         let Some(format) = source.format.or_else(|| ProfileFormat::recognised(&bytes)) else {
             if begins_with_numbers(&bytes) {
                 return Err(Error::in_file(&source.file, Problem::UnknownProfileFormat));

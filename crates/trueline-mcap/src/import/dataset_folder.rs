@@ -7,7 +7,7 @@ use crate::message::content::Picture;
 use std::fs;
 use std::path::{Path, PathBuf};
 use trueline_dataset::{
-    FrameFile, FrameStamp, PictureSource, WholeFolder, folder, gray_picture, gray_png, images,
+    FrameFile, FrameStamp, PictureSource, ProfileForm, WholeFolder, folder, gray_picture, gray_png, images,
 };
 
 /// A dataset folder in the making.
@@ -34,7 +34,7 @@ impl DatasetFolder {
             fs::write(&file, text).map_err(|error| ImportError::io(&file, &error))?;
         }
         if !imported.profiles.is_empty() {
-            folder::write_profiles(self.0.path(), &imported.profiles)?;
+            folder::write_profiles(self.0.path(), &imported.profiles, ProfileForm::Csv)?;
         }
         if let Some(pictures) = &imported.pictures {
             self.write_pictures(pictures)?;
