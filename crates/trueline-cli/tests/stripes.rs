@@ -22,7 +22,11 @@ fn sigmas_off(folder: &std::path::Path, result: &Value) -> f64 {
 fn stripes_of_a_camera_and_profiles_calibrate_with_the_plates_in_the_result() {
     let dir = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| trueline(dir.path(), arguments);
-    for (preset, what) in [("quick", "both"), ("profiler", "both"), ("profiler", "stripe")] {
+    // With this bow a plate that is seen from r₁ to r₂ leans by 0.1 mm (r₁ + r₂)/(25 mm)². The camera sees both plates alike; of the
+    // profiler's the support points say r₁ + r₂ = 57.9 mm and 52.1 mm, which opens the angle by 0.053°.
+    for (preset, what, leaning_deg) in
+        [("quick", "both", 0.0), ("profiler", "both", 0.053), ("profiler", "stripe", 0.053)]
+    {
         let out = format!("{preset}-{what}");
         let simulate =
             ["simulate", "--preset", preset, "--duration-s", "8", "--plates", "--plates-deg", "95"];
@@ -44,8 +48,7 @@ fn stripes_of_a_camera_and_profiles_calibrate_with_the_plates_in_the_result() {
         }
         let angle = &result["stripes"]["joint_angles"][0];
         let (deg, sigma) = (angle["angle_deg"].as_f64().unwrap(), angle["sigma_deg"].as_f64().unwrap());
-        // The bow leans both plates the same way about the seam: the angle between them stays.
-        assert!((deg - 95.0).abs() < 4.0 * sigma, "{deg} ± {sigma}");
+        assert!((deg - 95.0 - leaning_deg).abs() < 4.0 * sigma, "{deg} ± {sigma}");
         assert!(sigmas_off(&folder, &result) < 4.0, "{out}: {result:#}");
         assert!(words(&output).contains("whole stripes"), "{}", words(&output));
     }

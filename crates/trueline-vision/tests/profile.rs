@@ -37,6 +37,9 @@ fn the_corner_is_exact_without_noise_at_any_angle() {
         let found = CornerFinder::default().find(&points).unwrap();
         // The faces are exact lines: rounding of 20 mm.
         assert!((found.point_mm - Vector2::new(1.25, -3.5)).norm() < 1e-9, "{slopes:?}: {found:?}");
+        // A scan of such points is weighed by what is stated: never by nothing.
+        let sigmas = found.covariance_mm2.diagonal().map(f64::sqrt);
+        assert!(sigmas.iter().all(|sigma| *sigma > 1e-5), "{sigmas}");
         let angle = (slopes[1].atan() - slopes[0].atan()).abs();
         assert!((found.angle_rad - angle.min(std::f64::consts::PI - angle)).abs() < 1e-9);
     }

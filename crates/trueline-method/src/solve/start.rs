@@ -114,7 +114,7 @@ pub(crate) fn mirrored(
     at: &Parameters,
 ) -> Option<Parameters> {
     let half_turn = |axis: &Vector3<f64>| so3::exp(&(axis * std::f64::consts::PI));
-    let middle = &sample[sample.len() / 2];
+    let middle = sample.get(sample.len() / 2)?;
     let base_from_tool = placement(observations, middle, at, &mut 0)?.base_from_tool.rotation;
     let line_in_tool = base_from_tool.inverse() * at.lines.first()?.direction();
     let rotation = half_turn(&line_in_tool)

@@ -99,8 +99,10 @@ impl MeetingFaces {
         let Self { faces, corner, half_lengths_mm } = self;
         let normals = Matrix2::from_rows(&faces.map(|face| square_to(&face.direction()).transpose()));
         let inverse = normals.try_inverse()?;
-        let variances =
-            faces.map(|face| face.regression.variance_at(face.along.dot(&(corner - face.origin))));
+        let variances = faces.map(|face| {
+            let there = face.along.dot(&(corner - face.origin));
+            face.regression.variance_at(there).max(LEAST_SIGMA_MM.powi(2))
+        });
         let covariance_mm2 =
             inverse * Matrix2::from_diagonal(&Vector2::from(variances)) * inverse.transpose();
         let angle_rad = normals.determinant().abs().min(1.0).asin();
