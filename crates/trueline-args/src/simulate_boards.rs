@@ -17,7 +17,8 @@ pub struct BoardsArgs {
 }
 
 /// Options that say nothing of a board.
-const NOT_OF_BOARDS: [&str; 19] = [
+const NOT_OF_BOARDS: [&str; 20] = [
+    "PathArgs",
     "preset",
     "plan",
     "random_cell",

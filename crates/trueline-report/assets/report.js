@@ -31,7 +31,8 @@
       if (used && used + wide > width - 20) { rows++; used = 0; }
       used += wide;
     }
-    return 10 + 20 * rows;
+    // A row is 14 px high, rows are 12 px apart as items are, and an axis label needs 10 px above the plot.
+    return 4 + 26 * rows;
   };
 
   const draw = {
