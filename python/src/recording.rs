@@ -181,7 +181,7 @@ impl Recording {
             let mut recording = recorded;
             let mut images_ahead_s = None;
             if align_clocks {
-                let found = clock_alignment::align(&recording, &config)
+                let found = clock_alignment::align(&recording, &config, |_| ())
                     .map_err(|error| Failure::new(error.to_string(), error.hint()))?;
                 images_ahead_s = Some(found.images_ahead_ns as f64 * 1e-9);
                 recording = Arc::new(clock_alignment::aligned(&recording, found.images_ahead_ns).into());

@@ -43,6 +43,7 @@ File names are looked up in SRC. The recording's rows are
         sensor: Option<PathBuf>,
     },
     /// CSV files of any program: robots by name, every rotation, other separators and names
+    #[command(aliases = ["mat", "matlab", "excel", "xlsx"])]
     Csv(ImportCsvArgs),
     /// A TUM trajectory (timestamp tx ty tz qx qy qz qw; s, m) as robot poses
     #[command(after_help = "Example:

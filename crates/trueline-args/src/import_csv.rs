@@ -51,6 +51,7 @@ A mapping is ours=theirs; the unit stands in our name. What is not mapped keeps 
 its name.")]
 pub struct ImportCsvArgs {
     /// Folder with the files
+    #[arg(value_parser = folder)]
     pub src: PathBuf,
     #[command(flatten)]
     pub folder: NewFolder,
@@ -111,6 +112,14 @@ fn mapping(item: &str) -> Result<ColumnMapping, String> {
         }
         _ => Err("write ours=theirs, for example x_mm=pos_x".to_owned()),
     }
+}
+
+fn folder(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if path.is_file() {
+        return Err("it is a file: give its folder, and its name as --robot-file or --profiles".to_owned());
+    }
+    Ok(path)
 }
 
 fn separator(text: &str) -> Result<Separator, String> {

@@ -124,9 +124,11 @@ impl CameraRecorder {
 
     fn take(&mut self, sink: &Sink<'_>, last: bool) -> Result<(), CameraError> {
         if last {
-            // What came before the end and was not looked at yet; a source that is behind must not delay the end.
+            // What came before the end and was not looked at yet; a source that is behind must not delay the end. Pictures of a
+            // replay stay in their folder.
             let start = Instant::now();
-            while start.elapsed() < END_WITHIN
+            while !self.is_replay
+                && start.elapsed() < END_WITHIN
                 && let Some(frame) = self.source.next(Duration::ZERO)?
             {
                 self.waiting.push_back(frame);

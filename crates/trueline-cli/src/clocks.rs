@@ -1,7 +1,7 @@
 //! `--align-clocks`: streams without a common clock.
 
 use crate::failure::Failure;
-use crate::{opening, output};
+use crate::{opening, output, progress};
 use trueline_dataset::{Profile, Recording};
 use trueline_method::Config;
 use trueline_method::diagnose::clock_alignment::{align, aligned};
@@ -12,7 +12,8 @@ pub(crate) fn align_recording(
     config: &Config,
     quiet: bool,
 ) -> Result<i64, Failure> {
-    let found = align(recording, config).map_err(|error| Failure::new(error.to_string(), error.hint()))?;
+    let tried = progress::steps(quiet, |watch| align(recording, config, watch));
+    let found = tried.map_err(|error| Failure::new(error.to_string(), error.hint()))?;
     *recording = aligned(recording, found.images_ahead_ns);
     if !quiet {
         output::words(&format!(

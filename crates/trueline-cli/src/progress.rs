@@ -4,6 +4,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
+use trueline_method::diagnose::steps::Step;
 
 /// A bar on stderr; drawn only on a terminal, and not if all is to be quiet.
 pub(crate) fn bar(total: u64, what: &'static str, quiet: bool) -> ProgressBar {
@@ -13,6 +14,20 @@ pub(crate) fn bar(total: u64, what: &'static str, quiet: bool) -> ProgressBar {
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     bar.enable_steady_tick(Duration::from_millis(500));
     bar.with_style(style).with_prefix(what)
+}
+
+/// Does work that tells what it tries next, and shows that with the time that is left as far as known.
+pub(crate) fn steps<T>(quiet: bool, work: impl FnOnce(&mut dyn FnMut(Step<'_>)) -> T) -> T {
+    let bar = bar(1, "", quiet);
+    let style = ProgressStyle::with_template("{bar:30} {eta} left, trying: {wide_msg}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let result = work(&mut |step| {
+        bar.set_length(step.of as u64);
+        bar.set_position(step.done as u64);
+        bar.set_message(step.name.to_owned());
+    });
+    bar.finish_and_clear();
+    result
 }
 
 /// Does work of which nobody knows how much is left. After a second a terminal shows for how long it has been going on.

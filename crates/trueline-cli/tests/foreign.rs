@@ -209,6 +209,9 @@ fn a_delimiter_is_never_ignored() {
             .status
             .code()
     };
+    let refused = ["import", "csv", "simulated", "--delimiter", ";", "--out", "a"];
+    let said = String::from_utf8(trueline(dir.path(), &refused).stderr).unwrap();
+    assert!(said.contains("there are no semicolons between columns, but commas"), "{said}");
     // The files have commas.
     assert_eq!(
         (import(";", "a"), import(",", "b"), import("tab", "c"), import("xy", "d")),
@@ -322,7 +325,17 @@ fn what_an_import_lacks_is_told_with_the_option_that_gives_it() {
         said.contains("neither features.csv nor profiles.csv") && said.contains("--profiles FILE"),
         "{said}"
     );
+    let file = trueline(dir.path(), &["import", "csv", "logs/robot.csv", "--out", "scan"]);
+    let said = String::from_utf8(file.stderr).unwrap();
+    assert!(file.status.code() == Some(2) && said.contains("it is a file: give its folder"), "{said}");
     fs::write(logs.join("export.csv"), keyence_rows(&recording).0.replacen("LJ-X8200\n", "", 1)).unwrap();
+    let said = refused(
+        "--robot-file log.csv --profiles export.csv --profile-format rows --x-start-mm 0 --x-step-mm 1",
+    );
+    assert!(
+        said.contains("logs/log.csv: there is no such file") && said.contains("--robot-file FILE"),
+        "{said}"
+    );
     let said = refused("--profiles export.csv");
     assert!(
         said.contains("column `time_s` is missing") && said.contains("--robot-map time_s=Zeit"),

@@ -331,6 +331,63 @@ fn a_robot_elsewhere_is_not_led() {
 }
 
 #[test]
+fn ctrl_c_ends_a_recording_of_pictures_that_is_behind_within_a_second_and_says_what_is_kept() {
+    let dir = tempfile::tempdir().unwrap();
+    let simulate = "simulate --preset good --duration-s 4 --images --out scan";
+    assert_eq!(code(&trueline(dir.path(), &simulate.split(' ').collect::<Vec<_>>())), 0);
+    // All pictures are due within 0.2 s: nobody finds the seam in so many so quickly.
+    let index = dir.path().join("scan/images/index.csv");
+    let quick = |line: &str| match line.split_once(',') {
+        Some((time_s, rest)) if time_s != "time_s" => {
+            format!("{:.6},{rest}\n", time_s.parse::<f64>().unwrap() / 20.0)
+        }
+        _ => format!("{line}\n"),
+    };
+    let text: String = fs::read_to_string(&index).unwrap().lines().map(quick).collect();
+    let all = text.lines().count() - 1;
+    fs::write(&index, text).unwrap();
+
+    let pc = address();
+    let line = format!("record --bind {pc} --replay scan --sensor scan/sensor.toml --out rec");
+    let record = start(dir.path(), &line.split(' ').collect::<Vec<_>>());
+    let robot = Robot(start(dir.path(), &["robot-sim", "--pc", &pc, "--for-s", "20"]));
+    let file = dir.path().join("rec/recording.mcap");
+    let deadline = Instant::now() + Duration::from_secs(20);
+    while fs::metadata(&file).map_or(0, |file| file.len()) < 10_000 && Instant::now() < deadline {
+        thread::sleep(Duration::from_millis(20));
+    }
+    thread::sleep(Duration::from_millis(300));
+    let stopped = Instant::now();
+    interrupt(&record);
+    let output = record.wait_with_output().unwrap();
+    let took = stopped.elapsed();
+    drop(robot);
+    let said = words(&output);
+    assert!(took < Duration::from_secs(1), "{took:?}: {said}");
+    let kept = said
+        .split("camera: ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next())
+        .unwrap_or_else(|| panic!("{said}"));
+    let kept: usize = kept.parse().unwrap();
+    assert!(0 < kept && kept < all, "it was not behind: {kept} of {all} pictures; {said}");
+    assert!(said.contains("written to rec/recording.mcap"), "{said}");
+}
+
+#[test]
+fn a_joint_is_not_looked_for_in_pictures_that_are_still_to_come() {
+    let dir = tempfile::tempdir().unwrap();
+    let refused = trueline(dir.path(), &["record", "--joint", "auto", "--out", "rec"]);
+    assert_eq!(code(&refused), 2);
+    assert!(words(&refused).contains("invalid value 'auto' for '--joint"), "{}", words(&refused));
+    let help = trueline(dir.path(), &["record", "--help"]);
+    let help = String::from_utf8(help.stdout).unwrap();
+    let joint = help.split("--joint").nth(1).unwrap().split("--want").next().unwrap();
+    assert!(joint.contains("still to come") && joint.contains("[default: fillet]"), "{joint}");
+    assert!(!dir.path().join("rec").exists());
+}
+
+#[test]
 fn recordings_survive_a_restart_junk_and_kill_9() {
     let dir = tempfile::tempdir().unwrap();
     let pc = address();

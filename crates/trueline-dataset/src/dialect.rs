@@ -58,14 +58,20 @@ impl fmt::Display for Dialect {
             Encoding::Utf16Le | Encoding::Utf16Be => write!(f, "UTF-16, ")?,
             Encoding::Latin1 => write!(f, "Latin-1, ")?,
         }
-        match self.separator {
-            Separator::Character(';') => write!(f, "semicolons between columns")?,
-            Separator::Character('\t') => write!(f, "tabs between columns")?,
-            Separator::Character(',') => write!(f, "commas between columns")?,
-            Separator::Character(other) => write!(f, "`{other}` between columns")?,
-            Separator::Blanks => write!(f, "blanks between columns")?,
+        let decimal = if self.decimal_comma { "commas" } else { "points" };
+        write!(f, "{} between columns, decimal {decimal}", self.separator)
+    }
+}
+
+impl fmt::Display for Separator {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Character(';') => write!(f, "semicolons"),
+            Self::Character('\t') => write!(f, "tabs"),
+            Self::Character(',') => write!(f, "commas"),
+            Self::Character(other) => write!(f, "`{other}`"),
+            Self::Blanks => write!(f, "blanks"),
         }
-        write!(f, ", decimal {}", if self.decimal_comma { "commas" } else { "points" })
     }
 }
 
@@ -110,7 +116,7 @@ pub fn decode(file: &Path, bytes: Vec<u8>) -> Result<(String, Encoding), Error> 
 /// A table as plain CSV with decimal points, line by line, and how it was written. A separator that the user named is used as it is.
 ///
 /// # Errors
-/// Broken UTF-16, or decimal commas beside decimal points.
+/// Broken UTF-16, decimal commas beside decimal points, or a named separator that is not there.
 pub fn plain_csv(
     file: &Path,
     bytes: Vec<u8>,
@@ -118,7 +124,13 @@ pub fn plain_csv(
 ) -> Result<(Vec<u8>, Dialect), Error> {
     source_file::expect_lines(file, &bytes)?;
     let (text, encoding) = decode(file, bytes)?;
-    let separator = separator.unwrap_or_else(|| separator_of(&text));
+    let recognised = separator_of(&text);
+    let separator = separator.unwrap_or(recognised);
+    let parts = |separator| text.lines().next().map_or(0, |header| fields(header, separator).len());
+    if parts(separator) < 2 && parts(recognised) > 1 {
+        let problem = Problem::OtherSeparator { named: separator.to_string(), found: recognised.to_string() };
+        return Err(Error::at_line(file, 1, problem));
+    }
     let decimal_comma = separator != Separator::Character(',') && has_decimal_commas(file, &text, separator)?;
     let dialect = Dialect { encoding, separator, decimal_comma };
     if separator == Separator::Character(',') {

@@ -112,6 +112,14 @@ pub enum Problem {
     /// A table that begins with its numbers.
     #[error("there is no header: the first line has numbers only")]
     NoHeader,
+    /// A separator that was named is not there.
+    #[error("there are no {named} between columns, but {found}")]
+    OtherSeparator {
+        /// What was named.
+        named: String,
+        /// What is there.
+        found: String,
+    },
     /// A table in the place of another one.
     #[error("has the columns of {looks_like}")]
     OtherTable {

@@ -30,6 +30,7 @@ impl Problem {
             | Self::NoRows => self.file_hint(),
             Self::MissingColumn { .. }
             | Self::UnknownColumn { .. }
+            | Self::OtherSeparator { .. }
             | Self::DuplicateColumn
             | Self::NoUnit { .. } => self.column_hint(),
             Self::FieldCount { .. } => "is the line cut off, or is a decimal comma used?",
@@ -48,9 +49,7 @@ impl Problem {
             | Self::Picture { .. }
             | Self::NotGray { .. } => self.picture_hint(),
             Self::TimeRunsBackwards { .. } => "did the clock jump, or are two joined? sort or split it",
-            Self::MixedDecimals { .. } => {
-                "is there a thousands separator? write every number with the same decimal sign, and none for thousands"
-            }
+            Self::MixedDecimals { .. } => "write one decimal sign everywhere, and no thousands separator",
             Self::NoRotation { .. }
             | Self::TwoRotations { .. }
             | Self::AmbiguousAngles
@@ -83,7 +82,9 @@ impl Problem {
                 "a dataset folder has sensor.toml, robot.csv and features.csv, or pictures that images/index.csv names"
             }
             Self::Io(_) => "check the path and its permissions",
-            Self::AlreadyExists => "name a new one, or let --force replace a folder that trueline wrote",
+            Self::AlreadyExists => {
+                "name a new one; --force, where a command has it, replaces a folder that trueline wrote"
+            }
             Self::NotOurs { .. } => {
                 "move it away, or name a new folder: only what trueline writes is replaced"
             }
@@ -114,6 +115,7 @@ impl Problem {
                 "correct its name or remove the column, nothing is ignored silently; `trueline import csv` takes the names and units of \
                  other programs"
             }
+            Self::OtherSeparator { .. } => "leave --delimiter out: what separates columns is recognised",
             Self::DuplicateColumn => "keep one of the two; the same quantity in two units counts as two",
             _ => "the name of a column carries its unit, for example _mm, _m, _s, _ms or _ns",
         }

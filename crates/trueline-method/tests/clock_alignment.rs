@@ -14,7 +14,7 @@ fn apart(preset: Preset, seed: u64, ahead_ns: i64) -> Recording {
 }
 
 fn check(recording: &Recording, ahead_ns: i64) {
-    let found = align(recording, &Config::default()).unwrap();
+    let found = align(recording, &Config::default(), |_| {}).unwrap();
     let moved = aligned(recording, found.images_ahead_ns);
     let calibration = calibrate(&moved, None, &Config::default()).unwrap();
     assert_eq!(calibration.status(), Status::Accepted, "{:?}", calibration.reasons());
@@ -54,7 +54,7 @@ fn a_third_of_wild_points_does_not_move_the_shift() {
             *z += 0.03 * ((k * 104_729) as f64).sin();
         }
     }
-    let found = align(&recording, &Config::default()).unwrap();
+    let found = align(&recording, &Config::default(), |_| {}).unwrap();
     let truth_ns = -50_000_000_000 + (recording.truth.unwrap().parameters.time_offset_s * 1e9) as i64;
     // Rounded to a millisecond; the estimate itself is within a hundredth of that.
     assert!((found.images_ahead_ns - truth_ns).abs() < 600_000, "{found:?}");
@@ -70,8 +70,8 @@ fn streams_of_different_scans_have_no_shift() {
     for (k, feature) in recording.features.iter_mut().enumerate() {
         feature.measured = measured[(k * 331) % count];
     }
-    let refused = align(&recording, &Config::default()).unwrap_err();
+    let refused = align(&recording, &Config::default(), |_| {}).unwrap_err();
     assert!(matches!(refused, AlignmentError::NoneFits { .. }), "{refused}");
     recording.features.truncate(20);
-    assert!(matches!(align(&recording, &Config::default()), Err(AlignmentError::TooShort { .. })));
+    assert!(matches!(align(&recording, &Config::default(), |_| {}), Err(AlignmentError::TooShort { .. })));
 }

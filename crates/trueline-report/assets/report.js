@@ -8,6 +8,7 @@
     for (let k = 0; k < binary.length; k++) bytes[k] = binary.charCodeAt(k);
     return new Float32Array(bytes.buffer);
   });
+  const DASHES = "path://M0 0H6V2H0ZM10 0H16V2H10Z";
   const raised = (e) => "10" + String(e).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]);
   const power = (v) => raised(Math.round(Math.log10(v)));
   const oneIn = (v) => (v < 1 ? "" : v < 2 ? "1 in 10" : `1 in ${raised(Math.round(v))}`);
@@ -15,8 +16,10 @@
   const round = (a) => a.limits.every((end) => Number.isInteger(end));
   const limits = (a) => (a.limits ? { min: a.limits[0], max: a.limits[1], axisLabel: { hideOverlap: true, formatter: (v) => String(+v.toPrecision(6)), showMinLabel: round(a), showMaxLabel: round(a) } } : {});
   const along = (a, extra) => axis(a.name, { ...(a.log ? logAxis : {}), inverse: a.inverse, ...limits(a), ...extra });
-  const words = (a) => (a.rarity ? { axisLabel: { hideOverlap: true, formatter: oneIn }, nameGap: 66 } : {});
-  const upright = (a, extra) => yAxis(a.name, { ...(a.log ? logAxis : {}), inverse: a.inverse, ...limits(a), ...words(a), ...extra });
+  const words = (a, room) => (a.rarity ? { axisLabel: { hideOverlap: true, formatter: oneIn }, nameGap: room } : {});
+  const upright = (a, extra, room) => yAxis(a.name, { ...(a.log ? logAxis : {}), inverse: a.inverse, ...limits(a), ...words(a, room), ...extra });
+  // Room for the longest label of an axis of how rare something is: "1 in 10", and a digit for each of the exponent's.
+  const rare = (c) => 50 + 5 * String(Math.round(c.y.limits?.[1] ?? 10)).length;
   const lead = (target) => {
     const place = document.getElementById(target);
     if (place) { location.hash = target; place.scrollIntoView({ block: "center" }); }
@@ -41,7 +44,7 @@
       // Limits on both sides of zero are one limit.
       const drawn = (m) => (Math.abs(m.at) === Math.abs(c.marks[0].at) ? "dashed" : "dotted");
       // Lines across are named in the legend: over the data a name would cover it.
-      const mark = (m) => ({ type: "line", name: m.name, data: [], color: css("--ink"), lineStyle: { type: drawn(m), width: 1 }, silent: true,
+      const mark = (m) => ({ type: "line", name: m.name, data: [], symbol: "none", color: css("--ink"), lineStyle: { type: drawn(m), width: 1 }, silent: true,
         markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--ink"), type: drawn(m), width: 1 }, data: [{ [m.upright ? "xAxis" : "yAxis"]: m.at }] } });
       const one = (s) => {
         const x = columns[s.x], y = columns[s.y], colour = css(s.colour);
@@ -49,12 +52,15 @@
         if (s.line) return line(s.name, x, y, { color: colour, showSymbol: s.dotted, sampling: s.dotted || y.some(Number.isNaN) ? undefined : "minmax", lineStyle: { width: 1.5, type: s.dashed ? "dashed" : "solid" } });
         return scatter(s.name, x, y, { color: colour, ...(s.leads_to === null ? {} : { symbol: "triangle", symbolSize: 8, large: false }) });
       };
+      // In the legend a line across is dashes, not a curve.
+      const crossing = c.marks.map((m) => m.name);
+      const named = [...new Set([...c.series.map((s) => s.name), ...crossing])].map((name) => (crossing.includes(name) ? { name, icon: DASHES } : name));
       const host = document.getElementById(c.id);
-      const ends = c.x.log || c.x.limits ? {} : { min: "dataMin", max: "dataMax", axisLabel: { hideOverlap: true, formatter: (v) => String(+v.toPrecision(6)), showMinLabel: false, showMaxLabel: false } };
+      const ends = c.x.limits ? {} : c.x.log ? { min: "dataMin", max: "dataMax" } : { min: "dataMin", max: "dataMax", axisLabel: { hideOverlap: true, formatter: (v) => String(+v.toPrecision(6)), showMinLabel: false, showMaxLabel: false } };
       const item = add(c.id, c.alternative, (size) => ({
-        ...base(), ...zoom(), grid: { ...base().grid, top: below(c, size?.width ?? host.clientWidth), ...(c.y.rarity ? { left: 84 } : {}) },
+        ...base(), ...zoom(), legend: { ...base().legend, data: named }, grid: { ...base().grid, top: below(c, size?.width ?? host.clientWidth), ...(c.y.rarity ? { left: rare(c) + 18 } : {}) },
         tooltip: { ...base().tooltip, formatter: tip },
-        xAxis: along(c.x, ends), yAxis: upright(c.y), series: [...c.series.map(one), ...c.marks.map(mark)],
+        xAxis: along(c.x, ends), yAxis: upright(c.y, {}, rare(c)), series: [...c.series.map(one), ...c.marks.map(mark)],
       }));
       item.enter = (series, index) => {
         const leads = c.series[series]?.leads_to;
@@ -82,12 +88,13 @@
 
     matrix(c) {
       const widest = Math.max(...c.rows.map((n) => n.length)), small = narrow();
-      const grid = { ...base().grid, left: Math.min(small ? 110 : 190, 12 + 6.6 * widest), right: 62, top: 12, bottom: 104 };
-      const size = keepAspect(c.id, grid, (1.6 * c.columns.length) / c.rows.length, 240, 620);
+      const grid = { ...base().grid, left: Math.min(small ? 130 : 190, 12 + 6.6 * widest), right: 62, top: 12, bottom: 104 };
+      // A row is no lower than its name.
+      const size = keepAspect(c.id, grid, (1.6 * c.columns.length) / c.rows.length, Math.max(240, 116 + 14 * c.rows.length), 620);
       const item = add(c.id, c.alternative, () => ({
         ...base(), legend: { show: false }, grid,
         tooltip: { ...base().tooltip, formatter: (q) => `${c.rows[q.value[1]]} – ${c.columns[q.value[0]]}: <b>${q.value[2].toFixed(3)}</b>` },
-        xAxis: { type: "category", data: c.columns, axisLabel: { rotate: 45, interval: 0, fontSize: 11 }, axisTick: { show: false } },
+        xAxis: { type: "category", data: c.columns, axisLabel: { rotate: small && c.columns.length > 12 ? 90 : 45, interval: 0, fontSize: small && c.columns.length > 12 ? 9 : 11 }, axisTick: { show: false } },
         yAxis: { type: "category", data: c.rows, inverse: true, axisLabel: { interval: 0, fontSize: 11, width: grid.left - 12, overflow: "truncate" }, axisTick: { show: false } },
         visualMap: { type: "continuous", min: -c.strongest, max: c.strongest, calculable: false, right: 0, top: "middle", itemWidth: 12, itemHeight: 100, text: ["+" + c.strongest, "−" + c.strongest], inRange: { color: ["#2166ac", "#92c5de", "#f7f7f7", "#f4a582", "#b2182b"] } },
         series: [{ type: "heatmap", name: "value", data: c.cells,
@@ -125,11 +132,11 @@
       const longest = Math.max(...c.names.map((name) => name.length));
       const left = (width) => Math.round(Math.min(24 + 6.6 * longest, 0.4 * width));
       const item = add(c.id, c.alternative, (size) => ({
-        ...base(), legend: { ...base().legend, show: !!c.mark, data: c.mark ? [c.mark.name] : [] }, grid: { ...base().grid, top: c.mark ? 30 : 12, left: left(size?.width ?? host.clientWidth), right: narrow() ? 56 : 76 },
+        ...base(), legend: { ...base().legend, show: !!c.mark, data: c.mark ? [{ name: c.mark.name, icon: DASHES }] : [] }, grid: { ...base().grid, top: c.mark ? 30 : 12, left: left(size?.width ?? host.clientWidth), right: narrow() ? 56 : 76 },
         tooltip: { ...base().tooltip, formatter: (q) => `${q.name}: <b>${show(q.value)}</b>` },
         xAxis: along(c.axis, { scale: false, min: low, startValue: low }), yAxis: { type: "category", data: c.names, inverse: true, axisTick: { show: false }, axisLabel: { interval: 0, fontSize: 11, lineHeight: 12, width: left(size?.width ?? host.clientWidth) - 14, overflow: "break" } },
         series: [{ type: "bar", name: c.axis.name, data: c.values, color: css("--a"), barCategoryGap: "25%", label: { show: true, position: "right", color: css("--ink"), formatter: (q) => String(+q.value.toPrecision(2)) },
-        }, ...(c.mark ? [{ type: "line", name: c.mark.name, data: [], silent: true, color: css("--bad"), lineStyle: { type: "dashed" }, markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--bad"), type: "dashed" }, data: [{ xAxis: c.mark.at }] } }] : [])],
+        }, ...(c.mark ? [{ type: "line", name: c.mark.name, data: [], silent: true, symbol: "none", color: css("--bad"), lineStyle: { type: "dashed" }, markLine: { silent: true, symbol: "none", label: { show: false }, lineStyle: { color: css("--bad"), type: "dashed" }, data: [{ xAxis: c.mark.at }] } }] : [])],
       }));
       // A bar's dimensions are its value and its place.
       item.say = (value) => { const k = c.values.findIndex((v) => v === value[0] || v === value[1]); return `${c.names[k]}: ${show(c.values[k])}`; };

@@ -1,6 +1,7 @@
 //! The certificate of a sensor that a scan has calibrated: who, when and what, its figures with their uncertainty, and which
 //! checks it passed. As a page for people, or as JSON.
 
+use crate::number::digits_for;
 use crate::page::render::render;
 use crate::page::{Block, Page, Section, Table, TableRow, Tone, Verdict};
 use crate::result;
@@ -185,7 +186,8 @@ impl Certificate {
 
     fn figure_blocks(&self) -> Vec<Block> {
         let cells = |figure: &Figure| {
-            let number = |x: f64| format!("{x:.4}");
+            let digits = digits_for(figure.sigma);
+            let number = |x: f64| format!("{x:.digits$}");
             let numbers = [figure.value, figure.sigma, figure.expanded, figure.sigma_before].map(number);
             TableRow::plain(
                 [figure.name.to_owned()].into_iter().chain(numbers).chain([figure.unit.to_owned()]).collect(),
@@ -198,8 +200,9 @@ impl Certificate {
             rows: self.figures.iter().map(cells).collect(),
         };
         let seam = self.seam_error_of_sensor_mm.map(|mm| {
+            let digits = digits_for(mm);
             Block::Text(format!(
-                "What is left of the sensor's error displaces a seam point by ± {mm:.4} mm (1 sigma)."
+                "What is left of the sensor's error displaces a seam point by ± {mm:.digits$} mm (1 sigma)."
             ))
         });
         [Block::Table(table)].into_iter().chain(seam).collect()

@@ -160,7 +160,7 @@ fn control(
             x: Axis::of("weld"),
             y: Axis::of(&format!("change ({unit})")).between(-half, half),
             series,
-            marks: vec![mark(LIMITS * widest, "+3 σ"), mark(-LIMITS * widest, "−3 σ")],
+            marks: [1.0, -1.0].map(|sign| mark(sign * LIMITS * widest, "± 3 σ")).into(),
         },
     })
 }

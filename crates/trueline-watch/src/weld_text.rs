@@ -86,9 +86,11 @@ fn blindness_text(blind_to: &[String]) -> String {
     if blind_to.iter().all(|what| what == Kind::Seam.name()) {
         return "  seam: these welds would not show where the part lies\n".to_owned();
     }
-    "  blind to: what welds like these would not show, however many; a scan of 5 s over a fixed edge shows timing, bracket and \
-     sensor: `trueline plan cell.toml --calibration RESULT --duration-s 5 --out check-scan`, to be watched with a --state of its own\n"
-        .to_owned()
+    format!(
+        "  blind to {}: welds like these would not show that, however many; a scan of 5 s over a fixed edge shows timing, bracket and \
+         sensor: `trueline plan cell.toml --calibration RESULT --duration-s 5 --out check-scan`, to be watched with a --state of its own\n",
+        blind_to.join(", ")
+    )
 }
 
 fn since_text(told: &Told) -> String {

@@ -1,28 +1,17 @@
 //! `trueline doctor`.
 
 use crate::failure::Failure;
-use crate::opening;
-use crate::output;
-use std::io::IsTerminal;
+use crate::{opening, output, progress};
 use std::process::ExitCode;
 use trueline_args::DoctorArgs;
 use trueline_dataset::folder;
-use trueline_method::{Config, diagnose::doctor};
+use trueline_method::{Config, diagnose::doctor::diagnose};
 use trueline_report::diagnosis;
 
 /// Runs the command.
 pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
     let recording = opening::open(&args.dataset, None, args.quiet)?.recording;
-    let show = !args.quiet && std::io::stderr().is_terminal();
-    let watch = |name: &str| {
-        if show {
-            output::status(&format!("trying: {name}"));
-        }
-    };
-    let found = doctor::diagnose(&recording, &Config::default(), watch);
-    if show {
-        output::status("");
-    }
+    let found = progress::steps(args.quiet, |watch| diagnose(&recording, &Config::default(), watch));
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", diagnosis::json(&found)))?;
     }
@@ -37,11 +26,8 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
             )
         })?;
         folder::write_whole(out, &mended, args.force)?;
-        output::words(&format!(
-            "{}: the dataset without the mistake: {}",
-            out.display(),
-            found.explained_by.join(", ")
-        ));
+        let mistake = found.explained_by.join(", ");
+        output::words(&format!("{}: the dataset without the mistake: {mistake}", out.display()));
     }
     Ok(if found.findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

@@ -36,6 +36,9 @@ pub(crate) fn read(args: &ImportCsvArgs) -> Result<Imported, Failure> {
 
 /// A column that is missing may have another name: the hint says how to tell.
 fn with_mapping(error: Error) -> Failure {
+    if matches!(error.problem, Problem::NoSuchFile) {
+        return Failure::new(error.to_string(), "name the robot's log: --robot-file FILE, looked up in SRC");
+    }
     let Problem::MissingColumn { name, found } = &error.problem else { return error.into() };
     let is_time =
         |theirs: &&str| ["time", "zeit", "stamp"].iter().any(|word| theirs.to_lowercase().contains(word));

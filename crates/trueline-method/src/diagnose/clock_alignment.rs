@@ -8,7 +8,9 @@
 use crate::calibrate::calibrate;
 use crate::calibration::Calibration;
 use crate::config::Config;
+use crate::diagnose::quick_fit::quick_fit;
 use crate::diagnose::shift_regression::{Place, ShiftRegression};
+use crate::diagnose::steps::{Step, Steps};
 use crate::order_statistics::median;
 use trueline_dataset::{Feature, Measured, Recording};
 
@@ -87,14 +89,22 @@ const CALIBRATED: usize = 400;
 const FITS: f64 = 5.0;
 /// Two candidates whose residuals are within this factor fit alike.
 const ALIKE: f64 = 1.3;
+/// A candidate whose quick fit leaves so many times the residuals of the best one is not calibrated.
+const HOPELESS: f64 = 4.0;
+/// A calibration takes as long as so many quick fits.
+const CALIBRATION_COSTS: usize = 4;
 /// Offsets within this are one answer, s.
 const SAME_S: f64 = 0.005;
 
-/// Searches the shift of the image stamps over every overlap of the two streams.
+/// Searches the shift of the image stamps over every overlap of the two streams; `watch` is told of each candidate before it is tried.
 ///
 /// # Errors
 /// Streams that are too short, and scans that no shift or more than one makes fit.
-pub fn align(recording: &Recording, config: &Config) -> Result<ClockAlignment, AlignmentError> {
+pub fn align(
+    recording: &Recording,
+    config: &Config,
+    watch: impl FnMut(Step<'_>),
+) -> Result<ClockAlignment, AlignmentError> {
     let too_short = AlignmentError::TooShort { seconds: LEAST_OVERLAP_S };
     let (Some(robot), Some(images)) = (recording.robot.first(), recording.features.first()) else {
         return Err(too_short);
@@ -109,8 +119,7 @@ pub fn align(recording: &Recording, config: &Config) -> Result<ClockAlignment, A
         return Err(too_short);
     }
     let thin = thinned(recording);
-    let mut found: Vec<Candidate> =
-        peaks.iter().filter_map(|peak| Candidate::of(peak, between_ns, &thin, config)).collect();
+    let mut found: Vec<Candidate> = promising(&peaks, between_ns, &thin, config, watch);
     found.sort_by(|a, b| a.residual.total_cmp(&b.residual));
     chosen(&found).ok_or(AlignmentError::NoneFits { percent: 100.0 * peaks[0].explained })?
 }
@@ -126,6 +135,38 @@ pub fn aligned(recording: &Recording, images_ahead_ns: i64) -> Recording {
         stripe.stamp_ns -= images_ahead_ns;
     }
     moved
+}
+
+/// Candidates that fit: all are fitted quickly, and those that come near the best of them are calibrated.
+fn promising(
+    peaks: &[Peak],
+    between_ns: i64,
+    recording: &Recording,
+    config: &Config,
+    watch: impl FnMut(Step<'_>),
+) -> Vec<Candidate> {
+    let mut steps = Steps::new(watch);
+    steps.expect(peaks.len() + CALIBRATION_COSTS);
+    let mut left = Vec::new();
+    for peak in peaks {
+        steps.begin(&name(peak, between_ns), 1);
+        let fit = quick_fit(&aligned(recording, between_ns + nanoseconds(peak.shift_s)), config);
+        left.push(fit.map_or(f64::INFINITY, |fit| fit.noise_factor / fit.explained));
+    }
+    let best = left.iter().copied().fold(f64::INFINITY, f64::min);
+    let near: Vec<&Peak> =
+        peaks.iter().zip(&left).filter(|(_, left)| **left <= HOPELESS * best).map(|(peak, _)| peak).collect();
+    steps.expect(near.len().saturating_sub(1) * CALIBRATION_COSTS);
+    let calibrated = near.into_iter().filter_map(|peak| {
+        steps.begin(&name(peak, between_ns), CALIBRATION_COSTS);
+        Candidate::of(peak, between_ns, recording, config)
+    });
+    calibrated.collect()
+}
+
+/// What a shift means, for whoever waits.
+fn name(peak: &Peak, between_ns: i64) -> String {
+    format!("image stamps {:.1} s ahead", between_ns as f64 * 1e-9 + peak.shift_s)
 }
 
 /// A shift whose calibration fits.

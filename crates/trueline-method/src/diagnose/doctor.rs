@@ -10,6 +10,7 @@ use crate::diagnose::pose_mistakes::POSE_MISTAKES;
 use crate::diagnose::quick_fit::quick_fit;
 use crate::diagnose::sensor_mistakes::SENSOR_MISTAKES;
 use crate::diagnose::stamp_rate::stamp_rate;
+use crate::diagnose::steps::{Step, Steps};
 use crate::{Calibration, Error, Reason};
 use trueline_dataset::Recording;
 
@@ -127,12 +128,22 @@ const FEW: usize = 400;
 const PROMISING: usize = 5;
 /// … if their residuals are within this factor of the smallest.
 const NEARLY_BEST: f64 = 2.0;
+/// Measured on a scan that nothing explains, in quick fits of [`FEW`] features: a calibration of [`FEATURES`], …
+const CALIBRATION_COSTS: usize = 20;
+/// … the search for a crop, for the rate of the stamps, and for the scale of an axis.
+const CROP_COSTS: usize = 50;
+/// See [`CROP_COSTS`].
+const RATE_COSTS: usize = 6;
+/// See [`CROP_COSTS`].
+const SCALE_COSTS: usize = 5;
 
-/// Examines a recording; `watch` is told the name of each trial before it begins.
-pub fn diagnose(recording: &Recording, config: &Config, mut watch: impl FnMut(&str)) -> Diagnosis {
+/// Examines a recording; `watch` is told of each trial before it begins.
+pub fn diagnose(recording: &Recording, config: &Config, watch: impl FnMut(Step<'_>)) -> Diagnosis {
     let thin = thinned(recording, FEATURES);
     // A shape of the sensor would take up part of what a mistake makes; robot and bias only widen what is said.
-    watch("as recorded");
+    let mut steps = Steps::new(watch);
+    steps.expect(CALIBRATION_COSTS);
+    steps.begin("as recorded", CALIBRATION_COSTS);
     let noise_only = Config::noise_only();
     let config = &Config {
         sensor: noise_only.sensor,
@@ -143,7 +154,7 @@ pub fn diagnose(recording: &Recording, config: &Config, mut watch: impl FnMut(&s
     let result = calibrate(&thin, None, config);
     let as_recorded = outcome(&result);
     let is_well = as_recorded.is_noise() && !as_recorded.sensor_is_off;
-    let trials = if is_well { Vec::new() } else { try_all(&as_recorded, &thin, config, &mut watch) };
+    let trials = if is_well { Vec::new() } else { try_all(&as_recorded, &thin, config, &mut steps) };
     let explained = explanations(&as_recorded, &trials);
     let explained_by = explained.iter().map(|(name, _)| *name).collect();
     let mut findings: Vec<String> = explained.into_iter().map(|(_, words)| words).collect();
@@ -210,25 +221,26 @@ fn try_all(
     as_recorded: &Outcome,
     recording: &Recording,
     config: &Config,
-    watch: &mut impl FnMut(&str),
+    steps: &mut Steps<impl FnMut(Step<'_>)>,
 ) -> Vec<Trial> {
     let listed = MISTAKES.iter().chain(&POSE_MISTAKES).chain(&SENSOR_MISTAKES);
     let listed =
         listed.map(|mistake| (mistake.name, mistake.says.to_owned(), Mend::Listed(mistake.mend))).collect();
     let few = thinned(recording, FEW);
-    let mut trials = tried(recording, &few, listed, config, watch);
+    let mut trials = tried(recording, &few, listed, config, steps);
     if explanations(as_recorded, &trials).is_empty() {
-        watch("cropped images");
+        steps.expect(CROP_COSTS + RATE_COSTS + 3 * SCALE_COSTS);
+        steps.begin("cropped images", CROP_COSTS);
         let mut estimated: Vec<Estimated> = crop(&few, config).into_iter().collect();
-        watch("rate of the image stamps");
+        steps.begin("rate of the image stamps", RATE_COSTS);
         estimated.extend(stamp_rate(&few, config));
         for axis in 0..3 {
-            watch("scale of an axis");
+            steps.begin("scale of an axis", SCALE_COSTS);
             estimated.extend(axis_scale(&few, config, axis));
         }
         let estimated = estimated.into_iter();
         let estimated = estimated.map(|found| (found.name(), found.says(), Mend::Estimated(found))).collect();
-        trials.extend(tried(recording, &few, estimated, config, watch));
+        trials.extend(tried(recording, &few, estimated, config, steps));
     }
     trials
 }
@@ -239,12 +251,15 @@ fn tried(
     few: &Recording,
     candidates: Vec<Candidate>,
     config: &Config,
-    watch: &mut impl FnMut(&str),
+    steps: &mut Steps<impl FnMut(Step<'_>)>,
 ) -> Vec<Trial> {
     let mut screened: Vec<(f64, Trial)> = Vec::new();
-    for (name, says, mend) in candidates {
-        let Some(mended) = mend.of(few) else { continue };
-        watch(name);
+    let possible =
+        candidates.into_iter().filter_map(|(name, says, mend)| Some((name, says, mend.of(few)?, mend)));
+    let possible: Vec<_> = possible.collect();
+    steps.expect(possible.len());
+    for (name, says, mended, mend) in possible {
+        steps.begin(name, 1);
         let fit = quick_fit(&mended, config);
         let outcome = match &fit {
             Ok(fit) => Outcome {
@@ -260,10 +275,14 @@ fn tried(
     }
     screened.sort_by(|a, b| a.0.total_cmp(&b.0));
     let best = screened.first().map_or(f64::INFINITY, |(left, _)| *left);
+    let is_promising = |k: usize, left: f64| k < PROMISING && left <= NEARLY_BEST * best;
+    let count = screened.iter().enumerate().filter(|(k, (left, _))| is_promising(*k, *left)).count();
+    steps.expect(count * CALIBRATION_COSTS);
     let again = |(k, (left, trial)): (usize, (f64, Trial))| {
-        if k >= PROMISING || left > NEARLY_BEST * best {
+        if !is_promising(k, left) {
             return Some(trial);
         }
+        steps.begin(trial.name, CALIBRATION_COSTS);
         let outcome = outcome(&calibrate(&trial.mend.of(recording)?, None, config));
         Some(Trial { outcome, is_screened: false, ..trial })
     };

@@ -12,3 +12,4 @@ mod quick_fit;
 pub(crate) mod sensor_mistakes;
 mod shift_regression;
 mod stamp_rate;
+pub mod steps;

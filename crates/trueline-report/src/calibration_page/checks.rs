@@ -104,7 +104,9 @@ fn spectrum(shown: &Shown<'_>) -> Chart {
     let unknowns = names(c.best_fit().lines.len());
     let name = |made_of: &Vec<usize>| {
         let two = made_of.iter().take(2).filter_map(|k| unknowns.get(*k));
-        two.cloned().collect::<Vec<_>>().join(" and ")
+        let named = two.cloned().collect::<Vec<_>>().join(" and ");
+        // None carries a fifth of it.
+        if named.is_empty() { "several together".to_owned() } else { named }
     };
     Chart {
         id: "spectrum",
@@ -177,10 +179,11 @@ fn held_out(shown: &Shown<'_>) -> Option<Chart> {
         .map(|part| format!("{what} {:.1}–{:.1} s", part.span_s[0], part.span_s[1]))
         .collect();
     let c = shown.calibration;
-    let of = |part: &trueline_method::assess::cross_validation::Part| -> Vec<f64> {
-        (0..LINES).map(|k| c.sigma(k).map_or(f64::NAN, |_| part.sigmas[k])).collect()
-    };
-    let values = check.parts.iter().flat_map(of).collect();
+    // What the scan does not show has nothing to move.
+    let known: Vec<usize> = (0..LINES).filter(|k| c.sigma(*k).is_some()).collect();
+    let all = names(0);
+    let columns = known.iter().map(|k| all[*k].clone()).collect();
+    let values = check.parts.iter().flat_map(|part| known.iter().map(|k| part.sigmas[*k])).collect();
     Some(Chart {
         id: "held-out",
         title: "Leave-one-part-out check",
@@ -193,6 +196,6 @@ fn held_out(shown: &Shown<'_>) -> Option<Chart> {
             "Matrix: parts of the scan left out in turn against unknowns, change in standard deviations"
                 .to_owned(),
         wide: false,
-        drawn: Drawn::Matrix(Matrix { columns: names(0), rows, values, strongest: 5.0 }),
+        drawn: Drawn::Matrix(Matrix { columns, rows, values, strongest: 5.0 }),
     })
 }

@@ -11,6 +11,8 @@ use trueline_method::order_statistics::median;
 
 /// Over how long a speed is taken, s: shorter is noise, longer hides turns.
 const WINDOW_S: f64 = 0.1;
+/// Between two recordings that were joined nothing is known of the motion, s.
+const GAP_S: f64 = 1.0;
 /// Places at which the motion is drawn.
 const PLACES: usize = 1500;
 /// Tilt about an axis that is plenty, and that is little, from end to end: ± 10° and ± 3°.
@@ -24,6 +26,14 @@ struct Moment {
     turning_rad_s: f64,
     /// Turn from the mean attitude, about the tool's axes, rad.
     tilt_rad: Vector3<f64>,
+}
+
+impl Moment {
+    /// A gap in every line.
+    fn unknown(time_s: f64) -> Self {
+        let none = f64::NAN;
+        Self { time_s, speed_m_s: none, turning_rad_s: none, tilt_rad: Vector3::repeat(none) }
+    }
 }
 
 pub(super) fn blocks(shown: &Shown<'_>, columns: &mut Columns) -> Vec<Block> {
@@ -49,6 +59,10 @@ fn moments(robot: &[RobotSample]) -> Vec<Moment> {
         let end = robot[start..].iter().find(|sample| time_s(sample) - time_s(begin) >= WINDOW_S);
         let Some(end) = end else { break };
         let passed_s = time_s(end) - time_s(begin);
+        if passed_s > GAP_S {
+            moments.push(Moment::unknown(time_s(begin)));
+            continue;
+        }
         let way = end.base_from_tool.translation.vector - begin.base_from_tool.translation.vector;
         moments.push(Moment {
             time_s: time_s(begin),
@@ -86,6 +100,8 @@ fn coverage(moments: &[Moment]) -> Table {
                 span if span >= LITTLE_DEG => "◐ little",
                 _ => "○ hardly any",
             };
+            // No minus before a zero.
+            let [low, high] = [low, high].map(|deg| (10.0 * deg).round() / 10.0 + 0.0);
             let reached = format!("{low:.1}° … {high:.1}°");
             TableRow::plain(vec![format!("turn about the tool's {axis}"), reached, light.to_owned()])
         })

@@ -122,6 +122,10 @@ pub enum Colour {
     C,
     /// Fourth.
     D,
+    /// Fifth.
+    E,
+    /// Sixth.
+    F,
     /// Something is wrong.
     Bad,
     /// In the background.
@@ -129,10 +133,10 @@ pub enum Colour {
 }
 
 impl Colour {
-    /// The first four, again and again.
+    /// The first six, again and again.
     #[must_use]
     pub fn of(k: usize) -> Self {
-        [Self::A, Self::B, Self::C, Self::D][k % 4]
+        [Self::A, Self::B, Self::C, Self::D, Self::E, Self::F][k % 6]
     }
 
     fn name(self) -> &'static str {
@@ -141,6 +145,8 @@ impl Colour {
             Self::B => "--b",
             Self::C => "--c",
             Self::D => "--d",
+            Self::E => "--e",
+            Self::F => "--f",
             Self::Bad => "--bad",
             Self::Soft => "--soft",
         }

@@ -62,8 +62,10 @@ fn inside(cell: &CellView, now_s: i64) -> String {
 }
 
 /// How the chart above it is read.
-const IMPROBABLE: &str =
-    "<p class=\"soft\">3 is once in 1,000 welds, 6 once in a million. Above the dashed line is an alarm.</p>";
+const IMPROBABLE: &str = "<p class=\"soft\">3 is once in 1,000 welds, 6 once in a million, 20 as rare as that or rarer. Above the \
+     dashed line is an alarm.</p>";
+/// What is rarer is drawn here: else an alarm of a thousand zeros would hide everything that comes near the line.
+const RAREST_SHOWN: f64 = 20.0;
 
 fn now(cell: &CellView, last: &HistoryRow, now_s: i64) -> String {
     let line = cell.last.as_ref().unwrap_or(&Value::Null);
@@ -133,7 +135,7 @@ fn improbable(history: &[HistoryRow]) -> Trend {
         name: kind.name(),
         points: history
             .iter()
-            .map(|row| [row.number as f64, row.p_log10.get(k).map_or(f64::NAN, |p| -p)])
+            .map(|row| [row.number as f64, row.p_log10.get(k).map_or(f64::NAN, |p| (-p).min(RAREST_SHOWN))])
             .collect(),
         ..Series::default()
     };

@@ -127,6 +127,9 @@ impl Store {
     /// A file that is not there, or not one of this program and version.
     pub fn open_to_read(file: &Path) -> Result<Self, StoreError> {
         let failed = |source| StoreError::Database { file: file.to_owned(), source };
+        if !file.exists() {
+            return Err(StoreError::Missing { file: file.to_owned() });
+        }
         let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY;
         let connection = Connection::open_with_flags(file, flags).map_err(failed)?;
         connection.busy_timeout(PATIENCE).map_err(failed)?;

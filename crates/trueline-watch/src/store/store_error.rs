@@ -13,6 +13,12 @@ pub enum StoreError {
         /// Why.
         source: rusqlite::Error,
     },
+    /// There is no state to read.
+    #[error("{}: there is no such state file", file.display())]
+    Missing {
+        /// The file.
+        file: PathBuf,
+    },
     /// Written by a newer program.
     #[error("{}: has version {found} of the state, and this program knows {known}", file.display())]
     Newer {
@@ -47,6 +53,9 @@ impl StoreError {
     pub fn hint(&self) -> &'static str {
         match self {
             Self::Database { .. } => "can the file and its folder be written, and is there room on the disk?",
+            Self::Missing { .. } => {
+                "`trueline watch --state FILE --calibration RESULT WELD…` makes one with the first weld"
+            }
             Self::Newer { .. } => "use the newer trueline, or name another --state file",
             Self::Foreign { .. } => "name another --state file; a new one is made where there is none",
             Self::Damaged { .. } => "restore the file from a backup, or name another --state file",
