@@ -243,7 +243,7 @@ fn heat(
         cells,
         strongest,
         unit: unit.to_owned(),
-        short: String::new(),
+        short: unit.to_owned(),
         signed: false,
         equal: true,
     };
