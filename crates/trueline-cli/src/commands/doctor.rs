@@ -20,10 +20,8 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
     }
     if let Some(out) = &args.fix {
         let mended = found.mended(&recording).ok_or_else(|| {
-            Failure::new(
-                format!("{}: not written: no single mistake explains the fit", out.display()),
-                "what is found is listed above; change the files by hand, and try again",
-            )
+            let what = format!("{}: not written: no single mistake explains the fit", out.display());
+            Failure::new(what, "what is found is listed above; change the files by hand, and try again")
         })?;
         folder::write_whole(out, &mended, args.force)?;
         let mistake = found.explained_by.join(", ");

@@ -82,10 +82,9 @@ fn timing(args: &ImportCsvArgs) -> Result<Option<Timing>, Failure> {
         return Ok(None);
     };
     if !(hz > 0.0 && hz.is_finite() && start_s.abs() < 9e9) {
-        return Err(Failure::new(
-            format!("`--profile-rate-hz`: expected a rate above zero, found {hz}, from {start_s} s on"),
-            "for example --profile-start-s 0 --profile-rate-hz 200",
-        ));
+        let what =
+            format!("`--profile-rate-hz`: expected a rate above zero, found {hz}, from {start_s} s on");
+        return Err(Failure::new(what, "for example --profile-start-s 0 --profile-rate-hz 200"));
     }
     Ok(Some(Timing::Rate { first_ns: (start_s * 1e9).round() as i64, hz }))
 }
