@@ -108,7 +108,8 @@ pub fn solve<P: LeastSquares>(
     if !equations.is_finite() {
         return Err(SolveError::NotFiniteAtStart);
     }
-    let mut search = Search { problem, fixed, equations, state: start, iterations: Vec::new() };
+    let tried = NormalEquations::zeros(problem.dimension());
+    let mut search = Search { problem, fixed, equations, tried, state: start, iterations: Vec::new() };
     let termination = search.run(options);
     Ok(Solution {
         state: search.state,
@@ -122,6 +123,8 @@ struct Search<'a, P: LeastSquares> {
     problem: &'a P,
     fixed: &'a [usize],
     equations: NormalEquations,
+    /// Those at the step that is tried.
+    tried: NormalEquations,
     state: P::State,
     iterations: Vec<Iteration<P::State>>,
 }
@@ -178,14 +181,16 @@ impl<P: LeastSquares> Search<'_, P> {
         Termination::IterationLimit { iterations: self.iterations.len(), threshold: options.max_iterations }
     }
 
-    /// Tries a step; takes it and linearises anew if it lowers the cost.
+    /// Tries a step, and takes it if it lowers the cost. The equations there are summed at once: nearly every step is taken, and a pass
+    /// for the cost alone takes half as long as one for all of them.
     fn attempt(&mut self, step: &DVector<f64>, damping: f64, length: f64, promised: f64) -> (bool, f64, f64) {
         let cost = self.equations.cost;
         let next = self.problem.retract(&self.state, step);
-        let next_cost = self.problem.cost(&next);
-        let decrease = cost - next_cost;
+        self.tried.clear();
+        self.problem.linearize(&next, &mut self.tried);
+        let decrease = cost - self.tried.cost;
         let gain_ratio = if promised > 0.0 { decrease / promised } else { 0.0 };
-        let accepted = next_cost.is_finite() && decrease >= 0.0 && gain_ratio > 0.0;
+        let accepted = self.tried.is_finite() && decrease >= 0.0 && gain_ratio > 0.0;
         self.iterations.push(Iteration {
             state: self.state.clone(),
             cost,
@@ -196,8 +201,7 @@ impl<P: LeastSquares> Search<'_, P> {
         });
         if accepted {
             self.state = next;
-            self.equations.clear();
-            self.problem.linearize(&self.state, &mut self.equations);
+            std::mem::swap(&mut self.equations, &mut self.tried);
         }
         (accepted, gain_ratio, decrease)
     }
