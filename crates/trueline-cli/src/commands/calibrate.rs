@@ -3,9 +3,7 @@
 use super::calibrate_board;
 use crate::clocks;
 use crate::failure::Failure;
-use crate::opening;
-use crate::output;
-use crate::progress;
+use crate::{opening, output, progress};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;

@@ -1,8 +1,7 @@
 //! `trueline evaluate`.
 
 use crate::failure::Failure;
-use crate::opening;
-use crate::output;
+use crate::{opening, output};
 use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::EvaluateArgs;

@@ -1,8 +1,7 @@
 //! `trueline simulate --images`.
 
 use crate::failure::Failure;
-use crate::output;
-use crate::progress;
+use crate::{output, progress};
 use std::process::ExitCode;
 use trueline_args::SimulateArgs;
 use trueline_dataset::{WholeFolder, folder};
