@@ -42,15 +42,21 @@ fn a_drifting_clock_is_mapped_within_what_the_exchange_allows() {
         assert!(bounds.contains(&sample.device_ns), "the latch lies between question and answer: {sample:?}");
     }
     let map = LatchMap::of(&samples).unwrap();
+    let mut round_trips_ns: Vec<i64> = samples.iter().map(|s| s.after_ns - s.before_ns).collect();
+    round_trips_ns.sort_unstable();
+    // The map is made of the quickest quarter. Each of these may be off by half its round trip, so the offset by as much, and the rate
+    // by twice as much over the three seconds: again as much in the middle, twice as much at the ends.
+    let allowed_s = round_trips_ns[29] as f64 * 0.5e-9;
     let middle_ns = samples[60].before_ns;
-    // The rate is not exact, so the map is best in the middle.
-    for (at_ns, sigmas) in [(samples[0].before_ns, 2.0), (middle_ns, 1.0), (samples[119].after_ns, 2.0)] {
+    for (at_ns, times) in [(samples[0].before_ns, 3.0), (middle_ns, 2.0), (samples[119].after_ns, 3.0)] {
         let error_ns = error_ns(&map, &device, at_ns);
-        assert!((error_ns.abs() as f64) < sigmas * map.sigma_s * 1e9 + 2000.0, "{error_ns} ns, {map:?}");
+        assert!(
+            (error_ns.abs() as f64) < times * allowed_s * 1e9 + 2000.0,
+            "{error_ns} ns, {allowed_s} s, {map:?}"
+        );
     }
     assert!(map.sigma_s < 5e-3, "{map:?}");
-    // Over three seconds half a round trip is a rate.
-    assert!((map.drift_ppm - 50.0).abs() < map.sigma_s / 3.0 * 1e6 + 1.0, "{map:?}");
+    assert!((map.drift_ppm - 50.0).abs() < 2.0 * allowed_s / 3.0 * 1e6 + 1.0, "{allowed_s} s, {map:?}");
     assert!(map.contradiction_s <= map.sigma_s, "{map:?}");
 }
 

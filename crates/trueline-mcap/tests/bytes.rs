@@ -136,8 +136,10 @@ proptest! {
             *at.get_mut(&mut bytes) = byte;
         }
         drop(message::decode(good[which].schema, "ros1", &bytes));
-        bytes.truncate(cut.index(bytes.len()));
-        prop_assert!(message::decode(good[which].schema, "ros1", &bytes).is_err());
+        let end = cut.index(bytes.len());
+        // A length that was changed may fit what is left: only one that is cut and nothing else is sure to be refused.
+        drop(message::decode(good[which].schema, "ros1", &bytes[..end]));
+        prop_assert!(message::decode(good[which].schema, "ros1", &good[which].bytes[..end]).is_err());
     }
 
     /// Whatever is asked for, in whatever order.
