@@ -4,21 +4,21 @@ import re
 from pathlib import Path
 
 VERDICT = Path("crates/trueline-method/src/verdict")
+# A warning that names a cause has the cause's code.
+CAUSES = VERDICT.parent / "assess/cause_kind.rs"
 CODE = re.compile(r'=> "([a-z][a-z0-9-]*)"')
 
 
 def codes_of(source: Path) -> list[str]:
-    """The codes that a file of the verdict gives, in their order."""
-    text = source.read_text()
-    body = text.split("fn code(&self)", 1)[1].split("\n    }\n", 1)[0]
-    # Warnings of one kind that name a cause each have the cause's code.
-    causes = text.split("fn cause_code(", 1)[1].split("\n}\n", 1)[0] if "fn cause_code(" in text else ""
-    return CODE.findall(body) + CODE.findall(causes)
+    """The codes that a file gives, in their order."""
+    body = re.split(r"fn code\(&?self\)", source.read_text(), maxsplit=1)[1].split("\n    }\n", 1)[0]
+    return CODE.findall(body)
 
 
 def check(root: Path, pages: Path) -> list[str]:
     """A page for each reason, a section for each warning, and none for codes that do not exist; returns what is wrong."""
     reasons, warnings = (codes_of(root / VERDICT / name) for name in ("reason.rs", "warning.rs"))
+    warnings += codes_of(root / CAUSES)
     faults = [] if reasons and warnings else [f"no codes were found in {VERDICT}"]
     folder = pages / "how-to/not-accepted"
     written = {page.stem for page in folder.glob("*.md")} - {"index", "warnings"}
