@@ -39,6 +39,7 @@ mod plan;
 mod protocol;
 mod rapid;
 mod requirement;
+mod robot_program;
 mod robot_sim;
 mod scan;
 mod sensor;
@@ -68,6 +69,7 @@ pub use new_folder::NewFolder;
 pub use plan::PlanArgs;
 pub use rapid::RapidArgs;
 pub use requirement::Want;
+pub use robot_program::RobotProgramArgs;
 pub use robot_sim::{Mode, RobotSimArgs};
 pub use scan::{CameraArgs, RecordArgs, ScanArgs};
 pub use sensor::{IntrinsicsArgs, LaserPlaneArgs, SensorArgs, SensorCommand};
@@ -183,6 +185,8 @@ pub enum Command {
     Scan(ScanArgs),
     /// Write a RAPID module for a planned path
     Rapid(RapidArgs),
+    /// Write a robot's own program for a path, with what it needs to stream its poses meanwhile
+    RobotProgram(RobotProgramArgs),
     /// Run a simulated robot controller with EGM
     RobotSim(RobotSimArgs),
     /// A simulated controller of another make that streams its poses: UR, FANUC, KUKA

@@ -6,6 +6,7 @@ use crate::robot_sim::{MODES, Mode};
 use clap::Args;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use trueline_live::rapid::RapidCell;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -57,4 +58,23 @@ pub struct RapidArgs {
     /// \CommTimeout of the guidance, s
     #[arg(long, default_value_t = 0.2)]
     pub timeout_s: f64,
+}
+
+impl RapidArgs {
+    /// Names and figures of the module.
+    #[must_use]
+    pub fn cell(&self) -> RapidCell {
+        RapidCell {
+            module: self.module.clone(),
+            tool: self.tool.clone(),
+            work_object: self.work_object.clone(),
+            device: self.device.clone(),
+            mechanical_unit: self.mechanical_unit.clone(),
+            task: self.task.clone(),
+            pc: self.pc,
+            approach_mm_s: self.approach_mm_s,
+            speed_deviation_deg_s: self.speed_deviation_deg_s,
+            timeout_s: self.timeout_s,
+        }
+    }
 }

@@ -74,6 +74,7 @@ fn execute(arguments: &Arguments) -> ExitCode {
         Command::Record(args) => commands::record::run(args),
         Command::Scan(args) => commands::scan::run(args),
         Command::Rapid(args) => commands::rapid::run(args),
+        Command::RobotProgram(args) => commands::robot_program::run(args),
         Command::StreamSim(args) => commands::stream_sim::run(args),
         Command::RobotSim(args) => commands::robot_sim::run(args),
         #[cfg(feature = "gige")]

@@ -4,8 +4,8 @@ use crate::failure::Failure;
 use crate::planned_scan::{PATH, read_text};
 use std::path::{Path, PathBuf};
 use trueline_dataset::{RobotSample, robot_csv};
-use trueline_geometry::{Pose, Trajectory};
-use trueline_live::pose_feed::small_s;
+use trueline_geometry::Trajectory;
+use trueline_live::pose_feed::{small_s, through};
 
 /// The poses of a path.
 ///
@@ -28,9 +28,7 @@ pub(crate) fn file(path: &Path) -> PathBuf {
 pub(crate) fn trajectory(path: Option<&Path>) -> Result<Trajectory, Failure> {
     let Some(path) = path else { return Ok(small_s()) };
     let poses = read(path)?;
-    let times = poses.iter().map(|p| (p.stamp_ns - poses[0].stamp_ns) as f64 * 1e-9).collect();
-    let poses: Vec<Pose> = poses.iter().map(|p| p.base_from_tool).collect();
-    Trajectory::new(times, &poses).map_err(|error| {
+    through(&poses).map_err(|error| {
         let message = format!("{}: {error}", file(path).display());
         Failure::new(message, "a path has poses at rising times")
     })

@@ -1,6 +1,8 @@
 //! Where a simulated robot is while its own program moves it.
 
 use nalgebra::Vector3;
+use trueline_dataset::RobotSample;
+use trueline_geometry::trajectory::TrajectoryError;
 use trueline_geometry::{Pose, Trajectory, so3};
 
 /// A path with a rest before and after it.
@@ -49,4 +51,24 @@ pub fn small_s() -> Trajectory {
         poses.push(Pose::from_parts(position.into(), down * so3::exp(&turn)));
     }
     Trajectory::new(times, &poses).unwrap_or_else(|_| unreachable!("its times rise"))
+}
+
+/// The trajectory through a path's poses, from time zero.
+///
+/// # Errors
+/// Times that do not rise.
+pub fn through(path: &[RobotSample]) -> Result<Trajectory, TrajectoryError> {
+    let times = path.iter().map(|p| (p.stamp_ns - path[0].stamp_ns) as f64 * 1e-9).collect();
+    let poses: Vec<Pose> = path.iter().map(|p| p.base_from_tool).collect();
+    Trajectory::new(times, &poses)
+}
+
+/// A path at a share of its own pace, which takes the longer.
+#[must_use]
+pub fn at_pace(mut path: Vec<RobotSample>, pace: f64) -> Vec<RobotSample> {
+    let first_ns = path.first().map_or(0, |p| p.stamp_ns);
+    for pose in &mut path {
+        pose.stamp_ns = first_ns + ((pose.stamp_ns - first_ns) as f64 / pace).round() as i64;
+    }
+    path
 }

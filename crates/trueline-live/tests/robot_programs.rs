@@ -6,8 +6,9 @@ use std::io::Cursor;
 use std::path::Path;
 use trueline_dataset::{RobotSample, robot_csv};
 use trueline_geometry::Pose;
+use trueline_live::robot_program::krl_rsi::{self, RsiContext};
 use trueline_live::robot_program::waypoints::SHORTEST_S;
-use trueline_live::robot_program::{Language, Waypoints};
+use trueline_live::robot_program::{Language, ProgramFile, Waypoints};
 
 /// 12 s from rest to rest: it weaves, and turns about all axes, through W = 180° and past it.
 fn path() -> Vec<RobotSample> {
@@ -234,4 +235,76 @@ fn programs_keep_to_what_their_controllers_take() {
     let opened =
         ur.lines().filter(|l| l.trim().starts_with("def ") || l.trim().starts_with("while ")).count();
     assert_eq!(opened, ur.lines().filter(|l| l.trim() == "end").count());
+}
+
+/// An element's name and its attributes, each with its value.
+type Element = (String, Vec<[String; 2]>);
+
+/// Every element of an XML text, and the texts between them.
+fn elements(text: &str) -> (Vec<Element>, Vec<String>) {
+    let mut reader = quick_xml::Reader::from_str(text);
+    let (mut found, mut words) = (Vec::new(), Vec::new());
+    loop {
+        match reader.read_event().unwrap() {
+            quick_xml::events::Event::Start(tag) | quick_xml::events::Event::Empty(tag) => {
+                let attributes = tag.attributes().map(Result::unwrap).map(|a| {
+                    [a.key.as_ref(), a.value.as_ref()].map(|bytes| String::from_utf8(bytes.to_vec()).unwrap())
+                });
+                let name = String::from_utf8(tag.name().as_ref().to_vec()).unwrap();
+                found.push((name, attributes.collect()));
+            }
+            quick_xml::events::Event::Text(text) => words.push(text.decode().unwrap().trim().to_owned()),
+            quick_xml::events::Event::Eof => return (found, words),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn kukas_program_streams_around_the_path_by_a_context_that_cannot_move_the_robot() {
+    let waypoints = Waypoints::of(&path()).unwrap();
+    let pc = "192.168.1.20:49152".parse().unwrap();
+    for (form, created) in [(RsiContext::Rsix, "\"trueline_rsi\""), (RsiContext::Rsi, "\"trueline_rsi.rsi\"")]
+    {
+        let files = krl_rsi::files(&waypoints, pc, form);
+        let text = |ending: &str| {
+            let found: Vec<&ProgramFile> = files.iter().filter(|f| f.name.ends_with(ending)).collect();
+            found[0].text.clone()
+        };
+        let program = text(".src");
+        let place = |words: &str| program.find(words).unwrap_or_else(|| panic!("{words}"));
+        // KRL wants declarations before the first instruction; a stop is a fault that nobody should drive over.
+        let order = [
+            "DECL INT ret",
+            "BAS (#INITMOV",
+            "PTP {",
+            "RSI_CREATE",
+            "RSI_ON",
+            "SPLINE",
+            "ENDSPLINE",
+            "RSI_OFF",
+        ];
+        assert!(order.windows(2).all(|pair| place(pair[0]) < place(pair[1])));
+        assert!(program.contains(&format!("RSI_CREATE ({created}")));
+        assert_eq!(program.matches("IF (ret <> RSIOK) THEN\r\n  HALT").count(), 3);
+        assert!(!program.contains("RSI_MOVECORR"), "the PC would lead the robot");
+        assert_eq!(read_krl(&program), read_krl(&Language::Krl.program(&waypoints)));
+        // What the context is made of: one object, which talks and corrects nothing, and which finds its configuration.
+        let context = if form == RsiContext::Rsix { text(".rsix") } else { text(".rsi.xml") };
+        let (found, _) = elements(&context);
+        let attribute = |element: &Element, name: &str| {
+            element.1.iter().find(|[key, _]| key.eq_ignore_ascii_case(name)).map(|[_, value]| value.clone())
+        };
+        let objects: Vec<_> = found.iter().filter_map(|e| attribute(e, "ObjType")).collect();
+        assert_eq!(objects.iter().map(|o| o.to_uppercase()).collect::<Vec<_>>(), ["ETHERNET"]);
+        let file = found.iter().find(|e| attribute(e, "Name").as_deref() == Some("ConfigFile")).unwrap();
+        let configuration = attribute(file, "ParamValue").unwrap();
+        let (sent, words) = elements(&text(&configuration));
+        assert!(["192.168.1.20", "49152", "TRUE"].iter().all(|word| words.iter().any(|w| w == word)));
+        let tags: Vec<_> = sent.iter().filter_map(|e| attribute(e, "TAG")).collect();
+        assert_eq!(tags, ["DEF_RIst", "DEF_AIPos", "DEF_Delay"], "nothing is received");
+        assert!(
+            files.iter().all(|file| file.text.is_ascii() && !file.text.replace("\r\n", "").contains('\n'))
+        );
+    }
 }

@@ -21,6 +21,7 @@ pub(crate) mod plan;
 pub(crate) mod rapid;
 pub(crate) mod record;
 pub(crate) mod reproduce;
+pub(crate) mod robot_program;
 pub(crate) mod robot_sim;
 pub(crate) mod scan;
 pub(crate) mod sensor_intrinsics;

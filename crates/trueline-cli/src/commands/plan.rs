@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use trueline_args::PlanArgs;
 use trueline_dataset::{SensorSetup, calibration_file, robot_csv, whole_folder};
-use trueline_live::robot_program::{Language, Waypoints};
+use trueline_live::robot_program::{ProgramFile, Waypoints};
 use trueline_method::Measurements;
 use trueline_plan::rehearsed_plan::{
     RehearsedPlan, least_seam_error, shortest_that_reaches, with_better_robots, without_alias,
@@ -119,13 +119,8 @@ fn write_programs(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
     })?;
     let waypoints = waypoints.with_reach(plan.joints.is_some());
     for language in &args.program {
-        let text = language.program(&waypoints);
-        // Controllers of ABB, KUKA and FANUC write DOS line ends.
-        let text = match language {
-            Language::Rapid | Language::Krl | Language::Ls => text.replace('\n', "\r\n"),
-            Language::UrScript | Language::Csv => text,
-        };
-        output::file(&args.out.join(language.file_name()), &text)?;
+        let file = ProgramFile::of(*language, &waypoints);
+        output::file(&args.out.join(file.name), &file.text)?;
     }
     Ok(())
 }

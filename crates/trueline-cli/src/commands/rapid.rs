@@ -4,8 +4,9 @@ use crate::failure::Failure;
 use crate::{output, path_file};
 use std::process::ExitCode;
 use trueline_args::{Mode, RapidArgs};
-use trueline_dataset::{Error, Problem, RobotSample};
-use trueline_live::rapid::{RapidCell, guidance_module, stream_module};
+use trueline_dataset::{Error, Problem};
+use trueline_live::pose_feed::at_pace;
+use trueline_live::rapid::{guidance_module, stream_module};
 
 /// Runs the command.
 pub(crate) fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
@@ -19,18 +20,7 @@ pub(crate) fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
         ));
     }
     let path = at_pace(path_file::read(&args.path)?, args.pace);
-    let cell = RapidCell {
-        module: args.module.clone(),
-        tool: args.tool.clone(),
-        work_object: args.work_object.clone(),
-        device: args.device.clone(),
-        mechanical_unit: args.mechanical_unit.clone(),
-        task: args.task.clone(),
-        pc: args.pc,
-        approach_mm_s: args.approach_mm_s,
-        speed_deviation_deg_s: args.speed_deviation_deg_s,
-        timeout_s: args.timeout_s,
-    };
+    let cell = args.cell();
     let module = match args.mode {
         Mode::Stream => stream_module(&cell, &path),
         Mode::Guidance => guidance_module(&cell, &path),
@@ -51,12 +41,4 @@ pub(crate) fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
         args.task
     ));
     Ok(ExitCode::SUCCESS)
-}
-
-fn at_pace(mut path: Vec<RobotSample>, pace: f64) -> Vec<RobotSample> {
-    let first_ns = path.first().map_or(0, |p| p.stamp_ns);
-    for pose in &mut path {
-        pose.stamp_ns = first_ns + ((pose.stamp_ns - first_ns) as f64 / pace).round() as i64;
-    }
-    path
 }

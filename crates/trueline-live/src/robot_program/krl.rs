@@ -9,10 +9,26 @@ use crate::zyx_angles::to_abc_deg;
 use std::fmt::Write;
 use trueline_geometry::Pose;
 
+/// What stands around the path.
+pub(crate) struct Around<'a> {
+    /// Name of the program.
+    pub name: &'a str,
+    /// Declarations, each a line; KRL wants them first.
+    pub declarations: &'a str,
+    /// Between the approach and the path.
+    pub begin: &'a str,
+    /// After the path.
+    pub end: &'a str,
+}
+
 /// The program.
 #[must_use]
 pub fn program(path: &Waypoints) -> String {
-    let mut text = String::from("&ACCESS RVP\n&REL 1\nDEF trueline_scan ( )\n");
+    program_with(path, &Around { name: "trueline_scan", declarations: "", begin: "WAIT SEC 1.0\n", end: "" })
+}
+
+pub(crate) fn program_with(path: &Waypoints, around: &Around<'_>) -> String {
+    let mut text = format!("&ACCESS RVP\n&REL 1\nDEF {} ( )\n", around.name);
     for line in warning(path.reach_is_checked) {
         let _ = writeln!(text, "; {line}");
     }
@@ -21,24 +37,27 @@ pub fn program(path: &Waypoints) -> String {
         text,
         "; {} waypoints in {total_s:.3} s; {}; the spline through them stays closer.\n\
          ; TOOL 0 is the flange and BASE 0 the world: replace them by your own numbers.\n\
+         {}\
          BAS (#INITMOV, 0)\n\
          BAS (#TOOL, 0)\n\
          BAS (#BASE, 0)\n\
          BAS (#VEL_PTP, 5)\n\
          ; Approach to the start of the path: check where that is before you run it. Status and turn are the current ones.\n\
          PTP {{{}}}\n\
-         WAIT SEC 1.0\n\
+         {}\
          SPLINE\n\
          \x20 TIME_BLOCK START\n",
         path.list.len(),
         path.chords_in_words(),
+        around.declarations,
         frame(&path.list[0].pose),
+        around.begin,
     );
     for (pose, takes_s) in path.moves() {
         let _ =
             write!(text, "  SPL {{{}}}\n  TIME_BLOCK PART = {:.5}\n", frame(pose), 100.0 * takes_s / total_s);
     }
-    let _ = write!(text, "  TIME_BLOCK END = {total_s:.4}\nENDSPLINE\nEND\n");
+    let _ = write!(text, "  TIME_BLOCK END = {total_s:.4}\nENDSPLINE\n{}END\n", around.end);
     text
 }
 

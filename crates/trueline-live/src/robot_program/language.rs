@@ -46,6 +46,20 @@ impl Language {
         }
     }
 
+    /// Where that file goes.
+    #[must_use]
+    pub fn goes_to(self) -> &'static str {
+        match self {
+            Self::Rapid => "a task of the controller, by RobotStudio or FlexPendant (Load module)",
+            Self::Krl => r"KRC:\R1\Program",
+            Self::UrScript => "a Script node of PolyScope (From file)",
+            Self::Ls => {
+                "the controller's MD: device; it reads .LS with the option ASCII Upload, or after MakeTP"
+            }
+            Self::Csv => "whatever reads a table",
+        }
+    }
+
     /// The program for a path.
     #[must_use]
     pub fn program(self, path: &Waypoints) -> String {

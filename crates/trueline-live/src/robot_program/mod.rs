@@ -4,8 +4,10 @@
 //! path's own times, and says in its head that nobody has run it on a controller and that reach and collisions are not checked.
 
 pub mod krl;
+pub mod krl_rsi;
 pub mod language;
 pub mod ls;
+pub mod program_file;
 pub(crate) mod rapid_path;
 pub mod table;
 pub mod urscript;
@@ -13,4 +15,5 @@ mod warning;
 pub mod waypoints;
 
 pub use language::Language;
+pub use program_file::ProgramFile;
 pub use waypoints::{Waypoint, Waypoints};

@@ -55,6 +55,11 @@ text=$("$VENV/bin/python" -m krllint --config krllint_config.py plan/trueline_sc
 # It ends with 0 whatever it finds, and counts what it found.
 if echo "$text" | grep -q '^[1-9]'; then code=1; fi
 verdict "krllint reads trueline_scan.src" "$code" "$(echo "$text" | grep -E "^[0-9]+ " | paste -sd,)"
+"$TRUELINE" robot-program kuka plan --pc 192.168.1.20:49152 --out krc 2> /dev/null
+code=0
+text=$("$VENV/bin/python" -m krllint --config krllint_config.py krc/trueline_rsi.src 2>&1) || code=$?
+if echo "$text" | grep -q '^[1-9]'; then code=1; fi
+verdict "krllint reads trueline_rsi.src" "$code" "$(echo "$text" | grep -E "^[0-9]+ " | paste -sd,)"
 if [ -n "$GRAMMARS" ] && command -v java >/dev/null; then
     mkdir grammar
     cp "$GRAMMARS/kuka/krl.g4" grammar

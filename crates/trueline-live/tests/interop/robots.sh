@@ -83,18 +83,25 @@ PY
     verdict "airo-fanuc's emulator, version $version, is listened to without a violation" "$code" "$text; $(tail -n 1 "$work/crx")"
 done
 
-"$TRUELINE" listen --protocol kuka-rsi --bind 127.0.0.1:64017 --for-s 6 --json "$work/rsi.json" > "$work/listen" & listener=$!
-sleep 0.5
-code=0; text=$(peer rsipi-server 64017 3) || code=$?
-wait "$listener" || code=$?
-text="$text $("$PYTHON" - "$work/rsi.json" <<'PY'
+"$TRUELINE" plan --example --out "$work/plan" --tries 300 --quiet > /dev/null
+"$TRUELINE" robot-program kuka "$work/plan" --pc 127.0.0.1:64016 --out "$work/krc" 2> /dev/null
+rsi() { # rsi PORT NAME [CONFIGURATION]
+    local port=$1 name=$2; shift 2
+    "$TRUELINE" listen --protocol kuka-rsi --bind "127.0.0.1:$port" --for-s 6 --json "$work/rsi.json" > "$work/listen" & listener=$!
+    sleep 0.5
+    code=0; text=$(peer rsipi-server "$port" 3 "$@") || code=$?
+    wait "$listener" || code=$?
+    text="$text $("$PYTHON" - "$work/rsi.json" <<'PY'
 import json, sys
 told = json.load(open(sys.argv[1]))
 assert told["poses"] > 50 and not told["not_used"], told
 print(told["poses"], "poses,", told["lost"], "lost, not used", told["not_used"])
 PY
 )" || code=1
-verdict "rsipi's controller with ONLYSEND is listened to" "$code" "$text"
+    verdict "$name" "$code" "$text"
+}
+rsi 64017 "rsipi's controller with its ONLYSEND context is listened to"
+rsi 64016 "rsipi's controller sends by the configuration of robot-program" "$work/krc/trueline_ethernet.xml"
 
 # ---- recordings ----------------------------------------------------------------------------------------------------
 echo 'kind = "profiler"' > "$work/sensor.toml"

@@ -113,19 +113,20 @@ def stmo_client(host):
     return len(states) > 20 and near(found, START_MM, 1e-3), {"states": len(states), "position_mm": found}
 
 
-def rsi_server(port, seconds):
-    """rsipi's controller with its ONLYSEND context sends to our listener on 127.0.0.1:PORT."""
+def rsi_server(port, seconds, configuration=None):
+    """rsipi's controller sends to our listener on 127.0.0.1:PORT, by its own ONLYSEND context or by one that we wrote."""
     import os
     import pathlib
     import re
     import socket
     import tempfile
+    written = pathlib.Path(configuration).read_text() if configuration else None
     # The package writes its log where it runs.
     os.chdir(tempfile.mkdtemp())
     import RSIPI.rsi_echo_server as package
     source = pathlib.Path(package.__file__).parent / "contexts" / "RSI_EthernetConfig_OnlySend.xml"
-    text = re.sub(r"<IP_NUMBER>.*?</IP_NUMBER>", "<IP_NUMBER>127.0.0.1</IP_NUMBER>", source.read_text())
-    text = re.sub(r"<PORT>.*?</PORT>", f"<PORT>{port}</PORT>", text)
+    text = written or re.sub(r"<PORT>.*?</PORT>", f"<PORT>{port}</PORT>", source.read_text())
+    text = re.sub(r"<IP_NUMBER>.*?</IP_NUMBER>", "<IP_NUMBER>127.0.0.1</IP_NUMBER>", text)
     pathlib.Path("config.xml").write_text(text)
     bind = socket.socket.bind
     # The package listens on every address; a test does not.
@@ -134,7 +135,7 @@ def rsi_server(port, seconds):
     server.start()
     time.sleep(float(seconds))
     server.stop()
-    return True, {"context": source.name}
+    return True, {"context": "ours" if written else source.name}
 
 
 PEERS = {

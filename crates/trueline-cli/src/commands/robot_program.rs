@@ -1,0 +1,28 @@
+//! `trueline robot-program`.
+
+use crate::failure::Failure;
+use crate::{output, path_file};
+use std::process::ExitCode;
+use trueline_args::RobotProgramArgs;
+use trueline_dataset::whole_folder;
+use trueline_live::pose_feed::at_pace;
+use trueline_live::robot_program::Waypoints;
+
+/// Runs the command.
+pub(crate) fn run(args: &RobotProgramArgs) -> Result<ExitCode, Failure> {
+    let path = at_pace(path_file::read(&args.path)?, args.pace);
+    let waypoints = Waypoints::of(&path).ok_or_else(|| {
+        let told = format!("{}: no path for a robot's program", path_file::file(&args.path).display());
+        Failure::new(told, "it lasts a quarter of a second or longer, its times rise, and it moves")
+    })?;
+    let files = args.files(&waypoints).map_err(|[told, hint]| Failure::new(told.to_owned(), hint))?;
+    whole_folder::make_empty(&args.out)?;
+    for file in &files {
+        output::file(&args.out.join(file.name), &file.text)?;
+        output::words(&format!("{}: for {}", args.out.join(file.name).display(), file.goes_to));
+    }
+    output::words(
+        "No real controller has run these: check them in the maker's simulation, run them at reduced speed first.",
+    );
+    Ok(ExitCode::SUCCESS)
+}

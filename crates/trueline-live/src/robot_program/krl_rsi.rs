@@ -1,0 +1,164 @@
+//! KUKA's KRL with RSI: the path's program, which streams the robot's poses to a PC while it runs.
+//!
+//! The context has an ETHERNET object alone and none that corrects positions or axes, and the configuration says `ONLYSEND`: nothing
+//! that a PC sends can move the robot, and the controller waits for no answer. The parameters of the object, their numbers and the
+//! elements of the configuration are those of contexts that public drivers bring for RSI 3 to 5 (kuka_experimental of ROS-Industrial,
+//! kuka-external-control-sdk); no controller has loaded these files.
+
+use super::krl;
+use super::program_file::ProgramFile;
+use super::waypoints::Waypoints;
+use std::net::SocketAddr;
+
+/// The form in which the controller's version of RSI reads its objects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RsiContext {
+    /// RSI 4.1 and later (KSS 8.5 and later): one `.rsix`.
+    Rsix,
+    /// RSI 3 and 4.0 (KSS before 8.5): `.rsi.xml`, which the controller reads, and `.rsi`, which its editor reads.
+    Rsi,
+}
+
+const CONFIGURATION: &str = "trueline_ethernet.xml";
+const SENSOR_INTERFACE: &str = r"C:\KRC\ROBOTER\Config\User\Common\SensorInterface";
+const PROGRAMS: &str = r"KRC:\R1\Program";
+/// Decimals of what is sent: 1 nm and 0.000001°, finer than any resolver.
+const DECIMALS: u8 = 6;
+/// Late answers until RSI ends, in cycles; nothing is answered, and with `ONLYSEND` nothing is waited for.
+const TIMEOUT_CYCLES: u8 = 100;
+
+/// The program with its RSI files, for a PC that runs `trueline record --protocol kuka-rsi` at an address.
+#[must_use]
+pub fn files(path: &Waypoints, pc: SocketAddr, context: RsiContext) -> Vec<ProgramFile> {
+    let file = |name, folder, text: &str| ProgramFile::with_dos_lines(name, folder, text);
+    let mut files = vec![file("trueline_rsi.src", PROGRAMS, &program(path, context))];
+    match context {
+        RsiContext::Rsix => files.push(file("trueline_rsi.rsix", SENSOR_INTERFACE, &rsix())),
+        RsiContext::Rsi => files.extend([
+            file("trueline_rsi.rsi.xml", SENSOR_INTERFACE, &rsi_xml()),
+            file("trueline_rsi.rsi", SENSOR_INTERFACE, &rsi_model()),
+        ]),
+    }
+    files.push(file(CONFIGURATION, SENSOR_INTERFACE, &configuration(pc)));
+    files
+}
+
+fn program(path: &Waypoints, context: RsiContext) -> String {
+    let name = match context {
+        RsiContext::Rsix => "trueline_rsi",
+        RsiContext::Rsi => "trueline_rsi.rsi",
+    };
+    let begin = format!(
+        "; The poses are streamed from here on, of the active TOOL in the active BASE, every cycle of 4 ms, unfiltered.\n\
+         ret = RSI_CREATE (\"{name}\", contid, TRUE)\n{}\
+         ret = RSI_ON (#RELATIVE, #IPO_FAST)\n{}\
+         WAIT SEC 2.0\n",
+        halt_unless_ok(),
+        halt_unless_ok(),
+    );
+    let end = format!("WAIT SEC 2.0\nret = RSI_OFF ()\n{}", halt_unless_ok());
+    krl::program_with(
+        path,
+        &krl::Around {
+            name: "trueline_rsi",
+            declarations: "DECL INT ret\nDECL INT contid\n",
+            begin: &begin,
+            end: &end,
+        },
+    )
+}
+
+fn halt_unless_ok() -> &'static str {
+    "IF (ret <> RSIOK) THEN\n  HALT\nENDIF\n"
+}
+
+/// What is sent: actual pose, actual axes, late answers. Nothing is received.
+fn configuration(pc: SocketAddr) -> String {
+    format!(
+        "<ROOT>\n\
+         \x20 <CONFIG>\n\
+         \x20   <IP_NUMBER>{}</IP_NUMBER>\n\
+         \x20   <PORT>{}</PORT>\n\
+         \x20   <SENTYPE>trueline</SENTYPE>\n\
+         \x20   <ONLYSEND>TRUE</ONLYSEND>\n\
+         \x20 </CONFIG>\n\
+         \x20 <SEND>\n\
+         \x20   <ELEMENTS>\n\
+         \x20     <ELEMENT TAG=\"DEF_RIst\" TYPE=\"DOUBLE\" INDX=\"INTERNAL\" />\n\
+         \x20     <ELEMENT TAG=\"DEF_AIPos\" TYPE=\"DOUBLE\" INDX=\"INTERNAL\" />\n\
+         \x20     <ELEMENT TAG=\"DEF_Delay\" TYPE=\"LONG\" INDX=\"INTERNAL\" />\n\
+         \x20   </ELEMENTS>\n\
+         \x20 </SEND>\n\
+         \x20 <RECEIVE>\n\
+         \x20   <ELEMENTS>\n\
+         \x20   </ELEMENTS>\n\
+         \x20 </RECEIVE>\n\
+         </ROOT>\n",
+        pc.ip(),
+        pc.port(),
+    )
+}
+
+/// Parameters are numbered from 0 here and from 1 in the older form.
+fn rsix() -> String {
+    format!(
+        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n\
+         <RsiContext xsi:schemaLocation=\"RsiContext RsiContext.xsd\" SchemaVersion=\"2.0.0\" \
+         xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" xmlns=\"RsiContext\">\n\
+         \x20 <RsiObjects xmlns=\"RsiDriver\">\n\
+         \x20   <RsiObject ObjTypeId=\"64\" ObjType=\"Ethernet\" ObjId=\"Ethernet_1\">\n\
+         \x20     <Parameters>\n\
+         \x20       <Parameter IsRuntime=\"false\" Name=\"ConfigFile\" ParamId=\"0\" ParamValue=\"{CONFIGURATION}\" />\n\
+         \x20       <Parameter Name=\"Timeout\" ParamId=\"0\" ParamValue=\"{TIMEOUT_CYCLES}\" />\n\
+         \x20       <Parameter Name=\"Flag\" ParamId=\"3\" ParamValue=\"1\" />\n\
+         \x20       <Parameter Name=\"Precision\" ParamId=\"7\" ParamValue=\"{DECIMALS}\" />\n\
+         \x20     </Parameters>\n\
+         \x20   </RsiObject>\n\
+         \x20 </RsiObjects>\n\
+         </RsiContext>\n"
+    )
+}
+
+fn rsi_xml() -> String {
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\" standalone=\"yes\"?>\n\
+         <RSIObjects xsi:noNamespaceSchemaLocation=\"/Roboter/Config/System/Common/Schemes/RSIContext.xsd\" \
+         xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\">\n\
+         \x20 <RSIObject ObjType=\"ETHERNET\" ObjTypeID=\"64\" ObjID=\"ETHERNET1\">\n\
+         \x20   <Parameters>\n\
+         \x20     <Parameter Name=\"ConfigFile\" ParamID=\"1\" ParamValue=\"{CONFIGURATION}\" IsRuntime=\"false\" />\n\
+         \x20     <Parameter Name=\"Timeout\" ParamID=\"1\" ParamValue=\"{TIMEOUT_CYCLES}\" />\n\
+         \x20     <Parameter Name=\"Flag\" ParamID=\"4\" ParamValue=\"1\" />\n\
+         \x20     <Parameter Name=\"Precision\" ParamID=\"8\" ParamValue=\"{DECIMALS}\" />\n\
+         \x20   </Parameters>\n\
+         \x20 </RSIObject>\n\
+         </RSIObjects>\n"
+    )
+}
+
+/// The same for the editor: the limits are those within which it takes a value.
+fn rsi_model() -> String {
+    let whole = |name: &str, value: u8, least: i64, most: i64, index: u8| {
+        format!(
+            "\x20       <rSIParameter name=\"{name}\" value=\"{value}\" paramType=\"System.Int32\" minVal=\"{least}\" \
+             maxVal=\"{most}\" isEnum=\"false\" index=\"{index}\" />\n"
+        )
+    };
+    format!(
+        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n\
+         <rSIModel dslVersion=\"1.0.0.0\" name=\"\" xmlns=\"http://schemas.microsoft.com/dsltools/RSIVisual\">\n\
+         \x20 <rSIObjects>\n\
+         \x20   <rSIElement name=\"ETHERNET1\" objType=\"ETHERNET\" objTypeID=\"64\" maxInputs=\"64\" maxOutputs=\"64\">\n\
+         \x20     <rSIParameters>\n\
+         \x20       <rSIParameter name=\"ConfigFile\" value=\"{CONFIGURATION}\" paramType=\"System.FileName\" \
+         minVal=\"-2147483648\" maxVal=\"2147483647\" isEnum=\"false\" isRuntime=\"false\" index=\"1\" />\n\
+         {}{}{}\
+         \x20     </rSIParameters>\n\
+         \x20   </rSIElement>\n\
+         \x20 </rSIObjects>\n\
+         </rSIModel>\n",
+        whole("Timeout", TIMEOUT_CYCLES, 0, 2_147_483_647, 1),
+        whole("Flag", 1, -1, 999, 4),
+        whole("Precision", DECIMALS, 1, 32, 8),
+    )
+}
