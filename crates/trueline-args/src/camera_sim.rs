@@ -16,7 +16,7 @@ use trueline_sim::{Joint, Look};
   trueline robot-sim --pc 127.0.0.1:6510 --path plan --truth-to 127.0.0.1:7001
   trueline record --bind 127.0.0.1:6510 --camera 127.0.0.1 --sensor plan/sensor.toml --out cell
 
-A GigE Vision camera at --address: what it sees is drawn from where `robot-sim` truly is at each exposure, with hand-eye and line \
+A GigE Vision camera at --address, or a profiler that sends range data (Coord3D_C16) where the plan's sensor is one: what it sees is drawn from where `robot-sim` truly is at each exposure, with hand-eye and line \
 off the plan's guess as far as the plan allows for. Its own clock stamps the start of each exposure. The first \
 packet leaves exposure, readout and latency later; drawing has to be done by then, else the picture is dropped. \
 The true time offset of first-packet stamps is half the exposure + readout + latency (+ some 0.05 ms of network).")]
@@ -68,6 +68,9 @@ pub struct CameraSimArgs {
     /// Joint type
     #[arg(long, value_parser = one_of(&JOINTS_OF_PICTURES), default_value = "fillet")]
     pub joint: fn() -> Joint,
+    /// Profiles in a frame of a profiler, evenly spaced over its time
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub profiles_per_frame: u32,
     /// Write what is to be found: time offset of first-packet stamps, hand-eye, line
     #[arg(long)]
     pub truth: Option<PathBuf>,
@@ -91,17 +94,20 @@ impl CameraSimArgs {
         Look { exposure_s: self.exposure_ms * 1e-3, ..(self.look)() }
     }
 
+    /// How long a sensor that takes so many rows one after the other must not be exposed, s.
+    pub fn longest_exposure_s(&self) -> f64 {
+        1.0 / (self.fps * f64::from(self.profiles_per_frame))
+    }
+
     /// The true time offset of first-packet stamps, s.
     pub fn time_offset_s(&self) -> f64 {
         1e-3 * (0.5 * self.exposure_ms + self.readout_ms + self.latency_ms)
     }
 
-    /// The camera whose pictures have this size, px.
-    pub fn device(&self, [width, height]: [u32; 2]) -> DeviceSettings {
+    /// The camera, whatever its sensor.
+    pub fn device(&self) -> DeviceSettings {
         DeviceSettings {
             address: self.address,
-            width,
-            height,
             period_s: 1.0 / self.fps,
             exposure_us: self.exposure_ms * 1e3,
             readout_s: self.readout_ms * 1e-3,
@@ -117,6 +123,7 @@ impl CameraSimArgs {
             frame_drop: self.frame_drop,
             seed: self.seed,
             serial: format!("SIM-{}", self.seed),
+            ..DeviceSettings::small(self.address)
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::error::CameraError;
 use crate::latch_clock::LatchSample;
+use crate::range::RangeProfile;
 use std::time::Duration;
 use trueline_dataset::GrayImage;
 
@@ -55,6 +56,8 @@ pub struct SourceAbout {
 pub struct CameraFrame {
     /// The picture; `None` unless every pixel of it came and it is of the size and format of the session.
     pub image: Option<GrayImage>,
+    /// The profiles of a profiler, in the order in which they were taken; a camera has none.
+    pub profiles: Vec<RangeProfile>,
     /// Counts pictures without ever wrapping; a jump is a lost picture.
     pub frame: u64,
     /// Stamp of the camera's own clock, ns, or ticks where the camera does not tell how long they are.

@@ -75,6 +75,7 @@ impl InProcess {
         let [width, height] = size.map(|n| u32::try_from(n).unwrap_or(u32::MAX));
         CameraFrame {
             image: whole.then_some(image),
+            profiles: Vec::new(),
             frame: self.next,
             device_ns: Some(self.device_ns(exposure_start_ns)),
             first_packet_ns: Some(complete_ns),

@@ -29,6 +29,7 @@ mod frame_source;
 pub mod gige;
 mod in_process;
 mod latch_clock;
+mod range;
 mod reconnecting;
 pub mod replay;
 
@@ -38,5 +39,6 @@ pub use frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};
 pub use gige::{GigeCamera, GigeSettings};
 pub use in_process::{InProcess, InProcessSettings};
 pub use latch_clock::{LatchMap, LatchSample};
+pub use range::{RangeAxis, RangeProfile, RangeScale};
 pub use reconnecting::Reconnecting;
 pub use replay::{Pace, Replay};

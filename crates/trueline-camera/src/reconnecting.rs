@@ -127,6 +127,7 @@ mod tests {
             self.given += 1;
             Ok(Some(CameraFrame {
                 image: None,
+                profiles: Vec::new(),
                 frame: 99 + self.given,
                 device_ns: None,
                 first_packet_ns: None,

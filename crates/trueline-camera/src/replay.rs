@@ -72,6 +72,7 @@ impl Replay {
         let status = self.status(&image);
         Ok(Some(CameraFrame {
             image: (status == FrameStatus::Complete).then_some(image),
+            profiles: Vec::new(),
             frame: frame.frame,
             device_ns: frame.device_ns,
             first_packet_ns: None,

@@ -11,8 +11,14 @@ pub struct CameraCounts {
     pub unusable: u64,
     /// Numbers of the camera's counter that never came.
     pub missing: u64,
-    /// Whole pictures in which a seam was found.
+    /// Whole pictures or profiles in which a seam was found.
     pub seams: u64,
+    /// Profiles of a profiler; a frame may hold several.
+    pub profiles: u64,
+    /// Columns of profiles without a return, which are left out.
+    pub no_return: u64,
+    /// Columns of profiles.
+    pub columns: u64,
     /// How often the camera's clock was set.
     pub clock_set: u64,
     /// How often it went away; it was waited for and taken up again.
@@ -74,7 +80,14 @@ impl CameraCounts {
 
 impl fmt::Display for CameraCounts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { frames, unusable, missing, seams, .. } = self;
+        let Self { frames, unusable, missing, seams, profiles, no_return, columns, .. } = self;
+        if *profiles > 0 {
+            return write!(
+                f,
+                "{profiles} profiles in {frames} frames, {missing} frames missing, {unusable} incomplete, no return in {no_return} of {columns} \
+                 columns, the seam found in {seams}"
+            );
+        }
         write!(f, "{frames} pictures, {missing} missing, {unusable} incomplete, the seam found in {seams}")
     }
 }

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use trueline_camera::{CameraError, CameraFrame, FrameSource};
-use trueline_dataset::{FrameStamp, Sensor};
+use trueline_dataset::{Feature, FrameStamp, Sensor};
 use trueline_live::HostClock;
 use trueline_mcap::{Entry, RecorderHandle};
 use trueline_vision::Joint;
@@ -160,8 +160,9 @@ impl CameraRecorder {
         let last = self.last.replace(frame.frame);
         let missing = last.map_or(0, |last| frame.frame.saturating_sub(last).saturating_sub(1));
         let entry = entries::frame(frame, stamp_ns);
-        let is_unusable = entry.png.is_empty();
+        let is_unusable = entry.png.is_empty() && frame.profiles.is_empty();
         sink.record(Entry::Frame(entry));
+        self.record_profiles(frame, stamp_ns, sink);
         let stamp = FrameStamp { stamp_ns, frame: frame.frame, device_ns: frame.device_ns };
         let find = |finder: &mut SeamFinder| finder.find(frame.image.as_ref()?, &stamp);
         let seam = self.finder.as_mut().and_then(find);
@@ -174,12 +175,21 @@ impl CameraRecorder {
         if let Some(image) = &frame.image {
             let _nobody_looks = self.picture.offer(image, frame.frame, seam.as_ref());
         }
-        let Some(seam) = seam else { return };
-        if let Some(estimate) = sink.goal.estimate {
-            estimate.add_feature(seam);
-        }
-        if let Some(welds) = sink.goal.welds {
-            welds.add_feature(seam);
+        sink.give(seam);
+    }
+
+    fn record_profiles(&mut self, frame: &CameraFrame, stamp_ns: i64, sink: &Sink<'_>) {
+        for profile in entries::profiles(frame, stamp_ns, self.stamper.is_of_arrival()) {
+            let seam = self.finder.as_mut().and_then(|finder| finder.in_profile(&profile));
+            let no_return = profile.columns.iter().filter(|column| column.is_none()).count();
+            sink.count(|counts| {
+                counts.profiles += 1;
+                counts.columns += profile.columns.len() as u64;
+                counts.no_return += no_return as u64;
+                counts.seams += u64::from(seam.is_some());
+            });
+            sink.record(Entry::Profile(profile));
+            sink.give(seam);
         }
     }
 }
@@ -204,6 +214,16 @@ impl Sink<'_> {
     /// What finds no room is counted there, and told at the end.
     fn record(&self, entry: Entry) {
         let _counted = self.handle.offer(entry);
+    }
+
+    fn give(&self, seam: Option<Feature>) {
+        let Some(seam) = seam else { return };
+        if let Some(estimate) = self.goal.estimate {
+            estimate.add_feature(seam);
+        }
+        if let Some(welds) = self.goal.welds {
+            welds.add_feature(seam);
+        }
     }
 
     fn count(&self, add: impl FnOnce(&mut CameraCounts)) {

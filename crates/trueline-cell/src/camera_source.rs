@@ -101,8 +101,12 @@ fn gige(
 ) -> Result<Box<dyn FrameSource>, CellError> {
     use trueline_camera::{GigeCamera, GigeSettings};
     let mut settings = GigeSettings::at(address);
-    if let Some(Sensor::CameraLaser { camera, .. }) = sensor {
-        (settings.width, settings.height) = (Some(camera.size[0]), Some(camera.size[1]));
+    match sensor {
+        Some(Sensor::CameraLaser { camera, .. }) => {
+            (settings.width, settings.height) = (Some(camera.size[0]), Some(camera.size[1]));
+        }
+        Some(Sensor::Profiler) => settings.profiles = true,
+        _ => {}
     }
     (settings.exposure_us, settings.fps) = (exposure_us, fps);
     Ok(Box::new(GigeCamera::open(&settings, clock)?))

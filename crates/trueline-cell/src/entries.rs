@@ -7,7 +7,8 @@ use trueline_live::guide::Answer;
 use trueline_live::host_clock::Reading;
 use trueline_live::{LinkPacket, Received, RobotPacket};
 use trueline_mcap::{
-    AnswerEntry, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, RejectedEntry, RobotEntry,
+    AnswerEntry, COMPLETE, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, ProfileEntry,
+    RejectedEntry, RobotEntry,
 };
 
 /// A datagram, used or not.
@@ -106,6 +107,21 @@ pub fn frame(frame: &CameraFrame, stamp_ns: i64) -> FrameEntry {
     }
 }
 
+/// The profiles of a frame under the stamp that calibration uses. `is_of_last`: that is the last profile's, because it was made when the
+/// frame came; else the first one's.
+pub fn profiles(frame: &CameraFrame, stamp_ns: i64, is_of_last: bool) -> impl Iterator<Item = ProfileEntry> {
+    let rows = frame.profiles.len() as u64;
+    let stamped_ns = match frame.profiles.last() {
+        Some(last) if is_of_last => last.after_first_ns,
+        _ => 0,
+    };
+    frame.profiles.iter().zip(0..).map(move |(profile, row)| ProfileEntry {
+        profile: frame.frame * rows + row,
+        stamp_ns: stamp_ns + profile.after_first_ns - stamped_ns,
+        columns: profile.columns.clone(),
+    })
+}
+
 /// A reading of the camera's clock: every one is kept, so that another map can be made.
 #[must_use]
 pub fn exchange(exchange: &Exchange) -> Entry {
@@ -120,7 +136,7 @@ pub fn exchange(exchange: &Exchange) -> Entry {
 
 fn status(status: &FrameStatus) -> String {
     match status {
-        FrameStatus::Complete => "complete".to_owned(),
+        FrameStatus::Complete => COMPLETE.to_owned(),
         FrameStatus::Incomplete { missing } => format!("{missing} packets missing"),
         FrameStatus::WrongSize { width, height } => format!("of another size: {width} x {height} px"),
         FrameStatus::WrongFormat { found } => format!("of another format: {found}"),

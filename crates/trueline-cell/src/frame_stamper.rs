@@ -54,6 +54,12 @@ impl FrameStamper {
         self.choice
     }
 
+    /// Whether stamps are made when a frame comes, and not when its exposure begins.
+    #[must_use]
+    pub(crate) fn is_of_arrival(&self) -> bool {
+        self.choice != StampChoice::Exposure
+    }
+
     /// Whether pictures have to wait for the next exchange with the camera's clock before they can be stamped.
     #[must_use]
     pub(crate) fn needs_exchanges(&self) -> bool {

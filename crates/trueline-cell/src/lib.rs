@@ -73,4 +73,4 @@ pub use robot_brief::RobotBrief;
 pub use robot_recorder::{Until, record_robot};
 pub use seam_finder::SeamFinder;
 #[cfg(feature = "gige")]
-pub use simulated_camera::{SceneError, SimulatedScene};
+pub use simulated_camera::{CameraLook, SceneError, SimulatedScene};

@@ -1,35 +1,52 @@
-//! What a camera sees that a simulated robot carries: drawn from where that robot truly is at each exposure.
+//! What a camera or a profiler sees that a simulated robot carries: drawn from where that robot truly is at each exposure.
 
 use std::net::SocketAddr;
 use std::thread;
 use std::time::{Duration, Instant};
-use trueline_camera::device::Pictures;
-use trueline_dataset::GrayImage;
+use trueline_camera::device::{DeviceSettings, OutputMode, Pictures, RangeFeatures};
+use trueline_dataset::{GrayImage, Pixels};
 use trueline_geometry::Pose;
 use trueline_live::controller::TruthReceiver;
 use trueline_sim::images::{Renderer, Studio};
-use trueline_sim::{Cell, Joint, Look, SensorModel};
+use trueline_sim::{Joint, Look, Plates, ProfileCaster, ProfileLook, Scenario, SensorModel};
 
 /// Longest wait for the robot's word about an exposure that has ended.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Pictures drawn to learn how long it takes.
 const TRIED: u32 = 3;
+/// The number that marks a column without a return.
+const NO_RETURN: u16 = 0;
+/// Numbers that mean a range: the whole depth of the view.
+const RANGES: f64 = 65_534.0;
+const MM_PER_M: f64 = 1e3;
 
-/// What the camera sees, wherever the robot is.
+/// What the sensor sees, wherever the robot is.
 pub struct SimulatedScene {
     robot: TruthReceiver,
-    studio: Studio,
     tool_from_camera: Pose,
-    size: [u32; 2],
-    drawn: u64,
+    view: View,
+}
+
+/// How it is drawn.
+enum View {
+    Camera { studio: Box<Studio>, size: [u32; 2], drawn: u64 },
+    Profiler { caster: Box<ProfileCaster>, range_m: [f64; 2] },
+}
+
+/// How a seam looks to a camera.
+pub struct CameraLook {
+    /// The joint.
+    pub joint: Joint,
+    /// How the plates look.
+    pub look: Look,
 }
 
 /// Why there is nothing to see.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// The sensor is no camera, or there is no line.
-    #[error("this plan's sensor takes no pictures")]
-    NoPictures,
+    /// The sensor is neither a camera nor a profiler, or there is no line.
+    #[error("this plan's sensor takes neither pictures nor profiles")]
+    NothingSeen,
     /// Where the robot is cannot be heard.
     #[error("{address}: {error}")]
     Robot {
@@ -40,70 +57,147 @@ pub enum SceneError {
     },
 }
 
+impl View {
+    fn of(scenario: &Scenario, look: &CameraLook, plates: &Plates, seed: u64) -> Option<Self> {
+        let (cell, noise_m) = (&scenario.cell, scenario.disturbance.feature_noise_m);
+        match &cell.sensor {
+            SensorModel::CameraLaser { camera, laser_plane_in_camera } => {
+                let shown = (look.joint, *cell.lines.first()?, cell.approach.into_inner());
+                let studio = Studio::new((*camera, *laser_plane_in_camera), shown, look.look.clone(), seed);
+                Some(Self::Camera { studio: Box::new(studio), size: camera.size, drawn: 0 })
+            }
+            SensorModel::Profiler { range_m, .. } => {
+                let look = ProfileLook { range_sigma_m: noise_m, ..ProfileLook::default() };
+                let caster = Box::new(ProfileCaster::new(scenario, plates, &look, seed)?);
+                Some(Self::Profiler { caster, range_m: *range_m })
+            }
+            SensorModel::Points { .. } => None,
+        }
+    }
+}
+
 impl SimulatedScene {
-    /// The first line of a cell as a joint, seen by the cell's camera on the robot that is told about at `robot`.
+    /// The first line of a scenario, seen by its sensor on the robot that is told about at `robot`: by a camera as a joint, by a profiler as
+    /// two plates.
     ///
     /// # Errors
     /// [`SceneError`].
     pub fn new(
-        cell: &Cell,
-        joint: Joint,
-        look: Look,
+        scenario: &Scenario,
+        look: &CameraLook,
+        plates: &Plates,
         seed: u64,
         robot: SocketAddr,
     ) -> Result<Self, SceneError> {
-        let (SensorModel::CameraLaser { camera, laser_plane_in_camera }, Some(seam)) =
-            (&cell.sensor, cell.lines.first())
-        else {
-            return Err(SceneError::NoPictures);
-        };
+        let view = View::of(scenario, look, plates, seed).ok_or(SceneError::NothingSeen)?;
         let receiver =
             TruthReceiver::bind(robot).map_err(|error| SceneError::Robot { address: robot, error })?;
-        let shown = (joint, *seam, cell.approach.into_inner());
-        Ok(Self {
-            robot: receiver,
-            studio: Studio::new((*camera, *laser_plane_in_camera), shown, look, seed),
-            tool_from_camera: cell.tool_from_camera,
-            size: camera.size,
-            drawn: 0,
-        })
+        Ok(Self { robot: receiver, tool_from_camera: scenario.cell.tool_from_camera, view })
     }
 
-    /// Columns and rows of a picture.
+    /// A device with its sensor's size; a profiler sends so many profiles a frame, at the frame rate of the settings.
     #[must_use]
-    pub fn size(&self) -> [u32; 2] {
-        self.size
+    pub fn device(&self, settings: DeviceSettings, profiles_per_frame: u32) -> DeviceSettings {
+        match &self.view {
+            View::Camera { size: [width, height], .. } => {
+                DeviceSettings { width: *width, height: *height, ..settings }
+            }
+            View::Profiler { caster, range_m } => {
+                let scale_mm = (range_m[1] - range_m[0]) * MM_PER_M / RANGES;
+                let first_mm = caster.x_m(0) * MM_PER_M;
+                let range = RangeFeatures {
+                    along_mm: [caster.x_m(1) * MM_PER_M - first_mm, first_mm],
+                    // The first number after that for no return is the nearest range.
+                    range_mm: [scale_mm, range_m[0] * MM_PER_M - scale_mm],
+                    invalid: NO_RETURN,
+                    lines_hz: f64::from(profiles_per_frame) / settings.period_s,
+                    output_mode: OutputMode::RectifiedC,
+                };
+                let width = caster.columns() as u32;
+                DeviceSettings { width, height: profiles_per_frame, range: Some(range), ..settings }
+            }
+        }
     }
 
-    /// How long drawing takes on this machine with the robot at a pose, measured.
+    /// What to do about it if drawing takes too long on this machine, which is measured with the robot at a pose: a picture has to be drawn
+    /// before its first packet is due, and before the next one.
     #[must_use]
-    pub fn drawing_time(&self, base_from_tool: &Pose) -> Duration {
+    pub fn slow_drawing(&mut self, base_from_tool: &Pose, settings: &DeviceSettings) -> Option<String> {
+        let takes_ms = self.drawing_time(base_from_tool).as_secs_f64() * 1e3;
+        let (allowed_ms, latency_ms) =
+            (1e3 * (settings.readout_s + settings.latency_s), 1e3 * settings.latency_s);
+        let (period_ms, fps) = (1e3 * settings.period_s, 1.0 / settings.period_s);
+        if takes_ms <= 0.7 * allowed_ms && takes_ms <= 0.7 * period_ms {
+            return None;
+        }
+        Some(format!(
+            "a picture takes {takes_ms:.0} ms to draw on this machine, and has {allowed_ms:.0} ms (--readout-ms and --latency-ms) and \
+             {period_ms:.0} ms between pictures (--fps); those that are late are dropped. --latency-ms {:.0} and --fps {:.1} leave \
+             room; a smaller picture in sensor.toml is drawn faster",
+            (2.0 * takes_ms).max(latency_ms),
+            (500.0 / takes_ms).min(fps),
+        ))
+    }
+
+    fn drawing_time(&mut self, base_from_tool: &Pose) -> Duration {
         let base_from_camera = base_from_tool * self.tool_from_camera;
         let start = Instant::now();
         for number in 0..TRIED {
-            let _drawn = Renderer::new(&self.studio).draw(u64::from(number), |_| base_from_camera);
+            match &mut self.view {
+                View::Camera { studio, .. } => {
+                    let _drawn = Renderer::new(studio).draw(u64::from(number), |_| base_from_camera);
+                }
+                View::Profiler { caster, .. } => drop(caster.cast(&base_from_camera)),
+            }
         }
         start.elapsed() / TRIED
+    }
+
+    /// Waits until the robot has told where it was until then.
+    fn hears_until(&mut self, steady_ns: i64) -> bool {
+        let asked = Instant::now();
+        while self.robot.pose_at(steady_ns).is_none() {
+            if asked.elapsed() > PATIENCE {
+                return false;
+            }
+            thread::sleep(Duration::from_millis(1));
+        }
+        true
     }
 }
 
 impl Pictures for SimulatedScene {
     fn picture(&mut self, exposure_start_steady_ns: i64, exposure_s: f64) -> Option<GrayImage> {
         let length_ns = (exposure_s * 1e9) as i64;
-        let asked = Instant::now();
-        while self.robot.pose_at(exposure_start_steady_ns + length_ns).is_none() {
-            if asked.elapsed() > PATIENCE {
-                return None;
-            }
-            thread::sleep(Duration::from_millis(1));
+        if !self.hears_until(exposure_start_steady_ns + length_ns) {
+            return None;
         }
         let middle_ns = exposure_start_steady_ns + length_ns / 2;
         let first = self.robot.pose_at(exposure_start_steady_ns)?;
-        self.drawn += 1;
-        let picture = Renderer::new(&self.studio).draw(self.drawn, |from_middle_s| {
-            let at_ns = middle_ns + (from_middle_s * 1e9) as i64;
-            self.robot.pose_at(at_ns).unwrap_or(first) * self.tool_from_camera
-        });
-        Some(picture.image)
+        match &mut self.view {
+            View::Camera { studio, drawn, .. } => {
+                *drawn += 1;
+                let picture = Renderer::new(studio).draw(*drawn, |from_middle_s| {
+                    let at_ns = middle_ns + (from_middle_s * 1e9) as i64;
+                    self.robot.pose_at(at_ns).unwrap_or(first) * self.tool_from_camera
+                });
+                Some(picture.image)
+            }
+            View::Profiler { caster, range_m } => {
+                let base_from_camera = self.robot.pose_at(middle_ns)? * self.tool_from_camera;
+                Some(row(&caster.cast(&base_from_camera), *range_m))
+            }
+        }
     }
+}
+
+/// Ranges as numbers: the nearest is 1, the furthest the largest.
+fn row(ranges_m: &[Option<f64>], [near_m, far_m]: [f64; 2]) -> GrayImage {
+    let number = |range_m: &Option<f64>| {
+        range_m.map_or(NO_RETURN, |range_m| {
+            (1.0 + RANGES * (range_m - near_m) / (far_m - near_m)).round() as u16
+        })
+    };
+    let counts: Vec<u16> = ranges_m.iter().map(number).collect();
+    GrayImage { width: counts.len(), height: 1, pixels: Pixels::Sixteen(counts) }
 }

@@ -43,6 +43,7 @@ fn frame(k: u64, is_whole: bool) -> CameraFrame {
     let image = GrayImage { width: 2, height: 1, pixels: Pixels::Eight(vec![k as u8, 7]) };
     CameraFrame {
         image: is_whole.then_some(image),
+        profiles: Vec::new(),
         frame: k,
         device_ns: Some(500 + k as i64),
         first_packet_ns: Some(1_000 + k as i64),
@@ -89,8 +90,7 @@ fn every_frame_is_recorded_with_all_its_stamps_and_losses_are_counted() {
         assert!(outcome.camera.is_ok());
         recorder.finish().unwrap();
         // Numbers 3 and 4 never came, and frame 2 has no picture.
-        let counts =
-            CameraCounts { frames: 3, unusable: 1, missing: 2, seams: 0, clock_set: 0, interruptions: 0 };
+        let counts = CameraCounts { frames: 3, unusable: 1, missing: 2, ..CameraCounts::default() };
         assert_eq!(cell.state().camera, Some(counts));
         assert_eq!((counts.taken(), counts.lost(), counts.is_doubtful()), (5, 3, true));
         let recorded = recorded_frames(folder.path());

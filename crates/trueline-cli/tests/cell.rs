@@ -172,6 +172,41 @@ fn a_stream_is_recorded_and_calibrates_to_what_was_put_in() {
 
 #[test]
 #[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
+fn profiles_over_the_network_are_recorded_and_calibrate_to_what_was_put_in() {
+    let dir = tempfile::tempdir().unwrap();
+    let planned = trueline(
+        dir.path(),
+        &["plan", "--example=profiler", "--out", "plan", "--duration-s", "12", "--tries", "400", "--quiet"],
+    );
+    assert_eq!(planned.status.code(), Some(0), "{}", words(&planned));
+    let cell = Cell::new(5);
+    let _camera = cell.camera(dir.path(), &["--profiles-per-frame", "3"]);
+    let _robot = cell.robot(dir.path(), &["--rest-s", "1.5"]);
+    let (pc, camera) = (cell.pc.as_str(), cell.camera.as_str());
+    let recorded = trueline(
+        dir.path(),
+        &[
+            "record",
+            "--bind",
+            pc,
+            "--camera",
+            camera,
+            "--sensor",
+            "plan/sensor.toml",
+            "--out",
+            "rec",
+            "--for-s",
+            "15",
+        ],
+    );
+    assert_eq!(recorded.status.code(), Some(0), "{}", words(&recorded));
+    assert!(words(&recorded).contains(" profiles in "), "{}", words(&recorded));
+    let offset_s = truth(dir.path())["time_offset_s"].as_float().unwrap();
+    check(dir.path(), &calibrated(dir.path(), "rec"), offset_s);
+}
+
+#[test]
+#[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
 fn a_led_scan_over_a_lossy_network_with_dropped_pictures_does_too() {
     let dir = tempfile::tempdir().unwrap();
     write_plan(dir.path());

@@ -67,6 +67,11 @@ fn bytes(image: &GrayImage, wanted: &Wanted, format: PixelFormat) -> Vec<u8> {
                     *byte = (level >> 8) as u8;
                 }
             }
+            (Pixels::Sixteen(levels), PixelFormat::Coord3dAc16) => {
+                let counts =
+                    (left..).zip(&levels[pixels]).flat_map(|(column, level)| [column as u16, *level]);
+                fill(line, counts, format);
+            }
             (Pixels::Eight(levels), _) => {
                 let levels = levels[pixels].iter().map(|level| u16::from(*level) * 257);
                 fill(line, levels, format);
@@ -91,7 +96,17 @@ mod tests {
     fn wanted(size: [u32; 2], offset: [u32; 2]) -> Wanted {
         let to = "127.0.0.1:1".parse().unwrap();
         let format = None;
-        Wanted { size, offset, format, exposure_s: 0.0, period_s: 1.0, single: false, packet_bytes: 100, to }
+        Wanted {
+            size,
+            offset,
+            format,
+            exposure_s: 0.0,
+            period_s: 1.0,
+            line_period_s: 0.0,
+            single: false,
+            packet_bytes: 100,
+            to,
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The registers of the device and the description by which programs find them.
 
-use super::settings::DeviceSettings;
+use super::settings::{DeviceSettings, OutputMode, RangeFeatures};
 use crate::gige::PixelFormat;
 use std::net::SocketAddr;
 use telegenic::emulator::{DeviceConfig, GigeDevice, Reaction, XML_ADDRESS};
@@ -19,6 +19,10 @@ const OFFSET_Y: u32 = 0x2028;
 const GAIN_AUTO: u32 = 0x202C;
 const PTP_ENABLE: u32 = 0x2030;
 const PTP_STATUS: u32 = 0x2034;
+const OUTPUT_MODE: u32 = 0x2100;
+const LINE_RATE: u32 = 0x2108;
+/// Scale, offset, number of what is not valid and whether it is used, of coordinate A and of coordinate C.
+const COORDINATES: [u32; 2] = [0x2120, 0x2160];
 
 const CONTINUOUS: u32 = 0;
 const AUTO_CONTINUOUS: u32 = 2;
@@ -29,6 +33,10 @@ const DEVICE_MODE: u32 = 0x8000_0001;
 /// Persistent and link-local addresses.
 const IP_CONFIG: u32 = 5;
 const DESCRIPTION: &str = include_str!("description.xml");
+const RANGE_FEATURES: &str = include_str!("range_features.xml");
+const RANGE_FORMATS: &str = r#"<EnumEntry Name="Coord3D_C16"><Value>17825976</Value></EnumEntry><EnumEntry Name="Coord3D_AC16"><Value>35651771</Value></EnumEntry>"#;
+/// A stripe of a camera is seen in rows by pairs.
+const LEAST_HEIGHT_OF_PICTURES: &str = "2";
 /// From the description's address to the end of the memory.
 const DESCRIPTION_ROOM: usize = 0x8000;
 const SERIAL_ROOM: usize = standard::SERIAL_NUMBER_SIZE - 1;
@@ -43,6 +51,7 @@ pub(super) struct Registers {
     period_s: f64,
     /// The frame rate register as it started: as long as it stands, the period is the exact one.
     frame_rate: u32,
+    range: Option<RangeFeatures>,
 }
 
 /// What a program wants now.
@@ -60,6 +69,8 @@ pub(super) struct Wanted {
     pub period_s: f64,
     /// Size of a packet on the wire, bytes.
     pub packet_bytes: u32,
+    /// Between the rows of a profiler, s of its clock; 0 for a camera, which exposes all at once.
+    pub line_period_s: f64,
     /// Whether one picture is enough.
     pub single: bool,
     /// Where packets go.
@@ -97,18 +108,50 @@ impl Registers {
         }
         device.set_packet_resend(true);
         device.set_max_packet_size(Some(settings.packet_bytes));
-        let mut registers = Self { device, period_s: settings.period_s, frame_rate };
+        let mut registers = Self { device, period_s: settings.period_s, frame_rate, range: settings.range };
+        registers.set_range(settings.range.as_ref());
         registers.describe(settings);
         registers
     }
 
     fn describe(&mut self, settings: &DeviceSettings) {
+        let [features, formats, least_height] = match settings.range {
+            Some(_) => [RANGE_FEATURES, RANGE_FORMATS, "1"],
+            None => ["", "", LEAST_HEIGHT_OF_PICTURES],
+        };
         let xml = DESCRIPTION
+            .replace("RANGE_FEATURES", features)
+            .replace("RANGE_FORMATS", formats)
+            .replace("LEAST_HEIGHT", least_height)
             .replace("SENSOR_WIDTH", &settings.width.to_string())
             .replace("SENSOR_HEIGHT", &settings.height.to_string());
         let url = format!("Local:trueline.xml;{XML_ADDRESS:X};{:X}", xml.len());
         self.put(XML_ADDRESS, xml.as_bytes(), DESCRIPTION_ROOM);
         self.put(standard::XML_URL_0, url.as_bytes(), standard::XML_URL_SIZE);
+    }
+
+    fn set_range(&mut self, range: Option<&RangeFeatures>) {
+        let Some(range) = range else { return };
+        let mode = match range.output_mode {
+            OutputMode::UncalibratedC => 0,
+            OutputMode::CalibratedAc => 3,
+            OutputMode::RectifiedC => 7,
+        };
+        let format = match range.output_mode {
+            OutputMode::CalibratedAc => PixelFormat::Coord3dAc16,
+            OutputMode::UncalibratedC | OutputMode::RectifiedC => PixelFormat::Coord3dC16,
+        };
+        self.device.write_reg(OUTPUT_MODE, mode);
+        self.device.write_reg(PIXEL_FORMAT, format.code());
+        self.put(LINE_RATE, &range.lines_hz.to_be_bytes(), 8);
+        // A column is a number as any other.
+        let coordinates = [(range.along_mm, None), (range.range_mm, Some(range.invalid))];
+        for (address, ([scale, offset], invalid)) in COORDINATES.into_iter().zip(coordinates) {
+            for (place, number) in [scale, offset, f64::from(invalid.unwrap_or(0))].into_iter().enumerate() {
+                self.put(address + 8 * place as u32, &number.to_be_bytes(), 8);
+            }
+            self.device.write_reg(address + 24, u32::from(invalid.is_some()));
+        }
     }
 
     fn put(&mut self, address: u32, bytes: &[u8], room: usize) {
@@ -161,7 +204,10 @@ impl Registers {
         let real = |register, [least, most]: [f64; 2]| {
             f64::from(f32::from_bits(read(register))).max(least).min(most)
         };
-        let period_s = if read(FRAME_RATE) == self.frame_rate {
+        let line_period_s = self.range.map_or(0.0, |range| 1.0 / range.lines_hz);
+        let period_s = if self.range.is_some() {
+            line_period_s * f64::from(read(HEIGHT))
+        } else if read(FRAME_RATE) == self.frame_rate {
             self.period_s
         } else {
             1.0 / real(FRAME_RATE, FRAME_RATES)
@@ -173,6 +219,7 @@ impl Registers {
             exposure_s: real(EXPOSURE, EXPOSURES_US) * 1e-6,
             period_s,
             packet_bytes: read(standard::STREAM_CHANNEL_PACKET_SIZE) & standard::SCPS_PACKET_SIZE_MASK,
+            line_period_s,
             single: read(ACQUISITION_MODE) != CONTINUOUS,
             to,
         })

@@ -10,12 +10,12 @@ use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
-use trueline_dataset::GrayImage;
+use trueline_dataset::{GrayImage, Pixels};
 
 /// What the camera looks at.
 pub trait Pictures: Send {
     /// The picture of the whole sensor of an exposure that has just ended: its start in ns of the steady clock and its
-    /// length in s. `None` drops it.
+    /// length in s. `None` drops it. A profiler exposes its rows one after the other, and each is a picture of one row.
     fn picture(&mut self, exposure_start_steady_ns: i64, exposure_s: f64) -> Option<GrayImage>;
 }
 
@@ -91,7 +91,10 @@ impl Sensor {
 
     fn expose(&mut self, sequence: Sequence, wanted: &Wanted) {
         let start_ns = sequence.exposure_start_ns();
-        let end_ns = start_ns + (wanted.exposure_s * 1e9) as i64;
+        let rows = if wanted.line_period_s > 0.0 { wanted.size[1] } else { 1 };
+        let line_ns = self.shared.clock.steady_length_ns(wanted.line_period_s * 1e9);
+        let starts_ns = (0..rows).map(|row| start_ns + (f64::from(row) * line_ns).round() as i64);
+        let end_ns = starts_ns.clone().next_back().unwrap_or(start_ns) + (wanted.exposure_s * 1e9) as i64;
         let settings = &self.shared.settings;
         let due_ns = end_ns + ((settings.readout_s + settings.latency_s) * 1e9) as i64;
         if !self.shared.sleep_until(end_ns) {
@@ -105,7 +108,8 @@ impl Sensor {
         if self.shared.now_ns() > due_ns {
             return self.shared.count(|counts| counts.late += 1);
         }
-        let Some(image) = self.pictures.picture(start_ns, wanted.exposure_s) else {
+        let seen = starts_ns.map(|start_ns| self.pictures.picture(start_ns, wanted.exposure_s));
+        let Some(image) = seen.collect::<Option<Vec<_>>>().and_then(stacked) else {
             return self.shared.count(|counts| counts.dropped += 1);
         };
         self.hand_over(sequence, wanted, &image, due_ns);
@@ -134,4 +138,18 @@ impl Sensor {
         // Nobody receives any more when the device is being stopped.
         let _ = self.out.send(picture);
     }
+}
+
+/// Pictures of one row as one picture; the only one as it is.
+fn stacked(mut rows: Vec<GrayImage>) -> Option<GrayImage> {
+    if rows.len() == 1 {
+        return rows.pop();
+    }
+    let (width, height) = (rows.first()?.width, rows.len());
+    let mut counts = Vec::with_capacity(width * height);
+    for row in rows {
+        let Pixels::Sixteen(row) = row.pixels else { return None };
+        counts.extend(row);
+    }
+    (counts.len() == width * height).then_some(GrayImage { width, height, pixels: Pixels::Sixteen(counts) })
 }

@@ -34,6 +34,35 @@ pub struct DeviceSettings {
     pub seed: u64,
     /// Serial number, of which 15 characters count.
     pub serial: String,
+    /// It is a profiler: its pictures are profiles, a row each; `None` for a camera.
+    pub range: Option<RangeFeatures>,
+}
+
+/// What a simulated profiler says of its numbers. Its pictures hold the numbers of coordinate C in 16 bits; coordinate A follows from the
+/// column. It starts with `Coord3D_C16`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeFeatures {
+    /// Scale and offset of coordinate A, mm.
+    pub along_mm: [f64; 2],
+    /// Scale and offset of coordinate C, mm.
+    pub range_mm: [f64; 2],
+    /// The number that marks what has no return.
+    pub invalid: u16,
+    /// Profiles in a second, Hz: a frame takes as many of their periods as it has rows, and so the frame rate is this over the height.
+    pub lines_hz: f64,
+    /// What its numbers are, in the words of `Scan3dOutputMode`.
+    pub output_mode: OutputMode,
+}
+
+/// What the numbers of a profiler are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OutputMode {
+    /// Rows on the detector.
+    UncalibratedC,
+    /// Ranges in columns that are evenly spaced along the stripe.
+    RectifiedC,
+    /// Both coordinates.
+    CalibratedAc,
 }
 
 impl DeviceSettings {
@@ -55,6 +84,7 @@ impl DeviceSettings {
             frame_drop: 0.0,
             seed: 1,
             serial: "SIM-1".to_owned(),
+            range: None,
         }
     }
 }

@@ -7,6 +7,7 @@ use super::features;
 use super::latch::{Asked, Latch};
 use super::picture::{self, Session};
 use super::ptp::{self, PtpState};
+use super::scan3d;
 use super::settings::GigeSettings;
 use super::stamps::{LatchStamps, PacketStamps};
 use crate::error::CameraError;
@@ -89,10 +90,11 @@ impl GigeCamera {
     pub fn open(settings: &GigeSettings, clock: HostClock) -> Result<Self, CameraError> {
         let latch_stamps = LatchStamps::new(clock);
         let mut camera = connect(settings, latch_stamps.clone())?;
-        features::configure(&mut camera, settings)?;
+        let format = features::configure(&mut camera, settings)?;
         automatic::turn_off(&mut camera)?;
         let size = [features::size(&mut camera, "Width")?, features::size(&mut camera, "Height")?];
-        let session = Session { size, format: settings.pixel };
+        let range = settings.profiles.then(|| scan3d::scale(&mut camera, format, size[1])).transpose()?;
+        let session = Session { size, format, range };
         let tick_hz = tick_hz(camera.transport());
         let packets = PacketStamps::new(clock);
         let stream = open_stream(&mut camera, settings, packets.clone())?;
@@ -176,7 +178,7 @@ impl GigeCamera {
     /// A picture; `None` for a stray packet that is none.
     fn given(&mut self, frame: &Frame) -> Option<CameraFrame> {
         let packets = self.packets.take(frame.frame_id);
-        let (status, image) = picture::of(frame, packets.as_ref(), self.session);
+        let (status, seen) = picture::of(frame, packets.as_ref(), self.session);
         let is_whole = !matches!(status, FrameStatus::Incomplete { .. });
         let Some(number) = self.ids.unwrapped(frame.frame_id, is_whole) else {
             self.counts.stray += 1;
@@ -189,7 +191,8 @@ impl GigeCamera {
         self.last_packet_ns = self.last_packet_ns.max(complete_ns);
         let ticks = Some(frame.timestamp_ticks).filter(|ticks| *ticks != 0);
         Some(CameraFrame {
-            image,
+            image: seen.image,
+            profiles: seen.profiles,
             frame: number,
             device_ns: ticks.map(|ticks| device_ns(ticks, self.tick_hz)),
             first_packet_ns: packets.map(|p| p.first_ns),

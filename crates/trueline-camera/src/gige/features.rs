@@ -1,7 +1,8 @@
 //! Setting a camera up: makers name the same thing differently.
 
 use super::errors::feature;
-use super::settings::GigeSettings;
+use super::scan3d;
+use super::settings::{GigeSettings, PixelFormat};
 use crate::error::CameraError;
 use telegenic::{GenICamera, GenicamError};
 
@@ -9,15 +10,18 @@ const EXPOSURE: [&str; 2] = ["ExposureTime", "ExposureTimeAbs"];
 const FRAME_RATE: [&str; 2] = ["AcquisitionFrameRate", "AcquisitionFrameRateAbs"];
 const FRAME_RATE_SWITCH: [&str; 2] = ["AcquisitionFrameRateEnable", "AcquisitionFrameRateMode"];
 
-/// Sets size, format, exposure and rate of a camera that runs by itself.
+/// Sets size, format, exposure and rate of a camera that runs by itself; returns the format.
 ///
 /// # Errors
 /// A feature that is there and cannot be set as asked for.
-pub(crate) fn configure(camera: &mut GenICamera, settings: &GigeSettings) -> Result<(), CameraError> {
+pub(crate) fn configure(
+    camera: &mut GenICamera,
+    settings: &GigeSettings,
+) -> Result<PixelFormat, CameraError> {
     // A program that crashed may have left the camera running, and then it lets nothing be set.
     let _ = camera.execute("AcquisitionStop");
     let _ = camera.set_integer("TLParamsLocked", 0);
-    set_format(camera, settings)?;
+    let format = set_format(camera, settings)?;
     set_size(camera, settings)?;
     set_if_there(camera, "TriggerMode", "Off")?;
     set_if_there(camera, "AcquisitionMode", "Continuous")?;
@@ -29,7 +33,7 @@ pub(crate) fn configure(camera: &mut GenICamera, settings: &GigeSettings) -> Res
         switch_rate_on(camera);
         set_one_of(camera, &FRAME_RATE, fps)?;
     }
-    Ok(())
+    Ok(format)
 }
 
 /// Exposure time as the camera tells it, µs.
@@ -60,10 +64,13 @@ pub(crate) fn set_if_there(camera: &mut GenICamera, name: &str, entry: &str) -> 
     camera.set_enum(name, entry).map_err(|e| feature(name, &e))
 }
 
-fn set_format(camera: &mut GenICamera, settings: &GigeSettings) -> Result<(), CameraError> {
+fn set_format(camera: &mut GenICamera, settings: &GigeSettings) -> Result<PixelFormat, CameraError> {
+    if settings.profiles {
+        return scan3d::set_format(camera);
+    }
     let wanted = settings.pixel.name();
     match camera.set_enum("PixelFormat", wanted) {
-        Ok(()) => Ok(()),
+        Ok(()) => Ok(settings.pixel),
         Err(GenicamError::Camera(error)) => Err(feature("PixelFormat", &GenicamError::Camera(error))),
         Err(_) => {
             let offered = camera.enum_entries("PixelFormat").unwrap_or_default().join(", ");

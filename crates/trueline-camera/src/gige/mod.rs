@@ -9,6 +9,7 @@ mod features;
 mod latch;
 mod picture;
 mod ptp;
+mod scan3d;
 mod settings;
 mod stamps;
 

@@ -3,30 +3,49 @@
 use super::settings::PixelFormat;
 use super::stamps::Packets;
 use crate::frame_source::FrameStatus;
+use crate::range::{RangeProfile, RangeScale};
 use telegenic::{Frame, FrameStatus as Driver, PayloadKind};
 use trueline_dataset::{GrayImage, Pixels};
 
 /// Size and format that every picture of a session has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Session {
     /// Columns and rows, px.
     pub size: [u32; 2],
     /// Format.
     pub format: PixelFormat,
+    /// What the numbers of a profiler mean; `None` for a camera.
+    pub range: Option<RangeScale>,
 }
 
-/// How a picture is, and itself if it can be used.
-pub(super) fn of(
-    frame: &Frame,
-    packets: Option<&Packets>,
-    session: Session,
-) -> (FrameStatus, Option<GrayImage>) {
+/// What came of a frame: a picture of a camera, or the profiles of a profiler.
+#[derive(Debug, Default)]
+pub(super) struct Seen {
+    /// The picture.
+    pub image: Option<GrayImage>,
+    /// The profiles.
+    pub profiles: Vec<RangeProfile>,
+}
+
+/// How a frame is, and what is in it if it can be used.
+pub(super) fn of(frame: &Frame, packets: Option<&Packets>, session: Session) -> (FrameStatus, Seen) {
     let status = status(frame, packets, session);
-    let image = (status == FrameStatus::Complete).then(|| image(frame.data(), frame, session));
-    match image {
+    if status != FrameStatus::Complete {
+        return (status, Seen::default());
+    }
+    match image(frame.data(), frame, session) {
+        Some(image) => (status, seen(image, session)),
         // The leader says more than the packets brought.
-        Some(None) => (FrameStatus::Incomplete { missing: 1 }, None),
-        image => (status, image.flatten()),
+        None => (FrameStatus::Incomplete { missing: 1 }, Seen::default()),
+    }
+}
+
+fn seen(image: GrayImage, session: Session) -> Seen {
+    match (session.range, &image.pixels) {
+        (Some(scale), Pixels::Sixteen(counts)) => {
+            Seen { image: None, profiles: scale.profiles(counts, session.size[0] as usize) }
+        }
+        _ => Seen { image: Some(image), profiles: Vec::new() },
     }
 }
 
@@ -75,7 +94,9 @@ fn pixels(data: &[u8], session: Session, padding: usize) -> Option<GrayImage> {
             Pixels::Sixteen(pairs.map(|pair| u16::from_le_bytes([pair[0], pair[1]]) << up).collect())
         }
     };
-    Some(GrayImage { width, height, pixels })
+    // With both coordinates of range data a column is two numbers.
+    let numbers = if session.format == PixelFormat::Coord3dAc16 { 2 * width } else { width };
+    Some(GrayImage { width: numbers, height, pixels })
 }
 
 #[cfg(test)]
@@ -84,7 +105,7 @@ mod tests {
 
     #[test]
     fn lines_that_are_filled_up_are_cut() {
-        let session = Session { size: [3, 2], format: PixelFormat::Mono8 };
+        let session = Session { size: [3, 2], format: PixelFormat::Mono8, range: None };
         let image = pixels(&[1, 2, 3, 99, 4, 5, 6], session, 1).unwrap();
         assert_eq!(image.pixels, Pixels::Eight(vec![1, 2, 3, 4, 5, 6]));
         assert_eq!(pixels(&[1, 2, 3, 4, 5], session, 0), None, "one pixel too few");
@@ -94,7 +115,7 @@ mod tests {
     fn white_is_white_in_every_format_of_two_bytes() {
         for format in [PixelFormat::Mono10, PixelFormat::Mono12, PixelFormat::Mono16] {
             let white = ((1_u32 << format.bits()) - 1) as u16;
-            let session = Session { size: [2, 1], format };
+            let session = Session { size: [2, 1], format, range: None };
             let data: Vec<u8> = [white, 1].iter().flat_map(|v| v.to_le_bytes()).collect();
             let Pixels::Sixteen(levels) = pixels(&data, session, 0).unwrap().pixels else {
                 panic!("16 bits were asked for")

@@ -14,8 +14,11 @@ pub struct GigeSettings {
     pub height: Option<u32>,
     /// First column and row on the sensor, px.
     pub offset: Option<[u32; 2]>,
-    /// Pixel format.
+    /// Pixel format of pictures.
     pub pixel: PixelFormat,
+    /// Profiles are wanted instead of pictures: in the format that the camera is set to, if it is one of range data, else in the
+    /// first of [`PixelFormat::RANGE`] that it offers.
+    pub profiles: bool,
     /// Exposure time, µs.
     pub exposure_us: Option<f64>,
     /// Packet size on the wire, bytes; `None` asks for the largest that the network carries.
@@ -34,6 +37,7 @@ impl GigeSettings {
             height: None,
             offset: None,
             pixel: PixelFormat::Mono8,
+            profiles: false,
             exposure_us: None,
             packet_size: None,
             fps: None,
@@ -41,7 +45,7 @@ impl GigeSettings {
     }
 }
 
-/// Gray formats without packing.
+/// Formats without packing: gray levels and range data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelFormat {
     /// 8 bits.
@@ -52,9 +56,16 @@ pub enum PixelFormat {
     Mono12,
     /// 16 bits.
     Mono16,
+    /// Range data: coordinate C in 16 bits.
+    Coord3dC16,
+    /// Range data: coordinates A and C in 16 bits each.
+    Coord3dAc16,
 }
 
 impl PixelFormat {
+    /// Formats in which range data come, the preferred one first. Mono16 is one if a profiler was set to it.
+    pub const RANGE: [Self; 3] = [Self::Coord3dC16, Self::Coord3dAc16, Self::Mono16];
+
     /// Name in the standard features naming convention.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -63,6 +74,8 @@ impl PixelFormat {
             Self::Mono10 => "Mono10",
             Self::Mono12 => "Mono12",
             Self::Mono16 => "Mono16",
+            Self::Coord3dC16 => "Coord3D_C16",
+            Self::Coord3dAc16 => "Coord3D_AC16",
         }
     }
 
@@ -74,29 +87,36 @@ impl PixelFormat {
             Self::Mono10 => 0x0110_0003,
             Self::Mono12 => 0x0110_0005,
             Self::Mono16 => 0x0110_0007,
+            Self::Coord3dC16 => 0x0110_00B8,
+            Self::Coord3dAc16 => 0x0220_00BB,
         }
     }
 
     /// The format of a code.
     #[must_use]
     pub(crate) fn of_code(code: u32) -> Option<Self> {
-        [Self::Mono8, Self::Mono10, Self::Mono12, Self::Mono16].into_iter().find(|f| f.code() == code)
+        let gray = [Self::Mono8, Self::Mono10, Self::Mono12];
+        gray.into_iter().chain(Self::RANGE).find(|format| format.code() == code)
     }
 
     /// Bytes of a pixel.
     #[must_use]
     pub fn bytes(self) -> usize {
-        if self == Self::Mono8 { 1 } else { 2 }
+        match self {
+            Self::Mono8 => 1,
+            Self::Coord3dAc16 => 4,
+            _ => 2,
+        }
     }
 
-    /// Bits that say something.
+    /// Bits of a number that say something.
     #[must_use]
     pub fn bits(self) -> u32 {
         match self {
             Self::Mono8 => 8,
             Self::Mono10 => 10,
             Self::Mono12 => 12,
-            Self::Mono16 => 16,
+            Self::Mono16 | Self::Coord3dC16 | Self::Coord3dAc16 => 16,
         }
     }
 }

@@ -7,8 +7,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 use trueline_args::CameraSimArgs;
 use trueline_camera::device::{Device, DeviceHandle};
-use trueline_cell::{SceneError, SimulatedScene};
-use trueline_dataset::{Guess, known_toml};
+use trueline_cell::{CameraLook, SceneError, SimulatedScene};
+use trueline_dataset::{Guess, Sensor, known_toml};
+use trueline_experiments::planned;
 use trueline_live::HostClock;
 
 /// Between looks at whether it is time to end.
@@ -16,25 +17,35 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// Runs the command.
 pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
-    if args.exposure_ms * 1e-3 > 1.0 / args.fps {
+    if args.exposure_ms * 1e-3 > args.longest_exposure_s() {
         return Err(Failure::new(
             format!(
-                "--exposure-ms: expected less than the time between pictures, found {}",
+                "--exposure-ms: expected less than the time between pictures or profiles, found {}",
                 args.exposure_ms
             ),
             "`trueline camera-sim --help` explains it",
         ));
     }
     interrupt::watch()?;
-    let cell = planned_scan::read(&args.plan, args.exact_guess, args.seed)?.scenario.cell;
-    let scene = SimulatedScene::new(&cell, (args.joint)(), args.look(), args.seed, args.robot_truth)?;
-    tell_drawing_time(&scene, args)?;
+    let mut planned = planned_scan::read(&args.plan, args.exact_guess, args.seed)?;
+    let is_profiler = planned.cell.sensor == Sensor::Profiler;
+    let plates = is_profiler.then(|| planned::plates(&planned.cell, &mut planned.scenario)).flatten();
+    let look = CameraLook { joint: (args.joint)(), look: args.look() };
+    let mut scene = SimulatedScene::new(
+        &planned.scenario,
+        &look,
+        &plates.unwrap_or_default(),
+        args.seed,
+        args.robot_truth,
+    )?;
+    tell_drawing_time(&mut scene, args)?;
+    let (cell, settings) = (planned.scenario.cell, scene.device(args.device(), args.profiles_per_frame));
     if let Some(file) = &args.truth {
         let parameters =
             Guess { time_offset_s: args.time_offset_s(), tool_from_camera: cell.tool_from_camera };
         output::file(file, &known_toml::format(&parameters, &cell.lines))?;
     }
-    let device = Device::start(args.device(scene.size()), HostClock::start(), scene).map_err(|error| {
+    let device = Device::start(settings, HostClock::start(), scene).map_err(|error| {
         Failure::new(
             format!("{}: no camera can be there: {error}", args.address),
             "is another camera (or this command) running at that address? 127.0.0.2 is another one",
@@ -51,22 +62,10 @@ pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A picture has to be drawn before its first packet is due, and before the next one.
-fn tell_drawing_time(scene: &SimulatedScene, args: &CameraSimArgs) -> Result<(), Failure> {
+fn tell_drawing_time(scene: &mut SimulatedScene, args: &CameraSimArgs) -> Result<(), Failure> {
     let path = path_file::read(&args.plan)?;
-    let Some(first) = path.first() else { return Ok(()) };
-    let takes_ms = scene.drawing_time(&first.base_from_tool).as_secs_f64() * 1e3;
-    let allowed_ms = args.readout_ms + args.latency_ms;
-    if takes_ms > 0.7 * allowed_ms || takes_ms > 700.0 / args.fps {
-        output::words(&format!(
-            "warning: a picture takes {takes_ms:.0} ms to draw on this machine, and has {allowed_ms:.0} ms (--readout-ms and \
-             --latency-ms) and {:.0} ms between pictures (--fps); those that are late are dropped. --latency-ms {:.0} and --fps \
-             {:.1} leave room; a smaller picture in sensor.toml is drawn faster",
-            1e3 / args.fps,
-            (2.0 * takes_ms).max(args.latency_ms),
-            (500.0 / takes_ms).min(args.fps),
-        ));
-    }
+    let slow = path.first().and_then(|first| scene.slow_drawing(&first.base_from_tool, &args.device()));
+    slow.iter().for_each(|slow| output::words(&format!("warning: {slow}")));
     Ok(())
 }
 
@@ -86,7 +85,7 @@ fn serve(device: &DeviceHandle, args: &CameraSimArgs) {
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         match &error {
-            SceneError::NoPictures => Self::new(error.to_string(), "plan with a camera_laser"),
+            SceneError::NothingSeen => Self::new(error.to_string(), "plan with a camera_laser or a profiler"),
             SceneError::Robot { .. } => Self::new(
                 format!("--robot-truth {error}"),
                 "the address that `robot-sim --truth-to` has, on this machine",

@@ -123,7 +123,7 @@ impl<'a> Collector<'a> {
                 }
             }
             Content::Picture(picture) => self.add_picture(message, &picture),
-            Content::Profile(profile) => self.profiles.push(profile),
+            Content::Profile(profile) => self.add_profile(message, profile),
             Content::Frame(frame) => self.frames.push(frame),
             Content::Features(features) => self.features.extend(features),
             Content::RobotClocks(steady_ns, ptp_ns) => {
@@ -188,6 +188,14 @@ impl<'a> Collector<'a> {
             }
             _ => {}
         }
+    }
+
+    fn add_profile(&mut self, message: &BagMessage<'_>, mut profile: StampedProfile) {
+        if self.is_own {
+            profile.stamp_ns = message.log_time as i64;
+            profile.frame = Some(u64::from(message.sequence));
+        }
+        self.profiles.push(profile);
     }
 
     /// Keeps where the picture is: its pixels are read again when they are needed.

@@ -40,6 +40,14 @@ pub(super) fn stamp(
     refuse_strangers(robot, seen)
 }
 
+/// Profiles are recorded without a time of the profiler's own.
+///
+/// # Errors
+/// Any profile.
+pub(super) fn refuse_profiles(count: usize) -> Result<(), ImportError> {
+    refuse(count, "profiles")
+}
+
 fn refuse(count: usize, what: &'static str) -> Result<(), ImportError> {
     if count == 0 { Ok(()) } else { Err(ImportError::NoPtp { count, what }) }
 }

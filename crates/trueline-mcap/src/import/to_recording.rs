@@ -18,6 +18,7 @@ use crate::message::content::PictureOrigin;
 use crate::read::bag::Bag;
 use crate::read::damage::DamagedFile;
 use crate::read::survey::{self, Survey};
+use crate::write::entry::COMPLETE;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
@@ -63,6 +64,7 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
     let mut features = features(&mut collected, &sensor.sensor, &mut notes)?;
     let mut robot = robot(&mut collected, &chosen, &mut notes)?;
     if choice.clock == StampClock::Ptp {
+        common_clock::refuse_profiles(collected.profiles.len())?;
         common_clock::stamp(&mut robot, &mut frames, &mut features, &collected.ptp_ns)?;
         notes.push("stamps are IEEE 1588 times of controller and camera".to_owned());
     }
@@ -211,7 +213,11 @@ fn frames(
     if !is_own && not_stamped(pictures.iter().map(|picture| picture.stamp_ns)) {
         return Err(ImportError::NotStamped { topic: chosen.pictures.clone().unwrap_or_default() });
     }
-    let stamps = is_own.then(|| std::mem::take(&mut collected.frames));
+    let mut stamps = is_own.then(|| std::mem::take(&mut collected.frames));
+    if chosen.profiles.is_some() {
+        // A frame of profiles has no picture; what is told is which of them did not come whole.
+        stamps.iter_mut().for_each(|stamps| stamps.retain(|frame| frame.status != COMPLETE));
+    }
     let (frames, told) = recorded_frames(pictures, stamps);
     notes.extend(told);
     Ok(frames)
@@ -245,10 +251,18 @@ fn profiles(
         return Err(ImportError::NotStamped { topic: chosen.profiles.clone().unwrap_or_default() });
     }
     notes.extend(sort(&mut profiles, |profile| profile.stamp_ns, "profiles"));
+    let no_return: usize = profiles.iter().map(|profile| profile.no_return).sum();
+    if no_return > 0 {
+        let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
+        notes.push(format!(
+            "{no_return} of {} columns of the profiles have no return and were left out",
+            no_return + points
+        ));
+    }
     let point = |[x_m, z_m]: [f64; 2]| ProfilePoint { x_m, z_m, intensity: None };
     let numbered = profiles.into_iter().zip(0..).map(|(profile, frame)| Profile {
         stamp_ns: profile.stamp_ns,
-        frame: Some(frame),
+        frame: Some(profile.frame.unwrap_or(frame)),
         points: profile.points.into_iter().map(point).collect(),
     });
     Ok(numbered.collect())

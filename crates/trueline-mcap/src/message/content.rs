@@ -102,8 +102,12 @@ pub enum PictureOrigin {
 pub struct StampedProfile {
     /// Stamp in the message, ns.
     pub stamp_ns: i64,
+    /// Its number, where the message has one.
+    pub frame: Option<u64>,
     /// Its points: x along the stripe, z range, m.
     pub points: Vec<[f64; 2]>,
+    /// Columns without a return.
+    pub no_return: usize,
 }
 
 /// A picture as it was recorded.

@@ -1,11 +1,13 @@
 //! The messages of Foxglove that matter here.
 
-use crate::message::content::{Content, Kind, StampedPicture, StampedPose, StampedTransform};
+use crate::message::content::{Content, Kind, StampedPicture, StampedPose, StampedProfile, StampedTransform};
 use crate::message::content_error::ContentError;
 use crate::message::gray_picture::{RawPicture, compressed};
+use crate::message::ros_profile::{PointField, Points};
 use crate::message::spatial::{frame_name, pose_of};
 use foxglove::messages::{
-    CompressedImage, FrameTransform, FrameTransforms, PoseInFrame, Quaternion, RawImage, Vector3,
+    CompressedImage, FrameTransform, FrameTransforms, PointCloud, PoseInFrame, Quaternion, RawImage, Vector3,
+    packed_element_field::NumericType,
 };
 use prost::Message;
 
@@ -16,6 +18,7 @@ pub(super) fn kind(schema: &str) -> Kind {
         "foxglove.PoseInFrame" => Kind::Pose,
         "foxglove.FrameTransform" | "foxglove.FrameTransforms" => Kind::Transforms,
         "foxglove.CompressedImage" | "foxglove.RawImage" => Kind::Picture,
+        "foxglove.PointCloud" => Kind::Profile,
         _ => Kind::Other,
     }
 }
@@ -38,6 +41,7 @@ pub(super) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError
             let stamp_ns = message::<Stamp>(bytes)?.ns()?;
             Ok(Content::Picture(StampedPicture { stamp_ns, picture, origin }))
         }
+        "foxglove.PointCloud" => profile(bytes).map(Content::Profile),
         "foxglove.RawImage" => raw_image(bytes).map(Content::Picture),
         _ => Ok(Content::Other),
     }
@@ -105,6 +109,34 @@ fn position(wire: Option<Vector3>) -> Result<[f64; 3], ContentError> {
 fn rotation(wire: Option<Quaternion>) -> Result<[f64; 4], ContentError> {
     let q = wire.ok_or(ContentError::Missing { field: "the rotation" })?;
     Ok([q.x, q.y, q.z, q.w])
+}
+
+/// A cloud in the plane y = 0; without a field for it y is 0.
+fn profile(bytes: &[u8]) -> Result<StampedProfile, ContentError> {
+    let wire = message::<PointCloud>(bytes)?;
+    let field = |name: &str| {
+        let field = wire.fields.iter().find(|field| field.name == name)?;
+        let double = match NumericType::try_from(field.r#type) {
+            Ok(NumericType::Float32) => false,
+            Ok(NumericType::Float64) => true,
+            _ => return None,
+        };
+        Some(PointField { name: name.to_owned(), offset: field.offset as usize, double })
+    };
+    let missing = || ContentError::Missing { field: "x or z in single or double precision" };
+    let (x, z) = (field("x").ok_or_else(missing)?, field("z").ok_or_else(missing)?);
+    let y = field("y");
+    let step = wire.point_stride as usize;
+    if !x.fits(step) || !z.fits(step) || y.as_ref().is_some_and(|y| !y.fits(step)) {
+        return Err(ContentError::CutOff { field: "the points" });
+    }
+    let mut profile = Points::default();
+    for point in wire.data.chunks_exact(step) {
+        let y_m = y.as_ref().map_or(0.0, |y| y.read(point, false));
+        profile.add([x.read(point, false), y_m, z.read(point, false)])?;
+    }
+    let Points { points, no_return } = profile;
+    Ok(StampedProfile { stamp_ns: message::<Stamp>(bytes)?.ns()?, frame: None, points, no_return })
 }
 
 fn raw_image(bytes: &[u8]) -> Result<StampedPicture, ContentError> {

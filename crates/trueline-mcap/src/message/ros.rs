@@ -6,7 +6,7 @@ use crate::message::content::{
 use crate::message::content_error::ContentError;
 use crate::message::gray_picture::{RawPicture, compressed};
 use crate::message::ros_cursor::RosCursor;
-use crate::message::ros_profile::{laser_scan, point_cloud};
+use crate::message::ros_profile::{Points, laser_scan, point_cloud};
 use crate::message::spatial::{frame_name, pose_of};
 
 /// What messages of a ROS type are; the type is written `package/msg/Name` in ROS 2, `package/Name` in ROS 1.
@@ -44,6 +44,10 @@ pub(crate) fn decode_ros1(schema: &str, bytes: &[u8]) -> Result<Content, Content
     Fields { cursor: RosCursor::ros1(bytes), header: Fields::header_of_ros1 }.content(schema)
 }
 
+fn profile(stamp_ns: i64, Points { points, no_return }: Points) -> StampedProfile {
+    StampedProfile { stamp_ns, frame: None, points, no_return }
+}
+
 type Read<T> = Result<T, ContentError>;
 type Header = (i64, String);
 
@@ -65,11 +69,11 @@ impl<'a> Fields<'a> {
             _ if kind(schema) == Kind::Pose => Content::Pose(self.pose()?),
             "PointCloud2" if kind(schema) == Kind::Profile => {
                 let (stamp_ns, _) = self.header()?;
-                Content::Profile(StampedProfile { stamp_ns, points: point_cloud(&mut self.cursor)? })
+                Content::Profile(profile(stamp_ns, point_cloud(&mut self.cursor)?))
             }
             _ if kind(schema) == Kind::Profile => {
                 let (stamp_ns, _) = self.header()?;
-                Content::Profile(StampedProfile { stamp_ns, points: laser_scan(&mut self.cursor)? })
+                Content::Profile(profile(stamp_ns, laser_scan(&mut self.cursor)?))
             }
             "TransformStamped" if kind(schema) == Kind::Transforms => {
                 Content::Transforms(vec![self.transform()?])

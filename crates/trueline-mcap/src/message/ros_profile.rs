@@ -8,11 +8,20 @@ type Read<T> = Result<T, ContentError>;
 /// Points further than this from the plane y = 0 are of no profile, m.
 const OFF_PLANE_M: f64 = 1e-6;
 
-/// The points of a `PointCloud2` behind its header, x and z in m: a profiler's frame has y = 0. Points that are not finite are no points.
+/// Points of a profile, x and z in m, and how many columns have none.
+#[derive(Debug, Default)]
+pub(super) struct Points {
+    /// The points.
+    pub points: Vec<[f64; 2]>,
+    /// Columns without a return.
+    pub no_return: usize,
+}
+
+/// The points of a `PointCloud2` behind its header: a profiler's frame has y = 0. Points that are not finite are no points.
 ///
 /// # Errors
 /// A cloud without x, y and z in single or double precision, or one that is no profile.
-pub(super) fn point_cloud(cursor: &mut RosCursor<'_>) -> Read<Vec<[f64; 2]>> {
+pub(super) fn point_cloud(cursor: &mut RosCursor<'_>) -> Read<Points> {
     let (height, width) = (cursor.u32("height")?, cursor.u32("width")?);
     let fields = fields(cursor)?;
     let big_endian = cursor.u8("is_bigendian")? != 0;
@@ -23,25 +32,36 @@ pub(super) fn point_cloud(cursor: &mut RosCursor<'_>) -> Read<Vec<[f64; 2]>> {
         fields.iter().find(|field| field.name == name).ok_or(ContentError::Missing { field: "x, y or z" })
     };
     let axes = [axis("x")?, axis("y")?, axis("z")?];
-    let fits = axes.iter().all(|axis| axis.offset + axis.bytes() <= point_step)
+    let fits = axes.iter().all(|axis| axis.fits(point_step))
         && row_step >= width as usize * point_step
         && data.len() >= row_step * height as usize;
     if !fits {
         return Err(ContentError::CutOff { field: "the points" });
     }
-    let mut points = Vec::with_capacity(data.len() / point_step.max(1));
+    let mut points = Points::default();
     for row in data.chunks_exact(row_step.max(1)).take(height as usize) {
         for point in row.chunks_exact(point_step.max(1)).take(width as usize) {
-            let [x, y, z] = axes.map(|axis| axis.read(point, big_endian));
-            if [x, y, z].iter().all(|value| value.is_finite()) {
-                if y.abs() > OFF_PLANE_M {
-                    return Err(ContentError::NoProfile { y_m: y });
-                }
-                points.push([x, z]);
-            }
+            points.add(axes.map(|axis| axis.read(point, big_endian)))?;
         }
     }
     Ok(points)
+}
+
+impl Points {
+    /// Takes a point of the plane y = 0; one that is not finite is a column without a return.
+    ///
+    /// # Errors
+    /// A point that is not in the plane.
+    pub(super) fn add(&mut self, [x, y, z]: [f64; 3]) -> Read<()> {
+        if ![x, y, z].iter().all(|value| value.is_finite()) {
+            self.no_return += 1;
+        } else if y.abs() > OFF_PLANE_M {
+            return Err(ContentError::NoProfile { y_m: y });
+        } else {
+            self.points.push([x, z]);
+        }
+        Ok(())
+    }
 }
 
 /// The points of a `LaserScan` behind its header, m. Its x axis looks ahead, its beams turn about z: x along the stripe is its y, and
@@ -49,7 +69,7 @@ pub(super) fn point_cloud(cursor: &mut RosCursor<'_>) -> Read<Vec<[f64; 2]>> {
 ///
 /// # Errors
 /// A message that is cut off.
-pub(crate) fn laser_scan(cursor: &mut RosCursor<'_>) -> Read<Vec<[f64; 2]>> {
+pub(crate) fn laser_scan(cursor: &mut RosCursor<'_>) -> Read<Points> {
     let [first_rad, _, step_rad, _, _, least_m, most_m] = {
         let mut head = [0.0; 7];
         for value in &mut head {
@@ -70,14 +90,17 @@ pub(crate) fn laser_scan(cursor: &mut RosCursor<'_>) -> Read<Vec<[f64; 2]>> {
     for _ in 0..cursor.count(4, "intensities")? {
         cursor.any_f32("intensities")?;
     }
-    Ok(points)
+    Ok(Points { no_return: ranges - points.len(), points })
 }
 
 /// A field of a point.
-struct PointField {
-    name: String,
-    offset: usize,
-    double: bool,
+pub(super) struct PointField {
+    /// Its name.
+    pub name: String,
+    /// Where it is in a point, bytes.
+    pub offset: usize,
+    /// Whether it has 8 bytes instead of 4.
+    pub double: bool,
 }
 
 impl PointField {
@@ -85,7 +108,13 @@ impl PointField {
         if self.double { 8 } else { 4 }
     }
 
-    fn read(&self, point: &[u8], big_endian: bool) -> f64 {
+    /// Whether it lies within a point of so many bytes.
+    pub(super) fn fits(&self, point_step: usize) -> bool {
+        self.offset.saturating_add(self.bytes()) <= point_step
+    }
+
+    /// Its number in a point that it fits into.
+    pub(super) fn read(&self, point: &[u8], big_endian: bool) -> f64 {
         let mut bytes = [0; 8];
         let taken = &mut bytes[..self.bytes()];
         taken.copy_from_slice(&point[self.offset..self.offset + self.bytes()]);

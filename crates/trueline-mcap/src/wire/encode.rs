@@ -2,9 +2,15 @@
 
 use crate::wire::frame_names::{BASE, TOOL, low_bits};
 use crate::wire::proto;
-use crate::wire::topics::{ANSWER, CLOCK, FEATURES, FRAME, IMAGE, LOG, PACKET, REJECTED, ROBOT, TF};
-use crate::write::entry::{Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, RobotEntry};
-use foxglove::messages::{CompressedImage, FrameTransform, Log, Quaternion, Timestamp, Vector3, log::Level};
+use crate::wire::topics::{ANSWER, CLOCK, FEATURES, FRAME, IMAGE, LOG, PACKET, POINTS, REJECTED, ROBOT, TF};
+use crate::write::entry::{
+    Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, POINT_BYTES, PacketEntry, ProfileEntry,
+    RobotEntry,
+};
+use foxglove::messages::{
+    CompressedImage, FrameTransform, Log, PackedElementField, PointCloud, Quaternion, Timestamp, Vector3,
+    log::Level, packed_element_field::NumericType,
+};
 use prost::Message;
 use trueline_dataset::{Feature, Measured};
 use trueline_geometry::Pose;
@@ -57,6 +63,7 @@ pub(crate) fn messages(entry: Entry) -> Vec<Outgoing> {
         }
         Entry::Note(note) => vec![note_message(note)],
         Entry::Frame(frame) => frame_messages(frame),
+        Entry::Profile(profile) => vec![profile_message(&profile)],
         Entry::Features(features) => features_message(&features).into_iter().collect(),
     }
 }
@@ -147,6 +154,25 @@ fn frame_messages(frame: FrameEntry) -> Vec<Outgoing> {
         messages.push(Outgoing::at(IMAGE, frame.stamp_ns, &picture).numbered(sequence));
     }
     messages
+}
+
+/// An organised cloud: a column without a return is a point that is not finite, as drivers of profilers have it.
+fn profile_message(profile: &ProfileEntry) -> Outgoing {
+    let number = |column: &Option<[f64; 2]>| column.unwrap_or([f64::NAN; 2]).map(f64::to_le_bytes).concat();
+    let field = |name: &str, offset| PackedElementField {
+        name: name.to_owned(),
+        offset,
+        r#type: NumericType::Float64.into(),
+    };
+    let cloud = PointCloud {
+        timestamp: Some(timestamp(profile.stamp_ns)),
+        frame_id: "profiler".to_owned(),
+        pose: None,
+        point_stride: POINT_BYTES as u32,
+        fields: vec![field("x", 0), field("z", POINT_BYTES as u32 / 2)],
+        data: profile.columns.iter().flat_map(number).collect::<Vec<u8>>().into(),
+    };
+    Outgoing::at(POINTS, profile.stamp_ns, &cloud).numbered(low_bits(profile.profile))
 }
 
 fn features_message(entry: &FeaturesEntry) -> Option<Outgoing> {

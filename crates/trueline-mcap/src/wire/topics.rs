@@ -5,7 +5,7 @@
 
 use crate::wire::schemas::own_descriptors;
 use foxglove::Encode;
-use foxglove::messages::{CompressedImage, FrameTransform, Log};
+use foxglove::messages::{CompressedImage, FrameTransform, Log, PointCloud};
 use std::borrow::Cow;
 use std::sync::{Arc, LazyLock};
 
@@ -32,6 +32,8 @@ pub(crate) const FRAME: u16 = 8;
 pub(crate) const FEATURES: u16 = 9;
 /// Packets of robots that do not speak EGM, as they came.
 pub(crate) const PACKET: u16 = 10;
+/// Whole profiles.
+pub(crate) const POINTS: u16 = 11;
 
 /// A topic with its schema. The schema has the number of the topic.
 pub(crate) struct Topic {
@@ -64,6 +66,7 @@ pub(crate) static TOPICS: LazyLock<Vec<Topic>> = LazyLock::new(|| {
         own(FRAME, "/camera/frame", "Frame"),
         own(FEATURES, "/sensor/features", "Features"),
         own(PACKET, "/robot/packet", "RobotPacket"),
+        standard::<PointCloud>(POINTS, "/sensor/profile"),
     ]
 });
 

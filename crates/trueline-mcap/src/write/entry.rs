@@ -21,15 +21,21 @@ pub enum Entry {
     Note(NoteEntry),
     /// The camera took a picture.
     Frame(FrameEntry),
+    /// A profiler took a profile.
+    Profile(ProfileEntry),
     /// A sensor that sees the seam itself said where.
     Features(FeaturesEntry),
 }
 
+/// A point of a profile in a message: two numbers in double precision.
+pub(crate) const POINT_BYTES: usize = 16;
+
 impl Entry {
-    /// Bytes of the picture in it.
+    /// Bytes of the picture or the profile in it.
     pub(crate) fn picture_bytes(&self) -> usize {
         match self {
             Self::Frame(frame) => frame.png.len(),
+            Self::Profile(profile) => profile.columns.len() * POINT_BYTES,
             _ => 0,
         }
     }
@@ -136,6 +142,9 @@ pub struct NoteEntry {
     pub text: String,
 }
 
+/// Status of a frame that came whole.
+pub const COMPLETE: &str = "complete";
+
 /// A frame of the camera with all its stamps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameEntry {
@@ -151,10 +160,21 @@ pub struct FrameEntry {
     pub device_ns: Option<i64>,
     /// Exposure time, µs, where known.
     pub exposure_us: Option<f64>,
-    /// Whether it came whole, in the words of the camera's driver.
+    /// Whether it came whole, in the words of the camera's driver; [`COMPLETE`] if it did.
     pub status: String,
     /// The picture; empty if there is none because the frame did not come whole.
     pub png: Vec<u8>,
+}
+
+/// A whole profile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProfileEntry {
+    /// Counts profiles; a jump is a lost one.
+    pub profile: u64,
+    /// The stamp that calibration uses, by the steady clock, ns.
+    pub stamp_ns: i64,
+    /// Of each column the position along the stripe and the range, m; `None` without a return.
+    pub columns: Vec<Option<[f64; 2]>>,
 }
 
 /// Seam points of one profile, or of one picture that somebody else has looked at.

@@ -7,7 +7,7 @@ mod profiles;
 mod stripes;
 mod surface;
 
-pub use profiles::{ProfileLook, scan_profiles, scan_profiles_along};
+pub use profiles::{ProfileCaster, ProfileLook, scan_profiles, scan_profiles_along};
 pub(crate) use stripes::SeamView;
 pub use stripes::{scan_plates, scan_plates_along};
 pub use surface::{PlateForm, Plates};

@@ -7,7 +7,7 @@ use crate::scenario::{Scenario, SensorModel};
 use crate::shutter::{Exposed, Shutter};
 use crate::{motion::Motion, simulate_along};
 use nalgebra::Point3;
-use trueline_dataset::{Measured, Profile, ProfilePoint, Recording};
+use trueline_dataset::{Profile, ProfilePoint, Recording};
 use trueline_geometry::Pose;
 
 /// What profiles look like.
@@ -71,47 +71,94 @@ pub fn scan_profiles_along(
     base_from_tool: &dyn Fn(f64) -> Pose,
     seed: u64,
 ) -> Option<(Recording, Vec<Profile>)> {
-    let SensorModel::Profiler { half_width_m, .. } = &scenario.cell.sensor else { return None };
+    let mut caster = ProfileCaster::new(scenario, plates, look, seed)?;
     let mut recording = simulate_along(scenario, base_from_tool, seed);
     recording.features.clear();
-    let sheet = SheetAxes::of(&scenario.cell.sensor);
-    let both = PlateInBase::both(scenario, plates)?;
-    let (mut stamps, mut noise, mut chance) = (Noise::new(seed, 2), Noise::new(seed, 4), Noise::new(seed, 3));
+    let mut stamps = Noise::new(seed, 2);
     let mut shutter = Shutter::new(scenario);
-    let columns = (2.0 * half_width_m / look.column_m) as usize;
     let mut profiles = Vec::new();
     for _ in 0..shutter.count() {
         let Exposed { frame, exposed_s, stamp_ns } = shutter.expose(&mut stamps);
-        if chance.happens(scenario.disturbance.drop_fraction) {
+        if caster.chance.happens(scenario.disturbance.drop_fraction) {
             continue;
         }
-        let base_from_camera = base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
-        let arms = both.each_ref().map(|plate| arm(plate, &sheet, &base_from_camera));
-        let ahead = |arm: &Vec<[f64; 2]>| arm.last().map_or(0.0, |end| end[0] - arm[0][0]);
-        let corner_x = arms[0].first().map_or(0.0, |at| at[0]);
-        let mut points = Vec::with_capacity(columns);
-        for k in 0..columns {
-            let x_m = (k as f64 + 0.5) * look.column_m - half_width_m;
-            let side = usize::from((ahead(&arms[1]) > 0.0) == (x_m > corner_x));
-            let Some(range_m) = range_at(&arms[side], x_m) else { continue };
-            let mut z_m = range_m + noise.normal(look.range_sigma_m) + noise.normal(plates.roughness_m);
-            if chance.happens(look.drop_outs) {
-                continue;
-            }
-            if (x_m - corner_x).abs() < MIXED_M && chance.happens(look.mixed) {
-                z_m -= chance.uniform(0.0, 1.0) * (MIXED_M - (x_m - corner_x).abs());
-            }
-            if chance.happens(look.reflections) {
-                z_m += chance.uniform(-REFLECTED_M, REFLECTED_M);
-            }
-            let in_view = measure(&scenario.cell.sensor, &nalgebra::Vector3::new(x_m, 0.0, z_m));
-            if let Some(Measured::Profile([x_m, z_m])) = in_view {
-                points.push(ProfilePoint { x_m, z_m, intensity: None });
-            }
-        }
+        let ranges = caster.cast(&(base_from_tool(exposed_s) * scenario.cell.tool_from_camera));
+        let point = |(column, range_m): (usize, Option<f64>)| {
+            Some(ProfilePoint { x_m: caster.x_m(column), z_m: range_m?, intensity: None })
+        };
+        let points = ranges.into_iter().enumerate().filter_map(point).collect();
         profiles.push(Profile { stamp_ns, frame: Some(frame), points });
     }
     Some((recording, profiles))
+}
+
+/// Casts profiles of two plates one after the other.
+pub struct ProfileCaster {
+    sensor: SensorModel,
+    sheet: SheetAxes,
+    both: [PlateInBase; 2],
+    look: ProfileLook,
+    roughness_m: f64,
+    half_width_m: f64,
+    noise: Noise,
+    chance: Noise,
+}
+
+impl ProfileCaster {
+    /// For the profiler of a scenario; `None` for a scenario without a profiler or a line.
+    #[must_use]
+    pub fn new(scenario: &Scenario, plates: &Plates, look: &ProfileLook, seed: u64) -> Option<Self> {
+        let sensor = scenario.cell.sensor.clone();
+        let SensorModel::Profiler { half_width_m, .. } = sensor else { return None };
+        Some(Self {
+            sheet: SheetAxes::of(&sensor),
+            both: PlateInBase::both(scenario, plates)?,
+            sensor,
+            look: *look,
+            roughness_m: plates.roughness_m,
+            half_width_m,
+            noise: Noise::new(seed, 4),
+            chance: Noise::new(seed, 3),
+        })
+    }
+
+    /// Columns of a profile.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        (2.0 * self.half_width_m / self.look.column_m) as usize
+    }
+
+    /// Position of a column along the stripe, m.
+    #[must_use]
+    pub fn x_m(&self, column: usize) -> f64 {
+        (column as f64 + 0.5) * self.look.column_m - self.half_width_m
+    }
+
+    /// The range of every column, m; `None` without a return.
+    pub fn cast(&mut self, base_from_camera: &Pose) -> Vec<Option<f64>> {
+        let arms = self.both.each_ref().map(|plate| arm(plate, &self.sheet, base_from_camera));
+        (0..self.columns()).map(|column| self.range(&arms, self.x_m(column))).collect()
+    }
+
+    fn range(&mut self, arms: &[Vec<[f64; 2]>; 2], x_m: f64) -> Option<f64> {
+        let ahead = |arm: &Vec<[f64; 2]>| arm.last().map_or(0.0, |end| end[0] - arm[0][0]);
+        let corner_x = arms[0].first().map_or(0.0, |at| at[0]);
+        let side = usize::from((ahead(&arms[1]) > 0.0) == (x_m > corner_x));
+        let range_m = range_at(&arms[side], x_m)?;
+        let (look, noise, chance) = (&self.look, &mut self.noise, &mut self.chance);
+        let mut z_m = range_m + noise.normal(look.range_sigma_m) + noise.normal(self.roughness_m);
+        if chance.happens(look.drop_outs) {
+            return None;
+        }
+        if (x_m - corner_x).abs() < MIXED_M && chance.happens(look.mixed) {
+            z_m -= chance.uniform(0.0, 1.0) * (MIXED_M - (x_m - corner_x).abs());
+        }
+        if chance.happens(look.reflections) {
+            z_m += chance.uniform(-REFLECTED_M, REFLECTED_M);
+        }
+        let in_view = measure(&self.sensor, &nalgebra::Vector3::new(x_m, 0.0, z_m));
+        in_view.is_some().then_some(z_m)
+    }
 }
 
 /// The cut of a plate in the profiler's frame, from the corner outwards.
