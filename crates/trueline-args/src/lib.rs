@@ -67,6 +67,7 @@ pub use import_csv::ImportCsvArgs;
 pub use listen::ListenArgs;
 pub use new_folder::NewFolder;
 pub use plan::PlanArgs;
+pub use protocol::LinkArgs;
 pub use rapid::RapidArgs;
 pub use requirement::Want;
 pub use robot_program::RobotProgramArgs;

@@ -3,7 +3,10 @@
 use crate::choice::{Choice, one_of};
 use clap::Args;
 use std::net::{IpAddr, SocketAddr};
-use trueline_live::{LinkAddress, Protocol};
+use trueline_cell::{ARRIVAL, READING};
+#[cfg(feature = "ros2")]
+use trueline_cell::{Ros2Source, Ros2Topic};
+use trueline_live::{HostClock, LinkAddress, LinkError, Protocol, RobotLink};
 
 /// What robots speak.
 pub(crate) static PROTOCOLS: [Choice<Protocol>; 5] = [
@@ -22,6 +25,29 @@ pub(crate) static PROTOCOLS: [Choice<Protocol>; 5] = [
     ),
 ];
 
+/// A topic of ROS 2 instead.
+#[cfg(feature = "ros2")]
+#[derive(Args)]
+pub struct Ros2Args {
+    /// Topic of ROS 2 to listen to instead of a robot's own protocol, for example /tcp_pose
+    #[arg(long = "ros2", value_name = "TOPIC", conflicts_with_all = ["protocol", "bind", "robot", "robot_port"])]
+    pub topic: Option<String>,
+    /// Type of the topic's messages
+    #[arg(
+        long = "ros2-type",
+        value_name = "TYPE",
+        requires = "topic",
+        default_value = "geometry_msgs/msg/PoseStamped"
+    )]
+    pub message: String,
+    /// ROS_DOMAIN_ID of the robot's driver
+    #[arg(long = "ros2-domain", value_name = "ID", requires = "topic", default_value_t = 0)]
+    pub domain: u16,
+    /// Address of this PC on the robot's network; 127.0.0.1 for a driver on this PC
+    #[arg(long = "ros2-network", value_name = "IP", requires = "topic", default_value = "127.0.0.1")]
+    pub network: IpAddr,
+}
+
 #[derive(Args)]
 pub struct LinkArgs {
     /// What the robot speaks
@@ -36,12 +62,68 @@ pub struct LinkArgs {
     /// Port of a robot that the PC calls [default: that of its protocol]
     #[arg(long, value_name = "PORT")]
     pub robot_port: Option<u16>,
+    #[cfg(feature = "ros2")]
+    #[command(flatten)]
+    pub ros2: Ros2Args,
 }
 
 impl LinkArgs {
     /// Where PC and robot are.
     pub fn address(&self) -> LinkAddress {
-        let Self { protocol, bind, robot, robot_port } = *self;
+        let Self { protocol, bind, robot, robot_port, .. } = *self;
         LinkAddress { protocol, bind, robot, robot_port }
+    }
+
+    /// Refuses what is missing or not needed, before anything is opened.
+    ///
+    /// # Errors
+    /// [`LinkError`] says what.
+    pub fn check(&self) -> Result<(), LinkError> {
+        #[cfg(feature = "ros2")]
+        if self.ros2.topic.is_some() {
+            return Ok(());
+        }
+        self.address().check().map(|_| ())
+    }
+
+    /// Opens the robot's stream.
+    ///
+    /// # Errors
+    /// [`LinkError`] says what is missing or not needed, and what the operating system says.
+    pub fn open(&self, clock: HostClock) -> Result<RobotLink, LinkError> {
+        #[cfg(feature = "ros2")]
+        if let Some(topic) = self.ros2.topic() {
+            let address = (topic.network, 0).into();
+            let source = Ros2Source::open(topic, clock).map_err(|error| LinkError::Io { address, error })?;
+            return Ok(RobotLink::other(source));
+        }
+        self.address().open(clock)
+    }
+
+    /// What to look at if nothing came.
+    pub fn advice_if_silent(&self) -> &'static str {
+        #[cfg(feature = "ros2")]
+        if self.ros2.topic.is_some() {
+            return "`ros2 topic info TOPIC` on the driver's PC shows whether it is published, and its type; ROS_DOMAIN_ID and the \
+                    network are --ros2-domain and --ros2-network here, and networks must carry multicast.";
+        }
+        self.protocol.advice_if_silent()
+    }
+
+    /// What the stamps of poses are: those of the kernel, where it stamps.
+    pub fn stamps(&self) -> &'static str {
+        #[cfg(feature = "ros2")]
+        if self.ros2.topic.is_some() {
+            return READING;
+        }
+        if self.protocol == Protocol::UrRtde { READING } else { ARRIVAL }
+    }
+}
+
+#[cfg(feature = "ros2")]
+impl Ros2Args {
+    fn topic(&self) -> Option<Ros2Topic> {
+        let (topic, message) = (self.topic.clone()?, self.message.clone());
+        Some(Ros2Topic { topic, message, domain: self.domain, network: self.network })
     }
 }

@@ -53,6 +53,8 @@ mod live_welds;
 mod progress_text;
 mod robot_brief;
 mod robot_recorder;
+#[cfg(feature = "ros2")]
+mod ros2_source;
 mod seam_finder;
 #[cfg(feature = "gige")]
 mod simulated_camera;
@@ -71,6 +73,8 @@ pub use live_picture::{LivePicture, SmallPicture};
 pub use live_welds::LiveWelds;
 pub use robot_brief::RobotBrief;
 pub use robot_recorder::{Until, record_robot};
+#[cfg(feature = "ros2")]
+pub use ros2_source::{Ros2Source, Ros2Topic};
 pub use seam_finder::SeamFinder;
 #[cfg(feature = "gige")]
 pub use simulated_camera::{CameraLook, SceneError, SimulatedScene};

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use trueline_camera::device::{DeviceSettings, OutputMode, Pictures, RangeFeatures};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_geometry::Pose;
+use trueline_live::HostClock;
 use trueline_live::controller::TruthReceiver;
 use trueline_sim::images::{Renderer, Studio};
 use trueline_sim::{Joint, Look, Plates, ProfileCaster, ProfileLook, Scenario, SensorModel};
@@ -77,7 +78,7 @@ impl View {
 }
 
 impl SimulatedScene {
-    /// The first line of a scenario, seen by its sensor on the robot that is told about at `robot`: by a camera as a joint, by a profiler as
+    /// The first line of a scenario, seen by its sensor on the robot that is told about at `robot`, at times by a clock: by a camera as a joint, by a profiler as
     /// two plates.
     ///
     /// # Errors
@@ -88,10 +89,11 @@ impl SimulatedScene {
         plates: &Plates,
         seed: u64,
         robot: SocketAddr,
+        clock: HostClock,
     ) -> Result<Self, SceneError> {
         let view = View::of(scenario, look, plates, seed).ok_or(SceneError::NothingSeen)?;
         let receiver =
-            TruthReceiver::bind(robot).map_err(|error| SceneError::Robot { address: robot, error })?;
+            TruthReceiver::bind(robot, clock).map_err(|error| SceneError::Robot { address: robot, error })?;
         Ok(Self { robot: receiver, tool_from_camera: scenario.cell.tool_from_camera, view })
     }
 

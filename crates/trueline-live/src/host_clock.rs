@@ -52,6 +52,27 @@ impl HostClock {
     }
 }
 
+impl HostClock {
+    /// How far the machine's own steady clock, which all programs on it share, is ahead of this one, ns. This one begins with what the
+    /// wall clock says when the program starts: of two programs they differ by as much as the wall clock was set in between.
+    #[must_use]
+    pub(crate) fn machine_ahead_ns(&self) -> i64 {
+        machine_ns() - self.read().steady_ns
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn machine_ns() -> i64 {
+    use nix::time::{ClockId, clock_gettime};
+    clock_gettime(ClockId::CLOCK_MONOTONIC).map_or(0, |now| now.tv_sec() * 1_000_000_000 + now.tv_nsec())
+}
+
+/// Elsewhere the wall clock is what programs share.
+#[cfg(not(target_os = "linux"))]
+fn machine_ns() -> i64 {
+    wall_ns()
+}
+
 /// Nothing waits longer than this in a socket that is being read, ns: no buffer holds more of a camera's packets.
 const OLDEST_NS: i64 = 60_000_000_000;
 

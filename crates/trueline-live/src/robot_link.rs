@@ -32,7 +32,9 @@ pub enum LinkPacket<'a> {
 const RETRY: Duration = Duration::from_millis(50);
 
 impl RobotLink {
-    pub(crate) fn other(source: impl RobotSource + 'static) -> Self {
+    /// A robot of another make.
+    #[must_use]
+    pub fn other(source: impl RobotSource + 'static) -> Self {
         Self::Other(Box::new(source))
     }
 

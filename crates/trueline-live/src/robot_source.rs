@@ -85,6 +85,8 @@ pub enum PoseMeaning {
     FlangeInWorld,
     /// Of the active tool in the active base or user frame.
     TcpInActiveBase,
+    /// Of what a driver publishes, in the frame that it names.
+    Published,
 }
 
 impl fmt::Display for PoseMeaning {
@@ -94,6 +96,7 @@ impl fmt::Display for PoseMeaning {
             Self::TcpInBase => "the active tool (TCP) in the robot's base",
             Self::FlangeInWorld => "the flange (faceplate) in the robot's world frame",
             Self::TcpInActiveBase => "the active tool in the active base",
+            Self::Published => "what the robot's driver publishes",
         })
     }
 }

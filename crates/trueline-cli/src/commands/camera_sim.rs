@@ -31,12 +31,14 @@ pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
     let is_profiler = planned.cell.sensor == Sensor::Profiler;
     let plates = is_profiler.then(|| planned::plates(&planned.cell, &mut planned.scenario)).flatten();
     let look = CameraLook { joint: (args.joint)(), look: args.look() };
+    let clock = HostClock::start();
     let mut scene = SimulatedScene::new(
         &planned.scenario,
         &look,
         &plates.unwrap_or_default(),
         args.seed,
         args.robot_truth,
+        clock,
     )?;
     tell_drawing_time(&mut scene, args)?;
     let (cell, settings) = (planned.scenario.cell, scene.device(args.device(), args.profiles_per_frame));
@@ -45,7 +47,7 @@ pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
             Guess { time_offset_s: args.time_offset_s(), tool_from_camera: cell.tool_from_camera };
         output::file(file, &known_toml::format(&parameters, &cell.lines))?;
     }
-    let device = Device::start(settings, HostClock::start(), scene).map_err(|error| {
+    let device = Device::start(settings, clock, scene).map_err(|error| {
         Failure::new(
             format!("{}: no camera can be there: {error}", args.address),
             "is another camera (or this command) running at that address? 127.0.0.2 is another one",

@@ -5,15 +5,14 @@ use crate::{interrupt, output};
 use std::io::IsTerminal;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-use trueline_args::ListenArgs;
+use trueline_args::{LinkArgs, ListenArgs};
 use trueline_live::link_watch::LinkReport;
 use trueline_live::{HostClock, LinkAddress, Rejection, RobotLink, StreamReport, StreamWatch};
 
 /// Runs the command.
 pub(crate) fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
-    let address = args.link.address();
     interrupt::watch()?;
-    let mut link = address.open(HostClock::start())?;
+    let mut link = args.link.open(HostClock::start())?;
     let mut watch = StreamWatch::default();
     let wrong = listen(&mut link, &mut watch, args);
     let report = watch.report(&link);
@@ -21,7 +20,7 @@ pub(crate) fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
         output::json(file, &format!("{:#}", report.to_json()))?;
     }
     if !args.quiet {
-        output::summary(args.json.as_deref(), &format!("{report}{}", advice(&report, &address)))?;
+        output::summary(args.json.as_deref(), &format!("{report}{}", advice(&report, &args.link)))?;
     }
     if let Some(error) = &wrong {
         output::words(&format!("warning: {error}"));
@@ -51,11 +50,11 @@ fn listen(
 }
 
 /// What to look at if no robot was heard.
-fn advice(report: &StreamReport, address: &LinkAddress) -> String {
+fn advice(report: &StreamReport, link: &LinkArgs) -> String {
     match report {
         report if report.has_robot() => String::new(),
-        StreamReport::Egm(report) => nothing(report, address),
-        StreamReport::Other(..) => format!("No robot was heard. {}\n", address.protocol.advice_if_silent()),
+        StreamReport::Egm(report) => nothing(report, &link.address()),
+        StreamReport::Other(..) => format!("No robot was heard. {}\n", link.advice_if_silent()),
     }
 }
 

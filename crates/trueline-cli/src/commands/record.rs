@@ -9,21 +9,20 @@ use crate::{interrupt, output};
 use std::process::ExitCode;
 use std::sync::Mutex;
 use trueline_args::RecordArgs;
-use trueline_cell::{ARRIVAL, CellRecording, READING, RobotBrief, Until, record_robot};
-use trueline_live::{HostClock, Protocol};
+use trueline_cell::{CellRecording, RobotBrief, Until, record_robot};
+use trueline_live::HostClock;
 
 /// Runs the command.
 pub(crate) fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
-    let address = args.link.address();
-    address.check()?;
+    args.link.check()?;
     interrupt::watch()?;
     let clock = HostClock::start();
     let mut cell = LiveCell::open(&args.camera, args.sensor.as_deref(), clock, true)?;
     let mut watched = LiveWatch::of(args, &mut cell)?;
     let page = CellPage::of(&args.serve, "trueline record", &cell.cell)?;
-    let mut link = address.open(clock)?;
-    let stamps = if address.protocol == Protocol::UrRtde { READING } else { ARRIVAL };
-    let mut recording = CellRecording::create(cell.recording(&args.out, &args.tool, stamps), clock)?;
+    let mut link = args.link.open(clock)?;
+    let mut recording =
+        CellRecording::create(cell.recording(&args.out, &args.tool, args.link.stamps()), clock)?;
     let (handle, shown) = (recording.handle(), Mutex::new(RobotBrief::default()));
     let until = Until { longest: args.for_s, stop: &|| interrupt::times() > 0 };
     let screen = LiveScreen::new(args.quiet);

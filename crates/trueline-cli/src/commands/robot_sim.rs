@@ -26,13 +26,14 @@ pub(crate) fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
         let message = format!("{}: cannot send from there: {error}", args.from);
         Failure::new(message, "--from is an address of this PC")
     })?;
-    let truth = args.truth_to.map(TruthSender::new).transpose().map_err(|error| {
+    let clock = HostClock::start();
+    let truth = args.truth_to.map(|to| TruthSender::new(to, clock)).transpose().map_err(|error| {
         let hint = "it is an address of this machine, for example 127.0.0.1:7001";
         Failure::new(format!("--truth-to: {error}"), hint)
     })?;
     // A controller is punctual; without the right to be, this one is as punctual as the machine lets it.
     let _granted = priority::request_real_time();
-    let ran = drive(&mut robot, truth.as_ref(), Duration::from_secs_f64(duration_s), args.quiet);
+    let ran = drive(&mut robot, truth.as_ref(), clock, Duration::from_secs_f64(duration_s), args.quiet);
     ran.map_err(|error| Failure::new(format!("{}: {error}", args.pc), "can this PC reach that address?"))?;
     if !args.quiet {
         output::words(&robot.to_string());
@@ -45,12 +46,13 @@ pub(crate) fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
 fn drive(
     robot: &mut RealTime,
     truth: Option<&TruthSender>,
+    clock: HostClock,
     duration: Duration,
     quiet: bool,
 ) -> std::io::Result<()> {
     let shows = !quiet && std::io::stderr().is_terminal();
     let (mut shown, mut told) = (Instant::now(), None);
-    let ran = robot.run(HostClock::start(), |cycle| {
+    let ran = robot.run(clock, |cycle| {
         let Cycle { controller, passed, cycle_ns, steady_ns } = *cycle;
         if let (Some(truth), Some(pose)) = (truth, controller.true_pose(cycle_ns)) {
             truth.send(steady_ns, &pose);

@@ -1,5 +1,8 @@
 //! Where a simulated robot truly is, for a simulated camera in another process of the same machine.
+//!
+//! Times are sent by the machine's own clock: those of the two programs differ by as much as the wall clock was set between their starts.
 
+use crate::host_clock::HostClock;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::collections::VecDeque;
 use std::io;
@@ -22,29 +25,30 @@ const LOOK: Duration = Duration::from_millis(100);
 pub struct TruthSender {
     socket: UdpSocket,
     to: SocketAddr,
+    machine_ahead_ns: i64,
 }
 
 impl TruthSender {
-    /// Will send to an address of this machine.
+    /// Will send to an address of this machine, times by a clock.
     ///
     /// # Errors
     /// What the operating system says.
-    pub fn new(to: SocketAddr) -> io::Result<Self> {
+    pub fn new(to: SocketAddr, clock: HostClock) -> io::Result<Self> {
         let socket = UdpSocket::bind(SocketAddr::new(to.ip(), 0))?;
-        Ok(Self { socket, to })
+        Ok(Self { socket, to, machine_ahead_ns: clock.machine_ahead_ns() })
     }
 
-    /// Sends a pose and its time, ns. Nobody need be there to get it.
+    /// Sends a pose and its time by the clock, ns. Nobody need be there to get it.
     pub fn send(&self, steady_ns: i64, pose: &Pose) {
-        let _nobody_there = self.socket.send_to(&encode(steady_ns, pose), self.to);
+        let _nobody_there = self.socket.send_to(&encode(steady_ns + self.machine_ahead_ns, pose), self.to);
     }
 }
 
-fn encode(steady_ns: i64, pose: &Pose) -> [u8; LENGTH] {
+fn encode(machine_ns: i64, pose: &Pose) -> [u8; LENGTH] {
     let (p, q) = (pose.translation.vector, pose.rotation.quaternion());
     let mut bytes = [0; LENGTH];
     bytes[..8].copy_from_slice(&MARK);
-    bytes[8..16].copy_from_slice(&steady_ns.to_le_bytes());
+    bytes[8..16].copy_from_slice(&machine_ns.to_le_bytes());
     for (place, value) in bytes[16..].chunks_exact_mut(8).zip([p.x, p.y, p.z, q.w, q.i, q.j, q.k]) {
         place.copy_from_slice(&f64::to_le_bytes(value));
     }
@@ -74,14 +78,15 @@ pub struct TruthReceiver {
     poses: Poses,
     over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
+    machine_ahead_ns: i64,
 }
 
 impl TruthReceiver {
-    /// Listens at an address of this machine.
+    /// Listens at an address of this machine; is asked for times by a clock.
     ///
     /// # Errors
     /// What the operating system says.
-    pub fn bind(at: SocketAddr) -> io::Result<Self> {
+    pub fn bind(at: SocketAddr, clock: HostClock) -> io::Result<Self> {
         let socket = UdpSocket::bind(at)?;
         socket.set_read_timeout(Some(LOOK))?;
         let (poses, over) = (Poses::default(), Arc::new(AtomicBool::new(false)));
@@ -89,17 +94,18 @@ impl TruthReceiver {
             let (poses, over) = (poses.clone(), over.clone());
             thread::spawn(move || listen(&socket, &poses, &over))
         };
-        Ok(Self { poses, over, thread: Some(thread) })
+        Ok(Self { poses, over, thread: Some(thread), machine_ahead_ns: clock.machine_ahead_ns() })
     }
 
     /// Where the robot was, between two poses that were received; `None` if there are none about that time (yet).
     #[must_use]
     pub fn pose_at(&self, steady_ns: i64) -> Option<Pose> {
         let poses = self.poses.lock().unwrap_or_else(PoisonError::into_inner);
-        let after = poses.partition_point(|(at_ns, _)| *at_ns <= steady_ns);
+        let machine_ns = steady_ns.saturating_add(self.machine_ahead_ns);
+        let after = poses.partition_point(|(at_ns, _)| *at_ns <= machine_ns);
         let (before_ns, before) = poses.get(after.checked_sub(1)?)?;
         let (after_ns, later) = poses.get(after)?;
-        let share = (steady_ns - before_ns) as f64 / (after_ns - before_ns) as f64;
+        let share = (machine_ns - before_ns) as f64 / (after_ns - before_ns) as f64;
         Some(before.lerp_slerp(later, share))
     }
 }
@@ -140,8 +146,12 @@ mod tests {
         let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
         let at = socket.local_addr().unwrap();
         drop(socket);
-        let receiver = TruthReceiver::bind(at).unwrap();
-        let sender = TruthSender::new(at).unwrap();
+        let clock = HostClock::start();
+        let mut receiver = TruthReceiver::bind(at, clock).unwrap();
+        let mut sender = TruthSender::new(at, clock).unwrap();
+        // The same clock is measured twice, some hundred nanoseconds apart.
+        assert!((receiver.machine_ahead_ns - sender.machine_ahead_ns).abs() < 1_000_000);
+        receiver.machine_ahead_ns = sender.machine_ahead_ns;
         for k in 0..10_i64 {
             sender.send(k * 1000, &Pose::translation(k as f64, 0.5, -2.0));
         }
@@ -150,7 +160,14 @@ mod tests {
             thread::sleep(Duration::from_millis(5));
         }
         assert_eq!(receiver.pose_at(2500).unwrap(), Pose::translation(2.5, 0.5, -2.0));
-        assert!(receiver.pose_at(9001).is_none() && receiver.pose_at(-1).is_none());
+        // A program that started after the wall clock was set by 3 µs: its clock says that much more at the same moment.
+        sender.machine_ahead_ns -= 3000;
+        sender.send(13_000, &Pose::translation(10.0, 0.5, -2.0));
+        while receiver.pose_at(9999).is_none() && std::time::Instant::now() < deadline {
+            thread::sleep(Duration::from_millis(5));
+        }
+        assert_eq!(receiver.pose_at(9500).unwrap(), Pose::translation(9.5, 0.5, -2.0));
+        assert!(receiver.pose_at(10_001).is_none() && receiver.pose_at(-1).is_none());
         assert_eq!(decode(&[0; LENGTH]), None);
         assert_eq!(decode(&encode(5, &Pose::identity())[..40]), None);
     }

@@ -92,7 +92,13 @@ robot_sim() { # robot_sim PACKAGE PROGRAM
     sleep "$WARM_UP_S"
     start "$log.trueline" "${ROBOT_SIM[@]}"
     finish "$name" "$log.pc" "$pc"
-    finish "$name" "$log.trueline" "$started"
+    # The program on the PC ends before the controller, which says so as a real one does, and ends with 1.
+    local code=0 events
+    wait "$started" || code=$?
+    events=$(sed -nE 's/^([0-9.]+) s: (event [0-9]+).*/\1 \2/p' "$log.trueline.err")
+    verdict "$name" "$(awk -v code="$code" -v least="$MOVE_S" \
+        'END { print (code == 1 && NR == 1 && $3 == 41822 && $1 > least) ? "yes" : "no" }' <<< "$events")" \
+        "exit code $code after what it saw: ${events:-nothing}"
     check "$name" "$log.pc" messages_received ge "$SIM_MESSAGES"
     check "$name" "$log.pc" seqno_lost eq 0
     check "$name" "$log.pc" seqno_backward eq 0
