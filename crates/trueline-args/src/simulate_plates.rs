@@ -3,7 +3,7 @@
 use crate::number;
 use clap::Args;
 use trueline_dataset::ProfileForm;
-use trueline_sim::{PlateForm, Plates};
+use trueline_sim::{PlateForm, PlatePair, Plates};
 
 #[derive(Args)]
 #[group(id = "of_plates")]
@@ -24,6 +24,12 @@ pub struct PlatesArgs {
     /// Angle between the plates, degrees [default: 90]
     #[arg(long, requires = "plates", conflicts_with = "plan", value_parser = number::opening_deg)]
     pub plates_deg: Option<f64>,
+    /// A lap: parallel plates of which the second lies so much lower, mm; the seam is the edge of the first
+    #[arg(long, requires = "plates", conflicts_with_all = ["plan", "production", "plates_deg"], value_parser = number::above_zero)]
+    pub step_mm: Option<f64>,
+    /// One plate alone; the seam is its edge
+    #[arg(long, requires = "plates", conflicts_with_all = ["plan", "production", "plates_deg", "step_mm"])]
+    pub one_plate: bool,
     /// Noise of the stripe in one column of a picture, px [default: 0.5; with --plan the cell's feature_px]
     #[arg(long, requires = "plates", value_parser = number::above_zero)]
     pub column_noise_px: Option<f64>,
@@ -50,6 +56,7 @@ impl PlatesArgs {
             ..PlateForm::default()
         };
         Plates {
+            pair: self.pair(),
             opening_rad: self.plates_deg.map_or(usual.opening_rad, f64::to_radians),
             forms: [form; 2],
             roughness_m: self.roughness_mm * 1e-3,
@@ -58,7 +65,16 @@ impl PlatesArgs {
             } else {
                 self.column_noise_px.unwrap_or(usual.column_sigma_px)
             },
+            edge_sigma_px: if noise_free { NOISE_FREE_PX } else { usual.edge_sigma_px },
             ..usual
+        }
+    }
+
+    fn pair(&self) -> PlatePair {
+        match self.step_mm {
+            Some(step_mm) => PlatePair::Lap { step_m: step_mm * 1e-3 },
+            None if self.one_plate => PlatePair::Edge,
+            None => PlatePair::Meeting,
         }
     }
 }

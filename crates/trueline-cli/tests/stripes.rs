@@ -73,3 +73,39 @@ fn stripes_alone_are_enough_and_without_any_they_cannot_be_asked_for() {
     let papers = run(&["calibrate", "scan", "--use", "both", "--residual", "point-to-line"]);
     assert_eq!(code(&papers), 2, "{}", words(&papers));
 }
+
+#[test]
+fn a_lap_and_a_plate_with_an_edge_calibrate_by_their_stripes() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    let joints: [(&str, &[&str], usize); 3] = [
+        ("lap", &["--step-mm", "4"], 2),
+        ("edge", &["--one-plate"], 1),
+        ("profiles", &["--step-mm", "4", "--preset", "profiler"], 2),
+    ];
+    for (out, joint, plates) in joints {
+        let simulate = ["simulate", "--plates", "--duration-s", "8", "--out", out, "--quiet"];
+        assert_eq!(code(&run(&[&simulate[..], joint].concat())), 0);
+        let noise_alone = ["--robot-accuracy-mm", "0", "--feature-bias-px", "0", "--json", "-"];
+        // A good scan's edge points know as much as one plate and its edge: these are asked for.
+        let what = ["--report", "report.html", "--use", "stripe"];
+        let what = if plates == 1 { &what[..] } else { &what[..2] };
+        let output = run(&[&["calibrate", out], what, &noise_alone[..]].concat());
+        assert_eq!(code(&output), 0, "{out}: {}", words(&output));
+        let result: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let decided = if plates == 1 { "asked" } else { "agreement" };
+        assert_eq!(result["stripes"]["decided_by"], decided, "{out}: {}", words(&output));
+        assert_eq!(result["planes"].as_array().unwrap().len(), plates);
+        assert!(result["stripes"]["joint_angles"].as_array().unwrap().is_empty());
+        assert!(sigmas_off(&dir.path().join(out), &result) < 4.0, "{out}: {result:#}");
+        let steps = result["stripes"]["joint_steps"].as_array().unwrap();
+        assert_eq!(steps.len(), plates - 1);
+        for step in steps {
+            let (mm, sigma) = (step["step_mm"].as_f64().unwrap(), step["sigma_mm"].as_f64().unwrap());
+            assert!((mm - 4.0).abs() < 4.0 * sigma && sigma < 0.05, "{mm} ± {sigma}");
+        }
+        let said =
+            if plates == 2 { " mm step; plate 0 bowed" } else { "one plate with an edge; plate 0 bowed" };
+        assert!(words(&output).contains(said), "{}", words(&output));
+    }
+}

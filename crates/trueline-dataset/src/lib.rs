@@ -33,6 +33,8 @@ pub mod import;
 pub mod join;
 pub mod known_toml;
 pub mod laser_channel;
+#[cfg(feature = "parquet")]
+mod parquet_pages;
 pub mod picture_names;
 pub mod picture_poses_csv;
 mod picture_size;

@@ -4,6 +4,7 @@
 //! Zstandard or not at all. A row whose x or z is null or no number is a column without a return.
 
 use crate::error::{Error, Problem};
+use crate::parquet_pages;
 use crate::profile::{Profile, ProfilePoint};
 use crate::profiles_csv::{FIRST, FRAME, LONG, SHARED, TIME};
 use crate::stamp;
@@ -22,6 +23,12 @@ use std::panic::catch_unwind;
 use std::path::Path;
 use std::sync::Arc;
 
+/// So many rows a file may have whatever its size, ...
+const FEW_ROWS: u64 = 1 << 18;
+/// ... and so many for each of its bytes: a measured point has more than two bits.
+const ROWS_PER_BYTE: u64 = 4;
+/// So many bytes a row's numbers take at most before they are compressed.
+const BYTES_PER_ROW: u64 = 64;
 /// Rows that are read at a time.
 const BATCH: usize = 1 << 16;
 /// How a file is made that can be read.
@@ -63,7 +70,9 @@ pub fn read(file: &Path, bytes: Vec<u8>) -> Result<Vec<Profile>, Error> {
 
 fn read_sound(file: &Path, bytes: Vec<u8>) -> Result<Vec<Profile>, Error> {
     let unreadable = |error: ParquetError| Error::unreadable(file, format!("a Parquet file: {error}"), HINT);
-    let reader = SerializedFileReader::new(Bytes::from(bytes)).map_err(unreadable)?;
+    let bytes = Bytes::from(bytes);
+    let reader = SerializedFileReader::new(bytes.clone()).map_err(unreadable)?;
+    check_claims(file, &bytes, &reader)?;
     let columns = columns(file, &reader)?;
     let mut profiles: Vec<Profile> = Vec::new();
     for group in 0..reader.num_row_groups() {
@@ -85,6 +94,23 @@ fn read_sound(file: &Path, bytes: Vec<u8>) -> Result<Vec<Profile>, Error> {
         return Err(Error::in_file(file, Problem::NoRows));
     }
     Ok(profiles)
+}
+
+/// Refuses what would fill the memory: pages that claim more than a file of this size can have measured.
+fn check_claims(file: &Path, bytes: &Bytes, reader: &SerializedFileReader<Bytes>) -> Result<(), Error> {
+    let refused = |what: String| Err(Error::unreadable(file, what, HINT));
+    let Some(claimed) = parquet_pages::claimed(bytes, reader.metadata()) else {
+        return refused("a Parquet file that is damaged: its pages do not follow each other".to_owned());
+    };
+    let length = bytes.len() as u64;
+    let most_rows = FEW_ROWS.max(ROWS_PER_BYTE * length);
+    if claimed.rows > most_rows || claimed.bytes > BYTES_PER_ROW * most_rows {
+        return refused(format!(
+            "a Parquet file of {length} bytes that claims {} rows and {} bytes of numbers, too many for measured profiles",
+            claimed.rows, claimed.bytes
+        ));
+    }
+    Ok(())
 }
 
 fn no_numbers(file: &Path, name: &str) -> Error {

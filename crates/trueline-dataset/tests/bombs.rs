@@ -101,3 +101,77 @@ fn devices_and_pipes_are_no_files() {
     let (said, _) = refused(|| gray_png::read(&std::env::temp_dir(), &mut Vec::new()));
     assert!(said.contains("is a folder"), "{said}");
 }
+
+#[cfg(feature = "parquet")]
+mod as_parquet {
+    use super::{ALONE, MB, Path, PoisonError, refused};
+    use parquet::basic::{Compression, Repetition, Type, ZstdLevel};
+    use parquet::data_type::DoubleType;
+    use parquet::file::properties::WriterProperties;
+    use parquet::file::writer::SerializedFileWriter;
+    use std::sync::Arc;
+    use trueline_dataset::profiles_parquet;
+
+    /// A file of so many rows, all alike; each number for itself, or once in a dictionary with how often it comes.
+    fn alike(rows: usize, once: bool) -> Vec<u8> {
+        let field = |name| {
+            let builder = parquet::schema::types::Type::primitive_type_builder(name, Type::DOUBLE);
+            Arc::new(builder.with_repetition(Repetition::REQUIRED).build().unwrap())
+        };
+        let schema = parquet::schema::types::Type::group_type_builder("table")
+            .with_fields(["time_s", "x_mm", "z_mm"].map(field).to_vec())
+            .build()
+            .unwrap();
+        let settings = WriterProperties::builder()
+            .set_compression(Compression::ZSTD(ZstdLevel::default()))
+            .set_dictionary_enabled(once)
+            .build();
+        let mut out = Vec::new();
+        let mut writer = SerializedFileWriter::new(&mut out, Arc::new(schema), Arc::new(settings)).unwrap();
+        let mut group = writer.next_row_group().unwrap();
+        let numbers = vec![1.0; rows];
+        while let Some(mut column) = group.next_column().unwrap() {
+            column.typed::<DoubleType>().write_batch(&numbers, None, None).unwrap();
+            column.close().unwrap();
+        }
+        group.close().unwrap();
+        writer.close().unwrap();
+        out
+    }
+
+    #[test]
+    fn a_parquet_file_that_unpacks_to_a_thousand_times_its_size_is_refused_before_that() {
+        let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+        for once in [true, false] {
+            let bytes = alike(2_000_000, once);
+            assert!(bytes.len() < 48_000_000 / 1000, "{}", bytes.len());
+            let (said, peak) = refused(|| profiles_parquet::read(Path::new("profiles.parquet"), bytes));
+            assert!(said.contains("claims 2000000 rows"), "{said}");
+            assert!(peak < MB, "{peak} bytes");
+        }
+        // Profiles that are alike are read up to what little is always allowed.
+        let few = profiles_parquet::read(Path::new("profiles.parquet"), alike(200_000, true)).unwrap();
+        assert_eq!((few.len(), few[0].points.len()), (1, 200_000));
+    }
+
+    #[test]
+    fn a_parquet_file_whose_counts_lie_fills_no_memory() {
+        let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+        let whole = alike(1000, true);
+        for at in 0..whole.len() {
+            for byte in [0x7f, 0xfc, 0xff] {
+                let mut altered = whole.clone();
+                altered[at] = byte;
+                peak_alloc_of(altered, at, byte);
+            }
+        }
+    }
+
+    fn peak_alloc_of(bytes: Vec<u8>, at: usize, byte: u8) {
+        super::MEMORY.reset_peak_usage();
+        let before = super::MEMORY.current_usage();
+        let _ = profiles_parquet::read(Path::new("profiles.parquet"), bytes);
+        let peak = super::MEMORY.peak_usage() - before;
+        assert!(peak < 64 * MB, "byte {at} as {byte:#x}: {peak} bytes");
+    }
+}

@@ -13,13 +13,13 @@ use crate::wrong_cells::SeenBy;
 use nalgebra::{SMatrix, UnitVector3, Vector3};
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::stripe::state::SURFACE_SIGMA_M;
-use trueline_method::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, LOCAL_SURFACES, PLANES};
+use trueline_method::stripe::unknowns::{LOCAL_EDGE, LOCAL_SHAPE, LOCAL_SURFACES, PLANES};
 use trueline_model::{Plate, SheetShape, StripeJacobian, StripeOnPlate};
 
 /// Residuals of a frame: two support points on each plate.
 pub(crate) const ROWS: usize = 4;
 /// Unknowns, the shape of the sensor included.
-pub(crate) const PLATES_ALL: usize = LOCAL_ALL;
+pub(crate) const PLATES_ALL: usize = LOCAL_EDGE;
 /// Those without the shape.
 pub(crate) const PLATES_FORM: usize = LOCAL_SHAPE;
 /// A support point that is not there is known so well, m: its row tells nothing.

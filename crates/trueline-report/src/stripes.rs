@@ -1,7 +1,10 @@
 //! Whole stripes: the plates, and the answers of stripes and seam points side by side.
 
 use crate::number::{digits_for, positive_w};
-use trueline_dataset::result_file::{AngleEntry, AnswerEntry, PlaneEntry, PoseEntry, Sigma, StripesEntry};
+use std::collections::BTreeSet;
+use trueline_dataset::result_file::{
+    AngleEntry, AnswerEntry, HeightStepEntry, PlaneEntry, PoseEntry, Sigma, StripesEntry,
+};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::stripe::outcome::{Answer, Because, StripeEstimate, StripeOutcome};
@@ -35,6 +38,7 @@ pub(crate) fn entry(c: &Calibration) -> Option<StripesEntry> {
     let StripeOutcome { used, because, frames, with_both, estimate } = c.findings.stripes.as_ref()?;
     let estimate = estimate.as_ref();
     let angles = estimate.map_or(&[][..], |e| &e.angles);
+    let steps = estimate.map_or(&[][..], |e| &e.steps);
     Some(StripesEntry {
         used: used.name().to_owned(),
         decided_by: because.code().to_owned(),
@@ -49,6 +53,13 @@ pub(crate) fn entry(c: &Calibration) -> Option<StripesEntry> {
             .map(|angle| AngleEntry {
                 angle_deg: angle.value_rad.to_degrees(),
                 sigma_deg: angle.sigma_rad.to_degrees(),
+            })
+            .collect(),
+        joint_steps: steps
+            .iter()
+            .map(|step| HeightStepEntry {
+                step_mm: step.value_m * MM_PER_M,
+                sigma_mm: step.sigma_m * MM_PER_M,
             })
             .collect(),
         seam_answer: estimate.map(|e| answer(&e.seam)),
@@ -85,29 +96,51 @@ pub(crate) fn rows(c: &Calibration) -> Vec<(String, String)> {
     let Some(stripes) = &c.findings.stripes else { return Vec::new() };
     let mut rows = vec![("whole stripes".to_owned(), used(stripes))];
     let Some(estimate) = &stripes.estimate else { return rows };
-    for angle in &estimate.angles {
-        let (deg, sigma) = (angle.value_rad.to_degrees(), angle.sigma_rad.to_degrees());
-        let of_joint = estimate.planes.iter().filter(|plane| plane.number / 2 == angle.joint);
-        let bows: Vec<String> =
-            of_joint.map(|plane| format!("plate {} bowed by {}", plane.number, mm(plane.bow_m))).collect();
-        let digits = digits_for(sigma);
-        let text = format!("{deg:.digits$}° ± {sigma:.digits$}° between them; {}", bows.join(", "));
-        rows.push(("  plates".to_owned(), text));
-    }
+    let joints: BTreeSet<usize> = estimate.planes.iter().map(|plane| plane.number / 2).collect();
+    rows.extend(joints.into_iter().map(|joint| ("  plates".to_owned(), plates(estimate, joint))));
     rows.push(("  seam or stripe".to_owned(), side_by_side(estimate)));
     rows
 }
 
+/// What a joint's plates are to each other, and how they are bowed.
+fn plates(estimate: &StripeEstimate, joint: usize) -> String {
+    let of_joint = estimate.planes.iter().filter(|plane| plane.number / 2 == joint);
+    let bows: Vec<String> =
+        of_joint.map(|plane| format!("plate {} bowed by {}", plane.number, mm(plane.bow_m))).collect();
+    let between = fact(estimate, joint).map_or_else(
+        || "one plate with an edge".to_owned(),
+        |(name, value)| format!("{value} {}", if name == ANGLE { "between them" } else { "step" }),
+    );
+    format!("{between}; {}", bows.join(", "))
+}
+
+/// Name of the fact of plates that meet.
+const ANGLE: &str = "angle";
+
+/// The angle of a joint's plates, or their step, with its ±; `None` for one plate.
+pub(crate) fn fact(estimate: &StripeEstimate, joint: usize) -> Option<(&'static str, String)> {
+    if let Some(angle) = estimate.angles.iter().find(|angle| angle.joint == joint) {
+        let (deg, sigma) = (angle.value_rad.to_degrees(), angle.sigma_rad.to_degrees());
+        return Some((ANGLE, format!("{deg:.0$}° ± {sigma:.0$}°", digits_for(sigma))));
+    }
+    let step = estimate.steps.iter().find(|step| step.joint == joint)?;
+    let [value, sigma] = [step.value_m, step.sigma_m].map(|m| m * MM_PER_M);
+    Some(("step", format!("{value:.0$} mm ± {sigma:.0$} mm", digits_for(sigma))))
+}
+
 fn used(stripes: &StripeOutcome) -> String {
-    let StripeOutcome { used, because, frames, with_both, .. } = stripes;
-    let shown = format!("{with_both} of {frames} frames show both plates");
+    let StripeOutcome { used, because, frames, with_both, estimate } = stripes;
+    let planes = estimate.as_ref().map_or(&[][..], |estimate| &estimate.planes);
+    let one_alone = planes.iter().any(|one| planes.iter().all(|other| other.number != one.number ^ 1));
+    let all = if one_alone { "all plates" } else { "both plates" };
+    let shown = format!("{with_both} of {frames} frames show {all}");
     let why = match because {
         Because::Asked => "as asked",
         Because::Agreement => "they agree with the seam points",
         Because::KnowsLess => "the seam points know more",
         Because::Disagreement => "they do not agree with the seam points",
         Because::TooFewFrames => "too few for an answer of their own",
-        Because::Plates(_) => "no two plates that meet in a line",
+        Because::Plates(_) => "the plates make no joint",
         Because::HeldAtGuess => "what is not seen is held at the guess",
     };
     match used {

@@ -36,7 +36,7 @@ pub use faults::Fault;
 pub use followed_path::FollowedPath;
 pub use images::{Joint, Look, PictureScan};
 pub use plates::{
-    PlateForm, Plates, ProfileCaster, ProfileLook, scan_plates, scan_plates_along, scan_profiles,
+    PlateForm, PlatePair, Plates, ProfileCaster, ProfileLook, scan_plates, scan_plates_along, scan_profiles,
     scan_profiles_along,
 };
 pub use presets::Preset;

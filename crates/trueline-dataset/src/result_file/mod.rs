@@ -30,7 +30,7 @@ pub use rival::RivalEntry;
 pub use seam_error::{BudgetEntry, FieldEntry, SeamErrorEntry};
 pub use sensor::{SensorEntry, UncorrectedEntry};
 pub use stamps::{FeatureStream, RobotStream, Stamps, StepEntry, Stream};
-pub use stripes::{AngleEntry, AnswerEntry, PlaneEntry, StripesEntry};
+pub use stripes::{AngleEntry, AnswerEntry, HeightStepEntry, PlaneEntry, StripesEntry};
 pub use time_offset_use::TimeOffsetUse;
 
 use crate::error::{Error, Problem};

@@ -33,6 +33,17 @@ pub struct AngleEntry {
     pub sigma_deg: f64,
 }
 
+/// A length with its ±.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(default)]
+pub struct HeightStepEntry {
+    /// The length.
+    pub step_mm: f64,
+    /// One standard deviation.
+    pub sigma_mm: f64,
+}
+
 /// One of two answers of a scan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -57,12 +68,12 @@ pub struct AnswerEntry {
 pub struct StripesEntry {
     /// What the result was made of: `seam`, `stripe` or `both`.
     pub used: String,
-    /// Why: `asked`, `agreement`, `disagreement`, `too-few-frames`, `held-at-guess`, `plates-missing`, `plates-without-plane`
-    /// or `parallel-plates`.
+    /// Why: `asked`, `agreement`, `disagreement`, `too-few-frames`, `held-at-guess`, `plates-missing`, `plates-without-plane`,
+    /// `parallel-plates` or `edge-elsewhere`.
     pub decided_by: String,
     /// Frames with a seam point or a stripe.
     pub frames: usize,
-    /// Frames with the stripes on both plates.
+    /// Frames with the stripes on both plates; of a joint of which one plate is seen at all, with that and the seam point.
     pub frames_with_both: usize,
     /// Stripes (and, with `both`, seam points) that were looked at.
     pub stripes: usize,
@@ -74,6 +85,8 @@ pub struct StripesEntry {
     pub sigmas_apart: Option<f64>,
     /// The angle that the plates of each joint open.
     pub joint_angles: Vec<AngleEntry>,
+    /// How far the lower plate of each lap or step lies below the other.
+    pub joint_steps: Vec<HeightStepEntry>,
     /// The answer of the seam points.
     pub seam_answer: Option<AnswerEntry>,
     /// The answer of the stripes.

@@ -29,8 +29,8 @@ pub(crate) fn parameters(at: &StripeState, like: &Parameters) -> Option<Paramete
         curvatures: Vec::new(),
         shape: at.shape,
     };
-    for (plates, bow) in at.joints.iter().zip(&like.curvatures) {
-        let form = Meeting::of(plates, bow.half_length_m)?;
+    for (target, bow) in at.joints.iter().zip(&like.curvatures) {
+        let form = Meeting::of(target.at_seam().map(|(_, surface)| surface), bow.half_length_m)?;
         let line = Line::new(form.middle, &Unit::try_new(form.along, 1e-9)?);
         let axes = line.axes();
         let across = |k: usize| axes.column(k).dot(&form.bow);
@@ -40,7 +40,7 @@ pub(crate) fn parameters(at: &StripeState, like: &Parameters) -> Option<Paramete
     Some(seam)
 }
 
-/// Where two plates meet.
+/// Where two surfaces meet: two plates, or a plate and its edge.
 struct Meeting {
     /// The middle of the best straight line, m.
     middle: Vector3<f64>,
@@ -51,8 +51,7 @@ struct Meeting {
 }
 
 impl Meeting {
-    fn of(plates: &[Plate; 2], half_length_m: f64) -> Option<Self> {
-        let [one, other] = plates;
+    fn of([one, other]: [&Plate; 2], half_length_m: f64) -> Option<Self> {
         let (n1, n2) = (one.normal.into_inner(), other.normal.into_inner());
         let towards = one.chart.along;
         let direction = n1.cross(&n2).normalize();

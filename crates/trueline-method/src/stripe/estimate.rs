@@ -17,8 +17,9 @@ use crate::stripe::frames::{StripeFrames, frames};
 use crate::stripe::freed::without_bias;
 use crate::stripe::no_plates::NoPlates;
 use crate::stripe::outcome::{Answer, Because, LEAST_SHARE, StripeEstimate, StripeOutcome};
+use crate::stripe::planes::Planes;
 use crate::stripe::systematic::SharedErrors;
-use crate::stripe::unknowns::PLANES_OF_JOINT;
+use crate::stripe::unknowns::StripeUnknowns;
 use crate::stripe::whitening::{SharedNoise, robot_sigma_rad};
 use crate::stripe::{as_seam, planes, start, systematic, uncertainty};
 use nalgebra::{DMatrix, DVector};
@@ -146,12 +147,13 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
         answer(seam, &fit, &information, (&noise.covariance, &errors)).ok_or(NoPlates::Parallel)?;
     let all = noise.covariance + errors.covariance();
-    let (planes, angles) =
+    let Planes { plates: planes, angles, steps } =
         planes::planes(observations, frames, fit.state(), (&all, information.null_space()));
     let apart = apart(seam, &stripe, &noise_of_seam, &errors_of_seam);
     Ok(StripeEstimate {
         planes,
         angles,
+        steps,
         sigmas_apart: apart,
         noise_factor: fit.noise_factor,
         rejected: fit.rejected,
@@ -256,8 +258,9 @@ fn observability(
         *seen = as_before && !observability::is_null(null, k);
     }
     for joint in 0..at.lines.len() {
-        let rows = fit.problem.unknowns.plane(joint, 0).start..fit.problem.unknowns.plane(joint, 1).end;
-        if rows.clone().any(|row| observability::is_null(null, row)) {
+        let at_seam = fit.state().joints[joint].at_seam();
+        let mut rows = at_seam.into_iter().flat_map(|(number, _)| fit.problem.unknowns.plane(joint, number));
+        if rows.any(|row| observability::is_null(null, row)) {
             seen[line_index(joint)..line_index(joint + 1)].fill(false);
             unobservable.push(Unobservable { group: Group::Line(joint), directions: Vec::new() });
         }
@@ -269,17 +272,21 @@ fn observability(
         size: information.size() - known_before,
         condition: information.condition(),
         singular_values: information.singular_values().iter().map(|value| value / largest).collect(),
-        composition: information.composition().iter().map(|parts| in_seam(parts, at.lines.len())).collect(),
+        composition: information
+            .composition()
+            .iter()
+            .map(|parts| in_seam(parts, fit.problem.unknowns))
+            .collect(),
         unobservable,
         observable_components: seen,
     }
 }
 
 /// Components of the plates' tangent as those of the seam's: a plane counts as the line that it bounds.
-fn in_seam(parts: &[usize], joints: usize) -> Vec<usize> {
+fn in_seam(parts: &[usize], unknowns: StripeUnknowns) -> Vec<usize> {
     let place = |part: &usize| match *part {
         clock_or_hand_eye @ 0..LINES => clock_or_hand_eye,
-        plane => line_index(((plane - LINES) / PLANES_OF_JOINT).min(joints - 1)),
+        plane => line_index(((plane - LINES) / unknowns.planes_of_joint()).min(unknowns.joints - 1)),
     };
     let mut named: Vec<usize> = parts.iter().map(place).collect();
     let mut seen = BTreeSet::new();

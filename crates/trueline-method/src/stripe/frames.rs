@@ -50,6 +50,8 @@ pub struct StripeFrame {
     pub joint: usize,
     /// What it shows.
     pub sight: Sight,
+    /// Its seam point beside the stripes: where plates do not meet it is a point of the edge.
+    pub edge: Option<SeamSight>,
 }
 
 /// The frames of a scan, and how many of them show what.
@@ -59,7 +61,7 @@ pub struct StripeFrames {
     pub list: Vec<StripeFrame>,
     /// Frames with a seam point or a stripe.
     pub total: usize,
-    /// Frames with the stripes on both plates.
+    /// Frames with the stripes on both plates; of a joint of which one plate is seen at all, with that and the seam point.
     pub with_both: usize,
     /// Joints of which the plates are not seen, and the seam points are used in their place.
     pub bare: Vec<usize>,
@@ -99,28 +101,46 @@ pub fn frames(
         let seen = seen.entry((pictures.of_feature(feature), o.line as usize)).or_default();
         (seen.seam, seen.stamp_ns) = (Some(o), feature.stamp_ns);
     }
-    let bare = if wanted == Measurements::Both { bare(&seen, observations.line_count) } else { Vec::new() };
+    let plates = plates_of_joints(&mut seen, observations.line_count);
+    let bare = if wanted == Measurements::Both { bare(&plates) } else { Vec::new() };
     let mut frames = StripeFrames { total: seen.len(), bare, ..StripeFrames::default() };
     for ((_, joint), seen) in seen {
-        frames.with_both += usize::from(seen.has_both());
+        let all = seen.has_all(plates.get(joint).unwrap_or(&[true; 2]));
+        frames.with_both += usize::from(all);
         let sight = if frames.bare.contains(&joint) {
             seen.seam.map(|o| seam_sight(observations, o))
         } else {
-            seen.sight(observations, wanted)
+            seen.sight(observations, wanted, all)
         };
+        let edge = seen.seam.map(|o| seam_point(observations, o));
         let stamp_s = stamps.seconds(seen.stamp_ns);
-        frames.list.extend(sight.map(|sight| StripeFrame { stamp_s, joint, sight }));
+        frames.list.extend(sight.map(|sight| StripeFrame { stamp_s, joint, sight, edge }));
     }
     frames.list.sort_by(|a, b| a.stamp_s.total_cmp(&b.stamp_s));
     Ok(frames)
 }
 
-/// The joints of which one plate or both have too few stripes.
-fn bare(seen: &BTreeMap<(i64, usize), Seen<'_>>, joints: usize) -> Vec<usize> {
-    let stripes = |joint: usize, plate: usize| {
-        seen.iter().filter(|((_, of), seen)| *of == joint && seen.stripes[plate].is_some()).count()
-    };
-    (0..joints).filter(|&joint| (0..2).any(|plate| stripes(joint, plate) < LEAST_STRIPES)).collect()
+/// Which plates each joint has; the few stripes of another are left out.
+fn plates_of_joints(seen: &mut BTreeMap<(i64, usize), Seen<'_>>, joints: usize) -> Vec<[bool; 2]> {
+    let mut counts = vec![[0; 2]; joints];
+    for ((_, joint), seen) in seen.iter() {
+        let Some(counts) = counts.get_mut(*joint) else { continue };
+        counts
+            .iter_mut()
+            .zip(&seen.stripes)
+            .for_each(|(count, stripe)| *count += usize::from(stripe.is_some()));
+    }
+    let plates: Vec<[bool; 2]> = counts.iter().map(|of| of.map(|count| count >= LEAST_STRIPES)).collect();
+    for ((_, joint), seen) in seen.iter_mut() {
+        let Some(plates) = plates.get(*joint) else { continue };
+        seen.stripes.iter_mut().zip(plates).filter(|(_, has)| !**has).for_each(|(stripe, _)| *stripe = None);
+    }
+    plates
+}
+
+/// The joints that lack a plate.
+fn bare(plates: &[[bool; 2]]) -> Vec<usize> {
+    (0..plates.len()).filter(|&joint| plates[joint] != [true; 2]).collect()
 }
 
 /// What one picture shows of a joint.
@@ -133,12 +153,14 @@ struct Seen<'a> {
 }
 
 impl Seen<'_> {
-    fn has_both(&self) -> bool {
-        self.stripes.iter().all(Option::is_some)
+    /// Whether it shows all that the joint has; one plate needs its edge beside it.
+    fn has_all(&self, plates: &[bool; 2]) -> bool {
+        let stripes = self.stripes.iter().zip(plates).all(|(stripe, has)| stripe.is_some() == *has);
+        stripes && plates.contains(&true) && (plates == &[true; 2] || self.seam.is_some())
     }
 
-    fn sight(&self, observations: &Observations, wanted: Measurements) -> Option<Sight> {
-        if let Some(o) = self.seam.filter(|_| wanted == Measurements::Both && !self.has_both()) {
+    fn sight(&self, observations: &Observations, wanted: Measurements, all: bool) -> Option<Sight> {
+        if let Some(o) = self.seam.filter(|_| wanted == Measurements::Both && !all) {
             return Some(seam_sight(observations, o));
         }
         self.stripes.iter().any(Option::is_some).then_some(Sight::Stripes(self.stripes))
@@ -146,12 +168,16 @@ impl Seen<'_> {
 }
 
 fn seam_sight(observations: &Observations, o: &Observation) -> Sight {
+    Sight::Seam(seam_point(observations, o))
+}
+
+fn seam_point(observations: &Observations, o: &Observation) -> SeamSight {
     let [xx, xy, yy] = o.covariance;
-    Sight::Seam(SeamSight {
+    SeamSight {
         reported: observations.sheet.coordinates(&o.point_in_camera),
         covariance: Matrix2::new(xx, xy, xy, yy),
         sheet_per_px: sheet_per_px(o),
-    })
+    }
 }
 
 /// A stripe's support points on the sheet; `None` where one cannot be lifted.

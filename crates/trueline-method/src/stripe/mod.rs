@@ -11,6 +11,7 @@
 
 pub mod agreement;
 pub(crate) mod as_seam;
+pub(crate) mod blocks;
 pub mod corners;
 pub mod estimate;
 pub mod fit;
@@ -25,6 +26,7 @@ pub(crate) mod robust_moments;
 pub mod start;
 pub mod state;
 pub mod systematic;
+pub mod target;
 pub mod uncertainty;
 pub mod unknowns;
 pub mod whitening;

@@ -12,18 +12,29 @@ pub enum NoPlates {
     },
     /// Points of a plate that do not span a plane.
     NoPlane,
-    /// Two plates that do not meet in a line.
+    /// Two plates that do not meet in a line, without the points of an edge.
     Parallel,
+    /// Two parallel plates, or one alone, and seam points that lie on neither.
+    EdgeElsewhere {
+        /// The seam of the joint.
+        line: usize,
+    },
 }
 
 impl fmt::Display for NoPlates {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Missing { line } => {
-                write!(f, "line {line} has no stripes, or too few, on one of its two plates")
+                write!(f, "line {line} has no stripes, or too few, on its plates")
             }
             Self::NoPlane => f.write_str("the support points of a plate lie on one line and span no plane"),
-            Self::Parallel => f.write_str("the two plates are parallel to within 6° and meet in no line"),
+            Self::Parallel => f.write_str(
+                "the two plates are parallel to within 6°, and there are no seam points of an edge",
+            ),
+            Self::EdgeElsewhere { line } => write!(
+                f,
+                "the plates of line {line} meet in no line, and its seam points lie a millimetre or more beside them"
+            ),
         }
     }
 }
@@ -37,7 +48,10 @@ impl NoPlates {
                 "number the plates 0 and 1 in stripes.csv, or take --use both: a line without plates then counts by its seam points"
             }
             Self::NoPlane => "let the robot move along the seam or tilt while it scans, or take --use seam",
-            Self::Parallel => "on a lap or a step only the edge is a seam: take --use seam",
+            Self::Parallel => "of a lap or a step the edge is the seam: give its points in features.csv",
+            Self::EdgeElsewhere { .. } => {
+                "a lap's seam is the edge of its upper plate or its foot on the lower one, and a plate has one number in all frames; otherwise take --use seam"
+            }
         }
     }
 }

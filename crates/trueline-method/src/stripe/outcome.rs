@@ -5,7 +5,7 @@ use crate::assess::seam_error::SeamError;
 use crate::config::Measurements;
 use crate::problem::parameters::Parameters;
 use crate::stripe::no_plates::NoPlates;
-use crate::stripe::planes::{JointAngle, PlaneEstimate};
+use crate::stripe::planes::{JointAngle, JointStep, PlaneEstimate};
 use nalgebra::DMatrix;
 
 /// Part of the frames in which both plates must be seen for stripes to be used unasked.
@@ -28,7 +28,7 @@ pub enum Because {
     Disagreement,
     /// Too few frames show both plates.
     TooFewFrames,
-    /// There are no two plates that meet.
+    /// The plates make no joint.
     Plates(NoPlates),
     /// What the scan does not show is held at a guess, which the stripes are not.
     HeldAtGuess,
@@ -47,6 +47,7 @@ impl Because {
             Self::Plates(NoPlates::Missing { .. }) => "plates-missing",
             Self::Plates(NoPlates::NoPlane) => "plates-without-plane",
             Self::Plates(NoPlates::Parallel) => "parallel-plates",
+            Self::Plates(NoPlates::EdgeElsewhere { .. }) => "edge-elsewhere",
             Self::HeldAtGuess => "held-at-guess",
         }
     }
@@ -72,8 +73,10 @@ pub struct Answer {
 pub struct StripeEstimate {
     /// The plates.
     pub planes: Vec<PlaneEstimate>,
-    /// The angles of the joints.
+    /// The angles of the joints whose plates meet.
     pub angles: Vec<JointAngle>,
+    /// The steps of those whose plates are parallel.
+    pub steps: Vec<JointStep>,
     /// How far both answers are apart, in sigma; `None` if nothing of them can be compared.
     pub sigmas_apart: Option<f64>,
     /// How much larger the noise is than expected.
@@ -108,7 +111,7 @@ pub struct StripeOutcome {
     pub because: Because,
     /// Frames with a seam point or a stripe.
     pub frames: usize,
-    /// Frames with both plates.
+    /// Frames with both plates; of a joint of one plate, with that and its edge.
     pub with_both: usize,
     /// The estimate; `None` where there is none.
     pub estimate: Option<Box<StripeEstimate>>,

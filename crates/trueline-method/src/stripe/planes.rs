@@ -3,6 +3,7 @@
 use crate::assess::observability::is_null;
 use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
 use crate::stripe::state::StripeState;
+use crate::stripe::target::Target;
 use crate::{input::observations::Observations, order_statistics::quantile, stripe::problem::placement};
 use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector3};
 use trueline_model::Plate;
@@ -52,25 +53,47 @@ pub struct JointAngle {
     pub sigma_rad: f64,
 }
 
+/// How far one of two parallel plates lies below the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointStep {
+    /// Number of the joint.
+    pub joint: usize,
+    /// From the plate that bears the edge to the other, at the middle of the scan on the seam, m.
+    pub value_m: f64,
+    /// Standard deviation, m.
+    pub sigma_m: f64,
+}
+
+/// What a scan says of its plates.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Planes {
+    /// The plates.
+    pub plates: Vec<PlaneEstimate>,
+    /// The angles of those that meet.
+    pub angles: Vec<JointAngle>,
+    /// The steps of those that are parallel.
+    pub steps: Vec<JointStep>,
+}
+
 /// Parts of the support points that may lie beyond either end of what counts as visible.
 const BEYOND: f64 = 0.02;
 /// Places along each axis at which a surface is looked at.
 const GRID: usize = 5;
 
-/// The planes of a state and the angle of each joint whose plates are seen, with the covariance of its tangent and what of that is not seen.
+/// The planes of a state and the angle or step of each joint whose plates are seen, with the covariance of its tangent and what of that is not seen.
 #[must_use]
 pub fn planes(
     observations: &Observations,
     frames: &StripeFrames,
     at: &StripeState,
     (covariance, null): (&DMatrix<f64>, &DMatrix<f64>),
-) -> (Vec<PlaneEstimate>, Vec<JointAngle>) {
+) -> Planes {
     let unknowns = at.unknowns();
-    let (mut all, mut angles) = (Vec::new(), Vec::new());
-    let seen = |(joint, _): &(usize, &[Plate; 2])| !frames.bare.contains(joint);
-    for (joint, plates) in at.joints.iter().enumerate().filter(seen) {
+    let Planes { plates: mut all, mut angles, mut steps } = Planes::default();
+    let seen = |(joint, _): &(usize, &Target)| !frames.bare.contains(joint);
+    for (joint, target) in at.joints.iter().enumerate().filter(seen) {
         let mut slopes = Vec::new();
-        for (number, plate) in plates.iter().enumerate() {
+        for (number, plate) in target.plates.iter().enumerate().filter(|(number, _)| target.seen[*number]) {
             let first = unknowns.plane(joint, number).start;
             let seen = seen_points(observations, &frames.list, at, (joint, number));
             let best = BestPlane::over(visible(plate, &seen).unwrap_or([[0.0, 1.0], [-1.0, 1.0]]));
@@ -89,12 +112,32 @@ pub fn planes(
             });
             slopes.push(slope);
         }
-        if let [.., one, other] = &all[..] {
-            let (value_rad, sigma_rad) = angle(&one.plane, &other.plane, &slopes, covariance);
-            angles.push(JointAngle { joint, value_rad, sigma_rad });
+        match (&all[..], &slopes[..], &target.edge) {
+            ([.., one, other], _, None) => {
+                let (value_rad, sigma_rad) = angle(&one.plane, &other.plane, &slopes, covariance);
+                angles.push(JointAngle { joint, value_rad, sigma_rad });
+            }
+            ([.., one, other], [_, _], Some(edge)) => {
+                let order = if edge.on == 0 { [(one, 0), (other, 1)] } else { [(other, 1), (one, 0)] };
+                let (value_m, sigma_m) = step(order.map(|(plate, k)| (&plate.plane, &slopes[k])), covariance);
+                steps.push(JointStep { joint, value_m, sigma_m });
+            }
+            _ => {}
         }
     }
-    (all, angles)
+    Planes { plates: all, angles, steps }
+}
+
+/// The distance of two nearly parallel planes along the normal of the first, at the middle of the scan, and its standard deviation, m.
+/// At that point, from which both count, n₂·n₁ h = δ₂.
+fn step(
+    [(one, slope), (other, other_slope)]: [(&Plate, &DMatrix<f64>); 2],
+    covariance: &DMatrix<f64>,
+) -> (f64, f64) {
+    let cosine = one.normal.dot(&other.normal);
+    let slope = other_slope.row(2) / cosine - slope.row(2);
+    let variance = (&slope * covariance * slope.transpose())[(0, 0)];
+    ((other.offset_m / cosine - one.offset_m).abs(), variance.max(0.0).sqrt())
 }
 
 /// The angle between two planes and its standard deviation, rad; `slopes` carry the tangent into (θ_a, θ_o, δ) of each.

@@ -7,14 +7,17 @@ use crate::problem::placement::placement_then;
 use crate::problem::usable::UNUSABLE_SQUARED;
 use crate::stripe::frames::{SeamSight, Sight, StripeFrame};
 use crate::stripe::state::StripeState;
-use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, LOCAL_SURFACES, PLANES, StripeUnknowns};
+use crate::stripe::target::{EDGE, Target};
+use crate::stripe::unknowns::{LOCAL_ALL, LOCAL_SHAPE, StripeUnknowns, local_of_surface};
 use nalgebra::{DVector, Matrix2, SMatrix, SVector, Vector2, Vector3};
 use trueline_geometry::so3;
 use trueline_lsq::{LeastSquares, NormalEquations};
 use trueline_model::{Placement, Plate, SheetShape, StripeJacobian, StripeOnPlate};
 
-/// Most residuals of a frame.
-pub const ROWS: usize = 4;
+/// Most residuals of a frame: two support points a plate, and the edge point.
+pub const ROWS: usize = 5;
+/// The residual of the edge point.
+pub const EDGE_ROW: usize = 4;
 
 /// A Jacobian by the unknowns that a frame depends on.
 pub(crate) type FrameJacobian = SMatrix<f64, ROWS, LOCAL_ALL>;
@@ -22,7 +25,7 @@ pub(crate) type FrameJacobian = SMatrix<f64, ROWS, LOCAL_ALL>;
 /// The residuals of a frame, m; rows that it does not have are zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrameResidual {
-    /// Residuals: support points by plate, or the seam point along both axes of the sheet.
+    /// Residuals: support points by plate and the edge point, or the seam point along both axes of the sheet.
     pub residual: SVector<f64, ROWS>,
     /// Their Jacobian.
     pub jacobian: FrameJacobian,
@@ -32,6 +35,8 @@ pub(crate) struct FrameResidual {
     pub d_turn: SMatrix<f64, ROWS, 3>,
     /// By a shift of what is measured, sheet coordinates.
     pub d_reported: SMatrix<f64, ROWS, 2>,
+    /// Whether one of them is that of an edge point.
+    pub has_edge: bool,
 }
 
 /// What the residuals of a frame say of the errors that they share.
@@ -57,7 +62,7 @@ impl PoseError {
         shift_m: Vector3::new(0.0, 0.0, 0.0),
         turn_rad: Vector3::new(0.0, 0.0, 0.0),
         late_s: 0.0,
-        in_residual: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0),
+        in_residual: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0, 0.0),
     };
 }
 
@@ -126,16 +131,21 @@ pub(crate) fn linearize_frame(
     placement: &Placement,
 ) -> Option<FrameResidual> {
     let view =
-        View { observations, plates: at.joints.get(frame.joint)?, shape: at.shape.as_ref(), placement };
+        View { observations, target: at.joints.get(frame.joint)?, shape: at.shape.as_ref(), placement };
     match &frame.sight {
         Sight::Seam(seam) => view.seam(seam),
         Sight::Stripes(stripes) => {
             let mut all = EMPTY;
             for (number, supports) in stripes.iter().enumerate() {
                 for (k, support) in supports.iter().flatten().enumerate() {
-                    let parts = view.stripe(number, &support.reported)?;
+                    let parts = view.stripe(&view.target.plates[number], &support.reported)?;
                     view.set_row(&mut all, 2 * number + k, number, &parts);
                 }
+            }
+            if let (Some(edge), Some(point)) = (&view.target.edge, &frame.edge) {
+                let parts = view.stripe(&edge.surface, &point.reported)?;
+                view.set_row(&mut all, EDGE_ROW, EDGE, &parts);
+                all.has_edge = true;
             }
             Some(all)
         }
@@ -152,41 +162,45 @@ pub(crate) fn residual_of_frame(
     let Sight::Stripes(stripes) = &frame.sight else {
         return Some(linearize_frame(observations, frame, at, placement)?.residual);
     };
-    let (plates, shape) = (at.joints.get(frame.joint)?, at.shape.as_ref());
+    let (target, shape) = (at.joints.get(frame.joint)?, at.shape.as_ref());
+    let on = |plate| StripeOnPlate { plate, sheet: &observations.sheet, shape };
     let mut residual = SVector::<f64, ROWS>::zeros();
     for (number, supports) in stripes.iter().enumerate() {
-        let stripe = StripeOnPlate { plate: &plates[number], sheet: &observations.sheet, shape };
+        let stripe = on(&target.plates[number]);
         for (k, support) in supports.iter().flatten().enumerate() {
             residual[2 * number + k] = stripe.residual(placement, &support.reported)?;
         }
+    }
+    if let (Some(edge), Some(point)) = (&target.edge, &frame.edge) {
+        residual[EDGE_ROW] = on(&edge.surface).residual(placement, &point.reported)?;
     }
     Some(residual)
 }
 
 const EMPTY: FrameResidual = FrameResidual {
-    residual: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0),
+    residual: SVector::<f64, ROWS>::new(0.0, 0.0, 0.0, 0.0, 0.0),
     jacobian: FrameJacobian::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; LOCAL_ALL])),
     d_displacement: SMatrix::<f64, ROWS, 3>::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; 3])),
     d_turn: SMatrix::<f64, ROWS, 3>::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; 3])),
     d_reported: SMatrix::<f64, ROWS, 2>::from_array_storage(nalgebra::ArrayStorage([[0.0; ROWS]; 2])),
+    has_edge: false,
 };
 
 /// A joint as the sensor sees it in one frame.
 struct View<'a> {
     observations: &'a Observations,
-    plates: &'a [Plate; 2],
+    target: &'a Target,
     shape: Option<&'a SheetShape>,
     placement: &'a Placement,
 }
 
 impl View<'_> {
-    fn stripe(&self, plate: usize, reported: &Vector2<f64>) -> Option<StripeJacobian> {
+    fn stripe(&self, plate: &Plate, reported: &Vector2<f64>) -> Option<StripeJacobian> {
         let sheet = &self.observations.sheet;
-        StripeOnPlate { plate: &self.plates[plate], sheet, shape: self.shape }
-            .linearize(self.placement, reported)
+        StripeOnPlate { plate, sheet, shape: self.shape }.linearize(self.placement, reported)
     }
 
-    fn set_row(&self, all: &mut FrameResidual, row: usize, plate: usize, parts: &StripeJacobian) {
+    fn set_row(&self, all: &mut FrameResidual, row: usize, surface: usize, parts: &StripeJacobian) {
         all.residual[row] = parts.residual;
         let mut set = |first: usize, numbers: &[f64]| {
             numbers.iter().enumerate().for_each(|(k, number)| all.jacobian[(row, first + k)] = *number);
@@ -194,8 +208,9 @@ impl View<'_> {
         set(TIME_OFFSET, &[parts.d_time_offset]);
         set(ROTATION, parts.d_rotation.as_slice());
         set(TRANSLATION, parts.d_translation.as_slice());
-        set(PLANES + Plate::DIMENSION * plate, parts.d_plate.as_slice());
-        set(LOCAL_SURFACES + Plate::SURFACE * plate, parts.d_surface.as_slice());
+        let [plane, terms] = local_of_surface(surface);
+        set(plane, parts.d_plate.as_slice());
+        set(terms, parts.d_surface.as_slice());
         set(LOCAL_SHAPE, parts.d_shape.as_slice());
         let lever: Vector3<f64> = parts.foot_in_base - self.placement.base_from_tool.translation.vector;
         all.d_displacement.set_row(row, &parts.d_displacement.transpose());
@@ -203,7 +218,7 @@ impl View<'_> {
         all.d_reported.set_row(row, &parts.normal.transpose());
     }
 
-    /// A seam point against the crossing of both predicted stripes: with their normals as the rows of N, r = N⁻¹ ρ, and
+    /// A seam point against the crossing of the predicted stripes of both surfaces that meet there: with their normals as the rows of N, r = N⁻¹ ρ, and
     /// everything is evaluated at the crossing, where ρ vanishes.
     fn seam(&self, seam: &SeamSight) -> Option<FrameResidual> {
         let mut crossing = seam.reported;
@@ -213,7 +228,8 @@ impl View<'_> {
         }
         let (parts, inverse) = self.both_at(&crossing)?;
         let mut by_plate = EMPTY;
-        (0..2).for_each(|plate| self.set_row(&mut by_plate, plate, plate, &parts[plate]));
+        let at_seam = self.target.at_seam();
+        (0..2).for_each(|row| self.set_row(&mut by_plate, row, at_seam[row].0, &parts[row]));
         let mut all = EMPTY;
         all.jacobian.fixed_rows_mut::<2>(0).copy_from(&(inverse * by_plate.jacobian.fixed_rows::<2>(0)));
         let displacement = inverse * by_plate.d_displacement.fixed_rows::<2>(0);
@@ -225,7 +241,8 @@ impl View<'_> {
     }
 
     fn both_at(&self, at: &Vector2<f64>) -> Option<([StripeJacobian; 2], Matrix2<f64>)> {
-        let parts = [self.stripe(0, at)?, self.stripe(1, at)?];
+        let [(_, one), (_, other)] = self.target.at_seam();
+        let parts = [self.stripe(one, at)?, self.stripe(other, at)?];
         let normals = Matrix2::from_rows(&parts.map(|part| part.normal.transpose()));
         Some((parts, normals.try_inverse()?))
     }
@@ -301,12 +318,12 @@ impl LeastSquares for StripeProblem<'_> {
             equations.cost += 0.5 * residual.norm_squared();
         }
         for (joint, (hessian, gradient)) in joints.iter().enumerate() {
-            for row in 0..local {
-                let to = self.unknowns.place(row, joint);
+            let places: Vec<(usize, usize)> =
+                (0..local).filter_map(|k| Some((k, self.unknowns.place(k, joint)?))).collect();
+            for &(row, to) in &places {
                 equations.gradient[to] += gradient[row];
-                for column in 0..local {
-                    let value = hessian[(row.min(column), row.max(column))];
-                    equations.hessian[(to, self.unknowns.place(column, joint))] += value;
+                for &(column, beside) in &places {
+                    equations.hessian[(to, beside)] += hessian[(row.min(column), row.max(column))];
                 }
             }
         }

@@ -11,8 +11,9 @@
 //! that the covariance is H⁻¹ · E[score] E[weight] / E[weight and slope]², as for a loss of independent residuals
 //! \[Huber2009, ch. 7\], which it is without S: tr C M = 2 w, rᵀ M C M r = w² s and 2 (w + s w′).
 
+use crate::stripe::blocks::{BLOCKS, block, pair_of_block, spread_of_block};
 use crate::stripe::problem::ROWS;
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix2, SMatrix, SVector};
 
 /// Sums over all frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,9 +23,9 @@ pub struct RobustMoments {
     score: f64,
 }
 
-/// How the loss pulls at a plate (or at a seam point).
+/// How the loss pulls at a plate, at an edge point, or at a seam point.
 pub(crate) struct Pull {
-    /// Own covariance of its two rows, before its weight.
+    /// Own covariance of its rows, before its weight.
     pub own: Matrix2<f64>,
     /// w of its squared residual.
     pub weight: f64,
@@ -33,13 +34,13 @@ pub(crate) struct Pull {
 }
 
 impl RobustMoments {
-    /// Adds a frame: C, the root W of M = Wᵀ W, its residual, and the plates that take part.
+    /// Adds a frame: C, the root W of M = Wᵀ W, its residual, and the blocks that take part.
     pub(crate) fn add(
         &mut self,
         covariance: &SMatrix<f64, ROWS, ROWS>,
         whitener: &SMatrix<f64, ROWS, ROWS>,
         residual: &SVector<f64, ROWS>,
-        pulls: &[Option<Pull>; 2],
+        pulls: &[Option<Pull>; BLOCKS],
     ) {
         let precision = whitener.transpose() * whitener;
         let pulled = precision * residual;
@@ -49,13 +50,10 @@ impl RobustMoments {
         self.score += pulled.dot(&(covariance * pulled));
         for (k, pull) in pulls.iter().enumerate() {
             let Some(Pull { own, weight, slope }) = pull else { continue };
-            let mut inflated = SVector::<f64, ROWS>::zeros();
-            inflated.fixed_rows_mut::<2>(2 * k).copy_from(&(own * pulled.fixed_rows::<2>(2 * k)));
-            let through = covariance * (precision * inflated);
-            let alone: Matrix2<f64> = covariance.fixed_view::<2, 2>(2 * k, 2 * k).into();
-            let r: Vector2<f64> = residual.fixed_rows::<2>(2 * k).into();
-            let Some(inverse) = alone.try_inverse() else { continue };
-            let along = (inverse * r).dot(&through.fixed_rows::<2>(2 * k));
+            let inflated = spread_of_block(&(own * pair_of_block(&pulled, k)), k);
+            let through = pair_of_block(&(covariance * (precision * inflated)), k);
+            let Some(inverse) = block(covariance, k).try_inverse() else { continue };
+            let along = (inverse * pair_of_block(residual, k)).dot(&through);
             self.weight_and_slope += 2.0 * slope / weight.powi(2) * along;
         }
     }
@@ -71,64 +69,62 @@ impl RobustMoments {
 #[cfg(test)]
 mod tests {
     use super::{Pull, RobustMoments};
-    use nalgebra::{Matrix2, Matrix4, Vector4};
+    use crate::stripe::blocks::{BLOCKS, add_to_block, block, pair_of_block};
+    use nalgebra::{Matrix2, Matrix5, Vector5};
     use trueline_lsq::Loss;
 
     const LOSS: Loss = Loss::Tukey { scale: 8.0 };
 
-    /// C, D, r → W, the weights and w′ of both plates.
-    fn weighed(
-        shared: &Matrix4<f64>,
-        own: &[Matrix2<f64>; 2],
-        r: &Vector4<f64>,
-    ) -> (Matrix4<f64>, [Pull; 2]) {
+    /// The covariance of a frame before its weights.
+    fn all(shared: &Matrix5<f64>, own: &[Matrix2<f64>; BLOCKS]) -> Matrix5<f64> {
         let mut all = *shared;
-        (0..2).for_each(|k| {
-            all.fixed_view_mut::<2, 2>(2 * k, 2 * k)
-                .copy_from(&(shared.fixed_view::<2, 2>(2 * k, 2 * k) + own[k]))
-        });
+        (0..BLOCKS).for_each(|k| add_to_block(&mut all, k, &own[k]));
+        all
+    }
+
+    /// C, D, r → W, the weights and w′ of each block.
+    fn weighed(
+        shared: &Matrix5<f64>,
+        own: &[Matrix2<f64>; BLOCKS],
+        r: &Vector5<f64>,
+    ) -> (Matrix5<f64>, [Pull; BLOCKS]) {
+        let all = all(shared, own);
         let mut inflated = all;
-        let pulls = [0, 1].map(|k| {
-            let c: Matrix2<f64> = all.fixed_view::<2, 2>(2 * k, 2 * k).into();
-            let r = r.fixed_rows::<2>(2 * k);
-            let s = r.dot(&(c.try_inverse().unwrap() * r));
+        let pulls = [0, 1, 2].map(|k| {
+            let r = pair_of_block(r, k);
+            let s = r.dot(&(block(&all, k).try_inverse().unwrap() * r));
             let pull = Pull { own: own[k], weight: LOSS.weight(s), slope: LOSS.weight_slope(s) };
-            let mut view = inflated.fixed_view_mut::<2, 2>(2 * k, 2 * k);
-            view += own[k] * (1.0 / pull.weight - 1.0);
+            add_to_block(&mut inflated, k, &(own[k] * (1.0 / pull.weight - 1.0)));
             pull
         });
         (inflated.cholesky().unwrap().l().try_inverse().unwrap(), pulls)
     }
 
-    fn shared() -> Matrix4<f64> {
-        let (a, b) = (Vector4::new(0.5, 0.4, -0.3, -0.6), Vector4::new(0.2, -0.5, 0.1, 0.7));
+    fn shared() -> Matrix5<f64> {
+        let (a, b) = (Vector5::new(0.5, 0.4, -0.3, -0.6, 0.4), Vector5::new(0.2, -0.5, 0.1, 0.7, 0.3));
         a * a.transpose() + b * b.transpose()
     }
 
-    fn own() -> [Matrix2<f64>; 2] {
-        [Matrix2::new(0.5, 0.0, 0.0, 0.6), Matrix2::new(0.9, 0.0, 0.0, 0.2)]
+    fn own() -> [Matrix2<f64>; BLOCKS] {
+        [Matrix2::new(0.5, 0.0, 0.0, 0.6), Matrix2::new(0.9, 0.0, 0.0, 0.2), Matrix2::new(0.7, 0.0, 0.0, 0.0)]
     }
 
     #[test]
     fn slope_is_the_derivative_of_the_score() {
         // tr C ∂(M r)/∂r by central differences of 1e-5: good to 1e-9.
         let (shared, own) = (shared(), own());
-        let mut c = shared;
-        (0..2).for_each(|k| {
-            let mut view = c.fixed_view_mut::<2, 2>(2 * k, 2 * k);
-            view += own[k];
-        });
-        for r in [Vector4::new(0.3, -0.2, 1.0, 0.4), Vector4::new(2.5, 1.0, -3.0, 0.8)] {
+        let c = all(&shared, &own);
+        for r in [Vector5::new(0.3, -0.2, 1.0, 0.4, -0.9), Vector5::new(2.5, 1.0, -3.0, 0.8, 2.0)] {
             let (whitener, pulls) = weighed(&shared, &own, &r);
             let mut moments = RobustMoments::default();
             moments.add(&c, &whitener, &r, &pulls.map(Some));
-            let score = |r: &Vector4<f64>| {
+            let score = |r: &Vector5<f64>| {
                 let (whitener, _) = weighed(&shared, &own, r);
                 whitener.transpose() * (whitener * r)
             };
             let h = 1e-5;
-            let slope = Matrix4::from_columns(&[0, 1, 2, 3].map(|k| {
-                let step = Vector4::ith(k, h);
+            let slope = Matrix5::from_columns(&[0, 1, 2, 3, 4].map(|k| {
+                let step = Vector5::ith(k, h);
                 (score(&(r + step)) - score(&(r - step))) / (2.0 * h)
             }));
             assert!(((c * slope).trace() - moments.weight_and_slope).abs() < 1e-8);
@@ -138,17 +134,20 @@ mod tests {
     #[test]
     fn covariance_of_normal_residuals_is_that_of_the_biweight() {
         // Without shared noise: E[w²s/2] E[w]/E[w + s w′]² over E[w], for s of χ²₂ and w = (1 − s/64)²: with E[sⁿ] = 2ⁿ n!
-        // 0.7825/0.8809² = 1.0084. The sums are over a grid of quantiles of s, in both plates.
-        let own = [Matrix2::identity(); 2];
+        // 0.7825/0.8809² = 1.0084. The sums are over a grid of quantiles of s, in both plates; the edge's row is not there.
+        let own = [Matrix2::identity(), Matrix2::identity(), Matrix2::zeros()];
+        let mut without_edge = Matrix5::zeros();
+        without_edge.fixed_view_mut::<4, 4>(0, 0).fill_with_identity();
         let mut moments = RobustMoments::default();
         let mut weights = 0.0;
         let count = 20_000;
         for k in 0..count {
             let s: f64 = -2.0 * ((f64::from(k) + 0.5) / f64::from(count)).ln();
-            let r = Vector4::new(s.sqrt(), 0.0, 0.0, s.sqrt());
-            let (whitener, pulls) = weighed(&Matrix4::zeros(), &own, &r);
-            weights += pulls[0].weight / f64::from(count);
-            moments.add(&Matrix4::identity(), &whitener, &r, &pulls.map(Some));
+            let r = Vector5::new(s.sqrt(), 0.0, 0.0, s.sqrt(), 0.0);
+            let placeholder = Matrix5::from_diagonal(&Vector5::ith(4, 1.0));
+            let (whitener, [one, other, _]) = weighed(&placeholder, &own, &r);
+            weights += one.weight / f64::from(count);
+            moments.add(&without_edge, &(whitener * without_edge), &r, &[Some(one), Some(other), None]);
         }
         let (variance, bend) = moments.variance_and_bend();
         let covariance = variance / (bend * bend) / weights;

@@ -1,12 +1,14 @@
-//! Where the plates' problem begins: planes through the support points as they fall with a seam's answer. A joint whose plates
+//! Where the plates' problem begins: planes through the support points as they fall with a seam's answer. Where two of them meet they
+//! are the joint; parallel plates, and one alone, have an edge where the seam points are. A joint whose plates
 //! are not seen is any two planes that meet in its seam: how they lie about it is held, and says nothing.
 
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;
-use crate::stripe::frames::{Sight, StripeFrames};
+use crate::stripe::frames::{Sight, StripeFrame, StripeFrames};
 use crate::stripe::no_plates::NoPlates;
 use crate::stripe::problem::placement;
 use crate::stripe::state::StripeState;
+use crate::stripe::target::{EDGE, Edge, Target};
 use nalgebra::{Unit, Vector3};
 use trueline_geometry::fit;
 use trueline_model::{Plate, SheetShape};
@@ -14,7 +16,10 @@ use trueline_model::{Plate, SheetShape};
 /// Plates whose normals differ by less (sine) do not meet in a line: 6°.
 const LEAST_ANGLE_SINE: f64 = 0.1;
 
-/// Fewest points of a plane.
+/// An edge whose middle is further from a plate is not the plate's, m.
+const ON_PLATE_M: f64 = 1e-3;
+
+/// Fewest points of a plane, and of an edge.
 const LEAST_POINTS: usize = 3;
 
 /// The state that follows from a seam's answer; the shape is that of the answer.
@@ -54,28 +59,76 @@ pub fn start(
         let middle_m = seam.curvatures.get(joint).map_or(0.0, |bow| bow.middle_m);
         let centre = line.anchor() + line.direction() * middle_m;
         let along = line.direction();
-        let plates = if frames.bare.contains(&joint) {
+        let target = if frames.bare.contains(&joint) {
             let across = |axis: usize| Unit::new_normalize(line.axes().column(axis).into_owned());
             let meeting = |axis: usize| Plate::flat(centre, &across(axis), &along).ok_or(NoPlates::NoPlane);
-            [meeting(1)?, meeting(2)?]
-        } else if of_joint.iter().any(|points| points.len() < LEAST_POINTS) {
-            return Err(NoPlates::Missing { line: joint });
+            Target::meeting([meeting(1)?, meeting(2)?])
         } else {
-            [plate(&of_joint[0], &centre, &along)?, plate(&of_joint[1], &centre, &along)?]
+            let of_frame = |frame: &&StripeFrame| frame.joint == joint && frame.edge.is_some();
+            let has_edge = frames.list.iter().filter(of_frame).count() >= LEAST_POINTS;
+            SeenJoint { number: joint, points: of_joint, has_edge, centre, along }.target()?
         };
-        if plates[0].normal.cross(&plates[1].normal).norm() < LEAST_ANGLE_SINE {
-            return Err(NoPlates::Parallel);
-        }
-        state.joints.push(plates);
+        state.joints.push(target);
     }
     Ok(state)
 }
 
-/// The unknowns that are held because nothing shows them: how the planes of a joint without plates lie about its seam.
+/// What a scan has seen of a joint.
+struct SeenJoint<'a> {
+    number: usize,
+    points: &'a [Vec<Vector3<f64>>; 2],
+    has_edge: bool,
+    /// The middle of its seam.
+    centre: Vector3<f64>,
+    along: Vector3<f64>,
+}
+
+impl SeenJoint<'_> {
+    fn target(&self) -> Result<Target, NoPlates> {
+        let seen = [0, 1].map(|number| self.points[number].len() >= LEAST_POINTS);
+        let of = |number: usize| plate(&self.points[number], &self.centre, &self.along);
+        let plates = match seen {
+            [true, true] => [of(0)?, of(1)?],
+            [true, false] => [of(0)?; 2],
+            [false, true] => [of(1)?; 2],
+            [false, false] => return Err(NoPlates::Missing { line: self.number }),
+        };
+        if seen == [true; 2] && plates[0].normal.cross(&plates[1].normal).norm() >= LEAST_ANGLE_SINE {
+            return Ok(Target::meeting(plates));
+        }
+        if !self.has_edge {
+            let missing = NoPlates::Missing { line: self.number };
+            return Err(if seen == [true; 2] { NoPlates::Parallel } else { missing });
+        }
+        // Offsets count from the seam.
+        let beside_m = |number: usize| plates[number].offset_m.abs();
+        let on = usize::from(if seen == [true; 2] { beside_m(1) < beside_m(0) } else { seen[1] });
+        if beside_m(on) > ON_PLATE_M {
+            return Err(NoPlates::EdgeElsewhere { line: self.number });
+        }
+        let outward = Unit::new_normalize(plates[on].chart.outward);
+        let surface = Plate::flat(self.centre, &outward, &self.along).ok_or(NoPlates::NoPlane)?;
+        Ok(Target { plates, seen, edge: Some(Edge { surface, on }) })
+    }
+}
+
+/// The unknowns that are held because nothing shows them: how the planes of a joint without plates lie about its seam, a plate that is
+/// not seen, how an edge leans about the seam, and the edge of plates that meet.
 #[must_use]
 pub fn held(state: &StripeState, bare: &[usize]) -> Vec<usize> {
     let unknowns = state.unknowns();
-    bare.iter().flat_map(|&joint| [0, 1].map(|plate| unknowns.plane(joint, plate).start)).collect()
+    let mut held: Vec<usize> =
+        bare.iter().flat_map(|&joint| [0, 1].map(|plate| unknowns.plane(joint, plate).start)).collect();
+    for (joint, target) in state.joints.iter().enumerate() {
+        let unseen = (0..2).filter(|&plate| !target.seen[plate]);
+        held.extend(unseen.flat_map(|plate| unknowns.plane(joint, plate)));
+        if unknowns.edged {
+            let edge = unknowns.plane(joint, EDGE);
+            let leaning = edge.start..edge.start + 1;
+            held.extend(if target.edge.is_some() { leaning } else { edge });
+        }
+    }
+    held
 }
 
 /// The plate through points; its outward direction points to them.

@@ -2,10 +2,11 @@
 
 use crate::problem::block_priors::ShapePrior;
 use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
+use crate::stripe::target::Target;
 use crate::stripe::unknowns::StripeUnknowns;
 use nalgebra::{DMatrix, DVector, SVector, Vector3};
 use trueline_geometry::{Pose, se3};
-use trueline_model::{Plate, SheetShape};
+use trueline_model::SheetShape;
 
 /// Standard deviation of each surface term before the scan, m.
 pub const SURFACE_SIGMA_M: f64 = 0.2e-3;
@@ -17,8 +18,8 @@ pub struct StripeState {
     pub time_offset_s: f64,
     /// Hand-eye transform.
     pub tool_from_camera: Pose,
-    /// The two plates of each joint.
-    pub joints: Vec<[Plate; 2]>,
+    /// The surfaces of each joint.
+    pub joints: Vec<Target>,
     /// The sensor's shape; `None` where it is held.
     pub shape: Option<SheetShape>,
 }
@@ -27,7 +28,8 @@ impl StripeState {
     /// Which unknowns these are the values of.
     #[must_use]
     pub fn unknowns(&self) -> StripeUnknowns {
-        StripeUnknowns { joints: self.joints.len(), shaped: self.shape.is_some() }
+        let edged = self.joints.iter().any(|target| target.edge.is_some());
+        StripeUnknowns { joints: self.joints.len(), edged, shaped: self.shape.is_some() }
     }
 
     /// Moves all unknowns by a tangent step.
@@ -35,11 +37,11 @@ impl StripeState {
     pub fn retract(&self, step: &DVector<f64>) -> Self {
         let unknowns = self.unknowns();
         let three = |first: usize| Vector3::new(step[first], step[first + 1], step[first + 2]);
-        let joints = self.joints.iter().enumerate().map(|(joint, plates)| {
-            [0, 1].map(|plate| {
-                let first = unknowns.surface(joint, plate).start;
+        let joints = self.joints.iter().enumerate().map(|(joint, target)| {
+            target.moved(|number, plate| {
+                let first = unknowns.surface(joint, number).start;
                 let surface = SVector::from_fn(|k, _| step[first + k]);
-                plates[plate].retract(&three(unknowns.plane(joint, plate).start), &surface)
+                plate.retract(&three(unknowns.plane(joint, number).start), &surface)
             })
         });
         let first = unknowns.shape().start;
@@ -57,8 +59,8 @@ impl StripeState {
     pub(crate) fn about_prior(&self) -> DVector<f64> {
         let unknowns = self.unknowns();
         let mut values = DVector::zeros(unknowns.dimension());
-        for (joint, plates) in self.joints.iter().enumerate() {
-            for (number, plate) in plates.iter().enumerate() {
+        for (joint, target) in self.joints.iter().enumerate() {
+            for (number, plate) in target.surfaces() {
                 unknowns.surface(joint, number).zip(plate.surface_m).for_each(|(k, beta)| values[k] = beta);
             }
         }

@@ -5,8 +5,8 @@ use crate::assess::robot_field::RobotField;
 use crate::assess::systematic::{BiasError, Systematic, SystematicLevels};
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::stripe::fit::StripeFit;
-use crate::stripe::frames::Sight;
-use crate::stripe::problem::{FrameJacobian, ROWS, WeighedFrame, linearize_frame};
+use crate::stripe::frames::{Sight, StripeFrame};
+use crate::stripe::problem::{EDGE_ROW, FrameJacobian, FrameResidual, ROWS, WeighedFrame, linearize_frame};
 use crate::stripe::state::StripeState;
 use crate::stripe::unknowns::LOCAL_SHAPE;
 use nalgebra::{DMatrix, SMatrix};
@@ -60,7 +60,7 @@ pub(crate) fn systematic(
         }
         if levels.feature_bias_px > 0.0 {
             let in_sensor = tilt.in_sensor(&at.tool_from_camera, placement);
-            let by_px = by_px(&weighed.frame.sight, &parts.d_reported);
+            let by_px = by_px(&weighed.frame, &parts);
             let mut columns = DMatrix::zeros(ROWS, BIAS);
             for axis in 0..3 {
                 let moved = weighed.whitener * by_px * (in_sensor[axis]);
@@ -101,16 +101,19 @@ fn with_shape(fit: &StripeFit<'_>) -> StripeState {
 }
 
 /// How far each residual moves with a pixel along the picture's rows and across them, m.
-fn by_px(sight: &Sight, d_reported: &SMatrix<f64, ROWS, 2>) -> SMatrix<f64, ROWS, 2> {
+fn by_px(frame: &StripeFrame, parts: &FrameResidual) -> SMatrix<f64, ROWS, 2> {
     let mut moved = SMatrix::<f64, ROWS, 2>::zeros();
     let mut set = |row: usize, sheet_per_px: &SMatrix<f64, 2, 2>| {
-        moved.set_row(row, &(d_reported.row(row) * sheet_per_px));
+        moved.set_row(row, &(parts.d_reported.row(row) * sheet_per_px));
     };
-    match sight {
+    match &frame.sight {
         Sight::Seam(seam) => (0..2).for_each(|row| set(row, &seam.sheet_per_px)),
         Sight::Stripes(stripes) => {
             for (plate, supports) in stripes.iter().enumerate() {
                 supports.iter().flatten().enumerate().for_each(|(k, s)| set(2 * plate + k, &s.sheet_per_px));
+            }
+            if let Some(edge) = frame.edge.filter(|_| parts.has_edge) {
+                set(EDGE_ROW, &edge.sheet_per_px);
             }
         }
     }
@@ -129,8 +132,9 @@ impl Row<'_, '_> {
     fn add(&self, sum: &mut DMatrix<f64>, columns: &DMatrix<f64>) {
         let unknowns = &self.fit.problem.unknowns;
         for local in 0..unknowns.local() {
+            let Some(place) = unknowns.place(local, self.weighed.frame.joint) else { continue };
             let row = self.jacobian.column(local).transpose() * columns * self.weight;
-            let mut target = sum.row_mut(unknowns.place(local, self.weighed.frame.joint));
+            let mut target = sum.row_mut(place);
             target += row;
         }
     }

@@ -31,7 +31,7 @@ pub fn assess(fit: &StripeFit<'_>, information: &Information) -> StripeUncertain
         let gradient: SVector<f64, LOCAL_ALL> = jacobian.transpose() * residual;
         let mut score = DVector::zeros(root.ncols());
         for local in 0..problem.unknowns.local() {
-            let place = problem.unknowns.place(local, weighed.frame.joint);
+            let Some(place) = problem.unknowns.place(local, weighed.frame.joint) else { continue };
             score.axpy(gradient[local], &root.row(place).transpose(), 1.0);
         }
         frames.push(score);

@@ -3,50 +3,75 @@
 //! | block | numbers | there is one |
 //! |---|---|---|
 //! | time offset (s), hand-eye rotation (rad) and translation (m) | 7 | as for lines |
-//! | planes: tilt along, tilt outward (rad), offset (m), of plate 0 and of plate 1 | 6 | for each joint |
-//! | surfaces: β₁ … β₇ (m) of plate 0 and of plate 1 | 14 | for each joint |
+//! | planes: tilt along, tilt outward (rad), offset (m), of plate 0, of plate 1 and of the edge | 6 or 9 | for each joint |
+//! | surfaces: β₁ … β₇ (m) of plate 0, of plate 1 and of the edge | 14 or 21 | for each joint |
 //! | shape h₁ … h₅ | 5 | unless the sensor is held |
 //!
-//! The first two are asked for; of the others something is known beforehand.
+//! The first two are asked for; of the others something is known beforehand. Where one joint has an edge each has the numbers of one;
+//! those of an edge that is not there are held.
 
 use crate::problem::unknowns::LINES;
+use crate::stripe::target::EDGE;
 use std::ops::Range;
 use trueline_model::{Plate, SheetShape};
 
 /// First index of the planes.
 pub const PLANES: usize = LINES;
-/// Numbers of the two planes of a joint.
-pub(crate) const PLANES_OF_JOINT: usize = 2 * Plate::DIMENSION;
-/// Numbers of their surfaces.
-pub(crate) const SURFACES_OF_JOINT: usize = 2 * Plate::SURFACE;
-/// Where the surfaces begin among the unknowns that one frame depends on.
-pub const LOCAL_SURFACES: usize = PLANES + PLANES_OF_JOINT;
+/// Where the surfaces of the plates begin among the unknowns that one frame depends on.
+pub const LOCAL_SURFACES: usize = PLANES + 2 * Plate::DIMENSION;
 /// Where the shape begins there.
-pub const LOCAL_SHAPE: usize = LOCAL_SURFACES + SURFACES_OF_JOINT;
+pub const LOCAL_SHAPE: usize = LOCAL_SURFACES + 2 * Plate::SURFACE;
+/// Where the plane of the edge begins there.
+pub const LOCAL_EDGE: usize = LOCAL_SHAPE + SheetShape::DIMENSION;
+/// Where its surface begins there.
+const LOCAL_EDGE_SURFACE: usize = LOCAL_EDGE + Plate::DIMENSION;
 /// All that one frame can depend on.
-pub const LOCAL_ALL: usize = LOCAL_SHAPE + SheetShape::DIMENSION;
+pub const LOCAL_ALL: usize = LOCAL_EDGE_SURFACE + Plate::SURFACE;
+
+/// First index, among the unknowns that one frame depends on, of the plane of a surface and of its surface terms.
+#[must_use]
+pub(crate) fn local_of_surface(number: usize) -> [usize; 2] {
+    match number {
+        EDGE => [LOCAL_EDGE, LOCAL_EDGE_SURFACE],
+        plate => [PLANES + Plate::DIMENSION * plate, LOCAL_SURFACES + Plate::SURFACE * plate],
+    }
+}
 
 /// The blocks of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StripeUnknowns {
-    /// Joints of two plates.
+    /// Joints.
     pub joints: usize,
+    /// Whether one of them has an edge.
+    pub edged: bool,
     /// Whether the sensor's shape is estimated.
     pub shaped: bool,
 }
 
 impl StripeUnknowns {
+    /// Surfaces of a joint.
+    #[must_use]
+    pub(crate) fn surfaces(&self) -> usize {
+        EDGE + usize::from(self.edged)
+    }
+
+    /// Numbers of their planes.
+    #[must_use]
+    pub(crate) fn planes_of_joint(&self) -> usize {
+        Plate::DIMENSION * self.surfaces()
+    }
+
     /// Those that are asked for.
     #[must_use]
     pub(crate) fn asked_for(&self) -> usize {
-        PLANES + PLANES_OF_JOINT * self.joints
+        PLANES + self.planes_of_joint() * self.joints
     }
 
     /// All of them.
     #[must_use]
     pub fn dimension(&self) -> usize {
         let shape = if self.shaped { SheetShape::DIMENSION } else { 0 };
-        self.asked_for() + SURFACES_OF_JOINT * self.joints + shape
+        self.asked_for() + Plate::SURFACE * self.surfaces() * self.joints + shape
     }
 
     /// Those of which something is known beforehand.
@@ -55,41 +80,47 @@ impl StripeUnknowns {
         self.asked_for()..self.dimension()
     }
 
-    /// Where the plane of a plate (0 or 1) lies.
+    /// Where the plane of a surface lies.
     #[must_use]
-    pub fn plane(&self, joint: usize, plate: usize) -> Range<usize> {
-        let first = PLANES + PLANES_OF_JOINT * joint + Plate::DIMENSION * plate;
+    pub fn plane(&self, joint: usize, number: usize) -> Range<usize> {
+        let first = PLANES + self.planes_of_joint() * joint + Plate::DIMENSION * number;
         first..first + Plate::DIMENSION
     }
 
     /// Where its surface lies.
     #[must_use]
-    pub fn surface(&self, joint: usize, plate: usize) -> Range<usize> {
-        let first = self.asked_for() + SURFACES_OF_JOINT * joint + Plate::SURFACE * plate;
+    pub fn surface(&self, joint: usize, number: usize) -> Range<usize> {
+        let first = self.asked_for() + Plate::SURFACE * (self.surfaces() * joint + number);
         first..first + Plate::SURFACE
     }
 
     /// Where the shape lies; none of it where the sensor is held.
     #[must_use]
     pub fn shape(&self) -> Range<usize> {
-        let first = self.asked_for() + SURFACES_OF_JOINT * self.joints;
+        let first = self.asked_for() + Plate::SURFACE * self.surfaces() * self.joints;
         first..self.dimension()
     }
 
-    /// Number of unknowns that one frame depends on.
+    /// Those that one frame can depend on end here.
     #[must_use]
     pub fn local(&self) -> usize {
-        if self.shaped { LOCAL_ALL } else { LOCAL_SHAPE }
+        match (self.edged, self.shaped) {
+            (true, _) => LOCAL_ALL,
+            (false, true) => LOCAL_EDGE,
+            (false, false) => LOCAL_SHAPE,
+        }
     }
 
-    /// Index among all unknowns of one of those that a frame of `joint` depends on.
+    /// Index among all unknowns of one of those that a frame of `joint` depends on; `None` where the sensor is held and has none.
     #[must_use]
-    pub fn place(&self, local: usize, joint: usize) -> usize {
+    pub fn place(&self, local: usize, joint: usize) -> Option<usize> {
         match local {
-            0..PLANES => local,
-            PLANES..LOCAL_SURFACES => self.plane(joint, 0).start + local - PLANES,
-            LOCAL_SURFACES..LOCAL_SHAPE => self.surface(joint, 0).start + local - LOCAL_SURFACES,
-            _ => self.shape().start + local - LOCAL_SHAPE,
+            0..PLANES => Some(local),
+            PLANES..LOCAL_SURFACES => Some(self.plane(joint, 0).start + local - PLANES),
+            LOCAL_SURFACES..LOCAL_SHAPE => Some(self.surface(joint, 0).start + local - LOCAL_SURFACES),
+            LOCAL_SHAPE..LOCAL_EDGE => self.shaped.then(|| self.shape().start + local - LOCAL_SHAPE),
+            LOCAL_EDGE..LOCAL_EDGE_SURFACE => Some(self.plane(joint, EDGE).start + local - LOCAL_EDGE),
+            _ => Some(self.surface(joint, EDGE).start + local - LOCAL_EDGE_SURFACE),
         }
     }
 }

@@ -1,20 +1,23 @@
 //! How large the residuals of a frame are expected to be, and which plates do not belong to the rest.
 //!
-//! Σ = D + σ_r² G Gᵀ + σ_ω² T Tᵀ + σ_t² ρ̇ ρ̇ᵀ over the four residuals of a frame: each support point's own noise, and the
-//! robot's position, its attitude and the stamp's jitter, which all four share. A plate whose stripe is off (a reflection, a
+//! Σ = D + σ_r² G Gᵀ + σ_ω² T Tᵀ + σ_t² ρ̇ ρ̇ᵀ over the residuals of a frame: each point's own noise, and the
+//! robot's position, its attitude and the stamp's jitter, which all of them share. A plate whose stripe is off (a reflection, a
 //! tack weld) gets a larger own noise, 1/w times, with w of a redescending loss; beyond its reach the plate is left out of the
 //! frame.
 
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::Observations;
+use crate::order_statistics::median;
 use crate::solve::noise_scale::noise_factor;
 use crate::solve::solver::REJECTING;
+use crate::stripe::blocks::{BLOCKS, add_to_block, block, pair_of_block, rows_of};
 use crate::stripe::frames::{Sight, StripeFrame};
 use crate::stripe::problem::{
-    FrameResidual, PoseError, ROWS, WeighedFrame, linearize_frame, placement, residual_of_frame,
+    EDGE_ROW, FrameResidual, PoseError, ROWS, WeighedFrame, linearize_frame, placement, residual_of_frame,
 };
 use crate::stripe::robust_moments::{Pull, RobustMoments};
 use crate::stripe::state::StripeState;
+use crate::stripe::target::EDGE;
 use nalgebra::{DMatrix, Matrix2, SMatrix, SVector, Vector2};
 use trueline_geometry::smooth;
 
@@ -31,7 +34,7 @@ pub struct SharedNoise {
 pub struct Weighed {
     /// Those that take part.
     pub frames: Vec<WeighedFrame>,
-    /// Plates (or seam points) that were left out of their frame as outliers.
+    /// Plates (or edge or seam points) that were left out of their frame as outliers.
     pub rejected: usize,
     /// Those that were looked at.
     pub plates: usize,
@@ -41,6 +44,8 @@ pub struct Weighed {
     pub moments: RobustMoments,
 }
 
+/// Median of χ²₁.
+const MEDIAN_OF_ONE: f64 = 0.454_94;
 /// Noise smaller than this part of what was expected is taken as that: a perfect simulation has none.
 const LEAST_FACTOR: f64 = 1e-3;
 
@@ -75,28 +80,29 @@ pub fn weigh(
         })
         .collect();
     let expected = SharedNoise { levels: NoiseLevels { factor: 1.0, ..shared.levels }, ..*shared };
-    let squared: Vec<f64> = placed
+    let squared: Vec<[Option<f64>; BLOCKS]> = placed
         .iter()
-        .flat_map(|(frame, parts)| squares(&frame.sight, parts, &covariance(&frame.sight, parts, &expected)))
-        .flatten()
+        .map(|(frame, parts)| squares(frame, parts, &covariance(frame, parts, &expected, 1.0), 1.0))
         .collect();
-    let factor = noise_factor(&squared).max(LEAST_FACTOR);
+    let of_plates: Vec<f64> = squared.iter().flat_map(|[one, other, _]| [*one, *other]).flatten().collect();
+    let factor = noise_factor(&of_plates).max(LEAST_FACTOR);
+    let rougher = edge_factor(squared.iter().filter_map(|squared| squared[EDGE]), factor);
     let scaled = SharedNoise { levels: NoiseLevels { factor, ..shared.levels }, ..*shared };
-    let (moments, plates) = (RobustMoments::default(), squared.len());
+    let (moments, plates) = (RobustMoments::default(), squared.iter().flatten().flatten().count());
     let mut all = Weighed { frames: Vec::with_capacity(placed.len()), rejected: 0, plates, factor, moments };
     let mut hint = 0;
     for (frame, parts) in &placed {
-        let covariance = covariance(&frame.sight, parts, &scaled);
-        let squared = squares(&frame.sight, parts, &covariance);
+        let covariance = covariance(frame, parts, &scaled, rougher);
+        let squared = squares(frame, parts, &covariance, rougher);
         let weights = squared.map(|squared| squared.map_or(0.0, |squared| REJECTING.weight(squared)));
         let looked_at = squared.iter().flatten().count();
         let kept = weights.iter().filter(|w| **w > 0.0).count();
         all.rejected += looked_at - kept;
-        if let Some((whitener, rows)) = whitener(&frame.sight, &covariance, weights, factor) {
-            let pulls = [0, 1].map(|block| {
-                let own = own(&frame.sight, block)? * factor.powi(2);
+        let own = [0, 1, 2].map(|block| Some(own(frame, parts, block, rougher)? * factor.powi(2)));
+        if let Some((whitener, rows)) = whitener(&own, &covariance, weights) {
+            let pulls = [0, 1, 2].map(|block| {
                 let slope = REJECTING.weight_slope(squared[block]?);
-                (weights[block] > 0.0).then_some(Pull { own, weight: weights[block], slope })
+                (weights[block] > 0.0).then_some(Pull { own: own[block]?, weight: weights[block], slope })
             });
             all.moments.add(&covariance, &whitener, &parts.residual, &pulls);
             let weighed = WeighedFrame { frame: **frame, whitener, rows, pose_error: PoseError::NONE };
@@ -107,25 +113,43 @@ pub fn weigh(
     all
 }
 
-/// Own covariance of the two rows of a plate, or of the seam point; `None` if it is not there.
-fn own(sight: &Sight, block: usize) -> Option<Matrix2<f64>> {
-    match sight {
-        Sight::Seam(seam) => (block == 0).then_some(seam.covariance),
-        Sight::Stripes(stripes) => stripes[block]
+/// How many times rougher an edge is than its points are said to be, beside what all noise is larger by: burrs are on edges and not on
+/// plates. No less than once.
+fn edge_factor(squared: impl Iterator<Item = f64>, factor: f64) -> f64 {
+    let median = median(squared).unwrap_or(0.0);
+    (median / MEDIAN_OF_ONE / factor.powi(2)).sqrt().max(1.0)
+}
+
+/// Own covariance of the rows of a plate, of the edge point or of the seam point; `None` if it is not there.
+fn own(frame: &StripeFrame, parts: &FrameResidual, block: usize, rougher: f64) -> Option<Matrix2<f64>> {
+    match (&frame.sight, block) {
+        (Sight::Seam(seam), 0) => Some(seam.covariance),
+        (Sight::Seam(_), _) => None,
+        (Sight::Stripes(_), EDGE) => {
+            let point = frame.edge.filter(|_| parts.has_edge)?;
+            let across = parts.d_reported.row(EDGE_ROW);
+            let variance = (across * point.covariance * across.transpose()).x * rougher.powi(2);
+            Some(Matrix2::new(variance, 0.0, 0.0, 0.0))
+        }
+        (Sight::Stripes(stripes), plate) => stripes[plate]
             .map(|[a, b]| Matrix2::from_diagonal(&Vector2::new(a.sigma_m.powi(2), b.sigma_m.powi(2)))),
     }
 }
 
-fn covariance(sight: &Sight, parts: &FrameResidual, shared: &SharedNoise) -> SMatrix<f64, ROWS, ROWS> {
+fn covariance(
+    frame: &StripeFrame,
+    parts: &FrameResidual,
+    shared: &SharedNoise,
+    rougher: f64,
+) -> SMatrix<f64, ROWS, ROWS> {
     let NoiseLevels { robot_sigma_m, stamp_sigma_s, factor } = shared.levels;
     let rate = parts.jacobian.column(0);
     let mut all = parts.d_displacement * parts.d_displacement.transpose() * robot_sigma_m.powi(2)
         + parts.d_turn * parts.d_turn.transpose() * shared.robot_sigma_rad.powi(2)
         + rate * rate.transpose() * stamp_sigma_s.powi(2);
-    for block in 0..2 {
-        if let Some(own) = own(sight, block) {
-            let mut view = all.fixed_view_mut::<2, 2>(2 * block, 2 * block);
-            view += own;
+    for block in 0..BLOCKS {
+        if let Some(own) = own(frame, parts, block, rougher) {
+            add_to_block(&mut all, block, &own);
         }
     }
     all * factor.powi(2)
@@ -156,30 +180,32 @@ fn pose_error(
     Some(error)
 }
 
-/// Squared residual of each plate (χ²₂) by what is expected of it.
-fn squares(sight: &Sight, parts: &FrameResidual, covariance: &SMatrix<f64, ROWS, ROWS>) -> [Option<f64>; 2] {
-    [0, 1].map(|block| {
-        own(sight, block)?;
-        let residual: Vector2<f64> = parts.residual.fixed_rows::<2>(2 * block).into();
-        let inverse = covariance.fixed_view::<2, 2>(2 * block, 2 * block).try_inverse()?;
-        Some(residual.dot(&(inverse * residual)))
+/// Squared residual of each plate (χ²₂) and of the edge point (χ²₁) by what is expected of it.
+fn squares(
+    frame: &StripeFrame,
+    parts: &FrameResidual,
+    covariance: &SMatrix<f64, ROWS, ROWS>,
+    rougher: f64,
+) -> [Option<f64>; BLOCKS] {
+    [0, 1, 2].map(|number| {
+        own(frame, parts, number, rougher)?;
+        let residual = pair_of_block(&parts.residual, number);
+        Some(residual.dot(&(block(covariance, number).try_inverse()? * residual)))
     })
 }
 
 /// W over the rows that count, and how many they are; `None` if none does.
 fn whitener(
-    sight: &Sight,
+    own: &[Option<Matrix2<f64>>; BLOCKS],
     covariance: &SMatrix<f64, ROWS, ROWS>,
-    weights: [f64; 2],
-    factor: f64,
+    weights: [f64; BLOCKS],
 ) -> Option<(SMatrix<f64, ROWS, ROWS>, usize)> {
     let mut inflated = *covariance;
     let mut rows = Vec::with_capacity(ROWS);
     for (block, weight) in weights.into_iter().enumerate() {
-        if let (Some(own), true) = (own(sight, block), weight > 0.0) {
-            let mut view = inflated.fixed_view_mut::<2, 2>(2 * block, 2 * block);
-            view += own * (factor.powi(2) * (1.0 / weight - 1.0));
-            rows.extend([2 * block, 2 * block + 1]);
+        if let (Some(own), true) = (own[block], weight > 0.0) {
+            add_to_block(&mut inflated, block, &(own * (1.0 / weight - 1.0)));
+            rows.extend(rows_of(block));
         }
     }
     let kept = DMatrix::from_fn(rows.len(), rows.len(), |i, j| inflated[(rows[i], rows[j])]);

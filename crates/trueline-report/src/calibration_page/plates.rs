@@ -2,6 +2,8 @@
 
 use crate::number::digits_for;
 use crate::page::{Axis, Block, Chart, Drawn, Heat, Table, TableRow};
+use crate::stripes::fact;
+use std::collections::BTreeSet;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::Calibration;
 use trueline_method::order_statistics::median;
@@ -69,11 +71,11 @@ fn root_sum(answer: &Answer, range: std::ops::Range<usize>) -> Option<f64> {
 
 fn angles(estimate: &StripeEstimate) -> Vec<(String, String)> {
     let mut facts = Vec::new();
-    for angle in &estimate.angles {
-        let (deg, sigma) = (angle.value_rad.to_degrees(), angle.sigma_rad.to_degrees());
-        let name = format!("angle of plates {} and {}", 2 * angle.joint, 2 * angle.joint + 1);
-        facts.push((name, format!("{deg:.0$}° ± {sigma:.0$}°", digits_for(sigma))));
-    }
+    let joints: BTreeSet<usize> = estimate.planes.iter().map(|plane| plane.number / 2).collect();
+    facts.extend(joints.into_iter().filter_map(|joint| {
+        let (what, value) = fact(estimate, joint)?;
+        Some((format!("{what} of plates {} and {}", 2 * joint, 2 * joint + 1), value))
+    }));
     let apart = match estimate.sigmas_apart {
         Some(sigmas) => format!("{sigmas:.1} sigma apart; up to 3 they agree"),
         None => "nothing of them can be compared".to_owned(),

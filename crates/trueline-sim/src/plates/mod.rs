@@ -10,4 +10,4 @@ mod surface;
 pub use profiles::{ProfileCaster, ProfileLook, scan_profiles, scan_profiles_along};
 pub(crate) use stripes::SeamView;
 pub use stripes::{scan_plates, scan_plates_along};
-pub use surface::{PlateForm, Plates};
+pub use surface::{PlateForm, PlatePair, Plates};

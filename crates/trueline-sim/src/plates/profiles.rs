@@ -1,6 +1,6 @@
 //! Whole profiles of two plates: columns with noise, drop-outs, mixed pixels and second reflections.
 
-use super::surface::{PlateInBase, Plates};
+use super::surface::{PlateInBase, PlatePair, Plates};
 use crate::capture::{SheetAxes, measure};
 use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
@@ -19,7 +19,7 @@ pub struct ProfileLook {
     pub range_sigma_m: f64,
     /// Part of the columns without a return.
     pub drop_outs: f64,
-    /// Part of the columns within 2 mm of the corner that lie between the plates.
+    /// Part of the columns within 2 mm of the corner, or at the edge of a lap, that lie between the plates.
     pub mixed: f64,
     /// Part of the columns that see the other plate's reflection, up to 6 mm off.
     pub reflections: f64,
@@ -98,6 +98,7 @@ pub struct ProfileCaster {
     sheet: SheetAxes,
     both: [PlateInBase; 2],
     look: ProfileLook,
+    pair: PlatePair,
     roughness_m: f64,
     half_width_m: f64,
     noise: Noise,
@@ -115,6 +116,7 @@ impl ProfileCaster {
             both: PlateInBase::both(scenario, plates)?,
             sensor,
             look: *look,
+            pair: plates.pair,
             roughness_m: plates.roughness_m,
             half_width_m,
             noise: Noise::new(seed, 4),
@@ -144,14 +146,29 @@ impl ProfileCaster {
         let ahead = |arm: &Vec<[f64; 2]>| arm.last().map_or(0.0, |end| end[0] - arm[0][0]);
         let corner_x = arms[0].first().map_or(0.0, |at| at[0]);
         let side = usize::from((ahead(&arms[1]) > 0.0) == (x_m > corner_x));
+        if self.pair == PlatePair::Edge && side == 1 {
+            return None;
+        }
         let range_m = range_at(&arms[side], x_m)?;
         let (look, noise, chance) = (&self.look, &mut self.noise, &mut self.chance);
         let mut z_m = range_m + noise.normal(look.range_sigma_m) + noise.normal(self.roughness_m);
         if chance.happens(look.drop_outs) {
             return None;
         }
-        if (x_m - corner_x).abs() < MIXED_M && chance.happens(look.mixed) {
-            z_m -= chance.uniform(0.0, 1.0) * (MIXED_M - (x_m - corner_x).abs());
+        let from_corner_m = (x_m - corner_x).abs();
+        match self.pair {
+            // Between the plates of a fillet a column sees both, and the corner fills up.
+            PlatePair::Meeting if from_corner_m < MIXED_M && chance.happens(look.mixed) => {
+                z_m -= chance.uniform(0.0, 1.0) * (MIXED_M - from_corner_m);
+            }
+            // The column that the edge falls into sees both plates of a lap.
+            PlatePair::Lap { step_m }
+                if from_corner_m < 0.5 * look.column_m && chance.happens(look.mixed) =>
+            {
+                let towards = if side == 0 { 1.0 } else { -1.0 };
+                z_m += towards * chance.uniform(0.0, step_m);
+            }
+            _ => {}
         }
         if chance.happens(look.reflections) {
             z_m += chance.uniform(-REFLECTED_M, REFLECTED_M);

@@ -1,6 +1,6 @@
 //! Support points of the stripes on two plates, and the seam point where they cross.
 
-use super::surface::{PlateInBase, Plates};
+use super::surface::{PlateInBase, PlatePair, Plates};
 use crate::capture::SheetAxes;
 use crate::noise::Noise;
 use crate::scenario::{Scenario, SensorModel};
@@ -18,7 +18,8 @@ const LEAST_PX: f64 = 40.0;
 /// A shift small enough for differences, m.
 const SMALL_M: f64 = 1e-6;
 
-/// Scans two plates with the camera of a scenario: a recording with stripes, and with the seam points where they cross.
+/// Scans two plates with the camera of a scenario: a recording with stripes, and with the seam points where they cross or where
+/// the edge is.
 /// Outliers and drop-outs are those of the scenario, plate by plate and frame by frame. `None` for a scenario without a camera
 /// or a line.
 #[must_use]
@@ -50,10 +51,14 @@ pub fn scan_plates_along(
         }
         let base_from_camera = base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
         let seen = both.each_ref().map(|plate| view.stripe(plate, &base_from_camera, &mut noise));
-        let [Some(left), Some(right)] = seen else { continue };
-        let Some((pixel, sigma)) = crossing(&left, &right).and_then(|at| view.distorted(&at)) else {
-            continue;
+        let mut of_edge = || view.edge(seen[0].as_ref()?, &both[0], &base_from_camera, &mut noise);
+        let (seam, stripes) = match (plates.pair, &seen) {
+            (PlatePair::Meeting, [Some(left), Some(right)]) => (crossing(left, right), vec![left, right]),
+            (PlatePair::Lap { .. }, [Some(left), Some(right)]) => (of_edge(), vec![left, right]),
+            (PlatePair::Edge, [Some(left), _]) => (of_edge(), vec![left]),
+            _ => continue,
         };
+        let Some((pixel, sigma)) = seam.and_then(|at| view.distorted(&at)) else { continue };
         let feature = |measured, sigma| Feature {
             stamp_ns,
             line: 0,
@@ -63,7 +68,7 @@ pub fn scan_plates_along(
             sigma: Some(sigma),
         };
         recording.features.push(feature(Measured::Pixel(pixel), sigma));
-        for (plate, seen) in [left, right].iter().enumerate() {
+        for (plate, seen) in stripes.into_iter().enumerate() {
             let is_off = chance.happens(scenario.disturbance.outlier_fraction);
             let shift_px = if is_off { chance.uniform(-60.0, 60.0) } else { 0.0 };
             let Some((points, sigma)) = view.reported(seen, shift_px) else { continue };
@@ -86,7 +91,16 @@ struct Seen {
     sigma_px: f64,
 }
 
-/// A crossing of two lines in ideal pixels, with its covariance.
+impl Seen {
+    /// Variance of the line, square to it, at a point of it.
+    fn variance_at(&self, at: &Vector2<f64>) -> f64 {
+        let [a, b] = self.points;
+        let part = (at - a).dot(&(b - a)) / (b - a).norm_squared();
+        ((1.0 - part).powi(2) + part.powi(2)) * self.sigma_px.powi(2)
+    }
+}
+
+/// A seam point in ideal pixels, with its covariance.
 struct Crossing {
     at: Vector2<f64>,
     covariance: Matrix2<f64>,
@@ -99,12 +113,7 @@ fn crossing(one: &Seen, other: &Seen) -> Option<Crossing> {
     });
     let inverse = Matrix2::from_rows(&normals.map(|n| n.transpose())).try_inverse()?;
     let at = inverse * Vector2::new(normals[0].dot(&one.points[0]), normals[1].dot(&other.points[0]));
-    let variance = |seen: &Seen| {
-        let [a, b] = seen.points;
-        let part = (at - a).dot(&(b - a)) / (b - a).norm_squared();
-        ((1.0 - part).powi(2) + part.powi(2)) * seen.sigma_px.powi(2)
-    };
-    let variances = Matrix2::from_diagonal(&Vector2::new(variance(one), variance(other)));
+    let variances = Matrix2::from_diagonal(&Vector2::new(one.variance_at(&at), other.variance_at(&at)));
     Some(Crossing { at, covariance: inverse * variances * inverse.transpose() })
 }
 
@@ -195,6 +204,25 @@ impl View<'_> {
             first + along * s + normal * (height + slope * (s - middle) + error)
         });
         Some(Seen { points, normal, sigma_px })
+    }
+
+    /// Where the stripe ends at the plate's edge: along it with noise of its own, across it where the measured line is.
+    fn edge(
+        &self,
+        seen: &Seen,
+        plate: &PlateInBase,
+        base_from_camera: &Pose,
+        noise: &mut Noise,
+    ) -> Option<Crossing> {
+        let there = self.ideal(base_from_camera, &plate.cut(self.sheet, base_from_camera, 0.0)?)?;
+        let [a, b] = seen.points;
+        let along = (b - a).normalize();
+        let sigma_px = self.plates.edge_sigma_px;
+        let at = a + along * (along.dot(&(there - a)) + noise.normal(sigma_px));
+        let across = Vector2::new(-along.y, along.x);
+        let covariance = along * along.transpose() * sigma_px.powi(2)
+            + across * across.transpose() * seen.variance_at(&at);
+        Some(Crossing { at, covariance })
     }
 
     /// The distorted support points, moved off by so much, and their standard deviation square to the stripe there.

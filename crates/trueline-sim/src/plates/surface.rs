@@ -45,10 +45,27 @@ impl PlateForm {
     }
 }
 
-/// Two plates that meet in the first line of a scenario, and how well their stripes are measured.
+/// How two plates make a seam.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum PlatePair {
+    /// They meet in it.
+    #[default]
+    Meeting,
+    /// They are parallel, and the seam is the edge of plate 0; plate 1 lies so much further from the sensor, m.
+    Lap {
+        /// Height of the step, m.
+        step_m: f64,
+    },
+    /// There is plate 0 alone, and the seam is its edge.
+    Edge,
+}
+
+/// Two plates about the first line of a scenario, and how well their stripes are measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plates {
-    /// Angle between them, rad.
+    /// How they make a seam.
+    pub pair: PlatePair,
+    /// Angle between plates that meet, rad.
     pub opening_rad: f64,
     /// How far the pair is turned about the seam, rad.
     pub roll_rad: f64,
@@ -62,12 +79,15 @@ pub struct Plates {
     pub column_sigma_px: f64,
     /// Columns that a grain of speckle makes alike.
     pub alike_px: f64,
+    /// Standard deviation of an edge along its stripe, px.
+    pub edge_sigma_px: f64,
 }
 
 impl Default for Plates {
-    /// A fillet of 90°, of which 25 mm of each plate are seen; columns with 0.5 px, grains of 1.75 px.
+    /// A fillet of 90°, of which 25 mm of each plate are seen; columns and edges with 0.5 px, grains of 1.75 px.
     fn default() -> Self {
         Self {
+            pair: PlatePair::Meeting,
             opening_rad: std::f64::consts::FRAC_PI_2,
             roll_rad: 0.0,
             reach_m: [0.002, 0.025],
@@ -75,6 +95,7 @@ impl Default for Plates {
             roughness_m: 0.0,
             column_sigma_px: 0.5,
             alike_px: 1.75,
+            edge_sigma_px: 0.5,
         }
     }
 }
@@ -104,11 +125,19 @@ impl PlateInBase {
         let away = (approach.into_inner() - along * along.dot(approach)).normalize();
         // As the scan's motion has it: the stripe runs along this.
         let across = along.cross(&away);
+        let (opening_rad, steps_m) = match plates.pair {
+            PlatePair::Meeting => (plates.opening_rad, [0.0; 2]),
+            PlatePair::Lap { step_m } => (std::f64::consts::PI, [0.0, step_m]),
+            PlatePair::Edge => (std::f64::consts::PI, [0.0; 2]),
+        };
         [(-1.0, 0), (1.0, 1)].map(|(side, number)| {
-            let angle = side * 0.5 * plates.opening_rad + plates.roll_rad;
+            let angle = side * 0.5 * opening_rad + plates.roll_rad;
             let outward = across * angle.sin() - away * angle.cos();
             let form = plates.forms[number];
-            Self { centre: *seam.anchor(), along, outward, normal: along.cross(&outward), form }
+            let normal = along.cross(&outward);
+            // Plate 1 faces the sensor with its normal.
+            let centre = seam.anchor() - normal * steps_m[number];
+            Self { centre, along, outward, normal, form }
         })
     }
 

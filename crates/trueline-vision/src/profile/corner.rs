@@ -8,7 +8,7 @@ use crate::measure::regression::{Regression, Regressor, Shift, median};
 use nalgebra::{Matrix2, Vector2};
 
 /// Fewest points of a face.
-const FACE_POINTS: usize = 10;
+pub(super) const FACE_POINTS: usize = 10;
 /// Places that are tried first.
 const PLACES: usize = 24;
 /// Points among which the bend is searched.
@@ -16,9 +16,9 @@ const SEARCHED_POINTS: usize = 250;
 /// Two faces that differ in direction by less (sine) are one, or the plates of a lap joint: 10°.
 const LEAST_ANGLE_SINE: f64 = 0.17;
 /// Part of a face's points that must lie on its line.
-const LEAST_STRAIGHT: f64 = 0.6;
+pub(super) const LEAST_STRAIGHT: f64 = 0.6;
 /// Residuals count up to this many standard deviations.
-const COUNTED_SIGMAS: f64 = 3.0;
+pub(super) const COUNTED_SIGMAS: f64 = 3.0;
 /// Widest hole between the faces, as a part of the profile: what lies further away is no corner of these faces.
 const WIDEST_HOLE: f64 = 0.2;
 /// So much of a face next to the corner is left out, mm along x (what a column sees at once is as wide in x on any face), ...
@@ -26,12 +26,12 @@ const LEFT_OUT_MM: f64 = 2.0;
 /// ... and no more than this part of the face.
 const LEFT_OUT_PART: f64 = 0.2;
 /// Noise is not taken to be smaller, mm: profilers print 0.1 µm.
-const LEAST_SIGMA_MM: f64 = 1e-4;
+pub(super) const LEAST_SIGMA_MM: f64 = 1e-4;
 
-/// Where two faces meet.
+/// Where two faces meet, or the edge of the upper one of two that are parallel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProfileCorner {
-    /// The corner (x along the stripe, z range), mm.
+    /// The corner or edge (x along the stripe, z range), mm.
     pub point_mm: Vector2<f64>,
     /// Its covariance, mm².
     pub covariance_mm2: Matrix2<f64>,
@@ -73,8 +73,8 @@ pub enum NoCorner {
 pub struct CornerFinder {
     regressor: Regressor,
     shifts: Vec<Shift>,
-    points: Vec<Vector2<f64>>,
-    spare: Vec<f64>,
+    pub(super) points: Vec<Vector2<f64>>,
+    pub(super) spare: Vec<f64>,
 }
 
 /// A straight face: a point, its direction and the regression of the shifts square to it.
@@ -85,35 +85,68 @@ pub(super) struct Face {
     pub(super) regression: Regression,
 }
 
-/// Two faces that meet, the left one first.
+/// Two faces and the corner in which they meet, or the edge of the upper one; the left one first.
 #[derive(Clone, Copy)]
 pub(super) struct MeetingFaces {
     pub(super) faces: [Face; 2],
-    corner: Vector2<f64>,
-    half_lengths_mm: [f64; 2],
+    pub(super) corner: Vector2<f64>,
+    pub(super) half_lengths_mm: [f64; 2],
+    pub(super) edge: Option<FaceEnd>,
+}
+
+/// The end of a face: its edge.
+#[derive(Clone, Copy)]
+pub(super) struct FaceEnd {
+    /// Number of the face.
+    pub face: usize,
+    /// Standard deviation of its place along the face, mm.
+    pub sigma_mm: f64,
 }
 
 impl MeetingFaces {
     /// Where they meet and what each says; `None` if they are parallel.
     pub(super) fn corner(&self) -> Option<ProfileCorner> {
-        let Self { faces, corner, half_lengths_mm } = self;
+        let Self { faces, corner, half_lengths_mm, edge } = self;
+        let supports = [0, 1].map(|k| faces[k].support(corner, half_lengths_mm[k]));
+        if let Some(end) = edge {
+            let along = faces[end.face].direction();
+            let across = square_to(&along);
+            let variance = faces[end.face].variance_at(corner);
+            let covariance_mm2 =
+                along * along.transpose() * end.sigma_mm.powi(2) + across * across.transpose() * variance;
+            return Some(ProfileCorner {
+                point_mm: *corner,
+                covariance_mm2,
+                angle_rad: 0.0,
+                faces: supports,
+            });
+        }
         let normals = Matrix2::from_rows(&faces.map(|face| square_to(&face.direction()).transpose()));
         let inverse = normals.try_inverse()?;
-        let variances = faces.map(|face| {
-            let there = face.along.dot(&(corner - face.origin));
-            face.regression.variance_at(there).max(LEAST_SIGMA_MM.powi(2))
-        });
+        let variances = faces.map(|face| face.variance_at(corner));
         let covariance_mm2 =
             inverse * Matrix2::from_diagonal(&Vector2::from(variances)) * inverse.transpose();
         let angle_rad = normals.determinant().abs().min(1.0).asin();
-        let faces = [0, 1].map(|k| faces[k].support(corner, half_lengths_mm[k]));
-        Some(ProfileCorner { point_mm: *corner, covariance_mm2, angle_rad, faces })
+        Some(ProfileCorner { point_mm: *corner, covariance_mm2, angle_rad, faces: supports })
     }
 }
 
 impl Face {
+    /// Variance of the line at a point of it, mm².
+    fn variance_at(&self, point: &Vector2<f64>) -> f64 {
+        let there = self.along.dot(&(point - self.origin));
+        self.regression.variance_at(there).max(LEAST_SIGMA_MM.powi(2))
+    }
+
+    /// The line at a place along the profile.
+    pub(super) fn at_x(&self, x_mm: f64) -> Option<Vector2<f64>> {
+        let (anchor, direction) = (self.anchor(), self.direction());
+        let steps = (x_mm - anchor.x) / direction.x;
+        steps.is_finite().then(|| anchor + direction * steps)
+    }
+
     /// Distance of a point from the line, signed.
-    fn off(&self, point: &Vector2<f64>) -> f64 {
+    pub(super) fn off(&self, point: &Vector2<f64>) -> f64 {
         let from = point - self.origin;
         let slope = self.regression.slope;
         (square_to(&self.along).dot(&from) - self.regression.shift_at(self.along.dot(&from)))
@@ -180,8 +213,10 @@ impl CornerFinder {
         }
         let sigma = self.noise_mm();
         let split = self.best_split(sigma).ok_or(NoCorner::NotStraight)?;
-        let faces = self.settled_faces(split).ok_or(NoCorner::NoAngle)?;
-        self.checked(faces)
+        match self.settled_faces(split) {
+            Some(faces) => self.checked(faces),
+            None => self.stepped(split, sigma).ok_or(NoCorner::NoAngle),
+        }
     }
 
     /// Noise of one point: the median distance from the chord of its neighbours.
@@ -235,7 +270,7 @@ impl CornerFinder {
     }
 
     /// A robust line through a run of points, in coordinates along its rough direction, so that steep faces are like any other.
-    fn face(&mut self, from: usize, to: usize) -> Option<Face> {
+    pub(super) fn face(&mut self, from: usize, to: usize) -> Option<Face> {
         let points = &self.points[from..to];
         let third = (points.len() / 3).max(1);
         let mut middle_of = |run: &[Vector2<f64>]| {
@@ -295,11 +330,11 @@ impl CornerFinder {
         let faces = self.beside_corner(corner.x, ends.map(|end| end.x)).ok_or(NoCorner::NotStraight)?;
         let corner = intersection(&faces).ok_or(NoCorner::NoAngle)?;
         let half_lengths_mm = ends.map(|end| 0.5 * (end - corner).norm());
-        Ok(MeetingFaces { faces, corner, half_lengths_mm })
+        Ok(MeetingFaces { faces, corner, half_lengths_mm, edge: None })
     }
 
     /// The same faces without what lies next to the corner.
-    fn beside_corner(&mut self, corner_x: f64, ends_x: [f64; 2]) -> Option<[Face; 2]> {
+    pub(super) fn beside_corner(&mut self, corner_x: f64, ends_x: [f64; 2]) -> Option<[Face; 2]> {
         let [left, right] = ends_x.map(|end| LEFT_OUT_MM.min(LEFT_OUT_PART * (end - corner_x).abs()));
         let last = self.points.partition_point(|point| point.x < corner_x - left).max(FACE_POINTS);
         let first = self.points.partition_point(|point| point.x < corner_x + right);

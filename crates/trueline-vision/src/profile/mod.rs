@@ -3,6 +3,7 @@
 pub mod corner;
 mod scan;
 mod shared_noise;
+mod step;
 
 pub use corner::{CornerFinder, FaceSupport, NoCorner, ProfileCorner};
 pub use scan::{ProfileSeams, seams};

@@ -19,13 +19,16 @@ use trueline_method::evaluate::placed_features::{PlacedFeatures, PlacedStripes};
 use trueline_method::order_statistics::median;
 use trueline_model::{Placement, Plate, StripeJacobian, StripeOnPlate};
 
+/// Stripes that differ in direction by less (sine) are those of parallel plates: 6°.
+const LEAST_ANGLE_SINE: f64 = 0.1;
+
 /// The rows of all stripes of seams of which there are enough.
 #[must_use]
 pub(crate) fn plate_rows(of: &PlacedFeatures, seams: &[Seam], shape_origin_m: [f64; 2]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (line, seam) in seams.iter().enumerate() {
         let own: Vec<&PlacedStripes> = of.stripes.iter().filter(|s| s.line as usize == line).collect();
-        if own.len() < LEAST_FEATURES {
+        if own.len() < LEAST_FEATURES || are_parallel(&own) {
             continue;
         }
         let plates = [0, 1].map(|number| flat_plate(of, &own, seam, number));
@@ -34,6 +37,15 @@ pub(crate) fn plate_rows(of: &PlacedFeatures, seams: &[Seam], shape_origin_m: [f
         rows.extend(own.iter().filter_map(|stripes| view.rows(stripes)).flatten());
     }
     rows
+}
+
+/// Whether the stripes on both plates run alongside each other in most images: the plates of a lap, of which one passes the seam by.
+fn are_parallel(own: &[&PlacedStripes]) -> bool {
+    let sine = |stripes: &&PlacedStripes| {
+        let along = stripes.plates.map(|[near, far]| (far.reported - near.reported).normalize());
+        along[0].perp(&along[1]).abs()
+    };
+    median(own.iter().map(sine)).is_some_and(|sine| sine < LEAST_ANGLE_SINE)
 }
 
 /// A flat plate through the seam, rolled about it to where most of its support points are.

@@ -2,7 +2,10 @@
 //! intervals hold the truth; how near the Cramér–Rao bound the estimates are; and what plates that are not flat do.
 //!
 //! `cargo run --release -p trueline-vision --example stripes [CELLS [FILTER]]`; only rows that hold the filter's words are made.
+//! With `table` for a filter: what each motion shows of seam points, both plates and one flat plate, predicted and achieved.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a program for the terminal")]
+
+mod table;
 
 use nalgebra::{DMatrix, SMatrix, SVector, Vector2, Vector3};
 use rayon::prelude::*;
@@ -66,6 +69,9 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let cells: u64 = arguments.next().map_or(20, |text| text.parse().unwrap());
     let filter = arguments.next().unwrap_or_default();
+    if filter == "table" {
+        return table::print(cells);
+    }
     println!(
         "{cells} cells a row; rotation and translation: norms; seam: RMS over ±30 mm × ±30 mm of the sheet"
     );
@@ -219,7 +225,7 @@ fn cell(
     let variance = |k: usize| covariance[(k, k)];
     let covered = (0..UNKNOWNS).filter(|&k| off[k].abs() < WITHIN_95 * variance(k).sqrt()).count() as u32;
     let own = covariance.fixed_view::<7, 7>(0, 0).into_owned();
-    let (seam_said, seam_error) = seam(recording, calibration)?;
+    let (seam_said, seam_error) = seam(recording, at, covariance)?;
     let sum = |first: usize, of: &dyn Fn(usize) -> f64| (first..first + 3).map(of).sum::<f64>();
     Some(Cell {
         said: Squares([variance(0), sum(1, &variance), sum(4, &variance), seam_said]),
@@ -237,7 +243,7 @@ fn cell(
 }
 
 /// Mean square over the field of a seam point's error in the tool frame: said and true.
-fn seam(recording: &Recording, calibration: &Calibration) -> Option<(f64, f64)> {
+fn seam(recording: &Recording, at: &Parameters, covariance: &DMatrix<f64>) -> Option<(f64, f64)> {
     let (sheet, middle) = match &recording.sensor {
         Sensor::CameraLaser { laser_plane_in_camera: plane, .. } => {
             let sheet = LaserSheet::from_plane(*plane);
@@ -246,8 +252,6 @@ fn seam(recording: &Recording, calibration: &Calibration) -> Option<(f64, f64)> 
         _ => (LaserSheet::of_profiler(), Vector2::new(0.0, 0.13)),
     };
     let truth = recording.truth.as_ref()?.parameters.tool_from_camera;
-    let at = calibration.best_fit();
-    let covariance = calibration.best_fit_covariance();
     let shape = at.unknowns().shape();
     let (mut said, mut error) = (0.0, 0.0);
     for k in 0..25 {
@@ -274,7 +278,11 @@ fn seam(recording: &Recording, calibration: &Calibration) -> Option<(f64, f64)> 
 }
 
 fn root_mean(row: &[Cell], of: impl Fn(&Cell) -> f64) -> f64 {
-    (row.iter().map(of).sum::<f64>() / row.len().max(1) as f64).sqrt()
+    root_mean_of(row, of)
+}
+
+fn root_mean_of<T>(list: &[T], of: impl Fn(&T) -> f64) -> f64 {
+    (list.iter().map(of).sum::<f64>() / list.len().max(1) as f64).sqrt()
 }
 
 fn print_row(case: &Case, row: &[Cell]) {

@@ -1,0 +1,53 @@
+//! The residuals of a frame by what they are of: two rows for each plate (or for the seam point), one for the edge point.
+//!
+//! A block of one row is treated as one of two whose second row is nothing: its own variance is zero there, and in a covariance
+//! it stands as 1.
+
+use crate::stripe::problem::ROWS;
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use std::ops::Range;
+
+/// Plate 0 or the seam point, plate 1, the edge point.
+pub(crate) const BLOCKS: usize = 3;
+
+/// The rows of a block.
+#[must_use]
+pub(crate) fn rows_of(block: usize) -> Range<usize> {
+    2 * block..(2 * block + 2).min(ROWS)
+}
+
+/// Its part of a covariance.
+#[must_use]
+pub(crate) fn block(covariance: &SMatrix<f64, ROWS, ROWS>, number: usize) -> Matrix2<f64> {
+    let rows = rows_of(number);
+    let at = |i: usize, j: usize| covariance[(rows.start + i, rows.start + j)];
+    match rows.len() {
+        1 => Matrix2::new(at(0, 0), 0.0, 0.0, 1.0),
+        _ => Matrix2::new(at(0, 0), at(0, 1), at(1, 0), at(1, 1)),
+    }
+}
+
+/// Adds to that part.
+pub(crate) fn add_to_block(covariance: &mut SMatrix<f64, ROWS, ROWS>, number: usize, own: &Matrix2<f64>) {
+    let rows = rows_of(number);
+    for i in rows.clone() {
+        for j in rows.clone() {
+            covariance[(i, j)] += own[(i - rows.start, j - rows.start)];
+        }
+    }
+}
+
+/// Its residuals.
+#[must_use]
+pub(crate) fn pair_of_block(residual: &SVector<f64, ROWS>, number: usize) -> Vector2<f64> {
+    let first = rows_of(number).start;
+    Vector2::new(residual[first], residual.get(first + 1).copied().unwrap_or(0.0))
+}
+
+/// Residuals that are those of a block, and zero beside it.
+#[must_use]
+pub(crate) fn spread_of_block(pair: &Vector2<f64>, number: usize) -> SVector<f64, ROWS> {
+    let mut all = SVector::zeros();
+    rows_of(number).zip(pair.iter()).for_each(|(row, value)| all[row] = *value);
+    all
+}
