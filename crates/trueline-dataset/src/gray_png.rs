@@ -3,9 +3,9 @@
 use crate::error::{Error, Problem};
 use crate::picture_size;
 use crate::source_file;
-use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Transformations};
+use png::{BitDepth, ColorType, Decoder, DeflateCompression, Encoder, Filter, Transformations};
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Seek, SeekFrom};
+use std::io::{BufRead, BufReader, BufWriter, Cursor, Seek, SeekFrom};
 use std::path::Path;
 
 /// Pixels of a picture, row by row.
@@ -29,6 +29,15 @@ pub struct GrayImage {
 }
 
 impl GrayImage {
+    /// Bytes of its pixels.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        match &self.pixels {
+            Pixels::Eight(levels) => levels.len(),
+            Pixels::Sixteen(levels) => 2 * levels.len(),
+        }
+    }
+
     /// The levels as numbers, row by row.
     #[must_use]
     pub fn levels_f32(&self) -> Vec<f32> {
@@ -95,26 +104,59 @@ pub fn decode(file: &Path, mut input: impl BufRead + Seek, spare: &mut Vec<u8>) 
     Ok(GrayImage { width, height, pixels })
 }
 
-/// Writes a gray PNG, fast rather than small.
+/// Rows as their differences from the row above: 3 % larger than with the best filter for each row, and decoded in 0.6 of the time.
+const LIGHTLY: Packing = (DeflateCompression::FdeflateUltraFast, Filter::Up);
+/// As it is: for a container that compresses by itself.
+const STORED: Packing = (DeflateCompression::NoCompression, Filter::NoFilter);
+/// For a person, who looks at it once.
+const WELL: Packing = (DeflateCompression::Level(6), Filter::Adaptive);
+/// Pixels of more bytes are compressed even where the container does it: readers refuse large blocks of data that shrink to
+/// nearly nothing, as dark pictures do.
+const MOST_STORED_BYTES: usize = 32 << 20;
+/// PNGs of fewer bytes are not worth packing anew.
+const WORTH_PACKING: usize = 1 << 16;
+
+/// How the rows of a picture are compressed.
+type Packing = (DeflateCompression, Filter);
+
+/// Writes a gray PNG that is fast to write and to read, rather than small.
 ///
 /// # Errors
 /// What the operating system says.
 pub fn write(file: &Path, image: &GrayImage) -> Result<(), Error> {
     let out = File::create(file).map_err(|error| Error::in_file(file, Problem::Io(error)))?;
-    encode_image(BufWriter::new(out), image).map_err(|error| refused(file, error))
+    encode_image(BufWriter::new(out), image, LIGHTLY).map_err(|error| refused(file, error))
 }
 
-/// A gray PNG in memory, fast rather than small.
+/// A gray PNG in memory for a container that compresses by itself, as a recording does: its pixels are stored as they are, so
+/// that they are compressed, and decoded, once. Very large pictures are compressed nevertheless.
 ///
 /// # Errors
 /// What the encoder says of a picture whose pixels do not fit its size.
 pub fn encode_gray(image: &GrayImage) -> Result<Vec<u8>, String> {
     let mut png = Vec::new();
-    encode_image(&mut png, image).map_err(|error| error.to_string())?;
+    let packing = if image.bytes() <= MOST_STORED_BYTES { STORED } else { LIGHTLY };
+    encode_image(&mut png, image, packing).map_err(|error| error.to_string())?;
     Ok(png)
 }
 
-fn encode_image(out: impl std::io::Write, image: &GrayImage) -> Result<(), png::EncodingError> {
+/// Whether a PNG holds its pixels as they are, so that it is worth packing it before it becomes a file of its own.
+#[must_use]
+pub fn is_stored(png: &[u8]) -> bool {
+    let pixels = || {
+        let reader = Decoder::new(Cursor::new(png)).read_info().ok()?;
+        let info = reader.info();
+        // A row begins with its filter.
+        info.raw_row_length().checked_sub(1)?.checked_mul(info.height as usize)
+    };
+    png.len() >= WORTH_PACKING && pixels().is_some_and(|bytes| png.len() >= bytes)
+}
+
+fn encode_image(
+    out: impl std::io::Write,
+    image: &GrayImage,
+    packing: Packing,
+) -> Result<(), png::EncodingError> {
     let big_endian: Vec<u8>;
     let (depth, bytes): (_, &[u8]) = match &image.pixels {
         Pixels::Eight(pixels) => (BitDepth::Eight, pixels),
@@ -124,7 +166,7 @@ fn encode_image(out: impl std::io::Write, image: &GrayImage) -> Result<(), png::
         }
     };
     let format = (ColorType::Grayscale, depth);
-    encode(out, [image.width, image.height], format, (Compression::Fast, bytes))
+    encode(out, [image.width, image.height], format, (packing, bytes))
 }
 
 /// Writes a picture of red, green and blue bytes: an overlay for a person.
@@ -141,7 +183,7 @@ pub fn write_rgb(file: &Path, size: [usize; 2], rgb: &[u8]) -> Result<(), Error>
 /// A size that is not that of the bytes.
 pub fn encode_rgb(size: [usize; 2], rgb: &[u8]) -> Result<Vec<u8>, Error> {
     let mut png = Vec::new();
-    encode(&mut png, size, (ColorType::Rgb, BitDepth::Eight), (Compression::Balanced, rgb))
+    encode(&mut png, size, (ColorType::Rgb, BitDepth::Eight), (WELL, rgb))
         .map_err(|error| refused(Path::new("picture"), error))?;
     Ok(png)
 }
@@ -153,20 +195,20 @@ fn write_bytes(
     bytes: &[u8],
 ) -> Result<(), Error> {
     let out = File::create(file).map_err(|error| Error::in_file(file, Problem::Io(error)))?;
-    encode(BufWriter::new(out), size, format, (Compression::Fast, bytes))
-        .map_err(|error| refused(file, error))
+    encode(BufWriter::new(out), size, format, (LIGHTLY, bytes)).map_err(|error| refused(file, error))
 }
 
 fn encode(
     out: impl std::io::Write,
     size: [usize; 2],
     format: (ColorType, BitDepth),
-    (compression, bytes): (Compression, &[u8]),
+    ((compression, filter), bytes): (Packing, &[u8]),
 ) -> Result<(), png::EncodingError> {
     let mut encoder = Encoder::new(out, size[0] as u32, size[1] as u32);
     encoder.set_color(format.0);
     encoder.set_depth(format.1);
-    encoder.set_compression(compression);
+    encoder.set_deflate_compression(compression);
+    encoder.set_filter(filter);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(bytes)?;
     writer.finish()

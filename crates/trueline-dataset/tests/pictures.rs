@@ -39,6 +39,49 @@ fn pictures_come_back_as_they_were() {
     }
 }
 
+/// Bytes of a picture that look like a camera's noise, and hardly shrink.
+fn noisy(width: usize, height: usize) -> GrayImage {
+    let mut state = 1_u32;
+    let levels = (0..width * height).map(|_| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    });
+    GrayImage { width, height, pixels: Pixels::Eight(levels.collect()) }
+}
+
+#[test]
+fn in_a_recording_pixels_are_stored_as_they_are_and_in_a_file_they_are_packed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (dark, file) = (GrayImage { pixels: Pixels::Eight(vec![3; 400 * 300]), ..noisy(400, 300) }, "a.png");
+    let file = folder.path().join(file);
+    for (image, shrinks) in [(dark, true), (noisy(400, 300), false)] {
+        let stored = gray_png::encode_gray(&image).unwrap();
+        // Deflate's stored blocks have 5 bytes for up to 65,535; each row has one for its filter; heads and sums are below 200.
+        let most = image.bytes() + image.height + 200;
+        assert!(gray_png::is_stored(&stored) && (image.bytes()..most).contains(&stored.len()));
+        let read = gray_png::decode(&file, std::io::Cursor::new(&stored), &mut Vec::new());
+        assert_eq!(read.unwrap(), image);
+        gray_png::write(&file, &image).unwrap();
+        let packed = fs::read(&file).unwrap();
+        assert_eq!(packed.len() < image.bytes() / 20, shrinks, "{}", packed.len());
+        assert_eq!(gray_png::is_stored(&packed), !shrinks);
+        assert_eq!(gray_png::read(&file, &mut Vec::new()).unwrap(), image);
+    }
+    let small = gray_png::encode_gray(&noisy(100, 100)).unwrap();
+    assert!(!gray_png::is_stored(&small), "not worth packing");
+    assert!(!gray_png::is_stored(&vec![0; 100_000]), "no picture");
+}
+
+#[test]
+fn a_picture_too_large_for_a_block_of_a_recording_is_packed() {
+    // 4096 x 4096 px of 16 bits are the 32 MiB that are stored at most.
+    let dark =
+        |rows: usize| GrayImage { width: 4096, height: rows, pixels: Pixels::Sixteen(vec![7; 4096 * rows]) };
+    assert!(gray_png::is_stored(&gray_png::encode_gray(&dark(4096)).unwrap()));
+    let packed = gray_png::encode_gray(&dark(4098)).unwrap();
+    assert!(packed.len() < 1 << 20, "{}", packed.len());
+}
+
 #[test]
 fn an_index_may_have_no_counter_and_its_columns_in_any_order() {
     let dataset = dataset("file,time_ms\na.png,10\nimages/b.png,20\n");

@@ -9,7 +9,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
-use trueline_dataset::{folder, images};
+use trueline_dataset::{GrayImage, Pixels, folder, gray_png, images};
 use trueline_mcap::{
     Choice, Content, Entry, FeaturesEntry, FrameEntry, Item, RecordError, Recorder, RobotEntry, Sink, message,
 };
@@ -149,6 +149,46 @@ fn a_recording_becomes_a_dataset() {
         assert_eq!(std::fs::read(&read.path).unwrap(), png, "pictures are passed on as they are");
     }
     assert_eq!(frames.len(), 8);
+}
+
+#[test]
+fn stored_pictures_shrink_in_the_recording_and_in_the_folder_and_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.mcap");
+    // A dark picture with a stripe: 480 kB that shrink to nearly nothing.
+    let mut levels = vec![7_u8; 800 * 600];
+    levels[800 * 300..800 * 303].fill(200);
+    let image = GrayImage { width: 800, height: 600, pixels: Pixels::Eight(levels) };
+    let png = gray_png::encode_gray(&image).unwrap();
+    // The same cut off: it is looked at by whoever wants to find a seam in it, and stops nothing here.
+    let cut = [&png[..png.len() / 2], &vec![0; png.len() / 2 + 1]].concat();
+    let recorder = Recorder::create(&file, &about()).unwrap();
+    for entry in entries(64) {
+        let entry = match entry {
+            Entry::Frame(taken) if !taken.png.is_empty() => {
+                let png = if taken.stamp_ns == frame(8).stamp_ns { &cut } else { &png };
+                Entry::Frame(FrameEntry { png: png.clone(), ..taken })
+            }
+            other => other,
+        };
+        assert!(recorder.handle().offer(entry));
+    }
+    let done = recorder.finish().unwrap();
+    // Two streams of the robot and the heads are about 60 kB; eight pictures stored would be 3,840 kB.
+    assert!(done.bytes < 200_000, "{}", done.bytes);
+    let out = folder.path().join("scan");
+    assert!(unpack(&file, &Choice::default(), &out).unwrap().damages.is_empty());
+    let frames = images::read_index(&out).unwrap();
+    assert_eq!(frames.len(), 8);
+    for (k, frame) in frames.iter().enumerate() {
+        let bytes = std::fs::read(&frame.path).unwrap();
+        if k == 1 {
+            assert_eq!(bytes, cut);
+            continue;
+        }
+        assert!(bytes.len() < 48_000, "{}", bytes.len());
+        assert_eq!(gray_png::read(&frame.path, &mut Vec::new()).unwrap(), image);
+    }
 }
 
 #[test]

@@ -5,9 +5,11 @@ use crate::import::to_recording::Imported;
 use crate::import_error::ImportError;
 use crate::message::content::Picture;
 use std::fs;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use trueline_dataset::{
-    FrameFile, FrameStamp, PictureSource, ProfileForm, WholeFolder, folder, gray_picture, gray_png, images,
+    FrameFile, FrameStamp, GrayImage, PictureSource, ProfileForm, WholeFolder, folder, gray_picture,
+    gray_png, images,
 };
 
 /// A dataset folder in the making.
@@ -50,9 +52,10 @@ impl DatasetFolder {
             let name = PathBuf::from(format!("{number:06}.png"));
             let file = images.join(&name);
             match pictures.recorded(number)? {
-                Picture::Png(bytes) => {
-                    fs::write(&file, bytes).map_err(|error| ImportError::io(&file, &error))?;
-                }
+                Picture::Png(bytes) => match stored_image(&file, &bytes) {
+                    Some(image) => gray_png::write(&file, &image)?,
+                    None => fs::write(&file, bytes).map_err(|error| ImportError::io(&file, &error))?,
+                },
                 Picture::Compressed(bytes) => {
                     gray_png::write(&file, &gray_picture::decode(&file, &bytes)?)?;
                 }
@@ -63,4 +66,10 @@ impl DatasetFolder {
         }
         Ok(images::write_index(self.0.path(), &rows)?)
     }
+}
+
+/// A picture whose pixels are stored as they are, because its recording compresses them; a file of its own has nobody who does.
+/// One that cannot be decoded is passed on as it is, and named by whoever looks at it.
+fn stored_image(file: &Path, png: &[u8]) -> Option<GrayImage> {
+    gray_png::is_stored(png).then(|| gray_png::decode(file, Cursor::new(png), &mut Vec::new()).ok())?
 }
