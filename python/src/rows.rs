@@ -103,6 +103,7 @@ pub(crate) fn features(
                 device_ns: None,
                 measured: measured(sensor, points.row(row)).map_err(|wrong| wrong.at("points", row))?,
                 sigma: extras.sigma.map(|sigma| sigma_of(sigma, row)).transpose()?,
+                correlation: 0.0,
             })
         })
         .collect()

@@ -160,6 +160,7 @@ fn stamped(robot: Vec<RobotSample>, stamps_ns: &[i64]) -> Recording {
         device_ns: None,
         measured: Measured::Point([0.0, 0.0, 1.0]),
         sigma: None,
+        correlation: 0.0,
     };
     Recording {
         sensor: Sensor::Points { laser_plane_in_camera: None },

@@ -101,7 +101,15 @@ mod tests {
         assert!(!live.offer(&image, 1, None), "nobody has asked");
         assert_eq!(live.look(), None);
         let measured = Measured::Pixel([1001.0, 7.0]);
-        let seam = Feature { stamp_ns: 0, line: 0, frame: None, device_ns: None, measured, sigma: None };
+        let seam = Feature {
+            stamp_ns: 0,
+            line: 0,
+            frame: None,
+            device_ns: None,
+            measured,
+            sigma: None,
+            correlation: 0.0,
+        };
         assert!(live.offer(&image, 2, Some(&seam)));
         assert!(!live.offer(&image, 3, None), "too soon after the last");
         let small = live.look().unwrap();

@@ -114,7 +114,15 @@ mod tests {
 
     fn feature(at_ns: i64) -> Feature {
         let measured = Measured::Profile([0.0, 0.1]);
-        Feature { stamp_ns: at_ns, line: 0, frame: None, device_ns: None, measured, sigma: None }
+        Feature {
+            stamp_ns: at_ns,
+            line: 0,
+            frame: None,
+            device_ns: None,
+            measured,
+            sigma: None,
+            correlation: 0.0,
+        }
     }
 
     #[test]

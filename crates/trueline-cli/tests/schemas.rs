@@ -128,7 +128,7 @@ fn a_key_that_is_missing_renamed_or_of_another_type_is_noticed() {
     let schema = schema("features");
     let good = json!({
         "joint": "fillet", "joint_chosen_by_pictures": true, "pictures": 3, "found": 2, "not_found": [], "unreadable": [],
-        "median_sigma_px": [0.1, 0.1], "median_px_from_neighbours": null, "picture_faults": [], "second_place_px": null,
+        "median_sigma_px": [0.1, 0.1], "median_quality": 0.9, "median_px_from_neighbours": null, "picture_faults": [], "second_place_px": null,
         "median_gap_mm": null, "ms_per_picture": 1.5,
     });
     assert_eq!(faults(&schema, &good, ""), Vec::<String>::new());

@@ -229,6 +229,12 @@ pub enum Problem {
         /// The field.
         text: String,
     },
+    /// A correlation of two errors that is none.
+    #[error("expected a correlation of at most ±0.9999, found `{text}`")]
+    NotACorrelation {
+        /// The field.
+        text: String,
+    },
     /// A picture's name that leads out of the folder of the index.
     #[error("expected the name of a file beside the index, found `{text}`")]
     NotAFileName {

@@ -1,7 +1,7 @@
 //! `features.csv`: seam features in pixels, in points or from a profiler.
 
 use crate::error::{Error, Problem};
-use crate::recording::{Feature, Measured, Sensor};
+use crate::recording::{Feature, MOST_CORRELATION, Measured, Sensor};
 use crate::stamp;
 use crate::table::{self, ColumnSpec, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
@@ -22,18 +22,20 @@ const SHARED: [ColumnSpec<'static>; 4] = [
     optional("device_time", Quantity::Time),
 ];
 
-const PIXEL: [ColumnSpec<'static>; 4] = [
+const PIXEL: [ColumnSpec<'static>; 5] = [
     required("u", Quantity::Pixel),
     required("v", Quantity::Pixel),
     optional("sigma_u", Quantity::Pixel),
     optional("sigma_v", Quantity::Pixel),
+    optional("correlation", Quantity::Plain),
 ];
 
-const PROFILE: [ColumnSpec<'static>; 4] = [
+const PROFILE: [ColumnSpec<'static>; 5] = [
     required("x", Quantity::Length),
     required("z", Quantity::Length),
     optional("sigma_x", Quantity::Length),
     optional("sigma_z", Quantity::Length),
+    optional("correlation", Quantity::Plain),
 ];
 
 const POINT: [ColumnSpec<'static>; 3] =
@@ -87,13 +89,15 @@ fn read_row<R: Read>(table: &Table<'_, R>, sensor: &Sensor) -> Result<Feature, E
     let line = table.count(LINE)?.unwrap_or(0);
     let line = u32::try_from(line)
         .map_err(|_| table.error_in(LINE, Problem::NotACount { text: line.to_string() }))?;
+    let sigma = read_sigma(table, sensor)?;
     Ok(Feature {
         stamp_ns: table.stamp_ns(TIME)?,
         line,
         frame: table.count(FRAME)?,
         device_ns: table.optional_stamp_ns(DEVICE_TIME)?,
         measured,
-        sigma: read_sigma(table, sensor)?,
+        sigma,
+        correlation: if sigma.is_some() { read_correlation(table)? } else { 0.0 },
     })
 }
 
@@ -119,6 +123,18 @@ fn read_sigma<R: Read>(table: &Table<'_, R>, sensor: &Sensor) -> Result<Option<[
     }
 }
 
+fn read_correlation<R: Read>(table: &Table<'_, R>) -> Result<f64, Error> {
+    let column = FIRST + 4;
+    match table.number(column)? {
+        Some(value) if value.abs() <= MOST_CORRELATION => Ok(value),
+        Some(_) => {
+            let text = table.text(column).unwrap_or_default().to_owned();
+            Err(table.error_in(column, Problem::NotACorrelation { text }))
+        }
+        None => Ok(0.0),
+    }
+}
+
 /// Writes features; the columns follow from the first one.
 ///
 /// # Errors
@@ -131,15 +147,20 @@ pub fn write(mut out: impl Write, features: &[Feature]) -> std::io::Result<()> {
     let frames = features.iter().all(|f| f.frame.is_some());
     let device = features.iter().all(|f| f.device_ns.is_some());
     let sigmas = features.iter().all(|f| f.sigma.is_some());
+    let correlations = sigmas && features.iter().any(|f| f.correlation != 0.0);
     let (names, sigma_names, scale) = match first.measured {
         Measured::Pixel(_) => ("u_px,v_px", "sigma_u_px,sigma_v_px", 1.0),
         Measured::Profile(_) => ("x_mm,z_mm", "sigma_x_mm,sigma_z_mm", MM_PER_M),
         Measured::Point(_) => ("x_mm,y_mm,z_mm", "", MM_PER_M),
     };
     write!(out, "time_s,{names}")?;
-    for (present, name) in
-        [(several_lines, "line"), (frames, "frame"), (device, "device_time_s"), (sigmas, sigma_names)]
-    {
+    for (present, name) in [
+        (several_lines, "line"),
+        (frames, "frame"),
+        (device, "device_time_s"),
+        (sigmas, sigma_names),
+        (correlations, "correlation"),
+    ] {
         if present {
             write!(out, ",{name}")?;
         }
@@ -165,6 +186,9 @@ pub fn write(mut out: impl Write, features: &[Feature]) -> std::io::Result<()> {
         }
         if let (true, Some([a, b])) = (sigmas, feature.sigma) {
             write!(out, ",{},{}", a * scale, b * scale)?;
+        }
+        if correlations {
+            write!(out, ",{}", feature.correlation)?;
         }
         writeln!(out)?;
     }

@@ -137,6 +137,7 @@ mod tests {
             device_ns: None,
             measured: Measured::Profile([0.0, 0.3]),
             sigma: None,
+            correlation: 0.0,
         };
         Recording {
             sensor: Sensor::Profiler,

@@ -74,7 +74,10 @@ pub use laser_channel::Channel;
 pub use picture_source::{FrameStamp, PictureFolder, PictureSource};
 pub use profile::{Profile, ProfilePoint};
 pub use profile_file::ProfileForm;
-pub use recording::{Feature, Guess, Measured, PlateStripe, Recording, RobotSample, Sensor, Truth};
+pub use recording::{
+    Feature, Guess, MOST_CORRELATION, Measured, PlateStripe, Recording, RobotSample, Sensor, Truth,
+    correlation_of,
+};
 pub use reference_file::Reference;
 pub use sensor_setup::SensorSetup;
 pub use sensor_toml::SensorFile;

@@ -43,6 +43,7 @@ impl Problem {
             | Self::StripeWithoutDirection { .. }
             | Self::StripesWithoutLaserPlane => self.stripe_hint(),
             Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
+            Self::NotACorrelation { .. } => "it is the covariance of both coordinates divided by both sigmas",
             Self::NoNumberInName
             | Self::NumberTwice { .. }
             | Self::NotAFileName { .. }

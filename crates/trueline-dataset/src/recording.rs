@@ -1,6 +1,7 @@
 //! What was recorded: the only thing calibration ever sees.
 
 use crate::sensor_setup::{Mounted, SensorSetup};
+use nalgebra::Matrix2;
 use std::collections::BTreeMap;
 use trueline_geometry::{Line, Plane, Pose};
 use trueline_model::Camera;
@@ -112,7 +113,30 @@ pub struct Feature {
     pub measured: Measured,
     /// Standard deviations, in the unit of what was measured (px, or m), where recorded.
     pub sigma: Option<[f64; 2]>,
+    /// Correlation of the errors whose standard deviations these are, −1 to 1; zero where it was not recorded.
+    pub correlation: f64,
 }
+
+impl Feature {
+    /// Covariance of the two coordinates, in the square of their unit; `otherwise` are the standard deviations of a feature
+    /// without its own.
+    #[must_use]
+    pub fn covariance(&self, otherwise: [f64; 2]) -> Matrix2<f64> {
+        let [a, b] = self.sigma.unwrap_or(otherwise);
+        let both = if self.sigma.is_some() { self.correlation * a * b } else { 0.0 };
+        Matrix2::new(a * a, both, both, b * b)
+    }
+}
+
+/// The correlation in a covariance; zero where one of the two does not vary. Rounding leaves it within ± [`MOST_CORRELATION`].
+#[must_use]
+pub fn correlation_of(covariance: &Matrix2<f64>) -> f64 {
+    let scale = (covariance.m11 * covariance.m22).sqrt();
+    if scale > 0.0 { (covariance.m12 / scale).clamp(-MOST_CORRELATION, MOST_CORRELATION) } else { 0.0 }
+}
+
+/// Coordinates of which one says all about the other have no covariance that can be weighed by.
+pub const MOST_CORRELATION: f64 = 0.9999;
 
 /// A measured seam point; which form depends on the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]

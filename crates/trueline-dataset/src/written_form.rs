@@ -71,6 +71,7 @@ fn features(features: &mut [Feature], sensor: &Sensor) {
         feature.frame = feature.frame.filter(|_| frames);
         feature.device_ns = feature.device_ns.filter(|_| device);
         feature.sigma = feature.sigma.filter(|_| sigmas);
+        feature.correlation = if sigmas { feature.correlation } else { 0.0 };
         match &mut feature.measured {
             Measured::Pixel(_) => continue,
             Measured::Point(numbers) => *numbers = numbers.map(through_mm),

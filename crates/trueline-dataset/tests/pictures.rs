@@ -169,6 +169,7 @@ fn features_that_are_there_are_kept() {
         device_ns: None,
         measured: Measured::Pixel([1.0, 2.0]),
         sigma: None,
+        correlation: 0.0,
     };
     let replace = |features: &[Feature]| folder::replace_features(folder.path(), features).unwrap();
     assert_eq!(replace(&[]), None);

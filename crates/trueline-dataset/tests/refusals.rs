@@ -88,6 +88,16 @@ fn numbers() {
         refusal("features.csv", "time_s,u_px,v_px,sigma_u_px,sigma_v_px\n0.001,1,2,0,1\n"),
         "features.csv, line 2, column `sigma_u_px`: expected a standard deviation above zero, found `0`"
     );
+    // One of a covariance in px², or of two coordinates of which one says all about the other.
+    for found in ["1", "-1", "1.5"] {
+        let table = format!("time_s,u_px,v_px,sigma_u_px,sigma_v_px,correlation\n0.001,1,2,1,1,{found}\n");
+        assert_eq!(
+            refusal("features.csv", &table),
+            format!(
+                "features.csv, line 2, column `correlation`: expected a correlation of at most ±0.9999, found `{found}`"
+            )
+        );
+    }
 }
 
 #[test]

@@ -33,6 +33,7 @@ fn features(measured: impl Fn(f64) -> Measured, sigma: Option<[f64; 2]>) -> Vec<
             device_ns: Some(13 + 30_303_000 * (k / 2)),
             measured: measured(k as f64),
             sigma,
+            correlation: sigma.map_or(0.0, |_| (k as f64 / 7.0).sin() * 0.999),
         })
         .collect()
 }
@@ -55,6 +56,7 @@ fn assert_same(a: &Recording, b: &Recording) {
             (x.stamp_ns, x.line, x.frame, x.sigma.is_some()),
             (y.stamp_ns, y.line, y.frame, y.sigma.is_some())
         );
+        assert_eq!(x.correlation, y.correlation, "decimals that come back as they were");
         let numbers = |m: &Measured| match *m {
             Measured::Pixel([a, b]) | Measured::Profile([a, b]) => vec![a, b],
             Measured::Point(p) => p.to_vec(),

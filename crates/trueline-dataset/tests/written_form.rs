@@ -24,6 +24,7 @@ fn recording(device: bool, sigma: bool) -> Recording {
         device_ns: (device || k != 4).then_some(i64::from(k)),
         measured: Measured::Profile([x(k + 3), x(k + 4)]),
         sigma: (sigma || k != 6).then_some([x(k).abs() + 1e-5, 1e-4 / 3.0]),
+        correlation: if sigma { 0.9 * (f64::from(k)).sin() } else { 0.0 },
     };
     Recording {
         sensor: Sensor::Profiler,

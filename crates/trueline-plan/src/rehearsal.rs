@@ -123,7 +123,15 @@ fn cast(cell: &Cell, setup: &SensorSetup, measurements: Measurements, motion: &M
     for sight in &sights.list {
         let measured = measured(cell, sight, [normal(), normal()])?;
         let stamp_ns = nanoseconds(sight.time_s + normal() * cell.noise.stamp_s);
-        features.push(Feature { stamp_ns, line: 0, frame: None, device_ns: None, measured, sigma: None });
+        features.push(Feature {
+            stamp_ns,
+            line: 0,
+            frame: None,
+            device_ns: None,
+            measured,
+            sigma: None,
+            correlation: 0.0,
+        });
         if let Some(plates) = &plates {
             stripes.extend(stripes_of(cell, plates, sight, stamp_ns, &mut normal));
         }

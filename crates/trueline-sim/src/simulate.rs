@@ -131,6 +131,7 @@ fn features(
                 device_ns: None,
                 measured,
                 sigma: None,
+                correlation: 0.0,
             });
         }
     }

@@ -120,6 +120,7 @@ pub fn scan_weld(scenario: &Scenario, scan: &WeldScan, seed: u64) -> KnownScan {
             device_ns: None,
             measured,
             sigma: None,
+            correlation: 0.0,
         });
     }
     KnownScan { recording, truth }

@@ -3,7 +3,7 @@
 use crate::lens::Lens;
 use crate::not_found::NotFound;
 use nalgebra::{Matrix2, Vector2};
-use trueline_dataset::{Feature, FrameStamp, Measured};
+use trueline_dataset::{Feature, FrameStamp, Measured, correlation_of};
 
 /// Which joint the laser shines on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -116,6 +116,7 @@ impl Seam {
             device_ns: stamp.device_ns,
             measured: Measured::Pixel(self.pixel.into()),
             sigma: Some(self.sigma_px()),
+            correlation: correlation_of(&self.covariance_px2),
         }
     }
 

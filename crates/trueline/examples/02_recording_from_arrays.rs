@@ -28,6 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 device_ns: None,
                 measured,
                 sigma: None,
+                correlation: 0.0,
             })
             .collect(),
     );

@@ -84,6 +84,7 @@ fn simulated_features(file: &Path) -> Result<Vec<Feature>, Error> {
                 device_ns: None,
                 measured: Measured::Point(point),
                 sigma: None,
+                correlation: 0.0,
             });
         }
     }
@@ -120,6 +121,7 @@ pub fn read_recording(
             device_ns: Some(image.device_ns),
             measured: Measured::Pixel(pixel),
             sigma: None,
+            correlation: 0.0,
         })
         .collect();
     let robot = real_robot(robot)?;

@@ -4,7 +4,7 @@ use crate::message::content::{Content, FrameStamps, Kind};
 use crate::message::content_error::ContentError;
 use crate::wire::proto;
 use prost::Message;
-use trueline_dataset::{Feature, Measured};
+use trueline_dataset::{Feature, MOST_CORRELATION, Measured};
 
 /// What messages of a schema are.
 #[must_use]
@@ -61,10 +61,15 @@ fn feature(wire: &proto::Feature) -> Result<Feature, ContentError> {
         &[a, b] if a > 0.0 && b > 0.0 => Some([a, b]),
         _ => return Err(ContentError::Feature),
     };
+    // What is no number is not within either.
+    let correlation = wire.correlation;
+    if !(correlation.abs() <= if sigma.is_some() { MOST_CORRELATION } else { 0.0 }) {
+        return Err(ContentError::Feature);
+    }
     let mut numbers = wire.pixel.iter().chain(&wire.point).chain(&wire.profile).chain(&wire.sigma);
     if !numbers.all(|v| v.is_finite()) {
         return Err(ContentError::NotFinite { field: "the seam point" });
     }
     let (stamp_ns, line, frame, device_ns) = (wire.stamp_ns, wire.line, wire.frame, wire.device_ns);
-    Ok(Feature { stamp_ns, line, frame, device_ns, measured, sigma })
+    Ok(Feature { stamp_ns, line, frame, device_ns, measured, sigma, correlation })
 }

@@ -188,6 +188,7 @@ fn feature(feature: &Feature) -> proto::Feature {
         frame: feature.frame,
         device_ns: feature.device_ns,
         sigma: feature.sigma.map_or_else(Vec::new, Vec::from),
+        correlation: feature.correlation,
         ..proto::Feature::default()
     };
     match feature.measured {

@@ -120,4 +120,6 @@ pub(super) struct Feature {
     pub profile: Vec<f64>,
     #[prost(double, repeated, tag = "8")]
     pub sigma: Vec<f64>,
+    #[prost(double, tag = "9")]
+    pub correlation: f64,
 }

@@ -130,6 +130,7 @@ fn camera_messages() -> Vec<DescriptorProto> {
         Field("point", 6, List(Type::Double)),
         Field("profile", 7, List(Type::Double)),
         Field("sigma", 8, List(Type::Double)),
+        Field("correlation", 9, Plain(Type::Double)),
     ];
     vec![
         message("Frame", &frame),

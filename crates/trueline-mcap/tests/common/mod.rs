@@ -83,6 +83,7 @@ pub(crate) fn profile(k: u32) -> Feature {
         device_ns: Some(0),
         measured: Measured::Profile([0.001 * f64::from(k), 0.25]),
         sigma: Some([1e-5, 2e-5]),
+        correlation: -0.75,
     }
 }
 

@@ -197,18 +197,17 @@ fn lift(
     feature: &Feature,
     config: &Config,
 ) -> Result<(Vector3<f64>, Matrix2<f64>), Skip> {
-    let squared = |sigma: [f64; 2]| Matrix2::new(sigma[0].powi(2), 0.0, 0.0, sigma[1].powi(2));
-    let sigma_m = || feature.sigma.unwrap_or([config.feature_sigma_m; 2]);
+    let covariance_m2 = || feature.covariance([config.feature_sigma_m; 2]);
     match (feature.measured, sensor) {
         (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
             let (ray, d_ray_d_pixel) = camera.ray(&Vector2::from(pixel)).map_err(|_| Skip::NoRay)?;
             let (point, d_point_d_ray) = sheet.intersect(&ray).ok_or(Skip::NoIntersection)?;
             let d_sheet_d_pixel = sheet.axes().transpose() * d_point_d_ray * d_ray_d_pixel;
-            let sigma = squared(feature.sigma.unwrap_or([config.feature_sigma_px; 2]));
-            Ok((point, d_sheet_d_pixel * sigma * d_sheet_d_pixel.transpose()))
+            let covariance_px2 = feature.covariance([config.feature_sigma_px; 2]);
+            Ok((point, d_sheet_d_pixel * covariance_px2 * d_sheet_d_pixel.transpose()))
         }
-        (Measured::Profile([x, z]), _) => Ok((Vector3::new(x, 0.0, z), squared(sigma_m()))),
-        (Measured::Point(point), _) => Ok((Vector3::from(point), squared(sigma_m()))),
+        (Measured::Profile([x, z]), _) => Ok((Vector3::new(x, 0.0, z), covariance_m2())),
+        (Measured::Point(point), _) => Ok((Vector3::from(point), covariance_m2())),
         (Measured::Pixel(_), _) => Err(Skip::NoRay),
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Vector2, Vector3};
 use std::collections::BTreeMap;
-use trueline_dataset::{Feature, Measured, PlateStripe, Recording, Sensor};
+use trueline_dataset::{Feature, Measured, PlateStripe, Recording, Sensor, correlation_of};
 use trueline_model::{Camera, LaserSheet};
 
 /// Stripes that differ in direction by less (sine) do not cross anywhere near: 6°.
@@ -22,15 +22,17 @@ pub fn with_corners(recording: &Recording) -> Option<Recording> {
     }
     let features = pairs.into_iter().filter_map(|((stamp_ns, line), [one, other])| {
         let (one, other) = (one?, other?);
-        let (measured, sigma) = crossing(&recording.sensor, one, other)?;
-        Some(Feature { stamp_ns, line, frame: one.frame, device_ns: None, measured, sigma: Some(sigma) })
+        let (measured, covariance) = crossing(&recording.sensor, one, other)?;
+        let sigma = Some([covariance.m11.sqrt(), covariance.m22.sqrt()]);
+        let correlation = correlation_of(&covariance);
+        Some(Feature { stamp_ns, line, frame: one.frame, device_ns: None, measured, sigma, correlation })
     });
     let features = features.collect();
     Some(Recording { features, ..recording.clone() })
 }
 
-/// Where two stripes cross, and the standard deviations of that along both axes.
-fn crossing(sensor: &Sensor, one: &PlateStripe, other: &PlateStripe) -> Option<(Measured, [f64; 2])> {
+/// Where two stripes cross, and the covariance of that.
+fn crossing(sensor: &Sensor, one: &PlateStripe, other: &PlateStripe) -> Option<(Measured, Matrix2<f64>)> {
     let flat = |stripe: &PlateStripe| -> Option<[Vector2<f64>; 2]> {
         let [a, b] = stripe.points.map(|point| flattened(sensor, point));
         Some([a?, b?])
@@ -51,9 +53,7 @@ fn crossing(sensor: &Sensor, one: &PlateStripe, other: &PlateStripe) -> Option<(
         ((1.0 - t).powi(2) + t * t) * sigma * sigma
     };
     let variances = Vector2::new(variance(0, one.sigma), variance(1, other.sigma));
-    let spread =
-        (inverse * Matrix2::from_diagonal(&variances) * inverse.transpose()).diagonal().map(f64::sqrt);
-    Some((bent(sensor, &at)?, spread.into()))
+    Some((bent(sensor, &at)?, inverse * Matrix2::from_diagonal(&variances) * inverse.transpose()))
 }
 
 /// A point where straight stripes are straight: the ideal pixel of a camera, the sheet of other sensors.

@@ -78,6 +78,7 @@ pub(crate) fn offer_picture(to: &LivePicture, frame: u64) {
         device_ns: None,
         measured: Measured::Pixel([320.0, 200.0]),
         sigma: None,
+        correlation: 0.0,
     };
     let _looked = to.look();
     assert!(to.offer(&image, frame, Some(&seam)));

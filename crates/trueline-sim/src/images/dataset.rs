@@ -67,5 +67,6 @@ fn feature(exposed: &Exposed, line: u32, pixel: [f64; 2]) -> Feature {
         device_ns: None,
         measured: Measured::Pixel(pixel),
         sigma: None,
+        correlation: 0.0,
     }
 }

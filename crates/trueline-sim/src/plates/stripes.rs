@@ -66,6 +66,7 @@ pub fn scan_plates_along(
             device_ns: None,
             measured,
             sigma: Some(sigma),
+            correlation: 0.0,
         };
         recording.features.push(feature(Measured::Pixel(pixel), sigma));
         for (plate, seen) in stripes.into_iter().enumerate() {

@@ -57,6 +57,7 @@ pub fn piece(production: &Production, number: usize, seed: u64) -> Recording {
             device_ns: None,
             measured: noise.feature(&seen, &view.sheet, &scenario.disturbance),
             sigma: None,
+            correlation: 0.0,
         });
         let stripes = view.stripes(seam, &base_from_tool, change, &mut noise_of_stripes);
         recording.stripes.extend(stripes.into_iter().flatten().enumerate().map(|(k, (points, sigma))| {

@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use trueline_dataset::unit::MM_PER_M;
-use trueline_dataset::{Feature, FoundSeams, Measured, PlateStripe, Profile};
+use trueline_dataset::{Feature, FoundSeams, Measured, PlateStripe, Profile, correlation_of};
 
 /// What was found in the profiles of a scan.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -56,6 +56,7 @@ fn feature(profile: &Profile, corner: &ProfileCorner) -> Feature {
         device_ns: None,
         measured: measured(&corner.point_mm),
         sigma: Some([covariance.m11.sqrt() / MM_PER_M, covariance.m22.sqrt() / MM_PER_M]),
+        correlation: correlation_of(&covariance),
     }
 }
 

@@ -34,6 +34,9 @@ impl fmt::Display for ScanSeams {
                 u[0], v[0], u[1], v[1]
             )?;
         }
+        if let Some([quality, _]) = self.median_and_p95(|seam| seam.quality) {
+            writeln!(f, "Quality          {quality:.2} of the weaker stripe beside the seam shows (median)")?;
+        }
         if let Some(distance_px) = self.neighbour_distance_px {
             let is_doubtful = self.joint == Joint::Butt && distance_px > DOUBTFUL_PX;
             let doubt = if is_doubtful { ": are these gaps the joint? look at the pictures" } else { "" };
@@ -87,6 +90,7 @@ impl ScanSeams {
             "not_found": reasons,
             "unreadable": self.unreadable.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "median_sigma_px": self.spread().map(|[u, v]| [u[0], v[0]]),
+            "median_quality": self.median_and_p95(|seam| seam.quality).map(|[median, _]| median),
             "median_px_from_neighbours": self.neighbour_distance_px,
             "picture_faults": self.faults.iter().map(|fault| {
                 json!({ "code": fault.code(), "text": fault.to_string() })
