@@ -288,6 +288,45 @@ fn pose_in_frame(k: u32) -> fx::PoseInFrame {
 }
 
 #[test]
+fn colours_of_two_bytes_are_gray_levels_of_sixteen_bits() {
+    let image = |k: i64, encoding: &str, samples: &[u16]| fx::RawImage {
+        timestamp: foxglove_stamp(k),
+        frame_id: "camera".to_owned(),
+        width: 2,
+        height: 2,
+        encoding: encoding.to_owned(),
+        step: samples.len() as u32,
+        data: samples.iter().flat_map(|sample| sample.to_le_bytes()).collect::<Vec<u8>>().into(),
+    };
+    let [red, green, blue] = [60_000, 20_000, 8_000];
+    let scan = Scan::of(&[
+        foxglove_message("/pose", "foxglove.PoseInFrame", &pose_in_frame(3)),
+        foxglove_message(
+            "/image",
+            "foxglove.RawImage",
+            &image(1, "bayer_grbg16", &[green, red, blue, green]),
+        ),
+        foxglove_message("/image", "foxglove.RawImage", &image(2, "rgb16", &[red, green, blue].repeat(4))),
+        foxglove_message("/image", "foxglove.RawImage", &image(3, "bgr16", &[blue, green, red].repeat(4))),
+        foxglove_message("/image", "foxglove.RawImage", &image(4, "rgba16", &[65_535; 16])),
+    ]);
+    assert_eq!(scan.unpack(&choice()).unwrap().frames, 4);
+    let frames = images::read_index(&scan.out()).unwrap();
+    // A mosaic: (red + 2 green + blue) / 4. Colours: 0.299 red + 0.587 green + 0.114 blue. White stays white.
+    for (frame, level) in frames.iter().zip([27_000, 30_592, 30_592, 65_535]) {
+        let pixels = gray_png::read(&frame.path, &mut Vec::new()).unwrap().pixels;
+        assert_eq!(pixels, trueline_dataset::Pixels::Sixteen(vec![level; 4]));
+    }
+    // Eight bits where sixteen are named: half of the bytes.
+    let short = fx::RawImage { step: 2, ..image(1, "bayer_rggb16", &[1, 2]) };
+    let scan = Scan::of(&[
+        foxglove_message("/pose", "foxglove.PoseInFrame", &pose_in_frame(3)),
+        foxglove_message("/image", "foxglove.RawImage", &short),
+    ]);
+    assert_ne!(scan.unpack(&choice()).map_or(0, |unpacked| unpacked.frames), 1);
+}
+
+#[test]
 fn messages_of_foxglove_are_understood() {
     let image = |k: i64, encoding: &str, step, data: &'static [u8]| fx::RawImage {
         timestamp: foxglove_stamp(k),

@@ -107,7 +107,7 @@ impl ContentError {
                  --allow-jpeg takes them as they are"
             }
             Self::NotGray { .. } => {
-                "record mono8, mono16, rgb8, bgr8, a bayer pattern of 8 bits, PNG of 8 or 16 bits, or JPEG"
+                "record mono8, mono16, rgb8, bgr8, a bayer pattern, colours of 16 bits, PNG of 8 or 16 bits, or JPEG"
             }
             Self::NoProfile { .. } => {
                 "publish the profile in the sensor's own frame, not in that of the robot"

@@ -20,14 +20,58 @@ pub(super) struct RawPicture<'a> {
     pub bytes: &'a [u8],
 }
 
-/// How the bytes of a pixel become a gray level.
+/// How the samples of a pixel become a gray level.
 #[derive(Clone, Copy)]
 enum Layout {
-    Eight,
-    Sixteen,
-    /// Bytes of a pixel, and which of them are red, green and blue.
+    Gray,
+    /// Samples of a pixel, and which of them are red, green and blue.
     Colours(usize, [usize; 3]),
     Mosaic,
+}
+
+impl Layout {
+    /// Layout and bytes of a sample by the name of the encoding in ROS.
+    fn of(encoding: &str) -> Option<(Self, usize)> {
+        let known = match encoding {
+            "mono8" | "8UC1" => (Self::Gray, 1),
+            "mono16" | "16UC1" => (Self::Gray, 2),
+            "rgb8" => (Self::Colours(3, [0, 1, 2]), 1),
+            "rgb16" => (Self::Colours(3, [0, 1, 2]), 2),
+            "bgr8" | "8UC3" => (Self::Colours(3, [2, 1, 0]), 1),
+            "bgr16" | "16UC3" => (Self::Colours(3, [2, 1, 0]), 2),
+            "rgba8" => (Self::Colours(4, [0, 1, 2]), 1),
+            "rgba16" => (Self::Colours(4, [0, 1, 2]), 2),
+            "bgra8" | "8UC4" => (Self::Colours(4, [2, 1, 0]), 1),
+            "bgra16" | "16UC4" => (Self::Colours(4, [2, 1, 0]), 2),
+            "bayer_rggb8" | "bayer_bggr8" | "bayer_gbrg8" | "bayer_grbg8" => (Self::Mosaic, 1),
+            "bayer_rggb16" | "bayer_bggr16" | "bayer_gbrg16" | "bayer_grbg16" => (Self::Mosaic, 2),
+            _ => return None,
+        };
+        Some(known)
+    }
+
+    fn samples(self) -> usize {
+        if let Self::Colours(samples, _) = self { samples } else { 1 }
+    }
+
+    fn origin(self) -> PictureOrigin {
+        match self {
+            Self::Gray => PictureOrigin::Gray,
+            Self::Colours(..) => PictureOrigin::Colour,
+            Self::Mosaic => PictureOrigin::Mosaic,
+        }
+    }
+
+    /// The gray levels of rows of samples without gaps.
+    fn gray<L: Copy + Into<u32> + TryFrom<u32> + Default>(self, samples: Vec<L>, width: usize) -> Vec<L> {
+        match self {
+            Self::Gray => samples,
+            Self::Mosaic => blended(&samples, width),
+            Self::Colours(count, order) => {
+                samples.chunks_exact(count).map(|pixel| luma(order.map(|k| pixel[k]))).collect()
+            }
+        }
+    }
 }
 
 /// Weights of red, green and blue in a gray level, thousandths \[ITU-R BT.601\].
@@ -39,26 +83,11 @@ impl RawPicture<'_> {
     /// # Errors
     /// Another encoding, or a size that does not fit.
     pub(super) fn gray(&self) -> Result<(Picture, PictureOrigin), ContentError> {
-        let (layout, origin) = match self.encoding {
-            "mono8" | "8UC1" => (Layout::Eight, PictureOrigin::Gray),
-            "mono16" | "16UC1" => (Layout::Sixteen, PictureOrigin::Gray),
-            "rgb8" => (Layout::Colours(3, [0, 1, 2]), PictureOrigin::Colour),
-            "bgr8" | "8UC3" => (Layout::Colours(3, [2, 1, 0]), PictureOrigin::Colour),
-            "rgba8" => (Layout::Colours(4, [0, 1, 2]), PictureOrigin::Colour),
-            "bgra8" | "8UC4" => (Layout::Colours(4, [2, 1, 0]), PictureOrigin::Colour),
-            "bayer_rggb8" | "bayer_bggr8" | "bayer_gbrg8" | "bayer_grbg8" => {
-                (Layout::Mosaic, PictureOrigin::Mosaic)
-            }
-            other => return Err(ContentError::NotGray { found: other.to_owned() }),
-        };
+        let (layout, sample_bytes) = Layout::of(self.encoding)
+            .ok_or_else(|| ContentError::NotGray { found: self.encoding.to_owned() })?;
         let size = |n: u32| n as usize;
         let (width, height, step) = (size(self.width), size(self.height), size(self.step));
-        let row_bytes = width
-            * match layout {
-                Layout::Eight | Layout::Mosaic => 1,
-                Layout::Sixteen => 2,
-                Layout::Colours(bytes, _) => bytes,
-            };
+        let row_bytes = width * layout.samples() * sample_bytes;
         let fits = row_bytes > 0 && height > 0 && row_bytes <= step;
         if !fits || step.checked_mul(height) != Some(self.bytes.len()) {
             return Err(ContentError::PictureSize {
@@ -69,32 +98,26 @@ impl RawPicture<'_> {
             });
         }
         let rows = self.bytes.chunks_exact(step).map(|row| &row[..row_bytes]);
-        let pixels = match layout {
-            Layout::Eight => Pixels::Eight(rows.flatten().copied().collect()),
-            Layout::Mosaic => Pixels::Eight(blended(&rows.flatten().copied().collect::<Vec<u8>>(), width)),
-            Layout::Colours(bytes, order) => Pixels::Eight(
-                rows.flat_map(|row| row.chunks_exact(bytes))
-                    .map(|pixel| luma(order.map(|k| pixel[k])))
-                    .collect(),
-            ),
-            Layout::Sixteen => {
-                let two = if self.big_endian { u16::from_be_bytes } else { u16::from_le_bytes };
-                Pixels::Sixteen(rows.flat_map(|row| row.chunks_exact(2)).map(|p| two([p[0], p[1]])).collect())
-            }
+        let pixels = if sample_bytes == 1 {
+            Pixels::Eight(layout.gray(rows.flatten().copied().collect(), width))
+        } else {
+            let two = if self.big_endian { u16::from_be_bytes } else { u16::from_le_bytes };
+            let samples = rows.flat_map(|row| row.chunks_exact(2)).map(|p| two([p[0], p[1]])).collect();
+            Pixels::Sixteen(layout.gray(samples, width))
         };
-        Ok((Picture::Gray(GrayImage { width, height, pixels }), origin))
+        Ok((Picture::Gray(GrayImage { width, height, pixels }), layout.origin()))
     }
 }
 
-fn luma(colours: [u8; 3]) -> u8 {
-    let sum: u32 = colours.iter().zip(LUMA).map(|(level, weight)| u32::from(*level) * weight).sum();
-    // The weights add up to a thousand.
-    ((sum + 500) / 1000) as u8
+fn luma<L: Into<u32> + TryFrom<u32> + Default>(colours: [L; 3]) -> L {
+    let sum: u32 = colours.into_iter().zip(LUMA).map(|(level, weight)| level.into() * weight).sum();
+    // The weights add up to a thousand, so that a mean of levels is a level.
+    L::try_from((sum + 500) / 1000).unwrap_or_default()
 }
 
 /// A mosaic of colours as gray: the mean over each pixel and its neighbours with the weights 1 2 1, along rows and columns. It
 /// weighs red, green and blue as 1 : 2 : 1 about every pixel whatever its own colour is, and moves nothing.
-fn blended(mosaic: &[u8], width: usize) -> Vec<u8> {
+fn blended<L: Copy + Into<u32> + TryFrom<u32> + Default>(mosaic: &[L], width: usize) -> Vec<L> {
     let height = mosaic.len() / width;
     let mirrored = |k: usize, by: isize, count: usize| match k.checked_add_signed(by) {
         Some(k) if k < count => k,
@@ -108,10 +131,10 @@ fn blended(mosaic: &[u8], width: usize) -> Vec<u8> {
             for (dv, row_weight) in [(-1, 1), (0, 2), (1, 1)] {
                 let row = mirrored(v, dv, height) * width;
                 for (du, weight) in [(-1, 1), (0, 2), (1, 1)] {
-                    sum += row_weight * weight * u32::from(mosaic[row + mirrored(u, du, width)]);
+                    sum += row_weight * weight * mosaic[row + mirrored(u, du, width)].into();
                 }
             }
-            gray.push(((sum + 8) / 16) as u8);
+            gray.push(L::try_from((sum + 8) / 16).unwrap_or_default());
         }
     }
     gray
