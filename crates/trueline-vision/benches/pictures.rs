@@ -9,7 +9,8 @@ use trueline_dataset::{GrayImage, gray_png};
 use trueline_sim::{Joint as Scene, Look, PictureScan, Preset};
 
 fn picture(look: Look) -> GrayImage {
-    let scan = PictureScan::new(&Preset::Quick.scenario(), Scene::fillet(), look, 1).unwrap();
+    let scenario = Preset::Quick.scenario();
+    let scan = PictureScan::new(&scenario, Scene::fillet(), look, 1).unwrap();
     let mut renderer = scan.renderer();
     scan.draw(&mut renderer, &scan.exposures()[0]).image
 }

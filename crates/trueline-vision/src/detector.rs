@@ -144,7 +144,9 @@ impl Detector {
         for segment in &mut self.segments {
             segment.unbin(factor);
         }
-        found.map(|found| found.unbinned(factor)).map_err(|reason| reason.scaled(factor as f64))
+        found
+            .map(|found| found.unbinned(factor))
+            .map_err(|reason| reason.scaled(factor as f64, self.level_scale))
     }
 
     /// As [`Self::seam`], in a picture of whichever depth.

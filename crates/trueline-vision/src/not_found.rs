@@ -196,10 +196,11 @@ impl NotFound {
         }
     }
 
-    /// The same reason with its lengths in pixels `factor` times as small, and places likewise.
+    /// The same reason of a picture whose pixels are `factor` times as small, and its levels `level_scale` times.
     #[must_use]
-    pub(crate) fn scaled(self, factor: f64) -> Self {
+    pub(crate) fn scaled(self, factor: f64, level_scale: f64) -> Self {
         match self {
+            Self::NoStripe { contrast } => Self::NoStripe { contrast: contrast / level_scale },
             Self::OnePiece { length_px } => Self::OnePiece { length_px: length_px * factor },
             Self::ArmsTooShort { arms_px, needed_px } => {
                 Self::ArmsTooShort { arms_px: arms_px.map(|px| px * factor), needed_px: needed_px * factor }

@@ -63,7 +63,8 @@ fn feature(wire: &proto::Feature) -> Result<Feature, ContentError> {
     };
     // What is no number is not within either.
     let correlation = wire.correlation;
-    if !(correlation.abs() <= if sigma.is_some() { MOST_CORRELATION } else { 0.0 }) {
+    let most = if sigma.is_some() { MOST_CORRELATION } else { 0.0 };
+    if !(-most..=most).contains(&correlation) {
         return Err(ContentError::Feature);
     }
     let mut numbers = wire.pixel.iter().chain(&wire.point).chain(&wire.profile).chain(&wire.sigma);

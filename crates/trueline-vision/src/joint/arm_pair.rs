@@ -26,6 +26,9 @@ pub(crate) const LEAST_FACE_PX: f64 = 24.0;
 /// What fills a corner, a weld bead, begins and ends this near to the plates, px; its corner may be further away then.
 const MEETS_PX: f64 = 40.0;
 const BRIDGED_GAPS_PX: f64 = 600.0;
+/// Part of the way from the one plate to the other on which a bead shows straight pieces at least: it is round at its toes.
+/// They lie beside that way by less than this part of it.
+const BRIDGED_PART: f64 = 0.5;
 /// The relief slot of a V-block hides at most this much of each face, px, and as a part of its length; of both about as
 /// much.
 const MOST_SLOT_PX: f64 = 400.0;
@@ -243,14 +246,23 @@ fn may_meet_over_slot(
 
 /// Whether other segments lead from where one arm begins to where the other does: a bead, or a chamfer, over the corner.
 fn is_bridged(segments: &[LineSegment], numbers: [usize; 2], arms: &[Arm; 2]) -> bool {
-    arms.iter().all(|arm| {
-        let begin = arm.line.at(arm.gap_px);
-        let others = segments.iter().enumerate().filter(|(number, _)| !numbers.contains(number));
-        others.into_iter().any(|(_, other)| {
-            let ends = other.span().map(|s| other.line.at(s));
-            ends.iter().any(|end| (end - begin).norm() < MEETS_PX)
-        })
-    })
+    let others = segments.iter().enumerate().filter(|(number, _)| !numbers.contains(number));
+    let ends = others.map(|(_, other)| other.span().map(|s| other.line.at(s)));
+    let begins = [0, 1].map(|k| arms[k].line.at(arms[k].gap_px));
+    let meets = |begin: &Vector2<f64>| ends.clone().flatten().any(|end| (end - begin).norm() < MEETS_PX);
+    begins.iter().all(meets) || covers_way(begins, ends)
+}
+
+/// Whether pieces between two points cover most of the way from the one to the other.
+fn covers_way([from, to]: [Vector2<f64>; 2], pieces: impl Iterator<Item = [Vector2<f64>; 2]>) -> bool {
+    let length_px = (to - from).norm();
+    let way = Line2 { point: from, along: (to - from) / length_px };
+    let covered_px = pieces.map(|ends| {
+        let is_near = ends.iter().all(|end| way.distance(end).abs() < BRIDGED_PART * length_px);
+        let [a, b] = ends.map(|end| way.station(&end).clamp(0.0, length_px));
+        if is_near { (b - a).abs() } else { 0.0 }
+    });
+    covered_px.sum::<f64>() > BRIDGED_PART * length_px
 }
 
 struct Arm {
