@@ -26,6 +26,9 @@ pub struct CameraSimArgs {
     /// Where `robot-sim --truth-to` tells where the robot is
     #[arg(long, value_name = "IP:PORT")]
     pub robot_truth: SocketAddr,
+    /// Wire its output (exposure active) to the input of `stream-sim --input-from`
+    #[arg(long, value_name = "IP:PORT")]
+    pub trigger_to: Option<SocketAddr>,
     /// Address of this machine that the camera has
     #[arg(long, default_value = "127.0.0.1")]
     pub address: Ipv4Addr,

@@ -7,6 +7,9 @@ use clap::Args;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use trueline_live::Protocol;
+use trueline_live::controller::NetworkSettings;
+use trueline_live::pose_feed::PoseFeed;
+use trueline_live::stream_sim::StreamSim;
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -50,10 +53,38 @@ pub struct StreamSimArgs {
     /// Mean number of datagrams lost in a row
     #[arg(long, requires = "loss", value_parser = number::burst)]
     pub burst: Option<f64>,
+    /// Tell there where the robot truly is, for `camera-sim --robot-truth` (ur-rtde)
+    #[arg(long, value_name = "IP:PORT")]
+    pub truth_to: Option<SocketAddr>,
+    /// Address of this machine to which a camera's output is wired: the first digital input (ur-rtde)
+    #[arg(long, value_name = "IP:PORT")]
+    pub input_from: Option<SocketAddr>,
+    /// By how much that input is late, ms
+    #[arg(long, default_value_t = 0.0, requires = "input_from", value_parser = number::below_a_billion)]
+    pub input_delay_ms: f64,
     /// Seed of the losses
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
+}
+
+impl StreamSimArgs {
+    /// The controller at an address, of a robot that moves so.
+    pub fn sim(&self, address: SocketAddr, feed: PoseFeed) -> StreamSim {
+        let (loss, burst) = (self.loss.unwrap_or(0.0), self.burst.unwrap_or(1.0));
+        StreamSim {
+            protocol: self.protocol,
+            address,
+            feed,
+            version: self.version_of,
+            period_ms: self.period_ms,
+            drift_ppm: self.drift_ppm,
+            network: NetworkSettings { loss, burst, ..NetworkSettings::none() },
+            seed: self.seed,
+            truth_to: self.truth_to,
+            input_from: self.input_from.map(|at| (at, 1e-3 * self.input_delay_ms)),
+        }
+    }
 }

@@ -6,7 +6,7 @@ mod simulated;
 
 use simulated::{Known, LONGEST, asked, known, open, patient, start, take, widened};
 use std::time::Duration;
-use trueline_camera::device::{Device, DeviceHandle, DeviceSettings, SentFrame};
+use trueline_camera::device::{Chunks, Device, DeviceHandle, DeviceSettings, SentFrame};
 use trueline_camera::gige::{Adapter, PixelFormat, PtpState, discover};
 use trueline_camera::{CameraFrame, FrameSource, FrameStatus, GigeCamera, GigeSettings};
 use trueline_live::HostClock;
@@ -198,4 +198,20 @@ fn the_packet_size_is_found_and_the_camera_is_found() {
     // 76800 pixels in packets of 9000 bytes, with leader and trailer.
     let counts = device.counts();
     assert_eq!(counts.packets, counts.sent * (76_800_u64.div_ceil(9000 - 36) + 2));
+}
+
+#[test]
+fn chunks_tell_time_and_exposure_and_those_that_lie_are_counted_and_not_believed() {
+    for (test, chunks) in [(30, Chunks::Good), (31, Chunks::Lying)] {
+        let host = HostClock::start();
+        let settings = DeviceSettings { chunks: Some(chunks), ..patient(test) };
+        let device = start(&settings, host);
+        let mut camera = open(&settings, host);
+        let frames = take(&mut camera, 10);
+        // Pixels, numbers and stamps are as they are without chunks.
+        check(&device, &settings, &frames);
+        let (bad, exposure_us) = if chunks == Chunks::Lying { (10, 2000.0) } else { (0, 2000.125) };
+        assert!(frames.iter().all(|frame| frame.exposure_us == Some(exposure_us)));
+        assert_eq!(camera.counts().bad_chunks, bad);
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::entries;
 use crate::error::CellError;
+use crate::input_watch::InputWatch;
 use crate::live_estimate::LiveEstimate;
 use crate::live_welds::LiveWelds;
 use crate::robot_brief::RobotBrief;
@@ -44,6 +45,7 @@ pub struct CellRecording {
     welds: Option<Arc<LiveWelds>>,
     poses_of_welds: Vec<RobotSample>,
     last: Option<RobotSample>,
+    inputs: InputWatch,
 }
 
 /// What a recording is made for.
@@ -153,6 +155,7 @@ impl CellRecording {
             welds,
             poses_of_welds: Vec::new(),
             last: None,
+            inputs: InputWatch::default(),
         })
     }
 
@@ -195,6 +198,9 @@ impl CellRecording {
         let sample = entries::robot_sample(packet);
         self.rejected += u64::from(sample.is_none());
         self.last = sample.or(self.last);
+        if let Some(change) = self.inputs.change(packet) {
+            self.keep(Entry::Inputs(change));
+        }
         let is_kept = sample.is_some() || self.rejected <= MOST_REJECTED;
         if self.estimate.is_some() {
             self.poses.extend(sample);

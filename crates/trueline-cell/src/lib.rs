@@ -47,6 +47,7 @@ pub mod entries;
 mod error;
 mod frame_stamper;
 mod guided_scan;
+mod input_watch;
 mod live_estimate;
 mod live_picture;
 mod live_welds;

@@ -7,7 +7,7 @@ use trueline_camera::device::{DeviceSettings, OutputMode, Pictures, RangeFeature
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_geometry::Pose;
 use trueline_live::HostClock;
-use trueline_live::controller::TruthReceiver;
+use trueline_live::controller::{TriggerSender, TruthReceiver};
 use trueline_sim::images::{Renderer, Studio};
 use trueline_sim::{Joint, Look, Plates, ProfileCaster, ProfileLook, Scenario, SensorModel};
 
@@ -26,6 +26,7 @@ pub struct SimulatedScene {
     robot: TruthReceiver,
     tool_from_camera: Pose,
     view: View,
+    output: Option<TriggerSender>,
 }
 
 /// How it is drawn.
@@ -40,6 +41,19 @@ pub struct CameraLook {
     pub joint: Joint,
     /// How the plates look.
     pub look: Look,
+}
+
+impl SceneError {
+    /// What to do about it.
+    #[must_use]
+    pub fn hint(&self) -> &'static str {
+        match self {
+            Self::NothingSeen => "plan with a camera_laser or a profiler",
+            Self::Robot { .. } => {
+                "--robot-truth is the address that the robot's --truth-to has, on this machine"
+            }
+        }
+    }
 }
 
 /// Why there is nothing to see.
@@ -94,7 +108,18 @@ impl SimulatedScene {
         let view = View::of(scenario, look, plates, seed).ok_or(SceneError::NothingSeen)?;
         let receiver =
             TruthReceiver::bind(robot, clock).map_err(|error| SceneError::Robot { address: robot, error })?;
-        Ok(Self { robot: receiver, tool_from_camera: scenario.cell.tool_from_camera, view })
+        Ok(Self { robot: receiver, tool_from_camera: scenario.cell.tool_from_camera, view, output: None })
+    }
+
+    /// The same with an output that tells of every exposure, if it is wired to anything; `clock` is that of the exposures.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn with_output(self, to: Option<SocketAddr>, clock: HostClock) -> Result<Self, SceneError> {
+        let output = to.map(|to| {
+            TriggerSender::new(to, clock).map_err(|error| SceneError::Robot { address: to, error })
+        });
+        Ok(Self { output: output.transpose()?, ..self })
     }
 
     /// A device with its sensor's size; a profiler sends so many profiles a frame, at the frame rate of the settings.
@@ -169,6 +194,12 @@ impl SimulatedScene {
 }
 
 impl Pictures for SimulatedScene {
+    fn exposes(&mut self, start_steady_ns: i64, exposure_s: f64) {
+        if let Some(output) = &self.output {
+            output.send([start_steady_ns, start_steady_ns + (exposure_s * 1e9) as i64]);
+        }
+    }
+
     fn picture(&mut self, exposure_start_steady_ns: i64, exposure_s: f64) -> Option<GrayImage> {
         let length_ns = (exposure_s * 1e9) as i64;
         if !self.hears_until(exposure_start_steady_ns + length_ns) {

@@ -50,6 +50,8 @@ pub struct RobotPose {
     pub base_from_tool: Pose,
     /// How the robot is.
     pub status: RobotStatus,
+    /// Its digital inputs when it was there, the first in the lowest bit; `None` where the stream does not say.
+    pub inputs: Option<u64>,
 }
 
 /// How a robot is, as far as its stream says.
@@ -175,6 +177,7 @@ fn packet<'a>(received: &Received<'a>) -> RobotPacket<'a> {
             device_ns: frame.device_ns,
             base_from_tool: frame.base_from_tool,
             status: ready,
+            inputs: None,
         };
         (pose, status)
     });

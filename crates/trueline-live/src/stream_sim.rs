@@ -1,11 +1,12 @@
 //! A simulated controller of another make than ABB, in real time: UR, FANUC, KUKA.
 
-use crate::controller::{Network, NetworkSettings};
+use crate::controller::{Network, NetworkSettings, TriggerReceiver, TruthSender};
 use crate::fanuc::stream_motion_sim::StreamMotionController;
+use crate::host_clock::HostClock;
 use crate::pose_feed::PoseFeed;
 use crate::protocol::Protocol;
 use crate::udp_sim::{Sent, Speech, UdpRobot};
-use crate::ur::{RtdeServer, ServerSettings};
+use crate::ur::{RtdeServer, ServerSettings, Wiring};
 use std::fmt;
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
@@ -39,6 +40,10 @@ pub struct StreamSim {
     pub network: NetworkSettings,
     /// Seed of the losses.
     pub seed: u64,
+    /// Where it is told where the robot truly is; RTDE only.
+    pub truth_to: Option<SocketAddr>,
+    /// What drives its first digital input, and by how much that is late, s; RTDE only.
+    pub input_from: Option<(SocketAddr, f64)>,
 }
 
 /// What a simulated controller did.
@@ -77,14 +82,28 @@ impl StreamSim {
     /// What the operating system says; EGM, which [`crate::controller`] simulates.
     pub fn run(self, each: impl Fn(Duration) -> ControlFlow<()>) -> io::Result<StreamSimReport> {
         if self.protocol != Protocol::UrRtde {
+            if self.truth_to.is_some() || self.input_from.is_some() {
+                return Err(io::Error::new(io::ErrorKind::Unsupported, "only ur-rtde is wired to a camera"));
+            }
             return self.run_datagrams(each);
         }
+        let wiring = self.wiring()?;
         let version = self.version.unwrap_or(2) as u16;
         let settings =
             ServerSettings { feed: self.feed, epoch_s: UR_EPOCH_S, drift_ppm: self.drift_ppm, version };
-        let mut server = RtdeServer::bind(self.address, settings)?;
+        let mut server = RtdeServer::bind(self.address, settings)?.wired(wiring);
         server.run(|_, passed| each(passed))?;
         Ok(StreamSimReport::Rtde { packages: server.sent() })
+    }
+
+    fn wiring(&self) -> io::Result<Wiring> {
+        let clock = HostClock::start();
+        let input = |(at, late_s): (SocketAddr, f64)| TriggerReceiver::bind(at, (late_s * 1e9) as i64, clock);
+        Ok(Wiring {
+            truth: self.truth_to.map(|to| TruthSender::new(to, clock)).transpose()?,
+            trigger: self.input_from.map(input).transpose()?,
+            clock: Some(clock),
+        })
     }
 
     fn run_datagrams(self, each: impl Fn(Duration) -> ControlFlow<()>) -> io::Result<StreamSimReport> {

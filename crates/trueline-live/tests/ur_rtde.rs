@@ -20,7 +20,7 @@ use trueline_live::ur::{RtdeServer, RtdeSource, ServerSettings};
 fn moment(stamp_s: f64) -> Moment {
     let pose =
         Pose::from_parts(Vector3::new(0.3654, -0.2, 0.5).into(), so3::exp(&Vector3::new(0.0, 3.1, 0.05)));
-    Moment { stamp_s, base_from_tool: pose, robot_mode: 7 }
+    Moment { stamp_s, base_from_tool: pose, robot_mode: 7, inputs: 0x8005 }
 }
 
 /// Carries bytes to and fro until nobody has anything to say; `at_once` bytes at a time.
@@ -74,7 +74,7 @@ fn both_versions_agree_and_the_pose_comes_out_as_it_went_in_however_bytes_are_cu
             let truth = moment(0.0).base_from_tool;
             assert!((pose.base_from_tool.translation.vector - truth.translation.vector).norm() < 1e-12);
             assert!(pose.base_from_tool.rotation.angle_to(&truth.rotation) < 1e-12);
-            assert_eq!(pose.status, RobotStatus::Ready);
+            assert_eq!((pose.status, pose.inputs), (RobotStatus::Ready, Some(0x8005)));
         }
     }
 }

@@ -49,8 +49,8 @@ pub use read::place::{Place, RecordPlace};
 pub use read::survey::{LinkSurvey, Survey, TopicSurvey, survey};
 pub use wire::about::About;
 pub use write::entry::{
-    AnswerEntry, COMPLETE, ClockEntry, Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, PacketEntry,
-    ProfileEntry, RejectedEntry, RobotEntry,
+    AnswerEntry, COMPLETE, ClockEntry, Entry, FeaturesEntry, FrameEntry, InputsEntry, NoteEntry, NoteLevel,
+    PacketEntry, ProfileEntry, RejectedEntry, RobotEntry,
 };
 pub use write::log_writer;
 pub use write::record_error::RecordError;

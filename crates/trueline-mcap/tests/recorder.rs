@@ -11,7 +11,8 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
 use trueline_dataset::{GrayImage, Pixels, folder, gray_png, images};
 use trueline_mcap::{
-    Choice, Content, Entry, FeaturesEntry, FrameEntry, Item, RecordError, Recorder, RobotEntry, Sink, message,
+    Choice, Content, Entry, FeaturesEntry, FrameEntry, InputsEntry, Item, RecordError, Recorder, RobotEntry,
+    Sink, message,
 };
 
 /// The fields of a message that is written by hand here: an independent reading of what is in the file.
@@ -31,6 +32,23 @@ struct RobotDatagram {
     device_ns: i64,
     #[prost(int64, optional, tag = "7")]
     ptp_ns: Option<i64>,
+}
+
+/// Changes of inputs come back as they were given in, whatever the bits.
+#[test]
+fn changes_of_digital_inputs_are_kept_with_both_clocks() {
+    let change = InputsEntry {
+        between_ns: [1_700_000_000_000_000_001, 1_700_000_000_002_000_003],
+        device_ns: [-5, 1_999_995],
+        bits: [u64::MAX, 1 << 63],
+    };
+    let (items, damages) = read_items(&recorded(vec![Entry::Inputs(change)]));
+    assert!(damages.is_empty());
+    let found = messages(&items, "/robot/inputs");
+    let [(_, log_ns, _, bytes)] = found[..] else { panic!("{} messages", found.len()) };
+    assert_eq!(log_ns, 1_700_000_000_002_000_003);
+    let content = trueline_mcap::message::decode("trueline.Inputs", "protobuf", bytes).unwrap();
+    assert_eq!(content, Content::Inputs(change));
 }
 
 #[test]

@@ -28,6 +28,7 @@ mod outlier_pictures;
 mod place;
 mod profiles;
 mod several;
+mod trigger;
 
 pub use error::OpenError;
 pub use observer::{OpenObserver, Told, told_of_import};
@@ -35,3 +36,4 @@ pub use open::{How, Opened, open};
 pub use outlier_pictures::{OutlierPicture, outlier_pictures};
 pub use profiles::seams_of_profiles;
 pub use several::open_all;
+pub use trigger::{MeasuredByInput, Trigger};

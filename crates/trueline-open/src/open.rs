@@ -5,6 +5,7 @@ use crate::error::OpenError;
 use crate::observer::{OpenObserver, Told, told_of_import};
 use crate::place::{self, Place};
 use crate::profiles::seams_of_profiles;
+use crate::trigger::{self, Trigger};
 use std::fmt;
 use std::path::Path;
 use trueline_dataset::feature_cache::FeatureCache;
@@ -36,6 +37,8 @@ pub struct Opened {
     pub pictures: Option<Box<dyn PictureSource>>,
     /// What its stamps mean, where the recording says so.
     pub stamp_meaning: Option<String>,
+    /// An input of the robot that follows the exposures, where one was recorded.
+    pub trigger: Option<Trigger>,
 }
 
 impl fmt::Debug for Opened {
@@ -95,7 +98,7 @@ fn open_folder(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Op
         (recording.features, recording.stripes) = (found.features, found.stripes);
     }
     let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
-    Ok(Opened { recording, pictures, stamp_meaning: None })
+    Ok(Opened { recording, pictures, stamp_meaning: None, trigger: None })
 }
 
 /// A folder of pictures whose seam has not been looked for.
@@ -127,7 +130,7 @@ fn open_pictures(
     }
     let mut recording = folder::read_with_features(path, found)?;
     recording.inputs.insert("images".to_owned(), key);
-    Ok(Opened { recording, pictures: Some(Box::new(pictures)), stamp_meaning: None })
+    Ok(Opened { recording, pictures: Some(Box::new(pictures)), stamp_meaning: None, trigger: None })
 }
 
 fn open_recording(file: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, OpenError> {
@@ -136,6 +139,8 @@ fn open_recording(file: &Path, how: &How, observer: &dyn OpenObserver) -> Result
     told_of_import(&imported, observer);
     let mut recording = imported.in_written_form()?;
     folder::refuse_what_is_not_applied(file, &recording.setup)?;
+    let frames = imported.pictures.as_ref().map_or(imported.profiles.len(), |pictures| pictures.count());
+    let trigger = trigger::of(&imported, frames);
     let Imported { pictures, profiles, stamp_meaning, .. } = imported;
     if recording.features.is_empty() {
         let found = match &pictures {
@@ -149,7 +154,7 @@ fn open_recording(file: &Path, how: &How, observer: &dyn OpenObserver) -> Result
         (recording.features, recording.stripes) = (found.features, found.stripes);
     }
     let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
-    Ok(Opened { recording, pictures, stamp_meaning })
+    Ok(Opened { recording, pictures, stamp_meaning, trigger })
 }
 
 /// The seams of pictures; `sensor_file` is where an error says that the sensor stands.

@@ -23,5 +23,5 @@ pub fn open_all(paths: &[PathBuf], how: &How, observer: &dyn OpenObserver) -> Re
     let joined = join::join(opened.into_iter().map(|scan| scan.recording).collect())?;
     observer.told(&Told::Together(paths.len()));
     joined.shifted.iter().for_each(|index| observer.told(&Told::Shifted(&paths[*index])));
-    Ok(Opened { recording: joined.recording, pictures: None, stamp_meaning })
+    Ok(Opened { recording: joined.recording, pictures: None, stamp_meaning, trigger: None })
 }

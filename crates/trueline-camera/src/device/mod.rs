@@ -22,4 +22,4 @@ pub use device_clock::{ClockStep, DeviceClock};
 pub use facts::{DeviceCounts, SentFrame};
 pub use handle::{Device, DeviceHandle};
 pub use sensor::Pictures;
-pub use settings::{DeviceSettings, OutputMode, RangeFeatures};
+pub use settings::{Chunks, DeviceSettings, OutputMode, RangeFeatures};

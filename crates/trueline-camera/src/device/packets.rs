@@ -1,6 +1,7 @@
 //! From a picture of the whole sensor to the packets of what was asked for.
 
 use super::registers::Wanted;
+use super::settings::Chunks;
 use crate::gige::PixelFormat;
 use std::net::Ipv4Addr;
 use std::ops::Range;
@@ -10,6 +11,13 @@ use trueline_dataset::{GrayImage, Pixels};
 
 /// Format, columns, rows, first column and first row in a leader.
 const LEADER_FIELDS: Range<usize> = 20..40;
+
+/// Payload type in a leader.
+const PAYLOAD_TYPE: Range<usize> = 10..12;
+/// A picture with chunk data behind it.
+const IMAGE_WITH_CHUNKS: u16 = 0x4001;
+/// Bytes behind the pixels: time and exposure time, and three times identifier and length.
+pub(super) const CHUNK_BYTES: usize = 2 * 8 + 3 * 8;
 
 /// Makes packets. Registers of its own spare the thread that answers commands from waiting for it.
 pub(super) struct Packer {
@@ -27,19 +35,44 @@ impl Packer {
         wanted: &Wanted,
         block_id: u16,
         device_ns: i64,
-        image: &GrayImage,
+        (image, chunks): (&GrayImage, Option<Chunks>),
     ) -> Vec<Vec<u8>> {
         // A code that is not known goes out as it would from a camera that knows it: one byte a pixel will do.
         let format = wanted.format.unwrap_or(PixelFormat::Mono8);
         self.encoder.write_reg(STREAM_CHANNEL_PACKET_SIZE, wanted.packet_bytes);
         self.encoder.set_leader_timestamp_ns(device_ns.cast_unsigned());
-        let mut packets = self.encoder.frame_packets(u64::from(block_id), &bytes(image, wanted, format));
+        let mut payload = bytes(image, wanted, format);
+        if let Some(chunks) = chunks {
+            add_chunks(&mut payload, device_ns, wanted.exposure_s, chunks);
+        }
+        if chunks == Some(Chunks::Good) {
+            // Some cameras leave the leader's empty then.
+            self.encoder.set_leader_timestamp_ns(0);
+        }
+        let mut packets = self.encoder.frame_packets(u64::from(block_id), &payload);
+        if let (Some(leader), Some(_)) =
+            (packets.first_mut().and_then(|leader| leader.get_mut(PAYLOAD_TYPE)), chunks)
+        {
+            leader.copy_from_slice(&IMAGE_WITH_CHUNKS.to_be_bytes());
+        }
         let fields = [format.code(), wanted.size[0], wanted.size[1], wanted.offset[0], wanted.offset[1]];
         if let Some(leader) = packets.first_mut().and_then(|leader| leader.get_mut(LEADER_FIELDS)) {
             leader.copy_from_slice(&fields.map(u32::to_be_bytes).concat());
         }
         packets
     }
+}
+
+/// The identifiers are those of the description.
+fn add_chunks(payload: &mut Vec<u8>, device_ns: i64, exposure_s: f64, chunks: Chunks) {
+    let tail = |id: u32, length: usize| [id.to_be_bytes(), (length as u32).to_be_bytes()].concat();
+    let pixels = payload.len();
+    payload.extend(tail(0xA500_0001, pixels));
+    payload.extend(device_ns.to_be_bytes());
+    payload.extend(tail(0xA500_0002, 8));
+    // Cameras expose in steps of their own, and tell which.
+    payload.extend((exposure_s * 1e6 + 0.125).to_be_bytes());
+    payload.extend(tail(0xA500_0003, if chunks == Chunks::Lying { usize::MAX } else { 8 }));
 }
 
 /// What lies beyond the sensor is black.

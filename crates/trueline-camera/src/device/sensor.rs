@@ -17,6 +17,9 @@ pub trait Pictures: Send {
     /// The picture of the whole sensor of an exposure that has just ended: its start in ns of the steady clock and its
     /// length in s. `None` drops it. A profiler exposes its rows one after the other, and each is a picture of one row.
     fn picture(&mut self, exposure_start_steady_ns: i64, exposure_s: f64) -> Option<GrayImage>;
+
+    /// Told of every exposure, usually before it begins and some more than once: whoever is wired to the camera's output.
+    fn exposes(&mut self, _start_steady_ns: i64, _exposure_s: f64) {}
 }
 
 /// The counter of the stream goes from here back to 1.
@@ -97,6 +100,10 @@ impl Sensor {
         let end_ns = starts_ns.clone().next_back().unwrap_or(start_ns) + (wanted.exposure_s * 1e9) as i64;
         let settings = &self.shared.settings;
         let due_ns = end_ns + ((settings.readout_s + settings.latency_s) * 1e9) as i64;
+        // The next one too: this thread may still be at this one's picture when it begins.
+        for begins_ns in [0, sequence.period_ns.round() as i64] {
+            starts_ns.clone().for_each(|at_ns| self.pictures.exposes(at_ns + begins_ns, wanted.exposure_s));
+        }
         if !self.shared.sleep_until(end_ns) {
             return;
         }
@@ -122,7 +129,7 @@ impl Sensor {
         let exposure_start_ns = sequence.exposure_start_ns();
         let device_ns = self.shared.clock.device_ns(exposure_start_ns);
         let block_id = sequence.block_id;
-        let packets = self.packer.packets(wanted, block_id, device_ns, image);
+        let packets = self.packer.packets(wanted, block_id, device_ns, (image, self.shared.settings.chunks));
         let picture = Outgoing {
             block_id,
             packets: Arc::new(packets),

@@ -34,8 +34,19 @@ pub struct DeviceSettings {
     pub seed: u64,
     /// Serial number, of which 15 characters count.
     pub serial: String,
+    /// Chunk data behind the pixels; `None` for none.
+    pub chunks: Option<Chunks>,
     /// It is a profiler: its pictures are profiles, a row each; `None` for a camera.
     pub range: Option<RangeFeatures>,
+}
+
+/// How chunk data are sent: the picture, the camera's time and the exposure time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Chunks {
+    /// As the standard has it.
+    Good,
+    /// With a length that lies.
+    Lying,
 }
 
 /// What a simulated profiler says of its numbers. Its pictures hold the numbers of coordinate C in 16 bits; coordinate A follows from the
@@ -84,6 +95,7 @@ impl DeviceSettings {
             frame_drop: 0.0,
             seed: 1,
             serial: "SIM-1".to_owned(),
+            chunks: None,
             range: None,
         }
     }

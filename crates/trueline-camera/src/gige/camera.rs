@@ -2,6 +2,7 @@
 
 use super::automatic::{self, Look, Watch};
 use super::block_ids::BlockIds;
+use super::chunks::{Chunk, ChunkNames, chunks};
 use super::errors::{connecting, driver, feature};
 use super::features;
 use super::latch::{Asked, Latch};
@@ -16,7 +17,9 @@ use crate::latch_clock::LatchSample;
 use std::time::{Duration, Instant};
 use telegenic::gige::proto::bootstrap::{TIMESTAMP_TICK_FREQUENCY_HIGH, TIMESTAMP_TICK_FREQUENCY_LOW};
 use telegenic::gige::{GigECamera, GigeConfig};
-use telegenic::{Frame, FrameChannel, GenICamera, PacketSize, SocketOption, StreamChannel, StreamConfig};
+use telegenic::{
+    Frame, FrameChannel, GenICamera, PacketSize, PayloadKind, SocketOption, StreamChannel, StreamConfig,
+};
 use trueline_live::HostClock;
 
 /// The driver asks for a sign of life at a third of this, and the camera frees itself after it, ms.
@@ -53,6 +56,8 @@ pub struct GigeCounts {
     pub socket_drops: u64,
     /// Pictures dropped because those before them were not taken in time.
     pub not_taken: u64,
+    /// Pictures with chunk data whose lengths do not add up; what the chunks say is not used.
+    pub bad_chunks: u64,
     /// Stray packets with a number that the camera's counter cannot have reached; dropped.
     pub stray: u64,
 }
@@ -63,6 +68,7 @@ pub struct GigeCamera {
     stream: Option<StreamChannel>,
     frames: FrameChannel,
     packets: PacketStamps,
+    chunk_names: ChunkNames,
     latch: Latch,
     watch: Watch,
     ids: BlockIds,
@@ -96,6 +102,7 @@ impl GigeCamera {
         let range = settings.profiles.then(|| scan3d::scale(&mut camera, format, size[1])).transpose()?;
         let session = Session { size, format, range };
         let tick_hz = tick_hz(camera.transport());
+        let chunk_names = chunk_names(&mut camera);
         let packets = PacketStamps::new(clock);
         let stream = open_stream(&mut camera, settings, packets.clone())?;
         let frames = stream.1.subscribe(stream.0);
@@ -107,6 +114,7 @@ impl GigeCamera {
             stream: Some(stream.1),
             frames,
             packets,
+            chunk_names,
             latch: Latch::new(clock, latch_stamps),
             watch: Watch::start(),
             ids: BlockIds::default(),
@@ -189,7 +197,8 @@ impl GigeCamera {
         self.pending = self.verdict(&status);
         let complete_ns = packets.map_or_else(|| self.clock.read().steady_ns, |p| p.last_ns);
         self.last_packet_ns = self.last_packet_ns.max(complete_ns);
-        let ticks = Some(frame.timestamp_ticks).filter(|ticks| *ticks != 0);
+        let told = if is_whole { self.told_by_chunks(frame) } else { ChunkFacts::default() };
+        let ticks = told.ticks.or(Some(frame.timestamp_ticks).filter(|ticks| *ticks != 0));
         Some(CameraFrame {
             image: seen.image,
             profiles: seen.profiles,
@@ -197,9 +206,21 @@ impl GigeCamera {
             device_ns: ticks.map(|ticks| device_ns(ticks, self.tick_hz)),
             first_packet_ns: packets.map(|p| p.first_ns),
             complete_ns,
-            exposure_us: self.exposure_us,
+            exposure_us: told.exposure_us.or(self.exposure_us),
             status,
         })
+    }
+
+    /// What the chunks of a frame say, where the camera is set to send some.
+    fn told_by_chunks(&mut self, frame: &Frame) -> ChunkFacts {
+        let has_chunks = matches!(frame.payload, PayloadKind::Image { has_chunks: true });
+        match chunks(if has_chunks { frame.data() } else { &[] }) {
+            Ok(chunks) => ChunkFacts::of(&self.chunk_names, &chunks),
+            Err(_) => {
+                self.counts.bad_chunks += 1;
+                ChunkFacts::default()
+            }
+        }
     }
 
     fn count(&mut self, number: u64, status: &FrameStatus) {
@@ -271,6 +292,29 @@ impl Drop for GigeCamera {
         drop(self.stream.take());
         self.camera.disconnect(DISCONNECT);
     }
+}
+
+/// What the chunks of a frame say of it.
+#[derive(Default)]
+struct ChunkFacts {
+    /// The camera's clock, which stands before that of the leader.
+    ticks: Option<u64>,
+    exposure_us: Option<f64>,
+}
+
+impl ChunkFacts {
+    fn of(names: &ChunkNames, chunks: &[Chunk<'_>]) -> Self {
+        Self {
+            ticks: names.whole("ChunkTimestamp", chunks),
+            exposure_us: names.number("ChunkExposureTime", chunks),
+        }
+    }
+}
+
+/// What the camera's description says of chunks.
+fn chunk_names(camera: &mut GenICamera) -> ChunkNames {
+    let description = camera.transport_mut().genicam_xml().ok();
+    description.map_or_else(ChunkNames::default, |xml| ChunkNames::of(&String::from_utf8_lossy(&xml)))
 }
 
 fn connect(settings: &GigeSettings, stamps: LatchStamps) -> Result<GenICamera, CameraError> {

@@ -3,6 +3,7 @@
 mod automatic;
 mod block_ids;
 mod camera;
+mod chunks;
 mod discovery;
 mod errors;
 mod features;

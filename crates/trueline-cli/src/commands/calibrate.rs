@@ -129,6 +129,10 @@ fn write_results(
         calibration.reasons().iter().for_each(|reason| output::words(&format!("not accepted: {reason}")));
     } else {
         output::summary(args.json.as_deref(), &summary::text(calibration))?;
+        if let Some(measured) = opened.measured_offset(calibration) {
+            let level = if measured.offset.agrees() { "" } else { "warning: " };
+            output::words(&format!("{level}{measured}"));
+        }
         let hints = hints::of(calibration).into_iter().map(str::to_owned).chain(hints::pages(calibration));
         hints.for_each(|hint| output::words(&format!("hint: {hint}")));
     }

@@ -39,7 +39,8 @@ pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
         args.seed,
         args.robot_truth,
         clock,
-    )?;
+    )?
+    .with_output(args.trigger_to, clock)?;
     tell_drawing_time(&mut scene, args)?;
     let (cell, settings) = (planned.scenario.cell, scene.device(args.device(), args.profiles_per_frame));
     if let Some(file) = &args.truth {
@@ -86,12 +87,6 @@ fn serve(device: &DeviceHandle, args: &CameraSimArgs) {
 
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
-        match &error {
-            SceneError::NothingSeen => Self::new(error.to_string(), "plan with a camera_laser or a profiler"),
-            SceneError::Robot { .. } => Self::new(
-                format!("--robot-truth {error}"),
-                "the address that `robot-sim --truth-to` has, on this machine",
-            ),
-        }
+        Self::new(error.to_string(), error.hint())
     }
 }

@@ -10,8 +10,15 @@ use trueline_report::diagnosis;
 
 /// Runs the command.
 pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
-    let recording = opening::open(&args.dataset, None, args.quiet)?.recording;
-    let found = progress::steps(args.quiet, |watch| diagnose(&recording, &Config::default(), watch));
+    let opened = opening::open(&args.dataset, None, args.quiet)?;
+    let recording = &opened.recording;
+    let mut found = progress::steps(args.quiet, |watch| diagnose(recording, &Config::default(), watch));
+    let measured = found.calibration.as_ref().and_then(|calibration| opened.measured_offset(calibration));
+    match &measured {
+        Some(measured) if !measured.offset.agrees() => found.findings.push(measured.to_string()),
+        Some(measured) if !args.quiet => output::words(&measured.to_string()),
+        _ => {}
+    }
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", diagnosis::json(&found)))?;
     }
@@ -19,7 +26,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
         output::summary(args.json.as_deref(), &diagnosis::text(&found, output::is_verbose()))?;
     }
     if let Some(out) = &args.fix {
-        let mended = found.mended(&recording).ok_or_else(|| {
+        let mended = found.mended(recording).ok_or_else(|| {
             let what = format!("{}: not written: no single mistake explains the fit", out.display());
             Failure::new(what, "what is found is listed above; change the files by hand, and try again")
         })?;

@@ -7,9 +7,8 @@ use std::process::ExitCode;
 use std::time::Duration;
 use trueline_args::StreamSimArgs;
 use trueline_live::Protocol;
-use trueline_live::controller::NetworkSettings;
 use trueline_live::pose_feed::PoseFeed;
-use trueline_live::stream_sim::{StreamSim, versions};
+use trueline_live::stream_sim::versions;
 
 /// Runs the command.
 pub(crate) fn run(args: &StreamSimArgs) -> Result<ExitCode, Failure> {
@@ -18,21 +17,11 @@ pub(crate) fn run(args: &StreamSimArgs) -> Result<ExitCode, Failure> {
     let feed = PoseFeed::new(path_file::trajectory(args.path.as_deref())?, args.rest_s);
     let duration = Duration::from_secs_f64(args.for_s.unwrap_or(feed.duration_s()));
     let address = address(args)?;
-    let (loss, burst) = (args.loss.unwrap_or(0.0), args.burst.unwrap_or(1.0));
-    let sim = StreamSim {
-        protocol: args.protocol,
-        address,
-        feed,
-        version: args.version_of,
-        period_ms: args.period_ms,
-        drift_ppm: args.drift_ppm,
-        network: NetworkSettings { loss, burst, ..NetworkSettings::none() },
-        seed: args.seed,
-    };
-    let report = sim.run(|passed| interrupt::until(passed, duration)).map_err(|error| {
-        let hint = "it is an address of this PC, with a port that is free";
-        Failure::new(format!("{address}: {error}"), hint)
-    })?;
+    let report =
+        args.sim(address, feed).run(|passed| interrupt::until(passed, duration)).map_err(|error| {
+            let hint = "it is an address of this PC, with a port that is free";
+            Failure::new(format!("{address}: {error}"), hint)
+        })?;
     if !args.quiet {
         output::words(&report.to_string());
     }

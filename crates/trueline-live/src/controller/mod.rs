@@ -8,12 +8,14 @@ pub mod joints;
 pub mod network;
 pub mod real_time;
 pub mod settings;
-pub(crate) mod truth_feed;
+pub(crate) mod trigger_feed;
+mod truth_feed;
 pub(crate) mod virtual_time;
 
 pub use controller::{Controller, GuidanceEnd};
 pub use network::{Network, NetworkSettings};
 pub use real_time::RealTime;
 pub use settings::{ControllerSettings, Event, StopMode, Task};
+pub use trigger_feed::{TriggerReceiver, TriggerSender};
 pub use truth_feed::{TruthReceiver, TruthSender};
 pub use virtual_time::VirtualTime;

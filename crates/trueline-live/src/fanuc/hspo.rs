@@ -73,6 +73,7 @@ impl DatagramProtocol for Hspo {
             device_ns,
             base_from_tool: raw.base_from_tool,
             status: RobotStatus::Unknown,
+            inputs: None,
         };
         (pose, status)
     }

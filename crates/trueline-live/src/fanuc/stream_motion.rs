@@ -75,6 +75,7 @@ impl DatagramProtocol for StreamMotion {
             device_ns: self.clock.unwrapped_ns(raw.time_ms, MS_NS, numbers),
             base_from_tool: raw.pose,
             status: raw.stopped.map_or(RobotStatus::Ready, RobotStatus::Stopped),
+            inputs: None,
         };
         (pose, status)
     }

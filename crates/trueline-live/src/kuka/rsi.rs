@@ -45,6 +45,7 @@ impl DatagramProtocol for Rsi {
             device_ns: i64::try_from(raw.ipoc).unwrap_or(i64::MAX / MS_NS).saturating_mul(MS_NS),
             base_from_tool: raw.pose,
             status: RobotStatus::Unknown,
+            inputs: None,
         };
         (pose, status)
     }

@@ -18,6 +18,8 @@ pub struct Moment {
     pub base_from_tool: Pose,
     /// `robot_mode`; 7 runs.
     pub robot_mode: i32,
+    /// Digital inputs, the first in the lowest bit.
+    pub inputs: u64,
 }
 
 /// One client.
@@ -158,6 +160,7 @@ fn value(name: &str, kind: Kind, moment: &Moment) -> Vec<u8> {
     match name {
         "timestamp" => doubles(&[moment.stamp_s]),
         "actual_TCP_pose" | "target_TCP_pose" => pose(),
+        "actual_digital_input_bits" => moment.inputs.to_be_bytes().to_vec(),
         "robot_mode" => moment.robot_mode.to_be_bytes().to_vec(),
         "safety_mode" | "safety_status" => 1_i32.to_be_bytes().to_vec(),
         "runtime_state" => 2_u32.to_be_bytes().to_vec(),

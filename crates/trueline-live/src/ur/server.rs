@@ -1,6 +1,8 @@
 //! A simulated controller that listens for RTDE clients, in real time.
 
 use super::controller::{CYCLES_HZ, Connection, Moment};
+use crate::controller::{TriggerReceiver, TruthSender};
+use crate::host_clock::HostClock;
 use crate::pose_feed::PoseFeed;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
@@ -21,6 +23,17 @@ pub struct ServerSettings {
     pub version: u16,
 }
 
+/// What is wired to a controller in a simulated cell.
+#[derive(Default)]
+pub struct Wiring {
+    /// Where the robot truly is goes there.
+    pub truth: Option<TruthSender>,
+    /// What drives its first digital input.
+    pub trigger: Option<TriggerReceiver>,
+    /// The clock of both.
+    pub clock: Option<HostClock>,
+}
+
 /// Most that waits for a client that does not read, bytes: then the connection is closed, as controllers do.
 const MOST_WAITING: usize = 256 << 10;
 /// Most clients.
@@ -38,6 +51,7 @@ pub struct RtdeServer {
     listener: TcpListener,
     clients: Vec<Client>,
     sent: u64,
+    wiring: Wiring,
 }
 
 impl RtdeServer {
@@ -48,7 +62,13 @@ impl RtdeServer {
     pub fn bind(address: SocketAddr, settings: ServerSettings) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
-        Ok(Self { settings, listener, clients: Vec::new(), sent: 0 })
+        Ok(Self { settings, listener, clients: Vec::new(), sent: 0, wiring: Wiring::default() })
+    }
+
+    /// The same with something wired to it.
+    #[must_use]
+    pub fn wired(self, wiring: Wiring) -> Self {
+        Self { wiring, ..self }
     }
 
     /// Where it listens.
@@ -76,13 +96,14 @@ impl RtdeServer {
     /// # Errors
     /// What the operating system says of the listening socket.
     pub fn run(&mut self, mut each: impl FnMut(&Self, Duration) -> ControlFlow<()>) -> io::Result<()> {
-        let start = Instant::now();
+        let clock = self.wiring.clock.unwrap_or_else(HostClock::start);
+        let (start, start_ns) = (Instant::now(), clock.read().steady_ns);
         let mut cycle = 0_u64;
         loop {
             let due = Duration::from_secs_f64(cycle as f64 / CYCLES_HZ);
             std::thread::sleep(due.saturating_sub(start.elapsed()));
             self.accept()?;
-            self.serve(cycle);
+            self.serve(cycle, start_ns);
             if each(self, start.elapsed()).is_break() {
                 return Ok(());
             }
@@ -105,12 +126,19 @@ impl RtdeServer {
         }
     }
 
-    fn serve(&mut self, cycle: u64) {
+    fn serve(&mut self, cycle: u64, start_ns: i64) {
         let time_s = cycle as f64 / CYCLES_HZ;
+        let steady_ns = start_ns + (time_s * 1e9).round() as i64;
+        let base_from_tool = self.settings.feed.at(time_s);
+        if let Some(truth) = &self.wiring.truth {
+            truth.send(steady_ns, &base_from_tool);
+        }
+        let is_on = self.wiring.trigger.as_mut().is_some_and(|input| input.is_on(steady_ns));
         let moment = Moment {
             stamp_s: self.settings.epoch_s + time_s * (1.0 + self.settings.drift_ppm * 1e-6),
-            base_from_tool: self.settings.feed.at(time_s),
+            base_from_tool,
             robot_mode: 7,
+            inputs: is_on.into(),
         };
         let sent = &mut self.sent;
         self.clients.retain_mut(|client| match client.serve(cycle, &moment) {

@@ -282,6 +282,7 @@ impl Session {
                 so3::exp(&Vector3::new(rx, ry, rz)),
             ),
             status: status(int("robot_mode"), int("safety_status")),
+            inputs: self.field("actual_digital_input_bits", values).and_then(bits),
         })
     }
 
@@ -300,6 +301,10 @@ impl Session {
 
 fn double(bytes: &[u8]) -> Option<f64> {
     bytes.try_into().ok().map(f64::from_be_bytes)
+}
+
+fn bits(bytes: &[u8]) -> Option<u64> {
+    bytes.try_into().ok().map(u64::from_be_bytes)
 }
 
 fn six(bytes: &[u8]) -> Option<[f64; 6]> {

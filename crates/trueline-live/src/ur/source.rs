@@ -90,8 +90,11 @@ impl RtdeSource {
         let arrival = Arrival { steady_ns: read.steady_ns, is_of_reading: false, kernel_wall_ns: None, read };
         let (order, notes, controller) = (&mut self.order, &mut self.notes, &mut self.controller);
         let mut send = Vec::new();
+        let mut arrival = arrival;
         let taken = session.take(&chunk[..length], &mut send, |bytes, told| match told {
             Told::Pose(judged) => {
+                // Packages that were read at once came one after the other: no two have one stamp.
+                arrival.steady_ns += 1;
                 let judged = judged.map(|pose| order.place(pose)).map_err(Rejection::from);
                 each(&RobotPacket { bytes, from: address, arrival, judged });
             }

@@ -14,6 +14,7 @@ use crate::message::decode::{decode, kind};
 use crate::read::bag_item::{BagItem, BagMessage};
 use crate::read::survey::is_static_topic;
 use crate::wire::frame_names::{BASE, TOOL};
+use crate::write::entry::InputsEntry;
 use std::collections::{BTreeMap, HashMap};
 use trueline_dataset::{Feature, RobotSample};
 
@@ -37,6 +38,8 @@ pub(super) struct Collector<'a> {
     pub picture_types: Vec<MessageType>,
     pub frames: Vec<FrameStamps>,
     pub features: Vec<Feature>,
+    /// Changes of the robot's digital inputs.
+    pub inputs: Vec<InputsEntry>,
     /// IEEE 1588 time of the robot's datagrams by their steady stamp, ns both; looked for only if they are to stamp.
     pub ptp_ns: HashMap<i64, i64>,
 }
@@ -64,6 +67,7 @@ impl<'a> Collector<'a> {
             picture_types: Vec::new(),
             frames: Vec::new(),
             features: Vec::new(),
+            inputs: Vec::new(),
             ptp_ns: HashMap::new(),
         }
     }
@@ -90,7 +94,7 @@ impl<'a> Collector<'a> {
             },
             Kind::Picture => self.chosen.pictures.as_deref() == Some(message.topic),
             Kind::Profile => self.chosen.profiles.as_deref() == Some(message.topic),
-            Kind::Features | Kind::Frame => true,
+            Kind::Features | Kind::Frame | Kind::Inputs => true,
             Kind::RobotClocks => self.clock == StampClock::Ptp,
             Kind::JointStates => {
                 matches!(&self.chosen.robot, RobotSource::Joints { topic, .. } if topic == message.topic)
@@ -125,6 +129,7 @@ impl<'a> Collector<'a> {
             Content::Picture(picture) => self.add_picture(message, &picture),
             Content::Profile(profile) => self.add_profile(message, profile),
             Content::Frame(frame) => self.frames.push(frame),
+            Content::Inputs(inputs) => self.inputs.push(inputs),
             Content::Features(features) => self.features.extend(features),
             Content::RobotClocks(steady_ns, ptp_ns) => {
                 self.ptp_ns.extend(ptp_ns.map(|ptp_ns| (steady_ns, ptp_ns)));

@@ -18,7 +18,7 @@ use crate::message::content::PictureOrigin;
 use crate::read::bag::Bag;
 use crate::read::damage::DamagedFile;
 use crate::read::survey::{self, Survey};
-use crate::write::entry::COMPLETE;
+use crate::write::entry::{COMPLETE, InputsEntry};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
@@ -38,6 +38,10 @@ pub struct Imported {
     pub pictures: Option<RecordedPictures>,
     /// Whole profiles, in the place of seam points.
     pub profiles: Vec<Profile>,
+    /// Changes of the robot's digital inputs, as they came.
+    pub inputs: Vec<InputsEntry>,
+    /// Exposure time of the pictures as the camera told it, s; the middle one, where it told several.
+    pub exposure_s: Option<f64>,
     /// What its stamps mean, in the words of the recording, where it says so.
     pub stamp_meaning: Option<String>,
     /// What is worth knowing: what was sorted, interpolated or left out.
@@ -60,6 +64,7 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
     let mut collected = Collector::new(&chosen, survey.is_own, choice);
     let damages = bag.read(&mut |item| collected.add(item))?;
 
+    let exposure_s = exposure_s(&collected);
     let mut frames = frames(&mut collected, &chosen, survey.is_own, &mut notes)?;
     let mut features = features(&mut collected, &sensor.sensor, &mut notes)?;
     let mut robot = robot(&mut collected, &chosen, &mut notes)?;
@@ -78,9 +83,26 @@ pub fn import(path: &Path, choice: &Choice) -> Result<Imported, ImportError> {
     let recording = Recording { sensor, setup, robot, features, stripes: Vec::new(), initial, truth, inputs };
     let stamp_meaning = survey.about.get("stamp_meaning").filter(|words| !words.is_empty()).cloned();
     let types = std::mem::take(&mut collected.picture_types);
+    let inputs = std::mem::take(&mut collected.inputs);
     let topic = chosen.pictures.unwrap_or_default();
     let pictures = (!frames.is_empty()).then(|| RecordedPictures::new(bag, topic, types, frames));
-    Ok(Imported { recording, sensor_toml, pictures, profiles, stamp_meaning, notes, damages })
+    Ok(Imported {
+        recording,
+        sensor_toml,
+        pictures,
+        profiles,
+        inputs,
+        exposure_s,
+        stamp_meaning,
+        notes,
+        damages,
+    })
+}
+
+fn exposure_s(collected: &Collector<'_>) -> Option<f64> {
+    let mut told_us: Vec<f64> = collected.frames.iter().filter_map(|frame| frame.exposure_us).collect();
+    told_us.sort_by(f64::total_cmp);
+    told_us.get(told_us.len() / 2).map(|us| us * 1e-6)
 }
 
 impl Imported {

@@ -1,5 +1,6 @@
 //! What a message can hold, whoever wrote it.
 
+use crate::write::entry::InputsEntry;
 use trueline_dataset::{Feature, GrayImage};
 use trueline_geometry::Pose;
 
@@ -20,6 +21,8 @@ pub enum Kind {
     Features,
     /// Stamps of a frame of a camera.
     Frame,
+    /// Changes of a robot's digital inputs.
+    Inputs,
     /// Clocks of a datagram of a robot.
     RobotClocks,
     /// Something else.
@@ -43,6 +46,8 @@ pub enum Content {
     Features(Vec<Feature>),
     /// Stamps of a frame.
     Frame(FrameStamps),
+    /// A change of a robot's digital inputs.
+    Inputs(InputsEntry),
     /// When a datagram of the robot came by the steady clock, ns, and its IEEE 1588 time, ns, if it has one.
     RobotClocks(i64, Option<i64>),
     /// Something else.

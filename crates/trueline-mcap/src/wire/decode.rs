@@ -3,6 +3,7 @@
 use crate::message::content::{Content, FrameStamps, Kind};
 use crate::message::content_error::ContentError;
 use crate::wire::proto;
+use crate::write::entry::InputsEntry;
 use prost::Message;
 use trueline_dataset::{Feature, MOST_CORRELATION, Measured};
 
@@ -13,6 +14,7 @@ pub(crate) fn kind(schema: &str) -> Kind {
         "trueline.Frame" => Kind::Frame,
         "trueline.Features" => Kind::Features,
         "trueline.RobotDatagram" => Kind::RobotClocks,
+        "trueline.Inputs" => Kind::Inputs,
         _ => Kind::Other,
     }
 }
@@ -44,6 +46,14 @@ pub(crate) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError
         Kind::RobotClocks => {
             let wire = proto::RobotDatagram::decode(bytes).map_err(broken)?;
             Ok(Content::RobotClocks(wire.steady_ns, wire.ptp_ns))
+        }
+        Kind::Inputs => {
+            let wire = proto::Inputs::decode(bytes).map_err(broken)?;
+            Ok(Content::Inputs(InputsEntry {
+                between_ns: [wire.before_ns, wire.steady_ns],
+                device_ns: [wire.device_before_ns, wire.device_ns],
+                bits: [wire.bits_before, wire.bits],
+            }))
         }
         _ => Ok(Content::Other),
     }

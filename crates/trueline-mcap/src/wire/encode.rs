@@ -2,7 +2,9 @@
 
 use crate::wire::frame_names::{BASE, TOOL, low_bits};
 use crate::wire::proto;
-use crate::wire::topics::{ANSWER, CLOCK, FEATURES, FRAME, IMAGE, LOG, PACKET, POINTS, REJECTED, ROBOT, TF};
+use crate::wire::topics::{
+    ANSWER, CLOCK, FEATURES, FRAME, IMAGE, INPUTS, LOG, PACKET, POINTS, REJECTED, ROBOT, TF,
+};
 use crate::write::entry::{
     Entry, FeaturesEntry, FrameEntry, NoteEntry, NoteLevel, POINT_BYTES, PacketEntry, ProfileEntry,
     RobotEntry,
@@ -60,6 +62,14 @@ pub(crate) fn messages(entry: Entry) -> Vec<Outgoing> {
         Entry::Clock(clock) => {
             let message = proto::Clock { steady_ns: clock.steady_ns, wall_ns: clock.wall_ns };
             vec![Outgoing::at(CLOCK, clock.steady_ns, &message)]
+        }
+        Entry::Inputs(inputs) => {
+            let [before_ns, steady_ns] = inputs.between_ns;
+            let [device_before_ns, device_ns] = inputs.device_ns;
+            let [bits_before, bits] = inputs.bits;
+            let message =
+                proto::Inputs { before_ns, steady_ns, device_before_ns, device_ns, bits_before, bits };
+            vec![Outgoing::at(INPUTS, steady_ns, &message)]
         }
         Entry::Note(note) => vec![note_message(note)],
         Entry::Frame(frame) => frame_messages(frame),

@@ -64,6 +64,23 @@ pub(super) struct Answer {
     pub sequence: u32,
 }
 
+/// `trueline.Inputs`: what stood before a change of the robot's digital inputs, and after it.
+#[derive(Clone, PartialEq, Message)]
+pub(super) struct Inputs {
+    #[prost(int64, tag = "1")]
+    pub before_ns: i64,
+    #[prost(int64, tag = "2")]
+    pub steady_ns: i64,
+    #[prost(int64, tag = "3")]
+    pub device_before_ns: i64,
+    #[prost(int64, tag = "4")]
+    pub device_ns: i64,
+    #[prost(uint64, tag = "5")]
+    pub bits_before: u64,
+    #[prost(uint64, tag = "6")]
+    pub bits: u64,
+}
+
 /// `trueline.Clock`
 #[derive(Clone, PartialEq, Message)]
 pub(super) struct Clock {

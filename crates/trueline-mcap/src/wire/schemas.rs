@@ -100,7 +100,16 @@ fn robot_messages() -> Vec<DescriptorProto> {
         Field("steady_ns", 3, NS),
         Field("sequence", 4, Plain(Type::Uint32)),
     ];
+    let inputs = [
+        Field("before_ns", 1, NS),
+        Field("steady_ns", 2, NS),
+        Field("device_before_ns", 3, NS),
+        Field("device_ns", 4, NS),
+        Field("bits_before", 5, Plain(Type::Uint64)),
+        Field("bits", 6, Plain(Type::Uint64)),
+    ];
     vec![
+        message("Inputs", &inputs),
         message("RobotDatagram", &datagram),
         message("RobotPacket", &packet),
         message("RejectedDatagram", &rejected),

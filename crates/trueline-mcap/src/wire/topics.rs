@@ -34,6 +34,8 @@ pub(crate) const FEATURES: u16 = 9;
 pub(crate) const PACKET: u16 = 10;
 /// Whole profiles.
 pub(crate) const POINTS: u16 = 11;
+/// Changes of the robot's digital inputs.
+pub(crate) const INPUTS: u16 = 12;
 
 /// A topic with its schema. The schema has the number of the topic.
 pub(crate) struct Topic {
@@ -67,6 +69,7 @@ pub(crate) static TOPICS: LazyLock<Vec<Topic>> = LazyLock::new(|| {
         own(FEATURES, "/sensor/features", "Features"),
         own(PACKET, "/robot/packet", "RobotPacket"),
         standard::<PointCloud>(POINTS, "/sensor/profile"),
+        own(INPUTS, "/robot/inputs", "Inputs"),
     ]
 });
 

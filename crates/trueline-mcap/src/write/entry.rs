@@ -19,6 +19,8 @@ pub enum Entry {
     Clock(ClockEntry),
     /// Something is worth telling.
     Note(NoteEntry),
+    /// Digital inputs of the robot changed.
+    Inputs(InputsEntry),
     /// The camera took a picture.
     Frame(FrameEntry),
     /// A profiler took a profile.
@@ -140,6 +142,17 @@ pub struct NoteEntry {
     pub level: NoteLevel,
     /// The words.
     pub text: String,
+}
+
+/// A change of the robot's digital inputs, between two of its packets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InputsEntry {
+    /// When the packet before the change and the first one after it came, by the steady clock, ns: the stamps of their poses.
+    pub between_ns: [i64; 2],
+    /// The controller's clock in both, ns.
+    pub device_ns: [i64; 2],
+    /// The inputs before and after it, the first in the lowest bit.
+    pub bits: [u64; 2],
 }
 
 /// Status of a frame that came whole.

@@ -86,6 +86,8 @@ pub struct Trial {
 pub struct Diagnosis {
     /// The recording as it is.
     pub as_recorded: Outcome,
+    /// Its calibration, by noise alone and of 1500 features at most, if there is one.
+    pub calibration: Option<Calibration>,
     /// The recording without each mistake; empty if it fits as it is.
     pub trials: Vec<Trial>,
     /// Names of the trials that explain a bad fit, the most likely first.
@@ -178,7 +180,7 @@ pub fn diagnose(recording: &Recording, config: &Config, watch: impl FnMut(Step<'
                 .to_owned(),
         );
     }
-    Diagnosis { as_recorded, trials, explained_by, findings }
+    Diagnosis { as_recorded, calibration: result.ok(), trials, explained_by, findings }
 }
 
 fn outcome(result: &Result<Calibration, Error>) -> Outcome {

@@ -8,3 +8,4 @@ pub mod placed_features;
 pub mod reference_curve;
 pub mod seam_points;
 pub mod standstill;
+pub mod trigger_offset;

@@ -1,0 +1,111 @@
+//! A camera's output that tells that it exposes, wired to an input of a simulated robot in another process of the same machine.
+
+use crate::host_clock::HostClock;
+use std::collections::VecDeque;
+use std::io;
+use std::net::{SocketAddr, UdpSocket};
+
+const MARK: [u8; 8] = *b"TLTRIGR1";
+/// Mark, start and end, bytes.
+const LENGTH: usize = 8 + 8 + 8;
+/// Exposures that are remembered.
+const MOST: usize = 64;
+
+/// The camera's end of the wire.
+#[derive(Debug)]
+pub struct TriggerSender {
+    socket: UdpSocket,
+    to: SocketAddr,
+    machine_ahead_ns: i64,
+}
+
+impl TriggerSender {
+    /// Will send to an address of this machine, times by a clock.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn new(to: SocketAddr, clock: HostClock) -> io::Result<Self> {
+        let socket = UdpSocket::bind(SocketAddr::new(to.ip(), 0))?;
+        Ok(Self { socket, to, machine_ahead_ns: clock.machine_ahead_ns() })
+    }
+
+    /// Tells of an exposure, best before it begins: its start and end by the clock, ns. Nobody need be there to get it.
+    pub fn send(&self, [start_ns, end_ns]: [i64; 2]) {
+        let [start_ns, end_ns] = [start_ns, end_ns].map(|at_ns| at_ns + self.machine_ahead_ns);
+        let mut bytes = [0; LENGTH];
+        bytes[..8].copy_from_slice(&MARK);
+        bytes[8..16].copy_from_slice(&start_ns.to_le_bytes());
+        bytes[16..].copy_from_slice(&end_ns.to_le_bytes());
+        let _nobody_there = self.socket.send_to(&bytes, self.to);
+    }
+}
+
+/// The robot's end of the wire.
+#[derive(Debug)]
+pub struct TriggerReceiver {
+    socket: UdpSocket,
+    exposures_ns: VecDeque<[i64; 2]>,
+    /// By how much the input is late, ns.
+    delay_ns: i64,
+    machine_ahead_ns: i64,
+}
+
+impl TriggerReceiver {
+    /// Listens at an address of this machine; the input follows the output after a delay, ns.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn bind(at: SocketAddr, delay_ns: i64, clock: HostClock) -> io::Result<Self> {
+        let socket = UdpSocket::bind(at)?;
+        socket.set_nonblocking(true)?;
+        Ok(Self {
+            socket,
+            exposures_ns: VecDeque::new(),
+            delay_ns,
+            machine_ahead_ns: clock.machine_ahead_ns(),
+        })
+    }
+
+    /// Whether the input is on at a time of the clock, ns, as far as has been told by now.
+    pub fn is_on(&mut self, steady_ns: i64) -> bool {
+        let mut bytes = [0; LENGTH + 1];
+        while let Ok(length) = self.socket.recv(&mut bytes) {
+            let Some(exposure_ns) = decode(&bytes[..length]) else { continue };
+            if self.exposures_ns.len() == MOST {
+                self.exposures_ns.pop_front();
+            }
+            self.exposures_ns.push_back(exposure_ns);
+        }
+        let at_ns = steady_ns + self.machine_ahead_ns - self.delay_ns;
+        self.exposures_ns.iter().any(|[start_ns, end_ns]| (*start_ns..*end_ns).contains(&at_ns))
+    }
+}
+
+fn decode(bytes: &[u8]) -> Option<[i64; 2]> {
+    let bytes: &[u8; LENGTH] = bytes.try_into().ok()?;
+    let (eights, _) = bytes[8..].as_chunks::<8>();
+    (bytes[..8] == MARK).then(|| [i64::from_le_bytes(eights[0]), i64::from_le_bytes(eights[1])])
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use std::time::{Duration, Instant};
+
+    #[test]
+    fn the_input_is_on_as_long_as_the_exposure_and_late_by_the_delay() {
+        let clock = HostClock::start();
+        let mut input = TriggerReceiver::bind("127.0.0.1:0".parse().unwrap(), 500, clock).unwrap();
+        let output = TriggerSender::new(input.socket.local_addr().unwrap(), clock).unwrap();
+        output.send([1000, 3000]);
+        output.send([9000, 9500]);
+        let began = Instant::now();
+        while !input.is_on(9500) && began.elapsed() < Duration::from_secs(5) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let on: Vec<i64> = (0..22).map(|k| 500 * k).filter(|at_ns| input.is_on(*at_ns)).collect();
+        assert_eq!(on, [1500, 2000, 2500, 3000, 9500]);
+        assert_eq!(decode(&[0; LENGTH]), None);
+    }
+}
