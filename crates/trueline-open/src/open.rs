@@ -5,7 +5,7 @@ use crate::error::OpenError;
 use crate::observer::{OpenObserver, Told, told_of_import};
 use crate::place::{self, Place};
 use crate::profiles::seams_of_profiles;
-use crate::trigger::{self, Trigger};
+use crate::trigger::{self, MeasuredByInput, Trigger};
 use std::fmt;
 use std::path::Path;
 use trueline_dataset::feature_cache::FeatureCache;
@@ -14,6 +14,7 @@ use trueline_dataset::{
     FoundSeams, PictureFolder, PictureSource, Recording, SensorFile, folder, images, sensor_toml,
 };
 use trueline_mcap::{Choice, Imported, import};
+use trueline_method::Calibration;
 use trueline_method::stripe::corners::with_corners;
 use trueline_vision::scan::ScanSeams;
 use trueline_vision::{Joint, StripeChoice, find_seams};
@@ -39,6 +40,14 @@ pub struct Opened {
     pub stamp_meaning: Option<String>,
     /// An input of the robot that follows the exposures, where one was recorded.
     pub trigger: Option<Trigger>,
+}
+
+impl Opened {
+    /// The time offset as an input of the robot measured it; `None` where none follows the exposures.
+    #[must_use]
+    pub fn measured_offset(&self, calibration: &Calibration) -> Option<MeasuredByInput> {
+        self.trigger.as_ref()?.measured(&self.recording, calibration)
+    }
 }
 
 impl fmt::Debug for Opened {

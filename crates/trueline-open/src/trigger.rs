@@ -1,7 +1,7 @@
 //! Which of the robot's digital inputs the camera's exposures drive, and what they say of the time offset.
 
-use crate::open::Opened;
 use std::fmt;
+use trueline_dataset::Recording;
 use trueline_mcap::{Imported, InputsEntry};
 use trueline_method::Calibration;
 use trueline_method::evaluate::trigger_offset::{MeasuredOffset, TriggerEdges, measured_offset};
@@ -54,13 +54,16 @@ impl fmt::Display for MeasuredByInput {
     }
 }
 
-impl Opened {
-    /// The time offset as an input of the robot measured it; `None` where none follows the exposures.
+impl Trigger {
+    /// The time offset as it measured it; `None` with too few edges, or where none was estimated.
     #[must_use]
-    pub fn measured_offset(&self, calibration: &Calibration) -> Option<MeasuredByInput> {
-        let trigger = self.trigger.as_ref()?;
-        let offset = measured_offset(&self.recording, &trigger.edges, calibration)?;
-        Some(MeasuredByInput { input: trigger.input, offset })
+    pub(crate) fn measured(
+        &self,
+        recording: &Recording,
+        calibration: &Calibration,
+    ) -> Option<MeasuredByInput> {
+        let offset = measured_offset(recording, &self.edges, calibration)?;
+        Some(MeasuredByInput { input: self.input, offset })
     }
 }
 

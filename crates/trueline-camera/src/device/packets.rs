@@ -16,8 +16,6 @@ const LEADER_FIELDS: Range<usize> = 20..40;
 const PAYLOAD_TYPE: Range<usize> = 10..12;
 /// A picture with chunk data behind it.
 const IMAGE_WITH_CHUNKS: u16 = 0x4001;
-/// Bytes behind the pixels: time and exposure time, and three times identifier and length.
-pub(super) const CHUNK_BYTES: usize = 2 * 8 + 3 * 8;
 
 /// Makes packets. Registers of its own spare the thread that answers commands from waiting for it.
 pub(super) struct Packer {

@@ -1,7 +1,6 @@
 //! The registers of the device and the description by which programs find them.
 
-use super::packets::CHUNK_BYTES;
-use super::settings::{DeviceSettings, OutputMode, RangeFeatures};
+use super::settings::{Chunks, DeviceSettings, OutputMode, RangeFeatures};
 use crate::gige::PixelFormat;
 use std::net::SocketAddr;
 use telegenic::emulator::{DeviceConfig, GigeDevice, Reaction, XML_ADDRESS};
@@ -122,7 +121,7 @@ impl Registers {
         };
         let xml = DESCRIPTION
             .replace("RANGE_FEATURES", features)
-            .replace("CHUNK_BYTES", &settings.chunks.map_or(0, |_| CHUNK_BYTES).to_string())
+            .replace("CHUNK_BYTES", &settings.chunks.map_or(0, |_| Chunks::BYTES).to_string())
             .replace("RANGE_FORMATS", formats)
             .replace("LEAST_HEIGHT", least_height)
             .replace("SENSOR_WIDTH", &settings.width.to_string())

@@ -49,6 +49,11 @@ pub enum Chunks {
     Lying,
 }
 
+impl Chunks {
+    /// Bytes behind the pixels: time and exposure time, and three times identifier and length.
+    pub(super) const BYTES: usize = 2 * 8 + 3 * 8;
+}
+
 /// What a simulated profiler says of its numbers. Its pictures hold the numbers of coordinate C in 16 bits; coordinate A follows from the
 /// column. It starts with `Coord3D_C16`.
 #[derive(Clone, Copy, Debug, PartialEq)]
