@@ -93,19 +93,22 @@ mod tests {
     use super::*;
     use std::time::{Duration, Instant};
 
+    /// Both ends read the machine's clock, some µs apart: times of this length are not touched by that, ns.
+    const MS: i64 = 1_000_000;
+
     #[test]
     fn the_input_is_on_as_long_as_the_exposure_and_late_by_the_delay() {
         let clock = HostClock::start();
-        let mut input = TriggerReceiver::bind("127.0.0.1:0".parse().unwrap(), 500, clock).unwrap();
+        let mut input = TriggerReceiver::bind("127.0.0.1:0".parse().unwrap(), 500 * MS, clock).unwrap();
         let output = TriggerSender::new(input.socket.local_addr().unwrap(), clock).unwrap();
-        output.send([1000, 3000]);
-        output.send([9000, 9500]);
+        output.send([1000 * MS, 3000 * MS]);
+        output.send([9000 * MS, 9500 * MS]);
         let began = Instant::now();
-        while !input.is_on(9500) && began.elapsed() < Duration::from_secs(5) {
+        while !input.is_on(9750 * MS) && began.elapsed() < Duration::from_secs(5) {
             std::thread::sleep(Duration::from_millis(1));
         }
-        let on: Vec<i64> = (0..22).map(|k| 500 * k).filter(|at_ns| input.is_on(*at_ns)).collect();
-        assert_eq!(on, [1500, 2000, 2500, 3000, 9500]);
+        let on: Vec<i64> = (0..22).map(|k| 500 * k + 250).filter(|at| input.is_on(*at * MS)).collect();
+        assert_eq!(on, [1750, 2250, 2750, 3250, 9750]);
         assert_eq!(decode(&[0; LENGTH]), None);
     }
 }
