@@ -121,7 +121,13 @@ impl Ros2Source {
                 .map(|(device_ns, base_from_tool)| {
                     let status_of = RobotStatus::Unknown;
                     (
-                        RobotPose { sequence: number as u32, device_ns, base_from_tool, status: status_of },
+                        RobotPose {
+                            sequence: number as u32,
+                            device_ns,
+                            base_from_tool,
+                            status: status_of,
+                            inputs: None,
+                        },
                         status,
                     )
                 })
