@@ -3,8 +3,10 @@
 
 use peak_alloc::PeakAlloc;
 use std::fs;
+use std::io::{Cursor, Write};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
+use trueline_dataset::import::tables_of_programs;
 use trueline_dataset::{folder, gray_picture, gray_png};
 
 #[global_allocator]
@@ -174,4 +176,90 @@ mod as_parquet {
         let peak = super::MEMORY.peak_usage() - before;
         assert!(peak < 64 * MB, "byte {at} as {byte:#x}: {peak} bytes");
     }
+}
+
+/// A workbook of another program with one of its entries replaced.
+fn workbook_with(entry: &str, content: &[u8]) -> Vec<u8> {
+    let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/robot.xlsx");
+    let mut from = zip::ZipArchive::new(fs::File::open(fixture).unwrap()).unwrap();
+    let mut to = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let mut replaced = false;
+    for k in 0..from.len() {
+        let mut old = from.by_index(k).unwrap();
+        let name = old.name().unwrap().into_owned();
+        to.start_file(&name, zip::write::SimpleFileOptions::default()).unwrap();
+        if name == entry {
+            to.write_all(content).unwrap();
+            replaced = true;
+        } else {
+            std::io::copy(&mut old, &mut to).unwrap();
+        }
+    }
+    assert!(replaced, "{entry}");
+    to.finish().unwrap().into_inner()
+}
+
+fn refused_table(bytes: &[u8]) -> (String, usize) {
+    let bytes = bytes.to_vec();
+    refused(|| tables_of_programs::as_text(Path::new("robot"), bytes, &|_| 1, &mut Vec::new()))
+}
+
+/// Two cells in opposite corners are a rectangle of 1.7e10, which at 24 bytes each would be 400 GB.
+#[test]
+fn workbooks_with_cells_far_apart_are_refused_before_the_rectangle_is_built() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let sheet = br#"<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>
+        <row r="1"><c r="A1"><v>1</v></c></row><row r="1048576"><c r="XFD1048576"><v>1</v></c></row>
+        </sheetData></worksheet>"#;
+    let (said, peak) = refused_table(&workbook_with("xl/worksheets/sheet1.xml", sheet));
+    assert!(said.contains("2 of them in 1048576 rows and 16384 columns"), "{said}");
+    assert!(peak < 4 * MB, "{peak} bytes");
+
+    // LibreOffice says how often a row and a cell are repeated.
+    let content =
+        br#"<office:document-content><table:table><table:table-row table:number-rows-repeated="1000000">
+        <table:table-cell office:value-type="float" office:value="1" table:number-columns-repeated="16000"/>
+        </table:table-row></table:table></office:document-content>"#;
+    let mut ods = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, text) in
+        [("mimetype", &b"application/vnd.oasis.opendocument.spreadsheet"[..]), ("content.xml", content)]
+    {
+        ods.start_file(name, zip::write::SimpleFileOptions::default()).unwrap();
+        ods.write_all(text).unwrap();
+    }
+    let (said, peak) = refused_table(&ods.finish().unwrap().into_inner());
+    assert!(said.contains("1 of them in 1000000 rows and 16000 columns"), "{said}");
+    assert!(peak < 4 * MB, "{peak} bytes");
+
+    let (said, peak) = refused_table(&[0xd0, 0xcf, 0x11, 0xe0, 0xa1, 0xb1, 0x1a, 0xe1]);
+    assert!(said.contains("save it as .xlsx") && peak < MB, "{said}");
+}
+
+/// 100 MB of blanks out of 100 kB.
+#[test]
+fn tables_that_grow_too_much_when_decompressed_are_refused() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let blanks = vec![b' '; 100 * MB];
+    for entry in ["xl/worksheets/sheet1.xml", "xl/workbook.xml"] {
+        let bomb = workbook_with(entry, &blanks);
+        assert!(bomb.len() < MB);
+        let (said, peak) = refused_table(&bomb);
+        assert!(said.contains("grows too much"), "{entry}: {said}");
+        assert!(peak < 4 * MB, "{entry}: {peak} bytes");
+    }
+
+    let mut matlab = b"MATLAB 5.0 MAT-file".to_vec();
+    matlab.resize(124, b' ');
+    matlab.extend([0, 1, b'I', b'M']);
+    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(&blanks).unwrap();
+    let compressed = encoder.finish().unwrap();
+    matlab.extend(15_u32.to_le_bytes());
+    matlab.extend((compressed.len() as u32).to_le_bytes());
+    matlab.extend(compressed);
+    drop(blanks);
+    let (said, peak) = refused_table(&matlab);
+    assert!(said.contains("grow too much"), "{said}");
+    // What is free is 64 MB; a buffer that grows from that to the double is there twice for a moment.
+    assert!(peak < 3 * 64 * MB + 4 * MB, "{peak} bytes");
 }

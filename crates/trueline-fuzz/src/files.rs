@@ -1,13 +1,14 @@
 //! Files that a user names.
 
 use std::path::Path;
-use trueline_dataset::import::profiles::ply;
+use trueline_dataset::import::profiles::{self, ProfileFormat, ply};
+use trueline_dataset::import::tables_of_programs;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::{
-    Error, Sensor, dialect, features_csv, gray_picture, known_toml, profiles_csv, robot_csv, sensor_toml,
-    stripes_csv,
+    Error, Sensor, dialect, features_csv, gray_picture, known_toml, profiles_csv, profiles_parquet,
+    robot_csv, sensor_toml, stripes_csv,
 };
-use trueline_live::motion::limits_file;
+use trueline_live::motion::{CheckedPath, limits_file};
 use trueline_plan::cell_toml;
 
 /// What an error names.
@@ -43,6 +44,40 @@ pub(crate) fn stripes_csv(bytes: &[u8]) {
 pub(crate) fn foreign_table(bytes: &[u8]) {
     if let Some((plain, _)) = said(dialect::plain_csv(Path::new(FILE), bytes.to_vec(), None)) {
         said(robot_csv::read(Path::new(FILE), plain.as_slice()));
+    }
+}
+
+/// Workbooks and files of MATLAB become text, which is bounded by what there is.
+pub(crate) fn table_of_program(bytes: &[u8]) {
+    let mut notes = Vec::new();
+    let text = said(tables_of_programs::as_text(Path::new(FILE), bytes.to_vec(), &|_| 1, &mut notes));
+    assert!(text.is_none_or(|text| text.len() <= (64 << 20) + 1000 * bytes.len()), "text without end");
+}
+
+pub(crate) fn profiles_parquet(bytes: &[u8]) {
+    said(profiles_parquet::read(Path::new(FILE), bytes.to_vec()));
+}
+
+/// The first byte chooses a maker's format.
+pub(crate) fn foreign_profiles(bytes: &[u8]) {
+    let Some((&choice, text)) = bytes.split_first() else { return };
+    let formats = ProfileFormat::ALL;
+    let (_, format) = formats[usize::from(choice) % formats.len()];
+    said(profiles::read(Path::new(FILE), text.to_vec(), format, None));
+}
+
+/// The limits of a motion and a path, parted by a byte of zero.
+pub(crate) fn plan(bytes: &[u8]) {
+    let mut parts = bytes.splitn(2, |byte| *byte == 0);
+    let (limits, path) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
+    let Ok(limits) = limits_file::parse(Path::new(FILE), &String::from_utf8_lossy(limits)) else { return };
+    let Some(samples) = said(robot_csv::read(Path::new(FILE), path)) else { return };
+    if let Ok(checked) = CheckedPath::new(&samples, 1.0, &limits) {
+        for k in 0..=20 {
+            let pose = checked.at(checked.duration_s() * f64::from(k) / 20.0).base_from_tool;
+            // The path was checked between its samples as well; what it may be outside is rounding.
+            assert!(limits.in_box(&pose.translation.vector, 1e-9), "a path outside its box");
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! Everything that parses bytes of strangers, one function a parser, for fuzzers and for the corpus that stays.
+//! Everything that parses bytes of strangers, one function a parser, and the gate before every command: for fuzzers and for the
+//! corpus that stays.
 //!
 //! A target takes any bytes and comes back. What it refuses must say something; what it takes must be usable.
 //!
@@ -9,19 +10,26 @@
 //! ```
 
 mod files;
+mod motion;
 mod packets;
 mod recordings;
+
+use std::path::Path;
 
 /// A parser under test: it must come back from any bytes.
 pub type Target = fn(&[u8]);
 
 /// All parsers by name.
-pub const TARGETS: [(&str, Target); 17] = [
+pub const TARGETS: [(&str, Target); 28] = [
     ("robot_csv", files::robot_csv),
     ("features_csv", files::features_csv),
     ("profiles_csv", files::profiles_csv),
     ("stripes_csv", files::stripes_csv),
     ("foreign_table", files::foreign_table),
+    ("table_of_program", files::table_of_program),
+    ("profiles_parquet", files::profiles_parquet),
+    ("foreign_profiles", files::foreign_profiles),
+    ("plan", files::plan),
     ("sensor_toml", files::sensor_toml),
     ("guess_toml", files::guess_toml),
     ("limits_toml", files::limits_toml),
@@ -31,9 +39,16 @@ pub const TARGETS: [(&str, Target); 17] = [
     ("point_cloud", files::point_cloud),
     ("mcap", recordings::mcap),
     ("ros_message", recordings::ros_message),
+    ("rosbag", recordings::rosbag),
+    ("watch_state", recordings::watch_state),
     ("egm", packets::egm),
+    ("hspo", packets::hspo),
+    ("rtde", packets::rtde),
     ("stream_motion", packets::stream_motion),
     ("rsi", packets::rsi),
+    ("gvcp", packets::gvcp),
+    ("gvsp", packets::gvsp),
+    ("gate", motion::gate),
 ];
 
 /// Runs a target by name.
@@ -46,4 +61,15 @@ pub fn run(name: &str, bytes: &[u8]) {
         panic!("there is no target {name}");
     };
     target(bytes);
+}
+
+/// Gives a target that reads files a file, in memory where that can be had: a database waits for a disk.
+#[expect(clippy::expect_used, reason = "a fuzzing harness reports by panicking")]
+fn with_file(name: &str, bytes: &[u8], target: impl FnOnce(&Path)) {
+    let memory = Path::new("/dev/shm");
+    let folder =
+        tempfile::tempdir_in(memory).or_else(|_| tempfile::tempdir()).expect("a folder for the file");
+    let file = folder.path().join(name);
+    std::fs::write(&file, bytes).expect("a file");
+    target(&file);
 }

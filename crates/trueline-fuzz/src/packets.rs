@@ -1,8 +1,19 @@
-//! Datagrams of robots.
+//! Datagrams and streams of robots and cameras.
 
+use std::net::{Ipv4Addr, SocketAddr};
+use telegenic::emulator::{DeviceConfig, GigeDevice};
+use telegenic::gige::proto::bootstrap::DeviceInfo;
+use telegenic::gige::proto::gvcp::{Ack, Cmd};
+use telegenic::gige::proto::gvsp::{GvspView, ImageLeader};
+use trueline_camera::gige::{PixelFormat, gray_image};
+use trueline_dataset::Pixels;
+use trueline_live::SequenceStatus;
 use trueline_live::egm::{RobotMessage, SensorMessage};
-use trueline_live::fanuc::stream_motion_packets;
+use trueline_live::fanuc::{Hspo, stream_motion_packets};
 use trueline_live::kuka::rob_message;
+use trueline_live::robot_source::RobotPose;
+use trueline_live::udp_source::DatagramProtocol;
+use trueline_live::ur::session::{Session, Told};
 
 pub(crate) fn egm(bytes: &[u8]) {
     if let Ok(message) = RobotMessage::decode(bytes) {
@@ -10,6 +21,92 @@ pub(crate) fn egm(bytes: &[u8]) {
     }
     if let Ok(message) = SensorMessage::decode(bytes) {
         drop(format!("{message:?}"));
+    }
+}
+
+fn is_pose(pose: &RobotPose) {
+    let pose = pose.base_from_tool;
+    assert!(pose.translation.vector.iter().all(|x| x.is_finite()), "a pose that is no pose");
+    assert!((pose.rotation.norm() - 1.0).abs() < 1e-9, "a rotation that is none");
+}
+
+pub(crate) fn hspo(bytes: &[u8]) {
+    let mut protocol = Hspo::default();
+    // A packet has 48 bytes: several in a row put the clock through its wraps.
+    for packet in bytes.chunks(48) {
+        match protocol.decode(packet) {
+            Ok((_, raw)) => {
+                for status in [SequenceStatus::Newest { skipped: 0 }, SequenceStatus::Late] {
+                    is_pose(&protocol.place(raw, status).0);
+                }
+            }
+            Err(rejection) => assert!(!rejection.to_string().is_empty()),
+        }
+    }
+}
+
+/// A stream: the first byte says in pieces of how many bytes it comes. What it says must not depend on that.
+pub(crate) fn rtde(bytes: &[u8]) {
+    let Some((&piece, stream)) = bytes.split_first() else { return };
+    let told = |piece: usize| {
+        let (mut session, mut send) = Session::begin();
+        let mut told = Vec::new();
+        for piece in stream.chunks(piece) {
+            let each = |_: &[u8], what: Told| {
+                if let Told::Pose(Ok(pose)) = &what {
+                    is_pose(pose);
+                }
+                told.push(format!("{what:?}"));
+            };
+            if let Err(error) = session.take(piece, &mut send, each) {
+                told.push(error.to_string());
+                break;
+            }
+        }
+        assert!(send.len() < 4096 + 8 * stream.len(), "answers without end");
+        told
+    };
+    assert_eq!(told(usize::from(piece) + 1), told(stream.len().max(1)));
+}
+
+/// Commands to our simulated camera, and answers of cameras to us.
+pub(crate) fn gvcp(bytes: &[u8]) {
+    let from = SocketAddr::from(([127, 0, 0, 1], 50_000));
+    let mut device = GigeDevice::new(Ipv4Addr::LOCALHOST, &DeviceConfig::default());
+    // Length-prefixed: a command may lean on one before.
+    let mut rest = bytes;
+    while let Some((&length, after)) = rest.split_first() {
+        let (datagram, after) = after.split_at(usize::from(length).min(after.len()));
+        let command = Cmd::parse(datagram);
+        if let Some(ack) = Ack::parse(datagram) {
+            drop((
+                ack.pending_ack_timeout_ms(),
+                ack.register_values().count(),
+                DeviceInfo::parse(ack.payload),
+            ));
+        }
+        if command.is_some() {
+            drop(device.handle_datagram(datagram, from));
+        }
+        rest = after;
+    }
+}
+
+/// A packet of a picture; what its leader claims, and what follows as pixels.
+pub(crate) fn gvsp(bytes: &[u8]) {
+    let Some(packet) = GvspView::parse(bytes) else { return };
+    let Some(leader) = ImageLeader::parse(packet.data) else { return };
+    let pixels = packet.data.get(36..).unwrap_or_default();
+    for format in [PixelFormat::Mono8, PixelFormat::Mono12, PixelFormat::Mono16] {
+        let size = [leader.width, leader.height];
+        if let Some(image) = gray_image(pixels, size, format, usize::from(leader.x_padding)) {
+            let count = match image.pixels {
+                Pixels::Eight(levels) => levels.len(),
+                Pixels::Sixteen(levels) => levels.len(),
+            };
+            assert_eq!(count, image.width * image.height);
+            assert!(count <= pixels.len(), "pixels that did not come");
+        }
     }
 }
 

@@ -131,6 +131,22 @@ mod tests {
     }
 
     #[test]
+    fn losses_are_continuous_where_they_bend_and_saturate_where_they_should() {
+        let c2 = 1.5 * 1.5;
+        for loss in ALL {
+            // Slopes are at most 1: across 2e-9 no loss rises by more.
+            let step = loss.value(c2 + 1e-9) - loss.value(c2 - 1e-9);
+            assert!((0.0..=2.1e-9).contains(&step), "{loss:?} {step}");
+        }
+        // From \[Black1996\]: Tukey's ends at c²/3; Geman-McClure nears c² as c⁴/s.
+        assert!((ALL[4].value(1e12) - c2 / 3.0).abs() < 1e-15);
+        assert!((ALL[3].value(1e12) - c2).abs() < 1e-11);
+        // Huber: 2c√s − c².
+        assert!((ALL[1].value(16.0) - (2.0 * 1.5 * 4.0 - c2)).abs() < 1e-14);
+        assert!((ALL[2].value(c2) - c2 * 2.0_f64.ln()).abs() < 1e-15);
+    }
+
+    #[test]
     fn every_loss_is_quadratic_near_zero() {
         for loss in ALL {
             // ρ(s) = s + O(s²) with a bend of at most 2/c² ≈ 1.

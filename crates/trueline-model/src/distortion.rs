@@ -126,7 +126,7 @@ fn first_positive_root(c: [f64; 4]) -> f64 {
     f64::INFINITY
 }
 
-/// Positive roots of c₁ + 2c₂s + 3c₃s², rising.
+/// Roots of c₁ + 2c₂s + 3c₃s², rising.
 fn turning_points(c: [f64; 4]) -> Vec<f64> {
     let (a, b, k) = (3.0 * c[3], 2.0 * c[2], c[1]);
     let mut roots = if a == 0.0 {
@@ -140,7 +140,7 @@ fn turning_points(c: [f64; 4]) -> Vec<f64> {
             if q == 0.0 { vec![0.0] } else { vec![q / a, k / q] }
         }
     };
-    roots.retain(|s| *s > 0.0 && s.is_finite());
+    roots.retain(|s| s.is_finite());
     roots.sort_by(f64::total_cmp);
     roots
 }

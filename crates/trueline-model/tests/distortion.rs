@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Vector2, Vector3};
+use proptest::prelude::*;
 use trueline_model::{BrownConrady, Camera, PixelError};
 
 fn camera() -> Camera {
@@ -76,4 +77,35 @@ fn the_first_of_several_folds_counts() {
     let lens = BrownConrady { k1: -11.0 / 18.0, k2: 1.0 / 5.0, k3: -1.0 / 42.0, ..BrownConrady::default() };
     assert!((lens.invertible_radius_squared() - 1.0).abs() < 1e-12);
     assert_eq!(BrownConrady::default().invertible_radius_squared(), f64::INFINITY);
+}
+
+/// The lens whose fold polynomial 1 + 3k₁s + 5k₂s² + 7k₃s³ is (1 − s/first)(1 + linear s + square s²).
+fn folding_at(first: f64, linear: f64, square: f64) -> BrownConrady {
+    BrownConrady {
+        k1: (linear - 1.0 / first) / 3.0,
+        k2: (square - linear / first) / 5.0,
+        k3: -square / first / 7.0,
+        ..BrownConrady::default()
+    }
+}
+
+// At the fold the polynomial has terms of up to 120 and a slope of at least 0.0023 (the pair below stays 0.3 off the axis, or a fifth
+// off the fold): 120 × 4 eps / 0.0023 = 5e-11.
+const ROOT: f64 = 1e-9;
+
+proptest! {
+    #[test]
+    fn the_fold_is_the_first_root_wherever_the_others_lie(
+        first in 0.2..3.0_f64, real in -3.0..3.0_f64, imaginary in 0.3..2.0_f64, further in 1.2..4.0_f64, negative in 0.2..5.0_f64,
+    ) {
+        // A pair of complex roots, which may turn the polynomial before the fold; a farther root and a negative one; two of them.
+        let size = real * real + imaginary * imaginary;
+        let (far, below) = (1.0 / (first * further), -1.0 / negative);
+        for (linear, square) in
+            [(-2.0 * real / size, 1.0 / size), (-far - below, far * below), (-far - 0.8 * far, 0.8 * far * far), (0.0, 0.0)]
+        {
+            let found = folding_at(first, linear, square).invertible_radius_squared();
+            prop_assert!((found / first - 1.0).abs() < ROOT, "{} {} {}: {}", first, linear, square, found);
+        }
+    }
 }

@@ -4,6 +4,7 @@
 
 use nalgebra::{DMatrix, DVector, SVector, UnitVector3, Vector2, Vector3};
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
 use trueline_geometry::{Plane, Pose, Trajectory, se3, so3};
 use trueline_lsq::check::numerical_jacobian;
 use trueline_model::{LaserSheet, Placement, Plate, SheetShape, StripeOnPlate};
@@ -105,6 +106,21 @@ proptest! {
         // truncation h⁴ f⁽⁵⁾/30 far below it.
         let error = (&analytic - &numerical).amax();
         prop_assert!(error < 2e-7, "{error:e}\n{analytic}\n{numerical}");
+    }
+}
+
+#[test]
+fn the_plane_of_a_plate_is_said_in_base() {
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    for _ in 0..20 {
+        let flat = case().new_tree(&mut runner).unwrap().current().plate;
+        let plate = flat.retract(&Vector3::new(0.01, -0.02, 0.003), &SVector::zeros());
+        let chart = &plate.chart;
+        // Any point of the plane n·(p − centre) = offset.
+        let aside = chart.along - plate.normal.as_ref() * plate.normal.dot(&chart.along);
+        let point = chart.centre + plate.normal.as_ref() * plate.offset_m + aside * 0.07;
+        // Sums of a few numbers of size 1.
+        assert!((plate.normal.dot(&point) - plate.offset_in_base_m()).abs() < 1e-14);
     }
 }
 

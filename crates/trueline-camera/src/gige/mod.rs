@@ -16,5 +16,6 @@ mod stamps;
 
 pub use camera::{GigeCamera, GigeCounts};
 pub use discovery::{Adapter, FoundCamera, discover};
+pub use picture::gray_image;
 pub use ptp::PtpState;
 pub use settings::{GigeSettings, PixelFormat};

@@ -64,27 +64,30 @@ fn status(frame: &Frame, packets: Option<&Packets>, session: Session) -> FrameSt
         return FrameStatus::Complete;
     }
     let [width, height] = session.size.map(|px| px as usize);
-    let missing_bytes = (width * height * session.format.bytes()).saturating_sub(frame.received_size);
+    let bytes_of_all = width.saturating_mul(height).saturating_mul(session.format.bytes());
+    let missing_bytes = bytes_of_all.saturating_sub(frame.received_size);
     let bytes = packets.map_or(0, |packets| packets.most_bytes).max(1);
     // At least one: the leader or the end of the picture may be all that is missing.
     let missing = u32::try_from(missing_bytes.div_ceil(bytes)).unwrap_or(u32::MAX).max(1);
     FrameStatus::Incomplete { missing }
 }
 
-/// Lines may be filled up, and other data may follow the picture.
 fn image(data: &[u8], frame: &Frame, session: Session) -> Option<GrayImage> {
-    pixels(data, session, usize::from(frame.x_padding))
+    gray_image(data, session.size, session.format, usize::from(frame.x_padding))
 }
 
-fn pixels(data: &[u8], session: Session, padding: usize) -> Option<GrayImage> {
-    let [width, height] = session.size.map(|px| px as usize);
-    let row = width * session.format.bytes();
-    let stride = row + padding;
-    if data.len() < (stride * height).saturating_sub(padding) || stride == 0 {
+/// The bytes of a stream as a picture of columns and rows; lines may be filled up with `padding` bytes, and other data may follow.
+/// `None` if there are fewer bytes than pixels.
+#[must_use]
+pub fn gray_image(data: &[u8], size: [u32; 2], format: PixelFormat, padding: usize) -> Option<GrayImage> {
+    let [width, height] = size.map(|px| px as usize);
+    let row = width.checked_mul(format.bytes())?;
+    let stride = row.checked_add(padding)?;
+    if data.len() < stride.checked_mul(height)?.saturating_sub(padding) || stride == 0 {
         return None;
     }
     let rows = data.chunks(stride).take(height).map(|line| &line[..row]);
-    let pixels = match session.format {
+    let pixels = match format {
         PixelFormat::Mono8 if padding == 0 => Pixels::Eight(data[..row * height].to_vec()),
         PixelFormat::Mono8 => Pixels::Eight(rows.flatten().copied().collect()),
         // Moved up so that white is the same in every picture of 16 bits.
@@ -105,19 +108,23 @@ mod tests {
 
     #[test]
     fn lines_that_are_filled_up_are_cut() {
-        let session = Session { size: [3, 2], format: PixelFormat::Mono8, range: None };
-        let image = pixels(&[1, 2, 3, 99, 4, 5, 6], session, 1).unwrap();
+        let pixels = |data: &[u8], padding| gray_image(data, [3, 2], PixelFormat::Mono8, padding);
+        let image = pixels(&[1, 2, 3, 99, 4, 5, 6], 1).unwrap();
         assert_eq!(image.pixels, Pixels::Eight(vec![1, 2, 3, 4, 5, 6]));
-        assert_eq!(pixels(&[1, 2, 3, 4, 5], session, 0), None, "one pixel too few");
+        assert_eq!(pixels(&[1, 2, 3, 4, 5], 0), None, "one pixel too few");
+        assert_eq!(
+            gray_image(&[0; 99], [u32::MAX; 2], PixelFormat::Mono16, 0),
+            None,
+            "more than can be counted"
+        );
     }
 
     #[test]
     fn white_is_white_in_every_format_of_two_bytes() {
         for format in [PixelFormat::Mono10, PixelFormat::Mono12, PixelFormat::Mono16] {
             let white = ((1_u32 << format.bits()) - 1) as u16;
-            let session = Session { size: [2, 1], format, range: None };
             let data: Vec<u8> = [white, 1].iter().flat_map(|v| v.to_le_bytes()).collect();
-            let Pixels::Sixteen(levels) = pixels(&data, session, 0).unwrap().pixels else {
+            let Pixels::Sixteen(levels) = gray_image(&data, [2, 1], format, 0).unwrap().pixels else {
                 panic!("16 bits were asked for")
             };
             let step = 1 << (16 - format.bits());

@@ -1,7 +1,7 @@
 //! Files of MATLAB, version 5 to 7: vectors of equal length are the columns of a table.
 
+use super::mat_file::{self, MatArray};
 use crate::error::Error;
-use matfile::{Array, MatFile, NumericData};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -20,10 +20,10 @@ pub(crate) fn as_csv(
     notes: &mut Vec<String>,
 ) -> Result<Vec<u8>, Error> {
     const SAVE: &str = "save vectors of numbers: save('log.mat', 'time_s', 'x_mm', …, '-v7')";
-    let parsed = MatFile::parse(bytes)
-        .map_err(|error| Error::unreadable(file, format!("a MATLAB file: {error:?}"), SAVE))?;
+    let arrays = mat_file::arrays(bytes)
+        .map_err(|fault| Error::unreadable(file, format!("a MATLAB file: {fault}"), SAVE))?;
     let mut tables: BTreeMap<usize, Table> = BTreeMap::new();
-    for array in parsed.arrays() {
+    for array in arrays {
         let (rows, columns) = columns(array);
         tables.entry(rows).or_default().extend(columns);
     }
@@ -52,36 +52,16 @@ pub(crate) fn as_csv(
 }
 
 /// Rows, and columns with their names; a row vector is a column as well.
-fn columns(array: &Array) -> (usize, Table) {
-    let numbers = numbers(array.data());
-    let (rows, count) = match array.size()[..] {
-        [1, columns] => (columns, 1),
-        [rows, columns] => (rows, columns),
-        _ => (numbers.len(), 1),
+fn columns(array: MatArray) -> (usize, Table) {
+    let (rows, count) = match array.rows {
+        1 => (array.columns, 1),
+        rows => (rows, array.columns),
     };
     let name = |k: usize| match count {
-        1 => array.name().to_owned(),
-        _ => format!("{}_{}", array.name(), k + 1),
+        1 => array.name.clone(),
+        _ => format!("{}_{}", array.name, k + 1),
     };
     // MATLAB stores column by column.
-    let table = numbers.chunks(rows.max(1)).enumerate().map(|(k, column)| (name(k), column.to_vec()));
-    (rows, table.collect())
-}
-
-fn numbers(data: &NumericData) -> Vec<f64> {
-    fn wide<T: Copy>(numbers: &[T], of: impl Fn(T) -> f64) -> Vec<f64> {
-        numbers.iter().map(|number| of(*number)).collect()
-    }
-    match data {
-        NumericData::Double { real, .. } => real.clone(),
-        NumericData::Single { real, .. } => wide(real, f64::from),
-        NumericData::Int8 { real, .. } => wide(real, f64::from),
-        NumericData::UInt8 { real, .. } => wide(real, f64::from),
-        NumericData::Int16 { real, .. } => wide(real, f64::from),
-        NumericData::UInt16 { real, .. } => wide(real, f64::from),
-        NumericData::Int32 { real, .. } => wide(real, f64::from),
-        NumericData::UInt32 { real, .. } => wide(real, f64::from),
-        NumericData::Int64 { real, .. } => wide(real, |number| number as f64),
-        NumericData::UInt64 { real, .. } => wide(real, |number| number as f64),
-    }
+    let columns = array.numbers.chunks_exact(rows.max(1)).enumerate();
+    (rows, columns.map(|(k, column)| (name(k), column.to_vec())).collect())
 }

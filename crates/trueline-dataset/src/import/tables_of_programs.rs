@@ -8,7 +8,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// A file that cannot be read as what it is, or a program that was built without `foreign-tables`.
-pub(crate) fn as_text(
+pub fn as_text(
     file: &Path,
     bytes: Vec<u8>,
     wanted: &dyn Fn(&str) -> usize,

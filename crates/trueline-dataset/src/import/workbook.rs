@@ -1,5 +1,6 @@
-//! Workbooks of Excel (xls, xlsx, xlsb) and LibreOffice (ods): their first sheet as CSV.
+//! Workbooks of Excel (xlsx, xlsb) and LibreOffice (ods): their first sheet as CSV.
 
+use super::workbook_extent;
 use crate::error::Error;
 use calamine::{Data, Reader, open_workbook_auto_from_rs};
 use std::io::Cursor;
@@ -8,14 +9,16 @@ use std::path::Path;
 /// The first sheet as CSV; which one that is, is noted.
 ///
 /// # Errors
-/// A broken workbook, or one without a sheet.
+/// A broken workbook, one without a sheet, or one that is far larger than its file.
 pub(crate) fn as_csv(file: &Path, bytes: Vec<u8>, notes: &mut Vec<String>) -> Result<Vec<u8>, Error> {
     let broken = |error: String| {
         let hint = "open it and save it again, or export the sheet as CSV";
         Error::unreadable(file, format!("a workbook: {error}"), hint)
     };
+    workbook_extent::expect_bounded(&bytes).map_err(|fault| broken(fault.to_string()))?;
     let mut workbook =
         open_workbook_auto_from_rs(Cursor::new(bytes)).map_err(|error| broken(error.to_string()))?;
+    workbook_extent::expect_dense(&mut workbook).map_err(|fault| broken(fault.to_string()))?;
     let names = workbook.sheet_names();
     let sheet = workbook
         .worksheet_range_at(0)

@@ -29,17 +29,16 @@ pub fn read(bytes: &[u8]) -> Result<RobMessage, PacketError> {
     loop {
         match reader.read_event().map_err(|_| PacketError::Text("not well-formed XML"))? {
             Event::Start(tag) | Event::Empty(tag) => match tag.name().as_ref() {
-                b"Rob" => is_rob = true,
-                b"RIst" => figures = Some(pose_figures(&tag)?),
-                b"Delay" => delayed = figure(&tag, b"D")?.map(|count| count as u32),
-                b"IPOC" => in_ipoc = true,
+                "Rob" => is_rob = true,
+                "RIst" => figures = Some(pose_figures(&tag)?),
+                "Delay" => delayed = figure(&tag, "D")?.map(|count| count as u32),
+                "IPOC" => in_ipoc = true,
                 _ => {}
             },
             Event::Text(text) if in_ipoc => {
-                let text = text.decode().map_err(|_| PacketError::Text("an IPOC that is no number"))?;
                 ipoc = Some(text.trim().parse().map_err(|_| PacketError::Text("an IPOC that is no number"))?);
             }
-            Event::End(tag) if tag.name().as_ref() == b"IPOC" => in_ipoc = false,
+            Event::End(tag) if tag.name().as_ref() == "IPOC" => in_ipoc = false,
             Event::DocType(_) | Event::GeneralRef(_) => {
                 return Err(PacketError::Text("a document type or an entity, which RSI does not send"));
             }
@@ -59,16 +58,15 @@ pub fn read(bytes: &[u8]) -> Result<RobMessage, PacketError> {
 
 fn pose_figures(tag: &BytesStart<'_>) -> Result<[f64; 6], PacketError> {
     let mut figures = [0.0; 6];
-    for (figure_of, name) in figures.iter_mut().zip([b"X", b"Y", b"Z", b"A", b"B", b"C"]) {
+    for (figure_of, name) in figures.iter_mut().zip(["X", "Y", "Z", "A", "B", "C"]) {
         *figure_of = figure(tag, name)?.ok_or(PacketError::Text("RIst without all of X Y Z A B C"))?;
     }
     Ok(figures)
 }
 
-fn figure(tag: &BytesStart<'_>, name: &[u8]) -> Result<Option<f64>, PacketError> {
+fn figure(tag: &BytesStart<'_>, name: &str) -> Result<Option<f64>, PacketError> {
     const NO_NUMBER: PacketError = PacketError::Text("a figure that is no number (decimal comma?)");
     let attribute = tag.try_get_attribute(name).map_err(|_| PacketError::Text("not well-formed XML"))?;
     let Some(attribute) = attribute else { return Ok(None) };
-    let text = std::str::from_utf8(&attribute.value).map_err(|_| NO_NUMBER)?;
-    text.trim().parse().map(Some).map_err(|_| NO_NUMBER)
+    attribute.value.trim().parse().map(Some).map_err(|_| NO_NUMBER)
 }

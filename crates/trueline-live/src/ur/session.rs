@@ -23,6 +23,11 @@ const NEEDED: usize = 2;
 /// Asked for, Hz; slower controllers send at their own rate.
 const RATE_HZ: f64 = 500.0;
 
+/// Metres and radians that no pose has.
+const MOST_M_OR_RAD: f64 = 1e4;
+/// Seconds that no controller has been on for.
+const MOST_S: f64 = 1e9;
+
 /// Why a session cannot go on.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SessionError {
@@ -265,8 +270,10 @@ impl Session {
     fn pose(&self, values: &[u8]) -> Result<RobotPose, PacketError> {
         let stamp_s = self.field("timestamp", values).and_then(double).ok_or(PacketError::NotFinite)?;
         let tcp = self.field("actual_TCP_pose", values).and_then(six).ok_or(PacketError::NotFinite)?;
-        let finite = stamp_s.is_finite() && tcp.iter().all(|figure| figure.is_finite());
-        if !finite || stamp_s.abs() > 1e9 {
+        // No arm is so far, or turned so often, and beyond it a rotation is lost in rounding.
+        let is_pose = tcp.iter().all(|figure| figure.abs() < MOST_M_OR_RAD);
+        let is_time = stamp_s.abs() < MOST_S;
+        if !is_pose || !is_time {
             return Err(PacketError::NotFinite);
         }
         let [x, y, z, rx, ry, rz] = tcp;
