@@ -42,5 +42,5 @@ done
     cat "$here/limits.md" "$here/vision.md"
 } >> "$report"
 # What the examples measured stays.
-sed -n '/^## Paths that repeat themselves/,$p' "$here/../../BENCHMARKS.md" >> "$report"
+sed -n '/^### The whole command/,$p' "$here/../../BENCHMARKS.md" >> "$report"
 cp "$report" "$here/../../BENCHMARKS.md"
