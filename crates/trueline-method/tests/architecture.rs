@@ -12,7 +12,18 @@ const ALLOWED: [(&str, &[&str]); 25] = [
     ("trueline-dataset", &["trueline-geometry", "trueline-model"]),
     ("trueline-method", &["trueline-dataset", "trueline-geometry", "trueline-lsq", "trueline-model"]),
     ("trueline-export", &["trueline-dataset", "trueline-geometry", "trueline-model"]),
-    ("trueline-fuzz", &["trueline-dataset", "trueline-live", "trueline-mcap", "trueline-plan"]),
+    (
+        "trueline-fuzz",
+        &[
+            "trueline-camera",
+            "trueline-dataset",
+            "trueline-geometry",
+            "trueline-live",
+            "trueline-mcap",
+            "trueline-plan",
+            "trueline-watch",
+        ],
+    ),
     (
         "trueline-experiments",
         &[

@@ -98,7 +98,7 @@ pub fn gray_image(data: &[u8], size: [u32; 2], format: PixelFormat, padding: usi
         }
     };
     // With both coordinates of range data a column is two numbers.
-    let numbers = if session.format == PixelFormat::Coord3dAc16 { 2 * width } else { width };
+    let numbers = if format == PixelFormat::Coord3dAc16 { 2 * width } else { width };
     Some(GrayImage { width: numbers, height, pixels })
 }
 
