@@ -247,13 +247,14 @@ fn elements(text: &str) -> (Vec<Element>, Vec<String>) {
     loop {
         match reader.read_event().unwrap() {
             quick_xml::events::Event::Start(tag) | quick_xml::events::Event::Empty(tag) => {
-                let attributes = tag.attributes().map(Result::unwrap).map(|a| {
-                    [a.key.as_ref(), a.value.as_ref()].map(|bytes| String::from_utf8(bytes.to_vec()).unwrap())
-                });
-                let name = String::from_utf8(tag.name().as_ref().to_vec()).unwrap();
+                let attributes = tag
+                    .attributes()
+                    .map(Result::unwrap)
+                    .map(|a| [a.key.as_ref(), a.value.as_ref()].map(str::to_owned));
+                let name = tag.name().as_ref().to_owned();
                 found.push((name, attributes.collect()));
             }
-            quick_xml::events::Event::Text(text) => words.push(text.decode().unwrap().trim().to_owned()),
+            quick_xml::events::Event::Text(text) => words.push(text.trim().to_owned()),
             quick_xml::events::Event::Eof => return (found, words),
             _ => {}
         }
