@@ -115,6 +115,10 @@ impl PictureSource for PictureFolder {
         // Into memory that is there already; few are not gray.
         match gray_png::read(file, spare) {
             Err(Error { problem: Problem::NotGray { .. }, .. }) => self.read_any(number),
+            // Of another format than its name says, as downloaded pictures are.
+            Err(error @ Error { problem: Problem::Picture { .. }, .. }) => {
+                self.read_any(number).map_err(|_| error)
+            }
             read => read,
         }
     }

@@ -277,6 +277,19 @@ fn of_colour_pictures_of_any_form_the_laser_s_channel_is_read() {
 }
 
 #[test]
+fn a_picture_is_what_its_bytes_say_and_not_its_name() {
+    let folder = folder_of("a.png", &bmp(&colour(), [64, 8]));
+    let pictures = PictureFolder::open(folder.path()).unwrap();
+    assert_eq!(pictures.read(0, &mut Vec::new()).unwrap().width, 64);
+    assert_eq!(pictures.channel(), Some(Channel::Red));
+    // What is no picture at all is told as what its name says.
+    let folder = folder_of("a.png", b"no picture");
+    let refusal =
+        PictureFolder::open(folder.path()).unwrap().read(0, &mut Vec::new()).unwrap_err().to_string();
+    assert!(refusal.contains("PNG"), "{refusal}");
+}
+
+#[test]
 fn gray_tiff_of_sixteen_bits_is_read_as_it_is() {
     let levels: Vec<u16> = (0..8 * 64).map(|k| k * 100).collect();
     let mut bytes = std::io::Cursor::new(Vec::new());
