@@ -3,7 +3,7 @@
 
 mod drawn;
 
-use drawn::{Paper, Stroke, arms, detector};
+use drawn::{Paper, Stroke, arms, between, detector};
 use nalgebra::Vector2;
 use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource, Pixels, Problem};
 use trueline_vision::{Joint, NotFound, Picture, PictureRegion, StripeChoice, find_seams};
@@ -97,6 +97,46 @@ fn a_rounded_plate_edge_is_refused_or_its_sigma_says_so() {
         Err(NotFound::RoundedEnd { .. } | NotFound::NoClearEnd { .. }) => {}
         Ok(seam) => assert!((seam.pixel.x - 700.0).abs() < 4.0 * seam.sigma_px()[0], "{seam:?}"),
         other => panic!("{other:?}"),
+    }
+}
+
+/// The upper plate bends by 7°, 125 px before its edge: one line within reach of both parts leaves the stripe at its end.
+#[test]
+fn a_bent_plate_is_followed_to_its_edge() {
+    for seed in 0..4 {
+        let bend = [CORNER[0] - 125.0, CORNER[1]];
+        let before = [bend[0] - 175.0, CORNER[1] + 21.5];
+        let lower = Stroke::new([CORNER[0], CORNER[1] - 70.0], 0.0, 500.0, 2.5);
+        let strokes = [between(before, bend, 2.5), between(bend, CORNER, 2.5), lower];
+        let [off_px, sigmas] = off(&mut paper(&strokes, seed), Joint::Lap, CORNER);
+        assert!(off_px < 1.5 && sigmas < 4.5, "seed {seed}: {off_px:.2} px, {sigmas:.1} sigma");
+    }
+}
+
+/// Where the middle of such a stripe is nobody can say: the uncertainty says that.
+#[test]
+fn a_tail_on_one_side_is_in_the_uncertainty() {
+    for seed in 0..4 {
+        let tailed = arms(CORNER, 600.0, 3.0, false).map(|arm| Stroke { tail: 0.35, ..arm });
+        let [off_px, sigmas] = off(&mut paper(&tailed, seed), Joint::Fillet, CORNER);
+        assert!(off_px > 0.15 && sigmas < 4.0, "seed {seed}: {off_px:.2} px, {sigmas:.1} sigma");
+        let mut plain = paper(&arms(CORNER, 600.0, 3.0, false), seed);
+        let seam = plain.seam(&mut detector(SIZE), Joint::Fillet).unwrap();
+        assert!(seam.sigma_px().iter().all(|px| *px < 0.1), "{seam:?}");
+    }
+}
+
+/// Of a bead that hides 160 px only a third is seen as a straight piece, beside one plate.
+#[test]
+fn the_toe_of_a_bead_is_no_corner() {
+    let strokes = [
+        between([110.0, 1006.0], [603.0, 578.0], 2.3),
+        between([744.0, 553.0], [1255.0, 729.0], 2.3),
+        between([640.0, 577.0], [724.0, 557.0], 2.3),
+    ];
+    for seed in 0..4 {
+        let found = paper(&strokes, seed).seam(&mut detector(SIZE), Joint::Fillet);
+        assert!(matches!(found, Err(NotFound::ArmsApart { .. })), "seed {seed}: {found:?}");
     }
 }
 

@@ -265,6 +265,35 @@ fn covers_way([from, to]: [Vector2<f64>; 2], pieces: impl Iterator<Item = [Vecto
     covered_px.sum::<f64>() > BRIDGED_PART * length_px
 }
 
+/// Whether an arm of a corner is a piece of what leads from its other arm to a heavier one, so that the corner is the toe of a
+/// bead over the corner that is meant; why that one is not there.
+#[must_use]
+pub(crate) fn toe(segments: &[LineSegment], corner: &ArmPair, lens: &Lens) -> Option<NotFound> {
+    let pairs = [[0, 1], [1, 0]].map(|order| order.map(|k| corner.segments[k]));
+    pairs.into_iter().find_map(|[plate, piece]| {
+        let heavier = |other: &usize| segments[*other].weight() > segments[piece].weight();
+        let others = (0..segments.len()).filter(|other| !corner.segments.contains(other)).filter(heavier);
+        others.into_iter().find_map(|other| {
+            let whole =
+                pair(segments, [plate, other], lens, |_, _, _| Ok(())).and_then(ArmPair::long).ok()?;
+            let begins = [0, 1].map(|k| whole.arms[k].at(whole.gaps_px[k]));
+            let ends = segments[piece].span().map(|s| segments[piece].line.at(s));
+            let leads = whole.score() > corner.score() && is_on_way(begins, ends);
+            leads.then_some(NotFound::ArmsApart { gaps_px: whole.gaps_px, most_px: BOTH_GAPS_PX })
+        })
+    })
+}
+
+/// Whether a piece lies between two points.
+fn is_on_way([from, to]: [Vector2<f64>; 2], piece: [Vector2<f64>; 2]) -> bool {
+    let length_px = (to - from).norm();
+    let way = Line2 { point: from, along: (to - from) / length_px };
+    piece.iter().all(|end| {
+        let beside = way.distance(end).abs() < BRIDGED_PART * length_px;
+        beside && (-MEETS_PX..length_px + MEETS_PX).contains(&way.station(end))
+    })
+}
+
 struct Arm {
     line: Line2,
     length: f64,

@@ -5,7 +5,6 @@ use crate::joint::arm_pair::{is_long, needed_px};
 use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
 use crate::line::Line2;
 use crate::locate::line_segment::LineSegment;
-use crate::measure::stripe_end::BANDS;
 use crate::not_found::NotFound;
 use crate::picture::Level;
 use crate::seam::{Seam, judged};
@@ -80,7 +79,7 @@ impl ButtFinder {
         // The search for one end must not reach the other plate.
         let search_px = SEARCH_PX.min(0.35 * best.width_px).max(3.0);
         for (point, plate) in points.iter_mut().zip(&best.plates) {
-            let (edge, fit) = self.ends.find(plate, search_px, [true; BANDS], frame)?;
+            let (edge, fit) = self.ends.find(plate, Some(search_px), frame)?;
             *point = edge_point(&fit, &edge);
             quality = quality.min(fit.present);
         }

@@ -5,15 +5,12 @@ use crate::joint::arm_pair::{is_long, needed_px};
 use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
 use crate::line::Line2;
 use crate::locate::line_segment::LineSegment;
-use crate::measure::stripe_end::BANDS;
 use crate::not_found::NotFound;
 use crate::picture::Level;
 use crate::seam::{Seam, judged};
 use crate::stripe_choice::StripeChoice;
 use nalgebra::Vector2;
 
-/// Where the end is looked for around the last edgel, px.
-const SEARCH_PX: f64 = 30.0;
 /// An end so near to the picture's border is not the plate's, px.
 const BORDER_PX: f64 = 60.0;
 /// A second segment with this part of the longest one's weight may be the plate as well.
@@ -41,7 +38,7 @@ pub fn find<L: Level>(
             meant.map(|(_, plate)| plate).ok_or_else(|| no_plate(evidence))?
         }
     };
-    let (edge, fit) = ends.find(&plate, SEARCH_PX, [true; BANDS], frame)?;
+    let (edge, fit) = ends.find(&plate, None, frame)?;
     let (ideal, covariance) = edge_point(&fit, &edge);
     judged(&covariance)?;
     Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)

@@ -44,7 +44,12 @@ impl FaceFinder {
             self.middles.extend(face.rows().filter_map(|row| face.middle(row, window(row))));
         }
         let fit = self.regressor.fit(&self.middles)?;
-        Some(Edge { s: fit.shift_at(0.0), sigma_px: fit.variance_at(0.0).sqrt(), blur_px: 0.0 })
+        Some(Edge {
+            s: fit.shift_at(0.0),
+            sigma_px: fit.variance_at(0.0).sqrt(),
+            blur_px: 0.0,
+            rounded_px: 0.0,
+        })
     }
 }
 

@@ -3,7 +3,7 @@
 
 use crate::detection::Detection;
 use crate::evidence::Evidence;
-use crate::joint::arm_pair::{ArmPair, heaviest_reason, pairs};
+use crate::joint::arm_pair::{ArmPair, heaviest_reason, pairs, toe};
 use crate::joint::corner::measure;
 use crate::measure::stripe_meter::StripeMeter;
 use crate::not_found::NotFound;
@@ -32,16 +32,17 @@ pub fn find<L: Level>(
             (weight, pair.and_then(|pair| pair.on_side(ridge, lens)).and_then(ArmPair::long))
         })
     };
-    choose(evidence, judged, choice, meter)
+    choose(evidence, judged, |pair| toe(evidence.segments, pair, lens), choice, meter)
 }
 
-/// Measures the corner that is meant among pairs that were judged.
+/// Measures the corner that is meant among pairs that were judged, unless there is a doubt about it.
 ///
 /// # Errors
 /// Why there is none.
 pub fn choose<L: Level, I: Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone>(
     evidence: &Evidence<'_, L>,
     judged: impl Fn() -> I,
+    doubt: impl Fn(&ArmPair) -> Option<NotFound>,
     choice: StripeChoice,
     meter: &mut StripeMeter,
 ) -> Result<Detection, NotFound> {
@@ -60,6 +61,9 @@ pub fn choose<L: Level, I: Iterator<Item = (f64, Result<ArmPair, NotFound>)> + C
     let rival = corners().find(|pair| apart(pair) > SAME_PX && pair.score() > RIVAL * best.score());
     if let Some(rival) = rival {
         return Err(NotFound::Ambiguous { distance_px: apart(&rival) });
+    }
+    if let Some(reason) = doubt(&best) {
+        return Err(reason);
     }
     measure(meter, &best, evidence.frame)
 }

@@ -20,8 +20,6 @@ const PARALLEL: f64 = 0.15;
 const APART_PX: f64 = 400.0;
 /// The stripes lie at least this many thicknesses beside each other.
 const STEP_SIGMAS: f64 = 4.0;
-/// Where the edge is looked for around the last edgel, px.
-const SEARCH_PX: f64 = 30.0;
 
 /// The two plates of a lap.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,14 +63,15 @@ impl LapFinder {
         let best = best.ok_or(evidence.no_joint())?;
         let plate =
             Plate { line: best.line, length_px: best.length, sigma_px: segments[best.upper].sigma_px };
-        let (mut edge, fit) = self.ends.find(&plate, SEARCH_PX, best.bands, frame)?;
+        let around = self.ends.look(&plate, None, frame)?;
+        let (mut edge, fit) = (self.ends.end(&around, best.bands)?, around.fit);
         let face = Face::between(&fit, edge.s, &best.lower_start, frame);
         let lit = face.as_ref().is_none_or(|face| face.is_lit(fit.amplitude, plate.sigma_px));
         if lit {
             let begins = face.and_then(|face| self.faces.edge(&face, plate.sigma_px));
             edge = with_lit_face(&edge, begins, plate.sigma_px);
         } else {
-            (edge, _) = self.ends.find(&plate, SEARCH_PX, [true; BANDS], frame)?;
+            edge = self.ends.whole_end(&around, frame)?;
         }
         let (ideal, covariance) = edge_point(&fit, &edge);
         judged(&covariance)?;

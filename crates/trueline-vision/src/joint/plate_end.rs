@@ -25,11 +25,45 @@ pub struct Plate {
     pub sigma_px: f64,
 }
 
+/// How far around the last edgel the end is looked for, px, and how far ahead of it the stripe is followed at a time.
+const SEARCH_PX: f64 = 30.0;
+const FOLLOWED_PX: f64 = 64.0;
+const MOST_STEPS: usize = 4;
+/// An end that is found within this of where it was taken to be is not followed further, px.
+const MOVED_PX: f64 = 10.0;
+/// Light of this part of the stripe's is the stripe; it may be missing so far, in px and in its thicknesses: grains of
+/// speckle are as long as it is thick.
+const LIT: f64 = 0.4;
+const DARK_PX: f64 = 16.0;
+const DARK_SIGMAS: f64 = 4.0;
+
 /// Where the stripe must still be on its line, in its thicknesses before the end; and how far beside it may be, in its
 /// thicknesses and in standard deviations.
 const BEFORE_SIGMAS: [f64; 2] = [3.0, 0.5];
 const ROUNDED_SIGMAS: f64 = 0.3;
 const ROUNDED: f64 = 4.0;
+/// By how many of its thicknesses it may at most, and how much further along than beside the line the plate's edge may be.
+const ROUNDEST_SIGMAS: f64 = 0.6;
+const ROUNDED_ALONG: f64 = 2.0;
+
+/// The stripe on a plate, measured.
+struct MeasuredPlate {
+    fit: Fit,
+    template: Template,
+    /// Where it was taken to end, along the line that was fitted.
+    near: f64,
+}
+
+/// The stripe on a plate, and where its end is looked for.
+#[derive(Clone, Debug)]
+pub(crate) struct EndSurroundings {
+    /// The line along the plate.
+    pub(crate) fit: Fit,
+    template: Template,
+    within: [f64; 2],
+    band_px: f64,
+    sigma_px: f64,
+}
 
 /// Nothing of a plate could be measured.
 const NOTHING: NotFound = NotFound::TooLittle { visible: 0.0, needed: 0.0 };
@@ -43,53 +77,119 @@ pub struct PlateEndFinder {
 }
 
 impl PlateEndFinder {
-    /// The end of the stripe on a plate, within `search_px` of the point of its line; `bands` says which bands across
-    /// the stripe are looked at.
+    /// The end of the stripe on a plate, near the point of its line: to within `known_px`, or else wherever the stripe leads.
     ///
     /// # Errors
     /// Too little stripe, or light that does not end.
     pub fn find<L: Level>(
         &mut self,
         plate: &Plate,
-        search_px: f64,
-        bands: [bool; BANDS],
+        known_px: Option<f64>,
         frame: Frame<'_, L>,
     ) -> Result<(Edge, Fit), NotFound> {
-        let span = [-plate.length_px.min(FIT_PX), -search_px];
-        let (fit, template) = self.meter.fit(&plate.line, span, plate.sigma_px, frame).ok_or(NOTHING)?;
-        let fit = self.meter.straight_end(fit);
-        let near = fit.line.station(&plate.line.point);
+        let around = self.look(plate, known_px, frame)?;
+        Ok((self.whole_end(&around, frame)?, around.fit))
+    }
+
+    /// Measures the stripe on a plate, and the light around its end.
+    ///
+    /// # Errors
+    /// Too little stripe.
+    pub(crate) fn look<L: Level>(
+        &mut self,
+        plate: &Plate,
+        known_px: Option<f64>,
+        frame: Frame<'_, L>,
+    ) -> Result<EndSurroundings, NotFound> {
+        let search_px = known_px.unwrap_or(SEARCH_PX);
+        let mut stripe = self.measure(plate, search_px, frame)?;
+        if known_px.is_none() {
+            for _ in 0..MOST_STEPS {
+                let Some(further) = self.followed(&stripe, plate.sigma_px, frame) else { break };
+                stripe = self.measure(&further, search_px, frame)?;
+            }
+        }
+        let MeasuredPlate { fit, template, near } = stripe;
         let reach = [near - search_px - COMPARE_PX, near + search_px + COMPARE_PX.min(search_px)];
         let band_px = self.meter.bands(&fit.line, reach, &template, frame, &mut self.ends.sections);
         let within = [near - search_px, near + search_px];
-        let edge = self.ends.end(&EndSearch { within, band_px, used: bands, sigma_px: plate.sigma_px })?;
-        if bands == [true; BANDS] {
-            self.refuse_rounded(plate, &edge, &fit, &template, frame)?;
-        }
-        Ok((edge, fit))
+        Ok(EndSurroundings { fit, template, within, band_px, sigma_px: plate.sigma_px })
     }
-}
 
-impl PlateEndFinder {
-    /// Refuses an end before which the stripe leaves its line: the plate's edge is rounded, and the light ends somewhere on
-    /// the rounding.
-    fn refuse_rounded<L: Level>(
+    fn measure<L: Level>(
         &mut self,
         plate: &Plate,
-        edge: &Edge,
-        fit: &Fit,
-        template: &Template,
+        search_px: f64,
         frame: Frame<'_, L>,
-    ) -> Result<(), NotFound> {
-        let span = BEFORE_SIGMAS.map(|sigmas| edge.s - sigmas * plate.sigma_px);
-        let Some([shift_px, sigma_px]) = self.meter.shift_beside(fit, span, template, frame) else {
-            return Ok(());
-        };
-        let most_px = (ROUNDED_SIGMAS * plate.sigma_px).max(ROUNDED * sigma_px);
-        if shift_px.abs() > most_px {
-            return Err(NotFound::RoundedEnd { shift_px: shift_px.abs(), most_px });
+    ) -> Result<MeasuredPlate, NotFound> {
+        let span = [-plate.length_px.min(FIT_PX), -search_px];
+        let (fit, template) = self.meter.fit(&plate.line, span, plate.sigma_px, frame).ok_or(NOTHING)?;
+        let fit = self.meter.straight_end(fit);
+        Ok(MeasuredPlate { fit, template, near: fit.line.station(&plate.line.point) })
+    }
+
+    /// The plate up to where its stripe leads, if that is not where its end was taken to be: a segment ends where its last
+    /// edgel does, and leaves a plate that is bent.
+    fn followed<L: Level>(
+        &mut self,
+        stripe: &MeasuredPlate,
+        sigma_px: f64,
+        frame: Frame<'_, L>,
+    ) -> Option<Plate> {
+        let MeasuredPlate { fit, template, near } = stripe;
+        self.meter.section(&fit.line, [near - SEARCH_PX, near + FOLLOWED_PX], template, frame);
+        let most_dark_px = DARK_PX.max(DARK_SIGMAS * sigma_px);
+        let mut last = near - SEARCH_PX;
+        for section in self.meter.sections() {
+            if section.s - last > most_dark_px {
+                break;
+            }
+            if section.amplitude > LIT * fit.amplitude {
+                last = section.s;
+            }
         }
-        Ok(())
+        // The line was fitted about the middle of what is straight.
+        let length_px = near - SEARCH_PX + last;
+        let line = Line2 { point: fit.line.at(last), along: fit.line.along };
+        ((last - near).abs() > MOVED_PX).then_some(Plate { line, length_px, sigma_px })
+    }
+
+    /// The end of the stripe that was looked at last, in some of the bands across it.
+    ///
+    /// # Errors
+    /// Light that does not end.
+    pub(crate) fn end(&mut self, around: &EndSurroundings, bands: [bool; BANDS]) -> Result<Edge, NotFound> {
+        let EndSurroundings { within, band_px, sigma_px, .. } = *around;
+        self.ends.end(&EndSearch { within, band_px, used: bands, sigma_px })
+    }
+
+    /// The same in all bands. Where the stripe leaves its line before its end the plate's edge is rounded, and the light ends
+    /// somewhere on the rounding: that is in the edge's standard deviation.
+    ///
+    /// # Errors
+    /// Light that does not end, or leaves its line by more than the stripe is thick.
+    pub(crate) fn whole_end<L: Level>(
+        &mut self,
+        around: &EndSurroundings,
+        frame: Frame<'_, L>,
+    ) -> Result<Edge, NotFound> {
+        let edge = self.end(around, [true; BANDS])?;
+        let span = BEFORE_SIGMAS.map(|sigmas| edge.s - sigmas * around.sigma_px);
+        let beside = self.meter.shift_beside(&around.fit, span, &around.template, frame);
+        let Some([shift_px, sigma_px]) = beside else { return Ok(edge) };
+        let most_px = (ROUNDED_SIGMAS * around.sigma_px).max(ROUNDED * sigma_px);
+        if shift_px.abs() <= most_px {
+            return Ok(edge);
+        }
+        let refused_px = ROUNDEST_SIGMAS * around.sigma_px;
+        if shift_px.abs() > refused_px {
+            return Err(NotFound::RoundedEnd { shift_px: shift_px.abs(), most_px: refused_px });
+        }
+        Ok(Edge {
+            sigma_px: edge.sigma_px.hypot(ROUNDED_ALONG * shift_px),
+            rounded_px: shift_px.abs(),
+            ..edge
+        })
     }
 }
 
@@ -98,6 +198,6 @@ impl PlateEndFinder {
 pub(crate) fn edge_point(fit: &Fit, edge: &Edge) -> (Vector2<f64>, Matrix2<f64>) {
     let (along, across) = (fit.line.along, fit.line.normal());
     let covariance = along * along.transpose() * edge.sigma_px.powi(2)
-        + across * across.transpose() * fit.variance_at(edge.s);
+        + across * across.transpose() * (fit.variance_at(edge.s) + edge.rounded_px.powi(2));
     (fit.line.at(edge.s), covariance)
 }

@@ -30,7 +30,7 @@ pub fn find<L: Level>(
             (weight, pair.and_then(|pair| of_a_block(pair, lens)))
         })
     };
-    choose(evidence, judged, choice, meter)
+    choose(evidence, judged, |_| None, choice, meter)
 }
 
 /// The pair, if its faces open as those of a block do.

@@ -35,6 +35,8 @@ pub struct CrossSection {
     pub(crate) background: f64,
     /// Odd-weighted sum: what a shift adds.
     pub(crate) tilt: f64,
+    /// The same of the stripe's ridge alone.
+    pub(crate) ridge_tilt: f64,
     /// What a shift adds to `tilt`, per px and gain, in levels.
     pub(crate) response: f64,
     pub(crate) stretch: f64,
@@ -62,7 +64,7 @@ pub(crate) fn section_stripe<L: Level>(
                 behind += slope;
                 above
             });
-            let [tilt, even, response, _] =
+            let [tilt, even, response, ridge_tilt] =
                 template.weigh(first / station.stretch, 1.0 / station.stretch, levels);
             let stretch = station.stretch.abs();
             sections.push(CrossSection {
@@ -72,6 +74,7 @@ pub(crate) fn section_stripe<L: Level>(
                 own_amplitude: f64::from(even) / (template.energy * stretch),
                 background: f64::from(middle),
                 tilt: f64::from(tilt),
+                ridge_tilt: f64::from(ridge_tilt),
                 response: f64::from(response) / stretch,
                 stretch,
             });

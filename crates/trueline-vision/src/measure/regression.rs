@@ -9,6 +9,8 @@ const BLIND: f64 = 5.0;
 const PER_MEDIAN: f64 = 1.4826;
 /// Shifts from which a scale is taken at most.
 const SAMPLED: usize = 300;
+/// Of fewer independent shifts than this no variance can be told.
+const FEWEST_INDEPENDENT: f64 = 3.0;
 /// Neighbours whose correlation is looked at.
 const LAGS: usize = 32;
 
@@ -46,6 +48,12 @@ pub struct Regression {
 }
 
 impl Regression {
+    /// How many shifts are worth one: neighbours share their speckle.
+    #[must_use]
+    pub(crate) fn shared(&self) -> f64 {
+        (self.covariance.m11 * self.count / (self.sigma_px * self.sigma_px)).max(1.0)
+    }
+
     /// Shift at a distance along the line, px.
     #[must_use]
     pub(crate) fn shift_at(&self, s: f64) -> f64 {
@@ -95,8 +103,9 @@ impl Regressor {
         );
         let (bread, filling) = self.sandwich(shifts, sigma, centre);
         let (information, bread) = (bread, bread.try_inverse()?);
-        let covariance = bread * filling * bread * self.correlation(shifts, sigma);
         let weights = self.sums(at, sigma)[5];
+        let shared = self.correlation(shifts, sigma);
+        let covariance = bread * filling * bread * (shared * line_taken_out(weights / shared));
         let sigma_px = self.spread(shifts, BLIND * sigma);
         Some(Regression {
             centre,
@@ -203,6 +212,13 @@ impl Regressor {
         }
         sum
     }
+}
+
+/// How much larger a variance is than that of the residuals about a line through a number of independent shifts says: the line
+/// has taken up two of them.
+fn line_taken_out(independent: f64) -> f64 {
+    let independent = independent.max(FEWEST_INDEPENDENT);
+    independent / (independent - 2.0)
 }
 
 /// Sums in four lanes, which one instruction adds at once.

@@ -68,6 +68,8 @@ pub struct Edge {
     pub sigma_px: f64,
     /// How far it is blurred, px: the scale of a logistic step is 1 / 1.702 of it.
     pub blur_px: f64,
+    /// How far the stripe lies beside its line before it, px, where that is more than chance.
+    pub rounded_px: f64,
 }
 
 /// One band: its light on the plate and beyond, and the sums of costs along it.
@@ -83,6 +85,9 @@ struct Band {
     /// Cost of all sections before each, were they plate; of all before each, were they dark.
     as_plate: Vec<f64>,
     as_dark: Vec<f64>,
+    /// Cost of an edge at places of equal steps, and the first of these.
+    by_place: Vec<f64>,
+    first_place: f64,
 }
 
 /// What is looked for: where, in which bands, how thick the stripe is.
@@ -106,6 +111,8 @@ pub struct EndFinder {
     bands: [Band; BANDS],
     stations: Vec<f64>,
     costs: Vec<PlaceCost>,
+    /// Sums over the bands of one slant, place by place.
+    sums: Vec<f64>,
 }
 
 /// A blur that is tried.
@@ -181,19 +188,37 @@ impl EndFinder {
         self.mean()
     }
 
-    /// Adds the costs of all places, and of every so many slants, of one blur.
+    /// Adds the costs of all places, and of every so many slants, of one blur. What a band says of a place does not depend on
+    /// the slant: it is found once, and looked up between two places for each.
     fn try_places(&mut self, used: [bool; BANDS], [from, to]: [f64; 2], every: usize, blur: &Blur) {
         let Blur { px: blur_px, step_px, prior, correlation } = *blur;
         let places = ((to - from) / step_px) as usize + 1;
-        for slant in SLANTS.into_iter().step_by(every) {
-            for k in 0..places {
-                let place = from + k as f64 * step_px;
-                let bands = self.bands.iter().zip(used).filter(|(_, used)| *used);
-                let costs = bands
-                    .map(|(band, _)| band.cost_of(&self.stations, place + slant * band.distance_px, blur_px));
-                let cost = prior + costs.sum::<f64>() / correlation;
-                self.costs.push(PlaceCost { place, blur_px, step_px, cost });
+        let steepest = SLANTS[SLANTS.len() - 1];
+        for (_, band) in used.into_iter().zip(&mut self.bands).filter(|(used, _)| *used) {
+            let beside = (steepest * band.distance_px.abs() / step_px) as usize + 2;
+            band.first_place = from - beside as f64 * step_px;
+            band.by_place.clear();
+            for k in 0..places + 2 * beside + 1 {
+                let cost = band.cost_of(&self.stations, band.first_place + k as f64 * step_px, blur_px);
+                band.by_place.push(cost);
             }
+        }
+        for slant in SLANTS.into_iter().step_by(every) {
+            self.sums.clear();
+            self.sums.resize(places, 0.0);
+            for (_, band) in used.into_iter().zip(&self.bands).filter(|(used, _)| *used) {
+                let at = (from + slant * band.distance_px - band.first_place) / step_px;
+                let (second, weights) = (at as usize, cubic(at.fract()));
+                for (sum, around) in self.sums.iter_mut().zip(band.by_place[second - 1..].windows(4)) {
+                    *sum += (0..4).map(|k| weights[k] * around[k]).sum::<f64>();
+                }
+            }
+            self.costs.extend(self.sums.iter().enumerate().map(|(k, sum)| PlaceCost {
+                place: from + k as f64 * step_px,
+                blur_px,
+                step_px,
+                cost: prior + sum / correlation,
+            }));
         }
     }
 
@@ -215,7 +240,7 @@ impl EndFinder {
         let (blur_px, step_px) = (blur_px / total, step_px / total);
         let variance = (square - mean * mean).max(0.0) + step_px * step_px / 12.0;
         let model = MODEL_PX.hypot(MODEL_BLURS * (blur_px - LEAST_BLUR_PX));
-        Edge { s: origin + mean, sigma_px: (variance + model * model).sqrt(), blur_px }
+        Edge { s: origin + mean, sigma_px: (variance + model * model).sqrt(), blur_px, rounded_px: 0.0 }
     }
 }
 
@@ -290,6 +315,17 @@ impl Band {
         });
         self.as_plate[from] + mixed.sum::<f64>() + self.as_dark[stations.len()] - self.as_dark[to]
     }
+}
+
+/// What four values in a row count for at a part of the way from the second to the third (Catmull and Rom's cubic).
+fn cubic(part: f64) -> [f64; 4] {
+    let (one, two, three) = (part, part * part, part * part * part);
+    [
+        0.5 * (2.0 * two - one - three),
+        0.5 * (2.0 - 5.0 * two + 3.0 * three),
+        0.5 * (one + 4.0 * two - 3.0 * three),
+        0.5 * (three - two),
+    ]
 }
 
 /// Logarithm and inverse of a mean.

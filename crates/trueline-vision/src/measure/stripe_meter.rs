@@ -30,7 +30,13 @@ const BENT_PX: f64 = 0.15;
 /// Lengths of the stretches before an end that are fitted by themselves, px, the whole last; and by how many standard
 /// deviations a longer one may differ from them.
 const ENDS_PX: [f64; 5] = [80.0, 160.0, 320.0, 640.0, f64::INFINITY];
-const AGREES: f64 = 2.0;
+const AGREES: f64 = 2.5;
+
+/// Parts of a stripe whose skews are compared, the fewest, and by how many standard deviations of their mean this must differ from
+/// zero.
+const SKEW_PARTS: usize = 16;
+const FEWEST_PARTS: f64 = 8.0;
+const SKEWED: f64 = 3.5;
 
 /// A measured segment of stripe.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,13 +53,16 @@ pub struct Fit {
     pub present: f64,
     /// Sections that show it.
     pub sections: usize,
+    /// How far its ridge lies beside the middle that its flanks show, px, where that is more than chance: a stripe with a tail
+    /// on one side has no middle that is better known. The same in all pictures.
+    pub skew_px: f64,
 }
 
 impl Fit {
     /// Variance of the line square to itself at a distance along it from its point, px².
     #[must_use]
     pub(crate) fn variance_at(&self, s: f64) -> f64 {
-        self.regression.variance_at(self.regression.centre + s)
+        self.regression.variance_at(self.regression.centre + s) + self.skew_px * self.skew_px
     }
 }
 
@@ -75,15 +84,15 @@ fn hangs_off(start: &[Shift], all: &Regression) -> bool {
         sum += sigmas.clamp(-3.0, 3.0);
         count += 1.0;
     }
-    // The covariance says how many shifts are worth one: neighbours share their speckle.
-    let shared = all.covariance.m11 * all.count / (all.sigma_px * all.sigma_px);
-    sum * sum > 4.0 * count * shared.max(1.0)
+    sum * sum > 4.0 * count * all.shared()
 }
 
 /// Whether a regression over a longer stretch has the stripe somewhere else at `s` than one over a shorter stretch.
 fn differs(shorter: &Regression, longer: &Regression, s: f64) -> bool {
     let off = shorter.shift_at(s) - longer.shift_at(s);
-    off.abs() > BENT_PX && off * off > AGREES * AGREES * shorter.variance_at(s)
+    // How far neighbours share their speckle a longer stretch knows better.
+    let shared = (longer.shared() / shorter.shared()).max(1.0);
+    off.abs() > BENT_PX && off * off > AGREES * AGREES * shared * shorter.variance_at(s)
 }
 
 /// Measures stripes; memory is kept from one to the next.
@@ -229,7 +238,30 @@ impl StripeMeter {
             amplitude,
             present: sections as f64 / self.sections.len().max(1) as f64,
             sections,
+            skew_px: self.skew_px(gain),
         })
+    }
+
+    /// How far the ridge lies beside what all of the stripe says, by parts of the last sections: zero where these scatter so
+    /// much that it may be chance.
+    fn skew_px(&self, gain: f64) -> f64 {
+        let part = self.sections.len().div_ceil(SKEW_PARTS).max(1);
+        let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        for (sections, shifts) in self.sections.chunks(part).zip(self.shifts.chunks(part)) {
+            let there = sections.iter().zip(shifts).filter(|(_, shift)| shift.weight > 0.0);
+            let (mut tilt, mut light) = (0.0, 0.0);
+            for (section, _) in there {
+                tilt += section.ridge_tilt - section.tilt;
+                light += section.amplitude * gain * section.stretch;
+            }
+            if light > 0.0 {
+                let skew = tilt / light;
+                (count, sum, squares) = (count + 1.0, sum + skew, squares + skew * skew);
+            }
+        }
+        let (mean, square) = (sum / f64::max(count, 1.0), squares / f64::max(count, 1.0));
+        let variance = (square - mean * mean).max(0.0) / f64::max(count - 1.0, 1.0);
+        if count >= FEWEST_PARTS && mean * mean > SKEWED * SKEWED * variance { mean } else { 0.0 }
     }
 
     /// The stripe's centre line: its middle at every section of the last fit that shows it, along the line that was fitted
@@ -302,9 +334,7 @@ impl StripeMeter {
         let lights: f64 = self.sections.iter().map(light).sum();
         let own_variance = fit.regression.sigma_px.powi(2) / self.sections.len() as f64;
         // Neighbours share their speckle as along the line.
-        let all = &fit.regression;
-        let shared = all.covariance.m11 * all.count / (all.sigma_px * all.sigma_px);
-        (lights > 0.0).then(|| [tilt / lights, (own_variance * shared.max(1.0)).sqrt()])
+        (lights > 0.0).then(|| [tilt / lights, (own_variance * fit.regression.shared()).sqrt()])
     }
 
     /// Measures sections of the stripe along a line.

@@ -33,7 +33,7 @@ const FULL_CONTRAST: f64 = 0.3;
 /// 1. the profile: what finds the amplitude;
 /// 2. response: what the level adds to the change of the odd sum when the stripe moves. A grain of speckle of
 ///    factor f moves as f P(d − e), by f P · (−P′/P);
-/// 3. nothing, so that the four are loaded in one go.
+/// 3. odd, of the ridge alone: finds the same middle of a symmetric stripe as the first does.
 pub type Weights = [f32; 4];
 
 /// Profile and weights by distance from the middle.
@@ -83,9 +83,11 @@ impl Template {
         let odd: [f64; BINS] = std::array::from_fn(|k| if k < bins { weights[k] * fade(k) } else { 0.0 });
         let gain = (0..bins).map(|k| -odd[k] * slope(profile, k)).sum::<f64>() * 2.0 / PER_PX;
         let energy = profile[..bins].iter().map(|p| p * p).sum::<f64>() * 2.0 / PER_PX;
-        let at_bin = |k: usize| -> [f64; 3] {
+        let ridge = ridge_weights(profile, bins);
+        let ridge_gain = (0..bins).map(|k| -ridge[k] * slope(profile, k)).sum::<f64>() * 2.0 / PER_PX;
+        let at_bin = |k: usize| -> [f64; 4] {
             let steepness = if profile[k] > 0.0 { -slope(profile, k) / profile[k] } else { 0.0 };
-            [odd[k], profile[k], odd[k] * steepness / gain]
+            [odd[k], profile[k], odd[k] * steepness / gain, ridge[k] * gain / ridge_gain]
         };
         let mut signed = [[0.0; 4]; ENTRIES];
         for entry in 0..bins * FINE {
@@ -95,9 +97,10 @@ impl Template {
             // Across the middle the odd weights change their sign, and the others are even.
             let mirrored = if low < 0.0 { -1.0 } else { 1.0 };
             let mix = |which: usize, sign: f64| sign * below[which] * (1.0 - part) + above[which] * part;
-            let [odd, profile, response] = [mix(0, mirrored), mix(1, 1.0), mix(2, 1.0)];
+            let [odd, profile, response, ridge] =
+                [mix(0, mirrored), mix(1, 1.0), mix(2, 1.0), mix(3, mirrored)];
             for (at, side) in [(bins * FINE - 1 - entry, -1.0), (bins * FINE + entry, 1.0)] {
-                signed[at] = [side * odd, profile, response, 0.0].map(|weight| weight as f32);
+                signed[at] = [side * odd, profile, response, side * ridge].map(|weight| weight as f32);
             }
         }
         Self { reach_px: bins as f64 / PER_PX, weights: signed, gain, energy }
@@ -127,6 +130,15 @@ impl Template {
 /// A function of the distance, in the middle of each bin.
 fn bins(of: impl Fn(f64) -> f64) -> [f64; BINS] {
     std::array::from_fn(|k| of((k as f64 + 0.5) / PER_PX))
+}
+
+/// Weights that see the ridge and hardly the flanks.
+fn ridge_weights(profile: &[f64; BINS], bins: usize) -> [f64; BINS] {
+    let shoulder = profile[..bins].iter().position(|p| *p < (-0.5_f64).exp() * profile[0]).unwrap_or(bins);
+    std::array::from_fn(|k| {
+        let part = (k as f64 + 0.5) / shoulder.max(1) as f64;
+        if k < bins { part * (-part * part).exp() } else { 0.0 }
+    })
 }
 
 /// Slope of a profile, per px.

@@ -40,11 +40,13 @@ pub(crate) struct Stroke {
     pub blur_px: f64,
     /// Radius with which it bends off to its left before it ends, px.
     pub rounding_px: f64,
+    /// Part of the light that fades off slowly on its right.
+    pub tail: f64,
 }
 
 impl Stroke {
     pub(crate) fn new(from: [f64; 2], heading_deg: f64, length_px: f64, sigma_px: f64) -> Self {
-        Self { from, heading_deg, length_px, sigma_px, blur_px: 0.6, rounding_px: 0.0 }
+        Self { from, heading_deg, length_px, sigma_px, blur_px: 0.6, rounding_px: 0.0, tail: 0.0 }
     }
 
     /// Light at a pixel. A fade is linear, unlike what the detector assumes.
@@ -57,7 +59,10 @@ impl Stroke {
             beside += self.rounding_px - (self.rounding_px * self.rounding_px - over * over).sqrt();
         }
         let fade = |inside: f64| (0.5 + 0.25 * inside / self.blur_px).clamp(0.0, 1.0);
-        fade(along) * fade(self.length_px - along) * (-0.5 * (beside / self.sigma_px).powi(2)).exp()
+        let thicknesses = beside / self.sigma_px;
+        let bell = (-0.5 * thicknesses * thicknesses).exp();
+        let tail = if thicknesses > 0.0 { self.tail } else { 0.0 };
+        fade(along) * fade(self.length_px - along) * ((1.0 - tail) * bell + tail * (-0.5 * thicknesses).exp())
     }
 }
 
@@ -95,6 +100,12 @@ impl Paper {
         let levels = self.levels(0.0);
         detector.seam(&Picture::new(self.size[0], self.size[1], &levels).unwrap(), joint)
     }
+}
+
+/// A stroke from one point to another.
+pub(crate) fn between(from: [f64; 2], to: [f64; 2], sigma_px: f64) -> Stroke {
+    let (x, y) = (to[0] - from[0], to[1] - from[1]);
+    Stroke::new(from, y.atan2(x).to_degrees(), x.hypot(y), sigma_px)
 }
 
 /// Two arms of a length from a corner, each 60° beside the vertical: downwards a valley, upwards a ridge.
