@@ -5,11 +5,11 @@ use crate::gray_png::{GrayImage, Pixels};
 
 /// Weights of red, green and blue in a gray level \[ITU-R BT.601\], as JPEG has them too.
 const LUMA: [f64; 3] = [0.299, 0.587, 0.114];
-/// Part of the pixels that a stripe lights.
-const STRIPE: f64 = 0.005;
+/// Side of a tile, px, and the part of the tiles that a stripe crosses.
+const TILE: usize = 16;
+const STRIPE: f64 = 0.01;
 /// A channel must stand out by so many times what the gray levels do to be preferred to them.
 const CLEARLY: f64 = 1.05;
-const BINS: usize = 256;
 
 /// What of a colour picture is looked at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,7 +40,7 @@ impl Channel {
         }
     }
 
-    /// The channel in which the brightest half percent of pictures stands out most; gray where none does clearly.
+    /// The channel in which what is bright stands out most from what is beside it; gray where none does clearly.
     #[must_use]
     pub(crate) fn of_laser<'a>(pictures: impl Iterator<Item = &'a DecodedPicture>) -> Self {
         let mut sums = [0.0; 4];
@@ -54,33 +54,31 @@ impl Channel {
         best.filter(|(_, sum)| *sum > CLEARLY * gray).map_or(Self::Gray, |(channel, _)| channel)
     }
 
-    /// Mean of the brightest pixels above the median, as a part of full scale.
+    /// How far the brightest pixel stands above the mean of its tile, in the tiles in which it does so most, as a part of full
+    /// scale: where the channel is saturated, or a surface glows, all of a tile is bright.
     fn excess(self, picture: &DecodedPicture) -> f64 {
-        let mut counts = [0_usize; BINS];
         match &picture.levels {
-            Pixels::Eight(levels) => {
-                levels.chunks_exact(picture.channels).for_each(|p| counts[self.level(p) as usize] += 1);
-            }
-            Pixels::Sixteen(levels) => {
-                levels
-                    .chunks_exact(picture.channels)
-                    .for_each(|p| counts[self.level(p) as usize / BINS] += 1);
+            Pixels::Eight(levels) => self.excess_of(picture, levels) / f64::from(u8::MAX),
+            Pixels::Sixteen(levels) => self.excess_of(picture, levels) / f64::from(u16::MAX),
+        }
+    }
+
+    fn excess_of<L: Copy + Into<f64>>(self, picture: &DecodedPicture, levels: &[L]) -> f64 {
+        let columns = picture.width.div_ceil(TILE);
+        let mut tiles = vec![[0.0_f64; 3]; columns * picture.height.div_ceil(TILE)];
+        let rows = levels.chunks_exact((picture.width * picture.channels).max(1)).enumerate();
+        for (v, row) in rows {
+            for (u, pixel) in row.chunks_exact(picture.channels).enumerate() {
+                let level = self.level(pixel);
+                let [peak, sum, count] = &mut tiles[v / TILE * columns + u / TILE];
+                (*peak, *sum, *count) = (peak.max(level), *sum + level, *count + 1.0);
             }
         }
-        let total: usize = counts.iter().sum();
-        let stripe = ((STRIPE * total as f64) as usize).max(1);
-        let (mut taken, mut light) = (0, 0.0);
-        for (level, count) in counts.iter().enumerate().rev() {
-            let some = (*count).min(stripe - taken);
-            taken += some;
-            light += (some * level) as f64;
-        }
-        let mut seen = 0;
-        let median = counts.iter().position(|count| {
-            seen += count;
-            2 * seen >= total
-        });
-        (light / stripe as f64 - median.unwrap_or(0) as f64) / (BINS - 1) as f64
+        let mut excess: Vec<f64> =
+            tiles.iter().map(|[peak, sum, count]| peak - sum / count.max(1.0)).collect();
+        let most = ((STRIPE * excess.len() as f64) as usize).clamp(1, excess.len().max(1));
+        excess.sort_unstable_by(|a, b| b.total_cmp(a));
+        excess.iter().take(most).sum::<f64>() / most as f64
     }
 
     /// The level of a pixel with one to four channels; opacity does not count.

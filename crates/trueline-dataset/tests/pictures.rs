@@ -276,6 +276,17 @@ fn of_colour_pictures_of_any_form_the_laser_s_channel_is_read() {
     }
 }
 
+/// A red laser on white paper: red is saturated all over the paper, green only in the stripe.
+#[test]
+fn where_a_surface_glows_another_channel_is_looked_at() {
+    let stripe = |k: usize| if k / 64 == 3 { [255, 230, 200] } else { [255, 60, 70] };
+    let picture: Vec<u8> = (0..8 * 64).flat_map(stripe).collect();
+    let folder = folder_of("a.bmp", &bmp(&picture, [64, 8]));
+    let pictures = PictureFolder::open(folder.path()).unwrap();
+    pictures.read(0, &mut Vec::new()).unwrap();
+    assert_eq!(pictures.channel(), Some(Channel::Green));
+}
+
 #[test]
 fn a_picture_is_what_its_bytes_say_and_not_its_name() {
     let folder = folder_of("a.png", &bmp(&colour(), [64, 8]));

@@ -202,6 +202,12 @@ fn the_joint_is_the_most_special_one_that_most_pictures_show() {
     assert_eq!(joint_choice::joint(&[show(&[Joint::Lap, Joint::Edge]); 5]), Some(Joint::Lap));
     assert_eq!(joint_choice::joint(&[show(&[Joint::Corner]); 5]), Some(Joint::Corner));
     assert_eq!(joint_choice::joint(&[show(&[Joint::Butt]); 5]), Some(Joint::Butt));
+    // Evenness is no evidence in two gaps, and a joint in one of twelve pictures is chance.
+    assert_eq!(joint_choice::joint(&[show(&[Joint::Butt]); 2]), None);
+    let mut rare = [show(&[]); 12];
+    rare[7] = show(&[Joint::VGroove]);
+    assert_eq!(joint_choice::joint(&rare), None);
+    assert_eq!(joint_choice::joint(&rare[5..]), Some(Joint::VGroove));
     // Every stripe ends somewhere: an edge is the joint if several pictures, and nearly all, show it.
     assert_eq!(joint_choice::joint(&[show(&[Joint::Edge]); 6]), Some(Joint::Edge));
     assert_eq!(joint_choice::joint(&[show(&[Joint::Edge]); 5]), None);

@@ -4,7 +4,7 @@
 mod drawn;
 mod scenes;
 
-use drawn::{Paper, Stroke, arms, detector};
+use drawn::{Paper, Stroke, arms, between, detector};
 use nalgebra::Vector2;
 use scenes::{pictures_with_lines, scenario};
 use trueline_sim::{Joint as Scene, Look};
@@ -63,6 +63,34 @@ fn a_step_has_an_edge_and_a_foot() {
     // A lap whose end face is dark is no step.
     let ([upper, _, lower], _) = step([600.4, 620.7], 120.0);
     assert!(detect(&[upper, lower], 3, Joint::Step).is_err());
+}
+
+/// The mirror image of a face, half as long, meets the plate 20 px from where the face does.
+#[test]
+fn a_shorter_ghost_of_a_face_makes_no_other_groove() {
+    let (left, right) = ([500.3, 600.0], [860.8, 600.0]);
+    let mut strokes = groove(left, right, 140.0);
+    strokes.push(Stroke::new([left[0] + 20.0, left[1]], -75.0, 70.0, 2.0));
+    let found = detect(&strokes, 5, Joint::Groove).unwrap();
+    assert_seams(&found, &[left, right]);
+}
+
+/// Faces of 150 px that end 90 px before they would meet, further than the two arms of a corner may.
+#[test]
+fn a_groove_with_an_open_root_has_a_bottom_where_its_plates_show_it() {
+    let bottom = [640.4, 400.6];
+    let face = |heading_deg: f64| {
+        let (sin, cos) = heading_deg.to_radians().sin_cos();
+        let at = |s: f64| [bottom[0] + s * cos, bottom[1] + s * sin];
+        (between(at(90.0), at(240.0), 2.0), at(240.0))
+    };
+    let ((left, left_end), (right, right_end)) = (face(140.0), face(40.0));
+    let plates = [Stroke::new(left_end, 180.0, 400.0, 2.0), Stroke::new(right_end, 0.0, 400.0, 2.0)];
+    let found = detect(&[left, right, plates[0], plates[1]], 6, Joint::VGroove).unwrap();
+    assert_seams(&found, &[bottom]);
+    // Without plates nothing says that two lines so far apart belong together.
+    assert!(detect(&[left, right], 6, Joint::VGroove).is_err());
+    assert!(detect(&[left, right, plates[0]], 6, Joint::VGroove).is_err());
 }
 
 #[test]

@@ -87,6 +87,12 @@ impl ArmPair {
         self.weights[0] + self.weights[1] - 2.0 * self.against
     }
 
+    /// Whether the stripe is missing so far about the corner that only what is beside its arms can tell that they belong together.
+    #[must_use]
+    pub(crate) fn is_open(&self) -> bool {
+        self.gaps_px[0] + self.gaps_px[1] > BOTH_GAPS_PX
+    }
+
     /// The corner.
     #[must_use]
     pub fn corner(&self) -> Vector2<f64> {
@@ -151,10 +157,7 @@ pub fn pairs<'a>(
     segments: &'a [LineSegment],
     lens: &'a Lens,
 ) -> impl Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone + 'a {
-    numbers(segments.len()).map(|numbers| {
-        let weight = numbers.iter().map(|number| segments[*number].weight()).sum();
-        (weight, pair(segments, numbers, lens, may_meet))
-    })
+    pairs_by(segments, lens, may_meet)
 }
 
 /// The same for faces that a slot may keep from meeting.
@@ -162,9 +165,25 @@ pub(crate) fn pairs_over_slot<'a>(
     segments: &'a [LineSegment],
     lens: &'a Lens,
 ) -> impl Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone + 'a {
-    numbers(segments.len()).map(|numbers| {
+    pairs_by(segments, lens, may_meet_over_slot)
+}
+
+/// The same for the faces of a groove whose root is dark.
+pub(crate) fn pairs_over_root<'a>(
+    segments: &'a [LineSegment],
+    lens: &'a Lens,
+) -> impl Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone + 'a {
+    pairs_by(segments, lens, may_meet_over_root)
+}
+
+fn pairs_by<'a>(
+    segments: &'a [LineSegment],
+    lens: &'a Lens,
+    gap_rule: GapRule,
+) -> impl Iterator<Item = (f64, Result<ArmPair, NotFound>)> + Clone + 'a {
+    numbers(segments.len()).map(move |numbers| {
         let weight = numbers.iter().map(|number| segments[*number].weight()).sum();
-        (weight, pair(segments, numbers, lens, may_meet_over_slot))
+        (weight, pair(segments, numbers, lens, gap_rule))
     })
 }
 
@@ -192,7 +211,7 @@ fn pair(
     gap_rule: GapRule,
 ) -> Result<ArmPair, NotFound> {
     let [a, b] = numbers.map(|number| &segments[number]);
-    let sine = a.line.along.perp(&b.line.along).abs();
+    let sine = bend(a, b);
     let flat = || NotFound::TooFlat { bend_deg: sine.asin().to_degrees(), needed_deg: FLATTEST.to_degrees() };
     if sine < FLATTEST.sin() {
         return Err(flat());
@@ -218,6 +237,11 @@ fn pair(
     })
 }
 
+/// Sine of the angle between two segments in the picture.
+fn bend(a: &LineSegment, b: &LineSegment) -> f64 {
+    a.line.along.perp(&b.line.along).abs()
+}
+
 fn may_meet(segments: &[LineSegment], numbers: [usize; 2], arms: &[Arm; 2]) -> Result<(), NotFound> {
     let gaps_px = [arms[0].gap_px, arms[1].gap_px];
     let together_px = gaps_px[0] + gaps_px[1];
@@ -226,6 +250,15 @@ fn may_meet(segments: &[LineSegment], numbers: [usize; 2], arms: &[Arm; 2]) -> R
         return Err(NotFound::ArmsApart { gaps_px, most_px: BOTH_GAPS_PX });
     }
     Ok(())
+}
+
+fn may_meet_over_root(
+    segments: &[LineSegment],
+    numbers: [usize; 2],
+    arms: &[Arm; 2],
+) -> Result<(), NotFound> {
+    let hidden = |arm: &Arm| arm.gap_px > TILE as f64 + MOST_GAP * arm.length;
+    if arms.iter().any(hidden) { may_meet(segments, numbers, arms) } else { Ok(()) }
 }
 
 fn may_meet_over_slot(
@@ -244,13 +277,20 @@ fn may_meet_over_slot(
     Ok(())
 }
 
+/// Whether a piece can fill a corner of a plate: it meets it at an angle; a face along the plate is a face of its own.
+fn meets(plate: &LineSegment, piece: &LineSegment) -> bool {
+    bend(plate, piece) > FLATTEST.sin()
+}
+
 /// Whether other segments lead from where one arm begins to where the other does: a bead, or a chamfer, over the corner.
 fn is_bridged(segments: &[LineSegment], numbers: [usize; 2], arms: &[Arm; 2]) -> bool {
     let others = segments.iter().enumerate().filter(|(number, _)| !numbers.contains(number));
+    let others = others.filter(|(_, other)| numbers.iter().all(|plate| meets(&segments[*plate], other)));
     let ends = others.map(|(_, other)| other.span().map(|s| other.line.at(s)));
     let begins = [0, 1].map(|k| arms[k].line.at(arms[k].gap_px));
-    let meets = |begin: &Vector2<f64>| ends.clone().flatten().any(|end| (end - begin).norm() < MEETS_PX);
-    begins.iter().all(meets) || covers_way(begins, ends)
+    let begins_there =
+        |begin: &Vector2<f64>| ends.clone().flatten().any(|end| (end - begin).norm() < MEETS_PX);
+    begins.iter().all(begins_there) || covers_way(begins, ends)
 }
 
 /// Whether pieces between two points cover most of the way from the one to the other.
@@ -273,6 +313,7 @@ pub(crate) fn toe(segments: &[LineSegment], corner: &ArmPair, lens: &Lens) -> Op
     pairs.into_iter().find_map(|[plate, piece]| {
         let heavier = |other: &usize| segments[*other].weight() > segments[piece].weight();
         let others = (0..segments.len()).filter(|other| !corner.segments.contains(other)).filter(heavier);
+        let others = others.filter(|other| meets(&segments[*other], &segments[piece]));
         others.into_iter().find_map(|other| {
             let whole =
                 pair(segments, [plate, other], lens, |_, _, _| Ok(())).and_then(ArmPair::long).ok()?;

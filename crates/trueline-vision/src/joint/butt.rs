@@ -23,14 +23,18 @@ const SEARCH_PX: f64 = 30.0;
 const NARROWEST_PX: f64 = 5.0;
 /// Widest gap, px.
 const WIDEST_PX: f64 = 300.0;
-/// A second gap of this part of the widest one's width makes it doubtful: soot and scratches make gaps as well.
+/// A second gap of this part of the widest one's width makes it doubtful, soot and scratches make gaps as well; but only if its
+/// plates have this part of the light.
 const RIVAL: f64 = 0.25;
+const RIVAL_LIGHT: f64 = 0.25;
 
 /// A gap between two plates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Gap {
     plates: [Plate; 2],
     width_px: f64,
+    /// Light of the stripe on both, levels × px.
+    light: f64,
 }
 
 impl Gap {
@@ -70,7 +74,12 @@ impl ButtFinder {
         let frame = evidence.frame;
         let best = choice.among(self.gaps.iter(), |gap| gap.width_px, |gap| gap.middle(), frame.lens);
         let best = *best.ok_or(evidence.no_joint())?;
-        let rival = self.gaps.get(1).filter(|rival| rival.width_px > RIVAL * best.width_px);
+        let is_rival = |other: &&Gap| {
+            **other != best
+                && other.width_px > RIVAL * best.width_px
+                && other.light > RIVAL_LIGHT * best.light
+        };
+        let rival = self.gaps.iter().find(is_rival);
         if let (Some(rival), StripeChoice::Strongest) = (rival, choice) {
             return Err(NotFound::Ambiguous { distance_px: rival.distance_px(&best) });
         }
@@ -111,7 +120,8 @@ impl ButtFinder {
                 && [from - first, last - to].iter().all(|px| is_long(*px, segment.sigma_px))
             {
                 let plates = [plate(*from, line.along, from - first), plate(*to, -line.along, last - to)];
-                self.gaps.push(Gap { plates, width_px });
+                let light = segment.brightness * segment.length_px();
+                self.gaps.push(Gap { plates, width_px, light });
             }
         }
     }
@@ -144,8 +154,9 @@ fn between(first: &LineSegment, second: &LineSegment) -> Option<Gap> {
     let plates = [towards(first, second), towards(second, first)];
     let [a, b] = plates.map(|plate| plate.line);
     let width_px = a.station(&b.point);
+    let light = [first, second].iter().map(|segment| segment.brightness * segment.length_px()).sum();
     let facing = a.distance(&b.point).abs() < BESIDE_PX && a.along.dot(&b.along) < 0.0;
-    (facing && (NARROWEST_PX..WIDEST_PX).contains(&width_px)).then_some(Gap { plates, width_px })
+    (facing && (NARROWEST_PX..WIDEST_PX).contains(&width_px)).then_some(Gap { plates, width_px, light })
 }
 
 /// The plate of a segment, with the line turned towards another segment.

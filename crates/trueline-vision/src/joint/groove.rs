@@ -17,7 +17,7 @@ use nalgebra::Vector2;
 const PARALLEL: f64 = 0.3;
 /// Least width, px.
 const NARROWEST_PX: f64 = 40.0;
-/// A second groove with this part of the best one's evidence makes it doubtful.
+/// A second groove makes the best one doubtful with this part of its evidence.
 const RIVAL: f64 = 0.8;
 /// Grooves nearer to each other than this are the same, px.
 const SAME_PX: f64 = 10.0;
@@ -32,6 +32,13 @@ struct Shoulders {
 impl Shoulders {
     fn evidence(&self) -> f64 {
         self.corners[0].score() + self.corners[1].score()
+    }
+
+    /// Weight of the segments that another pair of shoulders does not have: what both have tells nothing between them.
+    fn weight_without(&self, other: &Self) -> f64 {
+        let arms = self.corners.iter().flat_map(|pair| pair.segments.into_iter().zip(pair.weights));
+        let shared = |number: usize| other.corners.iter().any(|pair| pair.segments.contains(&number));
+        arms.filter(|(number, _)| !shared(*number)).map(|(_, weight)| weight).sum()
     }
 
     fn middle(&self) -> Vector2<f64> {
@@ -74,7 +81,8 @@ fn find<L: Level>(
     let best = choice.among(grooves.clone(), Shoulders::evidence, Shoulders::middle, lens);
     let best = best.ok_or(evidence.no_joint())?;
     let apart = |other: &Shoulders| (other.middle() - best.middle()).norm();
-    let is_rival = |other: &Shoulders| apart(other) > SAME_PX && other.evidence() > RIVAL * best.evidence();
+    let as_likely = |other: &Shoulders| other.weight_without(&best) > RIVAL * best.weight_without(other);
+    let is_rival = |other: &Shoulders| apart(other) > SAME_PX && as_likely(other);
     if let (StripeChoice::Strongest, Some(rival)) = (choice, grooves.clone().find(is_rival)) {
         return Err(NotFound::Ambiguous { distance_px: apart(&rival) });
     }

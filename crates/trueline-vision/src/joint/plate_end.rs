@@ -28,7 +28,9 @@ pub struct Plate {
 /// How far around the last edgel the end is looked for, px, and how far ahead of it the stripe is followed at a time.
 const SEARCH_PX: f64 = 30.0;
 const FOLLOWED_PX: f64 = 64.0;
-const MOST_STEPS: usize = 4;
+const MOST_STEPS: usize = 6;
+/// The shortest stretch along which a bent plate is fitted, px.
+const SHORTEST_PX: f64 = 80.0;
 /// An end that is found within this of where it was taken to be is not followed further, px.
 const MOVED_PX: f64 = 10.0;
 /// Light of this part of the stripe's is the stripe; it may be missing so far, in px and in its thicknesses: grains of
@@ -129,7 +131,7 @@ impl PlateEndFinder {
     }
 
     /// The plate up to where its stripe leads, if that is not where its end was taken to be: a segment ends where its last
-    /// edgel does, and leaves a plate that is bent.
+    /// edgel does, and its line leaves a plate that is bent: half as much of it is looked at then.
     fn followed<L: Level>(
         &mut self,
         stripe: &MeasuredPlate,
@@ -149,9 +151,29 @@ impl PlateEndFinder {
             }
         }
         // The line was fitted about the middle of what is straight.
-        let length_px = near - SEARCH_PX + last;
+        let half_px = near - SEARCH_PX;
         let line = Line2 { point: fit.line.at(last), along: fit.line.along };
-        ((last - near).abs() > MOVED_PX).then_some(Plate { line, length_px, sigma_px })
+        if (last - near).abs() > MOVED_PX {
+            return Some(Plate { line, length_px: half_px + last, sigma_px });
+        }
+        // Shifts that were measured from a line far from theirs are drawn to it: from the new line they are right.
+        let length_px = half_px.max(SHORTEST_PX) + SEARCH_PX;
+        let bent = self.leaves_line((fit, template, sigma_px), last, frame).is_some();
+        bent.then_some(Plate { line, length_px, sigma_px })
+    }
+
+    /// How far the stripe lies beside its line before its end at `end_s`, px, where that is more than chance and some part of
+    /// its thickness.
+    fn leaves_line<L: Level>(
+        &mut self,
+        (fit, template, thickness_px): (&Fit, &Template, f64),
+        end_s: f64,
+        frame: Frame<'_, L>,
+    ) -> Option<f64> {
+        let span = BEFORE_SIGMAS.map(|sigmas| end_s - sigmas * thickness_px);
+        let [shift_px, sigma_px] = self.meter.shift_beside(fit, span, template, frame)?;
+        let most_px = (ROUNDED_SIGMAS * thickness_px).max(ROUNDED * sigma_px);
+        (shift_px.abs() > most_px).then_some(shift_px.abs())
     }
 
     /// The end of the stripe that was looked at last, in some of the bands across it.
@@ -174,22 +196,13 @@ impl PlateEndFinder {
         frame: Frame<'_, L>,
     ) -> Result<Edge, NotFound> {
         let edge = self.end(around, [true; BANDS])?;
-        let span = BEFORE_SIGMAS.map(|sigmas| edge.s - sigmas * around.sigma_px);
-        let beside = self.meter.shift_beside(&around.fit, span, &around.template, frame);
-        let Some([shift_px, sigma_px]) = beside else { return Ok(edge) };
-        let most_px = (ROUNDED_SIGMAS * around.sigma_px).max(ROUNDED * sigma_px);
-        if shift_px.abs() <= most_px {
-            return Ok(edge);
+        let stripe = (&around.fit, &around.template, around.sigma_px);
+        let Some(shift_px) = self.leaves_line(stripe, edge.s, frame) else { return Ok(edge) };
+        let most_px = ROUNDEST_SIGMAS * around.sigma_px;
+        if shift_px > most_px {
+            return Err(NotFound::RoundedEnd { shift_px, most_px });
         }
-        let refused_px = ROUNDEST_SIGMAS * around.sigma_px;
-        if shift_px.abs() > refused_px {
-            return Err(NotFound::RoundedEnd { shift_px: shift_px.abs(), most_px: refused_px });
-        }
-        Ok(Edge {
-            sigma_px: edge.sigma_px.hypot(ROUNDED_ALONG * shift_px),
-            rounded_px: shift_px.abs(),
-            ..edge
-        })
+        Ok(Edge { sigma_px: edge.sigma_px.hypot(ROUNDED_ALONG * shift_px), rounded_px: shift_px, ..edge })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::detection::Detection;
 use crate::evidence::Evidence;
-use crate::joint::arm_pair::{ArmPair, LEAST_FACE_PX, are_alike, heaviest_reason, is_long, pairs};
+use crate::joint::arm_pair::{ArmPair, LEAST_FACE_PX, are_alike, heaviest_reason, is_long, pairs_over_root};
 use crate::joint::corner::measure;
 use crate::lens::Lens;
 use crate::locate::line_segment::LineSegment;
@@ -27,8 +27,10 @@ pub(crate) fn find<L: Level>(
     meter: &mut StripeMeter,
 ) -> Result<Detection, NotFound> {
     let (segments, lens) = (evidence.segments, evidence.frame.lens);
-    let judged =
-        || pairs(segments, lens).map(|(weight, pair)| (weight, pair.and_then(|pair| face_pair(pair, lens))));
+    let judged = || {
+        pairs_over_root(segments, lens)
+            .map(|(weight, pair)| (weight, pair.and_then(|pair| face_pair(pair, lens))))
+    };
     let grooves = || {
         let likely = judged().filter_map(|(_, pair)| pair.ok());
         likely
@@ -36,7 +38,8 @@ pub(crate) fn find<L: Level>(
                 pair.score() > 0.0 && are_alike(&segments[pair.segments[0]], &segments[pair.segments[1]])
             })
             .map(|pair| (flanks(segments, &pair), pair))
-            .filter(|(flanks, _)| *flanks > 0)
+            // Where much of the root is dark, only both plates show that the faces belong together.
+            .filter(|(flanks, pair)| *flanks > usize::from(pair.is_open()))
     };
     // A groove with both plates comes before one with one; then the one with more light on its faces.
     let better =

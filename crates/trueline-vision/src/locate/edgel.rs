@@ -11,8 +11,9 @@ use crate::picture::{Level, Picture};
 /// Side of the window, px: three vectors of eight.
 pub(crate) const WINDOW: usize = 24;
 const HALF: f32 = (WINDOW - 1) as f32 * 0.5;
-/// Part of a tile's contrast below which brightness has no mass.
-const FLOOR: f32 = 0.12;
+/// Part of a tile's contrast below which brightness has no mass: a little above the surroundings, or, where what is bright has no
+/// direction then, half way up: the stripe on a surface that is bright itself beside one that is not.
+const FLOORS: [f32; 2] = [0.12, 0.5];
 /// The thickest mass, as the ratio of its two variances, that still has an axis.
 const ROUNDEST: f32 = 0.45;
 
@@ -38,7 +39,7 @@ pub(crate) struct Edgel {
 #[inline(always)]
 #[must_use]
 pub(crate) fn edgel<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Option<Edgel> {
-    edgel_at_stride(picture, candidate, 1)
+    FLOORS.into_iter().find_map(|floor| edgel_above(picture, candidate, floor, 1))
 }
 
 /// The same in a window that is `stride` times as large, of which every `stride`-th pixel is read.
@@ -49,7 +50,17 @@ pub(crate) fn edgel_at_stride<L: Level>(
     candidate: &Candidate,
     stride: usize,
 ) -> Option<Edgel> {
-    let threshold = candidate.around + FLOOR * (candidate.peak - candidate.around);
+    edgel_above(picture, candidate, FLOORS[0], stride)
+}
+
+#[inline(always)]
+fn edgel_above<L: Level>(
+    picture: &Picture<'_, L>,
+    candidate: &Candidate,
+    floor: f32,
+    stride: usize,
+) -> Option<Edgel> {
+    let threshold = candidate.around + floor * (candidate.peak - candidate.around);
     let (mut u, mut v) = (candidate.u, candidate.v);
     let mut found = None;
     for _ in 0..3 {

@@ -10,11 +10,14 @@ pub(crate) type JointTrial = [Option<Detection>; Joint::ALL.len()];
 
 /// Part of the pictures in which a joint of several segments must be found to be preferred to a simpler one.
 const MOSTLY: f64 = 0.5;
-/// A gap is a joint only if it is equally wide everywhere (median deviation as a part of the median), or there in
+/// A joint in a smaller part of the pictures than this is none.
+const LEAST: f64 = 0.1;
+/// A gap is a joint only in several pictures, and only if it is equally wide everywhere (median deviation as a part of the median), or there in
 /// this part of the pictures: soot and scratches make gaps as well, but not one in each picture.
 const EVEN: f64 = 0.15;
 const NEARLY_ALWAYS: f64 = 0.8;
 const SEVERAL: usize = 6;
+const FEWEST_GAPS: usize = 3;
 /// A groove whose faces are this far apart at the root, as a part of its width, has a flat root and no bottom.
 const FLAT: f64 = 0.2;
 /// Gaps are of the same width within this part of it.
@@ -31,7 +34,7 @@ pub fn joint(trials: &[JointTrial]) -> Option<Joint> {
         let share = found(number) as f64 / trials.len().max(1) as f64;
         let plausible = match joint {
             Joint::VGroove => !has_flat_root(trials),
-            Joint::Butt => share >= NEARLY_ALWAYS || even(trials, number),
+            Joint::Butt => trials.len() >= FEWEST_GAPS && (share >= NEARLY_ALWAYS || even(trials, number)),
             // Every stripe ends somewhere: an edge is a joint if it is there always, in several pictures.
             Joint::Edge => share >= NEARLY_ALWAYS && trials.len() >= SEVERAL,
             _ => true,
@@ -40,11 +43,13 @@ pub fn joint(trials: &[JointTrial]) -> Option<Joint> {
             return Some(joint);
         }
     }
-    // Less often: whatever there is most of. A gap, or an end, in fewer than half of the pictures is dirt.
+    // Less often: whatever there is most of, unless that is so rare that it is chance. A gap, or an end, in fewer than half of the
+    // pictures is dirt.
     let joints = Joint::ALL.into_iter().enumerate();
     let joints = joints.filter(|(_, joint)| !matches!(joint, Joint::Butt | Joint::Edge));
     let most = joints.max_by_key(|(number, _)| (found(*number), Joint::ALL.len() - number));
-    most.filter(|(number, _)| found(*number) > 0).map(|(_, joint)| joint)
+    let seldom = |number: usize| (found(number) as f64) < LEAST * trials.len().max(1) as f64;
+    most.filter(|(number, _)| found(*number) > 0 && !seldom(*number)).map(|(_, joint)| joint)
 }
 
 /// Refuses the gaps that are not as wide as most of the others. Where there is no width that most of them share,
