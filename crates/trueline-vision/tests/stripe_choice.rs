@@ -25,6 +25,16 @@ fn chosen(strokes: &[Stroke], joint: Joint, [upper, lower]: [[f64; 2]; 2], most_
     }
 }
 
+/// The arms of the upper stripe cross those of the lower one.
+#[test]
+fn of_two_corners_whose_stripes_cross() {
+    let places = [[600.0, 300.0], [620.0, 420.0]];
+    let [upper, lower] = places;
+    let strokes = [(upper, 125.0), (upper, 55.0), (lower, 160.0), (lower, 20.0)]
+        .map(|(at, heading_deg)| Stroke::new(at, heading_deg, 500.0, 2.0));
+    chosen(&strokes, Joint::Fillet, places, 0.5);
+}
+
 #[test]
 fn of_two_laps() {
     let lap = |[u, v]: [f64; 2]| {

@@ -23,6 +23,24 @@ impl CornerList {
         Self(list)
     }
 
+    /// The best of some corners, the best of those that have no segment with it in common, and so on: where two stripes cross each
+    /// other, or the lines of their arms do, there is no third one.
+    #[must_use]
+    pub(crate) fn distinct(corners: impl Iterator<Item = ArmPair> + Clone) -> Self {
+        let mut list = [None; MOST_CORNERS];
+        for taken in 0..MOST_CORNERS {
+            let (before, place) = list.split_at_mut(taken);
+            let is_free = |pair: &ArmPair| {
+                let mut others = before.iter().flatten();
+                !others.any(|other: &ArmPair| pair.segments.iter().any(|k| other.segments.contains(k)))
+            };
+            let free = corners.clone().filter(is_free);
+            let Some(best) = free.max_by(|a, b| a.score().total_cmp(&b.score())) else { break };
+            place[0] = Some(best);
+        }
+        Self(list)
+    }
+
     /// The corners.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &ArmPair> + Clone {
         self.0.iter().flatten()

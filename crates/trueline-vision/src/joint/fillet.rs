@@ -5,6 +5,7 @@ use crate::detection::Detection;
 use crate::evidence::Evidence;
 use crate::joint::arm_pair::{ArmPair, heaviest_reason, pairs, toe};
 use crate::joint::corner::measure;
+use crate::joint::corner_list::CornerList;
 use crate::measure::stripe_meter::StripeMeter;
 use crate::not_found::NotFound;
 use crate::picture::Level;
@@ -55,8 +56,9 @@ pub fn choose<L: Level, I: Iterator<Item = (f64, Result<ArmPair, NotFound>)> + C
     }
     let apart = |pair: &ArmPair| (pair.corner() - best.corner()).norm();
     if choice != StripeChoice::Strongest {
-        let meant = choice.among(corners(), ArmPair::score, ArmPair::corner, lens);
-        return measure(meter, &meant.unwrap_or(best), evidence.frame);
+        let distinct = CornerList::distinct(corners());
+        let meant = choice.among(distinct.iter(), |pair| pair.score(), |pair| pair.corner(), lens);
+        return measure(meter, meant.unwrap_or(&best), evidence.frame);
     }
     let rival = corners().find(|pair| apart(pair) > SAME_PX && pair.score() > RIVAL * best.score());
     if let Some(rival) = rival {
