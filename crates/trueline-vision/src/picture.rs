@@ -1,11 +1,13 @@
 //! The picture as the detector sees it: grey levels of 8 or 16 bits, borrowed.
 
-use std::ops::AddAssign;
-
 /// A grey level.
 pub trait Level: Copy + Ord + Default + Into<f32> {
     /// Holds the sum of a few levels.
-    type Sum: Copy + Default + AddAssign + From<Self> + Into<u32>;
+    type Sum: Copy + Default + From<Self> + Into<u32>;
+
+    /// Two sums together. Sums of a few levels fit; nothing is checked, for a loop of checked additions is not done many at a
+    /// time.
+    fn together(a: Self::Sum, b: Self::Sum) -> Self::Sum;
 
     /// Bits by which the sum of 4^n levels must be shifted down to fit into 16 bits.
     fn excess_bits(n: u32) -> u32;
@@ -14,6 +16,11 @@ pub trait Level: Copy + Ord + Default + Into<f32> {
 impl Level for u8 {
     type Sum = u16;
 
+    #[inline(always)]
+    fn together(a: u16, b: u16) -> u16 {
+        a.wrapping_add(b)
+    }
+
     fn excess_bits(n: u32) -> u32 {
         (2 * n).saturating_sub(8)
     }
@@ -21,6 +28,11 @@ impl Level for u8 {
 
 impl Level for u16 {
     type Sum = u32;
+
+    #[inline(always)]
+    fn together(a: u32, b: u32) -> u32 {
+        a.wrapping_add(b)
+    }
 
     fn excess_bits(n: u32) -> u32 {
         2 * n

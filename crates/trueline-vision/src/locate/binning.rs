@@ -72,11 +72,12 @@ fn add_up<L: Level>(picture: &Picture<'_, L>, factor: usize, sums: &mut [u32], b
         sums.fill(0);
         for k in 0..factor {
             for (sum, level) in sums.iter_mut().zip(picture.row(row * factor + k)) {
-                *sum += Into::<u32>::into(L::Sum::from(*level));
+                // 64 levels of 16 bits fit.
+                *sum = sum.wrapping_add(L::Sum::from(*level).into());
             }
         }
         for (out, columns) in out.iter_mut().zip(sums.chunks_exact(factor)) {
-            *out = (columns.iter().sum::<u32>() >> shift) as u16;
+            *out = (columns.iter().fold(0_u32, |all, sum| all.wrapping_add(*sum)) >> shift) as u16;
         }
     }
 }

@@ -14,8 +14,8 @@ const SAMPLED: usize = 1000;
 
 /// Side of a tile, px.
 pub const TILE: usize = 16;
-/// Tiles beside each other that are read together: as long a stretch of a row as two registers hold.
-const GROUP: usize = 4;
+/// Tiles beside each other that are read together: of fewer the sums within a tile take longer than the reading.
+const GROUP: usize = 16;
 const PEAK_ROWS: usize = 2;
 const MEAN_ROWS: usize = 4;
 
@@ -188,16 +188,33 @@ fn measure_group<L: Level, const WIDTH: usize>(
         }
         if k % MEAN_ROWS == 0 {
             for c in 0..WIDTH {
-                sums[c] += L::Sum::from(levels[c]);
+                sums[c] = L::together(sums[c], L::Sum::from(levels[c]));
             }
         }
     }
-    let columns = brightest.chunks_exact(TILE).zip(sums.chunks_exact(TILE));
-    for ((peak, mean), (brightest, sums)) in peaks.iter_mut().zip(means).zip(columns) {
-        // A column counts as far as the one beside it does: a hot pixel has nothing beside it, a stripe has.
-        let beside = brightest.windows(2).map(|pair| pair[0].min(pair[1]));
-        *peak = beside.fold(L::default(), L::max).into();
-        let sum: u32 = sums.iter().map(|sum| Into::<u32>::into(*sum)).sum();
+    // A column counts as far as the one beside it does: a hot pixel has nothing beside it, a stripe has.
+    let mut beside = [L::default(); WIDTH];
+    for c in 0..WIDTH - 1 {
+        beside[c] = if c % TILE == TILE - 1 { L::default() } else { brightest[c].min(brightest[c + 1]) };
+    }
+    let (beside, sums) = (gathered(beside, L::max), gathered(sums, L::together));
+    for (k, (peak, mean)) in peaks.iter_mut().zip(means).enumerate() {
+        *peak = beside[k * TILE].into();
+        let sum: u32 = sums[k * TILE].into();
         *mean = sum as f32 / (TILE * TILE / MEAN_ROWS) as f32;
     }
+}
+
+/// In the first place of each tile all of its values made one: each with that half a tile ahead, a quarter ahead, and so on, for
+/// all tiles at once.
+#[inline(always)]
+fn gathered<T: Copy, const WIDTH: usize>(mut values: [T; WIDTH], two: impl Fn(T, T) -> T) -> [T; WIDTH] {
+    let mut ahead = TILE / 2;
+    while ahead > 0 {
+        for c in 0..WIDTH - ahead {
+            values[c] = two(values[c], values[c + ahead]);
+        }
+        ahead /= 2;
+    }
+    values
 }
