@@ -51,12 +51,14 @@ pub fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let q = rotation.quaternion();
     // q and −q are the same rotation; the one with w ≥ 0 has the angle of at most half a turn.
     let (w, v) = if q.w < 0.0 { (-q.w, -q.imag()) } else { (q.w, q.imag()) };
-    let sine = v.norm();
-    if sine < SERIES_ANGLE {
+    let sine2 = v.norm_squared();
+    if sine2 < SERIES_ANGLE * SERIES_ANGLE {
         // 2 atan(s/w)/s = 2/w (1 − (s/w)²/3 + (s/w)⁴/5 − …)
-        let ratio2 = (sine / w).powi(2);
-        return v * (2.0 / w * (1.0 - ratio2 / 3.0 + ratio2 * ratio2 / 5.0));
+        let inverse = w.recip();
+        let ratio2 = sine2 * inverse * inverse;
+        return v * (2.0 * inverse * (1.0 - ratio2 * (1.0 / 3.0 - ratio2 * (1.0 / 5.0))));
     }
+    let sine = sine2.sqrt();
     v * (2.0 * sine.atan2(w) / sine)
 }
 

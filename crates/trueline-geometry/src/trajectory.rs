@@ -14,6 +14,7 @@
 use crate::statistics::median;
 use crate::{Pose, se3, so3};
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// A gap is a time between samples longer than this many median periods.
 ///
@@ -84,11 +85,11 @@ impl std::fmt::Display for TrajectoryError {
     }
 }
 
-/// Sampled poses over time.
+/// Sampled poses over time; its copies share them.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
-    times: Vec<f64>,
-    segments: Vec<Segment>,
+    times: Arc<Vec<f64>>,
+    segments: Arc<Vec<Segment>>,
     median_period: f64,
     /// Samples in a second.
     frequency: f64,
@@ -114,6 +115,7 @@ impl Trajectory {
         let median_period = median_positive_step(&times).ok_or(TrajectoryError::TooFewSamples)?;
         let pairs = times.windows(2).zip(poses.windows(2));
         let segments = pairs.map(|(t, p)| Segment::between(t[0], &p[0], t[1], &p[1])).collect();
+        let (times, segments) = (Arc::new(times), Arc::new(segments));
         Ok(Self { times, segments, median_period, frequency: 1.0 / median_period })
     }
 

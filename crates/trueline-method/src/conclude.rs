@@ -1,7 +1,7 @@
 //! What a fit says: its findings and the verdict.
 
 use crate::assess::cause_kind::CauseKind;
-use crate::assess::convergence::without_outliers;
+use crate::assess::convergence;
 use crate::assess::corrected_sensor::CorrectedSensor;
 use crate::assess::correlated_noise::Structure;
 use crate::assess::cross_validation::{self, Subject};
@@ -118,7 +118,7 @@ pub(crate) fn conclude(from: &Concluded<'_>) -> Result<Calibration, Error> {
             widened_by: widening.map(|widening| widening.by),
             covariance_model_share: uncertainty.model_share,
             termination: fit.solution.termination,
-            iterations: without_outliers(fit.iterations.clone(), observations, &features),
+            iterations: convergence::steps(&fit.iterations, observations, &features),
             sheet_fit_rms_m: observations.sheet_fit_rms_m,
             features,
         },

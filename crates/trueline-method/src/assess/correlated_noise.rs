@@ -6,22 +6,13 @@
 //! across it. The restricted likelihood \[Patterson1971\] chooses, and generalised least squares with what it chose moves the
 //! estimate and says what it is worth.
 
-use crate::assess::noise_filter::{Correlation, Sample, WHITE, Whitened, whiten, whitened_residuals};
-use crate::assess::residuals::OUTLIER_SQUARED;
-use crate::order_statistics::median;
+use crate::assess::noise_filter::{Correlation, WHITE, Whitened, twice_negative_log};
+pub use crate::assess::section_series::Along;
+use crate::assess::section_series::{SectionTable, Sections, Series};
 use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVector};
-
-/// What the residuals are alike along.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Along {
-    /// Time: noise of detector or robot that lasts.
-    Time,
-    /// The seam: its form.
-    Seam,
-}
 
 /// What the residuals are.
 #[derive(Clone, Debug)]
@@ -38,9 +29,9 @@ impl Structure {
     /// Of the residuals at a solution whose covariance's root is `root`.
     #[must_use]
     pub fn of(problem: &LineProblem<'_>, at: &Parameters, root: &DMatrix<f64>) -> Self {
-        match Seen::of(problem, at, root) {
+        match SectionTable::of(Sections::new(problem, at, root)) {
             None => Self::Unknown,
-            Some(seen) => CorrelatedNoise::of(&seen, problem, at, root)
+            Some(table) => CorrelatedNoise::of(&table, problem, at, root)
                 .map_or(Self::White, |noise| Self::Correlated(Box::new(noise))),
         }
     }
@@ -85,42 +76,48 @@ const WHITE_SHARES: [f64; 4] = [0.0025, 0.02, 0.15, 0.5];
 const SUSPECT_SIGMAS: f64 = 4.0;
 /// Twice the log likelihood that correlation must gain: four numbers more gain 18.5 once in a thousand scans.
 const GAIN: f64 = 25.0;
-/// Fewer frames tell no correlation.
-const LEAST_FRAMES: usize = 100;
 
 impl CorrelatedNoise {
     /// `None` if the residuals are white.
-    fn of(seen: &Seen, problem: &LineProblem<'_>, at: &Parameters, root: &DMatrix<f64>) -> Option<Self> {
-        let [in_time, on_seam] = [Along::Time, Along::Seam].map(|along| seen.ordered(along));
-        let known = root.transpose() * block_priors::information(problem.shape_prior.as_ref(), at) * root;
-        let gradient = root.transpose() * block_priors::gradient(problem.shape_prior.as_ref(), at);
-        let prior = Known { information: known, gradient };
-        let suspect = |series: &[Vec<Sample>; 2]| {
-            series.iter().any(|samples| {
-                neighbours(samples.iter().map(|s| s.residual))
-                    > SUSPECT_SIGMAS / (samples.len() as f64).sqrt()
+    fn of(
+        table: &SectionTable<'_>,
+        problem: &LineProblem<'_>,
+        at: &Parameters,
+        root: &DMatrix<f64>,
+    ) -> Option<Self> {
+        let all_series = [Along::Time, Along::Seam].map(|along| table.along(along));
+        let suspect = |series: &Series| {
+            (0..2).any(|direction| {
+                let residuals = table.residuals(series, direction).map(|(_, residual)| residual);
+                neighbours(residuals.clone()) > SUSPECT_SIGMAS / (residuals.count() as f64).sqrt()
             })
         };
-        if !suspect(&in_time) && !suspect(&on_seam) {
+        if !all_series.iter().any(suspect) {
             return None;
         }
-        let white = Estimate::of(
-            [&whiten(&in_time[0], WHITE, root.ncols()), &whiten(&in_time[1], WHITE, root.ncols())],
-            &prior,
-        )?;
-        let (along, series, best) = [(Along::Time, &in_time), (Along::Seam, &on_seam)]
-            .into_iter()
-            .filter_map(|(along, series)| Some((along, series, most_likely(series, &prior)?)))
-            .min_by(|a, b| a.2.0.twice_negative_log.total_cmp(&b.2.0.twice_negative_log))?;
-        let (estimate, correlation) = best;
-        if estimate.twice_negative_log + GAIN > white.twice_negative_log {
+        let information =
+            root.transpose() * block_priors::information(problem.shape_prior.as_ref(), at) * root;
+        let gradient = root.transpose() * block_priors::gradient(problem.shape_prior.as_ref(), at);
+        let known = Known { information, gradient };
+        let white = [0, 1].map(|direction| table.whitened(&all_series[0], direction, WHITE));
+        let white = Estimate::of([&white[0], &white[1]], &known)?;
+        let (series, likeliest) = all_series
+            .iter()
+            .filter_map(|series| Some((series, most_likely(table, series, &known)?)))
+            .min_by(|a, b| a.1.twice_negative_log.total_cmp(&b.1.twice_negative_log))?;
+        if likeliest.twice_negative_log + GAIN > white.twice_negative_log {
             return None;
         }
+        let correlation = likeliest.correlation;
+        let all = table.all_whitened(series, correlation);
+        let estimate = Estimate::of([&all[0], &all[1]], &known)?;
         let left = (0..2)
-            .map(|k| neighbours(whitened_residuals(&series[k], correlation[k], &estimate.step).into_iter()))
+            .map(|k| {
+                neighbours(table.innovations(series, k, correlation[k], estimate.step.as_view()).into_iter())
+            })
             .fold(0.0, f64::max);
         Some(Self {
-            along,
+            along: series.along,
             sigma_m: estimate.variance.map(f64::sqrt),
             correlation,
             at: at.retract(&(root * &estimate.step)),
@@ -184,30 +181,51 @@ impl Estimate {
     }
 }
 
-/// The most likely correlation of each direction, one after the other.
-fn most_likely(series: &[Vec<Sample>; 2], known: &Known) -> Option<(Estimate, [Correlation; 2])> {
-    let grid: Vec<Correlation> = NEIGHBOURS
-        .iter()
-        .flat_map(|neighbours| {
-            WHITE_SHARES.map(|white_share| Correlation { neighbours: *neighbours, white_share })
-        })
-        .chain([WHITE])
-        .collect();
-    let whitened =
-        [0, 1].map(|k| grid.iter().map(|c| whiten(&series[k], *c, known.gradient.len())).collect::<Vec<_>>());
-    // White to begin with; the directions hardly share anything, so two rounds settle them.
-    let mut chosen = [grid.len() - 1; 2];
+/// The most likely correlations, one for each direction.
+struct Likeliest {
+    correlation: [Correlation; 2],
+    twice_negative_log: f64,
+}
+
+/// Twice the log likelihood by which a correlation may be behind the best before the other unknowns follow it: they were fitted as if
+/// nothing were correlated, and a step of theirs gains about its number squared sigmas. With the thirty unknowns of two lines
+/// that is not more.
+const BEHIND: f64 = 200.0;
+
+/// The most likely correlation of each direction, one after the other. Those that are plainly worse for the residuals alone are not
+/// looked into.
+fn most_likely(table: &SectionTable<'_>, series: &Series, known: &Known) -> Option<Likeliest> {
+    let grid = NEIGHBOURS.iter().flat_map(|neighbours| {
+        WHITE_SHARES.map(|white_share| Correlation { neighbours: *neighbours, white_share })
+    });
+    let grid: Vec<Correlation> = grid.chain([WHITE]).collect();
+    let candidates = [0, 1].map(|direction| {
+        let residuals = table.residuals(series, direction);
+        let of_residuals: Vec<f64> = grid.iter().map(|c| twice_negative_log(residuals.clone(), *c)).collect();
+        let best = of_residuals.iter().copied().fold(f64::INFINITY, f64::min);
+        let likely = grid.iter().zip(of_residuals).filter(|(_, value)| *value < best + BEHIND);
+        let likely: Vec<_> =
+            likely.map(|(c, value)| (*c, table.whitened(series, direction, *c), value)).collect();
+        likely
+    });
     let estimate =
-        |chosen: [usize; 2]| Estimate::of([&whitened[0][chosen[0]], &whitened[1][chosen[1]]], known);
+        |chosen: [usize; 2]| Estimate::of([&candidates[0][chosen[0]].1, &candidates[1][chosen[1]].1], known);
+    // The best for the residuals to begin with; the directions hardly share anything, so two rounds settle them.
+    let best = |of: &Vec<(Correlation, Whitened, f64)>| {
+        (0..of.len()).min_by(|a, b| of[*a].2.total_cmp(&of[*b].2)).unwrap_or_default()
+    };
+    let mut chosen = [best(&candidates[0]), best(&candidates[1])];
     for direction in [0, 1, 0, 1] {
         let with = |k: usize| {
             let mut tried = chosen;
             tried[direction] = k;
             estimate(tried).map_or(f64::INFINITY, |e| e.twice_negative_log)
         };
-        chosen[direction] = (0..grid.len()).min_by(|a, b| with(*a).total_cmp(&with(*b)))?;
+        chosen[direction] = (0..candidates[direction].len()).min_by(|a, b| with(*a).total_cmp(&with(*b)))?;
     }
-    Some((estimate(chosen)?, chosen.map(|k| grid[k])))
+    let twice_negative_log = estimate(chosen)?.twice_negative_log;
+    let correlation = [0, 1].map(|direction| candidates[direction][chosen[direction]].0);
+    Some(Likeliest { correlation, twice_negative_log })
 }
 
 /// Correlation of neighbours in a series.
@@ -216,71 +234,4 @@ fn neighbours(values: impl Iterator<Item = f64>) -> f64 {
     let power: f64 = values.iter().map(|value| value * value).sum();
     let product: f64 = values.windows(2).map(|two| two[0] * two[1]).sum();
     if power > 0.0 { product / power } else { 0.0 }
-}
-
-/// One observation in the seam's cross-section.
-struct InSection {
-    line: u32,
-    time_s: f64,
-    along_m: f64,
-    residual: [f64; 2],
-    slopes: [DVector<f64>; 2],
-}
-
-/// All that carry weight, by rising time.
-struct Seen(Vec<InSection>);
-
-impl Seen {
-    /// `None` for the paper's residual, and for too few.
-    fn of(problem: &LineProblem<'_>, at: &Parameters, root: &DMatrix<f64>) -> Option<Self> {
-        let mut hint = 0;
-        let mut list = Vec::new();
-        for (o, whitener) in problem.selected() {
-            let Some(placement) = problem.placement(o, at, &mut hint) else { continue };
-            let Some(section) = problem.in_cross_section(o, at, &placement) else { continue };
-            if whitener.apply(&section.in_sheet).norm_squared() > OUTLIER_SQUARED {
-                continue;
-            }
-            let line = o.line as usize;
-            let slopes = [0, 1].map(|k| {
-                let mut slope = DVector::zeros(root.ncols());
-                for local in 0..problem.unknowns.local() {
-                    let row = root.row(problem.unknowns.place(local, line)).transpose();
-                    slope.axpy(section.jacobian[(k, local)], &row, 1.0);
-                }
-                slope
-            });
-            let from_anchor = placement.point_in_base(&o.point_in_camera) - at.lines[line].anchor();
-            list.push(InSection {
-                line: o.line,
-                time_s: o.stamp_s,
-                along_m: at.lines[line].direction().dot(&from_anchor),
-                residual: section.residual.into(),
-                slopes,
-            });
-        }
-        (list.len() >= LEAST_FRAMES).then_some(Self(list))
-    }
-
-    /// The two directions as series along time or seam, in steps of the median distance of successive frames.
-    fn ordered(&self, along: Along) -> [Vec<Sample>; 2] {
-        let place = |seen: &InSection| match along {
-            Along::Time => seen.time_s,
-            Along::Seam => seen.along_m,
-        };
-        let mut order: Vec<&InSection> = self.0.iter().collect();
-        order.sort_by(|a, b| a.line.cmp(&b.line).then(a.time_s.total_cmp(&b.time_s)));
-        let distances = order.windows(2).filter(|two| two[0].line == two[1].line);
-        let step = median(distances.map(|two| (place(two[1]) - place(two[0])).abs())).unwrap_or(1.0);
-        order.sort_by(|a, b| a.line.cmp(&b.line).then(place(a).total_cmp(&place(b))));
-        [0, 1].map(|k| {
-            let sample = |seen: &&InSection| Sample {
-                at: place(seen) / step.max(f64::MIN_POSITIVE),
-                group: seen.line,
-                residual: seen.residual[k],
-                slope: seen.slopes[k].clone(),
-            };
-            order.iter().map(sample).collect()
-        })
-    }
 }

@@ -4,6 +4,7 @@
 //! cov(y(a), y(b)) = (1 − w) ρ^(|a − b|/step) + w δ_ab, in units of the variance. The filter turns values in rising order
 //! into innovations of unit variance; run over residual and Jacobian alike it multiplies both by V^(−½).
 
+use crate::assess::row_products::RowProducts;
 use nalgebra::{DMatrix, DVector};
 
 /// Correlation of neighbours, and the part of the variance that is white.
@@ -17,18 +18,6 @@ pub struct Correlation {
 
 /// Nothing is correlated.
 pub(crate) const WHITE: Correlation = Correlation { neighbours: 0.0, white_share: 1.0 };
-
-/// One number of an observation: where it is, in steps, its residual and its row of the Jacobian.
-pub struct Sample {
-    /// Place on the variable along which it is correlated, steps.
-    pub at: f64,
-    /// Samples of different groups are independent.
-    pub group: u32,
-    /// Residual, m.
-    pub residual: f64,
-    /// Jacobian.
-    pub slope: DVector<f64>,
-}
 
 /// Sums of a whitened series.
 #[derive(Clone, Debug)]
@@ -45,103 +34,203 @@ pub struct Whitened {
     pub count: usize,
 }
 
-/// Whitens samples that lie in rising order within each group, groups one after the other.
-#[must_use]
-pub fn whiten(samples: &[Sample], correlation: Correlation, unknowns: usize) -> Whitened {
-    let mut sums = Whitened {
-        hessian: DMatrix::zeros(unknowns, unknowns),
-        gradient: DVector::zeros(unknowns),
-        square: 0.0,
-        log_determinant: 0.0,
-        count: samples.len(),
-    };
-    innovations(samples, correlation, unknowns, |slope, residual, variance| {
-        sums.hessian.ger(1.0, slope, slope, 1.0);
-        sums.gradient.axpy(residual, slope, 1.0);
-        sums.square += residual * residual;
-        sums.log_determinant += variance.ln();
-    });
-    sums
+/// The filter at one sample: the innovation is (value − kept · predicted), the next prediction kept · predicted + gain times it.
+#[derive(Clone, Copy, Debug)]
+struct Gain {
+    kept: f64,
+    gain: f64,
+    /// Makes the innovation one of unit variance.
+    scale: f64,
 }
 
-/// The innovations of r + J δ, of unit variance times the level.
-#[must_use]
-pub(crate) fn whitened_residuals(
-    samples: &[Sample],
+/// How the variance of what is predicted follows the samples: by their places alone.
+#[derive(Clone, Copy, Debug)]
+struct Variance {
     correlation: Correlation,
-    step: &DVector<f64>,
-) -> Vec<f64> {
-    let mut all = Vec::with_capacity(samples.len());
-    innovations(samples, correlation, step.len(), |slope, residual, _| all.push(residual + slope.dot(step)));
-    all
+    log_neighbours: f64,
+    coloured: f64,
+    predicted: f64,
 }
 
-fn innovations(
-    samples: &[Sample],
-    correlation: Correlation,
-    unknowns: usize,
-    mut take: impl FnMut(&DVector<f64>, f64, f64),
-) {
-    let Correlation { neighbours, white_share } = correlation;
-    let coloured = 1.0 - white_share;
-    let mut predicted = DVector::zeros(unknowns);
-    let (mut predicted_residual, mut variance) = (0.0, coloured);
-    let mut last: Option<&Sample> = None;
-    for sample in samples {
-        let kept = match last {
-            Some(last) if last.group == sample.group => neighbours.powf((sample.at - last.at).max(0.0)),
-            _ => 0.0,
-        };
-        predicted *= kept;
-        predicted_residual *= kept;
-        variance = kept * kept * variance + coloured * (1.0 - kept * kept);
-        let total = variance + white_share;
-        let scale = total.sqrt().recip();
-        let slope = &sample.slope - &predicted;
-        let residual = sample.residual - predicted_residual;
-        let gain = variance / total;
-        predicted.axpy(gain, &slope, 1.0);
-        predicted_residual += gain * residual;
-        variance *= 1.0 - gain;
-        take(&(slope * scale), residual * scale, total);
-        last = Some(sample);
+impl Variance {
+    fn new(correlation: Correlation) -> Self {
+        let coloured = 1.0 - correlation.white_share;
+        let log_neighbours = correlation.neighbours.max(f64::MIN_POSITIVE).ln();
+        Self { correlation, log_neighbours, coloured, predicted: coloured }
     }
+
+    /// At a sample so many steps after the one before; its innovation's variance goes with the gain.
+    fn next(&mut self, apart_steps: f64) -> (Gain, f64) {
+        let kept = (apart_steps * self.log_neighbours).exp();
+        let variance = kept * kept * self.predicted + self.coloured * (1.0 - kept * kept);
+        let total = variance + self.correlation.white_share;
+        let gain = variance / total;
+        self.predicted = variance * (1.0 - gain);
+        (Gain { kept, gain, scale: total.sqrt().recip() }, total)
+    }
+}
+
+/// A sum of logarithms that takes one where the product would run out of range.
+#[derive(Clone, Copy, Debug)]
+struct LogProduct {
+    product: f64,
+    sum: f64,
+}
+
+impl LogProduct {
+    const ONE: Self = Self { product: 1.0, sum: 0.0 };
+
+    fn times(&mut self, factor: f64) {
+        self.product *= factor;
+        if !(1e-200..1e200).contains(&self.product) {
+            self.sum += self.product.ln();
+            self.product = 1.0;
+        }
+    }
+
+    fn ln(self) -> f64 {
+        self.sum + self.product.ln()
+    }
+}
+
+/// Whitens a series while it comes: rows of the Jacobian with the residual as their last number.
+pub struct Whitening {
+    variance: Variance,
+    predicted: Vec<f64>,
+    innovations: RowProducts,
+    log_determinant: LogProduct,
+    count: usize,
+}
+
+impl Whitening {
+    /// Of rows of so many unknowns.
+    #[must_use]
+    pub fn new(correlation: Correlation, unknowns: usize) -> Self {
+        Self {
+            variance: Variance::new(correlation),
+            predicted: vec![0.0; unknowns + 1],
+            innovations: RowProducts::new(unknowns + 1),
+            log_determinant: LogProduct::ONE,
+            count: 0,
+        }
+    }
+
+    /// The next sample, so many steps after the last of its group; infinitely many where another group begins. Returns its
+    /// innovation, of unit variance times the level.
+    pub fn take(&mut self, apart_steps: f64, row: &[f64]) -> &[f64] {
+        let (Gain { kept, gain, scale }, total) = self.variance.next(apart_steps);
+        let innovation = self.innovations.next_row();
+        for ((value, predicted), innovation) in row.iter().zip(&mut self.predicted).zip(innovation) {
+            let before = kept * *predicted;
+            let new = value - before;
+            *predicted = before + gain * new;
+            *innovation = new * scale;
+        }
+        self.log_determinant.times(total);
+        self.count += 1;
+        self.innovations.last_row()
+    }
+
+    /// The sums of what was taken.
+    #[must_use]
+    pub fn sums(self) -> Whitened {
+        let unknowns = self.predicted.len() - 1;
+        let products = self.innovations.sums();
+        Whitened {
+            hessian: products.view((0, 0), (unknowns, unknowns)).into_owned(),
+            gradient: products.view((0, unknowns), (unknowns, 1)).column(0).into_owned(),
+            square: products[(unknowns, unknowns)],
+            log_determinant: self.log_determinant.ln(),
+            count: self.count,
+        }
+    }
+}
+
+/// Twice the negative logarithm of the likelihood of values alone, each with its distance from the one before in steps, at the
+/// variance that makes it largest.
+#[must_use]
+pub(crate) fn twice_negative_log(values: impl Iterator<Item = (f64, f64)>, correlation: Correlation) -> f64 {
+    let mut variance = Variance::new(correlation);
+    let mut log_determinant = LogProduct::ONE;
+    let (mut predicted, mut square, mut count) = (0.0, 0.0, 0.0);
+    for (apart_steps, value) in values {
+        let (Gain { kept, gain, .. }, total) = variance.next(apart_steps);
+        let new = value - kept * predicted;
+        predicted = kept * predicted + gain * new;
+        square += new * new / total;
+        log_determinant.times(total);
+        count += 1.0;
+    }
+    log_determinant.ln() + count * (square / count).ln() + count
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Against the covariance matrix itself, with a gap and two groups.
+    const CORRELATION: Correlation = Correlation { neighbours: 0.7, white_share: 0.15 };
+
+    /// Place and group of samples with a gap, two at one place and two groups, and their rows: more than two blocks.
+    fn samples() -> Vec<((f64, u32), [f64; 3])> {
+        let places = [(0.0, 0), (1.0, 0), (1.0, 0), (3.5, 0)].into_iter();
+        let places = places.chain((0..150).map(|k| (0.2 + 1.7 * f64::from(k), 1)));
+        let row = |k: usize| [1.0, (k as f64).cos(), (k as f64 * 1.7).sin()];
+        places.enumerate().map(|(k, place)| (place, row(k))).collect()
+    }
+
+    fn apart(samples: &[((f64, u32), [f64; 3])], k: usize) -> f64 {
+        match k.checked_sub(1).map(|last| samples[last].0) {
+            Some((at, group)) if group == samples[k].0.1 => samples[k].0.0 - at,
+            _ => f64::INFINITY,
+        }
+    }
+
+    fn covariance(samples: &[((f64, u32), [f64; 3])]) -> DMatrix<f64> {
+        DMatrix::from_fn(samples.len(), samples.len(), |i, j| {
+            let ((a, group), (b, other)) = (samples[i].0, samples[j].0);
+            let coloured = (1.0 - CORRELATION.white_share) * CORRELATION.neighbours.powf((a - b).abs());
+            let white = if i == j { CORRELATION.white_share } else { 0.0 };
+            if group == other { coloured + white } else { white }
+        })
+    }
+
+    /// Against the covariance matrix itself.
     #[test]
     fn the_filter_is_the_inverse_of_the_covariance() {
-        let correlation = Correlation { neighbours: 0.7, white_share: 0.15 };
-        let places = [(0.0, 0), (1.0, 0), (1.0, 0), (3.5, 0), (0.2, 1), (1.9, 1)];
-        let samples: Vec<Sample> = places
-            .iter()
-            .enumerate()
-            .map(|(k, (at, group))| Sample {
-                at: *at,
-                group: *group,
-                residual: (k as f64 * 1.7).sin(),
-                slope: DVector::from_vec(vec![1.0, (k as f64).cos()]),
-            })
-            .collect();
-        let n = samples.len();
-        let covariance = DMatrix::from_fn(n, n, |i, j| {
-            let same = samples[i].group == samples[j].group;
-            let near = correlation.neighbours.powf((samples[i].at - samples[j].at).abs());
-            let white = if i == j { correlation.white_share } else { 0.0 };
-            if same { (1.0 - correlation.white_share) * near + white } else { white }
-        });
-        let slopes = DMatrix::from_fn(n, 2, |i, j| samples[i].slope[j]);
-        let residuals = DVector::from_fn(n, |i, _| samples[i].residual);
+        let samples = samples();
+        let covariance = covariance(&samples);
+        let mut whitening = Whitening::new(CORRELATION, 2);
+        let mut last = Vec::new();
+        for (k, (_, row)) in samples.iter().enumerate() {
+            last.push(whitening.take(apart(&samples, k), row)[2]);
+        }
+        let sums = whitening.sums();
+        let slopes = DMatrix::from_fn(samples.len(), 2, |i, j| samples[i].1[j]);
+        let residuals = DVector::from_fn(samples.len(), |i, _| samples[i].1[2]);
         let inverse = covariance.clone().try_inverse().unwrap_or_default();
-        let sums = whiten(&samples, correlation, 2);
-        // Six samples: rounding only.
-        assert!((sums.hessian - slopes.transpose() * &inverse * &slopes).amax() < 1e-12);
-        assert!((sums.gradient - slopes.transpose() * &inverse * &residuals).amax() < 1e-12);
-        assert!((sums.square - residuals.dot(&(&inverse * &residuals))).abs() < 1e-12);
-        assert!((sums.log_determinant - covariance.determinant().ln()).abs() < 1e-12);
+        // Of 154 samples of about one, whose covariance's condition is below 50: rounding only.
+        assert!((sums.hessian - slopes.transpose() * &inverse * &slopes).amax() < 1e-11);
+        assert!((sums.gradient - slopes.transpose() * &inverse * &residuals).amax() < 1e-11);
+        assert!((sums.square - residuals.dot(&(&inverse * &residuals))).abs() < 1e-11);
+        let log_determinant =
+            covariance.cholesky().map_or(f64::NAN, |c| 2.0 * c.l().diagonal().map(f64::ln).sum());
+        assert!((sums.log_determinant - log_determinant).abs() < 1e-11);
+        assert!((last.iter().map(|e| e * e).sum::<f64>() - sums.square).abs() < 1e-11);
+        assert_eq!(sums.count, samples.len());
+    }
+
+    /// The likelihood of values alone is that of their covariance at its most likely size.
+    #[test]
+    fn values_alone_have_the_likelihood_of_their_covariance() {
+        let samples = samples();
+        let n = samples.len() as f64;
+        let factor = covariance(&samples).cholesky().map(|c| (c.inverse(), c.l()));
+        let Some((inverse, l)) = factor else { panic!("a covariance") };
+        let residuals = DVector::from_fn(samples.len(), |i, _| samples[i].1[2]);
+        let variance = residuals.dot(&(inverse * &residuals)) / n;
+        let expected = 2.0 * l.diagonal().map(f64::ln).sum() + n * variance.ln() + n;
+        let values = (0..samples.len()).map(|k| (apart(&samples, k), samples[k].1[2]));
+        // Rounding of a number of about a hundred.
+        assert!((twice_negative_log(values, CORRELATION) - expected).abs() < 1e-10);
     }
 }

@@ -6,12 +6,14 @@
 //! wanders, moves the modes as well.
 
 use crate::assess::robot_field::{RobotField, RobotSigmas};
+use crate::assess::row_products::RowProducts;
 use crate::assess::systematic::robot_columns;
 use crate::config::ASSUMED_ROBOT_ACCURACY_M;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorViewMut};
 use trueline_geometry::Pose;
+use trueline_lsq::NormalEquations;
 
 /// Modes that are looked at, the strongest of each of the six errors.
 const STRONGEST: usize = 8;
@@ -89,15 +91,19 @@ impl Beside {
     }
 }
 
-/// Sums over all observations.
+/// Observations that are looked at; of more, every so many stand for the rest, for a robot's errors change slowly along the path.
+const SAMPLE: usize = 3000;
+
+/// Sums over the observations that are looked at.
 struct Scores {
     /// Zᵀ W r.
     score: DVector<f64>,
-    /// C½ᵀ Jᵀ W r, which only what is known beforehand keeps from zero.
-    others: DVector<f64>,
     /// Zᵀ W Z.
     own: DMatrix<f64>,
-    /// C½ᵀ Jᵀ W Z.
+    /// L⁻¹ C½ᵀ (Jᵀ W r + P x): zero at the optimum, which that of some of the observations is not. L Lᵀ is what these observations and
+    /// what is known beforehand, P, tell of the other unknowns in the coordinates of C½: one where all are looked at.
+    others: DVector<f64>,
+    /// L⁻¹ C½ᵀ Jᵀ W Z.
     cross: DMatrix<f64>,
     /// rᵀ W r.
     squares: f64,
@@ -110,21 +116,18 @@ impl Scores {
         root: &DMatrix<f64>,
         assumed: RobotSigmas,
     ) -> Option<Self> {
+        let every = problem.list.len().div_ceil(SAMPLE).max(1);
         let mut hint = 0;
         let placed: Vec<_> = problem
             .selected()
+            .step_by(every)
             .filter_map(|pair| Some((pair, problem.placement(pair.0, at, &mut hint)?)))
             .collect();
         let poses: Vec<Pose> = placed.iter().map(|(_, placement)| placement.base_from_tool).collect();
         let field = RobotField::new(assumed, &poses)?.strongest(STRONGEST);
-        let size = 6 * field.modes();
-        let mut sums = Self {
-            score: DVector::zeros(size),
-            others: DVector::zeros(root.ncols()),
-            own: DMatrix::zeros(size, size),
-            cross: DMatrix::zeros(root.ncols(), size),
-            squares: 0.0,
-        };
+        let (modes, unknowns) = (6 * field.modes(), root.ncols());
+        let mut products = RowProducts::new(modes + unknowns + 1);
+        let root_rows = root.transpose();
         for (pair, placement) in &placed {
             let (Some((residual, jacobian)), Some(columns)) = (
                 problem.whitened_where(*pair, at, placement),
@@ -132,19 +135,44 @@ impl Scores {
             ) else {
                 continue;
             };
-            let weight = problem.loss.weight(residual.norm_squared());
-            let mut slopes = DMatrix::zeros(2, root.ncols());
-            for local in 0..problem.unknowns.local() {
-                let row = root.row(problem.unknowns.place(local, pair.0.line as usize));
-                slopes.ger(1.0, &jacobian.column(local), &row.transpose(), 1.0);
+            let root_weight = problem.loss.weight(residual.norm_squared()).sqrt();
+            let line = pair.0.line as usize;
+            for (k, residual) in residual.iter().enumerate() {
+                let (of_modes, rest) = products.next_row().split_at_mut(modes);
+                of_modes.copy_from_slice((columns.row(k) * root_weight).transpose().as_slice());
+                let (slopes, last) = rest.split_at_mut(unknowns);
+                slopes.fill(0.0);
+                let mut slopes = DVectorViewMut::from_slice(slopes, unknowns);
+                for local in 0..problem.unknowns.local() {
+                    let unknown = root_rows.column(problem.unknowns.place(local, line));
+                    slopes.axpy(jacobian[(k, local)] * root_weight, &unknown, 1.0);
+                }
+                last[0] = residual * root_weight;
             }
-            sums.score += columns.transpose() * residual * weight;
-            sums.others += slopes.transpose() * residual * weight;
-            sums.own.gemm_tr(weight, &columns, &columns, 1.0);
-            sums.cross.gemm_tr(weight, &slopes, &columns, 1.0);
-            sums.squares += weight * residual.norm_squared();
         }
-        Some(sums)
+        Self::from_products(&products.sums(), modes, problem.known_beforehand(at), &root_rows)
+    }
+
+    /// From the products of rows of modes, slopes in the root's coordinates, and residual.
+    fn from_products(
+        products: &DMatrix<f64>,
+        modes: usize,
+        known: NormalEquations,
+        root_rows: &DMatrix<f64>,
+    ) -> Option<Self> {
+        let unknowns = root_rows.nrows();
+        let last = modes + unknowns;
+        let by_others = |column: usize, columns: usize| products.view((modes, column), (unknowns, columns));
+        let information = by_others(modes, unknowns) + root_rows * known.hessian * root_rows.transpose();
+        let gradient = by_others(last, 1).column(0) + root_rows * known.gradient;
+        let factor = information.cholesky()?.l();
+        Some(Self {
+            score: products.view((0, last), (modes, 1)).column(0).into_owned(),
+            own: products.view((0, 0), (modes, modes)).into_owned(),
+            others: factor.solve_lower_triangular(&gradient)?,
+            cross: factor.solve_lower_triangular(&by_others(0, modes))?,
+            squares: products[(last, last)],
+        })
     }
 
     /// What the other unknowns leave of the scores of position (0) or attitude (1).

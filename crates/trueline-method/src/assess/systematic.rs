@@ -10,11 +10,11 @@ use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::input::noise_levels::Whitener;
 use crate::input::observations::Observation;
 use crate::input::shape_knowledge::ShapeCovariance;
-use crate::problem::line_problem::{LineProblem, LocalJacobian};
+use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
-use crate::problem::unknowns::{LOCAL_BOWED, Unknowns};
+use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, Unknowns};
 use crate::solve::seam_chart::with_shape;
-use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
+use nalgebra::{Const, DMatrix, Dim, Matrix, SMatrix, SVector, Storage, Vector3};
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
@@ -53,6 +53,9 @@ pub struct SystematicLevels {
 /// Observations on which the robot's errors are looked at; of more, every so many stand for the rest, for these errors change
 /// slowly along the path.
 const SAMPLE: usize = 800;
+
+/// Poses from which the mean attitude of a scan and the robot's modes are taken.
+const POSES: usize = 3_000;
 
 impl Systematic {
     /// The covariance that all of them together add.
@@ -147,38 +150,46 @@ impl SystematicSums {
     ) -> Self {
         let every = problem.list.len().div_ceil(SAMPLE).max(1);
         let seen = placed(problem, at);
-        let poses: Vec<Pose> = seen.iter().map(|(_, placement)| placement.base_from_tool).collect();
+        let some = seen.iter().step_by(seen.len().div_ceil(POSES).max(1));
+        let poses: Vec<Pose> = some.map(|(_, placement)| placement.base_from_tool).collect();
         let field = RobotField::new(levels.robot, &poses);
         let tilt = TiltBias::about(&poses);
         let with_shape = with_shape(problem.observations, at.clone());
         let held = levels.held_shape.and_then(|covariance| covariance.cholesky()).map(|c| c.l());
         let mut sums = Self::zeros(root, tilt, field.as_ref().map_or(0, RobotField::modes));
         sums.bias_level_px = levels.feature_bias_px;
+        let mut by_line = vec![LineSums::default(); at.lines.len()];
         for (k, (pair, placement)) in seen.iter().enumerate() {
             let Some((residual, jacobian)) = problem.whitened_where(*pair, &with_shape, placement) else {
                 continue;
             };
             let weight = problem.loss.weight(residual.norm_squared());
-            let row = Row { unknowns: &problem.unknowns, line: pair.0.line as usize, jacobian, weight };
-            let bias =
-                (levels.feature_bias_px > 0.0).then(|| pair.1.matrix() * tilt.slopes(pair.0, at, placement));
-            if let Some(bias) = &bias {
-                row.add(&mut sums.bias, &DMatrix::from_column_slice(2, BIAS, bias.as_slice()));
-                sums.bias_square += bias.transpose() * bias * weight;
-                sums.bias_gradient += bias.transpose() * residual * weight;
-            }
+            let line = pair.0.line as usize;
+            let bias = if levels.feature_bias_px > 0.0 {
+                pair.1.matrix() * tilt.slopes(pair.0, at, placement)
+            } else {
+                SMatrix::zeros()
+            };
+            let weighted = jacobian.transpose() * weight;
+            by_line[line].bias += weighted * bias;
+            sums.bias_square += bias.transpose() * bias * weight;
+            sums.bias_gradient += bias.transpose() * residual * weight;
             if held.is_some() {
-                let columns: SMatrix<f64, 2, 5> = row.jacobian.fixed_columns::<5>(LOCAL_BOWED).into();
-                row.add(&mut sums.shape, &DMatrix::from_column_slice(2, 5, columns.as_slice()));
-                let both = bias.map(|bias| bias.transpose() * columns * weight);
-                both.into_iter().for_each(|both| sums.bias_shape += both);
+                let columns: SMatrix<f64, 2, 5> = jacobian.fixed_columns::<5>(LOCAL_BOWED).into();
+                by_line[line].shape += weighted * columns;
+                sums.bias_shape += bias.transpose() * columns * weight;
             }
             let Some(field) = field.as_ref().filter(|_| k.is_multiple_of(every)) else { continue };
             if let Some(columns) = robot_columns(field, problem, *pair, at, placement) {
-                let row = Row { weight: weight * every as f64, ..row };
-                row.add(&mut sums.robot, &columns);
-                bias.into_iter().for_each(|b| sums.bias_robot += b.transpose() * &columns * row.weight);
+                let weight = weight * every as f64;
+                let by_local = jacobian.transpose() * &columns * weight;
+                add_rows(&mut sums.robot, &problem.unknowns, line, &by_local);
+                sums.bias_robot += bias.transpose() * &columns * weight;
             }
+        }
+        for (line, of_line) in by_line.iter().enumerate() {
+            add_rows(&mut sums.bias, &problem.unknowns, line, &of_line.bias);
+            add_rows(&mut sums.shape, &problem.unknowns, line, &of_line.shape);
         }
         sums.held =
             held.map_or_else(|| DMatrix::zeros(5, 0), |l| DMatrix::from_column_slice(5, 5, l.as_slice()));
@@ -338,20 +349,24 @@ fn fixed(matrix: &DMatrix<f64>) -> SMatrix<f64, BIAS, BIAS> {
     SMatrix::from_iterator(matrix.iter().copied())
 }
 
-/// One observation's part of them.
-struct Row<'a> {
-    unknowns: &'a Unknowns,
-    line: usize,
-    jacobian: LocalJacobian,
-    weight: f64,
+/// Jᵀ W Z of the observations of one line, by their local unknowns.
+#[derive(Clone, Default)]
+struct LineSums {
+    bias: SMatrix<f64, LOCAL_ALL, BIAS>,
+    shape: SMatrix<f64, LOCAL_ALL, 5>,
 }
 
-impl Row<'_> {
-    fn add(&self, sum: &mut DMatrix<f64>, columns: &DMatrix<f64>) {
-        for local in 0..self.unknowns.local() {
-            let row = self.jacobian.column(local).transpose() * columns * self.weight;
-            let mut target = sum.row_mut(self.unknowns.place(local, self.line));
-            target += row;
+/// Adds rows of the local unknowns of a line's observations to those of all unknowns.
+fn add_rows<C: Dim, S: Storage<f64, Const<LOCAL_ALL>, C>>(
+    sum: &mut DMatrix<f64>,
+    unknowns: &Unknowns,
+    line: usize,
+    by_local: &Matrix<f64, Const<LOCAL_ALL>, C, S>,
+) {
+    for local in 0..unknowns.local() {
+        let mut row = sum.row_mut(unknowns.place(local, line));
+        for (k, value) in by_local.row(local).iter().enumerate() {
+            row[k] += value;
         }
     }
 }

@@ -378,16 +378,28 @@ impl LeastSquares for LineProblem<'_> {
             Model::Bowed => self.add_sums::<LOCAL_BOWED>(state, equations),
             Model::Shaped => self.add_sums::<LOCAL_ALL>(state, equations),
         }
-        if self.unknowns.model != Model::Straight {
-            block_priors::add_to(self.shape_prior.as_ref(), state, equations);
-        }
-        if let Some(prior) = &self.prior {
-            prior.add_to(state, equations);
-        }
+        self.add_known(state, equations);
     }
 }
 
 impl LineProblem<'_> {
+    /// What is known of the unknowns before the scan: cost, gradient and Hessian.
+    #[must_use]
+    pub(crate) fn known_beforehand(&self, at: &Parameters) -> NormalEquations {
+        let mut known = NormalEquations::zeros(self.unknowns.dimension());
+        self.add_known(at, &mut known);
+        known
+    }
+
+    fn add_known(&self, at: &Parameters, equations: &mut NormalEquations) {
+        if self.unknowns.model != Model::Straight {
+            block_priors::add_to(self.shape_prior.as_ref(), at, equations);
+        }
+        if let Some(prior) = &self.prior {
+            prior.add_to(at, equations);
+        }
+    }
+
     /// The sums over N local unknowns, generated for each N.
     fn add_sums<const N: usize>(&self, state: &Parameters, equations: &mut NormalEquations) {
         let part = |range| Equations::<N>::new(&self.whiteners[range], self.loss, self.unknowns.lines);

@@ -8,12 +8,15 @@
 //! data agree with the model the result is the model's. The model knows what the features of a frame share:
 //! the robot's position error and the stamp's.
 
+use crate::assess::row_products::RowProducts;
 use crate::input::noise_levels::NoiseLevels;
 use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::unknowns::{LOCAL_ALL, Unknowns};
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{
+    Const, DMatrix, DVector, DVectorView, DVectorViewMut, Dyn, Matrix, SMatrix, SVector, StorageMut,
+};
 use trueline_lsq::Information;
 
 /// A covariance and how it came about.
@@ -36,9 +39,47 @@ struct Moments {
     score: f64,
 }
 
+/// The scores of frames, one after the other.
+pub(crate) struct FrameScores {
+    size: usize,
+    values: Vec<f64>,
+}
+
+impl FrameScores {
+    /// None yet, of so many numbers each.
+    #[must_use]
+    pub(crate) fn new(size: usize) -> Self {
+        Self { size, values: Vec::new() }
+    }
+
+    /// The score of another frame: zero as yet.
+    pub(crate) fn push(&mut self) -> &mut [f64] {
+        let end = self.values.len();
+        self.values.resize(end + self.size, 0.0);
+        &mut self.values[end..]
+    }
+
+    fn last(&mut self) -> DVectorViewMut<'_, f64> {
+        let start = self.values.len() - self.size;
+        DVectorViewMut::from_slice(&mut self.values[start..], self.size)
+    }
+
+    fn of(&self, frame: usize) -> DVectorView<'_, f64> {
+        DVectorView::from_slice(&self.values[frame * self.size..], self.size)
+    }
+
+    fn iter(&self) -> impl Iterator<Item = DVectorView<'_, f64>> {
+        (0..self.len()).map(|frame| self.of(frame))
+    }
+
+    fn len(&self) -> usize {
+        self.values.len() / self.size.max(1)
+    }
+}
+
 /// The scores of all frames in the root's coordinates, and what the model expects of them.
 struct Scores {
-    frames: Vec<DVector<f64>>,
+    frames: FrameScores,
     /// Expected covariance of their sum; the unit matrix where every frame has one feature and nothing is known
     /// beforehand.
     expected: DMatrix<f64>,
@@ -80,8 +121,9 @@ fn frame_scores(
     let size = root.ncols();
     let known = root.transpose() * block_priors::information(problem.shape_prior.as_ref(), at) * root;
     let expected = DMatrix::identity(size, size) - &known;
-    let mut scores = Scores { frames: Vec::new(), expected, known, moments: Moments::default() };
+    let mut scores = Scores { frames: FrameScores::new(size), expected, known, moments: Moments::default() };
     let mut shared = SharedErrors::new(size);
+    let root_rows = root.transpose();
     let mut last_stamp = f64::NAN;
     let mut hint = 0;
     for pair in problem.selected() {
@@ -96,19 +138,17 @@ fn frame_scores(
         moments.weight_and_slope += weight + squared * problem.loss.weight_slope(squared);
         moments.score += 0.5 * weight * weight * squared;
         if pair.0.stamp_s != last_stamp {
-            scores.frames.push(DVector::zeros(size));
+            scores.frames.push();
             shared.close_frame(&mut scores.expected);
             last_stamp = pair.0.stamp_s;
         }
         let place = Place { unknowns: &problem.unknowns, line: pair.0.line as usize };
         let gradient: SVector<f64, LOCAL_ALL> = jacobian.transpose() * residual * weight;
-        if let Some(score) = scores.frames.last_mut() {
-            add_rows(score, root, &place, &gradient);
-        }
+        add_rows(&mut scores.frames.last(), &root_rows, &place, &gradient);
         if problem.observations.line_count > 1
             && let Some(errors) = problem.whitened_shared_errors(pair, at, noise, &mut hint)
         {
-            shared.add(root, &place, &(jacobian.transpose() * errors * weight.sqrt()));
+            shared.add(&root_rows, &place, &(jacobian.transpose() * errors * weight.sqrt()));
         }
     }
     shared.close_frame(&mut scores.expected);
@@ -121,15 +161,15 @@ struct Place<'a> {
     line: usize,
 }
 
-/// Adds rootᵀ times local columns, which are those of one line's observation.
-fn add_rows<const N: usize>(
-    sum: &mut nalgebra::OMatrix<f64, nalgebra::Dyn, nalgebra::Const<N>>,
-    root: &DMatrix<f64>,
+/// Adds rootᵀ times local columns, which are those of one line's observation; `root_rows` is rootᵀ.
+fn add_rows<const N: usize, S: StorageMut<f64, Dyn, Const<N>>>(
+    sum: &mut Matrix<f64, Dyn, Const<N>, S>,
+    root_rows: &DMatrix<f64>,
     place: &Place<'_>,
     columns: &SMatrix<f64, LOCAL_ALL, N>,
 ) {
     for local in 0..place.unknowns.local() {
-        let row = root.row(place.unknowns.place(local, place.line)).transpose();
+        let row = root_rows.column(place.unknowns.place(local, place.line));
         for (mut target, column) in sum.column_iter_mut().zip(columns.column_iter()) {
             target.axpy(column[local], &row, 1.0);
         }
@@ -137,7 +177,7 @@ fn add_rows<const N: usize>(
 }
 
 /// Columns in the root's coordinates for the four errors that the features of a frame share.
-type ErrorColumns = nalgebra::OMatrix<f64, nalgebra::Dyn, nalgebra::Const<4>>;
+type ErrorColumns = nalgebra::OMatrix<f64, Dyn, Const<4>>;
 
 /// What one frame's features have in common.
 struct SharedErrors {
@@ -152,9 +192,9 @@ impl SharedErrors {
         Self { together: ErrorColumns::zeros(size), alone: DMatrix::zeros(size, size), features: 0 }
     }
 
-    fn add(&mut self, root: &DMatrix<f64>, place: &Place<'_>, columns: &SMatrix<f64, LOCAL_ALL, 4>) {
-        let mut own = ErrorColumns::zeros(root.ncols());
-        add_rows(&mut own, root, place, columns);
+    fn add(&mut self, root_rows: &DMatrix<f64>, place: &Place<'_>, columns: &SMatrix<f64, LOCAL_ALL, 4>) {
+        let mut own = ErrorColumns::zeros(root_rows.nrows());
+        add_rows(&mut own, root_rows, place, columns);
         self.alone += &own * own.transpose();
         self.together += own;
         self.features += 1;
@@ -172,28 +212,29 @@ impl SharedErrors {
 }
 
 /// The data's own covariance of the scores, drawn towards the expected one; and how far.
-pub(crate) fn blend(
-    frames: &[DVector<f64>],
-    expected: &DMatrix<f64>,
-    per_weight: f64,
-) -> (DMatrix<f64>, f64) {
+///
+/// Products of frames up to L apart, weighed by the Bartlett kernel 1 − lag/(L + 1), are the products of running sums of L + 1 frames
+/// over L + 1: a kernel that falls as a line is a box beside itself.
+pub(crate) fn blend(frames: &FrameScores, expected: &DMatrix<f64>, per_weight: f64) -> (DMatrix<f64>, f64) {
     if frames.len() < 30 || per_weight <= 0.0 {
         return (expected.clone(), 1.0);
     }
-    let lags = lag_limit(frames);
-    let size = expected.nrows();
-    let mut own = DMatrix::zeros(size, size);
-    let mut kernel_square_sum = 0.0;
-    for lag in 0..=lags {
-        let kernel = 1.0 - lag as f64 / (lags as f64 + 1.0);
-        let mut product = DMatrix::zeros(size, size);
-        for (earlier, later) in frames.iter().zip(&frames[lag..]) {
-            product.ger(1.0, earlier, later, 1.0);
+    let box_frames = lag_limit(frames) + 1;
+    let mut products = RowProducts::new(frames.size);
+    let mut running = DVector::zeros(frames.size);
+    for end in 0..frames.len() + box_frames - 1 {
+        if end < frames.len() {
+            running += frames.of(end);
         }
-        let sides = if lag == 0 { 1.0 } else { 2.0 };
-        kernel_square_sum += sides * kernel * kernel;
-        own += (&product + product.transpose()) * (0.5 * sides * kernel / per_weight);
+        products.next_row().copy_from_slice(running.as_slice());
+        if end + 1 >= box_frames {
+            running -= frames.of(end + 1 - box_frames);
+        }
     }
+    let length = box_frames as f64;
+    let own = products.sums() / (length * per_weight);
+    // Σ (1 − |lag|/(L + 1))² over all lags.
+    let kernel_square_sum = (2.0 * length * length + 1.0) / (3.0 * length);
     let noise =
         kernel_square_sum * frames.iter().map(|s| (s.norm_squared() / per_weight).powi(2)).sum::<f64>();
     let distance = (&own - expected).norm_squared();
@@ -203,11 +244,47 @@ pub(crate) fn blend(
 
 /// How many neighbouring frames are alike: the bandwidth of the Bartlett kernel that is best for a
 /// first-order process with the scores' own correlation \[Andrews1991, Eq. 6.2\].
-fn lag_limit(scores: &[DVector<f64>]) -> usize {
-    let product: f64 = scores.windows(2).map(|w| w[0].dot(&w[1])).sum();
-    let power: f64 = scores.iter().map(DVector::norm_squared).sum();
+fn lag_limit(scores: &FrameScores) -> usize {
+    let product: f64 = scores.iter().zip(scores.iter().skip(1)).map(|(one, next)| one.dot(&next)).sum();
+    let power: f64 = scores.iter().map(|score| score.norm_squared()).sum();
     let rho = (product / power).clamp(-0.97, 0.97);
     let alpha = 4.0 * rho * rho / (1.0 - rho * rho).powi(2);
     let bandwidth = 1.1447 * (alpha * scores.len() as f64).cbrt();
     (bandwidth.floor() as usize).min(scores.len() / 10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the kernel's weights and the products of frames so far apart.
+    #[test]
+    fn running_sums_weigh_neighbours_by_the_kernel() {
+        let mut frames = FrameScores::new(2);
+        // Alike for some frames, so that there are lags.
+        let value = |k: usize| [(k as f64 * 0.4).sin() + (k as f64 * 7.1).cos(), (k as f64 * 0.3).cos()];
+        for k in 0..90 {
+            frames.push().copy_from_slice(&value(k));
+        }
+        let lags = lag_limit(&frames);
+        assert!(lags > 3, "{lags}");
+        let mut own = DMatrix::zeros(2, 2);
+        let mut squares = 0.0;
+        for lag in 0..=lags {
+            let kernel = 1.0 - lag as f64 / (lags as f64 + 1.0);
+            let sides = if lag == 0 { 1.0 } else { 2.0 };
+            squares += sides * kernel * kernel;
+            for k in lag..90 {
+                let product = frames.of(k - lag) * frames.of(k).transpose();
+                own += (&product + product.transpose()) * (0.5 * sides * kernel / 1.5);
+            }
+        }
+        let expected = DMatrix::identity(2, 2) * 50.0;
+        let noise = squares * frames.iter().map(|s| (s.norm_squared() / 1.5).powi(2)).sum::<f64>();
+        let share = (noise / (&own - &expected).norm_squared()).min(1.0);
+        let (blended, by) = blend(&frames, &expected, 1.5);
+        // Sums of ninety products of about one.
+        assert!((by - share).abs() < 1e-12 && share < 1.0, "{by} {share}");
+        assert!((blended - (own * (1.0 - share) + expected * share)).amax() < 1e-10);
+    }
 }

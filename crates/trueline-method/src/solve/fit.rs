@@ -8,8 +8,7 @@ use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::problem::parameters::Parameters;
 use crate::problem::prior::Prior;
 use crate::problem::usable::UsableObservations;
-use crate::solve::iteration_record::IterationRecord;
-use trueline_lsq::{Information, Solution};
+use trueline_lsq::{Information, Iteration, Solution};
 
 /// A solved problem and how it got there.
 #[derive(Clone, Debug)]
@@ -26,8 +25,8 @@ pub struct Fit {
     pub prior: Option<Prior>,
     /// What was known of the sensor's shape.
     pub shape_prior: Option<ShapePrior>,
-    /// Every step on all features.
-    pub iterations: Vec<IterationRecord>,
+    /// Every step.
+    pub iterations: Vec<Iteration<Parameters>>,
 }
 
 impl Fit {

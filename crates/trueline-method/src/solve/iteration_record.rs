@@ -9,7 +9,7 @@ use trueline_lsq::Iteration;
 /// One step of the solver, as the paper's Figs. 6 to 8 draw it.
 #[derive(Clone, Debug)]
 pub struct IterationRecord {
-    /// Cost ½ Σ ρ at this stage's loss.
+    /// Cost ½ Σ ρ at this stage's loss, over this stage's observations: a long scan is followed by some of them first.
     pub cost: f64,
     /// Root mean square distance from the line of all usable features that turned out to be no outliers, m.
     pub rms_m: f64,
@@ -20,12 +20,16 @@ pub struct IterationRecord {
 }
 
 impl IterationRecord {
-    /// Of a step, with the distances of all observations.
+    /// Of a step, with the distances of `list`.
     #[must_use]
-    pub fn of(observations: &Observations, step: &Iteration<Parameters>) -> Self {
+    pub(crate) fn of(
+        observations: &Observations,
+        list: &[Observation],
+        step: &Iteration<Parameters>,
+    ) -> Self {
         Self {
             cost: step.cost,
-            rms_m: rms_m(observations, &observations.list, &step.state),
+            rms_m: rms_m(observations, list, &step.state),
             parameters: step.state.clone(),
             accepted: step.accepted,
         }
@@ -33,8 +37,7 @@ impl IterationRecord {
 }
 
 /// Root mean square distance from the lines, m.
-#[must_use]
-pub fn rms_m(observations: &Observations, list: &[Observation], at: &Parameters) -> f64 {
+fn rms_m(observations: &Observations, list: &[Observation], at: &Parameters) -> f64 {
     let mut distances = SquaredLengths::default();
     sweep(&Scan { observations, list, at, residual: ResidualKind::PointToLine }, &mut distances);
     distances.root_mean()

@@ -3,10 +3,10 @@
 //! As for seam points: a frame's four residuals are one score, so that what they share is in it, and neighbouring frames may be
 //! alike.
 
-use crate::solve::covariance::blend;
+use crate::solve::covariance::{FrameScores, blend};
 use crate::stripe::fit::StripeFit;
 use crate::stripe::unknowns::LOCAL_ALL;
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVectorViewMut, SVector};
 use trueline_lsq::Information;
 
 /// A covariance and how it came about.
@@ -25,16 +25,16 @@ pub fn assess(fit: &StripeFit<'_>, information: &Information) -> StripeUncertain
     let root = information.covariance_root();
     let known = root.transpose() * at.prior_information(problem.shape_prior.as_ref()) * root;
     let expected = DMatrix::identity(root.ncols(), root.ncols()) - &known;
-    let (mut frames, mut rows, mut hint) = (Vec::new(), 0, 0);
+    let (mut frames, mut rows, mut hint) = (FrameScores::new(root.ncols()), 0, 0);
+    let root_rows = root.transpose();
     for weighed in &problem.frames {
         let Some((residual, jacobian)) = problem.whitened(weighed, at, &mut hint) else { continue };
         let gradient: SVector<f64, LOCAL_ALL> = jacobian.transpose() * residual;
-        let mut score = DVector::zeros(root.ncols());
+        let mut score = DVectorViewMut::from_slice(frames.push(), root.ncols());
         for local in 0..problem.unknowns.local() {
             let Some(place) = problem.unknowns.place(local, weighed.frame.joint) else { continue };
-            score.axpy(gradient[local], &root.row(place).transpose(), 1.0);
+            score.axpy(gradient[local], &root_rows.column(place), 1.0);
         }
-        frames.push(score);
         rows += weighed.rows;
     }
     // What the priors say is no unknown that the residuals paid for.
