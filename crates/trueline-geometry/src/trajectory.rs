@@ -106,13 +106,7 @@ impl Trajectory {
         if times.len() != poses.len() {
             return Err(TrajectoryError::LengthsDiffer);
         }
-        if times.len() < 2 {
-            return Err(TrajectoryError::TooFewSamples);
-        }
-        if let Some(k) = times.windows(2).position(|w| w[1].is_nan() || w[0].is_nan() || w[1] < w[0]) {
-            return Err(TrajectoryError::TimeRunsBackwards { index: k + 1 });
-        }
-        let median_period = median_positive_step(&times).ok_or(TrajectoryError::TooFewSamples)?;
+        let median_period = median_period_s(&times)?;
         let pairs = times.windows(2).zip(poses.windows(2));
         let segments = pairs.map(|(t, p)| Segment::between(t[0], &p[0], t[1], &p[1])).collect();
         let (times, segments) = (Arc::new(times), Arc::new(segments));
@@ -265,6 +259,17 @@ impl Cursor<'_> {
     }
 }
 
-fn median_positive_step(times: &[f64]) -> Option<f64> {
-    median(times.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0))
+/// Median time between samples at these times, s, those of one time left out.
+///
+/// # Errors
+/// Times that a trajectory cannot have.
+pub fn median_period_s(times: &[f64]) -> Result<f64, TrajectoryError> {
+    if times.len() < 2 {
+        return Err(TrajectoryError::TooFewSamples);
+    }
+    if let Some(k) = times.windows(2).position(|w| w[1].is_nan() || w[0].is_nan() || w[1] < w[0]) {
+        return Err(TrajectoryError::TimeRunsBackwards { index: k + 1 });
+    }
+    let steps = times.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0.0);
+    median(steps).ok_or(TrajectoryError::TooFewSamples)
 }

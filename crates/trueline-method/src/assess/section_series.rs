@@ -267,7 +267,8 @@ mod tests {
 
     #[test]
     fn stretches_reach_from_end_to_end_and_are_as_many_as_are_looked_at() {
-        assert_eq!(stretches(MOST_FRAMES).collect::<Vec<_>>(), [0..MOST_FRAMES]);
+        assert_eq!(stretches(MOST_FRAMES).next(), Some(0..MOST_FRAMES));
+        assert_eq!(stretches(MOST_FRAMES).count(), 1);
         let long: Vec<_> = stretches(360_000).collect();
         assert_eq!(long.iter().map(ExactSizeIterator::len).sum::<usize>(), MOST_FRAMES);
         assert_eq!((long[0].start, long[long.len() - 1].end), (0, 360_000));

@@ -9,6 +9,7 @@ use crate::hypotheses::rivals;
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;
 use crate::solve::fit::Fit;
+use crate::solve::narrowing::thin;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use crate::solve::start::{self, Breadth};
@@ -47,11 +48,40 @@ const OVERLAP: f64 = 0.5;
 /// A guess chooses between two mirrored attitudes if it is this much nearer to one of them.
 const CLEARLY_NEARER: f64 = 0.5;
 
+/// Observations of each line among which a long scan is searched: those of a minute at 100 Hz.
+const SEARCHED: usize = 6_000;
+
 /// Finds the optimum from a guess, or from nothing.
+///
+/// A scan of more than twice as many observations as are searched is searched among every so many of them, and fitted to all from
+/// there. Only where these leave a question open are all asked.
 ///
 /// # Errors
 /// [`Error::NoStart`] if there is none.
 pub fn find(solver: &Solver<'_>, guess: Option<&Guess>) -> Result<Found, Error> {
+    let all = solver.observations;
+    if all.list.len() > 2 * SEARCHED * all.line_count {
+        let some = Observations { list: thin(all, SEARCHED), ..all.clone() };
+        if let Ok(found) = find_among_all(&solver.on(&some), guess)
+            && found.is_clear()
+        {
+            return Ok(Found { fit: solver.refit(&found.fit)?, ..found });
+        }
+    }
+    find_among_all(solver, guess)
+}
+
+impl Found {
+    /// Whether nothing else explains the scan.
+    fn is_clear(&self) -> bool {
+        self.mirrored == Mirrored::ToldApart
+            && self.better.is_none()
+            && self.ambiguity.rivals.is_empty()
+            && !self.ambiguity.contradicted
+    }
+}
+
+fn find_among_all(solver: &Solver<'_>, guess: Option<&Guess>) -> Result<Found, Error> {
     match guess {
         Some(guess) => from_guess(solver, guess),
         None => from_nothing(solver),

@@ -6,7 +6,7 @@ use crate::input::repeated_poses::{self, Updates};
 use crate::order_statistics::median;
 use nalgebra::{Point3, Vector3};
 use trueline_dataset::{Recording, RobotSample};
-use trueline_geometry::trajectory::{GAP_PERIODS, TrajectoryError};
+use trueline_geometry::trajectory::{GAP_PERIODS, TrajectoryError, median_period_s};
 use trueline_geometry::{Pose, Trajectory, curve, smooth};
 
 /// How the robot moved, and how well that is known.
@@ -61,9 +61,9 @@ impl RobotMotion {
     pub fn of(recording: &Recording, times_s: &[f64], config: &Config) -> Result<Self, Error> {
         let (times, poses, updates) = news(recording, times_s);
         check_motion(&poses)?;
-        let recorded = Trajectory::new(times, &poses).map_err(Error::Trajectory)?;
-        let (period_s, gap_limit_s) = (recorded.median_period(), recorded.gap_limit());
-        let recorded_noise_m = smooth::position_noise(recorded.times(), &poses, period_s, gap_limit_s);
+        let period_s = median_period_s(&times).map_err(Error::Trajectory)?;
+        let gap_limit_s = GAP_PERIODS * period_s;
+        let recorded_noise_m = smooth::position_noise(&times, &poses, period_s, gap_limit_s);
         // The paper's residual comes with the paper's motion: straight between samples as they are.
         let as_recorded = config.residual == ResidualKind::PointToLine;
         // A stream that the usual window holds enough of needs no wider one.
@@ -71,17 +71,17 @@ impl RobotMotion {
             smooth::HALF_WINDOW_S
         } else {
             let most_s = frame_period_s(recording) * UNSHARED;
-            smooth::half_window_s(recorded.times(), &poses, gap_limit_s, recorded_noise_m, most_s)
+            smooth::half_window_s(&times, &poses, gap_limit_s, recorded_noise_m, most_s)
         };
         let noise_left = smooth::noise_left(period_s, half_window_s);
         let smoothed = !as_recorded && recorded_noise_m > SMOOTH_ABOVE_M && noise_left < 1.0;
         let trajectory = if as_recorded {
-            recorded
+            Trajectory::new(times, &poses)
         } else {
-            let straight_s = straight_s(recorded.times(), &poses, recorded_noise_m);
-            path(recorded.times(), &poses, gap_limit_s, smoothed.then_some(half_window_s), straight_s)
-                .map_err(Error::Trajectory)?
+            let straight_s = straight_s(&times, &poses, recorded_noise_m);
+            path(&times, &poses, gap_limit_s, smoothed.then_some(half_window_s), straight_s)
         };
+        let trajectory = trajectory.map_err(Error::Trajectory)?;
         Ok(Self {
             trajectory,
             period_s,

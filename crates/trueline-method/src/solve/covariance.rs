@@ -139,7 +139,7 @@ fn frame_scores(
         moments.score += 0.5 * weight * weight * squared;
         if pair.0.stamp_s != last_stamp {
             scores.frames.push();
-            shared.close_frame(&mut scores.expected);
+            shared.close_frame();
             last_stamp = pair.0.stamp_s;
         }
         let place = Place { unknowns: &problem.unknowns, line: pair.0.line as usize };
@@ -151,7 +151,7 @@ fn frame_scores(
             shared.add(&root_rows, &place, &(jacobian.transpose() * errors * weight.sqrt()));
         }
     }
-    shared.close_frame(&mut scores.expected);
+    scores.expected += shared.sums();
     scores
 }
 
@@ -179,35 +179,46 @@ fn add_rows<const N: usize, S: StorageMut<f64, Dyn, Const<N>>>(
 /// Columns in the root's coordinates for the four errors that the features of a frame share.
 type ErrorColumns = nalgebra::OMatrix<f64, Dyn, Const<4>>;
 
-/// What one frame's features have in common.
+/// What the features of each frame have in common.
 struct SharedErrors {
-    together: ErrorColumns,
-    /// Each feature for itself: already in the unit matrix.
-    alone: DMatrix<f64>,
-    features: usize,
+    /// The columns of the features of the frame that is open.
+    open: Vec<ErrorColumns>,
+    /// Of the frames with several features: their sums …
+    together: RowProducts,
+    /// … and each feature for itself, which is in the unit matrix already.
+    alone: RowProducts,
 }
 
 impl SharedErrors {
     fn new(size: usize) -> Self {
-        Self { together: ErrorColumns::zeros(size), alone: DMatrix::zeros(size, size), features: 0 }
+        Self { open: Vec::new(), together: RowProducts::new(size), alone: RowProducts::new(size) }
     }
 
     fn add(&mut self, root_rows: &DMatrix<f64>, place: &Place<'_>, columns: &SMatrix<f64, LOCAL_ALL, 4>) {
         let mut own = ErrorColumns::zeros(root_rows.nrows());
         add_rows(&mut own, root_rows, place, columns);
-        self.alone += &own * own.transpose();
-        self.together += own;
-        self.features += 1;
+        self.open.push(own);
     }
 
-    /// Adds the products between different features of the frame, and begins another.
-    fn close_frame(&mut self, expected: &mut DMatrix<f64>) {
-        if self.features > 1 {
-            *expected += &self.together * self.together.transpose() - &self.alone;
+    /// Takes the products between different features of the frame, and begins another.
+    fn close_frame(&mut self) {
+        let take = |products: &mut RowProducts, columns: &ErrorColumns| {
+            for column in columns.column_iter() {
+                products.next_row().copy_from_slice(column.into_owned().as_slice());
+            }
+        };
+        if self.open.len() > 1 {
+            self.open.iter().for_each(|own| take(&mut self.alone, own));
+            let sum = self.open.iter().skip(1).fold(self.open[0].clone(), |sum, own| sum + own);
+            take(&mut self.together, &sum);
         }
-        self.together.fill(0.0);
-        self.alone.fill(0.0);
-        self.features = 0;
+        self.open.clear();
+    }
+
+    /// What the frames' features have in common, over all frames.
+    fn sums(mut self) -> DMatrix<f64> {
+        self.close_frame();
+        self.together.sums() - self.alone.sums()
     }
 }
 

@@ -3,20 +3,16 @@
 use crate::config::ResidualKind;
 use crate::error::Error;
 use crate::input::noise_levels::NoiseLevels;
-use crate::input::observations::Observations;
 use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::problem::parameters::Parameters;
 use crate::problem::usable::UsableObservations;
 use crate::solve::fit::Fit;
 use crate::solve::line_anchors::with_lines_amid_points;
-use crate::solve::narrowing::thin;
 use crate::solve::noise_scale::noise_factor;
 use crate::solve::seam_chart::{with_bows, with_shape};
 use crate::solve::solver::Solver;
 use trueline_lsq::{Iteration, Loss, Solution, SolveOptions, solve};
 
-/// Observations of each line by which a start is followed where there are more than twice as many: those of a minute at 100 Hz.
-const FOLLOWED: usize = 6_000;
 /// Most rounds of narrowing: from metres to micrometres at a third each.
 const NARROWING_ROUNDS: usize = 12;
 /// A guess of the time offset may be this far off while the narrowing begins, s.
@@ -33,27 +29,12 @@ const LEAST_NOISE_FACTOR: f64 = 1e-3;
 
 impl Solver<'_> {
     /// The optimum from a start: first a redescending loss as wide as the residuals are, narrowed while they shrink;
-    /// then the final loss, whitened for the noise that is really there. A long scan is followed by some of its observations first.
+    /// then the final loss, whitened for the noise that is really there.
     ///
     /// # Errors
     /// [`Error::NoStart`] if the cost is not finite.
     pub fn fit(&self, start: Parameters) -> Result<Fit, Error> {
-        let all = self.observations;
-        if all.list.len() > 2 * FOLLOWED * all.line_count {
-            let some = Observations { list: thin(all, FOLLOWED), ..all.clone() };
-            let near = self.on(&some).followed(start, Vec::new(), &[ROUGH])?;
-            return self.followed(near.solution.state, near.iterations, &[ROUGH]);
-        }
-        self.followed(start, Vec::new(), &[ROUGH, ROUGH])
-    }
-
-    fn followed(
-        &self,
-        start: Parameters,
-        before: Vec<Iteration<Parameters>>,
-        step_thresholds: &[f64],
-    ) -> Result<Fit, Error> {
-        let mut rounds = Rounds::after(*self, before);
+        let mut rounds = Rounds::after(*self, Vec::new());
         let noise = &self.settings.noise;
         let mut state = start;
         let mut last_width = f64::INFINITY;
@@ -73,7 +54,7 @@ impl Solver<'_> {
             let loss = Loss::GemanMcClure { scale: width };
             state = rounds.round(loss, noise, state, &options)?.state;
         }
-        rounds.finish(*noise, state, step_thresholds)
+        rounds.finish(*noise, state, &[ROUGH, ROUGH])
     }
 
     /// The optimum again, from one that is near; its steps follow those that led there.
