@@ -1,7 +1,8 @@
 //! What a scan that is under way yields so far.
 //!
-//! Every now and then everything that came is calibrated as it would be afterwards, by the same recipe: the estimate
-//! deserves the same trust, and names the same unobservable directions.
+//! Everything that came is calibrated as it would be afterwards, by the same recipe, and again whenever there is half as much
+//! more; in between, and after ten minutes, what is new is added to the sums of all before. At the end of a stream that is
+//! still kept, all of it is calibrated once more.
 
 use std::mem::take;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,13 +10,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 use trueline_dataset::{Feature, Recording, RobotSample, SensorFile};
+use trueline_method::incremental::{Change, Estimate, Extent, Incremental};
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use trueline_method::{Calibration, Config, Requirement, Status};
 
 /// Between estimates; never less than twice as long as one takes.
 const EVERY: Duration = Duration::from_secs(2);
-/// Only the last ten minutes are estimated from, to bound memory and time, ns.
-const LONGEST_NS: i64 = 600_000_000_000;
 /// Fewer seam points give no estimate.
 const FEWEST_FEATURES: usize = 30;
 
@@ -93,7 +93,28 @@ impl LiveEstimate {
 
     /// Estimates until all is over, and once more then.
     pub fn run(&self, over: &AtomicBool) {
-        let mut recording = Recording {
+        let mut stream = Incremental::new(self.nothing(), Config::default(), Extent::default());
+        let (mut due, mut last) = (Instant::now() + EVERY, false);
+        while !last {
+            last = over.load(Ordering::SeqCst);
+            if !last && Instant::now() < due {
+                thread::sleep(Duration::from_millis(50));
+                continue;
+            }
+            let (robot, features) = {
+                let mut came = self.came.lock().unwrap_or_else(PoisonError::into_inner);
+                (take(&mut came.0), take(&mut came.1))
+            };
+            stream.add(robot, features);
+            let start = Instant::now();
+            let progress = self.estimate(&mut stream, last);
+            *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = progress;
+            due = Instant::now() + EVERY.max(2 * start.elapsed());
+        }
+    }
+
+    fn nothing(&self) -> Recording {
+        Recording {
             sensor: self.sensor.sensor.clone(),
             setup: self.sensor.setup.clone(),
             robot: Vec::new(),
@@ -102,55 +123,51 @@ impl LiveEstimate {
             initial: None,
             truth: None,
             inputs: Default::default(),
-        };
-        let (mut due, mut last) = (Instant::now() + EVERY, false);
-        while !last {
-            last = over.load(Ordering::SeqCst);
-            if !last && Instant::now() < due {
-                thread::sleep(Duration::from_millis(50));
-                continue;
-            }
-            self.take_into(&mut recording);
-            let start = Instant::now();
-            let progress = self.estimate(&recording);
-            *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = progress;
-            due = Instant::now() + EVERY.max(2 * start.elapsed());
         }
     }
 
-    fn take_into(&self, recording: &mut Recording) {
-        let (mut robot, mut features) = {
-            let mut came = self.came.lock().unwrap_or_else(PoisonError::into_inner);
-            (take(&mut came.0), take(&mut came.1))
-        };
-        recording.robot.append(&mut robot);
-        recording.features.append(&mut features);
-        // Overtaken frames come late.
-        recording.robot.sort_by_key(|sample| sample.stamp_ns);
-        recording.features.sort_by_key(|feature| feature.stamp_ns);
-        forget_old(recording);
-    }
-
-    fn estimate(&self, recording: &Recording) -> Progress {
-        let seam_points = recording.features.len();
+    fn estimate(&self, stream: &mut Incremental, last: bool) -> Progress {
+        let seam_points = stream.seam_points();
         if seam_points < FEWEST_FEATURES {
             return Progress::Waiting { seam_points, needed: FEWEST_FEATURES };
         }
-        match trueline_method::calibrate(recording, None, &Config::default()) {
-            Ok(calibration) => Progress::Estimated(self.estimated(&calibration, seam_points)),
-            Err(why) => Progress::Refused { seam_points, why: Arc::new(why) },
+        let outcome = if last { stream.finish() } else { stream.update() };
+        let answer = stream.estimate();
+        match (stream.calibration(), answer, outcome) {
+            // Samples that cannot be placed yet take nothing from what is known.
+            (Some(calibration), Some(answer), _) if stream.is_ahead() => {
+                Progress::Estimated(self.ahead(calibration, &answer, seam_points))
+            }
+            (_, _, Err(why)) => Progress::Refused { seam_points, why: Arc::new(why) },
+            (Some(calibration), ..) => Progress::Estimated(self.estimated(calibration, seam_points)),
+            (None, ..) => Progress::Waiting { seam_points, needed: FEWEST_FEATURES },
+        }
+    }
+
+    /// The last calibration with what came after it.
+    fn ahead(&self, calibration: &Calibration, answer: &Estimate, seam_points: usize) -> Estimated {
+        let sigma = |k: usize| answer.noise_sigma[k];
+        let is_accepted = calibration.status() == Status::Accepted && answer.change.is_none();
+        Estimated {
+            time_offset_s: sigma(TIME_OFFSET).map(|sigma_s| [answer.parameters.time_offset_s, sigma_s]),
+            translation_sigma_m: worst(sigma, TRANSLATION),
+            rotation_sigma_rad: worst(sigma, ROTATION),
+            is_enough: self.want.map(|want| is_accepted && is_reached(sigma, &want)),
+            advice: answer.change.iter().map(in_words).collect(),
+            ..self.estimated(calibration, seam_points)
         }
     }
 
     fn estimated(&self, calibration: &Calibration, seam_points: usize) -> Estimated {
         let offset_s = calibration.best_fit().time_offset_s;
+        let sigma = |k: usize| calibration.noise_sigma(k);
         let is_enough =
-            self.want.map(|want| calibration.status() == Status::Accepted && is_reached(calibration, &want));
+            self.want.map(|want| calibration.status() == Status::Accepted && is_reached(sigma, &want));
         Estimated {
             seam_points,
-            time_offset_s: calibration.noise_sigma(TIME_OFFSET).map(|sigma_s| [offset_s, sigma_s]),
-            translation_sigma_m: worst(calibration, TRANSLATION),
-            rotation_sigma_rad: worst(calibration, ROTATION),
+            time_offset_s: sigma(TIME_OFFSET).map(|sigma_s| [offset_s, sigma_s]),
+            translation_sigma_m: worst(sigma, TRANSLATION),
+            rotation_sigma_rad: worst(sigma, ROTATION),
             is_enough,
             advice: calibration
                 .findings
@@ -164,28 +181,27 @@ impl LiveEstimate {
     }
 }
 
-/// What is older than ten minutes is left to the calibration afterwards.
-fn forget_old(recording: &mut Recording) {
-    let Some(last_ns) = recording.robot.last().map(|sample| sample.stamp_ns) else { return };
-    let oldest_ns = last_ns - LONGEST_NS;
-    let robot = recording.robot.partition_point(|sample| sample.stamp_ns < oldest_ns);
-    let features = recording.features.partition_point(|feature| feature.stamp_ns < oldest_ns);
-    recording.robot.drain(..robot);
-    recording.features.drain(..features);
+/// What no longer holds for the whole stream.
+fn in_words(change: &Change) -> String {
+    if change.time_offset_s == 0.0 {
+        let percent = 100.0 * change.fitting;
+        return format!(
+            "one seam for the whole stream: of newer seam points {percent:.0} % fit those before"
+        );
+    }
+    format!("one time offset for the whole stream: it has changed by {:+.2} ms", 1e3 * change.time_offset_s)
 }
 
 /// The largest sigma of three components, if all are observable.
-fn worst(calibration: &Calibration, first: usize) -> Option<f64> {
-    (first..first + 3)
-        .map(|k| calibration.noise_sigma(k))
-        .try_fold(0.0, |worst: f64, sigma| Some(worst.max(sigma?)))
+fn worst(sigma: impl Fn(usize) -> Option<f64>, first: usize) -> Option<f64> {
+    (first..first + 3).map(sigma).try_fold(0.0, |worst: f64, sigma| Some(worst.max(sigma?)))
 }
 
-fn is_reached(calibration: &Calibration, want: &Requirement) -> bool {
+fn is_reached(sigma: impl Fn(usize) -> Option<f64>, want: &Requirement) -> bool {
     let within = |limit: Option<f64>, sigma: Option<f64>| {
         limit.is_none_or(|limit| sigma.is_some_and(|sigma| sigma <= limit))
     };
-    within(want.time_s, calibration.noise_sigma(TIME_OFFSET))
-        && within(want.translation_m, worst(calibration, TRANSLATION))
-        && within(want.rotation_rad, worst(calibration, ROTATION))
+    within(want.time_s, sigma(TIME_OFFSET))
+        && within(want.translation_m, worst(&sigma, TRANSLATION))
+        && within(want.rotation_rad, worst(&sigma, ROTATION))
 }

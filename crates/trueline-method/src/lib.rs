@@ -32,6 +32,7 @@ pub mod error;
 pub mod evaluate;
 pub mod findings;
 pub mod hypotheses;
+pub mod incremental;
 pub mod input;
 pub mod order_statistics;
 pub mod problem;

@@ -14,7 +14,7 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, Unknowns};
 use crate::solve::seam_chart::with_shape;
-use nalgebra::{Const, DMatrix, Dim, Matrix, SMatrix, SVector, Storage, Vector3};
+use nalgebra::{Const, DMatrix, DVector, Dim, Matrix, SMatrix, SVector, Storage, Vector3};
 use trueline_geometry::{Pose, so3};
 use trueline_model::Placement;
 
@@ -148,16 +148,30 @@ impl SystematicSums {
         root: &DMatrix<f64>,
         levels: &SystematicLevels,
     ) -> Self {
-        let every = problem.list.len().div_ceil(SAMPLE).max(1);
         let seen = placed(problem, at);
         let some = seen.iter().step_by(seen.len().div_ceil(POSES).max(1));
         let poses: Vec<Pose> = some.map(|(_, placement)| placement.base_from_tool).collect();
         let field = RobotField::new(levels.robot, &poses);
         let tilt = TiltBias::about(&poses);
-        let with_shape = with_shape(problem.observations, at.clone());
-        let held = levels.held_shape.and_then(|covariance| covariance.cholesky()).map(|c| c.l());
         let mut sums = Self::zeros(root, tilt, field.as_ref().map_or(0, RobotField::modes));
         sums.bias_level_px = levels.feature_bias_px;
+        let held = levels.held_shape.and_then(|covariance| covariance.cholesky()).map(|c| c.l());
+        sums.held =
+            held.map_or_else(|| DMatrix::zeros(5, 0), |l| DMatrix::from_column_slice(5, 5, l.as_slice()));
+        sums.field = field;
+        sums.add_seen(problem, at, &seen);
+        sums
+    }
+
+    /// Adds the features of another problem of the same robot, sensor and seam at the same state.
+    pub(crate) fn add(&mut self, problem: &LineProblem<'_>, at: &Parameters) {
+        self.add_seen(problem, at, &placed(problem, at));
+    }
+
+    fn add_seen(&mut self, problem: &LineProblem<'_>, at: &Parameters, seen: &[Placed<'_>]) {
+        let every = problem.list.len().div_ceil(SAMPLE).max(1);
+        let with_shape = with_shape(problem.observations, at.clone());
+        let field = self.field.take();
         let mut by_line = vec![LineSums::default(); at.lines.len()];
         for (k, (pair, placement)) in seen.iter().enumerate() {
             let Some((residual, jacobian)) = problem.whitened_where(*pair, &with_shape, placement) else {
@@ -165,36 +179,51 @@ impl SystematicSums {
             };
             let weight = problem.loss.weight(residual.norm_squared());
             let line = pair.0.line as usize;
-            let bias = if levels.feature_bias_px > 0.0 {
-                pair.1.matrix() * tilt.slopes(pair.0, at, placement)
+            let bias = if self.bias_level_px > 0.0 {
+                pair.1.matrix() * self.tilt.slopes(pair.0, at, placement)
             } else {
                 SMatrix::zeros()
             };
             let weighted = jacobian.transpose() * weight;
             by_line[line].bias += weighted * bias;
-            sums.bias_square += bias.transpose() * bias * weight;
-            sums.bias_gradient += bias.transpose() * residual * weight;
-            if held.is_some() {
+            self.bias_square += bias.transpose() * bias * weight;
+            self.bias_gradient += bias.transpose() * residual * weight;
+            if self.held.ncols() > 0 {
                 let columns: SMatrix<f64, 2, 5> = jacobian.fixed_columns::<5>(LOCAL_BOWED).into();
                 by_line[line].shape += weighted * columns;
-                sums.bias_shape += bias.transpose() * columns * weight;
+                self.bias_shape += bias.transpose() * columns * weight;
             }
             let Some(field) = field.as_ref().filter(|_| k.is_multiple_of(every)) else { continue };
             if let Some(columns) = robot_columns(field, problem, *pair, at, placement) {
                 let weight = weight * every as f64;
                 let by_local = jacobian.transpose() * &columns * weight;
-                add_rows(&mut sums.robot, &problem.unknowns, line, &by_local);
-                sums.bias_robot += bias.transpose() * &columns * weight;
+                add_rows(&mut self.robot, &problem.unknowns, line, &by_local);
+                self.bias_robot += bias.transpose() * &columns * weight;
             }
         }
         for (line, of_line) in by_line.iter().enumerate() {
-            add_rows(&mut sums.bias, &problem.unknowns, line, &of_line.bias);
-            add_rows(&mut sums.shape, &problem.unknowns, line, &of_line.shape);
+            add_rows(&mut self.bias, &problem.unknowns, line, &of_line.bias);
+            add_rows(&mut self.shape, &problem.unknowns, line, &of_line.shape);
         }
-        sums.held =
-            held.map_or_else(|| DMatrix::zeros(5, 0), |l| DMatrix::from_column_slice(5, 5, l.as_slice()));
-        sums.field = field;
-        sums
+        self.field = field;
+    }
+
+    /// How the other unknowns follow what is known of the bias by now: they have moved by `step` since these sums, to where
+    /// their gradient is zero, and their covariance's root is `root`.
+    pub(crate) fn bias_after(
+        &mut self,
+        step: &DVector<f64>,
+        root: DMatrix<f64>,
+        corrected_px: &SVector<f64, BIAS>,
+        inflation: f64,
+    ) -> Option<DVector<f64>> {
+        self.root = root;
+        let at_sums = self.bias_gradient;
+        self.bias_gradient += SVector::from_fn(|k, _| self.bias.column(k).dot(step));
+        let found = self.bias(corrected_px, inflation);
+        self.bias_gradient = at_sums;
+        let moved_px = found?.px - corrected_px;
+        Some(self.spread(&self.bias) * DVector::from_column_slice(moved_px.as_slice()))
     }
 
     fn zeros(root: &DMatrix<f64>, tilt: TiltBias, modes: usize) -> Self {
@@ -394,11 +423,11 @@ pub(crate) fn robot_columns(
     Some(columns)
 }
 
-/// The observations with their whiteners and where the sensor was.
-fn placed<'a>(
-    problem: &'a LineProblem<'_>,
-    at: &Parameters,
-) -> Vec<((&'a Observation, &'a Whitener), Placement)> {
+/// An observation with its whitener, and where the sensor was.
+type Placed<'a> = ((&'a Observation, &'a Whitener), Placement);
+
+/// The observations that can be placed.
+fn placed<'a>(problem: &'a LineProblem<'_>, at: &Parameters) -> Vec<Placed<'a>> {
     let mut hint = 0;
     let placed = |pair: (&'a Observation, &'a Whitener)| {
         let placement = problem.placement(pair.0, at, &mut hint)?;

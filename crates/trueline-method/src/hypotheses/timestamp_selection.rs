@@ -54,7 +54,7 @@ pub(crate) fn with_best_stamps(
     Ok(best)
 }
 
-fn treated(
+pub(crate) fn treated(
     recording: &Recording,
     sampling: &Sampling,
     config: &Config,

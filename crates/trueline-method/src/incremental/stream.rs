@@ -1,0 +1,245 @@
+//! What of a stream is kept, when all of that is calibrated, and when new samples are only added.
+
+use super::innovation::Change;
+use super::past::{Estimate, Past};
+use crate::calibrate::calibrate;
+use crate::calibration::Calibration;
+use crate::config::Config;
+use crate::error::Error;
+use trueline_dataset::{Feature, Recording, RobotSample};
+
+/// What of a stream is kept.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// Samples are kept this long, ns: so long a stream is calibrated anew now and then. Of what is older only sums are left.
+    pub kept_ns: i64,
+    /// New samples are placed on the path and the clocks of this long before them, ns.
+    pub context_ns: i64,
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        Self { kept_ns: 600_000_000_000, context_ns: 30_000_000_000 }
+    }
+}
+
+/// What was done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Calibrations of all that was kept.
+    pub calibrations: usize,
+    /// Seam points that these were of, in all.
+    pub calibrated: usize,
+    /// Seam points that were linearised and added.
+    pub added: usize,
+}
+
+/// A calibration of a stream that goes on.
+pub struct Incremental {
+    config: Config,
+    extent: Extent,
+    kept: Recording,
+    calibration: Option<Calibration>,
+    past: Option<Past>,
+    /// Seam points of the last calibration.
+    calibrated: usize,
+    /// Stamp of the last seam point that is in the estimate, ns.
+    until_ns: i64,
+    /// Whether samples that are in the estimate are kept no more.
+    has_dropped: bool,
+    /// Whether there are samples in the estimate that came after the last calibration.
+    is_ahead: bool,
+    seam_points: usize,
+    work: Work,
+}
+
+/// Once there are so many times the samples, all are calibrated anew: in all, three times the cost of one calibration.
+const GROWTH: f64 = 1.5;
+/// The same while the scan does not show everything, or disagrees with itself.
+const GROWTH_UNSETTLED: f64 = 1.1;
+/// Frames that were overtaken, and poses that are still to come, are waited for, ns.
+const WAIT_NS: i64 = 500_000_000;
+
+impl Incremental {
+    /// Of a stream of which nothing has come: `empty` says what the sensor is.
+    #[must_use]
+    pub fn new(empty: Recording, config: Config, extent: Extent) -> Self {
+        Self {
+            config,
+            extent,
+            kept: empty,
+            calibration: None,
+            past: None,
+            calibrated: 0,
+            until_ns: i64::MIN,
+            has_dropped: false,
+            is_ahead: false,
+            seam_points: 0,
+            work: Work::default(),
+        }
+    }
+
+    /// Takes samples over; they may have overtaken each other.
+    pub fn add(&mut self, mut robot: Vec<RobotSample>, mut features: Vec<Feature>) {
+        let until_ns = self.until_ns;
+        // What comes later than that cannot be added any more.
+        features.retain(|feature| feature.stamp_ns > until_ns);
+        self.seam_points += features.len();
+        self.kept.robot.append(&mut robot);
+        self.kept.features.append(&mut features);
+        self.kept.robot.sort_by_key(|sample| sample.stamp_ns);
+        self.kept.features.sort_by_key(|feature| feature.stamp_ns);
+    }
+
+    /// Seam points that came.
+    #[must_use]
+    pub fn seam_points(&self) -> usize {
+        self.seam_points
+    }
+
+    /// What was done so far.
+    #[must_use]
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
+    /// Samples that are kept: poses and features.
+    #[must_use]
+    pub fn kept(&self) -> [usize; 2] {
+        [self.kept.robot.len(), self.kept.features.len()]
+    }
+
+    /// The last calibration of all that was kept.
+    #[must_use]
+    pub fn calibration(&self) -> Option<&Calibration> {
+        self.calibration.as_ref()
+    }
+
+    /// New samples that do not agree with those before.
+    #[must_use]
+    pub fn change(&self) -> Option<Change> {
+        self.past.as_ref().and_then(Past::change)
+    }
+
+    /// Whether the estimate says more than the last calibration.
+    #[must_use]
+    pub fn is_ahead(&self) -> bool {
+        self.is_ahead
+    }
+
+    /// What all samples say; `None` while they do not show everything: then the last calibration says what is missing.
+    #[must_use]
+    pub fn estimate(&mut self) -> Option<Estimate> {
+        self.past.as_mut()?.estimate()
+    }
+
+    /// Takes what came into the estimate.
+    ///
+    /// # Errors
+    /// As [`calibrate`], and where new samples cannot be placed; they are tried again the next time.
+    pub fn update(&mut self) -> Result<(), Error> {
+        let Some(settled_ns) = self.settled_ns() else { return Ok(()) };
+        let ready = self.kept.features.partition_point(|feature| feature.stamp_ns <= settled_ns);
+        let is_due = ready as f64 >= self.growth() * self.calibrated as f64;
+        let outcome = if !self.has_dropped && is_due {
+            self.calibrate(ready)
+        } else if self.past.is_some() {
+            self.add_ready(ready)
+        } else {
+            Ok(())
+        };
+        self.forget();
+        outcome
+    }
+
+    /// Calibrates all samples at the end of a stream, if they are all kept; else takes the last into the sums.
+    ///
+    /// # Errors
+    /// As [`Incremental::update`].
+    pub fn finish(&mut self) -> Result<(), Error> {
+        let all = self.kept.features.len();
+        if self.has_dropped && self.past.is_some() { self.add_ready(all) } else { self.calibrate(all) }
+    }
+
+    fn growth(&self) -> f64 {
+        let is_settled = self.past.as_ref().is_some_and(|past| past.change().is_none());
+        if is_settled { GROWTH } else { GROWTH_UNSETTLED }
+    }
+
+    /// Up to which stamp all has come that will come, ns.
+    fn settled_ns(&self) -> Option<i64> {
+        let last_ns = self.kept.features.last()?.stamp_ns;
+        let robot_ns = self.kept.robot.last()?.stamp_ns;
+        let offset_s = self.past.as_ref().map_or(0.0, Past::time_offset_s);
+        Some(last_ns.min(robot_ns + (offset_s * 1e9) as i64) - WAIT_NS)
+    }
+
+    fn calibrate(&mut self, ready: usize) -> Result<(), Error> {
+        let later = self.kept.features.split_off(ready);
+        let outcome = calibrate(&self.kept, None, &self.config).and_then(|calibration| {
+            let past = Past::of(&calibration, &self.kept, &self.config)?;
+            Ok((calibration, past))
+        });
+        self.work.calibrations += 1;
+        self.work.calibrated += ready;
+        self.calibrated = ready;
+        let last = self.kept.features.last().map(|feature| feature.stamp_ns);
+        self.kept.features.extend(later);
+        self.is_ahead = false;
+        // What was known of fewer samples does not outlive a refusal of all.
+        (self.calibration, self.past) = (None, None);
+        let (calibration, past) = outcome?;
+        (self.calibration, self.past) = (Some(calibration), past);
+        self.until_ns = last.filter(|_| self.past.is_some()).unwrap_or(i64::MIN);
+        Ok(())
+    }
+
+    fn add_ready(&mut self, ready: usize) -> Result<(), Error> {
+        let features = &self.kept.features[..ready];
+        let Some(last_ns) = features.last().map(|f| f.stamp_ns).filter(|last| *last > self.until_ns) else {
+            return Ok(());
+        };
+        let from_ns = self.until_ns - self.extent.context_ns;
+        let first = features.partition_point(|feature| feature.stamp_ns < from_ns);
+        let offset_ns = self.past.as_ref().map_or(0.0, Past::time_offset_s) * 1e9;
+        let robot_from_ns = from_ns - offset_ns as i64 - WAIT_NS;
+        let robot = self.kept.robot.partition_point(|sample| sample.stamp_ns < robot_from_ns);
+        let recording = Recording {
+            sensor: self.kept.sensor.clone(),
+            setup: self.kept.setup.clone(),
+            robot: self.kept.robot[robot..].to_vec(),
+            features: features[first..].to_vec(),
+            stripes: Vec::new(),
+            initial: None,
+            truth: None,
+            inputs: self.kept.inputs.clone(),
+        };
+        if let Some(past) = &mut self.past {
+            self.work.added += past.add(&recording, [self.until_ns, last_ns], &self.config)?;
+            self.until_ns = last_ns;
+            self.is_ahead = true;
+        }
+        Ok(())
+    }
+
+    /// Drops what is in the sums once the stream is longer than what is kept; where there are no sums, the older half.
+    fn forget(&mut self) {
+        let Some(last_ns) = self.kept.robot.last().map(|sample| sample.stamp_ns) else { return };
+        let Some(first_ns) = self.kept.robot.first().map(|sample| sample.stamp_ns) else { return };
+        if last_ns - first_ns <= self.extent.kept_ns {
+            return;
+        }
+        let oldest_ns = if self.past.is_some() {
+            self.has_dropped = true;
+            // What cannot be placed for so long is given up.
+            (self.until_ns - 2 * self.extent.context_ns).max(last_ns - self.extent.kept_ns)
+        } else {
+            self.calibrated = 0;
+            last_ns - self.extent.kept_ns / 2
+        };
+        let robot = self.kept.robot.partition_point(|sample| sample.stamp_ns < oldest_ns);
+        let features = self.kept.features.partition_point(|feature| feature.stamp_ns < oldest_ns);
+        self.kept.robot.drain(..robot);
+        self.kept.features.drain(..features);
+    }
+}

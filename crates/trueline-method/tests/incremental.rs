@@ -1,0 +1,126 @@
+//! A stream's estimate is that of its recording, at a cost of what is new.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use trueline_dataset::Recording;
+use trueline_method::incremental::{Extent, Incremental};
+use trueline_method::{Calibration, Config, calibrate};
+use trueline_sim::{Disturbance, Preset, Scenario, simulate};
+
+/// Kept for 20 s, so that most of a stream of some minutes is sums.
+const SHORT: Extent = Extent { kept_ns: 40_000_000_000, context_ns: 10_000_000_000 };
+/// Between updates.
+const EVERY_NS: i64 = 2_000_000_000;
+
+fn long(preset: Preset, duration_s: f64, disturbance: impl Fn(&mut Disturbance)) -> Recording {
+    let mut scenario: Scenario = preset.scenario();
+    scenario.timing.duration_s = duration_s;
+    scenario.scan.passes = (duration_s / 20.0) as u32;
+    disturbance(&mut scenario.disturbance);
+    simulate(&scenario, 5).unwrap()
+}
+
+/// The stream of a recording, updated every two seconds; `each` sees every update.
+fn streamed(recording: &Recording, extent: Extent, mut each: impl FnMut(&Incremental)) -> Incremental {
+    let empty = Recording { robot: Vec::new(), features: Vec::new(), truth: None, ..recording.clone() };
+    let mut stream = Incremental::new(empty, Config::default(), extent);
+    let (first_ns, last_ns) = (recording.robot[0].stamp_ns, recording.robot.last().unwrap().stamp_ns);
+    let (mut poses, mut features) = (0, 0);
+    let mut now_ns = first_ns;
+    while now_ns <= last_ns {
+        now_ns += EVERY_NS;
+        let to_pose = recording.robot.partition_point(|sample| sample.stamp_ns < now_ns);
+        let to_feature = recording.features.partition_point(|feature| feature.stamp_ns < now_ns);
+        stream
+            .add(recording.robot[poses..to_pose].to_vec(), recording.features[features..to_feature].to_vec());
+        (poses, features) = (to_pose, to_feature);
+        // What is refused is tried again.
+        let _ = stream.update();
+        each(&stream);
+    }
+    stream
+}
+
+/// How far the stream's answer is from that of its recording, in the recording's ±, and the ratios of their noise.
+fn against(stream: &mut Incremental, recording: &Recording, batch: &Calibration) -> [[f64; 7]; 2] {
+    let estimate = stream.estimate().expect("an estimate");
+    let mut off = estimate.parameters.minus(&batch.best_fit().guess());
+    if let Some((ppm, about_ns)) = estimate.drift {
+        // Each time offset holds where its own stamps have no drift.
+        let about_s = batch.findings.clock.drifted.expect("a drift").about_s;
+        off[0] += ppm * 1e-6 * (about_s - (about_ns - recording.robot[0].stamp_ns) as f64 * 1e-9);
+    }
+    [
+        std::array::from_fn(|k| off[k] / batch.sigma(k).unwrap()),
+        std::array::from_fn(|k| estimate.noise_sigma[k].unwrap() / batch.noise_sigma(k).unwrap()),
+    ]
+}
+
+/// The contract: a tenth of the ±; noise within 3 %, but for a drift, whose own ± the stream counts and a calibration does not.
+fn assert_is_the_recordings(name: &str, recording: &Recording) {
+    let batch = calibrate(recording, None, &Config::default()).unwrap();
+    let mut stream = streamed(recording, SHORT, |_| {});
+    stream.finish().unwrap();
+    assert!(stream.work().added > recording.features.len() / 2, "most is sums: {:?}", stream.work());
+    let [off, noise] = against(&mut stream, recording, &batch);
+    assert!(off.iter().all(|off| off.abs() < 0.1), "{name}: off by {off:?} of the ±");
+    let first = usize::from(batch.findings.clock.drifted.is_some());
+    assert!(noise[first..].iter().all(|ratio| (ratio - 1.0).abs() < 0.03), "{name}: noise {noise:?}");
+    assert!(noise[0] > 0.97 && stream.estimate().unwrap().change.is_none(), "{name}: {noise:?}");
+}
+
+#[test]
+fn a_stream_says_what_its_recording_says() {
+    assert_is_the_recordings("good", &long(Preset::Good, 120.0, |_| {}));
+    assert_is_the_recordings("profiler", &long(Preset::Profiler, 120.0, |_| {}));
+}
+
+#[test]
+fn drifting_clocks_and_outliers_make_no_difference() {
+    assert_is_the_recordings("drift", &long(Preset::Good, 120.0, |d| d.clock_drift_ppm = 40.0));
+    assert_is_the_recordings("outliers", &long(Preset::Good, 120.0, |d| d.outlier_fraction = 0.05));
+}
+
+#[test]
+fn an_update_costs_what_is_new_and_memory_is_flat() {
+    let recording = long(Preset::Quick, 160.0, |_| {});
+    let per_update = 1.1 * recording.features.len() as f64 * EVERY_NS as f64 * 1e-9 / 160.0;
+    let (mut before, mut kept, mut updates) = (Default::default(), Vec::new(), 0);
+    let stream = streamed(&recording, SHORT, |stream| {
+        let work = stream.work();
+        let last = std::mem::replace(&mut before, work);
+        if work.calibrations == last.calibrations {
+            let added = work.added - last.added;
+            assert!(added as f64 <= 2.0 * per_update, "{added} seam points, {per_update} came");
+        }
+        updates += 1;
+        kept.push(stream.kept());
+    });
+    let work = stream.work();
+    // Growing by half each time, calibrations cost 1 / (1 − 1 / 1.5) = 3 times the last, which is of 40 s at most.
+    assert!(work.calibrated as f64 <= 3.0 * 40.0 * recording.features.len() as f64 / 160.0, "{work:?}");
+    let most = |range: std::ops::Range<usize>| kept[range].iter().map(|kept| kept[0] + kept[1]).max();
+    assert!(most(updates / 2..updates) <= most(0..updates / 2), "{kept:?}");
+}
+
+#[test]
+fn a_clock_that_steps_when_nothing_older_is_kept_is_said() {
+    for step_ns in [1_000_000, -60_000_000] {
+        let mut recording = long(Preset::Quick, 120.0, |_| {});
+        let after_ns = recording.features[0].stamp_ns + 80_000_000_000;
+        for feature in recording.features.iter_mut().filter(|feature| feature.stamp_ns > after_ns) {
+            feature.stamp_ns += step_ns;
+        }
+        recording.features.sort_by_key(|feature| feature.stamp_ns);
+        let mut told_ns = None;
+        let mut now_ns = recording.robot[0].stamp_ns;
+        streamed(&recording, SHORT, |stream| {
+            now_ns += EVERY_NS;
+            if stream.change().is_some() {
+                told_ns.get_or_insert(now_ns);
+            }
+        });
+        // A window of 20 s, of which most may be of before, and a whole one.
+        let told_s = (told_ns.expect("a change") - after_ns) as f64 * 1e-9;
+        assert!((0.0..45.0).contains(&told_s), "{step_ns} ns: told {told_s} s after it");
+    }
+}
