@@ -6,7 +6,7 @@
 //! acceleration of the motion and averages the noise.
 
 use crate::curve::lagrange_weights;
-use crate::local_polynomial::coefficients;
+use crate::local_polynomial::weights_at_zero;
 use crate::statistics::median;
 use crate::{Pose, se3, so3};
 use nalgebra::Vector3;
@@ -137,7 +137,34 @@ pub fn half_window_s(times: &[f64], poses: &[Pose], gap_limit: f64, noise_m: f64
 /// Poses with too few neighbours stay as they are.
 #[must_use]
 pub fn local_quadratic(times: &[f64], poses: &[Pose], gap_limit: f64, half_window_s: f64) -> Vec<Pose> {
-    (0..poses.len()).map(|k| smoothed(times, poses, k, [gap_limit, half_window_s])).collect()
+    let mut weights = Weights::default();
+    (0..poses.len()).map(|k| smoothed(times, poses, k, [gap_limit, half_window_s], &mut weights)).collect()
+}
+
+/// With which weights the samples of a window make the value of their quadratic in its middle.
+#[derive(Default)]
+struct Weights {
+    /// Times of the window from its middle, s.
+    elapsed_s: Vec<f64>,
+    by_sample: Vec<f64>,
+}
+
+/// Times that differ by less than this part of the window have the same weights: to 1e-8, of values that differ by millimetres.
+const SAME_TIMES: f64 = 1e-9;
+
+impl Weights {
+    /// For the window at these times about sample `k`, those of the window before if its times are the same; `None` where they do not
+    /// determine a quadratic.
+    fn at(&mut self, window: &[f64], middle_s: f64) -> Option<&[f64]> {
+        let span_s = (window[0] - middle_s).abs().max((window[window.len() - 1] - middle_s).abs());
+        let is_same = |(time, elapsed): (&f64, &f64)| (time - middle_s - elapsed).abs() < SAME_TIMES * span_s;
+        if self.elapsed_s.len() != window.len() || !window.iter().zip(&self.elapsed_s).all(is_same) {
+            let elapsed_s: Vec<f64> = window.iter().map(|time| time - middle_s).collect();
+            self.by_sample = weights_at_zero::<3>(&elapsed_s, span_s)?;
+            self.elapsed_s = elapsed_s;
+        }
+        Some(&self.by_sample)
+    }
 }
 
 /// Neighbours to either side of a sample within half a window and before a gap: as many on both sides, so that a cubic motion is
@@ -160,35 +187,32 @@ fn side(times: &[f64], k: usize, gap_limit: f64, half_window_s: f64) -> usize {
 
 /// Value at a sample of the quadratic through so many neighbours to either side, less the sample itself.
 fn value_at(times: &[f64], values: &[Vector3<f64>], k: usize, side: usize) -> Option<Vector3<f64>> {
-    constant_of_quadratic((k - side..=k + side).map(|i| (times[i] - times[k], values[i] - values[k])))
+    let window = k - side..=k + side;
+    let elapsed_s: Vec<f64> = times[window.clone()].iter().map(|time| time - times[k]).collect();
+    let span_s = elapsed_s[0].abs().max(elapsed_s[2 * side].abs());
+    let weights = weights_at_zero::<3>(&elapsed_s, span_s)?;
+    Some(values[window].iter().zip(weights).map(|(value, weight)| (value - values[k]) * weight).sum())
 }
 
 /// [`local_quadratic`] of one pose, with the longest step over which it reaches and half its window, s.
-fn smoothed(times: &[f64], poses: &[Pose], k: usize, [gap_limit, half_window_s]: [f64; 2]) -> Pose {
+fn smoothed(
+    times: &[f64],
+    poses: &[Pose],
+    k: usize,
+    [gap_limit, half_window_s]: [f64; 2],
+    weights: &mut Weights,
+) -> Pose {
     let side = side(times, k, gap_limit, half_window_s);
     if side < MIN_SIDE {
         return poses[k];
     }
     let window = k - side..=k + side;
-    let shift = constant_of_quadratic(
-        window
-            .clone()
-            .map(|i| (times[i] - times[k], poses[i].translation.vector - poses[k].translation.vector)),
-    );
+    let Some(weights) = weights.at(&times[window.clone()], times[k]) else { return poses[k] };
     let inverse = poses[k].rotation.inverse();
-    let turn = constant_of_quadratic(
-        window.map(|i| (times[i] - times[k], so3::log(&(inverse * poses[i].rotation)))),
-    );
-    match (shift, turn) {
-        (Some(shift), Some(turn)) => {
-            se3::from_parts(poses[k].rotation * so3::exp(&turn), poses[k].translation.vector + shift)
-        }
-        _ => poses[k],
+    let (mut shift, mut turn) = (Vector3::zeros(), Vector3::zeros());
+    for (pose, weight) in poses[window].iter().zip(weights) {
+        shift += (pose.translation.vector - poses[k].translation.vector) * *weight;
+        turn += so3::log(&(inverse * pose.rotation)) * *weight;
     }
-}
-
-/// Value at time 0 of the least-squares quadratic through (time, value).
-fn constant_of_quadratic(samples: impl Iterator<Item = (f64, Vector3<f64>)> + Clone) -> Option<Vector3<f64>> {
-    let span = samples.clone().map(|(t, _)| t.abs()).fold(0.0, f64::max);
-    Some(coefficients::<3, 3>(samples, span)?.row(0).transpose())
+    se3::from_parts(poses[k].rotation * so3::exp(&turn), poses[k].translation.vector + shift)
 }

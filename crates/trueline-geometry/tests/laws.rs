@@ -1,7 +1,7 @@
 //! Laws of rotations, poses, lines and trajectories, where such code breaks: at zero, tiny, at half a turn.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use nalgebra::{Matrix3, UnitVector3, Vector3, Vector4};
+use nalgebra::{DMatrix, Matrix3, UnitVector3, Vector3, Vector4};
 use proptest::prelude::*;
 use trueline_geometry::{Line, Pose, Trajectory, fit, se3, smooth, so3};
 
@@ -237,6 +237,42 @@ fn the_local_fit_keeps_a_quadratic_motion_and_measures_noise() {
     let (few_times, few): (Vec<f64>, Vec<Pose>) = kept.iter().map(|k| (times[*k], noisy[*k])).unzip();
     let measured = smooth::position_noise(&few_times, &few, 0.004, 1.0);
     assert!((measured / sigma - 1.0).abs() < 0.5, "{measured}");
+}
+
+#[test]
+fn each_window_of_uneven_stamps_has_its_own_least_squares_quadratic() {
+    // Even for a while, then jittering, then even again with another period: windows before and after share nothing.
+    let step = |k: i32| match k {
+        0..40 => 0.004,
+        40..80 => 0.004 + 0.001 * (f64::from(k) * 2.3).sin(),
+        _ => 0.005,
+    };
+    let times: Vec<f64> = (0..120).map(|k| (0..k).map(step).sum()).collect();
+    let shaken = |k: usize| Vector3::new((k * k % 17) as f64, (k * 7 % 11) as f64, (k % 5) as f64) * 1e-4;
+    let poses: Vec<Pose> = (0..120).map(|k| se3::from_parts(so3::exp(&shaken(k)), shaken(k))).collect();
+    let found = smooth::local_quadratic(&times, &poses, 0.1, 0.0201);
+    for k in 10..110 {
+        let mut side = 0;
+        while times[k + side + 1] - times[k] < 0.0201 && times[k] - times[k - side - 1] < 0.0201 {
+            side += 1;
+        }
+        let window = k - side..=k + side;
+        // By singular values instead of the normal equations.
+        let powers = DMatrix::from_fn(2 * side + 1, 3, |row, power| {
+            ((times[k - side + row] - times[k]) / 0.02).powi(power as i32)
+        });
+        let svd = powers.svd(true, true);
+        let shifts = DMatrix::from_fn(2 * side + 1, 3, |row, axis| shaken(k - side + row)[axis]);
+        let shift = svd.solve(&shifts, 1e-12).unwrap().row(0).transpose();
+        let inverse = poses[k].rotation.inverse();
+        let logs: Vec<_> = window.map(|i| so3::log(&(inverse * poses[i].rotation))).collect();
+        let turns = DMatrix::from_fn(2 * side + 1, 3, |row, axis| logs[row][axis]);
+        let turn = svd.solve(&turns, 1e-12).unwrap().row(0).transpose();
+        let expected = poses[k].rotation * so3::exp(&Vector3::new(turn[0], turn[1], turn[2]));
+        // Values of 1.6 mm, weights that are right to 1e-9 of the window.
+        assert!((found[k].translation.vector - shift).norm() < 1e-11, "{k}");
+        assert!(found[k].rotation.angle_to(&expected) < 1e-11, "{k}");
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The recipe: a recording in, a calibration out.
 
 use crate::assess::correlated_noise::Structure;
+use crate::assess::excitation;
 use crate::assess::identifiability::{Identifiability, assess_identifiability};
 use crate::assess::robot_accuracy;
 use crate::assess::robot_field::RobotSigmas;
@@ -25,6 +26,7 @@ use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use crate::stripe::corners::with_corners;
 use trueline_dataset::{Guess, Recording};
+use trueline_geometry::Trajectory;
 
 /// Estimates time offset, hand-eye transform and lines from a recording.
 ///
@@ -94,7 +96,7 @@ fn with_stated_lens(
     let rate_sigma_ppm = sampling.rate_sigma_ppm(stamped.dejittered);
     let drift_free = remove_drift(stamped.observations, stamped.fit, &settings, rate_sigma_ppm)?;
     let times_s = sampling.robot_times_s(stamped.dejittered);
-    let halves = drift_free.observations.robot.halves(recording, times_s);
+    let halves = halves(&drift_free, recording, times_s);
     let Identifiability { fit, information, time_offset_share, observability } =
         assess_identifiability(&drift_free, &settings, guess, found.mirrored, halves.as_ref())?;
     let levels = systematic_levels(recording, &settings, &knowledge);
@@ -125,6 +127,14 @@ fn with_stated_lens(
         time_offset_share,
         released,
     })
+}
+
+/// The robot's path by every other sample and by those between, where it is asked for.
+fn halves(drift_free: &DriftFree, recording: &Recording, times_s: &[f64]) -> Option<[Trajectory; 2]> {
+    let DriftFree { observations, fit, .. } = drift_free;
+    let list = fit.placed.of(observations);
+    let about_s = excitation::times_looked_at_s(list, fit.parameters().time_offset_s);
+    observations.robot.halves(recording, times_s, &about_s)
 }
 
 /// Residuals up to this many times the expected noise are not looked at for the robot's errors, unless neighbours are alike.

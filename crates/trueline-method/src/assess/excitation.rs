@@ -6,6 +6,7 @@
 //! twice, by every other sample: the motion is the same in both, the noise is not, and what two Jacobians have in
 //! common is motion.
 
+use crate::input::observations::Observation;
 use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
@@ -40,15 +41,14 @@ impl SplitSampleInformation {
         let n = problem.dimension();
         let zeros = || DMatrix::zeros(n, n);
         let mut signal = Self { own: zeros(), common_attitude: zeros(), common: zeros() };
-        let every = problem.list.len().div_ceil(SAMPLE).max(1);
+        let every = every(problem.list);
         let mut hints = [0; 3];
         // What is known beforehand is no tremble; as much of it as there is of the scan.
         let known = block_priors::information(problem.shape_prior.as_ref(), at) / every as f64;
         signal.own += &known;
         signal.common_attitude += &known;
         signal.common += &known;
-        // Whole images, so that no line is passed over.
-        for (o, whitener) in problem.selected().filter(|(o, _)| (o.frame as usize).is_multiple_of(every)) {
+        for (o, whitener) in problem.selected().filter(|(o, _)| is_looked_at(o, every)) {
             let Some(here) = problem.placement(o, at, &mut hints[0]) else { continue };
             let [first, second] = [0, 1].map(|k| placement_on(&halves[k], o, at, &mut hints[k + 1]));
             let (Some(first), Some(second)) = (first, second) else { continue };
@@ -107,6 +107,22 @@ impl SplitSampleInformation {
         let chosen = inverse.transpose() * eigen.eigenvectors.select_columns(&moved);
         information.keeping(&chosen.qr().q())
     }
+}
+
+/// The times at which the halves of the robot's path are asked for, s, as rising as the observations' stamps.
+#[must_use]
+pub(crate) fn times_looked_at_s(list: &[Observation], time_offset_s: f64) -> Vec<f64> {
+    let every = every(list);
+    list.iter().filter(|o| is_looked_at(o, every)).map(|o| o.stamp_s - time_offset_s).collect()
+}
+
+fn every(list: &[Observation]) -> usize {
+    list.len().div_ceil(SAMPLE).max(1)
+}
+
+/// Whole images, so that no line is passed over.
+fn is_looked_at(o: &Observation, every: usize) -> bool {
+    (o.frame as usize).is_multiple_of(every)
 }
 
 fn add(sum: &mut DMatrix<f64>, unknowns: &Unknowns, local: &SMatrix<f64, LOCAL_ALL, LOCAL_ALL>, line: u32) {

@@ -39,6 +39,7 @@ impl RobotSigmas {
 }
 
 /// The process over the poses of a scan, as independent modes of unit variance.
+#[derive(Clone)]
 pub struct RobotField {
     poses: Vec<Pose>,
     /// Kernel to modes: Λ^(−1/2) Vᵀ.

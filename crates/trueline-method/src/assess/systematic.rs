@@ -121,6 +121,7 @@ pub struct BiasError {
 }
 
 /// Jᵀ W Z of each kind, for an estimate whose covariance is C₀ = root rootᵀ.
+#[derive(Clone)]
 pub(crate) struct SystematicSums {
     /// How the bias counts tilts.
     pub tilt: TiltBias,

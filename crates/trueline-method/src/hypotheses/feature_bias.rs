@@ -55,6 +55,8 @@ pub(crate) struct BiasFree {
     pub fit: Fit,
     /// What is known from it.
     pub information: Information,
+    /// What errors that are no noise make of it.
+    pub sums: SystematicSums,
     /// The bias.
     pub taken: TakenBias,
 }
@@ -90,51 +92,79 @@ const SETTLED: f64 = 0.05;
 /// Rounds in which a bias that is larger than was taken for possible finds its size.
 const LEVEL_ROUNDS: usize = 5;
 
-/// Estimates the bias and takes it out; `None` where it is not plainly there and a seam point is known better with the bias
-/// held.
-///
-/// # Errors
-/// As [`Solver::converge`].
-pub(crate) fn remove_bias(
-    solver: &Solver<'_>,
-    fit: &Fit,
-    information: &Information,
-    hypothesis: &BiasHypothesis,
-) -> Result<Option<BiasFree>, Error> {
-    let BiasHypothesis { mut levels, inflation, is_likely } = *hypothesis;
-    let problem = fit.problem(solver.observations, solver.settings.config);
-    let mut sums = SystematicSums::of(&problem, fit.parameters(), information.covariance_root(), &levels);
-    let mut bias_px = SVector::zeros();
-    let Some(first) = sums.bias(&bias_px, inflation) else { return Ok(None) };
-    let is_plain = is_likely && first.wald > WALD_LIMIT;
-    if is_plain {
-        levels.feature_bias_px = level_found(&mut sums, levels.feature_bias_px, inflation);
-    } else if !says_less(solver, fit, &sums, hypothesis) {
-        return Ok(None);
+/// A fit whose features may shift with the tilt.
+pub(crate) struct BiasSearch<'a> {
+    solver: Solver<'a>,
+    fit: &'a Fit,
+    /// At that fit.
+    sums: SystematicSums,
+}
+
+impl<'a> BiasSearch<'a> {
+    /// At the optimum of a problem of which so much is known.
+    pub(crate) fn new(
+        solver: Solver<'a>,
+        fit: &'a Fit,
+        information: &Information,
+        levels: &SystematicLevels,
+    ) -> Self {
+        let problem = fit.problem(solver.observations, solver.settings.config);
+        let sums = SystematicSums::of(&problem, fit.parameters(), information.covariance_root(), levels);
+        Self { solver, fit, sums }
     }
-    let mut free: Option<BiasFree> = None;
-    for _ in 0..ROUNDS {
-        let Some(found) = sums.bias(&bias_px, inflation) else { return Ok(None) };
-        let moved = found.px - bias_px;
-        bias_px = found.px;
-        let last = free.as_ref().map_or(fit, |free| &free.fit);
-        let tilt = sums.tilt;
-        let observations = corrected(solver.observations, last, &tilt, &bias_px);
-        let fit = solver.on(&observations).converge(last)?;
-        let Some(information) = spectrum(&fit, solver) else { return Ok(None) };
-        let problem = fit.problem(&observations, solver.settings.config);
-        sums = SystematicSums::of(&problem, fit.parameters(), information.covariance_root(), &levels);
-        free = Some(BiasFree {
-            observations,
-            fit,
-            information,
-            taken: TakenBias { px: bias_px, tilt, levels, is_plain },
-        });
-        if (0..BIAS).all(|k| moved[k].abs() < SETTLED * found.covariance[(k, k)].sqrt()) {
-            break;
+
+    /// Estimates the bias and takes it out, from where it was taken out by another hypothesis if it was; `None` where it is not
+    /// plainly there and a seam point is known better with the bias held.
+    ///
+    /// # Errors
+    /// As [`Solver::converge`].
+    pub(crate) fn remove(
+        &self,
+        hypothesis: &BiasHypothesis,
+        before: Option<&BiasFree>,
+    ) -> Result<Option<BiasFree>, Error> {
+        let BiasHypothesis { mut levels, inflation, is_likely } = *hypothesis;
+        let mut sums = self.sums.clone();
+        let Some(first) = sums.bias(&SVector::zeros(), inflation) else { return Ok(None) };
+        let is_plain = is_likely && first.wald > WALD_LIMIT;
+        if is_plain {
+            levels.feature_bias_px = level_found(&mut sums, levels.feature_bias_px, inflation);
+        } else if !says_less(&self.solver, self.fit, &sums, hypothesis) {
+            return Ok(None);
         }
+        let (mut last, mut bias_px) = (self.fit, SVector::zeros());
+        if let Some(before) = before {
+            (last, bias_px) = (&before.fit, before.taken.px);
+            sums.clone_from(&before.sums);
+            sums.set_bias_level(levels.feature_bias_px);
+        }
+        let mut free: Option<BiasFree> = None;
+        for _ in 0..ROUNDS {
+            let Some(found) = sums.bias(&bias_px, inflation) else { return Ok(None) };
+            let moved = found.px - bias_px;
+            bias_px = found.px;
+            let taken = TakenBias { px: bias_px, tilt: sums.tilt, levels, is_plain };
+            let Some(round) = self.round(last, taken)? else { return Ok(None) };
+            sums.clone_from(&round.sums);
+            last = &free.insert(round).fit;
+            if (0..BIAS).all(|k| moved[k].abs() < SETTLED * found.covariance[(k, k)].sqrt()) {
+                break;
+            }
+        }
+        Ok(free)
     }
-    Ok(free)
+
+    /// Takes a bias out and fits again; `None` where nothing is known then.
+    fn round(&self, last: &Fit, taken: TakenBias) -> Result<Option<BiasFree>, Error> {
+        let Solver { observations, settings } = self.solver;
+        let observations = corrected(observations, last, &taken.tilt, &taken.px);
+        let fit = self.solver.on(&observations).converge(last)?;
+        let Some(information) = fit.information(settings.fixed, RANK_THRESHOLD) else { return Ok(None) };
+        let problem = fit.problem(&observations, settings.config);
+        let root = information.covariance_root();
+        let sums = SystematicSums::of(&problem, fit.parameters(), root, &taken.levels);
+        Ok(Some(BiasFree { observations, fit, information, sums, taken }))
+    }
 }
 
 /// A bias that is plainly larger than was taken for possible is taken to be as large as it seems.
@@ -148,13 +178,9 @@ fn level_found(sums: &mut SystematicSums, stated_px: f64, inflation: f64) -> f64
     level_px
 }
 
-fn spectrum(fit: &Fit, solver: &Solver<'_>) -> Option<Information> {
-    fit.information(solver.settings.fixed, RANK_THRESHOLD)
-}
-
 /// Whether an estimated bias leaves less of a seam point's error than one that is held.
 fn says_less(solver: &Solver<'_>, fit: &Fit, sums: &SystematicSums, hypothesis: &BiasHypothesis) -> bool {
-    let Some(information) = spectrum(fit, solver) else { return false };
+    let Some(information) = fit.information(solver.settings.fixed, RANK_THRESHOLD) else { return false };
     let noise = information.covariance() * hypothesis.inflation;
     let error_m = |systematic: &Systematic| {
         let sources = SeamErrorSources {

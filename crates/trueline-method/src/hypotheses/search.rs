@@ -48,8 +48,8 @@ const OVERLAP: f64 = 0.5;
 /// A guess chooses between two mirrored attitudes if it is this much nearer to one of them.
 const CLEARLY_NEARER: f64 = 0.5;
 
-/// Observations of each line among which a long scan is searched: those of a minute at 100 Hz.
-const SEARCHED: usize = 6_000;
+/// Observations of each line among which a long scan is searched: those of half a minute at 100 Hz.
+const SEARCHED: usize = 3_000;
 
 /// Finds the optimum from a guess, or from nothing.
 ///

@@ -10,8 +10,10 @@ use crate::assess::systematic::SystematicLevels;
 use crate::config::Config;
 use crate::error::Error;
 use crate::hypotheses::clock_drift::DriftFree;
-use crate::hypotheses::feature_bias::{BiasFree, BiasHypothesis, TakenBias, remove_bias};
+use crate::hypotheses::feature_bias::{BiasFree, BiasHypothesis, BiasSearch, TakenBias};
+use crate::input::observations::Observations;
 use crate::problem::parameters::LINES;
+use crate::solve::fit::Fit;
 use crate::solve::settings::FitSettings;
 use crate::solve::solver::Solver;
 use trueline_dataset::Recording;
@@ -51,14 +53,13 @@ const ALIKE_WITHOUT_BIAS: f64 = 0.2;
 /// without a bias it is seen whether they are.
 ///
 /// # Errors
-/// As `remove_bias`.
+/// As the solver's.
 pub fn without_bias(
     assessed: Assessed,
     recording: &Recording,
     settings: &FitSettings<'_>,
     levels: &SystematicLevels,
 ) -> Result<Unbiased, Error> {
-    let left = |assessed: &Assessed| structure(&assessed.drift_free, settings.config, &assessed.information);
     let with = |mut assessed: Assessed, structure: Structure, bias: Option<TakenBias>| {
         let cause = cause(recording, settings, &assessed).filter(|cause| cause.kind != CauseKind::TiltBias);
         if let Structure::Correlated(noise) = &structure {
@@ -71,20 +72,24 @@ pub fn without_bias(
     let other = cause.as_ref().is_some_and(|cause| cause.kind != CauseKind::TiltBias);
     let is_likely = cause.is_some_and(|cause| cause.left < ALIKE_WITHOUT_BIAS);
     let mut hypothesis = BiasHypothesis { levels: *levels, inflation: 1.0, is_likely };
-    let free = if other { None } else { assessed.without_bias(settings, &hypothesis)? };
-    let Some((free, taken)) = free else {
-        let structure = left(&assessed);
+    let search = if other { None } else { assessed.bias_search(settings, levels) };
+    let free = search.as_ref().map_or(Ok(None), |search| search.remove(&hypothesis, None))?;
+    let (Some(search), Some(mut free)) = (search, free) else {
+        let structure = assessed.structure(settings.config);
         return Ok(with(assessed, structure, None));
     };
-    let structure = left(&free);
+    let mut structure = structure(&free.observations, &free.fit, &free.information, settings.config);
     hypothesis.inflation = inflation(&structure, &free.information);
-    if hypothesis.inflation == 1.0 {
-        return Ok(with(free, structure, Some(taken)));
+    if hypothesis.inflation != 1.0 {
+        let Some(again) = search.remove(&hypothesis, Some(&free))? else {
+            let structure = assessed.structure(settings.config);
+            return Ok(with(assessed, structure, None));
+        };
+        free = again;
+        structure = self::structure(&free.observations, &free.fit, &free.information, settings.config);
     }
-    let again = assessed.without_bias(settings, &hypothesis)?;
-    let (assessed, taken) = again.map_or((assessed, None), |(free, taken)| (free, Some(taken)));
-    let structure = left(&assessed);
-    Ok(with(assessed, structure, taken))
+    let taken = free.taken;
+    Ok(with(assessed.freed(free), structure, Some(taken)))
 }
 
 /// What explains the residuals at the optimum of white noise.
@@ -124,34 +129,45 @@ impl Assessed {
         self.observability.observable_components[..LINES].iter().all(|seen| *seen)
     }
 
-    /// The same with features that do not shift with the tilt, and how far they did; `None` where that bias cannot be
-    /// estimated or it does not pay.
-    fn without_bias(
-        &self,
-        settings: &FitSettings<'_>,
-        hypothesis: &BiasHypothesis,
-    ) -> Result<Option<(Self, TakenBias)>, Error> {
+    /// Where a bias with the tilt can be estimated, the search for it.
+    fn bias_search<'a>(
+        &'a self,
+        settings: &FitSettings<'a>,
+        levels: &SystematicLevels,
+    ) -> Option<BiasSearch<'a>> {
+        let DriftFree { observations, fit, .. } = &self.drift_free;
         // A sensor that is held would leave its errors to the bias, and so would what is held at a guess.
-        let held = settings.shape_prior.is_none() || self.drift_free.fit.prior.is_some();
-        let assumed = hypothesis.levels.feature_bias_px > 0.0;
+        let held = settings.shape_prior.is_none() || fit.prior.is_some();
+        let assumed = levels.feature_bias_px > 0.0;
         if held || !settings.fixed.is_empty() || !assumed || !self.all_observable() {
-            return Ok(None);
+            return None;
         }
-        let solver = Solver { observations: &self.drift_free.observations, settings: *settings };
-        let free = remove_bias(&solver, &self.drift_free.fit, &self.information, hypothesis)?;
-        Ok(free.map(|BiasFree { observations, fit, information, taken }| {
-            let drift_free = DriftFree { observations, fit, ..self.drift_free };
-            (Self { drift_free, information, observability: self.observability.clone() }, taken)
-        }))
+        let solver = Solver { observations, settings: *settings };
+        Some(BiasSearch::new(solver, fit, &self.information, levels))
+    }
+
+    /// The same where features were freed of a bias.
+    fn freed(&self, free: BiasFree) -> Self {
+        let BiasFree { observations, fit, information, .. } = free;
+        let drift_free = DriftFree { observations, fit, ..self.drift_free };
+        Self { drift_free, information, observability: self.observability.clone() }
+    }
+
+    fn structure(&self, config: &Config) -> Structure {
+        structure(&self.drift_free.observations, &self.drift_free.fit, &self.information, config)
     }
 }
 
 /// What the residuals are; where something is held at a guess, generalised least squares does not know of it.
-fn structure(drift_free: &DriftFree, config: &Config, information: &Information) -> Structure {
-    let fit = &drift_free.fit;
+fn structure(
+    observations: &Observations,
+    fit: &Fit,
+    information: &Information,
+    config: &Config,
+) -> Structure {
     if fit.prior.is_some() {
         return Structure::Unknown;
     }
-    let problem = fit.problem(&drift_free.observations, config);
+    let problem = fit.problem(observations, config);
     Structure::of(&problem, fit.parameters(), information.covariance_root())
 }

@@ -46,6 +46,8 @@ const SHORTEST_S: f64 = 0.0005;
 /// Accelerations are second differences over this time, s: noise of 0.03 mm then looks like 0.08 m/s², for which 5 ms are straight, and
 /// of a swing of 5 Hz they see 87 %.
 const ACCELERATION_S: f64 = 0.04;
+/// Half of the samples are two periods apart, three to either side bend the path between two of them; and some more.
+const REACH_PERIODS: f64 = 16.0;
 /// How far from the tool's origin the sensor's field is, m: half a metre at most.
 const LEVER_M: f64 = 0.25;
 /// A robot that stays within this shift and [`LEAST_TURN_RAD`] does not move.
@@ -79,7 +81,7 @@ impl RobotMotion {
             Trajectory::new(times, &poses)
         } else {
             let straight_s = straight_s(&times, &poses, recorded_noise_m);
-            path(&times, &poses, gap_limit_s, smoothed.then_some(half_window_s), straight_s)
+            path(times, poses, gap_limit_s, smoothed.then_some(half_window_s), straight_s)
         };
         let trajectory = trajectory.map_err(Error::Trajectory)?;
         Ok(Self {
@@ -94,17 +96,24 @@ impl RobotMotion {
         })
     }
 
-    /// The same motion by every other sample, and by those between: their noise has nothing in common. `None` for a
-    /// stream too short for that.
+    /// The same motion about these times (s, rising) by every other sample, and by those between: their noise has nothing in common.
+    /// `None` for a stream too short for that.
     #[must_use]
-    pub fn halves(&self, recording: &Recording, times_s: &[f64]) -> Option<[Trajectory; 2]> {
+    pub fn halves(&self, recording: &Recording, times_s: &[f64], about_s: &[f64]) -> Option<[Trajectory; 2]> {
         let (times, poses, _) = news(recording, times_s);
         let gap_limit_s = 2.0 * GAP_PERIODS * self.period_s;
+        let straight_s = straight_s(&times, &poses, self.recorded_noise_m);
+        let reach_s = self.half_window_s + REACH_PERIODS * self.period_s;
         let every_other = |first: usize| {
-            let samples = times.iter().copied().zip(poses.iter().copied());
-            let (times, poses): (Vec<f64>, Vec<Pose>) = samples.skip(first).step_by(2).unzip();
-            let straight_s = straight_s(&times, &poses, self.recorded_noise_m);
-            path(&times, &poses, gap_limit_s, self.smoothed.then_some(self.half_window_s), straight_s).ok()
+            let mut about = about_s.iter().copied().peekable();
+            let mut is_near = |time_s: f64| {
+                while about.next_if(|about_s| *about_s < time_s - reach_s).is_some() {}
+                about.peek().is_some_and(|about_s| *about_s <= time_s + reach_s)
+            };
+            let samples = times.iter().copied().zip(poses.iter().copied()).skip(first).step_by(2);
+            let (times, poses): (Vec<f64>, Vec<Pose>) =
+                samples.filter(|(time_s, _)| is_near(*time_s)).unzip();
+            path(times, poses, gap_limit_s, self.smoothed.then_some(self.half_window_s), straight_s).ok()
         };
         Some([every_other(0)?, every_other(1)?])
     }
@@ -115,13 +124,15 @@ fn news(recording: &Recording, times_s: &[f64]) -> (Vec<f64>, Vec<Pose>, Updates
     // Of several samples with one stamp the last counts.
     let last_of_each = |pair: &&[RobotSample]| pair[0].stamp_ns != pair[1].stamp_ns;
     let before_last = recording.robot.windows(2).filter(last_of_each).map(|pair| &pair[0]);
-    let poses: Vec<Pose> = before_last
-        .chain(recording.robot.last())
-        .map(|sample| recording.lines_from_carrier(sample))
-        .collect();
+    let mut poses: Vec<Pose> = Vec::with_capacity(times_s.len());
+    let last_of_each = before_last.chain(recording.robot.last());
+    poses.extend(last_of_each.map(|sample| recording.lines_from_carrier(sample)));
     let updates = repeated_poses::updates(times_s, &poses);
     let times = updates.kept.iter().map(|k| times_s[*k] - updates.late_s).collect();
-    let poses = updates.kept.iter().map(|k| poses[*k]).collect();
+    for (to, from) in updates.kept.iter().enumerate() {
+        poses[to] = poses[*from];
+    }
+    poses.truncate(updates.kept.len());
     (times, poses, updates)
 }
 
@@ -134,15 +145,19 @@ fn frame_period_s(recording: &Recording) -> f64 {
 /// The path through samples: their noise taken out within half a window (s), and curved where they are further apart than it is
 /// straight (s).
 fn path(
-    times: &[f64],
-    poses: &[Pose],
+    times: Vec<f64>,
+    mut poses: Vec<Pose>,
     gap_limit_s: f64,
     half_window_s: Option<f64>,
     straight_s: f64,
 ) -> Result<Trajectory, TrajectoryError> {
-    let smoothed = |half_s: f64| smooth::local_quadratic(times, poses, gap_limit_s, half_s);
-    let poses = half_window_s.map_or_else(|| poses.to_vec(), smoothed);
-    let (times, poses) = curve::densified(times, &poses, gap_limit_s, straight_s);
+    if let Some(half_s) = half_window_s {
+        poses = smooth::local_quadratic(&times, &poses, gap_limit_s, half_s);
+    }
+    if times.windows(2).any(|pair| pair[1] - pair[0] > straight_s) {
+        let (times, poses) = curve::densified(&times, &poses, gap_limit_s, straight_s);
+        return Trajectory::new(times, &poses);
+    }
     Trajectory::new(times, &poses)
 }
 
@@ -192,4 +207,33 @@ fn check_motion(poses: &[Pose]) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::RobotStandsStill { shift_mm: shift_m * 1e3, turn_deg: turn_rad.to_degrees() })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::RobotMotion;
+    use crate::config::Config;
+    use trueline_sim::{Preset, simulate};
+
+    #[test]
+    fn halves_about_some_times_are_those_of_the_whole_path() {
+        let recording = simulate(&Preset::Good.scenario(), 1).unwrap();
+        let first_ns = recording.robot[0].stamp_ns;
+        let times_s: Vec<f64> =
+            recording.robot.iter().map(|sample| (sample.stamp_ns - first_ns) as f64 * 1e-9).collect();
+        let motion = RobotMotion::of(&recording, &times_s, &Config::default()).unwrap();
+        assert!(motion.smoothed);
+        let about_s = [0.7, 0.71, 5.0, 12.3];
+        let some = motion.halves(&recording, &times_s, &about_s).unwrap();
+        let all = motion.halves(&recording, &times_s, &times_s).unwrap();
+        for (some, all) in some.iter().zip(&all) {
+            for time_s in about_s {
+                assert_eq!(some.pose_at(time_s).unwrap(), all.pose_at(time_s).unwrap());
+            }
+            assert!(some.times().len() * 10 < all.times().len());
+            assert!(some.pose_at(3.0).is_none() && all.pose_at(3.0).is_some());
+        }
+        assert_ne!(some[0].pose_at(5.0), some[1].pose_at(5.0));
+    }
 }
