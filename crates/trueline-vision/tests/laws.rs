@@ -165,6 +165,66 @@ fn the_end_of_a_speckled_stripe_is_found_to_within_its_sigma() {
     assert!((0.4..2.0).contains(&(normalised / RUNS as f64)), "{:.2}", normalised / RUNS as f64);
 }
 
+/// Grains of one pixel on a stripe with a sharp end, behind a lens that blurs both: neighbours share their speckle.
+fn blurred_end(noise: &mut Noise, edge: f64, slant: f64, blur_px: f64, band_px: f64) -> Vec<BandSection> {
+    const ROWS: usize = 41;
+    const COLUMNS: usize = 240;
+    let reach = (3.5 * blur_px) as usize;
+    let taps: Vec<f64> =
+        (0..=2 * reach).map(|k| (-0.5 * ((k as f64 - reach as f64) / blur_px).powi(2)).exp()).collect();
+    let total: f64 = taps.iter().sum();
+    let blurred = |line: &[f64]| -> Vec<f64> {
+        let at = |k: usize, j: usize| (k + j).checked_sub(reach).and_then(|k| line.get(k)).unwrap_or(&0.0);
+        (0..line.len()).map(|k| taps.iter().enumerate().map(|(j, t)| t / total * at(k, j)).sum()).collect()
+    };
+    let (x, y) = (|k: usize| k as f64 - 160.0, |row: usize| row as f64 - 20.0);
+    let rows: Vec<Vec<f64>> = (0..ROWS)
+        .map(|row| {
+            let bell = (-0.5 * (y(row) / 2.0).powi(2)).exp();
+            let light = (0..COLUMNS).map(|k| {
+                let part = (edge + slant * y(row) - x(k) + 0.5).clamp(0.0, 1.0);
+                150.0 * bell * part * 0.5 * (noise.normal(1.0).powi(2) + noise.normal(1.0).powi(2))
+            });
+            blurred(&light.collect::<Vec<_>>())
+        })
+        .collect();
+    let sections = (30..COLUMNS - 20).map(|k| {
+        let column = blurred(&rows.iter().map(|row| row[k]).collect::<Vec<_>>());
+        let (mut light, mut counts) = ([0.0; BANDS], [0.0; BANDS]);
+        for (row, level) in column.into_iter().enumerate() {
+            let band = (y(row) / band_px + 0.5 * BANDS as f64).floor();
+            if (0.0..BANDS as f64).contains(&band) {
+                light[band as usize] += level;
+                counts[band as usize] += 1.0;
+            }
+        }
+        BandSection { s: x(k), light: std::array::from_fn(|b| light[b] / counts[b] + noise.normal(0.3)) }
+    });
+    sections.collect()
+}
+
+/// Known to a part of what is known where the light of neighbours is taken for independent.
+#[test]
+fn the_end_of_a_stripe_behind_a_blurring_lens_is_found_by_what_neighbours_share() {
+    let (mut noise, mut finder) = (Noise::new(9, 0), EndFinder::default());
+    let blur_px = 4.0;
+    let band_px = 4.2 * 2.0_f64.hypot(blur_px) / BANDS as f64;
+    let [mut square, mut near_square, mut normalised] = [0.0; 3];
+    const RUNS: usize = 40;
+    for _ in 0..RUNS {
+        let (edge, slant) = (noise.uniform(-8.0, 8.0), noise.uniform(-0.3, 0.3));
+        finder.sections = blurred_end(&mut noise, edge, slant, blur_px, band_px);
+        near_square += (finder.near_end(&end_search(band_px)).unwrap().s - edge).powi(2);
+        let found = finder.end(&end_search(band_px)).unwrap();
+        square += (found.s - edge).powi(2);
+        normalised += ((found.s - edge) / found.sigma_px).powi(2);
+    }
+    let [rms, near_rms] = [square, near_square].map(|square| (square / RUNS as f64).sqrt());
+    // A ratio of two such RMS scatters by less than 1 / √40.
+    assert!(rms < 0.75 * near_rms, "RMS {rms:.2} px, {near_rms:.2} px before");
+    assert!((0.2..2.0).contains(&(normalised / RUNS as f64)), "{:.2}", normalised / RUNS as f64);
+}
+
 #[test]
 fn an_end_is_none_where_the_light_goes_on() {
     let mut finder = EndFinder::default();

@@ -64,15 +64,15 @@ impl LapFinder {
         let plate =
             Plate { line: best.line, length_px: best.length, sigma_px: segments[best.upper].sigma_px };
         let around = self.ends.look(&plate, None, frame)?;
-        let (mut edge, fit) = (self.ends.end(&around, best.bands)?, around.fit);
-        let face = Face::between(&fit, edge.s, &best.lower_start, frame);
+        let (near, fit) = (self.ends.near_end(&around, best.bands)?, around.fit);
+        let face = Face::between(&fit, near.s, &best.lower_start, frame);
         let lit = face.as_ref().is_none_or(|face| face.is_lit(fit.amplitude, plate.sigma_px));
-        if lit {
+        let edge = if lit {
             let begins = face.and_then(|face| self.faces.edge(&face, plate.sigma_px));
-            edge = with_lit_face(&edge, begins, plate.sigma_px);
+            with_lit_face(&self.ends.end(&around, best.bands)?, begins, plate.sigma_px)
         } else {
-            edge = self.ends.whole_end(&around, frame)?;
-        }
+            self.ends.whole_end(&around, frame)?
+        };
         let (ideal, covariance) = edge_point(&fit, &edge);
         judged(&covariance)?;
         Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)

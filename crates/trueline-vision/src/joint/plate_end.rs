@@ -9,8 +9,10 @@ use crate::not_found::NotFound;
 use crate::picture::Level;
 use nalgebra::{Matrix2, Vector2};
 
-/// Stripe on both sides of the search that is compared, px.
+/// Stripe beyond the search that is compared, px, and before it: as a part of the plate's, and at most.
 const COMPARE_PX: f64 = 60.0;
+const COMPARED: f64 = 0.4;
+const MOST_COMPARED_PX: f64 = 200.0;
 /// How far back the line is fitted, px.
 const FIT_PX: f64 = 1200.0;
 
@@ -46,7 +48,7 @@ const ROUNDED_SIGMAS: f64 = 0.3;
 const ROUNDED: f64 = 4.0;
 /// By how many of its thicknesses it may at most, and how much further along than beside the line the plate's edge may be.
 const ROUNDEST_SIGMAS: f64 = 0.6;
-const ROUNDED_ALONG: f64 = 2.0;
+const ROUNDED_ALONG: f64 = 4.0;
 
 /// The stripe on a plate, measured.
 struct MeasuredPlate {
@@ -112,7 +114,8 @@ impl PlateEndFinder {
             }
         }
         let MeasuredPlate { fit, template, near } = stripe;
-        let reach = [near - search_px - COMPARE_PX, near + search_px + COMPARE_PX.min(search_px)];
+        let before_px = (COMPARED * plate.length_px).clamp(COMPARE_PX, MOST_COMPARED_PX);
+        let reach = [near - search_px - before_px, near + search_px + COMPARE_PX.min(search_px)];
         let band_px = self.meter.bands(&fit.line, reach, &template, frame, &mut self.ends.sections);
         let within = [near - search_px, near + search_px];
         Ok(EndSurroundings { fit, template, within, band_px, sigma_px: plate.sigma_px })
@@ -176,6 +179,19 @@ impl PlateEndFinder {
         (shift_px.abs() > most_px).then_some(shift_px.abs())
     }
 
+    /// Where about the stripe that was looked at last ends, in some of the bands across it.
+    ///
+    /// # Errors
+    /// Light that does not end.
+    pub(crate) fn near_end(
+        &mut self,
+        around: &EndSurroundings,
+        bands: [bool; BANDS],
+    ) -> Result<Edge, NotFound> {
+        let EndSurroundings { within, band_px, sigma_px, .. } = *around;
+        self.ends.near_end(&EndSearch { within, band_px, used: bands, sigma_px })
+    }
+
     /// The end of the stripe that was looked at last, in some of the bands across it.
     ///
     /// # Errors
@@ -195,14 +211,18 @@ impl PlateEndFinder {
         around: &EndSurroundings,
         frame: Frame<'_, L>,
     ) -> Result<Edge, NotFound> {
-        let edge = self.end(around, [true; BANDS])?;
-        let stripe = (&around.fit, &around.template, around.sigma_px);
-        let Some(shift_px) = self.leaves_line(stripe, edge.s, frame) else { return Ok(edge) };
-        let most_px = ROUNDEST_SIGMAS * around.sigma_px;
+        let EndSurroundings { within, band_px, sigma_px, .. } = *around;
+        let search = EndSearch { within, band_px, used: [true; BANDS], sigma_px };
+        let near = self.ends.near_end(&search)?;
+        let stripe = (&around.fit, &around.template, sigma_px);
+        let Some(shift_px) = self.leaves_line(stripe, near.s, frame) else {
+            return self.ends.refined(&search, &near);
+        };
+        let most_px = ROUNDEST_SIGMAS * sigma_px;
         if shift_px > most_px {
             return Err(NotFound::RoundedEnd { shift_px, most_px });
         }
-        Ok(Edge { sigma_px: edge.sigma_px.hypot(ROUNDED_ALONG * shift_px), rounded_px: shift_px, ..edge })
+        Ok(Edge { sigma_px: near.sigma_px.hypot(ROUNDED_ALONG * shift_px), rounded_px: shift_px, ..near })
     }
 }
 

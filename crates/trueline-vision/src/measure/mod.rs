@@ -2,6 +2,8 @@
 //! regression through them; where the stripe ends.
 
 pub mod cross_section;
+mod end_fit;
+mod end_light;
 pub mod regression;
 mod section_view;
 pub mod stripe_end;

@@ -7,10 +7,10 @@
 //! is not known either: an edge that is taken for too sharp moves outward by about its blur. Every place, slant and blur
 //! has a likelihood then, and the mean and spread of the places are the answer.
 
+use crate::measure::end_fit::{EndLight, refine};
+pub use crate::measure::end_light::{BANDS, BandSection, Edge};
 use crate::not_found::NotFound;
 
-/// Bands across the stripe.
-pub const BANDS: usize = 6;
 /// Part of the stripe's reach that the bands cover, on each side of its middle.
 pub(crate) const COVERED: f64 = 0.7;
 /// The least blur of an edge, by lens and pixels, px; larger ones that are tried, in thicknesses (standard deviations) of
@@ -40,6 +40,8 @@ const ENTRIES: usize = 2 * (SHARP_BLURS * PER_BLUR) as usize + 2;
 const SLANTS: [f64; 9] = [-1.6, -1.1, -0.7, -0.35, 0.0, 0.35, 0.7, 1.1, 1.6];
 /// Sections on the plate, and beyond its edge, that are needed.
 const FEWEST: [usize; 2] = [8, 3];
+/// Stripe before the first place with whose light that around the edge is compared, px.
+const COMPARED_PX: f64 = 60.0;
 /// What the shape of the step is uncertain by, px and blurs: one that is not symmetric, a seam that is not straight.
 const MODEL_PX: f64 = 0.15;
 const MODEL_BLURS: f64 = 0.2;
@@ -49,28 +51,6 @@ const EVENEST: f64 = 10.0;
 const LEAST_DARK: f64 = 0.08;
 /// Part of the plate's light that may be left beyond an edge.
 const LEFT: f64 = 0.5;
-
-/// The light of one section through the stripe, band by band, in levels.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BandSection {
-    /// Distance along the line, px.
-    pub s: f64,
-    /// Mean light of each band, from the negative side of the line's normal to the positive.
-    pub light: [f64; BANDS],
-}
-
-/// An edge of the stripe.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Edge {
-    /// Where it crosses the line, along it, px.
-    pub s: f64,
-    /// Its standard deviation, px.
-    pub sigma_px: f64,
-    /// How far it is blurred, px: the scale of a logistic step is 1 / 1.702 of it.
-    pub blur_px: f64,
-    /// How far the stripe lies beside its line before it, px, where that is more than chance.
-    pub rounded_px: f64,
-}
 
 /// One band: its light on the plate and beyond, and the sums of costs along it.
 #[derive(Clone, Debug, Default)]
@@ -140,26 +120,51 @@ impl EndFinder {
     /// # Errors
     /// Light that does not end there, or so slowly that there is no edge; too little of it on either side.
     pub fn end(&mut self, search: &EndSearch) -> Result<Edge, NotFound> {
-        let first = self.sections.partition_point(|section| section.s < search.within[0]);
-        let last = self.sections.partition_point(|section| section.s <= search.within[1]);
+        let near = self.near_end(search)?;
+        self.refined(search, &near)
+    }
+
+    /// The end that is near one, with what neighbours share of speckle.
+    ///
+    /// # Errors
+    /// Light that ends so slowly that there is no edge.
+    pub(crate) fn refined(&self, search: &EndSearch, near: &Edge) -> Result<Edge, NotFound> {
+        let [plate, beyond] = self.split(search.within);
+        let &EndSearch { used, band_px, sigma_px, .. } = search;
+        let light = EndLight { sections: &self.sections, plate, beyond, used, band_px, sigma_px };
+        clear(refine(&light, near).unwrap_or(*near), sigma_px)
+    }
+
+    /// Sections before the first place, and before the last one.
+    fn split(&self, within: [f64; 2]) -> [usize; 2] {
+        [
+            self.sections.partition_point(|section| section.s < within[0]),
+            self.sections.partition_point(|section| section.s <= within[1]),
+        ]
+    }
+
+    /// About where the end is, without what neighbours share of speckle, which costs a fraction of the time.
+    ///
+    /// # Errors
+    /// As [`Self::end`].
+    pub fn near_end(&mut self, search: &EndSearch) -> Result<Edge, NotFound> {
+        let [first, last] = self.split(search.within);
         let beyond = self.sections.len() - last;
         if first < FEWEST[0] || beyond < FEWEST[1] {
             let visible = first as f64 / self.sections.len().max(1) as f64;
             return Err(NotFound::TooLittle { visible, needed: LEFT });
         }
         let used = search.used;
+        // The light of the plate where it ends may differ from that further back.
+        let near = self.sections.partition_point(|section| section.s < search.within[0] - COMPARED_PX);
+        let (sections, first, last) = (&self.sections[near..], first - near, last - near);
         for (number, band) in self.bands.iter_mut().enumerate().filter(|(number, _)| used[*number]) {
-            band.measure(&self.sections, number, [first, last], search.band_px).ok_or(NotFound::GoesOn)?;
+            band.measure(sections, number, [first, last], search.band_px).ok_or(NotFound::GoesOn)?;
         }
         self.stations.clear();
-        self.stations.extend(self.sections[first..last].iter().map(|section| section.s));
-        let correlation = correlation(&self.sections[..first]);
-        let edge = self.most_likely(search, correlation);
-        let most_px = MOST_BLUR_PX.max(MOST_BLUR_SIGMAS * search.sigma_px);
-        if edge.blur_px > most_px {
-            return Err(NotFound::NoClearEnd { fades_px: edge.blur_px, most_px });
-        }
-        Ok(edge)
+        self.stations.extend(sections[first..last].iter().map(|section| section.s));
+        let correlation = correlation(&sections[..first]);
+        clear(self.most_likely(search, correlation), search.sigma_px)
     }
 
     /// All blurs all along first, then the likely ones near the best place.
@@ -242,6 +247,15 @@ impl EndFinder {
         let model = MODEL_PX.hypot(MODEL_BLURS * (blur_px - LEAST_BLUR_PX));
         Edge { s: origin + mean, sigma_px: (variance + model * model).sqrt(), blur_px, rounded_px: 0.0 }
     }
+}
+
+/// An edge that is not blurred too much for a stripe of a thickness.
+fn clear(edge: Edge, sigma_px: f64) -> Result<Edge, NotFound> {
+    let most_px = MOST_BLUR_PX.max(MOST_BLUR_SIGMAS * sigma_px);
+    if edge.blur_px > most_px {
+        return Err(NotFound::NoClearEnd { fades_px: edge.blur_px, most_px });
+    }
+    Ok(edge)
 }
 
 /// The blurs that are tried, px.

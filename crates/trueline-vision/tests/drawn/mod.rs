@@ -42,11 +42,22 @@ pub(crate) struct Stroke {
     pub rounding_px: f64,
     /// Part of the light that fades off slowly on its right.
     pub tail: f64,
+    /// Its light for that of a usual stroke.
+    pub brightness: f64,
 }
 
 impl Stroke {
     pub(crate) fn new(from: [f64; 2], heading_deg: f64, length_px: f64, sigma_px: f64) -> Self {
-        Self { from, heading_deg, length_px, sigma_px, blur_px: 0.6, rounding_px: 0.0, tail: 0.0 }
+        Self {
+            from,
+            heading_deg,
+            length_px,
+            sigma_px,
+            blur_px: 0.6,
+            rounding_px: 0.0,
+            tail: 0.0,
+            brightness: 1.0,
+        }
     }
 
     /// Light at a pixel. A fade is linear, unlike what the detector assumes.
@@ -62,7 +73,8 @@ impl Stroke {
         let thicknesses = beside / self.sigma_px;
         let bell = (-0.5 * thicknesses * thicknesses).exp();
         let tail = if thicknesses > 0.0 { self.tail } else { 0.0 };
-        fade(along) * fade(self.length_px - along) * ((1.0 - tail) * bell + tail * (-0.5 * thicknesses).exp())
+        let ends = self.brightness * fade(along) * fade(self.length_px - along);
+        ends * ((1.0 - tail) * bell + tail * (-0.5 * thicknesses).exp())
     }
 }
 
@@ -82,6 +94,16 @@ impl Paper {
                     let at = &mut self.light[v * width + u];
                     *at = at.max(light * speckle);
                 }
+            }
+        }
+    }
+
+    /// Lights the surface wherever it is, behind all that is drawn: a part of a usual stroke's light.
+    pub(crate) fn surface(&mut self, light: f64, is_there: impl Fn(f64, f64) -> bool) {
+        let [width, height] = self.size;
+        for (v, u) in (0..height).flat_map(|v| (0..width).map(move |u| (v, u))) {
+            if is_there(u as f64, v as f64) {
+                self.light[v * width + u] += light;
             }
         }
     }
