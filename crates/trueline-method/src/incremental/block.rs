@@ -1,10 +1,11 @@
 //! Samples of a stream, prepared as a calibration decided.
 
+use super::clocks::Clocks;
+use super::even_clock::Moved;
 use crate::assess::tilt_bias::{BIAS, TiltBias};
 use crate::calibration::Calibration;
 use crate::config::Config;
 use crate::error::Error;
-use crate::hypotheses::timestamp_selection::treated;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, observe, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
@@ -24,7 +25,7 @@ const MARGIN_S: f64 = 10e-6;
 /// What a calibration decided of how samples are to be read.
 #[derive(Clone, Debug)]
 pub(super) struct Decisions {
-    dejittered: Dejittered,
+    clocks: Clocks,
     noise: Option<NoiseLevels>,
     factor: f64,
     drift_ppm: Option<f64>,
@@ -50,22 +51,24 @@ impl Decisions {
         let stamps: Vec<i64> = recording.features.iter().map(|f| f.stamp_ns).collect();
         let middle_ns = stamps.first().copied().unwrap_or(0) / 2 + stamps.last().copied().unwrap_or(0) / 2;
         let drifted = findings.clock.drifted;
+        let dejittered = Dejittered {
+            robot: findings.streams.robot.dejittered,
+            images: findings.streams.images.dejittered,
+        };
+        let about_ns = drifted.map_or(middle_ns, |d| origin_ns(recording) + (d.about_s * 1e9).round() as i64);
         let mut decisions = Self {
-            dejittered: Dejittered {
-                robot: findings.streams.robot.dejittered,
-                images: findings.streams.images.dejittered,
-            },
+            clocks: Clocks::of(recording, dejittered, about_ns),
             noise: None,
             factor: findings.fit.noise_factor,
             drift_ppm: drifted.map(|drift| drift.ppm),
-            about_ns: drifted.map_or(middle_ns, |d| origin_ns(recording) + (d.about_s * 1e9).round() as i64),
+            about_ns,
             bias: None,
         };
         let block = decisions.block(recording, i64::MIN, config, calibration.best_fit())?;
         let sampling = Sampling::of(recording, origin_ns(recording));
         decisions.noise = Some(NoiseLevels {
             robot_sigma_m: config.robot_sigma_m.unwrap_or(block.observations.robot.noise_m),
-            stamp_sigma_s: sampling.stamp_sigma_s(config, decisions.dejittered),
+            stamp_sigma_s: sampling.stamp_sigma_s(config, dejittered),
             factor: decisions.factor,
         });
         if let Some(bias) = &findings.checks.feature_bias {
@@ -85,6 +88,21 @@ impl Decisions {
         self.drift_ppm.unwrap_or(0.0)
     }
 
+    /// Whether the stamps have had even clocks of one phase since the calibration began, or are taken as recorded.
+    pub(super) fn are_clocks_whole(&self) -> bool {
+        self.clocks.are_whole
+    }
+
+    /// Standard deviation of a drift by the noise of the stamps that clocks were found from, ppm.
+    pub(super) fn rate_sigma_ppm(&self) -> f64 {
+        1e6 * self.clocks.rate_variance().sqrt()
+    }
+
+    /// Moves the clocks by new stamps.
+    pub(super) fn follow(&mut self, recording: &Recording) -> Moved {
+        self.clocks.follow(recording)
+    }
+
     /// The features of a recording with stamps after `after_ns`, as they were decided to be read.
     pub(super) fn block(
         &self,
@@ -96,7 +114,7 @@ impl Decisions {
         let origin_ns = origin_ns(recording);
         let sampling = Sampling::of(recording, origin_ns);
         let recorded = observe(recording, &sampling, config)?;
-        let mut observations = treated(recording, &sampling, config, &recorded, self.dejittered)?;
+        let mut observations = self.clocks.placed(recording, &sampling, config, &recorded)?;
         observations.list.retain(|o| recording.features[o.row as usize].stamp_ns > after_ns);
         let about_s = (self.about_ns - origin_ns) as f64 * 1e-9;
         for o in &mut observations.list {

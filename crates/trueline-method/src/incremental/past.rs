@@ -35,7 +35,9 @@ pub(super) struct Past {
     at: Parameters,
     decisions: Decisions,
     free: Vec<usize>,
-    /// Of the calibration's samples and of what was known beforehand; its gradient is zero, for it is an optimum.
+    /// Of samples that no clock moves any more.
+    settled: Sums,
+    /// Of the calibration's samples and of what was known beforehand, whose gradient is zero, for it is an optimum; and what came.
     sums: Sums,
     window: Sums,
     window_since_ns: i64,
@@ -80,7 +82,20 @@ impl Past {
         });
         let window_since_ns = recording.features.last().map_or(0, |feature| feature.stamp_ns);
         let window = Sums::zeros(dimension);
-        Ok(Some(Self { at, decisions, free, sums, window, window_since_ns, scale, bias, change: None }))
+        let (settled, sums) =
+            if decisions.are_clocks_whole() { (window.clone(), sums) } else { (sums, window.clone()) };
+        Ok(Some(Self {
+            at,
+            decisions,
+            free,
+            settled,
+            sums,
+            window,
+            window_since_ns,
+            scale,
+            bias,
+            change: None,
+        }))
     }
 
     /// The time offset that samples are placed with, s.
@@ -100,6 +115,7 @@ impl Past {
         [after_ns, last_ns]: [i64; 2],
         config: &Config,
     ) -> Result<usize, Error> {
+        self.follow_clocks(recording, last_ns);
         let block: Block = self.decisions.block(recording, after_ns, config, &self.at)?;
         let mut new = Sums::zeros(self.at.dimension());
         self.decisions.with_problem(&block, config, &self.at, |problem, about_s| {
@@ -115,8 +131,27 @@ impl Past {
         Ok(new.count)
     }
 
+    /// Moves all samples of the clocks' phase with their lines, as new stamps move these.
+    fn follow_clocks(&mut self, recording: &Recording, last_ns: i64) {
+        let moved = self.decisions.follow(recording);
+        if moved.is_new {
+            self.close_window(last_ns);
+            let sums = std::mem::replace(&mut self.sums, Sums::zeros(self.at.dimension()));
+            self.settled.add(&sums);
+        } else {
+            self.sums.move_stamps(moved.shift_s, moved.rate);
+            self.window.move_stamps(moved.shift_s, moved.rate);
+        }
+    }
+
+    fn all_before_window(&self) -> Sums {
+        let mut all = self.settled.clone();
+        all.add(&self.sums);
+        all
+    }
+
     fn close_window(&mut self, last_ns: i64) {
-        if let Some((step, covariance)) = self.solved(&self.sums) {
+        if let Some((step, covariance)) = self.solved(&self.all_before_window()) {
             let scale = self.scale.first().copied().flatten().unwrap_or(1.0);
             let change = innovation::change(&self.window, self.window_since_ns, &covariance, &step, scale);
             self.change = self.change.or(change);
@@ -134,8 +169,10 @@ impl Past {
             Some((-(&covariance * &sums.gradient), covariance))
         };
         let scale = self.scale.first().copied().flatten().unwrap_or(1.0);
+        let of_stamps_ppm = self.decisions.rate_sigma_ppm();
         let is_plain = |(step, covariance): &(DVector<f64>, DMatrix<f64>)| {
-            let is_new = step[drift].abs() > DRIFT_SIGMAS * scale * covariance[(drift, drift)].sqrt();
+            let sigma_ppm = (scale * covariance[(drift, drift)].sqrt()).hypot(of_stamps_ppm);
+            let is_new = step[drift].abs() > DRIFT_SIGMAS * sigma_ppm;
             self.decisions.has_drift() || is_new
         };
         solve(&[self.free.as_slice(), &[drift]].concat()).filter(is_plain).or_else(|| solve(&self.free))
@@ -143,7 +180,7 @@ impl Past {
 
     /// What all samples say; `None` where their sums cannot be solved.
     pub(super) fn estimate(&mut self) -> Option<Estimate> {
-        let mut sums = self.sums.clone();
+        let mut sums = self.all_before_window();
         sums.add(&self.window);
         let (step, covariance) = self.solved(&sums)?;
         let dimension = self.at.dimension();

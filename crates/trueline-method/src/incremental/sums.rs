@@ -42,6 +42,14 @@ impl Sums {
         self.weight += other.weight;
     }
 
+    /// Moves the stamps of all samples that were added: by so much, and at this rate about the stamp of the drift.
+    pub(super) fn move_stamps(&mut self, shift_s: f64, rate: f64) {
+        let drift = self.gradient.len() - 1;
+        let moved = self.hessian.column(TIME_OFFSET) * shift_s + self.hessian.column(drift) * (rate / PPM);
+        // An exposure is at its stamp less the time offset.
+        self.gradient -= moved;
+    }
+
     /// Adds all samples of a problem; the drift turns about the stamp `about_s` of its observations.
     pub(super) fn add_problem(&mut self, problem: &LineProblem<'_>, at: &Parameters, about_s: f64) {
         let drift = self.gradient.len() - 1;

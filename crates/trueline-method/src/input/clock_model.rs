@@ -64,15 +64,15 @@ const JITTER_LIMIT: f64 = 0.3;
 /// Stamps to either side of a suspected step of the clock.
 const STEP_WINDOW: usize = 20;
 /// No standard deviation is taken to be smaller than this, s: steps of a few microseconds are negligible.
-const LEAST_STEP_S: f64 = 1e-5;
+pub(crate) const LEAST_STEP_S: f64 = 1e-5;
 /// Stamps to either side over which a step must last.
 const STAY_WINDOW: usize = 200;
 /// The share of stamps that are quicker than what is taken for their floor.
-const FLOOR: f64 = 0.1;
+pub(crate) const FLOOR: f64 = 0.1;
 /// A step is this many standard deviations of the difference of two medians high.
-const STEP_SIGMAS: f64 = 8.0;
+pub(crate) const STEP_SIGMAS: f64 = 8.0;
 /// A stamp further off than this says little about the period.
-const HUBER_SIGMAS: f64 = 2.0;
+pub(crate) const HUBER_SIGMAS: f64 = 2.0;
 /// Skewness above which delays are one-sided: an exponential tail has 2, noise of 100 stamps 0.25.
 const ONE_SIDED_SKEWNESS: f64 = 1.0;
 /// White jitter scatters as much about the grid as steps between stamps say; a clock that wanders, or a
