@@ -26,6 +26,7 @@ use failure::Failure;
 use std::ffi::OsString;
 use std::process::ExitCode;
 use trueline_args::{Arguments, Command, SensorCommand};
+use trueline_report::terminal_text::shown;
 
 /// Runs the program with the words of a command line, the first of which is its own name. Help and what is wrong with the
 /// words are printed.
@@ -33,8 +34,9 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     let words: Vec<_> = words.into_iter().collect();
     output::remember_command_line(&words);
     let command = words.get(1).map(|word| word.to_string_lossy().into_owned());
-    let matches = trueline_args::command().try_get_matches_from(words);
-    match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
+    // What is wrong with them is told of words that no terminal obeys.
+    let harmless = words.iter().map(|word| shown(&word.to_string_lossy()).into_owned().into()).collect();
+    match parsed(words).map_err(|told| parsed(harmless).err().unwrap_or(told)) {
         Ok(arguments) => execute(&arguments),
         Err(told) if told.kind() == ErrorKind::ValueValidation => {
             output::words(&Failure::of_value(&told, command.as_deref()).to_string());
@@ -47,6 +49,10 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
             u8::try_from(told.exit_code()).map_or(ExitCode::FAILURE, ExitCode::from)
         }
     }
+}
+
+fn parsed(words: Vec<OsString>) -> Result<Arguments, clap::Error> {
+    Arguments::from_arg_matches(&trueline_args::command().try_get_matches_from(words)?)
 }
 
 fn execute(arguments: &Arguments) -> ExitCode {

@@ -13,6 +13,7 @@ use trueline_cell::{
 };
 use trueline_dataset::{SensorFile, sensor_toml};
 use trueline_live::HostClock;
+use trueline_report::terminal_text::shown;
 
 /// What the arguments name.
 pub(crate) struct LiveCell {
@@ -122,7 +123,7 @@ pub(crate) fn tell_recording(finished: &FinishedRecording, report: &str, quiet: 
     for note in finished.notes() {
         output::words(&format!("note: {note}"));
     }
-    match output::data(report) {
+    match output::data(&shown(report)) {
         Ok(()) | Err(Failure::BrokenPipe) => {}
         Err(other) => return Err(other),
     }

@@ -11,7 +11,7 @@ use trueline_dataset::Recording;
 use trueline_dataset::calibration_file::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
 use trueline_dataset::whole_file;
-use trueline_report::terminal_text::shown;
+use trueline_report::terminal_text::{json_shown, shown};
 use trueline_report::wrapped::wrapped_to;
 
 /// Words for a person: stderr. Lines are broken for a terminal alone: what is piped is searched line by line.
@@ -77,7 +77,7 @@ pub(crate) fn status(text: &str) {
 
 /// JSON into the file that a user named; - is stdout.
 pub(crate) fn json(path: &Path, text: &str) -> Result<(), Failure> {
-    if path == Path::new("-") { data(text) } else { file(path, text) }
+    if path == Path::new("-") { data(&json_shown(text)) } else { file(path, text) }
 }
 
 /// A calibration's result as JSON into the file that a user named.

@@ -1,9 +1,8 @@
 //! A plan's folder: written by `plan`, read by `simulate`.
 
 use crate::failure::Failure;
-use std::fs;
 use std::path::Path;
-use trueline_dataset::{Error, Problem, robot_csv};
+use trueline_dataset::{Problem, robot_csv, source_file};
 use trueline_experiments::planned;
 use trueline_plan::{Cell, CellFiles, cell_toml};
 use trueline_sim::{FollowedPath, Scenario};
@@ -25,14 +24,14 @@ pub(crate) fn read_files(file: &Path) -> Result<CellFiles, Failure> {
 
 /// The text of a file.
 pub(crate) fn read_text(file: &Path) -> Result<String, Failure> {
-    fs::read_to_string(file).map_err(|error| {
-        if error.kind() == std::io::ErrorKind::NotFound {
+    source_file::text(file).map_err(|error| {
+        if matches!(error.problem, Problem::Missing) {
             return Failure::new(
                 format!("{}: the file is missing", file.display()),
                 "`trueline plan --example --out FOLDER` writes a cell.toml and a sensor.toml to begin with",
             );
         }
-        Error::in_file(file, Problem::Io(error)).into()
+        error.into()
     })
 }
 

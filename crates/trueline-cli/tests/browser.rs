@@ -111,3 +111,36 @@ fn every_report_draws_all_its_charts_and_loads_nothing() {
     // Text and tables alone are some 60 kB; charts come on top.
     assert!(printed.starts_with(b"%PDF") && printed.len() > 150_000, "{} bytes", printed.len());
 }
+
+/// A text that marks the page where a browser obeys it.
+const EVIL: &str = "\"'><img src=x onerror=document.documentElement.dataset.obeyed=1>";
+
+#[test]
+fn names_of_strangers_are_text_and_a_script_that_gets_into_a_report_does_not_run() {
+    let Some(browser) = chromium::browser("reports") else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let folder = dir.path();
+    let look = Look { width: 1400, dark: false };
+    trueline(folder, &["simulate", "--preset", "quick", "--out", EVIL, "--quiet"]);
+    trueline(folder, &["calibrate", EVIL, "--json", "result.json", "--report", "evil.html", "--quiet"]);
+    let report = folder.join("evil.html");
+    assert!(fs::read_to_string(&report).unwrap().contains("onerror=document"), "the name is on the page");
+    check(&browser, folder, &report, &look);
+    let obeyed = |report: &Path| {
+        let [page, _] = open(&browser, folder, report, &look, &["--dump-dom"]);
+        attribute(page.split_once("<head>").unwrap().0, "data-obeyed").is_some()
+    };
+    assert!(!obeyed(&report));
+
+    // As if a text had not been escaped: the policy stops it, and without the policy it would run.
+    let page = fs::read_to_string(&report).unwrap();
+    let script = "<script>document.documentElement.dataset.obeyed=1</script>";
+    for (name, injected) in [("image.html", EVIL), ("script.html", script)] {
+        let file = folder.join(name);
+        fs::write(&file, page.replace("<footer>", &format!("<footer>{injected}"))).unwrap();
+        assert!(!obeyed(&file), "{name}");
+        let open_to_all = fs::read_to_string(&file).unwrap().replacen("Content-Security-Policy", "x", 1);
+        fs::write(&file, open_to_all).unwrap();
+        assert!(obeyed(&file), "{name}: this test sees nothing");
+    }
+}

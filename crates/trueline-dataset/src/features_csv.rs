@@ -5,7 +5,7 @@ use crate::recording::{Feature, MOST_CORRELATION, Measured, Sensor};
 use crate::stamp;
 use crate::table::{self, ColumnSpec, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::Path;
 
 const TIME: usize = 0;
@@ -60,9 +60,9 @@ pub(crate) fn is_column(name: &str, sensor: &Sensor) -> bool {
 ///
 /// # Errors
 /// Anything that is not a clean table of that sensor's columns with rising stamps.
-pub fn read(file: &Path, input: impl Read, sensor: &Sensor) -> Result<Vec<Feature>, Error> {
-    let mut table = Table::open(file, input, &columns(sensor))?;
-    let mut features: Vec<Feature> = Vec::new();
+pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<Feature>, Error> {
+    let mut table = Table::open(file, bytes, &columns(sensor))?;
+    let mut features: Vec<Feature> = table.room();
     while table.next_row()? {
         let feature = read_row(&table, sensor)?;
         if let Some(last) = features.last()
@@ -79,7 +79,7 @@ pub fn read(file: &Path, input: impl Read, sensor: &Sensor) -> Result<Vec<Featur
     Ok(features)
 }
 
-fn read_row<R: Read>(table: &Table<'_, R>, sensor: &Sensor) -> Result<Feature, Error> {
+fn read_row(table: &Table<'_>, sensor: &Sensor) -> Result<Feature, Error> {
     let at = |k: usize| table.required_number(FIRST + k);
     let measured = match sensor {
         Sensor::CameraLaser { .. } => Measured::Pixel([at(0)?, at(1)?]),
@@ -101,7 +101,7 @@ fn read_row<R: Read>(table: &Table<'_, R>, sensor: &Sensor) -> Result<Feature, E
     })
 }
 
-fn read_sigma<R: Read>(table: &Table<'_, R>, sensor: &Sensor) -> Result<Option<[f64; 2]>, Error> {
+fn read_sigma(table: &Table<'_>, sensor: &Sensor) -> Result<Option<[f64; 2]>, Error> {
     if matches!(sensor, Sensor::Points { .. }) {
         return Ok(None);
     }
@@ -123,7 +123,7 @@ fn read_sigma<R: Read>(table: &Table<'_, R>, sensor: &Sensor) -> Result<Option<[
     }
 }
 
-fn read_correlation<R: Read>(table: &Table<'_, R>) -> Result<f64, Error> {
+fn read_correlation(table: &Table<'_>) -> Result<f64, Error> {
     let column = FIRST + 4;
     match table.number(column)? {
         Some(value) if value.abs() <= MOST_CORRELATION => Ok(value),

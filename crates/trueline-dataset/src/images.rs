@@ -78,7 +78,7 @@ pub fn read_index(dataset: &Path) -> Result<Vec<FrameFile>, Error> {
 
 /// A name inside the folder: an index must not lead anywhere else. Some write it as seen from the dataset, with
 /// `images/` before it.
-fn file_name<R: std::io::Read>(table: &Table<'_, R>) -> Result<String, Error> {
+fn file_name(table: &Table<'_>) -> Result<String, Error> {
     let name = table.text(FILE).unwrap_or_default();
     let name = name.strip_prefix("images/").unwrap_or(name);
     let inside = Path::new(name).components().all(|c| matches!(c, std::path::Component::Normal(_)));

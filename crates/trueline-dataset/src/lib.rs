@@ -50,6 +50,7 @@ pub mod reference_file;
 pub mod result_file;
 pub mod robot_csv;
 mod rotation_columns;
+mod rows;
 mod sensor_covariance;
 pub mod sensor_setup;
 pub mod sensor_toml;

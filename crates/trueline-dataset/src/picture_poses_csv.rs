@@ -6,7 +6,6 @@ use crate::rotation_columns::RotationColumns;
 use crate::table::{ColumnSpec, Header, required};
 use crate::unit::Quantity;
 use nalgebra::Vector3;
-use std::io::Read;
 use std::path::Path;
 use trueline_geometry::{Pose, se3};
 
@@ -35,8 +34,8 @@ pub struct PicturePose {
 ///
 /// # Errors
 /// A table that is broken or empty, a picture without a name, and one that is named twice.
-pub fn read(file: &Path, input: impl Read) -> Result<Vec<PicturePose>, Error> {
-    let header = Header::read(file, input)?;
+pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<PicturePose>, Error> {
+    let header = Header::read(file, bytes)?;
     let rotation_columns = RotationColumns::find(header.names()).map_err(|problem| header.error(problem))?;
     let specs: Vec<ColumnSpec<'_>> = COLUMNS.into_iter().chain(rotation_columns.specs()).collect();
     let mut table = header.find(&specs)?;

@@ -10,7 +10,7 @@ use crate::profile::{Profile, ProfilePoint};
 use crate::stamp;
 use crate::table::{self, ColumnSpec, Header, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::Path;
 
 pub(crate) const TIME: usize = 0;
@@ -50,8 +50,8 @@ fn height_number(name: &str) -> Option<usize> {
 ///
 /// # Errors
 /// Anything that is not a clean table with rising stamps.
-pub fn read(file: &Path, input: impl Read) -> Result<Vec<Profile>, Error> {
-    let header = Header::read(file, input)?;
+pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<Profile>, Error> {
+    let header = Header::read(file, bytes)?;
     let heights = header.names().iter().filter(|name| height_number(name).is_some()).count();
     let profiles = if heights > 0 { read_wide(header, heights)? } else { read_long(header)? };
     if profiles.is_empty() {
@@ -60,7 +60,7 @@ pub fn read(file: &Path, input: impl Read) -> Result<Vec<Profile>, Error> {
     Ok(profiles)
 }
 
-fn read_long<R: Read>(header: Header<'_, R>) -> Result<Vec<Profile>, Error> {
+fn read_long(header: Header<'_>) -> Result<Vec<Profile>, Error> {
     let specs: Vec<ColumnSpec<'_>> = SHARED.into_iter().chain(LONG).collect();
     let mut table = header.find(&specs)?;
     let mut profiles: Vec<Profile> = Vec::new();
@@ -79,7 +79,7 @@ fn read_long<R: Read>(header: Header<'_, R>) -> Result<Vec<Profile>, Error> {
     Ok(profiles)
 }
 
-fn read_wide<R: Read>(header: Header<'_, R>, heights: usize) -> Result<Vec<Profile>, Error> {
+fn read_wide(header: Header<'_>, heights: usize) -> Result<Vec<Profile>, Error> {
     let names: Vec<String> = (0..heights).map(|k| format!("z{k}")).collect();
     let columns = names.iter().map(|name| required(name, Quantity::Length));
     let specs: Vec<ColumnSpec<'_>> = SHARED.into_iter().chain(WIDE).chain(columns).collect();
@@ -101,7 +101,7 @@ fn read_wide<R: Read>(header: Header<'_, R>, heights: usize) -> Result<Vec<Profi
     Ok(profiles)
 }
 
-fn rising_stamp<R: Read>(table: &Table<'_, R>, last: Option<&Profile>) -> Result<i64, Error> {
+fn rising_stamp(table: &Table<'_>, last: Option<&Profile>) -> Result<i64, Error> {
     let stamp_ns = table.stamp_ns(TIME)?;
     match last {
         Some(last) if stamp_ns < last.stamp_ns => {

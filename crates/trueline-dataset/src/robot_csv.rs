@@ -8,7 +8,7 @@ use crate::stamp;
 use crate::table::{self, ColumnSpec, Header, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
 use nalgebra::Vector3;
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::Path;
 use trueline_geometry::se3;
 
@@ -36,15 +36,15 @@ pub(crate) fn is_column(name: &str) -> bool {
 ///
 /// # Errors
 /// Anything that is not a clean table with rising stamps and one rotation in a form of `rotation_columns`.
-pub fn read(file: &Path, input: impl Read) -> Result<Vec<RobotSample>, Error> {
-    let header = Header::read(file, input)?;
+pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<RobotSample>, Error> {
+    let header = Header::read(file, bytes)?;
     if header.names().iter().any(|name| name == "u_px" || name == "v_px") {
         return Err(header.error(Problem::OtherTable { looks_like: "features.csv" }));
     }
     let rotation_columns = RotationColumns::find(header.names()).map_err(|problem| header.error(problem))?;
     let specs: Vec<ColumnSpec<'_>> = COLUMNS.into_iter().chain(rotation_columns.specs()).collect();
     let mut table = header.find(&specs)?;
-    let mut samples: Vec<RobotSample> = Vec::new();
+    let mut samples: Vec<RobotSample> = table.room();
     while table.next_row()? {
         let stamp_ns = table.stamp_ns(TIME)?;
         if let Some(last) = samples.last()

@@ -15,7 +15,6 @@ use crate::error::{Error, Problem};
 use crate::table::{self, ColumnSpec, Table, required};
 use crate::unit::Quantity;
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
-use std::io::Read;
 use trueline_geometry::euler::{XYZ_FIXED, ZYX_INTRINSIC};
 use trueline_geometry::{EulerSequence, so3};
 
@@ -147,24 +146,20 @@ impl RotationColumns {
     ///
     /// # Errors
     /// Numbers that are missing, not finite, or no rotation.
-    pub(crate) fn read<R: Read>(
-        &self,
-        table: &Table<'_, R>,
-        first: usize,
-    ) -> Result<UnitQuaternion<f64>, Error> {
+    pub(crate) fn read(&self, table: &Table<'_>, first: usize) -> Result<UnitQuaternion<f64>, Error> {
         let at = |problem| table.error_in(first, problem);
         match self.form {
             RotationForm::Quaternion => unit_quaternion(numbers(table, first)?).map_err(at),
             RotationForm::Euler(sequence) => Ok(sequence.rotation(numbers(table, first)?)),
-            RotationForm::RotationVector => Ok(so3::exp(&Vector3::from(numbers::<3, R>(table, first)?))),
+            RotationForm::RotationVector => Ok(so3::exp(&Vector3::from(numbers::<3>(table, first)?))),
             RotationForm::Matrix => {
-                rotation_of(&Matrix3::from_row_slice(&numbers::<9, R>(table, first)?)).map_err(at)
+                rotation_of(&Matrix3::from_row_slice(&numbers::<9>(table, first)?)).map_err(at)
             }
         }
     }
 }
 
-fn numbers<const N: usize, R: Read>(table: &Table<'_, R>, first: usize) -> Result<[f64; N], Error> {
+fn numbers<const N: usize>(table: &Table<'_>, first: usize) -> Result<[f64; N], Error> {
     let mut numbers = [0.0; N];
     for (k, number) in numbers.iter_mut().enumerate() {
         *number = table.required_number(first + k)?;

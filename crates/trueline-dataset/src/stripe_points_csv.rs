@@ -5,7 +5,6 @@ use crate::table::{ColumnSpec, Table, required};
 use crate::unit::Quantity;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::Path;
 
 const COLUMNS: [ColumnSpec; 4] = [
@@ -19,8 +18,8 @@ const COLUMNS: [ColumnSpec; 4] = [
 ///
 /// # Errors
 /// A table that is broken, empty, or has a board that is no whole number.
-pub fn read(file: &Path, input: impl Read) -> Result<BTreeMap<u64, Vec<Vector3<f64>>>, Error> {
-    let mut table = Table::open(file, input, &COLUMNS)?;
+pub fn read(file: &Path, bytes: &[u8]) -> Result<BTreeMap<u64, Vec<Vector3<f64>>>, Error> {
+    let mut table = Table::open(file, bytes, &COLUMNS)?;
     let mut boards: BTreeMap<u64, Vec<Vector3<f64>>> = BTreeMap::new();
     while table.next_row()? {
         let board = table.count(0)?.unwrap_or_default();

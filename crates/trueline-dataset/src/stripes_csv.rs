@@ -12,7 +12,7 @@ use crate::recording::{Measured, PlateStripe, Sensor};
 use crate::stamp;
 use crate::table::{ColumnSpec, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::Path;
 use trueline_geometry::Plane;
 
@@ -53,8 +53,8 @@ const LEAST_Y: f64 = 0.05;
 /// # Errors
 /// Anything that is not a clean table of these columns with rising stamps, plates 0 and 1, positive sigmas and two points
 /// that are not the same.
-pub fn read(file: &Path, input: impl Read, sensor: &Sensor) -> Result<Vec<PlateStripe>, Error> {
-    read_of_lines(file, input, sensor, 1)
+pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<PlateStripe>, Error> {
+    read_of_lines(file, bytes, sensor, 1)
 }
 
 /// The same of so many lines: plates 2k and 2k + 1 are those of line k.
@@ -63,14 +63,14 @@ pub fn read(file: &Path, input: impl Read, sensor: &Sensor) -> Result<Vec<PlateS
 /// As [`read`].
 pub fn read_of_lines(
     file: &Path,
-    input: impl Read,
+    bytes: &[u8],
     sensor: &Sensor,
     lines: u32,
 ) -> Result<Vec<PlateStripe>, Error> {
     let last_plate = 2 * lines.max(1) - 1;
     let own = if matches!(sensor, Sensor::CameraLaser { .. }) { PIXELS } else { LENGTHS };
     let columns: Vec<ColumnSpec<'static>> = SHARED.into_iter().chain(own).collect();
-    let mut table = Table::open(file, input, &columns)?;
+    let mut table = Table::open(file, bytes, &columns)?;
     let mut stripes: Vec<PlateStripe> = Vec::new();
     while table.next_row()? {
         let stripe = read_row(&table, file, sensor, last_plate)?;
@@ -92,12 +92,7 @@ pub fn read_of_lines(
     Ok(stripes)
 }
 
-fn read_row<R: Read>(
-    table: &Table<'_, R>,
-    file: &Path,
-    sensor: &Sensor,
-    last_plate: u32,
-) -> Result<PlateStripe, Error> {
+fn read_row(table: &Table<'_>, file: &Path, sensor: &Sensor, last_plate: u32) -> Result<PlateStripe, Error> {
     let at = |k: usize| table.required_number(FIRST + k);
     let number = table.count(PLATE)?.unwrap_or_default();
     let plate = u32::try_from(number).ok().filter(|plate| *plate <= last_plate).ok_or_else(|| {

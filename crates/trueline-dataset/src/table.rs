@@ -1,10 +1,9 @@
 //! CSV tables with named columns and units, read strictly.
 
 use crate::error::{Error, Problem};
+use crate::rows::{Rows, RowsError};
 use crate::stamp;
 use crate::unit::Quantity;
-use csv::ByteRecord;
-use std::io::Read;
 use std::path::Path;
 
 /// No place, picture or brightness has a number as large as this in SI units; programs write such for "nothing measured".
@@ -37,45 +36,48 @@ pub const fn optional(name: &str, quantity: Quantity) -> ColumnSpec<'_> {
 struct Found {
     index: usize,
     header: String,
+    /// The size of its unit in SI.
     scale: f64,
+    /// Decimal digits from its unit to a billionth of SI's.
+    nano_digits: usize,
 }
 
 /// An open table; rows are read one at a time.
-pub struct Table<'a, R: Read> {
+pub struct Table<'a> {
     file: &'a Path,
-    reader: csv::Reader<R>,
+    rows: Rows<'a>,
     columns: Vec<Option<Found>>,
-    record: ByteRecord,
+    /// How many columns the header has.
+    width: usize,
 }
 
 /// A table whose header is read, before it is decided what its columns are.
-pub struct Header<'a, R: Read> {
+pub struct Header<'a> {
     file: &'a Path,
-    reader: csv::Reader<R>,
+    rows: Rows<'a>,
     names: Vec<String>,
 }
 
-impl<'a, R: Read> Header<'a, R> {
+impl<'a> Header<'a> {
     /// Reads the header.
     ///
     /// # Errors
     /// An empty file, or one that is no text.
-    pub fn read(file: &'a Path, input: R) -> Result<Self, Error> {
-        let mut reader = csv::ReaderBuilder::new()
-            .has_headers(true)
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .from_reader(input);
-        let header = reader.headers().map_err(|e| csv_error(file, &e))?;
-        if header.is_empty() || header.iter().all(str::is_empty) {
+    pub fn read(file: &'a Path, bytes: &'a [u8]) -> Result<Self, Error> {
+        let mut rows = Rows::new(bytes).map_err(|e| rows_error(file, e))?;
+        let there = rows.advance().map_err(|e| rows_error(file, e))?;
+        let names: Vec<String> = if there {
+            (0..rows.len()).map(|k| rows.field(k).trim_start_matches('\u{feff}').trim().to_owned()).collect()
+        } else {
+            Vec::new()
+        };
+        if names.iter().all(String::is_empty) {
             return Err(Error::in_file(file, Problem::NoRows));
         }
-        let names: Vec<String> =
-            header.iter().map(|name| name.trim_start_matches('\u{feff}').to_owned()).collect();
         if names.iter().all(|name| name.parse::<f64>().is_ok()) {
             return Err(Error::at_line(file, 1, Problem::NoHeader));
         }
-        Ok(Self { file, reader, names })
+        Ok(Self { file, rows, names })
     }
 
     /// The names of the columns.
@@ -94,14 +96,15 @@ impl<'a, R: Read> Header<'a, R> {
     ///
     /// # Errors
     /// Unknown, duplicate, missing or unit-less columns.
-    pub fn find(self, specs: &[ColumnSpec<'_>]) -> Result<Table<'a, R>, Error> {
+    pub fn find(self, specs: &[ColumnSpec<'_>]) -> Result<Table<'a>, Error> {
         let mut columns: Vec<Option<Found>> = vec![None; specs.len()];
         for (index, name) in self.names.iter().enumerate() {
             let (spec, scale) = identify(name, specs).map_err(|p| self.error(p).in_column(name))?;
             if columns[spec].is_some() {
                 return Err(self.error(Problem::DuplicateColumn).in_column(name));
             }
-            columns[spec] = Some(Found { index, header: name.to_owned(), scale });
+            let nano_digits = (9.0 + scale.log10()).round() as usize;
+            columns[spec] = Some(Found { index, header: name.to_owned(), scale, nano_digits });
         }
         for (spec, column) in specs.iter().zip(&columns) {
             if spec.required && column.is_none() {
@@ -110,17 +113,22 @@ impl<'a, R: Read> Header<'a, R> {
                 return Err(self.error(Problem::MissingColumn { name, found }));
             }
         }
-        Ok(Table { file: self.file, reader: self.reader, columns, record: ByteRecord::new() })
+        Ok(Table { file: self.file, rows: self.rows, columns, width: self.names.len() })
     }
 }
 
-impl<'a, R: Read> Table<'a, R> {
+impl<'a> Table<'a> {
     /// Reads the header and finds each column of `specs` in it.
     ///
     /// # Errors
     /// Unknown, duplicate, missing or unit-less columns.
-    pub fn open(file: &'a Path, input: R, specs: &[ColumnSpec<'_>]) -> Result<Self, Error> {
-        Header::read(file, input)?.find(specs)
+    pub fn open(file: &'a Path, bytes: &'a [u8], specs: &[ColumnSpec<'_>]) -> Result<Self, Error> {
+        Header::read(file, bytes)?.find(specs)
+    }
+
+    /// Room for the rows that follow, so that what they become is not moved while it grows.
+    pub(crate) fn room<T>(&self) -> Vec<T> {
+        Vec::with_capacity(self.rows.most_left())
     }
 
     /// Whether an optional column is there.
@@ -134,13 +142,12 @@ impl<'a, R: Read> Table<'a, R> {
     /// # Errors
     /// A row that is not text or has too few or too many fields.
     pub(crate) fn next_row(&mut self) -> Result<bool, Error> {
-        if !self.reader.read_byte_record(&mut self.record).map_err(|e| csv_error(self.file, &e))? {
+        if !self.rows.advance().map_err(|e| rows_error(self.file, e))? {
             return Ok(false);
         }
-        let expected = self.reader.byte_headers().map_err(|e| csv_error(self.file, &e))?.len();
-        if self.record.len() != expected {
-            let problem = Problem::FieldCount { expected, found: self.record.len() };
-            return Err(Error::at_line(self.file, self.line(), problem));
+        if self.rows.len() != self.width {
+            let problem = Problem::FieldCount { expected: self.width, found: self.rows.len() };
+            return Err(self.error(problem));
         }
         Ok(true)
     }
@@ -148,7 +155,7 @@ impl<'a, R: Read> Table<'a, R> {
     /// Line of the current row, from 1.
     #[must_use]
     pub fn line(&self) -> u64 {
-        self.record.position().map_or(0, csv::Position::line)
+        self.rows.line()
     }
 
     /// An error at the current row.
@@ -170,10 +177,9 @@ impl<'a, R: Read> Table<'a, R> {
         self.field(column).map(|(text, _)| text)
     }
 
-    fn field(&self, column: usize) -> Option<(&str, f64)> {
+    fn field(&self, column: usize) -> Option<(&str, &Found)> {
         let found = self.columns[column].as_ref()?;
-        let text = std::str::from_utf8(&self.record[found.index]).unwrap_or("\u{fffd}");
-        Some((text, found.scale))
+        Some((self.rows.field(found.index), found))
     }
 
     /// A number in SI, or `None` if the column is not there.
@@ -181,7 +187,7 @@ impl<'a, R: Read> Table<'a, R> {
     /// # Errors
     /// A field that is no finite number, or larger than anything that is measured.
     pub fn number(&self, column: usize) -> Result<Option<f64>, Error> {
-        let Some((text, scale)) = self.field(column) else {
+        let Some((text, &Found { scale, .. })) = self.field(column) else {
             return Ok(None);
         };
         let value: f64 =
@@ -223,8 +229,7 @@ impl<'a, R: Read> Table<'a, R> {
     /// # Errors
     /// A field that is no finite decimal number.
     pub fn stamp_ns(&self, column: usize) -> Result<i64, Error> {
-        let (text, scale) = self.field(column).unwrap_or(("", 1.0));
-        let digits = (9.0 + scale.log10()).round() as usize;
+        let (text, digits) = self.field(column).map_or(("", 9), |(text, found)| (text, found.nano_digits));
         stamp::parse_nanoseconds(text, digits).ok_or_else(|| {
             let text = text.to_owned();
             let problem = match text.parse::<f64>() {
@@ -289,7 +294,11 @@ fn meant(header: &str, specs: &[ColumnSpec<'_>], known: &[String]) -> Option<Str
     known.get(index).cloned()
 }
 
-fn csv_error(file: &Path, error: &csv::Error) -> Error {
-    let line = error.position().map(csv::Position::line);
-    Error { file: file.to_owned(), line, column: None, problem: Problem::Csv(error.to_string()) }
+fn rows_error(file: &Path, error: RowsError) -> Error {
+    match error {
+        RowsError::NotUtf8 => Error::in_file(file, Problem::NotUtf8),
+        RowsError::Csv { line, error } => {
+            Error { file: file.to_owned(), line, column: None, problem: Problem::Csv(error.to_string()) }
+        }
+    }
 }

@@ -20,7 +20,7 @@ use std::path::Path;
 pub type Target = fn(&[u8]);
 
 /// All parsers by name.
-pub const TARGETS: [(&str, Target); 28] = [
+pub const TARGETS: [(&str, Target); 29] = [
     ("robot_csv", files::robot_csv),
     ("features_csv", files::features_csv),
     ("profiles_csv", files::profiles_csv),
@@ -48,6 +48,7 @@ pub const TARGETS: [(&str, Target); 28] = [
     ("rsi", packets::rsi),
     ("gvcp", packets::gvcp),
     ("gvsp", packets::gvsp),
+    ("gige_chunks", packets::gige_chunks),
     ("gate", motion::gate),
 ];
 

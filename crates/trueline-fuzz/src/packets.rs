@@ -5,7 +5,7 @@ use telegenic::emulator::{DeviceConfig, GigeDevice};
 use telegenic::gige::proto::bootstrap::DeviceInfo;
 use telegenic::gige::proto::gvcp::{Ack, Cmd};
 use telegenic::gige::proto::gvsp::{GvspView, ImageLeader};
-use trueline_camera::gige::{PixelFormat, gray_image};
+use trueline_camera::gige::{ChunkNames, PixelFormat, chunks, gray_image};
 use trueline_dataset::Pixels;
 use trueline_live::SequenceStatus;
 use trueline_live::egm::{RobotMessage, SensorMessage};
@@ -107,6 +107,30 @@ pub(crate) fn gvsp(bytes: &[u8]) {
             assert_eq!(count, image.width * image.height);
             assert!(count <= pixels.len(), "pixels that did not come");
         }
+    }
+}
+
+/// A frame and the description of its camera, which says what its chunks are: the last two bytes say how long that is.
+pub(crate) fn gige_chunks(bytes: &[u8]) {
+    let Some((bytes, &length)) = bytes.split_last_chunk::<2>() else { return };
+    let length = usize::from(u16::from_be_bytes(length)).min(bytes.len());
+    let (frame, description) = bytes.split_at(bytes.len() - length);
+    let names = ChunkNames::of(&String::from_utf8_lossy(description));
+    match chunks(frame) {
+        Ok(found) => {
+            let taken: usize = found.iter().map(|chunk| chunk.data.len() + 8).sum();
+            assert_eq!(taken, frame.len(), "bytes that belong to no chunk");
+            for name in ["ChunkTimestamp", "ChunkExposureTime"] {
+                let (number, whole) = (names.number(name, &found), names.whole(name, &found));
+                assert!(number.is_none_or(f64::is_finite), "a number that is none");
+                // A whole number is the same number.
+                assert!(
+                    whole.is_none_or(|whole| number == Some(whole as f64)),
+                    "{whole:?} is not {number:?}"
+                );
+            }
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
     }
 }
 

@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Rotation3, UnitQuaternion, Vector3};
-use std::io::Cursor;
 use std::path::Path;
 use trueline_dataset::{RobotSample, robot_csv};
 use trueline_geometry::Pose;
@@ -133,7 +132,7 @@ fn read_ls(text: &str) -> Read {
 }
 
 fn read_csv(text: &str) -> Read {
-    let samples = robot_csv::read(Path::new("waypoints.csv"), Cursor::new(text)).unwrap();
+    let samples = robot_csv::read(Path::new("waypoints.csv"), text.as_ref()).unwrap();
     let read = samples.iter().map(|sample| {
         let Pose { rotation, translation } = sample.base_from_tool;
         (sample.stamp_ns as f64 * 1e-9, translation.vector, rotation.to_rotation_matrix())

@@ -2,10 +2,9 @@
 
 use crate::cell::Cell;
 use crate::cell_toml;
-use std::fs;
 use std::path::Path;
 use trueline_dataset::sensor_toml::{SensorFile, parse_file};
-use trueline_dataset::{Error, Problem, SensorSetup};
+use trueline_dataset::{Error, Problem, SensorSetup, source_file};
 
 /// What a cell is read from, and the cell.
 #[derive(Clone, Debug)]
@@ -45,6 +44,5 @@ fn urdf(file: &Path, cell_text: &str) -> Result<Option<[String; 2]>, Error> {
         return Err(Error::in_file(file, problem));
     }
     let beside = file.with_file_name(&name);
-    let text = fs::read_to_string(&beside).map_err(|error| Error::in_file(&beside, Problem::Io(error)))?;
-    Ok(Some([name, text]))
+    Ok(Some([name, source_file::text(&beside)?]))
 }

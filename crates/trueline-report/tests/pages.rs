@@ -1,6 +1,9 @@
 //! What the report of a calibration shows, as numbers.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use sha2::{Digest, Sha256};
 use trueline_dataset::Recording;
 use trueline_method::{Calibration, Config, Hold, calibrate};
 use trueline_report::calibration_page::{Source, html, page};
@@ -77,6 +80,16 @@ fn what_is_said_cannot_end_the_page() {
         frames: &[],
     });
     assert!(!text.contains("<script>alert") && text.contains("&lt;script&gt;alert(1)"));
+    // A browser runs the scripts of the program and no other.
+    let policy = text.split_once("script-src ").unwrap().1.split_once(';').unwrap().0;
+    assert!(policy.split(' ').all(|allowed| allowed.starts_with("'sha256-")), "{policy}");
+    let scripts: Vec<&str> =
+        text.split("<script>").skip(1).map(|rest| rest.split_once("</script>").unwrap().0).collect();
+    assert_eq!(scripts.len(), policy.split(' ').count());
+    for script in scripts {
+        let hash = STANDARD.encode(Sha256::digest(script));
+        assert!(policy.contains(&hash), "no hash of {script:.60}");
+    }
     // A constant attitude is refused with the motion that cures it, first thing on the page.
     let verdict =
         text.find("class=\"verdict bad\">Not accepted: the sensor was hardly tilted. Tilt it").unwrap();

@@ -7,11 +7,11 @@ use crate::tell::receiver::ReceiverError;
 use crate::watch::{WatchError, Watched, watch};
 use crate::weld_line::WeldLine;
 use sha2::{Digest, Sha256};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-use trueline_dataset::Recording;
 use trueline_dataset::calibration_file::{self, KnownCalibration};
 use trueline_dataset::result_file::ResultFile;
+use trueline_dataset::{Recording, source_file};
 
 /// What is watched, and who is told.
 pub struct WatcherSettings<'a> {
@@ -31,14 +31,6 @@ pub enum WatcherError {
     /// The calibration cannot be read.
     #[error(transparent)]
     Calibration(#[from] trueline_dataset::Error),
-    /// The calibration cannot be read once more.
-    #[error("{}: cannot be read: {why}", file.display())]
-    Read {
-        /// Its file.
-        file: PathBuf,
-        /// What the operating system says.
-        why: std::io::Error,
-    },
     /// The state cannot be used.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -64,7 +56,6 @@ impl WatcherError {
     pub fn hint(&self) -> String {
         match self {
             Self::Calibration(error) => error.hint(),
-            Self::Read { .. } => "check the path and its permissions".to_owned(),
             Self::Store(error) | Self::Courier(CourierError::Store(error)) => error.hint().to_owned(),
             Self::Receiver(_) => "http://HOST/PATH, https://HOST/PATH, or mqtt://HOST:PORT/TOPIC".to_owned(),
             Self::Courier(CourierError::Thread(_)) => "are there too many processes?".to_owned(),
@@ -160,7 +151,7 @@ impl Watcher {
 fn watched(file: &Path, known: &KnownCalibration) -> Result<Watched, WatcherError> {
     let is_json = file.extension().is_some_and(|end| end.eq_ignore_ascii_case("json"));
     let result = is_json.then(|| ResultFile::read(file)).transpose()?;
-    let bytes = std::fs::read(file).map_err(|why| WatcherError::Read { file: file.to_owned(), why })?;
+    let bytes = source_file::bytes(file)?;
     let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     Ok(Watched { name: file.display().to_string(), sha256, guess: known.known.parameters, result })
 }

@@ -18,7 +18,7 @@ const MOST: usize = 256;
 
 /// A chunk of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Chunk<'a> {
+pub struct Chunk<'a> {
     /// What it is, by the camera's description.
     pub id: u32,
     /// Its data.
@@ -27,7 +27,7 @@ pub(super) struct Chunk<'a> {
 
 /// Lengths that do not fit a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub(super) enum ChunkError {
+pub enum ChunkError {
     /// A chunk is longer than what is there.
     #[error("chunk {id:#x} says that it has {length} bytes, and {left} are there")]
     Length {
@@ -50,7 +50,7 @@ pub(super) enum ChunkError {
 ///
 /// # Errors
 /// [`ChunkError`]: lengths that do not add up to the frame.
-pub(super) fn chunks(frame: &[u8]) -> Result<Vec<Chunk<'_>>, ChunkError> {
+pub fn chunks(frame: &[u8]) -> Result<Vec<Chunk<'_>>, ChunkError> {
     let mut chunks = Vec::new();
     let mut rest = frame;
     while !rest.is_empty() {
@@ -85,12 +85,12 @@ struct Place {
 
 /// Which chunks of a camera are numbers, by the name of their feature (`ChunkTimestamp`, …).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct ChunkNames(BTreeMap<String, Place>);
+pub struct ChunkNames(BTreeMap<String, Place>);
 
 impl ChunkNames {
     /// Of a camera's description; what cannot be understood is not there.
     #[must_use]
-    pub(super) fn of(description: &str) -> Self {
+    pub fn of(description: &str) -> Self {
         let Ok(document) = Document::parse(description) else { return Self::default() };
         let nodes: BTreeMap<&str, Node<'_, '_>> =
             document.descendants().filter_map(|node| Some((node.attribute("Name")?, node))).collect();
@@ -100,7 +100,7 @@ impl ChunkNames {
 
     /// The number of a feature in a frame's chunks; `None` if it is not there, or shorter than the description says.
     #[must_use]
-    pub(super) fn number(&self, name: &str, chunks: &[Chunk<'_>]) -> Option<f64> {
+    pub fn number(&self, name: &str, chunks: &[Chunk<'_>]) -> Option<f64> {
         let (place, bytes) = self.bytes(name, chunks)?;
         if !place.is_float {
             return Some(whole(place, bytes) as f64);
@@ -113,7 +113,7 @@ impl ChunkNames {
 
     /// The same of a whole number, with all its digits.
     #[must_use]
-    pub(super) fn whole(&self, name: &str, chunks: &[Chunk<'_>]) -> Option<u64> {
+    pub fn whole(&self, name: &str, chunks: &[Chunk<'_>]) -> Option<u64> {
         let (place, bytes) = self.bytes(name, chunks)?;
         (!place.is_float).then(|| whole(place, bytes))
     }

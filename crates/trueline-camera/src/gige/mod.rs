@@ -15,6 +15,7 @@ mod settings;
 mod stamps;
 
 pub use camera::{GigeCamera, GigeCounts};
+pub use chunks::{Chunk, ChunkError, ChunkNames, chunks};
 pub use discovery::{Adapter, FoundCamera, discover};
 pub use picture::gray_image;
 pub use ptp::PtpState;

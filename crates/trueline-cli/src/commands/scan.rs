@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_args::ScanArgs;
 use trueline_cell::{ARRIVAL, CellRecording, EndedScan, RECORDING, guide_scan};
-use trueline_dataset::{Error, Problem};
+use trueline_dataset::{Error, Problem, source_file};
 use trueline_live::guide::Patience;
 use trueline_live::motion::{
     CheckedPath, Gate, MotionLimits, OperatorCommand, PathError, PathSummary, derive_limits, limits_file,
@@ -90,9 +90,9 @@ fn reach_m(args: &ScanArgs) -> Result<f64, Failure> {
 }
 
 fn limits_text(file: &Path) -> Result<String, Failure> {
-    std::fs::read_to_string(file).map_err(|error| {
+    source_file::text(file).map_err(|error| {
         let hint = "`trueline scan PATH --write-limits FILE` writes limits to begin with";
-        Failure::new(format!("{}: {error}", file.display()), hint)
+        Failure::new(error.to_string(), hint)
     })
 }
 

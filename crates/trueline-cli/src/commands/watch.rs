@@ -126,7 +126,7 @@ impl Welds<'_> {
         let recording = opening::open(weld, None, true)?.recording;
         let line = told(&mut self.watcher, &weld.display().to_string(), recording, self.args.quiet)?;
         match &self.args.json {
-            Some(path) if path == Path::new("-") => output::data(&line)?,
+            Some(path) if path == Path::new("-") => output::json(path, &line)?,
             Some(path) => {
                 self.lines += &format!("{line}\n");
                 output::file(path, &self.lines)?;

@@ -150,7 +150,7 @@ type Files = (Vec<PathBuf>, Vec<DamagedFile>);
 /// The files that metadata.yaml names, or all data files by their numbers.
 fn in_folder(folder: &Path) -> Result<Files, ImportError> {
     let present = data_files(folder)?;
-    let listed = fs::read_to_string(folder.join("metadata.yaml"));
+    let listed = source_file::text(&folder.join("metadata.yaml"));
     let listed = listed.map(|text| relative_file_paths(&text)).unwrap_or_default();
     if present.is_empty() {
         return Err(ImportError::NotARecording { file: folder.to_owned() });

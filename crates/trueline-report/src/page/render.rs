@@ -4,10 +4,13 @@ use super::{Block, Card, Chart, Form, Page, Section, Table, Tone};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("../../assets/report.html");
 const STYLE: &str = include_str!("../../assets/report.css");
+/// Runs before anything is painted.
+const FIRST: &str = include_str!("../../assets/first.js");
 const CHARTS: &str = include_str!("../../assets/charts.js");
 const SCRIPT: &str = include_str!("../../assets/report.js");
 /// Apache ECharts 6.1.0: see assets/third_party/echarts.
@@ -23,7 +26,10 @@ pub fn render(page: &Page) -> String {
         Tone::Bad => "bad",
         Tone::Plain => "plain",
     };
+    let echarts = if has_charts(page) { ECHARTS } else { "" };
     let parts = [
+        ("{{script_hashes}}", [FIRST, echarts, CHARTS, SCRIPT].map(hash).join(" ")),
+        ("{{first}}", FIRST.to_owned()),
         ("{{title}}", escape(&page.title)),
         ("{{style}}", STYLE.to_owned()),
         ("{{verdict_class}}", verdict_class.to_owned()),
@@ -32,7 +38,7 @@ pub fn render(page: &Page) -> String {
         ("{{sections}}", page.sections.iter().map(section).collect()),
         ("{{version}}", env!("CARGO_PKG_VERSION").to_owned()),
         ("{{charts_hint}}", if has_charts(page) { CHARTS_HINT.to_owned() } else { String::new() }),
-        ("{{echarts}}", if has_charts(page) { ECHARTS.to_owned() } else { String::new() }),
+        ("{{echarts}}", echarts.to_owned()),
         ("{{charts}}", CHARTS.to_owned()),
         ("{{data}}", in_script(&data(page))),
         ("{{script}}", SCRIPT.to_owned()),
@@ -223,6 +229,12 @@ fn figure(chart: &Chart, spans: bool) -> String {
         escape(&chart.alternative),
         slider
     )
+}
+
+/// The name of a script in a content security policy: a browser runs no other, whatever text of strangers became of.
+fn hash(script: &str) -> String {
+    // A browser reads ends of lines as one character, however they were stored where the program was built.
+    format!("'sha256-{}'", STANDARD.encode(Sha256::digest(script.replace("\r\n", "\n"))))
 }
 
 /// JSON inside a script element: no text of the data may end it.

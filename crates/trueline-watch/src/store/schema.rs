@@ -107,6 +107,11 @@ pub struct Store {
     pub(super) file: PathBuf,
 }
 
+/// SQLite opens whatever it is given, and waits for somebody who writes into a pipe.
+fn expect_file(file: &Path) -> Result<(), StoreError> {
+    if file.is_file() { Ok(()) } else { Err(StoreError::NoFile { file: file.to_owned() }) }
+}
+
 impl Store {
     /// Opens a state file, or makes a new one, and brings it up to date.
     ///
@@ -114,6 +119,9 @@ impl Store {
     /// A file that cannot be opened or written, of another program, or of a newer version.
     pub fn open(file: &Path) -> Result<Self, StoreError> {
         let failed = |source| StoreError::Database { file: file.to_owned(), source };
+        if file.exists() {
+            expect_file(file)?;
+        }
         let connection = Connection::open(file).map_err(failed)?;
         let mut store = Self { connection, file: file.to_owned() };
         store.connection.busy_timeout(PATIENCE).map_err(failed)?;
@@ -130,6 +138,7 @@ impl Store {
         if !file.exists() {
             return Err(StoreError::Missing { file: file.to_owned() });
         }
+        expect_file(file)?;
         let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY;
         let connection = Connection::open_with_flags(file, flags).map_err(failed)?;
         connection.busy_timeout(PATIENCE).map_err(failed)?;

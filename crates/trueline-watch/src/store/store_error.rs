@@ -13,6 +13,12 @@ pub enum StoreError {
         /// Why.
         source: rusqlite::Error,
     },
+    /// A folder, a pipe or a device, which may never end.
+    #[error("{}: is no regular file", file.display())]
+    NoFile {
+        /// What was named.
+        file: PathBuf,
+    },
     /// There is no state to read.
     #[error("{}: there is no such state file", file.display())]
     Missing {
@@ -57,7 +63,9 @@ impl StoreError {
                 "`trueline watch --state FILE --calibration RESULT WELD…` makes one with the first weld"
             }
             Self::Newer { .. } => "use the newer trueline, or name another --state file",
-            Self::Foreign { .. } => "name another --state file; a new one is made where there is none",
+            Self::Foreign { .. } | Self::NoFile { .. } => {
+                "name another --state file; a new one is made where there is none"
+            }
             Self::Damaged { .. } => "restore the file from a backup, or name another --state file",
         }
     }
