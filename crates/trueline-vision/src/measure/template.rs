@@ -24,8 +24,9 @@ const END: f64 = 0.002;
 /// fully developed, the far flanks tell most, down to the noise of the camera.
 const LEAST_SIGMA_CLEAN: f64 = 0.1;
 const LEAST_SIGMA: f64 = 0.005;
-/// Variance of the ridge, as a part of its square, at which speckle is taken as fully developed.
-const FULL_CONTRAST: f64 = 0.3;
+/// Variance of the ridge, as a part of its square, from which on speckle outweighs the rest: a lens, or pixels that were added up, leave
+/// a part of fully developed speckle, whose variance is one.
+const FULL_CONTRAST: f64 = 0.05;
 
 /// What a level counts for, by distance from the middle:
 ///
