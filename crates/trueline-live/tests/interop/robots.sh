@@ -65,7 +65,8 @@ stop "$started"
 # ---- their controllers, our listener -------------------------------------------------------------------------------
 for version in 3 4; do
     peer airo-fanuc-emulator "$version" 8 > "$work/crx" & emulator=$!
-    for _ in $(seq 50); do [ -s "$work/crx" ] && break; sleep 0.1; done
+    for _ in $(seq 200); do [ -s "$work/crx" ] && break; sleep 0.1; done
+    rm -f "$work/listen.json"
     port=$(head -n 1 "$work/crx")
     code=0
     "$TRUELINE" listen --protocol fanuc-stream-motion --robot 127.0.0.1 --robot-port "$port" --for-s 3 \

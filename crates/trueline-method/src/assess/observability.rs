@@ -161,8 +161,9 @@ pub fn assess(
     // Bows and shape are known beforehand: they are seen in any case, and are not what is asked for.
     let known_before = at.unknowns().known_before().len();
     Observability {
-        rank: information.rank() - usize::from(only_noise) - known_before,
-        size: information.size() - known_before,
+        // Of a scan that shows nothing at all not even these are seen.
+        rank: information.rank().saturating_sub(usize::from(only_noise) + known_before),
+        size: information.size().saturating_sub(known_before),
         condition: information.condition(),
         singular_values: information
             .singular_values()
@@ -233,4 +234,25 @@ fn line_direction(null: &DMatrix<f64>, line: usize, axes: &nalgebra::Matrix3<f64
 
 fn with_positive_main(v: Vector3<f64>) -> Vector3<f64> {
     if v[v.iamax()] < 0.0 { -v } else { v }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use trueline_dataset::Guess;
+    use trueline_geometry::{Line, Pose};
+    use trueline_model::Curvature;
+
+    #[test]
+    fn a_scan_that_shows_nothing_has_no_rank_even_where_bows_are_known_beforehand() {
+        let guess = Guess { time_offset_s: 0.0, tool_from_camera: Pose::identity() };
+        let line = Line::new(Vector3::zeros(), &Vector3::x_axis());
+        let bow = Curvature { bow_m: [0.0; 2], half_length_m: 0.1, middle_m: 0.0 };
+        let at = Parameters { curvatures: vec![bow], ..Parameters::straight(&guess, vec![line]) };
+        let nothing = Information::new(&DMatrix::zeros(at.dimension(), at.dimension()), &[], 1e-6).unwrap();
+        let found = assess(&nothing, &nothing, &at, true);
+        assert_eq!((found.rank, found.size), (0, at.dimension() - at.unknowns().known_before().len()));
+        assert!(found.observable_components.iter().all(|seen| !seen), "{found:?}");
+    }
 }

@@ -268,8 +268,8 @@ fn observability(
     let known_before = fit.problem.unknowns.known_before().len();
     let largest = information.singular_values().max().max(f64::MIN_POSITIVE);
     Observability {
-        rank: information.rank() - known_before,
-        size: information.size() - known_before,
+        rank: information.rank().saturating_sub(known_before),
+        size: information.size().saturating_sub(known_before),
         condition: information.condition(),
         singular_values: information.singular_values().iter().map(|value| value / largest).collect(),
         composition: information
