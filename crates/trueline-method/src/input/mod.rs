@@ -4,6 +4,7 @@ pub(crate) mod camera_sensor;
 pub mod clock_model;
 pub mod noise_levels;
 pub mod observations;
+pub mod path_noise;
 pub(crate) mod repeated_poses;
 pub mod robot_motion;
 pub mod shape_knowledge;

@@ -2,6 +2,7 @@
 
 use crate::config::{Config, ResidualKind};
 use crate::error::Error;
+use crate::input::path_noise::NoiseCorrelation;
 use crate::input::repeated_poses::{self, Updates};
 use crate::order_statistics::median;
 use nalgebra::{Point3, Vector3};
@@ -20,6 +21,8 @@ pub struct RobotMotion {
     pub recorded_noise_m: f64,
     /// What is left of it in the trajectory, m.
     pub noise_m: f64,
+    /// Its correlation between two times.
+    pub noise_correlation: NoiseCorrelation,
     /// Whether the trajectory is a local fit to the recorded poses.
     pub smoothed: bool,
     /// Half the window of that fit, s.
@@ -77,18 +80,21 @@ impl RobotMotion {
         };
         let noise_left = smooth::noise_left(period_s, half_window_s);
         let smoothed = !as_recorded && recorded_noise_m > SMOOTH_ABOVE_M && noise_left < 1.0;
-        let trajectory = if as_recorded {
-            Trajectory::new(times, &poses)
-        } else {
-            let straight_s = straight_s(&times, &poses, recorded_noise_m);
-            path(times, poses, gap_limit_s, smoothed.then_some(half_window_s), straight_s)
+        let window_s = smoothed.then_some(half_window_s);
+        let straight_s =
+            if as_recorded { f64::INFINITY } else { straight_s(&times, &poses, recorded_noise_m) };
+        let through = |times: &[f64], poses: &[Pose]| {
+            path(times.to_vec(), poses.to_vec(), gap_limit_s, window_s, straight_s).ok()
         };
+        let noise_correlation = NoiseCorrelation::of(period_s, window_s.unwrap_or(0.0), through);
+        let trajectory = path(times, poses, gap_limit_s, window_s, straight_s);
         let trajectory = trajectory.map_err(Error::Trajectory)?;
         Ok(Self {
             trajectory,
             period_s,
             recorded_noise_m,
             noise_m: recorded_noise_m * if smoothed { noise_left } else { 1.0 },
+            noise_correlation: noise_correlation.unwrap_or_default(),
             smoothed,
             half_window_s,
             repeated: updates.repeated,

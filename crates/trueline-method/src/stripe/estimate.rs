@@ -138,7 +138,7 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let solver = StripeSolver { observations, frames: &frames.list, shared, shape_prior, fixed: &fixed };
     let fit = solver.fit(begin).map_err(|_| NoPlates::NoPlane)?;
     let information = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
-    let noise = uncertainty::assess(&fit, &information);
+    let noise = uncertainty::assess(&fit, &information, &shared);
     let errors = systematic::systematic(&fit, &information, &seam.shared).with_held(
         &fit.solution.equations.hessian,
         information.covariance_root(),
