@@ -1,7 +1,7 @@
 //! Covariance of the plates' problem: that of the model, as far as the scores of its frames agree with it.
 //!
 //! As for seam points: a frame's four residuals are one score, so that what they share is in it, and neighbouring frames may be
-//! alike. The model knows how alike the robot's noise is in them: its path is made of many samples.
+//! alike. The model knows the correlation of the robot's noise between them: its path is made of many samples.
 
 use crate::input::path_noise::NoiseCorrelation;
 use crate::solve::covariance::{FrameScores, blend};
