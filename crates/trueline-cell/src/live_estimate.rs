@@ -25,6 +25,20 @@ pub struct LiveEstimate {
     want: Option<Requirement>,
     came: Mutex<(Vec<RobotSample>, Vec<Feature>)>,
     progress: Mutex<Progress>,
+    /// Whether nobody takes what comes any more.
+    has_failed: AtomicBool,
+}
+
+/// Should the estimate panic, what comes from then on is not kept.
+struct Guard<'a>(&'a LiveEstimate);
+
+impl Drop for Guard<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.has_failed.store(true, Ordering::SeqCst);
+            *self.0.came.lock().unwrap_or_else(PoisonError::into_inner) = Default::default();
+        }
+    }
 }
 
 /// How far an estimate is.
@@ -70,18 +84,29 @@ impl LiveEstimate {
     #[must_use]
     pub fn new(sensor: impl Into<SensorFile>, want: Option<Requirement>) -> Self {
         let progress = Mutex::new(Progress::Waiting { seam_points: 0, needed: FEWEST_FEATURES });
-        Self { sensor: sensor.into(), want, came: Mutex::default(), progress }
+        Self {
+            sensor: sensor.into(),
+            want,
+            came: Mutex::default(),
+            progress,
+            has_failed: AtomicBool::new(false),
+        }
     }
 
     /// Hands over poses, unless some are just being taken: then they stay for the next time.
     pub fn offer_poses(&self, poses: &mut Vec<RobotSample>) {
-        if let Ok(mut came) = self.came.try_lock() {
+        if self.has_failed.load(Ordering::SeqCst) {
+            poses.clear();
+        } else if let Ok(mut came) = self.came.try_lock() {
             came.0.append(poses);
         }
     }
 
     /// Hands over a feature.
     pub fn add_feature(&self, feature: Feature) {
+        if self.has_failed.load(Ordering::SeqCst) {
+            return;
+        }
         self.came.lock().unwrap_or_else(PoisonError::into_inner).1.push(feature);
     }
 
@@ -93,6 +118,7 @@ impl LiveEstimate {
 
     /// Estimates until all is over, and once more then.
     pub fn run(&self, over: &AtomicBool) {
+        let _guard = Guard(self);
         let mut stream = Incremental::new(self.nothing(), Config::default(), Extent::default());
         let (mut due, mut last) = (Instant::now() + EVERY, false);
         while !last {
@@ -204,4 +230,30 @@ fn is_reached(sigma: impl Fn(usize) -> Option<f64>, want: &Requirement) -> bool 
     within(want.time_s, sigma(TIME_OFFSET))
         && within(want.translation_m, worst(&sigma, TRANSLATION))
         && within(want.rotation_rad, worst(&sigma, ROTATION))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use trueline_dataset::Sensor;
+    use trueline_geometry::Pose;
+
+    #[test]
+    fn nothing_is_kept_for_an_estimate_that_failed() {
+        let estimate = LiveEstimate::new(Sensor::Profiler, None);
+        let pose = RobotSample { stamp_ns: 0, device_ns: None, base_from_tool: Pose::identity() };
+        estimate.offer_poses(&mut vec![pose]);
+        assert_eq!(estimate.came.lock().unwrap().0.len(), 1);
+        let failed = thread::scope(|scope| {
+            let fails = || {
+                let _guard = Guard(&estimate);
+                panic!("as asked");
+            };
+            scope.spawn(fails).join().is_err()
+        });
+        let mut poses = vec![pose];
+        estimate.offer_poses(&mut poses);
+        assert!(failed && poses.is_empty() && estimate.came.lock().unwrap().0.is_empty());
+    }
 }
