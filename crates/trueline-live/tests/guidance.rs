@@ -268,23 +268,30 @@ fn is_rest(answer: &Answer) -> bool {
     message.speed.unwrap().as_slice().iter().all(|v| *v == 0.0)
 }
 
+/// The three ways to end are tests of their own, which take their 1.5 to 3 s of real time side by side.
 #[test]
-fn leads_over_real_sockets_and_ends_every_way_at_rest() {
+fn leads_over_real_sockets_to_the_end_of_the_path() {
     let (outcome, watching, _) = lead(Watching::default(), |_| OperatorCommand::Go);
     assert_eq!(outcome.end_reason, EndReason::Travelled, "{outcome:?}");
     assert!(is_rest(watching.answers.last().unwrap()));
     assert!(watching.answers.iter().filter(|a| !is_rest(a)).count() > 50);
+}
 
+#[test]
+fn a_stop_over_real_sockets_ends_at_rest() {
     let (outcome, watching, _) =
         lead(Watching::default(), |k| if k > 250 { OperatorCommand::Stop } else { OperatorCommand::Go });
     assert_eq!(outcome.end_reason, EndReason::Stopped, "{outcome:?}");
     assert!(is_rest(watching.answers.last().unwrap()));
+}
 
+#[test]
+fn silence_over_real_sockets_ends_at_rest_and_is_noticed_by_the_controller() {
     let (outcome, watching, end) =
         lead(Watching::default(), |k| if k > 250 { OperatorCommand::Silence } else { OperatorCommand::Go });
     assert_eq!(outcome.end_reason, EndReason::Stopped, "{outcome:?}");
     assert!(is_rest(watching.answers.last().unwrap()));
-    assert_eq!(end, Some(GuidanceEnd::Timeout), "silence is noticed by the controller");
+    assert_eq!(end, Some(GuidanceEnd::Timeout));
 }
 
 #[test]

@@ -4,73 +4,21 @@
 
 mod common;
 
-use common::{PERIOD_NS, frame, limits, s_path};
+use common::liar::{Liar, shifted};
+use common::{PERIOD_NS, limits};
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use trueline_dataset::RobotSample;
 use trueline_geometry::{Pose, so3};
 use trueline_live::egm::MciState;
 use trueline_live::motion::{
-    CheckedPath, EndReason, Gate, GateState, Input, MotionLimits, OperatorCommand, PathError, Phase,
-    ReceivedFrame, Reference, derive_limits,
+    CheckedPath, EndReason, MotionLimits, OperatorCommand, PathError, Phase, Reference, derive_limits,
 };
 
 /// Time by which a reference may be ahead: 12 ms made up for, and a period of 20 ms at most.
 const AHEAD_S: f64 = 0.032;
 /// The cap at the tip.
 const TIP_M_S: f64 = 0.250;
-
-/// A controller that says what it wants, when it wants.
-struct Liar {
-    gate: Gate,
-    state: GateState,
-    now_ns: i64,
-    k: i64,
-    sent: Vec<(i64, Reference)>,
-}
-
-impl Liar {
-    fn new() -> Self {
-        let gate = Gate::new(limits(), CheckedPath::new(&s_path(1.0), 1.0, &limits()).unwrap(), 0.2);
-        Self { gate, state: GateState::default(), now_ns: 0, k: 0, sent: Vec::new() }
-    }
-
-    fn start(&self) -> Pose {
-        self.gate.path().at(0.0).base_from_tool
-    }
-
-    /// Where an honest robot would be.
-    fn obedient(&self) -> Pose {
-        self.sent.last().map_or_else(|| self.start(), |(_, sent)| sent.base_from_tool)
-    }
-
-    fn says(&mut self, after_ns: i64, pose: Pose, change: impl FnOnce(&mut ReceivedFrame)) {
-        self.now_ns += after_ns;
-        self.k += 1;
-        let mut received =
-            ReceivedFrame { frame: frame(self.k, pose), arrival_ns: self.now_ns, is_first: self.k == 1 };
-        change(&mut received);
-        self.step(Some(received), OperatorCommand::Go);
-    }
-
-    fn step(&mut self, received: Option<ReceivedFrame>, command: OperatorCommand) {
-        let input = Input { received, now_ns: self.now_ns, command };
-        let (state, sent) = self.gate.step(self.state, &input);
-        self.state = state;
-        self.sent.extend(sent.map(|sent| (self.now_ns, sent)));
-    }
-
-    /// Obeys for so many frames.
-    fn obeys(&mut self, frames: usize) {
-        for _ in 0..frames {
-            self.says(PERIOD_NS, self.obedient(), |_| {});
-        }
-    }
-
-    fn check(&self) {
-        check_steps(&self.sent, &limits());
-    }
-}
 
 /// Between any two references lies no more than limits × (time + what may be ahead).
 fn check_steps(sent: &[(i64, Reference)], l: &MotionLimits) {
@@ -87,10 +35,8 @@ fn check_steps(sent: &[(i64, Reference)], l: &MotionLimits) {
     }
 }
 
-fn shifted(pose: &Pose, metres: f64) -> Pose {
-    let mut pose = *pose;
-    pose.translation.vector.y += metres;
-    pose
+fn check(robot: &Liar) {
+    check_steps(&robot.sent, &limits());
 }
 
 #[test]
@@ -102,7 +48,7 @@ fn a_jump_that_stays_is_not_followed() {
         for _ in 0..200 {
             robot.says(PERIOD_NS, away, |_| {});
         }
-        robot.check();
+        check(&robot);
         let why = robot.state.phase;
         assert!(matches!(why, Phase::Silent { why: EndReason::NotBelieved { .. } }), "{jump_m}: {why:?}");
         assert!(robot.sent.last().unwrap().1.is_rest());
@@ -120,7 +66,7 @@ fn a_new_session_elsewhere_is_held_at_the_last_reference() {
     for _ in 0..50 {
         robot.says(PERIOD_NS, away, |_| {});
     }
-    robot.check();
+    check(&robot);
     assert!((robot.obedient().translation.vector - last.translation.vector).norm() < 1e-12);
     assert!(robot.sent.last().unwrap().1.is_rest());
 }
@@ -140,7 +86,7 @@ fn walking_unguided_and_coming_back_guided_moves_no_reference_faster_than_the_li
         for _ in 0..100 {
             robot.says(PERIOD_NS, at, |_| {});
         }
-        robot.check();
+        check(&robot);
         assert!(robot.sent.last().unwrap().1.is_rest(), "{:?}", robot.state.phase);
     }
 }
@@ -153,7 +99,7 @@ fn drift_and_a_frozen_robot_are_held_without_a_leap() {
     for _ in 0..500 {
         robot.says(PERIOD_NS, frozen, |_| {});
     }
-    robot.check();
+    check(&robot);
     let why = robot.state.phase;
     assert!(matches!(why, Phase::Holding { why: EndReason::Deviation { .. }, .. }), "{why:?}");
     assert!((robot.obedient().translation.vector - frozen.translation.vector).norm() < 1e-9, "back to it");
@@ -164,7 +110,7 @@ fn drift_and_a_frozen_robot_are_held_without_a_leap() {
         let away = shifted(&robot.obedient(), 0.0022 * f64::from(k.min(20)));
         robot.says(PERIOD_NS, away, |_| {});
     }
-    robot.check();
+    check(&robot);
     assert!(matches!(robot.state.phase, Phase::Holding { .. } | Phase::Silent { .. }));
 }
 
@@ -182,7 +128,7 @@ fn a_slow_start_buys_no_leap_later() {
             device_ns += if k % 12 == 11 { 60_000_000 } else { 100_000 };
             robot.says(PERIOD_NS, robot.obedient(), |received| received.frame.device_ns = device_ns);
         }
-        robot.check();
+        check(&robot);
     }
 }
 
@@ -215,7 +161,7 @@ fn a_stall_of_the_network_pauses_the_scan_and_it_goes_on() {
             }
             robot.now_ns = robot.k * PERIOD_NS;
             robot.obeys(2600);
-            robot.check();
+            check(&robot);
             let ended = robot.state.phase;
             assert!(
                 matches!(ended, Phase::Holding { why: EndReason::Travelled, .. }),
@@ -333,7 +279,7 @@ proptest! {
                 });
             }
         }
-        robot.check();
+        check(&robot);
         for (_, sent) in &robot.sent {
             prop_assert!(limits().contain(&sent.base_from_tool));
             let tip = limits().tip_speed_m_s(&sent.velocity_m_s, &sent.angular_velocity_rad_s);

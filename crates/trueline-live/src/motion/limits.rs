@@ -73,11 +73,14 @@ impl MotionLimits {
         along.hypot(square + rate * self.reach_m)
     }
 
-    /// Shortest time in which a reference may move so far and turn so much (a rotation vector in base, rad), s.
+    /// Shortest time in which a reference may move so far and turn so much (a rotation vector in base, rad), s. Of what is no
+    /// number it is none either: `f64::max` would pass over it.
     #[must_use]
     pub(crate) fn least_time_s(&self, shift_m: &Vector3<f64>, turn_rad: &Vector3<f64>) -> f64 {
         let tip_s = self.tip_speed_m_s(shift_m, turn_rad) / FASTEST_M_S;
-        tip_s.max(shift_m.norm() / self.speed_m_s).max(turn_rad.norm() / self.turn_rad_s)
+        [tip_s, shift_m.norm() / self.speed_m_s, turn_rad.norm() / self.turn_rad_s]
+            .into_iter()
+            .fold(0.0, |most_s, takes_s| if takes_s > most_s || takes_s.is_nan() { takes_s } else { most_s })
     }
 }
 
@@ -134,6 +137,7 @@ mod tests {
         assert!((l.least_time_s(&(x * 0.07), &(y * 0.4)) - 0.875).abs() < 1e-12);
         let long = MotionLimits { reach_m: 0.6, ..limits() };
         assert!((long.least_time_s(&(x * 0.07), &(y * 0.4)) - 0.31 / 0.25).abs() < 1e-12, "the tip");
+        assert!(l.least_time_s(&(x * f64::NAN), &y).is_nan() && l.least_time_s(&x, &(y * f64::NAN)).is_nan());
     }
 
     #[test]

@@ -291,4 +291,36 @@ angle_deg = 2
             assert!(refused.to_string().contains(key), "{wrong}: {refused}");
         }
     }
+
+    #[test]
+    fn the_greatest_figures_that_make_sense_are_taken() {
+        let turned_slowly = TEXT.replacen("turn_deg_s = 45", "turn_deg_s = 4.7", 1);
+        for (text, line, most) in [
+            (TEXT, "half_angle_deg = 30", "half_angle_deg = 180"),
+            (TEXT, "speed_mm_s = 80", "speed_mm_s = 250"),
+            (TEXT, "acceleration_mm_s2 = 500", "acceleration_mm_s2 = 10000"),
+            (TEXT, "jerk_mm_s3 = 6000", "jerk_mm_s3 = 1e6"),
+            (TEXT, "turn_acceleration_deg_s2 = 90", "turn_acceleration_deg_s2 = 2000"),
+            (TEXT, "distance_mm = 15", "distance_mm = 100"),
+            (TEXT, "angle_deg = 5", "angle_deg = 20"),
+            // 0.25 m/s over 0.3 m are 47.746°/s; a figure with two digits may be 0.1 % more.
+            (TEXT, "turn_deg_s = 45", "turn_deg_s = 47.75"),
+            (&turned_slowly, "reach_mm = 300", "reach_mm = 3000"),
+            (TEXT, "min_mm = [-100, ", "min_mm = [-9500, "),
+        ] {
+            assert!(text.contains(line), "{line}");
+            let read = parse(Path::new("limits.toml"), &text.replacen(line, most, 1));
+            assert!(read.is_ok(), "{most}: {read:?}");
+        }
+        for (line, wrong, key) in [
+            ("min_mm = [-100, 200, 300]", "min_mm = [-100, 500, 300]", "box"),
+            ("min_mm = [-100, 200, 300]", "min_mm = [-100, nan, 300]", "box"),
+            ("min_mm = [-100, 200, 300]", "min_mm = [-9601, 200, 300]", "box"),
+            ("axis = [0, 0, -2]", "axis = [0, 0, 0]", "tool_cone.axis"),
+            ("axis = [0, 0, -2]", "axis = [0, 0, inf]", "tool_cone.axis"),
+        ] {
+            let refused = parse(Path::new("limits.toml"), &TEXT.replacen(line, wrong, 1)).unwrap_err();
+            assert!(refused.to_string().contains(key), "{wrong}: {refused}");
+        }
+    }
 }

@@ -61,3 +61,95 @@ fn takes_s(from: &Pose, to: &Pose, limits: &MotionLimits) -> f64 {
     let turn = so3::log(&(to.rotation * from.rotation.inverse()));
     limits.least_time_s(&(to.translation.vector - from.translation.vector), &turn)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{UnitVector3, Vector3};
+
+    /// 0.1 m/s, 0.5 rad/s; 0.4 m about the origin.
+    fn limits() -> MotionLimits {
+        MotionLimits {
+            box_m: [Vector3::repeat(-1.0), Vector3::repeat(1.0)],
+            tool_axis: UnitVector3::new_normalize(Vector3::z()),
+            cone_rad: 3.0,
+            reach_m: 0.4,
+            speed_m_s: 0.1,
+            acceleration_m_s2: 1.0,
+            jerk_m_s3: 10.0,
+            turn_rad_s: 0.5,
+            turn_acceleration_rad_s2: 5.0,
+            deviation_m: 0.01,
+            deviation_rad: 0.1,
+            start_m: 0.01,
+            start_rad: 0.1,
+        }
+    }
+
+    fn at(x_m: f64, turn_rad: f64) -> Pose {
+        Pose::new(Vector3::new(x_m, 0.2, 0.3), Vector3::new(0.0, 0.0, turn_rad))
+    }
+
+    fn after(passed_ns: i64) -> StepBudget {
+        let mut budget = StepBudget::default();
+        budget.pass(1_000);
+        assert_eq!(budget.spare_s(), 0.0, "nothing has passed before the first look at the clock");
+        budget.pass(1_000 + passed_ns);
+        budget
+    }
+
+    #[test]
+    fn time_is_saved_up_as_it_passes_and_a_clock_that_goes_back_gives_none() {
+        let mut budget = after(4_000_000);
+        assert!((budget.spare_s() - 0.004).abs() < 1e-15);
+        budget.pass(3_000_000);
+        assert!((budget.spare_s() - 0.004).abs() < 1e-15, "a millisecond back");
+        budget.pass(4_001_000);
+        assert!((budget.spare_s() - 0.004).abs() < 1e-15, "and the same millisecond again");
+        budget.pass(5_001_000);
+        assert!((budget.spare_s() - 0.005).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_step_takes_its_way_over_its_speed_and_the_rest_stays() {
+        let (from, l) = (at(0.0, 0.0), limits());
+        let mut budget = after(10_000_000);
+        // 1 mm at 0.1 m/s are 10 ms.
+        assert!(
+            budget.has_time(&from, &at(0.001, 0.0), &l) && !budget.has_time(&from, &at(0.001_001, 0.0), &l)
+        );
+        // 5 mrad at 0.5 rad/s are 10 ms; their 2 mm at the reach of 0.4 m at 250 mm/s are 8.
+        assert!(
+            budget.has_time(&from, &at(0.0, 0.005), &l) && !budget.has_time(&from, &at(0.0, 0.005_005), &l)
+        );
+        assert!(!budget.has_time(&from, &at(f64::NAN, 0.0), &l));
+        budget.spend(Some(&from), &at(0.0006, 0.0), &l, 0.004);
+        assert!((budget.spare_s() - 0.004).abs() < 1e-12, "6 of 10 ms are spent");
+        budget.spend(Some(&from), &at(0.0006, 0.0), &l, 0.004);
+        assert_eq!(budget.spare_s(), 0.0, "no debt is kept: it was refused, or is rounding");
+    }
+
+    #[test]
+    fn no_more_than_a_period_and_what_came_late_is_saved_up() {
+        let (here, l) = (at(0.0, 0.0), limits());
+        let mut budget = after(500_000_000);
+        assert!((budget.spare_s() - 0.5).abs() < 1e-12, "while nothing is sent");
+        budget.spend(Some(&here), &here, &l, 0.004);
+        assert!((budget.spare_s() - 0.016).abs() < 1e-15, "12 ms and a period of 4 ms");
+        let mut first = after(500_000_000);
+        first.spend(None, &here, &l, 0.0);
+        assert!((first.spare_s() - 0.012).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_is_too_far_is_gone_toward_for_as_long_as_there_is_time() {
+        let (from, to, l) = (at(0.1, 0.2), at(0.104, 0.21), limits());
+        let budget = after(10_000_000);
+        // 4 mm take 40 ms, a quarter of which has passed.
+        let reached = budget.toward(&from, &to, &l);
+        assert!((reached.translation.vector - at(0.101, 0.0).translation.vector).norm() < 1e-12);
+        assert!(reached.rotation.angle_to(&at(0.0, 0.2025).rotation) < 1e-12);
+        let near = at(0.1005, 0.2);
+        assert_eq!(budget.toward(&from, &near, &l), near, "5 ms: all the way");
+    }
+}

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "no test needs all of it")]
 
+pub(crate) mod liar;
+
 use nalgebra::{UnitVector3, Vector3};
 use trueline_dataset::RobotSample;
 use trueline_geometry::{Pose, so3};
