@@ -241,6 +241,7 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
         },
         bias: from.bias.as_ref(),
         held_sigmas: &held_sigmas(from.settings),
+        robot_taken: from.robot_seems.map(|_| from.robot_taken),
         widened: &|covariance| with_time_offset_widened(from, covariance),
     })?;
     let Some(StripeOutcome {
@@ -251,6 +252,9 @@ fn add_stripes(from: &Concluded<'_>, findings: &mut Findings, errors: &SeamError
     };
     let Answer { parameters, covariance, noise_covariance, observability, seam_error } =
         estimate.stripe.clone();
+    if estimate.explains_robot {
+        findings.checks.robot_seems = None;
+    }
     let (config, fit, observations) =
         (from.settings.config, &from.assessed.drift_free.fit, &from.assessed.drift_free.observations);
     let all_seen = observability.observable_components[..LINES].iter().all(|seen| *seen);

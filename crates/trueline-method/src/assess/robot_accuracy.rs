@@ -41,17 +41,13 @@ pub(crate) fn shown(
     root: &DMatrix<f64>,
     taken: RobotSigmas,
 ) -> Option<RobotSigmas> {
+    Scores::of(problem, at, root)?.shown(taken)
+}
+
+/// The strongest modes on a path of errors of the size that is assumed.
+pub(crate) fn modes(poses: &[Pose]) -> Option<RobotField> {
     let assumed = RobotSigmas::of_accuracy(ASSUMED_ROBOT_ACCURACY_M);
-    let scores = Scores::of(problem, at, root, assumed)?;
-    let [position, attitude] = [0, 1].map(|kind| scores.beside_others(kind));
-    let taken_times = [taken.position_m / assumed.position_m, taken.attitude_rad / assumed.attitude_rad];
-    if attitude.gain(taken_times[1]) > position.gain(taken_times[0]) {
-        let times = attitude.times(taken_times[1], scores.squares)?;
-        Some(RobotSigmas { attitude_rad: times * assumed.attitude_rad, ..taken })
-    } else {
-        let times = position.times(taken_times[0], scores.squares)?;
-        Some(RobotSigmas { position_m: times * assumed.position_m, ..taken })
-    }
+    Some(RobotField::new(assumed, poses)?.strongest(STRONGEST))
 }
 
 /// Eigenvalues of S and what the score is along each direction, where the other unknowns leave something of it.
@@ -92,10 +88,10 @@ impl Beside {
 }
 
 /// Observations that are looked at; of more, every so many stand for the rest, for a robot's errors change slowly along the path.
-const SAMPLE: usize = 3000;
+pub(crate) const SAMPLE: usize = 3000;
 
 /// Sums over the observations that are looked at.
-struct Scores {
+pub(crate) struct Scores {
     /// Zᵀ W r.
     score: DVector<f64>,
     /// Zᵀ W Z.
@@ -110,12 +106,7 @@ struct Scores {
 }
 
 impl Scores {
-    fn of(
-        problem: &LineProblem<'_>,
-        at: &Parameters,
-        root: &DMatrix<f64>,
-        assumed: RobotSigmas,
-    ) -> Option<Self> {
+    fn of(problem: &LineProblem<'_>, at: &Parameters, root: &DMatrix<f64>) -> Option<Self> {
         let every = problem.list.len().div_ceil(SAMPLE).max(1);
         let mut hint = 0;
         let placed: Vec<_> = problem
@@ -124,7 +115,7 @@ impl Scores {
             .filter_map(|pair| Some((pair, problem.placement(pair.0, at, &mut hint)?)))
             .collect();
         let poses: Vec<Pose> = placed.iter().map(|(_, placement)| placement.base_from_tool).collect();
-        let field = RobotField::new(assumed, &poses)?.strongest(STRONGEST);
+        let field = modes(&poses)?;
         let (modes, unknowns) = (6 * field.modes(), root.ncols());
         let mut products = RowProducts::new(modes + unknowns + 1);
         let root_rows = root.transpose();
@@ -154,7 +145,7 @@ impl Scores {
     }
 
     /// From the products of rows of modes, slopes in the root's coordinates, and residual.
-    fn from_products(
+    pub(crate) fn from_products(
         products: &DMatrix<f64>,
         modes: usize,
         known: NormalEquations,
@@ -173,6 +164,20 @@ impl Scores {
             cross: factor.solve_lower_triangular(&by_others(0, modes))?,
             squares: products[(last, last)],
         })
+    }
+
+    /// The errors that are plainly larger than those that were taken.
+    pub(crate) fn shown(&self, taken: RobotSigmas) -> Option<RobotSigmas> {
+        let assumed = RobotSigmas::of_accuracy(ASSUMED_ROBOT_ACCURACY_M);
+        let [position, attitude] = [0, 1].map(|kind| self.beside_others(kind));
+        let taken_times = [taken.position_m / assumed.position_m, taken.attitude_rad / assumed.attitude_rad];
+        if attitude.gain(taken_times[1]) > position.gain(taken_times[0]) {
+            let times = attitude.times(taken_times[1], self.squares)?;
+            Some(RobotSigmas { attitude_rad: times * assumed.attitude_rad, ..taken })
+        } else {
+            let times = position.times(taken_times[0], self.squares)?;
+            Some(RobotSigmas { position_m: times * assumed.position_m, ..taken })
+        }
     }
 
     /// What the other unknowns leave of the scores of position (0) or attitude (1).

@@ -1,8 +1,9 @@
 //! The plates' estimate beside that of the seam points, and which is the answer.
 
 use crate::assess::observability::{self, Group, Observability, RANK_THRESHOLD, Unobservable};
+use crate::assess::robot_field::RobotSigmas;
 use crate::assess::seam_error::{self, SeamErrorSources};
-use crate::assess::systematic::Systematic;
+use crate::assess::systematic::{Systematic, SystematicLevels};
 use crate::config::{Measurements, ResidualKind};
 use crate::error::Error;
 use crate::hypotheses::feature_bias::TakenBias;
@@ -21,7 +22,7 @@ use crate::stripe::planes::Planes;
 use crate::stripe::systematic::SharedErrors;
 use crate::stripe::unknowns::StripeUnknowns;
 use crate::stripe::whitening::{SharedNoise, robot_sigma_rad};
-use crate::stripe::{as_seam, planes, start, systematic, uncertainty};
+use crate::stripe::{as_seam, planes, robot_accuracy, start, systematic, uncertainty};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
 use trueline_dataset::Recording;
@@ -52,6 +53,8 @@ pub struct SeamEstimate<'a> {
     pub bias: Option<&'a TakenBias>,
     /// Components that are held and how well they are known, SI.
     pub held_sigmas: &'a [(usize, f64)],
+    /// The robot's errors without those that its residuals seem to show; `None` where they show none.
+    pub robot_taken: Option<RobotSigmas>,
     /// What the stamps leave unsaid of the time offset, added to a covariance.
     pub widened: &'a dyn Fn(DMatrix<f64>) -> DMatrix<f64>,
 }
@@ -144,9 +147,12 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         information.covariance_root(),
         seam.held_sigmas,
     );
+    let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &information, *taken).is_none());
+    let explained = Explained { taken, levels: seam.shared.levels };
     let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
-        answer(seam, &fit, &information, (&noise.covariance, &errors)).ok_or(NoPlates::Parallel)?;
-    let all = noise.covariance + errors.covariance();
+        answer(seam, &fit, &information, (&noise.covariance, &errors), &explained)
+            .ok_or(NoPlates::Parallel)?;
+    let all = noise.covariance + explained.left_of(&errors).covariance();
     let Planes { plates: planes, angles, steps } =
         planes::planes(observations, frames, fit.state(), (&all, information.null_space()));
     let apart = apart(seam, &stripe, &noise_of_seam, &errors_of_seam);
@@ -158,9 +164,36 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         noise_factor: fit.noise_factor,
         rejected: fit.rejected,
         stripes: fit.plates,
+        explains_robot: taken.is_some(),
         seam: seam.answer.clone(),
         stripe,
     })
+}
+
+/// Whether the plates explain what seemed to be errors of the robot.
+struct Explained {
+    /// The errors that it was taken to have, where they do.
+    taken: Option<RobotSigmas>,
+    /// With what it seemed to have.
+    levels: SystematicLevels,
+}
+
+impl Explained {
+    fn levels(&self) -> SystematicLevels {
+        SystematicLevels { robot: self.taken.unwrap_or(self.levels.robot), ..self.levels }
+    }
+
+    /// The errors with those of the robot as it was taken to be: of each mode three columns are of its position and three of its
+    /// attitude.
+    fn left_of(&self, errors: &Systematic) -> Systematic {
+        let mut left = errors.clone();
+        let Some(taken) = self.taken else { return left };
+        let seems = self.levels.robot;
+        let part = |taken: f64, seems: f64| if seems > 0.0 { taken / seems } else { 1.0 };
+        let parts = [part(taken.position_m, seems.position_m), part(taken.attitude_rad, seems.attitude_rad)];
+        left.robot.column_iter_mut().enumerate().for_each(|(k, mut column)| column *= parts[k / 3 % 2]);
+        left
+    }
 }
 
 /// An answer in the words of a seam, and what it owes to noise and to errors that are no noise.
@@ -176,6 +209,7 @@ fn answer(
     fit: &StripeFit<'_>,
     information: &Information,
     (noise, errors): (&DMatrix<f64>, &Systematic),
+    explained: &Explained,
 ) -> Option<InSeam> {
     let parameters = as_seam::parameters(fit.state(), &seam.answer.parameters)?;
     let slope = as_seam::slope(fit.state(), &seam.answer.parameters)?;
@@ -187,6 +221,7 @@ fn answer(
         feature_bias: carried(&errors.feature_bias),
         held: carried(&errors.held),
     };
+    let errors_of_answer = explained.left_of(&errors_of_seam);
     let noise_of_seam = &slope * noise * slope.transpose();
     let noise_covariance = (seam.widened)(noise_of_seam.clone());
     let observability = observability(seam, fit, information, &parameters);
@@ -198,8 +233,8 @@ fn answer(
             noise: &noise_of_seam,
             stamps_variance_s2: noise_covariance[(TIME_OFFSET, TIME_OFFSET)]
                 - noise_of_seam[(TIME_OFFSET, TIME_OFFSET)],
-            systematic: &errors_of_seam,
-            levels: seam.shared.levels,
+            systematic: &errors_of_answer,
+            levels: explained.levels(),
             speed_m_s: seam.settings.config.used_at.speed_m_s,
         };
         let list = seam.fit.placed.of(seam.observations);
@@ -208,7 +243,7 @@ fn answer(
     let hessian = Information::new(&model, &[], 0.0).map(|inverse| inverse.covariance());
     let seam_error = hessian.filter(|_| all_seen).and_then(|hessian| sources(&hessian));
     let answer = Answer {
-        covariance: &noise_covariance + errors_of_seam.covariance(),
+        covariance: &noise_covariance + errors_of_answer.covariance(),
         noise_covariance,
         observability,
         seam_error,

@@ -22,6 +22,7 @@ pub mod outcome;
 pub mod pictures;
 pub mod planes;
 pub mod problem;
+pub(crate) mod robot_accuracy;
 pub(crate) mod robust_moments;
 pub mod start;
 pub mod state;

@@ -85,6 +85,8 @@ pub struct StripeEstimate {
     pub rejected: usize,
     /// Stripes (and, with both, seam points) that were looked at.
     pub stripes: usize,
+    /// Whether the plates' forms explain what seemed to be errors of the robot by the seam points.
+    pub explains_robot: bool,
     /// What the seam points say.
     pub seam: Answer,
     /// What the stripes say.

@@ -69,14 +69,7 @@ pub(crate) fn systematic(
             row.add(&mut bias, &columns);
         }
         if let Some(field) = field {
-            let position = weighed.whitener * parts.d_displacement * field.sigmas.position_m;
-            let attitude = weighed.whitener * parts.d_turn * field.sigmas.attitude_rad;
-            let mut columns = DMatrix::zeros(ROWS, robot.ncols());
-            for (k, amplitude) in field.at(&placement.base_from_tool).iter().enumerate() {
-                columns.view_mut((0, 6 * k), (ROWS, 3)).copy_from(&(position * *amplitude));
-                columns.view_mut((0, 6 * k + 3), (ROWS, 3)).copy_from(&(attitude * *amplitude));
-            }
-            row.add(&mut robot, &columns);
+            row.add(&mut robot, &robot_columns(field, weighed, &parts, placement));
         }
     }
     let moved = |sum: &DMatrix<f64>| -(root * (root.transpose() * sum));
@@ -90,6 +83,23 @@ pub(crate) fn systematic(
         feature_bias: -by_bias * &bias_error.own,
         held: DMatrix::zeros(root.nrows(), 0),
     }
+}
+
+/// Whitened, how far the modes of the robot's error move the residuals of a frame, three of position and three of attitude each.
+pub(crate) fn robot_columns(
+    field: &RobotField,
+    weighed: &WeighedFrame,
+    parts: &FrameResidual,
+    placement: &Placement,
+) -> DMatrix<f64> {
+    let position = weighed.whitener * parts.d_displacement * field.sigmas.position_m;
+    let attitude = weighed.whitener * parts.d_turn * field.sigmas.attitude_rad;
+    let mut columns = DMatrix::zeros(ROWS, 6 * field.modes());
+    for (k, amplitude) in field.at(&placement.base_from_tool).iter().enumerate() {
+        columns.view_mut((0, 6 * k), (ROWS, 3)).copy_from(&(position * *amplitude));
+        columns.view_mut((0, 6 * k + 3), (ROWS, 3)).copy_from(&(attitude * *amplitude));
+    }
+    columns
 }
 
 /// The optimum with a shape, for the derivative by it.

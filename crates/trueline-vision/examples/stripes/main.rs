@@ -1,7 +1,8 @@
 //! Whole stripes against seam points on simulated cells: what is said and what is achieved, side by side; how often 95 %
 //! intervals hold the truth; how near the Cramér–Rao bound the estimates are; and what plates that are not flat do.
 //!
-//! `cargo run --release -p trueline-vision --example stripes [CELLS [FILTER]]`; only rows that hold the filter's words are made.
+//! `cargo run --release -p trueline-vision --example stripes [CELLS [FILTER]]`; only rows whose scan and use hold the filter are made:
+//! `"profiler, good 20 s"` for all of them, `"profiler, good 20 s | stripe"` for one.
 //! With `table` for a filter: what each motion shows of seam points, both plates and one flat plate, predicted and achieved.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a program for the terminal")]
 
@@ -65,6 +66,12 @@ struct Case {
     own_noise: bool,
 }
 
+impl Case {
+    fn title(&self) -> String {
+        format!("{} | {}", self.name, self.measurements.name())
+    }
+}
+
 fn main() {
     let mut arguments = std::env::args().skip(1);
     let cells: u64 = arguments.next().map_or(20, |text| text.parse().unwrap());
@@ -88,7 +95,7 @@ fn main() {
         "/said",
         "/bound"
     );
-    for case in cases().iter().chain(&bowed()).filter(|case| case.name.contains(&filter)) {
+    for case in cases().iter().chain(&bowed()).filter(|case| case.title().contains(&filter)) {
         print_row(case, &row(cells, case));
     }
 }
