@@ -1,5 +1,5 @@
 //! Plates that are not flat leave a seam point where it is, and the ± of its error as they are.
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::{Matrix3, Matrix3x6, Point3, Vector2, Vector3};
 use trueline_dataset::{Recording, Sensor};
