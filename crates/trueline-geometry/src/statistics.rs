@@ -23,3 +23,40 @@ pub fn mad_sigma(values: &[f64]) -> f64 {
     // The median of |N(0, 1)| is 0.67449.
     median(values.iter().map(|v| (v - middle).abs())).unwrap_or(0.0) / 0.674_49
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn middle(values: &[f64]) -> Option<f64> {
+        median(values.iter().copied())
+    }
+
+    #[test]
+    fn medians_and_quantiles_are_values_that_are_there() {
+        assert_eq!(middle(&[]), None);
+        assert_eq!(middle(&[7.0]), Some(7.0));
+        assert_eq!(middle(&[3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(middle(&[4.0, 1.0, 3.0, 2.0]), Some(3.0), "the upper of the middle two");
+        assert_eq!(middle(&[1e9, -5.0, 2.0, 3.0, -1e9]), Some(2.0));
+        let ten: Vec<f64> = (0..10).rev().map(f64::from).collect();
+        for (share, wanted) in
+            [(0.0, Some(0.0)), (0.25, Some(2.0)), (0.9, Some(9.0)), (0.99, Some(9.0)), (1.0, None)]
+        {
+            assert_eq!(quantile(ten.iter().copied(), share), wanted, "{share}");
+        }
+        assert_eq!(quantile(std::iter::empty(), 0.5), None);
+    }
+
+    #[test]
+    fn the_mad_sigma_is_that_of_normal_values_wherever_they_lie_and_whatever_a_few_do() {
+        // Quantiles of the standard normal at (k + ½)/9, in units of 2 about 100; two of them then far off.
+        let normal = [-1.593, -0.967, -0.589, -0.282, 0.0, 0.282, 0.589, 0.967, 1.593];
+        let mut values = normal.map(|v| 100.0 + 2.0 * v);
+        // The median of their distances from the middle is 2 · 0.589, and 0.67449 for many values.
+        assert!((mad_sigma(&values) - 2.0 * 0.589 / 0.674_49).abs() < 1e-12);
+        (values[8], values[7]) = (1e6, 1e7);
+        assert!((mad_sigma(&values) - 2.0 * 0.589 / 0.674_49).abs() < 1e-12);
+        assert_eq!((mad_sigma(&[]), mad_sigma(&[5.0]), mad_sigma(&[5.0, 5.0, 5.0])), (0.0, 0.0, 0.0));
+    }
+}

@@ -1,7 +1,7 @@
 //! Laws of rotations, poses, lines and trajectories, where such code breaks: at zero, tiny, at half a turn.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
-use nalgebra::{DMatrix, Matrix3, UnitVector3, Vector3, Vector4};
+use nalgebra::{DMatrix, Matrix3, Quaternion, UnitQuaternion, UnitVector3, Vector3, Vector4};
 use proptest::prelude::*;
 use trueline_geometry::{Line, Pose, Trajectory, fit, se3, smooth, so3};
 
@@ -34,6 +34,39 @@ fn series(matrix: &Matrix3<f64>) -> Matrix3<f64> {
         sum += term;
     }
     sum
+}
+
+/// Below a limit series are taken; they are to be as good as what they stand for, where that could be evaluated.
+#[test]
+fn series_of_small_angles_are_exact_to_rounding() {
+    let axis = Vector3::new(0.6, -0.48, 0.64);
+    for angle in [1e-9, 1e-4, 3e-3, 4.99e-3, 5.01e-3, 0.02, 1.0, 3.0] {
+        let half: f64 = 0.5 * angle;
+        let exact = UnitQuaternion::new_unchecked(Quaternion::from_parts(half.cos(), axis * half.sin()));
+        // Relative to the angle, a few eps: of the function itself, the axis' length and the norm.
+        let found = so3::exp(&(axis * angle));
+        assert!((found.imag() - exact.imag()).norm() < 1e-15 * angle, "exp of {angle}");
+        assert!((so3::log(&exact) - axis * angle).norm() < 2e-15 * angle, "log of {angle}");
+    }
+    for angle in [1e-9, 1e-4, 5e-3, 9.99e-3, 1.01e-2, 0.05, 0.0999, 0.101, 1.0, 3.0] {
+        let w = so3::hat(&(axis * angle));
+        // V = Σ [ω]×ᵏ / (k + 1)!
+        let (mut sum, mut term) = (Matrix3::identity(), Matrix3::identity());
+        for k in 2..60 {
+            term = term * w / f64::from(k);
+            sum += term;
+        }
+        let found = so3::left_jacobian(&(axis * angle));
+        // x − sin x is taken from 0.01 on and loses four digits of x²/6 there; a series loses none.
+        let lost = if angle < 1e-2 { 1e-15 } else { 5e-14 };
+        assert!((found - sum).norm() < lost, "V({angle}): {:e}", (found - sum).norm());
+        let product = so3::left_jacobian_inverse(&(axis * angle)) * sum;
+        assert!(
+            (product - Matrix3::identity()).norm() < 4e-15,
+            "V⁻¹({angle}): {:e}",
+            (product - Matrix3::identity()).norm()
+        );
+    }
 }
 
 proptest! {
