@@ -279,3 +279,14 @@ fn a_robot_that_speaks_every_20_ms_is_guided_and_at_101_percent_it_is_stopped() 
         assert_eq!(matches!(why, Phase::Stopping { why: EndReason::Overload { .. }, .. }), stops, "{why:?}");
     }
 }
+
+#[test]
+fn whether_the_controller_called_it_converged_is_that_of_the_frame_that_was_heard_last() {
+    let mut robot = Liar::new();
+    assert!(!robot.state.was_converged(), "nothing was heard");
+    robot.obeys(3);
+    for converged in [false, true, false] {
+        robot.says(PERIOD_NS, robot.obedient(), |received| received.frame.converged = converged);
+        assert_eq!(robot.state.was_converged(), converged);
+    }
+}
