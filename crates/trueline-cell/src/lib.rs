@@ -43,6 +43,8 @@ mod camera_recorder;
 mod camera_source;
 mod cell;
 mod cell_recording;
+#[cfg(feature = "gige")]
+mod drawing_time;
 pub mod entries;
 mod error;
 mod frame_stamper;

@@ -1,5 +1,6 @@
 //! What a camera or a profiler sees that a simulated robot carries: drawn from where that robot truly is at each exposure.
 
+use crate::drawing_time::late_pictures;
 use std::net::SocketAddr;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -146,24 +147,10 @@ impl SimulatedScene {
         }
     }
 
-    /// What to do about it if drawing takes too long on this machine, which is measured with the robot at a pose: a picture has to be drawn
-    /// before its first packet is due, and before the next one.
+    /// What to do about it if drawing takes too long on this machine, which is measured with the robot at a pose: see [`late_pictures`].
     #[must_use]
     pub fn slow_drawing(&mut self, base_from_tool: &Pose, settings: &DeviceSettings) -> Option<String> {
-        let takes_ms = self.drawing_time(base_from_tool).as_secs_f64() * 1e3;
-        let (allowed_ms, latency_ms) =
-            (1e3 * (settings.readout_s + settings.latency_s), 1e3 * settings.latency_s);
-        let (period_ms, fps) = (1e3 * settings.period_s, 1.0 / settings.period_s);
-        if takes_ms <= 0.7 * allowed_ms && takes_ms <= 0.7 * period_ms {
-            return None;
-        }
-        Some(format!(
-            "a picture takes {takes_ms:.0} ms to draw on this machine, and has {allowed_ms:.0} ms (--readout-ms and --latency-ms) and \
-             {period_ms:.0} ms between pictures (--fps); those that are late are dropped. --latency-ms {:.0} and --fps {:.1} leave \
-             room; a smaller picture in sensor.toml is drawn faster",
-            (2.0 * takes_ms).max(latency_ms),
-            (500.0 / takes_ms).min(fps),
-        ))
+        late_pictures(self.drawing_time(base_from_tool), settings)
     }
 
     fn drawing_time(&mut self, base_from_tool: &Pose) -> Duration {

@@ -11,7 +11,7 @@ use serde_json::Value;
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::thread;
 use std::time::Duration;
 
@@ -99,6 +99,13 @@ impl Cell {
         arguments.extend(more);
         start(folder, &arguments)
     }
+
+    fn record(&self, folder: &Path, more: &[&str]) -> Output {
+        let (pc, camera) = (self.pc.as_str(), self.camera.as_str());
+        let both =
+            ["record", "--bind", pc, "--camera", camera, "--sensor", "plan/sensor.toml", "--out", "rec"];
+        trueline(folder, &[&both[..], more].concat())
+    }
 }
 
 fn calibrated(folder: &Path, recording: &str) -> Value {
@@ -148,22 +155,7 @@ fn a_stream_is_recorded_and_calibrates_to_what_was_put_in() {
     let cell = Cell::new(1);
     let _camera = cell.camera(dir.path(), &[]);
     let _robot = cell.robot(dir.path(), &["--rest-s", "1.5"]);
-    let recorded = trueline(
-        dir.path(),
-        &[
-            "record",
-            "--bind",
-            &cell.pc,
-            "--camera",
-            &cell.camera,
-            "--sensor",
-            "plan/sensor.toml",
-            "--out",
-            "rec",
-            "--for-s",
-            "15",
-        ],
-    );
+    let recorded = cell.record(dir.path(), &["--for-s", "15"]);
     assert_eq!(recorded.status.code(), Some(0), "{}", words(&recorded));
     assert!(words(&recorded).contains("estimate: time offset"), "{}", words(&recorded));
     let offset_s = truth(dir.path())["time_offset_s"].as_float().unwrap();
@@ -182,23 +174,7 @@ fn profiles_over_the_network_are_recorded_and_calibrate_to_what_was_put_in() {
     let cell = Cell::new(5);
     let _camera = cell.camera(dir.path(), &["--profiles-per-frame", "3"]);
     let _robot = cell.robot(dir.path(), &["--rest-s", "1.5"]);
-    let (pc, camera) = (cell.pc.as_str(), cell.camera.as_str());
-    let recorded = trueline(
-        dir.path(),
-        &[
-            "record",
-            "--bind",
-            pc,
-            "--camera",
-            camera,
-            "--sensor",
-            "plan/sensor.toml",
-            "--out",
-            "rec",
-            "--for-s",
-            "15",
-        ],
-    );
+    let recorded = cell.record(dir.path(), &["--for-s", "15"]);
     assert_eq!(recorded.status.code(), Some(0), "{}", words(&recorded));
     assert!(words(&recorded).contains(" profiles in "), "{}", words(&recorded));
     let offset_s = truth(dir.path())["time_offset_s"].as_float().unwrap();
@@ -278,20 +254,7 @@ fn a_recording_goes_on_with_the_robot_when_the_camera_is_unplugged() {
     let cell = Cell::new(3);
     let _camera = cell.camera(dir.path(), &["--unplug-at-s", "6"]);
     let _robot = cell.robot(dir.path(), &["--rest-s", "1"]);
-    let recorded = trueline(
-        dir.path(),
-        &[
-            "record",
-            "--bind",
-            &cell.pc,
-            "--camera",
-            &cell.camera,
-            "--sensor",
-            "plan/sensor.toml",
-            "--out",
-            "rec",
-        ],
-    );
+    let recorded = cell.record(dir.path(), &[]);
     assert_eq!(recorded.status.code(), Some(1), "{}", words(&recorded));
     assert!(words(&recorded).contains("the camera went away 1 times"), "{}", words(&recorded));
     let unpacked = trueline(dir.path(), &["import", "mcap", "rec/recording.mcap", "--out", "kept"]);
@@ -309,20 +272,7 @@ fn a_sensor_file_of_another_size_is_refused_before_anything_is_recorded() {
     let dir = tempfile::tempdir().unwrap();
     write_plan(dir.path());
     let cell = Cell::new(4);
-    let none = trueline(
-        dir.path(),
-        &[
-            "record",
-            "--bind",
-            &cell.pc,
-            "--camera",
-            &cell.camera,
-            "--sensor",
-            "plan/sensor.toml",
-            "--out",
-            "rec",
-        ],
-    );
+    let none = cell.record(dir.path(), &[]);
     assert_eq!(none.status.code(), Some(2));
     assert!(words(&none).contains("no camera answers"), "{}", words(&none));
     let wide = fs::read_to_string(dir.path().join("plan/sensor.toml"))
@@ -336,4 +286,27 @@ fn a_sensor_file_of_another_size_is_refused_before_anything_is_recorded() {
     );
     assert_eq!(other.status.code(), Some(2), "{}", words(&other));
     assert!(!dir.path().join("rec").exists());
+}
+
+#[test]
+fn a_simulated_camera_says_which_latency_drawing_takes_on_this_machine() {
+    let dir = tempfile::tempdir().unwrap();
+    write_plan(dir.path());
+    let (truth, address) = (address(), camera_address(6));
+    let shown = |readout_ms: &str, latency_ms: &str| {
+        let asked =
+            ["--readout-ms", readout_ms, "--latency-ms", latency_ms, "--fps", "0.02", "--for-s", "0.1"];
+        let camera = ["camera-sim", "plan", "--robot-truth", &truth, "--address", &address];
+        let output = trueline(dir.path(), &[&camera[..], &asked].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+        words(&output)
+    };
+    // No machine draws in no time at all, and every one does within 30 s.
+    let late = shown("0", "0");
+    assert!(
+        late.contains("to draw on this machine, and has 0 ms") && late.contains("--latency-ms "),
+        "{late}"
+    );
+    let in_time = shown("0", "30000");
+    assert!(!in_time.contains("to draw on this machine"), "{in_time}");
 }
