@@ -1,5 +1,6 @@
 //! Several recordings of one sensor as one: the same time offset and hand-eye transform, each with its own lines.
 
+use crate::picture_rows::{self, FramesDisagree};
 use crate::recording::{Recording, Sensor};
 use std::collections::BTreeMap;
 
@@ -24,6 +25,14 @@ pub enum JoinError {
         /// The kind of the first.
         expected: &'static str,
     },
+    /// Stripes and seam points that count their pictures differently.
+    #[error("in recording {index} {frames}, more than a picture apart")]
+    FramesDisagree {
+        /// Which, from 0.
+        index: usize,
+        /// Where.
+        frames: FramesDisagree,
+    },
 }
 
 /// A joined recording, and what was done to the stamps.
@@ -36,11 +45,15 @@ pub struct Joined {
 }
 
 /// Joins recordings in the order of time. The lines of each are its own: the part may have been moved in between. Where two overlap in
-/// time, or clocks began anew, both streams of the later one are shifted by the same amount, which changes no time offset.
+/// time, or clocks began anew, both streams of the later one are shifted by the same amount, which changes no time offset. Stripes get the
+/// stamps of the seam points of their pictures, for counts of frames are not kept.
 ///
 /// # Errors
-/// Different sensors, or nothing to join.
-pub fn join(recordings: Vec<Recording>) -> Result<Joined, JoinError> {
+/// Different sensors, stripes and seam points that count differently, or nothing to join.
+pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
+    for (index, recording) in recordings.iter_mut().enumerate() {
+        picture_rows::stamp_alike(recording).map_err(|frames| JoinError::FramesDisagree { index, frames })?;
+    }
     let mut rest = recordings.into_iter();
     let mut recording = rest.next().ok_or(JoinError::Nothing)?;
     let mut shifted = Vec::new();

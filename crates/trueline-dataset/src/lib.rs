@@ -37,6 +37,7 @@ pub mod laser_channel;
 mod parquet_pages;
 pub mod picture_names;
 pub mod picture_poses_csv;
+pub mod picture_rows;
 mod picture_size;
 mod picture_source;
 mod problem_hint;

@@ -227,11 +227,22 @@ fn stripes_and_seam_points_of_one_frame_are_one_picture_whatever_their_stamps() 
     };
     assert_eq!(outcome(&stamped_apart), outcome(&as_recorded));
     assert_eq!(stamped_apart.best_fit(), as_recorded.best_fit());
+    // Joined recordings have no numbers; their stripes and seam points are paired before.
+    let other = scan_plates(&scenario, &Plates::default(), 8).unwrap();
+    let joined = Recording {
+        truth: recording.truth.clone(),
+        ..join(vec![recording.clone(), other.clone()]).unwrap().recording
+    };
+    let of_both = outcome(&calibrated(&joined, &with(Measurements::Both, SensorMode::Fixed)));
+    let of_other = outcome(&calibrated(&other, &with(Measurements::Both, SensorMode::Fixed)));
+    assert_eq!(of_both, (outcome(&as_recorded).0 + of_other.0, outcome(&as_recorded).1 + of_other.1));
     // More than a picture later they are another picture.
     recording.stripes.iter_mut().for_each(|stripe| stripe.stamp_ns += 100_000_000);
     let truth = recording.truth.as_ref().unwrap().parameters;
     let refused = calibrate(&recording, Some(&truth), &with(Measurements::Both, SensorMode::Fixed));
     assert!(matches!(refused.unwrap_err(), Error::FramesDisagree { .. }));
+    let not_joined = join(vec![other, recording]).unwrap_err().to_string();
+    assert!(not_joined.contains("in recording 1 frame "), "{not_joined}");
 }
 
 /// Of two scans one shows no plates: its seam points stand for them, and say what they say alone.

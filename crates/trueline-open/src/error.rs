@@ -67,6 +67,9 @@ impl OpenError {
             Self::Import(error) => return error.hint(),
             Self::Pictures(error) => return hint_of_pictures(error),
             Self::Detector { error, .. } => error.hint(),
+            Self::Join(JoinError::FramesDisagree { .. }) => {
+                "both tables must count the same pictures, or leave the column `frame` out of one of them"
+            }
             Self::Join(_) => "scans of different sensors, or set-ups, are calibrated one by one",
         };
         hint.to_owned()

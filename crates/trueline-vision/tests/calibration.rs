@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::Vector2;
-use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource};
+use trueline_dataset::{Error, FrameStamp, GrayImage, Guess, PictureSource};
 use trueline_geometry::so3;
-use trueline_method::{Config, calibrate};
+use trueline_method::{Calibration, Config, Measurements, calibrate};
 use trueline_sim::{Joint as Scene, Look, PictureScan, Preset, Scenario, SensorModel, simulate};
 use trueline_vision::{Detector, Joint, find_seams};
 
@@ -41,14 +41,55 @@ fn scenario() -> Scenario {
     scenario
 }
 
-fn pictures(scenario: &Scenario, scene: Scene, seed: u64) -> Pictures {
-    let scan = PictureScan::new(scenario, scene, Look::speckled(), seed).unwrap();
+fn pictures(scenario: &Scenario, scene: Scene, look: Look, seed: u64) -> Pictures {
+    let scan = PictureScan::new(scenario, scene, look, seed).unwrap();
     let mut renderer = scan.renderer();
     let draw = |exposed: &trueline_sim::Exposed| {
         let stamp = FrameStamp { stamp_ns: exposed.stamp_ns, frame: exposed.frame, device_ns: None };
         (stamp, scan.draw(&mut renderer, exposed).image)
     };
     Pictures(scan.exposures().iter().map(draw).collect())
+}
+
+/// The errors of offset, rotation and translation, each in its own sigma.
+fn z(result: &Calibration, truth: &Guess) -> Vec<f64> {
+    let offset = result.time_offset().unwrap();
+    let hand_eye = result.tool_from_camera().unwrap();
+    let (found, true_one) = (hand_eye.tool_from_camera, truth.tool_from_camera);
+    let turned = so3::log(&(found.rotation * true_one.rotation.inverse()));
+    let moved = found.translation.vector - true_one.translation.vector;
+    let mut z = vec![(offset.value_s - truth.time_offset_s) / offset.sigma_s.unwrap()];
+    let variances = hand_eye.covariance.diagonal();
+    let errors = turned.iter().chain(moved.iter()).zip(variances.iter());
+    z.extend(errors.map(|(error, variance)| error / variance.sqrt()));
+    println!("    {:?}, z {z:.1?}, moved {:.3?} mm", result.status(), (moved * 1e3).as_slice());
+    z
+}
+
+/// With noise alone in their ±, and beside the seam points of the same pictures.
+#[test]
+fn whole_stripes_of_pictures_with_speckle_and_mirrors_calibrate_within_four_sigma_and_agree() {
+    let scenario = scenario();
+    let corner = Scene::Corner { opening_rad: std::f64::consts::FRAC_PI_2 };
+    for (scene, look, seed) in [
+        (Scene::fillet(), Look::speckled(), 1),
+        (Scene::fillet(), Look::shiny(), 2),
+        (corner, Look::speckled(), 3),
+    ] {
+        let mut data = simulate(&scenario, seed).unwrap();
+        let detector = Detector::for_sensor(&data.sensor).unwrap();
+        let scan = find_seams(&pictures(&scenario, scene, look, seed), &detector, None, &()).unwrap();
+        (data.features, data.stripes) = (scan.features(), scan.stripes());
+        let truth = data.truth.take().unwrap().parameters;
+        let config = Config { measurements: Measurements::Stripe, ..Config::noise_only() };
+        let result = calibrate(&data, None, &config).unwrap();
+        let z = z(&result, &truth);
+        assert!(z.iter().all(|z| z.abs() < 4.0), "{scene:?}: z {z:.2?}");
+        let stripes = result.findings.stripes.as_ref().unwrap();
+        let apart = stripes.estimate.as_ref().unwrap().sigmas_apart.unwrap();
+        println!("    {} of {} frames with both plates, {apart:.1} apart", stripes.with_both, stripes.frames);
+        assert!(apart < 3.0, "{scene:?}: {apart}");
+    }
 }
 
 #[test]
@@ -70,24 +111,16 @@ fn a_scan_of_each_target_calibrates_to_within_four_sigma() {
     {
         let mut data = simulate(&scenario, seed as u64).unwrap();
         let detector = Detector::for_sensor(&data.sensor).unwrap();
-        let scan = find_seams(&pictures(&scenario, scene, seed as u64), &detector, None, &()).unwrap();
+        let scan =
+            find_seams(&pictures(&scenario, scene, Look::speckled(), seed as u64), &detector, None, &());
+        let scan = scan.unwrap();
         let found = scan.detections().count();
         println!("{joint:?}: {found} of {} pictures, as {:?}", scan.frames.len(), scan.joint);
         assert_eq!(scan.joint, joint, "{scene:?}");
         assert!(found * 5 >= scan.frames.len() * 3, "{joint:?}: {found} of {}", scan.frames.len());
         data.features = scan.features();
         let truth = data.truth.take().unwrap().parameters;
-        let result = calibrate(&data, None, &Config::default()).unwrap();
-        let offset = result.time_offset().unwrap();
-        let hand_eye = result.tool_from_camera().unwrap();
-        let (found, true_one) = (hand_eye.tool_from_camera, truth.tool_from_camera);
-        let turned = so3::log(&(found.rotation * true_one.rotation.inverse()));
-        let moved = found.translation.vector - true_one.translation.vector;
-        let mut z = vec![(offset.value_s - truth.time_offset_s) / offset.sigma_s.unwrap()];
-        let variances = hand_eye.covariance.diagonal();
-        let errors = turned.iter().chain(moved.iter()).zip(variances.iter());
-        z.extend(errors.map(|(error, variance)| error / variance.sqrt()));
-        println!("    {:?}, z {z:.1?}, moved {:.3?} mm", result.status(), (moved * 1e3).as_slice());
+        let z = z(&calibrate(&data, None, &Config::default()).unwrap(), &truth);
         assert!(z.iter().all(|z| z.abs() < 4.0), "{joint:?}: z {z:.2?}");
     }
 }

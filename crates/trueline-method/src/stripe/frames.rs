@@ -4,9 +4,9 @@ use crate::assess::tilt_bias::sheet_per_px;
 use crate::config::{Config, Measurements};
 use crate::error::Error;
 use crate::input::observations::{Observation, Observations};
-use crate::stripe::pictures::Pictures;
 use nalgebra::{Matrix2, Vector2};
 use std::collections::BTreeMap;
+use trueline_dataset::picture_rows::{FramesDisagree, PicturesOfRows};
 use trueline_dataset::{Measured, PlateStripe, Recording, Sensor};
 
 /// One support point.
@@ -80,7 +80,7 @@ const USUAL_SIGMA_PX: f64 = 0.3;
 /// seam point, and so does every frame of a joint whose plates are not seen.
 ///
 /// # Errors
-/// As [`Pictures::of`].
+/// [`Error::FramesDisagree`].
 pub fn frames(
     recording: &Recording,
     observations: &Observations,
@@ -88,7 +88,8 @@ pub fn frames(
     config: &Config,
 ) -> Result<StripeFrames, Error> {
     let usual_m = config.feature_sigma_m / USUAL_SIGMA_PX;
-    let (pictures, stamps) = (Pictures::of(recording)?, Stamps::of(recording, observations));
+    let (pictures, stamps) =
+        (PicturesOfRows::of(recording).map_err(disagree)?, Stamps::of(recording, observations));
     let mut seen: BTreeMap<(i64, usize), Seen<'_>> = BTreeMap::new();
     for stripe in &recording.stripes {
         let (joint, plate) = (stripe.plate as usize / 2, stripe.plate as usize % 2);
@@ -118,6 +119,11 @@ pub fn frames(
     }
     frames.list.sort_by(|a, b| a.stamp_s.total_cmp(&b.stamp_s));
     Ok(frames)
+}
+
+fn disagree(FramesDisagree { frame, feature_ns, stripe_ns }: FramesDisagree) -> Error {
+    let [feature_s, stripe_s] = [feature_ns, stripe_ns].map(|ns| ns as f64 * 1e-9);
+    Error::FramesDisagree { frame, feature_s, stripe_s }
 }
 
 /// Which plates each joint has; the few stripes of another are left out.

@@ -19,7 +19,6 @@ pub mod frames;
 pub mod freed;
 pub mod no_plates;
 pub mod outcome;
-pub mod pictures;
 pub mod planes;
 pub mod problem;
 pub(crate) mod robot_accuracy;

@@ -1,0 +1,102 @@
+//! Which stripes and seam points belong to one picture.
+//!
+//! Where every row counts its frames, the number says it: the two tables may be stamped by programs of their own. A counter that
+//! starts again is no name of a picture, and then, as where nothing is counted, rows of one stamp belong together.
+
+use crate::recording::{Feature, PlateStripe, Recording};
+use std::collections::BTreeMap;
+use trueline_geometry::statistics::median;
+
+/// How the pictures of a recording are told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PicturesOfRows {
+    /// By the number of their frame.
+    Counted,
+    /// By their stamp.
+    Stamped,
+}
+
+/// A frame is more than a picture later in one table than in the other: they count differently.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "frame {frame} is stamped {feature_ns} ns among the seam points and {stripe_ns} ns among the stripes"
+)]
+pub struct FramesDisagree {
+    /// Which frame.
+    pub frame: u64,
+    /// Its stamp among the seam points, ns.
+    pub feature_ns: i64,
+    /// Its stamp among the stripes, ns.
+    pub stripe_ns: i64,
+}
+
+impl PicturesOfRows {
+    /// As the rows of a recording allow.
+    ///
+    /// # Errors
+    /// [`FramesDisagree`].
+    pub fn of(recording: &Recording) -> Result<Self, FramesDisagree> {
+        Ok(if counted(recording)?.is_some() { Self::Counted } else { Self::Stamped })
+    }
+
+    /// What names the picture of a stripe.
+    #[must_use]
+    pub fn of_stripe(self, stripe: &PlateStripe) -> i64 {
+        self.name(stripe.frame, stripe.stamp_ns)
+    }
+
+    /// What names the picture of a seam point.
+    #[must_use]
+    pub fn of_feature(self, feature: &Feature) -> i64 {
+        self.name(feature.frame, feature.stamp_ns)
+    }
+
+    fn name(self, frame: Option<u64>, stamp_ns: i64) -> i64 {
+        match (self, frame) {
+            (Self::Counted, Some(frame)) => frame.cast_signed(),
+            _ => stamp_ns,
+        }
+    }
+}
+
+/// Gives the stripes of counted pictures the stamps of their seam points, so that they are paired without the count as well.
+///
+/// # Errors
+/// [`FramesDisagree`].
+pub(crate) fn stamp_alike(recording: &mut Recording) -> Result<(), FramesDisagree> {
+    let Some(stamps) = counted(recording)? else { return Ok(()) };
+    for stripe in &mut recording.stripes {
+        if let Some(stamp_ns) = stripe.frame.and_then(|frame| stamps.get(&frame)) {
+            stripe.stamp_ns = *stamp_ns;
+        }
+    }
+    Ok(())
+}
+
+/// The stamps of the seam points' frames; `None` where pictures are not counted.
+fn counted(recording: &Recording) -> Result<Option<BTreeMap<u64, i64>>, FramesDisagree> {
+    let features = stamps(recording.features.iter().map(|feature| (feature.frame, feature.stamp_ns)));
+    let stripes = stamps(recording.stripes.iter().map(|stripe| (stripe.frame, stripe.stamp_ns)));
+    let (Some(features), Some(stripes)) = (features, stripes) else { return Ok(None) };
+    let mut times: Vec<i64> = stripes.values().copied().collect();
+    times.sort_unstable();
+    let period_ns = median(times.windows(2).map(|pair| (pair[1] - pair[0]) as f64)).unwrap_or(0.0);
+    for (&frame, &stripe_ns) in &stripes {
+        let Some(&feature_ns) = features.get(&frame) else { continue };
+        if (feature_ns - stripe_ns).abs() as f64 > period_ns {
+            return Err(FramesDisagree { frame, feature_ns, stripe_ns });
+        }
+    }
+    Ok(Some(features))
+}
+
+/// The stamp of each frame; `None` where a row has no number, or one number has two stamps.
+fn stamps(rows: impl Iterator<Item = (Option<u64>, i64)>) -> Option<BTreeMap<u64, i64>> {
+    let mut stamps = BTreeMap::new();
+    for (frame, stamp_ns) in rows {
+        if *stamps.entry(frame?).or_insert(stamp_ns) != stamp_ns {
+            return None;
+        }
+    }
+    Some(stamps)
+}
