@@ -113,6 +113,22 @@ fn a_bent_plate_is_followed_to_its_edge() {
     }
 }
 
+/// The lower plate is bright, so that its stripe is twice as thick: a step of less than four of its thicknesses, 94 px of it. The flank
+/// on the side that is away from it ends where the upper plate does.
+#[test]
+fn a_step_that_is_small_for_the_stripe_on_a_bright_lower_plate_is_a_lap() {
+    for seed in 0..4 {
+        let upper = Stroke::new(CORNER, 180.0, 500.0, 1.8);
+        let lower =
+            Stroke { brightness: 1.4, ..Stroke::new([CORNER[0] + 8.0, CORNER[1] - 10.0], 0.0, 94.0, 4.0) };
+        let [off_px, sigmas] = off(&mut paper(&[upper, lower], seed), Joint::Lap, CORNER);
+        assert!(off_px < 3.0 && sigmas < 4.5, "seed {seed}: {off_px:.2} px, {sigmas:.1} sigma");
+        // On one line they are one plate with a dark spot.
+        let same = Stroke { from: [lower.from[0], CORNER[1] - 3.0], ..lower };
+        paper(&[upper, same], seed).seam(&mut detector(SIZE), Joint::Lap).expect_err("no step");
+    }
+}
+
 /// Where the middle of such a stripe is nobody can say: the uncertainty says that.
 #[test]
 fn a_tail_on_one_side_is_in_the_uncertainty() {

@@ -17,6 +17,7 @@ const BOTH_GAPS_PX: f64 = 160.0;
 /// An arm is as long as so many thicknesses of the stripe, and so many px where the stripe is thin.
 const NEEDED_SIGMAS: f64 = 25.0;
 const NEEDED_PX: f64 = 80.0;
+const SHOWN_SIGMAS: f64 = 12.5;
 /// Distance along an arm at which its side is judged, px.
 const SIDE_PX: f64 = 200.0;
 
@@ -57,6 +58,13 @@ pub(crate) fn are_alike(a: &LineSegment, b: &LineSegment) -> bool {
 #[must_use]
 pub(crate) fn is_long(continuous_px: f64, sigma_px: f64) -> bool {
     continuous_px + TILE as f64 >= needed_px(sigma_px)
+}
+
+/// Whether a continuous stretch is long enough to tell that there is another plate, on which nothing is measured: where it is
+/// brighter its stripe is thicker.
+#[must_use]
+pub(crate) fn shows_plate(continuous_px: f64, sigma_px: f64) -> bool {
+    continuous_px + TILE as f64 >= (SHOWN_SIGMAS * sigma_px).max(NEEDED_PX)
 }
 
 /// Two segments that may form a corner.

@@ -1,7 +1,7 @@
 //! The edge of a lap joint: where the stripe on the upper plate ends.
 
 use crate::evidence::Evidence;
-use crate::joint::arm_pair::{are_alike, is_long};
+use crate::joint::arm_pair::{are_alike, is_long, shows_plate};
 use crate::joint::end_face::{Face, FaceFinder};
 use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
 use crate::lens::Lens;
@@ -18,7 +18,7 @@ use nalgebra::Vector2;
 const PARALLEL: f64 = 0.15;
 /// The lower stripe begins within this of the upper one's end, px along it.
 const APART_PX: f64 = 400.0;
-/// The stripes lie at least this many thicknesses beside each other.
+/// The lower stripe lies at least this many thicknesses of the upper one beside it.
 const STEP_SIGMAS: f64 = 4.0;
 
 /// The two plates of a lap.
@@ -102,14 +102,17 @@ fn plates(segments: &[LineSegment], [upper, lower]: [usize; 2], lens: &Lens) -> 
     let line = Line2 { point: edge, along };
     let b_forward = line.along.dot(&b.line.along) > 0.0;
     let continuous_px = [a.continuous_from_end_px(forward), b.continuous_from_end_px(!b_forward)];
-    if !is_long(continuous_px[0], a.sigma_px) || !is_long(continuous_px[1], b.sigma_px) || !are_alike(a, b) {
+    if !is_long(continuous_px[0], a.sigma_px)
+        || !shows_plate(continuous_px[1], b.sigma_px)
+        || !are_alike(a, b)
+    {
         return None;
     }
     let (start, end) = (line.station(&b0).min(line.station(&b1)), line.station(&b0).max(line.station(&b1)));
     // The lower stripe lies ahead, not beside: what lies beside is a ghost.
     let ahead = end > 0.3 * a.span()[1].min(60.0) && start.abs() < APART_PX && start > -0.3 * (end - start);
     let step = line.distance(&line_point_at(b, &line, start.max(0.0)));
-    let beside = step.abs() > STEP_SIGMAS * a.sigma_px.max(b.sigma_px);
+    let beside = step.abs() > STEP_SIGMAS * a.sigma_px;
     let sheet = |ideal: &Vector2<f64>| lens.on_sheet(ideal).map(|(point, _)| point);
     let (sa0, sa1) = (sheet(&a0)?, sheet(&a1)?);
     let (sb0, sb1) = (sheet(&b0)?, sheet(&b1)?);
