@@ -105,6 +105,28 @@ fn a_region_a_rate_an_exposure_and_a_format_are_set() {
 }
 
 #[test]
+fn packed_pictures_arrive_as_they_were() {
+    let host = HostClock::start();
+    for pixel in PixelFormat::PACKED {
+        let settings = patient(2);
+        let device = start(&settings, host);
+        let wanted = GigeSettings { width: Some(168), height: Some(98), pixel, ..asked(&settings) };
+        let mut camera = GigeCamera::open(&wanted, host).unwrap();
+        let frames = take(&mut camera, 3);
+        let sent = facts(&device, &frames);
+        for frame in &frames {
+            let whole = widened(&known(320, 240, fact(&sent, frame).exposure_start_ns), pixel);
+            let trueline_dataset::Pixels::Sixteen(whole) = whole.pixels else { panic!("widened") };
+            let image = frame.image.as_ref().unwrap();
+            let trueline_dataset::Pixels::Sixteen(cut) = &image.pixels else { panic!("{pixel}") };
+            for (row, line) in cut.chunks_exact(168).enumerate() {
+                assert_eq!(line, &whole[row * 320..row * 320 + 168], "{pixel}, row {row}");
+            }
+        }
+    }
+}
+
+#[test]
 fn lost_packets_are_sent_again() {
     let host = HostClock::start();
     let settings = DeviceSettings { loss: 0.01, ..patient(3) };

@@ -137,7 +137,10 @@ fn what_the_camera_cannot_do_is_said_with_what_it_can() {
     let device = start(&settings, host);
     let refused = |settings: GigeSettings| GigeCamera::open(&settings, host).err().unwrap();
     let error = refused(GigeSettings { pixel: PixelFormat::Mono10, ..asked(&settings) });
-    assert_eq!(error.to_string(), "pictures are wanted as Mono10, the camera offers Mono8, Mono12, Mono16");
+    assert_eq!(
+        error.to_string(),
+        "pictures are wanted as Mono10, the camera offers Mono8, Mono12, Mono10p, Mono12p, Mono10Packed, Mono12Packed, Mono16"
+    );
     let error = refused(GigeSettings { width: Some(4000), ..asked(&settings) });
     assert!(matches!(&error, CameraError::Feature { name, .. } if name == "Width"), "{error}");
     let error = refused(GigeSettings { exposure_us: Some(1e9), ..asked(&settings) });

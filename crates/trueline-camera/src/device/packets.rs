@@ -75,9 +75,13 @@ fn add_chunks(payload: &mut Vec<u8>, device_ns: i64, exposure_s: f64, chunks: Ch
 
 /// What lies beyond the sensor is black.
 fn bytes(image: &GrayImage, wanted: &Wanted, format: PixelFormat) -> Vec<u8> {
+    if PixelFormat::PACKED.contains(&format) {
+        let whole = bytes(image, wanted, PixelFormat::Mono16);
+        return packed(whole.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])), format);
+    }
     let [width, height] = wanted.size.map(|px| px as usize);
     let [left, top] = wanted.offset.map(|px| px as usize);
-    let row_bytes = width * format.bytes();
+    let row_bytes = format.bytes_of(width).unwrap_or_default();
     let mut bytes = vec![0; row_bytes * height];
     if row_bytes == 0 {
         return bytes;
@@ -109,6 +113,39 @@ fn bytes(image: &GrayImage, wanted: &Wanted, format: PixelFormat) -> Vec<u8> {
             }
             (Pixels::Sixteen(levels), _) => fill(line, levels[pixels].iter().copied(), format),
         }
+    }
+    bytes
+}
+
+/// Levels of 16 bits one after the other in a format whose bits share bytes.
+fn packed(levels: impl Iterator<Item = u16>, format: PixelFormat) -> Vec<u8> {
+    let bits = format.bits();
+    let levels: Vec<u16> = levels.map(|level| level >> (16 - bits)).collect();
+    let mut bytes = Vec::new();
+    if matches!(format, PixelFormat::Mono10Packed | PixelFormat::Mono12Packed) {
+        let low = bits - 8;
+        for pair in levels.chunks(2) {
+            let [first, second] = [pair[0], pair.get(1).copied().unwrap_or_default()];
+            let lowest = |level: u16| level & ((1 << low) - 1);
+            bytes.push((first >> low) as u8);
+            bytes.push((lowest(first) | lowest(second) << 4) as u8);
+            if pair.len() == 2 {
+                bytes.push((second >> low) as u8);
+            }
+        }
+        return bytes;
+    }
+    let (mut waiting, mut count) = (0_u32, 0);
+    for level in levels {
+        waiting |= u32::from(level) << count;
+        count += bits;
+        while count >= 8 {
+            bytes.push(waiting as u8);
+            (waiting, count) = (waiting >> 8, count - 8);
+        }
+    }
+    if count > 0 {
+        bytes.push(waiting as u8);
     }
     bytes
 }

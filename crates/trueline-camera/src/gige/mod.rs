@@ -8,6 +8,7 @@ mod discovery;
 mod errors;
 mod features;
 mod latch;
+mod packed;
 mod picture;
 mod ptp;
 mod scan3d;

@@ -1,5 +1,6 @@
 //! A picture out of what came.
 
+use super::packed;
 use super::settings::PixelFormat;
 use super::stamps::Packets;
 use crate::frame_source::FrameStatus;
@@ -64,7 +65,7 @@ fn status(frame: &Frame, packets: Option<&Packets>, session: Session) -> FrameSt
         return FrameStatus::Complete;
     }
     let [width, height] = session.size.map(|px| px as usize);
-    let bytes_of_all = width.saturating_mul(height).saturating_mul(session.format.bytes());
+    let bytes_of_all = session.format.bytes_of(width.saturating_mul(height)).unwrap_or(usize::MAX);
     let missing_bytes = bytes_of_all.saturating_sub(frame.received_size);
     let bytes = packets.map_or(0, |packets| packets.most_bytes).max(1);
     // At least one: the leader or the end of the picture may be all that is missing.
@@ -81,7 +82,12 @@ fn image(data: &[u8], frame: &Frame, session: Session) -> Option<GrayImage> {
 #[must_use]
 pub fn gray_image(data: &[u8], size: [u32; 2], format: PixelFormat, padding: usize) -> Option<GrayImage> {
     let [width, height] = size.map(|px| px as usize);
-    let row = width.checked_mul(format.bytes())?;
+    if padding == 0 && PixelFormat::PACKED.contains(&format) {
+        // Bits go on from one line to the next where a line ends within a byte.
+        let levels = packed::levels(data, width.checked_mul(height)?, format)?;
+        return Some(GrayImage { width, height, pixels: Pixels::Sixteen(levels) });
+    }
+    let row = format.bytes_of(width)?;
     let stride = row.checked_add(padding)?;
     if data.len() < stride.checked_mul(height)?.saturating_sub(padding) || stride == 0 {
         return None;
@@ -90,6 +96,10 @@ pub fn gray_image(data: &[u8], size: [u32; 2], format: PixelFormat, padding: usi
     let pixels = match format {
         PixelFormat::Mono8 if padding == 0 => Pixels::Eight(data[..row * height].to_vec()),
         PixelFormat::Mono8 => Pixels::Eight(rows.flatten().copied().collect()),
+        format if PixelFormat::PACKED.contains(&format) => {
+            let lines = rows.map(|line| packed::levels(line, width, format));
+            Pixels::Sixteen(lines.collect::<Option<Vec<_>>>()?.concat())
+        }
         // Moved up so that white is the same in every picture of 16 bits.
         format => {
             let up = 16 - format.bits();

@@ -45,7 +45,7 @@ impl GigeSettings {
     }
 }
 
-/// Formats without packing: gray levels and range data.
+/// Gray levels and range data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelFormat {
     /// 8 bits.
@@ -54,6 +54,14 @@ pub enum PixelFormat {
     Mono10,
     /// 12 bits in two bytes.
     Mono12,
+    /// 10 bits one after the other, the lowest first: four pixels in five bytes.
+    Mono10p,
+    /// 12 bits one after the other, the lowest first: two pixels in three bytes.
+    Mono12p,
+    /// As GigE Vision 1 packed 10 bits: two pixels in three bytes, their lowest bits in the middle one.
+    Mono10Packed,
+    /// As GigE Vision 1 packed 12 bits: two pixels in three bytes, their lowest bits in the middle one.
+    Mono12Packed,
     /// 16 bits.
     Mono16,
     /// Range data: coordinate C in 16 bits.
@@ -66,6 +74,9 @@ impl PixelFormat {
     /// Formats in which range data come, the preferred one first. Mono16 is one if a profiler was set to it.
     pub const RANGE: [Self; 3] = [Self::Coord3dC16, Self::Coord3dAc16, Self::Mono16];
 
+    /// Gray levels whose bits share bytes.
+    pub const PACKED: [Self; 4] = [Self::Mono10p, Self::Mono12p, Self::Mono10Packed, Self::Mono12Packed];
+
     /// Name in the standard features naming convention.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -73,6 +84,10 @@ impl PixelFormat {
             Self::Mono8 => "Mono8",
             Self::Mono10 => "Mono10",
             Self::Mono12 => "Mono12",
+            Self::Mono10p => "Mono10p",
+            Self::Mono12p => "Mono12p",
+            Self::Mono10Packed => "Mono10Packed",
+            Self::Mono12Packed => "Mono12Packed",
             Self::Mono16 => "Mono16",
             Self::Coord3dC16 => "Coord3D_C16",
             Self::Coord3dAc16 => "Coord3D_AC16",
@@ -86,6 +101,10 @@ impl PixelFormat {
             Self::Mono8 => 0x0108_0001,
             Self::Mono10 => 0x0110_0003,
             Self::Mono12 => 0x0110_0005,
+            Self::Mono10p => 0x010A_0046,
+            Self::Mono12p => 0x010C_0047,
+            Self::Mono10Packed => 0x010C_0004,
+            Self::Mono12Packed => 0x010C_0006,
             Self::Mono16 => 0x0110_0007,
             Self::Coord3dC16 => 0x0110_00B8,
             Self::Coord3dAc16 => 0x0220_00BB,
@@ -96,17 +115,15 @@ impl PixelFormat {
     #[must_use]
     pub(crate) fn of_code(code: u32) -> Option<Self> {
         let gray = [Self::Mono8, Self::Mono10, Self::Mono12];
-        gray.into_iter().chain(Self::RANGE).find(|format| format.code() == code)
+        gray.into_iter().chain(Self::PACKED).chain(Self::RANGE).find(|format| format.code() == code)
     }
 
-    /// Bytes of a pixel.
+    /// Bytes of pixels one after the other; of packed ones the last byte may be shared. `None` for more than can be counted.
     #[must_use]
-    pub fn bytes(self) -> usize {
-        match self {
-            Self::Mono8 => 1,
-            Self::Coord3dAc16 => 4,
-            _ => 2,
-        }
+    pub fn bytes_of(self, pixels: usize) -> Option<usize> {
+        // Bits on the wire are the third byte of the code.
+        let bits = (self.code() >> 16 & 0xff) as usize;
+        pixels.checked_mul(bits).map(|bits| bits.div_ceil(8))
     }
 
     /// Bits of a number that say something.
@@ -114,8 +131,8 @@ impl PixelFormat {
     pub fn bits(self) -> u32 {
         match self {
             Self::Mono8 => 8,
-            Self::Mono10 => 10,
-            Self::Mono12 => 12,
+            Self::Mono10 | Self::Mono10p | Self::Mono10Packed => 10,
+            Self::Mono12 | Self::Mono12p | Self::Mono12Packed => 12,
             Self::Mono16 | Self::Coord3dC16 | Self::Coord3dAc16 => 16,
         }
     }
