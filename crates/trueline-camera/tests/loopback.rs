@@ -4,7 +4,7 @@
 
 mod simulated;
 
-use simulated::{Known, LONGEST, asked, known, open, patient, start, take, widened};
+use simulated::{Known, asked, facts, known, open, patient, start, take, widened};
 use std::time::Duration;
 use trueline_camera::device::{Chunks, Device, DeviceHandle, DeviceSettings, SentFrame};
 use trueline_camera::gige::{Adapter, PixelFormat, PtpState, discover};
@@ -16,19 +16,6 @@ const CLOCKS_APART_NS: i64 = 100_000;
 
 fn fact<'a>(sent: &'a [SentFrame], frame: &CameraFrame) -> &'a SentFrame {
     sent.iter().find(|sent| Some(sent.device_ns) == frame.device_ns).unwrap()
-}
-
-/// A picture in flight when the camera is closed may be known to one side only.
-fn facts(device: &DeviceHandle, frames: &[CameraFrame]) -> Vec<SentFrame> {
-    let last_ns = frames.last().unwrap().device_ns.unwrap();
-    let begin = std::time::Instant::now();
-    loop {
-        let sent = device.sent();
-        if sent.last().is_some_and(|sent| sent.device_ns >= last_ns) || begin.elapsed() > LONGEST {
-            return sent;
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
 }
 
 fn check(device: &DeviceHandle, settings: &DeviceSettings, frames: &[CameraFrame]) {

@@ -4,7 +4,7 @@
 
 mod simulated;
 
-use simulated::{asked, patient, take};
+use simulated::{asked, facts, patient, take};
 use trueline_camera::device::{Device, DeviceHandle, DeviceSettings, OutputMode, Pictures, RangeFeatures};
 use trueline_camera::gige::PixelFormat;
 use trueline_camera::{CameraError, CameraFrame, FrameStatus, GigeCamera, GigeSettings};
@@ -76,10 +76,10 @@ fn every_point_of_every_profile_arrives_in_metres_with_its_time() {
     {
         let settings = profiler(test, rows, RangeFeatures { output_mode, ..RANGE });
         let (device, frames) = recorded(&settings, 6);
+        let sent = facts(&device, &frames);
         for frame in &frames {
             assert_eq!((frame.status.clone(), frame.image.is_none()), (FrameStatus::Complete, true));
             assert_eq!(frame.profiles.len(), rows as usize);
-            let sent = device.sent();
             let sent = sent.iter().find(|sent| Some(sent.device_ns) == frame.device_ns).unwrap();
             for (row, profile) in frame.profiles.iter().enumerate() {
                 // 400 Hz.
@@ -125,7 +125,7 @@ fn numbers_that_are_no_lengths_are_refused_by_name() {
     let error = refused(&patient(53));
     assert!(
         matches!(&error, CameraError::Format { wanted, offered }
-        if wanted.contains("Coord3D_C16") && offered == "Mono8, Mono12, Mono16"),
+        if wanted.contains("Coord3D_C16") && offered == "Mono8, Mono12, Mono10p, Mono12p, Mono10Packed, Mono12Packed, Mono16"),
         "{error}"
     );
 }

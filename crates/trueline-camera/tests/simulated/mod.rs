@@ -2,8 +2,9 @@
 #![allow(dead_code, reason = "each test binary uses what it needs")]
 
 use std::net::Ipv4Addr;
+use std::thread;
 use std::time::{Duration, Instant};
-use trueline_camera::device::{Device, DeviceHandle, DeviceSettings, Pictures};
+use trueline_camera::device::{Device, DeviceHandle, DeviceSettings, Pictures, SentFrame};
 use trueline_camera::gige::PixelFormat;
 use trueline_camera::{CameraError, CameraFrame, FrameSource, GigeCamera, GigeSettings};
 use trueline_dataset::{GrayImage, Pixels};
@@ -90,4 +91,17 @@ pub(crate) fn widened(image: &GrayImage, format: PixelFormat) -> GrayImage {
     let mask = u16::MAX << (16 - format.bits());
     let pixels = Pixels::Sixteen(levels.iter().map(|level| (u16::from(*level) * 257) & mask).collect());
     GrayImage { pixels, ..*image }
+}
+
+/// What was sent, these pictures among it: a picture is known to its receiver a moment before the device notes it.
+pub(crate) fn facts(device: &DeviceHandle, frames: &[CameraFrame]) -> Vec<SentFrame> {
+    let last_ns = frames.last().unwrap().device_ns.unwrap();
+    let begin = Instant::now();
+    loop {
+        let sent = device.sent();
+        if sent.last().is_some_and(|sent| sent.device_ns >= last_ns) || begin.elapsed() > LONGEST {
+            return sent;
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
 }
