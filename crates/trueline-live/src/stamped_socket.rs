@@ -214,7 +214,7 @@ mod kernel {
         Vec::new()
     }
 
-    pub fn receive(socket: &UdpSocket, buffer: &mut [u8], _: &mut Vec<u8>) -> io::Result<RawDatagram> {
+    pub(super) fn receive(socket: &UdpSocket, buffer: &mut [u8], _: &mut Vec<u8>) -> io::Result<RawDatagram> {
         let (length, from) = socket.recv_from(buffer)?;
         Ok(RawDatagram { length, from, kernel_wall_ns: None, dropped: None })
     }
