@@ -147,7 +147,8 @@ impl SimulatedScene {
         }
     }
 
-    /// What to do about it if drawing takes too long on this machine, which is measured with the robot at a pose: see [`late_pictures`].
+    /// What to do about it if drawing takes too long on this machine, which is measured with the robot at a pose: a picture has to be
+    /// drawn before its first packet is due, and before the next one.
     #[must_use]
     pub fn slow_drawing(&mut self, base_from_tool: &Pose, settings: &DeviceSettings) -> Option<String> {
         late_pictures(self.drawing_time(base_from_tool), settings)
