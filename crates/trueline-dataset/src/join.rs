@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 const SILENCE_NS: i64 = 30_000_000_000;
 
 /// Why recordings cannot be joined.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum JoinError {
     /// None at all.
     #[error("there is no recording")]
@@ -26,7 +26,7 @@ pub enum JoinError {
         expected: &'static str,
     },
     /// Stripes and seam points that count their pictures differently.
-    #[error("in recording {index} {frames}, more than a picture apart")]
+    #[error("in recording {index} {frames}")]
     FramesDisagree {
         /// Which, from 0.
         index: usize,

@@ -17,17 +17,17 @@ pub enum PicturesOfRows {
 }
 
 /// A frame is more than a picture later in one table than in the other: they count differently.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "frame {frame} is stamped {feature_ns} ns among the seam points and {stripe_ns} ns among the stripes"
+    "frame {frame} is stamped {feature_s:.6} s in features.csv and {stripe_s:.6} s in stripes.csv, more than a picture apart"
 )]
 pub struct FramesDisagree {
     /// Which frame.
     pub frame: u64,
-    /// Its stamp among the seam points, ns.
-    pub feature_ns: i64,
-    /// Its stamp among the stripes, ns.
-    pub stripe_ns: i64,
+    /// Stamp of its seam point, s.
+    pub feature_s: f64,
+    /// Stamp of its stripes, s.
+    pub stripe_s: f64,
 }
 
 impl PicturesOfRows {
@@ -84,7 +84,8 @@ fn counted(recording: &Recording) -> Result<Option<BTreeMap<u64, i64>>, FramesDi
     for (&frame, &stripe_ns) in &stripes {
         let Some(&feature_ns) = features.get(&frame) else { continue };
         if (feature_ns - stripe_ns).abs() as f64 > period_ns {
-            return Err(FramesDisagree { frame, feature_ns, stripe_ns });
+            let [feature_s, stripe_s] = [feature_ns, stripe_ns].map(|ns| ns as f64 * 1e-9);
+            return Err(FramesDisagree { frame, feature_s, stripe_s });
         }
     }
     Ok(Some(features))

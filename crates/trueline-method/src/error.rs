@@ -1,6 +1,7 @@
 //! Why there is no calibration at all.
 
 use crate::stripe::no_plates::NoPlates;
+use trueline_dataset::picture_rows::FramesDisagree;
 use trueline_geometry::trajectory::TrajectoryError;
 
 /// A recording from which nothing can be estimated.
@@ -126,17 +127,8 @@ pub enum Error {
         why: NoPlates,
     },
     /// Two tables that count their frames differently.
-    #[error(
-        "frame {frame} is stamped {feature_s:.6} s in features.csv and {stripe_s:.6} s in stripes.csv, more than a picture apart"
-    )]
-    FramesDisagree {
-        /// Its number.
-        frame: u64,
-        /// Stamp of its seam point, s.
-        feature_s: f64,
-        /// Stamp of its stripes, s.
-        stripe_s: f64,
-    },
+    #[error(transparent)]
+    FramesDisagree(#[from] FramesDisagree),
     /// Stripes have no residual of the paper's kind.
     #[error("whole stripes are asked for, and the point-to-line residual knows seam points only")]
     StripesNeedSheet,
@@ -174,7 +166,7 @@ impl Error {
             }
             Self::StripesNeedSheet => "use it with --residual sheet",
             Self::NoPlates { why } => why.hint(),
-            Self::FramesDisagree { .. } => {
+            Self::FramesDisagree(_) => {
                 "both tables must count the same pictures, or leave the column `frame` out of one of them"
             }
             Self::StripesHeldAtGuess | Self::StripesOfDrawnLine => "use the seam points",

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::input::observations::{Observation, Observations};
 use nalgebra::{Matrix2, Vector2};
 use std::collections::BTreeMap;
-use trueline_dataset::picture_rows::{FramesDisagree, PicturesOfRows};
+use trueline_dataset::picture_rows::PicturesOfRows;
 use trueline_dataset::{Measured, PlateStripe, Recording, Sensor};
 
 /// One support point.
@@ -88,8 +88,7 @@ pub fn frames(
     config: &Config,
 ) -> Result<StripeFrames, Error> {
     let usual_m = config.feature_sigma_m / USUAL_SIGMA_PX;
-    let (pictures, stamps) =
-        (PicturesOfRows::of(recording).map_err(disagree)?, Stamps::of(recording, observations));
+    let (pictures, stamps) = (PicturesOfRows::of(recording)?, Stamps::of(recording, observations));
     let mut seen: BTreeMap<(i64, usize), Seen<'_>> = BTreeMap::new();
     for stripe in &recording.stripes {
         let (joint, plate) = (stripe.plate as usize / 2, stripe.plate as usize % 2);
@@ -119,11 +118,6 @@ pub fn frames(
     }
     frames.list.sort_by(|a, b| a.stamp_s.total_cmp(&b.stamp_s));
     Ok(frames)
-}
-
-fn disagree(FramesDisagree { frame, feature_ns, stripe_ns }: FramesDisagree) -> Error {
-    let [feature_s, stripe_s] = [feature_ns, stripe_ns].map(|ns| ns as f64 * 1e-9);
-    Error::FramesDisagree { frame, feature_s, stripe_s }
 }
 
 /// Which plates each joint has; the few stripes of another are left out.
