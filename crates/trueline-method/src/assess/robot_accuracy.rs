@@ -166,6 +166,12 @@ impl Scores {
         })
     }
 
+    /// What is left of the pull on the other unknowns, σ.
+    #[cfg(test)]
+    pub(crate) fn others(&self) -> &DVector<f64> {
+        &self.others
+    }
+
     /// The errors that are plainly larger than those that were taken.
     pub(crate) fn shown(&self, taken: RobotSigmas) -> Option<RobotSigmas> {
         let assumed = RobotSigmas::of_accuracy(ASSUMED_ROBOT_ACCURACY_M);

@@ -96,6 +96,12 @@ impl WeighedFrame {
         robot.rotation = so3::exp(&-turn_rad) * robot.rotation;
         Some(placement)
     }
+
+    /// Whitened residuals and Jacobian where the sensor most likely was.
+    pub(crate) fn whitened(&self, parts: &FrameResidual) -> (SVector<f64, ROWS>, FrameJacobian) {
+        let residual = parts.residual + self.pose_error.in_residual;
+        (self.whitener * residual, self.whitener * parts.jacobian)
+    }
 }
 
 /// The least-squares problem of the plates. Weights are fixed: the robust loss is in the whiteners.
@@ -262,8 +268,14 @@ impl StripeProblem<'_> {
     ) -> Option<(SVector<f64, ROWS>, FrameJacobian)> {
         let placement = weighed.placement(self.observations, at, hint)?;
         let parts = linearize_frame(self.observations, &weighed.frame, at, &placement)?;
-        let residual = parts.residual + weighed.pose_error.in_residual;
-        Some((weighed.whitener * residual, weighed.whitener * parts.jacobian))
+        Some(weighed.whitened(&parts))
+    }
+
+    /// What is known beforehand, with its pull at a state.
+    pub(crate) fn known_beforehand(&self, at: &StripeState) -> NormalEquations {
+        let hessian = at.prior_information(self.shape_prior.as_ref());
+        let gradient = &hessian * at.about_prior();
+        NormalEquations { hessian, gradient, cost: self.cost_of_prior(at) }
     }
 
     fn cost_of_prior(&self, at: &StripeState) -> f64 {
@@ -327,9 +339,9 @@ impl LeastSquares for StripeProblem<'_> {
                 }
             }
         }
-        let information = state.prior_information(self.shape_prior.as_ref());
-        equations.gradient += &information * state.about_prior();
-        equations.hessian += information;
-        equations.cost += self.cost_of_prior(state);
+        let known = self.known_beforehand(state);
+        equations.gradient += known.gradient;
+        equations.hessian += known.hessian;
+        equations.cost += known.cost;
     }
 }

@@ -11,7 +11,7 @@ use crate::stripe::problem::{ROWS, linearize_frame};
 use crate::stripe::systematic::robot_columns;
 use nalgebra::DVectorViewMut;
 use trueline_geometry::Pose;
-use trueline_lsq::{Information, NormalEquations};
+use trueline_lsq::Information;
 
 /// The errors that the residuals of the stripes show, as for seam points; `None` where they are not plainly larger than those that were
 /// taken.
@@ -21,6 +21,10 @@ pub(crate) fn shown(
     information: &Information,
     taken: RobotSigmas,
 ) -> Option<RobotSigmas> {
+    scores(fit, information)?.shown(taken)
+}
+
+fn scores(fit: &StripeFit<'_>, information: &Information) -> Option<Scores> {
     let (problem, at) = (&fit.problem, fit.state());
     let every = problem.frames.len().div_ceil(SAMPLE).max(1);
     let mut hint = 0;
@@ -40,8 +44,7 @@ pub(crate) fn shown(
             continue;
         };
         let columns = robot_columns(&field, weighed, &parts, placement);
-        let residual = weighed.whitener * (parts.residual + weighed.pose_error.in_residual);
-        let jacobian = weighed.whitener * parts.jacobian;
+        let (residual, jacobian) = weighed.whitened(&parts);
         for row in 0..ROWS {
             let (of_modes, rest) = products.next_row().split_at_mut(modes);
             of_modes.copy_from_slice(columns.row(row).transpose().as_slice());
@@ -55,8 +58,57 @@ pub(crate) fn shown(
             last[0] = residual[row];
         }
     }
-    let mut known = NormalEquations::zeros(problem.unknowns.dimension());
-    known.hessian = at.prior_information(problem.shape_prior.as_ref());
-    known.gradient = &known.hessian * at.about_prior();
-    Scores::from_products(&products.sums(), modes, known, &root_rows)?.shown(taken)
+    Scores::from_products(&products.sums(), modes, problem.known_beforehand(at), &root_rows)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::assess::observability::RANK_THRESHOLD;
+    use crate::config::{Config, Measurements};
+    use crate::input::noise_levels::NoiseLevels;
+    use crate::input::observations::{observe, origin_ns};
+    use crate::input::timestamps::Sampling;
+    use crate::problem::parameters::Parameters;
+    use crate::stripe::fit::StripeSolver;
+    use crate::stripe::frames::frames;
+    use crate::stripe::start;
+    use crate::stripe::whitening::SharedNoise;
+    use trueline_sim::{PlateForm, Plates, Preset, scan_plates};
+
+    /// At the optimum the rows pull the unknowns nowhere, together with what is known beforehand: as the solver ends with a step of
+    /// 1e-6 σ, the pull is as small in these coordinates. Bowed plates are held back by what is known of them, so that each of both
+    /// pulls by a thousand times what is allowed.
+    #[test]
+    fn rows_and_what_is_known_beforehand_balance_at_the_optimum() {
+        let bowed = PlateForm::of_term(2, 5e-4);
+        let plates = Plates { forms: [bowed; 2], ..Plates::default() };
+        let recording = scan_plates(&Preset::Good.scenario(), &plates, 3).unwrap();
+        let config = Config::default();
+        let sampling = Sampling::of(&recording, origin_ns(&recording));
+        let observations = observe(&recording, &sampling, &config).unwrap();
+        let frames = frames(&recording, &observations, Measurements::Stripe, &config).unwrap();
+        assert!(frames.list.len() < SAMPLE, "all are looked at");
+        let truth = recording.truth.as_ref().unwrap();
+        let like = Parameters::straight(&truth.parameters, truth.lines.clone());
+        let begin = start::start(&observations, &frames, &like, None).unwrap();
+        let levels = NoiseLevels { robot_sigma_m: 3e-5, stamp_sigma_s: 0.0, factor: 1.0 };
+        let shared = SharedNoise { levels, robot_sigma_rad: 1e-5 };
+        let fixed = start::held(&begin, &frames.bare);
+        let solver = StripeSolver {
+            observations: &observations,
+            frames: &frames.list,
+            shared,
+            shape_prior: None,
+            fixed: &fixed,
+        };
+        let fit = solver.fit(begin).unwrap();
+        let information = fit.information(&fixed, RANK_THRESHOLD).unwrap();
+        let root = information.covariance_root();
+        let known = root.transpose() * fit.problem.known_beforehand(fit.state()).gradient;
+        assert!(known.norm() > 0.1, "{known:?}");
+        let pull = scores(&fit, &information).unwrap().others().norm();
+        assert!(pull < 1e-4, "{pull}");
+    }
 }
