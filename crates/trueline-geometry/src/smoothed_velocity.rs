@@ -28,8 +28,8 @@ fn half_window_s(trajectory: &Trajectory) -> f64 {
     HALF_WINDOW_S.max(LEAST_SAMPLES * trajectory.median_period())
 }
 
-/// The velocities at a time inside of segment `index`; `None` where the window reaches beyond the recording or across a gap
-/// in it.
+/// The velocities at a time inside of segment `index`; `None` where the window reaches beyond the recording or into a gap
+/// in it: of a cubic with samples on one side only the slope at its end would have up to twelve times the noise.
 #[must_use]
 pub fn smoothed_velocity(trajectory: &Trajectory, index: usize, time_s: f64) -> Option<SmoothedVelocity> {
     let half_s = half_window_s(trajectory);
@@ -41,11 +41,12 @@ pub fn smoothed_velocity(trajectory: &Trajectory, index: usize, time_s: f64) -> 
     let times = &trajectory.times()[..trajectory.segments().len()];
     let window =
         times.partition_point(|t| *t < time_s - half_s)..times.partition_point(|t| *t <= time_s + half_s);
-    let segments = trajectory.segments().get(window)?;
-    if segments.iter().any(|segment| segment.duration > trajectory.gap_limit()) {
+    // With the one that the window begins in.
+    let touched = trajectory.segments().get(window.start.saturating_sub(1)..window.end)?;
+    if touched.iter().any(|segment| segment.duration > trajectory.gap_limit()) {
         return None;
     }
-    let samples = segments.iter().map(|segment| {
+    let samples = trajectory.segments().get(window)?.iter().map(|segment| {
         let moved = segment.base_from_tool.translation.vector - here.translation.vector;
         let turned = so3::log(&(segment.base_from_tool.rotation * here.rotation.inverse()));
         let both = Vector6::new(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z);

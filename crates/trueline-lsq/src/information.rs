@@ -93,7 +93,7 @@ impl Information {
         let singular_values =
             DVector::from_iterator(free.len(), order.iter().map(|&k| eigen.eigenvalues[k].max(0.0).sqrt()));
         let largest = singular_values.iter().next().copied().unwrap_or(0.0);
-        let rank = singular_values.iter().filter(|s| **s > threshold * largest && **s > 0.0).count();
+        let rank = singular_values.iter().filter(|s| **s > threshold * largest).count();
         let mut root = DMatrix::zeros(dimension, rank);
         let mut null = DMatrix::zeros(dimension, free.len() - rank);
         for (row, &unknown) in free.iter().enumerate() {
@@ -217,5 +217,12 @@ mod tests {
             unknowns
         };
         assert_eq!([sorted(0), sorted(1), sorted(2)], [vec![1, 3], vec![2], vec![1, 3]]);
+    }
+
+    #[test]
+    fn the_strongest_come_first_whatever_their_sign_and_the_weak_are_left_out() {
+        // Squares 0.25, 0.1, 0.42 and 0.23.
+        assert_eq!(strongest(&[0.5, -0.316, -0.648, 0.48]), [2, 0, 3]);
+        assert_eq!(strongest(&[0.44, 0.45, -0.777]), [2, 1], "0.194 and 0.2025");
     }
 }

@@ -144,6 +144,8 @@ mod tests {
         // Huber: 2c√s − c².
         assert!((ALL[1].value(16.0) - (2.0 * 1.5 * 4.0 - c2)).abs() < 1e-14);
         assert!((ALL[2].value(c2) - c2 * 2.0_f64.ln()).abs() < 1e-15);
+        // At the bend itself a residual is an ordinary one.
+        assert_eq!((ALL[1].weight(c2), ALL[1].weight_slope(c2)), (1.0, 0.0));
     }
 
     #[test]

@@ -190,7 +190,7 @@ impl<P: LeastSquares> Search<'_, P> {
         self.problem.linearize(&next, &mut self.tried);
         let decrease = cost - self.tried.cost;
         let gain_ratio = if promised > 0.0 { decrease / promised } else { 0.0 };
-        let accepted = self.tried.is_finite() && decrease >= 0.0 && gain_ratio > 0.0;
+        let accepted = self.tried.is_finite() && gain_ratio > 0.0;
         self.iterations.push(Iteration {
             state: self.state.clone(),
             cost,

@@ -128,3 +128,21 @@ fn a_direction_that_nothing_depends_on_is_null_and_the_threshold_decides() {
     assert!(Information::beside(&hessian, &[], 2..3, 1e-9).is_none(), "nothing is known of it");
     assert_eq!(Information::beside(&near, &[], 1..1, 1e-9).unwrap().size(), 2, "nothing is known beforehand");
 }
+
+/// A threshold of zero leaves out what is exactly unseen, and nothing else; where nothing is seen at all, everything is left out.
+#[test]
+fn what_is_exactly_unseen_is_no_direction_whatever_the_threshold() {
+    let hessian = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 0.0, 1e-20]));
+    let information = Information::new(&hessian, &[], 0.0).unwrap();
+    assert_eq!((information.size(), information.rank(), information.null_space().ncols()), (3, 2, 1));
+    assert_eq!(information.null_space().column(0).iamax(), 1);
+    let expected = DMatrix::from_diagonal(&DVector::from_vec(vec![0.25, 0.0, 1e20]));
+    // Roots and squares of exact numbers.
+    assert!((information.covariance() - expected).abs().max() < 1e5);
+    assert!(information.condition().is_infinite());
+    for threshold in [0.0, 1e-9] {
+        let nothing = Information::new(&DMatrix::zeros(2, 2), &[], threshold).unwrap();
+        assert_eq!((nothing.size(), nothing.rank(), nothing.null_space().ncols()), (2, 0, 2));
+        assert_eq!(nothing.covariance(), DMatrix::zeros(2, 2));
+    }
+}

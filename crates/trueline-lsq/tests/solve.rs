@@ -44,6 +44,7 @@ fn linear(p: &Vector2<f64>) -> (DVector<f64>, DMatrix<f64>) {
 }
 
 fn decreases(solution: &Solution<Vector2<f64>>, cost_at: impl Fn(&Vector2<f64>) -> f64) {
+    let mut growth = 2.0;
     for pair in solution.iterations.windows(2) {
         let (now, next) = (&pair[0], &pair[1]);
         assert_eq!(now.cost, cost_at(&now.state));
@@ -52,9 +53,11 @@ fn decreases(solution: &Solution<Vector2<f64>>, cost_at: impl Fn(&Vector2<f64>) 
             // Madsen's rule.
             let factor = (1.0_f64 / 3.0).max(1.0 - (2.0 * now.gain_ratio - 1.0).powi(3));
             assert!((next.damping / (now.damping * factor) - 1.0).abs() < 1e-14);
+            growth = 2.0;
         } else {
             assert_eq!((next.cost, next.state), (now.cost, now.state));
-            assert!(next.damping >= (2.0 * now.damping).max(1e-3));
+            assert_eq!(next.damping, (growth * now.damping).max(1e-3));
+            growth *= 2.0;
         }
     }
 }
