@@ -9,3 +9,6 @@ pub mod scalar_sums;
 pub(crate) mod simd;
 pub mod unknowns;
 pub mod usable;
+
+#[cfg(test)]
+mod observation_tests;

@@ -122,3 +122,86 @@ impl Parameters {
 pub fn names(lines: usize) -> Vec<String> {
     Unknowns { lines, model: Model::Straight }.names()
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use nalgebra::UnitVector3;
+    use trueline_geometry::{Plane, so3};
+
+    fn parameters() -> Parameters {
+        let direction = UnitVector3::new_normalize(Vector3::new(1.0, 0.4, -0.3));
+        Parameters {
+            time_offset_s: 0.02,
+            tool_from_camera: se3::from_parts(
+                so3::exp(&Vector3::new(0.3, -0.2, 1.1)),
+                Vector3::new(0.1, 0.2, 0.3),
+            ),
+            lines: vec![
+                Line::new(Vector3::new(1.0, -0.2, 0.4), &direction),
+                Line::new(Vector3::new(0.7, 0.1, 0.4), &Vector3::y_axis()),
+            ],
+            curvatures: [[3e-4, -2e-4], [-1e-4, 5e-4]]
+                .map(|bow_m| Curvature { bow_m, half_length_m: 0.2, middle_m: 0.03 })
+                .into(),
+            shape: Some(SheetShape { h: [0.01, -0.02, 0.013, 0.3, -0.4], origin_m: [0.003, 0.045] }),
+        }
+    }
+
+    #[test]
+    fn a_step_moves_each_block_by_its_own_numbers() {
+        let at = parameters();
+        let step = DVector::from_fn(at.dimension(), |k, _| 1e-3 * (k + 1) as f64);
+        let moved = at.retract(&step);
+        // Sums and products of numbers of 1.
+        let rounding = 1e-14;
+        assert!((moved.minus(&at.guess()) - step.fixed_rows::<LINES>(0)).norm() < rounding);
+        for (line, first) in [(0, 7), (1, 11)] {
+            let of_line = step.fixed_rows::<4>(first).into_owned();
+            assert_eq!(moved.lines[line], at.lines[line].retract(&of_line));
+        }
+        for (line, first) in [(0, 15), (1, 17)] {
+            for k in 0..2 {
+                let moved = moved.curvatures[line].bow_m[k] - at.curvatures[line].bow_m[k];
+                assert!((moved - step[first + k]).abs() < rounding);
+            }
+        }
+        for k in 0..5 {
+            assert!((moved.shape.unwrap().h[k] - at.shape.unwrap().h[k] - step[19 + k]).abs() < rounding);
+        }
+        assert_eq!(moved.unknowns(), at.unknowns());
+        let straight = Parameters::straight(&at.guess(), at.lines.clone());
+        assert_eq!((straight.dimension(), straight.guess()), (15, at.guess()));
+        assert_eq!(names(2), straight.unknowns().names());
+    }
+
+    #[test]
+    fn the_offset_from_a_seam_is_that_from_its_bow() {
+        let at = parameters();
+        for line in 0..2 {
+            let seam = &at.lines[line];
+            let bow = at.curvatures[line].offset_at(0.11);
+            let off = Vector2::new(2e-3, -5e-4);
+            let place = Vector3::new(0.11, bow.x + off.x, bow.y + off.y);
+            let point = seam.anchor() + seam.axes() * place;
+            assert!((at.offset_from_seam(line, &point) - off).norm() < 1e-15);
+            let straight = Parameters::straight(&at.guess(), at.lines.clone());
+            assert!((straight.offset_from_seam(line, &point) - off - bow).norm() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_point_is_corrected_within_the_sheet_and_keeps_what_sticks_out() {
+        let at = parameters();
+        let sheet = LaserSheet::from_plane(Plane::from_height(0.036, 2.12, 0.13).unwrap());
+        let there = Vector2::new(0.012, 0.06);
+        let out = sheet.plane().normal().into_inner() * 1e-4;
+        let corrected = at.corrected(&sheet, &(sheet.point(&there) + out));
+        let (expected, _) = at.shape.unwrap().corrected(&there);
+        assert!((corrected - sheet.point(&expected) - out).norm() < 1e-16);
+        assert!((expected - there).norm() > 1e-4);
+        let exact = Parameters { shape: None, ..at };
+        assert_eq!(exact.corrected(&sheet, &out), out);
+    }
+}

@@ -84,3 +84,51 @@ impl Prior {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueline_geometry::se3;
+
+    #[test]
+    fn what_is_held_goes_to_the_guess_and_nothing_else_moves() {
+        let turned = so3::exp(&Vector3::new(0.4, -0.3, 0.9));
+        let guess = Guess {
+            time_offset_s: 0.01,
+            tool_from_camera: se3::from_parts(turned, Vector3::new(0.1, 0.2, 0.3)),
+        };
+        let off_axis = Vector3::new(0.6, 0.0, 0.8);
+        let shift = Vector3::new(0.01, -0.02, 0.03);
+        let at = Parameters::straight(
+            &Guess {
+                time_offset_s: 0.04,
+                // Turned about the axis that is held, so that the turn back is exact.
+                tool_from_camera: se3::retract_decoupled(&guess.tool_from_camera, &(off_axis * 0.2), &shift),
+            },
+            Vec::new(),
+        );
+        let off = |prior: &Prior| prior.nearest_to(&at).minus(&guess);
+        let all = SVector::<f64, LINES>::from([0.03, 0.12, 0.0, 0.16, 0.01, -0.02, 0.03]);
+        let without = |first: usize, count: usize| {
+            let mut left = all;
+            left.fixed_rows_mut::<7>(0).rows_mut(first, count).fill(0.0);
+            left
+        };
+        // Numbers of 1, a dozen roundings.
+        let same = |a: SVector<f64, LINES>, b: SVector<f64, LINES>| (a - b).norm() < 1e-15;
+        assert!(same(off(&Prior::at(&guess)), all));
+        let mut prior = Prior::at(&guess);
+        prior.hold_time_offset();
+        assert!(same(off(&prior), without(TIME_OFFSET, 1)));
+        let mut prior = Prior::at(&guess);
+        prior.hold_rotation(&off_axis.into());
+        assert!(same(off(&prior), without(ROTATION, 3)));
+        let mut prior = Prior::at(&guess);
+        prior.hold_translation(&[0.0, 1.0, 0.0]);
+        assert!(same(off(&prior), without(TRANSLATION + 1, 1)));
+        // 30 mm held to a nanometre.
+        let mut prior = Prior::at(&guess);
+        prior.hold_translation(&[0.0, 0.0, -1.0]);
+        assert!((prior.cost(&at) / (0.5 * 3e7_f64.powi(2)) - 1.0).abs() < 1e-12);
+    }
+}

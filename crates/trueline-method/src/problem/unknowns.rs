@@ -141,3 +141,52 @@ impl Unknowns {
 pub fn line_index(line: usize) -> usize {
     LINES + Line::DIMENSION * line
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MODELS: [(Model, usize, usize); 3] =
+        [(Model::Straight, 11, 15), (Model::Bowed, 13, 19), (Model::Shaped, 18, 24)];
+
+    #[test]
+    fn blocks_lie_one_after_the_other() {
+        for (model, local, dimension) in MODELS {
+            let two = Unknowns { lines: 2, model };
+            assert_eq!((two.local(), two.dimension(), two.asked_for()), (local, dimension, 15));
+            assert_eq!(two.known_before(), 15..dimension);
+            let bows = if model == Model::Straight { [0..0, 0..0] } else { [15..17, 17..19] };
+            assert_eq!([two.bow(0), two.bow(1)], bows);
+            assert_eq!(two.shape(), if model == Model::Shaped { 19..24 } else { 0..0 });
+        }
+        assert_eq!([line_index(0), line_index(1), line_index(2)], [7, 11, 15]);
+    }
+
+    #[test]
+    fn each_local_unknown_has_the_place_whose_name_it_bears() {
+        for (model, local, dimension) in MODELS {
+            let two = Unknowns { lines: 2, model };
+            let names = two.names();
+            assert_eq!(names.len(), dimension);
+            for line in 0..2 {
+                let own: Vec<String> = (0..local).map(|k| names[two.place(k, line)].clone()).collect();
+                let mut expected: Vec<String> = [
+                    "time_offset_s",
+                    "rotation_x_rad",
+                    "rotation_y_rad",
+                    "rotation_z_rad",
+                    "translation_x_m",
+                    "translation_y_m",
+                    "translation_z_m",
+                ]
+                .map(str::to_owned)
+                .into();
+                let of_line = ["turn_2_rad", "turn_3_rad", "offset_2_m", "offset_3_m", "bow_2_m", "bow_3_m"];
+                expected.extend(of_line.map(|part| format!("line_{line}_{part}")));
+                let of_shape = ["width", "depth", "shear", "keystone_a_per_m", "keystone_b_per_m"];
+                expected.extend(of_shape.map(|part| format!("shape_{part}")));
+                assert_eq!(own, expected[..local]);
+            }
+        }
+    }
+}

@@ -252,3 +252,101 @@ fn long_turn<const FUSED: bool>(x: Lanes<FUSED>) -> (Lanes<FUSED>, Lanes<FUSED>)
         |angle: f64| if angle < 1e-4 { 1.0 - angle * angle / 6.0 } else { angle.sin() / angle };
     (x.map(|x| x.sqrt().cos()), x.map(|x| sine_over_angle(x.sqrt())))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+    use trueline_geometry::so3;
+
+    // Numbers of few bits, whose sums and products are exact however they are rounded.
+    const A: [f64; WIDTH] = [1.5, -2.0, 0.25, 3.0];
+    const B: [f64; WIDTH] = [2.0, 4.0, -8.0, 0.5];
+    const C: [f64; WIDTH] = [0.125, -1.0, 6.0, 2.5];
+
+    fn each(of: impl Fn(usize) -> f64) -> [f64; WIDTH] {
+        std::array::from_fn(of)
+    }
+
+    fn numbers<const FUSED: bool>() {
+        let (a, b, c) = (Lanes::<FUSED>(A), Lanes::<FUSED>(B), Lanes::<FUSED>(C));
+        assert_eq!((a + b).0, each(|k| A[k] + B[k]));
+        assert_eq!((a - b).0, each(|k| A[k] - B[k]));
+        assert_eq!((a * b).0, each(|k| A[k] * B[k]));
+        assert_eq!((a / b).0, each(|k| A[k] / B[k]));
+        assert_eq!((-a).0, each(|k| -A[k]));
+        assert_eq!(c.plus_product(a, b).0, each(|k| C[k] + A[k] * B[k]));
+        assert_eq!(a.map(|x| 2.0 * x + 1.0).0, each(|k| 2.0 * A[k] + 1.0));
+        assert_eq!((a * a).sqrt().0, each(|k| A[k].abs()));
+        for shift in 0..WIDTH {
+            let mut turned = [1.0, 2.0, 3.0, -4.0];
+            turned.rotate_left(shift);
+            assert_eq!((Lanes::<FUSED>(turned).max(), Lanes::<FUSED>(turned).min()), (3.0, -4.0));
+        }
+    }
+
+    fn vectors<const FUSED: bool>() {
+        let (all, other) =
+            (Vectors([Lanes::<FUSED>(A), Lanes(B), Lanes(C)]), Vectors([Lanes(B), Lanes(C), Lanes(A)]));
+        let of = |k: usize| (Vector3::new(A[k], B[k], C[k]), Vector3::new(B[k], C[k], A[k]));
+        let component = |of: Vectors<FUSED>, k: usize| Vector3::from_fn(|row, _| of.0[row].0[k]);
+        let scaled = all.plus_scaled(other, Lanes(A));
+        for k in 0..WIDTH {
+            let (a, b) = of(k);
+            assert_eq!(all.dot(other).0[k], a.dot(&b));
+            assert_eq!(component(all.cross(other), k), a.cross(&b));
+            assert_eq!(component(all + other, k), a + b);
+            assert_eq!(component(all - other, k), a - b);
+            assert_eq!(component(scaled, k), a + b * A[k]);
+        }
+    }
+
+    #[test]
+    fn fused_or_not_four_are_as_one_by_one() {
+        numbers::<false>();
+        numbers::<true>();
+        vectors::<false>();
+        vectors::<true>();
+    }
+
+    fn turns<const FUSED: bool>(half_angles: [f64; WIDTH]) {
+        let axis = Vector3::new(0.6, -0.48, 0.64);
+        let half = Vectors([0, 1, 2].map(|row| Lanes::<FUSED>(half_angles.map(|angle| axis[row] * angle))));
+        let found = Quaternions::exp_of_half(half);
+        let start = so3::exp(&Vector3::new(0.3, -1.1, 0.7));
+        let after = Quaternions::splat(&start).times(&found);
+        let inverse = after.inverse_matrices().0;
+        for (k, angle) in half_angles.into_iter().enumerate() {
+            // To a few eps of each number's own size: of a tiny turn the sine as well.
+            let [w, x, y, z] = found.0.map(|part| part.0[k]);
+            let sine = axis * angle.sin();
+            assert!((w - angle.cos()).abs() < 4e-16, "cosine of {angle}");
+            assert!((Vector3::new(x, y, z) - sine).norm() <= 6e-16 * angle, "sine of {angle}");
+            let expected = start * UnitQuaternion::new_unchecked(Quaternion::from_parts(angle.cos(), sine));
+            let matrix = expected.inverse().to_rotation_matrix().into_inner();
+            for (row, found) in inverse.iter().enumerate() {
+                for column in 0..3 {
+                    // Sums of products of numbers up to 1, a dozen roundings.
+                    assert!((found.0[column].0[k] - matrix[(row, column)]).abs() < 4e-15, "{angle}");
+                }
+            }
+            let [w, ..] = after.0;
+            assert!((w.0[k] - expected.w).abs() < 1e-15);
+        }
+    }
+
+    /// Groups of short turns, of long ones, and of both, where the short ones take the long way too.
+    #[test]
+    fn turns_of_any_size_are_exact_to_rounding_whatever_is_beside_them() {
+        for group in [
+            [0.0, 1e-9, 1e-3, 0.0999],
+            [0.05, 0.099, 0.02, 0.08],
+            [0.1001, 0.3, 1.0, 3.0],
+            [0.0, 2.0, 1e-9, 9.9e-5],
+            [1.01e-4, 3e-3, 0.09, 0.11],
+        ] {
+            turns::<false>(group);
+            turns::<true>(group);
+        }
+    }
+}
