@@ -272,4 +272,6 @@ fn threads_change_nothing() {
     };
     let alone = sums(1);
     assert!(sums(2) == alone && sums(5) == alone);
+    // No chunk is left out, and none counts twice.
+    assert_alike(&LineProblem::new(&observed, &observed.list, criterion, &large_scan::NOISE, &at), &at);
 }
