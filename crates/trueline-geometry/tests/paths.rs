@@ -65,6 +65,11 @@ fn what_is_no_path_is_refused_with_its_sample() {
     for (error, sentence) in sentences {
         assert_eq!(error.to_string(), sentence);
     }
+    // Two are enough.
+    assert_eq!(
+        (path(&[0.0, 1.0]).pose_at(0.25).unwrap().translation.x, path(&[0.0, 1.0]).median_period()),
+        (0.25, 1.0)
+    );
     assert_eq!(median_period_s(&[0.0, 1.0, 1.0, 3.0, 6.0]), Ok(2.0));
 }
 
