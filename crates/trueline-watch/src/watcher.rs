@@ -86,9 +86,9 @@ impl Watcher {
         let known = calibration_file::read(settings.calibration)?;
         let calibration = watched(settings.calibration, &known)?;
         let store = Store::open(settings.state)?;
-        let mut couriers = Vec::new();
+        let (mut couriers, pace) = (Vec::new(), tell::Pace::default());
         for address in settings.tell {
-            couriers.push(Courier::start(settings.state, tell::at(address)?)?);
+            couriers.push(Courier::start(settings.state, tell::at(address, pace.patience)?, pace)?);
         }
         let keep = settings.keep;
         Ok(Self {

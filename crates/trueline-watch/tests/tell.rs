@@ -10,16 +10,20 @@ use std::sync::mpsc::{Receiver as Ear, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use trueline_watch::Store;
-use trueline_watch::tell::{Courier, at};
+use trueline_watch::tell::{Courier, Pace, at};
 
 const LONG: Duration = Duration::from_secs(30);
+
+/// Quicker than in a factory: looks come at once, tries a second apart.
+const QUICK: Pace =
+    Pace { patience: Duration::from_secs(10), look_every: Duration::from_millis(20), first_wait_s: 1 };
 
 fn state(folder: &tempfile::TempDir) -> PathBuf {
     folder.path().join("cell.sqlite")
 }
 
 fn courier(state: &Path, address: &str) -> Courier {
-    Courier::start(state, at(address).unwrap()).unwrap()
+    Courier::start(state, at(address, QUICK.patience).unwrap(), QUICK).unwrap()
 }
 
 fn address(of: SocketAddr) -> String {
@@ -174,7 +178,7 @@ fn two_programs_tell_every_message_once() {
 fn what_is_no_address_is_refused() {
     for wrong in ["cell-pc", "ftp://a/b", "http://", "mqtt://host", "mqtt://host:x/topic", "mqtt://host/a/#"]
     {
-        assert!(at(wrong).is_err(), "{wrong}");
+        assert!(at(wrong, QUICK.patience).is_err(), "{wrong}");
     }
 }
 

@@ -1,21 +1,13 @@
 //! Carries messages to a receiver in a thread of its own, with its own connection to the state: a receiver that is slow, dead or
 //! hostile delays nobody but itself.
 
-use super::receiver::{PATIENCE, Receiver};
+use super::pace::Pace;
+use super::receiver::Receiver;
 use crate::store::{Message, Store, StoreError};
 use std::path::Path;
 use std::sync::mpsc::{Receiver as Ear, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
-
-/// Between looks for new messages.
-const LOOK_EVERY: Duration = Duration::from_secs(1);
-/// A message that was taken is due again after this: longer than a try can take.
-const TAKEN_FOR_S: i64 = 3 * PATIENCE.as_secs() as i64;
-/// Between tries at first; twice as long each time.
-const FIRST_WAIT_S: i64 = 2;
-/// Between tries at most.
-const LONGEST_WAIT_S: i64 = 600;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// Why a receiver cannot be told.
 #[derive(Debug, thiserror::Error)]
@@ -41,11 +33,11 @@ impl Courier {
     ///
     /// # Errors
     /// A state that cannot be opened, or a system that has no thread left.
-    pub fn start(state: &Path, receiver: Box<dyn Receiver>) -> Result<Self, CourierError> {
+    pub fn start(state: &Path, receiver: Box<dyn Receiver>, pace: Pace) -> Result<Self, CourierError> {
         let store = Store::open(state)?;
         let id = store.receiver(receiver.address(), &receiver.name())?;
         let (end, ear) = channel();
-        let work = move || carry(&store, id, receiver.as_ref(), &ear);
+        let work = move || carry(&store, id, receiver.as_ref(), &ear, pace);
         let thread =
             std::thread::Builder::new().name("tell".to_owned()).spawn(work).map_err(CourierError::Thread)?;
         Ok(Self { end: Some(end), thread: Some(thread) })
@@ -62,15 +54,15 @@ impl Drop for Courier {
     }
 }
 
-fn carry(store: &Store, id: i64, receiver: &dyn Receiver, ear: &Ear<()>) {
+fn carry(store: &Store, id: i64, receiver: &dyn Receiver, ear: &Ear<()>, pace: Pace) {
     loop {
-        let is_over = ear.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Disconnected);
-        let until = Instant::now() + PATIENCE;
+        let is_over = ear.recv_timeout(pace.look_every) == Err(RecvTimeoutError::Disconnected);
+        let until = Instant::now() + pace.patience;
         // A state that cannot be read now may be later; whoever watches meets the same error and says so.
-        while let Ok(Some(message)) = store.take_message(id, now_s(), now_s() + TAKEN_FOR_S) {
+        while let Ok(Some(message)) = store.take_message(id, now_s(), now_s() + pace.taken_for_s()) {
             let settled = match receiver.tell(&with_id(&message)) {
                 Ok(()) => store.told(id, message.id),
-                Err(why) => store.not_told(id, now_s() + wait_s(message.tries), &why),
+                Err(why) => store.not_told(id, now_s() + pace.wait_s(message.tries), &why),
             };
             if settled.is_err() || Instant::now() > until {
                 break;
@@ -90,21 +82,6 @@ fn with_id(message: &Message) -> String {
     }
 }
 
-fn wait_s(tries: u32) -> i64 {
-    (FIRST_WAIT_S << tries.min(10)).min(LONGEST_WAIT_S)
-}
-
 fn now_s() -> i64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs().cast_signed())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn waits_double_up_to_ten_minutes() {
-        let waits: Vec<i64> = [0, 1, 2, 8, 9, 40, u32::MAX].map(wait_s).to_vec();
-        assert_eq!(waits, [2, 4, 8, 512, 600, 600, 600]);
-    }
 }

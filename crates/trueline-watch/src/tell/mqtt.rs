@@ -1,8 +1,8 @@
 //! A topic of an MQTT broker, told by publishing at least once (QoS 1): told is what the broker has acknowledged.
 
-use super::receiver::{PATIENCE, Receiver, ReceiverError};
+use super::receiver::{Receiver, ReceiverError};
 use rumqttc::{Client, Event, MqttOptions, Packet, QoS};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 const PORT: u16 = 1883;
 
@@ -12,11 +12,12 @@ pub(super) struct Topic {
     host: String,
     port: u16,
     topic: String,
+    patience: Duration,
 }
 
 impl Topic {
     /// The topic at `mqtt://HOST:PORT/TOPIC`.
-    pub(super) fn at(address: &str) -> Result<Self, ReceiverError> {
+    pub(super) fn at(address: &str, patience: Duration) -> Result<Self, ReceiverError> {
         let rest = address.strip_prefix("mqtt://").ok_or(ReceiverError::Kind)?;
         let (server, topic) = rest.split_once('/').ok_or(ReceiverError::Missing("topic"))?;
         if topic.is_empty() {
@@ -34,7 +35,13 @@ impl Topic {
         if host.is_empty() || host.contains('@') {
             return Err(ReceiverError::Missing("host"));
         }
-        Ok(Self { address: address.to_owned(), host: host.to_owned(), port, topic: topic.to_owned() })
+        Ok(Self {
+            address: address.to_owned(),
+            host: host.to_owned(),
+            port,
+            topic: topic.to_owned(),
+            patience,
+        })
     }
 }
 
@@ -49,11 +56,11 @@ impl Receiver for Topic {
 
     fn tell(&self, body: &str) -> Result<(), String> {
         let mut options = MqttOptions::new(format!("trueline-{}", std::process::id()), &self.host, self.port);
-        options.set_keep_alive(PATIENCE);
+        options.set_keep_alive(self.patience);
         let (client, mut connection) = Client::new(options, 4);
         // Whoever subscribes later learns the last state as well.
         client.publish(&self.topic, QoS::AtLeastOnce, true, body).map_err(|error| error.to_string())?;
-        let end = Instant::now() + PATIENCE;
+        let end = Instant::now() + self.patience;
         loop {
             let left = end.saturating_duration_since(Instant::now());
             match connection.recv_timeout(left) {

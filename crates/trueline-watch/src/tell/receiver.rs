@@ -1,10 +1,5 @@
 //! Who is told: a web address or a topic of an MQTT broker.
 
-use std::time::Duration;
-
-/// How long one try may take: connecting, sending and the answer together.
-pub const PATIENCE: Duration = Duration::from_secs(10);
-
 /// Who is told.
 pub trait Receiver: Send {
     /// Its address, whole: what makes it this receiver and no other.

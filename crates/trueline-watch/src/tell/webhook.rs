@@ -1,6 +1,7 @@
 //! A web address that is told by POST.
 
-use super::receiver::{PATIENCE, Receiver, ReceiverError};
+use super::receiver::{Receiver, ReceiverError};
+use std::time::Duration;
 use ureq::http::Uri;
 
 /// A web address.
@@ -12,7 +13,7 @@ pub(crate) struct Webhook {
 
 impl Webhook {
     /// The webhook at an address.
-    pub(super) fn at(address: &str) -> Result<Self, ReceiverError> {
+    pub(super) fn at(address: &str, patience: Duration) -> Result<Self, ReceiverError> {
         let uri: Uri = address
             .parse()
             .map_err(|e: ureq::http::uri::InvalidUri| ReceiverError::Malformed(e.to_string()))?;
@@ -20,7 +21,7 @@ impl Webhook {
             uri.host().filter(|host| !host.is_empty()).ok_or(ReceiverError::Missing("host"))?.to_owned();
         // Who is sent elsewhere would be told something about this cell that nobody meant to tell there.
         let config = ureq::Agent::config_builder()
-            .timeout_global(Some(PATIENCE))
+            .timeout_global(Some(patience))
             .max_redirects(0)
             .max_redirects_will_error(false)
             .http_status_as_error(false)
