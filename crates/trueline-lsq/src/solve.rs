@@ -33,7 +33,7 @@ const DAMPING_LIMIT: f64 = 1e12;
 /// Rounding of a sum of up to some millions of squares, as a part of it.
 const COST_ROUNDING: f64 = 1e-13;
 
-/// Damping of the first retry of a step that was not taken.
+/// Least damping of a retry.
 const LEAST_RETRY_DAMPING: f64 = 1e-3;
 
 /// One try of a step, and the state before it.
@@ -135,8 +135,7 @@ impl<P: LeastSquares> Search<'_, P> {
         let mut growth = 2.0;
         while self.iterations.len() < options.max_iterations {
             let Some(step) = damped_step(&self.equations, self.fixed, damping) else {
-                damping *= growth;
-                growth *= 2.0;
+                (damping, growth) = raised(damping, growth);
                 if damping > DAMPING_LIMIT {
                     return self.stuck(damping);
                 }
@@ -170,9 +169,7 @@ impl<P: LeastSquares> Search<'_, P> {
                         threshold: COST_ROUNDING,
                     };
                 }
-                // Below this a longer or shorter damping makes no difference to the step.
-                damping = (damping * growth).max(LEAST_RETRY_DAMPING);
-                growth *= 2.0;
+                (damping, growth) = raised(damping, growth);
                 if damping > DAMPING_LIMIT {
                     return self.stuck(damping);
                 }
@@ -211,6 +208,12 @@ impl<P: LeastSquares> Search<'_, P> {
             .map_or(f64::INFINITY, |step| whitened_length(&self.equations, &step));
         Termination::NoFurtherDecrease { damping, threshold: DAMPING_LIMIT, step }
     }
+}
+
+/// Damping and its growth after a step that was not taken, or that there is none of: also from a damping of zero.
+fn raised(damping: f64, growth: f64) -> (f64, f64) {
+    // Below the least a longer or shorter damping makes no difference to the step.
+    ((damping * growth).max(LEAST_RETRY_DAMPING), growth * 2.0)
 }
 
 /// Solves (H + λ diag H) δ = −g over the unknowns that are not fixed; the fixed ones get zero.
