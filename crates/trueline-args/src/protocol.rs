@@ -3,10 +3,12 @@
 use crate::choice::{Choice, one_of};
 use clap::Args;
 use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
 use trueline_cell::{ARRIVAL, READING};
 #[cfg(feature = "ros2")]
-use trueline_cell::{Ros2Source, Ros2Topic};
-use trueline_live::{HostClock, LinkAddress, LinkError, Protocol, RobotLink};
+use trueline_cell::{Ros2Source, Ros2Topic, TRANSFORMS};
+use trueline_live::protocol::read_ethernet_config;
+use trueline_live::{HostClock, LinkAddress, LinkError, LinkOptions, Protocol, RobotLink};
 
 /// What robots speak.
 pub(crate) static PROTOCOLS: [Choice<Protocol>; 5] = [
@@ -20,7 +22,7 @@ pub(crate) static PROTOCOLS: [Choice<Protocol>; 5] = [
     ),
     (
         "kuka-rsi",
-        "KUKA's Robot Sensor Interface with ONLYSEND: the robot speaks first (UDP)",
+        "KUKA's Robot Sensor Interface: the robot speaks first (UDP); without ONLYSEND see --answer-rsi",
         Protocol::KukaRsi,
     ),
 ];
@@ -30,16 +32,14 @@ pub(crate) static PROTOCOLS: [Choice<Protocol>; 5] = [
 #[derive(Args)]
 pub struct Ros2Args {
     /// Topic of ROS 2 to listen to instead of a robot's own protocol, for example /tcp_pose
-    #[arg(long = "ros2", value_name = "TOPIC", conflicts_with_all = ["protocol", "bind", "robot", "robot_port"])]
+    #[arg(long = "ros2", value_name = "TOPIC", conflicts_with_all = ["protocol", "bind", "robot", "robot_port", "inputs", "answer_rsi"])]
     pub topic: Option<String>,
-    /// Type of the topic's messages
-    #[arg(
-        long = "ros2-type",
-        value_name = "TYPE",
-        requires = "topic",
-        default_value = "geometry_msgs/msg/PoseStamped"
-    )]
-    pub message: String,
+    /// Type of the topic's messages [default: geometry_msgs/msg/PoseStamped; tf2_msgs/msg/TFMessage with --ros2-frames]
+    #[arg(long = "ros2-type", value_name = "TYPE", requires = "topic")]
+    pub message: Option<String>,
+    /// Of a topic of transforms, as /tf: the frame of the robot's base and that of the tool, for example base:tool0
+    #[arg(long = "ros2-frames", value_name = "BASE:TOOL", requires = "topic", value_parser = frames)]
+    pub frames: Option<[String; 2]>,
     /// ROS_DOMAIN_ID of the robot's driver
     #[arg(long = "ros2-domain", value_name = "ID", requires = "topic", default_value_t = 0)]
     pub domain: u16,
@@ -62,6 +62,13 @@ pub struct LinkArgs {
     /// Port of a robot that the PC calls [default: that of its protocol]
     #[arg(long, value_name = "PORT")]
     pub robot_port: Option<u16>,
+    /// Digital input to hear of: DI101 or RI1 of fanuc-stream-motion 3 and 4, the TAG that holds it of kuka-rsi [default there: DiL]
+    #[arg(long, value_name = "NAME")]
+    pub inputs: Option<String>,
+    /// kuka-rsi without ONLYSEND: consent to answer every message of --robot with zero corrections, as the controller's Ethernet
+    /// configuration awaits it. This PC is then part of the robot's motion loop: the robot stops when it ends or is late
+    #[arg(long, value_name = "ETHERNET.xml")]
+    pub answer_rsi: Option<PathBuf>,
     #[cfg(feature = "ros2")]
     #[command(flatten)]
     pub ros2: Ros2Args,
@@ -74,6 +81,11 @@ impl LinkArgs {
         LinkAddress { protocol, bind, robot, robot_port }
     }
 
+    fn options(&self) -> Result<LinkOptions, LinkError> {
+        let answer = self.answer_rsi.as_deref().map(read_ethernet_config).transpose()?;
+        Ok(LinkOptions { inputs: self.inputs.clone(), answer })
+    }
+
     /// Refuses what is missing or not needed, before anything is opened.
     ///
     /// # Errors
@@ -83,7 +95,8 @@ impl LinkArgs {
         if self.ros2.topic.is_some() {
             return Ok(());
         }
-        self.address().check().map(|_| ())
+        self.address().check()?;
+        self.options()?.check(&self.address())
     }
 
     /// Opens the robot's stream.
@@ -97,7 +110,7 @@ impl LinkArgs {
             let source = Ros2Source::open(topic, clock).map_err(|error| LinkError::Io { address, error })?;
             return Ok(RobotLink::other(source));
         }
-        self.address().open(clock)
+        self.address().open_with(&self.options()?, clock)
     }
 
     /// What to look at if nothing came.
@@ -123,7 +136,21 @@ impl LinkArgs {
 #[cfg(feature = "ros2")]
 impl Ros2Args {
     fn topic(&self) -> Option<Ros2Topic> {
-        let (topic, message) = (self.topic.clone()?, self.message.clone());
-        Some(Ros2Topic { topic, message, domain: self.domain, network: self.network })
+        let (topic, frames) = (self.topic.clone()?, self.frames.clone());
+        let usual = if frames.is_some() { TRANSFORMS } else { "geometry_msgs/msg/PoseStamped" };
+        let message = self.message.clone().unwrap_or_else(|| usual.to_owned());
+        Some(Ros2Topic { topic, message, frames, domain: self.domain, network: self.network })
     }
+}
+
+#[cfg(feature = "ros2")]
+fn frames(text: &str) -> Result<[String; 2], String> {
+    let (base, tool) = text
+        .split_once(':')
+        .filter(|(base, tool)| !base.is_empty() && !tool.is_empty())
+        .ok_or("write BASE:TOOL, the names of two frames, for example base:tool0")?;
+    if base.trim_start_matches('/') == tool.trim_start_matches('/') {
+        return Err("base and tool are to be different frames".to_owned());
+    }
+    Ok([base, tool].map(str::to_owned))
 }

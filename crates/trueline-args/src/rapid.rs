@@ -49,6 +49,10 @@ pub struct RapidArgs {
     /// Speed of the way to the path's beginning, mm/s
     #[arg(long, default_value_t = 20.0)]
     pub approach_mm_s: f64,
+    /// Digital output to send along with the poses (\DOToSensor, RobotWare 7.7 and later): one that a cross connection of the I/O
+    /// configuration sets from the input that the camera is wired to
+    #[arg(long, value_name = "NAME")]
+    pub signal: Option<String>,
     /// Share of the path's own pace
     #[arg(long, default_value_t = 1.0, value_parser = number::pace)]
     pub pace: f64,
@@ -75,6 +79,7 @@ impl RapidArgs {
             approach_mm_s: self.approach_mm_s,
             speed_deviation_deg_s: self.speed_deviation_deg_s,
             timeout_s: self.timeout_s,
+            signal: self.signal.clone(),
         }
     }
 }

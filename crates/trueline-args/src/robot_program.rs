@@ -32,6 +32,9 @@ pub struct RobotProgramArgs {
     /// kuka: form of the RSI context [default: rsix]
     #[arg(long, value_name = "FORM", value_parser = one_of(&CONTEXTS))]
     pub rsi: Option<RsiContext>,
+    /// kuka: number of the digital input ($IN) that the camera is wired to, to be sent along
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    pub input: Option<u16>,
     /// Share of the path's own pace
     #[arg(long, default_value_t = 1.0, value_parser = number::pace)]
     pub pace: f64,
@@ -60,14 +63,16 @@ impl RobotProgramArgs {
                 "--pc: a controller cannot send there",
                 "the PC's address on the RSI interface's network",
             ]),
-            (Language::Krl, Some(pc), form) => Ok(krl_rsi::files(path, pc, form.unwrap_or(RsiContext::Rsix))),
+            (Language::Krl, Some(pc), form) => {
+                Ok(krl_rsi::files(path, pc, form.unwrap_or(RsiContext::Rsix), self.input))
+            }
             (Language::Krl, None, _) => Err([
                 "kuka: --pc is missing",
                 "the address of this PC on the RSI interface's network and a port, as 192.168.1.20:49152; \
                  without RSI: `trueline plan --program krl`",
             ]),
-            (language, None, None) => Ok(vec![ProgramFile::of(language, path)]),
-            _ => Err(["--pc and --rsi are for kuka", "the streams of other robots need no program"]),
+            (language, None, None) if self.input.is_none() => Ok(vec![ProgramFile::of(language, path)]),
+            _ => Err(["--pc, --rsi and --input are for kuka", "the streams of other robots need no program"]),
         }
     }
 }

@@ -3,11 +3,12 @@
 use crate::choice::{Choice, named, one_of};
 use crate::number;
 use clap::Args;
+use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use trueline_geometry::{Pose, Trajectory};
 use trueline_live::controller::settings::{ControllerClock, Convergence};
-use trueline_live::controller::{ControllerSettings, Event, NetworkSettings, StopMode, Task};
+use trueline_live::controller::{ControllerSettings, Event, NetworkSettings, StopMode, Task, Wiring};
 use trueline_live::egm::Generation;
 
 #[derive(Args)]
@@ -117,6 +118,12 @@ pub struct RobotSimArgs {
     /// Tell a `trueline camera-sim` on this machine where the robot truly is
     #[arg(long, value_name = "IP:PORT")]
     pub truth_to: Option<SocketAddr>,
+    /// Address of this machine to which a camera's output is wired: the signal that is sent along (\DOToSensor, from 7.7 on)
+    #[arg(long, value_name = "IP:PORT")]
+    pub input_from: Option<SocketAddr>,
+    /// By how much that signal is late, ms
+    #[arg(long, default_value_t = 0.0, requires = "input_from", value_parser = number::below_a_billion)]
+    pub input_delay_ms: f64,
     /// Seed of noise and network
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -181,6 +188,18 @@ impl RobotSimArgs {
             reorder: self.reorder,
             burst: self.burst,
         }
+    }
+
+    /// What is wired to it.
+    ///
+    /// # Errors
+    /// What the operating system says; a RobotWare that sends no signal along.
+    pub fn wiring(&self) -> io::Result<Wiring> {
+        if self.input_from.is_some() && self.robotware < Generation::From7 {
+            let why = "RobotWare before 7.7 sends no signal along";
+            return Err(io::Error::new(io::ErrorKind::Unsupported, why));
+        }
+        Wiring::new(self.truth_to, self.input_from.map(|at| (at, 1e-3 * self.input_delay_ms)))
     }
 
     /// The controller, and what RAPID does along a path.

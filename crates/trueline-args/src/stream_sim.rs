@@ -6,10 +6,11 @@ use crate::protocol::PROTOCOLS;
 use clap::Args;
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use trueline_live::Protocol;
 use trueline_live::controller::NetworkSettings;
 use trueline_live::pose_feed::PoseFeed;
+use trueline_live::protocol::read_ethernet_config;
 use trueline_live::stream_sim::StreamSim;
+use trueline_live::{LinkError, Protocol};
 
 #[derive(Args)]
 #[command(after_help = "Examples:
@@ -53,15 +54,18 @@ pub struct StreamSimArgs {
     /// Mean number of datagrams lost in a row
     #[arg(long, requires = "loss", value_parser = number::burst)]
     pub burst: Option<f64>,
-    /// Tell there where the robot truly is, for `camera-sim --robot-truth` (ur-rtde)
+    /// Tell there where the robot truly is, for `camera-sim --robot-truth`
     #[arg(long, value_name = "IP:PORT")]
     pub truth_to: Option<SocketAddr>,
-    /// Address of this machine to which a camera's output is wired: the first digital input (ur-rtde)
+    /// Address of this machine to which a camera's output is wired: the first digital input
     #[arg(long, value_name = "IP:PORT")]
     pub input_from: Option<SocketAddr>,
     /// By how much that input is late, ms
     #[arg(long, default_value_t = 0.0, requires = "input_from", value_parser = number::below_a_billion)]
     pub input_delay_ms: f64,
+    /// kuka-rsi: await answers, by this Ethernet configuration; after 100 that are missing in a row the robot stops
+    #[arg(long, value_name = "ETHERNET.xml")]
+    pub await_answers: Option<PathBuf>,
     /// Seed of the losses
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -72,9 +76,16 @@ pub struct StreamSimArgs {
 
 impl StreamSimArgs {
     /// The controller at an address, of a robot that moves so.
-    pub fn sim(&self, address: SocketAddr, feed: PoseFeed) -> StreamSim {
+    ///
+    /// # Errors
+    /// Answers that this robot does not await, or an Ethernet configuration that cannot be read.
+    pub fn sim(&self, address: SocketAddr, feed: PoseFeed) -> Result<StreamSim, LinkError> {
+        let awaits = self.await_answers.as_deref().map(read_ethernet_config).transpose()?;
+        if awaits.is_some() && self.protocol != Protocol::KukaRsi {
+            return Err(LinkError::AnswerNotNeeded);
+        }
         let (loss, burst) = (self.loss.unwrap_or(0.0), self.burst.unwrap_or(1.0));
-        StreamSim {
+        Ok(StreamSim {
             protocol: self.protocol,
             address,
             feed,
@@ -85,6 +96,7 @@ impl StreamSimArgs {
             seed: self.seed,
             truth_to: self.truth_to,
             input_from: self.input_from.map(|at| (at, 1e-3 * self.input_delay_ms)),
-        }
+            awaits,
+        })
     }
 }

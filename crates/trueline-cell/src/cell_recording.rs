@@ -12,7 +12,7 @@ use std::sync::Arc;
 use trueline_dataset::RobotSample;
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::StepWatch;
-use trueline_live::{HostClock, LinkPacket, StreamWatch};
+use trueline_live::{HostClock, LinkPacket, RobotAnswer, StreamWatch};
 use trueline_mcap::{About, Entry, NoteEntry, NoteLevel, RecordError, Recorder, RecorderHandle};
 
 /// Name of the recording in its folder.
@@ -46,6 +46,7 @@ pub struct CellRecording {
     poses_of_welds: Vec<RobotSample>,
     last: Option<RobotSample>,
     inputs: InputWatch,
+    answered: u32,
 }
 
 /// What a recording is made for.
@@ -156,6 +157,7 @@ impl CellRecording {
             poses_of_welds: Vec::new(),
             last: None,
             inputs: InputWatch::default(),
+            answered: 0,
         })
     }
 
@@ -219,6 +221,12 @@ impl CellRecording {
     /// Keeps an answer.
     pub fn answer(&mut self, answer: &Answer) {
         self.keep(entries::answer(answer));
+    }
+
+    /// Keeps what a robot that waits for answers was answered.
+    pub(crate) fn robot_answer(&mut self, answer: RobotAnswer) {
+        self.answered = self.answered.wrapping_add(1);
+        self.keep(entries::robot_answer(answer, self.answered));
     }
 
     /// Keeps some words.

@@ -5,7 +5,7 @@ use trueline_camera::{CameraFrame, FrameStatus, LatchSample};
 use trueline_dataset::{RobotSample, gray_png};
 use trueline_live::guide::Answer;
 use trueline_live::host_clock::Reading;
-use trueline_live::{LinkPacket, Received, RobotPacket};
+use trueline_live::{LinkPacket, Received, RobotAnswer, RobotPacket};
 use trueline_mcap::{
     AnswerEntry, COMPLETE, ClockEntry, Entry, FrameEntry, NoteEntry, NoteLevel, PacketEntry, ProfileEntry,
     RejectedEntry, RobotEntry,
@@ -79,6 +79,13 @@ pub fn answer(answer: &Answer) -> Entry {
         steady_ns: answer.steady_ns,
         sequence: answer.sequence,
     })
+}
+
+/// An answer to a robot that waits for answers.
+#[must_use]
+pub fn robot_answer(answer: RobotAnswer, number: u32) -> Entry {
+    let RobotAnswer { bytes: datagram, to, steady_ns } = answer;
+    Entry::Answer(AnswerEntry { datagram, to, steady_ns, sequence: number })
 }
 
 /// A reading of both clocks of this PC.

@@ -1,6 +1,6 @@
 //! Changes of the robot's digital inputs from one of its packets to the next.
 
-use trueline_live::{LinkPacket, RobotPacket};
+use trueline_live::{LinkPacket, Received, RobotPacket, SequenceStatus};
 use trueline_mcap::InputsEntry;
 
 /// Looks at the inputs in every packet that is used.
@@ -17,17 +17,90 @@ struct Seen {
 }
 
 impl InputWatch {
-    /// What changed with a packet; nothing with the first, and with robots that do not tell their inputs.
+    /// What changed with a packet; nothing with the first of a session, with one that was overtaken by newer ones, and with robots
+    /// that do not tell their inputs.
     pub(crate) fn change(&mut self, packet: LinkPacket<'_>) -> Option<InputsEntry> {
-        let LinkPacket::Other(RobotPacket { arrival, judged: Ok((pose, _)), .. }) = packet else {
-            return None;
+        let (arrival, device_ns, bits, status) = match packet {
+            LinkPacket::Egm(Received { datagram, judged: Ok((frame, status)) }) => {
+                (datagram.arrival, frame.device_ns, frame.digital.map(u64::from), *status)
+            }
+            LinkPacket::Other(RobotPacket { arrival, judged: Ok((pose, status)), .. }) => {
+                (*arrival, pose.device_ns, pose.inputs, *status)
+            }
+            LinkPacket::Egm(_) | LinkPacket::Other(_) => return None,
         };
-        let now = Seen { steady_ns: arrival.steady_ns, device_ns: pose.device_ns, bits: pose.inputs? };
+        match status {
+            SequenceStatus::First => self.last = None,
+            SequenceStatus::Newest { .. } => {}
+            // What it says is older than what the last one said.
+            SequenceStatus::Late => return None,
+        }
+        let now = Seen { steady_ns: arrival.steady_ns, device_ns, bits: bits? };
         let before = self.last.replace(now).filter(|before| before.bits != now.bits)?;
         Some(InputsEntry {
             between_ns: [before.steady_ns, now.steady_ns],
             device_ns: [before.device_ns, now.device_ns],
             bits: [before.bits, now.bits],
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use trueline_geometry::Pose;
+    use trueline_live::host_clock::Reading;
+    use trueline_live::robot_source::RobotStatus;
+    use trueline_live::stamped_socket::Arrival;
+    use trueline_live::{RobotPose, SequenceStatus};
+
+    /// The changes of packets, each with its device time in ms, what it says and its status, which come a ms apart.
+    fn changes(packets: &[(i64, Option<u64>, SequenceStatus)]) -> Vec<([i64; 2], [u64; 2])> {
+        let mut watch = InputWatch::default();
+        let mut found = Vec::new();
+        for (k, (device_ms, inputs, status)) in packets.iter().enumerate() {
+            let read = Reading { steady_ns: 1000 * k as i64, wall_ns: 0 };
+            let pose = RobotPose {
+                sequence: 0,
+                device_ns: device_ms * 1_000_000,
+                base_from_tool: Pose::identity(),
+                status: RobotStatus::Unknown,
+                inputs: *inputs,
+            };
+            let packet = RobotPacket {
+                bytes: &[],
+                from: "192.168.1.20:40001".parse().unwrap(),
+                arrival: Arrival {
+                    steady_ns: read.steady_ns,
+                    is_of_reading: false,
+                    kernel_wall_ns: None,
+                    read,
+                },
+                judged: Ok((pose, *status)),
+            };
+            let change = watch.change(LinkPacket::Other(&packet));
+            found.extend(change.map(|change| (change.device_ns.map(|ns| ns / 1_000_000), change.bits)));
+        }
+        found
+    }
+
+    #[test]
+    fn packets_that_were_overtaken_or_begin_anew_change_nothing() {
+        let newest = SequenceStatus::Newest { skipped: 0 };
+        let late = [
+            (4, Some(0), SequenceStatus::First),
+            (12, Some(1), newest),
+            // From before the edge: the input did not fall and rise again.
+            (8, Some(0), SequenceStatus::Late),
+            (16, Some(1), newest),
+            (20, Some(0), newest),
+        ];
+        assert_eq!(changes(&late), [([4, 12], [0, 1]), ([16, 20], [1, 0])]);
+        let anew =
+            [(4, Some(0), SequenceStatus::First), (4, Some(1), SequenceStatus::First), (8, Some(1), newest)];
+        assert_eq!(changes(&anew), []);
+        let untold = [(4, Some(0), SequenceStatus::First), (8, None, newest), (12, Some(1), newest)];
+        assert_eq!(changes(&untold), [([4, 12], [0, 1])]);
     }
 }

@@ -48,6 +48,7 @@ mod drawing_time;
 pub mod entries;
 mod error;
 mod frame_stamper;
+pub mod frame_tree;
 mod guided_scan;
 mod input_watch;
 mod live_estimate;
@@ -77,7 +78,7 @@ pub use live_welds::LiveWelds;
 pub use robot_brief::RobotBrief;
 pub use robot_recorder::{Until, record_robot};
 #[cfg(feature = "ros2")]
-pub use ros2_source::{Ros2Source, Ros2Topic};
+pub use ros2_source::{Ros2Source, Ros2Topic, TRANSFORMS};
 pub use seam_finder::SeamFinder;
 #[cfg(feature = "gige")]
 pub use simulated_camera::{CameraLook, SceneError, SimulatedScene};

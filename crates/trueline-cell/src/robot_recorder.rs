@@ -30,6 +30,10 @@ pub fn record_robot(
     until: &Until<'_>,
     shown: &Mutex<RobotBrief>,
 ) -> Option<SourceError> {
+    if link.prepare_to_answer() == Some(false) {
+        let told = "no real-time priority was granted to the thread that answers the robot";
+        recording.note(NoteLevel::Warning, told.to_owned());
+    }
     let start = Instant::now();
     let (mut frames, mut changed, mut is_lost) = (0, start, false);
     while until.longest.is_none_or(|longest| start.elapsed() < longest)
@@ -37,6 +41,7 @@ pub fn record_robot(
         && !recording.has_failed()
     {
         let received = link.receive(WAIT, &mut |packet| keep(packet, recording));
+        link.take_answers().into_iter().for_each(|answer| recording.robot_answer(answer));
         recording.tick();
         let brief = recording.brief();
         let came = recording.watch().frames();

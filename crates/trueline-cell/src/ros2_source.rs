@@ -2,11 +2,13 @@
 //!
 //! DDS is done by `rustdds`, which is made for it and needs no system library. Names are those that ROS 2 gives to DDS: a topic `/pose`
 //! is `rt/pose`, a message `package/msg/Name` has the type `package::msg::dds_::Name_`. The reader takes what writers of any
-//! reliability send, and asks for nothing again: a pose that is late is worth nothing.
+//! reliability send, and asks for nothing again: a pose that is late is worth nothing. Of transforms (`/tf`) the pose of one frame in another
+//! is composed; the static ones (`/tf_static`) are asked for as they were published before.
 
+use crate::frame_tree::{FrameTree, TreeError};
 use rustdds::dds::adapters::no_key::{Decode, DefaultDecoder, DeserializerAdapter};
 use rustdds::no_key::SimpleDataReader;
-use rustdds::policy::Reliability;
+use rustdds::policy::{Durability, Reliability};
 use rustdds::{
     DomainParticipant, DomainParticipantBuilder, GUID, QosPolicyBuilder, RepresentationIdentifier, TopicKind,
 };
@@ -32,8 +34,10 @@ use trueline_mcap::message::{Kind, decode, kind};
 pub struct Ros2Topic {
     /// Name of the topic in ROS, with or without its slash.
     pub topic: String,
-    /// Type of its messages, `package/msg/Name`: one that holds one pose.
+    /// Type of its messages, `package/msg/Name`: one that holds one pose, or transforms.
     pub message: String,
+    /// Of transforms: the frame of the robot's base and that of the tool.
+    pub frames: Option<[String; 2]>,
     /// ROS_DOMAIN_ID of the driver.
     pub domain: u16,
     /// Address of this PC on the robot's network; 127.0.0.1 for a driver on this PC. Other networks are neither asked nor told
@@ -44,7 +48,20 @@ pub struct Ros2Topic {
 /// Domains above take ports that the system uses for itself.
 const LARGEST_DOMAIN: u16 = 232;
 
+/// Messages that hold transforms.
+pub const TRANSFORMS: &str = "tf2_msgs/msg/TFMessage";
+/// A writer is waited for so long before it may drop a message.
+const PATIENCE: rustdds::Duration = rustdds::Duration::from_millis(100);
+
 type Reader = SimpleDataReader<Vec<u8>, AsItCame>;
+
+/// Transforms, and what becomes of them.
+struct Transforms {
+    statics: Reader,
+    tree: FrameTree,
+    sequence: u32,
+    refused: Option<TreeError>,
+}
 
 /// A topic that is listened to.
 pub struct Ros2Source {
@@ -56,6 +73,7 @@ pub struct Ros2Source {
     writers: usize,
     frame: Option<String>,
     unstamped: bool,
+    transforms: Option<Transforms>,
     // The last field: it ends when no reader is left.
     _participant: DomainParticipant,
 }
@@ -66,9 +84,22 @@ impl Ros2Source {
     /// # Errors
     /// A message that holds no single pose, a domain that DDS does not have, and what the operating system says.
     pub fn open(topic: Ros2Topic, clock: HostClock) -> io::Result<Self> {
-        if kind(&topic.message, "cdr") != Kind::Pose {
-            let hint = "PoseStamped, PoseWithCovarianceStamped and Odometry hold one";
-            return Err(io::Error::other(format!("{} holds no pose of one thing: {hint}", topic.message)));
+        match (kind(&topic.message, "cdr"), &topic.frames) {
+            (Kind::Pose, None) | (Kind::Transforms, Some(_)) => {}
+            (Kind::Transforms, None) => {
+                let hint = "name the frames of the base and of the tool";
+                return Err(io::Error::other(format!("{} holds many frames: {hint}", topic.message)));
+            }
+            (Kind::Pose, Some(_)) => {
+                return Err(io::Error::other(format!("{} names its frame by itself", topic.message)));
+            }
+            _ => {
+                let hint = "PoseStamped, PoseWithCovarianceStamped and Odometry hold one, TFMessage holds transforms";
+                return Err(io::Error::other(format!(
+                    "{} holds no pose of one thing: {hint}",
+                    topic.message
+                )));
+            }
         }
         if topic.domain > LARGEST_DOMAIN {
             return Err(io::Error::other(format!("ROS_DOMAIN_ID is 0 to {LARGEST_DOMAIN}")));
@@ -79,12 +110,19 @@ impl Ros2Source {
             .build()
             .map_err(other)?;
         let qos = QosPolicyBuilder::new().reliability(Reliability::BestEffort).build();
-        let named = format!("rt/{}", topic.topic.trim_start_matches('/'));
-        let dds = participant
-            .create_topic(named, dds_type(&topic.message), &qos, TopicKind::NoKey)
-            .map_err(other)?;
-        let subscriber = participant.create_subscriber(&qos).map_err(other)?;
-        let reader = subscriber.create_simple_datareader_no_key(&dds, Some(qos)).map_err(other)?;
+        let reader = reader(&participant, &topic.topic, &topic.message, &qos)?;
+        let transforms = match &topic.frames {
+            None => None,
+            Some([base, tool]) => {
+                let qos = QosPolicyBuilder::new()
+                    .reliability(Reliability::Reliable { max_blocking_time: PATIENCE })
+                    .durability(Durability::TransientLocal)
+                    .build();
+                let named = format!("{}_static", topic.topic);
+                let statics = self::reader(&participant, &named, &topic.message, &qos)?;
+                Some(Transforms { statics, tree: FrameTree::new(base, tool), sequence: 0, refused: None })
+            }
+        };
         Ok(Self {
             topic,
             clock,
@@ -94,12 +132,16 @@ impl Ros2Source {
             writers: 0,
             frame: None,
             unstamped: false,
+            transforms,
             _participant: participant,
         })
     }
 
     /// Everything that is there; how much that was.
     fn take(&mut self, each: &mut dyn FnMut(&RobotPacket<'_>)) -> Result<usize, SourceError> {
+        if self.transforms.is_some() {
+            return self.take_transforms(each);
+        }
         let mut count = 0;
         // In this order: what comes after the reading wakes this thread.
         self.reader.drain_read_notifications();
@@ -135,6 +177,66 @@ impl Ros2Source {
             each(&RobotPacket { bytes: &change.sample, from: self.address(), arrival, judged });
             count += 1;
         }
+    }
+
+    /// Of transforms the static ones first: poses of the moving ones stand on them.
+    fn take_transforms(&mut self, each: &mut dyn FnMut(&RobotPacket<'_>)) -> Result<usize, SourceError> {
+        let (address, message) = (self.address(), self.topic.message.clone());
+        let Self { reader, transforms: Some(transforms), clock, waker, .. } = self else { return Ok(0) };
+        let Transforms { statics, tree, sequence, refused } = transforms;
+        let mut count = 0;
+        for (reader, is_static) in [(statics, true), (reader, false)] {
+            reader.drain_read_notifications();
+            reader.set_waker(Some(waker.clone()));
+            loop {
+                let taken = reader.try_take_one();
+                let taken =
+                    taken.map_err(|error| SourceError::Refused { address, why: error.to_string() })?;
+                let Some(change) = taken else { break };
+                let read = clock.read();
+                let mut arrival =
+                    Arrival { steady_ns: read.steady_ns, is_of_reading: false, kernel_wall_ns: None, read };
+                let bytes = &change.sample;
+                let mut tell = |arrival, judged: Result<_, PacketError>| {
+                    each(&RobotPacket { bytes, from: address, arrival, judged: judged.map_err(Into::into) });
+                };
+                count += 1;
+                let Ok(Content::Transforms(list)) = decode(&message, "cdr", bytes) else {
+                    tell(arrival, Err(PacketError::Text("not such a message, or a transform that is none")));
+                    continue;
+                };
+                if !is_static && list.iter().any(|transform| transform.stamp_ns == 0) {
+                    tell(arrival, Err(PacketError::Text("a moving transform without a stamp")));
+                    continue;
+                }
+                let new = tree.add(&list, is_static).map_err(|error| {
+                    *refused = Some(error.clone());
+                    SourceError::Refused { address, why: error.to_string() }
+                })?;
+                if new.poses.is_empty() {
+                    tell(arrival, Err(PacketError::NotNeeded("transforms that make no new pose")));
+                }
+                for (stamp_ns, base_from_tool) in new.poses {
+                    // Poses that became known at once came one after the other: no two have one stamp.
+                    arrival.steady_ns += 1;
+                    let is_first = *sequence == 0 || new.began_anew;
+                    *sequence = sequence.wrapping_add(1);
+                    let pose = RobotPose {
+                        sequence: *sequence,
+                        device_ns: stamp_ns,
+                        base_from_tool,
+                        status: RobotStatus::Unknown,
+                        inputs: None,
+                    };
+                    let status = match is_first {
+                        true => SequenceStatus::First,
+                        false => SequenceStatus::Newest { skipped: 0 },
+                    };
+                    tell(arrival, Ok((pose, status)));
+                }
+            }
+        }
+        Ok(count)
     }
 
     /// Where a message stands: writers count theirs one by one.
@@ -196,6 +298,10 @@ impl RobotSource for Ros2Source {
         if let Some(frame) = &self.frame {
             notes.push(format!("the poses are given in the frame `{frame}`"));
         }
+        if let Some(transforms) = &self.transforms {
+            notes.extend(transforms.tree.notes());
+            notes.extend(transforms.refused.as_ref().map(ToString::to_string));
+        }
         if self.writers > 1 {
             notes.push(format!("{} times another publisher spoke: one robot has one", self.writers - 1));
         }
@@ -215,6 +321,18 @@ impl RobotSource for Ros2Source {
             notes,
         }
     }
+}
+
+fn reader(
+    participant: &DomainParticipant,
+    topic: &str,
+    message: &str,
+    qos: &rustdds::QosPolicies,
+) -> io::Result<Reader> {
+    let named = format!("rt/{}", topic.trim_start_matches('/'));
+    let dds = participant.create_topic(named, dds_type(message), qos, TopicKind::NoKey).map_err(other)?;
+    let subscriber = participant.create_subscriber(qos).map_err(other)?;
+    subscriber.create_simple_datareader_no_key(&dds, Some(qos.clone())).map_err(other)
 }
 
 /// Ticks of RTPS are 2⁻³² s.

@@ -117,6 +117,7 @@ fn told(kind: u8, event: &[u8], k: i64, robot: Pose) -> Option<RobotFrame> {
         collided: false,
         generation: Generation::From7,
         attitudes_differ: false,
+        digital: None,
     };
     let pose = &mut frame.base_from_tool;
     let steps = Vector3::from_fn(|i, _| f64::from(event[4 + i].cast_signed()));

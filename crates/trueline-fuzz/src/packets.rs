@@ -10,7 +10,7 @@ use trueline_dataset::Pixels;
 use trueline_live::SequenceStatus;
 use trueline_live::egm::{RobotMessage, SensorMessage};
 use trueline_live::fanuc::{Hspo, stream_motion_packets};
-use trueline_live::kuka::rob_message;
+use trueline_live::kuka::{InputElement, rob_message};
 use trueline_live::robot_source::RobotPose;
 use trueline_live::udp_source::DatagramProtocol;
 use trueline_live::ur::session::{Session, Told};
@@ -141,7 +141,7 @@ pub(crate) fn stream_motion(bytes: &[u8]) {
 }
 
 pub(crate) fn rsi(bytes: &[u8]) {
-    if let Ok(message) = rob_message::read(bytes) {
+    if let Ok(message) = rob_message::read(bytes, &InputElement::default()) {
         assert!(message.pose.translation.vector.iter().all(|x| x.is_finite()), "a pose that is no pose");
     }
 }

@@ -1,14 +1,15 @@
 //! What robots speak, and how a robot's stream is opened.
 
 use crate::endpoint::Endpoint;
-use crate::fanuc::{Hspo, StreamMotion};
+use crate::fanuc::{Hspo, Signal, StreamMotion};
 use crate::host_clock::HostClock;
-use crate::kuka::Rsi;
+use crate::kuka::{EthernetConfig, InputElement, Rsi, ZeroAnswer};
 use crate::robot_link::RobotLink;
 use crate::udp_source::UdpSource;
 use crate::ur::RtdeSource;
-use std::io;
 use std::net::{IpAddr, SocketAddr};
+use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 /// What a robot speaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +22,7 @@ pub enum Protocol {
     FanucHspo,
     /// FANUC's Stream Motion, J519: the PC asks (UDP).
     FanucStreamMotion,
-    /// KUKA's Robot Sensor Interface with ONLYSEND: the robot speaks first (UDP).
+    /// KUKA's Robot Sensor Interface: the robot speaks first (UDP).
     KukaRsi,
 }
 
@@ -50,8 +51,8 @@ impl Protocol {
                 "High Speed Position Output is an option; its system variables name this PC's address and port."
             }
             Self::KukaRsi => {
-                "RSI sends between RSI_ON and RSI_OFF, to IP_NUMBER and PORT of its Ethernet XML; ONLYSEND must be TRUE and \
-                 DEF_RIst in SEND."
+                "RSI sends between RSI_ON and RSI_OFF, to IP_NUMBER and PORT of its Ethernet XML; ONLYSEND must be TRUE (or answers \
+                 be consented to) and DEF_RIst in SEND."
             }
             Self::Egm => "Its program must run, up to EGMStreamStart or EGMRunPose.",
         }
@@ -69,6 +70,15 @@ pub struct LinkAddress {
     pub robot: Option<IpAddr>,
     /// Port of a robot that the PC calls, if not its protocol's own.
     pub robot_port: Option<u16>,
+}
+
+/// What of a robot's stream is chosen beside its address.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LinkOptions {
+    /// Which digital input is to be heard of, in the robot's own words; for robots whose streams do not tell them by themselves.
+    pub inputs: Option<String>,
+    /// Consent to answer a KUKA controller, which was configured so.
+    pub answer: Option<EthernetConfig>,
 }
 
 /// Why a robot's stream cannot be opened.
@@ -92,6 +102,29 @@ pub enum LinkError {
         /// The address.
         address: SocketAddr,
     },
+    /// An input is named for a robot whose stream tells all that it tells.
+    #[error("this robot's stream tells its inputs by itself, where its controller is set so")]
+    InputsNotNeeded,
+    /// Not the name of an input.
+    #[error("{0}")]
+    Inputs(String),
+    /// Answers for a robot that waits for none.
+    #[error("this robot waits for no answers")]
+    AnswerNotNeeded,
+    /// Answers for whoever speaks first.
+    #[error("only a robot that is named is answered")]
+    AnswerWithoutRobot,
+    /// The file with the configuration cannot be read.
+    #[error("{}: {why}", .file.display())]
+    Config {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// The configuration does not go with answers.
+    #[error("{0}")]
+    Answer(String),
     /// The operating system refuses.
     #[error("{address}: cannot listen: {error}")]
     Io {
@@ -123,22 +156,85 @@ impl LinkAddress {
     /// # Errors
     /// What is missing or not needed, and what the operating system says.
     pub fn open(&self, clock: HostClock) -> Result<RobotLink, LinkError> {
+        self.open_with(&LinkOptions::default(), clock)
+    }
+
+    /// Opens the stream with what was chosen for it.
+    ///
+    /// # Errors
+    /// What is missing or not needed, and what the operating system says.
+    pub fn open_with(&self, options: &LinkOptions, clock: HostClock) -> Result<RobotLink, LinkError> {
         let address = self.check()?;
-        let link = match self.protocol {
-            Protocol::Egm => {
-                Endpoint::bind(address, self.robot, clock).map(|endpoint| RobotLink::Egm(Box::new(endpoint)))
-            }
-            Protocol::FanucHspo => {
-                UdpSource::listen(address, self.robot, Hspo::default(), clock).map(RobotLink::other)
-            }
-            Protocol::KukaRsi => {
-                UdpSource::listen(address, self.robot, Rsi::default(), clock).map(RobotLink::other)
-            }
-            Protocol::UrRtde => Ok(RobotLink::other(RtdeSource::new(address, clock))),
-            Protocol::FanucStreamMotion => {
-                UdpSource::call(address, StreamMotion::default(), clock).map(RobotLink::other)
-            }
-        };
+        let (inputs, signal, answer) = (options.element(self)?, options.signal(self)?, options.answer(self)?);
+        let link =
+            match self.protocol {
+                Protocol::Egm => Endpoint::bind(address, self.robot, clock)
+                    .map(|endpoint| RobotLink::Egm(Box::new(endpoint))),
+                Protocol::FanucHspo => {
+                    UdpSource::listen(address, self.robot, Hspo::default(), clock).map(RobotLink::other)
+                }
+                Protocol::KukaRsi => UdpSource::listen(address, self.robot, Rsi::new(inputs, answer), clock)
+                    .map(RobotLink::other),
+                Protocol::UrRtde => Ok(RobotLink::other(RtdeSource::new(address, clock))),
+                Protocol::FanucStreamMotion => {
+                    UdpSource::call(address, StreamMotion::new(signal), clock).map(RobotLink::other)
+                }
+            };
         link.map_err(|error| LinkError::Io { address, error })
     }
+}
+
+impl LinkOptions {
+    /// Refuses what does not go with a robot, before anything is opened.
+    ///
+    /// # Errors
+    /// What that is.
+    pub fn check(&self, address: &LinkAddress) -> Result<(), LinkError> {
+        self.element(address)?;
+        self.signal(address)?;
+        self.answer(address).map(|_| ())
+    }
+
+    fn element(&self, address: &LinkAddress) -> Result<Option<InputElement>, LinkError> {
+        let named = self.inputs.as_deref().filter(|_| address.protocol == Protocol::KukaRsi);
+        named.map(|name| name.parse().map_err(|error| inputs(name, &error))).transpose()
+    }
+
+    fn signal(&self, address: &LinkAddress) -> Result<Option<Signal>, LinkError> {
+        match (self.inputs.as_deref(), address.protocol) {
+            (Some(name), Protocol::FanucStreamMotion) => {
+                name.parse().map(Some).map_err(|error| inputs(name, &error))
+            }
+            (None, _) | (_, Protocol::KukaRsi) => Ok(None),
+            (Some(_), Protocol::Egm | Protocol::UrRtde | Protocol::FanucHspo) => {
+                Err(LinkError::InputsNotNeeded)
+            }
+        }
+    }
+
+    fn answer(&self, address: &LinkAddress) -> Result<Option<ZeroAnswer>, LinkError> {
+        let Some(config) = &self.answer else { return Ok(None) };
+        if address.protocol != Protocol::KukaRsi {
+            return Err(LinkError::AnswerNotNeeded);
+        }
+        if address.robot.is_none() {
+            return Err(LinkError::AnswerWithoutRobot);
+        }
+        let bound = address.check()?.port();
+        ZeroAnswer::of(config, bound).map(Some).map_err(|error| LinkError::Answer(error.to_string()))
+    }
+}
+
+/// Reads the Ethernet configuration of a KUKA controller.
+///
+/// # Errors
+/// A file that cannot be read, or that is no such configuration.
+pub fn read_ethernet_config(file: &Path) -> Result<EthernetConfig, LinkError> {
+    let why = |why: String| LinkError::Config { file: file.to_owned(), why };
+    let text = fs::read_to_string(file).map_err(|error| why(error.to_string()))?;
+    EthernetConfig::read(&text).map_err(|error| why(error.to_string()))
+}
+
+fn inputs(name: &str, error: &dyn std::fmt::Display) -> LinkError {
+    LinkError::Inputs(format!("`{name}`: {error}"))
 }

@@ -33,6 +33,8 @@ pub struct RapidCell {
     pub speed_deviation_deg_s: f64,
     /// `\CommTimeout`, s.
     pub timeout_s: f64,
+    /// Digital output that is sent along with the poses (`\DOToSensor`), if any.
+    pub signal: Option<String>,
 }
 
 /// Why no module is written.
@@ -85,6 +87,7 @@ pub fn stream_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, R
     let waypoints = Waypoints::of(path).ok_or(RapidError::Path)?;
     let mut text = head(cell, "the robot follows the path by itself; the PC only listens")?;
     let RapidCell { module, tool, work_object, device, mechanical_unit, .. } = cell;
+    let signal = signal(cell);
     let _ = write!(
         text,
         "  LOCAL VAR egmident tlEgmId;\n\n\
@@ -97,7 +100,7 @@ pub fn stream_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, R
          \x20   EGMReset tlEgmId;\n\
          \x20   EGMGetId tlEgmId;\n\
          \x20   EGMSetupUC {mechanical_unit}, tlEgmId, \"default\", \"{device}\"\\Pose;\n\
-         \x20   EGMActPose tlEgmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}, tlNoCorr, EGM_FRAME_WOBJ, tlNoCorr, EGM_FRAME_WOBJ\\SampleRate:=4;\n\
+         \x20   EGMActPose tlEgmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}{signal}, tlNoCorr, EGM_FRAME_WOBJ, tlNoCorr, EGM_FRAME_WOBJ\\SampleRate:=4;\n\
          \x20   WaitTime 1;\n\
          \x20   {module}_Path;\n\
          \x20   WaitTime 1;\n\
@@ -137,6 +140,7 @@ pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String,
         timeout_s,
         ..
     } = cell;
+    let signal = signal(cell);
     let _ = write!(
         text,
         "  LOCAL VAR egmident tlEgmId;\n\
@@ -153,7 +157,7 @@ pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String,
          \x20   EGMReset tlEgmId;\n\
          \x20   EGMGetId tlEgmId;\n\
          \x20   EGMSetupUC {mechanical_unit}, tlEgmId, \"default\", \"{device}\"\\Pose\\CommTimeout:={timeout_s:.3};\n\
-         \x20   EGMActPose tlEgmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}, tlNoCorr, EGM_FRAME_WOBJ, tlNoCorr, EGM_FRAME_WOBJ\n\
+         \x20   EGMActPose tlEgmId\\StreamStart\\Tool:={tool}\\WObj:={work_object}{signal}, tlNoCorr, EGM_FRAME_WOBJ, tlNoCorr, EGM_FRAME_WOBJ\n\
          \x20     \\x:=tlNearMm\\y:=tlNearMm\\z:=tlNearMm\\rx:=tlNearDeg\\ry:=tlNearDeg\\rz:=tlNearDeg\n\
          \x20     \\LpFilter:=20\\SampleRate:=4\\MaxPosDeviation:=60\\MaxSpeedDeviation:={speed_deviation_deg_s:.2};\n\
          \x20   ! EGM_STOP_HOLD stays where it is; EGM_STOP_RAMP_DOWN would drive back to where it began.\n\
@@ -202,7 +206,7 @@ fn arrived(path: &[RobotSample]) -> Result<(f64, f64), RapidError> {
 
 fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
     let RapidCell { module, tool, work_object, device, mechanical_unit, task, .. } = cell;
-    for name in [module, tool, work_object, device, mechanical_unit, task] {
+    for name in [module, tool, work_object, device, mechanical_unit, task].into_iter().chain(&cell.signal) {
         let mut letters = name.chars();
         let begins = letters.next().is_some_and(|c| c.is_ascii_alphabetic())
             && !TAKEN.iter().any(|taken| taken.eq_ignore_ascii_case(name));
@@ -235,11 +239,20 @@ fn head(cell: &RapidCell, what: &str) -> Result<String, RapidError> {
          \x20 !   RobotWare 7: Configuration, Communication, UDP Unicast Device; and UDPUC allowed in the firewall\n\
          \x20 ! then restart the controller. Start the PC's program before this one.\n\
          \x20 !\n\
+         {}\
          \x20 ! Poses are of {tool} in {work_object}. The calibration is relative to that tool: keep it.\n\
          \x20 LOCAL CONST pose tlNoCorr := [[0, 0, 0], [1, 0, 0, 0]];\n",
         pc.ip(),
         pc.port(),
+        cell.signal.as_ref().map_or_else(String::new, |signal| format!(
+            "\x20 ! {signal} is sent along with the poses (\\DOToSensor, RobotWare 7.7 and later). EGM sends outputs alone: let a\n\
+             \x20 ! cross connection of the I/O configuration set {signal} from the input that the camera is wired to.\n"
+        )),
     ))
+}
+
+fn signal(cell: &RapidCell) -> String {
+    cell.signal.as_ref().map_or_else(String::new, |signal| format!("\\DOToSensor:={signal}"))
 }
 
 fn approach(cell: &RapidCell) -> String {
@@ -265,6 +278,7 @@ mod tests {
             approach_mm_s: 20.0,
             speed_deviation_deg_s: 30.0,
             timeout_s: 0.2,
+            signal: None,
         }
     }
 
@@ -323,6 +337,26 @@ mod tests {
             }
             assert_eq!(text.matches("PROC ").count(), text.matches("ENDPROC").count());
         }
+    }
+
+    #[test]
+    fn a_signal_is_sent_along_where_one_is_named() {
+        let wired = RapidCell { signal: Some("doCamera".to_owned()), ..cell() };
+        for (with, without) in [
+            (stream_module(&wired, &path()), stream_module(&cell(), &path())),
+            (guidance_module(&wired, &path()), guidance_module(&cell(), &path())),
+        ] {
+            let (with, without) = (with.unwrap(), without.unwrap());
+            assert!(
+                with.contains("\\WObj:=wobj0\\DOToSensor:=doCamera, tlNoCorr")
+                    && !without.contains("DOToSensor")
+            );
+            let others =
+                with.lines().filter(|line| !line.contains("doCamera") && !line.contains("cross connection"));
+            assert!(others.eq(without.lines().filter(|line| !line.contains("EGMActPose"))));
+        }
+        let bad = RapidCell { signal: Some("di 1".to_owned()), ..cell() };
+        assert!(matches!(stream_module(&bad, &path()), Err(RapidError::Name { .. })));
     }
 
     #[test]

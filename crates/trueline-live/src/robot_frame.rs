@@ -30,6 +30,8 @@ pub struct RobotFrame {
     pub generation: Generation,
     /// Quaternion and Euler angles differ by more than their digits.
     pub attitudes_differ: bool,
+    /// The signal that the program sends along (`\DOToSensor`), where it sends one. RobotWare 7.7 and later.
+    pub digital: Option<bool>,
 }
 
 /// Why a message of the robot cannot be relied on.
@@ -81,6 +83,7 @@ impl RobotFrame {
             collided: message.collision.is_some_and(|c| c.triggered == Some(true)),
             generation: Generation::of(message),
             attitudes_differ: pose.contradicts_itself(),
+            digital: message.rapid_data.and_then(|data| data.digital),
         })
     }
 

@@ -3,6 +3,8 @@
 use crate::endpoint::{Endpoint, Received};
 use crate::link_report;
 use crate::link_watch::{Brief, LinkReport, LinkWatch};
+use crate::priority;
+use crate::robot_answer::RobotAnswer;
 use crate::robot_source::{RobotPacket, RobotSource, SourceAbout, SourceError};
 use crate::source_report;
 use crate::source_watch::{SourceReport, SourceWatch};
@@ -70,6 +72,23 @@ impl RobotLink {
         }
     }
 
+    /// Whether the robot waits for answers; then this thread asks for real-time priority. `Some(false)`: it was not granted.
+    #[must_use]
+    pub fn prepare_to_answer(&self) -> Option<bool> {
+        match self {
+            Self::Other(source) if source.must_answer() => Some(priority::request_real_time()),
+            Self::Egm(_) | Self::Other(_) => None,
+        }
+    }
+
+    /// Answers that were sent since this was last asked.
+    pub fn take_answers(&mut self) -> Vec<RobotAnswer> {
+        match self {
+            Self::Egm(_) => Vec::new(),
+            Self::Other(source) => source.take_answers(),
+        }
+    }
+
     /// Listens as long as `goes_on` says so. A robot that is not there yet, or went away, is called again. Returns what went
     /// wrong last, unless good packets came after it.
     pub fn listen(
@@ -77,8 +96,10 @@ impl RobotLink {
         watch: &mut StreamWatch,
         mut goes_on: impl FnMut(&StreamWatch) -> bool,
     ) -> Option<SourceError> {
+        let _granted = self.prepare_to_answer();
         let mut wrong = None;
         while goes_on(watch) {
+            let _nobody_keeps_them = self.take_answers();
             let before = watch.frames();
             match self.receive(RETRY, &mut |packet| watch.note(packet)) {
                 Ok(()) if watch.frames() > before => wrong = None,

@@ -1,6 +1,7 @@
 //! Where a robot's poses come from, whatever it speaks.
 
 use crate::frame_filter::{Rejection, SequenceStatus};
+use crate::robot_answer::RobotAnswer;
 use crate::stamped_socket::Arrival;
 use crate::{Endpoint, Received};
 use std::fmt;
@@ -24,6 +25,16 @@ pub trait RobotSource: Send {
 
     /// What it speaks, and what its poses are, as far as is known by now.
     fn about(&self) -> SourceAbout;
+
+    /// Whether the robot waits for answers: then whoever receives must not wait for anything else.
+    fn must_answer(&self) -> bool {
+        false
+    }
+
+    /// Answers that were sent since this was last asked.
+    fn take_answers(&mut self) -> Vec<RobotAnswer> {
+        Vec::new()
+    }
 }
 
 /// A packet of the robot and what became of it.
@@ -177,7 +188,7 @@ fn packet<'a>(received: &Received<'a>) -> RobotPacket<'a> {
             device_ns: frame.device_ns,
             base_from_tool: frame.base_from_tool,
             status: ready,
-            inputs: None,
+            inputs: frame.digital.map(u64::from),
         };
         (pose, status)
     });

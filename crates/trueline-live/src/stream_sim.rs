@@ -1,12 +1,13 @@
 //! A simulated controller of another make than ABB, in real time: UR, FANUC, KUKA.
 
-use crate::controller::{Network, NetworkSettings, TriggerReceiver, TruthSender};
+use crate::controller::{Network, NetworkSettings, Wiring};
 use crate::fanuc::stream_motion_sim::StreamMotionController;
-use crate::host_clock::HostClock;
+use crate::kuka::EthernetConfig;
+use crate::kuka::rsi_sim::{AnswerCounts, RsiController};
 use crate::pose_feed::PoseFeed;
 use crate::protocol::Protocol;
 use crate::udp_sim::{Sent, Speech, UdpRobot};
-use crate::ur::{RtdeServer, ServerSettings, Wiring};
+use crate::ur::{RtdeServer, ServerSettings};
 use std::fmt;
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
@@ -18,6 +19,8 @@ use std::time::Duration;
 const HSPO_COUNTER_US: (u32, u32) = (0, 129_000_000);
 /// An IPOC as controllers have it after some weeks.
 const IPOC: u64 = 4_208_163_634;
+/// `Timeout` of the ETHERNET object as it comes.
+const RSI_TIMEOUT_CYCLES: u32 = 100;
 /// Clients of RTDE take a controller that runs for less than 40 s for one that is booting.
 const UR_EPOCH_S: f64 = 100.0;
 
@@ -40,10 +43,12 @@ pub struct StreamSim {
     pub network: NetworkSettings,
     /// Seed of the losses.
     pub seed: u64,
-    /// Where it is told where the robot truly is; RTDE only.
+    /// Where it is told where the robot truly is.
     pub truth_to: Option<SocketAddr>,
-    /// What drives its first digital input, and by how much that is late, s; RTDE only.
+    /// What drives its first digital input, and by how much that is late, s.
     pub input_from: Option<(SocketAddr, f64)>,
+    /// KUKA: answers are awaited, by this configuration.
+    pub awaits: Option<EthernetConfig>,
 }
 
 /// What a simulated controller did.
@@ -62,6 +67,8 @@ pub enum StreamSimReport {
         lost: u64,
         /// Of Stream Motion: packets refused, and commands of motion that were not followed.
         refused_and_commands: Option<(u64, u64)>,
+        /// Of RSI without ONLYSEND: what became of the answers.
+        answers: Option<AnswerCounts>,
     },
 }
 
@@ -82,28 +89,15 @@ impl StreamSim {
     /// What the operating system says; EGM, which [`crate::controller`] simulates.
     pub fn run(self, each: impl Fn(Duration) -> ControlFlow<()>) -> io::Result<StreamSimReport> {
         if self.protocol != Protocol::UrRtde {
-            if self.truth_to.is_some() || self.input_from.is_some() {
-                return Err(io::Error::new(io::ErrorKind::Unsupported, "only ur-rtde is wired to a camera"));
-            }
             return self.run_datagrams(each);
         }
-        let wiring = self.wiring()?;
+        let wiring = Wiring::new(self.truth_to, self.input_from)?;
         let version = self.version.unwrap_or(2) as u16;
         let settings =
             ServerSettings { feed: self.feed, epoch_s: UR_EPOCH_S, drift_ppm: self.drift_ppm, version };
         let mut server = RtdeServer::bind(self.address, settings)?.wired(wiring);
         server.run(|_, passed| each(passed))?;
         Ok(StreamSimReport::Rtde { packages: server.sent() })
-    }
-
-    fn wiring(&self) -> io::Result<Wiring> {
-        let clock = HostClock::start();
-        let input = |(at, late_s): (SocketAddr, f64)| TriggerReceiver::bind(at, (late_s * 1e9) as i64, clock);
-        Ok(Wiring {
-            truth: self.truth_to.map(|to| TruthSender::new(to, clock)).transpose()?,
-            trigger: self.input_from.map(input).transpose()?,
-            clock: Some(clock),
-        })
     }
 
     fn run_datagrams(self, each: impl Fn(Duration) -> ControlFlow<()>) -> io::Result<StreamSimReport> {
@@ -122,19 +116,27 @@ impl StreamSim {
             period_ms: self.period_ms.unwrap_or(usual_ms),
             drift_ppm: self.drift_ppm,
             network: Network::new(self.network, self.seed),
+            wiring: Wiring::new(self.truth_to, self.input_from)?,
         };
         let sent = robot.run(&socket, pc, |_, passed| each(passed))?;
-        let refused_and_commands = match &robot.speech {
-            Speech::StreamMotion(controller) => Some(controller.counts()),
-            Speech::Hspo { .. } | Speech::Rsi { .. } => None,
+        let (refused_and_commands, answers) = match &robot.speech {
+            Speech::StreamMotion(controller) => (Some(controller.counts()), None),
+            Speech::Rsi { controller, .. } => (None, controller.answers()),
+            Speech::Hspo { .. } => (None, None),
         };
-        Ok(StreamSimReport::Datagrams { sent, lost: robot.network.lost(), refused_and_commands })
+        Ok(StreamSimReport::Datagrams { sent, lost: robot.network.lost(), refused_and_commands, answers })
     }
 
     /// What it says, and its usual time between messages, ms.
     fn speech(&self) -> io::Result<(Speech, u32)> {
         match self.protocol {
-            Protocol::KukaRsi => Ok((Speech::Rsi { begins: IPOC }, 4)),
+            Protocol::KukaRsi => {
+                let controller = match &self.awaits {
+                    Some(config) => RsiController::awaiting(config.sentype.clone(), RSI_TIMEOUT_CYCLES),
+                    None => RsiController::default(),
+                };
+                Ok((Speech::Rsi { begins: IPOC, controller }, 4))
+            }
             Protocol::FanucStreamMotion => {
                 let (version, period_ms) = (self.version.unwrap_or(3), self.period_ms.unwrap_or(8));
                 Ok((Speech::StreamMotion(StreamMotionController::new(version, period_ms)), 8))
@@ -153,17 +155,20 @@ impl fmt::Display for StreamSimReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Rtde { packages } => write!(f, "{packages} packages of data sent"),
-            Self::Datagrams { sent: Sent { cycles, datagrams, received }, lost, refused_and_commands } => {
+            Self::Datagrams {
+                sent: Sent { cycles, datagrams, received },
+                lost,
+                refused_and_commands,
+                answers,
+            } => {
                 write!(
                     f,
                     "{cycles} cycles, {datagrams} datagrams sent, {lost} lost on purpose, {received} received"
                 )?;
-                match refused_and_commands {
-                    Some((refused, commands)) => {
-                        write!(f, "; {refused} of them refused, {commands} commands of motion not followed")
-                    }
-                    None => Ok(()),
+                if let Some((refused, commands)) = refused_and_commands {
+                    write!(f, "; {refused} of them refused, {commands} commands of motion not followed")?;
                 }
+                answers.map_or(Ok(()), |answers| write!(f, "; {answers}"))
             }
         }
     }

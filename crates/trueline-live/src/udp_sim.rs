@@ -1,9 +1,9 @@
 //! Simulated controllers that send their poses by datagrams, in real time.
 
-use crate::controller::Network;
+use crate::controller::{Network, Wiring};
 use crate::fanuc::hspo_sim;
 use crate::fanuc::stream_motion_sim::StreamMotionController;
-use crate::kuka::rsi_sim;
+use crate::kuka::rsi_sim::RsiController;
 use crate::pose_feed::PoseFeed;
 use crate::wait;
 use std::io;
@@ -24,10 +24,12 @@ pub enum Speech {
     },
     /// FANUC's Stream Motion.
     StreamMotion(StreamMotionController),
-    /// KUKA's RSI with ONLYSEND; the IPOC at the start.
+    /// KUKA's RSI; the IPOC at the start.
     Rsi {
         /// First value.
         begins: u64,
+        /// What becomes of answers.
+        controller: RsiController,
     },
 }
 
@@ -43,6 +45,8 @@ pub struct UdpRobot {
     pub drift_ppm: f64,
     /// The way to the PC.
     pub network: Network<(SocketAddr, Vec<u8>)>,
+    /// What is wired to it.
+    pub wiring: Wiring,
 }
 
 /// What went over the socket.
@@ -69,13 +73,16 @@ impl UdpRobot {
     ) -> io::Result<Sent> {
         socket.set_nonblocking(true)?;
         let (start, mut sent) = (Instant::now(), Sent::default());
+        let start_ns = self.wiring.clock().read().steady_ns;
         // A clock that runs fast makes shorter cycles.
         let period_s = f64::from(self.period_ms) * 1e-3 / (1.0 + self.drift_ppm * 1e-6);
         loop {
             let due_ns = (sent.cycles as f64 * period_s * 1e9) as i64;
             self.answer(socket, start, due_ns, &mut sent)?;
             let pose = self.feed.at(due_ns as f64 * 1e-9);
-            for (to, datagram) in self.datagrams(sent.cycles, &pose, pc) {
+            self.wiring.tell(start_ns + due_ns, &pose);
+            let input = self.wiring.input(start_ns + due_ns).unwrap_or(false);
+            for (to, datagram) in self.datagrams(sent.cycles, &pose, input, pc) {
                 self.network.send(due_ns, (to, datagram));
             }
             sent.cycles += 1;
@@ -101,27 +108,38 @@ impl UdpRobot {
             wait::until_readable(socket, Duration::from_nanos(u64::try_from(next_ns - now_ns).unwrap_or(0)));
             let Ok((length, from)) = socket.recv_from(&mut buffer) else { continue };
             sent.received += 1;
-            if let Speech::StreamMotion(controller) = &mut self.speech
-                && let Some(answer) = controller.receive(&buffer[..length], from)
-            {
-                socket.send_to(&answer, from)?;
+            match &mut self.speech {
+                Speech::StreamMotion(controller) => {
+                    if let Some(answer) = controller.receive(&buffer[..length], from) {
+                        socket.send_to(&answer, from)?;
+                    }
+                }
+                Speech::Rsi { controller, .. } => controller.receive(&buffer[..length]),
+                Speech::Hspo { .. } => {}
             }
         }
     }
 
-    fn datagrams(&mut self, cycle: u64, pose: &Pose, pc: Option<SocketAddr>) -> Vec<(SocketAddr, Vec<u8>)> {
+    fn datagrams(
+        &mut self,
+        cycle: u64,
+        pose: &Pose,
+        input: bool,
+        pc: Option<SocketAddr>,
+    ) -> Vec<(SocketAddr, Vec<u8>)> {
         let passed_ms = cycle * u64::from(self.period_ms);
         match (&mut self.speech, pc) {
             (Speech::Hspo { begins_us, wraps_us }, Some(pc)) => {
                 let clock_us = (u64::from(*begins_us) + passed_ms * 1000) % u64::from(*wraps_us).max(1);
-                let packets = hspo_sim::packets(cycle as u32 + 1, clock_us as u32, pose);
+                let packets = hspo_sim::packets(cycle as u32 + 1, clock_us as u32, pose, input.into());
                 packets.into_iter().map(|packet| (pc, packet)).collect()
             }
-            (Speech::Rsi { begins }, Some(pc)) => {
-                vec![(pc, rsi_sim::message(pose, *begins + passed_ms).into_bytes())]
+            (Speech::Rsi { begins, controller }, Some(pc)) => {
+                let message = controller.message(pose, *begins + passed_ms, input);
+                message.into_iter().map(|message| (pc, message.into_bytes())).collect()
             }
             (Speech::StreamMotion(controller), _) => {
-                controller.status(passed_ms as u32, pose).into_iter().collect()
+                controller.status(passed_ms as u32, pose, input).into_iter().collect()
             }
             (_, None) => Vec::new(),
         }

@@ -3,6 +3,7 @@
 use crate::endpoint::MOST_AT_ONCE;
 use crate::frame_filter::{FrameFilter, Rejection, SequenceStatus};
 use crate::host_clock::HostClock;
+use crate::robot_answer::RobotAnswer;
 use crate::robot_source::{RobotPacket, RobotPose, RobotSource, SourceAbout, SourceError};
 use crate::stamped_socket::{Datagram, StampedSocket};
 use std::io;
@@ -34,6 +35,16 @@ pub trait DatagramProtocol: Send {
     /// Takes notice of a datagram, whatever it is.
     fn notice(&mut self, _bytes: &[u8], _now_ns: i64) {}
 
+    /// What the robot is answered when all that is there was read, at a steady time, ns. Nothing of it moves the robot.
+    fn answer(&mut self, _now_ns: i64) -> Option<Vec<u8>> {
+        None
+    }
+
+    /// Whether the robot waits for answers.
+    fn must_answer(&self) -> bool {
+        false
+    }
+
     /// Why the robot is not to be listened to any longer.
     fn refusal(&self) -> Option<String> {
         None
@@ -45,6 +56,9 @@ pub trait DatagramProtocol: Send {
     }
 }
 
+/// Answers that are kept until somebody asks for them.
+const MOST_KEPT: usize = 1000;
+
 /// A socket and what it knows of its robot.
 pub struct UdpSource<P: DatagramProtocol> {
     socket: StampedSocket,
@@ -53,6 +67,8 @@ pub struct UdpSource<P: DatagramProtocol> {
     robot: Option<SocketAddr>,
     filter: FrameFilter,
     protocol: P,
+    answers: Vec<RobotAnswer>,
+    unsent: u64,
 }
 
 impl<P: DatagramProtocol> UdpSource<P> {
@@ -68,7 +84,15 @@ impl<P: DatagramProtocol> UdpSource<P> {
     ) -> io::Result<Self> {
         let socket = StampedSocket::bind(address, clock)?;
         let local = socket.local_address()?;
-        Ok(Self { socket, local, robot: None, filter: FrameFilter::new(robot), protocol })
+        Ok(Self {
+            socket,
+            local,
+            robot: None,
+            filter: FrameFilter::new(robot),
+            protocol,
+            answers: Vec::new(),
+            unsent: 0,
+        })
     }
 
     /// Asks a robot to speak.
@@ -109,7 +133,21 @@ impl<P: DatagramProtocol> UdpSource<P> {
             each(&judge(filter, protocol, datagram));
             waiting = socket.next_waiting()?;
         }
+        self.answer();
         Ok(())
+    }
+
+    /// An answer that the system does not take is not tried again: its cycle is over.
+    fn answer(&mut self) {
+        let now_ns = self.socket.clock().read().steady_ns;
+        let (Some(bytes), Some(to)) = (self.protocol.answer(now_ns), self.filter.robot()) else { return };
+        match self.socket.send(&bytes, to) {
+            Ok(()) if self.answers.len() < MOST_KEPT => {
+                self.answers.push(RobotAnswer { bytes, to, steady_ns: now_ns });
+            }
+            Ok(()) => {}
+            Err(_) => self.unsent += 1,
+        }
     }
 }
 
@@ -142,7 +180,19 @@ impl<P: DatagramProtocol> RobotSource for UdpSource<P> {
     }
 
     fn about(&self) -> SourceAbout {
-        self.protocol.about()
+        let mut about = self.protocol.about();
+        if self.unsent > 0 {
+            about.notes.push(format!("{} answers could not be sent", self.unsent));
+        }
+        about
+    }
+
+    fn must_answer(&self) -> bool {
+        self.protocol.must_answer()
+    }
+
+    fn take_answers(&mut self) -> Vec<RobotAnswer> {
+        std::mem::take(&mut self.answers)
     }
 }
 

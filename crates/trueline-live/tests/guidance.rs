@@ -236,7 +236,7 @@ fn lead(
         .unwrap();
         let mut end = None;
         robot
-            .run(HostClock::start(), |cycle| {
+            .run(|cycle| {
                 end = cycle.controller.ended();
                 if end.is_some() || cycle.passed > Duration::from_secs(10) {
                     std::ops::ControlFlow::Break(())

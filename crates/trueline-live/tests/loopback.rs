@@ -92,7 +92,7 @@ fn a_simulated_controller_is_heard_as_what_it_is() {
         )
         .unwrap();
         robot
-            .run(HostClock::start(), |cycle| {
+            .run(|cycle| {
                 if cycle.passed > Duration::from_millis(1500) {
                     ControlFlow::Break(())
                 } else {

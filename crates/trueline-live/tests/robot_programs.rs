@@ -266,7 +266,7 @@ fn kukas_program_streams_around_the_path_by_a_context_that_cannot_move_the_robot
     let pc = "192.168.1.20:49152".parse().unwrap();
     for (form, created) in [(RsiContext::Rsix, "\"trueline_rsi\""), (RsiContext::Rsi, "\"trueline_rsi.rsi\"")]
     {
-        let files = krl_rsi::files(&waypoints, pc, form);
+        let files = krl_rsi::files(&waypoints, pc, form, None);
         let text = |ending: &str| {
             let found: Vec<&ProgramFile> = files.iter().filter(|f| f.name.ends_with(ending)).collect();
             found[0].text.clone()
@@ -306,5 +306,42 @@ fn kukas_program_streams_around_the_path_by_a_context_that_cannot_move_the_robot
         assert!(
             files.iter().all(|file| file.text.is_ascii() && !file.text.replace("\r\n", "").contains('\n'))
         );
+    }
+}
+
+#[test]
+fn kukas_context_sends_the_input_of_a_camera_along_and_still_moves_nothing() {
+    let waypoints = Waypoints::of(&path()).unwrap();
+    let pc = "192.168.1.20:49152".parse().unwrap();
+    for form in [RsiContext::Rsix, RsiContext::Rsi] {
+        let files = krl_rsi::files(&waypoints, pc, form, Some(26));
+        let text =
+            |name: &str| files.iter().find(|file| file.name == name).map(|file| file.text.clone()).unwrap();
+        let attribute = |element: &Element, name: &str| {
+            element.1.iter().find(|[key, _]| key.eq_ignore_ascii_case(name)).map(|[_, value]| value.clone())
+        };
+        let (sent, _) = elements(&text("trueline_ethernet.xml"));
+        let of_input = sent.iter().find(|e| attribute(e, "TAG").as_deref() == Some("DiL")).unwrap();
+        let channel: u32 = attribute(of_input, "INDX").unwrap().parse().unwrap();
+        assert_eq!(attribute(of_input, "TYPE").as_deref(), Some("BOOL"));
+        // The newer form counts from 0, the older one from 1.
+        let (context, begins) = match form {
+            RsiContext::Rsix => (text("trueline_rsi.rsix"), 0),
+            RsiContext::Rsi => (text("trueline_rsi.rsi.xml"), 1),
+        };
+        let (found, _) = elements(&context);
+        let objects: Vec<_> =
+            found.iter().filter_map(|e| attribute(e, "ObjType")).map(|o| o.to_uppercase()).collect();
+        assert_eq!(objects, ["DIGIN", "ETHERNET"]);
+        let wire = found.iter().find(|(name, _)| name == "Input").unwrap();
+        assert_eq!(attribute(wire, "InIdx").unwrap(), (channel - 1 + begins).to_string());
+        assert_eq!(attribute(wire, "OutObjId"), found.iter().find_map(|e| attribute(e, "ObjId")));
+        let index = found.iter().find(|e| attribute(e, "Name").as_deref() == Some("Index")).unwrap();
+        assert_eq!(attribute(index, "ParamValue").as_deref(), Some("26"));
+        if form == RsiContext::Rsi {
+            let (model, _) = elements(&text("trueline_rsi.rsi"));
+            let moniker = model.iter().find(|(name, _)| name == "rSIOutPortMoniker").unwrap();
+            assert_eq!(attribute(moniker, "name").as_deref(), Some("//DIGIN1/Out1"));
+        }
     }
 }

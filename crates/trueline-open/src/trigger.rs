@@ -1,5 +1,6 @@
 //! Which of the robot's digital inputs the camera's exposures drive, and what they say of the time offset.
 
+use std::cmp::Reverse;
 use std::fmt;
 use trueline_dataset::Recording;
 use trueline_mcap::{Imported, InputsEntry};
@@ -29,7 +30,8 @@ fn of_inputs(changes: &[InputsEntry], exposure_s: f64, frames: usize) -> Option<
         let share = edges.len() as f64 / frames.max(1) as f64;
         (LEAST_SHARE..=2.0).contains(&share)
     });
-    let (input, between_ns) = likely.max_by_key(|(_, edges)| edges.len())?;
+    // Of several that rise as often (a number with a sign repeats its highest bit) the first.
+    let (input, between_ns) = likely.max_by_key(|(input, edges)| (edges.len(), Reverse(*input)))?;
     Some(Trigger { input, edges: TriggerEdges { between_ns, exposure_s } })
 }
 
@@ -93,6 +95,8 @@ mod tests {
         assert!(edges.iter().all(|[before_ns, after_ns]| {
             (before_ns + 1_000_000, after_ns % 30_000_000) == (*after_ns, 0)
         }));
+        let repeated = changes(|ms| if ms % 30 < 6 { !0 << 7 } else { 0 });
+        assert_eq!(of_inputs(&repeated, 0.006, 100).map(|trigger| trigger.input), Some(7));
         assert_eq!(of_inputs(&changes(|ms| u64::from(ms > 700)), 0.006, 100), None);
         assert_eq!(of_inputs(&[], 0.006, 0), None);
     }

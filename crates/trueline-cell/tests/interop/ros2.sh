@@ -55,5 +55,31 @@ PY
 verdict "they are recorded" "$code" "$text"
 code=0; "$TRUELINE" listen --ros2 /nothing_there --for-s 1 > none.txt 2>&1 || code=$?
 verdict "a topic that nobody publishes is said to be silent" "$([ "$code" = 1 ]; echo $?)" "$(head -n 1 none.txt)"
+
+# ---- transforms ----------------------------------------------------------------------------------------------------
+kill "$driver" 2>/dev/null || true
+heard() { # heard KIND: listens to a driver of that kind
+    "$VENV/bin/python" "$here/ros2_driver.py" 9 /tf "$1" > sent & driver=$!
+    sleep 1
+    code=0; "$TRUELINE" listen --ros2 /tf --ros2-frames base:tool0 --for-s 5 --json tf.json > "tf-$1.txt" 2>&1 || code=$?
+    kill "$driver" 2>/dev/null || true
+    wait "$driver" 2>/dev/null || true
+}
+heard tf
+text=$("$PYTHON" - <<'PY' 2>&1
+import json
+told = json.load(open("tf.json"))
+x, y, z = told["robot"]["position_mm"]
+assert told["poses"] > 200 and 500 < x < 700 and abs(y - 250) < 1e-6 and abs(z - 625) < 1e-6, told
+print(told["poses"], "poses at", told["robot"]["position_mm"], told["notes"])
+PY
+) || code=1
+verdict "transforms of Cyclone DDS are composed, with a static one from before" "$code" "$text"
+heard loop
+verdict "a loop of frames ends it" "$([ "$code" = 1 ] && grep -q "form a loop" tf-loop.txt; echo $?)" "$(tail -n 1 tf-loop.txt)"
+heard missing
+verdict "a missing transform is told" "$([ "$code" = 1 ] && grep -q "no transforms lead from" tf-missing.txt; echo $?)" "$(grep lead tf-missing.txt)"
+heard changed
+verdict "a static transform that changes ends it" "$([ "$code" = 1 ] && grep -q "static transform of .tool0. changed" tf-changed.txt; echo $?)" "$(tail -n 1 tf-changed.txt)"
 [ "$failed" = 0 ] || cat ./*.txt
 exit $failed

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use trueline_args::{Mode, RobotSimArgs};
 use trueline_geometry::Pose;
 use trueline_live::controller::real_time::Cycle;
-use trueline_live::controller::{Controller, GuidanceEnd, Network, RealTime, TruthSender};
-use trueline_live::{HostClock, priority};
+use trueline_live::controller::{Controller, GuidanceEnd, Network, RealTime};
+use trueline_live::priority;
 
 /// Runs the command.
 pub(crate) fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
@@ -22,18 +22,17 @@ pub(crate) fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
     let network = args.network();
     let (to_pc, to_robot) = (Network::new(network, args.seed), Network::new(network, args.seed ^ 0x5eed));
     let controller = Controller::new(args.controller(path));
-    let mut robot = RealTime::bind(controller, to_pc, to_robot, args.from, args.pc).map_err(|error| {
+    let robot = RealTime::bind(controller, to_pc, to_robot, args.from, args.pc).map_err(|error| {
         let message = format!("{}: cannot send from there: {error}", args.from);
         Failure::new(message, "--from is an address of this PC")
     })?;
-    let clock = HostClock::start();
-    let truth = args.truth_to.map(|to| TruthSender::new(to, clock)).transpose().map_err(|error| {
-        let hint = "it is an address of this machine, for example 127.0.0.1:7001";
-        Failure::new(format!("--truth-to: {error}"), hint)
-    })?;
+    let mut robot = robot.wired(args.wiring().map_err(|error| {
+        let hint = "they are addresses of this machine, for example 127.0.0.1:7001";
+        Failure::new(format!("--truth-to, --input-from: {error}"), hint)
+    })?);
     // A controller is punctual; without the right to be, this one is as punctual as the machine lets it.
     let _granted = priority::request_real_time();
-    let ran = drive(&mut robot, truth.as_ref(), clock, Duration::from_secs_f64(duration_s), args.quiet);
+    let ran = drive(&mut robot, Duration::from_secs_f64(duration_s), args.quiet);
     ran.map_err(|error| Failure::new(format!("{}: {error}", args.pc), "can this PC reach that address?"))?;
     if !args.quiet {
         output::words(&robot.to_string());
@@ -43,20 +42,11 @@ pub(crate) fn run(args: &RobotSimArgs) -> Result<ExitCode, Failure> {
     Ok(if by_an_event { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
 
-fn drive(
-    robot: &mut RealTime,
-    truth: Option<&TruthSender>,
-    clock: HostClock,
-    duration: Duration,
-    quiet: bool,
-) -> std::io::Result<()> {
+fn drive(robot: &mut RealTime, duration: Duration, quiet: bool) -> std::io::Result<()> {
     let shows = !quiet && std::io::stderr().is_terminal();
     let (mut shown, mut told) = (Instant::now(), None);
-    let ran = robot.run(clock, |cycle| {
-        let Cycle { controller, passed, cycle_ns, steady_ns } = *cycle;
-        if let (Some(truth), Some(pose)) = (truth, controller.true_pose(cycle_ns)) {
-            truth.send(steady_ns, &pose);
-        }
+    let ran = robot.run(|cycle| {
+        let Cycle { controller, passed } = *cycle;
         if controller.ended() != told {
             told = controller.ended();
             if let (Some(end), false) = (told, quiet) {

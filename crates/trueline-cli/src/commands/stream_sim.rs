@@ -18,7 +18,7 @@ pub(crate) fn run(args: &StreamSimArgs) -> Result<ExitCode, Failure> {
     let duration = Duration::from_secs_f64(args.for_s.unwrap_or(feed.duration_s()));
     let address = address(args)?;
     let report =
-        args.sim(address, feed).run(|passed| interrupt::until(passed, duration)).map_err(|error| {
+        args.sim(address, feed)?.run(|passed| interrupt::until(passed, duration)).map_err(|error| {
             let hint = "it is an address of this PC, with a port that is free";
             Failure::new(format!("{address}: {error}"), hint)
         })?;

@@ -68,6 +68,8 @@ pub struct Controller {
     taken: u64,
     /// Time that the robot's own program has run, ns.
     ran_ns: i64,
+    /// The signal of `\DOToSensor`, if the program names one.
+    digital: Option<bool>,
     rng: ChaCha8Rng,
 }
 
@@ -101,9 +103,15 @@ impl Controller {
             refused: BTreeMap::new(),
             taken: 0,
             ran_ns: 0,
+            digital: None,
             rng: ChaCha8Rng::seed_from_u64(settings.seed),
             settings,
         }
+    }
+
+    /// The signal that it sends along (`\DOToSensor`) from now on; RobotWare before 7.7 sends none.
+    pub fn set_digital(&mut self, digital: Option<bool>) {
+        self.digital = digital;
     }
 
     /// When its next cycle is, ns after the start.
@@ -333,7 +341,7 @@ impl Controller {
             move_index: is_7.then_some(1),
             collision: is_7
                 .then(|| Collision { triggered: Some(self.collided), quota: Axes::from([0.0; 6]) }),
-            rapid_data: is_7.then(RapidData::default),
+            rapid_data: is_7.then(|| RapidData { digital: self.digital, ..RapidData::default() }),
             unread: 0,
             torque_reference: (generation >= Generation::From7_16).then(|| Axes::from([0.0; 6])),
         }

@@ -11,6 +11,7 @@ pub mod settings;
 pub(crate) mod trigger_feed;
 mod truth_feed;
 pub(crate) mod virtual_time;
+mod wiring;
 
 pub use controller::{Controller, GuidanceEnd};
 pub use network::{Network, NetworkSettings};
@@ -19,3 +20,4 @@ pub use settings::{ControllerSettings, Event, StopMode, Task};
 pub use trigger_feed::{TriggerReceiver, TriggerSender};
 pub use truth_feed::{TruthReceiver, TruthSender};
 pub use virtual_time::VirtualTime;
+pub use wiring::Wiring;

@@ -2,7 +2,7 @@
 
 use super::controller::Controller;
 use super::network::Network;
-use crate::host_clock::HostClock;
+use super::wiring::Wiring;
 use crate::stamped_socket::LONGEST_BYTES;
 use crate::wait;
 use std::fmt;
@@ -20,6 +20,7 @@ pub struct RealTime {
     from: SocketAddr,
     pc: SocketAddr,
     counts: Counts,
+    wiring: Wiring,
 }
 
 /// A cycle that is done.
@@ -28,10 +29,6 @@ pub struct Cycle<'a> {
     pub controller: &'a Controller,
     /// Time since the start.
     pub passed: Duration,
-    /// When the cycle was due, ns after the start,
-    pub cycle_ns: i64,
-    /// and on the steady clock, ns.
-    pub steady_ns: i64,
 }
 
 /// What went over the socket.
@@ -58,7 +55,14 @@ impl RealTime {
         pc: SocketAddr,
     ) -> io::Result<Self> {
         let socket = open(from)?;
-        Ok(Self { controller, to_pc, to_robot, socket, from, pc, counts: Counts::default() })
+        let (counts, wiring) = (Counts::default(), Wiring::default());
+        Ok(Self { controller, to_pc, to_robot, socket, from, pc, counts, wiring })
+    }
+
+    /// The same with something wired to it.
+    #[must_use]
+    pub fn wired(self, wiring: Wiring) -> Self {
+        Self { wiring, ..self }
     }
 
     /// The controller.
@@ -83,12 +87,8 @@ impl RealTime {
     ///
     /// # Errors
     /// What the operating system says, except that nobody listens.
-    pub fn run(
-        &mut self,
-        clock: HostClock,
-        mut each: impl FnMut(&Cycle<'_>) -> ControlFlow<()>,
-    ) -> io::Result<()> {
-        let (start, start_ns) = (Instant::now(), clock.read().steady_ns);
+    pub fn run(&mut self, mut each: impl FnMut(&Cycle<'_>) -> ControlFlow<()>) -> io::Result<()> {
+        let (start, start_ns) = (Instant::now(), self.wiring.clock().read().steady_ns);
         let mut buffer = [0; LONGEST_BYTES];
         loop {
             let now_ns = i64::try_from(start.elapsed().as_nanos()).unwrap_or(i64::MAX);
@@ -101,9 +101,12 @@ impl RealTime {
             }
             if self.controller.next_cycle_ns() <= now_ns {
                 let cycle_ns = self.controller.next_cycle_ns();
+                self.controller.set_digital(self.wiring.input(start_ns + cycle_ns));
                 self.run_cycle(now_ns)?;
-                let (controller, passed) = (&self.controller, start.elapsed());
-                let cycle = Cycle { controller, passed, cycle_ns, steady_ns: start_ns + cycle_ns };
+                if let Some(pose) = self.controller.true_pose(cycle_ns) {
+                    self.wiring.tell(start_ns + cycle_ns, &pose);
+                }
+                let cycle = Cycle { controller: &self.controller, passed: start.elapsed() };
                 if each(&cycle).is_break() {
                     return Ok(());
                 }

@@ -30,6 +30,8 @@ pub struct Raw {
     index: u32,
     clock_us: u32,
     base_from_tool: Pose,
+    /// The last word: inputs or outputs, as the controller is set.
+    io: u32,
 }
 
 impl DatagramProtocol for Hspo {
@@ -57,7 +59,8 @@ impl DatagramProtocol for Hspo {
         let clock_us = u32::from_be_bytes(array(bytes, 8).ok_or(length)?);
         let base_from_tool = zyx_angles::pose_from_mm([x, y, z], zyx_angles::from_wpr_deg([w, p, r]))
             .ok_or(PacketError::NotFinite)?;
-        Ok((index, Raw { index, clock_us, base_from_tool }))
+        let io = u32::from_be_bytes(array(bytes, POSE_BYTES - 4).ok_or(length)?);
+        Ok((index, Raw { index, clock_us, base_from_tool, io }))
     }
 
     fn place(&mut self, raw: Raw, status: SequenceStatus) -> (RobotPose, SequenceStatus) {
@@ -73,7 +76,7 @@ impl DatagramProtocol for Hspo {
             device_ns,
             base_from_tool: raw.base_from_tool,
             status: RobotStatus::Unknown,
-            inputs: None,
+            inputs: Some(raw.io.into()),
         };
         (pose, status)
     }

@@ -3,9 +3,9 @@
 use crate::zyx_angles;
 use trueline_geometry::Pose;
 
-/// A packet with the tool's pose, and one with joints, as a controller sends them side by side.
+/// A packet with the tool's pose, and one with joints, as a controller sends them side by side; both end with a word of signals.
 #[must_use]
-pub fn packets(index: u32, clock_us: u32, base_from_tool: &Pose) -> [Vec<u8>; 2] {
+pub fn packets(index: u32, clock_us: u32, base_from_tool: &Pose, io: u32) -> [Vec<u8>; 2] {
     let head = |kind: u16| {
         let mut bytes = Vec::with_capacity(60);
         for word in [1, index, clock_us] {
@@ -24,7 +24,8 @@ pub fn packets(index: u32, clock_us: u32, base_from_tool: &Pose) -> [Vec<u8>; 2]
     let mut joints = head(4);
     joints.extend([0; 36]);
     for bytes in [&mut pose, &mut joints] {
-        bytes.extend([0; 8]);
+        bytes.extend([0; 4]);
+        bytes.extend(io.to_be_bytes());
     }
     [pose, joints]
 }

@@ -5,12 +5,14 @@
 
 pub mod hspo;
 pub mod hspo_sim;
+pub mod signal;
 pub mod stream_motion;
 pub mod stream_motion_packets;
 pub mod stream_motion_sim;
 pub(crate) mod wrapping_clock;
 
 pub use hspo::Hspo;
+pub use signal::Signal;
 pub use stream_motion::StreamMotion;
 
 /// Where Stream Motion controllers listen.

@@ -1,10 +1,13 @@
-//! Listening to Stream Motion: stop, ask what the controller can do, start, and from then on nothing is sent. No command ever.
+//! Listening to Stream Motion: stop, ask what the controller can do, name the input to report if there is one, start, and from then on
+//! nothing is sent. No command ever.
 //!
 //! Where another program streams motion (the status says that commands are awaited), silence would not be harmless: then
 //! the stream is left alone.
 
+use super::signal::Signal;
 use super::stream_motion_packets::{
-    CAPABILITY, Capability, START, START_OLD, STOP, Status, VERSION_REQUEST, head, status, word, words,
+    CAPABILITY, Capability, SIGNALS, START, START_OLD, STOP, Status, VERSION_REQUEST, head, status, word,
+    words,
 };
 use super::wrapping_clock::WrappingClock;
 use crate::frame_filter::{Rejection, SequenceStatus};
@@ -16,6 +19,8 @@ const PATIENCE_NS: i64 = 1_000_000_000;
 /// The version that the question for capabilities has.
 const ASKED_VERSION: u32 = 3;
 const MS_NS: i64 = 1_000_000;
+/// A request that was not answered so often is not understood.
+const MOST_UNANSWERED: u32 = 3;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
@@ -25,6 +30,8 @@ enum Stage {
     Capability,
     /// Asked for the version (versions 1 and 2).
     Version,
+    /// Told which signal to report (versions 3 and 4).
+    Signals,
     /// Asked to start.
     Started,
 }
@@ -34,25 +41,41 @@ enum Stage {
 pub struct StreamMotion {
     stage: Stage,
     since_ns: i64,
-    /// Start with it as soon as the socket is asked.
-    start: Option<Vec<u8>>,
+    /// What is sent as soon as the socket is asked, and where that leads.
+    next: Option<(Stage, Vec<u8>)>,
+    /// The input that is to be reported.
+    signal: Option<Signal>,
+    /// How often that was asked for in vain.
+    unanswered: u32,
+    refused: Option<String>,
     version: Option<u32>,
     tool: bool,
     awaits_commands: bool,
     clock: WrappingClock,
 }
 
-impl Default for StreamMotion {
-    fn default() -> Self {
+impl StreamMotion {
+    /// Listens, to an input as well where one is named.
+    #[must_use]
+    pub fn new(signal: Option<Signal>) -> Self {
         Self {
             stage: Stage::Idle,
             since_ns: 0,
-            start: None,
+            next: None,
+            signal,
+            unanswered: 0,
+            refused: None,
             version: None,
             tool: false,
             awaits_commands: false,
             clock: WrappingClock::default(),
         }
+    }
+}
+
+impl Default for StreamMotion {
+    fn default() -> Self {
+        Self::new(None)
     }
 }
 
@@ -75,7 +98,10 @@ impl DatagramProtocol for StreamMotion {
             device_ns: self.clock.unwrapped_ns(raw.time_ms, MS_NS, numbers),
             base_from_tool: raw.pose,
             status: raw.stopped.map_or(RobotStatus::Ready, RobotStatus::Stopped),
-            inputs: None,
+            inputs: match self.version {
+                Some(3..) => self.signal.and(raw.signals).map(|signals| signals & 1),
+                _ => raw.signals,
+            },
         };
         (pose, status)
     }
@@ -87,19 +113,27 @@ impl DatagramProtocol for StreamMotion {
             pose: if self.tool { PoseMeaning::TcpInActiveBase } else { PoseMeaning::FlangeInWorld },
             clock: "ms, in steps of 2",
             controller: None,
-            notes: Vec::new(),
+            notes: self.signal.map(|signal| format!("input 0 is {signal}")).into_iter().collect(),
         }
     }
 
     fn ask(&mut self, now_ns: i64) -> Vec<Vec<u8>> {
-        if let Some(start) = self.start.take() {
-            (self.stage, self.since_ns) = (Stage::Started, now_ns);
-            return vec![start];
+        if let Some((stage, packet)) = self.next.take() {
+            (self.stage, self.since_ns) = (stage, now_ns);
+            return vec![packet];
         }
-        if self.awaits_commands || (self.stage != Stage::Idle && now_ns - self.since_ns < PATIENCE_NS) {
+        if self.refusal().is_some() || (self.stage != Stage::Idle && now_ns - self.since_ns < PATIENCE_NS) {
             return Vec::new();
         }
         self.since_ns = now_ns;
+        if self.stage == Stage::Signals {
+            self.unanswered += 1;
+            if let (MOST_UNANSWERED.., Some(signal)) = (self.unanswered, self.signal) {
+                self.refused =
+                    Some(format!("the controller does not answer when it is asked to report {signal}"));
+                return Vec::new();
+            }
+        }
         if self.stage == Stage::Capability {
             self.stage = Stage::Version;
             return vec![head(VERSION_REQUEST, 1)];
@@ -112,12 +146,31 @@ impl DatagramProtocol for StreamMotion {
         if let (Some(capability), Stage::Capability) = (Capability::read(bytes), self.stage) {
             self.version = Some(capability.version);
             self.tool = capability.tool;
-            self.start = Some(head(START, capability.version));
+            self.next = Some(match self.signal {
+                Some(signal) => (Stage::Signals, signal.request(capability.version)),
+                None => (Stage::Started, head(START, capability.version)),
+            });
+        } else if let (12, Stage::Signals, Some(SIGNALS), Some(result), Some(version)) =
+            (bytes.len(), self.stage, word(bytes, 0), word(bytes, 1), self.version)
+        {
+            match (result, self.signal) {
+                (0, _) | (_, None) => self.next = Some((Stage::Started, head(START, version))),
+                (code, Some(signal)) => {
+                    self.refused = Some(format!("the controller does not report {signal} (error {code})"));
+                }
+            }
         } else if let (true, Stage::Version, Some(VERSION_REQUEST), Some(version)) =
             (bytes.len() == 8, self.stage, word(bytes, 0), word(bytes, 1))
         {
             self.version = Some(version);
-            self.start = Some(head(START_OLD, version));
+            match self.signal {
+                None => self.next = Some((Stage::Started, head(START_OLD, version))),
+                Some(signal) => {
+                    self.refused = Some(format!(
+                        "version {version} of Stream Motion reports {signal} only where commands ask for it, and none is ever sent"
+                    ));
+                }
+            }
         } else if let (Ok(status), Stage::Started) = (status(bytes), self.stage) {
             self.since_ns = now_ns;
             self.awaits_commands |= status.awaits_commands;
@@ -125,11 +178,12 @@ impl DatagramProtocol for StreamMotion {
     }
 
     fn refusal(&self) -> Option<String> {
-        self.awaits_commands.then(|| {
+        let another = self.awaits_commands.then(|| {
             "another program streams motion to this controller (the status says that commands are awaited); \
              stop it, then listen"
                 .to_owned()
-        })
+        });
+        another.or_else(|| self.refused.clone())
     }
 
     /// Not where another program streams: the stop would be its end.

@@ -15,6 +15,8 @@ pub(crate) const VERSION_REQUEST: u32 = 6;
 pub(crate) const CAPABILITY: u32 = 7;
 /// Begins it, versions 3 and 4.
 pub const START: u32 = 200;
+/// Says which signals the statuses carry, versions 3 and 4; the answer has the same type.
+pub const SIGNALS: u32 = 203;
 /// Status of versions 1 and 2.
 pub(crate) const STATUS_OLD: u32 = 0;
 /// Status of version 3.
@@ -74,6 +76,9 @@ pub struct Status {
     pub stopped: Option<&'static str>,
     /// `base_from_tool` or `base_from_flange`.
     pub pose: Pose,
+    /// What stands where the signals are: of versions 3 and 4 those that were asked for ([`SIGNALS`]), nothing that means anything
+    /// if none were; of versions 1 and 2 `None` where no command named any.
+    pub signals: Option<u64>,
 }
 
 /// Reads a status of any version.
@@ -83,12 +88,13 @@ pub struct Status {
 pub fn status(bytes: &[u8]) -> Result<Status, PacketError> {
     let length = PacketError::Length { found: bytes.len() };
     let kind = word(bytes, 0).ok_or(length)?;
-    let (time_at, pose_at) = match (kind, bytes.len()) {
-        (STATUS_OLD, 132) => (20, 24),
-        (STATUS_3, 388) | (STATUS_4, 416) => (16, 20),
+    let (time_at, pose_at, signals_at) = match (kind, bytes.len()) {
+        (STATUS_OLD, 132) => (20, 24, 13),
+        (STATUS_3, 388) => (16, 20, 132),
+        (STATUS_4, 416) => (16, 20, 160),
         (STATUS_OLD | STATUS_3 | STATUS_4, _) => return Err(length),
-        (CAPABILITY | VERSION_REQUEST, _) => {
-            return Err(PacketError::NotNeeded("an answer about versions"));
+        (CAPABILITY | VERSION_REQUEST | SIGNALS, _) => {
+            return Err(PacketError::NotNeeded("an answer about versions or signals"));
         }
         (found, _) => return Err(PacketError::Kind { found }),
     };
@@ -104,7 +110,18 @@ pub fn status(bytes: &[u8]) -> Result<Status, PacketError> {
         awaits_commands: bytes[12] & 1 != 0,
         stopped: stopped(kind, bytes),
         pose: zyx_angles::pose_from_mm([x, y, z], rotation).ok_or(PacketError::NotFinite)?,
+        signals: match kind {
+            STATUS_OLD => signals_of_command(bytes, signals_at),
+            // These alone are little endian.
+            _ => array(bytes, signals_at).map(u64::from_le_bytes),
+        },
     })
+}
+
+/// Versions 1 and 2 tell the signals that a command named: their type (0 is none), first number, mask and value.
+fn signals_of_command(bytes: &[u8], at: usize) -> Option<u64> {
+    let [mask, value] = [at + 3, at + 5].map(|at| array(bytes, at).map(u16::from_be_bytes));
+    (bytes[at] != 0).then_some(u64::from(mask? & value?))
 }
 
 /// Versions 1 and 2 have no robot status, only "system ready" (bit 2).

@@ -1,11 +1,15 @@
 //! A simulated controller's side of Stream Motion: status after a start, silence to a foreign version, no motion.
 
 use super::stream_motion_packets::{
-    CAPABILITY, START, START_OLD, STATUS_3, STATUS_4, STATUS_OLD, STOP, VERSION_REQUEST, head, word, words,
+    CAPABILITY, SIGNALS, START, START_OLD, STATUS_3, STATUS_4, STATUS_OLD, STOP, VERSION_REQUEST, head, word,
+    words,
 };
 use crate::zyx_angles;
 use std::net::SocketAddr;
 use trueline_geometry::Pose;
+
+/// Inputs of each type.
+const MOST_INPUTS: u32 = 512;
 
 /// A controller of one version.
 #[derive(Clone, Debug)]
@@ -18,13 +22,23 @@ pub struct StreamMotionController {
     refused: u64,
     /// Commands of motion that came; none is followed.
     commands: u64,
+    /// It was told to report an input.
+    reports_input: bool,
 }
 
 impl StreamMotionController {
     /// Speaks one version of 1 to 4, every so many ms.
     #[must_use]
     pub fn new(version: u32, sampling_ms: u32) -> Self {
-        Self { version, sampling_ms, listener: None, sequence: 0, refused: 0, commands: 0 }
+        Self {
+            version,
+            sampling_ms,
+            listener: None,
+            sequence: 0,
+            refused: 0,
+            commands: 0,
+            reports_input: false,
+        }
     }
 
     /// Packets that it did not take, and commands of motion that came.
@@ -57,6 +71,7 @@ impl StreamMotionController {
                 (self.listener, self.sequence) = (Some(from), 0);
                 None
             }
+            (SIGNALS, true) => Some(words(&[SIGNALS, self.configure(bytes), 0])),
             (VERSION_REQUEST, false) => Some(head(VERSION_REQUEST, self.version)),
             (1 | 5 | 201, _) => {
                 self.commands += 1;
@@ -69,8 +84,16 @@ impl StreamMotionController {
         }
     }
 
+    /// One entry, the state of a digital input or of one at the arm, is all that is simulated; 0 is success.
+    fn configure(&mut self, bytes: &[u8]) -> u32 {
+        let entry = [2, 3, 4, 5].map(|place| word(bytes, place));
+        let is_input = matches!(entry, [Some(2), Some(1 | 3), Some(1..=MOST_INPUTS), Some(1)]);
+        self.reports_input = is_input && bytes.len() == 520 && word(bytes, 6) == Some(0);
+        u32::from(!self.reports_input)
+    }
+
     /// The status of a moment, and to whom; nothing before a start.
-    pub fn status(&mut self, time_ms: u32, pose: &Pose) -> Option<(SocketAddr, Vec<u8>)> {
+    pub fn status(&mut self, time_ms: u32, pose: &Pose, input: bool) -> Option<(SocketAddr, Vec<u8>)> {
         let to = self.listener?;
         self.sequence = self.sequence.wrapping_add(1);
         let (kind, length, time_at, pose_at) = match self.version {
@@ -90,8 +113,10 @@ impl StreamMotionController {
         for (k, figure) in [p.x, p.y, p.z, w, pitch, r].into_iter().enumerate() {
             put(pose_at + 4 * k, (figure as f32).to_be_bytes());
         }
-        if !self.is_new() {
-            bytes[12] = 4;
+        match self.version {
+            1 | 2 => bytes[12] = 4,
+            version if self.reports_input => bytes[if version == 3 { 132 } else { 160 }] = input.into(),
+            _ => {}
         }
         Some((to, bytes))
     }

@@ -1,8 +1,17 @@
-//! KUKA's Robot Sensor Interface (RSI): the controller sends an XML text each cycle. With `ONLYSEND` it wants no answer, and
-//! that is the one way it is listened to here: nothing is ever sent.
+//! KUKA's Robot Sensor Interface (RSI): the controller sends an XML text each cycle.
+//!
+//! With `ONLYSEND` it wants no answer, and nothing is ever sent: that is how it is listened to unless an [`Answer`](zero_answer) was
+//! asked for. [`rsi`] is the stream, [`ethernet_config`] what the controller was told about it, [`rsi_sim`] the controller's side, simulated.
 
+pub mod ethernet_config;
+pub mod input_element;
+pub mod ipoc;
 pub mod rob_message;
 pub mod rsi;
 pub mod rsi_sim;
+pub mod zero_answer;
 
+pub use ethernet_config::EthernetConfig;
+pub use input_element::InputElement;
 pub use rsi::Rsi;
+pub use zero_answer::ZeroAnswer;

@@ -1,32 +1,127 @@
-//! The stream of messages: cycles of 4 or 12 ms, of simulators 1, told by the IPOC alone.
+//! The stream of messages: cycles of 4 or 12 ms, of simulators 1, told by the IPOC alone; and answers, where the controller waits for them.
+//!
+//! Answering makes the PC a part of the robot's motion loop, so it is done only where it was asked for, and then by these rules: a message is
+//! answered if it is the robot's, in order, whole, and the newest that is there; once; as long as its cycle can still be running; and
+//! with a [`ZeroAnswer`], which has no room for any other correction. What is in doubt is not answered: the controller stops the robot by
+//! itself when answers are missing.
 
-use super::rob_message::{self, RobMessage};
+use super::input_element::InputElement;
+use super::ipoc::Ipoc;
+use super::rob_message::{self, Inputs, RobMessage};
+use super::zero_answer::ZeroAnswer;
 use crate::frame_filter::{Rejection, SequenceStatus};
 use crate::robot_source::{PoseMeaning, RobotPose, RobotStatus, SourceAbout};
 use crate::udp_source::DatagramProtocol;
 
 const MS_NS: i64 = 1_000_000;
+/// An answer later than the longest cycle of RSI comes after its cycle in any case, ns.
+const ANSWER_WITHIN_NS: i64 = 12 * MS_NS;
 
 /// One controller's stream.
 #[derive(Clone, Debug, Default)]
 pub struct Rsi {
+    inputs: InputElement,
+    /// The element was named, so that it is missed where it is not there.
+    inputs_asked: bool,
+    inputs_seen: Option<Inputs>,
     /// The least that the IPOC rose by from one message to the next, ms: the cycle.
     cycle_ms: Option<u32>,
-    /// The controller waits for answers that it does not get.
-    delayed: bool,
+    /// Answers that the controller missed, as it last said.
+    delayed: u32,
+    answers: Option<Answers>,
+    arrived_ns: i64,
+}
+
+/// What is answered, and what became of it.
+#[derive(Clone, Debug)]
+struct Answers {
+    zero: ZeroAnswer,
+    /// The newest message, and when it came, ns, until it is answered.
+    due: Option<(Ipoc, i64)>,
+    given: u64,
+    /// A newer message was there already.
+    overtaken: u64,
+    /// Too old when this program came to it.
+    late: u64,
+}
+
+impl Rsi {
+    /// Listens; with the element that holds the inputs, if it is not the usual one, and the answer that messages get, if any.
+    #[must_use]
+    pub fn new(inputs: Option<InputElement>, answer: Option<ZeroAnswer>) -> Self {
+        let answers = answer.map(|zero| Answers { zero, due: None, given: 0, overtaken: 0, late: 0 });
+        Self {
+            inputs_asked: inputs.is_some(),
+            inputs: inputs.unwrap_or_default(),
+            answers,
+            ..Self::default()
+        }
+    }
+
+    fn inputs(&mut self, inputs: Inputs) -> Option<u64> {
+        self.inputs_seen = Some(inputs);
+        match inputs {
+            Inputs::Bits(bits) => Some(bits),
+            Inputs::Missing | Inputs::Odd => None,
+        }
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        match (self.inputs_seen, self.inputs_asked) {
+            (Some(Inputs::Missing), true) => {
+                notes.push(format!("the messages have no {}: inputs are not recorded", self.inputs));
+            }
+            (Some(Inputs::Odd), _) => {
+                notes.push(format!("{} is no whole number: inputs are not recorded", self.inputs));
+            }
+            _ => {}
+        }
+        match &self.answers {
+            Some(answers) => notes.extend(answers.notes(self.delayed)),
+            None if self.delayed > 0 => notes.push(
+                "the controller counts missing answers (Delay): set ONLYSEND to TRUE, or consent to answer it, else it stops \
+                 the robot"
+                    .to_owned(),
+            ),
+            None => {}
+        }
+        notes
+    }
+}
+
+impl Answers {
+    fn notes(&self, delayed: u32) -> Vec<String> {
+        let Self { given, overtaken, late, .. } = self;
+        let mut notes = vec![format!(
+            "this PC is part of the robot's motion loop: {given} messages answered, all with zero corrections; when it falls silent RSI \
+             ends and the robot stops"
+        )];
+        notes.extend(self.zero.left_out());
+        if overtaken + late > 0 {
+            notes.push(format!(
+                "{overtaken} messages were not answered because a newer one was there, {late} because they were too old"
+            ));
+        }
+        if delayed > 0 {
+            notes.push(format!("the controller counts {delayed} answers that came too late (Delay)"));
+        }
+        notes
+    }
 }
 
 impl DatagramProtocol for Rsi {
     type Raw = RobMessage;
 
     fn decode(&self, bytes: &[u8]) -> Result<(u32, RobMessage), Rejection> {
-        let message = rob_message::read(bytes)?;
+        let message = rob_message::read(bytes, &self.inputs)?;
         // The IPOC may be longer than 32 bits; its lower part counts as well.
-        Ok((message.ipoc as u32, message))
+        Ok((message.ipoc.ms() as u32, message))
     }
 
     fn place(&mut self, raw: RobMessage, status: SequenceStatus) -> (RobotPose, SequenceStatus) {
-        self.delayed |= raw.delayed.is_some_and(|delayed| delayed > 0);
+        self.delayed = raw.delayed.unwrap_or(self.delayed);
+        let is_newest = status != SequenceStatus::Late;
         let status = match status {
             SequenceStatus::Newest { skipped } => {
                 let rose_ms = skipped.saturating_add(1);
@@ -40,25 +135,48 @@ impl DatagramProtocol for Rsi {
             }
             SequenceStatus::Late => status,
         };
+        if let (Some(answers), true) = (&mut self.answers, is_newest) {
+            let before = answers.due.replace((raw.ipoc, self.arrived_ns));
+            answers.overtaken += u64::from(before.is_some());
+        }
         let pose = RobotPose {
-            sequence: raw.ipoc as u32,
-            device_ns: i64::try_from(raw.ipoc).unwrap_or(i64::MAX / MS_NS).saturating_mul(MS_NS),
+            sequence: raw.ipoc.ms() as u32,
+            device_ns: i64::try_from(raw.ipoc.ms()).unwrap_or(i64::MAX / MS_NS).saturating_mul(MS_NS),
             base_from_tool: raw.pose,
             status: RobotStatus::Unknown,
-            inputs: None,
+            inputs: self.inputs(raw.inputs),
         };
         (pose, status)
     }
 
+    fn notice(&mut self, _: &[u8], now_ns: i64) {
+        self.arrived_ns = now_ns;
+    }
+
+    fn answer(&mut self, now_ns: i64) -> Option<Vec<u8>> {
+        let answers = self.answers.as_mut()?;
+        let (ipoc, arrived_ns) = answers.due.take()?;
+        if now_ns - arrived_ns > ANSWER_WITHIN_NS {
+            answers.late += 1;
+            return None;
+        }
+        answers.given += 1;
+        Some(answers.zero.to(&ipoc))
+    }
+
+    fn must_answer(&self) -> bool {
+        self.answers.is_some()
+    }
+
     fn about(&self) -> SourceAbout {
-        let late =
-            "the controller counts missing answers (Delay): set ONLYSEND to TRUE, else it stops the robot";
+        let way =
+            if self.answers.is_some() { "answering with zero corrections" } else { "listening, ONLYSEND" };
         SourceAbout {
-            protocol: "KUKA RSI (listening, ONLYSEND)".to_owned(),
+            protocol: format!("KUKA RSI ({way})"),
             pose: PoseMeaning::TcpInActiveBase,
             clock: "IPOC: the controller's interpolation cycles, in ms",
             controller: None,
-            notes: if self.delayed { vec![late.to_owned()] } else { Vec::new() },
+            notes: self.notes(),
         }
     }
 }

@@ -95,6 +95,7 @@ mod tests {
             collided: false,
             generation: Generation::From7,
             attitudes_differ: false,
+            digital: None,
         };
         ReceivedFrame { frame, arrival_ns, is_first: false }
     }

@@ -10,7 +10,7 @@ pub mod source;
 pub mod variables;
 pub mod wire;
 
-pub use server::{RtdeServer, ServerSettings, Wiring};
+pub use server::{RtdeServer, ServerSettings};
 pub use source::RtdeSource;
 
 /// Where controllers listen.

@@ -1,8 +1,7 @@
 //! A simulated controller that listens for RTDE clients, in real time.
 
 use super::controller::{CYCLES_HZ, Connection, Moment};
-use crate::controller::{TriggerReceiver, TruthSender};
-use crate::host_clock::HostClock;
+use crate::controller::Wiring;
 use crate::pose_feed::PoseFeed;
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
@@ -21,17 +20,6 @@ pub struct ServerSettings {
     pub drift_ppm: f64,
     /// Highest version of RTDE, 1 or 2.
     pub version: u16,
-}
-
-/// What is wired to a controller in a simulated cell.
-#[derive(Default)]
-pub struct Wiring {
-    /// Where the robot truly is goes there.
-    pub truth: Option<TruthSender>,
-    /// What drives its first digital input.
-    pub trigger: Option<TriggerReceiver>,
-    /// The clock of both.
-    pub clock: Option<HostClock>,
 }
 
 /// Most that waits for a client that does not read, bytes: then the connection is closed, as controllers do.
@@ -96,8 +84,7 @@ impl RtdeServer {
     /// # Errors
     /// What the operating system says of the listening socket.
     pub fn run(&mut self, mut each: impl FnMut(&Self, Duration) -> ControlFlow<()>) -> io::Result<()> {
-        let clock = self.wiring.clock.unwrap_or_else(HostClock::start);
-        let (start, start_ns) = (Instant::now(), clock.read().steady_ns);
+        let (start, start_ns) = (Instant::now(), self.wiring.clock().read().steady_ns);
         let mut cycle = 0_u64;
         loop {
             let due = Duration::from_secs_f64(cycle as f64 / CYCLES_HZ);
@@ -130,10 +117,8 @@ impl RtdeServer {
         let time_s = cycle as f64 / CYCLES_HZ;
         let steady_ns = start_ns + (time_s * 1e9).round() as i64;
         let base_from_tool = self.settings.feed.at(time_s);
-        if let Some(truth) = &self.wiring.truth {
-            truth.send(steady_ns, &base_from_tool);
-        }
-        let is_on = self.wiring.trigger.as_mut().is_some_and(|input| input.is_on(steady_ns));
+        self.wiring.tell(steady_ns, &base_from_tool);
+        let is_on = self.wiring.input(steady_ns).unwrap_or(false);
         let moment = Moment {
             stamp_s: self.settings.epoch_s + time_s * (1.0 + self.settings.drift_ppm * 1e-6),
             base_from_tool,

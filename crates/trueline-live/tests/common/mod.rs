@@ -68,5 +68,6 @@ pub(crate) fn frame(k: i64, pose: Pose) -> RobotFrame {
         collided: false,
         generation: Generation::From7,
         attitudes_differ: false,
+        digital: None,
     }
 }

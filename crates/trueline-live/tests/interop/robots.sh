@@ -8,6 +8,7 @@
 #   PYTHON=...       Python 3.11 or newer                 (default: python3)
 #   VENV=DIR         use or make the environment there    (default: a temporary one)
 #   RTDE_CLIENT=DIR  folder of Universal Robots' RTDE_Python_Client_Library; without it that client is left out, and said so
+#   KROSHU=DIR       folder kuka_rsi_simulator of kroshu's kuka_drivers; without it that simulator is left out, and said so; needs numpy
 #
 # PASS, FAIL and SKIP lines go to stdout; the exit code is 0 if nothing failed.
 set -euo pipefail
@@ -103,6 +104,33 @@ PY
 }
 rsi 64017 "rsipi's controller with its ONLYSEND context is listened to"
 rsi 64016 "rsipi's controller sends by the configuration of robot-program" "$work/krc/trueline_ethernet.xml"
+
+# ---- their controllers that wait for answers -----------------------------------------------------------------------
+answered() { # answered NAME PORT CONFIGURATION PEER-ARGUMENTS: the controller judges, and our listener says how many it answered
+    local name=$1 port=$2 config=$3; shift 3
+    peer "$@" > "$work/waits" & waits=$!
+    for _ in $(seq 100); do [ -s "$config" ] && break; sleep 0.1; done
+    code=0
+    "$TRUELINE" listen --protocol kuka-rsi --bind "127.0.0.1:$port" --robot 127.0.0.1 --answer-rsi "$config" --for-s 9 \
+        --json "$work/answered.json" > "$work/listen" || code=$?
+    wait "$waits" || code=$?
+    text=$("$PYTHON" - "$work/answered.json" <<'PY'
+import json, sys
+told = json.load(open(sys.argv[1]))
+assert told["poses"] > 50, told
+print(told["poses"], "poses;", told["notes"][0].split(";")[0].split(": ")[1])
+PY
+) || code=1
+    verdict "$name" "$code" "$text; $(tail -n 1 "$work/waits")"
+}
+answered "rsipi's controller that waits for answers accepts ours" 64019 "$work/rsipi.xml" rsipi-answered 64019 4 "$work/rsipi.xml"
+if [ -n "${KROSHU:-}" ]; then
+    printf '<ROOT><CONFIG><PORT>59152</PORT><SENTYPE>KROSHU</SENTYPE><ONLYSEND>FALSE</ONLYSEND></CONFIG><RECEIVE><ELEMENTS>%s</ELEMENTS></RECEIVE></ROOT>' \
+        "$(for k in 1 2 3 4 5 6; do echo "<ELEMENT TAG=\"AK.A$k\" TYPE=\"DOUBLE\" INDX=\"$k\" HOLDON=\"1\"/>"; done)" > "$work/kroshu.xml"
+    answered "kroshu's simulator accepts our answers" 59152 "$work/kroshu.xml" kroshu "$KROSHU" 59152 5
+else
+    echo "SKIP kroshu's simulator: KROSHU is not set"
+fi
 
 # ---- recordings ----------------------------------------------------------------------------------------------------
 echo 'kind = "profiler"' > "$work/sensor.toml"

@@ -138,6 +138,84 @@ def rsi_server(port, seconds, configuration=None):
     return True, {"context": "ours" if written else source.name}
 
 
+def rsi_answered(port, seconds, config):
+    """rsipi's controller with its own context that waits for answers, RKorr among them; written to CONFIG for our side."""
+    import os
+    import pathlib
+    import re
+    import socket
+    import tempfile
+    os.chdir(tempfile.mkdtemp())
+    import RSIPI.rsi_echo_server as package
+    source = pathlib.Path(package.__file__).parent / "contexts" / "RSI_EthernetConfig_Full.xml"
+    text = re.sub(r"<PORT>.*?</PORT>", f"<PORT>{port}</PORT>", source.read_text())
+    text = re.sub(r"<IP_NUMBER>.*?</IP_NUMBER>", "<IP_NUMBER>127.0.0.1</IP_NUMBER>", text)
+    pathlib.Path(config).write_text(text)
+    bind = socket.socket.bind
+    socket.socket.bind = lambda self, address: bind(self, ("127.0.0.1", 0 if address[1] == 50000 else address[1]))
+    server = package.EchoServer(config, delay_ms=12)
+    taken = []
+    process = server.process_reply
+    server.process_reply = lambda text: taken.append(process(text)) or taken[-1]
+    time.sleep(2.5)
+    began = str(server.state["RIst"])
+    server.start()
+    time.sleep(float(seconds))
+    good = server.running and taken.count(True) > 50 and taken.count(False) == 0 and server.faulty_packets < 20
+    told = {"accepted": taken.count(True), "refused": taken.count(False), "late": taken.count(None),
+            "faulty": server.faulty_packets, "moved": str(server.state["RIst"]) != began}
+    server.stop()
+    return good and not told["moved"], told
+
+
+def kroshu(folder, port, seconds):
+    """kroshu's simulator (kuka_rsi_simulator of kuka_drivers), with a stand-in for the few parts of ROS that it uses."""
+    import types
+    quiet = types.SimpleNamespace(info=lambda *_: None, warn=lambda *_: None, error=lambda *_: None)
+
+    class Node:
+        values = {"rsi_port": int(port)}
+
+        def __init__(self, name):
+            pass
+
+        def create_timer(self, period, call):
+            self.period, self.call = period, call
+
+        def declare_parameter(self, name, value):
+            self.values.setdefault(name, value)
+
+        def get_parameter(self, name):
+            value = self.values[name]
+            told = types.SimpleNamespace(string_value=value, integer_value=value, bool_value=value)
+            return types.SimpleNamespace(get_parameter_value=lambda: told)
+
+        def create_publisher(self, *_):
+            return types.SimpleNamespace(publish=lambda _: None)
+
+        def get_logger(self):
+            return quiet
+
+    modules = {name: types.ModuleType(name) for name in
+               ["rclpy", "rclpy.node", "std_msgs", "std_msgs.msg", "yaml", "ament_index_python"]}
+    modules["rclpy.node"].Node = Node
+    modules["std_msgs.msg"].String = lambda data: data
+    for name, module in modules.items():
+        sys.modules.setdefault(name, module)
+    sys.path.insert(0, folder)
+    from kuka_rsi_simulator.rsi_simulator import RSISimulator
+    node = RSISimulator("rsi_simulator_node")
+    at_first = node.act_joint_pos.copy()
+    time.sleep(2.5)
+    until = time.time() + float(seconds)
+    while time.time() < until:
+        before = time.time()
+        node.call()
+        time.sleep(max(0.0, node.period - (time.time() - before)))
+    told = {"answered": node.ipoc, "timeouts": node.timeout_count, "moved": bool((node.act_joint_pos != at_first).any())}
+    return node.ipoc > 50 and node.timeout_count < 10 and not told["moved"], told
+
+
 PEERS = {
     "ur-rtde": ur_rtde,
     "ur-own": ur_own,
@@ -146,6 +224,8 @@ PEERS = {
     "airo-fanuc-client": crx_client,
     "fanuc-ucl-stmo": stmo_client,
     "rsipi-server": rsi_server,
+    "rsipi-answered": rsi_answered,
+    "kroshu": kroshu,
 }
 
 if __name__ == "__main__":
