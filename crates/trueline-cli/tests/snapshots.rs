@@ -92,7 +92,7 @@ fn mistakes_are_told_in_these_words() {
 }
 
 #[cfg(unix)]
-const LINES: [&str; 41] = [
+const LINES: [&str; 46] = [
     "callibrate scan",
     "calibrate",
     "calibrate nowhere",
@@ -134,4 +134,9 @@ const LINES: [&str; 41] = [
     "scan nowhere.csv --limits nowhere.toml",
     "scan scan/robot.csv --limits nowhere.toml",
     "scan scan/robot.csv --limits broken.toml",
+    "listen --protocol fanuc-hspo --bind 127.0.0.1:5000 --inputs DI1",
+    "listen --protocol fanuc-stream-motion --robot 127.0.0.1 --inputs 101",
+    "listen --protocol kuka-rsi --bind 127.0.0.1:5000 --answer-rsi nowhere.xml",
+    "listen --protocol kuka-rsi --bind 127.0.0.1:5000 --robot 127.0.0.1 --answer-rsi broken.toml",
+    "robot-program ur scan/robot.csv --out x --input 3",
 ];

@@ -6,6 +6,7 @@ use crate::observer::{OpenObserver, Told, told_of_import};
 use crate::place::{self, Place};
 use crate::profiles::seams_of_profiles;
 use crate::trigger::{self, MeasuredByInput, Trigger};
+use std::collections::BTreeSet;
 use std::fmt;
 use std::path::Path;
 use trueline_dataset::feature_cache::FeatureCache;
@@ -142,13 +143,22 @@ fn open_pictures(
     Ok(Opened { recording, pictures: Some(Box::new(pictures)), stamp_meaning: None, trigger: None })
 }
 
+/// Images of which only the seam points were recorded.
+fn with_a_seam(recording: &Recording) -> usize {
+    recording.features.iter().map(|feature| feature.stamp_ns).collect::<BTreeSet<_>>().len()
+}
+
 fn open_recording(file: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Opened, OpenError> {
     let choice = Choice { sensor: sensor_beside(file)?, ..Choice::default() };
     let imported = import(file, &choice)?;
     told_of_import(&imported, observer);
     let mut recording = imported.in_written_form()?;
     folder::refuse_what_is_not_applied(file, &recording.setup)?;
-    let frames = imported.pictures.as_ref().map_or(imported.profiles.len(), |pictures| pictures.count());
+    let frames = match &imported.pictures {
+        Some(pictures) => pictures.count(),
+        None if imported.profiles.is_empty() => with_a_seam(&recording),
+        None => imported.profiles.len(),
+    };
     let trigger = trigger::of(&imported, frames);
     let Imported { pictures, profiles, stamp_meaning, .. } = imported;
     if recording.features.is_empty() {

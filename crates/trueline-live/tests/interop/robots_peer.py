@@ -158,12 +158,13 @@ def rsi_answered(port, seconds, config):
     process = server.process_reply
     server.process_reply = lambda text: taken.append(process(text)) or taken[-1]
     time.sleep(2.5)
-    began = str(server.state["RIst"])
+    position = lambda: [float(server.state["RIst"][axis]) for axis in "XYZABC"]
+    began = position()
     server.start()
     time.sleep(float(seconds))
     good = server.running and taken.count(True) > 50 and taken.count(False) == 0 and server.faulty_packets < 20
     told = {"accepted": taken.count(True), "refused": taken.count(False), "late": taken.count(None),
-            "faulty": server.faulty_packets, "moved": str(server.state["RIst"]) != began}
+            "faulty": server.faulty_packets, "moved": position() != began}
     server.stop()
     return good and not told["moved"], told
 
