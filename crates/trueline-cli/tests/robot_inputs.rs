@@ -134,7 +134,7 @@ fn measured(name: &str, scan: &Recording, late_s: f64, folder: &Path) -> Measure
     stream(name, scan, &inputs, &mut recording);
     for (frame, feature) in (0_u64..).zip(&scan.features) {
         let stamp_ns = BEGAN_NS + feature.stamp_ns;
-        let features = vec![trueline_dataset::Feature { stamp_ns, ..feature.clone() }];
+        let features = vec![trueline_dataset::Feature { stamp_ns, ..*feature }];
         assert!(recording.handle().offer(Entry::Features(FeaturesEntry { features })));
         let (exposure_us, status) = (Some(1e6 * EXPOSURE_S), "not recorded".to_owned());
         let frame = FrameEntry {
