@@ -1,10 +1,10 @@
 //! Poses, features and stripes as arrays.
 
 use numpy::ndarray::{Array2, Array3};
-use numpy::{IntoPyArray, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trueline::{Measured, Pose};
+use trueline::{Feature, Measured, Pose};
 use trueline_dataset::PlateStripe;
 
 /// A pose as a 4×4 matrix, m.
@@ -21,6 +21,18 @@ pub(crate) fn points<'py, 'a>(
     let rows: Vec<&[f64]> = points.map(numbers).collect();
     let width = rows.first().map_or(2, |row| row.len());
     Array2::from_shape_fn((rows.len(), width), |(row, column)| rows[row][column]).into_pyarray(py)
+}
+
+/// Standard deviations (N, 2) and correlations (N,).
+pub(crate) type FeatureErrors<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
+
+/// The standard deviations of features (px, or m), not a number where none is known, and the correlations of these errors.
+pub(crate) fn errors<'py>(py: Python<'py>, features: &[Feature]) -> FeatureErrors<'py> {
+    let sigma = Array2::from_shape_fn((features.len(), 2), |(row, axis)| {
+        features[row].sigma.map_or(f64::NAN, |sigma| sigma[axis])
+    });
+    let correlation: Vec<f64> = features.iter().map(|feature| feature.correlation).collect();
+    (sigma.into_pyarray(py), correlation.into_pyarray(py))
 }
 
 /// Stamps (ns), plates, support points (px, or m) and their standard deviations.

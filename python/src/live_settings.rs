@@ -10,10 +10,10 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 use trueline::live::{
-    ARRIVAL, CameraChoice, CameraRecorder, CameraSettings, Cell, CellError, LiveEstimate, READING,
-    RecordingSettings, StampChoice,
+    ARRIVAL, CameraChoice, CameraRecorder, CameraSettings, Cell, CellError, GigeChoice, LiveEstimate,
+    PixelFormat, READING, RecordingSettings, StampChoice,
 };
-use trueline_dataset::{SensorFile, sensor_toml};
+use trueline_dataset::{Channel, SensorFile, sensor_toml};
 use trueline_live::{HostClock, LinkAddress, LinkError, Protocol};
 
 const PROTOCOLS: [(&str, Protocol); 5] = [
@@ -22,6 +22,12 @@ const PROTOCOLS: [(&str, Protocol); 5] = [
     ("fanuc-hspo", Protocol::FanucHspo),
     ("fanuc-stream-motion", Protocol::FanucStreamMotion),
     ("kuka-rsi", Protocol::KukaRsi),
+];
+const LASERS: [(&str, Channel); 4] = [
+    ("red", Channel::Red),
+    ("green", Channel::Green),
+    ("blue", Channel::Blue),
+    ("gray", Channel::Gray),
 ];
 const STAMPS: [(&str, StampChoice); 3] = [
     ("first-packet", StampChoice::FirstPacket),
@@ -42,6 +48,9 @@ pub(crate) struct LiveSettings {
     replay: Option<PathBuf>,
     exposure_us: Option<f64>,
     fps: Option<f64>,
+    trigger: Option<String>,
+    pixel_format: Option<String>,
+    laser: Option<String>,
     stamp: String,
     joint: String,
     sensor_toml: Option<String>,
@@ -101,9 +110,10 @@ impl LiveSettings {
         let exposure_us = positive("exposure_us", self.exposure_us)?;
         let fps = positive("fps", self.fps)?;
         let address = parsed::<Ipv4Addr>("camera", self.camera.as_deref())?;
-        if address.is_none() && (exposure_us.is_some() || fps.is_some()) {
+        let others = [&self.trigger, &self.pixel_format, &self.laser].iter().any(|option| option.is_some());
+        if address.is_none() && (exposure_us.is_some() || fps.is_some() || others) {
             return Err(Failure::new(
-                "exposure_us, fps: are set on a camera, and none is named",
+                "exposure_us, fps, trigger, pixel_format, laser: are set on a camera, and none is named",
                 "camera=\"IP\", or leave them out",
             ));
         }
@@ -115,7 +125,14 @@ impl LiveSettings {
                 ));
             }
             (Some(folder), None) => CameraChoice::Replay(folder.clone()),
-            (None, Some(address)) => CameraChoice::GigE { address, exposure_us, fps },
+            (None, Some(address)) => CameraChoice::GigE(GigeChoice {
+                address,
+                exposure_us,
+                fps,
+                trigger: parsed("trigger", self.trigger.as_deref())?.unwrap_or_default(),
+                pixel: self.pixel_format.as_deref().map(pixel_format).transpose()?,
+                channel: self.laser.as_deref().map(|name| choice("laser", name, &LASERS)).transpose()?,
+            }),
             (None, None) => return Ok(None),
         };
         Ok(Some(CameraSettings {
@@ -144,6 +161,10 @@ impl LiveSettings {
     pub(crate) fn longest(&self) -> Result<Option<Duration>, Failure> {
         Ok(positive("for_s", self.for_s)?.map(Duration::from_secs_f64))
     }
+}
+
+fn pixel_format(name: &str) -> Result<PixelFormat, Failure> {
+    choice("pixel_format", name, &PixelFormat::pictures().map(|format| (format.name(), format)).collect::<Vec<_>>())
 }
 
 fn parsed<T: FromStr>(name: &str, text: Option<&str>) -> Result<Option<T>, Failure>

@@ -11,7 +11,9 @@ use pyo3::types::PyDict;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use trueline_dataset::sensor_setup::RegionOfInterest;
-use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource, Pixels, SensorFile, sensor_toml};
+use trueline_dataset::{
+    Error, FrameStamp, GrayImage, PictureSource, Pixels, SensorFile, correlation_of, sensor_toml,
+};
 use trueline_open::OpenError;
 use trueline_vision::scan::{ExaminedPicture, ScanError, ScanObserver, ScanSeams};
 use trueline_vision::{Detector, Joint, PictureRegion, StripeChoice};
@@ -139,6 +141,8 @@ fn columns_of<'py>(py: Python<'py>, seams: &ScanSeams) -> PyResult<Bound<'py, Py
     let sigma = Array2::from_shape_fn((found.len(), 2), |(row, axis)| {
         found[row].1.covariance_px2[(axis, axis)].sqrt()
     });
+    let correlation: Vec<f64> =
+        found.iter().map(|(_, seam, _)| correlation_of(&seam.covariance_px2)).collect();
     let (stamps, frames): (Vec<_>, Vec<_>) =
         found.iter().map(|(stamp, ..)| (stamp.stamp_ns, stamp.frame as i64)).unzip();
     let out = PyDict::new(py);
@@ -148,6 +152,7 @@ fn columns_of<'py>(py: Python<'py>, seams: &ScanSeams) -> PyResult<Bound<'py, Py
     out.set_item("line", found.iter().map(|(.., line)| *line).collect::<Vec<_>>().into_pyarray(py))?;
     out.set_item("points", pixels.into_pyarray(py))?;
     out.set_item("sigma", sigma.into_pyarray(py))?;
+    out.set_item("correlation", correlation.into_pyarray(py))?;
     out.set_item("stripes", columns::stripes(py, &seams.stripes())?)?;
     let others = seams
         .frames

@@ -4,7 +4,7 @@ use crate::columns;
 use crate::failure::Failure;
 use crate::interruptible;
 use crate::rows::{FARTHEST_SEEN_M, not_metres};
-use numpy::ndarray::{Array2, ArrayView2, Axis};
+use numpy::ndarray::{ArrayView2, Axis};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -51,16 +51,15 @@ pub(crate) fn profile_seams<'py>(
     })?;
     let out = PyDict::new(py);
     let features = &found.features;
-    let sigma = Array2::from_shape_fn((features.len(), 2), |(row, axis)| {
-        features[row].sigma.map_or(f64::NAN, |sigma| sigma[axis])
-    });
+    let (sigma, correlation) = columns::errors(py, features);
     let frames = features.iter().filter_map(|feature| Some(feature.frame? as i64));
     out.set_item("joint", "corner of two faces")?;
     out.set_item("stamp_ns", features.iter().map(|f| f.stamp_ns).collect::<Vec<_>>().into_pyarray(py))?;
     out.set_item("frame", frames.collect::<Vec<_>>().into_pyarray(py))?;
     out.set_item("line", features.iter().map(|f| i64::from(f.line)).collect::<Vec<_>>().into_pyarray(py))?;
     out.set_item("points", columns::points(py, features.iter().map(|feature| &feature.measured)))?;
-    out.set_item("sigma", sigma.into_pyarray(py))?;
+    out.set_item("sigma", sigma)?;
+    out.set_item("correlation", correlation)?;
     out.set_item("stripes", columns::stripes(py, &found.stripes)?)?;
     out.set_item("not_found", not_found)?;
     Ok(out)

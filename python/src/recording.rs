@@ -1,7 +1,7 @@
 //! A recorded scan.
 
 use crate::calibration::{Calibration, Made};
-use crate::columns;
+use crate::columns::{self, FeatureErrors};
 use crate::failure::Failure;
 use crate::interruptible;
 use crate::options::Options;
@@ -53,11 +53,12 @@ type Arrays<'py> = (
     PyReadonlyArray2<'py, f64>,
 );
 
-/// Line numbers, frame counters and standard deviations of the features.
+/// Line numbers, frame counters, standard deviations of the features and the correlations of their errors.
 type ExtraArrays<'py> = (
     Option<PyReadonlyArray1<'py, i64>>,
     Option<PyReadonlyArray1<'py, i64>>,
     Option<PyReadonlyArray2<'py, f64>>,
+    Option<PyReadonlyArray1<'py, f64>>,
 );
 
 /// Stamps, plates, the two support points and the standard deviations of stripes.
@@ -96,12 +97,13 @@ impl Recording {
             sensor_toml::parse_file(file, sensor_toml).map_err(Failure::from)?;
         folder::refuse_what_is_not_applied(file, &setup).map_err(Failure::from)?;
         let (robot_ns, base_from_tool, feature_ns, points) = &arrays;
-        let (line, frame, sigma) = &extras;
+        let (line, frame, sigma, correlation) = &extras;
         let poses = rows::poses(robot_ns.as_array(), base_from_tool.as_array())?;
         let extras = Extras {
             line: line.as_ref().map(|line| line.as_array()),
             frame: frame.as_ref().map(|frame| frame.as_array()),
             sigma: sigma.as_ref().map(|sigma| sigma.as_array()),
+            correlation: correlation.as_ref().map(|correlation| correlation.as_array()),
         };
         let features = rows::features(&sensor, feature_ns.as_array(), points.as_array(), extras)?;
         let stripes = match &stripes {
@@ -239,6 +241,11 @@ impl Recording {
     /// Which line each feature lies on.
     fn lines<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
         self.inner.features.iter().map(|feature| i64::from(feature.line)).collect::<Vec<_>>().into_pyarray(py)
+    }
+
+    /// Standard deviations of the features (px, or m), not a number where none is known, and the correlations of their errors.
+    fn feature_errors<'py>(&self, py: Python<'py>) -> FeatureErrors<'py> {
+        columns::errors(py, &self.inner.features)
     }
 
     /// The stripes: stamps (ns), plates, support points (px, or m) and their standard deviations.

@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use numpy::ndarray::{ArrayView1, ArrayView2, ArrayView3, Axis};
 use trueline::{Feature, Measured, Pose, RobotSample, Sensor};
-use trueline_dataset::PlateStripe;
+use trueline_dataset::{MOST_CORRELATION, PlateStripe};
 use trueline_geometry::se3;
 
 /// A rotation matrix may be this far from orthonormal: four printed digits are.
@@ -25,6 +25,8 @@ pub(crate) struct Extras<'a> {
     pub frame: Option<ArrayView1<'a, i64>>,
     /// Standard deviations in the points' unit.
     pub sigma: Option<ArrayView2<'a, f64>>,
+    /// Correlation of the errors whose standard deviations these are.
+    pub correlation: Option<ArrayView1<'a, f64>>,
 }
 
 /// Robot poses; positions in m.
@@ -94,6 +96,15 @@ pub(crate) fn features(
         numbers.map_or(Ok(()), |numbers| rows_of(name, numbers.shape(), &[count]))?;
     }
     extras.sigma.map_or(Ok(()), |sigma| rows_of("feature_sigma", sigma.shape(), &[count, 2]))?;
+    if let Some(correlation) = extras.correlation {
+        rows_of("feature_correlation", correlation.shape(), &[count])?;
+        if extras.sigma.is_none() {
+            return Err(Failure::new(
+                "feature_correlation: is of errors whose standard deviations are not given",
+                "give feature_sigma as well",
+            ));
+        }
+    }
     (0..count)
         .map(|row| {
             Ok(Feature {
@@ -103,7 +114,7 @@ pub(crate) fn features(
                 device_ns: None,
                 measured: measured(sensor, points.row(row)).map_err(|wrong| wrong.at("points", row))?,
                 sigma: extras.sigma.map(|sigma| sigma_of(sigma, row)).transpose()?,
-                correlation: 0.0,
+                correlation: extras.correlation.map_or(Ok(0.0), |correlation| correlation_in(correlation, row))?,
             })
         })
         .collect()
@@ -196,6 +207,18 @@ fn measured(sensor: &Sensor, point: ArrayView1<'_, f64>) -> Result<Measured, Wro
 
 fn sigma_of(sigma: ArrayView2<'_, f64>, row: usize) -> Result<[f64; 2], Failure> {
     Ok([deviation("feature_sigma", row, sigma[[row, 0]])?, deviation("feature_sigma", row, sigma[[row, 1]])?])
+}
+
+/// The correlation of a row's two errors.
+fn correlation_in(correlation: ArrayView1<'_, f64>, row: usize) -> Result<f64, Failure> {
+    let value = correlation[row];
+    if value.abs() <= MOST_CORRELATION {
+        return Ok(value);
+    }
+    Err(Failure::new(
+        format!("feature_correlation[{row}] is {value}"),
+        format!("correlations are numbers of at most ±{MOST_CORRELATION}"),
+    ))
 }
 
 fn deviation(name: &str, row: usize, sigma: f64) -> Result<f64, Failure> {

@@ -57,6 +57,9 @@ def test_a_recording_is_an_iterator_and_ends_when_it_is_left(bind: str, tmp_path
         ({"bind": "here"}, "bind"),
         ({"protocol": "ur-rtde"}, "address"),
         ({"bind": "127.0.0.1:6510", "fps": 10.0}, "fps"),
+        ({"bind": "127.0.0.1:6510", "trigger": "Line1"}, "trigger"),
+        ({"bind": "127.0.0.1:6510", "camera": "127.0.0.9", "trigger": "Line1:up"}, "rising, falling or any"),
+        ({"bind": "127.0.0.1:6510", "camera": "127.0.0.9", "pixel_format": "YUV"}, "no \"YUV\""),
         ({"bind": "127.0.0.1:6510", "protocol": "smoke"}, "no \"smoke\""),
     ],
 )

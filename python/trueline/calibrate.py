@@ -39,6 +39,7 @@ def calibrate(
     line: ArrayLike | None = None,
     frame: ArrayLike | None = None,
     feature_sigma: ArrayLike | None = None,
+    feature_correlation: ArrayLike | None = None,
     stripes: Stripes | None = None,
     initial: Initial = None,
     **options: Unpack[Options],
@@ -53,6 +54,7 @@ def calibrate(
     line: ArrayLike | None = None,
     frame: ArrayLike | None = None,
     feature_sigma: ArrayLike | None = None,
+    feature_correlation: ArrayLike | None = None,
     stripes: Stripes | None = None,
     initial: Initial = None,
     **options: Unpack[Options],
@@ -98,7 +100,8 @@ def calibrate(
         "points": points,
         "sensor": sensor,
     }
-    extras = {"line": line, "frame": frame, "feature_sigma": feature_sigma, "stripes": stripes}
+    errors = {"feature_sigma": feature_sigma, "feature_correlation": feature_correlation}
+    extras = {"line": line, "frame": frame, **errors, "stripes": stripes}
     recordings = _recordings(robot_times_s)
     if recordings:
         given = [name for name, value in (arrays | extras).items() if value is not None]

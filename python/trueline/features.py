@@ -21,8 +21,9 @@ class Features:
     """Seam points of the pictures, or profiles, that show one: what :func:`calibrate` takes.
 
     ``frame`` (M,) is the number of the picture, ``line`` (M,) that of the seam in a picture that shows two (a groove),
-    ``points`` (M, 2) are distorted pixels, or x and z in metres, ``sigma`` (M, 2) their standard deviations, ``stripes`` those
-    on the plates that meet in the seam, and ``not_found`` the numbers of the other pictures with the reason.
+    ``points`` (M, 2) are distorted pixels, or x and z in metres, ``sigma`` (M, 2) their standard deviations, ``correlation`` (M,)
+    that of the two errors, ``stripes`` those on the plates that meet in the seam, and ``not_found`` the numbers of the other
+    pictures with the reason.
     """
 
     joint: str
@@ -31,6 +32,7 @@ class Features:
     line: NDArray[np.int64]
     points: NDArray[np.float64]
     sigma: NDArray[np.float64]
+    correlation: NDArray[np.float64]
     stripes: Stripes
     not_found: dict[int, str]
 
@@ -105,7 +107,7 @@ def _pictures(frames: NDArray[Any]) -> NDArray[Any]:
 
 
 def _features(found: dict[str, Any]) -> Features:
-    own = {name: found[name] for name in ("joint", "frame", "line", "points", "sigma")}
+    own = {name: found[name] for name in ("joint", "frame", "line", "points", "sigma", "correlation")}
     return Features(
         **own,
         times_s=seconds(found["stamp_ns"]),

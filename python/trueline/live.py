@@ -31,6 +31,9 @@ class RecordOptions(TypedDict, total=False):
     replay: str | os.PathLike[str]
     exposure_us: float
     fps: float
+    trigger: str
+    pixel_format: str
+    laser: Literal["red", "green", "blue", "gray"]
     stamp: Literal["first-packet", "complete", "exposure"]
     joint: str
     tool: str

@@ -51,6 +51,7 @@ class Recording:
         line: ArrayLike | None = None,
         frame: ArrayLike | None = None,
         feature_sigma: ArrayLike | None = None,
+        feature_correlation: ArrayLike | None = None,
         stripes: Stripes | None = None,
         initial: tuple[float, ArrayLike] | Guess | None = None,
     ) -> Recording:
@@ -73,6 +74,8 @@ class Recording:
             The counter (M,) of the pictures; a jump in it is a lost picture.
         feature_sigma
             Standard deviations (M, 2) in the unit of the points.
+        feature_correlation
+            Correlation (M,) of the errors whose standard deviations these are, −1 to 1; none if left out.
         stripes
             The stripes on the plates that meet in the seam. With stripes alone (no points) two that cross give the point.
         initial
@@ -93,6 +96,7 @@ class Recording:
             None if line is None else whole("line", line),
             None if frame is None else whole("frame", frame),
             None if feature_sigma is None else floats("feature_sigma", feature_sigma, "M", "2"),
+            None if feature_correlation is None else floats("feature_correlation", feature_correlation, "M"),
         )
         by_stripes = stripe_arrays(stripes)
         text, guess = sensor_text(sensor), guess_arrays(initial)
@@ -122,6 +126,18 @@ class Recording:
     def line(self) -> NDArray[np.int64]:
         """Which line each feature lies on (M,)."""
         return self._inner.lines()
+
+    @cached_property
+    def feature_sigma(self) -> NDArray[np.float64] | None:
+        """Standard deviations (M, 2) of the features, px or m; NaN where one has none, ``None`` where none has."""
+        sigma, _ = self._inner.feature_errors()
+        return None if np.isnan(sigma).all() else sigma
+
+    @cached_property
+    def feature_correlation(self) -> NDArray[np.float64] | None:
+        """Correlation (M,) of the errors whose standard deviations :attr:`feature_sigma` holds; ``None`` without these."""
+        _, correlation = self._inner.feature_errors()
+        return None if self.feature_sigma is None else correlation
 
     @cached_property
     def stripes(self) -> Stripes | None:

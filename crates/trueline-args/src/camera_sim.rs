@@ -6,7 +6,8 @@ use crate::simulate::{JOINTS_OF_PICTURES, LOOKS};
 use clap::Args;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
-use trueline_camera::device::{DeviceClock, DeviceSettings};
+use trueline_camera::device::{Chunks, DeviceClock, DeviceSettings};
+use trueline_cell::CameraWiring;
 use trueline_sim::{Joint, Look};
 
 #[derive(Args)]
@@ -29,6 +30,16 @@ pub struct CameraSimArgs {
     /// Wire its output (exposure active) to the input of `stream-sim --input-from`
     #[arg(long, value_name = "IP:PORT")]
     pub trigger_to: Option<SocketAddr>,
+    /// Wire an encoder on the robot's way to its input Line1: a signal every so many mm that the tool travels, for
+    /// `record --trigger Line1`
+    #[arg(long, conflicts_with = "trigger_to", value_parser = number::above_zero)]
+    pub encoder_mm: Option<f64>,
+    /// Send chunk data with every picture: time, exposure, encoder, lines, counter of the trigger, number
+    #[arg(long)]
+    pub chunks: bool,
+    /// Its sensor has a mosaic of colours (BayerRG8, BayerRG12p, … and RGB8), and the laser is red
+    #[arg(long)]
+    pub colours: bool,
     /// Address of this machine that the camera has
     #[arg(long, default_value = "127.0.0.1")]
     pub address: Ipv4Addr,
@@ -102,6 +113,11 @@ impl CameraSimArgs {
         1.0 / (self.fps * f64::from(self.profiles_per_frame))
     }
 
+    /// What is wired to it.
+    pub fn wiring(&self) -> CameraWiring {
+        CameraWiring { output_to: self.trigger_to, encoder_step_m: self.encoder_mm.map(|mm| mm * 1e-3) }
+    }
+
     /// The true time offset of first-packet stamps, s.
     pub fn time_offset_s(&self) -> f64 {
         1e-3 * (0.5 * self.exposure_ms + self.readout_ms + self.latency_ms)
@@ -126,6 +142,8 @@ impl CameraSimArgs {
             frame_drop: self.frame_drop,
             seed: self.seed,
             serial: format!("SIM-{}", self.seed),
+            chunks: self.chunks.then_some(Chunks::Good),
+            has_colours: self.colours,
             ..DeviceSettings::small(self.address)
         }
     }

@@ -10,7 +10,10 @@ use clap::Args;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Duration;
-use trueline_cell::{CameraChoice, CameraSettings, StampChoice};
+use trueline_cell::{
+    CameraChoice, CameraSettings, GigeChoice, PixelFormat, StampChoice, Trigger,
+};
+use trueline_dataset::Channel;
 use trueline_method::Requirement;
 use trueline_vision::Joint;
 
@@ -29,6 +32,16 @@ pub struct CameraArgs {
     /// Frame rate to set on the camera, Hz [default: unchanged]
     #[arg(long, requires = "camera", value_parser = number::above_zero)]
     pub fps: Option<f64>,
+    /// What begins an exposure: off, the camera's own clock; as-set, whatever the camera is set to; or an input that gives a signal for
+    /// each picture, by the camera's name for it, and which change of it: Line1, Line1:rising, Line1:falling, Line1:any [default: off]
+    #[arg(long, value_name = "off|as-set|INPUT", requires = "camera")]
+    pub trigger: Option<Trigger>,
+    /// Pixel format to set on the camera: Mono8, Mono12p, BayerRG8, … [default: unchanged; Mono8 if that cannot be used]
+    #[arg(long, value_name = "FORMAT", requires = "camera", value_parser = pixel_format)]
+    pub pixel_format: Option<PixelFormat>,
+    /// Colour of the laser, of which a colour camera's pictures are looked at; without it they are taken as Mono8
+    #[arg(long, requires = "camera", value_parser = one_of(&LASERS))]
+    pub laser: Option<Channel>,
     /// What a picture's stamp is; all others are kept as well
     #[arg(long, value_parser = one_of(&STAMPS), default_value = "first-packet")]
     pub stamp: StampChoice,
@@ -45,9 +58,14 @@ impl CameraArgs {
     pub fn settings(&self, reconnect: bool) -> Option<CameraSettings> {
         let choice = match (&self.replay, self.camera) {
             (Some(folder), _) => CameraChoice::Replay(folder.clone()),
-            (None, Some(address)) => {
-                CameraChoice::GigE { address, exposure_us: self.exposure_us, fps: self.fps }
-            }
+            (None, Some(address)) => CameraChoice::GigE(GigeChoice {
+                address,
+                exposure_us: self.exposure_us,
+                fps: self.fps,
+                trigger: self.trigger.clone().unwrap_or_default(),
+                pixel: self.pixel_format,
+                channel: self.laser,
+            }),
             (None, None) => return None,
         };
         // `auto`, the one word that names no joint, is not among those of a live cell.
@@ -55,6 +73,21 @@ impl CameraArgs {
         Some(CameraSettings { choice, stamp: self.stamp, joint, reconnect })
     }
 }
+
+fn pixel_format(text: &str) -> Result<PixelFormat, String> {
+    let known = PixelFormat::of_name(text).filter(|format| format.samples().is_some());
+    known.ok_or_else(|| {
+        let names: Vec<&str> = PixelFormat::pictures().map(PixelFormat::name).collect();
+        format!("expected one of {}", names.join(", "))
+    })
+}
+
+static LASERS: [Choice<Channel>; 4] = [
+    ("red", "Red pixels, interpolated between them", Channel::Red),
+    ("green", "Green pixels, interpolated between them", Channel::Green),
+    ("blue", "Blue pixels, interpolated between them", Channel::Blue),
+    ("gray", "All three together", Channel::Gray),
+];
 
 static STAMPS: [Choice<StampChoice>; 3] = [
     ("first-packet", "Arrival of the first packet, by the kernel", StampChoice::FirstPacket),
@@ -180,4 +213,18 @@ pub struct ScanArgs {
     /// Print nothing but errors and the question
     #[arg(long)]
     pub quiet: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn a_pixel_format_is_one_of_pictures() {
+        assert_eq!(pixel_format("BayerRG12p").unwrap().name(), "BayerRG12p");
+        for wrong in ["Coord3D_C16", "mono8", "YUV422_8"] {
+            assert!(pixel_format(wrong).unwrap_err().contains("Mono12Packed"), "{wrong}");
+        }
+    }
 }

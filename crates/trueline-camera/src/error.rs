@@ -30,6 +30,18 @@ pub enum CameraError {
         /// What there is.
         offered: String,
     },
+    /// Pictures with colours, and it is not said in which the laser shines.
+    #[error("the camera sends {format}, and it is not said which of the colours the laser has")]
+    NoChannel {
+        /// The format.
+        format: String,
+    },
+    /// The laser's colour was said, and pictures have none.
+    #[error("the laser's colour was given, and the camera sends {format}, which has no colours")]
+    NoColours {
+        /// The format.
+        format: String,
+    },
     /// Pictures of another size than at the start.
     #[error("pictures were {} x {} pixels and now are {} x {}", was[0], was[1], is[0], is[1])]
     FrameSizeChanged {
@@ -85,6 +97,8 @@ impl CameraError {
                 change it during a scan"
                     .to_owned()
             }
+            Self::NoChannel { .. } => "say red, green or blue (gray takes all three), or choose a format without colours".to_owned(),
+            Self::NoColours { .. } => "leave the colour out, or choose a format with colours (BayerRG8, RGB8, …)".to_owned(),
             Self::FrameSizeChanged { .. } => "leave width, height and binning alone during a scan: the \
                 calibration of the camera holds for one size"
                 .to_owned(),

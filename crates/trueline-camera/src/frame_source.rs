@@ -4,7 +4,7 @@ use crate::error::CameraError;
 use crate::latch_clock::LatchSample;
 use crate::range::RangeProfile;
 use std::time::Duration;
-use trueline_dataset::GrayImage;
+use trueline_dataset::{FrameSignals, GrayImage};
 
 /// A camera, a recording or a simulation that gives pictures one after the other.
 pub trait FrameSource: Send {
@@ -49,6 +49,8 @@ pub struct SourceAbout {
     pub tick_hz: Option<f64>,
     /// What instant `device_ns` is, in words.
     pub stamp_meaning: String,
+    /// The signal that each picture waits for, in the camera's words; `None` for a camera that runs by itself.
+    pub trigger: Option<String>,
 }
 
 /// One picture and its stamps.
@@ -68,6 +70,8 @@ pub struct CameraFrame {
     pub complete_ns: i64,
     /// Exposure time as the camera last told, µs.
     pub exposure_us: Option<f64>,
+    /// What the camera told of its inputs with the picture.
+    pub signals: FrameSignals,
     /// Whether the picture can be used.
     pub status: FrameStatus,
 }

@@ -5,7 +5,7 @@ use crate::frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};
 use crate::latch_clock::LatchSample;
 use std::thread;
 use std::time::Duration;
-use trueline_dataset::{GrayImage, Pixels};
+use trueline_dataset::{FrameSignals, GrayImage, Pixels};
 use trueline_live::HostClock;
 
 /// How such a camera takes pictures.
@@ -49,6 +49,7 @@ impl InProcess {
             height,
             tick_hz: Some(1e9),
             stamp_meaning: "start of the exposure".to_owned(),
+            trigger: None,
         };
         Self { settings, scene, clock, about, start_ns: clock.read().steady_ns, next: 0 }
     }
@@ -81,6 +82,7 @@ impl InProcess {
             first_packet_ns: Some(complete_ns),
             complete_ns,
             exposure_us: Some(self.settings.exposure_s * 1e6),
+            signals: FrameSignals::default(),
             status: if whole { FrameStatus::Complete } else { FrameStatus::WrongSize { width, height } },
         }
     }

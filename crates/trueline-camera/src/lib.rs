@@ -27,18 +27,26 @@ pub mod error;
 mod frame_source;
 #[cfg(feature = "gige")]
 pub mod gige;
+mod gray_image;
 mod in_process;
 mod latch_clock;
+mod mosaic;
+mod packed;
+mod pixel_format;
 mod range;
 mod reconnecting;
 pub mod replay;
+mod trigger;
 
 pub use error::CameraError;
 pub use frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};
 #[cfg(feature = "gige")]
 pub use gige::{GigeCamera, GigeSettings};
+pub use gray_image::gray_image;
 pub use in_process::{InProcess, InProcessSettings};
 pub use latch_clock::{LatchMap, LatchSample};
+pub use pixel_format::{Mosaic, PixelFormat, Samples};
 pub use range::{RangeAxis, RangeProfile, RangeScale};
 pub use reconnecting::Reconnecting;
 pub use replay::{Pace, Replay};
+pub use trigger::{NotATrigger, Trigger, TriggerEdge};

@@ -65,6 +65,11 @@ impl Reconnecting {
             let px = |about: &SourceAbout| [about.width as u32, about.height as u32];
             return Err(CameraError::FrameSizeChanged { was: px(was), is: px(is) });
         }
+        if was.trigger != is.trigger {
+            let told = |about: &SourceAbout| about.trigger.clone().unwrap_or_else(|| "none".to_owned());
+            let why = format!("the camera came back with another one: it was {}, and now is {}", told(was), told(is));
+            return Err(CameraError::Feature { name: "TriggerMode".to_owned(), why });
+        }
         self.ahead = None;
         self.camera = Some(camera);
         Ok(())
@@ -111,6 +116,7 @@ impl FrameSource for Reconnecting {
 mod tests {
     use super::*;
     use crate::frame_source::FrameStatus;
+    use trueline_dataset::FrameSignals;
 
     /// Gives some pictures, numbered from 100, and is unplugged then.
     struct Flaky {
@@ -133,6 +139,7 @@ mod tests {
                 first_packet_ns: None,
                 complete_ns: 0,
                 exposure_us: None,
+                signals: FrameSignals::default(),
                 status: FrameStatus::Complete,
             }))
         }
@@ -143,8 +150,12 @@ mod tests {
     }
 
     fn flaky(width: usize, left: u64) -> Box<dyn FrameSource> {
+        triggered(width, left, None)
+    }
+
+    fn triggered(width: usize, left: u64, trigger: Option<String>) -> Box<dyn FrameSource> {
         let (name, stamp_meaning) = (String::new(), String::new());
-        let about = SourceAbout { name, width, height: 4, tick_hz: None, stamp_meaning };
+        let about = SourceAbout { name, width, height: 4, tick_hz: None, stamp_meaning, trigger };
         Box::new(Flaky { about, left, given: 0 })
     }
 
@@ -170,5 +181,14 @@ mod tests {
         let mut camera = Reconnecting::new(flaky(4, 0), Box::new(|| Ok(flaky(8, 3))));
         let refused = (0..9).find_map(|_| camera.next(Duration::from_secs(1)).err());
         assert!(matches!(refused, Some(CameraError::FrameSizeChanged { .. })), "{refused:?}");
+    }
+
+    #[test]
+    fn a_camera_that_comes_back_with_another_trigger_is_refused() {
+        let waits = || triggered(4, 0, Some("Line1 RisingEdge".to_owned()));
+        let mut camera = Reconnecting::new(waits(), Box::new(|| Ok(flaky(4, 3))));
+        let refused = (0..9).find_map(|_| camera.next(Duration::from_secs(1)).err());
+        let told = refused.map(|error| error.to_string()).unwrap_or_default();
+        assert!(told.contains("it was Line1 RisingEdge, and now is none"), "{told}");
     }
 }

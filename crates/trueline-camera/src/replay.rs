@@ -4,7 +4,7 @@ use crate::error::CameraError;
 use crate::frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};
 use std::path::Path;
 use std::time::Duration;
-use trueline_dataset::{FrameFile, GrayImage, Pixels, gray_png, images};
+use trueline_dataset::{FrameFile, FrameSignals, GrayImage, Pixels, gray_png, images};
 use trueline_live::HostClock;
 
 /// How fast a recording is given.
@@ -45,6 +45,7 @@ impl Replay {
             tick_hz: None,
             stamp_meaning: "device stamps as recorded; a picture is complete when its recorded stamp is due"
                 .to_owned(),
+            trigger: None,
         };
         let sixteen_bits = has_sixteen_bits(&first);
         Ok(Self { frames, about, sixteen_bits, pace, clock, start_ns: None, position: 0, ready: None })
@@ -78,6 +79,7 @@ impl Replay {
             first_packet_ns: None,
             complete_ns: self.due_ns(start_ns, frame),
             exposure_us: None,
+            signals: FrameSignals::default(),
             status,
         }))
     }

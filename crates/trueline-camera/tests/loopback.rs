@@ -7,8 +7,11 @@ mod simulated;
 use simulated::{Known, asked, facts, known, open, patient, start, take, widened};
 use std::time::Duration;
 use trueline_camera::device::{Chunks, Device, DeviceHandle, DeviceSettings, SentFrame};
-use trueline_camera::gige::{Adapter, PixelFormat, PtpState, discover};
-use trueline_camera::{CameraFrame, FrameSource, FrameStatus, GigeCamera, GigeSettings};
+use trueline_camera::gige::{Adapter, PtpState, discover};
+use trueline_camera::{
+    CameraError, CameraFrame, FrameSource, FrameStatus, GigeCamera, GigeSettings, Mosaic, PixelFormat, Samples,
+};
+use trueline_dataset::{Channel, Pixels};
 use trueline_live::HostClock;
 
 /// The two clocks of the PC are not read at the same instant, ns.
@@ -63,7 +66,7 @@ fn a_region_a_rate_an_exposure_and_a_format_are_set() {
         width: Some(160),
         height: Some(100),
         offset: Some([64, 20]),
-        pixel: PixelFormat::Mono12,
+        pixel: Some(PixelFormat::MONO_12),
         exposure_us: Some(5000.0),
         fps: Some(80.0),
         ..asked(&settings)
@@ -74,7 +77,7 @@ fn a_region_a_rate_an_exposure_and_a_format_are_set() {
     assert_eq!(camera.ptp(), PtpState::Slave);
     for frame in &frames {
         let exposure_ns = fact(&sent, frame).exposure_start_ns;
-        let whole = widened(&known(320, 240, exposure_ns), PixelFormat::Mono12);
+        let whole = widened(&known(320, 240, exposure_ns), PixelFormat::MONO_12);
         let trueline_dataset::Pixels::Sixteen(whole) = whole.pixels else { panic!("widened") };
         let image = frame.image.as_ref().unwrap();
         let trueline_dataset::Pixels::Sixteen(cut) = &image.pixels else { panic!("12 bits were asked for") };
@@ -97,7 +100,8 @@ fn packed_pictures_arrive_as_they_were() {
     for pixel in PixelFormat::PACKED {
         let settings = patient(2);
         let device = start(&settings, host);
-        let wanted = GigeSettings { width: Some(168), height: Some(98), pixel, ..asked(&settings) };
+        let wanted =
+            GigeSettings { width: Some(168), height: Some(98), pixel: Some(pixel), ..asked(&settings) };
         let mut camera = GigeCamera::open(&wanted, host).unwrap();
         let frames = take(&mut camera, 3);
         let sent = facts(&device, &frames);
@@ -111,6 +115,72 @@ fn packed_pictures_arrive_as_they_were() {
             }
         }
     }
+}
+
+fn colour(test: u8) -> DeviceSettings {
+    DeviceSettings { has_colours: true, ..patient(test) }
+}
+
+#[test]
+fn of_colours_the_lasers_channel_arrives() {
+    let host = HostClock::start();
+    let bayer = |samples| PixelFormat::Bayer(Mosaic::Rg, samples);
+    let formats = [bayer(Samples::Eight), bayer(Samples::Twelve), bayer(Samples::TenP), bayer(Samples::TwelveP)];
+    for pixel in formats.into_iter().chain([PixelFormat::Rgb8]) {
+        let settings = colour(32);
+        let device = start(&settings, host);
+        let wanted =
+            GigeSettings { pixel: Some(pixel), channel: Some(Channel::Red), ..asked(&settings) };
+        let mut camera = GigeCamera::open(&wanted, host).unwrap();
+        let frames = take(&mut camera, 3);
+        assert_eq!(frames.len(), 3, "{pixel}");
+        let sent = facts(&device, &frames);
+        for frame in &frames {
+            let whole = known(320, 240, fact(&sent, frame).exposure_start_ns);
+            let Pixels::Eight(whole) = whole.pixels else { panic!("eight bits are known") };
+            let image = frame.image.as_ref().unwrap();
+            // The simulated laser is red: red pixels see all of it, those between them what is beside.
+            let is_red = |at: usize| pixel == PixelFormat::Rgb8 || (at % 320 % 2 == 0 && at / 320 % 2 == 0);
+            let mask = u16::MAX << (16 - pixel.bits());
+            for at in (0..whole.len()).filter(|at| is_red(*at)) {
+                let (found, expected) = match &image.pixels {
+                    Pixels::Eight(levels) => (u16::from(levels[at]), u16::from(whole[at])),
+                    Pixels::Sixteen(levels) => (levels[at], (u16::from(whole[at]) * 257) & mask),
+                };
+                assert_eq!(found, expected, "{pixel}, {at}");
+            }
+            // Blue pixels see hardly any of it: the last one of the mosaic is not its own level.
+            let Pixels::Sixteen(levels) = &image.pixels else { continue };
+            let mean = [0, 2, 640, 642].map(|step| u32::from(levels[step])).iter().sum::<u32>();
+            assert_eq!(u32::from(levels[321]), (mean + 2) / 4, "{pixel}");
+        }
+    }
+}
+
+#[test]
+fn the_format_that_a_camera_is_set_to_is_kept_where_it_can_be_used() {
+    let host = HostClock::start();
+    let settings = colour(33);
+    let device = start(&settings, host);
+    let opened = |pixel: PixelFormat, channel: Option<Channel>| {
+        device.set_pixel_format(pixel);
+        GigeCamera::open(&GigeSettings { channel, ..asked(&settings) }, host)
+    };
+    let bits = |camera: &mut GigeCamera| match take(camera, 1)[0].image.as_ref().unwrap().pixels {
+        Pixels::Eight(_) => 8,
+        Pixels::Sixteen(_) => 16,
+    };
+    let packed = PixelFormat::Mono(Samples::TwelveP);
+    assert_eq!(bits(&mut opened(packed, None).unwrap()), 16, "as it is set");
+    let mosaic = PixelFormat::Bayer(Mosaic::Rg, Samples::TwelveP);
+    assert_eq!(bits(&mut opened(mosaic, Some(Channel::Red)).unwrap()), 16, "as it is set");
+    // Without the laser's colour a mosaic cannot be used, and the camera offers gray levels.
+    assert_eq!(bits(&mut opened(mosaic, None).unwrap()), 8);
+    let refused = opened(packed, Some(Channel::Red)).err().unwrap();
+    assert!(matches!(&refused, CameraError::NoColours { format } if format == "Mono12p"), "{refused}");
+    let asked_for = GigeSettings { pixel: Some(mosaic), ..asked(&settings) };
+    let refused = GigeCamera::open(&asked_for, host).err().unwrap();
+    assert!(matches!(&refused, CameraError::NoChannel { format } if format == "BayerRG12p"), "{refused}");
 }
 
 #[test]

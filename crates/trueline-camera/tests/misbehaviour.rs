@@ -7,8 +7,7 @@ mod simulated;
 use simulated::{address, asked, open, patient, start, take, until_error};
 use std::time::{Duration, Instant};
 use trueline_camera::device::DeviceSettings;
-use trueline_camera::gige::PixelFormat;
-use trueline_camera::{CameraError, FrameSource, FrameStatus, GigeCamera, GigeSettings};
+use trueline_camera::{CameraError, FrameSource, FrameStatus, GigeCamera, GigeSettings, PixelFormat};
 use trueline_live::HostClock;
 
 const SOON: Duration = Duration::from_secs(5);
@@ -59,7 +58,7 @@ fn pictures_of_another_format_are_marked_and_end_the_session() {
     let device = start(&settings, host);
     let mut camera = open(&settings, host);
     take(&mut camera, 3);
-    device.set_pixel_format(PixelFormat::Mono12);
+    device.set_pixel_format(PixelFormat::MONO_12);
     let (frames, error) = until_error(&mut camera, SOON);
     assert!(
         matches!(&frames.last().unwrap().status, FrameStatus::WrongFormat { found } if found == "Mono12")
@@ -136,7 +135,7 @@ fn what_the_camera_cannot_do_is_said_with_what_it_can() {
     let settings = DeviceSettings { serial: "A-SERIAL-NUMBER-THAT-IS-TOO-LONG".to_owned(), ..patient(8) };
     let device = start(&settings, host);
     let refused = |settings: GigeSettings| GigeCamera::open(&settings, host).err().unwrap();
-    let error = refused(GigeSettings { pixel: PixelFormat::Mono10, ..asked(&settings) });
+    let error = refused(GigeSettings { pixel: Some(PixelFormat::MONO_10), ..asked(&settings) });
     assert_eq!(
         error.to_string(),
         "pictures are wanted as Mono10, the camera offers Mono8, Mono12, Mono10p, Mono12p, Mono10Packed, Mono12Packed, Mono16"

@@ -6,8 +6,7 @@ mod simulated;
 
 use simulated::{asked, facts, patient, take};
 use trueline_camera::device::{Device, DeviceHandle, DeviceSettings, OutputMode, Pictures, RangeFeatures};
-use trueline_camera::gige::PixelFormat;
-use trueline_camera::{CameraError, CameraFrame, FrameStatus, GigeCamera, GigeSettings};
+use trueline_camera::{CameraError, CameraFrame, FrameStatus, GigeCamera, GigeSettings, PixelFormat};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_live::HostClock;
 

@@ -164,6 +164,7 @@ mod tests {
                 height: 1,
                 tick_hz: None,
                 stamp_meaning: String::new(),
+                trigger: None,
             };
             let mut camera = Clock { now_ns: 0, set_by_ns: 0, about };
             let Ok(mut clock) = CameraClock::begin(&mut camera) else { unreachable!("it can be asked") };

@@ -1,6 +1,7 @@
 //! What came of a camera so far.
 
 use std::fmt;
+use trueline_dataset::FrameSignals;
 
 /// What came of a camera so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,6 +24,10 @@ pub struct CameraCounts {
     pub clock_set: u64,
     /// How often it went away; it was waited for and taken up again.
     pub interruptions: u64,
+    /// It waits for a signal before each picture.
+    pub is_triggered: bool,
+    /// What it told of its inputs with the last picture.
+    pub signals: FrameSignals,
 }
 
 /// A larger share of lost pictures makes a recording doubtful.
@@ -44,7 +49,8 @@ impl CameraCounts {
     /// Whether so much was lost, or stamped doubtfully, that the recording should not pass as good.
     #[must_use]
     pub fn is_doubtful(&self) -> bool {
-        self.lost() as f64 > DOUBTFUL_LOSS * self.taken() as f64
+        self.taken() == 0
+            || self.lost() as f64 > DOUBTFUL_LOSS * self.taken() as f64
             || self.clock_set > 0
             || self.interruptions > 0
     }
@@ -53,6 +59,14 @@ impl CameraCounts {
     #[must_use]
     pub fn losses(&self) -> Vec<String> {
         let mut words = Vec::new();
+        if self.taken() == 0 {
+            words.push(match self.is_triggered {
+                true => "no picture came: is the trigger wired to the input that was named, and does it fire? A camera that waits for one \
+                         gives none by itself"
+                    .to_owned(),
+                false => "no picture came".to_owned(),
+            });
+        }
         if self.lost() > 0 {
             words.push(format!(
                 "{} of {} pictures did not arrive or are incomplete: a lower frame rate, larger packets (jumbo frames) or a \
@@ -81,13 +95,34 @@ impl CameraCounts {
 impl fmt::Display for CameraCounts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { frames, unusable, missing, seams, profiles, no_return, columns, .. } = self;
+        if *frames == 0 && self.is_triggered {
+            return f.write_str("no picture yet: it waits for its trigger");
+        }
         if *profiles > 0 {
-            return write!(
+            write!(
                 f,
                 "{profiles} profiles in {frames} frames, {missing} frames missing, {unusable} incomplete, no return in {no_return} of {columns} \
                  columns, the seam found in {seams}"
-            );
+            )?;
+        } else {
+            write!(f, "{frames} pictures, {missing} missing, {unusable} incomplete, the seam found in {seams}")?;
         }
-        write!(f, "{frames} pictures, {missing} missing, {unusable} incomplete, the seam found in {seams}")
+        if self.signals.is_empty() { Ok(()) } else { write!(f, "; {}", self.signals) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_of_which_nothing_came_is_doubtful_and_its_trigger_is_asked_for() {
+        let none = CameraCounts { is_triggered: true, ..CameraCounts::default() };
+        assert!(none.is_doubtful() && none.losses()[0].contains("is the trigger wired"), "{:?}", none.losses());
+        assert_eq!(none.to_string(), "no picture yet: it waits for its trigger");
+        let by_itself = CameraCounts { is_triggered: false, ..none };
+        assert!(by_itself.is_doubtful() && !by_itself.losses()[0].contains("trigger"));
+        let some = CameraCounts { frames: 1, ..none };
+        assert!(!some.is_doubtful() && some.losses().is_empty());
     }
 }

@@ -96,7 +96,9 @@ impl CameraRecorder {
             );
         }
         let stamp = self.stamper.choice().meaning();
-        format!("{}: {stamp}, by a steady clock; device: {}", about.name, about.stamp_meaning)
+        let trigger = about.trigger.as_ref().map(|signal| format!("; each picture waits for {signal}"));
+        let trigger = trigger.unwrap_or_default();
+        format!("{}: {stamp}, by a steady clock; device: {}{trigger}", about.name, about.stamp_meaning)
     }
 
     /// Records until all is over, or the camera is.
@@ -110,6 +112,8 @@ impl CameraRecorder {
         over: &AtomicBool,
     ) -> Result<(), CameraError> {
         let sink = Sink { handle, goal };
+        let is_triggered = self.source.about().trigger.is_some();
+        sink.count(|counts| counts.is_triggered = is_triggered);
         let mut seen = Ok(());
         while seen.is_ok() && !over.load(Ordering::SeqCst) && !self.source.has_ended() {
             seen = self.take(&sink, false);
@@ -168,6 +172,7 @@ impl CameraRecorder {
         let seam = self.finder.as_mut().and_then(find);
         sink.count(|counts| {
             counts.frames += 1;
+            counts.signals = frame.signals;
             counts.missing += missing;
             counts.unusable += u64::from(is_unusable);
             counts.seams += u64::from(seam.is_some());

@@ -5,8 +5,8 @@ use crate::frame_stamper::StampChoice;
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use trueline_camera::{CameraError, FrameSource, Pace, Reconnecting, Replay};
-use trueline_dataset::Sensor;
+use trueline_camera::{CameraError, FrameSource, Pace, PixelFormat, Reconnecting, Replay, Trigger};
+use trueline_dataset::{Channel, Sensor};
 use trueline_live::HostClock;
 use trueline_vision::Joint;
 
@@ -16,17 +16,27 @@ const PATIENCE: Duration = Duration::from_secs(8);
 /// Which camera.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraChoice {
-    /// A GigE Vision camera by its address.
-    GigE {
-        /// Its address.
-        address: Ipv4Addr,
-        /// Exposure time to set, µs; as it is if not given.
-        exposure_us: Option<f64>,
-        /// Pictures a second to set; as it is if not given.
-        fps: Option<f64>,
-    },
+    /// A GigE Vision camera.
+    GigE(GigeChoice),
     /// The pictures of a dataset folder, at the pace at which they were recorded.
     Replay(PathBuf),
+}
+
+/// A GigE Vision camera, and what is set on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GigeChoice {
+    /// Its address.
+    pub address: Ipv4Addr,
+    /// Exposure time to set, µs; as it is if not given.
+    pub exposure_us: Option<f64>,
+    /// Pictures a second to set; as it is if not given.
+    pub fps: Option<f64>,
+    /// What begins an exposure.
+    pub trigger: Trigger,
+    /// Pixel format to set; else as it is, or gray levels of 8 bits if that cannot be used.
+    pub pixel: Option<PixelFormat>,
+    /// The laser's colour, of which pictures with colours are looked at.
+    pub channel: Option<Channel>,
 }
 
 /// How a camera is recorded.
@@ -86,21 +96,20 @@ fn open_once(
 ) -> Result<Box<dyn FrameSource>, CellError> {
     match choice {
         CameraChoice::Replay(folder) => Ok(Box::new(Replay::open(folder, Pace::Times(1.0), clock)?)),
-        CameraChoice::GigE { address, exposure_us, fps } => {
-            gige(*address, [*exposure_us, *fps], sensor, clock)
-        }
+        CameraChoice::GigE(choice) => gige(choice, sensor, clock),
     }
 }
 
 #[cfg(feature = "gige")]
 fn gige(
-    address: Ipv4Addr,
-    [exposure_us, fps]: [Option<f64>; 2],
+    choice: &GigeChoice,
     sensor: Option<&Sensor>,
     clock: HostClock,
 ) -> Result<Box<dyn FrameSource>, CellError> {
     use trueline_camera::{GigeCamera, GigeSettings};
-    let mut settings = GigeSettings::at(address);
+    let GigeChoice { address, exposure_us, fps, trigger, pixel, channel } = choice.clone();
+    let mut settings =
+        GigeSettings { exposure_us, fps, trigger, pixel, channel, ..GigeSettings::at(address) };
     match sensor {
         Some(Sensor::CameraLaser { camera, .. }) => {
             (settings.width, settings.height) = (Some(camera.size[0]), Some(camera.size[1]));
@@ -108,16 +117,10 @@ fn gige(
         Some(Sensor::Profiler) => settings.profiles = true,
         _ => {}
     }
-    (settings.exposure_us, settings.fps) = (exposure_us, fps);
     Ok(Box::new(GigeCamera::open(&settings, clock)?))
 }
 
 #[cfg(not(feature = "gige"))]
-fn gige(
-    address: Ipv4Addr,
-    _: [Option<f64>; 2],
-    _: Option<&Sensor>,
-    _: HostClock,
-) -> Result<Box<dyn FrameSource>, CellError> {
-    Err(CellError::NoGigE { address })
+fn gige(choice: &GigeChoice, _: Option<&Sensor>, _: HostClock) -> Result<Box<dyn FrameSource>, CellError> {
+    Err(CellError::NoGigE { address: choice.address })
 }

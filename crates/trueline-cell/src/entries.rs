@@ -109,6 +109,7 @@ pub fn frame(frame: &CameraFrame, stamp_ns: i64) -> FrameEntry {
         complete_ns: Some(frame.complete_ns),
         device_ns: frame.device_ns,
         exposure_us: frame.exposure_us,
+        signals: frame.signals,
         status,
         png,
     }

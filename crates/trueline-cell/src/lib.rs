@@ -62,11 +62,13 @@ mod ros2_source;
 mod seam_finder;
 #[cfg(feature = "gige")]
 mod simulated_camera;
+#[cfg(feature = "gige")]
+mod simulated_encoder;
 
 pub use camera_clock::{CameraClock, Exchange};
 pub use camera_counts::CameraCounts;
 pub use camera_recorder::CameraRecorder;
-pub use camera_source::{CameraChoice, CameraSettings};
+pub use camera_source::{CameraChoice, CameraSettings, GigeChoice};
 pub use cell::{Cell, CellOutcome, CellState};
 pub use cell_recording::{ARRIVAL, CellRecording, FinishedRecording, READING, RECORDING, RecordingSettings};
 pub use error::CellError;
@@ -81,4 +83,5 @@ pub use robot_recorder::{Until, record_robot};
 pub use ros2_source::{Ros2Source, Ros2Topic, TRANSFORMS};
 pub use seam_finder::SeamFinder;
 #[cfg(feature = "gige")]
-pub use simulated_camera::{CameraLook, SceneError, SimulatedScene};
+pub use simulated_camera::{CameraLook, CameraWiring, SceneError, SimulatedScene};
+pub use trueline_camera::{PixelFormat, Trigger};

@@ -1,10 +1,11 @@
 //! What a camera or a profiler sees that a simulated robot carries: drawn from where that robot truly is at each exposure.
 
 use crate::drawing_time::late_pictures;
+use crate::simulated_encoder::SimulatedEncoder;
 use std::net::SocketAddr;
 use std::thread;
 use std::time::{Duration, Instant};
-use trueline_camera::device::{DeviceSettings, OutputMode, Pictures, RangeFeatures};
+use trueline_camera::device::{DeviceSettings, Edge, OutputMode, Pictures, RangeFeatures};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_geometry::Pose;
 use trueline_live::HostClock;
@@ -28,6 +29,7 @@ pub struct SimulatedScene {
     tool_from_camera: Pose,
     view: View,
     output: Option<TriggerSender>,
+    encoder: Option<SimulatedEncoder>,
 }
 
 /// How it is drawn.
@@ -42,6 +44,15 @@ pub struct CameraLook {
     pub joint: Joint,
     /// How the plates look.
     pub look: Look,
+}
+
+/// What is wired to a simulated camera.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CameraWiring {
+    /// Who is told of every exposure.
+    pub output_to: Option<SocketAddr>,
+    /// An encoder on the robot's way at the input `Line1`: a signal every so many metres that the tool travels.
+    pub encoder_step_m: Option<f64>,
 }
 
 impl SceneError {
@@ -109,18 +120,19 @@ impl SimulatedScene {
         let view = View::of(scenario, look, plates, seed).ok_or(SceneError::NothingSeen)?;
         let receiver =
             TruthReceiver::bind(robot, clock).map_err(|error| SceneError::Robot { address: robot, error })?;
-        Ok(Self { robot: receiver, tool_from_camera: scenario.cell.tool_from_camera, view, output: None })
+        Ok(Self { robot: receiver, tool_from_camera: scenario.cell.tool_from_camera, view, output: None, encoder: None })
     }
 
-    /// The same with an output that tells of every exposure, if it is wired to anything; `clock` is that of the exposures.
+    /// The same with what is wired to the camera; `clock` is that of the exposures.
     ///
     /// # Errors
     /// What the operating system says.
-    pub fn with_output(self, to: Option<SocketAddr>, clock: HostClock) -> Result<Self, SceneError> {
-        let output = to.map(|to| {
+    pub fn wired(self, wiring: &CameraWiring, clock: HostClock) -> Result<Self, SceneError> {
+        let output = wiring.output_to.map(|to| {
             TriggerSender::new(to, clock).map_err(|error| SceneError::Robot { address: to, error })
         });
-        Ok(Self { output: output.transpose()?, ..self })
+        let encoder = wiring.encoder_step_m.map(|step_m| SimulatedEncoder::new(step_m, clock));
+        Ok(Self { output: output.transpose()?, encoder, ..self })
     }
 
     /// A device with its sensor's size; a profiler sends so many profiles a frame, at the frame rate of the settings.
@@ -186,6 +198,22 @@ impl Pictures for SimulatedScene {
         if let Some(output) = &self.output {
             output.send([start_steady_ns, start_steady_ns + (exposure_s * 1e9) as i64]);
         }
+    }
+
+    fn edge_after(&mut self, steady_ns: i64) -> Option<Edge> {
+        let encoder = self.encoder.as_mut()?;
+        encoder.follow(|at_ns| self.robot.pose_at(at_ns));
+        encoder.edge_after(steady_ns)
+    }
+
+    fn encoder(&mut self, steady_ns: i64) -> Option<i64> {
+        let encoder = self.encoder.as_mut()?;
+        encoder.follow(|at_ns| self.robot.pose_at(at_ns));
+        Some(encoder.state(steady_ns).0)
+    }
+
+    fn line(&mut self, steady_ns: i64) -> bool {
+        self.encoder.as_ref().is_some_and(|encoder| encoder.state(steady_ns).1)
     }
 
     fn picture(&mut self, exposure_start_steady_ns: i64, exposure_s: f64) -> Option<GrayImage> {

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use trueline_camera::{CameraError, CameraFrame, FrameSource, FrameStatus, SourceAbout};
 use trueline_cell::{CameraCounts, CameraRecorder, Cell, LiveEstimate, Progress, StampChoice, entries};
-use trueline_dataset::{GrayImage, Pixels, Recording};
+use trueline_dataset::{FrameSignals, GrayImage, Pixels, Recording};
 use trueline_mcap::{About, Bag, BagItem, Content, Recorder, message};
 use trueline_method::Requirement;
 use trueline_sim::{Preset, simulate};
@@ -49,13 +49,14 @@ fn frame(k: u64, is_whole: bool) -> CameraFrame {
         first_packet_ns: Some(1_000 + k as i64),
         complete_ns: 2_000 + k as i64,
         exposure_us: Some(1.5),
+        signals: FrameSignals { encoder: Some(-(k as i64)), ..FrameSignals::default() },
         status: if is_whole { FrameStatus::Complete } else { FrameStatus::Incomplete { missing: 3 } },
     }
 }
 
 fn source(frames: Vec<CameraFrame>, fails: bool) -> Box<dyn FrameSource> {
     let (name, stamp_meaning) = ("a list".to_owned(), "a number".to_owned());
-    let about = SourceAbout { name, width: 2, height: 1, tick_hz: None, stamp_meaning };
+    let about = SourceAbout { name, width: 2, height: 1, tick_hz: None, stamp_meaning, trigger: None };
     Box::new(Frames { frames: frames.into_iter(), fails, about })
 }
 
@@ -90,7 +91,9 @@ fn every_frame_is_recorded_with_all_its_stamps_and_losses_are_counted() {
         assert!(outcome.camera.is_ok());
         recorder.finish().unwrap();
         // Numbers 3 and 4 never came, and frame 2 has no picture.
-        let counts = CameraCounts { frames: 3, unusable: 1, missing: 2, ..CameraCounts::default() };
+        let signals = FrameSignals { encoder: Some(-5), ..FrameSignals::default() };
+        let counts = CameraCounts { frames: 3, unusable: 1, missing: 2, signals, ..CameraCounts::default() };
+        assert!(counts.to_string().ends_with("; encoder -5"), "{counts}");
         assert_eq!(cell.state().camera, Some(counts));
         assert_eq!((counts.taken(), counts.lost(), counts.is_doubtful()), (5, 3, true));
         let recorded = recorded_frames(folder.path());
@@ -98,6 +101,7 @@ fn every_frame_is_recorded_with_all_its_stamps_and_losses_are_counted() {
         assert_eq!(numbers, [(1, 0), (2, 1), (5, 4)]);
         assert_eq!(recorded[1].status, "3 packets missing");
         assert_eq!(recorded[1].picture_bytes, 0);
+        assert_eq!(recorded[1].signals.encoder, Some(-2));
         assert_eq!((recorded[2].device_ns, recorded[2].complete_ns), (Some(505), Some(2_005)));
     }
 }
@@ -238,7 +242,7 @@ impl FrameSource for Endless {
 fn a_source_that_is_behind_does_not_delay_the_end() {
     let folder = tempfile::tempdir().unwrap();
     let (name, stamp_meaning) = (String::new(), String::new());
-    let about = SourceAbout { name, width: 2, height: 1, tick_hz: None, stamp_meaning };
+    let about = SourceAbout { name, width: 2, height: 1, tick_hz: None, stamp_meaning, trigger: None };
     let source = Box::new(Endless(about, 0));
     let camera = CameraRecorder::with_source(source, StampChoice::Complete, Joint::Fillet, None).unwrap();
     let recorder = recorder(folder.path());

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use trueline_camera::{CameraError, CameraFrame, FrameSource, FrameStatus, RangeProfile, SourceAbout};
 use trueline_cell::{CameraRecorder, Cell, LiveEstimate, Progress, StampChoice};
-use trueline_dataset::{Profile, Recording, RobotSample};
+use trueline_dataset::{FrameSignals, Profile, Recording, RobotSample};
 use trueline_mcap::{About, Choice, Entry, Imported, PacketEntry, Recorder, import};
 use trueline_method::Config;
 use trueline_sim::{Plates, Preset, ProfileLook, scan_profiles};
@@ -50,6 +50,7 @@ fn frames(profiles: &[Profile]) -> Vec<CameraFrame> {
             first_packet_ns: Some(last),
             complete_ns: last + 1_000_000,
             exposure_us: None,
+            signals: FrameSignals::default(),
             status: FrameStatus::Complete,
         }
     };
@@ -71,7 +72,7 @@ fn packet(sample: &RobotSample, sequence: u32) -> Entry {
 
 fn recorded(folder: &Path, scan: &Recording, profiles: &[Profile], estimate: &Arc<LiveEstimate>) -> Cell {
     let (name, stamp_meaning) = ("a list".to_owned(), String::new());
-    let about = SourceAbout { name, width: 1, height: ROWS, tick_hz: None, stamp_meaning };
+    let about = SourceAbout { name, width: 1, height: ROWS, tick_hz: None, stamp_meaning, trigger: None };
     let source = Box::new(Frames(frames(profiles).into_iter(), about));
     let camera =
         CameraRecorder::with_source(source, StampChoice::FirstPacket, Joint::Fillet, Some(&scan.sensor))

@@ -8,7 +8,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
-use trueline_dataset::{FrameFile, Recording, folder, images};
+use trueline_dataset::{FrameFile, FrameSignals, Recording, folder, images};
 use trueline_live::egm::{EgmPose, Header, MessageKind, RobotMessage, RobotState};
 use trueline_mcap::{About, Entry, FeaturesEntry, FrameEntry, Recorder, RecorderHandle, RobotEntry};
 
@@ -79,6 +79,7 @@ fn record(dataset: &Path, file: &Path, features: bool) -> Recording {
                     complete_ns: Some(stamp_ns),
                     device_ns,
                     exposure_us: Some(2000.0),
+                    signals: FrameSignals::default(),
                     status: "complete".to_owned(),
                     png: fs::read(path).unwrap(),
                 }),

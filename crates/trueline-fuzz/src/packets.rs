@@ -5,8 +5,9 @@ use telegenic::emulator::{DeviceConfig, GigeDevice};
 use telegenic::gige::proto::bootstrap::DeviceInfo;
 use telegenic::gige::proto::gvcp::{Ack, Cmd};
 use telegenic::gige::proto::gvsp::{GvspView, ImageLeader};
-use trueline_camera::gige::{ChunkNames, PixelFormat, chunks, gray_image};
-use trueline_dataset::Pixels;
+use trueline_camera::gige::{ChunkNames, chunks};
+use trueline_camera::{PixelFormat, gray_image};
+use trueline_dataset::{Channel, Pixels};
 use trueline_live::SequenceStatus;
 use trueline_live::egm::{RobotMessage, SensorMessage};
 use trueline_live::fanuc::{Hspo, stream_motion_packets};
@@ -97,14 +98,15 @@ pub(crate) fn gvsp(bytes: &[u8]) {
     let Some(packet) = GvspView::parse(bytes) else { return };
     let Some(leader) = ImageLeader::parse(packet.data) else { return };
     let pixels = packet.data.get(36..).unwrap_or_default();
-    for format in [PixelFormat::Mono8, PixelFormat::Mono12, PixelFormat::Mono16] {
+    for format in PixelFormat::pictures() {
         let size = [leader.width, leader.height];
-        if let Some(image) = gray_image(pixels, size, format, usize::from(leader.x_padding)) {
+        if let Some(image) = gray_image(pixels, size, format, usize::from(leader.x_padding), Channel::Gray) {
             let count = match image.pixels {
                 Pixels::Eight(levels) => levels.len(),
                 Pixels::Sixteen(levels) => levels.len(),
             };
             assert_eq!(count, image.width * image.height);
+            // The smallest packed level has 10 bits.
             assert!(count <= pixels.len(), "pixels that did not come");
         }
     }

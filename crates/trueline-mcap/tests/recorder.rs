@@ -109,6 +109,7 @@ fn stamps_of_frames_and_seam_points_come_back() {
     assert_eq!((stamps.first_packet_ns, stamps.complete_ns), (Some(0), None));
     assert_eq!((stamps.frame, stamps.stamp_ns), (wanted.frame, wanted.stamp_ns));
     assert_eq!((stamps.device_ns, stamps.exposure_us), (wanted.device_ns, Some(0.0)));
+    assert_eq!((stamps.signals, stamps.signals.counter), (wanted.signals, None));
     assert_eq!((stamps.status, stamps.picture_bytes), (wanted.status, wanted.png.len() as u64));
     let Content::Features(features) = decoded("/sensor/features", "trueline.Features") else { panic!() };
     assert_eq!(features, [profile(1), profile(2)]);

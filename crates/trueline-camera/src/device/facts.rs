@@ -22,6 +22,8 @@ pub struct SentFrame {
 pub struct DeviceCounts {
     /// Exposures.
     pub exposed: u64,
+    /// Signals that came while an exposure was under way or being read out: no picture begins.
+    pub missed_triggers: u64,
     /// Pictures sent.
     pub sent: u64,
     /// Pictures dropped on purpose.

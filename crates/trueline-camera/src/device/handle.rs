@@ -3,11 +3,12 @@
 use super::control::{Control, answer_broadcasts};
 use super::facts::{DeviceCounts, SentFrame};
 use super::sender::Sender;
-use super::sensor::{Pictures, Sensor};
-use super::settings::DeviceSettings;
+use super::pictures::Pictures;
+use super::sensor::Sensor;
+use super::settings::{DeviceSettings, TriggerOf};
 use super::shared::{LOOK, Shared};
 use super::words::locked;
-use crate::gige::PixelFormat;
+use crate::pixel_format::PixelFormat;
 use std::io;
 use std::net::{Ipv4Addr, UdpSocket};
 use std::sync::Arc;
@@ -127,6 +128,11 @@ impl DeviceHandle {
     /// Changes the pixel format.
     pub fn set_pixel_format(&self, format: PixelFormat) {
         locked(&self.shared.registers).set_format(format);
+    }
+
+    /// Turns a trigger on or off, by the input `Line1`.
+    pub fn set_trigger(&self, of: TriggerOf, on: bool) {
+        locked(&self.shared.registers).set_trigger(of, on);
     }
 
     /// Switches the precision time protocol on or off, and says whether it follows a clock. The clock itself does not

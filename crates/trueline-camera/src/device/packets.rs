@@ -2,12 +2,12 @@
 
 use super::registers::Wanted;
 use super::settings::Chunks;
-use crate::gige::PixelFormat;
+use crate::pixel_format::{Mosaic, PixelFormat, Samples};
 use std::net::Ipv4Addr;
 use std::ops::Range;
 use telegenic::emulator::{DeviceConfig, GigeDevice};
 use telegenic::gige::proto::bootstrap::STREAM_CHANNEL_PACKET_SIZE;
-use trueline_dataset::{GrayImage, Pixels};
+use trueline_dataset::{FrameSignals, GrayImage, Pixels};
 
 /// Format, columns, rows, first column and first row in a leader.
 const LEADER_FIELDS: Range<usize> = 20..40;
@@ -16,6 +16,20 @@ const LEADER_FIELDS: Range<usize> = 20..40;
 const PAYLOAD_TYPE: Range<usize> = 10..12;
 /// A picture with chunk data behind it.
 const IMAGE_WITH_CHUNKS: u16 = 0x4001;
+
+/// A picture that is to be sent.
+pub(super) struct Shot<'a> {
+    /// Its number in the stream.
+    pub block_id: u16,
+    /// The stamp of its leader, ns.
+    pub device_ns: i64,
+    /// The whole sensor's picture.
+    pub image: &'a GrayImage,
+    /// What is sent behind the pixels.
+    pub chunks: Option<Chunks>,
+    /// What was on the inputs.
+    pub signals: FrameSignals,
+}
 
 /// Makes packets. Registers of its own spare the thread that answers commands from waiting for it.
 pub(super) struct Packer {
@@ -27,21 +41,16 @@ impl Packer {
         Self { encoder: GigeDevice::new(Ipv4Addr::UNSPECIFIED, &DeviceConfig::default()) }
     }
 
-    /// The packets of a picture as it is wanted, with its number and the stamp of its leader.
-    pub(super) fn packets(
-        &mut self,
-        wanted: &Wanted,
-        block_id: u16,
-        device_ns: i64,
-        (image, chunks): (&GrayImage, Option<Chunks>),
-    ) -> Vec<Vec<u8>> {
+    /// The packets of a picture as it is wanted.
+    pub(super) fn packets(&mut self, wanted: &Wanted, shot: &Shot<'_>) -> Vec<Vec<u8>> {
+        let Shot { block_id, device_ns, image, chunks, .. } = *shot;
         // A code that is not known goes out as it would from a camera that knows it: one byte a pixel will do.
-        let format = wanted.format.unwrap_or(PixelFormat::Mono8);
+        let format = wanted.format.unwrap_or(PixelFormat::MONO_8);
         self.encoder.write_reg(STREAM_CHANNEL_PACKET_SIZE, wanted.packet_bytes);
         self.encoder.set_leader_timestamp_ns(device_ns.cast_unsigned());
         let mut payload = bytes(image, wanted, format);
         if let Some(chunks) = chunks {
-            add_chunks(&mut payload, device_ns, wanted.exposure_s, chunks);
+            add_chunks(&mut payload, shot, wanted.exposure_s, chunks);
         }
         if chunks == Some(Chunks::Good) {
             // Some cameras leave the leader's empty then.
@@ -61,80 +70,117 @@ impl Packer {
     }
 }
 
-/// The identifiers are those of the description.
-fn add_chunks(payload: &mut Vec<u8>, device_ns: i64, exposure_s: f64, chunks: Chunks) {
-    let tail = |id: u32, length: usize| [id.to_be_bytes(), (length as u32).to_be_bytes()].concat();
+/// The identifiers are those of the description. What is not wired shows zero.
+fn add_chunks(payload: &mut Vec<u8>, shot: &Shot<'_>, exposure_s: f64, chunks: Chunks) {
+    let FrameSignals { encoder, lines, counter, camera_frame } = shot.signals;
     let pixels = payload.len();
-    payload.extend(tail(0xA500_0001, pixels));
-    payload.extend(device_ns.to_be_bytes());
-    payload.extend(tail(0xA500_0002, 8));
+    let mut end = |data: &[u8], id: u32, length: usize| {
+        payload.extend(data);
+        payload.extend(id.to_be_bytes());
+        payload.extend((length as u32).to_be_bytes());
+    };
+    end(&[], 0xA500_0001, pixels);
+    end(&shot.device_ns.to_be_bytes(), 0xA500_0002, 8);
+    end(&(encoder.unwrap_or_default() as i32).to_be_bytes(), 0xA500_0004, 4);
+    end(&(lines.unwrap_or_default() as u32).to_be_bytes(), 0xA500_0005, 4);
+    end(&(counter.unwrap_or_default() as u32).to_be_bytes(), 0xA500_0006, 4);
+    end(&camera_frame.unwrap_or_default().to_be_bytes(), 0xA500_0007, 8);
     // Cameras expose in steps of their own, and tell which.
-    payload.extend((exposure_s * 1e6 + 0.125).to_be_bytes());
-    payload.extend(tail(0xA500_0003, if chunks == Chunks::Lying { usize::MAX } else { 8 }));
+    let exposure_us = (exposure_s * 1e6 + 0.125).to_be_bytes();
+    end(&exposure_us, 0xA500_0003, if chunks == Chunks::Lying { usize::MAX } else { 8 });
 }
 
-/// What lies beyond the sensor is black.
+/// The pixels of a picture as they are wanted. What lies beyond the sensor is black.
 fn bytes(image: &GrayImage, wanted: &Wanted, format: PixelFormat) -> Vec<u8> {
-    if PixelFormat::PACKED.contains(&format) {
-        let whole = bytes(image, wanted, PixelFormat::Mono16);
-        return packed(whole.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])), format);
+    let (width, left) = (wanted.size[0] as usize, wanted.offset[0] as usize);
+    let levels = region(image, wanted);
+    match format {
+        PixelFormat::Mono(samples) => encoded(levels.into_iter(), samples),
+        PixelFormat::Bayer(mosaic, samples) => {
+            let of = |(place, level): (usize, u16)| {
+                let [column, row] = [place % width.max(1), place / width.max(1)].map(|at| at % 2);
+                lit(level, colour_at(mosaic, [column, row]))
+            };
+            encoded(levels.into_iter().enumerate().map(of), samples)
+        }
+        PixelFormat::Rgb8 => encoded(colours(levels, [0, 1, 2]), Samples::Eight),
+        PixelFormat::Bgr8 => encoded(colours(levels, [2, 1, 0]), Samples::Eight),
+        PixelFormat::Coord3dC16 => encoded(levels.into_iter(), Samples::Sixteen),
+        PixelFormat::Coord3dAc16 => {
+            let along = |place: usize| (left + place % width.max(1)) as u16;
+            let both = levels.into_iter().enumerate().flat_map(|(place, level)| [along(place), level]);
+            encoded(both, Samples::Sixteen)
+        }
     }
+}
+
+/// What red, green and blue pixels see of a red laser, as parts of its light.
+pub(super) const SEEN_OF_LASER: [f64; 3] = [1.0, 0.12, 0.03];
+
+fn lit(level: u16, colour: usize) -> u16 {
+    (f64::from(level) * SEEN_OF_LASER[colour]).round() as u16
+}
+
+/// The colour of a pixel of a mosaic at a place modulo two: red, green or blue.
+fn colour_at(mosaic: Mosaic, [column, row]: [usize; 2]) -> usize {
+    let [red_column, red_row] = mosaic.red();
+    usize::from(column != red_column) + usize::from(row != red_row)
+}
+
+fn colours(levels: Vec<u16>, order: [usize; 3]) -> impl Iterator<Item = u16> {
+    levels.into_iter().flat_map(move |level| order.map(|colour| lit(level, colour)))
+}
+
+/// Levels of 16 bits of the region that is wanted.
+fn region(image: &GrayImage, wanted: &Wanted) -> Vec<u16> {
     let [width, height] = wanted.size.map(|px| px as usize);
     let [left, top] = wanted.offset.map(|px| px as usize);
-    let row_bytes = format.bytes_of(width).unwrap_or_default();
-    let mut bytes = vec![0; row_bytes * height];
-    if row_bytes == 0 {
-        return bytes;
-    }
-    for (row, line) in bytes.chunks_exact_mut(row_bytes).enumerate() {
-        let row = top + row;
-        if row >= image.height {
-            break;
-        }
-        let columns = left.min(image.width)..(left + width).min(image.width);
+    let mut levels = vec![0; width * height];
+    let columns = left.min(image.width)..(left + width).min(image.width);
+    let rows = top..(top + height).min(image.height);
+    for (line, row) in levels.chunks_exact_mut(width.max(1)).zip(rows) {
         let pixels = row * image.width + columns.start..row * image.width + columns.end;
-        match (&image.pixels, format) {
-            (Pixels::Eight(levels), PixelFormat::Mono8) => {
-                line[..columns.len()].copy_from_slice(&levels[pixels]);
+        match &image.pixels {
+            Pixels::Eight(all) => {
+                line.iter_mut().zip(&all[pixels]).for_each(|(to, level)| *to = u16::from(*level) * 257);
             }
-            (Pixels::Sixteen(levels), PixelFormat::Mono8) => {
-                for (byte, level) in line.iter_mut().zip(&levels[pixels]) {
-                    *byte = (level >> 8) as u8;
-                }
-            }
-            (Pixels::Sixteen(levels), PixelFormat::Coord3dAc16) => {
-                let counts =
-                    (left..).zip(&levels[pixels]).flat_map(|(column, level)| [column as u16, *level]);
-                fill(line, counts, format);
-            }
-            (Pixels::Eight(levels), _) => {
-                let levels = levels[pixels].iter().map(|level| u16::from(*level) * 257);
-                fill(line, levels, format);
-            }
-            (Pixels::Sixteen(levels), _) => fill(line, levels[pixels].iter().copied(), format),
+            Pixels::Sixteen(all) => line[..columns.len()].copy_from_slice(&all[pixels]),
+        }
+    }
+    levels
+}
+
+/// Levels of 16 bits one after the other as samples are sent.
+fn encoded(levels: impl Iterator<Item = u16>, samples: Samples) -> Vec<u8> {
+    let down = 16 - samples.bits();
+    let levels = levels.map(|level| level >> down);
+    match samples {
+        Samples::Eight => levels.map(|level| level as u8).collect(),
+        Samples::Ten | Samples::Twelve | Samples::Sixteen => levels.flat_map(u16::to_le_bytes).collect(),
+        Samples::TenPacked | Samples::TwelvePacked => by_pairs(levels, samples.bits() - 8),
+        Samples::TenP | Samples::TwelveP => one_after_the_other(levels, samples.bits()),
+    }
+}
+
+/// Two samples in three bytes, their `low` lowest bits in the middle one.
+fn by_pairs(levels: impl Iterator<Item = u16>, low: u32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let levels: Vec<u16> = levels.collect();
+    for pair in levels.chunks(2) {
+        let [first, second] = [pair[0], pair.get(1).copied().unwrap_or_default()];
+        let lowest = |level: u16| level & ((1 << low) - 1);
+        bytes.push((first >> low) as u8);
+        bytes.push((lowest(first) | lowest(second) << 4) as u8);
+        if pair.len() == 2 {
+            bytes.push((second >> low) as u8);
         }
     }
     bytes
 }
 
-/// Levels of 16 bits one after the other in a format whose bits share bytes.
-fn packed(levels: impl Iterator<Item = u16>, format: PixelFormat) -> Vec<u8> {
-    let bits = format.bits();
-    let levels: Vec<u16> = levels.map(|level| level >> (16 - bits)).collect();
+/// The lowest bits first.
+fn one_after_the_other(levels: impl Iterator<Item = u16>, bits: u32) -> Vec<u8> {
     let mut bytes = Vec::new();
-    if matches!(format, PixelFormat::Mono10Packed | PixelFormat::Mono12Packed) {
-        let low = bits - 8;
-        for pair in levels.chunks(2) {
-            let [first, second] = [pair[0], pair.get(1).copied().unwrap_or_default()];
-            let lowest = |level: u16| level & ((1 << low) - 1);
-            bytes.push((first >> low) as u8);
-            bytes.push((lowest(first) | lowest(second) << 4) as u8);
-            if pair.len() == 2 {
-                bytes.push((second >> low) as u8);
-            }
-        }
-        return bytes;
-    }
     let (mut waiting, mut count) = (0_u32, 0);
     for level in levels {
         waiting |= u32::from(level) << count;
@@ -148,13 +194,6 @@ fn packed(levels: impl Iterator<Item = u16>, format: PixelFormat) -> Vec<u8> {
         bytes.push(waiting as u8);
     }
     bytes
-}
-
-fn fill(line: &mut [u8], levels: impl Iterator<Item = u16>, format: PixelFormat) {
-    let down = 16 - format.bits();
-    for (pair, level) in line.chunks_exact_mut(2).zip(levels) {
-        pair.copy_from_slice(&(level >> down).to_le_bytes());
-    }
 }
 
 #[cfg(test)]
@@ -172,6 +211,7 @@ mod tests {
             period_s: 1.0,
             line_period_s: 0.0,
             single: false,
+            trigger: None,
             packet_bytes: 100,
             to,
         }
@@ -180,7 +220,7 @@ mod tests {
     #[test]
     fn a_region_is_cut_and_black_lies_around_the_sensor() {
         let image = GrayImage { width: 3, height: 2, pixels: Pixels::Eight(vec![1, 2, 3, 4, 5, 6]) };
-        let cut = |size, offset| bytes(&image, &wanted(size, offset), PixelFormat::Mono8);
+        let cut = |size, offset| bytes(&image, &wanted(size, offset), PixelFormat::MONO_8);
         assert_eq!(cut([2, 1], [1, 1]), [5, 6]);
         assert_eq!(cut([4, 3], [1, 0]), [2, 3, 0, 0, 5, 6, 0, 0, 0, 0, 0, 0]);
         assert_eq!(cut([2, 1], [9, 9]), [0, 0]);
@@ -189,8 +229,8 @@ mod tests {
     #[test]
     fn white_stays_white() {
         let image = GrayImage { width: 2, height: 1, pixels: Pixels::Eight(vec![255, 0]) };
-        assert_eq!(bytes(&image, &wanted([2, 1], [0, 0]), PixelFormat::Mono12), [0xff, 0x0f, 0, 0]);
+        assert_eq!(bytes(&image, &wanted([2, 1], [0, 0]), PixelFormat::MONO_12), [0xff, 0x0f, 0, 0]);
         let image = GrayImage { width: 1, height: 1, pixels: Pixels::Sixteen(vec![0xffff]) };
-        assert_eq!(bytes(&image, &wanted([1, 1], [0, 0]), PixelFormat::Mono8), [255]);
+        assert_eq!(bytes(&image, &wanted([1, 1], [0, 0]), PixelFormat::MONO_8), [255]);
     }
 }

@@ -1,7 +1,8 @@
 //! The registers of the device and the description by which programs find them.
 
-use super::settings::{Chunks, DeviceSettings, OutputMode, RangeFeatures};
-use crate::gige::PixelFormat;
+use super::settings::{Chunks, DeviceSettings, OutputMode, RangeFeatures, TriggerOf};
+use crate::pixel_format::PixelFormat;
+use crate::trigger::TriggerEdge;
 use std::net::SocketAddr;
 use telegenic::emulator::{DeviceConfig, GigeDevice, Reaction, XML_ADDRESS};
 use telegenic::gige::proto::bootstrap as standard;
@@ -19,6 +20,14 @@ const OFFSET_Y: u32 = 0x2028;
 const GAIN_AUTO: u32 = 0x202C;
 const PTP_ENABLE: u32 = 0x2030;
 const PTP_STATUS: u32 = 0x2034;
+/// Mode, source and activation of each trigger, a block each.
+const TRIGGERS: u32 = 0x2200;
+const TRIGGER_BLOCK: u32 = 16;
+const ACQUISITION_START: u32 = 0;
+const FRAME_START: u32 = 1;
+const LINE_START: u32 = 2;
+/// The input that something may be wired to.
+const LINE_1: u32 = 1;
 const OUTPUT_MODE: u32 = 0x2100;
 const LINE_RATE: u32 = 0x2108;
 /// Scale, offset, number of what is not valid and whether it is used, of coordinate A and of coordinate C.
@@ -34,6 +43,9 @@ const DEVICE_MODE: u32 = 0x8000_0001;
 const IP_CONFIG: u32 = 5;
 const DESCRIPTION: &str = include_str!("description.xml");
 const RANGE_FEATURES: &str = include_str!("range_features.xml");
+const TRIGGER_FEATURES: &str = include_str!("trigger_features.xml");
+const LINE_START_ENTRY: &str = r#"<EnumEntry Name="LineStart"><Value>2</Value></EnumEntry>"#;
+const COLOUR_FORMATS: &str = r#"<EnumEntry Name="BayerRG8"><Value>17301513</Value></EnumEntry><EnumEntry Name="BayerRG12"><Value>17825809</Value></EnumEntry><EnumEntry Name="BayerRG10p"><Value>17432664</Value></EnumEntry><EnumEntry Name="BayerRG12p"><Value>17563737</Value></EnumEntry><EnumEntry Name="RGB8"><Value>35127316</Value></EnumEntry>"#;
 const RANGE_FORMATS: &str = r#"<EnumEntry Name="Coord3D_C16"><Value>17825976</Value></EnumEntry><EnumEntry Name="Coord3D_AC16"><Value>35651771</Value></EnumEntry>"#;
 /// A stripe of a camera is seen in rows by pairs.
 const LEAST_HEIGHT_OF_PICTURES: &str = "2";
@@ -73,8 +85,21 @@ pub(super) struct Wanted {
     pub line_period_s: f64,
     /// Whether one picture is enough.
     pub single: bool,
+    /// What each picture, or each row of a profiler, waits for; `None` while it runs by itself.
+    pub trigger: Option<WantedTrigger>,
     /// Where packets go.
     pub to: SocketAddr,
+}
+
+/// A signal that something waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct WantedTrigger {
+    /// Which changes count.
+    pub edge: TriggerEdge,
+    /// Each row waits for one, and not the whole frame.
+    pub each_row: bool,
+    /// Whether it is the input that something may be wired to.
+    pub is_wired: bool,
 }
 
 impl Registers {
@@ -115,11 +140,16 @@ impl Registers {
     }
 
     fn describe(&mut self, settings: &DeviceSettings) {
-        let [features, formats, least_height] = match settings.range {
-            Some(_) => [RANGE_FEATURES, RANGE_FORMATS, "1"],
-            None => ["", "", LEAST_HEIGHT_OF_PICTURES],
+        let [features, formats, least_height, line_start] = match settings.range {
+            Some(_) => [RANGE_FEATURES, RANGE_FORMATS, "1", LINE_START_ENTRY],
+            None => ["", "", LEAST_HEIGHT_OF_PICTURES, ""],
         };
+        let colours = if settings.has_colours { COLOUR_FORMATS } else { "" };
+        let trigger = if settings.can_be_triggered { TRIGGER_FEATURES } else { "" };
         let xml = DESCRIPTION
+            .replace("COLOUR_FORMATS", colours)
+            .replace("TRIGGER_FEATURES", trigger)
+            .replace("LINE_START", line_start)
             .replace("RANGE_FEATURES", features)
             .replace("CHUNK_BYTES", &settings.chunks.map_or(0, |_| Chunks::BYTES).to_string())
             .replace("RANGE_FORMATS", formats)
@@ -202,6 +232,11 @@ impl Registers {
     pub(super) fn wanted(&self) -> Option<Wanted> {
         let read = |register| self.device.read_reg(register);
         let to = self.device.stream_dest().filter(|_| read(ACQUISITION) == 1)?;
+        // Nothing is wired to what would start the acquisition.
+        if self.trigger(ACQUISITION_START).is_some() {
+            return None;
+        }
+        let of_row = self.range.and_then(|_| self.trigger(LINE_START));
         let real = |register, [least, most]: [f64; 2]| {
             f64::from(f32::from_bits(read(register))).max(least).min(most)
         };
@@ -222,8 +257,33 @@ impl Registers {
             packet_bytes: read(standard::STREAM_CHANNEL_PACKET_SIZE) & standard::SCPS_PACKET_SIZE_MASK,
             line_period_s,
             single: read(ACQUISITION_MODE) != CONTINUOUS,
+            trigger: of_row.map(|row| WantedTrigger { each_row: true, ..row }).or(self.trigger(FRAME_START)),
             to,
         })
+    }
+
+    /// A trigger that is on.
+    fn trigger(&self, selector: u32) -> Option<WantedTrigger> {
+        let at = TRIGGERS + TRIGGER_BLOCK * selector;
+        let [mode, source, activation] = [0, 4, 8].map(|place| self.device.read_reg(at + place));
+        let edge = match activation {
+            0 => TriggerEdge::Rising,
+            1 => TriggerEdge::Falling,
+            _ => TriggerEdge::Any,
+        };
+        (mode == 1).then_some(WantedTrigger { edge, each_row: false, is_wired: source == LINE_1 })
+    }
+
+    /// As if a program had set one of the triggers: that of the acquisition, of each frame or of each row; the input is `Line1`.
+    pub(super) fn set_trigger(&mut self, of: TriggerOf, on: bool) {
+        let selector = match of {
+            TriggerOf::Acquisition => ACQUISITION_START,
+            TriggerOf::Frame => FRAME_START,
+            TriggerOf::Row => LINE_START,
+        };
+        let at = TRIGGERS + TRIGGER_BLOCK * selector;
+        self.device.write_reg(at, u32::from(on));
+        self.device.write_reg(at + 4, LINE_1);
     }
 
     /// Ends the acquisition of a single picture.

@@ -1,8 +1,10 @@
 //! Exposures one after the other, and the pictures of them.
 
-use super::packets::Packer;
+use super::packets::{Packer, Shot};
+use super::pictures::Pictures;
 use super::registers::Wanted;
 use super::sender::Outgoing;
+use super::sequence::{Sequence, Turn};
 use super::shared::Shared;
 use super::words::locked;
 use rand::{Rng, SeedableRng};
@@ -10,52 +12,14 @@ use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
-use trueline_dataset::{GrayImage, Pixels};
+use trueline_dataset::{FrameSignals, GrayImage, Pixels};
 
-/// What the camera looks at.
-pub trait Pictures: Send {
-    /// The picture of the whole sensor of an exposure that has just ended: its start in ns of the steady clock and its
-    /// length in s. `None` drops it. A profiler exposes its rows one after the other, and each is a picture of one row.
-    fn picture(&mut self, exposure_start_steady_ns: i64, exposure_s: f64) -> Option<GrayImage>;
-
-    /// Told of every exposure, usually before it begins and some more than once: whoever is wired to the camera's output.
-    fn exposes(&mut self, _start_steady_ns: i64, _exposure_s: f64) {}
-}
-
-/// The counter of the stream goes from here back to 1.
-const LAST_BLOCK: u16 = u16::MAX;
 /// Pictures that can wait for those before them: the memory of a camera.
 const PICTURES_WAITING: f64 = 4.0;
-/// How often an idle camera looks whether it is to start.
+/// The output that is on while it exposes, `Line2`, among the lines.
+const EXPOSES: u64 = 0b10;
+/// How often an idle camera looks whether it is to start, and one that waits for a signal whether it is there.
 const IDLE: Duration = Duration::from_millis(1);
-
-/// Where the camera is in its sequence of exposures.
-#[derive(Clone, Copy)]
-struct Sequence {
-    /// Steady time of the exposure from which the present period counts, ns.
-    from_ns: i64,
-    period_ns: f64,
-    /// Exposures since.
-    number: u64,
-    block_id: u16,
-}
-
-impl Sequence {
-    fn exposure_start_ns(&self) -> i64 {
-        self.from_ns + (self.number as f64 * self.period_ns).round() as i64
-    }
-
-    /// The next one, by a period that may be new.
-    fn next(self, period_ns: f64) -> Self {
-        let block_id = if self.block_id == LAST_BLOCK { 1 } else { self.block_id + 1 };
-        let next = Self { number: self.number + 1, block_id, ..self };
-        if period_ns == self.period_ns {
-            return next;
-        }
-        let from_ns = self.exposure_start_ns() + period_ns.round() as i64;
-        Self { from_ns, period_ns, number: 0, block_id }
-    }
-}
 
 /// The thread that exposes.
 pub(super) struct Sensor {
@@ -82,27 +46,25 @@ impl Sensor {
                 std::thread::sleep(IDLE);
                 continue;
             };
-            let period_ns = self.shared.clock.steady_length_ns(wanted.period_s * 1e9);
-            let now = match sequence {
-                None => Sequence { from_ns: self.shared.now_ns(), period_ns, number: 0, block_id: 1 },
-                Some(last) => last.next(period_ns),
-            };
-            sequence = Some(now);
-            self.expose(now, &wanted);
+            let sequence = sequence.get_or_insert_with(|| Sequence::start(&self.shared, &wanted));
+            match sequence.next(&self.shared, &wanted, self.pictures.as_mut()) {
+                Some(turn) => self.expose(&turn, &wanted),
+                None => std::thread::sleep(IDLE),
+            }
         }
     }
 
-    fn expose(&mut self, sequence: Sequence, wanted: &Wanted) {
-        let start_ns = sequence.exposure_start_ns();
-        let rows = if wanted.line_period_s > 0.0 { wanted.size[1] } else { 1 };
-        let line_ns = self.shared.clock.steady_length_ns(wanted.line_period_s * 1e9);
-        let starts_ns = (0..rows).map(|row| start_ns + (f64::from(row) * line_ns).round() as i64);
-        let end_ns = starts_ns.clone().next_back().unwrap_or(start_ns) + (wanted.exposure_s * 1e9) as i64;
+    fn expose(&mut self, turn: &Turn, wanted: &Wanted) {
+        let last_ns = turn.starts_ns.last().copied().unwrap_or_default();
+        let end_ns = last_ns + (wanted.exposure_s * 1e9) as i64;
         let settings = &self.shared.settings;
         let due_ns = end_ns + ((settings.readout_s + settings.latency_s) * 1e9) as i64;
-        // The next one too: this thread may still be at this one's picture when it begins.
-        for begins_ns in [0, sequence.period_ns.round() as i64] {
-            starts_ns.clone().for_each(|at_ns| self.pictures.exposes(at_ns + begins_ns, wanted.exposure_s));
+        // The next one too, where it is known: this thread may still be at this one's picture when it begins.
+        let next = turn.period_ns.map(|period_ns| period_ns.round() as i64);
+        for begins_ns in [Some(0), next].into_iter().flatten() {
+            for at_ns in &turn.starts_ns {
+                self.pictures.exposes(at_ns + begins_ns, wanted.exposure_s);
+            }
         }
         if !self.shared.sleep_until(end_ns) {
             return;
@@ -115,21 +77,33 @@ impl Sensor {
         if self.shared.now_ns() > due_ns {
             return self.shared.count(|counts| counts.late += 1);
         }
-        let seen = starts_ns.map(|start_ns| self.pictures.picture(start_ns, wanted.exposure_s));
+        let seen = turn.starts_ns.iter().map(|start_ns| self.pictures.picture(*start_ns, wanted.exposure_s));
         let Some(image) = seen.collect::<Option<Vec<_>>>().and_then(stacked) else {
             return self.shared.count(|counts| counts.dropped += 1);
         };
-        self.hand_over(sequence, wanted, &image, due_ns);
+        self.hand_over(turn, wanted, &image, due_ns);
         if wanted.single {
             locked(&self.shared.registers).end_acquisition();
         }
     }
 
-    fn hand_over(&mut self, sequence: Sequence, wanted: &Wanted, image: &GrayImage, due_ns: i64) {
-        let exposure_start_ns = sequence.exposure_start_ns();
+    fn hand_over(&mut self, turn: &Turn, wanted: &Wanted, image: &GrayImage, due_ns: i64) {
+        let exposure_start_ns = turn.starts_ns.first().copied().unwrap_or_default();
         let device_ns = self.shared.clock.device_ns(exposure_start_ns);
-        let block_id = sequence.block_id;
-        let packets = self.packer.packets(wanted, block_id, device_ns, (image, self.shared.settings.chunks));
+        let block_id = turn.block_id;
+        let shot = Shot {
+            block_id,
+            device_ns,
+            image,
+            chunks: self.shared.settings.chunks,
+            signals: FrameSignals {
+                encoder: self.pictures.encoder(exposure_start_ns),
+                lines: Some(EXPOSES | u64::from(self.pictures.line(exposure_start_ns))),
+                counter: Some(turn.signals as i64),
+                camera_frame: Some(u64::from(block_id)),
+            },
+        };
+        let packets = self.packer.packets(wanted, &shot);
         let picture = Outgoing {
             block_id,
             packets: Arc::new(packets),
@@ -137,7 +111,7 @@ impl Sensor {
             due_ns,
             device_ns,
             exposure_start_ns,
-            patience_ns: (PICTURES_WAITING * sequence.period_ns) as i64,
+            patience_ns: (PICTURES_WAITING * wanted.period_s * 1e9) as i64,
         };
         if self.shared.now_ns() > due_ns {
             return self.shared.count(|counts| counts.late += 1);

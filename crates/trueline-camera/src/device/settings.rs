@@ -38,9 +38,24 @@ pub struct DeviceSettings {
     pub chunks: Option<Chunks>,
     /// It is a profiler: its pictures are profiles, a row each; `None` for a camera.
     pub range: Option<RangeFeatures>,
+    /// Its sensor has a mosaic of colours, and what it looks at the red of a laser.
+    pub has_colours: bool,
+    /// It has triggers, all of them off at first.
+    pub can_be_triggered: bool,
 }
 
-/// How chunk data are sent: the picture, the camera's time and the exposure time.
+/// What a trigger begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TriggerOf {
+    /// All pictures.
+    Acquisition,
+    /// Each picture, or each frame of a profiler.
+    Frame,
+    /// Each row of a profiler.
+    Row,
+}
+
+/// How chunk data are sent: the picture, the camera's time, the exposure time and what is on its inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chunks {
     /// As the standard has it.
@@ -50,8 +65,9 @@ pub enum Chunks {
 }
 
 impl Chunks {
-    /// Bytes behind the pixels: time and exposure time, and three times identifier and length.
-    pub(super) const BYTES: usize = 2 * 8 + 3 * 8;
+    /// Bytes behind the pixels: time, exposure time and number of the picture, encoder, lines and counter, and seven times identifier
+    /// and length.
+    pub(super) const BYTES: usize = 3 * 8 + 3 * 4 + 7 * 8;
 }
 
 /// What a simulated profiler says of its numbers. Its pictures hold the numbers of coordinate C in 16 bits; coordinate A follows from the
@@ -102,6 +118,8 @@ impl DeviceSettings {
             serial: "SIM-1".to_owned(),
             chunks: None,
             range: None,
+            has_colours: false,
+            can_be_triggered: true,
         }
     }
 }

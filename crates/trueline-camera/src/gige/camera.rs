@@ -3,6 +3,7 @@
 use super::automatic::{self, Look, Watch};
 use super::block_ids::BlockIds;
 use super::chunks::{Chunk, ChunkNames, chunks};
+use super::configure;
 use super::errors::{connecting, driver, feature};
 use super::features;
 use super::latch::{Asked, Latch};
@@ -20,6 +21,7 @@ use telegenic::gige::{GigECamera, GigeConfig};
 use telegenic::{
     Frame, FrameChannel, GenICamera, PacketSize, PayloadKind, SocketOption, StreamChannel, StreamConfig,
 };
+use trueline_dataset::FrameSignals;
 use trueline_live::HostClock;
 
 /// The driver asks for a sign of life at a third of this, and the camera frees itself after it, ms.
@@ -96,18 +98,18 @@ impl GigeCamera {
     pub fn open(settings: &GigeSettings, clock: HostClock) -> Result<Self, CameraError> {
         let latch_stamps = LatchStamps::new(clock);
         let mut camera = connect(settings, latch_stamps.clone())?;
-        let format = features::configure(&mut camera, settings)?;
+        let (format, waits) = configure::configure(&mut camera, settings)?;
         automatic::turn_off(&mut camera)?;
         let size = [features::size(&mut camera, "Width")?, features::size(&mut camera, "Height")?];
-        let range = settings.profiles.then(|| scan3d::scale(&mut camera, format, size[1])).transpose()?;
-        let session = Session { size, format, range };
+        let range = settings.profiles.then(|| scan3d::scale(&mut camera, format, size[1], &waits)).transpose()?;
+        let session = Session { size, format, channel: settings.channel.unwrap_or_default(), range };
         let tick_hz = tick_hz(camera.transport());
         let chunk_names = chunk_names(&mut camera);
         let packets = PacketStamps::new(clock);
         let stream = open_stream(&mut camera, settings, packets.clone())?;
         let frames = stream.1.subscribe(stream.0);
         let mut opened = Self {
-            about: about(camera.transport(), size, tick_hz),
+            about: SourceAbout { trigger: waits.told(), ..about(camera.transport(), size, tick_hz) },
             exposure_us: features::exposure_us(&mut camera),
             ptp: ptp::state(&mut camera),
             camera,
@@ -207,6 +209,7 @@ impl GigeCamera {
             first_packet_ns: packets.map(|p| p.first_ns),
             complete_ns,
             exposure_us: told.exposure_us.or(self.exposure_us),
+            signals: told.signals,
             status,
         })
     }
@@ -300,6 +303,7 @@ struct ChunkFacts {
     /// The camera's clock, which stands before that of the leader.
     ticks: Option<u64>,
     exposure_us: Option<f64>,
+    signals: FrameSignals,
 }
 
 impl ChunkFacts {
@@ -307,6 +311,12 @@ impl ChunkFacts {
         Self {
             ticks: names.whole("ChunkTimestamp", chunks),
             exposure_us: names.number("ChunkExposureTime", chunks),
+            signals: FrameSignals {
+                encoder: names.signed("ChunkEncoderValue", chunks),
+                lines: names.whole("ChunkLineStatusAll", chunks),
+                counter: names.signed("ChunkCounterValue", chunks),
+                camera_frame: names.whole("ChunkFrameID", chunks),
+            },
         }
     }
 }
@@ -376,6 +386,7 @@ fn about(camera: &GigECamera, [width, height]: [u32; 2], tick_hz: u64) -> Source
         width: width as usize,
         height: height as usize,
         tick_hz: (tick_hz != 0).then_some(tick_hz as f64),
+        trigger: None,
         stamp_meaning: format!(
             "the camera's clock in the leader of the picture, {unit}: start or end of the exposure, as its maker chose"
         ),

@@ -81,6 +81,7 @@ struct Place {
     length: usize,
     is_float: bool,
     is_big_endian: bool,
+    is_signed: bool,
 }
 
 /// Which chunks of a camera are numbers, by the name of their feature (`ChunkTimestamp`, …).
@@ -116,6 +117,19 @@ impl ChunkNames {
     pub fn whole(&self, name: &str, chunks: &[Chunk<'_>]) -> Option<u64> {
         let (place, bytes) = self.bytes(name, chunks)?;
         (!place.is_float).then(|| whole(place, bytes))
+    }
+
+    /// The same of a number that may be below zero, by the description's word for its sign; `None` where it has more digits than fit.
+    #[must_use]
+    pub fn signed(&self, name: &str, chunks: &[Chunk<'_>]) -> Option<i64> {
+        let (place, bytes) = self.bytes(name, chunks)?;
+        let value = (!place.is_float).then(|| whole(place, bytes))?;
+        if !place.is_signed {
+            return i64::try_from(value).ok();
+        }
+        // Its highest bit goes on upwards.
+        let unused = u64::BITS - 8 * place.length as u32;
+        Some((value << unused).cast_signed() >> unused)
     }
 
     fn bytes<'a>(&self, name: &str, chunks: &[Chunk<'a>]) -> Option<(Place, &'a [u8])> {
@@ -159,7 +173,8 @@ fn place(node: &Node<'_, '_>, nodes: &BTreeMap<&str, Node<'_, '_>>) -> Option<Pl
         return None;
     }
     let is_big_endian = text(&register, "Endianess").is_none_or(|order| order == "BigEndian");
-    Some(Place { id, offset, length, is_float, is_big_endian })
+    let is_signed = text(&register, "Sign").is_some_and(|sign| sign == "Signed");
+    Some(Place { id, offset, length, is_float, is_big_endian, is_signed })
 }
 
 #[cfg(test)]
@@ -223,6 +238,8 @@ mod tests {
             <IntReg Name="T"><Address>0x2</Address><Length>8</Length><pPort>P</pPort><Endianess>LittleEndian</Endianess></IntReg>
             <FloatReg Name="ChunkExposureTime"><Address>10</Address><Length>4</Length><pPort>P</pPort></FloatReg>
             <IntReg Name="ChunkLong"><Address>12</Address><Length>4</Length><pPort>P</pPort></IntReg>
+            <IntReg Name="ChunkEncoderValue"><Address>2</Address><Length>3</Length><pPort>P</pPort><Sign>Signed</Sign></IntReg>
+            <IntReg Name="ChunkUnsigned"><Address>2</Address><Length>3</Length><pPort>P</pPort><Sign>Unsigned</Sign></IntReg>
             <IntReg Name="ChunkOfTheDevice"><Address>0</Address><Length>4</Length><pPort>Device</pPort></IntReg>
         </R>"#;
         let names = ChunkNames::of(description);
@@ -233,6 +250,12 @@ mod tests {
         assert_eq!(names.number("ChunkExposureTime", &found), Some(2500.0));
         assert_eq!(names.whole("ChunkExposureTime", &found), None, "no whole number");
         assert_eq!(names.number("ChunkLong", &found), None, "longer than the chunk");
+        assert_eq!(names.signed("ChunkEncoderValue", &found), Some(0x08_07_06));
+        let below = [Chunk { id: 0xa0, data: &[0, 0, 0xff, 0xff, 0xfe] }];
+        assert_eq!(names.signed("ChunkEncoderValue", &below), Some(-2));
+        assert_eq!(names.signed("ChunkUnsigned", &below), Some(0xff_fffe));
+        let whole = [Chunk { id: 0xa0, data: &[[0, 0], [0xff; 2], [0xff; 2], [0xff; 2], [0xff; 2]].concat() }];
+        assert_eq!((names.signed("ChunkTimestamp", &whole), names.whole("ChunkTimestamp", &whole)), (None, Some(u64::MAX)));
         assert_eq!(names.number("ChunkOfTheDevice", &found), None);
         assert_eq!(names.number("ChunkTimestamp", &[]), None);
         assert_eq!(ChunkNames::of("no description"), ChunkNames::default());

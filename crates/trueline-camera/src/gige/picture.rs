@@ -1,12 +1,12 @@
 //! A picture out of what came.
 
-use super::packed;
-use super::settings::PixelFormat;
+use crate::pixel_format::PixelFormat;
 use super::stamps::Packets;
 use crate::frame_source::FrameStatus;
+use crate::gray_image::gray_image;
 use crate::range::{RangeProfile, RangeScale};
 use telegenic::{Frame, FrameStatus as Driver, PayloadKind};
-use trueline_dataset::{GrayImage, Pixels};
+use trueline_dataset::{Channel, GrayImage, Pixels};
 
 /// Size and format that every picture of a session has.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,8 @@ pub(super) struct Session {
     pub size: [u32; 2],
     /// Format.
     pub format: PixelFormat,
+    /// What of a colour picture is looked at.
+    pub channel: Channel,
     /// What the numbers of a profiler mean; `None` for a camera.
     pub range: Option<RangeScale>,
 }
@@ -74,71 +76,5 @@ fn status(frame: &Frame, packets: Option<&Packets>, session: Session) -> FrameSt
 }
 
 fn image(data: &[u8], frame: &Frame, session: Session) -> Option<GrayImage> {
-    gray_image(data, session.size, session.format, usize::from(frame.x_padding))
-}
-
-/// The bytes of a stream as a picture of columns and rows; lines may be filled up with `padding` bytes, and other data may follow.
-/// `None` if there are fewer bytes than pixels.
-#[must_use]
-pub fn gray_image(data: &[u8], size: [u32; 2], format: PixelFormat, padding: usize) -> Option<GrayImage> {
-    let [width, height] = size.map(|px| px as usize);
-    if padding == 0 && PixelFormat::PACKED.contains(&format) {
-        // Bits go on from one line to the next where a line ends within a byte.
-        let levels = packed::levels(data, width.checked_mul(height)?, format)?;
-        return Some(GrayImage { width, height, pixels: Pixels::Sixteen(levels) });
-    }
-    let row = format.bytes_of(width)?;
-    let stride = row.checked_add(padding)?;
-    if data.len() < stride.checked_mul(height)?.saturating_sub(padding) || stride == 0 {
-        return None;
-    }
-    let rows = data.chunks(stride).take(height).map(|line| &line[..row]);
-    let pixels = match format {
-        PixelFormat::Mono8 if padding == 0 => Pixels::Eight(data[..row * height].to_vec()),
-        PixelFormat::Mono8 => Pixels::Eight(rows.flatten().copied().collect()),
-        format if PixelFormat::PACKED.contains(&format) => {
-            let lines = rows.map(|line| packed::levels(line, width, format));
-            Pixels::Sixteen(lines.collect::<Option<Vec<_>>>()?.concat())
-        }
-        // Moved up so that white is the same in every picture of 16 bits.
-        format => {
-            let up = 16 - format.bits();
-            let pairs = rows.flat_map(|line| line.chunks_exact(2));
-            Pixels::Sixteen(pairs.map(|pair| u16::from_le_bytes([pair[0], pair[1]]) << up).collect())
-        }
-    };
-    // With both coordinates of range data a column is two numbers.
-    let numbers = if format == PixelFormat::Coord3dAc16 { 2 * width } else { width };
-    Some(GrayImage { width: numbers, height, pixels })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_that_are_filled_up_are_cut() {
-        let pixels = |data: &[u8], padding| gray_image(data, [3, 2], PixelFormat::Mono8, padding);
-        let image = pixels(&[1, 2, 3, 99, 4, 5, 6], 1).unwrap();
-        assert_eq!(image.pixels, Pixels::Eight(vec![1, 2, 3, 4, 5, 6]));
-        assert_eq!(pixels(&[1, 2, 3, 4, 5], 0), None, "one pixel too few");
-        assert_eq!(
-            gray_image(&[0; 99], [u32::MAX; 2], PixelFormat::Mono16, 0),
-            None,
-            "more than can be counted"
-        );
-    }
-
-    #[test]
-    fn white_is_white_in_every_format_of_two_bytes() {
-        for format in [PixelFormat::Mono10, PixelFormat::Mono12, PixelFormat::Mono16] {
-            let white = ((1_u32 << format.bits()) - 1) as u16;
-            let data: Vec<u8> = [white, 1].iter().flat_map(|v| v.to_le_bytes()).collect();
-            let Pixels::Sixteen(levels) = gray_image(&data, [2, 1], format, 0).unwrap().pixels else {
-                panic!("16 bits were asked for")
-            };
-            let step = 1 << (16 - format.bits());
-            assert_eq!(levels, [u16::MAX - (step - 1), step]);
-        }
-    }
+    gray_image(data, session.size, session.format, usize::from(frame.x_padding), session.channel)
 }

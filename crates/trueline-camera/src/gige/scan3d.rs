@@ -1,7 +1,8 @@
 //! How a profiler says what its numbers mean.
 
 use super::errors::{feature, is_silence};
-use super::settings::PixelFormat;
+use crate::pixel_format::PixelFormat;
+use super::trigger::Waits;
 use crate::error::CameraError;
 use crate::range::{RangeAxis, RangeScale};
 use telegenic::{GenICamera, GenicamError};
@@ -26,12 +27,13 @@ pub(super) fn scale(
     camera: &mut GenICamera,
     format: PixelFormat,
     rows: u32,
+    waits: &Waits,
 ) -> Result<RangeScale, CameraError> {
     let sends_both = format == PixelFormat::Coord3dAc16;
     expect_coordinates(camera, sends_both)?;
     let unit_m = unit_m(camera)?;
     let [along, range] = [axis(camera, "CoordinateA", unit_m)?, axis(camera, "CoordinateC", unit_m)?];
-    Ok(RangeScale { along, range, sends_both, line_period_ns: line_period_ns(camera, rows)? })
+    Ok(RangeScale { along, range, sends_both, line_period_ns: line_period_ns(camera, rows, waits)? })
 }
 
 /// The mode in which numbers are coordinates, where the camera has modes.
@@ -93,9 +95,15 @@ fn invalid(camera: &mut GenICamera) -> Result<Option<f64>, CameraError> {
     Ok(if is_marked { Some(number(camera, INVALID_VALUE)?.unwrap_or(USUAL_INVALID)) } else { None })
 }
 
-fn line_period_ns(camera: &mut GenICamera, rows: u32) -> Result<f64, CameraError> {
+fn line_period_ns(camera: &mut GenICamera, rows: u32, waits: &Waits) -> Result<f64, CameraError> {
     if rows <= 1 {
         return Ok(0.0);
+    }
+    if let Some(signal) = &waits.for_line {
+        let why = format!(
+            "each of the {rows} profiles of a frame waits for {signal}: when each was taken is not known. Set Height to 1"
+        );
+        return Err(refused("TriggerMode", why));
     }
     match number(camera, LINE_RATE)? {
         Some(hz) if hz > 0.0 => Ok(1e9 / hz),
@@ -146,7 +154,7 @@ pub(super) fn set_format(camera: &mut GenICamera) -> Result<PixelFormat, CameraE
     // Mono16 only where it was chosen: a picture in 16 bits looks the same.
     let best = PixelFormat::RANGE
         .into_iter()
-        .find(|format| *format != PixelFormat::Mono16 && offered.iter().any(|name| name == format.name()));
+        .find(|format| *format != PixelFormat::MONO_16 && offered.iter().any(|name| name == format.name()));
     let Some(format) = best else {
         let wanted = PixelFormat::RANGE.map(PixelFormat::name).join(" or ");
         return Err(CameraError::Format { wanted, offered: offered.join(", ") });

@@ -5,8 +5,7 @@ use std::net::Ipv4Addr;
 use std::thread;
 use std::time::{Duration, Instant};
 use trueline_camera::device::{Device, DeviceHandle, DeviceSettings, Pictures, SentFrame};
-use trueline_camera::gige::PixelFormat;
-use trueline_camera::{CameraError, CameraFrame, FrameSource, GigeCamera, GigeSettings};
+use trueline_camera::{CameraError, CameraFrame, FrameSource, GigeCamera, GigeSettings, PixelFormat};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_live::HostClock;
 

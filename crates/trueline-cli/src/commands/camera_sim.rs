@@ -40,7 +40,7 @@ pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
         args.robot_truth,
         clock,
     )?
-    .with_output(args.trigger_to, clock)?;
+    .wired(&args.wiring(), clock)?;
     tell_drawing_time(&mut scene, args)?;
     let (cell, settings) = (planned.scenario.cell, scene.device(args.device(), args.profiles_per_frame));
     if let Some(file) = &args.truth {

@@ -1,7 +1,7 @@
 //! What a message can hold, whoever wrote it.
 
 use crate::write::entry::InputsEntry;
-use trueline_dataset::{Feature, GrayImage};
+use trueline_dataset::{Feature, FrameSignals, GrayImage};
 use trueline_geometry::Pose;
 
 /// What a topic's messages are.
@@ -152,6 +152,8 @@ pub struct FrameStamps {
     pub device_ns: Option<i64>,
     /// Exposure time, µs, where known.
     pub exposure_us: Option<f64>,
+    /// What the camera told of its inputs with it.
+    pub signals: FrameSignals,
     /// Whether it came whole.
     pub status: String,
     /// Bytes of its picture; none if it has no picture.

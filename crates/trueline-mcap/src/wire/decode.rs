@@ -5,7 +5,7 @@ use crate::message::content_error::ContentError;
 use crate::wire::proto;
 use crate::write::entry::InputsEntry;
 use prost::Message;
-use trueline_dataset::{Feature, MOST_CORRELATION, Measured};
+use trueline_dataset::{Feature, FrameSignals, MOST_CORRELATION, Measured};
 
 /// What messages of a schema are.
 #[must_use]
@@ -37,6 +37,12 @@ pub(crate) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError
                 exposure_us: wire.exposure_us,
                 status: wire.status,
                 picture_bytes: wire.picture_bytes,
+                signals: FrameSignals {
+                    encoder: wire.encoder,
+                    lines: wire.lines,
+                    counter: wire.counter,
+                    camera_frame: wire.camera_frame,
+                },
             }))
         }
         Kind::Features => {

@@ -151,6 +151,10 @@ fn frame_messages(frame: FrameEntry) -> Vec<Outgoing> {
         exposure_us: frame.exposure_us,
         status: frame.status,
         picture_bytes: frame.png.len() as u64,
+        encoder: frame.signals.encoder,
+        lines: frame.signals.lines,
+        counter: frame.signals.counter,
+        camera_frame: frame.signals.camera_frame,
     };
     let sequence = low_bits(frame.frame);
     let mut messages = vec![Outgoing::at(FRAME, frame.stamp_ns, &stamps).numbered(sequence)];

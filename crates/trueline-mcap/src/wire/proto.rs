@@ -109,6 +109,14 @@ pub(super) struct Frame {
     pub status: String,
     #[prost(uint64, tag = "8")]
     pub picture_bytes: u64,
+    #[prost(int64, optional, tag = "9")]
+    pub encoder: Option<i64>,
+    #[prost(uint64, optional, tag = "10")]
+    pub lines: Option<u64>,
+    #[prost(int64, optional, tag = "11")]
+    pub counter: Option<i64>,
+    #[prost(uint64, optional, tag = "12")]
+    pub camera_frame: Option<u64>,
 }
 
 /// `trueline.Features`

@@ -129,6 +129,10 @@ fn camera_messages() -> Vec<DescriptorProto> {
         Field("exposure_us", 6, Optional(Type::Double)),
         Field("status", 7, TEXT),
         Field("picture_bytes", 8, Plain(Type::Uint64)),
+        Field("encoder", 9, Optional(Type::Int64)),
+        Field("lines", 10, Optional(Type::Uint64)),
+        Field("counter", 11, Optional(Type::Int64)),
+        Field("camera_frame", 12, Optional(Type::Uint64)),
     ];
     let feature = [
         Field("stamp_ns", 1, NS),

@@ -1,7 +1,7 @@
 //! What can be recorded.
 
 use std::net::SocketAddr;
-use trueline_dataset::Feature;
+use trueline_dataset::{Feature, FrameSignals};
 use trueline_geometry::Pose;
 
 /// One thing that happened.
@@ -173,6 +173,8 @@ pub struct FrameEntry {
     pub device_ns: Option<i64>,
     /// Exposure time, µs, where known.
     pub exposure_us: Option<f64>,
+    /// What the camera told of its inputs with it.
+    pub signals: FrameSignals,
     /// Whether it came whole, in the words of the camera's driver; [`COMPLETE`] if it did.
     pub status: String,
     /// The picture; empty if there is none because the frame did not come whole.

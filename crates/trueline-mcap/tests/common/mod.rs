@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::io::{self, Cursor, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
-use trueline_dataset::{Feature, Measured, PictureSource, Sensor, SensorFile};
+use trueline_dataset::{Feature, FrameSignals, Measured, PictureSource, Sensor, SensorFile};
 use trueline_geometry::{Pose, se3, so3};
 use trueline_mcap::{
     About, AnswerEntry, Choice, ClockEntry, Damage, DamagedFile, DatasetFolder, Entry, FeaturesEntry,
@@ -62,6 +62,7 @@ pub(crate) fn frame(k: u32) -> FrameEntry {
         complete_ns: None,
         device_ns: Some(7 + 33_000_000 * i64::from(k)),
         exposure_us: Some(0.0),
+        signals: FrameSignals { encoder: Some(-1 - i64::from(k)), lines: Some(0b101), counter: None, camera_frame: Some(0) },
         status: "success".to_owned(),
         png: png(k as u8),
     }
