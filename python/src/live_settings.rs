@@ -23,12 +23,8 @@ const PROTOCOLS: [(&str, Protocol); 5] = [
     ("fanuc-stream-motion", Protocol::FanucStreamMotion),
     ("kuka-rsi", Protocol::KukaRsi),
 ];
-const LASERS: [(&str, Channel); 4] = [
-    ("red", Channel::Red),
-    ("green", Channel::Green),
-    ("blue", Channel::Blue),
-    ("gray", Channel::Gray),
-];
+const LASERS: [(&str, Channel); 4] =
+    [("red", Channel::Red), ("green", Channel::Green), ("blue", Channel::Blue), ("gray", Channel::Gray)];
 const STAMPS: [(&str, StampChoice); 3] = [
     ("first-packet", StampChoice::FirstPacket),
     ("complete", StampChoice::Complete),
@@ -164,7 +160,11 @@ impl LiveSettings {
 }
 
 fn pixel_format(name: &str) -> Result<PixelFormat, Failure> {
-    choice("pixel_format", name, &PixelFormat::pictures().map(|format| (format.name(), format)).collect::<Vec<_>>())
+    choice(
+        "pixel_format",
+        name,
+        &PixelFormat::pictures().map(|format| (format.name(), format)).collect::<Vec<_>>(),
+    )
 }
 
 fn parsed<T: FromStr>(name: &str, text: Option<&str>) -> Result<Option<T>, Failure>

@@ -114,7 +114,9 @@ pub(crate) fn features(
                 device_ns: None,
                 measured: measured(sensor, points.row(row)).map_err(|wrong| wrong.at("points", row))?,
                 sigma: extras.sigma.map(|sigma| sigma_of(sigma, row)).transpose()?,
-                correlation: extras.correlation.map_or(Ok(0.0), |correlation| correlation_in(correlation, row))?,
+                correlation: extras
+                    .correlation
+                    .map_or(Ok(0.0), |correlation| correlation_in(correlation, row))?,
             })
         })
         .collect()

@@ -10,9 +10,7 @@ use clap::Args;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Duration;
-use trueline_cell::{
-    CameraChoice, CameraSettings, GigeChoice, PixelFormat, StampChoice, Trigger,
-};
+use trueline_cell::{CameraChoice, CameraSettings, GigeChoice, PixelFormat, StampChoice, Trigger};
 use trueline_dataset::Channel;
 use trueline_method::Requirement;
 use trueline_vision::Joint;
@@ -21,26 +19,30 @@ use trueline_vision::Joint;
 #[derive(Args)]
 pub struct CameraArgs {
     /// GigE Vision camera to record as well, by its address
-    #[arg(long, value_name = "IP", conflicts_with = "replay")]
+    #[arg(long, value_name = "IP", conflicts_with = "replay", group = "live_camera")]
     pub camera: Option<Ipv4Addr>,
+    /// Device of Video4Linux to record instead: a UVC camera, /dev/video0
+    #[cfg(all(feature = "v4l2", target_os = "linux"))]
+    #[arg(long, value_name = "DEVICE", conflicts_with = "replay", group = "live_camera")]
+    pub v4l2: Option<PathBuf>,
     /// Take the pictures of a dataset folder instead, at the pace they were recorded
     #[arg(long, value_name = "DATASET")]
     pub replay: Option<PathBuf>,
     /// Exposure time to set on the camera, µs [default: unchanged]
-    #[arg(long, requires = "camera", value_parser = number::above_zero)]
+    #[arg(long, requires = "live_camera", value_parser = number::above_zero)]
     pub exposure_us: Option<f64>,
     /// Frame rate to set on the camera, Hz [default: unchanged]
-    #[arg(long, requires = "camera", value_parser = number::above_zero)]
+    #[arg(long, requires = "live_camera", value_parser = number::above_zero)]
     pub fps: Option<f64>,
     /// What begins an exposure: off, the camera's own clock; as-set, whatever the camera is set to; or an input that gives a signal for
     /// each picture, by the camera's name for it, and which change of it: Line1, Line1:rising, Line1:falling, Line1:any [default: off]
     #[arg(long, value_name = "off|as-set|INPUT", requires = "camera")]
     pub trigger: Option<Trigger>,
     /// Pixel format to set on the camera: Mono8, Mono12p, BayerRG8, … [default: unchanged; Mono8 if that cannot be used]
-    #[arg(long, value_name = "FORMAT", requires = "camera", value_parser = pixel_format)]
+    #[arg(long, value_name = "FORMAT", requires = "live_camera", value_parser = pixel_format)]
     pub pixel_format: Option<PixelFormat>,
     /// Colour of the laser, of which a colour camera's pictures are looked at; without it they are taken as Mono8
-    #[arg(long, requires = "camera", value_parser = one_of(&LASERS))]
+    #[arg(long, requires = "live_camera", value_parser = one_of(&LASERS))]
     pub laser: Option<Channel>,
     /// What a picture's stamp is; all others are kept as well
     #[arg(long, value_parser = one_of(&STAMPS), default_value = "first-packet")]
@@ -56,21 +58,36 @@ pub struct CameraArgs {
 impl CameraArgs {
     /// The camera, if one is named; `reconnect`: it is waited for when it is unplugged.
     pub fn settings(&self, reconnect: bool) -> Option<CameraSettings> {
-        let choice = match (&self.replay, self.camera) {
-            (Some(folder), _) => CameraChoice::Replay(folder.clone()),
-            (None, Some(address)) => CameraChoice::GigE(GigeChoice {
+        let choice = self.choice()?;
+        // `auto`, the one word that names no joint, is not among those of a live cell.
+        let joint = self.joint.unwrap_or(Joint::Fillet);
+        Some(CameraSettings { choice, stamp: self.stamp, joint, reconnect })
+    }
+
+    fn choice(&self) -> Option<CameraChoice> {
+        #[cfg(all(feature = "v4l2", target_os = "linux"))]
+        if let Some(path) = &self.v4l2 {
+            return Some(CameraChoice::V4l2(trueline_cell::V4l2Settings {
+                path: path.clone(),
+                size: None,
+                pixel: self.pixel_format,
+                channel: self.laser,
+                exposure_us: self.exposure_us,
+                fps: self.fps,
+            }));
+        }
+        match (&self.replay, self.camera) {
+            (Some(folder), _) => Some(CameraChoice::Replay(folder.clone())),
+            (None, Some(address)) => Some(CameraChoice::GigE(GigeChoice {
                 address,
                 exposure_us: self.exposure_us,
                 fps: self.fps,
                 trigger: self.trigger.clone().unwrap_or_default(),
                 pixel: self.pixel_format,
                 channel: self.laser,
-            }),
-            (None, None) => return None,
-        };
-        // `auto`, the one word that names no joint, is not among those of a live cell.
-        let joint = self.joint.unwrap_or(Joint::Fillet);
-        Some(CameraSettings { choice, stamp: self.stamp, joint, reconnect })
+            })),
+            (None, None) => None,
+        }
     }
 }
 

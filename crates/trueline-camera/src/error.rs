@@ -66,6 +66,14 @@ pub enum CameraError {
         /// What the camera says.
         why: String,
     },
+    /// A device of Video4Linux that gives no pictures, or not as asked for.
+    #[error("{device}: {why}")]
+    Video {
+        /// Its file.
+        device: String,
+        /// What is wrong.
+        why: String,
+    },
     /// A recording that cannot be replayed.
     #[error(transparent)]
     Recording(#[from] trueline_dataset::Error),
@@ -106,6 +114,9 @@ impl CameraError {
                 "turn `{feature}` off and keep it off: the instant of an exposure moves with its length"
             ),
             Self::Feature { .. } => "see the camera's manual for what it allows".to_owned(),
+            Self::Video { .. } => "`v4l2-ctl --list-devices` and `v4l2-ctl -d DEVICE --list-formats-ext` show what there is; your user \
+                must be in the group of the device's file (video)"
+                .to_owned(),
             Self::Recording(error) => error.hint(),
             Self::Io(error) if error.kind() == std::io::ErrorKind::AddrInUse => {
                 "another program on this machine uses the address".to_owned()

@@ -161,7 +161,11 @@ mod tests {
         ] {
             for (format, expected) in [(PixelFormat::Rgb8, rgb), (PixelFormat::Bgr8, bgr)] {
                 let found = gray_image(&colours, [2, 1], format, 0, channel).unwrap();
-                assert_eq!((found.width, found.pixels), (2, Pixels::Eight(expected.to_vec())), "{format} {channel:?}");
+                assert_eq!(
+                    (found.width, found.pixels),
+                    (2, Pixels::Eight(expected.to_vec())),
+                    "{format} {channel:?}"
+                );
             }
         }
         let mosaic = PixelFormat::Bayer(Mosaic::Rg, Samples::Eight);

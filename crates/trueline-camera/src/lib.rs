@@ -1,7 +1,7 @@
 //! Cameras: pictures with the stamps of every clock that saw them.
 //!
 //! A [`FrameSource`] gives pictures: a recording ([`Replay`]), a simulation in this program ([`InProcess`]) or, with the feature
-//! `gige`, a GigE Vision camera ([`gige::GigeCamera`]). [`LatchMap`] maps the camera's clock to that of the PC. [`device`] is the other side: a
+//! `gige`, a GigE Vision camera ([`gige::GigeCamera`]); with the feature `v4l2`, on Linux, one of the kernel's. [`LatchMap`] maps the camera's clock to that of the PC. [`device`] is the other side: a
 //! camera that is simulated down to its packets, for tests and for programs that nobody here wrote.
 //!
 //! ```
@@ -37,6 +37,8 @@ mod range;
 mod reconnecting;
 pub mod replay;
 mod trigger;
+#[cfg(all(feature = "v4l2", target_os = "linux"))]
+pub mod v4l2;
 
 pub use error::CameraError;
 pub use frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};

@@ -97,7 +97,10 @@ mod tests {
             (false, false) => 2,
             _ => 1,
         };
-        (0..width * height).map(|i| [i % width, i / width]).map(|[u, v]| level(colour(u, v), [u, v])).collect()
+        (0..width * height)
+            .map(|i| [i % width, i / width])
+            .map(|[u, v]| level(colour(u, v), [u, v]))
+            .collect()
     }
 
     #[test]

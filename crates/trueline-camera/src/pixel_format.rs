@@ -245,7 +245,12 @@ mod tests {
         let mosaics = [Mosaic::Gr, Mosaic::Rg, Mosaic::Gb, Mosaic::Bg];
         let mut formats: Vec<PixelFormat> = samples.iter().map(|s| PixelFormat::Mono(*s)).collect();
         formats.extend(mosaics.iter().flat_map(|m| samples.iter().map(|s| PixelFormat::Bayer(*m, *s))));
-        formats.extend([PixelFormat::Rgb8, PixelFormat::Bgr8, PixelFormat::Coord3dC16, PixelFormat::Coord3dAc16]);
+        formats.extend([
+            PixelFormat::Rgb8,
+            PixelFormat::Bgr8,
+            PixelFormat::Coord3dC16,
+            PixelFormat::Coord3dAc16,
+        ]);
         assert_eq!(formats.len(), ALL.len());
         for format in formats {
             assert_eq!(format.row().0, format);
@@ -254,7 +259,10 @@ mod tests {
             // The name tells the colours of the mosaic and the bits.
             let name = format.name();
             if let PixelFormat::Bayer(mosaic, _) = format {
-                assert!(name.starts_with(&format!("Bayer{mosaic:?}").to_uppercase().replace("BAYER", "Bayer")), "{name}");
+                assert!(
+                    name.starts_with(&format!("Bayer{mosaic:?}").to_uppercase().replace("BAYER", "Bayer")),
+                    "{name}"
+                );
             }
             if let Some(samples) = format.samples() {
                 let digits: String = name.chars().filter(char::is_ascii_digit).collect();

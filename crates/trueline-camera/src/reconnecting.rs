@@ -67,7 +67,11 @@ impl Reconnecting {
         }
         if was.trigger != is.trigger {
             let told = |about: &SourceAbout| about.trigger.clone().unwrap_or_else(|| "none".to_owned());
-            let why = format!("the camera came back with another one: it was {}, and now is {}", told(was), told(is));
+            let why = format!(
+                "the camera came back with another one: it was {}, and now is {}",
+                told(was),
+                told(is)
+            );
             return Err(CameraError::Feature { name: "TriggerMode".to_owned(), why });
         }
         self.ahead = None;

@@ -9,7 +9,8 @@ use std::time::Duration;
 use trueline_camera::device::{Chunks, Device, DeviceHandle, DeviceSettings, SentFrame};
 use trueline_camera::gige::{Adapter, PtpState, discover};
 use trueline_camera::{
-    CameraError, CameraFrame, FrameSource, FrameStatus, GigeCamera, GigeSettings, Mosaic, PixelFormat, Samples,
+    CameraError, CameraFrame, FrameSource, FrameStatus, GigeCamera, GigeSettings, Mosaic, PixelFormat,
+    Samples,
 };
 use trueline_dataset::{Channel, Pixels};
 use trueline_live::HostClock;
@@ -125,12 +126,12 @@ fn colour(test: u8) -> DeviceSettings {
 fn of_colours_the_lasers_channel_arrives() {
     let host = HostClock::start();
     let bayer = |samples| PixelFormat::Bayer(Mosaic::Rg, samples);
-    let formats = [bayer(Samples::Eight), bayer(Samples::Twelve), bayer(Samples::TenP), bayer(Samples::TwelveP)];
+    let formats =
+        [bayer(Samples::Eight), bayer(Samples::Twelve), bayer(Samples::TenP), bayer(Samples::TwelveP)];
     for pixel in formats.into_iter().chain([PixelFormat::Rgb8]) {
         let settings = colour(32);
         let device = start(&settings, host);
-        let wanted =
-            GigeSettings { pixel: Some(pixel), channel: Some(Channel::Red), ..asked(&settings) };
+        let wanted = GigeSettings { pixel: Some(pixel), channel: Some(Channel::Red), ..asked(&settings) };
         let mut camera = GigeCamera::open(&wanted, host).unwrap();
         let frames = take(&mut camera, 3);
         assert_eq!(frames.len(), 3, "{pixel}");
@@ -140,7 +141,9 @@ fn of_colours_the_lasers_channel_arrives() {
             let Pixels::Eight(whole) = whole.pixels else { panic!("eight bits are known") };
             let image = frame.image.as_ref().unwrap();
             // The simulated laser is red: red pixels see all of it, those between them what is beside.
-            let is_red = |at: usize| pixel == PixelFormat::Rgb8 || (at % 320 % 2 == 0 && at / 320 % 2 == 0);
+            let is_red = |at: usize| {
+                pixel == PixelFormat::Rgb8 || [at % 320, at / 320].iter().all(|place| place.is_multiple_of(2))
+            };
             let mask = u16::MAX << (16 - pixel.bits());
             for at in (0..whole.len()).filter(|at| is_red(*at)) {
                 let (found, expected) = match &image.pixels {

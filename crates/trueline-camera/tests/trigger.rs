@@ -9,7 +9,9 @@ use std::time::Duration;
 use trueline_camera::device::{
     Chunks, Device, DeviceHandle, DeviceSettings, Edge, OutputMode, Pictures, RangeFeatures, TriggerOf,
 };
-use trueline_camera::{CameraError, CameraFrame, FrameSource, GigeCamera, GigeSettings, Trigger, TriggerEdge};
+use trueline_camera::{
+    CameraError, CameraFrame, FrameSource, GigeCamera, GigeSettings, Trigger, TriggerEdge,
+};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_live::HostClock;
 

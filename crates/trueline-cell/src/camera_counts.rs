@@ -105,7 +105,10 @@ impl fmt::Display for CameraCounts {
                  columns, the seam found in {seams}"
             )?;
         } else {
-            write!(f, "{frames} pictures, {missing} missing, {unusable} incomplete, the seam found in {seams}")?;
+            write!(
+                f,
+                "{frames} pictures, {missing} missing, {unusable} incomplete, the seam found in {seams}"
+            )?;
         }
         if self.signals.is_empty() { Ok(()) } else { write!(f, "; {}", self.signals) }
     }
@@ -118,7 +121,11 @@ mod tests {
     #[test]
     fn a_camera_of_which_nothing_came_is_doubtful_and_its_trigger_is_asked_for() {
         let none = CameraCounts { is_triggered: true, ..CameraCounts::default() };
-        assert!(none.is_doubtful() && none.losses()[0].contains("is the trigger wired"), "{:?}", none.losses());
+        assert!(
+            none.is_doubtful() && none.losses()[0].contains("is the trigger wired"),
+            "{:?}",
+            none.losses()
+        );
         assert_eq!(none.to_string(), "no picture yet: it waits for its trigger");
         let by_itself = CameraCounts { is_triggered: false, ..none };
         assert!(by_itself.is_doubtful() && !by_itself.losses()[0].contains("trigger"));

@@ -18,6 +18,9 @@ const PATIENCE: Duration = Duration::from_secs(8);
 pub enum CameraChoice {
     /// A GigE Vision camera.
     GigE(GigeChoice),
+    /// A device of Video4Linux.
+    #[cfg(all(feature = "v4l2", target_os = "linux"))]
+    V4l2(trueline_camera::v4l2::V4l2Settings),
     /// The pictures of a dataset folder, at the pace at which they were recorded.
     Replay(PathBuf),
 }
@@ -97,6 +100,14 @@ fn open_once(
     match choice {
         CameraChoice::Replay(folder) => Ok(Box::new(Replay::open(folder, Pace::Times(1.0), clock)?)),
         CameraChoice::GigE(choice) => gige(choice, sensor, clock),
+        #[cfg(all(feature = "v4l2", target_os = "linux"))]
+        CameraChoice::V4l2(settings) => {
+            let mut settings = settings.clone();
+            if let Some(Sensor::CameraLaser { camera, .. }) = sensor {
+                settings.size = Some(camera.size);
+            }
+            Ok(Box::new(trueline_camera::v4l2::V4l2Camera::open(&settings, clock)?))
+        }
     }
 }
 

@@ -84,4 +84,6 @@ pub use ros2_source::{Ros2Source, Ros2Topic, TRANSFORMS};
 pub use seam_finder::SeamFinder;
 #[cfg(feature = "gige")]
 pub use simulated_camera::{CameraLook, CameraWiring, SceneError, SimulatedScene};
+#[cfg(all(feature = "v4l2", target_os = "linux"))]
+pub use trueline_camera::v4l2::V4l2Settings;
 pub use trueline_camera::{PixelFormat, Trigger};

@@ -120,7 +120,13 @@ impl SimulatedScene {
         let view = View::of(scenario, look, plates, seed).ok_or(SceneError::NothingSeen)?;
         let receiver =
             TruthReceiver::bind(robot, clock).map_err(|error| SceneError::Robot { address: robot, error })?;
-        Ok(Self { robot: receiver, tool_from_camera: scenario.cell.tool_from_camera, view, output: None, encoder: None })
+        Ok(Self {
+            robot: receiver,
+            tool_from_camera: scenario.cell.tool_from_camera,
+            view,
+            output: None,
+            encoder: None,
+        })
     }
 
     /// The same with what is wired to the camera; `clock` is that of the exposures.

@@ -95,7 +95,15 @@ mod tests {
     fn signals_come_by_the_way_and_not_by_the_time() {
         let mut encoder = SimulatedEncoder::new(0.01, HostClock::start());
         // 100 mm/s for a second, then at rest, then 50 mm/s back: known until 2.5 s.
-        let way_m = |s: f64| if s < 1.0 { 0.1 * s } else if s < 1.5 { 0.1 } else { 0.1 - 0.05 * (s - 1.5) };
+        let way_m = |s: f64| {
+            if s < 1.0 {
+                0.1 * s
+            } else if s < 1.5 {
+                0.1
+            } else {
+                0.1 - 0.05 * (s - 1.5)
+            }
+        };
         let pose_at = |ns: i64| {
             (0..=2_500_000_000).contains(&ns).then(|| Pose::translation(way_m(ns as f64 * 1e-9), 0.0, 0.0))
         };
@@ -114,7 +122,10 @@ mod tests {
             let k = number as f64 + 1.0;
             let expected_s = if number < 10 { 0.1 * k } else { 1.5 + 0.2 * (k - 10.0) };
             // A millisecond of what is looked at, where the last step is reached by rounding.
-            assert!((at_s - expected_s).abs() < 1.1e-3 || (number == 9 && *at_s < 1.502), "{number}: {at_s} s");
+            assert!(
+                (at_s - expected_s).abs() < 1.1e-3 || (number == 9 && *at_s < 1.502),
+                "{number}: {at_s} s"
+            );
         }
         assert_eq!(encoder.state(330_000_000), (3, true));
         assert_eq!(encoder.state(370_000_000), (3, false));

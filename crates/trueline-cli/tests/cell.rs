@@ -183,6 +183,58 @@ fn profiles_over_the_network_are_recorded_and_calibrate_to_what_was_put_in() {
 
 #[test]
 #[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
+fn pictures_that_an_encoder_triggers_calibrate_to_what_was_put_in() {
+    let dir = tempfile::tempdir().unwrap();
+    write_plan(dir.path());
+    let cell = Cell::new(7);
+    let _camera = cell.camera(dir.path(), &["--encoder-mm", "5", "--chunks"]);
+    let _robot = cell.robot(dir.path(), &["--rest-s", "1.5"]);
+    let recorded = cell.record(dir.path(), &["--trigger", "Line1:rising", "--for-s", "15"]);
+    assert_eq!(recorded.status.code(), Some(0), "{}", words(&recorded));
+    assert!(words(&recorded).contains("; encoder "), "{}", words(&recorded));
+    let result = calibrated(dir.path(), "rec");
+    let offset_s = truth(dir.path())["time_offset_s"].as_float().unwrap();
+    check(dir.path(), &result, offset_s);
+    // They came by the way and not by a clock: the robot rests, and is slow where it turns.
+    let stamps = &result["stamps"]["features"];
+    assert!(number(&stamps["longest_gap_s"]) > 2.0 * number(&stamps["median_period_s"]), "{stamps}");
+}
+
+#[test]
+#[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
+fn profiles_that_an_encoder_triggers_calibrate_to_what_was_put_in() {
+    let dir = tempfile::tempdir().unwrap();
+    let planned = trueline(
+        dir.path(),
+        &["plan", "--example=profiler", "--out", "plan", "--duration-s", "12", "--tries", "400", "--quiet"],
+    );
+    assert_eq!(planned.status.code(), Some(0), "{}", words(&planned));
+    let cell = Cell::new(8);
+    let _camera = cell.camera(dir.path(), &["--encoder-mm", "2"]);
+    let _robot = cell.robot(dir.path(), &["--rest-s", "1.5"]);
+    let recorded = cell.record(dir.path(), &["--trigger", "Line1", "--for-s", "15"]);
+    assert_eq!(recorded.status.code(), Some(0), "{}", words(&recorded));
+    let offset_s = truth(dir.path())["time_offset_s"].as_float().unwrap();
+    check(dir.path(), &calibrated(dir.path(), "rec"), offset_s);
+}
+
+#[test]
+#[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
+fn the_red_pixels_of_a_colour_camera_calibrate_to_what_was_put_in() {
+    let dir = tempfile::tempdir().unwrap();
+    write_plan(dir.path());
+    let cell = Cell::new(9);
+    let _camera = cell.camera(dir.path(), &["--colours"]);
+    let _robot = cell.robot(dir.path(), &["--rest-s", "1.5"]);
+    let recorded =
+        cell.record(dir.path(), &["--pixel-format", "BayerRG12p", "--laser", "red", "--for-s", "15"]);
+    assert_eq!(recorded.status.code(), Some(0), "{}", words(&recorded));
+    let offset_s = truth(dir.path())["time_offset_s"].as_float().unwrap();
+    check(dir.path(), &calibrated(dir.path(), "rec"), offset_s);
+}
+
+#[test]
+#[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
 fn a_led_scan_over_a_lossy_network_with_dropped_pictures_does_too() {
     let dir = tempfile::tempdir().unwrap();
     write_plan(dir.path());
@@ -286,6 +338,36 @@ fn a_sensor_file_of_another_size_is_refused_before_anything_is_recorded() {
     );
     assert_eq!(other.status.code(), Some(2), "{}", words(&other));
     assert!(!dir.path().join("rec").exists());
+}
+
+#[test]
+fn a_trigger_that_is_not_wired_is_asked_for_and_what_cannot_be_set_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    write_plan(dir.path());
+    let cell = Cell::new(10);
+    let _camera = cell.camera(dir.path(), &[]);
+    for (options, told) in [
+        (
+            &["--trigger", "Line7"][..],
+            "`TriggerSource`: Line7 was asked for, the camera offers Software, Line1",
+        ),
+        (&["--trigger", "Software"], "this program fires none"),
+        (&["--trigger", "Line1", "--fps", "5"], "`AcquisitionFrameRate`: 5 Hz were asked for"),
+        (&["--trigger", "Line1:up"], "behind a colon, rising, falling or any"),
+        (&["--pixel-format", "BayerRG8"], "which of the colours the laser has"),
+        (&["--laser", "red"], "the camera sends Mono8, which has no colours"),
+        (&["--pixel-format", "Coord3D_C16"], "expected one of Mono8, Mono10"),
+    ] {
+        let refused = cell.record(dir.path(), options);
+        assert_eq!(refused.status.code(), Some(2), "{options:?}: {}", words(&refused));
+        assert!(words(&refused).contains(told), "{options:?}: {}", words(&refused));
+        assert!(!dir.path().join("rec").exists(), "{options:?}");
+    }
+    let _robot = cell.robot(dir.path(), &["--rest-s", "1"]);
+    let recorded = cell.record(dir.path(), &["--trigger", "Line2", "--for-s", "3"]);
+    assert_eq!(recorded.status.code(), Some(1), "{}", words(&recorded));
+    assert!(words(&recorded).contains("is the trigger wired"), "{}", words(&recorded));
+    assert!(words(&recorded).contains("no picture yet: it waits for its trigger"), "{}", words(&recorded));
 }
 
 #[test]

@@ -56,7 +56,7 @@ impl HostClock {
     /// How far the machine's own steady clock, which all programs on it share, is ahead of this one, ns. This one begins with what the
     /// wall clock says when the program starts: of two programs they differ by as much as the wall clock was set in between.
     #[must_use]
-    pub(crate) fn machine_ahead_ns(&self) -> i64 {
+    pub fn machine_ahead_ns(&self) -> i64 {
         machine_ns() - self.read().steady_ns
     }
 }

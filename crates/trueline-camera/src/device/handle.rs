@@ -2,8 +2,8 @@
 
 use super::control::{Control, answer_broadcasts};
 use super::facts::{DeviceCounts, SentFrame};
-use super::sender::Sender;
 use super::pictures::Pictures;
+use super::sender::Sender;
 use super::sensor::Sensor;
 use super::settings::{DeviceSettings, TriggerOf};
 use super::shared::{LOOK, Shared};

@@ -87,7 +87,8 @@ impl Sequence {
 
     /// The next exposure of a camera that runs by itself, by a period that may be new; ns both.
     fn by_itself(&mut self, period_ns: f64) -> (i64, f64) {
-        let at_ns = |sequence: &Self| sequence.from_ns + (sequence.number as f64 * sequence.period_ns).round() as i64;
+        let at_ns =
+            |sequence: &Self| sequence.from_ns + (sequence.number as f64 * sequence.period_ns).round() as i64;
         if self.block_id == 0 {
             return (self.from_ns, period_ns);
         }
@@ -123,8 +124,7 @@ impl Sequence {
                 shared.count(|counts| counts.missed_triggers += 1);
                 continue;
             }
-            self.busy_until_ns =
-                edge.at_ns + ((wanted.exposure_s + shared.settings.readout_s) * 1e9) as i64;
+            self.busy_until_ns = edge.at_ns + ((wanted.exposure_s + shared.settings.readout_s) * 1e9) as i64;
             return Some(edge.at_ns);
         }
         None

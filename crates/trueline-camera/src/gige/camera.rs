@@ -101,7 +101,8 @@ impl GigeCamera {
         let (format, waits) = configure::configure(&mut camera, settings)?;
         automatic::turn_off(&mut camera)?;
         let size = [features::size(&mut camera, "Width")?, features::size(&mut camera, "Height")?];
-        let range = settings.profiles.then(|| scan3d::scale(&mut camera, format, size[1], &waits)).transpose()?;
+        let range =
+            settings.profiles.then(|| scan3d::scale(&mut camera, format, size[1], &waits)).transpose()?;
         let session = Session { size, format, channel: settings.channel.unwrap_or_default(), range };
         let tick_hz = tick_hz(camera.transport());
         let chunk_names = chunk_names(&mut camera);

@@ -254,8 +254,12 @@ mod tests {
         let below = [Chunk { id: 0xa0, data: &[0, 0, 0xff, 0xff, 0xfe] }];
         assert_eq!(names.signed("ChunkEncoderValue", &below), Some(-2));
         assert_eq!(names.signed("ChunkUnsigned", &below), Some(0xff_fffe));
-        let whole = [Chunk { id: 0xa0, data: &[[0, 0], [0xff; 2], [0xff; 2], [0xff; 2], [0xff; 2]].concat() }];
-        assert_eq!((names.signed("ChunkTimestamp", &whole), names.whole("ChunkTimestamp", &whole)), (None, Some(u64::MAX)));
+        let whole =
+            [Chunk { id: 0xa0, data: &[[0, 0], [0xff; 2], [0xff; 2], [0xff; 2], [0xff; 2]].concat() }];
+        assert_eq!(
+            (names.signed("ChunkTimestamp", &whole), names.whole("ChunkTimestamp", &whole)),
+            (None, Some(u64::MAX))
+        );
         assert_eq!(names.number("ChunkOfTheDevice", &found), None);
         assert_eq!(names.number("ChunkTimestamp", &[]), None);
         assert_eq!(ChunkNames::of("no description"), ChunkNames::default());

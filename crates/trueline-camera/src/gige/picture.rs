@@ -1,9 +1,9 @@
 //! A picture out of what came.
 
-use crate::pixel_format::PixelFormat;
 use super::stamps::Packets;
 use crate::frame_source::FrameStatus;
 use crate::gray_image::gray_image;
+use crate::pixel_format::PixelFormat;
 use crate::range::{RangeProfile, RangeScale};
 use telegenic::{Frame, FrameStatus as Driver, PayloadKind};
 use trueline_dataset::{Channel, GrayImage, Pixels};

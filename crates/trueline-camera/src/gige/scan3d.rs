@@ -1,9 +1,9 @@
 //! How a profiler says what its numbers mean.
 
 use super::errors::{feature, is_silence};
-use crate::pixel_format::PixelFormat;
 use super::trigger::Waits;
 use crate::error::CameraError;
+use crate::pixel_format::PixelFormat;
 use crate::range::{RangeAxis, RangeScale};
 use telegenic::{GenICamera, GenicamError};
 

@@ -62,7 +62,12 @@ pub(crate) fn frame(k: u32) -> FrameEntry {
         complete_ns: None,
         device_ns: Some(7 + 33_000_000 * i64::from(k)),
         exposure_us: Some(0.0),
-        signals: FrameSignals { encoder: Some(-1 - i64::from(k)), lines: Some(0b101), counter: None, camera_frame: Some(0) },
+        signals: FrameSignals {
+            encoder: Some(-1 - i64::from(k)),
+            lines: Some(0b101),
+            counter: None,
+            camera_frame: Some(0),
+        },
         status: "success".to_owned(),
         png: png(k as u8),
     }
