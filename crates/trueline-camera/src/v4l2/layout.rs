@@ -160,4 +160,27 @@ mod tests {
         assert!(Layout::Jpeg.has_colours() && !Layout::Jpeg.needs_channel());
         assert!(!Layout::Luma { byte: 0 }.has_colours());
     }
+
+    /// A picture of 16 × 8 px, whose columns have the levels 0, 16, 32 …, by the Python package Pillow 13; without its tables, and marked, as cameras
+    /// send them.
+    const MJPG: &str = "ffd8ffe000104156493100000000000000000000ffdb0043000302020302020303030304030304050805050404050a070706\
+        080c0a0c0c0b0a0b0b0d0e12100d0e110e0b0b1016101113141515150c0f171816141812141514ffc0000b08000800100101\
+        1100ffda0008010100003f00f8ff00f66dff00975fc2bf557f66dff975fc2bffd9";
+
+    #[test]
+    fn a_jpeg_of_a_camera_needs_no_tables_of_its_own() {
+        let digit = |at: usize| u8::from_str_radix(&MJPG[at..at + 2], 16).unwrap();
+        let bytes: Vec<u8> = (0..MJPG.len()).step_by(2).map(digit).collect();
+        for channel in [Channel::Gray, Channel::Red] {
+            let image = Layout::Jpeg.picture(&bytes, [16, 8], 0, channel).unwrap();
+            let Pixels::Eight(levels) = image.pixels else { panic!("a JPEG has 8 bits") };
+            for (at, level) in levels.iter().enumerate() {
+                let put_in = 16 * (at % 16);
+                // Quality 90: what Pillow itself reads is off by one at most, and decoders round differently.
+                assert!(usize::from(*level).abs_diff(put_in) <= 3, "{at}: {level} for {put_in}");
+            }
+        }
+        assert_eq!(Layout::Jpeg.picture(&bytes, [8, 16], 0, Channel::Gray), None, "another size");
+        assert_eq!(Layout::Jpeg.picture(&bytes[..60], [16, 8], 0, Channel::Gray), None, "cut off");
+    }
 }

@@ -84,7 +84,7 @@ fn robot(shown: &Shown) -> String {
 fn camera(shown: &Shown, state: &CellState) -> String {
     let Some(counts) = &state.camera else { return String::new() };
     let share = |part: u64, of: u64| if of == 0 { 0.0 } else { 100.0 * part as f64 / of as f64 };
-    let rows = vec![
+    let mut rows = vec![
         ("pictures", format!("{}, {} lately", counts.frames, rate(shown.pictures.hz()))),
         (
             "lost",
@@ -99,6 +99,9 @@ fn camera(shown: &Shown, state: &CellState) -> String {
         ("went away", format!("{} times", counts.interruptions)),
         ("clock was set", format!("{} times", counts.clock_set)),
     ];
+    if !counts.signals.is_empty() {
+        rows.push(("inputs", counts.signals.to_string()));
+    }
     facts(rows) + &list(counts.losses())
 }
 
