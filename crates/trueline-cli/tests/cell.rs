@@ -187,7 +187,7 @@ fn pictures_that_an_encoder_triggers_calibrate_to_what_was_put_in() {
     let dir = tempfile::tempdir().unwrap();
     write_plan(dir.path());
     let cell = Cell::new(7);
-    let _camera = cell.camera(dir.path(), &["--encoder-mm", "5", "--chunks"]);
+    let _camera = cell.camera(dir.path(), &["--encoder-mm", "15", "--chunks"]);
     let _robot = cell.robot(dir.path(), &["--rest-s", "1.5"]);
     let recorded = cell.record(dir.path(), &["--trigger", "Line1:rising", "--for-s", "15"]);
     assert_eq!(recorded.status.code(), Some(0), "{}", words(&recorded));
@@ -210,7 +210,7 @@ fn profiles_that_an_encoder_triggers_calibrate_to_what_was_put_in() {
     );
     assert_eq!(planned.status.code(), Some(0), "{}", words(&planned));
     let cell = Cell::new(8);
-    let _camera = cell.camera(dir.path(), &["--encoder-mm", "2"]);
+    let _camera = cell.camera(dir.path(), &["--encoder-mm", "4"]);
     let _robot = cell.robot(dir.path(), &["--rest-s", "1.5"]);
     let recorded = cell.record(dir.path(), &["--trigger", "Line1", "--for-s", "15"]);
     assert_eq!(recorded.status.code(), Some(0), "{}", words(&recorded));
