@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use trueline::live::{
     ARRIVAL, CameraChoice, CameraRecorder, CameraSettings, Cell, CellError, GigeChoice, LiveEstimate,
-    PixelFormat, READING, RecordingSettings, StampChoice,
+    PixelFormat, READING, RecordingSettings, StampChoice, Trigger,
 };
 use trueline_dataset::{Channel, SensorFile, sensor_toml};
 use trueline_live::{HostClock, LinkAddress, LinkError, Protocol};
@@ -125,7 +125,7 @@ impl LiveSettings {
                 address,
                 exposure_us,
                 fps,
-                trigger: parsed("trigger", self.trigger.as_deref())?.unwrap_or_default(),
+                trigger: self.trigger.as_deref().map(trigger).transpose()?.unwrap_or_default(),
                 pixel: self.pixel_format.as_deref().map(pixel_format).transpose()?,
                 channel: self.laser.as_deref().map(|name| choice("laser", name, &LASERS)).transpose()?,
             }),
@@ -157,6 +157,12 @@ impl LiveSettings {
     pub(crate) fn longest(&self) -> Result<Option<Duration>, Failure> {
         Ok(positive("for_s", self.for_s)?.map(Duration::from_secs_f64))
     }
+}
+
+fn trigger(text: &str) -> Result<Trigger, Failure> {
+    text.parse().map_err(|error| {
+        Failure::new(format!("trigger: {text:?}: {error}"), "for example \"Line1\", or \"Line1:falling\"")
+    })
 }
 
 fn pixel_format(name: &str) -> Result<PixelFormat, Failure> {

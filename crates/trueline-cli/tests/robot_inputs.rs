@@ -7,7 +7,7 @@
 use std::net::SocketAddr;
 use std::path::Path;
 use trueline_cell::{ARRIVAL, CellRecording, RecordingSettings};
-use trueline_dataset::{Recording, RobotSample, SensorFile, sensor_toml};
+use trueline_dataset::{FrameSignals, Recording, RobotSample, SensorFile, sensor_toml};
 use trueline_live::egm::{EgmPose, Header, MessageKind, RapidData, RobotMessage, RobotState};
 use trueline_live::fanuc::stream_motion_packets::words;
 use trueline_live::fanuc::stream_motion_sim::StreamMotionController;
@@ -144,6 +144,7 @@ fn measured(name: &str, scan: &Recording, late_s: f64, folder: &Path) -> Measure
             complete_ns: None,
             device_ns: None,
             exposure_us,
+            signals: FrameSignals::default(),
             status,
             png: Vec::new(),
         };
