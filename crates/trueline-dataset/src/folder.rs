@@ -76,8 +76,11 @@ fn read_folder(folder: &Path, found: Option<FoundSeams>) -> Result<FolderContent
     let SensorFile { sensor, setup } =
         sensor_toml::parse_file(&sensor_path, &utf8(&sensor_path, sensor_text)?)?;
     refuse_what_is_not_applied(&sensor_path, &setup)?;
-    let robot_text = plain(&path("robot.csv"), robot_text, &mut notes)?;
-    let robot = robot_csv::read(&path("robot.csv"), robot_text.as_slice())?;
+    let robot = {
+        // The longest of the texts: it is let go once its poses are read.
+        let robot_text = plain(&path("robot.csv"), robot_text, &mut notes)?;
+        robot_csv::read(&path("robot.csv"), robot_text.as_slice())?
+    };
     let (mut features, mut stripes, mut profiles) = (Vec::new(), Vec::new(), Vec::new());
     if let Some(found) = found {
         (features, stripes) = (found.features, found.stripes);

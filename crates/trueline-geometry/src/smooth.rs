@@ -39,6 +39,7 @@ const PREDICTORS: usize = 4;
 pub fn position_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64) -> f64 {
     let mut errors: Vec<f64> = Vec::with_capacity(3 * poses.len());
     let width = 2 * PREDICTORS + 1;
+    let mut prediction = Prediction::at([f64::NAN; 2 * PREDICTORS + 1]);
     for (t, p) in times.windows(width).zip(poses.windows(width)) {
         let joined = t.windows(2).all(|pair| pair[1] > pair[0] && pair[1] - pair[0] <= gap_limit);
         // A robot at rest may report the very same numbers; that says nothing about those in motion.
@@ -48,7 +49,10 @@ pub fn position_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64
             for k in 1..width {
                 periods[k] = periods[k - 1] + ((t[k] - t[k - 1]) / period).round().max(1.0);
             }
-            errors.extend(prediction_error(&periods, p).iter());
+            if periods != prediction.times {
+                prediction = Prediction::at(periods);
+            }
+            errors.extend(prediction.error(p).iter());
         }
     }
     if errors.len() < 12 {
@@ -71,19 +75,34 @@ pub fn rotation_noise(times: &[f64], poses: &[Pose], period: f64, gap_limit: f64
     position_noise(times, &turns, period, gap_limit)
 }
 
-/// |measured − predicted| of the middle sample, per axis, over the standard deviation that noise 1 gives it.
-fn prediction_error(times: &[f64], poses: &[Pose]) -> Vector3<f64> {
-    let mut nodes = [0.0; 2 * PREDICTORS];
-    nodes[..PREDICTORS].copy_from_slice(&times[..PREDICTORS]);
-    nodes[PREDICTORS..].copy_from_slice(&times[PREDICTORS + 1..]);
-    let mut weights = [0.0; 2 * PREDICTORS];
-    lagrange_weights(&nodes, times[PREDICTORS], &mut weights);
-    let middle = poses[PREDICTORS].translation.vector;
-    let others = poses[..PREDICTORS].iter().chain(&poses[PREDICTORS + 1..]);
-    let predicted: Vector3<f64> =
-        others.zip(weights).map(|(pose, weight)| (pose.translation.vector - middle) * weight).sum();
-    let gain = (1.0 + weights.iter().map(|w| w * w).sum::<f64>()).sqrt();
-    predicted.abs() / gain
+/// How the middle one of some samples follows from the others.
+struct Prediction {
+    times: [f64; 2 * PREDICTORS + 1],
+    weights: [f64; 2 * PREDICTORS],
+    /// Standard deviation of measured − predicted for samples with noise 1.
+    gain: f64,
+}
+
+impl Prediction {
+    /// For samples at these times.
+    fn at(times: [f64; 2 * PREDICTORS + 1]) -> Self {
+        let mut nodes = [0.0; 2 * PREDICTORS];
+        nodes[..PREDICTORS].copy_from_slice(&times[..PREDICTORS]);
+        nodes[PREDICTORS..].copy_from_slice(&times[PREDICTORS + 1..]);
+        let mut weights = [0.0; 2 * PREDICTORS];
+        lagrange_weights(&nodes, times[PREDICTORS], &mut weights);
+        let gain = (1.0 + weights.iter().map(|w| w * w).sum::<f64>()).sqrt();
+        Self { times, weights, gain }
+    }
+
+    /// |measured − predicted| of the middle sample, per axis, over the standard deviation that noise 1 gives it.
+    fn error(&self, poses: &[Pose]) -> Vector3<f64> {
+        let middle = poses[PREDICTORS].translation.vector;
+        let others = poses[..PREDICTORS].iter().chain(&poses[PREDICTORS + 1..]);
+        let predicted: Vector3<f64> =
+            others.zip(self.weights).map(|(pose, weight)| (pose.translation.vector - middle) * weight).sum();
+        predicted.abs() / self.gain
+    }
 }
 
 /// Part of a sample's noise that [`local_quadratic`] leaves, for evenly spaced samples:

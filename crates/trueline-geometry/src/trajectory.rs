@@ -93,6 +93,7 @@ pub struct Trajectory {
     median_period: f64,
     /// Samples in a second.
     frequency: f64,
+    is_unbroken: bool,
 }
 
 impl Trajectory {
@@ -108,9 +109,17 @@ impl Trajectory {
         }
         let median_period = median_period_s(&times)?;
         let pairs = times.windows(2).zip(poses.windows(2));
-        let segments = pairs.map(|(t, p)| Segment::between(t[0], &p[0], t[1], &p[1])).collect();
+        let segments: Vec<_> = pairs.map(|(t, p)| Segment::between(t[0], &p[0], t[1], &p[1])).collect();
+        let is_bridged = |s: &Segment| s.duration > 0.0 && s.duration <= GAP_PERIODS * median_period;
+        let is_unbroken = segments.iter().all(is_bridged);
         let (times, segments) = (Arc::new(times), Arc::new(segments));
-        Ok(Self { times, segments, median_period, frequency: 1.0 / median_period })
+        Ok(Self { times, segments, median_period, frequency: 1.0 / median_period, is_unbroken })
+    }
+
+    /// Whether there is a pose at every time from the first sample to the last.
+    #[must_use]
+    pub fn is_unbroken(&self) -> bool {
+        self.is_unbroken
     }
 
     /// Sample times, s.

@@ -8,6 +8,11 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 use trueline_lsq::Iteration;
 
+/// Of more observations than this …
+const MOST: usize = 12_000;
+/// … some frames are followed, so that about so many are left: their root mean square is that of all to 1 %.
+const FOLLOWED: usize = 6_000;
+
 /// The solver's steps with the distances of those observations only that turned out to be no outliers: what is wild would hide how
 /// the rest converges.
 #[must_use]
@@ -17,10 +22,13 @@ pub(crate) fn steps(
     features: &[FeatureResidual],
 ) -> Vec<IterationRecord> {
     let wild: HashSet<u32> = features.iter().filter(|f| f.is_outlier()).map(|f| f.row).collect();
-    let list: Cow<'_, [Observation]> = if wild.is_empty() {
+    let all = observations.list.len();
+    let every = if all > MOST { (all / FOLLOWED) as u32 } else { 1 };
+    let is_followed = |o: &&Observation| o.frame.is_multiple_of(every) && !wild.contains(&o.row);
+    let list: Cow<'_, [Observation]> = if wild.is_empty() && every == 1 {
         Cow::Borrowed(&observations.list)
     } else {
-        observations.list.iter().filter(|o| !wild.contains(&o.row)).copied().collect()
+        observations.list.iter().filter(is_followed).copied().collect()
     };
     steps.iter().map(|step| IterationRecord::of(observations, &list, step)).collect()
 }

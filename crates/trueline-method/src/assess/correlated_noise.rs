@@ -14,6 +14,15 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use nalgebra::{DMatrix, DVector};
 
+/// Over how much of a scan the estimate is made that allows for correlated residuals.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Over {
+    /// All of it.
+    Scan,
+    /// The stretches in which the correlation was looked for, as if all were like them: enough to say how much larger the covariance is.
+    Stretches,
+}
+
 /// What the residuals are.
 #[derive(Clone, Debug)]
 pub enum Structure {
@@ -26,12 +35,12 @@ pub enum Structure {
 }
 
 impl Structure {
-    /// Of the residuals at a solution whose covariance's root is `root`.
+    /// Of the residuals at a solution whose covariance's root is `root`, the estimate that allows for them over so much of the scan.
     #[must_use]
-    pub fn of(problem: &LineProblem<'_>, at: &Parameters, root: &DMatrix<f64>) -> Self {
+    pub fn of(problem: &LineProblem<'_>, at: &Parameters, root: &DMatrix<f64>, over: Over) -> Self {
         match SectionTable::of(Sections::new(problem, at, root)) {
             None => Self::Unknown,
-            Some(table) => CorrelatedNoise::of(&table, problem, at, root)
+            Some(table) => CorrelatedNoise::of(&table, (problem, at), root, over)
                 .map_or(Self::White, |noise| Self::Correlated(Box::new(noise))),
         }
     }
@@ -81,9 +90,9 @@ impl CorrelatedNoise {
     /// `None` if the residuals are white.
     fn of(
         table: &SectionTable<'_>,
-        problem: &LineProblem<'_>,
-        at: &Parameters,
+        (problem, at): (&LineProblem<'_>, &Parameters),
         root: &DMatrix<f64>,
+        over: Over,
     ) -> Option<Self> {
         let all_series = [Along::Time, Along::Seam].map(|along| table.along(along));
         let suspect = |series: &Series| {
@@ -109,7 +118,10 @@ impl CorrelatedNoise {
             return None;
         }
         let correlation = likeliest.correlation;
-        let all = table.all_whitened(series, correlation);
+        let all = match over {
+            Over::Scan => table.all_whitened(series, correlation),
+            Over::Stretches => table.whitened_as_if_all(series, correlation),
+        };
         let estimate = Estimate::of([&all[0], &all[1]], &known)?;
         let left = (0..2)
             .map(|k| {

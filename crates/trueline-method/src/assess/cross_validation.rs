@@ -1,6 +1,7 @@
 //! Whether the parts of a scan agree: each pass over the line, or block of time, is left out in turn, and the
 //! rest must predict it.
 
+use crate::assess::left_out::{LeftOut, PartSums};
 use crate::config::Config;
 use crate::input::observations::{Observation, Observations};
 use crate::problem::line_problem::{Criterion, LineProblem};
@@ -8,7 +9,7 @@ use crate::problem::parameters::{LINES, Parameters, ROTATION};
 use crate::problem::placement::placement;
 use crate::solve::fit::Fit;
 use nalgebra::{DMatrix, SVector};
-use trueline_lsq::{Information, SolveOptions, solve};
+use trueline_lsq::Information;
 
 /// What one part says when it is left out.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,14 +72,16 @@ pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
     let edges = pass_edges(subject.observations, list, at);
     let passes = edges.len() > 3;
     let edges = if passes { edges } else { block_edges(list) };
-    let carried = carrying(subject, config);
+    let problem = problem(subject, config, list);
+    let carried = carrying(&problem, at);
+    let ranges = edges.windows(2).map(|edge| edge[0]..edge[1]);
+    let sums = PartSums::of(&problem, ranges.clone(), at, subject.fixed);
     let covariance = covariance_of(&subject.fit.solution.equations.hessian, subject)?;
     let mut parts = Vec::new();
     let (mut sum, mut fitted_sum, mut lever_sum, mut count) = (0.0, 0.0, 0.0, 0_usize);
-    for edge in edges.windows(2) {
-        let (part, weights) = (&list[edge[0]..edge[1]], &carried[edge[0]..edge[1]]);
-        let rest: Vec<Observation> = [&list[..edge[0]], &list[edge[1]..]].concat();
-        let (without, hessian) = solve_again(subject, config, &rest)?;
+    for (k, range) in ranges.enumerate() {
+        let (part, weights) = (&list[range.clone()], &carried[range]);
+        let LeftOut { at: without, hessian } = sums.without(k)?;
         let own = squared_distances(subject.observations, part, weights, &without);
         let fitted = squared_distances(subject.observations, part, weights, at);
         let moved = without.minus(&at.guess());
@@ -127,26 +130,10 @@ fn problem<'a>(subject: &Subject<'a>, config: &Config, list: &'a [Observation]) 
         .with_shape_prior(fit.shape_prior)
 }
 
-fn solve_again(
-    subject: &Subject<'_>,
-    config: &Config,
-    rest: &[Observation],
-) -> Option<(Parameters, DMatrix<f64>)> {
-    let problem = problem(subject, config, rest);
-    let options = SolveOptions { max_iterations: 20, step_threshold: 1e-2, ..SolveOptions::default() };
-    let solution = solve(&problem, subject.fit.parameters().clone(), subject.fixed, &options).ok()?;
-    Some((solution.state, solution.equations.hessian))
-}
-
 /// Whether each observation carries weight in the fit.
-fn carrying(subject: &Subject<'_>, config: &Config) -> Vec<bool> {
-    let problem = problem(subject, config, subject.fit.placed.of(subject.observations));
-    let mut hint = 0;
-    let carries = |(o, whitener): (&Observation, &crate::input::noise_levels::Whitener)| {
-        let residual = problem.residual(o, subject.fit.parameters(), &mut hint);
-        residual.is_some_and(|r| problem.loss.weight(whitener.apply(&r).norm_squared()) > LEAST_WEIGHT)
-    };
-    problem.selected().map(carries).collect()
+fn carrying(problem: &LineProblem<'_>, at: &Parameters) -> Vec<bool> {
+    let carries = |squared: f64| problem.loss.weight(squared) > LEAST_WEIGHT;
+    problem.squared_residual_of_each(at).into_iter().map(carries).collect()
 }
 
 fn squared_distances(

@@ -34,6 +34,20 @@ pub struct Whitened {
     pub count: usize,
 }
 
+impl Whitened {
+    /// The sums of a series so many times as long.
+    #[must_use]
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self {
+            hessian: self.hessian * factor,
+            gradient: self.gradient * factor,
+            square: self.square * factor,
+            log_determinant: self.log_determinant * factor,
+            count: (self.count as f64 * factor).round() as usize,
+        }
+    }
+}
+
 /// The filter at one sample: the innovation is (value − kept · predicted), the next prediction kept · predicted + gain times it.
 #[derive(Clone, Copy, Debug)]
 struct Gain {

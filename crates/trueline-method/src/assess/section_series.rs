@@ -205,6 +205,14 @@ impl<'a> SectionTable<'a> {
         series.apart_steps.iter().enumerate().map(innovation).collect()
     }
 
+    /// Both directions whitened, each by its own correlation, as if the whole scan were like what is in the table.
+    #[must_use]
+    pub(crate) fn whitened_as_if_all(&self, series: &Series, correlation: [Correlation; 2]) -> [Whitened; 2] {
+        let looked_at: usize = stretches(self.sections.problem.list.len()).map(|stretch| stretch.len()).sum();
+        let times = self.sections.problem.list.len() as f64 / looked_at as f64;
+        [0, 1].map(|direction| self.whitened(series, direction, correlation[direction]).times(times))
+    }
+
     /// All observations of the scan whitened, each direction by its own correlation; what is not in the table is evaluated again.
     #[must_use]
     pub(crate) fn all_whitened(&self, series: &Series, correlation: [Correlation; 2]) -> [Whitened; 2] {

@@ -12,6 +12,7 @@ use crate::input::observations::Observation;
 use crate::input::shape_knowledge::ShapeCovariance;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
+use crate::problem::simd::WhitenedRow;
 use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, Unknowns};
 use crate::solve::seam_chart::with_shape;
 use nalgebra::{Const, DMatrix, DVector, Dim, Matrix, SMatrix, SVector, Storage, Vector3};
@@ -149,9 +150,10 @@ impl SystematicSums {
         root: &DMatrix<f64>,
         levels: &SystematicLevels,
     ) -> Self {
-        let seen = placed(problem, at);
-        let some = seen.iter().step_by(seen.len().div_ceil(POSES).max(1));
-        let poses: Vec<Pose> = some.map(|(_, placement)| placement.base_from_tool).collect();
+        let mut hint = 0;
+        let some = problem.list.iter().step_by(problem.list.len().div_ceil(POSES).max(1));
+        let poses: Vec<Pose> =
+            some.filter_map(|o| Some(problem.placement(o, at, &mut hint)?.base_from_tool)).collect();
         let field = RobotField::new(levels.robot, &poses);
         let tilt = TiltBias::about(&poses);
         let mut sums = Self::zeros(root, tilt, field.as_ref().map_or(0, RobotField::modes));
@@ -160,48 +162,44 @@ impl SystematicSums {
         sums.held =
             held.map_or_else(|| DMatrix::zeros(5, 0), |l| DMatrix::from_column_slice(5, 5, l.as_slice()));
         sums.field = field;
-        sums.add_seen(problem, at, &seen);
+        sums.add(problem, at);
         sums
     }
 
     /// Adds the features of another problem of the same robot, sensor and seam at the same state.
     pub(crate) fn add(&mut self, problem: &LineProblem<'_>, at: &Parameters) {
-        self.add_seen(problem, at, &placed(problem, at));
-    }
-
-    fn add_seen(&mut self, problem: &LineProblem<'_>, at: &Parameters, seen: &[Placed<'_>]) {
         let every = problem.list.len().div_ceil(SAMPLE).max(1);
         let with_shape = with_shape(problem.observations, at.clone());
         let field = self.field.take();
         let mut by_line = vec![LineSums::default(); at.lines.len()];
-        for (k, (pair, placement)) in seen.iter().enumerate() {
-            let Some((residual, jacobian)) = problem.whitened_where(*pair, &with_shape, placement) else {
-                continue;
-            };
+        let mut hint = 0;
+        problem.for_each_whitened(&with_shape, |k, WhitenedRow { residual, jacobian }| {
+            let pair = (&problem.list[k], &problem.whiteners[k]);
+            let Some(placement) = problem.placement(pair.0, at, &mut hint) else { return };
             let weight = problem.loss.weight(residual.norm_squared());
             let line = pair.0.line as usize;
             let bias = if self.bias_level_px > 0.0 {
-                pair.1.matrix() * self.tilt.slopes(pair.0, at, placement)
+                pair.1.matrix() * self.tilt.slopes(pair.0, at, &placement)
             } else {
                 SMatrix::zeros()
             };
-            let weighted = jacobian.transpose() * weight;
-            by_line[line].bias += weighted * bias;
-            self.bias_square += bias.transpose() * bias * weight;
-            self.bias_gradient += bias.transpose() * residual * weight;
+            let weighted_bias = bias * weight;
+            by_line[line].bias += jacobian.tr_mul(&weighted_bias);
+            self.bias_square += bias.tr_mul(&weighted_bias);
+            self.bias_gradient += weighted_bias.tr_mul(residual);
             if self.held.ncols() > 0 {
-                let columns: SMatrix<f64, 2, 5> = jacobian.fixed_columns::<5>(LOCAL_BOWED).into();
-                by_line[line].shape += weighted * columns;
-                self.bias_shape += bias.transpose() * columns * weight;
+                let columns: SMatrix<f64, 2, 5> = jacobian.fixed_columns::<5>(LOCAL_BOWED) * weight;
+                by_line[line].shape += jacobian.tr_mul(&columns);
+                self.bias_shape += bias.transpose() * columns;
             }
-            let Some(field) = field.as_ref().filter(|_| k.is_multiple_of(every)) else { continue };
-            if let Some(columns) = robot_columns(field, problem, *pair, at, placement) {
+            let Some(field) = field.as_ref().filter(|_| k.is_multiple_of(every)) else { return };
+            if let Some(columns) = robot_columns(field, problem, pair, at, &placement) {
                 let weight = weight * every as f64;
                 let by_local = jacobian.transpose() * &columns * weight;
                 add_rows(&mut self.robot, &problem.unknowns, line, &by_local);
                 self.bias_robot += bias.transpose() * &columns * weight;
             }
-        }
+        });
         for (line, of_line) in by_line.iter().enumerate() {
             add_rows(&mut self.bias, &problem.unknowns, line, &of_line.bias);
             add_rows(&mut self.shape, &problem.unknowns, line, &of_line.shape);
@@ -422,17 +420,4 @@ pub(crate) fn robot_columns(
         columns.view_mut((0, 6 * k + 3), (2, 3)).copy_from(&(attitude * *amplitude));
     }
     Some(columns)
-}
-
-/// An observation with its whitener, and where the sensor was.
-type Placed<'a> = ((&'a Observation, &'a Whitener), Placement);
-
-/// The observations that can be placed.
-fn placed<'a>(problem: &'a LineProblem<'_>, at: &Parameters) -> Vec<Placed<'a>> {
-    let mut hint = 0;
-    let placed = |pair: (&'a Observation, &'a Whitener)| {
-        let placement = problem.placement(pair.0, at, &mut hint)?;
-        Some((pair, placement))
-    };
-    problem.selected().filter_map(placed).collect()
 }

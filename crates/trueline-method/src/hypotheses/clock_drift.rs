@@ -100,7 +100,8 @@ fn clock_check(solver: &Solver<'_>, fit: &Fit) -> Option<ClockCheck> {
     let covariance = information.covariance();
     let real = covariance::assess(&problem, fit.parameters(), &fit.noise, &information).covariance;
     let variance = (real[(0, 0)] / covariance[(0, 0)]).max(1.0);
-    variance.is_finite().then(|| ClockCheck::new(&problem, fit.parameters(), covariance, variance))
+    let root = information.covariance_root();
+    variance.is_finite().then(|| ClockCheck::new(&problem, fit.parameters(), root, variance))
 }
 
 struct WithoutDrift {

@@ -4,8 +4,11 @@
 //! solution one Gauss–Newton step of that unknown, all others following, is its estimate; and since only sums
 //! over the observations are needed, a step can be tried at every frame in linear time.
 
+use crate::assess::row_table::RowTable;
 use crate::problem::line_problem::LineProblem;
-use crate::problem::unknowns::LOCAL_ALL;
+use crate::problem::parameters::Parameters;
+use crate::problem::simd::WhitenedRow;
+use crate::problem::unknowns::{LOCAL_ALL, TIME_OFFSET};
 use nalgebra::{DMatrix, DVector, SVector};
 
 /// How fast the offset changes.
@@ -33,7 +36,6 @@ pub struct Step {
 /// One observation's part in the sums.
 struct Part {
     stamp_s: f64,
-    with_others: DVector<f64>,
     gradient: f64,
     own: f64,
 }
@@ -41,7 +43,8 @@ struct Part {
 /// The sums of a solution, from which drift and step follow.
 pub(crate) struct ClockCheck {
     parts: Vec<Part>,
-    covariance: DMatrix<f64>,
+    /// The part of each in the sums with the other unknowns, in the coordinates of their covariance's root.
+    with_others: RowTable,
     variance: f64,
 }
 
@@ -49,39 +52,34 @@ pub(crate) struct ClockCheck {
 const LEAST_SIDE: f64 = 0.05;
 
 impl ClockCheck {
-    /// Prepares the sums; `covariance` is H⁻¹, `variance` how much larger the offset's variance really is.
+    /// Prepares the sums; `root` is that of H⁻¹, `variance` how much larger the offset's variance really is.
     #[must_use]
     pub(crate) fn new(
         problem: &LineProblem<'_>,
-        at: &crate::Parameters,
-        covariance: DMatrix<f64>,
+        at: &Parameters,
+        root: &DMatrix<f64>,
         variance: f64,
     ) -> Self {
-        let mut hint = 0;
-        let dimension = covariance.nrows();
-        let part = |pair: (&crate::Observation, &crate::input::noise_levels::Whitener)| {
-            let (residual, jacobian) = problem.whitened(pair, at, &mut hint)?;
+        let mut parts = Vec::with_capacity(problem.list.len());
+        let mut with_others = RowTable::new(root.nrows());
+        problem.for_each_whitened(at, |index, WhitenedRow { residual, jacobian }| {
+            let o = &problem.list[index];
             let weight = problem.loss.weight(residual.norm_squared());
-            let column = jacobian.column(0).into_owned() * weight;
-            let local: SVector<f64, LOCAL_ALL> = jacobian.transpose() * column;
-            let mut with_others = DVector::zeros(dimension);
+            let column = jacobian.column(TIME_OFFSET) * weight;
+            let local: SVector<f64, LOCAL_ALL> = jacobian.tr_mul(&column);
+            let row = with_others.push();
             for (k, value) in local.iter().enumerate().take(problem.unknowns.local()) {
-                with_others[problem.unknowns.place(k, pair.0.line as usize)] = *value;
+                row[problem.unknowns.place(k, o.line as usize)] = *value;
             }
-            Some(Part {
-                stamp_s: pair.0.stamp_s,
-                with_others,
-                gradient: column.dot(&residual),
-                own: local[0],
-            })
-        };
-        let parts = problem.selected().filter_map(part).collect();
-        Self { parts, covariance, variance }
+            let (gradient, own) = (column.dot(residual), local[TIME_OFFSET]);
+            parts.push(Part { stamp_s: o.stamp_s, gradient, own });
+        });
+        Self { parts, with_others: with_others.in_root(root), variance }
     }
 
     /// Estimate and variance of the extra unknown whose sums these are.
     fn estimate(&self, with_others: &DVector<f64>, gradient: f64, own: f64) -> Option<(f64, f64)> {
-        let information = own - (with_others.transpose() * &self.covariance * with_others)[0];
+        let information = own - with_others.norm_squared();
         (information > 1e-6 * own).then(|| (-gradient / information, self.variance / information))
     }
 
@@ -91,10 +89,10 @@ impl ClockCheck {
         let own: f64 = self.parts.iter().map(|p| p.own).sum();
         // About the centre of what is known of the offset the two are nearly independent.
         let about_s = self.parts.iter().map(|p| p.own * p.stamp_s).sum::<f64>() / own;
-        let mut sums = (DVector::zeros(self.covariance.nrows()), 0.0, 0.0);
-        for part in &self.parts {
+        let mut sums = (DVector::zeros(self.with_others.width()), 0.0, 0.0);
+        for (part, with_others) in self.parts.iter().zip(self.with_others.iter()) {
             let elapsed = part.stamp_s - about_s;
-            sums.0.axpy(elapsed, &part.with_others, 1.0);
+            sums.0.axpy(elapsed, &with_others, 1.0);
             sums.1 += elapsed * part.gradient;
             sums.2 += elapsed * elapsed * part.own;
         }
@@ -125,10 +123,10 @@ impl ClockCheck {
     /// The step at each frame that has enough of the scan to either side.
     fn steps(&self) -> Vec<Step> {
         let total: f64 = self.parts.iter().map(|p| p.own).sum();
-        let mut after = (DVector::zeros(self.covariance.nrows()), 0.0, 0.0);
+        let mut after = (DVector::zeros(self.with_others.width()), 0.0, 0.0);
         let mut steps = Vec::new();
         for (k, part) in self.parts.iter().enumerate().rev() {
-            after.0 += &part.with_others;
+            after.0 += self.with_others.of(k);
             after.1 += part.gradient;
             after.2 += part.own;
             let first_of_frame = k == 0 || self.parts[k - 1].stamp_s != part.stamp_s;

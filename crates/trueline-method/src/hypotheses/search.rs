@@ -48,8 +48,10 @@ const OVERLAP: f64 = 0.5;
 /// A guess chooses between two mirrored attitudes if it is this much nearer to one of them.
 const CLEARLY_NEARER: f64 = 0.5;
 
-/// Observations of each line among which a long scan is searched: those of half a minute at 100 Hz.
-const SEARCHED: usize = 3_000;
+/// Observations of each line among which a long scan is searched: first those of half a minute at 50 Hz, then twice as many …
+const SEARCHED: [usize; 2] = [1_500, 3_000];
+/// … and from a guess, where there is less to search, at once as many.
+const SEARCHED_FROM_GUESS: [usize; 1] = [3_000];
 
 /// Finds the optimum from a guess, or from nothing.
 ///
@@ -60,8 +62,12 @@ const SEARCHED: usize = 3_000;
 /// [`Error::NoStart`] if there is none.
 pub fn find(solver: &Solver<'_>, guess: Option<&Guess>) -> Result<Found, Error> {
     let all = solver.observations;
-    if all.list.len() > 2 * SEARCHED * all.line_count {
-        let some = Observations { list: thin(all, SEARCHED), ..all.clone() };
+    let sizes = if guess.is_some() { &SEARCHED_FROM_GUESS[..] } else { &SEARCHED[..] };
+    for &searched in sizes {
+        if all.list.len() <= 2 * searched * all.line_count {
+            break;
+        }
+        let some = Observations { list: thin(all, searched), ..all.without_list() };
         if let Ok(found) = find_among_all(&solver.on(&some), guess)
             && found.is_clear()
         {

@@ -1,10 +1,11 @@
 //! Which stamps to believe: those recorded, or those of the clock behind them. The data decide.
 
+use crate::assess::residuals::OUTLIER_SQUARED;
 use crate::config::{Config, Stamps};
 use crate::error::Error;
 use crate::hypotheses::likelihood_ratio::{LIKELIHOOD_RATIO_LIMIT, noise_advantage};
 use crate::input::noise_levels::NoiseLevels;
-use crate::input::observations::Observations;
+use crate::input::observations::{Observation, Observations};
 use crate::input::robot_motion::RobotMotion;
 use crate::input::timestamps::{Dejittered, Sampling};
 use crate::problem::line_problem::LineProblem;
@@ -37,13 +38,15 @@ pub(crate) fn with_best_stamps(
 ) -> Result<Stamped, Error> {
     let mut best = recorded;
     for dejittered in sampling.candidates(settings.config) {
+        if is_no_better_in_stretches(recording, sampling, settings, &best, dejittered)? {
+            continue;
+        }
         let observations = treated(recording, sampling, settings.config, &best.observations, dejittered)?;
-        let noise = NoiseLevels {
-            stamp_sigma_s: sampling.stamp_sigma_s(settings.config, dejittered),
-            ..settings.noise
+        let solver = Solver {
+            observations: &observations,
+            settings: with_stamp_noise(settings, sampling, dejittered),
         };
-        let fit = Solver { observations: &observations, settings: FitSettings { noise, ..*settings } }
-            .refit(&best.fit)?;
+        let fit = solver.refit(&best.fit)?;
         let tried = Stamped { observations, fit, dejittered };
         if settings.config.stamps == Stamps::Regular
             || advantage(&tried, &best, &settings.noise) > LIKELIHOOD_RATIO_LIMIT
@@ -54,6 +57,90 @@ pub(crate) fn with_best_stamps(
     Ok(best)
 }
 
+/// A scan of more observations than this is asked in stretches first, where the robot's path would have to be made again …
+const MOST: usize = 48_000;
+/// … in so many of them …
+const STRETCHES: usize = 20;
+/// … of so many observations each: long against all that makes neighbours alike.
+const STRETCH: usize = 1_200;
+/// The stretches speak against a treatment if this many standard deviations by their spread leave it no better: where it is not worse
+/// that happens once in several hundred scans, and then both leave as much.
+const AGAINST: f64 = 3.0;
+
+/// Whether the clocks' stamps for the robot plainly explain stretches of a long scan no better than the best so far. Where they do not,
+/// all of it is asked.
+fn is_no_better_in_stretches(
+    recording: &Recording,
+    sampling: &Sampling,
+    settings: &FitSettings<'_>,
+    best: &Stamped,
+    dejittered: Dejittered,
+) -> Result<bool, Error> {
+    let all = best.fit.placed.of(&best.observations);
+    if settings.config.stamps == Stamps::Regular || !dejittered.robot || all.len() <= MOST {
+        return Ok(false);
+    }
+    let first = |k: usize| (all.len() - STRETCH) * k / (STRETCHES - 1);
+    let list: Vec<Observation> =
+        (0..STRETCHES).flat_map(|k| &all[first(k)..first(k) + STRETCH]).copied().collect();
+    let about_s: Vec<f64> = list.iter().map(|o| o.stamp_s - best.fit.parameters().time_offset_s).collect();
+    let robot = &best.observations.robot;
+    let Some(trajectory) = robot.about(recording, sampling.robot_times_s(dejittered), &about_s) else {
+        return Ok(false);
+    };
+    let some = Observations { list, ..best.observations.without_list() };
+    let mut tried = some.clone();
+    tried.robot.trajectory = trajectory;
+    take_image_times(&mut tried.list, sampling, dejittered);
+    let squared = |observations: &Observations, dejittered: Dejittered| -> Result<Vec<f64>, Error> {
+        let fit = Solver { observations, settings: with_stamp_noise(settings, sampling, dejittered) }
+            .refit(&best.fit)?;
+        let (noise, at) = (&settings.noise, fit.parameters());
+        let problem =
+            LineProblem::coarse(observations, &observations.list, Loss::Squared, noise, at.unknowns());
+        Ok(problem.squared_residual_of_each(at))
+    };
+    let (of_best, of_tried) = (squared(&some, best.dejittered)?, squared(&tried, dejittered)?);
+    Ok(speaks_against(&of_best, &of_tried, all.len()))
+}
+
+/// Whether the squared residuals of stretches leave the second no better than a chance for so many observations.
+fn speaks_against(of_best: &[f64], of_tried: &[f64], observations: usize) -> bool {
+    let known: Vec<f64> = of_best.iter().copied().filter(|squared| !squared.is_nan()).collect();
+    let variance = noise_factor(&known).powi(2);
+    let gain = |(best, tried): (&f64, &f64)| {
+        let ordinary = *best <= OUTLIER_SQUARED * variance && *tried <= OUTLIER_SQUARED * variance;
+        if ordinary { (best - tried) / variance } else { 0.0 }
+    };
+    let gains: Vec<f64> = of_best
+        .chunks(STRETCH)
+        .zip(of_tried.chunks(STRETCH))
+        .map(|(best, tried)| best.iter().zip(tried).map(gain).sum())
+        .collect();
+    let count = gains.len() as f64;
+    let mean = gains.iter().sum::<f64>() / count;
+    let spread = gains.iter().map(|gain| (gain - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    let of_all = observations as f64 / (STRETCH as f64 * count);
+    (mean * count + AGAINST * (spread * count).sqrt()) * of_all < LIKELIHOOD_RATIO_LIMIT
+}
+
+fn with_stamp_noise<'a>(
+    settings: &FitSettings<'a>,
+    sampling: &Sampling,
+    dejittered: Dejittered,
+) -> FitSettings<'a> {
+    let stamp_sigma_s = sampling.stamp_sigma_s(settings.config, dejittered);
+    FitSettings { noise: NoiseLevels { stamp_sigma_s, ..settings.noise }, ..*settings }
+}
+
+fn take_image_times(list: &mut [Observation], sampling: &Sampling, dejittered: Dejittered) {
+    if let Some(clock) = sampling.images.clock.as_ref().filter(|_| dejittered.images) {
+        for o in list {
+            o.stamp_s = clock.regular_s[o.frame as usize];
+        }
+    }
+}
+
 pub(crate) fn treated(
     recording: &Recording,
     sampling: &Sampling,
@@ -62,11 +149,7 @@ pub(crate) fn treated(
     dejittered: Dejittered,
 ) -> Result<Observations, Error> {
     let mut treated = observations.clone();
-    if let Some(clock) = sampling.images.clock.as_ref().filter(|_| dejittered.images) {
-        for o in &mut treated.list {
-            o.stamp_s = clock.regular_s[o.frame as usize];
-        }
-    }
+    take_image_times(&mut treated.list, sampling, dejittered);
     if let Some(clock) = sampling.robot.clock.as_ref().filter(|_| dejittered.robot) {
         treated.robot = RobotMotion::of(recording, &clock.regular_s, config)?;
     }
@@ -86,4 +169,27 @@ fn advantage(one: &Stamped, other: &Stamped, noise: &NoiseLevels) -> f64 {
         noise_factor(&problem.squared_residuals(stamped.fit.parameters()))
     };
     noise_advantage(one.fit.placed.len(), factor(one), factor(other))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squared residuals of two numbers, of which the second explanation leaves so many times as much.
+    fn squares(times: f64, phase: f64) -> Vec<f64> {
+        let square = |k: usize| -2.0 * (1.0 - (k as f64 * 0.618_033_988_75 + phase).fract() * 0.999).ln();
+        (0..STRETCHES * STRETCH).map(|k| square(k) * times).collect()
+    }
+
+    #[test]
+    fn stretches_speak_against_what_leaves_more_and_not_against_what_may_be_better() {
+        let all = 15 * STRETCHES * STRETCH;
+        let best = squares(1.0, 0.0);
+        assert!(speaks_against(&best, &squares(1.01, 0.0), all));
+        assert!(!speaks_against(&best, &squares(0.99, 0.0), all));
+        // Where nothing differs but by chance, that many observations could speak for either.
+        let other: Vec<f64> =
+            best.iter().enumerate().map(|(k, s)| s * (1.0 + 0.2 * (k as f64 * 1.7).sin())).collect();
+        assert!(!speaks_against(&best, &other, all));
+    }
 }

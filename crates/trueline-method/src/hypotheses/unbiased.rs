@@ -2,7 +2,7 @@
 //! their residuals.
 
 use crate::assess::cause_kind::CauseKind;
-use crate::assess::correlated_noise::Structure;
+use crate::assess::correlated_noise::{Over, Structure};
 use crate::assess::misfit_cause::{self, MisfitCause};
 use crate::assess::misfit_patterns::Patterns;
 use crate::assess::observability::Observability;
@@ -78,7 +78,11 @@ pub fn without_bias(
         let structure = assessed.structure(settings.config);
         return Ok(with(assessed, structure, None));
     };
-    let mut structure = structure(&free.observations, &free.fit, &free.information, settings.config);
+    let of_free = |free: &BiasFree, over: Over| {
+        structure(&free.observations, &free.fit, &free.information, settings.config, over)
+    };
+    // Correlated noise says here how much less is known, and is looked at again once the bias is known.
+    let structure = of_free(&free, Over::Stretches);
     hypothesis.inflation = inflation(&structure, &free.information);
     if hypothesis.inflation != 1.0 {
         let Some(again) = search.remove(&hypothesis, Some(&free))? else {
@@ -86,8 +90,11 @@ pub fn without_bias(
             return Ok(with(assessed, structure, None));
         };
         free = again;
-        structure = self::structure(&free.observations, &free.fit, &free.information, settings.config);
     }
+    let structure = match structure {
+        Structure::Correlated(_) => of_free(&free, Over::Scan),
+        white => white,
+    };
     let taken = free.taken;
     Ok(with(assessed.freed(free), structure, Some(taken)))
 }
@@ -154,7 +161,8 @@ impl Assessed {
     }
 
     fn structure(&self, config: &Config) -> Structure {
-        structure(&self.drift_free.observations, &self.drift_free.fit, &self.information, config)
+        let DriftFree { observations, fit, .. } = &self.drift_free;
+        structure(observations, fit, &self.information, config, Over::Scan)
     }
 }
 
@@ -164,10 +172,11 @@ fn structure(
     fit: &Fit,
     information: &Information,
     config: &Config,
+    over: Over,
 ) -> Structure {
     if fit.prior.is_some() {
         return Structure::Unknown;
     }
     let problem = fit.problem(observations, config);
-    Structure::of(&problem, fit.parameters(), information.covariance_root())
+    Structure::of(&problem, fit.parameters(), information.covariance_root(), over)
 }

@@ -62,6 +62,14 @@ pub struct Observations {
     pub skipped: BTreeMap<Skip, usize>,
 }
 
+impl Observations {
+    /// The same without the observations themselves.
+    #[must_use]
+    pub(crate) fn without_list(&self) -> Self {
+        Self { robot: self.robot.clone(), list: Vec::new(), skipped: self.skipped.clone(), ..*self }
+    }
+}
+
 /// Points further than this (RMS) from a plane were not measured in one laser sheet.
 const SHEET_RMS_LIMIT_M: f64 = 1e-3;
 

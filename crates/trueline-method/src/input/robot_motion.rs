@@ -107,21 +107,44 @@ impl RobotMotion {
     #[must_use]
     pub fn halves(&self, recording: &Recording, times_s: &[f64], about_s: &[f64]) -> Option<[Trajectory; 2]> {
         let (times, poses, _) = news(recording, times_s);
-        let gap_limit_s = 2.0 * GAP_PERIODS * self.period_s;
         let straight_s = straight_s(&times, &poses, self.recorded_noise_m);
-        let reach_s = self.half_window_s + REACH_PERIODS * self.period_s;
         let every_other = |first: usize| {
-            let mut about = about_s.iter().copied().peekable();
-            let mut is_near = |time_s: f64| {
-                while about.next_if(|about_s| *about_s < time_s - reach_s).is_some() {}
-                about.peek().is_some_and(|about_s| *about_s <= time_s + reach_s)
-            };
             let samples = times.iter().copied().zip(poses.iter().copied()).skip(first).step_by(2);
-            let (times, poses): (Vec<f64>, Vec<Pose>) =
-                samples.filter(|(time_s, _)| is_near(*time_s)).unzip();
-            path(times, poses, gap_limit_s, self.smoothed.then_some(self.half_window_s), straight_s).ok()
+            self.near(samples, about_s, 2.0 * GAP_PERIODS * self.period_s, straight_s)
         };
         Some([every_other(0)?, every_other(1)?])
+    }
+
+    /// The path about some times (s, rising) with the samples taken at `times_s`; else there is a gap in it. `None` where there are too
+    /// few.
+    #[must_use]
+    pub(crate) fn about(
+        &self,
+        recording: &Recording,
+        times_s: &[f64],
+        about_s: &[f64],
+    ) -> Option<Trajectory> {
+        let (times, poses, _) = news(recording, times_s);
+        let straight_s = straight_s(&times, &poses, self.recorded_noise_m);
+        self.near(times.into_iter().zip(poses), about_s, GAP_PERIODS * self.period_s, straight_s)
+    }
+
+    /// The path through those of some samples that bear on it at these times.
+    fn near(
+        &self,
+        samples: impl Iterator<Item = (f64, Pose)>,
+        about_s: &[f64],
+        gap_limit_s: f64,
+        straight_s: f64,
+    ) -> Option<Trajectory> {
+        let reach_s = self.half_window_s + REACH_PERIODS * self.period_s;
+        let mut about = about_s.iter().copied().peekable();
+        let mut is_near = |time_s: f64| {
+            while about.next_if(|about_s| *about_s < time_s - reach_s).is_some() {}
+            about.peek().is_some_and(|about_s| *about_s <= time_s + reach_s)
+        };
+        let (times, poses): (Vec<f64>, Vec<Pose>) = samples.filter(|(time_s, _)| is_near(*time_s)).unzip();
+        path(times, poses, gap_limit_s, self.smoothed.then_some(self.half_window_s), straight_s).ok()
     }
 }
 
@@ -208,9 +231,9 @@ fn check_motion(poses: &[Pose]) -> Result<(), Error> {
     for pose in poses {
         shift_m = shift_m.max((pose.translation.vector - first.translation.vector).norm());
         turn_rad = turn_rad.max(first.rotation.angle_to(&pose.rotation));
-    }
-    if shift_m > LEAST_SHIFT_M || turn_rad > LEAST_TURN_RAD {
-        return Ok(());
+        if shift_m > LEAST_SHIFT_M || turn_rad > LEAST_TURN_RAD {
+            return Ok(());
+        }
     }
     Err(Error::RobotStandsStill { shift_mm: shift_m * 1e3, turn_deg: turn_rad.to_degrees() })
 }
@@ -241,5 +264,10 @@ mod tests {
             assert!(some.pose_at(3.0).is_none() && all.pose_at(3.0).is_some());
         }
         assert_ne!(some[0].pose_at(5.0), some[1].pose_at(5.0));
+        let whole = motion.about(&recording, &times_s, &about_s).unwrap();
+        for time_s in about_s {
+            assert_eq!(whole.pose_at(time_s).unwrap(), motion.trajectory.pose_at(time_s).unwrap());
+        }
+        assert!(whole.pose_at(3.0).is_none() && whole.times().len() * 10 < times_s.len());
     }
 }

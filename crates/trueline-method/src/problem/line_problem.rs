@@ -280,27 +280,21 @@ impl<'a> LineProblem<'a> {
         Some(whitener.matrix() * self.linearized(o, at, placement)?.onto_sheet)
     }
 
-    /// How the errors that all features of an image share move a whitened residual: one column for each axis
-    /// of the robot's position and one for the stamp, per standard deviation (2×4). The point-to-line
-    /// residual has no model of its noise, so nothing is expected of it.
+    /// How the errors that all features of an image share move a whitened residual of this Jacobian: one column for each axis of the
+    /// robot's position, in the tool, and one for the stamp, per standard deviation (2×4). Such an error of the robot moves what is
+    /// measured as one of the hand-eye's translation does. The point-to-line residual has no model of its noise, so nothing is expected
+    /// of it.
     #[must_use]
-    pub(crate) fn whitened_shared_errors(
+    pub(crate) fn shared_errors(
         &self,
-        (o, whitener): (&Observation, &Whitener),
-        at: &Parameters,
+        jacobian: &LocalJacobian,
         noise: &NoiseLevels,
-        hint: &mut usize,
     ) -> Option<SMatrix<f64, 2, 4>> {
-        if self.residual == ResidualKind::PointToLine {
-            return None;
-        }
-        let placement = self.placement(o, at, hint)?;
-        let parts = self.linearized(o, at, &placement)?;
         let mut errors = SMatrix::<f64, 2, 4>::zeros();
-        errors.fixed_columns_mut::<3>(0).copy_from(&(parts.onto_sheet * noise.robot_sigma_m));
-        let by_stamp = parts.jacobian.column(TIME_OFFSET) * noise.stamp_sigma_s;
-        errors.fixed_columns_mut::<1>(3).copy_from(&by_stamp);
-        Some(whitener.matrix() * errors * noise.factor)
+        let by_robot = jacobian.fixed_columns::<3>(TRANSLATION) * noise.robot_sigma_m;
+        errors.fixed_columns_mut::<3>(0).copy_from(&by_robot);
+        errors.fixed_columns_mut::<1>(3).copy_from(&(jacobian.column(TIME_OFFSET) * noise.stamp_sigma_s));
+        (self.residual == ResidualKind::Sheet).then_some(errors * noise.factor)
     }
 }
 

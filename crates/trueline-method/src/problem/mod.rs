@@ -9,6 +9,7 @@ pub mod scalar_sums;
 pub(crate) mod simd;
 pub mod unknowns;
 pub mod usable;
+pub(crate) mod whitened_rows;
 
 #[cfg(test)]
 mod observation_tests;

@@ -103,9 +103,8 @@ fn shared_errors_and_the_features_own_are_one_standard_deviation() {
     let mut hint = 0;
     let mut count = 0;
     for (o, whitener) in sheet.selected() {
-        let Some(shared) = sheet.whitened_shared_errors((o, whitener), &at, &NOISE, &mut hint) else {
-            continue;
-        };
+        let Some((_, jacobian)) = sheet.whitened((o, whitener), &at, &mut hint) else { continue };
+        let shared = sheet.shared_errors(&jacobian, &NOISE).unwrap();
         count += 1;
         let w = whitener.matrix();
         let own = w * symmetric(o.covariance) * w.transpose() * NOISE.factor.powi(2);
@@ -114,17 +113,18 @@ fn shared_errors_and_the_features_own_are_one_standard_deviation() {
         assert!(off.norm() < 1e-6, "{off}");
         // The robot moves as the displacement, the stamp as the time offset.
         let placement = sheet.placement(o, &at, &mut hint).unwrap();
-        let (_, jacobian) = sheet.whitened_where((o, whitener), &at, &placement).unwrap();
         let onto = sheet.whitened_displacement((o, whitener), &at, &placement).unwrap();
         let robot = onto * (NOISE.robot_sigma_m * NOISE.factor);
-        assert!((shared.fixed_columns::<3>(0) - robot).norm() < 1e-12);
+        let tool_from_base = placement.base_from_tool.rotation.inverse().to_rotation_matrix();
+        assert!((shared.fixed_columns::<3>(0) * tool_from_base.matrix() - robot).norm() < 1e-12);
         let stamp = jacobian.column(TIME_OFFSET) * (NOISE.stamp_sigma_s * NOISE.factor);
         assert!((shared.column(3) - stamp).norm() < 1e-12);
     }
     assert!(count > 50);
     let to_line = problem(&observed, &at, ResidualKind::PointToLine);
     let pair = to_line.selected().nth(20).unwrap();
-    assert!(to_line.whitened_shared_errors(pair, &at, &NOISE, &mut hint).is_none());
+    let (_, jacobian) = to_line.whitened(pair, &at, &mut hint).unwrap();
+    assert!(to_line.shared_errors(&jacobian, &NOISE).is_none());
 }
 
 #[test]

@@ -23,6 +23,13 @@ impl UsableObservations {
     #[must_use]
     pub fn within(observations: &Observations, time_offset_s: f64, margin_s: f64) -> Self {
         let trajectory = &observations.robot.trajectory;
+        if trajectory.is_unbroken() {
+            let (first_s, last_s) = trajectory.span();
+            let exposure_s = |o: &Observation| o.stamp_s - time_offset_s;
+            let start = observations.list.partition_point(|o| exposure_s(o) - margin_s < first_s);
+            let end = observations.list.partition_point(|o| exposure_s(o) + margin_s <= last_s);
+            return Self::Part(start..end.max(start));
+        }
         let mut hints = [0; 2];
         let mut inside = |o: &Observation| {
             let exposure_s = o.stamp_s - time_offset_s;
@@ -69,5 +76,38 @@ impl UsableObservations {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::UsableObservations;
+    use crate::config::Config;
+    use crate::input::observations::{observe, origin_ns};
+    use crate::input::timestamps::Sampling;
+    use trueline_sim::{Preset, simulate};
+
+    /// On an unbroken path nothing is looked up; against looking each up.
+    #[test]
+    fn on_an_unbroken_path_those_are_usable_that_have_poses_before_and_after() {
+        let recording = simulate(&Preset::Quick.scenario(), 2).unwrap();
+        let sampling = Sampling::of(&recording, origin_ns(&recording));
+        let observed = observe(&recording, &sampling, &Config::default()).unwrap();
+        let path = &observed.robot.trajectory;
+        assert!(path.is_unbroken());
+        for offset_s in [0.0, 0.5, -0.5, 5.0, -5.0, 1e3, -1e3] {
+            for margin_s in [1e-5, 0.05] {
+                let has_pose = |time_s: f64| path.pose_at(time_s).is_some();
+                let plain = observed.list.iter().filter(|o| {
+                    let exposure_s = o.stamp_s - offset_s;
+                    has_pose(exposure_s - margin_s) && has_pose(exposure_s + margin_s)
+                });
+                let rows: Vec<u32> = plain.map(|o| o.row).collect();
+                let found = UsableObservations::within(&observed, offset_s, margin_s);
+                assert_eq!(found.of(&observed).iter().map(|o| o.row).collect::<Vec<_>>(), rows);
+                assert!(matches!(found, UsableObservations::Part(_)));
+            }
+        }
     }
 }

@@ -9,14 +9,15 @@
 //! the robot's position error and the stamp's.
 
 use crate::assess::row_products::RowProducts;
+use crate::assess::row_table::RowTable;
 use crate::input::noise_levels::NoiseLevels;
 use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
+use crate::problem::simd::WhitenedRow;
 use crate::problem::unknowns::{LOCAL_ALL, Unknowns};
-use nalgebra::{
-    Const, DMatrix, DVector, DVectorView, DVectorViewMut, Dyn, Matrix, SMatrix, SVector, StorageMut,
-};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use std::collections::BTreeMap;
 use trueline_lsq::Information;
 
 /// A covariance and how it came about.
@@ -39,47 +40,9 @@ struct Moments {
     score: f64,
 }
 
-/// The scores of frames, one after the other.
-pub(crate) struct FrameScores {
-    size: usize,
-    values: Vec<f64>,
-}
-
-impl FrameScores {
-    /// None yet, of so many numbers each.
-    #[must_use]
-    pub(crate) fn new(size: usize) -> Self {
-        Self { size, values: Vec::new() }
-    }
-
-    /// The score of another frame: zero as yet.
-    pub(crate) fn push(&mut self) -> &mut [f64] {
-        let end = self.values.len();
-        self.values.resize(end + self.size, 0.0);
-        &mut self.values[end..]
-    }
-
-    fn last(&mut self) -> DVectorViewMut<'_, f64> {
-        let start = self.values.len() - self.size;
-        DVectorViewMut::from_slice(&mut self.values[start..], self.size)
-    }
-
-    fn of(&self, frame: usize) -> DVectorView<'_, f64> {
-        DVectorView::from_slice(&self.values[frame * self.size..], self.size)
-    }
-
-    fn iter(&self) -> impl Iterator<Item = DVectorView<'_, f64>> {
-        (0..self.len()).map(|frame| self.of(frame))
-    }
-
-    fn len(&self) -> usize {
-        self.values.len() / self.size.max(1)
-    }
-}
-
 /// The scores of all frames in the root's coordinates, and what the model expects of them.
 struct Scores {
-    frames: FrameScores,
+    frames: RowTable,
     /// Expected covariance of their sum; the unit matrix where every frame has one feature and nothing is known
     /// beforehand.
     expected: DMatrix<f64>,
@@ -118,107 +81,80 @@ fn frame_scores(
     noise: &NoiseLevels,
     root: &DMatrix<f64>,
 ) -> Scores {
-    let size = root.ncols();
-    let known = root.transpose() * block_priors::information(problem.shape_prior.as_ref(), at) * root;
-    let expected = DMatrix::identity(size, size) - &known;
-    let mut scores = Scores { frames: FrameScores::new(size), expected, known, moments: Moments::default() };
-    let mut shared = SharedErrors::new(size);
-    let root_rows = root.transpose();
+    let mut frames = RowTable::new(root.nrows());
+    let mut moments = Moments::default();
+    let mut shared = SharedErrors::default();
     let mut last_stamp = f64::NAN;
-    let mut hint = 0;
-    for pair in problem.selected() {
-        let Some((residual, jacobian)) = problem.whitened(pair, at, &mut hint) else {
-            continue;
-        };
+    problem.for_each_whitened(at, |index, WhitenedRow { residual, jacobian }| {
+        let o = &problem.list[index];
         let squared = residual.norm_squared();
         let weight = problem.loss.weight(squared);
-        let moments = &mut scores.moments;
         moments.count += f64::from(weight > 0.0);
         moments.weight += weight;
         moments.weight_and_slope += weight + squared * problem.loss.weight_slope(squared);
         moments.score += 0.5 * weight * weight * squared;
-        if pair.0.stamp_s != last_stamp {
-            scores.frames.push();
+        if o.stamp_s != last_stamp {
+            frames.push();
             shared.close_frame();
-            last_stamp = pair.0.stamp_s;
+            last_stamp = o.stamp_s;
         }
-        let place = Place { unknowns: &problem.unknowns, line: pair.0.line as usize };
-        let gradient: SVector<f64, LOCAL_ALL> = jacobian.transpose() * residual * weight;
-        add_rows(&mut scores.frames.last(), &root_rows, &place, &gradient);
+        let gradient: SVector<f64, LOCAL_ALL> = jacobian.tr_mul(residual) * weight;
+        let score = frames.last();
+        for local in 0..problem.unknowns.local() {
+            score[problem.unknowns.place(local, o.line as usize)] += gradient[local];
+        }
         if problem.observations.line_count > 1
-            && let Some(errors) = problem.whitened_shared_errors(pair, at, noise, &mut hint)
+            && let Some(errors) = problem.shared_errors(jacobian, noise)
         {
-            shared.add(&root_rows, &place, &(jacobian.transpose() * errors * weight.sqrt()));
+            shared.open.push((o.line, jacobian.tr_mul(&errors) * weight.sqrt()));
         }
-    }
-    scores.expected += shared.sums();
-    scores
+    });
+    let size = root.ncols();
+    let known = root.transpose() * block_priors::information(problem.shape_prior.as_ref(), at) * root;
+    let together = root.transpose() * shared.sums(&problem.unknowns) * root;
+    let expected = DMatrix::identity(size, size) - &known + together;
+    Scores { frames: frames.in_root(root), expected, known, moments }
 }
 
-/// Where an observation's local unknowns are among all.
-struct Place<'a> {
-    unknowns: &'a Unknowns,
-    line: usize,
-}
+/// Columns by the local unknowns of an observation for the four errors that the features of a frame share.
+type ErrorColumns = SMatrix<f64, LOCAL_ALL, 4>;
 
-/// Adds rootᵀ times local columns, which are those of one line's observation; `root_rows` is rootᵀ.
-fn add_rows<const N: usize, S: StorageMut<f64, Dyn, Const<N>>>(
-    sum: &mut Matrix<f64, Dyn, Const<N>, S>,
-    root_rows: &DMatrix<f64>,
-    place: &Place<'_>,
-    columns: &SMatrix<f64, LOCAL_ALL, N>,
-) {
-    for local in 0..place.unknowns.local() {
-        let row = root_rows.column(place.unknowns.place(local, place.line));
-        for (mut target, column) in sum.column_iter_mut().zip(columns.column_iter()) {
-            target.axpy(column[local], &row, 1.0);
-        }
-    }
-}
-
-/// Columns in the root's coordinates for the four errors that the features of a frame share.
-type ErrorColumns = nalgebra::OMatrix<f64, Dyn, Const<4>>;
-
-/// What the features of each frame have in common.
+/// What the features of each frame have in common: the products between different ones of them.
+#[derive(Default)]
 struct SharedErrors {
-    /// The columns of the features of the frame that is open.
-    open: Vec<ErrorColumns>,
-    /// Of the frames with several features: their sums …
-    together: RowProducts,
-    /// … and each feature for itself, which is in the unit matrix already.
-    alone: RowProducts,
+    /// The columns of the features of the frame that is open, with their lines.
+    open: Vec<(u32, ErrorColumns)>,
+    /// Sums of the products of the columns of two lines.
+    products: BTreeMap<(u32, u32), SMatrix<f64, LOCAL_ALL, LOCAL_ALL>>,
 }
 
 impl SharedErrors {
-    fn new(size: usize) -> Self {
-        Self { open: Vec::new(), together: RowProducts::new(size), alone: RowProducts::new(size) }
-    }
-
-    fn add(&mut self, root_rows: &DMatrix<f64>, place: &Place<'_>, columns: &SMatrix<f64, LOCAL_ALL, 4>) {
-        let mut own = ErrorColumns::zeros(root_rows.nrows());
-        add_rows(&mut own, root_rows, place, columns);
-        self.open.push(own);
-    }
-
     /// Takes the products between different features of the frame, and begins another.
     fn close_frame(&mut self) {
-        let take = |products: &mut RowProducts, columns: &ErrorColumns| {
-            for column in columns.column_iter() {
-                products.next_row().copy_from_slice(column.into_owned().as_slice());
+        for (k, (line, columns)) in self.open.iter().enumerate() {
+            for (other_line, other) in &self.open[..k] {
+                let sum = self.products.entry((*line, *other_line)).or_insert_with(SMatrix::zeros);
+                sum.gemm(1.0, columns, &other.transpose(), 1.0);
             }
-        };
-        if self.open.len() > 1 {
-            self.open.iter().for_each(|own| take(&mut self.alone, own));
-            let sum = self.open.iter().skip(1).fold(self.open[0].clone(), |sum, own| sum + own);
-            take(&mut self.together, &sum);
         }
         self.open.clear();
     }
 
-    /// What the frames' features have in common, over all frames.
-    fn sums(mut self) -> DMatrix<f64> {
+    /// What the frames' features have in common, over all frames and unknowns.
+    fn sums(mut self, unknowns: &Unknowns) -> DMatrix<f64> {
         self.close_frame();
-        self.together.sums() - self.alone.sums()
+        let mut all = DMatrix::zeros(unknowns.dimension(), unknowns.dimension());
+        for ((line, other), products) in &self.products {
+            for row in 0..unknowns.local() {
+                for column in 0..unknowns.local() {
+                    let places =
+                        (unknowns.place(row, *line as usize), unknowns.place(column, *other as usize));
+                    all[places] += products[(row, column)];
+                    all[(places.1, places.0)] += products[(row, column)];
+                }
+            }
+        }
+        all
     }
 }
 
@@ -226,13 +162,13 @@ impl SharedErrors {
 ///
 /// Products of frames up to L apart, weighed by the Bartlett kernel 1 − lag/(L + 1), are the products of running sums of L + 1 frames
 /// over L + 1: a kernel that falls as a line is a box beside itself.
-pub(crate) fn blend(frames: &FrameScores, expected: &DMatrix<f64>, per_weight: f64) -> (DMatrix<f64>, f64) {
+pub(crate) fn blend(frames: &RowTable, expected: &DMatrix<f64>, per_weight: f64) -> (DMatrix<f64>, f64) {
     if frames.len() < 30 || per_weight <= 0.0 {
         return (expected.clone(), 1.0);
     }
     let box_frames = lag_limit(frames) + 1;
-    let mut products = RowProducts::new(frames.size);
-    let mut running = DVector::zeros(frames.size);
+    let mut products = RowProducts::new(frames.width());
+    let mut running = DVector::zeros(frames.width());
     for end in 0..frames.len() + box_frames - 1 {
         if end < frames.len() {
             running += frames.of(end);
@@ -255,7 +191,7 @@ pub(crate) fn blend(frames: &FrameScores, expected: &DMatrix<f64>, per_weight: f
 
 /// How many neighbouring frames are alike: the bandwidth of the Bartlett kernel that is best for a
 /// first-order process with the scores' own correlation \[Andrews1991, Eq. 6.2\].
-fn lag_limit(scores: &FrameScores) -> usize {
+fn lag_limit(scores: &RowTable) -> usize {
     let product: f64 = scores.iter().zip(scores.iter().skip(1)).map(|(one, next)| one.dot(&next)).sum();
     let power: f64 = scores.iter().map(|score| score.norm_squared()).sum();
     let rho = (product / power).clamp(-0.97, 0.97);
@@ -271,7 +207,7 @@ mod tests {
     /// Against the kernel's weights and the products of frames so far apart.
     #[test]
     fn running_sums_weigh_neighbours_by_the_kernel() {
-        let mut frames = FrameScores::new(2);
+        let mut frames = RowTable::new(2);
         // Alike for some frames, so that there are lags.
         let value = |k: usize| [(k as f64 * 0.4).sin() + (k as f64 * 7.1).cos(), (k as f64 * 0.3).cos()];
         for k in 0..90 {

@@ -3,8 +3,9 @@
 //! As for seam points: a frame's four residuals are one score, so that what they share is in it, and neighbouring frames may be
 //! alike. The model knows the correlation of the robot's noise between them: its path is made of many samples.
 
+use crate::assess::row_table::RowTable;
 use crate::input::path_noise::NoiseCorrelation;
-use crate::solve::covariance::{FrameScores, blend};
+use crate::solve::covariance::blend;
 use crate::stripe::fit::StripeFit;
 use crate::stripe::problem::linearize_frame;
 use crate::stripe::state::StripeState;
@@ -30,7 +31,7 @@ pub fn assess(fit: &StripeFit<'_>, information: &Information, shared: &SharedNoi
     let root = information.covariance_root();
     let known = root.transpose() * at.prior_information(problem.shape_prior.as_ref()) * root;
     let alone = DMatrix::identity(root.ncols(), root.ncols()) - &known;
-    let (mut frames, mut rows, mut hint) = (FrameScores::new(root.ncols()), 0, 0);
+    let (mut frames, mut rows, mut hint) = (RowTable::new(root.ncols()), 0, 0);
     let root_rows = root.transpose();
     for weighed in &problem.frames {
         let Some((residual, jacobian)) = problem.whitened(weighed, at, &mut hint) else { continue };

@@ -10,11 +10,13 @@ mod distort;
 mod lanes;
 mod located;
 mod robust;
+mod rows;
 mod sums;
 mod sweep;
 mod view;
 mod whiten;
 
+pub(crate) use rows::{Rows, WhitenedRow};
 pub(crate) use sums::{Cost, Equations, Squared, SquaredLengths};
 pub(crate) use sweep::{Scan, sweep, sweep_chunks};
 pub(crate) use view::Mounting;

@@ -75,7 +75,10 @@ pub(super) fn whiteners_of<const FUSED: bool>(
 
 /// W times a column of two rows.
 #[inline(always)]
-fn whiten<const FUSED: bool>(w: &[Lanes<FUSED>; 3], column: [Lanes<FUSED>; 2]) -> [Lanes<FUSED>; 2] {
+pub(super) fn whiten<const FUSED: bool>(
+    w: &[Lanes<FUSED>; 3],
+    column: [Lanes<FUSED>; 2],
+) -> [Lanes<FUSED>; 2] {
     [w[0] * column[0], (w[1] * column[0]).plus_product(w[2], column[1])]
 }
 
@@ -189,7 +192,7 @@ impl<const N: usize> Visit for Equations<'_, N> {
 
 /// The Jacobian, column by column, in the order of [`Unknowns`].
 #[inline(always)]
-fn columns<const FUSED: bool>(seen: &Seen<FUSED>) -> [[Lanes<FUSED>; 2]; LOCAL_ALL] {
+pub(super) fn columns<const FUSED: bool>(seen: &Seen<FUSED>) -> [[Lanes<FUSED>; 2]; LOCAL_ALL] {
     let [first, second] = seen.rows;
     let turns = [seen.lever.cross(first).0, seen.lever.cross(second).0];
     let [line, bow, shape] = [&seen.line[..], &seen.bow[..], &seen.shape[..]];

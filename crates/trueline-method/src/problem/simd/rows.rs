@@ -1,0 +1,78 @@
+//! Whitened residuals and Jacobians of samples that were seen four side by side, for who needs each by itself.
+
+use super::lanes::Lanes;
+use super::sums::{columns, whiten, whiteners_of};
+use super::sweep::Visit;
+use super::view::{Samples, Seen};
+use crate::input::noise_levels::Whitener;
+use crate::problem::unknowns::{LOCAL_ALL, ROTATION, TRANSLATION};
+use nalgebra::{Matrix3, SMatrix, Vector2};
+
+/// A whitened residual and its Jacobian by the local unknowns; columns of what is not modelled are zero.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WhitenedRow {
+    /// The residual.
+    pub residual: Vector2<f64>,
+    /// Its Jacobian.
+    pub jacobian: SMatrix<f64, 2, LOCAL_ALL>,
+}
+
+/// Collects them; `None` for what cannot be evaluated.
+pub(crate) struct Rows<'a> {
+    whiteners: &'a [Whitener],
+    sheet_from_tool: Matrix3<f64>,
+    rows: &'a mut [Option<WhitenedRow>],
+}
+
+impl<'a> Rows<'a> {
+    /// Of as many observations as there are whiteners; `sheet_from_tool` turns sheet into tool axes.
+    pub(crate) fn new(
+        whiteners: &'a [Whitener],
+        sheet_from_tool: Matrix3<f64>,
+        rows: &'a mut [Option<WhitenedRow>],
+    ) -> Self {
+        Self { whiteners, sheet_from_tool, rows }
+    }
+}
+
+impl Visit for Rows<'_> {
+    #[inline(always)]
+    fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
+        let w = whiteners_of::<FUSED>(self.whiteners, samples, &seen.usable);
+        let residual = whiten(&w, seen.residual);
+        let mut whitened = columns(seen);
+        for k in 0..LOCAL_ALL {
+            whitened[k] = whiten(&w, whitened[k]);
+        }
+        for first in [ROTATION, TRANSLATION] {
+            let in_sheet = [whitened[first], whitened[first + 1], whitened[first + 2]];
+            for k in 0..3 {
+                let [x, y, z] = [0, 1, 2].map(|axis| self.sheet_from_tool[(axis, k)]);
+                for row in 0..2 {
+                    whitened[first + k][row] = (in_sheet[0][row] * Lanes::splat(x))
+                        .plus_product(in_sheet[1][row], Lanes::splat(y))
+                        .plus_product(in_sheet[2][row], Lanes::splat(z));
+                }
+            }
+        }
+        for lane in 0..samples.count {
+            let index = samples.index[lane] as usize;
+            if !seen.usable[lane] {
+                self.rows[index] = None;
+                continue;
+            }
+            let mut jacobian = SMatrix::<f64, 2, LOCAL_ALL>::zeros();
+            for k in 0..LOCAL_ALL {
+                jacobian[(0, k)] = whitened[k][0].0[lane];
+                jacobian[(1, k)] = whitened[k][1].0[lane];
+            }
+            let residual = Vector2::new(residual[0].0[lane], residual[1].0[lane]);
+            self.rows[index] = Some(WhitenedRow { residual, jacobian });
+        }
+    }
+
+    #[inline(always)]
+    fn unplaced(&mut self, index: usize) {
+        self.rows[index] = None;
+    }
+}
