@@ -3,9 +3,11 @@
 use crate::detection::Detection;
 use crate::evidence::Evidence;
 use crate::frame::Frame;
+use crate::joint::arm_pair::LeastArm;
 use crate::joint::butt::ButtFinder;
 use crate::joint::groove::GrooveFinder;
 use crate::joint::lap::LapFinder;
+use crate::joint::plain_corner::PlainCornerFinder;
 use crate::joint::plate_end::PlateEndFinder;
 use crate::joint::{edge, fillet, step, v_block, v_groove};
 use crate::lens::Lens;
@@ -119,6 +121,33 @@ impl Detector {
         picture: &Picture<'_, L>,
         joint: Joint,
     ) -> Result<Detection, NotFound> {
+        self.detect_bright(picture, joint)
+            .or_else(|reason| self.detect_plain_corner(picture, joint).ok_or(reason))
+    }
+
+    /// What a region that was stated shows of a corner whose stripe hardly stands out, or has a short arm.
+    fn detect_plain_corner<L: Level>(&mut self, picture: &Picture<'_, L>, joint: Joint) -> Option<Detection> {
+        let region = self.region.as_ref()?;
+        let ridge = match joint {
+            Joint::Fillet => false,
+            Joint::Corner => true,
+            _ => return None,
+        };
+        let frame = Frame { picture, lens: &self.lens };
+        let JointFinders { choice, corners, plain_corners, .. } = &mut self.finders;
+        let found = plain_corners.find(frame, region, ridge, *choice, corners)?;
+        self.level_scale = 1.0;
+        self.segments.clear();
+        self.segments.extend_from_slice(plain_corners.segments());
+        Some(found)
+    }
+
+    /// What a picture shows of a joint whose stripe stands out from all around it.
+    fn detect_bright<L: Level>(
+        &mut self,
+        picture: &Picture<'_, L>,
+        joint: Joint,
+    ) -> Result<Detection, NotFound> {
         self.level_scale = 1.0;
         self.locator.candidates_in(picture, self.region.as_ref(), 1);
         let factor = factor(picture, &self.locator.tiles, &self.locator.candidates);
@@ -227,6 +256,7 @@ impl Locator {
 struct JointFinders {
     choice: StripeChoice,
     corners: StripeMeter,
+    plain_corners: PlainCornerFinder,
     laps: LapFinder,
     butts: ButtFinder,
     edges: PlateEndFinder,
@@ -244,7 +274,7 @@ impl JointFinders {
         if segments.is_empty() {
             return Err(locator.no_stripe());
         }
-        let evidence = Evidence { frame, segments };
+        let evidence = Evidence { frame, segments, least_arm: LeastArm::USUAL };
         let choice = self.choice;
         match joint {
             Joint::Fillet => fillet::find(&evidence, false, choice, &mut self.corners),

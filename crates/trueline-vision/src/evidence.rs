@@ -1,6 +1,7 @@
 //! What a picture shows before a joint is looked for.
 
 use crate::frame::Frame;
+use crate::joint::arm_pair::LeastArm;
 use crate::locate::line_segment::LineSegment;
 use crate::not_found::NotFound;
 
@@ -11,6 +12,8 @@ pub struct Evidence<'a, L> {
     pub frame: Frame<'a, L>,
     /// The straight segments of the stripe, the strongest first.
     pub segments: &'a [LineSegment],
+    /// How long the arms of a corner must be.
+    pub least_arm: LeastArm,
 }
 
 impl<L> Evidence<'_, L> {

@@ -15,7 +15,6 @@ const MOST_GAP: f64 = 0.5;
 const MOST_GAP_PX: f64 = 120.0;
 const BOTH_GAPS_PX: f64 = 160.0;
 /// An arm is as long as so many thicknesses of the stripe, and so many px where the stripe is thin.
-const NEEDED_SIGMAS: f64 = 25.0;
 const NEEDED_PX: f64 = 80.0;
 const SHOWN_SIGMAS: f64 = 12.5;
 /// Distance along an arm at which its side is judged, px.
@@ -36,10 +35,43 @@ const MOST_SLOT_PX: f64 = 400.0;
 const MOST_SLOT: f64 = 1.0;
 const SLOT_EVEN: f64 = 2.0;
 
-/// How long a continuous stretch of stripe must be to be an arm, px.
+/// How long a continuous stretch of stripe must be to be an arm: so many thicknesses of it, and so many px where it is thin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeastArm {
+    /// Thicknesses (standard deviations across the stripe).
+    pub sigmas: f64,
+    /// Pixels.
+    pub px: f64,
+    /// How far from the corner each may begin, px.
+    pub most_gap_px: f64,
+    /// Part of the arms' evidence that may lie where a corner has nothing.
+    pub most_against: f64,
+}
+
+impl LeastArm {
+    /// In a whole picture, in which much else is to be seen.
+    pub const USUAL: Self =
+        Self { sigmas: 25.0, px: NEEDED_PX, most_gap_px: f64::INFINITY, most_against: f64::INFINITY };
+    /// Where it is known where to look.
+    pub const SHORT: Self = Self { sigmas: 12.5, px: 0.5 * NEEDED_PX, most_gap_px: 24.0, most_against: 0.1 };
+
+    /// The length for a stripe of a thickness, px.
+    #[must_use]
+    pub fn needed_px(self, sigma_px: f64) -> f64 {
+        (self.sigmas * sigma_px).max(self.px)
+    }
+
+    /// Whether a continuous stretch is as long; its ends are known to half a tile each.
+    #[must_use]
+    pub(crate) fn admits(self, continuous_px: f64, sigma_px: f64) -> bool {
+        continuous_px + TILE as f64 >= self.needed_px(sigma_px)
+    }
+}
+
+/// How long a continuous stretch of stripe usually must be to be an arm, px.
 #[must_use]
 pub fn needed_px(sigma_px: f64) -> f64 {
-    (NEEDED_SIGMAS * sigma_px).max(NEEDED_PX)
+    LeastArm::USUAL.needed_px(sigma_px)
 }
 
 /// Most that two segments of one stripe differ in brightness and thickness, as factors: a spark across the stripe is
@@ -54,10 +86,10 @@ pub(crate) fn are_alike(a: &LineSegment, b: &LineSegment) -> bool {
     within(a.brightness, b.brightness, MOST_CONTRAST) && within(a.sigma_px, b.sigma_px, MOST_SPREAD)
 }
 
-/// Whether a continuous stretch is as long as is needed; its ends are known to half a tile each.
+/// Whether a continuous stretch is as long as is usually needed.
 #[must_use]
 pub(crate) fn is_long(continuous_px: f64, sigma_px: f64) -> bool {
-    continuous_px + TILE as f64 >= needed_px(sigma_px)
+    LeastArm::USUAL.admits(continuous_px, sigma_px)
 }
 
 /// Whether a continuous stretch is long enough to tell that there is another plate, on which nothing is measured: where it is
@@ -125,13 +157,22 @@ impl ArmPair {
     ///
     /// # Errors
     /// [`NotFound::ArmsTooShort`], with the lengths.
-    pub fn long(self) -> Result<Self, NotFound> {
-        let is_long = |k: usize| is_long(self.continuous_px[k], self.sigmas_px[k]);
+    pub fn long(self, least: LeastArm) -> Result<Self, NotFound> {
+        self.ends_at_corner(least)?;
+        let is_long = |k: usize| least.admits(self.continuous_px[k], self.sigmas_px[k]);
         if is_long(0) && is_long(1) {
             return Ok(self);
         }
-        let needed_px = needed_px(self.sigmas_px[0].max(self.sigmas_px[1]));
+        let needed_px = least.needed_px(self.sigmas_px[0].max(self.sigmas_px[1]));
         Err(NotFound::ArmsTooShort { arms_px: self.continuous_px, needed_px })
+    }
+
+    fn ends_at_corner(&self, least: LeastArm) -> Result<(), NotFound> {
+        if self.gaps_px.iter().any(|gap_px| *gap_px > least.most_gap_px) {
+            return Err(NotFound::ArmsApart { gaps_px: self.gaps_px, most_px: 2.0 * least.most_gap_px });
+        }
+        let crosses = self.against > least.most_against * (self.weights[0] + self.weights[1]);
+        if crosses { Err(NotFound::GoesOn) } else { Ok(()) }
     }
 
     /// The directions of the arms in the sheet, from the corner outward. `None` where they do not meet it.
@@ -316,15 +357,21 @@ fn covers_way([from, to]: [Vector2<f64>; 2], pieces: impl Iterator<Item = [Vecto
 /// Whether an arm of a corner is a piece of what leads from its other arm to a heavier one, so that the corner is the toe of a
 /// bead over the corner that is meant; why that one is not there.
 #[must_use]
-pub(crate) fn toe(segments: &[LineSegment], corner: &ArmPair, lens: &Lens) -> Option<NotFound> {
+pub(crate) fn toe(
+    segments: &[LineSegment],
+    corner: &ArmPair,
+    least: LeastArm,
+    lens: &Lens,
+) -> Option<NotFound> {
     let pairs = [[0, 1], [1, 0]].map(|order| order.map(|k| corner.segments[k]));
     pairs.into_iter().find_map(|[plate, piece]| {
         let heavier = |other: &usize| segments[*other].weight() > segments[piece].weight();
         let others = (0..segments.len()).filter(|other| !corner.segments.contains(other)).filter(heavier);
         let others = others.filter(|other| meets(&segments[*other], &segments[piece]));
         others.into_iter().find_map(|other| {
-            let whole =
-                pair(segments, [plate, other], lens, |_, _, _| Ok(())).and_then(ArmPair::long).ok()?;
+            let whole = pair(segments, [plate, other], lens, |_, _, _| Ok(()))
+                .and_then(|pair| pair.long(least))
+                .ok()?;
             let begins = [0, 1].map(|k| whole.arms[k].at(whole.gaps_px[k]));
             let ends = segments[piece].span().map(|s| segments[piece].line.at(s));
             let leads = whole.score() > corner.score() && is_on_way(begins, ends);

@@ -27,13 +27,13 @@ pub fn find<L: Level>(
     choice: StripeChoice,
     meter: &mut StripeMeter,
 ) -> Result<Detection, NotFound> {
-    let lens = evidence.frame.lens;
+    let (lens, least) = (evidence.frame.lens, evidence.least_arm);
     let judged = || {
         pairs(evidence.segments, lens).map(move |(weight, pair)| {
-            (weight, pair.and_then(|pair| pair.on_side(ridge, lens)).and_then(ArmPair::long))
+            (weight, pair.and_then(|pair| pair.on_side(ridge, lens)).and_then(|pair| pair.long(least)))
         })
     };
-    choose(evidence, judged, |pair| toe(evidence.segments, pair, lens), choice, meter)
+    choose(evidence, judged, |pair| toe(evidence.segments, pair, least, lens), choice, meter)
 }
 
 /// Measures the corner that is meant among pairs that were judged, unless there is a doubt about it.

@@ -64,7 +64,7 @@ impl GrooveFinder {
         choice: StripeChoice,
     ) -> Result<Detection, NotFound> {
         // Plates in one plane share a line.
-        let evidence = Evidence { segments: self.parts.of(evidence.segments), frame: evidence.frame };
+        let evidence = Evidence { segments: self.parts.of(evidence.segments), ..*evidence };
         find(&evidence, choice, &mut self.meter)
     }
 }

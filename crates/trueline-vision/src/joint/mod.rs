@@ -9,6 +9,7 @@ pub(crate) mod end_face;
 pub mod fillet;
 pub mod groove;
 pub mod lap;
+pub(crate) mod plain_corner;
 pub mod plate_end;
 pub mod step;
 pub mod v_block;

@@ -2,7 +2,7 @@
 
 use crate::detection::Detection;
 use crate::evidence::Evidence;
-use crate::joint::arm_pair::{ArmPair, pairs_over_slot};
+use crate::joint::arm_pair::{ArmPair, LeastArm, pairs_over_slot};
 use crate::joint::fillet::choose;
 use crate::lens::Lens;
 use crate::measure::stripe_meter::StripeMeter;
@@ -26,7 +26,8 @@ pub fn find<L: Level>(
     let lens = evidence.frame.lens;
     let judged = || {
         pairs_over_slot(evidence.segments, lens).map(move |(weight, pair)| {
-            let pair = pair.and_then(|pair| pair.on_side(false, lens)).and_then(ArmPair::long);
+            let pair =
+                pair.and_then(|pair| pair.on_side(false, lens)).and_then(|pair| pair.long(LeastArm::USUAL));
             (weight, pair.and_then(|pair| of_a_block(pair, lens)))
         })
     };

@@ -3,5 +3,7 @@
 pub mod binning;
 pub(crate) mod edgel;
 pub mod line_segment;
+pub(crate) mod ridge_edgel;
 pub(crate) mod segment_parts;
+pub(crate) mod short_arm;
 pub mod tiles;
