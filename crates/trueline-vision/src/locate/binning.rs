@@ -2,7 +2,7 @@
 
 use crate::fastest::fastest;
 use crate::lens::Lens;
-use crate::locate::edgel::{WINDOW, edgel_at_stride};
+use crate::locate::edgel::{Edgel, WINDOW, edgel_at_stride};
 use crate::locate::tiles::{Candidate, Tiles};
 use crate::picture::{Level, Picture};
 
@@ -35,11 +35,16 @@ pub fn factor<L: Level>(picture: &Picture<'_, L>, tiles: &Tiles, candidates: &[C
 /// The first of the factors at which the stripe at a candidate is thin enough, and how bright it is.
 #[inline(always)]
 fn wanted<L: Level>(picture: &Picture<'_, L>, tiles: &Tiles, candidate: &Candidate) -> Option<(usize, f32)> {
-    FACTORS.iter().enumerate().find_map(|(vote, factor)| {
+    // A loop, not a chain of closures: these would be compiled for any processor.
+    for (vote, factor) in FACTORS.iter().enumerate() {
         let around = tiles.around(candidate, *factor);
-        let edgel = edgel_at_stride(picture, &Candidate { around, ..*candidate }, *factor)?;
-        (edgel.sigma_px < THICKEST * (WINDOW * factor) as f32).then_some((vote, edgel.brightness))
-    })
+        let edgel = edgel_at_stride(picture, &Candidate { around, ..*candidate }, *factor);
+        let thin = |edgel: &Edgel| edgel.sigma_px < THICKEST * (WINDOW * factor) as f32;
+        if let Some(edgel) = edgel.filter(thin) {
+            return Some((vote, edgel.brightness));
+        }
+    }
+    None
 }
 
 /// Memory of a picture that was made smaller.

@@ -39,7 +39,13 @@ pub(crate) struct Edgel {
 #[inline(always)]
 #[must_use]
 pub(crate) fn edgel<L: Level>(picture: &Picture<'_, L>, candidate: &Candidate) -> Option<Edgel> {
-    FLOORS.into_iter().find_map(|floor| edgel_above(picture, candidate, floor, 1))
+    // A loop, not a chain of closures: these would be compiled for any processor.
+    for floor in FLOORS {
+        if let Some(found) = edgel_above(picture, candidate, floor, 1) {
+            return Some(found);
+        }
+    }
+    None
 }
 
 /// The same in a window that is `stride` times as large, of which every `stride`-th pixel is read.

@@ -3,7 +3,7 @@
 //! Every second row is read for the peak and every fourth for the mean. A stripe less than two rows thick
 //! is no stripe that could be measured, and half of the picture is never fetched from memory.
 
-use crate::fastest::fastest;
+use crate::fastest::{FastLoop, run_fastest};
 use crate::picture::{Level, Picture};
 
 /// More tiles than this are no stripe; the ones that stand out most are kept.
@@ -48,7 +48,8 @@ impl Tiles {
         let size = self.columns * self.rows;
         self.peaks.resize(size, 0.0);
         self.means.resize(size, 0.0);
-        fastest!(measure_tiles(picture, self.columns, &mut self.peaks, &mut self.means));
+        let Self { columns, peaks, means, .. } = self;
+        run_fastest(TileLook { picture, columns: *columns, peaks, means });
     }
 
     /// How far a tile must stand out. Most tiles show no stripe: their median excess, and the spread about
@@ -148,23 +149,34 @@ pub struct Candidate {
     pub around: f32,
 }
 
-/// Peaks and means of all tiles, row by row.
-#[inline(always)]
-fn measure_tiles<L: Level>(picture: &Picture<'_, L>, columns: usize, peaks: &mut [f32], means: &mut [f32]) {
-    if columns == 0 {
-        return;
-    }
-    let tiles = peaks.chunks_exact_mut(columns).zip(means.chunks_exact_mut(columns));
-    for (row, (peaks, means)) in tiles.enumerate() {
-        let groups = peaks.chunks_mut(GROUP).zip(means.chunks_mut(GROUP));
-        for (group, (peaks, means)) in groups.enumerate() {
-            let (u, v) = (group * GROUP * TILE, row * TILE);
-            if peaks.len() == GROUP {
-                measure_group::<L, { GROUP * TILE }>(picture, u, v, peaks, means);
-                continue;
-            }
-            for (k, (peak, mean)) in peaks.chunks_mut(1).zip(means.chunks_mut(1)).enumerate() {
-                measure_group::<L, TILE>(picture, u + k * TILE, v, peak, mean);
+/// A picture, and where the peaks and means of its tiles are written.
+struct TileLook<'a, L> {
+    picture: &'a Picture<'a, L>,
+    columns: usize,
+    peaks: &'a mut [f32],
+    means: &'a mut [f32],
+}
+
+impl<L: Level> FastLoop for TileLook<'_, L> {
+    /// Peaks and means of all tiles, row by row.
+    #[inline(always)]
+    fn run(self) {
+        let Self { picture, columns, peaks, means } = self;
+        if columns == 0 {
+            return;
+        }
+        let tiles = peaks.chunks_exact_mut(columns).zip(means.chunks_exact_mut(columns));
+        for (row, (peaks, means)) in tiles.enumerate() {
+            let groups = peaks.chunks_mut(GROUP).zip(means.chunks_mut(GROUP));
+            for (group, (peaks, means)) in groups.enumerate() {
+                let (u, v) = (group * GROUP * TILE, row * TILE);
+                if peaks.len() == GROUP {
+                    measure_group::<L, { GROUP * TILE }>(picture, u, v, peaks, means);
+                    continue;
+                }
+                for (k, (peak, mean)) in peaks.chunks_mut(1).zip(means.chunks_mut(1)).enumerate() {
+                    measure_group::<L, TILE>(picture, u + k * TILE, v, peak, mean);
+                }
             }
         }
     }
