@@ -8,8 +8,6 @@ use numpy::ndarray::{ArrayView2, Axis};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::collections::BTreeSet;
-use std::slice;
 use trueline_dataset::{Profile, ProfilePoint};
 use trueline_vision::profile;
 
@@ -37,23 +35,17 @@ pub(crate) fn profile_seams<'py>(
         .zip(stamps)
         .map(|((number, points), stamp)| of(number, *stamp, &points))
         .collect();
-    let (found, not_found) = interruptible::run(py, move || {
-        let found = profile::seams(&rows).found;
-        let seen: BTreeSet<_> = found.features.iter().filter_map(|feature| feature.frame).collect();
-        let others = rows.iter().filter(|row| row.frame.is_some_and(|number| !seen.contains(&number)));
-        // Each by itself: that gives its own reason.
-        let reason = |row: &Profile| {
-            let reason = profile::seams(slice::from_ref(row)).not_found.into_keys().next()?;
-            Some((row.frame?, reason.to_string()))
-        };
-        let not_found: Vec<(u64, String)> = others.filter_map(reason).collect();
-        Ok((found, not_found))
+    let (joint, found, not_found) = interruptible::run(py, move || {
+        let profile::ProfileSeams { joint, found, not_found } = profile::seams(&rows, None);
+        let not_found: Vec<(usize, String)> =
+            not_found.into_iter().map(|(number, reason)| (number, reason.to_string())).collect();
+        Ok((joint, found, not_found))
     })?;
     let out = PyDict::new(py);
     let features = &found.features;
     let (sigma, correlation) = columns::errors(py, features);
     let frames = features.iter().filter_map(|feature| Some(feature.frame? as i64));
-    out.set_item("joint", "corner of two faces")?;
+    out.set_item("joint", joint.seam())?;
     out.set_item("stamp_ns", features.iter().map(|f| f.stamp_ns).collect::<Vec<_>>().into_pyarray(py))?;
     out.set_item("frame", frames.collect::<Vec<_>>().into_pyarray(py))?;
     out.set_item("line", features.iter().map(|f| i64::from(f.line)).collect::<Vec<_>>().into_pyarray(py))?;

@@ -89,7 +89,7 @@ def features(
         return _features(_trueline.picture_seams(text, _pictures(frames), stamps_ns(times_s, "times_s"), how))
     for name, value in (("joint", joint), ("stripe", stripe), ("region", region)):
         if value is not None:
-            raise TypeError(f"features: {name} is for pictures; in profiles the corner of two straight faces is looked for")
+            raise TypeError(f"features: {name} is for pictures; in profiles that seam is looked for which most of them show")
     profiles = floats("profiles", frames, "N", "K", "2")
     return _features(_trueline.profile_seams(profiles, stamps_ns(times_s, "times_s")))
 

@@ -14,7 +14,7 @@ use trueline_vision::{Joint, StripeChoice};
 
 An existing features.csv is kept under another name.
 
-Where the seam is where two plates meet, the stripes on them are written to stripes.csv as well.
+The stripes on the joint's plates are written to stripes.csv as well; those of a gap leave none.
 
 Exit code: 0 features were written, 1 there is no seam in any picture, 2 could not run.")]
 pub struct FeaturesArgs {

@@ -30,6 +30,9 @@ pub struct PlatesArgs {
     /// One plate alone; the seam is its edge
     #[arg(long, requires = "plates", conflicts_with_all = ["plan", "production", "plates_deg", "step_mm"])]
     pub one_plate: bool,
+    /// Two plates in one plane with a gap of so much between them, mm; the seam is its middle
+    #[arg(long, requires = "plates", conflicts_with_all = ["plan", "production", "plates_deg", "step_mm", "one_plate"], value_parser = number::above_zero)]
+    pub gap_mm: Option<f64>,
     /// Noise of the stripe in one column of a picture, px [default: 0.5; with --plan the cell's feature_px]
     #[arg(long, requires = "plates", value_parser = number::above_zero)]
     pub column_noise_px: Option<f64>,
@@ -71,10 +74,11 @@ impl PlatesArgs {
     }
 
     fn pair(&self) -> PlatePair {
-        match self.step_mm {
-            Some(step_mm) => PlatePair::Lap { step_m: step_mm * 1e-3 },
-            None if self.one_plate => PlatePair::Edge,
-            None => PlatePair::Meeting,
+        match (self.step_mm, self.gap_mm) {
+            (Some(step_mm), _) => PlatePair::Lap { step_m: step_mm * 1e-3 },
+            (None, Some(gap_mm)) => PlatePair::Butt { gap_m: gap_mm * 1e-3 },
+            (None, None) if self.one_plate => PlatePair::Edge,
+            (None, None) => PlatePair::Meeting,
         }
     }
 }

@@ -16,7 +16,7 @@ pub enum SeamFinder {
         /// What the stripe looks like there.
         joint: Joint,
     },
-    /// In profiles: where two faces meet.
+    /// In profiles: where two faces meet, or the edge of a lap.
     Profiles,
 }
 
@@ -50,6 +50,6 @@ impl SeamFinder {
         let point = |[x_m, z_m]: [f64; 2]| ProfilePoint { x_m, z_m, intensity: None };
         let points = seen.columns.iter().flatten().copied().map(point).collect();
         let profile = Profile { stamp_ns: seen.stamp_ns, frame: Some(seen.profile), points };
-        profile::seams(std::slice::from_ref(&profile)).found.features.pop()
+        profile::seams(std::slice::from_ref(&profile), None).found.features.pop()
     }
 }

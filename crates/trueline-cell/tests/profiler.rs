@@ -120,7 +120,7 @@ fn whole_profiles_of_frames_are_recorded_and_calibrate_to_what_was_put_in() {
         assert_eq!(found.points, put_in.points);
     }
 
-    let seen = profile::seams(&found).found;
+    let seen = profile::seams(&found, None).found;
     assert_eq!(counts.seams, seen.features.len() as u64, "the same is found while it is recorded");
     (recording.features, recording.stripes) = (seen.features, seen.stripes);
     let calibration = trueline_method::calibrate(&recording, None, &Config::default()).unwrap();

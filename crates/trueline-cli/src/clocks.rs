@@ -30,7 +30,7 @@ pub(crate) fn align_import(recording: &mut Recording, profiles: &mut [Profile]) 
         align_recording(recording, &Config::default(), false)?;
         return Ok(());
     }
-    let features = opening::seams_of_profiles(profiles, false)?.features;
+    let features = opening::in_profiles(profiles, None, false)?.features;
     let mut seen = Recording { features, ..recording.clone() };
     let images_ahead_ns = align_recording(&mut seen, &Config::default(), false)?;
     profiles.iter_mut().for_each(|profile| profile.stamp_ns -= images_ahead_ns);

@@ -25,8 +25,8 @@ pub(crate) fn open_all(paths: &[PathBuf], joint: Option<Joint>, quiet: bool) -> 
 }
 
 /// The seams of profiles, with what was found in words.
-pub(crate) fn seams_of_profiles(profiles: &[Profile], quiet: bool) -> Result<FoundSeams, Failure> {
-    trueline_open::seams_of_profiles(profiles, &Words::new(quiet)).map_err(|error| failure(&error, None))
+pub(crate) fn in_profiles(all: &[Profile], joint: Option<Joint>, quiet: bool) -> Result<FoundSeams, Failure> {
+    trueline_open::seams_of_profiles(all, joint, &Words::new(quiet)).map_err(|error| failure(&error, joint))
 }
 
 /// Says what became of a recording in MCAP or rosbag2.

@@ -4,6 +4,7 @@ use crate::detector::DetectorError;
 use std::path::{Path, PathBuf};
 use trueline_dataset::join::JoinError;
 use trueline_mcap::ImportError;
+use trueline_vision::Joint;
 use trueline_vision::scan::ScanError;
 
 /// Why a scan cannot be opened.
@@ -22,9 +23,12 @@ pub enum OpenError {
     /// No picture shows a seam.
     #[error("there is no seam in any of {0} pictures")]
     NoSeamInPictures(usize),
-    /// No profile shows a corner.
-    #[error("there is no corner in any of {0} profiles")]
+    /// No profile shows a seam.
+    #[error("there is no seam in any of {0} profiles")]
     NoSeamInProfiles(usize),
+    /// A joint that profiles are not searched for.
+    #[error("a {} is not looked for in profiles", .0.name())]
+    NotInProfiles(Joint),
     /// A recording of the robot alone.
     #[error("{}: there are neither pictures nor seam points in it", .0.display())]
     NothingSeen(PathBuf),
@@ -60,7 +64,10 @@ impl OpenError {
             Self::SeamKnown(_) => "without a joint the seam is taken as it is known",
             Self::NoSeamInPictures(_) => "look at some pictures with the overlay of what is seen in them",
             Self::NoSeamInProfiles(_) => {
-                "two straight faces that meet at an angle are looked for: a fillet, or an inner or outer edge"
+                "name the joint: two faces that meet (fillet, v-groove, corner), a lap, a butt or an edge, which must move in the view"
+            }
+            Self::NotInProfiles(_) => {
+                "profiles are searched for a fillet, v-groove, corner, lap, butt or edge; a step is a lap"
             }
             Self::NothingSeen(_) => "record the camera as well",
             Self::File(error) => return error.hint(),

@@ -6,7 +6,7 @@ use std::io;
 use std::path::Path;
 use trueline_dataset::laser_channel::Channel;
 use trueline_mcap::Imported;
-use trueline_vision::profile::NoCorner;
+use trueline_vision::profile::{NoSeam, ProfileJoint};
 use trueline_vision::scan::{ScanObserver, ScanSeams};
 
 /// Something worth knowing of a scan that is being opened.
@@ -29,7 +29,9 @@ pub enum Told<'a> {
         /// Profiles.
         of: usize,
         /// How many have none, by reason.
-        without: &'a BTreeMap<NoCorner, usize>,
+        without: &'a BTreeMap<NoSeam, usize>,
+        /// What was looked for.
+        joint: ProfileJoint,
     },
     /// So many seam points were found in the same pictures before.
     FoundBefore(usize),
@@ -56,8 +58,8 @@ impl fmt::Display for Told<'_> {
                 write!(f, "colour pictures: {} is looked at, where the stripe stands out most", channel.name())
             }
             Self::SeamsInPictures(scan) => write!(f, "{scan}"),
-            Self::SeamsInProfiles { found, of, without } => {
-                write!(f, "the seam in {found} of {of} profiles")?;
+            Self::SeamsInProfiles { found, of, without, joint } => {
+                write!(f, "the seam ({}) in {found} of {of} profiles", joint.seam())?;
                 without.iter().try_for_each(|(reason, count)| write!(f, "\n  {count} without: {reason}"))
             }
             Self::FoundBefore(count) => write!(f, "{count} seam points as found in the same pictures before"),

@@ -23,7 +23,7 @@ use trueline_vision::{Joint, StripeChoice, find_seams};
 /// How a scan is opened.
 #[derive(Clone, Debug, Default)]
 pub struct How {
-    /// The joint that pictures show; without one, that which most of them show.
+    /// The joint that pictures or profiles show; without one, that which most of them show.
     pub joint: Option<Joint>,
     /// Where seams that were found in pictures are kept for the next time.
     pub cache: Option<FeatureCache>,
@@ -104,7 +104,7 @@ fn open_folder(path: &Path, how: &How, observer: &dyn OpenObserver) -> Result<Op
     let FolderContent { mut recording, profiles, notes } = folder::read_content(path)?;
     notes.iter().for_each(|note| observer.told(&Told::Note(note)));
     if !profiles.is_empty() {
-        let found = seams_of_profiles(&profiles, observer)?;
+        let found = seams_of_profiles(&profiles, how.joint, observer)?;
         (recording.features, recording.stripes) = (found.features, found.stripes);
     }
     let pictures = pictures.map(|pictures| Box::new(pictures) as Box<dyn PictureSource>);
@@ -163,7 +163,7 @@ fn open_recording(file: &Path, how: &How, observer: &dyn OpenObserver) -> Result
     let Imported { pictures, profiles, stamp_meaning, .. } = imported;
     if recording.features.is_empty() {
         let found = match &pictures {
-            _ if !profiles.is_empty() => seams_of_profiles(&profiles, observer)?,
+            _ if !profiles.is_empty() => seams_of_profiles(&profiles, how.joint, observer)?,
             Some(pictures) => {
                 let sensor = SensorFile { sensor: recording.sensor.clone(), setup: recording.setup.clone() };
                 seams_of_pictures(pictures, &sensor, file, how, observer)?

@@ -3,18 +3,25 @@
 use crate::error::OpenError;
 use crate::observer::{OpenObserver, Told};
 use trueline_dataset::{FoundSeams, Profile};
-use trueline_vision::profile;
+use trueline_vision::Joint;
+use trueline_vision::profile::{self, ProfileJoint};
 
-/// The seams of profiles.
+/// The seams of profiles; without a joint, of that which most of them show.
 ///
 /// # Errors
-/// Profiles of which none shows a corner.
-pub fn seams_of_profiles(profiles: &[Profile], observer: &dyn OpenObserver) -> Result<FoundSeams, OpenError> {
-    let seams = profile::seams(profiles);
+/// A joint that profiles are not searched for, and profiles of which none shows it.
+pub fn seams_of_profiles(
+    profiles: &[Profile],
+    joint: Option<Joint>,
+    observer: &dyn OpenObserver,
+) -> Result<FoundSeams, OpenError> {
+    let of = |joint| ProfileJoint::of(joint).ok_or(OpenError::NotInProfiles(joint));
+    let seams = profile::seams(profiles, joint.map(of).transpose()?);
     observer.told(&Told::SeamsInProfiles {
         found: seams.found.features.len(),
         of: profiles.len(),
-        without: &seams.not_found,
+        joint: seams.joint,
+        without: &seams.reasons(),
     });
     if seams.found.features.is_empty() {
         return Err(OpenError::NoSeamInProfiles(profiles.len()));

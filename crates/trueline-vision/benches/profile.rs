@@ -4,7 +4,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 use trueline_sim::{Plates, Preset, ProfileLook, scan_profiles};
-use trueline_vision::profile::CornerFinder;
+use trueline_vision::profile::ProfileFinder;
 
 fn profiles(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("profile");
@@ -18,7 +18,7 @@ fn profiles(criterion: &mut Criterion) {
         let in_mm: Vec<Vec<[f64; 2]>> = in_mm.map(Iterator::collect).collect();
         let points: usize = in_mm.iter().map(Vec::len).sum();
         group.throughput(Throughput::Elements(points as u64));
-        let mut finder = CornerFinder::default();
+        let mut finder = ProfileFinder::default();
         group.bench_function(name, |bench| {
             bench.iter(|| in_mm.iter().filter(|points| black_box(finder.find(points)).is_ok()).count());
         });

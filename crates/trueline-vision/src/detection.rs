@@ -13,13 +13,13 @@ pub struct Detection {
     pub seam: Seam,
     /// The point of line 1: the other shoulder of a groove, the foot of a step.
     pub second: Option<Seam>,
-    /// The stripes on the two plates that meet in the seam, by number of the plate, for joints that have such.
-    pub plates: Option<[StripeSupport; 2]>,
+    /// The stripes on the plates of the joint, by number of the plate, where it has such and they are seen; of a plate alone it is 0.
+    pub plates: [Option<StripeSupport>; 2],
 }
 
 impl From<Seam> for Detection {
     fn from(seam: Seam) -> Self {
-        Self { seam, second: None, plates: None }
+        Self { seam, second: None, plates: [None; 2] }
     }
 }
 
@@ -38,12 +38,15 @@ impl Detection {
     /// The stripes on its plates, for `stripes.csv`.
     pub fn stripes(&self, stamp: &FrameStamp) -> impl Iterator<Item = PlateStripe> {
         let FrameStamp { stamp_ns, frame, .. } = *stamp;
-        self.plates.into_iter().flatten().zip(0..).map(move |(support, plate)| PlateStripe {
-            stamp_ns,
-            frame: Some(frame),
-            plate,
-            points: support.points_px.map(|point| Measured::Pixel(point.into())),
-            sigma: support.sigma_px,
+        self.plates.into_iter().zip(0..).filter_map(move |(support, plate)| {
+            let StripeSupport { points_px, sigma_px } = support?;
+            Some(PlateStripe {
+                stamp_ns,
+                frame: Some(frame),
+                plate,
+                points: points_px.map(|point| Measured::Pixel(point.into())),
+                sigma: sigma_px,
+            })
         })
     }
 
@@ -52,7 +55,7 @@ impl Detection {
         Self {
             seam: self.seam.unbinned(factor),
             second: self.second.map(|seam| seam.unbinned(factor)),
-            plates: self.plates.map(|plates| plates.map(|plate| plate.unbinned(factor))),
+            plates: self.plates.map(|plate| plate.map(|plate| plate.unbinned(factor))),
         }
     }
 }
@@ -110,10 +113,13 @@ pub(crate) fn plates_in_order(
     fits: [&Fit; 2],
     seam: &Vector2<f64>,
     lens: &Lens,
-) -> Option<[StripeSupport; 2]> {
-    let [a, b] = fits.map(|fit| StripeSupport::of(fit, seam, lens));
+) -> [Option<StripeSupport>; 2] {
+    let supports = fits.map(|fit| StripeSupport::of(fit, seam, lens));
     // The point of a fitted line is the middle of the stripe on it.
-    let [left, right] = fits.map(|fit| lens.sideways_m(&fit.line.point));
-    let (a, b) = (a?, b?);
-    Some(if left? <= right? { [a, b] } else { [b, a] })
+    let sideways = fits.map(|fit| lens.sideways_m(&fit.line.point));
+    match (supports, sideways) {
+        ([Some(a), Some(b)], [Some(left), Some(right)]) if left <= right => [Some(a), Some(b)],
+        ([Some(a), Some(b)], [Some(_), Some(_)]) => [Some(b), Some(a)],
+        _ => [None; 2],
+    }
 }

@@ -283,9 +283,9 @@ impl JointFinders {
             Joint::VBlock => v_block::find(&evidence, choice, &mut self.corners),
             Joint::Step => step::find(&evidence, choice, &mut self.corners),
             Joint::Groove => self.grooves.find(&evidence, choice),
-            Joint::Lap => self.laps.find(&evidence, choice).map(Detection::from),
+            Joint::Lap => self.laps.find(&evidence, choice),
             Joint::Butt => self.butts.find(&evidence, choice).map(Detection::from),
-            Joint::Edge => edge::find(&evidence, choice, &mut self.edges).map(Detection::from),
+            Joint::Edge => edge::find(&evidence, choice, &mut self.edges),
         }
     }
 }

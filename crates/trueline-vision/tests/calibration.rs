@@ -5,7 +5,11 @@ use nalgebra::Vector2;
 use trueline_dataset::{Error, FrameStamp, GrayImage, Guess, PictureSource};
 use trueline_geometry::so3;
 use trueline_method::{Calibration, Config, Measurements, calibrate};
-use trueline_sim::{Joint as Scene, Look, PictureScan, Preset, Scenario, SensorModel, simulate};
+use trueline_sim::{
+    Joint as Scene, Look, PictureScan, PlatePair, Plates, Preset, ProfileLook, Scenario, SensorModel,
+    scan_profiles, simulate,
+};
+use trueline_vision::profile::{self, ProfileJoint};
 use trueline_vision::{Detector, Joint, find_seams};
 
 /// Pictures in memory.
@@ -74,21 +78,62 @@ fn whole_stripes_of_pictures_with_speckle_and_mirrors_calibrate_within_four_sigm
         (Scene::fillet(), Look::speckled(), 1),
         (Scene::fillet(), Look::shiny(), 2),
         (corner, Look::speckled(), 3),
+        (Scene::Lap { step_m: 3e-3 }, Look::speckled(), 4),
+        (Scene::Lap { step_m: 3e-3 }, Look::shiny(), 5),
+        (Scene::Edge, Look::speckled(), 6),
     ] {
         let mut data = simulate(&scenario, seed).unwrap();
         let detector = Detector::for_sensor(&data.sensor).unwrap();
         let scan = find_seams(&pictures(&scenario, scene, look, seed), &detector, None, &()).unwrap();
         (data.features, data.stripes) = (scan.features(), scan.stripes());
         let truth = data.truth.take().unwrap().parameters;
-        let config = Config { measurements: Measurements::Stripe, ..Config::noise_only() };
-        let result = calibrate(&data, None, &config).unwrap();
-        let z = z(&result, &truth);
-        println!("    {:?}, z {z:.1?}", result.status());
-        assert!(z.iter().all(|z| z.abs() < 4.0), "{scene:?}: z {z:.2?}");
-        let stripes = result.findings.stripes.as_ref().unwrap();
-        let apart = stripes.estimate.as_ref().unwrap().sigmas_apart.unwrap();
-        println!("    {} of {} frames with both plates, {apart:.1} apart", stripes.with_both, stripes.frames);
-        assert!(apart < 3.0, "{scene:?}: {apart}");
+        for measurements in [Measurements::Stripe, Measurements::Both] {
+            if scene == Scene::Edge && measurements == Measurements::Both {
+                // Of one plate alone, all of a frame is its stripe and its edge.
+                continue;
+            }
+            let config = Config { measurements, ..Config::noise_only() };
+            let result = calibrate(&data, None, &config).unwrap();
+            let z = z(&result, &truth);
+            println!("{scene:?} {measurements:?}: {:?}, z {z:.1?}", result.status());
+            assert!(z.iter().all(|z| z.abs() < 4.0), "{scene:?}: z {z:.2?}");
+            let stripes = result.findings.stripes.as_ref().unwrap();
+            let apart = stripes.estimate.as_ref().unwrap().sigmas_apart.unwrap();
+            println!(
+                "    {} of {} frames with all plates, {apart:.1} apart",
+                stripes.with_both, stripes.frames
+            );
+            assert!(apart < 3.0, "{scene:?}: {apart}");
+        }
+    }
+}
+
+/// With drop-outs, more of them at edges, columns that see an edge in part, reflections, and a gap through which something is seen: the joint is told
+/// from the profiles.
+#[test]
+fn a_scan_of_profiles_of_an_edge_and_of_a_gap_calibrates_within_four_sigma() {
+    let rounded = ProfileLook { rounded_m: 3e-4, ..ProfileLook::default() };
+    for (pair, joint, look) in [
+        (PlatePair::Edge, ProfileJoint::Edge, ProfileLook::default()),
+        (PlatePair::Edge, ProfileJoint::Edge, rounded),
+        (PlatePair::Butt { gap_m: 1.5e-3 }, ProfileJoint::Butt, ProfileLook::default()),
+        (PlatePair::Butt { gap_m: 2.5e-3 }, ProfileJoint::Butt, rounded),
+    ] {
+        let plates = Plates { pair, ..Plates::default() };
+        let (mut data, profiles) = scan_profiles(&Preset::Profiler.scenario(), &plates, &look, 7).unwrap();
+        let seams = profile::seams(&profiles, None);
+        println!("{pair:?}: {} of {}, {:?}", seams.found.features.len(), profiles.len(), seams.reasons());
+        assert_eq!(seams.joint, joint);
+        assert!(seams.found.features.len() * 10 > profiles.len() * 8, "{:?}", seams.reasons());
+        (data.features, data.stripes) = (seams.found.features, seams.found.stripes);
+        let truth = data.truth.take().unwrap().parameters;
+        for measurements in [Measurements::Seam, Measurements::Auto] {
+            let config = Config { measurements, ..Config::noise_only() };
+            let result = calibrate(&data, None, &config).unwrap();
+            let z = z(&result, &truth);
+            println!("    {measurements:?} {:?}, z {z:.1?}", result.status());
+            assert!(z.iter().all(|z| z.abs() < 4.0), "{pair:?}: z {z:.2?}");
+        }
     }
 }
 

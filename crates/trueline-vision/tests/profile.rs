@@ -3,7 +3,7 @@
 
 use nalgebra::Vector2;
 use trueline_dataset::{Measured, Profile, ProfilePoint};
-use trueline_vision::profile::{CornerFinder, NoCorner, seams};
+use trueline_vision::profile::{NoSeam, ProfileFinder, seams};
 
 /// Normal numbers from a linear congruence, so that the seed is the whole story.
 struct Noise(u64);
@@ -34,7 +34,7 @@ fn profile(corner: [f64; 2], slopes: [f64; 2], sigma_mm: f64, noise: &mut Noise)
 fn the_corner_is_exact_without_noise_at_any_angle() {
     for slopes in [[-1.0, 1.0], [0.2, -0.5], [-3.0, 0.4], [0.0, 1.7]] {
         let points = profile([1.25, -3.5], slopes, 0.0, &mut Noise(1));
-        let found = CornerFinder::default().find(&points).unwrap();
+        let found = ProfileFinder::default().find(&points).unwrap();
         // The faces are exact lines: rounding of 20 mm.
         assert!((found.point_mm - Vector2::new(1.25, -3.5)).norm() < 1e-9, "{slopes:?}: {found:?}");
         // A scan of such points is weighed by what is stated: never by nothing.
@@ -48,7 +48,7 @@ fn the_corner_is_exact_without_noise_at_any_angle() {
 #[test]
 fn the_covariance_is_the_spread_of_many_profiles() {
     let mut noise = Noise(7);
-    let mut finder = CornerFinder::default();
+    let mut finder = ProfileFinder::default();
     let runs = 400;
     let mut squared = 0.0;
     for _ in 0..runs {
@@ -70,7 +70,7 @@ fn spatter_and_holes_do_not_move_it() {
         point[1] += 1.0 + 20.0 * noise.uniform();
     }
     points.drain(150..165);
-    let found = CornerFinder::default().find(&points).unwrap();
+    let found = ProfileFinder::default().find(&points).unwrap();
     // 0.02 mm over the root of some 150 points of a face, extrapolated to its end: 0.005 mm; five of them.
     assert!(found.point_mm.norm() < 0.025, "{found:?}");
 }
@@ -78,18 +78,18 @@ fn spatter_and_holes_do_not_move_it() {
 #[test]
 fn the_order_of_the_points_does_not_matter() {
     let mut points = profile([0.3, 0.1], [-0.8, 0.5], 0.02, &mut Noise(5));
-    let forwards = CornerFinder::default().find(&points).unwrap();
+    let forwards = ProfileFinder::default().find(&points).unwrap();
     points.reverse();
-    assert_eq!(CornerFinder::default().find(&points).unwrap(), forwards);
+    assert_eq!(ProfileFinder::default().find(&points).unwrap(), forwards);
 }
 
 #[test]
 fn what_is_no_corner_says_so() {
-    let mut finder = CornerFinder::default();
+    let mut finder = ProfileFinder::default();
     let mut noise = Noise(11);
-    assert_eq!(finder.find(&profile([0.0, 0.0], [0.3, 0.3], 0.02, &mut noise)), Err(NoCorner::NoAngle));
-    assert_eq!(finder.find(&[[0.0, 1.0]; 5]), Err(NoCorner::TooFewPoints));
-    assert_eq!(finder.find(&[]), Err(NoCorner::TooFewPoints));
+    assert_eq!(finder.find(&profile([0.0, 0.0], [0.3, 0.3], 0.02, &mut noise)), Err(NoSeam::NoAngle));
+    assert_eq!(finder.find(&[[0.0, 1.0]; 5]), Err(NoSeam::TooFewPoints));
+    assert_eq!(finder.find(&[]), Err(NoSeam::TooFewPoints));
     let wild: Vec<[f64; 2]> = (0..300).map(|k| [0.1 * f64::from(k), 30.0 * noise.uniform()]).collect();
     assert!(finder.find(&wild).is_err());
     // All at one place: no direction.
@@ -100,13 +100,14 @@ fn what_is_no_corner_says_so() {
 #[test]
 fn support_points_of_the_faces_are_as_good_as_they_say_and_independent() {
     let mut noise = Noise(21);
-    let mut finder = CornerFinder::default();
+    let mut finder = ProfileFinder::default();
     let slopes = [-0.9, 0.7];
     let runs = 400;
     for (face, slope) in slopes.into_iter().enumerate() {
         let (mut squared, mut product) = (0.0, 0.0);
         for _ in 0..runs {
-            let found = finder.find(&profile([0.0, 5.0], slopes, 0.05, &mut noise)).unwrap().faces[face];
+            let found =
+                finder.find(&profile([0.0, 5.0], slopes, 0.05, &mut noise)).unwrap().faces[face].unwrap();
             let off =
                 found.points_mm.map(|at| (at.y - 5.0 - slope * at.x) / slope.hypot(1.0) / found.sigma_mm);
             squared += 0.5 * (off[0] * off[0] + off[1] * off[1]);
@@ -134,7 +135,7 @@ fn scan(count: i64, mut points: impl FnMut(i64) -> Vec<[f64; 2]>) -> Vec<Profile
 #[test]
 fn what_is_stated_of_faces_hardly_scatters_so_that_many_together_are_not_too_sure() {
     let (mut noise, slopes) = (Noise(31), [-0.9, 0.7]);
-    let found = seams(&scan(300, |_| profile([0.0, 5.0], slopes, 0.05, &mut noise))).found.stripes;
+    let found = seams(&scan(300, |_| profile([0.0, 5.0], slopes, 0.05, &mut noise)), None).found.stripes;
     for plate in [0, 1] {
         let variances = found.iter().filter(|stripe| stripe.plate == plate).map(|s| s.sigma.powi(2));
         let count = variances.clone().count() as f64;
@@ -155,7 +156,7 @@ fn columns_that_see_both_faces_do_not_draw_these_together() {
         points.iter_mut().for_each(|p| p[1] += 0.05 * (2.0 - p[0].abs()).max(0.0) * noise.uniform());
         points
     };
-    let found = seams(&scan(300, mixed)).found.stripes;
+    let found = seams(&scan(300, mixed), None).found.stripes;
     for stripe in [0, 1].map(|plate| found.iter().filter(move |s| s.plate == plate)) {
         let (mut mean, mut count) = (0.0, 0.0);
         for s in stripe {
@@ -173,7 +174,7 @@ fn columns_that_see_both_faces_do_not_draw_these_together() {
 fn a_profile_with_noise_of_its_own_keeps_it() {
     let (mut noise, slopes) = (Noise(51), [-0.9, 0.7]);
     let of = |k: i64| if k == 20 { 0.3 } else { 0.03 };
-    let found = seams(&scan(41, |k| profile([0.0, 5.0], slopes, of(k), &mut noise))).found.stripes;
+    let found = seams(&scan(41, |k| profile([0.0, 5.0], slopes, of(k), &mut noise)), None).found.stripes;
     let sigma = |frame: u64| found.iter().find(|s| s.frame == Some(frame)).unwrap().sigma;
     // Ten times the noise, of which one face knows 10 %; the others have nothing of it.
     assert!((7.0..13.0).contains(&(sigma(20) / sigma(10))), "{}", sigma(20) / sigma(10));
@@ -193,7 +194,7 @@ fn lap(edge_mm: f64, upper_is_left: bool, step_mm: f64, noise: &mut Noise) -> Ve
 #[test]
 fn the_edge_of_a_lap_is_as_good_as_it_says() {
     let mut noise = Noise(11);
-    let mut finder = CornerFinder::default();
+    let mut finder = ProfileFinder::default();
     for upper_is_left in [true, false] {
         let (mut along, mut across, mut count) = (0.0, 0.0, 0.0);
         for _ in 0..400 {
@@ -210,9 +211,13 @@ fn the_edge_of_a_lap_is_as_good_as_it_says() {
             let normal = nalgebra::Vector2::new(-0.15, 1.0).normalize();
             across += off * off / normal.dot(&(found.covariance_mm2 * normal));
             count += 1.0;
-            let [one, other] = found.faces.map(|face| square(face.points_mm[0].x, face.points_mm[0].y));
+            let [one, other] =
+                found.faces.map(|face| square(face.unwrap().points_mm[0].x, face.unwrap().points_mm[0].y));
             let step = (other - one).abs() - 2.0 / 0.15_f64.hypot(1.0);
-            assert!(step.abs() < 5.0 * found.faces[0].sigma_mm.hypot(found.faces[1].sigma_mm), "{step}");
+            assert!(
+                step.abs() < 5.0 * found.faces[0].unwrap().sigma_mm.hypot(found.faces[1].unwrap().sigma_mm),
+                "{step}"
+            );
         }
         let (along, across): (f64, f64) = (along / count, across / count);
         println!("{upper_is_left}: {along:.3} along, {across:.3} across");
@@ -224,7 +229,7 @@ fn the_edge_of_a_lap_is_as_good_as_it_says() {
 #[test]
 fn a_step_that_the_noise_hides_is_none() {
     let mut noise = Noise(12);
-    let mut finder = CornerFinder::default();
+    let mut finder = ProfileFinder::default();
     for _ in 0..50 {
         assert!(finder.find(&lap(0.0, true, 0.05, &mut noise)).is_err());
         assert!(finder.find(&lap(0.0, true, 0.0, &mut noise)).is_err());

@@ -143,7 +143,7 @@ fn support_points_err_as_their_sigma_says_and_independently() {
         drawn.iter().for_each(|stroke| paper.stroke(stroke));
         let levels = paper.levels(0.0);
         let found = detector(size).detect(&Picture::new(640, 480, &levels).unwrap(), Joint::Fillet).unwrap();
-        let plates = found.plates.unwrap();
+        let plates = found.plates.map(Option::unwrap);
         // Plate 0 is the left one: its arm heads to the lower left.
         for (plate, arm) in plates.iter().zip(drawn) {
             let (sin, cos) = arm.heading_deg.to_radians().sin_cos();
@@ -167,6 +167,44 @@ fn support_points_err_as_their_sigma_says_and_independently() {
     // Their sigmas are learnt from the same pictures: half as much again is granted.
     assert!((0.5..2.0).contains(&mean), "mean normalised square {mean:.2}");
     assert!(product.abs() < 0.5, "mean product {product:.2}");
+}
+
+/// The same of a lap, whose edge is on the left plate or on the right one, and of one plate: 0 is the left one, and a plate alone.
+#[test]
+fn support_points_of_a_lap_and_of_one_plate_err_as_their_sigma_says() {
+    const RUNS: u64 = 20;
+    for heading_deg in [184.0, 4.0] {
+        let (mut squares, mut count) = (0.0, 0.0);
+        for seed in 0..RUNS {
+            let mut paper = Paper::new([640, 480], seed);
+            let upper = Stroke::new([320.3, 200.7], heading_deg, 290.0, 2.0);
+            // Below is further from the camera.
+            let lower = Stroke::new([320.3, 160.7], heading_deg + 180.0, 290.0, 2.0);
+            [upper, lower].iter().for_each(|stroke| paper.stroke(stroke));
+            let levels = paper.levels(0.0);
+            let mut detector = detector([640, 480]);
+            let found = detector.detect(&Picture::new(640, 480, &levels).unwrap(), Joint::Lap).unwrap();
+            let in_order = if heading_deg > 90.0 { [upper, lower] } else { [lower, upper] };
+            for (plate, stroke) in found.plates.map(Option::unwrap).iter().zip(in_order) {
+                let (sin, cos) = stroke.heading_deg.to_radians().sin_cos();
+                for at in plate.points_px {
+                    let from = at - Vector2::from(stroke.from);
+                    let along = from.x * cos + from.y * sin;
+                    assert!((10.0..290.0).contains(&along), "{at:?} lies on the other plate");
+                    squares += ((from.y * cos - from.x * sin) / plate.sigma_px).powi(2);
+                    count += 1.0;
+                }
+            }
+            let mut alone = Paper::new([640, 480], seed);
+            alone.stroke(&upper);
+            let levels = alone.levels(0.0);
+            let found = detector.detect(&Picture::new(640, 480, &levels).unwrap(), Joint::Edge).unwrap();
+            assert!(found.plates[0].is_some() && found.plates[1].is_none(), "{found:?}");
+        }
+        // 80 squares of mean 1: ± 0.16, and as above half as much again.
+        let mean = squares / count;
+        assert!((0.5..2.0).contains(&mean), "mean normalised square {mean:.2}");
+    }
 }
 
 /// Rendered, not drawn: facets, rays and speckle. Every line within a pixel, and `auto` takes this target.

@@ -116,7 +116,6 @@ fn region(text: &str) -> Result<PictureRegion, Failure> {
 /// The seams of whole profiles.
 fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Failure> {
     let for_pictures = [
-        ("--joint", args.joint.is_some()),
         ("--region", args.region.is_some()),
         ("--stripe", args.stripe != StripeChoice::Strongest),
         ("--overlay", args.overlay.is_some()),
@@ -128,10 +127,10 @@ fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Fa
     if let Some((option, _)) = for_pictures.iter().find(|(_, given)| *given) {
         return Err(Failure::new(
             format!("`{option}` is for pictures, and {} has profiles", args.dataset.display()),
-            "leave it out: the corner of two straight faces is looked for",
+            "leave it out: of the options only --joint is for profiles",
         ));
     }
-    let found = opening::seams_of_profiles(profiles, args.quiet)?;
+    let found = opening::in_profiles(profiles, args.joint, args.quiet)?;
     let kept = folder::replace_features(&args.dataset, &found.features)?;
     let kept = kept.into_iter().chain(folder::replace_stripes(&args.dataset, &found.stripes)?);
     if !args.quiet {

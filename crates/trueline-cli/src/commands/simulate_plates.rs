@@ -58,7 +58,7 @@ fn along(
         _ => {
             let recording =
                 scan_plates_along(scenario, plates, base_from_tool, args.seed).ok_or_else(nothing_seen)?;
-            if recording.stripes.is_empty() {
+            if recording.features.is_empty() {
                 return Err(nothing_seen());
             }
             folder::write_whole(&args.out, &recording, args.force)?;

@@ -23,12 +23,28 @@ pub struct ProfileLook {
     pub mixed: f64,
     /// Part of the columns that see the other plate's reflection, up to 6 mm off.
     pub reflections: f64,
+    /// Part of the columns within 0.5 mm of the edge of a plate over nothing, or beside a gap, that do not return.
+    pub edge_drop_outs: f64,
+    /// Part of the columns in a gap that see something below it.
+    pub gap_filled: f64,
+    /// Radius of the edges of a plate over nothing and beside a gap, m.
+    pub rounded_m: f64,
 }
 
 impl Default for ProfileLook {
-    /// 0.1 mm columns of 0.02 mm, of which 3 % do not return and 1 % are reflections.
+    /// 0.1 mm columns of 0.02 mm, of which 3 % do not return and 1 % are reflections; sharp edges, at which 20 % do not return, and gaps in
+    /// which 30 % see something.
     fn default() -> Self {
-        Self { column_m: 1e-4, range_sigma_m: 2e-5, drop_outs: 0.03, mixed: 0.3, reflections: 0.01 }
+        Self {
+            column_m: 1e-4,
+            range_sigma_m: 2e-5,
+            drop_outs: 0.03,
+            mixed: 0.3,
+            reflections: 0.01,
+            edge_drop_outs: 0.2,
+            gap_filled: 0.3,
+            rounded_m: 0.0,
+        }
     }
 }
 
@@ -36,7 +52,15 @@ impl ProfileLook {
     /// The same columns without noise, drop-outs and reflections.
     #[must_use]
     pub fn without_noise(self) -> Self {
-        Self { range_sigma_m: 0.0, drop_outs: 0.0, mixed: 0.0, reflections: 0.0, ..self }
+        Self {
+            range_sigma_m: 0.0,
+            drop_outs: 0.0,
+            mixed: 0.0,
+            reflections: 0.0,
+            edge_drop_outs: 0.0,
+            gap_filled: 0.0,
+            ..self
+        }
     }
 }
 
@@ -48,6 +72,10 @@ const STEP_M: f64 = 5e-4;
 const MIXED_M: f64 = 2e-3;
 /// How far off a reflection is at most, m.
 const REFLECTED_M: f64 = 6e-3;
+/// Within this of an edge columns are lost, m.
+const LOST_M: f64 = 5e-4;
+/// What is seen of an edge over nothing, or below a gap, lies at most so much behind the plate, m.
+const BEHIND_M: f64 = 5e-3;
 
 /// Scans two plates with the profiler of a scenario: a recording without features, and the profiles. `None` for a scenario
 /// without a profiler or a line.
@@ -143,18 +171,39 @@ impl ProfileCaster {
     }
 
     fn range(&mut self, arms: &[Vec<[f64; 2]>; 2], x_m: f64) -> Option<f64> {
+        let edges_x = arms.each_ref().map(|arm| arm.first().map_or(0.0, |at| at[0]));
+        let z_m = match self.pair {
+            PlatePair::Meeting | PlatePair::Lap { .. } => self.of_two(arms, x_m, edges_x[0]),
+            PlatePair::Edge => self.of_ending(&arms[0], x_m),
+            PlatePair::Butt { .. } => {
+                let nearer = usize::from((x_m - edges_x[1]).abs() < (x_m - edges_x[0]).abs());
+                self.of_ending(&arms[nearer], x_m).or_else(|| {
+                    self.in_gap(arms, x_m, [edges_x[0].min(edges_x[1]), edges_x[0].max(edges_x[1])])
+                })
+            }
+        }?;
+        let reflected_m = if self.chance.happens(self.look.reflections) {
+            self.chance.uniform(-REFLECTED_M, REFLECTED_M)
+        } else {
+            0.0
+        };
+        let in_view = measure(&self.sensor, &nalgebra::Vector3::new(x_m, 0.0, z_m + reflected_m));
+        in_view.is_some().then_some(z_m + reflected_m)
+    }
+
+    /// The surface of an arm with the sensor's noise; `None` where nothing comes back.
+    fn surface(&mut self, arm: &[[f64; 2]], x_m: f64) -> Option<f64> {
+        let range_m = range_at(arm, x_m)?;
+        let z_m = range_m + self.noise.normal(self.look.range_sigma_m) + self.noise.normal(self.roughness_m);
+        (!self.chance.happens(self.look.drop_outs)).then_some(z_m)
+    }
+
+    /// Two plates that go on into each other at the corner or the edge.
+    fn of_two(&mut self, arms: &[Vec<[f64; 2]>; 2], x_m: f64, corner_x: f64) -> Option<f64> {
         let ahead = |arm: &Vec<[f64; 2]>| arm.last().map_or(0.0, |end| end[0] - arm[0][0]);
-        let corner_x = arms[0].first().map_or(0.0, |at| at[0]);
         let side = usize::from((ahead(&arms[1]) > 0.0) == (x_m > corner_x));
-        if self.pair == PlatePair::Edge && side == 1 {
-            return None;
-        }
-        let range_m = range_at(&arms[side], x_m)?;
-        let (look, noise, chance) = (&self.look, &mut self.noise, &mut self.chance);
-        let mut z_m = range_m + noise.normal(look.range_sigma_m) + noise.normal(self.roughness_m);
-        if chance.happens(look.drop_outs) {
-            return None;
-        }
+        let mut z_m = self.surface(&arms[side], x_m)?;
+        let (look, chance) = (&self.look, &mut self.chance);
         let from_corner_m = (x_m - corner_x).abs();
         match self.pair {
             // Between the plates of a fillet a column sees both, and the corner fills up.
@@ -170,11 +219,32 @@ impl ProfileCaster {
             }
             _ => {}
         }
-        if chance.happens(look.reflections) {
-            z_m += chance.uniform(-REFLECTED_M, REFLECTED_M);
+        Some(z_m)
+    }
+
+    /// A plate that ends where its arm begins.
+    fn of_ending(&mut self, arm: &[[f64; 2]], x_m: f64) -> Option<f64> {
+        let [edge_x, edge_z] = *arm.first()?;
+        let from_edge_m = (x_m - edge_x).abs();
+        // A column is as wide as it is apart: the one that the edge falls into sees a part of the plate, and reports some range.
+        let sees_edge = from_edge_m < 0.5 * self.look.column_m;
+        if sees_edge && self.chance.happens(self.look.mixed) {
+            return Some(edge_z + self.chance.uniform(0.0, BEHIND_M));
         }
-        let in_view = measure(&self.sensor, &nalgebra::Vector3::new(x_m, 0.0, z_m));
-        in_view.is_some().then_some(z_m)
+        let z_m = self.surface(arm, x_m)?;
+        if from_edge_m < LOST_M && self.chance.happens(self.look.edge_drop_outs) {
+            return None;
+        }
+        let bent_m = (self.look.rounded_m - from_edge_m).max(0.0);
+        Some(z_m + self.look.rounded_m - (self.look.rounded_m.powi(2) - bent_m.powi(2)).sqrt())
+    }
+
+    /// What is seen through a gap.
+    fn in_gap(&mut self, arms: &[Vec<[f64; 2]>; 2], x_m: f64, gap_x: [f64; 2]) -> Option<f64> {
+        let is_inside = x_m > gap_x[0] && x_m < gap_x[1];
+        let plate_z = arms[0].first()?[1];
+        (is_inside && self.chance.happens(self.look.gap_filled))
+            .then(|| plate_z + self.chance.uniform(0.2 * BEHIND_M, BEHIND_M))
     }
 }
 

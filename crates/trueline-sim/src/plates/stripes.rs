@@ -51,11 +51,15 @@ pub fn scan_plates_along(
         }
         let base_from_camera = base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
         let seen = both.each_ref().map(|plate| view.stripe(plate, &base_from_camera, &mut noise));
-        let mut of_edge = || view.edge(seen[0].as_ref()?, &both[0], &base_from_camera, &mut noise);
+        let mut edge_of = |k: usize| view.edge(seen[k].as_ref()?, &both[k], &base_from_camera, &mut noise);
         let (seam, stripes) = match (plates.pair, &seen) {
             (PlatePair::Meeting, [Some(left), Some(right)]) => (crossing(left, right), vec![left, right]),
-            (PlatePair::Lap { .. }, [Some(left), Some(right)]) => (of_edge(), vec![left, right]),
-            (PlatePair::Edge, [Some(left), _]) => (of_edge(), vec![left]),
+            (PlatePair::Lap { .. }, [Some(left), Some(right)]) => (edge_of(0), vec![left, right]),
+            (PlatePair::Edge, [Some(left), _]) => (edge_of(0), vec![left]),
+            // As in pictures: the two plates of a gap are one plane, and leave no stripes.
+            (PlatePair::Butt { .. }, [Some(_), Some(_)]) => {
+                (view.middle([edge_of(0), edge_of(1)], &both, &base_from_camera), Vec::new())
+            }
             _ => continue,
         };
         let Some((pixel, sigma)) = seam.and_then(|at| view.distorted(&at)) else { continue };
@@ -224,6 +228,23 @@ impl View<'_> {
         let covariance = along * along.transpose() * sigma_px.powi(2)
             + across * across.transpose() * seen.variance_at(&at);
         Some(Crossing { at, covariance })
+    }
+
+    /// The middle between two measured edges: where the true middle is, and half of the error of each.
+    fn middle(
+        &self,
+        measured: [Option<Crossing>; 2],
+        plates: &[PlateInBase; 2],
+        base_from_camera: &Pose,
+    ) -> Option<Crossing> {
+        let [left, right] = plates.each_ref().map(|plate| plate.cut(self.sheet, base_from_camera, 0.0));
+        let (left, right) = (left?, right?);
+        let [a, b] = measured;
+        let (a, b) = (a?, b?);
+        let error =
+            a.at - self.ideal(base_from_camera, &left)? + b.at - self.ideal(base_from_camera, &right)?;
+        let at = self.ideal(base_from_camera, &(0.5 * (left + right)))? + 0.5 * error;
+        Some(Crossing { at, covariance: 0.25 * (a.covariance + b.covariance) })
     }
 
     /// The distorted support points, moved off by so much, and their standard deviation square to the stripe there.

@@ -58,6 +58,11 @@ pub enum PlatePair {
     },
     /// There is plate 0 alone, and the seam is its edge.
     Edge,
+    /// They lie in one plane, and the seam is the middle of the gap between them.
+    Butt {
+        /// Width of the gap, m.
+        gap_m: f64,
+    },
 }
 
 /// Two plates about the first line of a scenario, and how well their stripes are measured.
@@ -125,10 +130,12 @@ impl PlateInBase {
         let away = (approach.into_inner() - along * along.dot(approach)).normalize();
         // As the scan's motion has it: the stripe runs along this.
         let across = along.cross(&away);
-        let (opening_rad, steps_m) = match plates.pair {
-            PlatePair::Meeting => (plates.opening_rad, [0.0; 2]),
-            PlatePair::Lap { step_m } => (std::f64::consts::PI, [0.0, step_m]),
-            PlatePair::Edge => (std::f64::consts::PI, [0.0; 2]),
+        let flat = std::f64::consts::PI;
+        let (opening_rad, steps_m, gap_m) = match plates.pair {
+            PlatePair::Meeting => (plates.opening_rad, [0.0; 2], 0.0),
+            PlatePair::Lap { step_m } => (flat, [0.0, step_m], 0.0),
+            PlatePair::Edge => (flat, [0.0; 2], 0.0),
+            PlatePair::Butt { gap_m } => (flat, [0.0; 2], gap_m),
         };
         [(-1.0, 0), (1.0, 1)].map(|(side, number)| {
             let angle = side * 0.5 * opening_rad + plates.roll_rad;
@@ -136,7 +143,7 @@ impl PlateInBase {
             let form = plates.forms[number];
             let normal = along.cross(&outward);
             // Plate 1 faces the sensor with its normal.
-            let centre = seam.anchor() - normal * steps_m[number];
+            let centre = seam.anchor() - normal * steps_m[number] + outward * (0.5 * gap_m);
             Self { centre, along, outward, normal, form }
         })
     }

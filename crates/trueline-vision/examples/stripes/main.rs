@@ -215,7 +215,7 @@ fn recorded(scenario: &Scenario, plates: &Plates, seed: u64) -> Option<Recording
         return scan_plates(scenario, plates, seed);
     }
     let (mut recording, profiles) = scan_profiles(scenario, plates, &ProfileLook::default(), seed)?;
-    let found = profile::seams(&profiles).found;
+    let found = profile::seams(&profiles, None).found;
     (recording.features, recording.stripes) = (found.features, found.stripes);
     Some(recording)
 }

@@ -1,5 +1,6 @@
 //! The edge of a plate over nothing that the laser reaches: where the stripe ends.
 
+use crate::detection::{Detection, StripeSupport};
 use crate::evidence::Evidence;
 use crate::joint::arm_pair::{is_long, needed_px};
 use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
@@ -24,7 +25,7 @@ pub fn find<L: Level>(
     evidence: &Evidence<'_, L>,
     choice: StripeChoice,
     ends: &mut PlateEndFinder,
-) -> Result<Seam, NotFound> {
+) -> Result<Detection, NotFound> {
     let frame = evidence.frame;
     let plate = match choice {
         StripeChoice::Strongest => only_plate(evidence)?,
@@ -41,7 +42,9 @@ pub fn find<L: Level>(
     let (edge, fit) = ends.find(&plate, None, frame)?;
     let (ideal, covariance) = edge_point(&fit, &edge);
     judged(&covariance)?;
-    Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)
+    let seam = Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)?;
+    let plate = StripeSupport::of(&fit, &ideal, frame.lens);
+    Ok(Detection { plates: [plate, None], ..seam.into() })
 }
 
 /// The plate of a picture in which a single end stands out.

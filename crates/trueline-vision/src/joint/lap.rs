@@ -1,6 +1,8 @@
 //! The edge of a lap joint: where the stripe on the upper plate ends.
 
+use crate::detection::{Detection, plates_in_order};
 use crate::evidence::Evidence;
+use crate::frame::Frame;
 use crate::joint::arm_pair::{are_alike, is_long, shows_plate};
 use crate::joint::end_face::{Face, FaceFinder};
 use crate::joint::plate_end::{Plate, PlateEndFinder, edge_point};
@@ -8,6 +10,7 @@ use crate::lens::Lens;
 use crate::line::Line2;
 use crate::locate::line_segment::LineSegment;
 use crate::measure::stripe_end::{BANDS, Edge};
+use crate::measure::stripe_meter::Fit;
 use crate::not_found::NotFound;
 use crate::picture::Level;
 use crate::seam::{Seam, judged};
@@ -21,10 +24,17 @@ const APART_PX: f64 = 400.0;
 /// The lower stripe lies at least this many thicknesses of the upper one beside it.
 const STEP_SIGMAS: f64 = 4.0;
 
+/// So many thicknesses of the lower stripe next to its beginning are left out, and no more than this of it is measured, px.
+const BESIDE_SIGMAS: f64 = 6.0;
+const MOST_PX: f64 = 1200.0;
+/// Least part of its sections that must show it.
+const LEAST_PRESENT: f64 = 0.3;
+
 /// The two plates of a lap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Plates {
     upper: usize,
+    lower: usize,
     /// The upper plate's line, towards its edge; the point is the last edgel.
     line: Line2,
     length: f64,
@@ -52,7 +62,7 @@ impl LapFinder {
         &mut self,
         evidence: &Evidence<'_, L>,
         choice: StripeChoice,
-    ) -> Result<Seam, NotFound> {
+    ) -> Result<Detection, NotFound> {
         let (segments, frame) = (evidence.segments, evidence.frame);
         let numbers =
             (0..segments.len()).flat_map(|upper| (0..segments.len()).map(move |lower| [upper, lower]));
@@ -75,7 +85,28 @@ impl LapFinder {
         };
         let (ideal, covariance) = edge_point(&fit, &edge);
         judged(&covariance)?;
-        Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)
+        let seam = Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)?;
+        let lower = self.lower_stripe(&best, &segments[best.lower], frame);
+        // One plate of two has no number of its own.
+        let plates = lower.map_or([None; 2], |lower| plates_in_order([&fit, &lower], &ideal, frame.lens));
+        Ok(Detection { plates, ..seam.into() })
+    }
+
+    /// The stripe on the lower plate, without what lies next to its beginning: there it fades, or the upper plate's light is beside it.
+    fn lower_stripe<L: Level>(
+        &mut self,
+        plates: &Plates,
+        segment: &LineSegment,
+        frame: Frame<'_, L>,
+    ) -> Option<Fit> {
+        let line =
+            Line2 { point: plates.lower_start, along: toward(&segment.line.along, &plates.line.along) };
+        let [first, last] = segment.span();
+        let span = [BESIDE_SIGMAS * segment.sigma_px, (last - first).min(MOST_PX)];
+        let meter = &mut self.ends.meter;
+        let (fit, _) = meter.fit(&line, span, segment.sigma_px, frame)?;
+        let fit = meter.without_bent_start(fit);
+        (fit.present >= LEAST_PRESENT).then_some(fit)
     }
 }
 
@@ -125,12 +156,18 @@ fn plates(segments: &[LineSegment], [upper, lower]: [usize; 2], lens: &Lens) -> 
     let length = (a1 - a0).norm();
     (ahead && beside && parallel && above).then(|| Plates {
         upper,
+        lower,
         line,
         length,
         weight: a.weight() + b.weight(),
         lower_start: if line.station(&b0) < line.station(&b1) { b0 } else { b1 },
         bands: std::array::from_fn(|band| if step > 0.0 { band * 2 < BANDS } else { band * 2 >= BANDS }),
     })
+}
+
+/// A direction turned to the side of another.
+fn toward(along: &Vector2<f64>, other: &Vector2<f64>) -> Vector2<f64> {
+    if along.dot(other) < 0.0 { -along } else { *along }
 }
 
 /// The point of a segment's line at a station of another line.

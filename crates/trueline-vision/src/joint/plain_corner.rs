@@ -70,7 +70,8 @@ impl PlainCornerFinder {
         let evidence = Evidence { frame: search.frame, segments: &self.segments, least_arm: LeastArm::SHORT };
         let found = fillet::find(&evidence, ridge, choice, meter).ok()?;
         let seam = found.seam.pixel;
-        let leads = found.plates?.iter().all(|plate| search.leads(seam, plate.points_px[1]));
+        let [Some(one), Some(other)] = found.plates else { return None };
+        let leads = [one, other].iter().all(|plate| search.leads(seam, plate.points_px[1]));
         (leads && self.is_plain(&found, search.frame.lens, seen)).then_some(found)
     }
 

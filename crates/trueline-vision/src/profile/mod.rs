@@ -1,9 +1,27 @@
 //! Laser profiles: from the points of a stripe in the profiler's own frame to its seam.
 
-pub mod corner;
+mod corner;
+mod edge;
+mod end_scatter;
+mod end_search;
+mod face;
+mod face_end;
+mod finder;
+mod gap;
+mod joint;
+mod joint_choice;
+mod lap;
+mod no_seam;
 mod scan;
+mod seen;
+mod seen_joint;
 mod shared_noise;
-mod step;
+mod sight;
+mod view;
 
-pub use corner::{CornerFinder, FaceSupport, NoCorner, ProfileCorner};
+pub use face::FaceSupport;
+pub use finder::ProfileFinder;
+pub use joint::ProfileJoint;
+pub use no_seam::NoSeam;
 pub use scan::{ProfileSeams, seams};
+pub use seen_joint::ProfileSeam;

@@ -1,72 +1,93 @@
-//! The seams of all profiles of a scan, and the stripes on the plates that meet there.
+//! The seams of all profiles of a scan, and the stripes on the plates that make them.
 
-use super::corner::{CornerFinder, FaceSupport, MeetingFaces, NoCorner, ProfileCorner};
+use super::end_scatter::widen;
+use super::face::FaceSupport;
+use super::joint::ProfileJoint;
+use super::joint_choice;
+use super::no_seam::NoSeam;
+use super::seen::seen;
+use super::seen_joint::{ProfileSeam, SeenSeam};
 use super::shared_noise::share_noise;
 use nalgebra::Vector2;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_dataset::{Feature, FoundSeams, Measured, PlateStripe, Profile, correlation_of};
 
 /// What was found in the profiles of a scan.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ProfileSeams {
-    /// One feature for each profile with a corner, by rising stamp, and the stripes of its two faces.
+    /// The joint that was looked for.
+    pub joint: ProfileJoint,
+    /// One feature for each profile with a seam, by rising stamp, and the stripes of its faces. Two faces with a gap between them leave none: they are
+    /// one plane.
     pub found: FoundSeams,
-    /// Profiles without one, by reason.
-    pub not_found: BTreeMap<NoCorner, usize>,
+    /// Profiles without one, by their place in the scan.
+    pub not_found: Vec<(usize, NoSeam)>,
 }
 
-/// Looks at every profile as a whole; from its neighbours it has but the noise. The result does not depend on the number of
+impl ProfileSeams {
+    /// How many profiles have no seam for which reason.
+    #[must_use]
+    pub fn reasons(&self) -> BTreeMap<NoSeam, usize> {
+        let mut reasons = BTreeMap::new();
+        self.not_found.iter().for_each(|(_, reason)| *reasons.entry(*reason).or_insert(0) += 1);
+        reasons
+    }
+}
+
+/// The seam in every profile. Without a joint, that which most of them show is looked for. The result does not depend on the number of
 /// threads.
 #[must_use]
-pub fn seams(profiles: &[Profile]) -> ProfileSeams {
-    let mut faces: Vec<Result<MeetingFaces, NoCorner>> =
-        profiles.par_iter().map_init(CornerFinder::default, faces).collect();
-    share_noise(&mut faces.iter_mut().flatten().collect::<Vec<_>>());
-    let mut seams = ProfileSeams::default();
-    for (profile, faces) in profiles.iter().zip(faces) {
-        match faces.and_then(|faces| faces.corner().ok_or(NoCorner::NoAngle)) {
-            Ok(corner) => {
-                seams.found.features.push(feature(profile, &corner));
-                seams.found.stripes.extend(stripes(profile, &corner));
+pub fn seams(profiles: &[Profile], joint: Option<ProfileJoint>) -> ProfileSeams {
+    // Most scans are made over two faces, and their reasons say most.
+    let joint = joint.or_else(|| joint_choice::joint(profiles)).unwrap_or(ProfileJoint::Meeting);
+    let mut joints = seen(&profiles.iter().collect::<Vec<_>>(), joint);
+    share_noise(&mut joints.iter_mut().flatten().collect::<Vec<_>>());
+    let with_stamps = profiles.iter().zip(&mut joints);
+    widen(
+        &mut with_stamps
+            .filter_map(|(profile, joint)| Some((profile.stamp_ns, joint.as_mut().ok()?)))
+            .collect::<Vec<_>>(),
+    );
+    let mut seams = ProfileSeams { joint, found: FoundSeams::default(), not_found: Vec::new() };
+    for (k, (profile, joint)) in profiles.iter().zip(joints).enumerate() {
+        match joint.and_then(|joint| Ok((joint.seam().ok_or(NoSeam::NoAngle)?, joint))) {
+            Ok((seam, joint)) => {
+                seams.found.features.push(feature(profile, &seam));
+                if !matches!(joint.seam, SeenSeam::Gap(_)) {
+                    seams.found.stripes.extend(stripes(profile, &seam));
+                }
             }
-            Err(reason) => *seams.not_found.entry(reason).or_insert(0) += 1,
+            Err(reason) => seams.not_found.push((k, reason)),
         }
     }
     seams
-}
-
-fn faces(finder: &mut CornerFinder, profile: &Profile) -> Result<MeetingFaces, NoCorner> {
-    let points_mm: Vec<[f64; 2]> =
-        profile.points.iter().map(|point| [point.x_m * MM_PER_M, point.z_m * MM_PER_M]).collect();
-    finder.faces(&points_mm)
 }
 
 fn measured(point_mm: &Vector2<f64>) -> Measured {
     Measured::Profile([point_mm.x / MM_PER_M, point_mm.y / MM_PER_M])
 }
 
-fn feature(profile: &Profile, corner: &ProfileCorner) -> Feature {
-    let covariance = corner.covariance_mm2;
+fn feature(profile: &Profile, seam: &ProfileSeam) -> Feature {
+    let covariance = seam.covariance_mm2;
     Feature {
         stamp_ns: profile.stamp_ns,
         line: 0,
         frame: profile.frame,
         device_ns: None,
-        measured: measured(&corner.point_mm),
+        measured: measured(&seam.point_mm),
         sigma: Some([covariance.m11.sqrt() / MM_PER_M, covariance.m22.sqrt() / MM_PER_M]),
         correlation: correlation_of(&covariance),
     }
 }
 
-fn stripes(profile: &Profile, corner: &ProfileCorner) -> [PlateStripe; 2] {
-    let stripe = |plate: u32, face: &FaceSupport| PlateStripe {
+fn stripes<'a>(profile: &'a Profile, seam: &'a ProfileSeam) -> impl Iterator<Item = PlateStripe> + 'a {
+    let stripe = |(plate, face): (u32, &FaceSupport)| PlateStripe {
         stamp_ns: profile.stamp_ns,
         frame: profile.frame,
         plate,
         points: [measured(&face.points_mm[0]), measured(&face.points_mm[1])],
         sigma: face.sigma_mm / MM_PER_M,
     };
-    [stripe(0, &corner.faces[0]), stripe(1, &corner.faces[1])]
+    (0..).zip(&seam.faces).filter_map(|(plate, face)| Some((plate, face.as_ref()?))).map(stripe)
 }

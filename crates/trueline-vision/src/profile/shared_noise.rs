@@ -1,4 +1,4 @@
-//! The noise of a face, from the profiles about it.
+//! The noise of a face, and what is lost at its end, from the profiles about it.
 //!
 //! One face has a few hundred points, of which its variance is known to some 15 %. Whoever weighs faces by such variances trusts
 //! those most that happen to state too little: with a relative variance c² of what is stated, the mean of many has the variance
@@ -6,7 +6,8 @@
 //! together. What is shared is Lᵀ C L, with the covariance C of the line and its information A = L Lᵀ for points of unit noise:
 //! the variance of a point, and how it differs along the face, without how many points there are and where.
 
-use super::corner::MeetingFaces;
+use super::face_end::lost_part;
+use super::seen_joint::SeenJoint;
 use nalgebra::Matrix2;
 
 /// Profiles before and after one whose noise it shares: 33 faces leave 3 % of 15 %.
@@ -15,32 +16,45 @@ const NEIGHBOURS: usize = 16;
 /// its own, and shares it with nobody.
 const OWN_NOISE: f64 = 3.0;
 
-/// Gives each face the noise of the profiles about it, left and right faces apart.
-pub(super) fn share_noise(profiles: &mut [&mut MeetingFaces]) {
+/// Gives each face the noise of the profiles about it, left and right faces apart, and each end what is lost at theirs.
+pub(super) fn share_noise(profiles: &mut [&mut SeenJoint]) {
     for side in 0..2 {
         let own: Vec<Matrix2<f64>> = profiles
             .iter()
             .map(|profile| point_noise(profile, side).unwrap_or_else(Matrix2::zeros))
             .collect();
         for (k, profile) in profiles.iter_mut().enumerate() {
-            let about = &own[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(own.len())];
+            let about = &own[neighbours(k, own.len())];
             let limit = OWN_NOISE * median_trace(about);
-            let regression = &mut profile.faces[side].regression;
-            let Some(factor) = regression.information.cholesky() else { continue };
+            let Some(face) = &mut profile.faces[side] else { continue };
+            let Some(factor) = face.regression.information.cholesky() else { continue };
             if own[k].trace() > limit {
                 continue;
             }
             let alike = about.iter().filter(|noise| noise.trace() <= limit);
             let mean = alike.clone().sum::<Matrix2<f64>>() / alike.count().max(1) as f64;
             let Some(inverse) = factor.l().try_inverse() else { continue };
-            regression.covariance = inverse.transpose() * mean * inverse;
+            face.regression.covariance = inverse.transpose() * mean * inverse;
+        }
+    }
+    let lost: Vec<Vec<[usize; 2]>> =
+        profiles.iter_mut().map(|profile| profile.ends_mut().map(|end| end.lost_of()).collect()).collect();
+    for (k, profile) in profiles.iter_mut().enumerate() {
+        let about = &lost[neighbours(k, lost.len())];
+        for (number, end) in profile.ends_mut().enumerate() {
+            let beside = about.iter().filter_map(|ends| ends.get(number));
+            end.lost_part = lost_part(beside.fold([0; 2], |sum, [lost, of]| [sum[0] + lost, sum[1] + of]));
         }
     }
 }
 
+fn neighbours(k: usize, count: usize) -> std::ops::Range<usize> {
+    k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(count)
+}
+
 /// Lᵀ C L of a face.
-fn point_noise(profile: &MeetingFaces, side: usize) -> Option<Matrix2<f64>> {
-    let regression = &profile.faces[side].regression;
+fn point_noise(profile: &SeenJoint, side: usize) -> Option<Matrix2<f64>> {
+    let regression = &profile.faces[side].as_ref()?.regression;
     let factor = regression.information.cholesky()?.l();
     Some(factor.transpose() * regression.covariance * factor)
 }

@@ -58,17 +58,20 @@ pub fn refuse_odd_gaps<'a>(seams: impl Iterator<Item = &'a mut Result<Detection,
     let mut found: Vec<&mut Result<Detection, NotFound>> = seams.filter(|found| found.is_ok()).collect();
     let widths: Vec<f64> =
         found.iter().filter_map(|found| found.as_ref().ok().map(|found| found.seam.gap_m)).collect();
-    let near = |width: f64, other: f64| (width - other).abs() <= ALIKE * width;
-    let sharing = |width: f64| widths.iter().filter(|other| near(width, **other)).count();
-    let Some(usual) = widths.iter().copied().max_by_key(|width| sharing(*width)) else { return };
-    if (sharing(usual) as f64) < SHARED * widths.len() as f64 {
-        return;
-    }
-    for (found, width) in found.iter_mut().zip(&widths) {
-        if !near(usual, *width) {
+    for (found, is_odd) in found.iter_mut().zip(odd_widths(&widths, 0.0)) {
+        if is_odd {
             **found = Err(NotFound::OddGap);
         }
     }
+}
+
+/// Which widths are not those that most of the others have, to within a quarter or `least`; none where there is no width that most of them share.
+pub(crate) fn odd_widths(widths: &[f64], least: f64) -> Vec<bool> {
+    let near = |width: f64, other: f64| (width - other).abs() <= (ALIKE * width).max(least);
+    let sharing = |width: f64| widths.iter().filter(|other| near(width, **other)).count();
+    let usual = widths.iter().copied().max_by_key(|width| sharing(*width));
+    let usual = usual.filter(|width| sharing(*width) as f64 >= SHARED * widths.len() as f64);
+    widths.iter().map(|width| usual.is_some_and(|usual| !near(usual, *width))).collect()
 }
 
 /// Whether the root of a groove is flat in most of the pictures that show both its faces and its shoulders.

@@ -4,9 +4,11 @@
 //! the lower one, anywhere with the same chance. Where more than a few columns lie between, the lower face is in the shadow, and the edge is
 //! right behind the upper one's last column.
 
-use super::corner::{
-    COUNTED_SIGMAS, CornerFinder, FACE_POINTS, Face, FaceEnd, LEAST_SIGMA_MM, LEAST_STRAIGHT, MeetingFaces,
-};
+use super::face::Face;
+use super::face_end::{FaceEnd, Outward};
+use super::finder::{COUNTED_SIGMAS, ProfileFinder};
+use super::no_seam::NoSeam;
+use super::seen_joint::{SeenJoint, SeenSeam};
 use crate::measure::regression::median;
 
 /// Faces this many standard deviations of a point apart are two.
@@ -14,41 +16,47 @@ const STEP_SIGMAS: f64 = 8.0;
 /// More columns without a face lie in a shadow.
 const COLUMNS_APART: f64 = 3.0;
 
-impl CornerFinder {
-    /// Two parallel faces and the edge of the upper one, with the bend at a place; `None` where they are one face, or not straight.
-    pub(super) fn stepped(&mut self, split: usize, sigma_mm: f64) -> Option<MeetingFaces> {
+impl ProfileFinder {
+    /// Two parallel faces and the edge of the upper one.
+    pub(super) fn lap(&mut self, sigma_mm: f64) -> Result<SeenJoint, NoSeam> {
+        let split = self.best_split(sigma_mm).ok_or(NoSeam::NotStraight)?;
+        if self.settled_faces(split).is_some() {
+            return Err(NoSeam::NoStep);
+        }
+        self.stepped(split, sigma_mm).ok_or(NoSeam::NoStep)
+    }
+
+    /// The same with the bend at a place; `None` where they are one face, or not straight.
+    fn stepped(&mut self, split: usize, sigma_mm: f64) -> Option<SeenJoint> {
         let faces = [self.face(0, split)?, self.face(split, self.points.len())?];
         let x_mm = 0.5 * (self.points[split - 1].x + self.points[split].x);
         let ends = [0, 1].map(|k| faces[k].at_x(x_mm));
         let [left, right] = [ends[0]?, ends[1]?];
-        let limit = COUNTED_SIGMAS
-            * faces.iter().map(|face| face.regression.sigma_px).fold(sigma_mm.max(LEAST_SIGMA_MM), f64::max);
+        let limit = Self::limit_mm(&faces, sigma_mm);
         if faces[0].off(&right).abs() < STEP_SIGMAS / COUNTED_SIGMAS * limit {
             return None;
         }
         // Range grows away from the sensor.
         let upper = usize::from(right.y < left.y);
-        let (x_mm, width_mm) = self.edge_x(&faces, upper, limit)?;
+        let [from_x, to_x] = self.edge_between(&faces, upper, limit)?;
+        let x_mm = 0.5 * (from_x + to_x);
         let split = self.points.partition_point(|point| point.x < x_mm);
         for (face, run) in [(&faces[0], &self.points[..split]), (&faces[1], &self.points[split..])] {
-            let on_line = run.iter().filter(|point| face.off(point).abs() < limit).count();
-            if run.len() < FACE_POINTS || (on_line as f64) < LEAST_STRAIGHT * run.len() as f64 {
+            if !Self::is_straight(face, run, limit) {
                 return None;
             }
         }
         let ends = [self.points[0], self.points[self.points.len() - 1]];
-        let faces = self.beside_corner(x_mm, ends.map(|end| end.x))?;
+        let faces = self.beside(x_mm)?;
         let corner = faces[upper].at_x(x_mm)?;
         let half_lengths_mm = ends.map(|end| 0.5 * (end - corner).norm());
-        // Along the face; evenly spread over the width.
-        let slant = (faces[upper].at_x(x_mm + width_mm)? - corner).norm();
-        let edge = Some(FaceEnd { face: upper, sigma_mm: slant / 12_f64.sqrt() });
-        Some(MeetingFaces { faces, corner, half_lengths_mm, edge })
+        let end = FaceEnd::within(&faces[upper], [from_x, to_x])?;
+        let seam = SeenSeam::Edge { face: upper, end };
+        Some(SeenJoint { faces: faces.map(Some), half_lengths_mm, seam })
     }
 
-    /// Where the upper face ends, and how wide the place is that it may be in, mm: of all places that with the fewest points of a face on
-    /// the other one's side.
-    fn edge_x(&mut self, faces: &[Face; 2], upper: usize, limit: f64) -> Option<(f64, f64)> {
+    /// Between which places the upper face ends, mm: of all places that with the fewest points of a face on the other one's side.
+    fn edge_between(&mut self, faces: &[Face; 2], upper: usize, limit: f64) -> Option<[f64; 2]> {
         let is_on = |face: usize, k: usize| faces[face].off(&self.points[k]).abs() < limit;
         let count = self.points.len();
         let mut wrong = (0..count).filter(|&k| is_on(0, k)).count();
@@ -61,14 +69,15 @@ impl CornerFinder {
         }
         let left = (0..split).rev().find(|&k| is_on(0, k))?;
         let right = (split..count).find(|&k| is_on(1, k))?;
-        let (left, right) = (self.points[left].x, self.points[right].x);
+        let [left, right] = [left, right].map(|k| self.points[k].x);
         self.spare.clear();
         self.spare.extend(self.points.windows(2).map(|pair| pair[1].x - pair[0].x));
         let pitch = median(&mut self.spare);
         if right - left <= COLUMNS_APART * pitch {
-            return Some((0.5 * (left + right), right - left));
+            return Some([left, right]);
         }
-        let (end, outward) = if upper == 0 { (left, 1.0) } else { (right, -1.0) };
-        Some((end + 0.5 * outward * pitch, pitch))
+        let (end, outward) = if upper == 0 { (left, Outward::Right) } else { (right, Outward::Left) };
+        let behind = end + outward.sign() * pitch;
+        Some([end.min(behind), end.max(behind)])
     }
 }

@@ -1,0 +1,88 @@
+//! A straight face of a profile, and all that it says.
+
+use crate::measure::regression::Regression;
+use nalgebra::Vector2;
+
+/// Noise is not taken to be smaller, mm: profilers print 0.1 µm.
+pub(super) const LEAST_SIGMA_MM: f64 = 1e-4;
+
+/// All that a straight face says: two points of it, whose errors square to it are independent of each other and equally
+/// large.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FaceSupport {
+    /// The points (x, z), the one nearer to the seam first, mm.
+    pub points_mm: [Vector2<f64>; 2],
+    /// Standard deviation of each square to the face, mm.
+    pub sigma_mm: f64,
+}
+
+/// A straight face: a point, its direction and the regression of the shifts square to it.
+#[derive(Clone, Copy)]
+pub(super) struct Face {
+    pub(super) origin: Vector2<f64>,
+    pub(super) along: Vector2<f64>,
+    pub(super) regression: Regression,
+}
+
+impl Face {
+    /// Variance of the line at a point of it, mm².
+    pub(super) fn variance_at(&self, point: &Vector2<f64>) -> f64 {
+        let there = self.along.dot(&(point - self.origin));
+        self.regression.variance_at(there).max(LEAST_SIGMA_MM.powi(2))
+    }
+
+    /// The line at a place along the profile.
+    pub(super) fn at_x(&self, x_mm: f64) -> Option<Vector2<f64>> {
+        let (anchor, direction) = (self.anchor(), self.direction());
+        let steps = (x_mm - anchor.x) / direction.x;
+        steps.is_finite().then(|| anchor + direction * steps)
+    }
+
+    /// Distance of a point from the line, signed.
+    pub(super) fn off(&self, point: &Vector2<f64>) -> f64 {
+        let from = point - self.origin;
+        let slope = self.regression.slope;
+        (square_to(&self.along).dot(&from) - self.regression.shift_at(self.along.dot(&from)))
+            / slope.hypot(1.0)
+    }
+
+    /// Unit direction of the line.
+    pub(super) fn direction(&self) -> Vector2<f64> {
+        (self.along + square_to(&self.along) * self.regression.slope).normalize()
+    }
+
+    /// A point of the line.
+    pub(super) fn anchor(&self) -> Vector2<f64> {
+        self.origin + self.along * self.regression.centre + square_to(&self.along) * self.regression.shift_px
+    }
+
+    /// The support points of the face, as of a stripe in a picture: errors of the line at two distances x, y from the middle of
+    /// the regression covary by m₁₁ + m₁₂ (x + y) + m₂₂ x y, which vanishes for x, y = x₀ ± d with x₀ = −m₁₂/m₂₂ and
+    /// d² = (m₁₁ − m₁₂²/m₂₂)/m₂₂. A profile without any noise says nothing of it: then those of an even face, ℓ/√3 from the
+    /// middle.
+    pub(super) fn support(&self, seam: &Vector2<f64>, half_length_mm: f64) -> FaceSupport {
+        let Regression { centre, covariance, slope, .. } = &self.regression;
+        let middle = -covariance.m12 / covariance.m22;
+        let variance = covariance.m11 - covariance.m12 * covariance.m12 / covariance.m22;
+        let half = (variance / covariance.m22).sqrt();
+        let (middle, half) = if half > 0.0 && half.is_finite() {
+            (middle, half)
+        } else {
+            (0.0, half_length_mm / 3_f64.sqrt())
+        };
+        let at = |from_centre: f64| {
+            let s = centre + from_centre;
+            self.origin + self.along * s + square_to(&self.along) * self.regression.shift_at(s)
+        };
+        let mut points_mm = [at(middle - half), at(middle + half)];
+        if (points_mm[0] - seam).norm_squared() > (points_mm[1] - seam).norm_squared() {
+            points_mm.swap(0, 1);
+        }
+        let sigma_mm = ((2.0 * variance.max(0.0)).sqrt() / slope.hypot(1.0)).max(LEAST_SIGMA_MM);
+        FaceSupport { points_mm, sigma_mm }
+    }
+}
+
+pub(super) fn square_to(direction: &Vector2<f64>) -> Vector2<f64> {
+    Vector2::new(-direction.y, direction.x)
+}

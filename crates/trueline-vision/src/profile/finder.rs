@@ -1,0 +1,143 @@
+//! Finds the seam in one profile after the other.
+
+use super::face::{Face, LEAST_SIGMA_MM, square_to};
+use super::joint::ProfileJoint;
+use super::no_seam::NoSeam;
+use super::seen_joint::ProfileSeam;
+use super::sight::Sight;
+use crate::measure::regression::{Regressor, Shift, median};
+use nalgebra::Vector2;
+
+/// Fewest points of a face.
+pub(super) const FACE_POINTS: usize = 10;
+/// Part of a face's points that must lie on its line.
+pub(super) const LEAST_STRAIGHT: f64 = 0.6;
+/// Residuals count up to this many standard deviations.
+pub(super) const COUNTED_SIGMAS: f64 = 3.0;
+/// Two faces that differ in direction by less (sine) are one, or the plates of a lap joint: 10°.
+pub(super) const LEAST_ANGLE_SINE: f64 = 0.17;
+/// So much of a face next to the seam is left out, mm along x (what a column sees at once is as wide in x on any face), ...
+const LEFT_OUT_MM: f64 = 2.0;
+/// ... and no more than this part of the face.
+const LEFT_OUT_PART: f64 = 0.2;
+
+/// Finds seams; memory is kept from one profile to the next.
+#[derive(Clone, Debug, Default)]
+pub struct ProfileFinder {
+    regressor: Regressor,
+    shifts: Vec<Shift>,
+    pub(super) points: Vec<Vector2<f64>>,
+    pub(super) spare: Vec<f64>,
+}
+
+impl ProfileFinder {
+    /// The seam of a profile of points (x, z) in mm, in any order: where two faces meet, else the edge of a lap.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn find(&mut self, profile_mm: &[[f64; 2]]) -> Result<ProfileSeam, NoSeam> {
+        match self.find_joint(profile_mm, ProfileJoint::Meeting) {
+            Err(NoSeam::NoAngle) => {
+                self.find_joint(profile_mm, ProfileJoint::Lap).map_err(|_| NoSeam::NoAngle)
+            }
+            found => found,
+        }
+    }
+
+    /// The seam of a joint. Of a single plate it is its edge only where the other end is not seen; that is not known of one profile.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub fn find_joint(
+        &mut self,
+        profile_mm: &[[f64; 2]],
+        joint: ProfileJoint,
+    ) -> Result<ProfileSeam, NoSeam> {
+        match self.sight(profile_mm, joint)? {
+            Sight::Joint(joint) => joint.seam().ok_or(NoSeam::NoAngle),
+            Sight::Face { .. } => Err(NoSeam::EndOfView),
+        }
+    }
+
+    /// What a profile shows of a joint.
+    pub(super) fn sight(&mut self, profile_mm: &[[f64; 2]], joint: ProfileJoint) -> Result<Sight, NoSeam> {
+        self.points.clear();
+        self.points.extend(profile_mm.iter().map(|&point| Vector2::from(point)));
+        self.points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        if self.points.len() < 2 * FACE_POINTS {
+            return Err(NoSeam::TooFewPoints);
+        }
+        let sigma = self.noise_mm();
+        match joint {
+            ProfileJoint::Meeting => self.meeting(sigma).map(Sight::Joint),
+            ProfileJoint::Lap => self.lap(sigma).map(Sight::Joint),
+            ProfileJoint::Butt => self.gap(sigma).map(Sight::Joint),
+            ProfileJoint::Edge => self.whole_face(sigma),
+        }
+    }
+
+    /// Noise of one point: the median distance from the chord of its neighbours.
+    fn noise_mm(&mut self) -> f64 {
+        self.spare.clear();
+        self.spare.extend(self.points.windows(3).filter_map(|three| {
+            let width = three[2].x - three[0].x;
+            let part = (three[1].x - three[0].x) / width;
+            let chord = three[0].y + part * (three[2].y - three[0].y);
+            // The variance of the difference, of three points with the same noise.
+            let spread = (1.0 + part * part + (1.0 - part) * (1.0 - part)).sqrt();
+            (width > 0.0).then(|| (three[1].y - chord).abs() / spread)
+        }));
+        // 1.4826: standard deviation over median of a normal distribution.
+        (1.4826 * median(&mut self.spare)).max(LEAST_SIGMA_MM)
+    }
+
+    /// How far from the lines of faces their points are, mm.
+    pub(super) fn limit_mm(faces: &[Face], sigma_mm: f64) -> f64 {
+        let widest = faces.iter().map(|face| face.regression.sigma_px).fold(sigma_mm, f64::max);
+        COUNTED_SIGMAS * widest.max(LEAST_SIGMA_MM)
+    }
+
+    /// Whether a run of the points is on a face.
+    pub(super) fn is_straight(face: &Face, run: &[Vector2<f64>], limit_mm: f64) -> bool {
+        let on_line = run.iter().filter(|point| face.off(point).abs() < limit_mm).count();
+        run.len() >= FACE_POINTS && on_line as f64 >= LEAST_STRAIGHT * run.len() as f64
+    }
+
+    /// A robust line through a run of points, in coordinates along its rough direction, so that steep faces are like any other.
+    pub(super) fn face(&mut self, from: usize, to: usize) -> Option<Face> {
+        let points = &self.points[from..to];
+        let third = (points.len() / 3).max(1);
+        let mut middle_of = |run: &[Vector2<f64>]| {
+            let mut of = |axis: usize| {
+                self.spare.clear();
+                self.spare.extend(run.iter().map(|point| point[axis]));
+                median(&mut self.spare)
+            };
+            Vector2::new(of(0), of(1))
+        };
+        let (first, last) = (middle_of(&points[..third]), middle_of(&points[points.len() - third..]));
+        let along = (last - first).try_normalize(1e-9)?;
+        let across = square_to(&along);
+        self.shifts.clear();
+        self.shifts.extend(points.iter().map(|point| {
+            let from = point - first;
+            Shift { s: along.dot(&from), shift_px: across.dot(&from), weight: 1.0, response: 1.0 }
+        }));
+        let regression = self.regressor.fit(&self.shifts)?;
+        Some(Face { origin: first, along, regression })
+    }
+
+    /// A face from one place to another without what lies next to them: there a column sees more than the face, or a mirrored
+    /// stripe, or the face is rounded. Where the face begins or goes on beyond the profile nothing is left out.
+    pub(super) fn face_between(&mut self, from: Option<f64>, to: Option<f64>) -> Option<Face> {
+        let (first, last) = (self.points.first()?.x, self.points.last()?.x);
+        let length = to.unwrap_or(last) - from.unwrap_or(first);
+        let left_out = LEFT_OUT_MM.min(LEFT_OUT_PART * length);
+        let start = from.map_or(0, |x| self.points.partition_point(|point| point.x < x + left_out));
+        let end =
+            to.map_or(self.points.len(), |x| self.points.partition_point(|point| point.x < x - left_out));
+        let start = start.min(self.points.len() - FACE_POINTS);
+        let end = end.max(FACE_POINTS);
+        (start + FACE_POINTS <= end).then(|| self.face(start, end)).flatten()
+    }
+}

@@ -1,0 +1,39 @@
+//! Why a profile has no seam.
+
+/// Why a profile has no seam.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+pub enum NoSeam {
+    /// Hardly any point came back.
+    #[error("too few points")]
+    TooFewPoints,
+    /// One straight line, or two that are parallel.
+    #[error("no two faces at an angle")]
+    NoAngle,
+    /// What lies beside the seam is no straight face.
+    #[error("the faces are not straight")]
+    NotStraight,
+    /// The faces would meet far from both.
+    #[error("the faces do not meet")]
+    Apart,
+    /// No two parallel faces, one behind the other.
+    #[error("no step between two parallel faces")]
+    NoStep,
+    /// No hole between two faces in line.
+    #[error("no gap between two faces in line")]
+    NoGap,
+    /// Two holes that are nearly as wide as each other.
+    #[error("several gaps")]
+    SeveralGaps,
+    /// A gap that is not as wide as those of most of the profiles.
+    #[error("a gap of another width than most")]
+    OddGap,
+    /// A face that ends nowhere but where the view does.
+    #[error("the face ends where the sensor's view does")]
+    EndOfView,
+    /// A face of which both ends are in view.
+    #[error("both ends of the face are in view, and one of them must be the edge")]
+    BothEnds,
+    /// An edge that is rounded over more than 1 mm.
+    #[error("the face bends away over more than 1 mm before it ends")]
+    RoundedEnd,
+}

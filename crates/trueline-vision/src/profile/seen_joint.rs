@@ -1,0 +1,113 @@
+//! What one profile shows of its joint: straight faces and where the seam is on them, with its covariance.
+
+use super::face::{Face, FaceSupport, square_to};
+use super::face_end::FaceEnd;
+use nalgebra::{Matrix2, Vector2};
+
+/// The seam of a profile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProfileSeam {
+    /// The corner, the edge or the middle of the gap (x along the stripe, z range), mm.
+    pub point_mm: Vector2<f64>,
+    /// Its covariance, mm².
+    pub covariance_mm2: Matrix2<f64>,
+    /// Angle between faces that meet, rad; of others zero.
+    pub angle_rad: f64,
+    /// Width of the gap between two plates, mm; of other joints zero.
+    pub gap_mm: f64,
+    /// The faces, the left one first; a plate alone is the first.
+    pub faces: [Option<FaceSupport>; 2],
+}
+
+/// Straight faces and where the seam is on them; what is stated of their noise may still change.
+#[derive(Clone, Copy)]
+pub(super) struct SeenJoint {
+    /// The left one first; a plate alone is the first.
+    pub faces: [Option<Face>; 2],
+    /// Half of what is seen of each.
+    pub half_lengths_mm: [f64; 2],
+    /// The seam.
+    pub seam: SeenSeam,
+}
+
+/// Where the seam is.
+#[derive(Clone, Copy)]
+pub(super) enum SeenSeam {
+    /// Where both faces meet.
+    Crossing(Vector2<f64>),
+    /// Where one of them ends.
+    Edge {
+        /// Number of the face.
+        face: usize,
+        /// Its end.
+        end: FaceEnd,
+    },
+    /// In the middle between the ends of both.
+    Gap([FaceEnd; 2]),
+}
+
+impl SeenJoint {
+    /// The ends of faces that make the seam, each with the number of its face.
+    pub(super) fn ends_mut(&mut self) -> impl Iterator<Item = &mut FaceEnd> {
+        let (one, two) = match &mut self.seam {
+            SeenSeam::Crossing(_) => (None, None),
+            SeenSeam::Edge { end, .. } => (Some(end), None),
+            SeenSeam::Gap([left, right]) => (Some(left), Some(right)),
+        };
+        one.into_iter().chain(two)
+    }
+
+    /// The seam and what each face says; `None` for faces that are parallel and should meet.
+    pub(super) fn seam(&self) -> Option<ProfileSeam> {
+        let (point_mm, covariance_mm2) = self.point()?;
+        let supports = [0, 1].map(|k| {
+            let half_length_mm = self.half_lengths_mm[k];
+            self.faces[k].map(|face| face.support(&point_mm, half_length_mm))
+        });
+        let angle_rad = match self.seam {
+            SeenSeam::Crossing(_) => self.normals()?.determinant().abs().min(1.0).asin(),
+            _ => 0.0,
+        };
+        let gap_mm = self.gap_mm().map_or(0.0, |(width_mm, _)| width_mm);
+        Some(ProfileSeam { point_mm, covariance_mm2, angle_rad, gap_mm, faces: supports })
+    }
+
+    /// Width of the gap and the distance of columns beside it, mm; `None` of other joints.
+    pub(super) fn gap_mm(&self) -> Option<(f64, f64)> {
+        let SeenSeam::Gap([left, right]) = &self.seam else { return None };
+        Some(((right.at() - left.at()).norm(), left.pitch_mm().max(right.pitch_mm())))
+    }
+
+    fn point(&self) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        match &self.seam {
+            SeenSeam::Crossing(corner) => {
+                let inverse = self.normals()?.try_inverse()?;
+                let variances =
+                    Vector2::new(self.faces[0]?.variance_at(corner), self.faces[1]?.variance_at(corner));
+                Some((*corner, inverse * Matrix2::from_diagonal(&variances) * inverse.transpose()))
+            }
+            SeenSeam::Edge { face, end } => Some(end_of(self.faces[*face].as_ref()?, end)),
+            SeenSeam::Gap([left, right]) => {
+                let left = end_of(self.faces[0].as_ref()?, left);
+                let right = end_of(self.faces[1].as_ref()?, right);
+                Some((0.5 * (left.0 + right.0), 0.25 * (left.1 + right.1)))
+            }
+        }
+    }
+
+    /// Rows: normals of both faces.
+    fn normals(&self) -> Option<Matrix2<f64>> {
+        let normal = |k: usize| Some(square_to(&self.faces[k]?.direction()).transpose());
+        Some(Matrix2::from_rows(&[normal(0)?, normal(1)?]))
+    }
+}
+
+/// The end of a face on its line, and its covariance: along the face that of the end, square to it that of the line.
+fn end_of(face: &Face, end: &FaceEnd) -> (Vector2<f64>, Matrix2<f64>) {
+    let along = face.direction();
+    let across = square_to(&along);
+    let at = face.anchor() + along * along.dot(&(end.at() - face.anchor()));
+    let covariance = along * along.transpose() * end.sigma_mm().powi(2)
+        + across * across.transpose() * face.variance_at(&at);
+    (at, covariance)
+}

@@ -1,0 +1,47 @@
+//! What one profile shows of a joint by itself.
+
+use super::face::Face;
+use super::face_end::FaceEnd;
+use super::no_seam::NoSeam;
+use super::seen_joint::{SeenJoint, SeenSeam};
+
+/// What a profile shows of a joint.
+pub(super) enum Sight {
+    /// The joint.
+    Joint(SeenJoint),
+    /// One face with its ends; which of them is its edge only other profiles tell.
+    Face {
+        /// The face.
+        face: Face,
+        /// Half of it, mm.
+        half_length_mm: f64,
+        /// Its left end and its right one.
+        ends: [Result<FaceEnd, NoSeam>; 2],
+    },
+}
+
+impl Sight {
+    /// The end of a face whose edge other profiles tell, to the left (0) or to the right (1).
+    pub(super) fn end(&self, side: usize) -> Option<FaceEnd> {
+        match self {
+            Self::Joint(_) => None,
+            Self::Face { ends, .. } => ends[side].ok(),
+        }
+    }
+
+    /// The joint; of one face the one that is left if ends `at_border` are none of the plate's.
+    pub(super) fn joint(self, at_border: [bool; 2]) -> Result<SeenJoint, NoSeam> {
+        let (face, half_length_mm, ends) = match self {
+            Self::Joint(joint) => return Ok(joint),
+            Self::Face { face, half_length_mm, ends } => (face, half_length_mm, ends),
+        };
+        let end = match at_border {
+            [true, true] => return Err(NoSeam::EndOfView),
+            [false, false] => return Err(NoSeam::BothEnds),
+            [false, true] => ends[0]?,
+            [true, false] => ends[1]?,
+        };
+        let seam = SeenSeam::Edge { face: 0, end };
+        Ok(SeenJoint { faces: [Some(face), None], half_lengths_mm: [half_length_mm; 2], seam })
+    }
+}

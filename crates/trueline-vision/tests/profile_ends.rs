@@ -1,0 +1,293 @@
+//! The edge of one plate and the gap between two in profiles with known truth, and who could make them wrong.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use trueline_dataset::{Measured, Profile, ProfilePoint};
+use trueline_vision::Joint;
+use trueline_vision::profile::{NoSeam, ProfileJoint, ProfileSeams, seams};
+
+/// Normal numbers from a linear congruence, so that the seed is the whole story.
+struct Noise(u64);
+
+impl Noise {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+
+    fn happens(&mut self, part: f64) -> bool {
+        self.uniform() < part
+    }
+}
+
+const PITCH_MM: f64 = 0.1;
+const SLOPE: f64 = 0.15;
+const SIGMA_MM: f64 = 0.02;
+
+/// A plate over nothing, or two with a gap, as a profiler sees it: 40 mm in 400 columns.
+#[derive(Clone, Copy)]
+struct Scene {
+    /// Where plates end: `[from, to]` of each on x, mm.
+    plates: [[f64; 2]; 2],
+    /// How much the second one is lower, mm.
+    lower_mm: f64,
+    /// Part of the columns that are lost, anywhere and within half a millimetre of an end.
+    lost: [f64; 2],
+    /// Part of the columns at an end that report some range.
+    mixed: f64,
+    /// Part of the columns without a plate that see something below.
+    filled: f64,
+    /// Radius of the ends, mm.
+    rounded_mm: f64,
+}
+
+const FAR: f64 = 1e3;
+const NONE: [f64; 2] = [2.0 * FAR, 2.0 * FAR];
+
+impl Scene {
+    fn of(plates: [[f64; 2]; 2]) -> Self {
+        Self { plates, lower_mm: 0.0, lost: [0.03, 0.2], mixed: 0.3, filled: 0.0, rounded_mm: 0.0 }
+    }
+
+    fn column(&self, x: f64, noise: &mut Noise) -> Option<f64> {
+        let ground = 100.0 + SLOPE * x;
+        for (number, [from, to]) in self.plates.into_iter().enumerate() {
+            let z = ground + if number == 1 { self.lower_mm } else { 0.0 };
+            let from_end = (x - from).min(to - x);
+            if from_end.abs() < 0.5 * PITCH_MM && noise.happens(self.mixed) {
+                return Some(z + 5.0 * noise.uniform());
+            }
+            if from_end < 0.0 {
+                continue;
+            }
+            if noise.happens(self.lost[usize::from(from_end < 0.5)]) {
+                return None;
+            }
+            let reflected = if noise.happens(0.01) { 12.0 * (noise.uniform() - 0.5) } else { 0.0 };
+            let bent = (self.rounded_mm - from_end).max(0.0);
+            let drop = self.rounded_mm - (self.rounded_mm.powi(2) - bent * bent).sqrt();
+            return Some(z + drop + SIGMA_MM * noise.normal() + reflected);
+        }
+        noise.happens(self.filled).then(|| ground + 1.0 + 4.0 * noise.uniform())
+    }
+
+    fn profile(&self, number: usize, noise: &mut Noise) -> Profile {
+        let point = |k: i32| {
+            let x = PITCH_MM * f64::from(k);
+            Some(ProfilePoint { x_m: x * 1e-3, z_m: self.column(x, noise)? * 1e-3, intensity: None })
+        };
+        let points = (-200..200).filter_map(point).collect();
+        Profile { stamp_ns: number as i64 * 30_000_000, frame: Some(number as u64), points }
+    }
+}
+
+/// As a weaving robot sees it: the scene shifted by a sine of `amplitude_mm`.
+fn weave(scene: &Scene, count: usize, amplitude_mm: f64, seed: u64) -> (Vec<Profile>, Vec<f64>) {
+    let mut noise = Noise(seed);
+    let shifts: Vec<f64> = (0..count).map(|k| amplitude_mm * (0.21 * k as f64).sin()).collect();
+    let moved = |by: f64| Scene { plates: scene.plates.map(|plate| plate.map(|x| x + by)), ..*scene };
+    let profiles = shifts.iter().enumerate().map(|(k, by)| moved(*by).profile(k, &mut noise)).collect();
+    (profiles, shifts)
+}
+
+/// Along the plate and square to it: mean errors in mm, and mean squares in sigma.
+fn errors(found: &ProfileSeams, truth_x: &[f64], lower_mm: f64) -> [[f64; 2]; 2] {
+    let along = [1.0 / SLOPE.hypot(1.0), SLOPE / SLOPE.hypot(1.0)];
+    let across = [-along[1], along[0]];
+    let mut sums = [[0.0; 2]; 2];
+    let count = found.found.features.len() as f64;
+    for feature in &found.found.features {
+        let (Measured::Profile([x, z]), Some([sx, sz])) = (feature.measured, feature.sigma) else { panic!() };
+        let x_true = truth_x[feature.frame.unwrap() as usize];
+        let off = [1e3 * x - x_true, 1e3 * z - (100.0 + SLOPE * x_true + lower_mm)];
+        let (vx, vz, vxz) = (1e6 * sx * sx, 1e6 * sz * sz, 1e6 * feature.correlation * sx * sz);
+        for (sum, axis) in sums.iter_mut().zip([along, across]) {
+            let error = axis[0] * off[0] + axis[1] * off[1];
+            let variance = axis[0] * axis[0] * vx + 2.0 * axis[0] * axis[1] * vxz + axis[1] * axis[1] * vz;
+            sum[0] += error / count;
+            sum[1] += error * error / variance / count;
+        }
+    }
+    sums
+}
+
+/// The mean square of what is left over the variance that is said.
+fn within(errors: [f64; 2], most_bias_mm: f64, squares: [f64; 2]) {
+    let fine = errors[0].abs() < most_bias_mm && errors[1] > squares[0] && errors[1] < squares[1];
+    assert!(fine, "{errors:?}");
+}
+
+/// 600 numbers of unit variance: ± 0.06 for normal ones. A column that the edge falls into, and that sees the plate less than half, may
+/// be taken for one behind it: half a column of bias in a seventh of the profiles.
+const HONEST: [f64; 2] = [0.7, 1.3];
+
+#[test]
+fn the_edge_of_a_plate_is_as_good_as_it_says() {
+    for (plates, side) in [([[-FAR, 2.03], NONE], 1), ([[-3.07, FAR], NONE], 0)] {
+        let (profiles, shifts) = weave(&Scene::of(plates), 600, 6.0, 11);
+        let found = seams(&profiles, None);
+        assert_eq!(found.joint, ProfileJoint::Edge);
+        assert!(found.found.features.len() > 570, "{:?}", found.reasons());
+        let truth: Vec<f64> = shifts.iter().map(|by| plates[0][side] + by).collect();
+        let [along, across] = errors(&found, &truth, 0.0);
+        within(along, 0.02, HONEST);
+        within(across, 0.001, HONEST);
+        // One plate, as plate 0.
+        assert_eq!(found.found.stripes.len(), found.found.features.len());
+        assert!(found.found.stripes.iter().all(|stripe| stripe.plate == 0));
+    }
+}
+
+#[test]
+fn the_middle_of_a_gap_is_as_good_as_it_says_filled_or_not() {
+    for (filled, lower_mm) in [(0.0, 0.0), (0.5, 0.0), (0.3, 0.4)] {
+        let scene = Scene { filled, lower_mm, ..Scene::of([[-FAR, -0.71], [0.84, FAR]]) };
+        let (profiles, shifts) = weave(&scene, 600, 6.0, 12);
+        let found = seams(&profiles, None);
+        assert_eq!(found.joint, ProfileJoint::Butt, "filled {filled}, lower by {lower_mm}");
+        assert!(found.found.features.len() > 560, "{:?}", found.reasons());
+        let truth: Vec<f64> = shifts.iter().map(|by| 0.5 * (0.84 - 0.71) + by).collect();
+        let [along, across] = errors(&found, &truth, 0.5 * lower_mm);
+        within(along, 0.02, HONEST);
+        within(across, 0.001, HONEST);
+        assert!(found.found.stripes.is_empty());
+    }
+}
+
+#[test]
+fn a_rounded_edge_is_in_the_sigma_and_one_that_is_no_edge_is_refused() {
+    for rounded_mm in [0.3, 1.0] {
+        let scene = Scene { rounded_mm, ..Scene::of([[-FAR, 2.03], NONE]) };
+        let (profiles, shifts) = weave(&scene, 300, 6.0, 13);
+        let found = seams(&profiles, Some(ProfileJoint::Edge));
+        assert!(found.found.features.len() > 270, "{:?}", found.reasons());
+        let truth: Vec<f64> = shifts.iter().map(|by| 2.03 + by).collect();
+        let [along, _] = errors(&found, &truth, 0.0);
+        // The plate leaves its line by three sigma √(2 r 3σ) after the rounding begins, and has gone away by as much as on shortly before its end: the edge is
+        // stated in the middle between, in every profile alike.
+        println!("radius {rounded_mm}: {along:?}");
+        assert!(along[0] < 0.02 && along[0] > -0.8 * rounded_mm - 0.1, "{along:?}");
+        let scatter = scatter(&found, &truth);
+        println!("    scatter {scatter:.2}");
+        // 300 numbers of unit variance: ± 0.08.
+        assert!(scatter < 1.3, "radius {rounded_mm}: {scatter}");
+    }
+    // Where several columns are lost at once the face seems to end: at least five in six are refused.
+    let scene = Scene { rounded_mm: 4.0, ..Scene::of([[-FAR, 2.03], NONE]) };
+    let found = seams(&weave(&scene, 60, 6.0, 14).0, Some(ProfileJoint::Edge));
+    assert!(found.found.features.len() < 10, "{:?}", found.reasons());
+    assert!(found.reasons().contains_key(&NoSeam::RoundedEnd), "{:?}", found.reasons());
+}
+
+/// Mean square of errors along x about their mean, in sigma.
+fn scatter(found: &ProfileSeams, truth_x: &[f64]) -> f64 {
+    let off: Vec<[f64; 2]> = (found.found.features.iter())
+        .map(|feature| {
+            let (Measured::Profile([x, _]), Some([sx, _])) = (feature.measured, feature.sigma) else {
+                panic!()
+            };
+            [1e3 * x - truth_x[feature.frame.unwrap() as usize], 1e3 * sx]
+        })
+        .collect();
+    let mean = off.iter().map(|off| off[0]).sum::<f64>() / off.len() as f64;
+    off.iter().map(|off| ((off[0] - mean) / off[1]).powi(2)).sum::<f64>() / off.len() as f64
+}
+
+#[test]
+fn the_end_of_the_view_is_no_edge() {
+    // All of the view is plate.
+    let (profiles, _) = weave(&Scene::of([[-FAR, FAR], NONE]), 100, 6.0, 15);
+    let found = seams(&profiles, Some(ProfileJoint::Edge));
+    assert_eq!(found.found.features.len(), 0, "{:?}", found.reasons());
+    assert_eq!(found.reasons().keys().collect::<Vec<_>>(), [&NoSeam::EndOfView]);
+    // Unasked it is no joint either.
+    assert_eq!(seams(&profiles, None).joint, ProfileJoint::Meeting);
+    // The edge leaves the view now and then.
+    let (profiles, shifts) = weave(&Scene::of([[-FAR, 16.0], NONE]), 400, 8.0, 16);
+    let found = seams(&profiles, Some(ProfileJoint::Edge));
+    let truth: Vec<f64> = shifts.iter().map(|by| 16.0 + by).collect();
+    let visible = truth.iter().filter(|x| **x < 19.4).count();
+    assert!(found.found.features.len() as f64 > 0.95 * visible as f64, "{visible}: {:?}", found.reasons());
+    for feature in &found.found.features {
+        let Measured::Profile([x, _]) = feature.measured else { panic!() };
+        let off = 1e3 * x - truth[feature.frame.unwrap() as usize];
+        assert!(off.abs() < 0.6, "{off} mm in profile {:?}", feature.frame);
+    }
+}
+
+/// A trapezium that widens with the range, and a robot that also comes and goes.
+#[test]
+fn the_slanted_side_of_a_view_is_no_edge() {
+    let mut noise = Noise(17);
+    let profile = |number: usize| {
+        let z = 100.0 + 20.0 * (0.17 * number as f64).sin();
+        let half_width = 10.0 + 0.2 * (z - 80.0);
+        let point = |k: i32| {
+            let x = PITCH_MM * f64::from(k);
+            let seen = x.abs() < half_width && !noise.happens(0.03);
+            let z_m = (z + 0.02 * x + SIGMA_MM * noise.normal()) * 1e-3;
+            seen.then_some(ProfilePoint { x_m: x * 1e-3, z_m, intensity: None })
+        };
+        Profile { stamp_ns: number as i64, frame: None, points: (-300..300).filter_map(point).collect() }
+    };
+    let profiles: Vec<Profile> = (0..200).map(profile).collect();
+    let found = seams(&profiles, Some(ProfileJoint::Edge));
+    assert_eq!(found.found.features.len(), 0, "{:?}", found.reasons());
+}
+
+#[test]
+fn a_strip_with_both_ends_in_view_is_refused_by_name() {
+    let (profiles, _) = weave(&Scene::of([[-8.0, 7.0], NONE]), 100, 6.0, 18);
+    let found = seams(&profiles, Some(ProfileJoint::Edge));
+    assert!(found.found.features.is_empty());
+    assert_eq!(found.reasons().get(&NoSeam::BothEnds), Some(&100));
+}
+
+#[test]
+fn gaps_of_another_width_and_second_gaps_are_refused_by_name() {
+    let plain = Scene::of([[-FAR, -0.71], [0.84, FAR]]);
+    let (mut profiles, shifts) = weave(&plain, 100, 6.0, 19);
+    let mut noise = Noise(20);
+    // A tack closes half of the gap in every tenth profile.
+    for k in (0..100).step_by(10) {
+        let tacked = Scene { plates: [[-FAR, -0.71 + shifts[k]], [0.1 + shifts[k], FAR]], ..plain };
+        profiles[k] = tacked.profile(k, &mut noise);
+    }
+    let found = seams(&profiles, Some(ProfileJoint::Butt));
+    assert!(found.reasons().get(&NoSeam::OddGap).is_some_and(|count| *count >= 8), "{:?}", found.reasons());
+    // A scratch as wide as the gap.
+    let scratched: Vec<Profile> = weave(&plain, 50, 3.0, 21)
+        .0
+        .into_iter()
+        .map(|mut profile| {
+            profile.points.retain(|point| !(8e-3..9.5e-3).contains(&point.x_m));
+            profile
+        })
+        .collect();
+    let found = seams(&scratched, Some(ProfileJoint::Butt));
+    assert!(
+        found.reasons().get(&NoSeam::SeveralGaps).is_some_and(|count| *count >= 40),
+        "{:?}",
+        found.reasons()
+    );
+    // No gap at all.
+    let closed = weave(&Scene::of([[-FAR, FAR], NONE]), 50, 3.0, 22).0;
+    assert_eq!(seams(&closed, Some(ProfileJoint::Butt)).reasons().get(&NoSeam::NoGap), Some(&50));
+}
+
+#[test]
+fn what_is_seen_decides_the_joint() {
+    // A lap whose lower plate is 2 mm behind, with and without half a millimetre of shadow.
+    for shadow_mm in [0.0, 0.5] {
+        let lap = Scene { lower_mm: 2.0, ..Scene::of([[-FAR, 0.0], [shadow_mm, FAR]]) };
+        assert_eq!(seams(&weave(&lap, 60, 6.0, 23).0, None).joint, ProfileJoint::Lap, "{shadow_mm}");
+    }
+    // A gap of 1.5 mm between plates that are 0.5 mm out of line.
+    let gap = Scene { lower_mm: 0.5, ..Scene::of([[-FAR, -0.75], [0.75, FAR]]) };
+    assert_eq!(seams(&weave(&gap, 60, 6.0, 24).0, None).joint, ProfileJoint::Butt);
+    assert_eq!(ProfileJoint::of(Joint::Groove), None);
+    assert_eq!(ProfileJoint::of(Joint::VGroove), Some(ProfileJoint::Meeting));
+}
