@@ -75,7 +75,13 @@ fn a_kuka_log_and_a_keyence_profile_file_become_a_result_in_kuka_form() {
         assert!(said.contains(words), "{words}: {said}");
     }
     let said = succeeds(dir.path(), &["calibrate", "scan", "--json", "result.json"]);
-    assert!(said.contains(&format!("the seam in {0} of {0} profiles", recording.features.len())), "{said}");
+    assert!(
+        said.contains(&format!(
+            "the seam (corner of two faces) in {0} of {0} profiles",
+            recording.features.len()
+        )),
+        "{said}"
+    );
     let result: Value =
         serde_json::from_str(&fs::read_to_string(dir.path().join("result.json")).unwrap()).unwrap();
     let truth = recording.truth.unwrap().parameters;

@@ -78,10 +78,11 @@ fn stripes_alone_are_enough_and_without_any_they_cannot_be_asked_for() {
 fn a_lap_and_a_plate_with_an_edge_calibrate_by_their_stripes() {
     let dir = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| trueline(dir.path(), arguments);
-    let joints: [(&str, &[&str], usize); 3] = [
+    let joints: [(&str, &[&str], usize); 4] = [
         ("lap", &["--step-mm", "4"], 2),
         ("edge", &["--one-plate"], 1),
         ("profiles", &["--step-mm", "4", "--preset", "profiler"], 2),
+        ("profiles-of-an-edge", &["--one-plate", "--preset", "profiler"], 1),
     ];
     for (out, joint, plates) in joints {
         let simulate = ["simulate", "--plates", "--duration-s", "8", "--out", out, "--quiet"];
@@ -108,4 +109,37 @@ fn a_lap_and_a_plate_with_an_edge_calibrate_by_their_stripes() {
             if plates == 2 { " mm step; plate 0 bowed" } else { "one plate with an edge; plate 0 bowed" };
         assert!(words(&output).contains(said), "{}", words(&output));
     }
+}
+
+#[test]
+fn the_joint_of_profiles_is_named_or_told_and_one_that_they_are_not_searched_for_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    let butt = [
+        "simulate",
+        "--plates",
+        "--gap-mm",
+        "2",
+        "--preset",
+        "profiler",
+        "--duration-s",
+        "8",
+        "--out",
+        "gap",
+        "--quiet",
+    ];
+    assert_eq!(code(&run(&butt)), 0);
+    let refused = run(&["features", "gap", "--joint", "groove"]);
+    assert_eq!(code(&refused), 2);
+    assert!(words(&refused).contains("a groove is not looked for in profiles"), "{}", words(&refused));
+    let other = run(&["calibrate", "gap", "--joint", "fillet"]);
+    assert_eq!(code(&other), 2, "{}", words(&other));
+    let found = run(&["features", "gap"]);
+    assert_eq!(code(&found), 0, "{}", words(&found));
+    assert!(words(&found).contains("middle of a gap"), "{}", words(&found));
+    let output =
+        run(&["calibrate", "gap", "--robot-accuracy-mm", "0", "--feature-bias-px", "0", "--json", "-"]);
+    assert_eq!(code(&output), 0, "{}", words(&output));
+    let result: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(sigmas_off(&dir.path().join("gap"), &result) < 4.0, "{result:#}");
 }
