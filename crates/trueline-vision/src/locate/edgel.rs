@@ -103,7 +103,7 @@ pub(crate) fn edgels<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate
 fn extend<L: Level>(picture: &Picture<'_, L>, candidates: &[Candidate], found: &mut Vec<Edgel>) {
     // One for each tile's worth of picture: a tile in which an edgel lies already, found from its neighbour, has
     // nothing new. Candidates come row by row, so that it is among the last few, or a row of tiles ago.
-    let tile = |u: f32, v: f32| ((u as usize) / TILE, (v as usize) / TILE);
+    let tile = |u: f32, v: f32| [u, v].map(|x| x as i32 / TILE as i32);
     for candidate in candidates {
         let recent = found.len().saturating_sub(REMEMBERED);
         let known = |u: f32, v: f32| found[recent..].iter().any(|other| tile(other.u, other.v) == tile(u, v));
@@ -183,12 +183,16 @@ impl Moments {
     fn axis(&self) -> Option<Axis> {
         let [uu, uv, vv] = self.second;
         let (mean, difference) = (0.5 * (uu + vv), 0.5 * (uu - vv));
-        let root = difference.hypot(uv);
+        let root = (difference * difference + uv * uv).sqrt();
         let variances = [mean - root, mean + root];
         if variances[0] > ROUNDEST * variances[1] {
             return None;
         }
-        let angle = 0.5 * uv.atan2(difference);
-        Some(Axis { along: [angle.cos(), angle.sin()], variances })
+        // The larger eigenvector: (difference + root, uv) or, where that cancels, (uv, root − difference).
+        let [u, v] = if difference > 0.0 { [difference + root, uv] } else { [uv, root - difference] };
+        let length = (u * u + v * v).sqrt();
+        // Along rising u, as an angle within 90° is.
+        let sign = if u < 0.0 { -1.0 } else { 1.0 };
+        Some(Axis { along: [sign * u / length, sign * v / length], variances })
     }
 }

@@ -3,6 +3,7 @@
 //! Lines through two edgels that point the same way are tried in a fixed, spread order (RANSAC
 //! \[Fischler1981\] without chance, so that the same picture gives the same answer) and refitted.
 
+use crate::fastest::fastest;
 use crate::lens::Lens;
 use crate::line::Line2;
 use crate::locate::edgel::Edgel;
@@ -104,10 +105,57 @@ impl LineSegment {
     }
 }
 
+/// What of the marks is asked of every line that is tried, field by field: many are looked at at once.
+#[derive(Clone, Debug, Default)]
+struct MarkColumns {
+    u: Vec<f32>,
+    v: Vec<f32>,
+    along_u: Vec<f32>,
+    along_v: Vec<f32>,
+    weight: Vec<f32>,
+}
+
+impl MarkColumns {
+    fn fill(&mut self, marks: &[Mark]) {
+        let fill = |column: &mut Vec<f32>, value: fn(&Mark) -> f32| {
+            column.clear();
+            column.extend(marks.iter().map(value));
+            // Whole lanes: what weighs nothing adds nothing.
+            column.resize(marks.len().next_multiple_of(LANES), 0.0);
+        };
+        fill(&mut self.u, |mark| mark.at[0]);
+        fill(&mut self.v, |mark| mark.at[1]);
+        fill(&mut self.along_u, |mark| mark.along[0]);
+        fill(&mut self.along_v, |mark| mark.along[1]);
+        fill(&mut self.weight, |mark| mark.weight);
+    }
+}
+
+/// Marks that are looked at at once.
+const LANES: usize = 8;
+
+/// Weight of the marks along a line through a point.
+#[inline(always)]
+fn support(marks: &MarkColumns, through: [f32; 2], along: [f32; 2]) -> f32 {
+    let mut sums = [0.0_f32; LANES];
+    let at = marks.u.as_chunks::<LANES>().0.iter().zip(marks.v.as_chunks::<LANES>().0);
+    let heading = marks.along_u.as_chunks::<LANES>().0.iter().zip(marks.along_v.as_chunks::<LANES>().0);
+    for (((u, v), (along_u, along_v)), weight) in at.zip(heading).zip(marks.weight.as_chunks::<LANES>().0) {
+        for k in 0..LANES {
+            let beside = along[0] * (v[k] - through[1]) - along[1] * (u[k] - through[0]);
+            let turned = along[0] * along_v[k] - along[1] * along_u[k];
+            let on = (beside.abs() < NEAR_PX) & (turned.abs() < PARALLEL);
+            sums[k] += if on { weight[k] } else { 0.0 };
+        }
+    }
+    sums.iter().sum()
+}
+
 /// Finds segments; keeps its memory from one picture to the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SegmentFinder {
     marks: Vec<Mark>,
+    columns: MarkColumns,
     members: Vec<Mark>,
     /// Memory of segments that are gone.
     spare: Vec<Vec<[f64; 2]>>,
@@ -132,7 +180,8 @@ impl SegmentFinder {
     }
 
     /// The line through two edgels that has the most others along it.
-    fn best_line(&self) -> Option<Line2> {
+    fn best_line(&mut self) -> Option<Line2> {
+        self.columns.fill(&self.marks);
         let count = self.marks.len();
         let mut best: Option<(f32, Mark, [f32; 2])> = None;
         for trial in 0..TRIALS {
@@ -148,7 +197,7 @@ impl SegmentFinder {
             if !(parallel(along, first.along) && parallel(along, second.along)) {
                 continue;
             }
-            let score = self.support(&first, along);
+            let score = fastest!(support(&self.columns, first.at, along));
             if best.as_ref().is_none_or(|(most, _, _)| score > *most) {
                 best = Some((score, first, along));
             }
@@ -157,16 +206,6 @@ impl SegmentFinder {
             point: Vector2::from(mark.at.map(f64::from)),
             along: Vector2::from(along.map(f64::from)),
         })
-    }
-
-    fn support(&self, through: &Mark, along: [f32; 2]) -> f32 {
-        let mut sum = 0.0;
-        for mark in &self.marks {
-            let to = [mark.at[0] - through.at[0], mark.at[1] - through.at[1]];
-            let on = (along[0] * to[1] - along[1] * to[0]).abs() < NEAR_PX && parallel(along, mark.along);
-            sum += if on { mark.weight } else { 0.0 };
-        }
-        sum
     }
 
     /// Weighted orthogonal regression over the edgels near a line, twice.

@@ -1,9 +1,9 @@
 //! The one look at every part of the picture: the brightest level and the mean of each tile.
 //!
-//! Every second row is read for the peak and every fourth for the mean. A stripe less than two rows thick
-//! is no stripe that could be measured, and half of the picture is never fetched from memory.
+//! Every second row is looked at for the peak and every fourth for the mean: a stripe less than two rows thick is no stripe that
+//! could be measured.
 
-use crate::fastest::{FastLoop, run_fastest};
+use crate::fastest::{FastLoop, fastest, run_fastest};
 use crate::picture::{Level, Picture};
 
 /// More tiles than this are no stripe; the ones that stand out most are kept.
@@ -14,8 +14,8 @@ const SAMPLED: usize = 1000;
 
 /// Side of a tile, px.
 pub const TILE: usize = 16;
-/// Tiles beside each other that are read together: of fewer the sums within a tile take longer than the reading.
-const GROUP: usize = 16;
+/// Tiles beside each other at most that are read together: what is kept of their columns stays in the nearest memory.
+const STRIP: usize = 160;
 const PEAK_ROWS: usize = 2;
 const MEAN_ROWS: usize = 4;
 
@@ -65,9 +65,7 @@ impl Tiles {
         let bin = top / (BINS - 1) as f32;
         self.counts.clear();
         self.counts.resize(BINS, 0);
-        for tile in self.peaks.iter().zip(&self.means) {
-            self.counts[(excess(tile) / bin).max(0.0) as usize] += 1;
-        }
+        fastest!(count_excesses(&self.peaks, &self.means, bin, &mut self.counts));
         let quantile = |part: f32| {
             let wanted = (part * self.peaks.len() as f32) as u32;
             let mut seen = 0;
@@ -136,6 +134,21 @@ impl Tiles {
     }
 }
 
+/// Counts in which bin the excess of each tile lies; what is below zero in the first one.
+#[inline(always)]
+fn count_excesses(peaks: &[f32], means: &[f32], bin: f32, counts: &mut [u32]) {
+    // Many bins are found at once, then counted.
+    let mut bins = [0_i32; TILE];
+    for (peaks, means) in peaks.chunks(TILE).zip(means.chunks(TILE)) {
+        for ((found, peak), mean) in bins.iter_mut().zip(peaks).zip(means) {
+            *found = ((peak - mean) / bin).max(0.0) as i32;
+        }
+        for found in &bins[..peaks.len()] {
+            counts[*found as usize] += 1;
+        }
+    }
+}
+
 /// A tile in which the stripe may run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
@@ -167,66 +180,86 @@ impl<L: Level> FastLoop for TileLook<'_, L> {
         }
         let tiles = peaks.chunks_exact_mut(columns).zip(means.chunks_exact_mut(columns));
         for (row, (peaks, means)) in tiles.enumerate() {
-            let groups = peaks.chunks_mut(GROUP).zip(means.chunks_mut(GROUP));
-            for (group, (peaks, means)) in groups.enumerate() {
-                let (u, v) = (group * GROUP * TILE, row * TILE);
-                if peaks.len() == GROUP {
-                    measure_group::<L, { GROUP * TILE }>(picture, u, v, peaks, means);
-                    continue;
-                }
-                for (k, (peak, mean)) in peaks.chunks_mut(1).zip(means.chunks_mut(1)).enumerate() {
-                    measure_group::<L, TILE>(picture, u + k * TILE, v, peak, mean);
-                }
+            let strips = peaks.chunks_mut(STRIP).zip(means.chunks_mut(STRIP));
+            for (strip, (peaks, means)) in strips.enumerate() {
+                measure_strip(picture, [strip * STRIP * TILE, row * TILE], peaks, means);
             }
         }
     }
 }
 
-/// Peaks and means of tiles beside each other, `WIDTH` pixels together, of which the first pixel is given.
+/// Peaks and means of tiles beside each other, of which the first pixel is given. Rows are read from one end to the other: memory is
+/// quickest so.
 #[inline(always)]
-fn measure_group<L: Level, const WIDTH: usize>(
+fn measure_strip<L: Level>(
     picture: &Picture<'_, L>,
-    u: usize,
-    v: usize,
+    [u, v]: [usize; 2],
     peaks: &mut [f32],
     means: &mut [f32],
 ) {
-    let mut brightest = [L::default(); WIDTH];
-    let mut sums = [L::Sum::default(); WIDTH];
-    for k in (0..TILE).step_by(PEAK_ROWS) {
-        let levels = &picture.row(v + k)[u..u + WIDTH];
-        for c in 0..WIDTH {
-            brightest[c] = brightest[c].max(levels[c]);
+    let width = peaks.len() * TILE;
+    let (mut brightest, mut sums) = ([L::default(); STRIP * TILE], [L::Sum::default(); STRIP * TILE]);
+    let (brightest, sums) = (&mut brightest[..width], &mut sums[..width]);
+    for k in 0..TILE {
+        let levels = &picture.row(v + k)[u..u + width];
+        if k % PEAK_ROWS != 0 {
+            touch(levels);
+            continue;
+        }
+        for (brightest, level) in brightest.iter_mut().zip(levels) {
+            *brightest = (*brightest).max(*level);
         }
         if k % MEAN_ROWS == 0 {
-            for c in 0..WIDTH {
-                sums[c] = L::together(sums[c], L::Sum::from(levels[c]));
+            for (sum, level) in sums.iter_mut().zip(levels) {
+                *sum = L::together(*sum, L::Sum::from(*level));
             }
         }
     }
     // A column counts as far as the one beside it does: a hot pixel has nothing beside it, a stripe has.
-    let mut beside = [L::default(); WIDTH];
-    for c in 0..WIDTH - 1 {
-        beside[c] = if c % TILE == TILE - 1 { L::default() } else { brightest[c].min(brightest[c + 1]) };
+    let mut beside = [L::default(); STRIP * TILE];
+    let beside = &mut beside[..width];
+    for (beside, two) in beside.iter_mut().zip(brightest.windows(2)) {
+        *beside = two[0].min(two[1]);
     }
-    let (beside, sums) = (gathered(beside, L::max), gathered(sums, L::together));
-    for (k, (peak, mean)) in peaks.iter_mut().zip(means).enumerate() {
-        *peak = beside[k * TILE].into();
-        let sum: u32 = sums[k * TILE].into();
+    for last in beside.iter_mut().skip(TILE - 1).step_by(TILE) {
+        *last = L::default();
+    }
+    gather(beside, brightest, L::max);
+    let mut spare = [L::Sum::default(); STRIP * TILE];
+    gather(sums, &mut spare[..width], L::together);
+    for ((peak, mean), (beside, sum)) in peaks.iter_mut().zip(means).zip(beside.iter().zip(&*sums)) {
+        *peak = (*beside).into();
+        let sum: u32 = (*sum).into();
         *mean = sum as f32 / (TILE * TILE / MEAN_ROWS) as f32;
     }
 }
 
-/// In the first place of each tile all of its values made one: each with that half a tile ahead, a quarter ahead, and so on, for
-/// all tiles at once.
+/// Reads one level of each 64 bytes, and does nothing with it: memory that is read without a gap arrives several times as fast as
+/// every second row of it would.
 #[inline(always)]
-fn gathered<T: Copy, const WIDTH: usize>(mut values: [T; WIDTH], two: impl Fn(T, T) -> T) -> [T; WIDTH] {
-    let mut ahead = TILE / 2;
-    while ahead > 0 {
-        for c in 0..WIDTH - ahead {
-            values[c] = two(values[c], values[c + ahead]);
-        }
-        ahead /= 2;
+fn touch<L: Level>(levels: &[L]) {
+    let mut any = L::default();
+    for level in levels.iter().step_by(64 / size_of::<L>()) {
+        any = any.max(*level);
     }
-    values
+    std::hint::black_box(any);
+}
+
+/// The values of each tile made one, in the first places: two beside each other, then two of these, and so on.
+#[inline(always)]
+fn gather<T: Copy>(values: &mut [T], spare: &mut [T], two: impl Fn(T, T) -> T) {
+    const { assert!(TILE == 16) };
+    let mut count = values.len();
+    for _ in 0..2 {
+        pair_up(&values[..count], &mut spare[..count / 2], &two);
+        pair_up(&spare[..count / 2], &mut values[..count / 4], &two);
+        count /= 4;
+    }
+}
+
+#[inline(always)]
+fn pair_up<T: Copy>(values: &[T], pairs: &mut [T], two: impl Fn(T, T) -> T) {
+    for (pair, values) in pairs.iter_mut().zip(values.as_chunks::<2>().0) {
+        *pair = two(values[0], values[1]);
+    }
 }

@@ -9,7 +9,9 @@ use crate::picture::Level;
 /// Sections that share a background.
 pub(crate) const BLOCK: usize = 16;
 /// Pixels beside the stripe from which the background is taken.
-pub(crate) const BESIDE: usize = 4;
+const BESIDE: usize = 4;
+/// Of so many sections one is asked for the background.
+const ASKED: usize = 4;
 /// Sections to each side over which the amplitude is averaged.
 const SMOOTH: usize = 6;
 
@@ -18,6 +20,40 @@ const SMOOTH: usize = 6;
 pub(crate) struct Background {
     pub(crate) below: f32,
     pub(crate) above: f32,
+}
+
+/// The level beside the stripe, on each side, for each block of stations.
+#[inline(always)]
+pub(crate) fn backgrounds_beside<L: Level>(
+    view: &SectionView<'_, L>,
+    stations: &[Station],
+    reach_px: f64,
+    backgrounds: &mut Vec<Background>,
+) {
+    backgrounds.clear();
+    let mut last = Background::default();
+    for block in stations.chunks(BLOCK) {
+        let mut sides = [[0.0_f32; BLOCK / ASKED]; 2];
+        let mut count = 0;
+        for station in block.iter().step_by(ASKED) {
+            let reach = reach_px * station.stretch.abs() + BESIDE as f64 + 1.0;
+            let Some(pixels) = view.pixels(station.centre, reach) else { continue };
+            let (first, end) = (*pixels.start(), *pixels.end() + 1);
+            for (side, from) in sides.iter_mut().zip([first, end - BESIDE]) {
+                side[count] = view.mean::<BESIDE>(station.at, from);
+            }
+            count += 1;
+        }
+        if count > 0 {
+            // The median: spatter beside the stripe is not background.
+            let [below, above] = sides.map(|mut side| {
+                let side = &mut side[..count];
+                *side.select_nth_unstable_by(count / 2, f32::total_cmp).1
+            });
+            last = Background { below, above };
+        }
+        backgrounds.push(last);
+    }
 }
 
 /// The stripe at one section.
@@ -90,20 +126,22 @@ pub(crate) fn band_section<L: Level>(
     width_px: f64,
 ) -> Option<BandSection> {
     let half_px = 0.5 * BANDS as f64 * width_px;
-    let pixels = view.pixels(station.centre, half_px * station.stretch.abs())?;
+    let pixels = view.pixels(station.centre, half_px * station.stretch.abs() + 0.5)?;
     let middle = 0.5 * f64::from(background.below + background.above);
-    let (mut light, mut counts) = ([0.0; BANDS], [0.0_f64; BANDS]);
+    // A pixel counts in each band as far as it covers it: whole ones would brighten and dim a band on a flank with the pixel grid.
+    let (mut light, mut covered) = ([0.0; BANDS], [0.0_f64; BANDS]);
+    let half_pixel = 0.5 / (station.stretch.abs() * width_px);
     for (pixel, level) in pixels.clone().zip(view.levels(station.at, pixels)) {
-        let distance = (pixel as f64 - station.centre) / station.stretch + half_px;
-        let band = ((distance / width_px).max(0.0) as usize).min(BANDS - 1);
-        light[band] += f64::from(level) - middle;
-        counts[band] += 1.0;
+        let middle_of = ((pixel as f64 - station.centre) / station.stretch + half_px) / width_px;
+        let [from, to] = [middle_of - half_pixel, middle_of + half_pixel];
+        for band in from.max(0.0) as usize..BANDS.min((to + 1.0).max(0.0) as usize) {
+            let part = (to.min(band as f64 + 1.0) - from.max(band as f64)).max(0.0);
+            light[band] += part * (f64::from(level) - middle);
+            covered[band] += part;
+        }
     }
-    // A band narrower than a pixel may hold none: its neighbour's light is the nearest there is.
-    let mut last = 0.0;
-    for (light, count) in light.iter_mut().zip(counts) {
-        *light = if count > 0.0 { *light / count } else { last };
-        last = *light;
+    for (light, covered) in light.iter_mut().zip(covered) {
+        *light /= covered.max(f64::MIN_POSITIVE);
     }
     Some(BandSection { s: station.s, light })
 }

@@ -178,17 +178,23 @@ impl Regressor {
     /// Σ ψ′ ρ x xᵀ, with the response ρ, and Σ ψ² x xᵀ: the covariance of an M-estimate is A⁻¹ B A⁻¹ \[Huber1964\], whatever the
     /// distribution of the shifts.
     fn sandwich(&self, shifts: &[Shift], sigma: f64, centre: f64) -> (Matrix2<f64>, Matrix2<f64>) {
-        let (mut bread, mut filling) = (Matrix2::zeros(), Matrix2::zeros());
+        // Of symmetric matrices three sums each.
+        let (mut bread, mut filling) = ([0.0; 3], [0.0; 3]);
+        let scale = 1.0 / (BLIND * sigma);
         for (shift, residual) in shifts.iter().zip(&self.residuals) {
-            let part2 = (residual / (BLIND * sigma)).powi(2);
+            let part2 = (residual * scale) * (residual * scale);
             if part2 >= 1.0 || shift.weight == 0.0 {
                 continue;
             }
-            let row = Vector2::new(1.0, shift.s - centre);
-            let outer = row * row.transpose();
-            bread += outer * (shift.weight * shift.response * (1.0 - part2) * (1.0 - 5.0 * part2));
-            filling += outer * (shift.weight * residual * (1.0 - part2).powi(2)).powi(2);
+            let (x, inside) = (shift.s - centre, 1.0 - part2);
+            let slope = shift.weight * shift.response * inside * (1.0 - 5.0 * part2);
+            let psi = shift.weight * residual * inside * inside;
+            for ((bread, filling), power) in bread.iter_mut().zip(&mut filling).zip([1.0, x, x * x]) {
+                *bread += slope * power;
+                *filling += psi * psi * power;
+            }
         }
+        let [bread, filling] = [bread, filling].map(|[one, x, xx]| Matrix2::new(one, x, x, xx));
         (bread, filling)
     }
 
@@ -199,7 +205,7 @@ impl Regressor {
             if shift.weight > 0.0 { residual * biweight(residual / sigma) } else { 0.0 }
         }));
         let psi = &self.sorted;
-        let at_lag = |lag: usize| -> f64 { psi.iter().zip(&psi[lag..]).map(|(a, b)| a * b).sum() };
+        let at_lag = |lag: usize| fastest!(sum_of_products(psi, &psi[lag..]));
         let none = at_lag(0);
         let mut sum = 1.0;
         for lag in 1..LAGS.min(shifts.len() / 4) {
@@ -249,6 +255,22 @@ fn weighted_sums([along, shifts, responses]: [&[f64]; 3], [at, slope]: [f64; 2],
         add(&mut lanes, k - whole, along[k], shifts[k], responses[k]);
     }
     lanes.map(|lane| lane.iter().sum())
+}
+
+/// Σ ab of two rows as far as the shorter reaches, in lanes.
+#[inline(always)]
+fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let count = a.len().min(b.len());
+    let (a, b) = (&a[..count], &b[..count]);
+    let mut lanes = [0.0_f64; LANES];
+    let rest = count / LANES * LANES;
+    for (a, b) in a[..rest].chunks_exact(LANES).zip(b[..rest].chunks_exact(LANES)) {
+        for k in 0..LANES {
+            lanes[k] += a[k] * b[k];
+        }
+    }
+    lanes.iter().sum::<f64>() + a[rest..].iter().zip(&b[rest..]).map(|(a, b)| a * b).sum::<f64>()
 }
 
 fn biweight(sigmas: f64) -> f64 {

@@ -35,4 +35,13 @@ impl<'a, L: Level> SectionView<'a, L> {
         let (first, last) = (start + pixels.start() * across, start + pixels.end() * across);
         self.levels[first..=last].iter().step_by(across).map(|level| (*level).into())
     }
+
+    /// Mean level of some pixels of a section from one on.
+    #[inline(always)]
+    pub(crate) fn mean<const COUNT: usize>(&self, section: usize, first: usize) -> f32 {
+        let [along, across] = self.steps;
+        let start = section * along + first * across;
+        let levels: [f32; COUNT] = std::array::from_fn(|k| self.levels[start + k * across].into());
+        levels.iter().sum::<f32>() / COUNT as f32
+    }
 }

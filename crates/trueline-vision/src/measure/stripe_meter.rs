@@ -4,7 +4,8 @@ use crate::fastest::fastest;
 use crate::frame::Frame;
 use crate::line::Line2;
 use crate::measure::cross_section::{
-    BESIDE, BLOCK, Background, CrossSection, band_section, section_stripe, smooth_amplitudes, stack_stripe,
+    BLOCK, Background, CrossSection, backgrounds_beside, band_section, section_stripe, smooth_amplitudes,
+    stack_stripe,
 };
 use crate::measure::regression::{Regression, Regressor, Shift, median};
 use crate::measure::section_view::SectionView;
@@ -18,6 +19,9 @@ use nalgebra::Vector2;
 const DARK_CUTS: usize = 5;
 /// A stripe is there if it has this part of its usual amplitude.
 const PRESENT: f64 = 0.25;
+
+/// Sections from which a stripe is learnt at least, where there are as many.
+const LEARNT: usize = 250;
 
 /// Beginnings of an arm that are tried without, px, and the longest as a part of the arm.
 const STARTS_PX: [f64; 3] = [240.0, 120.0, 60.0];
@@ -190,7 +194,9 @@ impl StripeMeter {
     ) -> Option<(Line2, Template)> {
         let broad = Template::gaussian(sigma_px);
         self.track.lay(line, span, frame);
-        self.track.thin();
+        while self.track.stations.len() > 2 * LEARNT {
+            self.track.thin();
+        }
         self.section_track(&broad, frame);
         let first = self.regress(line, &broad)?;
         let start = line.station(&first.line.point);
@@ -376,31 +382,7 @@ impl StripeMeter {
     /// The level beside the stripe, on each side, for each block of sections.
     fn measure_background<L: Level>(&mut self, reach_px: f64, picture: &Picture<'_, L>) {
         let view = SectionView::new(picture, self.track.by_columns);
-        self.backgrounds.clear();
-        let mut last = Background::default();
-        for block in self.track.stations.chunks(BLOCK) {
-            let mut sides = [[0.0_f32; BLOCK]; 2];
-            let mut count = 0;
-            for station in block.iter().step_by(4) {
-                let reach = reach_px * station.stretch.abs() + BESIDE as f64 + 1.0;
-                let Some(pixels) = view.pixels(station.centre, reach) else { continue };
-                let (first, end) = (*pixels.start(), *pixels.end() + 1);
-                for (side, from) in sides.iter_mut().zip([first, end - BESIDE]) {
-                    let levels = view.levels(station.at, from..=from + BESIDE - 1);
-                    side[count] = levels.sum::<f32>() / BESIDE as f32;
-                }
-                count += 1;
-            }
-            if count > 0 {
-                // The median: spatter beside the stripe is not background.
-                let [below, above] = sides.map(|mut side| {
-                    let side = &mut side[..count];
-                    *side.select_nth_unstable_by(count / 2, f32::total_cmp).1
-                });
-                last = Background { below, above };
-            }
-            self.backgrounds.push(last);
-        }
+        fastest!(backgrounds_beside(&view, &self.track.stations, reach_px, &mut self.backgrounds));
     }
 
     /// Three quarters of the way up among the amplitudes: right with half of the stripe missing.

@@ -17,6 +17,9 @@ const MOST_PHASES: usize = 6;
 /// phases of the pixel grid everywhere, and what is rounded there is a bias.
 const FINE: usize = 4;
 const ENTRIES: usize = 2 * BINS * FINE;
+/// One entry in whole numbers, and its bits.
+const ONE_BITS: u32 = 32;
+const ONE: f64 = (1_u64 << ONE_BITS) as f64;
 /// Where the profile has fallen to this part of its peak it ends.
 const END: f64 = 0.002;
 /// Standard deviation that is assumed at least, as a part of the peak. Where there is no speckle, the pixel
@@ -90,7 +93,7 @@ impl Template {
             let steepness = if profile[k] > 0.0 { -slope(profile, k) / profile[k] } else { 0.0 };
             [odd[k], profile[k], odd[k] * steepness / gain, ridge[k] * gain / ridge_gain]
         };
-        let mut signed = [[0.0; 4]; ENTRIES];
+        let mut signed = [[0.0_f32; 4]; ENTRIES];
         for entry in 0..bins * FINE {
             let place = (entry as f64 + 0.5) / FINE as f64 - 0.5;
             let (low, part) = (place.floor(), place - place.floor());
@@ -107,24 +110,26 @@ impl Template {
         Self { reach_px: bins as f64 / PER_PX, weights: signed, gain, energy }
     }
 
-    /// Sums of levels with each weight. Levels are `next()`'s, from a first signed distance on in steps of
-    /// `step_px`, which may be negative; beyond reach they count for nothing.
+    /// Sums of levels with each weight. Levels are those of pixels from a first signed distance on in steps of `step_px`, which may
+    /// be negative; beyond reach they count for nothing.
     #[inline(always)]
     #[must_use]
     pub fn weigh(&self, first_px: f64, step_px: f64, levels: impl Iterator<Item = f32>) -> Weights {
-        let per_px = PER_PX * FINE as f64;
-        let mut bin = ((first_px + self.reach_px) * per_px) as f32;
-        let step = (step_px * per_px) as f32;
-        let mut sums = [0.0_f32; 4];
-        for level in levels {
-            // A cast takes what is below zero to zero, where weights have faded out.
-            let weights = self.weights.get(bin as usize).unwrap_or(&[0.0; 4]);
+        let per_px = PER_PX * FINE as f64 * ONE;
+        // Whole numbers: to make one of a fraction takes longer than all the rest. What is below zero is far beyond the last entry.
+        let mut place = ((first_px + self.reach_px) * per_px) as i64;
+        let step = (step_px * per_px) as i64;
+        // Pixels in turn, for each sum has to wait for the one before.
+        let mut sums = [[0.0_f32; 4]; 2];
+        for (number, level) in levels.enumerate() {
+            let weights = self.weights.get((place >> ONE_BITS) as usize).unwrap_or(&[0.0; 4]);
+            let sums = &mut sums[number % 2];
             for k in 0..4 {
                 sums[k] += weights[k] * level;
             }
-            bin += step;
+            place = place.wrapping_add(step);
         }
-        sums
+        std::array::from_fn(|k| sums[0][k] + sums[1][k])
     }
 }
 
@@ -190,7 +195,7 @@ impl Stack {
         // Triangular, over three quarters of a pixel to each side: narrower than any stripe that is resolved.
         let width = (0.75 * PER_PX) as i64;
         let smooth = |k: usize, which: usize| -> f64 {
-            let weighed = (-width..=width).map(|j| {
+            let weighed = (-width..width + 1).map(|j| {
                 // Folded: the other side of the middle is this one.
                 let at = k as i64 + j;
                 let at = if at < 0 { -at - 1 } else { at } as usize;
