@@ -20,6 +20,7 @@
 
 mod apply;
 mod calibrate;
+mod camera_address;
 #[cfg(feature = "gige")]
 mod camera_sim;
 mod choice;
@@ -56,6 +57,7 @@ mod watch;
 
 pub use apply::ApplyArgs;
 pub use calibrate::{CalibrateArgs, TargetName};
+pub use camera_address::CameraAddress;
 #[cfg(feature = "gige")]
 pub use camera_sim::CameraSimArgs;
 pub use diff::DiffArgs;

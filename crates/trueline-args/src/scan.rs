@@ -1,5 +1,6 @@
 //! `trueline scan` and `trueline record`.
 
+use crate::camera_address::CameraAddress;
 use crate::choice::{Choice, one_of};
 use crate::features::{JOINTS, JointChoice};
 use crate::number;
@@ -7,10 +8,10 @@ use crate::protocol::LinkArgs;
 use crate::requirement;
 use crate::serve::ServeArgs;
 use clap::Args;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Duration;
-use trueline_cell::{CameraChoice, CameraSettings, GigeChoice, PixelFormat, StampChoice, Trigger};
+use trueline_cell::{CameraChoice, CameraSettings, CameraSetup, PixelFormat, StampChoice, Trigger};
 use trueline_dataset::Channel;
 use trueline_method::Requirement;
 use trueline_vision::Joint;
@@ -18,9 +19,10 @@ use trueline_vision::Joint;
 /// The camera beside the robot.
 #[derive(Args)]
 pub struct CameraArgs {
-    /// GigE Vision camera to record as well, by its address
-    #[arg(long, value_name = "IP", conflicts_with = "replay", group = "live_camera")]
-    pub camera: Option<Ipv4Addr>,
+    /// GigE Vision camera to record as well, by its address; or a USB3 Vision camera, by its serial number, or without one the only one
+    /// that is plugged in (a program that was built with the feature u3v)
+    #[arg(long, value_name = "IP|usb[:SERIAL]", conflicts_with = "replay", group = "live_camera")]
+    pub camera: Option<CameraAddress>,
     /// Device of Video4Linux to record instead: a UVC camera, /dev/video0
     #[cfg(all(feature = "v4l2", target_os = "linux"))]
     #[arg(long, value_name = "DEVICE", conflicts_with = "replay", group = "live_camera")]
@@ -76,18 +78,18 @@ impl CameraArgs {
                 fps: self.fps,
             }));
         }
-        match (&self.replay, self.camera) {
-            (Some(folder), _) => Some(CameraChoice::Replay(folder.clone())),
-            (None, Some(address)) => Some(CameraChoice::GigE(GigeChoice {
-                address,
-                exposure_us: self.exposure_us,
-                fps: self.fps,
-                trigger: self.trigger.clone().unwrap_or_default(),
-                pixel: self.pixel_format,
-                channel: self.laser,
-            })),
-            (None, None) => None,
+        if let Some(folder) = &self.replay {
+            return Some(CameraChoice::Replay(folder.clone()));
         }
+        let setup = CameraSetup {
+            exposure_us: self.exposure_us,
+            fps: self.fps,
+            trigger: self.trigger.clone().unwrap_or_default(),
+            pixel: self.pixel_format,
+            channel: self.laser,
+            ..CameraSetup::default()
+        };
+        Some(self.camera.as_ref()?.choice(setup))
     }
 }
 

@@ -3,7 +3,9 @@
 
 use std::error::Error;
 use std::time::{Duration, Instant};
-use trueline_camera::{FrameSource, FrameStatus, GigeCamera, GigeSettings, LatchMap, LatchSample};
+use trueline_camera::{
+    CameraSetup, FrameSource, FrameStatus, GigeCamera, GigeSettings, LatchMap, LatchSample,
+};
 use trueline_live::HostClock;
 
 const LONGEST: Duration = Duration::from_secs(60);
@@ -14,13 +16,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let number = |at: usize| arguments.get(at).map(|text| text.parse::<u32>()).transpose();
     let address = arguments.first().ok_or("which address?")?.parse()?;
     let count = u64::from(number(1)?.unwrap_or(100));
-    let settings = GigeSettings {
+    let setup = CameraSetup {
         width: number(2)?,
         height: number(3)?,
         exposure_us: number(4)?.map(f64::from),
-        packet_size: Some(PACKET_BYTES),
-        ..GigeSettings::at(address)
+        ..CameraSetup::default()
     };
+    let settings = GigeSettings { packet_size: Some(PACKET_BYTES), setup, ..GigeSettings::at(address) };
     let mut camera = GigeCamera::open(&settings, HostClock::start())?;
     let (begin, mut complete, mut latches) = (Instant::now(), 0, Vec::<LatchSample>::new());
     let mut stamps = Vec::new();

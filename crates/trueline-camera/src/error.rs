@@ -74,12 +74,36 @@ pub enum CameraError {
         /// What is wrong.
         why: String,
     },
+    /// No such camera at USB.
+    #[error("no USB3 Vision camera {}is plugged in{}", wanted(serial.as_deref()), others(found))]
+    NotPluggedIn {
+        /// The serial number that was asked for; `None` for any.
+        serial: Option<String>,
+        /// Serial numbers of the cameras that are there.
+        found: Vec<String>,
+    },
+    /// A camera at USB that gives no pictures, or not as asked for.
+    #[error("{device}: {why}")]
+    Usb {
+        /// Maker, model and serial number, as far as known.
+        device: String,
+        /// What is wrong.
+        why: String,
+    },
     /// A recording that cannot be replayed.
     #[error(transparent)]
     Recording(#[from] trueline_dataset::Error),
     /// The operating system refused.
     #[error("network: {0}")]
     Io(#[from] std::io::Error),
+}
+
+fn wanted(serial: Option<&str>) -> String {
+    serial.map_or_else(String::new, |serial| format!("with the serial number {serial} "))
+}
+
+fn others(found: &[String]) -> String {
+    if found.is_empty() { String::new() } else { format!("; there are {}", found.join(", ")) }
 }
 
 impl CameraError {
@@ -116,6 +140,10 @@ impl CameraError {
             Self::Feature { .. } => "see the camera's manual for what it allows".to_owned(),
             Self::Video { .. } => "`v4l2-ctl --list-devices` and `v4l2-ctl -d DEVICE --list-formats-ext` show what there is; your user \
                 must be in the group of the device's file (video)"
+                .to_owned(),
+            Self::NotPluggedIn { .. } => "check plug, cable and power; the serial number is on the camera, and in `lsusb -v` as iSerial".to_owned(),
+            Self::Usb { .. } => "close other programs that use the camera; your user must be allowed to open it (on Linux by a udev rule, on \
+                Windows it needs the WinUSB driver)"
                 .to_owned(),
             Self::Recording(error) => error.hint(),
             Self::Io(error) if error.kind() == std::io::ErrorKind::AddrInUse => {

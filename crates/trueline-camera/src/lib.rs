@@ -1,8 +1,9 @@
 //! Cameras: pictures with the stamps of every clock that saw them.
 //!
 //! A [`FrameSource`] gives pictures: a recording ([`Replay`]), a simulation in this program ([`InProcess`]) or, with the feature
-//! `gige`, a GigE Vision camera ([`gige::GigeCamera`]); with the feature `v4l2`, on Linux, one of the kernel's. [`LatchMap`] maps the camera's clock to that of the PC. [`device`] is the other side: a
-//! camera that is simulated down to its packets, for tests and for programs that nobody here wrote.
+//! `gige`, a GigE Vision camera ([`gige::GigeCamera`]); with the feature `u3v`, a USB3 Vision camera; with the feature `v4l2`, on Linux, one of
+//! the kernel's. What GenICam has alike for the first two is in [`genicam`]. [`LatchMap`] maps the camera's clock to that of the PC. [`device`] is the other
+//! side: a camera that is simulated down to its packets, for tests and for programs that nobody here wrote.
 //!
 //! ```
 //! use trueline_camera::{LatchMap, LatchSample};
@@ -26,6 +27,8 @@ pub mod device;
 pub mod error;
 mod frame_source;
 #[cfg(feature = "gige")]
+pub mod genicam;
+#[cfg(feature = "gige")]
 pub mod gige;
 mod gray_image;
 mod in_process;
@@ -36,7 +39,10 @@ mod pixel_format;
 mod range;
 mod reconnecting;
 pub mod replay;
+mod setup;
 mod trigger;
+#[cfg(feature = "u3v")]
+pub mod u3v;
 #[cfg(all(feature = "v4l2", target_os = "linux"))]
 pub mod v4l2;
 
@@ -51,4 +57,5 @@ pub use pixel_format::{Mosaic, PixelFormat, Samples};
 pub use range::{RangeAxis, RangeProfile, RangeScale};
 pub use reconnecting::Reconnecting;
 pub use replay::{Pace, Replay};
+pub use setup::CameraSetup;
 pub use trigger::{NotATrigger, Trigger, TriggerEdge};

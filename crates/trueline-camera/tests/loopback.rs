@@ -4,13 +4,13 @@
 
 mod simulated;
 
-use simulated::{Known, asked, facts, known, open, patient, start, take, widened};
+use simulated::{Known, facts, known, open, patient, start, take, widened, with};
 use std::time::Duration;
 use trueline_camera::device::{Chunks, Device, DeviceHandle, DeviceSettings, SentFrame};
 use trueline_camera::gige::{Adapter, PtpState, discover};
 use trueline_camera::{
-    CameraError, CameraFrame, FrameSource, FrameStatus, GigeCamera, GigeSettings, Mosaic, PixelFormat,
-    Samples,
+    CameraError, CameraFrame, CameraSetup, FrameSource, FrameStatus, GigeCamera, GigeSettings, Mosaic,
+    PixelFormat, Samples,
 };
 use trueline_dataset::{Channel, Pixels};
 use trueline_live::HostClock;
@@ -63,15 +63,16 @@ fn a_region_a_rate_an_exposure_and_a_format_are_set() {
     let settings = patient(2);
     let device = start(&settings, host);
     device.set_ptp(true, true);
-    let wanted = GigeSettings {
+    let setup = CameraSetup {
         width: Some(160),
         height: Some(100),
         offset: Some([64, 20]),
         pixel: Some(PixelFormat::MONO_12),
         exposure_us: Some(5000.0),
         fps: Some(80.0),
-        ..asked(&settings)
+        ..CameraSetup::default()
     };
+    let wanted = with(&settings, setup);
     let mut camera = GigeCamera::open(&wanted, host).unwrap();
     let frames = take(&mut camera, 20);
     let sent = facts(&device, &frames);
@@ -101,8 +102,10 @@ fn packed_pictures_arrive_as_they_were() {
     for pixel in PixelFormat::PACKED {
         let settings = patient(2);
         let device = start(&settings, host);
-        let wanted =
-            GigeSettings { width: Some(168), height: Some(98), pixel: Some(pixel), ..asked(&settings) };
+        let wanted = with(
+            &settings,
+            CameraSetup { width: Some(168), height: Some(98), pixel: Some(pixel), ..CameraSetup::default() },
+        );
         let mut camera = GigeCamera::open(&wanted, host).unwrap();
         let frames = take(&mut camera, 3);
         let sent = facts(&device, &frames);
@@ -131,7 +134,10 @@ fn of_colours_the_lasers_channel_arrives() {
     for pixel in formats.into_iter().chain([PixelFormat::Rgb8]) {
         let settings = colour(32);
         let device = start(&settings, host);
-        let wanted = GigeSettings { pixel: Some(pixel), channel: Some(Channel::Red), ..asked(&settings) };
+        let wanted = with(
+            &settings,
+            CameraSetup { pixel: Some(pixel), channel: Some(Channel::Red), ..CameraSetup::default() },
+        );
         let mut camera = GigeCamera::open(&wanted, host).unwrap();
         let frames = take(&mut camera, 3);
         assert_eq!(frames.len(), 3, "{pixel}");
@@ -167,7 +173,7 @@ fn the_format_that_a_camera_is_set_to_is_kept_where_it_can_be_used() {
     let device = start(&settings, host);
     let opened = |pixel: PixelFormat, channel: Option<Channel>| {
         device.set_pixel_format(pixel);
-        GigeCamera::open(&GigeSettings { channel, ..asked(&settings) }, host)
+        GigeCamera::open(&with(&settings, CameraSetup { channel, ..CameraSetup::default() }), host)
     };
     let bits = |camera: &mut GigeCamera| match take(camera, 1)[0].image.as_ref().unwrap().pixels {
         Pixels::Eight(_) => 8,
@@ -181,7 +187,7 @@ fn the_format_that_a_camera_is_set_to_is_kept_where_it_can_be_used() {
     assert_eq!(bits(&mut opened(mosaic, None).unwrap()), 8);
     let refused = opened(packed, Some(Channel::Red)).err().unwrap();
     assert!(matches!(&refused, CameraError::NoColours { format } if format == "Mono12p"), "{refused}");
-    let asked_for = GigeSettings { pixel: Some(mosaic), ..asked(&settings) };
+    let asked_for = with(&settings, CameraSetup { pixel: Some(mosaic), ..CameraSetup::default() });
     let refused = GigeCamera::open(&asked_for, host).err().unwrap();
     assert!(matches!(&refused, CameraError::NoChannel { format } if format == "BayerRG12p"), "{refused}");
 }

@@ -4,10 +4,12 @@
 
 mod simulated;
 
-use simulated::{address, asked, open, patient, start, take, until_error};
+use simulated::{address, open, patient, start, take, until_error, with};
 use std::time::{Duration, Instant};
 use trueline_camera::device::DeviceSettings;
-use trueline_camera::{CameraError, FrameSource, FrameStatus, GigeCamera, GigeSettings, PixelFormat};
+use trueline_camera::{
+    CameraError, CameraSetup, FrameSource, FrameStatus, GigeCamera, GigeSettings, PixelFormat,
+};
 use trueline_live::HostClock;
 
 const SOON: Duration = Duration::from_secs(5);
@@ -94,7 +96,7 @@ fn a_second_program_is_turned_away_until_the_first_has_gone() {
     let settings = patient(5);
     let device = start(&settings, host);
     let first = open(&settings, host);
-    let error = GigeCamera::open(&asked(&settings), host).err().unwrap();
+    let error = GigeCamera::open(&simulated::asked(&settings), host).err().unwrap();
     assert!(matches!(error, CameraError::Busy { .. }), "{error}");
     assert!(device.counts().denied > 0);
     drop(first);
@@ -135,14 +137,15 @@ fn what_the_camera_cannot_do_is_said_with_what_it_can() {
     let settings = DeviceSettings { serial: "A-SERIAL-NUMBER-THAT-IS-TOO-LONG".to_owned(), ..patient(8) };
     let device = start(&settings, host);
     let refused = |settings: GigeSettings| GigeCamera::open(&settings, host).err().unwrap();
-    let error = refused(GigeSettings { pixel: Some(PixelFormat::MONO_10), ..asked(&settings) });
+    let error =
+        refused(with(&settings, CameraSetup { pixel: Some(PixelFormat::MONO_10), ..CameraSetup::default() }));
     assert_eq!(
         error.to_string(),
         "pictures are wanted as Mono10, the camera offers Mono8, Mono12, Mono10p, Mono12p, Mono10Packed, Mono12Packed, Mono16"
     );
-    let error = refused(GigeSettings { width: Some(4000), ..asked(&settings) });
+    let error = refused(with(&settings, CameraSetup { width: Some(4000), ..CameraSetup::default() }));
     assert!(matches!(&error, CameraError::Feature { name, .. } if name == "Width"), "{error}");
-    let error = refused(GigeSettings { exposure_us: Some(1e9), ..asked(&settings) });
+    let error = refused(with(&settings, CameraSetup { exposure_us: Some(1e9), ..CameraSetup::default() }));
     assert!(matches!(&error, CameraError::Feature { name, .. } if name == "ExposureTime"), "{error}");
     assert_eq!(device.counts().sent, 0);
 }

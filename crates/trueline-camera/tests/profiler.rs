@@ -4,9 +4,11 @@
 
 mod simulated;
 
-use simulated::{asked, facts, patient, take};
+use simulated::{facts, patient, take, with};
 use trueline_camera::device::{Device, DeviceHandle, DeviceSettings, OutputMode, Pictures, RangeFeatures};
-use trueline_camera::{CameraError, CameraFrame, FrameStatus, GigeCamera, GigeSettings, PixelFormat};
+use trueline_camera::{
+    CameraError, CameraFrame, CameraSetup, FrameStatus, GigeCamera, GigeSettings, PixelFormat,
+};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_live::HostClock;
 
@@ -55,7 +57,7 @@ fn profiler(test: u8, rows: u32, range: RangeFeatures) -> DeviceSettings {
 }
 
 fn wanted(settings: &DeviceSettings) -> GigeSettings {
-    GigeSettings { profiles: true, ..asked(settings) }
+    with(settings, CameraSetup { profiles: true, ..CameraSetup::default() })
 }
 
 fn recorded(settings: &DeviceSettings, count: usize) -> (DeviceHandle, Vec<CameraFrame>) {

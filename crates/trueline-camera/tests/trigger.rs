@@ -4,13 +4,13 @@
 
 mod simulated;
 
-use simulated::{Known, asked, facts, patient, start, take};
+use simulated::{Known, facts, patient, start, take, with};
 use std::time::Duration;
 use trueline_camera::device::{
     Chunks, Device, DeviceHandle, DeviceSettings, Edge, OutputMode, Pictures, RangeFeatures, TriggerOf,
 };
 use trueline_camera::{
-    CameraError, CameraFrame, FrameSource, GigeCamera, GigeSettings, Trigger, TriggerEdge,
+    CameraError, CameraFrame, CameraSetup, FrameSource, GigeCamera, GigeSettings, Trigger, TriggerEdge,
 };
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_live::HostClock;
@@ -59,8 +59,19 @@ fn known(settings: &DeviceSettings) -> Known {
     Known { width: settings.width as usize, height: settings.height as usize }
 }
 
+fn with_rate(mut settings: GigeSettings, fps: f64) -> GigeSettings {
+    settings.setup.fps = Some(fps);
+    settings
+}
+
 fn by_line(settings: &DeviceSettings, edge: Option<TriggerEdge>) -> GigeSettings {
-    GigeSettings { trigger: Trigger::Input { source: "Line1".to_owned(), edge }, ..asked(settings) }
+    with(
+        settings,
+        CameraSetup {
+            trigger: Trigger::Input { source: "Line1".to_owned(), edge },
+            ..CameraSetup::default()
+        },
+    )
 }
 
 fn signalled(settings: &DeviceSettings, host: HostClock, edges: &[Edge]) -> DeviceHandle {
@@ -157,13 +168,13 @@ fn a_camera_that_waits_gives_nothing_by_itself_and_off_lets_it_run() {
     let device = start(&settings, host);
     for trigger in [TriggerOf::Frame, TriggerOf::Acquisition] {
         device.set_trigger(trigger, true);
-        let as_set = GigeSettings { trigger: Trigger::AsSet, ..asked(&settings) };
+        let as_set = with(&settings, CameraSetup { trigger: Trigger::AsSet, ..CameraSetup::default() });
         let mut camera = GigeCamera::open(&as_set, host).unwrap();
         let told = camera.about().trigger.clone().unwrap();
         assert!(told.starts_with("Line1 RisingEdge"), "{told}");
         assert!(camera.next(Duration::from_millis(400)).unwrap().is_none(), "nothing is wired");
         drop(camera);
-        let mut camera = GigeCamera::open(&asked(&settings), host).unwrap();
+        let mut camera = GigeCamera::open(&simulated::asked(&settings), host).unwrap();
         assert_eq!(camera.about().trigger, None);
         assert_eq!(take(&mut camera, 3).len(), 3);
         drop(camera);
@@ -181,14 +192,14 @@ fn what_cannot_be_triggered_is_refused_by_name() {
     let _device = start(&settings, host);
     let refused = |wanted: GigeSettings| GigeCamera::open(&wanted, host).err().unwrap().to_string();
     let input = |source: &str| Trigger::Input { source: source.to_owned(), edge: None };
-    let told = refused(GigeSettings { trigger: input("Line7"), ..asked(&settings) });
+    let told = refused(with(&settings, CameraSetup { trigger: input("Line7"), ..CameraSetup::default() }));
     assert_eq!(
         told,
         "camera feature `TriggerSource`: Line7 was asked for, the camera offers Software, Line1, Line2"
     );
-    let told = refused(GigeSettings { trigger: input("Software"), ..asked(&settings) });
+    let told = refused(with(&settings, CameraSetup { trigger: input("Software"), ..CameraSetup::default() }));
     assert!(told.contains("`TriggerSource`") && told.contains("this program fires none"), "{told}");
-    let told = refused(GigeSettings { fps: Some(20.0), ..by_line(&settings, None) });
+    let told = refused(with_rate(by_line(&settings, None), 20.0));
     assert!(told.contains("`AcquisitionFrameRate`") && told.contains("as the trigger does"), "{told}");
 
     let without = DeviceSettings { can_be_triggered: false, ..patient(68) };
@@ -199,7 +210,7 @@ fn what_cannot_be_triggered_is_refused_by_name() {
         "camera feature `TriggerMode`: the camera has no such feature: it cannot be triggered"
     );
     // It runs by itself all the same.
-    assert_eq!(take(&mut GigeCamera::open(&asked(&without), host).unwrap(), 2).len(), 2);
+    assert_eq!(take(&mut GigeCamera::open(&simulated::asked(&without), host).unwrap(), 2).len(), 2);
 }
 
 /// Rows of a profiler that say when they were exposed.
@@ -229,7 +240,10 @@ fn rows_that_an_encoder_begins_have_their_time_one_a_frame_and_are_refused_other
         let pictures = Signalled { looks_at: Rows, edges: edges.clone() };
         let device = Device::start(settings.clone(), host, pictures).unwrap();
         device.set_trigger(TriggerOf::Row, true);
-        let as_set = GigeSettings { trigger: Trigger::AsSet, profiles: true, ..asked(&settings) };
+        let as_set = with(
+            &settings,
+            CameraSetup { trigger: Trigger::AsSet, profiles: true, ..CameraSetup::default() },
+        );
         let opened = GigeCamera::open(&as_set, host);
         if height > 1 {
             let error = opened.err().unwrap();

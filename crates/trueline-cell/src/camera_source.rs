@@ -5,8 +5,8 @@ use crate::frame_stamper::StampChoice;
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use trueline_camera::{CameraError, FrameSource, Pace, PixelFormat, Reconnecting, Replay, Trigger};
-use trueline_dataset::{Channel, Sensor};
+use trueline_camera::{CameraError, CameraSetup, FrameSource, Pace, Reconnecting, Replay};
+use trueline_dataset::Sensor;
 use trueline_live::HostClock;
 use trueline_vision::Joint;
 
@@ -16,30 +16,16 @@ const PATIENCE: Duration = Duration::from_secs(8);
 /// Which camera.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CameraChoice {
-    /// A GigE Vision camera.
-    GigE(GigeChoice),
+    /// A GigE Vision camera, and what is set on it.
+    GigE(Ipv4Addr, CameraSetup),
+    /// A USB3 Vision camera by its serial number, or the only one that is plugged in, and what is set on it.
+    #[cfg(feature = "u3v")]
+    U3v(Option<String>, CameraSetup),
     /// A device of Video4Linux.
     #[cfg(all(feature = "v4l2", target_os = "linux"))]
     V4l2(trueline_camera::v4l2::V4l2Settings),
     /// The pictures of a dataset folder, at the pace at which they were recorded.
     Replay(PathBuf),
-}
-
-/// A GigE Vision camera, and what is set on it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GigeChoice {
-    /// Its address.
-    pub address: Ipv4Addr,
-    /// Exposure time to set, µs; as it is if not given.
-    pub exposure_us: Option<f64>,
-    /// Pictures a second to set; as it is if not given.
-    pub fps: Option<f64>,
-    /// What begins an exposure.
-    pub trigger: Trigger,
-    /// Pixel format to set; else as it is, or gray levels of 8 bits if that cannot be used.
-    pub pixel: Option<PixelFormat>,
-    /// The laser's colour, of which pictures with colours are looked at.
-    pub channel: Option<Channel>,
 }
 
 /// How a camera is recorded.
@@ -85,7 +71,7 @@ fn open_patiently(
     let start = Instant::now();
     loop {
         match open_once(choice, sensor, clock) {
-            Err(CellError::Camera(CameraError::NotFound { .. }))
+            Err(CellError::Camera(CameraError::NotFound { .. } | CameraError::NotPluggedIn { .. }))
                 if start.elapsed() < PATIENCE && !give_up() => {}
             opened => return opened,
         }
@@ -99,7 +85,13 @@ fn open_once(
 ) -> Result<Box<dyn FrameSource>, CellError> {
     match choice {
         CameraChoice::Replay(folder) => Ok(Box::new(Replay::open(folder, Pace::Times(1.0), clock)?)),
-        CameraChoice::GigE(choice) => gige(choice, sensor, clock),
+        CameraChoice::GigE(address, setup) => gige(*address, fitted(setup, sensor), clock),
+        #[cfg(feature = "u3v")]
+        CameraChoice::U3v(serial, setup) => {
+            let (serial, setup) = (serial.clone(), fitted(setup, sensor));
+            let settings = trueline_camera::u3v::U3vSettings { serial, setup };
+            Ok(Box::new(trueline_camera::u3v::U3vCamera::open(&settings, clock)?))
+        }
         #[cfg(all(feature = "v4l2", target_os = "linux"))]
         CameraChoice::V4l2(settings) => {
             let mut settings = settings.clone();
@@ -111,27 +103,27 @@ fn open_once(
     }
 }
 
-#[cfg(feature = "gige")]
-fn gige(
-    choice: &GigeChoice,
-    sensor: Option<&Sensor>,
-    clock: HostClock,
-) -> Result<Box<dyn FrameSource>, CellError> {
-    use trueline_camera::{GigeCamera, GigeSettings};
-    let GigeChoice { address, exposure_us, fps, trigger, pixel, channel } = choice.clone();
-    let mut settings =
-        GigeSettings { exposure_us, fps, trigger, pixel, channel, ..GigeSettings::at(address) };
+/// As the sensor is described: pictures of its size, or profiles.
+fn fitted(setup: &CameraSetup, sensor: Option<&Sensor>) -> CameraSetup {
+    let mut setup = setup.clone();
     match sensor {
         Some(Sensor::CameraLaser { camera, .. }) => {
-            (settings.width, settings.height) = (Some(camera.size[0]), Some(camera.size[1]));
+            (setup.width, setup.height) = (Some(camera.size[0]), Some(camera.size[1]));
         }
-        Some(Sensor::Profiler) => settings.profiles = true,
+        Some(Sensor::Profiler) => setup.profiles = true,
         _ => {}
     }
+    setup
+}
+
+#[cfg(feature = "gige")]
+fn gige(address: Ipv4Addr, setup: CameraSetup, clock: HostClock) -> Result<Box<dyn FrameSource>, CellError> {
+    use trueline_camera::{GigeCamera, GigeSettings};
+    let settings = GigeSettings { setup, ..GigeSettings::at(address) };
     Ok(Box::new(GigeCamera::open(&settings, clock)?))
 }
 
 #[cfg(not(feature = "gige"))]
-fn gige(choice: &GigeChoice, _: Option<&Sensor>, _: HostClock) -> Result<Box<dyn FrameSource>, CellError> {
-    Err(CellError::NoGigE { address: choice.address })
+fn gige(address: Ipv4Addr, _: CameraSetup, _: HostClock) -> Result<Box<dyn FrameSource>, CellError> {
+    Err(CellError::NoGigE { address })
 }

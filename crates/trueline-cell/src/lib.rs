@@ -68,7 +68,7 @@ mod simulated_encoder;
 pub use camera_clock::{CameraClock, Exchange};
 pub use camera_counts::CameraCounts;
 pub use camera_recorder::CameraRecorder;
-pub use camera_source::{CameraChoice, CameraSettings, GigeChoice};
+pub use camera_source::{CameraChoice, CameraSettings};
 pub use cell::{Cell, CellOutcome, CellState};
 pub use cell_recording::{ARRIVAL, CellRecording, FinishedRecording, READING, RECORDING, RecordingSettings};
 pub use error::CellError;
@@ -86,4 +86,4 @@ pub use seam_finder::SeamFinder;
 pub use simulated_camera::{CameraLook, CameraWiring, SceneError, SimulatedScene};
 #[cfg(all(feature = "v4l2", target_os = "linux"))]
 pub use trueline_camera::v4l2::V4l2Settings;
-pub use trueline_camera::{PixelFormat, Trigger};
+pub use trueline_camera::{CameraSetup, PixelFormat, Trigger};

@@ -5,7 +5,7 @@ use telegenic::emulator::{DeviceConfig, GigeDevice};
 use telegenic::gige::proto::bootstrap::DeviceInfo;
 use telegenic::gige::proto::gvcp::{Ack, Cmd};
 use telegenic::gige::proto::gvsp::{GvspView, ImageLeader};
-use trueline_camera::gige::{ChunkNames, chunks};
+use trueline_camera::genicam::{ChunkNames, ChunkOrder, chunks};
 use trueline_camera::{PixelFormat, gray_image};
 use trueline_dataset::{Channel, Pixels};
 use trueline_live::SequenceStatus;
@@ -118,7 +118,7 @@ pub(crate) fn gige_chunks(bytes: &[u8]) {
     let length = usize::from(u16::from_be_bytes(length)).min(bytes.len());
     let (frame, description) = bytes.split_at(bytes.len() - length);
     let names = ChunkNames::of(&String::from_utf8_lossy(description));
-    match chunks(frame) {
+    match chunks(frame, ChunkOrder::BigEndian) {
         Ok(found) => {
             let taken: usize = found.iter().map(|chunk| chunk.data.len() + 8).sum();
             assert_eq!(taken, frame.len(), "bytes that belong to no chunk");

@@ -54,7 +54,8 @@ fn sentences_give_values_in_the_units_of_a_person() {
     assert_eq!(
         step.to_string(),
         "the time offset is not the same all over the scan: at about 12.346 s it changes by -12.300 ± 0.400 ms. One of the clocks stepped there, \
-         or is steered to and fro (as network time does)"
+         or is steered to and fro (as network time does); of stamps of arrival a small change may also be the load of the PC that recorded, \
+         which delays them"
     );
     let moved = Warning::CrossValidationShift {
         span_s: [1.0, 2.5],

@@ -1,19 +1,18 @@
 //! One session with one camera: from connecting to the last picture.
 
-use super::automatic::{self, Look, Watch};
 use super::block_ids::BlockIds;
-use super::chunks::{Chunk, ChunkNames, chunks};
-use super::configure;
-use super::errors::{connecting, driver, feature};
-use super::features;
-use super::latch::{Asked, Latch};
-use super::picture::{self, Session};
+use super::errors::connecting;
+use super::latch::latched;
+use super::picture;
 use super::ptp::{self, PtpState};
-use super::scan3d;
 use super::settings::GigeSettings;
 use super::stamps::{LatchStamps, PacketStamps};
 use crate::error::CameraError;
 use crate::frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};
+use crate::genicam::{
+    Asked, ChunkNames, ChunkOrder, Features, Latch, Look, Session, Told, Watch, begin, chunks, driver,
+    exposure_us, size,
+};
 use crate::latch_clock::LatchSample;
 use std::time::{Duration, Instant};
 use telegenic::gige::proto::bootstrap::{TIMESTAMP_TICK_FREQUENCY_HIGH, TIMESTAMP_TICK_FREQUENCY_LOW};
@@ -21,7 +20,6 @@ use telegenic::gige::{GigECamera, GigeConfig};
 use telegenic::{
     Frame, FrameChannel, GenICamera, PacketSize, PayloadKind, SocketOption, StreamChannel, StreamConfig,
 };
-use trueline_dataset::FrameSignals;
 use trueline_live::HostClock;
 
 /// The driver asks for a sign of life at a third of this, and the camera frees itself after it, ms.
@@ -72,6 +70,7 @@ pub struct GigeCamera {
     packets: PacketStamps,
     chunk_names: ChunkNames,
     latch: Latch,
+    latch_stamps: LatchStamps,
     watch: Watch,
     ids: BlockIds,
     last_frame: Option<u64>,
@@ -98,27 +97,23 @@ impl GigeCamera {
     pub fn open(settings: &GigeSettings, clock: HostClock) -> Result<Self, CameraError> {
         let latch_stamps = LatchStamps::new(clock);
         let mut camera = connect(settings, latch_stamps.clone())?;
-        let (format, waits) = configure::configure(&mut camera, settings)?;
-        automatic::turn_off(&mut camera)?;
-        let size = [features::size(&mut camera, "Width")?, features::size(&mut camera, "Height")?];
-        let range =
-            settings.profiles.then(|| scan3d::scale(&mut camera, format, size[1], &waits)).transpose()?;
-        let session = Session { size, format, channel: settings.channel.unwrap_or_default(), range };
+        let (session, trigger) = begin(&mut camera, &settings.setup)?;
         let tick_hz = tick_hz(camera.transport());
         let chunk_names = chunk_names(&mut camera);
         let packets = PacketStamps::new(clock);
         let stream = open_stream(&mut camera, settings, packets.clone())?;
         let frames = stream.1.subscribe(stream.0);
         let mut opened = Self {
-            about: SourceAbout { trigger: waits.told(), ..about(camera.transport(), size, tick_hz) },
-            exposure_us: features::exposure_us(&mut camera),
+            about: SourceAbout { trigger, ..about(camera.transport(), session.size, tick_hz) },
+            exposure_us: exposure_us(&mut camera),
             ptp: ptp::state(&mut camera),
             camera,
             stream: Some(stream.1),
             frames,
             packets,
             chunk_names,
-            latch: Latch::new(clock, latch_stamps),
+            latch: Latch::new(clock),
+            latch_stamps,
             watch: Watch::start(),
             ids: BlockIds::default(),
             last_frame: None,
@@ -130,8 +125,8 @@ impl GigeCamera {
             pending: None,
             gone: false,
         };
-        let _ = opened.camera.set_integer("TLParamsLocked", 1);
-        opened.camera.execute("AcquisitionStart").map_err(|e| feature("AcquisitionStart", &e))?;
+        let _ = Features::set_integer(&mut opened.camera, "TLParamsLocked", 1);
+        Features::execute(&mut opened.camera, "AcquisitionStart")?;
         Ok(opened)
     }
 
@@ -141,7 +136,9 @@ impl GigeCamera {
     /// [`CameraError::Unplugged`].
     pub fn latch(&mut self) -> Result<Option<LatchSample>, CameraError> {
         let tick_hz = self.tick_hz;
-        match self.latch.ask(self.camera.transport(), |ticks| device_ns(ticks, tick_hz)) {
+        let camera = self.camera.transport();
+        let exchange = || latched(camera, &self.latch_stamps);
+        match self.latch.ask(exchange, |ticks| device_ns(ticks, tick_hz)) {
             Asked::Answer(sample) => Ok(Some(sample)),
             Asked::No => Ok(None),
             Asked::Silence => Err(self.unplugged()),
@@ -189,7 +186,7 @@ impl GigeCamera {
     /// A picture; `None` for a stray packet that is none.
     fn given(&mut self, frame: &Frame) -> Option<CameraFrame> {
         let packets = self.packets.take(frame.frame_id);
-        let (status, seen) = picture::of(frame, packets.as_ref(), self.session);
+        let (status, seen) = picture::of(frame, packets.as_ref(), &self.session);
         let is_whole = !matches!(status, FrameStatus::Incomplete { .. });
         let Some(number) = self.ids.unwrapped(frame.frame_id, is_whole) else {
             self.counts.stray += 1;
@@ -197,10 +194,10 @@ impl GigeCamera {
         };
         self.count(number, &status);
         self.counts.resent_packets += u64::from(packets.map_or(0, |p| p.resent));
-        self.pending = self.verdict(&status);
+        self.pending = self.session.verdict(&status);
         let complete_ns = packets.map_or_else(|| self.clock.read().steady_ns, |p| p.last_ns);
         self.last_packet_ns = self.last_packet_ns.max(complete_ns);
-        let told = if is_whole { self.told_by_chunks(frame) } else { ChunkFacts::default() };
+        let told = if is_whole { self.told_by_chunks(frame) } else { Told::default() };
         let ticks = told.ticks.or(Some(frame.timestamp_ticks).filter(|ticks| *ticks != 0));
         Some(CameraFrame {
             image: seen.image,
@@ -216,13 +213,13 @@ impl GigeCamera {
     }
 
     /// What the chunks of a frame say, where the camera is set to send some.
-    fn told_by_chunks(&mut self, frame: &Frame) -> ChunkFacts {
+    fn told_by_chunks(&mut self, frame: &Frame) -> Told {
         let has_chunks = matches!(frame.payload, PayloadKind::Image { has_chunks: true });
-        match chunks(if has_chunks { frame.data() } else { &[] }) {
-            Ok(chunks) => ChunkFacts::of(&self.chunk_names, &chunks),
+        match chunks(if has_chunks { frame.data() } else { &[] }, ChunkOrder::BigEndian) {
+            Ok(chunks) => Told::by(&self.chunk_names, &chunks),
             Err(_) => {
                 self.counts.bad_chunks += 1;
-                ChunkFacts::default()
+                Told::default()
             }
         }
     }
@@ -232,19 +229,6 @@ impl GigeCamera {
         self.counts.incomplete += u64::from(matches!(status, FrameStatus::Incomplete { .. }));
         if let Some(last) = self.last_frame.replace(number) {
             self.counts.missing += number.saturating_sub(last + 1);
-        }
-    }
-
-    /// A picture of another size or format is no accident: the session is over.
-    fn verdict(&self, status: &FrameStatus) -> Option<CameraError> {
-        match status {
-            FrameStatus::WrongSize { width, height } => {
-                Some(CameraError::FrameSizeChanged { was: self.session.size, is: [*width, *height] })
-            }
-            FrameStatus::WrongFormat { found } => {
-                Some(CameraError::Format { wanted: self.session.format.to_string(), offered: found.clone() })
-            }
-            FrameStatus::Complete | FrameStatus::Incomplete { .. } => None,
         }
     }
 }
@@ -298,30 +282,6 @@ impl Drop for GigeCamera {
     }
 }
 
-/// What the chunks of a frame say of it.
-#[derive(Default)]
-struct ChunkFacts {
-    /// The camera's clock, which stands before that of the leader.
-    ticks: Option<u64>,
-    exposure_us: Option<f64>,
-    signals: FrameSignals,
-}
-
-impl ChunkFacts {
-    fn of(names: &ChunkNames, chunks: &[Chunk<'_>]) -> Self {
-        Self {
-            ticks: names.whole("ChunkTimestamp", chunks),
-            exposure_us: names.number("ChunkExposureTime", chunks),
-            signals: FrameSignals {
-                encoder: names.signed("ChunkEncoderValue", chunks),
-                lines: names.whole("ChunkLineStatusAll", chunks),
-                counter: names.signed("ChunkCounterValue", chunks),
-                camera_frame: names.whole("ChunkFrameID", chunks),
-            },
-        }
-    }
-}
-
 /// What the camera's description says of chunks.
 fn chunk_names(camera: &mut GenICamera) -> ChunkNames {
     let description = camera.transport_mut().genicam_xml().ok();
@@ -346,7 +306,7 @@ fn open_stream(
     settings: &GigeSettings,
     stamps: PacketStamps,
 ) -> Result<(usize, StreamChannel), CameraError> {
-    let payload = features::size(camera, "PayloadSize")? as usize;
+    let payload = size(camera, "PayloadSize")? as usize;
     let waiting = (WAITING_BYTES / payload.max(1)).clamp(LEAST_WAITING, MOST_WAITING);
     let config = StreamConfig {
         payload_size: Some(payload),

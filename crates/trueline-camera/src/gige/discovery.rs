@@ -1,7 +1,7 @@
 //! Which cameras are there.
 
-use super::errors::driver;
 use crate::error::CameraError;
+use crate::genicam::driver;
 use std::net::Ipv4Addr;
 use std::time::Duration;
 use telegenic::gige::discovery::{DiscoveryConfig, NetworkAdapter, discover as ask};

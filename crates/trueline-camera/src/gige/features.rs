@@ -1,54 +1,66 @@
-//! Features of a camera: makers name the same thing differently.
+//! The features of a GigE Vision camera.
 
-use super::errors::feature;
-use crate::error::CameraError;
+use crate::genicam::{Features, Refusal};
 use telegenic::GenICamera;
 
-/// What makers call the exposure time, µs.
-pub(super) const EXPOSURE: [&str; 2] = ["ExposureTime", "ExposureTimeAbs"];
-
-/// Exposure time as the camera tells it, µs.
-pub(super) fn exposure_us(camera: &mut GenICamera) -> Option<f64> {
-    let name = EXPOSURE.into_iter().find(|name| camera.has_feature(name))?;
-    camera.get_float(name).ok().filter(|us| us.is_finite())
-}
-
-/// A whole number that the camera must have.
-///
-/// # Errors
-/// A feature that is missing, or no size.
-pub(super) fn size(camera: &mut GenICamera, name: &str) -> Result<u32, CameraError> {
-    let value = camera.get_integer(name).map_err(|e| feature(name, &e))?;
-    u32::try_from(value)
-        .map_err(|_| CameraError::Feature { name: name.to_owned(), why: format!("{value} is no size") })
-}
-
-/// Sets an enumeration where the camera has it.
-pub(crate) fn set_if_there(camera: &mut GenICamera, name: &str, entry: &str) -> Result<(), CameraError> {
-    if !camera.has_feature(name) {
-        return Ok(());
+impl Features for GenICamera {
+    fn has_feature(&self, name: &str) -> bool {
+        Self::has_feature(self, name)
     }
-    // Some cameras show what they are as an enumeration that cannot be written.
-    if camera.get_enum(name).is_ok_and(|now| now == entry) {
-        return Ok(());
-    }
-    camera.set_enum(name, entry).map_err(|e| feature(name, &e))
-}
 
-/// Sets a number that the camera has by one of these names.
-///
-/// # Errors
-/// A camera that has none of them, or takes other numbers.
-pub(super) fn set_one_of(camera: &mut GenICamera, names: &[&str], value: f64) -> Result<(), CameraError> {
-    let Some(name) = names.iter().find(|name| camera.has_feature(name)) else {
-        let why = "the camera has no such feature".to_owned();
-        return Err(CameraError::Feature { name: names[0].to_owned(), why });
-    };
-    if let Ok((least, most)) = camera.float_bounds(name)
-        && !(least..=most).contains(&value)
-    {
-        let why = format!("{value} was asked for, the camera takes {least} to {most}");
-        return Err(CameraError::Feature { name: (*name).to_owned(), why });
+    fn get_integer(&mut self, name: &str) -> Result<i64, Refusal> {
+        Self::get_integer(self, name).map_err(|error| Refusal::of(name, &error))
     }
-    camera.set_float(name, value).map_err(|e| feature(name, &e))
+
+    fn set_integer(&mut self, name: &str, value: i64) -> Result<(), Refusal> {
+        Self::set_integer(self, name, value).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn integer_bounds(&mut self, name: &str) -> Result<(i64, i64), Refusal> {
+        Self::integer_bounds(self, name).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn integer_increment(&mut self, name: &str) -> Result<i64, Refusal> {
+        Self::integer_increment(self, name).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn get_float(&mut self, name: &str) -> Result<f64, Refusal> {
+        Self::get_float(self, name).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn set_float(&mut self, name: &str, value: f64) -> Result<(), Refusal> {
+        Self::set_float(self, name, value).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn float_bounds(&mut self, name: &str) -> Result<(f64, f64), Refusal> {
+        Self::float_bounds(self, name).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn get_boolean(&mut self, name: &str) -> Result<bool, Refusal> {
+        Self::get_boolean(self, name).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn set_boolean(&mut self, name: &str, value: bool) -> Result<(), Refusal> {
+        Self::set_boolean(self, name, value).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn get_enum(&mut self, name: &str) -> Result<String, Refusal> {
+        Self::get_enum(self, name).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn set_enum(&mut self, name: &str, entry: &str) -> Result<(), Refusal> {
+        Self::set_enum(self, name, entry).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn enum_entries(&mut self, name: &str) -> Result<Vec<String>, Refusal> {
+        Self::enum_entries(self, name).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn execute(&mut self, name: &str) -> Result<(), Refusal> {
+        Self::execute(self, name).map_err(|error| Refusal::of(name, &error))
+    }
+
+    fn forget(&mut self) -> Result<(), Refusal> {
+        self.invalidate_caches().map_err(|error| Refusal::of("device description", &error))
+    }
 }

@@ -1,6 +1,6 @@
 //! Whether the camera's clock follows another by IEEE 1588.
 
-use telegenic::GenICamera;
+use crate::genicam::Features;
 
 /// The state of the precision time protocol in the camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ const NAMES: [[&str; 3]; 3] = [
 ];
 
 /// Reads the state.
-pub(super) fn state(camera: &mut GenICamera) -> PtpState {
+pub(super) fn state(camera: &mut dyn Features) -> PtpState {
     let Some([switch, latch, status]) = NAMES
         .into_iter()
         .find(|[switch, _, status]| camera.has_feature(switch) && camera.has_feature(status))
@@ -33,7 +33,7 @@ pub(super) fn state(camera: &mut GenICamera) -> PtpState {
     match camera.get_boolean(switch) {
         Ok(true) => {}
         Ok(false) => return PtpState::Off,
-        Err(error) => return PtpState::Other(error.to_string()),
+        Err(refusal) => return PtpState::Other(refusal.error.to_string()),
     }
     if camera.has_feature(latch) {
         let _ = camera.execute(latch);
@@ -41,6 +41,6 @@ pub(super) fn state(camera: &mut GenICamera) -> PtpState {
     match camera.get_enum(status) {
         Ok(word) if word == "Slave" => PtpState::Slave,
         Ok(word) => PtpState::Other(word),
-        Err(error) => PtpState::Other(error.to_string()),
+        Err(refusal) => PtpState::Other(refusal.error.to_string()),
     }
 }

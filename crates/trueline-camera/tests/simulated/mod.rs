@@ -5,7 +5,9 @@ use std::net::Ipv4Addr;
 use std::thread;
 use std::time::{Duration, Instant};
 use trueline_camera::device::{Device, DeviceHandle, DeviceSettings, Pictures, SentFrame};
-use trueline_camera::{CameraError, CameraFrame, FrameSource, GigeCamera, GigeSettings, PixelFormat};
+use trueline_camera::{
+    CameraError, CameraFrame, CameraSetup, FrameSource, GigeCamera, GigeSettings, PixelFormat,
+};
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_live::HostClock;
 
@@ -52,6 +54,11 @@ pub(crate) fn start(settings: &DeviceSettings, host: HostClock) -> DeviceHandle 
 
 pub(crate) fn asked(settings: &DeviceSettings) -> GigeSettings {
     GigeSettings { packet_size: Some(settings.packet_bytes), ..GigeSettings::at(settings.address) }
+}
+
+/// The same, with something set.
+pub(crate) fn with(settings: &DeviceSettings, setup: CameraSetup) -> GigeSettings {
+    GigeSettings { setup, ..asked(settings) }
 }
 
 pub(crate) fn open(settings: &DeviceSettings, host: HostClock) -> GigeCamera {

@@ -325,7 +325,8 @@ fn clock_step([at_s, step_s, sigma_s]: [f64; 3], pictures: Option<u32>) -> Strin
         None => {
             format!(
                 "the time offset is not the same all over the scan: at about {at_s:.3} s it changes by {by}. One of the clocks stepped there, or \
-                 is steered to and fro (as network time does)"
+                 is steered to and fro (as network time does); of stamps of arrival a small change may also be the load of the PC that recorded, which \
+                 delays them"
             )
         }
         Some(pictures) => format!(

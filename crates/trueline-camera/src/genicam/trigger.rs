@@ -1,10 +1,8 @@
 //! Setting a camera's triggers.
 
-use super::errors::{feature, is_silence};
-use super::features::set_if_there;
+use super::features::{Features, set_if_there};
 use crate::error::CameraError;
 use crate::trigger::{Trigger, TriggerEdge};
-use telegenic::GenICamera;
 
 const SELECTOR: &str = "TriggerSelector";
 const MODE: &str = "TriggerMode";
@@ -42,7 +40,7 @@ impl Waits {
 ///
 /// # Errors
 /// Features that the camera does not have, and a source that nothing would fire.
-pub(super) fn set(camera: &mut GenICamera, trigger: &Trigger) -> Result<Waits, CameraError> {
+pub(super) fn set(camera: &mut dyn Features, trigger: &Trigger) -> Result<Waits, CameraError> {
     let selectors = selectors(camera)?;
     match trigger {
         Trigger::Off => selectors.iter().try_for_each(|name| turn_off(camera, name.as_deref()))?,
@@ -58,36 +56,36 @@ pub(super) fn set(camera: &mut GenICamera, trigger: &Trigger) -> Result<Waits, C
 }
 
 /// The triggers that a camera has; one without a name where it has no selector.
-fn selectors(camera: &mut GenICamera) -> Result<Vec<Option<String>>, CameraError> {
+fn selectors(camera: &mut dyn Features) -> Result<Vec<Option<String>>, CameraError> {
     if !camera.has_feature(MODE) {
         return Ok(Vec::new());
     }
     if !camera.has_feature(SELECTOR) {
         return Ok(vec![None]);
     }
-    let names = camera.enum_entries(SELECTOR).map_err(|e| feature(SELECTOR, &e))?;
+    let names = camera.enum_entries(SELECTOR)?;
     Ok(names.into_iter().map(Some).collect())
 }
 
 /// Makes what follows be of one trigger; `false` if the camera does not have it now.
-fn select(camera: &mut GenICamera, selector: Option<&str>) -> Result<bool, CameraError> {
+fn select(camera: &mut dyn Features, selector: Option<&str>) -> Result<bool, CameraError> {
     let Some(name) = selector else { return Ok(true) };
     match camera.set_enum(SELECTOR, name) {
         Ok(()) => {}
-        Err(error) if is_silence(&error) => return Err(feature(SELECTOR, &error)),
+        Err(refusal) if refusal.is_silence() => return Err(refusal.into()),
         Err(_) => return Ok(false),
     }
     // What the driver remembers is of the trigger before.
-    camera.invalidate_caches().map_err(|e| feature(SELECTOR, &e))?;
+    camera.forget()?;
     Ok(true)
 }
 
-fn turn_off(camera: &mut GenICamera, selector: Option<&str>) -> Result<(), CameraError> {
+fn turn_off(camera: &mut dyn Features, selector: Option<&str>) -> Result<(), CameraError> {
     if select(camera, selector)? { set_if_there(camera, MODE, "Off") } else { Ok(()) }
 }
 
 fn turn_on(
-    camera: &mut GenICamera,
+    camera: &mut dyn Features,
     selectors: &[Option<String>],
     source: &str,
     edge: Option<TriggerEdge>,
@@ -114,20 +112,20 @@ fn turn_on(
 }
 
 /// Sets an enumeration that the camera must have, to an entry that it must offer.
-fn choose(camera: &mut GenICamera, name: &str, entry: &str) -> Result<(), CameraError> {
+fn choose(camera: &mut dyn Features, name: &str, entry: &str) -> Result<(), CameraError> {
     if !camera.has_feature(name) {
         return Err(refused(name, format!("{entry} was asked for, and the camera has no such feature")));
     }
-    let offered = camera.enum_entries(name).map_err(|e| feature(name, &e))?;
+    let offered = camera.enum_entries(name)?;
     if !offered.iter().any(|offered| offered == entry) {
         let offered = offered.join(", ");
         return Err(refused(name, format!("{entry} was asked for, the camera offers {offered}")));
     }
-    camera.set_enum(name, entry).map_err(|e| feature(name, &e))
+    Ok(camera.set_enum(name, entry)?)
 }
 
 /// Which triggers are on; that of the frame stays selected.
-fn found(camera: &mut GenICamera, selectors: &[Option<String>]) -> Result<Waits, CameraError> {
+fn found(camera: &mut dyn Features, selectors: &[Option<String>]) -> Result<Waits, CameraError> {
     let mut waits = Waits::default();
     for selector in selectors {
         if !select(camera, selector.as_deref())? {
@@ -148,8 +146,8 @@ fn found(camera: &mut GenICamera, selectors: &[Option<String>]) -> Result<Waits,
 }
 
 /// The trigger that is selected, in the camera's words; `None` if it is off.
-fn told(camera: &mut GenICamera) -> Result<Option<String>, CameraError> {
-    let mode = camera.get_enum(MODE).map_err(|e| feature(MODE, &e))?;
+fn told(camera: &mut dyn Features) -> Result<Option<String>, CameraError> {
+    let mode = camera.get_enum(MODE)?;
     if mode == "Off" {
         return Ok(None);
     }
@@ -158,7 +156,7 @@ fn told(camera: &mut GenICamera) -> Result<Option<String>, CameraError> {
         if camera.has_feature(name) {
             match camera.get_enum(name) {
                 Ok(value) => words.push(value),
-                Err(error) if is_silence(&error) => return Err(feature(name, &error)),
+                Err(refusal) if refusal.is_silence() => return Err(refusal.into()),
                 // Not told for this source.
                 Err(_) => {}
             }

@@ -1,10 +1,11 @@
-//! What a camera sends behind its pixels: chunk data of GigE Vision.
+//! What a camera sends behind its pixels: chunk data.
 //!
 //! ```text
 //! data of the first chunk | id | length | data of the second chunk | id | length | …
 //! ```
 //!
-//! Identifier and length have 32 bits each, big-endian, and stand behind their data, so that a frame is read from its end. What an
+//! Identifier and length have 32 bits each, big-endian of GigE Vision and little-endian of USB3 Vision, and stand behind their data, so
+//! that a frame is read from its end. What an
 //! identifier means, and which bytes of the chunk are a number, is told by the camera's description: a port with a `ChunkID`, registers
 //! of that port, and features of those registers.
 
@@ -15,6 +16,15 @@ use std::collections::BTreeMap;
 const TAIL: usize = 8;
 /// More chunks than this are no frame of a camera.
 const MOST: usize = 256;
+
+/// Which byte of an identifier and of a length comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChunkOrder {
+    /// The highest: GigE Vision.
+    BigEndian,
+    /// The lowest: USB3 Vision.
+    LittleEndian,
+}
 
 /// A chunk of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +60,7 @@ pub enum ChunkError {
 ///
 /// # Errors
 /// [`ChunkError`]: lengths that do not add up to the frame.
-pub fn chunks(frame: &[u8]) -> Result<Vec<Chunk<'_>>, ChunkError> {
+pub fn chunks(frame: &[u8], order: ChunkOrder) -> Result<Vec<Chunk<'_>>, ChunkError> {
     let mut chunks = Vec::new();
     let mut rest = frame;
     while !rest.is_empty() {
@@ -60,7 +70,11 @@ pub fn chunks(frame: &[u8]) -> Result<Vec<Chunk<'_>>, ChunkError> {
         let Some((before, tail)) = rest.split_at_checked(rest.len().wrapping_sub(TAIL)) else {
             return Err(ChunkError::Rest(rest.len()));
         };
-        let word = |at: usize| tail[at..at + 4].iter().fold(0, |word, byte| word << 8 | u32::from(*byte));
+        let join = |word: u32, byte: &u8| word << 8 | u32::from(*byte);
+        let word = |at: usize| match order {
+            ChunkOrder::BigEndian => tail[at..at + 4].iter().fold(0, join),
+            ChunkOrder::LittleEndian => tail[at..at + 4].iter().rev().fold(0, join),
+        };
         let (id, length) = (word(0), word(4));
         let begin = usize::try_from(length).ok().and_then(|length| before.len().checked_sub(length));
         let Some(begin) = begin else {
@@ -182,6 +196,10 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
 
+    fn chunks(frame: &[u8]) -> Result<Vec<Chunk<'_>>, ChunkError> {
+        super::chunks(frame, ChunkOrder::BigEndian)
+    }
+
     fn tail(id: u32, length: u32) -> Vec<u8> {
         [id.to_be_bytes(), length.to_be_bytes()].concat()
     }
@@ -203,6 +221,16 @@ mod tests {
         // No cut of a frame is taken for a frame, but those that end with a chunk.
         let ends: Vec<usize> = (0..=frame.len()).filter(|end| chunks(&frame[..*end]).is_ok()).collect();
         assert_eq!(ends, [0, 14, 24, 32]);
+    }
+
+    #[test]
+    fn usb_has_the_lowest_byte_first() {
+        let tail = |id: u32, length: u32| [id.to_le_bytes(), length.to_le_bytes()].concat();
+        let frame = [vec![7; 6], tail(1, 6), vec![1, 2], tail(0xabcd_0002, 2)].concat();
+        let found = super::chunks(&frame, ChunkOrder::LittleEndian).unwrap();
+        let expected: [(u32, &[u8]); 2] = [(0xabcd_0002, &[1, 2]), (1, &[7; 6])];
+        assert_eq!(found.iter().map(|chunk| (chunk.id, chunk.data)).collect::<Vec<_>>(), expected);
+        assert!(chunks(&frame).is_err(), "read the other way round the length lies");
     }
 
     #[test]

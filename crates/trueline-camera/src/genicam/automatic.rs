@@ -1,10 +1,8 @@
 //! Automatics move the instant of an exposure from picture to picture: they must be off and stay off.
 
-use super::errors::is_silence;
-use super::features::{exposure_us, set_if_there};
+use super::features::{Features, exposure_us, set_if_there};
 use crate::error::CameraError;
 use std::time::{Duration, Instant};
-use telegenic::GenICamera;
 
 const AUTOMATICS: [&str; 2] = ["ExposureAuto", "GainAuto"];
 /// Between two looks.
@@ -14,12 +12,12 @@ const EVERY: Duration = Duration::from_secs(1);
 ///
 /// # Errors
 /// One that cannot be turned off.
-pub(crate) fn turn_off(camera: &mut GenICamera) -> Result<(), CameraError> {
+pub(super) fn turn_off(camera: &mut dyn Features) -> Result<(), CameraError> {
     AUTOMATICS.into_iter().try_for_each(|name| set_if_there(camera, name, "Off"))
 }
 
 /// What a look found.
-pub(super) enum Look {
+pub(crate) enum Look {
     /// Not time yet, or all is well.
     Fine,
     /// The exposure time, µs, and all is well.
@@ -29,13 +27,13 @@ pub(super) enum Look {
 }
 
 /// Looks now and then whether they stayed off.
-pub(super) struct Watch {
+pub(crate) struct Watch {
     due: Instant,
 }
 
 impl Watch {
     /// The first look is due after the usual time.
-    pub(super) fn start() -> Self {
+    pub(crate) fn start() -> Self {
         Self { due: Instant::now() + EVERY }
     }
 
@@ -43,18 +41,18 @@ impl Watch {
     ///
     /// # Errors
     /// [`CameraError::ExposureAuto`] if one is on.
-    pub(super) fn look(&mut self, camera: &mut GenICamera) -> Result<Look, CameraError> {
+    pub(crate) fn look(&mut self, camera: &mut dyn Features) -> Result<Look, CameraError> {
         if Instant::now() < self.due {
             return Ok(Look::Fine);
         }
         self.due = Instant::now() + EVERY;
         // Somebody else turned it on, so what the driver remembers is worth nothing.
-        let _ = camera.invalidate_caches();
+        let _ = camera.forget();
         for name in AUTOMATICS {
             match camera.get_enum(name) {
                 Ok(value) if value == "Off" => {}
                 Ok(value) => return Err(CameraError::ExposureAuto { feature: name.to_owned(), value }),
-                Err(error) if is_silence(&error) => return Ok(Look::Silence),
+                Err(refusal) if refusal.is_silence() => return Ok(Look::Silence),
                 // The camera has no such automatic.
                 Err(_) => {}
             }

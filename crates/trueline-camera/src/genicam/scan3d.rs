@@ -1,11 +1,10 @@
 //! How a profiler says what its numbers mean.
 
-use super::errors::{feature, is_silence};
+use super::features::Features;
 use super::trigger::Waits;
 use crate::error::CameraError;
 use crate::pixel_format::PixelFormat;
 use crate::range::{RangeAxis, RangeScale};
-use telegenic::{GenICamera, GenicamError};
 
 const OUTPUT_MODE: &str = "Scan3dOutputMode";
 const UNIT: &str = "Scan3dDistanceUnit";
@@ -24,7 +23,7 @@ const USUAL_INVALID: f64 = 0.0;
 /// # Errors
 /// Numbers that are no coordinates of a plane in a unit of length, and frames of several profiles whose times are not known.
 pub(super) fn scale(
-    camera: &mut GenICamera,
+    camera: &mut dyn Features,
     format: PixelFormat,
     rows: u32,
     waits: &Waits,
@@ -37,7 +36,7 @@ pub(super) fn scale(
 }
 
 /// The mode in which numbers are coordinates, where the camera has modes.
-fn expect_coordinates(camera: &mut GenICamera, sends_both: bool) -> Result<(), CameraError> {
+fn expect_coordinates(camera: &mut dyn Features, sends_both: bool) -> Result<(), CameraError> {
     let fits = |mode: &str| if sends_both { mode.contains("AC") } else { mode.starts_with("RectifiedC") };
     match asked(camera, OUTPUT_MODE)? {
         Some(mode) if !fits(&mode) => {
@@ -62,7 +61,7 @@ fn expect_coordinates(camera: &mut GenICamera, sends_both: bool) -> Result<(), C
 }
 
 /// Millimetres where the camera does not tell.
-fn unit_m(camera: &mut GenICamera) -> Result<f64, CameraError> {
+fn unit_m(camera: &mut dyn Features) -> Result<f64, CameraError> {
     match asked(camera, UNIT)?.as_deref() {
         None | Some("Millimeter") => Ok(1e-3),
         Some("Micrometer") => Ok(1e-6),
@@ -71,11 +70,11 @@ fn unit_m(camera: &mut GenICamera) -> Result<f64, CameraError> {
     }
 }
 
-fn axis(camera: &mut GenICamera, coordinate: &str, unit_m: f64) -> Result<RangeAxis, CameraError> {
+fn axis(camera: &mut dyn Features, coordinate: &str, unit_m: f64) -> Result<RangeAxis, CameraError> {
     if camera.has_feature(SELECTOR) {
-        camera.set_enum(SELECTOR, coordinate).map_err(|e| feature(SELECTOR, &e))?;
+        camera.set_enum(SELECTOR, coordinate)?;
         // What the driver remembers is of the coordinate before.
-        camera.invalidate_caches().map_err(|e| feature(SELECTOR, &e))?;
+        camera.forget()?;
     }
     let scale = number(camera, SCALE)?.ok_or_else(|| {
         refused(SCALE, "the camera has no such feature: its numbers cannot be made lengths".to_owned())
@@ -87,15 +86,15 @@ fn axis(camera: &mut GenICamera, coordinate: &str, unit_m: f64) -> Result<RangeA
     Ok(RangeAxis { scale_m: scale * unit_m, offset_m: offset * unit_m, invalid: invalid(camera)? })
 }
 
-fn invalid(camera: &mut GenICamera) -> Result<Option<f64>, CameraError> {
+fn invalid(camera: &mut dyn Features) -> Result<Option<f64>, CameraError> {
     let is_marked = match camera.has_feature(INVALID_FLAG) {
-        true => camera.get_boolean(INVALID_FLAG).map_err(|e| feature(INVALID_FLAG, &e))?,
+        true => camera.get_boolean(INVALID_FLAG)?,
         false => true,
     };
     Ok(if is_marked { Some(number(camera, INVALID_VALUE)?.unwrap_or(USUAL_INVALID)) } else { None })
 }
 
-fn line_period_ns(camera: &mut GenICamera, rows: u32, waits: &Waits) -> Result<f64, CameraError> {
+fn line_period_ns(camera: &mut dyn Features, rows: u32, waits: &Waits) -> Result<f64, CameraError> {
     if rows <= 1 {
         return Ok(0.0);
     }
@@ -117,22 +116,22 @@ fn line_period_ns(camera: &mut GenICamera, rows: u32, waits: &Waits) -> Result<f
 }
 
 /// A number that is finite; `None` where the camera has no such feature.
-fn number(camera: &mut GenICamera, name: &str) -> Result<Option<f64>, CameraError> {
+fn number(camera: &mut dyn Features, name: &str) -> Result<Option<f64>, CameraError> {
     if !camera.has_feature(name) {
         return Ok(None);
     }
-    let value = camera.get_float(name).map_err(|e| feature(name, &e))?;
+    let value = camera.get_float(name)?;
     if value.is_finite() { Ok(Some(value)) } else { Err(refused(name, format!("it is {value}"))) }
 }
 
 /// An enumeration; `None` where the camera has no such feature or does not tell.
-fn asked(camera: &mut GenICamera, name: &str) -> Result<Option<String>, CameraError> {
+fn asked(camera: &mut dyn Features, name: &str) -> Result<Option<String>, CameraError> {
     if !camera.has_feature(name) {
         return Ok(None);
     }
     match camera.get_enum(name) {
         Ok(value) => Ok(Some(value)),
-        Err(error) if is_silence(&error) => Err(feature(name, &error)),
+        Err(refusal) if refusal.is_silence() => Err(refusal.into()),
         Err(_) => Ok(None),
     }
 }
@@ -145,7 +144,7 @@ fn refused(name: &str, why: String) -> CameraError {
 ///
 /// # Errors
 /// A camera that offers none.
-pub(super) fn set_format(camera: &mut GenICamera) -> Result<PixelFormat, CameraError> {
+pub(super) fn set_format(camera: &mut dyn Features) -> Result<PixelFormat, CameraError> {
     let of = |name: &str| PixelFormat::RANGE.into_iter().find(|format| format.name() == name);
     if let Some(format) = camera.get_enum("PixelFormat").ok().as_deref().and_then(of) {
         return Ok(format);
@@ -159,9 +158,6 @@ pub(super) fn set_format(camera: &mut GenICamera) -> Result<PixelFormat, CameraE
         let wanted = PixelFormat::RANGE.map(PixelFormat::name).join(" or ");
         return Err(CameraError::Format { wanted, offered: offered.join(", ") });
     };
-    match camera.set_enum("PixelFormat", format.name()) {
-        Ok(()) => Ok(format),
-        Err(error @ GenicamError::Camera(_)) => Err(feature("PixelFormat", &error)),
-        Err(error) => Err(refused("PixelFormat", error.to_string())),
-    }
+    camera.set_enum("PixelFormat", format.name())?;
+    Ok(format)
 }

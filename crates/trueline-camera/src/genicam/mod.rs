@@ -1,0 +1,22 @@
+//! What GenICam has alike for all wires: features by name, how they are set, and what comes with a picture.
+
+mod automatic;
+mod chunks;
+mod configure;
+mod features;
+mod latch;
+mod refusal;
+mod scan3d;
+mod session;
+mod told;
+mod trigger;
+
+pub(crate) use automatic::{Look, Watch};
+pub use chunks::{Chunk, ChunkError, ChunkNames, ChunkOrder, chunks};
+pub(crate) use features::{Features, exposure_us, size};
+pub(crate) use latch::{Asked, Latch, Latched};
+#[cfg(feature = "u3v")]
+pub(crate) use refusal::RefusedBy;
+pub(crate) use refusal::{Refusal, driver, is_silence};
+pub(crate) use session::{Seen, Session, begin};
+pub(crate) use told::Told;

@@ -1,0 +1,342 @@
+//! One session with one camera: from opening it to the last picture.
+
+use super::bounded::Arrivals;
+use super::errors::{is_silence, of_device};
+use super::features::UsbFeatures;
+use super::link::{Link, UsbEndpoints};
+use super::settings::U3vSettings;
+use super::stream::{Picture, Pictures};
+use super::{description, found, picture};
+use crate::error::CameraError;
+use crate::frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};
+use crate::genicam::{
+    Asked, ChunkNames, ChunkOrder, Features, Latch, Look, Session, Told, Watch, begin, chunks, exposure_us,
+    size,
+};
+use crate::latch_clock::LatchSample;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+use trueline_live::HostClock;
+use viva_u3v::{NusbTransfer, PAYLOAD_TYPE_IMAGE_EXTENDED_CHUNK, RawFrame, U3vStream, UsbTransfer};
+
+/// Memory for pictures that wait to be taken, bytes, and the least and largest number of them.
+const WAITING_BYTES: usize = 64 << 20;
+const LEAST_WAITING: usize = 8;
+const MOST_WAITING: usize = 64;
+/// How often the camera is looked at while no picture comes.
+const LINK_LOOK: Duration = Duration::from_millis(50);
+/// A picture may follow so many lost ones; beyond that nobody knows how many there were.
+const MOST_LOST: u64 = 10_000;
+
+/// What became of the pictures so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct U3vCounts {
+    /// Pictures given, good or bad.
+    pub frames: u64,
+    /// Of these, pictures that lack something.
+    pub incomplete: u64,
+    /// Pictures of which nothing was given: gaps in the camera's counter.
+    pub missing: u64,
+    /// Pictures dropped because those before them were not taken in time; among the missing ones.
+    pub not_taken: u64,
+    /// Pictures with chunk data whose lengths do not add up; what the chunks say is not used.
+    pub bad_chunks: u64,
+}
+
+/// A camera that sends pictures.
+pub struct U3vCamera<T: UsbTransfer + 'static = NusbTransfer> {
+    features: UsbFeatures<T>,
+    pictures: Pictures,
+    transfer_bytes: usize,
+    chunk_names: ChunkNames,
+    latch: Latch,
+    watch: Watch,
+    numbers: Numbers,
+    clock: HostClock,
+    last_ns: i64,
+    session: Session,
+    about: SourceAbout,
+    exposure_us: Option<f64>,
+    counts: U3vCounts,
+    /// What a bad picture that was given means for the session.
+    pending: Option<CameraError>,
+    gone: bool,
+}
+
+impl U3vCamera {
+    /// Looks for a camera, sets it up, turns its automatics off and starts it. Stamps are on `clock`.
+    ///
+    /// # Errors
+    /// [`CameraError::NotPluggedIn`], [`CameraError::Usb`], [`CameraError::Format`], [`CameraError::Feature`] or [`CameraError::Io`].
+    pub fn open(settings: &U3vSettings, clock: HostClock) -> Result<Self, CameraError> {
+        let usb = found::open(settings.serial.as_deref())?;
+        let interfaces = usb.interfaces();
+        let endpoints = UsbEndpoints {
+            control_in: interfaces.control_ep_in,
+            control_out: interfaces.control_ep_out,
+            stream_in: interfaces.stream_ep_in,
+        };
+        Self::over(Arc::new(usb), endpoints, settings, clock)
+    }
+}
+
+impl<T: UsbTransfer + 'static> U3vCamera<T> {
+    /// The same of a camera that was found, whatever its transfers go over.
+    ///
+    /// # Errors
+    /// As [`U3vCamera::open`].
+    pub fn over(
+        usb: Arc<T>,
+        endpoints: UsbEndpoints,
+        settings: &U3vSettings,
+        clock: HostClock,
+    ) -> Result<Self, CameraError> {
+        let (arrivals, ends) = (Arrivals::new(clock), Arc::<AtomicBool>::default());
+        let link = Link::open(usb, endpoints, arrivals.clone(), Arc::clone(&ends), clock)
+            .map_err(|error| of_device("usb", "it does not answer as a USB3 Vision camera does", &error))?;
+        let name = name(&link);
+        let xml = description::read(&link, &name)?;
+        let mut features = UsbFeatures::new(&xml, link)?;
+        // A program that crashed may have left it on.
+        let _ = features.link.stop_stream();
+        let (session, trigger) = begin(&mut features, &settings.setup)?;
+        let stream = stream(&mut features, &session, &name)?;
+        let layout = *stream.layout();
+        let waiting = WAITING_BYTES / (layout.payload_size as usize).max(1);
+        let pictures = Pictures::of(stream, arrivals, ends, waiting.clamp(LEAST_WAITING, MOST_WAITING))?;
+        let mut opened = Self {
+            about: about(&features.link, name, session.size, trigger),
+            exposure_us: exposure_us(&mut features),
+            features,
+            pictures,
+            transfer_bytes: layout.payload_transfer_size as usize,
+            chunk_names: ChunkNames::of(&xml),
+            latch: Latch::new(clock),
+            watch: Watch::start(),
+            numbers: Numbers::default(),
+            clock,
+            last_ns: clock.read().steady_ns,
+            session,
+            counts: U3vCounts::default(),
+            pending: None,
+            gone: false,
+        };
+        let _ = opened.features.set_integer("TLParamsLocked", 1);
+        opened.features.execute("AcquisitionStart")?;
+        Ok(opened)
+    }
+
+    /// What became of the pictures so far.
+    #[must_use]
+    pub fn counts(&self) -> U3vCounts {
+        U3vCounts { not_taken: self.pictures.not_taken(), ..self.counts }
+    }
+
+    fn unplugged(&mut self) -> CameraError {
+        self.gone = true;
+        let silent_ns = self.clock.read().steady_ns - self.last_ns;
+        CameraError::Unplugged { silent_s: silent_ns.max(0) as f64 * 1e-9 }
+    }
+
+    fn look_at_camera(&mut self) -> Result<(), CameraError> {
+        if self.gone {
+            return Err(self.unplugged());
+        }
+        match self.watch.look(&mut self.features)? {
+            Look::Fine => Ok(()),
+            Look::Exposure(exposure_us) => {
+                self.exposure_us = exposure_us;
+                Ok(())
+            }
+            Look::Silence => Err(self.unplugged()),
+        }
+    }
+
+    fn given(&mut self, picture: &Picture) -> CameraFrame {
+        let Picture { frame, arrival } = picture;
+        let (status, seen) = picture::of(frame, &self.session, self.transfer_bytes);
+        let (number, missing) = self.numbers.next(frame.leader.block_id);
+        self.counts.frames += 1;
+        self.counts.incomplete += u64::from(matches!(status, FrameStatus::Incomplete { .. }));
+        self.counts.missing += missing;
+        self.pending = self.session.verdict(&status);
+        let complete_ns =
+            arrival.and_then(|arrival| arrival.last_ns).unwrap_or_else(|| self.clock.read().steady_ns);
+        self.last_ns = self.last_ns.max(complete_ns);
+        let told = if status == FrameStatus::Complete { self.told_by_chunks(frame) } else { Told::default() };
+        let ns = told.ticks.or(Some(frame.leader.timestamp).filter(|ns| *ns != 0));
+        CameraFrame {
+            image: seen.image,
+            profiles: seen.profiles,
+            frame: number,
+            device_ns: ns.and_then(|ns| i64::try_from(ns).ok()),
+            first_packet_ns: arrival.map(|arrival| arrival.first_ns),
+            complete_ns,
+            exposure_us: told.exposure_us.or(self.exposure_us),
+            signals: told.signals,
+            status,
+        }
+    }
+
+    /// What the chunks of a frame say, where the camera is set to send some.
+    fn told_by_chunks(&mut self, frame: &RawFrame) -> Told {
+        let has_chunks = frame.leader.payload_type == PAYLOAD_TYPE_IMAGE_EXTENDED_CHUNK;
+        match chunks(if has_chunks { &frame.payload } else { &[] }, ChunkOrder::LittleEndian) {
+            Ok(chunks) => Told::by(&self.chunk_names, &chunks),
+            Err(_) => {
+                self.counts.bad_chunks += 1;
+                Told::default()
+            }
+        }
+    }
+}
+
+impl<T: UsbTransfer + 'static> FrameSource for U3vCamera<T> {
+    /// A picture of another size or format is given first, without its pixels; the call after it is the error.
+    fn next(&mut self, timeout: Duration) -> Result<Option<CameraFrame>, CameraError> {
+        if let Some(error) = self.pending.take() {
+            return Err(error);
+        }
+        let until = Instant::now() + timeout;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            match self.pictures.next(left.min(LINK_LOOK)) {
+                Ok(Some(picture)) => {
+                    let given = self.given(&picture);
+                    // Pictures may come so fast that nothing ever is waited for.
+                    if let Err(error @ CameraError::ExposureAuto { .. }) = self.look_at_camera() {
+                        self.pending.get_or_insert(error);
+                    }
+                    return Ok(Some(given));
+                }
+                Ok(None) => {}
+                Err(error) if is_silence(&error) => return Err(self.unplugged()),
+                Err(error) => return Err(of_device(&self.about.name, "the stream ended", &error)),
+            }
+            self.look_at_camera()?;
+            if Instant::now() >= until {
+                return Ok(None);
+            }
+        }
+    }
+
+    fn latch(&mut self) -> Result<Option<LatchSample>, CameraError> {
+        let link = &self.features.link;
+        match self.latch.ask(|| link.latched(), |ns| i64::try_from(ns).unwrap_or(i64::MAX)) {
+            Asked::Answer(sample) => Ok(Some(sample)),
+            Asked::No => Ok(None),
+            Asked::Silence => Err(self.unplugged()),
+        }
+    }
+
+    fn about(&self) -> &SourceAbout {
+        &self.about
+    }
+}
+
+impl<T: UsbTransfer + 'static> Drop for U3vCamera<T> {
+    fn drop(&mut self) {
+        if !self.gone {
+            let _ = self.features.execute("AcquisitionStop");
+            let _ = self.features.set_integer("TLParamsLocked", 0);
+        }
+        self.pictures.stop();
+        if !self.gone {
+            let _ = self.features.link.stop_stream();
+        }
+    }
+}
+
+/// Makes numbers that never fall of the camera's own.
+#[derive(Clone, Copy, Debug, Default)]
+struct Numbers {
+    last: Option<(u64, u64)>,
+}
+
+impl Numbers {
+    /// The number of a block, and how many are missing before it. The first is 0.
+    fn next(&mut self, block: u64) -> (u64, u64) {
+        let (number, missing) = match self.last {
+            None => (0, 0),
+            Some((last, number)) => match block.wrapping_sub(last) {
+                ahead @ 1..=MOST_LOST => (number + ahead, ahead - 1),
+                // It began again: how many pictures that cost nobody knows.
+                _ => (number + 1, 0),
+            },
+        };
+        self.last = Some((block, number));
+        (number, missing)
+    }
+}
+
+/// The stream of pictures, which must have room for one.
+fn stream<T: UsbTransfer + 'static>(
+    features: &mut UsbFeatures<T>,
+    session: &Session,
+    name: &str,
+) -> Result<U3vStream, CameraError> {
+    // Where the stream's registers do not say, the feature must.
+    let payload = size(features, "PayloadSize").unwrap_or(0);
+    let stream = features.link.start_stream(u64::from(payload));
+    let stream = stream.map_err(|error| of_device(name, "its stream cannot be opened", &error))?;
+    let (room, needed) = (stream.layout().payload_size, session.bytes().unwrap_or(usize::MAX) as u64);
+    if room < needed {
+        let [width, height] = session.size;
+        let why = format!(
+            "it says that a picture has {room} bytes, and {width} x {height} px of {} have {needed}",
+            session.format
+        );
+        return Err(CameraError::Usb { device: name.to_owned(), why });
+    }
+    Ok(stream)
+}
+
+fn name<T: UsbTransfer + 'static>(link: &Link<T>) -> String {
+    let abrm = link.abrm();
+    format!("{} {} {}", abrm.manufacturer_name, abrm.model_name, abrm.serial_number).trim().to_owned()
+}
+
+fn about<T: UsbTransfer + 'static>(
+    link: &Link<T>,
+    name: String,
+    [width, height]: [u32; 2],
+    trigger: Option<String>,
+) -> SourceAbout {
+    let name = link.slow().map_or_else(|| name.clone(), |speed| format!("{name}, at {speed}"));
+    SourceAbout {
+        name,
+        width: width as usize,
+        height: height as usize,
+        tick_hz: Some(1e9),
+        trigger,
+        stamp_meaning: "the camera's clock in the leader of the picture, in nanoseconds: start or end of the exposure, as its maker chose"
+            .to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_never_fall_and_gaps_are_counted() {
+        let mut numbers = Numbers::default();
+        let blocks = [7, 8, 11, 11, 0, 1, u64::MAX, 0, MOST_LOST, 2 * MOST_LOST + 1];
+        let given: Vec<(u64, u64)> = blocks.into_iter().map(|block| numbers.next(block)).collect();
+        let far = MOST_LOST;
+        let expected = [
+            (0, 0),
+            (1, 0),
+            (4, 2),
+            (5, 0),
+            (6, 0),
+            (7, 0),
+            (8, 0),
+            (9, 0),
+            (9 + far, far - 1),
+            (10 + far, 0),
+        ];
+        assert_eq!(given, expected);
+    }
+}

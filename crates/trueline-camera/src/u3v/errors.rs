@@ -1,0 +1,33 @@
+//! What the wire says, in our words.
+
+use crate::error::CameraError;
+use std::io;
+use telegenic::CameraError as Driver;
+use viva_u3v::U3vError;
+
+/// An error of a device, and what was being done.
+pub(super) fn of_device(device: &str, doing: &str, error: &U3vError) -> CameraError {
+    CameraError::Usb { device: device.to_owned(), why: format!("{doing}: {error}") }
+}
+
+/// An error of a register, as the driver of features knows them.
+pub(super) fn of_register(error: &U3vError) -> Driver {
+    match error {
+        U3vError::Disconnected => Driver::Disconnected,
+        U3vError::Timeout => Driver::Timeout,
+        error if is_silence(error) => Driver::Io(io::Error::other(error.to_string())),
+        error => Driver::Protocol(error.to_string()),
+    }
+}
+
+/// Whether an error may mean that the camera is not there any more: it said nothing.
+pub(super) fn is_silence(error: &U3vError) -> bool {
+    matches!(
+        error,
+        U3vError::Disconnected
+            | U3vError::Timeout
+            | U3vError::Usb(_)
+            | U3vError::Cancelled
+            | U3vError::Stalled { .. }
+    )
+}

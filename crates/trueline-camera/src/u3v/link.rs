@@ -1,0 +1,178 @@
+//! The registers of a device, and its stream: what it says of itself is kept within bounds.
+
+use super::bounded::{Arrivals, Bounded};
+use super::errors::{is_silence, of_register};
+use crate::genicam::Latched;
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+use telegenic::genicam::port::PortIo;
+use trueline_live::HostClock;
+use viva_u3v::registers::{abrm, capability, sbrm, sirm};
+use viva_u3v::{
+    Abrm, ControlChannel, DEFAULT_MAX_TRANSFER_SIZE, Sbrm, Sirm, StreamLayout, U3vError, U3vStream, UsbSpeed,
+    UsbTransfer,
+};
+
+/// Any device takes and sends so many bytes at once, before it has told how many.
+const FIRST_TRANSFER: u32 = 1024;
+/// More bytes at once are not asked for: each answer has this much room.
+const MOST_TRANSFER: u32 = 1 << 16;
+/// An answer may take so long; what the device says of it is heeded between these.
+const ANSWER: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(2)];
+/// On top of what the device needs to answer.
+const ON_THE_WIRE_MS: u32 = 100;
+/// More bytes are no picture, and no leader or trailer of one.
+const MOST_PAYLOAD: u64 = 1 << 30;
+const MOST_FRAMING: u32 = 1 << 16;
+/// A picture whose next piece does not come within this has lost its end.
+const NEXT_PIECE: Duration = Duration::from_secs(1);
+
+/// The endpoints of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UsbEndpoints {
+    /// Answers to commands.
+    pub control_in: u8,
+    /// Commands.
+    pub control_out: u8,
+    /// Pictures; `None` of a device that has none.
+    pub stream_in: Option<u8>,
+}
+
+/// A device that answers.
+pub(super) struct Link<T: UsbTransfer + 'static> {
+    control: RefCell<ControlChannel<Bounded<T>>>,
+    usb: Arc<Bounded<T>>,
+    endpoints: UsbEndpoints,
+    abrm: Abrm,
+    sbrm: Sbrm,
+    clock: HostClock,
+}
+
+impl<T: UsbTransfer + 'static> Link<T> {
+    /// Asks a device what it is; its stream ends when `ends` is set.
+    pub(super) fn open(
+        usb: Arc<T>,
+        endpoints: UsbEndpoints,
+        arrivals: Arrivals,
+        ends: Arc<AtomicBool>,
+        clock: HostClock,
+    ) -> Result<Self, U3vError> {
+        let usb = Arc::new(Bounded::new(usb, arrivals, ends));
+        let UsbEndpoints { control_in, control_out, .. } = endpoints;
+        let mut control =
+            ControlChannel::new(Arc::clone(&usb), control_in, control_out, FIRST_TRANSFER, FIRST_TRANSFER);
+        control.set_timeout(ANSWER[0]);
+        let abrm = Abrm::read_from(&mut control)?;
+        let answer_ms = abrm.max_device_response_time_ms.saturating_add(ON_THE_WIRE_MS);
+        control.set_timeout(Duration::from_millis(u64::from(answer_ms)).clamp(ANSWER[0], ANSWER[1]));
+        let sbrm = Sbrm::read_from(&mut control, within(abrm.sbrm_address, sbrm::LEN)?)?;
+        let [command, answer] =
+            [sbrm.max_cmd_transfer, sbrm.max_ack_transfer].map(|bytes| bytes.min(MOST_TRANSFER));
+        control.set_max_transfer(command, answer);
+        Ok(Self { control: RefCell::new(control), usb, endpoints, abrm, sbrm, clock })
+    }
+
+    /// What the device says of itself.
+    pub(super) fn abrm(&self) -> &Abrm {
+        &self.abrm
+    }
+
+    /// Its speed where that is below what USB 3 has.
+    pub(super) fn slow(&self) -> Option<UsbSpeed> {
+        let speed = self.usb.link_speed().or(self.sbrm.current_speed);
+        speed.filter(|speed| *speed < UsbSpeed::Super)
+    }
+
+    /// Reads bytes of its memory.
+    pub(super) fn read(&self, address: u64, length: usize) -> Result<Vec<u8>, U3vError> {
+        let address = within(address, length as u64)?;
+        self.control.borrow_mut().read_mem(address, length)
+    }
+
+    fn write(&self, address: u64, data: &[u8]) -> Result<(), U3vError> {
+        let address = within(address, data.len() as u64)?;
+        self.control.borrow_mut().write_mem(address, data)
+    }
+
+    /// Its clock, which its stream is stamped with, ns.
+    pub(super) fn latched(&self) -> Latched {
+        if self.abrm.device_capability & capability::TIMESTAMP == 0 {
+            return Latched::No;
+        }
+        let latched = self.write(abrm::TIMESTAMP_LATCH, &1_u32.to_le_bytes());
+        let answered_ns = self.clock.read().steady_ns;
+        let read = latched.and_then(|()| self.read(abrm::TIMESTAMP, 8));
+        match read.as_ref().map(|bytes| bytes.first_chunk::<8>()) {
+            Ok(Some(bytes)) => Latched::At(u64::from_le_bytes(*bytes), Some(answered_ns)),
+            Ok(None) => Latched::No,
+            Err(error) if is_silence(error) => Latched::Silence,
+            Err(_) => Latched::No,
+        }
+    }
+
+    fn sirm(&self) -> Result<Sirm, U3vError> {
+        let address = self.sbrm.sirm_address;
+        if address == 0 {
+            return Err(U3vError::Device("has no stream"));
+        }
+        Sirm::read_from(&mut self.control.borrow_mut(), within(address, sirm::LEN)?)
+    }
+
+    /// Opens the stream of pictures of so many bytes, unless the device says how many.
+    pub(super) fn start_stream(&self, payload: u64) -> Result<U3vStream, U3vError> {
+        let endpoint = self.endpoints.stream_in.ok_or(U3vError::Device("has no endpoint for pictures"))?;
+        let sirm = self.sirm()?;
+        let payload = if sirm.required_payload_size == 0 { payload } else { sirm.required_payload_size };
+        if payload > MOST_PAYLOAD {
+            return Err(U3vError::Device("says that a picture has more than 1 GiB"));
+        }
+        let framing = [sirm.required_leader_size, sirm.required_trailer_size];
+        if framing.into_iter().any(|bytes| bytes > MOST_FRAMING) {
+            return Err(U3vError::Device(
+                "says that the leader or trailer of a picture has more than 64 KiB",
+            ));
+        }
+        let packet = self.usb.max_packet_size(endpoint).and_then(|bytes| u32::try_from(bytes).ok());
+        let alignment = sirm.alignment()?.max(packet.unwrap_or(1));
+        let [leader, trailer] = framing;
+        let layout = StreamLayout::new(payload, leader, trailer, alignment, DEFAULT_MAX_TRANSFER_SIZE)?;
+        let mut queue = self.usb.bulk_in(endpoint)?;
+        let mut control = self.control.borrow_mut();
+        sirm.configure(&mut control, &layout)?;
+        // What an earlier program left on its way is dropped.
+        queue.reset()?;
+        sirm.enable(&mut control)?;
+        let mut stream = U3vStream::new(queue, layout);
+        stream.set_timeout(NEXT_PIECE);
+        Ok(stream)
+    }
+
+    /// Tells the device to send no pictures.
+    pub(super) fn stop_stream(&self) -> Result<(), U3vError> {
+        let sirm = self.sirm()?;
+        sirm.disable(&mut self.control.borrow_mut())
+    }
+}
+
+/// An address whose so many bytes can be counted.
+fn within(address: u64, length: u64) -> Result<u64, U3vError> {
+    let end = address.checked_add(length);
+    end.map(|_| address).ok_or(U3vError::Device("says that registers are where no memory is"))
+}
+
+impl<T: UsbTransfer + 'static> PortIo for Link<T> {
+    fn read(&self, address: u64, buffer: &mut [u8]) -> telegenic::Result<()> {
+        let data = Self::read(self, address, buffer.len()).map_err(|error| of_register(&error))?;
+        if data.len() != buffer.len() {
+            return Err(of_register(&U3vError::Device("answered with fewer bytes than were asked for")));
+        }
+        buffer.copy_from_slice(&data);
+        Ok(())
+    }
+
+    fn write(&self, address: u64, data: &[u8]) -> telegenic::Result<()> {
+        Self::write(self, address, data).map_err(|error| of_register(&error))
+    }
+}
