@@ -7,7 +7,7 @@ use clap::Args;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use trueline_camera::device::{Chunks, DeviceClock, DeviceSettings};
-use trueline_cell::CameraWiring;
+use trueline_cell::{CameraWiring, WiredInput};
 use trueline_sim::{Joint, Look};
 
 #[derive(Args)]
@@ -34,6 +34,10 @@ pub struct CameraSimArgs {
     /// `record --trigger Line1`
     #[arg(long, conflicts_with = "trigger_to", value_parser = number::above_zero)]
     pub encoder_mm: Option<f64>,
+    /// Address of this machine to which a robot's digital output is wired (`--output-to` of `robot-sim` and `stream-sim`): its input
+    /// Line1, for `record --trigger Line1`
+    #[arg(long, value_name = "IP:PORT", conflicts_with_all = ["trigger_to", "encoder_mm"])]
+    pub trigger_from: Option<SocketAddr>,
     /// Send chunk data with every picture: time, exposure, encoder, lines, counter of the trigger, number
     #[arg(long)]
     pub chunks: bool,
@@ -115,7 +119,9 @@ impl CameraSimArgs {
 
     /// What is wired to it.
     pub fn wiring(&self) -> CameraWiring {
-        CameraWiring { output_to: self.trigger_to, encoder_step_m: self.encoder_mm.map(|mm| mm * 1e-3) }
+        let by_encoder = self.encoder_mm.map(|mm| WiredInput::Encoder { step_m: mm * 1e-3 });
+        let input = by_encoder.or(self.trigger_from.map(WiredInput::Robot));
+        CameraWiring { output_to: self.trigger_to, input }
     }
 
     /// The true time offset of first-packet stamps, s.

@@ -54,6 +54,7 @@ mod simulate_production;
 mod simulated_scenario;
 mod stream_sim;
 mod watch;
+mod wiring;
 
 pub use apply::ApplyArgs;
 pub use calibrate::{CalibrateArgs, TargetName};

@@ -2,6 +2,7 @@
 
 use crate::choice::{Choice, named, one_of};
 use crate::number;
+use crate::wiring::WiringArgs;
 use clap::Args;
 use std::io;
 use std::net::SocketAddr;
@@ -115,15 +116,8 @@ pub struct RobotSimArgs {
     /// Something happens: seconds, and emergency-stop, motors-on, rapid-stop, rapid-start, collision or restart
     #[arg(long = "event", value_name = "AT:WHAT", value_parser = event)]
     pub events: Vec<(f64, Event)>,
-    /// Tell a `trueline camera-sim` on this machine where the robot truly is
-    #[arg(long, value_name = "IP:PORT")]
-    pub truth_to: Option<SocketAddr>,
-    /// Address of this machine to which a camera's output is wired: the signal that is sent along (\DOToSensor, from 7.7 on)
-    #[arg(long, value_name = "IP:PORT")]
-    pub input_from: Option<SocketAddr>,
-    /// By how much that signal is late, ms
-    #[arg(long, default_value_t = 0.0, requires = "input_from", value_parser = number::below_a_billion)]
-    pub input_delay_ms: f64,
+    #[command(flatten)]
+    pub wiring: WiringArgs,
     /// Seed of noise and network
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -195,11 +189,11 @@ impl RobotSimArgs {
     /// # Errors
     /// What the operating system says; a RobotWare that sends no signal along.
     pub fn wiring(&self) -> io::Result<Wiring> {
-        if self.input_from.is_some() && self.robotware < Generation::From7 {
+        if self.wiring.input_from.is_some() && self.robotware < Generation::From7 {
             let why = "RobotWare before 7.7 sends no signal along";
             return Err(io::Error::new(io::ErrorKind::Unsupported, why));
         }
-        Wiring::new(self.truth_to, self.input_from.map(|at| (at, 1e-3 * self.input_delay_ms)))
+        Wiring::new(&self.wiring.settings())
     }
 
     /// The controller, and what RAPID does along a path.

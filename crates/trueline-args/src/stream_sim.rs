@@ -3,6 +3,7 @@
 use crate::choice::one_of;
 use crate::number;
 use crate::protocol::PROTOCOLS;
+use crate::wiring::WiringArgs;
 use clap::Args;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -54,15 +55,8 @@ pub struct StreamSimArgs {
     /// Mean number of datagrams lost in a row
     #[arg(long, requires = "loss", value_parser = number::burst)]
     pub burst: Option<f64>,
-    /// Tell there where the robot truly is, for `camera-sim --robot-truth`
-    #[arg(long, value_name = "IP:PORT")]
-    pub truth_to: Option<SocketAddr>,
-    /// Address of this machine to which a camera's output is wired: the first digital input
-    #[arg(long, value_name = "IP:PORT")]
-    pub input_from: Option<SocketAddr>,
-    /// By how much that input is late, ms
-    #[arg(long, default_value_t = 0.0, requires = "input_from", value_parser = number::below_a_billion)]
-    pub input_delay_ms: f64,
+    #[command(flatten)]
+    pub wiring: WiringArgs,
     /// kuka-rsi: await answers, by this Ethernet configuration; after 100 that are missing in a row the robot stops
     #[arg(long, value_name = "ETHERNET.xml")]
     pub await_answers: Option<PathBuf>,
@@ -94,8 +88,7 @@ impl StreamSimArgs {
             drift_ppm: self.drift_ppm,
             network: NetworkSettings { loss, burst, ..NetworkSettings::none() },
             seed: self.seed,
-            truth_to: self.truth_to,
-            input_from: self.input_from.map(|at| (at, 1e-3 * self.input_delay_ms)),
+            wiring: self.wiring.settings(),
             awaits,
         })
     }

@@ -117,7 +117,7 @@ impl FinishedRecording {
         }
         if self.rejected_not_kept > 0 {
             notes.push(format!(
-                "{} datagrams that are not from the robot were counted but not kept",
+                "{} datagrams that could not be used were counted but not kept",
                 self.rejected_not_kept
             ));
         }
@@ -197,6 +197,10 @@ impl CellRecording {
     /// Keeps a packet.
     pub fn packet(&mut self, packet: LinkPacket<'_>) {
         self.watch.note(packet);
+        // The report says how many there were of them.
+        if matches!(packet, LinkPacket::Other(other) if other.judged.is_err_and(|why| why.is_needless())) {
+            return;
+        }
         let sample = entries::robot_sample(packet);
         self.rejected += u64::from(sample.is_none());
         self.last = sample.or(self.last);

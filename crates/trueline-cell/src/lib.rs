@@ -83,7 +83,7 @@ pub use robot_recorder::{Until, record_robot};
 pub use ros2_source::{Ros2Source, Ros2Topic, TRANSFORMS};
 pub use seam_finder::SeamFinder;
 #[cfg(feature = "gige")]
-pub use simulated_camera::{CameraLook, CameraWiring, SceneError, SimulatedScene};
+pub use simulated_camera::{CameraLook, CameraWiring, SceneError, SimulatedScene, WiredInput};
 #[cfg(all(feature = "v4l2", target_os = "linux"))]
 pub use trueline_camera::v4l2::V4l2Settings;
 pub use trueline_camera::{CameraSetup, PixelFormat, Trigger};

@@ -9,7 +9,7 @@ use trueline_camera::device::{DeviceSettings, Edge, OutputMode, Pictures, RangeF
 use trueline_dataset::{GrayImage, Pixels};
 use trueline_geometry::Pose;
 use trueline_live::HostClock;
-use trueline_live::controller::{TriggerSender, TruthReceiver};
+use trueline_live::controller::{TriggerReceiver, TriggerSender, TruthReceiver};
 use trueline_sim::images::{Renderer, Studio};
 use trueline_sim::{Joint, Look, Plates, ProfileCaster, ProfileLook, Scenario, SensorModel};
 
@@ -29,7 +29,13 @@ pub struct SimulatedScene {
     tool_from_camera: Pose,
     view: View,
     output: Option<TriggerSender>,
-    encoder: Option<SimulatedEncoder>,
+    input: Option<Line1>,
+}
+
+/// What is wired to the input `Line1`.
+enum Line1 {
+    Encoder(SimulatedEncoder),
+    Robot(TriggerReceiver),
 }
 
 /// How it is drawn.
@@ -51,8 +57,20 @@ pub struct CameraLook {
 pub struct CameraWiring {
     /// Who is told of every exposure.
     pub output_to: Option<SocketAddr>,
-    /// An encoder on the robot's way at the input `Line1`: a signal every so many metres that the tool travels.
-    pub encoder_step_m: Option<f64>,
+    /// What is at the input `Line1`.
+    pub input: Option<WiredInput>,
+}
+
+/// What is wired to the input of a simulated camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WiredInput {
+    /// An encoder on the robot's way: a signal every so many metres that the tool travels.
+    Encoder {
+        /// Between two signals, m.
+        step_m: f64,
+    },
+    /// A digital output of a simulated robot, which is told at an address of this machine.
+    Robot(SocketAddr),
 }
 
 impl SceneError {
@@ -63,6 +81,9 @@ impl SceneError {
             Self::NothingSeen => "plan with a camera_laser or a profiler",
             Self::Robot { .. } => {
                 "--robot-truth is the address that the robot's --truth-to has, on this machine"
+            }
+            Self::Wire { .. } => {
+                "--trigger-to is the address that the robot's --input-from has, --trigger-from that of its --output-to, on this machine"
             }
         }
     }
@@ -78,6 +99,14 @@ pub enum SceneError {
     #[error("{address}: {error}")]
     Robot {
         /// Where it is to be told.
+        address: SocketAddr,
+        /// What the operating system says.
+        error: std::io::Error,
+    },
+    /// What is wired to the camera cannot be.
+    #[error("{address}: {error}")]
+    Wire {
+        /// Where the other end is told, or tells.
         address: SocketAddr,
         /// What the operating system says.
         error: std::io::Error,
@@ -125,7 +154,7 @@ impl SimulatedScene {
             tool_from_camera: scenario.cell.tool_from_camera,
             view,
             output: None,
-            encoder: None,
+            input: None,
         })
     }
 
@@ -134,11 +163,18 @@ impl SimulatedScene {
     /// # Errors
     /// What the operating system says.
     pub fn wired(self, wiring: &CameraWiring, clock: HostClock) -> Result<Self, SceneError> {
-        let output = wiring.output_to.map(|to| {
-            TriggerSender::new(to, clock).map_err(|error| SceneError::Robot { address: to, error })
-        });
-        let encoder = wiring.encoder_step_m.map(|step_m| SimulatedEncoder::new(step_m, clock));
-        Ok(Self { output: output.transpose()?, encoder, ..self })
+        let of_wire = |address| move |error| SceneError::Wire { address, error };
+        let output = wiring.output_to.map(|to| TriggerSender::new(to, clock).map_err(of_wire(to)));
+        let input = match wiring.input {
+            None => None,
+            Some(WiredInput::Encoder { step_m }) => {
+                Some(Line1::Encoder(SimulatedEncoder::new(step_m, clock)))
+            }
+            Some(WiredInput::Robot(at)) => {
+                Some(Line1::Robot(TriggerReceiver::bind(at, 0, clock).map_err(of_wire(at))?))
+            }
+        };
+        Ok(Self { output: output.transpose()?, input, ..self })
     }
 
     /// A device with its sensor's size; a profiler sends so many profiles a frame, at the frame rate of the settings.
@@ -207,19 +243,27 @@ impl Pictures for SimulatedScene {
     }
 
     fn edge_after(&mut self, steady_ns: i64) -> Option<Edge> {
-        let encoder = self.encoder.as_mut()?;
-        encoder.follow(|at_ns| self.robot.pose_at(at_ns));
-        encoder.edge_after(steady_ns)
+        match self.input.as_mut()? {
+            Line1::Encoder(encoder) => {
+                encoder.follow(|at_ns| self.robot.pose_at(at_ns));
+                encoder.edge_after(steady_ns)
+            }
+            Line1::Robot(wire) => wire.change_after(steady_ns).map(|(at_ns, rises)| Edge { at_ns, rises }),
+        }
     }
 
     fn encoder(&mut self, steady_ns: i64) -> Option<i64> {
-        let encoder = self.encoder.as_mut()?;
+        let Some(Line1::Encoder(encoder)) = &mut self.input else { return None };
         encoder.follow(|at_ns| self.robot.pose_at(at_ns));
         Some(encoder.state(steady_ns).0)
     }
 
     fn line(&mut self, steady_ns: i64) -> bool {
-        self.encoder.as_ref().is_some_and(|encoder| encoder.state(steady_ns).1)
+        match &mut self.input {
+            None => false,
+            Some(Line1::Encoder(encoder)) => encoder.state(steady_ns).1,
+            Some(Line1::Robot(wire)) => wire.is_on(steady_ns),
+        }
     }
 
     fn picture(&mut self, exposure_start_steady_ns: i64, exposure_s: f64) -> Option<GrayImage> {

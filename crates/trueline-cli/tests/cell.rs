@@ -202,6 +202,27 @@ fn pictures_that_an_encoder_triggers_calibrate_to_what_was_put_in() {
 
 #[test]
 #[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
+fn pictures_that_an_output_of_the_robot_starts_calibrate_to_what_was_put_in() {
+    for (test, rhythm) in [(10, ["--output-every-mm", "15"]), (11, ["--output-every-ms", "130"])] {
+        let dir = tempfile::tempdir().unwrap();
+        write_plan(dir.path());
+        let (cell, wire) = (Cell::new(test), address());
+        let _camera = cell.camera(dir.path(), &["--trigger-from", &wire]);
+        let wired = ["--rest-s", "1.5", "--output-to", &wire];
+        let _robot = cell.robot(dir.path(), &[&wired[..], &rhythm].concat());
+        let recorded = cell.record(dir.path(), &["--trigger", "Line1:rising", "--for-s", "15"]);
+        assert_eq!(recorded.status.code(), Some(0), "{}", words(&recorded));
+        let result = calibrated(dir.path(), "rec");
+        let offset_s = truth(dir.path())["time_offset_s"].as_float().unwrap();
+        check(dir.path(), &result, offset_s);
+        let stamps = &result["stamps"]["features"];
+        let is_by_way = number(&stamps["longest_gap_s"]) > 2.0 * number(&stamps["median_period_s"]);
+        assert_eq!(is_by_way, rhythm[0] == "--output-every-mm", "{stamps}");
+    }
+}
+
+#[test]
+#[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
 fn profiles_that_an_encoder_triggers_calibrate_to_what_was_put_in() {
     let dir = tempfile::tempdir().unwrap();
     let planned = trueline(

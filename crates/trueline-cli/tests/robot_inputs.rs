@@ -93,8 +93,10 @@ fn stream(name: &str, scan: &Recording, inputs: &[bool], recording: &mut CellRec
             }
             "hspo" => {
                 // The input is the fifth of its word here.
-                let [bytes, _] = hspo_sim::packets(k as u32, 4000 * k as u32, pose, u32::from(*input) << 4);
-                hear(&mut hspo, &mut filter, &bytes, arrival, recording);
+                let both = hspo_sim::packets(k as u32, 4000 * k as u32, pose, u32::from(*input) << 4);
+                for bytes in both {
+                    hear(&mut hspo, &mut filter, &bytes, arrival, recording);
+                }
             }
             "rsi" => {
                 let bytes = rsi_sim::message(pose, 4_294_960_000 + 4 * k, *input, 0).into_bytes();
@@ -152,6 +154,8 @@ fn measured(name: &str, scan: &Recording, late_s: f64, folder: &Path) -> Measure
     }
     let finished = recording.finish();
     assert!(finished.is_complete(), "{name}: {:?}", finished.losses());
+    // Joint positions beside each pose are no strangers.
+    assert_eq!(finished.notes(), Vec::<String>::new(), "{name}");
     let opened = open(folder, &How::default(), &()).unwrap();
     assert_eq!(opened.recording.robot.len(), scan.robot.len(), "{name}");
     let calibration = calibrate(&opened.recording, None, &Config::default()).unwrap();

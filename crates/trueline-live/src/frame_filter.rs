@@ -38,6 +38,14 @@ pub enum Rejection {
     Stale,
 }
 
+impl Rejection {
+    /// Whether it is part of what the robot sends, and nobody asks for it.
+    #[must_use]
+    pub fn is_needless(&self) -> bool {
+        matches!(self, Self::Packet(PacketError::NotNeeded(_)))
+    }
+}
+
 /// Why a packet of a robot other than ABB's is not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PacketError {

@@ -1,6 +1,6 @@
 //! A simulated controller of another make than ABB, in real time: UR, FANUC, KUKA.
 
-use crate::controller::{Network, NetworkSettings, Wiring};
+use crate::controller::{Network, NetworkSettings, Wiring, WiringSettings};
 use crate::fanuc::stream_motion_sim::StreamMotionController;
 use crate::kuka::EthernetConfig;
 use crate::kuka::rsi_sim::{AnswerCounts, RsiController};
@@ -43,10 +43,8 @@ pub struct StreamSim {
     pub network: NetworkSettings,
     /// Seed of the losses.
     pub seed: u64,
-    /// Where it is told where the robot truly is.
-    pub truth_to: Option<SocketAddr>,
-    /// What drives its first digital input, and by how much that is late, s.
-    pub input_from: Option<(SocketAddr, f64)>,
+    /// What is wired to it.
+    pub wiring: WiringSettings,
     /// KUKA: answers are awaited, by this configuration.
     pub awaits: Option<EthernetConfig>,
 }
@@ -91,7 +89,7 @@ impl StreamSim {
         if self.protocol != Protocol::UrRtde {
             return self.run_datagrams(each);
         }
-        let wiring = Wiring::new(self.truth_to, self.input_from)?;
+        let wiring = Wiring::new(&self.wiring)?;
         let version = self.version.unwrap_or(2) as u16;
         let settings =
             ServerSettings { feed: self.feed, epoch_s: UR_EPOCH_S, drift_ppm: self.drift_ppm, version };
@@ -116,7 +114,7 @@ impl StreamSim {
             period_ms: self.period_ms.unwrap_or(usual_ms),
             drift_ppm: self.drift_ppm,
             network: Network::new(self.network, self.seed),
-            wiring: Wiring::new(self.truth_to, self.input_from)?,
+            wiring: Wiring::new(&self.wiring)?,
         };
         let sent = robot.run(&socket, pc, |_, passed| each(passed))?;
         let (refused_and_commands, answers) = match &robot.speech {

@@ -5,7 +5,8 @@
 #
 # `camera-sim` shows the example's plan, its output wired to the simulated robot's input; `record` writes robot, pictures and input;
 # `calibrate` and `doctor` compare the measured offset with the estimated one. Then the same with an input that is 5 ms late, which
-# `doctor` must contradict. PASS and FAIL lines go to stdout; the exit code is 0 if nothing failed.
+# `doctor` must contradict. The pictures keep no step with a robot's cycle, so that edges lie everywhere in it. On a busy PC run it with
+# real-time priority (`chrt -r 5`, as root). PASS and FAIL lines go to stdout; the exit code is 0 if nothing failed.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 TRUELINE=$(realpath "${TRUELINE:-$here/../../../../target/release/trueline}")
@@ -33,7 +34,7 @@ cell() { # cell PROTOCOL DELAY_MS: records, calibrates, asks the doctor; leaves 
     [ "$1" != fanuc-stream-motion ] || record="$record --inputs DI101"
     rm -rf out
     # An exposure of more than the longest cycle: shorter pulses are seen by chance only.
-    "$TRUELINE" camera-sim plan --address "$address" --robot-truth "127.0.0.1:$truth" --trigger-to "127.0.0.1:$wire" --exposure-ms 20 \
+    "$TRUELINE" camera-sim plan --address "$address" --robot-truth "127.0.0.1:$truth" --trigger-to "127.0.0.1:$wire" --exposure-ms 20 --fps 4.7 \
         --latency-ms 150 --truth truth.toml --for-s 60 > out-camera.txt 2>&1 & local camera=$!
     # Words that are options stand unquoted.
     # shellcheck disable=SC2086

@@ -1,4 +1,5 @@
-//! A camera's output that tells that it exposes, wired to an input of a simulated robot in another process of the same machine.
+//! A wire between two processes of the same machine: a camera's output to an input of a simulated robot, or a robot's output to the trigger of
+//! a simulated camera.
 
 use crate::host_clock::HostClock;
 use std::collections::VecDeque;
@@ -8,10 +9,10 @@ use std::net::{SocketAddr, UdpSocket};
 const MARK: [u8; 8] = *b"TLTRIGR1";
 /// Mark, start and end, bytes.
 const LENGTH: usize = 8 + 8 + 8;
-/// Exposures that are remembered.
+/// Pulses that are remembered.
 const MOST: usize = 64;
 
-/// The camera's end of the wire.
+/// The end of the wire that is an output.
 #[derive(Debug)]
 pub struct TriggerSender {
     socket: UdpSocket,
@@ -29,7 +30,7 @@ impl TriggerSender {
         Ok(Self { socket, to, machine_ahead_ns: clock.machine_ahead_ns() })
     }
 
-    /// Tells of an exposure, best before it begins: its start and end by the clock, ns. Nobody need be there to get it.
+    /// Tells of a pulse (a camera's exposure), best before it begins: its start and end by the clock, ns. Nobody need be there to get it.
     pub fn send(&self, [start_ns, end_ns]: [i64; 2]) {
         let [start_ns, end_ns] = [start_ns, end_ns].map(|at_ns| at_ns + self.machine_ahead_ns);
         let mut bytes = [0; LENGTH];
@@ -40,11 +41,11 @@ impl TriggerSender {
     }
 }
 
-/// The robot's end of the wire.
+/// The end of the wire that is an input.
 #[derive(Debug)]
 pub struct TriggerReceiver {
     socket: UdpSocket,
-    exposures_ns: VecDeque<[i64; 2]>,
+    pulses_ns: VecDeque<[i64; 2]>,
     /// By how much the input is late, ns.
     delay_ns: i64,
     machine_ahead_ns: i64,
@@ -58,26 +59,36 @@ impl TriggerReceiver {
     pub fn bind(at: SocketAddr, delay_ns: i64, clock: HostClock) -> io::Result<Self> {
         let socket = UdpSocket::bind(at)?;
         socket.set_nonblocking(true)?;
-        Ok(Self {
-            socket,
-            exposures_ns: VecDeque::new(),
-            delay_ns,
-            machine_ahead_ns: clock.machine_ahead_ns(),
-        })
+        Ok(Self { socket, pulses_ns: VecDeque::new(), delay_ns, machine_ahead_ns: clock.machine_ahead_ns() })
     }
 
     /// Whether the input is on at a time of the clock, ns, as far as has been told by now.
     pub fn is_on(&mut self, steady_ns: i64) -> bool {
+        self.hear();
+        let at_ns = steady_ns + self.machine_ahead_ns - self.delay_ns;
+        self.pulses_ns.iter().any(|[start_ns, end_ns]| (*start_ns..*end_ns).contains(&at_ns))
+    }
+
+    /// The first change of the input after a time of the clock, ns, and whether it goes on then; `None` while none has been told.
+    pub fn change_after(&mut self, steady_ns: i64) -> Option<(i64, bool)> {
+        self.hear();
+        let to_clock_ns = self.delay_ns - self.machine_ahead_ns;
+        let changes =
+            self.pulses_ns.iter().flat_map(|[start_ns, end_ns]| [(*start_ns, true), (*end_ns, false)]);
+        let changes = changes.map(|(at_ns, rises)| (at_ns + to_clock_ns, rises));
+        changes.filter(|(at_ns, _)| *at_ns > steady_ns).min_by_key(|(at_ns, _)| *at_ns)
+    }
+
+    /// Takes what has been told by now.
+    fn hear(&mut self) {
         let mut bytes = [0; LENGTH + 1];
         while let Ok(length) = self.socket.recv(&mut bytes) {
-            let Some(exposure_ns) = decode(&bytes[..length]) else { continue };
-            if self.exposures_ns.len() == MOST {
-                self.exposures_ns.pop_front();
+            let Some(pulse_ns) = decode(&bytes[..length]) else { continue };
+            if self.pulses_ns.len() == MOST {
+                self.pulses_ns.pop_front();
             }
-            self.exposures_ns.push_back(exposure_ns);
+            self.pulses_ns.push_back(pulse_ns);
         }
-        let at_ns = steady_ns + self.machine_ahead_ns - self.delay_ns;
-        self.exposures_ns.iter().any(|[start_ns, end_ns]| (*start_ns..*end_ns).contains(&at_ns))
     }
 }
 
@@ -109,6 +120,14 @@ mod tests {
         }
         let on: Vec<i64> = (0..22).map(|k| 500 * k + 250).filter(|at| input.is_on(*at * MS)).collect();
         assert_eq!(on, [1750, 2250, 2750, 3250, 9750]);
+        let mut changes = Vec::new();
+        let mut at_ns = 0;
+        while let Some((change_ns, rises)) = input.change_after(at_ns) {
+            at_ns = change_ns;
+            // Within what the two readings of the machine's clock are apart.
+            changes.push(((change_ns + 100 * MS) / (500 * MS), rises));
+        }
+        assert_eq!(changes, [(3, true), (7, false), (19, true), (20, false)]);
         assert_eq!(decode(&[0; LENGTH]), None);
     }
 }

@@ -1,36 +1,51 @@
 //! What is wired to a simulated robot in a cell of several programs on one machine.
 
-use super::trigger_feed::TriggerReceiver;
+use super::robot_output::{OutputEvery, RobotOutput};
+use super::trigger_feed::{TriggerReceiver, TriggerSender};
 use super::truth_feed::TruthSender;
 use crate::host_clock::HostClock;
 use std::io;
 use std::net::SocketAddr;
 use trueline_geometry::Pose;
 
-/// A simulated camera that is told where the robot truly is, and an output that drives the first digital input.
+/// What is to be wired to a simulated robot; addresses are of this machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WiringSettings {
+    /// Who is told where the robot truly is.
+    pub truth_to: Option<SocketAddr>,
+    /// Where to listen for what drives the first digital input, and by how much that is late, s.
+    pub input_from: Option<(SocketAddr, f64)>,
+    /// A camera whose pictures a digital output starts, and when that goes on.
+    pub output_to: Option<(SocketAddr, OutputEvery)>,
+}
+
+/// A simulated camera that is told where the robot truly is, an output that drives the first digital input, and one of the robot's own.
 pub struct Wiring {
     truth: Option<TruthSender>,
     input: Option<TriggerReceiver>,
+    output: Option<RobotOutput>,
     clock: HostClock,
 }
 
 impl Default for Wiring {
     fn default() -> Self {
-        Self { truth: None, input: None, clock: HostClock::start() }
+        Self { truth: None, input: None, output: None, clock: HostClock::start() }
     }
 }
 
 impl Wiring {
-    /// Tells the truth to an address; listens at another to what drives the input, which is late by so much, s.
+    /// Wires all that is to be wired.
     ///
     /// # Errors
     /// What the operating system says.
-    pub fn new(truth_to: Option<SocketAddr>, input_from: Option<(SocketAddr, f64)>) -> io::Result<Self> {
+    pub fn new(settings: &WiringSettings) -> io::Result<Self> {
         let clock = HostClock::start();
         let input = |(at, late_s): (SocketAddr, f64)| TriggerReceiver::bind(at, (late_s * 1e9) as i64, clock);
+        let output = |(to, every)| TriggerSender::new(to, clock).map(|wire| RobotOutput::new(wire, every));
         Ok(Self {
-            truth: truth_to.map(|to| TruthSender::new(to, clock)).transpose()?,
-            input: input_from.map(input).transpose()?,
+            truth: settings.truth_to.map(|to| TruthSender::new(to, clock)).transpose()?,
+            input: settings.input_from.map(input).transpose()?,
+            output: settings.output_to.map(output).transpose()?,
             clock,
         })
     }
@@ -41,8 +56,11 @@ impl Wiring {
         self.clock
     }
 
-    /// Tells where the robot truly is at a time, ns.
-    pub fn tell(&self, steady_ns: i64, base_from_tool: &Pose) {
+    /// A cycle of the controller: where the robot truly is at a time, ns.
+    pub fn tell(&mut self, steady_ns: i64, base_from_tool: &Pose) {
+        if let Some(output) = &mut self.output {
+            output.cycle(steady_ns, base_from_tool);
+        }
         if let Some(truth) = &self.truth {
             truth.send(steady_ns, base_from_tool);
         }

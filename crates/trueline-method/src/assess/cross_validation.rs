@@ -68,6 +68,10 @@ pub struct Subject<'a> {
 #[must_use]
 pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
     let list = subject.fit.placed.of(subject.observations);
+    // A fit that ended far from its start may have placed hardly any.
+    if list.len() < BLOCKS {
+        return None;
+    }
     let at = subject.fit.parameters();
     let edges = pass_edges(subject.observations, list, at);
     let passes = edges.len() > 3;
