@@ -14,6 +14,8 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 /// Below this angle (rad) the series of sin(x)/x and its relatives are exact to double precision
 /// with the terms used here: the first omitted term is x⁶/5040 < 1e-15.
 const SERIES_ANGLE: f64 = 5e-3;
+/// Below this sine of half the angle that of the logarithm is: the first omitted term is x¹²/13 < 3e-18.
+const SERIES_SINE: f64 = 0.04;
 
 /// Returns the skew matrix of `a`, so that `hat(a) * b = a × b`.
 #[must_use]
@@ -52,11 +54,12 @@ pub fn log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     // q and −q are the same rotation; the one with w ≥ 0 has the angle of at most half a turn.
     let (w, v) = if q.w < 0.0 { (-q.w, -q.imag()) } else { (q.w, q.imag()) };
     let sine2 = v.norm_squared();
-    if sine2 < SERIES_ANGLE * SERIES_ANGLE {
+    if sine2 < SERIES_SINE * SERIES_SINE {
         // 2 atan(s/w)/s = 2/w (1 − (s/w)²/3 + (s/w)⁴/5 − …)
         let inverse = w.recip();
-        let ratio2 = sine2 * inverse * inverse;
-        return v * (2.0 * inverse * (1.0 - ratio2 * (1.0 / 3.0 - ratio2 * (1.0 / 5.0))));
+        let x = sine2 * inverse * inverse;
+        let series = 1.0 - x * (1.0 / 3.0 - x * (1.0 / 5.0 - x * (1.0 / 7.0 - x * (1.0 / 9.0 - x / 11.0))));
+        return v * (2.0 * inverse * series);
     }
     let sine = sine2.sqrt();
     v * (2.0 * sine.atan2(w) / sine)

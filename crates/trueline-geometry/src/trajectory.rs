@@ -90,6 +90,7 @@ impl std::fmt::Display for TrajectoryError {
 pub struct Trajectory {
     times: Arc<Vec<f64>>,
     segments: Arc<Vec<Segment>>,
+    table: Arc<SampleTable>,
     median_period: f64,
     /// Samples in a second.
     frequency: f64,
@@ -112,8 +113,9 @@ impl Trajectory {
         let segments: Vec<_> = pairs.map(|(t, p)| Segment::between(t[0], &p[0], t[1], &p[1])).collect();
         let is_bridged = |s: &Segment| s.duration > 0.0 && s.duration <= GAP_PERIODS * median_period;
         let is_unbroken = segments.iter().all(is_bridged);
+        let table = Arc::new(SampleTable::of(&times));
         let (times, segments) = (Arc::new(times), Arc::new(segments));
-        Ok(Self { times, segments, median_period, frequency: 1.0 / median_period, is_unbroken })
+        Ok(Self { times, segments, table, median_period, frequency: 1.0 / median_period, is_unbroken })
     }
 
     /// Whether there is a pose at every time from the first sample to the last.
@@ -182,13 +184,8 @@ impl Trajectory {
     /// The bracket where evenly spaced samples would have it, or next to it.
     #[inline]
     fn guess(&self, time: f64, hint: usize) -> Option<usize> {
-        self.guess_from(time, hint, *self.times.get(hint)?)
-    }
-
-    #[inline]
-    fn guess_from(&self, time: f64, anchor: usize, anchor_time: f64) -> Option<usize> {
-        let ahead = ((time - anchor_time) * self.frequency) as isize;
-        let mut index = anchor.checked_add_signed(ahead)?.min(self.times.len() - 2);
+        let ahead = ((time - *self.times.get(hint)?) * self.frequency) as isize;
+        let mut index = hint.checked_add_signed(ahead)?.min(self.times.len() - 2);
         if time < self.times[index] {
             index = index.checked_sub(1)?;
         } else if time >= self.times[index + 1] {
@@ -198,10 +195,20 @@ impl Trajectory {
         (self.times[index] <= time && time < after).then_some(index)
     }
 
-    /// A cursor for times that mostly rise.
+    /// [`Trajectory::bracket`] without a hint, for times in any order: O(1) where samples are as dense as they are on average.
     #[must_use]
-    pub fn cursor(&self) -> Cursor<'_> {
-        Cursor { trajectory: self, anchor: 0, anchor_time: self.times[0] }
+    #[inline]
+    pub fn bracket_of(&self, time: f64) -> Option<usize> {
+        let mut index = self.table.sample_before(time)?;
+        // A few samples are in one interval of the table, in a burst more.
+        for _ in 0..NEAR {
+            match self.times.get(index + 1) {
+                Some(after) if time < *after => return (self.times[index] <= time).then_some(index),
+                Some(_) => index += 1,
+                None => break,
+            }
+        }
+        self.search(time, index)
     }
 
     fn gallop(&self, time: f64, hint: usize) -> (usize, usize) {
@@ -244,27 +251,46 @@ impl Trajectory {
     }
 }
 
-/// Finds brackets one after the other.
-///
-/// As long as samples are as even as they were, each is found without looking at the one before: in scans that are larger
-/// than the processor's caches the loads then need not wait for each other.
-#[derive(Clone, Copy, Debug)]
-pub struct Cursor<'a> {
-    trajectory: &'a Trajectory,
-    anchor: usize,
-    anchor_time: f64,
+/// Samples that are looked at one after the other before they are searched.
+const NEAR: usize = 4;
+
+/// Where samples are, by equal intervals of time, as many as there are samples.
+#[derive(Debug)]
+struct SampleTable {
+    start: f64,
+    intervals_per_s: f64,
+    /// For each interval the last sample in those before it, or the first.
+    before: Vec<u32>,
 }
 
-impl Cursor<'_> {
-    /// [`Trajectory::bracket`].
-    #[inline]
-    pub fn bracket(&mut self, time: f64) -> Option<usize> {
-        if let Some(index) = self.trajectory.guess_from(time, self.anchor, self.anchor_time) {
-            return Some(index);
+impl SampleTable {
+    fn of(times: &[f64]) -> Self {
+        let (start, count) = (times[0], times.len());
+        let intervals_per_s = (count - 1) as f64 / (times[count - 1] - start);
+        let mut table = Self { start, intervals_per_s, before: vec![0; count] };
+        let mut sample = 0;
+        for interval in 0..count {
+            while sample + 1 < count && table.interval(times[sample + 1]) < interval {
+                sample += 1;
+            }
+            table.before[interval] = sample as u32;
         }
-        let index = self.trajectory.search(time, self.anchor)?;
-        (self.anchor, self.anchor_time) = (index, self.trajectory.times[index]);
-        Some(index)
+        table
+    }
+
+    /// Rises with time, so that a sample in an earlier interval is earlier.
+    #[inline]
+    fn interval(&self, time: f64) -> usize {
+        ((time - self.start) * self.intervals_per_s) as usize
+    }
+
+    /// A sample at or before this time, near it; `None` before the first and long after the last.
+    #[inline]
+    fn sample_before(&self, time: f64) -> Option<usize> {
+        if time < self.start {
+            return None;
+        }
+        self.before.get(self.interval(time)).map(|sample| *sample as usize)
     }
 }
 

@@ -189,17 +189,25 @@ fn outside_the_recording_and_in_a_gap_there_is_no_pose() {
 
 #[test]
 fn the_bracket_does_not_depend_on_the_hint() {
-    let times: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.004 + f64::from(k % 7) * 1e-4).collect();
-    let trajectory = Trajectory::new(times.clone(), &turning(&times)).unwrap();
-    let mut cursor = trajectory.cursor();
-    for k in 0..400 {
-        let time = f64::from(k) * 1e-3;
-        let expected =
-            times.iter().rposition(|t| *t <= time).filter(|_| time <= times[99]).map(|j| j.min(98));
-        for hint in [0, 1, 17, 50, 98, 99, 1000] {
-            assert_eq!(trajectory.bracket(time, hint), expected, "time {time} hint {hint}");
+    let jittering: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.004 + f64::from(k % 7) * 1e-4).collect();
+    // A pause, after which samples come in bursts of one time each.
+    let in_bursts: Vec<f64> =
+        (0..100).map(|k| f64::from(k / 20) * 0.004 + if k < 50 { 0.0 } else { 0.35 }).collect();
+    for times in [jittering, in_bursts] {
+        let trajectory = Trajectory::new(times.clone(), &turning(&times)).unwrap();
+        let [first, last] = [times[0], times[99]];
+        // What ends a recording in equal times has no duration.
+        let last_segment = times.iter().rposition(|t| *t < last).unwrap();
+        let exactly = times.iter().copied().flat_map(|t| [t, t.next_down(), t.next_up()]);
+        for time in (-2..402).map(|k| f64::from(k) * 1e-3).chain(exactly).chain([f64::NAN]) {
+            let inside = first <= time && time <= last;
+            let expected = times.iter().rposition(|t| *t <= time).filter(|_| inside);
+            let expected = expected.map(|j| j.min(last_segment));
+            for hint in [0, 1, 17, 50, 98, 99, 1000] {
+                assert_eq!(trajectory.bracket(time, hint), expected, "time {time} hint {hint}");
+            }
+            assert_eq!(trajectory.bracket_of(time), expected, "time {time} without a hint");
         }
-        assert_eq!(cursor.bracket(time), expected, "time {time} by cursor");
     }
 }
 

@@ -50,17 +50,7 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
     // Weights are differences of numbers of 1 where a loss redescends: they are right to 1e-12 of 1, not of themselves,
     // so an entry is measured against the one without weights.
     let mut unweighted = NormalEquations::zeros(problem.dimension());
-    let squared = LineProblem {
-        observations: problem.observations,
-        list: problem.list,
-        whiteners: problem.whiteners.clone(),
-        residual: problem.residual,
-        loss: Loss::Squared,
-        unknowns: problem.unknowns,
-        prior: None,
-        shape_prior: problem.shape_prior,
-        threads: 1,
-    };
+    let squared = problem.with_loss(Loss::Squared);
     OneByOne(&squared).linearize(at, &mut unweighted);
     let scale = unweighted.hessian.diagonal().map(f64::sqrt);
     // Residuals are differences of positions of 2 m, which are rounded to 2 m × eps × a dozen operations = 5e-15 m,

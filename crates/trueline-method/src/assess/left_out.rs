@@ -1,14 +1,14 @@
 //! The optimum without a part of a scan, from where sums over its parts say that it is.
 //!
 //! At the optimum of all observations the normal equations of each part are summed once. Those of the rest are the sum of the others,
-//! and a step of Gauss and Newton leads to the neighbourhood of the rest's optimum. With a loss that redescends it falls short, for
-//! its Hessian is the re-weighted one; so the rest is solved for from there, which takes few steps.
+//! and one step of Newton leads to the rest's optimum: of Newton, for with a loss that redescends a step of Gauss and Newton, whose
+//! Hessian is the re-weighted one, falls short. Where the step is long the rest is solved for from there.
 
-use crate::input::noise_levels::Whitener;
-use crate::input::observations::Observation;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
-use nalgebra::{DMatrix, DVector};
+use crate::problem::simd::WhitenedRow;
+use crate::problem::unknowns::LOCAL_ALL;
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use std::ops::Range;
 use trueline_lsq::{LeastSquares, NormalEquations, SolveOptions, solve};
 
@@ -20,10 +20,18 @@ pub(crate) struct PartSums<'a, 'b> {
     whole: &'b LineProblem<'a>,
     at: &'b Parameters,
     fixed: &'b [usize],
-    /// Of each part, what is known beforehand left out.
-    parts: Vec<(Range<usize>, NormalEquations)>,
+    parts: Vec<(Range<usize>, Sums)>,
     /// Of all, with what is known beforehand.
-    all: NormalEquations,
+    all: Sums,
+}
+
+/// What a part of a scan says of the unknowns; what is known beforehand is left out.
+#[derive(Clone)]
+struct Sums {
+    /// The normal equations.
+    equations: NormalEquations,
+    /// What the loss's own second derivative adds to their Hessian: 2 Σ ρ″ (Jᵀr)(Jᵀr)ᵀ.
+    bend: DMatrix<f64>,
 }
 
 /// Where the rest of a scan has its optimum, and its Hessian there.
@@ -43,18 +51,15 @@ impl<'a, 'b> PartSums<'a, 'b> {
         fixed: &'b [usize],
     ) -> Self {
         let known = whole.known_beforehand(at);
-        let mut all = known.clone();
         let sums = |range: Range<usize>| {
-            let mut own = NormalEquations::zeros(whole.dimension());
-            some(whole, &whole.list[range.clone()], &whole.whiteners[range.clone()]).linearize(at, &mut own);
-            subtract(&mut own, &known);
-            (range, own)
+            let part = whole.of_some(&whole.list[range.clone()], &whole.whiteners[range.clone()]);
+            (range, Sums::of(&part, at, &known))
         };
         let parts: Vec<_> = parts.map(sums).collect();
+        let size = whole.dimension();
+        let mut all = Sums { equations: known.clone(), bend: DMatrix::zeros(size, size) };
         for (_, part) in &parts {
-            all.hessian += &part.hessian;
-            all.gradient += &part.gradient;
-            all.cost += part.cost;
+            all.add(part, 1.0);
         }
         Self { whole, at, fixed, parts, all }
     }
@@ -63,68 +68,80 @@ impl<'a, 'b> PartSums<'a, 'b> {
     pub(crate) fn without(&self, part: usize) -> Option<LeftOut> {
         let (range, own) = &self.parts[part];
         let mut rest = self.all.clone();
-        subtract(&mut rest, own);
-        let quadratic = Quadratic(&rest);
-        let options = SolveOptions { max_iterations: 20, step_threshold: 1e-2, ..SolveOptions::default() };
-        let step = solve(&quadratic, DVector::zeros(rest.gradient.len()), self.fixed, &options).ok()?.state;
-        let length = step.dot(&(&rest.hessian * &step)).max(0.0).sqrt();
-        let start = if length <= SHORT { self.at.retract(&step) } else { self.at.clone() };
+        rest.add(own, -1.0);
+        let step = rest.newton_step(self.fixed);
+        let is_short = |step: &DVector<f64>| step.dot(&(&rest.equations.hessian * step)).sqrt() <= SHORT;
+        if let Some(step) = step.filter(is_short) {
+            return Some(LeftOut { at: self.at.retract(&step), hessian: rest.equations.hessian });
+        }
         let (mut list, mut whiteners) = (Vec::new(), Vec::new());
         for others in [0..range.start, range.end..self.whole.list.len()] {
             list.extend_from_slice(&self.whole.list[others.clone()]);
             whiteners.extend_from_slice(&self.whole.whiteners[others]);
         }
-        let solution = solve(&some(self.whole, &list, &whiteners), start, self.fixed, &options).ok()?;
+        let options = SolveOptions { max_iterations: 20, step_threshold: 1e-2, ..SolveOptions::default() };
+        let rest = self.whole.of_some(&list, &whiteners);
+        let solution = solve(&rest, self.at.clone(), self.fixed, &options).ok()?;
         Some(LeftOut { at: solution.state, hessian: solution.equations.hessian })
     }
 }
 
-/// The same problem over some of its observations, whitened as they are.
-fn some<'c>(whole: &'c LineProblem<'_>, list: &'c [Observation], whiteners: &[Whitener]) -> LineProblem<'c> {
-    LineProblem {
-        observations: whole.observations,
-        list,
-        whiteners: whiteners.to_vec(),
-        prior: whole.prior.clone(),
-        ..*whole
-    }
-}
-
-fn subtract(from: &mut NormalEquations, what: &NormalEquations) {
-    from.hessian -= &what.hessian;
-    from.gradient -= &what.gradient;
-    from.cost -= what.cost;
-}
-
-/// A quadratic cost: what normal equations stand for.
-struct Quadratic<'a>(&'a NormalEquations);
-
-impl LeastSquares for Quadratic<'_> {
-    type State = DVector<f64>;
-
-    fn dimension(&self) -> usize {
-        self.0.gradient.len()
-    }
-
-    fn retract(&self, state: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
-        state + step
+impl Sums {
+    fn of(part: &LineProblem<'_>, at: &Parameters, known: &NormalEquations) -> Self {
+        let size = part.dimension();
+        let mut equations = NormalEquations::zeros(size);
+        part.linearize(at, &mut equations);
+        let mut sums = Self { equations, bend: DMatrix::zeros(size, size) };
+        sums.equations.hessian -= &known.hessian;
+        sums.equations.gradient -= &known.gradient;
+        sums.equations.cost -= known.cost;
+        let mut of_lines = vec![SMatrix::<f64, LOCAL_ALL, LOCAL_ALL>::zeros(); part.unknowns.lines];
+        part.for_each_whitened(at, |index, WhitenedRow { residual, jacobian }| {
+            let slope = part.loss.weight_slope(residual.norm_squared());
+            let score: SVector<f64, LOCAL_ALL> = jacobian.tr_mul(residual);
+            of_lines[part.list[index].line as usize].ger(2.0 * slope, &score, &score, 1.0);
+        });
+        for (line, bend) in of_lines.iter().enumerate() {
+            let place = |local| part.unknowns.place(local, line);
+            for row in 0..part.unknowns.local() {
+                for column in 0..part.unknowns.local() {
+                    sums.bend[(place(row), place(column))] += bend[(row, column)];
+                }
+            }
+        }
+        sums
     }
 
-    fn cost(&self, state: &DVector<f64>) -> f64 {
-        self.0.cost + self.0.gradient.dot(state) + 0.5 * state.dot(&(&self.0.hessian * state))
+    fn add(&mut self, other: &Self, sign: f64) {
+        self.equations.hessian += &other.equations.hessian * sign;
+        self.equations.gradient += &other.equations.gradient * sign;
+        self.equations.cost += other.equations.cost * sign;
+        self.bend += &other.bend * sign;
     }
 
-    fn linearize(&self, state: &DVector<f64>, equations: &mut NormalEquations) {
-        equations.hessian += &self.0.hessian;
-        equations.gradient += &self.0.gradient + &self.0.hessian * state;
-        equations.cost += self.cost(state);
+    /// The step to where the sums have their least cost; `None` where they have none.
+    fn newton_step(&self, fixed: &[usize]) -> Option<DVector<f64>> {
+        let size = self.equations.gradient.len();
+        let free: Vec<usize> = (0..size).filter(|k| !fixed.contains(k)).collect();
+        let of_free = |matrix: &DMatrix<f64>| matrix.select_rows(&free).select_columns(&free);
+        let hessian = of_free(&(&self.equations.hessian + &self.bend));
+        // Seconds beside radians and metres: each unknown in its own unit.
+        let unit = hessian.diagonal().map(|h| h.sqrt().recip());
+        let scaled = DMatrix::from_diagonal(&unit) * hessian * DMatrix::from_diagonal(&unit);
+        let gradient = self.equations.gradient.select_rows(&free).component_mul(&unit);
+        let of_those = -scaled.cholesky()?.solve(&gradient).component_mul(&unit);
+        let mut step = DVector::zeros(size);
+        for (k, value) in free.iter().zip(of_those.iter()) {
+            step[*k] = *value;
+        }
+        Some(step)
     }
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 mod tests {
-    use super::{PartSums, some};
+    use super::PartSums;
     use crate::config::Config;
     use crate::input::noise_levels::NoiseLevels;
     use crate::input::observations::{observe, origin_ns};
@@ -157,12 +174,12 @@ mod tests {
             let mut all = NormalEquations::zeros(whole.dimension());
             whole.linearize(&optimum, &mut all);
             // Thousands of products of numbers, summed in another order.
-            assert!((&sums.all.hessian - &all.hessian).amax() < 1e-10 * all.hessian.amax());
+            assert!((&sums.all.equations.hessian - &all.hessian).amax() < 1e-10 * all.hessian.amax());
             for (k, part) in parts.iter().enumerate() {
                 let found = sums.without(k).unwrap();
                 let list = [&whole.list[..part.start], &whole.list[part.end..]].concat();
                 let whiteners = [&whole.whiteners[..part.start], &whole.whiteners[part.end..]].concat();
-                let rest = some(&whole, &list, &whiteners);
+                let rest = whole.of_some(&list, &whiteners);
                 let solved = solve(&rest, optimum.clone(), &fixed, &SolveOptions::default()).unwrap();
                 let covariance =
                     Information::new(&solved.equations.hessian, &fixed, 0.0).unwrap().covariance();

@@ -11,7 +11,7 @@ use crate::input::observations::Observation;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
 use crate::solve::fit::Fit;
-use crate::solve::narrowing::{Candidate, Narrowing, SAME_OFFSET_S, SAMPLE, thin};
+use crate::solve::narrowing::{Candidate, Narrowing, SAME_OFFSET_S, sample};
 use crate::solve::solver::Solver;
 use crate::solve::start::lines_for;
 use nalgebra::{UnitVector3, Vector3};
@@ -60,7 +60,7 @@ pub fn find(solver: &Solver<'_>, best: &Fit, mirror: Option<&Parameters>) -> Vec
     if settings.fixed.contains(&TIME_OFFSET) {
         return Vec::new();
     }
-    let sample = thin(observations, SAMPLE);
+    let sample = sample(observations);
     let search = Search { solver, sample: &sample, best: best.parameters() };
     let mut finalists = search.finalists();
     let explained = |candidate: &Candidate| search.explains(&candidate.parameters);

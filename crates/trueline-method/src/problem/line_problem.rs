@@ -4,10 +4,11 @@ use crate::config::ResidualKind;
 use crate::input::noise_levels::{NoiseLevels, Whitener};
 use crate::input::observations::{Observation, Observations};
 use crate::problem::block_priors::{self, ShapePrior};
+use crate::problem::packing::Packing;
 use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
 use crate::problem::prior::Prior;
-use crate::problem::simd::{Cost, Equations, Mounting, Scan, Squared, Whitening, sweep, sweep_chunks};
+use crate::problem::simd::{Cost, Equations, Mounting, Scan, Squared, Visit, Whitening, sweep, sweep_chunks};
 use crate::problem::unknowns::{
     LINES, LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT, Model, ROTATION, TIME_OFFSET, TRANSLATION, Unknowns,
 };
@@ -39,6 +40,8 @@ pub struct LineProblem<'a> {
     pub shape_prior: Option<ShapePrior>,
     /// Threads that share large scans; the result does not depend on it.
     pub threads: usize,
+    /// What sweeps at nearly the same time offset share.
+    pub(crate) packing: Packing,
 }
 
 /// What is minimised: the residual and its robust loss.
@@ -80,6 +83,7 @@ impl<'a> LineProblem<'a> {
             prior: None,
             shape_prior: None,
             threads: 1,
+            packing: Packing::beside(at.time_offset_s),
         }
     }
 
@@ -104,6 +108,7 @@ impl<'a> LineProblem<'a> {
             prior: None,
             shape_prior: None,
             threads: 1,
+            packing: Packing::default(),
         }
     }
 
@@ -117,6 +122,27 @@ impl<'a> LineProblem<'a> {
     #[must_use]
     pub(crate) fn with_prior(self, prior: Option<Prior>) -> Self {
         Self { prior, ..self }
+    }
+
+    /// The same problem over some of its observations, whitened as these are.
+    #[must_use]
+    pub(crate) fn of_some<'b>(&self, list: &'b [Observation], whiteners: &[Whitener]) -> LineProblem<'b>
+    where
+        'a: 'b,
+    {
+        LineProblem {
+            list,
+            whiteners: whiteners.to_vec(),
+            prior: self.prior.clone(),
+            packing: Packing::default(),
+            ..*self
+        }
+    }
+
+    /// The same problem with another loss.
+    #[must_use]
+    pub fn with_loss(&self, loss: Loss) -> LineProblem<'a> {
+        LineProblem { loss, ..self.of_some(self.list, &self.whiteners) }
     }
 
     /// The observations that take part, each with its whitener.
@@ -360,7 +386,7 @@ impl LeastSquares for LineProblem<'_> {
 
     fn cost(&self, state: &Parameters) -> f64 {
         let part = |range| Cost::new(&self.whiteners[range], self.loss);
-        let parts = sweep_chunks(&self.scan(state), self.threads, part);
+        let parts = self.sweep_chunks(state, part);
         parts.iter().map(Cost::total).sum::<f64>()
             + block_priors::cost(self.shape_prior.as_ref(), state)
             + self.prior.as_ref().map_or(0.0, |prior| prior.cost(state))
@@ -394,10 +420,20 @@ impl LineProblem<'_> {
         }
     }
 
+    fn sweep_chunks<V: Visit + Send>(
+        &self,
+        state: &Parameters,
+        visitor: impl Fn(std::ops::Range<usize>) -> V + Sync,
+    ) -> Vec<V> {
+        let scan = self.scan(state);
+        let packed = self.packing.samples(&scan);
+        sweep_chunks(&scan, packed.as_ref().map(|packed| &packed.chunks[..]), self.threads, visitor)
+    }
+
     /// The sums over N local unknowns, generated for each N.
     fn add_sums<const N: usize>(&self, state: &Parameters, equations: &mut NormalEquations) {
         let part = |range| Equations::<N>::new(&self.whiteners[range], self.loss, self.unknowns.lines);
-        let parts = sweep_chunks(&self.scan(state), self.threads, part);
+        let parts = self.sweep_chunks(state, part);
         let mounting = Mounting::new(&self.observations.sheet, state);
         for part in &parts {
             part.add_to(equations, &self.unknowns, &mounting.sheet_from_tool);

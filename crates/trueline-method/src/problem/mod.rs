@@ -2,6 +2,7 @@
 
 pub mod block_priors;
 pub mod line_problem;
+pub(crate) mod packing;
 pub mod parameters;
 pub mod placement;
 pub mod prior;

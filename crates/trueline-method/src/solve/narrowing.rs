@@ -7,8 +7,10 @@ use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::Parameters;
 use trueline_lsq::{Loss, SolveOptions, solve};
 
-/// Observations of a line that a search looks at.
-pub(crate) const SAMPLE: usize = 160;
+/// Observations that a search looks at, of all lines together: every line shows time offset and hand-eye …
+const SAMPLE: usize = 160;
+/// … but of each at least so many.
+const LEAST_OF_LINE: usize = 60;
 /// Scales of the loss, σ: the first is a good part of the field of view.
 pub(crate) const SCALES: [f64; 6] = [1000.0, 300.0, 100.0, 30.0, 10.0, 5.0];
 /// Candidates nearer than this in time offset, s, may be in one local minimum.
@@ -67,6 +69,12 @@ impl Narrowing<'_> {
             self.narrow(Stage { scale, iterations }, candidate.parameters)
         })
     }
+}
+
+/// The observations that a search looks at.
+#[must_use]
+pub(crate) fn sample(observations: &Observations) -> Vec<Observation> {
+    thin(observations, (SAMPLE / observations.line_count.max(1)).max(LEAST_OF_LINE))
 }
 
 /// Every n-th observation of each line, so that about `wanted` of each are left.

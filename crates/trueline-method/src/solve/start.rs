@@ -9,7 +9,7 @@ use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observation, Observations};
 use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
-use crate::solve::narrowing::{Candidate, Narrowing, SAME_OFFSET_S, SAMPLE, SCALES, Stage, thin};
+use crate::solve::narrowing::{Candidate, Narrowing, SAME_OFFSET_S, SCALES, Stage, sample, thin};
 use nalgebra::Vector3;
 use trueline_dataset::Guess;
 use trueline_geometry::{Line, Pose, fit, se3, so3};
@@ -74,7 +74,7 @@ pub fn from_nothing(
     noise: &NoiseLevels,
     breadth: Breadth,
 ) -> Result<Parameters, Error> {
-    let sample = thin(observations, SAMPLE);
+    let sample = sample(observations);
     let on_sample = Narrowing { observations, sample: &sample, noise };
     let mut candidates: Vec<Candidate> = starts(config, breadth)
         .iter()

@@ -11,13 +11,15 @@ mod lanes;
 mod located;
 mod robust;
 mod rows;
+mod samples;
 mod sums;
 mod sweep;
 mod view;
 mod whiten;
 
 pub(crate) use rows::{Rows, WhitenedRow};
+pub(crate) use samples::{Gathering, Samples};
 pub(crate) use sums::{Cost, Equations, Squared, SquaredLengths};
-pub(crate) use sweep::{Scan, sweep, sweep_chunks};
+pub(crate) use sweep::{CHUNK, Scan, Visit, sweep, sweep_chunks};
 pub(crate) use view::Mounting;
 pub(crate) use whiten::Whitening;

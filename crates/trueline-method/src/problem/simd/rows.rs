@@ -1,9 +1,10 @@
 //! Whitened residuals and Jacobians of samples that were seen four side by side, for who needs each by itself.
 
 use super::lanes::Lanes;
+use super::samples::Samples;
 use super::sums::{columns, whiten, whiteners_of};
 use super::sweep::Visit;
-use super::view::{Samples, Seen};
+use super::view::Seen;
 use crate::input::noise_levels::Whitener;
 use crate::problem::unknowns::{LOCAL_ALL, ROTATION, TRANSLATION};
 use nalgebra::{Matrix3, SMatrix, Vector2};
@@ -55,7 +56,7 @@ impl Visit for Rows<'_> {
                 }
             }
         }
-        for lane in 0..samples.count {
+        for lane in 0..samples.count as usize {
             let index = samples.index[lane] as usize;
             if !seen.usable[lane] {
                 self.rows[index] = None;

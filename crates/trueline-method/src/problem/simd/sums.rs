@@ -2,8 +2,9 @@
 
 use super::lanes::{Lanes, WIDTH};
 use super::robust::weigh;
+use super::samples::Samples;
 use super::sweep::Visit;
-use super::view::{Samples, Seen};
+use super::view::Seen;
 use crate::input::noise_levels::Whitener;
 use crate::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT, ROTATION, TRANSLATION, Unknowns};
 use crate::problem::usable::UNUSABLE_SQUARED;
@@ -62,8 +63,8 @@ pub(super) fn whiteners_of<const FUSED: bool>(
             lanes[k][lane] = f64::from(w[lane][k]);
         }
     }
-    if samples.count < WIDTH || *usable != [true; WIDTH] {
-        for lane in (0..WIDTH).filter(|lane| *lane >= samples.count || !usable[*lane]) {
+    if (samples.count as usize) < WIDTH || *usable != [true; WIDTH] {
+        for lane in (0..WIDTH).filter(|lane| *lane >= samples.count as usize || !usable[*lane]) {
             for whitener in &mut lanes {
                 whitener[lane] = 0.0;
             }
@@ -85,7 +86,7 @@ pub(super) fn whiten<const FUSED: bool>(
 /// Lanes that hold a sample without an intersection.
 #[inline(always)]
 pub(super) fn unusable(samples: &Samples, usable: &[bool; WIDTH]) -> usize {
-    usable[..samples.count].iter().filter(|usable| !**usable).count()
+    usable[..samples.count as usize].iter().filter(|usable| !**usable).count()
 }
 
 /// Adds up the equations of all lines.
@@ -278,7 +279,7 @@ impl Visit for Squared<'_> {
     #[inline(always)]
     fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
         let squared = squared::<FUSED>(self.whiteners, samples, seen);
-        for lane in 0..samples.count {
+        for lane in 0..samples.count as usize {
             if seen.usable[lane] {
                 self.values[samples.index[lane] as usize] = squared.0[lane];
             }
@@ -313,7 +314,7 @@ impl Visit for SquaredLengths {
     fn samples<const FUSED: bool>(&mut self, _line: usize, samples: &Samples, seen: &Seen<FUSED>) {
         let [a, b] = seen.residual;
         let squared = (a * a).plus_product(b, b);
-        for lane in 0..samples.count {
+        for lane in 0..samples.count as usize {
             if seen.usable[lane] {
                 self.sum[lane] += squared.0[lane];
                 self.count += 1;

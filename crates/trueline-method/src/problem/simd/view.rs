@@ -17,6 +17,7 @@ use super::bend::{Bowed, bend};
 use super::distort::distort;
 use super::lanes::{Lanes, Quaternions, Rotations, Vectors, WIDTH};
 use super::located::Residual;
+use super::samples::Samples;
 use crate::problem::parameters::Parameters;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use trueline_geometry::Line;
@@ -35,6 +36,8 @@ pub(crate) struct Mounting {
     pub from_camera: Vector3<f64>,
     /// From the tool's origin to the sheet's, in S, m.
     pub from_tool: Vector3<f64>,
+    /// How much later than the robot's the camera's stamps are, s.
+    pub time_offset_s: f64,
 }
 
 impl Mounting {
@@ -53,29 +56,9 @@ impl Mounting {
             sheet_from_camera: camera_from_sheet.transpose(),
             from_camera,
             from_tool: from_camera + sheet_from_tool * at.tool_from_camera.translation.vector,
+            time_offset_s: at.time_offset_s,
         }
     }
-}
-
-/// Up to four measurements of one line, and the robot's motion about each.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Samples {
-    /// Index of each in the list.
-    pub index: [u32; WIDTH],
-    /// How many there are; the others repeat the first.
-    pub count: usize,
-    /// Time since the segment began, s.
-    pub elapsed: [f64; WIDTH],
-    /// `base_from_tool` at the segment's beginning, w x y z.
-    pub rotation: [[f64; WIDTH]; 4],
-    /// The same, m.
-    pub position: [[f64; WIDTH]; 3],
-    /// Body rate, rad/s.
-    pub rate: [[f64; WIDTH]; 3],
-    /// Velocity in base, m/s.
-    pub velocity: [[f64; WIDTH]; 3],
-    /// The point in the camera frame, m.
-    pub point: [[f64; WIDTH]; 3],
 }
 
 /// What four samples say about the line and the unknowns. What a scan does not model is zero, and costs nothing: what a
@@ -149,7 +132,7 @@ pub(super) fn see<const FUSED: bool, R: Residual, M: Modelled>(
     s: &Samples,
 ) -> Seen<FUSED> {
     let line = seam.line;
-    let elapsed = Lanes(s.elapsed);
+    let elapsed = s.elapsed::<FUSED>(mounting.time_offset_s);
     let rate = Vectors::from_components(&s.rate);
     let velocity = Vectors::from_components(&s.velocity);
     let half_elapsed = elapsed * Lanes::splat(0.5);

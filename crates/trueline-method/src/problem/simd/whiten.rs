@@ -1,8 +1,9 @@
 //! The whiteners of all observations for some noise.
 
 use super::lanes::{Lanes, WIDTH};
+use super::samples::Samples;
 use super::sweep::Visit;
-use super::view::{Samples, Seen};
+use super::view::Seen;
 use crate::input::noise_levels::{NoiseLevels, Whitener};
 use crate::input::observations::Observation;
 
@@ -54,7 +55,7 @@ impl Visit for Whitening<'_> {
         let w11 = splat(1.0) / (l11 * factor);
         let w21 = -(l21 / (l11 * l22 * factor));
         let w22 = splat(1.0) / (l22 * factor);
-        for lane in 0..samples.count {
+        for lane in 0..samples.count as usize {
             let index = samples.index[lane] as usize;
             let values = [w11, w21, w22].map(|w| w.0[lane]);
             if seen.usable[lane] && values.iter().all(|w| w.is_finite()) {
