@@ -150,12 +150,30 @@ impl SystematicSums {
         root: &DMatrix<f64>,
         levels: &SystematicLevels,
     ) -> Self {
-        let mut hint = 0;
-        let some = problem.list.iter().step_by(problem.list.len().div_ceil(POSES).max(1));
-        let poses: Vec<Pose> =
-            some.filter_map(|o| Some(problem.placement(o, at, &mut hint)?.base_from_tool)).collect();
+        let poses = poses(problem, at);
         let field = RobotField::new(levels.robot, &poses);
-        let tilt = TiltBias::about(&poses);
+        Self::with_field(problem, at, root, levels, (field, TiltBias::about(&poses)))
+    }
+
+    /// At a solution beside that of other sums: the robot, its path and the mean attitude are those.
+    #[must_use]
+    pub(crate) fn beside(
+        other: &Self,
+        problem: &LineProblem<'_>,
+        at: &Parameters,
+        root: &DMatrix<f64>,
+        levels: &SystematicLevels,
+    ) -> Self {
+        Self::with_field(problem, at, root, levels, (other.field.clone(), other.tilt))
+    }
+
+    fn with_field(
+        problem: &LineProblem<'_>,
+        at: &Parameters,
+        root: &DMatrix<f64>,
+        levels: &SystematicLevels,
+        (field, tilt): (Option<RobotField>, TiltBias),
+    ) -> Self {
         let mut sums = Self::zeros(root, tilt, field.as_ref().map_or(0, RobotField::modes));
         sums.bias_level_px = levels.feature_bias_px;
         let held = levels.held_shape.and_then(|covariance| covariance.cholesky()).map(|c| c.l());
@@ -375,6 +393,13 @@ fn dynamic(matrix: &SMatrix<f64, BIAS, BIAS>) -> DMatrix<f64> {
 
 fn fixed(matrix: &DMatrix<f64>) -> SMatrix<f64, BIAS, BIAS> {
     SMatrix::from_iterator(matrix.iter().copied())
+}
+
+/// Poses of a scan, some of them where there are many.
+fn poses(problem: &LineProblem<'_>, at: &Parameters) -> Vec<Pose> {
+    let mut hint = 0;
+    let some = problem.list.iter().step_by(problem.list.len().div_ceil(POSES).max(1));
+    some.filter_map(|o| Some(problem.placement(o, at, &mut hint)?.base_from_tool)).collect()
 }
 
 /// Jᵀ W Z of the observations of one line, by their local unknowns.

@@ -162,7 +162,7 @@ impl<'a> BiasSearch<'a> {
         let Some(information) = fit.information(settings.fixed, RANK_THRESHOLD) else { return Ok(None) };
         let problem = fit.problem(&observations, settings.config);
         let root = information.covariance_root();
-        let sums = SystematicSums::of(&problem, fit.parameters(), root, &taken.levels);
+        let sums = SystematicSums::beside(&self.sums, &problem, fit.parameters(), root, &taken.levels);
         Ok(Some(BiasFree { observations, fit, information, sums, taken }))
     }
 }

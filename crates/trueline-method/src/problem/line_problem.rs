@@ -427,7 +427,7 @@ impl LineProblem<'_> {
     ) -> Vec<V> {
         let scan = self.scan(state);
         let packed = self.packing.samples(&scan);
-        sweep_chunks(&scan, packed.as_ref().map(|packed| &packed.chunks[..]), self.threads, visitor)
+        sweep_chunks(&scan, packed.as_ref().map(|packed| &packed.samples[..]), self.threads, visitor)
     }
 
     /// The sums over N local unknowns, generated for each N.

@@ -1,24 +1,24 @@
 //! Samples that are kept from one sweep to the next.
 //!
 //! A solve sweeps a scan at time offsets that hardly differ, and gathering the samples is half of a sweep. So they are kept from
-//! the second sweep at nearly the same time offset on, or from the first where that is known beforehand.
+//! the second sweep at nearly the same time offset on, or from the first where that is known beforehand. Of scans of more than one
+//! chunk they would not stay in the processor's caches, and are gathered each time.
 
 use crate::problem::simd::{CHUNK, Gathering, Samples, Scan};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The samples of a scan: for each chunk of its list the fours that are swept.
+/// The samples of a scan, as they are swept.
 pub(crate) struct Packed {
-    /// Of each chunk.
-    pub chunks: Vec<Vec<Samples>>,
+    /// The samples.
+    pub samples: Vec<Samples>,
     time_offset_s: f64,
 }
 
 impl Packed {
     fn of(scan: &Scan<'_>) -> Self {
-        let lines = scan.at.lines.len();
-        let time_offset_s = scan.at.time_offset_s;
-        let packed = |list| Gathering::new(scan.observations, list, lines, time_offset_s).all();
-        Self { chunks: scan.list.chunks(CHUNK).map(packed).collect(), time_offset_s }
+        let (lines, time_offset_s) = (scan.at.lines.len(), scan.at.time_offset_s);
+        let gathering = Gathering::new(scan.observations, scan.list, lines, time_offset_s);
+        Self { samples: gathering.all(), time_offset_s }
     }
 }
 
@@ -49,6 +49,9 @@ impl Packing {
 
     /// The samples that a scan is to be swept by, if any are worth keeping.
     pub(crate) fn samples(&self, scan: &Scan<'_>) -> Option<Arc<Packed>> {
+        if scan.list.len() > CHUNK {
+            return None;
+        }
         // What a panic left is whole: it is replaced in one go.
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let offset_s = scan.at.time_offset_s;

@@ -127,11 +127,11 @@ impl<'a, const N: usize> Equations<'a, N> {
             }
             let hessian = sheet_from_unknowns.transpose() * hessian * sheet_from_unknowns;
             let gradient = sheet_from_unknowns.transpose() * gradient;
-            let place = |local: usize| unknowns.place(local, line);
+            let places: [usize; N] = std::array::from_fn(|local| unknowns.place(local, line));
             for row in 0..N {
-                equations.gradient[place(row)] += gradient[row];
+                equations.gradient[places[row]] += gradient[row];
                 for column in 0..N {
-                    equations.hessian[(place(row), place(column))] += hessian[(row, column)];
+                    equations.hessian[(places[row], places[column])] += hessian[(row, column)];
                 }
             }
             equations.cost += 0.5 * total(&sums.cost);

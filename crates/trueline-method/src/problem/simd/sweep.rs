@@ -73,11 +73,11 @@ pub(crate) fn sweep_samples(scan: &Scan<'_>, samples: &[Samples], visit: &mut im
 /// them, so that the result is the same to the last bit.
 pub(crate) const CHUNK: usize = 16_384;
 
-/// Sweeps chunk by chunk, on so many threads, by samples that were kept if there are any; what each chunk's visitor has seen, in
-/// order.
+/// Sweeps chunk by chunk, on so many threads, or by the samples of a scan of one chunk if they were kept; what each chunk's visitor
+/// has seen, in order.
 pub(crate) fn sweep_chunks<V: Visit + Send>(
     scan: &Scan<'_>,
-    kept: Option<&[Vec<Samples>]>,
+    kept: Option<&[Samples]>,
     threads: usize,
     visitor: impl Fn(std::ops::Range<usize>) -> V + Sync,
 ) -> Vec<V> {
@@ -87,7 +87,7 @@ pub(crate) fn sweep_chunks<V: Visit + Send>(
         let mut visit = visitor(range(chunk));
         let of_chunk = Scan { list: &scan.list[range(chunk)], ..*scan };
         match kept {
-            Some(kept) => sweep_samples(&of_chunk, &kept[chunk], &mut visit),
+            Some(kept) => sweep_samples(&of_chunk, kept, &mut visit),
             None => sweep(&of_chunk, &mut visit),
         }
         visit
