@@ -183,6 +183,25 @@ fn far_flanks_count_where_a_lens_leaves_a_part_of_the_speckle() {
     assert!((5.0..86.0).contains(&ratio), "{ratio:.2}");
 }
 
+/// The same where the stripe is 2.5 times as bright as can be shown, with a tenth of the variance of full speckle: its ridge is even, its shoulders
+/// are not. −P′ / V at 2.8 and 1.6 thicknesses: 0.139 / 0.00065 to 1.0 / 0.04 with what is assumed of a saturated stripe, 8 to 1;
+/// 0.139 / 0.010 to 1.0 / 0.05, 0.7 to 1, were the stripe taken for one without speckle as its ridge has none.
+#[test]
+fn far_flanks_count_where_the_ridge_is_saturated() {
+    let (mut noise, mut stack) = (Noise::new(12, 0), Stack::default());
+    const SIGMA_PX: f32 = 8.0;
+    for k in 0..400_000 {
+        let distance_px = (k % 4000) as f32 * 0.008;
+        let profile = 2.5 * (-0.5 * (distance_px / SIGMA_PX).powi(2)).exp();
+        stack.add(distance_px, (profile * (1.0 + noise.normal(0.1_f64.sqrt()) as f32)).clamp(0.0, 1.0));
+    }
+    let template = stack.template().unwrap();
+    let weight =
+        |thicknesses: f64| template.weigh(thicknesses * f64::from(SIGMA_PX), 1.0, std::iter::once(1.0))[0];
+    let ratio = weight(2.8) / weight(1.6);
+    assert!((4.0..12.0).contains(&ratio), "{ratio:.2}");
+}
+
 /// Grains of one pixel on a stripe with a sharp end, behind a lens that blurs both: neighbours share their speckle.
 fn blurred_end(noise: &mut Noise, edge: f64, slant: f64, blur_px: f64, band_px: f64) -> Vec<BandSection> {
     const ROWS: usize = 41;

@@ -113,6 +113,8 @@ struct MarkColumns {
     along_u: Vec<f32>,
     along_v: Vec<f32>,
     weight: Vec<f32>,
+    /// Weights of those on the last line that was tried, zero for others.
+    on_line: Vec<f32>,
 }
 
 impl MarkColumns {
@@ -128,24 +130,28 @@ impl MarkColumns {
         fill(&mut self.along_u, |mark| mark.along[0]);
         fill(&mut self.along_v, |mark| mark.along[1]);
         fill(&mut self.weight, |mark| mark.weight);
+        fill(&mut self.on_line, |_| 0.0);
     }
 }
 
-/// Marks that are looked at at once.
+/// Marks that are added up at once.
 const LANES: usize = 8;
 
 /// Weight of the marks along a line through a point.
 #[inline(always)]
-fn support(marks: &MarkColumns, through: [f32; 2], along: [f32; 2]) -> f32 {
+fn support(marks: &mut MarkColumns, through: [f32; 2], along: [f32; 2]) -> f32 {
+    let MarkColumns { u, v, along_u, along_v, weight, on_line } = marks;
+    let at = u.iter().zip(&*v).zip(along_u.iter().zip(&*along_v));
+    for ((on_line, ((u, v), (along_u, along_v))), weight) in on_line.iter_mut().zip(at).zip(&*weight) {
+        let beside = along[0] * (v - through[1]) - along[1] * (u - through[0]);
+        let turned = along[0] * along_v - along[1] * along_u;
+        let is_on = (beside.abs() < NEAR_PX) & (turned.abs() < PARALLEL);
+        *on_line = if is_on { *weight } else { 0.0 };
+    }
     let mut sums = [0.0_f32; LANES];
-    let at = marks.u.as_chunks::<LANES>().0.iter().zip(marks.v.as_chunks::<LANES>().0);
-    let heading = marks.along_u.as_chunks::<LANES>().0.iter().zip(marks.along_v.as_chunks::<LANES>().0);
-    for (((u, v), (along_u, along_v)), weight) in at.zip(heading).zip(marks.weight.as_chunks::<LANES>().0) {
+    for weights in on_line.as_chunks::<LANES>().0 {
         for k in 0..LANES {
-            let beside = along[0] * (v[k] - through[1]) - along[1] * (u[k] - through[0]);
-            let turned = along[0] * along_v[k] - along[1] * along_u[k];
-            let on = (beside.abs() < NEAR_PX) & (turned.abs() < PARALLEL);
-            sums[k] += if on { weight[k] } else { 0.0 };
+            sums[k] += weights[k];
         }
     }
     sums.iter().sum()
@@ -197,7 +203,7 @@ impl SegmentFinder {
             if !(parallel(along, first.along) && parallel(along, second.along)) {
                 continue;
             }
-            let score = fastest!(support(&self.columns, first.at, along));
+            let score = fastest!(support(&mut self.columns, first.at, along));
             if best.as_ref().is_none_or(|(most, _, _)| score > *most) {
                 best = Some((score, first, along));
             }

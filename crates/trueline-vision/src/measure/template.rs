@@ -27,9 +27,17 @@ const END: f64 = 0.002;
 /// fully developed, the far flanks tell most, down to the noise of the camera.
 const LEAST_SIGMA_CLEAN: f64 = 0.1;
 const LEAST_SIGMA: f64 = 0.005;
-/// Variance of the ridge, as a part of its square, from which on speckle outweighs the rest: a lens, or pixels that were added up, leave
-/// a part of fully developed speckle, whose variance is one.
+/// What is assumed beside it where the ridge is saturated: what the lens strays of so much light is some hundredths of full scale, and not the
+/// stripe's own.
+const LEAST_SIGMA_SATURATED: f64 = 0.02;
+/// Variance of the stripe's light, as a part of its square, from which on speckle outweighs the rest: a lens, or pixels that were added up,
+/// leave a part of fully developed speckle, whose variance is one. It is that where the light is at least this part of the peak: a ridge
+/// that is saturated shows no speckle, its shoulders do.
 const FULL_CONTRAST: f64 = 0.05;
+const SHOULDER: f64 = 0.5;
+/// Standard deviation of the distances whose levels are taken together, px: a slope makes of it a variance that is no speckle. A triangle of
+/// 0.75 px to each side has 0.75 / √6 = 0.31 px, the line is known to some 0.1 px.
+const TOGETHER_PX: f64 = 0.35;
 
 /// What a level counts for, by distance from the middle:
 ///
@@ -70,8 +78,11 @@ impl Template {
         if peak <= 0.0 || end < 2 {
             return None;
         }
-        let contrast = (variance[0] / (FULL_CONTRAST * peak * peak)).min(1.0);
-        let floor = LEAST_SIGMA.powi(2) + (1.0 - contrast) * LEAST_SIGMA_CLEAN.powi(2);
+        let [contrast, on_ridge] = [contrast2(profile, variance, peak), variance[0] / (peak * peak)]
+            .map(|squared| (squared / FULL_CONTRAST).min(1.0));
+        let floor = LEAST_SIGMA.powi(2)
+            + (1.0 - contrast) * LEAST_SIGMA_CLEAN.powi(2)
+            + (contrast - on_ridge).max(0.0) * LEAST_SIGMA_SATURATED.powi(2);
         let weights =
             std::array::from_fn(|k| (-slope(profile, k)).max(0.0) / (variance[k] + floor * peak * peak));
         Some(Self::new((end as f64 + 0.5) / PER_PX, profile, &weights))
@@ -131,6 +142,16 @@ impl Template {
         }
         std::array::from_fn(|k| sums[0][k] + sums[1][k])
     }
+}
+
+/// The greatest variance of the light as a part of its square, ridge and shoulders, but for what the slope makes.
+fn contrast2(profile: &[f64; BINS], variance: &[f64; BINS], peak: f64) -> f64 {
+    let bright = (0..BINS).take_while(|k| profile[*k] > SHOULDER * peak);
+    let squared = bright.map(|k| {
+        let of_slope = slope(profile, k) * TOGETHER_PX;
+        (variance[k] - of_slope * of_slope) / (profile[k] * profile[k])
+    });
+    squared.fold(0.0, f64::max)
 }
 
 /// A function of the distance, in the middle of each bin.
