@@ -68,14 +68,10 @@ pub struct Subject<'a> {
 #[must_use]
 pub fn check(subject: &Subject<'_>, config: &Config) -> Option<HeldOut> {
     let list = subject.fit.placed.of(subject.observations);
-    // A fit that ended far from its start may have placed hardly any.
-    if list.len() < BLOCKS {
-        return None;
-    }
     let at = subject.fit.parameters();
     let edges = pass_edges(subject.observations, list, at);
     let passes = edges.len() > 3;
-    let edges = if passes { edges } else { block_edges(list) };
+    let edges = if passes { edges } else { block_edges(list)? };
     let problem = problem(subject, config, list);
     let carried = carrying(&problem, at);
     let ranges = edges.windows(2).map(|edge| edge[0]..edge[1]);
@@ -187,7 +183,12 @@ fn lever(
     sum / f64::from(count.max(1)) * carried.iter().filter(|carried| **carried).count() as f64
 }
 
-fn block_edges(list: &[Observation]) -> Vec<usize> {
+/// Blocks of about as many observations each; `None` of fewer observations than blocks, which is what a fit that ended far from its start
+/// may have placed.
+fn block_edges(list: &[Observation]) -> Option<Vec<usize>> {
+    if list.len() < BLOCKS {
+        return None;
+    }
     let mut edges: Vec<usize> = (0..=BLOCKS).map(|k| k * list.len() / BLOCKS).collect();
     // No image is divided.
     for edge in &mut edges[1..BLOCKS] {
@@ -196,7 +197,7 @@ fn block_edges(list: &[Observation]) -> Vec<usize> {
         }
     }
     edges.dedup();
-    edges
+    Some(edges)
 }
 
 /// Where the scan turns around along the line.
@@ -230,4 +231,41 @@ fn pass_edges(observations: &Observations, list: &[Observation], at: &Parameters
     }
     edges.push(list.len());
     edges
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    /// Observations of images, so many each.
+    fn observations(of_images: &[usize]) -> Vec<Observation> {
+        let frames = of_images.iter().enumerate().flat_map(|(frame, count)| vec![frame as u32; *count]);
+        let one = |frame| Observation {
+            stamp_s: f64::from(frame),
+            frame,
+            line: 0,
+            row: 0,
+            sigma_px: [1.0; 2],
+            point_in_camera: nalgebra::Vector3::zeros(),
+            covariance: [1.0, 0.0, 1.0],
+        };
+        frames.map(one).collect()
+    }
+
+    #[test]
+    fn blocks_divide_no_image_and_of_fewer_observations_there_are_none() {
+        for count in 0..BLOCKS {
+            assert_eq!(block_edges(&observations(&vec![1; count])), None, "{count}");
+        }
+        for images in [vec![1; 5], vec![1; 23], vec![3; 7], vec![9, 1, 1], vec![1, 9, 1], vec![20]] {
+            let list = observations(&images);
+            let edges = block_edges(&list).unwrap();
+            assert_eq!((edges[0], edges.last().copied()), (0, Some(list.len())), "{images:?}");
+            for edge in &edges[1..edges.len() - 1] {
+                assert_ne!(list[edge - 1].frame, list[*edge].frame, "{images:?}");
+            }
+            assert!(edges.windows(2).all(|pair| pair[0] < pair[1]), "{images:?}: {edges:?}");
+        }
+    }
 }
