@@ -58,7 +58,8 @@ pub struct PlanArgs {
     /// Robot programs of the path to write beside it
     #[arg(long, value_delimiter = ',', value_parser = one_of(&PROGRAMS))]
     pub program: Vec<Language>,
-    /// What `calibrate --use` will use; whole stripes need the two plates that meet in the seam, `[[plates]]`, in the cell's file
+    /// What `calibrate --use` will use; whole stripes need the plates of the seam, `[[plates]]`, in the cell's file: two that meet, a lap's,
+    /// or one that ends in it
     #[arg(long = "use", value_name = "WHAT", value_parser = one_of(&MEASUREMENTS), default_value = "seam")]
     pub measurements: Measurements,
     /// How sigmas become one number
@@ -139,7 +140,7 @@ static PROGRAMS: [Choice<Language>; 5] = [
 
 static MEASUREMENTS: [Choice<Measurements>; 2] = [
     ("seam", "The seam point of each frame", Measurements::Seam),
-    ("stripe", "The whole stripes on both plates", Measurements::Stripe),
+    ("stripe", "The whole stripes on the plates", Measurements::Stripe),
 ];
 
 static CRITERIA: [Choice<Criterion>; 3] = [

@@ -59,7 +59,7 @@ impl PlatesArgs {
             ..PlateForm::default()
         };
         Plates {
-            pair: self.pair(),
+            pair: self.pair().unwrap_or(usual.pair),
             opening_rad: self.plates_deg.map_or(usual.opening_rad, f64::to_radians),
             forms: [form; 2],
             roughness_m: self.roughness_mm * 1e-3,
@@ -73,12 +73,10 @@ impl PlatesArgs {
         }
     }
 
-    fn pair(&self) -> PlatePair {
-        match (self.step_mm, self.gap_mm) {
-            (Some(step_mm), _) => PlatePair::Lap { step_m: step_mm * 1e-3 },
-            (None, Some(gap_mm)) => PlatePair::Butt { gap_m: gap_mm * 1e-3 },
-            (None, None) if self.one_plate => PlatePair::Edge,
-            (None, None) => PlatePair::Meeting,
-        }
+    /// What is said of how the plates make a seam.
+    fn pair(&self) -> Option<PlatePair> {
+        let lap = self.step_mm.map(|step_mm| PlatePair::Lap { step_m: step_mm * 1e-3 });
+        let butt = || self.gap_mm.map(|gap_mm| PlatePair::Butt { gap_m: gap_mm * 1e-3 });
+        lap.or_else(butt).or_else(|| self.one_plate.then_some(PlatePair::Edge))
     }
 }

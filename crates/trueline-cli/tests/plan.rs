@@ -236,6 +236,47 @@ fn a_plan_for_stripes_is_rehearsed_with_stripes() {
 }
 
 #[test]
+fn laps_and_edges_are_planned_as_the_cell_says_and_scanned_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    let few = ["--tries", "200", "--shape", "two-passes", "--duration-s", "12"];
+    assert_eq!(code(&run(&[&["plan", "--example", "--out", "points", "--quiet"][..], &few].concat())), 0);
+    let text = fs::read_to_string(dir.path().join("points/cell.toml")).unwrap();
+    fs::copy(dir.path().join("points/sensor.toml"), dir.path().join("sensor.toml")).unwrap();
+    let plate = |more: &str| format!("\n[[plates]]\nnormal = [0, 0, 1]\n{more}\n");
+    let upper = plate("toward = [0, 1, 0]");
+    let lap = format!("{upper}{}", plate("toward = [0, -1, 0]\nbelow_mm = 3"));
+    for (name, plates, said, steps) in
+        [("lap", &lap, "both parallel plates", 1), ("edge", &upper, "one plate", 0)]
+    {
+        let file = format!("{name}.toml");
+        fs::write(dir.path().join(&file), format!("{text}{plates}")).unwrap();
+        let planned = run(&[&["plan", &file, "--use", "stripe", "--out", name][..], &few].concat());
+        let words = String::from_utf8_lossy(&planned.stdout).into_owned();
+        assert_eq!(code(&planned), 0, "{}", String::from_utf8_lossy(&planned.stderr));
+        assert!(words.contains(said), "{words}");
+        let scan = format!("{name}-scan");
+        let simulated = ["simulate", "--plan", name, "--plates", "--seed", "4", "--out", &scan, "--quiet"];
+        assert_eq!(code(&run(&simulated)), 0);
+        let result = format!("{name}.json");
+        let calibrated = run(&["calibrate", &scan, "--use", "stripe", "--json", &result, "--quiet"]);
+        assert_eq!(code(&calibrated), 0, "{}", String::from_utf8_lossy(&calibrated.stdout));
+        let result = json(&dir.path().join(&result));
+        let found = result["stripes"]["joint_steps"].as_array().unwrap();
+        assert_eq!(found.len(), steps, "{name}");
+        for step in found {
+            let off_mm = step["step_mm"].as_f64().unwrap() - 3.0;
+            assert!(off_mm.abs() < 4.0 * step["sigma_mm"].as_f64().unwrap(), "{step}");
+        }
+    }
+    fs::write(dir.path().join("no-side.toml"), format!("{text}{}", plate(""))).unwrap();
+    let refused = run(&["plan", "no-side.toml", "--use", "stripe", "--out", "none"]);
+    assert_eq!(code(&refused), 2);
+    let words = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(words.contains("on which side") && words.contains("toward"), "{words}");
+}
+
+#[test]
 fn several_seams_are_several_files() {
     let dir = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| trueline(dir.path(), arguments);

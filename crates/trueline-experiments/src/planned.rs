@@ -1,9 +1,9 @@
 //! The cell of a plan as a scenario to simulate.
 
-use nalgebra::{UnitVector3, Vector3};
+use nalgebra::UnitVector3;
 use trueline_dataset::Sensor;
-use trueline_plan::{Cell, PlanError, View, stripes_ahead};
-use trueline_sim::{Between, Disturbance, Plates, Preset, Scenario, SensorModel, Timing};
+use trueline_plan::{Cell, Joint, NoJoint, PlanError, View};
+use trueline_sim::{Between, Disturbance, PlatePair, Plates, Preset, Scenario, SensorModel, Timing};
 
 /// Why a plan cannot be simulated.
 #[derive(Debug, thiserror::Error)]
@@ -59,22 +59,30 @@ pub fn scenario(cell: &Cell, duration_s: f64, off_guess: Option<u64>) -> Result<
     Ok(scenario)
 }
 
-/// The two plates of a cell as the simulator has them, about the line of a scenario of it: turns the scenario's approach to halfway between
-/// them. Their columns are as noisy as a feature is expected to be. `None` if the cell does not name two plates that hold its seam.
-#[must_use]
-pub fn plates(cell: &Cell, scenario: &mut Scenario) -> Option<Plates> {
-    let [one, other] = stripes_ahead::plates(cell)?;
-    let along = cell.seam.direction()?.into_inner();
-    // From the seam along each plate, to the free side of the other.
-    let outward = |normal: &Vector3<f64>, free: &Vector3<f64>| {
-        let out = along.cross(normal).normalize();
-        out * out.dot(free).signum()
+/// The plates of a cell as the simulator has them, about the line of a scenario of it: turns the scenario's approach to halfway between
+/// them. Their columns, and an edge along its stripe, are as noisy as a feature is expected to be.
+///
+/// # Errors
+/// A cell whose plates make no joint.
+pub fn plates(cell: &Cell, scenario: &mut Scenario) -> Result<Plates, NoJoint> {
+    let joint = Joint::of(cell)?;
+    let [one, other] = &joint.plates;
+    let along = cell.seam.direction().ok_or(NoJoint::Unnamed)?;
+    let up = UnitVector3::new_normalize(one.normal.as_ref() + other.normal.as_ref());
+    scenario.cell.approach = -up;
+    // The sensor's left hand is the simulator's: plate 0 lies there.
+    let is_right = |number: usize| joint.plates[number].outward.dot(&up.cross(&along)) > 0.0;
+    let pair = match (joint.edge_on, joint.seen) {
+        (None, _) => PlatePair::Meeting,
+        (Some(on), [true, true]) => PlatePair::Lap { step_m: -joint.plates[1 - on].above_m },
+        (Some(_), _) => PlatePair::Edge,
     };
-    let [one_out, other_out] = [outward(&one.normal, &other.normal), outward(&other.normal, &one.normal)];
-    scenario.cell.approach = UnitVector3::try_new(-(one_out + other_out), 1e-6)?;
-    Some(Plates {
-        opening_rad: one_out.angle(&other_out),
+    Ok(Plates {
+        pair,
+        edge_on: joint.edge_on.map_or(0, |on| usize::from(is_right(on))),
+        opening_rad: 2.0 * one.outward.angle(&up),
         column_sigma_px: cell.noise.feature_px,
+        edge_sigma_px: cell.noise.feature_px,
         ..Plates::default()
     })
 }

@@ -34,7 +34,12 @@ pub(crate) struct Evidence<const ROWS: usize, const N: usize> {
     pub shape: usize,
     /// What is known of each number of the form beforehand: one over its variance.
     pub known_of_form: f64,
+    /// Unknowns among those that are asked for which are held, because nothing shows them.
+    pub held: Vec<usize>,
 }
+
+/// So much is known of a number that is held: one over its variance.
+pub(crate) const HELD: f64 = 1e150;
 
 impl<const ROWS: usize, const N: usize> Evidence<ROWS, N> {
     /// What the first so many sights tell of everything but the shape, K unknowns, with what is known of the form beforehand.
@@ -52,7 +57,8 @@ impl<const ROWS: usize, const N: usize> Evidence<ROWS, N> {
 
     /// The covariance of clock and hand-eye in a hurry, the sensor taken for exact; `None` if something is not shown at all.
     pub(crate) fn covariance<const K: usize>(&self) -> Option<SensorCovariance> {
-        let told = self.told::<K>(usize::MAX);
+        let mut told = self.told::<K>(usize::MAX);
+        self.held.iter().for_each(|&k| told[(k, k)] += HELD);
         let scale = told.diagonal().map(|d| 1.0 / d.max(f64::MIN_POSITIVE).sqrt());
         let scaled = SMatrix::<f64, K, K>::from_fn(|i, j| told[(i, j)] * scale[i] * scale[j]);
         let inverse = scaled.cholesky()?.inverse();
@@ -62,7 +68,7 @@ impl<const ROWS: usize, const N: usize> Evidence<ROWS, N> {
     /// What the first so many sights promise, the sensor taken for exact; `None` if that is not finite.
     pub(crate) fn prediction<const K: usize>(&self, until: usize) -> Option<Prediction> {
         let told = self.told::<K>(until);
-        Prediction::of(&DMatrix::from_column_slice(K, K, told.as_slice()), self.asked)
+        Prediction::of(&DMatrix::from_column_slice(K, K, told.as_slice()), &self.held, self.asked)
     }
 }
 

@@ -25,13 +25,13 @@ pub fn over_time(cell: &Cell, plan: &Plan, times: usize) -> Vec<(f64, Prediction
 #[must_use]
 pub fn wrong_guesses(cell: &Cell, plan: &Plan) -> [f64; LINES] {
     let stride = (exposures(cell, &plan.motion, 1).count() / 200).max(1);
-    let normals = plan.target.normals();
+    let joint = plan.target.joint();
     let sigmas: Vec<[f64; LINES]> = WrongCells::for_wrong_guesses(cell)
         .iter()
         .map(|wrong| {
             let promised = wrong.truth().and_then(|truth| {
                 let sights = Sights::of(cell, &plan.motion, &truth, stride)?;
-                let sees = |pose| wrong.sees(cell, normals.as_ref(), pose);
+                let sees = |pose| wrong.sees(cell, joint, pose);
                 let seen: Vec<SeenBy> =
                     sights.list.iter().map(|sight| sees(&sight.placement.base_from_tool)).collect();
                 plan.target.measured(cell, &truth, &sights, &seen).prediction()

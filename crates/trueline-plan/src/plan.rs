@@ -2,6 +2,7 @@
 
 use crate::constraints::{Constraint, Constraints};
 use crate::criterion::Goal;
+use crate::joint::NoJoint;
 use crate::motion::Motion;
 pub use crate::motion::PATH_PERIOD_S;
 use crate::mounted_arm::JointPath;
@@ -121,8 +122,8 @@ pub enum PlanError {
     #[error("the seam's two ends are one point")]
     NoSeam,
     /// Whole stripes are asked for, and what they are on is not known.
-    #[error("the cell's file does not name the two plates that meet in the seam")]
-    NoPlates,
+    #[error(transparent)]
+    NoJoint(#[from] NoJoint),
     /// No motion keeps to the limits.
     #[error(
         "no scan of {duration_s} s keeps to all limits: the best one found needs {percent:.0} % of what is allowed for {name}",
@@ -186,10 +187,7 @@ impl PlanError {
     pub fn hint(&self) -> &'static str {
         match self {
             Self::NoSeam => "give the points where the scan begins and ends",
-            Self::NoPlates => {
-                "add two tables [[plates]] to cell.toml, each with its normal, which points out of the plate into the free side; the planes run \
-                 through the seam, or through point_mm"
-            }
+            Self::NoJoint(why) => why.hint(),
             Self::NoRoom { constraint: Constraint::View, .. } => {
                 "measure the guess better and lower [guess_error]: 95 % of the cells that it allows must see the seam in 95 % of \
                  the frames. Where the view widens with the distance, a larger stand_off_mm helps"

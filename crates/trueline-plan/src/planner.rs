@@ -181,7 +181,7 @@ struct Place<'a> {
 impl<'a> Place<'a> {
     fn of(cell: &'a Cell, ask: &'a PlanRequest) -> Result<Self, PlanError> {
         let truth = Truth::guessed(cell).ok_or(PlanError::NoSeam)?;
-        let target = Target::of(cell, ask.measurements).ok_or(PlanError::NoPlates)?;
+        let target = Target::of(cell, ask.measurements)?;
         let stride = ((ROUGH_FRAMES_S / cell.frame_period_s) as usize).max(1);
         let (asked, judged) = (WrongCells::for_search(cell), WrongCells::for_promise(cell));
         let stance = stance(cell)?;
@@ -213,7 +213,7 @@ impl<'a> Place<'a> {
     fn look(&self, cells: &WrongCells, sights: &Sights, stride: usize) -> Views {
         let some = sights.list.iter().step_by(stride);
         let poses = some.map(|sight| sight.placement.base_from_tool);
-        cells.look(self.cell, self.target.normals().as_ref(), poses)
+        cells.look(self.cell, self.target.joint(), poses)
     }
 }
 

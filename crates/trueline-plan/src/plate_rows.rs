@@ -1,132 +1,186 @@
-//! The stripes on both plates in the frames of a scan: up to four residuals a frame, as the estimator has them, with two support points
-//! on each plate.
+//! The stripes on the plates of a joint in the frames of a scan, as the estimator has them: two residuals a plate, of two support points,
+//! and one of the edge point where the plates do not meet.
 //!
-//! Unknown are time offset and hand-eye, the two planes and, with a prior, how they are not flat, then the sensor's shape: in the
-//! order of `trueline_method::stripe::unknowns`.
+//! Unknown are time offset and hand-eye, the planes of the plates and of the edge and, with a prior, how they are not flat, then the
+//! sensor's shape: in the order of `trueline_method::stripe::unknowns`.
 
 use crate::cell::Cell;
 use crate::evidence::{Evidence, FrameRows};
+use crate::joint::Joint;
 use crate::sights::{NoiseLeft, Sight, Sights, feature_px, sheet_per_px};
 use crate::stripes_ahead::{Stripe, ends, stripe};
 use crate::truth::Truth;
 use crate::wrong_cells::SeenBy;
 use nalgebra::{SMatrix, UnitVector3, Vector3};
 use trueline_method::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
+use trueline_method::stripe::problem::{EDGE_ROW, ROWS};
 use trueline_method::stripe::state::SURFACE_SIGMA_M;
-use trueline_method::stripe::unknowns::{LOCAL_EDGE, LOCAL_SHAPE, LOCAL_SURFACES, PLANES};
-use trueline_model::{Plate, SheetShape, StripeJacobian, StripeOnPlate};
+use trueline_method::stripe::target::EDGE;
+use trueline_method::stripe::unknowns::{LOCAL_ALL, LOCAL_EDGE, LOCAL_SHAPE, StripeUnknowns};
+use trueline_model::{Plate, SheetShape, StripeOnPlate};
 
-/// Residuals of a frame: two support points on each plate.
-pub(crate) const ROWS: usize = 4;
-/// Unknowns, the shape of the sensor included.
-pub(crate) const PLATES_ALL: usize = LOCAL_EDGE;
-/// Those without the shape.
-pub(crate) const PLATES_FORM: usize = LOCAL_SHAPE;
+/// Residuals of a frame, and unknowns with and without the shape of the sensor, where two plates meet.
+pub(crate) const MEETING_ROWS: usize = EDGE_ROW;
+/// See [`MEETING_ROWS`].
+pub(crate) const MEETING_ALL: usize = LOCAL_EDGE;
+/// See [`MEETING_ROWS`].
+pub(crate) const MEETING_FORM: usize = LOCAL_SHAPE;
+/// The same where there is an edge.
+pub(crate) const EDGED_ROWS: usize = ROWS;
+/// See [`EDGED_ROWS`].
+pub(crate) const EDGED_ALL: usize = LOCAL_ALL;
+/// See [`EDGED_ROWS`].
+pub(crate) const EDGED_FORM: usize = LOCAL_ALL - SheetShape::DIMENSION;
 /// A support point that is not there is known so well, m: its row tells nothing.
 const NOT_THERE_M: f64 = 1e3;
 
-/// What the stripes tell of two plates that meet in a line of which the normals are roughly known.
-pub(crate) fn stripes(
+/// What the stripes tell of a joint that is roughly known.
+pub(crate) fn stripes<const R: usize, const N: usize>(
     cell: &Cell,
-    (truth, normals): (&Truth, &[UnitVector3<f64>; 2]),
+    (truth, joint): (&Truth, &Joint),
     sights: &Sights,
     seen_by: &[SeenBy],
-) -> Evidence<ROWS, PLATES_ALL> {
-    let evidence = |frames| Evidence {
-        frames,
-        stride: sights.stride() as f64,
-        asked: LOCAL_SURFACES,
-        shape: LOCAL_SHAPE,
-        known_of_form: SURFACE_SIGMA_M.powi(-2),
-    };
-    let along = truth.line.direction();
-    let middle = truth.line.anchor() + along * sights.middle_m();
-    let flat = |k: usize| {
-        let normal = normals[k].into_inner();
-        // Where the line is not as it was guessed, its plates are turned with it.
-        let held = UnitVector3::try_new(normal - along * along.dot(&normal), 1e-6)?;
-        Plate::flat(middle, &held, &along)
-    };
-    let (Some(first), Some(second)) = (flat(0), flat(1)) else { return evidence(Vec::new()) };
-    let plates = [first, second];
-    let shape = SheetShape::exact_about(sights.origin());
+) -> Evidence<R, N> {
+    let ahead = JointAhead::of(truth, joint, sights);
     let left = NoiseLeft::of(cell);
     let mut frames = Vec::with_capacity(sights.list.len());
     for (k, (sight, seen)) in sights.list.iter().zip(seen_by).enumerate() {
         if seen.stripes.iter().all(|share| *share == 0.0) {
             continue;
         }
-        let Some(rows) = Rows::of(cell, (&plates, &shape), sight) else { continue };
+        let Some(rows) = ahead.as_ref().and_then(|ahead| Rows::<R, N>::of(cell, ahead, sight)) else {
+            continue;
+        };
         let of_shares = seen.stripes.iter().enumerate().filter(|(_, share)| **share > 0.0);
         frames.extend(of_shares.filter_map(|(which, share)| {
             let is_seen = [which != 1, which != 0];
             Some(FrameRows { sight: k, share: *share, ..rows.whitened(&left, is_seen)? })
         }));
     }
-    evidence(frames)
+    let unknowns = unknowns(joint);
+    Evidence {
+        frames,
+        stride: sights.stride() as f64,
+        asked: unknowns.asked_for(),
+        shape: unknowns.shape().start,
+        known_of_form: SURFACE_SIGMA_M.powi(-2),
+        held: held(joint),
+    }
+}
+
+fn unknowns(joint: &Joint) -> StripeUnknowns {
+    StripeUnknowns { joints: 1, edged: joint.edge_on.is_some(), shaped: true }
+}
+
+/// The unknowns that are held because nothing shows them, as the estimator has it: how the edge leans about the seam, and a plate that is
+/// not there.
+fn held(joint: &Joint) -> Vec<usize> {
+    let unknowns = unknowns(joint);
+    let missing = (0..2).filter(|&number| !joint.seen[number]).flat_map(|number| unknowns.plane(0, number));
+    missing.chain(joint.edge_on.map(|_| unknowns.plane(0, EDGE).start)).collect()
+}
+
+/// A joint about the line of a cell, with what the sensor makes of it.
+struct JointAhead {
+    joint: Joint,
+    along: Vector3<f64>,
+    unknowns: StripeUnknowns,
+    /// The plates and, where there is one, the edge.
+    surfaces: Vec<Plate>,
+    shape: SheetShape,
+}
+
+impl JointAhead {
+    /// Where the line is not as it was guessed, its plates are turned and moved with it.
+    fn of(truth: &Truth, joint: &Joint, sights: &Sights) -> Option<Self> {
+        let along = truth.line.direction();
+        let middle = truth.line.anchor() + along * sights.middle_m();
+        let joint = joint.about(&along);
+        let flat = |normal: &UnitVector3<f64>, offset_m: f64| {
+            Some(Plate { offset_m, ..Plate::flat(middle, normal, &along)? })
+        };
+        let plates = joint.plates.iter().map(|plate| flat(&plate.normal, plate.above_m));
+        let edge = joint.edge_on.map(|on| flat(&joint.plates[on].outward, 0.0));
+        let surfaces = plates.chain(edge).collect::<Option<_>>()?;
+        let shape = SheetShape::exact_about(sights.origin());
+        Some(Self { unknowns: unknowns(&joint), joint, along, surfaces, shape })
+    }
 }
 
 /// The residuals of a frame as they are, in m.
-struct Rows {
-    columns: SMatrix<f64, ROWS, PLATES_ALL>,
-    by_px: SMatrix<f64, ROWS, 2>,
-    by_shift: SMatrix<f64, ROWS, 3>,
-    by_turn: SMatrix<f64, ROWS, 3>,
+struct Rows<const R: usize, const N: usize> {
+    columns: SMatrix<f64, R, N>,
+    by_px: SMatrix<f64, R, 2>,
+    by_shift: SMatrix<f64, R, 3>,
+    by_turn: SMatrix<f64, R, 3>,
     /// Own noise of each row, m.
-    sigma_m: [f64; ROWS],
+    sigma_m: [f64; R],
 }
 
-impl Rows {
-    /// The stripes where the plates cut the sheet, in view or not; `None` where a plate lies along the sheet.
-    fn of(cell: &Cell, (plates, shape): (&[Plate; 2], &SheetShape), sight: &Sight) -> Option<Self> {
+impl<const R: usize, const N: usize> Rows<R, N> {
+    /// The stripes where the plates cut the sheet, in view or not, and the edge point; `None` where a plate lies along the sheet.
+    fn of(cell: &Cell, ahead: &JointAhead, sight: &Sight) -> Option<Self> {
         let camera_from_base = sight.placement.base_from_camera().rotation.inverse();
-        let normals = plates.map(|plate| camera_from_base * plate.normal.into_inner());
+        let in_camera = |direction: &Vector3<f64>| camera_from_base * direction;
         let mut rows = Self {
             columns: SMatrix::zeros(),
             by_px: SMatrix::zeros(),
             by_shift: SMatrix::zeros(),
             by_turn: SMatrix::zeros(),
-            sigma_m: [NOT_THERE_M; ROWS],
+            sigma_m: [NOT_THERE_M; R],
         };
-        for (number, ends) in ends(cell, &normals, &sight.point_in_camera).into_iter().enumerate() {
-            let Stripe { places, noise } = stripe(cell, &ends?)?;
-            let seen = StripeOnPlate { plate: &plates[number], sheet: &cell.sheet, shape: Some(shape) };
+        let found = ends(cell, (&ahead.joint, &ahead.along), in_camera, &sight.point_in_camera);
+        for (number, ends) in found.iter().enumerate().filter(|(number, _)| ahead.joint.seen[*number]) {
+            let Stripe { places, noise } = stripe(cell, ends.as_ref()?)?;
             for (k, place) in places.iter().enumerate() {
-                let found = seen.linearize(&sight.placement, &cell.sheet.coordinates(place))?;
-                let by_px = found.normal.transpose() * sheet_per_px(cell, place)?;
-                let row = 2 * number + k;
-                rows.set(row, number, &found, &sight.placement.base_from_tool.translation.vector);
-                rows.by_px.set_row(row, &by_px);
-                rows.sigma_m[row] = noise * feature_px(cell) * by_px.norm();
+                rows.set(cell, (2 * number + k, number), (ahead, sight), (place, noise))?;
             }
+        }
+        if ahead.joint.edge_on.is_some() {
+            rows.set(cell, (EDGE_ROW, EDGE), (ahead, sight), (&sight.point_in_camera, 1.0))?;
         }
         Some(rows)
     }
 
-    fn set(&mut self, row: usize, plate: usize, found: &StripeJacobian, tool_m: &Vector3<f64>) {
+    /// The residual of a place in the camera on a surface, whose noise is so many times a seam point's.
+    fn set(
+        &mut self,
+        cell: &Cell,
+        (row, number): (usize, usize),
+        (ahead, sight): (&JointAhead, &Sight),
+        (place, noise): (&Vector3<f64>, f64),
+    ) -> Option<()> {
+        let JointAhead { unknowns, surfaces, shape, .. } = ahead;
+        let seen = StripeOnPlate { plate: &surfaces[number], sheet: &cell.sheet, shape: Some(shape) };
+        let found = seen.linearize(&sight.placement, &cell.sheet.coordinates(place))?;
         let mut set = |first: usize, numbers: &[f64]| {
             numbers.iter().enumerate().for_each(|(k, number)| self.columns[(row, first + k)] = *number);
         };
         set(TIME_OFFSET, &[found.d_time_offset]);
         set(ROTATION, found.d_rotation.as_slice());
         set(TRANSLATION, found.d_translation.as_slice());
-        set(PLANES + Plate::DIMENSION * plate, found.d_plate.as_slice());
-        set(LOCAL_SURFACES + Plate::SURFACE * plate, found.d_surface.as_slice());
-        set(LOCAL_SHAPE, found.d_shape.as_slice());
-        let arm: Vector3<f64> = found.foot_in_base - tool_m;
+        set(unknowns.plane(0, number).start, found.d_plate.as_slice());
+        set(unknowns.surface(0, number).start, found.d_surface.as_slice());
+        set(unknowns.shape().start, found.d_shape.as_slice());
+        let arm: Vector3<f64> = found.foot_in_base - sight.placement.base_from_tool.translation.vector;
         self.by_shift.set_row(row, &found.d_displacement.transpose());
         self.by_turn.set_row(row, &arm.cross(&found.d_displacement).transpose());
+        let by_px = found.normal.transpose() * sheet_per_px(cell, place)?;
+        self.by_px.set_row(row, &by_px);
+        self.sigma_m[row] = noise * feature_px(cell) * by_px.norm();
+        Some(())
     }
 
     /// Whitened by Σ = D + σ_r² G Gᵀ + σ_ω² T Tᵀ + σ_t² ρ̇ ρ̇ᵀ, which all rows of a frame share; those of a plate that is not seen tell
     /// nothing.
-    fn whitened(&self, left: &NoiseLeft, is_seen: [bool; 2]) -> Option<FrameRows<ROWS, PLATES_ALL>> {
+    fn whitened(&self, left: &NoiseLeft, is_seen: [bool; 2]) -> Option<FrameRows<R, N>> {
         let rate = self.columns.column(TIME_OFFSET);
         let mut covariance = self.by_shift * self.by_shift.transpose() * left.levels.robot_sigma_m.powi(2)
             + self.by_turn * self.by_turn.transpose() * left.robot_rad.powi(2)
             + rate * rate.transpose() * left.levels.stamp_sigma_s.powi(2);
-        for row in 0..ROWS {
-            let own_m = if is_seen[row / 2] { self.sigma_m[row] } else { NOT_THERE_M };
+        for row in 0..R {
+            let is_there = is_seen.get(row / 2).is_none_or(|seen| *seen);
+            let own_m = if is_there { self.sigma_m[row] } else { NOT_THERE_M };
             covariance[(row, row)] += own_m * own_m;
         }
         let lower = covariance.cholesky()?.l();
@@ -138,5 +192,129 @@ impl Rows {
             by_shift: lower.solve_lower_triangular(&self.by_shift)?,
             by_turn: lower.solve_lower_triangular(&self.by_turn)?,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+    use crate::cell_toml;
+    use crate::design::{DIMENSION, from_unit_box};
+    use crate::motion::Motion;
+    use crate::shape::Shape;
+    use nalgebra::{DVector, Point3, SVector, Vector2};
+    use std::path::Path;
+    use trueline_dataset::sensor_toml;
+    use trueline_geometry::so3;
+
+    const FILLET: &str = "\n[[plates]]\nnormal = [-0.127023, 0.695640, 0.707072]\n[[plates]]\nnormal = [0.113104, -0.698038, 0.707072]\n";
+    const LAP: &str = "\n[[plates]]\nnormal = [0.02, -0.03, 1]\ntoward = [0, -1, 0]\n[[plates]]\nnormal = [0.02, -0.03, 1]\ntoward = [0, 1, 0]\nbelow_mm = 3\n";
+    const ONE_PLATE: &str = "\n[[plates]]\nnormal = [0.02, -0.03, 1]\ntoward = [0, 1, 0]\n";
+
+    /// Where everything is, moved by the tangent of all unknowns: φ of every surface at a point of the sheet, written out.
+    struct Forward<'a> {
+        cell: &'a Cell,
+        motion: &'a Motion,
+        ahead: &'a JointAhead,
+        truth: &'a Truth,
+    }
+
+    impl Forward<'_> {
+        fn phi(&self, step: &DVector<f64>, (surface, time_s): (usize, f64), reported: &Vector2<f64>) -> f64 {
+            let three = |first: usize| Vector3::new(step[first], step[first + 1], step[first + 2]);
+            let unknowns = &self.ahead.unknowns;
+            let h = SVector::<f64, 5>::from_fn(|k, _| step[unknowns.shape().start + k]);
+            let in_camera = self.cell.sheet.point(&self.ahead.shape.retract(&h).corrected(reported).0);
+            let mounted = &self.truth.tool_from_camera;
+            let in_tool = so3::exp(&three(ROTATION)) * mounted.rotation * in_camera
+                + mounted.translation.vector
+                + three(TRANSLATION);
+            let in_base =
+                (self.motion.base_from_tool(time_s - step[TIME_OFFSET]) * Point3::from(in_tool)).coords;
+            let plate = &self.ahead.surfaces[surface];
+            let (along, outward) = (plate.chart.along, plate.chart.outward);
+            let [turn_along, turn_outward, raised] = three(unknowns.plane(0, surface).start).into();
+            let normal = so3::exp(&(along * turn_along + outward * turn_outward)) * plate.normal.as_ref();
+            let from = in_base - plate.chart.centre;
+            let (r, s) = (outward.dot(&from) / 0.025, along.dot(&from) / 0.100);
+            let terms = [r * r, r * s, s * s, r * r * r, r * r * s, r * s * s, s * s * s];
+            let first = unknowns.surface(0, surface).start;
+            let height: f64 = (0..7).map(|k| terms[k] * step[first + k]).sum();
+            normal.dot(&from) - plate.offset_m - raised - height
+        }
+
+        /// How the distance of a place of the sheet from the surface's cut moves with each unknown, by differences.
+        fn slopes(&self, seen: (usize, f64), at: &Vector2<f64>) -> DVector<f64> {
+            const STEP: f64 = 1e-5;
+            let count = self.ahead.unknowns.dimension();
+            let none = DVector::zeros(count);
+            // The place is where the surface cuts the sheet, to the rounding of lengths of a metre.
+            let off_m = self.phi(&none, seen, at);
+            assert!(off_m.abs() < 1e-12, "{seen:?}: {off_m}");
+            let slope = |axis: usize| {
+                let by = Vector2::from_fn(|k, _| if k == axis { STEP } else { 0.0 });
+                (self.phi(&none, seen, &(at + by)) - self.phi(&none, seen, &(at - by))) / (2.0 * STEP)
+            };
+            let steepness = slope(0).hypot(slope(1));
+            DVector::from_fn(count, |k, _| {
+                let by = DVector::from_fn(count, |i, _| if i == k { STEP } else { 0.0 });
+                (self.phi(&by, seen, at) - self.phi(&-by, seen, at)) / (2.0 * STEP) / steepness
+            })
+        }
+    }
+
+    fn cell(plates: &str) -> Cell {
+        let file = Path::new("cell.toml");
+        let sensor = sensor_toml::parse(file, cell_toml::EXAMPLE_SENSOR).unwrap();
+        cell_toml::parse(file, &format!("{}{plates}", cell_toml::EXAMPLE), sensor).unwrap()
+    }
+
+    /// The places that the rows of a frame are of: row, surface, place in the camera.
+    fn places(cell: &Cell, ahead: &JointAhead, sight: &Sight) -> Vec<(usize, usize, Vector3<f64>)> {
+        let camera_from_base = sight.placement.base_from_camera().rotation.inverse();
+        let turned = |direction: &Vector3<f64>| camera_from_base * direction;
+        let stripes = ends(cell, (&ahead.joint, &ahead.along), turned, &sight.point_in_camera);
+        let supports = stripes.iter().enumerate().filter_map(|(number, ends)| {
+            let places = stripe(cell, ends.as_ref()?)?.places;
+            Some([0, 1].map(|k| (2 * number + k, number, places[k])))
+        });
+        let edge = ahead.joint.edge_on.map(|_| (EDGE_ROW, EDGE, sight.point_in_camera));
+        supports.flatten().chain(edge).collect()
+    }
+
+    fn rows_move_as_the_forward_model_does<const R: usize, const N: usize>(plates: &str) {
+        let cell = cell(plates);
+        let (joint, truth) = (Joint::of(&cell).unwrap(), Truth::guessed(&cell).unwrap());
+        let box_point = [0.6; DIMENSION];
+        let design = from_unit_box((&cell.limits, &cell.seam), Shape::TwoPasses, 10.0, &box_point);
+        let motion = Motion::new(&cell, design);
+        let sights = Sights::of(&cell, &motion, &truth, 1).unwrap();
+        let ahead = JointAhead::of(&truth, &joint, &sights).unwrap();
+        assert_eq!(N, ahead.unknowns.dimension());
+        let forward = Forward { cell: &cell, motion: &motion, ahead: &ahead, truth: &truth };
+        let mut checked = 0;
+        for sight in sights.list.iter().step_by(13) {
+            let Some(rows) = Rows::<R, N>::of(&cell, &ahead, sight) else { continue };
+            checked += 1;
+            for (row, surface, place) in places(&cell, &ahead, sight) {
+                let at = cell.sheet.coordinates(&place);
+                let expected = forward.slopes((surface, sight.time_s), &at);
+                for k in 0..N {
+                    // Velocities are one-sided differences over a short time, of some 1 m/s² at most.
+                    let tolerance = if k == TIME_OFFSET { 1e-3 } else { 1e-7 };
+                    let (found, expected) = (rows.columns[(row, k)], expected[k]);
+                    assert!((found - expected).abs() < tolerance, "row {row}, {k}: {found}, {expected}");
+                }
+            }
+        }
+        assert!(checked > 5, "{checked} frames");
+    }
+
+    #[test]
+    fn rows_of_every_joint_move_as_the_forward_model_does() {
+        rows_move_as_the_forward_model_does::<MEETING_ROWS, MEETING_ALL>(FILLET);
+        rows_move_as_the_forward_model_does::<EDGED_ROWS, EDGED_ALL>(LAP);
+        rows_move_as_the_forward_model_does::<EDGED_ROWS, EDGED_ALL>(ONE_PLATE);
     }
 }

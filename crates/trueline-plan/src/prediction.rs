@@ -22,12 +22,13 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// The prediction of a whole information, of which the first unknowns are asked for and of the others something is known
-    /// beforehand; `None` if it is not finite.
+    /// The prediction of a whole information, of which the first unknowns are asked for, but for those that are held, and of the others
+    /// something is known beforehand; `None` if it is not finite.
     #[must_use]
-    pub(crate) fn of(information: &DMatrix<f64>, asked: usize) -> Option<Self> {
+    pub(crate) fn of(information: &DMatrix<f64>, held: &[usize], asked: usize) -> Option<Self> {
         let known = asked..information.nrows();
-        let analysed = Information::beside(information, &[], known.clone(), RANK_THRESHOLD)?;
+        let analysed = Information::beside(information, held, known.clone(), RANK_THRESHOLD)?;
+        let asked = asked - held.len();
         let covariance = analysed.covariance().fixed_view::<LINES, LINES>(0, 0).into_owned();
         // What is known beforehand always counts as shown.
         Some(Self { covariance, rank: analysed.rank() - known.len(), asked })

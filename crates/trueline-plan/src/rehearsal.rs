@@ -6,10 +6,11 @@
 
 use crate::cell::Cell;
 use crate::design::{DIMENSION, from_unit_box};
+use crate::joint::Joint;
 use crate::motion::Motion;
 use crate::shape::Shape;
 use crate::sights::{Sight, Sights};
-use crate::stripes_ahead::{plates, stripes_of};
+use crate::stripes_ahead::stripes_of;
 use crate::truth::Truth;
 use nalgebra::Vector3;
 use rand::SeedableRng;
@@ -99,13 +100,14 @@ pub(crate) fn knowledge(
 }
 
 fn cast(cell: &Cell, setup: &SensorSetup, measurements: Measurements, motion: &Motion) -> Option<Recording> {
-    let plates = match measurements {
+    let joint = match measurements {
         Measurements::Seam => None,
-        Measurements::Auto | Measurements::Stripe | Measurements::Both => Some(plates(cell)?),
+        Measurements::Auto | Measurements::Stripe | Measurements::Both => Some(Joint::of(cell).ok()?),
     };
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-    let sights = Sights::of(cell, motion, &Truth::guessed(cell)?, 1)?;
+    let (truth, along) = (Truth::guessed(cell)?, cell.seam.direction()?);
+    let sights = Sights::of(cell, motion, &truth, 1)?;
     let nanoseconds = |time_s: f64| (time_s * 1e9).round() as i64;
     let robot = motion.sampled(cell.robot_period_s).into_iter().enumerate().map(|(k, mut pose)| {
         let off = Vector3::from_fn(|_, _| normal() * cell.noise.robot_m);
@@ -132,8 +134,8 @@ fn cast(cell: &Cell, setup: &SensorSetup, measurements: Measurements, motion: &M
             sigma: None,
             correlation: 0.0,
         });
-        if let Some(plates) = &plates {
-            stripes.extend(stripes_of(cell, plates, sight, stamp_ns, &mut normal));
+        if let Some(joint) = &joint {
+            stripes.extend(stripes_of(cell, (joint, &along), sight, stamp_ns, &mut normal));
         }
     }
     features.sort_by_key(|feature| feature.stamp_ns);

@@ -1,13 +1,13 @@
 //! A wanted seam error, and what a path leaves of it: quick enough for a search, which the rehearsal then confirms.
 //!
-//! Unknown are time offset, hand-eye, line and bow (or the planes of both plates and how they are not flat), and with what is known of them
+//! Unknown are time offset, hand-eye, line and bow (or the planes of plates and edge and how they are not flat), and with what is known of them
 //! beforehand the sensor's five numbers of shape and the six of the feature's bias with the tilt; in stripes the estimator does not look
 //! for that: what the seam points leave of it moves the estimate there. The robot's errors are a Gaussian process over the poses that is not estimated: it moves
 //! the estimate \[Schmidt1966\]. The seam error is the root mean square over the field that the scan visits, as in
 //! `trueline_method::assess::seam_error`.
 
 use crate::cell::Cell;
-use crate::evidence::{Evidence, FrameRows, add_square};
+use crate::evidence::{Evidence, FrameRows, HELD, add_square};
 use crate::rehearsal::knowledge;
 use crate::sights::Sights;
 use nalgebra::{SMatrix, Vector2, Vector3};
@@ -36,8 +36,6 @@ pub struct SeamGoal {
 
 /// Robot errors change slowly along a path: of a search's frames about so many are asked.
 const ROBOT_POSES: usize = 36;
-/// So much is known of a number that is not estimated: one over its variance.
-const HELD: f64 = 1e150;
 /// Covariance of what is left of the bias, px per 10° of tilt.
 pub(crate) type BiasLeft = SMatrix<f64, BIAS, BIAS>;
 /// Points of the field along each axis.
@@ -104,6 +102,7 @@ impl SeamGoal {
             add_square(&mut information, &frame.columns.transpose(), frame.weight);
         }
         information.fill_lower_triangle_with_upper_triangle();
+        evidence.held.iter().for_each(|&k| information[(k, k)] += HELD);
         let known = self.shape.cholesky()?.inverse();
         let mut shape = information.fixed_view_mut::<5, 5>(evidence.shape, evidence.shape);
         shape += known;

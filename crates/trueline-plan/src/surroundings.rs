@@ -34,6 +34,8 @@ pub struct Plate {
     pub point_m: Vector3<f64>,
     /// Into the free side.
     pub normal: UnitVector3<f64>,
+    /// From the seam into the plate, roughly; `None` where it is not said.
+    pub toward: Option<UnitVector3<f64>>,
 }
 
 /// Spheres and plates.

@@ -1,17 +1,16 @@
-//! What is measured of the seam: the point where the stripe meets it, or the stripes on both of its plates.
+//! What is measured of the seam: the point where the stripe meets it, or the stripes on its plates.
 
 use crate::cell::Cell;
 use crate::criterion::SensorCovariance;
 use crate::evidence::{Evidence, FrameRows};
-use crate::plate_rows::{self, PLATES_ALL, PLATES_FORM, ROWS};
+use crate::joint::{Joint, NoJoint};
+use crate::plate_rows::{self, EDGED_ALL, EDGED_FORM, EDGED_ROWS, MEETING_ALL, MEETING_FORM, MEETING_ROWS};
 use crate::prediction::Prediction;
 use crate::seam_goal::SeamGoal;
 use crate::sights::{NoiseLeft, Sights};
-use crate::stripes_ahead::plates;
-use crate::surroundings::Plate;
 use crate::truth::Truth;
 use crate::wrong_cells::SeenBy;
-use nalgebra::{UnitVector3, Vector3};
+use nalgebra::Vector3;
 use trueline_geometry::so3;
 use trueline_method::Measurements;
 use trueline_method::assess::tilt_bias::BIAS;
@@ -22,8 +21,8 @@ use trueline_method::problem::unknowns::{LOCAL_ALL, LOCAL_BOWED, LOCAL_STRAIGHT}
 pub enum Target {
     /// The seam's point in each frame.
     SeamPoint,
-    /// The stripes on the two plates that meet in the seam.
-    Plates([Plate; 2]),
+    /// The stripes on the plates of the joint; where these do not meet, the point of the edge as well.
+    Stripes(Joint),
 }
 
 /// What is measured in the frames of a scan.
@@ -31,22 +30,30 @@ pub enum Target {
 pub(crate) enum Measured {
     /// Seam points: two residuals each.
     SeamPoints(Evidence<2, LOCAL_ALL>),
-    /// Stripes: two support points on each plate.
-    Stripes(Evidence<ROWS, PLATES_ALL>),
+    /// Stripes on plates that meet: two support points on each.
+    Meeting(Evidence<MEETING_ROWS, MEETING_ALL>),
+    /// Stripes on plates that do not, and the edge point.
+    Edged(Evidence<EDGED_ROWS, EDGED_ALL>),
 }
 
 /// Unknowns of a scan of seam points, with the bias of the feature.
 const POINTS_AND_BIAS: usize = LOCAL_ALL + BIAS;
-/// The same of stripes.
-const STRIPES_AND_BIAS: usize = PLATES_ALL + BIAS;
+/// The same of stripes on plates that meet.
+const MEETING_AND_BIAS: usize = MEETING_ALL + BIAS;
+/// The same of stripes and an edge.
+const EDGED_AND_BIAS: usize = EDGED_ALL + BIAS;
 
 impl Target {
-    /// What a calibration will use; `None` where that is whole stripes and the cell does not name its plates.
-    #[must_use]
-    pub fn of(cell: &Cell, measurements: Measurements) -> Option<Self> {
+    /// What a calibration will use.
+    ///
+    /// # Errors
+    /// [`NoJoint`] where that is whole stripes and the cell's plates make no joint.
+    pub fn of(cell: &Cell, measurements: Measurements) -> Result<Self, NoJoint> {
         match measurements {
-            Measurements::Seam => Some(Self::SeamPoint),
-            Measurements::Auto | Measurements::Stripe | Measurements::Both => plates(cell).map(Self::Plates),
+            Measurements::Seam => Ok(Self::SeamPoint),
+            Measurements::Auto | Measurements::Stripe | Measurements::Both => {
+                Joint::of(cell).map(Self::Stripes)
+            }
         }
     }
 
@@ -55,15 +62,15 @@ impl Target {
     pub(crate) fn rough_frames(&self) -> usize {
         match self {
             Self::SeamPoint => 1,
-            Self::Plates(_) => 2,
+            Self::Stripes(_) => 2,
         }
     }
 
-    /// The normals of the plates; `None` where none are looked at.
-    pub(crate) fn normals(&self) -> Option<[UnitVector3<f64>; 2]> {
+    /// The joint whose plates are looked at; `None` where none are.
+    pub(crate) fn joint(&self) -> Option<&Joint> {
         match self {
             Self::SeamPoint => None,
-            Self::Plates(plates) => Some(plates.map(|plate| plate.normal)),
+            Self::Stripes(joint) => Some(joint),
         }
     }
 
@@ -77,9 +84,11 @@ impl Target {
     ) -> Measured {
         match self {
             Self::SeamPoint => Measured::SeamPoints(seam_points(cell, sights, seen_by)),
-            Self::Plates(plates) => {
-                let normals = plates.map(|plate| plate.normal);
-                Measured::Stripes(plate_rows::stripes(cell, (truth, &normals), sights, seen_by))
+            Self::Stripes(joint) if joint.edge_on.is_some() => {
+                Measured::Edged(plate_rows::stripes(cell, (truth, joint), sights, seen_by))
+            }
+            Self::Stripes(joint) => {
+                Measured::Meeting(plate_rows::stripes(cell, (truth, joint), sights, seen_by))
             }
         }
     }
@@ -90,7 +99,8 @@ impl Measured {
     pub(crate) fn covariance(&self) -> Option<SensorCovariance> {
         match self {
             Self::SeamPoints(points) => points.covariance::<LOCAL_BOWED>(),
-            Self::Stripes(stripes) => stripes.covariance::<PLATES_FORM>(),
+            Self::Meeting(stripes) => stripes.covariance::<MEETING_FORM>(),
+            Self::Edged(stripes) => stripes.covariance::<EDGED_FORM>(),
         }
     }
 
@@ -103,7 +113,8 @@ impl Measured {
     pub(crate) fn prediction_until(&self, sights: usize) -> Option<Prediction> {
         match self {
             Self::SeamPoints(points) => points.prediction::<LOCAL_BOWED>(sights),
-            Self::Stripes(stripes) => stripes.prediction::<PLATES_FORM>(sights),
+            Self::Meeting(stripes) => stripes.prediction::<MEETING_FORM>(sights),
+            Self::Edged(stripes) => stripes.prediction::<EDGED_FORM>(sights),
         }
     }
 
@@ -115,15 +126,26 @@ impl Measured {
         sights: &Sights,
         seen_by: &[SeenBy],
     ) -> Option<f64> {
+        let bias_left = || {
+            let points = seam_points(cell, sights, seen_by);
+            goal.bias_left::<2, LOCAL_ALL, POINTS_AND_BIAS>(sights, &points)
+        };
         match self {
             Self::SeamPoints(points) => {
                 goal.left_m::<2, LOCAL_ALL, POINTS_AND_BIAS>(cell, sights, points, None)
             }
-            Self::Stripes(stripes) => {
-                let points = seam_points(cell, sights, seen_by);
-                let left = goal.bias_left::<2, LOCAL_ALL, POINTS_AND_BIAS>(sights, &points)?;
-                goal.left_m::<ROWS, PLATES_ALL, STRIPES_AND_BIAS>(cell, sights, stripes, Some(left))
-            }
+            Self::Meeting(stripes) => goal.left_m::<MEETING_ROWS, MEETING_ALL, MEETING_AND_BIAS>(
+                cell,
+                sights,
+                stripes,
+                Some(bias_left()?),
+            ),
+            Self::Edged(stripes) => goal.left_m::<EDGED_ROWS, EDGED_ALL, EDGED_AND_BIAS>(
+                cell,
+                sights,
+                stripes,
+                Some(bias_left()?),
+            ),
         }
     }
 }
@@ -151,5 +173,6 @@ fn seam_points(cell: &Cell, sights: &Sights, seen_by: &[SeenBy]) -> Evidence<2, 
         asked: LOCAL_STRAIGHT,
         shape: LOCAL_BOWED,
         known_of_form: sights.bow_sigma_m().powi(-2),
+        held: Vec::new(),
     }
 }

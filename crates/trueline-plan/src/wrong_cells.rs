@@ -3,10 +3,11 @@
 //! The same cells are asked for every path (common random numbers), so that paths can be compared.
 
 use crate::cell::Cell;
+use crate::joint::Joint;
 use crate::seam::Seam;
 use crate::stripes_ahead::{ends, is_in_view};
 use crate::truth::Truth;
-use nalgebra::{Matrix3, UnitVector3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use trueline_geometry::Pose;
 use trueline_model::sheet_residual::MIN_SINE;
 
@@ -72,19 +73,14 @@ impl WrongCell {
         Some(Truth { tool_from_camera: self.tool_from_camera, line: self.seam.line()? })
     }
 
-    /// What a frame taken at a pose of the tool sees of the seam, and of plates with these normals.
+    /// What a frame taken at a pose of the tool sees of the seam, and of the plates of a joint.
     #[must_use]
-    pub(crate) fn sees(
-        &self,
-        cell: &Cell,
-        plates: Option<&[UnitVector3<f64>; 2]>,
-        base_from_tool: &Pose,
-    ) -> SeenBy {
+    pub(crate) fn sees(&self, cell: &Cell, joint: Option<&Joint>, base_from_tool: &Pose) -> SeenBy {
         let tool = ToolPose::of(base_from_tool);
         let mut seen = SeenBy::default();
         if let Frame::Seen(corner) = self.frame(cell, &tool) {
             seen.seam = 1.0;
-            if let Some(which) = plates.and_then(|normals| self.stripes(cell, &tool, (normals, &corner))) {
+            if let Some(which) = joint.and_then(|joint| self.stripes(cell, &tool, (joint, &corner))) {
                 seen.stripes[which] = 1.0;
             }
         }
@@ -107,18 +103,16 @@ impl WrongCell {
         if along.abs() > self.half_length_m { Frame::BeyondEnd } else { Frame::Seen(in_camera) }
     }
 
-    /// Which of two plates' stripes are in view about a corner, as an index into [`SeenBy::stripes`]; the plates turn with the seam.
+    /// Which plates' stripes are in view about a point of the seam, as an index into [`SeenBy::stripes`]; the plates turn with the seam.
     fn stripes(
         &self,
         cell: &Cell,
         tool: &ToolPose,
-        (normals, corner): (&[UnitVector3<f64>; 2], &Vector3<f64>),
+        (joint, corner): (&Joint, &Vector3<f64>),
     ) -> Option<usize> {
-        let held = |normal: &UnitVector3<f64>| {
-            let normal = normal.into_inner() - self.direction * self.direction.dot(normal);
-            self.camera_from_tool * (tool.tool_from_base * normal)
-        };
-        let ends = ends(cell, &normals.each_ref().map(held), corner);
+        let in_camera = |direction: &Vector3<f64>| self.camera_from_tool * (tool.tool_from_base * direction);
+        let joint = joint.about(&self.direction);
+        let ends = ends(cell, (&joint, &self.direction), in_camera, corner);
         let is_seen = ends.map(|ends| ends.is_some_and(|ends| is_in_view(cell, &ends)));
         match is_seen {
             [true, false] => Some(0),
@@ -189,12 +183,12 @@ impl WrongCells {
         self.cells.iter()
     }
 
-    /// What all of them see of frames taken at these poses, and of plates with these normals.
+    /// What all of them see of frames taken at these poses, and of the plates of a joint.
     #[must_use]
     pub(crate) fn look(
         &self,
         cell: &Cell,
-        plates: Option<&[UnitVector3<f64>; 2]>,
+        joint: Option<&Joint>,
         poses: impl Iterator<Item = Pose>,
     ) -> Views {
         let mut views =
@@ -208,8 +202,8 @@ impl WrongCells {
                 match wrong.frame(cell, &tool) {
                     Frame::Seen(corner) => {
                         seen += 1;
-                        let plates = plates.filter(|_| k < asked);
-                        let which = plates.and_then(|n| wrong.stripes(cell, &tool, (n, &corner)));
+                        let joint = joint.filter(|_| k < asked);
+                        let which = joint.and_then(|joint| wrong.stripes(cell, &tool, (joint, &corner)));
                         which.into_iter().for_each(|which| stripes[which] += 1);
                     }
                     Frame::OutOfView => *out_of_view += 1,

@@ -9,7 +9,9 @@ use trueline_plan::rehearsal::rehearse;
 use trueline_plan::rehearsed_plan::{
     RehearsedPlan, least_seam_error, shortest_that_reaches, with_better_robots,
 };
-use trueline_plan::{CellFiles, PlanError, PlanRequest, Rehearsal, SeamGoal, Shape, cell_toml, plan};
+use trueline_plan::{
+    CellFiles, NoJoint, PlanError, PlanRequest, Rehearsal, SeamGoal, Shape, cell_toml, plan,
+};
 
 /// The example's cell, with more under `[limits]`, and more in its sensor's file.
 fn files(limits: &str, sensor: &str) -> CellFiles {
@@ -134,7 +136,7 @@ fn whole_stripes_of_two_plates_leave_less_and_cells_without_plates_have_none() {
     assert!(noise(&stripe) < 0.8 * noise(&seam), "{} of {}", noise(&stripe), noise(&seam));
     assert!(rehearse(&one.cell, &one.setup, Measurements::Stripe, &made.plan.motion).is_none());
     let ask = PlanRequest { measurements: Measurements::Stripe, ..PlanRequest::default() };
-    assert_eq!(plan(&one.cell, &ask, &|| ()).unwrap_err(), PlanError::NoPlates);
+    assert_eq!(plan(&one.cell, &ask, &|| ()).unwrap_err(), PlanError::NoJoint(NoJoint::Unnamed));
 }
 
 #[test]

@@ -110,11 +110,14 @@ pub fn facts(source: &Source<'_>) -> Vec<(String, String)> {
         .collect();
     facts.push(("limits used".to_owned(), used.join(", ")));
     facts.push(("if the guess is off".to_owned(), chances(source)));
-    if let Target::Plates(_) = plan.target {
-        facts.push((
-            "measured".to_owned(),
-            "whole stripes on both plates: `simulate --plates`, `calibrate --use stripe`".to_owned(),
-        ));
+    if let Target::Stripes(joint) = &plan.target {
+        let of = match (joint.edge_on, joint.seen) {
+            (None, _) => "on both plates",
+            (Some(_), [true, true]) => "on both parallel plates, with the edge of one",
+            (Some(_), _) => "on one plate, with its edge",
+        };
+        let measured = format!("whole stripes {of}: `simulate --plates`, `calibrate --use stripe`");
+        facts.push(("measured".to_owned(), measured));
     }
     facts.extend(rehearsed(source));
     facts.extend(arm_summary::fact(cell, plan));

@@ -29,7 +29,7 @@ pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
     interrupt::watch()?;
     let mut planned = planned_scan::read(&args.plan, args.exact_guess, args.seed)?;
     let is_profiler = planned.cell.sensor == Sensor::Profiler;
-    let plates = is_profiler.then(|| planned::plates(&planned.cell, &mut planned.scenario)).flatten();
+    let plates = is_profiler.then(|| planned::plates(&planned.cell, &mut planned.scenario).ok()).flatten();
     let look = CameraLook { joint: (args.joint)(), look: args.look() };
     let clock = HostClock::start();
     let mut scene = SimulatedScene::new(

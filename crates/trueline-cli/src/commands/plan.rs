@@ -13,9 +13,8 @@ use trueline_plan::rehearsed_plan::{
     RehearsedPlan, least_seam_error, shortest_that_reaches, with_better_robots, without_alias,
 };
 use trueline_plan::shortest::shortest;
-use trueline_plan::stripes_ahead::plates;
 use trueline_plan::{
-    Cell, CellFiles, Criterion, Goal, Plan, PlanError, PlanRequest, SeamGoal, cell_toml, outlook, plan,
+    Cell, CellFiles, Criterion, Goal, Plan, PlanRequest, SeamGoal, Target, cell_toml, outlook, plan,
 };
 use trueline_report::{plan_page, plan_source, plan_summary};
 
@@ -100,13 +99,9 @@ fn searched(
 
 /// Stripes can be rehearsed where the cell's file says what they are on.
 fn check_plates(args: &PlanArgs, cell: &Cell) -> Result<(), Failure> {
-    if args.measurements != Measurements::Seam && plates(cell).is_none() {
-        return Err(Failure::new(
-            format!("--use stripe: {}", PlanError::NoPlates),
-            PlanError::NoPlates.hint(),
-        ));
-    }
-    Ok(())
+    Target::of(cell, args.measurements)
+        .map(drop)
+        .map_err(|why| Failure::new(format!("--use stripe: {why}"), why.hint()))
 }
 
 /// The path in the languages asked for.

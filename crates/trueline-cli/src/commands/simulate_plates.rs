@@ -8,7 +8,6 @@ use trueline_args::SimulateArgs;
 use trueline_dataset::{Recording, WholeFolder, folder};
 use trueline_experiments::planned;
 use trueline_geometry::Pose;
-use trueline_plan::PlanError;
 use trueline_sim::motion::Motion;
 use trueline_sim::{Plates, ProfileLook, Scenario, SensorModel, scan_plates_along, scan_profiles_along};
 
@@ -29,9 +28,8 @@ pub(crate) fn run(args: &SimulateArgs, scenario: &Scenario) -> Result<ExitCode, 
 pub(crate) fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCode, Failure> {
     let PlannedScan { mut scenario, path, cell } = planned;
     args.adapt(&mut scenario);
-    let usual = planned::plates(&cell, &mut scenario).ok_or_else(|| {
-        Failure::new(format!("--plates: {}", PlanError::NoPlates), PlanError::NoPlates.hint())
-    })?;
+    let usual = planned::plates(&cell, &mut scenario)
+        .map_err(|why| Failure::new(format!("--plates: {why}"), why.hint()))?;
     let plates = args.plates.plates(usual, args.noise_free);
     let look = ProfileLook { range_sigma_m: scenario.disturbance.feature_noise_m, ..ProfileLook::default() };
     along(args, &scenario, (&plates, look), &|time_s| path.base_from_tool(time_s))

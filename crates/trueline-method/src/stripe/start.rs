@@ -14,7 +14,7 @@ use trueline_geometry::fit;
 use trueline_model::{Plate, SheetShape};
 
 /// Plates whose normals differ by less (sine) do not meet in a line: 6°.
-const LEAST_ANGLE_SINE: f64 = 0.1;
+pub const LEAST_ANGLE_SINE: f64 = 0.1;
 
 /// An edge whose middle is further from a plate is not the plate's, m.
 const ON_PLATE_M: f64 = 1e-3;

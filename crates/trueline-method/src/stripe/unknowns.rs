@@ -63,7 +63,7 @@ impl StripeUnknowns {
 
     /// Those that are asked for.
     #[must_use]
-    pub(crate) fn asked_for(&self) -> usize {
+    pub fn asked_for(&self) -> usize {
         PLANES + self.planes_of_joint() * self.joints
     }
 

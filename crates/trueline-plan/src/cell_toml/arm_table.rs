@@ -1,7 +1,8 @@
 //! `[arm]`, `[[spheres]]` and `[[plates]]` of `cell.toml`.
 
-use super::values::{PoseTable, between, finite, point, positive, wrong};
+use super::values::{PoseTable, between, finite, not_negative, point, positive, wrong};
 use crate::mounted_arm::MountedArm;
+use crate::seam::Seam;
 use crate::surroundings::{Carrier, Plate, Sphere};
 use nalgebra::{UnitVector3, Vector3};
 use serde::Deserialize;
@@ -57,6 +58,8 @@ pub(super) struct SphereTable {
 pub(super) struct PlateTable {
     normal: [f64; 3],
     point_mm: Option<[f64; 3]>,
+    below_mm: Option<f64>,
+    toward: Option<[f64; 3]>,
 }
 
 /// Where nobody says otherwise the wrist stays so far from its singularity, degrees.
@@ -162,18 +165,39 @@ pub(super) fn spheres(wire: &[SphereTable], has_arm: bool) -> Result<Vec<Sphere>
     wire.iter().enumerate().map(one).collect()
 }
 
+/// Least sine of the angle between what `toward` says and a plate that runs along the seam: its side would be a guess.
+const LEAST_SIDE: f64 = 0.1;
+
 /// Plates, through the middle of the seam where nothing else is said.
-pub(super) fn plates(wire: &[PlateTable], middle: Vector3<f64>) -> Result<Vec<Plate>, Problem> {
-    let one = |table: &PlateTable| {
-        let normal = UnitVector3::try_new(Vector3::from(table.normal), 1e-6)
+pub(super) fn plates(wire: &[PlateTable], seam: &Seam) -> Result<Vec<Plate>, Problem> {
+    wire.iter().map(|table| plate(table, seam)).collect()
+}
+
+fn plate(table: &PlateTable, seam: &Seam) -> Result<Plate, Problem> {
+    let direction = |key: &'static str, expected: &'static str, value: [f64; 3]| {
+        UnitVector3::try_new(Vector3::from(value), 1e-6)
             .filter(|u| u.iter().all(|x| x.is_finite()))
-            .ok_or_else(|| {
-                wrong("plates.normal", "a direction into the free side", &format!("{:?}", table.normal))
-            })?;
-        let point_m = table.point_mm.map_or(Ok(middle), |mm| point("plates.point_mm", mm))?;
-        Ok(Plate { point_m, normal })
+            .ok_or_else(|| wrong(key, expected, &format!("{value:?}")))
     };
-    wire.iter().map(one).collect()
+    let normal = direction("plates.normal", "a direction into the free side", table.normal)?;
+    let middle = 0.5 * (seam.from_m + seam.to_m);
+    let point_m = match (table.point_mm, table.below_mm) {
+        (Some(_), Some(_)) => return Err(wrong("plates.below_mm", "`point_mm` or `below_mm`", "both")),
+        (Some(mm), None) => point("plates.point_mm", mm)?,
+        (None, below_mm) => {
+            middle - normal.as_ref() * (not_negative("plates.below_mm", below_mm, 0.0)? / MM_PER_M)
+        }
+    };
+    const INTO: &str = "a direction from the seam into the plate";
+    let toward = table.toward.map(|toward| direction("plates.toward", INTO, toward)).transpose()?;
+    let outward = seam.direction().map(|along| along.cross(&normal));
+    let sideways = |toward: &UnitVector3<f64>| outward.is_none_or(|o| o.dot(toward).abs() >= LEAST_SIDE);
+    match toward.filter(|toward| !sideways(toward)) {
+        Some(along) => {
+            Err(wrong("plates.toward", INTO, &format!("{:?}, along the seam or out of it", along.as_slice())))
+        }
+        None => Ok(Plate { point_m, normal, toward }),
+    }
 }
 
 #[cfg(test)]

@@ -223,7 +223,7 @@ fn surroundings(wire: &CellFile, seam: &Seam, guess_error: &GuessError) -> Resul
     let line_mm = guess_error.line_m * MM_PER_M;
     Ok(Surroundings {
         spheres: arm_table::spheres(&wire.spheres, wire.arm.is_some())?,
-        plates: arm_table::plates(&wire.plates, 0.5 * (seam.from_m + seam.to_m))?,
+        plates: arm_table::plates(&wire.plates, seam)?,
         clearance_m: not_negative("limits.clearance_mm", wire.limits.clearance_mm, line_mm)? / MM_PER_M,
     })
 }

@@ -127,6 +127,7 @@ pub struct ProfileCaster {
     both: [PlateInBase; 2],
     look: ProfileLook,
     pair: PlatePair,
+    edge_on: usize,
     roughness_m: f64,
     half_width_m: f64,
     noise: Noise,
@@ -145,6 +146,7 @@ impl ProfileCaster {
             sensor,
             look: *look,
             pair: plates.pair,
+            edge_on: plates.edge_on,
             roughness_m: plates.roughness_m,
             half_width_m,
             noise: Noise::new(seed, 4),
@@ -173,8 +175,8 @@ impl ProfileCaster {
     fn range(&mut self, arms: &[Vec<[f64; 2]>; 2], x_m: f64) -> Option<f64> {
         let edges_x = arms.each_ref().map(|arm| arm.first().map_or(0.0, |at| at[0]));
         let z_m = match self.pair {
-            PlatePair::Meeting | PlatePair::Lap { .. } => self.of_two(arms, x_m, edges_x[0]),
-            PlatePair::Edge => self.of_ending(&arms[0], x_m),
+            PlatePair::Meeting | PlatePair::Lap { .. } => self.of_two(arms, x_m, edges_x[self.edge_on]),
+            PlatePair::Edge => self.of_ending(&arms[self.edge_on], x_m),
             PlatePair::Butt { .. } => {
                 let nearer = usize::from((x_m - edges_x[1]).abs() < (x_m - edges_x[0]).abs());
                 self.of_ending(&arms[nearer], x_m).or_else(|| {
@@ -214,7 +216,7 @@ impl ProfileCaster {
             PlatePair::Lap { step_m }
                 if from_corner_m < 0.5 * look.column_m && chance.happens(look.mixed) =>
             {
-                let towards = if side == 0 { 1.0 } else { -1.0 };
+                let towards = if side == self.edge_on { 1.0 } else { -1.0 };
                 z_m += towards * chance.uniform(0.0, step_m);
             }
             _ => {}

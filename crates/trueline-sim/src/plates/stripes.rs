@@ -53,9 +53,9 @@ pub fn scan_plates_along(
         let seen = both.each_ref().map(|plate| view.stripe(plate, &base_from_camera, &mut noise));
         let mut edge_of = |k: usize| view.edge(seen[k].as_ref()?, &both[k], &base_from_camera, &mut noise);
         let (seam, stripes) = match (plates.pair, &seen) {
-            (PlatePair::Meeting, [Some(left), Some(right)]) => (crossing(left, right), vec![left, right]),
-            (PlatePair::Lap { .. }, [Some(left), Some(right)]) => (edge_of(0), vec![left, right]),
-            (PlatePair::Edge, [Some(left), _]) => (edge_of(0), vec![left]),
+            (PlatePair::Meeting, [Some(left), Some(right)]) => (crossing(left, right), vec![0, 1]),
+            (PlatePair::Lap { .. }, [Some(_), Some(_)]) => (edge_of(plates.edge_on), vec![0, 1]),
+            (PlatePair::Edge, _) => (edge_of(plates.edge_on), vec![plates.edge_on]),
             // As in pictures: the two plates of a gap are one plane, and leave no stripes.
             (PlatePair::Butt { .. }, [Some(_), Some(_)]) => {
                 (view.middle([edge_of(0), edge_of(1)], &both, &base_from_camera), Vec::new())
@@ -73,10 +73,11 @@ pub fn scan_plates_along(
             correlation: 0.0,
         };
         recording.features.push(feature(Measured::Pixel(pixel), sigma));
-        for (plate, seen) in stripes.into_iter().enumerate() {
+        for plate in stripes {
             let is_off = chance.happens(scenario.disturbance.outlier_fraction);
             let shift_px = if is_off { chance.uniform(-60.0, 60.0) } else { 0.0 };
-            let Some((points, sigma)) = view.reported(seen, shift_px) else { continue };
+            let reported = seen[plate].as_ref().and_then(|seen| view.reported(seen, shift_px));
+            let Some((points, sigma)) = reported else { continue };
             recording.stripes.push(PlateStripe {
                 stamp_ns,
                 frame: Some(frame),

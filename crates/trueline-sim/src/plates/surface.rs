@@ -51,12 +51,12 @@ pub enum PlatePair {
     /// They meet in it.
     #[default]
     Meeting,
-    /// They are parallel, and the seam is the edge of plate 0; plate 1 lies so much further from the sensor, m.
+    /// They are parallel, and the seam is the edge of one; the other lies so much further from the sensor, m.
     Lap {
         /// Height of the step, m.
         step_m: f64,
     },
-    /// There is plate 0 alone, and the seam is its edge.
+    /// There is one plate alone, and the seam is its edge.
     Edge,
     /// They lie in one plane, and the seam is the middle of the gap between them.
     Butt {
@@ -70,6 +70,8 @@ pub enum PlatePair {
 pub struct Plates {
     /// How they make a seam.
     pub pair: PlatePair,
+    /// Number of the plate whose edge the seam of a lap or of one plate is: 0 for the left one, 1 for the right one.
+    pub edge_on: usize,
     /// Angle between plates that meet, rad.
     pub opening_rad: f64,
     /// How far the pair is turned about the seam, rad.
@@ -93,6 +95,7 @@ impl Default for Plates {
     fn default() -> Self {
         Self {
             pair: PlatePair::Meeting,
+            edge_on: 0,
             opening_rad: std::f64::consts::FRAC_PI_2,
             roll_rad: 0.0,
             reach_m: [0.002, 0.025],
@@ -131,19 +134,20 @@ impl PlateInBase {
         // As the scan's motion has it: the stripe runs along this.
         let across = along.cross(&away);
         let flat = std::f64::consts::PI;
-        let (opening_rad, steps_m, gap_m) = match plates.pair {
-            PlatePair::Meeting => (plates.opening_rad, [0.0; 2], 0.0),
-            PlatePair::Lap { step_m } => (flat, [0.0, step_m], 0.0),
-            PlatePair::Edge => (flat, [0.0; 2], 0.0),
-            PlatePair::Butt { gap_m } => (flat, [0.0; 2], gap_m),
+        let (opening_rad, lower_m, gap_m) = match plates.pair {
+            PlatePair::Meeting => (plates.opening_rad, 0.0, 0.0),
+            PlatePair::Lap { step_m } => (flat, step_m, 0.0),
+            PlatePair::Edge => (flat, 0.0, 0.0),
+            PlatePair::Butt { gap_m } => (flat, 0.0, gap_m),
         };
         [(-1.0, 0), (1.0, 1)].map(|(side, number)| {
             let angle = side * 0.5 * opening_rad + plates.roll_rad;
             let outward = across * angle.sin() - away * angle.cos();
             let form = plates.forms[number];
             let normal = along.cross(&outward);
-            // Plate 1 faces the sensor with its normal.
-            let centre = seam.anchor() - normal * steps_m[number] + outward * (0.5 * gap_m);
+            // Plate 1 faces the sensor with its normal, plate 0 turns its back on it.
+            let step_m = if number == plates.edge_on { 0.0 } else { lower_m };
+            let centre = seam.anchor() - normal * (side * step_m) + outward * (0.5 * gap_m);
             Self { centre, along, outward, normal, form }
         })
     }
