@@ -16,6 +16,11 @@ const NEXT_COLUMNS: f64 = 1.5;
 const BENT_COLUMNS: f64 = 4.5;
 /// A rounded edge of more is none, mm.
 const MOST_ROUNDED_MM: f64 = 1.0;
+/// A face whose last columns lean away from its line by more, and by so many standard deviations, bends before its end: 9°.
+const MOST_LEAN: f64 = 0.15;
+const LEAN_SIGMAS: f64 = 4.0;
+/// Last columns that are looked at for that: those within so many mm, and no fewer than so many.
+const LEANING_MM: f64 = 1.0;
 /// Columns from which their distance is taken.
 const PITCH_COLUMNS: usize = 41;
 
@@ -52,6 +57,11 @@ impl ProfileFinder {
         if behind_mm[1] > MOST_ROUNDED_MM + pitch_mm {
             return Err(NoSeam::RoundedEnd);
         }
+        let leaning_mm = LEANING_MM.max(FOOTHOLD as f64 * pitch_mm);
+        let before = (last_k..count).take_while(|&k| -from_end(k) < leaning_mm).filter(|&k| on(k));
+        if leans(before.map(|k| [from_end(k), face.off(&self.points[index(k)])])) {
+            return Err(NoSeam::RoundedEnd);
+        }
         let reach_mm = (COUNTED_COLUMNS as f64 + 0.5) * pitch_mm;
         let near = (last_k + 1..count).take_while(|&k| -from_end(k) < reach_mm);
         let there = near.filter(|&k| is_on(&self.points[index(k)])).count();
@@ -62,6 +72,24 @@ impl ProfileFinder {
         let outward = far - last;
         Ok(FaceEnd { last, outward, behind_mm, pitch_mm, is_bounded, lost, lost_part, scatter: 1.0 })
     }
+}
+
+/// Whether columns (where along the face, and how far off its line, mm) surely lean away from the line by more than a straight face does.
+fn leans(columns: impl Iterator<Item = [f64; 2]>) -> bool {
+    let columns: Vec<[f64; 2]> = columns.collect();
+    let count = columns.len() as f64;
+    if columns.len() < FOOTHOLD / 2 {
+        return false;
+    }
+    let mean = |axis: usize| columns.iter().map(|column| column[axis]).sum::<f64>() / count;
+    let (middle, height) = (mean(0), mean(1));
+    let sum = |of: &dyn Fn(f64, f64) -> f64| -> f64 {
+        columns.iter().map(|[x, off]| of(x - middle, off - height)).sum()
+    };
+    let spread = sum(&|x, _| x * x);
+    let slope = sum(&|x, off| x * off) / spread;
+    let variance = sum(&|x, off| (off - slope * x).powi(2)) / (count - 2.0) / spread;
+    slope.abs() > MOST_LEAN && slope * slope > LEAN_SIGMAS.powi(2) * variance
 }
 
 /// From where to where behind the last column on a face its edge may be, mm, by the columns behind it (how far each is, and by how much more than the last may be it is off the face, mm); and

@@ -4,6 +4,7 @@ use super::face_end::FaceEnd;
 use super::finder::ProfileFinder;
 use super::joint::ProfileJoint;
 use super::no_seam::NoSeam;
+use super::rounded_ends::{refuse_rounded, widen_rounded};
 use super::seen_joint::SeenJoint;
 use super::sight::Sight;
 use super::view::at_border;
@@ -28,6 +29,8 @@ pub(super) fn seen(profiles: &[&Profile], joint: ProfileJoint) -> Vec<Result<See
         .map(|(k, sight)| sight.and_then(|sight| sight.joint([left[k], right[k]])))
         .collect();
     refuse_odd_gaps(&mut joints);
+    refuse_rounded(&mut joints);
+    widen_rounded(&mut joints);
     joints
 }
 
