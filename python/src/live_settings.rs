@@ -48,7 +48,7 @@ pub(crate) struct LiveSettings {
     pixel_format: Option<String>,
     laser: Option<String>,
     stamp: String,
-    joint: String,
+    joint: Option<String>,
     sensor_toml: Option<String>,
     tool: String,
     for_s: Option<f64>,
@@ -134,7 +134,7 @@ impl LiveSettings {
         Ok(Some(CameraSettings {
             choice: choice_of_camera,
             stamp: choice("stamp", &self.stamp, &STAMPS)?,
-            joint: joint_of(&self.joint)?,
+            joint: self.joint.as_deref().map(joint_of).transpose()?,
             reconnect: true,
         }))
     }

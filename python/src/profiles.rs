@@ -3,21 +3,25 @@
 use crate::columns;
 use crate::failure::Failure;
 use crate::interruptible;
+use crate::pictures::joint_of;
 use crate::rows::{FARTHEST_SEEN_M, not_metres};
 use numpy::ndarray::{ArrayView2, Axis};
 use numpy::{IntoPyArray, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trueline_dataset::{Profile, ProfilePoint};
-use trueline_vision::profile;
+use trueline_open::OpenError;
+use trueline_vision::profile::{self, ProfileJoint};
 
-/// Finds the seam in profiles: number, point, (x, z) in m; a point that is not finite did not come back.
+/// Finds the seam in profiles: number, point, (x, z) in m; a point that is not finite did not come back. Without a joint the profiles tell it.
 #[pyfunction]
 pub(crate) fn profile_seams<'py>(
     py: Python<'py>,
     profiles: PyReadonlyArray3<'py, f64>,
     stamps_ns: PyReadonlyArray1<'py, i64>,
+    joint: Option<&str>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let named = joint.map(named).transpose()?;
     let (stack, stamps) = (profiles.as_array(), stamps_ns.as_array());
     if stack.len_of(Axis(0)) != stamps.len() || stack.len_of(Axis(2)) != 2 {
         return Err(Failure::new(
@@ -36,7 +40,7 @@ pub(crate) fn profile_seams<'py>(
         .map(|((number, points), stamp)| of(number, *stamp, &points))
         .collect();
     let (joint, found, not_found) = interruptible::run(py, move || {
-        let profile::ProfileSeams { joint, found, not_found } = profile::seams(&rows, None);
+        let profile::ProfileSeams { joint, found, not_found } = profile::seams(&rows, named);
         let not_found: Vec<(usize, String)> =
             not_found.into_iter().map(|(number, reason)| (number, reason.to_string())).collect();
         Ok((joint, found, not_found))
@@ -55,6 +59,15 @@ pub(crate) fn profile_seams<'py>(
     out.set_item("stripes", columns::stripes(py, &found.stripes)?)?;
     out.set_item("not_found", not_found)?;
     Ok(out)
+}
+
+/// A joint of profiles by its name.
+fn named(name: &str) -> Result<ProfileJoint, Failure> {
+    let joint = joint_of(name)?;
+    ProfileJoint::of(joint).ok_or_else(|| {
+        let not_there = OpenError::NotInProfiles(joint);
+        Failure::new(not_there.to_string(), not_there.hint())
+    })
 }
 
 fn of(number: u64, stamp_ns: i64, points: &ArrayView2<'_, f64>) -> Profile {

@@ -143,8 +143,27 @@ def test_profiles_without_a_corner_say_why() -> None:
     assert found.not_found[0] != found.not_found[1] and all(found.not_found.values())
     with pytest.raises(trueline.TruelineError, match="stamps"):
         trueline.features(flat[None], [0.0, 0.1], sensor=trueline.Profiler())
-    with pytest.raises(TypeError, match="joint"):
-        trueline.features(flat[None], [0.0], sensor=trueline.Profiler(), joint="fillet")
+    with pytest.raises(TypeError, match="region"):
+        trueline.features(flat[None], [0.0], sensor=trueline.Profiler(), region=[(0.0, 0.0), (1.0, 1.0)])
+
+
+def test_the_joint_of_profiles_is_told_or_named() -> None:
+    x = np.linspace(-0.03, 0.03, 601)
+    edges = np.linspace(-0.01, 0.01, 40)
+    # A lap whose edge wanders: the farther plate 3 mm behind the nearer one.
+    laps = np.stack([np.stack([x, np.where(x < edge, 0.3, 0.303)], axis=1) for edge in edges])
+    times = np.arange(len(edges)) * 0.03
+    told = trueline.features(laps, times, sensor=trueline.Profiler())
+    named = trueline.features(laps, times, sensor=trueline.Profiler(), joint="lap")
+    assert told.joint == named.joint and len(named.points) == len(edges)
+    assert np.array_equal(told.points, named.points)
+    assert np.all(np.abs(named.points[:, 0] - edges) < 1e-4)
+    # Looked at as faces that meet, parallel ones show no corner.
+    fillets = trueline.features(laps, times, sensor=trueline.Profiler(), joint="fillet")
+    assert fillets.joint != named.joint and len(fillets.points) == 0 and len(fillets.not_found) == len(edges)
+    for name, why in (("step", "not looked for in profiles"), ("dovetail", "dovetail")):
+        with pytest.raises(trueline.TruelineError, match=why):
+            trueline.features(laps, times, sensor=trueline.Profiler(), joint=name)
 
 
 def test_profiles_in_millimetres_are_refused() -> None:

@@ -58,7 +58,8 @@ def features(
     sensor
         The sensor.
     joint
-        The joint's name, as in ``trueline features --joint``; by default the pictures tell. Of pictures only.
+        The joint's name, as in ``trueline features --joint``; by default the pictures, or the profiles, tell. Profiles are searched for
+        ``fillet``, ``v-groove``, ``corner``, ``lap``, ``butt`` and ``edge``.
     stripe
         Which of several places to take, as in ``trueline features --stripe``. Of pictures only.
     region
@@ -87,11 +88,11 @@ def features(
     if SensorText(text).kind != "profiler":
         how = (joint, stripe, None if region is None else [list(corner) for corner in region])
         return _features(_trueline.picture_seams(text, _pictures(frames), stamps_ns(times_s, "times_s"), how))
-    for name, value in (("joint", joint), ("stripe", stripe), ("region", region)):
+    for name, value in (("stripe", stripe), ("region", region)):
         if value is not None:
-            raise TypeError(f"features: {name} is for pictures; in profiles that seam is looked for which most of them show")
+            raise TypeError(f"features: {name} is for pictures; of the options only joint is for profiles")
     profiles = floats("profiles", frames, "N", "K", "2")
-    return _features(_trueline.profile_seams(profiles, stamps_ns(times_s, "times_s")))
+    return _features(_trueline.profile_seams(profiles, stamps_ns(times_s, "times_s"), joint))
 
 
 def _pictures(frames: NDArray[Any]) -> NDArray[Any]:

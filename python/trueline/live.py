@@ -43,7 +43,7 @@ class RecordOptions(TypedDict, total=False):
     want_mm: float
 
 
-DEFAULTS = {"protocol": "egm", "stamp": "first-packet", "joint": "fillet", "tool": "tool0"}
+DEFAULTS = {"protocol": "egm", "stamp": "first-packet", "tool": "tool0"}
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ use std::time::Duration;
 use trueline_cell::{CameraChoice, CameraSettings, CameraSetup, PixelFormat, StampChoice, Trigger};
 use trueline_dataset::Channel;
 use trueline_method::Requirement;
-use trueline_vision::Joint;
 
 /// The camera beside the robot.
 #[derive(Args)]
@@ -49,9 +48,10 @@ pub struct CameraArgs {
     /// What a picture's stamp is; all others are kept as well
     #[arg(long, value_parser = one_of(&STAMPS), default_value = "first-packet")]
     pub stamp: StampChoice,
-    /// Joint type, for the live estimate alone: there is no telling it from pictures that are still to come
-    #[arg(long, value_parser = one_of(&JOINTS[1..]), default_value = "fillet")]
-    pub joint: JointChoice,
+    /// Joint type, for the live estimate alone: there is no telling it from pictures that are still to come [default: fillet; profiles tell
+    /// it]
+    #[arg(long, value_parser = one_of(&JOINTS[1..]))]
+    pub joint: Option<JointChoice>,
     /// Say when these are reached: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse)]
     pub want: Option<Requirement>,
@@ -62,8 +62,7 @@ impl CameraArgs {
     pub fn settings(&self, reconnect: bool) -> Option<CameraSettings> {
         let choice = self.choice()?;
         // `auto`, the one word that names no joint, is not among those of a live cell.
-        let joint = self.joint.unwrap_or(Joint::Fillet);
-        Some(CameraSettings { choice, stamp: self.stamp, joint, reconnect })
+        Some(CameraSettings { choice, stamp: self.stamp, joint: self.joint.flatten(), reconnect })
     }
 
     fn choice(&self) -> Option<CameraChoice> {

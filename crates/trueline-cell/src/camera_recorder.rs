@@ -53,19 +53,20 @@ impl CameraRecorder {
         Ok(Self { is_replay, ..Self::with_source(source, settings.stamp, settings.joint, sensor)? })
     }
 
-    /// Records from a source that is open already: any camera for which somebody has written a [`FrameSource`].
+    /// Records from a source that is open already: any camera for which somebody has written a [`FrameSource`]. The joint is as in
+    /// [`CameraSettings`].
     ///
     /// # Errors
     /// A source that does not suit the sensor, or has no clock although its stamp is wanted.
     pub fn with_source(
         mut source: Box<dyn FrameSource>,
         stamp: StampChoice,
-        joint: Joint,
+        joint: impl Into<Option<Joint>>,
         sensor: Option<&Sensor>,
     ) -> Result<Self, CellError> {
         let stamper = FrameStamper::new(stamp, source.as_mut())?;
         let finder = match sensor {
-            Some(sensor) => SeamFinder::new(sensor, joint, source.about())?,
+            Some(sensor) => SeamFinder::new(sensor, joint.into(), source.about())?,
             None => None,
         };
         Ok(Self {
@@ -123,6 +124,7 @@ impl CameraRecorder {
             seen = self.take(&sink, true);
         }
         self.record_waiting(&sink, false);
+        sink.give_all(self.finder.as_mut().map_or_else(Vec::new, SeamFinder::finish));
         seen
     }
 
@@ -185,16 +187,15 @@ impl CameraRecorder {
 
     fn record_profiles(&mut self, frame: &CameraFrame, stamp_ns: i64, sink: &Sink<'_>) {
         for profile in entries::profiles(frame, stamp_ns, self.stamper.is_of_arrival()) {
-            let seam = self.finder.as_mut().and_then(|finder| finder.in_profile(&profile));
+            let seams = self.finder.as_mut().map_or_else(Vec::new, |finder| finder.in_profile(&profile));
             let no_return = profile.columns.iter().filter(|column| column.is_none()).count();
             sink.count(|counts| {
                 counts.profiles += 1;
                 counts.columns += profile.columns.len() as u64;
                 counts.no_return += no_return as u64;
-                counts.seams += u64::from(seam.is_some());
             });
             sink.record(Entry::Profile(profile));
-            sink.give(seam);
+            sink.give_all(seams);
         }
     }
 }
@@ -219,6 +220,12 @@ impl Sink<'_> {
     /// What finds no room is counted there, and told at the end.
     fn record(&self, entry: Entry) {
         let _counted = self.handle.offer(entry);
+    }
+
+    /// Seam points of profiles, which are found after them.
+    fn give_all(&self, seams: Vec<Feature>) {
+        self.count(|counts| counts.seams += seams.len() as u64);
+        seams.into_iter().for_each(|seam| self.give(Some(seam)));
     }
 
     fn give(&self, seam: Option<Feature>) {

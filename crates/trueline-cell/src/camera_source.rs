@@ -35,8 +35,8 @@ pub struct CameraSettings {
     pub choice: CameraChoice,
     /// Which stamp of a picture calibration uses.
     pub stamp: StampChoice,
-    /// Joint type, for the estimate.
-    pub joint: Joint,
+    /// Joint type, for the estimate; without it profiles tell it, and pictures are those of a fillet.
+    pub joint: Option<Joint>,
     /// A camera that is unplugged is waited for; else it is an error.
     pub reconnect: bool,
 }

@@ -4,6 +4,7 @@ use std::net::Ipv4Addr;
 use std::path::PathBuf;
 use trueline_camera::CameraError;
 use trueline_mcap::RecordError;
+use trueline_vision::Joint;
 
 /// Why a cell cannot be recorded.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +34,12 @@ pub enum CellError {
         /// Columns and rows of the calibrated camera, px.
         expected: [usize; 2],
     },
+    /// A joint that profiles are not searched for.
+    #[error("a {} is not looked for in profiles", joint.name())]
+    NotInProfiles {
+        /// The joint.
+        joint: Joint,
+    },
     /// The camera has no clock that can be read.
     #[error("{name} cannot be asked for its time")]
     NoCameraClock {
@@ -57,6 +64,10 @@ impl CellError {
             Self::Folder { .. } => "check the path and its permissions".to_owned(),
             Self::PictureSize { .. } => {
                 "a region of interest moves cx and cy; scaled pictures need scaled intrinsics".to_owned()
+            }
+            Self::NotInProfiles { .. } => {
+                "profiles are searched for a fillet, v-groove, corner, lap, butt or edge; a step is a lap"
+                    .to_owned()
             }
             Self::NoCameraClock { .. } => {
                 "stamp pictures by the arrival of their first packet: that needs nothing of the camera"

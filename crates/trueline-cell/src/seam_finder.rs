@@ -3,7 +3,8 @@
 use trueline_camera::SourceAbout;
 use trueline_dataset::{Feature, FrameStamp, GrayImage, Profile, ProfilePoint, Sensor};
 use trueline_mcap::ProfileEntry;
-use trueline_vision::{Detector, Joint, profile};
+use trueline_vision::profile::{ProfileJoint, ProfileStream};
+use trueline_vision::{Detector, Joint};
 
 use crate::error::CellError;
 
@@ -16,19 +17,27 @@ pub enum SeamFinder {
         /// What the stripe looks like there.
         joint: Joint,
     },
-    /// In profiles: where two faces meet, or the edge of a lap.
-    Profiles,
+    /// In profiles, by the second.
+    Profiles(ProfileStream),
 }
 
 impl SeamFinder {
-    /// For the frames of a source; `None` if the sensor is neither a profiler nor a camera with a laser plane.
+    /// For the frames of a source; `None` if the sensor is neither a profiler nor a camera with a laser plane. Without a joint profiles tell it,
+    /// and pictures are those of a fillet.
     ///
     /// # Errors
-    /// [`CellError::PictureSize`] if the source's pictures are not of the size of the calibrated camera.
-    pub fn new(sensor: &Sensor, joint: Joint, about: &SourceAbout) -> Result<Option<Self>, CellError> {
+    /// [`CellError::PictureSize`] if the source's pictures are not of the size of the calibrated camera, [`CellError::NotInProfiles`] for a
+    /// joint that profiles are not searched for.
+    pub fn new(
+        sensor: &Sensor,
+        joint: Option<Joint>,
+        about: &SourceAbout,
+    ) -> Result<Option<Self>, CellError> {
         if *sensor == Sensor::Profiler {
-            return Ok(Some(Self::Profiles));
+            let of = |joint| ProfileJoint::of(joint).ok_or(CellError::NotInProfiles { joint });
+            return Ok(Some(Self::Profiles(ProfileStream::new(joint.map(of).transpose()?))));
         }
+        let joint = joint.unwrap_or(Joint::Fillet);
         let Some(detector) = Detector::for_sensor(sensor) else { return Ok(None) };
         let camera = detector.lens().camera();
         let (found, expected) = ([about.width, about.height], camera.size.map(|n| n as usize));
@@ -44,12 +53,17 @@ impl SeamFinder {
         Some(detector.seam_in(image, *joint).ok()?.feature(stamp))
     }
 
-    /// The corner of a profile as a feature; `None` if there is none.
-    pub fn in_profile(&mut self, seen: &ProfileEntry) -> Option<Feature> {
-        let Self::Profiles = self else { return None };
+    /// Takes a profile in; the seam points of those that have waited for it.
+    pub fn in_profile(&mut self, seen: &ProfileEntry) -> Vec<Feature> {
+        let Self::Profiles(stream) = self else { return Vec::new() };
         let point = |[x_m, z_m]: [f64; 2]| ProfilePoint { x_m, z_m, intensity: None };
         let points = seen.columns.iter().flatten().copied().map(point).collect();
-        let profile = Profile { stamp_ns: seen.stamp_ns, frame: Some(seen.profile), points };
-        profile::seams(std::slice::from_ref(&profile), None).found.features.pop()
+        stream.push(Profile { stamp_ns: seen.stamp_ns, frame: Some(seen.profile), points })
+    }
+
+    /// The seam points of the profiles that still wait: nothing more comes.
+    pub fn finish(&mut self) -> Vec<Feature> {
+        let Self::Profiles(stream) = self else { return Vec::new() };
+        stream.finish()
     }
 }

@@ -12,11 +12,13 @@ mod joint;
 mod joint_choice;
 mod lap;
 mod no_seam;
+mod rounded_ends;
 mod scan;
 mod seen;
 mod seen_joint;
 mod shared_noise;
 mod sight;
+mod stream;
 mod view;
 
 pub use face::FaceSupport;
@@ -25,3 +27,4 @@ pub use joint::ProfileJoint;
 pub use no_seam::NoSeam;
 pub use scan::{ProfileSeams, seams};
 pub use seen_joint::ProfileSeam;
+pub use stream::ProfileStream;
