@@ -10,7 +10,7 @@ use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 use trueline::live::{
-    ARRIVAL, CameraChoice, CameraRecorder, CameraSettings, Cell, CellError, GigeChoice, LiveEstimate,
+    ARRIVAL, CameraChoice, CameraRecorder, CameraSettings, CameraSetup, Cell, CellError, LiveEstimate,
     PixelFormat, READING, RecordingSettings, StampChoice, Trigger,
 };
 use trueline_dataset::{Channel, SensorFile, sensor_toml};
@@ -121,14 +121,17 @@ impl LiveSettings {
                 ));
             }
             (Some(folder), None) => CameraChoice::Replay(folder.clone()),
-            (None, Some(address)) => CameraChoice::GigE(GigeChoice {
+            (None, Some(address)) => CameraChoice::GigE(
                 address,
-                exposure_us,
-                fps,
-                trigger: self.trigger.as_deref().map(trigger).transpose()?.unwrap_or_default(),
-                pixel: self.pixel_format.as_deref().map(pixel_format).transpose()?,
-                channel: self.laser.as_deref().map(|name| choice("laser", name, &LASERS)).transpose()?,
-            }),
+                CameraSetup {
+                    exposure_us,
+                    fps,
+                    trigger: self.trigger.as_deref().map(trigger).transpose()?.unwrap_or_default(),
+                    pixel: self.pixel_format.as_deref().map(pixel_format).transpose()?,
+                    channel: self.laser.as_deref().map(|name| choice("laser", name, &LASERS)).transpose()?,
+                    ..CameraSetup::default()
+                },
+            ),
             (None, None) => return Ok(None),
         };
         Ok(Some(CameraSettings {
