@@ -25,8 +25,8 @@ use trueline_method::stripe::start::start;
 use trueline_method::{Calibration, Config, Measurements, Parameters, SensorMode, calibrate};
 use trueline_model::{LaserSheet, SheetShape};
 use trueline_sim::{
-    Between, Disturbance, PlateForm, Plates, Preset, ProfileLook, Scenario, SensorModel, Sine, random_cell,
-    scan_plates, scan_profiles,
+    Between, Disturbance, PlateForm, PlatePair, Plates, Preset, ProfileLook, Scenario, SensorModel, Sine,
+    random_cell, scan_plates, scan_profiles,
 };
 use trueline_vision::profile;
 
@@ -131,18 +131,22 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// 0.2 mm in each surface term of both plates.
+/// 0.2 mm in each surface term of both plates, of a fillet and of a lap.
 fn bowed() -> Vec<Case> {
-    let terms = ["r²", "rs", "s²", "r³", "r²s", "rs²", "s³"].into_iter().enumerate();
-    let case = |(term, name): (usize, &str)| Case {
-        name: format!("bowed 0.2 mm in {name}, S-scan 60 s"),
+    let terms = ["r²", "rs", "s²", "r³", "r²s", "rs²", "s³"];
+    let pairs = [("bowed", PlatePair::Meeting), ("lap, bowed", PlatePair::Lap { step_m: 3e-3 })];
+    let case = |(name, pair): (&str, PlatePair), (number, term): (usize, &str)| Case {
+        name: format!("{name} 0.2 mm in {term}, S-scan 60 s"),
         scenario: Preset::Paper.scenario(),
-        plates: Plates { forms: [PlateForm::of_term(term, 2e-4); 2], ..Plates::default() },
+        plates: Plates { pair, forms: [PlateForm::of_term(number, 2e-4); 2], ..Plates::default() },
         measurements: Measurements::Stripe,
         sensor: SensorMode::Fixed,
         own_noise: false,
     };
-    terms.map(case).collect()
+    pairs
+        .into_iter()
+        .flat_map(|pair| terms.into_iter().enumerate().map(move |term| case(pair, term)))
+        .collect()
 }
 
 /// ±5 mm, ±5 mm stand-off, ±5° in 10 s.
