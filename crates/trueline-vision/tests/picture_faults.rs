@@ -6,6 +6,7 @@ mod drawn;
 use drawn::{Paper, arms, detector};
 use trueline_dataset::{Error, FrameStamp, GrayImage, PictureSource, Pixels};
 use trueline_vision::find_seams;
+use trueline_vision::scan::PictureFault;
 
 const SIZE: [usize; 2] = [640, 480];
 
@@ -45,7 +46,11 @@ fn faults(sigma_px: f64, height: f64, ground: f64, bits: u32) -> Vec<&'static st
     };
     let pictures = Pictures(GrayImage { width: SIZE[0], height: SIZE[1], pixels });
     let scan = find_seams(&pictures, &detector(SIZE), None, &()).unwrap();
-    scan.faults.iter().map(trueline_vision::scan::PictureFault::code).collect()
+    for fault in &scan.faults {
+        // There is no more than all of it.
+        assert!(!matches!(fault, PictureFault::SaturatedStripe { percent } if *percent > 100.0), "{fault}");
+    }
+    scan.faults.iter().map(PictureFault::code).collect()
 }
 
 #[test]

@@ -116,7 +116,8 @@ pub(crate) fn picture_faults(lights: &[PictureLight], wide: bool) -> Vec<Picture
     } else if stripe < 100.0 * DIM {
         Some(PictureFault::DimStripe { percent: stripe })
     } else if ambient + stripe > 100.0 * CUT_OFF {
-        Some(PictureFault::SaturatedStripe { percent: ambient + stripe })
+        // What is even at full scale holds more light than a bell of that height, by which brightness is told: there is no more to say.
+        Some(PictureFault::SaturatedStripe { percent: (ambient + stripe).min(100.0) })
     } else {
         None
     };
