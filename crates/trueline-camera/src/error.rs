@@ -17,9 +17,9 @@ pub enum CameraError {
         at: String,
     },
     /// It answered once and no longer does.
-    #[error("the camera no longer answers; the last packet of a picture came {silent_s:.1} s ago")]
+    #[error("the camera no longer answers; no picture has come for {silent_s:.1} s")]
     Unplugged {
-        /// Since the last packet, or since the start if there was none, s.
+        /// Since the last of a picture came (a packet, or a picture), or since the start if there was none, s.
         silent_s: f64,
     },
     /// A pixel format that was not asked for.
@@ -122,7 +122,7 @@ impl CameraError {
                     .to_owned()
             }
             Self::Unplugged { .. } => {
-                "check cable, switch and power; what was recorded so far is kept".to_owned()
+                "check power, cable and what it goes through (switch or hub); what was recorded so far is kept".to_owned()
             }
             Self::Format { .. } => {
                 "choose one of the formats that the camera offers, and let no other program \

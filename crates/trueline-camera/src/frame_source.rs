@@ -17,6 +17,11 @@ pub trait FrameSource: Send {
     /// What gives the pictures.
     fn about(&self) -> &SourceAbout;
 
+    /// Its serial number, which it is found and known by when it comes back; `None` where its address is that.
+    fn serial(&self) -> Option<&str> {
+        None
+    }
+
     /// Asks the camera what time it is by its own clock; `None` if it cannot tell.
     ///
     /// # Errors

@@ -14,6 +14,7 @@ pub struct Reconnecting {
     camera: Option<Box<dyn FrameSource>>,
     reopen: Reopen,
     about: SourceAbout,
+    serial: Option<String>,
     tried: Instant,
     interruptions: u64,
     last_frame: Option<u64>,
@@ -28,11 +29,12 @@ impl Reconnecting {
     /// A camera that is open, and how it is opened again.
     #[must_use]
     pub fn new(camera: Box<dyn FrameSource>, reopen: Reopen) -> Self {
-        let about = camera.about().clone();
+        let (about, serial) = (camera.about().clone(), camera.serial().map(str::to_owned));
         Self {
             camera: Some(camera),
             reopen,
             about,
+            serial,
             tried: Instant::now(),
             interruptions: 0,
             last_frame: None,
@@ -65,19 +67,22 @@ impl Reconnecting {
             let px = |about: &SourceAbout| [about.width as u32, about.height as u32];
             return Err(CameraError::FrameSizeChanged { was: px(was), is: px(is) });
         }
-        if was.trigger != is.trigger {
-            let told = |about: &SourceAbout| about.trigger.clone().unwrap_or_else(|| "none".to_owned());
-            let why = format!(
-                "the camera came back with another one: it was {}, and now is {}",
-                told(was),
-                told(is)
-            );
-            return Err(CameraError::Feature { name: "TriggerMode".to_owned(), why });
-        }
+        same("DeviceSerialNumber", self.serial.as_deref(), camera.serial())?;
+        same("TriggerMode", was.trigger.as_deref(), is.trigger.as_deref())?;
         self.ahead = None;
         self.camera = Some(camera);
         Ok(())
     }
+}
+
+/// A camera that comes back must have this as it was.
+fn same(name: &str, was: Option<&str>, is: Option<&str>) -> Result<(), CameraError> {
+    if was == is {
+        return Ok(());
+    }
+    let [was, is] = [was, is].map(|told| told.unwrap_or("none"));
+    let why = format!("the camera came back with another one: it was {was}, and now is {is}");
+    Err(CameraError::Feature { name: name.to_owned(), why })
 }
 
 impl FrameSource for Reconnecting {
@@ -99,6 +104,10 @@ impl FrameSource for Reconnecting {
 
     fn about(&self) -> &SourceAbout {
         &self.about
+    }
+
+    fn serial(&self) -> Option<&str> {
+        self.serial.as_deref()
     }
 
     fn latch(&mut self) -> Result<Option<LatchSample>, CameraError> {

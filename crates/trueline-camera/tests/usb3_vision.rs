@@ -15,7 +15,7 @@ use trueline_dataset::Pixels;
 use trueline_live::HostClock;
 use usb_device::{
     ACQUISITION, ENDPOINTS, EXPOSURE, EXPOSURE_AUTO, Fault, HEIGHT, Noise, PIXEL_FORMAT, SBRM, SBRM_ADDRESS,
-    SIRM, STREAM_CONTROL, Sent, TABLE, TABLE_ADDRESS, TRIGGER_MODE, TRIGGER_SOURCE, UsbDevice, WIDTH,
+    SERIAL, SIRM, STREAM_CONTROL, Sent, TABLE, TABLE_ADDRESS, TRIGGER_MODE, TRIGGER_SOURCE, UsbDevice, WIDTH,
     archive,
 };
 
@@ -189,11 +189,11 @@ fn chunks_are_read_with_the_lowest_byte_first_and_lengths_that_lie_are_counted()
     let device = UsbDevice::start(clock);
     let mut camera = opened(&device, clock);
     let chunk = |id: u32, data: &[u8]| [data, &id.to_le_bytes(), &(data.len() as u32).to_le_bytes()].concat();
-    let stamp = 0x0102_0304_0506_u64;
+    let (stamp, leader_ns) = (0x0102_0304_0506_u64, 0x0102_0300_0000_u64);
     let pixels = pixels(1, 64 * 48);
     let payload =
         [chunk(1, &pixels), chunk(0xa2, &stamp.to_le_bytes()), chunk(0xa3, &(-7_i32).to_le_bytes())].concat();
-    let sent = Sent { payload_type: 0x4001, ..Sent::good(0, 9, SIZE, payload) };
+    let sent = Sent { payload_type: 0x4001, ..Sent::good(0, leader_ns, SIZE, payload) };
     device.send(&sent);
     let frame = next(&mut camera);
     assert_eq!((frame.device_ns, frame.signals.encoder), (Some(stamp.cast_signed()), Some(-7)));
@@ -201,12 +201,91 @@ fn chunks_are_read_with_the_lowest_byte_first_and_lengths_that_lie_are_counted()
     let mut lies = sent.payload.clone();
     let at = lies.len() - 4;
     lies[at..].copy_from_slice(&0x00ff_ffff_u32.to_le_bytes());
-    device.send(&Sent { block: 1, ends: Some(1), payload: lies, ..sent });
+    device.send(&Sent { block: 1, ends: Some(1), payload: lies, ..sent.clone() });
     let frame = next(&mut camera);
     assert_eq!(
         (frame.device_ns, frame.status, camera.counts().bad_chunks),
-        (Some(9), FrameStatus::Complete, 1)
+        (Some(leader_ns.cast_signed()), FrameStatus::Complete, 1)
     );
+    // Stamps of 10 s and 1 ns apart, on either side, are not of one clock; the other chunks are as good as before.
+    for (block, leader_ns, is_used) in [
+        (2, stamp + 10_000_000_000, true),
+        (3, stamp + 10_000_000_001, false),
+        (4, stamp - 10_000_000_001, false),
+        (5, 0, true),
+    ] {
+        let bad = camera.counts().bad_chunks;
+        device.send(&Sent { block, ends: Some(block), device_ns: leader_ns, ..sent.clone() });
+        let frame = next(&mut camera);
+        let expected = if is_used { stamp } else { leader_ns };
+        assert_eq!(frame.device_ns, Some(expected.cast_signed()), "{block}");
+        assert_eq!((frame.signals.encoder, frame.status), (Some(-7), FrameStatus::Complete));
+        assert_eq!(camera.counts().bad_chunks - bad, u64::from(!is_used), "{block}");
+    }
+    // All pixels came, and half of the chunks.
+    let (cut, valid) = (sent.payload[..64 * 48 + 12].to_vec(), Some(sent.payload.len() as u64));
+    device.send(&Sent { block: 6, ends: Some(6), payload: cut, valid, ..sent });
+    assert_eq!(next(&mut camera).status, FrameStatus::Incomplete { missing: 1 });
+}
+
+/// One command that is not answered is sent again; whoever is silent for good is told to stop all the same.
+#[test]
+fn an_answer_that_is_lost_ends_nothing() {
+    let clock = HostClock::start();
+    let device = UsbDevice::start(clock);
+    device.set_fault(Fault::LosesOne);
+    let mut camera = opened(&device, clock);
+    device.send(&good(&device, 0));
+    assert_eq!(next(&mut camera).status, FrameStatus::Complete);
+    assert!(camera.latch().unwrap().is_some() || camera.latch().unwrap().is_some(), "the first may be none");
+    device.set_fault(Fault::LosesOne);
+    assert!(camera.latch().unwrap().is_some());
+    assert_eq!(device.fault(), Fault::None, "nothing was asked");
+    device.set_fault(Fault::LosesOne);
+    let begin = Instant::now();
+    while device.fault() != Fault::None && begin.elapsed() < LONGEST {
+        assert_eq!(camera.next(Duration::from_millis(50)).unwrap(), None);
+    }
+    device.poke(EXPOSURE_AUTO, &2_u32.to_le_bytes());
+    assert!(matches!(error(&mut camera), CameraError::ExposureAuto { .. }));
+    device.set_fault(Fault::Silent);
+    assert!(matches!(error(&mut camera), CameraError::Unplugged { .. }));
+    device.set_fault(Fault::None);
+    assert_eq!([ACQUISITION, STREAM_CONTROL].map(|at| device.register(at)), [1, 1]);
+    drop(camera);
+    assert_eq!([ACQUISITION, STREAM_CONTROL].map(|at| device.register(at)), [0, 0], "it was left running");
+}
+
+#[test]
+fn the_stamp_of_a_picture_without_an_end_is_none_of_the_program_that_takes_it_late() {
+    let clock = HostClock::start();
+    let device = UsbDevice::start(clock);
+    let mut camera = opened(&device, clock);
+    device.send(&Sent { ends: None, ..good(&device, 0) });
+    device.send(&good(&device, 1));
+    device.until_taken();
+    let taken_ns = clock.read().steady_ns;
+    std::thread::sleep(Duration::from_millis(50));
+    let frame = next(&mut camera);
+    assert!(matches!(frame.status, FrameStatus::Incomplete { .. }) && frame.complete_ns <= taken_ns);
+}
+
+#[test]
+fn another_camera_of_the_same_size_does_not_take_over() {
+    let clock = HostClock::start();
+    for (serial, is_same) in [(b"U3V-1", true), (b"U3V-2", false)] {
+        let [device, again] = [(), ()].map(|()| UsbDevice::start(clock));
+        again.poke(SERIAL, serial);
+        let camera = opened(&device, clock);
+        assert_eq!(camera.serial(), Some("U3V-1"));
+        let reopen = move || Ok(Box::new(opened(&again, clock)) as Box<dyn FrameSource>);
+        let mut camera = Reconnecting::new(Box::new(camera), Box::new(reopen));
+        device.unplug();
+        let refused = (0..12).find_map(|_| camera.next(Duration::from_millis(100)).err());
+        let told = refused.map(|error| error.to_string()).unwrap_or_default();
+        assert_eq!(told.is_empty(), is_same, "{told}");
+        assert!(is_same || told.contains("it was U3V-1, and now is U3V-2"), "{told}");
+    }
 }
 
 #[test]
@@ -372,7 +451,7 @@ fn answers_that_are_late_or_to_another_command_are_not_taken() {
 fn registers_that_lie_are_refused_in_words() {
     let clock = HostClock::start();
     let far = u64::MAX.to_le_bytes();
-    let lies: [(&str, u64, &[u8], &str); 13] = [
+    let lies: [(&str, u64, &[u8], &str); 14] = [
         ("bootstrap registers beyond the memory", SBRM_ADDRESS, &far, "where no memory is"),
         ("none", SBRM_ADDRESS, &[0x77; 8], "status"),
         ("no room for a command", SBRM + 0x14, &1_u32.to_le_bytes(), "command transfer too small"),
@@ -382,6 +461,12 @@ fn registers_that_lie_are_refused_in_words() {
         ("an alignment of 2^40", SIRM, &(40_u32 << 24).to_le_bytes(), "alignment"),
         ("an alignment of 2^30", SIRM, &(30_u32 << 24).to_le_bytes(), "alignment"),
         ("pictures of 2^60 bytes", SIRM + 8, &(1_u64 << 60).to_le_bytes(), "more than 1 GiB"),
+        (
+            "pictures of 1 GiB",
+            SIRM + 8,
+            &(1_u64 << 30).to_le_bytes(),
+            "1073741824 bytes, and 64 x 48 px of Mono8 have 3072",
+        ),
         (
             "pictures of 99 bytes",
             SIRM + 8,
@@ -397,6 +482,7 @@ fn registers_that_lie_are_refused_in_words() {
         device.poke(address, bytes);
         let told = open(&device, CameraSetup::default(), clock).err().unwrap().to_string();
         assert!(told.contains(expected), "{what}: {told}");
+        assert_eq!(device.register(STREAM_CONTROL), 0, "{what}: the stream was left on");
     }
 }
 
@@ -460,7 +546,7 @@ fn descriptions_that_lie_are_refused_and_archives_are_opened() {
 #[test]
 fn whatever_a_device_answers_or_sends_is_a_picture_or_an_error() {
     let clock = HostClock::start();
-    let (mut opened_ones, mut pictures) = (0, 0);
+    let (mut opened_ones, mut good_ones) = (0, 0);
     for seed in 1..=300_u64 {
         let device = UsbDevice::start(clock);
         let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -473,7 +559,8 @@ fn whatever_a_device_answers_or_sends_is_a_picture_or_an_error() {
         device.set_fault(Fault::Noise(seed));
         opened_ones += 1;
         for block in 0..4 {
-            let mut sent = good(&device, block);
+            // What came is known by this stamp: the number may be spoilt.
+            let mut sent = Sent { device_ns: 1 + block, ..good(&device, block) };
             for _ in 0..noise.below(3) {
                 let some = noise.below(u64::MAX);
                 match noise.below(8) {
@@ -496,7 +583,11 @@ fn whatever_a_device_answers_or_sends_is_a_picture_or_an_error() {
                 Ok(Some(frame)) => {
                     let is_good = frame.status == FrameStatus::Complete;
                     assert_eq!(frame.image.is_some(), is_good);
-                    pictures += u64::from(is_good);
+                    if let Some(image) = frame.image {
+                        let block = frame.device_ns.unwrap().cast_unsigned() - 1;
+                        assert_eq!(image.pixels, Pixels::Eight(pixels(block, 64 * 48)), "{seed:#x}");
+                    }
+                    good_ones += u64::from(is_good);
                 }
                 Ok(None) => {}
                 Err(error) => assert!(!error.to_string().is_empty()),
@@ -504,7 +595,7 @@ fn whatever_a_device_answers_or_sends_is_a_picture_or_an_error() {
         }
     }
     assert!(
-        opened_ones > 150 && pictures > 150,
-        "{opened_ones} opened, {pictures} pictures: nothing was tested"
+        opened_ones > 150 && good_ones > 150,
+        "{opened_ones} opened, {good_ones} pictures: nothing was tested"
     );
 }

@@ -53,6 +53,8 @@ pub(crate) fn open(
         return Ok(camera);
     }
     let (choice, sensor) = (settings.choice.clone(), sensor.cloned());
+    #[cfg(feature = "u3v")]
+    let choice = that_one(choice, camera.serial());
     let reopen = move || {
         open_once(&choice, sensor.as_ref(), clock).map_err(|error| match error {
             CellError::Camera(error) => error,
@@ -60,6 +62,15 @@ pub(crate) fn open(
         })
     };
     Ok(Box::new(Reconnecting::new(camera, Box::new(reopen))))
+}
+
+/// The camera that was opened, where any would have done: another one may be plugged in meanwhile.
+#[cfg(feature = "u3v")]
+fn that_one(choice: CameraChoice, serial: Option<&str>) -> CameraChoice {
+    match choice {
+        CameraChoice::U3v(None, setup) => CameraChoice::U3v(serial.map(str::to_owned), setup),
+        choice => choice,
+    }
 }
 
 fn open_patiently(

@@ -39,6 +39,11 @@ impl Arrivals {
         Self { clock, pictures: Arc::default() }
     }
 
+    /// Steady time, ns.
+    pub(super) fn now_ns(&self) -> i64 {
+        self.clock.read().steady_ns
+    }
+
     /// When a picture came, which with all older ones is forgotten.
     pub(super) fn take(&self, block: u64) -> Option<Arrival> {
         let mut pictures = locked(&self.pictures);
@@ -48,7 +53,7 @@ impl Arrivals {
 
     /// Notes a transfer that came just now.
     fn note(&self, data: &[u8]) {
-        let now_ns = self.clock.read().steady_ns;
+        let now_ns = self.now_ns();
         let is_leader = data.starts_with(LEADER);
         if !is_leader && !data.starts_with(TRAILER) {
             return;
@@ -142,7 +147,8 @@ impl BulkIn for Stamped {
             return None;
         }
         let completion = self.queue.wait_next(timeout)?;
-        if completion.status.is_ok() {
+        // One that was cancelled or failed may have brought something all the same, and the stream uses that.
+        if !completion.data.is_empty() {
             self.arrivals.note(&completion.data);
         }
         Some(completion)
@@ -194,6 +200,37 @@ mod tests {
         assert!(longest <= Duration::from_secs(1), "{longest:?}");
         assert!(!asked_ago(LONGEST_ANSWER), "it was asked again");
         assert_eq!(locked(&usb.0).len(), 1);
+    }
+
+    /// A queue whose transfers were cancelled after all of this had come.
+    struct Cancelled(Option<Vec<u8>>);
+
+    impl BulkIn for Cancelled {
+        fn submit(&mut self, _: usize) {}
+
+        fn pending(&self) -> usize {
+            usize::from(self.0.is_some())
+        }
+
+        fn wait_next(&mut self, _: Duration) -> Option<Completion> {
+            self.0.take().map(|data| Completion::new(data, Err(U3vError::Cancelled)))
+        }
+
+        fn cancel_all(&mut self) {}
+
+        fn reset(&mut self) -> Result<(), U3vError> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn what_came_before_a_transfer_was_cancelled_has_its_stamp() {
+        let arrivals = Arrivals::new(HostClock::start());
+        let leader = [LEADER, &[0; 4], &5_u64.to_le_bytes()].concat();
+        let queue = Box::new(Cancelled(Some(leader)));
+        let mut stamped = Stamped { queue, arrivals: arrivals.clone(), ends: Arc::default() };
+        assert!(stamped.wait_next(Duration::ZERO).unwrap().status.is_err());
+        assert!(arrivals.take(5).is_some(), "its leader came");
     }
 
     #[test]

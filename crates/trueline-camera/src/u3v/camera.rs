@@ -20,7 +20,8 @@ use std::time::{Duration, Instant};
 use trueline_live::HostClock;
 use viva_u3v::{NusbTransfer, PAYLOAD_TYPE_IMAGE_EXTENDED_CHUNK, RawFrame, U3vStream, UsbTransfer};
 
-/// Memory for pictures that wait to be taken, bytes, and the least and largest number of them.
+/// Memory for pictures that wait to be taken, bytes, and the least and largest number of them: the least of any size, which is
+/// therefore checked against what the pixels need.
 const WAITING_BYTES: usize = 64 << 20;
 const LEAST_WAITING: usize = 8;
 const MOST_WAITING: usize = 64;
@@ -28,6 +29,11 @@ const MOST_WAITING: usize = 64;
 const LINK_LOOK: Duration = Duration::from_millis(50);
 /// A picture may follow so many lost ones; beyond that nobody knows how many there were.
 const MOST_LOST: u64 = 10_000;
+
+/// On top of twice what the pixels need, for chunks and lines that are filled up: more room is not given to a picture, bytes.
+const MOST_BESIDE_PIXELS: u64 = 1 << 20;
+/// The stamps of leader and chunk are of one picture and one clock: further apart one of them is something else, ns.
+const STAMPS_APART_NS: u64 = 10_000_000_000;
 
 /// What became of the pictures so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,7 +46,8 @@ pub struct U3vCounts {
     pub missing: u64,
     /// Pictures dropped because those before them were not taken in time; among the missing ones.
     pub not_taken: u64,
-    /// Pictures with chunk data whose lengths do not add up; what the chunks say is not used.
+    /// Pictures with chunk data whose lengths do not add up, of which nothing is used, or whose stamp is more than 10 s from that of
+    /// the leader, which is used instead.
     pub bad_chunks: u64,
 }
 
@@ -57,6 +64,7 @@ pub struct U3vCamera<T: UsbTransfer + 'static = NusbTransfer> {
     last_ns: i64,
     session: Session,
     about: SourceAbout,
+    serial: String,
     exposure_us: Option<f64>,
     counts: U3vCounts,
     /// What a bad picture that was given means for the session.
@@ -70,14 +78,19 @@ impl U3vCamera {
     /// # Errors
     /// [`CameraError::NotPluggedIn`], [`CameraError::Usb`], [`CameraError::Format`], [`CameraError::Feature`] or [`CameraError::Io`].
     pub fn open(settings: &U3vSettings, clock: HostClock) -> Result<Self, CameraError> {
-        let usb = found::open(settings.serial.as_deref())?;
+        let (usb, serial) = found::open(settings.serial.as_deref())?;
         let interfaces = usb.interfaces();
         let endpoints = UsbEndpoints {
             control_in: interfaces.control_ep_in,
             control_out: interfaces.control_ep_out,
             stream_in: interfaces.stream_ep_in,
         };
-        Self::over(Arc::new(usb), endpoints, settings, clock)
+        let mut camera = Self::over(Arc::new(usb), endpoints, settings, clock)?;
+        // It is found again by what its plug says, should its registers say something else.
+        if let Some(serial) = serial {
+            camera.serial = serial;
+        }
+        Ok(camera)
     }
 }
 
@@ -104,9 +117,13 @@ impl<T: UsbTransfer + 'static> U3vCamera<T> {
         let stream = stream(&mut features, &session, &name)?;
         let layout = *stream.layout();
         let waiting = WAITING_BYTES / (layout.payload_size as usize).max(1);
-        let pictures = Pictures::of(stream, arrivals, ends, waiting.clamp(LEAST_WAITING, MOST_WAITING))?;
+        let pictures = Pictures::of(stream, arrivals, ends, waiting.clamp(LEAST_WAITING, MOST_WAITING));
+        let pictures = pictures.inspect_err(|_| {
+            let _ = features.link.stop_stream();
+        })?;
         let mut opened = Self {
             about: about(&features.link, name, session.size, trigger),
+            serial: features.link.abrm().serial_number.clone(),
             exposure_us: exposure_us(&mut features),
             features,
             pictures,
@@ -154,16 +171,14 @@ impl<T: UsbTransfer + 'static> U3vCamera<T> {
     }
 
     fn given(&mut self, picture: &Picture) -> CameraFrame {
-        let Picture { frame, arrival } = picture;
+        let Picture { frame, first_ns, complete_ns } = picture;
         let (status, seen) = picture::of(frame, &self.session, self.transfer_bytes);
         let (number, missing) = self.numbers.next(frame.leader.block_id);
         self.counts.frames += 1;
         self.counts.incomplete += u64::from(matches!(status, FrameStatus::Incomplete { .. }));
         self.counts.missing += missing;
         self.pending = self.session.verdict(&status);
-        let complete_ns =
-            arrival.and_then(|arrival| arrival.last_ns).unwrap_or_else(|| self.clock.read().steady_ns);
-        self.last_ns = self.last_ns.max(complete_ns);
+        self.last_ns = self.last_ns.max(*complete_ns);
         let told = if status == FrameStatus::Complete { self.told_by_chunks(frame) } else { Told::default() };
         let ns = told.ticks.or(Some(frame.leader.timestamp).filter(|ns| *ns != 0));
         CameraFrame {
@@ -171,8 +186,8 @@ impl<T: UsbTransfer + 'static> U3vCamera<T> {
             profiles: seen.profiles,
             frame: number,
             device_ns: ns.and_then(|ns| i64::try_from(ns).ok()),
-            first_packet_ns: arrival.map(|arrival| arrival.first_ns),
-            complete_ns,
+            first_packet_ns: *first_ns,
+            complete_ns: *complete_ns,
             exposure_us: told.exposure_us.or(self.exposure_us),
             signals: told.signals,
             status,
@@ -182,13 +197,18 @@ impl<T: UsbTransfer + 'static> U3vCamera<T> {
     /// What the chunks of a frame say, where the camera is set to send some.
     fn told_by_chunks(&mut self, frame: &RawFrame) -> Told {
         let has_chunks = frame.leader.payload_type == PAYLOAD_TYPE_IMAGE_EXTENDED_CHUNK;
-        match chunks(if has_chunks { &frame.payload } else { &[] }, ChunkOrder::LittleEndian) {
-            Ok(chunks) => Told::by(&self.chunk_names, &chunks),
-            Err(_) => {
-                self.counts.bad_chunks += 1;
-                Told::default()
-            }
+        let chunks = chunks(if has_chunks { &frame.payload } else { &[] }, ChunkOrder::LittleEndian);
+        let Ok(chunks) = chunks else {
+            self.counts.bad_chunks += 1;
+            return Told::default();
+        };
+        let mut told = Told::by(&self.chunk_names, &chunks);
+        let leader_ns = frame.leader.timestamp;
+        let is_far = |ns: &u64| leader_ns != 0 && ns.abs_diff(leader_ns) > STAMPS_APART_NS;
+        if told.ticks.take_if(|ns| is_far(ns)).is_some() {
+            self.counts.bad_chunks += 1;
         }
+        told
     }
 }
 
@@ -233,18 +253,22 @@ impl<T: UsbTransfer + 'static> FrameSource for U3vCamera<T> {
     fn about(&self) -> &SourceAbout {
         &self.about
     }
+
+    fn serial(&self) -> Option<&str> {
+        Some(self.serial.as_str()).filter(|serial| !serial.is_empty())
+    }
 }
 
 impl<T: UsbTransfer + 'static> Drop for U3vCamera<T> {
     fn drop(&mut self) {
-        if !self.gone {
-            let _ = self.features.execute("AcquisitionStop");
-            let _ = self.features.set_integer("TLParamsLocked", 0);
+        // A camera that was silent may hear all the same, and one that is unplugged costs no time: its transfers fail at once.
+        if self.gone {
+            self.features.link.ask_once();
         }
+        let _ = self.features.execute("AcquisitionStop");
+        let _ = self.features.set_integer("TLParamsLocked", 0);
         self.pictures.stop();
-        if !self.gone {
-            let _ = self.features.link.stop_stream();
-        }
+        let _ = self.features.link.stop_stream();
     }
 }
 
@@ -270,7 +294,7 @@ impl Numbers {
     }
 }
 
-/// The stream of pictures, which must have room for one.
+/// The stream of pictures, which must have room for one, and not for many.
 fn stream<T: UsbTransfer + 'static>(
     features: &mut UsbFeatures<T>,
     session: &Session,
@@ -278,10 +302,10 @@ fn stream<T: UsbTransfer + 'static>(
 ) -> Result<U3vStream, CameraError> {
     // Where the stream's registers do not say, the feature must.
     let payload = size(features, "PayloadSize").unwrap_or(0);
-    let stream = features.link.start_stream(u64::from(payload));
-    let stream = stream.map_err(|error| of_device(name, "its stream cannot be opened", &error))?;
-    let (room, needed) = (stream.layout().payload_size, session.bytes().unwrap_or(usize::MAX) as u64);
-    if room < needed {
+    let failed = |error| of_device(name, "its stream cannot be opened", &error);
+    let opening = features.link.stream(u64::from(payload)).map_err(failed)?;
+    let (room, needed) = (opening.layout.payload_size, session.bytes().unwrap_or(usize::MAX) as u64);
+    if !(needed..=needed.saturating_mul(2).saturating_add(MOST_BESIDE_PIXELS)).contains(&room) {
         let [width, height] = session.size;
         let why = format!(
             "it says that a picture has {room} bytes, and {width} x {height} px of {} have {needed}",
@@ -289,7 +313,7 @@ fn stream<T: UsbTransfer + 'static>(
         );
         return Err(CameraError::Usb { device: name.to_owned(), why });
     }
-    Ok(stream)
+    features.link.start_stream(&opening).map_err(failed)
 }
 
 fn name<T: UsbTransfer + 'static>(link: &Link<T>) -> String {

@@ -4,14 +4,16 @@ use super::errors::of_device;
 use crate::error::CameraError;
 use viva_u3v::{NusbTransfer, U3vDeviceInfo, discover};
 
-/// Opens the camera with a serial number, or the only one that is there.
+/// Opens the camera with a serial number, or the only one that is there; with the serial number that its plug says.
 ///
 /// # Errors
 /// None that fits, several, or one that cannot be opened.
-pub(super) fn open(serial: Option<&str>) -> Result<NusbTransfer, CameraError> {
+pub(super) fn open(serial: Option<&str>) -> Result<(NusbTransfer, Option<String>), CameraError> {
     let all = discover().map_err(|error| of_device("usb", "looking for cameras", &error))?;
     let camera = choose(&all, serial)?;
-    NusbTransfer::open(camera).map_err(|error| of_device(&name(camera), "it cannot be opened", &error))
+    let usb = NusbTransfer::open(camera);
+    let usb = usb.map_err(|error| of_device(&name(camera), "it cannot be opened", &error))?;
+    Ok((usb, camera.serial.clone()))
 }
 
 fn choose<'a>(all: &'a [U3vDeviceInfo], serial: Option<&str>) -> Result<&'a U3vDeviceInfo, CameraError> {

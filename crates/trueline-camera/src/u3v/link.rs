@@ -3,7 +3,7 @@
 use super::bounded::{Arrivals, Bounded};
 use super::errors::{is_silence, of_register};
 use crate::genicam::Latched;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -23,7 +23,9 @@ const MOST_TRANSFER: u32 = 1 << 16;
 const ANSWER: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(2)];
 /// On top of what the device needs to answer.
 const ON_THE_WIRE_MS: u32 = 100;
-/// More bytes are no picture, and no leader or trailer of one.
+/// A command that was not answered is sent again, so often in all.
+const TIMES: u32 = 3;
+/// More bytes are no picture, whatever size the device says that it has, and no leader or trailer of one.
 const MOST_PAYLOAD: u64 = 1 << 30;
 const MOST_FRAMING: u32 = 1 << 16;
 /// A picture whose next piece does not come within this has lost its end.
@@ -48,6 +50,16 @@ pub(super) struct Link<T: UsbTransfer + 'static> {
     abrm: Abrm,
     sbrm: Sbrm,
     clock: HostClock,
+    /// How often a command is sent that is not answered.
+    times: Cell<u32>,
+}
+
+/// What a device says of its stream, and how pictures are read from it.
+pub(super) struct Opening {
+    sirm: Sirm,
+    endpoint: u8,
+    /// Sizes of the transfers.
+    pub layout: StreamLayout,
 }
 
 impl<T: UsbTransfer + 'static> Link<T> {
@@ -64,14 +76,23 @@ impl<T: UsbTransfer + 'static> Link<T> {
         let mut control =
             ControlChannel::new(Arc::clone(&usb), control_in, control_out, FIRST_TRANSFER, FIRST_TRANSFER);
         control.set_timeout(ANSWER[0]);
-        let abrm = Abrm::read_from(&mut control)?;
+        let abrm = repeated(TIMES, || Abrm::read_from(&mut control))?;
         let answer_ms = abrm.max_device_response_time_ms.saturating_add(ON_THE_WIRE_MS);
         control.set_timeout(Duration::from_millis(u64::from(answer_ms)).clamp(ANSWER[0], ANSWER[1]));
-        let sbrm = Sbrm::read_from(&mut control, within(abrm.sbrm_address, sbrm::LEN)?)?;
+        let sbrm_address = within(abrm.sbrm_address, sbrm::LEN)?;
+        let sbrm = repeated(TIMES, || Sbrm::read_from(&mut control, sbrm_address))?;
         let [command, answer] =
             [sbrm.max_cmd_transfer, sbrm.max_ack_transfer].map(|bytes| bytes.min(MOST_TRANSFER));
         control.set_max_transfer(command, answer);
-        Ok(Self { control: RefCell::new(control), usb, endpoints, abrm, sbrm, clock })
+        Ok(Self {
+            control: RefCell::new(control),
+            usb,
+            endpoints,
+            abrm,
+            sbrm,
+            clock,
+            times: Cell::new(TIMES),
+        })
     }
 
     /// What the device says of itself.
@@ -85,15 +106,28 @@ impl<T: UsbTransfer + 'static> Link<T> {
         speed.filter(|speed| *speed < UsbSpeed::Super)
     }
 
+    /// From now on no command is sent again: the device is silent.
+    pub(super) fn ask_once(&self) {
+        self.times.set(1);
+    }
+
+    /// Sends a command, and again if it is not answered: a late answer to the first is known by its number, and not taken.
+    fn ask<A>(
+        &self,
+        mut command: impl FnMut(&mut ControlChannel<Bounded<T>>) -> Result<A, U3vError>,
+    ) -> Result<A, U3vError> {
+        repeated(self.times.get(), || command(&mut self.control.borrow_mut()))
+    }
+
     /// Reads bytes of its memory.
     pub(super) fn read(&self, address: u64, length: usize) -> Result<Vec<u8>, U3vError> {
         let address = within(address, length as u64)?;
-        self.control.borrow_mut().read_mem(address, length)
+        self.ask(|control| control.read_mem(address, length))
     }
 
     fn write(&self, address: u64, data: &[u8]) -> Result<(), U3vError> {
         let address = within(address, data.len() as u64)?;
-        self.control.borrow_mut().write_mem(address, data)
+        self.ask(|control| control.write_mem(address, data))
     }
 
     /// Its clock, which its stream is stamped with, ns.
@@ -117,11 +151,12 @@ impl<T: UsbTransfer + 'static> Link<T> {
         if address == 0 {
             return Err(U3vError::Device("has no stream"));
         }
-        Sirm::read_from(&mut self.control.borrow_mut(), within(address, sirm::LEN)?)
+        let address = within(address, sirm::LEN)?;
+        self.ask(|control| Sirm::read_from(control, address))
     }
 
-    /// Opens the stream of pictures of so many bytes, unless the device says how many.
-    pub(super) fn start_stream(&self, payload: u64) -> Result<U3vStream, U3vError> {
+    /// How the stream of pictures of so many bytes is opened, unless the device says how many; nothing is told to it.
+    pub(super) fn stream(&self, payload: u64) -> Result<Opening, U3vError> {
         let endpoint = self.endpoints.stream_in.ok_or(U3vError::Device("has no endpoint for pictures"))?;
         let sirm = self.sirm()?;
         let payload = if sirm.required_payload_size == 0 { payload } else { sirm.required_payload_size };
@@ -138,13 +173,22 @@ impl<T: UsbTransfer + 'static> Link<T> {
         let alignment = sirm.alignment()?.max(packet.unwrap_or(1));
         let [leader, trailer] = framing;
         let layout = StreamLayout::new(payload, leader, trailer, alignment, DEFAULT_MAX_TRANSFER_SIZE)?;
-        let mut queue = self.usb.bulk_in(endpoint)?;
-        let mut control = self.control.borrow_mut();
-        sirm.configure(&mut control, &layout)?;
+        Ok(Opening { sirm, endpoint, layout })
+    }
+
+    /// Opens the stream of pictures. After an error it is off.
+    pub(super) fn start_stream(&self, opening: &Opening) -> Result<U3vStream, U3vError> {
+        let Opening { sirm, endpoint, layout } = opening;
+        let mut queue = self.usb.bulk_in(*endpoint)?;
+        self.ask(|control| sirm.configure(control, layout))?;
         // What an earlier program left on its way is dropped.
         queue.reset()?;
-        sirm.enable(&mut control)?;
-        let mut stream = U3vStream::new(queue, layout);
+        if let Err(error) = self.ask(|control| sirm.enable(control)) {
+            // It may have heard, and only the answer was lost.
+            let _ = self.ask(|control| sirm.disable(control));
+            return Err(error);
+        }
+        let mut stream = U3vStream::new(queue, *layout);
         stream.set_timeout(NEXT_PIECE);
         Ok(stream)
     }
@@ -152,8 +196,19 @@ impl<T: UsbTransfer + 'static> Link<T> {
     /// Tells the device to send no pictures.
     pub(super) fn stop_stream(&self) -> Result<(), U3vError> {
         let sirm = self.sirm()?;
-        sirm.disable(&mut self.control.borrow_mut())
+        self.ask(|control| sirm.disable(control))
     }
+}
+
+/// Asks so often in all while there is no answer.
+fn repeated<A>(times: u32, mut ask: impl FnMut() -> Result<A, U3vError>) -> Result<A, U3vError> {
+    for _ in 1..times {
+        match ask() {
+            Err(U3vError::Timeout) => {}
+            answer => return answer,
+        }
+    }
+    ask()
 }
 
 /// An address whose so many bytes can be counted.

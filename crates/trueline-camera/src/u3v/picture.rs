@@ -31,10 +31,11 @@ pub(super) fn of(frame: &RawFrame, session: &Session, transfer_bytes: usize) -> 
     }
 }
 
-/// Whether the trailer came, and says that all rows were sent.
+/// Whether the trailer came, and says that all rows were sent, and no more bytes than came: chunks stand behind the pixels.
 fn is_whole(frame: &RawFrame, session: &Session) -> bool {
-    frame
-        .trailer
-        .as_ref()
-        .is_some_and(|end| end.status == 0 && end.size_y.is_none_or(|rows| rows >= session.size[1]))
+    frame.trailer.as_ref().is_some_and(|end| {
+        end.status == 0
+            && end.size_y.is_none_or(|rows| rows >= session.size[1])
+            && end.valid_payload_size <= frame.payload.len() as u64
+    })
 }

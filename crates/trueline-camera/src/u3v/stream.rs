@@ -1,6 +1,6 @@
 //! The pictures of a stream, read on a thread of its own.
 
-use super::bounded::{Arrival, Arrivals};
+use super::bounded::Arrivals;
 use crate::error::CameraError;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -16,8 +16,10 @@ const LOOK: Duration = Duration::from_millis(50);
 pub(super) struct Picture {
     /// What came.
     pub frame: RawFrame,
-    /// When; `None` for one that was not seen coming.
-    pub arrival: Option<Arrival>,
+    /// Steady time of its leader, ns; `None` for one that was not seen coming.
+    pub first_ns: Option<i64>,
+    /// Steady time of its trailer, ns; without one, when it was given up.
+    pub complete_ns: i64,
 }
 
 /// The pictures of a stream.
@@ -101,7 +103,10 @@ impl Reader {
                 }
             };
             let arrival = self.arrivals.take(frame.leader.block_id);
-            match sender.try_send(Ok(Picture { frame, arrival })) {
+            let first_ns = arrival.map(|arrival| arrival.first_ns);
+            let complete_ns =
+                arrival.and_then(|arrival| arrival.last_ns).unwrap_or_else(|| self.arrivals.now_ns());
+            match sender.try_send(Ok(Picture { frame, first_ns, complete_ns })) {
                 Ok(()) => {}
                 Err(TrySendError::Full(_)) => {
                     self.not_taken.fetch_add(1, Ordering::Relaxed);

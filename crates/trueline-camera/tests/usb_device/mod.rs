@@ -20,7 +20,7 @@ pub(crate) const TABLE: u64 = 0x3_0000;
 pub(crate) const REGISTERS: u64 = 0x4_0000;
 pub(crate) const FILE: u64 = 0x10_0000;
 /// Of the bootstrap registers.
-const SERIAL: u64 = 0x144;
+pub(crate) const SERIAL: u64 = 0x144;
 const CAPABILITY: u64 = 0x1c4;
 const ANSWER_MS: u64 = 0x1cc;
 pub(crate) const TABLE_ADDRESS: u64 = 0x1d0;
@@ -58,6 +58,8 @@ pub(crate) enum Fault {
     PendingForEver,
     /// It says nothing.
     Silent,
+    /// It does not answer one command.
+    LosesOne,
     /// Its answers have half of the bytes that were asked for.
     Half,
     /// Its answers say that they are longer than they are.
@@ -211,6 +213,10 @@ impl UsbDevice {
         self.state().fault = fault;
     }
 
+    pub(crate) fn fault(&self) -> Fault {
+        self.state().fault
+    }
+
     /// A register of four bytes.
     pub(crate) fn register(&self, address: u64) -> u32 {
         let bytes = self.state().read(address, 4).unwrap();
@@ -359,6 +365,7 @@ impl State {
             Fault::Pending => self.answers.extend([pending, good.clone()]),
             Fault::PendingForEver => self.answers.extend(std::iter::repeat_n(pending, 500)),
             Fault::Silent => {}
+            Fault::LosesOne => self.fault = Fault::None,
             Fault::Half => {
                 let half = &data[..data.len() / 2];
                 self.answers.push_back(packet(status, command, half.len() as u16, request, half));
