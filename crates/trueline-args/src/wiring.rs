@@ -18,7 +18,8 @@ pub struct WiringArgs {
     /// By how much that input is late, ms
     #[arg(long, default_value_t = 0.0, requires = "input_from", value_parser = number::below_a_billion)]
     pub input_delay_ms: f64,
-    /// Wire a digital output of the robot to the input of `camera-sim --trigger-from`: it starts the pictures
+    /// Wire a digital output of the robot to the input of `camera-sim --trigger-from`: it starts the pictures. It is on for 5 ms each time,
+    /// and stays on where the next time comes before that
     #[arg(long, value_name = "IP:PORT", requires = "rhythm")]
     pub output_to: Option<SocketAddr>,
     /// That output goes on each time the tool has travelled so far, mm, in the controller's next cycle

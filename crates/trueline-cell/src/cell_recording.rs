@@ -197,17 +197,16 @@ impl CellRecording {
     /// Keeps a packet.
     pub fn packet(&mut self, packet: LinkPacket<'_>) {
         self.watch.note(packet);
-        // The report says how many there were of them.
-        if matches!(packet, LinkPacket::Other(other) if other.judged.is_err_and(|why| why.is_needless())) {
-            return;
-        }
+        // Nothing is wrong with what is not needed, and poses may come of it (static transforms): it is kept however much there is.
+        let is_needless =
+            matches!(packet, LinkPacket::Other(other) if other.judged.is_err_and(|why| why.is_needless()));
         let sample = entries::robot_sample(packet);
-        self.rejected += u64::from(sample.is_none());
+        self.rejected += u64::from(sample.is_none() && !is_needless);
         self.last = sample.or(self.last);
         if let Some(change) = self.inputs.change(packet) {
             self.keep(Entry::Inputs(change));
         }
-        let is_kept = sample.is_some() || self.rejected <= MOST_REJECTED;
+        let is_kept = sample.is_some() || is_needless || self.rejected <= MOST_REJECTED;
         if self.estimate.is_some() {
             self.poses.extend(sample);
         }

@@ -216,7 +216,8 @@ fn pictures_that_an_output_of_the_robot_starts_calibrate_to_what_was_put_in() {
         let offset_s = truth(dir.path())["time_offset_s"].as_float().unwrap();
         check(dir.path(), &result, offset_s);
         let stamps = &result["stamps"]["features"];
-        let is_by_way = number(&stamps["longest_gap_s"]) > 2.0 * number(&stamps["median_period_s"]);
+        // By time one picture may be lost: two periods, and a cycle.
+        let is_by_way = number(&stamps["longest_gap_s"]) > 2.5 * number(&stamps["median_period_s"]);
         assert_eq!(is_by_way, rhythm[0] == "--output-every-mm", "{stamps}");
     }
 }

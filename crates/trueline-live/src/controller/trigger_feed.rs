@@ -45,10 +45,10 @@ impl TriggerSender {
 #[derive(Debug)]
 pub struct TriggerReceiver {
     socket: UdpSocket,
+    /// When the input is on, by the clock.
     pulses_ns: VecDeque<[i64; 2]>,
-    /// By how much the input is late, ns.
-    delay_ns: i64,
-    machine_ahead_ns: i64,
+    /// By how much the input is later than the machine's clock says of the output, by the clock, ns.
+    to_clock_ns: i64,
 }
 
 impl TriggerReceiver {
@@ -59,23 +59,27 @@ impl TriggerReceiver {
     pub fn bind(at: SocketAddr, delay_ns: i64, clock: HostClock) -> io::Result<Self> {
         let socket = UdpSocket::bind(at)?;
         socket.set_nonblocking(true)?;
-        Ok(Self { socket, pulses_ns: VecDeque::new(), delay_ns, machine_ahead_ns: clock.machine_ahead_ns() })
+        Ok(Self { socket, pulses_ns: VecDeque::new(), to_clock_ns: delay_ns - clock.machine_ahead_ns() })
     }
 
     /// Whether the input is on at a time of the clock, ns, as far as has been told by now.
     pub fn is_on(&mut self, steady_ns: i64) -> bool {
         self.hear();
-        let at_ns = steady_ns + self.machine_ahead_ns - self.delay_ns;
-        self.pulses_ns.iter().any(|[start_ns, end_ns]| (*start_ns..*end_ns).contains(&at_ns))
+        self.pulses_ns.iter().any(|[start_ns, end_ns]| (*start_ns..*end_ns).contains(&steady_ns))
     }
 
-    /// The first change of the input after a time of the clock, ns, and whether it goes on then; `None` while none has been told.
+    /// The first change of the input after a time of the clock, ns, and whether it goes on then; `None` while none has been told. An output
+    /// that is set again while it is on stays on.
     pub fn change_after(&mut self, steady_ns: i64) -> Option<(i64, bool)> {
         self.hear();
-        let to_clock_ns = self.delay_ns - self.machine_ahead_ns;
-        let changes =
-            self.pulses_ns.iter().flat_map(|[start_ns, end_ns]| [(*start_ns, true), (*end_ns, false)]);
-        let changes = changes.map(|(at_ns, rises)| (at_ns + to_clock_ns, rises));
+        let mut on_ns: Vec<[i64; 2]> = Vec::new();
+        for [start_ns, end_ns] in &self.pulses_ns {
+            match on_ns.last_mut() {
+                Some(last) if *start_ns <= last[1] => last[1] = last[1].max(*end_ns),
+                _ => on_ns.push([*start_ns, *end_ns]),
+            }
+        }
+        let changes = on_ns.into_iter().flat_map(|[start_ns, end_ns]| [(start_ns, true), (end_ns, false)]);
         changes.filter(|(at_ns, _)| *at_ns > steady_ns).min_by_key(|(at_ns, _)| *at_ns)
     }
 
@@ -83,7 +87,7 @@ impl TriggerReceiver {
     fn hear(&mut self) {
         let mut bytes = [0; LENGTH + 1];
         while let Ok(length) = self.socket.recv(&mut bytes) {
-            let Some(pulse_ns) = decode(&bytes[..length]) else { continue };
+            let Some(pulse_ns) = decode(&bytes[..length], self.to_clock_ns) else { continue };
             if self.pulses_ns.len() == MOST {
                 self.pulses_ns.pop_front();
             }
@@ -92,10 +96,13 @@ impl TriggerReceiver {
     }
 }
 
-fn decode(bytes: &[u8]) -> Option<[i64; 2]> {
+/// A pulse by the clock; `None` for what is none, whoever sent it.
+fn decode(bytes: &[u8], to_clock_ns: i64) -> Option<[i64; 2]> {
     let bytes: &[u8; LENGTH] = bytes.try_into().ok()?;
     let (eights, _) = bytes[8..].as_chunks::<8>();
-    (bytes[..8] == MARK).then(|| [i64::from_le_bytes(eights[0]), i64::from_le_bytes(eights[1])])
+    let by_clock = |eight: [u8; 8]| i64::from_le_bytes(eight).checked_add(to_clock_ns);
+    let [start_ns, end_ns] = [by_clock(eights[0])?, by_clock(eights[1])?];
+    (bytes[..8] == MARK && start_ns < end_ns).then_some([start_ns, end_ns])
 }
 
 #[cfg(test)]
@@ -128,6 +135,41 @@ mod tests {
             changes.push(((change_ns + 100 * MS) / (500 * MS), rises));
         }
         assert_eq!(changes, [(3, true), (7, false), (19, true), (20, false)]);
-        assert_eq!(decode(&[0; LENGTH]), None);
+    }
+
+    #[test]
+    fn an_output_that_is_set_again_while_it_is_on_makes_no_edge() {
+        for (second_ns, expected) in [
+            ([4 * MS, 9 * MS], vec![(9 * MS, false)]),
+            ([5 * MS, 10 * MS], vec![(10 * MS, false)]),
+            ([6 * MS, 11 * MS], vec![(5 * MS, false), (6 * MS, true), (11 * MS, false)]),
+        ] {
+            let mut input =
+                TriggerReceiver::bind("127.0.0.1:0".parse().unwrap(), 0, HostClock::start()).unwrap();
+            input.pulses_ns = VecDeque::from([[0, 5 * MS], second_ns]);
+            let mut changes = Vec::new();
+            let mut at_ns = 0;
+            while let Some(change) = input.change_after(at_ns) {
+                at_ns = change.0;
+                // It is on to one side of each change, and off to the other.
+                assert_eq!([at_ns - 1, at_ns].map(|at_ns| input.is_on(at_ns)), [!change.1, change.1]);
+                changes.push(change);
+            }
+            assert_eq!(changes, expected);
+        }
+    }
+
+    #[test]
+    fn what_is_no_pulse_is_not_taken() {
+        let bytes =
+            |start_ns: i64, end_ns: i64| [MARK, start_ns.to_le_bytes(), end_ns.to_le_bytes()].concat();
+        assert_eq!(decode(&bytes(10, 20), -3), Some([7, 17]));
+        assert_eq!(decode(&[0; LENGTH], 0), None);
+        assert_eq!(decode(&bytes(20, 20), 0), None);
+        assert_eq!(decode(&bytes(20, 10), 0), None);
+        // Times that the clock cannot tell.
+        assert_eq!(decode(&bytes(5, i64::MAX), 1), None);
+        assert_eq!(decode(&bytes(i64::MIN, 5), -1), None);
+        assert_eq!(decode(&bytes(5, 6)[..LENGTH - 1], 0), None);
     }
 }
