@@ -131,7 +131,8 @@ static STAMPS: [Choice<StampChoice>; 3] = [
 Written: OUT/recording.mcap, flushed four times a second; what was flushed survives whatever happens. Foxglove and Rerun open \
 it, `trueline calibrate` reads it. Nothing that is sent moves the robot. A camera that is unplugged is waited for.
 
-Exit code: 0 recorded, 1 recorded but something was lost (said what) or --watch raised an alarm, 2 could not record.")]
+Exit code: 0 recorded, 1 recorded but something was lost (said what; of the robot's packets more than a tenth) or --watch raised an alarm, \
+2 could not record.")]
 pub struct RecordArgs {
     #[command(flatten)]
     pub link: LinkArgs,

@@ -30,6 +30,9 @@ pub enum LinkPacket<'a> {
     Other(&'a RobotPacket<'a>),
 }
 
+/// A network or a PC that loses more of a robot's packets than this is to be mended: lone ones are bridged, runs of four periods are gaps.
+const MOST_LOST_PART: f64 = 0.1;
+
 /// Between calls of a robot that does not answer.
 const RETRY: Duration = Duration::from_millis(50);
 
@@ -202,6 +205,17 @@ impl StreamReport {
             Self::Egm(report) => report.robot.is_some(),
             Self::Other(report, _) => report.robot.is_some(),
         }
+    }
+
+    /// The part of the robot's packets that never came, where that is more than a path through the others bears: a tenth.
+    #[must_use]
+    pub fn heavy_loss(&self) -> Option<f64> {
+        let (came, lost) = match self {
+            Self::Egm(report) => (report.frames, report.lost),
+            Self::Other(report, _) => (report.frames, report.lost),
+        };
+        let part = lost as f64 / (came.saturating_add(lost)).max(1) as f64;
+        (part > MOST_LOST_PART).then_some(part)
     }
 
     /// The report for programs.

@@ -53,6 +53,11 @@ pub enum NoJoint {
         "a plate that is alone or parallel to the other ends in the seam, and the cell's file does not say on which side of it"
     )]
     NoSide,
+    /// Plates that meet, of which one alone says on which side it lies.
+    #[error(
+        "of the two plates that meet in the seam one says on which side of it it lies, and the other does not"
+    )]
+    OneSide,
     /// Parallel plates on one side of the seam.
     #[error("the two parallel plates lie on the same side of the seam")]
     SameSide,
@@ -78,6 +83,9 @@ impl NoJoint {
             }
             Self::NoSide => {
                 "give each of its [[plates]] `toward`, a direction in base from the seam into the plate, and the lower one of a lap `below_mm`"
+            }
+            Self::OneSide => {
+                "give both [[plates]] `toward`, as an outside corner needs it, or neither: each then reaches to the free side of the other"
             }
             Self::SameSide => "`toward` points from the seam into the plate: those of a lap point apart",
             Self::NoStep => {
@@ -112,6 +120,9 @@ impl Joint {
         let off_m = plates.map(|plate| off_m(cell, &plate)).into_iter().fold(0.0, f64::max);
         if off_m >= OFF_SEAM_M {
             return Err(NoJoint::OffSeam { off_m });
+        }
+        if plates[0].toward.is_some() != plates[1].toward.is_some() {
+            return Err(NoJoint::OneSide);
         }
         let free = [1, 0].map(|other: usize| plates[other].normal);
         let of = |k: usize| JointPlate::new(along, &plates[k], &plates[k].toward.unwrap_or(free[k]), 0.0);

@@ -71,6 +71,8 @@ fn plates_that_make_no_joint_say_why() {
         (format!("{UP_LEFT}[[plates]]\nnormal = [0, 0, 1]\nbelow_mm = 3\n"), NoJoint::NoSide),
         (format!("{UP_LEFT}{UP_LEFT}below_mm = 3\n"), NoJoint::SameSide),
         (format!("{UP_LEFT}{UP_RIGHT}"), NoJoint::NoStep),
+        (format!("{LEFT}toward = [0, -1, -1]\n{RIGHT}"), NoJoint::OneSide),
+        (format!("{LEFT}{RIGHT}toward = [0, 1, -1]\n"), NoJoint::OneSide),
     ] {
         assert_eq!(joint(&plates).unwrap_err(), why, "{plates}");
     }
@@ -89,6 +91,12 @@ fn plates_that_make_no_joint_say_why() {
         ("[[plates]]\nnormal = [0, 0, 1]\ntoward = [0, 0, 0]\n", "plates.toward"),
         ("[[plates]]\nnormal = [0, 0, 1]\nbelow_mm = -3\n", "plates.below_mm"),
         ("[[plates]]\nnormal = [0, 0, 1]\nbelow_mm = 3\npoint_mm = [0, 0, 0]\n", "plates.below_mm"),
+        // Of a fillet, and of a plate alone, nothing lies below.
+        (
+            "[[plates]]\nnormal = [0, -1, 1]\nbelow_mm = 4\n[[plates]]\nnormal = [0, 1, 1]\n",
+            "plates.below_mm",
+        ),
+        ("[[plates]]\nnormal = [0, 0, 1]\ntoward = [0, 1, 0]\nbelow_mm = 5\n", "plates.below_mm"),
     ] {
         let message = parsed(plates).unwrap_err().to_string();
         assert!(message.contains(key), "{plates}: {message}");

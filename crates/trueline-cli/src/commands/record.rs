@@ -54,7 +54,15 @@ pub(crate) fn run(args: &RecordArgs) -> Result<ExitCode, Failure> {
     if !report.has_robot() {
         output::words("no robot was heard: `trueline listen` says why");
     }
+    let heavy_loss = report.heavy_loss();
+    if let Some(part) = heavy_loss {
+        output::words(&format!(
+            "warning: {:.0} % of the robot's packets never came; is this PC busy, or the network?",
+            100.0 * part
+        ));
+    }
     let is_good = watched.map_or(Ok(true), LiveWatch::finish)?;
-    let well = is_good && wrong.is_none() && seen && report.has_robot() && finished.is_complete();
+    let is_heard = report.has_robot() && heavy_loss.is_none();
+    let well = is_good && wrong.is_none() && seen && is_heard && finished.is_complete();
     Ok(if well { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

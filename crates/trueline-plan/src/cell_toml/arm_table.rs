@@ -12,6 +12,7 @@ use trueline_arm::{AXES, Arm, named};
 use trueline_dataset::Problem;
 use trueline_dataset::unit::MM_PER_M;
 use trueline_geometry::Pose;
+use trueline_method::stripe::start::LEAST_ANGLE_SINE;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -170,7 +171,22 @@ const LEAST_SIDE: f64 = 0.1;
 
 /// Plates, through the middle of the seam where nothing else is said.
 pub(super) fn plates(wire: &[PlateTable], seam: &Seam) -> Result<Vec<Plate>, Problem> {
-    wire.iter().map(|table| plate(table, seam)).collect()
+    let plates = wire.iter().map(|table| plate(table, seam)).collect::<Result<Vec<_>, _>>()?;
+    for (k, table) in wire.iter().enumerate().filter(|(_, table)| table.below_mm.is_some()) {
+        let is_parallel = |other: usize| {
+            other != k && plates[k].normal.cross(&plates[other].normal).norm() < LEAST_ANGLE_SINE
+        };
+        if !(0..plates.len()).any(is_parallel) {
+            let found =
+                format!("{} of a plate that no other is parallel to", table.below_mm.unwrap_or_default());
+            return Err(wrong(
+                "plates.below_mm",
+                "the height of a step, of the lower one of two parallel plates",
+                &found,
+            ));
+        }
+    }
+    Ok(plates)
 }
 
 fn plate(table: &PlateTable, seam: &Seam) -> Result<Plate, Problem> {
