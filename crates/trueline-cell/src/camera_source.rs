@@ -138,3 +138,21 @@ fn gige(address: Ipv4Addr, setup: CameraSetup, clock: HostClock) -> Result<Box<d
 fn gige(address: Ipv4Addr, _: CameraSetup, _: HostClock) -> Result<Box<dyn FrameSource>, CellError> {
     Err(CellError::NoGigE { address })
 }
+
+#[cfg(all(test, feature = "u3v"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_camera_is_that_one_once_it_was_opened() {
+        let choice = |serial: Option<&str>| {
+            CameraChoice::U3v(
+                serial.map(str::to_owned),
+                CameraSetup { width: Some(8), ..CameraSetup::default() },
+            )
+        };
+        assert_eq!(that_one(choice(None), Some("A1")), choice(Some("A1")));
+        assert_eq!(that_one(choice(Some("A2")), Some("A1")), choice(Some("A2")), "what was asked for stays");
+        assert_eq!(that_one(choice(None), None), choice(None), "it tells none");
+    }
+}
