@@ -20,14 +20,14 @@ use trueline_method::Requirement;
 pub struct CameraArgs {
     /// GigE Vision camera to record as well, by its address; or a USB3 Vision camera, by its serial number, or without one the only one
     /// that is plugged in (a program that was built with the feature u3v)
-    #[arg(long, value_name = "IP|usb[:SERIAL]", conflicts_with = "replay", group = "live_camera")]
+    #[arg(long, value_name = "IP|usb[:SERIAL]", conflicts_with = "replay", groups = ["live_camera", "any_camera"])]
     pub camera: Option<CameraAddress>,
     /// Device of Video4Linux to record instead: a UVC camera, /dev/video0
     #[cfg(all(feature = "v4l2", target_os = "linux"))]
-    #[arg(long, value_name = "DEVICE", conflicts_with = "replay", group = "live_camera")]
+    #[arg(long, value_name = "DEVICE", conflicts_with = "replay", groups = ["live_camera", "any_camera"])]
     pub v4l2: Option<PathBuf>,
     /// Take the pictures of a dataset folder instead, at the pace they were recorded
-    #[arg(long, value_name = "DATASET")]
+    #[arg(long, value_name = "DATASET", group = "any_camera")]
     pub replay: Option<PathBuf>,
     /// Exposure time to set on the camera, µs [default: unchanged]
     #[arg(long, requires = "live_camera", value_parser = number::above_zero)]
@@ -46,11 +46,11 @@ pub struct CameraArgs {
     #[arg(long, requires = "live_camera", value_parser = one_of(&LASERS))]
     pub laser: Option<Channel>,
     /// What a picture's stamp is; all others are kept as well
-    #[arg(long, value_parser = one_of(&STAMPS), default_value = "first-packet")]
+    #[arg(long, requires = "any_camera", value_parser = one_of(&STAMPS), default_value = "first-packet")]
     pub stamp: StampChoice,
     /// Joint type, for the live estimate alone: there is no telling it from pictures that are still to come [default: fillet; profiles tell
     /// it]
-    #[arg(long, value_parser = one_of(&JOINTS[1..]))]
+    #[arg(long, requires = "any_camera", value_parser = one_of(&JOINTS[1..]))]
     pub joint: Option<JointChoice>,
     /// Say when these are reached: time=0.1ms,translation=0.1mm,rotation=0.05deg (any of them)
     #[arg(long, value_name = "WHAT=SIGMA,…", value_parser = requirement::parse)]

@@ -181,6 +181,29 @@ fn addresses_that_are_not_ours_or_taken_are_refused() {
 }
 
 #[test]
+fn what_is_of_cameras_alone_is_refused_where_there_is_none() {
+    let dir = tempfile::tempdir().unwrap();
+    let record = ["record", "--bind", "127.0.0.1:0", "--out", "rec", "--for-s", "0.1"];
+    for of_camera in [["--stamp", "exposure"], ["--joint", "lap"], ["--fps", "5"], ["--trigger", "Line1"]] {
+        let refused = trueline(dir.path(), &[&record[..], &of_camera].concat());
+        assert_eq!(code(&refused), 2, "{of_camera:?}");
+        assert!(words(&refused).contains("--camera"), "{}", words(&refused));
+    }
+    assert!(!dir.path().join("rec").exists());
+    let planned = trueline(
+        dir.path(),
+        &["plan", "--example", "--out", "plan", "--duration-s", "10", "--tries", "100", "--quiet"],
+    );
+    assert!(dir.path().join("plan").is_dir(), "{}", words(&planned));
+    let truth = address();
+    let camera =
+        ["camera-sim", "plan", "--robot-truth", &truth, "--profiles-per-frame", "4", "--for-s", "0.1"];
+    let refused = trueline(dir.path(), &camera);
+    assert_eq!(code(&refused), 2);
+    assert!(words(&refused).contains("is a camera"), "{}", words(&refused));
+}
+
+#[test]
 fn nothing_moves_without_limits_the_option_and_the_word() {
     let dir = folder_with_limits();
     let pc = address();

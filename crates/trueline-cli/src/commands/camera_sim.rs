@@ -29,6 +29,12 @@ pub(crate) fn run(args: &CameraSimArgs) -> Result<ExitCode, Failure> {
     interrupt::watch()?;
     let mut planned = planned_scan::read(&args.plan, args.exact_guess, args.seed)?;
     let is_profiler = planned.cell.sensor == Sensor::Profiler;
+    if args.profiles_per_frame != 1 && !is_profiler {
+        return Err(Failure::new(
+            format!("--profiles-per-frame {}: the plan's sensor is a camera", args.profiles_per_frame),
+            "a plan of a profiler sends profiles: `trueline plan --example profiler`",
+        ));
+    }
     let plates = is_profiler.then(|| planned::plates(&planned.cell, &mut planned.scenario).ok()).flatten();
     let look = CameraLook { joint: (args.joint)(), look: args.look() };
     let clock = HostClock::start();
