@@ -406,7 +406,7 @@ fn a_joint_is_not_looked_for_in_pictures_that_are_still_to_come() {
     let help = trueline(dir.path(), &["record", "--help"]);
     let help = String::from_utf8(help.stdout).unwrap();
     let joint = help.split("--joint").nth(1).unwrap().split("--want").next().unwrap();
-    assert!(joint.contains("still to come") && joint.contains("[default: fillet]"), "{joint}");
+    assert!(joint.contains("still to come") && joint.contains("[default: fillet; profiles"), "{joint}");
     assert!(!dir.path().join("rec").exists());
 }
 
