@@ -85,14 +85,15 @@ fn cache_folder() -> Option<PathBuf> {
     Some(caches.join("trueline").join("features"))
 }
 
-/// Another build may find another pixel.
+/// Another build may find another pixel. As a part of a Python module the program is Python's, which only the version tells apart.
 fn this_program() -> String {
     let built = env::current_exe().and_then(|file| file.metadata());
     let told = built.and_then(|meta| Ok((meta.len(), meta.modified()?)));
     told.map_or_else(
         |_| String::new(),
         |(bytes, at)| {
-            format!("{bytes} {}", at.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos()))
+            let at_ns = at.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
+            format!("{} {bytes} {at_ns}", env!("CARGO_PKG_VERSION"))
         },
     )
 }
