@@ -70,3 +70,68 @@ impl Packing {
         Some(packed)
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::{Kept, SAME_PART};
+    use crate::config::{Config, ResidualKind};
+    use crate::input::noise_levels::NoiseLevels;
+    use crate::input::observations::{observe, origin_ns};
+    use crate::input::timestamps::Sampling;
+    use crate::problem::line_problem::{Criterion, LineProblem};
+    use crate::problem::parameters::Parameters;
+    use trueline_lsq::{LeastSquares, Loss, NormalEquations};
+    use trueline_sim::{Preset, simulate};
+
+    /// Samples that were gathered at another time offset, some of whose stamps have left their segments, give what those do that are
+    /// gathered for it; of two lines, and with observations outside the robot's recording.
+    #[test]
+    fn kept_samples_give_what_new_ones_do() {
+        let mut scenario = Preset::TwoLines.scenario();
+        scenario.timing.duration_s = 6.0;
+        let recording = simulate(&scenario, 3).unwrap();
+        let sampling = Sampling::of(&recording, origin_ns(&recording));
+        let observed = observe(&recording, &sampling, &Config::default()).unwrap();
+        let truth = recording.truth.clone().unwrap();
+        let mut at = Parameters::straight(&truth.parameters, truth.lines);
+        at.time_offset_s += 0.3;
+        let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::GemanMcClure { scale: 1e3 } };
+        let noise = NoiseLevels { robot_sigma_m: 2e-5, stamp_sigma_s: 1e-4, factor: 1.0 };
+        let sums = |problem: &LineProblem<'_>, at: &Parameters| {
+            let mut sums = NormalEquations::zeros(problem.dimension());
+            problem.linearize(at, &mut sums);
+            sums
+        };
+        let is_kept =
+            |problem: &LineProblem<'_>| matches!(&*problem.packing.0.lock().unwrap(), Kept::Samples(_));
+        let problem = LineProblem::new(&observed, &observed.list, criterion, &noise, &at);
+        let _gathered_here = sums(&problem, &at);
+        let period_s = observed.robot.trajectory.median_period();
+        for part in [-0.9 * SAME_PART, 0.0, 0.9 * SAME_PART] {
+            let mut beside = at.clone();
+            beside.time_offset_s += part * period_s;
+            let kept = sums(&problem, &beside);
+            assert!(is_kept(&problem), "{part}");
+            let whiteners = &problem.whiteners;
+            let fresh = LineProblem {
+                packing: super::Packing::default(),
+                ..problem.of_some(problem.list, whiteners)
+            };
+            let new = sums(&fresh, &beside);
+            assert!(!is_kept(&fresh));
+            // The same numbers, grouped otherwise where some lie outside the recording: some thousand roundings.
+            assert!((kept.hessian - &new.hessian).amax() < 1e-11 * new.hessian.amax(), "{part}");
+            assert!((kept.gradient - &new.gradient).amax() < 1e-11 * new.gradient.amax(), "{part}");
+            assert!((kept.cost - new.cost).abs() < 1e-11 * new.cost, "{part}");
+        }
+        // Far away they are let go of, and kept again where the offset stays.
+        let mut away = at.clone();
+        away.time_offset_s -= 0.3;
+        let first = sums(&problem, &away);
+        assert!(!is_kept(&problem));
+        let second = sums(&problem, &away);
+        assert!(is_kept(&problem));
+        assert!((first.hessian - &second.hessian).amax() < 1e-11 * second.hessian.amax());
+    }
+}
