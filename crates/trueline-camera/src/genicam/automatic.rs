@@ -16,16 +16,6 @@ pub(super) fn turn_off(camera: &mut dyn Features) -> Result<(), CameraError> {
     AUTOMATICS.into_iter().try_for_each(|name| set_if_there(camera, name, "Off"))
 }
 
-/// What a look found.
-pub(crate) enum Look {
-    /// Not time yet, or all is well.
-    Fine,
-    /// The exposure time, µs, and all is well.
-    Exposure(Option<f64>),
-    /// The camera did not answer.
-    Silence,
-}
-
 /// Looks now and then whether they stayed off.
 pub(crate) struct Watch {
     due: Instant,
@@ -37,13 +27,17 @@ impl Watch {
         Self { due: Instant::now() + EVERY }
     }
 
-    /// Looks if it is time.
+    /// Looks if it is time, and takes the exposure time, µs; `false` where the camera does not answer.
     ///
     /// # Errors
     /// [`CameraError::ExposureAuto`] if one is on.
-    pub(crate) fn look(&mut self, camera: &mut dyn Features) -> Result<Look, CameraError> {
+    pub(crate) fn look(
+        &mut self,
+        camera: &mut dyn Features,
+        taken_us: &mut Option<f64>,
+    ) -> Result<bool, CameraError> {
         if Instant::now() < self.due {
-            return Ok(Look::Fine);
+            return Ok(true);
         }
         self.due = Instant::now() + EVERY;
         // Somebody else turned it on, so what the driver remembers is worth nothing.
@@ -52,11 +46,12 @@ impl Watch {
             match camera.get_enum(name) {
                 Ok(value) if value == "Off" => {}
                 Ok(value) => return Err(CameraError::ExposureAuto { feature: name.to_owned(), value }),
-                Err(refusal) if refusal.is_silence() => return Ok(Look::Silence),
+                Err(refusal) if refusal.is_silence() => return Ok(false),
                 // The camera has no such automatic.
                 Err(_) => {}
             }
         }
-        Ok(Look::Exposure(exposure_us(camera)))
+        *taken_us = exposure_us(camera);
+        Ok(true)
     }
 }

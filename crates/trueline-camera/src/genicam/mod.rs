@@ -1,5 +1,6 @@
 //! What GenICam has alike for all wires: features by name, how they are set, and what comes with a picture.
 
+mod attended;
 mod automatic;
 mod chunks;
 mod configure;
@@ -11,7 +12,8 @@ mod session;
 mod told;
 mod trigger;
 
-pub(crate) use automatic::{Look, Watch};
+pub(crate) use attended::{Attended, next_picture, waiting_pictures};
+pub(crate) use automatic::Watch;
 pub use chunks::{Chunk, ChunkError, ChunkNames, ChunkOrder, chunks};
 pub(crate) use features::{Features, exposure_us, size};
 pub(crate) use latch::{Asked, Latch, Latched};

@@ -10,8 +10,8 @@ use super::stamps::{LatchStamps, PacketStamps};
 use crate::error::CameraError;
 use crate::frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};
 use crate::genicam::{
-    Asked, ChunkNames, ChunkOrder, Features, Latch, Look, Session, Told, Watch, begin, chunks, driver,
-    exposure_us, size,
+    Asked, Attended, ChunkNames, ChunkOrder, Features, Latch, Session, Told, Watch, begin, chunks, driver,
+    exposure_us, next_picture, size, waiting_pictures,
 };
 use crate::latch_clock::LatchSample;
 use std::time::{Duration, Instant};
@@ -28,15 +28,9 @@ const HEARTBEAT_MS: u32 = 1500;
 /// gone within 1.2 s.
 const ANSWER: Duration = Duration::from_millis(150);
 const REPEATS: u8 = 3;
-/// Memory for pictures that wait to be taken, bytes, and the least number of them.
-const WAITING_BYTES: usize = 64 << 20;
-const LEAST_WAITING: usize = 8;
-const MOST_WAITING: usize = 64;
 /// Room in the kernel for packets that wait to be read, in pictures and bytes: the kernel may give less.
 const SOCKET_PICTURES: usize = 4;
 const LEAST_SOCKET_BYTES: usize = 8 << 20;
-/// How often the link is looked at while no picture comes.
-const LINK_LOOK: Duration = Duration::from_millis(50);
 /// Longer than the driver repeats a command.
 const REGISTERS: Duration = Duration::from_secs(2);
 const DISCONNECT: Duration = Duration::from_millis(300);
@@ -169,20 +163,6 @@ impl GigeCamera {
         CameraError::Unplugged { silent_s: silent_ns.max(0) as f64 * 1e-9 }
     }
 
-    fn look_at_camera(&mut self) -> Result<(), CameraError> {
-        if self.gone || !self.camera.is_connected() {
-            return Err(self.unplugged());
-        }
-        match self.watch.look(&mut self.camera)? {
-            Look::Fine => Ok(()),
-            Look::Exposure(exposure_us) => {
-                self.exposure_us = exposure_us;
-                Ok(())
-            }
-            Look::Silence => Err(self.unplugged()),
-        }
-    }
-
     /// A picture; `None` for a stray packet that is none.
     fn given(&mut self, frame: &Frame) -> Option<CameraFrame> {
         let packets = self.packets.take(frame.frame_id);
@@ -233,32 +213,33 @@ impl GigeCamera {
     }
 }
 
-impl FrameSource for GigeCamera {
-    /// A picture of another size or format is given first, without its pixels; the call after it is the error.
-    fn next(&mut self, timeout: Duration) -> Result<Option<CameraFrame>, CameraError> {
-        if let Some(error) = self.pending.take() {
-            return Err(error);
-        }
+impl Attended for GigeCamera {
+    fn wait(&mut self, timeout: Duration) -> Result<Option<CameraFrame>, CameraError> {
         let until = Instant::now() + timeout;
-        loop {
-            let left = until.saturating_duration_since(Instant::now());
-            if let Some(frame) = self.frames.wait_for(left.min(LINK_LOOK)) {
-                let given = self.given(&frame);
-                // Pictures may come so fast that nothing ever is waited for. A lost link is told when the last
-                // picture has been given.
-                if let Err(error @ CameraError::ExposureAuto { .. }) = self.look_at_camera() {
-                    self.pending.get_or_insert(error);
-                }
-                if given.is_some() {
-                    return Ok(given);
-                }
-                continue;
-            }
-            self.look_at_camera()?;
-            if Instant::now() >= until {
-                return Ok(None);
+        while let Some(frame) = self.frames.wait_for(until.saturating_duration_since(Instant::now())) {
+            if let Some(picture) = self.given(&frame) {
+                return Ok(Some(picture));
             }
         }
+        Ok(None)
+    }
+
+    fn look(&mut self) -> Result<(), CameraError> {
+        if self.gone || !self.camera.is_connected() {
+            return Err(self.unplugged());
+        }
+        let answers = self.watch.look(&mut self.camera, &mut self.exposure_us)?;
+        if answers { Ok(()) } else { Err(self.unplugged()) }
+    }
+
+    fn pending(&mut self) -> &mut Option<CameraError> {
+        &mut self.pending
+    }
+}
+
+impl FrameSource for GigeCamera {
+    fn next(&mut self, timeout: Duration) -> Result<Option<CameraFrame>, CameraError> {
+        next_picture(self, timeout)
     }
 
     fn latch(&mut self) -> Result<Option<LatchSample>, CameraError> {
@@ -307,7 +288,7 @@ fn open_stream(
     stamps: PacketStamps,
 ) -> Result<(usize, StreamChannel), CameraError> {
     let payload = size(camera, "PayloadSize")? as usize;
-    let waiting = (WAITING_BYTES / payload.max(1)).clamp(LEAST_WAITING, MOST_WAITING);
+    let waiting = waiting_pictures(payload);
     let config = StreamConfig {
         payload_size: Some(payload),
         packet_size: settings.packet_size.map_or(PacketSize::Auto, PacketSize::Fixed),

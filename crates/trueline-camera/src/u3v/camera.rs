@@ -10,23 +10,16 @@ use super::{description, found, picture};
 use crate::error::CameraError;
 use crate::frame_source::{CameraFrame, FrameSource, FrameStatus, SourceAbout};
 use crate::genicam::{
-    Asked, ChunkNames, ChunkOrder, Features, Latch, Look, Session, Told, Watch, begin, chunks, exposure_us,
-    size,
+    Asked, Attended, ChunkNames, ChunkOrder, Features, Latch, Session, Told, Watch, begin, chunks,
+    exposure_us, next_picture, size, waiting_pictures,
 };
 use crate::latch_clock::LatchSample;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trueline_live::HostClock;
 use viva_u3v::{NusbTransfer, PAYLOAD_TYPE_IMAGE_EXTENDED_CHUNK, RawFrame, U3vStream, UsbTransfer};
 
-/// Memory for pictures that wait to be taken, bytes, and the least and largest number of them: the least of any size, which is
-/// therefore checked against what the pixels need.
-const WAITING_BYTES: usize = 64 << 20;
-const LEAST_WAITING: usize = 8;
-const MOST_WAITING: usize = 64;
-/// How often the camera is looked at while no picture comes.
-const LINK_LOOK: Duration = Duration::from_millis(50);
 /// A picture may follow so many lost ones; beyond that nobody knows how many there were.
 const MOST_LOST: u64 = 10_000;
 
@@ -116,8 +109,8 @@ impl<T: UsbTransfer + 'static> U3vCamera<T> {
         let (session, trigger) = begin(&mut features, &settings.setup)?;
         let stream = stream(&mut features, &session, &name)?;
         let layout = *stream.layout();
-        let waiting = WAITING_BYTES / (layout.payload_size as usize).max(1);
-        let pictures = Pictures::of(stream, arrivals, ends, waiting.clamp(LEAST_WAITING, MOST_WAITING));
+        let waiting = waiting_pictures(layout.payload_size as usize);
+        let pictures = Pictures::of(stream, arrivals, ends, waiting);
         let pictures = pictures.inspect_err(|_| {
             let _ = features.link.stop_stream();
         })?;
@@ -154,20 +147,6 @@ impl<T: UsbTransfer + 'static> U3vCamera<T> {
         self.gone = true;
         let silent_ns = self.clock.read().steady_ns - self.last_ns;
         CameraError::Unplugged { silent_s: silent_ns.max(0) as f64 * 1e-9 }
-    }
-
-    fn look_at_camera(&mut self) -> Result<(), CameraError> {
-        if self.gone {
-            return Err(self.unplugged());
-        }
-        match self.watch.look(&mut self.features)? {
-            Look::Fine => Ok(()),
-            Look::Exposure(exposure_us) => {
-                self.exposure_us = exposure_us;
-                Ok(())
-            }
-            Look::Silence => Err(self.unplugged()),
-        }
     }
 
     fn given(&mut self, picture: &Picture) -> CameraFrame {
@@ -212,33 +191,31 @@ impl<T: UsbTransfer + 'static> U3vCamera<T> {
     }
 }
 
+impl<T: UsbTransfer + 'static> Attended for U3vCamera<T> {
+    fn wait(&mut self, timeout: Duration) -> Result<Option<CameraFrame>, CameraError> {
+        match self.pictures.next(timeout) {
+            Ok(picture) => Ok(picture.map(|picture| self.given(&picture))),
+            Err(error) if is_silence(&error) => Err(self.unplugged()),
+            Err(error) => Err(of_device(&self.about.name, "the stream ended", &error)),
+        }
+    }
+
+    fn look(&mut self) -> Result<(), CameraError> {
+        if self.gone {
+            return Err(self.unplugged());
+        }
+        let answers = self.watch.look(&mut self.features, &mut self.exposure_us)?;
+        if answers { Ok(()) } else { Err(self.unplugged()) }
+    }
+
+    fn pending(&mut self) -> &mut Option<CameraError> {
+        &mut self.pending
+    }
+}
+
 impl<T: UsbTransfer + 'static> FrameSource for U3vCamera<T> {
-    /// A picture of another size or format is given first, without its pixels; the call after it is the error.
     fn next(&mut self, timeout: Duration) -> Result<Option<CameraFrame>, CameraError> {
-        if let Some(error) = self.pending.take() {
-            return Err(error);
-        }
-        let until = Instant::now() + timeout;
-        loop {
-            let left = until.saturating_duration_since(Instant::now());
-            match self.pictures.next(left.min(LINK_LOOK)) {
-                Ok(Some(picture)) => {
-                    let given = self.given(&picture);
-                    // Pictures may come so fast that nothing ever is waited for.
-                    if let Err(error @ CameraError::ExposureAuto { .. }) = self.look_at_camera() {
-                        self.pending.get_or_insert(error);
-                    }
-                    return Ok(Some(given));
-                }
-                Ok(None) => {}
-                Err(error) if is_silence(&error) => return Err(self.unplugged()),
-                Err(error) => return Err(of_device(&self.about.name, "the stream ended", &error)),
-            }
-            self.look_at_camera()?;
-            if Instant::now() >= until {
-                return Ok(None);
-            }
-        }
+        next_picture(self, timeout)
     }
 
     fn latch(&mut self) -> Result<Option<LatchSample>, CameraError> {
