@@ -197,9 +197,10 @@ impl CellRecording {
     /// Keeps a packet.
     pub fn packet(&mut self, packet: LinkPacket<'_>) {
         self.watch.note(packet);
-        // Nothing is wrong with what is not needed, and poses may come of it (static transforms): it is kept however much there is.
-        let is_needless =
-            matches!(packet, LinkPacket::Other(other) if other.judged.is_err_and(|why| why.is_needless()));
+        // Nothing is wrong with what the robot sends beside its poses, and some come of it (static transforms): it is kept however much
+        // there is. What strangers send is bounded.
+        let is_needless = matches!(packet, LinkPacket::Other(other)
+            if other.judged.is_err_and(|why| why.is_needless()) && self.watch.other.is_robot(other.from));
         let sample = entries::robot_sample(packet);
         self.rejected += u64::from(sample.is_none() && !is_needless);
         self.last = sample.or(self.last);

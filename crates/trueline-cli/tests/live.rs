@@ -180,6 +180,20 @@ fn addresses_that_are_not_ours_or_taken_are_refused() {
     }
 }
 
+/// A stream of which a third is lost is recorded, and not without a word; what a network loses now and then is no fault.
+#[test]
+fn a_recording_that_lost_much_of_the_robots_stream_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    for (loss, expected) in [("0.35", 1), ("0.01", 0)] {
+        let (pc, out) = (address(), format!("rec{loss}"));
+        let _robot = Robot(start(dir.path(), &["robot-sim", "--pc", &pc, "--for-s", "8", "--loss", loss]));
+        let recorded = trueline(dir.path(), &["record", "--bind", &pc, "--out", &out, "--for-s", "2"]);
+        let said = words(&recorded);
+        assert_eq!(code(&recorded), expected, "{said}");
+        assert_eq!(said.contains("packets never came"), expected == 1, "{said}");
+    }
+}
+
 #[test]
 fn what_is_of_cameras_alone_is_refused_where_there_is_none() {
     let dir = tempfile::tempdir().unwrap();

@@ -56,6 +56,12 @@ impl SourceWatch {
         }
     }
 
+    /// Whether the robot that is heard sends from this address.
+    #[must_use]
+    pub fn is_robot(&self, from: SocketAddr) -> bool {
+        self.robot.is_some_and(|(robot, _)| robot == from)
+    }
+
     /// Good poses so far.
     #[must_use]
     pub fn frames(&self) -> u64 {
