@@ -196,11 +196,10 @@ fn linearise(
     let axes: Matrix3<f64> = state.line.rotation.to_rotation_matrix().into_inner();
     let (u1, u2): (Vector3<f64>, Vector3<f64>) = (axes.column(0).into(), axes.column(1).into());
     let distance = state.line.distance * MM;
-    let (mut error, mut count, mut hint) = (0.0, 0, 0);
+    let (mut error, mut count) = (0.0, 0);
     for o in observations.list.iter().filter(|o| o.line == 0).step_by(STRIDE) {
         let exposure_s = o.stamp_s - state.time_offset_s;
-        let Some(index) = trajectory.bracket(exposure_s, hint) else { continue };
-        hint = index;
+        let Some(index) = trajectory.bracket(exposure_s) else { continue };
         let segment = &trajectory.segments()[index];
         if segment.duration > LONGEST_GAP_S || segment.duration <= 0.0 {
             continue;

@@ -28,16 +28,16 @@ fn half_window_s(trajectory: &Trajectory) -> f64 {
     HALF_WINDOW_S.max(LEAST_SAMPLES * trajectory.median_period())
 }
 
-/// The velocities at a time inside of segment `index`; `None` where the window reaches beyond the recording or into a gap
+/// The velocities at a time (s); `None` where the window reaches beyond the recording or into a gap
 /// in it: of a cubic with samples on one side only the slope at its end would have up to twelve times the noise.
 #[must_use]
-pub fn smoothed_velocity(trajectory: &Trajectory, index: usize, time_s: f64) -> Option<SmoothedVelocity> {
+pub fn smoothed_velocity(trajectory: &Trajectory, time_s: f64) -> Option<SmoothedVelocity> {
     let half_s = half_window_s(trajectory);
     let (first_s, last_s) = trajectory.span();
     if time_s - half_s < first_s || time_s + half_s > last_s {
         return None;
     }
-    let here = trajectory.segments().get(index)?.pose_at(time_s);
+    let here = trajectory.pose_at(time_s)?;
     let times = &trajectory.times()[..trajectory.segments().len()];
     let window =
         times.partition_point(|t| *t < time_s - half_s)..times.partition_point(|t| *t <= time_s + half_s);
@@ -79,10 +79,6 @@ mod tests {
         Trajectory::new(times, &poses).unwrap()
     }
 
-    fn of(trajectory: &Trajectory, time_s: f64) -> Option<SmoothedVelocity> {
-        smoothed_velocity(trajectory, trajectory.bracket(time_s, 0)?, time_s)
-    }
-
     /// A cubic is what is fitted; between samples the pose is interpolated, which moves the middle and no slope.
     #[test]
     fn a_cubic_is_followed_exactly_and_a_turn_about_one_axis_too() {
@@ -91,7 +87,7 @@ mod tests {
         let held = so3::exp(&Vector3::new(0.9, -1.2, 0.4));
         let trajectory =
             path(|t| (Vector3::new(t * t * t, -2.0 * t, 0.5 * t * t), so3::exp(&(axis * (0.3 * t))) * held));
-        let found = of(&trajectory, 1.0013).unwrap();
+        let found = smoothed_velocity(&trajectory, 1.0013).unwrap();
         let t: f64 = 1.0013;
         assert!((found.velocity - Vector3::new(3.0 * t * t, -2.0, t)).norm() < 1e-9, "{:?}", found.velocity);
         assert!((found.angular_velocity - axis * 0.3).norm() < 1e-9, "{:?}", found.angular_velocity);
@@ -107,7 +103,7 @@ mod tests {
         let trajectory = path(|t| (Vector3::zeros(), turn(t)));
         let t: f64 = 0.9013;
         let known = a * t.cos() - so3::exp(&(a * t.sin())) * (b * (1.3 * (1.3 * t).sin()));
-        let found = of(&trajectory, t).unwrap().angular_velocity;
+        let found = smoothed_velocity(&trajectory, t).unwrap().angular_velocity;
         assert!((found - known).norm() < 1e-5, "{found} {known}");
     }
 
@@ -135,7 +131,7 @@ mod tests {
         assert!((slopes(&noisy) - 10.6).abs() < 0.4, "{}", slopes(&noisy));
         assert!((slopes(&smoothed) - 1.82).abs() < 0.2, "{}", slopes(&smoothed));
         let trajectory = Trajectory::new(times, &smoothed).unwrap();
-        let here = |k: usize| of(&trajectory, k as f64 * PERIOD_S).unwrap().velocity;
+        let here = |k: usize| smoothed_velocity(&trajectory, k as f64 * PERIOD_S).unwrap().velocity;
         let left = per_axis_mm_s((20..1980).map(here).collect());
         assert!((left - 0.38).abs() < 0.06, "{left}");
     }
@@ -146,7 +142,7 @@ mod tests {
         let weave = |hz: f64| {
             let trajectory =
                 path(|t| (Vector3::x() * (TAU * hz * t).sin() / (TAU * hz), UnitQuaternion::identity()));
-            of(&trajectory, 1.0).unwrap().velocity.x
+            smoothed_velocity(&trajectory, 1.0).unwrap().velocity.x
         };
         assert!((weave(2.0) - 1.0).abs() < 0.005, "{}", weave(2.0));
         // 13.5 % by the same formula; the next order makes it a little less.
@@ -156,7 +152,9 @@ mod tests {
     #[test]
     fn ends_have_no_window() {
         let trajectory = path(|t| (Vector3::x() * t, UnitQuaternion::identity()));
-        assert!(of(&trajectory, 0.05).is_none() && of(&trajectory, 1.95).is_none());
-        assert!(of(&trajectory, 0.07).is_some());
+        assert!(
+            smoothed_velocity(&trajectory, 0.05).is_none() && smoothed_velocity(&trajectory, 1.95).is_none()
+        );
+        assert!(smoothed_velocity(&trajectory, 0.07).is_some());
     }
 }

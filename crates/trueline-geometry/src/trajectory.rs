@@ -14,6 +14,7 @@
 use crate::statistics::median;
 use crate::{Pose, se3, so3};
 use nalgebra::Vector3;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A gap is a time between samples longer than this many median periods.
@@ -92,8 +93,6 @@ pub struct Trajectory {
     segments: Arc<Vec<Segment>>,
     table: Arc<SampleTable>,
     median_period: f64,
-    /// Samples in a second.
-    frequency: f64,
     is_unbroken: bool,
 }
 
@@ -115,7 +114,7 @@ impl Trajectory {
         let is_unbroken = segments.iter().all(is_bridged);
         let table = Arc::new(SampleTable::of(&times));
         let (times, segments) = (Arc::new(times), Arc::new(segments));
-        Ok(Self { times, segments, table, median_period, frequency: 1.0 / median_period, is_unbroken })
+        Ok(Self { times, segments, table, median_period, is_unbroken })
     }
 
     /// Whether there is a pose at every time from the first sample to the last.
@@ -155,51 +154,14 @@ impl Trajectory {
         (self.times[0], self.times[self.times.len() - 1])
     }
 
-    /// Index j with t_j ≤ time < t_{j+1}, starting the search at `hint`.
+    /// Index j with t_j ≤ time < t_{j+1}; at the very end the last segment that lasts. `None` outside the recording.
     ///
-    /// Amortised O(1) when asked for rising times with the last answer as hint; O(log distance) else.
+    /// O(1) where samples are as dense as they are on average, else O(log n).
     #[must_use]
     #[inline]
-    pub fn bracket(&self, time: f64, hint: usize) -> Option<usize> {
-        self.guess(time, hint).or_else(|| self.search(time, hint))
-    }
-
-    #[inline(never)]
-    fn search(&self, time: f64, hint: usize) -> Option<usize> {
-        let last = self.times.len() - 1;
-        if !(time >= self.times[0] && time <= self.times[last]) {
-            return None;
-        }
-        let (low, high) = self.gallop(time, hint.min(last));
-        // The last sample at or before `time`; at the very end the segment that ends there.
-        let after = low + self.times[low..high].partition_point(|t| *t <= time);
-        let mut index = (after - 1).min(last - 1);
-        // Only a recording that ends in equal times can leave a segment of no duration here.
-        while index > 0 && self.times[index + 1] <= self.times[index] {
-            index -= 1;
-        }
-        Some(index)
-    }
-
-    /// The bracket where evenly spaced samples would have it, or next to it.
-    #[inline]
-    fn guess(&self, time: f64, hint: usize) -> Option<usize> {
-        let ahead = ((time - *self.times.get(hint)?) * self.frequency) as isize;
-        let mut index = hint.checked_add_signed(ahead)?.min(self.times.len() - 2);
-        if time < self.times[index] {
-            index = index.checked_sub(1)?;
-        } else if time >= self.times[index + 1] {
-            index += 1;
-        }
-        let after = *self.times.get(index + 1)?;
-        (self.times[index] <= time && time < after).then_some(index)
-    }
-
-    /// [`Trajectory::bracket`] without a hint, for times in any order: O(1) where samples are as dense as they are on average.
-    #[must_use]
-    #[inline]
-    pub fn bracket_of(&self, time: f64) -> Option<usize> {
-        let mut index = self.table.sample_before(time)?;
+    pub fn bracket(&self, time: f64) -> Option<usize> {
+        let samples = self.table.samples_about(time)?;
+        let mut index = samples.start;
         // A few samples are in one interval of the table, in a burst more.
         for _ in 0..NEAR {
             match self.times.get(index + 1) {
@@ -208,27 +170,23 @@ impl Trajectory {
                 None => break,
             }
         }
-        self.search(time, index)
+        self.search(time, samples)
     }
 
-    fn gallop(&self, time: f64, hint: usize) -> (usize, usize) {
-        let count = self.times.len();
-        let mut step = 1;
-        if self.times[hint] <= time {
-            let mut low = hint;
-            while low + step < count && self.times[low + step] <= time {
-                low += step;
-                step *= 2;
-            }
-            (low, (low + step).min(count))
-        } else {
-            let mut high = hint;
-            while high >= step && self.times[high - step] > time {
-                high -= step;
-                step *= 2;
-            }
-            (high.saturating_sub(step), high)
+    #[inline(never)]
+    fn search(&self, time: f64, samples: Range<usize>) -> Option<usize> {
+        let last = self.times.len() - 1;
+        if !(time >= self.times[0] && time <= self.times[last]) {
+            return None;
         }
+        // The last sample at or before `time`; at the very end the segment that ends there.
+        let after = samples.start + self.times[samples].partition_point(|t| *t <= time);
+        let mut index = (after - 1).min(last - 1);
+        // Only a recording that ends in equal times can leave a segment of no duration here.
+        while index > 0 && self.times[index + 1] <= self.times[index] {
+            index -= 1;
+        }
+        Some(index)
     }
 
     /// The segment that begins at sample `index`, or `None` if it bridges a gap or has no duration.
@@ -240,8 +198,9 @@ impl Trajectory {
 
     /// The segment at `time`, or `None` outside the recording or in a gap.
     #[must_use]
+    #[inline]
     pub fn segment_at(&self, time: f64) -> Option<&Segment> {
-        self.segment(self.bracket(time, 0)?)
+        self.segment(self.bracket(time)?)
     }
 
     /// Pose at `time` (s), or `None` outside the recording or in a gap.
@@ -284,13 +243,16 @@ impl SampleTable {
         ((time - self.start) * self.intervals_per_s) as usize
     }
 
-    /// A sample at or before this time, near it; `None` before the first and long after the last.
+    /// The samples of which one is the last at or before this time; `None` before the first and long after the last.
     #[inline]
-    fn sample_before(&self, time: f64) -> Option<usize> {
+    fn samples_about(&self, time: f64) -> Option<Range<usize>> {
         if time < self.start {
             return None;
         }
-        self.before.get(self.interval(time)).map(|sample| *sample as usize)
+        let interval = self.interval(time);
+        let first = *self.before.get(interval)? as usize;
+        let last = self.before.get(interval + 1).map_or(self.before.len() - 1, |sample| *sample as usize);
+        Some(first..last + 1)
     }
 }
 

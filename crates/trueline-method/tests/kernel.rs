@@ -74,10 +74,9 @@ fn assert_alike(problem: &LineProblem<'_>, at: &Parameters) {
 
 /// Sine of the smallest angle at which a line meets the sheet where that counts.
 fn smallest_sine(problem: &LineProblem<'_>, at: &Parameters) -> f64 {
-    let mut hint = 0;
     let sine = |o: &Observation| {
         let normal = problem.observations.sheet.plane().normal();
-        let placement = problem.placement(o, at, &mut hint)?;
+        let placement = problem.placement(o, at)?;
         let sine = (placement.base_from_camera().rotation * normal.into_inner())
             .dot(&at.lines[o.line as usize].direction());
         (sine.abs() >= trueline_model::sheet_residual::MIN_SINE).then_some(sine.abs())
@@ -187,9 +186,8 @@ proptest! {
         let noise = NoiseLevels { robot_sigma_m: 3e-5, stamp_sigma_s: 1e-4, factor: 0.7 };
         let criterion = Criterion { residual: ResidualKind::Sheet, loss: Loss::Squared };
         let problem = LineProblem::new(&observed, &observed.list, criterion, &noise, &truth);
-        let mut hint = 0;
         for (o, whitener) in problem.selected() {
-            let Some(placement) = problem.placement(o, &truth, &mut hint) else { continue };
+            let Some(placement) = problem.placement(o, &truth) else { continue };
             let line = &truth.lines[o.line as usize];
             let (jacobian, onto_sheet) = trueline_model::sheet_residual::linearize(
                 &placement, &observed.sheet, &o.point_in_camera, line).unwrap();
@@ -238,10 +236,7 @@ fn what_cannot_be_placed() {
     assert_alike(&problem, &late);
     let squared = problem.squared_residuals(&late).len();
     assert!(squared > 10 && squared < observed.list.len() - 10, "{squared}");
-    let plain = |at: &Parameters| {
-        let mut hint = 0;
-        observed.list.iter().filter(|o| problem.residual(o, at, &mut hint).is_some()).count()
-    };
+    let plain = |at: &Parameters| observed.list.iter().filter(|o| problem.residual(o, at).is_some()).count();
     assert_eq!(squared, plain(&late));
 }
 

@@ -31,7 +31,7 @@ impl FollowedPath {
     #[must_use]
     pub fn base_from_tool(&self, time_s: f64) -> Pose {
         let (start_s, end_s) = self.trajectory.span();
-        let index = self.trajectory.bracket(time_s.clamp(start_s, end_s), 0);
+        let index = self.trajectory.bracket(time_s.clamp(start_s, end_s));
         let segment = index.and_then(|index| self.trajectory.segments().get(index));
         segment.map_or(self.ends[usize::from(time_s > end_s)], |segment| {
             segment.pose_at(time_s.clamp(start_s, end_s))

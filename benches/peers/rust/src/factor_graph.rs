@@ -83,7 +83,7 @@ pub fn solve(problem: &LineProblem<'_>, start: &Parameters, at: &Parameters) -> 
     let (x, y) = (sheet.axes().column(0).into_owned(), sheet.axes().column(1).into_owned());
     let mut graph = tiny_solver::Problem::new();
     for (o, w) in problem.selected() {
-        let index = trajectory.bracket(o.stamp_s - at.time_offset_s, 0)?;
+        let index = trajectory.bracket(o.stamp_s - at.time_offset_s)?;
         let segment = trajectory.segments()[index];
         let line = &start.lines[o.line as usize];
         let axes = line.axes();

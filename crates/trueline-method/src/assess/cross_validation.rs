@@ -142,10 +142,9 @@ fn squared_distances(
     carried: &[bool],
     at: &Parameters,
 ) -> Vec<f64> {
-    let mut hint = 0;
     let squared = |(o, _): (&Observation, &bool)| {
         let point = at.corrected(&observations.sheet, &o.point_in_camera);
-        let point = placement(observations, o, at, &mut hint)?.point_in_base(&point);
+        let point = placement(observations, o, at)?.point_in_base(&point);
         Some(at.offset_from_seam(o.line as usize, &point).norm_squared())
     };
     list.iter().zip(carried).filter(|(_, carried)| **carried).filter_map(squared).collect()
@@ -159,9 +158,8 @@ fn lever(
     at: &Parameters,
     covariance: &DMatrix<f64>,
 ) -> f64 {
-    let mut hint = 0;
     let squared = |(o, _): (&Observation, &bool)| {
-        let placement = placement(subject.observations, o, at, &mut hint)?;
+        let placement = placement(subject.observations, o, at)?;
         let line = &at.lines[o.line as usize];
         let point = at.corrected(&subject.observations.sheet, &o.point_in_camera);
         let parts = trueline_model::point_to_line::linearize(&placement, &point, line);
@@ -202,12 +200,11 @@ fn block_edges(list: &[Observation]) -> Option<Vec<usize>> {
 
 /// Where the scan turns around along the line.
 fn pass_edges(observations: &Observations, list: &[Observation], at: &Parameters) -> Vec<usize> {
-    let mut hint = 0;
     let along: Vec<f64> = list
         .iter()
         .map(|o| {
             let line = &at.lines[o.line as usize];
-            placement(observations, o, at, &mut hint).map_or(f64::NAN, |placement| {
+            placement(observations, o, at).map_or(f64::NAN, |placement| {
                 line.direction().dot(&(placement.base_from_tool.translation.vector - line.anchor()))
             })
         })

@@ -10,7 +10,7 @@ use crate::input::observations::Observation;
 use crate::problem::block_priors;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{Parameters, TIME_OFFSET};
-use crate::problem::placement::placement_on;
+use crate::problem::placement::placement_at;
 use crate::problem::unknowns::{LOCAL_ALL, Unknowns};
 use nalgebra::{DMatrix, SMatrix};
 use trueline_geometry::Trajectory;
@@ -42,16 +42,15 @@ impl SplitSampleInformation {
         let zeros = || DMatrix::zeros(n, n);
         let mut signal = Self { own: zeros(), common_attitude: zeros(), common: zeros() };
         let every = every(problem.list);
-        let mut hints = [0; 3];
         // What is known beforehand is no tremble; as much of it as there is of the scan.
         let known = block_priors::information(problem.shape_prior.as_ref(), at) / every as f64;
         signal.own += &known;
         signal.common_attitude += &known;
         signal.common += &known;
         for (o, whitener) in problem.selected().filter(|(o, _)| is_looked_at(o, every)) {
-            let Some(here) = problem.placement(o, at, &mut hints[0]) else { continue };
-            let [first, second] = [0, 1].map(|k| placement_on(&halves[k], o, at, &mut hints[k + 1]));
-            let (Some(first), Some(second)) = (first, second) else { continue };
+            let Some(here) = problem.placement(o, at) else { continue };
+            let by_half = |half| placement_at(half, o.stamp_s - at.time_offset_s, &at.tool_from_camera);
+            let [Some(first), Some(second)] = halves.each_ref().map(by_half) else { continue };
             let jacobian =
                 |placement: &Placement| Some(problem.whitened_where((o, whitener), at, placement)?.1);
             // Tremble of the attitude alone: velocities as they are.

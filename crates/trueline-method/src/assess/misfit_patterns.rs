@@ -120,10 +120,8 @@ fn rows(
     root: &DMatrix<f64>,
     every: usize,
 ) -> Vec<Row> {
-    let mut hint = 0;
     let sample = problem.selected().step_by(every);
-    let placed: Vec<_> =
-        sample.filter_map(|pair| Some((pair, problem.placement(pair.0, at, &mut hint)?))).collect();
+    let placed: Vec<_> = sample.filter_map(|pair| Some((pair, problem.placement(pair.0, at)?))).collect();
     let poses: Vec<Pose> = placed.iter().map(|(_, placement)| placement.base_from_tool).collect();
     let tilt = TiltBias::about(&poses);
     let mut rows = Vec::new();

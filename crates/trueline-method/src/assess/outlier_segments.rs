@@ -130,9 +130,8 @@ fn explain(
 
 /// Whether the robot's stream repeats one pose over nearly all of the stretch.
 fn stood_still(observations: &Observations, list: &[Observation], at: &Parameters) -> bool {
-    let mut hint = 0;
     let still = list.iter().filter(|o| {
-        let moving = placement(observations, o, at, &mut hint)
+        let moving = placement(observations, o, at)
             .is_some_and(|p| p.velocity.norm() > 1e-9 || p.angular_velocity.norm() > 1e-9);
         !moving
     });
@@ -176,10 +175,9 @@ fn other_line(
 ) -> Option<f64> {
     let label = list.first()?.line;
     let own: Vec<Observation> = list.iter().filter(|o| o.line == label).copied().collect();
-    let mut hint = 0;
     let points: Vec<_> = own
         .iter()
-        .filter_map(|o| Some(placement(observations, o, at, &mut hint)?.point_in_base(&o.point_in_camera)))
+        .filter_map(|o| Some(placement(observations, o, at)?.point_in_base(&o.point_in_camera)))
         .collect();
     let line: Line = fit::robust_line(&points)?;
     let mut with_line = at.clone();

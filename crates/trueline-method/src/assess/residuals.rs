@@ -54,7 +54,6 @@ pub fn evaluate(problem: &LineProblem<'_>, at: &Parameters) -> (Vec<FeatureResid
     let observations = problem.observations;
     let mut skipped = observations.skipped.clone();
     let mut list = Vec::with_capacity(problem.list.len());
-    let mut hint = 0;
     let mut selected = problem.selected().peekable();
     for o in &observations.list {
         let Some((_, whitener)) = selected.next_if(|(s, _)| s.row == o.row) else {
@@ -62,7 +61,7 @@ pub fn evaluate(problem: &LineProblem<'_>, at: &Parameters) -> (Vec<FeatureResid
             *skipped.entry(reason).or_insert(0) += 1;
             continue;
         };
-        let seen = placement(observations, o, at, &mut hint).and_then(|placement| {
+        let seen = placement(observations, o, at).and_then(|placement| {
             let point = at.corrected(&observations.sheet, &o.point_in_camera);
             let point_in_base = placement.point_in_base(&point);
             let offset_m = at.offset_from_seam(o.line as usize, &point_in_base);

@@ -108,11 +108,10 @@ pub(crate) struct Scores {
 impl Scores {
     fn of(problem: &LineProblem<'_>, at: &Parameters, root: &DMatrix<f64>) -> Option<Self> {
         let every = problem.list.len().div_ceil(SAMPLE).max(1);
-        let mut hint = 0;
         let placed: Vec<_> = problem
             .selected()
             .step_by(every)
-            .filter_map(|pair| Some((pair, problem.placement(pair.0, at, &mut hint)?)))
+            .filter_map(|pair| Some((pair, problem.placement(pair.0, at)?)))
             .collect();
         let poses: Vec<Pose> = placed.iter().map(|(_, placement)| placement.base_from_tool).collect();
         let field = modes(&poses)?;

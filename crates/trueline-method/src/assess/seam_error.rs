@@ -144,7 +144,7 @@ impl Field {
         };
         let (width, depth) = (range(0)?, range(1)?);
         let middle = list.get(list.len() / 2)?;
-        let base_from_tool = placement(observations, middle, at, &mut 0)?.base_from_tool.rotation;
+        let base_from_tool = placement(observations, middle, at)?.base_from_tool.rotation;
         let along = base_from_tool.inverse() * at.lines.first()?.direction() * -speed_m_s;
         let (unknowns, shaped) = (at.unknowns(), with_shape(observations, at.clone()));
         let shape = shaped.shape?;

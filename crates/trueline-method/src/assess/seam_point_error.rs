@@ -37,7 +37,7 @@ pub fn predict(
 ) -> Option<SeamPointError> {
     let point_in_camera = point_at(observations, list, used_at.stand_off_m)?;
     let middle = list.get(list.len() / 2)?;
-    let base_from_tool = placement(observations, middle, at, &mut 0)?.base_from_tool;
+    let base_from_tool = placement(observations, middle, at)?.base_from_tool;
     let along = at.lines.first()?.direction();
     let lever = at.tool_from_camera.rotation * point_in_camera;
     let attitude = base_from_tool.rotation.to_rotation_matrix().into_inner();

@@ -66,9 +66,9 @@ impl<'a> Sections<'a> {
 
     /// Both directions' rows of an observation, each the Jacobian in the root's coordinates and the residual, into `rows`; `None`
     /// for what carries no weight, and for the paper's residual.
-    fn rows(&self, index: usize, hint: &mut usize, rows: &mut [f64]) -> Option<Place> {
+    fn rows(&self, index: usize, rows: &mut [f64]) -> Option<Place> {
         let (o, whitener) = (&self.problem.list[index], &self.problem.whiteners[index]);
-        let placement = self.problem.placement(o, self.at, hint)?;
+        let placement = self.problem.placement(o, self.at)?;
         let section = self.problem.in_cross_section(o, self.at, &placement)?;
         if whitener.apply(&section.in_sheet).norm_squared() > OUTLIER_SQUARED {
             return None;
@@ -92,9 +92,8 @@ impl<'a> Sections<'a> {
 
     /// Where all observations are, those that carry no weight included.
     fn places(&self) -> Vec<Place> {
-        let mut hint = 0;
         let place = |(index, (o, _)): (usize, (&crate::input::observations::Observation, _))| {
-            let placement = self.problem.placement(o, self.at, &mut hint)?;
+            let placement = self.problem.placement(o, self.at)?;
             let line = &self.at.lines[o.line as usize];
             let from_anchor = placement.point_in_base(&o.point_in_camera) - line.anchor();
             let along_m = line.direction().dot(&from_anchor);
@@ -132,9 +131,9 @@ impl<'a> SectionTable<'a> {
         let is_complete = count <= MOST_FRAMES;
         let width = 2 * (sections.unknowns() + 1);
         let (mut places, mut rows) = (Vec::new(), Vec::new());
-        let (mut row, mut hint) = (vec![0.0; width], 0);
+        let mut row = vec![0.0; width];
         for index in stretches(count).flatten() {
-            let Some(place) = sections.rows(index, &mut hint, &mut row) else { continue };
+            let Some(place) = sections.rows(index, &mut row) else { continue };
             places.push(place);
             rows.extend_from_slice(&row);
         }
@@ -224,9 +223,9 @@ impl<'a> SectionTable<'a> {
         order.sort_by(|a, b| a.line.cmp(&b.line).then(a.of(series.along).total_cmp(&b.of(series.along))));
         let mut whitening = correlation.map(|correlation| Whitening::new(correlation, unknowns));
         let mut walk = Walk { along: series.along, step: series.step, last: None };
-        let (mut rows, mut hint) = (vec![0.0; 2 * (unknowns + 1)], 0);
+        let mut rows = vec![0.0; 2 * (unknowns + 1)];
         for place in &order {
-            let Some(place) = self.sections.rows(place.index as usize, &mut hint, &mut rows) else {
+            let Some(place) = self.sections.rows(place.index as usize, &mut rows) else {
                 continue;
             };
             let apart_steps = walk.apart_steps(&place);

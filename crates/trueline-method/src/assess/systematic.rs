@@ -190,10 +190,9 @@ impl SystematicSums {
         let with_shape = with_shape(problem.observations, at.clone());
         let field = self.field.take();
         let mut by_line = vec![LineSums::default(); at.lines.len()];
-        let mut hint = 0;
         problem.for_each_whitened(&with_shape, |k, WhitenedRow { residual, jacobian }| {
             let pair = (&problem.list[k], &problem.whiteners[k]);
-            let Some(placement) = problem.placement(pair.0, at, &mut hint) else { return };
+            let Some(placement) = problem.placement(pair.0, at) else { return };
             let weight = problem.loss.weight(residual.norm_squared());
             let line = pair.0.line as usize;
             let bias = if self.bias_level_px > 0.0 {
@@ -397,9 +396,8 @@ fn fixed(matrix: &DMatrix<f64>) -> SMatrix<f64, BIAS, BIAS> {
 
 /// Poses of a scan, some of them where there are many.
 fn poses(problem: &LineProblem<'_>, at: &Parameters) -> Vec<Pose> {
-    let mut hint = 0;
     let some = problem.list.iter().step_by(problem.list.len().div_ceil(POSES).max(1));
-    some.filter_map(|o| Some(problem.placement(o, at, &mut hint)?.base_from_tool)).collect()
+    some.filter_map(|o| Some(problem.placement(o, at)?.base_from_tool)).collect()
 }
 
 /// Jᵀ W Z of the observations of one line, by their local unknowns.

@@ -9,6 +9,7 @@ use crate::input::observations::{self, Observations, observe};
 use crate::input::robot_motion::RobotMotion;
 use crate::input::skip::Skip;
 use crate::input::timestamps::{Dejittered, Sampling};
+use crate::problem::placement::placement_at;
 use crate::stripe::frames::{Sight, StripeFrame, Support, frames};
 use crate::stripe::whitening::robot_sigma_rad;
 use nalgebra::{Matrix2, Vector3};
@@ -127,9 +128,8 @@ fn placed(
     };
     let mut skipped = observations.skipped.clone();
     let mut list = Vec::with_capacity(observations.list.len());
-    let mut hint = 0;
     for o in &observations.list {
-        let Some(placement) = placement(&observations, by, o.stamp_s, &mut hint) else {
+        let Some(placement) = placement(&observations, by, o.stamp_s) else {
             *skipped.entry(why_not_placed(&observations, o.stamp_s - by.time_offset_s)).or_insert(0) += 1;
             continue;
         };
@@ -148,11 +148,10 @@ fn placed(
 }
 
 /// Where the sensor was when an image was exposed, and how it moved; `None` outside the recording or in a gap.
-fn placement(observations: &Observations, by: &Guess, stamp_s: f64, hint: &mut usize) -> Option<Placement> {
+fn placement(observations: &Observations, by: &Guess, stamp_s: f64) -> Option<Placement> {
     let (trajectory, exposure_s) = (&observations.robot.trajectory, stamp_s - by.time_offset_s);
-    *hint = trajectory.bracket(exposure_s, *hint)?;
-    let mut placement = Placement::new(trajectory.segment(*hint)?, exposure_s, &by.tool_from_camera);
-    if let Some(smooth) = smoothed_velocity(trajectory, *hint, exposure_s) {
+    let mut placement = placement_at(trajectory, exposure_s, &by.tool_from_camera)?;
+    if let Some(smooth) = smoothed_velocity(trajectory, exposure_s) {
         placement.velocity = smooth.velocity;
         placement.angular_velocity = smooth.angular_velocity;
     }
@@ -166,10 +165,9 @@ fn placed_stripes(
     config: &Config,
 ) -> Result<Vec<PlacedStripes>, Error> {
     let frames = frames(recording, observations, Measurements::Stripe, config)?;
-    let mut hint = 0;
     let of = |frame: &StripeFrame| {
         let Sight::Stripes([Some(left), Some(right)]) = frame.sight else { return None };
-        let placement = placement(observations, by, frame.stamp_s, &mut hint)?;
+        let placement = placement(observations, by, frame.stamp_s)?;
         let (stamp_s, line) = (frame.stamp_s, frame.joint as u32);
         Some(PlacedStripes { stamp_s, line, placement, plates: [left, right] })
     };

@@ -43,9 +43,8 @@ pub fn place(recording: &Recording, by: &Guess, config: &Config) -> Result<SeamP
     let observations = observe_anywhere(recording, &sampling, config)?;
     let at = Parameters::straight(by, Vec::new());
     let mut points = SeamPoints { list: Vec::new(), skipped: observations.skipped.clone() };
-    let mut hint = 0;
     for o in &observations.list {
-        let Some(placement) = placement(&observations, o, &at, &mut hint) else {
+        let Some(placement) = placement(&observations, o, &at) else {
             let reason = why_not_placed(&observations, o.stamp_s - at.time_offset_s);
             *points.skipped.entry(reason).or_insert(0) += 1;
             continue;

@@ -208,10 +208,9 @@ fn corrected(
     bias_px: &SVector<f64, BIAS>,
 ) -> Observations {
     let mut free = observations.clone();
-    let mut hint = 0;
     for o in &mut free.list {
         // What cannot be placed takes no part in the fit.
-        let Some(placement) = placement(observations, o, fit.parameters(), &mut hint) else { continue };
+        let Some(placement) = placement(observations, o, fit.parameters()) else { continue };
         let moved = tilt.slopes(o, fit.parameters(), &placement) * bias_px;
         o.point_in_camera -= observations.sheet.axes() * moved;
     }

@@ -121,10 +121,9 @@ impl Decisions {
             o.stamp_s -= self.drift_ppm() * 1e-6 * (o.stamp_s - about_s);
         }
         if let Some((tilt, px)) = &self.bias {
-            let mut hint = 0;
             let mut list = std::mem::take(&mut observations.list);
             for o in &mut list {
-                let Some(placement) = placement(&observations, o, at, &mut hint) else { continue };
+                let Some(placement) = placement(&observations, o, at) else { continue };
                 o.point_in_camera -= observations.sheet.axes() * (tilt.slopes(o, at, &placement) * px);
             }
             observations.list = list;
@@ -155,8 +154,7 @@ impl Block {
     }
 
     fn poses(&self, at: &Parameters) -> Vec<Pose> {
-        let mut hint = 0;
-        let placed = |o| placement(&self.observations, o, at, &mut hint);
+        let placed = |o| placement(&self.observations, o, at);
         self.observations.list.iter().filter_map(placed).map(|p| p.base_from_tool).collect()
     }
 }

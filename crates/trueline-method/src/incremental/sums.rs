@@ -53,9 +53,8 @@ impl Sums {
     /// Adds all samples of a problem; the drift turns about the stamp `about_s` of its observations.
     pub(super) fn add_problem(&mut self, problem: &LineProblem<'_>, at: &Parameters, about_s: f64) {
         let drift = self.gradient.len() - 1;
-        let mut hint = 0;
         for pair in problem.selected() {
-            let Some((residual, jacobian)) = problem.whitened(pair, at, &mut hint) else { continue };
+            let Some((residual, jacobian)) = problem.whitened(pair, at) else { continue };
             let squared = residual.norm_squared();
             let weight = problem.loss.weight(squared);
             let slope = problem.loss.weight_slope(squared);

@@ -178,14 +178,14 @@ impl<'a> LineProblem<'a> {
 
     /// Where the sensor was at the exposure of an observation; `None` outside the recording or in a gap.
     #[must_use]
-    pub fn placement(&self, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<Placement> {
-        placement(self.observations, o, at, hint)
+    pub fn placement(&self, o: &Observation, at: &Parameters) -> Option<Placement> {
+        placement(self.observations, o, at)
     }
 
     /// Residual of an observation in m, not whitened.
     #[must_use]
-    pub fn residual(&self, o: &Observation, at: &Parameters, hint: &mut usize) -> Option<Vector2<f64>> {
-        let placement = self.placement(o, at, hint)?;
+    pub fn residual(&self, o: &Observation, at: &Parameters) -> Option<Vector2<f64>> {
+        let placement = self.placement(o, at)?;
         let line = &at.lines[o.line as usize];
         match (self.residual, at.curvatures.get(o.line as usize)) {
             (ResidualKind::PointToLine, _) => {
@@ -275,9 +275,8 @@ impl<'a> LineProblem<'a> {
         &self,
         (observation, whitener): (&Observation, &Whitener),
         at: &Parameters,
-        hint: &mut usize,
     ) -> Option<(Vector2<f64>, LocalJacobian)> {
-        let placement = self.placement(observation, at, hint)?;
+        let placement = self.placement(observation, at)?;
         self.whitened_where((observation, whitener), at, &placement)
     }
 

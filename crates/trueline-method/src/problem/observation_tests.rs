@@ -7,7 +7,7 @@ use crate::input::observations::{self, Observation, Observations};
 use crate::input::timestamps::Sampling;
 use crate::problem::line_problem::{Criterion, LineProblem};
 use crate::problem::parameters::Parameters;
-use crate::problem::placement::placement_then;
+use crate::problem::placement::placement_at;
 use crate::problem::simd::{Scan, SquaredLengths, Whitening, sweep};
 use crate::problem::unknowns::TIME_OFFSET;
 use crate::problem::usable::UsableObservations;
@@ -36,9 +36,7 @@ fn problem<'a>(observed: &'a Observations, at: &Parameters, residual: ResidualKi
 
 /// Those of the observations that can be placed, and where.
 fn placed<'a>(problem: &LineProblem<'a>, at: &Parameters) -> Vec<(&'a Observation, Placement)> {
-    let mut hint = 0;
-    let all: Vec<_> =
-        (problem.list.iter()).filter_map(|o| Some((o, problem.placement(o, at, &mut hint)?))).collect();
+    let all: Vec<_> = (problem.list.iter()).filter_map(|o| Some((o, problem.placement(o, at)?))).collect();
     assert!(all.len() > 50, "{}", all.len());
     all
 }
@@ -100,10 +98,9 @@ fn a_displacement_of_the_robot_moves_the_whitened_residual_as_said() {
 fn shared_errors_and_the_features_own_are_one_standard_deviation() {
     let (observed, at) = cell(Preset::TwoLines);
     let sheet = problem(&observed, &at, ResidualKind::Sheet);
-    let mut hint = 0;
     let mut count = 0;
     for (o, whitener) in sheet.selected() {
-        let Some((_, jacobian)) = sheet.whitened((o, whitener), &at, &mut hint) else { continue };
+        let Some((_, jacobian)) = sheet.whitened((o, whitener), &at) else { continue };
         let shared = sheet.shared_errors(&jacobian, &NOISE).unwrap();
         count += 1;
         let w = whitener.matrix();
@@ -112,7 +109,7 @@ fn shared_errors_and_the_features_own_are_one_standard_deviation() {
         let off = shared * shared.transpose() + own - Matrix2::identity();
         assert!(off.norm() < 1e-6, "{off}");
         // The robot moves as the displacement, the stamp as the time offset.
-        let placement = sheet.placement(o, &at, &mut hint).unwrap();
+        let placement = sheet.placement(o, &at).unwrap();
         let onto = sheet.whitened_displacement((o, whitener), &at, &placement).unwrap();
         let robot = onto * (NOISE.robot_sigma_m * NOISE.factor);
         let tool_from_base = placement.base_from_tool.rotation.inverse().to_rotation_matrix();
@@ -123,7 +120,7 @@ fn shared_errors_and_the_features_own_are_one_standard_deviation() {
     assert!(count > 50);
     let to_line = problem(&observed, &at, ResidualKind::PointToLine);
     let pair = to_line.selected().nth(20).unwrap();
-    let (_, jacobian) = to_line.whitened(pair, &at, &mut hint).unwrap();
+    let (_, jacobian) = to_line.whitened(pair, &at).unwrap();
     assert!(to_line.shared_errors(&jacobian, &NOISE).is_none());
 }
 
@@ -136,11 +133,10 @@ fn what_cannot_be_placed_is_whitened_for_what_is_known_of_it() {
         Scan { observations: &observed, list: &observed.list, at: &late, residual: ResidualKind::Sheet };
     sweep(&scan, &mut whitening);
     let problem = problem(&observed, &late, ResidualKind::Sheet);
-    let mut hint = 0;
     let mut counts = [0, 0];
     for (o, whitener) in observed.list.iter().zip(&whitening.whiteners) {
         let coarse = NOISE.coarse_whitener(o.covariance);
-        let is_placed = problem.placement(o, &late, &mut hint).is_some();
+        let is_placed = problem.placement(o, &late).is_some();
         counts[usize::from(is_placed)] += 1;
         assert_eq!(whitener.0 == coarse.0, !is_placed);
     }
@@ -157,9 +153,7 @@ fn what_cannot_be_placed_is_whitened_for_what_is_known_of_it() {
     sweep(&Scan { at: &along, ..scan }, &mut whitening);
     let mut none = 0;
     for (o, whitener) in observed.list.iter().zip(&whitening.whiteners) {
-        let met = problem
-            .placement(o, &along, &mut hint)
-            .and_then(|placement| problem.in_sheet(o, &along, &placement));
+        let met = problem.placement(o, &along).and_then(|placement| problem.in_sheet(o, &along, &placement));
         if met.is_none() {
             none += 1;
             assert_eq!(whitener.0, NOISE.coarse_whitener(o.covariance).0);
@@ -182,10 +176,9 @@ fn the_root_mean_square_is_that_of_the_distances() {
             &mut distances,
         );
         let problem = problem(&observed, &at, ResidualKind::Sheet);
-        let mut hint = 0;
         let squares: Vec<f64> = (list.iter())
             .filter_map(|o| {
-                let point = problem.placement(o, &at, &mut hint)?.point_in_base(&o.point_in_camera);
+                let point = problem.placement(o, &at)?.point_in_base(&o.point_in_camera);
                 Some(at.lines[o.line as usize].distance(&point).powi(2))
             })
             .collect();
@@ -221,7 +214,7 @@ fn usable_is_what_stays_on_the_recording_wherever_the_offset_goes() {
             let stays = |o: &&Observation| {
                 (-100..=100).all(|k| {
                     let exposure_s = o.stamp_s - offset_s + margin_s * f64::from(k) / 100.0;
-                    placement_then(trajectory, exposure_s, &at.tool_from_camera, &mut 0).is_some()
+                    placement_at(trajectory, exposure_s, &at.tool_from_camera).is_some()
                 })
             };
             let expected: Vec<u32> = gapped.list.iter().filter(stays).map(|o| o.row).collect();

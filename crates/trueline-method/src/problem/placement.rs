@@ -11,30 +11,17 @@ pub fn placement(
     observations: &Observations,
     observation: &Observation,
     at: &Parameters,
-    hint: &mut usize,
 ) -> Option<Placement> {
-    placement_on(&observations.robot.trajectory, observation, at, hint)
+    let exposure_s = observation.stamp_s - at.time_offset_s;
+    placement_at(&observations.robot.trajectory, exposure_s, &at.tool_from_camera)
 }
 
-/// The same on another path of the robot.
+/// The same on a path of the robot at an exposure, s.
 #[must_use]
-pub(crate) fn placement_on(
-    trajectory: &Trajectory,
-    observation: &Observation,
-    at: &Parameters,
-    hint: &mut usize,
-) -> Option<Placement> {
-    placement_then(trajectory, observation.stamp_s - at.time_offset_s, &at.tool_from_camera, hint)
-}
-
-/// The same at an exposure, s.
-#[must_use]
-pub(crate) fn placement_then(
+pub(crate) fn placement_at(
     trajectory: &Trajectory,
     exposure_s: f64,
     tool_from_camera: &Pose,
-    hint: &mut usize,
 ) -> Option<Placement> {
-    *hint = trajectory.bracket(exposure_s, *hint)?;
-    Some(Placement::new(trajectory.segment(*hint)?, exposure_s, tool_from_camera))
+    Some(Placement::new(trajectory.segment_at(exposure_s)?, exposure_s, tool_from_camera))
 }

@@ -22,9 +22,8 @@ impl LeastSquares for OneByOne<'_, '_> {
     }
 
     fn cost(&self, state: &Parameters) -> f64 {
-        let mut hint = 0;
         let squared = |(o, whitener)| {
-            let residual = self.0.residual(o, state, &mut hint);
+            let residual = self.0.residual(o, state);
             residual.map_or(UNUSABLE_SQUARED, |r| {
                 crate::input::noise_levels::Whitener::apply(whitener, &r).norm_squared()
             })
@@ -35,9 +34,8 @@ impl LeastSquares for OneByOne<'_, '_> {
     }
 
     fn linearize(&self, state: &Parameters, equations: &mut NormalEquations) {
-        let mut hint = 0;
         for (o, whitener) in self.0.selected() {
-            let Some((residual, jacobian)) = self.0.whitened((o, whitener), state, &mut hint) else {
+            let Some((residual, jacobian)) = self.0.whitened((o, whitener), state) else {
                 equations.cost += 0.5 * self.0.loss.value(UNUSABLE_SQUARED);
                 continue;
             };

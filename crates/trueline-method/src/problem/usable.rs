@@ -30,22 +30,15 @@ impl UsableObservations {
             let end = observations.list.partition_point(|o| exposure_s(o) + margin_s <= last_s);
             return Self::Part(start..end.max(start));
         }
-        let mut hints = [0; 2];
-        let mut inside = |o: &Observation| {
+        let inside = |o: &Observation| {
             let exposure_s = o.stamp_s - time_offset_s;
-            let mut brackets = [0; 2];
-            for ((end_s, hint), bracket) in
-                [exposure_s - margin_s, exposure_s + margin_s].into_iter().zip(&mut hints).zip(&mut brackets)
-            {
-                let Some(index) = trajectory.bracket(end_s, *hint) else {
-                    return false;
-                };
-                (*hint, *bracket) = (index, index);
-            }
-            (brackets[0]..=brackets[1]).all(|index| trajectory.segment(index).is_some())
+            let [first, last] = [exposure_s - margin_s, exposure_s + margin_s].map(|s| trajectory.bracket(s));
+            first
+                .zip(last)
+                .is_some_and(|(first, last)| (first..=last).all(|k| trajectory.segment(k).is_some()))
         };
         let list = &observations.list;
-        let start = list.iter().position(&mut inside).unwrap_or(list.len());
+        let start = list.iter().position(inside).unwrap_or(list.len());
         let end = start + list[start..].iter().position(|o| !inside(o)).unwrap_or(list.len() - start);
         let rest: Vec<Observation> = list[end..].iter().filter(|o| inside(o)).copied().collect();
         if rest.is_empty() {

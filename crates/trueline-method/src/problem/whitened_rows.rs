@@ -63,9 +63,7 @@ mod tests {
         ] {
             let criterion = Criterion { residual, loss: Loss::Squared };
             let problem = LineProblem::new(&observed, &observed.list, criterion, &noise, at);
-            let mut hint = 0;
-            let mut plain: Vec<_> =
-                problem.selected().map(|pair| problem.whitened(pair, at, &mut hint)).collect();
+            let mut plain: Vec<_> = problem.selected().map(|pair| problem.whitened(pair, at)).collect();
             assert!(plain.iter().any(Option::is_none) && plain.iter().any(Option::is_some));
             let (mut last, mut largest) = (None, 0.0_f64);
             problem.for_each_whitened(at, |index, row| {

@@ -11,9 +11,8 @@ use crate::problem::placement::placement;
 #[must_use]
 pub(crate) fn with_lines_amid_points(observations: &Observations, mut at: Parameters) -> Parameters {
     let mut progress: Vec<Vec<(f64, f64)>> = vec![Vec::new(); observations.line_count];
-    let mut hint = 0;
     for o in &observations.list {
-        if let Some(placement) = placement(observations, o, &at, &mut hint) {
+        if let Some(placement) = placement(observations, o, &at) {
             let line = &at.lines[o.line as usize];
             let from_anchor = placement.point_in_base(&o.point_in_camera) - line.anchor();
             progress[o.line as usize].push((o.stamp_s, line.direction().dot(&from_anchor)));

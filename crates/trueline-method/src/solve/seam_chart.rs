@@ -18,9 +18,8 @@ pub fn with_bows(observations: &Observations, list: &[Observation], mut at: Para
         return at;
     }
     let mut along: Vec<Vec<f64>> = vec![Vec::new(); at.lines.len()];
-    let mut hint = 0;
     for o in list {
-        if let Some(placement) = placement(observations, o, &at, &mut hint) {
+        if let Some(placement) = placement(observations, o, &at) {
             let line = &at.lines[o.line as usize];
             let from_anchor = placement.point_in_base(&o.point_in_camera) - line.anchor();
             along[o.line as usize].push(line.direction().dot(&from_anchor));

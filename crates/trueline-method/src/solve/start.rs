@@ -46,9 +46,8 @@ pub(crate) fn lines_for(
 ) -> Option<Vec<Line>> {
     let at = Parameters::straight(guess, Vec::new());
     let mut points: Vec<Vec<Vector3<f64>>> = vec![Vec::new(); observations.line_count];
-    let mut hint = 0;
     for o in list {
-        if let Some(placement) = placement(observations, o, &at, &mut hint) {
+        if let Some(placement) = placement(observations, o, &at) {
             points[o.line as usize].push(placement.point_in_base(&o.point_in_camera));
         }
     }
@@ -115,7 +114,7 @@ pub(crate) fn mirrored(
 ) -> Option<Parameters> {
     let half_turn = |axis: &Vector3<f64>| so3::exp(&(axis * std::f64::consts::PI));
     let middle = sample.get(sample.len() / 2)?;
-    let base_from_tool = placement(observations, middle, at, &mut 0)?.base_from_tool.rotation;
+    let base_from_tool = placement(observations, middle, at)?.base_from_tool.rotation;
     let line_in_tool = base_from_tool.inverse() * at.lines.first()?.direction();
     let rotation = half_turn(&line_in_tool)
         * at.tool_from_camera.rotation

@@ -3,7 +3,7 @@
 use crate::hypotheses::feature_bias::TakenBias;
 use crate::input::observations::Observations;
 use crate::problem::parameters::Parameters;
-use crate::problem::placement::placement_then;
+use crate::problem::placement::placement_at;
 use crate::stripe::frames::{Sight, StripeFrames};
 use nalgebra::{Matrix2x3, Vector2};
 use trueline_model::Placement;
@@ -15,12 +15,11 @@ pub fn without_bias(
     at: &Parameters,
     bias: &TakenBias,
 ) {
-    let mut hint = 0;
     for frame in &mut frames.list {
         // What cannot be placed takes no part in the fit.
         let exposure_s = frame.stamp_s - at.time_offset_s;
         let trajectory = &observations.robot.trajectory;
-        let placement = placement_then(trajectory, exposure_s, &at.tool_from_camera, &mut hint);
+        let placement = placement_at(trajectory, exposure_s, &at.tool_from_camera);
         let Some(placement) = placement else { continue };
         let moved_px = moved_px(at, bias, &placement);
         let Sight::Stripes(stripes) = &mut frame.sight else { continue };

@@ -224,12 +224,11 @@ fn seen_points(
     at: &StripeState,
     (joint, number): (usize, usize),
 ) -> Vec<SeenPoint> {
-    let mut hint = 0;
     let mut seen = Vec::new();
     let every = frames.len().div_ceil(MOST_FRAMES).max(1);
     for frame in frames.iter().filter(|frame| frame.joint == joint).step_by(every) {
         let Sight::Stripes(stripes) = &frame.sight else { continue };
-        let Some(placement) = placement(observations, frame, at, &mut hint) else { continue };
+        let Some(placement) = placement(observations, frame, at) else { continue };
         let from = placement.base_from_camera().translation.vector;
         for support in stripes[number].iter().flatten() {
             let there = at.shape.map_or(support.reported, |shape| shape.corrected(&support.reported).0);

@@ -3,7 +3,7 @@
 use crate::input::observations::Observations;
 use crate::problem::block_priors::ShapePrior;
 use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
-use crate::problem::placement::placement_then;
+use crate::problem::placement::placement_at;
 use crate::problem::usable::UNUSABLE_SQUARED;
 use crate::stripe::frames::{SeamSight, Sight, StripeFrame};
 use crate::stripe::state::StripeState;
@@ -82,15 +82,10 @@ pub struct WeighedFrame {
 impl WeighedFrame {
     /// Where the sensor most likely was; `None` as for [`placement`].
     #[must_use]
-    pub fn placement(
-        &self,
-        observations: &Observations,
-        at: &StripeState,
-        hint: &mut usize,
-    ) -> Option<Placement> {
+    pub fn placement(&self, observations: &Observations, at: &StripeState) -> Option<Placement> {
         let PoseError { shift_m, turn_rad, late_s, .. } = &self.pose_error;
         let exposed = StripeFrame { stamp_s: self.frame.stamp_s + late_s, ..self.frame };
-        let mut placement = placement(observations, &exposed, at, hint)?;
+        let mut placement = placement(observations, &exposed, at)?;
         let robot = &mut placement.base_from_tool;
         robot.translation.vector -= shift_m;
         robot.rotation = so3::exp(&-turn_rad) * robot.rotation;
@@ -118,14 +113,9 @@ pub struct StripeProblem<'a> {
 
 /// Where the sensor was when a frame was exposed; `None` outside the recording or in a gap.
 #[must_use]
-pub fn placement(
-    observations: &Observations,
-    frame: &StripeFrame,
-    at: &StripeState,
-    hint: &mut usize,
-) -> Option<Placement> {
+pub fn placement(observations: &Observations, frame: &StripeFrame, at: &StripeState) -> Option<Placement> {
     let exposure_s = frame.stamp_s - at.time_offset_s;
-    placement_then(&observations.robot.trajectory, exposure_s, &at.tool_from_camera, hint)
+    placement_at(&observations.robot.trajectory, exposure_s, &at.tool_from_camera)
 }
 
 /// The residuals of a frame, not whitened; `None` where a plate lies along the sheet.
@@ -264,9 +254,8 @@ impl StripeProblem<'_> {
         &self,
         weighed: &WeighedFrame,
         at: &StripeState,
-        hint: &mut usize,
     ) -> Option<(SVector<f64, ROWS>, FrameJacobian)> {
-        let placement = weighed.placement(self.observations, at, hint)?;
+        let placement = weighed.placement(self.observations, at)?;
         let parts = linearize_frame(self.observations, &weighed.frame, at, &placement)?;
         Some(weighed.whitened(&parts))
     }
@@ -296,9 +285,8 @@ impl LeastSquares for StripeProblem<'_> {
     }
 
     fn cost(&self, state: &StripeState) -> f64 {
-        let mut hint = 0;
         let squares = self.frames.iter().map(|weighed| {
-            let placement = weighed.placement(self.observations, state, &mut hint);
+            let placement = weighed.placement(self.observations, state);
             let residual =
                 placement.and_then(|p| residual_of_frame(self.observations, &weighed.frame, state, &p));
             residual.map_or(UNUSABLE_SQUARED, |residual| {
@@ -309,12 +297,11 @@ impl LeastSquares for StripeProblem<'_> {
     }
 
     fn linearize(&self, state: &StripeState, equations: &mut NormalEquations) {
-        let mut hint = 0;
         let mut joints: Vec<(SMatrix<f64, LOCAL_ALL, LOCAL_ALL>, SVector<f64, LOCAL_ALL>)> =
             vec![(SMatrix::zeros(), SVector::zeros()); state.joints.len()];
         let local = self.unknowns.local();
         for weighed in &self.frames {
-            let Some((residual, jacobian)) = self.whitened(weighed, state, &mut hint) else {
+            let Some((residual, jacobian)) = self.whitened(weighed, state) else {
                 equations.cost += 0.5 * UNUSABLE_SQUARED;
                 continue;
             };

@@ -27,12 +27,11 @@ pub(crate) fn shown(
 fn scores(fit: &StripeFit<'_>, information: &Information) -> Option<Scores> {
     let (problem, at) = (&fit.problem, fit.state());
     let every = problem.frames.len().div_ceil(SAMPLE).max(1);
-    let mut hint = 0;
     let placed: Vec<_> = problem
         .frames
         .iter()
         .step_by(every)
-        .filter_map(|weighed| Some((weighed, weighed.placement(problem.observations, at, &mut hint)?)))
+        .filter_map(|weighed| Some((weighed, weighed.placement(problem.observations, at)?)))
         .collect();
     let poses: Vec<Pose> = placed.iter().map(|(_, placement)| placement.base_from_tool).collect();
     let field = modes(&poses)?;

@@ -39,11 +39,10 @@ pub fn start(
         joints: Vec::new(),
         shape,
     };
-    let mut hint = 0;
     for frame in &frames.list {
         let Sight::Stripes(stripes) = &frame.sight else { continue };
         let (Some(placement), Some(of_joint)) =
-            (placement(observations, frame, &state, &mut hint), points.get_mut(frame.joint))
+            (placement(observations, frame, &state), points.get_mut(frame.joint))
         else {
             continue;
         };

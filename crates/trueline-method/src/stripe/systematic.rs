@@ -39,12 +39,11 @@ pub(crate) fn systematic(
     let (problem, root) = (&fit.problem, information.covariance_root());
     let every = problem.frames.len().div_ceil(SAMPLE).max(1);
     let at = with_shape(fit);
-    let mut hint = 0;
     let seen: Vec<(&WeighedFrame, Placement)> = problem
         .frames
         .iter()
         .step_by(every)
-        .filter_map(|weighed| Some((weighed, weighed.placement(problem.observations, &at, &mut hint)?)))
+        .filter_map(|weighed| Some((weighed, weighed.placement(problem.observations, &at)?)))
         .collect();
     let zeros = |columns: usize| DMatrix::zeros(root.nrows(), columns);
     let mut robot = zeros(6 * field.map_or(0, RobotField::modes));

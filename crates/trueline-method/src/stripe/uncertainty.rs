@@ -31,10 +31,10 @@ pub fn assess(fit: &StripeFit<'_>, information: &Information, shared: &SharedNoi
     let root = information.covariance_root();
     let known = root.transpose() * at.prior_information(problem.shape_prior.as_ref()) * root;
     let alone = DMatrix::identity(root.ncols(), root.ncols()) - &known;
-    let (mut frames, mut rows, mut hint) = (RowTable::new(root.ncols()), 0, 0);
+    let (mut frames, mut rows) = (RowTable::new(root.ncols()), 0);
     let root_rows = root.transpose();
     for weighed in &problem.frames {
-        let Some((residual, jacobian)) = problem.whitened(weighed, at, &mut hint) else { continue };
+        let Some((residual, jacobian)) = problem.whitened(weighed, at) else { continue };
         let gradient: SVector<f64, LOCAL_ALL> = jacobian.transpose() * residual;
         let mut score = DVectorViewMut::from_slice(frames.push(), root.ncols());
         for local in 0..problem.unknowns.local() {
@@ -65,9 +65,8 @@ fn between_frames(
     let correlation = &fit.problem.observations.robot.noise_correlation;
     let mut sum = DMatrix::zeros(root.ncols(), root.ncols());
     let mut recent: VecDeque<(f64, DMatrix<f64>)> = VecDeque::new();
-    let mut hint = 0;
     for index in 0..fit.problem.frames.len() {
-        let Some(columns) = by_robot(fit, at, root, (shared, index), &mut hint) else { continue };
+        let Some(columns) = by_robot(fit, at, root, (shared, index)) else { continue };
         let stamp_s = fit.problem.frames[index].frame.stamp_s;
         while recent.front().is_some_and(|(earlier_s, _)| stamp_s - earlier_s > correlation.reach_s()) {
             recent.pop_front();
@@ -96,11 +95,10 @@ fn by_robot(
     at: &StripeState,
     root: &DMatrix<f64>,
     (shared, index): (&SharedNoise, usize),
-    hint: &mut usize,
 ) -> Option<DMatrix<f64>> {
     let problem = &fit.problem;
     let weighed = &problem.frames[index];
-    let placement = weighed.placement(problem.observations, at, hint)?;
+    let placement = weighed.placement(problem.observations, at)?;
     let parts = linearize_frame(problem.observations, &weighed.frame, at, &placement)?;
     let precision = weighed.whitener.transpose() * weighed.whitener;
     let weights = parts.jacobian.transpose() * precision;

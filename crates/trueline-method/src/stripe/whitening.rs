@@ -71,11 +71,10 @@ pub fn weigh(
     at: &StripeState,
     shared: &SharedNoise,
 ) -> Weighed {
-    let mut hint = 0;
     let placed: Vec<(&StripeFrame, FrameResidual)> = frames
         .iter()
         .filter_map(|frame| {
-            let placement = placement(observations, frame, at, &mut hint)?;
+            let placement = placement(observations, frame, at)?;
             Some((frame, linearize_frame(observations, frame, at, &placement)?))
         })
         .collect();
@@ -90,7 +89,6 @@ pub fn weigh(
     let scaled = SharedNoise { levels: NoiseLevels { factor, ..shared.levels }, ..*shared };
     let (moments, plates) = (RobustMoments::default(), squared.iter().flatten().flatten().count());
     let mut all = Weighed { frames: Vec::with_capacity(placed.len()), rejected: 0, plates, factor, moments };
-    let mut hint = 0;
     for (frame, parts) in &placed {
         let covariance = covariance(frame, parts, &scaled, rougher);
         let squared = squares(frame, parts, &covariance, rougher);
@@ -106,7 +104,7 @@ pub fn weigh(
             });
             all.moments.add(&covariance, &whitener, &parts.residual, &pulls);
             let weighed = WeighedFrame { frame: **frame, whitener, rows, pose_error: PoseError::NONE };
-            let pose_error = pose_error(observations, &weighed, parts, at, &scaled, &mut hint);
+            let pose_error = pose_error(observations, &weighed, parts, at, &scaled);
             all.frames.push(WeighedFrame { pose_error: pose_error.unwrap_or(PoseError::NONE), ..weighed });
         }
     }
@@ -163,7 +161,6 @@ fn pose_error(
     parts: &FrameResidual,
     at: &StripeState,
     shared: &SharedNoise,
-    hint: &mut usize,
 ) -> Option<PoseError> {
     let NoiseLevels { robot_sigma_m, stamp_sigma_s, factor } = shared.levels;
     let over_covariance = weighed.whitener.transpose() * (weighed.whitener * parts.residual);
@@ -175,7 +172,7 @@ fn pose_error(
         in_residual: SVector::zeros(),
     };
     let there = WeighedFrame { pose_error: error, ..*weighed };
-    let placement = there.placement(observations, at, hint)?;
+    let placement = there.placement(observations, at)?;
     error.in_residual = parts.residual - residual_of_frame(observations, &weighed.frame, at, &placement)?;
     Some(error)
 }

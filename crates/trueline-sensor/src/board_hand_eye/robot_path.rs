@@ -40,7 +40,7 @@ impl RobotPath<'_> {
             }),
             Self::Moving { trajectory, stamps_s } => {
                 let time_s = stamps_s.get(k)? - time_offset_s;
-                let segment = trajectory.segments().get(trajectory.bracket(time_s, 0)?)?;
+                let segment = trajectory.segments().get(trajectory.bracket(time_s)?)?;
                 if segment.duration > trajectory.gap_limit() {
                     return None;
                 }

@@ -210,7 +210,7 @@ fn by_own_noise(observed: &Observations, frame: &StripeFrame) -> Option<WeighedF
             rows += 1;
         }
     }
-    let inside = observed.robot.trajectory.bracket(frame.stamp_s - 0.1, 0).is_some();
+    let inside = observed.robot.trajectory.bracket(frame.stamp_s - 0.1).is_some();
     inside.then_some(WeighedFrame { frame: *frame, whitener, rows, pose_error: PoseError::NONE })
 }
 

@@ -85,8 +85,7 @@ impl Samples {
         let (mut moved, mut unplaced) = (Self::none(self.line), Unplaced::default());
         for &index in &self.index[..self.count as usize] {
             let o = &list[index as usize];
-            let found = trajectory.bracket_of(o.stamp_s - time_offset_s);
-            match found.and_then(|found| trajectory.segment(found)) {
+            match trajectory.segment_at(o.stamp_s - time_offset_s) {
                 Some(segment) => moved.push(index, o, segment),
                 None => unplaced.push(index),
             }
@@ -234,8 +233,7 @@ impl<'a> Gathering<'a> {
             self.samples.push(Samples::none(o.line));
         }
         let samples = &mut self.samples[slot];
-        let found = self.trajectory.bracket_of(o.stamp_s - self.time_offset_s);
-        match found.and_then(|found| self.trajectory.segment(found)) {
+        match self.trajectory.segment_at(o.stamp_s - self.time_offset_s) {
             Some(segment) => samples.push(self.next as u32, o, segment),
             None => samples.push_unplaced(self.next as u32, o),
         }
