@@ -37,7 +37,15 @@ fn modules(src: &Path) -> Modules {
 
 /// Without comments, and without the unit tests at the end of a file: they may look at anything.
 fn code(text: &str) -> String {
-    let text = text.split("#[cfg(test)]\nmod ").next().unwrap_or(text);
+    let is_of_tests = |after: &str| {
+        after
+            .trim_start()
+            .lines()
+            .find(|line| !line.starts_with("#["))
+            .is_some_and(|line| line.starts_with("mod "))
+    };
+    let end = text.match_indices("#[cfg(test)]").find(|(at, mark)| is_of_tests(&text[at + mark.len()..]));
+    let text = end.map_or(text, |(at, _)| &text[..at]);
     let lines = text.lines().map(|line| line.split("//").next().unwrap_or(line));
     lines.collect::<Vec<_>>().join("\n")
 }
@@ -242,6 +250,10 @@ fn circles_of_every_form_are_found() {
         ("", "mod m;\npub use m::X;"),
         ("m", "mod x;\npub use x::X;"),
         ("m::x", "use crate::b::B;"),
-        ("b", "// use crate::m::X;\nuse std::b::x;\n#[cfg(test)]\nmod tests { use crate::m::X; }")
+        (
+            "b",
+            "// use crate::m::X;\nuse std::b::x;\n#[cfg(test)]\n#[allow(x)]\nmod tests { use crate::m::X; }"
+        )
     ]));
+    assert!(is_circular(&[("a", "use crate::b::B;"), ("b", "#[cfg(test)]\nuse crate::a::A;\nmod c;")]));
 }
