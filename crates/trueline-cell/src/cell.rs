@@ -77,13 +77,13 @@ impl Cell {
         self.camera.as_ref().map(CameraRecorder::picture)
     }
 
-    /// Who wants the poses.
+    /// The live estimate, which is given every pose.
     #[must_use]
     pub fn estimate(&self) -> Option<Arc<LiveEstimate>> {
         self.estimate.clone()
     }
 
-    /// Who cuts welds out of what comes.
+    /// The watch, which divides the stream into welds.
     #[must_use]
     pub fn welds(&self) -> Option<Arc<LiveWelds>> {
         self.welds.clone()

@@ -64,9 +64,9 @@ pub struct RecordingSettings<'a> {
     pub command: String,
     /// What gives pictures and what their stamps are: [`CameraRecorder::stamp_meaning`](crate::CameraRecorder::stamp_meaning).
     pub camera: Option<String>,
-    /// Who wants to have the poses as well.
+    /// The live estimate, which is given every pose as well.
     pub estimate: Option<Arc<LiveEstimate>>,
-    /// Who cuts them into welds.
+    /// The watch, which divides them into welds.
     pub welds: Option<Arc<LiveWelds>>,
 }
 

@@ -55,7 +55,7 @@ pub struct CameraLook {
 /// What is wired to a simulated camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraWiring {
-    /// Who is told of every exposure.
+    /// The address that is sent every exposure.
     pub output_to: Option<SocketAddr>,
     /// What is at the input `Line1`.
     pub input: Option<WiredInput>,

@@ -250,7 +250,7 @@ fn nothing_is_accepted_behind_the_end() {
     assert_eq!(state.bytes, memory.bytes().len() as u64);
 }
 
-/// Who forgets to end a recording has one all the same.
+/// A recording that is never finished by its writer is whole all the same.
 #[test]
 fn a_dropped_recorder_ends_its_recording() {
     let memory = Memory::default();

@@ -88,7 +88,7 @@ pub trait OpenObserver: Sync {
     /// Something worth knowing.
     fn told(&self, _told: &Told<'_>) {}
 
-    /// Who looks on while pictures are examined.
+    /// Called while pictures are examined.
     fn of_pictures(&self) -> &dyn ScanObserver {
         &()
     }

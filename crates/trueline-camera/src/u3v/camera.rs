@@ -238,7 +238,7 @@ impl<T: UsbTransfer + 'static> FrameSource for U3vCamera<T> {
 
 impl<T: UsbTransfer + 'static> Drop for U3vCamera<T> {
     fn drop(&mut self) {
-        // A camera that was silent may hear all the same, and one that is unplugged costs no time: its transfers fail at once.
+        // A camera that stopped answering may still receive commands; one that is unplugged costs no time, since its transfers fail at once.
         if self.gone {
             self.features.link.ask_once();
         }

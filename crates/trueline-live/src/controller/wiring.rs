@@ -11,7 +11,7 @@ use trueline_geometry::Pose;
 /// What is to be wired to a simulated robot; addresses are of this machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WiringSettings {
-    /// Who is told where the robot truly is.
+    /// The address that is sent the robot's true pose.
     pub truth_to: Option<SocketAddr>,
     /// Where to listen for what drives the first digital input, and by how much that is late, s.
     pub input_from: Option<(SocketAddr, f64)>,

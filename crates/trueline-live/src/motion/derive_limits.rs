@@ -21,7 +21,7 @@ pub const REACH_M: f64 = 0.5;
 /// Limits for a path at a share of its own pace, of a tool that carries something as far as `reach_m` from its origin.
 ///
 /// # Errors
-/// A path that no limits would make good: the speed of what the tool carries has one that no file raises.
+/// A path that no limits can allow: it moves what the tool carries faster than the cap that no limits file can raise.
 pub fn limits_for(poses: &[RobotSample], pace: f64, reach_m: f64) -> Result<MotionLimits, PathError> {
     let axis = poses.iter().map(|p| p.base_from_tool.rotation * Vector3::z()).sum::<Vector3<f64>>();
     let tool_axis = UnitVector3::try_new(axis, 1e-3).ok_or(PathError::Attitude { at_s: 0.0 })?;

@@ -48,7 +48,7 @@ impl Entry {
 pub struct RobotEntry {
     /// As it came.
     pub datagram: Vec<u8>,
-    /// Who sent it.
+    /// The sender.
     pub from: SocketAddr,
     /// When it came by the steady clock, ns: the stamp that calibration uses.
     pub steady_ns: i64,
@@ -71,7 +71,7 @@ pub struct RobotEntry {
 pub struct PacketEntry {
     /// As it came.
     pub packet: Vec<u8>,
-    /// Who sent it.
+    /// The sender.
     pub from: SocketAddr,
     /// When it came by the steady clock, ns: the stamp that calibration uses.
     pub steady_ns: i64,
@@ -92,7 +92,7 @@ pub struct PacketEntry {
 pub struct RejectedEntry {
     /// As it came.
     pub datagram: Vec<u8>,
-    /// Who sent it.
+    /// The sender.
     pub from: SocketAddr,
     /// When it came by the steady clock, ns.
     pub steady_ns: i64,

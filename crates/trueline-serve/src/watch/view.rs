@@ -21,7 +21,7 @@ pub struct CellView {
     pub last: Option<Value>,
     /// What was told of the last weld with an alarm, and when, s since 1970 UTC.
     pub last_alarm: Option<(Value, i64)>,
-    /// Who is told of alarms.
+    /// The receivers of alarms.
     pub receivers: Vec<ReceiverRow>,
 }
 

@@ -1,6 +1,6 @@
 //! Who is told: a web address or a topic of an MQTT broker.
 
-/// Who is told.
+/// A receiver of messages.
 pub trait Receiver: Send {
     /// Its address, whole: what makes it this receiver and no other.
     fn address(&self) -> &str;
