@@ -4,6 +4,7 @@
 //! but what a sensor's own software fits, the straight line through a stripe.
 
 mod profiles;
+mod straight_line;
 mod stripes;
 mod surface;
 

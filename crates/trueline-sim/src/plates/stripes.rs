@@ -1,5 +1,6 @@
 //! Support points of the stripes on two plates, and the seam point where they cross.
 
+use super::straight_line::StraightLine;
 use super::surface::{PlateInBase, PlatePair, Plates};
 use crate::capture::SheetAxes;
 use crate::noise::Noise;
@@ -15,6 +16,8 @@ use trueline_model::Camera;
 const PLACES: usize = 24;
 /// A stripe of fewer pixels is none.
 const LEAST_PX: f64 = 40.0;
+/// Where a plate ends is as high as this much of it before its end says, m.
+const TIP_M: f64 = 8e-3;
 /// A shift small enough for differences, m.
 const SMALL_M: f64 = 1e-6;
 
@@ -51,7 +54,10 @@ pub fn scan_plates_along(
         }
         let base_from_camera = base_from_tool(exposed_s) * scenario.cell.tool_from_camera;
         let seen = both.each_ref().map(|plate| view.stripe(plate, &base_from_camera, &mut noise));
-        let mut edge_of = |k: usize| view.edge(seen[k].as_ref()?, &both[k], &base_from_camera, &mut noise);
+        let mut edge_of = |k: usize| {
+            seen[k].as_ref()?;
+            view.edge(&both[k], &base_from_camera, &mut noise)
+        };
         let (seam, stripes) = match (plates.pair, &seen) {
             (PlatePair::Meeting, [Some(left), Some(right)]) => (crossing(left, right), vec![0, 1]),
             (PlatePair::Lap { .. }, [Some(_), Some(_)]) => (edge_of(plates.edge_on), vec![0, 1]),
@@ -90,10 +96,11 @@ pub fn scan_plates_along(
     Some(recording)
 }
 
-/// A fitted stripe in ideal pixels, with its errors.
+/// A straight line through a piece of stripe in ideal pixels, with its errors.
 struct Seen {
     points: [Vector2<f64>; 2],
     normal: Vector2<f64>,
+    length_px: f64,
     sigma_px: f64,
 }
 
@@ -172,7 +179,18 @@ impl View<'_> {
 
     /// The straight line through a plate's stripe, as even columns would give it, with noise.
     fn stripe(&self, plate: &PlateInBase, base_from_camera: &Pose, noise: &mut Noise) -> Option<Seen> {
-        let [near, far] = self.plates.reach_m;
+        let seen = self.line(plate, base_from_camera, self.plates.reach_m, noise)?;
+        (seen.length_px >= LEAST_PX).then_some(seen)
+    }
+
+    /// The same through a piece of it, between two distances from the seam, m.
+    fn line(
+        &self,
+        plate: &PlateInBase,
+        base_from_camera: &Pose,
+        [near, far]: [f64; 2],
+        noise: &mut Noise,
+    ) -> Option<Seen> {
         let mut places = Vec::with_capacity(PLACES);
         for k in 0..PLACES {
             let from_seam_m = near + (far - near) * k as f64 / (PLACES - 1) as f64;
@@ -180,54 +198,32 @@ impl View<'_> {
             let Some(ideal) = self.ideal(base_from_camera, &point) else { break };
             places.push((ideal, point));
         }
-        let (first, last) = (places.first()?.0, places.last()?.0);
-        let length_px = (last - first).norm();
-        if length_px < LEAST_PX {
-            return None;
-        }
-        let along = (last - first) / length_px;
-        let normal = Vector2::new(-along.y, along.x);
-        // Columns are even: a place stands for half of the way to its neighbours.
-        let share = |k: usize| {
-            let (before, after) = (k.saturating_sub(1), (k + 1).min(places.len() - 1));
-            0.5 * (places[after].0 - places[before].0).norm() / length_px
-        };
-        let numbers: Vec<[f64; 3]> = (0..places.len())
-            .map(|k| [share(k), along.dot(&(places[k].0 - first)), normal.dot(&(places[k].0 - first))])
-            .collect();
-        let mean = |of: &dyn Fn(&[f64; 3]) -> f64| numbers.iter().map(|n| n[0] * of(n)).sum::<f64>();
-        let (middle, height) = (mean(&|n| n[1]), mean(&|n| n[2]));
-        let spread = mean(&|n| (n[1] - middle).powi(2));
-        let slope = mean(&|n| (n[1] - middle) * (n[2] - height)) / spread;
-        let sigma_px = self.plates.column_sigma_px * (2.0 * self.plates.alike_px / length_px).sqrt();
+        let line = StraightLine::through(&places)?;
+        let sigma_px = self.plates.column_sigma_px * (2.0 * self.plates.alike_px / line.length_px).sqrt();
         let point = places[places.len() / 2].1;
         let raised = self.ideal(base_from_camera, &(point + plate.normal * SMALL_M))?;
         let there = self.ideal(base_from_camera, &point)?;
-        let rough_px = normal.dot(&(raised - there)) / SMALL_M * self.plates.roughness_m;
-        let points = [-1.0, 1.0].map(|side| {
-            let s = middle + side * spread.sqrt();
+        let rough_px = line.normal().dot(&(raised - there)) / SMALL_M * self.plates.roughness_m;
+        let points = line.supports.map(|at| {
             let error = noise.normal(sigma_px) + noise.normal(rough_px.abs());
-            first + along * s + normal * (height + slope * (s - middle) + error)
+            at + line.normal() * error
         });
-        Some(Seen { points, normal, sigma_px })
+        Some(Seen { points, normal: line.normal(), length_px: line.length_px, sigma_px })
     }
 
-    /// Where the stripe ends at the plate's edge: along it with noise of its own, across it where the measured line is.
-    fn edge(
-        &self,
-        seen: &Seen,
-        plate: &PlateInBase,
-        base_from_camera: &Pose,
-        noise: &mut Noise,
-    ) -> Option<Crossing> {
+    /// Where the stripe ends at the plate's edge: along it with noise of its own, across it where the line through the last
+    /// millimetres of it is. The line through all of a bowed stripe passes beside its end.
+    fn edge(&self, plate: &PlateInBase, base_from_camera: &Pose, noise: &mut Noise) -> Option<Crossing> {
+        let [near, far] = self.plates.reach_m;
+        let tip = self.line(plate, base_from_camera, [near, far.min(near.max(TIP_M))], noise)?;
         let there = self.ideal(base_from_camera, &plate.cut(self.sheet, base_from_camera, 0.0)?)?;
-        let [a, b] = seen.points;
+        let [a, b] = tip.points;
         let along = (b - a).normalize();
         let sigma_px = self.plates.edge_sigma_px;
         let at = a + along * (along.dot(&(there - a)) + noise.normal(sigma_px));
         let across = Vector2::new(-along.y, along.x);
-        let covariance = along * along.transpose() * sigma_px.powi(2)
-            + across * across.transpose() * seen.variance_at(&at);
+        let covariance =
+            along * along.transpose() * sigma_px.powi(2) + across * across.transpose() * tip.variance_at(&at);
         Some(Crossing { at, covariance })
     }
 

@@ -131,22 +131,36 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// 0.2 mm in each surface term of both plates, of a fillet and of a lap.
+/// 0.2 mm in each surface term of both plates, of a fillet, of a lap, of a lap in profiles, and of one plate with its edge.
 fn bowed() -> Vec<Case> {
     let terms = ["r²", "rs", "s²", "r³", "r²s", "rs²", "s³"];
-    let pairs = [("bowed", PlatePair::Meeting), ("lap, bowed", PlatePair::Lap { step_m: 3e-3 })];
-    let case = |(name, pair): (&str, PlatePair), (number, term): (usize, &str)| Case {
-        name: format!("{name} 0.2 mm in {term}, S-scan 60 s"),
-        scenario: Preset::Paper.scenario(),
-        plates: Plates { pair, forms: [PlateForm::of_term(number, 2e-4); 2], ..Plates::default() },
-        measurements: Measurements::Stripe,
-        sensor: SensorMode::Fixed,
-        own_noise: false,
-    };
-    pairs
-        .into_iter()
-        .flat_map(|pair| terms.into_iter().enumerate().map(move |term| case(pair, term)))
-        .collect()
+    let paper = Preset::Paper.scenario();
+    let profiled =
+        Scenario { scan: paper.scan.clone(), timing: paper.timing.clone(), ..Preset::Profiler.scenario() };
+    let lap = PlatePair::Lap { step_m: 3e-3 };
+    let kinds = [
+        ("bowed", PlatePair::Meeting, &paper),
+        ("lap, bowed", lap, &paper),
+        ("lap of profiles, bowed", lap, &profiled),
+        ("one plate, bowed", PlatePair::Edge, &paper),
+        ("one plate of profiles, bowed", PlatePair::Edge, &profiled),
+    ];
+    let mut cases = Vec::new();
+    for (name, pair, scenario) in kinds {
+        let case = |name: String, forms| Case {
+            name,
+            scenario: scenario.clone(),
+            plates: Plates { pair, forms, ..Plates::default() },
+            measurements: Measurements::Stripe,
+            sensor: SensorMode::Fixed,
+            own_noise: false,
+        };
+        cases.push(case(format!("{name} by nothing"), Default::default()));
+        cases.extend((terms.iter().enumerate()).map(|(number, term)| {
+            case(format!("{name} 0.2 mm in {term}"), [PlateForm::of_term(number, 2e-4); 2])
+        }));
+    }
+    cases
 }
 
 /// ±5 mm, ±5 mm stand-off, ±5° in 10 s.

@@ -88,9 +88,9 @@ impl ButtFinder {
         // The search for one end must not reach the other plate.
         let search_px = SEARCH_PX.min(0.35 * best.width_px).max(3.0);
         for (point, plate) in points.iter_mut().zip(&best.plates) {
-            let (edge, fit) = self.ends.find(plate, Some(search_px), frame)?;
-            *point = edge_point(&fit, &edge);
-            quality = quality.min(fit.present);
+            let (edge, around) = self.ends.find(plate, Some(search_px), frame)?;
+            *point = edge_point(&around, &edge);
+            quality = quality.min(around.fit.present);
         }
         middle(evidence, &points, quality)
     }

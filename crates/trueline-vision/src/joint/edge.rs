@@ -39,11 +39,11 @@ pub fn find<L: Level>(
             meant.map(|(_, plate)| plate).ok_or_else(|| no_plate(evidence))?
         }
     };
-    let (edge, fit) = ends.find(&plate, None, frame)?;
-    let (ideal, covariance) = edge_point(&fit, &edge);
+    let (edge, around) = ends.find(&plate, None, frame)?;
+    let (ideal, covariance) = edge_point(&around, &edge);
     judged(&covariance)?;
-    let seam = Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)?;
-    let plate = StripeSupport::of(&fit, &ideal, frame.lens);
+    let seam = Seam::from_ideal(frame.lens, &ideal, &covariance, around.fit.present)?;
+    let plate = StripeSupport::of(&around.fit, &ideal, frame.lens);
     Ok(Detection { plates: [plate, None], ..seam.into() })
 }
 

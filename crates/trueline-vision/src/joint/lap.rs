@@ -83,7 +83,7 @@ impl LapFinder {
         } else {
             self.ends.whole_end(&around, frame)?
         };
-        let (ideal, covariance) = edge_point(&fit, &edge);
+        let (ideal, covariance) = edge_point(&around, &edge);
         judged(&covariance)?;
         let seam = Seam::from_ideal(frame.lens, &ideal, &covariance, fit.present)?;
         let lower = self.lower_stripe(&best, &segments[best.lower], frame);

@@ -33,6 +33,9 @@ const FOLLOWED_PX: f64 = 64.0;
 const MOST_STEPS: usize = 6;
 /// The shortest stretch along which a bent plate is fitted, px.
 const SHORTEST_PX: f64 = 80.0;
+/// How much of a plate says how high its end is, m: a bow of 0.2 mm at 25 mm from the end then leaves 0.006 mm, all of the plate
+/// 0.04 mm.
+const TIP_M: f64 = 8e-3;
 /// An end that is found within this of where it was taken to be is not followed further, px.
 const MOVED_PX: f64 = 10.0;
 /// Light of this part of the stripe's is the stripe; it may be missing so far, in px and in its thicknesses: grains of
@@ -53,6 +56,7 @@ const ROUNDED_ALONG: f64 = 4.0;
 /// The stripe on a plate, measured.
 struct MeasuredPlate {
     fit: Fit,
+    tip: Fit,
     template: Template,
     /// Where it was taken to end, along the line that was fitted.
     near: f64,
@@ -63,6 +67,8 @@ struct MeasuredPlate {
 pub(crate) struct EndSurroundings {
     /// The line along the plate.
     pub(crate) fit: Fit,
+    /// The line along the last of it.
+    tip: Fit,
     template: Template,
     within: [f64; 2],
     band_px: f64,
@@ -85,14 +91,14 @@ impl PlateEndFinder {
     ///
     /// # Errors
     /// Too little stripe, or light that does not end.
-    pub fn find<L: Level>(
+    pub(crate) fn find<L: Level>(
         &mut self,
         plate: &Plate,
         known_px: Option<f64>,
         frame: Frame<'_, L>,
-    ) -> Result<(Edge, Fit), NotFound> {
+    ) -> Result<(Edge, EndSurroundings), NotFound> {
         let around = self.look(plate, known_px, frame)?;
-        Ok((self.whole_end(&around, frame)?, around.fit))
+        Ok((self.whole_end(&around, frame)?, around))
     }
 
     /// Measures the stripe on a plate, and the light around its end.
@@ -113,12 +119,12 @@ impl PlateEndFinder {
                 stripe = self.measure(&further, search_px, frame)?;
             }
         }
-        let MeasuredPlate { fit, template, near } = stripe;
+        let MeasuredPlate { fit, tip, template, near } = stripe;
         let before_px = (COMPARED * plate.length_px).clamp(COMPARE_PX, MOST_COMPARED_PX);
         let reach = [near - search_px - before_px, near + search_px + COMPARE_PX.min(search_px)];
         let band_px = self.meter.bands(&fit.line, reach, &template, frame, &mut self.ends.sections);
         let within = [near - search_px, near + search_px];
-        Ok(EndSurroundings { fit, template, within, band_px, sigma_px: plate.sigma_px })
+        Ok(EndSurroundings { fit, tip, template, within, band_px, sigma_px: plate.sigma_px })
     }
 
     fn measure<L: Level>(
@@ -130,7 +136,10 @@ impl PlateEndFinder {
         let span = [-plate.length_px.min(FIT_PX), -search_px];
         let (fit, template) = self.meter.fit(&plate.line, span, plate.sigma_px, frame).ok_or(NOTHING)?;
         let fit = self.meter.straight_end(fit);
-        Ok(MeasuredPlate { fit, template, near: fit.line.station(&plate.line.point) })
+        let (_, m_per_px) = frame.lens.on_sheet(&plate.line.point).ok_or(NOTHING)?;
+        let tip_px = TIP_M / (m_per_px * fit.line.along).norm();
+        let tip = self.meter.tip(fit, tip_px.max(SHORTEST_PX));
+        Ok(MeasuredPlate { fit, tip, template, near: fit.line.station(&plate.line.point) })
     }
 
     /// The plate up to where its stripe leads, if that is not where its end was taken to be: a segment ends where its last
@@ -141,7 +150,7 @@ impl PlateEndFinder {
         sigma_px: f64,
         frame: Frame<'_, L>,
     ) -> Option<Plate> {
-        let MeasuredPlate { fit, template, near } = stripe;
+        let MeasuredPlate { fit, template, near, .. } = stripe;
         self.meter.section(&fit.line, [near - SEARCH_PX, near + FOLLOWED_PX], template, frame);
         let most_dark_px = DARK_PX.max(DARK_SIGMAS * sigma_px);
         let mut last = near - SEARCH_PX;
@@ -226,11 +235,14 @@ impl PlateEndFinder {
     }
 }
 
-/// The point at an edge and its covariance: along the line that of the edge, across it that of the line.
+/// The point at an edge and its covariance: along the line that of the edge, across it that of the line through the last of the
+/// stripe. The line through all of a bowed stripe passes beside its end, in every picture alike.
 #[must_use]
-pub(crate) fn edge_point(fit: &Fit, edge: &Edge) -> (Vector2<f64>, Matrix2<f64>) {
-    let (along, across) = (fit.line.along, fit.line.normal());
+pub(crate) fn edge_point(around: &EndSurroundings, edge: &Edge) -> (Vector2<f64>, Matrix2<f64>) {
+    let EndSurroundings { fit, tip, .. } = around;
+    let s = tip.line.station(&fit.line.at(edge.s));
+    let (along, across) = (tip.line.along, tip.line.normal());
     let covariance = along * along.transpose() * edge.sigma_px.powi(2)
-        + across * across.transpose() * (fit.variance_at(edge.s) + edge.rounded_px.powi(2));
-    (fit.line.at(edge.s), covariance)
+        + across * across.transpose() * (tip.variance_at(s) + edge.rounded_px.powi(2));
+    (tip.line.at(s), covariance)
 }

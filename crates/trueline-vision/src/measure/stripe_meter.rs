@@ -63,6 +63,12 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// The same with the regression over a part of its sections.
+    fn over(&self, part: &Regression) -> Self {
+        let at = Line2 { point: self.from.at(part.centre), along: self.from.along };
+        Self { line: at.moved(part.shift_px, part.slope), regression: *part, ..*self }
+    }
+
     /// Variance of the line square to itself at a distance along it from its point, px².
     #[must_use]
     pub(crate) fn variance_at(&self, s: f64) -> f64 {
@@ -297,8 +303,7 @@ impl StripeMeter {
             let off = start.shift_px - rest.shift_at(start.centre);
             let variance = start.covariance.m11 + rest.variance_at(start.centre);
             if off.abs() > BENT_PX && off * off > BENT * BENT * variance {
-                let at = Line2 { point: fit.from.at(rest.centre), along: fit.from.along };
-                return Fit { line: at.moved(rest.shift_px, rest.slope), regression: rest, ..fit };
+                return fit.over(&rest);
             }
         }
         fit
@@ -321,8 +326,15 @@ impl StripeMeter {
         };
         let longest = (0..stretches.len()).rev().find(agrees).and_then(|number| stretches[number]);
         let Some(longest) = longest.filter(|longest| *longest != fit.regression) else { return fit };
-        let at = Line2 { point: fit.from.at(longest.centre), along: fit.from.along };
-        Fit { line: at.moved(longest.shift_px, longest.slope), regression: longest, ..fit }
+        fit.over(&longest)
+    }
+
+    /// The last so many pixels of the last fit, or all of it where that is no longer.
+    pub(crate) fn tip(&mut self, fit: Fit, length_px: f64) -> Fit {
+        let Some(last) = self.shifts.last().map(|shift| shift.s) else { return fit };
+        let split = self.shifts.partition_point(|shift| shift.s < last - length_px);
+        let tip = self.regressor.fit(&self.shifts[split..]);
+        tip.filter(|tip| tip.centre > fit.regression.centre).map_or(fit, |tip| fit.over(&tip))
     }
 
     /// How far the stripe lies beside a line over a short stretch of it, px, and its standard deviation: the mean, each

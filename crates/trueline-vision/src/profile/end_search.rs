@@ -24,53 +24,92 @@ const LEANING_MM: f64 = 1.0;
 /// Columns from which their distance is taken.
 const PITCH_COLUMNS: usize = 41;
 
+/// A range of the points of a profile, from the far side on.
+struct FromOutside {
+    within: Range<usize>,
+    outward: Outward,
+}
+
+impl FromOutside {
+    /// Index of the k-th point.
+    fn index(&self, k: usize) -> usize {
+        match self.outward {
+            Outward::Left => self.within.start + k,
+            Outward::Right => self.within.end - 1 - k,
+        }
+    }
+}
+
 impl ProfileFinder {
-    /// The end of a face to one side among a range of the points; what is within `limit_mm` of its line is on it.
+    /// The end of a face to one side among a range of the points; what is within `limit_mm` of its line is on it. The end of a bowed face does
+    /// not lie on the line of all of it: it is where the face's tip ends.
     pub(super) fn face_end(
-        &self,
+        &mut self,
         face: &Face,
         limit_mm: f64,
         within: Range<usize>,
         outward: Outward,
     ) -> Result<FaceEnd, NoSeam> {
-        let (start, count) = (within.start, within.len());
-        // The k-th point from the far side.
-        let index = |k: usize| match outward {
-            Outward::Left => start + k,
-            Outward::Right => start + count - 1 - k,
-        };
-        let is_on = |point: &Vector2<f64>| face.off(point).abs() < limit_mm;
-        let on = |k: usize| is_on(&self.points[index(k)]);
+        let from_outside = FromOutside { within, outward };
+        let last_k = self.last_on(face, limit_mm, &from_outside)?;
+        let last_x = self.points[from_outside.index(last_k)].x;
+        let tip = self.tip(face, limit_mm, last_x, outward);
+        self.end_of_tip(&tip, &from_outside)
+    }
+
+    /// Number of the last point on a face.
+    fn last_on(&self, face: &Face, limit_mm: f64, from_outside: &FromOutside) -> Result<usize, NoSeam> {
+        let count = from_outside.within.len();
+        let on = |k: usize| face.off(&self.points[from_outside.index(k)]).abs() < limit_mm;
         let has_foothold = |k: usize| {
             let before = (k..(k + FOOTHOLD).min(count)).filter(|&k| on(k)).count();
             on(k) && 2 * before >= FOOTHOLD
         };
-        let last_k = (0..count).find(|&k| has_foothold(k)).ok_or(NoSeam::NotStraight)?;
+        (0..count).find(|&k| has_foothold(k)).ok_or(NoSeam::NotStraight)
+    }
+
+    fn end_of_tip(&self, tip: &Face, from_outside: &FromOutside) -> Result<FaceEnd, NoSeam> {
+        let limit_mm = Self::limit_mm(&[*tip], 0.0);
+        let last_k = self.last_on(tip, limit_mm, from_outside)?;
+        let (count, outward) = (from_outside.within.len(), from_outside.outward);
+        let index = |k: usize| from_outside.index(k);
+        let is_on = |point: &Vector2<f64>| tip.off(point).abs() < limit_mm;
+        let on = |k: usize| is_on(&self.points[index(k)]);
         let last_x = self.points[index(last_k)].x;
         let from_end = |k: usize| (self.points[index(k)].x - last_x) * outward.sign();
         let steps = last_k..(last_k + PITCH_COLUMNS).min(count - 1);
         let mut steps: Vec<f64> = steps.map(|k| from_end(k) - from_end(k + 1)).collect();
         let pitch_mm = median(&mut steps);
         let behind =
-            (0..last_k).rev().map(|k| [from_end(k), face.off(&self.points[index(k)]).abs() - limit_mm]);
+            (0..last_k).rev().map(|k| [from_end(k), tip.off(&self.points[index(k)]).abs() - limit_mm]);
         let (behind_mm, is_bounded) = behind_end(behind, pitch_mm);
         if behind_mm[1] > MOST_ROUNDED_MM + pitch_mm {
             return Err(NoSeam::RoundedEnd);
         }
         let leaning_mm = LEANING_MM.max(FOOTHOLD as f64 * pitch_mm);
         let before = (last_k..count).take_while(|&k| -from_end(k) < leaning_mm).filter(|&k| on(k));
-        if leans(before.map(|k| [from_end(k), face.off(&self.points[index(k)])])) {
+        if leans(before.map(|k| [from_end(k), tip.off(&self.points[index(k)])])) {
             return Err(NoSeam::RoundedEnd);
         }
         let reach_mm = (COUNTED_COLUMNS as f64 + 0.5) * pitch_mm;
         let near = (last_k + 1..count).take_while(|&k| -from_end(k) < reach_mm);
         let there = near.filter(|&k| is_on(&self.points[index(k)])).count();
         let lost = COUNTED_COLUMNS.saturating_sub(there);
-        let last = face.at_x(last_x).ok_or(NoSeam::NotStraight)?;
-        let far = face.at_x(last_x + outward.sign()).ok_or(NoSeam::NotStraight)?;
+        let last = tip.at_x(last_x).ok_or(NoSeam::NotStraight)?;
+        let far = tip.at_x(last_x + outward.sign()).ok_or(NoSeam::NotStraight)?;
         let lost_part = lost_part([lost, COUNTED_COLUMNS]);
         let outward = far - last;
-        Ok(FaceEnd { last, outward, behind_mm, pitch_mm, is_bounded, lost, lost_part, scatter: 1.0 })
+        Ok(FaceEnd {
+            tip: Box::new(*tip),
+            last,
+            outward,
+            behind_mm,
+            pitch_mm,
+            is_bounded,
+            lost,
+            lost_part,
+            scatter: 1.0,
+        })
     }
 }
 

@@ -17,7 +17,7 @@ pub struct FaceSupport {
 }
 
 /// A straight face: a point, its direction and the regression of the shifts square to it.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Face {
     pub(super) origin: Vector2<f64>,
     pub(super) along: Vector2<f64>,

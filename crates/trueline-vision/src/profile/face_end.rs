@@ -10,6 +10,8 @@
 //!   within its width. Where more follow, it may be the plate's end face or what lies behind as well, and the edge anywhere before its far side.
 //! - Of a rounded edge the face bends away by and by. The edge is somewhere from where it does to where it
 //!   has gone away by as much as on.
+//!
+//! Square to the face the end is where the last millimetres of it are: the line through all of a bowed face passes beside its end, in every profile alike.
 
 use super::face::Face;
 use nalgebra::Vector2;
@@ -18,11 +20,13 @@ use nalgebra::Vector2;
 pub(super) const COUNTED_COLUMNS: usize = 4;
 
 /// The end of a face.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct FaceEnd {
-    /// The last column's place on the face, mm.
+    /// The face where it ends.
+    pub(super) tip: Box<Face>,
+    /// The last column's place on it, mm.
     pub(super) last: Vector2<f64>,
-    /// Outward along the face, per mm of x; of length 1 or more.
+    /// Outward along it, per mm of x; of length 1 or more.
     pub(super) outward: Vector2<f64>,
     /// From where to where the edge may be, from the last column on, mm of x.
     pub(super) behind_mm: [f64; 2],
@@ -39,13 +43,14 @@ pub(super) struct FaceEnd {
 }
 
 impl FaceEnd {
-    /// An end in the middle of a stretch of the face, and half of that.
-    pub(super) fn within(face: &Face, [from_x, to_x]: [f64; 2]) -> Option<Self> {
-        let (last, far) = (face.at_x(from_x)?, face.at_x(to_x)?);
+    /// An end in the middle of a stretch of a face's tip, and half of that.
+    pub(super) fn within(tip: Face, [from_x, to_x]: [f64; 2]) -> Option<Self> {
+        let (last, far) = (tip.at_x(from_x)?, tip.at_x(to_x)?);
         let width_mm = (to_x - from_x).abs();
         let outward = (far - last) / width_mm;
         let behind_mm = [0.0, width_mm];
         Some(Self {
+            tip: Box::new(tip),
             last,
             outward,
             behind_mm,

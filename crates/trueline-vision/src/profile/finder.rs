@@ -1,6 +1,7 @@
 //! Finds the seam in one profile after the other.
 
 use super::face::{Face, LEAST_SIGMA_MM, square_to};
+use super::face_end::Outward;
 use super::joint::ProfileJoint;
 use super::no_seam::NoSeam;
 use super::seen_joint::ProfileSeam;
@@ -20,6 +21,10 @@ pub(super) const LEAST_ANGLE_SINE: f64 = 0.17;
 const LEFT_OUT_MM: f64 = 2.0;
 /// ... and no more than this part of the face.
 const LEFT_OUT_PART: f64 = 0.2;
+/// The tip of a face is as much of it as this, mm along x: a bow of 0.2 mm at 25 mm from the end then leaves 0.006 mm of an end's height, all of the face
+/// 0.04 mm. And no fewer points than these.
+pub(super) const TIP_MM: f64 = 8.0;
+const TIP_POINTS: usize = 2 * FACE_POINTS;
 
 /// Finds seams; memory is kept from one profile to the next.
 #[derive(Clone, Debug, Default)]
@@ -139,5 +144,18 @@ impl ProfileFinder {
         let start = start.min(self.points.len() - FACE_POINTS);
         let end = end.max(FACE_POINTS);
         (start + FACE_POINTS <= end).then(|| self.face(start, end)).flatten()
+    }
+
+    /// The last millimetres of a face before its end; all of it where they are too few, or not straight.
+    pub(super) fn tip(&mut self, face: &Face, limit_mm: f64, end_x: f64, outward: Outward) -> Face {
+        let left_out = LEFT_OUT_MM.min(LEFT_OUT_PART * TIP_MM);
+        let [near, far] = [left_out, TIP_MM].map(|from_end| end_x - outward.sign() * from_end);
+        let start = self.points.partition_point(|point| point.x < near.min(far));
+        let end = self.points.partition_point(|point| point.x <= near.max(far));
+        if end - start < TIP_POINTS {
+            return *face;
+        }
+        let tip = self.face(start, end);
+        tip.filter(|tip| Self::is_straight(tip, &self.points[start..end], limit_mm)).unwrap_or(*face)
     }
 }

@@ -6,10 +6,11 @@
 
 use super::face::Face;
 use super::face_end::{FaceEnd, Outward};
-use super::finder::{COUNTED_SIGMAS, ProfileFinder};
+use super::finder::{COUNTED_SIGMAS, ProfileFinder, TIP_MM};
 use super::no_seam::NoSeam;
 use super::seen_joint::{SeenJoint, SeenSeam};
 use crate::measure::regression::median;
+use std::ops::Range;
 
 /// Faces this many standard deviations of a point apart are two.
 const STEP_SIGMAS: f64 = 8.0;
@@ -38,7 +39,13 @@ impl ProfileFinder {
         }
         // Range grows away from the sensor.
         let upper = usize::from(right.y < left.y);
-        let [from_x, to_x] = self.edge_between(&faces, upper, limit)?;
+        let rough = self.edge_between(&faces, upper, limit, 0..self.points.len())?;
+        // Bowed faces leave their lines before the edge: it lies between their tips.
+        let outward = [Outward::Right, Outward::Left];
+        let tips = [0, 1].map(|k| self.tip(&faces[k], limit, rough[k], outward[k]));
+        let near = self.points.partition_point(|point| point.x < rough[0] - TIP_MM)
+            ..self.points.partition_point(|point| point.x <= rough[1] + TIP_MM);
+        let [from_x, to_x] = self.edge_between(&tips, upper, Self::limit_mm(&tips, sigma_mm), near)?;
         let x_mm = 0.5 * (from_x + to_x);
         let split = self.points.partition_point(|point| point.x < x_mm);
         for (face, run) in [(&faces[0], &self.points[..split]), (&faces[1], &self.points[split..])] {
@@ -50,25 +57,32 @@ impl ProfileFinder {
         let faces = self.beside(x_mm)?;
         let corner = faces[upper].at_x(x_mm)?;
         let half_lengths_mm = ends.map(|end| 0.5 * (end - corner).norm());
-        let end = FaceEnd::within(&faces[upper], [from_x, to_x])?;
+        let tip = self.tip(&faces[upper], limit, [from_x, to_x][upper], outward[upper]);
+        let end = FaceEnd::within(tip, [from_x, to_x])?;
         let seam = SeenSeam::Edge { face: upper, end };
         Some(SeenJoint { faces: faces.map(Some), half_lengths_mm, seam })
     }
 
-    /// Between which places the upper face ends, mm: of all places that with the fewest points of a face on the other one's side.
-    fn edge_between(&mut self, faces: &[Face; 2], upper: usize, limit: f64) -> Option<[f64; 2]> {
+    /// Between which places the upper face ends, mm: of all places among a range of the points that with the fewest points of a face on the other
+    /// one's side.
+    fn edge_between(
+        &mut self,
+        faces: &[Face; 2],
+        upper: usize,
+        limit: f64,
+        within: Range<usize>,
+    ) -> Option<[f64; 2]> {
         let is_on = |face: usize, k: usize| faces[face].off(&self.points[k]).abs() < limit;
-        let count = self.points.len();
-        let mut wrong = (0..count).filter(|&k| is_on(0, k)).count();
-        let (mut split, mut fewest) = (0, wrong);
-        for k in 0..count {
+        let mut wrong = within.clone().filter(|&k| is_on(0, k)).count();
+        let (mut split, mut fewest) = (within.start, wrong);
+        for k in within.clone() {
             wrong = wrong + usize::from(is_on(1, k)) - usize::from(is_on(0, k));
             if wrong < fewest {
                 (split, fewest) = (k + 1, wrong);
             }
         }
-        let left = (0..split).rev().find(|&k| is_on(0, k))?;
-        let right = (split..count).find(|&k| is_on(1, k))?;
+        let left = (within.start..split).rev().find(|&k| is_on(0, k))?;
+        let right = (split..within.end).find(|&k| is_on(1, k))?;
         let [left, right] = [left, right].map(|k| self.points[k].x);
         self.spare.clear();
         self.spare.extend(self.points.windows(2).map(|pair| pair[1].x - pair[0].x));

@@ -20,7 +20,7 @@ pub struct ProfileSeam {
 }
 
 /// Straight faces and where the seam is on them; what is stated of their noise may still change.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct SeenJoint {
     /// The left one first; a plate alone is the first.
     pub faces: [Option<Face>; 2],
@@ -31,7 +31,7 @@ pub(super) struct SeenJoint {
 }
 
 /// Where the seam is.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) enum SeenSeam {
     /// Where both faces meet.
     Crossing(Vector2<f64>),
@@ -55,6 +55,15 @@ impl SeenJoint {
             SeenSeam::Gap([left, right]) => (Some(left), Some(right)),
         };
         one.into_iter().chain(two)
+    }
+
+    /// The end of a face that makes the seam, if it does.
+    pub(super) fn end_of_face_mut(&mut self, number: usize) -> Option<&mut FaceEnd> {
+        match &mut self.seam {
+            SeenSeam::Edge { face, end } if *face == number => Some(end),
+            SeenSeam::Gap(ends) => ends.get_mut(number),
+            _ => None,
+        }
     }
 
     /// The seam and what each face says; `None` for faces that are parallel and should meet.
@@ -86,10 +95,9 @@ impl SeenJoint {
                     Vector2::new(self.faces[0]?.variance_at(corner), self.faces[1]?.variance_at(corner));
                 Some((*corner, inverse * Matrix2::from_diagonal(&variances) * inverse.transpose()))
             }
-            SeenSeam::Edge { face, end } => Some(end_of(self.faces[*face].as_ref()?, end)),
-            SeenSeam::Gap([left, right]) => {
-                let left = end_of(self.faces[0].as_ref()?, left);
-                let right = end_of(self.faces[1].as_ref()?, right);
+            SeenSeam::Edge { end, .. } => Some(end_of(end)),
+            SeenSeam::Gap(ends) => {
+                let [left, right] = ends.each_ref().map(end_of);
                 Some((0.5 * (left.0 + right.0), 0.25 * (left.1 + right.1)))
             }
         }
@@ -102,12 +110,11 @@ impl SeenJoint {
     }
 }
 
-/// The end of a face on its line, and its covariance: along the face that of the end, square to it that of the line.
-fn end_of(face: &Face, end: &FaceEnd) -> (Vector2<f64>, Matrix2<f64>) {
-    let along = face.direction();
+/// The end of a face, and its covariance: along the face that of the end, square to it that of the tip's line.
+fn end_of(end: &FaceEnd) -> (Vector2<f64>, Matrix2<f64>) {
+    let (along, at) = (end.tip.direction(), end.at());
     let across = square_to(&along);
-    let at = face.anchor() + along * along.dot(&(end.at() - face.anchor()));
     let covariance = along * along.transpose() * end.sigma_mm().powi(2)
-        + across * across.transpose() * face.variance_at(&at);
+        + across * across.transpose() * end.tip.variance_at(&at);
     (at, covariance)
 }

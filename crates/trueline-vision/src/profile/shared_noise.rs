@@ -8,6 +8,7 @@
 
 use super::face_end::lost_part;
 use super::seen_joint::SeenJoint;
+use crate::measure::regression::Regression;
 use nalgebra::Matrix2;
 
 /// Profiles before and after one whose noise it shares: 33 faces leave 3 % of 15 %.
@@ -16,26 +17,11 @@ const NEIGHBOURS: usize = 16;
 /// its own, and shares it with nobody.
 const OWN_NOISE: f64 = 3.0;
 
-/// Gives each face the noise of the profiles about it, left and right faces apart, and each end what is lost at theirs.
+/// Gives each face and each tip the noise of the profiles about it, left and right ones apart, and each end what is lost at theirs.
 pub(super) fn share_noise(profiles: &mut [&mut SeenJoint]) {
     for side in 0..2 {
-        let own: Vec<Matrix2<f64>> = profiles
-            .iter()
-            .map(|profile| point_noise(profile, side).unwrap_or_else(Matrix2::zeros))
-            .collect();
-        for (k, profile) in profiles.iter_mut().enumerate() {
-            let about = &own[neighbours(k, own.len())];
-            let limit = OWN_NOISE * median_trace(about);
-            let Some(face) = &mut profile.faces[side] else { continue };
-            let Some(factor) = face.regression.information.cholesky() else { continue };
-            if own[k].trace() > limit {
-                continue;
-            }
-            let alike = about.iter().filter(|noise| noise.trace() <= limit);
-            let mean = alike.clone().sum::<Matrix2<f64>>() / alike.count().max(1) as f64;
-            let Some(inverse) = factor.l().try_inverse() else { continue };
-            face.regression.covariance = inverse.transpose() * mean * inverse;
-        }
+        share(profiles, |profile| Some(&mut profile.faces[side].as_mut()?.regression));
+        share(profiles, |profile| Some(&mut profile.end_of_face_mut(side)?.tip.regression));
     }
     let lost: Vec<Vec<[usize; 2]>> =
         profiles.iter_mut().map(|profile| profile.ends_mut().map(|end| end.lost_of()).collect()).collect();
@@ -48,15 +34,38 @@ pub(super) fn share_noise(profiles: &mut [&mut SeenJoint]) {
     }
 }
 
+/// Gives one line of each profile the noise of the same line in the profiles about it.
+fn share(
+    profiles: &mut [&mut SeenJoint],
+    line: impl for<'a> Fn(&'a mut SeenJoint) -> Option<&'a mut Regression>,
+) {
+    let own: Vec<Matrix2<f64>> = profiles
+        .iter_mut()
+        .map(|profile| line(profile).and_then(|line| point_noise(line)).unwrap_or_else(Matrix2::zeros))
+        .collect();
+    for (k, profile) in profiles.iter_mut().enumerate() {
+        let about = &own[neighbours(k, own.len())];
+        let limit = OWN_NOISE * median_trace(about);
+        let Some(line) = line(profile) else { continue };
+        let Some(factor) = line.information.cholesky() else { continue };
+        if own[k].trace() > limit {
+            continue;
+        }
+        let alike = about.iter().filter(|noise| noise.trace() <= limit);
+        let mean = alike.clone().sum::<Matrix2<f64>>() / alike.count().max(1) as f64;
+        let Some(inverse) = factor.l().try_inverse() else { continue };
+        line.covariance = inverse.transpose() * mean * inverse;
+    }
+}
+
 fn neighbours(k: usize, count: usize) -> std::ops::Range<usize> {
     k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(count)
 }
 
-/// Lᵀ C L of a face.
-fn point_noise(profile: &SeenJoint, side: usize) -> Option<Matrix2<f64>> {
-    let regression = &profile.faces[side].as_ref()?.regression;
-    let factor = regression.information.cholesky()?.l();
-    Some(factor.transpose() * regression.covariance * factor)
+/// Lᵀ C L of a line.
+fn point_noise(line: &Regression) -> Option<Matrix2<f64>> {
+    let factor = line.information.cholesky()?.l();
+    Some(factor.transpose() * line.covariance * factor)
 }
 
 fn median_trace(noises: &[Matrix2<f64>]) -> f64 {

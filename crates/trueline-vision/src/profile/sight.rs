@@ -25,7 +25,7 @@ impl Sight {
     pub(super) fn end(&self, side: usize) -> Option<FaceEnd> {
         match self {
             Self::Joint(_) => None,
-            Self::Face { ends, .. } => ends[side].ok(),
+            Self::Face { ends, .. } => ends[side].clone().ok(),
         }
     }
 
@@ -35,11 +35,12 @@ impl Sight {
             Self::Joint(joint) => return Ok(joint),
             Self::Face { face, half_length_mm, ends } => (face, half_length_mm, ends),
         };
+        let [left, right] = ends;
         let end = match at_border {
             [true, true] => return Err(NoSeam::EndOfView),
             [false, false] => return Err(NoSeam::BothEnds),
-            [false, true] => ends[0]?,
-            [true, false] => ends[1]?,
+            [false, true] => left?,
+            [true, false] => right?,
         };
         let seam = SeenSeam::Edge { face: 0, end };
         Ok(SeenJoint { faces: [Some(face), None], half_lengths_mm: [half_length_mm; 2], seam })
