@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use numpy::ndarray::{ArrayView1, ArrayView2, ArrayView3, Axis};
 use trueline::{Feature, Measured, Pose, RobotSample, Sensor};
-use trueline_dataset::{MOST_CORRELATION, PlateStripe};
+use trueline_dataset::{LAST_LINE, MOST_CORRELATION, PlateStripe, stamp};
 use trueline_geometry::se3;
 
 /// A rotation matrix may be this far from orthonormal: four printed digits are.
@@ -109,7 +109,7 @@ pub(crate) fn features(
         .map(|row| {
             Ok(Feature {
                 stamp_ns: stamps_ns[row],
-                line: extras.line.map_or(Ok(0), |line| counted("line", line, row))?,
+                line: extras.line.map_or(Ok(0), |line| line_of(line, row))?,
                 frame: extras.frame.map(|frame| counted("frame", frame, row)).transpose()?,
                 device_ns: None,
                 measured: measured(sensor, points.row(row)).map_err(|wrong| wrong.at("points", row))?,
@@ -146,7 +146,7 @@ pub(crate) fn stripes(
             Ok(PlateStripe {
                 stamp_ns: stamps_ns[row],
                 frame: None,
-                plate: counted("stripes.plate", plate, row)?,
+                plate: plate_of(plate, row)?,
                 points: [point(0)?, point(1)?],
                 sigma: deviation("stripes.sigma", row, sigma[row])?,
             })
@@ -166,6 +166,28 @@ fn counted<T: TryFrom<i64>>(name: &str, numbers: ArrayView1<'_, i64>, row: usize
             "lines, plates and frames count from 0",
         )
     })
+}
+
+/// The line that a seam point lies on.
+fn line_of(lines: ArrayView1<'_, i64>, row: usize) -> Result<u32, Failure> {
+    let line: u32 = counted("line", lines, row)?;
+    if line <= LAST_LINE {
+        return Ok(line);
+    }
+    Err(Failure::new(format!("line[{row}] is {line}"), format!("lines are numbered from 0 to {LAST_LINE}")))
+}
+
+/// The plate that a stripe lies on: two for each line.
+fn plate_of(plates: ArrayView1<'_, i64>, row: usize) -> Result<u32, Failure> {
+    let plate: u32 = counted("stripes.plate", plates, row)?;
+    let last = 2 * LAST_LINE + 1;
+    if plate <= last {
+        return Ok(plate);
+    }
+    Err(Failure::new(
+        format!("stripes.plate[{row}] is {plate}"),
+        format!("plates are numbered from 0 to {last}"),
+    ))
 }
 
 /// What is wrong with a number.
@@ -231,6 +253,12 @@ fn deviation(name: &str, row: usize, sigma: f64) -> Result<f64, Failure> {
 }
 
 fn rising(name: &str, stamps_ns: ArrayView1<'_, i64>) -> Result<(), Failure> {
+    if let Some((row, far)) = stamps_ns.iter().enumerate().find(|(_, ns)| !stamp::is_in_range(**ns)) {
+        return Err(Failure::new(
+            format!("{name}[{row}] is {} s, further from zero than any clock", stamp::seconds(*far)),
+            "times are within 95 years of the clock's zero: are they in another unit?",
+        ));
+    }
     let mut pairs = stamps_ns.iter().zip(stamps_ns.iter().skip(1)).enumerate();
     match pairs.find(|(_, (before, after))| after < before) {
         None => Ok(()),

@@ -154,6 +154,12 @@ pub enum Problem {
         /// The name with a unit.
         example: String,
     },
+    /// A unit in a header of another program that is none of those known.
+    #[error("`{unit}` is no unit that is known here")]
+    UnknownUnit {
+        /// What stands in its brackets.
+        unit: String,
+    },
     /// Too many or too few fields.
     #[error("expected {expected} fields, found {found}")]
     FieldCount {
@@ -179,6 +185,20 @@ pub enum Problem {
     NotMeasured {
         /// The field.
         text: String,
+    },
+    /// A time further from its clock's zero than any clock is.
+    #[error("expected a stamp within 95 years of the clock's zero, found `{text}`")]
+    NotAStamp {
+        /// The field.
+        text: String,
+    },
+    /// A number of a line beyond those that are told apart.
+    #[error("expected a line from 0 to {last}, found {line}")]
+    NotALine {
+        /// The number.
+        line: u64,
+        /// The last one that there may be.
+        last: u32,
     },
     /// A negative or fractional number where a count belongs.
     #[error("expected a whole number of 0 or more, found `{text}`")]

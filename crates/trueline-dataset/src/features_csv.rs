@@ -1,7 +1,7 @@
 //! `features.csv`: seam features in pixels, in points or from a profiler.
 
 use crate::error::{Error, Problem};
-use crate::recording::{Feature, MOST_CORRELATION, Measured, Sensor};
+use crate::recording::{Feature, LAST_LINE, MOST_CORRELATION, Measured, Sensor};
 use crate::stamp;
 use crate::table::{self, ColumnSpec, Table, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
@@ -86,9 +86,10 @@ fn read_row(table: &Table<'_>, sensor: &Sensor) -> Result<Feature, Error> {
         Sensor::Profiler => Measured::Profile([at(0)?, at(1)?]),
         Sensor::Points { .. } => Measured::Point([at(0)?, at(1)?, at(2)?]),
     };
-    let line = table.count(LINE)?.unwrap_or(0);
-    let line = u32::try_from(line)
-        .map_err(|_| table.error_in(LINE, Problem::NotACount { text: line.to_string() }))?;
+    let number = table.count(LINE)?.unwrap_or(0);
+    let line = u32::try_from(number).ok().filter(|line| *line <= LAST_LINE);
+    let line =
+        line.ok_or_else(|| table.error_in(LINE, Problem::NotALine { line: number, last: LAST_LINE }))?;
     let sigma = read_sigma(table, sensor)?;
     Ok(Feature {
         stamp_ns: table.stamp_ns(TIME)?,

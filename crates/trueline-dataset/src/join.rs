@@ -2,6 +2,7 @@
 
 use crate::picture_rows::{self, FramesDisagree};
 use crate::recording::{Recording, Sensor};
+use crate::stamp;
 use std::collections::BTreeMap;
 
 /// Silence between two recordings that were moved apart, ns: longer than any time offset that is searched.
@@ -24,6 +25,14 @@ pub enum JoinError {
         found: &'static str,
         /// The kind of the first.
         expected: &'static str,
+    },
+    /// Stamps that would leave the range of stamps where recordings follow each other.
+    #[error(
+        "with recording {index} they last longer than 95 years: a stamp in one of them is far from all others"
+    )]
+    TooLong {
+        /// Which, from 0.
+        index: usize,
     },
     /// Stripes and seam points that count their pictures differently.
     #[error("in recording {index} {frames}")]
@@ -68,8 +77,12 @@ pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
             let kind = next.sensor.kind();
             return Err(JoinError::OtherSensor { index, found: kind, expected: kind });
         }
-        if first_ns(&next) <= last_ns(&recording) + SILENCE_NS {
-            let by_ns = last_ns(&recording) + SILENCE_NS - first_ns(&next);
+        let earliest_ns = last_ns(&recording) + SILENCE_NS;
+        if first_ns(&next) <= earliest_ns {
+            let by_ns = earliest_ns - first_ns(&next);
+            if !stamp::is_in_range(last_ns(&next) + by_ns) {
+                return Err(JoinError::TooLong { index });
+            }
             shift(&mut next, by_ns);
             shifted.push(index);
         }
@@ -178,6 +191,14 @@ mod tests {
             all.inputs.keys().map(String::as_str).collect::<Vec<_>>(),
             ["0/robot.csv", "1/robot.csv", "2/robot.csv"]
         );
+    }
+
+    #[test]
+    fn recordings_that_would_leave_the_range_of_stamps_are_refused() {
+        let at_the_end = || recording(crate::stamp::MOST_NS - 40);
+        let joined = join(vec![at_the_end(), recording(0)]);
+        assert_eq!(joined.unwrap_err(), JoinError::TooLong { index: 1 });
+        assert!(join(vec![recording(0), at_the_end()]).unwrap().shifted.is_empty());
     }
 
     #[test]

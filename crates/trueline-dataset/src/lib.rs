@@ -79,8 +79,8 @@ pub use picture_source::{FrameStamp, PictureFolder, PictureSource};
 pub use profile::{Profile, ProfilePoint};
 pub use profile_file::ProfileForm;
 pub use recording::{
-    Feature, Guess, MOST_CORRELATION, Measured, PlateStripe, Recording, RobotSample, Sensor, Truth,
-    correlation_of,
+    Feature, Guess, LAST_LINE, MOST_CORRELATION, Measured, PlateStripe, Recording, RobotSample, Sensor,
+    Truth, correlation_of,
 };
 pub use reference_file::Reference;
 pub use sensor_setup::SensorSetup;

@@ -3,6 +3,7 @@
 use crate::error::{Error, Problem};
 use crate::gray_picture::is_picture;
 use crate::images::FrameFile;
+use crate::stamp;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -50,13 +51,18 @@ pub fn frames(dataset: &Path, stamps: PictureStamps) -> Result<Vec<FrameFile>, E
             PictureStamps::Rate { fps, first_ns } => {
                 // A number that is missing is a picture that was lost.
                 let counted = number - first;
-                (first_ns + (counted as f64 * 1e9 / fps).round() as i64, counted as u64)
+                let since_first_ns = (counted as f64 * 1e9 / fps).round() as i64;
+                (first_ns.saturating_add(since_first_ns), counted as u64)
             }
             PictureStamps::Names { unit_ns } => {
                 let stamp = number.checked_mul(unit_ns);
                 (stamp.ok_or_else(|| Error::in_file(&path, Problem::NoNumberInName))?, place as u64)
             }
         };
+        if !stamp::is_in_range(stamp_ns) {
+            let text = format!("{} s", stamp::seconds(stamp_ns));
+            return Err(Error::in_file(&path, Problem::NotAStamp { text }));
+        }
         Ok(FrameFile { stamp_ns, frame, device_ns: None, path })
     };
     numbered.into_iter().enumerate().map(frame).collect()

@@ -31,12 +31,16 @@ impl Problem {
             Self::MissingColumn { .. }
             | Self::UnknownColumn { .. }
             | Self::OtherSeparator { .. }
+            | Self::UnknownUnit { .. }
             | Self::DuplicateColumn
             | Self::NoUnit { .. } => self.column_hint(),
             Self::FieldCount { .. } => "is the line cut off, or is a decimal comma used?",
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
             Self::NotFinite { .. } | Self::NotMeasured { .. } => "leave out rows without a measurement",
-            Self::NotACount { .. } => "line and frame are numbered 0, 1, 2, …",
+            Self::NotAStamp { .. } => {
+                "is the unit in the column's name (_s, _ms, _us, _ns) that of its numbers?"
+            }
+            Self::NotACount { .. } | Self::NotALine { .. } => "line and frame are numbered 0, 1, 2, …",
             Self::NotAPlate { .. }
             | Self::PlateTwice { .. }
             | Self::StripeWithoutLength
@@ -117,6 +121,9 @@ impl Problem {
                  other programs"
             }
             Self::OtherSeparator { .. } => "leave --delimiter out: what separates columns is recognised",
+            Self::UnknownUnit { .. } => {
+                "known are mm, cm, m, µm, in; deg, rad, mrad, gon; s, ms, µs, ns; or say what it is: --robot-map 'x_mm=X [actual]'"
+            }
             Self::DuplicateColumn => "keep one of the two; the same quantity in two units counts as two",
             _ => "the name of a column carries its unit, for example _mm, _m, _s, _ms or _ns",
         }

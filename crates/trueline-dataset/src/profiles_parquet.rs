@@ -256,7 +256,8 @@ impl Rows<'_> {
             Number::Real(value) if value.is_finite() => (value * scale * 1e9).round() as i128,
             Number::Real(value) => return Err(not_a_time(value.to_string())),
         };
-        i64::try_from(ns).map_err(|_| not_a_time(number.real().to_string()))
+        let ns = i64::try_from(ns).ok().filter(|ns| stamp::is_in_range(*ns));
+        ns.ok_or_else(|| self.error(TIME, Problem::NotAStamp { text: number.real().to_string() }))
     }
 
     fn frame(&self, row: usize) -> Result<Option<u64>, Error> {

@@ -98,6 +98,9 @@ pub struct RobotSample {
     pub base_from_tool: Pose,
 }
 
+/// Lines are numbered up to this.
+pub const LAST_LINE: u32 = 1023;
+
 /// One seam point seen by the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feature {

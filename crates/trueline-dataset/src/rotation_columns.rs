@@ -118,10 +118,8 @@ impl RotationColumns {
 
     /// The columns of `euler_zyx_intrinsic_2_deg`.
     fn of_named_sequence(name: &str) -> Option<Self> {
-        let (sequence, _) = name
-            .strip_prefix("euler_")?
-            .rsplit_once("_deg")
-            .or_else(|| name.strip_prefix("euler_")?.rsplit_once("_rad"))?;
+        let name = name.strip_prefix("euler_")?;
+        let sequence = Quantity::Angle.suffixes().iter().find_map(|(unit, _)| name.strip_suffix(unit))?;
         let (sequence, _number) = sequence.rsplit_once('_')?;
         let form = RotationForm::Euler(sequence.parse().ok()?);
         Some(Self { form, names: (1..=3).map(|k| format!("euler_{sequence}_{k}")).collect() })

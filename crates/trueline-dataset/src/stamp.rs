@@ -1,12 +1,39 @@
 //! Time stamps: whole nanoseconds, so that an epoch time of ten digits keeps its last microsecond.
 
+use crate::error::Problem;
+
+/// No stamp is further from its clock's zero, ns: 95 years; Unix time gets there in 2065. Three such numbers fit into 64 bits, so that the
+/// difference of two stamps can be added to a third.
+pub const MOST_NS: i64 = 3_000_000_000_000_000_000;
+
+/// Whether a number of nanoseconds can be a stamp.
+#[must_use]
+pub fn is_in_range(nanoseconds: i64) -> bool {
+    nanoseconds.unsigned_abs() <= MOST_NS.unsigned_abs()
+}
+
+/// What is wrong with a text that [`parse_nanoseconds`] does not take.
+#[must_use]
+pub(crate) fn problem_of(text: &str) -> Problem {
+    let text = text.to_owned();
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Problem::NotAStamp { text },
+        Ok(_) => Problem::NotFinite { text },
+        Err(_) => Problem::NotANumber { text },
+    }
+}
+
 /// Reads a decimal number times a power of ten as whole nanoseconds, exactly: `scale_digits` is 9 for
 /// seconds, 6 for milliseconds, 3 for microseconds, 0 for nanoseconds. Digits below one nanosecond are
 /// rounded half away from zero.
 ///
-/// Returns `None` if the text is not a finite decimal number or does not fit.
+/// Returns `None` if the text is not a finite decimal number or is further from zero than [`MOST_NS`].
 #[must_use]
 pub fn parse_nanoseconds(text: &str, scale_digits: usize) -> Option<i64> {
+    decimal(text, scale_digits).filter(|nanoseconds| is_in_range(*nanoseconds))
+}
+
+fn decimal(text: &str, scale_digits: usize) -> Option<i64> {
     let text = text.trim();
     let (negative, digits) = match text.as_bytes().first()? {
         b'-' => (true, &text[1..]),
@@ -65,6 +92,19 @@ pub fn format_seconds(nanoseconds: i64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn stamps_end_where_a_difference_of_two_can_no_longer_be_added_to_a_third() {
+        for (text, ns) in [("3000000000", MOST_NS), ("-3000000000", -MOST_NS), ("3e9", MOST_NS)] {
+            assert_eq!(parse_nanoseconds(text, 9), Some(ns));
+        }
+        assert!(MOST_NS.checked_sub(-MOST_NS).and_then(|most| most.checked_add(MOST_NS)).is_some());
+        for far in ["3000000000.000000001", "-3000000001", "9223372036.854775807", "3.1e9", "1e30"] {
+            assert_eq!(parse_nanoseconds(far, 9), None, "{far}");
+            assert!(matches!(problem_of(far), Problem::NotAStamp { .. }), "{far}");
+        }
+        assert!(!is_in_range(i64::MIN) && !is_in_range(i64::MAX) && is_in_range(-MOST_NS));
+    }
 
     #[test]
     fn decimal_text_is_read_exactly() {

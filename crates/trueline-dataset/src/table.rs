@@ -230,14 +230,7 @@ impl<'a> Table<'a> {
     /// A field that is no finite decimal number.
     pub fn stamp_ns(&self, column: usize) -> Result<i64, Error> {
         let (text, digits) = self.field(column).map_or(("", 9), |(text, found)| (text, found.nano_digits));
-        stamp::parse_nanoseconds(text, digits).ok_or_else(|| {
-            let text = text.to_owned();
-            let problem = match text.parse::<f64>() {
-                Ok(x) if !x.is_finite() => Problem::NotFinite { text },
-                _ => Problem::NotANumber { text },
-            };
-            self.error_in(column, problem)
-        })
+        stamp::parse_nanoseconds(text, digits).ok_or_else(|| self.error_in(column, stamp::problem_of(text)))
     }
 
     /// The same, or `None` if the column is not there.

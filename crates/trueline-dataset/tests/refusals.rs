@@ -100,6 +100,27 @@ fn numbers() {
     }
 }
 
+/// Sums of stamps, and a row for every line, end where whole numbers and memory do.
+#[test]
+fn stamps_and_lines_beyond_any_recording() {
+    for far in ["9223372036.854775807", "-9223372036.854775807", "1e12", "99999999999999999999"] {
+        assert_eq!(
+            refusal("robot.csv", &format!("{ROBOT}{far},1,2,3,1,0,0,0\n")),
+            format!(
+                "robot.csv, line 4, column `time_s`: expected a stamp within 95 years of the clock's zero, found `{far}`"
+            )
+        );
+    }
+    let of_line = |line: u64| format!("time_s,u_px,v_px,line\n0.001,1,2,{line}\n");
+    for line in [1024, u64::from(u32::MAX), u64::MAX] {
+        assert_eq!(
+            refusal("features.csv", &of_line(line)),
+            format!("features.csv, line 2, column `line`: expected a line from 0 to 1023, found {line}")
+        );
+    }
+    assert_eq!(read_with("features.csv", &of_line(1023)).unwrap().features[0].line, 1023);
+}
+
 #[test]
 fn empty_and_missing_files() {
     assert_eq!(refusal("robot.csv", ""), "robot.csv: there are no data rows");

@@ -148,6 +148,50 @@ fn what_was_recognised_and_what_is_not_used_is_said() {
     }
 }
 
+/// A maker's unit is not taken in the place of another one that the header names.
+#[test]
+fn a_unit_in_the_header_counts_and_one_that_is_not_known_is_refused() {
+    let row = |scale: f64, angles: &str| {
+        let [x, y, z] = TRANSLATION_MM.map(|mm| mm * scale);
+        format!("0,{x},{y},{z},{angles}\n")
+    };
+    // scipy's angles of the pose, in degrees; a full turn has 360 of them, 2000 π mrad and 400 gon.
+    let degrees = [83.713024, 2.771150, 25.819737];
+    let angles = |per_degree: f64| degrees.map(|angle| (angle * per_degree).to_string()).join(",");
+    for (length, scale) in [("mm", 1.0), ("m", 1e-3), ("cm", 0.1), ("in", 1.0 / 25.4), ("µm", 1e3)] {
+        for (angle, per_degree) in [
+            ("°", 1.0),
+            ("rad", 0.0174532925199),
+            ("mrad", 17.4532925199),
+            ("gon", 10.0 / 9.0),
+            ("grad", 10.0 / 9.0),
+        ] {
+            let header =
+                format!("t,X [{length}],Y ({length}),Z[{length}],A [{angle}],B [{angle}],C [{angle}]\n");
+            let text = header + &row(scale, &angles(per_degree));
+            let imported = import(&text, RobotLayout::named("kuka"), &[]).unwrap();
+            assert_is_the_pose(&imported.recording.robot[0], &text);
+        }
+    }
+    for (column, named) in [("X [ft]", "ft"), ("Y (actual)", "actual"), ("B [quarter]", "quarter")] {
+        let header = "t,X,Y,Z,A,B,C\n".replace(&column[..1], column);
+        let error = import(&(header + &row(1.0, &angles(1.0))), RobotLayout::named("kuka"), &[]).unwrap_err();
+        let expected =
+            format!("robot.csv, line 1, column `{column}`: `{named}` is no unit that is known here");
+        assert!(error.to_string().ends_with(&expected), "{error}");
+        assert!(error.hint().contains("gon"), "{}", error.hint());
+    }
+    // What the user says of a column counts; what is not a column of the pose is nobody's concern.
+    let text =
+        "t,X (actual),Y,Z,A,B,C,torque [Nm]\n".to_owned() + &row(1.0, &angles(1.0)).replace('\n', ",7\n");
+    let imported = import(&text, RobotLayout::named("kuka"), &[("x_mm", "X (actual)")]).unwrap();
+    assert_is_the_pose(&imported.recording.robot[0], "mapped");
+    // Numbers of a quaternion have none.
+    let [w, x, y, z] = WXYZ;
+    let text = format!("t,x,y,z,q1 [-],q2 [],q3 [1],q4\n{}", row(1.0, &format!("{w},{x},{y},{z}")));
+    assert_is_the_pose(&import(&text, RobotLayout::named("abb"), &[]).unwrap().recording.robot[0], "abb");
+}
+
 #[test]
 fn a_map_renames_and_leaves_the_rest() {
     let text = "stamp,x_mm,y_mm,z_mm,qw,qx,qy,qz,gripper\n250,61.97,-17.996,145.008,0.729383791,0.150630140,0.166590790,0.646186781,1\n";

@@ -77,6 +77,9 @@ impl OpenError {
             Self::Join(JoinError::FramesDisagree { .. }) => {
                 "both tables must count the same pictures, or leave the column `frame` out of one of them"
             }
+            Self::Join(JoinError::TooLong { .. }) => {
+                "look for a stamp in another unit, or a wrong one, at the beginning or the end of a recording"
+            }
             Self::Join(_) => "scans of different sensors, or set-ups, are calibrated one by one",
         };
         hint.to_owned()

@@ -106,26 +106,35 @@ impl Renaming<'_> {
                 return Err(Error::at_line(file, 1, problem));
             }
         }
-        Ok(header.iter().map(|theirs| self.ours(theirs)).collect())
+        let ours = |theirs: &String| {
+            self.ours(theirs).map_err(|problem| Error::at_line(file, 1, problem).in_column(theirs))
+        };
+        header.iter().map(ours).collect()
     }
 
     /// How much a column of theirs is wanted: what the user names counts more than what has our name by chance.
     #[must_use]
     pub fn weight(&self, theirs: &str) -> usize {
         let named = self.map.iter().any(|item| item.theirs == theirs);
-        if named { 100 } else { usize::from(self.ours(theirs).is_some()) }
+        // What is in a unit that is not known is wanted as well: it is refused where it is read.
+        if named { 100 } else { usize::from(!matches!(self.ours(theirs), Ok(None))) }
     }
 
     /// Our name of a column of theirs, or none.
-    #[must_use]
-    pub fn ours(&self, theirs: &str) -> Option<String> {
-        let mapped = self.map.iter().find(|item| item.theirs == theirs).map(|item| item.ours.clone());
-        let own = || (self.is_ours)(theirs).then(|| theirs.to_owned());
-        // A user may name what a column is to a robot, `e1_deg` say: the layout knows what that is to us.
-        let by_layout = |name: &str| self.layout.and_then(|layout| layout.ours(name));
-        let named =
-            |name: String| if (self.is_ours)(&name) { name } else { by_layout(&name).unwrap_or(name) };
-        mapped.map(named).or_else(|| by_layout(theirs)).or_else(own).or_else(|| time_column(theirs))
+    ///
+    /// # Errors
+    /// A column whose header has a unit that is not known.
+    pub fn ours(&self, theirs: &str) -> Result<Option<String>, Problem> {
+        let by_layout = |name: &str| self.layout.map_or(Ok(None), |layout| layout.ours(name));
+        if let Some(item) = self.map.iter().find(|item| item.theirs == theirs) {
+            // A user may name what a column is to a robot, `e1_deg` say: the layout knows what that is to us.
+            let name = item.ours.clone();
+            return Ok(Some(if (self.is_ours)(&name) { name } else { by_layout(&name)?.unwrap_or(name) }));
+        }
+        if let Some(name) = by_layout(theirs)? {
+            return Ok(Some(name));
+        }
+        Ok(if (self.is_ours)(theirs) { Some(theirs.to_owned()) } else { time_column(theirs) })
     }
 }
 

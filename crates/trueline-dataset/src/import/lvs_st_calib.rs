@@ -15,7 +15,7 @@ use crate::recording::{Feature, Measured, Recording, RobotSample, Sensor};
 use crate::robot_csv::unit_quaternion;
 use crate::sensor_setup::SensorSetup;
 use crate::sensor_toml::SensorFile;
-use crate::stamp::parse_nanoseconds;
+use crate::stamp::{is_in_range, parse_nanoseconds, problem_of};
 use crate::unit::MM_PER_M;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -198,8 +198,7 @@ fn stamp_ms(rows: &Rows, row: &Row<'_>) -> Result<i64, Error> {
 
 fn whole_nanoseconds(rows: &Rows, row: &Row<'_>, field: usize, digits: usize) -> Result<i64, Error> {
     let text = row.fields[field];
-    parse_nanoseconds(text, digits)
-        .ok_or_else(|| rows.error(row, Problem::NotANumber { text: text.to_owned() }))
+    parse_nanoseconds(text, digits).ok_or_else(|| rows.error(row, problem_of(text)))
 }
 
 fn stamp_sec_nsec(rows: &Rows, row: &Row<'_>) -> Result<i64, Error> {
@@ -210,7 +209,8 @@ fn stamp_sec_nsec(rows: &Rows, row: &Row<'_>) -> Result<i64, Error> {
     seconds
         .checked_mul(1_000_000_000)
         .and_then(|ns| ns.checked_add(nanoseconds))
-        .ok_or_else(|| rows.error(row, Problem::NotANumber { text: row.fields[0].to_owned() }))
+        .filter(|ns| is_in_range(*ns))
+        .ok_or_else(|| rows.error(row, problem_of(row.fields[0])))
 }
 
 fn not_empty<T>(rows: &Rows, items: Vec<T>) -> Result<Vec<T>, Error> {

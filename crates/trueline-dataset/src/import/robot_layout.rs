@@ -1,5 +1,6 @@
 //! How the makers of robots write a pose: names and units of the columns, and what the rotation means.
 
+use crate::error::Problem;
 use trueline_geometry::EulerSequence;
 
 /// The columns of a robot's pose, in the words of its maker.
@@ -170,12 +171,16 @@ impl RobotLayout {
         }
     }
 
-    /// Our name, with unit, for a column of the foreign header.
-    #[must_use]
-    pub fn ours(&self, header: &str) -> Option<String> {
+    /// Our name, with unit, for a column of the foreign header; `None` if it is none of the layout's.
+    ///
+    /// # Errors
+    /// A column of the layout with a unit that is not known: the maker's is then not what it is in.
+    pub fn ours(&self, header: &str) -> Result<Option<String>, Problem> {
         let (stem, unit) = stem_and_unit(header);
-        let column = self.columns.iter().find(|column| column.theirs.contains(&stem.as_str()))?;
-        Some(format!("{}{}", column.ours, unit.or(column.unit).unwrap_or("")))
+        let Some(column) = self.columns.iter().find(|column| column.theirs.contains(&stem.as_str())) else {
+            return Ok(None);
+        };
+        Ok(Some(format!("{}{}", column.ours, unit.suffix()?.or(column.unit).unwrap_or(""))))
     }
 
     /// The makers whose columns a header has, all of them.
@@ -196,40 +201,70 @@ impl RobotLayout {
     }
 }
 
-/// `A [°]` → `a`, `_deg`; `X_mm` → `x`, `_mm`; `Y` → `y` and no unit.
-fn stem_and_unit(header: &str) -> (String, Option<&'static str>) {
-    let lower = header.trim().trim_start_matches('$').to_lowercase();
-    if let Some((stem, unit)) = lower.split_once(['[', '(']) {
-        let unit = unit.trim_end_matches([']', ')']).trim();
-        return (stem.trim().to_owned(), suffix_of(unit));
-    }
-    match lower.rsplit_once('_').and_then(|(stem, unit)| Some((stem.to_owned(), suffix_of(unit)?))) {
-        Some((stem, suffix)) => (stem, Some(suffix)),
-        None => (lower, None),
+/// What a header says of the unit of its column.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum HeaderUnit {
+    /// Nothing.
+    Absent,
+    /// Our suffix.
+    Known(&'static str),
+    /// Words in brackets that are no unit known here.
+    Unknown(String),
+}
+
+impl HeaderUnit {
+    /// Our suffix, or none where the header has no unit.
+    fn suffix(&self) -> Result<Option<&'static str>, Problem> {
+        match self {
+            Self::Absent => Ok(None),
+            Self::Known(suffix) => Ok(Some(suffix)),
+            Self::Unknown(unit) => Err(Problem::UnknownUnit { unit: unit.clone() }),
+        }
     }
 }
 
+/// `A [°]` → `a`, `_deg`; `X_mm` → `x`, `_mm`; `Y` → `y` and no unit.
+fn stem_and_unit(header: &str) -> (String, HeaderUnit) {
+    let lower = header.trim().trim_start_matches('$').to_lowercase();
+    if let Some((stem, unit)) = lower.split_once(['[', '(']) {
+        let unit = unit.trim_end_matches([']', ')']).trim();
+        let known = suffix_of(unit).map(HeaderUnit::Known);
+        return (stem.trim().to_owned(), known.unwrap_or_else(|| HeaderUnit::Unknown(unit.to_owned())));
+    }
+    match lower.rsplit_once('_').and_then(|(stem, unit)| Some((stem.to_owned(), suffix_of(unit)?))) {
+        Some((stem, suffix)) if !suffix.is_empty() => (stem, HeaderUnit::Known(suffix)),
+        _ => (lower, HeaderUnit::Absent),
+    }
+}
+
+/// Our suffix of a unit; empty for what says that there is none. Two letters of Unicode are micro.
 fn suffix_of(unit: &str) -> Option<&'static str> {
     Some(match unit {
+        "" | "-" | "1" => "",
         "mm" => "_mm",
         "m" => "_m",
+        "cm" => "_cm",
+        "um" | "µm" | "μm" => "_um",
+        "in" | "inch" => "_in",
         "deg" | "°" | "degree" | "degrees" => "_deg",
         "rad" => "_rad",
+        "mrad" => "_mrad",
+        "gon" | "grad" => "_gon",
         "s" | "sec" => "_s",
         "ms" => "_ms",
-        "us" | "µs" => "_us",
+        "us" | "µs" | "μs" => "_us",
         "ns" => "_ns",
         _ => return None,
     })
 }
 
-/// Our name for a column of time: `t` is in seconds, other names tell their unit.
+/// Our name for a column of time: `t` is in seconds, other names tell their unit. One in another unit, a date say, is none.
 #[must_use]
 pub(crate) fn time_column(header: &str) -> Option<String> {
     let (stem, unit) = stem_and_unit(header);
     match (stem.as_str(), unit) {
-        ("t", None) if header.trim() == "t" => Some("time_s".to_owned()),
-        ("t" | "time" | "timestamp" | "stamp" | "zeit", Some(unit)) if unit.ends_with('s') => {
+        ("t", HeaderUnit::Absent) if header.trim() == "t" => Some("time_s".to_owned()),
+        ("t" | "time" | "timestamp" | "stamp" | "zeit", HeaderUnit::Known(unit)) if unit.ends_with('s') => {
             Some(format!("time{unit}"))
         }
         _ => None,

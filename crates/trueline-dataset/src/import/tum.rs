@@ -4,7 +4,7 @@ use super::rows::{Rows, check_order};
 use crate::error::{Error, Problem};
 use crate::recording::RobotSample;
 use crate::robot_csv::unit_quaternion;
-use crate::stamp::parse_nanoseconds;
+use crate::stamp::{parse_nanoseconds, problem_of};
 use nalgebra::Vector3;
 use std::path::Path;
 use trueline_geometry::se3;
@@ -21,8 +21,7 @@ pub fn read_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {
     for row in rows.iter() {
         rows.expect_fields(&row, FORMAT, &[8])?;
         let text = row.fields[0];
-        let stamp_ns = parse_nanoseconds(text, 9)
-            .ok_or_else(|| rows.error(&row, Problem::NotANumber { text: text.to_owned() }))?;
+        let stamp_ns = parse_nanoseconds(text, 9).ok_or_else(|| rows.error(&row, problem_of(text)))?;
         check_order(&rows, &row, samples.last().map(|s| s.stamp_ns), stamp_ns)?;
         let position = Vector3::from(rows.numbers::<3>(&row, 1)?);
         let [x, y, z, w] = rows.numbers::<4>(&row, 4)?;

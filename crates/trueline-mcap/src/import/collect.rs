@@ -11,6 +11,7 @@ use crate::message::content::{
 };
 use crate::message::content_error::ContentError;
 use crate::message::decode::{decode, kind};
+use crate::message::stamp;
 use crate::read::bag_item::{BagItem, BagMessage};
 use crate::read::survey::is_static_topic;
 use crate::wire::frame_names::{BASE, TOOL};
@@ -112,7 +113,15 @@ impl<'a> Collector<'a> {
             }
             _ => Ok(content),
         };
-        let decoded = decode(message.schema, message.encoding, message.bytes).and_then(allowed);
+        // Of a recording of trueline the times of the log are what is used.
+        let is_own = self.is_own;
+        let stamped = |content: Content| {
+            let times = [message.log_time, message.publish_time];
+            times.into_iter().filter(|_| is_own).try_for_each(|time| stamp::of_log(time).map(drop))?;
+            Ok(content)
+        };
+        let decoded =
+            decode(message.schema, message.encoding, message.bytes).and_then(allowed).and_then(stamped);
         let content = decoded.map_err(|problem| ImportError::Message {
             topic: message.topic.to_owned(),
             number: *number,

@@ -5,6 +5,7 @@ use crate::message::content_error::ContentError;
 use crate::message::gray_picture::{RawPicture, compressed};
 use crate::message::ros_profile::{PointField, Points};
 use crate::message::spatial::{frame_name, pose_of};
+use crate::message::stamp;
 use foxglove::messages::{
     CompressedImage, FrameTransform, FrameTransforms, PointCloud, PoseInFrame, Quaternion, RawImage, Vector3,
     packed_element_field::NumericType,
@@ -68,7 +69,7 @@ impl Stamp {
         let whole_ns = time.seconds.checked_mul(1_000_000_000);
         let nanos = (0..1_000_000_000).contains(&time.nanos).then_some(i64::from(time.nanos));
         let ns = whole_ns.zip(nanos).and_then(|(whole, nanos)| whole.checked_add(nanos));
-        ns.ok_or(ContentError::Stamp)
+        ns.ok_or(ContentError::Stamp).and_then(stamp::in_range)
     }
 }
 

@@ -9,6 +9,7 @@ mod ros;
 pub mod ros_cursor;
 mod ros_profile;
 pub(crate) mod spatial;
+pub(crate) mod stamp;
 
 pub use content::{
     Content, FrameStamps, JointStates, Kind, Picture, PictureOrigin, StampedPicture, StampedPose,

@@ -8,6 +8,7 @@ use crate::message::gray_picture::{RawPicture, compressed};
 use crate::message::ros_cursor::RosCursor;
 use crate::message::ros_profile::{Points, laser_scan, point_cloud};
 use crate::message::spatial::{frame_name, pose_of};
+use crate::message::stamp;
 
 /// What messages of a ROS type are; the type is written `package/msg/Name` in ROS 2, `package/Name` in ROS 1.
 #[must_use]
@@ -186,5 +187,6 @@ impl<'a> Fields<'a> {
 /// Seconds and a fraction as nanoseconds.
 fn stamp_ns(s: i64, ns: u32) -> Read<i64> {
     // Seconds have 32 bits, so the product has 62.
-    if ns < 1_000_000_000 { Ok(s * 1_000_000_000 + i64::from(ns)) } else { Err(ContentError::Stamp) }
+    let whole = (ns < 1_000_000_000).then(|| s * 1_000_000_000 + i64::from(ns));
+    whole.ok_or(ContentError::Stamp).and_then(stamp::in_range)
 }

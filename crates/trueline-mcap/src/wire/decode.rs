@@ -2,10 +2,11 @@
 
 use crate::message::content::{Content, FrameStamps, Kind};
 use crate::message::content_error::ContentError;
+use crate::message::stamp;
 use crate::wire::proto;
 use crate::write::entry::InputsEntry;
 use prost::Message;
-use trueline_dataset::{Feature, FrameSignals, MOST_CORRELATION, Measured};
+use trueline_dataset::{Feature, FrameSignals, LAST_LINE, MOST_CORRELATION, Measured};
 
 /// What messages of a schema are.
 #[must_use]
@@ -30,10 +31,10 @@ pub(crate) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError
             let wire = proto::Frame::decode(bytes).map_err(broken)?;
             Ok(Content::Frame(FrameStamps {
                 frame: wire.frame,
-                stamp_ns: wire.stamp_ns,
+                stamp_ns: stamp::in_range(wire.stamp_ns)?,
                 first_packet_ns: wire.first_packet_ns,
                 complete_ns: wire.complete_ns,
-                device_ns: wire.device_ns,
+                device_ns: wire.device_ns.map(stamp::in_range).transpose()?,
                 exposure_us: wire.exposure_us,
                 status: wire.status,
                 picture_bytes: wire.picture_bytes,
@@ -51,7 +52,8 @@ pub(crate) fn decode(schema: &str, bytes: &[u8]) -> Result<Content, ContentError
         }
         Kind::RobotClocks => {
             let wire = proto::RobotDatagram::decode(bytes).map_err(broken)?;
-            Ok(Content::RobotClocks(wire.steady_ns, wire.ptp_ns))
+            let ptp_ns = wire.ptp_ns.map(stamp::in_range).transpose()?;
+            Ok(Content::RobotClocks(wire.steady_ns, ptp_ns))
         }
         Kind::Inputs => {
             let wire = proto::Inputs::decode(bytes).map_err(broken)?;
@@ -87,6 +89,10 @@ fn feature(wire: &proto::Feature) -> Result<Feature, ContentError> {
     if !numbers.all(|v| v.is_finite()) {
         return Err(ContentError::NotFinite { field: "the seam point" });
     }
-    let (stamp_ns, line, frame, device_ns) = (wire.stamp_ns, wire.line, wire.frame, wire.device_ns);
+    if wire.line > LAST_LINE {
+        return Err(ContentError::Feature);
+    }
+    let (stamp_ns, line, frame) = (stamp::in_range(wire.stamp_ns)?, wire.line, wire.frame);
+    let device_ns = wire.device_ns.map(stamp::in_range).transpose()?;
     Ok(Feature { stamp_ns, line, frame, device_ns, measured, sigma, correlation })
 }

@@ -6,7 +6,7 @@ use crate::diagnose::mistake::{
 };
 use crate::order_statistics::median;
 use nalgebra::{UnitQuaternion, Vector3};
-use trueline_dataset::{Measured, Recording, Sensor};
+use trueline_dataset::{Measured, Recording, Sensor, stamp};
 use trueline_geometry::{Plane, so3};
 use trueline_model::BrownConrady;
 
@@ -205,7 +205,9 @@ fn with_image_times(recording: &Recording, factor: f64) -> Option<Recording> {
     let first = recording.features.first()?.stamp_ns;
     let images_s = lasts_s(first, recording.features.last()?.stamp_ns) * factor;
     let mended = with_image_stamps(recording, |stamp_ns| (stamp_ns as f64 * factor).round() as i64);
-    (images_s > 0.3 * robot_s && images_s < 3.0 * robot_s).then_some(mended)
+    // Stamps since 1970 in another unit leave the range of stamps, and with it what can be calculated with.
+    let can_be = mended.features.iter().all(|feature| stamp::is_in_range(feature.stamp_ns));
+    (can_be && images_s > 0.3 * robot_s && images_s < 3.0 * robot_s).then_some(mended)
 }
 
 fn with_starts_aligned(recording: &Recording) -> Option<Recording> {

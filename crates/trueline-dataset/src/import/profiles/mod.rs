@@ -197,10 +197,16 @@ pub fn stamped(file: &Path, raw: Vec<RawProfile>, timing: Option<&Timing>) -> Re
     for (index, profile) in raw.into_iter().enumerate() {
         let stamp_ns = match timing {
             Some(Timing::Stamps(stamps)) => Some(stamps[index]),
-            Some(Timing::Rate { first_ns, hz }) => Some(first_ns + (index as f64 / hz * 1e9).round() as i64),
+            Some(Timing::Rate { first_ns, hz }) => {
+                Some(first_ns.saturating_add((index as f64 / hz * 1e9).round() as i64))
+            }
             None => profile.stamp_ns,
         };
         let stamp_ns = stamp_ns.ok_or_else(|| Error::in_file(file, Problem::NoProfileTimes))?;
+        if !stamp::is_in_range(stamp_ns) {
+            let text = format!("{} s", stamp::seconds(stamp_ns));
+            return Err(Error::in_file(file, Problem::NotAStamp { text }));
+        }
         if let Some(last) = profiles.last()
             && stamp_ns < last.stamp_ns
         {
