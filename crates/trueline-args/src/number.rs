@@ -18,14 +18,44 @@ pub(crate) fn zero_or_more(text: &str) -> Result<f64, String> {
     number(text, "a number of at least zero", |x| x >= 0.0)
 }
 
-/// A duration of a simulated scan.
-pub(crate) fn one_or_more(text: &str) -> Result<f64, String> {
-    number(text, "a number of 1 or more", |x| x >= 1.0)
+/// A duration of a simulated scan, s.
+pub(crate) fn simulated_s(text: &str) -> Result<f64, String> {
+    number(text, "1 to 3600 s", |x| (1.0..=3600.0).contains(&x))
 }
 
-/// A period of a simulated stream.
-pub(crate) fn tenth_or_more(text: &str) -> Result<f64, String> {
-    number(text, "a number of 0.1 or more", |x| x >= 0.1)
+/// A time offset of a simulated scan, ms: up to a minute.
+pub(crate) fn simulated_offset_ms(text: &str) -> Result<f64, String> {
+    number(text, "-60 000 to 60 000 ms", |x| x.abs() <= 6e4)
+}
+
+/// An angle of less than a whole turn to either side, degrees.
+pub(crate) fn turn_deg(text: &str) -> Result<f64, String> {
+    number(text, "-360° to 360°", |x| x.abs() <= 360.0)
+}
+
+/// How far a simulated sensor tilts, degrees.
+pub(crate) fn tilt_deg(text: &str) -> Result<f64, String> {
+    number(text, "0° to 90°", |x| (0.0..=90.0).contains(&x))
+}
+
+/// How far a simulated robot travels, mm.
+pub(crate) fn travel_mm(text: &str) -> Result<f64, String> {
+    number(text, "0 to 100 000 mm", |x| (0.0..=1e5).contains(&x))
+}
+
+/// How often a simulated weave comes back, Hz.
+pub(crate) fn weave_hz(text: &str) -> Result<f64, String> {
+    number(text, "0 to 1000 Hz", |x| (0.0..=1e3).contains(&x))
+}
+
+/// A period of a simulated stream, ms.
+pub(crate) fn period_ms(text: &str) -> Result<f64, String> {
+    number(text, "0.1 to 10 000 ms", |x| (0.1..=1e4).contains(&x))
+}
+
+/// How far simulated stamps stray, or how long a simulated exposure is, ms.
+pub(crate) fn up_to_a_second_ms(text: &str) -> Result<f64, String> {
+    number(text, "0 to 1000 ms", |x| (0.0..=1e3).contains(&x))
 }
 
 /// An angle between plates, degrees.

@@ -53,13 +53,13 @@ pub struct SimulateArgs {
     #[arg(long)]
     pub noise_free: bool,
     /// Time offset, ms
-    #[arg(long, value_parser = number::any)]
+    #[arg(long, value_parser = number::simulated_offset_ms)]
     pub time_offset_ms: Option<f64>,
     /// Duration, s
-    #[arg(long, value_parser = number::one_or_more)]
+    #[arg(long, value_parser = number::simulated_s)]
     pub duration_s: Option<f64>,
     /// Time between robot samples, ms
-    #[arg(long, value_parser = number::tenth_or_more)]
+    #[arg(long, value_parser = number::period_ms)]
     pub robot_period_ms: Option<f64>,
     /// Standard deviation of a feature, px
     #[arg(long, value_parser = number::zero_or_more)]
@@ -71,10 +71,10 @@ pub struct SimulateArgs {
     #[arg(long, value_parser = number::zero_or_more)]
     pub robot_noise_mm: Option<f64>,
     /// Standard deviation of image stamps, ms
-    #[arg(long, value_parser = number::zero_or_more)]
+    #[arg(long, value_parser = number::up_to_a_second_ms)]
     pub stamp_jitter_ms: Option<f64>,
     /// Drift of the camera clock against the robot's, ppm
-    #[arg(long, value_parser = number::any)]
+    #[arg(long, value_parser = number::drift_ppm)]
     pub clock_drift_ppm: Option<f64>,
     /// Part of the features that is anywhere in the field of view, 0 to 1
     #[arg(long, value_parser = number::share)]
@@ -94,7 +94,7 @@ pub struct SimulateArgs {
     #[command(flatten)]
     pub boards: BoardsArgs,
     /// Time between images, ms
-    #[arg(long, value_parser = number::tenth_or_more)]
+    #[arg(long, value_parser = number::period_ms)]
     pub frame_period_ms: Option<f64>,
     /// Write pictures instead of features, and the true seam to truth_features.csv
     #[arg(long)]
@@ -106,13 +106,13 @@ pub struct SimulateArgs {
     #[arg(long, value_parser = one_of(&LOOKS), default_value = "speckle", requires = "images")]
     pub look: fn() -> Look,
     /// Exposure time, ms
-    #[arg(long, requires = "images", value_parser = number::zero_or_more)]
+    #[arg(long, requires = "images", value_parser = number::up_to_a_second_ms)]
     pub exposure_ms: Option<f64>,
     /// Angle between a fillet's plates, degrees
     #[arg(long, default_value_t = 90.0, requires = "images", value_parser = number::opening_deg)]
     pub opening_deg: f64,
     /// How far a fillet is turned about its seam, degrees
-    #[arg(long, default_value_t = 0.0, requires = "images", value_parser = number::any)]
+    #[arg(long, default_value_t = 0.0, requires = "images", value_parser = number::turn_deg)]
     pub roll_deg: f64,
     /// How much of each plate is missing at a fillet's corner, mm
     #[arg(long, requires = "images", value_parser = number::zero_or_more)]

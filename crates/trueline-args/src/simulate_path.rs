@@ -12,25 +12,25 @@ pub struct PathArgs {
     #[arg(long, value_parser = one_of(&FRAMES), conflicts_with = "plan")]
     pub weave_frame: Option<TrackedIn>,
     /// Weave along the stripe: amplitude, mm
-    #[arg(long, conflicts_with = "plan", value_parser = number::zero_or_more)]
+    #[arg(long, conflicts_with = "plan", value_parser = number::travel_mm)]
     pub lateral_mm: Option<f64>,
     /// The same: frequency, Hz
-    #[arg(long, conflicts_with = "plan", value_parser = number::zero_or_more)]
+    #[arg(long, conflicts_with = "plan", value_parser = number::weave_hz)]
     pub lateral_hz: Option<f64>,
     /// Change of stand-off: amplitude, mm
-    #[arg(long, conflicts_with = "plan", value_parser = number::zero_or_more)]
+    #[arg(long, conflicts_with = "plan", value_parser = number::travel_mm)]
     pub range_mm: Option<f64>,
     /// The same: frequency, Hz
-    #[arg(long, conflicts_with = "plan", value_parser = number::zero_or_more)]
+    #[arg(long, conflicts_with = "plan", value_parser = number::weave_hz)]
     pub range_hz: Option<f64>,
     /// Tilts: amplitude of all three, degrees
-    #[arg(long, conflicts_with = "plan", value_parser = number::zero_or_more)]
+    #[arg(long, conflicts_with = "plan", value_parser = number::tilt_deg)]
     pub tilt_deg: Option<f64>,
     /// The same: frequency of all, or of work angle, travel angle and spin, Hz
-    #[arg(long, value_delimiter = ',', num_args = 1..=3, value_name = "HZ[,HZ,HZ]", conflicts_with = "plan", value_parser = number::zero_or_more)]
+    #[arg(long, value_delimiter = ',', num_args = 1..=3, value_name = "HZ[,HZ,HZ]", conflicts_with = "plan", value_parser = number::weave_hz)]
     pub tilt_hz: Vec<f64>,
     /// Length of line that is passed over, mm
-    #[arg(long, conflicts_with = "plan", value_parser = number::zero_or_more)]
+    #[arg(long, conflicts_with = "plan", value_parser = number::travel_mm)]
     pub length_mm: Option<f64>,
     /// Speed along the line: constant, or at rest at the ends of each pass
     #[arg(long, value_parser = one_of(&PROGRESS), conflicts_with = "plan")]
@@ -39,7 +39,7 @@ pub struct PathArgs {
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100), conflicts_with = "plan")]
     pub passes: Option<u32>,
     /// Spin of the sensor about its view from pass to pass, degrees
-    #[arg(long, conflicts_with = "plan", value_parser = number::any)]
+    #[arg(long, conflicts_with = "plan", value_parser = number::turn_deg)]
     pub spin_by_pass_deg: Option<f64>,
 }
 

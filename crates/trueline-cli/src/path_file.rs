@@ -1,7 +1,7 @@
 //! A path to travel: a plan's folder, or a robot.csv.
 
 use crate::failure::Failure;
-use crate::planned_scan::{PATH, read_text};
+use crate::planned_scan::PATH;
 use std::path::{Path, PathBuf};
 use trueline_dataset::{RobotSample, robot_csv};
 use trueline_geometry::Trajectory;
@@ -12,8 +12,7 @@ use trueline_live::pose_feed::{small_s, through};
 /// # Errors
 /// A file that is missing or cannot be used.
 pub(crate) fn read(path: &Path) -> Result<Vec<RobotSample>, Failure> {
-    let file = file(path);
-    Ok(robot_csv::read(&file, read_text(&file)?.as_bytes())?)
+    Ok(robot_csv::read_file(&file(path))?)
 }
 
 /// The file with the poses.

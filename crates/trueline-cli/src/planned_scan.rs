@@ -53,7 +53,7 @@ pub(crate) struct PlannedScan {
 pub(crate) fn read(folder: &Path, exact_guess: bool, seed: u64) -> Result<PlannedScan, Failure> {
     let cell = read_files(&folder.join(CELL))?.cell;
     let file = folder.join(PATH);
-    let poses = robot_csv::read(&file, read_text(&file)?.as_bytes())?;
+    let poses = robot_csv::read_file(&file)?;
     let times_s = poses.iter().map(|p| (p.stamp_ns - poses[0].stamp_ns) as f64 * 1e-9).collect();
     let poses: Vec<_> = poses.iter().map(|p| p.base_from_tool).collect();
     let path = FollowedPath::new(times_s, &poses)

@@ -1,10 +1,12 @@
 //! How a table was written (encoding, separator, decimal sign), and the same table as plain CSV.
 //!
-//! Programs in German write `1,5;2,5`, Excel writes UTF-16, controllers write blanks. What is recognised is returned, to be said;
-//! what could be read in two ways is an error.
+//! Programs in German write `1,5;2,5`, Excel writes UTF-16, controllers write blanks. What is recognised is returned, to be said; two
+//! decimal signs in one file are an error. Where commas do not separate columns, the only comma of a number is its decimal sign: robots
+//! log millimetres with three decimals, and none separates thousands.
 
 use crate::error::{Error, Problem};
 use crate::source_file;
+use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
 
@@ -39,14 +41,20 @@ pub struct Dialect {
     pub separator: Separator,
     /// Whether `1,5` is one and a half.
     pub decimal_comma: bool,
+    /// How many lines stand before the header, from the first to the last that begins with `#`.
+    pub comment_lines: usize,
 }
 
 impl Dialect {
     /// Whether there is nothing to be said: UTF-8, commas, decimal points.
     #[must_use]
     pub fn is_plain(&self) -> bool {
-        let plain =
-            Self { encoding: Encoding::Utf8, separator: Separator::Character(','), decimal_comma: false };
+        let plain = Self {
+            encoding: Encoding::Utf8,
+            separator: Separator::Character(','),
+            decimal_comma: false,
+            comment_lines: 0,
+        };
         *self == plain
     }
 }
@@ -59,7 +67,11 @@ impl fmt::Display for Dialect {
             Encoding::Latin1 => write!(f, "Latin-1, ")?,
         }
         let decimal = if self.decimal_comma { "commas" } else { "points" };
-        write!(f, "{} between columns, decimal {decimal}", self.separator)
+        write!(f, "{} between columns, decimal {decimal}", self.separator)?;
+        match self.comment_lines {
+            0 => Ok(()),
+            lines => write!(f, ", header in line {} after words that begin with #", lines + 1),
+        }
     }
 }
 
@@ -124,23 +136,24 @@ pub fn plain_csv(
 ) -> Result<(Vec<u8>, Dialect), Error> {
     source_file::expect_lines(file, &bytes)?;
     let (text, encoding) = decode(file, bytes)?;
-    let recognised = separator_of(&text);
+    let (text, comment_lines) = without_comments(text);
+    let header = header_of(&text);
+    let recognised = separator_of(header);
     let separator = separator.unwrap_or(recognised);
-    let parts = |separator| text.lines().next().map_or(0, |header| fields(header, separator).len());
+    let parts = |separator| fields(header, separator).len();
     if parts(separator) < 2 && parts(recognised) > 1 {
         let problem = Problem::OtherSeparator { named: separator.to_string(), found: recognised.to_string() };
         return Err(Error::at_line(file, 1, problem));
     }
     let decimal_comma = separator != Separator::Character(',') && has_decimal_commas(file, &text, separator)?;
-    let dialect = Dialect { encoding, separator, decimal_comma };
-    if separator == Separator::Character(',') {
+    let dialect = Dialect { encoding, separator, decimal_comma, comment_lines };
+    let names = fields(header, separator);
+    // A separator at the end of the header makes no column.
+    let ends_with_separator = names.len() > 1 && names.last().is_some_and(String::is_empty);
+    if separator == Separator::Character(',') && !ends_with_separator {
         return Ok((text.into_bytes(), dialect));
     }
-    // A separator at the end of the header makes no column.
-    let columns = text.lines().next().map_or(0, |header| match fields(header, separator) {
-        named if named.last().is_some_and(|name| name.is_empty()) => named.len() - 1,
-        named => named.len(),
-    });
+    let columns = names.len() - usize::from(ends_with_separator);
     let mut csv = String::with_capacity(text.len());
     for line in text.lines() {
         let mut fields = fields(line, separator);
@@ -151,10 +164,8 @@ pub fn plain_csv(
             csv.push_str(if k > 0 { "," } else { "" });
             if decimal_comma && is_number_with(',', field) {
                 csv.push_str(&field.replace(',', "."));
-            } else if field.contains([',', '"']) {
-                csv.push_str(&format!("\"{}\"", field.replace('"', "\"\"")));
             } else {
-                csv.push_str(field);
+                csv.push_str(&quoted(field));
             }
         }
         csv.push('\n');
@@ -162,10 +173,45 @@ pub fn plain_csv(
     Ok((csv.into_bytes(), dialect))
 }
 
-/// The separator of the first line: the one of `;`, tab and `,` that is there, in this order, else blanks.
-fn separator_of(text: &str) -> Separator {
-    let header = text.trim_start_matches('\u{feff}').lines().find(|line| !line.trim().is_empty());
-    let header = header.unwrap_or("").trim();
+/// A table in a file as plain CSV, however it was written.
+///
+/// # Errors
+/// As [`plain_csv`], and a file that cannot be read.
+pub fn plain_file(file: &Path) -> Result<Vec<u8>, Error> {
+    Ok(plain_csv(file, source_file::bytes(file)?, None)?.0)
+}
+
+/// A field as it stands in plain CSV.
+pub(crate) fn quoted(field: &str) -> Cow<'_, str> {
+    if field.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", field.replace('"', "\"\"")).into()
+    } else {
+        field.into()
+    }
+}
+
+/// The text with the lines up to the last that begins with `#` before its header emptied, so that the others keep their numbers, and how
+/// many those are.
+fn without_comments(text: String) -> (String, usize) {
+    let body = text.trim_start_matches('\u{feff}');
+    let mut lines = body.split_inclusive('\n').take_while(|l| l.starts_with('#') || l.trim().is_empty());
+    let is_comment: Vec<(bool, usize)> = lines.by_ref().map(|l| (l.starts_with('#'), l.len())).collect();
+    let count = is_comment.iter().rposition(|(is_comment, _)| *is_comment).map_or(0, |last| last + 1);
+    if count == 0 {
+        return (text, 0);
+    }
+    let length: usize = is_comment[..count].iter().map(|(_, length)| length).sum();
+    ("\n".repeat(count) + &body[length..], count)
+}
+
+/// The first line that is not empty.
+fn header_of(text: &str) -> &str {
+    text.trim_start_matches('\u{feff}').lines().find(|line| !line.trim().is_empty()).unwrap_or("")
+}
+
+/// The separator of a header: the one of `;`, tab and `,` that is there, in this order, else blanks.
+fn separator_of(header: &str) -> Separator {
+    let header = header.trim();
     for candidate in [';', '\t', ','] {
         if header.contains(candidate) {
             return Separator::Character(candidate);

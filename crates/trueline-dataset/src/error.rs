@@ -313,6 +313,12 @@ pub enum Problem {
     /// Profiles of a program that neither they nor the user name.
     #[error("rows of numbers without a header: they do not say whose format it is")]
     UnknownProfileFormat,
+    /// Profiles in which nothing was measured.
+    #[error("none of the {profiles} profiles has a point")]
+    NoPoints {
+        /// How many there are.
+        profiles: usize,
+    },
     /// Rows of heights whose positions along the stripe are not known.
     #[error("the file does not say where the columns lie along the stripe")]
     NoColumnPositions,

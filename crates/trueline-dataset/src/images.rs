@@ -1,10 +1,11 @@
 //! `images/index.csv`: the frames of a scan, and where each one's picture is.
 
+use crate::dialect::{plain_file, quoted};
 use crate::error::{Error, Problem};
-use crate::source_file;
 use crate::stamp;
 use crate::table::{ColumnSpec, Table, optional, required};
 use crate::unit::Quantity;
+use std::borrow::Cow;
 use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -50,8 +51,7 @@ pub fn read_index(dataset: &Path) -> Result<Vec<FrameFile>, Error> {
         let has_features = dataset.join("features.csv").exists();
         return Err(Error::in_file(&file, Problem::NoPictures { has_features }));
     }
-    let bytes = source_file::bytes(&file)?;
-    source_file::expect_lines(&file, &bytes)?;
+    let bytes = plain_file(&file)?;
     let folder = dataset.join("images");
     let mut table = Table::open(&file, bytes.as_slice(), &COLUMNS)?;
     let mut frames: Vec<FrameFile> = Vec::new();
@@ -88,22 +88,31 @@ fn file_name(table: &Table<'_>) -> Result<String, Error> {
     Ok(name.to_owned())
 }
 
+/// The name of a picture as a table has it.
+fn name_in_index(frame: &FrameFile) -> Result<Cow<'_, str>, Error> {
+    let name = frame.path.file_name().unwrap_or_default();
+    // Blanks around a field are not read.
+    let text = name.to_str().filter(|text| text.trim() == *text && !text.is_empty());
+    let not_a_name = || Problem::NotAFileName { text: name.to_string_lossy().into_owned() };
+    text.map(quoted).ok_or_else(|| Error::in_file(&frame.path, not_a_name()))
+}
+
 /// Writes the index of a dataset folder; it must not exist. Stamps of the camera's own clock are written if every frame
 /// has one.
 ///
 /// # Errors
-/// What the operating system says.
+/// What the operating system says; a name that begins or ends with a blank or is no text: the table would not be read as it is.
 pub fn write_index(dataset: &Path, frames: &[FrameFile]) -> Result<(), Error> {
     let file = index_of(dataset);
     if file.exists() {
         return Err(Error::in_file(&file, Problem::AlreadyExists));
     }
+    let names = frames.iter().map(name_in_index).collect::<Result<Vec<_>, _>>()?;
     let device = frames.iter().all(|frame| frame.device_ns.is_some());
     let write = || {
         let mut out = BufWriter::new(fs::File::create(&file)?);
         writeln!(out, "time_s,file,frame{}", if device { ",device_time_s" } else { "" })?;
-        for frame in frames {
-            let name = frame.path.file_name().unwrap_or_default().to_string_lossy();
+        for (frame, name) in frames.iter().zip(&names) {
             write!(out, "{},{name},{}", stamp::format_seconds(frame.stamp_ns), frame.frame)?;
             if let (true, Some(device_ns)) = (device, frame.device_ns) {
                 write!(out, ",{}", stamp::format_seconds(device_ns))?;

@@ -35,19 +35,19 @@ impl Problem {
             | Self::DuplicateColumn
             | Self::NoUnit { .. } => self.column_hint(),
             Self::FieldCount { .. } => "is the line cut off, or is a decimal comma used?",
-            Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
-            Self::NotFinite { .. } | Self::NotMeasured { .. } => "leave out rows without a measurement",
-            Self::NotAStamp { .. } => {
-                "is the unit in the column's name (_s, _ms, _us, _ns) that of its numbers?"
-            }
-            Self::NotACount { .. } | Self::NotALine { .. } => "line and frame are numbered 0, 1, 2, …",
+            Self::NotANumber { .. }
+            | Self::NotFinite { .. }
+            | Self::NotMeasured { .. }
+            | Self::NotAStamp { .. }
+            | Self::NotACount { .. }
+            | Self::NotALine { .. }
+            | Self::NotPositive { .. }
+            | Self::NotACorrelation { .. } => self.number_hint(),
             Self::NotAPlate { .. }
             | Self::PlateTwice { .. }
             | Self::StripeWithoutLength
             | Self::StripeWithoutDirection { .. }
             | Self::StripesWithoutLaserPlane => self.stripe_hint(),
-            Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
-            Self::NotACorrelation { .. } => "it is the covariance of both coordinates divided by both sigmas",
             Self::NoNumberInName
             | Self::NumberTwice { .. }
             | Self::NotAFileName { .. }
@@ -64,6 +64,7 @@ impl Problem {
             | Self::NoColumnPositions
             | Self::UnknownProfileFormat
             | Self::OnlyProfiles
+            | Self::NoPoints { .. }
             | Self::Ply(_) => self.profile_hint(),
             Self::Unreadable { hint, .. } => hint,
             Self::Csv(_) => "the file should be UTF-8 text with one header line, separated by commas",
@@ -106,10 +107,23 @@ impl Problem {
                 "save it as UTF-8 text; letters like µ, ° or ü, written by an older program, are what usually is not"
             }
             Self::NoHeader => {
-                "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"
+                "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz; it does not begin with #"
             }
             Self::OtherTable { .. } => "are robot.csv and features.csv swapped?",
             _ => "was the recording stopped before it began?",
+        }
+    }
+
+    fn number_hint(&self) -> &'static str {
+        match self {
+            Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
+            Self::NotAStamp { .. } => {
+                "is the unit in the column's name (_s, _ms, _us, _ns) that of its numbers?"
+            }
+            Self::NotACount { .. } | Self::NotALine { .. } => "line and frame are numbered 0, 1, 2, …",
+            Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
+            Self::NotACorrelation { .. } => "it is the covariance of both coordinates divided by both sigmas",
+            _ => "leave out rows without a measurement",
         }
     }
 
@@ -175,6 +189,9 @@ impl Problem {
             Self::OnlyProfiles => "`trueline features DATASET` finds the seam and writes features.csv",
             Self::UnknownProfileFormat => {
                 "name it: --profile-format keyence-lj-x, wenglor, … or rows; --help lists all"
+            }
+            Self::NoPoints { .. } => {
+                "is the format the right one? `trueline import csv --help` says what stands for no point in each"
             }
             Self::NoColumnPositions => "give them: --x-start-mm and --x-step-mm",
             _ => "ascii or binary PLY with properties x and z of one element `vertex` is read",

@@ -57,6 +57,9 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<Profile>, Error> {
     if profiles.is_empty() {
         return Err(Error::in_file(file, Problem::NoRows));
     }
+    if profiles.iter().all(|profile| profile.points.is_empty()) {
+        return Err(Error::in_file(file, Problem::NoPoints { profiles: profiles.len() }));
+    }
     Ok(profiles)
 }
 

@@ -1,5 +1,6 @@
 //! The true form of a seam as a file: CSV of points, or TOML with lines or a circle.
 
+use crate::dialect::plain_csv;
 use crate::error::{Error, Problem};
 use crate::sensor_toml::parse_toml;
 use crate::source_file;
@@ -61,7 +62,7 @@ pub fn read(file: &Path) -> Result<Reference, Error> {
     let bytes =
         source_file::bytes_if_there(file)?.ok_or_else(|| Error::in_file(file, Problem::MissingReference))?;
     if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv")) {
-        return parse_points(file, &bytes);
+        return parse_points(file, &plain_csv(file, bytes, None)?.0);
     }
     parse_toml_reference(file, &crate::folder::utf8(file, bytes)?)
 }

@@ -1,9 +1,11 @@
 //! `robot.csv`: base_from_tool over time, with rotations in any form of `rotation_columns`.
 
+use crate::dialect::plain_file;
 use crate::error::{Error, Problem};
 use crate::recording::RobotSample;
 use crate::rotation_columns::RotationColumns;
 pub use crate::rotation_columns::unit_quaternion;
+use crate::source_file;
 use crate::stamp;
 use crate::table::{self, ColumnSpec, Header, optional, required};
 use crate::unit::{MM_PER_M, Quantity};
@@ -69,6 +71,14 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<RobotSample>, Error> {
         return Err(Error::in_file(file, Problem::NoRows));
     }
     Ok(samples)
+}
+
+/// Reads the robot's poses from a file that a user named: a path, say.
+///
+/// # Errors
+/// As [`read`], and a file that is missing.
+pub fn read_file(file: &Path) -> Result<Vec<RobotSample>, Error> {
+    read(file, &source_file::named(plain_file(file))?)
 }
 
 /// Writes the robot's poses so that reading gives them back to the last nanosecond and 1e-15.

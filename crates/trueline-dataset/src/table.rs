@@ -75,7 +75,7 @@ impl<'a> Header<'a> {
             return Err(Error::in_file(file, Problem::NoRows));
         }
         if names.iter().all(|name| name.parse::<f64>().is_ok()) {
-            return Err(Error::at_line(file, 1, Problem::NoHeader));
+            return Err(Error::at_line(file, rows.line(), Problem::NoHeader));
         }
         Ok(Self { file, rows, names })
     }
@@ -89,7 +89,7 @@ impl<'a> Header<'a> {
     /// An error of the header.
     #[must_use]
     pub fn error(&self, problem: Problem) -> Error {
-        Error::at_line(self.file, 1, problem)
+        Error::at_line(self.file, self.rows.line(), problem)
     }
 
     /// Finds each column of `specs`.

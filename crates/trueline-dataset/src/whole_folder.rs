@@ -72,11 +72,10 @@ impl WholeFolder {
         let renamed = |from: &Path, to: &Path| {
             fs::rename(from, to).map_err(|error| Error::in_file(to, Problem::Io(error)))
         };
-        let replaced = beside(&self.target, "replaced");
+        let replaced = free_beside(&self.target);
         let was_there = self.target.exists();
         if was_there {
             check_nothing_is_lost(&self.target, &self.unfinished)?;
-            removed(&replaced)?;
             renamed(&self.target, &replaced)?;
         }
         if let Err(error) = renamed(&self.unfinished, &self.target) {
@@ -86,7 +85,7 @@ impl WholeFolder {
             return Err(error);
         }
         self.finished = true;
-        removed(&replaced)
+        if was_there { removed(&replaced) } else { Ok(()) }
     }
 }
 
@@ -116,6 +115,12 @@ fn beside(target: &Path, what: &str) -> PathBuf {
     name.push(".");
     name.push(what);
     target.with_file_name(name)
+}
+
+/// A name for what is replaced that nothing has: nothing but what was moved there is removed.
+fn free_beside(target: &Path) -> PathBuf {
+    let mut names = (1..).map(|k| beside(target, &format!("replaced-{k}")));
+    names.find(|name| !name.exists()).unwrap_or_else(|| unreachable!("numbers do not end"))
 }
 
 fn removed(folder: &Path) -> Result<(), Error> {

@@ -78,6 +78,55 @@ fn gocator_with_even_and_with_raw_columns() {
     assert!(error.to_string().contains("line 15") && error.to_string().contains("one sensor"), "{error}");
 }
 
+/// Columns that do not belong together say which point is where; a part of a file is not the file.
+#[test]
+fn gocator_rows_that_do_not_fit_are_refused_at_their_line() {
+    let file = |section: &str, axis: &str, rows: &str| {
+        let header = "Frame,Source,Time,Encoder,Z Encoder,Inputs,Exposure,Y,Axis";
+        format!("{section}\nFrame Count,Column Count\n2,3\n{header},{axis}\n{rows}End\n")
+    };
+    let refused = |text: &str| read(ProfileFormat::Gocator, text, None).unwrap_err().to_string();
+    let row = |frame: u32, axis: &str, values: &str| format!("{frame},0,5,0,0,0,100,0,{axis},{values}\n");
+    let without_x = file("RawProfile", "0,1,2", &row(0, "Z", "3,4,5"));
+    assert!(refused(&without_x).contains("line 5: is a row Z of a RawProfile without the row X"));
+    let of_another = file("RawProfile", "0,1,2", &(row(0, "X", "-1,0,1") + &row(1, "Z", "3,4,5")));
+    assert!(refused(&of_another).contains("line 6: is a row Z"));
+    let longer = file("RawProfile", "0,1,2", &(row(0, "X", "-1,0") + &row(0, "Z", "3,4,5")));
+    assert!(refused(&longer).contains("line 6: expected 11 fields, found 12"), "{}", refused(&longer));
+    let longer = file("Profile", "-1,0,", &row(0, "Z", "3,4,5"));
+    assert!(refused(&longer).contains("line 5: expected 11 fields, found 12"), "{}", refused(&longer));
+    let hole = file("Profile", "-1,,1", &row(0, "Z", "3,4,5"));
+    assert!(refused(&hole).contains("line 4: expected a number, found ``"), "{}", refused(&hole));
+    let no_time = file("Profile", "-1,0,1", &row(0, "Z", "3,4,5").replace(",5,0", ",soon,0"));
+    assert!(refused(&no_time).contains("line 5: expected a number, found `soon`"), "{}", refused(&no_time));
+    // Cells that are empty at the end are those of longer rows.
+    let padded = file("Profile", "-1,0,1,,", &row(0, "Z", "3,4,5,,"));
+    assert_eq!(read(ProfileFormat::Gocator, &padded, None).unwrap()[0].points.len(), 3);
+}
+
+/// What is no point is told by its value: a sensor that hangs high measures below −100 mm.
+#[test]
+fn keyence_heights_below_a_hundred_millimetres_are_heights() {
+    let columns = Some(EvenColumns { first_mm: 0.0, step_mm: 1.0 });
+    let text = "-150.1234,-99.9999,-99.9990\n-100.0001,-9999.9999,-99999.9999\n";
+    let profiles = read(ProfileFormat::KeyenceLjX, text, columns).unwrap();
+    assert_eq!(in_mm(&profiles[0]), [[0.0, -150.1234], [2.0, -99.999]]);
+    assert_eq!(in_mm(&profiles[1]), [[0.0, -100.0001]]);
+    assert_eq!(profiles::left_out_words(&profiles).unwrap(), "3 of 6 values (50.0 %) are no point");
+}
+
+#[test]
+fn profiles_without_a_single_point_are_refused() {
+    let columns = Some(EvenColumns { first_mm: 0.0, step_mm: 1.0 });
+    let error =
+        read(ProfileFormat::KeyenceLjX, "-99.9999,-99.9999\n-99.9999,-99.9999\n", columns).unwrap_err();
+    assert!(error.to_string().ends_with("none of the 2 profiles has a point"), "{error}");
+    assert!(error.hint().contains("is the format the right one"));
+    let text = "time_s,x0_mm,dx_mm,z0_mm,z1_mm\n0.1,0,1,,\n";
+    let error = profiles_csv::read(Path::new("profiles.csv"), text.as_bytes()).unwrap_err();
+    assert!(error.to_string().ends_with("none of the 1 profiles has a point"), "{error}");
+}
+
 #[test]
 fn keyence_columns_of_hundredths_of_a_micrometre() {
     let text = "-150000\t2500000\t2600000\n0\t-2147483648\t2610000\n150000\t2520000\t-524288\n";
@@ -85,6 +134,10 @@ fn keyence_columns_of_hundredths_of_a_micrometre() {
     assert_eq!(in_mm(&profiles[0]), [[-1.5, 25.0], [1.5, 25.2]]);
     assert_eq!(in_mm(&profiles[1]), [[-1.5, 26.0], [0.0, 26.1]]);
     assert!(read(ProfileFormat::KeyenceLjV, "0\t1.5\n1\t2.5\n", None).is_err());
+    // One column after the other, of two profiles that are no longer told apart.
+    let error = read(ProfileFormat::KeyenceLjV, "0\t10\n5\t20\n-5\t30\n", None).unwrap_err().to_string();
+    assert!(error.contains("line 3: `X`") && error.contains("turns back"), "{error}");
+    assert!(read(ProfileFormat::KeyenceLjV, "5\t10\n0\t20\n-5\t30\n", None).is_ok());
 }
 
 #[test]

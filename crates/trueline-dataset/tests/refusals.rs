@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::path::Path;
-use trueline_dataset::{Error, folder};
+use trueline_dataset::{Error, FrameFile, Reference, folder, images, reference_file, robot_csv};
 
 const SENSOR: &str = "kind = \"camera_laser\"\n[camera]\nwidth = 2448\nheight = 2000\nfx = 3598.0\nfy = 3597.0\ncx = 1211.0\ncy = 1007.0\ndistortion = [0.0, 0.0, 0.0, 0.0, 0.0]\n[laser_plane]\nnormal = [0.0, -0.9, 0.4358898943540673]\noffset_mm = 55.0\n";
 const ROBOT: &str = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0.000,1,2,3,1,0,0,0\n0.004,1,2,3,1,0,0,0\n";
@@ -119,6 +119,92 @@ fn stamps_and_lines_beyond_any_recording() {
         );
     }
     assert_eq!(read_with("features.csv", &of_line(1023)).unwrap().features[0].line, 1023);
+}
+
+/// The same table, however it was written, wherever it is named.
+#[test]
+fn every_table_is_read_as_other_programs_write_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let written = |name: &str, text: &str| {
+        let file = dir.path().join(name);
+        fs::write(&file, text).unwrap();
+        file
+    };
+    for (name, robot) in [
+        ("semicolons", ROBOT.replace('.', "+").replace(',', ";").replace('+', ",")),
+        ("trailing", ROBOT.replace('\n', ",\n")),
+        ("comments", format!("# log of cell 7\n\n# mm, wxyz\n{ROBOT}")),
+    ] {
+        assert_eq!(read_with("robot.csv", &robot).unwrap().robot.len(), 2, "{name}");
+        let path = robot_csv::read_file(&written("path.csv", &robot)).unwrap();
+        assert_eq!(path, read_with("robot.csv", ROBOT).unwrap().robot, "{name}");
+    }
+    let curve = written("curve.csv", "# drawn\nx_mm;y_mm;z_mm;\n0;0,5;0;\n1;0,5;0;\n");
+    assert!(matches!(reference_file::read(&curve).unwrap(), Reference::Curve(_)));
+    fs::create_dir(dir.path().join("images")).unwrap();
+    written("images/index.csv", "time_s;file\n0,5;a.png\n");
+    assert_eq!(images::read_index(dir.path()).unwrap()[0].stamp_ns, 500_000_000);
+}
+
+/// Words before the header are skipped, and lines keep their numbers.
+#[test]
+fn comments_before_the_header() {
+    let commented = |rest: &str| refusal("robot.csv", &format!("# a\n# b, c\n{rest}"));
+    assert_eq!(
+        commented(&format!("{ROBOT}0.008,1,2,x,1,0,0,0\n")),
+        "robot.csv, line 6, column `z_mm`: expected a number, found `x`"
+    );
+    assert!(commented("time,x_mm\n0,1\n").starts_with("robot.csv, line 3"));
+    assert!(commented("0,1,2,3,1,0,0,0\n").contains("line 3: there is no header"));
+    // Between rows there are no words.
+    assert!(refusal("robot.csv", &format!("{ROBOT}# stop\n")).contains("line 4: expected 8 fields, found 1"));
+}
+
+#[test]
+fn pictures_whose_names_have_commas_and_quotes_are_found_again() {
+    let dir = tempfile::tempdir().unwrap();
+    fs::create_dir(dir.path().join("images")).unwrap();
+    let named = |name: &str| FrameFile {
+        stamp_ns: 5,
+        frame: 7,
+        device_ns: None,
+        path: dir.path().join("images").join(name),
+    };
+    let frames = ["a,1.png", "b\"2.png", "c 3.png"].map(named);
+    images::write_index(dir.path(), &frames).unwrap();
+    assert_eq!(images::read_index(dir.path()).unwrap(), frames.to_vec());
+    fs::remove_file(images::index_of(dir.path())).unwrap();
+    // A blank at an end is not read.
+    let error = images::write_index(dir.path(), &[named(" d.png")]).unwrap_err();
+    assert!(
+        error.to_string().contains("expected the name of a file beside the index, found ` d.png`"),
+        "{error}"
+    );
+    assert!(!images::index_of(dir.path()).exists());
+}
+
+/// What is replaced is moved out of the way to where nothing is.
+#[test]
+fn a_folder_that_is_named_as_a_replaced_one_stays() {
+    let dir = tempfile::tempdir().unwrap();
+    let recording = read_with("robot.csv", ROBOT).unwrap();
+    let out = dir.path().join("out");
+    folder::write_whole(&out, &recording, false).unwrap();
+    for name in ["out.replaced", "out.replaced-1"] {
+        fs::create_dir(dir.path().join(name)).unwrap();
+        fs::write(dir.path().join(name).join("thesis.tex"), "years of work").unwrap();
+    }
+    folder::write_whole(&out, &recording, true).unwrap();
+    let mut left: Vec<_> = fs::read_dir(dir.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    left.sort();
+    assert_eq!(left, ["out", "out.replaced", "out.replaced-1"]);
+    assert!(
+        dir.path().join("out.replaced/thesis.tex").exists()
+            && dir.path().join("out.replaced-1/thesis.tex").exists()
+    );
 }
 
 #[test]

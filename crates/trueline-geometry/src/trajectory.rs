@@ -69,7 +69,7 @@ pub enum TrajectoryError {
     TooFewSamples,
     /// The number of times and of poses differ.
     LengthsDiffer,
-    /// Time runs backwards, or is not finite, at this sample.
+    /// Time runs backwards, or is not finite, at this sample or the one before.
     TimeRunsBackwards {
         /// Index of the sample.
         index: usize,
@@ -264,7 +264,7 @@ pub fn median_period_s(times: &[f64]) -> Result<f64, TrajectoryError> {
     if times.len() < 2 {
         return Err(TrajectoryError::TooFewSamples);
     }
-    if let Some(k) = times.windows(2).position(|w| w[1].is_nan() || w[0].is_nan() || w[1] < w[0]) {
+    if let Some(k) = times.windows(2).position(|w| !(w[0].is_finite() && w[1].is_finite() && w[1] >= w[0])) {
         return Err(TrajectoryError::TimeRunsBackwards { index: k + 1 });
     }
     let steps = times.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 0.0);

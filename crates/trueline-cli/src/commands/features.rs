@@ -2,12 +2,11 @@
 
 use crate::failure::Failure;
 use crate::pictures::{self, OverlayChoice, PictureOptions};
-use crate::planned_scan::read_text;
 use crate::{opening, output, picture_report};
 use std::process::ExitCode;
 use trueline_args::FeaturesArgs;
 use trueline_dataset::picture_names::{self, PictureStamps};
-use trueline_dataset::{Profile, folder, images, robot_csv};
+use trueline_dataset::{Profile, folder, images};
 use trueline_report::picture_page;
 use trueline_vision::{PictureRegion, StripeChoice};
 
@@ -68,11 +67,10 @@ pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
 /// Writes the index of pictures that have none, where a rate or their names say the stamps.
 fn write_index(args: &FeaturesArgs) -> Result<(), Failure> {
     let first_robot_ns = || -> Result<i64, Failure> {
-        let file = args.dataset.join("robot.csv");
-        if !file.exists() {
+        if !args.dataset.join("robot.csv").exists() {
             return Ok(0);
         }
-        let poses = robot_csv::read(&file, read_text(&file)?.as_bytes())?;
+        let (poses, _) = folder::read_robot(&args.dataset)?;
         Ok(poses.first().map_or(0, |sample| sample.stamp_ns))
     };
     let stamps = match (args.fps, args.stamps_from_name) {

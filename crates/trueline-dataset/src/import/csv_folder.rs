@@ -119,8 +119,10 @@ impl CsvFolder {
                 .map_err(|error| in_their_words(error, &table));
         };
         let raw = profiles::read(&source.file, bytes, format, source.columns)?;
+        let left_out = profiles::left_out_words(&raw);
         let stamped = profiles::stamped(&source.file, raw, source.timing.as_ref())?;
         notes.push(format!("{}: read as {}", source.file.display(), format.words()));
+        notes.extend(left_out.map(|words| format!("{}: {words}", source.file.display())));
         if let Some(Timing::Rate { .. }) = source.timing {
             notes.push(
                 "the profiles' stamps are the start and rate that you stated: the time offset holds for this recording only"

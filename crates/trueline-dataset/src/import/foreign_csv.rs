@@ -1,7 +1,7 @@
 //! CSV files of any program as ours: their separators, their decimal sign, their names.
 
 use super::robot_layout::{RobotLayout, time_column};
-use crate::dialect::{Dialect, Separator, plain_csv};
+use crate::dialect::{Dialect, Separator, plain_csv, quoted};
 use crate::error::{Error, Problem};
 use std::path::Path;
 
@@ -61,11 +61,14 @@ pub fn read(
         .iter()
         .map(|n| n.trim_start_matches('\u{feff}').to_owned())
         .collect();
-    let names = renaming.names(file, &header)?;
+    // Lines before the header keep the count as well.
+    let before = dialect.comment_lines;
+    let names = renaming.names(file, before as u64 + 1, &header)?;
     let kept: Vec<(usize, &String)> =
         names.iter().enumerate().filter_map(|(k, name)| Some((k, name.as_ref()?))).collect();
-    let mut out = kept.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(",") + "\n";
-    let mut line = 1;
+    let mut out = "\n".repeat(before);
+    out += &(kept.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>().join(",") + "\n");
+    let mut line = before as u64 + 1;
     let mut angle_decimals = None;
     for record in reader.records() {
         let record = record.map_err(broken)?;
@@ -99,15 +102,15 @@ pub fn read(
 
 impl Renaming<'_> {
     /// Our name of each column, or none.
-    fn names(&self, file: &Path, header: &[String]) -> Result<Vec<Option<String>>, Error> {
+    fn names(&self, file: &Path, line: u64, header: &[String]) -> Result<Vec<Option<String>>, Error> {
         for item in self.map {
             if !header.contains(&item.theirs) {
                 let problem = Problem::MissingColumn { name: item.theirs.clone(), found: header.join(", ") };
-                return Err(Error::at_line(file, 1, problem));
+                return Err(Error::at_line(file, line, problem));
             }
         }
         let ours = |theirs: &String| {
-            self.ours(theirs).map_err(|problem| Error::at_line(file, 1, problem).in_column(theirs))
+            self.ours(theirs).map_err(|problem| Error::at_line(file, line, problem).in_column(theirs))
         };
         header.iter().map(ours).collect()
     }
@@ -135,13 +138,5 @@ impl Renaming<'_> {
             return Ok(Some(name));
         }
         Ok(if (self.is_ours)(theirs) { Some(theirs.to_owned()) } else { time_column(theirs) })
-    }
-}
-
-fn quoted(field: &str) -> std::borrow::Cow<'_, str> {
-    if field.contains([',', '"']) {
-        format!("\"{}\"", field.replace('"', "\"\"")).into()
-    } else {
-        field.into()
     }
 }

@@ -5,7 +5,7 @@ use super::RawProfile;
 use crate::dialect::decode;
 use crate::error::{Error, Problem};
 use crate::profile::ProfilePoint;
-use crate::stamp::parse_nanoseconds;
+use crate::stamp::{parse_nanoseconds, problem_of};
 use crate::unit::MM_PER_M;
 use std::path::Path;
 
@@ -31,7 +31,7 @@ pub fn read(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
     let mut profiles = Vec::new();
     let mut section = "";
     let mut header: Option<DataHeader> = None;
-    let mut pending_x: Option<Vec<Option<f64>>> = None;
+    let mut pending_x: Option<PendingX> = None;
     for (index, line) in text.lines().enumerate() {
         let fields: Vec<&str> = line.trim_start_matches('\u{feff}').split(',').map(str::trim).collect();
         match fields[..] {
@@ -46,14 +46,17 @@ pub fn read(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>, Error> {
             }
             _ => {
                 if let Some(header) = &header {
-                    let row = header.row(&fields).map_err(|p| Error::at_line(file, index as u64 + 1, p))?;
-                    row.into_profile(header, &mut pending_x, &mut profiles);
+                    let added = header.row(&fields).and_then(|row| row.into_profile(header, &mut pending_x));
+                    profiles.extend(added.map_err(|p| Error::at_line(file, index as u64 + 1, p))?);
                 }
             }
         }
     }
     Ok(profiles)
 }
+
+/// The positions in a row of X, mm, and the frame that it is of.
+type PendingX = (Option<u64>, Vec<Option<f64>>);
 
 /// One row: an axis of one profile.
 struct Row<'a> {
@@ -72,9 +75,17 @@ impl DataHeader {
             })
         };
         let axis = place("Axis")?;
-        let x_mm = fields[axis + 1..].iter().filter(|field| !field.is_empty()).map(|field| number(field));
+        // Cells at the end are those of longer rows; one in between would shift the columns after it.
+        let columns = fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1);
+        let x_mm = fields[(axis + 1).min(columns)..columns].iter().map(|field| number(field));
         let x_mm = if section == "Profile" { Some(x_mm.collect::<Result<_, _>>()?) } else { None };
         Ok(Self { frame: place("Frame")?, source: place("Source")?, time: place("Time")?, axis, x_mm })
+    }
+
+    /// The stamp in a field; an empty one has none.
+    fn stamp_ns(text: &str) -> Result<Option<i64>, Problem> {
+        let stamp_ns = parse_nanoseconds(text, MICROSECOND_DIGITS);
+        if stamp_ns.is_none() && !text.is_empty() { Err(problem_of(text)) } else { Ok(stamp_ns) }
     }
 
     fn row<'a>(&self, fields: &[&'a str]) -> Result<Row<'a>, Problem> {
@@ -88,7 +99,7 @@ impl DataHeader {
         let values = fields[self.axis + 1..].iter();
         Ok(Row {
             frame: fields[self.frame].parse().ok(),
-            stamp_ns: parse_nanoseconds(fields[self.time], MICROSECOND_DIGITS),
+            stamp_ns: Self::stamp_ns(fields[self.time])?,
             axis: fields[self.axis],
             mm: values
                 .map(|field| if field.is_empty() { Ok(None) } else { number(field).map(Some) })
@@ -98,31 +109,44 @@ impl DataHeader {
 }
 
 impl Row<'_> {
-    /// A row of Z closes a profile; one of X waits for it; intensity is not needed.
+    /// A row of Z closes a profile, which is returned; one of X waits for it; intensity is not needed.
     fn into_profile(
         self,
         header: &DataHeader,
-        pending_x: &mut Option<Vec<Option<f64>>>,
-        profiles: &mut Vec<RawProfile>,
-    ) {
+        pending_x: &mut Option<PendingX>,
+    ) -> Result<Option<RawProfile>, Problem> {
         match self.axis {
-            "X" => *pending_x = Some(self.mm),
+            "X" => *pending_x = Some((self.frame, self.mm)),
             "Z" => {
                 let x_mm: Vec<Option<f64>> = match &header.x_mm {
                     Some(x_mm) => x_mm.iter().copied().map(Some).collect(),
-                    None => pending_x.take().unwrap_or_default(),
+                    None => self.positions(pending_x.take())?,
                 };
+                let last = self.mm.iter().rposition(Option::is_some).map_or(0, |last| last + 1);
+                if last > x_mm.len() {
+                    let (expected, found) = (header.axis + 1 + x_mm.len(), header.axis + 1 + last);
+                    return Err(Problem::FieldCount { expected, found });
+                }
                 let both = x_mm.iter().zip(&self.mm).filter_map(|(x, z)| Some(((*x)?, (*z)?)));
-                let points =
-                    both.map(|(x, z)| ProfilePoint { x_m: x / MM_PER_M, z_m: z / MM_PER_M, intensity: None });
-                profiles.push(RawProfile {
-                    stamp_ns: self.stamp_ns,
-                    frame: self.frame,
-                    points: points.collect(),
-                });
+                let points: Vec<ProfilePoint> = both
+                    .map(|(x, z)| ProfilePoint { x_m: x / MM_PER_M, z_m: z / MM_PER_M, intensity: None })
+                    .collect();
+                let left_out = x_mm.len() - points.len();
+                return Ok(Some(RawProfile { stamp_ns: self.stamp_ns, frame: self.frame, points, left_out }));
             }
             _ => {}
         }
+        Ok(None)
+    }
+
+    /// The positions of the row of X before, which must be of the same frame.
+    fn positions(&self, pending_x: Option<PendingX>) -> Result<Vec<Option<f64>>, Problem> {
+        pending_x.filter(|(frame, _)| *frame == self.frame).map(|(_, x_mm)| x_mm).ok_or_else(|| {
+            Problem::Unreadable {
+                what: "a row Z of a RawProfile without the row X of its frame before it".to_owned(),
+                hint: "each profile is a row X and then a row Z: export it again, or leave this row out",
+            }
+        })
     }
 }
 

@@ -28,25 +28,36 @@ pub(crate) fn read_columns(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile
         ));
     }
     let mut profiles = vec![RawProfile::of_points(Vec::with_capacity(table.rows.len())); columns - 1];
-    let mut last_x: Option<f64> = None;
+    let (mut last_x, mut last_step): (Option<f64>, Option<f64>) = (None, None);
     for (line, row) in &table.rows {
         let at = |problem| Error::at_line(file, *line, problem);
         if row.len() != columns {
             return Err(at(Problem::FieldCount { expected: columns, found: row.len() }));
         }
         let x = row[0].filter(|x| x.fract() == 0.0).ok_or_else(|| at(not_an_integer(row[0])))?;
-        if last_x == Some(x) {
+        let step = last_x.map(|last| x - last);
+        if step == Some(0.0) {
             return Err(at(Problem::PointRepeated));
         }
-        last_x = Some(x);
+        if last_step.zip(step).is_some_and(|(last, step)| last * step < 0.0) {
+            return Err(at(turned_back(x)));
+        }
+        (last_x, last_step) = (Some(x), step);
         for (profile, value) in profiles.iter_mut().zip(&row[1..]) {
             let z = value.filter(|z| z.fract() == 0.0).ok_or_else(|| at(not_an_integer(*value)))?;
             if z > NO_POINT_32 && !NO_POINT_20.contains(&z) {
                 profile.points.push(ProfilePoint { x_m: x * UNIT_M, z_m: z * UNIT_M, intensity: None });
+            } else {
+                profile.left_out += 1;
             }
         }
     }
     Ok(profiles)
+}
+
+fn turned_back(x: f64) -> Problem {
+    let expected = "numbers in the first column that rise to the end, or fall";
+    Problem::Value { key: "X", expected, found: format!("{x}, which turns back") }
 }
 
 fn not_an_integer(found: Option<f64>) -> Problem {

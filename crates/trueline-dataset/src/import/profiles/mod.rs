@@ -33,11 +33,13 @@ pub struct RawProfile {
     pub frame: Option<u64>,
     /// Its points.
     pub points: Vec<ProfilePoint>,
+    /// How many of its values are no point.
+    pub left_out: usize,
 }
 
 impl RawProfile {
     fn of_points(points: Vec<ProfilePoint>) -> Self {
-        Self { stamp_ns: None, frame: None, points }
+        Self { stamp_ns: None, frame: None, points, left_out: 0 }
     }
 }
 
@@ -104,7 +106,7 @@ impl ProfileFormat {
                 "Keyence LJ-V: X in the first column, one profile in each further one, 0.01 µm; -524288 … -524285 and less than -2147483640 are no point"
             }
             Self::KeyenceLjX => {
-                "Keyence LJ-X: one row a profile, mm; -99.9999, -99999.9999 and less are no point"
+                "Keyence LJ-X: one row a profile, mm; -99.9999 and what is below -999 are no point"
             }
             Self::ScanControl => {
                 "scanCONTROL: one row a point, x and z in mm; z = 0 is no point; a profile ends where x steps back"
@@ -164,7 +166,7 @@ pub fn read(
         ProfileFormat::Gocator => gocator::read(file, bytes)?,
         ProfileFormat::KeyenceLjV => keyence::read_columns(file, bytes)?,
         ProfileFormat::GoPxl => rows::read_pairs(file, bytes)?,
-        ProfileFormat::KeyenceLjX => rows::read(file, bytes, columns, |mm| mm > -99.999)?,
+        ProfileFormat::KeyenceLjX => rows::read(file, bytes, columns, is_lj_x_height)?,
         ProfileFormat::Wenglor => rows::read(file, bytes, columns, |mm| mm != 0.0)?,
         ProfileFormat::Rows => rows::read(file, bytes, columns, |_| true)?,
         ProfileFormat::ScanControl => points::read(file, bytes, |z_mm| z_mm != 0.0)?,
@@ -174,7 +176,28 @@ pub fn read(
     if profiles.is_empty() {
         return Err(Error::in_file(file, Problem::NoRows));
     }
+    if profiles.iter().all(|profile| profile.points.is_empty()) {
+        return Err(Error::in_file(file, Problem::NoPoints { profiles: profiles.len() }));
+    }
     Ok(profiles)
+}
+
+/// Whether a value is a height, mm: none is −99.9999, −9999.9999 or −99999.9999. The largest of these sensors sees half a metre to either side.
+fn is_lj_x_height(mm: f64) -> bool {
+    // Four decimals are written; heights around the first of these numbers are as good as any.
+    const HALF_A_DECIMAL_MM: f64 = 0.5e-4;
+    (mm + 99.9999).abs() >= HALF_A_DECIMAL_MM && mm > -999.0
+}
+
+/// Which part of the values of a file is no point, in words, if any is.
+#[must_use]
+pub fn left_out_words(profiles: &[RawProfile]) -> Option<String> {
+    let left_out: usize = profiles.iter().map(|profile| profile.left_out).sum();
+    let points: usize = profiles.iter().map(|profile| profile.points.len()).sum();
+    let empty = profiles.iter().filter(|profile| profile.points.is_empty()).count();
+    let share = 100.0 * left_out as f64 / (left_out + points).max(1) as f64;
+    let words = format!("{left_out} of {} values ({share:.1} %) are no point", left_out + points);
+    (left_out > 0).then(|| if empty > 0 { format!("{words}; {empty} profiles have none") } else { words })
 }
 
 /// Gives each profile its stamp: the file's own, or those of the timing.

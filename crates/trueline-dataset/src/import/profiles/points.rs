@@ -33,11 +33,13 @@ pub fn read(file: &Path, bytes: Vec<u8>, is_point: impl Fn(f64) -> bool) -> Resu
         let frame = places.frame.and_then(value).map(|frame| frame as u64);
         let same = profiles.last().is_some_and(|last| (last.stamp_ns, last.frame) == (stamp_ns, frame));
         if !same || (x < last_x && stamp_ns.is_none() && frame.is_none()) {
-            profiles.push(RawProfile { stamp_ns, frame, points: Vec::new() });
+            profiles.push(RawProfile { stamp_ns, frame, points: Vec::new(), left_out: 0 });
         }
         last_x = x;
-        if let Some(last) = profiles.last_mut().filter(|_| is_point(z)) {
-            last.points.push(point_of_mm(x, z));
+        match profiles.last_mut() {
+            Some(last) if is_point(z) => last.points.push(point_of_mm(x, z)),
+            Some(last) => last.left_out += 1,
+            None => {}
         }
     }
     Ok(profiles)

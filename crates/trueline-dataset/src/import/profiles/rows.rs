@@ -35,7 +35,9 @@ pub fn read(
             return Err(Error::at_line(file, *line, problem));
         }
         let points = x_mm.iter().zip(row).filter_map(|(x, z)| Some((*x, z.filter(|z| is_point(*z))?)));
-        Ok(RawProfile::of_points(points.map(|(x, z)| point_of_mm(x, z)).collect()))
+        let points: Vec<ProfilePoint> = points.map(|(x, z)| point_of_mm(x, z)).collect();
+        let left_out = row.len() - points.len();
+        Ok(RawProfile { left_out, ..RawProfile::of_points(points) })
     };
     table.rows.iter().map(profile).collect()
 }
@@ -63,11 +65,15 @@ pub(crate) fn read_pairs(file: &Path, bytes: Vec<u8>) -> Result<Vec<RawProfile>,
     let (time, frame) = (place("timestamp"), place("frameindex"));
     let profile = |(_, row): &(u64, Vec<Option<f64>>)| {
         let at = |place: Option<usize>| row.get(place?).copied().flatten();
-        let pairs = row[first.min(row.len())..].chunks_exact(2).filter_map(|pair| Some((pair[0]?, pair[1]?)));
+        let places = row[first.min(row.len())..].chunks_exact(2);
+        let of_row = places.len();
+        let pairs = places.filter_map(|pair| Some((pair[0]?, pair[1]?)));
+        let points: Vec<ProfilePoint> = pairs.map(|(x, z)| point_of_mm(x, z)).collect();
         RawProfile {
             stamp_ns: at(time).map(|microseconds| (microseconds * 1e3).round() as i64),
             frame: at(frame).map(|frame| frame as u64),
-            points: pairs.map(|(x, z)| point_of_mm(x, z)).collect(),
+            left_out: of_row - points.len(),
+            points,
         }
     };
     Ok(table.rows.iter().map(profile).collect())
