@@ -35,14 +35,6 @@ impl Problem {
             | Self::DuplicateColumn
             | Self::NoUnit { .. } => self.column_hint(),
             Self::FieldCount { .. } => "is the line cut off, or is a decimal comma used?",
-            Self::NotANumber { .. }
-            | Self::NotFinite { .. }
-            | Self::NotMeasured { .. }
-            | Self::NotAStamp { .. }
-            | Self::NotACount { .. }
-            | Self::NotALine { .. }
-            | Self::NotPositive { .. }
-            | Self::NotACorrelation { .. } => self.number_hint(),
             Self::NotAPlate { .. }
             | Self::PlateTwice { .. }
             | Self::StripeWithoutLength
@@ -68,9 +60,6 @@ impl Problem {
             | Self::Ply(_) => self.profile_hint(),
             Self::Unreadable { hint, .. } => hint,
             Self::Csv(_) => "the file should be UTF-8 text with one header line, separated by commas",
-            Self::Toml(_) | Self::Value { .. } => {
-                "compare with a file that trueline has written: `trueline simulate` writes datasets, `trueline plan --example` a cell"
-            }
             Self::MissingCalibration
             | Self::MissingReference
             | Self::NoResult(_)
@@ -79,6 +68,7 @@ impl Problem {
             Self::PointRepeated => "leave one of the two out",
             Self::ForeignRow { .. } => "is this the right file for this format?",
             Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",
+            _ => self.value_hint(),
         }
     }
 
@@ -114,7 +104,7 @@ impl Problem {
         }
     }
 
-    fn number_hint(&self) -> &'static str {
+    fn value_hint(&self) -> &'static str {
         match self {
             Self::NotANumber { .. } => "numbers have a decimal point, and no thousands separator or unit",
             Self::NotAStamp { .. } => {
@@ -123,7 +113,10 @@ impl Problem {
             Self::NotACount { .. } | Self::NotALine { .. } => "line and frame are numbered 0, 1, 2, …",
             Self::NotPositive { .. } => "leave the column out if the standard deviation is not known",
             Self::NotACorrelation { .. } => "it is the covariance of both coordinates divided by both sigmas",
-            _ => "leave out rows without a measurement",
+            Self::NotFinite { .. } | Self::NotMeasured { .. } => "leave out rows without a measurement",
+            _ => {
+                "compare with a file that trueline has written: `trueline simulate` writes datasets, `trueline plan --example` a cell"
+            }
         }
     }
 
