@@ -97,7 +97,7 @@ impl Problem {
                 "save it as UTF-8 text; letters like µ, ° or ü, written by an older program, are what usually is not"
             }
             Self::NoHeader => {
-                "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz; it does not begin with #"
+                "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"
             }
             Self::OtherTable { .. } => "are robot.csv and features.csv swapped?",
             _ => "was the recording stopped before it began?",
