@@ -41,6 +41,17 @@ pub enum NotFound {
         /// The least bend that is a corner, degrees.
         needed_deg: f64,
     },
+    /// The stripe lies on something round.
+    #[error(
+        "the stripe turns all along, as on something round: by {whole_deg:.0}° in all, of which {corner_deg:.0}° are at the corner; \
+         half of it is needed"
+    )]
+    TurnsAllAlong {
+        /// How far it turns at the corner, degrees in the sheet.
+        corner_deg: f64,
+        /// How far it turns in all, degrees in the sheet.
+        whole_deg: f64,
+    },
     /// The stripe is missing about the place where the arms would meet.
     #[error(
         "the stripe is missing over {:.0} and {:.0} px beside the place where its arms would meet; {most_px:.0} px are \
@@ -157,6 +168,7 @@ impl NotFound {
             Self::OnePiece { .. } => "single-segment",
             Self::ArmsTooShort { .. } => "arms-too-short",
             Self::TooFlat { .. } => "too-flat",
+            Self::TurnsAllAlong { .. } => "turns-all-along",
             Self::ArmsApart { .. } => "arms-apart",
             Self::WrongSide { .. } => "wrong-side",
             Self::OtherOpening { .. } => "other-opening",
@@ -182,6 +194,7 @@ impl NotFound {
             Self::OnePiece { length_px } => length_px,
             Self::ArmsTooShort { arms_px: [a, b], .. } => a.min(b),
             Self::TooFlat { bend_deg, .. } => bend_deg,
+            Self::TurnsAllAlong { corner_deg, .. } => corner_deg,
             Self::OtherOpening { opening_deg, .. } => opening_deg,
             Self::ArmsApart { gaps_px: [a, b], .. } => a + b,
             Self::NoClearEnd { fades_px, .. } => fades_px,

@@ -74,6 +74,52 @@ fn an_outside_corner_is_a_corner_and_no_fillet_and_the_reverse() {
     }
 }
 
+/// A stripe along an arc about a centre in equal chords; its middle is towards the top.
+fn arc(centre: [f64; 2], radius_px: f64, chord_deg: f64, sigma_px: f64) -> Vec<Stroke> {
+    let at = |deg: f64| {
+        let (sin, cos) = deg.to_radians().sin_cos();
+        [centre[0] + radius_px * sin, centre[1] - radius_px * cos]
+    };
+    let begins = (0..(100.0 / chord_deg) as i32).map(|k| f64::from(k) * chord_deg - 50.0);
+    begins.map(|deg| between(at(deg), at(deg + chord_deg), sigma_px)).collect()
+}
+
+/// Smooth, or with facets as of a mesh: two stretches of it are as long and as straight as arms, and cross outside it.
+#[test]
+fn a_stripe_on_something_round_has_no_corner() {
+    let arcs = [[300.0, 4.0], [600.0, 4.0], [300.0, 20.0], [250.0, 25.0], [280.0, 25.0], [350.0, 20.0]];
+    for (seed, [radius_px, chord_deg]) in arcs.into_iter().enumerate() {
+        let centre = [CORNER[0], CORNER[1] + 300.0];
+        let mut paper = paper(&arc(centre, radius_px, chord_deg, 1.5), seed as u64);
+        for joint in [Joint::Fillet, Joint::VBlock, Joint::VGroove] {
+            let found = paper.seam(&mut detector(SIZE), joint);
+            assert!(found.is_err(), "radius {radius_px} px, {}: {found:?}", joint.name());
+        }
+    }
+}
+
+/// Plates that are bowed by 0.2 mm over 25 mm, either way: a parabola's end is two thirds of its sagitta beside the line through
+/// all of it, 2.1 px here, which moves the crossing by 2.1 px / sin 30° at most.
+#[test]
+fn plates_that_are_bowed_a_little_have_a_corner() {
+    for (seed, sagitta) in [0.008, -0.008].into_iter().enumerate() {
+        const LENGTH_PX: f64 = 400.0;
+        let bowed =
+            arms(CORNER, LENGTH_PX, 2.0, false).into_iter().zip([1.0, -1.0]).flat_map(|(arm, side)| {
+                let (sin, cos) = arm.heading_deg.to_radians().sin_cos();
+                let point = move |k: i32| {
+                    let part = f64::from(k) / 20.0;
+                    let [along, beside] =
+                        [LENGTH_PX * part, side * sagitta * LENGTH_PX * 4.0 * part * (1.0 - part)];
+                    [CORNER[0] + along * cos - beside * sin, CORNER[1] + along * sin + beside * cos]
+                };
+                (0..20).map(move |k| between(point(k), point(k + 1), 2.0))
+            });
+        let [off_px, _] = off(&mut paper(&bowed.collect::<Vec<_>>(), seed as u64), Joint::Fillet, CORNER);
+        assert!(off_px < 4.2, "{sagitta}: {off_px:.2} px");
+    }
+}
+
 /// The light of these ends falls linearly over four blurs, which is no shape that the detector knows.
 #[test]
 fn the_end_of_a_stripe_is_found_whatever_its_blur() {

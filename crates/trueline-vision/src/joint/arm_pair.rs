@@ -2,7 +2,7 @@
 
 use crate::lens::Lens;
 use crate::line::Line2;
-use crate::locate::line_segment::{LineSegment, continuous_px};
+use crate::locate::line_segment::{LineSegment, SegmentMark, continuous_px};
 use crate::locate::tiles::TILE;
 use crate::not_found::NotFound;
 use nalgebra::Vector2;
@@ -343,7 +343,10 @@ fn is_bridged(segments: &[LineSegment], numbers: [usize; 2], arms: &[Arm; 2]) ->
 }
 
 /// Whether pieces between two points cover most of the way from the one to the other.
-fn covers_way([from, to]: [Vector2<f64>; 2], pieces: impl Iterator<Item = [Vector2<f64>; 2]>) -> bool {
+pub(crate) fn covers_way(
+    [from, to]: [Vector2<f64>; 2],
+    pieces: impl Iterator<Item = [Vector2<f64>; 2]>,
+) -> bool {
     let length_px = (to - from).norm();
     let way = Line2 { point: from, along: (to - from) / length_px };
     let covered_px = pieces.map(|ends| {
@@ -416,7 +419,7 @@ fn arm(segment: &LineSegment, corner: &Vector2<f64>) -> Arm {
     let after = segment.weight_between(at + near, last + 1.0);
     let forward = after >= before;
     let along = if forward { segment.line.along } else { -segment.line.along };
-    let outward = |mark: &[f64; 2]| if forward { mark[0] - at } else { at - mark[0] };
+    let outward = |mark: &SegmentMark| if forward { mark.s - at } else { at - mark.s };
     let reached = segment.marks.iter().map(outward).filter(|s| *s > 0.0);
     let (begin, end) = reached.fold((f64::INFINITY, 0.0_f64), |(begin, end), s| (begin.min(s), end.max(s)));
     let continuous_px = if forward {

@@ -6,6 +6,7 @@ use crate::evidence::Evidence;
 use crate::joint::arm_pair::{ArmPair, heaviest_reason, pairs, toe};
 use crate::joint::corner::measure;
 use crate::joint::corner_list::CornerList;
+use crate::joint::turn::at_corner;
 use crate::measure::stripe_meter::StripeMeter;
 use crate::not_found::NotFound;
 use crate::picture::Level;
@@ -33,7 +34,10 @@ pub fn find<L: Level>(
             (weight, pair.and_then(|pair| pair.on_side(ridge, lens)).and_then(|pair| pair.long(least)))
         })
     };
-    choose(evidence, judged, |pair| toe(evidence.segments, pair, least, lens), choice, meter)
+    let segments = evidence.segments;
+    let doubt =
+        |pair: &ArmPair| toe(segments, pair, least, lens).or_else(|| at_corner(segments, pair, lens).err());
+    choose(evidence, judged, doubt, choice, meter)
 }
 
 /// Measures the corner that is meant among pairs that were judged, unless there is a doubt about it.
@@ -58,7 +62,8 @@ pub fn choose<L: Level, I: Iterator<Item = (f64, Result<ArmPair, NotFound>)> + C
     if choice != StripeChoice::Strongest {
         let distinct = CornerList::distinct(corners());
         let meant = choice.among(distinct.iter(), |pair| pair.score(), |pair| pair.corner(), lens);
-        return measure(meter, meant.unwrap_or(&best), evidence.frame);
+        let meant = meant.unwrap_or(&best);
+        return doubt(meant).map_or_else(|| measure(meter, meant, evidence.frame), Err);
     }
     let rival = corners().find(|pair| apart(pair) > SAME_PX && pair.score() > RIVAL * best.score());
     if let Some(rival) = rival {

@@ -12,5 +12,6 @@ pub mod lap;
 pub(crate) mod plain_corner;
 pub mod plate_end;
 pub mod step;
+pub(crate) mod turn;
 pub mod v_block;
 pub(crate) mod v_groove;

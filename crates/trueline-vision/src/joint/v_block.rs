@@ -4,6 +4,7 @@ use crate::detection::Detection;
 use crate::evidence::Evidence;
 use crate::joint::arm_pair::{ArmPair, LeastArm, pairs_over_slot};
 use crate::joint::fillet::choose;
+use crate::joint::turn::at_corner;
 use crate::lens::Lens;
 use crate::measure::stripe_meter::StripeMeter;
 use crate::not_found::NotFound;
@@ -31,7 +32,8 @@ pub fn find<L: Level>(
             (weight, pair.and_then(|pair| of_a_block(pair, lens)))
         })
     };
-    choose(evidence, judged, |_| None, choice, meter)
+    let doubt = |pair: &ArmPair| at_corner(evidence.segments, pair, lens).err();
+    choose(evidence, judged, doubt, choice, meter)
 }
 
 /// The pair, if its faces open as those of a block do.

@@ -4,6 +4,7 @@ use crate::detection::Detection;
 use crate::evidence::Evidence;
 use crate::joint::arm_pair::{ArmPair, LEAST_FACE_PX, are_alike, heaviest_reason, is_long, pairs_over_root};
 use crate::joint::corner::measure;
+use crate::joint::turn::at_corner;
 use crate::lens::Lens;
 use crate::locate::line_segment::LineSegment;
 use crate::measure::stripe_meter::StripeMeter;
@@ -30,6 +31,9 @@ pub(crate) fn find<L: Level>(
     let judged = || {
         pairs_over_root(segments, lens)
             .map(|(weight, pair)| (weight, pair.and_then(|pair| face_pair(pair, lens))))
+            .map(|(weight, pair)| {
+                (weight, pair.and_then(|pair| at_corner(segments, &pair, lens).map(|()| pair)))
+            })
     };
     let grooves = || {
         let likely = judged().filter_map(|(_, pair)| pair.ok());
@@ -80,9 +84,26 @@ pub(crate) fn flanks(segments: &[LineSegment], pair: &ArmPair) -> usize {
             others.into_iter().any(|(_, plate)| {
                 let [first, last] = plate.span();
                 let nearest = plate.line.station(&end).clamp(first, last);
-                let long = is_long(plate.covered_px(first, last), plate.sigma_px);
-                long && (plate.line.at(nearest) - end).norm() < MEETS_PX
+                (plate.line.at(nearest) - end).norm() < MEETS_PX && is_plate(plate, pair, *face)
             })
         })
         .count()
+}
+
+/// Whether a segment at the end of a face is the plate of a groove: it leads outward, turned back from the face, is long, and
+/// nothing of it is lit over the opening.
+fn is_plate(plate: &LineSegment, pair: &ArmPair, face: usize) -> bool {
+    let [end, other_end] = [face, 1 - face].map(|k| pair.arms[k].at(pair.lengths[k]));
+    let [along, other_along] = [pair.arms[face].along, pair.arms[1 - face].along];
+    // Along the stripe it turns one way at the root, and the other way at a shoulder.
+    let root = (-other_along).perp(&along);
+    let outward = if root * along.perp(&plate.line.along) < 0.0 { 1.0 } else { -1.0 };
+    let at = plate.line.station(&end);
+    let covered_px = |from: f64, to: f64| {
+        let [a, b] = [at + outward * from, at + outward * to];
+        plate.covered_px(a.min(b), a.max(b))
+    };
+    let opening_px = (other_end - end).norm() - 2.0 * MEETS_PX;
+    let over_opening = opening_px > 0.0 && covered_px(-MEETS_PX - opening_px, -MEETS_PX) > 0.5 * opening_px;
+    is_long(covered_px(-MEETS_PX, plate.length_px()), plate.sigma_px) && !over_opening
 }

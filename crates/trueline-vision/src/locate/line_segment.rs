@@ -32,13 +32,24 @@ struct Mark {
     brightness: f32,
 }
 
+/// An edgel on a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentMark {
+    /// Distance along the segment's line from its point, px.
+    pub s: f64,
+    /// How far it lies beside the line, px; positive on the side of its normal.
+    pub beside_px: f64,
+    /// Its weight.
+    pub weight: f64,
+}
+
 /// A straight segment of the stripe.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LineSegment {
     /// Its line in the ideal picture.
     pub line: Line2,
-    /// Edgels along it: distance along the line (px, rising) and weight.
-    pub marks: Vec<[f64; 2]>,
+    /// Edgels along it, by rising distance.
+    pub marks: Vec<SegmentMark>,
     /// Typical standard deviation of the brightness across it, px.
     pub sigma_px: f64,
     /// Typical brightness above the surroundings, in levels.
@@ -49,21 +60,24 @@ impl LineSegment {
     /// Weight of all its edgels.
     #[must_use]
     pub fn weight(&self) -> f64 {
-        self.marks.iter().map(|[_, weight]| weight).sum()
+        self.marks.iter().map(|mark| mark.weight).sum()
     }
 
     /// First and last edgel along the line, px.
     #[must_use]
     pub fn span(&self) -> [f64; 2] {
         let ends = self.marks.first().zip(self.marks.last());
-        ends.map_or([0.0; 2], |(first, last)| [first[0], last[0]])
+        ends.map_or([0.0; 2], |(first, last)| [first.s, last.s])
     }
 
     /// Turns a segment of a picture made smaller by a factor into one of the picture itself.
     pub(crate) fn unbin(&mut self, factor: usize) {
         let k = factor as f64;
         self.line.point = (self.line.point * k).add_scalar(0.5 * (k - 1.0));
-        self.marks.iter_mut().for_each(|mark| mark[0] *= k);
+        for mark in &mut self.marks {
+            mark.s *= k;
+            mark.beside_px *= k;
+        }
         self.sigma_px *= k;
     }
 
@@ -79,16 +93,16 @@ impl LineSegment {
     pub(crate) fn continuous_from_end_px(&self, from_last: bool) -> f64 {
         let [first, last] = self.span();
         if from_last {
-            continuous_px(self.marks.iter().rev().map(|mark| last - mark[0]))
+            continuous_px(self.marks.iter().rev().map(|mark| last - mark.s))
         } else {
-            continuous_px(self.marks.iter().map(|mark| mark[0] - first))
+            continuous_px(self.marks.iter().map(|mark| mark.s - first))
         }
     }
 
     /// Weight of the edgels in a stretch along the line.
     #[must_use]
     pub(crate) fn weight_between(&self, from: f64, to: f64) -> f64 {
-        self.marks.iter().filter(|[s, _]| (from..to).contains(s)).map(|[_, weight]| weight).sum()
+        self.marks.iter().filter(|mark| (from..to).contains(&mark.s)).map(|mark| mark.weight).sum()
     }
 
     /// Length of a stretch along the line that edgels cover, px: a tile for each tile's length with one.
@@ -97,7 +111,7 @@ impl LineSegment {
         let tile = TILE as f64;
         let mut last = f64::NEG_INFINITY;
         let mut covered = 0.0;
-        for [s, _] in self.marks.iter().filter(|[s, _]| (from..=to).contains(s)) {
+        for SegmentMark { s, .. } in self.marks.iter().filter(|mark| (from..=to).contains(&mark.s)) {
             covered += (s - last).min(tile);
             last = *s;
         }
@@ -164,7 +178,7 @@ pub(crate) struct SegmentFinder {
     columns: MarkColumns,
     members: Vec<Mark>,
     /// Memory of segments that are gone.
-    spare: Vec<Vec<[f64; 2]>>,
+    spare: Vec<Vec<SegmentMark>>,
 }
 
 impl SegmentFinder {
@@ -271,11 +285,14 @@ fn mark(edgel: &Edgel, lens: &Lens, brightest: f32) -> Option<Mark> {
 }
 
 /// The segment along a line; `marks` is memory that may be used.
-fn segment(line: &Line2, members: &mut [Mark], mut marks: Vec<[f64; 2]>) -> LineSegment {
-    let at = |mark: &Mark| line.station(&Vector2::from(mark.at.map(f64::from)));
+fn segment(line: &Line2, members: &mut [Mark], mut marks: Vec<SegmentMark>) -> LineSegment {
     marks.clear();
-    marks.extend(members.iter().map(|mark| [at(mark), f64::from(mark.weight)]));
-    marks.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+    marks.extend(members.iter().map(|mark| {
+        let at = Vector2::from(mark.at.map(f64::from));
+        let [s, beside_px] = [line.station(&at), line.distance(&at)];
+        SegmentMark { s, beside_px, weight: f64::from(mark.weight) }
+    }));
+    marks.sort_unstable_by(|a, b| a.s.total_cmp(&b.s));
     let mut middle = |value: fn(&Mark) -> f32| {
         let half = members.len() / 2;
         f64::from(value(members.select_nth_unstable_by(half, |a, b| value(a).total_cmp(&value(b))).1))

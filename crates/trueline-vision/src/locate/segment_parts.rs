@@ -1,6 +1,6 @@
 //! Line segments in their parts: the stripes on two plates in one plane lie on one line, and are one segment until here.
 
-use crate::locate::line_segment::{FEWEST, LineSegment, MOST_SEGMENTS};
+use crate::locate::line_segment::{FEWEST, LineSegment, MOST_SEGMENTS, SegmentMark};
 
 /// A stretch without an edgel that parts a segment, px: more than two tiles.
 const GAP_PX: f64 = 40.0;
@@ -9,7 +9,7 @@ const GAP_PX: f64 = 40.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SegmentParts {
     parts: Vec<LineSegment>,
-    spare: Vec<Vec<[f64; 2]>>,
+    spare: Vec<Vec<SegmentMark>>,
 }
 
 impl SegmentParts {
@@ -17,7 +17,7 @@ impl SegmentParts {
     pub(crate) fn of(&mut self, segments: &[LineSegment]) -> &[LineSegment] {
         self.spare.extend(self.parts.drain(..).map(|part| part.marks));
         for segment in segments {
-            for marks in segment.marks.chunk_by(|a, b| b[0] - a[0] < GAP_PX) {
+            for marks in segment.marks.chunk_by(|a, b| b.s - a.s < GAP_PX) {
                 if marks.len() >= FEWEST && self.parts.len() < 2 * MOST_SEGMENTS {
                     let mut own = self.spare.pop().unwrap_or_default();
                     own.clear();

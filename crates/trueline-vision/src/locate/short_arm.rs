@@ -7,7 +7,7 @@ use crate::fastest::fastest;
 use crate::frame::Frame;
 use crate::lens::Lens;
 use crate::line::Line2;
-use crate::locate::line_segment::LineSegment;
+use crate::locate::line_segment::{LineSegment, SegmentMark};
 use crate::picture::Level;
 use crate::region::PictureRegion;
 use nalgebra::Vector2;
@@ -195,7 +195,7 @@ fn segment(lens: &Lens, long: &LineSegment, ray: &Ray, length_px: f64) -> Option
     let brightness = f64::from(ray.mean);
     let weight = (brightness / long.brightness).sqrt();
     let count = ((to - from).norm() / MARK_PX) as usize;
-    let marks = (0..=count).map(|k| [k as f64 * MARK_PX, weight]).collect();
+    let marks = (0..=count).map(|k| SegmentMark { s: k as f64 * MARK_PX, beside_px: 0.0, weight }).collect();
     let is_number = line.along.iter().all(|x| x.is_finite());
     is_number.then_some(LineSegment { line, marks, sigma_px: long.sigma_px, brightness })
 }
