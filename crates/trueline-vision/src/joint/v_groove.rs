@@ -4,7 +4,6 @@ use crate::detection::Detection;
 use crate::evidence::Evidence;
 use crate::joint::arm_pair::{ArmPair, LEAST_FACE_PX, are_alike, heaviest_reason, is_long, pairs_over_root};
 use crate::joint::corner::measure;
-use crate::joint::turn::at_corner;
 use crate::lens::Lens;
 use crate::locate::line_segment::LineSegment;
 use crate::measure::stripe_meter::StripeMeter;
@@ -31,9 +30,6 @@ pub(crate) fn find<L: Level>(
     let judged = || {
         pairs_over_root(segments, lens)
             .map(|(weight, pair)| (weight, pair.and_then(|pair| face_pair(pair, lens))))
-            .map(|(weight, pair)| {
-                (weight, pair.and_then(|pair| at_corner(segments, &pair, lens).map(|()| pair)))
-            })
     };
     let grooves = || {
         let likely = judged().filter_map(|(_, pair)| pair.ok());
