@@ -14,7 +14,7 @@ MCAP: foxglove.PointCloud on /seam_points, metres, in frame base. Coordinates ar
 robot's base; time_s is the true exposure by the robot's clock, the stamp minus \
 the time offset; images without a frame counter are numbered from 0.
 
-Exit code: 0 written, 2 could not be written.")]
+Exit code: 0 written, 1 written by a calibration that was not accepted, 2 could not be written.")]
 pub struct ApplyArgs {
     /// Dataset folder or recording
     pub recording: PathBuf,

@@ -97,11 +97,11 @@ pub struct CalibrateArgs {
     /// What is done about the sensor's own calibration
     #[arg(long, value_parser = one_of(&SENSORS), default_value = "prior")]
     pub sensor: SensorMode,
-    /// Write the sensor's file as the scan corrects it
+    /// Write the sensor's file as the scan corrects it, if the calibration is accepted
     #[arg(long, value_name = "FILE")]
     pub write_sensor: Option<PathBuf>,
-    /// Write a certificate of the sensor: who, when, what, figures with their uncertainty, checks; .json or a page
-    #[arg(long, value_name = "FILE")]
+    /// Write a certificate of the sensor: who, when, what, figures with their uncertainty, checks; .json or a page, .html
+    #[arg(long, value_name = "FILE", value_parser = certificate)]
     pub certificate: Option<PathBuf>,
     /// Who answers for the certificate
     #[arg(long, value_name = "NAME", requires = "certificate")]
@@ -236,6 +236,16 @@ pub enum TargetName {
     Seam,
     /// A chessboard: time offset, hand-eye and board together
     Board,
+}
+
+/// Pages and JSON are told apart by their names.
+fn certificate(text: &str) -> Result<PathBuf, String> {
+    let file = PathBuf::from(text);
+    let end = file.extension().and_then(|end| end.to_str()).map(str::to_ascii_lowercase);
+    match end.as_deref() {
+        Some("json" | "html" | "htm") => Ok(file),
+        _ => Err(format!("expected a file that ends in .json or .html, found {text}")),
+    }
 }
 
 static RESIDUALS: [Choice<ResidualKind>; 2] = [

@@ -13,8 +13,8 @@ Says whether the difference is what chance makes, or what has moved and by how \
 much at the seam: over a field of the laser plane about the stand-off, at the \
 working speed.
 
-Exit code: 0 the same, or moved by less than the tolerance, 1 moved, 2 could \
-not be compared.")]
+Exit code: 0 the same, or moved by less than the tolerance, 1 moved, or one was \
+not accepted, 2 could not be compared.")]
 pub struct DiffArgs {
     /// The JSON of `trueline calibrate --json`
     pub first: PathBuf,

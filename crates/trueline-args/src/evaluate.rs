@@ -1,9 +1,11 @@
 //! `trueline evaluate` and `trueline reproduce`.
 
 use crate::choice::{Choice, one_of};
+use crate::number;
 use crate::requirement::length_m;
 use clap::Args;
 use std::path::PathBuf;
+use trueline_method::evaluate::evaluation::NEEDED_COVERAGE;
 use trueline_method::evaluate::reference_curve::Form;
 
 #[derive(Args)]
@@ -22,7 +24,7 @@ A calibration of another cell, or of a sensor that has moved since, is told: \
 the scan is calibrated by itself and compared.
 
 Exit code: 0 evaluated, 1 beyond the tolerance, or the calibration does not \
-belong to this scan, 2 could not run.")]
+belong to this scan or was not accepted, 2 could not run.")]
 pub struct EvaluateArgs {
     /// Dataset folder
     pub dataset: PathBuf,
@@ -32,9 +34,12 @@ pub struct EvaluateArgs {
     /// The seam's true form
     #[arg(long)]
     pub reference: Option<PathBuf>,
-    /// How far a point may be: 0.5mm; 95 % of the points must be nearer, or exit 1
+    /// How far a point may be: 0.5mm; 95 % of the points must be nearer, or exit 1. Features that give no point count as further
     #[arg(long, value_name = "LENGTH", value_parser = length_m)]
     pub tolerance: Option<f64>,
+    /// With --tolerance: the part of the scan's points that the reference must reach, %; one that is short on purpose states less
+    #[arg(long, value_name = "PERCENT", default_value_t = 100.0 * NEEDED_COVERAGE, value_parser = number::percent, requires = "tolerance")]
+    pub coverage_percent: f64,
     /// A scan of the same seam with stops: the points measured at standstill are the truth
     #[arg(long = "static", value_name = "SCAN", conflicts_with = "reference")]
     pub static_scan: Option<PathBuf>,
@@ -44,7 +49,7 @@ pub struct EvaluateArgs {
     /// Write the figures as JSON; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,
-    /// Write every point with its error as CSV
+    /// Write every point with its error as CSV; time_s is the true exposure by the robot's clock, as `apply` writes it
     #[arg(long)]
     pub csv: Option<PathBuf>,
     /// Write a report that opens in a browser

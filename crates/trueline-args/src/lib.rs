@@ -89,6 +89,7 @@ pub use watch::WatchArgs;
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// The command line.
@@ -126,6 +127,23 @@ pub fn command() -> clap::Command {
         command.mut_args(|arg| with_letter(with_negative_numbers(arg))).mut_subcommands(completed)
     }
     completed(Arguments::command()).max_term_width(100)
+}
+
+/// The command that words name, the first of them being the program, with what it is made of: `import csv`.
+#[must_use]
+pub fn named_command(words: &[OsString]) -> Option<String> {
+    let (mut at, mut names) = (command(), Vec::new());
+    for word in words.iter().skip(1) {
+        match at.find_subcommand(word).cloned() {
+            Some(inner) => {
+                names.push(inner.get_name().to_owned());
+                at = inner;
+            }
+            None if names.is_empty() => {}
+            None => break,
+        }
+    }
+    (!names.is_empty()).then(|| names.join(" "))
 }
 
 /// The same error, with the suggestion first that is most like what was typed.
@@ -246,6 +264,8 @@ pub struct DemoArgs {
 Tried: mm and m, quaternion order, inverted poses or rotations, rho read as translation, degrees and radians, \
 swapped or mirrored pixels, a mirrored laser plane, the order of the distortion, clocks of different origin, a \
 switched tool frame; and against initial.toml: sign of the offset, inverted transform, units, another tool frame.
+
+Where nothing is wrong, --fix writes nothing.
 
 Exit code: 0 nothing wrong, 1 something was found, or nothing explains the bad fit, 2 could not run.")]
 pub struct DoctorArgs {

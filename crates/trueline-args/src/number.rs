@@ -63,6 +63,11 @@ pub(crate) fn opening_deg(text: &str) -> Result<f64, String> {
     number(text, "more than 0° and less than 360° (90 is usual)", |x| x > 0.0 && x < 360.0)
 }
 
+/// A part of a whole, %.
+pub(crate) fn percent(text: &str) -> Result<f64, String> {
+    number(text, "a percentage above 0 and up to 100", |x| x > 0.0 && x <= 100.0)
+}
+
 /// Any number.
 pub(crate) fn any(text: &str) -> Result<f64, String> {
     number(text, "a number", |_| true)

@@ -63,7 +63,7 @@ pub struct WatchArgs {
     /// Show this cell as well, by its memory; may be repeated
     #[arg(long, value_name = "STATE", requires = "serve")]
     pub also: Vec<PathBuf>,
-    /// Write one line of JSON for each weld; - is stdout
+    /// Add one line of JSON for each weld to a file; what is in it stays; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,
     /// Print no words but errors

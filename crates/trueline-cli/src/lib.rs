@@ -33,7 +33,7 @@ use trueline_report::terminal_text::shown;
 pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     let words: Vec<_> = words.into_iter().collect();
     output::remember_command_line(&words);
-    let command = words.get(1).map(|word| word.to_string_lossy().into_owned());
+    let command = trueline_args::named_command(&words);
     // What is wrong with them is told of words that no terminal obeys.
     let harmless = words.iter().map(|word| shown(&word.to_string_lossy()).into_owned().into()).collect();
     match parsed(words).map_err(|told| parsed(harmless).err().unwrap_or(told)) {

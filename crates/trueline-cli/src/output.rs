@@ -10,7 +10,7 @@ use terminal_size::{Width, terminal_size_of};
 use trueline_dataset::Recording;
 use trueline_dataset::calibration_file::KnownCalibration;
 use trueline_dataset::result_file::ResultFile;
-use trueline_dataset::whole_file;
+use trueline_dataset::{outputs, whole_file};
 use trueline_report::terminal_text::{json_shown, shown};
 use trueline_report::wrapped::wrapped_to;
 
@@ -128,10 +128,15 @@ pub(crate) fn file(path: &Path, content: &(impl AsRef<[u8]> + ?Sized)) -> Result
     Ok(())
 }
 
-/// Refuses files that cannot be written, before the work is done for them; - is stdout.
-pub(crate) fn expect_files(files: &[Option<&Path>]) -> Result<(), Failure> {
-    let mut named = files.iter().flatten().filter(|file| **file != Path::new("-"));
-    Ok(named.try_for_each(|file| whole_file::expect_writable(file))?)
+/// Refuses files that cannot be written, or that are read, before the work is done for them; - is stdout.
+pub(crate) fn expect_files(inputs: &[&Path], files: &[Option<&Path>]) -> Result<(), Failure> {
+    Ok(outputs::check(inputs, &files.iter().flatten().copied().collect::<Vec<_>>())?)
+}
+
+/// The same of a file that must not be there yet, beside others.
+pub(crate) fn expect_new(new: Option<&Path>, others: &[Option<&Path>]) -> Result<(), Failure> {
+    new.map_or(Ok(()), outputs::must_be_new)?;
+    expect_files(&[], &[&[new], others].concat())
 }
 
 static COMMAND_LINE: OnceLock<String> = OnceLock::new();
@@ -150,24 +155,24 @@ pub(crate) fn command_line() -> String {
     COMMAND_LINE.get().cloned().unwrap_or_default()
 }
 
-/// Refuses to write over a file that somebody may still need.
-pub(crate) fn must_not_exist(path: &Path) -> Result<(), Failure> {
-    if path.exists() {
-        return Err(Failure::new(
-            format!("{}: already exists", path.display()),
-            "name a new file, or remove this one first",
-        ));
-    }
-    Ok(())
-}
-
 /// What is said where a result corrects the sensor of another file.
-pub(crate) const OTHER_SENSOR: &str = "warning: sensor.toml is not the file that the calibration was made with, and the calibration corrects \
+const OTHER_SENSOR: &str = "warning: sensor.toml is not the file that the calibration was made with, and the calibration corrects \
      the sensor of that file; if camera, laser plane or shape differ, calibrate again with this one";
 
-/// Says so.
-pub(crate) fn warn_of_sensor(calibration: &KnownCalibration, recording: &Recording) {
-    if calibration.corrects_another_file(recording) {
+/// Says, even if all is to be quiet, that a calibration was not accepted; whether it may be trusted.
+pub(crate) fn is_trusted(file: &Path, calibration: &KnownCalibration) -> bool {
+    let is_trusted = calibration.accepted != Some(false);
+    if !is_trusted {
+        words(&format!("warning: {} was not accepted; its reasons are in it", file.display()));
+    }
+    is_trusted
+}
+
+/// The same where it meets a recording; one of a sensor that something else carries is refused.
+pub(crate) fn fits(file: &Path, known: &KnownCalibration, on: &Recording) -> Result<bool, Failure> {
+    known.check_mounting(file, on.setup.mounted)?;
+    if known.corrects_another_file(on) {
         words(OTHER_SENSOR);
     }
+    Ok(is_trusted(file, known))
 }

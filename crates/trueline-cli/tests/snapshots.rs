@@ -46,7 +46,11 @@ fn the_help_of_every_command_is_that_of_the_book() {
 #[test]
 fn every_command_is_in_the_book() {
     let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/generated/commands.md");
-    let Ok(book) = fs::read_to_string(book) else { return };
+    let Ok(book) = fs::read_to_string(book) else {
+        // A published crate comes without the book.
+        assert!(!Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs").exists());
+        return;
+    };
     let (_, help, _) = told(Path::new("."), "--help");
     let commands = help.split_once("\nCommands:\n").unwrap().1.split("\n\n").next().unwrap();
     // Names begin in the third column; what continues a sentence stands further right.

@@ -5,7 +5,8 @@ use crate::known_toml;
 use crate::recording::{Guess, Recording, Truth};
 use crate::result_file::{self, Covariance, PoseEntry, ResultFile, SensorEntry, Status};
 use crate::robot_csv::unit_quaternion;
-use crate::sensor_setup::SheetShape;
+use crate::sensor_setup::{Mounted, SheetShape};
+use crate::sensor_toml;
 use crate::unit::MM_PER_M;
 use nalgebra::{UnitVector3, Vector3};
 use std::path::Path;
@@ -30,8 +31,8 @@ pub struct KnownCalibration {
     pub sensor_is_off: bool,
     /// Whether it was accepted, where the file tells.
     pub accepted: Option<bool>,
-    /// Whether the sensor stands beside the robot: then the transform is base_from_camera.
-    pub beside_robot: bool,
+    /// What carries the sensor, where the file tells; if it stands beside the robot, the transform is base_from_camera.
+    pub mounted: Option<Mounted>,
     /// Whether its time offset is that of stamps that were made regular, or freed of a drift, and not of those recorded.
     pub stamps_treated: bool,
 }
@@ -74,17 +75,28 @@ fn pose_of(entry: &PoseEntry) -> Option<Result<Pose, Problem>> {
     Some(unit_quaternion(wxyz).map(|rotation| se3::from_parts(rotation, translation_mm / MM_PER_M)))
 }
 
-/// Reads a calibration: JSON if the file's name ends in `.json`, else TOML.
+/// Reads a calibration: JSON if it begins with `{`, which no TOML does, whatever the file is called; else TOML.
 ///
 /// # Errors
 /// A file that is missing or broken, or a result in which offset or hand-eye could not be seen.
 pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
-    let text = result_file::text_of(file)?;
-    if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
-        return known_of(file, &ResultFile::parse(file, &text)?);
+    parse(file, &result_file::text_of(file)?)
+}
+
+/// Reads a guess, from the same files.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_guess(file: &Path) -> Result<Guess, Error> {
+    Ok(parse(file, &sensor_toml::read_text(file)?)?.known.parameters)
+}
+
+fn parse(file: &Path, text: &str) -> Result<KnownCalibration, Error> {
+    if is_json(text) {
+        return known_of(file, &ResultFile::parse(file, text)?);
     }
     Ok(KnownCalibration {
-        known: known_toml::parse_truth(file, &text)?,
+        known: known_toml::parse_truth(file, text)?,
         hand_eye_sigma: None,
         line_sigma: None,
         shape: None,
@@ -92,9 +104,15 @@ pub fn read(file: &Path) -> Result<KnownCalibration, Error> {
         sensor_sha256: None,
         sensor_is_off: false,
         accepted: None,
-        beside_robot: false,
+        mounted: None,
         stamps_treated: false,
     })
+}
+
+/// Whether a text is a result, and no TOML.
+#[must_use]
+pub fn is_json(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}').trim_start().starts_with('{')
 }
 
 /// What a result tells; the error names `file`.
@@ -135,7 +153,10 @@ pub fn known_of(file: &Path, result: &ResultFile) -> Result<KnownCalibration, Er
         sensor_sha256: result.inputs.get(SENSOR).cloned(),
         sensor_is_off: result.warnings.iter().any(|warning| OF_SENSOR.contains(&warning.code.as_str())),
         accepted: result.status.map(|status| status == Status::Accepted),
-        beside_robot: result.mounted.as_deref() == Some("fixed"),
+        mounted: Some(match result.mounted.as_deref() {
+            Some("fixed") => Mounted::Fixed,
+            _ => Mounted::Tool,
+        }),
         stamps_treated: result.stamps.are_treated(),
     })
 }
@@ -153,6 +174,21 @@ impl KnownCalibration {
     pub fn corrects_another_file(&self, recording: &Recording) -> bool {
         let both = self.sensor_sha256.as_ref().zip(recording.inputs.get(SENSOR));
         self.shape.is_some() && both.is_some_and(|(corrected, read)| corrected != read)
+    }
+
+    /// Refuses what something else carries than the sensor that was calibrated: its transform goes from another frame. The error
+    /// names `file`, that of the calibration.
+    ///
+    /// # Errors
+    /// A sensor on the tool where one beside the robot was calibrated, or the other way round.
+    pub fn check_mounting(&self, file: &Path, recorded: Mounted) -> Result<(), Error> {
+        match self.mounted {
+            Some(calibrated) if calibrated != recorded => {
+                let [calibrated, recorded] = [calibrated, recorded].map(Mounted::in_words);
+                Err(Error::in_file(file, Problem::OtherMounting { calibrated, recorded }))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Whether another sensor file was read for it than for another calibration, where both tell.

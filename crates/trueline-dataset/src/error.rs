@@ -82,6 +82,26 @@ pub enum Problem {
     /// Output would land on something that exists.
     #[error("already exists; it is not overwritten")]
     AlreadyExists,
+    /// Output would land on what is read.
+    #[error("is read, and would be overwritten")]
+    OutputIsInput,
+    /// Two outputs would land on each other.
+    #[error("is named for two outputs, and one would replace the other")]
+    OutputTwice,
+    /// A file in the place of a log, one JSON object a line.
+    #[error("is no log of JSON lines; nothing is added to it")]
+    NotJsonLines,
+    /// A folder that cannot be moved away as a whole, being the one in which all happens or its parent.
+    #[error("has no name by which a folder could be made")]
+    FolderWithoutName,
+    /// A calibration of a sensor that something else carries.
+    #[error("is of a sensor {calibrated}, and the recording is of one {recorded}")]
+    OtherMounting {
+        /// What carried the sensor that was calibrated, in words.
+        calibrated: &'static str,
+        /// What carried the one of the recording.
+        recorded: &'static str,
+    },
     /// A folder that is to be replaced has something else in it.
     #[error("`{other}` is in this folder as well, and would be lost")]
     NotOurs {

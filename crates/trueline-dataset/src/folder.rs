@@ -203,7 +203,9 @@ fn replace(folder: &Path, name: &str, table: Option<WriteTable<'_>>) -> Result<O
         write_with(&unfinished, |out| write(out))?;
     }
     let mut kept = None;
-    if file.exists() {
+    // What is there already, to the byte, needs no copy.
+    let is_the_same = |[a, b]: [&Path; 2]| matches!((fs::read(a), fs::read(b)), (Ok(a), Ok(b)) if a == b);
+    if file.exists() && !(table.is_some() && is_the_same([&file, &unfinished])) {
         let mut names = (1..).map(|k| folder.join(format!("{name}.previous-{k}.csv")));
         let free = names.find(|name| !name.exists()).unwrap_or_else(|| unreachable!("numbers do not end"));
         fs::rename(&file, &free).map_err(|e| Error::in_file(&file, Problem::Io(e)))?;

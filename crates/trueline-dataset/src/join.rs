@@ -3,6 +3,7 @@
 use crate::picture_rows::{self, FramesDisagree};
 use crate::recording::{Recording, Sensor};
 use crate::stamp;
+use crate::shared_samples::shared_measurements;
 use std::collections::BTreeMap;
 
 /// Silence between two recordings that were moved apart, ns: longer than any time offset that is searched.
@@ -34,6 +35,20 @@ pub enum JoinError {
         /// Which, from 0.
         index: usize,
     },
+    /// A scan that is there already: counted twice, it would seem to tell twice as much.
+    #[error(
+        "recording {index} is recording {before} again: {shared} of its {of} measurements are in both, with the same poses"
+    )]
+    Again {
+        /// Which, from 0.
+        index: usize,
+        /// The one before it that has the same.
+        before: usize,
+        /// Measurements in both.
+        shared: usize,
+        /// Measurements of the one with fewer.
+        of: usize,
+    },
     /// Stripes and seam points that count their pictures differently.
     #[error("in recording {index} {frames}")]
     FramesDisagree {
@@ -58,8 +73,9 @@ pub struct Joined {
 /// stamps of the seam points of their pictures, for counts of frames are not kept.
 ///
 /// # Errors
-/// Different sensors, stripes and seam points that count differently, or nothing to join.
+/// Different sensors, a scan that is there twice, stripes and seam points that count differently, or nothing to join.
 pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
+    check_each_is_new(&recordings)?;
     for (index, recording) in recordings.iter_mut().enumerate() {
         picture_rows::stamp_alike(recording).map_err(|frames| JoinError::FramesDisagree { index, frames })?;
     }
@@ -107,6 +123,17 @@ pub fn join(mut recordings: Vec<Recording>) -> Result<Joined, JoinError> {
     recording.features.iter_mut().for_each(|feature| (feature.device_ns, feature.frame) = (None, None));
     recording.stripes.iter_mut().for_each(|stripe| stripe.frame = None);
     Ok(Joined { recording, shifted })
+}
+
+fn check_each_is_new(recordings: &[Recording]) -> Result<(), JoinError> {
+    for (index, recording) in recordings.iter().enumerate() {
+        for (before, earlier) in recordings[..index].iter().enumerate() {
+            if let Some([shared, of]) = shared_measurements(earlier, recording) {
+                return Err(JoinError::Again { index, before, shared, of });
+            }
+        }
+    }
+    Ok(())
 }
 
 fn check_sensor(index: usize, first: &Sensor, next: &Recording) -> Result<(), JoinError> {
@@ -211,5 +238,19 @@ mod tests {
                 .contains("recording 1 is of another sensor")
         );
         assert_eq!(join(Vec::new()).unwrap_err(), JoinError::Nothing);
+    }
+
+    #[test]
+    fn the_same_scan_twice_is_refused_and_the_same_seam_twice_is_not() {
+        let again = join(vec![recording(0), recording(50), recording(0)]).unwrap_err();
+        assert_eq!(again, JoinError::Again { index: 2, before: 0, shared: 1, of: 1 });
+        // One log of the robot, and another part of what the sensor saw.
+        let mut other_part = recording(0);
+        other_part.features[0].measured = Measured::Profile([0.1, 0.3]);
+        join(vec![recording(0), other_part]).unwrap();
+        // The same reading at the same stamp, of clocks that begin at zero, while the robot was elsewhere.
+        let mut other_run = recording(0);
+        other_run.robot.iter_mut().for_each(|sample| sample.base_from_tool.translation.vector.x = 0.5);
+        join(vec![recording(0), other_run]).unwrap();
     }
 }

@@ -32,8 +32,10 @@ pub mod gray_png;
 pub mod images;
 pub mod import;
 pub mod join;
+pub mod json_lines;
 pub mod known_toml;
 pub mod laser_channel;
+pub mod outputs;
 #[cfg(feature = "parquet")]
 mod parquet_pages;
 pub mod picture_names;
@@ -57,6 +59,7 @@ mod sensor_covariance;
 pub mod sensor_setup;
 pub mod sensor_toml;
 mod setup_toml;
+mod shared_samples;
 pub mod source_file;
 pub mod stamp;
 pub mod stripe_points_csv;

@@ -19,6 +19,10 @@ impl Problem {
             Self::Missing
             | Self::Io(_)
             | Self::AlreadyExists
+            | Self::OutputIsInput
+            | Self::OutputTwice
+            | Self::NotJsonLines
+            | Self::FolderWithoutName
             | Self::NotOurs { .. }
             | Self::NoSuchFile
             | Self::IsFolder
@@ -63,6 +67,7 @@ impl Problem {
             Self::MissingCalibration
             | Self::MissingReference
             | Self::NoResult(_)
+            | Self::OtherMounting { .. }
             | Self::NewerResult { .. }
             | Self::NotCalibrated { .. } => self.calibration_hint(),
             Self::PointRepeated => "leave one of the two out",
@@ -81,6 +86,10 @@ impl Problem {
             Self::AlreadyExists => {
                 "name a new one; --force, where a command has it, replaces a folder that trueline wrote"
             }
+            Self::OutputIsInput => "name another file, outside of what is read",
+            Self::OutputTwice => "name a file for each",
+            Self::NotJsonLines => "name a new file, or the log of the day before",
+            Self::FolderWithoutName => "name a new folder in it, for example `scan`: it appears as a whole",
             Self::NotOurs { .. } => {
                 "move it away, or name a new folder: only what trueline writes is replaced"
             }
@@ -142,7 +151,12 @@ impl Problem {
             Self::MissingReference => {
                 "a reference is a CSV of points x_mm,y_mm,z_mm along the seam, or a TOML with [[lines]] or [circle]"
             }
-            Self::NoResult(_) => "a file that does not end in .json is read as TOML, like initial.toml",
+            Self::NoResult(_) => {
+                "a result begins with `{`, as `calibrate --json` writes it; where a TOML like initial.toml is taken too, that begins otherwise"
+            }
+            Self::OtherMounting { .. } => {
+                "`mounted` in sensor.toml says what carries the sensor: correct it there, or take the calibration of this cell"
+            }
             Self::NewerResult { .. } => "a newer trueline wrote it: use that, or calibrate again",
             _ => "calibrate from a scan that shows everything: `trueline plan` helps",
         }

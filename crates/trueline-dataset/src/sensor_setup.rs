@@ -29,6 +29,17 @@ pub enum Mounted {
     Fixed,
 }
 
+impl Mounted {
+    /// Where that is, in words.
+    #[must_use]
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Self::Tool => "on the tool",
+            Self::Fixed => "beside the robot",
+        }
+    }
+}
+
 /// One standard deviation of each property of a sensor; what is `None` was not stated.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorUncertainty {

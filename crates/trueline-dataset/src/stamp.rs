@@ -81,6 +81,12 @@ pub fn seconds(nanoseconds: i64) -> f64 {
     nanoseconds as f64 * 1e-9
 }
 
+/// When an image was exposed by the robot's clock, ns: its stamp minus the time offset.
+#[must_use]
+pub fn exposed_ns(stamp_ns: i64, time_offset_s: f64) -> i64 {
+    stamp_ns - (time_offset_s * 1e9).round() as i64
+}
+
 /// Nanoseconds as a decimal text in seconds, exact.
 #[must_use]
 pub fn format_seconds(nanoseconds: i64) -> String {

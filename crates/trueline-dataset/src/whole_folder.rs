@@ -43,8 +43,11 @@ impl WholeFolder {
     /// removed.
     ///
     /// # Errors
-    /// A target that is in use; one that has anything in it that trueline does not write; what cannot be made.
+    /// A target that is in use, or has no name of its own (`.`, `..`, `/`); one that has anything in it that trueline does not write; what cannot be made.
     pub fn begin(target: &Path, replace: bool) -> Result<Self, Error> {
+        if target.file_name().is_none() {
+            return Err(Error::in_file(target, Problem::FolderWithoutName));
+        }
         let is_used = fs::read_dir(target).map_or(target.exists(), |mut entries| entries.next().is_some());
         if is_used && !replace {
             return Err(Error::in_file(target, Problem::AlreadyExists));

@@ -3,7 +3,7 @@
 use crate::number::{fixed, m};
 use std::fmt::Write;
 use trueline_dataset::Feature;
-use trueline_dataset::stamp::format_seconds;
+use trueline_dataset::stamp::{exposed_ns, format_seconds};
 use trueline_dataset::unit::MM_PER_M;
 
 /// A seam point where the robot can go.
@@ -27,7 +27,6 @@ pub fn placed(
     in_base: impl Iterator<Item = (usize, u32, [f64; 3])>,
     time_offset_s: f64,
 ) -> Vec<PlacedPoint> {
-    let offset_ns = (time_offset_s * 1e9).round() as i64;
     let mut image = 0;
     let later = features.windows(2).map(|two| {
         image += u64::from(two[1].stamp_ns != two[0].stamp_ns);
@@ -35,7 +34,7 @@ pub fn placed(
     });
     let numbers: Vec<u64> = std::iter::once(0).chain(later).collect();
     let point = |(row, line, in_base_m): (usize, u32, [f64; 3])| PlacedPoint {
-        exposed_ns: features[row].stamp_ns - offset_ns,
+        exposed_ns: exposed_ns(features[row].stamp_ns, time_offset_s),
         frame: features[row].frame.unwrap_or(numbers[row]),
         line,
         in_base_m,

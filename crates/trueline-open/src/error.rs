@@ -80,6 +80,7 @@ impl OpenError {
             Self::Join(JoinError::TooLong { .. }) => {
                 "look for a stamp in another unit, or a wrong one, at the beginning or the end of a recording"
             }
+            Self::Join(JoinError::Again { .. }) => "name each scan once: the same twice tells nothing more",
             Self::Join(_) => "scans of different sensors, or set-ups, are calibrated one by one",
         };
         hint.to_owned()

@@ -138,7 +138,11 @@ impl Certificate {
     /// As JSON for a file that ends so, else as a page.
     #[must_use]
     pub fn text(&self, file: &Path) -> String {
-        if file.extension().is_some_and(|extension| extension == "json") { self.json() } else { self.html() }
+        if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
+            self.json()
+        } else {
+            self.html()
+        }
     }
 
     /// As JSON.

@@ -79,6 +79,7 @@ pub fn json(difference: &Difference, field: &Field, tolerance_m: Option<f64>) ->
         "within_tolerance": tolerance_m.map(|m| d.seam_shift_rms_m <= m),
         "z": d.z,
         "z_limit": MOVED_Z,
+        "chance": d.chance(),
         "time_offset_ms": { "change": d.time_offset_s * 1e3, "sigma": d.sigma[TIME_OFFSET] * 1e3, "z": d.z_time },
         "hand_eye": {
             "rotation_deg": { "change": three(d.rotation_rad, degrees), "sigma": sigma(ROTATION, degrees) },
@@ -92,6 +93,15 @@ pub fn json(difference: &Difference, field: &Field, tolerance_m: Option<f64>) ->
         },
         "speed_mm_s": field.speed_m_s * MM_PER_M,
     })
+}
+
+/// How often chance alone makes a larger difference, in words.
+fn chance(difference: &Difference) -> String {
+    match 100.0 * difference.chance() {
+        percent if percent > 99.0 => "in more than 99 of 100 comparisons".to_owned(),
+        percent if percent < 1.0 => "in less than 1 of 100 comparisons".to_owned(),
+        percent => format!("in {percent:.0} of 100 comparisons"),
+    }
 }
 
 /// The same in words.
@@ -112,7 +122,10 @@ pub fn text(difference: &Difference, field: &Field) -> String {
             d.z
         )
     } else {
-        format!("The same: {:.1} standard deviations, chance makes up to {MOVED_Z}", d.z)
+        format!(
+            "The same: chance alone makes a larger difference {}; moved is what it makes in one of 1000",
+            chance(d)
+        )
     };
     let axes = |change: &Vector3<f64>, first: usize, scale: f64, unit: &str| {
         let axis = |k: usize| with_sigma(change[k] * scale, Some(d.sigma[first + k] * scale), unit);

@@ -2,6 +2,8 @@
 
 use serde_json::{Value, json};
 use std::fmt::Write;
+use trueline_dataset::Feature;
+use trueline_dataset::stamp::{exposed_ns, format_seconds};
 use trueline_dataset::unit::MM_PER_M;
 use trueline_method::evaluate::evaluation::{Deviation, Evaluation, Figures, NEEDED_WITHIN, ToleranceCheck};
 use trueline_method::evaluate::other_cell::OtherCell;
@@ -61,13 +63,31 @@ pub fn text(e: &Evaluation) -> String {
 /// The verdict against a tolerance.
 #[must_use]
 pub fn tolerance_text(check: &ToleranceCheck) -> String {
-    format!(
-        "{}: {:.1} % of the points are within {} mm; {:.0} % are needed",
+    let (judged, percent) = (check.judged(), |part: f64| 100.0 * part);
+    let mut said = format!(
+        "{}: {} of {judged} points ({:.1} %) are within {} mm, {:.0} % are needed",
         if check.passed() { "Passed" } else { "NOT passed" },
-        100.0 * check.within,
+        check.near,
+        percent(check.within()),
         check.tolerance_m * MM_PER_M,
-        100.0 * NEEDED_WITHIN
-    )
+        percent(NEEDED_WITHIN),
+    );
+    // Writing to a String cannot fail.
+    if check.lost > 0 {
+        let _ = write!(said, "; {} of them could not be placed at all", check.lost);
+    }
+    if check.beyond_ends > 0 || !check.is_covered() {
+        let (all, needed) = (judged + check.beyond_ends, percent(check.needed_coverage));
+        let reached = percent(check.coverage());
+        let _ = write!(
+            said,
+            "; the reference reaches {judged} of {all} points ({reached:.1} %), {needed} % are needed"
+        );
+    }
+    if !check.is_covered() {
+        said += " (--coverage-percent states another share)";
+    }
+    said
 }
 
 /// What it means that a calibration does not belong to a scan.
@@ -136,7 +156,10 @@ pub fn json(e: &Evaluation, check: Option<&ToleranceCheck>, other: Option<&Other
         "figures": figures,
         "tolerance": check.map(|check| json!({
             "tolerance_mm": check.tolerance_m * MM_PER_M,
-            "share_within": check.within,
+            "share_within": check.within(),
+            "points": { "near": check.near, "far": check.far, "lost": check.lost, "beyond_ends": check.beyond_ends },
+            "share_covered": check.coverage(),
+            "share_covered_needed": check.needed_coverage,
             "passed": check.passed(),
         })),
         "other_cell": other.map(|other| json!({
@@ -184,19 +207,19 @@ fn reference(curve: &ReferenceCurve) -> Value {
     }
 }
 
-/// Every point with its error, as CSV.
+/// Every point with its error, as CSV; its time is that of its exposure by the robot's clock, as where a calibration is applied.
 #[must_use]
-pub fn points_csv(e: &Evaluation) -> String {
+pub fn points_csv(e: &Evaluation, features: &[Feature], time_offset_s: f64) -> String {
     let mut out =
         String::from("row,line,time_s,x_mm,y_mm,z_mm,error_x_mm,error_y_mm,error_z_mm,distance_mm\n");
     for d in &e.calibrated {
         let (p, error) = (d.measured.point_in_base * MM_PER_M, d.error_m * MM_PER_M);
         let _ = writeln!(
             out,
-            "{},{},{:.9},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{}",
             d.measured.row,
             d.measured.line,
-            d.measured.stamp_s,
+            format_seconds(exposed_ns(features[d.measured.row as usize].stamp_ns, time_offset_s)),
             p.x,
             p.y,
             p.z,

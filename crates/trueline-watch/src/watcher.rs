@@ -121,6 +121,7 @@ impl Watcher {
     /// # Errors
     /// A weld or a state that cannot be used.
     pub fn one(&mut self, name: &str, recording: Recording) -> Result<WeldLine, WatcherError> {
+        self.known.check_mounting(Path::new(&self.calibration.name), recording.setup.mounted)?;
         let recording = self.known.corrected(recording);
         let mut line = watch(&self.store, &self.calibration, name, &recording)
             .map_err(|error| WatcherError::Weld { name: name.to_owned(), error })?;
@@ -149,9 +150,9 @@ impl Watcher {
 
 /// The calibration with all that its file tells.
 fn watched(file: &Path, known: &KnownCalibration) -> Result<Watched, WatcherError> {
-    let is_json = file.extension().is_some_and(|end| end.eq_ignore_ascii_case("json"));
-    let result = is_json.then(|| ResultFile::read(file)).transpose()?;
     let bytes = source_file::bytes(file)?;
+    let is_json = calibration_file::is_json(&String::from_utf8_lossy(&bytes));
+    let result = is_json.then(|| ResultFile::read(file)).transpose()?;
     let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     Ok(Watched { name: file.display().to_string(), sha256, guess: known.known.parameters, result })
 }

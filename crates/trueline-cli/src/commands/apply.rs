@@ -15,10 +15,10 @@ use trueline_method::evaluate::seam_points;
 /// Runs the command.
 pub(crate) fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
     let write = writer(&args.out)?;
-    output::expect_files(&[Some(&args.out)])?;
+    output::expect_files(&[&args.recording, &args.calibration], &[Some(&args.out)])?;
     let calibration = calibration_file::read(&args.calibration)?;
     let recording = opening::open(&args.recording, None, args.quiet)?.recording;
-    output::warn_of_sensor(&calibration, &recording);
+    let is_trusted = output::fits(&args.calibration, &calibration, &recording)?;
     let recording = calibration.corrected(recording);
     let known = &calibration.known.parameters;
     let seam = seam_points::place(&recording, known, &Config::default())?;
@@ -44,11 +44,8 @@ pub(crate) fn run(args: &ApplyArgs) -> Result<ExitCode, Failure> {
         for (reason, count) in &seam.skipped {
             output::words(&format!("not placed: {count} ({reason})"));
         }
-        if calibration.accepted == Some(false) {
-            output::words(&format!("warning: {} was not accepted", args.calibration.display()));
-        }
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(ExitCode::from(u8::from(!is_trusted)))
 }
 
 /// What makes a file of points.

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 use trueline_args::CalibrateArgs;
 use trueline_args::hints;
+use trueline_dataset::calibration_file;
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{Sensor, known_toml};
 use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
@@ -19,14 +20,14 @@ use trueline_report::{certificate::Certificate, result, summary};
 
 /// Runs the command.
 pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
+    let inputs: Vec<&Path> = args.datasets.iter().chain(&args.initial).map(PathBuf::as_path).collect();
+    let files = [&args.json, &args.report, &args.write_sensor, &args.certificate].map(|f| f.as_deref());
+    output::expect_files(&inputs, &files)?;
     if let Some(board) = &args.board {
         return calibrate_board::run(args, board);
     }
     check_sensor(args)?;
     check_fixed(args)?;
-    output::expect_files(
-        &[&args.json, &args.report, &args.write_sensor, &args.certificate].map(|f| f.as_deref()),
-    )?;
     let config = args.config();
     let began = Instant::now();
     let mut opened = opening::open_all(&args.datasets, args.joint, args.quiet)?;
@@ -49,7 +50,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
     };
     let recording = &opened.recording;
     let initial = match &args.initial {
-        Some(file) => Some(known_toml::read_guess(file)?),
+        Some(file) => Some(calibration_file::read_guess(file)?),
         None => recording.initial,
     };
     let began = Instant::now();
@@ -60,10 +61,10 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         calibration.findings.fit.iterations.len(),
         began.elapsed().as_secs_f64()
     ));
+    write_results(args, &opened, &calibration, images_ahead_ns)?;
     if let Some(file) = &args.write_sensor {
         write_sensor(file, &opened, &calibration, args.quiet)?;
     }
-    write_results(args, &opened, &calibration, images_ahead_ns)?;
     Ok(exit_code(&calibration))
 }
 
@@ -142,6 +143,10 @@ fn write_results(
 
 /// The sensor's file as the scan corrects it. What it said of its uncertainty held for the old one.
 fn write_sensor(file: &Path, opened: &Opened, calibration: &Calibration, quiet: bool) -> Result<(), Failure> {
+    if calibration.status() == Status::NotAccepted {
+        output::words(&format!("{}: not written, for the calibration is not accepted", file.display()));
+        return Ok(());
+    }
     let corrected = calibration.findings.unknowns.corrected.as_ref().ok_or_else(|| {
         Failure::new(
             "`--write-sensor`: this scan gives no corrected sensor",

@@ -14,13 +14,16 @@ use trueline_report::comparison;
 
 /// Runs the command.
 pub(crate) fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
-    output::expect_files(&[args.json.as_deref()])?;
+    output::expect_files(&[&args.first, &args.second], &[args.json.as_deref()])?;
     let (first, second) = (ResultFile::read(&args.first)?, ResultFile::read(&args.second)?);
     let field = field(args, &first)?;
     let known = [
         &calibration_file::known_of(&args.first, &first)?,
         &calibration_file::known_of(&args.second, &second)?,
     ];
+    if let Some(mounted) = known[1].mounted {
+        known[0].check_mounting(&args.first, mounted)?;
+    }
     let ([of_first, of_second], note) = comparison::comparable(known);
     let estimates = (estimate(&args.first, of_first, &first)?, estimate(&args.second, of_second, &second)?);
     let difference = between(&estimates.0, &estimates.1, &field).ok_or_else(|| {
@@ -30,6 +33,7 @@ pub(crate) fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.json {
         output::json(file, &format!("{:#}", comparison::json(&difference, &field, tolerance_m)))?;
     }
+    let is_trusted = output::is_trusted(&args.first, known[0]) & output::is_trusted(&args.second, known[1]);
     note.into_iter().for_each(output::words);
     if !args.quiet {
         output::summary(args.json.as_deref(), &comparison::text(&difference, &field))?;
@@ -40,7 +44,7 @@ pub(crate) fn run(args: &DiffArgs) -> Result<ExitCode, Failure> {
         output::words(&format!("the seam has moved {how} the tolerance of {} mm", tolerance_m * MM_PER_M));
     }
     let failed = if tolerance_m.is_some() { !harmless } else { difference.moved() };
-    Ok(if failed { ExitCode::from(1) } else { ExitCode::SUCCESS })
+    Ok(if failed || !is_trusted { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
 
 /// Where the seam is looked at, and how fast the sensor passes.

@@ -10,6 +10,7 @@ use trueline_report::diagnosis;
 
 /// Runs the command.
 pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
+    output::expect_files(&[&args.dataset], &[args.json.as_deref()])?;
     let opened = opening::open(&args.dataset, None, args.quiet)?;
     let recording = &opened.recording;
     let mut found = progress::steps(args.quiet, |watch| diagnose(recording, &Config::default(), watch));
@@ -25,7 +26,10 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
     if !args.quiet {
         output::summary(args.json.as_deref(), &diagnosis::text(&found, output::is_verbose()))?;
     }
-    if let Some(out) = &args.fix {
+    let is_well = found.findings.is_empty();
+    if let (Some(out), true) = (&args.fix, is_well) {
+        output::words(&format!("{}: not written, for there is nothing to fix", out.display()));
+    } else if let Some(out) = &args.fix {
         let mended = found.mended(recording).ok_or_else(|| {
             let what = format!("{}: not written: no single mistake explains the fit", out.display());
             Failure::new(what, "what is found is listed above; change the files by hand, and try again")
@@ -34,5 +38,5 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<ExitCode, Failure> {
         let mistake = found.explained_by.join(", ");
         output::words(&format!("{}: the dataset without the mistake: {mistake}", out.display()));
     }
-    Ok(if found.findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::{opening, output};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_args::EvaluateArgs;
 use trueline_dataset::{Guess, Reference, calibration_file, reference_file};
@@ -16,11 +16,14 @@ use trueline_report::{evaluation_page, evaluation_summary};
 
 /// Runs the command.
 pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
-    output::expect_files(&[args.json.as_deref(), args.report.as_deref(), args.csv.as_deref()])?;
+    let inputs =
+        [Some(&args.dataset), Some(&args.calibration), args.reference.as_ref(), args.static_scan.as_ref()];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    output::expect_files(&inputs, &[&args.json, &args.report, &args.csv].map(|file| file.as_deref()))?;
     let recording = opening::open(&args.dataset, None, args.quiet)?.recording;
     let calibration = calibration_file::read(&args.calibration)?;
     let tolerance_m = args.tolerance;
-    output::warn_of_sensor(&calibration, &recording);
+    let is_trusted = output::fits(&args.calibration, &calibration, &recording)?;
     let recording = calibration.corrected(recording);
     let known = &calibration.known;
     if calibration.stamps_treated && !args.quiet {
@@ -37,7 +40,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
         (None, None) => None,
     };
     let evaluation = evaluate(&recording, &known.parameters, references, args.fit)?;
-    let check = tolerance_m.map(|tolerance_m| evaluation.check(tolerance_m));
+    let check = tolerance_m.map(|tolerance_m| evaluation.check(tolerance_m, args.coverage_percent / 100.0));
     let other = other_cell(&recording, &known.parameters, &Config::default());
     if let Some(file) = &args.json {
         let mut json = evaluation_summary::json(&evaluation, check.as_ref(), other.as_ref());
@@ -47,7 +50,8 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
         output::json(file, &format!("{json:#}"))?;
     }
     if let Some(file) = &args.csv {
-        output::file(file, &evaluation_summary::points_csv(&evaluation))?;
+        let offset_s = known.parameters.time_offset_s;
+        output::file(file, &evaluation_summary::points_csv(&evaluation, &recording.features, offset_s))?;
     }
     if let Some(file) = &args.report {
         let title = format!("{} by {}", args.dataset.display(), args.calibration.display());
@@ -60,7 +64,7 @@ pub(crate) fn run(args: &EvaluateArgs) -> Result<ExitCode, Failure> {
     }
     check.iter().for_each(|check| output::words(&evaluation_summary::tolerance_text(check)));
     other.iter().for_each(|other| output::words(&evaluation_summary::other_cell_text(other)));
-    let passed = other.is_none() && check.is_none_or(|check| check.passed());
+    let passed = is_trusted && other.is_none() && check.is_none_or(|check| check.passed());
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 

@@ -5,6 +5,7 @@ use crate::output;
 use std::process::ExitCode;
 use trueline_args::ExportArgs;
 use trueline_dataset::calibration_file::SensorAs;
+use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::{calibration_file, sensor_toml};
 use trueline_export::{Mounting, named, time_offset};
 
@@ -20,7 +21,8 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         let missing = format!("{} has no transform for that sensor", result.display());
         Failure::new(missing, "of a sensor that was held, or not seen, there is only --for-sensor found")
     })?;
-    let carrier = if calibration.beside_robot { "base" } else { "flange" };
+    let beside_robot = calibration.mounted == Some(Mounted::Fixed);
+    let carrier = if beside_robot { "base" } else { "flange" };
     let mut mounting = Mounting {
         parent: args.parent.clone().unwrap_or_else(|| carrier.to_owned()),
         child: args.child.clone(),
@@ -49,7 +51,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
         output::words(&format!("{}: {}", format.title, format.convention));
         output::words(&format!("time offset: {}", time_offset::rule(known.time_offset_s)));
     }
-    if calibration.beside_robot && !args.quiet {
+    if beside_robot && !args.quiet {
         output::words("the sensor stands beside the robot: this is its pose in the robot's base, no tool");
     }
     if calibration.sensor_is_off && args.for_sensor == SensorAs::Found {
@@ -59,9 +61,5 @@ pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode, Failure> {
              takes no correction",
         );
     }
-    if calibration.accepted == Some(false) {
-        output::words(&format!("warning: {} was not accepted; its reasons are in it", result.display()));
-        return Ok(ExitCode::from(1));
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(ExitCode::from(u8::from(!output::is_trusted(result, &calibration))))
 }

@@ -17,6 +17,7 @@ pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
     {
         return of_profiles(args, &profiles);
     }
+    output::expect_files(&[&args.dataset], &[args.json.as_deref(), args.report.as_deref()])?;
     write_index(args)?;
     let options = PictureOptions {
         joint: args.joint,
@@ -30,7 +31,6 @@ pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
         threads: args.threads,
         quiet: args.quiet,
     };
-    output::expect_files(&[args.json.as_deref(), args.report.as_deref()])?;
     let scan = pictures::examine(&args.dataset, &options)?;
     let (features, summary) = (scan.features(), scan.to_string());
     // The features first: whatever else cannot be written, they are there.

@@ -10,6 +10,8 @@ use trueline_watch::{Store, history_csv, history_page};
 
 /// Runs the command.
 pub(crate) fn run(args: &HistoryArgs) -> Result<ExitCode, Failure> {
+    let files = [&args.csv, &args.parquet, &args.report].map(|file| file.as_deref());
+    output::expect_files(&[&args.state], &files)?;
     let store = Store::open_to_read(&args.state)?;
     let calibrations = store.calibrations()?;
     let chosen = match args.calibration {

@@ -11,6 +11,7 @@ use trueline_live::{HostClock, LinkAddress, Rejection, RobotLink, StreamReport, 
 
 /// Runs the command.
 pub(crate) fn run(args: &ListenArgs) -> Result<ExitCode, Failure> {
+    output::expect_files(&[], &[args.json.as_deref()])?;
     interrupt::watch()?;
     let mut link = args.link.open(HostClock::start())?;
     let mut watch = StreamWatch::default();

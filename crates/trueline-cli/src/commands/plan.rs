@@ -116,6 +116,9 @@ fn write_programs(args: &PlanArgs, plan: &Plan) -> Result<(), Failure> {
     for language in &args.program {
         let file = ProgramFile::of(*language, &waypoints);
         output::file(&args.out.join(file.name), &file.text)?;
+        if !args.quiet {
+            output::words(&format!("{}: for {}", args.out.join(file.name).display(), file.goes_to));
+        }
     }
     Ok(())
 }

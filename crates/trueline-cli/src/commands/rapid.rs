@@ -4,15 +4,13 @@ use crate::failure::Failure;
 use crate::{output, path_file};
 use std::process::ExitCode;
 use trueline_args::{Mode, RapidArgs};
-use trueline_dataset::{Error, Problem};
+use trueline_dataset::outputs;
 use trueline_live::pose_feed::at_pace;
 use trueline_live::rapid::{guidance_module, stream_module};
 
 /// Runs the command.
 pub(crate) fn run(args: &RapidArgs) -> Result<ExitCode, Failure> {
-    if args.out.exists() {
-        return Err(Error::in_file(&args.out, Problem::AlreadyExists).into());
-    }
+    outputs::must_be_new(&args.out)?;
     if args.pc.ip().is_unspecified() || args.pc.port() == 0 {
         return Err(Failure::new(
             format!("--pc {}: a controller cannot send there", args.pc),

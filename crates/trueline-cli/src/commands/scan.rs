@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_args::ScanArgs;
 use trueline_cell::{ARRIVAL, CellRecording, EndedScan, RECORDING, guide_scan};
-use trueline_dataset::{Error, Problem, source_file};
+use trueline_dataset::{Error, Problem, outputs, source_file};
 use trueline_live::guide::Patience;
 use trueline_live::motion::{
     CheckedPath, Gate, MotionLimits, OperatorCommand, PathError, PathSummary, derive_limits, limits_file,
@@ -97,10 +97,7 @@ fn limits_text(file: &Path) -> Result<String, Failure> {
 }
 
 fn write_limits(file: &Path, limits: &MotionLimits) -> Result<ExitCode, Failure> {
-    if file.exists() {
-        let message = format!("{}: already exists", file.display());
-        return Err(Failure::new(message, "existing limits are never overwritten: name another file"));
-    }
+    outputs::must_be_new(file)?;
     output::file(file, &limits_file::format(limits))?;
     output::words(&format!(
         "{}: the tightest limits that contain the path. Read every line: you are responsible for these limits.",

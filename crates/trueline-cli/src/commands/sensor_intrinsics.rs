@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::output;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_args::IntrinsicsArgs;
 use trueline_board::pictures::{self, Looked};
@@ -14,9 +15,9 @@ use trueline_sensor::{View, verdict};
 
 /// Runs the command.
 pub(crate) fn run(args: &IntrinsicsArgs) -> Result<ExitCode, Failure> {
-    if let Some(out) = &args.out {
-        output::must_not_exist(out)?;
-    }
+    let inputs: Vec<&Path> = args.pictures.iter().map(PathBuf::as_path).collect();
+    output::expect_files(&inputs, &[args.json.as_deref(), args.report.as_deref()])?;
+    output::expect_new(args.out.as_deref(), &[args.json.as_deref(), args.report.as_deref()])?;
     let files = pictures::files(&args.pictures)?;
     let looked = pictures::look(&files, &args.board)?;
     let views: Vec<View> = looked.iter().filter_map(|l| l.view.as_ref().ok().cloned()).collect();

@@ -3,7 +3,7 @@
 use crate::commands::{sensor_plane_pictures, sensor_plane_plate};
 use crate::failure::Failure;
 use crate::output;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_args::LaserPlaneArgs;
 use trueline_board::sensor_file;
@@ -14,9 +14,10 @@ use trueline_sensor::verdict;
 
 /// Runs the command.
 pub(crate) fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
-    if let Some(out) = &args.out {
-        output::must_not_exist(out)?;
-    }
+    let inputs: Vec<&Path> =
+        args.input.iter().chain(&args.sensor).chain(&args.initial).map(PathBuf::as_path).collect();
+    output::expect_files(&inputs, &[args.json.as_deref()])?;
+    output::expect_new(args.out.as_deref(), &[args.json.as_deref()])?;
     if args.plate {
         return sensor_plane_plate::run(args);
     }

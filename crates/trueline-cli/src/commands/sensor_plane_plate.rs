@@ -5,7 +5,7 @@ use crate::output;
 use std::process::ExitCode;
 use trueline_args::LaserPlaneArgs;
 use trueline_board::{plate_stops, sensor_file, striped};
-use trueline_dataset::known_toml;
+use trueline_dataset::calibration_file;
 use trueline_dataset::sensor_toml::{self, format_camera};
 use trueline_report::{sensor_json, sensor_text};
 use trueline_sensor::laser_plane::plate::{PlateStop, fit_plate};
@@ -20,7 +20,7 @@ pub(crate) fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
         ));
     };
     let camera = sensor_toml::read_camera(sensor)?;
-    let rough = known_toml::read_guess(initial)?.tool_from_camera;
+    let rough = calibration_file::read_guess(initial)?.tool_from_camera;
     let looked = plate_stops::look(table, &camera)?;
     let stops: Vec<PlateStop> = looked.iter().filter_map(|(_, stop)| stop.as_ref().ok().cloned()).collect();
     let names: Vec<&str> =

@@ -57,7 +57,7 @@ fn follow(args: &SimulateArgs, planned: PlannedScan) -> Result<ExitCode, Failure
 
 fn write(args: &SimulateArgs, recording: &Recording) -> Result<ExitCode, Failure> {
     if recording.features.is_empty() {
-        return Err(Failure::new("the sensor never sees the line", "a longer duration or less tilt helps"));
+        return Err(Failure::new("the sensor never sees the line", "scan longer, tilt less or drop less"));
     }
     folder::write_whole(&args.out, recording, args.force)?;
     if !args.quiet {

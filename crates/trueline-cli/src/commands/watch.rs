@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 use trueline_args::WatchArgs;
+use trueline_dataset::json_lines;
 use trueline_watch::{Store, Watcher, WatcherSettings, WeldFolder};
 
 /// How often a folder is looked at.
@@ -22,6 +23,10 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
             "name welds, or a folder that fills: --folder FOLDER",
         ));
     }
+    let inputs: Vec<&Path> =
+        args.welds.iter().chain([&args.state, calibration]).map(PathBuf::as_path).collect();
+    output::expect_files(&inputs, &[args.json.as_deref()])?;
+    args.json.as_deref().map_or(Ok(()), json_lines::expect)?;
     inputs_are_there(args)?;
     let watcher = Watcher::of(&WatcherSettings {
         state: &args.state,
@@ -31,7 +36,7 @@ pub(crate) fn run(args: &WatchArgs) -> Result<ExitCode, Failure> {
     })?;
     warn_of_calibration(&watcher, calibration);
     let page = WatchPage::of(&args.serve, states(args))?;
-    let mut session = Welds { args, watcher, failed: 0, lines: String::new() };
+    let mut session = Welds { args, watcher, failed: 0 };
     match &args.folder {
         Some(folder) => session.fills(folder)?,
         None => {
@@ -92,7 +97,6 @@ struct Welds<'a> {
     args: &'a WatchArgs,
     watcher: Watcher,
     failed: usize,
-    lines: String,
 }
 
 impl Welds<'_> {
@@ -127,10 +131,7 @@ impl Welds<'_> {
         let line = told(&mut self.watcher, &weld.display().to_string(), recording, self.args.quiet)?;
         match &self.args.json {
             Some(path) if path == Path::new("-") => output::json(path, &line)?,
-            Some(path) => {
-                self.lines += &format!("{line}\n");
-                output::file(path, &self.lines)?;
-            }
+            Some(path) => json_lines::append(path, &line)?,
             None => {}
         }
         Ok(())

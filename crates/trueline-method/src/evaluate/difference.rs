@@ -5,6 +5,7 @@
 
 use crate::problem::parameters::{ROTATION, TIME_OFFSET, TRANSLATION};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use std::f64::consts::FRAC_1_SQRT_2;
 use trueline_dataset::Guess;
 use trueline_geometry::so3;
 
@@ -66,6 +67,12 @@ impl Difference {
     #[must_use]
     pub fn moved(&self) -> bool {
         self.z > MOVED_Z
+    }
+
+    /// Probability that chance alone makes a larger difference, 0 to 1.
+    #[must_use]
+    pub fn chance(&self) -> f64 {
+        0.5 * libm::erfc(self.z * FRAC_1_SQRT_2)
     }
 
     /// Whether the timing has.

@@ -59,18 +59,61 @@ impl Figures {
 pub struct ToleranceCheck {
     /// How far a point may be, m.
     pub tolerance_m: f64,
-    /// Part of the points that are not further.
-    pub within: f64,
+    /// Points that are not further.
+    pub near: usize,
+    /// Points that are.
+    pub far: usize,
+    /// Features that gave no point where there should be one: off the image, or while the robot was not recorded. They count as far:
+    /// what a robot could not follow is not within anything.
+    pub lost: usize,
+    /// Points of which the reference says nothing, being beyond its ends.
+    pub beyond_ends: usize,
+    /// Part of the points of which the reference must say something.
+    pub needed_coverage: f64,
 }
 
 /// Part of the points that must be within a tolerance: the rest are wild points, as every sensor has them.
 pub const NEEDED_WITHIN: f64 = 0.95;
 
+/// Part of the scan of which a reference must say something, where nothing else is stated: a verdict on less than half is not one on
+/// the scan.
+pub const NEEDED_COVERAGE: f64 = 0.5;
+
 impl ToleranceCheck {
+    /// Points of which the reference says something, and lost ones.
+    #[must_use]
+    pub fn judged(&self) -> usize {
+        self.near + self.far + self.lost
+    }
+
+    /// Part of the judged points that are within the tolerance.
+    #[must_use]
+    pub fn within(&self) -> f64 {
+        self.near as f64 / self.judged().max(1) as f64
+    }
+
+    /// Part of all points that are judged.
+    #[must_use]
+    pub fn coverage(&self) -> f64 {
+        self.judged() as f64 / (self.judged() + self.beyond_ends).max(1) as f64
+    }
+
     /// Whether enough points are within the tolerance.
     #[must_use]
+    pub fn is_near_enough(&self) -> bool {
+        self.within() >= NEEDED_WITHIN
+    }
+
+    /// Whether the reference says something of enough of the scan.
+    #[must_use]
+    pub fn is_covered(&self) -> bool {
+        self.coverage() >= self.needed_coverage
+    }
+
+    /// Whether both.
+    #[must_use]
     pub fn passed(&self) -> bool {
-        self.within >= NEEDED_WITHIN
+        self.is_near_enough() && self.is_covered()
     }
 }
 
@@ -92,11 +135,20 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// The calibrated points against a tolerance, m.
+    /// The calibrated points against a tolerance, m; the reference must say something of this part of them.
     #[must_use]
-    pub fn check(&self, tolerance_m: f64) -> ToleranceCheck {
-        let within = self.calibrated.iter().filter(|point| point.error_m.norm() <= tolerance_m).count();
-        ToleranceCheck { tolerance_m, within: within as f64 / self.calibrated.len().max(1) as f64 }
+    pub fn check(&self, tolerance_m: f64, needed_coverage: f64) -> ToleranceCheck {
+        let near = self.calibrated.iter().filter(|point| point.error_m.norm() <= tolerance_m).count();
+        // A row that repeats another is no point of its own.
+        let lost = self.skipped.iter().filter(|(why, _)| **why != Skip::Repeated).map(|(_, count)| count);
+        ToleranceCheck {
+            tolerance_m,
+            near,
+            far: self.calibrated.len() - near,
+            lost: lost.sum(),
+            beyond_ends: self.beyond_ends,
+            needed_coverage,
+        }
     }
 }
 

@@ -98,6 +98,9 @@ fn header(bytes: &[u8]) -> Result<Header, String> {
             ["property", kind, name] if element == "vertex" => {
                 found.properties.push(Property { name: name.to_lowercase(), kind: kind_of(kind)? });
             }
+            ["comment", ..] if line.split_whitespace().any(|word| word.trim_matches(',') == "metres") => {
+                return Err("it says that it is in metres, and profiles are in millimetres".to_owned());
+            }
             _ => {}
         }
     }

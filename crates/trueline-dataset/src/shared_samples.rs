@@ -1,0 +1,50 @@
+//! Whether two recordings are, whole or in part, one.
+
+use crate::recording::{Measured, Recording};
+use std::collections::HashSet;
+
+/// Above this part of the smaller one it is no coincidence. Readings of whole pixels, of clocks that begin at zero and of programs that
+/// repeat to the digit may agree here and there.
+const COINCIDENCE: f64 = 0.1;
+
+/// A sample: its stamp, and the bits of its numbers.
+type Sample = (i64, Vec<u64>);
+
+/// How many measurements are in both recordings and how many the one with fewer has, where that and the poses in both are more than
+/// coincidence; else `None`. Measurements count whichever line they are of.
+#[must_use]
+pub(crate) fn shared_measurements(a: &Recording, b: &Recording) -> Option<[usize; 2]> {
+    shared(&poses(a), &poses(b))?;
+    shared(&measurements(a), &measurements(b))
+}
+
+fn shared(a: &HashSet<Sample>, b: &HashSet<Sample>) -> Option<[usize; 2]> {
+    let (shared, of) = (a.intersection(b).count(), a.len().min(b.len()));
+    (shared as f64 > COINCIDENCE * of as f64).then_some([shared, of])
+}
+
+fn poses(recording: &Recording) -> HashSet<Sample> {
+    let of = |sample: &crate::RobotSample| {
+        let pose = &sample.base_from_tool;
+        let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
+        (sample.stamp_ns, numbers.map(|number| number.to_bits()).collect())
+    };
+    recording.robot.iter().map(of).collect()
+}
+
+fn measurements(recording: &Recording) -> HashSet<Sample> {
+    let features = recording.features.iter().map(|feature| (feature.stamp_ns, bits(&feature.measured)));
+    let stripes = recording.stripes.iter().map(|stripe| {
+        let [first, second] = stripe.points.each_ref().map(bits);
+        (stripe.stamp_ns, [first, second].concat())
+    });
+    features.chain(stripes).collect()
+}
+
+fn bits(measured: &Measured) -> Vec<u64> {
+    let numbers = match measured {
+        Measured::Pixel(two) | Measured::Profile(two) => two.as_slice(),
+        Measured::Point(three) => three.as_slice(),
+    };
+    numbers.iter().map(|number| number.to_bits()).collect()
+}
