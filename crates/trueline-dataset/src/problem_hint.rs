@@ -16,22 +16,6 @@ impl Problem {
 
     fn usual_hint(&self) -> &str {
         match self {
-            Self::Missing
-            | Self::Io(_)
-            | Self::AlreadyExists
-            | Self::OutputIsInput
-            | Self::OutputTwice
-            | Self::NotJsonLines
-            | Self::FolderWithoutName
-            | Self::NotOurs { .. }
-            | Self::NoSuchFile
-            | Self::IsFolder
-            | Self::NoFolder { .. }
-            | Self::NoPictures { .. }
-            | Self::NotUtf8
-            | Self::NoHeader
-            | Self::OtherTable { .. }
-            | Self::NoRows => self.file_hint(),
             Self::MissingColumn { .. }
             | Self::UnknownColumn { .. }
             | Self::OtherSeparator { .. }
@@ -73,12 +57,13 @@ impl Problem {
             Self::PointRepeated => "leave one of the two out",
             Self::ForeignRow { .. } => "is this the right file for this format?",
             Self::RowsDiffer { .. } => "every feature belongs to one image, row by row",
-            _ => self.value_hint(),
+            _ => self.file_hint().unwrap_or_else(|| self.value_hint()),
         }
     }
 
-    fn file_hint(&self) -> &'static str {
-        match self {
+    /// `None` for a problem that is not about a file as a whole.
+    fn file_hint(&self) -> Option<&'static str> {
+        Some(match self {
             Self::Missing => {
                 "a dataset folder has sensor.toml, robot.csv and features.csv, or pictures that images/index.csv names"
             }
@@ -109,8 +94,9 @@ impl Problem {
                 "the first line names the columns with their units, for example time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz"
             }
             Self::OtherTable { .. } => "are robot.csv and features.csv swapped?",
-            _ => "was the recording stopped before it began?",
-        }
+            Self::NoRows => "was the recording stopped before it began?",
+            _ => return None,
+        })
     }
 
     fn value_hint(&self) -> &'static str {
