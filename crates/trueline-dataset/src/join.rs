@@ -2,8 +2,8 @@
 
 use crate::picture_rows::{self, FramesDisagree};
 use crate::recording::{Recording, Sensor};
-use crate::stamp;
 use crate::shared_samples::shared_measurements;
+use crate::stamp;
 use std::collections::BTreeMap;
 
 /// Silence between two recordings that were moved apart, ns: longer than any time offset that is searched.
