@@ -14,8 +14,18 @@ type Sample = (i64, Vec<u64>);
 /// coincidence; else `None`. Measurements count whichever line they are of.
 #[must_use]
 pub(crate) fn shared_measurements(a: &Recording, b: &Recording) -> Option<[usize; 2]> {
+    let ([a_first_ns, a_last_ns], [b_first_ns, b_last_ns]) = (span_ns(a)?, span_ns(b)?);
+    // Scans one after the other, the usual case, have nothing to compare.
+    if a_last_ns < b_first_ns || b_last_ns < a_first_ns {
+        return None;
+    }
     shared(&poses(a), &poses(b))?;
     shared(&measurements(a), &measurements(b))
+}
+
+/// First and last stamp of the robot, ns.
+fn span_ns(recording: &Recording) -> Option<[i64; 2]> {
+    Some([recording.robot.first()?.stamp_ns, recording.robot.last()?.stamp_ns])
 }
 
 fn shared(a: &HashSet<Sample>, b: &HashSet<Sample>) -> Option<[usize; 2]> {
