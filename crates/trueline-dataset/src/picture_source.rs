@@ -36,6 +36,15 @@ pub trait PictureSource: Sync {
     /// # Errors
     /// A picture that is missing or cannot be decoded.
     fn read(&self, number: usize, spare: &mut Vec<u8>) -> Result<GrayImage, Error>;
+
+    /// How far the laser's colour stands above the others in a picture that was read, pixel by pixel: in daylight it tells the stripe from
+    /// what is lit otherwise. `None` of pictures that have no colours, or are kept without them.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    fn colour(&self, _number: usize) -> Result<Option<GrayImage>, Error> {
+        Ok(None)
+    }
 }
 
 /// Colour pictures from which the laser's channel is learnt.
@@ -47,6 +56,8 @@ pub struct PictureFolder {
     frames: Vec<FrameFile>,
     /// The laser's channel, once a colour picture was met.
     channel: OnceLock<Channel>,
+    /// The laser's colour, once it was asked for.
+    colour: OnceLock<Channel>,
 }
 
 impl PictureFolder {
@@ -55,7 +66,7 @@ impl PictureFolder {
     /// # Errors
     /// As [`images::read_index`].
     pub fn open(dataset: &Path) -> Result<Self, Error> {
-        Ok(Self { frames: images::read_index(dataset)?, channel: OnceLock::new() })
+        Ok(Self { frames: images::read_index(dataset)?, channel: OnceLock::new(), colour: OnceLock::new() })
     }
 
     /// The channel of colour pictures that is looked at; `None` while only gray ones were met.
@@ -70,14 +81,14 @@ impl PictureFolder {
         if decoded.channels < 3 {
             return Ok(Channel::Gray.image(decoded));
         }
-        let channel = self.channel.get_or_init(|| {
-            // Spread over the scan, the same whichever picture is read first.
-            let step = self.frames.len().div_ceil(CHANNEL_PICTURES).max(1);
-            let some: Vec<DecodedPicture> =
-                (0..self.frames.len()).step_by(step).filter_map(|number| self.decoded(number).ok()).collect();
-            Channel::of_laser(some.iter())
-        });
+        let channel = self.channel.get_or_init(|| Channel::of_laser(self.some().iter()));
         Ok(channel.image(decoded))
+    }
+
+    /// Some pictures, spread over the scan: the same whichever picture is read first.
+    fn some(&self) -> Vec<DecodedPicture> {
+        let step = self.frames.len().div_ceil(CHANNEL_PICTURES).max(1);
+        (0..self.frames.len()).step_by(step).filter_map(|number| self.decoded(number).ok()).collect()
     }
 
     fn decoded(&self, number: usize) -> Result<DecodedPicture, Error> {
@@ -121,5 +132,15 @@ impl PictureSource for PictureFolder {
             }
             read => read,
         }
+    }
+
+    fn colour(&self, number: usize) -> Result<Option<GrayImage>, Error> {
+        // Gray pictures are not decoded again: one in colour has its channel since it was read.
+        if self.channel().is_none() {
+            return Ok(None);
+        }
+        let decoded = self.decoded(number)?;
+        let colour = self.colour.get_or_init(|| Channel::of_colour(self.some().iter()));
+        Ok((decoded.channels >= 3).then(|| colour.colour_image(&decoded)))
     }
 }

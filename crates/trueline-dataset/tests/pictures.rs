@@ -336,3 +336,34 @@ fn frames_follow_from_the_numbers_in_names() {
     fs::write(images.join("last.png"), "").unwrap();
     assert!(frames(rate).unwrap_err().to_string().contains("no number in the name"));
 }
+
+/// In daylight red paper, white metal and a red laser are bright in red; only what has the laser's colour stands above green and blue, and
+/// only in the stripe it does so beside what does not.
+#[test]
+fn a_colour_is_how_far_a_channel_stands_above_both_others() {
+    let pixel = |k: usize| match (k / 64, k % 64) {
+        (3, _) => [220, 150, 160],
+        (_, 0..32) => [200, 200, 200],
+        _ => [90, 120, 60],
+    };
+    let rgb: Vec<u8> = (0..16 * 64).flat_map(pixel).collect();
+    for (swap, name) in [([0, 1, 2], "red"), ([1, 0, 2], "green"), ([1, 2, 0], "blue")] {
+        let swapped: Vec<u8> = rgb.chunks_exact(3).flat_map(|p| swap.map(|k| p[k])).collect();
+        let folder = folder_of("a.bmp", &bmp(&swapped, [64, 16]));
+        let pictures = PictureFolder::open(folder.path()).unwrap();
+        assert_eq!(pictures.colour(0).unwrap(), None, "not read yet");
+        pictures.read(0, &mut Vec::new()).unwrap();
+        // The green ground is above its others by 30 evenly, the stripe by 60 in one row.
+        let colour: Vec<u8> = (0..16 * 64).map(|k| if k / 64 == 3 { 60 } else { 0 }).collect();
+        let found = pictures.colour(0).unwrap().unwrap();
+        assert_eq!(found, GrayImage { width: 64, height: 16, pixels: Pixels::Eight(colour) }, "{name}");
+    }
+    // Gray pictures have none.
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("images")).unwrap();
+    gray_png::write(&folder.path().join("images/a.png"), &eight()).unwrap();
+    fs::write(folder.path().join("images/index.csv"), "time_s,file\n1,a.png\n").unwrap();
+    let pictures = PictureFolder::open(folder.path()).unwrap();
+    pictures.read(0, &mut Vec::new()).unwrap();
+    assert_eq!(pictures.colour(0).unwrap(), None);
+}

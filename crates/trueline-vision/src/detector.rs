@@ -5,6 +5,7 @@ use crate::evidence::Evidence;
 use crate::frame::Frame;
 use crate::joint::arm_pair::LeastArm;
 use crate::joint::butt::ButtFinder;
+use crate::joint::coloured_corner::{ColouredCornerFinder, ColouredFrame};
 use crate::joint::groove::GrooveFinder;
 use crate::joint::lap::LapFinder;
 use crate::joint::plain_corner::PlainCornerFinder;
@@ -35,6 +36,9 @@ pub struct Detector {
     finders: JointFinders,
     binned: BinnedLevels,
     segments: Vec<LineSegment>,
+    colour_locator: Locator,
+    /// The straight segments of what had the laser's colour last.
+    coloured: Vec<LineSegment>,
     region: Option<PictureRegion>,
     /// Levels of the last picture that was looked at for one of the picture itself: smaller pictures hold sums.
     level_scale: f64,
@@ -51,6 +55,8 @@ impl Detector {
             finders: JointFinders::default(),
             binned: BinnedLevels::default(),
             segments: Vec::new(),
+            colour_locator: Locator::default(),
+            coloured: Vec::new(),
             region: None,
             level_scale: 1.0,
         }
@@ -128,17 +134,76 @@ impl Detector {
     /// What a region that was stated shows of a corner whose stripe hardly stands out, or has a short arm.
     fn detect_plain_corner<L: Level>(&mut self, picture: &Picture<'_, L>, joint: Joint) -> Option<Detection> {
         let region = self.region.as_ref()?;
-        let ridge = match joint {
-            Joint::Fillet => false,
-            Joint::Corner => true,
-            _ => return None,
-        };
+        let ridge = is_ridge(joint)?;
         let frame = Frame { picture, lens: &self.lens };
         let JointFinders { choice, corners, plain_corners, .. } = &mut self.finders;
         let found = plain_corners.find(frame, region, ridge, *choice, corners)?;
         self.level_scale = 1.0;
         self.segments.clear();
         self.segments.extend_from_slice(plain_corners.segments());
+        Some(found)
+    }
+
+    /// As [`Self::detect_in`]; where levels show no fillet or corner, the colour may know its long arm. `colour` is how far that of the
+    /// laser stands above the others, in a picture of the same size ([`trueline_dataset::PictureSource::colour`]), and is asked for then
+    /// only.
+    ///
+    /// # Errors
+    /// As [`Self::seam`], for the levels.
+    pub fn detect_in_colour<'c>(
+        &mut self,
+        image: &GrayImage,
+        colour: impl FnOnce() -> Option<&'c GrayImage>,
+        joint: Joint,
+    ) -> Result<Detection, NotFound> {
+        self.detect_in(image, joint).or_else(|reason| {
+            let ridge = is_ridge(joint).ok_or(reason)?;
+            colour().and_then(|colour| self.coloured_corner_in(image, colour, ridge)).ok_or(reason)
+        })
+    }
+
+    fn coloured_corner_in(
+        &mut self,
+        image: &GrayImage,
+        colour: &GrayImage,
+        ridge: bool,
+    ) -> Option<Detection> {
+        let [[width, height], [columns, rows]] = [image, colour].map(|image| [image.width, image.height]);
+        match (&image.pixels, &colour.pixels) {
+            (Pixels::Eight(levels), Pixels::Eight(above)) => {
+                let colour = Picture::new(columns, rows, above)?;
+                self.coloured_corner(&Picture::new(width, height, levels)?, &colour, ridge)
+            }
+            (Pixels::Sixteen(levels), Pixels::Sixteen(above)) => {
+                let colour = Picture::new(columns, rows, above)?;
+                self.coloured_corner(&Picture::new(width, height, levels)?, &colour, ridge)
+            }
+            // The channels of a picture have one depth.
+            _ => None,
+        }
+    }
+
+    fn coloured_corner<L: Level>(
+        &mut self,
+        picture: &Picture<'_, L>,
+        colour: &Picture<'_, L>,
+        ridge: bool,
+    ) -> Option<Detection> {
+        if [picture.width(), picture.height()] != [colour.width(), colour.height()] {
+            return None;
+        }
+        self.colour_locator.candidates_in(colour, self.region.as_ref(), 1);
+        self.colour_locator.segments_in(colour, &self.lens, &mut self.coloured);
+        let JointFinders { corners, coloured_corners, .. } = &mut self.finders;
+        let frame = Frame { picture, lens: &self.lens };
+        let coloured = ColouredFrame { frame, colour, bright: &self.segments, coloured: &self.coloured };
+        let (found, segments) = coloured_corners.find(&coloured, ridge, corners)?;
+        let pixel = found.seam.pixel;
+        if self.region.as_ref().is_some_and(|region| !region.contains(pixel.x, pixel.y)) {
+            return None;
+        }
+        self.level_scale = 1.0;
+        self.segments = segments;
         Some(found)
     }
 
@@ -204,6 +269,15 @@ impl Detector {
     }
 }
 
+/// Whether a joint is a corner that lies before its arms; `None` of joints that are no corner of two arms.
+fn is_ridge(joint: Joint) -> Option<bool> {
+    match joint {
+        Joint::Fillet => Some(false),
+        Joint::Corner => Some(true),
+        _ => None,
+    }
+}
+
 /// Tiles that stand out → edgels of a stripe → straight segments.
 #[derive(Clone, Debug, Default)]
 struct Locator {
@@ -257,6 +331,7 @@ struct JointFinders {
     choice: StripeChoice,
     corners: StripeMeter,
     plain_corners: PlainCornerFinder,
+    coloured_corners: ColouredCornerFinder,
     laps: LapFinder,
     butts: ButtFinder,
     edges: PlateEndFinder,

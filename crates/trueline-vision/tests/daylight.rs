@@ -1,37 +1,16 @@
-//! Stripes on surfaces that are lit themselves, with arms of 40 px, within a region that was stated: a drawn equivalent of an
-//! aluminium angle in daylight before a web camera.
+//! Stripes on surfaces that are lit themselves, with arms of 40 px, within a region that was stated.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "tests fail by panicking")]
 
+mod daylight_scene;
 mod drawn;
 
+use daylight_scene::{CLUTTERS, CORNER, SIZE, TURN_DEG, arm, clutter, metal};
 use drawn::{Paper, Stroke, detector};
 use nalgebra::Vector2;
 use trueline_vision::{Detection, Joint, NotFound, Picture, PictureRegion};
 
-const SIZE: [usize; 2] = [640, 480];
-/// Where the arms meet, px: they lead downwards from there, and downwards is towards the camera.
-const CORNER: [f64; 2] = [351.3, 177.6];
 /// The sheet of metal: the part of the picture that its user looks at. Beyond it is a bright edge.
 const REGION: [[f64; 2]; 2] = [[240.0, 378.0], [150.0, 270.0]];
-const TURN_DEG: [f64; 2] = [153.0, 38.0];
-
-/// A sheet of metal in daylight, of which the border is brighter than any stripe, with shades on it, before a dark ground.
-fn metal(paper: &mut Paper) {
-    let grain = |u: f64, v: f64, cell: f64| {
-        let hash = ((u / cell).floor() * 12.9898 + (v / cell).floor() * 78.233).sin() * 43758.545;
-        hash - hash.floor()
-    };
-    paper.surface(0.45, |u, _| (220.0..390.0).contains(&u));
-    paper.surface(0.12, |u, v| (220.0..318.0 - 0.05 * v).contains(&u));
-    paper.surface(0.9, |u, _| (383.0..391.0).contains(&u));
-    for (part, cell) in [(0.3, 1.0), (0.5, 2.0), (0.7, 3.0)] {
-        paper.surface(0.012, |u, v| (220.0..383.0).contains(&u) && grain(u, v, cell) < part);
-    }
-}
-
-fn arm(heading_deg: f64, length_px: f64, brightness: f64) -> Stroke {
-    Stroke { brightness, ..Stroke::new(CORNER, heading_deg, length_px, 1.3) }
-}
 
 fn found(paper: &mut Paper, region: bool, joint: Joint) -> Result<Detection, NotFound> {
     let levels = paper.levels(0.0);
@@ -74,36 +53,9 @@ fn the_other_side_of_a_corner_is_another_joint() {
     assert!(found(&mut paper, true, Joint::Corner).is_err());
 }
 
-/// What stands where a short arm could.
-fn clutter(paper: &mut Paper, kind: usize, seed: u64) {
-    let turn = 7.0 * seed as f64;
-    match kind {
-        // The metal alone.
-        0 => {}
-        // Glints in a row, a stripe's thickness each.
-        1 => (0..4).for_each(|k| {
-            let (sin, cos) = (TURN_DEG[1] + turn).to_radians().sin_cos();
-            let s = 6.0 + 11.0 * f64::from(k);
-            let from = [CORNER[0] + s * cos, CORNER[1] + s * sin];
-            paper.stroke(&Stroke { brightness: 0.3, ..Stroke::new(from, TURN_DEG[1] + turn, 3.0, 1.3) });
-        }),
-        // The border of a shade.
-        2 => {
-            let slope = (0.4 + 0.05 * seed as f64).tan();
-            paper.surface(0.15, |u, v| u > CORNER[0] && v > CORNER[1] + slope * (u - CORNER[0]));
-        }
-        // A dark joint between two sheets, along which both are equally bright.
-        3 => paper.surface(-0.2, |u, _| (u - CORNER[0] + 0.1 * turn).abs() < 1.5),
-        // A chessboard.
-        _ => {
-            paper.surface(0.3, |u, v| ((u + turn) / 14.0).floor() as i64 % 2 == (v / 14.0).floor() as i64 % 2)
-        }
-    }
-}
-
 #[test]
 fn what_is_no_arm_is_not_taken_for_one() {
-    for kind in 0..5 {
+    for kind in 0..CLUTTERS {
         for seed in 0..6 {
             for stripe in [false, true] {
                 let mut paper = Paper::new(SIZE, 100 + seed);

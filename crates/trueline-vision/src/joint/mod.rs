@@ -2,6 +2,7 @@
 
 pub mod arm_pair;
 pub mod butt;
+pub(crate) mod coloured_corner;
 pub mod corner;
 pub(crate) mod corner_list;
 pub mod edge;

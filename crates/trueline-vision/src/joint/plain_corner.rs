@@ -69,10 +69,7 @@ impl PlainCornerFinder {
     ) -> Option<Detection> {
         let evidence = Evidence { frame: search.frame, segments: &self.segments, least_arm: LeastArm::SHORT };
         let found = fillet::find(&evidence, ridge, choice, meter).ok()?;
-        let seam = found.seam.pixel;
-        let [Some(one), Some(other)] = found.plates else { return None };
-        let leads = [one, other].iter().all(|plate| search.leads(seam, plate.points_px[1]));
-        (leads && self.is_plain(&found, search.frame.lens, seen)).then_some(found)
+        (is_plain(search, &found) && self.has_most(&found, search.frame.lens, seen)).then_some(found)
     }
 
     /// The segments of the last corner.
@@ -92,16 +89,23 @@ impl PlainCornerFinder {
         }
     }
 
-    /// Whether the arms of a corner show the stripe, cross at one place, and have most of what stands out on them.
-    fn is_plain(&self, found: &Detection, lens: &Lens, seen: usize) -> bool {
-        let seam = &found.seam;
-        let ideal = Vector2::from(lens.ideal(seam.pixel.x as f32, seam.pixel.y as f32).map(f64::from));
+    /// Whether most of what stands out lies on lines through a corner.
+    fn has_most(&self, found: &Detection, lens: &Lens, seen: usize) -> bool {
+        let pixel = found.seam.pixel;
+        let ideal = Vector2::from(lens.ideal(pixel.x as f32, pixel.y as f32).map(f64::from));
         let brightest = self.edgels.iter().fold(0.0_f32, |top, edgel| top.max(edgel.brightness));
         let all: f32 = self.edgels.iter().map(|edgel| (edgel.brightness / brightest).sqrt()).sum();
         let is_through = |segment: &&LineSegment| segment.line.distance(&ideal).abs() < THROUGH_PX;
         let through = self.segments[..seen].iter().filter(is_through).map(LineSegment::weight);
-        let has_share = through.sum::<f64>() >= LEAST_SHARE * f64::from(all);
-        let is_known = seam.covariance_px2.trace() <= MOST_SIGMA_PX * MOST_SIGMA_PX;
-        has_share && is_known && seam.quality >= LEAST_QUALITY
+        through.sum::<f64>() >= LEAST_SHARE * f64::from(all)
     }
+}
+
+/// Whether the arms of a corner show the stripe all along, without a break, and cross at one place.
+pub(crate) fn is_plain<L: Level>(search: &ShortArmSearch<'_, L>, found: &Detection) -> bool {
+    let seam = &found.seam;
+    let [Some(one), Some(other)] = found.plates else { return false };
+    let leads = [one, other].iter().all(|plate| search.leads(seam.pixel, plate.points_px[1]));
+    let is_known = seam.covariance_px2.trace() <= MOST_SIGMA_PX * MOST_SIGMA_PX;
+    leads && is_known && seam.quality >= LEAST_QUALITY
 }

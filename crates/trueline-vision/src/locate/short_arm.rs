@@ -136,6 +136,14 @@ impl<L: Level> ShortArmSearch<'_, L> {
         near_by(self, [from, across], along.y.atan2(along.x)).any(|ray| ray.is_even())
     }
 
+    /// Whether what leads from a pixel towards another stands out on average, as far as a short arm must reach.
+    pub(crate) fn shows(&self, from: Vector2<f64>, to: Vector2<f64>) -> bool {
+        let along = to - from;
+        let ray = Ray { from, heading_rad: along.y.atan2(along.x), weakest: 0.0, mean: 0.0 };
+        let sum: Option<f32> = (0..FEWEST).map(|number| self.stretch(&ray, number)).sum();
+        sum.is_some_and(|sum| sum > self.usual * FEWEST as f32)
+    }
+
     /// The ray from a place; `None` where it has no ridge all along.
     #[inline(always)]
     fn ray(&self, from: Vector2<f64>, heading_rad: f64) -> Option<Ray> {

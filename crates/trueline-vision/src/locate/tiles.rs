@@ -178,13 +178,28 @@ impl<L: Level> FastLoop for TileLook<'_, L> {
         if columns == 0 {
             return;
         }
+        let mut of_strip = Columns::new();
         let tiles = peaks.chunks_exact_mut(columns).zip(means.chunks_exact_mut(columns));
         for (row, (peaks, means)) in tiles.enumerate() {
             let strips = peaks.chunks_mut(STRIP).zip(means.chunks_mut(STRIP));
             for (strip, (peaks, means)) in strips.enumerate() {
-                measure_strip(picture, [strip * STRIP * TILE, row * TILE], peaks, means);
+                measure_strip(picture, [strip * STRIP * TILE, row * TILE], &mut of_strip, peaks, means);
             }
         }
+    }
+}
+
+/// Peaks and sums of the columns of a strip.
+struct Columns<L: Level> {
+    brightest: [L; STRIP * TILE],
+    beside: [L; STRIP * TILE],
+    sums: [L::Sum; STRIP * TILE],
+}
+
+impl<L: Level> Columns<L> {
+    fn new() -> Self {
+        let levels = [L::default(); STRIP * TILE];
+        Self { brightest: levels, beside: levels, sums: [L::Sum::default(); STRIP * TILE] }
     }
 }
 
@@ -194,72 +209,51 @@ impl<L: Level> FastLoop for TileLook<'_, L> {
 fn measure_strip<L: Level>(
     picture: &Picture<'_, L>,
     [u, v]: [usize; 2],
+    columns: &mut Columns<L>,
     peaks: &mut [f32],
     means: &mut [f32],
 ) {
     let width = peaks.len() * TILE;
-    let (mut brightest, mut sums) = ([L::default(); STRIP * TILE], [L::Sum::default(); STRIP * TILE]);
-    let (brightest, sums) = (&mut brightest[..width], &mut sums[..width]);
+    let Columns { brightest, beside, sums } = columns;
+    let (brightest, beside, sums) = (&mut brightest[..width], &mut beside[..width], &mut sums[..width]);
     for k in 0..TILE {
         let levels = &picture.row(v + k)[u..u + width];
         if k % PEAK_ROWS != 0 {
             touch(levels);
-            continue;
-        }
-        for (brightest, level) in brightest.iter_mut().zip(levels) {
-            *brightest = (*brightest).max(*level);
-        }
-        if k % MEAN_ROWS == 0 {
+        } else if k == 0 {
+            brightest.copy_from_slice(levels);
             for (sum, level) in sums.iter_mut().zip(levels) {
-                *sum = L::together(*sum, L::Sum::from(*level));
+                *sum = L::Sum::from(*level);
+            }
+        } else {
+            for (brightest, level) in brightest.iter_mut().zip(levels) {
+                *brightest = (*brightest).max(*level);
+            }
+            if k % MEAN_ROWS == 0 {
+                for (sum, level) in sums.iter_mut().zip(levels) {
+                    *sum = L::together(*sum, L::Sum::from(*level));
+                }
             }
         }
     }
     // A column counts as far as the one beside it does: a hot pixel has nothing beside it, a stripe has.
-    let mut beside = [L::default(); STRIP * TILE];
-    let beside = &mut beside[..width];
     for (beside, two) in beside.iter_mut().zip(brightest.windows(2)) {
         *beside = two[0].min(two[1]);
     }
     for last in beside.iter_mut().skip(TILE - 1).step_by(TILE) {
         *last = L::default();
     }
-    gather(beside, brightest, L::max);
-    let mut spare = [L::Sum::default(); STRIP * TILE];
-    gather(sums, &mut spare[..width], L::together);
-    for ((peak, mean), (beside, sum)) in peaks.iter_mut().zip(means).zip(beside.iter().zip(&*sums)) {
-        *peak = (*beside).into();
-        let sum: u32 = (*sum).into();
+    let of_tiles = beside.as_chunks::<TILE>().0.iter().zip(sums.as_chunks::<TILE>().0);
+    for ((peak, mean), (beside, sums)) in peaks.iter_mut().zip(means).zip(of_tiles) {
+        *peak = beside.iter().copied().fold(L::default(), L::max).into();
+        let sum: u32 = sums.iter().copied().fold(L::Sum::default(), L::together).into();
         *mean = sum as f32 / (TILE * TILE / MEAN_ROWS) as f32;
     }
 }
 
-/// Reads one level of each 64 bytes, and does nothing with it: memory that is read without a gap arrives several times as fast as
-/// every second row of it would.
+/// Reads levels, and does nothing with them: memory that is read without a gap arrives several times as fast as every second row of it
+/// would. All of them, since one instruction reads many.
 #[inline(always)]
 fn touch<L: Level>(levels: &[L]) {
-    let mut any = L::default();
-    for level in levels.iter().step_by(64 / size_of::<L>()) {
-        any = any.max(*level);
-    }
-    std::hint::black_box(any);
-}
-
-/// The values of each tile made one, in the first places: two beside each other, then two of these, and so on.
-#[inline(always)]
-fn gather<T: Copy>(values: &mut [T], spare: &mut [T], two: impl Fn(T, T) -> T) {
-    const { assert!(TILE == 16) };
-    let mut count = values.len();
-    for _ in 0..2 {
-        pair_up(&values[..count], &mut spare[..count / 2], &two);
-        pair_up(&spare[..count / 2], &mut values[..count / 4], &two);
-        count /= 4;
-    }
-}
-
-#[inline(always)]
-fn pair_up<T: Copy>(values: &[T], pairs: &mut [T], two: impl Fn(T, T) -> T) {
-    for (pair, values) in pairs.iter_mut().zip(values.as_chunks::<2>().0) {
-        *pair = two(values[0], values[1]);
-    }
+    std::hint::black_box(levels.iter().fold(L::default(), |any, level| any.max(*level)));
 }

@@ -1,5 +1,6 @@
 //! The recipe: which joint the scan shows, its seam in every picture, and what the pictures say of each other.
 
+use crate::detection::Detection;
 use crate::detector::Detector;
 use crate::not_found::NotFound;
 use crate::picture_light::PictureLight;
@@ -12,6 +13,7 @@ use crate::scan::scan_seams::{JointSource, ScanFrame, ScanSeams};
 use crate::scan::two_places;
 use crate::seam::Joint;
 use rayon::prelude::*;
+use std::cell::OnceCell;
 use std::time::{Duration, Instant};
 use trueline_dataset::{GrayImage, PictureSource, Pixels};
 
@@ -87,7 +89,7 @@ fn examine_all(
                     }
                 };
                 let start = Instant::now();
-                let found = detector.detect_in(&image, joint);
+                let found = InColour::new(source, number, &image).detect(detector, joint);
                 let taken = start.elapsed();
                 observer.examined(&ExaminedPicture { number, image: &image, found: &found, detector })?;
                 let wide = matches!(image.pixels, Pixels::Sixteen(_));
@@ -144,7 +146,8 @@ fn chosen_joint(
                     observer.advances(Stage::ChoosingJoint);
                     return Ok(None);
                 };
-                let trial = Joint::ALL.map(|joint| detector.detect_in(&image, joint).ok());
+                let in_colour = InColour::new(source, number, &image);
+                let trial = Joint::ALL.map(|joint| in_colour.detect(detector, joint).ok());
                 recycle(image, spare);
                 observer.advances(Stage::ChoosingJoint);
                 Ok(Some(trial))
@@ -168,6 +171,27 @@ fn read(
         return Err(ScanError::WrongSize { name: source.name(number), found, expected });
     }
     Ok(image)
+}
+
+/// A picture and its colours, which are read when levels alone show no joint, and once.
+struct InColour<'a> {
+    source: &'a dyn PictureSource,
+    number: usize,
+    image: &'a GrayImage,
+    colour: OnceCell<Option<GrayImage>>,
+}
+
+impl<'a> InColour<'a> {
+    fn new(source: &'a dyn PictureSource, number: usize, image: &'a GrayImage) -> Self {
+        Self { source, number, image, colour: OnceCell::new() }
+    }
+
+    /// What it shows of a joint.
+    fn detect(&self, detector: &mut Detector, joint: Joint) -> Result<Detection, NotFound> {
+        // It has been read before, so that it can be read again; if not, what its levels say stands.
+        let colour = || self.colour.get_or_init(|| self.source.colour(self.number).ok().flatten()).as_ref();
+        detector.detect_in_colour(self.image, colour, joint)
+    }
 }
 
 /// Memory of a picture that is done with serves the next.
