@@ -60,6 +60,8 @@ impl Options {
                 offset_within_s: positive("offset_within_s", self.offset_within_s)?,
                 looks: self.looks.as_deref().map(|name| choice("looks", name, &AXES)).transpose()?,
             },
+            feature_sigma_px: positive("feature_sigma_px", self.feature_sigma_px)?,
+            feature_sigma_m: positive("feature_sigma_mm", self.feature_sigma_mm)?.map(|mm| mm * 1e-3),
             robot_sigma_m: positive("robot_sigma_mm", self.robot_sigma_mm)?.map(|mm| mm * 1e-3),
             stamp_sigma_s: positive("stamp_sigma_ms", self.stamp_sigma_ms)?.map(|ms| ms * 1e-3),
             robot_accuracy_m: not_negative("robot_accuracy_mm", self.robot_accuracy_mm)?.map(|mm| mm * 1e-3),
@@ -87,12 +89,6 @@ impl Options {
         }
         if let Some(px) = not_negative("feature_bias_px", self.feature_bias_px)? {
             config.feature_bias_px = px;
-        }
-        if let Some(px) = positive("feature_sigma_px", self.feature_sigma_px)? {
-            config.feature_sigma_px = px;
-        }
-        if let Some(mm) = positive("feature_sigma_mm", self.feature_sigma_mm)? {
-            config.feature_sigma_m = mm * 1e-3;
         }
         if let Some(mm_s) = not_negative("speed_mm_s", self.speed_mm_s)? {
             config.used_at.speed_m_s = mm_s * 1e-3;

@@ -82,10 +82,10 @@ pub struct CalibrateArgs {
     /// How well each of these points is known, one sigma to any side, mm
     #[arg(long, value_name = "MM", value_parser = above_zero, requires = "drawn_line")]
     pub drawn_line_sigma_mm: Option<f64>,
-    /// Expected noise of a feature, px
+    /// Expected noise of a feature in a picture where features.csv does not say, px
     #[arg(long, value_parser = above_zero)]
     pub feature_sigma_px: Option<f64>,
-    /// Expected noise of a feature of a profiler or of points, mm
+    /// The same for a profiler or for points, mm
     #[arg(long, value_parser = above_zero)]
     pub feature_sigma_mm: Option<f64>,
     /// Noise of the robot's position, mm; the default measures it
@@ -172,8 +172,8 @@ impl CalibrateArgs {
                 translation_m: sigma.translation_m,
             }),
             drawn_lines: self.drawn_lines(),
-            feature_sigma_px: self.feature_sigma_px.unwrap_or(defaults.feature_sigma_px),
-            feature_sigma_m: self.feature_sigma_mm.map_or(defaults.feature_sigma_m, |mm| mm * 1e-3),
+            feature_sigma_px: self.feature_sigma_px,
+            feature_sigma_m: self.feature_sigma_mm.map(|mm| mm * 1e-3),
             robot_sigma_m: self.robot_sigma_mm.map(|mm| mm * 1e-3),
             stamp_sigma_s: self.stamp_sigma_ms.map(|ms| ms * 1e-3),
             stamps: self.stamps,

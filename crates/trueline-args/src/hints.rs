@@ -1,5 +1,6 @@
 //! Which options of the program help with what a calibration says.
 
+use trueline_method::input::feature_noise::NoiseUnused;
 use trueline_method::{Calibration, Error, Reason, Warning};
 
 /// What the user can try next, once each.
@@ -71,6 +72,8 @@ pub fn for_error(error: &Error) -> &'static str {
             "were they stamped by two clocks? --align-clocks finds how far these are apart; `trueline doctor` knows wrong units of \
              time"
         }
+        Error::FeatureNoiseUnused { why: NoiseUnused::FeaturesArePixels } => "use --feature-sigma-px",
+        Error::FeatureNoiseUnused { why: NoiseUnused::FeaturesAreLengths } => "use --feature-sigma-mm",
         Error::NothingToHold { .. } | Error::NoGuessToHold => "give it in initial.toml or with --initial",
         other => other.hint(),
     }

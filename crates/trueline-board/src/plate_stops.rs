@@ -4,7 +4,7 @@ use crate::error::BoardError;
 use crate::pictures;
 use rayon::prelude::*;
 use std::path::Path;
-use trueline_dataset::gray_picture;
+use trueline_dataset::dialect::plain_file;
 use trueline_dataset::picture_poses_csv::{self, PicturePose};
 use trueline_dataset::sensor_setup::Mounted;
 use trueline_dataset::sensor_toml::CameraFile;
@@ -19,8 +19,7 @@ pub type Stop = (String, Result<PlateStop, NoStripe>);
 /// # Errors
 /// A table that is broken, files that are no pictures, or not of this camera.
 pub fn look(table: &Path, camera: &CameraFile) -> Result<Vec<Stop>, BoardError> {
-    let bytes = gray_picture::bytes(table)?;
-    let poses = picture_poses_csv::read(table, bytes.as_slice())?;
+    let poses = picture_poses_csv::read(table, &plain_file(table)?)?;
     let folder = table.parent().unwrap_or_else(|| Path::new(""));
     poses.into_par_iter().map(|pose| look_at(&folder.join(&pose.picture), pose, camera)).collect()
 }

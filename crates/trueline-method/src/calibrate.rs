@@ -15,6 +15,7 @@ use crate::hypotheses::clock_drift::{DriftFree, remove_drift};
 use crate::hypotheses::search;
 use crate::hypotheses::timestamp_selection::{Stamped, with_best_stamps};
 use crate::hypotheses::unbiased::{Assessed, Unbiased, without_bias};
+use crate::input::feature_noise;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observations, observe, origin_ns};
 use crate::input::shape_knowledge::ShapeKnowledge;
@@ -71,6 +72,7 @@ fn with_stated_lens(
     let cornered = with_corners(recording);
     let recording = cornered.as_ref().unwrap_or(recording);
     let sampling = Sampling::of(recording, origin_ns(recording));
+    feature_noise::check(recording, config)?;
     let observations = observe(recording, &sampling, config)?;
     check_overlap(&observations, config)?;
     let fixed = held_components(config, guess)?;

@@ -198,10 +198,10 @@ pub struct Config {
     pub held_sigma: HeldSigma,
     /// Lines that are held where a drawing has them.
     pub drawn_lines: Vec<DrawnLine>,
-    /// Expected standard deviation of a feature, px, where the recording does not say.
-    pub feature_sigma_px: f64,
-    /// The same for sensors that report lengths, m.
-    pub feature_sigma_m: f64,
+    /// Expected standard deviation of a feature, px, where the recording does not say; `None` is [`USUAL_FEATURE_SIGMA_PX`].
+    pub feature_sigma_px: Option<f64>,
+    /// The same for sensors that report lengths, m; `None` is [`USUAL_FEATURE_SIGMA_M`].
+    pub feature_sigma_m: Option<f64>,
     /// Standard deviation of the robot's position, per axis, m; `None` measures it on the recording.
     pub robot_sigma_m: Option<f64>,
     /// Expected jitter of an image stamp, s; `None` measures it on the recording.
@@ -232,6 +232,12 @@ pub struct Config {
 /// Absolute accuracy of a robot of which nothing is said, m.
 pub const ASSUMED_ROBOT_ACCURACY_M: f64 = 0.3e-3;
 
+/// Standard deviation of a feature in a picture of which nothing is said, px.
+pub const USUAL_FEATURE_SIGMA_PX: f64 = 0.3;
+
+/// Standard deviation of a feature of a sensor that reports lengths, of which nothing is said, m.
+pub const USUAL_FEATURE_SIGMA_M: f64 = 0.02e-3;
+
 impl Default for Config {
     fn default() -> Self {
         Self {
@@ -241,8 +247,8 @@ impl Default for Config {
             hold: Vec::new(),
             held_sigma: HeldSigma::default(),
             drawn_lines: Vec::new(),
-            feature_sigma_px: 0.3,
-            feature_sigma_m: 0.02e-3,
+            feature_sigma_px: None,
+            feature_sigma_m: None,
             robot_sigma_m: None,
             stamp_sigma_s: None,
             stamps: Stamps::Auto,
@@ -260,6 +266,18 @@ impl Default for Config {
 }
 
 impl Config {
+    /// Expected standard deviation of a feature of which the recording does not say it, px.
+    #[must_use]
+    pub fn usual_feature_sigma_px(&self) -> f64 {
+        self.feature_sigma_px.unwrap_or(USUAL_FEATURE_SIGMA_PX)
+    }
+
+    /// The same for sensors that report lengths, m.
+    #[must_use]
+    pub fn usual_feature_sigma_m(&self) -> f64 {
+        self.feature_sigma_m.unwrap_or(USUAL_FEATURE_SIGMA_M)
+    }
+
     /// Nothing but noise is accounted for: the sensor is taken as it is, the robot as ideal, the features as free of bias.
     /// A sensor whose file states its uncertainty keeps that.
     #[must_use]

@@ -1,5 +1,6 @@
 //! Why there is no calibration at all.
 
+use crate::input::feature_noise::NoiseUnused;
 use crate::stripe::no_plates::NoPlates;
 use trueline_dataset::picture_rows::FramesDisagree;
 use trueline_geometry::trajectory::TrajectoryError;
@@ -78,6 +79,12 @@ pub enum Error {
     NothingToHold {
         /// What is held.
         held: &'static str,
+    },
+    /// A noise is stated that applies to no feature.
+    #[error("{why}")]
+    FeatureNoiseUnused {
+        /// Why.
+        why: NoiseUnused,
     },
     /// A line is drawn that the scan does not have.
     #[error("line {line} is to be held where it is drawn, and the features name {lines} line(s)")]
@@ -170,6 +177,10 @@ impl Error {
                 "both tables must count the same pictures, or leave the column `frame` out of one of them"
             }
             Self::StripesHeldAtGuess | Self::StripesOfDrawnLine => "use the seam points",
+            Self::FeatureNoiseUnused { why: NoiseUnused::EachHasItsOwn } => {
+                "change these, or take their columns out of features.csv"
+            }
+            Self::FeatureNoiseUnused { .. } => "state it in the unit of the features",
             Self::NoSuchLine { .. } => "lines are numbered from 0, as in the column `line`",
             Self::NothingToHold { .. } | Self::NoGuessToHold => "give an initial guess",
             Self::BeyondReference { .. } => {

@@ -34,7 +34,7 @@ fn bound(cell: &Cell, motion: &Motion) -> SVector<f64, LINES> {
     let mut scenario = scenario(cell, (cell.tool_from_camera, cell.seam), motion.design().duration_s);
     scenario.disturbance = Disturbance::default();
     let recording = scan(&scenario, motion, 1);
-    let config = Config { feature_sigma_px: cell.noise.feature_px, ..Config::default() };
+    let config = Config { feature_sigma_px: Some(cell.noise.feature_px), ..Config::default() };
     let sampling = Sampling::of(&recording, observations::origin_ns(&recording));
     let observed = observations::observe(&recording, &sampling, &config).unwrap();
     let truth = recording.truth.as_ref().unwrap();

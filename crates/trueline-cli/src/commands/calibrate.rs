@@ -11,7 +11,7 @@ use trueline_args::CalibrateArgs;
 use trueline_args::hints;
 use trueline_dataset::calibration_file;
 use trueline_dataset::sensor_setup::Mounted;
-use trueline_dataset::{Sensor, SensorFile, SensorSetup, sensor_toml};
+use trueline_dataset::{SensorFile, SensorSetup, sensor_toml};
 use trueline_method::{Calibration, Hold, ResidualKind, SensorMode, Status};
 use trueline_open::Opened;
 use trueline_report::calibration_page::{self, FramePicture, Source};
@@ -36,7 +36,6 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<ExitCode, Failure> {
         opened.recording.features.len(),
         began.elapsed().as_secs_f64()
     ));
-    check_feature_sigma(args, &opened)?;
     let images_ahead_ns = match (args.align_clocks, args.datasets.len()) {
         (false, _) => None,
         (true, 1) => Some(clocks::align_recording(&mut opened.recording, &config, args.quiet)?),
@@ -184,17 +183,6 @@ fn check_sensor(args: &CalibrateArgs) -> Result<(), Failure> {
     Err(Failure::new(
         format!("`{option}`: the point-to-line residual takes the sensor for exact"),
         "use it with --residual sheet",
-    ))
-}
-
-/// A noise in mm would be ignored where features are pixels.
-fn check_feature_sigma(args: &CalibrateArgs, opened: &Opened) -> Result<(), Failure> {
-    if args.feature_sigma_mm.is_none() || !matches!(opened.recording.sensor, Sensor::CameraLaser { .. }) {
-        return Ok(());
-    }
-    Err(Failure::new(
-        "`--feature-sigma-mm` is of profilers and points; these features are pixels of a camera",
-        "use --feature-sigma-px",
     ))
 }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_args::LaserPlaneArgs;
 use trueline_board::sensor_file;
+use trueline_dataset::dialect::plain_file;
 use trueline_dataset::{gray_picture, sensor_toml, stripe_points_csv};
 use trueline_report::{sensor_json, sensor_text};
 use trueline_sensor::laser_plane::{PlaneFit, fit_points, jackknife};
@@ -36,8 +37,7 @@ pub(crate) fn run(args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
 }
 
 fn from_points(file: &Path, args: &LaserPlaneArgs) -> Result<ExitCode, Failure> {
-    let bytes = gray_picture::bytes(file)?;
-    let table = stripe_points_csv::read(file, bytes.as_slice())?;
+    let table = stripe_points_csv::read(file, &plain_file(file)?)?;
     let names: Vec<u64> = table.keys().copied().collect();
     let boards: Vec<_> = table.into_values().collect();
     let fit = fit_points(&boards).map_err(|e| Failure::new(format!("{}: {e}", file.display()), e.hint()))?;

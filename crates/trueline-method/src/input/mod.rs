@@ -2,6 +2,7 @@
 
 pub(crate) mod camera_sensor;
 pub mod clock_model;
+pub mod feature_noise;
 pub mod noise_levels;
 pub mod observations;
 pub mod path_noise;

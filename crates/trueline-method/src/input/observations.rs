@@ -189,7 +189,7 @@ fn fitted_sheet(recording: &Recording, config: &Config) -> Result<(LaserSheet, O
         })
         .collect();
     let fit = fit::robust_plane(&points).ok_or(Error::SheetUndefined)?;
-    if fit.extent < 10.0 * config.feature_sigma_m {
+    if fit.extent < 10.0 * config.usual_feature_sigma_m() {
         return Err(Error::SheetUndefined);
     }
     if fit.rms > SHEET_RMS_LIMIT_M && config.residual == crate::ResidualKind::Sheet {
@@ -205,13 +205,13 @@ fn lift(
     feature: &Feature,
     config: &Config,
 ) -> Result<(Vector3<f64>, Matrix2<f64>), Skip> {
-    let covariance_m2 = || feature.covariance([config.feature_sigma_m; 2]);
+    let covariance_m2 = || feature.covariance([config.usual_feature_sigma_m(); 2]);
     match (feature.measured, sensor) {
         (Measured::Pixel(pixel), Sensor::CameraLaser { camera, .. }) => {
             let (ray, d_ray_d_pixel) = camera.ray(&Vector2::from(pixel)).map_err(|_| Skip::NoRay)?;
             let (point, d_point_d_ray) = sheet.intersect(&ray).ok_or(Skip::NoIntersection)?;
             let d_sheet_d_pixel = sheet.axes().transpose() * d_point_d_ray * d_ray_d_pixel;
-            let covariance_px2 = feature.covariance([config.feature_sigma_px; 2]);
+            let covariance_px2 = feature.covariance([config.usual_feature_sigma_px(); 2]);
             Ok((point, d_sheet_d_pixel * covariance_px2 * d_sheet_d_pixel.transpose()))
         }
         (Measured::Profile([x, z]), _) => Ok((Vector3::new(x, 0.0, z), covariance_m2())),
@@ -264,7 +264,7 @@ pub fn point_in_camera(
 }
 
 fn pixel_sigma(feature: &Feature, are_pixels: bool, config: &Config) -> [f32; 2] {
-    let sigma = feature.sigma.unwrap_or([config.feature_sigma_px; 2]);
+    let sigma = feature.sigma.unwrap_or([config.usual_feature_sigma_px(); 2]);
     if are_pixels { sigma.map(|sigma| sigma as f32) } else { [0.0; 2] }
 }
 

@@ -87,7 +87,7 @@ pub fn frames(
     wanted: Measurements,
     config: &Config,
 ) -> Result<StripeFrames, Error> {
-    let usual_m = config.feature_sigma_m / USUAL_SIGMA_PX;
+    let usual_m = config.usual_feature_sigma_m() / USUAL_SIGMA_PX;
     let (pictures, stamps) = (PicturesOfRows::of(recording)?, Stamps::of(recording, observations));
     let mut seen: BTreeMap<(i64, usize), Seen<'_>> = BTreeMap::new();
     for stripe in &recording.stripes {

@@ -1,0 +1,75 @@
+//! Whether what was stated of the features' noise applies to any of them.
+
+use crate::config::Config;
+use crate::error::Error;
+use trueline_dataset::{Recording, Sensor};
+
+/// Why a stated noise of features applies to none of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoiseUnused {
+    /// It is in mm, and the features are pixels.
+    FeaturesArePixels,
+    /// It is in px, and the features are lengths.
+    FeaturesAreLengths,
+    /// Every feature comes with a standard deviation of its own.
+    EachHasItsOwn,
+}
+
+impl std::fmt::Display for NoiseUnused {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::FeaturesArePixels => "a noise of features is stated in mm, but these are pixels of a camera",
+            Self::FeaturesAreLengths => "a noise of features is stated in px, but this sensor reports lengths",
+            Self::EachHasItsOwn => {
+                "a noise of features is stated, but every feature comes with a standard deviation of its own"
+            }
+        })
+    }
+}
+
+/// Refuses a stated noise that would be ignored.
+pub(crate) fn check(recording: &Recording, config: &Config) -> Result<(), Error> {
+    let are_pixels = matches!(recording.sensor, Sensor::CameraLaser { .. });
+    let has_own = |feature: &trueline_dataset::Feature| feature.sigma.is_some();
+    // Where stripes are lengths, the scale of their bias with the tilt comes from it.
+    let is_of_stripes = !are_pixels && !recording.stripes.is_empty();
+    let unused = match (config.feature_sigma_px, config.feature_sigma_m) {
+        (None, None) => return Ok(()),
+        (_, Some(_)) if are_pixels => NoiseUnused::FeaturesArePixels,
+        (Some(_), _) if !are_pixels => NoiseUnused::FeaturesAreLengths,
+        _ if recording.features.iter().all(has_own) && !is_of_stripes => NoiseUnused::EachHasItsOwn,
+        _ => return Ok(()),
+    };
+    Err(Error::FeatureNoiseUnused { why: unused })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::{NoiseUnused, check};
+    use crate::config::Config;
+    use crate::error::Error;
+    use trueline_sim::{Preset, simulate};
+
+    #[test]
+    fn a_noise_that_would_be_ignored_is_refused_with_its_reason() {
+        let mut camera = simulate(&Preset::Good.scenario(), 1).unwrap();
+        camera.features.iter_mut().for_each(|feature| feature.sigma = None);
+        let mut profiler = camera.clone();
+        profiler.sensor = trueline_dataset::Sensor::Profiler;
+        let mut with_own = camera.clone();
+        with_own.features.iter_mut().for_each(|feature| feature.sigma = Some([0.2; 2]));
+        let px = Config { feature_sigma_px: Some(0.5), ..Config::default() };
+        let mm = Config { feature_sigma_m: Some(1e-4), ..Config::default() };
+        let refused = |why| Err(Error::FeatureNoiseUnused { why });
+        assert_eq!(check(&camera, &px), Ok(()));
+        assert_eq!(check(&profiler, &mm), Ok(()));
+        assert_eq!(check(&with_own, &Config::default()), Ok(()));
+        assert_eq!(check(&camera, &mm), refused(NoiseUnused::FeaturesArePixels));
+        assert_eq!(check(&profiler, &px), refused(NoiseUnused::FeaturesAreLengths));
+        assert_eq!(check(&with_own, &px), refused(NoiseUnused::EachHasItsOwn));
+        // One without is enough: it applies to that.
+        with_own.features[3].sigma = None;
+        assert_eq!(check(&with_own, &px), Ok(()));
+    }
+}
