@@ -74,6 +74,8 @@ pub struct RecordingSettings<'a> {
 pub struct FinishedRecording {
     /// The file.
     pub file: PathBuf,
+    /// Whether it was removed again: nothing of the cell came that it could hold.
+    pub is_removed: bool,
     /// The robot's stream.
     pub watch: StreamWatch,
     /// Why writing stopped, if it did.
@@ -109,6 +111,9 @@ impl FinishedRecording {
     #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
+        if self.is_removed {
+            notes.push(format!("nothing came, so there is no {}", self.file.display()));
+        }
         if self.clock_steps > 0 {
             notes.push(format!(
                 "this PC's clock was set {} times; the stamps in the recording are not affected",
@@ -267,10 +272,14 @@ impl CellRecording {
             self.note(NoteLevel::Info, format!("{count} datagrams not used: {reason}"));
         }
         let refused = self.handle.state().refused;
+        let recorded = self.recorder.finish();
+        let holds_nothing = recorded.as_ref().is_ok_and(|recorded| recorded.of_cell == 0);
         FinishedRecording {
+            // The same command can then be tried again.
+            is_removed: holds_nothing && fs::remove_file(&self.file).is_ok(),
             file: self.file,
             watch: self.watch,
-            failure: self.recorder.finish().err(),
+            failure: recorded.err(),
             refused,
             clock_steps: self.clock_steps,
             rejected_not_kept: self.rejected.saturating_sub(MOST_REJECTED),

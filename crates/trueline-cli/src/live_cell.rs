@@ -127,7 +127,9 @@ pub(crate) fn tell_recording(finished: &FinishedRecording, report: &str, quiet: 
         Ok(()) | Err(Failure::BrokenPipe) => {}
         Err(other) => return Err(other),
     }
-    output::words(&format!("written to {}", finished.file.display()));
+    if !finished.is_removed {
+        output::words(&format!("written to {}", finished.file.display()));
+    }
     Ok(())
 }
 

@@ -120,6 +120,28 @@ fn folder_with_limits() -> tempfile::TempDir {
 }
 
 #[test]
+fn a_recording_to_which_nothing_came_does_not_stand_in_the_way_of_the_next() {
+    let dir = tempfile::tempdir().unwrap();
+    let pc = address();
+    for _ in 0..2 {
+        let silent = trueline(dir.path(), &["record", "--bind", &pc, "--out", "scan", "--for-s", "0.3"]);
+        assert_eq!(code(&silent), 1, "{}", words(&silent));
+        assert!(words(&silent).contains("nothing came, so there is no scan"), "{}", words(&silent));
+        assert!(!words(&silent).contains("written to"), "{}", words(&silent));
+        assert_eq!(fs::read_dir(dir.path().join("scan")).unwrap().count(), 0);
+    }
+    // What a stranger sent is all that is known of why nothing came.
+    let stranger = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let record = start(dir.path(), &["record", "--bind", &pc, "--out", "scan", "--for-s", "2"]);
+    for _ in 0..150 {
+        let _not_there_yet = stranger.send_to(b"hello", &pc);
+        thread::sleep(Duration::from_millis(10));
+    }
+    assert_eq!(record.wait_with_output().unwrap().status.code(), Some(1));
+    assert!(dir.path().join("scan/recording.mcap").exists());
+}
+
+#[test]
 fn listen_tells_who_talks_and_says_what_to_look_at_when_nobody_does() {
     let dir = tempfile::tempdir().unwrap();
     let pc = address();

@@ -112,6 +112,31 @@ fn a_lap_and_a_plate_with_an_edge_calibrate_by_their_stripes() {
 }
 
 #[test]
+fn a_joint_that_hardly_shows_is_written_and_doubted() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &[&str]| trueline(dir.path(), arguments);
+    for (out, gap) in [("gap", &["--gap-mm", "2"][..]), ("fillet", &[])] {
+        let ask = ["simulate", "--plates", "--preset", "profiler", "--duration-s", "4", "--quiet", "--out", out];
+        assert_eq!(code(&run(&[&ask[..], gap].concat())), 0);
+    }
+    // Where the scan begins the plates are tacked: of the first profiles alone there is a corner.
+    let text = |folder: &str| fs::read_to_string(dir.path().join(folder).join("profiles.csv")).unwrap();
+    let (gap, fillet) = (text("gap"), text("fillet"));
+    let time_s = |row: &str| row.split(',').next().unwrap().parse::<f64>().ok();
+    let first_s = gap.lines().find_map(time_s).unwrap();
+    let is_first = |row: &&str| time_s(row).is_some_and(|time_s| time_s < first_s + 0.2);
+    let rows = gap.lines().take(1).chain(fillet.lines().skip(1).filter(is_first));
+    let rows = rows.chain(gap.lines().skip(1).filter(|row| !is_first(row)));
+    fs::write(dir.path().join("gap/profiles.csv"), rows.collect::<Vec<_>>().join("\n")).unwrap();
+    let doubted = run(&["features", "gap", "--joint", "fillet"]);
+    assert_eq!(code(&doubted), 1, "{}", words(&doubted));
+    assert!(words(&doubted).contains("is it another (--joint)?"), "{}", words(&doubted));
+    assert!(dir.path().join("gap/features.csv").exists());
+    let found = run(&["features", "gap", "--joint", "butt"]);
+    assert_eq!(code(&found), 0, "{}", words(&found));
+}
+
+#[test]
 fn the_joint_of_profiles_is_named_or_told_and_one_that_they_are_not_searched_for_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| trueline(dir.path(), arguments);

@@ -64,6 +64,14 @@ pub enum NoJoint {
     /// Parallel plates without a step between them.
     #[error("the two plates lie in one plane, and none of them bears an edge that the stripe shows")]
     NoStep,
+    /// A plate whose free side is turned away from the sensor.
+    #[error("plate {plate} turns its back to the sensor: its normal points {turned_deg:.0}° away from it")]
+    FacesAway {
+        /// Its number among those of the joint, from 1 in the order of the file.
+        plate: usize,
+        /// Angle between its normal and the direction towards the sensor, degrees; more than 90.
+        turned_deg: f64,
+    },
     /// No plate is where the seam is.
     #[error("the seam is {:.1} mm off the plate that would bear it", 1e3 * off_m)]
     OffSeam {
@@ -91,6 +99,9 @@ impl NoJoint {
             Self::NoStep => {
                 "a lap's lower plate needs `below_mm` or `point_mm`; a gap between two plates in one plane is planned with `--use seam`"
             }
+            Self::FacesAway { .. } => {
+                "`normal` points out of the plate into the free side, where the sensor is; is it the other way round, or `approach`?"
+            }
             Self::OffSeam { .. } => "is point_mm a point of the plate, in base and in mm?",
         }
     }
@@ -105,6 +116,7 @@ impl Joint {
         let along = cell.seam.direction().ok_or(NoJoint::Unnamed)?;
         let holds = |plate: &&Plate| plate.toward.is_some() || off_m(cell, plate) < OFF_SEAM_M;
         let named: Vec<Plate> = cell.surroundings.plates.iter().filter(holds).copied().collect();
+        faces_sensor(cell, &named)?;
         match named[..] {
             [one] => Self::ending(cell, &along, [one; 2], [true, false]),
             [one, other] if one.normal.cross(&other.normal).norm() < LEAST_ANGLE_SINE => {
@@ -164,6 +176,18 @@ impl Joint {
     #[must_use]
     pub(crate) fn about(&self, along: &Vector3<f64>) -> Self {
         Self { plates: self.plates.map(|plate| plate.about(along)), ..*self }
+    }
+}
+
+/// A sensor sees the free side of a plate. One that it looks along is not turned away from it.
+fn faces_sensor(cell: &Cell, plates: &[Plate]) -> Result<(), NoJoint> {
+    let to_sensor = -cell.sensor_pose.range_in_base();
+    let cosines = plates.iter().map(|plate| plate.normal.dot(&to_sensor));
+    match cosines.enumerate().find(|(_, cosine)| *cosine < -LEAST_ANGLE_SINE) {
+        Some((k, cosine)) => {
+            Err(NoJoint::FacesAway { plate: k + 1, turned_deg: cosine.clamp(-1.0, 1.0).acos().to_degrees() })
+        }
+        None => Ok(()),
     }
 }
 

@@ -95,6 +95,12 @@ impl SensorPose {
         UnitQuaternion::from_rotation_matrix(&base_from_camera) * self.camera_from_tool.rotation
     }
 
+    /// Unit vector from the sensor to the seam in base, where nothing is tilted.
+    #[must_use]
+    pub(crate) fn range_in_base(&self) -> Vector3<f64> {
+        self.base_from_sheet * Vector3::z()
+    }
+
     /// Unit vector along the stripe in the camera.
     #[must_use]
     pub fn stripe(&self) -> Vector3<f64> {

@@ -76,6 +76,20 @@ fn plates_that_make_no_joint_say_why() {
     ] {
         assert_eq!(joint(&plates).unwrap_err(), why, "{plates}");
     }
+    // The sensor looks down; a normal into the metal has been drawn the wrong way round.
+    for (plates, plate, turned_deg) in [
+        ("[[plates]]\nnormal = [0, 1, -1]\n[[plates]]\nnormal = [0, -1, -1]\n".to_owned(), 1, 135.0),
+        (format!("{LEFT}[[plates]]\nnormal = [0, -1, -1]\n"), 2, 135.0),
+        ("[[plates]]\nnormal = [0, 0, -1]\ntoward = [0, 1, 0]\n".to_owned(), 1, 180.0),
+    ] {
+        let Err(NoJoint::FacesAway { plate: found, turned_deg: angle }) = joint(&plates) else {
+            panic!("{plates}")
+        };
+        assert_eq!(found, plate, "{plates}");
+        assert!((angle - turned_deg).abs() < 0.1, "{angle}");
+    }
+    // One that the sensor looks along is another matter.
+    assert!(joint(&format!("{LEFT}[[plates]]\nnormal = [0, 1, 0]\n")).is_ok());
     // A plate that says on which side of the seam it lies must be at it.
     for plates in [
         format!("{UP_LEFT}point_mm = [1000, 0, 160]\n"),

@@ -17,6 +17,7 @@ pub mod overlay_folder;
 pub mod picture;
 pub mod picture_light;
 pub mod profile;
+pub mod rare_joint;
 pub mod region;
 pub mod scan;
 pub mod seam;

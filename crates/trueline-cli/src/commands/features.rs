@@ -8,6 +8,7 @@ use trueline_args::FeaturesArgs;
 use trueline_dataset::picture_names::{self, PictureStamps};
 use trueline_dataset::{Profile, folder, images};
 use trueline_report::picture_page;
+use trueline_vision::rare_joint::is_rare;
 use trueline_vision::{PictureRegion, StripeChoice};
 
 /// Runs the command.
@@ -61,7 +62,16 @@ pub(crate) fn run(args: &FeaturesArgs) -> Result<ExitCode, Failure> {
         }
         return Ok(ExitCode::from(1));
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(exit_code(scan.detections().count(), scan.frames.len(), "pictures"))
+}
+
+/// A joint that hardly shows is doubtful, whoever named it.
+fn exit_code(shown: usize, of: usize, what: &str) -> ExitCode {
+    if !is_rare(shown, of) {
+        return ExitCode::SUCCESS;
+    }
+    output::words(&format!("warning: this joint shows in {shown} of {of} {what}: is it another (--joint)?"));
+    ExitCode::from(1)
 }
 
 /// Writes the index of pictures that have none, where a rate or their names say the stamps.
@@ -134,5 +144,6 @@ fn of_profiles(args: &FeaturesArgs, profiles: &[Profile]) -> Result<ExitCode, Fa
     if !args.quiet {
         kept.for_each(|kept| output::words(&format!("what was there before is now in {}", kept.display())));
     }
-    Ok(ExitCode::SUCCESS)
+    let shown = found.features.chunk_by(|one, next| one.stamp_ns == next.stamp_ns).count();
+    Ok(exit_code(shown, profiles.len(), "profiles"))
 }

@@ -33,6 +33,11 @@ pub enum Entry {
 pub(crate) const POINT_BYTES: usize = 16;
 
 impl Entry {
+    /// Whether it says something of the cell, and not only of this PC.
+    pub(crate) fn is_of_cell(&self) -> bool {
+        !matches!(self, Self::Clock(_) | Self::Note(_))
+    }
+
     /// Bytes of the picture or the profile in it.
     pub(crate) fn picture_bytes(&self) -> usize {
         match self {

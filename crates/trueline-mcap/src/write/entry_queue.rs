@@ -22,6 +22,8 @@ pub struct RecorderState {
     pub bytes: u64,
     /// Entries that are accepted and not written yet.
     pub waiting: u64,
+    /// Entries that were accepted and say something of the cell: all but clocks and notes.
+    pub of_cell: u64,
     /// Entries that are not in the file and will not be, for want of room or because writing failed.
     pub refused: u64,
     /// Why nothing is written any more.
@@ -36,6 +38,7 @@ struct State {
     in_writer: u64,
     closed: bool,
     written: u64,
+    of_cell: u64,
     bytes: u64,
     refused: u64,
     failure: Option<String>,
@@ -76,6 +79,7 @@ impl EntryQueue {
             return false;
         }
         state.picture_bytes = picture_bytes;
+        state.of_cell += u64::from(entry.is_of_cell());
         state.entries.push_back(Box::new(entry));
         drop(state);
         self.arrived.notify_one();
@@ -132,6 +136,7 @@ impl EntryQueue {
         let state = self.lock();
         RecorderState {
             written: state.written,
+            of_cell: state.of_cell,
             bytes: state.bytes,
             waiting: state.entries.len() as u64 + state.in_writer,
             refused: state.refused,

@@ -41,6 +41,8 @@ pub struct Recorded {
     pub file: PathBuf,
     /// Entries in it.
     pub written: u64,
+    /// Of these, or of those that could not be written, how many say something of the cell: all but clocks and notes.
+    pub of_cell: u64,
     /// Its bytes.
     pub bytes: u64,
     /// Entries for which there was no room.
@@ -112,11 +114,11 @@ impl Recorder {
     /// Writing that failed, now or before.
     pub fn finish(mut self) -> Result<Recorded, RecordError> {
         self.close();
-        let RecorderState { written, bytes, refused, failure, .. } = self.queue.state();
+        let RecorderState { written, of_cell, bytes, refused, failure, .. } = self.queue.state();
         let file = std::mem::take(&mut self.file);
         match failure {
             Some(why) => Err(RecordError::Stopped { file, written, refused, why }),
-            None => Ok(Recorded { file, written, bytes, refused }),
+            None => Ok(Recorded { file, written, of_cell, bytes, refused }),
         }
     }
 

@@ -4,6 +4,7 @@ use super::joint::ProfileJoint;
 use super::no_seam::NoSeam;
 use super::seen::seen;
 use super::seen_joint::SeenJoint;
+use crate::rare_joint::is_rare;
 use trueline_dataset::Profile;
 
 /// Profiles that are looked at.
@@ -14,8 +15,6 @@ const NEARLY_ALWAYS: f64 = 0.8;
 /// Fewest profiles that show a gap, and an end: one alone may be dirt.
 const FEWEST_GAPS: usize = 3;
 const FEWEST_ENDS: usize = 6;
-/// Part in which a joint must be found at least.
-const LEAST: f64 = 0.1;
 
 /// The joint; `None` if hardly any profile shows one.
 pub(super) fn joint(profiles: &[Profile]) -> Option<ProfileJoint> {
@@ -41,5 +40,5 @@ pub(super) fn joint(profiles: &[Profile]) -> Option<ProfileJoint> {
     }
     // Less often: whatever there is most of, but for gaps and ends, which are dirt then.
     let most = if steps > corners { (ProfileJoint::Lap, steps) } else { (ProfileJoint::Meeting, corners) };
-    (part(most.1) >= LEAST).then_some(most.0)
+    (!is_rare(most.1, sampled.len())).then_some(most.0)
 }

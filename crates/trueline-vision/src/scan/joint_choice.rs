@@ -3,6 +3,7 @@
 use crate::detection::Detection;
 use crate::measure::regression::median;
 use crate::not_found::NotFound;
+use crate::rare_joint::is_rare;
 use crate::seam::Joint;
 
 /// What one picture shows of each joint of [`Joint::ALL`], where it shows something.
@@ -10,8 +11,6 @@ pub(crate) type JointTrial = [Option<Detection>; Joint::ALL.len()];
 
 /// Part of the pictures in which a joint of several segments must be found to be preferred to a simpler one.
 const MOSTLY: f64 = 0.5;
-/// A joint in a smaller part of the pictures than this is none.
-const LEAST: f64 = 0.1;
 /// A gap is a joint only in several pictures, and only if it is equally wide everywhere (median deviation as a part of the median), or there in
 /// this part of the pictures: soot and scratches make gaps as well, but not one in each picture.
 const EVEN: f64 = 0.15;
@@ -48,8 +47,7 @@ pub fn joint(trials: &[JointTrial]) -> Option<Joint> {
     let joints = Joint::ALL.into_iter().enumerate();
     let joints = joints.filter(|(_, joint)| !matches!(joint, Joint::Butt | Joint::Edge));
     let most = joints.max_by_key(|(number, _)| (found(*number), Joint::ALL.len() - number));
-    let seldom = |number: usize| (found(number) as f64) < LEAST * trials.len().max(1) as f64;
-    most.filter(|(number, _)| found(*number) > 0 && !seldom(*number)).map(|(_, joint)| joint)
+    most.filter(|(number, _)| !is_rare(found(*number), trials.len())).map(|(_, joint)| joint)
 }
 
 /// Refuses the gaps that are not as wide as most of the others. Where there is no width that most of them share,

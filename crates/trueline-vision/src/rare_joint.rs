@@ -1,0 +1,21 @@
+//! When a joint shows in so few pictures or profiles that it is none.
+
+/// A joint in a smaller part of them than this is none.
+const LEAST: f64 = 0.1;
+
+/// Whether so many pictures or profiles of so many are too few for a joint.
+#[must_use]
+pub fn is_rare(found: usize, of: usize) -> bool {
+    (found as f64) < LEAST * of.max(1) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_rare;
+
+    #[test]
+    fn one_in_ten_is_a_joint_and_less_is_none() {
+        assert!(is_rare(0, 0) && is_rare(0, 5) && is_rare(9, 100));
+        assert!(!is_rare(1, 1) && !is_rare(10, 100));
+    }
+}
