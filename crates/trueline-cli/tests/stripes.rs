@@ -116,7 +116,8 @@ fn a_joint_that_hardly_shows_is_written_and_doubted() {
     let dir = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| trueline(dir.path(), arguments);
     for (out, gap) in [("gap", &["--gap-mm", "2"][..]), ("fillet", &[])] {
-        let ask = ["simulate", "--plates", "--preset", "profiler", "--duration-s", "4", "--quiet", "--out", out];
+        let ask =
+            ["simulate", "--plates", "--preset", "profiler", "--duration-s", "4", "--quiet", "--out", out];
         assert_eq!(code(&run(&[&ask[..], gap].concat())), 0);
     }
     // Where the scan begins the plates are tacked: of the first profiles alone there is a corner.

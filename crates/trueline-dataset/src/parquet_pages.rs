@@ -7,7 +7,7 @@
 //! A header is a struct in Thrift's compact protocol, of which the library shows nothing: fields 2 and 3 are its sizes, and fields 5 and 8
 //! the headers of data pages, whose field 1 is the number of values \[ParquetFormat\].
 
-use parquet::file::metadata::ParquetMetaData;
+use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData};
 
 /// What the pages of a file claim together.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,9 +27,7 @@ pub(crate) fn claimed(file: &[u8], metadata: &ParquetMetaData) -> Option<Claimed
     for group in metadata.row_groups() {
         rows_by_column.resize(rows_by_column.len().max(group.num_columns()), 0_u64);
         for (column, rows) in group.columns().iter().zip(&mut rows_by_column) {
-            let (start, length) = column.byte_range();
-            let end = start.checked_add(length)?;
-            let mut chunk = file.get(usize::try_from(start).ok()?..usize::try_from(end).ok()?)?;
+            let mut chunk = bytes_of(file, column)?;
             while !chunk.is_empty() {
                 let mut reader = Compact { left: chunk };
                 let page = reader.page_header()?;
@@ -40,6 +38,14 @@ pub(crate) fn claimed(file: &[u8], metadata: &ParquetMetaData) -> Option<Claimed
         }
     }
     Some(Claimed { bytes, rows: rows_by_column.into_iter().max().unwrap_or(0) })
+}
+
+/// A column's pages. The library's own look-up of their range ends in a panic where a number of it is negative.
+fn bytes_of<'a>(file: &'a [u8], column: &ColumnChunkMetaData) -> Option<&'a [u8]> {
+    let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
+    let start = usize::try_from(start).ok()?;
+    let end = start.checked_add(usize::try_from(column.compressed_size()).ok()?)?;
+    file.get(start..end)
 }
 
 #[derive(Default)]

@@ -43,6 +43,28 @@ fn uniform_jitter_and_drops_are_seen_through() {
 }
 
 #[test]
+fn more_than_half_of_the_samples_may_be_lost() {
+    let all = grid(3000, 0.004);
+    for part in [0.45, 0.6, 0.7] {
+        let chance: Vec<f64> = uniform(6000);
+        let kept = all.iter().zip(&chance[..3000]).zip(&chance[3000..]).enumerate();
+        let kept = kept.filter(|(k, ((_, lost), _))| **lost >= part || [0, 2999].contains(k));
+        let (truth, stamps): (Vec<f64>, Vec<f64>) =
+            kept.map(|(_, ((t, _), u))| (*t, t + 0.4e-3 * (u - 0.5))).unzip();
+        let clock = fit(&stamps, Ticks::Counted).unwrap_or_else(|| panic!("{part}"));
+        assert_recovers(&clock, &truth, 0.4e-3 / 12.0_f64.sqrt());
+        assert_eq!(missing(&stamps, clock.period_s), 3000 - truth.len(), "{part}");
+    }
+    // Stamps in whole milliseconds of a source that does not tick are no clock of a millisecond.
+    let mut at = 0.0;
+    let uneven = uniform(2000).into_iter().map(|u| {
+        at += 0.004 + 0.012 * u;
+        f64::round(at * 1e3) * 1e-3
+    });
+    assert!(fit(&uneven.collect::<Vec<_>>(), Ticks::Counted).is_none());
+}
+
+#[test]
 fn delays_to_one_side_leave_the_floor() {
     let truth = grid(2000, 0.004);
     let late = uniform(2000).into_iter().map(|u| -0.3e-3 * (1.0 - u).ln());

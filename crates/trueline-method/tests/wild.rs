@@ -242,6 +242,28 @@ fn poses_that_only_repeat_are_left_out() {
     );
 }
 
+/// Four in ten samples lost on their way, now one, now two in a row.
+#[test]
+fn a_lossy_robot_stream_is_right_and_said_to_be_one() {
+    let missing = |calibration: &Calibration| {
+        calibration.warnings().iter().find_map(|w| match w {
+            Warning::RobotSamplesMissing { missing, of } => Some((*missing, *of)),
+            _ => None,
+        })
+    };
+    let mut recording = simulate(&cell(Preset::Quick, 8), 8).unwrap();
+    assert_eq!(missing(&assert_right(&recording, "whole stream")), None);
+    let all = recording.robot.len();
+    let mut row = 0_usize;
+    recording.robot.retain(|_| {
+        row += 1;
+        // What is missing is counted between the first and the last.
+        row == 1 || row == all || (row as f64 * 0.618_033_988_75).fract() > 0.4
+    });
+    let lost = all - recording.robot.len();
+    assert_eq!(missing(&assert_right(&recording, "lossy stream")), Some((lost, all)));
+}
+
 /// Out of step with the poll a new pose is half a poll old on average: taken the other way it would be a whole one off.
 #[test]
 fn poses_that_repeat_out_of_step() {

@@ -118,6 +118,7 @@ fn warning_values(warning: &Warning) -> Value {
         Warning::ClockDrift { ppm, sigma_ppm, about_s } => {
             json!({ "drift_ppm": ppm, "drift_sigma_ppm": sigma_ppm, "about_s": about_s })
         }
+        Warning::RobotSamplesMissing { missing, of } => json!({ "missing": missing, "of": of }),
         Warning::RepeatedPoses { repeated, rows } => json!({ "repeated": repeated, "rows": rows }),
         Warning::RepeatedRobotStamps { repeated } => json!({ "repeated": repeated }),
         Warning::CoarseStamps { stream, grain_s } => json!({ "stream": stream.name(), "grain_s": grain_s }),

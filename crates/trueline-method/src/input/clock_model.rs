@@ -22,7 +22,7 @@ pub enum Ticks<'a> {
 /// How the fit ran through the stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FitKind {
-    /// FitKind their middle: jitter to both sides.
+    /// Through their middle: jitter to both sides.
     LeastSquares,
     /// Along their lower hull: delays to one side only \[Zhang2002\].
     LowerEnvelope,
@@ -96,7 +96,7 @@ pub fn fit(stamps_s: &[f64], ticks: Ticks<'_>) -> Option<StreamClock> {
     if stamps_s.len() < MIN_STAMPS {
         return None;
     }
-    let counted = || fit_ticks(stamps_s, &counted_periods(stamps_s)?);
+    let counted = || by_counting(stamps_s);
     match ticks {
         Ticks::Counted => counted(),
         Ticks::Device(device) => {
@@ -131,9 +131,31 @@ fn unwrapped(counter: &[u64]) -> Vec<u64> {
     counter.iter().map(next).collect()
 }
 
-/// Number of periods since the first stamp.
-fn counted_periods(stamps_s: &[f64]) -> Option<Vec<f64>> {
-    let mut period = median(steps_of(stamps_s).filter(|d| *d > 0.0))?;
+/// Steps that differ by less than this part are of as many periods.
+const ALIKE: f64 = 1.0 / 3.0;
+/// Of a stream that lost more than half of its samples most steps are several periods; this part of them is one at most …
+const SHORT_STEPS: f64 = 0.1;
+/// … and ticks of which fewer than one in this many left a stamp are only what stamps are rounded to.
+const MOST_TICKS: f64 = 4.0;
+
+/// The clock whose ticks are counted in the usual step between stamps, or in a short one.
+fn by_counting(stamps_s: &[f64]) -> Option<StreamClock> {
+    let steps = || steps_of(stamps_s).filter(|d| *d > 0.0);
+    // Of the steps about one: where many are twice as long, the median of all lies at the upper end of the single ones.
+    let alike = |about_s: f64| median(steps().filter(|d| (d / about_s - 1.0).abs() < ALIKE));
+    let by = |about_s: f64| fit_ticks(stamps_s, &counted_periods(stamps_s, alike(about_s)?)?);
+    by(median(steps())?).or_else(|| {
+        by(quantile(steps(), SHORT_STEPS)?).filter(|clock| {
+            let lost = missing(stamps_s, clock.period_s) as f64;
+            lost < (MOST_TICKS - 1.0) * stamps_s.len() as f64
+                && clock.jitter_s < JITTER_LIMIT * clock.period_s
+        })
+    })
+}
+
+/// Number of periods since the first stamp, of which one is about as long as `step_s`.
+fn counted_periods(stamps_s: &[f64], step_s: f64) -> Option<Vec<f64>> {
+    let mut period = step_s;
     let mut ticks = tracked(stamps_s, period);
     // A median of steps is some percent off at worst; slopes over many periods are not.
     for _ in 0..2 {

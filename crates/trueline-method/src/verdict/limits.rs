@@ -12,6 +12,8 @@ pub(super) const LEAST_USED: f64 = 0.5;
 pub(super) const LEAST_USED_BADLY: (f64, f64) = (0.8, 1.5);
 /// More features left out than one in this many are worth a warning.
 pub(super) const MANY_SKIPPED: usize = 10;
+/// With more of the robot's samples missing than this, what it did between the others is not known well enough to go unsaid.
+pub(super) const MANY_MISSING: f64 = 0.1;
 /// With more robot rows that repeat a stamp the stamps are too coarse to tell when a pose was.
 pub(super) const COARSE_STAMPS: f64 = 0.1;
 /// With more outliers than this the majority no longer decides.

@@ -1,8 +1,8 @@
 //! What is worth a warning.
 
 use super::limits::{
-    CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_OUTLIERS, MANY_SKIPPED,
-    OUTLIERS, POORLY_KNOWN_M, USELESS_M, USUAL_NOISE_FACTOR,
+    CROSS_VALIDATION_RATIO, CROSS_VALIDATION_SIGMAS, CROSS_VALIDATION_SURPLUS, MANY_MISSING, MANY_OUTLIERS,
+    MANY_SKIPPED, OUTLIERS, POORLY_KNOWN_M, USELESS_M, USUAL_NOISE_FACTOR,
 };
 use super::quantity::{Axis, Quantity};
 use super::reject::{residuals_are_too_large, turn_is_undetermined};
@@ -156,6 +156,7 @@ fn follows_motion(f: &Findings) -> Option<Warning> {
 
 fn stamps(f: &Findings) -> Vec<Warning> {
     let mut warnings = Vec::new();
+    warnings.extend(samples_missing(&f.streams.robot));
     let (repeated, rows) = (f.streams.robot_poses_repeated, f.streams.robot_rows);
     if repeated > 0 {
         warnings.push(Warning::RepeatedPoses { repeated, rows });
@@ -166,6 +167,13 @@ fn stamps(f: &Findings) -> Vec<Warning> {
     warnings.extend(stream_stamps(f, StreamName::Robot, &f.streams.robot));
     warnings.extend(stream_stamps(f, StreamName::Images, &f.streams.images));
     warnings
+}
+
+/// Samples of the robot that are missing; pictures may well be taken only now and then.
+fn samples_missing(robot: &StampReport) -> Option<Warning> {
+    let missing = robot.missing?;
+    let of = robot.count + missing;
+    (missing as f64 > MANY_MISSING * of as f64).then_some(Warning::RobotSamplesMissing { missing, of })
 }
 
 fn stream_stamps(f: &Findings, stream: StreamName, stamps: &StampReport) -> Option<Warning> {

@@ -154,6 +154,13 @@ pub enum Warning {
         /// When the time offset holds, s.
         about_s: f64,
     },
+    /// Many of the robot's samples are missing.
+    RobotSamplesMissing {
+        /// How many.
+        missing: usize,
+        /// Of how many that its clock ticked.
+        of: usize,
+    },
     /// Robot rows that only repeat the pose before were left out.
     RepeatedPoses {
         /// How many.
@@ -236,6 +243,7 @@ impl Warning {
             Self::StructuredResiduals { .. } => "structured-residuals",
             Self::ManyOutliers { .. } => "many-outliers",
             Self::ClockDrift { .. } => "clock-drift",
+            Self::RobotSamplesMissing { .. } => "robot-samples-missing",
             Self::RepeatedPoses { .. } => "repeated-poses",
             Self::RepeatedRobotStamps { .. } => "repeated-robot-stamps",
             Self::CoarseStamps { .. } => "coarse-stamps",
@@ -287,6 +295,11 @@ impl fmt::Display for Warning {
             Self::StructuredResiduals { left } => structured(left),
             Self::ManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
+            Self::RobotSamplesMissing { missing, of } => format!(
+                "{missing} of {of} samples of the robot are missing ({:.0} %): they were lost before they were recorded, and what \
+                 it did between the others is not known",
+                100.0 * missing as f64 / of as f64
+            ),
             Self::RepeatedPoses { repeated, rows } => format!(
                 "{repeated} of {rows} robot rows only repeat the pose before: the controller has news less often than \
                  it is asked; the first of each is used"
