@@ -14,7 +14,7 @@ use trueline_live::rapid::RapidCell;
   trueline rapid plan --mode guidance --pc 192.168.125.10:6510 --tool tSensor --out LineGuide.mod
 
 stream: the robot follows the path by its own program, and `trueline record` listens. Try this first. \
-guidance: `trueline scan --enable-motion` leads the robot.
+guidance: `trueline scan --enable-motion` guides the robot.
 No real controller has compiled these modules here; they say so themselves.")]
 pub struct RapidArgs {
     /// A plan's folder, or a robot.csv with the path

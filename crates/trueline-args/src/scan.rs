@@ -215,7 +215,7 @@ pub struct ScanArgs {
     /// sensor.toml, kept in the recording [default: the plan's]
     #[arg(long)]
     pub sensor: Option<PathBuf>,
-    /// Name of the tool that is led, kept in the recording
+    /// Name of the tool that is guided, kept in the recording
     #[arg(long, default_value = "tool0")]
     pub tool: String,
     /// Rest at the end, s: longer than \CondTime, so that the guidance ends by itself

@@ -162,16 +162,8 @@ fn stamped(robot: Vec<RobotSample>, stamps_ns: &[i64]) -> Recording {
         sigma: None,
         correlation: 0.0,
     };
-    Recording {
-        sensor: Sensor::Points { laser_plane_in_camera: None },
-        setup: SensorSetup::default(),
-        robot,
-        features: stamps_ns.iter().map(feature).collect(),
-        stripes: Vec::new(),
-        initial: None,
-        truth: None,
-        inputs: BTreeMap::new(),
-    }
+    let sensor = Sensor::Points { laser_plane_in_camera: None };
+    Recording::new(sensor, SensorSetup::default(), robot, stamps_ns.iter().map(feature).collect())
 }
 
 /// Noise of the attitudes that is left in the path: as much of it as of the positions'.

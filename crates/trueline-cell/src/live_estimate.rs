@@ -140,16 +140,8 @@ impl LiveEstimate {
     }
 
     fn nothing(&self) -> Recording {
-        Recording {
-            sensor: self.sensor.sensor.clone(),
-            setup: self.sensor.setup.clone(),
-            robot: Vec::new(),
-            features: Vec::new(),
-            stripes: Vec::new(),
-            initial: None,
-            truth: None,
-            inputs: Default::default(),
-        }
+        let SensorFile { sensor, setup } = self.sensor.clone();
+        Recording::new(sensor, setup, Vec::new(), Vec::new())
     }
 
     fn estimate(&self, stream: &mut Incremental, last: bool) -> Progress {

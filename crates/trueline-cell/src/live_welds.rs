@@ -67,16 +67,8 @@ impl LiveWelds {
     }
 
     fn recording(&self, robot: Vec<RobotSample>, features: Vec<Feature>) -> Recording {
-        Recording {
-            sensor: self.sensor.sensor.clone(),
-            setup: self.sensor.setup.clone(),
-            robot,
-            features,
-            stripes: Vec::new(),
-            initial: None,
-            truth: None,
-            inputs: Default::default(),
-        }
+        let SensorFile { sensor, setup } = self.sensor.clone();
+        Recording::new(sensor, setup, robot, features)
     }
 }
 

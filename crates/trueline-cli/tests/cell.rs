@@ -257,7 +257,7 @@ fn the_red_pixels_of_a_colour_camera_calibrate_to_what_was_put_in() {
 
 #[test]
 #[ignore = "in real time, of three programs: on a quiet machine, cargo test -p trueline-cli --test cell -- --ignored --test-threads 1"]
-fn a_led_scan_over_a_lossy_network_with_dropped_pictures_does_too() {
+fn a_guided_scan_over_a_lossy_network_with_dropped_pictures_does_too() {
     let dir = tempfile::tempdir().unwrap();
     write_plan(dir.path());
     let cell = Cell::new(2);

@@ -192,16 +192,9 @@ mod tests {
             sigma: None,
             correlation: 0.0,
         };
-        Recording {
-            sensor: Sensor::Profiler,
-            setup: crate::SensorSetup::default(),
-            robot: robot.to_vec(),
-            features: vec![feature],
-            stripes: Vec::new(),
-            initial: None,
-            truth: None,
-            inputs: [("robot.csv".to_owned(), "hash".to_owned())].into(),
-        }
+        let setup = crate::SensorSetup::default();
+        let inputs = [("robot.csv".to_owned(), "hash".to_owned())].into();
+        Recording { inputs, ..Recording::new(Sensor::Profiler, setup, robot.to_vec(), vec![feature]) }
     }
 
     #[test]

@@ -32,6 +32,21 @@ pub struct Recording {
 const NOT_MEASURED: [&str; 3] = ["sensor.toml", "initial.toml", "truth.toml"];
 
 impl Recording {
+    /// What was measured with a sensor, and nothing else.
+    #[must_use]
+    pub fn new(sensor: Sensor, setup: SensorSetup, robot: Vec<RobotSample>, features: Vec<Feature>) -> Self {
+        Self {
+            sensor,
+            setup,
+            robot,
+            features,
+            stripes: Vec::new(),
+            initial: None,
+            truth: None,
+            inputs: BTreeMap::new(),
+        }
+    }
+
     /// SHA-256 of the files with what was measured, of every recording that was joined.
     pub fn measured_inputs(&self) -> impl Iterator<Item = &String> {
         let is_measured = |name: &str| !NOT_MEASURED.contains(&name.rsplit('/').next().unwrap_or(name));

@@ -21,7 +21,7 @@ pub struct RapidCell {
     pub work_object: String,
     /// Name of the UDPUC device in the configuration.
     pub device: String,
-    /// Mechanical unit that is led, for example `ROB_1`.
+    /// Mechanical unit that is guided, for example `ROB_1`.
     pub mechanical_unit: String,
     /// The task that moves it, into which the module is loaded: `T_ROB1` where there is one robot.
     pub task: String,
@@ -122,14 +122,14 @@ pub fn stream_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, R
     Ok(text)
 }
 
-/// The module with which the PC leads the robot (`trueline scan --enable-motion`).
+/// The module with which the PC guides the robot (`trueline scan --enable-motion`).
 ///
 /// # Errors
 /// Names or figures that RAPID does not take, or no path.
 pub fn guidance_module(cell: &RapidCell, path: &[RobotSample]) -> Result<String, RapidError> {
     let first = path.first().ok_or(RapidError::Path)?;
     let (near_mm, near_deg) = arrived(path)?;
-    let mut text = head(cell, "the PC leads the robot along the path")?;
+    let mut text = head(cell, "the PC guides the robot along the path")?;
     let RapidCell {
         module,
         tool,

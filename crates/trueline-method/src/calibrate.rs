@@ -72,7 +72,7 @@ fn with_stated_lens(
     let cornered = with_corners(recording);
     let recording = cornered.as_ref().unwrap_or(recording);
     let sampling = Sampling::of(recording, origin_ns(recording));
-    feature_noise::check(recording, config)?;
+    feature_noise::check(recording, config).map_err(|why| Error::FeatureNoiseUnused { why })?;
     let observations = observe(recording, &sampling, config)?;
     check_overlap(&observations, config)?;
     let fixed = held_components(config, guess)?;

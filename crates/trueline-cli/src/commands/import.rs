@@ -2,7 +2,6 @@
 
 use crate::failure::Failure;
 use crate::{clocks, opening, output};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use trueline_args::{BagArgs, ImportArgs, ImportCsvArgs, ImportFormat, NewFolder};
@@ -107,14 +106,5 @@ fn tum_recording(poses: &Path, features: &Path, sensor: &Path) -> Result<Recordi
     }
     let features = features_csv::read(features, csv.as_slice(), &sensor)?;
     let robot = tum::read_robot(poses)?;
-    Ok(Recording {
-        sensor,
-        setup,
-        robot,
-        features,
-        stripes: Vec::new(),
-        initial: None,
-        truth: None,
-        inputs: BTreeMap::new(),
-    })
+    Ok(Recording::new(sensor, setup, robot, features))
 }

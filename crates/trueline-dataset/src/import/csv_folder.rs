@@ -12,7 +12,6 @@ use crate::sensor_setup::SensorSetup;
 use crate::sensor_toml::SensorFile;
 use crate::source_file;
 use crate::{features_csv, folder, profile_file, profiles_csv, robot_csv, sensor_toml, stripes_csv};
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Where the files are and what their columns mean.
@@ -74,16 +73,7 @@ impl CsvFolder {
             None => (self.read_features(&sensor, &mut notes)?, Vec::new()),
         };
         let stripes = self.read_stripes(&sensor, &mut notes)?;
-        let recording = Recording {
-            sensor,
-            setup,
-            robot,
-            features,
-            stripes,
-            initial: None,
-            truth: None,
-            inputs: BTreeMap::new(),
-        };
+        let recording = Recording { stripes, ..Recording::new(sensor, setup, robot, features) };
         Ok(Imported { recording, profiles, notes })
     }
 

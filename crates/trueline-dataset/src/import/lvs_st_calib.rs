@@ -18,7 +18,6 @@ use crate::sensor_toml::SensorFile;
 use crate::stamp::{is_in_range, parse_nanoseconds, problem_of};
 use crate::unit::MM_PER_M;
 use nalgebra::Vector3;
-use std::collections::BTreeMap;
 use std::path::Path;
 use trueline_geometry::se3;
 
@@ -41,16 +40,9 @@ pub fn read_simulation(folder: &Path) -> Result<Recording, Error> {
     if !folder.is_dir() {
         return Err(Error::in_file(&folder.join("egm.txt"), Problem::NoFolder { folder: folder.to_owned() }));
     }
-    Ok(Recording {
-        sensor: Sensor::Points { laser_plane_in_camera: None },
-        setup: SensorSetup::default(),
-        robot: simulated_robot(&folder.join("egm.txt"))?,
-        features: simulated_features(&folder.join("cam.txt"))?,
-        stripes: Vec::new(),
-        initial: None,
-        truth: None,
-        inputs: BTreeMap::new(),
-    })
+    let sensor = Sensor::Points { laser_plane_in_camera: None };
+    let robot = simulated_robot(&folder.join("egm.txt"))?;
+    Ok(Recording::new(sensor, SensorSetup::default(), robot, simulated_features(&folder.join("cam.txt"))?))
 }
 
 fn simulated_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {
@@ -126,16 +118,7 @@ pub fn read_recording(
         .collect();
     let robot = real_robot(robot)?;
     let SensorFile { sensor, setup } = sensor;
-    Ok(Recording {
-        sensor,
-        setup,
-        robot,
-        features,
-        stripes: Vec::new(),
-        initial: None,
-        truth: None,
-        inputs: BTreeMap::new(),
-    })
+    Ok(Recording::new(sensor, setup, robot, features))
 }
 
 fn real_robot(file: &Path) -> Result<Vec<RobotSample>, Error> {

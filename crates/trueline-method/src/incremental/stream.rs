@@ -204,16 +204,10 @@ impl Incremental {
         let offset_ns = self.past.as_ref().map_or(0.0, Past::time_offset_s) * 1e9;
         let robot_from_ns = from_ns - offset_ns as i64 - WAIT_NS;
         let robot = self.kept.robot.partition_point(|sample| sample.stamp_ns < robot_from_ns);
-        let recording = Recording {
-            sensor: self.kept.sensor.clone(),
-            setup: self.kept.setup.clone(),
-            robot: self.kept.robot[robot..].to_vec(),
-            features: features[first..].to_vec(),
-            stripes: Vec::new(),
-            initial: None,
-            truth: None,
-            inputs: self.kept.inputs.clone(),
-        };
+        let Recording { sensor, setup, inputs, .. } = &self.kept;
+        let (robot, features) = (self.kept.robot[robot..].to_vec(), features[first..].to_vec());
+        let recording = Recording::new(sensor.clone(), setup.clone(), robot, features);
+        let recording = Recording { inputs: inputs.clone(), ..recording };
         if let Some(past) = &mut self.past {
             self.work.added += past.add(&recording, [self.until_ns, last_ns], &self.config)?;
             self.until_ns = last_ns;

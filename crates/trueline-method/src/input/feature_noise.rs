@@ -1,7 +1,6 @@
 //! Whether what was stated of the features' noise applies to any of them.
 
 use crate::config::Config;
-use crate::error::Error;
 use trueline_dataset::{Recording, Sensor};
 
 /// Why a stated noise of features applies to none of them.
@@ -32,7 +31,7 @@ impl std::fmt::Display for NoiseUnused {
 }
 
 /// Refuses a stated noise that would be ignored.
-pub(crate) fn check(recording: &Recording, config: &Config) -> Result<(), Error> {
+pub(crate) fn check(recording: &Recording, config: &Config) -> Result<(), NoiseUnused> {
     let are_pixels = matches!(recording.sensor, Sensor::CameraLaser { .. });
     let has_own = |feature: &trueline_dataset::Feature| feature.sigma.is_some();
     // Where stripes are lengths, the scale of their bias with the tilt comes from it.
@@ -44,7 +43,7 @@ pub(crate) fn check(recording: &Recording, config: &Config) -> Result<(), Error>
         _ if recording.features.iter().all(has_own) && !is_of_stripes => NoiseUnused::EachHasItsOwn,
         _ => return Ok(()),
     };
-    Err(Error::FeatureNoiseUnused { why: unused })
+    Err(unused)
 }
 
 #[cfg(test)]
@@ -52,7 +51,6 @@ pub(crate) fn check(recording: &Recording, config: &Config) -> Result<(), Error>
 mod tests {
     use super::{NoiseUnused, check};
     use crate::config::Config;
-    use crate::error::Error;
     use trueline_sim::{Preset, simulate};
 
     #[test]
@@ -65,13 +63,12 @@ mod tests {
         with_own.features.iter_mut().for_each(|feature| feature.sigma = Some([0.2; 2]));
         let px = Config { feature_sigma_px: Some(0.5), ..Config::default() };
         let mm = Config { feature_sigma_m: Some(1e-4), ..Config::default() };
-        let refused = |why| Err(Error::FeatureNoiseUnused { why });
         assert_eq!(check(&camera, &px), Ok(()));
         assert_eq!(check(&profiler, &mm), Ok(()));
         assert_eq!(check(&with_own, &Config::default()), Ok(()));
-        assert_eq!(check(&camera, &mm), refused(NoiseUnused::FeaturesArePixels));
-        assert_eq!(check(&profiler, &px), refused(NoiseUnused::FeaturesAreLengths));
-        assert_eq!(check(&with_own, &px), refused(NoiseUnused::EachHasItsOwn));
+        assert_eq!(check(&camera, &mm), Err(NoiseUnused::FeaturesArePixels));
+        assert_eq!(check(&profiler, &px), Err(NoiseUnused::FeaturesAreLengths));
+        assert_eq!(check(&with_own, &px), Err(NoiseUnused::EachHasItsOwn));
         // One without is enough: it applies to that.
         with_own.features[3].sigma = None;
         assert_eq!(check(&with_own, &px), Ok(()));
