@@ -5,8 +5,8 @@ use super::sensor_words::sensor_off;
 use super::stream_name::StreamName;
 use super::warning_words::{
     clock_drift, coarse_stamps, decided_by_user, drawn_line_not_needed, feature_bias, features_skipped,
-    lens_off, likely_cause, misfit, moves, poorly_known, robot_worse, stamp_steps, stripe_noise,
-    stripes_disagree, structured, unusual_noise, widened,
+    lens_off, likely_cause, misfit, moves, poorly_known, robot_samples_missing, robot_worse, stamp_steps,
+    stripe_noise, stripes_disagree, structured, unusual_noise, widened,
 };
 use crate::assess::cause_kind::CauseKind;
 use crate::assess::instead_of_sensor::InsteadOfSensor;
@@ -295,11 +295,7 @@ impl fmt::Display for Warning {
             Self::StructuredResiduals { left } => structured(left),
             Self::ManyOutliers { share } => format!("{:.0} % of the features are outliers", 100.0 * share),
             Self::ClockDrift { ppm, sigma_ppm, about_s } => clock_drift(ppm, sigma_ppm, about_s),
-            Self::RobotSamplesMissing { missing, of } => format!(
-                "{missing} of {of} samples of the robot are missing ({:.0} %): they were lost before they were recorded, and what \
-                 it did between the others is not known",
-                100.0 * missing as f64 / of as f64
-            ),
+            Self::RobotSamplesMissing { missing, of } => robot_samples_missing(missing, of),
             Self::RepeatedPoses { repeated, rows } => format!(
                 "{repeated} of {rows} robot rows only repeat the pose before: the controller has news less often than \
                  it is asked; the first of each is used"

@@ -88,6 +88,14 @@ pub(super) fn features_skipped(skipped: &BTreeMap<Skip, usize>) -> String {
     format!("{} features could not be used; {}", skipped.values().sum::<usize>(), list.join("; "))
 }
 
+pub(super) fn robot_samples_missing(missing: usize, of: usize) -> String {
+    format!(
+        "{missing} of {of} samples of the robot are missing ({:.0} %): they were lost before they were recorded, and what it did \
+         between the others is not known",
+        100.0 * missing as f64 / of as f64
+    )
+}
+
 pub(super) fn unusual_noise(noise_factor: f64, is_explained: bool) -> String {
     let because = if is_explained {
         "The cause named above makes most of them"
