@@ -9,7 +9,7 @@ use trueline_method::assess::observability::Group;
 use trueline_method::stripe::no_plates::NoPlates;
 use trueline_method::stripe::outcome::{Because, StripeEstimate};
 use trueline_method::{Calibration, Config, Error, Measurements, SensorMode, Status, calibrate};
-use trueline_sim::{PlateForm, PlatePair, Plates, Preset, Scenario, scan_plates};
+use trueline_sim::{PlateForm, PlatePair, Plates, Preset, Scenario, random_cell, scan_plates};
 
 fn scenario(preset: Preset, duration_s: f64) -> Scenario {
     let mut scenario = preset.scenario();
@@ -116,6 +116,24 @@ fn constant_attitude_hides_the_translation_from_plates_as_well() {
     assert_eq!((observability.rank, observability.size), (10, 13));
     assert!((4..7).all(|k| stripe.sigma(k).is_none()));
     assert_eq!(stripe.status(), Status::NotAccepted);
+}
+
+/// Tilts of 5° are motion, and so are the lively scan's by a quarter: nothing is missing, also where the robot's attitudes tremble ten times as much.
+#[test]
+fn tilts_above_the_tremble_are_seen() {
+    for (preset, duration_s, part) in [(Preset::Paper, 20.0, 1.0), (Preset::Quick, 10.0, 0.25)] {
+        for seed in 1..=5 {
+            let mut scenario = random_cell(&scenario(preset, duration_s), seed, 0.1);
+            for tilt in &mut scenario.scan.tilts {
+                tilt.amplitude *= part;
+            }
+            scenario.disturbance.robot_rotation_noise_rad *= f64::from(1 + 9 * (seed % 2) as u32);
+            let recording = scan_plates(&scenario, &Plates::default(), seed).unwrap();
+            let stripe = calibrated(&recording, &with(Measurements::Stripe, SensorMode::Fixed));
+            let observability = &stripe.findings.unknowns.observability;
+            assert_eq!((observability.rank, observability.size), (13, 13), "{preset:?}, cell {seed}");
+        }
+    }
 }
 
 #[test]

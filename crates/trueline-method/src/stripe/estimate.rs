@@ -22,7 +22,7 @@ use crate::stripe::planes::Planes;
 use crate::stripe::systematic::SharedErrors;
 use crate::stripe::unknowns::StripeUnknowns;
 use crate::stripe::whitening::{SharedNoise, robot_sigma_rad};
-use crate::stripe::{as_seam, planes, robot_accuracy, start, systematic, uncertainty};
+use crate::stripe::{as_seam, motion_information, planes, robot_accuracy, start, systematic, uncertainty};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeSet;
 use trueline_dataset::Recording;
@@ -140,14 +140,17 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
     let fixed = [settings.fixed, &start::held(&begin, &frames.bare)].concat();
     let solver = StripeSolver { observations, frames: &frames.list, shared, shape_prior, fixed: &fixed };
     let fit = solver.fit(begin).map_err(|_| NoPlates::NoPlane)?;
-    let information = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
-    let noise = uncertainty::assess(&fit, &information, &shared);
+    let all = fit.information(&fixed, RANK_THRESHOLD).ok_or(NoPlates::NoPlane)?;
+    let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &all, *taken).is_none());
+    let trembling = trembling(seam, &fit);
+    let information = motion_information::shown_by_motion(&fit, (&all, &trembling), &fixed);
+    let information = information.ok_or(NoPlates::NoPlane)?;
+    let noise = uncertainty::assess(&fit, (&information, &trembling), &shared);
     let errors = systematic::systematic(&fit, &information, &seam.shared).with_held(
         &fit.solution.equations.hessian,
         information.covariance_root(),
         seam.held_sigmas,
     );
-    let taken = seam.robot_taken.filter(|taken| robot_accuracy::shown(&fit, &information, *taken).is_none());
     let explained = Explained { taken, levels: seam.shared.levels };
     let InSeam { answer: stripe, noise: noise_of_seam, errors: errors_of_seam } =
         answer(seam, &fit, &information, (&noise.covariance, &errors), &explained)
@@ -168,6 +171,14 @@ fn of_plates(seam: &SeamEstimate<'_>, frames: &StripeFrames) -> Result<StripeEst
         seam: seam.answer.clone(),
         stripe,
     })
+}
+
+/// What of the information is noise of the robot's poses; of a stream too short to tell, nothing.
+fn trembling(seam: &SeamEstimate<'_>, fit: &StripeFit<'_>) -> DMatrix<f64> {
+    let about_s = motion_information::times_looked_at_s(fit);
+    let halves = seam.observations.robot.halves(seam.recording, seam.robot_times_s, &about_s);
+    let size = fit.problem.unknowns.dimension();
+    halves.map_or_else(|| DMatrix::zeros(size, size), |halves| motion_information::of_noise(fit, &halves))
 }
 
 /// Whether the plates explain what seemed to be errors of the robot.

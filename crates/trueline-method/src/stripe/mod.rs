@@ -17,6 +17,7 @@ pub mod estimate;
 pub mod fit;
 pub mod frames;
 pub mod freed;
+pub mod motion_information;
 pub mod no_plates;
 pub mod outcome;
 pub mod planes;

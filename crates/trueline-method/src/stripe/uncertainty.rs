@@ -1,7 +1,8 @@
 //! Covariance of the plates' problem: that of the model, as far as the scores of its frames agree with it.
 //!
 //! As for seam points: a frame's four residuals are one score, so that what they share is in it, and neighbouring frames may be
-//! alike. The model knows the correlation of the robot's noise between them: its path is made of many samples.
+//! alike. The model knows the correlation of the robot's noise between them: its path is made of many samples; and it knows that the
+//! Jacobian trembles with the robot's poses ([`motion_information`](crate::stripe::motion_information)).
 
 use crate::assess::row_table::RowTable;
 use crate::input::path_noise::NoiseCorrelation;
@@ -24,9 +25,14 @@ pub struct StripeUncertainty {
     pub model_share: f64,
 }
 
-/// Covariance at the optimum, for the noise that frames share.
+/// Covariance at the optimum, for the noise that frames share; of what motion shows, and what the scores have beside it of noise of the
+/// robot's poses.
 #[must_use]
-pub fn assess(fit: &StripeFit<'_>, information: &Information, shared: &SharedNoise) -> StripeUncertainty {
+pub fn assess(
+    fit: &StripeFit<'_>,
+    (information, trembling): (&Information, &DMatrix<f64>),
+    shared: &SharedNoise,
+) -> StripeUncertainty {
     let (problem, at) = (&fit.problem, fit.state());
     let root = information.covariance_root();
     let known = root.transpose() * at.prior_information(problem.shape_prior.as_ref()) * root;
@@ -48,7 +54,7 @@ pub fn assess(fit: &StripeFit<'_>, information: &Information, shared: &SharedNoi
     let freedom = rows as f64 / (rows as f64 - unknowns).max(1.0);
     let (variance, bend) = fit.moments.variance_and_bend();
     let per_weight = variance * freedom;
-    let expected = alone + between_frames(fit, at, root, shared);
+    let expected = alone + root.transpose() * trembling * root + between_frames(fit, at, root, shared);
     let (middle, model_share) = blend(&frames, &expected, per_weight);
     let covariance = root * (middle * (per_weight / bend.powi(2)) + known) * root.transpose();
     StripeUncertainty { covariance, model_share }

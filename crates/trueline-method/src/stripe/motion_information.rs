@@ -1,0 +1,186 @@
+//! How much of what the stripes say is motion, and how much is noise of the robot's poses.
+//!
+//! Residuals are taken at poses that tremble, and their Jacobian J trembles with them: JᵀWJ is larger than that of the motion alone. Its
+//! tremble is square to the residuals in the mean, for derivatives are taken where the robot most likely was
+//! ([`PoseError`](crate::stripe::problem::PoseError)). So the score Jᵀ W r has the mean zero at the truth and the variance
+//! H = H₀ + N, with N of the tremble; but it moves with the unknowns by H₀ alone, for what J gains by an error of a pose the residual's
+//! curvature takes away again. The estimate's covariance is H₀⁻¹ (H₀ + N) H₀⁻¹ \[Fuller1987\], which is larger than both inverses.
+//!
+//! H₀ is what the Jacobians of two paths have in common, one by every other sample and one by those between: the motion is the same
+//! in both, the noise is not.
+
+use crate::assess::observability::RANK_THRESHOLD;
+use crate::problem::placement::placement_at;
+use crate::stripe::fit::StripeFit;
+use crate::stripe::problem::{FrameJacobian, StripeProblem, WeighedFrame, linearize_frame};
+use crate::stripe::state::StripeState;
+use crate::stripe::unknowns::LOCAL_ALL;
+use nalgebra::{DMatrix, DVector, SMatrix};
+use trueline_geometry::Trajectory;
+use trueline_lsq::Information;
+
+/// Frames that are looked at; of more, every so many stand for the rest.
+const SAMPLE: usize = 800;
+/// A direction that is noise by this part or more is not seen: a linear account of errors ends where they are as large as the motion.
+const MOST_NOISE: f64 = 0.5;
+
+/// The times at which the halves of the robot's path are asked for, s, rising.
+#[must_use]
+pub(crate) fn times_looked_at_s(fit: &StripeFit<'_>) -> Vec<f64> {
+    let late_s = fit.state().time_offset_s;
+    looked_at(&fit.problem).map(|weighed| weighed.frame.stamp_s - late_s).collect()
+}
+
+fn every(problem: &StripeProblem<'_>) -> usize {
+    problem.frames.len().div_ceil(SAMPLE).max(1)
+}
+
+fn looked_at<'a>(problem: &'a StripeProblem<'_>) -> impl Iterator<Item = &'a WeighedFrame> {
+    problem.frames.iter().step_by(every(problem))
+}
+
+/// N over all unknowns, by the halves of the robot's path.
+#[must_use]
+pub(crate) fn of_noise(fit: &StripeFit<'_>, halves: &[Trajectory; 2]) -> DMatrix<f64> {
+    let (problem, at) = (&fit.problem, fit.state());
+    let mut joints = vec![SMatrix::<f64, LOCAL_ALL, LOCAL_ALL>::zeros(); at.joints.len()];
+    for weighed in looked_at(problem) {
+        if let Some((own, [one, other])) = jacobians(problem, weighed, at, halves) {
+            joints[weighed.frame.joint] += own.transpose() * own - one.transpose() * other;
+        }
+    }
+    let mut noise = DMatrix::zeros(at.unknowns().dimension(), at.unknowns().dimension());
+    for (joint, sum) in joints.iter().enumerate() {
+        let places: Vec<(usize, usize)> = (0..problem.unknowns.local())
+            .filter_map(|k| Some((k, problem.unknowns.place(k, joint)?)))
+            .collect();
+        for &(row, to) in &places {
+            for &(column, beside) in &places {
+                noise[(to, beside)] += 0.5 * (sum[(row, column)] + sum[(column, row)]);
+            }
+        }
+    }
+    noise * every(problem) as f64
+}
+
+/// Whitened Jacobian of a frame as it counts in the problem, and by each half of the path.
+fn jacobians(
+    problem: &StripeProblem<'_>,
+    weighed: &WeighedFrame,
+    at: &StripeState,
+    halves: &[Trajectory; 2],
+) -> Option<(FrameJacobian, [FrameJacobian; 2])> {
+    let (_, own) = problem.whitened(weighed, at)?;
+    let by_half = |half: &Trajectory| {
+        let there = placement_at(half, weighed.frame.stamp_s - at.time_offset_s, &at.tool_from_camera)?;
+        let parts = linearize_frame(problem.observations, &weighed.frame, at, &there)?;
+        Some(weighed.whitener * parts.jacobian)
+    };
+    Some((own, [by_half(&halves[0])?, by_half(&halves[1])?]))
+}
+
+/// What motion shows of an information H: H₀ on the directions that are motion for the most part, and nothing of the others. `None` as for
+/// [`Information::beside`].
+#[must_use]
+pub(crate) fn shown_by_motion(
+    fit: &StripeFit<'_>,
+    (all, noise): (&Information, &DMatrix<f64>),
+    fixed: &[usize],
+) -> Option<Information> {
+    let root = all.covariance_root();
+    if root.ncols() == 0 {
+        return Some(all.clone());
+    }
+    let eigen = (root.transpose() * noise * root).symmetric_eigen();
+    let motion = DVector::from_iterator(
+        root.ncols(),
+        eigen.eigenvalues.iter().map(|noise| if *noise < MOST_NOISE { 1.0 - noise } else { 0.0 }),
+    );
+    // With C½ᵀ H C½ = 1 the columns of H C½ are dual to those of C½.
+    let dual = &fit.solution.equations.hessian * root * eigen.eigenvectors;
+    let of_motion = &dual * DMatrix::from_diagonal(&motion) * dual.transpose();
+    Information::beside(&of_motion, fixed, fit.problem.unknowns.known_before(), RANK_THRESHOLD)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+mod tests {
+    use super::*;
+    use crate::config::{Config, Measurements};
+    use crate::input::noise_levels::NoiseLevels;
+    use crate::input::observations::{Observations, observe, origin_ns};
+    use crate::input::timestamps::{Dejittered, Sampling};
+    use crate::problem::parameters::Parameters;
+    use crate::stripe::fit::StripeSolver;
+    use crate::stripe::frames::frames;
+    use crate::stripe::problem::PoseError;
+    use crate::stripe::start;
+    use crate::stripe::whitening::SharedNoise;
+    use trueline_dataset::Recording;
+    use trueline_lsq::{LeastSquares, NormalEquations};
+    use trueline_sim::{PlatePair, Plates, Preset, Scenario, scan_plates};
+
+    const ROBOT_NOISE_M: f64 = 3.5e-5;
+
+    fn observed(recording: &Recording) -> (Observations, Vec<f64>) {
+        let sampling = Sampling::of(recording, origin_ns(recording));
+        let observations = observe(recording, &sampling, &Config::noise_only()).unwrap();
+        (observations, sampling.robot_times_s(Dejittered::default()).to_vec())
+    }
+
+    /// Along the true path of the same scan the information is that of the motion alone. One plate with its edge hardly shows a turn about
+    /// its stripe: a quarter of what the reported path seems to say of it is noise.
+    #[test]
+    fn what_motion_shows_is_the_information_along_the_true_path() {
+        let scenario = |robot_position_noise_m: f64| {
+            let mut scenario = Preset::Paper.scenario();
+            scenario.disturbance.robot_position_noise_m = robot_position_noise_m;
+            scenario
+        };
+        let plates = Plates { pair: PlatePair::Edge, ..Plates::default() };
+        let scan = |scenario: &Scenario| scan_plates(scenario, &plates, 2).unwrap();
+        let (noisy, still) = (scan(&scenario(ROBOT_NOISE_M)), scan(&scenario(0.0)));
+        let ((observations, robot_times_s), (along_true_path, _)) = (observed(&noisy), observed(&still));
+        let frames = frames(&noisy, &observations, Measurements::Stripe, &Config::noise_only()).unwrap();
+        let truth = noisy.truth.as_ref().unwrap();
+        let like = Parameters::straight(&truth.parameters, truth.lines.clone());
+        let begin = start::start(&observations, &frames, &like, None).unwrap();
+        let fixed = start::held(&begin, &frames.bare);
+        let levels =
+            NoiseLevels { robot_sigma_m: observations.robot.noise_m, stamp_sigma_s: 1e-4, factor: 1.0 };
+        let shared = SharedNoise { levels, robot_sigma_rad: 1e-5 };
+        let solver = StripeSolver {
+            observations: &observations,
+            frames: &frames.list,
+            shared,
+            shape_prior: None,
+            fixed: &fixed,
+        };
+        let fit = solver.fit(begin).unwrap();
+        let all = fit.information(&fixed, RANK_THRESHOLD).unwrap();
+        let about_s = times_looked_at_s(&fit);
+        let halves = observations.robot.halves(&noisy, &robot_times_s, &about_s).unwrap();
+        let noise = of_noise(&fit, &halves);
+        let shown = shown_by_motion(&fit, (&all, &noise), &fixed).unwrap();
+        assert_eq!(shown.rank(), all.rank());
+
+        let exact = |weighed: &WeighedFrame| WeighedFrame { pose_error: PoseError::NONE, ..*weighed };
+        let along = StripeProblem {
+            observations: &along_true_path,
+            frames: fit.problem.frames.iter().map(exact).collect(),
+            unknowns: fit.problem.unknowns,
+            shape_prior: None,
+        };
+        let mut equations = NormalEquations::zeros(along.dimension());
+        along.linearize(fit.state(), &mut equations);
+        // Eigenvalues of the true information in coordinates in which the one that is said is 1.
+        let least = |said: &Information| {
+            let root = said.covariance_root();
+            (root.transpose() * &equations.hessian * root).symmetric_eigenvalues().min()
+        };
+        println!("least {} of all, {} of motion", least(&all), least(&shown));
+        assert!(least(&all) < 0.85);
+        // A part a of noise is known to 2 √(a/n) of n frames: 0.04 for a quarter of 660, and 0.05 of a part of 0.75.
+        assert!((least(&shown) - 1.0).abs() < 0.12);
+    }
+}
