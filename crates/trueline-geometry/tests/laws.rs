@@ -277,6 +277,20 @@ fn the_local_fit_keeps_a_quadratic_motion_and_measures_noise() {
     assert!((measured / sigma - 1.0).abs() < 0.5, "{measured}");
 }
 
+/// Windows of nearly the same times share weights; a jitter of nanoseconds is not nearly the same.
+#[test]
+fn a_jitter_of_nanoseconds_is_not_taken_for_even_stamps() {
+    let times: Vec<f64> =
+        (0..200).map(|k| f64::from(k) * 0.004 + 1e-8 * (f64::from(k) * 2.3).sin()).collect();
+    let pose = |t: &f64| se3::from_parts(so3::exp(&Vector3::zeros()), Vector3::new(2.0 * t, 0.0, 0.0));
+    let poses: Vec<Pose> = times.iter().map(pose).collect();
+    let kept = smooth::local_quadratic(&times, &poses, 0.016, smooth::HALF_WINDOW_S);
+    for (kept, pose) in kept.iter().zip(&poses) {
+        // At 2 m/s the 2·10⁻¹¹ s (10⁻⁹ of half a window) that count as the same are 4·10⁻¹¹ m; 10⁻⁸ s would be 2·10⁻⁸ m.
+        assert!((kept.translation.vector - pose.translation.vector).norm() < 4e-10);
+    }
+}
+
 #[test]
 fn each_window_of_uneven_stamps_has_its_own_least_squares_quadratic() {
     // Even for a while, then jittering, then even again with another period: windows before and after share nothing.
