@@ -139,9 +139,9 @@ pub struct CalibrateArgs {
     /// Robot and images were stamped by clocks that have nothing in common: find how far they are apart
     #[arg(long)]
     pub align_clocks: bool,
-    /// Threads for large scans; the result is the same to the last bit
-    #[arg(long, default_value_t = NonZeroUsize::MIN)]
-    pub threads: NonZeroUsize,
+    /// Threads; the default is one for each core, and the result is the same to the last bit with any number
+    #[arg(long)]
+    pub threads: Option<NonZeroUsize>,
     /// Write the result as JSON; - is stdout
     #[arg(long)]
     pub json: Option<PathBuf>,
@@ -158,6 +158,10 @@ pub struct CalibrateArgs {
 }
 
 impl CalibrateArgs {
+    fn threads(&self) -> NonZeroUsize {
+        self.threads.or_else(|| std::thread::available_parallelism().ok()).unwrap_or(NonZeroUsize::MIN)
+    }
+
     /// What a calibration is told, in SI.
     pub fn config(&self) -> Config {
         let defaults = Config::default();
@@ -187,7 +191,7 @@ impl CalibrateArgs {
                 speed_m_s: self.speed_mm_s * 1e-3,
                 stand_off_m: self.stand_off_mm.map(|mm| mm * 1e-3),
             },
-            threads: self.threads.get(),
+            threads: self.threads().get(),
             ..defaults
         }
     }

@@ -54,7 +54,7 @@ impl SeamFinder {
     }
 
     /// Takes a profile in; the seam points of those that have waited for it.
-    pub fn in_profile(&mut self, seen: &ProfileEntry) -> Vec<Feature> {
+    pub(crate) fn in_profile(&mut self, seen: &ProfileEntry) -> Vec<Feature> {
         let Self::Profiles(stream) = self else { return Vec::new() };
         let point = |[x_m, z_m]: [f64; 2]| ProfilePoint { x_m, z_m, intensity: None };
         let points = seen.columns.iter().flatten().copied().map(point).collect();

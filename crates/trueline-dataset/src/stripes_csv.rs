@@ -61,7 +61,7 @@ pub fn read(file: &Path, bytes: &[u8], sensor: &Sensor) -> Result<Vec<PlateStrip
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_of_lines(
+pub(crate) fn read_of_lines(
     file: &Path,
     bytes: &[u8],
     sensor: &Sensor,

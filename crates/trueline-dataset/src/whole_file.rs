@@ -28,7 +28,7 @@ pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
 ///
 /// # Errors
 /// A folder of that name, and a folder that is not there.
-pub fn expect_writable(path: &Path) -> Result<(), Error> {
+pub(crate) fn expect_writable(path: &Path) -> Result<(), Error> {
     if path.is_dir() {
         return Err(Error::in_file(path, Problem::IsFolder));
     }

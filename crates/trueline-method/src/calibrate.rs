@@ -97,10 +97,10 @@ fn with_stated_lens(
     let settings = FitSettings { noise, ..settings };
     let rate_sigma_ppm = sampling.rate_sigma_ppm(stamped.dejittered);
     let drift_free = remove_drift(stamped.observations, stamped.fit, &settings, rate_sigma_ppm)?;
-    let times_s = sampling.robot_times_s(stamped.dejittered);
-    let halves = halves(&drift_free, recording, times_s);
-    let Identifiability { fit, information, time_offset_share, observability } =
-        assess_identifiability(&drift_free, &settings, guess, found.mirrored, halves.as_ref())?;
+    let Identifiability { fit, information, time_offset_share, observability } = {
+        let halves = halves(&drift_free, recording, sampling.robot_times_s(stamped.dejittered));
+        assess_identifiability(&drift_free, &settings, guess, found.mirrored, halves.as_ref())?
+    };
     let levels = systematic_levels(recording, &settings, &knowledge);
     let assessed = Assessed { drift_free: DriftFree { fit, ..drift_free }, information, observability };
     let unbiased = without_bias(assessed, recording, &settings, &levels)?;

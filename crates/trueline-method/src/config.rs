@@ -225,7 +225,7 @@ pub struct Config {
     pub used_at: Use,
     /// The time offset is searched between plus and minus this, s.
     pub offset_search_s: f64,
-    /// Threads that share the sums of scans of more than 16 384 features; the result does not depend on it.
+    /// Threads that share the starts of a search, and the sums of scans of more than 16 384 features; the result does not depend on it.
     pub threads: usize,
 }
 

@@ -35,6 +35,7 @@ pub mod hypotheses;
 pub mod incremental;
 pub mod input;
 pub mod order_statistics;
+mod parallel;
 pub mod problem;
 mod released;
 pub mod solve;

@@ -110,7 +110,7 @@ impl Controller {
     }
 
     /// The signal that it sends along (`\DOToSensor`) from now on; RobotWare before 7.7 sends none.
-    pub fn set_digital(&mut self, digital: Option<bool>) {
+    pub(crate) fn set_digital(&mut self, digital: Option<bool>) {
         self.digital = digital;
     }
 

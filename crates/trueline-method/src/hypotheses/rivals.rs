@@ -8,6 +8,7 @@
 use crate::assess::residuals::OUTLIER_SQUARED;
 use crate::hypotheses::paired_test::{PairedTest, compare};
 use crate::input::observations::Observation;
+use crate::parallel;
 use crate::problem::line_problem::LineProblem;
 use crate::problem::parameters::{LINES, Parameters, ROTATION, TIME_OFFSET};
 use crate::solve::fit::Fit;
@@ -109,21 +110,22 @@ struct Search<'a> {
 impl Search<'_> {
     fn finalists(&self) -> Vec<Candidate> {
         let steps = (self.solver.settings.config.offset_search_s / OFFSET_STEP_S).round() as i32;
+        let threads = self.solver.settings.config.threads;
         let attitudes = self.attitudes();
-        let mut candidates: Vec<Candidate> = (-steps..=steps)
-            .flat_map(|k| attitudes.iter().map(move |attitude| (f64::from(k) * OFFSET_STEP_S, *attitude)))
-            .filter_map(|(time_offset_s, tool_from_camera)| {
-                self.start(Guess { time_offset_s, tool_from_camera })
+        let guesses: Vec<Guess> = (-steps..=steps)
+            .map(|k| f64::from(k) * OFFSET_STEP_S)
+            .flat_map(|time_offset_s| {
+                attitudes.iter().map(move |attitude| Guess { time_offset_s, tool_from_camera: *attitude })
             })
-            .filter_map(|start| self.follow(&ROUGH_SCALES, 8, start))
-            .filter(|candidate| self.is_elsewhere(&candidate.parameters))
             .collect();
-        let mut finalists = Vec::new();
+        let elsewhere = |candidate: &Candidate| self.is_elsewhere(&candidate.parameters);
+        let mut candidates = parallel::filter_map(threads, &guesses, |guess| {
+            self.follow(&ROUGH_SCALES, 8, self.start(guess)?).filter(elsewhere)
+        });
         keep_different(&mut candidates, FINALISTS);
-        for candidate in candidates {
-            let followed = self.follow(&FINE_SCALES, 30, candidate.parameters);
-            finalists.extend(followed.filter(|candidate| self.is_elsewhere(&candidate.parameters)));
-        }
+        let mut finalists = parallel::filter_map(threads, &candidates, |candidate| {
+            self.follow(&FINE_SCALES, 30, candidate.parameters.clone()).filter(elsewhere)
+        });
         keep_different(&mut finalists, FINALISTS);
         finalists
     }
@@ -146,9 +148,9 @@ impl Search<'_> {
         std::iter::once(best).chain(turns.iter().map(|axis| half_turned(&best, axis, &centre))).collect()
     }
 
-    fn start(&self, guess: Guess) -> Option<Parameters> {
-        let lines = lines_for(self.solver.observations, self.sample, &guess)?;
-        Some(Parameters::straight(&guess, lines))
+    fn start(&self, guess: &Guess) -> Option<Parameters> {
+        let lines = lines_for(self.solver.observations, self.sample, guess)?;
+        Some(Parameters::straight(guess, lines))
     }
 
     /// Where a hand-eye transform is held, the narrowing may still turn it; the fit that follows holds it.

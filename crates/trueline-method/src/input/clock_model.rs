@@ -52,7 +52,7 @@ pub struct StreamClock {
 impl StreamClock {
     /// Whether it follows the earliest stamps: jitter to one side.
     #[must_use]
-    pub fn is_one_sided(&self) -> bool {
+    pub(crate) fn is_one_sided(&self) -> bool {
         self.fit_kind == FitKind::LowerEnvelope
     }
 }

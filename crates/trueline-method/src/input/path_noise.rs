@@ -57,7 +57,7 @@ impl NoiseCorrelation {
 
     /// Lag beyond which the correlation is zero, s.
     #[must_use]
-    pub fn reach_s(&self) -> f64 {
+    pub(crate) fn reach_s(&self) -> f64 {
         self.step_s * self.at_steps.len() as f64
     }
 }

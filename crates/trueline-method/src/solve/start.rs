@@ -7,6 +7,7 @@ use crate::config::Config;
 use crate::error::Error;
 use crate::input::noise_levels::NoiseLevels;
 use crate::input::observations::{Observation, Observations};
+use crate::parallel;
 use crate::problem::parameters::Parameters;
 use crate::problem::placement::placement;
 use crate::solve::narrowing::{Candidate, Narrowing, SAME_OFFSET_S, SCALES, Stage, sample, thin};
@@ -75,30 +76,28 @@ pub fn from_nothing(
 ) -> Result<Parameters, Error> {
     let sample = sample(observations);
     let on_sample = Narrowing { observations, sample: &sample, noise };
-    let mut candidates: Vec<Candidate> = starts(config, breadth)
-        .iter()
-        .filter_map(|guess| {
-            let lines = lines_for(observations, &sample, guess)?;
-            let start = Parameters::straight(guess, lines);
-            on_sample.narrow(Stage { scale: SCALES[0], iterations: 6 }, start)
-        })
-        .collect();
+    let starts = starts(config, breadth);
+    let mut candidates = parallel::filter_map(config.threads, &starts, |guess| {
+        let lines = lines_for(observations, &sample, guess)?;
+        let start = Parameters::straight(guess, lines);
+        on_sample.narrow(Stage { scale: SCALES[0], iterations: 6 }, start)
+    });
     candidates.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     candidates.truncate(breadth.survivors);
-    let followed = candidates
-        .into_iter()
-        .filter_map(|candidate| on_sample.follow(&SCALES[1..], 12, candidate.parameters));
-    let finalists: Vec<Parameters> =
-        different(followed.collect(), breadth.finalists).into_iter().map(|c| c.parameters).collect();
-    let mirrors: Vec<Parameters> =
-        finalists.iter().filter_map(|p| mirrored(observations, &sample, p)).collect();
+    let followed = parallel::filter_map(config.threads, &candidates, |candidate| {
+        on_sample.follow(&SCALES[1..], 12, candidate.parameters.clone())
+    });
+    let mut ends: Vec<Parameters> =
+        different(followed, breadth.finalists).into_iter().map(|c| c.parameters).collect();
+    let mirrors: Vec<Parameters> = ends.iter().filter_map(|p| mirrored(observations, &sample, p)).collect();
+    ends.extend(mirrors);
     let denser = thin(observations, FINAL_SAMPLE);
     let on_denser = Narrowing { sample: &denser, ..on_sample };
-    let finished = finalists.into_iter().chain(mirrors).filter_map(|start| {
-        let near = on_denser.narrow(Stage { scale: SCALES[3], iterations: 30 }, start)?;
+    let finished = parallel::filter_map(config.threads, &ends, |end| {
+        let near = on_denser.narrow(Stage { scale: SCALES[3], iterations: 30 }, end.clone())?;
         on_denser.narrow(Stage { scale: SCALES[5], iterations: 60 }, near.parameters)
     });
-    let best = finished.min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let best = finished.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
     best.map(|candidate| candidate.parameters).ok_or(Error::NoStart)
 }
 

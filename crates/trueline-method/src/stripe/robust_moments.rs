@@ -60,7 +60,7 @@ impl RobustMoments {
 
     /// Variance of the scores by what their weights expect, and how much less the scores move with the residuals than these say.
     #[must_use]
-    pub fn variance_and_bend(&self) -> (f64, f64) {
+    pub(crate) fn variance_and_bend(&self) -> (f64, f64) {
         let weight = self.weight.max(f64::MIN_POSITIVE);
         (self.score / weight, self.weight_and_slope / weight)
     }

@@ -44,7 +44,7 @@ impl Target {
 
     /// The two surfaces that meet in the seam, by number.
     #[must_use]
-    pub fn at_seam(&self) -> [(usize, &Plate); 2] {
+    pub(crate) fn at_seam(&self) -> [(usize, &Plate); 2] {
         match &self.edge {
             Some(edge) => [(edge.on, &self.plates[edge.on]), (EDGE, &edge.surface)],
             None => [(0, &self.plates[0]), (1, &self.plates[1])],

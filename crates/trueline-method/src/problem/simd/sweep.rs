@@ -5,6 +5,7 @@ use super::samples::{Gathering, Samples};
 use super::view::{BowedLines, Modelled, Mounting, Seam, Seen, ShapedSheet, StraightLines, see};
 use crate::config::ResidualKind;
 use crate::input::observations::{Observation, Observations};
+use crate::parallel;
 use crate::problem::parameters::Parameters;
 use crate::problem::unknowns::Model;
 
@@ -92,30 +93,7 @@ pub(crate) fn sweep_chunks<V: Visit + Send>(
         }
         visit
     };
-    if threads <= 1 || chunks == 1 {
-        return (0..chunks).map(visited).collect();
-    }
-    let next = std::sync::atomic::AtomicUsize::new(0);
-    let mut all: Vec<(usize, V)> = std::thread::scope(|scope| {
-        let worker = || {
-            let mut own = Vec::new();
-            loop {
-                let chunk = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                if chunk >= chunks {
-                    return own;
-                }
-                own.push((chunk, visited(chunk)));
-            }
-        };
-        let workers: Vec<_> = (0..threads.min(chunks)).map(|_| scope.spawn(worker)).collect();
-        // A worker that panicked panics here: nothing is lost silently.
-        workers
-            .into_iter()
-            .flat_map(|worker| worker.join().unwrap_or_else(|e| std::panic::resume_unwind(e)))
-            .collect()
-    });
-    all.sort_by_key(|(chunk, _)| *chunk);
-    all.into_iter().map(|(_, visit)| visit).collect()
+    parallel::map(threads, chunks, visited)
 }
 
 #[cfg(target_arch = "x86_64")]
