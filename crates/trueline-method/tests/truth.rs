@@ -210,3 +210,15 @@ fn pixels_are_pixels_whatever_sigma_the_features_state() {
     // The weights are the same for all, so is the optimum but for what the robot's noise is taken to share in it.
     assert!((stated / unstated - 1.0).abs() < 0.1, "{stated} px and {unstated} px");
 }
+
+/// Starts and sums are shared among threads, and come back in order.
+#[test]
+fn the_result_is_the_same_to_the_last_bit_with_any_number_of_threads() {
+    let recording = simulate(&Preset::TwoLines.scenario(), 7).unwrap();
+    let with =
+        |threads: usize| calibrate(&recording, None, &Config { threads, ..Config::default() }).unwrap();
+    let [one, three] = [with(1), with(3)];
+    assert_eq!(errors(&one, &recording).map(f64::to_bits), errors(&three, &recording).map(f64::to_bits));
+    let sigmas = |calibration: &Calibration| [0, 3, 6].map(|k| calibration.sigma(k).unwrap().to_bits());
+    assert_eq!(sigmas(&one), sigmas(&three));
+}
